@@ -1,0 +1,86 @@
+//! The codes of the board's converters, and what one step of each is worth.
+//!
+//! Both boards share these scales: they belong to the analogue design (`docs/board.md`), not to the
+//! microcontroller.
+
+use crate::units::{Ampere, Volt};
+
+/// Timer counts of one PWM period: 170 MHz / 4250 = 40 kHz.
+pub const PWM_PERIOD_COUNTS: u16 = 4250;
+
+/// Actuator voltage per PWM count. The filtered 3.3 V output is amplified by 1.2879 to a full scale
+/// of 4.25 V, so that one count of the 4250 is 1 mV.
+pub const VOLT_PER_PWM_COUNT: f32 = 4.25 / PWM_PERIOD_COUNTS as f32;
+
+/// Full scale of the current sense: 10 ohm shunt, gain 26.4, 3.3 V reference.
+pub const SENSE_FULL_SCALE: Ampere = Ampere(12.5e-3);
+
+/// Current per code of the sense ADC: 12 bit, oversampled 16 times to 16 bit.
+pub const AMPERE_PER_ADC_CODE: f32 = SENSE_FULL_SCALE.0 / 65536.0;
+
+/// Compare value of one PWM channel, 0 to [`PWM_PERIOD_COUNTS`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct PwmCode(pub u16);
+
+/// Reading of one current-sense ADC channel, all 16 bits used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct AdcCode(pub u16);
+
+impl PwmCode {
+    /// The code nearest to `drive`. Below zero and NaN give 0, above full scale gives full scale.
+    pub fn nearest(drive: Volt) -> Self {
+        // A float to integer cast saturates, and takes NaN to 0.
+        let counts = (drive.0 / VOLT_PER_PWM_COUNT + 0.5) as u16;
+        Self(counts.min(PWM_PERIOD_COUNTS))
+    }
+
+    /// The actuator voltage that this code makes.
+    pub fn drive(self) -> Volt {
+        Volt(f32::from(self.0) * VOLT_PER_PWM_COUNT)
+    }
+}
+
+impl AdcCode {
+    /// The current that this code stands for.
+    pub fn current(self) -> Ampere {
+        Ampere(f32::from(self.0) * AMPERE_PER_ADC_CODE)
+    }
+
+    /// Whether the converter is at its end: the current may be larger than it tells.
+    pub fn is_saturated(self) -> bool {
+        self.0 == u16::MAX
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn one_count_is_a_millivolt() {
+        assert_eq!(PwmCode::nearest(Volt(1.9)), PwmCode(1900));
+        assert!((PwmCode(1900).drive().0 - 1.9).abs() < 1e-6);
+    }
+
+    #[test]
+    fn drives_beyond_the_scale_saturate() {
+        assert_eq!(PwmCode::nearest(Volt(-1.0)), PwmCode(0));
+        assert_eq!(PwmCode::nearest(Volt(f32::NAN)), PwmCode(0));
+        assert_eq!(PwmCode::nearest(Volt(f32::INFINITY)), PwmCode(PWM_PERIOD_COUNTS));
+    }
+
+    proptest! {
+        #[test]
+        fn every_code_returns_to_itself(code in 0..=PWM_PERIOD_COUNTS) {
+            prop_assert_eq!(PwmCode::nearest(PwmCode(code).drive()), PwmCode(code));
+        }
+
+        #[test]
+        fn any_bit_pattern_gives_a_valid_code(bits: u32) {
+            prop_assert!(PwmCode::nearest(Volt(f32::from_bits(bits))).0 <= PWM_PERIOD_COUNTS);
+        }
+    }
+}
