@@ -1,0 +1,91 @@
+//! Commands, answers and telemetry of the present protocol version.
+
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// Ask for a piston position.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Position {
+    /// From rest, positive towards the substrate.
+    pub z_um: f32,
+}
+
+/// Ask for a voltage on each actuator.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Drives {
+    /// Channel by channel.
+    pub drive_v: [f32; 4],
+}
+
+/// Ask for telemetry: `count` samples, one every `period_ticks` control ticks.
+///
+/// A new request replaces the one before; `count` 0 stops. A stream always ends by itself, so a tool
+/// that dies leaves no board talking.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Stream {
+    /// Control ticks from one sample to the next, at least 1.
+    pub period_ticks: u16,
+    /// Samples to send.
+    pub count: u32,
+}
+
+/// A command as it was carried out by the control tick after it arrived.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Commanded {
+    /// The control tick that carried it out.
+    pub tick: u32,
+    /// The voltages now driven.
+    pub drive_v: [f32; 4],
+    /// Bits of the limits that acted (`control_core::Limits`).
+    pub limits: u8,
+}
+
+/// The board at this moment.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Status {
+    /// What it does now.
+    pub telemetry: Telemetry,
+    /// Top of the calibrated range.
+    pub max_position_um: f32,
+    /// Highest drive that is allowed.
+    pub max_drive_v: f32,
+    /// Telemetry samples that found the link too slow and were dropped since start.
+    pub dropped_samples: u32,
+}
+
+/// One control tick, as seen from outside.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Telemetry {
+    /// Control ticks since start; wraps after 119 hours at 10 kHz.
+    pub tick: u32,
+    /// Voltages that were driven during the tick, as quantised.
+    pub drive_v: [f32; 4],
+    /// Currents that were sensed during the tick.
+    pub current_a: [f32; 4],
+    /// Temperatures above ambient that the currents imply, where they imply any.
+    pub temperature_k: [Option<f32>; 4],
+    /// Bits of the limits that act (`control_core::Limits`).
+    pub limits: u8,
+    /// Reading of a position sensor on the board's sensor input, if there is one. The controller
+    /// never sees it.
+    pub sensor_z_um: Option<f32>,
+}
+
+/// Why the board does not do what it was asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Refusal {
+    /// The last greeting came from another protocol version.
+    ProtocolVersion {
+        /// The board's version.
+        board: u16,
+        /// The tool's version.
+        tool: u16,
+    },
+    /// No greeting came since the board started.
+    NoHello,
+    /// A number in the command is not finite.
+    NotANumber,
+    /// A stream's period is zero.
+    ZeroPeriod,
+}

@@ -1,0 +1,78 @@
+//! The wire format: what is sent comes back whole, garbage is refused, frames fit, and the greeting
+//! keeps the bytes it has always had.
+
+use mirror_protocol::{
+    Board, CommandReply, Commanded, Drives, Hello, Identity, MAX_FRAME_BYTES, Position, Refusal,
+    Status, StatusReply, Stream, Telemetry, Text,
+};
+use proptest::prelude::*;
+
+fn number() -> impl Strategy<Value = f32> {
+    -1e6_f32..1e6
+}
+
+fn telemetry() -> impl Strategy<Value = Telemetry> {
+    (
+        any::<u32>(),
+        proptest::array::uniform4(number()),
+        proptest::array::uniform4(number()),
+        proptest::array::uniform4(proptest::option::of(number())),
+        any::<u8>(),
+        proptest::option::of(number()),
+    )
+        .prop_map(|(tick, drive_v, current_a, temperature_k, limits, sensor_z_um)| Telemetry {
+            tick,
+            drive_v,
+            current_a,
+            temperature_k,
+            limits,
+            sensor_z_um,
+        })
+}
+
+proptest! {
+    #[test]
+    fn status_comes_back_whole_and_fits_a_frame(telemetry in telemetry(), dropped_samples: u32) {
+        let status: StatusReply =
+            Ok(Status { telemetry, max_position_um: 173.7, max_drive_v: 3.5, dropped_samples });
+        let bytes = postcard::to_stdvec(&status).unwrap();
+        prop_assert!(bytes.len() + 13 <= MAX_FRAME_BYTES, "{} bytes and a header", bytes.len());
+        prop_assert_eq!(postcard::from_bytes::<StatusReply>(&bytes).unwrap(), status);
+    }
+
+    #[test]
+    fn garbage_is_an_error_and_no_panic(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
+        let _ = postcard::from_bytes::<Hello>(&bytes);
+        let _ = postcard::from_bytes::<Identity>(&bytes);
+        let _ = postcard::from_bytes::<Position>(&bytes);
+        let _ = postcard::from_bytes::<Drives>(&bytes);
+        let _ = postcard::from_bytes::<Stream>(&bytes);
+        let _ = postcard::from_bytes::<CommandReply>(&bytes);
+        let _ = postcard::from_bytes::<StatusReply>(&bytes);
+    }
+}
+
+#[test]
+fn a_reply_is_either_done_or_refused() {
+    let done: CommandReply = Ok(Commanded { tick: 7, drive_v: [1.0; 4], limits: 0 });
+    let refused: CommandReply = Err(Refusal::ProtocolVersion { board: 1, tool: 2 });
+    for reply in [done, refused] {
+        let bytes = postcard::to_stdvec(&reply).unwrap();
+        assert_eq!(postcard::from_bytes::<CommandReply>(&bytes).unwrap(), reply);
+    }
+}
+
+#[test]
+fn the_greeting_is_frozen() {
+    let hello = postcard::to_stdvec(&Hello { protocol_version: 1 }).unwrap();
+    assert_eq!(hello, [1]);
+    let identity = Identity {
+        protocol_version: 1,
+        firmware_version: Text::try_from("0.1.0").unwrap(),
+        build: Text::try_from("abc").unwrap(),
+        board: Board::EmulatedMps2,
+        tick_hz: 10_000,
+    };
+    let bytes = postcard::to_stdvec(&identity).unwrap();
+    assert_eq!(bytes, *b"\x01\x050.1.0\x03abc\x01\x90\x4e");
+}
