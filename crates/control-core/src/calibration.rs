@@ -5,7 +5,7 @@ use crate::table::InverseTable;
 use crate::units::{Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Volt, Watt};
 
 /// The stages' numbers of one actuator.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LaneCalibration {
     /// Resistance at ambient, R0.
     pub cold_resistance: Ohm,
@@ -18,7 +18,7 @@ pub struct LaneCalibration {
 }
 
 /// A calibration of the whole mirror, with the limits that protect it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibration {
     lanes: [LaneCalibration; LANES],
     max_drive: Volt,
@@ -55,17 +55,16 @@ impl LaneCalibration {
         Watt(rise.0 / self.thermal_resistance.0)
     }
 
-    fn check(&self, lane: usize) -> Result<(), CalibrationError> {
-        for (field, value) in [
-            ("cold_resistance", self.cold_resistance.0),
-            ("tcr", self.tcr.0),
-            ("thermal_resistance", self.thermal_resistance.0),
-        ] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(CalibrationError::Lane { lane, field });
-            }
+    const fn implausible_field(&self) -> Option<&'static str> {
+        if !is_above_zero(self.cold_resistance.0) {
+            Some("cold_resistance")
+        } else if !is_above_zero(self.tcr.0) {
+            Some("tcr")
+        } else if !is_above_zero(self.thermal_resistance.0) {
+            Some("thermal_resistance")
+        } else {
+            None
         }
-        Ok(())
     }
 }
 
@@ -74,12 +73,20 @@ impl Calibration {
     ///
     /// # Errors
     /// Names the first number that is not finite and above zero.
-    pub fn new(lanes: [LaneCalibration; LANES], max_drive: Volt) -> Result<Self, CalibrationError> {
-        if !(max_drive.0.is_finite() && max_drive.0 > 0.0) {
+    pub const fn new(
+        lanes: [LaneCalibration; LANES],
+        max_drive: Volt,
+    ) -> Result<Self, CalibrationError> {
+        if !is_above_zero(max_drive.0) {
             return Err(CalibrationError::MaxDrive);
         }
-        for (index, lane) in lanes.iter().enumerate() {
-            lane.check(index)?;
+        // `for` is not const yet.
+        let mut lane = 0;
+        while lane < LANES {
+            if let Some(field) = lanes[lane].implausible_field() {
+                return Err(CalibrationError::Lane { lane, field });
+            }
+            lane += 1;
         }
         Ok(Self { lanes, max_drive })
     }
@@ -100,5 +107,47 @@ impl Calibration {
             Micrometre(f32::INFINITY),
             |lowest, top| if top < lowest { top } else { lowest },
         )
+    }
+}
+
+const fn is_above_zero(value: f32) -> bool {
+    value.is_finite() && value > 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lane() -> LaneCalibration {
+        LaneCalibration {
+            cold_resistance: Ohm(360.0),
+            tcr: PerKelvin(3.92e-3),
+            thermal_resistance: KelvinPerWatt(5700.0),
+            shape: InverseTable::new(Micrometre(170.0), core::array::from_fn(|i| i as f32))
+                .expect("rising"),
+        }
+    }
+
+    #[test]
+    fn names_the_number_that_is_wrong() {
+        for bad in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+            let mut lanes = [lane(); LANES];
+            lanes[2].tcr = PerKelvin(bad);
+            let error = CalibrationError::Lane { lane: 2, field: "tcr" };
+            assert_eq!(Calibration::new(lanes, Volt(3.5)), Err(error));
+            assert_eq!(
+                Calibration::new([lane(); LANES], Volt(bad)),
+                Err(CalibrationError::MaxDrive)
+            );
+        }
+    }
+
+    #[test]
+    fn the_range_is_what_every_lane_knows() {
+        let mut lanes = [lane(); LANES];
+        lanes[3].shape = InverseTable::new(Micrometre(150.0), core::array::from_fn(|i| i as f32))
+            .expect("rising");
+        let calibration = Calibration::new(lanes, Volt(3.5)).expect("plausible");
+        assert_eq!(calibration.max_position(), Micrometre(150.0));
     }
 }

@@ -15,7 +15,7 @@ pub const KNOTS: usize = SEGMENTS + 1;
 /// Temperature rise at equally spaced positions from rest to the top of the range, in 524 bytes.
 ///
 /// Linear between the knots, and therefore monotone and continuous wherever its knots are.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InverseTable {
     top: Micrometre,
     segments_per_um: f32,
@@ -42,7 +42,7 @@ impl InverseTable {
     ///
     /// # Errors
     /// Where the range is unusable or the knots do not rise strictly from zero.
-    pub fn new(top: Micrometre, knots: [f32; KNOTS]) -> Result<Self, TableError> {
+    pub const fn new(top: Micrometre, knots: [f32; KNOTS]) -> Result<Self, TableError> {
         let segments_per_um = SEGMENTS as f32 / top.0;
         if !(top.0 > 0.0 && top.0.is_finite() && segments_per_um.is_finite()) {
             return Err(TableError::Range);
@@ -50,10 +50,13 @@ impl InverseTable {
         if knots[0] != 0.0 {
             return Err(TableError::Origin);
         }
-        for knot in 1..KNOTS {
+        // `for` is not const yet.
+        let mut knot = 1;
+        while knot < KNOTS {
             if !(knots[knot].is_finite() && knots[knot] > knots[knot - 1]) {
                 return Err(TableError::NotRising { knot });
             }
+            knot += 1;
         }
         Ok(Self { top, segments_per_um, knots })
     }

@@ -4,30 +4,23 @@
 //! is off by up to 6 %. The Cortex-M4F computes it correctly rounded in one instruction.
 #![no_std]
 
-#[cfg(not(target_arch = "arm"))]
+#[cfg(not(target_abi = "eabihf"))]
 extern crate std;
 
 /// Correctly rounded square root; NaN below zero.
-#[cfg(target_arch = "arm")]
-#[inline(always)]
-pub fn sqrt(x: f32) -> f32 {
-    let root: f32;
-    // SAFETY: VSQRT.F32 reads one register and writes another (ARMv7-M Architecture Reference
-    // Manual, A7.7.255); it touches no memory and raises no trap on the M4F.
-    #[allow(unsafe_code)]
-    unsafe {
-        core::arch::asm!(
-            "vsqrt.f32 {root}, {x}",
-            root = lateout(sreg) root,
-            x = in(sreg) x,
-            options(pure, nomem, nostack, preserves_flags),
-        );
-    }
-    root
+// A function of one instruction, because inline assembly takes no floating-point registers on
+// targets with single precision only. SAFETY: the hard-float ABI passes `x` and the result in s0;
+// VSQRT.F32 touches no memory and raises no trap on the M4F (ARMv7-M Architecture Reference
+// Manual, A7.7.255).
+#[cfg(target_abi = "eabihf")]
+#[allow(unsafe_code)]
+#[unsafe(naked)]
+pub extern "C" fn sqrt(x: f32) -> f32 {
+    core::arch::naked_asm!(".fpu fpv4-sp-d16", "vsqrt.f32 s0, s0", "bx lr")
 }
 
 /// Correctly rounded square root; NaN below zero.
-#[cfg(not(target_arch = "arm"))]
+#[cfg(not(target_abi = "eabihf"))]
 #[inline(always)]
 pub fn sqrt(x: f32) -> f32 {
     x.sqrt()

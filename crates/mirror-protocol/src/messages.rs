@@ -82,6 +82,8 @@ pub enum Refusal {
         /// The tool's version.
         tool: u16,
     },
+    /// The control loop does not run, so nothing is carried out.
+    ControlStopped,
     /// No greeting came since the board started.
     NoHello,
     /// A number in the command is not finite.

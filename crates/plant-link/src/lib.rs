@@ -1,0 +1,95 @@
+//! One control tick between the emulated board and the plant behind it, in bytes.
+//!
+//! The board sends the compare values of its PWM timer and receives what its converters read during
+//! that tick: only what crosses the pins of a real board, so that conversion, quantisation and noise
+//! are exercised by the firmware's own code.
+#![no_std]
+
+/// FIFO, in the emulator's working directory, on which the board sends [`Pins`].
+pub const TO_PLANT: &str = "to-plant";
+/// FIFO, in the emulator's working directory, on which the plant answers with [`Converters`].
+pub const FROM_PLANT: &str = "from-plant";
+
+/// What the board drives during one tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Pins {
+    /// The tick, counted by the board.
+    pub tick: u32,
+    /// PWM compare values.
+    pub compare: [u16; 4],
+}
+
+/// What the board's converters read during that tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Converters {
+    /// Current-sense codes.
+    pub current: [u16; 4],
+    /// Position sensor on the sensor input, in nanometres.
+    pub sensor_z_nm: i32,
+}
+
+impl Pins {
+    /// Length on the link.
+    pub const BYTES: usize = 12;
+
+    /// As bytes, little-endian.
+    pub fn to_bytes(self) -> [u8; Self::BYTES] {
+        let mut bytes = [0; Self::BYTES];
+        bytes[..4].copy_from_slice(&self.tick.to_le_bytes());
+        put_quad(&mut bytes[4..], self.compare);
+        bytes
+    }
+
+    /// From bytes.
+    pub fn from_bytes(bytes: &[u8; Self::BYTES]) -> Self {
+        Self { tick: word(&bytes[..4]), compare: quad(&bytes[4..]) }
+    }
+}
+
+impl Converters {
+    /// Length on the link.
+    pub const BYTES: usize = 12;
+
+    /// As bytes, little-endian.
+    pub fn to_bytes(self) -> [u8; Self::BYTES] {
+        let mut bytes = [0; Self::BYTES];
+        bytes[..4].copy_from_slice(&self.sensor_z_nm.to_le_bytes());
+        put_quad(&mut bytes[4..], self.current);
+        bytes
+    }
+
+    /// From bytes.
+    pub fn from_bytes(bytes: &[u8; Self::BYTES]) -> Self {
+        Self { current: quad(&bytes[4..]), sensor_z_nm: word(&bytes[..4]) as i32 }
+    }
+}
+
+fn word(bytes: &[u8]) -> u32 {
+    bytes.iter().rev().fold(0, |word, byte| word << 8 | u32::from(*byte))
+}
+
+fn quad(bytes: &[u8]) -> [u16; 4] {
+    core::array::from_fn(|i| u16::from_le_bytes([bytes[2 * i], bytes[2 * i + 1]]))
+}
+
+fn put_quad(bytes: &mut [u8], quad: [u16; 4]) {
+    for (slot, value) in bytes.chunks_exact_mut(2).zip(quad) {
+        slot.copy_from_slice(&value.to_le_bytes());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_tick_comes_back_whole(tick: u32, quad: [u16; 4], sensor_z_nm: i32) {
+            let pins = Pins { tick, compare: quad };
+            prop_assert_eq!(Pins::from_bytes(&pins.to_bytes()), pins);
+            let converters = Converters { current: quad, sensor_z_nm };
+            prop_assert_eq!(Converters::from_bytes(&converters.to_bytes()), converters);
+        }
+    }
+}

@@ -1,0 +1,25 @@
+//! The emulated board: MPS2-AN386 in QEMU, in front of a virtual mirror.
+#![no_std]
+#![no_main]
+
+use control_core::Controller;
+use embassy_executor::Spawner;
+use mirror_firmware::board::mps2::{LockstepPlant, link};
+use mirror_firmware::control::{self, Control};
+use mirror_firmware::mailbox::MAILBOX;
+use mirror_firmware::{factory, rpc};
+use mirror_protocol::Board;
+
+#[embassy_executor::main]
+async fn main(_spawner: Spawner) -> ! {
+    let Ok(plant) = LockstepPlant::open(&MAILBOX) else {
+        defmt::panic!("no plant: start this image with `cargo xtask emulate`");
+    };
+    let Some((rx, tx)) = link::open() else { defmt::panic!("the link is already open") };
+    defmt::info!("ready");
+
+    let control = Control::new(Controller::new(factory::CALIBRATION), &MAILBOX);
+    let session = rpc::Session::new(Board::EmulatedMps2, &MAILBOX, &factory::CALIBRATION);
+    let serve = rpc::serve(tx, rx, session);
+    embassy_futures::join::join(control::run(plant, control), serve).await.0
+}

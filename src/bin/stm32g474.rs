@@ -1,0 +1,47 @@
+//! The driver PCB, and the Nucleo-G474RE.
+#![no_std]
+#![no_main]
+
+use control_core::Controller;
+use embassy_executor::{Spawner, task};
+use mirror_firmware::board::stm32g474::link::{self, Device};
+use mirror_firmware::board::stm32g474::{
+    ConverterPins, Converters, clocks, start_control_executor,
+};
+use mirror_firmware::control::{self, Control};
+use mirror_firmware::mailbox::MAILBOX;
+use mirror_firmware::{factory, rpc};
+use mirror_protocol::Board;
+
+#[embassy_executor::main]
+async fn main(spawner: Spawner) {
+    let p = embassy_stm32::init(clocks());
+    let pins = ConverterPins {
+        pwm1: p.PA8,
+        pwm2: p.PA9,
+        pwm3: p.PA10,
+        pwm4: p.PC3,
+        sense1: p.PA0,
+        sense2: p.PA1,
+        sense3: p.PA2,
+        sense4: p.PA3,
+    };
+    let converters = Converters::start(p.TIM1, p.ADC1, pins);
+    let control = Control::new(Controller::new(factory::CALIBRATION), &MAILBOX);
+    let (device, rx, tx) = link::open(p.USB, p.PA12, p.PA11);
+    let session = rpc::Session::new(Board::Stm32g474, &MAILBOX, &factory::CALIBRATION);
+
+    start_control_executor().must_spawn(run_control(converters, control));
+    spawner.must_spawn(run_usb(device));
+    rpc::serve(tx, rx, session).await;
+}
+
+#[task]
+async fn run_control(converters: Converters, control: Control) {
+    control::run(converters, control).await;
+}
+
+#[task]
+async fn run_usb(device: Device) {
+    device.run().await;
+}

@@ -1,0 +1,27 @@
+//! What the application needs of a board.
+
+#[cfg(feature = "board-mps2")]
+pub mod mps2;
+#[cfg(feature = "board-stm32g474")]
+pub mod stm32g474;
+
+use control_core::{AdcCode, LANES, Micrometre, PwmCode};
+
+/// A board as the control loop sees it.
+pub trait Board {
+    /// Waits for the next control tick and returns what the converters read during the one that
+    /// just ended.
+    fn sense(&mut self) -> impl Future<Output = Sensed>;
+
+    /// Drives the four channels from now on.
+    fn drive(&mut self, codes: [PwmCode; LANES]);
+}
+
+/// What the converters read during one control tick.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sensed {
+    /// Current sense, channel by channel.
+    pub currents: [AdcCode; LANES],
+    /// A position sensor on the sensor input, if there is one. For telemetry only.
+    pub sensor_z: Option<Micrometre>,
+}

@@ -1,0 +1,68 @@
+//! The plant link: two FIFOs through semihosting, blocking, one exchange a control tick.
+
+use control_core::{AdcCode, LANES, Micrometre, PwmCode};
+use embassy_futures::yield_now;
+use plant_link::{Converters, Pins};
+use semihosting::fs::File;
+use semihosting::io::{self, Read, Write};
+
+use super::time;
+use crate::board::{Board, Sensed};
+use crate::mailbox::Mailbox;
+
+/// A plant that waits for the board at every tick, as the board waits for it.
+pub struct LockstepPlant {
+    to_plant: File,
+    from_plant: File,
+    pins: Pins,
+    mailbox: &'static Mailbox,
+}
+
+impl LockstepPlant {
+    /// Opens the link and starts the first tick with all channels off.
+    ///
+    /// # Errors
+    /// Where the emulator was started without a plant.
+    pub fn open(mailbox: &'static Mailbox) -> io::Result<Self> {
+        // The other end opens in the same order; opening a FIFO waits for it.
+        let to_plant = File::create(c"to-plant")?;
+        let from_plant = File::open(c"from-plant")?;
+        let mut plant = Self { to_plant, from_plant, pins: Pins::default(), mailbox };
+        plant.send()?;
+        Ok(plant)
+    }
+
+    fn send(&mut self) -> io::Result<()> {
+        self.to_plant.write_all(&self.pins.to_bytes())
+    }
+
+    fn receive(&mut self) -> io::Result<Converters> {
+        let mut bytes = [0; Converters::BYTES];
+        self.from_plant.read_exact(&mut bytes)?;
+        Ok(Converters::from_bytes(&bytes))
+    }
+}
+
+impl Board for LockstepPlant {
+    async fn sense(&mut self) -> Sensed {
+        yield_now().await;
+        // Simulated time waits for the host rather than losing samples.
+        while self.mailbox.is_congested() {
+            yield_now().await;
+        }
+        let Ok(converters) = self.receive() else { super::exit::plant_lost() };
+        time::advance();
+        Sensed {
+            currents: converters.current.map(AdcCode),
+            sensor_z: Some(Micrometre(converters.sensor_z_nm as f32 * 1e-3)),
+        }
+    }
+
+    fn drive(&mut self, codes: [PwmCode; LANES]) {
+        self.pins.tick = self.pins.tick.wrapping_add(1);
+        self.pins.compare = codes.map(|code| code.0);
+        if self.send().is_err() {
+            super::exit::plant_lost();
+        }
+    }
+}

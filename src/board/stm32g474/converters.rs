@@ -1,0 +1,146 @@
+//! The four PWM channels of TIM1, and the four current-sense channels of ADC1 that its update
+//! triggers.
+//!
+//! The PWM runs at 40 kHz; every fourth period ends in an update, which takes over new compare
+//! values and starts the conversions: 10 kHz control ticks, in step with the PWM.
+
+use control_core::codes::PWM_PERIOD_COUNTS;
+use control_core::{AdcCode, LANES, PwmCode};
+use embassy_executor::InterruptExecutor;
+use embassy_executor::SendSpawner;
+use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, Exten, InjectedAdc, SampleTime};
+use embassy_stm32::gpio::OutputType;
+use embassy_stm32::interrupt::{self, InterruptExt, Priority};
+use embassy_stm32::pac::timer::vals::{Mms2, Ossi};
+use embassy_stm32::peripherals::{ADC1, PA0, PA1, PA2, PA3, PA8, PA9, PA10, PC3, TIM1};
+use embassy_stm32::timer::low_level::{CountingMode, OutputCompareMode, Timer};
+use embassy_stm32::timer::simple_pwm::PwmPin;
+use embassy_stm32::timer::{Ch1, Ch2, Ch3, Ch4, Channel};
+use embassy_stm32::{Peri, pac, triggers};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
+
+use crate::board::{Board, Sensed};
+
+/// PWM periods in one control tick, less one, as the repetition counter counts.
+const PERIODS_PER_TICK_LESS_ONE: u16 = 3;
+
+/// 16-fold oversampling without shift, so that 12 bits become 16 (RM0440, ADC_CFGR2).
+const OVERSAMPLING_RATIO_16: u8 = 0b011;
+
+const CHANNELS: [Channel; LANES] = [Channel::Ch1, Channel::Ch2, Channel::Ch3, Channel::Ch4];
+
+/// The conversions of the tick that just ended.
+static CONVERTED: Signal<CriticalSectionRawMutex, [AdcCode; LANES]> = Signal::new();
+
+/// Runs the control loop above everything else.
+pub static CONTROL_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
+
+/// The pins of the four channels.
+#[expect(missing_docs, reason = "named by channel")]
+pub struct ConverterPins {
+    pub pwm1: Peri<'static, PA8>,
+    pub pwm2: Peri<'static, PA9>,
+    pub pwm3: Peri<'static, PA10>,
+    pub pwm4: Peri<'static, PC3>,
+    pub sense1: Peri<'static, PA0>,
+    pub sense2: Peri<'static, PA1>,
+    pub sense3: Peri<'static, PA2>,
+    pub sense4: Peri<'static, PA3>,
+}
+
+/// PWM and current sense.
+pub struct Converters {
+    timer: Timer<'static, TIM1>,
+    _outputs: Outputs,
+    _adc: InjectedAdc<'static, ADC1, LANES>,
+}
+
+type Output<C> = PwmPin<'static, TIM1, C>;
+type Outputs = (Output<Ch1>, Output<Ch2>, Output<Ch3>, Output<Ch4>);
+
+impl Converters {
+    /// Starts PWM and conversions with all channels off.
+    pub fn start(
+        timer: Peri<'static, TIM1>,
+        adc: Peri<'static, ADC1>,
+        pins: ConverterPins,
+    ) -> Self {
+        let outputs = (
+            PwmPin::new(pins.pwm1, OutputType::PushPull),
+            PwmPin::new(pins.pwm2, OutputType::PushPull),
+            PwmPin::new(pins.pwm3, OutputType::PushPull),
+            PwmPin::new(pins.pwm4, OutputType::PushPull),
+        );
+        let sense = [
+            (pins.sense1.degrade_adc(), SampleTime::CYCLES24_5),
+            (pins.sense2.degrade_adc(), SampleTime::CYCLES24_5),
+            (pins.sense3.degrade_adc(), SampleTime::CYCLES24_5),
+            (pins.sense4.degrade_adc(), SampleTime::CYCLES24_5),
+        ];
+        let adc = Adc::new(adc, AdcConfig::default());
+        pac::ADC1.cfgr2().modify(|w| {
+            w.set_ovsr(OVERSAMPLING_RATIO_16);
+            w.set_jovse(true);
+        });
+        let adc =
+            adc.setup_injected_conversions(sense, triggers::TIM1_TRGO2, Exten::RISING_EDGE, true);
+        interrupt::ADC1_2.set_priority(Priority::P0);
+        // SAFETY: the handler only reads registers and signals.
+        unsafe { interrupt::ADC1_2.enable() };
+        Self { timer: start_pwm(timer), _outputs: outputs, _adc: adc }
+    }
+}
+
+fn start_pwm(timer: Peri<'static, TIM1>) -> Timer<'static, TIM1> {
+    let timer = Timer::new(timer);
+    timer.set_counting_mode(CountingMode::EdgeAlignedUp);
+    timer.set_max_compare_value(PWM_PERIOD_COUNTS - 1);
+    timer.set_autoreload_preload(true);
+    timer.set_repetition_counter(PERIODS_PER_TICK_LESS_ONE);
+    timer.set_mms2_selection(Mms2::UPDATE);
+    for channel in CHANNELS {
+        timer.set_output_compare_mode(channel, OutputCompareMode::PwmMode1);
+        timer.set_output_compare_preload(channel, true);
+        timer.set_compare_value(channel, 0);
+        timer.enable_channel(channel, true);
+    }
+    // When the outputs are disabled they are held low instead of floating.
+    timer.set_ossi(Ossi::IDLE_LEVEL);
+    timer.generate_update_event();
+    timer.enable_outputs();
+    timer.start();
+    timer
+}
+
+impl Board for Converters {
+    async fn sense(&mut self) -> Sensed {
+        Sensed { currents: CONVERTED.wait().await, sensor_z: None }
+    }
+
+    fn drive(&mut self, codes: [PwmCode; LANES]) {
+        for (channel, code) in CHANNELS.into_iter().zip(codes) {
+            self.timer.set_compare_value(channel, code.0);
+        }
+    }
+}
+
+#[embassy_stm32::interrupt]
+fn ADC1_2() {
+    let codes = core::array::from_fn(|rank| AdcCode(pac::ADC1.jdr(rank).read().jdata()));
+    // Writing the flag clears it; the other flags keep what is written as 0.
+    pac::ADC1.isr().write(|w| w.set_jeos(true));
+    CONVERTED.signal(codes);
+}
+
+/// Starts the executor of the control loop on an interrupt that no peripheral of this board uses.
+pub fn start_control_executor() -> SendSpawner {
+    interrupt::UART5.set_priority(Priority::P1);
+    CONTROL_EXECUTOR.start(interrupt::UART5)
+}
+
+#[embassy_stm32::interrupt]
+fn UART5() {
+    // SAFETY: called from the interrupt that the executor was started on, and from nowhere else.
+    unsafe { CONTROL_EXECUTOR.on_interrupt() }
+}

@@ -1,0 +1,53 @@
+//! The host link: USB full speed, one vendor interface with two bulk endpoints. Windows finds its
+//! driver by the descriptors.
+
+use embassy_stm32::peripherals::{PA11, PA12, USB};
+use embassy_stm32::{Peri, bind_interrupts, usb};
+use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
+use embassy_usb::{Config, UsbDevice};
+use mirror_protocol::MAX_FRAME_BYTES;
+use mirror_protocol::usb::{MANUFACTURER, PRODUCT, PRODUCT_ID, VENDOR_ID};
+use postcard_rpc::server::impls::embassy_usb_v0_5::dispatch_impl::{WireRxImpl, WireStorage};
+use postcard_rpc::server::impls::embassy_usb_v0_5::{EUsbWireTx, USB_FS_MAX_PACKET_SIZE};
+use static_cell::ConstStaticCell;
+
+/// Sends frames to the host.
+pub type LinkTx = EUsbWireTx<ThreadModeRawMutex, Driver>;
+/// Receives frames from the host.
+pub type LinkRx = WireRxImpl<Driver>;
+
+type Driver = usb::Driver<'static, USB>;
+
+bind_interrupts!(struct Interrupts {
+    USB_LP => usb::InterruptHandler<USB>;
+});
+
+/// Opens the link once. The device must be run for it to work.
+pub fn open(
+    usb: Peri<'static, USB>,
+    dp: Peri<'static, PA12>,
+    dm: Peri<'static, PA11>,
+) -> (Device, LinkRx, LinkTx) {
+    static STORAGE: WireStorage<ThreadModeRawMutex, Driver> = WireStorage::new();
+    static FRAME: ConstStaticCell<[u8; MAX_FRAME_BYTES]> =
+        ConstStaticCell::new([0; MAX_FRAME_BYTES]);
+
+    let driver = Driver::new(usb, Interrupts, dp, dm);
+    let mut config = Config::new(VENDOR_ID, PRODUCT_ID);
+    config.manufacturer = Some(MANUFACTURER);
+    config.product = Some(PRODUCT);
+    config.serial_number = Some(embassy_stm32::uid::uid_hex());
+    let (device, tx, rx) =
+        STORAGE.init(driver, config, FRAME.take(), USB_FS_MAX_PACKET_SIZE);
+    (Device(device), rx, tx)
+}
+
+/// The USB device behind the link.
+pub struct Device(UsbDevice<'static, Driver>);
+
+impl Device {
+    /// Answers the bus, for ever.
+    pub async fn run(mut self) -> ! {
+        self.0.run().await
+    }
+}

@@ -1,0 +1,37 @@
+//! The driver PCB, and a Nucleo-G474RE as its stand-in on the bench: STM32G474RE at 170 MHz.
+//!
+//! Pins, shunts and filters are explained in `docs/board.md`.
+
+mod converters;
+pub mod link;
+mod stop;
+
+pub use converters::{CONTROL_EXECUTOR, Converters, ConverterPins, start_control_executor};
+
+use defmt_rtt as _;
+use embassy_stm32::Config;
+use embassy_stm32::rcc::{
+    Hsi48Config, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk, mux::Adcsel, mux::Clk48sel,
+};
+
+/// Clocks: 170 MHz from the internal 16 MHz oscillator, and 48 MHz for USB from the HSI48, which is
+/// trimmed by the host's start-of-frame packets, so that the board needs no crystal.
+pub fn clocks() -> Config {
+    let mut config = Config::default();
+    let rcc = &mut config.rcc;
+    rcc.hsi48 = Some(Hsi48Config { sync_from_usb: true });
+    rcc.pll = Some(Pll {
+        source: PllSource::HSI,
+        prediv: PllPreDiv::DIV4,
+        mul: PllMul::MUL85,
+        divp: None,
+        divq: None,
+        divr: Some(PllRDiv::DIV2),
+    });
+    rcc.sys = Sysclk::PLL1_R;
+    // Required above 150 MHz (RM0440, section 6.1.5).
+    rcc.boost = true;
+    rcc.mux.adc12sel = Adcsel::SYS;
+    rcc.mux.clk48sel = Clk48sel::HSI48;
+    config
+}

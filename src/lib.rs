@@ -1,0 +1,32 @@
+//! Firmware of the driver board for electrothermal MEMS mirrors.
+//!
+//! One application on two boards. A command and the control tick that carries it out run through:
+//!
+//! ```text
+//! board/*/link   bytes <-> frames                  (USB, or the emulator's UART)
+//! rpc            frames <-> commands and answers   (postcard-rpc)
+//! mailbox        the setpoint, and what the last tick did
+//! control        one tick: converter codes in, PWM codes out (control-core decides)
+//! board/*        registers
+//! ```
+#![no_std]
+
+// Provides the critical sections.
+use cortex_m as _;
+
+pub mod board;
+pub mod control;
+pub mod mailbox;
+pub mod rpc;
+
+#[cfg(all(feature = "board-stm32g474", feature = "board-mps2"))]
+compile_error!("choose one board: `board-stm32g474` or `board-mps2`");
+
+/// Control ticks a second, on every board.
+pub const TICK_HZ: u32 = 10_000;
+
+/// The calibration that a board has before it has been given its own: the inverse of the
+/// `reconciled` preset of the model, tabulated by the build script.
+pub mod factory {
+    include!(concat!(env!("OUT_DIR"), "/factory.rs"));
+}

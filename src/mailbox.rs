@@ -1,0 +1,121 @@
+//! What the control loop and the link leave for each other.
+//!
+//! The two run independently, on some boards at different priorities. A command waits here for the
+//! next tick, and the tick leaves here what it did.
+
+use core::cell::Cell;
+
+use control_core::Setpoint;
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::Channel;
+use embassy_sync::signal::Signal;
+use embassy_time::{Duration, with_timeout};
+use mirror_protocol::{Commanded, Stream, Telemetry};
+
+/// A tick lasts 100 us; a loop that has not answered after this long has stopped.
+const TICK_TIMEOUT: Duration = Duration::from_millis(50);
+
+/// Samples that wait for the link.
+const QUEUED_SAMPLES: usize = 16;
+
+type Shared<T> = Mutex<CriticalSectionRawMutex, Cell<T>>;
+
+/// The meeting place. There is one in an image: [`MAILBOX`].
+pub struct Mailbox {
+    command: Shared<Option<Setpoint>>,
+    stream: Shared<Option<Stream>>,
+    commanded: Signal<CriticalSectionRawMutex, Commanded>,
+    latest: Shared<Telemetry>,
+    samples: Channel<CriticalSectionRawMutex, Telemetry, QUEUED_SAMPLES>,
+    dropped: Shared<u32>,
+}
+
+/// The control loop did not run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ControlStopped;
+
+/// The one mailbox of the image.
+pub static MAILBOX: Mailbox = Mailbox::new();
+
+impl Mailbox {
+    const fn new() -> Self {
+        Self {
+            command: Mutex::new(Cell::new(None)),
+            stream: Mutex::new(Cell::new(None)),
+            commanded: Signal::new(),
+            latest: Mutex::new(Cell::new(Telemetry {
+                tick: 0,
+                drive_v: [0.0; 4],
+                current_a: [0.0; 4],
+                temperature_k: [None; 4],
+                limits: 0,
+                sensor_z_um: None,
+            })),
+            samples: Channel::new(),
+            dropped: Mutex::new(Cell::new(0)),
+        }
+    }
+
+    /// Link side: has the next tick carry out `setpoint`, and waits until it has.
+    ///
+    /// # Errors
+    /// Where no tick came.
+    pub async fn command(&self, setpoint: Setpoint) -> Result<Commanded, ControlStopped> {
+        self.commanded.reset();
+        self.command.lock(|command| command.set(Some(setpoint)));
+        with_timeout(TICK_TIMEOUT, self.commanded.wait()).await.map_err(|_| ControlStopped)
+    }
+
+    /// Link side: asks for a stream of samples in place of any earlier one.
+    pub fn stream(&self, stream: Stream) {
+        self.stream.lock(|slot| slot.set(Some(stream)));
+    }
+
+    /// Link side: the most recent tick.
+    pub fn latest(&self) -> Telemetry {
+        self.latest.lock(Cell::get)
+    }
+
+    /// Link side: the next sample of the stream.
+    pub async fn next_sample(&self) -> Telemetry {
+        self.samples.receive().await
+    }
+
+    /// Link side: samples that were lost since start because the link was too slow.
+    pub fn dropped_samples(&self) -> u32 {
+        self.dropped.lock(Cell::get)
+    }
+
+    /// Whether the queue towards the link is full. An emulated board waits then, as its time can.
+    pub fn is_congested(&self) -> bool {
+        self.samples.is_full()
+    }
+
+    /// Control side: a command that came since the last tick.
+    pub(crate) fn take_command(&self) -> Option<Setpoint> {
+        self.command.lock(Cell::take)
+    }
+
+    /// Control side: a stream that was asked for since the last tick.
+    pub(crate) fn take_stream(&self) -> Option<Stream> {
+        self.stream.lock(Cell::take)
+    }
+
+    /// Control side: a command is carried out.
+    pub(crate) fn confirm(&self, commanded: Commanded) {
+        self.commanded.signal(commanded);
+    }
+
+    /// Control side: a tick is over.
+    pub(crate) fn publish(&self, telemetry: Telemetry) {
+        self.latest.lock(|latest| latest.set(telemetry));
+    }
+
+    /// Control side: a sample for the link, dropped and counted where the link is too slow.
+    pub(crate) fn send_sample(&self, telemetry: Telemetry) {
+        if self.samples.try_send(telemetry).is_err() {
+            self.dropped.lock(|dropped| dropped.set(dropped.get().wrapping_add(1)));
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! From frames to commands: the endpoints of `mirror-protocol`, and their answers.
+
+use control_core::{Calibration, Micrometre, Setpoint, Volt};
+use mirror_protocol::{
+    Board, CommandReply, Drives, ENDPOINTS, Hello, HelloEndpoint, Identity, MAX_FRAME_BYTES,
+    OffEndpoint, PROTOCOL_VERSION, Position, Refusal, SetDriveEndpoint, SetPositionEndpoint, Status,
+    StatusEndpoint, StatusReply, Stream, StreamEndpoint, StreamReply, TOPICS_IN, TOPICS_OUT,
+    TelemetryTopic, Text,
+};
+use postcard_rpc::define_dispatch;
+use postcard_rpc::header::{VarHeader, VarSeq};
+use postcard_rpc::server::{Dispatch, Sender, Server, WireRx};
+use static_cell::ConstStaticCell;
+
+#[cfg(feature = "board-mps2")]
+use crate::board::mps2::link::LinkTx;
+#[cfg(feature = "board-stm32g474")]
+use crate::board::stm32g474::link::LinkTx;
+use crate::mailbox::Mailbox;
+use crate::TICK_HZ;
+
+/// What the endpoints know and remember.
+pub struct Session {
+    board: Board,
+    mailbox: &'static Mailbox,
+    max_position: Micrometre,
+    max_drive: Volt,
+    /// Protocol version of the tool that greeted last.
+    tool: Option<u16>,
+}
+
+impl Session {
+    /// A session before any greeting.
+    pub fn new(board: Board, mailbox: &'static Mailbox, calibration: &Calibration) -> Self {
+        Self {
+            board,
+            mailbox,
+            max_position: calibration.max_position(),
+            max_drive: calibration.max_drive(),
+            tool: None,
+        }
+    }
+
+    fn check_version(&self) -> Result<(), Refusal> {
+        match self.tool {
+            Some(PROTOCOL_VERSION) => Ok(()),
+            Some(tool) => Err(Refusal::ProtocolVersion { board: PROTOCOL_VERSION, tool }),
+            None => Err(Refusal::NoHello),
+        }
+    }
+
+    async fn command(&self, setpoint: Setpoint) -> CommandReply {
+        self.check_version()?;
+        self.mailbox.command(setpoint).await.map_err(|_| Refusal::ControlStopped)
+    }
+}
+
+define_dispatch! {
+    app: Endpoints;
+    spawn_fn: no_endpoint_runs_as_a_task;
+    tx_impl: LinkTx;
+    spawn_impl: ();
+    context: Session;
+
+    endpoints: {
+        list: ENDPOINTS;
+        | EndpointTy          | kind     | handler      |
+        | ----------          | ----     | -------      |
+        | HelloEndpoint       | blocking | hello        |
+        | StatusEndpoint      | blocking | status       |
+        | SetPositionEndpoint | async    | set_position |
+        | SetDriveEndpoint    | async    | set_drive    |
+        | OffEndpoint         | async    | off          |
+        | StreamEndpoint      | blocking | stream       |
+    };
+    topics_in: {
+        list: TOPICS_IN;
+        | TopicTy | kind | handler |
+        | ------- | ---- | ------- |
+    };
+    topics_out: {
+        list: TOPICS_OUT;
+    };
+}
+
+fn hello(session: &mut Session, _header: VarHeader, hello: Hello) -> Identity {
+    session.tool = Some(hello.protocol_version);
+    Identity {
+        protocol_version: PROTOCOL_VERSION,
+        firmware_version: text(env!("CARGO_PKG_VERSION")),
+        build: text(env!("FIRMWARE_BUILD")),
+        board: session.board,
+        tick_hz: TICK_HZ,
+    }
+}
+
+fn status(session: &mut Session, _header: VarHeader, (): ()) -> StatusReply {
+    session.check_version()?;
+    Ok(Status {
+        telemetry: session.mailbox.latest(),
+        max_position_um: session.max_position.0,
+        max_drive_v: session.max_drive.0,
+        dropped_samples: session.mailbox.dropped_samples(),
+    })
+}
+
+async fn set_position(session: &mut Session, _header: VarHeader, position: Position) -> CommandReply {
+    check_numbers(&[position.z_um])?;
+    session.command(Setpoint::Position(Micrometre(position.z_um))).await
+}
+
+async fn set_drive(session: &mut Session, _header: VarHeader, drives: Drives) -> CommandReply {
+    check_numbers(&drives.drive_v)?;
+    session.command(Setpoint::Drive(drives.drive_v.map(Volt))).await
+}
+
+async fn off(session: &mut Session, _header: VarHeader, (): ()) -> CommandReply {
+    session.command(Setpoint::Off).await
+}
+
+fn stream(session: &mut Session, _header: VarHeader, stream: Stream) -> StreamReply {
+    session.check_version()?;
+    if stream.period_ticks == 0 {
+        return Err(Refusal::ZeroPeriod);
+    }
+    session.mailbox.stream(stream);
+    Ok(())
+}
+
+fn check_numbers(values: &[f32]) -> Result<(), Refusal> {
+    if values.iter().all(|value| value.is_finite()) { Ok(()) } else { Err(Refusal::NotANumber) }
+}
+
+/// `text` as far as it fits.
+fn text(text: &str) -> Text {
+    let mut short = Text::new();
+    for character in text.chars() {
+        if short.push(character).is_err() {
+            break;
+        }
+    }
+    short
+}
+
+/// Answers requests on a link and sends it the samples of the stream, for ever.
+pub async fn serve<Rx: WireRx>(tx: LinkTx, rx: Rx, session: Session) -> ! {
+    static FRAME: ConstStaticCell<[u8; MAX_FRAME_BYTES]> =
+        ConstStaticCell::new([0; MAX_FRAME_BYTES]);
+    let mailbox = session.mailbox;
+    let endpoints = Endpoints::new(session, ());
+    let key_length = endpoints.min_key_len();
+    let mut server = Server::new(tx, rx, FRAME.take().as_mut_slice(), endpoints, key_length);
+    let samples = send_samples(server.sender(), mailbox);
+    let requests = async {
+        loop {
+            // It returns when the link is lost, and is run again for the next connection.
+            server.run().await;
+            defmt::info!("link lost");
+        }
+    };
+    embassy_futures::join::join(samples, requests).await.0
+}
+
+async fn send_samples(sender: Sender<LinkTx>, mailbox: &'static Mailbox) -> ! {
+    let mut sequence: u16 = 0;
+    loop {
+        let sample = mailbox.next_sample().await;
+        // A sample that finds no listener is gone; the next one may find it.
+        let _ = sender.publish::<TelemetryTopic>(VarSeq::Seq2(sequence), &sample).await;
+        sequence = sequence.wrapping_add(1);
+    }
+}
