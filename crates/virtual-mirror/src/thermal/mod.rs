@@ -1,0 +1,67 @@
+//! Where the heat goes: four beams of cells side by side, and the bodies they share.
+
+mod network;
+mod rosenbrock;
+mod solver;
+
+pub(crate) use network::{Cell, LumpNode, Network};
+pub(crate) use rosenbrock::Stepper;
+
+use crate::lanes::Lanes;
+
+/// Bodies shared by the four beams, in this order in a field's last row.
+pub(crate) const PLATE: usize = 0;
+pub(crate) const FRAME: usize = 1;
+pub(crate) const PACKAGE: usize = 2;
+
+/// Temperatures above ambient (K) or their rates (K/s): one row a cell from the substrate to the plate, each with its
+/// four actuators, and a last row for plate, frame and package, so that sums of fields are one loop.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Field(Vec<Lanes>);
+
+impl Field {
+    pub(crate) fn zero(cells: usize) -> Self {
+        Self(vec![Lanes::ZERO; cells + 1])
+    }
+
+    pub(crate) fn rows(&self) -> &[Lanes] {
+        &self.0
+    }
+
+    pub(crate) fn rows_mut(&mut self) -> &mut [Lanes] {
+        &mut self.0
+    }
+
+    pub(crate) fn beams(&self) -> &[Lanes] {
+        &self.0[..self.0.len() - 1]
+    }
+
+    pub(crate) fn lumps(&self) -> &Lanes {
+        &self.0[self.0.len() - 1]
+    }
+
+    /// `base` plus a combination of other fields.
+    pub(crate) fn combine<const K: usize>(&mut self, base: &Self, terms: [(f64, &Self); K]) {
+        let n = self.0.len();
+        let terms = terms.map(|(factor, field)| (factor, &field.0[..n]));
+        for (i, (out, base)) in self.0.iter_mut().zip(&base.0).enumerate() {
+            *out = terms
+                .iter()
+                .fold(*base, |sum, (factor, field)| sum + field[i] * *factor);
+        }
+    }
+}
+
+/// The drive during a step: held, or moving in a straight line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Drive {
+    pub(crate) from: Lanes,
+    pub(crate) to: Lanes,
+}
+
+impl Drive {
+    /// Volts at a fraction of the step.
+    pub(crate) fn at(&self, fraction: f64) -> Lanes {
+        self.from + (self.to - self.from) * fraction
+    }
+}
