@@ -1,1 +1,27 @@
+//! Measurement files: CSV with `# key=value` comments, one experiment a file, many files a session.
 //!
+//! ```text
+//! # experiment=sweep
+//! # noise_z_nm=20
+//! t_s,V_V,z_um,I1_A,I2_A,I3_A,I4_A
+//! 1,0.0,0.00,0,0,0,0
+//! 2,0.1,0.38,2.8e-4,2.8e-4,2.8e-4,2.8e-4
+//! ```
+//!
+//! The columns may stand in any order, and what was not measured is left out or empty. [`column`] lists the columns,
+//! [`MeasurementFile`] is a file in memory, [`Session`] the files of one device and day. What is wrong in a file is an
+//! [`InputError`] that points at the line and column; [`plausibility`] finds values in the wrong unit.
+
+pub mod column;
+mod error;
+mod file;
+mod keys;
+mod parse;
+pub mod plausibility;
+mod session;
+mod write;
+
+pub use error::InputError;
+pub use file::{ACTUATORS, MeasurementFile, Row};
+pub use keys::Keys;
+pub use session::Session;

@@ -1,0 +1,146 @@
+//! Values that are numbers but cannot be right: another unit than the column's name says, a wrong sign, a sensor at its
+//! end stop.
+//!
+//! The checks know the size of such mirrors: heaters of hundreds of ohms (another one is declared by the key `R0_ohm`),
+//! strokes of tens to hundreds of micrometres at some volts.
+
+use crate::column::Column;
+use crate::parse::Complaint;
+use crate::{ACTUATORS, MeasurementFile};
+
+/// The heater's resistance where the file does not say `R0_ohm`.
+const NOMINAL_RESISTANCE_OHM: f64 = 360.0;
+/// A drive below this tells little about a resistance or a stroke.
+const TELLING_DRIVE_V: f64 = 0.5;
+/// So many rows at the same extreme reading while the drive changes are an end stop.
+const SATURATED_ROWS: usize = 3;
+
+type Finding = (usize, Column, Complaint);
+
+/// The first implausible thing of a file: row, column, complaint.
+pub(crate) fn check(file: &MeasurementFile) -> Option<Finding> {
+    voltage_in_millivolts(file)
+        .or_else(|| (0..ACTUATORS).find_map(|actuator| current(file, actuator)))
+        .or_else(|| displacement_unit(file))
+        .or_else(|| saturation(file))
+}
+
+fn voltage_in_millivolts(file: &MeasurementFile) -> Option<Finding> {
+    let (row, actuator) = file.rows.iter().enumerate().find_map(|(index, row)| {
+        row.voltage_v
+            .iter()
+            .position(|v| v.abs() > 250.0)
+            .map(|actuator| (index, actuator))
+    })?;
+    let complaint = Complaint::new(
+        format!(
+            "a drive of {} V looks like mV",
+            file.rows[row].voltage_v[actuator]
+        ),
+        "voltages are in V; divide by 1000",
+    );
+    Some((row, Column::Voltage(actuator), complaint))
+}
+
+fn current(file: &MeasurementFile, actuator: usize) -> Option<Finding> {
+    let driven: Vec<(usize, f64)> = file
+        .rows
+        .iter()
+        .enumerate()
+        .filter(|(_, row)| row.voltage_v[actuator].abs() >= TELLING_DRIVE_V)
+        .filter_map(|(index, row)| {
+            Some((index, row.current_a[actuator]? / row.voltage_v[actuator]))
+        })
+        .collect();
+    let (first, _) = *driven.first()?;
+    let conductance = median(driven.iter().map(|&(_, siemens)| siemens).collect());
+    let value = file.rows[first].current_a[actuator].unwrap_or_default();
+    let found = |complaint| Some((first, Column::Current(actuator), complaint));
+    if conductance < 0.0 {
+        return found(Complaint::new(
+            format!(
+                "the current of actuator {} has the wrong sign: {value} A at {} V",
+                actuator + 1,
+                file.rows[first].voltage_v[actuator]
+            ),
+            "currents are positive where the voltage is; change the sign of the column",
+        ));
+    }
+    let nominal = file
+        .keys
+        .nominal_resistance_ohm()
+        .unwrap_or(NOMINAL_RESISTANCE_OHM);
+    for (unit, factor) in [("mA", 1e3), ("uA", 1e6)] {
+        let resistance = factor / conductance;
+        if (0.1 * nominal..10.0 * nominal).contains(&resistance) {
+            return found(Complaint::new(
+                format!(
+                    "a current of {value} A looks like {unit}: in A the heater would have {:.3} ohm",
+                    1.0 / conductance
+                ),
+                format!(
+                    "currents are in A; divide by {factor:.0}. If the heater is so, say '# R0_ohm=...' in the file"
+                ),
+            ));
+        }
+    }
+    None
+}
+
+fn displacement_unit(file: &MeasurementFile) -> Option<Finding> {
+    let driven = file
+        .rows
+        .iter()
+        .any(|row| row.voltage_v.iter().any(|v| v.abs() >= 1.0));
+    let (row, largest) = file
+        .rows
+        .iter()
+        .enumerate()
+        .filter_map(|(index, row)| Some((index, row.z_um?)))
+        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    let (unit, factor) = match largest.abs() {
+        size if driven && size > 0.0 && size < 1e-3 => ("m", "multiply by 1e6"),
+        size if driven && size > 0.0 && size < 0.5 => ("mm", "multiply by 1000"),
+        size if size > 2e3 => ("nm", "divide by 1000"),
+        _ => return None,
+    };
+    let complaint = Complaint::new(
+        format!("a largest displacement of {largest} um looks like {unit}"),
+        format!("displacements are in um; {factor}"),
+    );
+    Some((row, Column::Displacement, complaint))
+}
+
+/// A reading that repeats its extreme exactly, row after row, while the drive goes on.
+fn saturation(file: &MeasurementFile) -> Option<Finding> {
+    let measured: Vec<(usize, f64)> = file
+        .rows
+        .iter()
+        .enumerate()
+        .filter_map(|(index, row)| Some((index, row.z_um?)))
+        .collect();
+    let highest = measured
+        .iter()
+        .map(|&(_, z)| z)
+        .fold(f64::NEG_INFINITY, f64::max);
+    if highest <= 1.0 {
+        return None;
+    }
+    let run = measured.windows(SATURATED_ROWS).find(|run| {
+        let drives = || run.iter().map(|&(index, _)| file.rows[index].voltage_v);
+        run.iter().all(|&(_, z)| z == highest)
+            && drives().zip(drives().skip(1)).all(|(a, b)| a != b)
+    })?;
+    let complaint = Complaint::new(
+        format!(
+            "the sensor looks saturated: it stays at exactly {highest} um while the drive changes"
+        ),
+        "leave z_um empty where the sensor was at its end, or measure with the sensor further away",
+    );
+    Some((run[0].0, Column::Displacement, complaint))
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}

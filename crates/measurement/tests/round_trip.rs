@@ -1,0 +1,107 @@
+//! What is written is read back, and what is read is understood.
+
+use measurement::{Keys, MeasurementFile, Row, Session};
+use proptest::prelude::*;
+
+#[test]
+fn columns_in_any_order_and_shorthands() {
+    let text = "# experiment=sweep\n# one actuator\n# prehold_V = 1.0\n# prehold_s=5\n#drive=1+sin(t)\n\
+                z_um, I_A ,V_V,t_s\n0,,0,0.5\n26.5,2.6e-3,1,1\n";
+    let file = MeasurementFile::parse("a.csv", text).unwrap();
+    assert_eq!(file.experiment(), "sweep");
+    assert_eq!(file.keys.prehold(), Some((1.0, 5.0)));
+    assert!(file.keys.drive_is_interpolated() && file.has_current() && file.has_displacement());
+    assert_eq!(file.notes, ["one actuator"]);
+    assert_eq!(file.rows[0].current_a, [None; 4]);
+    let last = Row {
+        t_s: 1.0,
+        voltage_v: [1.0; 4],
+        current_a: [Some(2.6e-3); 4],
+        z_um: Some(26.5),
+        ..Row::default()
+    };
+    assert_eq!(file.rows[1], last);
+}
+
+#[test]
+fn a_folder_is_a_session_in_the_order_of_its_clock() {
+    let folder = std::env::temp_dir().join(format!("measurement-session-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("a.csv"), "t_global_s,t_s,V_V\n11,1,0\n12,2,1\n").unwrap();
+    std::fs::write(folder.join("b.csv"), "t_global_s,t_s,V_V\n1,1,0\n2,2,1\n").unwrap();
+    std::fs::write(folder.join("notes.txt"), "not a measurement").unwrap();
+    let session = Session::load(&[&folder]).unwrap();
+    let starts: Vec<_> = session
+        .files
+        .iter()
+        .map(|(_, file)| file.rows[0].t_global_s)
+        .collect();
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert_eq!(starts, [Some(1.0), Some(11.0)]);
+}
+
+fn row() -> impl Strategy<Value = Row> {
+    let current = prop::option::of(1e-3..1e-2_f64);
+    let currents = [current.clone(), current.clone(), current.clone(), current];
+    let optional = || prop::option::of(-1e3..1e3_f64);
+    (
+        0.001..10.0_f64,
+        [0.0..3.5_f64, 0.0..3.5, 0.0..3.5, 0.0..3.5],
+        currents,
+        optional(),
+        optional(),
+        optional(),
+        optional(),
+    )
+        .prop_map(
+            |(t_s, voltage_v, current_a, z_um, tilt_x_deg, tilt_y_deg, ambient_c)| Row {
+                t_s,
+                t_global_s: None,
+                voltage_v,
+                current_a,
+                z_um,
+                tilt_x_deg,
+                tilt_y_deg,
+                ambient_c,
+            },
+        )
+}
+
+proptest! {
+    #[test]
+    fn what_is_written_is_read_back(mut rows in prop::collection::vec(row(), 2..20), note in "[a-z ,;]{0,20}", device in "\\PC{0,20}") {
+        let mut t = 0.0;
+        for row in &mut rows {
+            t += row.t_s;
+            row.t_s = t;
+            row.t_global_s = Some(t + 100.0);
+            // Keeps the file plausible: a displacement of at least a micrometre, so that it is not taken for mm.
+            row.z_um = row.z_um.map(|z| z + z.signum());
+        }
+        let mut keys = Keys::default();
+        keys.set("experiment", "random");
+        keys.set("device", &device);
+        let file = MeasurementFile { keys, notes: vec![note.trim().to_owned()], rows };
+        prop_assert_eq!(MeasurementFile::parse("f.csv", &file.to_string()).unwrap(), file);
+    }
+
+    #[test]
+    fn no_text_makes_the_reader_panic(text in "[-t_sVz1IA#=,.0-9eE\"\\n\\r µ]{0,120}", any in ".{0,60}") {
+        let _ = MeasurementFile::parse("f.csv", &text);
+        let _ = MeasurementFile::parse("f.csv", &any);
+        let _ = MeasurementFile::parse("f.csv", &format!("t_s,V_V,z_um\n{text}"));
+    }
+}
+
+#[test]
+fn the_papers_points_are_a_session() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/paper");
+    let session = Session::load(&[folder]).unwrap();
+    assert_eq!(session.files.len(), 2);
+    assert!(
+        session
+            .files
+            .iter()
+            .all(|(_, file)| file.rows.last().and_then(|row| row.z_um) == Some(173.7))
+    );
+}

@@ -1,0 +1,109 @@
+//! A whole mirror's model: shared parameters, what differs between its four actuators, and where it all came from.
+
+use crate::{Parameters, PistonModel, Preset, Symbol};
+use std::collections::BTreeMap;
+
+/// How many actuators a mirror has.
+pub const ACTUATORS: usize = 4;
+
+/// A model as it is stored and handed around.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Model {
+    /// The preset that it starts from.
+    pub preset: Preset,
+    /// The parameters that the four actuators share.
+    pub parameters: Parameters,
+    /// One standard deviation of each parameter for which it is known, in that parameter's unit.
+    pub standard_errors: BTreeMap<Symbol, f64>,
+    /// Parameters that are known for each actuator; they take the place of the shared value.
+    pub by_actuator: BTreeMap<Symbol, [f64; ACTUATORS]>,
+    /// What it was fitted to.
+    pub provenance: Provenance,
+}
+
+/// Where a model came from. All of it is for people; nothing is computed from it.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Provenance {
+    /// The mirror that was measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub device: Option<String>,
+    /// When, as the measurement files state it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub date: Option<String>,
+    /// The measurement files.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub files: Vec<String>,
+    /// Root mean square of the displacement left unexplained.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub residual_rms_um: Option<f64>,
+    /// How it was made, in words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
+}
+
+impl From<Preset> for Model {
+    fn from(preset: Preset) -> Self {
+        let standard_errors = preset
+            .identified()
+            .map(|(symbol, found)| (symbol, found.standard_error))
+            .into_iter()
+            .collect();
+        Self {
+            preset,
+            parameters: preset.parameters(),
+            standard_errors,
+            by_actuator: BTreeMap::new(),
+            provenance: Provenance {
+                note: Some(preset.description().into()),
+                ..Provenance::default()
+            },
+        }
+    }
+}
+
+impl Model {
+    /// One actuator's chain.
+    ///
+    /// # Panics
+    /// If `index` is not below [`ACTUATORS`].
+    pub fn actuator(&self, index: usize) -> PistonModel {
+        let mut parameters = self.parameters;
+        for (&symbol, values) in &self.by_actuator {
+            parameters.set(symbol, values[index]);
+        }
+        PistonModel { parameters }
+    }
+
+    /// The four actuators' chains.
+    pub fn actuators(&self) -> [PistonModel; ACTUATORS] {
+        std::array::from_fn(|index| self.actuator(index))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_actuators_own_value_takes_the_place_of_the_shared_one() {
+        let mut model = Model::from(Preset::Paper);
+        model
+            .by_actuator
+            .insert(Symbol::ColdResistance, [350.0, 355.0, 365.0, 370.0]);
+        let resistances = model
+            .actuators()
+            .map(|actuator| actuator.resistance_ohm(0.0));
+        assert_eq!(resistances, [350.0, 355.0, 365.0, 370.0]);
+        assert_eq!(
+            model.actuator(2).parameters.thermal_resistance_k_per_w,
+            5.7e3
+        );
+    }
+
+    #[test]
+    fn a_refitted_preset_knows_its_standard_error() {
+        assert!(Model::from(Preset::Paper).standard_errors.is_empty());
+        assert!(Model::from(Preset::PaperRefit).standard_errors[&Symbol::ThermalResistance] > 0.0);
+    }
+}
