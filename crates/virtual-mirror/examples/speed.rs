@@ -17,7 +17,13 @@ fn tick_ns(drive: impl Fn(u32) -> f64) -> f64 {
 }
 
 fn main() {
-    let step = |tick: u32| if tick / 1000 % 2 == 0 { 0.0 } else { 3.5 };
+    let step = |tick: u32| {
+        if (tick / 1000).is_multiple_of(2) {
+            0.0
+        } else {
+            3.5
+        }
+    };
     let sine = |tick: u32| 1.0 + 0.5 * (f64::from(tick) * 1e-4 * 628.0).sin();
     println!(
         "tick, drive held:               {:6.0} ns",

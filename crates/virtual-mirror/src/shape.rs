@@ -26,47 +26,60 @@ struct Cell {
     slope: Lanes,
     /// Part of its half's end slope that clamping takes back over this cell.
     share: f64,
-    turned: bool,
     /// Slope of the cold beam at the middle of the cell (rad), positive upwards.
     rest: f64,
 }
 
-/// Displacement of each actuator's end and how fast it moves.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// Where the four beams' ends are, and what each cell's temperature does to them.
+#[derive(Clone, Debug)]
 pub(crate) struct Displacement {
     /// From the cold position, towards the substrate (m).
     pub(crate) value: Lanes,
-    /// (m/s)
-    pub(crate) rate: Lanes,
+    /// Its derivative by the temperature of every cell (m/K).
+    gradient: Vec<Lanes>,
+}
+
+impl Displacement {
+    pub(crate) fn none(cells: usize) -> Self {
+        Self {
+            value: Lanes::ZERO,
+            gradient: vec![Lanes::ZERO; cells],
+        }
+    }
+
+    /// How fast the ends move (m/s) when the temperatures change at `rate`.
+    pub(crate) fn rate(&self, rate: &Field) -> Lanes {
+        self.gradient
+            .iter()
+            .zip(rate.beams())
+            .fold(Lanes::ZERO, |sum, (g, r)| sum + *g * *r)
+    }
 }
 
 /// The beams' kinematics.
 #[derive(Clone, Debug)]
 pub(crate) struct Shape {
     cells: Vec<Cell>,
+    /// Number of cells up to the fold.
+    fold: usize,
     /// Height of the cold beam's end above its start (m).
     rest_height: f64,
 }
 
 impl Shape {
     pub(crate) fn new(bends: Vec<Bend>, config: &ShapeConfig) -> Self {
-        let compliance = |turned: bool| -> f64 {
-            bends
-                .iter()
-                .filter(|b| b.turned == turned)
-                .map(|b| b.compliance)
-                .sum()
-        };
-        let total = [compliance(false), compliance(true)];
+        let fold = bends.iter().position(|b| b.turned).unwrap_or(bends.len());
+        let compliance = |half: &[Bend]| -> f64 { half.iter().map(|b| b.compliance).sum() };
+        let total = [compliance(&bends[..fold]), compliance(&bends[fold..])];
         let cell = |bend: &Bend| Cell {
             length: bend.length,
             slope: bend.curvature * bend.length,
             share: config.clamp * bend.compliance / total[usize::from(bend.turned)],
-            turned: bend.turned,
             rest: 0.0,
         };
         let mut shape = Self {
             cells: bends.iter().map(cell).collect(),
+            fold,
             rest_height: 0.0,
         };
         shape.curl(config.rest_height_um * 1e-6);
@@ -77,11 +90,8 @@ impl Shape {
     fn curl(&mut self, height: f64) {
         let per_kelvin = self.slopes_of_a_kelvin();
         let rise = |kelvin: f64| -> f64 {
-            self.cells
-                .iter()
-                .zip(&per_kelvin)
-                .map(|(c, slope)| c.length * (slope * kelvin).sin())
-                .sum()
+            let rise = |(c, slope): (&Cell, &f64)| c.length * (slope * kelvin).sin();
+            self.cells.iter().zip(&per_kelvin).map(rise).sum()
         };
         // The rise grows with the curl up to where the steepest slope stands upright.
         let steepest = per_kelvin
@@ -105,56 +115,75 @@ impl Shape {
 
     /// Slope at the middle of every cell of the average beam, all of it a kelvin warm.
     fn slopes_of_a_kelvin(&self) -> Vec<f64> {
-        let gain = |cell: &Cell| 0.25 * cell.slope.sum();
-        let end = |turned| {
-            self.cells
-                .iter()
-                .filter(|c| c.turned == turned)
-                .map(gain)
-                .sum::<f64>()
-        };
-        let ends = [end(false), end(true)];
+        let average = |lanes: Lanes| 0.25 * lanes.sum();
+        let warm = vec![Lanes::splat(1.0); self.cells.len()];
+        let ends = self.free_ends(&warm).map(average);
         let mut slope = 0.0;
-        let middle = |cell: &Cell| {
-            let gain = gain(cell) - ends[usize::from(cell.turned)] * cell.share;
+        let middle = |(i, cell): (usize, &Cell)| {
+            let gain = average(cell.slope) - ends[usize::from(i >= self.fold)] * cell.share;
             slope += gain;
             slope - 0.5 * gain
         };
-        self.cells.iter().map(middle).collect()
+        self.cells.iter().enumerate().map(middle).collect()
     }
 
     /// Slopes that the two halves would end with if nothing clamped them.
-    #[inline(always)]
-    fn free_ends(cells: &[Cell], theta: &[Lanes]) -> [Lanes; 2] {
-        let mut ends = [Lanes::ZERO; 2];
-        for (cell, theta) in cells.iter().zip(theta) {
-            ends[usize::from(cell.turned)] += cell.slope * *theta;
-        }
-        ends
+    fn free_ends(&self, theta: &[Lanes]) -> [Lanes; 2] {
+        let end = |cells: &[Cell], theta: &[Lanes]| {
+            cells
+                .iter()
+                .zip(theta)
+                .fold(Lanes::ZERO, |sum, (cell, theta)| sum + cell.slope * *theta)
+        };
+        let ((out, back), (out_theta, back_theta)) =
+            (self.cells.split_at(self.fold), theta.split_at(self.fold));
+        [end(out, out_theta), end(back, back_theta)]
     }
 
-    /// Displacement of the four beams' ends at temperatures `theta` that change at `rate`.
-    pub(crate) fn displacement(&self, theta: &Field, rate: &Field) -> Displacement {
-        let n = self.cells.len();
-        let (cells, theta, rate) = (&self.cells[..n], &theta.beams()[..n], &rate.beams()[..n]);
-        let (ends, end_rates) = (Self::free_ends(cells, theta), Self::free_ends(cells, rate));
-        let (mut slope, mut slope_rate) = (Lanes::ZERO, Lanes::ZERO);
-        let mut moved = Displacement {
-            value: Lanes::splat(self.rest_height),
-            rate: Lanes::ZERO,
-        };
-        for i in 0..n {
-            let (cell, half) = (&cells[i], usize::from(cells[i].turned));
-            let gain = cell.slope * theta[i] - ends[half] * cell.share;
-            let gain_rate = cell.slope * rate[i] - end_rates[half] * cell.share;
-            let middle = slope + gain * 0.5 - Lanes::splat(cell.rest);
-            let (sin, cos) = middle.sin_cos();
-            moved.value += sin * cell.length;
-            moved.rate += cos * (slope_rate + gain_rate * 0.5) * cell.length;
-            slope += gain;
-            slope_rate += gain_rate;
+    /// Displacement of the four beams' ends at temperatures `theta`.
+    pub(crate) fn displace(&self, theta: &Field, moved: &mut Displacement) {
+        let theta = theta.beams();
+        let ends = self.free_ends(theta);
+        let mut slope = Lanes::ZERO;
+        let mut drop = Lanes::splat(self.rest_height);
+        for (half, range) in [0..self.fold, self.fold..self.cells.len()]
+            .into_iter()
+            .enumerate()
+        {
+            let gradient = moved.gradient[range.clone()].iter_mut();
+            for ((cell, theta), along) in self.cells[range.clone()]
+                .iter()
+                .zip(&theta[range])
+                .zip(gradient)
+            {
+                let gain = cell.slope * *theta - ends[half] * cell.share;
+                let (sin, cos) = (slope + gain * 0.5 - Lanes::splat(cell.rest)).sin_cos();
+                drop += sin * cell.length;
+                *along = cos * cell.length;
+                slope += gain;
+            }
         }
-        moved
+        moved.value = drop;
+        self.turn_into_gradient(&mut moved.gradient);
+    }
+
+    /// From how much each cell's own slope moves the end to how much its temperature does: slope added in one cell
+    /// tilts all that follow, and clamping takes its part back from the whole half.
+    fn turn_into_gradient(&self, along: &mut [Lanes]) {
+        let mut beyond = Lanes::ZERO;
+        for range in [self.fold..self.cells.len(), 0..self.fold] {
+            let (cells, along) = (&self.cells[range.clone()], &mut along[range]);
+            let mut taken_back = Lanes::ZERO;
+            for (cell, along) in cells.iter().zip(along.iter_mut()).rev() {
+                let lever = beyond + *along * 0.5;
+                beyond += *along;
+                taken_back += lever * cell.share;
+                *along = lever;
+            }
+            for (cell, along) in cells.iter().zip(along) {
+                *along = cell.slope * (*along - taken_back);
+            }
+        }
     }
 }
 
@@ -163,12 +192,15 @@ mod tests {
     use super::*;
 
     fn shape(rest_height_um: f64, clamp: f64) -> Shape {
-        let sign = |i: usize| if i < 10 { 1.0 } else { -1.0 };
         let bend = |i| Bend {
             length: 25e-6,
-            curvature: Lanes::splat(12.0 * sign(i)),
-            compliance: 1.0,
-            turned: false,
+            curvature: Lanes::splat(if i / 5 % 2 == 1 {
+                -12.0
+            } else {
+                12.0 + 0.1 * f64::from(i)
+            }),
+            compliance: 1.0 + 0.02 * f64::from(i),
+            turned: i >= 10,
         };
         Shape::new(
             (0..20).map(bend).collect(),
@@ -185,30 +217,56 @@ mod tests {
         field
     }
 
+    fn displaced(shape: &Shape, theta: &Field) -> Displacement {
+        let mut moved = Displacement::none(20);
+        shape.displace(theta, &mut moved);
+        moved
+    }
+
     #[test]
     fn a_flat_s_rises_by_two_arcs() {
-        let moved = shape(0.0, 0.0)
-            .displacement(&uniform(50.0), &uniform(0.0))
-            .value
-            .0[2];
+        let bend = |i| Bend {
+            length: 25e-6,
+            curvature: Lanes::splat(if i < 10 { 12.0 } else { -12.0 }),
+            compliance: 1.0,
+            turned: false,
+        };
+        let shape = Shape::new((0..20).map(bend).collect(), &ShapeConfig::default());
         let (curvature, length) = (600.0, 250e-6f64);
         let arcs = 2.0 * (1.0 - (curvature * length).cos()) / curvature;
-        approx::assert_relative_eq!(moved, arcs, max_relative = 1e-3);
+        approx::assert_relative_eq!(
+            displaced(&shape, &uniform(50.0)).value.0[2],
+            arcs,
+            max_relative = 1e-3
+        );
     }
 
     #[test]
     fn the_curl_is_at_the_asked_height_and_rest_is_zero() {
-        let curled = shape(100.0, 0.5);
-        approx::assert_relative_eq!(curled.rest_height, 100e-6, max_relative = 1e-6);
-        let moved = curled.displacement(&uniform(0.0), &uniform(0.0)).value.0[0];
-        approx::assert_abs_diff_eq!(moved, 0.0, epsilon = 1e-12);
+        let curled = shape(20.0, 0.5);
+        approx::assert_relative_eq!(curled.rest_height, 20e-6, max_relative = 1e-6);
+        approx::assert_abs_diff_eq!(
+            displaced(&curled, &uniform(0.0)).value.0[0],
+            0.0,
+            epsilon = 1e-12
+        );
     }
 
     #[test]
-    fn the_rate_is_the_derivative() {
-        let shape = shape(150.0, 0.3);
-        let at = |kelvin| shape.displacement(&uniform(kelvin), &uniform(1.0));
-        let slope = (at(60.01).value.0[1] - at(59.99).value.0[1]) / 0.02;
-        approx::assert_relative_eq!(at(60.0).rate.0[1], slope, max_relative = 1e-6);
+    fn the_gradient_is_the_derivative() {
+        let shape = shape(20.0, 0.3);
+        let theta = |nudge: f64, at: usize| {
+            let mut field = uniform(60.0);
+            field.rows_mut()[at] += Lanes::splat(nudge);
+            displaced(&shape, &field)
+        };
+        for cell in 0..20 {
+            let slope = (theta(0.01, cell).value.0[1] - theta(-0.01, cell).value.0[1]) / 0.02;
+            approx::assert_relative_eq!(
+                theta(0.0, cell).gradient[cell].0[1],
+                slope,
+                max_relative = 1e-6
+            );
+        }
     }
 }

@@ -1,0 +1,179 @@
+//! What must hold of any mirror.
+
+use approx::assert_relative_eq;
+use virtual_mirror::{MirrorConfig, Sensor, State, VirtualMirror};
+
+fn mirror(config: &MirrorConfig) -> VirtualMirror {
+    VirtualMirror::new(config).expect("valid mirror")
+}
+
+fn settled(config: &MirrorConfig, drive: [f64; 4]) -> State {
+    let mut mirror = mirror(config);
+    mirror.advance(drive, 100.0);
+    mirror.state()
+}
+
+/// z every millisecond while the drive jumps up, across and down, in ticks of `dt_s`.
+fn jumps(ticks_per_ms: u32) -> Vec<f64> {
+    let mut mirror = mirror(&MirrorConfig::bench());
+    let mut z = Vec::new();
+    for (volts, ms) in [(3.5, 30), (1.0, 30), (2.5, 10), (0.0, 50)] {
+        for _ in 0..ms {
+            for _ in 0..ticks_per_ms {
+                mirror.step([volts; 4], 1e-3 / f64::from(ticks_per_ms));
+            }
+            z.push(mirror.state().z_um);
+        }
+    }
+    z
+}
+
+fn farthest(a: &[f64], b: &[f64]) -> f64 {
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn halving_the_step_changes_nothing_above_a_nanometre() {
+    let (tick, half, fine, long) = (jumps(10), jumps(20), jumps(160), jumps(1));
+    for (name, other) in [("half", half), ("a sixteenth", fine), ("ten times", long)] {
+        let worst_nm = 1e3 * farthest(&tick, &other);
+        assert!(
+            worst_nm < 1.0,
+            "{name} of the step moves z by {worst_nm} nm"
+        );
+    }
+}
+
+#[test]
+fn a_sine_ends_the_same_in_long_and_short_ramps() {
+    let run = |parts: u32| {
+        let mut mirror = mirror(&MirrorConfig::bench());
+        mirror.advance([1.0; 4], 1.0);
+        let mut z = Vec::new();
+        for row in 1..=200 {
+            let end = 1.0 + 0.5 * (f64::from(row) * std::f64::consts::TAU / 100.0).sin();
+            let start = 1.0 + 0.5 * (f64::from(row - 1) * std::f64::consts::TAU / 100.0).sin();
+            for part in 1..=parts {
+                let volts = start + (end - start) * f64::from(part) / f64::from(parts);
+                mirror.advance_ramp([volts; 4], 5e-4 / f64::from(parts));
+            }
+            z.push(mirror.state().z_um);
+        }
+        z
+    };
+    let worst_nm = 1e3 * farthest(&run(1), &run(8));
+    assert!(worst_nm < 1.0, "{worst_nm} nm");
+}
+
+#[test]
+fn the_default_mirror_has_the_size_it_is_meant_to_have() {
+    let state = settled(&MirrorConfig::bench(), [3.5; 4]);
+    assert!((170.0..180.0).contains(&state.z_um), "{state:?}");
+    for current in state.current_a {
+        assert!((5e-3..7e-3).contains(&current), "{state:?}");
+        assert!(
+            (345.0..375.0).contains(&(0.01 / cold_current())),
+            "{state:?}"
+        );
+    }
+    fn cold_current() -> f64 {
+        let mut mirror = mirror(&MirrorConfig::bench());
+        mirror.advance([0.01; 4], 1e-9);
+        mirror.state().current_a[0]
+    }
+}
+
+#[test]
+fn hotter_with_every_volt_and_closer_to_the_substrate() {
+    let mut before = State {
+        z_um: -1.0,
+        hottest_k: -1.0,
+        ..State::default()
+    };
+    for step in 0..=35 {
+        let state = settled(&MirrorConfig::bench(), [f64::from(step) * 0.1; 4]);
+        assert!(
+            state.z_um > before.z_um && state.hottest_k > before.hottest_k,
+            "{state:?}"
+        );
+        before = state;
+    }
+}
+
+#[test]
+fn alike_actuators_do_not_tilt_and_single_ones_tilt_their_way() {
+    let mut config = MirrorConfig::bench();
+    config.spread = Default::default();
+    let state = settled(&config, [2.0; 4]);
+    assert_eq!((state.tilt_x_deg, state.tilt_y_deg), (0.0, 0.0));
+    for (drive, x, y) in [
+        ([2.0, 1.0, 1.0, 1.0], 0.0, 1.0),
+        ([1.0, 2.0, 1.0, 1.0], 1.0, 0.0),
+        ([1.0, 1.0, 2.0, 1.0], 0.0, -1.0),
+        ([1.0, 1.0, 1.0, 2.0], -1.0, 0.0),
+    ] {
+        let state = settled(&config, drive);
+        let sign = |tilt: f64| {
+            if tilt.abs() < 1e-9 {
+                0.0
+            } else {
+                tilt.signum()
+            }
+        };
+        assert_eq!(
+            (sign(state.tilt_x_deg), sign(state.tilt_y_deg)),
+            (x, y),
+            "{state:?}"
+        );
+    }
+}
+
+#[test]
+fn the_sign_of_a_drive_does_not_matter_to_the_heat() {
+    let (plus, minus) = (
+        settled(&MirrorConfig::bench(), [2.0; 4]),
+        settled(&MirrorConfig::bench(), [-2.0; 4]),
+    );
+    assert_eq!(plus.z_um, minus.z_um);
+    assert_eq!(plus.current_a.map(|i| -i), minus.current_a);
+}
+
+#[test]
+fn a_long_dwell_settles_where_ticks_do() {
+    let config = MirrorConfig::bench();
+    let mut ticked = mirror(&config);
+    for _ in 0..40_000 {
+        ticked.step([1.9; 4], 100e-6);
+    }
+    let mut dwelt = mirror(&config);
+    dwelt.advance([1.9; 4], 4.0);
+    approx::assert_abs_diff_eq!(ticked.state().z_um, dwelt.state().z_um, epsilon = 1e-3);
+}
+
+#[test]
+fn the_current_is_the_voltage_over_the_resistance_that_the_heater_temperature_says() {
+    let mut config = MirrorConfig::bench();
+    config.spread = Default::default();
+    let state = settled(&config, [3.0; 4]);
+    let ohm = 360.0 * (1.0 + 3.92e-3 * state.heater_mean_k[0]);
+    assert_relative_eq!(state.current_a[0], 3.0 / ohm, max_relative = 1e-9);
+}
+
+#[test]
+fn a_seed_repeats_to_the_bit_and_another_differs() {
+    let run = |seed| {
+        let config = MirrorConfig::bench().with_seed(seed);
+        let (mut mirror, mut sensor) = (mirror(&config), Sensor::new(&config));
+        (1..50)
+            .map(|tick| {
+                mirror.step([f64::from(tick % 7) * 0.5; 4], 1e-3);
+                (mirror.state(), sensor.read(&mirror.state(), 1e-3))
+            })
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(run(3), run(3));
+    assert_ne!(run(3), run(4));
+}
