@@ -1,19 +1,66 @@
-fn main() {
-    use std::{env, fs, path::PathBuf};
-    let out = PathBuf::from(env::var_os("OUT_DIR").unwrap());
-    fs::write(out.join("factory.rs"), r#"
-use control_core::*;
-/// f
-pub const CALIBRATION: Calibration = {
-  let mut knots=[0.0f32;table::KNOTS]; let mut i=0; while i<table::KNOTS {knots[i]=i as f32; i+=1;}
-  let shape = match InverseTable::new(Micrometre(173.7), knots) { Ok(t)=>t, Err(_)=>panic!() };
-  let lane = LaneCalibration{cold_resistance:Ohm(360.0),tcr:PerKelvin(3.92e-3),thermal_resistance:KelvinPerWatt(5700.0),shape};
-  match Calibration::new([lane,lane,lane,lane], Volt(3.5)) { Ok(c)=>c, Err(_)=>panic!() }
-};
-"#).unwrap();
-    let mps2 = env::var_os("CARGO_FEATURE_BOARD_MPS2").is_some();
-    fs::copy(if mps2 {"src/board/mps2/memory.x"} else {"src/board/stm32g474/memory.x"}, out.join("board-memory.x")).unwrap();
-    println!("cargo::rustc-link-search={}", out.display());
-    println!("cargo::rustc-env=FIRMWARE_BUILD=dev");
-    for a in ["--nmagic","-Tlink.x","-Tdefmt.x"] { println!("cargo::rustc-link-arg-bins={a}"); }
+//! The factory calibration, the linker's map of the chosen board, and what the firmware was built
+//! from.
+
+use std::env;
+use std::error::Error;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+/// The model whose inverse a board uses before it has been calibrated: the reading of the paper
+/// under which all of its published numbers agree.
+const FACTORY_MODEL: &str = "reconciled";
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let out = env::var("OUT_DIR")?;
+    let model = mirror_model::Model::load(FACTORY_MODEL)?;
+    let calibration = calibration::tabulate(&model)?;
+    fs::write(Path::new(&out).join("factory.rs"), calibration::rust_source(&calibration))?;
+
+    fs::write(Path::new(&out).join("reference.rs"), reference(&model.actuator(0))?)?;
+
+    for (feature, board) in [("BOARD_MPS2", "mps2"), ("BOARD_STM32G474", "stm32g474")] {
+        if env::var_os(format!("CARGO_FEATURE_{feature}")).is_some() {
+            let map = format!("src/board/{board}/memory.x");
+            println!("cargo::rerun-if-changed={map}");
+            fs::copy(map, Path::new(&out).join("board-memory.x"))?;
+        }
+    }
+    println!("cargo::rerun-if-changed=memory.x");
+    println!("cargo::rustc-link-search={out}");
+    if env::var("TARGET")?.starts_with("thumb") {
+        for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+            println!("cargo::rustc-link-arg={argument}");
+        }
+        println!("cargo::rustc-link-arg-tests=-Tembedded-test.x");
+    }
+
+    println!("cargo::rerun-if-changed=.git/HEAD");
+    println!("cargo::rustc-env=FIRMWARE_BUILD={}", commit().unwrap_or("unknown".to_owned()));
+    Ok(())
+}
+
+/// Samples of the f64 model, for the on-target test that holds the core against it.
+fn reference(model: &mirror_model::PistonModel) -> Result<String, mirror_model::RangeError> {
+    const SAMPLES: u32 = 1000;
+    let top_um = model.highest_displacement_um();
+    let mut source = format!("const REFERENCE: [(f32, f64, f64); {SAMPLES}] = [\n");
+    for i in 1..=SAMPLES {
+        // The core is asked in f32, so the model is too.
+        let z_um = (0.9999 * top_um * f64::from(i) / f64::from(SAMPLES)) as f32;
+        let drive_v = model.voltage_at(z_um.into())?;
+        let (below, above) = (0.999 * drive_v, 1.001 * drive_v);
+        let moved_um =
+            model.displacement_at_voltage_um(above) - model.displacement_at_voltage_um(below);
+        let um_per_v = moved_um / (above - below);
+        source += &format!("    ({z_um:?}, {drive_v:?}, {um_per_v:?}),\n");
+    }
+    Ok(source + "];\n")
+}
+
+/// The commit that is built, as git abbreviates it.
+fn commit() -> Option<String> {
+    let git = Command::new("git").args(["describe", "--always", "--dirty"]).output().ok()?;
+    let commit = String::from_utf8(git.stdout).ok()?.trim().to_owned();
+    (git.status.success() && !commit.is_empty()).then_some(commit)
 }

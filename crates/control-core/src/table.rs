@@ -66,6 +66,11 @@ impl InverseTable {
         self.top
     }
 
+    /// The temperature rises at the knots, in kelvin.
+    pub fn knots(&self) -> &[f32; KNOTS] {
+        &self.knots
+    }
+
     /// Temperature rise at position `z`; outside the range, and for NaN, that of the nearer end.
     pub fn temperature_rise(&self, z: Micrometre) -> Kelvin {
         let place = z.0 * self.segments_per_um;

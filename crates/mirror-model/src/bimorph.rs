@@ -24,10 +24,21 @@ pub struct Deflection {
 impl Deflection {
     /// Eqs. 6-9. A temperature below the reference gives a negative displacement; nothing here is singular at zero.
     pub fn at(parameters: &Parameters, temperature_rise_k: f64) -> Self {
+        Self::of(
+            parameters,
+            Self::curvature_per_um(parameters, temperature_rise_k),
+        )
+    }
+
+    /// 1/rho of eq. 6, in 1/um.
+    pub fn curvature_per_um(parameters: &Parameters, temperature_rise_k: f64) -> f64 {
         let p = parameters;
-        let curvature = p.curvature_coefficient / p.thickness_um
-            * p.expansion_difference_per_k
-            * temperature_rise_k;
+        p.curvature_coefficient / p.thickness_um * p.expansion_difference_per_k * temperature_rise_k
+    }
+
+    /// Eqs. 5 and 7-9, from a curvature in 1/um.
+    pub fn of(parameters: &Parameters, curvature: f64) -> Self {
+        let p = parameters;
         let noninverted_angle = p.noninverted_length_um * curvature;
         let inverted_angle = p.inverted_length_um * curvature;
         let noninverted = sagitta(p.noninverted_length_um, noninverted_angle);

@@ -8,14 +8,21 @@
 //! R_T = { value = 5812.0, unit = "K/W", standard_error = 9.1 }
 //! R0 = { value = 360.4, unit = "ohm", actuators = [359.8, 361.0, 360.2, 360.6] }
 //!
+//! [[effects]]
+//! id = "creep"
+//! [effects.parameters]
+//! c = { value = 0.012, unit = "1", standard_error = 0.001 }
+//!
 //! [provenance]
 //! device = "mirror 7"
 //! files = ["sweep.csv"]
 //! residual_rms_um = 0.12
 //! ```
 //!
-//! A parameter that is left out has the preset's value.
+//! A parameter that is left out has the preset's value, or its effect's usual one. A user's own effect carries its
+//! `definition`, the text of its file.
 
+use crate::effect::{self, Active, Effect, Formula};
 use crate::parameter::{Entry, TABLE};
 use crate::{ACTUATORS, Model, Preset, Provenance, Symbol};
 use miette::{Diagnostic, NamedSource, SourceSpan};
@@ -77,7 +84,27 @@ struct Stored {
     #[serde(default)]
     parameters: BTreeMap<toml::Spanned<String>, StoredParameter>,
     #[serde(default)]
+    effects: Vec<StoredEffect>,
+    #[serde(default)]
     provenance: Provenance,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredEffect {
+    id: toml::Spanned<String>,
+    definition: Option<toml::Spanned<String>>,
+    #[serde(default)]
+    parameters: BTreeMap<toml::Spanned<String>, StoredValue>,
+}
+
+/// A parameter of an effect.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredValue {
+    value: toml::Spanned<f64>,
+    unit: toml::Spanned<String>,
+    standard_error: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -129,6 +156,9 @@ impl Model {
             self.write_parameter(entry, &mut text)
                 .expect("writing to a string cannot fail");
         }
+        for effect in &self.effects {
+            write_effect(effect, &mut text).expect("writing to a string cannot fail");
+        }
         let provenance = toml::to_string(&self.provenance).expect("provenance is plain data");
         text + "\n[provenance]\n" + &provenance
     }
@@ -148,6 +178,43 @@ impl Model {
         }
         writeln!(text, " }} # {}", entry.meaning)
     }
+}
+
+fn write_effect(active: &Active, text: &mut String) -> std::fmt::Result {
+    let info = active.effect.info();
+    writeln!(
+        text,
+        "\n[[effects]] # {}: {}\nid = {}",
+        info.title,
+        info.equation,
+        quoted(&info.id)
+    )?;
+    if let Some(definition) = active.effect.definition() {
+        writeln!(text, "definition = {}", quoted(definition))?;
+    }
+    writeln!(text, "[effects.parameters]")?;
+    for ((p, value), error) in info
+        .parameters
+        .iter()
+        .zip(&active.values)
+        .zip(&active.standard_errors)
+    {
+        write!(
+            text,
+            "{} = {{ value = {value:?}, unit = {}",
+            quoted(&p.symbol),
+            quoted(&p.unit)
+        )?;
+        if let Some(error) = error {
+            write!(text, ", standard_error = {error:?}")?;
+        }
+        writeln!(text, " }}")?;
+    }
+    Ok(())
+}
+
+fn quoted(text: &str) -> String {
+    toml::Value::from(text).to_string()
 }
 
 struct Reader<'a> {
@@ -187,7 +254,67 @@ impl Reader<'_> {
         for (name, parameter) in &stored.parameters {
             self.parameter(&mut model, name, parameter)?;
         }
+        model.effects = stored
+            .effects
+            .iter()
+            .map(|effect| self.effect(effect))
+            .collect::<Result<_, _>>()?;
         Ok(model)
+    }
+
+    fn effect(&self, stored: &StoredEffect) -> Result<Active, ModelFileError> {
+        let id = stored.id.get_ref();
+        let effect: Arc<dyn Effect> = match &stored.definition {
+            Some(text) => Arc::new(
+                Formula::parse(id, text.get_ref())
+                    .map_err(|error| self.wrong(error.message, error.help, text.span()))?,
+            ),
+            None => effect::find(id).ok_or_else(|| {
+                let message = format!("there is no effect called '{id}'");
+                self.wrong(
+                    message,
+                    "`effect list` names them; a formula of your own needs its definition".into(),
+                    stored.id.span(),
+                )
+            })?,
+        };
+        let mut active = Active::usual(effect.clone());
+        for (symbol, value) in &stored.parameters {
+            let known = &effect.info().parameters;
+            let Some(index) = known.iter().position(|p| p.symbol == *symbol.get_ref()) else {
+                let names: Vec<_> = known.iter().map(|p| p.symbol.as_ref()).collect();
+                let message = format!("{id} has no parameter '{}'", symbol.get_ref());
+                return Err(self.wrong(
+                    message,
+                    format!("it has {}", names.join(", ")),
+                    symbol.span(),
+                ));
+            };
+            if known[index].unit != *value.unit.get_ref() {
+                let message = format!(
+                    "{symbol} is in {}, not in '{}'",
+                    known[index].unit,
+                    value.unit.get_ref(),
+                    symbol = symbol.get_ref()
+                );
+                return Err(self.wrong(
+                    message,
+                    "convert the value and change the unit".into(),
+                    value.unit.span(),
+                ));
+            }
+            if !value.value.get_ref().is_finite() {
+                let message = format!("{} must be a finite number", symbol.get_ref());
+                return Err(self.wrong(
+                    message,
+                    format!("a usual one is {}", known[index].start),
+                    value.value.span(),
+                ));
+            }
+            active.values[index] = *value.value.get_ref();
+            active.standard_errors[index] = value.standard_error;
+        }
+        Ok(active)
     }
 
     fn parameter(
@@ -318,6 +445,50 @@ mod tests {
         let model = Model::parse("m.toml", text).unwrap();
         assert_eq!(model.parameters.resistance_coefficient_per_k, 3e-3);
         assert_eq!(model.parameters.cold_resistance_ohm, 360.0);
+    }
+
+    #[test]
+    fn effects_are_kept_with_their_values_and_definitions() {
+        let own = "id = \"own's \\\"thing\\\"\"\nstage = \"shape\"\nacts = \"displacement\"\nformula = \"x * (1 + q)\"\n\
+                   [[parameters]]\nsymbol = \"q\"\nunit = \"1\"\nstart = 0.1\nlow = 0.0\nhigh = 1.0\n";
+        let mut model = Model::from(Preset::Paper);
+        for effect in effect::built_in()
+            .into_iter()
+            .chain([Arc::new(Formula::parse("own", own).unwrap()) as Arc<dyn Effect>])
+        {
+            let mut active = Active::usual(effect);
+            active.values[0] *= 0.7;
+            active.standard_errors[0] = Some(1e-3);
+            model.effects.push(active);
+        }
+        assert_eq!(Model::parse("m.toml", &model.to_toml()).unwrap(), model);
+    }
+
+    #[test]
+    fn effects_that_are_not_known_are_pointed_at() {
+        let head = "format = 1\npreset = \"paper\"\n[[effects]]\n";
+        for (rest, message, place) in [
+            ("id = \"creeep\"", "no effect called 'creeep'", "\"creeep\""),
+            (
+                "id = \"creep\"\n[effects.parameters]\nq = { value = 1.0, unit = \"1\" }",
+                "no parameter 'q'",
+                "q",
+            ),
+            (
+                "id = \"creep\"\n[effects.parameters]\ntau = { value = 1.0, unit = \"ms\" }",
+                "tau is in s",
+                "\"ms\"",
+            ),
+            (
+                "id = \"creep\"\n[effects.parameters]\ntau = { value = inf, unit = \"s\" }",
+                "finite",
+                "inf",
+            ),
+        ] {
+            let (said, at) = error(&format!("{head}{rest}\n"));
+            assert!(said.contains(message), "{said}");
+            assert_eq!(at, place);
+        }
     }
 
     #[test]

@@ -19,6 +19,7 @@
 //! ```
 
 pub mod bimorph;
+pub mod effect;
 pub mod file;
 pub mod identify;
 pub mod model;
@@ -26,6 +27,7 @@ pub mod parameter;
 pub mod piston;
 pub mod preset;
 mod root;
+pub mod simulate;
 
 pub use bimorph::Deflection;
 pub use file::ModelFileError;
@@ -34,3 +36,4 @@ pub use model::{ACTUATORS, Model, Provenance};
 pub use parameter::{Parameters, Symbol};
 pub use piston::{PistonModel, PistonState, RangeError};
 pub use preset::Preset;
+pub use simulate::{Interval, Output, Runaway, simulate};

@@ -1,5 +1,6 @@
 //! A whole mirror's model: shared parameters, what differs between its four actuators, and where it all came from.
 
+use crate::effect::Active;
 use crate::{Parameters, PistonModel, Preset, Symbol};
 use std::collections::BTreeMap;
 
@@ -17,6 +18,8 @@ pub struct Model {
     pub standard_errors: BTreeMap<Symbol, f64>,
     /// Parameters that are known for each actuator; they take the place of the shared value.
     pub by_actuator: BTreeMap<Symbol, [f64; ACTUATORS]>,
+    /// The effects that it has beyond eqs. 1-9, in the order in which they act.
+    pub effects: Vec<Active>,
     /// What it was fitted to.
     pub provenance: Provenance,
 }
@@ -54,6 +57,7 @@ impl From<Preset> for Model {
             parameters: preset.parameters(),
             standard_errors,
             by_actuator: BTreeMap::new(),
+            effects: Vec::new(),
             provenance: Provenance {
                 note: Some(preset.description().into()),
                 ..Provenance::default()

@@ -25,12 +25,23 @@ pub struct Parameters {
     pub resistance_coefficient_per_k: f64,
     /// R_T, the mean temperature rise that one watt makes.
     pub thermal_resistance_k_per_w: f64,
+    /// Time constant of the fastest thermal pole; 0 is at once. Its weight is what the other two leave of 1.
+    pub fast_s: f64,
+    /// Weight of the middle thermal pole.
+    pub middle_weight: f64,
+    /// Time constant of the middle thermal pole.
+    pub middle_s: f64,
+    /// Weight of the slow thermal pole.
+    pub slow_weight: f64,
+    /// Time constant of the slow thermal pole.
+    pub slow_s: f64,
     /// The highest drive. It bounds what the inverses accept.
     pub drive_limit_v: f64,
 }
 
 impl Parameters {
-    /// Table 1 of the paper with the printed exponents corrected, and its section 4.2 for R_T.
+    /// Table 1 of the paper with the printed exponents corrected, and its section 4.2 for R_T. The paper gives no time
+    /// constants, so there are none.
     pub const PAPER: Self = Self {
         noninverted_length_um: 250.0,
         inverted_length_um: 125.0,
@@ -42,6 +53,11 @@ impl Parameters {
         cold_resistance_ohm: 360.0,
         resistance_coefficient_per_k: 3.92e-3,
         thermal_resistance_k_per_w: 5.7e3,
+        fast_s: 0.0,
+        middle_weight: 0.0,
+        middle_s: 0.0,
+        slow_weight: 0.0,
+        slow_s: 0.0,
         drive_limit_v: 3.5,
     };
 
@@ -70,6 +86,11 @@ pub enum Symbol {
     ColdResistance,
     ResistanceCoefficient,
     ThermalResistance,
+    FastTime,
+    MiddleWeight,
+    MiddleTime,
+    SlowWeight,
+    SlowTime,
     DriveLimit,
 }
 
@@ -125,7 +146,7 @@ macro_rules! entry {
 }
 
 /// Every parameter, in the order of [`Symbol`]. The ranges are wide enough for heaters of other materials.
-pub static TABLE: [Entry; 11] = [
+pub static TABLE: [Entry; 16] = [
     entry!(
         NoninvertedLength,
         "L_NI",
@@ -205,6 +226,46 @@ pub static TABLE: [Entry; 11] = [
         thermal_resistance_k_per_w,
         (1e-2, 1e7),
         "temperature rise that one watt makes"
+    ),
+    entry!(
+        FastTime,
+        "tau_fast",
+        "s",
+        fast_s,
+        (0.0, 1e4),
+        "time constant of the fast thermal pole"
+    ),
+    entry!(
+        MiddleWeight,
+        "w_mid",
+        "1",
+        middle_weight,
+        (0.0, 0.95),
+        "weight of the middle thermal pole"
+    ),
+    entry!(
+        MiddleTime,
+        "tau_mid",
+        "s",
+        middle_s,
+        (0.0, 1e4),
+        "time constant of the middle thermal pole"
+    ),
+    entry!(
+        SlowWeight,
+        "w_slow",
+        "1",
+        slow_weight,
+        (0.0, 0.95),
+        "weight of the slow thermal pole"
+    ),
+    entry!(
+        SlowTime,
+        "tau_slow",
+        "s",
+        slow_s,
+        (0.0, 1e5),
+        "time constant of the slow thermal pole"
     ),
     entry!(
         DriveLimit,

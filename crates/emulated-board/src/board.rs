@@ -1,0 +1,242 @@
+//! One emulated board: its process, its plant, its log.
+
+use std::fs::{self, File};
+use std::io::{self, BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ExitStatus};
+use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::Duration;
+
+use rustix::fs::{CWD, Mode, mkfifoat};
+use tempfile::TempDir;
+use virtual_mirror::MirrorConfig;
+
+use crate::logs::{LogError, LogTable};
+use crate::plant::{Plant, Progress};
+use crate::qemu;
+
+/// How long QEMU may take to offer its socket.
+const START_TIMEOUT: Duration = Duration::from_secs(20);
+
+/// What to emulate.
+#[derive(Clone, Debug)]
+pub struct Emulation {
+    /// The firmware's image for MPS2-AN386.
+    pub image: PathBuf,
+    /// The mirror on the board.
+    pub mirror: MirrorConfig,
+    /// Where the board's socket is placed: [`crate::boards_directory`], or a private directory.
+    pub boards_directory: PathBuf,
+    /// The board's name among those of that directory.
+    pub name: String,
+}
+
+/// A board that runs until it is dropped.
+#[derive(Debug)]
+pub struct EmulatedBoard {
+    qemu: Child,
+    socket: PathBuf,
+    progress: Arc<Progress>,
+    log: Log,
+    _directory: TempDir,
+}
+
+/// Why an emulated board does not start.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// The image is missing or unreadable.
+    #[error("the firmware image {path} cannot be read: {source}")]
+    Image {
+        /// The image.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The image carries no log table.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// The mirror's description has a number out of range.
+    #[error(transparent)]
+    Mirror(#[from] virtual_mirror::ConfigError),
+    /// QEMU is not there.
+    #[error("qemu-system-arm cannot be started: {0}")]
+    Qemu(io::Error),
+    /// Another board has that name.
+    #[error("an emulated board named {0} is already running")]
+    NameTaken(String),
+    /// QEMU ended or hung before its socket was there.
+    #[error("the emulator did not come up: {0}")]
+    NotUp(String),
+    /// Directory, FIFO or socket.
+    #[error("the emulated board's files cannot be made: {0}")]
+    Files(#[from] io::Error),
+}
+
+impl EmulatedBoard {
+    /// Starts a board and waits until its socket takes connections.
+    ///
+    /// # Errors
+    /// Where anything it needs is missing; nothing is left running then.
+    pub fn start(emulation: &Emulation) -> Result<Self, StartError> {
+        let elf = fs::read(&emulation.image).map_err(|source| StartError::Image {
+            path: emulation.image.clone(),
+            source,
+        })?;
+        let table = LogTable::from_elf(&elf)?;
+        let plant = Plant::new(&emulation.mirror)?;
+        let socket = claim_socket(&emulation.boards_directory, &emulation.name)?;
+        let directory = tempfile::Builder::new()
+            .prefix("emulated-board-")
+            .tempdir()?;
+        let image = fs::canonicalize(&emulation.image)?;
+
+        let fifos =
+            [plant_link::TO_PLANT, plant_link::FROM_PLANT].map(|name| directory.path().join(name));
+        for fifo in &fifos {
+            mkfifoat(CWD, fifo, Mode::RUSR | Mode::WUSR).map_err(io::Error::from)?;
+        }
+        let mut qemu = qemu::command(&image, directory.path(), &socket)
+            .spawn()
+            .map_err(StartError::Qemu)?;
+        let progress = Arc::new(Progress::default());
+        let log = Log::default();
+        run_plant(plant, fifos, Arc::clone(&progress), log.clone());
+        let complaints = collect_log(&mut qemu, table, log.clone());
+
+        let mut board = Self {
+            qemu,
+            socket,
+            progress,
+            log,
+            _directory: directory,
+        };
+        board.wait_for_socket(&complaints)?;
+        Ok(board)
+    }
+
+    /// The socket on which the board takes requests.
+    pub fn socket(&self) -> &Path {
+        &self.socket
+    }
+
+    /// Time that has passed for the board and its mirror.
+    pub fn simulated_s(&self) -> f64 {
+        self.progress.simulated_s()
+    }
+
+    /// The firmware's log so far.
+    pub fn log(&self) -> Vec<String> {
+        self.log.lines()
+    }
+
+    /// Kills the emulator, as unplugging would; later requests find no board.
+    ///
+    /// # Errors
+    /// Where the system cannot.
+    pub fn kill(&mut self) -> io::Result<()> {
+        self.qemu.kill()?;
+        self.qemu.wait()?;
+        Ok(())
+    }
+
+    /// Whether the board has ended, and how.
+    ///
+    /// # Errors
+    /// Where the system cannot tell.
+    pub fn exit_status(&mut self) -> io::Result<Option<ExitStatus>> {
+        self.qemu.try_wait()
+    }
+
+    fn wait_for_socket(&mut self, complaints: &Receiver<String>) -> Result<(), StartError> {
+        let pause = Duration::from_millis(10);
+        for _ in 0..START_TIMEOUT.as_millis() / pause.as_millis() {
+            if let Some(status) = self.qemu.try_wait()? {
+                let said: Vec<String> = complaints.iter().collect();
+                return Err(StartError::NotUp(format!(
+                    "{status}; it said: {}",
+                    said.join("; ")
+                )));
+            }
+            if self.socket.exists() && self.simulated_s() > 0.0 {
+                return Ok(());
+            }
+            thread::sleep(pause);
+        }
+        Err(StartError::NotUp(format!(
+            "nothing happened for {} s",
+            START_TIMEOUT.as_secs()
+        )))
+    }
+}
+
+impl Drop for EmulatedBoard {
+    fn drop(&mut self) {
+        // Whatever fails here, the firmware also ends by itself when its plant is gone.
+        let _ = self.kill();
+        let _ = fs::remove_file(&self.socket);
+    }
+}
+
+/// The path of a socket that nobody uses; one that was left behind is removed.
+fn claim_socket(directory: &Path, name: &str) -> Result<PathBuf, StartError> {
+    fs::create_dir_all(directory)?;
+    let socket = directory.join(format!("{name}.sock"));
+    if std::os::unix::net::UnixStream::connect(&socket).is_ok() {
+        return Err(StartError::NameTaken(name.to_owned()));
+    }
+    match fs::remove_file(&socket) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error.into()),
+        _ => Ok(socket),
+    }
+}
+
+/// Lines that several threads add to.
+#[derive(Clone, Debug, Default)]
+struct Log(Arc<Mutex<Vec<String>>>);
+
+impl Log {
+    fn add(&self, line: String) {
+        if let Ok(mut lines) = self.0.lock() {
+            lines.push(line);
+        }
+    }
+
+    fn lines(&self) -> Vec<String> {
+        self.0.lock().map(|lines| lines.clone()).unwrap_or_default()
+    }
+}
+
+/// Runs the plant until the board ends.
+fn run_plant(plant: Plant, fifos: [PathBuf; 2], progress: Arc<Progress>, log: Log) {
+    let run = move || {
+        // Opening a FIFO waits for the other end, so both sides open in the same order.
+        let board = File::open(&fifos[0])?;
+        let answer = File::options().write(true).open(&fifos[1])?;
+        plant.run(board, answer, &progress)
+    };
+    thread::spawn(move || {
+        if let Err(error) = run() {
+            log.add(format!("plant: {error}"));
+        }
+    });
+}
+
+/// Collects the firmware's log, and hands on what QEMU itself complains of.
+fn collect_log(qemu: &mut Child, table: LogTable, log: Log) -> Receiver<String> {
+    if let Some(frames) = qemu.stdout.take() {
+        thread::spawn(move || table.decode(frames, |line| log.add(line)));
+    }
+    let (sender, complaints) = channel();
+    if let Some(stderr) = qemu.stderr.take() {
+        thread::spawn(move || {
+            for line in BufReader::new(stderr).lines().map_while(Result::ok) {
+                if sender.send(line).is_err() {
+                    return;
+                }
+            }
+        });
+    }
+    complaints
+}

@@ -1,0 +1,82 @@
+//! The analogue half of the driver board, in its own physical terms: what a compare value does to an
+//! actuator, and what a current becomes on the way into the converter.
+//!
+//! It shares no constant with the firmware, so that a wrong scale there shows here.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+const ADC_REFERENCE_V: f64 = 3.3;
+const ADC_TOP_12_BIT: f64 = 4095.0;
+const OVERSAMPLING: usize = 16;
+const PWM_SUPPLY_V: f64 = 3.3;
+const PWM_PERIOD_COUNTS: f64 = 4250.0;
+const OUTPUT_GAIN: f64 = 4.25 / 3.3;
+const SHUNT_OHM: f64 = 10.0;
+const SENSE_GAIN: f64 = 26.4;
+
+/// Noise of one 12-bit conversion, in its steps. It is what makes oversampling resolve more.
+const NOISE_STEPS: f64 = 1.2;
+/// Resistor tolerance behind the gain of each channel.
+const GAIN_TOLERANCE: f64 = 1e-3;
+
+/// Four output stages and four current senses.
+#[derive(Clone, Debug)]
+pub struct Electronics {
+    sense_gain: [f64; 4],
+    rng: ChaCha8Rng,
+}
+
+impl Electronics {
+    /// A board off the line: the seed draws its tolerances and its noise.
+    pub fn new(seed: u64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let sense_gain = std::array::from_fn(|_| 1.0 + GAIN_TOLERANCE * normal(&mut rng));
+        Self { sense_gain, rng }
+    }
+
+    /// Voltage that a compare value puts on an actuator, behind filter and buffer. The shunt lies
+    /// within the buffer's feedback, so its drop is made up for.
+    pub fn drive_v(&self, compare: u16) -> f64 {
+        let duty = (f64::from(compare) / PWM_PERIOD_COUNTS).min(1.0);
+        duty * PWM_SUPPLY_V * OUTPUT_GAIN
+    }
+
+    /// What the converter reads of a channel's current: the sum of 16 conversions.
+    pub fn sense_code(&mut self, channel: usize, current_a: f64) -> u16 {
+        let volts = current_a * SHUNT_OHM * SENSE_GAIN * self.sense_gain[channel];
+        let steps = volts / ADC_REFERENCE_V * (ADC_TOP_12_BIT + 1.0);
+        let convert = |noise: f64| (steps + noise).round().clamp(0.0, ADC_TOP_12_BIT) as u16;
+        (0..OVERSAMPLING)
+            .map(|_| convert(NOISE_STEPS * normal(&mut self.rng)))
+            .sum()
+    }
+}
+
+fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    StandardNormal.sample(rng)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_compare_value_is_a_millivolt() {
+        let electronics = Electronics::new(1);
+        assert!((electronics.drive_v(1900) - 1.9).abs() < 1e-12);
+        assert!((electronics.drive_v(u16::MAX) - 4.25).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_current_is_read_within_its_tolerance() {
+        let mut electronics = Electronics::new(2);
+        let mean = (0..1000)
+            .map(|_| f64::from(electronics.sense_code(0, 6.25e-3)))
+            .sum::<f64>()
+            / 1e3;
+        assert!((mean / 32768.0 - 1.0).abs() < 5e-3, "{mean}");
+        assert_eq!(electronics.sense_code(3, 1.0), 65520, "saturated");
+    }
+}

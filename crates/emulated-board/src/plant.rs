@@ -1,0 +1,82 @@
+//! The plant: electronics and a virtual mirror, answering the board tick by tick.
+
+use std::fs::File;
+use std::io::{self, Read, Write};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use plant_link::{Converters, Pins};
+use virtual_mirror::{MirrorConfig, Sensor, VirtualMirror};
+
+use crate::Electronics;
+
+/// Length of a control tick.
+const TICK_S: f64 = 1e-4;
+
+/// What is behind the board's pins.
+#[derive(Clone, Debug)]
+pub struct Plant {
+    electronics: Electronics,
+    mirror: VirtualMirror,
+    sensor: Sensor,
+}
+
+/// Control ticks that have been simulated, readable while the plant runs.
+#[derive(Debug, Default)]
+pub struct Progress(AtomicU64);
+
+impl Progress {
+    /// Simulated time so far.
+    pub fn simulated_s(&self) -> f64 {
+        self.0.load(Ordering::Relaxed) as f64 * TICK_S
+    }
+}
+
+impl Plant {
+    /// A mirror on a board whose tolerances are drawn from the mirror's seed too.
+    ///
+    /// # Errors
+    /// Where a number of `config` is out of range.
+    pub fn new(config: &MirrorConfig) -> Result<Self, virtual_mirror::ConfigError> {
+        Ok(Self {
+            electronics: Electronics::new(config.seed),
+            mirror: VirtualMirror::new(config)?,
+            sensor: Sensor::new(config),
+        })
+    }
+
+    /// Answers the board until it closes its end.
+    ///
+    /// # Errors
+    /// Where the link breaks within a tick.
+    pub fn run(mut self, mut board: File, mut answer: File, progress: &Progress) -> io::Result<()> {
+        let mut bytes = [0; Pins::BYTES];
+        loop {
+            match board.read_exact(&mut bytes) {
+                Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(()),
+                other => other?,
+            }
+            let drive_v = Pins::from_bytes(&bytes)
+                .compare
+                .map(|code| self.electronics.drive_v(code));
+            match answer.write_all(&self.convert(drive_v).to_bytes()) {
+                Err(error) if error.kind() == io::ErrorKind::BrokenPipe => return Ok(()),
+                other => other?,
+            }
+            // The board computes its next drives in the meantime.
+            self.mirror.step(drive_v, TICK_S);
+            progress.0.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// What the converters read at the start of a tick at `drive_v`: the currents follow the drive
+    /// at once, the mirror has not moved yet.
+    fn convert(&mut self, drive_v: [f64; 4]) -> Converters {
+        self.mirror.step(drive_v, 0.0);
+        let state = self.mirror.state();
+        let reading = self.sensor.read(&state, TICK_S);
+        Converters {
+            current: std::array::from_fn(|i| self.electronics.sense_code(i, state.current_a[i])),
+            sensor_z_nm: (reading.z_um * 1e3).round() as i32,
+        }
+    }
+}

@@ -1,0 +1,45 @@
+//! Metal under stress flows slowly.
+
+use super::{Acts, Effect, Info, Moment, Parameter, Stage, Step, parameter};
+use std::borrow::Cow;
+
+pub(super) struct Creep;
+
+static PARAMETERS: [Parameter; 2] = [
+    parameter("c", "1", 0.01, -0.2, 0.2),
+    parameter("tau", "s", 5.0, 0.2, 60.0),
+];
+
+static INFO: Info = Info {
+    id: Cow::Borrowed("creep"),
+    title: Cow::Borrowed("creep"),
+    stage: Stage::Memory,
+    acts: Acts::Displacement,
+    equation: Cow::Borrowed("z' = z + c mean of three lags of z with tau/5, tau, 5 tau"),
+    parameters: Cow::Borrowed(&PARAMETERS),
+    shows: Cow::Borrowed("z goes on for seconds while R stays"),
+    separates: Cow::Borrowed("hold for a minute: R stays, z moves"),
+    source: Cow::Borrowed(
+        "Kelvin-Voigt elements, close to the logarithm of time; the paper saw it for 30 s",
+    ),
+};
+
+impl Effect for Creep {
+    fn info(&self) -> &Info {
+        &INFO
+    }
+
+    fn output(&self, p: &[f64], x: f64, state: &[f64], _: &Moment) -> f64 {
+        x + p[0] * (state[0] + state[1] + state[2]) / 3.0
+    }
+
+    fn states(&self) -> usize {
+        3
+    }
+
+    fn advance(&self, p: &[f64], state: &mut [f64], step: &Step) {
+        for (s, factor) in state.iter_mut().zip([0.2, 1.0, 5.0]) {
+            *s = step.relax(*s, factor * p[1]);
+        }
+    }
+}

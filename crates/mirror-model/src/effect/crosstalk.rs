@@ -1,0 +1,32 @@
+//! Heat flows through the plate and the air from one actuator to another.
+
+use super::{Acts, Effect, Info, Moment, Parameter, Stage, parameter};
+use std::borrow::Cow;
+
+pub(super) struct Crosstalk;
+
+static PARAMETERS: [Parameter; 1] = [parameter("k", "1", 0.02, -0.02, 0.3)];
+
+static INFO: Info = Info {
+    id: Cow::Borrowed("crosstalk"),
+    title: Cow::Borrowed("heat from the other actuators"),
+    stage: Stage::Heat,
+    acts: Acts::Heating,
+    equation: Cow::Borrowed("R_T P_i' = R_T (P_i + k sum of the other P_j)"),
+    parameters: Cow::Borrowed(&PARAMETERS),
+    shows: Cow::Borrowed(
+        "an actuator's misfit follows the power of the others; nearly nothing in z when all are driven",
+    ),
+    separates: Cow::Borrowed("heat one actuator and sense an idle one"),
+    source: Cow::Borrowed("1 to 10 % through plate and frame"),
+};
+
+impl Effect for Crosstalk {
+    fn info(&self) -> &Info {
+        &INFO
+    }
+
+    fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
+        x + p[0] * m.thermal_resistance_k_per_w * (m.total_power_w - m.power_w)
+    }
+}

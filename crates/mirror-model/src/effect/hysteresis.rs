@@ -1,0 +1,52 @@
+//! Play operators: friction-like memory that does not ask how fast.
+
+use super::{Acts, Effect, Info, Moment, Parameter, Stage, Step, parameter};
+use std::borrow::Cow;
+
+pub(super) struct Hysteresis;
+
+static PARAMETERS: [Parameter; 2] = [
+    parameter("w", "1", 0.02, -0.3, 0.3),
+    parameter("r", "um", 10.0, 0.5, 60.0),
+];
+
+static INFO: Info = Info {
+    id: Cow::Borrowed("hysteresis"),
+    title: Cow::Borrowed("rate-independent hysteresis"),
+    stage: Stage::Memory,
+    acts: Acts::Displacement,
+    equation: Cow::Borrowed("z' = z + w (mean of three plays of z - z), play radii r/3, 2r/3, r"),
+    parameters: Cow::Borrowed(&PARAMETERS),
+    shows: Cow::Borrowed("two branches at equal R, at any slow rate"),
+    separates: Cow::Borrowed("minor loops at 0.01 Hz"),
+    source: Cow::Borrowed("0 to 4 % of the span; Prandtl-Ishlinskii"),
+};
+
+fn radius(p: &[f64], k: usize) -> f64 {
+    p[1] * (k + 1) as f64 / 3.0
+}
+
+fn play(state: f64, input: f64, radius: f64) -> f64 {
+    state.clamp(input - radius, input + radius)
+}
+
+impl Effect for Hysteresis {
+    fn info(&self) -> &Info {
+        &INFO
+    }
+
+    fn output(&self, p: &[f64], x: f64, state: &[f64], _: &Moment) -> f64 {
+        let plays: f64 = (0..3).map(|k| play(state[k], x, radius(p, k))).sum();
+        x + p[0] * (plays / 3.0 - x)
+    }
+
+    fn states(&self) -> usize {
+        3
+    }
+
+    fn advance(&self, p: &[f64], state: &mut [f64], step: &Step) {
+        for (k, s) in state.iter_mut().enumerate() {
+            *s = play(*s, step.to, radius(p, k));
+        }
+    }
+}

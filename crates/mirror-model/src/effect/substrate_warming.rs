@@ -1,0 +1,43 @@
+//! Chip and package warm by what all heaters give off; all four actuators follow.
+
+use super::{Acts, Effect, Info, Moment, Parameter, Stage, Step, parameter};
+use std::borrow::Cow;
+
+pub(super) struct SubstrateWarming;
+
+static PARAMETERS: [Parameter; 2] = [
+    parameter("w", "1", 0.05, 0.0, 0.4),
+    parameter("tau", "s", 5.0, 0.3, 200.0),
+];
+
+static INFO: Info = Info {
+    id: Cow::Borrowed("substrate-warming"),
+    title: Cow::Borrowed("the substrate warms"),
+    stage: Stage::Heat,
+    acts: Acts::Temperature,
+    equation: Cow::Borrowed("dT' = dT + s; tau ds/dt = w R_T P_mean - s"),
+    parameters: Cow::Borrowed(&PARAMETERS),
+    shows: Cow::Borrowed("a slow drift over seconds in z and in R that follows the total power"),
+    separates: Cow::Borrowed("heat one actuator and sense an idle one"),
+    source: Cow::Borrowed("weights of 5 to 7 %, seconds"),
+};
+
+impl Effect for SubstrateWarming {
+    fn info(&self) -> &Info {
+        &INFO
+    }
+
+    fn output(&self, _: &[f64], x: f64, state: &[f64], _: &Moment) -> f64 {
+        x + state[0]
+    }
+
+    fn states(&self) -> usize {
+        1
+    }
+
+    fn advance(&self, p: &[f64], state: &mut [f64], step: &Step) {
+        let m = &step.moment;
+        let goal = p[0] * m.thermal_resistance_k_per_w * m.total_power_w / 4.0;
+        state[0] = goal + (state[0] - goal) * (-step.duration_s / p[1]).exp();
+    }
+}

@@ -1,0 +1,70 @@
+//! `list`: the boards that are there, and who they say they are.
+
+use std::fmt;
+
+use mirror_protocol::Identity;
+use serde::Serialize;
+
+use crate::board::{Board, Found, Place, find};
+use crate::error::ToolError;
+use crate::report;
+
+#[derive(Serialize)]
+struct List {
+    boards: Vec<Entry>,
+}
+
+#[derive(Serialize)]
+struct Entry {
+    #[serde(flatten)]
+    found: Found,
+    /// What it says of itself, or why it does not.
+    #[serde(flatten)]
+    said: Said,
+}
+
+#[derive(Serialize)]
+#[serde(rename_all = "lowercase")]
+enum Said {
+    Identity(Identity),
+    Error(String),
+}
+
+pub(super) async fn run(json: bool) -> Result<(), ToolError> {
+    let mut boards = Vec::new();
+    for found in find() {
+        let said = match Board::open(&found).await {
+            Ok(board) => Said::Identity(board.identity().clone()),
+            Err(error) => Said::Error(error.to_string()),
+        };
+        boards.push(Entry { found, said });
+    }
+    if boards.is_empty() && !json {
+        return Err(ToolError::NoBoard);
+    }
+    report::print(&List { boards }, json);
+    Ok(())
+}
+
+impl fmt::Display for List {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for Entry { found, said } in &self.boards {
+            let link = match found.place {
+                Place::Usb { .. } => "USB",
+                Place::Socket { .. } => "socket",
+            };
+            match said {
+                Said::Identity(identity) => writeln!(
+                    f,
+                    "{:<26} {link:<7} {}, firmware {} ({})",
+                    found.name,
+                    identity.board.name(),
+                    identity.firmware_version,
+                    identity.build
+                )?,
+                Said::Error(error) => writeln!(f, "{:<26} {link:<7} {error}", found.name)?,
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,47 @@
+//! The commands, one file each.
+
+mod list;
+mod moving;
+mod record;
+mod set_drive;
+mod set_z;
+mod status;
+
+use std::io;
+
+use clap::CommandFactory;
+use tokio::runtime::Builder;
+
+use crate::board::{Board, choose};
+use crate::cli::{Arguments, Command};
+use crate::error::ToolError;
+
+/// Carries out one command.
+pub(crate) fn run(arguments: Arguments) -> Result<(), ToolError> {
+    let runtime = Builder::new_current_thread().enable_all().build();
+    runtime.map_err(ToolError::Runtime)?.block_on(dispatch(arguments))
+}
+
+async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
+    let json = arguments.json;
+    let open = async || Board::open(&choose(arguments.board.as_deref())?).await;
+    match arguments.command {
+        Command::List => list::run(json).await,
+        Command::Status => status::run(&open().await?, json).await,
+        Command::SetZ { z, settle } => set_z::run(&open().await?, z, settle, json).await,
+        Command::SetDrive { drives, settle } => {
+            let drives = set_drive::for_all_actuators(&drives)?;
+            set_drive::run(&open().await?, drives, settle, json).await
+        }
+        Command::Off => moving::off(&open().await?, json).await,
+        Command::Record { output, duration, period, force } => {
+            let file = record::NewFile::create(output, force)?;
+            record::run(&open().await?, file, duration, period, json).await
+        }
+        Command::Completions { shell } => {
+            let mut command = Arguments::command();
+            clap_complete::generate(shell, &mut command, "host-tool", &mut io::stdout());
+            Ok(())
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! What the commands that drive the mirror share: settling, reading, and saying it.
+
+use std::fmt;
+
+use control_core::Limits;
+use mirror_protocol::{Commanded, Telemetry};
+use serde::Serialize;
+
+use crate::board::Board;
+use crate::error::ToolError;
+use crate::quantity::Span;
+use crate::report::{self, row, row_of_known};
+
+/// Readings are the mean of so many samples, a millisecond apart.
+const READING_SAMPLES: u32 = 100;
+const READING_PERIOD: Span = Span { s: 1e-3 };
+
+/// What was read while the mirror stood.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(super) struct Readings {
+    pub(super) drive_v: [f64; 4],
+    pub(super) current_a: [f64; 4],
+    /// Above ambient, as the currents imply; unknown where a drive is too small to tell.
+    pub(super) temperature_rise_k: [Option<f64>; 4],
+    /// Position sensor on the board, which the controller never sees.
+    pub(super) sensor_z_um: Option<f64>,
+}
+
+/// The names of the limits that acted.
+pub(super) fn limit_names(bits: u8) -> Vec<&'static str> {
+    Limits::from_bits(bits).iter().map(|limit| limit.name()).collect()
+}
+
+/// Lets the mirror settle after `commanded`, then reads it.
+pub(super) async fn settle_and_read(
+    board: &Board,
+    commanded: &Commanded,
+    settle: Span,
+) -> Result<Readings, ToolError> {
+    board.wait(commanded.tick, settle).await?;
+    let mut stream = board.stream(READING_PERIOD, READING_SAMPLES).await?;
+    let mut samples = Vec::new();
+    for _ in 0..READING_SAMPLES {
+        samples.push(stream.next().await?);
+    }
+    Ok(Readings::mean(&samples))
+}
+
+#[derive(Serialize)]
+struct Off {
+    drive_v: [f64; 4],
+}
+
+/// Turns all channels off and says so.
+pub(super) async fn off(board: &Board, json: bool) -> Result<(), ToolError> {
+    let commanded = board.off().await?;
+    report::print(&Off { drive_v: commanded.drive_v.map(f64::from) }, json);
+    Ok(())
+}
+
+impl fmt::Display for Off {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "drives     {}", row(self.drive_v, 3, "V"))
+    }
+}
+
+impl Readings {
+    /// The mean of `samples`, of which there is at least one.
+    pub(super) fn mean(samples: &[Telemetry]) -> Self {
+        let mean = |value: &dyn Fn(&Telemetry) -> Option<f32>| -> Option<f64> {
+            let sum: Option<f64> = samples.iter().map(|sample| value(sample).map(f64::from)).sum();
+            sum.map(|sum| sum / samples.len() as f64)
+        };
+        let lanes = |value: &dyn Fn(&Telemetry, usize) -> Option<f32>| -> [Option<f64>; 4] {
+            std::array::from_fn(|i| mean(&|sample| value(sample, i)))
+        };
+        let always = |means: [Option<f64>; 4]| means.map(Option::unwrap_or_default);
+        Self {
+            drive_v: always(lanes(&|sample, i| Some(sample.drive_v[i]))),
+            current_a: always(lanes(&|sample, i| Some(sample.current_a[i]))),
+            temperature_rise_k: lanes(&|sample, i| sample.temperature_k[i]),
+            sensor_z_um: mean(&|sample| sample.sensor_z_um),
+        }
+    }
+}
+
+impl fmt::Display for Readings {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "drives     {}", row(self.drive_v, 3, "V"))?;
+        writeln!(f, "currents   {}", row(self.current_a.map(|i| i * 1e3), 3, "mA"))?;
+        writeln!(f, "warmer by  {}", row_of_known(self.temperature_rise_k, 1, "K"))
+    }
+}

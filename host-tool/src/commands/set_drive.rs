@@ -1,0 +1,59 @@
+//! `set-drive`: voltages on the actuators, for measuring what they do.
+
+use std::fmt;
+
+use mirror_protocol::Drives;
+use serde::Serialize;
+
+use crate::board::Board;
+use crate::commands::moving::{Readings, limit_names, settle_and_read};
+use crate::error::ToolError;
+use crate::quantity::{Span, Voltage};
+use crate::report::{self, row};
+
+#[derive(Serialize)]
+struct SetDrive {
+    asked_v: [f64; 4],
+    #[serde(flatten)]
+    readings: Readings,
+    limited_by: Vec<&'static str>,
+}
+
+/// One voltage means all four actuators.
+pub(super) fn for_all_actuators(drives: &[Voltage]) -> Result<[Voltage; 4], ToolError> {
+    match *drives {
+        [all] => Ok([all; 4]),
+        [a, b, c, d] => Ok([a, b, c, d]),
+        _ => Err(ToolError::DriveCount { count: drives.len() }),
+    }
+}
+
+pub(super) async fn run(
+    board: &Board,
+    drives: [Voltage; 4],
+    settle: Span,
+    json: bool,
+) -> Result<(), ToolError> {
+    let max = Voltage { v: board.status().await?.max_drive_v.into() };
+    let outside = drives.into_iter().find(|drive| !(0.0..=max.v).contains(&drive.v));
+    if let Some(asked) = outside {
+        return Err(ToolError::DriveOutOfRange { asked, max });
+    }
+    let asked_v = drives.map(|drive| drive.v);
+    let commanded = board.set_drive(Drives { drive_v: asked_v.map(|v| v as f32) }).await?;
+    let readings = settle_and_read(board, &commanded, settle).await?;
+    let limited_by = limit_names(commanded.limits);
+    report::print(&SetDrive { asked_v, readings, limited_by }, json);
+    Ok(())
+}
+
+impl fmt::Display for SetDrive {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "asked      {}", row(self.asked_v, 3, "V"))?;
+        write!(f, "{}", self.readings)?;
+        match self.readings.sensor_z_um {
+            Some(z) => writeln!(f, "sensor     {z:>9.3} um"),
+            None => Ok(()),
+        }
+    }
+}

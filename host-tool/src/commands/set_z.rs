@@ -1,0 +1,70 @@
+//! `set-z`: to a position, by the inverse of the model, without a position sensor.
+
+use std::fmt;
+
+use mirror_protocol::{Board as Kind, Position};
+use serde::Serialize;
+
+use crate::board::Board;
+use crate::commands::moving::{Readings, limit_names, settle_and_read};
+use crate::error::ToolError;
+use crate::quantity::{Length, Span};
+use crate::report;
+
+#[derive(Serialize)]
+struct SetZ {
+    asked_um: f64,
+    settled_s: f64,
+    #[serde(flatten)]
+    readings: Readings,
+    limited_by: Vec<&'static str>,
+    /// Whether the sensor is a virtual mirror's.
+    sensor_is_virtual: bool,
+    /// The sensor's reading less what was asked.
+    error_um: Option<f64>,
+}
+
+pub(super) async fn run(
+    board: &Board,
+    z: Length,
+    settle: Span,
+    json: bool,
+) -> Result<(), ToolError> {
+    let max = Length { um: board.status().await?.max_position_um.into() };
+    // The range came as f32.
+    let z = Length { um: f64::from(z.um as f32) };
+    if !(0.0..=max.um).contains(&z.um) {
+        return Err(ToolError::PositionOutOfRange { asked: z, max });
+    }
+    let commanded = board.set_position(Position { z_um: z.um as f32 }).await?;
+    let readings = settle_and_read(board, &commanded, settle).await?;
+    let report = SetZ {
+        asked_um: z.um,
+        settled_s: settle.s,
+        readings,
+        limited_by: limit_names(commanded.limits),
+        sensor_is_virtual: board.identity().board == Kind::EmulatedMps2,
+        error_um: readings.sensor_z_um.map(|sensor| sensor - z.um),
+    };
+    report::print(&report, json);
+    Ok(())
+}
+
+impl fmt::Display for SetZ {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "asked      {:>9.3} um", self.asked_um)?;
+        write!(f, "{}", self.readings)?;
+        let limits = self.limited_by.join(", ");
+        writeln!(f, "limited    {}", if limits.is_empty() { "by nothing" } else { &limits })?;
+        if let (Some(sensor), Some(error)) = (self.readings.sensor_z_um, self.error_um) {
+            let whose = if self.sensor_is_virtual { "virtual sensor" } else { "sensor" };
+            writeln!(
+                f,
+                "moved to   {sensor:>9.3} um by the {whose} after {} s: {error:+.3} um from what was \
+                 asked",
+                self.settled_s
+            )?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,112 @@
+//! What can go wrong, in words: what happened, and what to do next.
+
+use std::io;
+use std::path::PathBuf;
+
+use mirror_protocol::{PROTOCOL_VERSION, Refusal};
+
+use crate::quantity::{Length, Voltage};
+
+/// A failure of the tool.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+#[expect(missing_docs, reason = "each message says what its fields are")]
+pub enum ToolError {
+    #[error("no board was found")]
+    #[diagnostic(help(
+        "connect a driver board by USB, or try everything without one: \
+         `cargo xtask emulate` keeps an emulated board up"
+    ))]
+    NoBoard,
+
+    #[error("there is no board `{name}`; found: {found}")]
+    #[diagnostic(help("name one of them, or leave out --board and MIRROR_BOARD"))]
+    NoSuchBoard { name: String, found: String },
+
+    #[error("there are several boards: {found}")]
+    #[diagnostic(help("choose one with --board NAME, or set MIRROR_BOARD"))]
+    SeveralBoards { found: String },
+
+    #[error("the board {board} cannot be opened: {reason}")]
+    #[diagnostic(help(
+        "is it still there, is another host-tool using it, and may you access it? On Linux a USB \
+         board needs a udev rule"
+    ))]
+    Open { board: String, reason: String },
+
+    #[error("the connection to the board was lost while asking it to {request}")]
+    #[diagnostic(help(
+        "it was unplugged, reset, or its emulator ended; `host-tool list` shows what is there now"
+    ))]
+    LinkLost { request: &'static str },
+
+    #[error("the board did not answer in {seconds} s when asked to {request}")]
+    #[diagnostic(help(
+        "is another host-tool connected to it? If not, unplug it and plug it in again, or restart \
+         its emulator"
+    ))]
+    NoAnswer { request: &'static str, seconds: f64 },
+
+    #[error("the board did not understand the request to {request} ({detail})")]
+    #[diagnostic(help("the link is disturbed, or the firmware is not this tool's; try again once"))]
+    NotUnderstood { request: &'static str, detail: String },
+
+    #[error("the board speaks protocol version {board}, this tool version {PROTOCOL_VERSION}")]
+    #[diagnostic(help("{}", update_advice(*board)))]
+    ProtocolVersion { board: u16 },
+
+    #[error("the board refused to {request}: {}", refusal_words(*refusal))]
+    #[diagnostic(help("`host-tool status` shows what the board is doing"))]
+    Refused { request: &'static str, refusal: Refusal },
+
+    #[error("the board stopped counting control ticks")]
+    #[diagnostic(help("reset the board, or restart its emulator"))]
+    ControlStopped,
+
+    #[error("{asked} is beyond the range of this board, 0 to {max}; nothing was moved")]
+    #[diagnostic(help("ask for a position within the range"))]
+    PositionOutOfRange { asked: Length, max: Length },
+
+    #[error("{asked} is beyond what this board drives, 0 to {max}; nothing was changed")]
+    #[diagnostic(help("ask for voltages within the limits"))]
+    DriveOutOfRange { asked: Voltage, max: Voltage },
+
+    #[error("a mirror has four actuators, and {count} voltages were given; nothing was changed")]
+    #[diagnostic(help("give one voltage for all four actuators, or one for each of them"))]
+    DriveCount { count: usize },
+
+    #[error("{} already exists", path.display())]
+    #[diagnostic(help("choose another name, or replace it with --force"))]
+    FileExists { path: PathBuf },
+
+    #[error("{} cannot be written: {source}", path.display())]
+    #[diagnostic(help("choose a file in a directory that exists and that you may write to"))]
+    Write { path: PathBuf, source: io::Error },
+
+    #[error("{received} of {expected} samples arrived")]
+    #[diagnostic(help("the samples that arrived were kept; a longer --period eases the link"))]
+    SamplesLost { received: usize, expected: usize },
+
+    #[error("the tool's own runtime does not start: {0}")]
+    #[diagnostic(help("is the system out of memory or file handles?"))]
+    Runtime(io::Error),
+}
+
+fn update_advice(board: u16) -> &'static str {
+    if board < PROTOCOL_VERSION {
+        "update the board's firmware: `cargo xtask flash`"
+    } else {
+        "update this tool: it is older than the board's firmware"
+    }
+}
+
+fn refusal_words(refusal: Refusal) -> String {
+    match refusal {
+        Refusal::ProtocolVersion { board, tool } => {
+            format!("it speaks protocol version {board}, and was greeted in version {tool}")
+        }
+        Refusal::ControlStopped => "its control loop does not run".to_owned(),
+        Refusal::NoHello => "it was reset since this tool greeted it".to_owned(),
+        Refusal::NotANumber => "a value was not a number".to_owned(),
+        Refusal::ZeroPeriod => "samples need a period of at least one control tick".to_owned(),
+    }
+}

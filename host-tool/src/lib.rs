@@ -1,0 +1,28 @@
+//! The bench tool for electrothermal MEMS mirrors: what `host-tool` does, as a library.
+//!
+//! A command is read in [`cli`], carried out by one file of `commands`, which talks to a
+//! [`board`], and printed by its own report type, for people or as JSON.
+
+pub mod board;
+pub mod cli;
+mod commands;
+pub mod error;
+pub mod quantity;
+mod report;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+/// Runs the tool with the arguments of this process; every failure is told in words and ends in a
+/// code other than 0.
+pub fn main() -> ExitCode {
+    let arguments = cli::Arguments::parse();
+    match commands::run(arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{:?}", miette::Report::new(error));
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,246 @@
+//! Quantities as people write them: `120um`, `120 µm`, `0.12mm`, `1.9V`, `500ms`.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::Serialize;
+
+/// A position or displacement.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize)]
+#[serde(transparent)]
+pub struct Length {
+    /// In micrometres.
+    pub um: f64,
+}
+
+/// A voltage.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize)]
+#[serde(transparent)]
+pub struct Voltage {
+    /// In volts.
+    pub v: f64,
+}
+
+/// A time span, zero or longer.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize)]
+#[serde(transparent)]
+pub struct Span {
+    /// In seconds.
+    pub s: f64,
+}
+
+/// Why a text is not the quantity that was expected.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum QuantityError {
+    /// There is no number at its start.
+    #[error("`{text}` does not start with a number; write for example {example}")]
+    NoNumber {
+        /// What was written.
+        text: String,
+        /// What would be right.
+        example: &'static str,
+    },
+    /// There is nothing behind the number.
+    #[error("`{text}` has no unit; write for example {text}{unit}")]
+    NoUnit {
+        /// What was written.
+        text: String,
+        /// The usual unit.
+        unit: &'static str,
+    },
+    /// The unit belongs to something else, or to nothing.
+    #[error("`{unit}` is not a unit of {what}; use one of {known}")]
+    WrongUnit {
+        /// The unit that was written.
+        unit: String,
+        /// What is measured.
+        what: &'static str,
+        /// The units that are.
+        known: String,
+    },
+    /// The number cannot be used.
+    #[error("`{text}` is not {what} that can be used; write for example {example}")]
+    Unusable {
+        /// What was written.
+        text: String,
+        /// What is measured.
+        what: &'static str,
+        /// What would be right.
+        example: &'static str,
+    },
+}
+
+/// A kind of quantity: its units, each with its factor to the first.
+struct Kind {
+    what: &'static str,
+    example: &'static str,
+    units: &'static [(&'static str, f64)],
+}
+
+const LENGTH: Kind = Kind {
+    what: "a position",
+    example: "120um",
+    units: &[("um", 1.0), ("µm", 1.0), ("μm", 1.0), ("nm", 1e-3), ("mm", 1e3), ("m", 1e6)],
+};
+const VOLTAGE: Kind = Kind {
+    what: "a voltage",
+    example: "1.9V",
+    units: &[("V", 1.0), ("v", 1.0), ("mV", 1e-3)],
+};
+const SPAN: Kind = Kind {
+    what: "a time span",
+    example: "500ms",
+    units: &[
+        ("s", 1.0),
+        ("ms", 1e-3),
+        ("us", 1e-6),
+        ("µs", 1e-6),
+        ("μs", 1e-6),
+        ("min", 60.0),
+        ("h", 3600.0),
+    ],
+};
+
+impl Kind {
+    fn parse(&self, text: &str) -> Result<f64, QuantityError> {
+        let text = text.trim();
+        let (number, unit) = split(text);
+        let Ok(number) = number.parse::<f64>() else {
+            return Err(QuantityError::NoNumber { text: text.to_owned(), example: self.example });
+        };
+        if unit.is_empty() {
+            return Err(QuantityError::NoUnit { text: text.to_owned(), unit: self.units[0].0 });
+        }
+        let Some((_, factor)) = self.units.iter().find(|(known, _)| *known == unit) else {
+            return Err(self.wrong_unit(unit));
+        };
+        let value = number * factor;
+        if value.is_finite() { Ok(value) } else { Err(self.unusable(text)) }
+    }
+
+    fn wrong_unit(&self, unit: &str) -> QuantityError {
+        let known: Vec<&str> = self.units.iter().map(|(known, _)| *known).collect();
+        QuantityError::WrongUnit {
+            unit: unit.to_owned(),
+            what: self.what,
+            known: known.join(", "),
+        }
+    }
+
+    fn unusable(&self, text: &str) -> QuantityError {
+        QuantityError::Unusable { text: text.to_owned(), what: self.what, example: self.example }
+    }
+}
+
+/// Number and unit: the number is as long as it can be, an exponent only where digits follow.
+fn split(text: &str) -> (&str, &str) {
+    let end = (1..=text.len())
+        .rev()
+        .filter(|end| text.is_char_boundary(*end))
+        .find(|end| is_number(&text[..*end]))
+        .unwrap_or(0);
+    (&text[..end], text[end..].trim_start())
+}
+
+/// Digits and signs only: Rust also takes `inf` and `nan` for numbers.
+fn is_number(text: &str) -> bool {
+    let allowed = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | 'e' | 'E');
+    text.chars().all(allowed) && text.parse::<f64>().is_ok()
+}
+
+impl FromStr for Length {
+    type Err = QuantityError;
+
+    fn from_str(text: &str) -> Result<Self, QuantityError> {
+        LENGTH.parse(text).map(|um| Self { um })
+    }
+}
+
+impl FromStr for Voltage {
+    type Err = QuantityError;
+
+    fn from_str(text: &str) -> Result<Self, QuantityError> {
+        VOLTAGE.parse(text).map(|v| Self { v })
+    }
+}
+
+impl FromStr for Span {
+    type Err = QuantityError;
+
+    fn from_str(text: &str) -> Result<Self, QuantityError> {
+        let s = SPAN.parse(text)?;
+        if s < 0.0 { Err(SPAN.unusable(text)) } else { Ok(Self { s }) }
+    }
+}
+
+impl fmt::Display for Length {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} um", self.um)
+    }
+}
+
+impl fmt::Display for Voltage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} V", self.v)
+    }
+}
+
+impl fmt::Display for Span {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} s", self.s)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn reads_what_people_write() {
+        for text in ["120um", "120 um", "120 µm", "120μm", " 0.12mm ", "1.2e2um", "120000nm"] {
+            let length: Length = text.parse().unwrap();
+            assert!((length.um - 120.0).abs() < 1e-9, "{text}");
+        }
+        for text in ["1.9V", "1.9 V", "1900mV", "1.9v"] {
+            assert!((text.parse::<Voltage>().unwrap().v - 1.9).abs() < 1e-12, "{text}");
+        }
+        assert_eq!("1min".parse::<Span>().unwrap().s, 60.0);
+    }
+
+    #[test]
+    fn says_what_is_wrong_and_what_would_be_right() {
+        let say = |text: &str| text.parse::<Length>().unwrap_err().to_string();
+        assert_eq!(say("120"), "`120` has no unit; write for example 120um");
+        assert_eq!(say("up"), "`up` does not start with a number; write for example 120um");
+        assert_eq!(say("nan"), "`nan` does not start with a number; write for example 120um");
+        assert_eq!(
+            say("1.9V"),
+            "`V` is not a unit of a position; use one of um, µm, μm, nm, mm, m"
+        );
+        assert_eq!(say("1,5um"), "`,5um` is not a unit of a position; use one of um, µm, μm, nm, mm, m");
+        assert_eq!(
+            say("1e999um"),
+            "`1e999um` is not a position that can be used; write for example 120um"
+        );
+        assert_eq!(
+            "-1s".parse::<Span>().unwrap_err().to_string(),
+            "`-1s` is not a time span that can be used; write for example 500ms"
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_printed_is_read_again(um in -1e6_f64..1e6) {
+            let length = Length { um };
+            prop_assert_eq!(length.to_string().parse::<Length>().unwrap(), length);
+        }
+
+        #[test]
+        fn any_text_gives_a_number_or_a_sentence(text in "\\PC{0,20}") {
+            if let Ok(length) = text.parse::<Length>() {
+                prop_assert!(length.um.is_finite());
+            }
+        }
+    }
+}

@@ -1,0 +1,29 @@
+//! What a command has to say: as text for people, as JSON for scripts.
+
+use std::fmt::Display;
+
+use serde::Serialize;
+
+/// Prints `report` in the form that was asked for.
+pub(crate) fn print(report: &(impl Serialize + Display), json: bool) {
+    if json {
+        println!("{}", serde_json::to_string(report).expect("reports hold only numbers and text"));
+    } else {
+        print!("{report}");
+    }
+}
+
+/// Four numbers in a row, with their unit.
+pub(crate) fn row(values: [f64; 4], decimals: usize, unit: &str) -> String {
+    values.map(|value| format!("{value:>9.decimals$} {unit}")).join(" ")
+}
+
+/// Four numbers in a row, with a dash where one is not known.
+pub(crate) fn row_of_known(values: [Option<f64>; 4], decimals: usize, unit: &str) -> String {
+    values
+        .map(|value| match value {
+            Some(value) => format!("{value:>9.decimals$} {unit}"),
+            None => format!("{:>9} {:width$}", "-", "", width = unit.len()),
+        })
+        .join(" ")
+}

@@ -1,0 +1,105 @@
+//! The host tool against an emulated board.
+
+use std::io::{self, BufRead, Write};
+use std::path::PathBuf;
+use std::process::{Command, ExitCode};
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use emulated_board::{EmulatedBoard, Emulation, boards_directory};
+use virtual_mirror::MirrorConfig;
+
+use crate::cargo::{self, cargo, target_directory};
+use crate::images::{self, Board};
+use crate::setup;
+
+/// An emulated board, and what to do with it.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// The mirror on the board, a TOML file; without it the project's own.
+    #[arg(long)]
+    mirror: Option<PathBuf>,
+    /// The board's name among those that run.
+    #[arg(long, default_value = "emulated")]
+    name: String,
+    /// Print the firmware's log at the end.
+    #[arg(long)]
+    log: bool,
+    /// What to say to the host tool, for example `set-z 120um`.
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    command: Vec<String>,
+}
+
+/// Runs one command, or reads commands until the input ends.
+pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let mut board = start(arguments)?;
+    let started = Instant::now();
+    let before = board.simulated_s();
+    let code = if arguments.command.is_empty() {
+        converse(&mut board)?
+    } else {
+        host_tool(&board, &arguments.command)?
+    };
+    let (simulated, wall) = (board.simulated_s() - before, started.elapsed().as_secs_f64());
+    eprintln!(
+        "Emulated {simulated:.2} s of control ticks in {wall:.2} s: {:.1} times real time.",
+        simulated / wall
+    );
+    if arguments.log {
+        board.log().iter().for_each(|line| eprintln!("firmware: {line}"));
+    }
+    Ok(code)
+}
+
+fn start(arguments: &Arguments) -> Result<EmulatedBoard> {
+    setup::qemu()?;
+    let image = images::build(Board::Mps2)?;
+    cargo::run(&mut cargo(&["build", "--package", "host-tool"]))?;
+    let mirror = match &arguments.mirror {
+        Some(path) => MirrorConfig::from_file(path)?,
+        None => MirrorConfig::bench(),
+    };
+    let emulation = Emulation {
+        image,
+        mirror,
+        boards_directory: boards_directory(),
+        name: arguments.name.clone(),
+    };
+    Ok(EmulatedBoard::start(&emulation)?)
+}
+
+/// Runs the host tool against `board`.
+fn host_tool(board: &EmulatedBoard, words: &[String]) -> Result<ExitCode> {
+    let tool = target_directory().join("debug").join("host-tool");
+    let status = Command::new(tool)
+        .args(words)
+        .env("MIRROR_BOARD", board.socket())
+        .status()
+        .context("the host tool does not run")?;
+    Ok(ExitCode::from(status.code().map_or(1, |code| code as u8)))
+}
+
+/// Takes commands from a person until they are done.
+fn converse(board: &mut EmulatedBoard) -> Result<ExitCode> {
+    println!("The board is up as {}.", board.socket().display());
+    println!("Type what you would say to host-tool, for example `set-z 120um`; `quit` ends it.");
+    println!("Any host-tool in another terminal finds the board too.");
+    let mut lines = io::stdin().lock().lines();
+    loop {
+        print!("host-tool> ");
+        io::stdout().flush()?;
+        let Some(line) = lines.next().transpose()? else { break };
+        let words: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
+        match words.first().map(String::as_str) {
+            None => {}
+            Some("quit" | "exit") => break,
+            // What went wrong has been said; the next command may go better.
+            Some(_) => drop(host_tool(board, &words)?),
+        }
+        if let Some(status) = board.exit_status()? {
+            board.log().iter().for_each(|line| eprintln!("firmware: {line}"));
+            anyhow::bail!("the emulated board ended ({status})");
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}

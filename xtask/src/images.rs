@@ -1,0 +1,94 @@
+//! The firmware's images: building, and their size.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use object::{Object, ObjectSection, SectionFlags, SectionKind};
+
+use crate::cargo::{TARGET, cargo, run, target_directory};
+use crate::setup;
+
+/// What the driver board's image may take of the microcontroller's 512 KB and 96 KB.
+const FLASH_BUDGET: u64 = 64 * 1024;
+const RAM_BUDGET: u64 = 16 * 1024;
+
+/// The boards that there are images for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Board {
+    /// The driver PCB with an STM32G474RE, and the Nucleo-G474RE.
+    Stm32g474,
+    /// MPS2-AN386 in QEMU.
+    Mps2,
+}
+
+impl Board {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Stm32g474 => "stm32g474",
+            Self::Mps2 => "mps2",
+        }
+    }
+
+    /// The feature that selects it.
+    pub(crate) fn feature(self) -> String {
+        format!("board-{}", self.name())
+    }
+}
+
+/// Builds the image for `board` in release and returns its path.
+pub(crate) fn build(board: Board) -> Result<PathBuf> {
+    setup::rust_target()?;
+    run(&mut cargo(&[
+        "build",
+        "--release",
+        "--package",
+        "mirror-firmware",
+        "--target",
+        TARGET,
+        "--features",
+        &board.feature(),
+        "--bin",
+        board.name(),
+    ]))?;
+    Ok(target_directory().join(TARGET).join("release").join(board.name()))
+}
+
+/// Builds, prints the size, and fails where the driver board's image is over its budget.
+pub(crate) fn build_and_report(board: Board) -> Result<()> {
+    let size = Size::of(&build(board)?)?;
+    println!("image       flash      static RAM");
+    println!("{:<9} {:>7} B       {:>7} B", board.name(), size.flash, size.ram);
+    if board == Board::Stm32g474 {
+        println!("budget    {FLASH_BUDGET:>7} B       {RAM_BUDGET:>7} B");
+        if size.flash > FLASH_BUDGET || size.ram > RAM_BUDGET {
+            bail!("the image is over its budget");
+        }
+    }
+    Ok(())
+}
+
+/// Bytes that an image takes.
+struct Size {
+    flash: u64,
+    ram: u64,
+}
+
+impl Size {
+    fn of(elf: &Path) -> Result<Self> {
+        let bytes = fs::read(elf).with_context(|| format!("reading {}", elf.display()))?;
+        let file = object::File::parse(&*bytes)?;
+        let mut size = Self { flash: 0, ram: 0 };
+        for section in file.sections() {
+            let SectionFlags::Elf { sh_flags } = section.flags() else { continue };
+            if sh_flags & u64::from(object::elf::SHF_ALLOC) == 0 {
+                continue;
+            }
+            let in_flash = section.kind() != SectionKind::UninitializedData;
+            let in_ram = sh_flags & u64::from(object::elf::SHF_WRITE) != 0;
+            size.flash += if in_flash { section.size() } else { 0 };
+            size.ram += if in_ram { section.size() } else { 0 };
+        }
+        Ok(size)
+    }
+}

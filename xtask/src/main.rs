@@ -1,0 +1,72 @@
+//! One task runner for the workspace: `cargo xtask help`.
+
+mod bench;
+mod cargo;
+mod emulate;
+mod flash;
+mod images;
+mod on_target;
+mod setup;
+mod test;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+use crate::images::Board;
+
+/// Everything that is done with this workspace.
+#[derive(Parser)]
+#[command(bin_name = "cargo xtask")]
+struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Run the host tool against an emulated board with a virtual mirror; without arguments, keep
+    /// the board up for many commands.
+    Emulate(emulate::Arguments),
+    /// Pass all tests: format, lints, host, images, on target, end to end, docs.
+    Test,
+    /// Measure what is claimed, and print it.
+    Bench,
+    /// Build a firmware image and print its size.
+    Build {
+        /// The board to build for.
+        #[arg(value_enum)]
+        board: Board,
+    },
+    /// Write the firmware to a connected driver board, with probe-rs.
+    Flash,
+    /// Run an ELF of on-target tests under QEMU (cargo's runner for the target).
+    #[command(hide = true)]
+    RunOnTarget {
+        /// The ELF.
+        elf: PathBuf,
+        /// Only tests whose name contains one of these.
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        filters: Vec<String>,
+    },
+}
+
+fn main() -> ExitCode {
+    run(Arguments::parse().task).unwrap_or_else(|error| {
+        eprintln!("error: {error:#}");
+        ExitCode::FAILURE
+    })
+}
+
+fn run(task: Task) -> Result<ExitCode> {
+    match task {
+        Task::Emulate(arguments) => emulate::run(&arguments),
+        Task::Test => test::run().map(|()| ExitCode::SUCCESS),
+        Task::Bench => bench::run().map(|()| ExitCode::SUCCESS),
+        Task::Build { board } => images::build_and_report(board).map(|()| ExitCode::SUCCESS),
+        Task::Flash => flash::run().map(|()| ExitCode::SUCCESS),
+        Task::RunOnTarget { elf, filters } => on_target::run_elf(&elf, &filters),
+    }
+}
