@@ -145,7 +145,7 @@ impl Board {
             } else if last_progress.elapsed() > ANSWER_TIMEOUT {
                 return Err(ToolError::ControlStopped);
             }
-            sleep(Duration::from_millis(2)).await;
+            sleep(Duration::from_millis(20)).await;
         }
         Ok(())
     }
