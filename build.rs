@@ -15,9 +15,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     let out = env::var("OUT_DIR")?;
     let model = mirror_model::Model::load(FACTORY_MODEL)?;
     let calibration = calibration::tabulate(&model)?;
-    fs::write(Path::new(&out).join("factory.rs"), calibration::rust_source(&calibration))?;
+    fs::write(
+        Path::new(&out).join("factory.rs"),
+        calibration::rust_source(&calibration),
+    )?;
 
-    fs::write(Path::new(&out).join("reference.rs"), reference(&model.actuator(0))?)?;
+    fs::write(
+        Path::new(&out).join("reference.rs"),
+        reference(&model.actuator(0))?,
+    )?;
 
     for (feature, board) in [("BOARD_MPS2", "mps2"), ("BOARD_STM32G474", "stm32g474")] {
         if env::var_os(format!("CARGO_FEATURE_{feature}")).is_some() {
@@ -36,7 +42,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 
     println!("cargo::rerun-if-changed=.git/HEAD");
-    println!("cargo::rustc-env=FIRMWARE_BUILD={}", commit().unwrap_or("unknown".to_owned()));
+    println!(
+        "cargo::rustc-env=FIRMWARE_BUILD={}",
+        commit().unwrap_or("unknown".to_owned())
+    );
     Ok(())
 }
 
@@ -60,7 +69,10 @@ fn reference(model: &mirror_model::PistonModel) -> Result<String, mirror_model::
 
 /// The commit that is built, as git abbreviates it.
 fn commit() -> Option<String> {
-    let git = Command::new("git").args(["describe", "--always", "--dirty"]).output().ok()?;
+    let git = Command::new("git")
+        .args(["describe", "--always", "--dirty"])
+        .output()
+        .ok()?;
     let commit = String::from_utf8(git.stdout).ok()?.trim().to_owned();
     (git.status.success() && !commit.is_empty()).then_some(commit)
 }

@@ -53,7 +53,9 @@ impl Control {
             tick: self.tick,
             drive_v: applied.map(|drive| drive.0),
             current_a: currents.map(|current| current.0),
-            temperature_k: step.sense.map(|lane| lane.map(|lane| lane.temperature_rise.0)),
+            temperature_k: step
+                .sense
+                .map(|lane| lane.map(|lane| lane.temperature_rise.0)),
             limits: step.limits.bits(),
             sensor_z_um: sensed.sensor_z.map(|z| z.0),
         };
@@ -91,7 +93,11 @@ struct Pacer {
 
 impl Pacer {
     fn new(stream: Stream) -> Self {
-        Self { period_ticks: stream.period_ticks, ticks_to_next: 1, samples_left: stream.count }
+        Self {
+            period_ticks: stream.period_ticks,
+            ticks_to_next: 1,
+            samples_left: stream.count,
+        }
     }
 
     fn is_due(&mut self) -> bool {

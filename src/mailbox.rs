@@ -57,14 +57,21 @@ impl Mailbox {
         }
     }
 
+    /// Link side: has the next tick carry out `setpoint`.
+    pub fn post(&self, setpoint: Setpoint) {
+        self.command.lock(|command| command.set(Some(setpoint)));
+    }
+
     /// Link side: has the next tick carry out `setpoint`, and waits until it has.
     ///
     /// # Errors
     /// Where no tick came.
     pub async fn command(&self, setpoint: Setpoint) -> Result<Commanded, ControlStopped> {
         self.commanded.reset();
-        self.command.lock(|command| command.set(Some(setpoint)));
-        with_timeout(TICK_TIMEOUT, self.commanded.wait()).await.map_err(|_| ControlStopped)
+        self.post(setpoint);
+        with_timeout(TICK_TIMEOUT, self.commanded.wait())
+            .await
+            .map_err(|_| ControlStopped)
     }
 
     /// Link side: asks for a stream of samples in place of any earlier one.
@@ -115,7 +122,8 @@ impl Mailbox {
     /// Control side: a sample for the link, dropped and counted where the link is too slow.
     pub(crate) fn send_sample(&self, telemetry: Telemetry) {
         if self.samples.try_send(telemetry).is_err() {
-            self.dropped.lock(|dropped| dropped.set(dropped.get().wrapping_add(1)));
+            self.dropped
+                .lock(|dropped| dropped.set(dropped.get().wrapping_add(1)));
         }
     }
 }

@@ -3,21 +3,21 @@
 use control_core::{Calibration, Micrometre, Setpoint, Volt};
 use mirror_protocol::{
     Board, CommandReply, Drives, ENDPOINTS, Hello, HelloEndpoint, Identity, MAX_FRAME_BYTES,
-    OffEndpoint, PROTOCOL_VERSION, Position, Refusal, SetDriveEndpoint, SetPositionEndpoint, Status,
-    StatusEndpoint, StatusReply, Stream, StreamEndpoint, StreamReply, TOPICS_IN, TOPICS_OUT,
-    TelemetryTopic, Text,
+    OffEndpoint, PROTOCOL_VERSION, Position, Refusal, SetDriveEndpoint, SetPositionEndpoint,
+    Status, StatusEndpoint, StatusReply, Stream, StreamEndpoint, StreamReply, TOPICS_IN,
+    TOPICS_OUT, TelemetryTopic, Text,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarSeq};
 use postcard_rpc::server::{Dispatch, Sender, Server, WireRx};
 use static_cell::ConstStaticCell;
 
+use crate::TICK_HZ;
 #[cfg(feature = "board-mps2")]
 use crate::board::mps2::link::LinkTx;
 #[cfg(feature = "board-stm32g474")]
 use crate::board::stm32g474::link::LinkTx;
 use crate::mailbox::Mailbox;
-use crate::TICK_HZ;
 
 /// What the endpoints know and remember.
 pub struct Session {
@@ -44,14 +44,20 @@ impl Session {
     fn check_version(&self) -> Result<(), Refusal> {
         match self.tool {
             Some(PROTOCOL_VERSION) => Ok(()),
-            Some(tool) => Err(Refusal::ProtocolVersion { board: PROTOCOL_VERSION, tool }),
+            Some(tool) => Err(Refusal::ProtocolVersion {
+                board: PROTOCOL_VERSION,
+                tool,
+            }),
             None => Err(Refusal::NoHello),
         }
     }
 
     async fn command(&self, setpoint: Setpoint) -> CommandReply {
         self.check_version()?;
-        self.mailbox.command(setpoint).await.map_err(|_| Refusal::ControlStopped)
+        self.mailbox
+            .command(setpoint)
+            .await
+            .map_err(|_| Refusal::ControlStopped)
     }
 }
 
@@ -104,14 +110,22 @@ fn status(session: &mut Session, _header: VarHeader, (): ()) -> StatusReply {
     })
 }
 
-async fn set_position(session: &mut Session, _header: VarHeader, position: Position) -> CommandReply {
+async fn set_position(
+    session: &mut Session,
+    _header: VarHeader,
+    position: Position,
+) -> CommandReply {
     check_numbers(&[position.z_um])?;
-    session.command(Setpoint::Position(Micrometre(position.z_um))).await
+    session
+        .command(Setpoint::Position(Micrometre(position.z_um)))
+        .await
 }
 
 async fn set_drive(session: &mut Session, _header: VarHeader, drives: Drives) -> CommandReply {
     check_numbers(&drives.drive_v)?;
-    session.command(Setpoint::Drive(drives.drive_v.map(Volt))).await
+    session
+        .command(Setpoint::Drive(drives.drive_v.map(Volt)))
+        .await
 }
 
 async fn off(session: &mut Session, _header: VarHeader, (): ()) -> CommandReply {
@@ -128,7 +142,11 @@ fn stream(session: &mut Session, _header: VarHeader, stream: Stream) -> StreamRe
 }
 
 fn check_numbers(values: &[f32]) -> Result<(), Refusal> {
-    if values.iter().all(|value| value.is_finite()) { Ok(()) } else { Err(Refusal::NotANumber) }
+    if values.iter().all(|value| value.is_finite()) {
+        Ok(())
+    } else {
+        Err(Refusal::NotANumber)
+    }
 }
 
 /// `text` as far as it fits.
@@ -166,7 +184,9 @@ async fn send_samples(sender: Sender<LinkTx>, mailbox: &'static Mailbox) -> ! {
     loop {
         let sample = mailbox.next_sample().await;
         // A sample that finds no listener is gone; the next one may find it.
-        let _ = sender.publish::<TelemetryTopic>(VarSeq::Seq2(sequence), &sample).await;
+        let _ = sender
+            .publish::<TelemetryTopic>(VarSeq::Seq2(sequence), &sample)
+            .await;
         sequence = sequence.wrapping_add(1);
     }
 }

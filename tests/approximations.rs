@@ -24,7 +24,10 @@ mod tests {
             let low = half_gap(f32::from_bits(root.to_bits() - 1));
             let high = half_gap(f32::from_bits(root.to_bits() + 1));
             let exact = f64::from(x);
-            assert!(low * low <= exact && exact <= high * high, "sqrt({x}) is not {root}");
+            assert!(
+                low * low <= exact && exact <= high * high,
+                "sqrt({x}) is not {root}"
+            );
         }
     }
 
@@ -46,7 +49,10 @@ mod tests {
                 (approximate / sqrt(x) - 1.0).abs()
             })
             .fold(0.0, f32::max);
-        defmt::info!("micromath's square root is off by up to {=f32} %", worst * 100.0);
+        defmt::info!(
+            "micromath's square root is off by up to {=f32} %",
+            worst * 100.0
+        );
         assert!((0.05..0.07).contains(&worst), "{worst}");
     }
 }

@@ -10,7 +10,9 @@ include!(concat!(env!("OUT_DIR"), "/reference.rs"));
 #[embedded_test::tests]
 mod tests {
     use super::REFERENCE;
-    use control_core::{Ampere, Controller, LANES, Limit, Micrometre, PwmCode, Setpoint, Step, Volt};
+    use control_core::{
+        Ampere, Controller, LANES, Limit, Micrometre, PwmCode, Setpoint, Step, Volt,
+    };
     use mirror_firmware::factory::CALIBRATION;
 
     /// The paper's sensor resolution.
@@ -39,7 +41,11 @@ mod tests {
         let beyond = step(Setpoint::Position(Micrometre(top.0 + 1.0)));
         assert!(beyond.limits.contains(Limit::PositionHigh));
         assert_eq!(beyond.drives, step(Setpoint::Position(top)).drives);
-        assert!(step(Setpoint::Position(Micrometre(-1.0))).limits.contains(Limit::PositionLow));
+        assert!(
+            step(Setpoint::Position(Micrometre(-1.0)))
+                .limits
+                .contains(Limit::PositionLow)
+        );
     }
 
     #[test]
@@ -54,7 +60,8 @@ mod tests {
             let z = Setpoint::Position(Micrometre(next()));
             let drives = Setpoint::Drive([next(), next(), next(), next()].map(Volt));
             for setpoint in [z, drives] {
-                let step = controller.step(setpoint, [Volt(next()); LANES], [Ampere(next()); LANES]);
+                let step =
+                    controller.step(setpoint, [Volt(next()); LANES], [Ampere(next()); LANES]);
                 for drive in step.drives {
                     assert!((0.0..=CALIBRATION.max_drive().0).contains(&drive.0));
                 }

@@ -22,7 +22,10 @@ mod tests {
     fn comes_back<T: Serialize + DeserializeOwned + PartialEq + core::fmt::Debug>(message: T) {
         let mut frame = [0; MAX_FRAME_BYTES];
         let bytes = postcard::to_slice(&message, &mut frame).expect("it fits a frame");
-        assert_eq!(postcard::from_bytes::<T>(bytes).expect("it is read again"), message);
+        assert_eq!(
+            postcard::from_bytes::<T>(bytes).expect("it is read again"),
+            message
+        );
     }
 
     #[test]
@@ -35,11 +38,22 @@ mod tests {
             limits: 3,
             sensor_z_um: Some(119.97),
         };
-        comes_back(Hello { protocol_version: u16::MAX });
+        comes_back(Hello {
+            protocol_version: u16::MAX,
+        });
         comes_back(Position { z_um: 120.0 });
-        comes_back(Drives { drive_v: [1.9; LANES] });
-        comes_back(Stream { period_ticks: 10, count: 1000 });
-        comes_back::<CommandReply>(Ok(Commanded { tick: 1, drive_v: [1.9; LANES], limits: 0 }));
+        comes_back(Drives {
+            drive_v: [1.9; LANES],
+        });
+        comes_back(Stream {
+            period_ticks: 10,
+            count: 1000,
+        });
+        comes_back::<CommandReply>(Ok(Commanded {
+            tick: 1,
+            drive_v: [1.9; LANES],
+            limits: 0,
+        }));
         comes_back::<CommandReply>(Err(Refusal::ProtocolVersion { board: 1, tool: 2 }));
         comes_back::<StatusReply>(Ok(Status {
             telemetry,
@@ -100,17 +114,26 @@ mod tests {
         })
         .await;
         // 2 V through 400 ohm are 5 mA: 26214 steps of 12.5 mA / 65536.
-        control.tick(Sensed { currents: [AdcCode(26_214); LANES], sensor_z: None });
+        control.tick(Sensed {
+            currents: [AdcCode(26_214); LANES],
+            sensor_z: None,
+        });
         let telemetry = MAILBOX.latest();
         let rise = telemetry.temperature_k[0].expect("the drive is large enough to tell");
         assert!((telemetry.current_a[0] - 5e-3).abs() < 1e-6);
-        assert!((rise - (400.0 / 360.0 - 1.0) / 3.92e-3).abs() < 0.05, "{rise}");
+        assert!(
+            (rise - (400.0 / 360.0 - 1.0) / 3.92e-3).abs() < 0.05,
+            "{rise}"
+        );
     }
 
     #[test]
     async fn a_stream_ends_by_itself() {
         let mut control = control();
-        MAILBOX.stream(Stream { period_ticks: 3, count: 4 });
+        MAILBOX.stream(Stream {
+            period_ticks: 3,
+            count: 4,
+        });
         for _ in 0..100 {
             control.tick(Sensed::default());
         }
@@ -123,7 +146,10 @@ mod tests {
     #[test]
     async fn samples_that_nobody_fetches_are_counted_as_dropped() {
         let mut control = control();
-        MAILBOX.stream(Stream { period_ticks: 1, count: 100 });
+        MAILBOX.stream(Stream {
+            period_ticks: 1,
+            count: 100,
+        });
         for _ in 0..100 {
             control.tick(Sensed::default());
         }

@@ -43,7 +43,7 @@ pub enum Command {
     /// Drive the actuators with these voltages.
     SetDrive {
         /// One voltage for all actuators, or one for each: 1.9V, or 1.9V 1.9V 1.8V 1.9V.
-        #[arg(required = true, allow_hyphen_values = true)]
+        #[arg(required = true)]
         drives: Vec<Voltage>,
         /// How long to let the mirror settle before reading it.
         #[arg(long, default_value = "1s")]

@@ -47,8 +47,13 @@ pub enum ToolError {
     NoAnswer { request: &'static str, seconds: f64 },
 
     #[error("the board did not understand the request to {request} ({detail})")]
-    #[diagnostic(help("the link is disturbed, or the firmware is not this tool's; try again once"))]
-    NotUnderstood { request: &'static str, detail: String },
+    #[diagnostic(help(
+        "the link is disturbed, or the firmware is not this tool's; try again once"
+    ))]
+    NotUnderstood {
+        request: &'static str,
+        detail: String,
+    },
 
     #[error("the board speaks protocol version {board}, this tool version {PROTOCOL_VERSION}")]
     #[diagnostic(help("{}", update_advice(*board)))]
@@ -56,7 +61,10 @@ pub enum ToolError {
 
     #[error("the board refused to {request}: {}", refusal_words(*refusal))]
     #[diagnostic(help("`host-tool status` shows what the board is doing"))]
-    Refused { request: &'static str, refusal: Refusal },
+    Refused {
+        request: &'static str,
+        refusal: Refusal,
+    },
 
     #[error("the board stopped counting control ticks")]
     #[diagnostic(help("reset the board, or restart its emulator"))]

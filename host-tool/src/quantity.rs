@@ -80,7 +80,14 @@ struct Kind {
 const LENGTH: Kind = Kind {
     what: "a position",
     example: "120um",
-    units: &[("um", 1.0), ("µm", 1.0), ("μm", 1.0), ("nm", 1e-3), ("mm", 1e3), ("m", 1e6)],
+    units: &[
+        ("um", 1.0),
+        ("µm", 1.0),
+        ("μm", 1.0),
+        ("nm", 1e-3),
+        ("mm", 1e3),
+        ("m", 1e6),
+    ],
 };
 const VOLTAGE: Kind = Kind {
     what: "a voltage",
@@ -106,16 +113,26 @@ impl Kind {
         let text = text.trim();
         let (number, unit) = split(text);
         let Ok(number) = number.parse::<f64>() else {
-            return Err(QuantityError::NoNumber { text: text.to_owned(), example: self.example });
+            return Err(QuantityError::NoNumber {
+                text: text.to_owned(),
+                example: self.example,
+            });
         };
         if unit.is_empty() {
-            return Err(QuantityError::NoUnit { text: text.to_owned(), unit: self.units[0].0 });
+            return Err(QuantityError::NoUnit {
+                text: text.to_owned(),
+                unit: self.units[0].0,
+            });
         }
         let Some((_, factor)) = self.units.iter().find(|(known, _)| *known == unit) else {
             return Err(self.wrong_unit(unit));
         };
         let value = number * factor;
-        if value.is_finite() { Ok(value) } else { Err(self.unusable(text)) }
+        if value.is_finite() {
+            Ok(value)
+        } else {
+            Err(self.unusable(text))
+        }
     }
 
     fn wrong_unit(&self, unit: &str) -> QuantityError {
@@ -128,7 +145,11 @@ impl Kind {
     }
 
     fn unusable(&self, text: &str) -> QuantityError {
-        QuantityError::Unusable { text: text.to_owned(), what: self.what, example: self.example }
+        QuantityError::Unusable {
+            text: text.to_owned(),
+            what: self.what,
+            example: self.example,
+        }
     }
 }
 
@@ -169,7 +190,11 @@ impl FromStr for Span {
 
     fn from_str(text: &str) -> Result<Self, QuantityError> {
         let s = SPAN.parse(text)?;
-        if s < 0.0 { Err(SPAN.unusable(text)) } else { Ok(Self { s }) }
+        if s < 0.0 {
+            Err(SPAN.unusable(text))
+        } else {
+            Ok(Self { s })
+        }
     }
 }
 
@@ -198,12 +223,17 @@ mod tests {
 
     #[test]
     fn reads_what_people_write() {
-        for text in ["120um", "120 um", "120 µm", "120μm", " 0.12mm ", "1.2e2um", "120000nm"] {
+        for text in [
+            "120um", "120 um", "120 µm", "120μm", " 0.12mm ", "1.2e2um", "120000nm",
+        ] {
             let length: Length = text.parse().unwrap();
             assert!((length.um - 120.0).abs() < 1e-9, "{text}");
         }
         for text in ["1.9V", "1.9 V", "1900mV", "1.9v"] {
-            assert!((text.parse::<Voltage>().unwrap().v - 1.9).abs() < 1e-12, "{text}");
+            assert!(
+                (text.parse::<Voltage>().unwrap().v - 1.9).abs() < 1e-12,
+                "{text}"
+            );
         }
         assert_eq!("1min".parse::<Span>().unwrap().s, 60.0);
     }
@@ -212,13 +242,22 @@ mod tests {
     fn says_what_is_wrong_and_what_would_be_right() {
         let say = |text: &str| text.parse::<Length>().unwrap_err().to_string();
         assert_eq!(say("120"), "`120` has no unit; write for example 120um");
-        assert_eq!(say("up"), "`up` does not start with a number; write for example 120um");
-        assert_eq!(say("nan"), "`nan` does not start with a number; write for example 120um");
+        assert_eq!(
+            say("up"),
+            "`up` does not start with a number; write for example 120um"
+        );
+        assert_eq!(
+            say("nan"),
+            "`nan` does not start with a number; write for example 120um"
+        );
         assert_eq!(
             say("1.9V"),
             "`V` is not a unit of a position; use one of um, µm, μm, nm, mm, m"
         );
-        assert_eq!(say("1,5um"), "`,5um` is not a unit of a position; use one of um, µm, μm, nm, mm, m");
+        assert_eq!(
+            say("1,5um"),
+            "`,5um` is not a unit of a position; use one of um, µm, μm, nm, mm, m"
+        );
         assert_eq!(
             say("1e999um"),
             "`1e999um` is not a position that can be used; write for example 120um"

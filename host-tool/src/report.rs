@@ -7,7 +7,10 @@ use serde::Serialize;
 /// Prints `report` in the form that was asked for.
 pub(crate) fn print(report: &(impl Serialize + Display), json: bool) {
     if json {
-        println!("{}", serde_json::to_string(report).expect("reports hold only numbers and text"));
+        println!(
+            "{}",
+            serde_json::to_string(report).expect("reports hold only numbers and text")
+        );
     } else {
         print!("{report}");
     }
@@ -15,7 +18,9 @@ pub(crate) fn print(report: &(impl Serialize + Display), json: bool) {
 
 /// Four numbers in a row, with their unit.
 pub(crate) fn row(values: [f64; 4], decimals: usize, unit: &str) -> String {
-    values.map(|value| format!("{value:>9.decimals$} {unit}")).join(" ")
+    values
+        .map(|value| format!("{value:>9.decimals$} {unit}"))
+        .join(" ")
 }
 
 /// Four numbers in a row, with a dash where one is not known.

@@ -15,11 +15,15 @@ async fn main(_spawner: Spawner) -> ! {
     let Ok(plant) = LockstepPlant::open(&MAILBOX) else {
         defmt::panic!("no plant: start this image with `cargo xtask emulate`");
     };
-    let Some((rx, tx)) = link::open() else { defmt::panic!("the link is already open") };
+    let Some((rx, tx)) = link::open() else {
+        defmt::panic!("the link is already open")
+    };
     defmt::info!("ready");
 
     let control = Control::new(Controller::new(factory::CALIBRATION), &MAILBOX);
     let session = rpc::Session::new(Board::EmulatedMps2, &MAILBOX, &factory::CALIBRATION);
     let serve = rpc::serve(tx, rx, session);
-    embassy_futures::join::join(control::run(plant, control), serve).await.0
+    embassy_futures::join::join(control::run(plant, control), serve)
+        .await
+        .0
 }

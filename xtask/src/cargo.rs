@@ -10,7 +10,9 @@ pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// The workspace's directory.
 pub(crate) fn workspace() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("xtask lies within the workspace")
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .expect("xtask lies within the workspace")
 }
 
 /// Where cargo builds.
@@ -28,7 +30,9 @@ pub(crate) fn cargo(arguments: &[&str]) -> Command {
 /// Says what is run, runs it, and fails where it fails.
 pub(crate) fn run(command: &mut Command) -> Result<()> {
     eprintln!("> {}", describe(command));
-    let status = command.status().with_context(|| format!("`{}`", describe(command)))?;
+    let status = command
+        .status()
+        .with_context(|| format!("`{}`", describe(command)))?;
     if !status.success() {
         bail!("`{}` failed ({status})", describe(command));
     }
@@ -46,7 +50,9 @@ pub(crate) fn answers(program: &str, argument: &str) -> bool {
 }
 
 fn describe(command: &Command) -> String {
-    let program = Path::new(command.get_program()).file_name().unwrap_or_default();
+    let program = Path::new(command.get_program())
+        .file_name()
+        .unwrap_or_default();
     std::iter::once(program)
         .chain(command.get_args())
         .map(|word| word.to_string_lossy())

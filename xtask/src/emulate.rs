@@ -40,13 +40,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     } else {
         host_tool(&board, &arguments.command)?
     };
-    let (simulated, wall) = (board.simulated_s() - before, started.elapsed().as_secs_f64());
+    let (simulated, wall) = (
+        board.simulated_s() - before,
+        started.elapsed().as_secs_f64(),
+    );
     eprintln!(
         "Emulated {simulated:.2} s of control ticks in {wall:.2} s: {:.1} times real time.",
         simulated / wall
     );
     if arguments.log {
-        board.log().iter().for_each(|line| eprintln!("firmware: {line}"));
+        board
+            .log()
+            .iter()
+            .for_each(|line| eprintln!("firmware: {line}"));
     }
     Ok(code)
 }
@@ -88,7 +94,9 @@ fn converse(board: &mut EmulatedBoard) -> Result<ExitCode> {
     loop {
         print!("host-tool> ");
         io::stdout().flush()?;
-        let Some(line) = lines.next().transpose()? else { break };
+        let Some(line) = lines.next().transpose()? else {
+            break;
+        };
         let words: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
         match words.first().map(String::as_str) {
             None => {}
@@ -97,7 +105,10 @@ fn converse(board: &mut EmulatedBoard) -> Result<ExitCode> {
             Some(_) => drop(host_tool(board, &words)?),
         }
         if let Some(status) = board.exit_status()? {
-            board.log().iter().for_each(|line| eprintln!("firmware: {line}"));
+            board
+                .log()
+                .iter()
+                .for_each(|line| eprintln!("firmware: {line}"));
             anyhow::bail!("the emulated board ended ({status})");
         }
     }

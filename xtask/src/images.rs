@@ -51,14 +51,22 @@ pub(crate) fn build(board: Board) -> Result<PathBuf> {
         "--bin",
         board.name(),
     ]))?;
-    Ok(target_directory().join(TARGET).join("release").join(board.name()))
+    Ok(target_directory()
+        .join(TARGET)
+        .join("release")
+        .join(board.name()))
 }
 
 /// Builds, prints the size, and fails where the driver board's image is over its budget.
 pub(crate) fn build_and_report(board: Board) -> Result<()> {
     let size = Size::of(&build(board)?)?;
     println!("image       flash      static RAM");
-    println!("{:<9} {:>7} B       {:>7} B", board.name(), size.flash, size.ram);
+    println!(
+        "{:<9} {:>7} B       {:>7} B",
+        board.name(),
+        size.flash,
+        size.ram
+    );
     if board == Board::Stm32g474 {
         println!("budget    {FLASH_BUDGET:>7} B       {RAM_BUDGET:>7} B");
         if size.flash > FLASH_BUDGET || size.ram > RAM_BUDGET {
@@ -80,7 +88,9 @@ impl Size {
         let file = object::File::parse(&*bytes)?;
         let mut size = Self { flash: 0, ram: 0 };
         for section in file.sections() {
-            let SectionFlags::Elf { sh_flags } = section.flags() else { continue };
+            let SectionFlags::Elf { sh_flags } = section.flags() else {
+                continue;
+            };
             if sh_flags & u64::from(object::elf::SHF_ALLOC) == 0 {
                 continue;
             }

@@ -1,4 +1,7 @@
-//! On-target tests: each runs by itself in a fresh emulator, and is reported by name with its log.
+//! Programs for the target, run in the emulator.
+//!
+//! On-target tests each run by themselves in a fresh emulator, and are reported by name with their
+//! log. Any other program runs once, with its instructions counted, and prints its log.
 
 use std::fs;
 use std::io::{self, Read};
@@ -19,6 +22,14 @@ const LIST_SECTION: &str = ".embedded_test";
 /// A test without a limit of its own hangs when it takes longer.
 const DEFAULT_TIMEOUT: Duration = Duration::from_secs(60);
 
+/// Semihosting, and 64 ns for every instruction: counts of time are counts of instructions.
+const COUNTING: [&str; 4] = [
+    "-semihosting-config",
+    "enable=on,target=native",
+    "-icount",
+    "shift=6",
+];
+
 /// One test in an ELF.
 struct Test {
     name: String,
@@ -27,60 +38,119 @@ struct Test {
     timeout: Duration,
 }
 
-/// Runs the tests of `elf` whose names contain one of `filters`, or all.
+/// Runs the tests of `elf` whose names contain one of `filters`, or all; or the program that it is.
 pub(crate) fn run_elf(elf: &Path, filters: &[String]) -> Result<ExitCode> {
     setup::qemu()?;
     let bytes = fs::read(elf).with_context(|| format!("reading {}", elf.display()))?;
     let table = LogTable::from_elf(&bytes)?;
-    let mut tests = list(&bytes)?;
+    match list(&bytes)? {
+        Some(tests) => run_tests(elf, tests, filters, &table),
+        None => run_program(elf, &table),
+    }
+}
+
+fn run_program(elf: &Path, table: &LogTable) -> Result<ExitCode> {
+    let (success, log) = run(elf, &COUNTING, DEFAULT_TIMEOUT, table)?;
+    log.iter().for_each(|line| println!("{line}"));
+    Ok(if success == Some(true) {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
+}
+
+fn run_tests(
+    elf: &Path,
+    mut tests: Vec<Test>,
+    filters: &[String],
+    table: &LogTable,
+) -> Result<ExitCode> {
     let named = |test: &Test| filters.iter().any(|part| test.name.contains(part.as_str()));
     tests.retain(|test| filters.is_empty() || named(test));
 
     println!("\nrunning {} tests on an emulated Cortex-M4F", tests.len());
     let mut failed = 0;
     for test in &tests {
-        let (verdict, log) = run(elf, test, &table)?;
+        let argument = format!("enable=on,target=native,arg=run_addr,arg={}", test.address);
+        let (success, log) = run(
+            elf,
+            &["-semihosting-config", &argument],
+            test.timeout,
+            table,
+        )?;
+        let verdict = match success {
+            None => "FAILED (it hangs)",
+            Some(success) if success != test.should_panic => "ok",
+            Some(_) => "FAILED",
+        };
         println!("test {} ... {verdict}", test.name);
         if verdict != "ok" {
             failed += 1;
         }
         log.iter().for_each(|line| println!("    {line}"));
     }
-    let (word, passed) = (if failed == 0 { "ok" } else { "FAILED" }, tests.len() - failed);
+    let (word, passed) = (
+        if failed == 0 { "ok" } else { "FAILED" },
+        tests.len() - failed,
+    );
     println!("\ntest result: {word}. {passed} passed; {failed} failed");
-    Ok(if failed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(if failed == 0 {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
 }
 
-/// The tests of an ELF, by name.
-fn list(elf: &[u8]) -> Result<Vec<Test>> {
+/// The tests of an ELF, by name; `None` if it is another program.
+fn list(elf: &[u8]) -> Result<Option<Vec<Test>>> {
     let file = object::File::parse(elf)?;
-    let section = file.section_by_name(LIST_SECTION).context("the ELF holds no on-target tests")?;
+    let Some(section) = file.section_by_name(LIST_SECTION) else {
+        return Ok(None);
+    };
     let data = section.data()?;
     let mut tests = Vec::new();
-    for symbol in file.symbols().filter(|symbol| symbol.section_index() == Some(section.index())) {
-        let Ok(json) = serde_json::from_str::<serde_json::Value>(symbol.name()?) else { continue };
+    for symbol in file
+        .symbols()
+        .filter(|symbol| symbol.section_index() == Some(section.index()))
+    {
+        let Ok(json) = serde_json::from_str::<serde_json::Value>(symbol.name()?) else {
+            continue;
+        };
         let start = (symbol.address() - section.address()) as usize;
-        let address = data.get(start..start + 4).context("the list of tests is cut short")?;
+        let address = data
+            .get(start..start + 4)
+            .context("the list of tests is cut short")?;
         tests.push(Test {
-            name: json["name"].as_str().context("a test without a name")?.to_owned(),
+            name: json["name"]
+                .as_str()
+                .context("a test without a name")?
+                .to_owned(),
             address: u32::from_le_bytes(address.try_into()?),
             should_panic: json["should_panic"] == true,
-            timeout: json["timeout"].as_u64().map_or(DEFAULT_TIMEOUT, Duration::from_secs),
+            timeout: json["timeout"]
+                .as_u64()
+                .map_or(DEFAULT_TIMEOUT, Duration::from_secs),
         });
     }
     if tests.is_empty() {
         bail!("the ELF holds no on-target tests");
     }
     tests.sort_by(|a, b| a.name.cmp(&b.name));
-    Ok(tests)
+    Ok(Some(tests))
 }
 
-/// Runs one test: what became of it, and its log.
-fn run(elf: &Path, test: &Test, table: &LogTable) -> Result<(&'static str, Vec<String>)> {
-    let argument = format!("enable=on,target=native,arg=run_addr,arg={}", test.address);
+/// Runs a program once: whether it ended well (`None` if it had to be killed), and its log.
+fn run(
+    elf: &Path,
+    arguments: &[&str],
+    timeout: Duration,
+    table: &LogTable,
+) -> Result<(Option<bool>, Vec<String>)> {
     let mut qemu = Command::new(QEMU)
         .args(MACHINE_ARGUMENTS)
-        .args(["-serial", "none", "-semihosting-config", &argument, "-kernel"])
+        .args(["-serial", "none"])
+        .args(arguments)
+        .arg("-kernel")
         .arg(elf)
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
@@ -88,16 +158,11 @@ fn run(elf: &Path, test: &Test, table: &LogTable) -> Result<(&'static str, Vec<S
         .spawn()
         .context("the emulator does not start")?;
     let frames = read_to_end(&mut qemu);
-    let success = wait(&mut qemu, test.timeout)?;
+    let success = wait(&mut qemu, timeout)?;
     let mut log = Vec::new();
     let bytes = frames.join().unwrap_or_else(|_| Ok(Vec::new()))?;
     table.decode(&bytes[..], |line| log.push(line))?;
-    let verdict = match success {
-        None => "FAILED (it hangs)",
-        Some(success) if success != test.should_panic => "ok",
-        Some(_) => "FAILED",
-    };
-    Ok((verdict, log))
+    Ok((success, log))
 }
 
 fn read_to_end(qemu: &mut Child) -> thread::JoinHandle<io::Result<Vec<u8>>> {

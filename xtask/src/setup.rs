@@ -33,8 +33,15 @@ pub(crate) fn qemu() -> Result<()> {
                    qemu-system-arm`, macOS `brew install qemu`";
     if cargo::answers("apt-get", "--version") {
         run_as_root(&["apt-get", "update", "-qq"]).context(by_hand)?;
-        run_as_root(&["apt-get", "install", "-qq", "-y", "--no-install-recommends", QEMU])
-            .context(by_hand)?;
+        run_as_root(&[
+            "apt-get",
+            "install",
+            "-qq",
+            "-y",
+            "--no-install-recommends",
+            QEMU,
+        ])
+        .context(by_hand)?;
     } else if cargo::answers("dnf", "--version") {
         run_as_root(&["dnf", "install", "-y", QEMU]).context(by_hand)?;
     } else if cargo::answers("pacman", "--version") {
@@ -49,8 +56,18 @@ pub(crate) fn qemu() -> Result<()> {
 }
 
 fn run_as_root(words: &[&str]) -> Result<()> {
-    let is_root = Command::new("id").arg("-u").output().is_ok_and(|id| id.stdout == b"0\n");
-    let words: Vec<&str> =
-        if is_root { words.to_vec() } else { [&["sudo"], words].concat() };
-    cargo::run(Command::new(words[0]).args(&words[1..]).env("DEBIAN_FRONTEND", "noninteractive"))
+    let is_root = Command::new("id")
+        .arg("-u")
+        .output()
+        .is_ok_and(|id| id.stdout == b"0\n");
+    let words: Vec<&str> = if is_root {
+        words.to_vec()
+    } else {
+        [&["sudo"], words].concat()
+    };
+    cargo::run(
+        Command::new(words[0])
+            .args(&words[1..])
+            .env("DEBIAN_FRONTEND", "noninteractive"),
+    )
 }

@@ -32,14 +32,22 @@ fn the_core_inverts_the_model_to_the_sensors_resolution() {
         let worst = (0..=100_000)
             .map(|i| error_um(&mut controller, &actuator, top_um * f64::from(i) / 1e5).abs())
             .fold(0.0, f64::max);
-        println!("{:?}: worst error {:.3} nm of 0 to {top_um:.1} um", model.preset, worst * 1e3);
+        println!(
+            "{:?}: worst error {:.3} nm of 0 to {top_um:.1} um",
+            model.preset,
+            worst * 1e3
+        );
         assert!(worst <= BOUND_UM, "{:?}: {worst} um", model.preset);
     }
 }
 
 #[test]
 fn a_lane_takes_at_most_two_kilobytes() {
-    assert!(size_of::<Calibration>() / LANES <= 2048, "{}", size_of::<Calibration>());
+    assert!(
+        size_of::<Calibration>() / LANES <= 2048,
+        "{}",
+        size_of::<Calibration>()
+    );
 }
 
 #[test]

@@ -103,10 +103,12 @@ impl Calibration {
 
     /// Highest position that every lane knows.
     pub fn max_position(&self) -> Micrometre {
-        self.lanes.iter().map(|lane| lane.shape.top()).fold(
-            Micrometre(f32::INFINITY),
-            |lowest, top| if top < lowest { top } else { lowest },
-        )
+        self.lanes
+            .iter()
+            .map(|lane| lane.shape.top())
+            .fold(Micrometre(f32::INFINITY), |lowest, top| {
+                if top < lowest { top } else { lowest }
+            })
     }
 }
 
@@ -133,7 +135,10 @@ mod tests {
         for bad in [0.0, -1.0, f32::NAN, f32::INFINITY] {
             let mut lanes = [lane(); LANES];
             lanes[2].tcr = PerKelvin(bad);
-            let error = CalibrationError::Lane { lane: 2, field: "tcr" };
+            let error = CalibrationError::Lane {
+                lane: 2,
+                field: "tcr",
+            };
             assert_eq!(Calibration::new(lanes, Volt(3.5)), Err(error));
             assert_eq!(
                 Calibration::new([lane(); LANES], Volt(bad)),

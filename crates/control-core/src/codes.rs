@@ -69,7 +69,10 @@ mod tests {
     fn drives_beyond_the_scale_saturate() {
         assert_eq!(PwmCode::nearest(Volt(-1.0)), PwmCode(0));
         assert_eq!(PwmCode::nearest(Volt(f32::NAN)), PwmCode(0));
-        assert_eq!(PwmCode::nearest(Volt(f32::INFINITY)), PwmCode(PWM_PERIOD_COUNTS));
+        assert_eq!(
+            PwmCode::nearest(Volt(f32::INFINITY)),
+            PwmCode(PWM_PERIOD_COUNTS)
+        );
     }
 
     proptest! {

@@ -4,8 +4,8 @@ use crate::LANES;
 use crate::calibration::{Calibration, LaneCalibration};
 use crate::limits::{Limit, Limits};
 use crate::sense::LaneSense;
-use fpu::sqrt;
 use crate::units::{Ampere, Micrometre, Volt};
+use fpu::sqrt;
 
 /// What the controller is asked to do.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -76,7 +76,10 @@ impl Controller {
     fn drives_at(&self, z: Micrometre, limits: &mut Limits) -> [Volt; LANES] {
         let top = self.calibration.max_position().0;
         let z = limits.clamp(z.0, (0.0, Limit::PositionLow), (top, Limit::PositionHigh));
-        self.calibration.lanes().each_ref().map(|lane| drive_at(lane, Micrometre(z)))
+        self.calibration
+            .lanes()
+            .each_ref()
+            .map(|lane| drive_at(lane, Micrometre(z)))
     }
 
     fn limit_drive(&self, drive: Volt, limits: &mut Limits) -> Volt {
@@ -149,9 +152,16 @@ mod tests {
 
     #[test]
     fn the_current_is_read_as_a_thermometer() {
-        let currents = [Ampere(2.0 / 600.0), Ampere(2.0 / 400.0), Ampere(0.0), Ampere(-1e-6)];
+        let currents = [
+            Ampere(2.0 / 600.0),
+            Ampere(2.0 / 400.0),
+            Ampere(0.0),
+            Ampere(-1e-6),
+        ];
         let step = controller().step(Setpoint::Off, [Volt(2.0); LANES], currents);
-        let rises = step.sense.map(|lane| lane.map(|lane| lane.temperature_rise.0.round()));
+        let rises = step
+            .sense
+            .map(|lane| lane.map(|lane| lane.temperature_rise.0.round()));
         assert_eq!(rises, [Some(50.0), Some(0.0), None, None]);
     }
 

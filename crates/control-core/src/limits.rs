@@ -20,8 +20,13 @@ pub enum Limit {
 
 impl Limit {
     /// Every limit, in the order of its bit.
-    pub const ALL: [Self; 5] =
-        [Self::PositionLow, Self::PositionHigh, Self::DriveLow, Self::DriveHigh, Self::NotANumber];
+    pub const ALL: [Self; 5] = [
+        Self::PositionLow,
+        Self::PositionHigh,
+        Self::DriveLow,
+        Self::DriveHigh,
+        Self::NotANumber,
+    ];
 
     /// The name that people see and scripts use.
     pub fn name(self) -> &'static str {
@@ -61,7 +66,9 @@ impl Limits {
 
     /// The limits that acted.
     pub fn iter(self) -> impl Iterator<Item = Limit> {
-        Limit::ALL.into_iter().filter(move |limit| self.contains(*limit))
+        Limit::ALL
+            .into_iter()
+            .filter(move |limit| self.contains(*limit))
     }
 
     /// Limits `value` to `low..=high` and notes which end acted. NaN becomes `low`.
@@ -106,7 +113,10 @@ mod tests {
         ] {
             let mut limits = Limits::NONE;
             assert_eq!(limits.clamp(value, ends.0, ends.1), limited);
-            assert_eq!(limits.iter().collect::<Vec<_>>(), limit.into_iter().collect::<Vec<_>>());
+            assert_eq!(
+                limits.iter().collect::<Vec<_>>(),
+                limit.into_iter().collect::<Vec<_>>()
+            );
         }
     }
 

@@ -58,7 +58,11 @@ impl InverseTable {
             }
             knot += 1;
         }
-        Ok(Self { top, segments_per_um, knots })
+        Ok(Self {
+            top,
+            segments_per_um,
+            knots,
+        })
     }
 
     /// Largest position that the table knows.
@@ -89,15 +93,17 @@ mod tests {
     use proptest::prelude::*;
 
     fn rising_table() -> impl Strategy<Value = InverseTable> {
-        (1.0_f32..500.0, proptest::collection::vec(0.01_f32..5.0, SEGMENTS)).prop_map(
-            |(top, rises)| {
+        (
+            1.0_f32..500.0,
+            proptest::collection::vec(0.01_f32..5.0, SEGMENTS),
+        )
+            .prop_map(|(top, rises)| {
                 let mut knots = [0.0; KNOTS];
                 for (i, rise) in rises.iter().enumerate() {
                     knots[i + 1] = knots[i] + rise;
                 }
                 InverseTable::new(Micrometre(top), knots).expect("rising from zero")
-            },
-        )
+            })
     }
 
     proptest! {
@@ -140,10 +146,19 @@ mod tests {
         };
         assert_eq!(with(0, 0.5), Err(TableError::Origin));
         assert_eq!(with(7, 6.0), Err(TableError::NotRising { knot: 7 }));
-        assert_eq!(with(128, f32::NAN), Err(TableError::NotRising { knot: 128 }));
-        assert_eq!(with(128, f32::INFINITY), Err(TableError::NotRising { knot: 128 }));
+        assert_eq!(
+            with(128, f32::NAN),
+            Err(TableError::NotRising { knot: 128 })
+        );
+        assert_eq!(
+            with(128, f32::INFINITY),
+            Err(TableError::NotRising { knot: 128 })
+        );
         for top in [0.0, -1.0, f32::NAN, f32::INFINITY, 1e-45] {
-            assert_eq!(InverseTable::new(Micrometre(top), good), Err(TableError::Range));
+            assert_eq!(
+                InverseTable::new(Micrometre(top), good),
+                Err(TableError::Range)
+            );
         }
     }
 }

@@ -20,14 +20,16 @@ fn telemetry() -> impl Strategy<Value = Telemetry> {
         any::<u8>(),
         proptest::option::of(number()),
     )
-        .prop_map(|(tick, drive_v, current_a, temperature_k, limits, sensor_z_um)| Telemetry {
-            tick,
-            drive_v,
-            current_a,
-            temperature_k,
-            limits,
-            sensor_z_um,
-        })
+        .prop_map(
+            |(tick, drive_v, current_a, temperature_k, limits, sensor_z_um)| Telemetry {
+                tick,
+                drive_v,
+                current_a,
+                temperature_k,
+                limits,
+                sensor_z_um,
+            },
+        )
 }
 
 proptest! {
@@ -54,7 +56,11 @@ proptest! {
 
 #[test]
 fn a_reply_is_either_done_or_refused() {
-    let done: CommandReply = Ok(Commanded { tick: 7, drive_v: [1.0; 4], limits: 0 });
+    let done: CommandReply = Ok(Commanded {
+        tick: 7,
+        drive_v: [1.0; 4],
+        limits: 0,
+    });
     let refused: CommandReply = Err(Refusal::ProtocolVersion { board: 1, tool: 2 });
     for reply in [done, refused] {
         let bytes = postcard::to_stdvec(&reply).unwrap();
@@ -64,7 +70,10 @@ fn a_reply_is_either_done_or_refused() {
 
 #[test]
 fn the_greeting_is_frozen() {
-    let hello = postcard::to_stdvec(&Hello { protocol_version: 1 }).unwrap();
+    let hello = postcard::to_stdvec(&Hello {
+        protocol_version: 1,
+    })
+    .unwrap();
     assert_eq!(hello, [1]);
     let identity = Identity {
         protocol_version: 1,

@@ -42,7 +42,10 @@ impl Pins {
 
     /// From bytes.
     pub fn from_bytes(bytes: &[u8; Self::BYTES]) -> Self {
-        Self { tick: word(&bytes[..4]), compare: quad(&bytes[4..]) }
+        Self {
+            tick: word(&bytes[..4]),
+            compare: quad(&bytes[4..]),
+        }
     }
 }
 
@@ -60,12 +63,18 @@ impl Converters {
 
     /// From bytes.
     pub fn from_bytes(bytes: &[u8; Self::BYTES]) -> Self {
-        Self { current: quad(&bytes[4..]), sensor_z_nm: word(&bytes[..4]) as i32 }
+        Self {
+            current: quad(&bytes[4..]),
+            sensor_z_nm: word(&bytes[..4]) as i32,
+        }
     }
 }
 
 fn word(bytes: &[u8]) -> u32 {
-    bytes.iter().rev().fold(0, |word, byte| word << 8 | u32::from(*byte))
+    bytes
+        .iter()
+        .rev()
+        .fold(0, |word, byte| word << 8 | u32::from(*byte))
 }
 
 fn quad(bytes: &[u8]) -> [u16; 4] {

@@ -49,41 +49,65 @@ pub fn find() -> Vec<Found> {
 /// Where there is none, or more than one to choose from.
 pub fn choose(name: Option<&str>) -> Result<Found, ToolError> {
     if let Some(path) = name.filter(|name| name.contains('/')) {
-        return Ok(Found { name: path.to_owned(), place: Place::Socket { path: path.into() } });
+        return Ok(Found {
+            name: path.to_owned(),
+            place: Place::Socket { path: path.into() },
+        });
     }
     let mut found = find();
     let names: Vec<String> = found.iter().map(|board| board.name.clone()).collect();
     if let Some(name) = name {
-        return found.into_iter().find(|board| board.name == name).ok_or_else(|| {
-            let found = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-            ToolError::NoSuchBoard { name: name.to_owned(), found }
-        });
+        return found
+            .into_iter()
+            .find(|board| board.name == name)
+            .ok_or_else(|| {
+                let found = if names.is_empty() {
+                    "none".to_owned()
+                } else {
+                    names.join(", ")
+                };
+                ToolError::NoSuchBoard {
+                    name: name.to_owned(),
+                    found,
+                }
+            });
     }
     match (found.pop(), names.len()) {
         (None, _) => Err(ToolError::NoBoard),
         (Some(only), 1) => Ok(only),
-        _ => Err(ToolError::SeveralBoards { found: names.join(", ") }),
+        _ => Err(ToolError::SeveralBoards {
+            found: names.join(", "),
+        }),
     }
 }
 
 fn find_usb() -> Vec<Found> {
     // A machine without USB has no USB boards.
-    let Ok(devices) = nusb::list_devices() else { return Vec::new() };
+    let Ok(devices) = nusb::list_devices() else {
+        return Vec::new();
+    };
     devices
         .filter(|device| {
             (device.vendor_id(), device.product_id()) == (VENDOR_ID, PRODUCT_ID)
-                && device.product_string().is_none_or(|product| product == PRODUCT)
+                && device
+                    .product_string()
+                    .is_none_or(|product| product == PRODUCT)
         })
         .map(|device| {
             let serial = device.serial_number().unwrap_or("unknown").to_owned();
-            Found { name: serial.clone(), place: Place::Usb { serial } }
+            Found {
+                name: serial.clone(),
+                place: Place::Usb { serial },
+            }
         })
         .collect()
 }
 
 /// Sockets that somebody listens on; those that were left behind are passed over.
 fn find_sockets(directory: &Path) -> Vec<Found> {
-    let Ok(entries) = fs::read_dir(directory) else { return Vec::new() };
+    let Ok(entries) = fs::read_dir(directory) else {
+        return Vec::new();
+    };
     let mut found: Vec<Found> = entries
         .filter_map(Result::ok)
         .map(|entry| entry.path())
@@ -91,7 +115,10 @@ fn find_sockets(directory: &Path) -> Vec<Found> {
         .filter(|path| UnixStream::connect(path).is_ok())
         .filter_map(|path| {
             let name = path.file_stem()?.to_string_lossy().into_owned();
-            Some(Found { name, place: Place::Socket { path } })
+            Some(Found {
+                name,
+                place: Place::Socket { path },
+            })
         })
         .collect();
     found.sort_by(|a, b| a.name.cmp(&b.name));

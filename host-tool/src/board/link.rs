@@ -49,8 +49,10 @@ impl Board {
     /// # Errors
     /// Where it cannot be reached, does not answer, or speaks another protocol version.
     pub async fn open(found: &Found) -> Result<Self, ToolError> {
-        let cannot_open =
-            |reason: String| ToolError::Open { board: found.name.clone(), reason };
+        let cannot_open = |reason: String| ToolError::Open {
+            board: found.name.clone(),
+            reason,
+        };
         let client = match &found.place {
             Place::Usb { serial } => HostClient::try_new_raw_nusb(
                 |device| device.serial_number() == Some(serial),
@@ -66,12 +68,16 @@ impl Board {
                 HostClient::new_with_wire(tx, rx, Tasks, sequence, ERROR_PATH, QUEUED_REQUESTS)
             }
         };
-        let hello = Hello { protocol_version: PROTOCOL_VERSION };
+        let hello = Hello {
+            protocol_version: PROTOCOL_VERSION,
+        };
         let identity = ask::<HelloEndpoint>(&client, "introduce itself", &hello).await?;
         if identity.protocol_version == PROTOCOL_VERSION {
             Ok(Self { client, identity })
         } else {
-            Err(ToolError::ProtocolVersion { board: identity.protocol_version })
+            Err(ToolError::ProtocolVersion {
+                board: identity.protocol_version,
+            })
         }
     }
 
@@ -86,7 +92,10 @@ impl Board {
     /// Where it does not answer, or refuses.
     pub async fn status(&self) -> Result<Status, ToolError> {
         let request = "tell its status";
-        self.granted(request, ask::<StatusEndpoint>(&self.client, request, &()).await?)
+        self.granted(
+            request,
+            ask::<StatusEndpoint>(&self.client, request, &()).await?,
+        )
     }
 
     /// Moves the mirror.
@@ -94,7 +103,8 @@ impl Board {
     /// # Errors
     /// Where the board does not answer, or refuses.
     pub async fn set_position(&self, position: Position) -> Result<Commanded, ToolError> {
-        self.command::<SetPositionEndpoint>("move the mirror", &position).await
+        self.command::<SetPositionEndpoint>("move the mirror", &position)
+            .await
     }
 
     /// Drives the actuators.
@@ -102,7 +112,8 @@ impl Board {
     /// # Errors
     /// Where the board does not answer, or refuses.
     pub async fn set_drive(&self, drives: Drives) -> Result<Commanded, ToolError> {
-        self.command::<SetDriveEndpoint>("drive the actuators", &drives).await
+        self.command::<SetDriveEndpoint>("drive the actuators", &drives)
+            .await
     }
 
     /// Turns all channels off.
@@ -110,7 +121,8 @@ impl Board {
     /// # Errors
     /// Where the board does not answer, or refuses.
     pub async fn off(&self) -> Result<Commanded, ToolError> {
-        self.command::<OffEndpoint>("turn its channels off", &()).await
+        self.command::<OffEndpoint>("turn its channels off", &())
+            .await
     }
 
     /// Asks for `count` samples, one every `period`, which is rounded to control ticks.
@@ -125,8 +137,14 @@ impl Board {
             .await
             .map_err(|_| ToolError::LinkLost { request })?;
         let ticks = (period.s * f64::from(self.identity.tick_hz)).round();
-        let stream = Stream { period_ticks: ticks.clamp(1.0, 65535.0) as u16, count };
-        self.granted(request, ask::<StreamEndpoint>(&self.client, request, &stream).await?)?;
+        let stream = Stream {
+            period_ticks: ticks.clamp(1.0, 65535.0) as u16,
+            count,
+        };
+        self.granted(
+            request,
+            ask::<StreamEndpoint>(&self.client, request, &stream).await?,
+        )?;
         Ok(Samples { subscription })
     }
 
@@ -150,7 +168,11 @@ impl Board {
         Ok(())
     }
 
-    async fn command<E>(&self, request: Request, message: &E::Request) -> Result<Commanded, ToolError>
+    async fn command<E>(
+        &self,
+        request: Request,
+        message: &E::Request,
+    ) -> Result<Commanded, ToolError>
     where
         E: Endpoint<Response = CommandReply>,
         E::Request: Serialize + Schema,
@@ -189,17 +211,26 @@ where
     E::Response: DeserializeOwned + Schema,
 {
     let answer = timeout(ANSWER_TIMEOUT, client.send_resp::<E>(message)).await;
-    answer.map_err(|_| no_answer(request))?.map_err(|error| match error {
-        HostErr::Closed => ToolError::LinkLost { request },
-        HostErr::Wire(error) => {
-            ToolError::NotUnderstood { request, detail: format!("{error:?}") }
-        }
-        other => ToolError::NotUnderstood { request, detail: other.to_string() },
-    })
+    answer
+        .map_err(|_| no_answer(request))?
+        .map_err(|error| match error {
+            HostErr::Closed => ToolError::LinkLost { request },
+            HostErr::Wire(error) => ToolError::NotUnderstood {
+                request,
+                detail: format!("{error:?}"),
+            },
+            other => ToolError::NotUnderstood {
+                request,
+                detail: other.to_string(),
+            },
+        })
 }
 
 fn no_answer(request: Request) -> ToolError {
-    ToolError::NoAnswer { request, seconds: ANSWER_TIMEOUT.as_secs_f64() }
+    ToolError::NoAnswer {
+        request,
+        seconds: ANSWER_TIMEOUT.as_secs_f64(),
+    }
 }
 
 /// Runs the client's tasks on this tool's runtime.

@@ -19,7 +19,9 @@ use crate::error::ToolError;
 /// Carries out one command.
 pub(crate) fn run(arguments: Arguments) -> Result<(), ToolError> {
     let runtime = Builder::new_current_thread().enable_all().build();
-    runtime.map_err(ToolError::Runtime)?.block_on(dispatch(arguments))
+    runtime
+        .map_err(ToolError::Runtime)?
+        .block_on(dispatch(arguments))
 }
 
 async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
@@ -34,7 +36,12 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             set_drive::run(&open().await?, drives, settle, json).await
         }
         Command::Off => moving::off(&open().await?, json).await,
-        Command::Record { output, duration, period, force } => {
+        Command::Record {
+            output,
+            duration,
+            period,
+            force,
+        } => {
             let file = record::NewFile::create(output, force)?;
             record::run(&open().await?, file, duration, period, json).await
         }

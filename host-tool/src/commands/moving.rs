@@ -28,7 +28,10 @@ pub(super) struct Readings {
 
 /// The names of the limits that acted.
 pub(super) fn limit_names(bits: u8) -> Vec<&'static str> {
-    Limits::from_bits(bits).iter().map(|limit| limit.name()).collect()
+    Limits::from_bits(bits)
+        .iter()
+        .map(|limit| limit.name())
+        .collect()
 }
 
 /// Lets the mirror settle after `commanded`, then reads it.
@@ -54,7 +57,12 @@ struct Off {
 /// Turns all channels off and says so.
 pub(super) async fn off(board: &Board, json: bool) -> Result<(), ToolError> {
     let commanded = board.off().await?;
-    report::print(&Off { drive_v: commanded.drive_v.map(f64::from) }, json);
+    report::print(
+        &Off {
+            drive_v: commanded.drive_v.map(f64::from),
+        },
+        json,
+    );
     Ok(())
 }
 
@@ -68,7 +76,10 @@ impl Readings {
     /// The mean of `samples`, of which there is at least one.
     pub(super) fn mean(samples: &[Telemetry]) -> Self {
         let mean = |value: &dyn Fn(&Telemetry) -> Option<f32>| -> Option<f64> {
-            let sum: Option<f64> = samples.iter().map(|sample| value(sample).map(f64::from)).sum();
+            let sum: Option<f64> = samples
+                .iter()
+                .map(|sample| value(sample).map(f64::from))
+                .sum();
             sum.map(|sum| sum / samples.len() as f64)
         };
         let lanes = |value: &dyn Fn(&Telemetry, usize) -> Option<f32>| -> [Option<f64>; 4] {
@@ -87,7 +98,15 @@ impl Readings {
 impl fmt::Display for Readings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "drives     {}", row(self.drive_v, 3, "V"))?;
-        writeln!(f, "currents   {}", row(self.current_a.map(|i| i * 1e3), 3, "mA"))?;
-        writeln!(f, "warmer by  {}", row_of_known(self.temperature_rise_k, 1, "K"))
+        writeln!(
+            f,
+            "currents   {}",
+            row(self.current_a.map(|i| i * 1e3), 3, "mA")
+        )?;
+        writeln!(
+            f,
+            "warmer by  {}",
+            row_of_known(self.temperature_rise_k, 1, "K")
+        )
     }
 }

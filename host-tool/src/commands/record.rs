@@ -1,14 +1,15 @@
 //! `record`: a measurement file of what the board reads while it goes on with what it does.
 
 use std::fmt;
-use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
-use std::path::PathBuf;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use measurement::{MeasurementFile, Row};
 use mirror_protocol::Telemetry;
 use serde::Serialize;
+use tempfile::NamedTempFile;
+use tokio::signal::ctrl_c;
 
 use crate::board::{Board, Samples};
 use crate::error::ToolError;
@@ -22,32 +23,47 @@ struct Recorded {
     duration_s: f64,
 }
 
-/// A file that is there and can be written, before anything is measured.
+/// A file that can be written, found out before anything is measured. What had its name keeps it
+/// until the measurement is whole.
 pub(super) struct NewFile {
     path: PathBuf,
-    file: File,
+    replace: bool,
+    draft: NamedTempFile,
 }
 
 impl NewFile {
     pub(super) fn create(path: PathBuf, replace: bool) -> Result<Self, ToolError> {
-        let mut options = OpenOptions::new();
-        options.write(true);
-        // An existing file keeps its content until there is something to replace it with.
-        let opened = if replace { options.create(true) } else { options.create_new(true) }.open(&path);
-        match opened {
-            Ok(file) => Ok(Self { path, file }),
-            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
-                Err(ToolError::FileExists { path })
-            }
+        if path.exists() && !replace {
+            return Err(ToolError::FileExists { path });
+        }
+        let directory = path
+            .parent()
+            .filter(|parent| !parent.as_os_str().is_empty());
+        match NamedTempFile::new_in(directory.unwrap_or(Path::new("."))) {
+            Ok(draft) => Ok(Self {
+                path,
+                replace,
+                draft,
+            }),
             Err(source) => Err(ToolError::Write { path, source }),
         }
     }
 
     fn write(mut self, text: &str) -> Result<PathBuf, ToolError> {
-        let written = self.file.set_len(0).and_then(|()| self.file.write_all(text.as_bytes()));
+        let written = self.draft.write_all(text.as_bytes()).and_then(|()| {
+            let kept = if self.replace {
+                self.draft.persist(&self.path)
+            } else {
+                self.draft.persist_noclobber(&self.path)
+            };
+            kept.map_err(|error| error.error)
+        });
         match written {
-            Ok(()) => Ok(self.path),
-            Err(source) => Err(ToolError::Write { path: self.path, source }),
+            Ok(_) => Ok(self.path),
+            Err(source) => Err(ToolError::Write {
+                path: self.path,
+                source,
+            }),
         }
     }
 }
@@ -60,14 +76,7 @@ pub(super) async fn run(
     json: bool,
 ) -> Result<(), ToolError> {
     let expected = ((duration.s / period.s).round() as u32).max(1);
-    let mut stream = match board.stream(period, expected).await {
-        Ok(stream) => stream,
-        Err(error) => {
-            // Nothing was measured, so no file is left.
-            let _ = fs::remove_file(&file.path);
-            return Err(error);
-        }
-    };
+    let mut stream = board.stream(period, expected).await?;
     let (samples, ended) = collect(&mut stream, expected, json).await;
     let recording = measurement(board, &samples);
     let recorded = Recorded {
@@ -76,31 +85,47 @@ pub(super) async fn run(
         duration_s: recording.rows.last().map_or(0.0, |row| row.t_s),
     };
     report::print(&recorded, json);
-    ended
+    match ended {
+        // The board is well, so what is missing was lost on the way.
+        Err(ToolError::NoAnswer { .. }) if board.status().await.is_ok() => {
+            Err(ToolError::SamplesLost {
+                received: samples.len(),
+                expected: expected as usize,
+            })
+        }
+        ended => ended,
+    }
 }
 
-/// Samples until there are enough; those that arrived are kept whatever happens.
+/// Samples until there are enough, or somebody presses Ctrl-C; those that arrived are kept whatever
+/// happens.
 async fn collect(
     stream: &mut Samples,
     expected: u32,
     quiet: bool,
 ) -> (Vec<Telemetry>, Result<(), ToolError>) {
-    let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(expected.into()) };
-    let style = ProgressStyle::with_template("recording {wide_bar} {pos}/{len} samples, {eta} left");
+    let bar = if quiet {
+        ProgressBar::hidden()
+    } else {
+        ProgressBar::new(expected.into())
+    };
+    let style =
+        ProgressStyle::with_template("recording {wide_bar} {pos}/{len} samples, {eta} left");
     bar.set_style(style.expect("a fixed template"));
     let mut samples = Vec::new();
-    while samples.len() < expected as usize {
-        match stream.next().await {
-            Ok(sample) => samples.push(sample),
-            Err(error) => {
-                bar.abandon();
-                return (samples, Err(error));
-            }
+    let receive = async {
+        while samples.len() < expected as usize {
+            samples.push(stream.next().await?);
+            bar.inc(1);
         }
-        bar.inc(1);
-    }
+        Ok(())
+    };
+    let ended = tokio::select! {
+        ended = receive => ended,
+        _ = ctrl_c() => Ok(()),
+    };
     bar.finish_and_clear();
-    (samples, Ok(()))
+    (samples, ended)
 }
 
 fn measurement(board: &Board, samples: &[Telemetry]) -> MeasurementFile {

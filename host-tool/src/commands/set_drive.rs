@@ -24,7 +24,9 @@ pub(super) fn for_all_actuators(drives: &[Voltage]) -> Result<[Voltage; 4], Tool
     match *drives {
         [all] => Ok([all; 4]),
         [a, b, c, d] => Ok([a, b, c, d]),
-        _ => Err(ToolError::DriveCount { count: drives.len() }),
+        _ => Err(ToolError::DriveCount {
+            count: drives.len(),
+        }),
     }
 }
 
@@ -34,16 +36,31 @@ pub(super) async fn run(
     settle: Span,
     json: bool,
 ) -> Result<(), ToolError> {
-    let max = Voltage { v: board.status().await?.max_drive_v.into() };
-    let outside = drives.into_iter().find(|drive| !(0.0..=max.v).contains(&drive.v));
+    let max = Voltage {
+        v: board.status().await?.max_drive_v.into(),
+    };
+    let outside = drives
+        .into_iter()
+        .find(|drive| !(0.0..=max.v).contains(&drive.v));
     if let Some(asked) = outside {
         return Err(ToolError::DriveOutOfRange { asked, max });
     }
     let asked_v = drives.map(|drive| drive.v);
-    let commanded = board.set_drive(Drives { drive_v: asked_v.map(|v| v as f32) }).await?;
+    let commanded = board
+        .set_drive(Drives {
+            drive_v: asked_v.map(|v| v as f32),
+        })
+        .await?;
     let readings = settle_and_read(board, &commanded, settle).await?;
     let limited_by = limit_names(commanded.limits);
-    report::print(&SetDrive { asked_v, readings, limited_by }, json);
+    report::print(
+        &SetDrive {
+            asked_v,
+            readings,
+            limited_by,
+        },
+        json,
+    );
     Ok(())
 }
 

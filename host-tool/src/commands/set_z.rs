@@ -30,9 +30,13 @@ pub(super) async fn run(
     settle: Span,
     json: bool,
 ) -> Result<(), ToolError> {
-    let max = Length { um: board.status().await?.max_position_um.into() };
+    let max = Length {
+        um: board.status().await?.max_position_um.into(),
+    };
     // The range came as f32.
-    let z = Length { um: f64::from(z.um as f32) };
+    let z = Length {
+        um: f64::from(z.um as f32),
+    };
     if !(0.0..=max.um).contains(&z.um) {
         return Err(ToolError::PositionOutOfRange { asked: z, max });
     }
@@ -55,9 +59,21 @@ impl fmt::Display for SetZ {
         writeln!(f, "asked      {:>9.3} um", self.asked_um)?;
         write!(f, "{}", self.readings)?;
         let limits = self.limited_by.join(", ");
-        writeln!(f, "limited    {}", if limits.is_empty() { "by nothing" } else { &limits })?;
+        writeln!(
+            f,
+            "limited    {}",
+            if limits.is_empty() {
+                "by nothing"
+            } else {
+                &limits
+            }
+        )?;
         if let (Some(sensor), Some(error)) = (self.readings.sensor_z_um, self.error_um) {
-            let whose = if self.sensor_is_virtual { "virtual sensor" } else { "sensor" };
+            let whose = if self.sensor_is_virtual {
+                "virtual sensor"
+            } else {
+                "sensor"
+            };
             writeln!(
                 f,
                 "moved to   {sensor:>9.3} um by the {whose} after {} s: {error:+.3} um from what was \

@@ -65,7 +65,9 @@ impl ErrorType for Uart {
 
 impl Read for Uart {
     async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
-        let Some((first, rest)) = buffer.split_first_mut() else { return Ok(0) };
+        let Some((first, rest)) = buffer.split_first_mut() else {
+            return Ok(0);
+        };
         loop {
             // The control loop runs in between, so this polls once a tick.
             yield_now().await;
@@ -74,7 +76,9 @@ impl Read for Uart {
                 break;
             }
         }
-        let more = rest.iter_mut().map_while(|slot| self.try_read().map(|byte| *slot = byte));
+        let more = rest
+            .iter_mut()
+            .map_while(|slot| self.try_read().map(|byte| *slot = byte));
         Ok(1 + more.count())
     }
 }

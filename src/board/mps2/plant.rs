@@ -27,7 +27,12 @@ impl LockstepPlant {
         // The other end opens in the same order; opening a FIFO waits for it.
         let to_plant = File::create(c"to-plant")?;
         let from_plant = File::open(c"from-plant")?;
-        let mut plant = Self { to_plant, from_plant, pins: Pins::default(), mailbox };
+        let mut plant = Self {
+            to_plant,
+            from_plant,
+            pins: Pins::default(),
+            mailbox,
+        };
         plant.send()?;
         Ok(plant)
     }
@@ -50,7 +55,9 @@ impl Board for LockstepPlant {
         while self.mailbox.is_congested() {
             yield_now().await;
         }
-        let Ok(converters) = self.receive() else { super::exit::plant_lost() };
+        let Ok(converters) = self.receive() else {
+            super::exit::plant_lost()
+        };
         time::advance();
         Sensed {
             currents: converters.current.map(AdcCode),

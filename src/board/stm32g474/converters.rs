@@ -88,7 +88,11 @@ impl Converters {
         interrupt::ADC1_2.set_priority(Priority::P0);
         // SAFETY: the handler only reads registers and signals.
         unsafe { interrupt::ADC1_2.enable() };
-        Self { timer: start_pwm(timer), _outputs: outputs, _adc: adc }
+        Self {
+            timer: start_pwm(timer),
+            _outputs: outputs,
+            _adc: adc,
+        }
     }
 }
 
@@ -115,7 +119,10 @@ fn start_pwm(timer: Peri<'static, TIM1>) -> Timer<'static, TIM1> {
 
 impl Board for Converters {
     async fn sense(&mut self) -> Sensed {
-        Sensed { currents: CONVERTED.wait().await, sensor_z: None }
+        Sensed {
+            currents: CONVERTED.wait().await,
+            sensor_z: None,
+        }
     }
 
     fn drive(&mut self, codes: [PwmCode; LANES]) {

@@ -37,8 +37,7 @@ pub fn open(
     config.manufacturer = Some(MANUFACTURER);
     config.product = Some(PRODUCT);
     config.serial_number = Some(embassy_stm32::uid::uid_hex());
-    let (device, tx, rx) =
-        STORAGE.init(driver, config, FRAME.take(), USB_FS_MAX_PACKET_SIZE);
+    let (device, tx, rx) = STORAGE.init(driver, config, FRAME.take(), USB_FS_MAX_PACKET_SIZE);
     (Device(device), rx, tx)
 }
 

@@ -6,7 +6,7 @@ mod converters;
 pub mod link;
 mod stop;
 
-pub use converters::{CONTROL_EXECUTOR, Converters, ConverterPins, start_control_executor};
+pub use converters::{CONTROL_EXECUTOR, ConverterPins, Converters, start_control_executor};
 
 use defmt_rtt as _;
 use embassy_stm32::Config;
@@ -19,7 +19,9 @@ use embassy_stm32::rcc::{
 pub fn clocks() -> Config {
     let mut config = Config::default();
     let rcc = &mut config.rcc;
-    rcc.hsi48 = Some(Hsi48Config { sync_from_usb: true });
+    rcc.hsi48 = Some(Hsi48Config {
+        sync_from_usb: true,
+    });
     rcc.pll = Some(Pll {
         source: PllSource::HSI,
         prediv: PllPreDiv::DIV4,

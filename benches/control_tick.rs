@@ -1,0 +1,88 @@
+//! Instructions of one four-channel control tick.
+//!
+//! Under `-icount shift=6` QEMU lets 64 ns pass with every instruction, and SysTick counts 25 MHz:
+//! 1.6 counts an instruction, the same in every run. (On a real M4F, cycles are another matter.)
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+
+use control_core::{AdcCode, Ampere, Controller, LANES, Micrometre, PwmCode, Setpoint, Volt};
+use cortex_m::Peripherals;
+use cortex_m::peripheral::SYST;
+use cortex_m::peripheral::syst::SystClkSource;
+use mirror_firmware::board::Sensed;
+use mirror_firmware::control::Control;
+use mirror_firmware::factory::CALIBRATION;
+use mirror_firmware::mailbox::MAILBOX;
+use semihosting::process::ExitCode;
+
+const REPETITIONS: u32 = 1000;
+/// Counts of SysTick in 5 instructions.
+const COUNTS_PER_5_INSTRUCTIONS: u32 = 8;
+const SYSTICK_TOP: u32 = 0x00ff_ffff;
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    let Some(peripherals) = Peripherals::take() else {
+        ExitCode::FAILURE.exit_process()
+    };
+    let mut clock = peripherals.SYST;
+    clock.set_clock_source(SystClkSource::Core);
+    clock.set_reload(SYSTICK_TOP);
+    clock.clear_current();
+    clock.enable_counter();
+
+    let z = Setpoint::Position(Micrometre(120.0));
+    let mut controller = Controller::new(CALIBRATION);
+    report("control core: one step at a position", || {
+        black_box(controller.step(
+            black_box(z),
+            black_box([Volt(2.742); LANES]),
+            black_box([Ampere(5.7e-3); LANES]),
+        ));
+    });
+
+    let mut controller = Controller::new(CALIBRATION);
+    report("codes in, codes out: step with conversions", || {
+        let currents = black_box([AdcCode(29_884); LANES]).map(AdcCode::current);
+        let applied = black_box([PwmCode(2742); LANES]).map(PwmCode::drive);
+        black_box(
+            controller
+                .step(black_box(z), applied, currents)
+                .drives
+                .map(PwmCode::nearest),
+        );
+    });
+
+    let mut control = Control::new(Controller::new(CALIBRATION), &MAILBOX);
+    MAILBOX.post(z);
+    let sensed = Sensed {
+        currents: [AdcCode(29_884); LANES],
+        sensor_z: None,
+    };
+    report("whole tick: mailbox, step, telemetry", || {
+        black_box(control.tick(black_box(sensed)));
+    });
+
+    ExitCode::SUCCESS.exit_process()
+}
+
+fn report(name: &str, mut tick: impl FnMut()) {
+    tick();
+    let empty = counts(|| {
+        black_box(());
+    });
+    let counted = counts(&mut tick) - empty;
+    let instructions = counted * 5 / COUNTS_PER_5_INSTRUCTIONS / REPETITIONS;
+    defmt::println!("{=str}: {=u32} instructions", name, instructions);
+}
+
+/// SysTick's counts while `tick` runs again and again. It counts down.
+fn counts(mut tick: impl FnMut()) -> u32 {
+    let start = SYST::get_current();
+    for _ in 0..REPETITIONS {
+        tick();
+    }
+    start.wrapping_sub(SYST::get_current()) & SYSTICK_TOP
+}

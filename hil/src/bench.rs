@@ -1,0 +1,152 @@
+//! A board and the tool.
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use emulated_board::{EmulatedBoard, Emulation};
+use tempfile::TempDir;
+use virtual_mirror::MirrorConfig;
+
+/// The one real board is used by one check at a time.
+static REAL_BOARD: Mutex<()> = Mutex::new(());
+
+/// A board and the tool in front of it.
+pub struct Bench {
+    board: String,
+    emulated: Option<EmulatedBoard>,
+    directory: TempDir,
+    _turn: Option<MutexGuard<'static, ()>>,
+}
+
+/// What the tool said, and how it ended.
+#[derive(Debug)]
+pub struct Said {
+    /// Exit code.
+    pub code: i32,
+    /// Standard output.
+    pub out: String,
+    /// Standard error.
+    pub err: String,
+}
+
+impl Bench {
+    /// The board that `MIRROR_BOARD` names, or a new emulated one.
+    ///
+    /// # Panics
+    /// Where an emulated board does not start.
+    pub fn new() -> Self {
+        match std::env::var("MIRROR_BOARD") {
+            Ok(board) => Self {
+                board,
+                emulated: None,
+                directory: tempfile::tempdir().expect("a directory"),
+                _turn: Some(REAL_BOARD.lock().unwrap_or_else(PoisonError::into_inner)),
+            },
+            Err(_) => Self::emulated(MirrorConfig::bench()),
+        }
+    }
+
+    /// A new emulated board with this mirror on it.
+    ///
+    /// # Panics
+    /// Where it does not start.
+    pub fn emulated(mirror: MirrorConfig) -> Self {
+        let directory = tempfile::tempdir().expect("a directory");
+        let emulated = EmulatedBoard::start(&Emulation {
+            image: target_directory().join("thumbv7em-none-eabihf/release/mps2"),
+            mirror,
+            boards_directory: directory.path().to_owned(),
+            name: "emulated".to_owned(),
+        })
+        .unwrap_or_else(|error| panic!("{error}; is the image built? `cargo xtask build mps2`"));
+        let board = emulated.socket().to_string_lossy().into_owned();
+        Self {
+            board,
+            emulated: Some(emulated),
+            directory,
+            _turn: None,
+        }
+    }
+
+    /// The board's name for the tool.
+    pub fn board(&self) -> &str {
+        &self.board
+    }
+
+    /// A directory of this bench's own.
+    pub fn directory(&self) -> &Path {
+        self.directory.path()
+    }
+
+    /// The emulated board; `None` for a real one.
+    pub fn emulated_board(&mut self) -> Option<&mut EmulatedBoard> {
+        self.emulated.as_mut()
+    }
+
+    /// Runs the tool as a user types it.
+    ///
+    /// # Panics
+    /// Where the tool is not built.
+    pub fn tool(&self, words: &[&str]) -> Said {
+        finish(self.start_tool(words))
+    }
+
+    /// Starts the tool and leaves it running.
+    ///
+    /// # Panics
+    /// Where the tool is not built.
+    pub fn start_tool(&self, words: &[&str]) -> Child {
+        let tool = target_directory().join("debug/host-tool");
+        Command::new(tool)
+            .args(words)
+            .env("MIRROR_BOARD", &self.board)
+            .env("NO_COLOR", "1")
+            .current_dir(self.directory())
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the tool is not built: `cargo build -p host-tool`")
+    }
+
+    /// Runs the tool for its JSON.
+    ///
+    /// # Panics
+    /// Where it fails, or prints something else.
+    pub fn json(&self, words: &[&str]) -> serde_json::Value {
+        let said = self.tool(&[words, &["--json"]].concat());
+        assert_eq!(said.code, 0, "{words:?}: {}", said.err);
+        serde_json::from_str(&said.out).expect("JSON")
+    }
+}
+
+impl Default for Bench {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Waits for the tool to end.
+///
+/// # Panics
+/// Where it was killed.
+fn finish(tool: Child) -> Said {
+    let output = tool.wait_with_output().expect("it ends");
+    Said {
+        code: output.status.code().expect("it was not killed"),
+        out: String::from_utf8_lossy(&output.stdout).into_owned(),
+        err: String::from_utf8_lossy(&output.stderr).into_owned(),
+    }
+}
+
+impl From<Child> for Said {
+    fn from(tool: Child) -> Self {
+        finish(tool)
+    }
+}
+
+fn target_directory() -> PathBuf {
+    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| workspace.join("target"), PathBuf::from)
+}

@@ -1,0 +1,125 @@
+//! Bytes on an emulated board's link, good ones and bad ones.
+
+use std::io::{self, Read, Write};
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+use std::time::Duration;
+
+use host_tool::board::framing::{Decoder, encode};
+use mirror_protocol::{Hello, HelloEndpoint, Identity, WireError};
+use postcard_rpc::header::{VarHeader, VarKey, VarKeyKind, VarSeq};
+use postcard_rpc::standard_icd::ERROR_KEY;
+use postcard_rpc::{Endpoint, Key};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// Long enough for any answer, short enough for a test.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// A link without the tool's care.
+pub struct RawLink {
+    socket: UnixStream,
+    decoder: Decoder,
+    sequence: u16,
+}
+
+impl RawLink {
+    /// Connects to the board behind `socket`.
+    ///
+    /// # Errors
+    /// Where nobody listens.
+    pub fn connect(socket: &Path) -> io::Result<Self> {
+        let socket = UnixStream::connect(socket)?;
+        socket.set_read_timeout(Some(ANSWER_TIMEOUT))?;
+        Ok(Self {
+            socket,
+            decoder: Decoder::default(),
+            sequence: 0,
+        })
+    }
+
+    /// Sends bytes as they are.
+    ///
+    /// # Errors
+    /// Where the link is lost.
+    pub fn send_bytes(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.socket.write_all(bytes)
+    }
+
+    /// A request as it stands on the link.
+    pub fn request<E: Endpoint>(&mut self, message: &E::Request) -> Vec<u8>
+    where
+        E::Request: Serialize,
+    {
+        self.sequence = self.sequence.wrapping_add(1);
+        let header = VarHeader {
+            key: VarKey::Key8(E::REQ_KEY),
+            seq_no: VarSeq::Seq2(self.sequence),
+        };
+        let mut frame = header.write_to_vec();
+        frame.extend(postcard::to_stdvec(message).expect("messages serialise"));
+        encode(&frame)
+    }
+
+    /// Sends a request and waits for its answer: the response, or that it was not understood.
+    ///
+    /// # Errors
+    /// Where the link is lost, or no answer comes.
+    pub fn ask<E: Endpoint>(
+        &mut self,
+        message: &E::Request,
+    ) -> io::Result<Result<E::Response, WireError>>
+    where
+        E::Request: Serialize,
+        E::Response: DeserializeOwned,
+    {
+        let request = self.request::<E>(message);
+        self.send_bytes(&request)?;
+        loop {
+            let frame = self.receive()?;
+            let Some((header, body)) = VarHeader::take_from_slice(&frame) else {
+                continue;
+            };
+            if header.seq_no != VarSeq::Seq2(self.sequence) {
+                continue;
+            }
+            if is(header.key, E::RESP_KEY) {
+                return postcard::from_bytes(body).map(Ok).map_err(io::Error::other);
+            }
+            if is(header.key, ERROR_KEY) {
+                return postcard::from_bytes(body)
+                    .map(Err)
+                    .map_err(io::Error::other);
+            }
+        }
+    }
+
+    /// Greets the board in some protocol version.
+    ///
+    /// # Errors
+    /// Where the link is lost, or no answer comes.
+    pub fn greet(&mut self, protocol_version: u16) -> io::Result<Result<Identity, WireError>> {
+        self.ask::<HelloEndpoint>(&Hello { protocol_version })
+    }
+
+    fn receive(&mut self) -> io::Result<Vec<u8>> {
+        let mut bytes = [0; 512];
+        loop {
+            if let Some(frame) = self.decoder.next_frame() {
+                return Ok(frame);
+            }
+            match self.socket.read(&mut bytes)? {
+                0 => return Err(io::ErrorKind::UnexpectedEof.into()),
+                got => self.decoder.buffer().extend(&bytes[..got]),
+            }
+        }
+    }
+}
+
+/// Whether the board's shortened key stands for `key`.
+fn is(short: VarKey, key: Key) -> bool {
+    let mut long = VarKey::Key8(key);
+    let kind: VarKeyKind = short.kind();
+    long.shrink_to(kind);
+    long == short
+}

@@ -1,0 +1,148 @@
+//! What any driver board must do, asked through the tool as a user does.
+
+use hil::Bench;
+use serde_json::Value;
+
+fn four(report: &Value, field: &str) -> [f64; 4] {
+    std::array::from_fn(|i| report[field][i].as_f64().unwrap_or(f64::NAN))
+}
+
+#[test]
+fn the_board_introduces_itself() {
+    let bench = Bench::new();
+    let status = bench.json(&["status"]);
+    assert_eq!(
+        status["identity"]["protocol_version"],
+        mirror_protocol::PROTOCOL_VERSION
+    );
+    assert_eq!(
+        status["identity"]["firmware_version"],
+        env!("CARGO_PKG_VERSION")
+    );
+    assert_eq!(status["identity"]["tick_hz"], 10_000);
+    assert!(status["max_position_um"].as_f64().unwrap() > 100.0);
+}
+
+#[test]
+fn a_position_takes_drive_current_and_heat_on_every_channel() {
+    let bench = Bench::new();
+    let report = bench.json(&["set-z", "120um", "--settle", "500ms"]);
+    assert_eq!(report["asked_um"], 120.0);
+    assert_eq!(report["limited_by"], Value::Array(vec![]));
+    for channel in 0..4 {
+        let (drive_v, current_a) = (
+            four(&report, "drive_v")[channel],
+            four(&report, "current_a")[channel],
+        );
+        assert!((2.0..3.5).contains(&drive_v), "{report}");
+        assert!((250.0..800.0).contains(&(drive_v / current_a)), "{report}");
+        assert!(
+            four(&report, "temperature_rise_k")[channel] > 20.0,
+            "{report}"
+        );
+    }
+    bench.json(&["off"]);
+}
+
+#[test]
+fn more_position_takes_more_drive() {
+    let bench = Bench::new();
+    let drive = |z: &str| four(&bench.json(&["set-z", z, "--settle", "10ms"]), "drive_v")[0];
+    let drives = ["0um", "1um", "20um", "0.1mm", "173um"].map(drive);
+    assert_eq!(drives[0], 0.0);
+    assert!(drives.is_sorted_by(|a, b| a < b), "{drives:?}");
+    bench.json(&["off"]);
+}
+
+#[test]
+fn the_ends_of_the_range_are_told_and_kept() {
+    let bench = Bench::new();
+    for (words, sentence) in [
+        (
+            &["set-z", "300um"][..],
+            "300 um is beyond the range of this board, 0 to 173.",
+        ),
+        (
+            &["set-z", "-1um"],
+            "-1 um is beyond the range of this board",
+        ),
+        (
+            &["set-drive", "3.6V"],
+            "3.6 V is beyond what this board drives, 0 to 3.5 V",
+        ),
+        (
+            &["set-drive", "--", "-0.1V"],
+            "-0.1 V is beyond what this board drives",
+        ),
+    ] {
+        let said = bench.tool(words);
+        let err = said.err.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_ne!(said.code, 0);
+        assert!(err.contains(sentence), "{err}");
+        assert!(said.out.is_empty());
+        assert_eq!(
+            four(&bench.json(&["status"]), "drive_v"),
+            [0.0; 4],
+            "nothing was driven"
+        );
+    }
+}
+
+#[test]
+fn each_channel_is_driven_and_sensed_by_itself() {
+    let bench = Bench::new();
+    for channel in 0..4 {
+        let drives: [&str; 4] =
+            std::array::from_fn(|other| if other == channel { "1.9V" } else { "0.2V" });
+        let words = [&["set-drive"][..], &drives, &["--settle", "200ms"]].concat();
+        let report = bench.json(&words);
+        for other in 0..4 {
+            let current_ma = four(&report, "current_a")[other] * 1e3;
+            let expected = if other == channel { 3.0..6.5 } else { 0.3..0.9 };
+            assert!(
+                expected.contains(&current_ma),
+                "channel {other}: {current_ma} mA"
+            );
+        }
+    }
+    bench.json(&["off"]);
+}
+
+#[test]
+fn off_is_off() {
+    let bench = Bench::new();
+    bench.json(&["set-drive", "2V", "--settle", "10ms"]);
+    assert_eq!(four(&bench.json(&["off"]), "drive_v"), [0.0; 4]);
+    let status = bench.json(&["status"]);
+    assert_eq!(four(&status, "drive_v"), [0.0; 4]);
+    assert!(
+        four(&status, "current_a")
+            .iter()
+            .all(|current| current.abs() < 20e-6),
+        "{status}"
+    );
+}
+
+#[test]
+fn a_recording_is_a_measurement_file() {
+    let bench = Bench::new();
+    bench.json(&["set-drive", "1.5V", "--settle", "10ms"]);
+    let path = bench.directory().join("still.csv");
+    let report = bench.json(&["record", "-o", "still.csv", "--duration", "200ms"]);
+    assert_eq!(report["samples"], 200);
+    let text = std::fs::read_to_string(path).expect("it was written");
+    let file = measurement::MeasurementFile::parse("still.csv", &text).expect("it is read again");
+    assert_eq!(file.rows.len(), 200);
+    assert!((file.rows[199].t_s - 0.199).abs() < 1e-9);
+    assert!(
+        file.rows
+            .iter()
+            .all(|row| (row.voltage_v[0] - 1.5).abs() < 1e-6)
+    );
+    assert!(
+        file.rows
+            .iter()
+            .all(|row| row.current_a[3].is_some_and(|i| i > 2e-3))
+    );
+    bench.json(&["off"]);
+}

@@ -1,0 +1,208 @@
+//! What can only be tried on an emulated board: a virtual mirror behind it, and a link and an
+//! emulator that misbehave.
+
+use std::path::PathBuf;
+use std::thread;
+use std::time::Duration;
+
+use control_core::{Limit, Limits};
+use hil::{Bench, RawLink, Said};
+use mirror_protocol::{
+    Drives, PROTOCOL_VERSION, Position, Refusal, SetDriveEndpoint, SetPositionEndpoint,
+    StatusEndpoint, WireError,
+};
+use virtual_mirror::MirrorConfig;
+
+fn bench() -> Bench {
+    Bench::emulated(MirrorConfig::bench())
+}
+
+fn raw(bench: &Bench) -> RawLink {
+    RawLink::connect(&PathBuf::from(bench.board())).expect("the board listens")
+}
+
+#[test]
+fn a_virtual_mirror_moves_to_where_it_is_asked_by_and_large() {
+    let bench = bench();
+    for z_um in [40.0, 120.0] {
+        let report = bench.json(&["set-z", &format!("{z_um}um"), "--settle", "2s"]);
+        let sensor_um = report["sensor_z_um"].as_f64().expect("a virtual sensor");
+        let error_um = report["error_um"].as_f64().expect("an error");
+        assert_eq!(report["sensor_is_virtual"], true);
+        assert!((sensor_um - z_um - error_um).abs() < 1e-9);
+        // The factory's model is not this mirror's; calibration is what makes it small.
+        assert!(error_um.abs() < 30.0, "{report}");
+    }
+}
+
+#[test]
+fn what_is_printed_names_each_number() {
+    let said = bench().tool(&["set-z", "120 µm", "--settle", "100ms"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let names: Vec<&str> = said.out.lines().map(|line| line[..10].trim_end()).collect();
+    assert_eq!(
+        names,
+        [
+            "asked",
+            "drives",
+            "currents",
+            "warmer by",
+            "limited",
+            "moved to"
+        ]
+    );
+    assert!(
+        said.out.contains("by the virtual sensor after 0.1 s"),
+        "{}",
+        said.out
+    );
+}
+
+#[test]
+fn the_board_limits_what_a_careless_tool_asks() {
+    let bench = bench();
+    let mut link = raw(&bench);
+    link.greet(PROTOCOL_VERSION).unwrap().unwrap();
+    let limits = |reply: Result<mirror_protocol::CommandReply, WireError>| {
+        Limits::from_bits(reply.expect("understood").expect("carried out").limits)
+    };
+    let position = |z_um| Position { z_um };
+    let high = link.ask::<SetPositionEndpoint>(&position(1e6)).unwrap();
+    assert!(limits(high).contains(Limit::PositionHigh));
+    let low = link.ask::<SetPositionEndpoint>(&position(-1.0)).unwrap();
+    assert!(limits(low).contains(Limit::PositionLow));
+    let drives = Drives {
+        drive_v: [9.0, 1.0, 1.0, 1.0],
+    };
+    let reply = link.ask::<SetDriveEndpoint>(&drives).unwrap();
+    assert_eq!(
+        reply.as_ref().unwrap().as_ref().unwrap().drive_v,
+        [3.5, 1.0, 1.0, 1.0]
+    );
+    assert!(limits(reply).contains(Limit::DriveHigh));
+    let nan = link
+        .ask::<SetPositionEndpoint>(&position(f32::NAN))
+        .unwrap();
+    assert_eq!(nan.unwrap(), Err(Refusal::NotANumber));
+}
+
+#[test]
+fn the_board_refuses_other_protocol_versions() {
+    let bench = bench();
+    let mut link = raw(&bench);
+    let command = Position { z_um: 50.0 };
+    let without_hello = link.ask::<SetPositionEndpoint>(&command).unwrap();
+    assert_eq!(without_hello.unwrap(), Err(Refusal::NoHello));
+
+    let identity = link.greet(PROTOCOL_VERSION + 7).unwrap().unwrap();
+    assert_eq!(identity.protocol_version, PROTOCOL_VERSION);
+    let refused = link.ask::<SetPositionEndpoint>(&command).unwrap();
+    let versions = Refusal::ProtocolVersion {
+        board: PROTOCOL_VERSION,
+        tool: PROTOCOL_VERSION + 7,
+    };
+    assert_eq!(refused.unwrap(), Err(versions));
+
+    link.greet(PROTOCOL_VERSION).unwrap().unwrap();
+    assert!(
+        link.ask::<SetPositionEndpoint>(&command)
+            .unwrap()
+            .unwrap()
+            .is_ok()
+    );
+}
+
+#[test]
+fn disturbed_bytes_do_not_stop_the_next_good_request() {
+    let bench = bench();
+    let mut link = raw(&bench);
+    link.greet(PROTOCOL_VERSION).unwrap().unwrap();
+    let mut seed = 11_u32;
+    let mut random = |length: usize| -> Vec<u8> {
+        let mut byte = || {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (seed >> 24) as u8
+        };
+        (0..length).map(|_| byte()).collect()
+    };
+    for round in 0..30 {
+        let mut good = link.request::<SetPositionEndpoint>(&Position { z_um: 10.0 });
+        match round % 3 {
+            // Truncated: the rest never comes, and the next frame's delimiter ends it.
+            0 => good.truncate(good.len() / 2),
+            1 => {
+                let middle = good.len() / 2;
+                good[middle] ^= 0x5a;
+            }
+            _ => good = random(40 * (round + 1)),
+        }
+        link.send_bytes(&good).unwrap();
+        link.send_bytes(&[0]).unwrap();
+        let status = link
+            .ask::<StatusEndpoint>(&())
+            .expect("the next good request is answered");
+        assert!(status.expect("understood").is_ok(), "round {round}");
+    }
+}
+
+#[test]
+fn a_killed_emulator_is_told_and_the_next_command_works() {
+    let mut bench = bench();
+    let waiting = bench.start_tool(&["set-z", "100um", "--settle", "1h"]);
+    thread::sleep(Duration::from_millis(700));
+    bench
+        .emulated_board()
+        .expect("emulated")
+        .kill()
+        .expect("it dies");
+    let said = Said::from(waiting);
+    assert_eq!(said.code, 1);
+    assert!(
+        said.err.contains("the connection to the board was lost"),
+        "{}",
+        said.err
+    );
+
+    let after = bench.tool(&["status"]);
+    assert_eq!(after.code, 1);
+    assert!(after.err.contains("cannot be opened"), "{}", after.err);
+
+    let fresh = self::bench();
+    assert_eq!(fresh.tool(&["set-z", "100um", "--settle", "1ms"]).code, 0);
+}
+
+#[test]
+fn a_tool_that_dies_while_streaming_leaves_the_board_ready() {
+    let bench = bench();
+    let mut recording = bench.start_tool(&[
+        "record",
+        "-o",
+        "long.csv",
+        "--duration",
+        "1h",
+        "--period",
+        "1ms",
+    ]);
+    thread::sleep(Duration::from_millis(500));
+    recording.kill().expect("it dies");
+    recording.wait().expect("it is gone");
+    let said = bench.tool(&["set-z", "50um", "--settle", "1ms"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+}
+
+#[test]
+fn a_second_tool_is_told_that_the_board_is_taken() {
+    let bench = bench();
+    let mut first = bench.start_tool(&["set-z", "100um", "--settle", "1h"]);
+    thread::sleep(Duration::from_millis(700));
+    let second = bench.tool(&["status"]);
+    first.kill().expect("it ends");
+    first.wait().expect("it is gone");
+    assert_eq!(second.code, 1);
+    assert!(
+        second.err.contains("is another host-tool"),
+        "{}",
+        second.err
+    );
+    assert_eq!(bench.tool(&["status"]).code, 0);
+}

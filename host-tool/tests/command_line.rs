@@ -1,0 +1,226 @@
+//! What people type wrongly, and boards that are not there or not well: one clear sentence each,
+//! what to do next, a code other than 0, and nothing written.
+
+mod common;
+
+use std::fs;
+
+use common::{Fake, Said, fake_board, host_tool, no_boards};
+use mirror_protocol::PROTOCOL_VERSION;
+
+fn fails_with(said: &Said, sentence: &str, advice: &str) {
+    let err = said
+        .err
+        .split_whitespace()
+        .collect::<Vec<_>>()
+        .join(" ")
+        .replace(" │ ", " ");
+    assert_ne!(said.code, 0);
+    assert!(err.contains(sentence), "`{sentence}` is not in: {err}");
+    assert!(err.contains(advice), "`{advice}` is not in: {err}");
+    assert!(said.out.is_empty(), "{}", said.out);
+    assert!(
+        !err.contains("panicked") && !err.contains("stack backtrace"),
+        "{err}"
+    );
+}
+
+#[test]
+fn quantities_that_are_none() {
+    let boards = no_boards();
+    for (word, sentence) in [
+        ("quickly", "`quickly` does not start with a number"),
+        ("120", "`120` has no unit"),
+        ("NaN", "`NaN` does not start with a number"),
+        ("inf um", "`inf um` does not start with a number"),
+        ("1e999um", "`1e999um` is not a position that can be used"),
+        ("1.9V", "`V` is not a unit of a position"),
+        ("", "`` does not start with a number"),
+    ] {
+        let said = host_tool(boards.path(), &["set-z", word]);
+        fails_with(&said, sentence, "For more information, try '--help'");
+    }
+    fails_with(
+        &host_tool(boards.path(), &["set-drive", "1.9um"]),
+        "`um` is not a unit of a voltage; use one of V, v, mV",
+        "--help",
+    );
+}
+
+#[test]
+fn five_drives() {
+    let boards = no_boards();
+    for count in [2, 3, 5] {
+        let words = [&["set-drive"][..], &vec!["1.9V"; count]].concat();
+        fails_with(
+            &host_tool(boards.path(), &words),
+            &format!("a mirror has four actuators, and {count} voltages were given"),
+            "one voltage for all four actuators, or one for each",
+        );
+    }
+}
+
+#[test]
+fn no_board() {
+    let boards = no_boards();
+    for words in [&["status"][..], &["list"], &["set-z", "120um"], &["off"]] {
+        fails_with(
+            &host_tool(boards.path(), words),
+            "no board was found",
+            "connect a driver board by USB, or try everything without one: `cargo xtask emulate`",
+        );
+    }
+    let said = host_tool(boards.path(), &["list", "--json"]);
+    assert_eq!((said.code, said.out.as_str()), (0, "{\"boards\":[]}\n"));
+}
+
+#[test]
+fn two_boards() {
+    let boards = no_boards();
+    fake_board(boards.path(), "left", Fake::Silent);
+    fake_board(boards.path(), "right", Fake::Greets(PROTOCOL_VERSION + 1));
+    fails_with(
+        &host_tool(boards.path(), &["off"]),
+        "there are several boards: left, right",
+        "choose one with --board NAME",
+    );
+    fails_with(
+        &host_tool(boards.path(), &["--board", "middle", "off"]),
+        "there is no board `middle`; found: left, right",
+        "name one of them",
+    );
+}
+
+#[test]
+fn a_socket_that_nobody_listens_on() {
+    let boards = no_boards();
+    let path = boards.path().join("gone.sock");
+    fs::write(&path, "").expect("a file");
+    fails_with(
+        &host_tool(boards.path(), &["status"]),
+        "no board was found",
+        "connect",
+    );
+    fails_with(
+        &host_tool(
+            boards.path(),
+            &["--board", &path.to_string_lossy(), "status"],
+        ),
+        "cannot be opened",
+        "is it still there",
+    );
+}
+
+#[test]
+fn a_board_of_another_protocol_version() {
+    let boards = no_boards();
+    fake_board(boards.path(), "newer", Fake::Greets(PROTOCOL_VERSION + 1));
+    fake_board(boards.path(), "older", Fake::Greets(PROTOCOL_VERSION - 1));
+    fails_with(
+        &host_tool(boards.path(), &["--board", "newer", "set-z", "120um"]),
+        &format!(
+            "the board speaks protocol version {}, this tool version {PROTOCOL_VERSION}",
+            PROTOCOL_VERSION + 1
+        ),
+        "update this tool",
+    );
+    fails_with(
+        &host_tool(boards.path(), &["--board", "older", "set-z", "120um"]),
+        &format!("the board speaks protocol version {}", PROTOCOL_VERSION - 1),
+        "update the board's firmware: `cargo xtask flash`",
+    );
+}
+
+#[test]
+fn a_board_that_never_answers() {
+    let boards = no_boards();
+    fake_board(boards.path(), "mute", Fake::Silent);
+    fails_with(
+        &host_tool(boards.path(), &["status"]),
+        "the board did not answer in 3 s when asked to introduce itself",
+        "is another host-tool connected to it?",
+    );
+}
+
+#[test]
+fn a_board_that_goes_away() {
+    let boards = no_boards();
+    fake_board(boards.path(), "leaving", Fake::HangsUp);
+    fails_with(
+        &host_tool(boards.path(), &["status"]),
+        "the connection to the board was lost while asking it to tell its status",
+        "it was unplugged, reset, or its emulator ended",
+    );
+}
+
+#[test]
+fn noise_before_an_answer_is_passed_over() {
+    let boards = no_boards();
+    fake_board(boards.path(), "noisy", Fake::Noisy);
+    fails_with(
+        &host_tool(boards.path(), &["status"]),
+        "lost while asking it to tell its status",
+        "it was unplugged",
+    );
+}
+
+#[test]
+fn an_output_file_that_cannot_be_written() {
+    let boards = no_boards();
+    fails_with(
+        &host_tool(boards.path(), &["record", "-o", "/no/such/place/a.csv"]),
+        "/no/such/place/a.csv cannot be written",
+        "choose a file in a directory that exists",
+    );
+    let existing = boards.path().join("kept.csv");
+    fs::write(&existing, "kept").expect("a file");
+    fails_with(
+        &host_tool(
+            boards.path(),
+            &["record", "-o", &existing.to_string_lossy()],
+        ),
+        "already exists",
+        "replace it with --force",
+    );
+    let said = host_tool(
+        boards.path(),
+        &["record", "--force", "-o", &existing.to_string_lossy()],
+    );
+    fails_with(&said, "no board was found", "connect");
+    assert_eq!(
+        fs::read_to_string(&existing).expect("it is still there"),
+        "kept"
+    );
+}
+
+#[test]
+fn a_recording_that_does_not_begin_leaves_no_file() {
+    let boards = no_boards();
+    let path = boards.path().join("none.csv");
+    let words = ["record", "-o", &path.to_string_lossy()];
+    fails_with(
+        &host_tool(boards.path(), &words),
+        "no board was found",
+        "connect",
+    );
+    assert!(!path.exists());
+    fake_board(boards.path(), "leaving", Fake::HangsUp);
+    fails_with(
+        &host_tool(boards.path(), &words),
+        "lost while asking it",
+        "unplugged",
+    );
+    assert!(!path.exists());
+}
+
+#[test]
+fn completions_are_for_the_shell() {
+    let boards = no_boards();
+    let said = host_tool(boards.path(), &["completions", "bash"]);
+    assert_eq!(said.code, 0);
+    assert!(
+        said.out.contains("set-z") && said.out.contains("complete -F"),
+        "{}",
+        said.out
+    );
+}
