@@ -5,6 +5,8 @@ mod cargo;
 mod emulate;
 mod flash;
 mod images;
+#[cfg(test)]
+mod layers;
 mod on_target;
 mod setup;
 mod test;
@@ -32,6 +34,12 @@ enum Task {
     Emulate(emulate::Arguments),
     /// Pass all tests: format, lints, host, images, on target, end to end, docs.
     Test,
+    /// Check a board for acceptance: the one named, or an emulated one.
+    Hil {
+        /// The board, as `host-tool list` names it.
+        #[arg(long)]
+        board: Option<String>,
+    },
     /// Measure what is claimed, and print it.
     Bench,
     /// Build a firmware image and print its size.
@@ -63,10 +71,11 @@ fn main() -> ExitCode {
 fn run(task: Task) -> Result<ExitCode> {
     match task {
         Task::Emulate(arguments) => emulate::run(&arguments),
-        Task::Test => test::run().map(|()| ExitCode::SUCCESS),
+        Task::Test => test::run_all().map(|()| ExitCode::SUCCESS),
+        Task::Hil { board } => test::acceptance(board.as_deref()).map(|()| ExitCode::SUCCESS),
         Task::Bench => bench::run().map(|()| ExitCode::SUCCESS),
         Task::Build { board } => images::build_and_report(board).map(|()| ExitCode::SUCCESS),
-        Task::Flash => flash::run().map(|()| ExitCode::SUCCESS),
+        Task::Flash => flash::run_probe().map(|()| ExitCode::SUCCESS),
         Task::RunOnTarget { elf, filters } => on_target::run_elf(&elf, &filters),
     }
 }

@@ -103,12 +103,12 @@ impl Calibration {
 
     /// Highest position that every lane knows.
     pub fn max_position(&self) -> Micrometre {
-        self.lanes
-            .iter()
-            .map(|lane| lane.shape.top())
-            .fold(Micrometre(f32::INFINITY), |lowest, top| {
+        self.lanes.iter().map(|lane| lane.shape.top()).fold(
+            Micrometre(f32::INFINITY),
+            |lowest, top| {
                 if top < lowest { top } else { lowest }
-            })
+            },
+        )
     }
 }
 
