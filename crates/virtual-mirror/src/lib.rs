@@ -33,14 +33,17 @@
 
 mod build;
 pub mod config;
+pub mod effects;
 mod lanes;
 pub mod material;
 mod mirror;
 mod motion;
 mod sensor;
 mod shape;
+mod slow;
 mod thermal;
 
 pub use config::{ConfigError, MirrorConfig};
+pub use effects::Effect;
 pub use mirror::{State, VirtualMirror};
 pub use sensor::{Reading, Sensor};
