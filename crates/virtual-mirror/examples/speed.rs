@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use virtual_mirror::{MirrorConfig, VirtualMirror};
+use virtual_mirror::{MirrorConfig, Plan, Session, VirtualMirror};
 
 const TICKS: u32 = 200_000;
 
@@ -40,6 +40,14 @@ fn main() {
     }
     println!(
         "300 s in steps of 1 s:          {:6.1} ms",
+        start.elapsed().as_secs_f64() * 1e3
+    );
+
+    let start = Instant::now();
+    let session = Session::record(&MirrorConfig::bench(), &Plan::standard(3.5)).expect("valid");
+    let rows: usize = session.recordings.iter().map(|r| r.rows.len()).sum();
+    println!(
+        "a session of {rows} rows:          {:6.1} ms",
         start.elapsed().as_secs_f64() * 1e3
     );
 }

@@ -5,6 +5,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::config::{MirrorConfig, Segment};
+use crate::effects::heat::LossLaw;
+use crate::effects::resistance::{leads, saturation};
 use crate::lanes::Lanes;
 use crate::material::{Laminate, Materials};
 use crate::shape::{Bend, Shape};
@@ -49,7 +51,7 @@ impl Build {
         let slices = slice(&config.segments, &config.materials);
         Self {
             network: network(config, &slices, &draws),
-            shape: Shape::new(bends(&slices, &draws), &config.shape),
+            shape: Shape::new(bends(&slices, &draws), &config.shape, &config.effects),
         }
     }
 }
@@ -104,6 +106,8 @@ fn network(config: &MirrorConfig, slices: &[Slice], draws: &Draws) -> Network {
             to_next: Lanes::splat(1.0 / (slice.half() + onward)),
             to_air: draws.air_loss * (slice.segment.air_loss_w_m_k * slice.length),
             ohm: draws.ohm * (config.heater.ohm * share),
+            to_gap: Lanes::ZERO,
+            surface: 2.0 * slice.width * slice.length,
         }
     };
     let (frame, package, frame_to_package) = substrate(config);
@@ -112,7 +116,17 @@ fn network(config: &MirrorConfig, slices: &[Slice], draws: &Draws) -> Network {
         to_frame: Lanes::splat(1.0 / slices[0].half()),
         lumps: [plate(config), frame, package],
         frame_to_package,
+        air_to_frame: if config.frame.is_some() {
+            config.air_to_frame
+        } else {
+            0.0
+        },
+        loss: LossLaw::new(&config.effects, config.ambient_c),
         tcr: draws.tcr * config.heater.tcr_per_k,
+        tcr_tail: saturation(&config.effects),
+        leads: leads(&config.effects, config.seed),
+        aged: Lanes::splat(1.0),
+        ambient: 0.0,
     }
 }
 

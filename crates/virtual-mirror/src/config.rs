@@ -6,6 +6,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use crate::effects::{Effect, Effects};
 use crate::material::{Layer, Materials};
 
 /// A mirror's description; the unit of every number stands at the end of its name.
@@ -22,6 +23,9 @@ pub struct MirrorConfig {
     /// The driver's rails: a drive beyond them is held at them (V).
     #[serde(default = "driver_rails")]
     pub drive_limit_v: f64,
+    /// Part of the heat lost to the air that ends in the frame, 0 to 1, rather than in the room.
+    #[serde(default)]
+    pub air_to_frame: f64,
     /// The platinum heater of one actuator.
     pub heater: Heater,
     /// The films' materials.
@@ -46,6 +50,9 @@ pub struct MirrorConfig {
     /// The displacement sensor and the current sense of a measuring session.
     #[serde(default)]
     pub sensor: SensorConfig,
+    /// Effects that are switched on: `creep = 1.0`.
+    #[serde(default, skip_serializing_if = "Effects::is_empty")]
+    pub effects: Effects,
 }
 
 fn room_temperature() -> f64 {
@@ -256,6 +263,13 @@ impl MirrorConfig {
     #[must_use]
     pub fn with_seed(mut self, seed: u64) -> Self {
         self.seed = seed;
+        self
+    }
+
+    /// The same mirror with an effect switched on (or off, with strength 0).
+    #[must_use]
+    pub fn with_effect(mut self, effect: Effect, strength: f64) -> Self {
+        self.effects.set(effect, strength);
         self
     }
 }

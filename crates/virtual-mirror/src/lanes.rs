@@ -28,6 +28,13 @@ impl Lanes {
         Self([f(a[0], b[0]), f(a[1], b[1]), f(a[2], b[2]), f(a[3], b[3])])
     }
 
+    /// Each actuator's two neighbours around the plate, summed.
+    #[inline(always)]
+    pub(crate) fn neighbours(self) -> Self {
+        let [a, b, c, d] = self.0;
+        Self([b + d, c + a, d + b, a + c])
+    }
+
     #[inline(always)]
     pub(crate) fn max(self, other: Self) -> Self {
         self.zip(other, |a, b| if a > b { a } else { b })

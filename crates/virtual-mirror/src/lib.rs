@@ -33,14 +33,21 @@
 
 mod build;
 pub mod config;
+pub mod effects;
 mod lanes;
 pub mod material;
 mod mirror;
 mod motion;
+pub mod plan;
 mod sensor;
+pub mod session;
 mod shape;
+mod slow;
 mod thermal;
 
 pub use config::{ConfigError, MirrorConfig};
+pub use effects::Effect;
 pub use mirror::{State, VirtualMirror};
+pub use plan::{Experiment, Plan};
 pub use sensor::{Reading, Sensor};
+pub use session::Session;

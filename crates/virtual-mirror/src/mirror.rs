@@ -2,9 +2,13 @@
 
 use crate::build::Build;
 use crate::config::{ConfigError, MirrorConfig};
+use crate::effects::memory::{Memory, Stiction};
+use crate::effects::reading::filter_hz;
+use crate::effects::structure::reconstruct;
 use crate::lanes::Lanes;
 use crate::motion::{Course, Flow, Mode};
 use crate::shape::{Displacement, Shape};
+use crate::slow::Slow;
 use crate::thermal::{Drive, Field, Network, Stepper};
 
 /// Error allowed of one step's second-order solution (K). The third-order one that is kept is closer by far: the tests
@@ -14,6 +18,8 @@ const TOLERANCE_K: f64 = 0.005;
 const TOLERANCE_M: f64 = 5e-9;
 /// Longest step, so that nothing slower is stepped over (s).
 const LONGEST_S: f64 = 20.0;
+/// The same with slow effects on.
+const LONGEST_SLOW_S: f64 = 0.5;
 const SHORTEST_S: f64 = 1e-9;
 /// Time that passes for none (s).
 const NO_TIME_S: f64 = 1e-12;
@@ -23,6 +29,8 @@ const NO_TIME_S: f64 = 1e-12;
 pub struct State {
     /// Displacement of the plate's centre from its 0 V rest position, positive towards the substrate (um).
     pub z_um: f64,
+    /// The same behind the output filter of the displacement sensor, if it has one (um).
+    pub filtered_z_um: f64,
     /// Tilt about the x axis (deg): positive when the +y edge, actuator 2's, is nearer to the substrate than actuator
     /// 4's.
     pub tilt_x_deg: f64,
@@ -34,6 +42,8 @@ pub struct State {
     pub hottest_k: f64,
     /// Mean temperature of each heater (K above ambient): what its resistance tells.
     pub heater_mean_k: [f64; 4],
+    /// Temperature of the room (degC).
+    pub ambient_c: f64,
 }
 
 /// A mirror being driven.
@@ -43,7 +53,14 @@ pub struct VirtualMirror {
     shape: Shape,
     lever: f64,
     drive_limit: f64,
+    ambient_c: f64,
     modes: Option<[Mode; 3]>,
+    filter: Option<Mode>,
+    memory: Memory,
+    stiction: Option<Stiction>,
+    slow: Option<Slow>,
+    /// Plastic strain of every cell (K).
+    plastic: Vec<Lanes>,
     stepper: Stepper,
     /// Step that the error control would take next (s).
     stride: f64,
@@ -58,9 +75,12 @@ pub struct VirtualMirror {
     /// Static displacement of the actuators, and where it goes in the step being taken.
     still: Displacement,
     next_still: Displacement,
+    next_memory: Memory,
     /// Piston (m), tilts (rad).
     pose: [Flow; 3],
     next_pose: [Flow; 3],
+    filtered: Flow,
+    next_filtered: Flow,
 }
 
 impl VirtualMirror {
@@ -70,19 +90,28 @@ impl VirtualMirror {
     /// [`ConfigError::Range`] when a number of `config` is out of range.
     pub fn new(config: &MirrorConfig) -> Result<Self, ConfigError> {
         config.check()?;
+        let config = &reconstruct(config);
         let Build { network, shape } = Build::new(config);
         let cells = network.cells.len();
         let zero = Field::zero(cells);
         let modes = config.motion.map(|m| {
             [m.piston_hz, m.tilt_hz, m.tilt_hz].map(|frequency| Mode::new(frequency, m.q))
         });
+        let memory = Memory::new(&config.effects);
         Ok(Self {
             stepper: Stepper::new(cells),
-            network,
             shape,
             lever: config.plate.lever_um * 1e-6,
             drive_limit: config.drive_limit_v,
+            ambient_c: config.ambient_c,
             modes,
+            filter: filter_hz(&config.effects).map(|frequency| Mode::new(frequency, 0.501)),
+            memory,
+            next_memory: memory,
+            stiction: Stiction::new(&config.effects),
+            slow: Slow::new(config, &network),
+            plastic: vec![Lanes::ZERO; cells],
+            network,
             stride: 1e-4,
             time: 0.0,
             drive: Lanes::ZERO,
@@ -95,6 +124,8 @@ impl VirtualMirror {
             next_still: Displacement::none(cells),
             pose: [Flow::default(); 3],
             next_pose: [Flow::default(); 3],
+            filtered: Flow::default(),
+            next_filtered: Flow::default(),
         })
     }
 
@@ -137,6 +168,11 @@ impl VirtualMirror {
     pub fn state(&self) -> State {
         let resistance = self.network.resistance(&self.theta);
         let [z, tilt_x, tilt_y] = self.pose.map(|flow| flow.value);
+        let filtered = if self.filter.is_some() {
+            self.filtered.value
+        } else {
+            z
+        };
         let hottest = self
             .theta
             .rows()
@@ -144,21 +180,14 @@ impl VirtualMirror {
             .fold(0.0, |worst: f64, row| worst.max(row.largest()));
         State {
             z_um: z * 1e6,
+            filtered_z_um: filtered * 1e6,
             tilt_x_deg: tilt_x.to_degrees(),
             tilt_y_deg: tilt_y.to_degrees(),
             current_a: (self.drive / resistance).0,
             hottest_k: hottest,
-            heater_mean_k: self.heater_mean().0,
+            heater_mean_k: self.network.heater_mean(&self.theta).0,
+            ambient_c: self.ambient_c + self.network.ambient,
         }
-    }
-
-    fn heater_mean(&self) -> Lanes {
-        let (mut sum, mut ohm) = (Lanes::ZERO, Lanes::ZERO);
-        for (cell, theta) in self.network.cells.iter().zip(self.theta.beams()) {
-            sum += cell.ohm * *theta;
-            ohm += cell.ohm;
-        }
-        sum / ohm
     }
 
     fn admit(&self, drive: [f64; 4]) -> Lanes {
@@ -184,9 +213,8 @@ impl VirtualMirror {
             let error = self.try_step(&part, h);
             let fits = error <= 1.0 || h <= SHORTEST_S;
             if fits {
-                self.accept(&part);
+                self.accept(&part, h);
                 done += h;
-                self.time += h;
             }
             self.choose_stride(h, error, fits);
             if duration - done < 1e-12 * duration {
@@ -205,19 +233,32 @@ impl VirtualMirror {
         }
     }
 
+    /// What stands still within a step must not have time to move.
+    fn longest(&self) -> f64 {
+        if self.slow.is_some() {
+            LONGEST_SLOW_S
+        } else {
+            LONGEST_S
+        }
+    }
+
     /// Error control: the second-order solution's error grows with the cube of the step.
     fn choose_stride(&mut self, h: f64, error: f64, fits: bool) {
         let factor = 0.85 * (1.0 / error.max(1e-9)).cbrt();
         if !fits {
             self.stride = h * factor.clamp(0.1, 0.7);
         } else if h * factor > self.stride || factor < 1.0 {
-            self.stride = (h * factor.min(4.0)).clamp(SHORTEST_S, LONGEST_S);
+            self.stride = (h * factor.min(4.0)).clamp(SHORTEST_S, self.longest());
         }
     }
 
     /// Computes where a step leads; returns its error in units of what is allowed.
     fn try_step(&mut self, drive: &Drive, h: f64) -> f64 {
-        if self.rate_drive != drive.from {
+        if let Some(slow) = &self.slow {
+            let halfway = self.still.value + self.still.rate(&self.rate) * (0.5 * h);
+            slow.prepare(&mut self.network, self.time + h, halfway);
+        }
+        if self.rate_drive != drive.from || self.slow.is_some() {
             self.network.rate(&self.theta, drive.from, &mut self.rate);
             self.rate_drive = drive.from;
         }
@@ -226,47 +267,78 @@ impl VirtualMirror {
             .stepper
             .step(&self.network, drive, h, start, &mut self.next);
         self.network.rate(&self.next, drive.to, &mut self.next_rate);
-        self.shape.displace(&self.next, &mut self.next_still);
+        self.shape.displace(
+            &self.next,
+            self.network.ambient,
+            &self.plastic,
+            &mut self.next_still,
+        );
+        self.next_memory = self
+            .memory
+            .advanced(self.still.value, self.next_still.value, h);
         let bend = self.move_plate(h);
         (error / TOLERANCE_K).max(bend / TOLERANCE_M)
     }
 
-    fn accept(&mut self, drive: &Drive) {
+    fn accept(&mut self, drive: &Drive, h: f64) {
+        self.time += h;
         self.rate_drive = drive.to;
         self.pose = self.next_pose;
+        self.filtered = self.next_filtered;
+        self.memory = self.next_memory;
+        self.stiction = self
+            .stiction
+            .map(|stiction| stiction.advanced(self.pose[0].value));
         std::mem::swap(&mut self.theta, &mut self.next);
         std::mem::swap(&mut self.rate, &mut self.next_rate);
         std::mem::swap(&mut self.still, &mut self.next_still);
+        if let Some(slow) = &self.slow {
+            slow.leave(&mut self.network, &mut self.plastic, &self.theta, h);
+        }
     }
 
-    /// Lets the plate follow its static position; returns how far from a parabola the piston's course was bent (m).
+    /// Lets plate and sensor follow the static position; returns how far from a parabola the piston's course was bent
+    /// (m), when there is something that follows it.
     fn move_plate(&mut self, h: f64) -> f64 {
-        let from = self.coordinates(&self.still, &self.rate);
-        let to = self.coordinates(&self.next_still, &self.next_rate);
+        let from = self.coordinates(&self.memory, &self.still, &self.rate);
+        let to = self.coordinates(&self.next_memory, &self.next_still, &self.next_rate);
         let course = |k: usize| Course {
             from: from[k],
             to: to[k],
         };
-        let Some(modes) = &mut self.modes else {
-            self.next_pose = to;
-            return 0.0;
-        };
-        for (k, mode) in modes.iter_mut().enumerate() {
+        self.next_pose = to;
+        for (k, mode) in self.modes.iter_mut().flatten().enumerate() {
             self.next_pose[k] = mode.advance(self.pose[k], &course(k), h);
         }
-        course(0).bend(h)
+        if let Some(filter) = &mut self.filter {
+            let seen = match self.modes {
+                Some(_) => Course {
+                    from: self.pose[0],
+                    to: self.next_pose[0],
+                },
+                None => course(0),
+            };
+            self.next_filtered = filter.advance(self.filtered, &seen, h);
+        }
+        if self.modes.is_some() || self.filter.is_some() {
+            course(0).bend(h)
+        } else {
+            0.0
+        }
     }
 
     /// Piston and tilts of a rigid plate whose four edges the actuators hold alike.
-    fn coordinates(&self, still: &Displacement, rate: &Field) -> [Flow; 3] {
-        let (value, rate) = (still.value, still.rate(rate));
+    fn coordinates(&self, memory: &Memory, still: &Displacement, rate: &Field) -> [Flow; 3] {
+        let (value, rate) = memory.outlet(still.value, still.rate(rate));
         let flow = |part: &dyn Fn(&Lanes) -> f64| Flow {
             value: part(&value),
             rate: part(&rate),
         };
         let across = 0.5 / self.lever;
+        let mut piston = flow(&|d| 0.25 * d.sum());
+        piston.value += self.stiction.map_or(0.0, |stiction| stiction.pull());
         [
-            flow(&|d| 0.25 * d.sum()),
+            piston,
             flow(&|d| across * (d.0[1] - d.0[3])),
             flow(&|d| across * (d.0[0] - d.0[2])),
         ]
@@ -309,7 +381,7 @@ mod tests {
                 };
                 let h = 2e-3 / f64::from(steps);
                 mirror.try_step(&part, h);
-                mirror.accept(&part);
+                mirror.accept(&part, h);
             }
             mirror.theta.beams()[10].0[0]
         };

@@ -6,6 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::config::{MirrorConfig, SensorConfig};
+use crate::effects::reading::Errors;
 use crate::mirror::State;
 
 /// One reading of the instruments.
@@ -25,6 +26,7 @@ pub struct Reading {
 #[derive(Clone, Debug)]
 pub struct Sensor {
     config: SensorConfig,
+    errors: Errors,
     rng: ChaCha8Rng,
     gain: [f64; 4],
     /// The wander, in its own standard deviations.
@@ -40,6 +42,7 @@ impl Sensor {
         let wander = normal(&mut rng);
         Self {
             config: config.sensor,
+            errors: Errors::new(&config.effects),
             rng,
             gain,
             wander,
@@ -54,7 +57,7 @@ impl Sensor {
             self.config.position_noise_nm * self.normal() + self.config.wander_nm * self.wander;
         let tilt = self.config.tilt_noise_mdeg * 1e-3;
         Reading {
-            z_um: state.z_um + 1e-3 * position_nm,
+            z_um: self.errors.read(state) + 1e-3 * position_nm,
             tilt_x_deg: state.tilt_x_deg + tilt * self.normal(),
             tilt_y_deg: state.tilt_y_deg + tilt * self.normal(),
             current_a: std::array::from_fn(|i| self.read_current(state.current_a[i], self.gain[i])),

@@ -2,6 +2,8 @@
 //! the slope's sine.
 
 use crate::config::ShapeConfig;
+use crate::effects::Effects;
+use crate::effects::structure::expansion;
 use crate::lanes::Lanes;
 use crate::thermal::Field;
 
@@ -37,13 +39,19 @@ pub(crate) struct Displacement {
     pub(crate) value: Lanes,
     /// Its derivative by the temperature of every cell (m/K).
     gradient: Vec<Lanes>,
+    /// Expansion of every cell, in kelvins of the linear law, and its derivative by temperature.
+    strain: Vec<Lanes>,
+    by_kelvin: Vec<Lanes>,
 }
 
 impl Displacement {
     pub(crate) fn none(cells: usize) -> Self {
+        let zero = vec![Lanes::ZERO; cells];
         Self {
             value: Lanes::ZERO,
-            gradient: vec![Lanes::ZERO; cells],
+            gradient: zero.clone(),
+            strain: zero.clone(),
+            by_kelvin: zero,
         }
     }
 
@@ -64,10 +72,12 @@ pub(crate) struct Shape {
     fold: usize,
     /// Height of the cold beam's end above its start (m).
     rest_height: f64,
+    /// How expansion departs from linear.
+    expansion: [f64; 2],
 }
 
 impl Shape {
-    pub(crate) fn new(bends: Vec<Bend>, config: &ShapeConfig) -> Self {
+    pub(crate) fn new(bends: Vec<Bend>, config: &ShapeConfig, effects: &Effects) -> Self {
         let fold = bends.iter().position(|b| b.turned).unwrap_or(bends.len());
         let compliance = |half: &[Bend]| -> f64 { half.iter().map(|b| b.compliance).sum() };
         let total = [compliance(&bends[..fold]), compliance(&bends[fold..])];
@@ -81,6 +91,7 @@ impl Shape {
             cells: bends.iter().map(cell).collect(),
             fold,
             rest_height: 0.0,
+            expansion: expansion(effects),
         };
         shape.curl(config.rest_height_um * 1e-6);
         shape
@@ -140,10 +151,32 @@ impl Shape {
         [end(out, out_theta), end(back, back_theta)]
     }
 
-    /// Displacement of the four beams' ends at temperatures `theta`.
-    pub(crate) fn displace(&self, theta: &Field, moved: &mut Displacement) {
-        let theta = theta.beams();
-        let ends = self.free_ends(theta);
+    /// Expansion of a cell, in kelvins of the linear law, and its derivative.
+    #[inline(always)]
+    fn expand(&self, theta: Lanes) -> (Lanes, Lanes) {
+        let (one, [p, q]) = (Lanes::splat(1.0), self.expansion);
+        let bend = theta * (Lanes::splat(p) + theta * q);
+        (
+            theta * (one + bend),
+            one + bend + theta * (Lanes::splat(p) + theta * (2.0 * q)),
+        )
+    }
+
+    /// Displacement of the four beams' ends at temperatures `theta` (K above ambient), the room `ambient` (K) warmer
+    /// than at first, with `plastic` strain (K) left in the films.
+    pub(crate) fn displace(
+        &self,
+        theta: &Field,
+        ambient: f64,
+        plastic: &[Lanes],
+        moved: &mut Displacement,
+    ) {
+        for (i, theta) in theta.beams().iter().enumerate() {
+            let (strain, by_kelvin) = self.expand(*theta + Lanes::splat(ambient));
+            moved.strain[i] = strain - plastic[i];
+            moved.by_kelvin[i] = by_kelvin;
+        }
+        let ends = self.free_ends(&moved.strain);
         let mut slope = Lanes::ZERO;
         let mut drop = Lanes::splat(self.rest_height);
         for (half, range) in [0..self.fold, self.fold..self.cells.len()]
@@ -151,12 +184,9 @@ impl Shape {
             .enumerate()
         {
             let gradient = moved.gradient[range.clone()].iter_mut();
-            for ((cell, theta), along) in self.cells[range.clone()]
-                .iter()
-                .zip(&theta[range])
-                .zip(gradient)
-            {
-                let gain = cell.slope * *theta - ends[half] * cell.share;
+            let strained = self.cells[range.clone()].iter().zip(&moved.strain[range]);
+            for ((cell, strain), along) in strained.zip(gradient) {
+                let gain = cell.slope * *strain - ends[half] * cell.share;
                 let (sin, cos) = (slope + gain * 0.5 - Lanes::splat(cell.rest)).sin_cos();
                 drop += sin * cell.length;
                 *along = cos * cell.length;
@@ -164,15 +194,16 @@ impl Shape {
             }
         }
         moved.value = drop;
-        self.turn_into_gradient(&mut moved.gradient);
+        self.turn_into_gradient(moved);
     }
 
     /// From how much each cell's own slope moves the end to how much its temperature does: slope added in one cell
     /// tilts all that follow, and clamping takes its part back from the whole half.
-    fn turn_into_gradient(&self, along: &mut [Lanes]) {
+    fn turn_into_gradient(&self, moved: &mut Displacement) {
         let mut beyond = Lanes::ZERO;
         for range in [self.fold..self.cells.len(), 0..self.fold] {
-            let (cells, along) = (&self.cells[range.clone()], &mut along[range]);
+            let cells = &self.cells[range.clone()];
+            let (along, by_kelvin) = (&mut moved.gradient[range.clone()], &moved.by_kelvin[range]);
             let mut taken_back = Lanes::ZERO;
             for (cell, along) in cells.iter().zip(along.iter_mut()).rev() {
                 let lever = beyond + *along * 0.5;
@@ -180,8 +211,8 @@ impl Shape {
                 taken_back += lever * cell.share;
                 *along = lever;
             }
-            for (cell, along) in cells.iter().zip(along) {
-                *along = cell.slope * (*along - taken_back);
+            for ((cell, by_kelvin), along) in cells.iter().zip(by_kelvin).zip(along) {
+                *along = cell.slope * *by_kelvin * (*along - taken_back);
             }
         }
     }
@@ -190,6 +221,7 @@ impl Shape {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effects::Effect;
 
     fn shape(rest_height_um: f64, clamp: f64) -> Shape {
         let bend = |i| Bend {
@@ -202,12 +234,15 @@ mod tests {
             compliance: 1.0 + 0.02 * f64::from(i),
             turned: i >= 10,
         };
+        let mut effects = Effects::default();
+        effects.set(Effect::ExpansionTemperature, 1.0);
         Shape::new(
             (0..20).map(bend).collect(),
             &ShapeConfig {
                 rest_height_um,
                 clamp,
             },
+            &effects,
         )
     }
 
@@ -219,7 +254,7 @@ mod tests {
 
     fn displaced(shape: &Shape, theta: &Field) -> Displacement {
         let mut moved = Displacement::none(20);
-        shape.displace(theta, &mut moved);
+        shape.displace(theta, 0.0, &[Lanes::ZERO; 20], &mut moved);
         moved
     }
 
@@ -231,7 +266,11 @@ mod tests {
             compliance: 1.0,
             turned: false,
         };
-        let shape = Shape::new((0..20).map(bend).collect(), &ShapeConfig::default());
+        let shape = Shape::new(
+            (0..20).map(bend).collect(),
+            &ShapeConfig::default(),
+            &Effects::default(),
+        );
         let (curvature, length) = (600.0, 250e-6f64);
         let arcs = 2.0 * (1.0 - (curvature * length).cos()) / curvature;
         approx::assert_relative_eq!(

@@ -60,6 +60,10 @@ impl MirrorConfig {
         ] {
             within(key, value, 0.0, 0.2, "")?;
         }
+        within("air_to_frame", self.air_to_frame, 0.0, 1.0, "")?;
+        for (effect, strength) in self.effects.iter() {
+            within(format!("effects.{effect}"), strength, 0.0, 10.0, "")?;
+        }
         self.check_sensor()
     }
 

@@ -1,6 +1,7 @@
 //! The heat balance of every cell.
 
 use super::{FRAME, Field, PACKAGE, PLATE};
+use crate::effects::heat::LossLaw;
 use crate::lanes::Lanes;
 
 /// One cell of the four beams.
@@ -12,6 +13,10 @@ pub(crate) struct Cell {
     pub(crate) to_next: Lanes,
     /// Conductance to the air (W/K).
     pub(crate) to_air: Lanes,
+    /// What is added to it now (W/K): nothing, unless the gap matters.
+    pub(crate) to_gap: Lanes,
+    /// Radiating surface (m2).
+    pub(crate) surface: f64,
     /// Resistance of its piece of the heater at ambient temperature (ohm).
     pub(crate) ohm: Lanes,
 }
@@ -34,37 +39,81 @@ pub(crate) struct Network {
     pub(crate) lumps: [LumpNode; 3],
     /// Conductance from the frame to the package (W/K).
     pub(crate) frame_to_package: f64,
-    /// Local temperature coefficient of resistance (1/K).
+    /// Part of the heat lost to the air that ends in the frame.
+    pub(crate) air_to_frame: f64,
+    /// How losses depart from linear ones.
+    pub(crate) loss: LossLaw,
+    /// Local temperature coefficient of resistance (1/K), and its corrections of higher order.
     pub(crate) tcr: Lanes,
+    pub(crate) tcr_tail: [f64; 2],
+    /// Resistance in series with the heaters (ohm).
+    pub(crate) leads: Lanes,
+    /// Resistance of the heaters relative to when they were new.
+    pub(crate) aged: Lanes,
+    /// Ambient temperature over its first value (K); the field's temperatures count from ambient.
+    pub(crate) ambient: f64,
 }
 
 impl Network {
-    /// Resistance of each heater (ohm).
+    /// Resistance of each actuator with its leads (ohm).
     pub(crate) fn resistance(&self, at: &Field) -> Lanes {
-        self.cells
-            .iter()
-            .zip(at.beams())
-            .fold(Lanes::ZERO, |sum, (cell, theta)| {
-                sum + self.ohm(cell, *theta)
-            })
+        let heater = |sum, (cell, theta): (&Cell, &Lanes)| sum + self.ohm(cell, *theta);
+        self.leads + self.cells.iter().zip(at.beams()).fold(Lanes::ZERO, heater) * self.aged
     }
 
+    /// Mean temperature of each heater (K above ambient).
+    pub(crate) fn heater_mean(&self, at: &Field) -> Lanes {
+        let (mut sum, mut ohm) = (Lanes::ZERO, Lanes::ZERO);
+        for (cell, theta) in self.cells.iter().zip(at.beams()) {
+            sum += cell.ohm * *theta;
+            ohm += cell.ohm;
+        }
+        sum / ohm
+    }
+
+    /// Resistance of a cell of a heater as new.
     #[inline(always)]
     fn ohm(&self, cell: &Cell, theta: Lanes) -> Lanes {
-        cell.ohm + cell.ohm * self.tcr * theta
+        let t = theta + Lanes::splat(self.ambient);
+        let bend = Lanes::splat(1.0) + t * (Lanes::splat(self.tcr_tail[0]) + t * self.tcr_tail[1]);
+        cell.ohm * (Lanes::splat(1.0) + self.tcr * t * bend)
+    }
+
+    /// Heat that a cell loses to the air and by radiation (W).
+    #[inline(always)]
+    fn lost<const LINEAR: bool>(&self, cell: &Cell, theta: Lanes) -> Lanes {
+        if LINEAR {
+            return theta * cell.to_air;
+        }
+        let splat = Lanes::splat;
+        let ([p, q], [a, b, c, d]) = (self.loss.air, self.loss.radiation);
+        let air = splat(1.0) + theta * (splat(p) + theta * q);
+        let sky = splat(a) + theta * (splat(b) + theta * (splat(c) + theta * d));
+        let shared = (theta * 2.0 - theta.neighbours()) * self.loss.neighbour;
+        theta * ((cell.to_air + cell.to_gap) * air + sky * cell.surface) + cell.to_air * shared
     }
 
     /// Rate of change of every temperature (K/s) at `volts`.
     pub(crate) fn rate(&self, at: &Field, volts: Lanes, rate: &mut Field) {
+        if self.loss.is_linear() {
+            self.rate_with::<true>(at, volts, rate);
+        } else {
+            self.rate_with::<false>(at, volts, rate);
+        }
+    }
+
+    fn rate_with<const LINEAR: bool>(&self, at: &Field, volts: Lanes, rate: &mut Field) {
         let current = volts / self.resistance(at);
-        let heating = current * current;
+        let heating = current * current * self.aged;
         let lumps = *at.lumps();
         let theta = at.beams();
         let n = self.cells.len();
         let (cells, theta, out) = (&self.cells[..n], &theta[..n], &mut rate.rows_mut()[..=n]);
 
+        let warm_air = Lanes::splat(self.air_to_frame * lumps.0[FRAME]);
         let from_frame = self.to_frame * (Lanes::splat(lumps.0[FRAME]) - theta[0]);
         let mut inflow = from_frame;
+        let mut into_air = Lanes::ZERO;
         for i in 0..n {
             let cell = &cells[i];
             let next = if i + 1 < n {
@@ -74,15 +123,18 @@ impl Network {
             };
             let outflow = cell.to_next * (theta[i] - next);
             let heat = heating * self.ohm(cell, theta[i]);
-            out[i] = (inflow - outflow + heat - cell.to_air * theta[i]) * cell.inv_capacity;
+            let lost = self.lost::<LINEAR>(cell, theta[i]) - cell.to_air * warm_air;
+            into_air += lost;
+            out[i] = (inflow - outflow + heat - lost) * cell.inv_capacity;
             inflow = outflow;
         }
-        out[n] = self.lump_rates(lumps, from_frame.sum(), inflow.sum());
+        let into_frame = self.air_to_frame * into_air.sum() - from_frame.sum();
+        out[n] = self.lump_rates(lumps, into_frame, inflow.sum());
     }
 
-    fn lump_rates(&self, lumps: Lanes, out_of_frame: f64, into_plate: f64) -> Lanes {
+    fn lump_rates(&self, lumps: Lanes, into_frame: f64, into_plate: f64) -> Lanes {
         let down = self.frame_to_package * (lumps.0[FRAME] - lumps.0[PACKAGE]);
-        let gain = [into_plate, -out_of_frame - down, down]; // in the lumps' order
+        let gain = [into_plate, into_frame - down, down]; // in the lumps' order
         let rates: [f64; 3] = std::array::from_fn(|k| {
             (gain[k] - self.lumps[k].to_room * lumps.0[k]) * self.lumps[k].inv_capacity
         });

@@ -1,0 +1,141 @@
+//! The model in time: it ends where the steady model says, and effects do what they say.
+
+use mirror_model::effect::{Active, Formula, built_in, find};
+use mirror_model::{Interval, Model, Output, PistonModel, Preset, simulate};
+use std::sync::Arc;
+
+fn hold(voltage_v: f64, duration_s: f64) -> Interval {
+    Interval {
+        duration_s,
+        from_v: [voltage_v; 4],
+        to_v: [voltage_v; 4],
+    }
+}
+
+fn dynamic() -> Model {
+    let mut model = Model::from(Preset::Reconciled);
+    let p = &mut model.parameters;
+    (
+        p.fast_s,
+        p.middle_weight,
+        p.middle_s,
+        p.slow_weight,
+        p.slow_s,
+    ) = (1e-3, 0.3, 0.035, 0.05, 4.0);
+    model
+}
+
+fn session() -> Vec<Interval> {
+    let mut intervals: Vec<_> = (0..=7).map(|i| hold(0.5 * f64::from(i), 1.0)).collect();
+    intervals.push(hold(0.0, 2.0));
+    let sine = |i: i32| [1.0 + 0.5 * (f64::from(i) * 0.2).sin(); 4];
+    intervals.extend((0..60).map(|i| Interval {
+        duration_s: 5e-3,
+        from_v: sine(i),
+        to_v: sine(i + 1),
+    }));
+    intervals
+}
+
+#[test]
+fn a_long_hold_ends_in_the_steady_state() {
+    for model in [Model::from(Preset::Paper), dynamic()] {
+        let steady = PistonModel {
+            parameters: model.parameters,
+        }
+        .state_at_voltage(2.0);
+        let end = simulate(&model, &[hold(2.0, 100.0)], 0.3).unwrap()[0];
+        assert!(
+            (end.z_um - steady.z_um).abs() < 1e-5,
+            "{} {}",
+            end.z_um,
+            steady.z_um
+        );
+        assert!((end.current_a[2] - steady.current_a).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn halving_the_step_changes_nanometres_only() {
+    let z = |resolution| simulate(&dynamic(), &session(), resolution).unwrap();
+    let worst = z(0.3)
+        .iter()
+        .zip(z(0.03))
+        .map(|(a, b)| (a.z_um - b.z_um).abs())
+        .fold(0.0, f64::max);
+    assert!(worst < 0.02, "{worst} um");
+}
+
+#[test]
+fn every_effect_is_nothing_at_strength_0_and_something_otherwise() {
+    let plain = simulate(&dynamic(), &session(), 0.3).unwrap();
+    for effect in built_in() {
+        let mut model = dynamic();
+        model.effects = vec![Active::usual(effect)];
+        let with = simulate(&model, &session(), 0.3).unwrap();
+        model.effects[0].values[0] = 0.0;
+        let without = simulate(&model, &session(), 0.3).unwrap();
+        let id = model.effects[0].id();
+        for ((w, o), p) in with.iter().zip(&without).zip(&plain) {
+            assert!((o.z_um - p.z_um).abs() < 1e-9 && w.z_um.is_finite(), "{id}");
+        }
+        let far = |a: &Output, b: &Output| {
+            (a.z_um - b.z_um).abs() + 1e4 * (a.current_a[0] - b.current_a[0]).abs()
+        };
+        assert!(
+            with.iter().zip(&plain).any(|(w, p)| far(w, p) > 0.05),
+            "{id}"
+        );
+    }
+}
+
+#[test]
+fn a_resonance_rings_at_its_frequency_and_dies_away() {
+    let mut model = dynamic();
+    model.effects = vec![Active::usual(find("resonance").unwrap())];
+    let mut intervals = vec![hold(2.0, 1e-4); 200];
+    intervals.push(hold(2.0, 60.0));
+    let rings = simulate(&model, &intervals, 0.3).unwrap();
+    let plain = simulate(&dynamic(), &intervals, 0.3).unwrap();
+    let off: Vec<_> = rings
+        .iter()
+        .zip(&plain)
+        .map(|(r, p)| r.z_um - p.z_um)
+        .collect();
+    let crossings = off[..200].windows(2).filter(|w| w[0] * w[1] < 0.0).count();
+    assert!(
+        (50..70).contains(&crossings),
+        "{crossings} in 20 ms at 1500 Hz"
+    );
+    assert!(off[200].abs() < 1e-6);
+}
+
+#[test]
+fn a_formula_that_runs_away_is_an_error_with_its_time() {
+    let text = "id = \"bomb\"\nstage = \"heat\"\nacts = \"heating\"\nformula = \"x * exp(q * dT)\"\n\
+                [[parameters]]\nsymbol = \"q\"\nunit = \"1/K\"\nstart = 1.0\nlow = 0.0\nhigh = 9.0\n";
+    let mut model = dynamic();
+    model.effects = vec![Active::usual(Arc::new(
+        Formula::parse("bomb.toml", text).unwrap(),
+    ))];
+    let error = simulate(&model, &session(), 0.3).unwrap_err();
+    assert!(
+        error.t_s > 0.9 && error.to_string().contains("runs away"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_formula_and_a_built_in_effect_of_one_equation_are_one() {
+    let text = "id = \"mine\"\nstage = \"curvature\"\nacts = \"curvature\"\nformula = \"x * (1 + c * dT)\"\n\
+                [[parameters]]\nsymbol = \"c\"\nunit = \"1/K\"\nstart = 5e-4\nlow = 0.0\nhigh = 1e-2\n";
+    let run = |effect| {
+        let mut model = dynamic();
+        model.effects = vec![Active::usual(effect)];
+        simulate(&model, &session(), 0.3).unwrap()
+    };
+    assert_eq!(
+        run(Arc::new(Formula::parse("mine.toml", text).unwrap())),
+        run(find("expansion-temperature").unwrap())
+    );
+}

@@ -1,0 +1,85 @@
+//! What changes between heat and temperature: losses that are not linear, and neighbours.
+
+use super::{Effect, Effects};
+use crate::lanes::Lanes;
+
+const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
+
+/// How the loss departs from being proportional to the temperature.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct LossLaw {
+    /// Loss to the air is `g t (1 + t (p + q t))`.
+    pub(crate) air: [f64; 2],
+    /// Radiation is its area's share times `t (a + t (b + t (c + t d)))`.
+    pub(crate) radiation: [f64; 4],
+    /// Exchange with each neighbour, as a part of the loss to the air.
+    pub(crate) neighbour: f64,
+    /// The gap between beam and substrate matters.
+    gap: bool,
+}
+
+impl LossLaw {
+    /// Whether it departs from nothing but a conductance to the air.
+    pub(crate) fn is_linear(&self) -> bool {
+        *self == Self::default()
+    }
+
+    pub(crate) fn new(effects: &Effects, ambient_c: f64) -> Self {
+        let warm = effects.strength(Effect::HeatLossTemperature);
+        let room = ambient_c + 273.15;
+        // (room + t)^4 - room^4, and no surface above emissivity 1: stronger means more surface (the heaters' edges).
+        let emission = STEFAN_BOLTZMANN * effects.strength(Effect::Radiation);
+        Self {
+            air: [3.0e-3 * warm, -2.0e-6 * warm],
+            radiation: [4.0 * room.powi(3), 6.0 * room.powi(2), 4.0 * room, 1.0]
+                .map(|c| emission * c),
+            neighbour: 0.025 * effects.strength(Effect::Crosstalk),
+            gap: effects.active(Effect::GapHeatLoss).is_some(),
+        }
+    }
+}
+
+/// Loss through the closing gap.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Gap {
+    /// Part of the air loss that goes down when the gap is open.
+    part: f64,
+}
+
+impl Gap {
+    /// Height of the open gap (m): the plate's rest height and the recess under it.
+    const OPEN: f64 = 300e-6;
+
+    pub(crate) fn new(effects: &Effects) -> Option<Self> {
+        effects.active(Effect::GapHeatLoss).map(|strength| Self {
+            part: 0.15 * strength,
+        })
+    }
+
+    /// By what factor the air loss of a cell grows when the beam's end has moved down by `end` (m); `along` is the
+    /// cell's place, 0 at the substrate and 1 at the plate.
+    pub(crate) fn growth(&self, end: Lanes, along: f64) -> Lanes {
+        let closed = end.map(|end| (end * along / Self::OPEN).clamp(-0.5, 0.85));
+        Lanes::splat(1.0) + (closed / (Lanes::splat(1.0) - closed)) * self.part
+    }
+}
+
+/// Room temperature over its first value (K), `time` seconds into the session.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AmbientDrift {
+    strength: f64,
+}
+
+impl AmbientDrift {
+    pub(crate) fn new(effects: &Effects) -> Option<Self> {
+        effects
+            .active(Effect::AmbientDrift)
+            .map(|strength| Self { strength })
+    }
+
+    /// A room that warms towards a new level while its heating swings.
+    pub(crate) fn kelvin(&self, time: f64) -> f64 {
+        let warming = 1.2 * (1.0 - (-time / 300.0).exp());
+        self.strength * (warming + 0.2 * (std::f64::consts::TAU * time / 190.0).sin())
+    }
+}

@@ -1,0 +1,190 @@
+//! What the displacement remembers: friction, relaxation, yield, contact.
+
+use super::{Effect, Effects};
+use crate::lanes::Lanes;
+
+/// Dahl friction: a force that builds up over a length and saturates, with the direction of motion.
+#[derive(Clone, Copy, Debug)]
+struct Friction {
+    /// Half the width of the widest loop (m).
+    height: f64,
+    /// Motion over which it turns round (m).
+    length: f64,
+    held_back: Lanes,
+}
+
+impl Friction {
+    fn new(strength: f64) -> Self {
+        Self {
+            height: 0.8e-6 * strength,
+            length: 12e-6,
+            held_back: Lanes::ZERO,
+        }
+    }
+
+    fn advanced(mut self, moved: Lanes) -> Self {
+        let target = moved.map(|m| {
+            if m == 0.0 {
+                0.0
+            } else {
+                m.signum() * self.height
+            }
+        });
+        let left = moved.map(|m| (-m.abs() / self.length).exp());
+        self.held_back = target + (self.held_back - target) * left;
+        self
+    }
+
+    fn rate(&self, rate: Lanes) -> Lanes {
+        let target = rate.map(|r| {
+            if r == 0.0 {
+                0.0
+            } else {
+                r.signum() * self.height
+            }
+        });
+        rate.abs() * (target - self.held_back) * (1.0 / self.length)
+    }
+}
+
+/// Relaxation times of the films (s) and how the compliance spreads over them: a power law's spectrum.
+const CREEP: [(f64, f64); 5] = [
+    (0.12, 0.13),
+    (0.6, 0.17),
+    (2.5, 0.20),
+    (8.0, 0.24),
+    (25.0, 0.26),
+];
+
+/// A chain of Kelvin-Voigt elements.
+#[derive(Clone, Copy, Debug)]
+struct Creep {
+    compliance: f64,
+    crept: [Lanes; CREEP.len()],
+}
+
+impl Creep {
+    fn new(strength: f64) -> Self {
+        Self {
+            compliance: 0.02 * strength,
+            crept: [Lanes::ZERO; CREEP.len()],
+        }
+    }
+
+    /// Exact for an input that moves in a straight line.
+    fn advanced(mut self, from: Lanes, to: Lanes, h: f64) -> Self {
+        for (crept, (tau, _)) in self.crept.iter_mut().zip(CREEP) {
+            let left = (-h / tau).exp();
+            let lag = (to - from) * (tau / h);
+            *crept = to - lag + (*crept - from + lag) * left;
+        }
+        self
+    }
+
+    fn extra(&self) -> Lanes {
+        let elements = self.crept.iter().zip(CREEP);
+        elements.fold(Lanes::ZERO, |sum, (crept, (_, weight))| {
+            sum + *crept * weight
+        }) * self.compliance
+    }
+
+    fn rate(&self, input: Lanes) -> Lanes {
+        let elements = self.crept.iter().zip(CREEP);
+        let rate = |sum, (crept, (tau, weight)): (&Lanes, (f64, f64))| {
+            sum + (input - *crept) * (weight / tau)
+        };
+        elements.fold(Lanes::ZERO, rate) * self.compliance
+    }
+}
+
+/// History of the four actuators' displacements.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Memory {
+    friction: Option<Friction>,
+    creep: Option<Creep>,
+}
+
+impl Memory {
+    pub(crate) fn new(effects: &Effects) -> Self {
+        Self {
+            friction: effects.active(Effect::Hysteresis).map(Friction::new),
+            creep: effects.active(Effect::Creep).map(Creep::new),
+        }
+    }
+
+    /// The history after the static displacement has moved on within `h` seconds.
+    pub(crate) fn advanced(mut self, from: Lanes, to: Lanes, h: f64) -> Self {
+        self.friction = self.friction.map(|friction| friction.advanced(to - from));
+        self.creep = self.creep.map(|creep| creep.advanced(from, to, h));
+        self
+    }
+
+    /// Displacement and its rate with history, from those without.
+    pub(crate) fn outlet(&self, value: Lanes, rate: Lanes) -> (Lanes, Lanes) {
+        let (mut with, mut with_rate) = (value, rate);
+        if let Some(friction) = &self.friction {
+            with = with - friction.held_back;
+            with_rate = with_rate - friction.rate(rate);
+        }
+        if let Some(creep) = &self.creep {
+            with += creep.extra();
+            with_rate += creep.rate(value);
+        }
+        (with, with_rate)
+    }
+}
+
+/// Aluminium that yields above a temperature and keeps part of the strain.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Yield {
+    above_k: f64,
+    kept: f64,
+}
+
+impl Yield {
+    pub(crate) fn new(effects: &Effects) -> Option<Self> {
+        effects.active(Effect::Softening).map(|strength| Self {
+            above_k: 80.0,
+            kept: 0.05 * strength,
+        })
+    }
+
+    /// Plastic strain of a cell (as kelvins of expansion) that has now seen `theta`.
+    pub(crate) fn advanced(&self, plastic: Lanes, theta: Lanes) -> Lanes {
+        plastic.max((theta - Lanes::splat(self.above_k)) * self.kept)
+    }
+}
+
+/// Sticking near the substrate.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stiction {
+    pull: f64,
+    stuck: bool,
+}
+
+impl Stiction {
+    /// Where it snaps and where it lets go (m).
+    const SNAPS: f64 = 120e-6;
+    const RELEASES: f64 = 100e-6;
+
+    pub(crate) fn new(effects: &Effects) -> Option<Self> {
+        effects.active(Effect::Stiction).map(|strength| Self {
+            pull: 1.5e-6 * strength,
+            stuck: false,
+        })
+    }
+
+    pub(crate) fn advanced(mut self, piston: f64) -> Self {
+        self.stuck = piston
+            > if self.stuck {
+                Self::RELEASES
+            } else {
+                Self::SNAPS
+            };
+        self
+    }
+
+    pub(crate) fn pull(&self) -> f64 {
+        if self.stuck { self.pull } else { 0.0 }
+    }
+}
