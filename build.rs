@@ -53,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn reference(model: &mirror_model::PistonModel) -> Result<String, mirror_model::RangeError> {
     const SAMPLES: u32 = 1000;
     let top_um = model.highest_displacement_um();
-    let mut source = format!("const REFERENCE: [(f32, f64, f64); {SAMPLES}] = [\n");
+    let mut source = format!("static REFERENCE: [(f32, f64, f64); {SAMPLES}] = [\n");
     for i in 1..=SAMPLES {
         // The core is asked in f32, so the model is too.
         let z_um = (0.9999 * top_um * f64::from(i) / f64::from(SAMPLES)) as f32;

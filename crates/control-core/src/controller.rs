@@ -116,7 +116,7 @@ mod tests {
             )
             .expect("rising"),
         };
-        let lanes = core::array::from_fn(|_| lane.clone());
+        let lanes = core::array::from_fn(|_| lane);
         Controller::new(Calibration::new(lanes, Volt(3.5)).expect("plausible"))
     }
 

@@ -80,6 +80,7 @@ impl InverseTable {
         let place = z.0 * self.segments_per_um;
         // The cast saturates and takes NaN to 0, so the index is in range for any bit pattern.
         let segment = (place as usize).min(SEGMENTS - 1);
+        #[expect(clippy::manual_clamp, reason = "`clamp` would let NaN through")]
         let fraction = (place - segment as f32).max(0.0).min(1.0);
         let low = self.knots[segment];
         let high = self.knots[segment + 1];
