@@ -1,17 +1,29 @@
 //! What is claimed, measured.
 
-use std::time::Instant;
+use std::process::Command;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
 use emulated_board::{EmulatedBoard, Emulation};
 use virtual_mirror::MirrorConfig;
 
-use crate::cargo::{TARGET, cargo};
+use crate::cargo::{self, TARGET, cargo, target_directory, workspace};
 use crate::images::{self, Board};
+use crate::picture;
 use crate::setup;
 
 /// Wall time over which the emulator's speed is measured.
-const EMULATION_S: f64 = 5.0;
+const EMULATION_TIME: Duration = Duration::from_secs(5);
+
+/// Positions at which the factory's table is tried.
+const STEP_UM: f64 = 10.0;
+const STEPS: u32 = 17;
+
+/// Where the mirror went when it was asked for a position.
+pub(crate) struct Reached {
+    pub(crate) asked_um: f64,
+    pub(crate) error_um: f64,
+}
 
 /// Prints the table of figures.
 pub(crate) fn run() -> Result<()> {
@@ -22,7 +34,18 @@ pub(crate) fn run() -> Result<()> {
         counts == instructions()?,
         "two runs counted different instructions"
     );
-    let speed = emulation_speed()?;
+    cargo::run(&mut cargo(&["build", "--package", "host-tool"]))?;
+    let directory = tempfile::tempdir()?;
+    let board = EmulatedBoard::start(&Emulation {
+        image: images::build(Board::Mps2)?,
+        mirror: MirrorConfig::bench(),
+        boards_directory: directory.path().to_owned(),
+        name: "bench".to_owned(),
+    })?;
+    let speed = emulation_speed(&board);
+    let reached = static_errors(&board)?;
+    let picture = workspace().join("docs/pictures/set-z.svg");
+    picture::draw(&picture, &reached)?;
 
     println!("| figure | measured |");
     println!("|---|---|");
@@ -30,6 +53,11 @@ pub(crate) fn run() -> Result<()> {
         println!("| {what} | {count} |");
     }
     println!("| emulated board with virtual mirror, 10 kHz tick | {speed:.1} times real time |");
+    let (rms, worst) = summary(&reached);
+    let top = STEP_UM * f64::from(STEPS);
+    println!("| static error with the factory table, 0 to {top} um, rms | {rms:.2} um |");
+    println!("| static error with the factory table, largest | {worst:.2} um |");
+    println!("\nDrawn in {}.", picture.display());
     Ok(())
 }
 
@@ -59,7 +87,7 @@ fn instructions() -> Result<Vec<(String, String)>> {
     );
     let counts: Vec<_> = said
         .lines()
-        .filter_map(|line| line.split_once(' ')?.1.split_once(": "))
+        .filter_map(|line| line.split_once(' ')?.1.rsplit_once(": "))
         .map(|(what, count)| (what.to_owned(), count.to_owned()))
         .collect();
     ensure!(
@@ -70,15 +98,42 @@ fn instructions() -> Result<Vec<(String, String)>> {
 }
 
 /// Simulated seconds a second.
-fn emulation_speed() -> Result<f64> {
-    let directory = tempfile::tempdir()?;
-    let board = EmulatedBoard::start(&Emulation {
-        image: images::build(Board::Mps2)?,
-        mirror: MirrorConfig::bench(),
-        boards_directory: directory.path().to_owned(),
-        name: "bench".to_owned(),
-    })?;
+fn emulation_speed(board: &EmulatedBoard) -> f64 {
     let (start, before) = (Instant::now(), board.simulated_s());
-    std::thread::sleep(std::time::Duration::from_secs_f64(EMULATION_S));
-    Ok((board.simulated_s() - before) / start.elapsed().as_secs_f64())
+    std::thread::sleep(EMULATION_TIME);
+    (board.simulated_s() - before) / start.elapsed().as_secs_f64()
+}
+
+/// Asks for one position after the other, as a user does.
+fn static_errors(board: &EmulatedBoard) -> Result<Vec<Reached>> {
+    (0..=STEPS)
+        .map(|step| {
+            let asked_um = STEP_UM * f64::from(step);
+            let output = Command::new(target_directory().join("debug/host-tool"))
+                .args([
+                    "set-z",
+                    &format!("{asked_um}um"),
+                    "--settle",
+                    "2s",
+                    "--json",
+                ])
+                .env("MIRROR_BOARD", board.socket())
+                .output()
+                .context("the host tool does not run")?;
+            let report: serde_json::Value = serde_json::from_slice(&output.stdout)
+                .with_context(|| String::from_utf8_lossy(&output.stderr).into_owned())?;
+            let error_um = report["error_um"].as_f64().context("no virtual sensor")?;
+            Ok(Reached { asked_um, error_um })
+        })
+        .collect()
+}
+
+/// Root mean square and largest error.
+fn summary(reached: &[Reached]) -> (f64, f64) {
+    let squares: f64 = reached.iter().map(|point| point.error_um.powi(2)).sum();
+    let worst = reached
+        .iter()
+        .map(|point| point.error_um.abs())
+        .fold(0.0, f64::max);
+    ((squares / reached.len() as f64).sqrt(), worst)
 }

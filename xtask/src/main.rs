@@ -8,6 +8,7 @@ mod images;
 #[cfg(test)]
 mod layers;
 mod on_target;
+mod picture;
 mod setup;
 mod test;
 
