@@ -37,7 +37,7 @@ pub struct PaperNumbers {
     pub z_1v9_um: f64,
     /// Time to 95 % of the value after 30 s, for a step from 0 to 2 V (ms).
     pub t95_ms: f64,
-    /// Largest excursion above the mean course in the first 5 ms of the step, in parts of the step: the ringing.
+    /// Largest fall after a rise in the first 5 ms of the step, in parts of the step: the ringing.
     pub ringing: f64,
     /// Time after which the step has stopped creeping (s).
     pub creep_s: f64,
@@ -133,8 +133,8 @@ impl Ladder {
 struct Step {
     /// Every 0.1 ms of the first 5 ms (um).
     start: Vec<f64>,
-    /// Every millisecond (um).
-    z_um: Vec<f64>,
+    /// Time (s) and displacement (um), every millisecond at first and every 20 ms later.
+    course: Vec<(f64, f64)>,
 }
 
 impl Step {
@@ -142,26 +142,36 @@ impl Step {
         let mut quick = mirror.clone();
         let read = |mirror: &mut VirtualMirror, dt: f64| {
             mirror.advance([2.0; 4], dt);
-            mirror.state().z_um
+            (mirror.time_s(), mirror.state().z_um)
         };
+        let dwells = [1e-3; 2000].into_iter().chain([20e-3; 2900]);
         Self {
-            start: (0..50).map(|_| read(&mut quick, 1e-4)).collect(),
-            z_um: (0..60_000).map(|_| read(&mut mirror, 1e-3)).collect(),
+            start: (0..50).map(|_| read(&mut quick, 1e-4).1).collect(),
+            course: dwells.map(|dt| read(&mut mirror, dt)).collect(),
         }
     }
 
+    /// Displacement after 30 s (um), which the paper calls final.
+    fn end(&self) -> f64 {
+        let after = self.course.partition_point(|(time, _)| *time < 30.0);
+        self.course[after].1
+    }
+
+    /// First time after the last reading that `out` holds of (s).
+    fn time_after(&self, out: impl Fn(f64) -> bool) -> f64 {
+        let last = self.course.iter().rposition(|(_, z)| out(*z));
+        last.and_then(|last| self.course.get(last + 1))
+            .map_or(0.0, |(time, _)| *time)
+    }
+
     fn t95_ms(&self) -> f64 {
-        let level = 0.95 * self.z_um[30_000 - 1];
-        self.z_um
-            .iter()
-            .rposition(|z| *z < level)
-            .map_or(0.0, |last| last as f64 + 2.0)
+        let level = 0.95 * self.end();
+        1e3 * self.time_after(|z| z < level)
     }
 
     fn creep_s(&self) -> f64 {
-        let end = self.z_um[self.z_um.len() - 1];
-        let moving = self.z_um.iter().rposition(|z| (z - end).abs() > STILL_UM);
-        moving.map_or(0.0, |last| 1e-3 * (last as f64 + 2.0))
+        let still = self.course[self.course.len() - 1].1;
+        self.time_after(|z| (z - still).abs() > STILL_UM)
     }
 
     /// Largest fall after a rise: a course without ringing has none.
@@ -171,7 +181,7 @@ impl Step {
             peak = peak.max(*z);
             peak - z
         };
-        self.start.iter().map(fall).fold(0.0, f64::max) / self.z_um[30_000 - 1]
+        self.start.iter().map(fall).fold(0.0, f64::max) / self.end()
     }
 }
 
