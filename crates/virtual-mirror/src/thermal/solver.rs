@@ -136,7 +136,7 @@ impl Solver {
         self.sweep(beams);
         let source = [
             shared[0].0[PLATE] + (self.plate_gain * beams[n - 1]).sum(),
-            shared[0].0[FRAME] + self.into_frame(beams),
+            shared[0].0[FRAME] + self.frame_inflow(beams),
             shared[0].0[PACKAGE],
         ];
         let y = self
@@ -148,7 +148,7 @@ impl Solver {
         }
     }
 
-    fn into_frame(&self, beams: &[Lanes]) -> f64 {
+    fn frame_inflow(&self, beams: &[Lanes]) -> f64 {
         let fed = if self.warms_frame { beams.len() } else { 1 };
         let gain = |sum, (row, x): (&Row, &Lanes)| sum + row.frame_gain * *x;
         self.rows
