@@ -23,18 +23,18 @@ struct Draws {
 impl Draws {
     fn new(config: &MirrorConfig) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(config.seed);
-        let mut factors = |sd: f64| {
-            Lanes(std::array::from_fn(|_| {
+        let mut factors = |sd: f64, trim: [f64; 4]| {
+            Lanes(trim.map(|trim| {
                 let normal: f64 = StandardNormal.sample(&mut rng);
-                1.0 + sd * normal.clamp(-2.0, 2.0)
+                trim * (1.0 + sd * normal.clamp(-2.0, 2.0))
             }))
         };
-        let spread = &config.spread;
+        let (spread, trim) = (&config.spread, &config.trim);
         Self {
-            ohm: factors(spread.ohm),
-            tcr: factors(spread.tcr),
-            air_loss: factors(spread.air_loss),
-            bend: factors(spread.bend),
+            ohm: factors(spread.ohm, trim.ohm),
+            tcr: factors(spread.tcr, trim.tcr),
+            air_loss: factors(spread.air_loss, trim.air_loss),
+            bend: factors(spread.bend, trim.bend),
         }
     }
 }

@@ -47,6 +47,9 @@ pub struct MirrorConfig {
     /// How much the four actuators differ.
     #[serde(default)]
     pub spread: Spread,
+    /// Known differences of the four actuators.
+    #[serde(default)]
+    pub trim: Trim,
     /// The displacement sensor and the current sense of a measuring session.
     #[serde(default)]
     pub sensor: SensorConfig,
@@ -165,6 +168,31 @@ pub struct Spread {
     pub bend: f64,
 }
 
+/// Known differences among the four actuators of one particular mirror, as factors, on top of the drawn ones.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Trim {
+    /// Heater resistance.
+    pub ohm: [f64; 4],
+    /// Temperature coefficient.
+    pub tcr: [f64; 4],
+    /// Heat loss to the air.
+    pub air_loss: [f64; 4],
+    /// Curvature per kelvin.
+    pub bend: [f64; 4],
+}
+
+impl Default for Trim {
+    fn default() -> Self {
+        Self {
+            ohm: [1.0; 4],
+            tcr: [1.0; 4],
+            air_loss: [1.0; 4],
+            bend: [1.0; 4],
+        }
+    }
+}
+
 /// Noise of a measuring session.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -229,6 +257,11 @@ impl MirrorConfig {
     /// The default mirror, `mirrors/bench.toml`.
     pub fn bench() -> Self {
         Self::shipped(include_str!("../mirrors/bench.toml"))
+    }
+
+    /// The paper's mirror, `mirrors/paper.toml`: shows every number that the paper publishes within 10 %.
+    pub fn paper() -> Self {
+        Self::shipped(include_str!("../mirrors/paper.toml"))
     }
 
     /// A mirror file of this crate, which its tests hold valid.

@@ -34,10 +34,12 @@
 mod build;
 pub mod config;
 pub mod effects;
+pub mod family;
 mod lanes;
 pub mod material;
 mod mirror;
 mod motion;
+pub mod paper;
 pub mod plan;
 mod sensor;
 pub mod session;
@@ -47,7 +49,9 @@ mod thermal;
 
 pub use config::{ConfigError, MirrorConfig};
 pub use effects::Effect;
+pub use family::Family;
 pub use mirror::{State, VirtualMirror};
+pub use paper::PaperNumbers;
 pub use plan::{Experiment, Plan};
 pub use sensor::{Reading, Sensor};
 pub use session::Session;

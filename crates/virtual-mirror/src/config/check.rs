@@ -60,6 +60,16 @@ impl MirrorConfig {
         ] {
             within(key, value, 0.0, 0.2, "")?;
         }
+        for (key, factors) in [
+            ("trim.ohm", self.trim.ohm),
+            ("trim.tcr", self.trim.tcr),
+            ("trim.air_loss", self.trim.air_loss),
+            ("trim.bend", self.trim.bend),
+        ] {
+            for factor in factors {
+                within(key, factor, 0.5, 1.5, "")?;
+            }
+        }
         within("air_to_frame", self.air_to_frame, 0.0, 1.0, "")?;
         for (effect, strength) in self.effects.iter() {
             within(format!("effects.{effect}"), strength, 0.0, 10.0, "")?;

@@ -93,6 +93,19 @@ impl Network {
         theta * ((cell.to_air + cell.to_gap) * air + sky * cell.surface) + cell.to_air * shared
     }
 
+    /// How fast a cell's balance falls with its temperature at a heating of `heating` (A2), neighbouring cells left
+    /// out (W/K). A heater that warms takes less current: over the whole beam that outweighs the cell's own share twice.
+    pub(crate) fn restoring(&self, cell: &Cell, theta: Lanes, heating: Lanes) -> Lanes {
+        let splat = Lanes::splat;
+        let ([p, q], [a, b, c, d]) = (self.loss.air, self.loss.radiation);
+        let air =
+            splat(1.0 + 2.0 * self.loss.neighbour) + theta * (splat(2.0 * p) + theta * (3.0 * q));
+        let sky =
+            splat(a) + theta * (splat(2.0 * b) + theta * (splat(3.0 * c) + theta * (4.0 * d)));
+        let heater = heating * cell.ohm * self.tcr;
+        (cell.to_air + cell.to_gap) * air + sky * cell.surface + heater
+    }
+
     /// Rate of change of every temperature (K/s) at `volts`.
     pub(crate) fn rate(&self, at: &Field, volts: Lanes, rate: &mut Field) {
         if self.loss.is_linear() {

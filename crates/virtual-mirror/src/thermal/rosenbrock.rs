@@ -1,8 +1,9 @@
 //! One step in time: ROS34PW2, a third-order, L-stable Rosenbrock method that keeps its order when the matrix is only the
 //! linear conduction, not the full derivative (J. Rang and L. Angermann, BIT 45 (2005) 761).
 
-use super::solver::Solver;
+use super::solver::{Point, Solver};
 use super::{Drive, Field, Network};
+use crate::lanes::Lanes;
 
 type Tableau = [[f64; 4]; 4];
 
@@ -88,11 +89,33 @@ const fn multiply(a: Tableau, b: Tableau) -> Tableau {
     product
 }
 
-/// Takes steps, keeping the factorisation while their length stays.
+/// How far drive (V2) and temperature (K) may move until the matrix is taken anew: a tenth of its diagonal.
+const STALE_V2: f64 = 3.0;
+const STALE_K: f64 = 20.0;
+
+/// What a factorisation was made for.
+#[derive(Clone, Copy, Debug, Default)]
+struct Basis {
+    step: f64,
+    volts_squared: Lanes,
+    /// Temperature halfway along the beams.
+    theta: Lanes,
+}
+
+impl Basis {
+    fn serves(&self, other: &Self) -> bool {
+        let moved = |a: Lanes, b: Lanes| (a - b).abs().largest();
+        self.step == other.step
+            && moved(self.volts_squared, other.volts_squared) < STALE_V2
+            && moved(self.theta, other.theta) < STALE_K
+    }
+}
+
+/// Takes steps, keeping the factorisation while it serves.
 #[derive(Clone, Debug)]
 pub(crate) struct Stepper {
     solver: Solver,
-    step: f64,
+    basis: Basis,
     stages: [Field; 4],
     rate: Field,
 }
@@ -102,7 +125,7 @@ impl Stepper {
         let zero = Field::zero(cells);
         Self {
             solver: Solver::new(cells),
-            step: 0.0,
+            basis: Basis::default(),
             stages: [zero.clone(), zero.clone(), zero.clone(), zero.clone()],
             rate: zero,
         }
@@ -118,10 +141,7 @@ impl Stepper {
         (from, rate): (&Field, &Field),
         to: &mut Field,
     ) -> f64 {
-        if h != self.step {
-            self.solver.factorise(network, 1.0 / (GAMMA * h));
-            self.step = h;
-        }
+        self.factorise(network, drive, h, from);
         let Self {
             solver,
             stages: [u1, u2, u3, u4],
@@ -161,12 +181,31 @@ impl Stepper {
             .zip(u1.rows())
             .zip(u2.rows().iter().zip(u3.rows()))
             .zip(u4.rows());
-        let mut worst = crate::lanes::Lanes::ZERO;
+        let mut worst = Lanes::ZERO;
         for (((to, u1), (u2, u3)), u4) in rows {
             *to += *u4;
             worst = worst
                 .max((*u1 * ERROR[0] + *u2 * ERROR[1] + *u3 * ERROR[2] + *u4 * ERROR[3]).abs());
         }
         worst.largest()
+    }
+
+    fn factorise(&mut self, network: &Network, drive: &Drive, h: f64, from: &Field) {
+        let volts = drive.at(0.5);
+        let theta = from.beams()[from.beams().len() / 2];
+        let basis = Basis {
+            step: h,
+            volts_squared: volts * volts,
+            theta,
+        };
+        if !self.basis.serves(&basis) {
+            let current = volts / network.resistance(from);
+            let at = Point {
+                theta: from,
+                heating: current * current,
+            };
+            self.solver.factorise(network, 1.0 / (GAMMA * h), &at);
+            self.basis = basis;
+        }
     }
 }

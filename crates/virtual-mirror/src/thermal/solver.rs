@@ -1,7 +1,7 @@
-//! Solves `(s - J) x = r` for the conduction matrix `J`: four tridiagonal beams at once, the shared bodies by their Schur
-//! complement.
+//! Solves `(s - J) x = r` for the matrix `J` of conduction and losses: four tridiagonal beams at once, the shared bodies
+//! by their Schur complement.
 
-use super::{FRAME, Field, Network, PACKAGE, PLATE};
+use super::{Cell, FRAME, Field, Network, PACKAGE, PLATE};
 use crate::lanes::Lanes;
 
 /// One row of the factorised beams.
@@ -15,15 +15,26 @@ struct Row {
     /// Response to one kelvin of the frame and of the plate.
     to_frame: Lanes,
     to_plate: Lanes,
+    /// What the cell feeds into the frame.
+    frame_gain: Lanes,
+}
+
+/// What the matrix is taken at; the method keeps its order when they have moved on since.
+#[derive(Clone, Debug)]
+pub(crate) struct Point<'a> {
+    pub(crate) theta: &'a Field,
+    /// Square of the current (A2).
+    pub(crate) heating: Lanes,
 }
 
 /// The factorised matrix for one shift `s`.
 #[derive(Clone, Debug)]
 pub(crate) struct Solver {
     rows: Vec<Row>,
-    /// What the ends of the beams feed into frame and plate.
-    frame_gain: Lanes,
+    /// What the ends of the beams feed into the plate.
     plate_gain: Lanes,
+    /// Whether cells beyond the first feed the frame.
+    warms_frame: bool,
     /// Inverse of the Schur complement of the shared bodies.
     lumps: [[f64; 3]; 3],
 }
@@ -32,37 +43,47 @@ impl Solver {
     pub(crate) fn new(cells: usize) -> Self {
         Self {
             rows: vec![Row::default(); cells],
-            frame_gain: Lanes::ZERO,
             plate_gain: Lanes::ZERO,
+            warms_frame: false,
             lumps: [[0.0; 3]; 3],
         }
     }
 
     /// Factorises for the shift `s` (1/s).
-    pub(crate) fn factorise(&mut self, network: &Network, s: f64) {
-        self.factorise_beams(network, s);
+    pub(crate) fn factorise(&mut self, network: &Network, s: f64, at: &Point) {
+        self.factorise_beams(network, s, at);
         let n = self.rows.len();
         let last = &network.cells[n - 1];
-        let from_frame = network.to_frame * network.cells[0].inv_capacity;
-        let from_plate = last.to_next * last.inv_capacity;
-        self.respond(|row, x| row.to_frame = x, 0, from_frame);
-        self.respond(|row, x| row.to_plate = x, n - 1, from_plate);
-        self.frame_gain = network.to_frame * network.lumps[FRAME].inv_capacity;
+        let mut source = vec![Lanes::ZERO; n];
+        source[n - 1] = last.to_next * last.inv_capacity;
+        self.respond(source, |row, x| row.to_plate = x);
+
+        let from_air = |cell: &Cell| cell.to_air * network.air_to_frame;
+        let mut source: Vec<Lanes> = network.cells.iter().map(from_air).collect();
+        source[0] += network.to_frame;
+        for ((row, source), cell) in self.rows.iter_mut().zip(&mut source).zip(&network.cells) {
+            row.frame_gain = *source * network.lumps[FRAME].inv_capacity;
+            *source = *source * cell.inv_capacity;
+        }
+        self.respond(source, |row, x| row.to_frame = x);
+        self.warms_frame = network.air_to_frame != 0.0;
         self.plate_gain = last.to_next * network.lumps[PLATE].inv_capacity;
         self.lumps = invert(self.schur_complement(network, s));
     }
 
-    fn factorise_beams(&mut self, network: &Network, s: f64) {
+    fn factorise_beams(&mut self, network: &Network, s: f64, at: &Point) {
         let mut inflow = network.to_frame;
         let mut previous = Row::default();
-        for (i, (row, cell)) in self.rows.iter_mut().zip(&network.cells).enumerate() {
+        let cells = network.cells.iter().zip(at.theta.beams());
+        for (i, (row, (cell, theta))) in self.rows.iter_mut().zip(cells).enumerate() {
+            let restoring = network.restoring(cell, *theta, at.heating);
             let below = if i == 0 {
                 Lanes::ZERO
             } else {
                 inflow * cell.inv_capacity
             };
             let diagonal =
-                Lanes::splat(s) + (inflow + cell.to_next + cell.to_air) * cell.inv_capacity;
+                Lanes::splat(s) + (inflow + cell.to_next + restoring) * cell.inv_capacity;
             row.pivot = Lanes::splat(1.0) / (diagonal - below * previous.back);
             row.carry = below * row.pivot;
             row.back = cell.to_next * cell.inv_capacity * row.pivot;
@@ -74,28 +95,34 @@ impl Solver {
         }
     }
 
-    /// Stores the beams' response to a source in one cell.
-    fn respond(&mut self, store: impl Fn(&mut Row, Lanes), at: usize, source: Lanes) {
-        let mut response = vec![Lanes::ZERO; self.rows.len()];
-        response[at] = source;
-        self.sweep(&mut response);
-        for (row, x) in self.rows.iter_mut().zip(response) {
+    /// Stores the beams' response to a source.
+    fn respond(&mut self, mut source: Vec<Lanes>, store: impl Fn(&mut Row, Lanes)) {
+        self.sweep(&mut source);
+        for (row, x) in self.rows.iter_mut().zip(source) {
             store(row, x);
         }
     }
 
     fn schur_complement(&self, network: &Network, s: f64) -> [[f64; 3]; 3] {
-        let (first, last) = (self.rows[0], self.rows[self.rows.len() - 1]);
+        let last = self.rows[self.rows.len() - 1];
+        let into_frame = |part: &dyn Fn(&Row) -> Lanes| -> f64 {
+            self.rows
+                .iter()
+                .map(|row| (row.frame_gain * part(row)).sum())
+                .sum()
+        };
         let capacity = |k: usize| network.lumps[k].inv_capacity;
         let room = |k: usize| network.lumps[k].to_room * capacity(k);
+        let air: f64 = network.cells.iter().map(|cell| cell.to_air.sum()).sum();
+        let around = network.to_frame.sum() + network.air_to_frame * network.air_to_frame * air;
         let down = network.frame_to_package;
         let mut m = [[0.0; 3]; 3];
         m[PLATE][PLATE] =
             s + room(PLATE) + self.plate_gain.sum() - (self.plate_gain * last.to_plate).sum();
         m[PLATE][FRAME] = -(self.plate_gain * last.to_frame).sum();
-        m[FRAME][FRAME] = s + room(FRAME) + down * capacity(FRAME) + self.frame_gain.sum()
-            - (self.frame_gain * first.to_frame).sum();
-        m[FRAME][PLATE] = -(self.frame_gain * first.to_plate).sum();
+        m[FRAME][FRAME] =
+            s + room(FRAME) + (down + around) * capacity(FRAME) - into_frame(&|row| row.to_frame);
+        m[FRAME][PLATE] = -into_frame(&|row| row.to_plate);
         m[FRAME][PACKAGE] = -down * capacity(FRAME);
         m[PACKAGE][PACKAGE] = s + room(PACKAGE) + down * capacity(PACKAGE);
         m[PACKAGE][FRAME] = -down * capacity(PACKAGE);
@@ -109,7 +136,7 @@ impl Solver {
         self.sweep(beams);
         let source = [
             shared[0].0[PLATE] + (self.plate_gain * beams[n - 1]).sum(),
-            shared[0].0[FRAME] + (self.frame_gain * beams[0]).sum(),
+            shared[0].0[FRAME] + self.frame_inflow(beams),
             shared[0].0[PACKAGE],
         ];
         let y = self
@@ -119,6 +146,16 @@ impl Solver {
         for (x, row) in beams.iter_mut().zip(&self.rows) {
             *x = *x + row.to_frame * y[FRAME] + row.to_plate * y[PLATE];
         }
+    }
+
+    fn frame_inflow(&self, beams: &[Lanes]) -> f64 {
+        let fed = if self.warms_frame { beams.len() } else { 1 };
+        let gain = |sum, (row, x): (&Row, &Lanes)| sum + row.frame_gain * *x;
+        self.rows
+            .iter()
+            .zip(&beams[..fed])
+            .fold(Lanes::ZERO, gain)
+            .sum()
     }
 
     /// The beams alone, frame and plate at zero.
