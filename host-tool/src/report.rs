@@ -16,6 +16,12 @@ pub(crate) fn print(report: &(impl Serialize + Display), json: bool) {
     }
 }
 
+/// The number that the board meant: the shortest decimal that is this `f32`, without the digits that
+/// a wider type would show behind it.
+pub(crate) fn decimal(value: f32) -> f64 {
+    value.to_string().parse().unwrap_or(f64::from(value))
+}
+
 /// Four numbers in a row, with their unit.
 pub(crate) fn row(values: [f64; 4], decimals: usize, unit: &str) -> String {
     values

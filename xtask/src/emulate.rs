@@ -32,7 +32,13 @@ pub(crate) struct Arguments {
 
 /// Runs one command, or reads commands until the input ends.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
-    let mut board = start(arguments)?;
+    // A board for one command is nobody else's business.
+    let private = tempfile::tempdir()?;
+    let directory = match arguments.command.is_empty() {
+        true => boards_directory(),
+        false => private.path().to_owned(),
+    };
+    let mut board = start(arguments, directory)?;
     let started = Instant::now();
     let before = board.simulated_s();
     let code = if arguments.command.is_empty() {
@@ -57,7 +63,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(code)
 }
 
-fn start(arguments: &Arguments) -> Result<EmulatedBoard> {
+fn start(arguments: &Arguments, boards_directory: PathBuf) -> Result<EmulatedBoard> {
     setup::qemu()?;
     let image = images::build(Board::Mps2)?;
     cargo::run(&mut cargo(&["build", "--package", "host-tool"]))?;
@@ -68,7 +74,7 @@ fn start(arguments: &Arguments) -> Result<EmulatedBoard> {
     let emulation = Emulation {
         image,
         mirror,
-        boards_directory: boards_directory(),
+        boards_directory,
         name: arguments.name.clone(),
     };
     Ok(EmulatedBoard::start(&emulation)?)

@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::board::Board;
 use crate::error::ToolError;
 use crate::quantity::Span;
-use crate::report::{self, row, row_of_known};
+use crate::report::{self, decimal, row, row_of_known};
 
 /// Readings are the mean of so many samples, a millisecond apart.
 const READING_SAMPLES: u32 = 100;
@@ -59,7 +59,7 @@ pub(super) async fn off(board: &Board, json: bool) -> Result<(), ToolError> {
     let commanded = board.off().await?;
     report::print(
         &Off {
-            drive_v: commanded.drive_v.map(f64::from),
+            drive_v: commanded.drive_v.map(decimal),
         },
         json,
     );
@@ -78,7 +78,7 @@ impl Readings {
         let mean = |value: &dyn Fn(&Telemetry) -> Option<f32>| -> Option<f64> {
             let sum: Option<f64> = samples
                 .iter()
-                .map(|sample| value(sample).map(f64::from))
+                .map(|sample| value(sample).map(decimal))
                 .sum();
             sum.map(|sum| sum / samples.len() as f64)
         };

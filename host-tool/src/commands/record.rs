@@ -14,7 +14,7 @@ use tokio::signal::ctrl_c;
 use crate::board::{Board, Samples};
 use crate::error::ToolError;
 use crate::quantity::Span;
-use crate::report;
+use crate::report::{self, decimal};
 
 #[derive(Serialize)]
 struct Recorded {
@@ -144,9 +144,9 @@ fn measurement(board: &Board, samples: &[Telemetry]) -> MeasurementFile {
 fn row(sample: &Telemetry, ticks: u32, tick_hz: u32) -> Row {
     Row {
         t_s: f64::from(ticks) / f64::from(tick_hz),
-        voltage_v: sample.drive_v.map(f64::from),
-        current_a: sample.current_a.map(|current| Some(current.into())),
-        z_um: sample.sensor_z_um.map(f64::from),
+        voltage_v: sample.drive_v.map(decimal),
+        current_a: sample.current_a.map(|current| Some(decimal(current))),
+        z_um: sample.sensor_z_um.map(decimal),
         ..Row::default()
     }
 }

@@ -9,7 +9,7 @@ use crate::board::Board;
 use crate::commands::moving::{Readings, limit_names, settle_and_read};
 use crate::error::ToolError;
 use crate::quantity::{Span, Voltage};
-use crate::report::{self, row};
+use crate::report::{self, decimal, row};
 
 #[derive(Serialize)]
 struct SetDrive {
@@ -37,7 +37,7 @@ pub(super) async fn run(
     json: bool,
 ) -> Result<(), ToolError> {
     let max = Voltage {
-        v: board.status().await?.max_drive_v.into(),
+        v: decimal(board.status().await?.max_drive_v),
     };
     let outside = drives
         .into_iter()

@@ -9,7 +9,7 @@ use crate::board::Board;
 use crate::commands::moving::{Readings, limit_names, settle_and_read};
 use crate::error::ToolError;
 use crate::quantity::{Length, Span};
-use crate::report;
+use crate::report::{self, decimal};
 
 #[derive(Serialize)]
 struct SetZ {
@@ -31,11 +31,7 @@ pub(super) async fn run(
     json: bool,
 ) -> Result<(), ToolError> {
     let max = Length {
-        um: board.status().await?.max_position_um.into(),
-    };
-    // The range came as f32.
-    let z = Length {
-        um: f64::from(z.um as f32),
+        um: decimal(board.status().await?.max_position_um),
     };
     if !(0.0..=max.um).contains(&z.um) {
         return Err(ToolError::PositionOutOfRange { asked: z, max });
@@ -82,5 +78,31 @@ impl fmt::Display for SetZ {
             )?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn is_printed_as_in_the_golden_file() {
+        let report = SetZ {
+            asked_um: 120.0,
+            settled_s: 1.0,
+            readings: Readings {
+                drive_v: [2.742; 4],
+                current_a: [5.6961e-3, 5.7902e-3, 5.7748e-3, 5.72e-3],
+                temperature_rise_k: [Some(86.04), Some(80.49), None, Some(-0.62)],
+                sensor_z_um: Some(119.6181),
+            },
+            limited_by: vec!["drive-high"],
+            sensor_is_virtual: true,
+            error_um: Some(-0.3819),
+        };
+        assert_eq!(
+            report.to_string(),
+            include_str!("../../tests/golden/set-z.txt")
+        );
     }
 }

@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::board::Board;
 use crate::commands::moving::{Readings, limit_names};
 use crate::error::ToolError;
-use crate::report;
+use crate::report::{self, decimal};
 
 #[derive(Serialize)]
 struct StatusReport {
@@ -35,8 +35,8 @@ impl StatusReport {
             identity,
             readings: Readings::mean(&[status.telemetry]),
             limited_by: limit_names(status.telemetry.limits),
-            max_position_um: status.max_position_um.into(),
-            max_drive_v: status.max_drive_v.into(),
+            max_position_um: decimal(status.max_position_um),
+            max_drive_v: decimal(status.max_drive_v),
             dropped_samples: status.dropped_samples,
         }
     }
@@ -62,5 +62,40 @@ impl fmt::Display for StatusReport {
             writeln!(f, "dropped    {} samples since start", self.dropped_samples)?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mirror_protocol::{Board as Kind, Telemetry, Text};
+
+    #[test]
+    fn is_printed_as_in_the_golden_file() {
+        let text = |text| Text::try_from(text).expect("short");
+        let identity = Identity {
+            protocol_version: 1,
+            firmware_version: text("0.1.0"),
+            build: text("a396533"),
+            board: Kind::Stm32g474,
+            tick_hz: 10_000,
+        };
+        let status = Status {
+            telemetry: Telemetry {
+                tick: 123_456,
+                drive_v: [1.9, 0.2, 0.0, 0.2],
+                current_a: [4.43e-3, 0.554e-3, 0.0, 0.549e-3],
+                temperature_k: [Some(48.8), Some(0.7), None, Some(3.0)],
+                limits: 0,
+                sensor_z_um: None,
+            },
+            max_position_um: 173.7,
+            max_drive_v: 3.5,
+            dropped_samples: 7,
+        };
+        assert_eq!(
+            StatusReport::new(identity, &status).to_string(),
+            include_str!("../../tests/golden/status.txt")
+        );
     }
 }
