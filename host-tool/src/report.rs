@@ -24,17 +24,14 @@ pub(crate) fn decimal(value: f32) -> f64 {
 
 /// Four numbers in a row, with their unit.
 pub(crate) fn row(values: [f64; 4], decimals: usize, unit: &str) -> String {
-    values
-        .map(|value| format!("{value:>9.decimals$} {unit}"))
-        .join(" ")
+    row_of_known(values.map(Some), decimals, unit)
 }
 
-/// Four numbers in a row, with a dash where one is not known.
+/// Four numbers in a row, with a dash where one is not known. Rows of any unit stand in line.
 pub(crate) fn row_of_known(values: [Option<f64>; 4], decimals: usize, unit: &str) -> String {
-    values
-        .map(|value| match value {
-            Some(value) => format!("{value:>9.decimals$} {unit}"),
-            None => format!("{:>9} {:width$}", "-", "", width = unit.len()),
-        })
-        .join(" ")
+    let cell = |value: Option<f64>| match value {
+        Some(value) => format!("{value:>9.decimals$} {unit:<2}"),
+        None => format!("{:>9}   ", "-"),
+    };
+    values.map(cell).join("").trim_end().to_owned()
 }
