@@ -23,7 +23,8 @@ pub struct MirrorConfig {
     /// The driver's rails: a drive beyond them is held at them (V).
     #[serde(default = "driver_rails")]
     pub drive_limit_v: f64,
-    /// Part of the heat lost to the air that ends in the frame, 0 to 1, rather than in the room.
+    /// Part of the heat lost to the air that ends in the frame, 0 to 1, rather than in the room; counts only with a
+    /// `[frame]`.
     #[serde(default)]
     pub air_to_frame: f64,
     /// The platinum heater of one actuator.

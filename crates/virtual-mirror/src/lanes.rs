@@ -54,8 +54,8 @@ impl Lanes {
         self.0.into_iter().fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Sine and cosine by their series, good to 2e-9 and 2e-8 up to 1.2 rad: the system's own differ between platforms
-    /// in the last bit, and a mirror must repeat to the bit.
+    /// Sine and cosine by their series, good to 2e-9 and 2e-8 up to 1.2 rad: one call a cell and actuator to the
+    /// system's own would cost more than all the rest.
     #[inline(always)]
     pub(crate) fn sin_cos(self) -> (Self, Self) {
         let x2 = self * self;

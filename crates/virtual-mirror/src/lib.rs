@@ -24,11 +24,19 @@
 //! # Ok::<(), virtual_mirror::ConfigError>(())
 //! ```
 //!
+//! # What else there is
+//! - [`MirrorConfig`]: a TOML file, `mirrors/bench.toml` by default; [`MirrorConfig::paper`] shows every number that the
+//!   paper publishes within a tenth ([`PaperNumbers`] measures them; the example `paper_numbers` prints them).
+//! - [`Effect`]: physics that is switched on with a strength, in a file's `[effects]` or by
+//!   [`MirrorConfig::with_effect`]; 1 is a size that happens.
+//! - [`Family`]: random mirrors with nothing hidden, by [`MirrorConfig::draw`].
+//! - [`Plan`], [`Session`]: a whole measuring session on one mirror, with the instruments' noise, as plain structs.
+//!
 //! # Conventions
 //! - z is the displacement of the plate's centre from its cold rest position, positive towards the substrate (um).
 //! - Actuators 1, 2, 3, 4 hold the plate's +x, +y, -x, -y edge.
 //! - A drive beyond the rails (`drive_limit_v`) is held at them, NaN counts as 0 V; no output is ever NaN.
-//! - The same file and seed give the same numbers to the bit, in the same steps.
+//! - The same file, seed and calls give the same numbers to the bit on one platform.
 //! - Steps are error-controlled inside: the length of the tick is the caller's choice, not the solver's.
 
 mod build;

@@ -13,9 +13,9 @@ use crate::thermal::{Drive, Field, Network, Stepper};
 
 /// Error allowed of one step's second-order solution (K). The third-order one that is kept is closer by far: the tests
 /// hold it within a nanometre of steps half as long.
-const TOLERANCE_K: f64 = 0.005;
+const TOLERANCE_K: f64 = 0.003;
 /// Bend allowed within one step of the course that the plate follows, beyond a parabola (m).
-const TOLERANCE_M: f64 = 5e-9;
+const TOLERANCE_M: f64 = 10e-9;
 /// Longest step, so that nothing slower is stepped over (s).
 const LONGEST_S: f64 = 20.0;
 /// The same with slow effects on.

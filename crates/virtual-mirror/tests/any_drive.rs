@@ -1,7 +1,7 @@
 //! No drive, whatever its bits, makes a mirror answer with something that is not a number.
 
 use proptest::prelude::*;
-use virtual_mirror::{MirrorConfig, State, VirtualMirror};
+use virtual_mirror::{Effect, Family, MirrorConfig, Sensor, State, VirtualMirror};
 
 fn all_finite(state: &State) -> bool {
     let scalars = [
@@ -53,6 +53,26 @@ proptest! {
             prop_assert!(all_finite(&state));
             prop_assert!(state.hottest_k <= ceiling);
             prop_assert!(state.heater_mean_k.iter().all(|&kelvin| kelvin >= -0.05), "{state:?}");
+        }
+    }
+
+    #[test]
+    fn any_family_with_any_effects_at_any_strength(
+        family in 0..Family::ALL.len(),
+        seed: u64,
+        strengths in prop::collection::vec((0..Effect::ALL.len(), 0.0..10.0f64), 0..5),
+        drives in prop::collection::vec((prop::array::uniform4(any_bits()), 1e-5..3.0f64), 1..8)
+    ) {
+        let drawn = MirrorConfig::draw(Family::ALL[family], seed);
+        let config = strengths.into_iter().fold(drawn, |config, (effect, strength)| {
+            config.with_effect(Effect::ALL[effect], strength)
+        });
+        let mut mirror = VirtualMirror::new(&config).expect("valid mirror");
+        let mut sensor = Sensor::new(&config);
+        for (drive, seconds) in drives {
+            mirror.advance(drive, seconds);
+            prop_assert!(all_finite(&mirror.state()), "{:?} {:?}", config.effects, mirror.state());
+            prop_assert!(sensor.read(&mirror.state(), seconds).z_um.is_finite());
         }
     }
 }

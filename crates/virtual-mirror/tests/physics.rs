@@ -1,7 +1,7 @@
 //! What must hold of any mirror.
 
 use approx::assert_relative_eq;
-use virtual_mirror::{MirrorConfig, Sensor, State, VirtualMirror};
+use virtual_mirror::{Family, MirrorConfig, Sensor, State, VirtualMirror};
 
 fn mirror(config: &MirrorConfig) -> VirtualMirror {
     VirtualMirror::new(config).expect("valid mirror")
@@ -13,9 +13,9 @@ fn settled(config: &MirrorConfig, drive: [f64; 4]) -> State {
     mirror.state()
 }
 
-/// z every millisecond while the drive jumps up, across and down, in ticks of `dt_s`.
-fn jumps(ticks_per_ms: u32) -> Vec<f64> {
-    let mut mirror = mirror(&MirrorConfig::bench());
+/// z every millisecond while the drive jumps up, across and down, in so many ticks a millisecond.
+fn jumps(config: &MirrorConfig, ticks_per_ms: u32) -> Vec<f64> {
+    let mut mirror = mirror(config);
     let mut z = Vec::new();
     for (volts, ms) in [(3.5, 30), (1.0, 30), (2.5, 10), (0.0, 50)] {
         for _ in 0..ms {
@@ -37,13 +37,25 @@ fn farthest(a: &[f64], b: &[f64]) -> f64 {
 
 #[test]
 fn halving_the_step_changes_nothing_above_a_nanometre() {
-    let (tick, half, fine, long) = (jumps(10), jumps(20), jumps(160), jumps(1));
-    for (name, other) in [("half", half), ("a sixteenth", fine), ("ten times", long)] {
-        let worst_nm = 1e3 * farthest(&tick, &other);
-        assert!(
-            worst_nm < 1.0,
-            "{name} of the step moves z by {worst_nm} nm"
-        );
+    for config in [
+        MirrorConfig::bench(),
+        MirrorConfig::draw(Family::A, 1),
+        MirrorConfig::paper(),
+    ] {
+        let run = |ticks_per_ms| jumps(&config, ticks_per_ms);
+        let tick = run(10);
+        for (name, other) in [
+            ("half", run(20)),
+            ("a sixteenth", run(160)),
+            ("ten times", run(1)),
+        ] {
+            let worst_nm = 1e3 * farthest(&tick, &other);
+            assert!(
+                worst_nm < 1.0,
+                "{}: {name} of the step moves z by {worst_nm} nm",
+                config.name
+            );
+        }
     }
 }
 

@@ -144,7 +144,7 @@ pub(crate) struct Yield {
 impl Yield {
     pub(crate) fn new(effects: &Effects) -> Option<Self> {
         effects.active(Effect::Softening).map(|strength| Self {
-            above_k: 80.0,
+            above_k: 65.0,
             kept: 0.05 * strength,
         })
     }
@@ -164,8 +164,8 @@ pub(crate) struct Stiction {
 
 impl Stiction {
     /// Where it snaps and where it lets go (m).
-    const SNAPS: f64 = 120e-6;
-    const RELEASES: f64 = 100e-6;
+    const SNAPS: f64 = 85e-6;
+    const RELEASES: f64 = 70e-6;
 
     pub(crate) fn new(effects: &Effects) -> Option<Self> {
         effects.active(Effect::Stiction).map(|strength| Self {
@@ -186,5 +186,84 @@ impl Stiction {
 
     pub(crate) fn pull(&self) -> f64 {
         if self.stuck { self.pull } else { 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn only(effect: Effect) -> Memory {
+        let mut effects = Effects::default();
+        effects.set(effect, 1.0);
+        Memory::new(&effects)
+    }
+
+    /// Output (um) while the input goes through `turns` (um) in `parts` steps each, `h` seconds a step.
+    fn follow(mut memory: Memory, turns: &[f64], parts: u32, h: f64) -> f64 {
+        let mut at = 0.0;
+        for turn in turns {
+            for part in 1..=parts {
+                let to = at + (turn - at) * f64::from(part) / f64::from(parts);
+                let from = at + (turn - at) * f64::from(part - 1) / f64::from(parts);
+                memory = memory.advanced(Lanes::splat(from * 1e-6), Lanes::splat(to * 1e-6), h);
+            }
+            at = *turn;
+        }
+        memory.outlet(Lanes::splat(at * 1e-6), Lanes::ZERO).0.0[0] * 1e6
+    }
+
+    #[test]
+    fn friction_knows_the_way_but_not_the_time() {
+        let (up, down) = ([60.0], [120.0, 60.0]);
+        let friction = only(Effect::Hysteresis);
+        let width = follow(friction, &down, 10, 1.0) - follow(friction, &up, 10, 1.0);
+        approx::assert_relative_eq!(width, 1.6, max_relative = 0.02);
+        assert_eq!(
+            follow(friction, &up, 10, 1.0),
+            follow(friction, &up, 10, 1e-4)
+        );
+        approx::assert_relative_eq!(
+            follow(friction, &down, 1, 1.0),
+            follow(friction, &down, 100, 1.0),
+            max_relative = 1e-12
+        );
+    }
+
+    #[test]
+    fn creep_is_exact_on_ramps_and_ends_at_its_compliance() {
+        let creep = only(Effect::Creep);
+        approx::assert_relative_eq!(
+            follow(creep, &[100.0, 100.0], 1, 500.0),
+            102.0,
+            max_relative = 1e-3
+        );
+        approx::assert_relative_eq!(
+            follow(creep, &[100.0], 1, 5.0),
+            follow(creep, &[100.0], 50, 0.1),
+            max_relative = 1e-9
+        );
+    }
+
+    #[test]
+    fn yielded_films_keep_the_hottest_moment() {
+        let mut effects = Effects::default();
+        effects.set(Effect::Softening, 1.0);
+        let films = Yield::new(&effects).expect("softening is on");
+        let hot = films.advanced(Lanes::ZERO, Lanes::splat(105.0));
+        assert_eq!(hot.0[0], 2.0);
+        assert_eq!(films.advanced(hot, Lanes::splat(20.0)), hot);
+    }
+
+    #[test]
+    fn the_plate_lets_go_later_than_it_snaps() {
+        let mut effects = Effects::default();
+        effects.set(Effect::Stiction, 1.0);
+        let mut plate = Stiction::new(&effects).expect("stiction is on");
+        let pulls = [60e-6, 80e-6, 90e-6, 80e-6, 60e-6].map(|z| {
+            plate = plate.advanced(z);
+            plate.pull() > 0.0
+        });
+        assert_eq!(pulls, [false, false, true, true, false]);
     }
 }

@@ -183,3 +183,55 @@ fn invert(m: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
     let determinant: f64 = (0..3).map(|c| m[0][c] * minor(0, c)).sum();
     std::array::from_fn(|r| std::array::from_fn(|c| minor(c, r) / determinant))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::MirrorConfig;
+    use crate::build::Build;
+
+    /// Frame, package and warm air, but no law that is not linear.
+    fn linear_paper() -> MirrorConfig {
+        let mut config = MirrorConfig::paper();
+        config.effects = Default::default();
+        config
+    }
+
+    #[test]
+    fn the_solution_solves_the_heat_balance_it_was_made_from() {
+        let network = Build::new(&linear_paper()).network;
+        let cells = network.cells.len();
+        let mut source = Field::zero(cells);
+        for (i, row) in source.rows_mut().iter_mut().enumerate() {
+            let wave = |lane: usize| (0.7 * i as f64 + lane as f64).sin();
+            *row = Lanes([
+                wave(0),
+                wave(1),
+                wave(2),
+                if i == cells { 0.0 } else { wave(3) },
+            ]);
+        }
+        let cold = Field::zero(cells);
+        for s in [1e-2, 10.0, 1e5] {
+            let mut solver = Solver::new(cells);
+            solver.factorise(
+                &network,
+                s,
+                &Point {
+                    theta: &cold,
+                    heating: Lanes::ZERO,
+                },
+            );
+            let mut x = source.clone();
+            solver.solve(&mut x);
+            let mut rate = Field::zero(cells);
+            network.rate(&x, Lanes::ZERO, &mut rate);
+            for ((x, rate), source) in x.rows().iter().zip(rate.rows()).zip(source.rows()) {
+                for lane in 0..4 {
+                    let left = s * x.0[lane] - rate.0[lane];
+                    approx::assert_abs_diff_eq!(left, source.0[lane], epsilon = 1e-7);
+                }
+            }
+        }
+    }
+}
