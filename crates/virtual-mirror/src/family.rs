@@ -140,7 +140,7 @@ struct Layout {
 
 impl Layout {
     fn new(family: Family, draw: &mut Draw) -> Self {
-        let lengths = match family {
+        let mut lengths = match family {
             Family::D => [
                 draw.between(12.0, 25.0),
                 draw.between(200.0, 240.0),
@@ -154,11 +154,9 @@ impl Layout {
                 draw.about(125.0, 0.1),
             ],
         };
-        let width_um = if family == Family::D {
-            draw.between(50.0, 70.0)
-        } else {
-            draw.between(28.0, 44.0)
-        };
+        // From two slim beams an actuator to eight: heat capacity, and with it the fast time constant, spans 0.6 to 9 ms.
+        let width_um = 30.0 * draw.between(0.0, 12.0f64.ln()).exp();
+        lengths[0] *= 1.0 + width_um / 150.0; // so that the isolation still isolates
         let level = if family == Family::D {
             draw.between(0.19, 0.25)
         } else {
@@ -258,7 +256,7 @@ mod tests {
                 let state = mirror.state();
                 range = (range.0.min(state.z_um), range.1.max(state.z_um));
                 assert!(
-                    (90.0..300.0).contains(&state.z_um),
+                    (80.0..340.0).contains(&state.z_um),
                     "{family:?} {seed}: {state:?}"
                 );
                 assert!(

@@ -27,8 +27,8 @@ impl LossLaw {
     pub(crate) fn new(effects: &Effects, ambient_c: f64) -> Self {
         let warm = effects.strength(Effect::HeatLossTemperature);
         let room = ambient_c + 273.15;
-        // (room + t)^4 - room^4, and no surface above emissivity 1: stronger means more surface (the heaters' edges).
-        let emission = STEFAN_BOLTZMANN * effects.strength(Effect::Radiation);
+        // (room + t)^4 - room^4; oxide emits with 0.7.
+        let emission = 0.7 * STEFAN_BOLTZMANN * effects.strength(Effect::Radiation);
         Self {
             air: [3.0e-3 * warm, -2.0e-6 * warm],
             radiation: [4.0 * room.powi(3), 6.0 * room.powi(2), 4.0 * room, 1.0]
