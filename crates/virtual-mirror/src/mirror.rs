@@ -17,12 +17,14 @@ const TOLERANCE_K: f64 = 0.003;
 /// Bend allowed within one step of the course that the plate follows, beyond a parabola (m).
 const TOLERANCE_M: f64 = 10e-9;
 /// Longest step, so that nothing slower is stepped over (s).
-const LONGEST_S: f64 = 20.0;
+const LONGEST_S: f64 = 1000.0;
 /// The same with slow effects on.
 const LONGEST_SLOW_S: f64 = 0.5;
 const SHORTEST_S: f64 = 1e-9;
 /// Time that passes for none (s).
 const NO_TIME_S: f64 = 1e-12;
+/// Longest time that one call lets pass (s): a mirror settles in minutes, and no call may hang.
+const DAY_S: f64 = 86_400.0;
 
 /// Everything that can be seen of a mirror at one moment, without noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -143,7 +145,8 @@ impl VirtualMirror {
     /// Holds `drive_v` (V) for `duration_s` seconds.
     ///
     /// A drive beyond the rails is held at them, NaN counts as 0 V, and a negative drive heats like a positive one. A
-    /// duration below a picosecond, or not finite, passes no time, but the drive is applied.
+    /// duration below a picosecond, or not finite, passes no time, but the drive is applied; one beyond a day counts as a
+    /// day.
     pub fn advance(&mut self, drive_v: [f64; 4], duration_s: f64) {
         let drive = self.admit(drive_v);
         self.integrate(
@@ -203,8 +206,10 @@ impl VirtualMirror {
 
     fn integrate(&mut self, drive: Drive, duration: f64) {
         self.drive = drive.from;
+        let passes = (NO_TIME_S..f64::INFINITY).contains(&duration);
+        let duration = if passes { duration.min(DAY_S) } else { 0.0 };
         let mut done = 0.0;
-        while (NO_TIME_S..f64::INFINITY).contains(&duration) && done < duration {
+        while done < duration {
             let h = self.next_step(duration - done);
             let part = Drive {
                 from: drive.at(done / duration),
