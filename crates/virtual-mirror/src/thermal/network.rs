@@ -57,7 +57,7 @@ pub(crate) struct Network {
 impl Network {
     /// Resistance of each actuator with its leads (ohm).
     pub(crate) fn resistance(&self, at: &Field) -> Lanes {
-        let heater = |sum, (cell, theta): (&Cell, &Lanes)| sum + self.ohm(cell, *theta);
+        let heater = |sum, (cell, theta): (&Cell, &Lanes)| sum + self.ohm::<false>(cell, *theta);
         self.leads + self.cells.iter().zip(at.beams()).fold(Lanes::ZERO, heater) * self.aged
     }
 
@@ -73,8 +73,11 @@ impl Network {
 
     /// Resistance of a cell of a heater as new.
     #[inline(always)]
-    fn ohm(&self, cell: &Cell, theta: Lanes) -> Lanes {
+    fn ohm<const LINEAR: bool>(&self, cell: &Cell, theta: Lanes) -> Lanes {
         let t = theta + Lanes::splat(self.ambient);
+        if LINEAR {
+            return cell.ohm * (Lanes::splat(1.0) + self.tcr * t);
+        }
         let bend = Lanes::splat(1.0) + t * (Lanes::splat(self.tcr_tail[0]) + t * self.tcr_tail[1]);
         cell.ohm * (Lanes::splat(1.0) + self.tcr * t * bend)
     }
@@ -89,8 +92,9 @@ impl Network {
         let ([p, q], [a, b, c, d]) = (self.loss.air, self.loss.radiation);
         let air = splat(1.0) + theta * (splat(p) + theta * q);
         let sky = splat(a) + theta * (splat(b) + theta * (splat(c) + theta * d));
-        let shared = (theta * 2.0 - theta.neighbours()) * self.loss.neighbour;
-        theta * ((cell.to_air + cell.to_gap) * air + sky * cell.surface) + cell.to_air * shared
+        let between = 0.25 * cell.to_air.sum() * self.loss.neighbour;
+        let shared = (theta * 2.0 - theta.neighbours()) * between;
+        theta * ((cell.to_air + cell.to_gap) * air + sky * cell.surface) + shared
     }
 
     /// How fast a cell's balance falls with its temperature at a heating of `heating` (A2), neighbouring cells left
@@ -108,7 +112,7 @@ impl Network {
 
     /// Rate of change of every temperature (K/s) at `volts`.
     pub(crate) fn rate(&self, at: &Field, volts: Lanes, rate: &mut Field) {
-        if self.loss.is_linear() {
+        if self.loss.is_linear() && self.tcr_tail == [0.0; 2] {
             self.rate_with::<true>(at, volts, rate);
         } else {
             self.rate_with::<false>(at, volts, rate);
@@ -116,12 +120,21 @@ impl Network {
     }
 
     fn rate_with<const LINEAR: bool>(&self, at: &Field, volts: Lanes, rate: &mut Field) {
-        let current = volts / self.resistance(at);
-        let heating = current * current * self.aged;
         let lumps = *at.lumps();
-        let theta = at.beams();
         let n = self.cells.len();
-        let (cells, theta, out) = (&self.cells[..n], &theta[..n], &mut rate.rows_mut()[..=n]);
+        let (cells, theta, out) = (
+            &self.cells[..n],
+            &at.beams()[..n],
+            &mut rate.rows_mut()[..=n],
+        );
+
+        let mut heaters = Lanes::ZERO;
+        for i in 0..n {
+            out[i] = self.ohm::<LINEAR>(&cells[i], theta[i]);
+            heaters += out[i];
+        }
+        let current = volts / (self.leads + heaters * self.aged);
+        let heating = current * current * self.aged;
 
         let warm_air = Lanes::splat(self.air_to_frame * lumps.0[FRAME]);
         let from_frame = self.to_frame * (Lanes::splat(lumps.0[FRAME]) - theta[0]);
@@ -135,7 +148,7 @@ impl Network {
                 Lanes::splat(lumps.0[PLATE])
             };
             let outflow = cell.to_next * (theta[i] - next);
-            let heat = heating * self.ohm(cell, theta[i]);
+            let heat = heating * out[i];
             let lost = self.lost::<LINEAR>(cell, theta[i]) - cell.to_air * warm_air;
             into_air += lost;
             out[i] = (inflow - outflow + heat - lost) * cell.inv_capacity;
