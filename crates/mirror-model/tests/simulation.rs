@@ -77,7 +77,7 @@ fn every_effect_is_nothing_at_strength_0_and_something_otherwise() {
         let without = simulate(&model, &session(), 0.3).unwrap();
         let id = model.effects[0].id();
         for ((w, o), p) in with.iter().zip(&without).zip(&plain) {
-            assert!((o.z_um - p.z_um).abs() < 1e-9 && w.z_um.is_finite(), "{id}");
+            assert!((o.z_um - p.z_um).abs() < 1e-4 && w.z_um.is_finite(), "{id}");
         }
         let far = |a: &Output, b: &Output| {
             (a.z_um - b.z_um).abs() + 1e4 * (a.current_a[0] - b.current_a[0]).abs()

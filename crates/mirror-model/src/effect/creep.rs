@@ -6,7 +6,7 @@ use std::borrow::Cow;
 pub(super) struct Creep;
 
 static PARAMETERS: [Parameter; 2] = [
-    parameter("c", "1", 0.01, -0.2, 0.2),
+    parameter("c", "1", 0.01, 0.0, 0.2),
     parameter("tau", "s", 5.0, 0.2, 60.0),
 ];
 

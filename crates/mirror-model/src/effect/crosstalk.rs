@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 pub(super) struct Crosstalk;
 
-static PARAMETERS: [Parameter; 1] = [parameter("k", "1", 0.02, -0.02, 0.3)];
+static PARAMETERS: [Parameter; 1] = [parameter("k", "1", 0.02, 0.0, 0.3)];
 
 static INFO: Info = Info {
     id: Cow::Borrowed("crosstalk"),

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 pub(super) struct ExpansionTemperature;
 
-static PARAMETERS: [Parameter; 1] = [parameter("c", "1/K", 5e-4, -3e-3, 3e-3)];
+static PARAMETERS: [Parameter; 1] = [parameter("c", "1/K", 5e-4, 0.0, 3e-3)];
 
 static INFO: Info = Info {
     id: Cow::Borrowed("expansion-temperature"),

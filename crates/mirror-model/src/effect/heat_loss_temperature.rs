@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 pub(super) struct HeatLossTemperature;
 
-static PARAMETERS: [Parameter; 1] = [parameter("g", "1/K", 1e-3, -2e-3, 1e-2)];
+static PARAMETERS: [Parameter; 1] = [parameter("g", "1/K", 1e-3, 0.0, 1e-2)];
 
 static INFO: Info = Info {
     id: Cow::Borrowed("heat-loss-temperature"),

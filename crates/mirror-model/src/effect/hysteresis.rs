@@ -6,7 +6,7 @@ use std::borrow::Cow;
 pub(super) struct Hysteresis;
 
 static PARAMETERS: [Parameter; 2] = [
-    parameter("w", "1", 0.02, -0.3, 0.3),
+    parameter("w", "1", 0.02, 0.0, 0.3),
     parameter("r", "um", 10.0, 0.5, 60.0),
 ];
 

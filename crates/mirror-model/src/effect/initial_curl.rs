@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 pub(super) struct InitialCurl;
 
-static PARAMETERS: [Parameter; 1] = [parameter("k0", "1/um", -5e-4, -5e-3, 5e-3)];
+static PARAMETERS: [Parameter; 1] = [parameter("k0", "1/um", -5e-4, -5e-3, 1e-3)];
 
 static INFO: Info = Info {
     id: Cow::Borrowed("initial-curl"),

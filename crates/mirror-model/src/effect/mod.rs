@@ -196,7 +196,7 @@ impl Step {
 }
 
 /// A first-order lag driven by an input that runs straight from `from` to `to`.
-pub(crate) fn relax(x: f64, tau_s: f64, from: f64, to: f64, duration_s: f64) -> f64 {
+fn relax(x: f64, tau_s: f64, from: f64, to: f64, duration_s: f64) -> f64 {
     if tau_s < 1e-9 {
         return to;
     }

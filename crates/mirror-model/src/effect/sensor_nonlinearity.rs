@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 pub(super) struct SensorNonlinearity;
 
-static PARAMETERS: [Parameter; 1] = [parameter("n", "1", 0.01, -0.2, 0.2)];
+static PARAMETERS: [Parameter; 1] = [parameter("n", "1", 0.01, -0.05, 0.05)];
 
 static INFO: Info = Info {
     id: Cow::Borrowed("sensor-nonlinearity"),

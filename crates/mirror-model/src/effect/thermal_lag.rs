@@ -6,7 +6,7 @@ use std::borrow::Cow;
 pub(super) struct ThermalLag;
 
 static PARAMETERS: [Parameter; 2] = [
-    parameter("w", "1", 0.1, -0.3, 0.6),
+    parameter("w", "1", 0.1, 0.0, 0.6),
     parameter("tau", "s", 0.03, 1e-4, 1.0),
 ];
 

@@ -1,0 +1,152 @@
+//! The parameters of eqs. 3-9 and of the thermal poles that a session can identify, as a vector to fit.
+
+use crate::plan::{Channel, Plan};
+use mirror_model::{ACTUATORS, Model, Symbol};
+
+/// A parameter that is fitted: one that the actuators share, or one actuator's own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Free {
+    /// The same in all actuators.
+    Shared(Symbol),
+    /// One actuator's.
+    Own(Symbol, usize),
+}
+
+impl Free {
+    /// Its name for people: `R0`, or `R0.1` for the first actuator's.
+    pub fn name(self) -> String {
+        match self {
+            Self::Shared(symbol) => symbol.to_string(),
+            Self::Own(symbol, actuator) => format!("{symbol}.{}", actuator + 1),
+        }
+    }
+
+    /// Which parameter it is.
+    pub fn symbol(self) -> Symbol {
+        match self {
+            Self::Shared(symbol) | Self::Own(symbol, _) => symbol,
+        }
+    }
+
+    /// Its value in a model.
+    pub fn get(self, model: &Model) -> f64 {
+        match self {
+            Self::Shared(symbol) => model.parameters.get(symbol),
+            Self::Own(symbol, actuator) => model.actuator(actuator).parameters.get(symbol),
+        }
+    }
+
+    /// Changes it in a model.
+    pub fn set(self, model: &mut Model, value: f64) {
+        match self {
+            Self::Shared(symbol) => model.parameters.set(symbol, value),
+            Self::Own(symbol, actuator) => {
+                let shared = model.parameters.get(symbol);
+                model
+                    .by_actuator
+                    .entry(symbol)
+                    .or_insert([shared; ACTUATORS])[actuator] = value;
+            }
+        }
+    }
+
+    /// Lowest and highest value that a fit may reach.
+    pub fn range(self) -> (f64, f64) {
+        let (low, high) = self.symbol().entry().range;
+        match self.symbol() {
+            Symbol::FastTime | Symbol::MiddleTime | Symbol::SlowTime => (1e-6, high),
+            Symbol::MiddleWeight | Symbol::SlowWeight => (1e-4, 0.6),
+            _ => (low, high),
+        }
+    }
+}
+
+/// What this session can identify. Without currents nothing is known of the actuators' heaters, without a displacement
+/// nothing of their bending; a session of steady points only says nothing of time constants.
+pub fn identifiable(plan: &Plan) -> Vec<Free> {
+    let mut free = Vec::new();
+    let measured = |actuator| {
+        plan.observations
+            .iter()
+            .any(|o| o.channel == Channel::Current(actuator))
+    };
+    if plan.has_current() {
+        for symbol in [Symbol::ColdResistance, Symbol::ThermalResistance] {
+            free.extend(
+                (0..ACTUATORS)
+                    .filter(|&a| measured(a))
+                    .map(|a| Free::Own(symbol, a)),
+            );
+        }
+    } else {
+        free.push(Free::Shared(Symbol::ThermalResistance));
+    }
+    if plan.has_displacement() && (plan.has_current() || distinct_drives(plan) > 2) {
+        free.push(Free::Shared(Symbol::CurvatureCoefficient));
+    }
+    let fastest = plan
+        .intervals
+        .iter()
+        .map(|i| i.duration_s)
+        .fold(f64::INFINITY, f64::min);
+    let transient = plan.observations.len() > 50;
+    if transient && fastest < 0.01 {
+        free.extend([Symbol::FastTime, Symbol::MiddleWeight, Symbol::MiddleTime].map(Free::Shared));
+    }
+    free
+}
+
+/// The median of V/I over the smaller half of the drives that a current can be told from its noise at.
+fn coldest_resistance(plan: &Plan, actuator: usize) -> Option<f64> {
+    let readings = plan
+        .observations
+        .iter()
+        .filter(|o| o.channel == Channel::Current(actuator) && o.value > 20.0 * o.noise);
+    let mut pairs: Vec<(f64, f64)> = readings
+        .map(|o| (plan.drive(o)[actuator], o.value))
+        .filter(|&(v, _)| v > 0.0)
+        .collect();
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut ohms: Vec<f64> = pairs
+        .iter()
+        .take(pairs.len().div_ceil(4))
+        .map(|(v, i)| v / i)
+        .collect();
+    ohms.sort_by(f64::total_cmp);
+    ohms.get(ohms.len() / 2).copied()
+}
+
+fn distinct_drives(plan: &Plan) -> usize {
+    let mut drives: Vec<_> = plan
+        .observations
+        .iter()
+        .map(|o| (plan.drive(o)[0] * 1e3) as i64)
+        .filter(|&mv| mv > 0)
+        .collect();
+    drives.sort_unstable();
+    drives.dedup();
+    drives.len()
+}
+
+/// Where a fit starts: usual sizes for the time constants that the model leaves at 0, and cold resistances read off the
+/// smallest drives, since heaters differ by orders of magnitude.
+pub fn seed(model: &Model, free: &[Free], plan: &Plan) -> Model {
+    let mut model = model.clone();
+    for &parameter in free {
+        if let Free::Own(Symbol::ColdResistance, actuator) = parameter
+            && let Some(ohm) = coldest_resistance(plan, actuator)
+        {
+            parameter.set(&mut model, ohm);
+        }
+        let usual = match parameter.symbol() {
+            Symbol::FastTime => 8e-3,
+            Symbol::MiddleWeight => 0.2,
+            Symbol::MiddleTime => 0.04,
+            _ => continue,
+        };
+        if parameter.get(&model) <= 0.0 {
+            parameter.set(&mut model, usual);
+        }
+    }
+    model
+}

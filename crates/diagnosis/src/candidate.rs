@@ -1,0 +1,244 @@
+//! Effects as candidates: what each would add to the base's predictions, and how much of a misfit that explains.
+
+use crate::fit::{predict, trust};
+use crate::plan::Plan;
+use crate::space::{Space, Vector};
+use mirror_model::effect::{Active, Effect};
+use mirror_model::{Model, Runaway};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Starts for each parameter of an effect's form, between its bounds.
+const STARTS: usize = 4;
+/// A parameter costs so much of the drop of the misfit (half of it is AIC's price, two thirds of it BIC's for 8000 rows).
+pub const PRICE: f64 = 6.0;
+/// Rounds of refinement from the best start.
+const ROUNDS: usize = 5;
+
+/// An effect at chosen values of its form, with the change that its usual strength makes.
+#[derive(Clone)]
+pub struct Direction {
+    /// The effect at its usual strength.
+    pub active: Active,
+    /// Predictions with it less those without, in units of trust.
+    pub raw: DVector<f64>,
+    /// The same in the session's space.
+    pub change: Vector,
+}
+
+/// How well an effect explains a misfit.
+#[derive(Clone)]
+pub struct Explanation {
+    /// The effect with its best values.
+    pub active: Active,
+    /// Drop of the misfit, less the price of the parameters.
+    pub score: f64,
+    /// What it changes at its best values.
+    pub change: Vector,
+    /// One standard deviation of its strength.
+    pub strength_error: f64,
+}
+
+/// The directions of an effect around a fitted base, one a start of its form.
+pub fn directions(
+    effect: &Arc<dyn Effect>,
+    model: &Model,
+    plan: &Plan,
+    base: &[f64],
+    space: &Space,
+) -> Vec<Direction> {
+    forms(effect)
+        .into_par_iter()
+        .filter_map(|active| {
+            let raw = change(&active, model, plan, base).ok()?;
+            Some(Direction {
+                active,
+                change: space.vector(&raw),
+                raw,
+            })
+        })
+        .collect()
+}
+
+/// The usual strength with every combination of starts of the other parameters.
+fn forms(effect: &Arc<dyn Effect>) -> Vec<Active> {
+    let parameters = effect.info().parameters.clone();
+    let mut forms = vec![Active::usual(effect.clone())];
+    for (index, parameter) in parameters.iter().enumerate().skip(1) {
+        let spread = |step: usize| {
+            let share = (step as f64 + 0.5) / STARTS as f64;
+            if parameter.low > 0.0 {
+                parameter.low * (parameter.high / parameter.low).powf(share)
+            } else {
+                parameter.low + share * (parameter.high - parameter.low)
+            }
+        };
+        let starts = if index == 1 { STARTS } else { 1 };
+        forms = forms
+            .iter()
+            .flat_map(|form| {
+                (0..starts).map(move |step| {
+                    let mut form = form.clone();
+                    form.values[index] = if starts == 1 {
+                        parameter.start
+                    } else {
+                        spread(step)
+                    };
+                    form
+                })
+            })
+            .collect();
+    }
+    forms
+}
+
+impl Direction {
+    /// The same direction in another space.
+    pub fn seen_in(&self, space: &Space) -> Self {
+        Self {
+            change: space.vector(&self.raw),
+            ..self.clone()
+        }
+    }
+}
+
+/// What an effect adds to the base's predictions, in units of trust.
+fn change(
+    active: &Active,
+    model: &Model,
+    plan: &Plan,
+    base: &[f64],
+) -> Result<DVector<f64>, Runaway> {
+    let mut with = model.clone();
+    with.effects.push(active.clone());
+    let predicted = predict(&with, plan)?;
+    let rows = predicted
+        .iter()
+        .zip(base)
+        .zip(&plan.observations)
+        .map(|((w, b), o)| (w - b) / trust(o));
+    Ok(DVector::from_iterator(base.len(), rows))
+}
+
+/// The best of an effect's directions for a residual, its strength within its bounds: linear in the strength, so cheap.
+pub fn scan(directions: &[Direction], residual: &Vector, space: &Space) -> Option<Explanation> {
+    directions
+        .iter()
+        .filter_map(|direction| {
+            let parameters = &direction.active.effect.info().parameters;
+            let usual = direction.active.values[0];
+            let weight = space.product(&direction.change, &direction.change);
+            if weight < 1e-3 {
+                return None;
+            }
+            let along = space.product(&direction.change, residual);
+            let (a, b) = (parameters[0].low / usual, parameters[0].high / usual);
+            let times = (along / weight).clamp(a.min(b), a.max(b));
+            let drop = 2.0 * times * along - times * times * weight;
+            let mut active = direction.active.clone();
+            active.values[0] = usual * times;
+            Some(Explanation {
+                score: drop - PRICE * parameters.len() as f64,
+                change: &direction.change * times,
+                strength_error: usual.abs() / weight.sqrt(),
+                active,
+            })
+        })
+        .max_by(|a, b| a.score.total_cmp(&b.score))
+}
+
+/// Gauss-Newton over all of an effect's parameters from a scanned start, within its bounds.
+pub fn refine(
+    start: &Explanation,
+    model: &Model,
+    plan: &Plan,
+    base: &[f64],
+    residual: &Vector,
+    space: &Space,
+) -> Explanation {
+    let price = PRICE * start.active.values.len() as f64;
+    let change_of = |active: &Active| {
+        change(active, model, plan, base)
+            .ok()
+            .map(|c| space.vector(&c))
+    };
+    let drop_of =
+        |change: &Vector| 2.0 * space.product(change, residual) - space.product(change, change);
+    let mut best = start.clone();
+    let Some(first) = change_of(&best.active) else {
+        return best;
+    };
+    best.score = drop_of(&first) - price;
+    best.change = first;
+    for _ in 0..ROUNDS {
+        let Some(slopes) = slopes(&best, &change_of) else {
+            break;
+        };
+        let left = residual - &best.change;
+        let count = slopes.len();
+        let normal = DMatrix::from_fn(count, count, |i, j| {
+            space.product(&slopes[i], &slopes[j]) * if i == j { 1.001 } else { 1.0 }
+                + if i == j { 1e-9 } else { 0.0 }
+        });
+        let gradient = DVector::from_fn(count, |i, _| space.product(&slopes[i], &left));
+        let Some(factor) = normal.cholesky() else {
+            break;
+        };
+        let step = factor.solve(&gradient);
+        let scale = best.active.effect.info().parameters[0].start.abs();
+        best.strength_error = factor.inverse()[(0, 0)].sqrt() * scale;
+        let moved = moved(&best.active, &step);
+        let Some(change) = change_of(&moved) else {
+            break;
+        };
+        let score = drop_of(&change) - price;
+        if score <= best.score {
+            break;
+        }
+        let gain = score - best.score;
+        best = Explanation {
+            active: moved,
+            score,
+            change,
+            strength_error: best.strength_error,
+        };
+        if gain < 0.1 {
+            break;
+        }
+    }
+    best
+}
+
+/// Changes of the predictions with each parameter, in units of the parameter's usual size.
+fn slopes(at: &Explanation, change_of: &impl Fn(&Active) -> Option<Vector>) -> Option<Vec<Vector>> {
+    let parameters = at.active.effect.info().parameters.clone();
+    (0..parameters.len())
+        .map(|index| {
+            let mut moved = at.active.clone();
+            let inside =
+                if moved.values[index] > 0.5 * (parameters[index].low + parameters[index].high) {
+                    -1.0
+                } else {
+                    1.0
+                };
+            let step = inside * 0.02 * parameters[index].start.abs();
+            moved.values[index] += step;
+            let change = change_of(&moved)?;
+            Some(&(&change - &at.change) * (parameters[index].start.abs() / step))
+        })
+        .collect()
+}
+
+fn moved(active: &Active, step: &DVector<f64>) -> Active {
+    let mut moved = active.clone();
+    for ((value, parameter), step) in moved
+        .values
+        .iter_mut()
+        .zip(active.effect.info().parameters.iter())
+        .zip(step.iter())
+    {
+        *value = (*value + step * parameter.start.abs()).clamp(parameter.low, parameter.high);
+    }
+    moved
+}

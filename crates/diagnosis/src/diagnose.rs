@@ -1,0 +1,588 @@
+//! Which physics is missing, said only when mirrors with nothing missing would not look the same.
+
+use crate::candidate::{Direction, Explanation, directions, refine, scan};
+use crate::ensemble::{Ensemble, solver_error};
+use crate::family::CALIBRATING;
+use crate::fit::{Fitted, RESOLUTION, fit, fit_knobs, jacobian, knobs, predict, trust};
+use crate::next;
+use crate::plan::{Channel, Observation, Plan};
+use crate::report::{BeforeAfter, Diagnosis, Estimate, Ranked, Verdict};
+use crate::space::{Space, Vector};
+use mirror_model::effect::{Effect, built_in};
+use mirror_model::{Model, Runaway};
+use nalgebra::{DMatrix, DVector};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Of mirrors with nothing hidden, this share must stay without a named effect.
+const QUIET: f64 = 0.95;
+/// No score below this is evidence, however quiet the virtual mirrors are: few readings leave them no room to show
+/// anything, and a real mirror comes from no family.
+const FLOOR: f64 = 60.0;
+/// Groups of rows take as their own noise what this share of the mirrors of an unseen family leave there at most.
+const LEFTOVER: f64 = 0.8;
+/// A candidate whose score is this share of the best one's is a rival: forms that differ by so much are no evidence.
+const RIVAL_SHARE: f64 = 0.8;
+/// Candidates this close to the best score are rivals however small both are.
+const RIVAL_MARGIN: f64 = 12.0;
+/// The best effect must explain this share of the misfit in excess of what mirrors with nothing hidden show.
+const EXPLAINS: f64 = 0.6;
+/// Rows held out go by handfuls of readings; as noise they get this factor, so that they weigh nothing.
+const HANDFUL: usize = 5;
+const HIDDEN: f64 = 1e6;
+/// Candidates that are refined: those whose scanned score is this share of the best.
+const WORTH_REFINING: f64 = 0.25;
+
+/// Diagnoses a session: which effect, of the built-in ones and `own`, does this model lack?
+///
+/// `cache` is a folder for what depends on the session's drives only; the first diagnosis of a kind of session fills it.
+///
+/// # Errors
+/// [`Runaway`] if the model has no finite answer.
+pub fn diagnose(
+    model: &Model,
+    plan: &Plan,
+    own: &[Arc<dyn Effect>],
+    cache: Option<&Path>,
+) -> Result<Diagnosis, Runaway> {
+    let fitted = fit(model, plan)?;
+    let bench = Bench::new(plan, fitted, own, cache)?;
+    let trial = bench.trial();
+    bench.conclude(trial)
+}
+
+/// Everything that one session is judged with.
+struct Bench<'a> {
+    plan: &'a Plan,
+    fitted: Fitted,
+    base: Vec<f64>,
+    space: Space,
+    /// The space in which the rows held out weigh nothing.
+    kept: Space,
+    residual: Vector,
+    effects: Vec<(Arc<dyn Effect>, Vec<Direction>)>,
+    thresholds: Vec<f64>,
+    /// Misfits of the judging mirrors, in order.
+    quiet_misfits: Vec<f64>,
+    approximation_rms: f64,
+}
+
+/// What came out of fitting every candidate.
+struct Trial {
+    /// By effect, in the order of `Bench::effects`.
+    explanations: Vec<Option<Explanation>>,
+    misfit: f64,
+}
+
+impl<'a> Bench<'a> {
+    fn new(
+        plan: &'a Plan,
+        fitted: Fitted,
+        own: &[Arc<dyn Effect>],
+        cache: Option<&Path>,
+    ) -> Result<Self, Runaway> {
+        let slopes = jacobian(&fitted.model, plan, &fitted.knobs)?;
+        let ensemble = Ensemble::new(plan, cache)?;
+        let white = DVector::from_iterator(
+            plan.observations.len(),
+            plan.observations.iter().map(|o| o.noise / trust(o)),
+        );
+        let (judges, noise) = judges(plan, &ensemble, &slopes, &white);
+        let space = Space::new(&slopes, &ensemble.0, &noise);
+        let kept_noise = noise.zip_map(&held_out_rows(plan), |sigma, held_out| {
+            if held_out { HIDDEN * sigma } else { sigma }
+        });
+        let kept = Space::new(&slopes, &ensemble.0, &kept_noise);
+        let base = predict(&fitted.model, plan)?;
+        let scaled = fitted
+            .residuals
+            .iter()
+            .zip(&plan.observations)
+            .map(|(r, o)| r / trust(o));
+        let residual = space.vector(&DVector::from_iterator(base.len(), scaled));
+        let present = |effect: &Arc<dyn Effect>| {
+            fitted
+                .model
+                .effects
+                .iter()
+                .any(|active| active.id() == effect.info().id)
+        };
+        let effects: Vec<_> = built_in()
+            .into_iter()
+            .chain(own.iter().cloned())
+            .filter(|effect| !present(effect))
+            .map(|effect| {
+                let directions = directions(&effect, &fitted.model, plan, &base, &space);
+                (effect, directions)
+            })
+            .collect();
+        let thresholds = thresholds(&effects, &judges);
+        let quiet_misfits = judges
+            .iter()
+            .flat_map(|judge| judge.quiet.iter().map(|v| judge.space.product(v, v)));
+        let mut quiet_misfits: Vec<_> = quiet_misfits.collect();
+        quiet_misfits.sort_by(f64::total_cmp);
+        let approximation_rms = rms(
+            plan,
+            ensemble
+                .0
+                .column_iter()
+                .flat_map(|c| c.iter().copied().collect::<Vec<_>>()),
+        );
+        Ok(Self {
+            plan,
+            fitted,
+            base,
+            space,
+            kept,
+            residual,
+            effects,
+            thresholds,
+            quiet_misfits,
+            approximation_rms,
+        })
+    }
+
+    fn trial(&self) -> Trial {
+        let scanned: Vec<_> = self
+            .effects
+            .iter()
+            .map(|(_, directions)| scan(directions, &self.residual, &self.space))
+            .collect();
+        let best = scanned
+            .iter()
+            .flatten()
+            .map(|e| e.score)
+            .fold(0.0, f64::max);
+        let explanations = scanned
+            .into_par_iter()
+            .map(|explanation| {
+                explanation.map(|e| {
+                    if e.score > WORTH_REFINING * best && e.score > 0.0 {
+                        refine(
+                            &e,
+                            &self.fitted.model,
+                            self.plan,
+                            &self.base,
+                            &self.residual,
+                            &self.space,
+                        )
+                    } else {
+                        e
+                    }
+                })
+            })
+            .collect();
+        Trial {
+            explanations,
+            misfit: self.space.product(&self.residual, &self.residual),
+        }
+    }
+
+    /// Misfit relative to the middle of the mirrors with nothing hidden.
+    fn quiet(&self, share: f64) -> f64 {
+        quantile(&self.quiet_misfits, share)
+    }
+
+    fn conclude(&self, trial: Trial) -> Result<Diagnosis, Runaway> {
+        let mut order: Vec<usize> = (0..self.effects.len())
+            .filter(|&i| trial.explanations[i].is_some())
+            .collect();
+        let explanation = |i: usize| {
+            trial.explanations[i]
+                .as_ref()
+                .expect("only explained effects are ordered")
+        };
+        order.sort_by(|&a, &b| explanation(b).score.total_cmp(&explanation(a).score));
+        let above: Vec<usize> = order
+            .iter()
+            .copied()
+            .filter(|&i| explanation(i).score > self.thresholds[i])
+            .collect();
+        let rivals = self.rivals(&above, &explanation);
+        let verdict = self.verdict(&trial, &rivals, &explanation);
+        let named = if matches!(verdict, Verdict::Named | Verdict::Ambiguous) {
+            rivals
+        } else {
+            Vec::new()
+        };
+        let next_measurement = if named.len() > 1 {
+            let rivals: Vec<_> = named
+                .iter()
+                .map(|&i| explanation(i).active.clone())
+                .collect();
+            next::choose(&self.fitted.model, self.plan, &rivals)
+        } else {
+            None
+        };
+        Ok(Diagnosis {
+            verdict,
+            effects: named.iter().map(|&i| self.id(i)).collect(),
+            approximation_rms_um: self.approximation_rms,
+            error_rms_um: self.before_and_after(order.first().map(|&i| explanation(i)))?,
+            misfit: trial.misfit / self.quiet(0.5),
+            solver_error: solver_error(&self.fitted.model, self.plan, RESOLUTION)?,
+            ranking: order
+                .iter()
+                .map(|&i| self.ranked(i, explanation(i), &above, &explanation))
+                .collect(),
+            next_measurement,
+        })
+    }
+
+    fn rivals<'e>(
+        &self,
+        above: &[usize],
+        explanation: &impl Fn(usize) -> &'e Explanation,
+    ) -> Vec<usize> {
+        let Some(&best) = above.first() else {
+            return Vec::new();
+        };
+        let top = explanation(best).score;
+        above
+            .iter()
+            .copied()
+            .filter(|&i| explanation(i).score > (RIVAL_SHARE * top).min(top - RIVAL_MARGIN))
+            .collect()
+    }
+
+    fn verdict<'e>(
+        &self,
+        trial: &Trial,
+        rivals: &[usize],
+        explanation: &impl Fn(usize) -> &'e Explanation,
+    ) -> Verdict {
+        let excess = trial.misfit - self.quiet(0.5);
+        let excessive = trial.misfit > self.quiet(1.0);
+        let Some(&best) = rivals.first() else {
+            return if excessive {
+                Verdict::Unknown
+            } else {
+                Verdict::None
+            };
+        };
+        let left = trial.misfit - explanation(best).score;
+        if excessive && left > self.quiet(1.0) && explanation(best).score < EXPLAINS * excess {
+            return Verdict::Unknown;
+        }
+        if rivals.len() == 1 {
+            Verdict::Named
+        } else {
+            Verdict::Ambiguous
+        }
+    }
+
+    fn ranked<'e>(
+        &self,
+        index: usize,
+        e: &Explanation,
+        above: &[usize],
+        all: &impl Fn(usize) -> &'e Explanation,
+    ) -> Ranked {
+        let info = e.active.effect.info();
+        let mut widening = (self.space.product(&self.residual, &self.residual) - e.score).max(0.0)
+            / self.quiet(0.5);
+        widening = widening.sqrt().max(1.0);
+        let weight = |score: f64| (0.5 * (score - e.score) / widening).exp();
+        let total: f64 = above.iter().map(|&i| weight(all(i).score)).sum();
+        let strongest = self.effects[index]
+            .1
+            .iter()
+            .map(|d| self.space.product(&d.change, &d.change))
+            .fold(0.0, f64::max);
+        let limit = (self.thresholds[index].max(0.0).sqrt() + 1.64) / strongest.sqrt()
+            * info.parameters[0].start.abs();
+        let parameters = info.parameters.iter().enumerate().map(|(i, p)| {
+            let standard_error = (i == 0).then_some(e.strength_error * widening);
+            (
+                p.symbol.to_string(),
+                Estimate {
+                    value: e.active.values[i],
+                    standard_error,
+                    unit: p.unit.to_string(),
+                },
+            )
+        });
+        let inside = |i: usize| {
+            let (p, value) = (&info.parameters[i], e.active.values[i]);
+            let margin = 1e-3 * (p.high - p.low);
+            value < p.high - margin && (value > p.low + margin || p.low == 0.0)
+        };
+        let look_alikes: Vec<_> = above
+            .iter()
+            .filter(|&&i| {
+                i != index && all(i).score > 0.5 * e.score && all(i).score < 2.0 * e.score
+            })
+            .map(|&i| self.id(i))
+            .collect();
+        Ranked {
+            effect: self.id(index),
+            score: e.score,
+            threshold: self.thresholds[index],
+            probability: if above.contains(&index) {
+                1.0 / total
+            } else {
+                0.0
+            },
+            detection_limit: (strongest > 1e-3
+                && limit <= info.parameters[0].high.max(-info.parameters[0].low))
+            .then_some(limit),
+            held_out_rms_um: self.held_out_rms(e),
+            plausible: inside(0),
+            parameters: parameters.collect(),
+            why: self.why(index, e, &look_alikes),
+            look_alikes,
+        }
+    }
+
+    fn why(&self, index: usize, e: &Explanation, look_alikes: &[String]) -> String {
+        let info = e.active.effect.info();
+        let misfit = self.space.product(&self.residual, &self.residual);
+        let share = 100.0 * (e.score / (misfit - self.quiet(0.5)).max(1.0)).clamp(0.0, 1.0);
+        let seen = if e.score > self.thresholds[index] {
+            format!(
+                "it explains {share:.0} % of what mirrors with nothing hidden would not show; {}",
+                info.shows
+            )
+        } else {
+            "mirrors with nothing hidden look as much like it".to_owned()
+        };
+        match look_alikes {
+            [] => seen,
+            alike => format!(
+                "{seen}; nearly as well as {}, told apart by: {}",
+                alike.join(", "),
+                info.separates
+            ),
+        }
+    }
+
+    /// Strength, base and approximation from the rows that are kept; the error on the rows held out.
+    fn held_out_rms(&self, e: &Explanation) -> f64 {
+        let (residual, change) = (
+            self.space.unscaled(&self.residual),
+            self.space.unscaled(&e.change),
+        );
+        let (r, g) = (self.kept.vector(&residual), self.kept.vector(&change));
+        let weight = self.kept.product(&g, &g);
+        let times = if weight > 0.0 {
+            self.kept.product(&g, &r) / weight
+        } else {
+            0.0
+        };
+        let left = self.kept.remainder(&(residual - change * times));
+        let judged = held_out_rows(self.plan);
+        let squares = left
+            .iter()
+            .zip(&self.plan.observations)
+            .zip(judged.iter())
+            .filter(|(_, held_out)| **held_out);
+        rms_of(self.plan, squares.map(|((value, o), _)| (*value, o)))
+    }
+
+    /// Errors of the model as it is and with the effect, all parameters fitted together.
+    fn before_and_after(&self, best: Option<&Explanation>) -> Result<BeforeAfter, Runaway> {
+        let size = |residuals: &[f64]| {
+            rms(
+                self.plan,
+                residuals
+                    .iter()
+                    .zip(&self.plan.observations)
+                    .map(|(r, o)| r / trust(o)),
+            )
+        };
+        let before = size(&self.fitted.residuals);
+        let Some(best) = best else {
+            return Ok(BeforeAfter {
+                before,
+                after: before,
+            });
+        };
+        let mut with = self.fitted.model.clone();
+        with.effects.push(best.active.clone());
+        let refitted = fit_knobs(
+            &with,
+            self.plan,
+            &self.plan.values(),
+            &knobs(&with, self.plan),
+        )?;
+        Ok(BeforeAfter {
+            before,
+            after: size(&refitted.residuals),
+        })
+    }
+
+    fn id(&self, index: usize) -> String {
+        self.effects[index].0.info().id.to_string()
+    }
+}
+
+/// Every other handful of readings is held out, so that what is held out lies between what is kept.
+fn held_out_rows(plan: &Plan) -> DVector<bool> {
+    DVector::from_iterator(
+        plan.observations.len(),
+        plan.observations
+            .iter()
+            .map(|o| o.interval / HANDFUL % 2 == 1),
+    )
+}
+
+/// Root mean square of numbers in units of trust for each observation, again and again.
+fn rms(plan: &Plan, units_of_trust: impl Iterator<Item = f64>) -> f64 {
+    rms_of(plan, units_of_trust.zip(plan.observations.iter().cycle()))
+}
+
+/// Root mean square over the displacements, in um; over the currents, in mA, where no displacement was measured.
+fn rms_of<'o>(plan: &Plan, units_of_trust: impl Iterator<Item = (f64, &'o Observation)>) -> f64 {
+    let (wanted, unit) = if plan.has_displacement() {
+        (true, 1.0)
+    } else {
+        (false, 1e3)
+    };
+    let (mut sum, mut count) = (0.0, 0usize);
+    for (value, o) in units_of_trust {
+        if (o.channel == Channel::Displacement) == wanted {
+            sum += (value * trust(o) * unit).powi(2);
+            count += 1;
+        }
+    }
+    (sum / count.max(1) as f64).sqrt()
+}
+
+/// Mirrors of one family in the space that the other families span.
+struct Judge {
+    space: Space,
+    quiet: Vec<Vector>,
+}
+
+/// One judge a family, and the noise of all rows. Each group of rows (an experiment's displacement, its currents) has as
+/// noise, beside its white noise, what mirrors of an unseen family leave there after base and approximation.
+fn judges(
+    plan: &Plan,
+    ensemble: &Ensemble,
+    slopes: &DMatrix<f64>,
+    white: &DVector<f64>,
+) -> (Vec<Judge>, DVector<f64>) {
+    let folds: Vec<_> = (0..CALIBRATING.len())
+        .map(|family| ensemble.leave_out(family))
+        .collect();
+    let left: Vec<Vec<f64>> = folds
+        .par_iter()
+        .flat_map(|(judging, spanning)| {
+            let space = Space::new(slopes, spanning, &DVector::repeat(white.len(), 1.0));
+            judging
+                .column_iter()
+                .map(|column| squares_by_group(plan, &space.remainder(&column.into_owned())))
+                .collect::<Vec<_>>()
+        })
+        .collect();
+    let leftovers: Vec<f64> = (0..2 * plan.experiments.len())
+        .map(|group| {
+            let mut squares: Vec<f64> = left.iter().map(|groups| groups[group]).collect();
+            squares.sort_by(f64::total_cmp);
+            quantile(&squares, LEFTOVER)
+        })
+        .collect();
+    let rows = plan
+        .observations
+        .iter()
+        .zip(white.iter())
+        .map(|(o, w)| (w * w + leftovers[group(o)]).sqrt());
+    let noise = DVector::from_iterator(white.len(), rows);
+    let judges = folds
+        .par_iter()
+        .enumerate()
+        .map(|(family, (judging, spanning))| {
+            let space = Space::new(slopes, spanning, &noise);
+            let mut rng = ChaCha8Rng::seed_from_u64(family as u64);
+            let mut noisy = |column: DVector<f64>| {
+                column
+                    + white.map(|sigma| {
+                        sigma
+                            * <StandardNormal as Distribution<f64>>::sample(
+                                &StandardNormal,
+                                &mut rng,
+                            )
+                    })
+            };
+            let quiet = judging
+                .column_iter()
+                .map(|column| space.vector(&noisy(column.into_owned())))
+                .collect();
+            Judge { space, quiet }
+        })
+        .collect();
+    (judges, noise)
+}
+
+fn group(observation: &Observation) -> usize {
+    2 * observation.experiment + usize::from(observation.channel == Channel::Displacement)
+}
+
+fn squares_by_group(plan: &Plan, remainder: &DVector<f64>) -> Vec<f64> {
+    let mut sums = vec![(0.0, 0usize); 2 * plan.experiments.len()];
+    for (value, o) in remainder.iter().zip(&plan.observations) {
+        sums[group(o)].0 += value * value;
+        sums[group(o)].1 += 1;
+    }
+    sums.into_iter()
+        .map(|(sum, count)| sum / count.max(1) as f64)
+        .collect()
+}
+
+/// Scores that mirrors with nothing hidden, of a family that was not seen, stay below. Effects differ in how well they ape
+/// the approximation, so each has its own scale; the common factor makes sure of the best of all of them.
+fn thresholds(effects: &[(Arc<dyn Effect>, Vec<Direction>)], judges: &[Judge]) -> Vec<f64> {
+    let scores: Vec<Vec<f64>> = effects
+        .par_iter()
+        .map(|(_, directions)| {
+            judges
+                .iter()
+                .flat_map(|judge| judge.scores(directions))
+                .collect()
+        })
+        .collect();
+    let scales: Vec<f64> = scores
+        .iter()
+        .map(|scores| {
+            let mut sorted = scores.clone();
+            sorted.sort_by(f64::total_cmp);
+            quantile(&sorted, QUIET).max(FLOOR)
+        })
+        .collect();
+    let mut worst: Vec<f64> = (0..scores.first().map_or(0, Vec::len))
+        .map(|mirror| {
+            scores
+                .iter()
+                .zip(&scales)
+                .map(|(scores, scale)| scores[mirror] / scale)
+                .fold(0.0, f64::max)
+        })
+        .collect();
+    worst.sort_by(f64::total_cmp);
+    let factor = quantile(&worst, QUIET).max(1.0);
+    scales.iter().map(|scale| factor * scale).collect()
+}
+
+impl Judge {
+    fn scores(&self, directions: &[Direction]) -> Vec<f64> {
+        let directions: Vec<_> = directions
+            .iter()
+            .map(|direction| direction.seen_in(&self.space))
+            .collect();
+        self.quiet
+            .iter()
+            .map(|v| scan(&directions, v, &self.space).map_or(0.0, |e| e.score.max(0.0)))
+            .collect()
+    }
+}
+
+fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let at = share * (sorted.len() - 1) as f64;
+    let (below, part) = (at.floor() as usize, at.fract());
+    sorted[below] + part * (sorted[(below + 1).min(sorted.len() - 1)] - sorted[below])
+}

@@ -1,0 +1,180 @@
+//! What lumped equations leave of mirrors with nothing hidden: the model's approximation, measured.
+
+use crate::base::{identifiable, seed};
+use crate::family::{self, CALIBRATING};
+use crate::fit::{Knob, fit_knobs, jacobian, predict, trust};
+use crate::plan::Plan;
+use mirror_model::{Model, Preset, Runaway, simulate};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+
+/// Mirrors of the ensemble; a multiple of the number of families.
+pub const MIRRORS: usize = 120;
+/// Quasi-Newton steps from one virtual mirror's fit to another's.
+const STEPS: usize = 16;
+/// Changes with whatever changes the residuals, so that an old cache is not taken for a new one.
+const VERSION: u64 = 2;
+
+/// Residuals of the base fitted to virtual mirrors, in units of trust; one mirror a column, the families in turn.
+#[derive(Clone, Debug)]
+pub struct Ensemble(pub DMatrix<f64>);
+
+impl Ensemble {
+    /// The ensemble for a session, from the cache if it is there.
+    ///
+    /// A cache that cannot be read is made anew; one that cannot be written is done without.
+    ///
+    /// # Errors
+    /// If the base cannot be fitted to a virtual mirror.
+    pub fn new(plan: &Plan, cache: Option<&Path>) -> Result<Self, Runaway> {
+        let rows = plan.observations.len();
+        let file = cache.map(|folder| folder.join(format!("ensemble-{:016x}.f32", key(plan))));
+        let cached = file.as_ref().and_then(|file| read(file, rows));
+        let columns = match cached {
+            Some(columns) => columns,
+            None => residuals(plan)?,
+        };
+        if let Some(file) = file.filter(|file| !file.exists()) {
+            write(&file, &columns);
+        }
+        Ok(Self(DMatrix::from_vec(rows, MIRRORS, columns)))
+    }
+
+    /// The mirrors of one family, and those of all the others: what approximation is known when a mirror comes from a
+    /// family that nobody has seen.
+    pub fn leave_out(&self, family: usize) -> (DMatrix<f64>, DMatrix<f64>) {
+        let families = CALIBRATING.len();
+        let pick = |wanted: bool| -> Vec<usize> {
+            (0..MIRRORS)
+                .filter(|index| (index % families == family) == wanted)
+                .collect()
+        };
+        (
+            self.0.select_columns(&pick(true)),
+            self.0.select_columns(&pick(false)),
+        )
+    }
+}
+
+fn residuals(plan: &Plan) -> Result<Vec<f64>, Runaway> {
+    let mirrors: Vec<Vec<f64>> = (0..MIRRORS as u64)
+        .into_par_iter()
+        .map(|seed| family::observe(plan, seed))
+        .collect();
+    let knobs: Vec<_> = identifiable(plan).into_iter().map(Knob::Base).collect();
+    let typical = seed(&Model::from(Preset::Paper), &identifiable(plan), plan);
+    let start = fit_knobs(&typical, plan, &mirrors[0], &knobs)?.model;
+    let slopes = jacobian(&start, plan, &knobs)?;
+    let columns: Vec<_> = mirrors
+        .par_iter()
+        .map(|values| follow(&start, plan, &knobs, &slopes, values))
+        .collect();
+    Ok(columns.concat())
+}
+
+/// Fits the base to a virtual mirror by Broyden steps from the fit to another one, a tenth of the price of a fit of its
+/// own. What a few steps leave along the Jacobian is projected out later.
+fn follow(
+    start: &Model,
+    plan: &Plan,
+    knobs: &[Knob],
+    slopes: &DMatrix<f64>,
+    values: &[f64],
+) -> Vec<f64> {
+    let scaled = |model: &Model| -> Option<DVector<f64>> {
+        let predicted = predict(model, plan).ok()?;
+        let rows = values
+            .iter()
+            .zip(predicted)
+            .zip(&plan.observations)
+            .map(|((v, p), o)| (v - p) / trust(o));
+        Some(DVector::from_vec(rows.collect()))
+    };
+    let mut jacobian = slopes.clone();
+    let mut model = start.clone();
+    let mut left = scaled(&model).expect("the fit that it starts from has an answer");
+    for _ in 0..STEPS {
+        let mut normal = jacobian.tr_mul(&jacobian);
+        for index in 0..knobs.len() {
+            normal[(index, index)] += 1e-3 * normal[(index, index)] + 1e-6;
+        }
+        let Some(step) = normal.cholesky().map(|c| c.solve(&jacobian.tr_mul(&left))) else {
+            break;
+        };
+        let mut moved = model.clone();
+        let step = step.map(|s: f64| s.clamp(-0.5, 0.5));
+        for (knob, s) in knobs.iter().zip(step.iter()) {
+            knob.shift(&mut moved, *s);
+        }
+        let Some(next) = scaled(&moved) else { break };
+        let surprise = (&left - &next) - &jacobian * &step;
+        jacobian += surprise * step.transpose() / step.norm_squared().max(1e-18);
+        let gain = 1.0 - next.norm_squared() / left.norm_squared();
+        if gain > 0.0 {
+            (model, left) = (moved, next);
+        }
+        if (0.0..1e-3).contains(&gain) {
+            break;
+        }
+    }
+    left.as_slice().to_vec()
+}
+
+/// Two sessions with the same key have the same ensemble: same drives and channels.
+fn key(plan: &Plan) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    (VERSION, env!("CARGO_PKG_VERSION")).hash(&mut hasher);
+    for interval in &plan.intervals {
+        interval.duration_s.to_bits().hash(&mut hasher);
+        interval.from_v.map(f64::to_bits).hash(&mut hasher);
+        interval.to_v.map(f64::to_bits).hash(&mut hasher);
+    }
+    for observation in &plan.observations {
+        (observation.interval, format!("{:?}", observation.channel)).hash(&mut hasher);
+    }
+    hasher.finish()
+}
+
+fn read(file: &PathBuf, rows: usize) -> Option<Vec<f64>> {
+    let bytes = std::fs::read(file).ok()?;
+    let values: Vec<f64> = bytes
+        .chunks_exact(4)
+        .map(|b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])))
+        .collect();
+    (values.len() == rows * MIRRORS && values.iter().all(|v| v.is_finite())).then_some(values)
+}
+
+fn write(file: &PathBuf, columns: &[f64]) {
+    let bytes: Vec<u8> = columns
+        .iter()
+        .flat_map(|&v| (v as f32).to_le_bytes())
+        .collect();
+    let part = file.with_extension(format!("{}.part", std::process::id()));
+    let made = file
+        .parent()
+        .is_some_and(|folder| std::fs::create_dir_all(folder).is_ok());
+    if made && std::fs::write(&part, bytes).is_ok() {
+        let _ = std::fs::rename(part, file);
+    }
+}
+
+/// How far halving the simulation's step moves its displacement and current predictions, at most, in units of trust.
+///
+/// # Errors
+/// If the model has no finite answer.
+pub fn solver_error(
+    model: &Model,
+    plan: &Plan,
+    resolution: f64,
+) -> Result<f64, mirror_model::Runaway> {
+    let coarse = plan.read(&simulate(model, &plan.intervals, resolution)?);
+    let fine = plan.read(&simulate(model, &plan.intervals, resolution / 2.0)?);
+    let off = coarse
+        .iter()
+        .zip(&fine)
+        .zip(&plan.observations)
+        .map(|((c, f), o)| (c - f).abs() / trust(o));
+    Ok(off.fold(0.0, f64::max))
+}

@@ -1,0 +1,90 @@
+//! Virtual mirrors with nothing hidden, their structure drawn at random from a wide family. This is the only place where
+//! the model lab touches the virtual mirror; the model and the virtual mirror know nothing of each other.
+
+use crate::plan::{Channel, Plan};
+use mirror_model::ACTUATORS;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use virtual_mirror::{Family, MirrorConfig, Reading, Sensor, VirtualMirror};
+
+/// Families that thresholds are calibrated on; tests use the others.
+pub const CALIBRATING: [Family; 3] = [Family::A, Family::B, Family::C];
+/// Draws that give an impossible mirror are drawn again, so many times at most.
+const DRAWS: u64 = 20;
+
+/// What a virtual mirror of the family shows at a plan's observations: no white noise, but the sensor's wander and the
+/// current channels' gain errors. The seed's remainder chooses the family.
+pub fn observe(plan: &Plan, seed: u64) -> Vec<f64> {
+    let (config, mut mirror) = (0..DRAWS)
+        .find_map(|draw| {
+            let config = draw_mirror(seed + draw * 3_000_000);
+            VirtualMirror::new(&config)
+                .ok()
+                .map(|mirror| (config, mirror))
+        })
+        .expect("most draws of the family are possible mirrors");
+    let mut sensor = Sensor::new(&config);
+    let mut readings: Vec<Option<Reading>> = vec![None; plan.intervals.len()];
+    let mut observed = plan.observations.iter().map(|o| o.interval).peekable();
+    let (mut now_s, mut read_s) = (0.0, 0.0);
+    for (index, interval) in plan.intervals.iter().enumerate() {
+        if interval.from_v == interval.to_v {
+            mirror.advance(interval.to_v, interval.duration_s);
+        } else {
+            mirror.advance_ramp(interval.to_v, interval.duration_s);
+        }
+        now_s += interval.duration_s;
+        if observed.peek() == Some(&index) {
+            while observed.next_if_eq(&index).is_some() {}
+            readings[index] = Some(sensor.read(&mirror.state(), now_s - read_s));
+            read_s = now_s;
+        }
+    }
+    let zero_um = zero_reading(plan, &readings);
+    let values = plan.observations.iter().map(|o| {
+        let reading = readings[o.interval].unwrap_or_default();
+        match o.channel {
+            Channel::Displacement => reading.z_um - zero_um,
+            Channel::Current(actuator) => reading.current_a[actuator],
+        }
+    });
+    values.collect()
+}
+
+/// z is counted from the first 0 V reading, with whatever the sensor's wander was then.
+fn zero_reading(plan: &Plan, readings: &[Option<Reading>]) -> f64 {
+    plan.observations
+        .iter()
+        .find(|o| o.channel == Channel::Displacement && plan.drive(o) == [0.0; ACTUATORS])
+        .and_then(|o| readings[o.interval])
+        .map_or(0.0, |reading| reading.z_um)
+}
+
+/// A mirror of one of the families that thresholds are calibrated on, with more spread than the family has of its own: a
+/// user's mirror comes from none of them.
+fn draw_mirror(seed: u64) -> MirrorConfig {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut config = MirrorConfig::draw(
+        CALIBRATING[(seed % CALIBRATING.len() as u64) as usize],
+        seed,
+    );
+    let mut factor = |spread: f64| {
+        let normal: f64 = StandardNormal.sample(&mut rng);
+        (spread * normal.clamp(-2.5, 2.5)).exp()
+    };
+    config.plate.air_loss_uw_k *= factor(0.4);
+    let (air, uneven, isolation, neck) = (factor(0.3), factor(0.2), factor(0.4), factor(0.4));
+    // One actuator is several beams side by side: their heat capacity, and with it all times, vary more than their losses.
+    let beams = (2.0 * factor(1.0)).clamp(0.7, 10.0);
+    for segment in &mut config.segments {
+        segment.air_loss_w_m_k *= if segment.turned { air * uneven } else { air };
+        segment.length_um *= if segment.heated { 1.0 } else { isolation };
+        segment.width_um *= if segment.heated { beams } else { neck };
+    }
+    config.shape.clamp = (config.shape.clamp + rng.random_range(-0.2..0.2)).clamp(0.0, 0.95);
+    config.sensor.position_noise_nm = 0.0;
+    config.sensor.current_noise_ua = 0.0;
+    config.sensor.current_noise_ratio = 0.0;
+    config
+}

@@ -1,0 +1,265 @@
+//! Least squares of a model's parameters to a session.
+
+use crate::base::{Free, identifiable, seed};
+use crate::plan::{Channel, Plan};
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use mirror_model::{Model, Runaway, simulate};
+use nalgebra::{DMatrix, DVector, Dyn, Owned};
+use rayon::prelude::*;
+
+/// Step control of the simulation in units of the time since the last jump.
+pub const RESOLUTION: f64 = 0.5;
+/// What lumped equations cannot follow of a mirror with distributed heat, so that no single reading is trusted beyond it.
+const APPROXIMATION_UM: f64 = 0.1;
+const APPROXIMATION_RATIO: f64 = 3e-4;
+/// Parameters are fitted as logarithms; a prior this wide keeps what the data do not determine where it was.
+const PRIOR: f64 = 3.0;
+/// Difference step of a logarithm.
+const DIFFERENCE: f64 = 1e-4;
+
+/// A number that is fitted: a parameter of the base, or of an effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Knob {
+    /// A base parameter, fitted as its logarithm.
+    Base(Free),
+    /// Parameter `.1` of the model's effect `.0`, fitted in units of its usual size.
+    Effect(usize, usize),
+}
+
+impl Knob {
+    /// Its name for people.
+    pub fn name(self, model: &Model) -> String {
+        match self {
+            Self::Base(free) => free.name(),
+            Self::Effect(effect, index) => {
+                let active = &model.effects[effect];
+                format!(
+                    "{}.{}",
+                    active.id(),
+                    active.effect.info().parameters[index].symbol
+                )
+            }
+        }
+    }
+
+    /// Its unit.
+    pub fn unit(self, model: &Model) -> String {
+        match self {
+            Self::Base(free) => free.symbol().entry().unit.into(),
+            Self::Effect(effect, index) => model.effects[effect].effect.info().parameters[index]
+                .unit
+                .to_string(),
+        }
+    }
+
+    /// Its value in its unit.
+    pub fn value(self, model: &Model) -> f64 {
+        match self {
+            Self::Base(free) => free.get(model),
+            Self::Effect(effect, index) => model.effects[effect].values[index],
+        }
+    }
+
+    /// How much its value changes with its coordinate.
+    pub fn scale(self, model: &Model) -> f64 {
+        match self {
+            Self::Base(free) => free.get(model),
+            Self::Effect(effect, index) => model.effects[effect].effect.info().parameters[index]
+                .start
+                .abs(),
+        }
+    }
+
+    fn coordinate(self, model: &Model) -> f64 {
+        match self {
+            Self::Base(free) => free.get(model).ln(),
+            Self::Effect(..) => self.value(model) / self.scale(model),
+        }
+    }
+
+    /// Moves it by a step of its coordinate.
+    pub fn shift(self, model: &mut Model, step: f64) {
+        let at = self.coordinate(model);
+        self.set(model, at + step);
+    }
+
+    fn set(self, model: &mut Model, coordinate: f64) {
+        match self {
+            Self::Base(free) => {
+                let (low, high) = free.range();
+                free.set(model, coordinate.exp().clamp(low.max(1e-12), high));
+            }
+            Self::Effect(effect, index) => {
+                let scale = self.scale(model);
+                let active = &mut model.effects[effect];
+                let parameter = &active.effect.info().parameters[index];
+                active.values[index] = (coordinate * scale).clamp(parameter.low, parameter.high);
+            }
+        }
+    }
+}
+
+/// The parameters that a session can identify in a model, with those of its effects.
+pub fn knobs(model: &Model, plan: &Plan) -> Vec<Knob> {
+    let base = identifiable(plan).into_iter().map(Knob::Base);
+    let effects = model
+        .effects
+        .iter()
+        .enumerate()
+        .flat_map(|(e, active)| (0..active.values.len()).map(move |p| Knob::Effect(e, p)));
+    base.chain(effects).collect()
+}
+
+/// What a fit trusts one observation to, one standard deviation.
+pub fn trust(observation: &crate::plan::Observation) -> f64 {
+    let approximation = match observation.channel {
+        Channel::Displacement => APPROXIMATION_UM,
+        Channel::Current(_) => APPROXIMATION_RATIO * observation.value.abs(),
+    };
+    observation.noise.hypot(approximation)
+}
+
+/// A model's predictions of a plan's observations.
+///
+/// # Errors
+/// [`Runaway`] if the model has no finite answer.
+pub fn predict(model: &Model, plan: &Plan) -> Result<Vec<f64>, Runaway> {
+    Ok(plan.read(&simulate(model, &plan.intervals, RESOLUTION)?))
+}
+
+/// How predictions, in units of trust, change with each knob's coordinate.
+///
+/// # Errors
+/// [`Runaway`] if the model has no finite answer close by.
+pub fn jacobian(model: &Model, plan: &Plan, knobs: &[Knob]) -> Result<DMatrix<f64>, Runaway> {
+    let here = predict(model, plan)?;
+    let columns: Result<Vec<_>, Runaway> = knobs
+        .par_iter()
+        .map(|knob| {
+            let mut moved = model.clone();
+            let at = knob.coordinate(model);
+            knob.set(&mut moved, at + DIFFERENCE);
+            let mut step = knob.coordinate(&moved) - at;
+            if step == 0.0 {
+                knob.set(&mut moved, at - DIFFERENCE);
+                step = knob.coordinate(&moved) - at;
+            }
+            let there = predict(&moved, plan)?;
+            let slopes = there
+                .iter()
+                .zip(&here)
+                .zip(&plan.observations)
+                .map(|((t, h), o)| (t - h) / (step * trust(o)));
+            Ok(DVector::from_iterator(here.len(), slopes))
+        })
+        .collect();
+    Ok(DMatrix::from_columns(&columns?))
+}
+
+/// A fitted model.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// The model with the best values and, after [`Fitted::with_errors`], their standard errors.
+    pub model: Model,
+    /// What was fitted.
+    pub knobs: Vec<Knob>,
+    /// Measured less predicted, in um and A.
+    pub residuals: Vec<f64>,
+}
+
+struct Problem<'a> {
+    plan: &'a Plan,
+    model: Model,
+    knobs: &'a [Knob],
+    start: DVector<f64>,
+    at: DVector<f64>,
+    values: &'a [f64],
+}
+
+impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+    type ParameterStorage = Owned<f64, Dyn>;
+
+    fn set_params(&mut self, x: &DVector<f64>) {
+        self.at.clone_from(x);
+        for (knob, &coordinate) in self.knobs.iter().zip(x.iter()) {
+            knob.set(&mut self.model, coordinate);
+        }
+    }
+
+    fn params(&self) -> DVector<f64> {
+        self.at.clone()
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        let predicted = predict(&self.model, self.plan).ok()?;
+        let rows = predicted
+            .iter()
+            .zip(self.values)
+            .zip(&self.plan.observations)
+            .map(|((p, v), o)| (p - v) / trust(o));
+        let prior = self
+            .at
+            .iter()
+            .zip(self.start.iter())
+            .map(|(at, start)| (at - start) / PRIOR);
+        Some(DVector::from_vec(rows.chain(prior).collect()))
+    }
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        let data = jacobian(&self.model, self.plan, self.knobs).ok()?;
+        let (rows, columns) = data.shape();
+        let mut whole = data.insert_rows(rows, columns, 0.0);
+        for index in 0..columns {
+            whole[(rows + index, index)] = 1.0 / PRIOR;
+        }
+        Some(whole)
+    }
+}
+
+/// Fits a model to a plan's observations.
+///
+/// # Errors
+/// [`Runaway`] if the model that it starts from, or the best one, has no finite answer.
+pub fn fit(model: &Model, plan: &Plan) -> Result<Fitted, Runaway> {
+    let knobs = knobs(model, plan);
+    let start = seed(model, &identifiable(plan), plan);
+    fit_knobs(&start, plan, &plan.values(), &knobs)
+}
+
+/// Fits chosen knobs of a model to numbers in the place of a plan's own.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_knobs(
+    start: &Model,
+    plan: &Plan,
+    values: &[f64],
+    knobs: &[Knob],
+) -> Result<Fitted, Runaway> {
+    let at = DVector::from_iterator(knobs.len(), knobs.iter().map(|knob| knob.coordinate(start)));
+    let problem = Problem {
+        plan,
+        model: start.clone(),
+        knobs,
+        start: at.clone(),
+        at,
+        values,
+    };
+    let (problem, _) = LevenbergMarquardt::new()
+        .with_ftol(1e-7)
+        .with_xtol(1e-7)
+        .with_patience(12)
+        .minimize(problem);
+    let residuals = values
+        .iter()
+        .zip(predict(&problem.model, plan)?)
+        .map(|(value, predicted)| value - predicted)
+        .collect();
+    Ok(Fitted {
+        model: problem.model,
+        knobs: knobs.to_vec(),
+        residuals,
+    })
+}

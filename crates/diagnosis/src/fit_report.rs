@@ -1,0 +1,271 @@
+//! What a fit found, how well it is known, and what these data cannot tell apart.
+
+use crate::base::Free;
+use crate::fit::{Fitted, Knob, fit, jacobian, trust};
+use crate::plan::{Channel, Plan};
+use crate::report::Estimate;
+use mirror_model::{Model, Runaway, Symbol};
+use nalgebra::{DMatrix, SymmetricEigen};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// Correlations of at least this size are worth a line.
+const STRONG: f64 = 0.95;
+/// A direction whose information is this share of the best known one's is not known at all.
+const UNKNOWN: f64 = 1e-7;
+/// Parameters of which so much lies in unknown directions are named.
+const TAKES_PART: f64 = 0.1;
+/// A parameter that is not known to this part of itself has no meaningful value.
+const MEANINGLESS: f64 = 1.0;
+
+/// A fit, for people and for `--json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct FitReport {
+    /// The fitted parameters. Those that the data do not determine are missing here and named in `inseparable`.
+    pub parameters: BTreeMap<String, Estimate>,
+    /// Pairs of parameters whose errors go together, with their correlation.
+    pub correlations: Vec<(String, String, f64)>,
+    /// Sentences on what the data cannot separate.
+    pub inseparable: Vec<String>,
+    /// Root mean square of what is left of the displacement, if it was measured.
+    pub residual_rms_um: Option<f64>,
+    /// Root mean square of what is left of the currents, if they were measured.
+    pub residual_rms_ma: Option<f64>,
+    /// Rows left out because the drive was sampled densely.
+    pub thinned_rows: usize,
+}
+
+/// Fits a model to a session and reports. The model comes back with standard errors and provenance.
+///
+/// # Errors
+/// [`Runaway`] if the model has no finite answer.
+pub fn fit_and_report(
+    model: &Model,
+    plan: &Plan,
+    files: &[String],
+) -> Result<(Model, FitReport), Runaway> {
+    let mut fitted = fit(model, plan)?;
+    let slopes = jacobian(&fitted.model, plan, &fitted.knobs)?;
+    let covariance = covariance(&slopes, &fitted, plan);
+    let report = FitReport {
+        parameters: parameters(&fitted, &covariance),
+        correlations: correlations(&fitted, &covariance),
+        inseparable: inseparable(&fitted.model, plan)?,
+        residual_rms_um: rms(&fitted, plan, true),
+        residual_rms_ma: rms(&fitted, plan, false).map(|amperes| 1e3 * amperes),
+        thinned_rows: plan.thinned_rows,
+    };
+    note_errors(&mut fitted, &covariance);
+    let provenance = &mut fitted.model.provenance;
+    provenance.files = files.to_vec();
+    provenance.residual_rms_um = report.residual_rms_um;
+    provenance.note = Some(format!("fitted from {}", model.preset.name()));
+    Ok((fitted.model, report))
+}
+
+/// Of the coordinates. Scaled up where the residual is larger than trusted, so that a wrong model's errors are honest.
+fn covariance(slopes: &DMatrix<f64>, fitted: &Fitted, plan: &Plan) -> DMatrix<f64> {
+    let squares: f64 = fitted
+        .residuals
+        .iter()
+        .zip(&plan.observations)
+        .map(|(r, o)| (r / trust(o)).powi(2))
+        .sum();
+    let freedom = plan
+        .observations
+        .len()
+        .saturating_sub(fitted.knobs.len())
+        .max(1);
+    let scale = (squares / freedom as f64).max(1.0);
+    let count = fitted.knobs.len();
+    let mut normal = slopes.tr_mul(slopes);
+    for index in 0..count {
+        normal[(index, index)] += 1e-12;
+    }
+    normal
+        .try_inverse()
+        .unwrap_or_else(|| DMatrix::from_diagonal_element(count, count, f64::INFINITY))
+        * scale
+}
+
+fn standard_error(fitted: &Fitted, covariance: &DMatrix<f64>, index: usize) -> f64 {
+    covariance[(index, index)].max(0.0).sqrt() * fitted.knobs[index].scale(&fitted.model)
+}
+
+fn parameters(fitted: &Fitted, covariance: &DMatrix<f64>) -> BTreeMap<String, Estimate> {
+    let estimate = |(index, knob): (usize, &Knob)| {
+        let (value, error) = (
+            knob.value(&fitted.model),
+            standard_error(fitted, covariance, index),
+        );
+        let known = error < MEANINGLESS * value.abs() || matches!(knob, Knob::Effect(..));
+        let estimate = Estimate {
+            value,
+            standard_error: Some(error),
+            unit: knob.unit(&fitted.model),
+        };
+        known.then(|| (knob.name(&fitted.model), estimate))
+    };
+    fitted
+        .knobs
+        .iter()
+        .enumerate()
+        .filter_map(estimate)
+        .collect()
+}
+
+fn correlations(fitted: &Fitted, covariance: &DMatrix<f64>) -> Vec<(String, String, f64)> {
+    let name = |index: usize| fitted.knobs[index].name(&fitted.model);
+    let mut found = Vec::new();
+    for i in 0..fitted.knobs.len() {
+        for j in 0..i {
+            let correlation = covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt();
+            if correlation.abs() >= STRONG {
+                found.push((name(j), name(i), correlation));
+            }
+        }
+    }
+    found
+}
+
+/// Directions in the space of the physical parameters, fitted or not, that change no prediction.
+fn inseparable(model: &Model, plan: &Plan) -> Result<Vec<String>, Runaway> {
+    let mut symbols = vec![Symbol::ThermalResistance, Symbol::ResistanceCoefficient];
+    if plan.has_current() {
+        symbols.push(Symbol::ColdResistance);
+    }
+    if plan.has_displacement() {
+        symbols.extend([
+            Symbol::CurvatureCoefficient,
+            Symbol::ExpansionDifference,
+            Symbol::Thickness,
+            Symbol::DeflectionFactor,
+        ]);
+    }
+    let mut shared = model.clone();
+    shared.by_actuator.clear();
+    let knobs: Vec<_> = symbols
+        .iter()
+        .map(|&symbol| Knob::Base(Free::Shared(symbol)))
+        .collect();
+    let slopes = jacobian(&shared, plan, &knobs)?;
+    let eigen = SymmetricEigen::new(slopes.tr_mul(&slopes));
+    let best = eigen.eigenvalues.max();
+    let mut null = DMatrix::zeros(symbols.len(), symbols.len());
+    for (index, value) in eigen.eigenvalues.iter().enumerate() {
+        if *value < UNKNOWN * best {
+            let direction = eigen.eigenvectors.column(index);
+            null += direction * direction.transpose();
+        }
+    }
+    let mut sentences = Vec::new();
+    for group in groups(&null) {
+        let names: Vec<_> = group
+            .iter()
+            .map(|&index| symbols[index].to_string())
+            .collect();
+        let unknown = group
+            .iter()
+            .map(|&index| null[(index, index)])
+            .sum::<f64>()
+            .round() as usize;
+        let known = group.len().saturating_sub(unknown);
+        sentences.push(format!("of {} only {known} combination(s) are known: changed together, they leave every reading as it is", names.join(", ")));
+    }
+    if !plan.has_displacement() {
+        sentences.push(
+            "voltage and current alone give only the products xi dT and xi R_T; an oven gives xi"
+                .into(),
+        );
+    }
+    if !plan.has_current() {
+        sentences.push("without currents R0, xi and R_T act through one heating only".into());
+    }
+    Ok(sentences)
+}
+
+/// Parameters that the unknown directions tie together.
+fn groups(null: &DMatrix<f64>) -> Vec<Vec<usize>> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for index in (0..null.nrows()).filter(|&index| null[(index, index)] > TAKES_PART) {
+        let tied = |group: &Vec<usize>| {
+            group
+                .iter()
+                .any(|&other| null[(index, other)].abs() > 0.5 * TAKES_PART)
+        };
+        let (mut mine, others): (Vec<_>, Vec<_>) = groups.into_iter().partition(tied);
+        mine.push(vec![index]);
+        groups = others;
+        groups.push(mine.concat());
+    }
+    groups
+}
+
+fn note_errors(fitted: &mut Fitted, covariance: &DMatrix<f64>) {
+    fitted.model.standard_errors.clear();
+    for index in 0..fitted.knobs.len() {
+        let error = standard_error(fitted, covariance, index);
+        match fitted.knobs[index] {
+            Knob::Base(free) => {
+                let largest = fitted
+                    .model
+                    .standard_errors
+                    .entry(free.symbol())
+                    .or_insert(0.0);
+                *largest = largest.max(error);
+            }
+            Knob::Effect(effect, parameter) => {
+                fitted.model.effects[effect].standard_errors[parameter] = Some(error)
+            }
+        }
+    }
+    for (symbol, values) in &fitted.model.by_actuator {
+        fitted
+            .model
+            .parameters
+            .set(*symbol, values.iter().sum::<f64>() / values.len() as f64);
+    }
+}
+
+fn rms(fitted: &Fitted, plan: &Plan, displacement: bool) -> Option<f64> {
+    let chosen = fitted.residuals.iter().zip(&plan.observations);
+    let squares: Vec<f64> = chosen
+        .filter(|(_, o)| (o.channel == Channel::Displacement) == displacement)
+        .map(|(r, _)| r * r)
+        .collect();
+    (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
+}
+
+impl fmt::Display for FitReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (name, estimate) in &self.parameters {
+            let error = estimate.standard_error.unwrap_or(f64::NAN);
+            writeln!(
+                f,
+                "  {name:<18} {:>13.6e} +- {error:.1e} {}",
+                estimate.value, estimate.unit
+            )?;
+        }
+        for (a, b, correlation) in &self.correlations {
+            writeln!(f, "  {a} and {b} go together: correlation {correlation:.3}")?;
+        }
+        for sentence in &self.inseparable {
+            writeln!(f, "  {sentence}")?;
+        }
+        if let Some(rms) = self.residual_rms_um {
+            writeln!(f, "  left of the displacement: {rms:.3} um rms")?;
+        }
+        if let Some(rms) = self.residual_rms_ma {
+            writeln!(f, "  left of the currents: {rms:.4} mA rms")?;
+        }
+        if self.thinned_rows > 0 {
+            writeln!(
+                f,
+                "  {} rows of dense files were left out; steps were kept",
+                self.thinned_rows
+            )?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,98 @@
+//! The whole way on a small session of a virtual mirror from a family that no threshold was calibrated on.
+
+use diagnosis::{Plan, Verdict, add, compare, diagnose, fit_and_report, remove};
+use measurement::{Keys, MeasurementFile, Row, Session};
+use mirror_model::effect::find;
+use mirror_model::{Model, Preset};
+use virtual_mirror::{
+    Effect, Experiment, Family, MirrorConfig, Plan as Drives, Session as Virtual,
+};
+
+fn plan(hidden: Option<Effect>) -> Plan {
+    let mut config = MirrorConfig::draw(Family::E, 31);
+    if let Some(effect) = hidden {
+        config.effects.set(effect, 1.0);
+    }
+    let experiments = vec![
+        Experiment::sweep("sweep", 0.0, 3.5, 14, 1.0),
+        Experiment::single(3.5, 5),
+    ];
+    let session = Virtual::record(&config, &Drives { experiments })
+        .expect("the family's mirrors are possible");
+    let files = session.recordings.into_iter().map(|recording| {
+        let mut keys = Keys::default();
+        keys.set("experiment", &recording.experiment.name);
+        keys.set("noise_z_nm", &session.noise_z_nm.to_string());
+        let rows = recording.rows.iter().map(|row| Row {
+            t_s: row.t_s,
+            t_global_s: Some(row.t_global_s),
+            voltage_v: row.drive_v,
+            current_a: row.reading.current_a.map(Some),
+            z_um: Some(row.reading.z_um),
+            ..Row::default()
+        });
+        (
+            recording.experiment.name.clone(),
+            MeasurementFile {
+                keys,
+                notes: Vec::new(),
+                rows: rows.collect(),
+            },
+        )
+    });
+    Plan::new(&Session {
+        files: files.collect(),
+    })
+}
+
+#[test]
+fn a_mirror_with_nothing_hidden_is_left_in_peace() {
+    let found = diagnose(&Model::from(Preset::Paper), &plan(None), &[], None).unwrap();
+    assert_eq!(found.verdict, Verdict::None, "{found}");
+    assert!(found.effects.is_empty() && found.next_measurement.is_none());
+}
+
+#[test]
+fn crosstalk_is_found_added_and_gone() {
+    let plan = plan(Some(Effect::Crosstalk));
+    let paper = Model::from(Preset::Paper);
+    let found = diagnose(&paper, &plan, &[], None).unwrap();
+    assert!(
+        found.effects.len() <= 2 && found.effects.iter().any(|id| id == "crosstalk"),
+        "{found}"
+    );
+    let (with, edit) = add(&paper, find("crosstalk").unwrap(), &plan, &[]).unwrap();
+    assert!(edit.after.rms <= edit.before.rms * 1.001);
+    let again = diagnose(&with, &plan, &[], None).unwrap();
+    assert!(!again.effects.iter().any(|id| id == "crosstalk"), "{again}");
+    assert!(add(&with, find("crosstalk").unwrap(), &plan, &[]).is_err());
+    assert!(
+        remove(&with, "crosstalk", &plan, &[])
+            .unwrap()
+            .0
+            .effects
+            .is_empty()
+    );
+    assert!(remove(&paper, "crosstalk", &plan, &[]).is_err());
+}
+
+#[test]
+fn a_fit_says_what_it_cannot_separate_and_lowers_the_error() {
+    let plan = plan(None);
+    let paper = Model::from(Preset::Paper);
+    let (fitted, report) = fit_and_report(&paper, &plan, &["sweep.csv".into()]).unwrap();
+    assert!(
+        report
+            .inseparable
+            .iter()
+            .any(|sentence| sentence.contains("beta_b") && sentence.contains("d_alpha")),
+        "{report}"
+    );
+    let (before, after) = (
+        compare(&paper, &plan).unwrap(),
+        compare(&fitted, &plan).unwrap(),
+    );
+    assert!(after.rms < 0.1 * before.rms, "{} {}", before.rms, after.rms);
+    assert!(!after.sentences.is_empty());
+    assert_eq!(Model::parse("m.toml", &fitted.to_toml()).unwrap(), fitted);
+}
