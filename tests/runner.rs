@@ -1,6 +1,7 @@
 //! What the test runner must notice: `cargo xtask test` expects exactly these outcomes.
 #![no_std]
 #![no_main]
+#![expect(unsafe_code, reason = "one test faults on purpose")]
 
 use mirror_firmware as _;
 

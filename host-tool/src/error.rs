@@ -94,6 +94,42 @@ pub enum ToolError {
     #[diagnostic(help("the samples that arrived were kept; a longer --period eases the link"))]
     SamplesLost { received: usize, expected: usize },
 
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Measurement(#[from] measurement::InputError),
+
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Model(#[from] mirror_model::ModelFileError),
+
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Formula(#[from] mirror_model::effect::FormulaError),
+
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Edit(#[from] diagnosis::EditError),
+
+    #[error(transparent)]
+    #[diagnostic(help(
+        "its parameters do not go with these measurements; start from another model"
+    ))]
+    Runaway(#[from] mirror_model::Runaway),
+
+    #[error("there is no effect `{id}`")]
+    #[diagnostic(help(
+        "`host-tool effect list` shows those there are; a file of your own ends in .toml"
+    ))]
+    NoSuchEffect { id: String },
+
+    #[error("{} cannot be read: {source}", path.display())]
+    #[diagnostic(help("is the name right, and may you read it?"))]
+    Read { path: PathBuf, source: io::Error },
+
+    #[error("the picture cannot be drawn: {reason}")]
+    #[diagnostic(help("the measurements hold nothing that can be drawn"))]
+    Picture { reason: String },
+
     #[error("the tool's own runtime does not start: {0}")]
     #[diagnostic(help("is the system out of memory or file handles?"))]
     Runtime(io::Error),

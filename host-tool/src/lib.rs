@@ -1,12 +1,15 @@
 //! The bench tool for electrothermal MEMS mirrors: what `host-tool` does, as a library.
 //!
-//! A command is read in [`cli`], carried out by one file of `commands`, which talks to a
-//! [`board`], and printed by its own report type, for people or as JSON.
+//! A command is read in [`cli`], carried out by one file of `commands`, and printed by its own report
+//! type, for people or as JSON. The commands on a mirror talk to a [`board`]; those on models and
+//! measurements (`commands/lab`) to the model lab, the crate `diagnosis`.
 
 pub mod board;
 pub mod cli;
 mod commands;
 pub mod error;
+mod new_file;
+mod picture;
 pub mod quantity;
 mod report;
 

@@ -11,12 +11,13 @@
 #[cfg(test)]
 extern crate std;
 
+mod endpoints;
 mod identity;
 mod messages;
 
+pub use endpoints::*;
 pub use identity::{Board, Hello, Identity, Text};
 pub use messages::{Commanded, Drives, Position, Refusal, Status, Stream, Telemetry};
-use postcard_rpc::{TopicDirection, endpoints, topics};
 
 /// The version of everything in this crate but the greeting. Raised with every change on the wire.
 pub const PROTOCOL_VERSION: u16 = 1;
@@ -37,39 +38,4 @@ pub mod usb {
     pub const PRODUCT: &str = "Electrothermal mirror driver";
     /// Manufacturer string.
     pub const MANUFACTURER: &str = "mirror-driver";
-}
-
-/// Answer to a command that changes the drives.
-pub type CommandReply = Result<Commanded, Refusal>;
-/// Answer to [`StatusEndpoint`].
-pub type StatusReply = Result<Status, Refusal>;
-/// Answer to [`StreamEndpoint`].
-pub type StreamReply = Result<(), Refusal>;
-
-endpoints! {
-    list = ENDPOINTS;
-    omit_std = true;
-    | EndpointTy          | RequestTy | ResponseTy   | Path                  |
-    | ----------          | --------- | ----------   | ----                  |
-    | HelloEndpoint       | Hello     | Identity     | "mirror/hello"        |
-    | StatusEndpoint      | ()        | StatusReply  | "mirror/status"       |
-    | SetPositionEndpoint | Position  | CommandReply | "mirror/set-position" |
-    | SetDriveEndpoint    | Drives    | CommandReply | "mirror/set-drive"    |
-    | OffEndpoint         | ()        | CommandReply | "mirror/off"          |
-    | StreamEndpoint      | Stream    | StreamReply  | "mirror/stream"       |
-}
-
-topics! {
-    list = TOPICS_IN;
-    direction = TopicDirection::ToServer;
-    | TopicTy | MessageTy | Path |
-    | ------- | --------- | ---- |
-}
-
-topics! {
-    list = TOPICS_OUT;
-    direction = TopicDirection::ToClient;
-    | TopicTy        | MessageTy | Path               |
-    | -------        | --------- | ----               |
-    | TelemetryTopic | Telemetry | "mirror/telemetry" |
 }

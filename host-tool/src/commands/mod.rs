@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+mod lab;
 mod list;
 mod moving;
 mod record;
@@ -15,6 +16,7 @@ use tokio::runtime::Builder;
 use crate::board::{Board, choose};
 use crate::cli::{Arguments, Command};
 use crate::error::ToolError;
+use crate::new_file::NewFile;
 
 /// Carries out one command.
 pub(crate) fn run(arguments: Arguments) -> Result<(), ToolError> {
@@ -42,9 +44,13 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             period,
             force,
         } => {
-            let file = record::NewFile::create(output, force)?;
+            let file = NewFile::create(output, force)?;
             record::run(&open().await?, file, duration, period, json).await
         }
+        Command::Fit { lab, output } => lab::fit(&lab, output, json),
+        Command::Compare { lab, picture } => lab::compare(&lab, picture, json),
+        Command::Diagnose { lab, effect } => lab::diagnose(&lab, &effect, json),
+        Command::Effect(command) => lab::effect(command, json),
         Command::Completions { shell } => {
             let mut command = Arguments::command();
             clap_complete::generate(shell, &mut command, "host-tool", &mut io::stdout());

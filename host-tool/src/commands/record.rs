@@ -1,18 +1,17 @@
 //! `record`: a measurement file of what the board reads while it goes on with what it does.
 
 use std::fmt;
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use measurement::{MeasurementFile, Row};
 use mirror_protocol::Telemetry;
 use serde::Serialize;
-use tempfile::NamedTempFile;
 use tokio::signal::ctrl_c;
 
 use crate::board::{Board, Samples};
 use crate::error::ToolError;
+use crate::new_file::NewFile;
 use crate::quantity::Span;
 use crate::report::{self, decimal};
 
@@ -21,51 +20,6 @@ struct Recorded {
     file: PathBuf,
     samples: usize,
     duration_s: f64,
-}
-
-/// A file that can be written, found out before anything is measured. What had its name keeps it
-/// until the measurement is whole.
-pub(super) struct NewFile {
-    path: PathBuf,
-    replace: bool,
-    draft: NamedTempFile,
-}
-
-impl NewFile {
-    pub(super) fn create(path: PathBuf, replace: bool) -> Result<Self, ToolError> {
-        if path.exists() && !replace {
-            return Err(ToolError::FileExists { path });
-        }
-        let directory = path
-            .parent()
-            .filter(|parent| !parent.as_os_str().is_empty());
-        match NamedTempFile::new_in(directory.unwrap_or(Path::new("."))) {
-            Ok(draft) => Ok(Self {
-                path,
-                replace,
-                draft,
-            }),
-            Err(source) => Err(ToolError::Write { path, source }),
-        }
-    }
-
-    fn write(mut self, text: &str) -> Result<PathBuf, ToolError> {
-        let written = self.draft.write_all(text.as_bytes()).and_then(|()| {
-            let kept = if self.replace {
-                self.draft.persist(&self.path)
-            } else {
-                self.draft.persist_noclobber(&self.path)
-            };
-            kept.map_err(|error| error.error)
-        });
-        match written {
-            Ok(_) => Ok(self.path),
-            Err(source) => Err(ToolError::Write {
-                path: self.path,
-                source,
-            }),
-        }
-    }
 }
 
 pub(super) async fn run(

@@ -1,5 +1,7 @@
 //! The end of an emulated board: QEMU must not go on when the firmware cannot.
 
+#![expect(unsafe_code, reason = "the attribute of a fault handler")]
+
 use core::panic::PanicInfo;
 
 use cortex_m_rt::{ExceptionFrame, exception};

@@ -1,5 +1,7 @@
 //! The host link: UART0, which QEMU connects to a socket, with frames delimited by COBS.
 
+#![expect(unsafe_code, reason = "the UART's registers")]
+
 use core::convert::Infallible;
 
 use embassy_futures::yield_now;

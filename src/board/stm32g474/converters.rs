@@ -4,6 +4,8 @@
 //! The PWM runs at 40 kHz; every fourth period ends in an update, which takes over new compare
 //! values and starts the conversions: 10 kHz control ticks, in step with the PWM.
 
+#![expect(unsafe_code, reason = "interrupts are enabled and entered")]
+
 use control_core::codes::PWM_PERIOD_COUNTS;
 use control_core::{AdcCode, LANES, PwmCode};
 use embassy_executor::InterruptExecutor;

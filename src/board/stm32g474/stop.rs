@@ -1,5 +1,7 @@
 //! What happens when the firmware cannot go on: the outputs first.
 
+#![expect(unsafe_code, reason = "the attribute of a fault handler")]
+
 use core::panic::PanicInfo;
 
 use cortex_m_rt::{ExceptionFrame, exception};

@@ -1,0 +1,45 @@
+//! What can be asked and what is sent unasked.
+
+#![allow(
+    unsafe_code,
+    reason = "`endpoints!` and `topics!` make keys from bytes"
+)]
+
+use postcard_rpc::{TopicDirection, endpoints, topics};
+
+use crate::{Commanded, Drives, Hello, Identity, Position, Refusal, Status, Stream, Telemetry};
+
+/// Answer to a command that changes the drives.
+pub type CommandReply = Result<Commanded, Refusal>;
+/// Answer to [`StatusEndpoint`].
+pub type StatusReply = Result<Status, Refusal>;
+/// Answer to [`StreamEndpoint`].
+pub type StreamReply = Result<(), Refusal>;
+
+endpoints! {
+    list = ENDPOINTS;
+    omit_std = true;
+    | EndpointTy          | RequestTy | ResponseTy   | Path                  |
+    | ----------          | --------- | ----------   | ----                  |
+    | HelloEndpoint       | Hello     | Identity     | "mirror/hello"        |
+    | StatusEndpoint      | ()        | StatusReply  | "mirror/status"       |
+    | SetPositionEndpoint | Position  | CommandReply | "mirror/set-position" |
+    | SetDriveEndpoint    | Drives    | CommandReply | "mirror/set-drive"    |
+    | OffEndpoint         | ()        | CommandReply | "mirror/off"          |
+    | StreamEndpoint      | Stream    | StreamReply  | "mirror/stream"       |
+}
+
+topics! {
+    list = TOPICS_IN;
+    direction = TopicDirection::ToServer;
+    | TopicTy | MessageTy | Path |
+    | ------- | --------- | ---- |
+}
+
+topics! {
+    list = TOPICS_OUT;
+    direction = TopicDirection::ToClient;
+    | TopicTy        | MessageTy | Path               |
+    | -------        | --------- | ----               |
+    | TelemetryTopic | Telemetry | "mirror/telemetry" |
+}

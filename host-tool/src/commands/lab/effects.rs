@@ -1,0 +1,133 @@
+//! `effect`: what there is, and adding it to a model or taking it out.
+
+use std::fmt;
+use std::path::Path;
+use std::sync::Arc;
+
+use diagnosis::{add, remove};
+use mirror_model::effect::{Effect, Info, built_in, find};
+use serde::Serialize;
+
+use super::{Lab, own_effect, while_working};
+use crate::cli::EffectCommand;
+use crate::error::ToolError;
+use crate::new_file::NewFile;
+use crate::report;
+
+/// What `effect new` writes: an effect that works as it stands, to be changed.
+const TEMPLATE: &str = include_str!("template.toml");
+
+#[derive(Serialize)]
+struct List {
+    effects: Vec<Info>,
+}
+
+#[derive(Serialize)]
+#[serde(transparent)]
+struct Shown(Info);
+
+pub(in crate::commands) fn run(command: EffectCommand, json: bool) -> Result<(), ToolError> {
+    match command {
+        EffectCommand::List => {
+            let effects = built_in()
+                .iter()
+                .map(|effect| effect.info().clone())
+                .collect();
+            report::print(&List { effects }, json);
+            Ok(())
+        }
+        EffectCommand::Show { id } => {
+            report::print(&Shown(named(&id)?.info().clone()), json);
+            Ok(())
+        }
+        EffectCommand::New { output } => {
+            let written = NewFile::create(output, false)?.write(TEMPLATE)?;
+            eprintln!(
+                "written to {}; change it, and try it with `effect add`",
+                written.display()
+            );
+            Ok(())
+        }
+        EffectCommand::Add {
+            effect,
+            lab,
+            output,
+        } => {
+            let (effect, lab) = (named(&effect)?, Lab::load(&lab)?);
+            let file = NewFile::create(output.output, output.force)?;
+            let (model, edit) = while_working("refitting", json, || {
+                add(&lab.model, effect, &lab.plan, &lab.files)
+            })?;
+            file.write(&model.to_toml())?;
+            report::print(&edit, json);
+            Ok(())
+        }
+        EffectCommand::Remove {
+            effect,
+            lab,
+            output,
+        } => {
+            let lab = Lab::load(&lab)?;
+            let file = NewFile::create(output.output, output.force)?;
+            let (model, edit) = while_working("refitting", json, || {
+                remove(&lab.model, &effect, &lab.plan, &lab.files)
+            })?;
+            file.write(&model.to_toml())?;
+            report::print(&edit, json);
+            Ok(())
+        }
+    }
+}
+
+/// The built-in effect of this id, or the user's own in this file.
+fn named(id: &str) -> Result<Arc<dyn Effect>, ToolError> {
+    if id.ends_with(".toml") {
+        return own_effect(Path::new(id));
+    }
+    find(id).ok_or_else(|| ToolError::NoSuchEffect { id: id.to_owned() })
+}
+
+impl fmt::Display for List {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for effect in &self.effects {
+            writeln!(
+                f,
+                "{:<22} {:<11} {}",
+                effect.id,
+                effect.stage.to_string(),
+                effect.title
+            )?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Shown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(effect) = self;
+        writeln!(f, "{}: {}", effect.id, effect.title)?;
+        writeln!(f, "  stage      {}", effect.stage)?;
+        writeln!(f, "  equation   {}", effect.equation)?;
+        for parameter in effect.parameters.iter() {
+            writeln!(
+                f,
+                "  {:<10} {} to {} {}, usually {}",
+                parameter.symbol, parameter.low, parameter.high, parameter.unit, parameter.start
+            )?;
+        }
+        writeln!(f, "  shows      {}", effect.shows)?;
+        writeln!(f, "  separate   {}", effect.separates)?;
+        writeln!(f, "  source     {}", effect.source)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mirror_model::effect::Formula;
+
+    #[test]
+    fn the_template_is_an_effect_as_it_stands() {
+        assert!(Formula::parse("template.toml", TEMPLATE).is_ok());
+    }
+}
