@@ -159,7 +159,7 @@ pub fn jacobian(model: &Model, plan: &Plan, knobs: &[Knob]) -> Result<DMatrix<f6
 /// A fitted model.
 #[derive(Clone, Debug)]
 pub struct Fitted {
-    /// The model with the best values and, after [`Fitted::with_errors`], their standard errors.
+    /// The model with the best values.
     pub model: Model,
     /// What was fitted.
     pub knobs: Vec<Knob>,
