@@ -2,10 +2,12 @@
 //! what to do next, a code other than 0, and nothing written.
 
 mod common;
+mod fake_board;
 
 use std::fs;
 
-use common::{Fake, Said, fake_board, host_tool, no_boards};
+use common::{Said, host_tool, no_boards};
+use fake_board::{Fake, fake_board};
 use mirror_protocol::PROTOCOL_VERSION;
 
 fn fails_with(said: &Said, sentence: &str, advice: &str) {

@@ -4,6 +4,7 @@ mod bench;
 mod cargo;
 mod emulate;
 mod flash;
+mod hidden;
 mod images;
 #[cfg(test)]
 mod layers;
@@ -49,6 +50,8 @@ enum Task {
         #[arg(value_enum)]
         board: Board,
     },
+    /// Write the sessions of data/hidden anew.
+    HideEffects,
     /// Write the firmware to a connected driver board, with probe-rs.
     Flash,
     /// Run an ELF of on-target tests under QEMU (cargo's runner for the target).
@@ -76,6 +79,7 @@ fn run(task: Task) -> Result<ExitCode> {
         Task::Hil { board } => test::acceptance(board.as_deref()).map(|()| ExitCode::SUCCESS),
         Task::Bench => bench::run().map(|()| ExitCode::SUCCESS),
         Task::Build { board } => images::build_and_report(board).map(|()| ExitCode::SUCCESS),
+        Task::HideEffects => hidden::write().map(|()| ExitCode::SUCCESS),
         Task::Flash => flash::run_probe().map(|()| ExitCode::SUCCESS),
         Task::RunOnTarget { elf, filters } => on_target::run_elf(&elf, &filters),
     }

@@ -1,0 +1,113 @@
+//! What a bench would measure on virtual mirrors, as measurement files.
+//!
+//! The virtual mirror knows nothing of files, and the measurement files nothing of mirrors; tests,
+//! benchmarks and the shipped sessions meet here.
+
+use measurement::{Keys, MeasurementFile, Row, Session};
+use virtual_mirror::session::Recording;
+use virtual_mirror::{ConfigError, Experiment, MirrorConfig, Plan, Session as Recorded};
+
+/// Which instruments the bench has besides the drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Instruments {
+    /// A position sensor and four current senses.
+    PositionAndCurrents,
+    /// A position sensor only.
+    Position,
+    /// Four current senses only.
+    Currents,
+}
+
+/// Measures `plan` on the mirror that `config` describes.
+///
+/// # Errors
+/// Where a number of `config` is out of range.
+pub fn measure(
+    config: &MirrorConfig,
+    plan: &Plan,
+    instruments: Instruments,
+) -> Result<Session, ConfigError> {
+    let recorded = Recorded::record(config, plan)?;
+    let files = recorded.recordings.iter().map(|recording| {
+        let keys = keys(&recording.experiment, recorded.noise_z_nm);
+        let rows = rows(recording, instruments);
+        let file = MeasurementFile {
+            keys,
+            notes: Vec::new(),
+            rows,
+        };
+        (format!("{}.csv", recording.experiment.name), file)
+    });
+    Ok(Session {
+        files: files.collect(),
+    })
+}
+
+fn keys(experiment: &Experiment, noise_z_nm: f64) -> Keys {
+    let mut keys = Keys::default();
+    keys.set("experiment", &experiment.name);
+    keys.set("noise_z_nm", &noise_z_nm.to_string());
+    if experiment.prehold_s > 0.0 {
+        keys.set("prehold_V", &experiment.prehold_v.to_string());
+        keys.set("prehold_s", &experiment.prehold_s.to_string());
+    }
+    if let Some(drive) = &experiment.drive {
+        keys.set("drive", drive);
+    }
+    keys
+}
+
+fn rows(recording: &Recording, instruments: Instruments) -> Vec<Row> {
+    let with_currents = instruments != Instruments::Position;
+    let with_position = instruments != Instruments::Currents;
+    let row = |row: &virtual_mirror::session::Row| Row {
+        t_s: rounded(row.t_s, 1e-7),
+        t_global_s: Some(rounded(row.t_global_s, 1e-7)),
+        voltage_v: row.drive_v.map(|volts| rounded(volts, 1e-6)),
+        current_a: row
+            .reading
+            .current_a
+            .map(|current| with_currents.then_some(rounded(current, 1e-9))),
+        z_um: with_position.then_some(rounded(row.reading.z_um, 1e-4)),
+        ..Row::default()
+    };
+    recording.rows.iter().map(row).collect()
+}
+
+/// As an instrument prints it.
+fn rounded(value: f64, step: f64) -> f64 {
+    let steps_per_unit = (1.0 / step).round();
+    (value * steps_per_unit).round() / steps_per_unit
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_session_is_read_again_as_it_was_measured() {
+        let plan = Plan {
+            experiments: vec![
+                Experiment::sweep("sweep", 0.0, 3.5, 7, 1.0),
+                Experiment::sine(1.0, 0.5, 1.0, 1),
+            ],
+        };
+        for instruments in [
+            Instruments::PositionAndCurrents,
+            Instruments::Position,
+            Instruments::Currents,
+        ] {
+            let session = measure(&MirrorConfig::bench(), &plan, instruments).expect("possible");
+            assert_eq!(session.files.len(), 2);
+            for (name, file) in session.files {
+                let again = MeasurementFile::parse(&name, &file.to_string()).expect("readable");
+                assert_eq!(again, file);
+                assert_eq!(
+                    file.has_displacement(),
+                    instruments != Instruments::Currents
+                );
+                assert_eq!(file.has_current(), instruments != Instruments::Position);
+            }
+        }
+    }
+}

@@ -1,0 +1,198 @@
+//! The model lab as a user types it, on sessions of virtual mirrors that share nothing with the
+//! model.
+
+mod common;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use common::{Said, host_tool, no_boards};
+use serde_json::Value;
+
+/// A session that ships, by what the answers say is hidden in it.
+fn session(hidden: &str) -> PathBuf {
+    let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/hidden");
+    let answers = fs::read_to_string(directory.join("answers.toml")).expect("answers");
+    let line = answers
+        .lines()
+        .find(|line| line.ends_with(&format!("= [{hidden}]")))
+        .unwrap_or_else(|| panic!("no session with {hidden}"));
+    directory.join(line.split_once(' ').expect("name and answer").0)
+}
+
+fn lab(words: &[&str]) -> Said {
+    host_tool(no_boards().path(), words)
+}
+
+fn json(words: &[&str]) -> Value {
+    let said = lab(&[words, &["--json"]].concat());
+    assert_eq!(said.code, 0, "{words:?}: {}", said.err);
+    serde_json::from_str(&said.out).expect("JSON")
+}
+
+fn refuses(words: &[&str], sentence: &str) {
+    let said = lab(words);
+    let err = said
+        .err
+        .split_whitespace()
+        .collect::<Vec<_>>()
+        .join(" ")
+        .replace("│ ", "");
+    assert_ne!(said.code, 0, "{words:?}");
+    assert!(err.contains(sentence), "`{sentence}` is not in: {err}");
+    assert!(!err.contains("panicked"), "{err}");
+}
+
+#[test]
+fn a_fit_lowers_the_error_and_its_model_is_taken_everywhere() {
+    let place = no_boards();
+    let (files, model) = (session(""), place.path().join("fitted.toml"));
+    let (files, model) = (files.to_string_lossy(), model.to_string_lossy());
+    let before = json(&["compare", "paper", &files])["rms"].as_f64().unwrap();
+    let fitted = json(&["fit", "paper", &files, "-o", &model]);
+    assert!(
+        fitted["parameters"]
+            .as_object()
+            .is_some_and(|found| found.len() > 5),
+        "{fitted}"
+    );
+    let after = json(&["compare", &model, &files])["rms"].as_f64().unwrap();
+    assert!(after < 0.1 * before, "{before} um became {after} um");
+}
+
+#[test]
+fn a_comparison_speaks_and_draws() {
+    let place = no_boards();
+    let (files, picture) = (session(""), place.path().join("picture.svg"));
+    let (files, picture) = (files.to_string_lossy(), picture.to_string_lossy());
+    let said = lab(&["compare", "reconciled", &files, "--picture", &picture]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(said.out.contains("sweep") && said.out.contains("measured less modelled"));
+    let svg = fs::read_to_string(&*picture).expect("a picture");
+    assert!(
+        svg.starts_with("<svg") && svg.contains("sine_100"),
+        "{}",
+        &svg[..200]
+    );
+}
+
+#[test]
+fn adding_the_effect_that_is_hidden_lowers_the_error_and_removing_it_raises_it() {
+    let place = no_boards();
+    for hidden in ["hysteresis", "ambient-drift", "softening"] {
+        let files = session(&format!("{hidden:?}"));
+        let files = files.to_string_lossy();
+        let with = place.path().join(format!("{hidden}.toml"));
+        let with = with.to_string_lossy();
+        let edit = json(&["effect", "add", hidden, "paper", &files, "-o", &with]);
+        let rms = |when: &str| edit[when]["rms"].as_f64().expect("an error");
+        assert!(rms("after") < 0.9 * rms("before"), "{hidden}: {edit}");
+        assert!(
+            fs::read_to_string(&*with)
+                .expect("a model")
+                .contains(hidden)
+        );
+
+        let without = place.path().join(format!("without-{hidden}.toml"));
+        let edit = json(&[
+            "effect",
+            "remove",
+            hidden,
+            &with,
+            &files,
+            "-o",
+            &without.to_string_lossy(),
+        ]);
+        let rms = |when: &str| edit[when]["rms"].as_f64().expect("an error");
+        assert!(rms("after") > rms("before"), "{hidden}: {edit}");
+    }
+}
+
+#[test]
+fn an_effect_of_ones_own_is_written_and_tried() {
+    let place = no_boards();
+    let (own, with) = (
+        place.path().join("mine.toml"),
+        place.path().join("with.toml"),
+    );
+    let (own, with) = (own.to_string_lossy(), with.to_string_lossy());
+    assert_eq!(lab(&["effect", "new", "-o", &own]).code, 0);
+    let files = session("");
+    json(&[
+        "effect",
+        "add",
+        &own,
+        "paper",
+        &files.to_string_lossy(),
+        "-o",
+        &with,
+    ]);
+    assert!(
+        fs::read_to_string(&*with)
+            .expect("a model")
+            .contains("my-stiffening")
+    );
+    json(&["compare", &with, &files.to_string_lossy()]);
+
+    let broken = fs::read_to_string(&*own)
+        .expect("the template")
+        .replace("(1 - q * x)", "(1 - q *");
+    fs::write(&*own, broken).expect("a file");
+    let output = place.path().join("never.toml");
+    let words = [
+        "effect",
+        "add",
+        &own,
+        "paper",
+        &files.to_string_lossy(),
+        "-o",
+        &output.to_string_lossy(),
+    ];
+    refuses(&words, "formula");
+    assert!(!output.exists());
+}
+
+#[test]
+fn effects_are_listed_and_shown() {
+    let said = lab(&["effect", "list"]);
+    assert_eq!(said.out.lines().count(), 20);
+    let said = lab(&["effect", "show", "creep"]);
+    assert!(
+        said.out.contains("equation") && said.out.contains("hold for a minute"),
+        "{}",
+        said.out
+    );
+    assert_eq!(json(&["effect", "show", "creep"])["stage"], "memory");
+}
+
+#[test]
+fn what_is_not_there_is_told() {
+    let place = no_boards();
+    let files = session("");
+    let files = files.to_string_lossy();
+    let output = place.path().join("out.toml");
+    let output = output.to_string_lossy();
+    refuses(&["compare", "nonsense", &files], "nonsense");
+    refuses(
+        &["compare", "paper", "/no/such.csv"],
+        "'/no/such.csv' cannot be read",
+    );
+    refuses(
+        &["effect", "add", "warp", "paper", &files, "-o", &output],
+        "there is no effect `warp`",
+    );
+    refuses(
+        &["effect", "show", "warp"],
+        "`host-tool effect list` shows those there are",
+    );
+    fs::write(&*output, "kept").expect("a file");
+    refuses(&["fit", "paper", &files, "-o", &output], "already exists");
+    assert_eq!(fs::read_to_string(&*output).expect("still there"), "kept");
+    let not_a_model = place.path().join("broken.toml");
+    fs::write(
+        &not_a_model,
+        "format = 1\npreset = \"paper\"\n[[effects]]\nid = \"warp\"\n",
+    )
+    .unwrap();
+    refuses(&["compare", &not_a_model.to_string_lossy(), &files], "warp");
+}
