@@ -10,6 +10,8 @@ use std::fmt;
 const STEADY_S: f64 = 0.5;
 /// Drives that heat next to nothing show the cold resistance.
 const COLD_V: f64 = 0.45;
+/// Columns of the course of an error in a terminal.
+const COURSE: usize = 36;
 /// Branches that differ by less than this share of the largest error are alike.
 const ALIKE: f64 = 0.25;
 
@@ -28,6 +30,8 @@ pub struct ExperimentError {
     pub largest_at_s: f64,
     /// The root mean square in percent of the experiment's span.
     pub percent_of_span: f64,
+    /// The error in the course of the experiment: means over equal numbers of rows.
+    pub course_um: Vec<f64>,
 }
 
 /// Steady errors of the chain's links, each taken at the measured input of that link.
@@ -114,7 +118,30 @@ fn experiment(plan: &Plan, residuals: &[f64], index: usize) -> Option<Experiment
         largest_at_v: highest(plan.drive(worst)),
         largest_at_s: worst.t_s,
         percent_of_span: 100.0 * rms_um / span.max(1e-9),
+        course_um: course(
+            &displacements(plan, residuals, index)
+                .map(|(_, r)| r)
+                .collect::<Vec<_>>(),
+        ),
     })
+}
+
+fn course(residuals: &[f64]) -> Vec<f64> {
+    let size = residuals.len().div_ceil(COURSE).max(1);
+    residuals
+        .chunks(size)
+        .map(|chunk| chunk.iter().sum::<f64>() / chunk.len() as f64)
+        .collect()
+}
+
+/// The course of an error as a line of blocks, the lowest block being its most negative value.
+fn blocks(course: &[f64]) -> String {
+    const BLOCKS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+    let (low, high) = course.iter().fold((0.0_f64, 0.0_f64), |(low, high), v| {
+        (low.min(*v), high.max(*v))
+    });
+    let level = |v: &f64| (7.0 * (v - low) / (high - low).max(1e-9)).round() as usize;
+    course.iter().map(|v| BLOCKS[level(v).min(7)]).collect()
 }
 
 fn highest(drives: [f64; ACTUATORS]) -> f64 {
@@ -306,19 +333,20 @@ impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "  {:<14} {:>9} {:>10} {:>8} {:>10} {:>8}",
+            "  {:<14} {:>9} {:>10} {:>8} {:>10} {:>8}  measured less modelled, row by row",
             "experiment", "rms um", "largest um", "at V", "at s", "% span"
         )?;
         for e in &self.experiments {
             writeln!(
                 f,
-                "  {:<14} {:>9.3} {:>+10.3} {:>8.2} {:>10.4} {:>8.2}",
+                "  {:<14} {:>9.3} {:>+10.3} {:>8.2} {:>10.4} {:>8.2}  {}",
                 e.experiment,
                 e.rms_um,
                 e.largest_um,
                 e.largest_at_v,
                 e.largest_at_s,
-                e.percent_of_span
+                e.percent_of_span,
+                blocks(&e.course_um)
             )?;
         }
         for sentence in &self.sentences {

@@ -2,29 +2,19 @@
 
 use crate::candidate::{Direction, Explanation, directions, refine, scan};
 use crate::ensemble::{Ensemble, solver_error};
-use crate::family::CALIBRATING;
 use crate::fit::{Fitted, RESOLUTION, fit, fit_knobs, jacobian, knobs, predict, trust};
+use crate::judge::{Judge, judges, quantile, thresholds};
 use crate::next;
 use crate::plan::{Channel, Observation, Plan};
 use crate::report::{BeforeAfter, Diagnosis, Estimate, Ranked, Verdict};
 use crate::space::{Space, Vector};
 use mirror_model::effect::{Effect, built_in};
 use mirror_model::{Model, Runaway};
-use nalgebra::{DMatrix, DVector};
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
+use nalgebra::DVector;
 use rayon::prelude::*;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Of mirrors with nothing hidden, this share must stay without a named effect.
-const QUIET: f64 = 0.95;
-/// No score below this is evidence, however quiet the virtual mirrors are: few readings leave them no room to show
-/// anything, and a real mirror comes from no family.
-const FLOOR: f64 = 60.0;
-/// Groups of rows take as their own noise what this share of the mirrors of an unseen family leave there at most.
-const LEFTOVER: f64 = 0.8;
 /// A candidate whose score is this share of the best one's is a rival: forms that differ by so much are no evidence.
 const RIVAL_SHARE: f64 = 0.8;
 /// Candidates this close to the best score are rivals however small both are.
@@ -121,10 +111,7 @@ impl<'a> Bench<'a> {
             })
             .collect();
         let thresholds = thresholds(&effects, &judges);
-        let quiet_misfits = judges
-            .iter()
-            .flat_map(|judge| judge.quiet.iter().map(|v| judge.space.product(v, v)));
-        let mut quiet_misfits: Vec<_> = quiet_misfits.collect();
+        let mut quiet_misfits: Vec<_> = judges.iter().flat_map(Judge::misfits).collect();
         quiet_misfits.sort_by(f64::total_cmp);
         let approximation_rms = rms(
             plan,
@@ -451,138 +438,4 @@ fn rms_of<'o>(plan: &Plan, units_of_trust: impl Iterator<Item = (f64, &'o Observ
         }
     }
     (sum / count.max(1) as f64).sqrt()
-}
-
-/// Mirrors of one family in the space that the other families span.
-struct Judge {
-    space: Space,
-    quiet: Vec<Vector>,
-}
-
-/// One judge a family, and the noise of all rows. Each group of rows (an experiment's displacement, its currents) has as
-/// noise, beside its white noise, what mirrors of an unseen family leave there after base and approximation.
-fn judges(
-    plan: &Plan,
-    ensemble: &Ensemble,
-    slopes: &DMatrix<f64>,
-    white: &DVector<f64>,
-) -> (Vec<Judge>, DVector<f64>) {
-    let folds: Vec<_> = (0..CALIBRATING.len())
-        .map(|family| ensemble.leave_out(family))
-        .collect();
-    let left: Vec<Vec<f64>> = folds
-        .par_iter()
-        .flat_map(|(judging, spanning)| {
-            let space = Space::new(slopes, spanning, &DVector::repeat(white.len(), 1.0));
-            judging
-                .column_iter()
-                .map(|column| squares_by_group(plan, &space.remainder(&column.into_owned())))
-                .collect::<Vec<_>>()
-        })
-        .collect();
-    let leftovers: Vec<f64> = (0..2 * plan.experiments.len())
-        .map(|group| {
-            let mut squares: Vec<f64> = left.iter().map(|groups| groups[group]).collect();
-            squares.sort_by(f64::total_cmp);
-            quantile(&squares, LEFTOVER)
-        })
-        .collect();
-    let rows = plan
-        .observations
-        .iter()
-        .zip(white.iter())
-        .map(|(o, w)| (w * w + leftovers[group(o)]).sqrt());
-    let noise = DVector::from_iterator(white.len(), rows);
-    let judges = folds
-        .par_iter()
-        .enumerate()
-        .map(|(family, (judging, spanning))| {
-            let space = Space::new(slopes, spanning, &noise);
-            let mut rng = ChaCha8Rng::seed_from_u64(family as u64);
-            let mut noisy = |column: DVector<f64>| {
-                column
-                    + white.map(|sigma| {
-                        sigma
-                            * <StandardNormal as Distribution<f64>>::sample(
-                                &StandardNormal,
-                                &mut rng,
-                            )
-                    })
-            };
-            let quiet = judging
-                .column_iter()
-                .map(|column| space.vector(&noisy(column.into_owned())))
-                .collect();
-            Judge { space, quiet }
-        })
-        .collect();
-    (judges, noise)
-}
-
-fn group(observation: &Observation) -> usize {
-    2 * observation.experiment + usize::from(observation.channel == Channel::Displacement)
-}
-
-fn squares_by_group(plan: &Plan, remainder: &DVector<f64>) -> Vec<f64> {
-    let mut sums = vec![(0.0, 0usize); 2 * plan.experiments.len()];
-    for (value, o) in remainder.iter().zip(&plan.observations) {
-        sums[group(o)].0 += value * value;
-        sums[group(o)].1 += 1;
-    }
-    sums.into_iter()
-        .map(|(sum, count)| sum / count.max(1) as f64)
-        .collect()
-}
-
-/// Scores that mirrors with nothing hidden, of a family that was not seen, stay below. Effects differ in how well they ape
-/// the approximation, so each has its own scale; the common factor makes sure of the best of all of them.
-fn thresholds(effects: &[(Arc<dyn Effect>, Vec<Direction>)], judges: &[Judge]) -> Vec<f64> {
-    let scores: Vec<Vec<f64>> = effects
-        .par_iter()
-        .map(|(_, directions)| {
-            judges
-                .iter()
-                .flat_map(|judge| judge.scores(directions))
-                .collect()
-        })
-        .collect();
-    let scales: Vec<f64> = scores
-        .iter()
-        .map(|scores| {
-            let mut sorted = scores.clone();
-            sorted.sort_by(f64::total_cmp);
-            quantile(&sorted, QUIET).max(FLOOR)
-        })
-        .collect();
-    let mut worst: Vec<f64> = (0..scores.first().map_or(0, Vec::len))
-        .map(|mirror| {
-            scores
-                .iter()
-                .zip(&scales)
-                .map(|(scores, scale)| scores[mirror] / scale)
-                .fold(0.0, f64::max)
-        })
-        .collect();
-    worst.sort_by(f64::total_cmp);
-    let factor = quantile(&worst, QUIET).max(1.0);
-    scales.iter().map(|scale| factor * scale).collect()
-}
-
-impl Judge {
-    fn scores(&self, directions: &[Direction]) -> Vec<f64> {
-        let directions: Vec<_> = directions
-            .iter()
-            .map(|direction| direction.seen_in(&self.space))
-            .collect();
-        self.quiet
-            .iter()
-            .map(|v| scan(&directions, v, &self.space).map_or(0.0, |e| e.score.max(0.0)))
-            .collect()
-    }
-}
-
-fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let at = share * (sorted.len() - 1) as f64;
-    let (below, part) = (at.floor() as usize, at.fract());
-    sorted[below] + part * (sorted[(below + 1).min(sorted.len() - 1)] - sorted[below])
 }

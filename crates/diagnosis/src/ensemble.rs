@@ -13,9 +13,11 @@ use std::path::{Path, PathBuf};
 /// Mirrors of the ensemble; a multiple of the number of families.
 pub const MIRRORS: usize = 120;
 /// Quasi-Newton steps from one virtual mirror's fit to another's.
-const STEPS: usize = 16;
+const STEPS: usize = 20;
+/// Steps between two computations of the Jacobian.
+const REFRESHED: usize = 5;
 /// Changes with whatever changes the residuals, so that an old cache is not taken for a new one.
-const VERSION: u64 = 2;
+const VERSION: u64 = 7;
 
 /// Residuals of the base fitted to virtual mirrors, in units of trust; one mirror a column, the families in turn.
 #[derive(Clone, Debug)]
@@ -74,8 +76,8 @@ fn residuals(plan: &Plan) -> Result<Vec<f64>, Runaway> {
     Ok(columns.concat())
 }
 
-/// Fits the base to a virtual mirror by Broyden steps from the fit to another one, a tenth of the price of a fit of its
-/// own. What a few steps leave along the Jacobian is projected out later.
+/// Fits the base to a virtual mirror from the fit to another one: damped steps with Broyden's updates of that one's
+/// Jacobian, which is computed anew only now and then. A third of the price of a fit of its own.
 fn follow(
     start: &Model,
     plan: &Plan,
@@ -92,31 +94,40 @@ fn follow(
             .map(|((v, p), o)| (v - p) / trust(o));
         Some(DVector::from_vec(rows.collect()))
     };
-    let mut jacobian = slopes.clone();
+    let mut slopes = slopes.clone();
     let mut model = start.clone();
     let mut left = scaled(&model).expect("the fit that it starts from has an answer");
-    for _ in 0..STEPS {
-        let mut normal = jacobian.tr_mul(&jacobian);
-        for index in 0..knobs.len() {
-            normal[(index, index)] += 1e-3 * normal[(index, index)] + 1e-6;
-        }
-        let Some(step) = normal.cholesky().map(|c| c.solve(&jacobian.tr_mul(&left))) else {
+    let mut damping = 1e-3;
+    for round in 1..=STEPS {
+        let normal = slopes.tr_mul(&slopes);
+        let damped =
+            &normal + DMatrix::from_diagonal(&normal.diagonal().map(|d| damping * d + 1e-6));
+        let Some(step) = damped.cholesky().map(|c| c.solve(&slopes.tr_mul(&left))) else {
             break;
         };
+        let step = step.map(|s: f64| s.clamp(-0.7, 0.7));
         let mut moved = model.clone();
-        let step = step.map(|s: f64| s.clamp(-0.5, 0.5));
         for (knob, s) in knobs.iter().zip(step.iter()) {
             knob.shift(&mut moved, *s);
         }
         let Some(next) = scaled(&moved) else { break };
-        let surprise = (&left - &next) - &jacobian * &step;
-        jacobian += surprise * step.transpose() / step.norm_squared().max(1e-18);
+        let surprise = (&left - &next) - &slopes * &step;
+        slopes += surprise * step.transpose() / step.norm_squared().max(1e-18);
         let gain = 1.0 - next.norm_squared() / left.norm_squared();
         if gain > 0.0 {
-            (model, left) = (moved, next);
+            (model, left, damping) = (moved, next, damping / 5.0);
+        } else {
+            damping *= 10.0;
         }
-        if (0.0..1e-3).contains(&gain) {
+        let stuck = gain < 1e-3;
+        if stuck && round > REFRESHED {
             break;
+        }
+        if (round % REFRESHED == 0 || stuck) && round < STEPS {
+            match jacobian(&model, plan, knobs) {
+                Ok(fresh) => slopes = fresh,
+                Err(_) => break,
+            }
         }
     }
     left.as_slice().to_vec()

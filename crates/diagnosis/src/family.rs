@@ -6,7 +6,7 @@ use mirror_model::ACTUATORS;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use virtual_mirror::{Family, MirrorConfig, Reading, Sensor, VirtualMirror};
+use virtual_mirror::{Effect, Family, MirrorConfig, Reading, Sensor, VirtualMirror};
 
 /// Families that thresholds are calibrated on; tests use the others.
 pub const CALIBRATING: [Family; 3] = [Family::A, Family::B, Family::C];
@@ -74,15 +74,21 @@ fn draw_mirror(seed: u64) -> MirrorConfig {
         (spread * normal.clamp(-2.5, 2.5)).exp()
     };
     config.plate.air_loss_uw_k *= factor(0.4);
-    let (air, uneven, isolation, neck) = (factor(0.3), factor(0.2), factor(0.4), factor(0.4));
+    let (air, uneven, isolation) = (factor(0.3), factor(0.2), factor(0.2));
     // One actuator is several beams side by side: their heat capacity, and with it all times, vary more than their losses.
     let beams = (2.0 * factor(1.0)).clamp(0.7, 10.0);
     for segment in &mut config.segments {
         segment.air_loss_w_m_k *= if segment.turned { air * uneven } else { air };
         segment.length_um *= if segment.heated { 1.0 } else { isolation };
-        segment.width_um *= if segment.heated { beams } else { neck };
+        segment.width_um *= if segment.heated { beams } else { 1.0 };
     }
     config.shape.clamp = (config.shape.clamp + rng.random_range(-0.2..0.2)).clamp(0.0, 0.95);
+    // Released beams stand up from the substrate, the paper's by 220 um: no missing physics, but a bent curve.
+    config.shape.rest_height_um = rng.random_range(0.0..300.0);
+    // No heater is without leads and contacts; a part of what would be remarkable is always there.
+    config
+        .effects
+        .set(Effect::SeriesResistance, rng.random_range(0.0..0.5));
     config.sensor.position_noise_nm = 0.0;
     config.sensor.current_noise_ua = 0.0;
     config.sensor.current_noise_ratio = 0.0;

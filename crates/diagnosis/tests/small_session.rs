@@ -8,8 +8,8 @@ use virtual_mirror::{
     Effect, Experiment, Family, MirrorConfig, Plan as Drives, Session as Virtual,
 };
 
-fn plan(hidden: Option<Effect>) -> Plan {
-    let mut config = MirrorConfig::draw(Family::E, 31);
+fn plan(family: Family, hidden: Option<Effect>) -> Plan {
+    let mut config = MirrorConfig::draw(family, 31);
     if let Some(effect) = hidden {
         config.effects.set(effect, 1.0);
     }
@@ -47,38 +47,44 @@ fn plan(hidden: Option<Effect>) -> Plan {
 
 #[test]
 fn a_mirror_with_nothing_hidden_is_left_in_peace() {
-    let found = diagnose(&Model::from(Preset::Paper), &plan(None), &[], None).unwrap();
+    let found = diagnose(
+        &Model::from(Preset::Paper),
+        &plan(Family::D, None),
+        &[],
+        None,
+    )
+    .unwrap();
     assert_eq!(found.verdict, Verdict::None, "{found}");
     assert!(found.effects.is_empty() && found.next_measurement.is_none());
 }
 
 #[test]
-fn crosstalk_is_found_added_and_gone() {
-    let plan = plan(Some(Effect::Crosstalk));
+fn softening_is_found_added_and_gone() {
+    let plan = plan(Family::E, Some(Effect::Softening));
     let paper = Model::from(Preset::Paper);
     let found = diagnose(&paper, &plan, &[], None).unwrap();
     assert!(
-        found.effects.len() <= 2 && found.effects.iter().any(|id| id == "crosstalk"),
+        found.effects.len() <= 2 && found.effects.iter().any(|id| id == "softening"),
         "{found}"
     );
-    let (with, edit) = add(&paper, find("crosstalk").unwrap(), &plan, &[]).unwrap();
+    let (with, edit) = add(&paper, find("softening").unwrap(), &plan, &[]).unwrap();
     assert!(edit.after.rms <= edit.before.rms * 1.001);
     let again = diagnose(&with, &plan, &[], None).unwrap();
-    assert!(!again.effects.iter().any(|id| id == "crosstalk"), "{again}");
-    assert!(add(&with, find("crosstalk").unwrap(), &plan, &[]).is_err());
+    assert!(!again.effects.iter().any(|id| id == "softening"), "{again}");
+    assert!(add(&with, find("softening").unwrap(), &plan, &[]).is_err());
     assert!(
-        remove(&with, "crosstalk", &plan, &[])
+        remove(&with, "softening", &plan, &[])
             .unwrap()
             .0
             .effects
             .is_empty()
     );
-    assert!(remove(&paper, "crosstalk", &plan, &[]).is_err());
+    assert!(remove(&paper, "softening", &plan, &[]).is_err());
 }
 
 #[test]
 fn a_fit_says_what_it_cannot_separate_and_lowers_the_error() {
-    let plan = plan(None);
+    let plan = plan(Family::D, None);
     let paper = Model::from(Preset::Paper);
     let (fitted, report) = fit_and_report(&paper, &plan, &["sweep.csv".into()]).unwrap();
     assert!(
