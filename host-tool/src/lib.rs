@@ -9,7 +9,7 @@ pub mod cli;
 mod commands;
 pub mod error;
 mod new_file;
-mod picture;
+pub mod picture;
 pub mod quantity;
 mod report;
 

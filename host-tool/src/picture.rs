@@ -7,18 +7,27 @@ use std::ops::Range;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-pub(crate) const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
-pub(crate) const MEASURED: RGBColor = RGBColor(0x1f, 0x77, 0xb4);
-pub(crate) const ERROR: RGBColor = RGBColor(0xd6, 0x27, 0x28);
+/// Axes, titles, and what a model says.
+pub const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
+/// What was measured.
+pub const MEASURED: RGBColor = RGBColor(0x1f, 0x77, 0xb4);
+/// What is left between the two.
+pub const ERROR: RGBColor = RGBColor(0xd6, 0x27, 0x28);
 
 const TERMINAL_WIDTH: usize = 64;
 const TERMINAL_HEIGHT: usize = 9;
 
-type Series<'a> = (&'a [(f64, f64)], RGBColor);
+/// Where a panel is drawn.
+pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+/// Points, and their colour.
+pub type Series<'a> = (&'a [(f64, f64)], RGBColor);
 
 /// One panel with lines and dots, its ranges taken from them.
-pub(crate) fn panel(
-    area: &DrawingArea<SVGBackend<'_>, Shift>,
+///
+/// # Errors
+/// Where the drawing library gives up.
+pub fn panel(
+    area: &Area<'_>,
     title: &str,
     (x_name, y_name): (&str, &str),
     lines: &[Series<'_>],
@@ -59,7 +68,7 @@ pub(crate) fn panel(
 }
 
 /// Dots in the terminal, under a title, with the extremes beside them.
-pub(crate) fn text_plot(title: &str, points: &[(f64, f64)]) -> String {
+pub fn text_plot(title: &str, points: &[(f64, f64)]) -> String {
     let (across, up) = (
         range(points.iter().map(|(x, _)| *x)),
         range(points.iter().map(|(_, y)| *y)),

@@ -24,7 +24,6 @@ mod fit_report;
 mod judge;
 mod next;
 pub mod plan;
-mod plot;
 mod report;
 pub mod space;
 
@@ -33,5 +32,4 @@ pub use diagnose::diagnose;
 pub use edit::{Edit, EditError, add, remove};
 pub use fit_report::{FitReport, fit_and_report};
 pub use plan::Plan;
-pub use plot::{PlotError, svg};
 pub use report::{BeforeAfter, Diagnosis, Estimate, NextMeasurement, Ranked, Verdict};
