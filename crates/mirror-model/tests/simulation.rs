@@ -68,13 +68,16 @@ fn halving_the_step_changes_nanometres_only() {
 
 #[test]
 fn every_effect_is_nothing_at_strength_0_and_something_otherwise() {
-    let plain = simulate(&dynamic(), &session(), 0.3).unwrap();
+    let mut session = session();
+    // A step that is read fast enough to see it ring.
+    session.extend([hold(2.0, 2e-4); 20]);
+    let plain = simulate(&dynamic(), &session, 0.3).unwrap();
     for effect in built_in() {
         let mut model = dynamic();
         model.effects = vec![Active::usual(effect)];
-        let with = simulate(&model, &session(), 0.3).unwrap();
+        let with = simulate(&model, &session, 0.3).unwrap();
         model.effects[0].values[0] = 0.0;
-        let without = simulate(&model, &session(), 0.3).unwrap();
+        let without = simulate(&model, &session, 0.3).unwrap();
         let id = model.effects[0].id();
         for ((w, o), p) in with.iter().zip(&without).zip(&plain) {
             assert!((o.z_um - p.z_um).abs() < 1e-4 && w.z_um.is_finite(), "{id}");
