@@ -1,18 +1,29 @@
 //! What a command has to say: as text for people, as JSON for scripts.
 
 use std::fmt::Display;
+use std::io::{ErrorKind, Write};
 
 use serde::Serialize;
 
 /// Prints `report` in the form that was asked for.
 pub(crate) fn print(report: &(impl Serialize + Display), json: bool) {
     if json {
-        println!(
-            "{}",
-            serde_json::to_string(report).expect("reports hold only numbers and text")
-        );
+        let line = serde_json::to_string(report).expect("reports hold only numbers and text");
+        write(&(line + "\n"));
     } else {
-        print!("{report}");
+        write(&report.to_string());
+    }
+}
+
+/// Writes to standard output. A reader that has seen enough, such as `head`, ends the tool quietly.
+pub(crate) fn write(text: &str) {
+    match std::io::stdout().write_all(text.as_bytes()) {
+        Ok(()) => {}
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => std::process::exit(0),
+        Err(error) => {
+            eprintln!("standard output cannot be written: {error}");
+            std::process::exit(1);
+        }
     }
 }
 

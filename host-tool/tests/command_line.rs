@@ -226,3 +226,21 @@ fn completions_are_for_the_shell() {
         said.out
     );
 }
+
+#[test]
+fn a_reader_that_has_seen_enough_is_no_failure() {
+    let mut tool = std::process::Command::new(env!("CARGO_BIN_EXE_host-tool"))
+        .args(["completions", "zsh"])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("the tool runs");
+    drop(tool.stdout.take());
+    let output = tool.wait_with_output().expect("it ends");
+    assert!(output.status.success());
+    assert!(
+        output.stderr.is_empty(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+}

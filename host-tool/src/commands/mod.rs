@@ -8,8 +8,6 @@ mod set_drive;
 mod set_z;
 mod status;
 
-use std::io;
-
 use clap::CommandFactory;
 use tokio::runtime::Builder;
 
@@ -17,6 +15,7 @@ use crate::board::{Board, choose};
 use crate::cli::{Arguments, Command};
 use crate::error::ToolError;
 use crate::new_file::NewFile;
+use crate::report;
 
 /// Carries out one command.
 pub(crate) fn run(arguments: Arguments) -> Result<(), ToolError> {
@@ -53,7 +52,9 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         Command::Effect(command) => lab::effect(command, json),
         Command::Completions { shell } => {
             let mut command = Arguments::command();
-            clap_complete::generate(shell, &mut command, "host-tool", &mut io::stdout());
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut command, "host-tool", &mut script);
+            report::write(&String::from_utf8_lossy(&script));
             Ok(())
         }
     }

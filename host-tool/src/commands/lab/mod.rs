@@ -64,7 +64,7 @@ pub(super) fn compare(
     let curves = picture::Curves::new(&lab.model, &lab.plan)?;
     report::print(&comparison, json);
     if !json {
-        print!("{}", curves.in_the_terminal());
+        report::write(&curves.in_the_terminal());
     }
     if let Some(path) = picture {
         let file = NewFile::create(path, true)?;
