@@ -1,9 +1,11 @@
 //! Output files: found out to be writable before the work begins, and whole or not there at all.
 
-use std::io::Write;
+use std::fs::Permissions;
+use std::io::{self, Write};
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
-use tempfile::NamedTempFile;
+use tempfile::{Builder, NamedTempFile};
 
 use crate::error::ToolError;
 
@@ -24,7 +26,7 @@ impl NewFile {
         let directory = path
             .parent()
             .filter(|parent| !parent.as_os_str().is_empty());
-        match NamedTempFile::new_in(directory.unwrap_or(Path::new("."))) {
+        match draft(directory.unwrap_or(Path::new("."))) {
             Ok(draft) => Ok(Self {
                 path,
                 replace,
@@ -52,4 +54,12 @@ impl NewFile {
             }),
         }
     }
+}
+
+/// A file without a name that is seen, with the permissions that any new file has.
+fn draft(directory: &Path) -> io::Result<NamedTempFile> {
+    let permissions = Permissions::from_mode(0o666);
+    Builder::new()
+        .permissions(permissions)
+        .tempfile_in(directory)
 }
