@@ -44,7 +44,10 @@ pub fn panel(
         .margin(10)
         .x_label_area_size(34)
         .y_label_area_size(58)
-        .build_cartesian_2d(range(all().map(|(x, _)| *x)), range(all().map(|(_, y)| *y)))?;
+        .build_cartesian_2d(
+            with_room(range(all().map(|(x, _)| *x))),
+            with_room(range(all().map(|(_, y)| *y))),
+        )?;
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
@@ -97,6 +100,12 @@ pub fn text_plot(title: &str, points: &[(f64, f64)]) -> String {
     }
     let _ = writeln!(plot, "{:>10}  {:<32}{:>32}", "", across.start, across.end);
     plot
+}
+
+/// With a little room on both sides, so that no dot lies on the frame.
+fn with_room(range: Range<f64>) -> Range<f64> {
+    let room = 0.04 * (range.end - range.start);
+    range.start - room..range.end + room
 }
 
 /// From the smallest to the largest value, and a little more where they are one.
