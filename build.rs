@@ -41,11 +41,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("cargo::rustc-link-arg-tests=-Tembedded-test.x");
     }
 
-    println!("cargo::rerun-if-changed=.git/HEAD");
-    println!(
-        "cargo::rustc-env=FIRMWARE_BUILD={}",
-        commit().unwrap_or("unknown".to_owned())
-    );
+    // The log of HEAD changes with every commit.
+    if let Some(log) = git(&["rev-parse", "--git-path", "logs/HEAD"]) {
+        println!("cargo::rerun-if-changed={log}");
+    }
+    let commit = git(&["rev-parse", "--short", "HEAD"]).unwrap_or("unknown".to_owned());
+    println!("cargo::rustc-env=FIRMWARE_BUILD={commit}");
     Ok(())
 }
 
@@ -67,12 +68,9 @@ fn reference(model: &mirror_model::PistonModel) -> Result<String, mirror_model::
     Ok(source + "];\n")
 }
 
-/// The commit that is built, as git abbreviates it.
-fn commit() -> Option<String> {
-    let git = Command::new("git")
-        .args(["describe", "--always", "--dirty"])
-        .output()
-        .ok()?;
-    let commit = String::from_utf8(git.stdout).ok()?.trim().to_owned();
-    (git.status.success() && !commit.is_empty()).then_some(commit)
+/// What git answers, where there is git.
+fn git(words: &[&str]) -> Option<String> {
+    let output = Command::new("git").args(words).output().ok()?;
+    let answer = String::from_utf8(output.stdout).ok()?.trim().to_owned();
+    (output.status.success() && !answer.is_empty()).then_some(answer)
 }

@@ -76,6 +76,7 @@ impl Control {
         }
         if let Some(stream) = self.mailbox.take_stream() {
             self.stream = Pacer::new(stream);
+            self.mailbox.begin_stream(telemetry.tick);
         }
         if self.stream.is_due() {
             self.mailbox.send_sample(telemetry);

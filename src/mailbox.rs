@@ -26,6 +26,7 @@ pub struct Mailbox {
     command: Shared<Option<Setpoint>>,
     stream: Shared<Option<Stream>>,
     commanded: Signal<CriticalSectionRawMutex, Commanded>,
+    streaming: Signal<CriticalSectionRawMutex, u32>,
     latest: Shared<Telemetry>,
     samples: Channel<CriticalSectionRawMutex, Telemetry, QUEUED_SAMPLES>,
     dropped: Shared<u32>,
@@ -44,6 +45,7 @@ impl Mailbox {
             command: Mutex::new(Cell::new(None)),
             stream: Mutex::new(Cell::new(None)),
             commanded: Signal::new(),
+            streaming: Signal::new(),
             latest: Mutex::new(Cell::new(Telemetry {
                 tick: 0,
                 drive_v: [0.0; 4],
@@ -69,13 +71,31 @@ impl Mailbox {
     pub async fn command(&self, setpoint: Setpoint) -> Result<Commanded, ControlStopped> {
         self.commanded.reset();
         self.post(setpoint);
-        with_timeout(TICK_TIMEOUT, self.commanded.wait())
-            .await
-            .map_err(|_| ControlStopped)
+        let confirmed = with_timeout(TICK_TIMEOUT, self.commanded.wait()).await;
+        confirmed.map_err(|_| {
+            // What was refused must not be carried out later.
+            self.take_command();
+            ControlStopped
+        })
     }
 
-    /// Link side: asks for a stream of samples in place of any earlier one.
-    pub fn stream(&self, stream: Stream) {
+    /// Link side: asks for a stream of samples in place of any earlier one, and waits for its first
+    /// tick.
+    ///
+    /// # Errors
+    /// Where no tick came.
+    pub async fn stream(&self, stream: Stream) -> Result<u32, ControlStopped> {
+        self.streaming.reset();
+        self.request_stream(stream);
+        let first_tick = with_timeout(TICK_TIMEOUT, self.streaming.wait()).await;
+        first_tick.map_err(|_| {
+            self.take_stream();
+            ControlStopped
+        })
+    }
+
+    /// Link side: has the next tick begin a stream.
+    pub fn request_stream(&self, stream: Stream) {
         self.stream.lock(|slot| slot.set(Some(stream)));
     }
 
@@ -112,6 +132,12 @@ impl Mailbox {
     /// Control side: a command is carried out.
     pub(crate) fn confirm(&self, commanded: Commanded) {
         self.commanded.signal(commanded);
+    }
+
+    /// Control side: a stream begins with this tick; samples of an earlier one are forgotten.
+    pub(crate) fn begin_stream(&self, first_tick: u32) {
+        self.samples.clear();
+        self.streaming.signal(first_tick);
     }
 
     /// Control side: a tick is over.

@@ -2,9 +2,9 @@
 
 use control_core::{Calibration, Micrometre, Setpoint, Volt};
 use mirror_protocol::{
-    Board, CommandReply, Drives, ENDPOINTS, Hello, HelloEndpoint, Identity, MAX_FRAME_BYTES,
-    OffEndpoint, PROTOCOL_VERSION, Position, Refusal, SetDriveEndpoint, SetPositionEndpoint,
-    Status, StatusEndpoint, StatusReply, Stream, StreamEndpoint, StreamReply, TOPICS_IN,
+    CommandReply, Drives, ENDPOINTS, Hello, HelloEndpoint, Identity, MAX_FRAME_BYTES, OffEndpoint,
+    PROTOCOL_VERSION, Position, Refusal, SetDriveEndpoint, SetPositionEndpoint, Status,
+    StatusEndpoint, StatusReply, Stream, StreamEndpoint, StreamReply, Streaming, TOPICS_IN,
     TOPICS_OUT, TelemetryTopic, Text,
 };
 use postcard_rpc::define_dispatch;
@@ -13,6 +13,7 @@ use postcard_rpc::server::{Dispatch, Sender, Server, WireRx};
 use static_cell::ConstStaticCell;
 
 use crate::TICK_HZ;
+use crate::board::Board;
 #[cfg(feature = "board-mps2")]
 use crate::board::mps2::link::LinkTx;
 #[cfg(feature = "board-stm32g474")]
@@ -21,7 +22,8 @@ use crate::mailbox::Mailbox;
 
 /// What the endpoints know and remember.
 pub struct Session {
-    board: Board,
+    board: &'static str,
+    is_emulated: bool,
     mailbox: &'static Mailbox,
     max_position: Micrometre,
     max_drive: Volt,
@@ -31,9 +33,10 @@ pub struct Session {
 
 impl Session {
     /// A session before any greeting.
-    pub fn new(board: Board, mailbox: &'static Mailbox, calibration: &Calibration) -> Self {
+    pub fn new<B: Board>(mailbox: &'static Mailbox, calibration: &Calibration) -> Self {
         Self {
-            board,
+            board: B::NAME,
+            is_emulated: B::IS_EMULATED,
             mailbox,
             max_position: calibration.max_position(),
             max_drive: calibration.max_drive(),
@@ -77,7 +80,7 @@ define_dispatch! {
         | SetPositionEndpoint | async    | set_position |
         | SetDriveEndpoint    | async    | set_drive    |
         | OffEndpoint         | async    | off          |
-        | StreamEndpoint      | blocking | stream       |
+        | StreamEndpoint      | async    | stream       |
     };
     topics_in: {
         list: TOPICS_IN;
@@ -95,7 +98,8 @@ fn hello(session: &mut Session, _header: VarHeader, hello: Hello) -> Identity {
         protocol_version: PROTOCOL_VERSION,
         firmware_version: text(env!("CARGO_PKG_VERSION")),
         build: text(env!("FIRMWARE_BUILD")),
-        board: session.board,
+        board: text(session.board),
+        is_emulated: session.is_emulated,
         tick_hz: TICK_HZ,
     }
 }
@@ -132,13 +136,14 @@ async fn off(session: &mut Session, _header: VarHeader, (): ()) -> CommandReply 
     session.command(Setpoint::Off).await
 }
 
-fn stream(session: &mut Session, _header: VarHeader, stream: Stream) -> StreamReply {
+async fn stream(session: &mut Session, _header: VarHeader, stream: Stream) -> StreamReply {
     session.check_version()?;
     if stream.period_ticks == 0 {
         return Err(Refusal::ZeroPeriod);
     }
-    session.mailbox.stream(stream);
-    Ok(())
+    let first_tick = session.mailbox.stream(stream).await;
+    let first_tick = first_tick.map_err(|_| Refusal::ControlStopped)?;
+    Ok(Streaming { first_tick })
 }
 
 fn check_numbers(values: &[f32]) -> Result<(), Refusal> {

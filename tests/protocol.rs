@@ -130,7 +130,7 @@ mod tests {
     #[test]
     async fn a_stream_ends_by_itself() {
         let mut control = control();
-        MAILBOX.stream(Stream {
+        MAILBOX.request_stream(Stream {
             period_ticks: 3,
             count: 4,
         });
@@ -146,7 +146,7 @@ mod tests {
     #[test]
     async fn samples_that_nobody_fetches_are_counted_as_dropped() {
         let mut control = control();
-        MAILBOX.stream(Stream {
+        MAILBOX.request_stream(Stream {
             period_ticks: 1,
             count: 100,
         });

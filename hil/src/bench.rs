@@ -101,6 +101,7 @@ impl Bench {
         Command::new(tool)
             .args(words)
             .env("MIRROR_BOARD", &self.board)
+            .env("MIRROR_BOARDS", self.directory())
             .env("NO_COLOR", "1")
             .current_dir(self.directory())
             .stdin(Stdio::null())
@@ -124,6 +125,15 @@ impl Bench {
 impl Default for Bench {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+impl Drop for Bench {
+    /// A real board is left with its channels off, whatever a check did.
+    fn drop(&mut self) {
+        if self.emulated.is_none() {
+            let _ = self.start_tool(&["off"]).wait();
+        }
     }
 }
 

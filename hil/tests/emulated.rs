@@ -52,7 +52,7 @@ fn what_is_printed_names_each_number() {
         ]
     );
     assert!(
-        said.out.contains("by the virtual sensor after 0.1 s"),
+        said.out.contains("by the virtual sensor after 0."),
         "{}",
         said.out
     );
@@ -192,18 +192,95 @@ fn a_tool_that_dies_while_streaming_leaves_the_board_ready() {
 }
 
 #[test]
-fn a_second_tool_is_told_that_the_board_is_taken() {
+fn a_second_tool_is_told_that_the_board_is_taken_again_and_again() {
     let bench = bench();
     let mut first = bench.start_tool(&["set-z", "100um", "--settle", "1h"]);
     thread::sleep(Duration::from_millis(700));
-    let second = bench.tool(&["status"]);
+    // By name too: looking for boards must not wait for one that is taken.
+    for words in [
+        &["status"][..],
+        &["status"],
+        &["--board", "emulated", "status"],
+        &["status"],
+    ] {
+        let second = bench.tool(words);
+        assert_eq!(second.code, 1, "{words:?}");
+        assert!(
+            second.err.contains("is another host-tool"),
+            "{words:?}: {}",
+            second.err
+        );
+    }
     first.kill().expect("it ends");
     first.wait().expect("it is gone");
-    assert_eq!(second.code, 1);
-    assert!(
-        second.err.contains("is another host-tool"),
-        "{}",
-        second.err
-    );
     assert_eq!(bench.tool(&["status"]).code, 0);
+}
+
+#[test]
+fn samples_of_a_dead_tool_are_not_taken_for_ones_own() {
+    let bench = bench();
+    let mut first = bench.start_tool(&[
+        "record",
+        "-o",
+        "first.csv",
+        "--duration",
+        "1h",
+        "--period",
+        "300us",
+    ]);
+    thread::sleep(Duration::from_millis(500));
+    first.kill().expect("it dies");
+    first.wait().expect("it is gone");
+    let words = [
+        "record",
+        "-o",
+        "second.csv",
+        "--duration",
+        "300ms",
+        "--period",
+        "10ms",
+    ];
+    assert_eq!(bench.json(&words)["samples"], 30);
+    let text = std::fs::read_to_string(bench.directory().join("second.csv")).expect("a file");
+    let file = measurement::MeasurementFile::parse("second.csv", &text).expect("readable");
+    let steps = file.rows.windows(2).map(|pair| pair[1].t_s - pair[0].t_s);
+    assert!(
+        steps.clone().all(|step| (step - 0.01).abs() < 1e-9),
+        "{:?}",
+        steps.collect::<Vec<_>>()
+    );
+}
+
+#[test]
+fn a_recording_is_as_long_as_it_was_asked_to_be_or_refused() {
+    let bench = bench();
+    let slow = [
+        "record",
+        "-o",
+        "slow.csv",
+        "--duration",
+        "12s",
+        "--period",
+        "4s",
+    ];
+    assert_eq!(bench.json(&slow)["samples"], 3);
+    for (period, sentence) in [
+        (
+            "0s",
+            "samples cannot come every 0 s: the board takes 0.0001 s to 6.5535 s",
+        ),
+        ("10us", "samples cannot come every 1e-5 s"),
+        ("10s", "samples cannot come every 10 s"),
+    ] {
+        let said = bench.tool(&["record", "-o", "never.csv", "--period", period]);
+        let err = said
+            .err
+            .split_whitespace()
+            .collect::<Vec<_>>()
+            .join(" ")
+            .replace("│ ", "");
+        assert_eq!(said.code, 1);
+        assert!(err.contains(sentence), "{err}");
+        assert!(!bench.directory().join("never.csv").exists());
+    }
 }

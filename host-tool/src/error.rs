@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use mirror_protocol::{PROTOCOL_VERSION, Refusal};
 
-use crate::quantity::{Length, Voltage};
+use crate::quantity::{Length, Span, Voltage};
 
 /// A failure of the tool.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -81,6 +81,22 @@ pub enum ToolError {
     #[error("a mirror has four actuators, and {count} voltages were given; nothing was changed")]
     #[diagnostic(help("give one voltage for all four actuators, or one for each of them"))]
     DriveCount { count: usize },
+
+    #[error("samples cannot come every {asked}: the board takes {tick} to {longest}")]
+    #[diagnostic(help("ask for another --period"))]
+    Period {
+        asked: Span,
+        tick: Span,
+        longest: Span,
+    },
+
+    #[error("{asked} is more samples than the board counts in one stream")]
+    #[diagnostic(help("ask for a shorter --duration, or a longer --period"))]
+    TooManySamples { asked: f64 },
+
+    #[error("{} is there and is not a file", path.display())]
+    #[diagnostic(help("choose the name of a file"))]
+    NotAFile { path: PathBuf },
 
     #[error("{} already exists", path.display())]
     #[diagnostic(help("choose another name, or replace it with --force"))]

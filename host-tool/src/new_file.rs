@@ -20,6 +20,9 @@ pub(crate) struct NewFile {
 impl NewFile {
     /// A file at `path`; one that is there already is kept, unless it may be replaced.
     pub(crate) fn create(path: PathBuf, replace: bool) -> Result<Self, ToolError> {
+        if path.exists() && !path.is_file() {
+            return Err(ToolError::NotAFile { path });
+        }
         if path.exists() && !replace {
             return Err(ToolError::FileExists { path });
         }

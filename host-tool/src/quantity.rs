@@ -70,41 +70,44 @@ pub enum QuantityError {
     },
 }
 
-/// A kind of quantity: its units, each with its factor to the first.
+/// A kind of quantity: its units, each with what to multiply and to divide by to come to the first.
+/// Both are whole, so that `10us` is exactly `1e-5 s`.
 struct Kind {
     what: &'static str,
     example: &'static str,
-    units: &'static [(&'static str, f64)],
+    units: &'static [(&'static str, f64, f64)],
 }
 
 const LENGTH: Kind = Kind {
     what: "a position",
     example: "120um",
     units: &[
-        ("um", 1.0),
-        ("µm", 1.0),
-        ("μm", 1.0),
-        ("nm", 1e-3),
-        ("mm", 1e3),
-        ("m", 1e6),
+        ("um", 1.0, 1.0),
+        ("µm", 1.0, 1.0),
+        ("μm", 1.0, 1.0),
+        ("nm", 1.0, 1e3),
+        ("mm", 1e3, 1.0),
+        ("m", 1e6, 1.0),
     ],
 };
 const VOLTAGE: Kind = Kind {
     what: "a voltage",
     example: "1.9V",
-    units: &[("V", 1.0), ("v", 1.0), ("mV", 1e-3)],
+    units: &[("V", 1.0, 1.0), ("v", 1.0, 1.0), ("mV", 1.0, 1e3)],
 };
+/// The board's count of ticks turns over after 119 h.
+const MAX_SPAN_S: f64 = 360_000.0;
 const SPAN: Kind = Kind {
-    what: "a time span",
+    what: "a time span up to 100 h",
     example: "500ms",
     units: &[
-        ("s", 1.0),
-        ("ms", 1e-3),
-        ("us", 1e-6),
-        ("µs", 1e-6),
-        ("μs", 1e-6),
-        ("min", 60.0),
-        ("h", 3600.0),
+        ("s", 1.0, 1.0),
+        ("ms", 1.0, 1e3),
+        ("us", 1.0, 1e6),
+        ("µs", 1.0, 1e6),
+        ("μs", 1.0, 1e6),
+        ("min", 60.0, 1.0),
+        ("h", 3600.0, 1.0),
     ],
 };
 
@@ -124,10 +127,10 @@ impl Kind {
                 unit: self.units[0].0,
             });
         }
-        let Some((_, factor)) = self.units.iter().find(|(known, _)| *known == unit) else {
+        let Some((_, times, over)) = self.units.iter().find(|(known, ..)| *known == unit) else {
             return Err(self.wrong_unit(unit));
         };
-        let value = number * factor;
+        let value = number * times / over;
         if value.is_finite() {
             Ok(value)
         } else {
@@ -136,7 +139,7 @@ impl Kind {
     }
 
     fn wrong_unit(&self, unit: &str) -> QuantityError {
-        let known: Vec<&str> = self.units.iter().map(|(known, _)| *known).collect();
+        let known: Vec<&str> = self.units.iter().map(|(known, ..)| *known).collect();
         QuantityError::WrongUnit {
             unit: unit.to_owned(),
             what: self.what,
@@ -190,7 +193,7 @@ impl FromStr for Span {
 
     fn from_str(text: &str) -> Result<Self, QuantityError> {
         let s = SPAN.parse(text)?;
-        if s < 0.0 {
+        if !(0.0..=MAX_SPAN_S).contains(&s) {
             Err(SPAN.unusable(text))
         } else {
             Ok(Self { s })
@@ -198,21 +201,30 @@ impl FromStr for Span {
     }
 }
 
+/// As few digits as tell the number, with an exponent where there would be many.
+fn write_number(f: &mut fmt::Formatter<'_>, value: f64, unit: &str) -> fmt::Result {
+    if value == 0.0 || (1e-4..1e7).contains(&value.abs()) {
+        write!(f, "{value} {unit}")
+    } else {
+        write!(f, "{value:e} {unit}")
+    }
+}
+
 impl fmt::Display for Length {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} um", self.um)
+        write_number(f, self.um, "um")
     }
 }
 
 impl fmt::Display for Voltage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} V", self.v)
+        write_number(f, self.v, "V")
     }
 }
 
 impl fmt::Display for Span {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} s", self.s)
+        write_number(f, self.s, "s")
     }
 }
 
@@ -264,13 +276,13 @@ mod tests {
         );
         assert_eq!(
             "-1s".parse::<Span>().unwrap_err().to_string(),
-            "`-1s` is not a time span that can be used; write for example 500ms"
+            "`-1s` is not a time span up to 100 h that can be used; write for example 500ms"
         );
     }
 
     proptest! {
         #[test]
-        fn what_is_printed_is_read_again(um in -1e6_f64..1e6) {
+        fn what_is_printed_is_read_again(um in proptest::num::f64::NORMAL) {
             let length = Length { um };
             prop_assert_eq!(length.to_string().parse::<Length>().unwrap(), length);
         }

@@ -38,6 +38,7 @@ fn quantities_that_are_none() {
         ("1e999um", "`1e999um` is not a position that can be used"),
         ("1.9V", "`V` is not a unit of a position"),
         ("", "`` does not start with a number"),
+        ("--settle=1000000h", "is not a time span up to 100 h"),
     ] {
         let said = host_tool(boards.path(), &["set-z", word]);
         fails_with(&said, sentence, "For more information, try '--help'");
@@ -173,6 +174,14 @@ fn an_output_file_that_cannot_be_written() {
         &host_tool(boards.path(), &["record", "-o", "/no/such/place/a.csv"]),
         "/no/such/place/a.csv cannot be written",
         "choose a file in a directory that exists",
+    );
+    fails_with(
+        &host_tool(
+            boards.path(),
+            &["record", "--force", "-o", &boards.path().to_string_lossy()],
+        ),
+        "is there and is not a file",
+        "choose the name of a file",
     );
     let existing = boards.path().join("kept.csv");
     fs::write(&existing, "kept").expect("a file");

@@ -8,7 +8,6 @@ use mirror_firmware::board::mps2::{LockstepPlant, link};
 use mirror_firmware::control::{self, Control};
 use mirror_firmware::mailbox::MAILBOX;
 use mirror_firmware::{factory, rpc};
-use mirror_protocol::Board;
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) -> ! {
@@ -21,7 +20,7 @@ async fn main(_spawner: Spawner) -> ! {
     defmt::info!("ready");
 
     let control = Control::new(Controller::new(factory::CALIBRATION), &MAILBOX);
-    let session = rpc::Session::new(Board::EmulatedMps2, &MAILBOX, &factory::CALIBRATION);
+    let session = rpc::Session::new::<LockstepPlant>(&MAILBOX, &factory::CALIBRATION);
     let serve = rpc::serve(tx, rx, session);
     embassy_futures::join::join(control::run(plant, control), serve)
         .await

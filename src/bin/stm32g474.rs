@@ -11,7 +11,6 @@ use mirror_firmware::board::stm32g474::{
 use mirror_firmware::control::{self, Control};
 use mirror_firmware::mailbox::MAILBOX;
 use mirror_firmware::{factory, rpc};
-use mirror_protocol::Board;
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
@@ -23,13 +22,13 @@ async fn main(spawner: Spawner) {
         pwm4: p.PC3,
         sense1: p.PA0,
         sense2: p.PA1,
-        sense3: p.PA2,
-        sense4: p.PA3,
+        sense3: p.PC0,
+        sense4: p.PC1,
     };
     let converters = Converters::start(p.TIM1, p.ADC1, pins);
     let control = Control::new(Controller::new(factory::CALIBRATION), &MAILBOX);
     let (device, rx, tx) = link::open(p.USB, p.PA12, p.PA11);
-    let session = rpc::Session::new(Board::Stm32g474, &MAILBOX, &factory::CALIBRATION);
+    let session = rpc::Session::new::<Converters>(&MAILBOX, &factory::CALIBRATION);
 
     start_control_executor().must_spawn(run_control(converters, control));
     spawner.must_spawn(run_usb(device));

@@ -9,6 +9,12 @@ use control_core::{AdcCode, LANES, Micrometre, PwmCode};
 
 /// A board as the control loop sees it.
 pub trait Board {
+    /// What people call it.
+    const NAME: &'static str;
+
+    /// Whether it is emulated, with a virtual mirror on it.
+    const IS_EMULATED: bool;
+
     /// Waits for the next control tick and returns what the converters read during the one that
     /// just ended.
     fn sense(&mut self) -> impl Future<Output = Sensed>;

@@ -15,6 +15,9 @@ use crate::setup;
 /// Wall time over which the emulator's speed is measured.
 const EMULATION_TIME: Duration = Duration::from_secs(5);
 
+/// Simulated seconds that a second must hold.
+const SLOWEST: f64 = 5.0;
+
 /// Positions at which the factory's table is tried.
 const STEP_UM: f64 = 10.0;
 const STEPS: u32 = 17;
@@ -43,6 +46,10 @@ pub(crate) fn run() -> Result<()> {
         name: "bench".to_owned(),
     })?;
     let speed = emulation_speed(&board);
+    ensure!(
+        speed >= SLOWEST,
+        "{speed:.1} times real time is less than {SLOWEST}"
+    );
     let reached = static_errors(&board)?;
     let picture = workspace().join("docs/pictures/set-z.svg");
     picture::draw(&picture, &reached)?;

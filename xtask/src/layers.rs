@@ -6,14 +6,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::cargo::cargo;
 
 /// (crate, workspace crates that it may reach).
-const MAY_USE: [(&str, &[&str]); 8] = [
+const MAY_USE: [(&str, &[&str]); 10] = [
     ("control-core", &["fpu"]),
+    ("emulated-board", &["plant-link", "virtual-mirror"]),
     ("fpu", &[]),
     ("measurement", &[]),
     ("mirror-model", &["measurement"]),
     ("mirror-protocol", &[]),
     ("plant-link", &[]),
     ("virtual-mirror", &[]),
+    ("virtual-sessions", &["measurement", "virtual-mirror"]),
     (
         "calibration",
         &["control-core", "fpu", "measurement", "mirror-model"],

@@ -80,7 +80,12 @@ fn run_tests(
         )?;
         let verdict = match success {
             None => "FAILED (it hangs)",
-            Some(success) if success != test.should_panic => "ok",
+            Some(true) if !test.should_panic => "ok",
+            Some(false)
+                if test.should_panic && log.iter().any(|line| line.contains("panicked")) =>
+            {
+                "ok"
+            }
             Some(_) => "FAILED",
         };
         println!("test {} ... {verdict}", test.name);

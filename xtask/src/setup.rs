@@ -22,6 +22,17 @@ pub(crate) fn rust_target() -> Result<()> {
         .with_context(|| format!("install the target yourself: rustup target add {TARGET}"))
 }
 
+/// Makes sure that the formatter and the linter are installed.
+pub(crate) fn rust_components() -> Result<()> {
+    for (tool, component) in [("cargo-fmt", "rustfmt"), ("cargo-clippy", "clippy")] {
+        if !cargo::answers(tool, "--version") {
+            eprintln!("{component} is missing; installing it.");
+            cargo::run(Command::new("rustup").args(["component", "add", component]))?;
+        }
+    }
+    Ok(())
+}
+
 /// Makes sure that the emulator is installed, by the system's package manager.
 pub(crate) fn qemu() -> Result<()> {
     if cargo::answers(QEMU, "--version") {
@@ -30,7 +41,7 @@ pub(crate) fn qemu() -> Result<()> {
     eprintln!("The emulator ({QEMU}) is missing; installing it from the system's packages.");
     let by_hand = "install QEMU for Arm yourself: Debian and Ubuntu `apt-get install \
                    qemu-system-arm`, Fedora `dnf install qemu-system-arm`, Arch `pacman -S \
-                   qemu-system-arm`, macOS `brew install qemu`";
+                   qemu-system-arm`";
     if cargo::answers("apt-get", "--version") {
         run_as_root(&["apt-get", "update", "-qq"]).context(by_hand)?;
         run_as_root(&[
@@ -46,8 +57,6 @@ pub(crate) fn qemu() -> Result<()> {
         run_as_root(&["dnf", "install", "-y", QEMU]).context(by_hand)?;
     } else if cargo::answers("pacman", "--version") {
         run_as_root(&["pacman", "-S", "--noconfirm", QEMU]).context(by_hand)?;
-    } else if cargo::answers("brew", "--version") {
-        cargo::run(Command::new("brew").args(["install", "qemu"])).context(by_hand)?;
     }
     if !cargo::answers(QEMU, "--version") {
         bail!("{QEMU} is still not there; {by_hand}");

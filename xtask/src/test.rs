@@ -42,6 +42,7 @@ const STEPS: [Step; 7] = [
 /// Passes all tests, or stops at the first step that fails.
 pub(crate) fn run_all() -> Result<()> {
     setup::rust_target()?;
+    setup::rust_components()?;
     setup::qemu()?;
     let start = Instant::now();
     for (number, (name, step)) in (1..).zip(STEPS) {

@@ -47,11 +47,6 @@ impl AdcCode {
     pub fn current(self) -> Ampere {
         Ampere(f32::from(self.0) * AMPERE_PER_ADC_CODE)
     }
-
-    /// Whether the converter is at its end: the current may be larger than it tells.
-    pub fn is_saturated(self) -> bool {
-        self.0 == u16::MAX
-    }
 }
 
 #[cfg(test)]

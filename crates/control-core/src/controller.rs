@@ -39,7 +39,7 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// A controller that starts with all lanes off.
+    /// A controller that inverts `calibration`.
     pub fn new(calibration: Calibration) -> Self {
         Self { calibration }
     }

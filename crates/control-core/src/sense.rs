@@ -3,8 +3,8 @@
 use crate::calibration::LaneCalibration;
 use crate::units::{Ampere, Kelvin, Ohm, Volt};
 
-/// Below this drive the current is too small against its noise to tell a resistance: at 0.1 V the
-/// sense noise of 2 uA is already 0.7 % of R.
+/// Below this drive the current is too small to tell a resistance: 0.1 V makes 0.28 mA, of which a
+/// bench's 2 uA of noise are 0.7 %, or 1.8 K.
 pub const MIN_SENSE_DRIVE: Volt = Volt(0.1);
 
 /// What one lane's current tells at the drive it was sensed at.

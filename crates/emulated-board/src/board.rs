@@ -1,7 +1,9 @@
 //! One emulated board: its process, its plant, its log.
 
+use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader};
+use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ExitStatus};
 use std::sync::mpsc::{Receiver, channel};
@@ -18,6 +20,7 @@ use virtual_mirror::MirrorConfig;
 use crate::logs::{LogError, LogTable};
 use crate::plant::{Plant, Progress};
 use crate::qemu;
+use crate::sockets::is_listening;
 
 /// How long QEMU may take to offer its socket.
 const START_TIMEOUT: Duration = Duration::from_secs(20);
@@ -94,8 +97,8 @@ impl EmulatedBoard {
             .tempdir()?;
         let image = fs::canonicalize(&emulation.image)?;
 
-        let fifos =
-            [plant_link::TO_PLANT, plant_link::FROM_PLANT].map(|name| directory.path().join(name));
+        let fifos = [plant_link::TO_PLANT, plant_link::FROM_PLANT]
+            .map(|name| directory.path().join(OsStr::from_bytes(name.to_bytes())));
         for fifo in &fifos {
             mkfifoat(CWD, fifo, Mode::RUSR | Mode::WUSR).map_err(io::Error::from)?;
         }
@@ -187,7 +190,7 @@ impl Drop for EmulatedBoard {
 fn claim_socket(directory: &Path, name: &str) -> Result<PathBuf, StartError> {
     fs::create_dir_all(directory)?;
     let socket = directory.join(format!("{name}.sock"));
-    if std::os::unix::net::UnixStream::connect(&socket).is_ok() {
+    if is_listening(&socket) {
         return Err(StartError::NameTaken(name.to_owned()));
     }
     match fs::remove_file(&socket) {

@@ -2,8 +2,8 @@
 //!
 //! The firmware runs in QEMU on an emulated Cortex-M4F. At every control tick it sends the compare
 //! values of its PWM to a [`Plant`], the board's [`Electronics`] with a virtual mirror on them, and
-//! waits for what its converters read; so simulated time is the count of control ticks, and a run
-//! repeats to the bit. The host reaches the board through a socket, as it would reach a real one
+//! waits for what its converters read; so simulated time is the count of control ticks. What
+//! the two say to each other repeats to the bit; the tick at which a command arrives is the host's. The host reaches the board through a socket, as it would reach a real one
 //! through USB.
 
 mod board;
@@ -18,4 +18,4 @@ pub use electronics::Electronics;
 pub use logs::{LogError, LogTable};
 pub use plant::{Plant, Progress};
 pub use qemu::{MACHINE_ARGUMENTS, QEMU};
-pub use sockets::boards_directory;
+pub use sockets::{boards_directory, is_listening};

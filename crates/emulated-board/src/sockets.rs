@@ -1,7 +1,10 @@
 //! Where running emulated boards are found.
 
 use std::env;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+use rustix::io::Errno;
+use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, connect, socket_with};
 
 /// The directory of the sockets of running emulated boards: `MIRROR_BOARDS` if set, else
 /// `mirror-boards` in the user's runtime directory, else in the temporary one.
@@ -12,4 +15,36 @@ pub fn boards_directory() -> PathBuf {
     env::var_os("XDG_RUNTIME_DIR")
         .map_or_else(env::temp_dir, PathBuf::from)
         .join("mirror-boards")
+}
+
+/// Whether somebody listens on the socket at `path`, be it that they are busy with somebody else.
+///
+/// It never waits: an emulator that has a tool connected takes no second one, and a connection to
+/// it would hang until the first has gone.
+pub fn is_listening(path: &Path) -> bool {
+    let probe = || {
+        let address = SocketAddrUnix::new(path)?;
+        let flags = SocketFlags::NONBLOCK | SocketFlags::CLOEXEC;
+        let socket = socket_with(AddressFamily::UNIX, SocketType::STREAM, flags, None)?;
+        connect(&socket, &address)
+    };
+    matches!(probe(), Ok(()) | Err(Errno::AGAIN))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::os::unix::net::UnixListener;
+
+    #[test]
+    fn tells_sockets_in_use_from_those_left_behind() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("a.sock");
+        assert!(!is_listening(&path));
+        let listener = UnixListener::bind(&path).expect("a socket");
+        // Nobody accepts, so the queue fills up; it is still somebody's.
+        assert!((0..1000).all(|_| is_listening(&path)));
+        drop(listener);
+        assert!(!is_listening(&path), "the file alone is nobody");
+    }
 }

@@ -7,14 +7,16 @@
 
 use postcard_rpc::{TopicDirection, endpoints, topics};
 
-use crate::{Commanded, Drives, Hello, Identity, Position, Refusal, Status, Stream, Telemetry};
+use crate::{
+    Commanded, Drives, Hello, Identity, Position, Refusal, Status, Stream, Streaming, Telemetry,
+};
 
 /// Answer to a command that changes the drives.
 pub type CommandReply = Result<Commanded, Refusal>;
 /// Answer to [`StatusEndpoint`].
 pub type StatusReply = Result<Status, Refusal>;
 /// Answer to [`StreamEndpoint`].
-pub type StreamReply = Result<(), Refusal>;
+pub type StreamReply = Result<Streaming, Refusal>;
 
 endpoints! {
     list = ENDPOINTS;

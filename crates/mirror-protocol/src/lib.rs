@@ -16,8 +16,8 @@ mod identity;
 mod messages;
 
 pub use endpoints::*;
-pub use identity::{Board, Hello, Identity, Text};
-pub use messages::{Commanded, Drives, Position, Refusal, Status, Stream, Telemetry};
+pub use identity::{Hello, Identity, Text};
+pub use messages::{Commanded, Drives, Position, Refusal, Status, Stream, Streaming, Telemetry};
 
 /// The version of everything in this crate but the greeting. Raised with every change on the wire.
 pub const PROTOCOL_VERSION: u16 = 1;

@@ -29,6 +29,13 @@ pub struct Stream {
     pub count: u32,
 }
 
+/// A stream as it begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Streaming {
+    /// The tick of its first sample. Earlier ticks belong to an earlier stream.
+    pub first_tick: u32,
+}
+
 /// A command as it was carried out by the control tick after it arrived.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Commanded {

@@ -2,8 +2,8 @@
 //! keeps the bytes it has always had.
 
 use mirror_protocol::{
-    Board, CommandReply, Commanded, Drives, Hello, Identity, MAX_FRAME_BYTES, Position, Refusal,
-    Status, StatusReply, Stream, Telemetry, Text,
+    CommandReply, Commanded, Drives, Hello, Identity, MAX_FRAME_BYTES, Position, Refusal, Status,
+    StatusReply, Stream, Telemetry, Text,
 };
 use proptest::prelude::*;
 
@@ -70,6 +70,16 @@ fn a_reply_is_either_done_or_refused() {
 
 #[test]
 fn the_greeting_is_frozen() {
+    use mirror_protocol::HelloEndpoint;
+    use postcard_rpc::Endpoint;
+    assert_eq!(
+        HelloEndpoint::REQ_KEY.to_bytes(),
+        [250, 253, 29, 56, 214, 179, 237, 38]
+    );
+    assert_eq!(
+        HelloEndpoint::RESP_KEY.to_bytes(),
+        [119, 42, 254, 37, 52, 131, 7, 159]
+    );
     let hello = postcard::to_stdvec(&Hello {
         protocol_version: 1,
     })
@@ -79,9 +89,10 @@ fn the_greeting_is_frozen() {
         protocol_version: 1,
         firmware_version: Text::try_from("0.1.0").unwrap(),
         build: Text::try_from("abc").unwrap(),
-        board: Board::EmulatedMps2,
+        board: Text::try_from("b").unwrap(),
+        is_emulated: true,
         tick_hz: 10_000,
     };
     let bytes = postcard::to_stdvec(&identity).unwrap();
-    assert_eq!(bytes, *b"\x01\x050.1.0\x03abc\x01\x90\x4e");
+    assert_eq!(bytes, *b"\x01\x050.1.0\x03abc\x01b\x01\x90\x4e");
 }

@@ -5,10 +5,12 @@
 //! are exercised by the firmware's own code.
 #![no_std]
 
+use core::ffi::CStr;
+
 /// FIFO, in the emulator's working directory, on which the board sends [`Pins`].
-pub const TO_PLANT: &str = "to-plant";
+pub const TO_PLANT: &CStr = c"to-plant";
 /// FIFO, in the emulator's working directory, on which the plant answers with [`Converters`].
-pub const FROM_PLANT: &str = "from-plant";
+pub const FROM_PLANT: &CStr = c"from-plant";
 
 /// What the board drives during one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

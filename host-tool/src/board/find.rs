@@ -1,11 +1,11 @@
 //! Which boards are there.
 
 use std::fs;
-use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 
-use emulated_board::boards_directory;
+use emulated_board::{boards_directory, is_listening};
 use mirror_protocol::usb::{PRODUCT, PRODUCT_ID, VENDOR_ID};
+use nusb::DeviceInfo;
 use serde::Serialize;
 
 use crate::error::ToolError;
@@ -87,20 +87,23 @@ fn find_usb() -> Vec<Found> {
         return Vec::new();
     };
     devices
-        .filter(|device| {
-            (device.vendor_id(), device.product_id()) == (VENDOR_ID, PRODUCT_ID)
-                && device
-                    .product_string()
-                    .is_none_or(|product| product == PRODUCT)
-        })
-        .map(|device| {
-            let serial = device.serial_number().unwrap_or("unknown").to_owned();
-            Found {
+        .filter(is_driver_board)
+        .filter_map(|device| {
+            let serial = device.serial_number()?.to_owned();
+            Some(Found {
                 name: serial.clone(),
                 place: Place::Usb { serial },
-            }
+            })
         })
         .collect()
+}
+
+/// Whether a USB device is a driver board.
+pub(super) fn is_driver_board(device: &DeviceInfo) -> bool {
+    (device.vendor_id(), device.product_id()) == (VENDOR_ID, PRODUCT_ID)
+        && device
+            .product_string()
+            .is_none_or(|product| product == PRODUCT)
 }
 
 /// Sockets that somebody listens on; those that were left behind are passed over.
@@ -112,7 +115,7 @@ fn find_sockets(directory: &Path) -> Vec<Found> {
         .filter_map(Result::ok)
         .map(|entry| entry.path())
         .filter(|path| path.extension().is_some_and(|ending| ending == "sock"))
-        .filter(|path| UnixStream::connect(path).is_ok())
+        .filter(|path| is_listening(path))
         .filter_map(|path| {
             let name = path.file_stem()?.to_string_lossy().into_owned();
             Some(Found {

@@ -15,7 +15,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use tokio::time::{sleep, timeout};
 
-use super::find::{Found, Place};
+use super::find::{Found, Place, is_driver_board};
 use super::socket;
 use crate::error::ToolError;
 use crate::quantity::Span;
@@ -38,6 +38,9 @@ pub struct Board {
 /// Samples of the board's stream.
 pub struct Samples {
     subscription: MultiSubscription<Telemetry>,
+    /// Earlier ones belong to an earlier stream, perhaps of another tool.
+    first_tick: u32,
+    period: Duration,
 }
 
 /// What a board can be asked, as an error message says it.
@@ -55,15 +58,17 @@ impl Board {
         };
         let client = match &found.place {
             Place::Usb { serial } => HostClient::try_new_raw_nusb(
-                |device| device.serial_number() == Some(serial),
+                |device| is_driver_board(device) && device.serial_number() == Some(serial),
                 ERROR_PATH,
                 QUEUED_REQUESTS,
                 VarSeqKind::Seq2,
             )
             .map_err(cannot_open)?,
             Place::Socket { path } => {
-                let wire = socket::connect(path).await;
-                let (tx, rx) = wire.map_err(|error| cannot_open(error.to_string()))?;
+                let wire = timeout(ANSWER_TIMEOUT, socket::connect(path)).await;
+                let (tx, rx) = wire
+                    .map_err(|_| no_answer("connect", ANSWER_TIMEOUT))?
+                    .map_err(|error| cannot_open(error.to_string()))?;
                 let sequence = VarSeqKind::Seq2;
                 HostClient::new_with_wire(tx, rx, Tasks, sequence, ERROR_PATH, QUEUED_REQUESTS)
             }
@@ -125,27 +130,63 @@ impl Board {
             .await
     }
 
-    /// Asks for `count` samples, one every `period`, which is rounded to control ticks.
+    /// Control ticks in `period`, rounded, as far as a stream's period can be.
+    ///
+    /// # Errors
+    /// Where it is less than one tick, or more than 65535.
+    pub fn period_ticks(&self, period: Span) -> Result<u16, ToolError> {
+        let ticks = (period.s * f64::from(self.identity.tick_hz)).round();
+        if (1.0..=f64::from(u16::MAX)).contains(&ticks) {
+            Ok(ticks as u16)
+        } else {
+            let (tick, longest) = (self.span(0, 1), self.span(0, u16::MAX.into()));
+            Err(ToolError::Period {
+                asked: period,
+                tick,
+                longest,
+            })
+        }
+    }
+
+    /// Asks for `count` samples, one every `period_ticks` control ticks.
     ///
     /// # Errors
     /// Where the board does not answer, or refuses.
-    pub async fn stream(&self, period: Span, count: u32) -> Result<Samples, ToolError> {
+    pub async fn stream(&self, period_ticks: u16, count: u32) -> Result<Samples, ToolError> {
         let request = "send samples";
         let subscription = self
             .client
             .subscribe_multi::<TelemetryTopic>(QUEUED_SAMPLES)
             .await
             .map_err(|_| ToolError::LinkLost { request })?;
-        let ticks = (period.s * f64::from(self.identity.tick_hz)).round();
         let stream = Stream {
-            period_ticks: ticks.clamp(1.0, 65535.0) as u16,
+            period_ticks,
             count,
         };
-        self.granted(
-            request,
-            ask::<StreamEndpoint>(&self.client, request, &stream).await?,
-        )?;
-        Ok(Samples { subscription })
+        let reply = ask::<StreamEndpoint>(&self.client, request, &stream).await?;
+        let first_tick = self.granted(request, reply)?.first_tick;
+        let period = Duration::from_secs_f64(self.span(0, period_ticks.into()).s);
+        Ok(Samples {
+            subscription,
+            first_tick,
+            period,
+        })
+    }
+
+    /// Ends the stream.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or refuses.
+    pub async fn stop_stream(&self) -> Result<(), ToolError> {
+        self.stream(1, 0).await.map(drop)
+    }
+
+    /// The board's time from one control tick to a later one.
+    pub fn span(&self, from_tick: u32, to_tick: u32) -> Span {
+        let ticks = to_tick.wrapping_sub(from_tick);
+        Span {
+            s: f64::from(ticks) / f64::from(self.identity.tick_hz),
+        }
     }
 
     /// Waits until the board's own time is `span` past the control tick `tick`.
@@ -192,10 +233,17 @@ impl Samples {
     /// Where none comes in time, or the link is lost.
     pub async fn next(&mut self) -> Result<Telemetry, ToolError> {
         let request = "send samples";
-        match timeout(ANSWER_TIMEOUT, self.subscription.recv()).await {
-            Ok(Ok(sample)) => Ok(sample),
-            Ok(Err(_)) => Err(ToolError::LinkLost { request }),
-            Err(_) => Err(no_answer(request)),
+        let limit = self.period + ANSWER_TIMEOUT;
+        loop {
+            let sample = match timeout(limit, self.subscription.recv()).await {
+                Ok(Ok(sample)) => sample,
+                Ok(Err(_)) => return Err(ToolError::LinkLost { request }),
+                Err(_) => return Err(no_answer(request, limit)),
+            };
+            // Ticks wrap, so later means less than half a turn ahead.
+            if sample.tick.wrapping_sub(self.first_tick) < u32::MAX / 2 {
+                return Ok(sample);
+            }
         }
     }
 }
@@ -212,7 +260,7 @@ where
 {
     let answer = timeout(ANSWER_TIMEOUT, client.send_resp::<E>(message)).await;
     answer
-        .map_err(|_| no_answer(request))?
+        .map_err(|_| no_answer(request, ANSWER_TIMEOUT))?
         .map_err(|error| match error {
             HostErr::Closed => ToolError::LinkLost { request },
             HostErr::Wire(error) => ToolError::NotUnderstood {
@@ -226,10 +274,10 @@ where
         })
 }
 
-fn no_answer(request: Request) -> ToolError {
+fn no_answer(request: Request, limit: Duration) -> ToolError {
     ToolError::NoAnswer {
         request,
-        seconds: ANSWER_TIMEOUT.as_secs_f64(),
+        seconds: limit.as_secs_f64(),
     }
 }
 

@@ -57,10 +57,7 @@ impl fmt::Display for List {
                 Said::Identity(identity) => writeln!(
                     f,
                     "{:<26} {link:<7} {}, firmware {} ({})",
-                    found.name,
-                    identity.board.name(),
-                    identity.firmware_version,
-                    identity.build
+                    found.name, identity.board, identity.firmware_version, identity.build
                 )?,
                 Said::Error(error) => writeln!(f, "{:<26} {link:<7} {error}", found.name)?,
             }

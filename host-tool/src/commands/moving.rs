@@ -34,19 +34,32 @@ pub(super) fn limit_names(bits: u8) -> Vec<&'static str> {
         .collect()
 }
 
-/// Lets the mirror settle after `commanded`, then reads it.
+/// The limits that acted, as a line for people.
+pub(super) fn limited_line(names: &[&str]) -> String {
+    let names = if names.is_empty() {
+        "by nothing".to_owned()
+    } else {
+        names.join(", ")
+    };
+    format!("limited    {names}")
+}
+
+/// Lets the mirror settle after `commanded` for at least so long, then reads it. With the readings
+/// comes how long it had.
 pub(super) async fn settle_and_read(
     board: &Board,
     commanded: &Commanded,
     settle: Span,
-) -> Result<Readings, ToolError> {
+) -> Result<(Readings, Span), ToolError> {
     board.wait(commanded.tick, settle).await?;
-    let mut stream = board.stream(READING_PERIOD, READING_SAMPLES).await?;
+    let period_ticks = board.period_ticks(READING_PERIOD)?;
+    let mut stream = board.stream(period_ticks, READING_SAMPLES).await?;
     let mut samples = Vec::new();
-    for _ in 0..READING_SAMPLES {
+    while samples.len() < READING_SAMPLES as usize {
         samples.push(stream.next().await?);
     }
-    Ok(Readings::mean(&samples))
+    let settled = board.span(commanded.tick, samples[0].tick);
+    Ok((Readings::mean(&samples), settled))
 }
 
 #[derive(Serialize)]

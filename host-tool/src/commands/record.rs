@@ -29,9 +29,15 @@ pub(super) async fn run(
     period: Span,
     json: bool,
 ) -> Result<(), ToolError> {
-    let expected = ((duration.s / period.s).round() as u32).max(1);
-    let mut stream = board.stream(period, expected).await?;
-    let (samples, ended) = collect(&mut stream, expected, json).await;
+    let period_ticks = board.period_ticks(period)?;
+    let period = board.span(0, period_ticks.into());
+    let asked = (duration.s / period.s).round().max(1.0);
+    if asked > f64::from(u32::MAX) {
+        return Err(ToolError::TooManySamples { asked });
+    }
+    let expected = asked as u32;
+    let mut stream = board.stream(period_ticks, expected).await?;
+    let (samples, ended) = collect(board, &mut stream, expected, json).await;
     let recording = measurement(board, &samples);
     let recorded = Recorded {
         file: file.write(&recording.to_string())?,
@@ -54,6 +60,7 @@ pub(super) async fn run(
 /// Samples until there are enough, or somebody presses Ctrl-C; those that arrived are kept whatever
 /// happens.
 async fn collect(
+    board: &Board,
     stream: &mut Samples,
     expected: u32,
     quiet: bool,
@@ -76,7 +83,7 @@ async fn collect(
     };
     let ended = tokio::select! {
         ended = receive => ended,
-        _ = ctrl_c() => Ok(()),
+        _ = ctrl_c() => board.stop_stream().await,
     };
     bar.finish_and_clear();
     (samples, ended)
@@ -86,7 +93,7 @@ fn measurement(board: &Board, samples: &[Telemetry]) -> MeasurementFile {
     let identity = board.identity();
     let mut file = MeasurementFile::default();
     file.keys.set("experiment", "record");
-    file.keys.set("device", identity.board.name());
+    file.keys.set("device", &identity.board);
     let first = samples.first().map_or(0, |sample| sample.tick);
     file.rows = samples
         .iter()

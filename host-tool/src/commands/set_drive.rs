@@ -6,7 +6,7 @@ use mirror_protocol::Drives;
 use serde::Serialize;
 
 use crate::board::Board;
-use crate::commands::moving::{Readings, limit_names, settle_and_read};
+use crate::commands::moving::{Readings, limit_names, limited_line, settle_and_read};
 use crate::error::ToolError;
 use crate::quantity::{Span, Voltage};
 use crate::report::{self, decimal, row};
@@ -51,7 +51,7 @@ pub(super) async fn run(
             drive_v: asked_v.map(|v| v as f32),
         })
         .await?;
-    let readings = settle_and_read(board, &commanded, settle).await?;
+    let (readings, _) = settle_and_read(board, &commanded, settle).await?;
     let limited_by = limit_names(commanded.limits);
     report::print(
         &SetDrive {
@@ -68,6 +68,7 @@ impl fmt::Display for SetDrive {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "asked      {}", row(self.asked_v, 3, "V"))?;
         write!(f, "{}", self.readings)?;
+        writeln!(f, "{}", limited_line(&self.limited_by))?;
         match self.readings.sensor_z_um {
             Some(z) => writeln!(f, "sensor     {z:>9.3} um"),
             None => Ok(()),

@@ -2,11 +2,11 @@
 
 use std::fmt;
 
-use mirror_protocol::{Board as Kind, Position};
+use mirror_protocol::Position;
 use serde::Serialize;
 
 use crate::board::Board;
-use crate::commands::moving::{Readings, limit_names, settle_and_read};
+use crate::commands::moving::{Readings, limit_names, limited_line, settle_and_read};
 use crate::error::ToolError;
 use crate::quantity::{Length, Span};
 use crate::report::{self, decimal};
@@ -37,13 +37,13 @@ pub(super) async fn run(
         return Err(ToolError::PositionOutOfRange { asked: z, max });
     }
     let commanded = board.set_position(Position { z_um: z.um as f32 }).await?;
-    let readings = settle_and_read(board, &commanded, settle).await?;
+    let (readings, settled) = settle_and_read(board, &commanded, settle).await?;
     let report = SetZ {
         asked_um: z.um,
-        settled_s: settle.s,
+        settled_s: settled.s,
         readings,
         limited_by: limit_names(commanded.limits),
-        sensor_is_virtual: board.identity().board == Kind::EmulatedMps2,
+        sensor_is_virtual: board.identity().is_emulated,
         error_um: readings.sensor_z_um.map(|sensor| sensor - z.um),
     };
     report::print(&report, json);
@@ -54,16 +54,7 @@ impl fmt::Display for SetZ {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "asked      {:>9.3} um", self.asked_um)?;
         write!(f, "{}", self.readings)?;
-        let limits = self.limited_by.join(", ");
-        writeln!(
-            f,
-            "limited    {}",
-            if limits.is_empty() {
-                "by nothing"
-            } else {
-                &limits
-            }
-        )?;
+        writeln!(f, "{}", limited_line(&self.limited_by))?;
         if let (Some(sensor), Some(error)) = (self.readings.sensor_z_um, self.error_um) {
             let whose = if self.sensor_is_virtual {
                 "virtual sensor"
@@ -72,7 +63,7 @@ impl fmt::Display for SetZ {
             };
             writeln!(
                 f,
-                "moved to   {sensor:>9.3} um by the {whose} after {} s: {error:+.3} um from what was \
+                "moved to   {sensor:>9.3} um by the {whose} after {:.2} s: {error:+.3} um from what was \
                  asked",
                 self.settled_s
             )?;

@@ -6,7 +6,7 @@ use mirror_protocol::{Identity, Status};
 use serde::Serialize;
 
 use crate::board::Board;
-use crate::commands::moving::{Readings, limit_names};
+use crate::commands::moving::{Readings, limit_names, limited_line};
 use crate::error::ToolError;
 use crate::report::{self, decimal};
 
@@ -45,7 +45,7 @@ impl StatusReport {
 impl fmt::Display for StatusReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let identity = &self.identity;
-        writeln!(f, "board      {}", identity.board.name())?;
+        writeln!(f, "board      {}", identity.board)?;
         writeln!(
             f,
             "firmware   {} ({}), protocol {}, {} control ticks/s",
@@ -58,6 +58,7 @@ impl fmt::Display for StatusReport {
             self.max_position_um, self.max_drive_v
         )?;
         write!(f, "{}", self.readings)?;
+        writeln!(f, "{}", limited_line(&self.limited_by))?;
         if self.dropped_samples > 0 {
             writeln!(f, "dropped    {} samples since start", self.dropped_samples)?;
         }
@@ -68,7 +69,7 @@ impl fmt::Display for StatusReport {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mirror_protocol::{Board as Kind, Telemetry, Text};
+    use mirror_protocol::{Telemetry, Text};
 
     #[test]
     fn is_printed_as_in_the_golden_file() {
@@ -77,7 +78,8 @@ mod tests {
             protocol_version: 1,
             firmware_version: text("0.1.0"),
             build: text("a396533"),
-            board: Kind::Stm32g474,
+            board: text("STM32G474RE driver board"),
+            is_emulated: false,
             tick_hz: 10_000,
         };
         let status = Status {

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::thread;
 
 use host_tool::board::framing::{Decoder, encode};
-use mirror_protocol::{Board, HelloEndpoint, Identity, PROTOCOL_VERSION, Text};
+use mirror_protocol::{HelloEndpoint, Identity, PROTOCOL_VERSION, Text};
 use postcard_rpc::Endpoint;
 use postcard_rpc::header::{VarHeader, VarKey};
 
@@ -68,7 +68,8 @@ fn greeting(request: &[u8], protocol_version: u16) -> Vec<u8> {
         protocol_version,
         firmware_version: Text::try_from("9.9.9").expect("short"),
         build: Text::try_from("fake").expect("short"),
-        board: Board::Stm32g474,
+        board: Text::try_from("fake board").expect("short"),
+        is_emulated: false,
         tick_hz: 10_000,
     };
     let key = VarKey::Key8(HelloEndpoint::RESP_KEY);

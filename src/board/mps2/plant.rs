@@ -2,7 +2,7 @@
 
 use control_core::{AdcCode, LANES, Micrometre, PwmCode};
 use embassy_futures::yield_now;
-use plant_link::{Converters, Pins};
+use plant_link::{Converters, FROM_PLANT, Pins, TO_PLANT};
 use semihosting::fs::File;
 use semihosting::io::{self, Read, Write};
 
@@ -25,8 +25,8 @@ impl LockstepPlant {
     /// Where the emulator was started without a plant.
     pub fn open(mailbox: &'static Mailbox) -> io::Result<Self> {
         // The other end opens in the same order; opening a FIFO waits for it.
-        let to_plant = File::create(c"to-plant")?;
-        let from_plant = File::open(c"from-plant")?;
+        let to_plant = File::create(TO_PLANT)?;
+        let from_plant = File::open(FROM_PLANT)?;
         let mut plant = Self {
             to_plant,
             from_plant,
@@ -49,6 +49,9 @@ impl LockstepPlant {
 }
 
 impl Board for LockstepPlant {
+    const NAME: &'static str = "emulated MPS2-AN386 with a virtual mirror";
+    const IS_EMULATED: bool = true;
+
     async fn sense(&mut self) -> Sensed {
         yield_now().await;
         // Simulated time waits for the host rather than losing samples.

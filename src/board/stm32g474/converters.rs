@@ -14,7 +14,7 @@ use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, Exten, InjectedAdc, SampleT
 use embassy_stm32::gpio::OutputType;
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::timer::vals::{Mms2, Ossi};
-use embassy_stm32::peripherals::{ADC1, PA0, PA1, PA2, PA3, PA8, PA9, PA10, PC3, TIM1};
+use embassy_stm32::peripherals::{ADC1, PA0, PA1, PA8, PA9, PA10, PC0, PC1, PC3, TIM1};
 use embassy_stm32::timer::low_level::{CountingMode, OutputCompareMode, Timer};
 use embassy_stm32::timer::simple_pwm::PwmPin;
 use embassy_stm32::timer::{Ch1, Ch2, Ch3, Ch4, Channel};
@@ -35,8 +35,8 @@ const CHANNELS: [Channel; LANES] = [Channel::Ch1, Channel::Ch2, Channel::Ch3, Ch
 /// The conversions of the tick that just ended.
 static CONVERTED: Signal<CriticalSectionRawMutex, [AdcCode; LANES]> = Signal::new();
 
-/// Runs the control loop above everything else.
-pub static CONTROL_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
+/// Runs the control loop above the link.
+static CONTROL_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 
 /// The pins of the four channels.
 #[expect(missing_docs, reason = "named by channel")]
@@ -47,8 +47,8 @@ pub struct ConverterPins {
     pub pwm4: Peri<'static, PC3>,
     pub sense1: Peri<'static, PA0>,
     pub sense2: Peri<'static, PA1>,
-    pub sense3: Peri<'static, PA2>,
-    pub sense4: Peri<'static, PA3>,
+    pub sense3: Peri<'static, PC0>,
+    pub sense4: Peri<'static, PC1>,
 }
 
 /// PWM and current sense.
@@ -120,6 +120,9 @@ fn start_pwm(timer: Peri<'static, TIM1>) -> Timer<'static, TIM1> {
 }
 
 impl Board for Converters {
+    const NAME: &'static str = "STM32G474RE driver board";
+    const IS_EMULATED: bool = false;
+
     async fn sense(&mut self) -> Sensed {
         Sensed {
             currents: CONVERTED.wait().await,

@@ -1,6 +1,7 @@
 //! The host link: USB full speed, one vendor interface with two bulk endpoints. Windows finds its
 //! driver by the descriptors.
 
+use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::peripherals::{PA11, PA12, USB};
 use embassy_stm32::{Peri, bind_interrupts, usb};
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
@@ -32,6 +33,8 @@ pub fn open(
     static FRAME: ConstStaticCell<[u8; MAX_FRAME_BYTES]> =
         ConstStaticCell::new([0; MAX_FRAME_BYTES]);
 
+    // Below the control loop.
+    interrupt::USB_LP.set_priority(Priority::P2);
     let driver = Driver::new(usb, Interrupts, dp, dm);
     let mut config = Config::new(VENDOR_ID, PRODUCT_ID);
     config.manufacturer = Some(MANUFACTURER);

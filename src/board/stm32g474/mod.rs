@@ -6,7 +6,7 @@ mod converters;
 pub mod link;
 mod stop;
 
-pub use converters::{CONTROL_EXECUTOR, ConverterPins, Converters, start_control_executor};
+pub use converters::{ConverterPins, Converters, start_control_executor};
 
 use defmt_rtt as _;
 use embassy_stm32::Config;
