@@ -9,7 +9,7 @@ use virtual_mirror::MirrorConfig;
 
 use crate::cargo::{self, TARGET, cargo, target_directory, workspace};
 use crate::images::{self, Board};
-use crate::picture;
+use crate::picture::{self, Reached};
 use crate::setup;
 
 /// Wall time over which the emulator's speed is measured.
@@ -21,12 +21,6 @@ const SLOWEST: f64 = 5.0;
 /// Positions at which the factory's table is tried.
 const STEP_UM: f64 = 10.0;
 const STEPS: u32 = 17;
-
-/// Where the mirror went when it was asked for a position.
-pub(crate) struct Reached {
-    pub(crate) asked_um: f64,
-    pub(crate) error_um: f64,
-}
 
 /// Prints the table of figures.
 pub(crate) fn run() -> Result<()> {

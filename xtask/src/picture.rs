@@ -7,10 +7,14 @@ use anyhow::{Context, Result, anyhow};
 use host_tool::picture::{ERROR, INK, MEASURED, panel};
 use plotters::prelude::*;
 
-use crate::bench::Reached;
-
 const SIZE: (u32, u32) = (760, 420);
 const UPPER_HEIGHT: u32 = 240;
+
+/// Where the mirror went when it was asked for a position.
+pub(crate) struct Reached {
+    pub(crate) asked_um: f64,
+    pub(crate) error_um: f64,
+}
 
 /// Draws asked against reached, and the error below.
 pub(crate) fn draw(path: &Path, points: &[Reached]) -> Result<()> {

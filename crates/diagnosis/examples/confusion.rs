@@ -2,10 +2,10 @@
 //! and counts. `cargo run --release -p diagnosis --example confusion -- [seeds] [strength] [with|without] [cache folder]`
 
 use diagnosis::{Plan, Verdict, diagnose};
-use measurement::{Keys, MeasurementFile, Row, Session};
 use mirror_model::{Model, Preset};
 use std::path::Path;
-use virtual_mirror::{Effect, Family, MirrorConfig, Plan as Drives, Session as Virtual};
+use virtual_mirror::{Effect, Family, MirrorConfig, Plan as Drives};
+use virtual_sessions::{Instruments, measure};
 
 const TESTING: [Family; 2] = [Family::D, Family::E];
 
@@ -21,7 +21,11 @@ fn main() {
     let strength: f64 = argument(1, "1").parse().expect("a strength");
     let currents = argument(2, "with") == "with";
     let cache = argument(3, "target/diagnosis-cache");
-    let most = if currents { 2 } else { 3 };
+    let (most, instruments) = if currents {
+        (2, Instruments::PositionAndCurrents)
+    } else {
+        (3, Instruments::Position)
+    };
     let (mut right, mut wrong, mut tried, mut quiet, mut unlisted) = (0, 0, 0, 0, (0, 0));
     let hidden: Vec<Option<Effect>> = std::iter::once(None)
         .chain(Effect::ALL.iter().copied().map(Some))
@@ -33,7 +37,8 @@ fn main() {
                 if let Some(effect) = effect {
                     config.effects.set(effect, strength);
                 }
-                let plan = Plan::new(&record(&config, currents));
+                let session = measure(&config, &Drives::standard(3.5), instruments);
+                let plan = Plan::new(&session.expect("the family's mirrors are possible"));
                 let found = match diagnose(
                     &Model::from(Preset::Paper),
                     &plan,
@@ -84,44 +89,4 @@ fn main() {
         "effect not in the list, verdict unknown: {} of {}",
         unlisted.0, unlisted.1
     );
-}
-
-fn record(config: &MirrorConfig, currents: bool) -> Session {
-    let session =
-        Virtual::record(config, &Drives::standard(3.5)).expect("the family's mirrors are possible");
-    let files = session.recordings.into_iter().map(|recording| {
-        let experiment = &recording.experiment;
-        let mut keys = Keys::default();
-        keys.set("experiment", &experiment.name);
-        keys.set("noise_z_nm", &session.noise_z_nm.to_string());
-        if experiment.prehold_s > 0.0 {
-            keys.set("prehold_V", &experiment.prehold_v.to_string());
-            keys.set("prehold_s", &experiment.prehold_s.to_string());
-        }
-        if let Some(drive) = &experiment.drive {
-            keys.set("drive", drive);
-        }
-        let rows = recording.rows.iter().map(|row| Row {
-            t_s: row.t_s,
-            t_global_s: Some(row.t_global_s),
-            voltage_v: row.drive_v,
-            current_a: row
-                .reading
-                .current_a
-                .map(|current| currents.then_some(current)),
-            z_um: Some(row.reading.z_um),
-            ..Row::default()
-        });
-        (
-            experiment.name.clone(),
-            MeasurementFile {
-                keys,
-                notes: Vec::new(),
-                rows: rows.collect(),
-            },
-        )
-    });
-    Session {
-        files: files.collect(),
-    }
 }

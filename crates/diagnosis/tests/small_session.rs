@@ -1,12 +1,10 @@
 //! The whole way on a small session of a virtual mirror from a family that no threshold was calibrated on.
 
 use diagnosis::{Plan, Verdict, add, compare, diagnose, fit_and_report, remove};
-use measurement::{Keys, MeasurementFile, Row, Session};
 use mirror_model::effect::find;
 use mirror_model::{Model, Preset};
-use virtual_mirror::{
-    Effect, Experiment, Family, MirrorConfig, Plan as Drives, Session as Virtual,
-};
+use virtual_mirror::{Effect, Experiment, Family, MirrorConfig, Plan as Drives};
+use virtual_sessions::{Instruments, measure};
 
 fn plan(family: Family, hidden: Option<Effect>) -> Plan {
     let mut config = MirrorConfig::draw(family, 31);
@@ -17,32 +15,12 @@ fn plan(family: Family, hidden: Option<Effect>) -> Plan {
         Experiment::sweep("sweep", 0.0, 3.5, 14, 1.0),
         Experiment::single(3.5, 5),
     ];
-    let session = Virtual::record(&config, &Drives { experiments })
-        .expect("the family's mirrors are possible");
-    let files = session.recordings.into_iter().map(|recording| {
-        let mut keys = Keys::default();
-        keys.set("experiment", &recording.experiment.name);
-        keys.set("noise_z_nm", &session.noise_z_nm.to_string());
-        let rows = recording.rows.iter().map(|row| Row {
-            t_s: row.t_s,
-            t_global_s: Some(row.t_global_s),
-            voltage_v: row.drive_v,
-            current_a: row.reading.current_a.map(Some),
-            z_um: Some(row.reading.z_um),
-            ..Row::default()
-        });
-        (
-            recording.experiment.name.clone(),
-            MeasurementFile {
-                keys,
-                notes: Vec::new(),
-                rows: rows.collect(),
-            },
-        )
-    });
-    Plan::new(&Session {
-        files: files.collect(),
-    })
+    let session = measure(
+        &config,
+        &Drives { experiments },
+        Instruments::PositionAndCurrents,
+    );
+    Plan::new(&session.expect("the family's mirrors are possible"))
 }
 
 #[test]
