@@ -2,6 +2,7 @@
 
 mod bench;
 mod cargo;
+mod diagnoses;
 mod emulate;
 mod flash;
 mod hidden;
@@ -43,7 +44,11 @@ enum Task {
         board: Option<String>,
     },
     /// Measure what is claimed, and print it.
-    Bench,
+    Bench {
+        /// What to measure; without it, the board and the control tick.
+        #[arg(value_enum)]
+        what: Option<Benchmark>,
+    },
     /// Build a firmware image and print its size.
     Build {
         /// The board to build for.
@@ -65,6 +70,13 @@ enum Task {
     },
 }
 
+/// What can be measured besides.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Benchmark {
+    /// How well the diagnosis finds what is hidden in `data/hidden`.
+    Diagnose,
+}
+
 fn main() -> ExitCode {
     run(Arguments::parse().task).unwrap_or_else(|error| {
         eprintln!("error: {error:#}");
@@ -77,7 +89,10 @@ fn run(task: Task) -> Result<ExitCode> {
         Task::Emulate(arguments) => emulate::run(&arguments),
         Task::Test => test::run_all().map(|()| ExitCode::SUCCESS),
         Task::Hil { board } => test::acceptance(board.as_deref()).map(|()| ExitCode::SUCCESS),
-        Task::Bench => bench::run().map(|()| ExitCode::SUCCESS),
+        Task::Bench { what: None } => bench::run().map(|()| ExitCode::SUCCESS),
+        Task::Bench {
+            what: Some(Benchmark::Diagnose),
+        } => diagnoses::run().map(|()| ExitCode::SUCCESS),
         Task::Build { board } => images::build_and_report(board).map(|()| ExitCode::SUCCESS),
         Task::HideEffects => hidden::write().map(|()| ExitCode::SUCCESS),
         Task::Flash => flash::run_probe().map(|()| ExitCode::SUCCESS),
