@@ -71,7 +71,7 @@ fn the_ends_of_the_range_are_told_and_kept() {
             "3.6 V is beyond what this board drives, 0 to 3.5 V",
         ),
         (
-            &["set-drive", "--", "-0.1V"],
+            &["set-drive", "-0.1V", "--settle", "1s"],
             "-0.1 V is beyond what this board drives",
         ),
     ] {

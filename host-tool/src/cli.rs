@@ -1,10 +1,22 @@
 //! The command line.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::quantity::{Length, Span, Voltage};
+use crate::quantity::{Length, MINUS, Span, Voltage};
+
+/// A negative quantity with a minus sign instead of the hyphen that would make it an option, so that
+/// `-0.1V` is told to be out of range rather than unknown.
+pub fn negative_as_value(word: OsString) -> OsString {
+    match word.to_str().and_then(|text| text.strip_prefix('-')) {
+        Some(rest) if rest.starts_with(|c: char| c.is_ascii_digit() || c == '.') => {
+            format!("{MINUS}{rest}").into()
+        }
+        _ => word,
+    }
+}
 
 /// Bench tool for electrothermal MEMS mirrors on the driver board.
 #[derive(Debug, Parser)]
@@ -34,7 +46,6 @@ pub enum Command {
     /// Move the mirror to a position and print what it took.
     SetZ {
         /// Where to, from rest and towards the substrate: 120um, 0.12mm.
-        #[arg(allow_hyphen_values = true)]
         z: Length,
         /// How long to let the mirror settle before reading it.
         #[arg(long, default_value = "1s")]

@@ -20,7 +20,7 @@ use clap::Parser;
 /// Runs the tool with the arguments of this process; every failure is told in words and ends in a
 /// code other than 0.
 pub fn main() -> ExitCode {
-    let arguments = cli::Arguments::parse();
+    let arguments = cli::Arguments::parse_from(std::env::args_os().map(cli::negative_as_value));
     match commands::run(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

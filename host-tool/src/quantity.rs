@@ -5,6 +5,9 @@ use std::str::FromStr;
 
 use serde::Serialize;
 
+/// The sign that typesetters use, and that people paste.
+pub const MINUS: char = '\u{2212}';
+
 /// A position or displacement.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize)]
 #[serde(transparent)]
@@ -113,7 +116,7 @@ const SPAN: Kind = Kind {
 
 impl Kind {
     fn parse(&self, text: &str) -> Result<f64, QuantityError> {
-        let text = text.trim();
+        let text = &text.trim().replace(MINUS, "-");
         let (number, unit) = split(text);
         let Ok(number) = number.parse::<f64>() else {
             return Err(QuantityError::NoNumber {
@@ -247,6 +250,7 @@ mod tests {
                 "{text}"
             );
         }
+        assert_eq!("−1.5um".parse::<Length>().unwrap().um, -1.5);
         assert_eq!("1min".parse::<Span>().unwrap().s, 60.0);
     }
 
