@@ -30,6 +30,14 @@ pub struct Said {
     pub err: String,
 }
 
+impl Said {
+    /// What went wrong, on one line: the tool breaks its lines to the terminal's width.
+    pub fn sentence(&self) -> String {
+        let words: Vec<&str> = self.err.split_whitespace().collect();
+        words.join(" ").replace("│ ", "")
+    }
+}
+
 impl Bench {
     /// The board that `MIRROR_BOARD` names, or a new emulated one.
     ///

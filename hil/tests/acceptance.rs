@@ -76,7 +76,7 @@ fn the_ends_of_the_range_are_told_and_kept() {
         ),
     ] {
         let said = bench.tool(words);
-        let err = said.err.split_whitespace().collect::<Vec<_>>().join(" ");
+        let err = said.sentence();
         assert_ne!(said.code, 0);
         assert!(err.contains(sentence), "{err}");
         assert!(said.out.is_empty());

@@ -273,12 +273,7 @@ fn a_recording_is_as_long_as_it_was_asked_to_be_or_refused() {
         ("10s", "samples cannot come every 10 s"),
     ] {
         let said = bench.tool(&["record", "-o", "never.csv", "--period", period]);
-        let err = said
-            .err
-            .split_whitespace()
-            .collect::<Vec<_>>()
-            .join(" ")
-            .replace("│ ", "");
+        let err = said.sentence();
         assert_eq!(said.code, 1);
         assert!(err.contains(sentence), "{err}");
         assert!(!bench.directory().join("never.csv").exists());

@@ -11,12 +11,7 @@ use fake_board::{Fake, fake_board};
 use mirror_protocol::PROTOCOL_VERSION;
 
 fn fails_with(said: &Said, sentence: &str, advice: &str) {
-    let err = said
-        .err
-        .split_whitespace()
-        .collect::<Vec<_>>()
-        .join(" ")
-        .replace(" │ ", " ");
+    let err = said.sentence();
     assert_ne!(said.code, 0);
     assert!(err.contains(sentence), "`{sentence}` is not in: {err}");
     assert!(err.contains(advice), "`{advice}` is not in: {err}");

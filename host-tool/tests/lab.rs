@@ -32,12 +32,7 @@ fn json(words: &[&str]) -> Value {
 
 fn refuses(words: &[&str], sentence: &str) {
     let said = lab(words);
-    let err = said
-        .err
-        .split_whitespace()
-        .collect::<Vec<_>>()
-        .join(" ")
-        .replace("│ ", "");
+    let err = said.sentence();
     assert_ne!(said.code, 0, "{words:?}");
     assert!(err.contains(sentence), "`{sentence}` is not in: {err}");
     assert!(!err.contains("panicked"), "{err}");

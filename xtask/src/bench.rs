@@ -1,16 +1,16 @@
 //! What is claimed, measured.
 
-use std::process::Command;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
 use emulated_board::{EmulatedBoard, Emulation};
 use virtual_mirror::MirrorConfig;
 
-use crate::cargo::{self, TARGET, cargo, target_directory, workspace};
+use crate::cargo::{TARGET, cargo, workspace};
 use crate::images::{self, Board};
 use crate::picture::{self, Reached};
 use crate::setup;
+use crate::tool;
 
 /// Wall time over which the emulator's speed is measured.
 const EMULATION_TIME: Duration = Duration::from_secs(5);
@@ -31,7 +31,7 @@ pub(crate) fn run() -> Result<()> {
         counts == instructions()?,
         "two runs counted different instructions"
     );
-    cargo::run(&mut cargo(&["build", "--package", "host-tool"]))?;
+    tool::build()?;
     let directory = tempfile::tempdir()?;
     let board = EmulatedBoard::start(&Emulation {
         image: images::build(Board::Mps2)?,
@@ -110,19 +110,12 @@ fn static_errors(board: &EmulatedBoard) -> Result<Vec<Reached>> {
     (0..=STEPS)
         .map(|step| {
             let asked_um = STEP_UM * f64::from(step);
-            let output = Command::new(target_directory().join("debug/host-tool"))
-                .args([
-                    "set-z",
-                    &format!("{asked_um}um"),
-                    "--settle",
-                    "2s",
-                    "--json",
-                ])
-                .env("MIRROR_BOARD", board.socket())
-                .output()
-                .context("the host tool does not run")?;
-            let report: serde_json::Value = serde_json::from_slice(&output.stdout)
-                .with_context(|| String::from_utf8_lossy(&output.stderr).into_owned())?;
+            let asked = format!("{asked_um}um");
+            let report = tool::json(
+                tool::command()
+                    .args(["set-z", &asked, "--settle", "2s"])
+                    .env("MIRROR_BOARD", board.socket()),
+            )?;
             let error_um = report["error_um"].as_f64().context("no virtual sensor")?;
             Ok(Reached { asked_um, error_um })
         })

@@ -1,12 +1,12 @@
 //! How well the diagnosis finds what is hidden in `data/hidden`, asked as a user asks.
 
 use std::fs;
-use std::process::Command;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
 
-use crate::cargo::{self, cargo, target_directory, workspace};
+use crate::cargo::workspace;
+use crate::tool;
 
 /// The tool's list, as `effect list` prints it.
 const LISTED: usize = 20;
@@ -30,7 +30,7 @@ impl Outcome {
 
 /// Diagnoses every session, and prints each verdict beside the truth, and the sums.
 pub(crate) fn run() -> Result<()> {
-    cargo::run(&mut cargo(&["build", "--package", "host-tool"]))?;
+    tool::build()?;
     let directory = workspace().join("data/hidden");
     let answers: toml::Table = fs::read_to_string(directory.join("answers.toml"))?.parse()?;
     let listed = listed_effects()?;
@@ -98,7 +98,7 @@ fn print_sums(outcomes: &[Outcome], listed: &[String], seconds: f64) {
 }
 
 fn diagnose(session: &str, hidden: Vec<String>) -> Result<Outcome> {
-    let report = host_tool(&["diagnose", "paper", session])?;
+    let report = tool::json(tool::command().args(["diagnose", "paper", session]))?;
     let effects = report["effects"]
         .as_array()
         .context("no effects in the report")?;
@@ -116,7 +116,7 @@ fn diagnose(session: &str, hidden: Vec<String>) -> Result<Outcome> {
 }
 
 fn listed_effects() -> Result<Vec<String>> {
-    let report = host_tool(&["effect", "list"])?;
+    let report = tool::json(tool::command().args(["effect", "list"]))?;
     let effects = report["effects"].as_array().context("no list")?;
     let ids: Vec<String> = effects
         .iter()
@@ -124,14 +124,4 @@ fn listed_effects() -> Result<Vec<String>> {
         .collect();
     anyhow::ensure!(ids.len() == LISTED, "the list holds {} effects", ids.len());
     Ok(ids)
-}
-
-fn host_tool(words: &[&str]) -> Result<serde_json::Value> {
-    let output = Command::new(target_directory().join("debug/host-tool"))
-        .args(words)
-        .arg("--json")
-        .output()
-        .context("the host tool does not run")?;
-    serde_json::from_slice(&output.stdout)
-        .with_context(|| String::from_utf8_lossy(&output.stderr).into_owned())
 }

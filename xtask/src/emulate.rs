@@ -2,16 +2,16 @@
 
 use std::io::{self, BufRead, Write};
 use std::path::PathBuf;
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
 use emulated_board::{EmulatedBoard, Emulation, boards_directory};
 use virtual_mirror::MirrorConfig;
 
-use crate::cargo::{self, cargo, target_directory};
 use crate::images::{self, Board};
 use crate::setup;
+use crate::tool;
 
 /// An emulated board, and what to do with it.
 #[derive(clap::Args)]
@@ -55,10 +55,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         simulated / wall
     );
     if arguments.log {
-        board
-            .log()
-            .iter()
-            .for_each(|line| eprintln!("firmware: {line}"));
+        print_log(&board);
     }
     Ok(code)
 }
@@ -66,7 +63,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
 fn start(arguments: &Arguments, boards_directory: PathBuf) -> Result<EmulatedBoard> {
     setup::qemu()?;
     let image = images::build(Board::Mps2)?;
-    cargo::run(&mut cargo(&["build", "--package", "host-tool"]))?;
+    tool::build()?;
     let mirror = match &arguments.mirror {
         Some(path) => MirrorConfig::from_file(path)?,
         None => MirrorConfig::bench(),
@@ -82,13 +79,18 @@ fn start(arguments: &Arguments, boards_directory: PathBuf) -> Result<EmulatedBoa
 
 /// Runs the host tool against `board`.
 fn host_tool(board: &EmulatedBoard, words: &[String]) -> Result<ExitCode> {
-    let tool = target_directory().join("debug").join("host-tool");
-    let status = Command::new(tool)
+    let status = tool::command()
         .args(words)
         .env("MIRROR_BOARD", board.socket())
         .status()
         .context("the host tool does not run")?;
     Ok(ExitCode::from(status.code().map_or(1, |code| code as u8)))
+}
+
+fn print_log(board: &EmulatedBoard) {
+    for line in board.log() {
+        eprintln!("firmware: {line}");
+    }
 }
 
 /// Takes commands from a person until they are done.
@@ -111,10 +113,7 @@ fn converse(board: &mut EmulatedBoard) -> Result<ExitCode> {
             Some(_) => drop(host_tool(board, &words)?),
         }
         if let Some(status) = board.exit_status()? {
-            board
-                .log()
-                .iter()
-                .for_each(|line| eprintln!("firmware: {line}"));
+            print_log(board);
             anyhow::bail!("the emulated board ended ({status})");
         }
     }

@@ -13,6 +13,7 @@ mod on_target;
 mod picture;
 mod setup;
 mod test;
+mod tool;
 
 use std::path::PathBuf;
 use std::process::ExitCode;

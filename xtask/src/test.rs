@@ -8,6 +8,7 @@ use anyhow::{Context, Result, ensure};
 use crate::cargo::{TARGET, cargo, run};
 use crate::images::{self, Board};
 use crate::setup;
+use crate::tool;
 
 const FIRMWARE: &str = "mirror-firmware";
 /// Needs an emulated board, so it runs after the images are built.
@@ -63,7 +64,7 @@ pub(crate) fn run_all() -> Result<()> {
 
 /// The acceptance checks, on the board named `board` or on emulated ones.
 pub(crate) fn acceptance(board: Option<&str>) -> Result<()> {
-    run(&mut cargo(&["build", "--package", "host-tool"]))?;
+    tool::build()?;
     let mut tests = cargo(&["test", "--package", ACCEPTANCE]);
     match board {
         Some(board) => {

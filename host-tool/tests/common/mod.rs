@@ -12,6 +12,14 @@ pub(crate) struct Said {
     pub(crate) err: String,
 }
 
+impl Said {
+    /// What went wrong, on one line: the tool breaks its lines to the terminal's width.
+    pub(crate) fn sentence(&self) -> String {
+        let words: Vec<&str> = self.err.split_whitespace().collect();
+        words.join(" ").replace("│ ", "")
+    }
+}
+
 /// Runs `host-tool` with the boards in `directory`, and no others.
 pub(crate) fn host_tool(directory: &Path, words: &[&str]) -> Said {
     let output = Command::new(env!("CARGO_BIN_EXE_host-tool"))

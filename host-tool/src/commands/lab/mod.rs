@@ -61,8 +61,11 @@ pub(super) fn compare(
 ) -> Result<(), ToolError> {
     let lab = Lab::load(input)?;
     let comparison = diagnosis::compare(&lab.model, &lab.plan)?;
-    let curves = picture::Curves::new(&lab.model, &lab.plan)?;
     report::print(&comparison, json);
+    if json && picture.is_none() {
+        return Ok(());
+    }
+    let curves = picture::Curves::new(&lab.model, &lab.plan)?;
     if !json {
         report::write(&curves.in_the_terminal());
     }
