@@ -17,7 +17,7 @@ const STEPS: usize = 20;
 /// Steps between two computations of the Jacobian.
 const REFRESHED: usize = 5;
 /// Changes with whatever changes the residuals, so that an old cache is not taken for a new one.
-const VERSION: u64 = 7;
+const VERSION: u64 = 8;
 
 /// Residuals of the base fitted to virtual mirrors, in units of trust; one mirror a column, the families in turn.
 #[derive(Clone, Debug)]

@@ -160,7 +160,7 @@ impl Plan {
                 push(
                     Channel::Current(actuator),
                     *current,
-                    CURRENT_NOISE_A + CURRENT_NOISE_RATIO * current.abs(),
+                    CURRENT_NOISE_A.hypot(CURRENT_NOISE_RATIO * current),
                 );
             }
         }

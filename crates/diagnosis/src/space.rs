@@ -8,7 +8,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// How much further than the virtual mirrors a real one may lie in the directions in which they differ.
-const WIDENING: f64 = 3.0;
+const WIDENING: f64 = 1.5;
 
 /// A vector with what the inner product needs of it.
 #[derive(Clone, Debug)]

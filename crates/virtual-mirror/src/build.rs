@@ -121,6 +121,7 @@ fn network(config: &MirrorConfig, slices: &[Slice], draws: &Draws) -> Network {
         } else {
             0.0
         },
+        stagnant: Lanes::ZERO,
         loss: LossLaw::new(&config.effects, config.ambient_c),
         tcr: draws.tcr * config.heater.tcr_per_k,
         tcr_tail: saturation(&config.effects),

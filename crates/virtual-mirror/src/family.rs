@@ -23,11 +23,23 @@ pub enum Family {
     D,
     /// Metal leads across the isolation, and a heater that leaves the overlaps cold.
     E,
+    /// A fold that is heated on its way out only: the return half is warmed by what flows on.
+    F,
+    /// One long half without a fold, thick films, two slim beams on a thick plate.
+    G,
 }
 
 impl Family {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::A, Self::B, Self::C, Self::D, Self::E];
+    pub const ALL: [Self; 7] = [
+        Self::A,
+        Self::B,
+        Self::C,
+        Self::D,
+        Self::E,
+        Self::F,
+        Self::G,
+    ];
 }
 
 impl MirrorConfig {
@@ -91,6 +103,7 @@ fn materials(draw: &mut Draw) -> Materials {
 fn plate(family: Family, draw: &mut Draw) -> Plate {
     let (side, silicon) = match family {
         Family::D => (draw.between(350.0, 500.0), draw.between(60.0, 100.0)),
+        Family::G => (draw.between(600.0, 900.0), draw.between(100.0, 200.0)),
         _ => (draw.between(500.0, 1000.0), draw.between(20.0, 60.0)),
     };
     // Air below and above the plate, and some around its edges.
@@ -109,6 +122,8 @@ fn clamp(family: Family, draw: &mut Draw) -> f64 {
         Family::B => draw.between(0.5, 0.9),
         Family::D => draw.between(0.0, 0.6),
         Family::E => draw.between(0.35, 0.75),
+        Family::F => draw.between(0.5, 0.8),
+        Family::G => draw.between(0.0, 0.3),
     }
 }
 
@@ -147,6 +162,12 @@ impl Layout {
                 0.0,
                 draw.between(150.0, 200.0),
             ],
+            Family::G => [
+                draw.between(20.0, 40.0),
+                draw.between(440.0, 520.0),
+                draw.between(60.0, 100.0),
+                draw.between(330.0, 400.0),
+            ],
             _ => [
                 draw.between(15.0, 40.0),
                 draw.about(250.0, 0.08),
@@ -157,10 +178,10 @@ impl Layout {
         // From two slim beams an actuator to eight: heat capacity, and with it the fast time constant, spans 0.6 to 9 ms.
         let width_um = 30.0 * draw.between(0.0, 12.0f64.ln()).exp();
         lengths[0] *= 1.0 + width_um / 150.0; // so that the isolation still isolates
-        let level = if family == Family::D {
-            draw.between(0.19, 0.25)
-        } else {
-            draw.between(0.15, 0.21)
+        let level = match family {
+            Family::D => draw.between(0.19, 0.25),
+            Family::F => draw.between(0.22, 0.27),
+            _ => draw.between(0.15, 0.21),
         };
         let uneven = match family {
             Family::C => draw.between(1.25, 1.7),
@@ -190,14 +211,14 @@ impl Layout {
 
     fn segments(&self) -> Vec<Segment> {
         let names = ["isolation", "NI", "OL", "IV"];
-        let order: [(usize, bool); 8] = if self.family == Family::B {
-            [0, 1, 2, 3, 1, 2, 3, 0].map(|kind| (kind, false))
-        } else {
-            let out = [0, 1, 2, 3].map(|kind| (kind, false));
-            let back = [3, 2, 1, 0].map(|kind| (kind, true));
-            [
-                out[0], out[1], out[2], out[3], back[0], back[1], back[2], back[3],
-            ]
+        let straight = |kinds: &[usize]| kinds.iter().map(|&kind| (kind, false)).collect();
+        let order: Vec<(usize, bool)> = match self.family {
+            Family::B => straight(&[0, 1, 2, 3, 1, 2, 3, 0]),
+            Family::G => straight(&[0, 1, 2, 3, 0]),
+            _ => {
+                let back = [3, 2, 1, 0].map(|kind| (kind, true));
+                [0, 1, 2, 3].map(|kind| (kind, false)).into_iter().chain(back).collect()
+            }
         };
         let segment = |(place, (kind, turned)): (usize, (usize, bool))| Segment {
             name: names[kind].to_owned(),
@@ -206,7 +227,11 @@ impl Layout {
             cells: self.cells[kind],
             layers: self.layers(kind),
             air_loss_w_m_k: self.loss[usize::from(place >= 4)] * if kind == 0 { 0.6 } else { 1.0 },
-            heated: kind != 0 && !(kind == 2 && self.family == Family::E),
+            heated: match self.family {
+                Family::E => kind == 1 || kind == 3,
+                Family::F => kind != 0 && place < 4,
+                _ => kind != 0,
+            },
             turned,
         };
         order

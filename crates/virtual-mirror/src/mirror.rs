@@ -18,8 +18,6 @@ const TOLERANCE_K: f64 = 0.003;
 const TOLERANCE_M: f64 = 10e-9;
 /// Longest step, so that nothing slower is stepped over (s).
 const LONGEST_S: f64 = 1000.0;
-/// The same with slow effects on.
-const LONGEST_SLOW_S: f64 = 0.5;
 const SHORTEST_S: f64 = 1e-9;
 /// Time that passes for none (s).
 const NO_TIME_S: f64 = 1e-12;
@@ -240,11 +238,7 @@ impl VirtualMirror {
 
     /// What stands still within a step must not have time to move.
     fn longest(&self) -> f64 {
-        if self.slow.is_some() {
-            LONGEST_SLOW_S
-        } else {
-            LONGEST_S
-        }
+        self.slow.as_ref().map_or(LONGEST_S, Slow::longest_s)
     }
 
     /// Error control: the second-order solution's error grows with the cube of the step.

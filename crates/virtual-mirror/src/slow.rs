@@ -1,7 +1,8 @@
-//! What changes so slowly that it stands still within a step: room, contacts, age, the gap, yielded films.
+//! What changes so slowly that it stands still within a step: room, contacts, age, the gap, the air around
+//! the beams, yielded films.
 
 use crate::config::MirrorConfig;
-use crate::effects::heat::{AmbientDrift, Gap};
+use crate::effects::heat::{AmbientDrift, Gap, Stagnant};
 use crate::effects::memory::Yield;
 use crate::effects::resistance::{Aging, LooseContact};
 use crate::lanes::Lanes;
@@ -14,6 +15,7 @@ pub(crate) struct Slow {
     contact: Option<LooseContact>,
     aging: Option<Aging>,
     gap: Option<Gap>,
+    stagnant: Option<Stagnant>,
     softening: Option<Yield>,
     leads: Lanes,
 }
@@ -26,6 +28,7 @@ impl Slow {
             contact: LooseContact::new(effects, config.seed),
             aging: Aging::new(effects),
             gap: Gap::new(effects),
+            stagnant: Stagnant::new(effects),
             softening: Yield::new(effects),
             leads: network.leads,
         };
@@ -33,8 +36,14 @@ impl Slow {
             && slow.contact.is_none()
             && slow.aging.is_none()
             && slow.gap.is_none()
+            && slow.stagnant.is_none()
             && slow.softening.is_none();
         (!idle).then_some(slow)
+    }
+
+    /// Longest step in which all of them stand still (s).
+    pub(crate) fn longest_s(&self) -> f64 {
+        if self.stagnant.is_some() { 0.01 } else { 0.5 }
     }
 
     /// Sets the network to what holds in a step that ends at `time` (s) and has the beams' ends at `end` (m) halfway.
@@ -64,6 +73,9 @@ impl Slow {
     ) {
         if let Some(aging) = &self.aging {
             network.aged = aging.advanced(network.aged, network.heater_mean(theta), h);
+        }
+        if let Some(stagnant) = &self.stagnant {
+            network.stagnant = stagnant.advanced(network.stagnant, network.heater_mean(theta), h);
         }
         if let Some(softening) = &self.softening {
             for (plastic, theta) in plastic.iter_mut().zip(theta.beams()) {

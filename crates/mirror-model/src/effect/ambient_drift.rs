@@ -2,12 +2,16 @@
 
 use super::{Acts, Effect, Info, Moment, Parameter, Stage, parameter};
 use std::borrow::Cow;
+use std::f64::consts::TAU;
 
 pub(super) struct AmbientDrift;
 
-static PARAMETERS: [Parameter; 2] = [
+static PARAMETERS: [Parameter; 5] = [
     parameter("D", "K", 1.0, -15.0, 15.0),
     parameter("tau", "s", 200.0, 30.0, 3000.0),
+    parameter("s", "K", 0.1, -5.0, 5.0),
+    parameter("c", "K", 0.1, -5.0, 5.0),
+    parameter("T", "s", 200.0, 60.0, 1500.0),
 ];
 
 static INFO: Info = Info {
@@ -28,6 +32,7 @@ impl Effect for AmbientDrift {
     }
 
     fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
-        x + p[0] * (1.0 - (-m.t_s / p[1]).exp())
+        let (sin, cos) = (TAU * m.t_s / p[4]).sin_cos();
+        x + p[0] * (1.0 - (-m.t_s / p[1]).exp()) + p[2] * sin + p[3] * (1.0 - cos)
     }
 }

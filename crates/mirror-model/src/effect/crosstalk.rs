@@ -5,14 +5,17 @@ use std::borrow::Cow;
 
 pub(super) struct Crosstalk;
 
-static PARAMETERS: [Parameter; 1] = [parameter("k", "1", 0.02, 0.0, 0.3)];
+static PARAMETERS: [Parameter; 2] = [
+    parameter("k", "1", 0.02, 0.0, 0.3),
+    parameter("o", "1", 0.5, 0.0, 1.0),
+];
 
 static INFO: Info = Info {
     id: Cow::Borrowed("crosstalk"),
     title: Cow::Borrowed("heat from the other actuators"),
     stage: Stage::Heat,
     acts: Acts::Heating,
-    equation: Cow::Borrowed("R_T P_i' = R_T (P_i + k sum of the other P_j)"),
+    equation: Cow::Borrowed("R_T P_i' = R_T (P_i + k (both neighbours' P_j + o the opposite P_j))"),
     parameters: Cow::Borrowed(&PARAMETERS),
     shows: Cow::Borrowed(
         "an actuator's misfit follows the power of the others; nearly nothing in z when all are driven",
@@ -27,6 +30,7 @@ impl Effect for Crosstalk {
     }
 
     fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
-        x + p[0] * m.thermal_resistance_k_per_w * (m.total_power_w - m.power_w)
+        let neighbours_w = m.total_power_w - m.power_w - m.opposite_power_w;
+        x + p[0] * m.thermal_resistance_k_per_w * (neighbours_w + p[1] * m.opposite_power_w)
     }
 }

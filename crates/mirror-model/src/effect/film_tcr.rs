@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 pub(super) struct FilmTcr;
 
-static PARAMETERS: [Parameter; 1] = [parameter("s", "1", 0.2, -0.3, 0.7)];
+static PARAMETERS: [Parameter; 1] = [parameter("s", "1", 0.2, 0.0, 0.7)];
 
 static INFO: Info = Info {
     id: Cow::Borrowed("film-tcr"),

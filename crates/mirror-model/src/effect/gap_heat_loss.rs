@@ -6,7 +6,7 @@ use std::borrow::Cow;
 pub(super) struct GapHeatLoss;
 
 static PARAMETERS: [Parameter; 2] = [
-    parameter("c", "1", 0.1, 0.0, 1.5),
+    parameter("c", "1", 0.1, 0.0, 0.6),
     parameter("gap", "um", 330.0, 270.0, 800.0),
 ];
 

@@ -165,6 +165,8 @@ pub struct Moment {
     pub power_w: f64,
     /// Power of all four (W).
     pub total_power_w: f64,
+    /// Power of the actuator across the mirror; they are numbered around it (W).
+    pub opposite_power_w: f64,
     /// R_T of this actuator (K/W).
     pub thermal_resistance_k_per_w: f64,
     /// Temperature rise (K).

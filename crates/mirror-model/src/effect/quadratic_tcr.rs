@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 pub(super) struct QuadraticTcr;
 
-static PARAMETERS: [Parameter; 1] = [parameter("b", "1/K^2", -5.8e-7, -5e-6, 0.0)];
+static PARAMETERS: [Parameter; 1] = [parameter("b", "1/K^2", -5.8e-7, -2.5e-6, 0.0)];
 
 static INFO: Info = Info {
     id: Cow::Borrowed("quadratic-tcr"),

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 pub(super) struct Radiation;
 
-static PARAMETERS: [Parameter; 1] = [parameter("k", "W/K^4", 1e-14, 0.0, 3e-13)];
+static PARAMETERS: [Parameter; 1] = [parameter("k", "W/K^4", 1e-14, 0.0, 1e-13)];
 
 static INFO: Info = Info {
     id: Cow::Borrowed("radiation"),

@@ -2,26 +2,29 @@
 
 use super::{Acts, Effect, Info, Moment, Parameter, Stage, parameter};
 use std::borrow::Cow;
+use std::f64::consts::TAU;
 
 pub(super) struct SensorNonlinearity;
 
-static PARAMETERS: [Parameter; 1] = [parameter("n", "1", 0.01, -0.05, 0.05)];
+static PARAMETERS: [Parameter; 3] = [
+    parameter("n", "1", 0.01, -0.15, 0.15),
+    parameter("L", "um", 200.0, 40.0, 800.0),
+    parameter("m", "1", 0.005, -0.15, 0.15),
+];
 
 static INFO: Info = Info {
     id: Cow::Borrowed("sensor-nonlinearity"),
     title: Cow::Borrowed("nonlinearity of the sensor"),
     stage: Stage::Sensor,
     acts: Acts::Reading,
-    equation: Cow::Borrowed("z' = z + n z (1 - z/200 um)"),
+    equation: Cow::Borrowed("z' = z + L/(2 pi) (n sin(2 pi z/L) + m (1 - cos(2 pi z/L)))"),
     parameters: Cow::Borrowed(&PARAMETERS),
     shows: Cow::Borrowed(
-        "a hump in z at mid range, nothing in the currents, the same at any speed",
+        "a hump or waves in z over the range, nothing in the currents, the same at any speed",
     ),
     separates: Cow::Borrowed("a reference step at several heights"),
     source: Cow::Borrowed("0.1 to 1 % of the range is usual"),
 };
-
-const RANGE_UM: f64 = 200.0;
 
 impl Effect for SensorNonlinearity {
     fn info(&self) -> &Info {
@@ -29,6 +32,7 @@ impl Effect for SensorNonlinearity {
     }
 
     fn output(&self, p: &[f64], x: f64, _: &[f64], _: &Moment) -> f64 {
-        x + p[0] * x * (1.0 - x / RANGE_UM)
+        let (sin, cos) = (TAU * x / p[1]).sin_cos();
+        x + p[1] / TAU * (p[0] * sin + p[2] * (1.0 - cos))
     }
 }

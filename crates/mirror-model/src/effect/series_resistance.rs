@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 pub(super) struct SeriesResistance;
 
-static PARAMETERS: [Parameter; 1] = [parameter("R_s", "ohm", 5.0, 0.0, 30.0)];
+static PARAMETERS: [Parameter; 1] = [parameter("R_s", "ohm", 5.0, 0.0, 25.0)];
 
 static INFO: Info = Info {
     id: Cow::Borrowed("series-resistance"),

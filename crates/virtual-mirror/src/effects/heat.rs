@@ -33,7 +33,7 @@ impl LossLaw {
             air: [3.0e-3 * warm, -2.0e-6 * warm],
             radiation: [4.0 * room.powi(3), 6.0 * room.powi(2), 4.0 * room, 1.0]
                 .map(|c| emission * c),
-            neighbour: 0.025 * effects.strength(Effect::Crosstalk),
+            neighbour: 0.08 * effects.strength(Effect::Crosstalk),
             gap: effects.active(Effect::GapHeatLoss).is_some(),
         }
     }
@@ -81,5 +81,29 @@ impl AmbientDrift {
     pub(crate) fn kelvin(&self, time: f64) -> f64 {
         let warming = 1.2 * (1.0 - (-time / 300.0).exp());
         self.strength * (warming + 0.2 * (std::f64::consts::TAU * time / 190.0).sin())
+    }
+}
+
+/// Air and residue around each beam, which warm up behind it and take some of its cooling away.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stagnant {
+    /// How warm it gets, as a part of the beam's mean temperature.
+    part: f64,
+}
+
+impl Stagnant {
+    /// Time constant (s).
+    const TAU: f64 = 0.15;
+
+    pub(crate) fn new(effects: &Effects) -> Option<Self> {
+        effects.active(Effect::ThermalLag).map(|strength| Self {
+            part: (0.12 * strength).min(0.6),
+        })
+    }
+
+    /// Its temperature (K above ambient), now at `kelvin`, after `h` more seconds around beams of this mean temperature.
+    pub(crate) fn advanced(&self, kelvin: Lanes, mean: Lanes, h: f64) -> Lanes {
+        let come = 1.0 - (-h / Self::TAU).exp();
+        kelvin + (mean * self.part - kelvin) * come
     }
 }

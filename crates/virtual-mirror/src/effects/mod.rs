@@ -57,7 +57,7 @@ effects! {
     Crosstalk = "crosstalk", true;
     /// The room warms and swings while the session runs.
     AmbientDrift = "ambient-drift", true;
-    /// A badly isolated plate: it warms with the beams, tens to hundreds of milliseconds behind them.
+    /// Air and residue around each beam warm up behind it, in tenths of a second.
     ThermalLag = "thermal-lag", true;
     /// Resistivity saturates with temperature (parallel-resistor law): a quadratic term with its tail.
     QuadraticTcr = "quadratic-tcr", true;

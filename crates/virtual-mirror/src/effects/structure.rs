@@ -17,9 +17,6 @@ pub(crate) fn reconstruct(config: &MirrorConfig) -> MirrorConfig {
     if let Some(strength) = effects.active(Effect::Resonance) {
         config.motion = Some(resonance(config.motion, strength));
     }
-    if let Some(strength) = effects.active(Effect::ThermalLag) {
-        leak_to_plate(&mut config, strength);
-    }
     if let Some(strength) = effects.active(Effect::SubstrateWarming) {
         config.frame = Some(warming_frame(strength));
         config.air_to_frame = config.air_to_frame.max(0.6);
@@ -36,14 +33,6 @@ fn resonance(present: Option<MotionConfig>, strength: f64) -> MotionConfig {
         tilt_hz,
         q: 1.0 + 11.0 * strength,
     }
-}
-
-/// Metal that crosses the isolation takes heat to the plate, and a thin plate follows within a tenth of a second.
-fn leak_to_plate(config: &mut MirrorConfig, strength: f64) {
-    let last = config.segments.len() - 1;
-    let isolation = &mut config.segments[last];
-    isolation.length_um = (isolation.length_um / (1.0 + 3.0 * strength)).max(1.0);
-    config.plate.silicon_um = config.plate.silicon_um.min(15.0);
 }
 
 /// A small package: 5 % of the beams' warming at strength 1, after seconds.

@@ -41,6 +41,8 @@ pub(crate) struct Network {
     pub(crate) frame_to_package: f64,
     /// Part of the heat lost to the air that ends in the frame.
     pub(crate) air_to_frame: f64,
+    /// Temperature of the air around each beam (K above ambient), beside what the frame adds.
+    pub(crate) stagnant: Lanes,
     /// How losses depart from linear ones.
     pub(crate) loss: LossLaw,
     /// Local temperature coefficient of resistance (1/K), and its corrections of higher order.
@@ -136,7 +138,7 @@ impl Network {
         let current = volts / (self.leads + heaters * self.aged);
         let heating = current * current * self.aged;
 
-        let warm_air = Lanes::splat(self.air_to_frame * lumps.0[FRAME]);
+        let warm_air = Lanes::splat(self.air_to_frame * lumps.0[FRAME]) + self.stagnant;
         let from_frame = self.to_frame * (Lanes::splat(lumps.0[FRAME]) - theta[0]);
         let mut inflow = from_frame;
         let mut into_air = Lanes::ZERO;
