@@ -6,13 +6,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::cargo::cargo;
 
 /// (crate, workspace crates that it may reach).
-const MAY_USE: [(&str, &[&str]); 10] = [
+const MAY_USE: [(&str, &[&str]); 11] = [
     ("control-core", &["fpu"]),
     ("emulated-board", &["plant-link", "virtual-mirror"]),
+    ("experiment", &[]),
     ("fpu", &[]),
     ("measurement", &[]),
     ("mirror-model", &["measurement"]),
-    ("mirror-protocol", &[]),
+    ("mirror-protocol", &["experiment"]),
     ("plant-link", &[]),
     ("virtual-mirror", &[]),
     ("virtual-sessions", &["measurement", "virtual-mirror"]),
