@@ -6,7 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::cargo::cargo;
 
 /// (crate, workspace crates that it may reach).
-const MAY_USE: [(&str, &[&str]); 10] = [
+const MAY_USE: [(&str, &[&str]); 12] = [
+    ("calibration-store", &[]),
     ("control-core", &["fpu"]),
     ("emulated-board", &["plant-link", "virtual-mirror"]),
     ("fpu", &[]),
@@ -14,6 +15,7 @@ const MAY_USE: [(&str, &[&str]); 10] = [
     ("mirror-model", &["measurement"]),
     ("mirror-protocol", &[]),
     ("plant-link", &[]),
+    ("simulated-flash", &[]),
     ("virtual-mirror", &[]),
     ("virtual-sessions", &["measurement", "virtual-mirror"]),
     (
