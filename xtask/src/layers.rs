@@ -6,7 +6,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::cargo::cargo;
 
 /// (crate, workspace crates that it may reach).
+<<<<<<< HEAD
 const MAY_USE: [(&str, &[&str]); 11] = [
+=======
+const MAY_USE: [(&str, &[&str]); 12] = [
+    ("calibration-store", &[]),
+>>>>>>> main
     ("control-core", &["fpu"]),
     ("emulated-board", &["plant-link", "virtual-mirror"]),
     ("experiment", &[]),
@@ -15,6 +20,7 @@ const MAY_USE: [(&str, &[&str]); 11] = [
     ("mirror-model", &["measurement"]),
     ("mirror-protocol", &["experiment"]),
     ("plant-link", &[]),
+    ("simulated-flash", &[]),
     ("virtual-mirror", &[]),
     ("virtual-sessions", &["measurement", "virtual-mirror"]),
     (
