@@ -6,12 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::cargo::cargo;
 
 /// (crate, workspace crates that it may reach).
-<<<<<<< HEAD
-const MAY_USE: [(&str, &[&str]); 11] = [
-=======
-const MAY_USE: [(&str, &[&str]); 12] = [
+const MAY_USE: [(&str, &[&str]); 13] = [
     ("calibration-store", &[]),
->>>>>>> main
     ("control-core", &["fpu"]),
     ("emulated-board", &["plant-link", "virtual-mirror"]),
     ("experiment", &[]),
