@@ -5,7 +5,7 @@
 
 use core::cell::Cell;
 
-use control_core::Setpoint;
+use control_core::{Calibration, Setpoint};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
@@ -25,6 +25,8 @@ type Shared<T> = Mutex<CriticalSectionRawMutex, Cell<T>>;
 pub struct Mailbox {
     command: Shared<Option<Setpoint>>,
     stream: Shared<Option<Stream>>,
+    calibration: Shared<Option<&'static mut Calibration>>,
+    calibration_before: Signal<CriticalSectionRawMutex, &'static mut Calibration>,
     commanded: Signal<CriticalSectionRawMutex, Commanded>,
     streaming: Signal<CriticalSectionRawMutex, u32>,
     latest: Shared<Telemetry>,
@@ -44,6 +46,8 @@ impl Mailbox {
         Self {
             command: Mutex::new(Cell::new(None)),
             stream: Mutex::new(Cell::new(None)),
+            calibration: Mutex::new(Cell::new(None)),
+            calibration_before: Signal::new(),
             commanded: Signal::new(),
             streaming: Signal::new(),
             latest: Mutex::new(Cell::new(Telemetry {
@@ -94,6 +98,21 @@ impl Mailbox {
         })
     }
 
+    /// Link side: has the next tick exchange the calibration, which turns all channels off, and waits for
+    /// the one before.
+    ///
+    /// # Errors
+    /// Where no tick came: the calibration that was not taken.
+    pub async fn exchange(
+        &self,
+        calibration: &'static mut Calibration,
+    ) -> Result<&'static mut Calibration, Option<&'static mut Calibration>> {
+        self.calibration_before.reset();
+        self.calibration.lock(|slot| slot.set(Some(calibration)));
+        let before = with_timeout(TICK_TIMEOUT, self.calibration_before.wait()).await;
+        before.map_err(|_| self.take_calibration())
+    }
+
     /// Link side: has the next tick begin a stream.
     pub fn request_stream(&self, stream: Stream) {
         self.stream.lock(|slot| slot.set(Some(stream)));
@@ -122,6 +141,16 @@ impl Mailbox {
     /// Control side: a command that came since the last tick.
     pub(crate) fn take_command(&self) -> Option<Setpoint> {
         self.command.lock(Cell::take)
+    }
+
+    /// Control side: a calibration that came since the last tick.
+    pub(crate) fn take_calibration(&self) -> Option<&'static mut Calibration> {
+        self.calibration.lock(Cell::take)
+    }
+
+    /// Control side: the calibration that is no longer in use.
+    pub(crate) fn return_calibration(&self, before: &'static mut Calibration) {
+        self.calibration_before.signal(before);
     }
 
     /// Control side: a stream that was asked for since the last tick.

@@ -1,9 +1,13 @@
 //! From frames to commands: the endpoints of `mirror-protocol`, and their answers.
 
+use core::fmt::Write;
+
 use control_core::{Calibration, Micrometre, Setpoint, Volt};
 use mirror_protocol::{
+    CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal, CalibrationReply,
+    CalibrationUseEndpoint, CalibrationUseReply, CalibrationWriteEndpoint, CalibrationWriteReply,
     CommandReply, Drives, ENDPOINTS, Hello, HelloEndpoint, Identity, MAX_FRAME_BYTES, OffEndpoint,
-    PROTOCOL_VERSION, Position, Refusal, SetDriveEndpoint, SetPositionEndpoint, Status,
+    PROTOCOL_VERSION, Position, Refusal, Sentence, SetDriveEndpoint, SetPositionEndpoint, Status,
     StatusEndpoint, StatusReply, Stream, StreamEndpoint, StreamReply, Streaming, TOPICS_IN,
     TOPICS_OUT, TelemetryTopic, Text,
 };
@@ -18,6 +22,7 @@ use crate::board::Board;
 use crate::board::mps2::link::LinkTx;
 #[cfg(feature = "board-stm32g474")]
 use crate::board::stm32g474::link::LinkTx;
+use crate::calibration::{Upload, UploadError};
 use crate::mailbox::Mailbox;
 
 /// What the endpoints know and remember.
@@ -25,8 +30,8 @@ pub struct Session {
     board: &'static str,
     is_emulated: bool,
     mailbox: &'static Mailbox,
-    max_position: Micrometre,
-    max_drive: Volt,
+    calibration: CalibrationInfo,
+    upload: Upload,
     /// Protocol version of the tool that greeted last.
     tool: Option<u16>,
 }
@@ -38,8 +43,8 @@ impl Session {
             board: B::NAME,
             is_emulated: B::IS_EMULATED,
             mailbox,
-            max_position: calibration.max_position(),
-            max_drive: calibration.max_drive(),
+            calibration: info(calibration),
+            upload: Upload::new(calibration),
             tool: None,
         }
     }
@@ -81,6 +86,9 @@ define_dispatch! {
         | SetDriveEndpoint    | async    | set_drive    |
         | OffEndpoint         | async    | off          |
         | StreamEndpoint      | async    | stream       |
+        | CalibrationEndpoint | blocking | calibration  |
+        | CalibrationWriteEndpoint | blocking | write_calibration |
+        | CalibrationUseEndpoint | async | use_calibration |
     };
     topics_in: {
         list: TOPICS_IN;
@@ -108,8 +116,8 @@ fn status(session: &mut Session, _header: VarHeader, (): ()) -> StatusReply {
     session.check_version()?;
     Ok(Status {
         telemetry: session.mailbox.latest(),
-        max_position_um: session.max_position.0,
-        max_drive_v: session.max_drive.0,
+        max_position_um: session.calibration.max_position_um,
+        max_drive_v: session.calibration.max_drive_v,
         dropped_samples: session.mailbox.dropped_samples(),
     })
 }
@@ -144,6 +152,48 @@ async fn stream(session: &mut Session, _header: VarHeader, stream: Stream) -> St
     let first_tick = session.mailbox.stream(stream).await;
     let first_tick = first_tick.map_err(|_| Refusal::ControlStopped)?;
     Ok(Streaming { first_tick })
+}
+
+fn calibration(session: &mut Session, _header: VarHeader, (): ()) -> CalibrationReply {
+    session.check_version()?;
+    Ok(session.calibration.clone())
+}
+
+fn write_calibration(
+    session: &mut Session,
+    _header: VarHeader,
+    chunk: CalibrationChunk,
+) -> CalibrationWriteReply {
+    session.check_version()?;
+    session.upload.write(&chunk)
+}
+
+async fn use_calibration(session: &mut Session, _header: VarHeader, (): ()) -> CalibrationUseReply {
+    session
+        .check_version()
+        .map_err(CalibrationRefusal::Refused)?;
+    let used = session.upload.put_to_use(session.mailbox).await;
+    session.calibration = info(&used.map_err(|error| match error {
+        UploadError::ControlStopped => CalibrationRefusal::Refused(Refusal::ControlStopped),
+        UploadError::Calibration(error) => {
+            let mut sentence = Sentence::new();
+            // What does not fit is left out.
+            let _ = write!(sentence, "{error}");
+            CalibrationRefusal::Unusable(sentence)
+        }
+    })?);
+    Ok(session.calibration.clone())
+}
+
+fn info(calibration: &Calibration) -> CalibrationInfo {
+    let origin = &calibration.parts().origin;
+    CalibrationInfo {
+        device: text(origin.device.as_str()),
+        date: text(origin.date.as_str()),
+        model_hash: origin.model_hash,
+        max_position_um: calibration.max_position().0,
+        max_drive_v: calibration.max_drive().0,
+    }
 }
 
 fn check_numbers(values: &[f32]) -> Result<(), Refusal> {

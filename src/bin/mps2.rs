@@ -2,12 +2,13 @@
 #![no_std]
 #![no_main]
 
-use control_core::Controller;
+use control_core::{Calibration, Controller};
 use embassy_executor::Spawner;
 use mirror_firmware::board::mps2::{LockstepPlant, link};
 use mirror_firmware::control::{self, Control};
 use mirror_firmware::mailbox::MAILBOX;
 use mirror_firmware::{factory, rpc};
+use static_cell::StaticCell;
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) -> ! {
@@ -19,8 +20,10 @@ async fn main(_spawner: Spawner) -> ! {
     };
     defmt::info!("ready");
 
-    let control = Control::new(Controller::new(factory::CALIBRATION), &MAILBOX);
-    let session = rpc::Session::new::<LockstepPlant>(&MAILBOX, &factory::CALIBRATION);
+    static CALIBRATION: StaticCell<Calibration> = StaticCell::new();
+    let calibration = CALIBRATION.init(factory::calibration());
+    let session = rpc::Session::new::<LockstepPlant>(&MAILBOX, calibration);
+    let control = Control::new(Controller::new(calibration), &MAILBOX);
     let serve = rpc::serve(tx, rx, session);
     embassy_futures::join::join(control::run(plant, control), serve)
         .await

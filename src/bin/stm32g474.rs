@@ -2,7 +2,7 @@
 #![no_std]
 #![no_main]
 
-use control_core::Controller;
+use control_core::{Calibration, Controller};
 use embassy_executor::{Spawner, task};
 use mirror_firmware::board::stm32g474::link::{self, Device};
 use mirror_firmware::board::stm32g474::{
@@ -11,6 +11,7 @@ use mirror_firmware::board::stm32g474::{
 use mirror_firmware::control::{self, Control};
 use mirror_firmware::mailbox::MAILBOX;
 use mirror_firmware::{factory, rpc};
+use static_cell::StaticCell;
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
@@ -26,9 +27,11 @@ async fn main(spawner: Spawner) {
         sense4: p.PC1,
     };
     let converters = Converters::start(p.TIM1, p.ADC1, pins);
-    let control = Control::new(Controller::new(factory::CALIBRATION), &MAILBOX);
+    static CALIBRATION: StaticCell<Calibration> = StaticCell::new();
+    let calibration = CALIBRATION.init(factory::calibration());
     let (device, rx, tx) = link::open(p.USB, p.PA12, p.PA11);
-    let session = rpc::Session::new::<Converters>(&MAILBOX, &factory::CALIBRATION);
+    let session = rpc::Session::new::<Converters>(&MAILBOX, calibration);
+    let control = Control::new(Controller::new(calibration), &MAILBOX);
 
     start_control_executor().must_spawn(run_control(converters, control));
     spawner.must_spawn(run_usb(device));

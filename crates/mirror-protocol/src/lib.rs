@@ -17,7 +17,10 @@ mod messages;
 
 pub use endpoints::*;
 pub use identity::{Hello, Identity, Text};
-pub use messages::{Commanded, Drives, Position, Refusal, Status, Stream, Streaming, Telemetry};
+pub use messages::{
+    CalibrationChunk, CalibrationInfo, CalibrationRefusal, Chunk, Commanded, Drives, Position,
+    Refusal, Sentence, Status, Stream, Streaming, Telemetry,
+};
 
 /// The version of everything in this crate but the greeting. Raised with every change on the wire.
 pub const PROTOCOL_VERSION: u16 = 1;
