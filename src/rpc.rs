@@ -3,13 +3,14 @@
 use core::fmt::Write;
 
 use control_core::{Calibration, Micrometre, Setpoint, Volt};
+use experiment::Player;
 use mirror_protocol::{
     CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal, CalibrationReply,
     CalibrationUseEndpoint, CalibrationUseReply, CalibrationWriteEndpoint, CalibrationWriteReply,
-    CommandReply, Drives, ENDPOINTS, Hello, HelloEndpoint, Identity, MAX_FRAME_BYTES, OffEndpoint,
-    PROTOCOL_VERSION, Position, Refusal, Sentence, SetDriveEndpoint, SetPositionEndpoint, Status,
-    StatusEndpoint, StatusReply, Stream, StreamEndpoint, StreamReply, Streaming, TOPICS_IN,
-    TOPICS_OUT, TelemetryTopic, Text,
+    CommandReply, Drives, ENDPOINTS, Hello, HelloEndpoint, Identity, LoadPointsEndpoint, LoadReply,
+    MAX_FRAME_BYTES, OffEndpoint, PROTOCOL_VERSION, Play, PlayEndpoint, Points, Position, Refusal,
+    Sentence, SetDriveEndpoint, SetPositionEndpoint, Status, StatusEndpoint, StatusReply, Stream,
+    StreamEndpoint, StreamReply, Streaming, TOPICS_IN, TOPICS_OUT, TelemetryTopic, Text,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarSeq};
@@ -89,6 +90,8 @@ define_dispatch! {
         | CalibrationEndpoint | blocking | calibration  |
         | CalibrationWriteEndpoint | blocking | write_calibration |
         | CalibrationUseEndpoint | async | use_calibration |
+        | LoadPointsEndpoint  | blocking | load_points  |
+        | PlayEndpoint        | async    | play         |
     };
     topics_in: {
         list: TOPICS_IN;
@@ -146,9 +149,7 @@ async fn off(session: &mut Session, _header: VarHeader, (): ()) -> CommandReply 
 
 async fn stream(session: &mut Session, _header: VarHeader, stream: Stream) -> StreamReply {
     session.check_version()?;
-    if stream.period_ticks == 0 {
-        return Err(Refusal::ZeroPeriod);
-    }
+    check_period(&stream)?;
     let first_tick = session.mailbox.stream(stream).await;
     let first_tick = first_tick.map_err(|_| Refusal::ControlStopped)?;
     Ok(Streaming { first_tick })
@@ -193,6 +194,35 @@ fn info(calibration: &Calibration) -> CalibrationInfo {
         model_hash: origin.model_hash,
         max_position_um: calibration.max_position().0,
         max_drive_v: calibration.max_drive().0,
+    }
+}
+
+fn load_points(session: &mut Session, _header: VarHeader, points: Points) -> LoadReply {
+    session.check_version()?;
+    if session
+        .mailbox
+        .load_points(points.first.into(), &points.points)
+    {
+        Ok(())
+    } else {
+        Err(Refusal::TableEnd)
+    }
+}
+
+async fn play(session: &mut Session, _header: VarHeader, play: Play) -> StreamReply {
+    session.check_version()?;
+    let player = Player::new(play.waveform, TICK_HZ).map_err(Refusal::Waveform)?;
+    check_period(&play.stream)?;
+    let first_tick = session.mailbox.play(player, play.stream).await;
+    let first_tick = first_tick.map_err(|_| Refusal::ControlStopped)?;
+    Ok(Streaming { first_tick })
+}
+
+fn check_period(stream: &Stream) -> Result<(), Refusal> {
+    if stream.period_ticks == 0 {
+        Err(Refusal::ZeroPeriod)
+    } else {
+        Ok(())
     }
 }
 

@@ -9,14 +9,16 @@ use postcard_rpc::{TopicDirection, endpoints, topics};
 
 use crate::{
     CalibrationChunk, CalibrationInfo, CalibrationRefusal, Commanded, Drives, Hello, Identity,
-    Position, Refusal, Status, Stream, Streaming, Telemetry,
+    Play, Points, Position, Refusal, Status, Stream, Streaming, Telemetry,
 };
 
 /// Answer to a command that changes the drives.
 pub type CommandReply = Result<Commanded, Refusal>;
 /// Answer to [`StatusEndpoint`].
 pub type StatusReply = Result<Status, Refusal>;
-/// Answer to [`StreamEndpoint`].
+/// Answer to [`LoadPointsEndpoint`].
+pub type LoadReply = Result<(), Refusal>;
+/// Answer to [`StreamEndpoint`] and [`PlayEndpoint`].
 pub type StreamReply = Result<Streaming, Refusal>;
 /// Answer to [`CalibrationEndpoint`].
 pub type CalibrationReply = Result<CalibrationInfo, Refusal>;
@@ -39,6 +41,8 @@ endpoints! {
     | CalibrationEndpoint | ()        | CalibrationReply | "mirror/calibration" |
     | CalibrationWriteEndpoint | CalibrationChunk | CalibrationWriteReply | "mirror/calibration/write" |
     | CalibrationUseEndpoint | () | CalibrationUseReply | "mirror/calibration/use" |
+    | LoadPointsEndpoint  | Points    | LoadReply    | "mirror/load-points"  |
+    | PlayEndpoint        | Play      | StreamReply  | "mirror/play"         |
 }
 
 topics! {

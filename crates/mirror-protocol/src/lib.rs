@@ -16,10 +16,11 @@ mod identity;
 mod messages;
 
 pub use endpoints::*;
+pub use experiment::{Flaw, POINTS, Quantity, Shape, Stream, Table, Waveform};
 pub use identity::{Hello, Identity, Text};
 pub use messages::{
-    CalibrationChunk, CalibrationInfo, CalibrationRefusal, Chunk, Commanded, Drives, Position,
-    Refusal, Sentence, Status, Stream, Streaming, Telemetry,
+    CHUNK_POINTS, CalibrationChunk, CalibrationInfo, CalibrationRefusal, Chunk, Commanded, Drives,
+    Play, Points, Position, Refusal, Sentence, Status, Streaming, Telemetry,
 };
 
 /// The version of everything in this crate but the greeting. Raised with every change on the wire.
