@@ -21,7 +21,7 @@ async fn main(_spawner: Spawner) -> ! {
 
     let control = Control::new(Controller::new(factory::CALIBRATION), &MAILBOX);
     let session = rpc::Session::new::<LockstepPlant>(&MAILBOX, &factory::CALIBRATION);
-    let serve = rpc::serve(tx, rx, session);
+    let serve = rpc::serve(tx, rx, rpc::FRAME.take(), session);
     embassy_futures::join::join(control::run(plant, control), serve)
         .await
         .0

@@ -32,7 +32,7 @@ async fn main(spawner: Spawner) {
 
     start_control_executor().must_spawn(run_control(converters, control));
     spawner.must_spawn(run_usb(device));
-    rpc::serve(tx, rx, session).await;
+    rpc::serve(tx, rx, rpc::FRAME.take(), session).await;
 }
 
 #[task]

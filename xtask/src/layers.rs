@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::cargo::cargo;
 
 /// (crate, workspace crates that it may reach).
-const MAY_USE: [(&str, &[&str]); 12] = [
+const MAY_USE: [(&str, &[&str]); 13] = [
     ("calibration-store", &[]),
     ("control-core", &["fpu"]),
     ("emulated-board", &["plant-link", "virtual-mirror"]),
@@ -18,6 +18,7 @@ const MAY_USE: [(&str, &[&str]); 12] = [
     ("simulated-flash", &[]),
     ("virtual-mirror", &[]),
     ("virtual-sessions", &["measurement", "virtual-mirror"]),
+    ("virtual-usb", &[]),
     (
         "calibration",
         &["control-core", "fpu", "measurement", "mirror-model"],
