@@ -1,7 +1,8 @@
 //! The control tick: converter codes in, PWM codes out.
 
-use control_core::{Controller, LANES, PwmCode, Setpoint};
-use mirror_protocol::{Commanded, Stream, Telemetry};
+use control_core::{Controller, LANES, Micrometre, PwmCode, Setpoint, Volt};
+use experiment::{Mean, Pacer, Player, Quantity, Stream};
+use mirror_protocol::{Commanded, Telemetry};
 
 use crate::board::{Board, Sensed};
 use crate::mailbox::Mailbox;
@@ -20,10 +21,17 @@ pub struct Control {
     controller: Controller,
     mailbox: &'static Mailbox,
     setpoint: Setpoint,
+    player: Option<Player>,
     applied: [PwmCode; LANES],
+    /// Whether the codes of `applied` came with another setpoint than those before.
+    stepped: bool,
     tick: u32,
     stream: Pacer,
+    mean: Mean<MEASURED>,
 }
+
+/// Quantities that a stream takes the mean of: four currents, and the sensor.
+const MEASURED: usize = LANES + 1;
 
 impl Control {
     /// A loop that starts with all channels off.
@@ -32,9 +40,12 @@ impl Control {
             controller,
             mailbox,
             setpoint: Setpoint::Off,
+            player: None,
             applied: [PwmCode(0); LANES],
+            stepped: false,
             tick: 0,
             stream: Pacer::default(),
+            mean: Mean::default(),
         }
     }
 
@@ -42,7 +53,8 @@ impl Control {
     /// result is driven next.
     pub fn tick(&mut self, sensed: Sensed) -> [PwmCode; LANES] {
         let command = self.mailbox.take_command();
-        self.setpoint = command.unwrap_or(self.setpoint);
+        let last = self.setpoint;
+        self.follow(command);
 
         let applied = self.applied.map(PwmCode::drive);
         let currents = sensed.currents.map(|code| code.current());
@@ -61,6 +73,7 @@ impl Control {
         };
         self.report(command.is_some(), codes, telemetry);
         self.applied = codes;
+        self.stepped = self.setpoint != last;
         self.tick = self.tick.wrapping_add(1);
         codes
     }
@@ -75,42 +88,52 @@ impl Control {
             });
         }
         if let Some(stream) = self.mailbox.take_stream() {
-            self.stream = Pacer::new(stream);
-            self.mailbox.begin_stream(telemetry.tick);
+            self.begin_stream(stream);
         }
-        if self.stream.is_due() {
-            self.mailbox.send_sample(telemetry);
+        let due = self.stream.tick(self.stepped);
+        if due.counts {
+            let [a, b, c, d] = telemetry.current_a;
+            self.mean
+                .add([a, b, c, d, telemetry.sensor_z_um.unwrap_or(0.0)]);
+        }
+        if due.sample {
+            let [a, b, c, d, z_um] = self.mean.take();
+            self.mailbox.send_sample(Telemetry {
+                current_a: [a, b, c, d],
+                sensor_z_um: telemetry.sensor_z_um.map(|_| z_um),
+                ..telemetry
+            });
+        }
+    }
+
+    fn begin_stream(&mut self, stream: Stream) {
+        self.stream = Pacer::new(stream);
+        self.mean = Mean::default();
+        self.mailbox.begin_stream(self.tick);
+    }
+
+    /// The setpoint of this tick: a new command's, else the waveform's, else the last one.
+    fn follow(&mut self, command: Option<Setpoint>) {
+        if let Some((player, stream)) = self.mailbox.take_play() {
+            self.player = Some(player);
+            self.begin_stream(stream);
+        }
+        if let Some(setpoint) = command {
+            self.player = None;
+            self.setpoint = setpoint;
+        }
+        if let Some(player) = &mut self.player {
+            let value = player.next(|index| self.mailbox.point(index));
+            self.setpoint = setpoint(player.waveform().quantity, value);
         }
     }
 }
 
-/// Picks the ticks that a stream asked for.
-#[derive(Default)]
-struct Pacer {
-    period_ticks: u16,
-    ticks_to_next: u16,
-    samples_left: u32,
-}
-
-impl Pacer {
-    fn new(stream: Stream) -> Self {
-        Self {
-            period_ticks: stream.period_ticks,
-            ticks_to_next: 1,
-            samples_left: stream.count,
+fn setpoint(quantity: Quantity, value: f32) -> Setpoint {
+    match quantity {
+        Quantity::Position => Setpoint::Position(Micrometre(value)),
+        Quantity::Drive { active, others_v } => {
+            Setpoint::Drive(active.map(|is_active| Volt(if is_active { value } else { others_v })))
         }
-    }
-
-    fn is_due(&mut self) -> bool {
-        if self.samples_left == 0 {
-            return false;
-        }
-        self.ticks_to_next = self.ticks_to_next.saturating_sub(1);
-        if self.ticks_to_next > 0 {
-            return false;
-        }
-        self.ticks_to_next = self.period_ticks;
-        self.samples_left -= 1;
-        true
     }
 }

@@ -11,6 +11,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, with_timeout};
+use experiment::{POINTS, Player};
 use mirror_protocol::{Commanded, Stream, Telemetry};
 
 /// A tick lasts 100 us; a loop that has not answered after this long has stopped.
@@ -24,6 +25,8 @@ type Shared<T> = Mutex<CriticalSectionRawMutex, Cell<T>>;
 /// The meeting place.
 pub struct Mailbox {
     command: Shared<Option<Setpoint>>,
+    play: Shared<Option<(Player, Stream)>>,
+    points: Mutex<CriticalSectionRawMutex, [Cell<i16>; POINTS]>,
     stream: Shared<Option<Stream>>,
     commanded: Signal<CriticalSectionRawMutex, Commanded>,
     streaming: Signal<CriticalSectionRawMutex, u32>,
@@ -50,6 +53,8 @@ impl Mailbox {
     pub const fn new() -> Self {
         Self {
             command: Mutex::new(Cell::new(None)),
+            play: Mutex::new(Cell::new(None)),
+            points: Mutex::new([const { Cell::new(0) }; POINTS]),
             stream: Mutex::new(Cell::new(None)),
             commanded: Signal::new(),
             streaming: Signal::new(),
@@ -94,10 +99,40 @@ impl Mailbox {
     pub async fn stream(&self, stream: Stream) -> Result<u32, ControlStopped> {
         self.streaming.reset();
         self.request_stream(stream);
+        self.first_tick().await
+    }
+
+    /// Link side: has the next tick begin a waveform, and with it a stream of samples in place of
+    /// any earlier one; waits for that tick.
+    ///
+    /// # Errors
+    /// Where no tick came.
+    pub async fn play(&self, player: Player, stream: Stream) -> Result<u32, ControlStopped> {
+        self.streaming.reset();
+        self.play.lock(|slot| slot.set(Some((player, stream))));
+        self.first_tick().await
+    }
+
+    async fn first_tick(&self) -> Result<u32, ControlStopped> {
         let first_tick = with_timeout(TICK_TIMEOUT, self.streaming.wait()).await;
         first_tick.map_err(|_| {
+            // What was refused must not begin later.
             self.take_stream();
+            self.take_play();
             ControlStopped
+        })
+    }
+
+    /// Link side: changes points of the table, from `first` on. `false` where they do not fit.
+    pub fn load_points(&self, first: usize, points: &[i16]) -> bool {
+        self.points.lock(|table| {
+            let Some(room) = table.get(first..).and_then(|rest| rest.get(..points.len())) else {
+                return false;
+            };
+            for (slot, point) in room.iter().zip(points) {
+                slot.set(*point);
+            }
+            true
         })
     }
 
@@ -129,6 +164,17 @@ impl Mailbox {
     /// Control side: a command that came since the last tick.
     pub(crate) fn take_command(&self) -> Option<Setpoint> {
         self.command.lock(Cell::take)
+    }
+
+    /// Control side: a waveform that was asked for since the last tick, with its stream.
+    pub(crate) fn take_play(&self) -> Option<(Player, Stream)> {
+        self.play.lock(Cell::take)
+    }
+
+    /// Control side: a point of the table; 0 beyond its end.
+    pub(crate) fn point(&self, index: usize) -> i16 {
+        self.points
+            .lock(|table| table.get(index).map_or(0, Cell::get))
     }
 
     /// Control side: a stream that was asked for since the last tick.

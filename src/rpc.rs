@@ -1,11 +1,12 @@
 //! From frames to commands: the endpoints of `mirror-protocol`, and their answers.
 
 use control_core::{Calibration, Micrometre, Setpoint, Volt};
+use experiment::Player;
 use mirror_protocol::{
-    CommandReply, Drives, ENDPOINTS, Hello, HelloEndpoint, Identity, MAX_FRAME_BYTES, OffEndpoint,
-    PROTOCOL_VERSION, Position, Refusal, SetDriveEndpoint, SetPositionEndpoint, Status,
-    StatusEndpoint, StatusReply, Stream, StreamEndpoint, StreamReply, Streaming, TOPICS_IN,
-    TOPICS_OUT, TelemetryTopic, Text,
+    CommandReply, Drives, ENDPOINTS, Hello, HelloEndpoint, Identity, LoadPointsEndpoint, LoadReply,
+    MAX_FRAME_BYTES, OffEndpoint, PROTOCOL_VERSION, Play, PlayEndpoint, Points, Position, Refusal,
+    SetDriveEndpoint, SetPositionEndpoint, Status, StatusEndpoint, StatusReply, Stream,
+    StreamEndpoint, StreamReply, Streaming, TOPICS_IN, TOPICS_OUT, TelemetryTopic, Text,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarSeq};
@@ -83,6 +84,8 @@ define_dispatch! {
         | SetDriveEndpoint    | async    | set_drive    |
         | OffEndpoint         | async    | off          |
         | StreamEndpoint      | async    | stream       |
+        | LoadPointsEndpoint  | blocking | load_points  |
+        | PlayEndpoint        | async    | play         |
     };
     topics_in: {
         list: TOPICS_IN;
@@ -140,12 +143,39 @@ async fn off(session: &mut Session, _header: VarHeader, (): ()) -> CommandReply 
 
 async fn stream(session: &mut Session, _header: VarHeader, stream: Stream) -> StreamReply {
     session.check_version()?;
-    if stream.period_ticks == 0 {
-        return Err(Refusal::ZeroPeriod);
-    }
+    check_period(&stream)?;
     let first_tick = session.mailbox.stream(stream).await;
     let first_tick = first_tick.map_err(|_| Refusal::ControlStopped)?;
     Ok(Streaming { first_tick })
+}
+
+fn load_points(session: &mut Session, _header: VarHeader, points: Points) -> LoadReply {
+    session.check_version()?;
+    if session
+        .mailbox
+        .load_points(points.first.into(), &points.points)
+    {
+        Ok(())
+    } else {
+        Err(Refusal::TableEnd)
+    }
+}
+
+async fn play(session: &mut Session, _header: VarHeader, play: Play) -> StreamReply {
+    session.check_version()?;
+    let player = Player::new(play.waveform, TICK_HZ).map_err(Refusal::Waveform)?;
+    check_period(&play.stream)?;
+    let first_tick = session.mailbox.play(player, play.stream).await;
+    let first_tick = first_tick.map_err(|_| Refusal::ControlStopped)?;
+    Ok(Streaming { first_tick })
+}
+
+fn check_period(stream: &Stream) -> Result<(), Refusal> {
+    if stream.period_ticks == 0 {
+        Err(Refusal::ZeroPeriod)
+    } else {
+        Ok(())
+    }
 }
 
 fn check_numbers(values: &[f32]) -> Result<(), Refusal> {

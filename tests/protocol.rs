@@ -9,6 +9,8 @@ mod tests {
     use control_core::{AdcCode, Controller, LANES, Micrometre, PwmCode, Setpoint, Volt};
     use embassy_futures::join::join;
     use embassy_futures::yield_now;
+    use experiment::{FULL_SCALE, POINTS, Player, Quantity, Shape, Table, Waveform};
+    use mirror_firmware::TICK_HZ;
     use mirror_firmware::board::Sensed;
     use mirror_firmware::control::Control;
     use mirror_firmware::factory::CALIBRATION;
@@ -48,6 +50,8 @@ mod tests {
         comes_back(Stream {
             period_ticks: 10,
             count: 1000,
+            mean_ticks: 10,
+            slowing: 20,
         });
         comes_back::<CommandReply>(Ok(Commanded {
             tick: 1,
@@ -133,6 +137,7 @@ mod tests {
         MAILBOX.request_stream(Stream {
             period_ticks: 3,
             count: 4,
+            ..Stream::default()
         });
         for _ in 0..100 {
             control.tick(Sensed::default());
@@ -144,11 +149,56 @@ mod tests {
     }
 
     #[test]
+    async fn a_waveform_is_driven_from_the_tick_after_it_was_asked_for() {
+        assert!(MAILBOX.load_points(0, &[FULL_SCALE, 0]));
+        assert!(!MAILBOX.load_points(POINTS - 1, &[1, 2]), "beyond the end");
+        let waveform = Waveform {
+            quantity: Quantity::Drive {
+                active: [true, false, true, false],
+                others_v: 0.5,
+            },
+            shape: Shape::Steps(Table {
+                points: 2,
+                dwell_ticks: 3,
+            }),
+            offset: 1.0,
+            amplitude: 1.0,
+            cycles: 1,
+        };
+        let stream = Stream {
+            period_ticks: 100,
+            count: 10,
+            slowing: 1,
+            ..Stream::default()
+        };
+        let mut control = control();
+        let player = Player::new(waveform, TICK_HZ).expect("playable");
+        let (first_tick, ()) = join(MAILBOX.play(player, stream), async {
+            yield_now().await;
+            for _ in 0..9 {
+                control.tick(Sensed::default());
+            }
+        })
+        .await;
+        assert_eq!(first_tick, Ok(0));
+        // Before the waveform, at its first step, and at its second.
+        for (tick, drive_v) in [
+            (0, [0.0; 4]),
+            (1, [2.0, 0.5, 2.0, 0.5]),
+            (4, [1.0, 0.5, 1.0, 0.5]),
+        ] {
+            let sample = MAILBOX.next_sample().await;
+            assert_eq!((sample.tick, sample.drive_v), (tick, drive_v));
+        }
+    }
+
+    #[test]
     async fn samples_that_nobody_fetches_are_counted_as_dropped() {
         let mut control = control();
         MAILBOX.request_stream(Stream {
             period_ticks: 1,
             count: 100,
+            ..Stream::default()
         });
         for _ in 0..100 {
             control.tick(Sensed::default());

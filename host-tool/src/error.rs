@@ -3,7 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
-use mirror_protocol::{PROTOCOL_VERSION, Refusal};
+use mirror_protocol::{Flaw, PROTOCOL_VERSION, Refusal};
 
 use crate::quantity::{Length, Span, Voltage};
 
@@ -168,5 +168,17 @@ fn refusal_words(refusal: Refusal) -> String {
         Refusal::NoHello => "it was reset since this tool greeted it".to_owned(),
         Refusal::NotANumber => "a value was not a number".to_owned(),
         Refusal::ZeroPeriod => "samples need a period of at least one control tick".to_owned(),
+        Refusal::Waveform(flaw) => format!("the waveform {}", flaw_words(flaw)),
+        Refusal::TableEnd => "its table has no room for so many points".to_owned(),
+    }
+}
+
+fn flaw_words(flaw: Flaw) -> &'static str {
+    match flaw {
+        Flaw::NotANumber => "has a value that is not a number",
+        Flaw::Frequency => "is slower or faster than the board can play",
+        Flaw::NoCycles => "has no cycles",
+        Flaw::Points => "has too few points or too many",
+        Flaw::NoDwell => "has points that last no time",
     }
 }

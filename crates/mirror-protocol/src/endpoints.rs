@@ -8,14 +8,17 @@
 use postcard_rpc::{TopicDirection, endpoints, topics};
 
 use crate::{
-    Commanded, Drives, Hello, Identity, Position, Refusal, Status, Stream, Streaming, Telemetry,
+    Commanded, Drives, Hello, Identity, Play, Points, Position, Refusal, Status, Stream, Streaming,
+    Telemetry,
 };
 
 /// Answer to a command that changes the drives.
 pub type CommandReply = Result<Commanded, Refusal>;
 /// Answer to [`StatusEndpoint`].
 pub type StatusReply = Result<Status, Refusal>;
-/// Answer to [`StreamEndpoint`].
+/// Answer to [`LoadPointsEndpoint`].
+pub type LoadReply = Result<(), Refusal>;
+/// Answer to [`StreamEndpoint`] and [`PlayEndpoint`].
 pub type StreamReply = Result<Streaming, Refusal>;
 
 endpoints! {
@@ -29,6 +32,8 @@ endpoints! {
     | SetDriveEndpoint    | Drives    | CommandReply | "mirror/set-drive"    |
     | OffEndpoint         | ()        | CommandReply | "mirror/off"          |
     | StreamEndpoint      | Stream    | StreamReply  | "mirror/stream"       |
+    | LoadPointsEndpoint  | Points    | LoadReply    | "mirror/load-points"  |
+    | PlayEndpoint        | Play      | StreamReply  | "mirror/play"         |
 }
 
 topics! {

@@ -16,8 +16,11 @@ mod identity;
 mod messages;
 
 pub use endpoints::*;
+pub use experiment::{Flaw, POINTS, Quantity, Shape, Stream, Table, Waveform};
 pub use identity::{Hello, Identity, Text};
-pub use messages::{Commanded, Drives, Position, Refusal, Status, Stream, Streaming, Telemetry};
+pub use messages::{
+    CHUNK_POINTS, Commanded, Drives, Play, Points, Position, Refusal, Status, Streaming, Telemetry,
+};
 
 /// The version of everything in this crate but the greeting. Raised with every change on the wire.
 pub const PROTOCOL_VERSION: u16 = 1;

@@ -1,5 +1,6 @@
 //! Commands, answers and telemetry of the present protocol version.
 
+use experiment::{Flaw, Stream, Waveform};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -17,16 +18,27 @@ pub struct Drives {
     pub drive_v: [f32; 4],
 }
 
-/// Ask for telemetry: `count` samples, one every `period_ticks` control ticks.
-///
-/// A new request replaces the one before; `count` 0 stops. A stream always ends by itself, so a tool
-/// that dies leaves no board talking.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
-pub struct Stream {
-    /// Control ticks from one sample to the next, at least 1.
-    pub period_ticks: u16,
-    /// Samples to send.
-    pub count: u32,
+/// Ask for a waveform, and for a stream of samples whose first is the tick that computes the
+/// waveform's first value; that value is driven from the tick after it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Play {
+    /// What to play.
+    pub waveform: Waveform,
+    /// What to sample.
+    pub stream: Stream,
+}
+
+/// Points of a chunk of the board's table.
+pub const CHUNK_POINTS: usize = 64;
+
+/// Some of the board's points, for waveforms that are tables. They take the place of the old ones at
+/// once.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Points {
+    /// Index of the first of them.
+    pub first: u16,
+    /// The points, in shares of the amplitude ([`experiment::FULL_SCALE`] being all of it).
+    pub points: heapless::Vec<i16, CHUNK_POINTS>,
 }
 
 /// A stream as it begins.
@@ -97,4 +109,8 @@ pub enum Refusal {
     NotANumber,
     /// A stream's period is zero.
     ZeroPeriod,
+    /// A waveform that cannot be played.
+    Waveform(Flaw),
+    /// Points beyond the end of the board's table.
+    TableEnd,
 }

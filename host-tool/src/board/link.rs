@@ -162,6 +162,7 @@ impl Board {
         let stream = Stream {
             period_ticks,
             count,
+            ..Stream::default()
         };
         let reply = ask::<StreamEndpoint>(&self.client, request, &stream).await?;
         let first_tick = self.granted(request, reply)?.first_tick;
