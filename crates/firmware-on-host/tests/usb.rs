@@ -179,6 +179,7 @@ fn commands_and_samples_pass_as_on_any_link() {
         let stream = Stream {
             period_ticks: 20,
             count: 30,
+            ..Stream::default()
         };
         let reply = client.send_resp::<StreamEndpoint>(&stream).await;
         let first = reply.expect("an answer").expect("a stream").first_tick;
@@ -331,6 +332,7 @@ fn a_host_that_fetches_nothing_for_a_while_finds_the_device_ready() {
         let stream = Stream {
             period_ticks: 1,
             count: 500,
+            ..Stream::default()
         };
         greeted
             .send_resp::<StreamEndpoint>(&stream)
