@@ -7,6 +7,13 @@ use static_cell::{ConstStaticCell, StaticCell};
 
 use crate::mailbox::Mailbox;
 
+/// An image's place for the calibration in use.
+pub static IN_USE: StaticCell<Calibration> = StaticCell::new();
+/// An image's place for the next one.
+pub static SPARE: StaticCell<Calibration> = StaticCell::new();
+/// An image's place for what is uploaded.
+pub static UPLOADED: ConstStaticCell<[u8; BYTES]> = ConstStaticCell::new([0; BYTES]);
+
 /// Takes a calibration in pieces, checks the whole, and hands it to the control loop. The one in use
 /// stays in use until then.
 pub struct Upload {
@@ -26,17 +33,12 @@ pub enum UploadError {
 }
 
 impl Upload {
-    /// The place for uploads; there is one in an image. `any` fills the spare place until the first.
-    ///
-    /// # Panics
-    /// When called again.
-    pub fn new(any: &Calibration) -> Self {
-        static UPLOADED: ConstStaticCell<[u8; BYTES]> = ConstStaticCell::new([0; BYTES]);
-        static SPARE: StaticCell<Calibration> = StaticCell::new();
+    /// Uploads go into `bytes`, and what they make into `spare`.
+    pub fn new(bytes: &'static mut [u8; BYTES], spare: &'static mut Calibration) -> Self {
         Self {
-            bytes: UPLOADED.take(),
+            bytes,
             received: 0,
-            spare: Some(SPARE.init(*any)),
+            spare: Some(spare),
         }
     }
 

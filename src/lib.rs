@@ -13,6 +13,7 @@
 #![no_std]
 
 // Provides the critical sections.
+#[cfg(target_os = "none")]
 use cortex_m as _;
 
 pub mod board;
@@ -20,9 +21,15 @@ pub mod calibration;
 pub mod control;
 pub mod mailbox;
 pub mod rpc;
+#[cfg(any(feature = "board-stm32g474", feature = "board-host"))]
+pub mod usb;
 
-#[cfg(all(feature = "board-stm32g474", feature = "board-mps2"))]
-compile_error!("choose one board: `board-stm32g474` or `board-mps2`");
+#[cfg(any(
+    all(feature = "board-stm32g474", feature = "board-mps2"),
+    all(feature = "board-stm32g474", feature = "board-host"),
+    all(feature = "board-mps2", feature = "board-host"),
+))]
+compile_error!("choose one board: `board-stm32g474`, `board-mps2` or `board-host`");
 
 /// Control ticks a second, on every board.
 pub const TICK_HZ: u32 = 10_000;

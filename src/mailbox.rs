@@ -22,7 +22,7 @@ const QUEUED_SAMPLES: usize = 16;
 
 type Shared<T> = Mutex<CriticalSectionRawMutex, Cell<T>>;
 
-/// The meeting place. There is one in an image: [`MAILBOX`].
+/// The meeting place.
 pub struct Mailbox {
     command: Shared<Option<Setpoint>>,
     play: Shared<Option<(Player, Stream)>>,
@@ -44,8 +44,15 @@ pub struct ControlStopped;
 /// The one mailbox of the image.
 pub static MAILBOX: Mailbox = Mailbox::new();
 
+impl Default for Mailbox {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Mailbox {
-    const fn new() -> Self {
+    /// A mailbox that nobody has used. A board has one, [`MAILBOX`].
+    pub const fn new() -> Self {
         Self {
             command: Mutex::new(Cell::new(None)),
             play: Mutex::new(Cell::new(None)),

@@ -19,6 +19,8 @@ use static_cell::ConstStaticCell;
 
 use crate::TICK_HZ;
 use crate::board::Board;
+#[cfg(feature = "board-host")]
+use crate::board::host::link::LinkTx;
 #[cfg(feature = "board-mps2")]
 use crate::board::mps2::link::LinkTx;
 #[cfg(feature = "board-stm32g474")]
@@ -39,13 +41,17 @@ pub struct Session {
 
 impl Session {
     /// A session before any greeting.
-    pub fn new<B: Board>(mailbox: &'static Mailbox, calibration: &Calibration) -> Self {
+    pub fn new<B: Board>(
+        mailbox: &'static Mailbox,
+        calibration: &Calibration,
+        upload: Upload,
+    ) -> Self {
         Self {
             board: B::NAME,
             is_emulated: B::IS_EMULATED,
             mailbox,
             calibration: info(calibration),
-            upload: Upload::new(calibration),
+            upload,
             tool: None,
         }
     }
@@ -245,14 +251,19 @@ fn text(text: &str) -> Text {
     short
 }
 
+/// Holds a frame while it is received. On USB the longest frame is followed by an empty packet, for
+/// which there must be room, too.
+pub type Frame = [u8; MAX_FRAME_BYTES + 64];
+
+/// The frame of the one server of the image.
+pub static FRAME: ConstStaticCell<Frame> = ConstStaticCell::new([0; MAX_FRAME_BYTES + 64]);
+
 /// Answers requests on a link and sends it the samples of the stream, for ever.
-pub async fn serve<Rx: WireRx>(tx: LinkTx, rx: Rx, session: Session) -> ! {
-    static FRAME: ConstStaticCell<[u8; MAX_FRAME_BYTES]> =
-        ConstStaticCell::new([0; MAX_FRAME_BYTES]);
+pub async fn serve<Rx: WireRx>(tx: LinkTx, rx: Rx, frame: &mut Frame, session: Session) -> ! {
     let mailbox = session.mailbox;
     let endpoints = Endpoints::new(session, ());
     let key_length = endpoints.min_key_len();
-    let mut server = Server::new(tx, rx, FRAME.take().as_mut_slice(), endpoints, key_length);
+    let mut server = Server::new(tx, rx, frame.as_mut_slice(), endpoints, key_length);
     let samples = send_samples(server.sender(), mailbox);
     let requests = async {
         loop {

@@ -2,13 +2,13 @@
 #![no_std]
 #![no_main]
 
-use control_core::{Calibration, Controller};
+use control_core::Controller;
 use embassy_executor::Spawner;
 use mirror_firmware::board::mps2::{LockstepPlant, link};
+use mirror_firmware::calibration::{IN_USE, SPARE, UPLOADED, Upload};
 use mirror_firmware::control::{self, Control};
 use mirror_firmware::mailbox::MAILBOX;
 use mirror_firmware::{factory, rpc};
-use static_cell::StaticCell;
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) -> ! {
@@ -20,11 +20,11 @@ async fn main(_spawner: Spawner) -> ! {
     };
     defmt::info!("ready");
 
-    static CALIBRATION: StaticCell<Calibration> = StaticCell::new();
-    let calibration = CALIBRATION.init(factory::calibration());
-    let session = rpc::Session::new::<LockstepPlant>(&MAILBOX, calibration);
+    let calibration = IN_USE.init(factory::calibration());
+    let upload = Upload::new(UPLOADED.take(), SPARE.init(*calibration));
+    let session = rpc::Session::new::<LockstepPlant>(&MAILBOX, calibration, upload);
     let control = Control::new(Controller::new(calibration), &MAILBOX);
-    let serve = rpc::serve(tx, rx, session);
+    let serve = rpc::serve(tx, rx, rpc::FRAME.take(), session);
     embassy_futures::join::join(control::run(plant, control), serve)
         .await
         .0
