@@ -150,7 +150,8 @@ impl<'a> Lab<'a> {
                 let held = board.span(since, first_tick);
                 file.keys.set("prehold_s", &held.s.to_string());
             }
-            passed_s = file.rows.last().map_or(0.0, |row| row.t_s);
+            // The last row is a tick before its dwell ends.
+            passed_s = file.rows.last().map_or(0.0, |row| row.t_s) + board.span(0, 1).s;
         }
         Ok(())
     }
