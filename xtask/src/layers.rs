@@ -6,10 +6,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::cargo::cargo;
 
 /// (crate, workspace crates that it may reach).
-const MAY_USE: [(&str, &[&str]); 13] = [
+const MAY_USE: [(&str, &[&str]); 15] = [
+    ("board-sockets", &[]),
     ("calibration-store", &[]),
     ("control-core", &["fpu"]),
-    ("emulated-board", &["plant-link", "virtual-mirror"]),
+    (
+        "emulated-board",
+        &["board-sockets", "plant-link", "virtual-mirror"],
+    ),
     ("experiment", &[]),
     ("fpu", &[]),
     ("measurement", &[]),

@@ -11,6 +11,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
+use board_sockets::is_listening;
 use rustix::fs::{CWD, Mode, mkfifoat};
 use rustix::process::Pid;
 use rustix::thread::{CpuSet, sched_setaffinity};
@@ -20,7 +21,6 @@ use virtual_mirror::MirrorConfig;
 use crate::logs::{LogError, LogTable};
 use crate::plant::{Plant, Progress};
 use crate::qemu;
-use crate::sockets::is_listening;
 
 /// How long QEMU may take to offer its socket.
 const START_TIMEOUT: Duration = Duration::from_secs(20);
@@ -32,7 +32,7 @@ pub struct Emulation {
     pub image: PathBuf,
     /// The mirror on the board.
     pub mirror: MirrorConfig,
-    /// Where the board's socket is placed: [`crate::boards_directory`], or a private directory.
+    /// Where the board's socket is placed: [`board_sockets::boards_directory`], or a private directory.
     pub boards_directory: PathBuf,
     /// The board's name among those of that directory.
     pub name: String,
@@ -45,7 +45,7 @@ pub struct EmulatedBoard {
     socket: PathBuf,
     progress: Arc<Progress>,
     log: Log,
-    _directory: TempDir,
+    directory: TempDir,
 }
 
 /// Why an emulated board does not start.
@@ -117,7 +117,7 @@ impl EmulatedBoard {
             socket,
             progress,
             log,
-            _directory: directory,
+            directory,
         };
         board.wait_for_socket(&complaints)?;
         Ok(board)
@@ -126,6 +126,11 @@ impl EmulatedBoard {
     /// The socket on which the board takes requests.
     pub fn socket(&self) -> &Path {
         &self.socket
+    }
+
+    /// The directory of its files, which goes when the board is dropped.
+    pub fn directory(&self) -> &Path {
+        self.directory.path()
     }
 
     /// Time that has passed for the board and its mirror.
