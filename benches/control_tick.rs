@@ -7,15 +7,18 @@
 
 use core::hint::black_box;
 
-use control_core::{AdcCode, Ampere, Controller, LANES, Micrometre, PwmCode, Setpoint, Volt};
+use control_core::{
+    AdcCode, Ampere, Calibration, Controller, LANES, Micrometre, PwmCode, Setpoint, Volt,
+};
 use cortex_m::Peripherals;
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use mirror_firmware::board::Sensed;
 use mirror_firmware::control::Control;
-use mirror_firmware::factory::CALIBRATION;
+use mirror_firmware::factory;
 use mirror_firmware::mailbox::MAILBOX;
 use semihosting::process::ExitCode;
+use static_cell::StaticCell;
 
 const REPETITIONS: u32 = 1000;
 /// Counts of SysTick in 5 instructions.
@@ -34,7 +37,8 @@ fn main() -> ! {
     clock.enable_counter();
 
     let z = Setpoint::Position(Micrometre(120.0));
-    let mut controller = Controller::new(CALIBRATION);
+    let mut calibration = factory::calibration();
+    let mut controller = Controller::new(&mut calibration);
     report("control core: one step at a position", || {
         black_box(controller.step(
             black_box(z),
@@ -43,7 +47,8 @@ fn main() -> ! {
         ));
     });
 
-    let mut controller = Controller::new(CALIBRATION);
+    let mut calibration = factory::calibration();
+    let mut controller = Controller::new(&mut calibration);
     report("codes in, codes out: step with conversions", || {
         let currents = black_box([AdcCode(29_884); LANES]).map(AdcCode::current);
         let applied = black_box([PwmCode(2742); LANES]).map(PwmCode::drive);
@@ -55,7 +60,9 @@ fn main() -> ! {
         );
     });
 
-    let mut control = Control::new(Controller::new(CALIBRATION), &MAILBOX);
+    static CALIBRATION: StaticCell<Calibration> = StaticCell::new();
+    let calibration = CALIBRATION.init(factory::calibration());
+    let mut control = Control::new(Controller::new(calibration), &MAILBOX);
     MAILBOX.post(z);
     let sensed = Sensed {
         currents: [AdcCode(29_884); LANES],

@@ -18,7 +18,7 @@ pub async fn run(mut board: impl Board, mut control: Control) -> ! {
 
 /// The state from one tick to the next.
 pub struct Control {
-    controller: Controller,
+    controller: Controller<'static>,
     mailbox: &'static Mailbox,
     setpoint: Setpoint,
     player: Option<Player>,
@@ -35,7 +35,7 @@ const MEASURED: usize = LANES + 1;
 
 impl Control {
     /// A loop that starts with all channels off.
-    pub fn new(controller: Controller, mailbox: &'static Mailbox) -> Self {
+    pub fn new(controller: Controller<'static>, mailbox: &'static Mailbox) -> Self {
         Self {
             controller,
             mailbox,
@@ -52,6 +52,13 @@ impl Control {
     /// One tick: `sensed` are the codes read while the codes of the last tick were driven; the
     /// result is driven next.
     pub fn tick(&mut self, sensed: Sensed) -> [PwmCode; LANES] {
+        if let Some(calibration) = self.mailbox.take_calibration() {
+            // Drives computed under another calibration mean nothing.
+            self.setpoint = Setpoint::Off;
+            self.player = None;
+            let before = self.controller.exchange(calibration);
+            self.mailbox.return_calibration(before);
+        }
         let command = self.mailbox.take_command();
         let last = self.setpoint;
         self.follow(command);

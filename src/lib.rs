@@ -5,6 +5,7 @@
 //! ```text
 //! board/*/link   bytes <-> frames                  (USB, or the emulator's UART)
 //! rpc            frames <-> commands and answers   (postcard-rpc)
+//! calibration    an uploaded calibration, whole and checked
 //! mailbox        the setpoint, and what the last tick did
 //! control        one tick: converter codes in, PWM codes out (control-core decides)
 //! board/*        registers
@@ -16,7 +17,9 @@
 use cortex_m as _;
 
 pub mod board;
+pub mod calibration;
 pub mod control;
+pub mod keeper;
 pub mod mailbox;
 pub mod rpc;
 #[cfg(any(feature = "board-stm32g474", feature = "board-host"))]
@@ -35,5 +38,15 @@ pub const TICK_HZ: u32 = 10_000;
 /// The calibration that a board has before it has been given its own: the inverse of the
 /// `reconciled` preset of the model, tabulated by the build script.
 pub mod factory {
-    include!(concat!(env!("OUT_DIR"), "/factory.rs"));
+    use control_core::Calibration;
+
+    static BYTES: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/factory.bin"));
+
+    /// The calibration, read as an uploaded one is.
+    pub fn calibration() -> Calibration {
+        match Calibration::from_bytes(BYTES) {
+            Ok(calibration) => calibration,
+            Err(error) => defmt::panic!("the firmware image is damaged: {}", error),
+        }
+    }
 }

@@ -5,7 +5,7 @@
 
 use core::cell::Cell;
 
-use control_core::Setpoint;
+use control_core::{Calibration, Setpoint};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
@@ -28,6 +28,8 @@ pub struct Mailbox {
     play: Shared<Option<(Player, Stream)>>,
     points: Mutex<CriticalSectionRawMutex, [Cell<i16>; POINTS]>,
     stream: Shared<Option<Stream>>,
+    calibration: Shared<Option<&'static mut Calibration>>,
+    calibration_before: Signal<CriticalSectionRawMutex, &'static mut Calibration>,
     commanded: Signal<CriticalSectionRawMutex, Commanded>,
     streaming: Signal<CriticalSectionRawMutex, u32>,
     latest: Shared<Telemetry>,
@@ -56,6 +58,8 @@ impl Mailbox {
             play: Mutex::new(Cell::new(None)),
             points: Mutex::new([const { Cell::new(0) }; POINTS]),
             stream: Mutex::new(Cell::new(None)),
+            calibration: Mutex::new(Cell::new(None)),
+            calibration_before: Signal::new(),
             commanded: Signal::new(),
             streaming: Signal::new(),
             latest: Mutex::new(Cell::new(Telemetry {
@@ -123,6 +127,21 @@ impl Mailbox {
         })
     }
 
+    /// Link side: has the next tick exchange the calibration, which turns all channels off, and waits for
+    /// the one before.
+    ///
+    /// # Errors
+    /// Where no tick came: the calibration that was not taken.
+    pub async fn exchange(
+        &self,
+        calibration: &'static mut Calibration,
+    ) -> Result<&'static mut Calibration, Option<&'static mut Calibration>> {
+        self.calibration_before.reset();
+        self.calibration.lock(|slot| slot.set(Some(calibration)));
+        let before = with_timeout(TICK_TIMEOUT, self.calibration_before.wait()).await;
+        before.map_err(|_| self.take_calibration())
+    }
+
     /// Link side: changes points of the table, from `first` on. `false` where they do not fit.
     pub fn load_points(&self, first: usize, points: &[i16]) -> bool {
         self.points.lock(|table| {
@@ -164,6 +183,16 @@ impl Mailbox {
     /// Control side: a command that came since the last tick.
     pub(crate) fn take_command(&self) -> Option<Setpoint> {
         self.command.lock(Cell::take)
+    }
+
+    /// Control side: a calibration that came since the last tick.
+    pub(crate) fn take_calibration(&self) -> Option<&'static mut Calibration> {
+        self.calibration.lock(Cell::take)
+    }
+
+    /// Control side: the calibration that is no longer in use.
+    pub(crate) fn return_calibration(&self, before: &'static mut Calibration) {
+        self.calibration_before.signal(before);
     }
 
     /// Control side: a waveform that was asked for since the last tick, with its stream.

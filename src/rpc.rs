@@ -1,12 +1,17 @@
 //! From frames to commands: the endpoints of `mirror-protocol`, and their answers.
 
+use core::fmt::Write;
+
 use control_core::{Calibration, Micrometre, Setpoint, Volt};
 use experiment::Player;
 use mirror_protocol::{
-    CommandReply, Drives, ENDPOINTS, Hello, HelloEndpoint, Identity, LoadPointsEndpoint, LoadReply,
-    MAX_FRAME_BYTES, OffEndpoint, PROTOCOL_VERSION, Play, PlayEndpoint, Points, Position, Refusal,
-    SetDriveEndpoint, SetPositionEndpoint, Status, StatusEndpoint, StatusReply, Stream,
-    StreamEndpoint, StreamReply, Streaming, TOPICS_IN, TOPICS_OUT, TelemetryTopic, Text,
+    CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal, CalibrationReply,
+    CalibrationUseEndpoint, CalibrationUseReply, CalibrationWriteEndpoint, CalibrationWriteReply,
+    CommandReply, Drives, ENDPOINTS, Hello, HelloEndpoint, Identity, Kept, LoadPointsEndpoint,
+    LoadReply, MAX_FRAME_BYTES, OffEndpoint, PROTOCOL_VERSION, Play, PlayEndpoint, Points,
+    Position, Refusal, Sentence, SetDriveEndpoint, SetPositionEndpoint, Status, StatusEndpoint,
+    StatusReply, Stream, StreamEndpoint, StreamReply, Streaming, TOPICS_IN, TOPICS_OUT,
+    TelemetryTopic, Text,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarSeq};
@@ -14,13 +19,9 @@ use postcard_rpc::server::{Dispatch, Sender, Server, WireRx};
 use static_cell::ConstStaticCell;
 
 use crate::TICK_HZ;
-use crate::board::Board;
-#[cfg(feature = "board-host")]
-use crate::board::host::link::LinkTx;
-#[cfg(feature = "board-mps2")]
-use crate::board::mps2::link::LinkTx;
-#[cfg(feature = "board-stm32g474")]
-use crate::board::stm32g474::link::LinkTx;
+use crate::board::{Board, LinkTx};
+use crate::calibration::{Upload, UploadError};
+use crate::keeper::Keeper;
 use crate::mailbox::Mailbox;
 
 /// What the endpoints know and remember.
@@ -28,21 +29,28 @@ pub struct Session {
     board: &'static str,
     is_emulated: bool,
     mailbox: &'static Mailbox,
-    max_position: Micrometre,
-    max_drive: Volt,
+    calibration: CalibrationInfo,
+    upload: Upload,
+    keeper: Keeper,
     /// Protocol version of the tool that greeted last.
     tool: Option<u16>,
 }
 
 impl Session {
     /// A session before any greeting.
-    pub fn new<B: Board>(mailbox: &'static Mailbox, calibration: &Calibration) -> Self {
+    pub fn new<B: Board>(
+        mailbox: &'static Mailbox,
+        calibration: &Calibration,
+        upload: Upload,
+        keeper: Keeper,
+    ) -> Self {
         Self {
             board: B::NAME,
             is_emulated: B::IS_EMULATED,
             mailbox,
-            max_position: calibration.max_position(),
-            max_drive: calibration.max_drive(),
+            calibration: info(calibration, keeper.kept()),
+            upload,
+            keeper,
             tool: None,
         }
     }
@@ -84,6 +92,9 @@ define_dispatch! {
         | SetDriveEndpoint    | async    | set_drive    |
         | OffEndpoint         | async    | off          |
         | StreamEndpoint      | async    | stream       |
+        | CalibrationEndpoint | blocking | calibration  |
+        | CalibrationWriteEndpoint | blocking | write_calibration |
+        | CalibrationUseEndpoint | async | use_calibration |
         | LoadPointsEndpoint  | blocking | load_points  |
         | PlayEndpoint        | async    | play         |
     };
@@ -113,8 +124,8 @@ fn status(session: &mut Session, _header: VarHeader, (): ()) -> StatusReply {
     session.check_version()?;
     Ok(Status {
         telemetry: session.mailbox.latest(),
-        max_position_um: session.max_position.0,
-        max_drive_v: session.max_drive.0,
+        max_position_um: session.calibration.max_position_um,
+        max_drive_v: session.calibration.max_drive_v,
         dropped_samples: session.mailbox.dropped_samples(),
     })
 }
@@ -147,6 +158,52 @@ async fn stream(session: &mut Session, _header: VarHeader, stream: Stream) -> St
     let first_tick = session.mailbox.stream(stream).await;
     let first_tick = first_tick.map_err(|_| Refusal::ControlStopped)?;
     Ok(Streaming { first_tick })
+}
+
+fn calibration(session: &mut Session, _header: VarHeader, (): ()) -> CalibrationReply {
+    session.check_version()?;
+    Ok(session.calibration.clone())
+}
+
+fn write_calibration(
+    session: &mut Session,
+    _header: VarHeader,
+    chunk: CalibrationChunk,
+) -> CalibrationWriteReply {
+    session.check_version()?;
+    session.upload.write(&chunk)
+}
+
+async fn use_calibration(session: &mut Session, _header: VarHeader, (): ()) -> CalibrationUseReply {
+    session
+        .check_version()
+        .map_err(CalibrationRefusal::Refused)?;
+    let used = session.upload.put_to_use(session.mailbox).await;
+    let used = used.map_err(|error| match error {
+        UploadError::ControlStopped => CalibrationRefusal::Refused(Refusal::ControlStopped),
+        UploadError::Calibration(error) => {
+            let mut sentence = Sentence::new();
+            // What does not fit is left out.
+            let _ = write!(sentence, "{error}");
+            CalibrationRefusal::Unusable(sentence)
+        }
+    })?;
+    // The exchange has turned all channels off.
+    session.keeper.keep(session.upload.bytes());
+    session.calibration = info(&used, session.keeper.kept());
+    Ok(session.calibration.clone())
+}
+
+fn info(calibration: &Calibration, kept: Kept) -> CalibrationInfo {
+    let origin = &calibration.parts().origin;
+    CalibrationInfo {
+        device: text(origin.device.as_str()),
+        date: text(origin.date.as_str()),
+        model_hash: origin.model_hash,
+        max_position_um: calibration.max_position().0,
+        max_drive_v: calibration.max_drive().0,
+        kept,
+    }
 }
 
 fn load_points(session: &mut Session, _header: VarHeader, points: Points) -> LoadReply {

@@ -6,20 +6,23 @@ use mirror_firmware as _;
 
 #[embedded_test::tests]
 mod tests {
-    use control_core::{AdcCode, Controller, LANES, Micrometre, PwmCode, Setpoint, Volt};
+    use control_core::{
+        AdcCode, Calibration, Controller, LANES, Micrometre, PwmCode, Setpoint, Volt,
+    };
     use embassy_futures::join::join;
     use embassy_futures::yield_now;
     use experiment::{FULL_SCALE, POINTS, Player, Quantity, Shape, Table, Waveform};
     use mirror_firmware::TICK_HZ;
     use mirror_firmware::board::Sensed;
     use mirror_firmware::control::Control;
-    use mirror_firmware::factory::CALIBRATION;
+    use mirror_firmware::factory;
     use mirror_firmware::mailbox::MAILBOX;
     use mirror_protocol::{
         CommandReply, Commanded, Drives, Hello, MAX_FRAME_BYTES, Position, Refusal, Status,
         StatusReply, Stream, Telemetry,
     };
     use serde::{Serialize, de::DeserializeOwned};
+    use static_cell::StaticCell;
 
     fn comes_back<T: Serialize + DeserializeOwned + PartialEq + core::fmt::Debug>(message: T) {
         let mut frame = [0; MAX_FRAME_BYTES];
@@ -84,7 +87,9 @@ mod tests {
     }
 
     fn control() -> Control {
-        Control::new(Controller::new(CALIBRATION), &MAILBOX)
+        static CALIBRATION: StaticCell<Calibration> = StaticCell::new();
+        let calibration = CALIBRATION.init(factory::calibration());
+        Control::new(Controller::new(calibration), &MAILBOX)
     }
 
     #[test]

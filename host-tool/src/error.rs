@@ -66,6 +66,10 @@ pub enum ToolError {
         refusal: Refusal,
     },
 
+    #[error("the board keeps its calibration: the one it was sent cannot be used, {reason}")]
+    #[diagnostic(help("calibrate the mirror again with this version of the tool"))]
+    CalibrationRefused { reason: String },
+
     #[error("the board stopped counting control ticks")]
     #[diagnostic(help("reset the board, or restart its emulator"))]
     ControlStopped,
@@ -167,6 +171,10 @@ fn refusal_words(refusal: Refusal) -> String {
         Refusal::ControlStopped => "its control loop does not run".to_owned(),
         Refusal::NoHello => "it was reset since this tool greeted it".to_owned(),
         Refusal::NotANumber => "a value was not a number".to_owned(),
+        Refusal::UploadGap { expected } => {
+            format!("a piece of the upload was lost; the next must begin at byte {expected}")
+        }
+        Refusal::UploadTooLong => "the upload is longer than what it is for".to_owned(),
         Refusal::ZeroPeriod => "samples need a period of at least one control tick".to_owned(),
         Refusal::Waveform(flaw) => format!("the waveform {}", flaw_words(flaw)),
         Refusal::TableEnd => "its table has no room for so many points".to_owned(),

@@ -79,6 +79,7 @@ fn start(arguments: &Arguments, boards_directory: PathBuf) -> Result<EmulatedBoa
         mirror,
         boards_directory,
         name: arguments.name.clone(),
+        flash: None,
     };
     Ok(EmulatedBoard::start(&emulation)?)
 }

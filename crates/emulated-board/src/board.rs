@@ -4,6 +4,7 @@ use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader};
 use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ExitStatus};
 use std::sync::mpsc::{Receiver, channel};
@@ -36,6 +37,9 @@ pub struct Emulation {
     pub boards_directory: PathBuf,
     /// The board's name among those of that directory.
     pub name: String,
+    /// The file that is its flash, made where it is missing; without one its flash is erased, and
+    /// goes with the board.
+    pub flash: Option<PathBuf>,
 }
 
 /// A board that runs until it is dropped.
@@ -102,6 +106,7 @@ impl EmulatedBoard {
         for fifo in &fifos {
             mkfifoat(CWD, fifo, Mode::RUSR | Mode::WUSR).map_err(io::Error::from)?;
         }
+        place_flash(directory.path(), emulation.flash.as_deref())?;
         let mut qemu = qemu::command(&image, directory.path(), &socket)
             .spawn()
             .map_err(StartError::Qemu)?;
@@ -201,6 +206,22 @@ fn claim_socket(directory: &Path, name: &str) -> Result<PathBuf, StartError> {
     match fs::remove_file(&socket) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error.into()),
         _ => Ok(socket),
+    }
+}
+
+/// Gives the board its flash: the file `flash`, or one of its own.
+fn place_flash(directory: &Path, flash: Option<&Path>) -> io::Result<()> {
+    let place = directory.join(OsStr::from_bytes(plant_link::FLASH.to_bytes()));
+    let file = flash.unwrap_or(&place);
+    if !file.exists() {
+        fs::write(
+            file,
+            vec![plant_link::FLASH_ERASED; plant_link::FLASH_BYTES],
+        )?;
+    }
+    match flash {
+        Some(file) => symlink(fs::canonicalize(file)?, place),
+        None => Ok(()),
     }
 }
 

@@ -8,8 +8,8 @@
 use postcard_rpc::{TopicDirection, endpoints, topics};
 
 use crate::{
-    Commanded, Drives, Hello, Identity, Play, Points, Position, Refusal, Status, Stream, Streaming,
-    Telemetry,
+    CalibrationChunk, CalibrationInfo, CalibrationRefusal, Commanded, Drives, Hello, Identity,
+    Play, Points, Position, Refusal, Status, Stream, Streaming, Telemetry,
 };
 
 /// Answer to a command that changes the drives.
@@ -20,6 +20,12 @@ pub type StatusReply = Result<Status, Refusal>;
 pub type LoadReply = Result<(), Refusal>;
 /// Answer to [`StreamEndpoint`] and [`PlayEndpoint`].
 pub type StreamReply = Result<Streaming, Refusal>;
+/// Answer to [`CalibrationEndpoint`].
+pub type CalibrationReply = Result<CalibrationInfo, Refusal>;
+/// Answer to [`CalibrationWriteEndpoint`].
+pub type CalibrationWriteReply = Result<(), Refusal>;
+/// Answer to [`CalibrationUseEndpoint`]: the calibration that is now in use.
+pub type CalibrationUseReply = Result<CalibrationInfo, CalibrationRefusal>;
 
 endpoints! {
     list = ENDPOINTS;
@@ -32,6 +38,9 @@ endpoints! {
     | SetDriveEndpoint    | Drives    | CommandReply | "mirror/set-drive"    |
     | OffEndpoint         | ()        | CommandReply | "mirror/off"          |
     | StreamEndpoint      | Stream    | StreamReply  | "mirror/stream"       |
+    | CalibrationEndpoint | ()        | CalibrationReply | "mirror/calibration" |
+    | CalibrationWriteEndpoint | CalibrationChunk | CalibrationWriteReply | "mirror/calibration/write" |
+    | CalibrationUseEndpoint | () | CalibrationUseReply | "mirror/calibration/use" |
     | LoadPointsEndpoint  | Points    | LoadReply    | "mirror/load-points"  |
     | PlayEndpoint        | Play      | StreamReply  | "mirror/play"         |
 }

@@ -19,7 +19,8 @@ pub use endpoints::*;
 pub use experiment::{Flaw, POINTS, Quantity, Shape, Stream, Table, Waveform};
 pub use identity::{Hello, Identity, Text};
 pub use messages::{
-    CHUNK_POINTS, Commanded, Drives, Play, Points, Position, Refusal, Status, Streaming, Telemetry,
+    CHUNK_POINTS, CalibrationChunk, CalibrationInfo, CalibrationRefusal, Chunk, Commanded, Drives,
+    Kept, Play, Points, Position, Refusal, Sentence, Status, Streaming, Telemetry,
 };
 
 /// The version of everything in this crate but the greeting. Raised with every change on the wire.

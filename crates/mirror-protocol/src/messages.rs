@@ -1,5 +1,6 @@
 //! Commands, answers and telemetry of the present protocol version.
 
+use crate::Text;
 use experiment::{Flaw, Stream, Waveform};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -109,8 +110,71 @@ pub enum Refusal {
     NotANumber,
     /// A stream's period is zero.
     ZeroPeriod,
+    /// A piece of an upload does not follow the one before it.
+    UploadGap {
+        /// The offset at which the next piece must begin.
+        expected: u16,
+    },
+    /// A piece of an upload goes beyond the end.
+    UploadTooLong,
     /// A waveform that cannot be played.
     Waveform(Flaw),
     /// Points beyond the end of the board's table.
     TableEnd,
+}
+
+/// Bytes of a calibration that travel together.
+pub type Chunk = heapless::Vec<u8, 192>;
+
+/// A piece of a calibration in its form as bytes (`control_core::calibration`). One at offset 0 begins
+/// an upload, each further one follows the one before it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct CalibrationChunk {
+    /// Where it belongs.
+    pub offset: u16,
+    /// The bytes.
+    pub bytes: Chunk,
+}
+
+/// Whether the board keeps the calibration in use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Kept {
+    /// Yes: it comes up again after a reset or a power cut.
+    Yes,
+    /// It is the factory's, since none was ever stored.
+    Factory,
+    /// It is the factory's, since what was stored is bad.
+    FactoryAsStoredIsBad,
+    /// No: the flash did not take it, and a reset forgets it.
+    No,
+}
+
+/// The calibration in use.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct CalibrationInfo {
+    /// The mirror it is for.
+    pub device: Text,
+    /// When it was measured.
+    pub date: Text,
+    /// Hash of the model that it inverts.
+    pub model_hash: u64,
+    /// Top of its range.
+    pub max_position_um: f32,
+    /// Highest drive that it allows.
+    pub max_drive_v: f32,
+    /// Whether the board keeps it.
+    pub kept: Kept,
+}
+
+/// A sentence.
+pub type Sentence = heapless::String<128>;
+
+/// Why an uploaded calibration is not used; the one before stays in use.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum CalibrationRefusal {
+    /// As any command is refused.
+    Refused(Refusal),
+    /// What is wrong with it, in words.
+    Unusable(Sentence),
 }

@@ -2,10 +2,13 @@
 
 use std::time::Duration;
 
+use control_core::Calibration;
 use mirror_protocol::{
-    CommandReply, Commanded, Drives, ERROR_PATH, Hello, HelloEndpoint, Identity, OffEndpoint,
-    PROTOCOL_VERSION, Position, Refusal, SetDriveEndpoint, SetPositionEndpoint, Status,
-    StatusEndpoint, Stream, StreamEndpoint, Telemetry, TelemetryTopic, WireError,
+    CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal,
+    CalibrationUseEndpoint, CalibrationWriteEndpoint, Chunk, CommandReply, Commanded, Drives,
+    ERROR_PATH, Hello, HelloEndpoint, Identity, OffEndpoint, PROTOCOL_VERSION, Position, Refusal,
+    SetDriveEndpoint, SetPositionEndpoint, Status, StatusEndpoint, Stream, StreamEndpoint,
+    Telemetry, TelemetryTopic, WireError,
 };
 use postcard_rpc::Endpoint;
 use postcard_rpc::header::VarSeqKind;
@@ -128,6 +131,44 @@ impl Board {
     pub async fn off(&self) -> Result<Commanded, ToolError> {
         self.command::<OffEndpoint>("turn its channels off", &())
             .await
+    }
+
+    /// The calibration in use.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or refuses.
+    pub async fn calibration(&self) -> Result<CalibrationInfo, ToolError> {
+        let request = "tell its calibration";
+        let reply = ask::<CalibrationEndpoint>(&self.client, request, &()).await?;
+        self.granted(request, reply)
+    }
+
+    /// Uploads `calibration` and has the board use it, which turns all channels off.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or keeps the one that it has.
+    pub async fn use_calibration(
+        &self,
+        calibration: &Calibration,
+    ) -> Result<CalibrationInfo, ToolError> {
+        let request = "take a calibration";
+        let mut offset = 0;
+        for piece in calibration.to_bytes().chunks(Chunk::new().capacity()) {
+            let chunk = CalibrationChunk {
+                offset,
+                bytes: Chunk::from_slice(piece).unwrap_or_default(),
+            };
+            let reply = ask::<CalibrationWriteEndpoint>(&self.client, request, &chunk).await?;
+            self.granted(request, reply)?;
+            offset += piece.len() as u16;
+        }
+        let reply = ask::<CalibrationUseEndpoint>(&self.client, request, &()).await?;
+        reply.map_err(|refusal| match refusal {
+            CalibrationRefusal::Refused(refusal) => ToolError::Refused { request, refusal },
+            CalibrationRefusal::Unusable(reason) => ToolError::CalibrationRefused {
+                reason: reason.as_str().to_owned(),
+            },
+        })
     }
 
     /// Control ticks in `period`, rounded, as far as a stream's period can be.
