@@ -46,7 +46,7 @@ pub mod factory {
     pub fn calibration() -> Calibration {
         match Calibration::from_bytes(BYTES) {
             Ok(calibration) => calibration,
-            Err(error) => defmt::panic!("the firmware image is damaged: {}", error),
+            Err(_) => panic!("the firmware image is damaged"),
         }
     }
 }
