@@ -1,6 +1,7 @@
 //! The commands, one file each.
 
 mod calibrate;
+mod doctor;
 mod lab;
 mod list;
 mod measure;
@@ -32,6 +33,7 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
     let open = async || Board::open(&choose(arguments.board.as_deref())?).await;
     match arguments.command {
         Command::List => list::run(json).await,
+        Command::Doctor => doctor::run(json).await,
         Command::Status => status::run(&open().await?, json).await,
         Command::SetZ { z, settle } => set_z::run(&open().await?, z, settle, json).await,
         Command::SetDrive { drives, settle } => {
