@@ -7,17 +7,22 @@
 
 use core::hint::black_box;
 
-use control_core::{AdcCode, Ampere, Controller, LANES, Micrometre, PwmCode, Setpoint, Volt};
+use control_core::{
+    AdcCode, Ampere, Controller, LANES, Micrometre, PwmCode, Setpoint, SupplyCode, Volt,
+};
 use cortex_m::Peripherals;
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use mirror_firmware::board::Sensed;
 use mirror_firmware::control::Control;
 use mirror_firmware::factory::CALIBRATION;
-use mirror_firmware::mailbox::MAILBOX;
+use mirror_firmware::mailbox::{MAILBOX, Order};
+use protection::{Lease, Protection, Reading};
 use semihosting::process::ExitCode;
 
 const REPETITIONS: u32 = 1000;
+/// The heaters' check is over after so many ticks.
+const TICKS_TO_DRIVE: u32 = 50;
 /// Counts of SysTick in 5 instructions.
 const COUNTS_PER_5_INSTRUCTIONS: u32 = 8;
 const SYSTICK_TOP: u32 = 0x00ff_ffff;
@@ -56,16 +61,41 @@ fn main() -> ! {
     });
 
     let mut control = Control::new(Controller::new(CALIBRATION), &MAILBOX);
-    MAILBOX.post(z);
-    let sensed = Sensed {
-        currents: [AdcCode(29_884); LANES],
-        sensor_z: None,
-    };
-    report("whole tick: mailbox, step, telemetry", || {
+    MAILBOX.post(Order::Drive(z, Lease::FOREVER));
+    let mut sensed = Sensed::default();
+    for _ in 0..TICKS_TO_DRIVE {
+        sensed = heaters(control.tick(sensed));
+    }
+    report("whole tick: mailbox, protection, step, telemetry", || {
         black_box(control.tick(black_box(sensed)));
     });
 
+    let mut protection = Protection::new(&CALIBRATION);
+    let reading = Reading {
+        codes: sensed.currents,
+        currents: sensed.currents.map(AdcCode::current),
+        supply: sensed.supply,
+        missed_ticks: 0,
+    };
+    let _ = protection.command(Lease::FOREVER);
+    report("protection alone", || {
+        black_box(protection.tick(
+            black_box(z),
+            black_box([Volt(2.742); LANES]),
+            black_box(&reading),
+        ));
+    });
+
     ExitCode::SUCCESS.exit_process()
+}
+
+/// What heaters of 481 ohm make of these codes.
+fn heaters(codes: [PwmCode; LANES]) -> Sensed {
+    Sensed {
+        currents: codes.map(|code| AdcCode((code.drive().0 / 481.0 / 12.5e-3 * 65536.0) as u16)),
+        supply: SupplyCode::from_millivolt(5000),
+        ..Sensed::default()
+    }
 }
 
 fn report(name: &str, mut tick: impl FnMut()) {

@@ -1,17 +1,18 @@
 //! What the control loop and the link leave for each other.
 //!
-//! The two run independently, on some boards at different priorities. A command waits here for the
+//! The two run independently, on some boards at different priorities. An order waits here for the
 //! next tick, and the tick leaves here what it did.
 
 use core::cell::Cell;
 
-use control_core::Setpoint;
+use control_core::{LANES, Setpoint};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, with_timeout};
-use mirror_protocol::{Commanded, Stream, Telemetry};
+use mirror_protocol::{ChannelState, Commanded, Health, Stream, Telemetry};
+use protection::{Denied, Lease};
 
 /// A tick lasts 100 us; a loop that has not answered after this long has stopped.
 const TICK_TIMEOUT: Duration = Duration::from_millis(50);
@@ -21,13 +22,37 @@ const QUEUED_SAMPLES: usize = 16;
 
 type Shared<T> = Mutex<CriticalSectionRawMutex, Cell<T>>;
 
+/// What the link wants of the next tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Order {
+    /// Drive like this, under this lease.
+    Drive(Setpoint, Lease),
+    /// Turn all channels off.
+    Off,
+    /// Go on for at least so long.
+    Renew(Lease),
+    /// Forget the faults.
+    Clear,
+}
+
+/// Why an order was not carried out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Failure {
+    /// The control loop did not run.
+    ControlStopped,
+    /// The protection did not let it.
+    Denied(Denied),
+}
+
 /// The meeting place. There is one in an image: [`MAILBOX`].
 pub struct Mailbox {
-    command: Shared<Option<Setpoint>>,
+    order: Shared<Option<Order>>,
     stream: Shared<Option<Stream>>,
-    commanded: Signal<CriticalSectionRawMutex, Commanded>,
+    commanded: Signal<CriticalSectionRawMutex, Result<Commanded, Denied>>,
     streaming: Signal<CriticalSectionRawMutex, u32>,
     latest: Shared<Telemetry>,
+    health: Shared<Health>,
+    about_to_lapse: Shared<bool>,
     samples: Channel<CriticalSectionRawMutex, Telemetry, QUEUED_SAMPLES>,
     dropped: Shared<u32>,
 }
@@ -42,7 +67,7 @@ pub static MAILBOX: Mailbox = Mailbox::new();
 impl Mailbox {
     const fn new() -> Self {
         Self {
-            command: Mutex::new(Cell::new(None)),
+            order: Mutex::new(Cell::new(None)),
             stream: Mutex::new(Cell::new(None)),
             commanded: Signal::new(),
             streaming: Signal::new(),
@@ -52,31 +77,41 @@ impl Mailbox {
                 current_a: [0.0; 4],
                 temperature_k: [None; 4],
                 limits: 0,
+                states: [ChannelState::Off; LANES],
                 sensor_z_um: None,
             })),
+            health: Mutex::new(Cell::new(Health {
+                lease_left_ms: None,
+                supply_v: 0.0,
+                missed_ticks: 0,
+            })),
+            about_to_lapse: Mutex::new(Cell::new(false)),
             samples: Channel::new(),
             dropped: Mutex::new(Cell::new(0)),
         }
     }
 
-    /// Link side: has the next tick carry out `setpoint`.
-    pub fn post(&self, setpoint: Setpoint) {
-        self.command.lock(|command| command.set(Some(setpoint)));
+    /// Link side: has the next tick carry out `order`.
+    pub fn post(&self, order: Order) {
+        self.order.lock(|slot| slot.set(Some(order)));
     }
 
-    /// Link side: has the next tick carry out `setpoint`, and waits until it has.
+    /// Link side: has the next tick carry out `order`, and waits until it has: for as long as the
+    /// heaters are checked, where they must be.
     ///
     /// # Errors
-    /// Where no tick came.
-    pub async fn command(&self, setpoint: Setpoint) -> Result<Commanded, ControlStopped> {
+    /// Where no tick came, or the protection denied it.
+    pub async fn order(&self, order: Order) -> Result<Commanded, Failure> {
         self.commanded.reset();
-        self.post(setpoint);
-        let confirmed = with_timeout(TICK_TIMEOUT, self.commanded.wait()).await;
-        confirmed.map_err(|_| {
-            // What was refused must not be carried out later.
-            self.take_command();
-            ControlStopped
-        })
+        self.post(order);
+        match with_timeout(TICK_TIMEOUT, self.commanded.wait()).await {
+            Ok(confirmed) => confirmed.map_err(Failure::Denied),
+            Err(_) => {
+                // What was refused must not be carried out later.
+                self.take_order();
+                Err(Failure::ControlStopped)
+            }
+        }
     }
 
     /// Link side: asks for a stream of samples in place of any earlier one, and waits for its first
@@ -104,6 +139,11 @@ impl Mailbox {
         self.latest.lock(Cell::get)
     }
 
+    /// Link side: how the board was at the most recent tick.
+    pub fn health(&self) -> Health {
+        self.health.lock(Cell::get)
+    }
+
     /// Link side: the next sample of the stream.
     pub async fn next_sample(&self) -> Telemetry {
         self.samples.receive().await
@@ -119,9 +159,15 @@ impl Mailbox {
         self.samples.is_full()
     }
 
-    /// Control side: a command that came since the last tick.
-    pub(crate) fn take_command(&self) -> Option<Setpoint> {
-        self.command.lock(Cell::take)
+    /// Whether the next tick ends a short lease, and no order waits that could renew it. An emulated
+    /// board gives the host some time then.
+    pub fn is_about_to_lapse(&self) -> bool {
+        self.about_to_lapse.lock(Cell::get) && self.order.lock(Cell::get).is_none()
+    }
+
+    /// Control side: an order that came since the last tick.
+    pub(crate) fn take_order(&self) -> Option<Order> {
+        self.order.lock(Cell::take)
     }
 
     /// Control side: a stream that was asked for since the last tick.
@@ -129,9 +175,9 @@ impl Mailbox {
         self.stream.lock(Cell::take)
     }
 
-    /// Control side: a command is carried out.
-    pub(crate) fn confirm(&self, commanded: Commanded) {
-        self.commanded.signal(commanded);
+    /// Control side: an order is carried out, or denied.
+    pub(crate) fn confirm(&self, confirmed: Result<Commanded, Denied>) {
+        self.commanded.signal(confirmed);
     }
 
     /// Control side: a stream begins with this tick; samples of an earlier one are forgotten.
@@ -141,8 +187,10 @@ impl Mailbox {
     }
 
     /// Control side: a tick is over.
-    pub(crate) fn publish(&self, telemetry: Telemetry) {
+    pub(crate) fn publish(&self, telemetry: Telemetry, health: Health, about_to_lapse: bool) {
         self.latest.lock(|latest| latest.set(telemetry));
+        self.health.lock(|slot| slot.set(health));
+        self.about_to_lapse.lock(|slot| slot.set(about_to_lapse));
     }
 
     /// Control side: a sample for the link, dropped and counted where the link is too slow.

@@ -2,23 +2,25 @@
 
 use control_core::{Calibration, Micrometre, Setpoint, Volt};
 use mirror_protocol::{
-    CommandReply, Drives, ENDPOINTS, Hello, HelloEndpoint, Identity, MAX_FRAME_BYTES, OffEndpoint,
-    PROTOCOL_VERSION, Position, Refusal, SetDriveEndpoint, SetPositionEndpoint, Status,
-    StatusEndpoint, StatusReply, Stream, StreamEndpoint, StreamReply, Streaming, TOPICS_IN,
-    TOPICS_OUT, TelemetryTopic, Text,
+    ClearEndpoint, CommandReply, Drives, ENDPOINTS, Hello, HelloEndpoint, Identity,
+    LEASE_FOREVER_MS, MAX_FRAME_BYTES, OffEndpoint, PROTOCOL_VERSION, Position, Refusal,
+    RenewEndpoint, Renewal, SetDriveEndpoint, SetPositionEndpoint, Status, StatusEndpoint,
+    StatusReply, Stream, StreamEndpoint, StreamReply, Streaming, TOPICS_IN, TOPICS_OUT,
+    TelemetryTopic, Text,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarSeq};
 use postcard_rpc::server::{Dispatch, Sender, Server, WireRx};
+use protection::{Denied, Lease};
 use static_cell::ConstStaticCell;
 
-use crate::TICK_HZ;
 use crate::board::Board;
 #[cfg(feature = "board-mps2")]
 use crate::board::mps2::link::LinkTx;
 #[cfg(feature = "board-stm32g474")]
 use crate::board::stm32g474::link::LinkTx;
-use crate::mailbox::Mailbox;
+use crate::mailbox::{Failure, Mailbox, Order};
+use crate::{TICK_HZ, TICKS_PER_MS};
 
 /// What the endpoints know and remember.
 pub struct Session {
@@ -55,12 +57,18 @@ impl Session {
         }
     }
 
-    async fn command(&self, setpoint: Setpoint) -> CommandReply {
+    async fn order(&self, order: Order) -> CommandReply {
         self.check_version()?;
         self.mailbox
-            .command(setpoint)
+            .order(order)
             .await
-            .map_err(|_| Refusal::ControlStopped)
+            .map_err(|failure| match failure {
+                Failure::ControlStopped => Refusal::ControlStopped,
+                Failure::Denied(Denied::NoLease) => Refusal::NoLease,
+                Failure::Denied(Denied::Tripped(fault)) => Refusal::Tripped {
+                    fault: fault.code(),
+                },
+            })
     }
 }
 
@@ -80,6 +88,8 @@ define_dispatch! {
         | SetPositionEndpoint | async    | set_position |
         | SetDriveEndpoint    | async    | set_drive    |
         | OffEndpoint         | async    | off          |
+        | RenewEndpoint       | async    | renew        |
+        | ClearEndpoint       | async    | clear        |
         | StreamEndpoint      | async    | stream       |
     };
     topics_in: {
@@ -108,6 +118,7 @@ fn status(session: &mut Session, _header: VarHeader, (): ()) -> StatusReply {
     session.check_version()?;
     Ok(Status {
         telemetry: session.mailbox.latest(),
+        health: session.mailbox.health(),
         max_position_um: session.max_position.0,
         max_drive_v: session.max_drive.0,
         dropped_samples: session.mailbox.dropped_samples(),
@@ -120,20 +131,30 @@ async fn set_position(
     position: Position,
 ) -> CommandReply {
     check_numbers(&[position.z_um])?;
+    let setpoint = Setpoint::Position(Micrometre(position.z_um));
     session
-        .command(Setpoint::Position(Micrometre(position.z_um)))
+        .order(Order::Drive(setpoint, lease(position.lease_ms)))
         .await
 }
 
 async fn set_drive(session: &mut Session, _header: VarHeader, drives: Drives) -> CommandReply {
     check_numbers(&drives.drive_v)?;
+    let setpoint = Setpoint::Drive(drives.drive_v.map(Volt));
     session
-        .command(Setpoint::Drive(drives.drive_v.map(Volt)))
+        .order(Order::Drive(setpoint, lease(drives.lease_ms)))
         .await
 }
 
 async fn off(session: &mut Session, _header: VarHeader, (): ()) -> CommandReply {
-    session.command(Setpoint::Off).await
+    session.order(Order::Off).await
+}
+
+async fn renew(session: &mut Session, _header: VarHeader, renewal: Renewal) -> CommandReply {
+    session.order(Order::Renew(lease(renewal.lease_ms))).await
+}
+
+async fn clear(session: &mut Session, _header: VarHeader, (): ()) -> CommandReply {
+    session.order(Order::Clear).await
 }
 
 async fn stream(session: &mut Session, _header: VarHeader, stream: Stream) -> StreamReply {
@@ -144,6 +165,14 @@ async fn stream(session: &mut Session, _header: VarHeader, stream: Stream) -> St
     let first_tick = session.mailbox.stream(stream).await;
     let first_tick = first_tick.map_err(|_| Refusal::ControlStopped)?;
     Ok(Streaming { first_tick })
+}
+
+/// The lease of so many milliseconds; what would be too many ticks to count does not end.
+fn lease(ms: u32) -> Lease {
+    match ms.checked_mul(TICKS_PER_MS) {
+        Some(ticks) if ms != LEASE_FOREVER_MS => Lease::ticks(ticks),
+        _ => Lease::FOREVER,
+    }
 }
 
 fn check_numbers(values: &[f32]) -> Result<(), Refusal> {

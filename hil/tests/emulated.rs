@@ -48,7 +48,8 @@ fn what_is_printed_names_each_number() {
             "currents",
             "warmer by",
             "limited",
-            "moved to"
+            "moved to",
+            "held for"
         ]
     );
     assert!(
@@ -66,13 +67,17 @@ fn the_board_limits_what_a_careless_tool_asks() {
     let limits = |reply: Result<mirror_protocol::CommandReply, WireError>| {
         Limits::from_bits(reply.expect("understood").expect("carried out").limits)
     };
-    let position = |z_um| Position { z_um };
+    let position = |z_um| Position {
+        z_um,
+        lease_ms: 1000,
+    };
     let high = link.ask::<SetPositionEndpoint>(&position(1e6)).unwrap();
     assert!(limits(high).contains(Limit::PositionHigh));
     let low = link.ask::<SetPositionEndpoint>(&position(-1.0)).unwrap();
     assert!(limits(low).contains(Limit::PositionLow));
     let drives = Drives {
         drive_v: [9.0, 1.0, 1.0, 1.0],
+        lease_ms: 1000,
     };
     let reply = link.ask::<SetDriveEndpoint>(&drives).unwrap();
     let driven = reply.as_ref().unwrap().as_ref().unwrap().drive_v;
@@ -91,7 +96,10 @@ fn the_board_limits_what_a_careless_tool_asks() {
 fn the_board_refuses_other_protocol_versions() {
     let bench = bench();
     let mut link = raw(&bench);
-    let command = Position { z_um: 50.0 };
+    let command = Position {
+        z_um: 50.0,
+        lease_ms: 1000,
+    };
     let without_hello = link.ask::<SetPositionEndpoint>(&command).unwrap();
     assert_eq!(without_hello.unwrap(), Err(Refusal::NoHello));
 
@@ -127,7 +135,10 @@ fn disturbed_bytes_do_not_stop_the_next_good_request() {
         (0..length).map(|_| byte()).collect()
     };
     for round in 0..30 {
-        let mut good = link.request::<SetPositionEndpoint>(&Position { z_um: 10.0 });
+        let mut good = link.request::<SetPositionEndpoint>(&Position {
+            z_um: 10.0,
+            lease_ms: 1000,
+        });
         match round % 3 {
             // Truncated: the rest never comes, and the next frame's delimiter ends it.
             0 => good.truncate(good.len() / 2),

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use mirror_protocol::{PROTOCOL_VERSION, Refusal};
 
+use crate::commands::fault_name;
 use crate::quantity::{Length, Span, Voltage};
 
 /// A failure of the tool.
@@ -59,8 +60,12 @@ pub enum ToolError {
     #[diagnostic(help("{}", update_advice(*board)))]
     ProtocolVersion { board: u16 },
 
+    #[error("channel {channel} has turned the board off: {}", fault_name(*fault))]
+    #[diagnostic(help("{}", fault_advice(*fault)))]
+    Tripped { channel: usize, fault: u8 },
+
     #[error("the board refused to {request}: {}", refusal_words(*refusal))]
-    #[diagnostic(help("`host-tool status` shows what the board is doing"))]
+    #[diagnostic(help("{}", refusal_advice(*refusal)))]
     Refused {
         request: &'static str,
         refusal: Refusal,
@@ -166,7 +171,26 @@ fn refusal_words(refusal: Refusal) -> String {
         }
         Refusal::ControlStopped => "its control loop does not run".to_owned(),
         Refusal::NoHello => "it was reset since this tool greeted it".to_owned(),
+        Refusal::Tripped { fault } => format!("it has turned itself off: {}", fault_name(fault)),
+        Refusal::NoLease => {
+            "it drives nothing: it was turned off, or was not asked to go on in time".to_owned()
+        }
         Refusal::NotANumber => "a value was not a number".to_owned(),
         Refusal::ZeroPeriod => "samples need a period of at least one control tick".to_owned(),
     }
+}
+
+fn refusal_advice(refusal: Refusal) -> String {
+    match refusal {
+        Refusal::Tripped { fault } => fault_advice(fault),
+        _ => "`host-tool status` shows what the board is doing".to_owned(),
+    }
+}
+
+fn fault_advice(fault: u8) -> String {
+    format!(
+        "`host-tool explain {}` tells its cause and remedy; `host-tool clear` lets the board be \
+         driven again",
+        fault_name(fault)
+    )
 }

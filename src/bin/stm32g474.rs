@@ -24,8 +24,9 @@ async fn main(spawner: Spawner) {
         sense2: p.PA1,
         sense3: p.PC0,
         sense4: p.PC1,
+        supply: p.PC2,
     };
-    let converters = Converters::start(p.TIM1, p.ADC1, pins);
+    let converters = Converters::start(p.TIM1, (p.ADC1, p.ADC2), pins);
     let control = Control::new(Controller::new(factory::CALIBRATION), &MAILBOX);
     let (device, rx, tx) = link::open(p.USB, p.PA12, p.PA11);
     let session = rpc::Session::new::<Converters>(&MAILBOX, &factory::CALIBRATION);

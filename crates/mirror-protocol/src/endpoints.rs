@@ -8,7 +8,8 @@
 use postcard_rpc::{TopicDirection, endpoints, topics};
 
 use crate::{
-    Commanded, Drives, Hello, Identity, Position, Refusal, Status, Stream, Streaming, Telemetry,
+    Commanded, Drives, Hello, Identity, Position, Refusal, Renewal, Status, Stream, Streaming,
+    Telemetry,
 };
 
 /// Answer to a command that changes the drives.
@@ -28,6 +29,8 @@ endpoints! {
     | SetPositionEndpoint | Position  | CommandReply | "mirror/set-position" |
     | SetDriveEndpoint    | Drives    | CommandReply | "mirror/set-drive"    |
     | OffEndpoint         | ()        | CommandReply | "mirror/off"          |
+    | RenewEndpoint       | Renewal   | CommandReply | "mirror/renew"        |
+    | ClearEndpoint       | ()        | CommandReply | "mirror/clear"        |
     | StreamEndpoint      | Stream    | StreamReply  | "mirror/stream"       |
 }
 

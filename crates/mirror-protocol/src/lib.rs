@@ -17,10 +17,13 @@ mod messages;
 
 pub use endpoints::*;
 pub use identity::{Hello, Identity, Text};
-pub use messages::{Commanded, Drives, Position, Refusal, Status, Stream, Streaming, Telemetry};
+pub use messages::{
+    ChannelState, Commanded, Drives, Health, LEASE_FOREVER_MS, Position, Refusal, Renewal, Status,
+    Stream, Streaming, Telemetry,
+};
 
 /// The version of everything in this crate but the greeting. Raised with every change on the wire.
-pub const PROTOCOL_VERSION: u16 = 1;
+pub const PROTOCOL_VERSION: u16 = 2;
 
 /// Longest frame in either direction, before framing.
 pub const MAX_FRAME_BYTES: usize = 256;

@@ -1,11 +1,13 @@
 //! An open board: requests with time-outs, and samples.
 
+use std::convert::Infallible;
 use std::time::Duration;
 
 use mirror_protocol::{
-    CommandReply, Commanded, Drives, ERROR_PATH, Hello, HelloEndpoint, Identity, OffEndpoint,
-    PROTOCOL_VERSION, Position, Refusal, SetDriveEndpoint, SetPositionEndpoint, Status,
-    StatusEndpoint, Stream, StreamEndpoint, Telemetry, TelemetryTopic, WireError,
+    ClearEndpoint, CommandReply, Commanded, Drives, ERROR_PATH, Hello, HelloEndpoint, Identity,
+    OffEndpoint, PROTOCOL_VERSION, Position, Refusal, RenewEndpoint, Renewal, SetDriveEndpoint,
+    SetPositionEndpoint, Status, StatusEndpoint, Stream, StreamEndpoint, Telemetry, TelemetryTopic,
+    WireError,
 };
 use postcard_rpc::Endpoint;
 use postcard_rpc::header::VarSeqKind;
@@ -22,6 +24,9 @@ use crate::quantity::Span;
 
 /// A board answers within a control tick and the link's time; this is for busy machines.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
+
+/// What a tool that renews all the time asks for. When it dies, the board ramps to zero after this.
+pub const RENEWED_LEASE: Duration = Duration::from_millis(100);
 
 /// Requests under way.
 const QUEUED_REQUESTS: usize = 8;
@@ -128,6 +133,43 @@ impl Board {
     pub async fn off(&self) -> Result<Commanded, ToolError> {
         self.command::<OffEndpoint>("turn its channels off", &())
             .await
+    }
+
+    /// Lets the board forget its faults.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or refuses.
+    pub async fn clear(&self) -> Result<Commanded, ToolError> {
+        self.command::<ClearEndpoint>("forget its faults", &())
+            .await
+    }
+
+    /// Asks the board to go on with what it drives for another [`RENEWED_LEASE`].
+    ///
+    /// # Errors
+    /// Where the board does not answer, or drives nothing.
+    pub async fn renew(&self) -> Result<Commanded, ToolError> {
+        let renewal = Renewal {
+            lease_ms: RENEWED_LEASE.as_millis() as u32,
+        };
+        self.command::<RenewEndpoint>("go on", &renewal).await
+    }
+
+    /// Renews for as long as it is polled, whether anything is driven or not.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or has tripped.
+    pub async fn keep_renewing(&self) -> Result<Infallible, ToolError> {
+        loop {
+            match self.renew().await {
+                Err(ToolError::Refused {
+                    refusal: Refusal::NoLease,
+                    ..
+                })
+                | Ok(_) => sleep(RENEWED_LEASE / 4).await,
+                Err(error) => return Err(error),
+            }
+        }
     }
 
     /// Control ticks in `period`, rounded, as far as a stream's period can be.
