@@ -8,17 +8,19 @@
 use core::hint::black_box;
 
 use control_core::{
-    AdcCode, Ampere, Controller, LANES, Micrometre, PwmCode, Setpoint, SupplyCode, Volt,
+    AdcCode, Ampere, Calibration, Controller, LANES, Micrometre, PwmCode, Setpoint, SupplyCode,
+    Volt,
 };
 use cortex_m::Peripherals;
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use mirror_firmware::board::Sensed;
 use mirror_firmware::control::Control;
-use mirror_firmware::factory::CALIBRATION;
+use mirror_firmware::factory;
 use mirror_firmware::mailbox::{MAILBOX, Order};
 use protection::{Lease, Protection, Reading};
 use semihosting::process::ExitCode;
+use static_cell::StaticCell;
 
 const REPETITIONS: u32 = 1000;
 /// The heaters' check is over after so many ticks.
@@ -39,7 +41,8 @@ fn main() -> ! {
     clock.enable_counter();
 
     let z = Setpoint::Position(Micrometre(120.0));
-    let mut controller = Controller::new(CALIBRATION);
+    let mut calibration = factory::calibration();
+    let mut controller = Controller::new(&mut calibration);
     report("control core: one step at a position", || {
         black_box(controller.step(
             black_box(z),
@@ -48,7 +51,8 @@ fn main() -> ! {
         ));
     });
 
-    let mut controller = Controller::new(CALIBRATION);
+    let mut calibration = factory::calibration();
+    let mut controller = Controller::new(&mut calibration);
     report("codes in, codes out: step with conversions", || {
         let currents = black_box([AdcCode(29_884); LANES]).map(AdcCode::current);
         let applied = black_box([PwmCode(2742); LANES]).map(PwmCode::drive);
@@ -60,7 +64,10 @@ fn main() -> ! {
         );
     });
 
-    let mut control = Control::new(Controller::new(CALIBRATION), &MAILBOX);
+    static CALIBRATION: StaticCell<Calibration> = StaticCell::new();
+    let calibration = CALIBRATION.init(factory::calibration());
+    let mut protection = Protection::new(calibration);
+    let mut control = Control::new(Controller::new(calibration), &MAILBOX);
     MAILBOX.post(Order::Drive(z, Lease::FOREVER));
     let mut sensed = Sensed::default();
     for _ in 0..TICKS_TO_DRIVE {

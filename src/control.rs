@@ -1,7 +1,8 @@
 //! The control tick: converter codes in, PWM codes out.
 
-use control_core::{Controller, LANES, Limit, PwmCode, Setpoint};
-use mirror_protocol::{ChannelState, Commanded, Health, LEASE_FOREVER_MS, Stream, Telemetry};
+use control_core::{Controller, LANES, Limit, Micrometre, PwmCode, Setpoint, SupplyCode, Volt};
+use experiment::{Mean, Pacer, Player, Quantity, Stream};
+use mirror_protocol::{ChannelState, Commanded, Health, LEASE_FOREVER_MS, Telemetry};
 use protection::{Denied, Lease, Protection, Reading};
 
 use crate::board::{Board, Sensed};
@@ -22,40 +23,62 @@ const SHORT_LEASE_TICKS: u32 = TICK_HZ;
 
 /// The state from one tick to the next.
 pub struct Control {
-    controller: Controller,
+    controller: Controller<'static>,
     protection: Protection,
     mailbox: &'static Mailbox,
     setpoint: Setpoint,
+    player: Option<Player>,
+    /// The stream of a waveform that has not begun.
+    awaited: Option<Stream>,
+    /// An order has been taken and not been confirmed.
+    is_unconfirmed: bool,
     applied: [PwmCode; LANES],
+    /// Whether the codes of `applied` came with another setpoint than those before.
+    stepped: bool,
     tick: u32,
     missed_ticks: u32,
-    /// An order waits to be confirmed.
-    is_unconfirmed: bool,
     stream: Pacer,
+    mean: Mean<MEASURED>,
 }
+
+/// Quantities that a stream takes the mean of: four currents, and the sensor.
+const MEASURED: usize = LANES + 1;
 
 impl Control {
     /// A loop that starts with all channels off.
-    pub fn new(controller: Controller, mailbox: &'static Mailbox) -> Self {
+    pub fn new(controller: Controller<'static>, mailbox: &'static Mailbox) -> Self {
         Self {
             protection: Protection::new(controller.calibration()),
             controller,
             mailbox,
             setpoint: Setpoint::Off,
+            player: None,
+            awaited: None,
+            is_unconfirmed: false,
             applied: [PwmCode(0); LANES],
+            stepped: false,
             tick: 0,
             missed_ticks: 0,
-            is_unconfirmed: false,
             stream: Pacer::default(),
+            mean: Mean::default(),
         }
     }
 
     /// One tick: `sensed` are the codes read while the codes of the last tick were driven; the
     /// result is driven next.
     pub fn tick(&mut self, sensed: Sensed) -> [PwmCode; LANES] {
-        if let Some(order) = self.mailbox.take_order() {
-            self.take(order);
+        self.count(sensed.missed_ticks);
+        if let Some(calibration) = self.mailbox.take_calibration() {
+            // Drives computed under another calibration mean nothing.
+            self.follow(Setpoint::Off);
+            self.protection.watch_heaters_of(calibration);
+            let before = self.controller.exchange(calibration);
+            self.mailbox.return_calibration(before);
         }
+        let last = self.setpoint;
+        self.take_orders();
+        self.play();
+
         let applied = self.applied.map(PwmCode::drive);
         let currents = sensed.currents.map(|code| code.current());
         let reading = Reading {
@@ -71,8 +94,6 @@ impl Control {
         }
         let codes = step.drives.map(PwmCode::nearest);
 
-        self.missed_ticks = self.missed_ticks.wrapping_add(sensed.missed_ticks.into());
-        self.tick = self.tick.wrapping_add(sensed.missed_ticks.into());
         let telemetry = Telemetry {
             tick: self.tick,
             drive_v: applied.map(|drive| drive.0),
@@ -87,44 +108,83 @@ impl Control {
                 .map(wire_state),
             sensor_z_um: sensed.sensor_z.map(|z| z.0),
         };
-        let health = Health {
-            lease_left_ms: self.protection.lease().map(lease_ms),
-            supply_v: sensed.supply.voltage().0,
-            missed_ticks: self.missed_ticks,
-        };
-        self.report(codes, telemetry, health);
+        self.answer(codes, &telemetry);
+        self.report(telemetry, sensed.supply);
         self.applied = codes;
+        self.stepped = self.setpoint != last;
         self.tick = self.tick.wrapping_add(1);
         codes
     }
 
-    fn take(&mut self, order: Order) {
-        let taken = match order {
-            Order::Drive(setpoint, lease) => self
-                .protection
-                .command(lease)
-                .map(|()| self.setpoint = setpoint),
-            Order::Renew(lease) => self.protection.renew(lease),
-            Order::Off => {
-                self.setpoint = Setpoint::Off;
-                Ok(())
+    fn count(&mut self, missed_ticks: u16) {
+        self.missed_ticks = self.missed_ticks.wrapping_add(missed_ticks.into());
+        self.tick = self.tick.wrapping_add(missed_ticks.into());
+    }
+
+    /// Takes what came since the last tick, as far as the protection lets it.
+    fn take_orders(&mut self) {
+        if let Some((player, stream, lease)) = self.mailbox.take_play() {
+            match self.protection.command(lease) {
+                Ok(()) => {
+                    // Until the heaters are checked.
+                    self.follow(Setpoint::Drive([Volt(0.0); LANES]));
+                    (self.player, self.awaited) = (Some(player), Some(stream));
+                }
+                Err(denied) => self.mailbox.deny_play(denied),
             }
-            Order::Clear => {
-                self.setpoint = Setpoint::Off;
-                self.protection.clear();
-                Ok(())
+        }
+        if let Some(order) = self.mailbox.take_order() {
+            match self.take(order) {
+                Ok(()) => self.is_unconfirmed = true,
+                Err(denied) => self.mailbox.confirm(Err(denied)),
             }
-        };
-        match taken {
-            Ok(()) => self.is_unconfirmed = true,
-            Err(denied) => self.mailbox.confirm(Err(denied)),
         }
     }
 
-    fn report(&mut self, codes: [PwmCode; LANES], telemetry: Telemetry, health: Health) {
-        let short = Lease::ticks(SHORT_LEASE_TICKS);
-        let about_to_lapse = self.protection.is_about_to_lapse(short);
-        self.mailbox.publish(telemetry, health, about_to_lapse);
+    fn take(&mut self, order: Order) -> Result<(), Denied> {
+        match order {
+            Order::Drive(setpoint, lease) => {
+                self.protection.command(lease)?;
+                self.follow(setpoint);
+            }
+            Order::Renew(lease) => self.protection.renew(lease)?,
+            Order::Off => self.follow(Setpoint::Off),
+            Order::Clear => {
+                self.protection.clear();
+                self.follow(Setpoint::Off);
+            }
+        }
+        Ok(())
+    }
+
+    /// Wants `setpoint` from now on, and no waveform.
+    fn follow(&mut self, setpoint: Setpoint) {
+        self.setpoint = setpoint;
+        self.player = None;
+        self.awaited = None;
+    }
+
+    /// The waveform's next value, where one plays.
+    fn play(&mut self) {
+        let Some(player) = &mut self.player else {
+            return;
+        };
+        if self.protection.is_enabled() {
+            let value = player.next(|index| self.mailbox.point(index));
+            self.setpoint = setpoint(player.waveform().quantity, value);
+            if let Some(stream) = self.awaited.take() {
+                self.begin_stream(stream);
+            }
+        }
+    }
+
+    /// Answers orders that have been carried out, or can no longer be.
+    fn answer(&mut self, codes: [PwmCode; LANES], telemetry: &Telemetry) {
+        let denied = self.protection.first_cause().map(Denied::Tripped);
+        if let Some(denied) = denied.filter(|_| self.awaited.is_some()) {
+            self.follow(Setpoint::Off);
+            self.mailbox.deny_play(denied);
+        }
         if self.is_unconfirmed && !self.protection.is_starting() {
             self.is_unconfirmed = false;
             let done = Commanded {
@@ -132,20 +192,44 @@ impl Control {
                 drive_v: codes.map(|code| code.drive().0),
                 limits: telemetry.limits,
             };
-            let driven_to_a_trip = self
-                .protection
-                .first_cause()
-                .filter(|_| self.setpoint != Setpoint::Off);
-            self.mailbox
-                .confirm(driven_to_a_trip.map_or(Ok(done), |fault| Err(Denied::Tripped(fault))));
+            // Turning off, and forgetting faults, is done whatever has tripped.
+            let denied = denied.filter(|_| self.setpoint != Setpoint::Off);
+            self.mailbox.confirm(denied.map_or(Ok(done), Err));
         }
+    }
+
+    fn report(&mut self, telemetry: Telemetry, supply: SupplyCode) {
+        let health = Health {
+            lease_left_ms: self.protection.lease().map(lease_ms),
+            supply_v: supply.voltage().0,
+            missed_ticks: self.missed_ticks,
+        };
+        let short = Lease::ticks(SHORT_LEASE_TICKS);
+        let about_to_lapse = self.protection.is_about_to_lapse(short);
+        self.mailbox.publish(telemetry, health, about_to_lapse);
         if let Some(stream) = self.mailbox.take_stream() {
-            self.stream = Pacer::new(stream);
-            self.mailbox.begin_stream(telemetry.tick);
+            self.begin_stream(stream);
         }
-        if self.stream.is_due() {
-            self.mailbox.send_sample(telemetry);
+        let due = self.stream.tick(self.stepped);
+        if due.counts {
+            let [a, b, c, d] = telemetry.current_a;
+            self.mean
+                .add([a, b, c, d, telemetry.sensor_z_um.unwrap_or(0.0)]);
         }
+        if due.sample {
+            let [a, b, c, d, z_um] = self.mean.take();
+            self.mailbox.send_sample(Telemetry {
+                current_a: [a, b, c, d],
+                sensor_z_um: telemetry.sensor_z_um.map(|_| z_um),
+                ..telemetry
+            });
+        }
+    }
+
+    fn begin_stream(&mut self, stream: Stream) {
+        self.stream = Pacer::new(stream);
+        self.mean = Mean::default();
+        self.mailbox.begin_stream(self.tick);
     }
 }
 
@@ -166,33 +250,11 @@ fn lease_ms(lease: Lease) -> u32 {
         .map_or(LEASE_FOREVER_MS, |ticks| ticks / TICKS_PER_MS)
 }
 
-/// Picks the ticks that a stream asked for.
-#[derive(Default)]
-struct Pacer {
-    period_ticks: u16,
-    ticks_to_next: u16,
-    samples_left: u32,
-}
-
-impl Pacer {
-    fn new(stream: Stream) -> Self {
-        Self {
-            period_ticks: stream.period_ticks,
-            ticks_to_next: 1,
-            samples_left: stream.count,
+fn setpoint(quantity: Quantity, value: f32) -> Setpoint {
+    match quantity {
+        Quantity::Position => Setpoint::Position(Micrometre(value)),
+        Quantity::Drive { active, others_v } => {
+            Setpoint::Drive(active.map(|is_active| Volt(if is_active { value } else { others_v })))
         }
-    }
-
-    fn is_due(&mut self) -> bool {
-        if self.samples_left == 0 {
-            return false;
-        }
-        self.ticks_to_next = self.ticks_to_next.saturating_sub(1);
-        if self.ticks_to_next > 0 {
-            return false;
-        }
-        self.ticks_to_next = self.period_ticks;
-        self.samples_left -= 1;
-        true
     }
 }

@@ -5,12 +5,13 @@
 
 use core::cell::Cell;
 
-use control_core::{LANES, Setpoint};
+use control_core::{Calibration, LANES, Setpoint};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, with_timeout};
+use experiment::{POINTS, Player};
 use mirror_protocol::{ChannelState, Commanded, Health, Stream, Telemetry};
 use protection::{Denied, Lease};
 
@@ -44,12 +45,19 @@ pub enum Failure {
     Denied(Denied),
 }
 
-/// The meeting place. There is one in an image: [`MAILBOX`].
+/// A waveform to play: with its stream of samples, under a lease.
+pub(crate) type Play = (Player, Stream, Lease);
+
+/// The meeting place.
 pub struct Mailbox {
     order: Shared<Option<Order>>,
+    play: Shared<Option<Play>>,
+    points: Mutex<CriticalSectionRawMutex, [Cell<i16>; POINTS]>,
     stream: Shared<Option<Stream>>,
+    calibration: Shared<Option<&'static mut Calibration>>,
+    calibration_before: Signal<CriticalSectionRawMutex, &'static mut Calibration>,
     commanded: Signal<CriticalSectionRawMutex, Result<Commanded, Denied>>,
-    streaming: Signal<CriticalSectionRawMutex, u32>,
+    streaming: Signal<CriticalSectionRawMutex, Result<u32, Denied>>,
     latest: Shared<Telemetry>,
     health: Shared<Health>,
     about_to_lapse: Shared<bool>,
@@ -57,18 +65,25 @@ pub struct Mailbox {
     dropped: Shared<u32>,
 }
 
-/// The control loop did not run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ControlStopped;
-
 /// The one mailbox of the image.
 pub static MAILBOX: Mailbox = Mailbox::new();
 
+impl Default for Mailbox {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Mailbox {
-    const fn new() -> Self {
+    /// A mailbox that nobody has used. A board has one, [`MAILBOX`].
+    pub const fn new() -> Self {
         Self {
             order: Mutex::new(Cell::new(None)),
+            play: Mutex::new(Cell::new(None)),
+            points: Mutex::new([const { Cell::new(0) }; POINTS]),
             stream: Mutex::new(Cell::new(None)),
+            calibration: Mutex::new(Cell::new(None)),
+            calibration_before: Signal::new(),
             commanded: Signal::new(),
             streaming: Signal::new(),
             latest: Mutex::new(Cell::new(Telemetry {
@@ -119,13 +134,62 @@ impl Mailbox {
     ///
     /// # Errors
     /// Where no tick came.
-    pub async fn stream(&self, stream: Stream) -> Result<u32, ControlStopped> {
+    pub async fn stream(&self, stream: Stream) -> Result<u32, Failure> {
         self.streaming.reset();
         self.request_stream(stream);
-        let first_tick = with_timeout(TICK_TIMEOUT, self.streaming.wait()).await;
-        first_tick.map_err(|_| {
-            self.take_stream();
-            ControlStopped
+        self.first_tick().await
+    }
+
+    /// Link side: has the next tick begin a waveform, and with it a stream of samples in place of
+    /// any earlier one; waits for the tick in which they begin, which comes after the check of the
+    /// heaters, where they must be checked.
+    ///
+    /// # Errors
+    /// Where no tick came, or the protection denied it.
+    pub async fn play(&self, player: Player, stream: Stream, lease: Lease) -> Result<u32, Failure> {
+        self.streaming.reset();
+        self.play
+            .lock(|slot| slot.set(Some((player, stream, lease))));
+        self.first_tick().await
+    }
+
+    async fn first_tick(&self) -> Result<u32, Failure> {
+        match with_timeout(TICK_TIMEOUT, self.streaming.wait()).await {
+            Ok(first_tick) => first_tick.map_err(Failure::Denied),
+            Err(_) => {
+                // What was refused must not begin later.
+                self.take_stream();
+                self.take_play();
+                Err(Failure::ControlStopped)
+            }
+        }
+    }
+
+    /// Link side: has the next tick exchange the calibration, which turns all channels off, and waits for
+    /// the one before.
+    ///
+    /// # Errors
+    /// Where no tick came: the calibration that was not taken.
+    pub async fn exchange(
+        &self,
+        calibration: &'static mut Calibration,
+    ) -> Result<&'static mut Calibration, Option<&'static mut Calibration>> {
+        self.calibration_before.reset();
+        self.calibration.lock(|slot| slot.set(Some(calibration)));
+        let before = with_timeout(TICK_TIMEOUT, self.calibration_before.wait()).await;
+        before.map_err(|_| self.take_calibration())
+    }
+
+    /// Link side: changes points of the table, from `first` on. `false` where they do not fit.
+    pub fn load_points(&self, first: usize, points: &[i16]) -> bool {
+        self.points.lock(|table| {
+            let Some(room) = table.get(first..).and_then(|rest| rest.get(..points.len())) else {
+                return false;
+            };
+            for (slot, point) in room.iter().zip(points) {
+                slot.set(*point);
+            }
+            true
         })
     }
 
@@ -170,6 +234,27 @@ impl Mailbox {
         self.order.lock(Cell::take)
     }
 
+    /// Control side: a calibration that came since the last tick.
+    pub(crate) fn take_calibration(&self) -> Option<&'static mut Calibration> {
+        self.calibration.lock(Cell::take)
+    }
+
+    /// Control side: the calibration that is no longer in use.
+    pub(crate) fn return_calibration(&self, before: &'static mut Calibration) {
+        self.calibration_before.signal(before);
+    }
+
+    /// Control side: a waveform that was asked for since the last tick, with its stream and lease.
+    pub(crate) fn take_play(&self) -> Option<Play> {
+        self.play.lock(Cell::take)
+    }
+
+    /// Control side: a point of the table; 0 beyond its end.
+    pub(crate) fn point(&self, index: usize) -> i16 {
+        self.points
+            .lock(|table| table.get(index).map_or(0, Cell::get))
+    }
+
     /// Control side: a stream that was asked for since the last tick.
     pub(crate) fn take_stream(&self) -> Option<Stream> {
         self.stream.lock(Cell::take)
@@ -180,10 +265,15 @@ impl Mailbox {
         self.commanded.signal(confirmed);
     }
 
+    /// Control side: a waveform does not begin.
+    pub(crate) fn deny_play(&self, denied: Denied) {
+        self.streaming.signal(Err(denied));
+    }
+
     /// Control side: a stream begins with this tick; samples of an earlier one are forgotten.
     pub(crate) fn begin_stream(&self, first_tick: u32) {
         self.samples.clear();
-        self.streaming.signal(first_tick);
+        self.streaming.signal(Ok(first_tick));
     }
 
     /// Control side: a tick is over.

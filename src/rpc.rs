@@ -1,12 +1,17 @@
 //! From frames to commands: the endpoints of `mirror-protocol`, and their answers.
 
+use core::fmt::Write;
+
 use control_core::{Calibration, Micrometre, Setpoint, Volt};
+use experiment::Player;
 use mirror_protocol::{
+    CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal, CalibrationReply,
+    CalibrationUseEndpoint, CalibrationUseReply, CalibrationWriteEndpoint, CalibrationWriteReply,
     ClearEndpoint, CommandReply, Drives, ENDPOINTS, Hello, HelloEndpoint, Identity,
-    LEASE_FOREVER_MS, MAX_FRAME_BYTES, OffEndpoint, PROTOCOL_VERSION, Position, Refusal,
-    RenewEndpoint, Renewal, SetDriveEndpoint, SetPositionEndpoint, Status, StatusEndpoint,
-    StatusReply, Stream, StreamEndpoint, StreamReply, Streaming, TOPICS_IN, TOPICS_OUT,
-    TelemetryTopic, Text,
+    LEASE_FOREVER_MS, LoadPointsEndpoint, LoadReply, MAX_FRAME_BYTES, OffEndpoint,
+    PROTOCOL_VERSION, Play, PlayEndpoint, Points, Position, Refusal, RenewEndpoint, Renewal,
+    Sentence, SetDriveEndpoint, SetPositionEndpoint, Status, StatusEndpoint, StatusReply, Stream,
+    StreamEndpoint, StreamReply, Streaming, TOPICS_IN, TOPICS_OUT, TelemetryTopic, Text,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarSeq};
@@ -15,10 +20,13 @@ use protection::{Denied, Lease};
 use static_cell::ConstStaticCell;
 
 use crate::board::Board;
+#[cfg(feature = "board-host")]
+use crate::board::host::link::LinkTx;
 #[cfg(feature = "board-mps2")]
 use crate::board::mps2::link::LinkTx;
 #[cfg(feature = "board-stm32g474")]
 use crate::board::stm32g474::link::LinkTx;
+use crate::calibration::{Upload, UploadError};
 use crate::mailbox::{Failure, Mailbox, Order};
 use crate::{TICK_HZ, TICKS_PER_MS};
 
@@ -27,21 +35,25 @@ pub struct Session {
     board: &'static str,
     is_emulated: bool,
     mailbox: &'static Mailbox,
-    max_position: Micrometre,
-    max_drive: Volt,
+    calibration: CalibrationInfo,
+    upload: Upload,
     /// Protocol version of the tool that greeted last.
     tool: Option<u16>,
 }
 
 impl Session {
     /// A session before any greeting.
-    pub fn new<B: Board>(mailbox: &'static Mailbox, calibration: &Calibration) -> Self {
+    pub fn new<B: Board>(
+        mailbox: &'static Mailbox,
+        calibration: &Calibration,
+        upload: Upload,
+    ) -> Self {
         Self {
             board: B::NAME,
             is_emulated: B::IS_EMULATED,
             mailbox,
-            max_position: calibration.max_position(),
-            max_drive: calibration.max_drive(),
+            calibration: info(calibration),
+            upload,
             tool: None,
         }
     }
@@ -59,16 +71,7 @@ impl Session {
 
     async fn order(&self, order: Order) -> CommandReply {
         self.check_version()?;
-        self.mailbox
-            .order(order)
-            .await
-            .map_err(|failure| match failure {
-                Failure::ControlStopped => Refusal::ControlStopped,
-                Failure::Denied(Denied::NoLease) => Refusal::NoLease,
-                Failure::Denied(Denied::Tripped(fault)) => Refusal::Tripped {
-                    fault: fault.code(),
-                },
-            })
+        self.mailbox.order(order).await.map_err(refusal)
     }
 }
 
@@ -91,6 +94,11 @@ define_dispatch! {
         | RenewEndpoint       | async    | renew        |
         | ClearEndpoint       | async    | clear        |
         | StreamEndpoint      | async    | stream       |
+        | CalibrationEndpoint | blocking | calibration  |
+        | CalibrationWriteEndpoint | blocking | write_calibration |
+        | CalibrationUseEndpoint | async | use_calibration |
+        | LoadPointsEndpoint  | blocking | load_points  |
+        | PlayEndpoint        | async    | play         |
     };
     topics_in: {
         list: TOPICS_IN;
@@ -119,8 +127,8 @@ fn status(session: &mut Session, _header: VarHeader, (): ()) -> StatusReply {
     Ok(Status {
         telemetry: session.mailbox.latest(),
         health: session.mailbox.health(),
-        max_position_um: session.max_position.0,
-        max_drive_v: session.max_drive.0,
+        max_position_um: session.calibration.max_position_um,
+        max_drive_v: session.calibration.max_drive_v,
         dropped_samples: session.mailbox.dropped_samples(),
     })
 }
@@ -159,12 +167,92 @@ async fn clear(session: &mut Session, _header: VarHeader, (): ()) -> CommandRepl
 
 async fn stream(session: &mut Session, _header: VarHeader, stream: Stream) -> StreamReply {
     session.check_version()?;
-    if stream.period_ticks == 0 {
-        return Err(Refusal::ZeroPeriod);
-    }
+    check_period(&stream)?;
     let first_tick = session.mailbox.stream(stream).await;
-    let first_tick = first_tick.map_err(|_| Refusal::ControlStopped)?;
+    let first_tick = first_tick.map_err(refusal)?;
     Ok(Streaming { first_tick })
+}
+
+fn calibration(session: &mut Session, _header: VarHeader, (): ()) -> CalibrationReply {
+    session.check_version()?;
+    Ok(session.calibration.clone())
+}
+
+fn write_calibration(
+    session: &mut Session,
+    _header: VarHeader,
+    chunk: CalibrationChunk,
+) -> CalibrationWriteReply {
+    session.check_version()?;
+    session.upload.write(&chunk)
+}
+
+async fn use_calibration(session: &mut Session, _header: VarHeader, (): ()) -> CalibrationUseReply {
+    session
+        .check_version()
+        .map_err(CalibrationRefusal::Refused)?;
+    let used = session.upload.put_to_use(session.mailbox).await;
+    session.calibration = info(&used.map_err(|error| match error {
+        UploadError::ControlStopped => CalibrationRefusal::Refused(Refusal::ControlStopped),
+        UploadError::Calibration(error) => {
+            let mut sentence = Sentence::new();
+            // What does not fit is left out.
+            let _ = write!(sentence, "{error}");
+            CalibrationRefusal::Unusable(sentence)
+        }
+    })?);
+    Ok(session.calibration.clone())
+}
+
+fn info(calibration: &Calibration) -> CalibrationInfo {
+    let origin = &calibration.parts().origin;
+    CalibrationInfo {
+        device: text(origin.device.as_str()),
+        date: text(origin.date.as_str()),
+        model_hash: origin.model_hash,
+        max_position_um: calibration.max_position().0,
+        max_drive_v: calibration.max_drive().0,
+    }
+}
+
+fn load_points(session: &mut Session, _header: VarHeader, points: Points) -> LoadReply {
+    session.check_version()?;
+    if session
+        .mailbox
+        .load_points(points.first.into(), &points.points)
+    {
+        Ok(())
+    } else {
+        Err(Refusal::TableEnd)
+    }
+}
+
+async fn play(session: &mut Session, _header: VarHeader, play: Play) -> StreamReply {
+    session.check_version()?;
+    let player = Player::new(play.waveform, TICK_HZ).map_err(Refusal::Waveform)?;
+    check_period(&play.stream)?;
+    let lease = lease(play.lease_ms);
+    let first_tick = session.mailbox.play(player, play.stream, lease).await;
+    let first_tick = first_tick.map_err(refusal)?;
+    Ok(Streaming { first_tick })
+}
+
+fn check_period(stream: &Stream) -> Result<(), Refusal> {
+    if stream.period_ticks == 0 {
+        Err(Refusal::ZeroPeriod)
+    } else {
+        Ok(())
+    }
+}
+
+fn refusal(failure: Failure) -> Refusal {
+    match failure {
+        Failure::ControlStopped => Refusal::ControlStopped,
+        Failure::Denied(Denied::NoLease) => Refusal::NoLease,
+        Failure::Denied(Denied::Tripped(fault)) => Refusal::Tripped {
+            fault: fault.code(),
+        },
+    }
 }
 
 /// The lease of so many milliseconds; what would be too many ticks to count does not end.
@@ -194,14 +282,19 @@ fn text(text: &str) -> Text {
     short
 }
 
+/// Holds a frame while it is received. On USB the longest frame is followed by an empty packet, for
+/// which there must be room, too.
+pub type Frame = [u8; MAX_FRAME_BYTES + 64];
+
+/// The frame of the one server of the image.
+pub static FRAME: ConstStaticCell<Frame> = ConstStaticCell::new([0; MAX_FRAME_BYTES + 64]);
+
 /// Answers requests on a link and sends it the samples of the stream, for ever.
-pub async fn serve<Rx: WireRx>(tx: LinkTx, rx: Rx, session: Session) -> ! {
-    static FRAME: ConstStaticCell<[u8; MAX_FRAME_BYTES]> =
-        ConstStaticCell::new([0; MAX_FRAME_BYTES]);
+pub async fn serve<Rx: WireRx>(tx: LinkTx, rx: Rx, frame: &mut Frame, session: Session) -> ! {
     let mailbox = session.mailbox;
     let endpoints = Endpoints::new(session, ());
     let key_length = endpoints.min_key_len();
-    let mut server = Server::new(tx, rx, FRAME.take().as_mut_slice(), endpoints, key_length);
+    let mut server = Server::new(tx, rx, frame.as_mut_slice(), endpoints, key_length);
     let samples = send_samples(server.sender(), mailbox);
     let requests = async {
         loop {

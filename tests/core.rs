@@ -13,13 +13,15 @@ mod tests {
     use control_core::{
         Ampere, Controller, LANES, Limit, Micrometre, PwmCode, Setpoint, Step, Volt,
     };
-    use mirror_firmware::factory::CALIBRATION;
+    use mirror_firmware::factory;
 
     /// The paper's sensor resolution.
     const BOUND_UM: f64 = 0.010;
 
     fn step(setpoint: Setpoint) -> Step {
-        Controller::new(CALIBRATION).step(setpoint, [Volt(0.0); LANES], [Ampere(0.0); LANES])
+        let mut calibration = factory::calibration();
+        let mut controller = Controller::new(&mut calibration);
+        controller.step(setpoint, [Volt(0.0); LANES], [Ampere(0.0); LANES])
     }
 
     #[test]
@@ -37,7 +39,7 @@ mod tests {
 
     #[test]
     fn positions_out_of_range_are_limited_by_name() {
-        let top = CALIBRATION.max_position();
+        let top = factory::calibration().max_position();
         let beyond = step(Setpoint::Position(Micrometre(top.0 + 1.0)));
         assert!(beyond.limits.contains(Limit::PositionHigh));
         assert_eq!(beyond.drives, step(Setpoint::Position(top)).drives);
@@ -50,7 +52,9 @@ mod tests {
 
     #[test]
     fn any_bit_pattern_gives_a_drive_within_the_limits() {
-        let mut controller = Controller::new(CALIBRATION);
+        let mut calibration = factory::calibration();
+        let highest = calibration.max_drive().0;
+        let mut controller = Controller::new(&mut calibration);
         let mut bits = 1_u32;
         let mut next = || {
             bits = bits.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -63,7 +67,7 @@ mod tests {
                 let step =
                     controller.step(setpoint, [Volt(next()); LANES], [Ampere(next()); LANES]);
                 for drive in step.drives {
-                    assert!((0.0..=CALIBRATION.max_drive().0).contains(&drive.0));
+                    assert!((0.0..=highest).contains(&drive.0));
                 }
             }
         }

@@ -7,13 +7,15 @@ use mirror_firmware as _;
 #[embedded_test::tests]
 mod tests {
     use control_core::{
-        AdcCode, Controller, LANES, Micrometre, PwmCode, Setpoint, SupplyCode, Volt,
+        AdcCode, Calibration, Controller, LANES, Micrometre, PwmCode, Setpoint, SupplyCode, Volt,
     };
     use embassy_futures::join::join;
     use embassy_futures::yield_now;
+    use experiment::{FULL_SCALE, POINTS, Player, Quantity, Shape, Table, Waveform};
+    use mirror_firmware::TICK_HZ;
     use mirror_firmware::board::Sensed;
     use mirror_firmware::control::Control;
-    use mirror_firmware::factory::CALIBRATION;
+    use mirror_firmware::factory;
     use mirror_firmware::mailbox::{Failure, MAILBOX, Order};
     use mirror_protocol::{
         ChannelState, CommandReply, Commanded, Drives, Health, Hello, LEASE_FOREVER_MS,
@@ -21,6 +23,7 @@ mod tests {
     };
     use protection::{Denied, Fault, Lease};
     use serde::{Serialize, de::DeserializeOwned};
+    use static_cell::StaticCell;
 
     fn comes_back<T: Serialize + DeserializeOwned + PartialEq + core::fmt::Debug>(message: T) {
         let mut frame = [0; MAX_FRAME_BYTES];
@@ -62,6 +65,8 @@ mod tests {
         comes_back(Stream {
             period_ticks: 10,
             count: 1000,
+            mean_ticks: 10,
+            slowing: 20,
         });
         comes_back::<CommandReply>(Ok(Commanded {
             tick: 1,
@@ -99,7 +104,9 @@ mod tests {
     }
 
     fn control() -> Control {
-        Control::new(Controller::new(CALIBRATION), &MAILBOX)
+        static CALIBRATION: StaticCell<Calibration> = StaticCell::new();
+        let calibration = CALIBRATION.init(factory::calibration());
+        Control::new(Controller::new(calibration), &MAILBOX)
     }
 
     #[test]
@@ -233,6 +240,7 @@ mod tests {
         MAILBOX.request_stream(Stream {
             period_ticks: 3,
             count: 4,
+            ..Stream::default()
         });
         for _ in 0..100 {
             control.tick(Sensed::default());
@@ -244,11 +252,59 @@ mod tests {
     }
 
     #[test]
+    async fn a_waveform_is_driven_from_the_tick_after_it_was_asked_for() {
+        assert!(MAILBOX.load_points(0, &[FULL_SCALE, 0]));
+        assert!(!MAILBOX.load_points(POINTS - 1, &[1, 2]), "beyond the end");
+        let waveform = Waveform {
+            quantity: Quantity::Drive {
+                active: [true, false, true, false],
+                others_v: 0.5,
+            },
+            shape: Shape::Steps(Table {
+                points: 2,
+                dwell_ticks: 3,
+            }),
+            offset: 1.0,
+            amplitude: 1.0,
+            cycles: 1,
+        };
+        let stream = Stream {
+            period_ticks: 100,
+            count: 10,
+            slowing: 1,
+            ..Stream::default()
+        };
+        let mut control = control();
+        let player = Player::new(waveform, TICK_HZ).expect("playable");
+        let playing = MAILBOX.play(player, stream, Lease::FOREVER);
+        let (first_tick, ()) = join(playing, async {
+            yield_now().await;
+            let mut codes = [PwmCode(0); LANES];
+            for _ in 0..35 {
+                codes = control.tick(sound(codes));
+            }
+        })
+        .await;
+        let first_tick = first_tick.expect("the heaters are sound");
+        assert!(first_tick > 20, "after their check");
+        // Before the waveform, at its first step, and at its second.
+        for (after, drive_v) in [
+            (0, [0.0; 4]),
+            (1, [2.0, 0.5, 2.0, 0.5]),
+            (4, [1.0, 0.5, 1.0, 0.5]),
+        ] {
+            let sample = MAILBOX.next_sample().await;
+            assert_eq!((sample.tick, sample.drive_v), (first_tick + after, drive_v));
+        }
+    }
+
+    #[test]
     async fn samples_that_nobody_fetches_are_counted_as_dropped() {
         let mut control = control();
         MAILBOX.request_stream(Stream {
             period_ticks: 1,
             count: 100,
+            ..Stream::default()
         });
         for _ in 0..100 {
             control.tick(Sensed::default());

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
-use mirror_protocol::{PROTOCOL_VERSION, Refusal};
+use mirror_protocol::{Flaw, PROTOCOL_VERSION, Refusal};
 
 use crate::commands::fault_name;
 use crate::quantity::{Length, Span, Voltage};
@@ -70,6 +70,10 @@ pub enum ToolError {
         request: &'static str,
         refusal: Refusal,
     },
+
+    #[error("the board keeps its calibration: the one it was sent cannot be used, {reason}")]
+    #[diagnostic(help("calibrate the mirror again with this version of the tool"))]
+    CalibrationRefused { reason: String },
 
     #[error("the board stopped counting control ticks")]
     #[diagnostic(help("reset the board, or restart its emulator"))]
@@ -176,7 +180,23 @@ fn refusal_words(refusal: Refusal) -> String {
             "it drives nothing: it was turned off, or was not asked to go on in time".to_owned()
         }
         Refusal::NotANumber => "a value was not a number".to_owned(),
+        Refusal::UploadGap { expected } => {
+            format!("a piece of the upload was lost; the next must begin at byte {expected}")
+        }
+        Refusal::UploadTooLong => "the upload is longer than what it is for".to_owned(),
         Refusal::ZeroPeriod => "samples need a period of at least one control tick".to_owned(),
+        Refusal::Waveform(flaw) => format!("the waveform {}", flaw_words(flaw)),
+        Refusal::TableEnd => "its table has no room for so many points".to_owned(),
+    }
+}
+
+fn flaw_words(flaw: Flaw) -> &'static str {
+    match flaw {
+        Flaw::NotANumber => "has a value that is not a number",
+        Flaw::Frequency => "is slower or faster than the board can play",
+        Flaw::NoCycles => "has no cycles",
+        Flaw::Points => "has too few points or too many",
+        Flaw::NoDwell => "has points that last no time",
     }
 }
 

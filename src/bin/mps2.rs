@@ -5,6 +5,7 @@
 use control_core::Controller;
 use embassy_executor::Spawner;
 use mirror_firmware::board::mps2::{LockstepPlant, link};
+use mirror_firmware::calibration::{IN_USE, SPARE, UPLOADED, Upload};
 use mirror_firmware::control::{self, Control};
 use mirror_firmware::mailbox::MAILBOX;
 use mirror_firmware::{factory, rpc};
@@ -19,9 +20,11 @@ async fn main(_spawner: Spawner) -> ! {
     };
     defmt::info!("ready");
 
-    let control = Control::new(Controller::new(factory::CALIBRATION), &MAILBOX);
-    let session = rpc::Session::new::<LockstepPlant>(&MAILBOX, &factory::CALIBRATION);
-    let serve = rpc::serve(tx, rx, session);
+    let calibration = IN_USE.init(factory::calibration());
+    let upload = Upload::new(UPLOADED.take(), SPARE.init(*calibration));
+    let session = rpc::Session::new::<LockstepPlant>(&MAILBOX, calibration, upload);
+    let control = Control::new(Controller::new(calibration), &MAILBOX);
+    let serve = rpc::serve(tx, rx, rpc::FRAME.take(), session);
     embassy_futures::join::join(control::run(plant, control), serve)
         .await
         .0

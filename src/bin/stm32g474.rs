@@ -8,6 +8,7 @@ use mirror_firmware::board::stm32g474::link::{self, Device};
 use mirror_firmware::board::stm32g474::{
     ConverterPins, Converters, clocks, start_control_executor,
 };
+use mirror_firmware::calibration::{IN_USE, SPARE, UPLOADED, Upload};
 use mirror_firmware::control::{self, Control};
 use mirror_firmware::mailbox::MAILBOX;
 use mirror_firmware::{factory, rpc};
@@ -27,13 +28,15 @@ async fn main(spawner: Spawner) {
         supply: p.PC2,
     };
     let converters = Converters::start(p.TIM1, (p.ADC1, p.ADC2), pins);
-    let control = Control::new(Controller::new(factory::CALIBRATION), &MAILBOX);
+    let calibration = IN_USE.init(factory::calibration());
+    let upload = Upload::new(UPLOADED.take(), SPARE.init(*calibration));
     let (device, rx, tx) = link::open(p.USB, p.PA12, p.PA11);
-    let session = rpc::Session::new::<Converters>(&MAILBOX, &factory::CALIBRATION);
+    let session = rpc::Session::new::<Converters>(&MAILBOX, calibration, upload);
+    let control = Control::new(Controller::new(calibration), &MAILBOX);
 
     start_control_executor().must_spawn(run_control(converters, control));
     spawner.must_spawn(run_usb(device));
-    rpc::serve(tx, rx, session).await;
+    rpc::serve(tx, rx, rpc::FRAME.take(), session).await;
 }
 
 #[task]

@@ -1,5 +1,7 @@
 //! What the application needs of a board.
 
+#[cfg(feature = "board-host")]
+pub mod host;
 #[cfg(feature = "board-mps2")]
 pub mod mps2;
 #[cfg(feature = "board-stm32g474")]

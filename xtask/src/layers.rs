@@ -6,16 +6,20 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::cargo::cargo;
 
 /// (crate, workspace crates that it may reach).
-const MAY_USE: [(&str, &[&str]); 10] = [
+const MAY_USE: [(&str, &[&str]); 14] = [
+    ("calibration-store", &[]),
     ("control-core", &["fpu"]),
     ("emulated-board", &["plant-link", "virtual-mirror"]),
+    ("experiment", &[]),
     ("fpu", &[]),
     ("measurement", &[]),
     ("mirror-model", &["measurement"]),
-    ("mirror-protocol", &[]),
+    ("mirror-protocol", &["experiment"]),
     ("plant-link", &[]),
+    ("simulated-flash", &[]),
     ("virtual-mirror", &[]),
     ("virtual-sessions", &["measurement", "virtual-mirror"]),
+    ("virtual-usb", &[]),
     (
         "calibration",
         &["control-core", "fpu", "measurement", "mirror-model"],

@@ -94,6 +94,8 @@ fn lints() -> Result<()> {
         "--all-targets",
     ])
     .args(deny))?;
+    let on_host = ["clippy", "--package", FIRMWARE, "--lib", "--features"];
+    run(cargo(&on_host).arg("board-host").args(deny))?;
     run(for_board("clippy", Board::Stm32g474)
         .args(["--lib", "--bins"])
         .args(deny))?;

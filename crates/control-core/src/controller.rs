@@ -33,20 +33,27 @@ pub struct Step {
 }
 
 /// The four lanes under one calibration.
-#[derive(Clone, Debug)]
-pub struct Controller {
-    calibration: Calibration,
+#[derive(Debug)]
+pub struct Controller<'a> {
+    calibration: &'a mut Calibration,
 }
 
-impl Controller {
-    /// A controller that inverts `calibration`.
-    pub fn new(calibration: Calibration) -> Self {
+impl<'a> Controller<'a> {
+    /// A controller that inverts `calibration`. It is lent, because it is large and exchanged in place.
+    pub fn new(calibration: &'a mut Calibration) -> Self {
         Self { calibration }
     }
 
     /// The calibration in use.
     pub fn calibration(&self) -> &Calibration {
-        &self.calibration
+        self.calibration
+    }
+
+    /// Inverts `calibration` from now on, and returns the one before. The history under that one means
+    /// nothing now: the mirror is taken to be at rest.
+    pub fn exchange(&mut self, calibration: &'a mut Calibration) -> &'a mut Calibration {
+        let before = core::mem::replace(self, Self::new(calibration));
+        before.calibration
     }
 
     /// One control tick.
@@ -100,24 +107,34 @@ fn drive_at(lane: &LaneCalibration, z: Micrometre) -> Volt {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::calibration::tests::parts;
+    use crate::calibration::{Heat, Memory, Parts};
     use crate::table::{InverseTable, KNOTS};
     use crate::units::{KelvinPerWatt, Ohm, PerKelvin};
     use proptest::prelude::*;
+    use std::boxed::Box;
 
     /// 100 um at 100 K, 400 ohm cold, 800 ohm at the top.
-    fn controller() -> Controller {
+    fn controller() -> Controller<'static> {
         let lane = LaneCalibration {
             cold_resistance: Ohm(400.0),
             tcr: PerKelvin(0.01),
             thermal_resistance: KelvinPerWatt(5000.0),
+            loss_growth: PerKelvin(0.0),
             shape: InverseTable::new(
                 Micrometre(100.0),
                 core::array::from_fn(|i| 100.0 * i as f32 / (KNOTS - 1) as f32),
             )
             .expect("rising"),
         };
-        let lanes = core::array::from_fn(|_| lane);
-        Controller::new(Calibration::new(lanes, Volt(3.5)).expect("plausible"))
+        let parts = Parts {
+            lanes: [lane; LANES],
+            heat: Heat::INSTANT,
+            memory: Memory::NONE,
+            ..parts()
+        };
+        let calibration = Calibration::new(parts).expect("plausible");
+        Controller::new(Box::leak(Box::new(calibration)))
     }
 
     fn step(setpoint: Setpoint) -> Step {

@@ -27,13 +27,13 @@ pub mod sense;
 pub mod table;
 pub mod units;
 
-pub use calibration::{Calibration, LaneCalibration};
+pub use calibration::{Calibration, CalibrationError, LaneCalibration};
 pub use codes::{AdcCode, PwmCode, SupplyCode};
 pub use controller::{Controller, Setpoint, Step};
 pub use limits::{Limit, Limits};
 pub use sense::LaneSense;
 pub use table::InverseTable;
-pub use units::{Ampere, Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Volt, Watt};
+pub use units::{Ampere, Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Volt, Watt};
 
 /// Actuators of the mirror, channels of the board, lanes of the controller.
 pub const LANES: usize = 4;

@@ -38,11 +38,26 @@ pub enum TableError {
 }
 
 impl InverseTable {
+    /// One kelvin a micrometre, up to 1 um.
+    pub const STRAIGHT: Self = {
+        let mut knots = [0.0; KNOTS];
+        let mut knot = 1;
+        while knot < KNOTS {
+            knots[knot] = knot as f32 / SEGMENTS as f32;
+            knot += 1;
+        }
+        Self {
+            top: Micrometre(1.0),
+            segments_per_um: SEGMENTS as f32,
+            knots,
+        }
+    };
+
     /// A table from `knots`: the temperature rise in kelvin at `top * i / SEGMENTS`.
     ///
     /// # Errors
     /// Where the range is unusable or the knots do not rise strictly from zero.
-    pub const fn new(top: Micrometre, knots: [f32; KNOTS]) -> Result<Self, TableError> {
+    pub fn new(top: Micrometre, knots: [f32; KNOTS]) -> Result<Self, TableError> {
         let segments_per_um = SEGMENTS as f32 / top.0;
         if !(top.0 > 0.0 && top.0.is_finite() && segments_per_um.is_finite()) {
             return Err(TableError::Range);
@@ -50,13 +65,10 @@ impl InverseTable {
         if knots[0] != 0.0 {
             return Err(TableError::Origin);
         }
-        // `for` is not const yet.
-        let mut knot = 1;
-        while knot < KNOTS {
+        for knot in 1..KNOTS {
             if !(knots[knot].is_finite() && knots[knot] > knots[knot - 1]) {
                 return Err(TableError::NotRising { knot });
             }
-            knot += 1;
         }
         Ok(Self {
             top,

@@ -16,10 +16,12 @@ mod identity;
 mod messages;
 
 pub use endpoints::*;
+pub use experiment::{Flaw, POINTS, Quantity, Shape, Stream, Table, Waveform};
 pub use identity::{Hello, Identity, Text};
 pub use messages::{
-    ChannelState, Commanded, Drives, Health, LEASE_FOREVER_MS, Position, Refusal, Renewal, Status,
-    Stream, Streaming, Telemetry,
+    CHUNK_POINTS, CalibrationChunk, CalibrationInfo, CalibrationRefusal, ChannelState, Chunk,
+    Commanded, Drives, Health, LEASE_FOREVER_MS, Play, Points, Position, Refusal, Renewal,
+    Sentence, Status, Streaming, Telemetry,
 };
 
 /// The version of everything in this crate but the greeting. Raised with every change on the wire.

@@ -1,5 +1,7 @@
 //! Commands, answers and telemetry of the present protocol version.
 
+use crate::Text;
+use experiment::{Flaw, Stream, Waveform};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -49,16 +51,30 @@ pub enum ChannelState {
     Tripped(u8),
 }
 
-/// Ask for telemetry: `count` samples, one every `period_ticks` control ticks.
-///
-/// A new request replaces the one before; `count` 0 stops. A stream always ends by itself, so a tool
-/// that dies leaves no board talking.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
-pub struct Stream {
-    /// Control ticks from one sample to the next, at least 1.
-    pub period_ticks: u16,
-    /// Samples to send.
-    pub count: u32,
+/// Ask for a waveform, and for a stream of samples whose first is the tick that computes the
+/// waveform's first value; that value is driven from the tick after it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Play {
+    /// What to play.
+    pub waveform: Waveform,
+    /// What to sample.
+    pub stream: Stream,
+    /// How long to play, and to stay at its last value, without renewal; [`LEASE_FOREVER_MS`]: until
+    /// told otherwise.
+    pub lease_ms: u32,
+}
+
+/// Points of a chunk of the board's table.
+pub const CHUNK_POINTS: usize = 64;
+
+/// Some of the board's points, for waveforms that are tables. They take the place of the old ones at
+/// once.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Points {
+    /// Index of the first of them.
+    pub first: u16,
+    /// The points, in shares of the amplitude ([`experiment::FULL_SCALE`] being all of it).
+    pub points: heapless::Vec<i16, CHUNK_POINTS>,
 }
 
 /// A stream as it begins.
@@ -152,4 +168,55 @@ pub enum Refusal {
     },
     /// Nothing is driven whose lease could be renewed: it has ended, or the channels are off.
     NoLease,
+    /// A piece of an upload does not follow the one before it.
+    UploadGap {
+        /// The offset at which the next piece must begin.
+        expected: u16,
+    },
+    /// A piece of an upload goes beyond the end.
+    UploadTooLong,
+    /// A waveform that cannot be played.
+    Waveform(Flaw),
+    /// Points beyond the end of the board's table.
+    TableEnd,
+}
+
+/// Bytes of a calibration that travel together.
+pub type Chunk = heapless::Vec<u8, 192>;
+
+/// A piece of a calibration in its form as bytes (`control_core::calibration`). One at offset 0 begins
+/// an upload, each further one follows the one before it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct CalibrationChunk {
+    /// Where it belongs.
+    pub offset: u16,
+    /// The bytes.
+    pub bytes: Chunk,
+}
+
+/// The calibration in use.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct CalibrationInfo {
+    /// The mirror it is for.
+    pub device: Text,
+    /// When it was measured.
+    pub date: Text,
+    /// Hash of the model that it inverts.
+    pub model_hash: u64,
+    /// Top of its range.
+    pub max_position_um: f32,
+    /// Highest drive that it allows.
+    pub max_drive_v: f32,
+}
+
+/// A sentence.
+pub type Sentence = heapless::String<128>;
+
+/// Why an uploaded calibration is not used; the one before stays in use.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum CalibrationRefusal {
+    /// As any command is refused.
+    Refused(Refusal),
+    /// What is wrong with it, in words.
+    Unusable(Sentence),
 }

@@ -2,8 +2,9 @@
 //! keeps the bytes it has always had.
 
 use mirror_protocol::{
-    ChannelState, CommandReply, Commanded, Drives, Health, Hello, Identity, MAX_FRAME_BYTES,
-    Position, Refusal, Renewal, Status, StatusReply, Stream, Telemetry, Text,
+    CHUNK_POINTS, ChannelState, CommandReply, Commanded, Drives, Health, Hello, Identity,
+    MAX_FRAME_BYTES, Play, Points, Position, Refusal, Renewal, Status, StatusReply, Stream,
+    Telemetry, Text,
 };
 use proptest::prelude::*;
 
@@ -77,9 +78,26 @@ proptest! {
         let _ = postcard::from_bytes::<Drives>(&bytes);
         let _ = postcard::from_bytes::<Renewal>(&bytes);
         let _ = postcard::from_bytes::<Stream>(&bytes);
+        let _ = postcard::from_bytes::<Play>(&bytes);
+        let _ = postcard::from_bytes::<Points>(&bytes);
         let _ = postcard::from_bytes::<CommandReply>(&bytes);
         let _ = postcard::from_bytes::<StatusReply>(&bytes);
     }
+}
+
+#[test]
+fn the_longest_chunk_of_points_fits_a_frame() {
+    let points = Points {
+        first: u16::MAX,
+        points: [i16::MIN; CHUNK_POINTS].into_iter().collect(),
+    };
+    let bytes = postcard::to_stdvec(&points).unwrap();
+    assert!(
+        bytes.len() + 13 <= MAX_FRAME_BYTES,
+        "{} bytes and a header",
+        bytes.len()
+    );
+    assert_eq!(postcard::from_bytes::<Points>(&bytes).unwrap(), points);
 }
 
 #[test]

@@ -123,6 +123,11 @@ impl Protection {
         }
     }
 
+    /// Watches the heaters of another calibration from now on.
+    pub fn watch_heaters_of(&mut self, calibration: &Calibration) {
+        self.lanes = calibration.lanes().each_ref().map(LaneWatch::new);
+    }
+
     /// A command that drives the channels may be carried out, under this lease and no earlier one.
     ///
     /// # Errors
@@ -188,6 +193,11 @@ impl Protection {
                 Setpoint::Drive(applied.map(|drive| Volt((drive.0 - RAMP.0).max(0.0))))
             }
         }
+    }
+
+    /// Whether what is wanted is carried out.
+    pub fn is_enabled(&self) -> bool {
+        self.phase == Phase::Enabled
     }
 
     /// Whether heaters are being checked, and what is wanted has to wait.

@@ -3,11 +3,13 @@
 use std::convert::Infallible;
 use std::time::Duration;
 
+use control_core::Calibration;
 use mirror_protocol::{
-    ClearEndpoint, CommandReply, Commanded, Drives, ERROR_PATH, Hello, HelloEndpoint, Identity,
-    OffEndpoint, PROTOCOL_VERSION, Position, Refusal, RenewEndpoint, Renewal, SetDriveEndpoint,
-    SetPositionEndpoint, Status, StatusEndpoint, Stream, StreamEndpoint, Telemetry, TelemetryTopic,
-    WireError,
+    CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal,
+    CalibrationUseEndpoint, CalibrationWriteEndpoint, Chunk, ClearEndpoint, CommandReply,
+    Commanded, Drives, ERROR_PATH, Hello, HelloEndpoint, Identity, OffEndpoint, PROTOCOL_VERSION,
+    Position, Refusal, RenewEndpoint, Renewal, SetDriveEndpoint, SetPositionEndpoint, Status,
+    StatusEndpoint, Stream, StreamEndpoint, Telemetry, TelemetryTopic, WireError,
 };
 use postcard_rpc::Endpoint;
 use postcard_rpc::header::VarSeqKind;
@@ -160,16 +162,56 @@ impl Board {
     /// # Errors
     /// Where the board does not answer, or has tripped.
     pub async fn keep_renewing(&self) -> Result<Infallible, ToolError> {
+        // The time of an emulated board runs several times faster.
+        let often = if self.identity.is_emulated { 20 } else { 4 };
         loop {
             match self.renew().await {
                 Err(ToolError::Refused {
                     refusal: Refusal::NoLease,
                     ..
                 })
-                | Ok(_) => sleep(RENEWED_LEASE / 4).await,
+                | Ok(_) => sleep(RENEWED_LEASE / often).await,
                 Err(error) => return Err(error),
             }
         }
+    }
+
+    /// The calibration in use.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or refuses.
+    pub async fn calibration(&self) -> Result<CalibrationInfo, ToolError> {
+        let request = "tell its calibration";
+        let reply = ask::<CalibrationEndpoint>(&self.client, request, &()).await?;
+        self.granted(request, reply)
+    }
+
+    /// Uploads `calibration` and has the board use it, which turns all channels off.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or keeps the one that it has.
+    pub async fn use_calibration(
+        &self,
+        calibration: &Calibration,
+    ) -> Result<CalibrationInfo, ToolError> {
+        let request = "take a calibration";
+        let mut offset = 0;
+        for piece in calibration.to_bytes().chunks(Chunk::new().capacity()) {
+            let chunk = CalibrationChunk {
+                offset,
+                bytes: Chunk::from_slice(piece).unwrap_or_default(),
+            };
+            let reply = ask::<CalibrationWriteEndpoint>(&self.client, request, &chunk).await?;
+            self.granted(request, reply)?;
+            offset += piece.len() as u16;
+        }
+        let reply = ask::<CalibrationUseEndpoint>(&self.client, request, &()).await?;
+        reply.map_err(|refusal| match refusal {
+            CalibrationRefusal::Refused(refusal) => ToolError::Refused { request, refusal },
+            CalibrationRefusal::Unusable(reason) => ToolError::CalibrationRefused {
+                reason: reason.as_str().to_owned(),
+            },
+        })
     }
 
     /// Control ticks in `period`, rounded, as far as a stream's period can be.
@@ -204,6 +246,7 @@ impl Board {
         let stream = Stream {
             period_ticks,
             count,
+            ..Stream::default()
         };
         let reply = ask::<StreamEndpoint>(&self.client, request, &stream).await?;
         let first_tick = self.granted(request, reply)?.first_tick;
