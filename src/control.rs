@@ -18,8 +18,8 @@ pub async fn run(mut board: impl Board, mut control: Control) -> ! {
     }
 }
 
-/// Leases up to this one are those of a host that renews all the time: 1 s.
-const SHORT_LEASE_TICKS: u32 = TICK_HZ;
+/// Leases up to this one, 100 ms, are those of a host that renews all the time.
+const SHORT_LEASE_TICKS: u32 = TICK_HZ / 10;
 
 /// The state from one tick to the next.
 pub struct Control {

@@ -224,7 +224,8 @@ fn a_second_tool_is_told_that_the_board_is_taken_again_and_again() {
     }
     first.kill().expect("it ends");
     first.wait().expect("it is gone");
-    assert_eq!(bench.tool(&["status"]).code, 0);
+    let said = bench.tool(&["status"]);
+    assert_eq!(said.code, 0, "{}", said.err);
 }
 
 #[test]
@@ -289,4 +290,59 @@ fn a_recording_is_as_long_as_it_was_asked_to_be_or_refused() {
         assert!(err.contains(sentence), "{err}");
         assert!(!bench.directory().join("never.csv").exists());
     }
+}
+
+#[test]
+fn a_tool_that_is_killed_while_it_drives_leaves_no_drive_behind() {
+    let bench = bench();
+    bench.json(&["set-drive", "2V", "--settle", "10ms", "--hold", "500ms"]);
+    let mut recording = bench.start_tool(&[
+        "record",
+        "-o",
+        "long.csv",
+        "--duration",
+        "1h",
+        "--period",
+        "1ms",
+    ]);
+    thread::sleep(Duration::from_millis(700));
+    // Several seconds of the board's time: the recording has kept the drive alive.
+    recording.kill().expect("it dies");
+    recording.wait().expect("it is gone");
+    let status = bench.json(&["status"]);
+    let up_s = |status: &serde_json::Value| status["up_s"].as_f64().expect("a number");
+    assert!(up_s(&status) > 1.0, "{status}");
+    // The board waits 3 s of real time for the host that has gone, and then ramps.
+    let status = (0..100)
+        .map(|_| {
+            thread::sleep(Duration::from_millis(100));
+            bench.json(&["status"])
+        })
+        .find(|status| status["states"][0] == "ready")
+        .expect("it ramps to zero");
+    assert_eq!(status["drive_v"], serde_json::json!([0.0, 0.0, 0.0, 0.0]));
+    assert_eq!(status["limited_by"], serde_json::json!(["lease-lapsed"]));
+    assert_eq!(status["lease"], serde_json::Value::Null);
+}
+
+#[test]
+fn what_is_held_is_held_so_long_and_no_longer() {
+    let bench = bench();
+    bench.json(&["set-drive", "2V", "--settle", "10ms", "--hold", "forever"]);
+    let status = bench.json(&["status"]);
+    assert_eq!(status["lease"], "forever");
+    assert_eq!(status["states"][2], "driving");
+    bench.json(&["set-z", "50um", "--settle", "10ms", "--hold", "2s"]);
+    let held = bench.json(&["status"]);
+    let left = held["lease"]["seconds"].as_f64().expect("a number");
+    assert!((0.0..2.0).contains(&left), "{held}");
+    loop {
+        let status = bench.json(&["status"]);
+        if status["lease"].is_null() {
+            break;
+        }
+        assert_eq!(status["states"][0], "driving");
+    }
+    let status = bench.json(&["status"]);
+    assert_eq!(status["limited_by"], serde_json::json!(["lease-lapsed"]));
 }

@@ -150,8 +150,9 @@ impl Protection {
     pub fn renew(&mut self, lease: Lease) -> Result<(), Denied> {
         match self.phase {
             Phase::Starting { .. } | Phase::Enabled => {
-                self.granted = self.granted.max(lease);
-                self.lease = self.lease.max(lease);
+                if lease > self.lease {
+                    (self.lease, self.granted) = (lease, lease);
+                }
                 Ok(())
             }
             Phase::Tripped => Err(self.first_cause().map_or(Denied::NoLease, Denied::Tripped)),

@@ -40,7 +40,7 @@ impl Pace {
         let Hold::For(hold) = self.hold else {
             return LEASE_FOREVER_MS;
         };
-        let reading = f64::from(READING_SAMPLES) * READING_PERIOD.s;
+        let reading = 2.0 * f64::from(READING_SAMPLES) * READING_PERIOD.s;
         ((self.settle.s + reading + hold.s) * 1e3).ceil() as u32
     }
 
