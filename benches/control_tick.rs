@@ -18,13 +18,14 @@ use mirror_firmware::board::Sensed;
 use mirror_firmware::control::Control;
 use mirror_firmware::factory;
 use mirror_firmware::mailbox::{MAILBOX, Order};
+use mirror_protocol::ChannelState;
 use protection::{Lease, Protection, Reading};
 use semihosting::process::ExitCode;
 use static_cell::StaticCell;
 
 const REPETITIONS: u32 = 1000;
-/// The heaters' check is over after so many ticks.
-const TICKS_TO_DRIVE: u32 = 50;
+/// The heaters are checked and the mirror stands after so many ticks.
+const TICKS_TO_SETTLE: u32 = 50_000;
 /// Counts of SysTick in 5 instructions.
 const COUNTS_PER_5_INSTRUCTIONS: u32 = 8;
 const SYSTICK_TOP: u32 = 0x00ff_ffff;
@@ -66,18 +67,21 @@ fn main() -> ! {
 
     static CALIBRATION: StaticCell<Calibration> = StaticCell::new();
     let calibration = CALIBRATION.init(factory::calibration());
-    let mut protection = Protection::new(calibration);
+    let mut protection = Protection::new(calibration.lanes());
     let mut control = Control::new(Controller::new(calibration), &MAILBOX);
     MAILBOX.post(Order::Drive(z, Lease::FOREVER));
     let mut sensed = Sensed::default();
-    for _ in 0..TICKS_TO_DRIVE {
+    for _ in 0..TICKS_TO_SETTLE {
         sensed = heaters(control.tick(sensed));
     }
     report("whole tick: mailbox, protection, step, telemetry", || {
         black_box(control.tick(black_box(sensed)));
     });
+    if MAILBOX.latest().states != [ChannelState::Driving; LANES] {
+        defmt::error!("what was counted is no drive");
+        ExitCode::FAILURE.exit_process()
+    }
 
-    let mut protection = Protection::new(&CALIBRATION);
     let reading = Reading {
         codes: sensed.currents,
         currents: sensed.currents.map(AdcCode::current),

@@ -48,7 +48,7 @@ impl Control {
     /// A loop that starts with all channels off.
     pub fn new(controller: Controller<'static>, mailbox: &'static Mailbox) -> Self {
         Self {
-            protection: Protection::new(controller.calibration()),
+            protection: Protection::new(controller.calibration().lanes()),
             controller,
             mailbox,
             setpoint: Setpoint::Off,
@@ -71,7 +71,7 @@ impl Control {
         if let Some(calibration) = self.mailbox.take_calibration() {
             // Drives computed under another calibration mean nothing.
             self.follow(Setpoint::Off);
-            self.protection.watch_heaters_of(calibration);
+            self.protection.recalibrate(calibration.lanes());
             let before = self.controller.exchange(calibration);
             self.mailbox.return_calibration(before);
         }
@@ -169,12 +169,17 @@ impl Control {
         let Some(player) = &mut self.player else {
             return;
         };
-        if self.protection.is_enabled() {
-            let value = player.next(|index| self.mailbox.point(index));
-            self.setpoint = setpoint(player.waveform().quantity, value);
-            if let Some(stream) = self.awaited.take() {
-                self.begin_stream(stream);
-            }
+        if self.protection.is_starting() {
+            return;
+        }
+        if player.is_over() && player.waveform().ends_off {
+            self.follow(Setpoint::Off);
+            return;
+        }
+        let value = player.next(|index| self.mailbox.point(index));
+        self.setpoint = setpoint(player.waveform().quantity, value);
+        if let Some(stream) = self.awaited.take() {
+            self.begin_stream(stream);
         }
     }
 

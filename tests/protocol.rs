@@ -110,9 +110,15 @@ mod tests {
     }
 
     #[test]
-    fn all_channels_are_off_at_start() {
-        let codes = control().tick(Sensed::default());
+    fn nothing_is_driven_at_start_but_the_check_of_the_heaters() {
+        let mut control = control();
+        let mut codes = [PwmCode(0); LANES];
+        for _ in 0..20 {
+            codes = control.tick(sound(codes));
+            assert!(codes.iter().all(|code| code.0 <= 100), "{codes:?}");
+        }
         assert_eq!(codes, [PwmCode(0); LANES]);
+        assert_eq!(MAILBOX.latest().states, [ChannelState::Ready; LANES]);
     }
 
     /// Four heaters of 400 ohm at the codes that are driven, and a sound supply.
@@ -157,7 +163,7 @@ mod tests {
         let order = Order::Drive(Setpoint::Position(Micrometre(100.0)), Lease::FOREVER);
         let (confirmed, codes) = carry_out(&mut control, order, 40, sound).await;
         let confirmed = confirmed.expect("the heaters are sound");
-        assert!((20..40).contains(&confirmed.tick), "{confirmed:?}");
+        assert!((15..40).contains(&confirmed.tick), "{confirmed:?}");
         assert!(codes[0].0 > 1000, "{codes:?}");
         assert_eq!(confirmed.drive_v, codes.map(|code| code.drive().0));
         assert_eq!(MAILBOX.latest().states, [ChannelState::Driving; LANES]);
@@ -267,6 +273,7 @@ mod tests {
             offset: 1.0,
             amplitude: 1.0,
             cycles: 1,
+            ends_off: true,
         };
         let stream = Stream {
             period_ticks: 100,
@@ -286,12 +293,13 @@ mod tests {
         })
         .await;
         let first_tick = first_tick.expect("the heaters are sound");
-        assert!(first_tick > 20, "after their check");
-        // Before the waveform, at its first step, and at its second.
+        assert!(first_tick > 10, "after their check");
+        // Before the waveform, at its two steps, and when it is over.
         for (after, drive_v) in [
             (0, [0.0; 4]),
             (1, [2.0, 0.5, 2.0, 0.5]),
             (4, [1.0, 0.5, 1.0, 0.5]),
+            (7, [0.0; 4]),
         ] {
             let sample = MAILBOX.next_sample().await;
             assert_eq!((sample.tick, sample.drive_v), (first_tick + after, drive_v));

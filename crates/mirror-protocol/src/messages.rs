@@ -36,10 +36,10 @@ pub struct Renewal {
 /// What a channel is doing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum ChannelState {
-    /// Zero drive, the heater not checked.
+    /// Zero drive: another channel has turned the board off.
     #[default]
     Off,
-    /// The heater is being checked.
+    /// The heater is being checked, at start and once faults are cleared.
     Starting,
     /// The heater is sound; zero drive.
     Ready,

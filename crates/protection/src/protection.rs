@@ -1,15 +1,15 @@
 //! Channel states and leases.
 
-use control_core::{AdcCode, Ampere, Calibration, LANES, Limits, Setpoint, SupplyCode, Volt};
+use control_core::{AdcCode, Ampere, LANES, LaneCalibration, Limits, Setpoint, SupplyCode, Volt};
 
 use crate::board::BoardWatch;
 use crate::fault::Fault;
 use crate::lane::LaneWatch;
 
-/// Drive at which heaters are checked before they are driven: 0.7 mA, and a warming by 1 K.
-const CHECK_DRIVE: Volt = Volt(0.25);
-/// Ticks of the check: four times what the current needs to follow, and the debouncing.
-const CHECK_TICKS: u8 = 24;
+/// Drive at which heaters are checked before anything drives them: 0.28 mA, and a warming by 0.1 K.
+const CHECK_DRIVE: Volt = Volt(0.1);
+/// Ticks of the check: twice what the current needs to follow, and the debouncing.
+const CHECK_TICKS: u8 = 16;
 
 /// Fall of the drive in a tick once a lease has ended: from 3.5 V to zero in 88 ms.
 const RAMP: Volt = Volt(4e-3);
@@ -30,10 +30,10 @@ pub struct Reading {
 /// What one channel is doing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ChannelState {
-    /// Zero drive, the heater not checked.
+    /// Zero drive: another channel has turned the board off.
     #[default]
     Off,
-    /// The heater is being checked.
+    /// The heater is being checked, at start and once faults are cleared.
     Starting,
     /// The heater is sound; zero drive.
     Ready,
@@ -71,15 +71,21 @@ pub struct Protection {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
-    Off,
-    Starting {
-        ticks_left: u8,
-    },
+    /// The heaters are being checked.
+    Starting { ticks_left: u8 },
+    /// Zero drive, as wanted.
+    Idle,
+    /// What is wanted is carried out.
     Enabled,
     /// The lease has ended: the drives ramp to zero and stay there.
     Lapsed,
+    /// A fault has turned all channels off.
     Tripped,
 }
+
+const CHECK: Phase = Phase::Starting {
+    ticks_left: CHECK_TICKS,
+};
 
 impl Lease {
     /// A lease that does not end.
@@ -111,21 +117,24 @@ impl Lease {
 }
 
 impl Protection {
-    /// Watches the heaters of `calibration`; all channels off.
-    pub fn new(calibration: &Calibration) -> Self {
+    /// Watches the heaters that `lanes` describe, and checks them first.
+    pub fn new(lanes: &[LaneCalibration; LANES]) -> Self {
         Self {
-            lanes: calibration.lanes().each_ref().map(LaneWatch::new),
+            lanes: lanes.each_ref().map(LaneWatch::new),
             board: BoardWatch::default(),
-            phase: Phase::Off,
+            phase: CHECK,
             lease: Lease(0),
             granted: Lease(0),
             causes: [None; LANES],
         }
     }
 
-    /// Watches the heaters of another calibration from now on.
-    pub fn watch_heaters_of(&mut self, calibration: &Calibration) {
-        self.lanes = calibration.lanes().each_ref().map(LaneWatch::new);
+    /// Watches the heaters as another calibration describes them, and checks them.
+    pub fn recalibrate(&mut self, lanes: &[LaneCalibration; LANES]) {
+        self.lanes = lanes.each_ref().map(LaneWatch::new);
+        if self.phase != Phase::Tripped {
+            self.phase = CHECK;
+        }
     }
 
     /// A command that drives the channels may be carried out, under this lease and no earlier one.
@@ -149,21 +158,21 @@ impl Protection {
     /// Where nothing is driven any more.
     pub fn renew(&mut self, lease: Lease) -> Result<(), Denied> {
         match self.phase {
-            Phase::Starting { .. } | Phase::Enabled => {
+            Phase::Enabled => {
                 if lease > self.lease {
                     (self.lease, self.granted) = (lease, lease);
                 }
                 Ok(())
             }
             Phase::Tripped => Err(self.first_cause().map_or(Denied::NoLease, Denied::Tripped)),
-            Phase::Off | Phase::Lapsed => Err(Denied::NoLease),
+            Phase::Starting { .. } | Phase::Idle | Phase::Lapsed => Err(Denied::NoLease),
         }
     }
 
-    /// Forgets the faults. What still is one trips again.
+    /// Forgets the faults and checks the heaters. What still is a fault trips again.
     pub fn clear(&mut self) {
         self.causes = [None; LANES];
-        self.phase = Phase::Off;
+        self.phase = CHECK;
         self.board.clear();
         self.lanes.iter_mut().for_each(LaneWatch::clear);
     }
@@ -187,18 +196,13 @@ impl Protection {
         self.watch(&applied, reading);
         self.phase = self.next_phase(wanted);
         match self.phase {
-            Phase::Off | Phase::Tripped => Setpoint::Off,
+            Phase::Idle | Phase::Tripped => Setpoint::Off,
             Phase::Starting { .. } => Setpoint::Drive([CHECK_DRIVE; LANES]),
             Phase::Enabled => wanted,
             Phase::Lapsed => {
                 Setpoint::Drive(applied.map(|drive| Volt((drive.0 - RAMP.0).max(0.0))))
             }
         }
-    }
-
-    /// Whether what is wanted is carried out.
-    pub fn is_enabled(&self) -> bool {
-        self.phase == Phase::Enabled
     }
 
     /// Whether heaters are being checked, and what is wanted has to wait.
@@ -218,7 +222,7 @@ impl Protection {
 
     /// What is left of the lease; `None` where nothing is driven under one.
     pub fn lease(&self) -> Option<Lease> {
-        matches!(self.phase, Phase::Starting { .. } | Phase::Enabled).then_some(self.lease)
+        (self.phase == Phase::Enabled).then_some(self.lease)
     }
 
     /// Whether the next tick ends a lease that was granted for no longer than `short`.
@@ -230,7 +234,7 @@ impl Protection {
     pub fn states(&self, drives: [Volt; LANES], limits: Limits) -> [ChannelState; LANES] {
         core::array::from_fn(|i| match (self.causes[i], self.phase) {
             (Some(fault), _) => ChannelState::Tripped(fault),
-            (None, Phase::Off | Phase::Tripped) => ChannelState::Off,
+            (None, Phase::Tripped) => ChannelState::Off,
             (None, Phase::Starting { .. }) => ChannelState::Starting,
             (None, _) if drives[i].0 == 0.0 => ChannelState::Ready,
             (None, _) if limits != Limits::NONE => ChannelState::Limited,
@@ -255,16 +259,13 @@ impl Protection {
     fn next_phase(&mut self, wanted: Setpoint) -> Phase {
         match self.phase {
             Phase::Tripped => Phase::Tripped,
-            _ if wanted == Setpoint::Off => Phase::Off,
-            Phase::Lapsed => Phase::Lapsed,
-            _ if self.lease.is_over() => Phase::Lapsed,
-            Phase::Off => Phase::Starting {
-                ticks_left: CHECK_TICKS,
-            },
-            Phase::Starting { ticks_left: 0 } | Phase::Enabled => Phase::Enabled,
-            Phase::Starting { ticks_left } => Phase::Starting {
+            Phase::Starting { ticks_left } if ticks_left > 0 => Phase::Starting {
                 ticks_left: ticks_left - 1,
             },
+            _ if wanted == Setpoint::Off => Phase::Idle,
+            Phase::Lapsed => Phase::Lapsed,
+            _ if self.lease.is_over() => Phase::Lapsed,
+            _ => Phase::Enabled,
         }
     }
 }

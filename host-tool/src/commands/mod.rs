@@ -2,6 +2,7 @@
 
 mod lab;
 mod list;
+mod measure;
 mod moving;
 mod record;
 mod set_drive;
@@ -56,6 +57,7 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             let file = NewFile::create(output, force)?;
             record::run(&open().await?, file, duration, period, json).await
         }
+        Command::Measure(measure) => measure::run(&open().await?, measure, json).await,
         Command::Fit { lab, output } => lab::fit(&lab, output, json),
         Command::Compare { lab, picture } => lab::compare(&lab, picture, json),
         Command::Diagnose { lab, effect } => lab::diagnose(&lab, &effect, json),
