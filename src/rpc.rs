@@ -7,7 +7,7 @@ use experiment::Player;
 use mirror_protocol::{
     CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal, CalibrationReply,
     CalibrationUseEndpoint, CalibrationUseReply, CalibrationWriteEndpoint, CalibrationWriteReply,
-    ClearEndpoint, CommandReply, Drives, ENDPOINTS, Hello, HelloEndpoint, Identity,
+    ClearEndpoint, CommandReply, Drives, ENDPOINTS, Hello, HelloEndpoint, Identity, Kept,
     LEASE_FOREVER_MS, LoadPointsEndpoint, LoadReply, MAX_FRAME_BYTES, OffEndpoint,
     PROTOCOL_VERSION, Play, PlayEndpoint, Points, Position, Refusal, RenewEndpoint, Renewal,
     Sentence, SetDriveEndpoint, SetPositionEndpoint, Status, StatusEndpoint, StatusReply, Stream,
@@ -19,14 +19,9 @@ use postcard_rpc::server::{Dispatch, Sender, Server, WireRx};
 use protection::{Denied, Lease};
 use static_cell::ConstStaticCell;
 
-use crate::board::Board;
-#[cfg(feature = "board-host")]
-use crate::board::host::link::LinkTx;
-#[cfg(feature = "board-mps2")]
-use crate::board::mps2::link::LinkTx;
-#[cfg(feature = "board-stm32g474")]
-use crate::board::stm32g474::link::LinkTx;
+use crate::board::{Board, LinkTx};
 use crate::calibration::{Upload, UploadError};
+use crate::keeper::Keeper;
 use crate::mailbox::{Failure, Mailbox, Order};
 use crate::{TICK_HZ, TICKS_PER_MS};
 
@@ -37,6 +32,7 @@ pub struct Session {
     mailbox: &'static Mailbox,
     calibration: CalibrationInfo,
     upload: Upload,
+    keeper: Keeper,
     /// Protocol version of the tool that greeted last.
     tool: Option<u16>,
 }
@@ -47,13 +43,15 @@ impl Session {
         mailbox: &'static Mailbox,
         calibration: &Calibration,
         upload: Upload,
+        keeper: Keeper,
     ) -> Self {
         Self {
             board: B::NAME,
             is_emulated: B::IS_EMULATED,
             mailbox,
-            calibration: info(calibration),
+            calibration: info(calibration, keeper.kept()),
             upload,
+            keeper,
             tool: None,
         }
     }
@@ -192,7 +190,7 @@ async fn use_calibration(session: &mut Session, _header: VarHeader, (): ()) -> C
         .check_version()
         .map_err(CalibrationRefusal::Refused)?;
     let used = session.upload.put_to_use(session.mailbox).await;
-    session.calibration = info(&used.map_err(|error| match error {
+    let used = used.map_err(|error| match error {
         UploadError::ControlStopped => CalibrationRefusal::Refused(Refusal::ControlStopped),
         UploadError::Calibration(error) => {
             let mut sentence = Sentence::new();
@@ -200,11 +198,14 @@ async fn use_calibration(session: &mut Session, _header: VarHeader, (): ()) -> C
             let _ = write!(sentence, "{error}");
             CalibrationRefusal::Unusable(sentence)
         }
-    })?);
+    })?;
+    // The exchange has turned all channels off.
+    session.keeper.keep(session.upload.bytes());
+    session.calibration = info(&used, session.keeper.kept());
     Ok(session.calibration.clone())
 }
 
-fn info(calibration: &Calibration) -> CalibrationInfo {
+fn info(calibration: &Calibration, kept: Kept) -> CalibrationInfo {
     let origin = &calibration.parts().origin;
     CalibrationInfo {
         device: text(origin.device.as_str()),
@@ -212,6 +213,7 @@ fn info(calibration: &Calibration) -> CalibrationInfo {
         model_hash: origin.model_hash,
         max_position_um: calibration.max_position().0,
         max_drive_v: calibration.max_drive().0,
+        kept,
     }
 }
 

@@ -20,7 +20,7 @@ pub use experiment::{Flaw, POINTS, Quantity, Shape, Stream, Table, Waveform};
 pub use identity::{Hello, Identity, Text};
 pub use messages::{
     CHUNK_POINTS, CalibrationChunk, CalibrationInfo, CalibrationRefusal, ChannelState, Chunk,
-    Commanded, Drives, Health, LEASE_FOREVER_MS, Play, Points, Position, Refusal, Renewal,
+    Commanded, Drives, Health, Kept, LEASE_FOREVER_MS, Play, Points, Position, Refusal, Renewal,
     Sentence, Status, Streaming, Telemetry,
 };
 

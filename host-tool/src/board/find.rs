@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use emulated_board::{boards_directory, is_listening};
+use board_sockets::{boards_directory, is_listening};
 use mirror_protocol::usb::{PRODUCT, PRODUCT_ID, VENDOR_ID};
 use nusb::DeviceInfo;
 use serde::Serialize;
