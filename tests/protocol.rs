@@ -186,7 +186,7 @@ mod tests {
         let tripped = ChannelState::Tripped(Fault::OpenHeater.code());
         assert_eq!(MAILBOX.latest().states, [off, tripped, off, off]);
         assert_eq!(carry_out(&mut control, order, 1, sound).await.0, denied);
-        let (cleared, _) = carry_out(&mut control, Order::Clear, 1, sound).await;
+        let (cleared, _) = carry_out(&mut control, Order::Clear, 20, sound).await;
         assert!(cleared.is_ok());
         let (confirmed, codes) = carry_out(&mut control, order, 40, sound).await;
         assert!(confirmed.is_ok());
@@ -200,11 +200,11 @@ mod tests {
         let order = Order::Drive(drive, Lease::ticks(100));
         let (_, mut codes) = carry_out(&mut control, order, 100, sound).await;
         assert_eq!(codes, [PwmCode(2000); LANES]);
-        let renewed = carry_out(&mut control, Order::Renew(Lease::ticks(5)), 1, |_| {
+        let renewed = carry_out(&mut control, Order::Renew(Lease::ticks(30)), 1, |_| {
             sound(codes)
         });
         assert!(renewed.await.0.is_ok());
-        for _ in 0..5 {
+        for _ in 0..30 {
             codes = control.tick(sound(codes));
         }
         assert!(codes[0].0 < 2000, "{codes:?}");
