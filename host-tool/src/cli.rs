@@ -41,6 +41,8 @@ pub struct Arguments {
 pub enum Command {
     /// List the boards that are there.
     List,
+    /// Find out why a board is not found, and what to do.
+    Doctor,
     /// Show who the board is and what it is doing.
     Status,
     /// Move the mirror to a position and print what it took.

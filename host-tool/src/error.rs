@@ -15,9 +15,13 @@ pub enum ToolError {
     #[error("no board was found")]
     #[diagnostic(help(
         "connect a driver board by USB, or try everything without one: \
-         `cargo xtask emulate` keeps an emulated board up"
+         `cargo xtask emulate` keeps an emulated board up. `host-tool doctor` tells why one is not found"
     ))]
     NoBoard,
+
+    #[error("no board is ready to be used")]
+    #[diagnostic(help("do what is said above, and ask again"))]
+    NoBoardReady,
 
     #[error("there is no board `{name}`; found: {found}")]
     #[diagnostic(help("name one of them, or leave out --board and MIRROR_BOARD"))]
@@ -29,8 +33,8 @@ pub enum ToolError {
 
     #[error("the board {board} cannot be opened: {reason}")]
     #[diagnostic(help(
-        "is it still there, is another host-tool using it, and may you access it? On Linux a USB \
-         board needs a udev rule"
+        "is it still there, is another host-tool using it, and may you access it? `host-tool doctor` \
+         tells"
     ))]
     Open { board: String, reason: String },
 

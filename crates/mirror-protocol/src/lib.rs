@@ -41,6 +41,10 @@ pub mod usb {
     pub const PRODUCT_ID: u16 = 0x0001;
     /// Product string.
     pub const PRODUCT: &str = "Electrothermal mirror driver";
+    /// The microcontroller's own bootloader, which is in its ROM: vendor id of ST.
+    pub const BOOTLOADER_VENDOR_ID: u16 = 0x0483;
+    /// Product id of the bootloader.
+    pub const BOOTLOADER_PRODUCT_ID: u16 = 0xdf11;
     /// Manufacturer string.
     pub const MANUFACTURER: &str = "mirror-driver";
 }

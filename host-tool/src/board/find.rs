@@ -36,6 +36,13 @@ pub enum Place {
     },
 }
 
+impl Found {
+    /// Whether it is on USB.
+    pub fn is_usb(&self) -> bool {
+        matches!(self.place, Place::Usb { .. })
+    }
+}
+
 /// Every board that can be reached from here, USB first.
 pub fn find() -> Vec<Found> {
     let mut found = find_usb();

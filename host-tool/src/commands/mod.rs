@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+mod doctor;
 mod lab;
 mod list;
 mod measure;
@@ -34,6 +35,7 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
     let open = async || Board::open(&choose(arguments.board.as_deref())?).await;
     match arguments.command {
         Command::List => list::run(json).await,
+        Command::Doctor => doctor::run(json).await,
         Command::Status => status::run(&open().await?, json).await,
         Command::SetZ { z, settle, hold } => {
             set_z::run(&open().await?, z, Pace { settle, hold }, json).await
