@@ -98,6 +98,16 @@ impl InverseTable {
         let high = self.knots[segment + 1];
         Kelvin(low + fraction * (high - low))
     }
+
+    /// Position at a temperature rise: the table read forward. Outside its range that of the nearer end.
+    pub fn position(&self, rise: Kelvin) -> Micrometre {
+        let above = self.knots.partition_point(|knot| *knot <= rise.0);
+        let segment = above.saturating_sub(1).min(SEGMENTS - 1);
+        let (low, high) = (self.knots[segment], self.knots[segment + 1]);
+        #[expect(clippy::manual_clamp, reason = "`clamp` would let NaN through")]
+        let fraction = ((rise.0 - low) / (high - low)).max(0.0).min(1.0);
+        Micrometre((segment as f32 + fraction) / self.segments_per_um)
+    }
 }
 
 #[cfg(test)]
@@ -140,6 +150,13 @@ mod tests {
             let z = table.top().0 * knot as f32 / SEGMENTS as f32;
             let error = table.temperature_rise(Micrometre(z)).0 - table.knots[knot];
             prop_assert!(error.abs() < 1e-3, "{error}");
+        }
+
+        #[test]
+        fn reads_the_same_forward(table in rising_table(), part in 0.0_f32..1.0) {
+            let z = part * table.top().0;
+            let back = table.position(table.temperature_rise(Micrometre(z))).0;
+            prop_assert!((back - z).abs() < 1e-3 * table.top().0.max(1.0), "{back} for {z}");
         }
 
         #[test]
