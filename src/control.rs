@@ -1,7 +1,7 @@
 //! The control tick: converter codes in, PWM codes out.
 
-use control_core::{Controller, LANES, Micrometre, PwmCode, Setpoint, Volt};
-use experiment::{Mean, Pacer, Player, Quantity, Stream};
+use control_core::{Controller, LANES, Limits, Micrometre, PwmCode, Setpoint, Volt};
+use experiment::{Mean, Pacer, Player, Quantity, Shape, Stream, Waveform};
 use mirror_protocol::{Commanded, Telemetry};
 
 use crate::board::{Board, Sensed};
@@ -25,6 +25,7 @@ pub struct Control {
     applied: [PwmCode; LANES],
     /// Whether the codes of `applied` came with another setpoint than those before.
     stepped: bool,
+    limits_since_command: Limits,
     tick: u32,
     stream: Pacer,
     mean: Mean<MEASURED>,
@@ -43,6 +44,7 @@ impl Control {
             player: None,
             applied: [PwmCode(0); LANES],
             stepped: false,
+            limits_since_command: Limits::NONE,
             tick: 0,
             stream: Pacer::default(),
             mean: Mean::default(),
@@ -66,7 +68,11 @@ impl Control {
         let applied = self.applied.map(PwmCode::drive);
         let currents = sensed.currents.map(|code| code.current());
         let step = self.controller.step(self.setpoint, applied, currents);
-        let codes = step.drives.map(PwmCode::nearest);
+        let codes = step.codes;
+        if command.is_some() {
+            self.limits_since_command = Limits::NONE;
+        }
+        self.limits_since_command = self.limits_since_command.union(step.limits);
 
         let telemetry = Telemetry {
             tick: self.tick,
@@ -86,7 +92,7 @@ impl Control {
     }
 
     fn report(&mut self, commanded: bool, codes: [PwmCode; LANES], telemetry: Telemetry) {
-        self.mailbox.publish(telemetry);
+        self.mailbox.publish(telemetry, self.limits_since_command);
         if commanded {
             self.mailbox.confirm(Commanded {
                 tick: telemetry.tick,
@@ -131,15 +137,17 @@ impl Control {
         }
         if let Some(player) = &mut self.player {
             let value = player.next(|index| self.mailbox.point(index));
-            self.setpoint = setpoint(player.waveform().quantity, value);
+            self.setpoint = setpoint(player.waveform(), value);
         }
     }
 }
 
-fn setpoint(quantity: Quantity, value: f32) -> Setpoint {
-    match quantity {
-        Quantity::Position => Setpoint::Position(Micrometre(value)),
-        Quantity::Drive { active, others_v } => {
+fn setpoint(waveform: &Waveform, value: f32) -> Setpoint {
+    match (waveform.quantity, waveform.shape) {
+        // Steps need a path, anything else is one.
+        (Quantity::Position, Shape::Steps(_)) => Setpoint::Position(Micrometre(value)),
+        (Quantity::Position, _) => Setpoint::Track(Micrometre(value)),
+        (Quantity::Drive { active, others_v }, _) => {
             Setpoint::Drive(active.map(|is_active| Volt(if is_active { value } else { others_v })))
         }
     }

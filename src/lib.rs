@@ -31,8 +31,8 @@ pub mod usb;
 ))]
 compile_error!("choose one board: `board-stm32g474`, `board-mps2` or `board-host`");
 
-/// Control ticks a second, on every board.
-pub const TICK_HZ: u32 = 10_000;
+/// Control ticks a second, on every board, as the control core has it.
+pub const TICK_HZ: u32 = (1.0 / control_core::TICK.0 + 0.5) as u32;
 
 /// The calibration that a board has before it has been given its own: the inverse of the
 /// `reconciled` preset of the model, tabulated by the build script.

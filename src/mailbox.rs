@@ -5,7 +5,7 @@
 
 use core::cell::Cell;
 
-use control_core::{Calibration, Setpoint};
+use control_core::{Calibration, Limits, Setpoint};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
@@ -33,6 +33,7 @@ pub struct Mailbox {
     commanded: Signal<CriticalSectionRawMutex, Commanded>,
     streaming: Signal<CriticalSectionRawMutex, u32>,
     latest: Shared<Telemetry>,
+    limits_since_command: Shared<Limits>,
     samples: Channel<CriticalSectionRawMutex, Telemetry, QUEUED_SAMPLES>,
     dropped: Shared<u32>,
 }
@@ -70,6 +71,7 @@ impl Mailbox {
                 limits: 0,
                 sensor_z_um: None,
             })),
+            limits_since_command: Mutex::new(Cell::new(Limits::NONE)),
             samples: Channel::new(),
             dropped: Mutex::new(Cell::new(0)),
         }
@@ -165,6 +167,11 @@ impl Mailbox {
         self.latest.lock(Cell::get)
     }
 
+    /// Link side: the limits that have acted since the last command.
+    pub fn limits_since_command(&self) -> Limits {
+        self.limits_since_command.lock(Cell::get)
+    }
+
     /// Link side: the next sample of the stream.
     pub async fn next_sample(&self) -> Telemetry {
         self.samples.receive().await
@@ -223,8 +230,10 @@ impl Mailbox {
     }
 
     /// Control side: a tick is over.
-    pub(crate) fn publish(&self, telemetry: Telemetry) {
+    pub(crate) fn publish(&self, telemetry: Telemetry, limits_since_command: Limits) {
         self.latest.lock(|latest| latest.set(telemetry));
+        self.limits_since_command
+            .lock(|limits| limits.set(limits_since_command));
     }
 
     /// Control side: a sample for the link, dropped and counted where the link is too slow.

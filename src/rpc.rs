@@ -125,6 +125,7 @@ fn status(session: &mut Session, _header: VarHeader, (): ()) -> StatusReply {
     session.check_version()?;
     Ok(Status {
         telemetry: session.mailbox.latest(),
+        limits_since_command: session.mailbox.limits_since_command().bits(),
         max_position_um: session.calibration.max_position_um,
         max_drive_v: session.calibration.max_drive_v,
         dropped_samples: session.mailbox.dropped_samples(),

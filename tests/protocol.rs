@@ -64,6 +64,7 @@ mod tests {
         comes_back::<CommandReply>(Err(Refusal::ProtocolVersion { board: 1, tool: 2 }));
         comes_back::<StatusReply>(Ok(Status {
             telemetry,
+            limits_since_command: 0x1ff,
             max_position_um: 173.7,
             max_drive_v: 3.5,
             dropped_samples: 0,
@@ -101,7 +102,7 @@ mod tests {
     #[test]
     async fn a_command_is_carried_out_by_the_next_tick_and_confirmed() {
         let mut control = control();
-        let command = MAILBOX.command(Setpoint::Position(Micrometre(100.0)));
+        let command = MAILBOX.command(Setpoint::Track(Micrometre(100.0)));
         let ticks = async {
             yield_now().await;
             control.tick(Sensed::default())

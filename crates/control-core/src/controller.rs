@@ -1,10 +1,11 @@
 //! The control step: the stages in turn.
 
 use crate::LANES;
-use crate::calibration::Calibration;
+use crate::calibration::{Calibration, Parts};
 use crate::codes::PwmCode;
 use crate::heat::HeatInverse;
-use crate::lane::{Driven, LaneGains, LaneState, Rails};
+use crate::lag::TURNS;
+use crate::lane::{Lane, Rails};
 use crate::limits::{Limit, Limits};
 use crate::memory::{MemoryInverse, MemoryState};
 use crate::path::Path;
@@ -29,7 +30,7 @@ pub enum Setpoint {
 }
 
 /// The outcome of one control step.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Step {
     /// Voltages to drive from now on.
@@ -48,15 +49,19 @@ pub struct Controller<'a> {
     calibration: &'a mut Calibration,
     heat: HeatInverse,
     memory: MemoryInverse,
-    gains: [LaneGains; LANES],
     rails: Rails,
-    top: f32,
+    top: Micrometre,
+    /// Displacement at which the first lane is as hot as is allowed.
+    hottest: Micrometre,
     path: Path,
     remembered: MemoryState,
-    lanes: [LaneState; LANES],
+    lanes: [Lane; LANES],
     /// Where each lane was when it was looked at last, while voltages are asked for.
     seen: [Micrometre; LANES],
-    next_seen: usize,
+    /// The lane whose turn it is for what is not done at every tick.
+    turn: usize,
+    /// What came of it. It is lent and not given, for it is as much to copy as a lane is to compute.
+    step: Step,
 }
 
 impl<'a> Controller<'a> {
@@ -64,18 +69,18 @@ impl<'a> Controller<'a> {
     /// is large and exchanged in place.
     pub fn new(calibration: &'a mut Calibration) -> Self {
         let parts = calibration.parts();
-        let gains = parts.lanes.each_ref().map(LaneGains::new);
         Self {
             heat: HeatInverse::new(&parts.heat),
             memory: MemoryInverse::new(&parts.memory),
-            lanes: gains.each_ref().map(LaneState::new),
-            gains,
+            lanes: parts.lanes.each_ref().map(Lane::new),
             rails: Rails::new(&parts.bounds),
-            top: calibration.max_position().0,
+            top: calibration.max_position(),
+            hottest: hottest(parts),
             path: Path::new(&parts.path),
             remembered: MemoryState::default(),
             seen: Default::default(),
-            next_seen: 0,
+            turn: 0,
+            step: Step::default(),
             calibration,
         }
     }
@@ -101,72 +106,96 @@ impl<'a> Controller<'a> {
         setpoint: Setpoint,
         applied: [Volt; LANES],
         currents: [Ampere; LANES],
-    ) -> Step {
-        let mut limits = Limits::NONE;
-        let sense = core::array::from_fn(|i| {
-            self.lanes[i].sense(&self.gains[i], applied[i], currents[i], &mut limits)
-        });
-        let driven = match setpoint {
-            Setpoint::Off => self.drive([Volt(0.0); LANES], &mut limits),
-            Setpoint::Drive(drives) => self.drive(drives, &mut limits),
+    ) -> &Step {
+        let step = &mut self.step;
+        step.limits = Limits::NONE;
+        for (i, lane) in self.lanes.iter_mut().enumerate() {
+            step.sense[i] = lane.sense(applied[i], currents[i], &mut step.limits);
+        }
+        match setpoint {
+            Setpoint::Off => self.drive([Volt(0.0); LANES]),
+            Setpoint::Drive(drives) => self.drive(drives),
             Setpoint::Position(z) => {
-                let z = self.path.toward(self.limit_position(z, &mut limits));
-                self.position(z, &mut limits)
+                let target = self.limit_position(z);
+                let z = self.path.toward(target);
+                self.position(z);
             }
             Setpoint::Track(z) => {
-                let z = self.limit_position(z, &mut limits);
+                let z = self.limit_position(z);
                 self.path.follow(z);
-                self.position(z, &mut limits)
+                self.position(z);
             }
-        };
-        Step {
-            drives: driven.map(|lane| lane.drive),
-            codes: driven.map(|lane| lane.code),
-            sense,
-            limits,
         }
+        self.heat
+            .advance_slow(&mut self.lanes[self.turn % LANES].heat);
+        self.turn = (self.turn + 1) % LANES;
+        &self.step
     }
 
-    fn limit_position(&self, z: Micrometre, limits: &mut Limits) -> Micrometre {
-        let top = (self.top, Limit::PositionHigh);
-        Micrometre(limits.clamp(z.0, (0.0, Limit::PositionLow), top))
+    fn limit_position(&mut self, z: Micrometre) -> Micrometre {
+        let top = (self.top.0, Limit::PositionHigh);
+        Micrometre(self.step.limits.clamp(z.0, (0.0, Limit::PositionLow), top))
     }
 
     /// All four lanes to `z`.
-    fn position(&mut self, z: Micrometre, limits: &mut Limits) -> [Driven; LANES] {
-        let x = self.memory.displacement(&mut self.remembered, z);
+    fn position(&mut self, z: Micrometre) {
+        let step = &mut self.step;
+        let mut x = self.memory.displacement(&mut self.remembered, z);
+        if x.0 > self.hottest.0 {
+            x = self.hottest;
+            step.limits.insert(Limit::TemperatureHigh);
+        }
         let calibrations = self.calibration.lanes();
-        core::array::from_fn(|i| {
-            let numbers = (&self.gains[i], &self.heat, &self.rails);
-            self.lanes[i].position(&calibrations[i], numbers, x, limits)
-        })
+        let place = calibrations[0].shape.place(x);
+        for (i, lane) in self.lanes.iter_mut().enumerate() {
+            let target = calibrations[i].shape.at(place);
+            let drive = lane.heat_to(target, &self.heat, &self.rails, &mut step.limits);
+            step.drives[i] = drive;
+            step.codes[i] = lane.code(drive, &self.rails);
+        }
     }
 
     /// Voltages, and the mirror followed to where they take it.
-    fn drive(&mut self, drives: [Volt; LANES], limits: &mut Limits) -> [Driven; LANES] {
+    fn drive(&mut self, drives: [Volt; LANES]) {
+        let step = &mut self.step;
         // One lane a tick: reading a table forward is slow, and the mirror is slower.
-        let i = self.next_seen;
-        self.next_seen = (i + 1) % LANES;
-        self.seen[i] = self.calibration.lanes()[i]
-            .shape
-            .position(self.lanes[i].rise());
+        let turn = self.turn % LANES;
+        let shape = &self.calibration.lanes()[turn].shape;
+        self.seen[turn] = shape.position(self.lanes[turn].rise());
         let z = Micrometre(self.seen.iter().map(|z| z.0).sum::<f32>() / LANES as f32);
         self.path.follow(z);
         // Hysteresis and creep are a few percent of a position; that this one is before them is a few
         // percent of that.
         self.memory.displacement(&mut self.remembered, z);
-        core::array::from_fn(|i| {
-            let numbers = (&self.gains[i], &self.heat, &self.rails);
-            self.lanes[i].drive(numbers, drives[i], limits)
-        })
+        for (i, lane) in self.lanes.iter_mut().enumerate() {
+            let drive = lane.drive(drives[i], &self.heat, &self.rails, &mut step.limits);
+            step.drives[i] = drive;
+            step.codes[i] = lane.code(drive, &self.rails);
+        }
     }
 }
+
+/// The displacement at which the first lane reaches the highest temperature rise; infinite where none
+/// does within its table.
+fn hottest(parts: &Parts) -> Micrometre {
+    let limit = parts.bounds.rise;
+    let shapes = parts.lanes.iter().map(|lane| &lane.shape);
+    let reached = shapes.filter(|shape| shape.temperature_rise(shape.top()).0 > limit.0);
+    let positions = reached.map(|shape| shape.position(limit).0);
+    Micrometre(positions.fold(
+        f32::INFINITY,
+        |lowest, z| if z < lowest { z } else { lowest },
+    ))
+}
+
+// The slow lags of one lane have their turn at every tick.
+const _: () = assert!(LANES == TURNS);
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::calibration::tests::parts;
-    use crate::calibration::{Heat, LaneCalibration, Memory, Parts};
+    use crate::calibration::{Heat, LaneCalibration, Memory};
     use crate::table::{InverseTable, KNOTS};
     use crate::units::{Kelvin, KelvinPerWatt, Ohm, PerKelvin};
     use proptest::prelude::*;
@@ -201,7 +230,7 @@ mod tests {
     const NOTHING: ([Volt; LANES], [Ampere; LANES]) = ([Volt(0.0); LANES], [Ampere(0.0); LANES]);
 
     fn step(setpoint: Setpoint) -> Step {
-        controller(static_parts()).step(setpoint, NOTHING.0, NOTHING.1)
+        *controller(static_parts()).step(setpoint, NOTHING.0, NOTHING.1)
     }
 
     #[test]
@@ -211,7 +240,8 @@ mod tests {
         assert!((drive - (10e-3_f32 * 400.0).sqrt()).abs() < 1e-5, "{drive}");
         let mut controller = controller(static_parts());
         let mut settled = |z| {
-            let tick = |_| controller.step(Setpoint::Position(Micrometre(z)), NOTHING.0, NOTHING.1);
+            let tick =
+                |_| *controller.step(Setpoint::Position(Micrometre(z)), NOTHING.0, NOTHING.1);
             (0..100).map(tick).last().expect("ticks").drives[0].0
         };
         assert!((settled(50.0) - (10e-3_f32 * 600.0).sqrt()).abs() < 1e-5);
@@ -244,7 +274,7 @@ mod tests {
             let mut parts = static_parts();
             change(&mut parts);
             let setpoint = Setpoint::Track(Micrometre(60.0));
-            controller(parts).step(setpoint, NOTHING.0, NOTHING.1)
+            *controller(parts).step(setpoint, NOTHING.0, NOTHING.1)
         };
         let power = limited(|parts| parts.bounds.power = crate::units::Watt(6e-3));
         assert!(power.limits.contains(Limit::PowerHigh));
@@ -258,7 +288,8 @@ mod tests {
     fn a_mirror_that_cannot_cool_faster_says_so() {
         let mut controller = controller(parts());
         let mut last = |z: f32, ticks: usize| {
-            let tick = |_| controller.step(Setpoint::Position(Micrometre(z)), NOTHING.0, NOTHING.1);
+            let tick =
+                |_| *controller.step(Setpoint::Position(Micrometre(z)), NOTHING.0, NOTHING.1);
             (0..ticks).map(tick).last().expect("ticks")
         };
         last(150.0, 10_000);
@@ -276,7 +307,7 @@ mod tests {
             Ampere(0.0),
             Ampere(-1e-6),
         ];
-        let step = controller(static_parts()).step(Setpoint::Off, [Volt(2.0); LANES], currents);
+        let step = *controller(static_parts()).step(Setpoint::Off, [Volt(2.0); LANES], currents);
         let rises = step
             .sense
             .map(|lane| lane.map(|lane| lane.temperature_rise.0.round()));

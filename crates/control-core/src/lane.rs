@@ -8,14 +8,14 @@ use crate::heat::{HeatInverse, HeatState};
 use crate::limits::{Limit, Limits};
 use crate::output::{Rounding, highest_code};
 use crate::sense::{LaneSense, Thermometer};
-use crate::units::{Ampere, Kelvin, Micrometre, Ohm, Volt, Watt};
+use crate::units::{Ampere, Kelvin, Ohm, Volt, Watt};
 
 /// Part of the highest power by which a power may be below zero unnoticed: it is rounding at rest.
 const NO_POWER: f32 = 2e-3;
 
 /// Numbers of one actuator, ready for use.
 #[derive(Clone, Debug)]
-pub(crate) struct LaneGains {
+struct LaneGains {
     thermal_resistance: f32,
     watt_per_kelvin: f32,
     loss_growth: f32,
@@ -27,7 +27,6 @@ pub(crate) struct LaneGains {
 /// Bounds, ready for use.
 #[derive(Clone, Debug)]
 pub(crate) struct Rails {
-    rise: f32,
     power: f32,
     least_power: f32,
     drive: f32,
@@ -37,8 +36,9 @@ pub(crate) struct Rails {
 
 /// An actuator from one tick to the next.
 #[derive(Clone, Debug)]
-pub(crate) struct LaneState {
-    heat: HeatState,
+pub(crate) struct Lane {
+    gains: LaneGains,
+    pub(crate) heat: HeatState,
     /// The temperature rise at the start of this tick.
     rise: Kelvin,
     /// The resistance at which the present drive began, without the correction.
@@ -51,15 +51,8 @@ pub(crate) struct LaneState {
 #[derive(Clone, Copy, Debug)]
 struct Correction(f32);
 
-/// What a tick drives.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Driven {
-    pub(crate) drive: Volt,
-    pub(crate) code: PwmCode,
-}
-
 impl LaneGains {
-    pub(crate) fn new(lane: &LaneCalibration) -> Self {
+    fn new(lane: &LaneCalibration) -> Self {
         Self {
             thermal_resistance: lane.thermal_resistance.0,
             watt_per_kelvin: 1.0 / lane.thermal_resistance.0,
@@ -87,7 +80,6 @@ impl LaneGains {
 impl Rails {
     pub(crate) fn new(bounds: &Bounds) -> Self {
         Self {
-            rise: bounds.rise.0,
             power: bounds.power.0,
             least_power: -NO_POWER * bounds.power.0,
             drive: bounds.drive.0,
@@ -97,13 +89,14 @@ impl Rails {
     }
 }
 
-impl LaneState {
+impl Lane {
     /// An actuator at rest.
-    pub(crate) fn new(gains: &LaneGains) -> Self {
+    pub(crate) fn new(lane: &LaneCalibration) -> Self {
         Self {
+            gains: LaneGains::new(lane),
             heat: HeatState::default(),
             rise: Kelvin(0.0),
-            expected: Ohm(gains.cold_ohm),
+            expected: lane.cold_resistance,
             correction: Correction(1.0),
             rounding: Rounding::default(),
         }
@@ -112,57 +105,60 @@ impl LaneState {
     /// What the current of the tick that ended tells, which also corrects the resistance from now on.
     pub(crate) fn sense(
         &mut self,
-        gains: &LaneGains,
         applied: Volt,
         current: Ampere,
         limits: &mut Limits,
     ) -> Option<LaneSense> {
-        let sense = gains.thermometer.read(applied, current)?;
+        let sense = self.gains.thermometer.read(applied, current)?;
         self.correction
             .update(sense.resistance.0 / self.expected.0, limits);
         Some(sense)
     }
 
-    /// A tick towards the displacement `x` of the shape.
-    pub(crate) fn position(
+    /// The drive of a tick that ends at the temperature rise `target`.
+    #[inline(always)]
+    pub(crate) fn heat_to(
         &mut self,
-        lane: &LaneCalibration,
-        (gains, heat, rails): (&LaneGains, &HeatInverse, &Rails),
-        x: Micrometre,
+        target: Kelvin,
+        heat: &HeatInverse,
+        rails: &Rails,
         limits: &mut Limits,
-    ) -> Driven {
-        let mut target = lane.shape.temperature_rise(x);
-        if target.0 > rails.rise {
-            target = Kelvin(rails.rise);
-            limits.insert(Limit::TemperatureHigh);
-        }
+    ) -> Volt {
         let mut heating = heat.heating(&self.heat, target);
-        let mut power = gains.power(heating, target);
-        let resistance = self.resistance(gains);
+        let mut power = self.gains.power(heating, target);
+        let resistance = self.resistance();
         let square = power.0 * resistance.0;
         let drive = if power.0 > 0.0 && power.0 <= rails.power && square <= rails.squared_drive {
             Volt(sqrt(square))
         } else {
             let drive = rails.limit(&mut power, resistance, limits);
-            heating = gains.heating(power, self.rise);
+            heating = self.gains.heating(power, self.rise);
             drive
         };
-        self.end_tick(heat, heating);
-        self.driven(drive, rails)
+        self.rise = heat.advance(&mut self.heat, heating);
+        drive
     }
 
-    /// A tick at `drive`, limited.
+    /// A tick at `drive`, as far as it is allowed.
     pub(crate) fn drive(
         &mut self,
-        (gains, heat, rails): (&LaneGains, &HeatInverse, &Rails),
         drive: Volt,
+        heat: &HeatInverse,
+        rails: &Rails,
         limits: &mut Limits,
-    ) -> Driven {
+    ) -> Volt {
         let highest = (rails.drive, Limit::DriveHigh);
         let drive = Volt(limits.clamp(drive.0, (0.0, Limit::DriveLow), highest));
-        let power = Watt(drive.0 * drive.0 / self.resistance(gains).0);
-        self.end_tick(heat, gains.heating(power, self.rise));
-        self.driven(drive, rails)
+        let power = Watt(drive.0 * drive.0 / self.resistance().0);
+        let heating = self.gains.heating(power, self.rise);
+        self.rise = heat.advance(&mut self.heat, heating);
+        drive
+    }
+
+    /// The code for `drive`, with what rounding has left so far.
+    #[inline(always)]
+    pub(crate) fn code(&mut self, drive: Volt, rails: &Rails) -> PwmCode {
+        self.rounding.code(drive, rails.highest_code)
     }
 
     /// Temperature rise now.
@@ -171,21 +167,9 @@ impl LaneState {
     }
 
     /// The resistance now, and a note of it for when its current has been sensed.
-    fn resistance(&mut self, gains: &LaneGains) -> Ohm {
-        self.expected = gains.resistance(self.rise);
+    fn resistance(&mut self) -> Ohm {
+        self.expected = self.gains.resistance(self.rise);
         Ohm(self.expected.0 * self.correction.0)
-    }
-
-    fn end_tick(&mut self, heat: &HeatInverse, heating: Kelvin) {
-        heat.advance(&mut self.heat, heating);
-        self.rise = self.heat.rise();
-    }
-
-    fn driven(&mut self, drive: Volt, rails: &Rails) -> Driven {
-        Driven {
-            drive,
-            code: self.rounding.code(drive, rails.highest_code),
-        }
     }
 }
 

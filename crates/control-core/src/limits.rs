@@ -87,6 +87,12 @@ impl Limits {
             .filter(move |limit| self.contains(*limit))
     }
 
+    /// The limits of both.
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
     /// Limits `value` to `low..=high` and notes which end acted. NaN becomes `low`.
     pub(crate) fn clamp(
         &mut self,

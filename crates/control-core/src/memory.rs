@@ -4,7 +4,7 @@
 //! What is asked is piston motion, the same for all four actuators, so one memory serves them.
 
 use crate::calibration::{LAGS, Memory as MemoryCalibration, PLAYS};
-use crate::lag::{LagState, SampledLag};
+use crate::lag::{SlowLag, SlowState, TURNS};
 use crate::units::Micrometre;
 
 /// A play operator of the inverse.
@@ -19,14 +19,15 @@ struct InversePlay {
 pub(crate) struct MemoryInverse {
     gain: f32,
     plays: [InversePlay; PLAYS],
-    creep: [SampledLag; LAGS],
+    creep: [SlowLag; LAGS],
 }
 
 /// What the mirror remembers.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MemoryState {
     plays: [f32; PLAYS],
-    creep: [LagState; LAGS],
+    creep: [SlowState; LAGS],
+    turn: usize,
 }
 
 impl MemoryInverse {
@@ -52,27 +53,38 @@ impl MemoryInverse {
         Self {
             gain,
             plays,
-            creep: memory.creep.each_ref().map(SampledLag::new),
+            creep: memory.creep.each_ref().map(SlowLag::new),
         }
     }
 
     /// The displacement for which the mirror will be at `z`, and a tick of the memory with it.
     pub(crate) fn displacement(&self, state: &mut MemoryState, z: Micrometre) -> Micrometre {
-        let crept: f32 = state.creep.iter().map(LagState::value).sum();
+        let crept: f32 = state.creep.iter().map(|at| at.value).sum();
         let before_creep = z.0 - crept;
-        for (lag, state) in self.creep.iter().zip(&mut state.creep) {
-            lag.advance(state, before_creep);
+        // The lags take turns; in four ticks a position changes less than creep is known.
+        if let (Some(lag), Some(at)) = (self.creep.get(state.turn), state.creep.get_mut(state.turn))
+        {
+            lag.advance(at, before_creep);
         }
+        state.turn = (state.turn + 1) % TURNS;
         let mut x = self.gain * before_creep;
         for (play, at) in self.plays.iter().zip(&mut state.plays) {
-            *at = at
-                .max(before_creep - play.radius)
-                .min(before_creep + play.radius);
+            *at = pulled(*at, before_creep - play.radius, before_creep + play.radius);
             x += play.weight * *at;
         }
         Micrometre(x)
     }
 }
+
+/// `at`, pulled along by the nearer end. (`clamp` would panic, and `max` and `min` are functions of the
+/// library that ask for NaN, which a position never is.)
+fn pulled(at: f32, low: f32, high: f32) -> f32 {
+    let at = if at < low { low } else { at };
+    if at > high { high } else { at }
+}
+
+// Every lag of the creep has its turn.
+const _: () = assert!(LAGS == TURNS);
 
 #[cfg(test)]
 mod tests {

@@ -27,11 +27,14 @@ impl Rounding {
             return PwmCode(0);
         }
         let counts = drive.0 * COUNTS + self.0;
-        let code = ((counts + 0.5) as u16).min(highest);
-        #[expect(clippy::manual_clamp, reason = "`clamp` would let NaN through")]
-        let left = (counts - f32::from(code)).max(-0.5).min(0.5);
-        self.0 = left;
-        PwmCode(code)
+        // The cast saturates, and takes NaN to 0.
+        let code = (counts + 0.5) as u32;
+        if code > u32::from(highest) {
+            self.0 = 0.0;
+            return PwmCode(highest);
+        }
+        self.0 = counts - code as f32;
+        PwmCode(code as u16)
     }
 }
 

@@ -41,10 +41,9 @@ impl Thermometer {
             return None;
         }
         let resistance = Ohm(drive.0 / current.0);
-        let rise = resistance.0 * self.kelvin_per_ohm - self.cold_kelvin;
-        rise.is_finite().then_some(LaneSense {
+        Some(LaneSense {
             resistance,
-            temperature_rise: Kelvin(rise),
+            temperature_rise: Kelvin(resistance.0 * self.kelvin_per_ohm - self.cold_kelvin),
         })
     }
 }

@@ -57,7 +57,7 @@ pub struct Commanded {
     /// The voltages now driven.
     pub drive_v: [f32; 4],
     /// Bits of the limits that acted (`control_core::Limits`).
-    pub limits: u8,
+    pub limits: u16,
 }
 
 /// The board at this moment.
@@ -65,6 +65,9 @@ pub struct Commanded {
 pub struct Status {
     /// What it does now.
     pub telemetry: Telemetry,
+    /// Bits of the limits that have acted since the last command (`control_core::Limits`): on the way to a
+    /// position too, where [`Telemetry::limits`] has forgotten them.
+    pub limits_since_command: u16,
     /// Top of the calibrated range.
     pub max_position_um: f32,
     /// Highest drive that is allowed.
@@ -85,7 +88,7 @@ pub struct Telemetry {
     /// Temperatures above ambient that the currents imply, where they imply any.
     pub temperature_k: [Option<f32>; 4],
     /// Bits of the limits that act (`control_core::Limits`).
-    pub limits: u8,
+    pub limits: u16,
     /// Reading of a position sensor on the board's sensor input, if there is one. The controller
     /// never sees it.
     pub sensor_z_um: Option<f32>,

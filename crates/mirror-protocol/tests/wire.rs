@@ -17,7 +17,7 @@ fn telemetry() -> impl Strategy<Value = Telemetry> {
         proptest::array::uniform4(number()),
         proptest::array::uniform4(number()),
         proptest::array::uniform4(proptest::option::of(number())),
-        any::<u8>(),
+        any::<u16>(),
         proptest::option::of(number()),
     )
         .prop_map(
@@ -36,7 +36,7 @@ proptest! {
     #[test]
     fn status_comes_back_whole_and_fits_a_frame(telemetry in telemetry(), dropped_samples: u32) {
         let status: StatusReply =
-            Ok(Status { telemetry, max_position_um: 173.7, max_drive_v: 3.5, dropped_samples });
+            Ok(Status { telemetry, limits_since_command: 3, max_position_um: 173.7, max_drive_v: 3.5, dropped_samples });
         let bytes = postcard::to_stdvec(&status).unwrap();
         prop_assert!(bytes.len() + 13 <= MAX_FRAME_BYTES, "{} bytes and a header", bytes.len());
         prop_assert_eq!(postcard::from_bytes::<StatusReply>(&bytes).unwrap(), status);

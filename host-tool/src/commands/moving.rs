@@ -27,7 +27,7 @@ pub(super) struct Readings {
 }
 
 /// The names of the limits that acted.
-pub(super) fn limit_names(bits: u8) -> Vec<&'static str> {
+pub(super) fn limit_names(bits: u16) -> Vec<&'static str> {
     Limits::from_bits(bits)
         .iter()
         .map(|limit| limit.name())
