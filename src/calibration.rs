@@ -63,13 +63,18 @@ impl Upload {
         Ok(())
     }
 
+    /// What was uploaded so far.
+    pub fn bytes(&self) -> &[u8] {
+        self.bytes.get(..self.received).unwrap_or_default()
+    }
+
     /// Checks what was uploaded and has the control loop use it. On return it is in use.
     ///
     /// # Errors
     /// Says what is wrong; the calibration in use is kept.
     pub async fn put_to_use(&mut self, mailbox: &Mailbox) -> Result<Calibration, UploadError> {
-        let uploaded = self.bytes.get(..self.received).unwrap_or_default();
-        let calibration = Calibration::from_bytes(uploaded).map_err(UploadError::Calibration)?;
+        let calibration =
+            Calibration::from_bytes(self.bytes()).map_err(UploadError::Calibration)?;
         let spare = self.spare.take().ok_or(UploadError::ControlStopped)?;
         *spare = calibration;
         match mailbox.exchange(spare).await {

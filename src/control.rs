@@ -135,9 +135,16 @@ impl Control {
             self.player = None;
             self.setpoint = setpoint;
         }
-        if let Some(player) = &mut self.player {
-            let value = player.next(|index| self.mailbox.point(index));
-            self.setpoint = setpoint(player.waveform(), value);
+        match &mut self.player {
+            Some(player) if player.is_over() && player.waveform().ends_off => {
+                self.player = None;
+                self.setpoint = Setpoint::Off;
+            }
+            Some(player) => {
+                let value = player.next(|index| self.mailbox.point(index));
+                self.setpoint = setpoint(player.waveform(), value);
+            }
+            None => {}
         }
     }
 }

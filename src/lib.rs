@@ -19,6 +19,7 @@ use cortex_m as _;
 pub mod board;
 pub mod calibration;
 pub mod control;
+pub mod keeper;
 pub mod mailbox;
 pub mod rpc;
 #[cfg(any(feature = "board-stm32g474", feature = "board-host"))]

@@ -7,10 +7,11 @@ use experiment::Player;
 use mirror_protocol::{
     CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal, CalibrationReply,
     CalibrationUseEndpoint, CalibrationUseReply, CalibrationWriteEndpoint, CalibrationWriteReply,
-    CommandReply, Drives, ENDPOINTS, Hello, HelloEndpoint, Identity, LoadPointsEndpoint, LoadReply,
-    MAX_FRAME_BYTES, OffEndpoint, PROTOCOL_VERSION, Play, PlayEndpoint, Points, Position, Refusal,
-    Sentence, SetDriveEndpoint, SetPositionEndpoint, Status, StatusEndpoint, StatusReply, Stream,
-    StreamEndpoint, StreamReply, Streaming, TOPICS_IN, TOPICS_OUT, TelemetryTopic, Text,
+    CommandReply, Drives, ENDPOINTS, Hello, HelloEndpoint, Identity, Kept, LoadPointsEndpoint,
+    LoadReply, MAX_FRAME_BYTES, OffEndpoint, PROTOCOL_VERSION, Play, PlayEndpoint, Points,
+    Position, Refusal, Sentence, SetDriveEndpoint, SetPositionEndpoint, Status, StatusEndpoint,
+    StatusReply, Stream, StreamEndpoint, StreamReply, Streaming, TOPICS_IN, TOPICS_OUT,
+    TelemetryTopic, Text,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarSeq};
@@ -18,14 +19,9 @@ use postcard_rpc::server::{Dispatch, Sender, Server, WireRx};
 use static_cell::ConstStaticCell;
 
 use crate::TICK_HZ;
-use crate::board::Board;
-#[cfg(feature = "board-host")]
-use crate::board::host::link::LinkTx;
-#[cfg(feature = "board-mps2")]
-use crate::board::mps2::link::LinkTx;
-#[cfg(feature = "board-stm32g474")]
-use crate::board::stm32g474::link::LinkTx;
+use crate::board::{Board, LinkTx};
 use crate::calibration::{Upload, UploadError};
+use crate::keeper::Keeper;
 use crate::mailbox::Mailbox;
 
 /// What the endpoints know and remember.
@@ -35,6 +31,7 @@ pub struct Session {
     mailbox: &'static Mailbox,
     calibration: CalibrationInfo,
     upload: Upload,
+    keeper: Keeper,
     /// Protocol version of the tool that greeted last.
     tool: Option<u16>,
 }
@@ -45,13 +42,15 @@ impl Session {
         mailbox: &'static Mailbox,
         calibration: &Calibration,
         upload: Upload,
+        keeper: Keeper,
     ) -> Self {
         Self {
             board: B::NAME,
             is_emulated: B::IS_EMULATED,
             mailbox,
-            calibration: info(calibration),
+            calibration: info(calibration, keeper.kept()),
             upload,
+            keeper,
             tool: None,
         }
     }
@@ -181,7 +180,7 @@ async fn use_calibration(session: &mut Session, _header: VarHeader, (): ()) -> C
         .check_version()
         .map_err(CalibrationRefusal::Refused)?;
     let used = session.upload.put_to_use(session.mailbox).await;
-    session.calibration = info(&used.map_err(|error| match error {
+    let used = used.map_err(|error| match error {
         UploadError::ControlStopped => CalibrationRefusal::Refused(Refusal::ControlStopped),
         UploadError::Calibration(error) => {
             let mut sentence = Sentence::new();
@@ -189,11 +188,14 @@ async fn use_calibration(session: &mut Session, _header: VarHeader, (): ()) -> C
             let _ = write!(sentence, "{error}");
             CalibrationRefusal::Unusable(sentence)
         }
-    })?);
+    })?;
+    // The exchange has turned all channels off.
+    session.keeper.keep(session.upload.bytes());
+    session.calibration = info(&used, session.keeper.kept());
     Ok(session.calibration.clone())
 }
 
-fn info(calibration: &Calibration) -> CalibrationInfo {
+fn info(calibration: &Calibration, kept: Kept) -> CalibrationInfo {
     let origin = &calibration.parts().origin;
     CalibrationInfo {
         device: text(origin.device.as_str()),
@@ -201,6 +203,7 @@ fn info(calibration: &Calibration) -> CalibrationInfo {
         model_hash: origin.model_hash,
         max_position_um: calibration.max_position().0,
         max_drive_v: calibration.max_drive().0,
+        kept,
     }
 }
 

@@ -170,6 +170,7 @@ mod tests {
             offset: 1.0,
             amplitude: 1.0,
             cycles: 1,
+            ends_off: true,
         };
         let stream = Stream {
             period_ticks: 100,
@@ -187,11 +188,12 @@ mod tests {
         })
         .await;
         assert_eq!(first_tick, Ok(0));
-        // Before the waveform, at its first step, and at its second.
+        // Before the waveform, at its two steps, and when it is over.
         for (tick, drive_v) in [
             (0, [0.0; 4]),
             (1, [2.0, 0.5, 2.0, 0.5]),
             (4, [1.0, 0.5, 1.0, 0.5]),
+            (7, [0.0; 4]),
         ] {
             let sample = MAILBOX.next_sample().await;
             assert_eq!((sample.tick, sample.drive_v), (tick, drive_v));

@@ -8,7 +8,7 @@ use hil::{Bench, RawLink};
 use mirror_model::{Model, Symbol};
 use mirror_protocol::{
     CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal,
-    CalibrationUseEndpoint, CalibrationWriteEndpoint, Chunk, PROTOCOL_VERSION, Refusal,
+    CalibrationUseEndpoint, CalibrationWriteEndpoint, Chunk, Kept, PROTOCOL_VERSION, Refusal,
 };
 use virtual_mirror::MirrorConfig;
 
@@ -100,4 +100,31 @@ fn pieces_must_follow_each_other() {
         }
         assert!(i < 100, "it never ends");
     }
+}
+
+#[test]
+fn it_is_still_there_after_the_power_was_cut() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let flash = directory.path().join("flash");
+    let board = || Bench::with_flash(MirrorConfig::bench(), Some(&flash));
+    let in_use = |bench: &Bench| {
+        let reply = link(bench).ask::<CalibrationEndpoint>(&()).unwrap();
+        reply.unwrap().expect("greeted")
+    };
+    let mut bench = board();
+    assert_eq!(in_use(&bench).kept, Kept::Factory);
+    let used = upload(&mut link(&bench), &calibration().to_bytes()).expect("it is good");
+    assert_eq!(used.kept, Kept::Yes);
+    bench
+        .emulated_board()
+        .expect("emulated")
+        .kill()
+        .expect("it dies");
+    drop(bench);
+    assert_eq!(in_use(&board()), used);
+
+    let mut bytes = std::fs::read(&flash).expect("a file");
+    bytes[100] ^= 1;
+    std::fs::write(&flash, bytes).expect("the file");
+    assert_eq!(in_use(&board()).kept, Kept::FactoryAsStoredIsBad);
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use mirror_protocol::{Flaw, PROTOCOL_VERSION, Refusal};
 
-use crate::quantity::{Length, Span, Voltage};
+use crate::quantity::{Frequency, Length, Span, Voltage};
 
 /// A failure of the tool.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -14,9 +14,13 @@ pub enum ToolError {
     #[error("no board was found")]
     #[diagnostic(help(
         "connect a driver board by USB, or try everything without one: \
-         `cargo xtask emulate` keeps an emulated board up"
+         `cargo xtask emulate` keeps an emulated board up. `host-tool doctor` tells why one is not found"
     ))]
     NoBoard,
+
+    #[error("no board is ready to be used")]
+    #[diagnostic(help("do what is said above, and ask again"))]
+    NoBoardReady,
 
     #[error("there is no board `{name}`; found: {found}")]
     #[diagnostic(help("name one of them, or leave out --board and MIRROR_BOARD"))]
@@ -28,8 +32,8 @@ pub enum ToolError {
 
     #[error("the board {board} cannot be opened: {reason}")]
     #[diagnostic(help(
-        "is it still there, is another host-tool using it, and may you access it? On Linux a USB \
-         board needs a udev rule"
+        "is it still there, is another host-tool using it, and may you access it? `host-tool doctor` \
+         tells"
     ))]
     Open { board: String, reason: String },
 
@@ -97,6 +101,39 @@ pub enum ToolError {
     #[error("{asked} is more samples than the board counts in one stream")]
     #[diagnostic(help("ask for a shorter --duration, or a longer --period"))]
     TooManySamples { asked: f64 },
+
+    #[error("{asked} is not a rate that this board samples at: at most {highest}")]
+    #[diagnostic(help("ask for another --rate; the board samples every whole number of ticks"))]
+    Rate {
+        asked: Frequency,
+        highest: Frequency,
+    },
+
+    #[error("a sine of {asked} cannot be played and read: from 1 mHz to {highest}")]
+    #[diagnostic(help("ask for another --frequency"))]
+    Frequency {
+        asked: Frequency,
+        highest: Frequency,
+    },
+
+    #[error("a board keeps {most} points, and this takes {count}")]
+    #[diagnostic(help("ask for fewer steps, or for fewer points"))]
+    TooManyPoints { count: usize, most: usize },
+
+    #[error("a dwell of {asked} is not possible: from one control tick, {tick}, to 100 h")]
+    #[diagnostic(help("ask for another --dwell or --hold"))]
+    Dwell { asked: Span, tick: Span },
+
+    #[error("the sensor at {} cannot be read: {reason}", path.display())]
+    #[diagnostic(help(
+        "a serial sensor sends lines of micrometres (set its speed with stty before); a recording has \
+         lines of seconds and micrometres, `0.5,12.3`, the experiment beginning at 0"
+    ))]
+    Sensor { path: PathBuf, reason: String },
+
+    #[error("this board has no position sensor")]
+    #[diagnostic(help("name yours: --sensor /dev/ttyACM0, or --sensor FILE for a recording"))]
+    NoSensor,
 
     #[error("{} is there and is not a file", path.display())]
     #[diagnostic(help("choose the name of a file"))]

@@ -7,6 +7,7 @@
 pub mod board;
 pub mod cli;
 mod commands;
+pub mod doctor;
 pub mod error;
 mod new_file;
 pub mod picture;

@@ -7,6 +7,13 @@ pub mod mps2;
 #[cfg(feature = "board-stm32g474")]
 pub mod stm32g474;
 
+#[cfg(feature = "board-host")]
+pub use host::{flash::CalibrationFlash, link::LinkTx};
+#[cfg(feature = "board-mps2")]
+pub use mps2::{flash::CalibrationFlash, link::LinkTx};
+#[cfg(feature = "board-stm32g474")]
+pub use stm32g474::{flash::CalibrationFlash, link::LinkTx};
+
 use control_core::{AdcCode, LANES, Micrometre, PwmCode};
 
 /// A board as the control loop sees it.

@@ -176,7 +176,7 @@ impl Lane {
 impl Rails {
     /// Holds `power` to what can be driven, and names what could not.
     fn limit(&self, power: &mut Watt, resistance: Ohm, limits: &mut Limits) -> Volt {
-        if !(power.0 > 0.0) {
+        if power.0 <= 0.0 {
             if power.0 < self.least_power {
                 limits.insert(Limit::Cooling);
             }

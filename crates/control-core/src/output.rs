@@ -22,19 +22,15 @@ pub(crate) fn highest_code(bound: Volt) -> u16 {
 impl Rounding {
     /// The code for `drive`, at least 0 V; 0 V is code 0.
     pub(crate) fn code(&mut self, drive: Volt, highest: u16) -> PwmCode {
-        if !(drive.0 > 0.0) {
-            self.0 = 0.0;
-            return PwmCode(0);
-        }
         let counts = drive.0 * COUNTS + self.0;
         // The cast saturates, and takes NaN to 0.
         let code = (counts + 0.5) as u32;
-        if code > u32::from(highest) {
-            self.0 = 0.0;
-            return PwmCode(highest);
+        if drive.0 > 0.0 && code <= u32::from(highest) {
+            self.0 = counts - code as f32;
+            return PwmCode(code as u16);
         }
-        self.0 = counts - code as f32;
-        PwmCode(code as u16)
+        self.0 = 0.0;
+        PwmCode(if drive.0 > 0.0 { highest } else { 0 })
     }
 }
 

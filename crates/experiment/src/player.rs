@@ -157,6 +157,7 @@ mod tests {
             offset,
             amplitude,
             cycles,
+            ends_off: false,
         }
     }
 

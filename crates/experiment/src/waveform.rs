@@ -9,7 +9,7 @@ pub const POINTS: usize = 512;
 /// A table's point of this size is one amplitude away from the offset.
 pub const FULL_SCALE: i16 = i16::MAX;
 
-/// Setpoints over time: `offset + amplitude * shape`, for so many cycles, and then its last value.
+/// Setpoints over time: `offset + amplitude * shape`, for so many cycles.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Waveform {
     /// What is moved.
@@ -22,6 +22,8 @@ pub struct Waveform {
     pub amplitude: f32,
     /// How often the shape is gone through, at least once.
     pub cycles: u32,
+    /// Whether all channels are off after it, or stay where it ends.
+    pub ends_off: bool,
 }
 
 /// What a waveform moves.

@@ -20,7 +20,7 @@ pub use experiment::{Flaw, POINTS, Quantity, Shape, Stream, Table, Waveform};
 pub use identity::{Hello, Identity, Text};
 pub use messages::{
     CHUNK_POINTS, CalibrationChunk, CalibrationInfo, CalibrationRefusal, Chunk, Commanded, Drives,
-    Play, Points, Position, Refusal, Sentence, Status, Streaming, Telemetry,
+    Kept, Play, Points, Position, Refusal, Sentence, Status, Streaming, Telemetry,
 };
 
 /// The version of everything in this crate but the greeting. Raised with every change on the wire.
@@ -40,6 +40,10 @@ pub mod usb {
     pub const PRODUCT_ID: u16 = 0x0001;
     /// Product string.
     pub const PRODUCT: &str = "Electrothermal mirror driver";
+    /// The microcontroller's own bootloader, which is in its ROM: vendor id of ST.
+    pub const BOOTLOADER_VENDOR_ID: u16 = 0x0483;
+    /// Product id of the bootloader.
+    pub const BOOTLOADER_PRODUCT_ID: u16 = 0xdf11;
     /// Manufacturer string.
     pub const MANUFACTURER: &str = "mirror-driver";
 }

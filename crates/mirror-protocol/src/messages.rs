@@ -139,6 +139,20 @@ pub struct CalibrationChunk {
     pub bytes: Chunk,
 }
 
+/// Whether the board keeps the calibration in use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Kept {
+    /// Yes: it comes up again after a reset or a power cut.
+    Yes,
+    /// It is the factory's, since none was ever stored.
+    Factory,
+    /// It is the factory's, since what was stored is bad.
+    FactoryAsStoredIsBad,
+    /// No: the flash did not take it, and a reset forgets it.
+    No,
+}
+
 /// The calibration in use.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct CalibrationInfo {
@@ -152,6 +166,8 @@ pub struct CalibrationInfo {
     pub max_position_um: f32,
     /// Highest drive that it allows.
     pub max_drive_v: f32,
+    /// Whether the board keeps it.
+    pub kept: Kept,
 }
 
 /// A sentence.

@@ -1,6 +1,8 @@
 //! NOR flash with the rules of the STM32G474 (RM0440, section 5): pages of 2 KB are erased whole,
 //! double words of 8 bytes are written once, and the power can go in the middle of either.
 
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read,
     check_write,
@@ -174,6 +176,51 @@ impl SimulatedFlash {
         }
         self.is_unsound[words].fill(true);
         Err(FlashError::PowerOff)
+    }
+}
+
+/// A flash that a test keeps hold of while a board uses it.
+#[derive(Clone, Debug)]
+pub struct SharedFlash(Arc<Mutex<SimulatedFlash>>);
+
+impl SharedFlash {
+    /// Shares `flash`.
+    pub fn new(flash: SimulatedFlash) -> Self {
+        Self(Arc::new(Mutex::new(flash)))
+    }
+
+    /// The flash, for this moment.
+    pub fn lock(&self) -> MutexGuard<'_, SimulatedFlash> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl ErrorType for SharedFlash {
+    type Error = FlashError;
+}
+
+impl ReadNorFlash for SharedFlash {
+    const READ_SIZE: usize = SimulatedFlash::READ_SIZE;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
+        self.lock().read(offset, bytes)
+    }
+
+    fn capacity(&self) -> usize {
+        self.lock().capacity()
+    }
+}
+
+impl NorFlash for SharedFlash {
+    const WRITE_SIZE: usize = SimulatedFlash::WRITE_SIZE;
+    const ERASE_SIZE: usize = SimulatedFlash::ERASE_SIZE;
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
+        self.lock().write(offset, bytes)
+    }
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
+        self.lock().erase(from, to)
     }
 }
 

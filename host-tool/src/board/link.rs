@@ -4,11 +4,11 @@ use std::time::Duration;
 
 use control_core::Calibration;
 use mirror_protocol::{
-    CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal,
+    CHUNK_POINTS, CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal,
     CalibrationUseEndpoint, CalibrationWriteEndpoint, Chunk, CommandReply, Commanded, Drives,
-    ERROR_PATH, Hello, HelloEndpoint, Identity, OffEndpoint, PROTOCOL_VERSION, Position, Refusal,
-    SetDriveEndpoint, SetPositionEndpoint, Status, StatusEndpoint, Stream, StreamEndpoint,
-    Telemetry, TelemetryTopic, WireError,
+    ERROR_PATH, Hello, HelloEndpoint, Identity, LoadPointsEndpoint, OffEndpoint, PROTOCOL_VERSION,
+    Play, PlayEndpoint, Points, Position, Refusal, SetDriveEndpoint, SetPositionEndpoint, Shape,
+    Status, StatusEndpoint, Stream, StreamEndpoint, Telemetry, TelemetryTopic, WireError,
 };
 use postcard_rpc::Endpoint;
 use postcard_rpc::header::VarSeqKind;
@@ -195,11 +195,7 @@ impl Board {
     /// Where the board does not answer, or refuses.
     pub async fn stream(&self, period_ticks: u16, count: u32) -> Result<Samples, ToolError> {
         let request = "send samples";
-        let subscription = self
-            .client
-            .subscribe_multi::<TelemetryTopic>(QUEUED_SAMPLES)
-            .await
-            .map_err(|_| ToolError::LinkLost { request })?;
+        let subscription = self.subscribe(request).await?;
         let stream = Stream {
             period_ticks,
             count,
@@ -213,6 +209,61 @@ impl Board {
             first_tick,
             period,
         })
+    }
+
+    /// Puts points into the board's table, in shares of a waveform's amplitude.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or has no room for them.
+    pub async fn load_points(&self, points: &[i16]) -> Result<(), ToolError> {
+        let request = "take the points of a waveform";
+        for (index, chunk) in points.chunks(CHUNK_POINTS).enumerate() {
+            let message = Points {
+                first: (index * CHUNK_POINTS) as u16,
+                points: chunk.iter().copied().collect(),
+            };
+            let reply = ask::<LoadPointsEndpoint>(&self.client, request, &message).await?;
+            self.granted(request, reply)?;
+        }
+        Ok(())
+    }
+
+    /// Plays a waveform, and returns its samples with the first tick in which it is driven.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or refuses.
+    pub async fn play(&self, play: &Play) -> Result<(Samples, u32), ToolError> {
+        let request = "play a waveform";
+        let subscription = self.subscribe(request).await?;
+        let reply = ask::<PlayEndpoint>(&self.client, request, play).await?;
+        let first_tick = self.granted(request, reply)?.first_tick;
+        let samples = Samples {
+            subscription,
+            first_tick,
+            period: self.longest_pause(play),
+        };
+        Ok((samples, first_tick.wrapping_add(1)))
+    }
+
+    /// Longest time between two samples: a stream that slows down reaches that part of the whole.
+    fn longest_pause(&self, play: &Play) -> Duration {
+        let period = self.span(0, play.stream.period_ticks.into()).s;
+        let slowed = match (play.stream.slowing, play.waveform.shape) {
+            (0, _) => 0.0,
+            (slowing, Shape::Steps(table)) => {
+                self.span(0, table.dwell_ticks).s * f64::from(table.points) / f64::from(slowing)
+            }
+            (_, _) => 0.0,
+        };
+        Duration::from_secs_f64(period.max(slowed))
+    }
+
+    async fn subscribe(&self, request: Request) -> Result<MultiSubscription<Telemetry>, ToolError> {
+        let subscribed = self
+            .client
+            .subscribe_multi::<TelemetryTopic>(QUEUED_SAMPLES)
+            .await;
+        subscribed.map_err(|_| ToolError::LinkLost { request })
     }
 
     /// Ends the stream.

@@ -1,7 +1,9 @@
 //! The commands, one file each.
 
+mod doctor;
 mod lab;
 mod list;
+mod measure;
 mod moving;
 mod record;
 mod set_drive;
@@ -30,6 +32,7 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
     let open = async || Board::open(&choose(arguments.board.as_deref())?).await;
     match arguments.command {
         Command::List => list::run(json).await,
+        Command::Doctor => doctor::run(json).await,
         Command::Status => status::run(&open().await?, json).await,
         Command::SetZ { z, settle } => set_z::run(&open().await?, z, settle, json).await,
         Command::SetDrive { drives, settle } => {
@@ -46,6 +49,7 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             let file = NewFile::create(output, force)?;
             record::run(&open().await?, file, duration, period, json).await
         }
+        Command::Measure(measure) => measure::run(&open().await?, measure, json).await,
         Command::Fit { lab, output } => lab::fit(&lab, output, json),
         Command::Compare { lab, picture } => lab::compare(&lab, picture, json),
         Command::Diagnose { lab, effect } => lab::diagnose(&lab, &effect, json),

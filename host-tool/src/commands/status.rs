@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use mirror_protocol::{Identity, Status};
+use mirror_protocol::{CalibrationInfo, Identity, Kept, Status};
 use serde::Serialize;
 
 use crate::board::Board;
@@ -13,6 +13,7 @@ use crate::report::{self, decimal};
 #[derive(Serialize)]
 struct StatusReport {
     identity: Identity,
+    calibration: CalibrationInfo,
     up_s: f64,
     #[serde(flatten)]
     readings: Readings,
@@ -24,15 +25,18 @@ struct StatusReport {
 
 pub(super) async fn run(board: &Board, json: bool) -> Result<(), ToolError> {
     let status = board.status().await?;
-    report::print(&StatusReport::new(board.identity().clone(), &status), json);
+    let calibration = board.calibration().await?;
+    let report = StatusReport::new(board.identity().clone(), calibration, &status);
+    report::print(&report, json);
     Ok(())
 }
 
 impl StatusReport {
-    fn new(identity: Identity, status: &Status) -> Self {
+    fn new(identity: Identity, calibration: CalibrationInfo, status: &Status) -> Self {
         Self {
             up_s: f64::from(status.telemetry.tick) / f64::from(identity.tick_hz),
             identity,
+            calibration,
             readings: Readings::mean(&[status.telemetry]),
             limited_by: limit_names(status.telemetry.limits),
             max_position_um: decimal(status.max_position_um),
@@ -52,6 +56,9 @@ impl fmt::Display for StatusReport {
             identity.firmware_version, identity.build, identity.protocol_version, identity.tick_hz
         )?;
         writeln!(f, "up         {:.1} s", self.up_s)?;
+        let CalibrationInfo { device, date, .. } = &self.calibration;
+        let kept = kept_words(self.calibration.kept);
+        writeln!(f, "calibrated {device} {date}, {kept}")?;
         writeln!(
             f,
             "range      0 to {:.1} um, 0 to {:.2} V",
@@ -63,6 +70,17 @@ impl fmt::Display for StatusReport {
             writeln!(f, "dropped    {} samples since start", self.dropped_samples)?;
         }
         Ok(())
+    }
+}
+
+fn kept_words(kept: Kept) -> &'static str {
+    match kept {
+        Kept::Yes => "kept in flash",
+        Kept::Factory => "as the factory left it",
+        Kept::FactoryAsStoredIsBad => {
+            "the factory's, since the stored one is bad: calibrate the board again"
+        }
+        Kept::No => "not kept: a reset forgets it; its flash did not take it",
     }
 }
 
@@ -82,6 +100,14 @@ mod tests {
             is_emulated: false,
             tick_hz: 10_000,
         };
+        let calibration = CalibrationInfo {
+            device: text("mirror 7"),
+            date: text("2026-11-21"),
+            model_hash: 7,
+            max_position_um: 173.7,
+            max_drive_v: 3.5,
+            kept: Kept::Yes,
+        };
         let status = Status {
             telemetry: Telemetry {
                 tick: 123_456,
@@ -91,12 +117,13 @@ mod tests {
                 limits: 0,
                 sensor_z_um: None,
             },
+            limits_since_command: 0,
             max_position_um: 173.7,
             max_drive_v: 3.5,
             dropped_samples: 7,
         };
         assert_eq!(
-            StatusReport::new(identity, &status).to_string(),
+            StatusReport::new(identity, calibration, &status).to_string(),
             include_str!("../../tests/golden/status.txt")
         );
     }

@@ -14,3 +14,8 @@ unsafe impl defmt::Logger for Nowhere {
 }
 
 defmt::timestamp!("{=u64:us}", embassy_time::Instant::now().as_micros());
+
+#[defmt::panic_handler]
+fn panic() -> ! {
+    core::panic!("the firmware panicked")
+}

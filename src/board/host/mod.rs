@@ -3,6 +3,7 @@
 //! Its time is the count of control ticks, and its own in every thread, so that many such boards can
 //! run beside each other without a clock.
 
+pub mod flash;
 pub mod link;
 mod log;
 mod time;

@@ -5,6 +5,7 @@
 //! registers are not modelled; hence these few drivers.
 
 mod exit;
+pub mod flash;
 pub mod link;
 mod plant;
 mod time;

@@ -3,6 +3,7 @@
 //! Pins, shunts and filters are explained in `docs/board.md`.
 
 mod converters;
+pub mod flash;
 pub mod link;
 mod stop;
 
