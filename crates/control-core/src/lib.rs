@@ -38,7 +38,7 @@ pub mod table;
 pub mod units;
 
 pub use calibration::{Calibration, CalibrationError, LaneCalibration};
-pub use codes::{AdcCode, PwmCode};
+pub use codes::{AdcCode, PwmCode, SupplyCode};
 pub use controller::{Controller, Setpoint, Step};
 pub use lag::TICK;
 pub use limits::{Limit, Limits};

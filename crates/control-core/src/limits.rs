@@ -16,24 +16,27 @@ pub enum Limit {
     DriveHigh = 3,
     /// The command was not a number; it is taken as rest.
     NotANumber = 4,
+    /// The lease of the last command ended without renewal, so all channels ramped to zero.
+    LeaseLapsed = 5,
     /// The position would be reached in time only with more power than is allowed.
-    PowerHigh = 5,
+    PowerHigh = 6,
     /// The position would be hotter than is allowed.
-    TemperatureHigh = 6,
+    TemperatureHigh = 7,
     /// The mirror cools no faster, and nothing but time does it.
-    Cooling = 7,
+    Cooling = 8,
     /// What a current tells of its heater's resistance is implausible; the calibration's is used.
-    ResistanceUnknown = 8,
+    ResistanceUnknown = 9,
 }
 
 impl Limit {
     /// Every limit, in the order of its bit.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::PositionLow,
         Self::PositionHigh,
         Self::DriveLow,
         Self::DriveHigh,
         Self::NotANumber,
+        Self::LeaseLapsed,
         Self::PowerHigh,
         Self::TemperatureHigh,
         Self::Cooling,
@@ -48,6 +51,7 @@ impl Limit {
             Self::DriveLow => "drive-low",
             Self::DriveHigh => "drive-high",
             Self::NotANumber => "not-a-number",
+            Self::LeaseLapsed => "lease-lapsed",
             Self::PowerHigh => "power-high",
             Self::TemperatureHigh => "temperature-high",
             Self::Cooling => "cooling",
@@ -114,8 +118,8 @@ impl Limits {
         }
     }
 
-    /// Notes that `limit` acted.
-    pub(crate) fn insert(&mut self, limit: Limit) {
+    /// Adds `limit` to those that acted.
+    pub fn insert(&mut self, limit: Limit) {
         self.0 |= 1 << limit as u16;
     }
 }
@@ -145,7 +149,7 @@ mod tests {
 
     #[test]
     fn bits_return_to_the_same_set() {
-        for bits in 0..512 {
+        for bits in 0..1024 {
             assert_eq!(Limits::from_bits(bits).bits(), bits);
         }
         assert_eq!(Limits::from_bits(0xffff).iter().count(), Limit::ALL.len());
