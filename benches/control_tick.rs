@@ -8,7 +8,8 @@
 use core::hint::black_box;
 
 use control_core::{
-    AdcCode, Ampere, Calibration, Controller, LANES, Micrometre, PwmCode, Setpoint, Volt,
+    AdcCode, Ampere, Calibration, Controller, LANES, Micrometre, PwmCode, Setpoint, SupplyCode,
+    Volt,
 };
 use cortex_m::Peripherals;
 use cortex_m::peripheral::SYST;
@@ -16,11 +17,15 @@ use cortex_m::peripheral::syst::SystClkSource;
 use mirror_firmware::board::Sensed;
 use mirror_firmware::control::Control;
 use mirror_firmware::factory;
-use mirror_firmware::mailbox::MAILBOX;
+use mirror_firmware::mailbox::{MAILBOX, Order};
+use mirror_protocol::ChannelState;
+use protection::{Lease, Protection, Reading};
 use semihosting::process::ExitCode;
 use static_cell::StaticCell;
 
 const REPETITIONS: u32 = 1000;
+/// The heaters are checked and the mirror stands after so many ticks.
+const TICKS_TO_SETTLE: u32 = 50_000;
 /// Counts of SysTick in 5 instructions.
 const COUNTS_PER_5_INSTRUCTIONS: u32 = 8;
 const SYSTICK_TOP: u32 = 0x00ff_ffff;
@@ -62,17 +67,46 @@ fn main() -> ! {
 
     static CALIBRATION: StaticCell<Calibration> = StaticCell::new();
     let calibration = CALIBRATION.init(factory::calibration());
+    let mut protection = Protection::new(calibration.lanes());
     let mut control = Control::new(Controller::new(calibration), &MAILBOX);
-    MAILBOX.post(z);
-    let sensed = Sensed {
-        currents: [AdcCode(29_884); LANES],
-        sensor_z: None,
-    };
-    report("whole tick: mailbox, step, telemetry", || {
+    MAILBOX.post(Order::Drive(z, Lease::FOREVER));
+    let mut sensed = Sensed::default();
+    for _ in 0..TICKS_TO_SETTLE {
+        sensed = heaters(control.tick(sensed));
+    }
+    report("whole tick: mailbox, protection, step, telemetry", || {
         black_box(control.tick(black_box(sensed)));
+    });
+    if MAILBOX.latest().states != [ChannelState::Driving; LANES] {
+        defmt::error!("what was counted is no drive");
+        ExitCode::FAILURE.exit_process()
+    }
+
+    let reading = Reading {
+        codes: sensed.currents,
+        currents: sensed.currents.map(AdcCode::current),
+        supply: sensed.supply,
+        missed_ticks: 0,
+    };
+    let _ = protection.command(Lease::FOREVER);
+    report("protection alone", || {
+        black_box(protection.tick(
+            black_box(z),
+            black_box([Volt(2.742); LANES]),
+            black_box(&reading),
+        ));
     });
 
     ExitCode::SUCCESS.exit_process()
+}
+
+/// What heaters of 481 ohm make of these codes.
+fn heaters(codes: [PwmCode; LANES]) -> Sensed {
+    Sensed {
+        currents: codes.map(|code| AdcCode((code.drive().0 / 481.0 / 12.5e-3 * 65536.0) as u16)),
+        supply: SupplyCode::from_millivolt(5000),
+        ..Sensed::default()
+    }
 }
 
 fn report(name: &str, mut tick: impl FnMut()) {

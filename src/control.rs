@@ -1,11 +1,13 @@
 //! The control tick: converter codes in, PWM codes out.
 
-use control_core::{Controller, LANES, Micrometre, PwmCode, Setpoint, Volt};
+use control_core::{Controller, LANES, Limit, Micrometre, PwmCode, Setpoint, SupplyCode, Volt};
 use experiment::{Mean, Pacer, Player, Quantity, Stream};
-use mirror_protocol::{Commanded, Telemetry};
+use mirror_protocol::{ChannelState, Commanded, Health, LEASE_FOREVER_MS, Telemetry};
+use protection::{Denied, Lease, Protection, Reading};
 
 use crate::board::{Board, Sensed};
-use crate::mailbox::Mailbox;
+use crate::mailbox::{Mailbox, Order};
+use crate::{TICK_HZ, TICKS_PER_MS};
 
 /// Runs the control loop on `board`, a tick at a time, for ever.
 pub async fn run(mut board: impl Board, mut control: Control) -> ! {
@@ -16,16 +18,25 @@ pub async fn run(mut board: impl Board, mut control: Control) -> ! {
     }
 }
 
+/// Leases up to this one, 100 ms, are those of a host that renews all the time.
+const SHORT_LEASE_TICKS: u32 = TICK_HZ / 10;
+
 /// The state from one tick to the next.
 pub struct Control {
     controller: Controller<'static>,
+    protection: Protection,
     mailbox: &'static Mailbox,
     setpoint: Setpoint,
     player: Option<Player>,
+    /// The stream of a waveform that has not begun.
+    awaited: Option<Stream>,
+    /// An order has been taken and not been confirmed.
+    is_unconfirmed: bool,
     applied: [PwmCode; LANES],
     /// Whether the codes of `applied` came with another setpoint than those before.
     stepped: bool,
     tick: u32,
+    missed_ticks: u32,
     stream: Pacer,
     mean: Mean<MEASURED>,
 }
@@ -37,13 +48,17 @@ impl Control {
     /// A loop that starts with all channels off.
     pub fn new(controller: Controller<'static>, mailbox: &'static Mailbox) -> Self {
         Self {
+            protection: Protection::new(controller.calibration().lanes()),
             controller,
             mailbox,
             setpoint: Setpoint::Off,
             player: None,
+            awaited: None,
+            is_unconfirmed: false,
             applied: [PwmCode(0); LANES],
             stepped: false,
             tick: 0,
+            missed_ticks: 0,
             stream: Pacer::default(),
             mean: Mean::default(),
         }
@@ -52,20 +67,31 @@ impl Control {
     /// One tick: `sensed` are the codes read while the codes of the last tick were driven; the
     /// result is driven next.
     pub fn tick(&mut self, sensed: Sensed) -> [PwmCode; LANES] {
+        self.count(sensed.missed_ticks);
         if let Some(calibration) = self.mailbox.take_calibration() {
             // Drives computed under another calibration mean nothing.
-            self.setpoint = Setpoint::Off;
-            self.player = None;
+            self.follow(Setpoint::Off);
+            self.protection.recalibrate(calibration.lanes());
             let before = self.controller.exchange(calibration);
             self.mailbox.return_calibration(before);
         }
-        let command = self.mailbox.take_command();
         let last = self.setpoint;
-        self.follow(command);
+        self.take_orders();
+        self.play();
 
         let applied = self.applied.map(PwmCode::drive);
         let currents = sensed.currents.map(|code| code.current());
-        let step = self.controller.step(self.setpoint, applied, currents);
+        let reading = Reading {
+            codes: sensed.currents,
+            currents,
+            supply: sensed.supply,
+            missed_ticks: sensed.missed_ticks,
+        };
+        let allowed = self.protection.tick(self.setpoint, applied, &reading);
+        let mut step = self.controller.step(allowed, applied, currents);
+        if self.protection.has_lapsed() {
+            step.limits.insert(Limit::LeaseLapsed);
+        }
         let codes = step.drives.map(PwmCode::nearest);
 
         let telemetry = Telemetry {
@@ -76,24 +102,116 @@ impl Control {
                 .sense
                 .map(|lane| lane.map(|lane| lane.temperature_rise.0)),
             limits: step.limits.bits(),
+            states: self
+                .protection
+                .states(step.drives, step.limits)
+                .map(wire_state),
             sensor_z_um: sensed.sensor_z.map(|z| z.0),
         };
-        self.report(command.is_some(), codes, telemetry);
+        self.answer(codes, &telemetry);
+        self.report(telemetry, sensed.supply);
         self.applied = codes;
         self.stepped = self.setpoint != last;
         self.tick = self.tick.wrapping_add(1);
         codes
     }
 
-    fn report(&mut self, commanded: bool, codes: [PwmCode; LANES], telemetry: Telemetry) {
-        self.mailbox.publish(telemetry);
-        if commanded {
-            self.mailbox.confirm(Commanded {
+    fn count(&mut self, missed_ticks: u16) {
+        self.missed_ticks = self.missed_ticks.wrapping_add(missed_ticks.into());
+        self.tick = self.tick.wrapping_add(missed_ticks.into());
+    }
+
+    /// Takes what came since the last tick, as far as the protection lets it.
+    fn take_orders(&mut self) {
+        if let Some((player, stream, lease)) = self.mailbox.take_play() {
+            match self.protection.command(lease) {
+                Ok(()) => {
+                    // Until the heaters are checked.
+                    self.follow(Setpoint::Drive([Volt(0.0); LANES]));
+                    (self.player, self.awaited) = (Some(player), Some(stream));
+                }
+                Err(denied) => self.mailbox.deny_play(denied),
+            }
+        }
+        if let Some(order) = self.mailbox.take_order() {
+            match self.take(order) {
+                Ok(()) => self.is_unconfirmed = true,
+                Err(denied) => self.mailbox.confirm(Err(denied)),
+            }
+        }
+    }
+
+    fn take(&mut self, order: Order) -> Result<(), Denied> {
+        match order {
+            Order::Drive(setpoint, lease) => {
+                self.protection.command(lease)?;
+                self.follow(setpoint);
+            }
+            Order::Renew(lease) => self.protection.renew(lease)?,
+            Order::Off => self.follow(Setpoint::Off),
+            Order::Clear => {
+                self.protection.clear();
+                self.follow(Setpoint::Off);
+            }
+        }
+        Ok(())
+    }
+
+    /// Wants `setpoint` from now on, and no waveform.
+    fn follow(&mut self, setpoint: Setpoint) {
+        self.setpoint = setpoint;
+        self.player = None;
+        self.awaited = None;
+    }
+
+    /// The waveform's next value, where one plays.
+    fn play(&mut self) {
+        let Some(player) = &mut self.player else {
+            return;
+        };
+        if self.protection.is_starting() {
+            return;
+        }
+        if player.is_over() && player.waveform().ends_off {
+            self.follow(Setpoint::Off);
+            return;
+        }
+        let value = player.next(|index| self.mailbox.point(index));
+        self.setpoint = setpoint(player.waveform().quantity, value);
+        if let Some(stream) = self.awaited.take() {
+            self.begin_stream(stream);
+        }
+    }
+
+    /// Answers orders that have been carried out, or can no longer be.
+    fn answer(&mut self, codes: [PwmCode; LANES], telemetry: &Telemetry) {
+        let denied = self.protection.first_cause().map(Denied::Tripped);
+        if let Some(denied) = denied.filter(|_| self.awaited.is_some()) {
+            self.follow(Setpoint::Off);
+            self.mailbox.deny_play(denied);
+        }
+        if self.is_unconfirmed && !self.protection.is_starting() {
+            self.is_unconfirmed = false;
+            let done = Commanded {
                 tick: telemetry.tick,
                 drive_v: codes.map(|code| code.drive().0),
                 limits: telemetry.limits,
-            });
+            };
+            // Turning off, and forgetting faults, is done whatever has tripped.
+            let denied = denied.filter(|_| self.setpoint != Setpoint::Off);
+            self.mailbox.confirm(denied.map_or(Ok(done), Err));
         }
+    }
+
+    fn report(&mut self, telemetry: Telemetry, supply: SupplyCode) {
+        let health = Health {
+            lease_left_ms: self.protection.lease().map(lease_ms),
+            supply_v: supply.voltage().0,
+            missed_ticks: self.missed_ticks,
+        };
+        let short = Lease::ticks(SHORT_LEASE_TICKS);
+        let about_to_lapse = self.protection.is_about_to_lapse(short);
+        self.mailbox.publish(telemetry, health, about_to_lapse);
         if let Some(stream) = self.mailbox.take_stream() {
             self.begin_stream(stream);
         }
@@ -118,29 +236,23 @@ impl Control {
         self.mean = Mean::default();
         self.mailbox.begin_stream(self.tick);
     }
+}
 
-    /// The setpoint of this tick: a new command's, else the waveform's, else the last one.
-    fn follow(&mut self, command: Option<Setpoint>) {
-        if let Some((player, stream)) = self.mailbox.take_play() {
-            self.player = Some(player);
-            self.begin_stream(stream);
-        }
-        if let Some(setpoint) = command {
-            self.player = None;
-            self.setpoint = setpoint;
-        }
-        match &mut self.player {
-            Some(player) if player.is_over() && player.waveform().ends_off => {
-                self.player = None;
-                self.setpoint = Setpoint::Off;
-            }
-            Some(player) => {
-                let value = player.next(|index| self.mailbox.point(index));
-                self.setpoint = setpoint(player.waveform().quantity, value);
-            }
-            None => {}
-        }
+fn wire_state(state: protection::ChannelState) -> ChannelState {
+    match state {
+        protection::ChannelState::Off => ChannelState::Off,
+        protection::ChannelState::Starting => ChannelState::Starting,
+        protection::ChannelState::Ready => ChannelState::Ready,
+        protection::ChannelState::Driving => ChannelState::Driving,
+        protection::ChannelState::Limited => ChannelState::Limited,
+        protection::ChannelState::Tripped(fault) => ChannelState::Tripped(fault.code()),
     }
+}
+
+fn lease_ms(lease: Lease) -> u32 {
+    lease
+        .remaining()
+        .map_or(LEASE_FOREVER_MS, |ticks| ticks / TICKS_PER_MS)
 }
 
 fn setpoint(quantity: Quantity, value: f32) -> Setpoint {

@@ -6,7 +6,7 @@
 //! board/*/link   bytes <-> frames                  (USB, or the emulator's UART)
 //! rpc            frames <-> commands and answers   (postcard-rpc)
 //! calibration    an uploaded calibration, whole and checked
-//! mailbox        the setpoint, and what the last tick did
+//! mailbox        orders, and what the last tick did
 //! control        one tick: converter codes in, PWM codes out (control-core decides)
 //! board/*        registers
 //! ```
@@ -34,6 +34,9 @@ compile_error!("choose one board: `board-stm32g474`, `board-mps2` or `board-host
 
 /// Control ticks a second, on every board.
 pub const TICK_HZ: u32 = 10_000;
+
+/// Control ticks in a millisecond.
+pub const TICKS_PER_MS: u32 = TICK_HZ / 1000;
 
 /// The calibration that a board has before it has been given its own: the inverse of the
 /// `reconciled` preset of the model, tabulated by the build script.

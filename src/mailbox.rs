@@ -1,18 +1,19 @@
 //! What the control loop and the link leave for each other.
 //!
-//! The two run independently, on some boards at different priorities. A command waits here for the
+//! The two run independently, on some boards at different priorities. An order waits here for the
 //! next tick, and the tick leaves here what it did.
 
 use core::cell::Cell;
 
-use control_core::{Calibration, Setpoint};
+use control_core::{Calibration, LANES, Setpoint};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, with_timeout};
 use experiment::{POINTS, Player};
-use mirror_protocol::{Commanded, Stream, Telemetry};
+use mirror_protocol::{ChannelState, Commanded, Health, Stream, Telemetry};
+use protection::{Denied, Lease};
 
 /// A tick lasts 100 us; a loop that has not answered after this long has stopped.
 const TICK_TIMEOUT: Duration = Duration::from_millis(50);
@@ -22,24 +23,47 @@ const QUEUED_SAMPLES: usize = 16;
 
 type Shared<T> = Mutex<CriticalSectionRawMutex, Cell<T>>;
 
+/// What the link wants of the next tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Order {
+    /// Drive like this, under this lease.
+    Drive(Setpoint, Lease),
+    /// Turn all channels off.
+    Off,
+    /// Go on for at least so long.
+    Renew(Lease),
+    /// Forget the faults.
+    Clear,
+}
+
+/// Why an order was not carried out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Failure {
+    /// The control loop did not run.
+    ControlStopped,
+    /// The protection did not let it.
+    Denied(Denied),
+}
+
+/// A waveform to play: with its stream of samples, under a lease.
+pub(crate) type Play = (Player, Stream, Lease);
+
 /// The meeting place.
 pub struct Mailbox {
-    command: Shared<Option<Setpoint>>,
-    play: Shared<Option<(Player, Stream)>>,
+    order: Shared<Option<Order>>,
+    play: Shared<Option<Play>>,
     points: Mutex<CriticalSectionRawMutex, [Cell<i16>; POINTS]>,
     stream: Shared<Option<Stream>>,
     calibration: Shared<Option<&'static mut Calibration>>,
     calibration_before: Signal<CriticalSectionRawMutex, &'static mut Calibration>,
-    commanded: Signal<CriticalSectionRawMutex, Commanded>,
-    streaming: Signal<CriticalSectionRawMutex, u32>,
+    commanded: Signal<CriticalSectionRawMutex, Result<Commanded, Denied>>,
+    streaming: Signal<CriticalSectionRawMutex, Result<u32, Denied>>,
     latest: Shared<Telemetry>,
+    health: Shared<Health>,
+    about_to_lapse: Shared<bool>,
     samples: Channel<CriticalSectionRawMutex, Telemetry, QUEUED_SAMPLES>,
     dropped: Shared<u32>,
 }
-
-/// The control loop did not run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ControlStopped;
 
 /// The one mailbox of the image.
 pub static MAILBOX: Mailbox = Mailbox::new();
@@ -54,7 +78,7 @@ impl Mailbox {
     /// A mailbox that nobody has used. A board has one, [`MAILBOX`].
     pub const fn new() -> Self {
         Self {
-            command: Mutex::new(Cell::new(None)),
+            order: Mutex::new(Cell::new(None)),
             play: Mutex::new(Cell::new(None)),
             points: Mutex::new([const { Cell::new(0) }; POINTS]),
             stream: Mutex::new(Cell::new(None)),
@@ -68,31 +92,41 @@ impl Mailbox {
                 current_a: [0.0; 4],
                 temperature_k: [None; 4],
                 limits: 0,
+                states: [ChannelState::Off; LANES],
                 sensor_z_um: None,
             })),
+            health: Mutex::new(Cell::new(Health {
+                lease_left_ms: None,
+                supply_v: 0.0,
+                missed_ticks: 0,
+            })),
+            about_to_lapse: Mutex::new(Cell::new(false)),
             samples: Channel::new(),
             dropped: Mutex::new(Cell::new(0)),
         }
     }
 
-    /// Link side: has the next tick carry out `setpoint`.
-    pub fn post(&self, setpoint: Setpoint) {
-        self.command.lock(|command| command.set(Some(setpoint)));
+    /// Link side: has the next tick carry out `order`.
+    pub fn post(&self, order: Order) {
+        self.order.lock(|slot| slot.set(Some(order)));
     }
 
-    /// Link side: has the next tick carry out `setpoint`, and waits until it has.
+    /// Link side: has the next tick carry out `order`, and waits until it has: for as long as the
+    /// heaters are checked, where they must be.
     ///
     /// # Errors
-    /// Where no tick came.
-    pub async fn command(&self, setpoint: Setpoint) -> Result<Commanded, ControlStopped> {
+    /// Where no tick came, or the protection denied it.
+    pub async fn order(&self, order: Order) -> Result<Commanded, Failure> {
         self.commanded.reset();
-        self.post(setpoint);
-        let confirmed = with_timeout(TICK_TIMEOUT, self.commanded.wait()).await;
-        confirmed.map_err(|_| {
-            // What was refused must not be carried out later.
-            self.take_command();
-            ControlStopped
-        })
+        self.post(order);
+        match with_timeout(TICK_TIMEOUT, self.commanded.wait()).await {
+            Ok(confirmed) => confirmed.map_err(Failure::Denied),
+            Err(_) => {
+                // What was refused must not be carried out later.
+                self.take_order();
+                Err(Failure::ControlStopped)
+            }
+        }
     }
 
     /// Link side: asks for a stream of samples in place of any earlier one, and waits for its first
@@ -100,31 +134,35 @@ impl Mailbox {
     ///
     /// # Errors
     /// Where no tick came.
-    pub async fn stream(&self, stream: Stream) -> Result<u32, ControlStopped> {
+    pub async fn stream(&self, stream: Stream) -> Result<u32, Failure> {
         self.streaming.reset();
         self.request_stream(stream);
         self.first_tick().await
     }
 
     /// Link side: has the next tick begin a waveform, and with it a stream of samples in place of
-    /// any earlier one; waits for that tick.
+    /// any earlier one; waits for the tick in which they begin, which comes after the check of the
+    /// heaters, where they must be checked.
     ///
     /// # Errors
-    /// Where no tick came.
-    pub async fn play(&self, player: Player, stream: Stream) -> Result<u32, ControlStopped> {
+    /// Where no tick came, or the protection denied it.
+    pub async fn play(&self, player: Player, stream: Stream, lease: Lease) -> Result<u32, Failure> {
         self.streaming.reset();
-        self.play.lock(|slot| slot.set(Some((player, stream))));
+        self.play
+            .lock(|slot| slot.set(Some((player, stream, lease))));
         self.first_tick().await
     }
 
-    async fn first_tick(&self) -> Result<u32, ControlStopped> {
-        let first_tick = with_timeout(TICK_TIMEOUT, self.streaming.wait()).await;
-        first_tick.map_err(|_| {
-            // What was refused must not begin later.
-            self.take_stream();
-            self.take_play();
-            ControlStopped
-        })
+    async fn first_tick(&self) -> Result<u32, Failure> {
+        match with_timeout(TICK_TIMEOUT, self.streaming.wait()).await {
+            Ok(first_tick) => first_tick.map_err(Failure::Denied),
+            Err(_) => {
+                // What was refused must not begin later.
+                self.take_stream();
+                self.take_play();
+                Err(Failure::ControlStopped)
+            }
+        }
     }
 
     /// Link side: has the next tick exchange the calibration, which turns all channels off, and waits for
@@ -165,6 +203,11 @@ impl Mailbox {
         self.latest.lock(Cell::get)
     }
 
+    /// Link side: how the board was at the most recent tick.
+    pub fn health(&self) -> Health {
+        self.health.lock(Cell::get)
+    }
+
     /// Link side: the next sample of the stream.
     pub async fn next_sample(&self) -> Telemetry {
         self.samples.receive().await
@@ -180,9 +223,15 @@ impl Mailbox {
         self.samples.is_full()
     }
 
-    /// Control side: a command that came since the last tick.
-    pub(crate) fn take_command(&self) -> Option<Setpoint> {
-        self.command.lock(Cell::take)
+    /// Whether the next tick ends a short lease, and no order waits that could renew it. An emulated
+    /// board gives the host some time then.
+    pub fn is_about_to_lapse(&self) -> bool {
+        self.about_to_lapse.lock(Cell::get) && self.order.lock(Cell::get).is_none()
+    }
+
+    /// Control side: an order that came since the last tick.
+    pub(crate) fn take_order(&self) -> Option<Order> {
+        self.order.lock(Cell::take)
     }
 
     /// Control side: a calibration that came since the last tick.
@@ -195,8 +244,8 @@ impl Mailbox {
         self.calibration_before.signal(before);
     }
 
-    /// Control side: a waveform that was asked for since the last tick, with its stream.
-    pub(crate) fn take_play(&self) -> Option<(Player, Stream)> {
+    /// Control side: a waveform that was asked for since the last tick, with its stream and lease.
+    pub(crate) fn take_play(&self) -> Option<Play> {
         self.play.lock(Cell::take)
     }
 
@@ -211,20 +260,27 @@ impl Mailbox {
         self.stream.lock(Cell::take)
     }
 
-    /// Control side: a command is carried out.
-    pub(crate) fn confirm(&self, commanded: Commanded) {
-        self.commanded.signal(commanded);
+    /// Control side: an order is carried out, or denied.
+    pub(crate) fn confirm(&self, confirmed: Result<Commanded, Denied>) {
+        self.commanded.signal(confirmed);
+    }
+
+    /// Control side: a waveform does not begin.
+    pub(crate) fn deny_play(&self, denied: Denied) {
+        self.streaming.signal(Err(denied));
     }
 
     /// Control side: a stream begins with this tick; samples of an earlier one are forgotten.
     pub(crate) fn begin_stream(&self, first_tick: u32) {
         self.samples.clear();
-        self.streaming.signal(first_tick);
+        self.streaming.signal(Ok(first_tick));
     }
 
     /// Control side: a tick is over.
-    pub(crate) fn publish(&self, telemetry: Telemetry) {
+    pub(crate) fn publish(&self, telemetry: Telemetry, health: Health, about_to_lapse: bool) {
         self.latest.lock(|latest| latest.set(telemetry));
+        self.health.lock(|slot| slot.set(health));
+        self.about_to_lapse.lock(|slot| slot.set(about_to_lapse));
     }
 
     /// Control side: a sample for the link, dropped and counted where the link is too slow.

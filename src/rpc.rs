@@ -7,22 +7,23 @@ use experiment::Player;
 use mirror_protocol::{
     CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal, CalibrationReply,
     CalibrationUseEndpoint, CalibrationUseReply, CalibrationWriteEndpoint, CalibrationWriteReply,
-    CommandReply, Drives, ENDPOINTS, Hello, HelloEndpoint, Identity, Kept, LoadPointsEndpoint,
-    LoadReply, MAX_FRAME_BYTES, OffEndpoint, PROTOCOL_VERSION, Play, PlayEndpoint, Points,
-    Position, Refusal, Sentence, SetDriveEndpoint, SetPositionEndpoint, Status, StatusEndpoint,
-    StatusReply, Stream, StreamEndpoint, StreamReply, Streaming, TOPICS_IN, TOPICS_OUT,
-    TelemetryTopic, Text,
+    ClearEndpoint, CommandReply, Drives, ENDPOINTS, Hello, HelloEndpoint, Identity, Kept,
+    LEASE_FOREVER_MS, LoadPointsEndpoint, LoadReply, MAX_FRAME_BYTES, OffEndpoint,
+    PROTOCOL_VERSION, Play, PlayEndpoint, Points, Position, Refusal, RenewEndpoint, Renewal,
+    Sentence, SetDriveEndpoint, SetPositionEndpoint, Status, StatusEndpoint, StatusReply, Stream,
+    StreamEndpoint, StreamReply, Streaming, TOPICS_IN, TOPICS_OUT, TelemetryTopic, Text,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarSeq};
 use postcard_rpc::server::{Dispatch, Sender, Server, WireRx};
+use protection::{Denied, Lease};
 use static_cell::ConstStaticCell;
 
-use crate::TICK_HZ;
 use crate::board::{Board, LinkTx};
 use crate::calibration::{Upload, UploadError};
 use crate::keeper::Keeper;
-use crate::mailbox::Mailbox;
+use crate::mailbox::{Failure, Mailbox, Order};
+use crate::{TICK_HZ, TICKS_PER_MS};
 
 /// What the endpoints know and remember.
 pub struct Session {
@@ -66,12 +67,9 @@ impl Session {
         }
     }
 
-    async fn command(&self, setpoint: Setpoint) -> CommandReply {
+    async fn order(&self, order: Order) -> CommandReply {
         self.check_version()?;
-        self.mailbox
-            .command(setpoint)
-            .await
-            .map_err(|_| Refusal::ControlStopped)
+        self.mailbox.order(order).await.map_err(refusal)
     }
 }
 
@@ -91,6 +89,8 @@ define_dispatch! {
         | SetPositionEndpoint | async    | set_position |
         | SetDriveEndpoint    | async    | set_drive    |
         | OffEndpoint         | async    | off          |
+        | RenewEndpoint       | async    | renew        |
+        | ClearEndpoint       | async    | clear        |
         | StreamEndpoint      | async    | stream       |
         | CalibrationEndpoint | blocking | calibration  |
         | CalibrationWriteEndpoint | blocking | write_calibration |
@@ -124,6 +124,7 @@ fn status(session: &mut Session, _header: VarHeader, (): ()) -> StatusReply {
     session.check_version()?;
     Ok(Status {
         telemetry: session.mailbox.latest(),
+        health: session.mailbox.health(),
         max_position_um: session.calibration.max_position_um,
         max_drive_v: session.calibration.max_drive_v,
         dropped_samples: session.mailbox.dropped_samples(),
@@ -136,27 +137,37 @@ async fn set_position(
     position: Position,
 ) -> CommandReply {
     check_numbers(&[position.z_um])?;
+    let setpoint = Setpoint::Position(Micrometre(position.z_um));
     session
-        .command(Setpoint::Position(Micrometre(position.z_um)))
+        .order(Order::Drive(setpoint, lease(position.lease_ms)))
         .await
 }
 
 async fn set_drive(session: &mut Session, _header: VarHeader, drives: Drives) -> CommandReply {
     check_numbers(&drives.drive_v)?;
+    let setpoint = Setpoint::Drive(drives.drive_v.map(Volt));
     session
-        .command(Setpoint::Drive(drives.drive_v.map(Volt)))
+        .order(Order::Drive(setpoint, lease(drives.lease_ms)))
         .await
 }
 
 async fn off(session: &mut Session, _header: VarHeader, (): ()) -> CommandReply {
-    session.command(Setpoint::Off).await
+    session.order(Order::Off).await
+}
+
+async fn renew(session: &mut Session, _header: VarHeader, renewal: Renewal) -> CommandReply {
+    session.order(Order::Renew(lease(renewal.lease_ms))).await
+}
+
+async fn clear(session: &mut Session, _header: VarHeader, (): ()) -> CommandReply {
+    session.order(Order::Clear).await
 }
 
 async fn stream(session: &mut Session, _header: VarHeader, stream: Stream) -> StreamReply {
     session.check_version()?;
     check_period(&stream)?;
     let first_tick = session.mailbox.stream(stream).await;
-    let first_tick = first_tick.map_err(|_| Refusal::ControlStopped)?;
+    let first_tick = first_tick.map_err(refusal)?;
     Ok(Streaming { first_tick })
 }
 
@@ -222,8 +233,9 @@ async fn play(session: &mut Session, _header: VarHeader, play: Play) -> StreamRe
     session.check_version()?;
     let player = Player::new(play.waveform, TICK_HZ).map_err(Refusal::Waveform)?;
     check_period(&play.stream)?;
-    let first_tick = session.mailbox.play(player, play.stream).await;
-    let first_tick = first_tick.map_err(|_| Refusal::ControlStopped)?;
+    let lease = lease(play.lease_ms);
+    let first_tick = session.mailbox.play(player, play.stream, lease).await;
+    let first_tick = first_tick.map_err(refusal)?;
     Ok(Streaming { first_tick })
 }
 
@@ -232,6 +244,24 @@ fn check_period(stream: &Stream) -> Result<(), Refusal> {
         Err(Refusal::ZeroPeriod)
     } else {
         Ok(())
+    }
+}
+
+fn refusal(failure: Failure) -> Refusal {
+    match failure {
+        Failure::ControlStopped => Refusal::ControlStopped,
+        Failure::Denied(Denied::NoLease) => Refusal::NoLease,
+        Failure::Denied(Denied::Tripped(fault)) => Refusal::Tripped {
+            fault: fault.code(),
+        },
+    }
+}
+
+/// The lease of so many milliseconds; what would be too many ticks to count does not end.
+fn lease(ms: u32) -> Lease {
+    match ms.checked_mul(TICKS_PER_MS) {
+        Some(ticks) if ms != LEASE_FOREVER_MS => Lease::ticks(ticks),
+        _ => Lease::FOREVER,
     }
 }
 

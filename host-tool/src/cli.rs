@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::quantity::{Frequency, Length, MINUS, Span, Voltage};
+use crate::quantity::{Frequency, Hold, Length, MINUS, Span, Voltage};
 
 /// A negative quantity with a minus sign instead of the hyphen that would make it an option, so that
 /// `-0.1V` is told to be out of range rather than unknown.
@@ -52,6 +52,10 @@ pub enum Command {
         /// How long to let the mirror settle before reading it.
         #[arg(long, default_value = "1s")]
         settle: Span,
+        /// How long the board holds it after that without being told again: 2s, 1h, forever. Then it
+        /// ramps to zero.
+        #[arg(long, default_value = "10min")]
+        hold: Hold,
     },
     /// Drive the actuators with these voltages.
     SetDrive {
@@ -61,9 +65,15 @@ pub enum Command {
         /// How long to let the mirror settle before reading it.
         #[arg(long, default_value = "1s")]
         settle: Span,
+        /// How long the board holds them after that without being told again: 2s, 1h, forever. Then
+        /// it ramps to zero.
+        #[arg(long, default_value = "10min")]
+        hold: Hold,
     },
     /// Turn all channels off.
     Off,
+    /// Forget the faults that have turned the board off, so that it can be driven again.
+    Clear,
     /// Record what the board measures, without changing what it drives.
     Record {
         /// The measurement file to write.

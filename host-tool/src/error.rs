@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use mirror_protocol::{Flaw, PROTOCOL_VERSION, Refusal};
 
+use crate::commands::fault_name;
 use crate::quantity::{Frequency, Length, Span, Voltage};
 
 /// A failure of the tool.
@@ -63,8 +64,12 @@ pub enum ToolError {
     #[diagnostic(help("{}", update_advice(*board)))]
     ProtocolVersion { board: u16 },
 
+    #[error("channel {channel} has turned the board off: {}", fault_name(*fault))]
+    #[diagnostic(help("{}", fault_advice(*fault)))]
+    Tripped { channel: usize, fault: u8 },
+
     #[error("the board refused to {request}: {}", refusal_words(*refusal))]
-    #[diagnostic(help("`host-tool status` shows what the board is doing"))]
+    #[diagnostic(help("{}", refusal_advice(*refusal)))]
     Refused {
         request: &'static str,
         refusal: Refusal,
@@ -207,6 +212,10 @@ fn refusal_words(refusal: Refusal) -> String {
         }
         Refusal::ControlStopped => "its control loop does not run".to_owned(),
         Refusal::NoHello => "it was reset since this tool greeted it".to_owned(),
+        Refusal::Tripped { fault } => format!("it has turned itself off: {}", fault_name(fault)),
+        Refusal::NoLease => {
+            "it drives nothing: it was turned off, or was not asked to go on in time".to_owned()
+        }
         Refusal::NotANumber => "a value was not a number".to_owned(),
         Refusal::UploadGap { expected } => {
             format!("a piece of the upload was lost; the next must begin at byte {expected}")
@@ -226,4 +235,19 @@ fn flaw_words(flaw: Flaw) -> &'static str {
         Flaw::Points => "has too few points or too many",
         Flaw::NoDwell => "has points that last no time",
     }
+}
+
+fn refusal_advice(refusal: Refusal) -> String {
+    match refusal {
+        Refusal::Tripped { fault } => fault_advice(fault),
+        _ => "`host-tool status` shows what the board is doing".to_owned(),
+    }
+}
+
+fn fault_advice(fault: u8) -> String {
+    format!(
+        "`host-tool explain {}` tells its cause and remedy; `host-tool clear` lets the board be \
+         driven again",
+        fault_name(fault)
+    )
 }

@@ -40,6 +40,15 @@ pub struct Span {
     pub s: f64,
 }
 
+/// How long a command holds once the mirror has settled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Hold {
+    /// For so long.
+    For(Span),
+    /// Until something else is asked.
+    Forever,
+}
+
 /// Why a text is not the quantity that was expected.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum QuantityError {
@@ -235,6 +244,26 @@ impl FromStr for Span {
     }
 }
 
+impl FromStr for Hold {
+    type Err = QuantityError;
+
+    fn from_str(text: &str) -> Result<Self, QuantityError> {
+        match text.trim() {
+            "forever" => Ok(Self::Forever),
+            span => span.parse().map(Self::For),
+        }
+    }
+}
+
+impl fmt::Display for Hold {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::For(span) => span.fmt(f),
+            Self::Forever => f.write_str("forever"),
+        }
+    }
+}
+
 /// As few digits as tell the number, with an exponent where there would be many.
 fn write_number(f: &mut fmt::Formatter<'_>, value: f64, unit: &str) -> fmt::Result {
     if value == 0.0 || (1e-4..1e7).contains(&value.abs()) {
@@ -298,6 +327,9 @@ mod tests {
         }
         assert!("0Hz".parse::<Frequency>().is_err());
         assert_eq!("1min".parse::<Span>().unwrap().s, 60.0);
+        assert_eq!("forever".parse(), Ok(Hold::Forever));
+        assert_eq!("2s".parse(), Ok(Hold::For(Span { s: 2.0 })));
+        assert!("for ever".parse::<Hold>().is_err());
     }
 
     #[test]

@@ -27,8 +27,9 @@ async fn main(spawner: Spawner) {
         sense2: p.PA1,
         sense3: p.PC0,
         sense4: p.PC1,
+        supply: p.PC2,
     };
-    let converters = Converters::start(p.TIM1, p.ADC1, pins);
+    let converters = Converters::start(p.TIM1, (p.ADC1, p.ADC2), pins);
     let mut keeper = Keeper::new(CalibrationFlash::open(p.FLASH));
     let uploaded = UPLOADED.take();
     let calibration = IN_USE.init(keeper.load(uploaded));

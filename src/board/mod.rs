@@ -14,7 +14,7 @@ pub use mps2::{flash::CalibrationFlash, link::LinkTx};
 #[cfg(feature = "board-stm32g474")]
 pub use stm32g474::{flash::CalibrationFlash, link::LinkTx};
 
-use control_core::{AdcCode, LANES, Micrometre, PwmCode};
+use control_core::{AdcCode, LANES, Micrometre, PwmCode, SupplyCode};
 
 /// A board as the control loop sees it.
 pub trait Board {
@@ -37,6 +37,10 @@ pub trait Board {
 pub struct Sensed {
     /// Current sense, channel by channel.
     pub currents: [AdcCode; LANES],
+    /// Supply of the output stages.
+    pub supply: SupplyCode,
+    /// Control ticks before this one that did not take place.
+    pub missed_ticks: u16,
     /// A position sensor on the sensor input, if there is one. For telemetry only.
     pub sensor_z: Option<Micrometre>,
 }

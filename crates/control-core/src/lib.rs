@@ -28,7 +28,7 @@ pub mod table;
 pub mod units;
 
 pub use calibration::{Calibration, CalibrationError, LaneCalibration};
-pub use codes::{AdcCode, PwmCode};
+pub use codes::{AdcCode, PwmCode, SupplyCode};
 pub use controller::{Controller, Setpoint, Step};
 pub use limits::{Limit, Limits};
 pub use sense::LaneSense;

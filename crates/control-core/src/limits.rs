@@ -16,16 +16,19 @@ pub enum Limit {
     DriveHigh = 3,
     /// The command was not a number; it is taken as rest.
     NotANumber = 4,
+    /// The lease of the last command ended without renewal, so all channels ramped to zero.
+    LeaseLapsed = 5,
 }
 
 impl Limit {
     /// Every limit, in the order of its bit.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::PositionLow,
         Self::PositionHigh,
         Self::DriveLow,
         Self::DriveHigh,
         Self::NotANumber,
+        Self::LeaseLapsed,
     ];
 
     /// The name that people see and scripts use.
@@ -36,6 +39,7 @@ impl Limit {
             Self::DriveLow => "drive-low",
             Self::DriveHigh => "drive-high",
             Self::NotANumber => "not-a-number",
+            Self::LeaseLapsed => "lease-lapsed",
         }
     }
 }
@@ -92,7 +96,8 @@ impl Limits {
         }
     }
 
-    fn insert(&mut self, limit: Limit) {
+    /// Adds `limit` to those that acted.
+    pub fn insert(&mut self, limit: Limit) {
         self.0 |= 1 << limit as u8;
     }
 }

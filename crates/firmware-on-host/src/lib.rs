@@ -53,7 +53,7 @@ pub fn with_board_on<T>(flash: &SharedFlash, test: impl AsyncFnOnce(HostSide) ->
     let control = Control::new(Controller::new(in_use), mailbox);
     let mut received: rpc::Frame = [0; _];
     let firmware = join3(
-        control::run(HostBoard, control),
+        control::run(HostBoard::default(), control),
         device.run(),
         rpc::serve(tx, rx, &mut received, session),
     );

@@ -167,7 +167,10 @@ fn commands_and_samples_pass_as_on_any_link() {
         let device = enumerate(&host).await.expect("it answers");
         let client = connect(&host, &device);
         assert_eq!(greet(&client).await.protocol_version, PROTOCOL_VERSION);
-        let position = Position { z_um: 100.0 };
+        let position = Position {
+            z_um: 100.0,
+            lease_ms: 1000,
+        };
         let reply = client.send_resp::<SetPositionEndpoint>(&position).await;
         let commanded = reply.expect("an answer").expect("carried out");
         assert!(commanded.drive_v.iter().all(|drive| *drive > 1.0));

@@ -34,8 +34,22 @@ pub(crate) fn seeds() -> Vec<Vec<u8>> {
     let mut rng = ChaCha8Rng::seed_from_u64(0);
     let mut seeds = vec![
         greeting(1),
-        frame(SetPositionEndpoint::REQ_KEY, 2, &Position { z_um: 50.0 }),
-        frame(SetDriveEndpoint::REQ_KEY, 3, &Drives { drive_v: [1.0; 4] }),
+        frame(
+            SetPositionEndpoint::REQ_KEY,
+            2,
+            &Position {
+                z_um: 50.0,
+                lease_ms: 1000,
+            },
+        ),
+        frame(
+            SetDriveEndpoint::REQ_KEY,
+            3,
+            &Drives {
+                drive_v: [1.0; 4],
+                lease_ms: 1000,
+            },
+        ),
     ];
     for (_, request, _) in ENDPOINTS.endpoints {
         for length in [0, 1, 5, 17, 64, 200] {

@@ -9,7 +9,7 @@ use postcard_rpc::{TopicDirection, endpoints, topics};
 
 use crate::{
     CalibrationChunk, CalibrationInfo, CalibrationRefusal, Commanded, Drives, Hello, Identity,
-    Play, Points, Position, Refusal, Status, Stream, Streaming, Telemetry,
+    Play, Points, Position, Refusal, Renewal, Status, Stream, Streaming, Telemetry,
 };
 
 /// Answer to a command that changes the drives.
@@ -37,6 +37,8 @@ endpoints! {
     | SetPositionEndpoint | Position  | CommandReply | "mirror/set-position" |
     | SetDriveEndpoint    | Drives    | CommandReply | "mirror/set-drive"    |
     | OffEndpoint         | ()        | CommandReply | "mirror/off"          |
+    | RenewEndpoint       | Renewal   | CommandReply | "mirror/renew"        |
+    | ClearEndpoint       | ()        | CommandReply | "mirror/clear"        |
     | StreamEndpoint      | Stream    | StreamReply  | "mirror/stream"       |
     | CalibrationEndpoint | ()        | CalibrationReply | "mirror/calibration" |
     | CalibrationWriteEndpoint | CalibrationChunk | CalibrationWriteReply | "mirror/calibration/write" |

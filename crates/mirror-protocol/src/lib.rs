@@ -19,12 +19,13 @@ pub use endpoints::*;
 pub use experiment::{Flaw, POINTS, Quantity, Shape, Stream, Table, Waveform};
 pub use identity::{Hello, Identity, Text};
 pub use messages::{
-    CHUNK_POINTS, CalibrationChunk, CalibrationInfo, CalibrationRefusal, Chunk, Commanded, Drives,
-    Kept, Play, Points, Position, Refusal, Sentence, Status, Streaming, Telemetry,
+    CHUNK_POINTS, CalibrationChunk, CalibrationInfo, CalibrationRefusal, ChannelState, Chunk,
+    Commanded, Drives, Health, Kept, LEASE_FOREVER_MS, Play, Points, Position, Refusal, Renewal,
+    Sentence, Status, Streaming, Telemetry,
 };
 
 /// The version of everything in this crate but the greeting. Raised with every change on the wire.
-pub const PROTOCOL_VERSION: u16 = 1;
+pub const PROTOCOL_VERSION: u16 = 2;
 
 /// Longest frame in either direction, before framing.
 pub const MAX_FRAME_BYTES: usize = 256;

@@ -10,6 +10,8 @@ use serde::{Deserialize, Serialize};
 pub struct Position {
     /// From rest, positive towards the substrate.
     pub z_um: f32,
+    /// How long to hold it without renewal; [`LEASE_FOREVER_MS`]: until told otherwise.
+    pub lease_ms: u32,
 }
 
 /// Ask for a voltage on each actuator.
@@ -17,6 +19,36 @@ pub struct Position {
 pub struct Drives {
     /// Channel by channel.
     pub drive_v: [f32; 4],
+    /// How long to hold them without renewal; [`LEASE_FOREVER_MS`]: until told otherwise.
+    pub lease_ms: u32,
+}
+
+/// A lease that does not end.
+pub const LEASE_FOREVER_MS: u32 = u32::MAX;
+
+/// Extend the lease of what is driven, so that this much is left of it; a longer one stays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Renewal {
+    /// From now on; [`LEASE_FOREVER_MS`]: until told otherwise.
+    pub lease_ms: u32,
+}
+
+/// What a channel is doing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum ChannelState {
+    /// Zero drive: another channel has turned the board off.
+    #[default]
+    Off,
+    /// The heater is being checked, at start and once faults are cleared.
+    Starting,
+    /// The heater is sound; zero drive.
+    Ready,
+    /// Driven as asked.
+    Driving,
+    /// Driven, but not as asked; the limits say why.
+    Limited,
+    /// Turned off because of a fault, by its code (`protection::Fault`).
+    Tripped(u8),
 }
 
 /// Ask for a waveform, and for a stream of samples whose first is the tick that computes the
@@ -27,6 +59,9 @@ pub struct Play {
     pub waveform: Waveform,
     /// What to sample.
     pub stream: Stream,
+    /// How long to play, and to stay at its last value, without renewal; [`LEASE_FOREVER_MS`]: until
+    /// told otherwise.
+    pub lease_ms: u32,
 }
 
 /// Points of a chunk of the board's table.
@@ -65,12 +100,26 @@ pub struct Commanded {
 pub struct Status {
     /// What it does now.
     pub telemetry: Telemetry,
+    /// How it is.
+    pub health: Health,
     /// Top of the calibrated range.
     pub max_position_um: f32,
     /// Highest drive that is allowed.
     pub max_drive_v: f32,
     /// Telemetry samples that found the link too slow and were dropped since start.
     pub dropped_samples: u32,
+}
+
+/// How the board is, apart from what it drives.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Health {
+    /// What is left of the lease of what is driven, if anything is; [`LEASE_FOREVER_MS`] where it
+    /// does not end.
+    pub lease_left_ms: Option<u32>,
+    /// The output stages' supply.
+    pub supply_v: f32,
+    /// Control ticks since start that did not take place.
+    pub missed_ticks: u32,
 }
 
 /// One control tick, as seen from outside.
@@ -86,6 +135,8 @@ pub struct Telemetry {
     pub temperature_k: [Option<f32>; 4],
     /// Bits of the limits that act (`control_core::Limits`).
     pub limits: u8,
+    /// What each channel is doing.
+    pub states: [ChannelState; 4],
     /// Reading of a position sensor on the board's sensor input, if there is one. The controller
     /// never sees it.
     pub sensor_z_um: Option<f32>,
@@ -110,6 +161,13 @@ pub enum Refusal {
     NotANumber,
     /// A stream's period is zero.
     ZeroPeriod,
+    /// The board has tripped and must be cleared first.
+    Tripped {
+        /// Code of the fault (`protection::Fault`).
+        fault: u8,
+    },
+    /// Nothing is driven whose lease could be renewed: it has ended, or the channels are off.
+    NoLease,
     /// A piece of an upload does not follow the one before it.
     UploadGap {
         /// The offset at which the next piece must begin.

@@ -1,14 +1,16 @@
 //! An open board: requests with time-outs, and samples.
 
+use std::convert::Infallible;
 use std::time::Duration;
 
 use control_core::Calibration;
 use mirror_protocol::{
     CHUNK_POINTS, CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal,
-    CalibrationUseEndpoint, CalibrationWriteEndpoint, Chunk, CommandReply, Commanded, Drives,
-    ERROR_PATH, Hello, HelloEndpoint, Identity, LoadPointsEndpoint, OffEndpoint, PROTOCOL_VERSION,
-    Play, PlayEndpoint, Points, Position, Refusal, SetDriveEndpoint, SetPositionEndpoint, Shape,
-    Status, StatusEndpoint, Stream, StreamEndpoint, Telemetry, TelemetryTopic, WireError,
+    CalibrationUseEndpoint, CalibrationWriteEndpoint, Chunk, ClearEndpoint, CommandReply,
+    Commanded, Drives, ERROR_PATH, Hello, HelloEndpoint, Identity, LoadPointsEndpoint, OffEndpoint,
+    PROTOCOL_VERSION, Play, PlayEndpoint, Points, Position, Refusal, RenewEndpoint, Renewal,
+    SetDriveEndpoint, SetPositionEndpoint, Shape, Status, StatusEndpoint, Stream, StreamEndpoint,
+    Telemetry, TelemetryTopic, WireError,
 };
 use postcard_rpc::Endpoint;
 use postcard_rpc::header::VarSeqKind;
@@ -25,6 +27,9 @@ use crate::quantity::Span;
 
 /// A board answers within a control tick and the link's time; this is for busy machines.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
+
+/// What a tool that renews all the time asks for. When it dies, the board ramps to zero after this.
+pub const RENEWED_LEASE: Duration = Duration::from_millis(100);
 
 /// Requests under way.
 const QUEUED_REQUESTS: usize = 8;
@@ -131,6 +136,45 @@ impl Board {
     pub async fn off(&self) -> Result<Commanded, ToolError> {
         self.command::<OffEndpoint>("turn its channels off", &())
             .await
+    }
+
+    /// Lets the board forget its faults.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or refuses.
+    pub async fn clear(&self) -> Result<Commanded, ToolError> {
+        self.command::<ClearEndpoint>("forget its faults", &())
+            .await
+    }
+
+    /// Asks the board to go on with what it drives for another [`RENEWED_LEASE`].
+    ///
+    /// # Errors
+    /// Where the board does not answer, or drives nothing.
+    pub async fn renew(&self) -> Result<Commanded, ToolError> {
+        let renewal = Renewal {
+            lease_ms: RENEWED_LEASE.as_millis() as u32,
+        };
+        self.command::<RenewEndpoint>("go on", &renewal).await
+    }
+
+    /// Renews for as long as it is polled, whether anything is driven or not.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or has tripped.
+    pub async fn keep_renewing(&self) -> Result<Infallible, ToolError> {
+        // The time of an emulated board runs several times faster.
+        let often = if self.identity.is_emulated { 20 } else { 4 };
+        loop {
+            match self.renew().await {
+                Err(ToolError::Refused {
+                    refusal: Refusal::NoLease,
+                    ..
+                })
+                | Ok(_) => sleep(RENEWED_LEASE / often).await,
+                Err(error) => return Err(error),
+            }
+        }
     }
 
     /// The calibration in use.

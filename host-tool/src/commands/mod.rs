@@ -10,11 +10,14 @@ mod set_drive;
 mod set_z;
 mod status;
 
+pub(crate) use moving::fault_name;
+
 use clap::CommandFactory;
 use tokio::runtime::Builder;
 
 use crate::board::{Board, choose};
 use crate::cli::{Arguments, Command};
+use crate::commands::moving::Pace;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::report;
@@ -34,11 +37,18 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         Command::List => list::run(json).await,
         Command::Doctor => doctor::run(json).await,
         Command::Status => status::run(&open().await?, json).await,
-        Command::SetZ { z, settle } => set_z::run(&open().await?, z, settle, json).await,
-        Command::SetDrive { drives, settle } => {
-            let drives = set_drive::for_all_actuators(&drives)?;
-            set_drive::run(&open().await?, drives, settle, json).await
+        Command::SetZ { z, settle, hold } => {
+            set_z::run(&open().await?, z, Pace { settle, hold }, json).await
         }
+        Command::SetDrive {
+            drives,
+            settle,
+            hold,
+        } => {
+            let drives = set_drive::for_all_actuators(&drives)?;
+            set_drive::run(&open().await?, drives, Pace { settle, hold }, json).await
+        }
+        Command::Clear => status::clear(&open().await?, json).await,
         Command::Off => moving::off(&open().await?, json).await,
         Command::Record {
             output,

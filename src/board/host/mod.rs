@@ -8,14 +8,20 @@ pub mod link;
 mod log;
 mod time;
 
-use control_core::{LANES, PwmCode};
+use control_core::codes::AMPERE_PER_ADC_CODE;
+use control_core::{AdcCode, LANES, PwmCode, SupplyCode};
 use embassy_futures::yield_now;
 
 use crate::board::{Board, Sensed};
 
-/// A board without a mirror.
+/// A board with resistors in the place of a mirror.
 #[derive(Debug, Default)]
-pub struct HostBoard;
+pub struct HostBoard {
+    codes: [PwmCode; LANES],
+}
+
+/// About a cold heater's.
+const RESISTANCE_OHM: f32 = 360.0;
 
 impl Board for HostBoard {
     const NAME: &'static str = "no board, the firmware on a host";
@@ -24,8 +30,15 @@ impl Board for HostBoard {
     async fn sense(&mut self) -> Sensed {
         yield_now().await;
         time::advance();
-        Sensed::default()
+        let current_a = self.codes.map(|code| code.drive().0 / RESISTANCE_OHM);
+        Sensed {
+            currents: current_a.map(|current| AdcCode((current / AMPERE_PER_ADC_CODE) as u16)),
+            supply: SupplyCode::from_millivolt(5000),
+            ..Sensed::default()
+        }
     }
 
-    fn drive(&mut self, _codes: [PwmCode; LANES]) {}
+    fn drive(&mut self, codes: [PwmCode; LANES]) {
+        self.codes = codes;
+    }
 }

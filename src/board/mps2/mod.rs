@@ -6,6 +6,7 @@
 
 mod exit;
 pub mod flash;
+mod grace;
 pub mod link;
 mod plant;
 mod time;

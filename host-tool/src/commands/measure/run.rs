@@ -8,13 +8,16 @@ use tokio::signal::ctrl_c;
 use super::experiment::{Experiment, Run};
 use super::rows::{Clock, rows};
 use super::sensor::Sensor;
-use crate::board::Board;
+use crate::board::{Board, RENEWED_LEASE};
 use crate::error::ToolError;
 use crate::quantity::Span;
 
 /// The sensor's noise is taken from so many readings at rest, a millisecond apart.
 const NOISE_READINGS: u32 = 100;
 const NOISE_PERIOD: Span = Span { s: 1e-3 };
+
+/// A board left alone while it measures ramps to zero after this.
+const LEASE_MS: u32 = RENEWED_LEASE.as_millis() as u32;
 
 /// A board with its instruments, for as long as a session lasts.
 pub(crate) struct Lab<'a> {
@@ -74,10 +77,12 @@ impl<'a> Lab<'a> {
         self.bar.set_position(0);
         self.bar.set_message(experiment.name.clone());
         let mut file = self.header(experiment);
+        let board = self.board;
         let ended = {
             let work = self.perform(experiment, &mut file);
             tokio::select! {
                 done = work => done.map(|()| Ended::Complete),
+                Err(error) = board.keep_renewing() => Err(error),
                 _ = ctrl_c() => Ok(Ended::Interrupted),
             }
         };
@@ -138,7 +143,12 @@ impl<'a> Lab<'a> {
             let prehold = match experiment.prehold {
                 Some((volts, seconds)) if index == 0 => {
                     let drive_v = [volts as f32; 4];
-                    let held = board.set_drive(Drives { drive_v }).await?;
+                    let held = board
+                        .set_drive(Drives {
+                            drive_v,
+                            lease_ms: LEASE_MS,
+                        })
+                        .await?;
                     self.wait(held.tick, seconds).await?;
                     Some((volts, held.tick.wrapping_add(1)))
                 }
@@ -167,6 +177,7 @@ impl<'a> Lab<'a> {
         let play = Play {
             waveform: run.waveform,
             stream: run.stream,
+            lease_ms: LEASE_MS,
         };
         self.sensor.begin();
         let (mut stream, first_tick) = self.board.play(&play).await?;
