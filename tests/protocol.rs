@@ -166,10 +166,11 @@ mod tests {
         let confirmed = confirmed.expect("the heaters are sound");
         assert!((15..40).contains(&confirmed.tick), "{confirmed:?}");
         assert!(codes[0].0 > 1000, "{codes:?}");
-        assert_eq!(confirmed.drive_v, codes.map(|code| code.drive().0));
+        // The heaters were cold then, and took less voltage for the same power.
+        assert!((1.0..codes[0].drive().0).contains(&confirmed.drive_v[0]));
         assert_eq!(MAILBOX.latest().states, [ChannelState::Driving; LANES]);
         // From then on the next tick does it.
-        let order = Order::Drive(Setpoint::Position(Micrometre(50.0)), Lease::FOREVER);
+        let order = Order::Drive(Setpoint::Track(Micrometre(50.0)), Lease::FOREVER);
         let (confirmed, lower) = carry_out(&mut control, order, 1, |_| sound(codes)).await;
         assert!(confirmed.is_ok() && lower[0].0 < codes[0].0, "{lower:?}");
     }
