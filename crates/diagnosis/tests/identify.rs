@@ -1,14 +1,26 @@
 //! Identification finds what the data support, and invents nothing.
 
 use diagnosis::{Identification, Plan, identify};
+use measurement::Session;
 use mirror_model::{Model, Preset, Symbol};
 use virtual_mirror::{Experiment, MirrorConfig, Plan as Drives};
 use virtual_sessions::{Instruments, measure};
 
 fn identified(experiments: Vec<Experiment>, instruments: Instruments) -> (Model, Identification) {
     let session = measure(&MirrorConfig::bench(), &Drives { experiments }, instruments);
-    let plan = Plan::new(&session.expect("the mirror is possible"));
+    from(&session.expect("the mirror is possible"))
+}
+
+fn from(session: &Session) -> (Model, Identification) {
+    let plan = Plan::new(session);
     identify(&Model::from(Preset::Reconciled), &plan, &["a.csv".into()]).expect("a finite answer")
+}
+
+fn a_sweep_and_a_step() -> Vec<Experiment> {
+    vec![
+        Experiment::sweep("sweep", 0.0, 3.5, 14, 1.0),
+        Experiment::step(5.0, 2.0, 6.0),
+    ]
 }
 
 fn verdict<'a>(found: &'a Identification, what: &str) -> (bool, &'a str) {
@@ -52,11 +64,7 @@ fn without_a_sensor_nothing_is_said_of_the_motion() {
 
 #[test]
 fn a_step_shows_the_resonance_with_its_error_and_no_memory_that_is_not_there() {
-    let experiments = vec![
-        Experiment::sweep("sweep", 0.0, 3.5, 14, 1.0),
-        Experiment::step(5.0, 2.0, 6.0),
-    ];
-    let (model, found) = identified(experiments, Instruments::PositionAndCurrents);
+    let (model, found) = identified(a_sweep_and_a_step(), Instruments::PositionAndCurrents);
     // `mirrors/bench.toml`: 1450 Hz, no memory, and heat that is all fast.
     let frequency = &found.parameters["resonance.f"];
     assert!(
@@ -76,4 +84,25 @@ fn a_step_shows_the_resonance_with_its_error_and_no_memory_that_is_not_there() {
         "{found}"
     );
     assert_eq!(model.provenance.files, ["a.csv"]);
+}
+
+#[test]
+fn a_gap_and_a_channel_that_is_missing_take_nothing_from_the_rest() {
+    let drives = Drives {
+        experiments: a_sweep_and_a_step(),
+    };
+    let instruments = Instruments::PositionAndCurrents;
+    let mut session = measure(&MirrorConfig::bench(), &drives, instruments).expect("possible");
+    for (_, file) in &mut session.files {
+        // Half a second of the step, and two steps of the sweep.
+        file.rows
+            .retain(|row| !(1.0..1.5).contains(&row.t_s) && !(5.5..7.5).contains(&row.t_s));
+        for row in &mut file.rows {
+            row.current_a[1] = None;
+        }
+    }
+    let (_, found) = from(&session);
+    assert!(found.parameters.contains_key("R0.1") && !found.parameters.contains_key("R0.2"));
+    let frequency = found.parameters["resonance.f"].value;
+    assert!((frequency - 1450.0).abs() < 15.0, "{frequency}");
 }
