@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+mod calibrate;
 mod doctor;
 mod lab;
 mod list;
@@ -64,7 +65,9 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             record::run(&open().await?, file, duration, period, json).await
         }
         Command::Measure(measure) => measure::run(&open().await?, measure, json).await,
+        Command::Calibrate(ask) => calibrate::run(&open().await?, ask, json).await,
         Command::Fit { lab, output } => lab::fit(&lab, output, json),
+        Command::Identify { lab, output } => lab::identify(&lab, output, json),
         Command::Compare { lab, picture } => lab::compare(&lab, picture, json),
         Command::Diagnose { lab, effect } => lab::diagnose(&lab, &effect, json),
         Command::Effect(command) => lab::effect(command, json),
