@@ -173,8 +173,7 @@ fn commands_and_samples_pass_as_on_any_link() {
             lease_ms: 1000,
         };
         let reply = client.send_resp::<SetPositionEndpoint>(&position).await;
-        let commanded = reply.expect("an answer").expect("carried out");
-        assert!(commanded.drive_v.iter().all(|drive| *drive > 1.0));
+        reply.expect("an answer").expect("carried out");
 
         let mut samples = client
             .subscribe_multi::<TelemetryTopic>(64)
@@ -190,6 +189,9 @@ fn commands_and_samples_pass_as_on_any_link() {
         for sample in 0..30 {
             let telemetry = samples.recv().await.expect("a sample");
             assert_eq!(telemetry.tick, first + 20 * sample);
+            // The way there is smooth, and begins at 0 V.
+            let is_there = telemetry.drive_v.iter().all(|drive| *drive > 1.0);
+            assert!(is_there || sample < 20, "{telemetry:?}");
         }
         let status = client.send_resp::<StatusEndpoint>(&()).await;
         assert_eq!(
