@@ -43,6 +43,12 @@ pub enum Command {
     List,
     /// Find out why a board is not found, and what to do.
     Doctor,
+    /// Write new firmware to a board on USB, or to one in its bootloader.
+    Update {
+        /// The firmware, as `cargo xtask build stm32g474` makes it.
+        #[arg(value_name = "FILE")]
+        firmware: PathBuf,
+    },
     /// Show who the board is and what it is doing.
     Status,
     /// Move the mirror to a position and print what it took.

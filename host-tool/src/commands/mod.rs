@@ -11,6 +11,7 @@ mod scan;
 mod set_drive;
 mod set_z;
 mod status;
+mod update;
 
 pub(crate) use moving::fault_name;
 
@@ -38,6 +39,9 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
     match arguments.command {
         Command::List => list::run(json).await,
         Command::Doctor => doctor::run(json).await,
+        Command::Update { firmware } => {
+            update::run(&firmware, arguments.board.as_deref(), json).await
+        }
         Command::Status => status::run(&open().await?, json).await,
         Command::SetZ { z, settle, hold } => {
             set_z::run(&open().await?, z, Pace { settle, hold }, json).await
