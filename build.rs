@@ -14,11 +14,8 @@ const FACTORY_MODEL: &str = "reconciled";
 fn main() -> Result<(), Box<dyn Error>> {
     let out = env::var("OUT_DIR")?;
     let model = mirror_model::Model::load(FACTORY_MODEL)?;
-    let calibration = calibration::tabulate(&model)?;
-    fs::write(
-        Path::new(&out).join("factory.rs"),
-        calibration::rust_source(&calibration),
-    )?;
+    let calibration = calibration::tabulate(&model)?.calibration;
+    fs::write(Path::new(&out).join("factory.bin"), calibration.to_bytes())?;
 
     fs::write(
         Path::new(&out).join("reference.rs"),

@@ -1,10 +1,15 @@
 //! The control tick: converter codes in, PWM codes out.
 
-use control_core::{Controller, LANES, PwmCode, Setpoint};
-use mirror_protocol::{Commanded, Stream, Telemetry};
+use control_core::{
+    Controller, LANES, Limit, Limits, Micrometre, PwmCode, Setpoint, SupplyCode, Volt,
+};
+use experiment::{Mean, Pacer, Player, Quantity, Shape, Stream, Waveform};
+use mirror_protocol::{ChannelState, Commanded, Health, LEASE_FOREVER_MS, Telemetry};
+use protection::{Denied, Lease, Protection, Reading};
 
 use crate::board::{Board, Sensed};
-use crate::mailbox::Mailbox;
+use crate::mailbox::{Mailbox, Order};
+use crate::{TICK_HZ, TICKS_PER_MS};
 
 /// Runs the control loop on `board`, a tick at a time, for ever.
 pub async fn run(mut board: impl Board, mut control: Control) -> ! {
@@ -15,39 +20,85 @@ pub async fn run(mut board: impl Board, mut control: Control) -> ! {
     }
 }
 
+/// Leases up to this one, 100 ms, are those of a host that renews all the time.
+const SHORT_LEASE_TICKS: u32 = TICK_HZ / 10;
+
 /// The state from one tick to the next.
 pub struct Control {
-    controller: Controller,
+    controller: Controller<'static>,
+    protection: Protection,
     mailbox: &'static Mailbox,
     setpoint: Setpoint,
+    player: Option<Player>,
+    /// The stream of a waveform that has not begun.
+    awaited: Option<Stream>,
+    /// An order has been taken and not been confirmed.
+    is_unconfirmed: bool,
     applied: [PwmCode; LANES],
+    /// Whether the codes of `applied` came with another setpoint than those before.
+    stepped: bool,
+    limits_since_command: Limits,
     tick: u32,
+    missed_ticks: u32,
     stream: Pacer,
+    mean: Mean<MEASURED>,
 }
+
+/// Quantities that a stream takes the mean of: four currents, and the sensor.
+const MEASURED: usize = LANES + 1;
 
 impl Control {
     /// A loop that starts with all channels off.
-    pub fn new(controller: Controller, mailbox: &'static Mailbox) -> Self {
+    pub fn new(controller: Controller<'static>, mailbox: &'static Mailbox) -> Self {
         Self {
+            protection: Protection::new(controller.calibration().lanes()),
             controller,
             mailbox,
             setpoint: Setpoint::Off,
+            player: None,
+            awaited: None,
+            is_unconfirmed: false,
             applied: [PwmCode(0); LANES],
+            stepped: false,
+            limits_since_command: Limits::NONE,
             tick: 0,
+            missed_ticks: 0,
             stream: Pacer::default(),
+            mean: Mean::default(),
         }
     }
 
     /// One tick: `sensed` are the codes read while the codes of the last tick were driven; the
     /// result is driven next.
     pub fn tick(&mut self, sensed: Sensed) -> [PwmCode; LANES] {
-        let command = self.mailbox.take_command();
-        self.setpoint = command.unwrap_or(self.setpoint);
+        self.count(sensed.missed_ticks);
+        if let Some(calibration) = self.mailbox.take_calibration() {
+            // Drives computed under another calibration mean nothing.
+            self.follow(Setpoint::Off);
+            self.protection.recalibrate(calibration.lanes());
+            let before = self.controller.exchange(calibration);
+            self.mailbox.return_calibration(before);
+        }
+        let last = self.setpoint;
+        self.take_orders();
+        self.play();
 
         let applied = self.applied.map(PwmCode::drive);
         let currents = sensed.currents.map(|code| code.current());
-        let step = self.controller.step(self.setpoint, applied, currents);
-        let codes = step.drives.map(PwmCode::nearest);
+        let reading = Reading {
+            codes: sensed.currents,
+            currents,
+            supply: sensed.supply,
+            missed_ticks: sensed.missed_ticks,
+        };
+        let allowed = self.protection.tick(self.setpoint, applied, &reading);
+        let step = self.controller.step(allowed, applied, currents);
+        let codes = step.codes;
+        let mut limits = step.limits;
+        if self.protection.has_lapsed() {
+            limits.insert(Limit::LeaseLapsed);
+        }
+        self.limits_since_command = self.limits_since_command.union(limits);
 
         let telemetry = Telemetry {
             tick: self.tick,
@@ -56,61 +107,169 @@ impl Control {
             temperature_k: step
                 .sense
                 .map(|lane| lane.map(|lane| lane.temperature_rise.0)),
-            limits: step.limits.bits(),
+            limits: limits.bits(),
+            states: self
+                .protection
+                .states(step.drives, step.limits)
+                .map(wire_state),
             sensor_z_um: sensed.sensor_z.map(|z| z.0),
         };
-        self.report(command.is_some(), codes, telemetry);
+        self.answer(codes, &telemetry);
+        self.report(telemetry, sensed.supply);
         self.applied = codes;
+        self.stepped = self.setpoint != last;
         self.tick = self.tick.wrapping_add(1);
         codes
     }
 
-    fn report(&mut self, commanded: bool, codes: [PwmCode; LANES], telemetry: Telemetry) {
-        self.mailbox.publish(telemetry);
-        if commanded {
-            self.mailbox.confirm(Commanded {
+    fn count(&mut self, missed_ticks: u16) {
+        self.missed_ticks = self.missed_ticks.wrapping_add(missed_ticks.into());
+        self.tick = self.tick.wrapping_add(missed_ticks.into());
+    }
+
+    /// Takes what came since the last tick, as far as the protection lets it.
+    fn take_orders(&mut self) {
+        if let Some((player, stream, lease)) = self.mailbox.take_play() {
+            match self.protection.command(lease) {
+                Ok(()) => {
+                    // Until the heaters are checked.
+                    self.follow(Setpoint::Drive([Volt(0.0); LANES]));
+                    (self.player, self.awaited) = (Some(player), Some(stream));
+                }
+                Err(denied) => self.mailbox.deny_play(denied),
+            }
+        }
+        if let Some(order) = self.mailbox.take_order() {
+            match self.take(order) {
+                Ok(()) => self.is_unconfirmed = true,
+                Err(denied) => self.mailbox.confirm(Err(denied)),
+            }
+        }
+    }
+
+    fn take(&mut self, order: Order) -> Result<(), Denied> {
+        match order {
+            Order::Drive(setpoint, lease) => {
+                self.protection.command(lease)?;
+                self.follow(setpoint);
+            }
+            Order::Renew(lease) => self.protection.renew(lease)?,
+            Order::Off => self.follow(Setpoint::Off),
+            Order::Clear => {
+                self.protection.clear();
+                self.follow(Setpoint::Off);
+            }
+        }
+        Ok(())
+    }
+
+    /// Wants `setpoint` from now on, and no waveform.
+    fn follow(&mut self, setpoint: Setpoint) {
+        self.setpoint = setpoint;
+        self.limits_since_command = Limits::NONE;
+        self.player = None;
+        self.awaited = None;
+    }
+
+    /// The waveform's next value, where one plays.
+    fn play(&mut self) {
+        let Some(player) = &mut self.player else {
+            return;
+        };
+        if self.protection.is_starting() {
+            return;
+        }
+        if player.is_over() && player.waveform().ends_off {
+            self.follow(Setpoint::Off);
+            return;
+        }
+        let value = player.next(|index| self.mailbox.point(index));
+        self.setpoint = setpoint(player.waveform(), value);
+        if let Some(stream) = self.awaited.take() {
+            self.begin_stream(stream);
+        }
+    }
+
+    /// Answers orders that have been carried out, or can no longer be.
+    fn answer(&mut self, codes: [PwmCode; LANES], telemetry: &Telemetry) {
+        let denied = self.protection.first_cause().map(Denied::Tripped);
+        if let Some(denied) = denied.filter(|_| self.awaited.is_some()) {
+            self.follow(Setpoint::Off);
+            self.mailbox.deny_play(denied);
+        }
+        if self.is_unconfirmed && !self.protection.is_starting() {
+            self.is_unconfirmed = false;
+            let done = Commanded {
                 tick: telemetry.tick,
                 drive_v: codes.map(|code| code.drive().0),
                 limits: telemetry.limits,
+            };
+            // Turning off, and forgetting faults, is done whatever has tripped.
+            let denied = denied.filter(|_| self.setpoint != Setpoint::Off);
+            self.mailbox.confirm(denied.map_or(Ok(done), Err));
+        }
+    }
+
+    fn report(&mut self, telemetry: Telemetry, supply: SupplyCode) {
+        let health = Health {
+            lease_left_ms: self.protection.lease().map(lease_ms),
+            supply_v: supply.voltage().0,
+            missed_ticks: self.missed_ticks,
+            limits_since_command: self.limits_since_command.bits(),
+        };
+        let short = Lease::ticks(SHORT_LEASE_TICKS);
+        let about_to_lapse = self.protection.is_about_to_lapse(short);
+        self.mailbox.publish(telemetry, health, about_to_lapse);
+        if let Some(stream) = self.mailbox.take_stream() {
+            self.begin_stream(stream);
+        }
+        let due = self.stream.tick(self.stepped);
+        if due.counts {
+            let [a, b, c, d] = telemetry.current_a;
+            self.mean
+                .add([a, b, c, d, telemetry.sensor_z_um.unwrap_or(0.0)]);
+        }
+        if due.sample {
+            let [a, b, c, d, z_um] = self.mean.take();
+            self.mailbox.send_sample(Telemetry {
+                current_a: [a, b, c, d],
+                sensor_z_um: telemetry.sensor_z_um.map(|_| z_um),
+                ..telemetry
             });
         }
-        if let Some(stream) = self.mailbox.take_stream() {
-            self.stream = Pacer::new(stream);
-            self.mailbox.begin_stream(telemetry.tick);
-        }
-        if self.stream.is_due() {
-            self.mailbox.send_sample(telemetry);
-        }
+    }
+
+    fn begin_stream(&mut self, stream: Stream) {
+        self.stream = Pacer::new(stream);
+        self.mean = Mean::default();
+        self.mailbox.begin_stream(self.tick);
     }
 }
 
-/// Picks the ticks that a stream asked for.
-#[derive(Default)]
-struct Pacer {
-    period_ticks: u16,
-    ticks_to_next: u16,
-    samples_left: u32,
+fn wire_state(state: protection::ChannelState) -> ChannelState {
+    match state {
+        protection::ChannelState::Off => ChannelState::Off,
+        protection::ChannelState::Starting => ChannelState::Starting,
+        protection::ChannelState::Ready => ChannelState::Ready,
+        protection::ChannelState::Driving => ChannelState::Driving,
+        protection::ChannelState::Limited => ChannelState::Limited,
+        protection::ChannelState::Tripped(fault) => ChannelState::Tripped(fault.code()),
+    }
 }
 
-impl Pacer {
-    fn new(stream: Stream) -> Self {
-        Self {
-            period_ticks: stream.period_ticks,
-            ticks_to_next: 1,
-            samples_left: stream.count,
-        }
-    }
+fn lease_ms(lease: Lease) -> u32 {
+    lease
+        .remaining()
+        .map_or(LEASE_FOREVER_MS, |ticks| ticks / TICKS_PER_MS)
+}
 
-    fn is_due(&mut self) -> bool {
-        if self.samples_left == 0 {
-            return false;
+fn setpoint(waveform: &Waveform, value: f32) -> Setpoint {
+    match (waveform.quantity, waveform.shape) {
+        // Steps need a path, anything else is one.
+        (Quantity::Position, Shape::Steps(_)) => Setpoint::Position(Micrometre(value)),
+        (Quantity::Position, _) => Setpoint::Track(Micrometre(value)),
+        (Quantity::Drive { active, others_v }, _) => {
+            Setpoint::Drive(active.map(|is_active| Volt(if is_active { value } else { others_v })))
         }
-        self.ticks_to_next = self.ticks_to_next.saturating_sub(1);
-        if self.ticks_to_next > 0 {
-            return false;
-        }
-        self.ticks_to_next = self.period_ticks;
-        self.samples_left -= 1;
-        true
     }
 }

@@ -5,28 +5,51 @@
 //! ```text
 //! board/*/link   bytes <-> frames                  (USB, or the emulator's UART)
 //! rpc            frames <-> commands and answers   (postcard-rpc)
-//! mailbox        the setpoint, and what the last tick did
+//! calibration    an uploaded calibration, whole and checked
+//! mailbox        orders, and what the last tick did
 //! control        one tick: converter codes in, PWM codes out (control-core decides)
 //! board/*        registers
 //! ```
 #![no_std]
 
 // Provides the critical sections.
+#[cfg(target_os = "none")]
 use cortex_m as _;
 
 pub mod board;
+pub mod calibration;
 pub mod control;
+pub mod keeper;
 pub mod mailbox;
 pub mod rpc;
+#[cfg(any(feature = "board-stm32g474", feature = "board-host"))]
+pub mod usb;
 
-#[cfg(all(feature = "board-stm32g474", feature = "board-mps2"))]
-compile_error!("choose one board: `board-stm32g474` or `board-mps2`");
+#[cfg(any(
+    all(feature = "board-stm32g474", feature = "board-mps2"),
+    all(feature = "board-stm32g474", feature = "board-host"),
+    all(feature = "board-mps2", feature = "board-host"),
+))]
+compile_error!("choose one board: `board-stm32g474`, `board-mps2` or `board-host`");
 
-/// Control ticks a second, on every board.
-pub const TICK_HZ: u32 = 10_000;
+/// Control ticks a second, on every board, as the control core has it.
+pub const TICK_HZ: u32 = (1.0 / control_core::TICK.0 + 0.5) as u32;
+
+/// Control ticks in a millisecond.
+pub const TICKS_PER_MS: u32 = TICK_HZ / 1000;
 
 /// The calibration that a board has before it has been given its own: the inverse of the
 /// `reconciled` preset of the model, tabulated by the build script.
 pub mod factory {
-    include!(concat!(env!("OUT_DIR"), "/factory.rs"));
+    use control_core::Calibration;
+
+    static BYTES: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/factory.bin"));
+
+    /// The calibration, read as an uploaded one is.
+    pub fn calibration() -> Calibration {
+        match Calibration::from_bytes(BYTES) {
+            Ok(calibration) => calibration,
+            Err(_) => panic!("the firmware image is damaged"),
+        }
+    }
 }

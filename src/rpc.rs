@@ -1,45 +1,61 @@
 //! From frames to commands: the endpoints of `mirror-protocol`, and their answers.
 
+use core::fmt::Write;
+
 use control_core::{Calibration, Micrometre, Setpoint, Volt};
+use embassy_time::{Duration, Timer};
+use experiment::Player;
 use mirror_protocol::{
-    CommandReply, Drives, ENDPOINTS, Hello, HelloEndpoint, Identity, MAX_FRAME_BYTES, OffEndpoint,
-    PROTOCOL_VERSION, Position, Refusal, SetDriveEndpoint, SetPositionEndpoint, Status,
+    CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal, CalibrationReply,
+    CalibrationUseEndpoint, CalibrationUseReply, CalibrationWriteEndpoint, CalibrationWriteReply,
+    ClearEndpoint, CommandReply, Drives, ENDPOINTS, EnterBootloaderEndpoint, EnterBootloaderReply,
+    Hello, HelloEndpoint, Identity, Kept, LEASE_FOREVER_MS, LoadPointsEndpoint, LoadReply,
+    MAX_FRAME_BYTES, OffEndpoint, PROTOCOL_VERSION, Play, PlayEndpoint, Points, Position, Refusal,
+    RenewEndpoint, Renewal, Sentence, SetDriveEndpoint, SetPositionEndpoint, Status,
     StatusEndpoint, StatusReply, Stream, StreamEndpoint, StreamReply, Streaming, TOPICS_IN,
     TOPICS_OUT, TelemetryTopic, Text,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarSeq};
 use postcard_rpc::server::{Dispatch, Sender, Server, WireRx};
+use protection::{Denied, Lease};
 use static_cell::ConstStaticCell;
 
-use crate::TICK_HZ;
-use crate::board::Board;
-#[cfg(feature = "board-mps2")]
-use crate::board::mps2::link::LinkTx;
-#[cfg(feature = "board-stm32g474")]
-use crate::board::stm32g474::link::LinkTx;
-use crate::mailbox::Mailbox;
+use crate::board::{Board, LinkTx};
+use crate::calibration::{Upload, UploadError};
+use crate::keeper::Keeper;
+use crate::mailbox::{Failure, Mailbox, Order};
+use crate::{TICK_HZ, TICKS_PER_MS};
 
 /// What the endpoints know and remember.
 pub struct Session {
     board: &'static str,
     is_emulated: bool,
     mailbox: &'static Mailbox,
-    max_position: Micrometre,
-    max_drive: Volt,
+    calibration: CalibrationInfo,
+    upload: Upload,
+    keeper: Keeper,
+    bootloader: Option<fn() -> !>,
     /// Protocol version of the tool that greeted last.
     tool: Option<u16>,
 }
 
 impl Session {
     /// A session before any greeting.
-    pub fn new<B: Board>(mailbox: &'static Mailbox, calibration: &Calibration) -> Self {
+    pub fn new<B: Board>(
+        mailbox: &'static Mailbox,
+        calibration: &Calibration,
+        upload: Upload,
+        keeper: Keeper,
+    ) -> Self {
         Self {
             board: B::NAME,
             is_emulated: B::IS_EMULATED,
             mailbox,
-            max_position: calibration.max_position(),
-            max_drive: calibration.max_drive(),
+            calibration: info(calibration, keeper.kept()),
+            upload,
+            keeper,
+            bootloader: B::BOOTLOADER,
             tool: None,
         }
     }
@@ -55,12 +71,9 @@ impl Session {
         }
     }
 
-    async fn command(&self, setpoint: Setpoint) -> CommandReply {
+    async fn order(&self, order: Order) -> CommandReply {
         self.check_version()?;
-        self.mailbox
-            .command(setpoint)
-            .await
-            .map_err(|_| Refusal::ControlStopped)
+        self.mailbox.order(order).await.map_err(refusal)
     }
 }
 
@@ -80,7 +93,15 @@ define_dispatch! {
         | SetPositionEndpoint | async    | set_position |
         | SetDriveEndpoint    | async    | set_drive    |
         | OffEndpoint         | async    | off          |
+        | EnterBootloaderEndpoint | async | enter_bootloader |
+        | RenewEndpoint       | async    | renew        |
+        | ClearEndpoint       | async    | clear        |
         | StreamEndpoint      | async    | stream       |
+        | CalibrationEndpoint | blocking | calibration  |
+        | CalibrationWriteEndpoint | blocking | write_calibration |
+        | CalibrationUseEndpoint | async | use_calibration |
+        | LoadPointsEndpoint  | blocking | load_points  |
+        | PlayEndpoint        | async    | play         |
     };
     topics_in: {
         list: TOPICS_IN;
@@ -108,8 +129,9 @@ fn status(session: &mut Session, _header: VarHeader, (): ()) -> StatusReply {
     session.check_version()?;
     Ok(Status {
         telemetry: session.mailbox.latest(),
-        max_position_um: session.max_position.0,
-        max_drive_v: session.max_drive.0,
+        health: session.mailbox.health(),
+        max_position_um: session.calibration.max_position_um,
+        max_drive_v: session.calibration.max_drive_v,
         dropped_samples: session.mailbox.dropped_samples(),
     })
 }
@@ -120,30 +142,146 @@ async fn set_position(
     position: Position,
 ) -> CommandReply {
     check_numbers(&[position.z_um])?;
+    let setpoint = Setpoint::Position(Micrometre(position.z_um));
     session
-        .command(Setpoint::Position(Micrometre(position.z_um)))
+        .order(Order::Drive(setpoint, lease(position.lease_ms)))
         .await
 }
 
 async fn set_drive(session: &mut Session, _header: VarHeader, drives: Drives) -> CommandReply {
     check_numbers(&drives.drive_v)?;
+    let setpoint = Setpoint::Drive(drives.drive_v.map(Volt));
     session
-        .command(Setpoint::Drive(drives.drive_v.map(Volt)))
+        .order(Order::Drive(setpoint, lease(drives.lease_ms)))
         .await
 }
 
 async fn off(session: &mut Session, _header: VarHeader, (): ()) -> CommandReply {
-    session.command(Setpoint::Off).await
+    session.order(Order::Off).await
+}
+
+/// Once the answer is on its way, [`leave`] does it.
+async fn enter_bootloader(
+    session: &mut Session,
+    header: VarHeader,
+    (): (),
+) -> EnterBootloaderReply {
+    if session.bootloader.is_none() {
+        return Err(Refusal::NoBootloader);
+    }
+    off(session, header, ()).await?;
+    session.mailbox.request_bootloader();
+    Ok(())
+}
+
+async fn renew(session: &mut Session, _header: VarHeader, renewal: Renewal) -> CommandReply {
+    session.order(Order::Renew(lease(renewal.lease_ms))).await
+}
+
+async fn clear(session: &mut Session, _header: VarHeader, (): ()) -> CommandReply {
+    session.order(Order::Clear).await
 }
 
 async fn stream(session: &mut Session, _header: VarHeader, stream: Stream) -> StreamReply {
     session.check_version()?;
-    if stream.period_ticks == 0 {
-        return Err(Refusal::ZeroPeriod);
-    }
+    check_period(&stream)?;
     let first_tick = session.mailbox.stream(stream).await;
-    let first_tick = first_tick.map_err(|_| Refusal::ControlStopped)?;
+    let first_tick = first_tick.map_err(refusal)?;
     Ok(Streaming { first_tick })
+}
+
+fn calibration(session: &mut Session, _header: VarHeader, (): ()) -> CalibrationReply {
+    session.check_version()?;
+    Ok(session.calibration.clone())
+}
+
+fn write_calibration(
+    session: &mut Session,
+    _header: VarHeader,
+    chunk: CalibrationChunk,
+) -> CalibrationWriteReply {
+    session.check_version()?;
+    session.upload.write(&chunk)
+}
+
+async fn use_calibration(session: &mut Session, _header: VarHeader, (): ()) -> CalibrationUseReply {
+    session
+        .check_version()
+        .map_err(CalibrationRefusal::Refused)?;
+    let used = session.upload.put_to_use(session.mailbox).await;
+    let used = used.map_err(|error| match error {
+        UploadError::ControlStopped => CalibrationRefusal::Refused(Refusal::ControlStopped),
+        UploadError::Calibration(error) => {
+            let mut sentence = Sentence::new();
+            // What does not fit is left out.
+            let _ = write!(sentence, "{error}");
+            CalibrationRefusal::Unusable(sentence)
+        }
+    })?;
+    // The exchange has turned all channels off.
+    session.keeper.keep(session.upload.bytes());
+    session.calibration = info(&used, session.keeper.kept());
+    Ok(session.calibration.clone())
+}
+
+fn info(calibration: &Calibration, kept: Kept) -> CalibrationInfo {
+    let origin = &calibration.parts().origin;
+    CalibrationInfo {
+        device: text(origin.device.as_str()),
+        date: text(origin.date.as_str()),
+        model_hash: origin.model_hash,
+        max_position_um: calibration.max_position().0,
+        max_drive_v: calibration.max_drive().0,
+        kept,
+    }
+}
+
+fn load_points(session: &mut Session, _header: VarHeader, points: Points) -> LoadReply {
+    session.check_version()?;
+    if session
+        .mailbox
+        .load_points(points.first.into(), &points.points)
+    {
+        Ok(())
+    } else {
+        Err(Refusal::TableEnd)
+    }
+}
+
+async fn play(session: &mut Session, _header: VarHeader, play: Play) -> StreamReply {
+    session.check_version()?;
+    let player = Player::new(play.waveform, TICK_HZ).map_err(Refusal::Waveform)?;
+    check_period(&play.stream)?;
+    let lease = lease(play.lease_ms);
+    let first_tick = session.mailbox.play(player, play.stream, lease).await;
+    let first_tick = first_tick.map_err(refusal)?;
+    Ok(Streaming { first_tick })
+}
+
+fn check_period(stream: &Stream) -> Result<(), Refusal> {
+    if stream.period_ticks == 0 {
+        Err(Refusal::ZeroPeriod)
+    } else {
+        Ok(())
+    }
+}
+
+fn refusal(failure: Failure) -> Refusal {
+    match failure {
+        Failure::ControlStopped => Refusal::ControlStopped,
+        Failure::Denied(Denied::NoLease) => Refusal::NoLease,
+        Failure::Denied(Denied::Tripped(fault)) => Refusal::Tripped {
+            fault: fault.code(),
+        },
+    }
+}
+
+/// The lease of so many milliseconds; what would be too many ticks to count does not end.
+fn lease(ms: u32) -> Lease {
+    match ms.checked_mul(TICKS_PER_MS) {
+        Some(ticks) if ms != LEASE_FOREVER_MS => Lease::ticks(ticks),
+        _ => Lease::FOREVER,
+    }
 }
 
 fn check_numbers(values: &[f32]) -> Result<(), Refusal> {
@@ -165,14 +303,19 @@ fn text(text: &str) -> Text {
     short
 }
 
+/// Holds a frame while it is received. On USB the longest frame is followed by an empty packet, for
+/// which there must be room, too.
+pub type Frame = [u8; MAX_FRAME_BYTES + 64];
+
+/// The frame of the one server of the image.
+pub static FRAME: ConstStaticCell<Frame> = ConstStaticCell::new([0; MAX_FRAME_BYTES + 64]);
+
 /// Answers requests on a link and sends it the samples of the stream, for ever.
-pub async fn serve<Rx: WireRx>(tx: LinkTx, rx: Rx, session: Session) -> ! {
-    static FRAME: ConstStaticCell<[u8; MAX_FRAME_BYTES]> =
-        ConstStaticCell::new([0; MAX_FRAME_BYTES]);
-    let mailbox = session.mailbox;
+pub async fn serve<Rx: WireRx>(tx: LinkTx, rx: Rx, frame: &mut Frame, session: Session) -> ! {
+    let (mailbox, bootloader) = (session.mailbox, session.bootloader);
     let endpoints = Endpoints::new(session, ());
     let key_length = endpoints.min_key_len();
-    let mut server = Server::new(tx, rx, FRAME.take().as_mut_slice(), endpoints, key_length);
+    let mut server = Server::new(tx, rx, frame.as_mut_slice(), endpoints, key_length);
     let samples = send_samples(server.sender(), mailbox);
     let requests = async {
         loop {
@@ -181,7 +324,24 @@ pub async fn serve<Rx: WireRx>(tx: LinkTx, rx: Rx, session: Session) -> ! {
             defmt::info!("link lost");
         }
     };
-    embassy_futures::join::join(samples, requests).await.0
+    let leave = leave(mailbox, bootloader);
+    embassy_futures::join::join3(samples, requests, leave)
+        .await
+        .0
+}
+
+/// Time for an answer to reach the tool.
+const ANSWER_TIME: Duration = Duration::from_millis(50);
+
+/// Waits until the board is asked to leave for its bootloader, and does.
+async fn leave(mailbox: &'static Mailbox, bootloader: Option<fn() -> !>) -> ! {
+    loop {
+        mailbox.bootloader_requested().await;
+        Timer::after(ANSWER_TIME).await;
+        if let Some(enter) = bootloader {
+            enter();
+        }
+    }
 }
 
 async fn send_samples(sender: Sender<LinkTx>, mailbox: &'static Mailbox) -> ! {

@@ -6,18 +6,24 @@ use mirror_firmware as _;
 
 #[embedded_test::tests]
 mod tests {
-    use control_core::{AdcCode, Controller, LANES, Micrometre, PwmCode, Setpoint, Volt};
+    use control_core::{
+        AdcCode, Calibration, Controller, LANES, Micrometre, PwmCode, Setpoint, SupplyCode, Volt,
+    };
     use embassy_futures::join::join;
     use embassy_futures::yield_now;
+    use experiment::{FULL_SCALE, POINTS, Player, Quantity, Shape, Table, Waveform};
+    use mirror_firmware::TICK_HZ;
     use mirror_firmware::board::Sensed;
     use mirror_firmware::control::Control;
-    use mirror_firmware::factory::CALIBRATION;
-    use mirror_firmware::mailbox::MAILBOX;
+    use mirror_firmware::factory;
+    use mirror_firmware::mailbox::{Failure, MAILBOX, Order};
     use mirror_protocol::{
-        CommandReply, Commanded, Drives, Hello, MAX_FRAME_BYTES, Position, Refusal, Status,
-        StatusReply, Stream, Telemetry,
+        ChannelState, CommandReply, Commanded, Drives, Health, Hello, LEASE_FOREVER_MS,
+        MAX_FRAME_BYTES, Position, Refusal, Renewal, Status, StatusReply, Stream, Telemetry,
     };
+    use protection::{Denied, Fault, Lease};
     use serde::{Serialize, de::DeserializeOwned};
+    use static_cell::StaticCell;
 
     fn comes_back<T: Serialize + DeserializeOwned + PartialEq + core::fmt::Debug>(message: T) {
         let mut frame = [0; MAX_FRAME_BYTES];
@@ -36,18 +42,31 @@ mod tests {
             current_a: [5e-3; LANES],
             temperature_k: [Some(70.5), None, Some(-1.0), Some(0.0)],
             limits: 3,
+            states: [
+                ChannelState::Off,
+                ChannelState::Driving,
+                ChannelState::Limited,
+                ChannelState::Tripped(11),
+            ],
             sensor_z_um: Some(119.97),
         };
         comes_back(Hello {
             protocol_version: u16::MAX,
         });
-        comes_back(Position { z_um: 120.0 });
+        comes_back(Position {
+            z_um: 120.0,
+            lease_ms: LEASE_FOREVER_MS,
+        });
+        comes_back(Renewal { lease_ms: 100 });
         comes_back(Drives {
             drive_v: [1.9; LANES],
+            lease_ms: 0,
         });
         comes_back(Stream {
             period_ticks: 10,
             count: 1000,
+            mean_ticks: 10,
+            slowing: 20,
         });
         comes_back::<CommandReply>(Ok(Commanded {
             tick: 1,
@@ -57,6 +76,12 @@ mod tests {
         comes_back::<CommandReply>(Err(Refusal::ProtocolVersion { board: 1, tool: 2 }));
         comes_back::<StatusReply>(Ok(Status {
             telemetry,
+            health: Health {
+                lease_left_ms: Some(599_999),
+                supply_v: 5.0,
+                missed_ticks: 0,
+                limits_since_command: 0x3ff,
+            },
             max_position_um: 173.7,
             max_drive_v: 3.5,
             dropped_samples: 0,
@@ -80,43 +105,133 @@ mod tests {
     }
 
     fn control() -> Control {
-        Control::new(Controller::new(CALIBRATION), &MAILBOX)
+        static CALIBRATION: StaticCell<Calibration> = StaticCell::new();
+        let calibration = CALIBRATION.init(factory::calibration());
+        Control::new(Controller::new(calibration), &MAILBOX)
     }
 
     #[test]
-    fn all_channels_are_off_at_start() {
-        let codes = control().tick(Sensed::default());
-        assert_eq!(codes, [PwmCode(0); LANES]);
-    }
-
-    #[test]
-    async fn a_command_is_carried_out_by_the_next_tick_and_confirmed() {
+    fn nothing_is_driven_at_start_but_the_check_of_the_heaters() {
         let mut control = control();
-        let command = MAILBOX.command(Setpoint::Position(Micrometre(100.0)));
-        let ticks = async {
-            yield_now().await;
-            control.tick(Sensed::default())
+        let mut codes = [PwmCode(0); LANES];
+        for _ in 0..20 {
+            codes = control.tick(sound(codes));
+            assert!(codes.iter().all(|code| code.0 <= 100), "{codes:?}");
+        }
+        assert_eq!(codes, [PwmCode(0); LANES]);
+        assert_eq!(MAILBOX.latest().states, [ChannelState::Ready; LANES]);
+    }
+
+    /// Four heaters of 400 ohm at the codes that are driven, and a sound supply.
+    fn sound(codes: [PwmCode; LANES]) -> Sensed {
+        heaters(codes, [400.0; LANES])
+    }
+
+    fn heaters(codes: [PwmCode; LANES], ohm: [f32; LANES]) -> Sensed {
+        let code = |i: usize| {
+            let current_a = codes[i].drive().0 / ohm[i];
+            AdcCode((current_a / 12.5e-3 * 65536.0) as u16)
         };
-        let (confirmed, codes) = join(command, ticks).await;
-        let confirmed = confirmed.expect("a tick came");
-        assert_eq!(confirmed.tick, 0);
+        Sensed {
+            currents: core::array::from_fn(code),
+            supply: SupplyCode::from_millivolt(5000),
+            ..Sensed::default()
+        }
+    }
+
+    /// Gives `order` and lets `ticks` pass with `board` behind the pins; what was driven last.
+    async fn carry_out(
+        control: &mut Control,
+        order: Order,
+        ticks: u32,
+        board: impl Fn([PwmCode; LANES]) -> Sensed,
+    ) -> (Result<Commanded, Failure>, [PwmCode; LANES]) {
+        let ordered = MAILBOX.order(order);
+        let ticking = async {
+            yield_now().await;
+            let mut codes = [PwmCode(0); LANES];
+            for _ in 0..ticks {
+                codes = control.tick(board(codes));
+            }
+            codes
+        };
+        join(ordered, ticking).await
+    }
+
+    #[test]
+    async fn a_command_is_carried_out_once_the_heaters_are_checked_and_confirmed() {
+        let mut control = control();
+        let order = Order::Drive(Setpoint::Track(Micrometre(100.0)), Lease::FOREVER);
+        let (confirmed, codes) = carry_out(&mut control, order, 40, sound).await;
+        let confirmed = confirmed.expect("the heaters are sound");
+        assert!((15..40).contains(&confirmed.tick), "{confirmed:?}");
         assert!(codes[0].0 > 1000, "{codes:?}");
-        assert_eq!(confirmed.drive_v, codes.map(|code| code.drive().0));
+        // The heaters were cold then, and took less voltage for the same power.
+        assert!((1.0..codes[0].drive().0).contains(&confirmed.drive_v[0]));
+        assert_eq!(MAILBOX.latest().states, [ChannelState::Driving; LANES]);
+        // From then on the next tick does it.
+        let order = Order::Drive(Setpoint::Track(Micrometre(50.0)), Lease::FOREVER);
+        let (confirmed, lower) = carry_out(&mut control, order, 1, |_| sound(codes)).await;
+        assert!(confirmed.is_ok() && lower[0].0 < codes[0].0, "{lower:?}");
+    }
+
+    #[test]
+    async fn an_open_heater_trips_in_the_check_and_is_told() {
+        let mut control = control();
+        let order = Order::Drive(Setpoint::Drive([Volt(3.0); LANES]), Lease::FOREVER);
+        let open = |codes| heaters(codes, [400.0, f32::INFINITY, 400.0, 400.0]);
+        let (confirmed, codes) = carry_out(&mut control, order, 40, open).await;
+        let denied = Err(Failure::Denied(Denied::Tripped(Fault::OpenHeater)));
+        assert_eq!(confirmed, denied);
+        assert_eq!(codes, [PwmCode(0); LANES]);
+        let off = ChannelState::Off;
+        let tripped = ChannelState::Tripped(Fault::OpenHeater.code());
+        assert_eq!(MAILBOX.latest().states, [off, tripped, off, off]);
+        assert_eq!(carry_out(&mut control, order, 1, sound).await.0, denied);
+        let (cleared, _) = carry_out(&mut control, Order::Clear, 20, sound).await;
+        assert!(cleared.is_ok());
+        let (confirmed, codes) = carry_out(&mut control, order, 40, sound).await;
+        assert!(confirmed.is_ok());
+        assert_eq!(codes, [PwmCode(3000); LANES]);
+    }
+
+    #[test]
+    async fn a_lease_that_is_not_renewed_ends_in_a_ramp_to_zero() {
+        let mut control = control();
+        let drive = Setpoint::Drive([Volt(2.0); LANES]);
+        let order = Order::Drive(drive, Lease::ticks(100));
+        let (_, mut codes) = carry_out(&mut control, order, 100, sound).await;
+        assert_eq!(codes, [PwmCode(2000); LANES]);
+        let renewed = carry_out(&mut control, Order::Renew(Lease::ticks(30)), 1, |_| {
+            sound(codes)
+        });
+        assert!(renewed.await.0.is_ok());
+        for _ in 0..30 {
+            codes = control.tick(sound(codes));
+        }
+        assert!(codes[0].0 < 2000, "{codes:?}");
+        let falls = |codes: [PwmCode; LANES], next: [PwmCode; LANES]| codes[0].0 - next[0].0;
+        for _ in 0..600 {
+            let next = control.tick(sound(codes));
+            assert!(falls(codes, next) <= 4, "a ramp, no step");
+            codes = next;
+        }
+        assert_eq!(codes, [PwmCode(0); LANES]);
+        let late = carry_out(&mut control, Order::Renew(Lease::FOREVER), 1, |_| {
+            sound(codes)
+        });
+        assert_eq!(late.await.0, Err(Failure::Denied(Denied::NoLease)));
     }
 
     #[test]
     async fn codes_become_currents_and_temperatures() {
         let mut control = control();
-        let command = MAILBOX.command(Setpoint::Drive([Volt(2.0); LANES]));
-        let (_, _) = join(command, async {
-            yield_now().await;
-            control.tick(Sensed::default());
-        })
-        .await;
+        let order = Order::Drive(Setpoint::Drive([Volt(2.0); LANES]), Lease::FOREVER);
+        let (_, codes) = carry_out(&mut control, order, 40, sound).await;
         // 2 V through 400 ohm are 5 mA: 26214 steps of 12.5 mA / 65536.
         control.tick(Sensed {
             currents: [AdcCode(26_214); LANES],
-            sensor_z: None,
+            ..sound(codes)
         });
         let telemetry = MAILBOX.latest();
         let rise = telemetry.temperature_k[0].expect("the drive is large enough to tell");
@@ -133,6 +248,7 @@ mod tests {
         MAILBOX.request_stream(Stream {
             period_ticks: 3,
             count: 4,
+            ..Stream::default()
         });
         for _ in 0..100 {
             control.tick(Sensed::default());
@@ -144,11 +260,61 @@ mod tests {
     }
 
     #[test]
+    async fn a_waveform_is_driven_from_the_tick_after_it_was_asked_for() {
+        assert!(MAILBOX.load_points(0, &[FULL_SCALE, 0]));
+        assert!(!MAILBOX.load_points(POINTS - 1, &[1, 2]), "beyond the end");
+        let waveform = Waveform {
+            quantity: Quantity::Drive {
+                active: [true, false, true, false],
+                others_v: 0.5,
+            },
+            shape: Shape::Steps(Table {
+                points: 2,
+                dwell_ticks: 3,
+            }),
+            offset: 1.0,
+            amplitude: 1.0,
+            cycles: 1,
+            ends_off: true,
+        };
+        let stream = Stream {
+            period_ticks: 100,
+            count: 10,
+            slowing: 1,
+            ..Stream::default()
+        };
+        let mut control = control();
+        let player = Player::new(waveform, TICK_HZ).expect("playable");
+        let playing = MAILBOX.play(player, stream, Lease::FOREVER);
+        let (first_tick, ()) = join(playing, async {
+            yield_now().await;
+            let mut codes = [PwmCode(0); LANES];
+            for _ in 0..35 {
+                codes = control.tick(sound(codes));
+            }
+        })
+        .await;
+        let first_tick = first_tick.expect("the heaters are sound");
+        assert!(first_tick > 10, "after their check");
+        // Before the waveform, at its two steps, and when it is over.
+        for (after, drive_v) in [
+            (0, [0.0; 4]),
+            (1, [2.0, 0.5, 2.0, 0.5]),
+            (4, [1.0, 0.5, 1.0, 0.5]),
+            (7, [0.0; 4]),
+        ] {
+            let sample = MAILBOX.next_sample().await;
+            assert_eq!((sample.tick, sample.drive_v), (first_tick + after, drive_v));
+        }
+    }
+
+    #[test]
     async fn samples_that_nobody_fetches_are_counted_as_dropped() {
         let mut control = control();
         MAILBOX.request_stream(Stream {
             period_ticks: 1,
             count: 100,
+            ..Stream::default()
         });
         for _ in 0..100 {
             control.tick(Sensed::default());

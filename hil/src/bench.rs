@@ -60,12 +60,21 @@ impl Bench {
     /// # Panics
     /// Where it does not start.
     pub fn emulated(mirror: MirrorConfig) -> Self {
+        Self::with_flash(mirror, None)
+    }
+
+    /// The same, its flash in the file `flash`, which outlives it.
+    ///
+    /// # Panics
+    /// Where it does not start.
+    pub fn with_flash(mirror: MirrorConfig, flash: Option<&Path>) -> Self {
         let directory = tempfile::tempdir().expect("a directory");
         let emulated = EmulatedBoard::start(&Emulation {
             image: target_directory().join("thumbv7em-none-eabihf/release/mps2"),
             mirror,
             boards_directory: directory.path().to_owned(),
             name: "emulated".to_owned(),
+            flash: flash.map(Path::to_owned),
         })
         .unwrap_or_else(|error| panic!("{error}; is the image built? `cargo xtask build mps2`"));
         let board = emulated.socket().to_string_lossy().into_owned();

@@ -48,7 +48,8 @@ fn what_is_printed_names_each_number() {
             "currents",
             "warmer by",
             "limited",
-            "moved to"
+            "moved to",
+            "held for"
         ]
     );
     assert!(
@@ -66,13 +67,17 @@ fn the_board_limits_what_a_careless_tool_asks() {
     let limits = |reply: Result<mirror_protocol::CommandReply, WireError>| {
         Limits::from_bits(reply.expect("understood").expect("carried out").limits)
     };
-    let position = |z_um| Position { z_um };
+    let position = |z_um| Position {
+        z_um,
+        lease_ms: 1000,
+    };
     let high = link.ask::<SetPositionEndpoint>(&position(1e6)).unwrap();
     assert!(limits(high).contains(Limit::PositionHigh));
     let low = link.ask::<SetPositionEndpoint>(&position(-1.0)).unwrap();
     assert!(limits(low).contains(Limit::PositionLow));
     let drives = Drives {
         drive_v: [9.0, 1.0, 1.0, 1.0],
+        lease_ms: 1000,
     };
     let reply = link.ask::<SetDriveEndpoint>(&drives).unwrap();
     let driven = reply.as_ref().unwrap().as_ref().unwrap().drive_v;
@@ -91,7 +96,10 @@ fn the_board_limits_what_a_careless_tool_asks() {
 fn the_board_refuses_other_protocol_versions() {
     let bench = bench();
     let mut link = raw(&bench);
-    let command = Position { z_um: 50.0 };
+    let command = Position {
+        z_um: 50.0,
+        lease_ms: 1000,
+    };
     let without_hello = link.ask::<SetPositionEndpoint>(&command).unwrap();
     assert_eq!(without_hello.unwrap(), Err(Refusal::NoHello));
 
@@ -127,7 +135,10 @@ fn disturbed_bytes_do_not_stop_the_next_good_request() {
         (0..length).map(|_| byte()).collect()
     };
     for round in 0..30 {
-        let mut good = link.request::<SetPositionEndpoint>(&Position { z_um: 10.0 });
+        let mut good = link.request::<SetPositionEndpoint>(&Position {
+            z_um: 10.0,
+            lease_ms: 1000,
+        });
         match round % 3 {
             // Truncated: the rest never comes, and the next frame's delimiter ends it.
             0 => good.truncate(good.len() / 2),
@@ -213,7 +224,8 @@ fn a_second_tool_is_told_that_the_board_is_taken_again_and_again() {
     }
     first.kill().expect("it ends");
     first.wait().expect("it is gone");
-    assert_eq!(bench.tool(&["status"]).code, 0);
+    let said = bench.tool(&["status"]);
+    assert_eq!(said.code, 0, "{}", said.err);
 }
 
 #[test]
@@ -278,4 +290,59 @@ fn a_recording_is_as_long_as_it_was_asked_to_be_or_refused() {
         assert!(err.contains(sentence), "{err}");
         assert!(!bench.directory().join("never.csv").exists());
     }
+}
+
+#[test]
+fn a_tool_that_is_killed_while_it_drives_leaves_no_drive_behind() {
+    let bench = bench();
+    bench.json(&["set-drive", "2V", "--settle", "10ms", "--hold", "500ms"]);
+    let mut recording = bench.start_tool(&[
+        "record",
+        "-o",
+        "long.csv",
+        "--duration",
+        "1h",
+        "--period",
+        "1ms",
+    ]);
+    thread::sleep(Duration::from_millis(700));
+    // Several seconds of the board's time: the recording has kept the drive alive.
+    recording.kill().expect("it dies");
+    recording.wait().expect("it is gone");
+    let status = bench.json(&["status"]);
+    let up_s = |status: &serde_json::Value| status["up_s"].as_f64().expect("a number");
+    assert!(up_s(&status) > 1.0, "{status}");
+    // The board waits 3 s of real time for the host that has gone, and then ramps.
+    let status = (0..100)
+        .map(|_| {
+            thread::sleep(Duration::from_millis(100));
+            bench.json(&["status"])
+        })
+        .find(|status| status["states"][0] == "ready")
+        .expect("it ramps to zero");
+    assert_eq!(status["drive_v"], serde_json::json!([0.0, 0.0, 0.0, 0.0]));
+    assert_eq!(status["limited_by"], serde_json::json!(["lease-lapsed"]));
+    assert_eq!(status["lease"], serde_json::Value::Null);
+}
+
+#[test]
+fn what_is_held_is_held_so_long_and_no_longer() {
+    let bench = bench();
+    bench.json(&["set-drive", "2V", "--settle", "10ms", "--hold", "forever"]);
+    let status = bench.json(&["status"]);
+    assert_eq!(status["lease"], "forever");
+    assert_eq!(status["states"][2], "driving");
+    bench.json(&["set-z", "50um", "--settle", "10ms", "--hold", "2s"]);
+    let held = bench.json(&["status"]);
+    let left = held["lease"]["seconds"].as_f64().expect("a number");
+    assert!((0.0..2.0).contains(&left), "{held}");
+    loop {
+        let status = bench.json(&["status"]);
+        if status["lease"].is_null() {
+            break;
+        }
+        assert_eq!(status["states"][0], "driving");
+    }
+    let status = bench.json(&["status"]);
+    assert_eq!(status["limited_by"], serde_json::json!(["lease-lapsed"]));
 }

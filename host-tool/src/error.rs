@@ -3,9 +3,10 @@
 use std::io;
 use std::path::PathBuf;
 
-use mirror_protocol::{PROTOCOL_VERSION, Refusal};
+use mirror_protocol::{Flaw, PROTOCOL_VERSION, Refusal};
 
-use crate::quantity::{Length, Span, Voltage};
+use crate::commands::fault_name;
+use crate::quantity::{Frequency, Length, Span, Voltage};
 
 /// A failure of the tool.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -14,9 +15,40 @@ pub enum ToolError {
     #[error("no board was found")]
     #[diagnostic(help(
         "connect a driver board by USB, or try everything without one: \
-         `cargo xtask emulate` keeps an emulated board up"
+         `cargo xtask emulate` keeps an emulated board up. `host-tool doctor` tells why one is not found"
     ))]
     NoBoard,
+
+    #[error("{} is not written to the board: {error}", path.display())]
+    #[diagnostic(help("nothing was changed; build it with `cargo xtask build stm32g474`"))]
+    Image {
+        path: PathBuf,
+        error: crate::update::image::ImageError,
+    },
+
+    #[error("the board left for its bootloader and did not show up there")]
+    #[diagnostic(help(
+        "unplug it, set the BOOT0 jumper, plug it in again, and update again; `host-tool doctor` shows \
+         whether it is there"
+    ))]
+    NoBootloader,
+
+    #[error(
+        "{count} microcontrollers are in their bootloaders, and they do not say whose they are"
+    )]
+    #[diagnostic(help("unplug all but the board that is to be updated"))]
+    SeveralBootloaders { count: usize },
+
+    #[error("the update stopped: {0}")]
+    #[diagnostic(help(
+        "the board is in its bootloader and its outputs are off: update again. If it lost its power \
+         in between, set the BOOT0 jumper, plug it in, update, and take the jumper out"
+    ))]
+    Update(#[from] crate::update::dfuse::UpdateError),
+
+    #[error("no board is ready to be used")]
+    #[diagnostic(help("do what is said above, and ask again"))]
+    NoBoardReady,
 
     #[error("there is no board `{name}`; found: {found}")]
     #[diagnostic(help("name one of them, or leave out --board and MIRROR_BOARD"))]
@@ -28,8 +60,8 @@ pub enum ToolError {
 
     #[error("the board {board} cannot be opened: {reason}")]
     #[diagnostic(help(
-        "is it still there, is another host-tool using it, and may you access it? On Linux a USB \
-         board needs a udev rule"
+        "is it still there, is another host-tool using it, and may you access it? `host-tool doctor` \
+         tells"
     ))]
     Open { board: String, reason: String },
 
@@ -59,12 +91,20 @@ pub enum ToolError {
     #[diagnostic(help("{}", update_advice(*board)))]
     ProtocolVersion { board: u16 },
 
+    #[error("channel {channel} has turned the board off: {}", fault_name(*fault))]
+    #[diagnostic(help("{}", fault_advice(*fault)))]
+    Tripped { channel: usize, fault: u8 },
+
     #[error("the board refused to {request}: {}", refusal_words(*refusal))]
-    #[diagnostic(help("`host-tool status` shows what the board is doing"))]
+    #[diagnostic(help("{}", refusal_advice(*refusal)))]
     Refused {
         request: &'static str,
         refusal: Refusal,
     },
+
+    #[error("the board keeps its calibration: the one it was sent cannot be used, {reason}")]
+    #[diagnostic(help("calibrate the mirror again with this version of the tool"))]
+    CalibrationRefused { reason: String },
 
     #[error("the board stopped counting control ticks")]
     #[diagnostic(help("reset the board, or restart its emulator"))]
@@ -93,6 +133,59 @@ pub enum ToolError {
     #[error("{asked} is more samples than the board counts in one stream")]
     #[diagnostic(help("ask for a shorter --duration, or a longer --period"))]
     TooManySamples { asked: f64 },
+
+    #[error("{asked} is not a rate that this board samples at: at most {highest}")]
+    #[diagnostic(help("ask for another --rate; the board samples every whole number of ticks"))]
+    Rate {
+        asked: Frequency,
+        highest: Frequency,
+    },
+
+    #[error("a sine of {asked} cannot be played and read: from 1 mHz to {highest}")]
+    #[diagnostic(help("ask for another --frequency"))]
+    Frequency {
+        asked: Frequency,
+        highest: Frequency,
+    },
+
+    #[error("a board keeps {most} points, and this takes {count}")]
+    #[diagnostic(help("ask for fewer steps, or for fewer points"))]
+    TooManyPoints { count: usize, most: usize },
+
+    #[error("a dwell of {asked} is not possible: from one control tick, {tick}, to 100 h")]
+    #[diagnostic(help("ask for another --dwell or --hold"))]
+    Dwell { asked: Span, tick: Span },
+
+    #[error("the sensor at {} cannot be read: {reason}", path.display())]
+    #[diagnostic(help(
+        "a serial sensor sends lines of micrometres (set its speed with stty before); a recording has \
+         lines of seconds and micrometres, `0.5,12.3`, the experiment beginning at 0"
+    ))]
+    Sensor { path: PathBuf, reason: String },
+
+    #[error("{} is no waveform: {reason}", path.display())]
+    #[diagnostic(help("write lines of seconds and micrometres: `0.5,12.3`"))]
+    Waveform { path: PathBuf, reason: String },
+
+    #[error("interrupted; channels are off")]
+    #[diagnostic(help(
+        "the board has the calibration that it had, or the one that was being tried"
+    ))]
+    Interrupted,
+
+    #[error(transparent)]
+    #[diagnostic(help(
+        "compare the identified model with the measurements: `host-tool identify`, `host-tool compare`"
+    ))]
+    Tabulate(#[from] calibration::TabulateError),
+
+    #[error(transparent)]
+    #[diagnostic(help("is the sensor looking at the mirror, and does the mirror move?"))]
+    Correction(#[from] calibration::CorrectionError),
+
+    #[error("this board has no position sensor")]
+    #[diagnostic(help("name yours: --sensor /dev/ttyACM0, or --sensor FILE for a recording"))]
+    NoSensor,
 
     #[error("{} is there and is not a file", path.display())]
     #[diagnostic(help("choose the name of a file"))]
@@ -166,7 +259,43 @@ fn refusal_words(refusal: Refusal) -> String {
         }
         Refusal::ControlStopped => "its control loop does not run".to_owned(),
         Refusal::NoHello => "it was reset since this tool greeted it".to_owned(),
+        Refusal::Tripped { fault } => format!("it has turned itself off: {}", fault_name(fault)),
+        Refusal::NoLease => {
+            "it drives nothing: it was turned off, or was not asked to go on in time".to_owned()
+        }
+        Refusal::NoBootloader => "it takes no firmware this way, as it is emulated".to_owned(),
         Refusal::NotANumber => "a value was not a number".to_owned(),
+        Refusal::UploadGap { expected } => {
+            format!("a piece of the upload was lost; the next must begin at byte {expected}")
+        }
+        Refusal::UploadTooLong => "the upload is longer than what it is for".to_owned(),
         Refusal::ZeroPeriod => "samples need a period of at least one control tick".to_owned(),
+        Refusal::Waveform(flaw) => format!("the waveform {}", flaw_words(flaw)),
+        Refusal::TableEnd => "its table has no room for so many points".to_owned(),
     }
+}
+
+fn flaw_words(flaw: Flaw) -> &'static str {
+    match flaw {
+        Flaw::NotANumber => "has a value that is not a number",
+        Flaw::Frequency => "is slower or faster than the board can play",
+        Flaw::NoCycles => "has no cycles",
+        Flaw::Points => "has too few points or too many",
+        Flaw::NoDwell => "has points that last no time",
+    }
+}
+
+fn refusal_advice(refusal: Refusal) -> String {
+    match refusal {
+        Refusal::Tripped { fault } => fault_advice(fault),
+        _ => "`host-tool status` shows what the board is doing".to_owned(),
+    }
+}
+
+fn fault_advice(fault: u8) -> String {
+    format!(
+        "`host-tool explain {}` tells its cause and remedy; `host-tool clear` lets the board be \
+         driven again",
+        fault_name(fault)
+    )
 }

@@ -7,11 +7,13 @@
 pub mod board;
 pub mod cli;
 mod commands;
+pub mod doctor;
 pub mod error;
 mod new_file;
 pub mod picture;
 pub mod quantity;
 mod report;
+pub mod update;
 
 use std::process::ExitCode;
 

@@ -24,12 +24,29 @@ pub struct Voltage {
     pub v: f64,
 }
 
+/// A frequency, above zero.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize)]
+#[serde(transparent)]
+pub struct Frequency {
+    /// In hertz.
+    pub hz: f64,
+}
+
 /// A time span, zero or longer.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize)]
 #[serde(transparent)]
 pub struct Span {
     /// In seconds.
     pub s: f64,
+}
+
+/// How long a command holds once the mirror has settled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Hold {
+    /// For so long.
+    For(Span),
+    /// Until something else is asked.
+    Forever,
 }
 
 /// Why a text is not the quantity that was expected.
@@ -97,6 +114,16 @@ const VOLTAGE: Kind = Kind {
     what: "a voltage",
     example: "1.9V",
     units: &[("V", 1.0, 1.0), ("v", 1.0, 1.0), ("mV", 1.0, 1e3)],
+};
+const FREQUENCY: Kind = Kind {
+    what: "a frequency above 0",
+    example: "20Hz",
+    units: &[
+        ("Hz", 1.0, 1.0),
+        ("hz", 1.0, 1.0),
+        ("mHz", 1.0, 1e3),
+        ("kHz", 1e3, 1.0),
+    ],
 };
 /// The board's count of ticks turns over after 119 h.
 const MAX_SPAN_S: f64 = 360_000.0;
@@ -191,6 +218,19 @@ impl FromStr for Voltage {
     }
 }
 
+impl FromStr for Frequency {
+    type Err = QuantityError;
+
+    fn from_str(text: &str) -> Result<Self, QuantityError> {
+        let hz = FREQUENCY.parse(text)?;
+        if hz > 0.0 {
+            Ok(Self { hz })
+        } else {
+            Err(FREQUENCY.unusable(text))
+        }
+    }
+}
+
 impl FromStr for Span {
     type Err = QuantityError;
 
@@ -200,6 +240,26 @@ impl FromStr for Span {
             Err(SPAN.unusable(text))
         } else {
             Ok(Self { s })
+        }
+    }
+}
+
+impl FromStr for Hold {
+    type Err = QuantityError;
+
+    fn from_str(text: &str) -> Result<Self, QuantityError> {
+        match text.trim() {
+            "forever" => Ok(Self::Forever),
+            span => span.parse().map(Self::For),
+        }
+    }
+}
+
+impl fmt::Display for Hold {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::For(span) => span.fmt(f),
+            Self::Forever => f.write_str("forever"),
         }
     }
 }
@@ -222,6 +282,12 @@ impl fmt::Display for Length {
 impl fmt::Display for Voltage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write_number(f, self.v, "V")
+    }
+}
+
+impl fmt::Display for Frequency {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write_number(f, self.hz, "Hz")
     }
 }
 
@@ -251,7 +317,19 @@ mod tests {
             );
         }
         assert_eq!("−1.5um".parse::<Length>().unwrap().um, -1.5);
+        for (text, hz) in [
+            ("20Hz", 20.0),
+            ("0.01 Hz", 0.01),
+            ("10kHz", 1e4),
+            ("100mHz", 0.1),
+        ] {
+            assert!((text.parse::<Frequency>().unwrap().hz - hz).abs() < 1e-12);
+        }
+        assert!("0Hz".parse::<Frequency>().is_err());
         assert_eq!("1min".parse::<Span>().unwrap().s, 60.0);
+        assert_eq!("forever".parse(), Ok(Hold::Forever));
+        assert_eq!("2s".parse(), Ok(Hold::For(Span { s: 2.0 })));
+        assert!("for ever".parse::<Hold>().is_err());
     }
 
     #[test]

@@ -15,6 +15,13 @@ pub(crate) fn print(report: &(impl Serialize + Display), json: bool) {
     }
 }
 
+/// Prints a line that is for people only.
+pub(crate) fn say(line: &str, json: bool) {
+    if !json {
+        write(&format!("{line}\n"));
+    }
+}
+
 /// Writes to standard output. A reader that has seen enough, such as `head`, ends the tool quietly.
 pub(crate) fn write(text: &str) {
     match std::io::stdout().write_all(text.as_bytes()) {

@@ -4,10 +4,13 @@
 
 use control_core::Controller;
 use embassy_executor::Spawner;
+use mirror_firmware::board::CalibrationFlash;
 use mirror_firmware::board::mps2::{LockstepPlant, link};
+use mirror_firmware::calibration::{IN_USE, SPARE, UPLOADED, Upload};
 use mirror_firmware::control::{self, Control};
+use mirror_firmware::keeper::Keeper;
 use mirror_firmware::mailbox::MAILBOX;
-use mirror_firmware::{factory, rpc};
+use mirror_firmware::rpc;
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) -> ! {
@@ -19,9 +22,13 @@ async fn main(_spawner: Spawner) -> ! {
     };
     defmt::info!("ready");
 
-    let control = Control::new(Controller::new(factory::CALIBRATION), &MAILBOX);
-    let session = rpc::Session::new::<LockstepPlant>(&MAILBOX, &factory::CALIBRATION);
-    let serve = rpc::serve(tx, rx, session);
+    let mut keeper = Keeper::new(CalibrationFlash::open());
+    let uploaded = UPLOADED.take();
+    let calibration = IN_USE.init(keeper.load(uploaded));
+    let upload = Upload::new(uploaded, SPARE.init(*calibration));
+    let session = rpc::Session::new::<LockstepPlant>(&MAILBOX, calibration, upload, keeper);
+    let control = Control::new(Controller::new(calibration), &MAILBOX);
+    let serve = rpc::serve(tx, rx, rpc::FRAME.take(), session);
     embassy_futures::join::join(control::run(plant, control), serve)
         .await
         .0

@@ -4,16 +4,20 @@
 
 use control_core::Controller;
 use embassy_executor::{Spawner, task};
+use mirror_firmware::board::CalibrationFlash;
 use mirror_firmware::board::stm32g474::link::{self, Device};
 use mirror_firmware::board::stm32g474::{
-    ConverterPins, Converters, clocks, start_control_executor,
+    ConverterPins, Converters, bootloader, clocks, start_control_executor,
 };
+use mirror_firmware::calibration::{IN_USE, SPARE, UPLOADED, Upload};
 use mirror_firmware::control::{self, Control};
+use mirror_firmware::keeper::Keeper;
 use mirror_firmware::mailbox::MAILBOX;
-use mirror_firmware::{factory, rpc};
+use mirror_firmware::rpc;
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
+    bootloader::enter_if_requested();
     let p = embassy_stm32::init(clocks());
     let pins = ConverterPins {
         pwm1: p.PA8,
@@ -24,15 +28,20 @@ async fn main(spawner: Spawner) {
         sense2: p.PA1,
         sense3: p.PC0,
         sense4: p.PC1,
+        supply: p.PC2,
     };
-    let converters = Converters::start(p.TIM1, p.ADC1, pins);
-    let control = Control::new(Controller::new(factory::CALIBRATION), &MAILBOX);
+    let converters = Converters::start(p.TIM1, (p.ADC1, p.ADC2), pins);
+    let mut keeper = Keeper::new(CalibrationFlash::open(p.FLASH));
+    let uploaded = UPLOADED.take();
+    let calibration = IN_USE.init(keeper.load(uploaded));
+    let upload = Upload::new(uploaded, SPARE.init(*calibration));
     let (device, rx, tx) = link::open(p.USB, p.PA12, p.PA11);
-    let session = rpc::Session::new::<Converters>(&MAILBOX, &factory::CALIBRATION);
+    let session = rpc::Session::new::<Converters>(&MAILBOX, calibration, upload, keeper);
+    let control = Control::new(Controller::new(calibration), &MAILBOX);
 
     start_control_executor().must_spawn(run_control(converters, control));
     spawner.must_spawn(run_usb(device));
-    rpc::serve(tx, rx, session).await;
+    rpc::serve(tx, rx, rpc::FRAME.take(), session).await;
 }
 
 #[task]

@@ -1,11 +1,20 @@
 //! What the application needs of a board.
 
+#[cfg(feature = "board-host")]
+pub mod host;
 #[cfg(feature = "board-mps2")]
 pub mod mps2;
 #[cfg(feature = "board-stm32g474")]
 pub mod stm32g474;
 
-use control_core::{AdcCode, LANES, Micrometre, PwmCode};
+#[cfg(feature = "board-host")]
+pub use host::{flash::CalibrationFlash, link::LinkTx};
+#[cfg(feature = "board-mps2")]
+pub use mps2::{flash::CalibrationFlash, link::LinkTx};
+#[cfg(feature = "board-stm32g474")]
+pub use stm32g474::{flash::CalibrationFlash, link::LinkTx};
+
+use control_core::{AdcCode, LANES, Micrometre, PwmCode, SupplyCode};
 
 /// A board as the control loop sees it.
 pub trait Board {
@@ -14,6 +23,9 @@ pub trait Board {
 
     /// Whether it is emulated, with a virtual mirror on it.
     const IS_EMULATED: bool;
+
+    /// Leaves for a bootloader that takes new firmware, where there is one.
+    const BOOTLOADER: Option<fn() -> !>;
 
     /// Waits for the next control tick and returns what the converters read during the one that
     /// just ended.
@@ -28,6 +40,10 @@ pub trait Board {
 pub struct Sensed {
     /// Current sense, channel by channel.
     pub currents: [AdcCode; LANES],
+    /// Supply of the output stages.
+    pub supply: SupplyCode,
+    /// Control ticks before this one that did not take place.
+    pub missed_ticks: u16,
     /// A position sensor on the sensor input, if there is one. For telemetry only.
     pub sensor_z: Option<Micrometre>,
 }

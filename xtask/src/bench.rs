@@ -38,6 +38,7 @@ pub(crate) fn run() -> Result<()> {
         mirror: MirrorConfig::bench(),
         boards_directory: directory.path().to_owned(),
         name: "bench".to_owned(),
+        flash: None,
     })?;
     let speed = emulation_speed(&board);
     ensure!(

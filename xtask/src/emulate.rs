@@ -1,17 +1,22 @@
 //! The host tool against an emulated board.
 
+use std::fs;
 use std::io::{self, BufRead, Write};
-use std::path::PathBuf;
-use std::process::ExitCode;
+use std::path::{Path, PathBuf};
+use std::process::{self, ExitCode};
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use emulated_board::{EmulatedBoard, Emulation, boards_directory};
+use board_sockets::boards_directory;
+use emulated_board::{EmulatedBoard, Emulation};
 use virtual_mirror::MirrorConfig;
 
 use crate::images::{self, Board};
 use crate::setup;
 use crate::tool;
+
+/// What a shell says of a process that Ctrl-C ended: 128 and the signal's number.
+const INTERRUPTED: i32 = 130;
 
 /// An emulated board, and what to do with it.
 #[derive(clap::Args)]
@@ -39,6 +44,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         false => private.path().to_owned(),
     };
     let mut board = start(arguments, directory)?;
+    tidy_up_when_interrupted([board.socket(), board.directory(), private.path()])?;
     let started = Instant::now();
     let before = board.simulated_s();
     let code = if arguments.command.is_empty() {
@@ -73,8 +79,24 @@ fn start(arguments: &Arguments, boards_directory: PathBuf) -> Result<EmulatedBoa
         mirror,
         boards_directory,
         name: arguments.name.clone(),
+        flash: None,
     };
     Ok(EmulatedBoard::start(&emulation)?)
+}
+
+/// Ctrl-C ends this process where it stands. The emulator ends by itself, as its plant is gone; the
+/// files are removed here.
+fn tidy_up_when_interrupted(leftovers: [&Path; 3]) -> Result<()> {
+    let leftovers = leftovers.map(Path::to_owned);
+    ctrlc::set_handler(move || {
+        for path in &leftovers {
+            // A file or a directory, and perhaps gone already.
+            let _ = fs::remove_file(path);
+            let _ = fs::remove_dir_all(path);
+        }
+        process::exit(INTERRUPTED);
+    })?;
+    Ok(())
 }
 
 /// Runs the host tool against `board`.

@@ -80,6 +80,12 @@ pub(crate) fn acceptance(board: Option<&str>) -> Result<()> {
     run(&mut tests)
 }
 
+/// The fuzzer, with every check that a debug build makes.
+pub(crate) fn fuzz(arguments: &[String]) -> Result<()> {
+    let fuzzer = ["run", "--profile", "fuzz", "--package", "fuzz", "--"];
+    run(cargo(&fuzzer).args(arguments))
+}
+
 fn format() -> Result<()> {
     run(&mut cargo(&["fmt", "--all", "--check"]))
 }
@@ -94,6 +100,8 @@ fn lints() -> Result<()> {
         "--all-targets",
     ])
     .args(deny))?;
+    let on_host = ["clippy", "--package", FIRMWARE, "--lib", "--features"];
+    run(cargo(&on_host).arg("board-host").args(deny))?;
     run(for_board("clippy", Board::Stm32g474)
         .args(["--lib", "--bins"])
         .args(deny))?;

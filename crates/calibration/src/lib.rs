@@ -1,84 +1,125 @@
-//! From the f64 model to the control core's f32 calibration.
+//! From the f64 model to the control core's f32 calibration, and calibrations as files.
 //!
-//! [`tabulate`] samples the model's exact inverse at the knots of the core's table. [`rust_source`]
-//! writes a calibration as a constant, which is how the factory's gets into the firmware.
+//! - [`tabulate`] inverts a model: a table for each actuator, and the stages in time that the core can
+//!   invert. It tells which effects are left;
+//! - [`corrected`] bends the tables by what was measured at rest, where the model's curve is not the
+//!   mirror's;
+//! - [`to_toml`], [`from_toml`] are the file that people read.
 
-use control_core::calibration::CalibrationError;
-use control_core::table::{KNOTS, SEGMENTS, TableError};
-use control_core::{
-    Calibration, InverseTable, KelvinPerWatt, LaneCalibration, Micrometre, Ohm, PerKelvin, Volt,
-};
-use mirror_model::{Model, PistonModel, RangeError};
+mod correct;
+mod curve;
+mod dynamics;
+mod file;
+mod statics;
+
+pub use correct::{CorrectionError, StaticPoint, corrected};
+pub use file::{CalibrationFileError, from_toml, to_toml};
+
+use control_core::calibration::{Bounds, Label, Origin, Parts};
+use control_core::{Calibration, CalibrationError, Kelvin, Volt, Watt};
+use mirror_model::{ACTUATORS, Model, Runaway};
+
+/// Head room of the temperature limit above what the highest drive makes.
+const RISE_MARGIN: f32 = 1.05;
+
+/// A model's inverse.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tabulated {
+    /// What a board needs.
+    pub calibration: Calibration,
+    /// The effects of the model that the core does not invert, or not wholly.
+    pub remaining: Vec<Remaining>,
+}
+
+/// An effect that the core does not invert, or not wholly.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Remaining {
+    /// Its id.
+    pub effect: String,
+    /// What becomes of it.
+    pub because: &'static str,
+}
 
 /// Why a model gives no calibration.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TabulateError {
-    /// The model's inverse has no value where the table needs one.
-    #[error("the model cannot be inverted: {0}")]
-    Inverse(#[from] RangeError),
-    /// The inverse does not rise.
-    #[error("the model's inverse gives no table: {0:?}")]
-    Table(TableError),
-    /// A parameter is not finite and above zero.
-    #[error("the model gives no calibration: {0:?}")]
-    Calibration(CalibrationError),
+    /// Simulating it at rest ends nowhere.
+    #[error(transparent)]
+    Runaway(#[from] Runaway),
+    /// More drive does not mean more displacement.
+    #[error(
+        "the model cannot be inverted: from {from_v:.3} to {to_v:.3} V its displacement does not rise"
+    )]
+    NotRising {
+        /// The lower drive.
+        from_v: f64,
+        /// The higher drive.
+        to_v: f64,
+    },
+    /// The numbers are beyond what a board takes.
+    #[error("the model gives no calibration: {0}")]
+    Calibration(#[from] CalibrationError),
+    /// The name of device or date is too long.
+    #[error("'{0}' is too long for a calibration, which holds {max} bytes of it", max = Label::CAPACITY)]
+    Label(String),
 }
 
-/// The calibration that inverts `model`, from rest to what its highest drive reaches.
+/// The calibration that inverts `model` from rest to what its highest drive reaches.
+///
+/// Static effects go into the tables. Thermal poles, hysteresis and creep go into the stages that the
+/// core inverts in time. What a sensor does to the reading is no property of the mirror and is left out.
 ///
 /// # Errors
-/// Where the model's parameters give no rising, finite inverse.
-pub fn tabulate(model: &Model) -> Result<Calibration, TabulateError> {
-    let [a, b, c, d] = model.actuators();
-    let lanes = [lane(&a)?, lane(&b)?, lane(&c)?, lane(&d)?];
-    let max_drive = Volt(model.parameters.drive_limit_v as f32);
-    Calibration::new(lanes, max_drive).map_err(TabulateError::Calibration)
-}
-
-fn lane(actuator: &PistonModel) -> Result<LaneCalibration, TabulateError> {
-    let parameters = &actuator.parameters;
-    Ok(LaneCalibration {
-        cold_resistance: Ohm(parameters.cold_resistance_ohm as f32),
-        tcr: PerKelvin(parameters.resistance_coefficient_per_k as f32),
-        thermal_resistance: KelvinPerWatt(parameters.thermal_resistance_k_per_w as f32),
-        shape: shape(actuator)?,
+/// Where the model does not rise, or runs away.
+pub fn tabulate(model: &Model) -> Result<Tabulated, TabulateError> {
+    let statics = statics::Statics::new(model)?;
+    let lanes = statics.lanes()?;
+    let drive = model.parameters.drive_limit_v as f32;
+    let coldest_ohm = lanes
+        .iter()
+        .map(|lane| lane.cold_resistance.0)
+        .fold(f32::INFINITY, f32::min);
+    let hottest_k = lanes
+        .iter()
+        .map(|lane| lane.shape.knots()[control_core::table::SEGMENTS])
+        .fold(0.0, f32::max);
+    let calibration = Calibration::new(Parts {
+        origin: origin(model)?,
+        lanes,
+        heat: dynamics::heat(model),
+        memory: dynamics::memory(model),
+        path: dynamics::path(model),
+        bounds: Bounds {
+            drive: Volt(drive),
+            power: Watt(drive * drive / coldest_ohm),
+            rise: Kelvin(RISE_MARGIN * hottest_k),
+        },
+    })?;
+    Ok(Tabulated {
+        calibration,
+        remaining: dynamics::remaining(model),
     })
 }
 
-fn shape(actuator: &PistonModel) -> Result<InverseTable, TabulateError> {
-    let top_um = actuator.highest_displacement_um();
-    let mut knots = [0.0; KNOTS];
-    for (i, knot) in knots.iter_mut().enumerate().skip(1) {
-        let z_um = top_um * i as f64 / SEGMENTS as f64;
-        *knot = actuator.temperature_rise_at(z_um)? as f32;
-    }
-    InverseTable::new(Micrometre(top_um as f32), knots).map_err(TabulateError::Table)
+/// A hash of the model, equal for equal model files.
+pub fn model_hash(model: &Model) -> u64 {
+    crc::Crc::<u64>::new(&crc::CRC_64_XZ).checksum(model.to_toml().as_bytes())
 }
 
-/// `calibration` as a Rust constant `CALIBRATION`, checked once more when it is compiled.
-pub fn rust_source(calibration: &Calibration) -> String {
-    let lanes: Vec<String> = calibration.lanes().iter().map(lane_source).collect();
-    format!(
-        "/// The calibration that inverts the factory's model.\n\
-         pub const CALIBRATION: control_core::Calibration = match \
-         control_core::Calibration::new([{}], control_core::Volt({:?})) {{\n    \
-         Ok(calibration) => calibration,\n    \
-         Err(_) => panic!(\"the factory calibration is not plausible\"),\n}};\n",
-        lanes.join(", "),
-        calibration.max_drive().0,
-    )
+fn origin(model: &Model) -> Result<Origin, TabulateError> {
+    let label = |text: &Option<String>| {
+        let text = text.as_deref().unwrap_or_default();
+        Label::new(text).ok_or_else(|| TabulateError::Label(text.to_owned()))
+    };
+    Ok(Origin {
+        device: label(&model.provenance.device)?,
+        date: label(&model.provenance.date)?,
+        model_hash: model_hash(model),
+    })
 }
 
-fn lane_source(lane: &LaneCalibration) -> String {
-    format!(
-        "control_core::LaneCalibration {{ cold_resistance: control_core::Ohm({:?}), tcr: \
-         control_core::PerKelvin({:?}), thermal_resistance: control_core::KelvinPerWatt({:?}), \
-         shape: match control_core::InverseTable::new(control_core::Micrometre({:?}), {:?}) {{ \
-         Ok(table) => table, Err(_) => panic!(\"the factory table does not rise\") }} }}",
-        lane.cold_resistance.0,
-        lane.tcr.0,
-        lane.thermal_resistance.0,
-        lane.shape.top().0,
-        lane.shape.knots(),
-    )
+/// Whether the four actuators have the same parameters.
+fn are_alike(model: &Model) -> bool {
+    let first = model.actuator(0);
+    (1..ACTUATORS).all(|index| model.actuator(index) == first)
 }

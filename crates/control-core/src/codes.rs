@@ -18,6 +18,9 @@ pub const SENSE_FULL_SCALE: Ampere = Ampere(12.5e-3);
 /// Current per code of the sense ADC: 12 bit, oversampled 16 times to 16 bit.
 pub const AMPERE_PER_ADC_CODE: f32 = SENSE_FULL_SCALE.0 / 65536.0;
 
+/// Voltage of the output stages' supply per code: a divider by two, 3.3 V reference, 16 bits.
+pub const VOLT_PER_SUPPLY_CODE: f32 = 2.0 * 3.3 / 65536.0;
+
 /// Compare value of one PWM channel, 0 to [`PWM_PERIOD_COUNTS`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -27,6 +30,28 @@ pub struct PwmCode(pub u16);
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AdcCode(pub u16);
+
+/// Reading of the output stages' supply, all 16 bits used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct SupplyCode(pub u16);
+
+impl SupplyCode {
+    /// The code nearest below a supply of so many millivolts; full scale is 6600.
+    pub const fn from_millivolt(millivolt: u32) -> Self {
+        let code = millivolt * 65536 / 6600;
+        Self(if code > u16::MAX as u32 {
+            u16::MAX
+        } else {
+            code as u16
+        })
+    }
+
+    /// The voltage that this code stands for.
+    pub fn voltage(self) -> Volt {
+        Volt(f32::from(self.0) * VOLT_PER_SUPPLY_CODE)
+    }
+}
 
 impl PwmCode {
     /// The code nearest to `drive`. Below zero and NaN give 0, above full scale gives full scale.
@@ -68,6 +93,14 @@ mod tests {
             PwmCode::nearest(Volt(f32::INFINITY)),
             PwmCode(PWM_PERIOD_COUNTS)
         );
+    }
+
+    #[test]
+    fn a_supply_code_is_its_voltage() {
+        for millivolt in [0, 4_500, 5_000, 5_500, 6_599] {
+            let volt = SupplyCode::from_millivolt(millivolt).voltage().0;
+            assert!((volt - millivolt as f32 * 1e-3).abs() < 1.1e-4, "{volt} V");
+        }
     }
 
     proptest! {

@@ -56,3 +56,8 @@ unit!(
     PerKelvin,
     "/K"
 );
+unit!(
+    /// Time.
+    Second,
+    "s"
+);

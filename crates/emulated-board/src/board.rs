@@ -4,6 +4,7 @@ use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader};
 use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ExitStatus};
 use std::sync::mpsc::{Receiver, channel};
@@ -11,6 +12,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
+use board_sockets::is_listening;
 use rustix::fs::{CWD, Mode, mkfifoat};
 use rustix::process::Pid;
 use rustix::thread::{CpuSet, sched_setaffinity};
@@ -20,7 +22,6 @@ use virtual_mirror::MirrorConfig;
 use crate::logs::{LogError, LogTable};
 use crate::plant::{Plant, Progress};
 use crate::qemu;
-use crate::sockets::is_listening;
 
 /// How long QEMU may take to offer its socket.
 const START_TIMEOUT: Duration = Duration::from_secs(20);
@@ -32,10 +33,13 @@ pub struct Emulation {
     pub image: PathBuf,
     /// The mirror on the board.
     pub mirror: MirrorConfig,
-    /// Where the board's socket is placed: [`crate::boards_directory`], or a private directory.
+    /// Where the board's socket is placed: [`board_sockets::boards_directory`], or a private directory.
     pub boards_directory: PathBuf,
     /// The board's name among those of that directory.
     pub name: String,
+    /// The file that is its flash, made where it is missing; without one its flash is erased, and
+    /// goes with the board.
+    pub flash: Option<PathBuf>,
 }
 
 /// A board that runs until it is dropped.
@@ -45,7 +49,7 @@ pub struct EmulatedBoard {
     socket: PathBuf,
     progress: Arc<Progress>,
     log: Log,
-    _directory: TempDir,
+    directory: TempDir,
 }
 
 /// Why an emulated board does not start.
@@ -102,6 +106,7 @@ impl EmulatedBoard {
         for fifo in &fifos {
             mkfifoat(CWD, fifo, Mode::RUSR | Mode::WUSR).map_err(io::Error::from)?;
         }
+        place_flash(directory.path(), emulation.flash.as_deref())?;
         let mut qemu = qemu::command(&image, directory.path(), &socket)
             .spawn()
             .map_err(StartError::Qemu)?;
@@ -117,7 +122,7 @@ impl EmulatedBoard {
             socket,
             progress,
             log,
-            _directory: directory,
+            directory,
         };
         board.wait_for_socket(&complaints)?;
         Ok(board)
@@ -126,6 +131,11 @@ impl EmulatedBoard {
     /// The socket on which the board takes requests.
     pub fn socket(&self) -> &Path {
         &self.socket
+    }
+
+    /// The directory of its files, which goes when the board is dropped.
+    pub fn directory(&self) -> &Path {
+        self.directory.path()
     }
 
     /// Time that has passed for the board and its mirror.
@@ -196,6 +206,22 @@ fn claim_socket(directory: &Path, name: &str) -> Result<PathBuf, StartError> {
     match fs::remove_file(&socket) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error.into()),
         _ => Ok(socket),
+    }
+}
+
+/// Gives the board its flash: the file `flash`, or one of its own.
+fn place_flash(directory: &Path, flash: Option<&Path>) -> io::Result<()> {
+    let place = directory.join(OsStr::from_bytes(plant_link::FLASH.to_bytes()));
+    let file = flash.unwrap_or(&place);
+    if !file.exists() {
+        fs::write(
+            file,
+            vec![plant_link::FLASH_ERASED; plant_link::FLASH_BYTES],
+        )?;
+    }
+    match flash {
+        Some(file) => symlink(fs::canonicalize(file)?, place),
+        None => Ok(()),
     }
 }
 

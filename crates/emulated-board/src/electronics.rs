@@ -13,6 +13,8 @@ const OVERSAMPLING: usize = 16;
 const PWM_SUPPLY_V: f64 = 3.3;
 const PWM_PERIOD_COUNTS: f64 = 4250.0;
 const OUTPUT_GAIN: f64 = 4.25 / 3.3;
+const SUPPLY_V: f64 = 5.0;
+const SUPPLY_DIVIDER: f64 = 0.5;
 const SHUNT_OHM: f64 = 10.0;
 const SENSE_GAIN: f64 = 26.4;
 
@@ -43,9 +45,18 @@ impl Electronics {
         duty * PWM_SUPPLY_V * OUTPUT_GAIN
     }
 
-    /// What the converter reads of a channel's current: the sum of 16 conversions.
+    /// What the converter reads of a channel's current.
     pub fn sense_code(&mut self, channel: usize, current_a: f64) -> u16 {
-        let volts = current_a * SHUNT_OHM * SENSE_GAIN * self.sense_gain[channel];
+        self.convert(current_a * SHUNT_OHM * SENSE_GAIN * self.sense_gain[channel])
+    }
+
+    /// What the converter reads of the output stages' supply.
+    pub fn supply_code(&mut self) -> u16 {
+        self.convert(SUPPLY_V * SUPPLY_DIVIDER)
+    }
+
+    /// The sum of 16 conversions.
+    fn convert(&mut self, volts: f64) -> u16 {
         let steps = volts / ADC_REFERENCE_V * (ADC_TOP_12_BIT + 1.0);
         let convert = |noise: f64| (steps + noise).round().clamp(0.0, ADC_TOP_12_BIT) as u16;
         (0..OVERSAMPLING)

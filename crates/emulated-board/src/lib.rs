@@ -11,11 +11,9 @@ mod electronics;
 mod logs;
 mod plant;
 mod qemu;
-mod sockets;
 
 pub use board::{EmulatedBoard, Emulation, StartError};
 pub use electronics::Electronics;
 pub use logs::{LogError, LogTable};
 pub use plant::{Plant, Progress};
 pub use qemu::{MACHINE_ARGUMENTS, QEMU};
-pub use sockets::{boards_directory, is_listening};

@@ -55,10 +55,9 @@ impl Plant {
                 Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(()),
                 other => other?,
             }
-            let drive_v = Pins::from_bytes(&bytes)
-                .compare
-                .map(|code| self.electronics.drive_v(code));
-            match answer.write_all(&self.convert(drive_v).to_bytes()) {
+            let pins = Pins::from_bytes(&bytes);
+            let drive_v = pins.compare.map(|code| self.electronics.drive_v(code));
+            match answer.write_all(&self.convert(pins.tick, drive_v).to_bytes()) {
                 Err(error) if error.kind() == io::ErrorKind::BrokenPipe => return Ok(()),
                 other => other?,
             }
@@ -70,13 +69,15 @@ impl Plant {
 
     /// What the converters read at the start of a tick at `drive_v`: the currents follow the drive
     /// at once, the mirror has not moved yet.
-    fn convert(&mut self, drive_v: [f64; 4]) -> Converters {
+    fn convert(&mut self, tick: u32, drive_v: [f64; 4]) -> Converters {
         self.mirror.step(drive_v, 0.0);
         let state = self.mirror.state();
         let reading = self.sensor.read(&state, TICK_S);
         Converters {
+            tick,
             current: std::array::from_fn(|i| self.electronics.sense_code(i, state.current_a[i])),
             sensor_z_nm: (reading.z_um * 1e3).round() as i32,
+            supply: self.electronics.supply_code(),
         }
     }
 }

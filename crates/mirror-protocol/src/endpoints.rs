@@ -8,15 +8,26 @@
 use postcard_rpc::{TopicDirection, endpoints, topics};
 
 use crate::{
-    Commanded, Drives, Hello, Identity, Position, Refusal, Status, Stream, Streaming, Telemetry,
+    CalibrationChunk, CalibrationInfo, CalibrationRefusal, Commanded, Drives, Hello, Identity,
+    Play, Points, Position, Refusal, Renewal, Status, Stream, Streaming, Telemetry,
 };
 
 /// Answer to a command that changes the drives.
 pub type CommandReply = Result<Commanded, Refusal>;
 /// Answer to [`StatusEndpoint`].
 pub type StatusReply = Result<Status, Refusal>;
-/// Answer to [`StreamEndpoint`].
+/// Answer to [`LoadPointsEndpoint`].
+pub type LoadReply = Result<(), Refusal>;
+/// Answer to [`StreamEndpoint`] and [`PlayEndpoint`].
 pub type StreamReply = Result<Streaming, Refusal>;
+/// Answer to [`EnterBootloaderEndpoint`]: the board turns its channels off, answers, and leaves.
+pub type EnterBootloaderReply = Result<(), Refusal>;
+/// Answer to [`CalibrationEndpoint`].
+pub type CalibrationReply = Result<CalibrationInfo, Refusal>;
+/// Answer to [`CalibrationWriteEndpoint`].
+pub type CalibrationWriteReply = Result<(), Refusal>;
+/// Answer to [`CalibrationUseEndpoint`]: the calibration that is now in use.
+pub type CalibrationUseReply = Result<CalibrationInfo, CalibrationRefusal>;
 
 endpoints! {
     list = ENDPOINTS;
@@ -28,7 +39,15 @@ endpoints! {
     | SetPositionEndpoint | Position  | CommandReply | "mirror/set-position" |
     | SetDriveEndpoint    | Drives    | CommandReply | "mirror/set-drive"    |
     | OffEndpoint         | ()        | CommandReply | "mirror/off"          |
+    | EnterBootloaderEndpoint | () | EnterBootloaderReply | "mirror/enter-bootloader" |
+    | RenewEndpoint       | Renewal   | CommandReply | "mirror/renew"        |
+    | ClearEndpoint       | ()        | CommandReply | "mirror/clear"        |
     | StreamEndpoint      | Stream    | StreamReply  | "mirror/stream"       |
+    | CalibrationEndpoint | ()        | CalibrationReply | "mirror/calibration" |
+    | CalibrationWriteEndpoint | CalibrationChunk | CalibrationWriteReply | "mirror/calibration/write" |
+    | CalibrationUseEndpoint | () | CalibrationUseReply | "mirror/calibration/use" |
+    | LoadPointsEndpoint  | Points    | LoadReply    | "mirror/load-points"  |
+    | PlayEndpoint        | Play      | StreamReply  | "mirror/play"         |
 }
 
 topics! {

@@ -16,11 +16,16 @@ mod identity;
 mod messages;
 
 pub use endpoints::*;
+pub use experiment::{Flaw, POINTS, Quantity, Shape, Stream, Table, Waveform};
 pub use identity::{Hello, Identity, Text};
-pub use messages::{Commanded, Drives, Position, Refusal, Status, Stream, Streaming, Telemetry};
+pub use messages::{
+    CHUNK_POINTS, CalibrationChunk, CalibrationInfo, CalibrationRefusal, ChannelState, Chunk,
+    Commanded, Drives, Health, Kept, LEASE_FOREVER_MS, Play, Points, Position, Refusal, Renewal,
+    Sentence, Status, Streaming, Telemetry,
+};
 
 /// The version of everything in this crate but the greeting. Raised with every change on the wire.
-pub const PROTOCOL_VERSION: u16 = 1;
+pub const PROTOCOL_VERSION: u16 = 2;
 
 /// Longest frame in either direction, before framing.
 pub const MAX_FRAME_BYTES: usize = 256;
@@ -36,6 +41,10 @@ pub mod usb {
     pub const PRODUCT_ID: u16 = 0x0001;
     /// Product string.
     pub const PRODUCT: &str = "Electrothermal mirror driver";
+    /// The microcontroller's own bootloader, which is in its ROM: vendor id of ST.
+    pub const BOOTLOADER_VENDOR_ID: u16 = 0x0483;
+    /// Product id of the bootloader.
+    pub const BOOTLOADER_PRODUCT_ID: u16 = 0xdf11;
     /// Manufacturer string.
     pub const MANUFACTURER: &str = "mirror-driver";
 }

@@ -1,5 +1,7 @@
 //! Commands, answers and telemetry of the present protocol version.
 
+use crate::Text;
+use experiment::{Flaw, Stream, Waveform};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -8,6 +10,8 @@ use serde::{Deserialize, Serialize};
 pub struct Position {
     /// From rest, positive towards the substrate.
     pub z_um: f32,
+    /// How long to hold it without renewal; [`LEASE_FOREVER_MS`]: until told otherwise.
+    pub lease_ms: u32,
 }
 
 /// Ask for a voltage on each actuator.
@@ -15,18 +19,62 @@ pub struct Position {
 pub struct Drives {
     /// Channel by channel.
     pub drive_v: [f32; 4],
+    /// How long to hold them without renewal; [`LEASE_FOREVER_MS`]: until told otherwise.
+    pub lease_ms: u32,
 }
 
-/// Ask for telemetry: `count` samples, one every `period_ticks` control ticks.
-///
-/// A new request replaces the one before; `count` 0 stops. A stream always ends by itself, so a tool
-/// that dies leaves no board talking.
+/// A lease that does not end.
+pub const LEASE_FOREVER_MS: u32 = u32::MAX;
+
+/// Extend the lease of what is driven, so that this much is left of it; a longer one stays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
-pub struct Stream {
-    /// Control ticks from one sample to the next, at least 1.
-    pub period_ticks: u16,
-    /// Samples to send.
-    pub count: u32,
+pub struct Renewal {
+    /// From now on; [`LEASE_FOREVER_MS`]: until told otherwise.
+    pub lease_ms: u32,
+}
+
+/// What a channel is doing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum ChannelState {
+    /// Zero drive: another channel has turned the board off.
+    #[default]
+    Off,
+    /// The heater is being checked, at start and once faults are cleared.
+    Starting,
+    /// The heater is sound; zero drive.
+    Ready,
+    /// Driven as asked.
+    Driving,
+    /// Driven, but not as asked; the limits say why.
+    Limited,
+    /// Turned off because of a fault, by its code (`protection::Fault`).
+    Tripped(u8),
+}
+
+/// Ask for a waveform, and for a stream of samples whose first is the tick that computes the
+/// waveform's first value; that value is driven from the tick after it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Play {
+    /// What to play.
+    pub waveform: Waveform,
+    /// What to sample.
+    pub stream: Stream,
+    /// How long to play, and to stay at its last value, without renewal; [`LEASE_FOREVER_MS`]: until
+    /// told otherwise.
+    pub lease_ms: u32,
+}
+
+/// Points of a chunk of the board's table.
+pub const CHUNK_POINTS: usize = 64;
+
+/// Some of the board's points, for waveforms that are tables. They take the place of the old ones at
+/// once.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Points {
+    /// Index of the first of them.
+    pub first: u16,
+    /// The points, in shares of the amplitude ([`experiment::FULL_SCALE`] being all of it).
+    pub points: heapless::Vec<i16, CHUNK_POINTS>,
 }
 
 /// A stream as it begins.
@@ -44,7 +92,7 @@ pub struct Commanded {
     /// The voltages now driven.
     pub drive_v: [f32; 4],
     /// Bits of the limits that acted (`control_core::Limits`).
-    pub limits: u8,
+    pub limits: u16,
 }
 
 /// The board at this moment.
@@ -52,12 +100,29 @@ pub struct Commanded {
 pub struct Status {
     /// What it does now.
     pub telemetry: Telemetry,
+    /// How it is.
+    pub health: Health,
     /// Top of the calibrated range.
     pub max_position_um: f32,
     /// Highest drive that is allowed.
     pub max_drive_v: f32,
     /// Telemetry samples that found the link too slow and were dropped since start.
     pub dropped_samples: u32,
+}
+
+/// How the board is, apart from what it drives.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Health {
+    /// What is left of the lease of what is driven, if anything is; [`LEASE_FOREVER_MS`] where it
+    /// does not end.
+    pub lease_left_ms: Option<u32>,
+    /// The output stages' supply.
+    pub supply_v: f32,
+    /// Control ticks since start that did not take place.
+    pub missed_ticks: u32,
+    /// Bits of the limits that have acted since the last command (`control_core::Limits`): on the way to a
+    /// position too, where [`Telemetry::limits`] has forgotten them.
+    pub limits_since_command: u16,
 }
 
 /// One control tick, as seen from outside.
@@ -72,7 +137,9 @@ pub struct Telemetry {
     /// Temperatures above ambient that the currents imply, where they imply any.
     pub temperature_k: [Option<f32>; 4],
     /// Bits of the limits that act (`control_core::Limits`).
-    pub limits: u8,
+    pub limits: u16,
+    /// What each channel is doing.
+    pub states: [ChannelState; 4],
     /// Reading of a position sensor on the board's sensor input, if there is one. The controller
     /// never sees it.
     pub sensor_z_um: Option<f32>,
@@ -97,4 +164,80 @@ pub enum Refusal {
     NotANumber,
     /// A stream's period is zero.
     ZeroPeriod,
+    /// The board has tripped and must be cleared first.
+    Tripped {
+        /// Code of the fault (`protection::Fault`).
+        fault: u8,
+    },
+    /// Nothing is driven whose lease could be renewed: it has ended, or the channels are off.
+    NoLease,
+    /// A piece of an upload does not follow the one before it.
+    UploadGap {
+        /// The offset at which the next piece must begin.
+        expected: u16,
+    },
+    /// A piece of an upload goes beyond the end.
+    UploadTooLong,
+    /// A waveform that cannot be played.
+    Waveform(Flaw),
+    /// Points beyond the end of the board's table.
+    TableEnd,
+    /// The board has no bootloader that takes firmware over this link.
+    NoBootloader,
+}
+
+/// Bytes of a calibration that travel together.
+pub type Chunk = heapless::Vec<u8, 192>;
+
+/// A piece of a calibration in its form as bytes (`control_core::calibration`). One at offset 0 begins
+/// an upload, each further one follows the one before it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct CalibrationChunk {
+    /// Where it belongs.
+    pub offset: u16,
+    /// The bytes.
+    pub bytes: Chunk,
+}
+
+/// Whether the board keeps the calibration in use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Kept {
+    /// Yes: it comes up again after a reset or a power cut.
+    Yes,
+    /// It is the factory's, since none was ever stored.
+    Factory,
+    /// It is the factory's, since what was stored is bad.
+    FactoryAsStoredIsBad,
+    /// No: the flash did not take it, and a reset forgets it.
+    No,
+}
+
+/// The calibration in use.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct CalibrationInfo {
+    /// The mirror it is for.
+    pub device: Text,
+    /// When it was measured.
+    pub date: Text,
+    /// Hash of the model that it inverts.
+    pub model_hash: u64,
+    /// Top of its range.
+    pub max_position_um: f32,
+    /// Highest drive that it allows.
+    pub max_drive_v: f32,
+    /// Whether the board keeps it.
+    pub kept: Kept,
+}
+
+/// A sentence.
+pub type Sentence = heapless::String<128>;
+
+/// Why an uploaded calibration is not used; the one before stays in use.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum CalibrationRefusal {
+    /// As any command is refused.
+    Refused(Refusal),
+    /// What is wrong with it, in words.
+    Unusable(Sentence),
 }

@@ -2,13 +2,36 @@
 //! keeps the bytes it has always had.
 
 use mirror_protocol::{
-    CommandReply, Commanded, Drives, Hello, Identity, MAX_FRAME_BYTES, Position, Refusal, Status,
-    StatusReply, Stream, Telemetry, Text,
+    CHUNK_POINTS, ChannelState, CommandReply, Commanded, Drives, Health, Hello, Identity,
+    MAX_FRAME_BYTES, Play, Points, Position, Refusal, Renewal, Status, StatusReply, Stream,
+    Telemetry, Text,
 };
 use proptest::prelude::*;
 
 fn number() -> impl Strategy<Value = f32> {
     -1e6_f32..1e6
+}
+
+fn state() -> impl Strategy<Value = ChannelState> {
+    prop_oneof![
+        Just(ChannelState::Off),
+        Just(ChannelState::Starting),
+        Just(ChannelState::Ready),
+        Just(ChannelState::Driving),
+        Just(ChannelState::Limited),
+        any::<u8>().prop_map(ChannelState::Tripped),
+    ]
+}
+
+fn health() -> impl Strategy<Value = Health> {
+    (proptest::option::of(any::<u32>()), number(), any::<u32>()).prop_map(
+        |(lease_left_ms, supply_v, missed_ticks)| Health {
+            lease_left_ms,
+            supply_v,
+            missed_ticks,
+            limits_since_command: 0x3ff,
+        },
+    )
 }
 
 fn telemetry() -> impl Strategy<Value = Telemetry> {
@@ -17,16 +40,18 @@ fn telemetry() -> impl Strategy<Value = Telemetry> {
         proptest::array::uniform4(number()),
         proptest::array::uniform4(number()),
         proptest::array::uniform4(proptest::option::of(number())),
-        any::<u8>(),
+        any::<u16>(),
+        proptest::array::uniform4(state()),
         proptest::option::of(number()),
     )
         .prop_map(
-            |(tick, drive_v, current_a, temperature_k, limits, sensor_z_um)| Telemetry {
+            |(tick, drive_v, current_a, temperature_k, limits, states, sensor_z_um)| Telemetry {
                 tick,
                 drive_v,
                 current_a,
                 temperature_k,
                 limits,
+                states,
                 sensor_z_um,
             },
         )
@@ -34,9 +59,13 @@ fn telemetry() -> impl Strategy<Value = Telemetry> {
 
 proptest! {
     #[test]
-    fn status_comes_back_whole_and_fits_a_frame(telemetry in telemetry(), dropped_samples: u32) {
+    fn status_comes_back_whole_and_fits_a_frame(
+        telemetry in telemetry(),
+        health in health(),
+        dropped_samples: u32,
+    ) {
         let status: StatusReply =
-            Ok(Status { telemetry, max_position_um: 173.7, max_drive_v: 3.5, dropped_samples });
+            Ok(Status { telemetry, health, max_position_um: 173.7, max_drive_v: 3.5, dropped_samples });
         let bytes = postcard::to_stdvec(&status).unwrap();
         prop_assert!(bytes.len() + 13 <= MAX_FRAME_BYTES, "{} bytes and a header", bytes.len());
         prop_assert_eq!(postcard::from_bytes::<StatusReply>(&bytes).unwrap(), status);
@@ -48,10 +77,28 @@ proptest! {
         let _ = postcard::from_bytes::<Identity>(&bytes);
         let _ = postcard::from_bytes::<Position>(&bytes);
         let _ = postcard::from_bytes::<Drives>(&bytes);
+        let _ = postcard::from_bytes::<Renewal>(&bytes);
         let _ = postcard::from_bytes::<Stream>(&bytes);
+        let _ = postcard::from_bytes::<Play>(&bytes);
+        let _ = postcard::from_bytes::<Points>(&bytes);
         let _ = postcard::from_bytes::<CommandReply>(&bytes);
         let _ = postcard::from_bytes::<StatusReply>(&bytes);
     }
+}
+
+#[test]
+fn the_longest_chunk_of_points_fits_a_frame() {
+    let points = Points {
+        first: u16::MAX,
+        points: [i16::MIN; CHUNK_POINTS].into_iter().collect(),
+    };
+    let bytes = postcard::to_stdvec(&points).unwrap();
+    assert!(
+        bytes.len() + 13 <= MAX_FRAME_BYTES,
+        "{} bytes and a header",
+        bytes.len()
+    );
+    assert_eq!(postcard::from_bytes::<Points>(&bytes).unwrap(), points);
 }
 
 #[test]

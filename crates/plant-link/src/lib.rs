@@ -12,6 +12,13 @@ pub const TO_PLANT: &CStr = c"to-plant";
 /// FIFO, in the emulator's working directory, on which the plant answers with [`Converters`].
 pub const FROM_PLANT: &CStr = c"from-plant";
 
+/// File, in the emulator's working directory, that is the board's flash for calibrations.
+pub const FLASH: &CStr = c"flash";
+/// Its length.
+pub const FLASH_BYTES: usize = 32 * 1024;
+/// What erased flash reads as.
+pub const FLASH_ERASED: u8 = 0xff;
+
 /// What the board drives during one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Pins {
@@ -24,10 +31,14 @@ pub struct Pins {
 /// What the board's converters read during that tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Converters {
+    /// The tick that they were read in; one that is skipped did not take place.
+    pub tick: u32,
     /// Current-sense codes.
     pub current: [u16; 4],
     /// Position sensor on the sensor input, in nanometres.
     pub sensor_z_nm: i32,
+    /// Code of the output stages' supply.
+    pub supply: u16,
 }
 
 impl Pins {
@@ -53,21 +64,25 @@ impl Pins {
 
 impl Converters {
     /// Length on the link.
-    pub const BYTES: usize = 12;
+    pub const BYTES: usize = 18;
 
     /// As bytes, little-endian.
     pub fn to_bytes(self) -> [u8; Self::BYTES] {
         let mut bytes = [0; Self::BYTES];
-        bytes[..4].copy_from_slice(&self.sensor_z_nm.to_le_bytes());
-        put_quad(&mut bytes[4..], self.current);
+        bytes[..4].copy_from_slice(&self.tick.to_le_bytes());
+        bytes[4..8].copy_from_slice(&self.sensor_z_nm.to_le_bytes());
+        put_quad(&mut bytes[8..16], self.current);
+        bytes[16..].copy_from_slice(&self.supply.to_le_bytes());
         bytes
     }
 
     /// From bytes.
     pub fn from_bytes(bytes: &[u8; Self::BYTES]) -> Self {
         Self {
-            current: quad(&bytes[4..]),
-            sensor_z_nm: word(&bytes[..4]) as i32,
+            tick: word(&bytes[..4]),
+            sensor_z_nm: word(&bytes[4..8]) as i32,
+            current: quad(&bytes[8..]),
+            supply: u16::from_le_bytes([bytes[16], bytes[17]]),
         }
     }
 }
@@ -96,10 +111,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_tick_comes_back_whole(tick: u32, quad: [u16; 4], sensor_z_nm: i32) {
+        fn a_tick_comes_back_whole(tick: u32, quad: [u16; 4], sensor_z_nm: i32, supply: u16) {
             let pins = Pins { tick, compare: quad };
             prop_assert_eq!(Pins::from_bytes(&pins.to_bytes()), pins);
-            let converters = Converters { current: quad, sensor_z_nm };
+            let converters = Converters { tick, current: quad, sensor_z_nm, supply };
             prop_assert_eq!(Converters::from_bytes(&converters.to_bytes()), converters);
         }
     }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use emulated_board::{boards_directory, is_listening};
+use board_sockets::{boards_directory, is_listening};
 use mirror_protocol::usb::{PRODUCT, PRODUCT_ID, VENDOR_ID};
 use nusb::DeviceInfo;
 use serde::Serialize;
@@ -34,6 +34,13 @@ pub enum Place {
         /// Its path.
         path: PathBuf,
     },
+}
+
+impl Found {
+    /// Whether it is on USB.
+    pub fn is_usb(&self) -> bool {
+        matches!(self.place, Place::Usb { .. })
+    }
 }
 
 /// Every board that can be reached from here, USB first.

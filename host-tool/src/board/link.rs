@@ -1,10 +1,15 @@
 //! An open board: requests with time-outs, and samples.
 
+use std::convert::Infallible;
 use std::time::Duration;
 
+use control_core::Calibration;
 use mirror_protocol::{
-    CommandReply, Commanded, Drives, ERROR_PATH, Hello, HelloEndpoint, Identity, OffEndpoint,
-    PROTOCOL_VERSION, Position, Refusal, SetDriveEndpoint, SetPositionEndpoint, Status,
+    CHUNK_POINTS, CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal,
+    CalibrationUseEndpoint, CalibrationWriteEndpoint, Chunk, ClearEndpoint, CommandReply,
+    Commanded, Drives, ERROR_PATH, EnterBootloaderEndpoint, Hello, HelloEndpoint, Identity,
+    LoadPointsEndpoint, OffEndpoint, PROTOCOL_VERSION, Play, PlayEndpoint, Points, Position,
+    Refusal, RenewEndpoint, Renewal, SetDriveEndpoint, SetPositionEndpoint, Shape, Status,
     StatusEndpoint, Stream, StreamEndpoint, Telemetry, TelemetryTopic, WireError,
 };
 use postcard_rpc::Endpoint;
@@ -22,6 +27,9 @@ use crate::quantity::Span;
 
 /// A board answers within a control tick and the link's time; this is for busy machines.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
+
+/// What a tool that renews all the time asks for. When it dies, the board ramps to zero after this.
+pub const RENEWED_LEASE: Duration = Duration::from_millis(100);
 
 /// Requests under way.
 const QUEUED_REQUESTS: usize = 8;
@@ -130,6 +138,93 @@ impl Board {
             .await
     }
 
+    /// Has the board turn its channels off and leave for its bootloader.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or refuses.
+    pub async fn enter_bootloader(&self) -> Result<(), ToolError> {
+        let request = "leave for its bootloader";
+        let reply = ask::<EnterBootloaderEndpoint>(&self.client, request, &()).await?;
+        self.granted(request, reply)
+    }
+
+    /// Lets the board forget its faults.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or refuses.
+    pub async fn clear(&self) -> Result<Commanded, ToolError> {
+        self.command::<ClearEndpoint>("forget its faults", &())
+            .await
+    }
+
+    /// Asks the board to go on with what it drives for another [`RENEWED_LEASE`].
+    ///
+    /// # Errors
+    /// Where the board does not answer, or drives nothing.
+    pub async fn renew(&self) -> Result<Commanded, ToolError> {
+        let renewal = Renewal {
+            lease_ms: RENEWED_LEASE.as_millis() as u32,
+        };
+        self.command::<RenewEndpoint>("go on", &renewal).await
+    }
+
+    /// Renews for as long as it is polled, whether anything is driven or not.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or has tripped.
+    pub async fn keep_renewing(&self) -> Result<Infallible, ToolError> {
+        // The time of an emulated board runs several times faster.
+        let often = if self.identity.is_emulated { 20 } else { 4 };
+        loop {
+            match self.renew().await {
+                Err(ToolError::Refused {
+                    refusal: Refusal::NoLease,
+                    ..
+                })
+                | Ok(_) => sleep(RENEWED_LEASE / often).await,
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    /// The calibration in use.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or refuses.
+    pub async fn calibration(&self) -> Result<CalibrationInfo, ToolError> {
+        let request = "tell its calibration";
+        let reply = ask::<CalibrationEndpoint>(&self.client, request, &()).await?;
+        self.granted(request, reply)
+    }
+
+    /// Uploads `calibration` and has the board use it, which turns all channels off.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or keeps the one that it has.
+    pub async fn use_calibration(
+        &self,
+        calibration: &Calibration,
+    ) -> Result<CalibrationInfo, ToolError> {
+        let request = "take a calibration";
+        let mut offset = 0;
+        for piece in calibration.to_bytes().chunks(Chunk::new().capacity()) {
+            let chunk = CalibrationChunk {
+                offset,
+                bytes: Chunk::from_slice(piece).unwrap_or_default(),
+            };
+            let reply = ask::<CalibrationWriteEndpoint>(&self.client, request, &chunk).await?;
+            self.granted(request, reply)?;
+            offset += piece.len() as u16;
+        }
+        let reply = ask::<CalibrationUseEndpoint>(&self.client, request, &()).await?;
+        reply.map_err(|refusal| match refusal {
+            CalibrationRefusal::Refused(refusal) => ToolError::Refused { request, refusal },
+            CalibrationRefusal::Unusable(reason) => ToolError::CalibrationRefused {
+                reason: reason.as_str().to_owned(),
+            },
+        })
+    }
+
     /// Control ticks in `period`, rounded, as far as a stream's period can be.
     ///
     /// # Errors
@@ -154,14 +249,11 @@ impl Board {
     /// Where the board does not answer, or refuses.
     pub async fn stream(&self, period_ticks: u16, count: u32) -> Result<Samples, ToolError> {
         let request = "send samples";
-        let subscription = self
-            .client
-            .subscribe_multi::<TelemetryTopic>(QUEUED_SAMPLES)
-            .await
-            .map_err(|_| ToolError::LinkLost { request })?;
+        let subscription = self.subscribe(request).await?;
         let stream = Stream {
             period_ticks,
             count,
+            ..Stream::default()
         };
         let reply = ask::<StreamEndpoint>(&self.client, request, &stream).await?;
         let first_tick = self.granted(request, reply)?.first_tick;
@@ -171,6 +263,61 @@ impl Board {
             first_tick,
             period,
         })
+    }
+
+    /// Puts points into the board's table, in shares of a waveform's amplitude.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or has no room for them.
+    pub async fn load_points(&self, points: &[i16]) -> Result<(), ToolError> {
+        let request = "take the points of a waveform";
+        for (index, chunk) in points.chunks(CHUNK_POINTS).enumerate() {
+            let message = Points {
+                first: (index * CHUNK_POINTS) as u16,
+                points: chunk.iter().copied().collect(),
+            };
+            let reply = ask::<LoadPointsEndpoint>(&self.client, request, &message).await?;
+            self.granted(request, reply)?;
+        }
+        Ok(())
+    }
+
+    /// Plays a waveform, and returns its samples with the first tick in which it is driven.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or refuses.
+    pub async fn play(&self, play: &Play) -> Result<(Samples, u32), ToolError> {
+        let request = "play a waveform";
+        let subscription = self.subscribe(request).await?;
+        let reply = ask::<PlayEndpoint>(&self.client, request, play).await?;
+        let first_tick = self.granted(request, reply)?.first_tick;
+        let samples = Samples {
+            subscription,
+            first_tick,
+            period: self.longest_pause(play),
+        };
+        Ok((samples, first_tick.wrapping_add(1)))
+    }
+
+    /// Longest time between two samples: a stream that slows down reaches that part of the whole.
+    fn longest_pause(&self, play: &Play) -> Duration {
+        let period = self.span(0, play.stream.period_ticks.into()).s;
+        let slowed = match (play.stream.slowing, play.waveform.shape) {
+            (0, _) => 0.0,
+            (slowing, Shape::Steps(table)) => {
+                self.span(0, table.dwell_ticks).s * f64::from(table.points) / f64::from(slowing)
+            }
+            (_, _) => 0.0,
+        };
+        Duration::from_secs_f64(period.max(slowed))
+    }
+
+    async fn subscribe(&self, request: Request) -> Result<MultiSubscription<Telemetry>, ToolError> {
+        let subscribed = self
+            .client
+            .subscribe_multi::<TelemetryTopic>(QUEUED_SAMPLES)
+            .await;
+        subscribed.map_err(|_| ToolError::LinkLost { request })
     }
 
     /// Ends the stream.

@@ -6,4 +6,4 @@ mod link;
 mod socket;
 
 pub use find::{Found, Place, choose, find};
-pub use link::{Board, Samples};
+pub use link::{Board, RENEWED_LEASE, Samples};

@@ -1,18 +1,26 @@
 //! The commands, one file each.
 
+mod calibrate;
+mod doctor;
 mod lab;
 mod list;
+mod measure;
 mod moving;
 mod record;
+mod scan;
 mod set_drive;
 mod set_z;
 mod status;
+mod update;
+
+pub(crate) use moving::fault_name;
 
 use clap::CommandFactory;
 use tokio::runtime::Builder;
 
 use crate::board::{Board, choose};
 use crate::cli::{Arguments, Command};
+use crate::commands::moving::Pace;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::report;
@@ -30,12 +38,23 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
     let open = async || Board::open(&choose(arguments.board.as_deref())?).await;
     match arguments.command {
         Command::List => list::run(json).await,
-        Command::Status => status::run(&open().await?, json).await,
-        Command::SetZ { z, settle } => set_z::run(&open().await?, z, settle, json).await,
-        Command::SetDrive { drives, settle } => {
-            let drives = set_drive::for_all_actuators(&drives)?;
-            set_drive::run(&open().await?, drives, settle, json).await
+        Command::Doctor => doctor::run(json).await,
+        Command::Update { firmware } => {
+            update::run(&firmware, arguments.board.as_deref(), json).await
         }
+        Command::Status => status::run(&open().await?, json).await,
+        Command::SetZ { z, settle, hold } => {
+            set_z::run(&open().await?, z, Pace { settle, hold }, json).await
+        }
+        Command::SetDrive {
+            drives,
+            settle,
+            hold,
+        } => {
+            let drives = set_drive::for_all_actuators(&drives)?;
+            set_drive::run(&open().await?, drives, Pace { settle, hold }, json).await
+        }
+        Command::Clear => status::clear(&open().await?, json).await,
         Command::Off => moving::off(&open().await?, json).await,
         Command::Record {
             output,
@@ -46,7 +65,11 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             let file = NewFile::create(output, force)?;
             record::run(&open().await?, file, duration, period, json).await
         }
+        Command::Measure(measure) => measure::run(&open().await?, measure, json).await,
+        Command::Scan(scan) => scan::run(&open().await?, scan, json).await,
+        Command::Calibrate(ask) => calibrate::run(&open().await?, ask, json).await,
         Command::Fit { lab, output } => lab::fit(&lab, output, json),
+        Command::Identify { lab, output } => lab::identify(&lab, output, json),
         Command::Compare { lab, picture } => lab::compare(&lab, picture, json),
         Command::Diagnose { lab, effect } => lab::diagnose(&lab, &effect, json),
         Command::Effect(command) => lab::effect(command, json),

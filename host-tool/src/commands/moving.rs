@@ -3,12 +3,13 @@
 use std::fmt;
 
 use control_core::Limits;
-use mirror_protocol::{Commanded, Telemetry};
+use mirror_protocol::{ChannelState, Commanded, LEASE_FOREVER_MS, Telemetry};
+use protection::Fault;
 use serde::Serialize;
 
 use crate::board::Board;
 use crate::error::ToolError;
-use crate::quantity::Span;
+use crate::quantity::{Hold, Span};
 use crate::report::{self, decimal, row, row_of_known};
 
 /// Readings are the mean of so many samples, a millisecond apart.
@@ -26,8 +27,34 @@ pub(super) struct Readings {
     pub(super) sensor_z_um: Option<f64>,
 }
 
+/// How long to wait for the mirror, and how long the board then holds it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pace {
+    pub(super) settle: Span,
+    pub(super) hold: Hold,
+}
+
+impl Pace {
+    /// The lease to ask for: the hold begins when the mirror has settled and been read.
+    pub(super) fn lease_ms(&self) -> u32 {
+        let Hold::For(hold) = self.hold else {
+            return LEASE_FOREVER_MS;
+        };
+        let reading = 2.0 * f64::from(READING_SAMPLES) * READING_PERIOD.s;
+        ((self.settle.s + reading + hold.s) * 1e3).ceil() as u32
+    }
+
+    /// What becomes of the drives, as a line for people.
+    pub(super) fn line(&self) -> String {
+        match self.hold {
+            Hold::For(hold) => format!("held for   {hold}, then ramped to zero (see --hold)"),
+            Hold::Forever => "held       until told otherwise".to_owned(),
+        }
+    }
+}
+
 /// The names of the limits that acted.
-pub(super) fn limit_names(bits: u8) -> Vec<&'static str> {
+pub(super) fn limit_names(bits: u16) -> Vec<&'static str> {
     Limits::from_bits(bits)
         .iter()
         .map(|limit| limit.name())
@@ -49,17 +76,46 @@ pub(super) fn limited_line(names: &[&str]) -> String {
 pub(super) async fn settle_and_read(
     board: &Board,
     commanded: &Commanded,
-    settle: Span,
+    pace: Pace,
 ) -> Result<(Readings, Span), ToolError> {
-    board.wait(commanded.tick, settle).await?;
+    board.wait(commanded.tick, pace.settle).await?;
     let period_ticks = board.period_ticks(READING_PERIOD)?;
     let mut stream = board.stream(period_ticks, READING_SAMPLES).await?;
     let mut samples = Vec::new();
     while samples.len() < READING_SAMPLES as usize {
-        samples.push(stream.next().await?);
+        let sample = stream.next().await?;
+        check_states(&sample.states)?;
+        samples.push(sample);
     }
     let settled = board.span(commanded.tick, samples[0].tick);
     Ok((Readings::mean(&samples), settled))
+}
+
+/// What a channel is doing, in a word that scripts know too.
+pub(super) fn state_name(state: ChannelState) -> String {
+    match state {
+        ChannelState::Off => "off".to_owned(),
+        ChannelState::Starting => "starting".to_owned(),
+        ChannelState::Ready => "ready".to_owned(),
+        ChannelState::Driving => "driving".to_owned(),
+        ChannelState::Limited => "limited".to_owned(),
+        ChannelState::Tripped(fault) => format!("tripped: {}", fault_name(fault)),
+    }
+}
+
+/// The name of the fault with this code.
+pub(crate) fn fault_name(code: u8) -> &'static str {
+    Fault::from_code(code).map_or("a fault that this tool does not know", Fault::name)
+}
+
+/// Whether no channel has tripped.
+pub(super) fn check_states(states: &[ChannelState; 4]) -> Result<(), ToolError> {
+    for (channel, state) in (1..).zip(states) {
+        if let ChannelState::Tripped(fault) = *state {
+            return Err(ToolError::Tripped { channel, fault });
+        }
+    }
+    Ok(())
 }
 
 #[derive(Serialize)]

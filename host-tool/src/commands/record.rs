@@ -83,6 +83,7 @@ async fn collect(
     };
     let ended = tokio::select! {
         ended = receive => ended,
+        Err(error) = board.keep_renewing() => Err(error),
         _ = ctrl_c() => board.stop_stream().await,
     };
     bar.finish_and_clear();

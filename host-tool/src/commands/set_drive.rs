@@ -6,9 +6,9 @@ use mirror_protocol::Drives;
 use serde::Serialize;
 
 use crate::board::Board;
-use crate::commands::moving::{Readings, limit_names, limited_line, settle_and_read};
+use crate::commands::moving::{Pace, Readings, limit_names, limited_line, settle_and_read};
 use crate::error::ToolError;
-use crate::quantity::{Span, Voltage};
+use crate::quantity::Voltage;
 use crate::report::{self, decimal, row};
 
 #[derive(Serialize)]
@@ -33,7 +33,7 @@ pub(super) fn for_all_actuators(drives: &[Voltage]) -> Result<[Voltage; 4], Tool
 pub(super) async fn run(
     board: &Board,
     drives: [Voltage; 4],
-    settle: Span,
+    pace: Pace,
     json: bool,
 ) -> Result<(), ToolError> {
     let max = Voltage {
@@ -49,9 +49,10 @@ pub(super) async fn run(
     let commanded = board
         .set_drive(Drives {
             drive_v: asked_v.map(|v| v as f32),
+            lease_ms: pace.lease_ms(),
         })
         .await?;
-    let (readings, _) = settle_and_read(board, &commanded, settle).await?;
+    let (readings, _) = settle_and_read(board, &commanded, pace).await?;
     let limited_by = limit_names(commanded.limits);
     report::print(
         &SetDrive {
@@ -61,6 +62,7 @@ pub(super) async fn run(
         },
         json,
     );
+    report::say(&pace.line(), json);
     Ok(())
 }
 

@@ -6,9 +6,9 @@ use mirror_protocol::Position;
 use serde::Serialize;
 
 use crate::board::Board;
-use crate::commands::moving::{Readings, limit_names, limited_line, settle_and_read};
+use crate::commands::moving::{Pace, Readings, limit_names, limited_line, settle_and_read};
 use crate::error::ToolError;
-use crate::quantity::{Length, Span};
+use crate::quantity::Length;
 use crate::report::{self, decimal};
 
 #[derive(Serialize)]
@@ -24,29 +24,30 @@ struct SetZ {
     error_um: Option<f64>,
 }
 
-pub(super) async fn run(
-    board: &Board,
-    z: Length,
-    settle: Span,
-    json: bool,
-) -> Result<(), ToolError> {
+pub(super) async fn run(board: &Board, z: Length, pace: Pace, json: bool) -> Result<(), ToolError> {
     let max = Length {
         um: decimal(board.status().await?.max_position_um),
     };
     if !(0.0..=max.um).contains(&z.um) {
         return Err(ToolError::PositionOutOfRange { asked: z, max });
     }
-    let commanded = board.set_position(Position { z_um: z.um as f32 }).await?;
-    let (readings, settled) = settle_and_read(board, &commanded, settle).await?;
+    let commanded = board
+        .set_position(Position {
+            z_um: z.um as f32,
+            lease_ms: pace.lease_ms(),
+        })
+        .await?;
+    let (readings, settled) = settle_and_read(board, &commanded, pace).await?;
     let report = SetZ {
         asked_um: z.um,
         settled_s: settled.s,
         readings,
-        limited_by: limit_names(commanded.limits),
+        limited_by: limit_names(board.status().await?.health.limits_since_command),
         sensor_is_virtual: board.identity().is_emulated,
         error_um: readings.sensor_z_um.map(|sensor| sensor - z.um),
     };
     report::print(&report, json);
+    report::say(&pace.line(), json);
     Ok(())
 }
 

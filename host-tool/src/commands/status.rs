@@ -1,40 +1,79 @@
-//! `status`: who the board is and what it is doing.
+//! `status`: who the board is and what it is doing. `clear`: the same once its faults are forgotten.
 
 use std::fmt;
 
-use mirror_protocol::{Identity, Status};
+use mirror_protocol::{CalibrationInfo, Identity, Kept, LEASE_FOREVER_MS, Status};
 use serde::Serialize;
 
 use crate::board::Board;
-use crate::commands::moving::{Readings, limit_names, limited_line};
+use crate::commands::moving::{Readings, limit_names, limited_line, state_name};
 use crate::error::ToolError;
 use crate::report::{self, decimal};
 
 #[derive(Serialize)]
 struct StatusReport {
     identity: Identity,
+    calibration: CalibrationInfo,
     up_s: f64,
     #[serde(flatten)]
     readings: Readings,
     limited_by: Vec<&'static str>,
+    /// What each channel is doing.
+    states: [String; 4],
+    /// What is left of the lease of what is driven, if anything is.
+    lease: Option<LeaseLeft>,
+    supply_v: f64,
     max_position_um: f64,
     max_drive_v: f64,
+    missed_ticks: u32,
     dropped_samples: u32,
+}
+
+#[derive(Serialize)]
+#[serde(rename_all = "snake_case")]
+enum LeaseLeft {
+    Seconds(f64),
+    Forever,
+}
+
+/// Lets the board forget its faults, and shows what it does then.
+pub(super) async fn clear(board: &Board, json: bool) -> Result<(), ToolError> {
+    board.clear().await?;
+    run(board, json).await
 }
 
 pub(super) async fn run(board: &Board, json: bool) -> Result<(), ToolError> {
     let status = board.status().await?;
-    report::print(&StatusReport::new(board.identity().clone(), &status), json);
+    let calibration = board.calibration().await?;
+    let report = StatusReport::new(board.identity().clone(), calibration, &status);
+    report::print(&report, json);
     Ok(())
 }
 
 impl StatusReport {
-    fn new(identity: Identity, status: &Status) -> Self {
+    /// One word where all channels do the same.
+    fn channels(&self) -> String {
+        if self.states.iter().all(|state| *state == self.states[0]) {
+            format!("all {}", self.states[0])
+        } else {
+            self.states.join(", ")
+        }
+    }
+
+    fn new(identity: Identity, calibration: CalibrationInfo, status: &Status) -> Self {
         Self {
             up_s: f64::from(status.telemetry.tick) / f64::from(identity.tick_hz),
             identity,
+            calibration,
             readings: Readings::mean(&[status.telemetry]),
             limited_by: limit_names(status.telemetry.limits),
+            states: status.telemetry.states.map(state_name),
+            lease: status.health.lease_left_ms.map(|ms| match ms {
+                LEASE_FOREVER_MS => LeaseLeft::Forever,
+                ms => LeaseLeft::Seconds(f64::from(ms) * 1e-3),
+            }),
+            supply_v: decimal(status.health.supply_v),
+            missed_ticks: status.health.missed_ticks,
             max_position_um: decimal(status.max_position_um),
             max_drive_v: decimal(status.max_drive_v),
             dropped_samples: status.dropped_samples,
@@ -52,13 +91,32 @@ impl fmt::Display for StatusReport {
             identity.firmware_version, identity.build, identity.protocol_version, identity.tick_hz
         )?;
         writeln!(f, "up         {:.1} s", self.up_s)?;
+        let CalibrationInfo { device, date, .. } = &self.calibration;
+        let kept = kept_words(self.calibration.kept);
+        writeln!(f, "calibrated {device} {date}, {kept}")?;
         writeln!(
             f,
             "range      0 to {:.1} um, 0 to {:.2} V",
             self.max_position_um, self.max_drive_v
         )?;
+        writeln!(f, "supply     {:.2} V", self.supply_v)?;
+        writeln!(f, "channels   {}", self.channels())?;
         write!(f, "{}", self.readings)?;
         writeln!(f, "{}", limited_line(&self.limited_by))?;
+        match self.lease {
+            Some(LeaseLeft::Seconds(left)) => {
+                writeln!(f, "held for   {left:.1} s more, then ramped to zero")?;
+            }
+            Some(LeaseLeft::Forever) => writeln!(f, "held       until told otherwise")?,
+            None => {}
+        }
+        if self.missed_ticks > 0 {
+            writeln!(
+                f,
+                "missed     {} control ticks since start",
+                self.missed_ticks
+            )?;
+        }
         if self.dropped_samples > 0 {
             writeln!(f, "dropped    {} samples since start", self.dropped_samples)?;
         }
@@ -66,10 +124,21 @@ impl fmt::Display for StatusReport {
     }
 }
 
+fn kept_words(kept: Kept) -> &'static str {
+    match kept {
+        Kept::Yes => "kept in flash",
+        Kept::Factory => "as the factory left it",
+        Kept::FactoryAsStoredIsBad => {
+            "the factory's, since the stored one is bad: calibrate the board again"
+        }
+        Kept::No => "not kept: a reset forgets it; its flash did not take it",
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mirror_protocol::{Telemetry, Text};
+    use mirror_protocol::{ChannelState, Health, Telemetry, Text};
 
     #[test]
     fn is_printed_as_in_the_golden_file() {
@@ -82,6 +151,14 @@ mod tests {
             is_emulated: false,
             tick_hz: 10_000,
         };
+        let calibration = CalibrationInfo {
+            device: text("mirror 7"),
+            date: text("2026-11-21"),
+            model_hash: 7,
+            max_position_um: 173.7,
+            max_drive_v: 3.5,
+            kept: Kept::Yes,
+        };
         let status = Status {
             telemetry: Telemetry {
                 tick: 123_456,
@@ -89,14 +166,26 @@ mod tests {
                 current_a: [4.43e-3, 0.554e-3, 0.0, 0.549e-3],
                 temperature_k: [Some(48.8), Some(0.7), None, Some(3.0)],
                 limits: 0,
+                states: [
+                    ChannelState::Driving,
+                    ChannelState::Driving,
+                    ChannelState::Tripped(1),
+                    ChannelState::Driving,
+                ],
                 sensor_z_um: None,
+            },
+            health: Health {
+                lease_left_ms: Some(598_765),
+                supply_v: 5.004,
+                missed_ticks: 2,
+                limits_since_command: 0,
             },
             max_position_um: 173.7,
             max_drive_v: 3.5,
             dropped_samples: 7,
         };
         assert_eq!(
-            StatusReport::new(identity, &status).to_string(),
+            StatusReport::new(identity, calibration, &status).to_string(),
             include_str!("../../tests/golden/status.txt")
         );
     }

@@ -5,6 +5,8 @@
 //! registers are not modelled; hence these few drivers.
 
 mod exit;
+pub mod flash;
+mod grace;
 pub mod link;
 mod plant;
 mod time;

@@ -1,11 +1,12 @@
 //! The plant link: two FIFOs through semihosting, blocking, one exchange a control tick.
 
-use control_core::{AdcCode, LANES, Micrometre, PwmCode};
+use control_core::{AdcCode, LANES, Micrometre, PwmCode, SupplyCode};
 use embassy_futures::yield_now;
 use plant_link::{Converters, FROM_PLANT, Pins, TO_PLANT};
 use semihosting::fs::File;
 use semihosting::io::{self, Read, Write};
 
+use super::grace::Grace;
 use super::time;
 use crate::board::{Board, Sensed};
 use crate::mailbox::Mailbox;
@@ -15,6 +16,7 @@ pub struct LockstepPlant {
     to_plant: File,
     from_plant: File,
     pins: Pins,
+    grace: Grace,
     mailbox: &'static Mailbox,
 }
 
@@ -22,12 +24,14 @@ impl LockstepPlant {
     /// Opens the link and starts the first tick with all channels off.
     ///
     /// # Errors
-    /// Where the emulator was started without a plant.
+    /// Where the emulator was started without a plant, or the link is already open.
     pub fn open(mailbox: &'static Mailbox) -> io::Result<Self> {
         // The other end opens in the same order; opening a FIFO waits for it.
         let to_plant = File::create(TO_PLANT)?;
         let from_plant = File::open(FROM_PLANT)?;
+        let grace = Grace::take().ok_or(io::ErrorKind::AlreadyExists)?;
         let mut plant = Self {
+            grace,
             to_plant,
             from_plant,
             pins: Pins::default(),
@@ -41,6 +45,16 @@ impl LockstepPlant {
         self.to_plant.write_all(&self.pins.to_bytes())
     }
 
+    /// A short lease ends for want of a host, and not for want of a fast one.
+    async fn wait_for_renewal(&mut self) {
+        if self.mailbox.is_about_to_lapse() {
+            self.grace.begin();
+            while self.mailbox.is_about_to_lapse() && !self.grace.is_over() {
+                yield_now().await;
+            }
+        }
+    }
+
     fn receive(&mut self) -> io::Result<Converters> {
         let mut bytes = [0; Converters::BYTES];
         self.from_plant.read_exact(&mut bytes)?;
@@ -51,6 +65,7 @@ impl LockstepPlant {
 impl Board for LockstepPlant {
     const NAME: &'static str = "emulated MPS2-AN386 with a virtual mirror";
     const IS_EMULATED: bool = true;
+    const BOOTLOADER: Option<fn() -> !> = None;
 
     async fn sense(&mut self) -> Sensed {
         yield_now().await;
@@ -58,12 +73,17 @@ impl Board for LockstepPlant {
         while self.mailbox.is_congested() {
             yield_now().await;
         }
+        self.wait_for_renewal().await;
         let Ok(converters) = self.receive() else {
             super::exit::plant_lost()
         };
         time::advance();
+        let missed_ticks = converters.tick.wrapping_sub(self.pins.tick) as u16;
+        self.pins.tick = converters.tick;
         Sensed {
             currents: converters.current.map(AdcCode),
+            supply: SupplyCode(converters.supply),
+            missed_ticks,
             sensor_z: Some(Micrometre(converters.sensor_z_nm as f32 * 1e-3)),
         }
     }

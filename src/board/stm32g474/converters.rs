@@ -1,5 +1,5 @@
-//! The four PWM channels of TIM1, and the four current-sense channels of ADC1 that its update
-//! triggers.
+//! The four PWM channels of TIM1, and the conversions that its update triggers: four current-sense
+//! channels on ADC1, the supply on ADC2.
 //!
 //! The PWM runs at 40 kHz; every fourth period ends in an update, which takes over new compare
 //! values and starts the conversions: 10 kHz control ticks, in step with the PWM.
@@ -7,14 +7,14 @@
 #![expect(unsafe_code, reason = "interrupts are enabled and entered")]
 
 use control_core::codes::PWM_PERIOD_COUNTS;
-use control_core::{AdcCode, LANES, PwmCode};
+use control_core::{AdcCode, LANES, PwmCode, SupplyCode};
 use embassy_executor::InterruptExecutor;
 use embassy_executor::SendSpawner;
 use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, Exten, InjectedAdc, SampleTime};
 use embassy_stm32::gpio::OutputType;
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::timer::vals::{Mms2, Ossi};
-use embassy_stm32::peripherals::{ADC1, PA0, PA1, PA8, PA9, PA10, PC0, PC1, PC3, TIM1};
+use embassy_stm32::peripherals::{ADC1, ADC2, PA0, PA1, PA8, PA9, PA10, PC0, PC1, PC2, PC3, TIM1};
 use embassy_stm32::timer::low_level::{CountingMode, OutputCompareMode, Timer};
 use embassy_stm32::timer::simple_pwm::PwmPin;
 use embassy_stm32::timer::{Ch1, Ch2, Ch3, Ch4, Channel};
@@ -33,7 +33,7 @@ const OVERSAMPLING_RATIO_16: u8 = 0b011;
 const CHANNELS: [Channel; LANES] = [Channel::Ch1, Channel::Ch2, Channel::Ch3, Channel::Ch4];
 
 /// The conversions of the tick that just ended.
-static CONVERTED: Signal<CriticalSectionRawMutex, [AdcCode; LANES]> = Signal::new();
+static CONVERTED: Signal<CriticalSectionRawMutex, Sensed> = Signal::new();
 
 /// Runs the control loop above the link.
 static CONTROL_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
@@ -49,13 +49,15 @@ pub struct ConverterPins {
     pub sense2: Peri<'static, PA1>,
     pub sense3: Peri<'static, PC0>,
     pub sense4: Peri<'static, PC1>,
+    pub supply: Peri<'static, PC2>,
 }
 
 /// PWM and current sense.
 pub struct Converters {
     timer: Timer<'static, TIM1>,
     _outputs: Outputs,
-    _adc: InjectedAdc<'static, ADC1, LANES>,
+    _currents: InjectedAdc<'static, ADC1, LANES>,
+    _supply: InjectedAdc<'static, ADC2, 1>,
 }
 
 type Output<C> = PwmPin<'static, TIM1, C>;
@@ -65,7 +67,7 @@ impl Converters {
     /// Starts PWM and conversions with all channels off.
     pub fn start(
         timer: Peri<'static, TIM1>,
-        adc: Peri<'static, ADC1>,
+        (adc1, adc2): (Peri<'static, ADC1>, Peri<'static, ADC2>),
         pins: ConverterPins,
     ) -> Self {
         let outputs = (
@@ -80,20 +82,27 @@ impl Converters {
             (pins.sense3.degrade_adc(), SampleTime::CYCLES24_5),
             (pins.sense4.degrade_adc(), SampleTime::CYCLES24_5),
         ];
-        let adc = Adc::new(adc, AdcConfig::default());
-        pac::ADC1.cfgr2().modify(|w| {
-            w.set_ovsr(OVERSAMPLING_RATIO_16);
-            w.set_jovse(true);
-        });
-        let adc =
-            adc.setup_injected_conversions(sense, triggers::TIM1_TRGO2, Exten::RISING_EDGE, true);
+        let supply = [(pins.supply.degrade_adc(), SampleTime::CYCLES24_5)];
+        let adc1 = Adc::new(adc1, AdcConfig::default());
+        let adc2 = Adc::new(adc2, AdcConfig::default());
+        for adc in [pac::ADC1, pac::ADC2] {
+            adc.cfgr2().modify(|w| {
+                w.set_ovsr(OVERSAMPLING_RATIO_16);
+                w.set_jovse(true);
+            });
+        }
+        let edge = Exten::RISING_EDGE;
+        // The supply's one conversion ends before the four that tell of their end.
+        let supply = adc2.setup_injected_conversions(supply, triggers::TIM1_TRGO2, edge, false);
+        let currents = adc1.setup_injected_conversions(sense, triggers::TIM1_TRGO2, edge, true);
         interrupt::ADC1_2.set_priority(Priority::P0);
         // SAFETY: the handler only reads registers and signals.
         unsafe { interrupt::ADC1_2.enable() };
         Self {
             timer: start_pwm(timer),
             _outputs: outputs,
-            _adc: adc,
+            _currents: currents,
+            _supply: supply,
         }
     }
 }
@@ -122,12 +131,10 @@ fn start_pwm(timer: Peri<'static, TIM1>) -> Timer<'static, TIM1> {
 impl Board for Converters {
     const NAME: &'static str = "STM32G474RE driver board";
     const IS_EMULATED: bool = false;
+    const BOOTLOADER: Option<fn() -> !> = Some(super::bootloader::enter);
 
     async fn sense(&mut self) -> Sensed {
-        Sensed {
-            currents: CONVERTED.wait().await,
-            sensor_z: None,
-        }
+        CONVERTED.wait().await
     }
 
     fn drive(&mut self, codes: [PwmCode; LANES]) {
@@ -139,10 +146,20 @@ impl Board for Converters {
 
 #[embassy_stm32::interrupt]
 fn ADC1_2() {
-    let codes = core::array::from_fn(|rank| AdcCode(pac::ADC1.jdr(rank).read().jdata()));
+    let currents = core::array::from_fn(|rank| AdcCode(pac::ADC1.jdr(rank).read().jdata()));
+    let supply = SupplyCode(pac::ADC2.jdr(0).read().jdata());
     // Writing the flag clears it; the other flags keep what is written as 0.
     pac::ADC1.isr().write(|w| w.set_jeos(true));
-    CONVERTED.signal(codes);
+    // What the control loop did not take in time is a tick that it missed.
+    let missed_ticks = CONVERTED
+        .try_take()
+        .map_or(0, |missed| missed.missed_ticks.saturating_add(1));
+    CONVERTED.signal(Sensed {
+        currents,
+        supply,
+        missed_ticks,
+        sensor_z: None,
+    });
 }
 
 /// Starts the executor of the control loop on an interrupt that no peripheral of this board uses.

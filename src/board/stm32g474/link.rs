@@ -1,16 +1,16 @@
-//! The host link: USB full speed, one vendor interface with two bulk endpoints. Windows finds its
-//! driver by the descriptors.
+//! The host link: USB full speed on the controller of the STM32G4.
 
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::peripherals::{PA11, PA12, USB};
 use embassy_stm32::{Peri, bind_interrupts, usb};
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
-use embassy_usb::{Config, UsbDevice};
+use embassy_usb::UsbDevice;
 use mirror_protocol::MAX_FRAME_BYTES;
-use mirror_protocol::usb::{MANUFACTURER, PRODUCT, PRODUCT_ID, VENDOR_ID};
-use postcard_rpc::server::impls::embassy_usb_v0_5::dispatch_impl::{WireRxImpl, WireStorage};
-use postcard_rpc::server::impls::embassy_usb_v0_5::{EUsbWireTx, USB_FS_MAX_PACKET_SIZE};
+use postcard_rpc::server::impls::embassy_usb_v0_5::EUsbWireTx;
+use postcard_rpc::server::impls::embassy_usb_v0_5::dispatch_impl::WireRxImpl;
 use static_cell::ConstStaticCell;
+
+use crate::usb::{Storage, open as open_usb};
 
 /// Sends frames to the host.
 pub type LinkTx = EUsbWireTx<ThreadModeRawMutex, Driver>;
@@ -29,18 +29,15 @@ pub fn open(
     dp: Peri<'static, PA12>,
     dm: Peri<'static, PA11>,
 ) -> (Device, LinkRx, LinkTx) {
-    static STORAGE: WireStorage<ThreadModeRawMutex, Driver> = WireStorage::new();
+    static STORAGE: Storage<ThreadModeRawMutex, Driver> = Storage::new();
     static FRAME: ConstStaticCell<[u8; MAX_FRAME_BYTES]> =
         ConstStaticCell::new([0; MAX_FRAME_BYTES]);
 
     // Below the control loop.
     interrupt::USB_LP.set_priority(Priority::P2);
     let driver = Driver::new(usb, Interrupts, dp, dm);
-    let mut config = Config::new(VENDOR_ID, PRODUCT_ID);
-    config.manufacturer = Some(MANUFACTURER);
-    config.product = Some(PRODUCT);
-    config.serial_number = Some(embassy_stm32::uid::uid_hex());
-    let (device, tx, rx) = STORAGE.init(driver, config, FRAME.take(), USB_FS_MAX_PACKET_SIZE);
+    let serial = embassy_stm32::uid::uid_hex();
+    let (device, rx, tx) = open_usb(&STORAGE, driver, FRAME.take(), serial);
     (Device(device), rx, tx)
 }
 

@@ -2,7 +2,9 @@
 //!
 //! Pins, shunts and filters are explained in `docs/board.md`.
 
+pub mod bootloader;
 mod converters;
+pub mod flash;
 pub mod link;
 mod stop;
 

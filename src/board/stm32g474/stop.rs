@@ -8,7 +8,7 @@ use cortex_m_rt::{ExceptionFrame, exception};
 use embassy_stm32::pac;
 
 /// Turns the four outputs off in the timer's own registers, and starts anew.
-fn stop() -> ! {
+pub(super) fn stop() -> ! {
     pac::TIM1.bdtr().modify(|w| w.set_moe(false));
     cortex_m::peripheral::SCB::sys_reset()
 }

@@ -1,0 +1,300 @@
+//! Calibration files: TOML that a person can read and edit.
+//!
+//! ```toml
+//! format = 1
+//! device = "mirror 7"
+//! date = "2026-11-21"
+//! model_hash = "0123456789abcdef"
+//! move_time_s = 0.007
+//! max_drive_v = 3.5
+//! max_power_w = 0.034
+//! max_rise_k = 136.0
+//! fast_poles = [{ weight = 0.6, time_s = 0.001 }, { weight = 0.34, time_s = 0.035 }]
+//! slow_poles = [{ weight = 0.06, time_s = 4.7 }]
+//! plays = [{ weight = 0.01, radius_um = 4.0 }]
+//! creep = [{ weight = 0.003, time_s = 5.0 }]
+//!
+//! [[actuators]]
+//! cold_resistance_ohm = 360.2
+//! tcr_per_k = 0.00392
+//! thermal_resistance_k_per_w = 5712.0
+//! loss_growth_per_k = 0.0012
+//! top_um = 173.7
+//! temperature_rise_k = [0.0, 0.78, ...] # 129 of them, at equal steps of z from 0 to top_um
+//! ```
+
+use std::sync::Arc;
+
+use control_core::calibration::{Bounds, Heat, Label, Lag, Memory, Origin, Parts, Path, Play};
+use control_core::table::KNOTS;
+use control_core::{
+    Calibration, CalibrationError, InverseTable, Kelvin, KelvinPerWatt, LaneCalibration,
+    Micrometre, Ohm, PerKelvin, Second, Volt, Watt,
+};
+use miette::{Diagnostic, NamedSource, SourceSpan};
+use serde::{Deserialize, Serialize};
+
+/// The version of the format that this crate reads and writes.
+const FORMAT: u32 = 1;
+
+/// Why a calibration file cannot be used.
+#[derive(Debug, thiserror::Error, Diagnostic)]
+pub enum CalibrationFileError {
+    /// It is not written as a calibration file is.
+    #[error("'{name}' is no calibration file: {message}")]
+    #[diagnostic(help("write one with `host-tool calibrate`, or mend the place that is marked"))]
+    Content {
+        /// The file.
+        name: String,
+        /// What is wrong.
+        message: String,
+        /// The file's text.
+        #[source_code]
+        text: Arc<NamedSource<String>>,
+        /// Where.
+        #[label("here")]
+        place: SourceSpan,
+    },
+    /// One of its values cannot be used.
+    #[error("the calibration in '{name}' cannot be used: {message}")]
+    #[diagnostic(help("calibrate the mirror again, or mend the value"))]
+    Value {
+        /// The file.
+        name: String,
+        /// Which value, and what is wrong with it.
+        message: String,
+    },
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Stored {
+    format: u32,
+    device: String,
+    date: String,
+    model_hash: String,
+    move_time_s: f64,
+    max_drive_v: f64,
+    max_power_w: f64,
+    max_rise_k: f64,
+    fast_poles: Vec<StoredLag>,
+    #[serde(default)]
+    slow_poles: Vec<StoredLag>,
+    #[serde(default)]
+    plays: Vec<StoredPlay>,
+    #[serde(default)]
+    creep: Vec<StoredLag>,
+    actuators: Vec<StoredLane>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredLag {
+    weight: f64,
+    time_s: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredPlay {
+    weight: f64,
+    radius_um: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredLane {
+    cold_resistance_ohm: f64,
+    tcr_per_k: f64,
+    thermal_resistance_k_per_w: f64,
+    loss_growth_per_k: f64,
+    top_um: f64,
+    temperature_rise_k: Vec<f64>,
+}
+
+/// `calibration` as the text of a calibration file.
+pub fn to_toml(calibration: &Calibration) -> String {
+    let p = calibration.parts();
+    let lags = |lags: &[Lag]| -> Vec<StoredLag> {
+        let used = lags.iter().filter(|lag| lag.weight != 0.0);
+        used.map(|lag| StoredLag {
+            weight: decimal(lag.weight),
+            time_s: decimal(lag.time.0),
+        })
+        .collect()
+    };
+    let plays = p.memory.plays.iter().filter(|play| play.weight != 0.0);
+    let stored = Stored {
+        format: FORMAT,
+        device: p.origin.device.as_str().to_owned(),
+        date: p.origin.date.as_str().to_owned(),
+        model_hash: format!("{:016x}", p.origin.model_hash),
+        move_time_s: decimal(p.path.move_time.0),
+        max_drive_v: decimal(p.bounds.drive.0),
+        max_power_w: decimal(p.bounds.power.0),
+        max_rise_k: decimal(p.bounds.rise.0),
+        fast_poles: lags(&p.heat.fast),
+        slow_poles: lags(&p.heat.slow),
+        plays: plays
+            .map(|play| StoredPlay {
+                weight: decimal(play.weight),
+                radius_um: decimal(play.radius.0),
+            })
+            .collect(),
+        creep: lags(&p.memory.creep),
+        actuators: p.lanes.iter().map(StoredLane::from).collect(),
+    };
+    toml::to_string(&stored).expect("numbers and texts are TOML")
+}
+
+/// The calibration in the text of a file called `name`.
+///
+/// # Errors
+/// Points at the place that is wrong, or names the value that no mirror can have.
+pub fn from_toml(name: &str, text: &str) -> Result<Calibration, CalibrationFileError> {
+    let stored: Stored = toml::from_str(text).map_err(|error| CalibrationFileError::Content {
+        name: name.to_owned(),
+        message: error.message().to_owned(),
+        text: Arc::new(NamedSource::new(name, text.to_owned())),
+        place: error.span().unwrap_or_default().into(),
+    })?;
+    stored
+        .read()
+        .map_err(|message| CalibrationFileError::Value {
+            name: name.to_owned(),
+            message,
+        })
+}
+
+impl From<&LaneCalibration> for StoredLane {
+    fn from(lane: &LaneCalibration) -> Self {
+        Self {
+            cold_resistance_ohm: decimal(lane.cold_resistance.0),
+            tcr_per_k: decimal(lane.tcr.0),
+            thermal_resistance_k_per_w: decimal(lane.thermal_resistance.0),
+            loss_growth_per_k: decimal(lane.loss_growth.0),
+            top_um: decimal(lane.shape.top().0),
+            temperature_rise_k: lane.shape.knots().map(decimal).to_vec(),
+        }
+    }
+}
+
+impl Stored {
+    fn read(&self) -> Result<Calibration, String> {
+        if self.format != FORMAT {
+            return Err(format!("it is of format {}, not {FORMAT}", self.format));
+        }
+        let label = |what: &str, text: &str| {
+            let max = Label::CAPACITY;
+            Label::new(text).ok_or_else(|| format!("{what} is longer than {max} bytes"))
+        };
+        let [Ok(a), Ok(b), Ok(c), Ok(d)] = std::array::from_fn(|i| self.lane(i)) else {
+            let first = (0..4).find_map(|i| self.lane(i).err());
+            return Err(first.unwrap_or_default());
+        };
+        if self.actuators.len() != 4 {
+            return Err(format!("it has {} actuators, not 4", self.actuators.len()));
+        }
+        let mut heat = Heat::INSTANT;
+        heat.fast[0].weight = 0.0;
+        fill(
+            "fast_poles",
+            &mut heat.fast,
+            &self.fast_poles,
+            StoredLag::read,
+        )?;
+        fill(
+            "slow_poles",
+            &mut heat.slow,
+            &self.slow_poles,
+            StoredLag::read,
+        )?;
+        let mut memory = Memory::NONE;
+        fill("plays", &mut memory.plays, &self.plays, StoredPlay::read)?;
+        let widest = self.plays.last().map_or(0.0, |play| play.radius_um);
+        for unused in &mut memory.plays[self.plays.len()..] {
+            unused.radius = Micrometre(widest as f32);
+        }
+        fill("creep", &mut memory.creep, &self.creep, StoredLag::read)?;
+        let parts = Parts {
+            origin: Origin {
+                device: label("device", &self.device)?,
+                date: label("date", &self.date)?,
+                model_hash: u64::from_str_radix(&self.model_hash, 16)
+                    .map_err(|_| "model_hash is not a hexadecimal number".to_owned())?,
+            },
+            lanes: [a, b, c, d],
+            heat,
+            memory,
+            path: Path {
+                move_time: Second(self.move_time_s as f32),
+            },
+            bounds: Bounds {
+                drive: Volt(self.max_drive_v as f32),
+                power: Watt(self.max_power_w as f32),
+                rise: Kelvin(self.max_rise_k as f32),
+            },
+        };
+        Calibration::new(parts).map_err(|error| error.to_string())
+    }
+
+    fn lane(&self, index: usize) -> Result<LaneCalibration, String> {
+        let lane = self.actuators.get(index);
+        let lane = lane.ok_or_else(|| format!("it has {index} actuators, not 4"))?;
+        let of = |what: String| format!("{what} of actuator {}", index + 1);
+        let knots: Vec<f32> = lane.temperature_rise_k.iter().map(|&k| k as f32).collect();
+        let knots = <[f32; KNOTS]>::try_from(knots).map_err(|knots| {
+            of(format!(
+                "{} values, not {KNOTS}, in temperature_rise_k",
+                knots.len()
+            ))
+        })?;
+        let shape = InverseTable::new(Micrometre(lane.top_um as f32), knots)
+            .map_err(|error| CalibrationError::from(error).of_lane(index).to_string())?;
+        Ok(LaneCalibration {
+            cold_resistance: Ohm(lane.cold_resistance_ohm as f32),
+            tcr: PerKelvin(lane.tcr_per_k as f32),
+            thermal_resistance: KelvinPerWatt(lane.thermal_resistance_k_per_w as f32),
+            loss_growth: PerKelvin(lane.loss_growth_per_k as f32),
+            shape,
+        })
+    }
+}
+
+impl StoredLag {
+    fn read(&self) -> Lag {
+        Lag {
+            weight: self.weight as f32,
+            time: Second(self.time_s as f32),
+        }
+    }
+}
+
+impl StoredPlay {
+    fn read(&self) -> Play {
+        Play {
+            weight: self.weight as f32,
+            radius: Micrometre(self.radius_um as f32),
+        }
+    }
+}
+
+/// The first places of a list that may be shorter.
+fn fill<T, S>(what: &str, places: &mut [T], list: &[S], read: fn(&S) -> T) -> Result<(), String> {
+    if list.len() > places.len() {
+        return Err(format!(
+            "{} {what} are more than {}",
+            list.len(),
+            places.len()
+        ));
+    }
+    for (place, stored) in places.iter_mut().zip(list) {
+        *place = read(stored);
+    }
+    Ok(())
+}
+
+/// `value` as a person would write it: 0.1 and not 0.100000001.
+fn decimal(value: f32) -> f64 {
+    value.to_string().parse().unwrap_or(f64::from(value))
+}

@@ -1,0 +1,251 @@
+//! A calibration as bytes: what is uploaded and stored.
+//!
+//! Little endian, without padding: the letters `EMCA`, the format (u16), device and date (32 bytes
+//! each), the model's hash (u64), the numbers (f32) in the order of [`numbers`], and the CRC-32 (as in
+//! Ethernet) of all that.
+
+use super::{Bounds, Heat, LaneCalibration, Memory, Parts, Path};
+use super::{Calibration, CalibrationError, Field, Label, Origin, Problem};
+use super::{FAST_POLES, LAGS, PLAYS, SLOW_POLES};
+use crate::LANES;
+use crate::table::{InverseTable, KNOTS};
+use crate::units::{Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Volt, Watt};
+
+/// The version of this layout and of what the numbers mean.
+pub(super) const FORMAT: u16 = 1;
+
+const MAGIC: [u8; 4] = *b"EMCA";
+const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+
+const LANE_NUMBERS: usize = 5 + KNOTS;
+const SHARED_NUMBERS: usize = 2 * (FAST_POLES + SLOW_POLES + PLAYS + LAGS) + 4;
+const HEAD: usize = MAGIC.len() + 2 + 2 * Label::CAPACITY + 8;
+
+/// Bytes of a calibration.
+pub const BYTES: usize = HEAD + 4 * (LANES * LANE_NUMBERS + SHARED_NUMBERS) + 4;
+
+impl Calibration {
+    /// As bytes.
+    pub fn to_bytes(&self) -> [u8; BYTES] {
+        let mut bytes = [0; BYTES];
+        let mut rest = bytes.as_mut_slice();
+        let mut put = |part: &[u8]| {
+            // The parts add up to `BYTES` for any calibration, as the test of the layout shows.
+            if let Some((place, after)) =
+                core::mem::take(&mut rest).split_at_mut_checked(part.len())
+            {
+                place.copy_from_slice(part);
+                rest = after;
+            }
+        };
+        let origin = &self.parts.origin;
+        put(&MAGIC);
+        put(&FORMAT.to_le_bytes());
+        put(&origin.device.to_bytes());
+        put(&origin.date.to_bytes());
+        put(&origin.model_hash.to_le_bytes());
+        let mut parts = self.parts;
+        let mut tables = parts
+            .lanes
+            .map(|lane| (lane.shape.top(), *lane.shape.knots()));
+        numbers(&mut parts, &mut tables, &mut |number| {
+            put(&number.to_le_bytes())
+        });
+        let end = BYTES - 4;
+        let checksum = CRC.checksum(&bytes[..end]);
+        bytes[end..].copy_from_slice(&checksum.to_le_bytes());
+        bytes
+    }
+
+    /// From bytes, checked as [`Calibration::new`] checks.
+    ///
+    /// # Errors
+    /// Says what is wrong with the bytes, or with which number.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, CalibrationError> {
+        let mut reader = Reader(bytes);
+        if reader.take() != Some(MAGIC) {
+            return Err(CalibrationError::NotACalibration);
+        }
+        let length = CalibrationError::Length { bytes: bytes.len() };
+        let format = u16::from_le_bytes(reader.take().ok_or(length)?);
+        if format != FORMAT {
+            return Err(CalibrationError::Format { format });
+        }
+        if bytes.len() != BYTES {
+            return Err(length);
+        }
+        let (content, checksum) = bytes.split_at(BYTES - 4);
+        if CRC.checksum(content).to_le_bytes() != checksum {
+            return Err(CalibrationError::Checksum);
+        }
+        let mut label = |field| {
+            let bytes = reader.take().ok_or(length)?;
+            Label::from_bytes(bytes).ok_or(CalibrationError::number(field, 0, Problem::NotText))
+        };
+        let mut parts = BLANK;
+        parts.origin.device = label(Field::Device)?;
+        parts.origin.date = label(Field::Date)?;
+        parts.origin.model_hash = u64::from_le_bytes(reader.take().ok_or(length)?);
+        let mut tables = [(Micrometre(0.0), [0.0; KNOTS]); LANES];
+        numbers(&mut parts, &mut tables, &mut |number| {
+            // The length is known to be right.
+            *number = f32::from_le_bytes(reader.take().unwrap_or_default());
+        });
+        for (lane, (top, knots)) in tables.into_iter().enumerate() {
+            parts.lanes[lane].shape = InverseTable::new(top, knots)
+                .map_err(|error| CalibrationError::from(error).of_lane(lane))?;
+        }
+        Self::new(parts)
+    }
+}
+
+/// A place for every number.
+const BLANK: Parts = Parts {
+    origin: Origin {
+        device: Label::EMPTY,
+        date: Label::EMPTY,
+        model_hash: 0,
+    },
+    lanes: [LaneCalibration {
+        cold_resistance: Ohm(0.0),
+        tcr: PerKelvin(0.0),
+        thermal_resistance: KelvinPerWatt(0.0),
+        loss_growth: PerKelvin(0.0),
+        shape: InverseTable::STRAIGHT,
+    }; LANES],
+    heat: Heat::INSTANT,
+    memory: Memory::NONE,
+    path: Path {
+        move_time: Second(0.0),
+    },
+    bounds: Bounds {
+        drive: Volt(0.0),
+        power: Watt(0.0),
+        rise: Kelvin(0.0),
+    },
+};
+
+/// Every number of a calibration, in the order of its bytes.
+fn numbers(
+    parts: &mut Parts,
+    tables: &mut [(Micrometre, [f32; KNOTS]); LANES],
+    visit: &mut dyn FnMut(&mut f32),
+) {
+    for (lane, (top, knots)) in parts.lanes.iter_mut().zip(tables) {
+        visit(&mut lane.cold_resistance.0);
+        visit(&mut lane.tcr.0);
+        visit(&mut lane.thermal_resistance.0);
+        visit(&mut lane.loss_growth.0);
+        visit(&mut top.0);
+        knots.iter_mut().for_each(&mut *visit);
+    }
+    let heat = parts.heat.fast.iter_mut().chain(&mut parts.heat.slow);
+    for lag in heat.chain(&mut parts.memory.creep) {
+        visit(&mut lag.weight);
+        visit(&mut lag.time.0);
+    }
+    for play in &mut parts.memory.plays {
+        visit(&mut play.weight);
+        visit(&mut play.radius.0);
+    }
+    visit(&mut parts.path.move_time.0);
+    visit(&mut parts.bounds.drive.0);
+    visit(&mut parts.bounds.power.0);
+    visit(&mut parts.bounds.rise.0);
+}
+
+struct Reader<'a>(&'a [u8]);
+
+impl Reader<'_> {
+    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let (taken, rest) = self.0.split_first_chunk()?;
+        self.0 = rest;
+        Some(*taken)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::parts;
+    use super::*;
+    use proptest::prelude::*;
+
+    fn bytes() -> [u8; BYTES] {
+        Calibration::new(parts()).expect("plausible").to_bytes()
+    }
+
+    /// The checksum made right again.
+    fn signed(mut bytes: [u8; BYTES]) -> [u8; BYTES] {
+        let checksum = CRC.checksum(&bytes[..BYTES - 4]);
+        bytes[BYTES - 4..].copy_from_slice(&checksum.to_le_bytes());
+        bytes
+    }
+
+    #[test]
+    fn come_back_as_the_same_calibration() {
+        let calibration = Calibration::new(parts()).expect("plausible");
+        assert_eq!(
+            Calibration::from_bytes(&calibration.to_bytes()),
+            Ok(calibration)
+        );
+    }
+
+    #[test]
+    fn the_numbers_fill_the_bytes() {
+        // The last number before the checksum is the highest rise.
+        let place = BYTES - 8..BYTES - 4;
+        assert_eq!(bytes()[place], parts().bounds.rise.0.to_le_bytes());
+    }
+
+    #[test]
+    fn another_format_is_named() {
+        let mut other = bytes();
+        other[4..6].copy_from_slice(&7_u16.to_le_bytes());
+        let refused = Err(CalibrationError::Format { format: 7 });
+        assert_eq!(Calibration::from_bytes(&signed(other)), refused);
+    }
+
+    #[test]
+    fn a_table_that_does_not_rise_is_named() {
+        let mut falling = bytes();
+        let second_knot = HEAD + 4 * (5 + 2);
+        falling[second_knot..second_knot + 4].copy_from_slice(&0.1_f32.to_le_bytes());
+        let error = Calibration::from_bytes(&signed(falling)).expect_err("it falls");
+        assert_eq!(
+            std::format!("{error}"),
+            "temperature_rise_k[2] of actuator 1 does not rise above the one before it"
+        );
+    }
+
+    #[test]
+    fn a_name_that_is_no_text_is_named() {
+        let mut garbled = bytes();
+        garbled[6] = 0xff;
+        let refused = CalibrationError::number(Field::Device, 0, Problem::NotText);
+        assert_eq!(Calibration::from_bytes(&signed(garbled)), Err(refused));
+    }
+
+    proptest! {
+        #[test]
+        fn damage_anywhere_is_found(place in 0..BYTES, flip in 1_u8..) {
+            let mut damaged = bytes();
+            damaged[place] ^= flip;
+            prop_assert!(Calibration::from_bytes(&damaged).is_err());
+        }
+
+        #[test]
+        fn a_part_is_not_the_whole(length in 0..BYTES) {
+            prop_assert!(Calibration::from_bytes(&bytes()[..length]).is_err());
+        }
+
+        #[test]
+        fn any_number_is_checked(place in 0..(BYTES - HEAD) / 4 - 1, bits: u32) {
+            let mut other = bytes();
+            let at = HEAD + 4 * place;
+            other[at..at + 4].copy_from_slice(&bits.to_le_bytes());
+            if let Ok(calibration) = Calibration::from_bytes(&signed(other)) {
+                prop_assert!(Calibration::new(*calibration.parts()).is_ok());
+            }
+        }
+    }
+}

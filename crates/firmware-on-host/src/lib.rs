@@ -1,0 +1,79 @@
+//! The firmware's own application, behind a USB bus in memory: control loop, mailbox, rpc and the USB
+//! device are the ones of the driver board, only the controller under them is not.
+
+mod enumerate;
+mod wire;
+
+use std::future::{Future, poll_fn};
+use std::pin::pin;
+
+use control_core::Controller;
+use control_core::calibration::BYTES;
+use embassy_futures::join::join3;
+use mirror_firmware::board::host::HostBoard;
+use mirror_firmware::board::host::link::{Opened, Storage};
+use mirror_firmware::calibration::Upload;
+use mirror_firmware::control::{self, Control};
+use mirror_firmware::keeper::Keeper;
+use mirror_firmware::mailbox::Mailbox;
+use mirror_firmware::{rpc, usb};
+use mirror_protocol::MAX_FRAME_BYTES;
+use simulated_flash::{HalfWords, SharedFlash, SimulatedFlash};
+use virtual_usb::HostSide;
+
+pub use enumerate::{Device, enumerate, get_descriptor};
+pub use wire::connect;
+
+/// The serial number that this board tells.
+pub const SERIAL: &str = "0123456789ABCDEF01234567";
+
+/// Pages of the flash for calibrations, as on the driver board.
+pub const FLASH_PAGES: usize = 16;
+
+/// Runs `test` on the host's side of a bus with the driver board on it; both take turns.
+pub fn with_board<T>(test: impl AsyncFnOnce(HostSide) -> T) -> T {
+    let flash = SimulatedFlash::new(FLASH_PAGES, HalfWords::Settle, 0);
+    with_board_on(&SharedFlash::new(flash), test)
+}
+
+/// The same with a board whose calibrations lie in `flash`.
+pub fn with_board_on<T>(flash: &SharedFlash, test: impl AsyncFnOnce(HostSide) -> T) -> T {
+    let (device_side, host) = virtual_usb::bus();
+    // A board's memory is static; a test's board lives as long as the test.
+    let mailbox: &'static Mailbox = Box::leak(Box::new(Mailbox::new()));
+    let storage: &'static Storage = Box::leak(Box::new(Storage::new()));
+    let frame = Box::leak(Box::new([0; MAX_FRAME_BYTES]));
+    let (mut device, rx, tx): Opened = usb::open(storage, device_side, frame, SERIAL);
+
+    let uploaded = Box::leak(Box::new([0; BYTES]));
+    let mut keeper = Keeper::new(Some(flash.clone()));
+    let in_use = Box::leak(Box::new(keeper.load(uploaded)));
+    let upload = Upload::new(uploaded, Box::leak(Box::new(*in_use)));
+    let session = rpc::Session::new::<HostBoard>(mailbox, in_use, upload, keeper);
+    let control = Control::new(Controller::new(in_use), mailbox);
+    let mut received: rpc::Frame = [0; _];
+    let firmware = join3(
+        control::run(HostBoard::default(), control),
+        device.run(),
+        rpc::serve(tx, rx, &mut received, session),
+    );
+    let runtime = tokio::runtime::Builder::new_current_thread().build();
+    runtime
+        .expect("a runtime")
+        .block_on(in_turns(firmware, test(host)))
+}
+
+/// Polls the firmware, which never ends, again and again until `test` does.
+async fn in_turns<T, F>(firmware: impl Future<Output = F>, test: impl Future<Output = T>) -> T {
+    let mut firmware = pin!(firmware);
+    let mut test = pin!(test);
+    poll_fn(|context| {
+        let _ = firmware.as_mut().poll(context);
+        let result = test.as_mut().poll(context);
+        if result.is_pending() {
+            context.waker().wake_by_ref();
+        }
+        result
+    })
+    .await
+}

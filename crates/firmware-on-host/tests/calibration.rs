@@ -1,0 +1,108 @@
+//! A calibration uploaded over USB, and what a board comes up with after its power was cut.
+
+use control_core::Calibration;
+use control_core::calibration::{BYTES, Label, Parts};
+use firmware_on_host::{FLASH_PAGES, connect, enumerate, with_board_on};
+use mirror_firmware::factory;
+use mirror_protocol::{
+    CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationUseEndpoint,
+    CalibrationWriteEndpoint, Chunk, Hello, HelloEndpoint, Kept, PROTOCOL_VERSION, WireError,
+};
+use postcard_rpc::host_client::HostClient;
+use simulated_flash::{HalfWords, PAGE_BYTES, SharedFlash, SimulatedFlash, WORD_BYTES};
+
+fn erased() -> SharedFlash {
+    SharedFlash::new(SimulatedFlash::new(FLASH_PAGES, HalfWords::Flicker, 3))
+}
+
+fn of_device(device: &str) -> Calibration {
+    let mut parts: Parts = *factory::calibration().parts();
+    parts.origin.device = Label::new(device).expect("short");
+    Calibration::new(parts).expect("only its name is another")
+}
+
+/// Starts a board on `flash` and has `act` talk to it.
+fn with_client<T>(flash: &SharedFlash, act: impl AsyncFnOnce(HostClient<WireError>) -> T) -> T {
+    with_board_on(flash, async |host| {
+        let device = enumerate(&host).await.expect("it answers");
+        let client = connect(&host, &device);
+        let hello = Hello {
+            protocol_version: PROTOCOL_VERSION,
+        };
+        client
+            .send_resp::<HelloEndpoint>(&hello)
+            .await
+            .expect("an answer");
+        act(client).await
+    })
+}
+
+/// What a board that starts on `flash` says of its calibration.
+fn found(flash: &SharedFlash) -> CalibrationInfo {
+    with_client(flash, async |client| {
+        let reply = client.send_resp::<CalibrationEndpoint>(&()).await;
+        reply.expect("an answer").expect("greeted")
+    })
+}
+
+fn upload(flash: &SharedFlash, calibration: &Calibration) -> CalibrationInfo {
+    with_client(flash, async |client| {
+        let bytes = calibration.to_bytes();
+        let capacity = Chunk::new().capacity();
+        for (i, piece) in bytes.chunks(capacity).enumerate() {
+            let chunk = CalibrationChunk {
+                offset: (i * capacity) as u16,
+                bytes: Chunk::from_slice(piece).expect("it fits"),
+            };
+            let reply = client.send_resp::<CalibrationWriteEndpoint>(&chunk).await;
+            reply.expect("an answer").expect("taken");
+        }
+        let reply = client.send_resp::<CalibrationUseEndpoint>(&()).await;
+        reply.expect("an answer").expect("used")
+    })
+}
+
+#[test]
+fn it_survives_a_reset() {
+    let flash = erased();
+    assert_eq!(found(&flash).kept, Kept::Factory);
+    for device in ["first", "second"] {
+        assert_eq!(upload(&flash, &of_device(device)).kept, Kept::Yes);
+        let info = found(&flash);
+        assert_eq!((info.device.as_str(), info.kept), (device, Kept::Yes));
+    }
+}
+
+#[test]
+fn after_a_power_cut_at_any_operation_the_old_or_the_new_one_is_in_use() {
+    let flash = erased();
+    upload(&flash, &of_device("old"));
+    let before = flash.lock().clone();
+    upload(&flash, &of_device("new"));
+    let operations = flash.lock().operations() - before.operations();
+    let words = BYTES.div_ceil(WORD_BYTES) as u64;
+    assert!(operations > words, "{operations}");
+    // Every operation is cut in `calibration-store`; here some, through the whole firmware.
+    for operation in (0..operations).step_by(7).chain(operations - 5..operations) {
+        let flash = SharedFlash::new(before.reseeded(operation));
+        flash.lock().cut_power_after(operation);
+        assert_eq!(upload(&flash, &of_device("new")).kept, Kept::No);
+        flash.lock().power_up();
+        let info = found(&flash);
+        assert_eq!(info.kept, Kept::Yes, "{operation}");
+        assert!(
+            ["old", "new"].contains(&info.device.as_str()),
+            "{operation}"
+        );
+    }
+}
+
+#[test]
+fn a_bad_one_falls_back_to_the_factorys_and_the_board_says_so() {
+    use embedded_storage::nor_flash::NorFlash;
+    let flash = erased();
+    flash.lock().write(0, &[0x5a; PAGE_BYTES]).expect("erased");
+    let info = found(&flash);
+    assert_eq!(info.kept, Kept::FactoryAsStoredIsBad);
+    assert_eq!(info.device, found(&erased()).device);
+}

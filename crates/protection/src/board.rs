@@ -1,0 +1,81 @@
+//! The watch over what all channels share: the supply, and the beat of the control tick.
+
+use control_core::SupplyCode;
+
+use crate::fault::Fault;
+
+/// The output stages need 4.25 V and a little more; their amplifiers bear 5.5 V.
+const LOWEST_SUPPLY: SupplyCode = SupplyCode::from_millivolt(4_500);
+const HIGHEST_SUPPLY: SupplyCode = SupplyCode::from_millivolt(5_500);
+const TICKS_TO_TRIP: u8 = 3;
+
+/// A missed tick weighs as much as so many good ones.
+const MISSED_TICK: u16 = 100;
+/// Five missed ticks within a few milliseconds, or one in fifty for long.
+const TOO_MANY: u16 = 5 * MISSED_TICK;
+
+/// The watch over supply and ticks.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct BoardWatch {
+    suspect_ticks: u8,
+    missed: u16,
+}
+
+impl BoardWatch {
+    /// One tick, before which `missed_ticks` did not take place.
+    pub(crate) fn check(&mut self, supply: SupplyCode, missed_ticks: u16) -> Option<Fault> {
+        if (LOWEST_SUPPLY.0..=HIGHEST_SUPPLY.0).contains(&supply.0) {
+            self.suspect_ticks = 0;
+        } else {
+            self.suspect_ticks = self.suspect_ticks.saturating_add(1);
+        }
+        self.missed = self
+            .missed
+            .saturating_sub(1)
+            .saturating_add(missed_ticks.saturating_mul(MISSED_TICK));
+        if self.suspect_ticks >= TICKS_TO_TRIP {
+            Some(Fault::SupplyOutOfRange)
+        } else if self.missed >= TOO_MANY {
+            Some(Fault::TickOverrun)
+        } else {
+            None
+        }
+    }
+
+    /// Forgets what was suspected.
+    pub(crate) fn clear(&mut self) {
+        *self = Self::default();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SOUND: SupplyCode = SupplyCode::from_millivolt(5_000);
+
+    #[test]
+    fn a_supply_out_of_range_is_found_in_three_ticks_and_a_glitch_is_none() {
+        for millivolt in [0, 4_400, 5_600, 6_599] {
+            let bad = SupplyCode::from_millivolt(millivolt);
+            let mut watch = BoardWatch::default();
+            for supply in [bad, bad, SOUND, bad, bad] {
+                assert_eq!(watch.check(supply, 0), None, "{millivolt} mV");
+            }
+            assert_eq!(watch.check(bad, 0), Some(Fault::SupplyOutOfRange));
+        }
+    }
+
+    #[test]
+    fn a_missed_tick_now_and_then_is_borne_and_five_on_end_are_not() {
+        let mut watch = BoardWatch::default();
+        for tick in 0..10_000 {
+            let missed = u16::from(tick % 101 == 0);
+            assert_eq!(watch.check(SOUND, missed), None, "tick {tick}");
+        }
+        watch.clear();
+        assert_eq!(watch.check(SOUND, 5), Some(Fault::TickOverrun));
+        watch.clear();
+        assert_eq!(watch.check(SOUND, u16::MAX), Some(Fault::TickOverrun));
+    }
+}

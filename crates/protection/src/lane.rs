@@ -1,0 +1,161 @@
+//! The watch over one heater: does its current fit its drive?
+
+use control_core::{AdcCode, Ampere, Kelvin, LaneCalibration, Volt};
+
+use crate::fault::Fault;
+
+/// A heater is too hot at this rise above ambient. The factory's range ends at 129 K; to that come
+/// 11 K that a cold resistance known to 15 ohm is worth, and 30 % for mirrors that get hotter than
+/// the factory's. Aluminium films begin to yield and creep above 250 degC.
+pub(crate) const HIGHEST_RISE: Kelvin = Kelvin(180.0);
+
+/// The least plausible resistance, and the highest, as a part of the cold one.
+const LEAST_RESISTANCE: f32 = 0.5;
+const HIGHEST_RESISTANCE: f32 = 2.0;
+
+/// A heater with more than this resistance, as a part of the cold one, is an open one.
+const OPEN_RESISTANCE: f32 = 10.0;
+
+/// More than the coldest heater, 345 ohm, takes at the highest drive, 3.5 V; less than the sense's
+/// full scale of 12.5 mA.
+const HIGHEST_CURRENT: Ampere = Ampere(11.0e-3);
+
+/// At this code and above the sense is saturated: it reads less than what flows. A 12-bit
+/// converter's top is 4095, and 16 of them are 65520.
+const SATURATED: AdcCode = AdcCode(65_450);
+
+/// Errors of the sense that are no fault: noise (1 uA), offset of amplifier and converter (8 uA).
+const CURRENT_MARGIN: Ampere = Ampere(20e-6);
+
+/// What is seen in so many ticks on end is a fault; one tick may be a glitch.
+const TICKS_TO_TRIP: u8 = 3;
+
+/// Part of the way that the envelope of the drive goes to the drive in a tick. The filter behind
+/// the PWM (two poles at 2 kHz) goes faster, so current that only lags behind the drive lies within
+/// the envelope.
+const ENVELOPE_STEP: f32 = 0.2;
+
+/// The current must show a drive that changed by so much: 40 uA in the hottest heater.
+const FROZEN_CHANGE: Volt = Volt(0.02);
+/// The lag of the filter, and as much again.
+const TICKS_TO_FREEZE: u8 = 8;
+
+/// The watch over one heater.
+#[derive(Clone, Debug)]
+pub(crate) struct LaneWatch {
+    bounds: Bounds,
+    /// Envelope of the drive (V).
+    highest: f32,
+    lowest: f32,
+    suspect_ticks: u8,
+    frozen: Frozen,
+}
+
+/// Conductances in siemens.
+#[derive(Clone, Copy, Debug)]
+struct Bounds {
+    /// Of a heater too hot.
+    least: f32,
+    /// Of a heater with too little resistance.
+    highest: f32,
+    cold: f32,
+}
+
+impl LaneWatch {
+    pub(crate) fn new(lane: &LaneCalibration) -> Self {
+        let cold = 1.0 / lane.cold_resistance.0;
+        let hot = lane.resistance(HIGHEST_RISE).0;
+        Self {
+            bounds: Bounds {
+                least: (1.0 / hot).max(cold / HIGHEST_RESISTANCE),
+                highest: cold / LEAST_RESISTANCE,
+                cold,
+            },
+            highest: 0.0,
+            lowest: 0.0,
+            suspect_ticks: 0,
+            frozen: Frozen::default(),
+        }
+    }
+
+    /// One tick: `code` and `current` were sensed while `drive` was applied.
+    pub(crate) fn check(&mut self, drive: Volt, code: AdcCode, current: Ampere) -> Option<Fault> {
+        self.follow(drive.0);
+        let excess = current.0 > self.highest * self.bounds.highest + CURRENT_MARGIN.0
+            || current.0 > HIGHEST_CURRENT.0;
+        let lack = current.0 < self.lowest * self.bounds.least - CURRENT_MARGIN.0;
+        if excess || lack {
+            self.suspect_ticks = self.suspect_ticks.saturating_add(1);
+            if self.suspect_ticks >= TICKS_TO_TRIP {
+                return Some(if excess {
+                    too_much(code, current)
+                } else {
+                    self.too_little(current)
+                });
+            }
+        } else {
+            self.suspect_ticks = 0;
+        }
+        self.frozen.check(drive, code).then_some(Fault::FrozenSense)
+    }
+
+    /// Forgets what was suspected.
+    pub(crate) fn clear(&mut self) {
+        self.suspect_ticks = 0;
+        self.frozen = Frozen::default();
+    }
+
+    fn follow(&mut self, drive: f32) {
+        let towards = |from: f32| from + ENVELOPE_STEP * (drive - from);
+        self.highest = drive.max(towards(self.highest));
+        self.lowest = drive.min(towards(self.lowest));
+    }
+
+    #[cold]
+    fn too_little(&self, current: Ampere) -> Fault {
+        let below =
+            |part: f32| current.0 < self.lowest * self.bounds.cold / part - CURRENT_MARGIN.0;
+        if below(OPEN_RESISTANCE) || current.0 < CURRENT_MARGIN.0 {
+            Fault::OpenHeater
+        } else if below(HIGHEST_RESISTANCE) {
+            Fault::ImplausibleSense
+        } else {
+            Fault::OverTemperature
+        }
+    }
+}
+
+#[cold]
+fn too_much(code: AdcCode, current: Ampere) -> Fault {
+    if code.0 >= SATURATED.0 {
+        Fault::ShortCircuit
+    } else if current.0 > HIGHEST_CURRENT.0 {
+        Fault::OverCurrent
+    } else {
+        Fault::ImplausibleSense
+    }
+}
+
+/// A code that stays the same while the drive does not. A sound sense repeats a 16-bit code now and
+/// then by chance, but not while the current changes.
+#[derive(Clone, Copy, Debug, Default)]
+struct Frozen {
+    code: AdcCode,
+    drive: Volt,
+    ticks: u8,
+}
+
+impl Frozen {
+    fn check(&mut self, drive: Volt, code: AdcCode) -> bool {
+        if code != self.code {
+            *self = Self {
+                code,
+                drive,
+                ticks: 0,
+            };
+        } else if (drive.0 - self.drive.0).abs() > FROZEN_CHANGE.0 {
+            self.ticks = self.ticks.saturating_add(1);
+        }
+        self.ticks >= TICKS_TO_FREEZE
+    }
+}

@@ -1,0 +1,353 @@
+//! The protection in front of four heaters, sound ones and broken ones.
+
+use control_core::{
+    AdcCode, Ampere, InverseTable, Kelvin, KelvinPerWatt, LANES, LaneCalibration, Micrometre, Ohm,
+    PerKelvin, PwmCode, Setpoint, SupplyCode, Volt,
+};
+use proptest::prelude::*;
+use protection::{ChannelState, Denied, Fault, Lease, Protection, Reading};
+
+const COLD: f32 = 360.0;
+const TCR: f32 = 3.92e-3;
+const SOUND_SUPPLY: SupplyCode = SupplyCode::from_millivolt(5000);
+
+fn lanes() -> [LaneCalibration; LANES] {
+    let lane = LaneCalibration {
+        cold_resistance: Ohm(COLD),
+        tcr: PerKelvin(TCR),
+        thermal_resistance: KelvinPerWatt(5700.0),
+        loss_growth: PerKelvin(0.0),
+        shape: InverseTable::new(Micrometre(170.0), core::array::from_fn(|i| i as f32))
+            .expect("rising"),
+    };
+    [lane; LANES]
+}
+
+/// A channel behind the board's output filter, two poles at 2 kHz, and the mean of its sense.
+#[derive(Clone, Copy)]
+struct Heater {
+    ohm: f32,
+    stages: [f32; 2],
+    noise: u32,
+}
+
+impl Heater {
+    fn new(ohm: f32, noise: u32) -> Self {
+        Self {
+            ohm,
+            stages: [0.0; 2],
+            noise,
+        }
+    }
+
+    /// What is sensed at the end of a tick at `drive`.
+    fn sense(&mut self, drive: Volt) -> AdcCode {
+        let step = 1.0 - (-1.2566_f32 / 10.0).exp();
+        for _ in 0..10 {
+            self.stages[0] += step * (drive.0 - self.stages[0]);
+            self.stages[1] += step * (self.stages[0] - self.stages[1]);
+        }
+        self.noise = self
+            .noise
+            .wrapping_mul(1_664_525)
+            .wrapping_add(1_013_904_223);
+        let noise = (self.noise >> 24) as f32 / 16.0 - 8.0;
+        AdcCode((self.stages[1] / self.ohm / 12.5e-3 * 65536.0 + noise) as u16)
+    }
+}
+
+/// Board and heaters: what the firmware does around the protection, without the core.
+struct Bench {
+    protection: Protection,
+    heaters: [Heater; LANES],
+    supply: SupplyCode,
+    applied: [Volt; LANES],
+}
+
+impl Bench {
+    fn new(ohm: [f32; LANES]) -> Self {
+        let mut seed = 0;
+        let heaters = ohm.map(|ohm| {
+            seed += 1;
+            Heater::new(ohm, seed)
+        });
+        Self {
+            protection: Protection::new(&lanes()),
+            heaters,
+            supply: SOUND_SUPPLY,
+            applied: [Volt(0.0); LANES],
+        }
+    }
+
+    fn tick(&mut self, wanted: Setpoint) -> [Volt; LANES] {
+        let codes = std::array::from_fn(|i| self.heaters[i].sense(self.applied[i]));
+        self.tick_with(wanted, codes, 0)
+    }
+
+    fn tick_with(
+        &mut self,
+        wanted: Setpoint,
+        codes: [AdcCode; LANES],
+        missed_ticks: u16,
+    ) -> [Volt; LANES] {
+        let reading = Reading {
+            codes,
+            currents: codes.map(AdcCode::current),
+            supply: self.supply,
+            missed_ticks,
+        };
+        let allowed = self.protection.tick(wanted, self.applied, &reading);
+        self.applied = match allowed {
+            Setpoint::Drive(drives) => drives.map(|drive| PwmCode::nearest(drive).drive()),
+            _ => [Volt(0.0); LANES],
+        };
+        self.applied
+    }
+
+    /// Drives for so many ticks; the fault and the tick at which the board trips, if it does.
+    fn drive(&mut self, volt: f32, ticks: u32) -> Option<(Fault, u32)> {
+        for tick in 0..ticks {
+            let drives = self.tick(Setpoint::Drive([Volt(volt); LANES]));
+            if let Some(fault) = self.protection.first_cause() {
+                assert_eq!(drives, [Volt(0.0); LANES], "zero in the tick of detection");
+                return Some((fault, tick));
+            }
+        }
+        None
+    }
+
+    fn driving(ohm: [f32; LANES], volt: f32) -> Self {
+        let mut bench = Self::new(ohm);
+        bench.protection.command(Lease::FOREVER).expect("no fault");
+        assert_eq!(bench.drive(volt, 100), None);
+        bench
+    }
+}
+
+#[test]
+fn heaters_are_checked_before_they_are_driven() {
+    for (ohm, fault) in [
+        (1e9, Fault::OpenHeater),
+        (1.0, Fault::ShortCircuit),
+        (150.0, Fault::ImplausibleSense),
+        (1500.0, Fault::ImplausibleSense),
+    ] {
+        let mut bench = Bench::new([COLD, COLD, ohm, COLD]);
+        bench.protection.command(Lease::FOREVER).expect("no fault");
+        let (found, tick) = bench.drive(3.0, 100).expect("it trips");
+        assert_eq!(found, fault, "{ohm} ohm");
+        assert!(tick < 16, "within the check: {tick}");
+        let states = bench
+            .protection
+            .states(bench.applied, control_core::Limits::NONE);
+        assert_eq!(states[2], ChannelState::Tripped(fault));
+        assert_eq!(states[1], ChannelState::Off);
+        let denied = Err(Denied::Tripped(fault));
+        assert_eq!(bench.protection.command(Lease::FOREVER), denied);
+        assert_eq!(bench.protection.renew(Lease::FOREVER), denied);
+    }
+}
+
+#[test]
+fn heaters_that_break_while_they_are_driven_trip_within_a_millisecond() {
+    for volt in [0.3, 1.0, 2.0, 3.5] {
+        for (ohm, fault) in [
+            (1e9, Fault::OpenHeater),
+            (1.0, Fault::ShortCircuit),
+            (800.0, Fault::ImplausibleSense),
+        ] {
+            let mut bench = Bench::driving([450.0; LANES], volt);
+            bench.heaters[1].ohm = ohm;
+            let (found, tick) = bench.drive(volt, 100).expect("it trips");
+            assert_eq!(found, fault, "{ohm} ohm at {volt} V");
+            assert!(tick < 10, "{ohm} ohm at {volt} V: after {tick} ticks");
+        }
+    }
+}
+
+#[test]
+fn too_much_current_trips_by_its_name() {
+    let mut bench = Bench::driving([450.0; LANES], 3.5);
+    bench.heaters[0].ohm = 3.5 / 11.5e-3;
+    assert_eq!(bench.drive(3.5, 20), Some((Fault::OverCurrent, 2)));
+    let mut bench = Bench::driving([450.0; LANES], 1.0);
+    bench.heaters[0].ohm = 0.45 * COLD;
+    assert_eq!(bench.drive(1.0, 20), Some((Fault::ImplausibleSense, 2)));
+}
+
+#[test]
+fn a_heater_too_hot_trips_and_a_hot_one_does_not() {
+    let ohm_at = |rise: f32| COLD * (1.0 + TCR * rise);
+    for volt in [1.0, 2.0, 3.5] {
+        let mut bench = Bench::driving([COLD; LANES], volt);
+        bench.heaters[3].ohm = ohm_at(165.0);
+        assert_eq!(bench.drive(volt, 1000), None, "{volt} V");
+        bench.heaters[3].ohm = ohm_at(200.0);
+        let (fault, _) = bench.drive(volt, 20).expect("it trips");
+        assert_eq!(fault, Fault::OverTemperature, "{volt} V");
+    }
+}
+
+#[test]
+fn current_where_nothing_is_driven_trips() {
+    let mut bench = Bench::new([COLD; LANES]);
+    for _ in 0..50 {
+        bench.tick(Setpoint::Off);
+    }
+    assert_eq!(bench.applied, [Volt(0.0); LANES], "checked");
+    let codes = [AdcCode(0), AdcCode(300), AdcCode(0), AdcCode(0)];
+    for _ in 0..3 {
+        bench.tick_with(Setpoint::Off, codes, 0);
+    }
+    assert_eq!(
+        bench.protection.first_cause(),
+        Some(Fault::ImplausibleSense)
+    );
+}
+
+#[test]
+fn a_sense_that_stands_still_while_the_drive_moves_trips() {
+    let mut bench = Bench::driving([450.0; LANES], 1.0);
+    let mut codes = [AdcCode(11_650); LANES];
+    for tick in 0..100_u16 {
+        for (i, code) in codes.iter_mut().enumerate().skip(1) {
+            code.0 = 11_650 + tick % 3 + i as u16;
+        }
+        // 1 V to 1.1 V: still plausible, but lane 0 does not follow.
+        let volt = 1.0 + f32::from(tick) * 1e-3;
+        bench.tick_with(Setpoint::Drive([Volt(volt); LANES]), codes, 0);
+    }
+    assert_eq!(bench.protection.first_cause(), Some(Fault::FrozenSense));
+}
+
+#[test]
+fn supply_and_overrun_trip_all_channels() {
+    let mut bench = Bench::driving([450.0; LANES], 1.0);
+    bench.supply = SupplyCode::from_millivolt(4000);
+    assert_eq!(bench.drive(1.0, 10), Some((Fault::SupplyOutOfRange, 2)));
+    let mut bench = Bench::driving([450.0; LANES], 1.0);
+    let codes = std::array::from_fn(|i| bench.heaters[i].sense(bench.applied[i]));
+    let drives = bench.tick_with(Setpoint::Drive([Volt(1.0); LANES]), codes, 7);
+    assert_eq!(bench.protection.first_cause(), Some(Fault::TickOverrun));
+    assert_eq!(drives, [Volt(0.0); LANES]);
+    let states = bench.protection.states(drives, control_core::Limits::NONE);
+    assert_eq!(states, [ChannelState::Tripped(Fault::TickOverrun); LANES]);
+}
+
+#[test]
+fn a_cleared_board_drives_again_and_a_fault_that_is_still_there_trips_again() {
+    let mut bench = Bench::driving([450.0; LANES], 2.0);
+    bench.heaters[0].ohm = 1e9;
+    assert!(bench.drive(2.0, 20).is_some());
+    bench.protection.clear();
+    bench.protection.command(Lease::FOREVER).expect("cleared");
+    assert!(bench.drive(2.0, 30).is_some());
+    bench.heaters[0].ohm = 450.0;
+    bench.protection.clear();
+    bench.protection.command(Lease::FOREVER).expect("cleared");
+    assert_eq!(bench.drive(2.0, 100), None);
+    assert_eq!(bench.applied, [PwmCode(2000).drive(); LANES]);
+}
+
+#[test]
+fn nothing_is_driven_without_a_lease() {
+    let mut bench = Bench::new([COLD; LANES]);
+    assert_eq!(bench.drive(2.0, 100), None);
+    assert_eq!(bench.applied, [Volt(0.0); LANES]);
+    assert_eq!(bench.protection.renew(Lease::FOREVER), Err(Denied::NoLease));
+}
+
+fn any_float() -> impl Strategy<Value = f32> {
+    any::<u32>().prop_map(f32::from_bits)
+}
+
+proptest! {
+    #[test]
+    fn sound_heaters_never_trip_whatever_is_driven(
+        ohm in proptest::array::uniform4(345.0_f32..560.0),
+        steps in proptest::collection::vec((0.0_f32..3.5, 1_u32..40, any::<bool>()), 1..40),
+    ) {
+        let mut bench = Bench::new(ohm);
+        bench.protection.command(Lease::FOREVER).expect("no fault");
+        let mut volt = 0.0;
+        for (target, ticks, is_ramp) in steps {
+            let slope = if is_ramp { (target - volt) / ticks as f32 } else { target - volt };
+            for _ in 0..ticks {
+                volt = if is_ramp { volt + slope } else { target };
+                bench.tick(Setpoint::Drive([Volt(volt); LANES]));
+                prop_assert_eq!(bench.protection.first_cause(), None, "at {} V", volt);
+            }
+        }
+    }
+
+    #[test]
+    fn a_lease_ends_at_its_tick_in_a_ramp_of_a_tenth_of_a_second(
+        lease in 30_u32..500,
+        renewals in proptest::collection::vec((1_u32..30, 30_u32..200), 0..5),
+    ) {
+        let mut bench = Bench::new([COLD; LANES]);
+        while bench.protection.is_starting() {
+            bench.tick(Setpoint::Off);
+        }
+        bench.protection.command(Lease::ticks(lease)).expect("no fault");
+        let wanted = Setpoint::Drive([Volt(3.5); LANES]);
+        let mut left = lease;
+        for (ticks, renewal) in renewals {
+            for _ in 0..ticks {
+                bench.tick(wanted);
+                left -= 1;
+            }
+            bench.protection.renew(Lease::ticks(renewal)).expect("still driven");
+            left = left.max(renewal);
+        }
+        for _ in 0..left {
+            bench.tick(wanted);
+            prop_assert!(!bench.protection.has_lapsed());
+        }
+        let mut before = bench.applied[0].0;
+        for _ in 0..1000 {
+            let drive = bench.tick(wanted)[0].0;
+            prop_assert!(bench.protection.has_lapsed());
+            prop_assert!(drive <= before && before - drive < 5e-3);
+            before = drive;
+        }
+        prop_assert_eq!(bench.applied, [Volt(0.0); LANES]);
+        prop_assert_eq!(bench.protection.renew(Lease::FOREVER), Err(Denied::NoLease));
+    }
+
+    #[test]
+    fn a_tripped_board_stays_at_zero_whatever_is_sensed(
+        drives in proptest::array::uniform4(any_float()),
+        currents in proptest::array::uniform4(any_float()),
+        codes in proptest::array::uniform4(any::<u16>()),
+        supply: u16,
+        missed_ticks: u16,
+        lease: u32,
+    ) {
+        let mut protection = Protection::new(&lanes());
+        let reading = Reading {
+            codes: codes.map(AdcCode),
+            currents: currents.map(Ampere),
+            supply: SupplyCode(supply),
+            missed_ticks,
+        };
+        let drives = drives.map(Volt);
+        let _ = protection.command(Lease::ticks(lease));
+        for _ in 0..40 {
+            let allowed = protection.tick(Setpoint::Drive(drives), drives, &reading);
+            if protection.first_cause().is_some() {
+                prop_assert_eq!(allowed, Setpoint::Off);
+            }
+        }
+        protection.trip(Fault::HardFault);
+        prop_assert_eq!(protection.tick(Setpoint::Drive(drives), drives, &reading), Setpoint::Off);
+        prop_assert!(protection.command(Lease::FOREVER).is_err());
+    }
+}
+
+#[test]
+fn the_hottest_allowed_lies_above_what_the_factory_drives() {
+    let top = lanes()[0].resistance(Kelvin(129.0)).0;
+    let mut bench = Bench::driving([top; LANES], 3.5);
+    assert_eq!(bench.drive(3.5, 1000), None);
+}

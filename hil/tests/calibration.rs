@@ -1,0 +1,130 @@
+//! A calibration goes to the board in pieces; a bad one is refused by name and changes nothing.
+
+use std::path::PathBuf;
+
+use calibration::tabulate;
+use control_core::Calibration;
+use hil::{Bench, RawLink};
+use mirror_model::{Model, Symbol};
+use mirror_protocol::{
+    CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal,
+    CalibrationUseEndpoint, CalibrationWriteEndpoint, Chunk, Kept, PROTOCOL_VERSION, Refusal,
+};
+use virtual_mirror::MirrorConfig;
+
+/// Another mirror than the factory's.
+fn calibration() -> Calibration {
+    let mut model = Model::load("reconciled").expect("a preset");
+    model.parameters.set(Symbol::ThermalResistance, 4000.0);
+    model.provenance.device = Some("mirror 7".to_owned());
+    model.provenance.date = Some("2026-11-21".to_owned());
+    tabulate(&model).expect("a calibration").calibration
+}
+
+fn link(bench: &Bench) -> RawLink {
+    let mut link = RawLink::connect(&PathBuf::from(bench.board())).expect("the board listens");
+    link.greet(PROTOCOL_VERSION).unwrap().unwrap();
+    link
+}
+
+fn write(link: &mut RawLink, offset: usize, piece: &[u8]) -> Result<(), Refusal> {
+    let chunk = CalibrationChunk {
+        offset: offset as u16,
+        bytes: Chunk::from_slice(piece).expect("a piece fits"),
+    };
+    link.ask::<CalibrationWriteEndpoint>(&chunk)
+        .unwrap()
+        .unwrap()
+}
+
+/// What is in use after an upload, or what is said of it.
+fn upload(link: &mut RawLink, bytes: &[u8]) -> Result<CalibrationInfo, String> {
+    for (i, piece) in bytes.chunks(192).enumerate() {
+        write(link, 192 * i, piece).expect("pieces follow each other");
+    }
+    let used = link.ask::<CalibrationUseEndpoint>(&()).unwrap().unwrap();
+    used.map_err(|refusal| match refusal {
+        CalibrationRefusal::Unusable(said) => said.as_str().to_owned(),
+        CalibrationRefusal::Refused(refusal) => format!("{refusal:?}"),
+    })
+}
+
+#[test]
+fn a_good_one_is_used_and_a_bad_one_is_not() {
+    let bench = Bench::emulated(MirrorConfig::bench());
+    let mut link = link(&bench);
+    let used = upload(&mut link, &calibration().to_bytes()).expect("it is good");
+    assert_eq!(
+        (used.device.as_str(), used.date.as_str()),
+        ("mirror 7", "2026-11-21")
+    );
+    assert_eq!(used.max_position_um, calibration().max_position().0);
+
+    let mut damaged = calibration().to_bytes();
+    damaged[500] ^= 1;
+    let short = &calibration().to_bytes()[..2000];
+    let mut other = calibration().to_bytes();
+    other[4] = 9;
+    for (bytes, named) in [
+        (&damaged[..], "checksum"),
+        (short, "it has 2000 bytes"),
+        (&other[..], "format 9"),
+    ] {
+        let said = upload(&mut link, bytes).expect_err(named);
+        assert!(said.contains(named), "{said}");
+        let kept = link.ask::<CalibrationEndpoint>(&()).unwrap().unwrap();
+        assert_eq!(kept, Ok(used.clone()));
+    }
+
+    // And again, into the place that the first exchange gave back.
+    for _ in 0..3 {
+        assert_eq!(
+            upload(&mut link, &calibration().to_bytes()),
+            Ok(used.clone())
+        );
+    }
+}
+
+#[test]
+fn pieces_must_follow_each_other() {
+    let bench = Bench::emulated(MirrorConfig::bench());
+    let mut link = link(&bench);
+    assert_eq!(write(&mut link, 0, &[1; 192]), Ok(()));
+    assert_eq!(
+        write(&mut link, 200, &[1; 192]),
+        Err(Refusal::UploadGap { expected: 192 })
+    );
+    for i in 1.. {
+        if write(&mut link, 192 * i, &[1; 192]) == Err(Refusal::UploadTooLong) {
+            break;
+        }
+        assert!(i < 100, "it never ends");
+    }
+}
+
+#[test]
+fn it_is_still_there_after_the_power_was_cut() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let flash = directory.path().join("flash");
+    let board = || Bench::with_flash(MirrorConfig::bench(), Some(&flash));
+    let in_use = |bench: &Bench| {
+        let reply = link(bench).ask::<CalibrationEndpoint>(&()).unwrap();
+        reply.unwrap().expect("greeted")
+    };
+    let mut bench = board();
+    assert_eq!(in_use(&bench).kept, Kept::Factory);
+    let used = upload(&mut link(&bench), &calibration().to_bytes()).expect("it is good");
+    assert_eq!(used.kept, Kept::Yes);
+    bench
+        .emulated_board()
+        .expect("emulated")
+        .kill()
+        .expect("it dies");
+    drop(bench);
+    assert_eq!(in_use(&board()), used);
+
+    let mut bytes = std::fs::read(&flash).expect("a file");
+    bytes[100] ^= 1;
+    std::fs::write(&flash, bytes).expect("the file");
+    assert_eq!(in_use(&board()).kept, Kept::FactoryAsStoredIsBad);
+}

@@ -1,0 +1,174 @@
+//! The paper's experiments as commands: their files are read again, and nothing is left driven.
+
+use std::process::Command;
+use std::thread;
+use std::time::Duration;
+
+use hil::{Bench, Said};
+use measurement::{MeasurementFile, Session};
+use virtual_mirror::MirrorConfig;
+
+fn read(bench: &Bench, name: &str) -> MeasurementFile {
+    let path = bench.directory().join(name);
+    let mut session = Session::load(&[path]).unwrap_or_else(|error| panic!("{error}"));
+    session.files.remove(0).1
+}
+
+fn is_off(bench: &Bench) -> bool {
+    let drives = bench.json(&["status"])["drive_v"].clone();
+    drives == serde_json::json!([0.0, 0.0, 0.0, 0.0])
+}
+
+#[test]
+fn a_sweep_goes_up_and_down_and_ends_off() {
+    let bench = Bench::new();
+    let words = [
+        "measure", "sweep", "--steps", "5", "--dwell", "50ms", "--rest", "0s",
+    ];
+    let report = bench.json(&words);
+    assert_eq!(report["dropped_samples"], 0);
+    assert_eq!(report["measured"][0]["rows"], 11);
+    assert!(is_off(&bench));
+    let file = read(&bench, "sweep.csv");
+    let volts: Vec<i64> = file
+        .rows
+        .iter()
+        .map(|row| (row.voltage_v[3] * 1e3).round() as i64)
+        .collect();
+    assert_eq!(
+        volts,
+        [0, 700, 1400, 2100, 2800, 3500, 2800, 2100, 1400, 700, 0]
+    );
+    assert!(file.has_current());
+    assert!(file.rows.iter().all(|row| row.t_global_s.is_some()));
+    let gaps = file.rows.windows(2).map(|pair| pair[1].t_s - pair[0].t_s);
+    assert!(gaps.into_iter().all(|gap| (gap - 0.05).abs() < 1e-9));
+
+    let said = bench.tool(&words);
+    assert_ne!(said.code, 0);
+    assert!(
+        said.sentence().contains("sweep.csv already exists"),
+        "{}",
+        said.err
+    );
+}
+
+#[test]
+fn a_step_is_read_densely_after_both_edges() {
+    let bench = Bench::new();
+    bench.json(&[
+        "measure", "step", "--hold", "500ms", "--rest", "0s", "--rate", "10kHz",
+    ]);
+    let file = read(&bench, "step.csv");
+    for edge in [0.0, 0.5] {
+        let dense = file
+            .rows
+            .iter()
+            .filter(|row| row.t_s > edge && row.t_s < edge + 2.05e-3)
+            .count();
+        assert_eq!(dense, 20, "after {edge} s");
+    }
+    assert!(file.rows.len() < 400, "{} rows", file.rows.len());
+    assert!(is_off(&bench));
+}
+
+#[test]
+fn a_sine_says_so_and_has_a_hundred_rows_a_cycle() {
+    let bench = Bench::new();
+    bench.json(&[
+        "measure",
+        "sine",
+        "--frequency",
+        "20Hz",
+        "--cycles",
+        "2",
+        "--rest",
+        "0s",
+        "-o",
+        "a.csv",
+    ]);
+    let file = read(&bench, "a.csv");
+    assert!(file.keys.drive_is_interpolated());
+    assert_eq!(file.keys.prehold().map(|(volts, _)| volts), Some(1.0));
+    assert_eq!(file.rows.len(), 200);
+    for row in &file.rows {
+        let sine = 1.0 + 0.5 * (std::f64::consts::TAU * 20.0 * row.t_s).sin();
+        assert!(
+            (row.voltage_v[0] - sine).abs() < 2e-3,
+            "{} for {sine}",
+            row.voltage_v[0]
+        );
+    }
+    assert!(is_off(&bench));
+}
+
+#[test]
+fn single_actuators_are_driven_alone_and_rest_in_between() {
+    let bench = Bench::new();
+    bench.json(&[
+        "measure", "single", "--steps", "2", "--dwell", "50ms", "--rest", "0s",
+    ]);
+    let file = read(&bench, "single.csv");
+    assert_eq!(file.rows.len(), 12);
+    for (index, row) in file.rows.iter().enumerate() {
+        for lane in (0..4).filter(|lane| *lane != index / 3) {
+            assert!((row.voltage_v[lane] - 0.2).abs() < 1e-6);
+        }
+    }
+    let global = |index: usize| file.rows[index].t_global_s.unwrap();
+    assert!(global(3) - global(2) > 2.0, "a rest");
+    assert!((file.rows[3].t_s - file.rows[2].t_s - 0.05).abs() < 1e-9);
+}
+
+#[test]
+fn a_sensor_of_ones_own_is_merged_by_time() {
+    let bench = Bench::new();
+    let recording: String = (-10..40)
+        .map(|i| format!("{},{}\n", 0.05 * f64::from(i), i))
+        .collect();
+    std::fs::write(bench.directory().join("laser.csv"), recording).unwrap();
+    bench.json(&[
+        "measure",
+        "held",
+        "1V",
+        "2V",
+        "--dwell",
+        "500ms",
+        "--rest",
+        "0s",
+        "--sensor",
+        "laser.csv",
+    ]);
+    let file = read(&bench, "held.csv");
+    // 20 micrometres a second.
+    for row in &file.rows {
+        assert!((row.z_um.unwrap() - 20.0 * row.t_s).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn ctrl_c_leaves_the_channels_off_and_what_was_measured() {
+    let mut bench = Bench::emulated(MirrorConfig::bench());
+    let tool = bench.start_tool(&[
+        "measure", "sweep", "--dwell", "5s", "--rest", "0s", "-o", "part.csv", "--json",
+    ]);
+    let board = bench.emulated_board().expect("it is emulated");
+    while board.simulated_s() < 12.0 {
+        thread::sleep(Duration::from_millis(10));
+    }
+    let interrupted = Command::new("kill")
+        .args(["-INT", &tool.id().to_string()])
+        .status();
+    assert!(interrupted.unwrap().success());
+    let said = Said::from(tool);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(said.out.contains("\"interrupted\":true"), "{}", said.out);
+    assert!(is_off(&bench));
+    let file = read(&bench, "part.csv");
+    assert_eq!(file.keys.get("partial"), Some("interrupted"));
+    assert!(
+        (2..71).contains(&file.rows.len()),
+        "{} rows",
+        file.rows.len()
+    );
+}

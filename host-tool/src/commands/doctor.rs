@@ -1,0 +1,77 @@
+//! `doctor`: why a board is not found, and what to do.
+
+use std::fmt;
+
+use miette::Diagnostic;
+use serde::Serialize;
+
+use crate::board::{Board, Found, find};
+use crate::doctor::{Finding, Kind, Surroundings};
+use crate::error::ToolError;
+use crate::report;
+
+#[derive(Serialize)]
+struct Report {
+    findings: Vec<Finding>,
+}
+
+pub(super) async fn run(json: bool) -> Result<(), ToolError> {
+    let mut findings = Vec::new();
+    let obstacles = Surroundings::of_this_machine().examine();
+    let is_closed = |finding: &Finding| matches!(finding.kind, Kind::NoPermission | Kind::NoNode);
+    let usb_is_closed = obstacles.iter().any(is_closed);
+    for found in find() {
+        // What may not be opened has been told already.
+        if !(usb_is_closed && found.is_usb()) {
+            findings.push(greet(&found).await);
+        }
+    }
+    let has_emulated = !findings.is_empty();
+    // Where emulated boards run, nobody misses USB.
+    let is_missed = |finding: &Finding| {
+        !(has_emulated && matches!(finding.kind, Kind::NothingOnUsb | Kind::NoUsb))
+    };
+    findings.extend(obstacles.into_iter().filter(is_missed));
+    let is_ready = findings.iter().any(|finding| finding.kind == Kind::Ready);
+    report::print(&Report { findings }, json);
+    match is_ready {
+        true => Ok(()),
+        false => Err(ToolError::NoBoardReady),
+    }
+}
+
+async fn greet(found: &Found) -> Finding {
+    match Board::open(found).await {
+        Ok(board) => Finding {
+            kind: Kind::Ready,
+            what: format!(
+                "{}: {}, firmware {}, is ready",
+                found.name,
+                board.identity().board,
+                board.identity().firmware_version
+            ),
+            remedy: None,
+        },
+        Err(error) => Finding {
+            kind: Kind::NotAnswering,
+            what: format!("{}: {error}", found.name),
+            remedy: error.help().map(|help| help.to_string()),
+        },
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for Finding { kind, what, remedy } in &self.findings {
+            let mark = match kind {
+                Kind::Ready => "ok ",
+                _ => "-> ",
+            };
+            writeln!(f, "{mark}{what}")?;
+            if let Some(remedy) = remedy {
+                writeln!(f, "     {remedy}")?;
+            }
+        }
+        Ok(())
+    }
+}

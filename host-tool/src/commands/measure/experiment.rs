@@ -1,0 +1,407 @@
+//! What is measured: waveforms for the board, and which of its ticks are read.
+//!
+//! Numbers and names are those of the paper's procedures; a session is what a fit and a diagnosis want.
+
+use experiment::{FULL_SCALE, Pacer, Player};
+use mirror_protocol::{POINTS, Quantity, Shape, Stream, Table, Waveform};
+
+use crate::error::ToolError;
+use crate::quantity::{Frequency, Span, Voltage};
+
+/// Readings a cycle of a sine.
+const READINGS_PER_CYCLE: f64 = 100.0;
+/// A step is read every tick at first, then a twentieth of the time since the step later each time.
+const SLOWING: u16 = 20;
+/// A reading at the end of a dwell is the mean of so many ticks, as far as the dwell is long.
+const MEAN_TICKS: u16 = 200;
+/// Voltage at which idle actuators are sensed.
+const SENSE_BIAS_V: f32 = 0.2;
+/// Before a sine its mean is held, so that the mirror is warm.
+const PREHOLD_S: f64 = 5.0;
+/// All four actuators alike.
+const TOGETHER: Quantity = Quantity::Drive {
+    active: [true; 4],
+    others_v: 0.0,
+};
+
+/// One experiment: one measurement file.
+#[derive(Clone, Debug)]
+pub(crate) struct Experiment {
+    /// `sweep`, `step`, `sine_20`, ...
+    pub(crate) name: String,
+    /// Time at 0 V before it, at least.
+    pub(crate) rest_s: f64,
+    /// Voltage held on all actuators just before it, and for how long at least.
+    pub(crate) prehold: Option<(f64, f64)>,
+    /// The formula of the drive, for sines.
+    pub(crate) drive: Option<String>,
+    /// Which ticks are read.
+    pub(crate) reading: Reading,
+    /// Waveforms, one after the other.
+    pub(crate) runs: Vec<Run>,
+}
+
+/// How samples become rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Reading {
+    /// The last tick of every dwell, or of equal parts of it.
+    EndOfDwell,
+    /// Ever more slowly after every step.
+    AfterSteps,
+    /// Evenly along a smooth drive.
+    Curve,
+}
+
+/// A waveform that the board plays by itself, and what it samples meanwhile.
+#[derive(Clone, Debug)]
+pub(crate) struct Run {
+    /// Time at 0 V before it, beyond the experiment's, which the experiment's own clock leaves out.
+    pub(crate) rest_s: f64,
+    pub(crate) waveform: Waveform,
+    /// The board's table, where the waveform uses it.
+    pub(crate) points: Vec<i16>,
+    pub(crate) stream: Stream,
+}
+
+impl Experiment {
+    /// All actuators up to `max` in `steps` equal steps and down again, so often.
+    pub(crate) fn sweep(
+        max: Voltage,
+        steps: u32,
+        dwell: Span,
+        repeat: u32,
+        tick_hz: u32,
+    ) -> Result<Self, ToolError> {
+        let volts = |step: u32| max.v * f64::from(step) / f64::from(steps);
+        let ladder: Vec<f64> = (0..=steps).chain((0..steps).rev()).map(volts).collect();
+        let mut run = Run::steps(&ladder, TOGETHER, dwell, tick_hz)?;
+        run.stream.count = (run.stream.count - 1) * repeat + 1;
+        run.waveform.cycles = repeat;
+        Ok(Self::of("sweep", Reading::EndOfDwell, vec![run]))
+    }
+
+    /// These voltages on all actuators, one after the other, read at the end of each dwell.
+    pub(crate) fn held(volts: &[Voltage], dwell: Span, tick_hz: u32) -> Result<Self, ToolError> {
+        let volts: Vec<f64> = volts.iter().map(|volts| volts.v).collect();
+        let run = Run::steps(&volts, TOGETHER, dwell, tick_hz)?;
+        Ok(Self::of("held", Reading::EndOfDwell, vec![run]))
+    }
+
+    /// All actuators to `to` and back to 0 after `hold`, read at most at `rate`.
+    pub(crate) fn step(
+        to: Voltage,
+        hold: Span,
+        rate: Frequency,
+        tick_hz: u32,
+    ) -> Result<Self, ToolError> {
+        let run = Run::steps(&[to.v, 0.0], TOGETHER, hold, tick_hz)?;
+        let period = (f64::from(tick_hz) / rate.hz).round();
+        if !(1.0..=f64::from(u16::MAX)).contains(&period) {
+            return Err(ToolError::Rate {
+                asked: rate,
+                highest: Frequency { hz: tick_hz.into() },
+            });
+        }
+        let run = run.read_after_steps(period as u16, tick_hz);
+        Ok(Self::of("step", Reading::AfterSteps, vec![run]))
+    }
+
+    /// `mean` plus a sine of `amplitude` on all actuators, which are warm before it begins.
+    pub(crate) fn sine(
+        mean: Voltage,
+        amplitude: Voltage,
+        frequency: Frequency,
+        cycles: u32,
+        tick_hz: u32,
+    ) -> Result<Self, ToolError> {
+        let period_s = 1.0 / frequency.hz;
+        let period_ticks = (f64::from(tick_hz) * period_s / READINGS_PER_CYCLE).round();
+        if period_ticks > f64::from(u16::MAX) || frequency.hz > f64::from(tick_hz) / 4.0 {
+            return Err(ToolError::Frequency {
+                asked: frequency,
+                highest: Frequency {
+                    hz: f64::from(tick_hz) / 4.0,
+                },
+            });
+        }
+        let period_ticks = (period_ticks as u16).max(1);
+        let ticks = f64::from(tick_hz) * period_s * f64::from(cycles);
+        let run = Run {
+            rest_s: 0.0,
+            waveform: Waveform {
+                quantity: TOGETHER,
+                shape: Shape::Sine {
+                    frequency_hz: frequency.hz as f32,
+                },
+                offset: mean.v as f32,
+                amplitude: amplitude.v as f32,
+                cycles,
+                ends_off: true,
+            },
+            points: Vec::new(),
+            stream: Stream {
+                period_ticks,
+                count: (ticks / f64::from(period_ticks)).floor() as u32 + 1,
+                mean_ticks: 1,
+                slowing: 0,
+            },
+        };
+        let name = format!("sine_{}", frequency.hz).replace('.', "p");
+        Ok(Self {
+            prehold: Some((mean.v, PREHOLD_S)),
+            drive: Some(format!("{}+{}*sin(2*pi*f*t)", mean.v, amplitude.v)),
+            ..Self::of(&name, Reading::Curve, vec![run])
+        })
+    }
+
+    /// Each actuator alone up to `max` in `steps` steps, the others at a sense bias, at rest in between.
+    pub(crate) fn single(
+        max: Voltage,
+        steps: u32,
+        dwell: Span,
+        tick_hz: u32,
+    ) -> Result<Self, ToolError> {
+        let volts: Vec<f64> = (0..=steps)
+            .map(|step| max.v * f64::from(step) / f64::from(steps))
+            .collect();
+        let alone = |actuator: usize| {
+            let mut active = [false; 4];
+            active[actuator] = true;
+            let quantity = Quantity::Drive {
+                active,
+                others_v: SENSE_BIAS_V,
+            };
+            let mut run = Run::steps(&volts, quantity, dwell, tick_hz)?;
+            run.rest_s = if actuator == 0 { 0.0 } else { 2.0 };
+            Ok(run)
+        };
+        let runs = (0..4).map(alone).collect::<Result<_, ToolError>>()?;
+        Ok(Self::of("single", Reading::EndOfDwell, runs))
+    }
+
+    /// Positions one after the other, read at the end of each dwell.
+    pub(crate) fn positions(
+        name: &str,
+        z_um: &[f64],
+        dwell: Span,
+        tick_hz: u32,
+    ) -> Result<Self, ToolError> {
+        let run = Run::steps(z_um, Quantity::Position, dwell, tick_hz)?;
+        Ok(Self::of(name, Reading::EndOfDwell, vec![run]))
+    }
+
+    /// Positions one after the other, read at every tick after a step and then ever more slowly.
+    pub(crate) fn position_steps(
+        name: &str,
+        z_um: &[f64],
+        hold: Span,
+        tick_hz: u32,
+    ) -> Result<Self, ToolError> {
+        let run = Run::steps(z_um, Quantity::Position, hold, tick_hz)?;
+        let run = run.read_after_steps(1, tick_hz);
+        Ok(Self::of(name, Reading::AfterSteps, vec![run]))
+    }
+
+    /// A waveform of positions, read evenly at most so often in its whole length.
+    pub(crate) fn positions_along(
+        name: &str,
+        mut waveform: Waveform,
+        points: Vec<i16>,
+        most: u32,
+        tick_hz: u32,
+    ) -> Self {
+        waveform.quantity = Quantity::Position;
+        let ticks = ticks(&waveform, tick_hz);
+        let period = ticks.div_ceil(most.into()).clamp(1, u16::MAX.into());
+        let stream = Stream {
+            period_ticks: period as u16,
+            count: (ticks / period) as u32 + 1,
+            mean_ticks: 1,
+            slowing: 0,
+        };
+        let run = Run {
+            rest_s: 0.0,
+            waveform,
+            points,
+            stream,
+        };
+        Self::of(name, Reading::EndOfDwell, vec![run])
+    }
+
+    fn of(name: &str, reading: Reading, runs: Vec<Run>) -> Self {
+        Self {
+            name: name.to_owned(),
+            rest_s: 0.0,
+            prehold: None,
+            drive: None,
+            reading,
+            runs,
+        }
+    }
+
+    /// The same after so long a rest.
+    pub(crate) fn after(self, rest_s: f64) -> Self {
+        Self { rest_s, ..self }
+    }
+
+    /// The same under another name.
+    pub(crate) fn named(self, name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            ..self
+        }
+    }
+
+    /// Samples that it brings.
+    pub(crate) fn samples(&self) -> u64 {
+        self.runs
+            .iter()
+            .map(|run| u64::from(run.stream.count))
+            .sum()
+    }
+}
+
+/// The session that a fit and a diagnosis want, up to `max`: sweep, step, four sines, each actuator
+/// alone, and the sweep again, coarser.
+pub(crate) fn session(max: Voltage, tick_hz: u32) -> Result<Vec<Experiment>, ToolError> {
+    let mut experiments = in_common(max, tick_hz)?;
+    let single = Experiment::single(max, 7, Span { s: 1.0 }, tick_hz)?.after(5.0);
+    let repeat = Experiment::sweep(max, 7, Span { s: 1.0 }, 1, tick_hz)?;
+    experiments.extend([single, repeat.named("repeat").after(7.0)]);
+    Ok(experiments)
+}
+
+/// The part of it in which all actuators move alike, which is what a piston calibration inverts.
+pub(crate) fn in_common(max: Voltage, tick_hz: u32) -> Result<Vec<Experiment>, ToolError> {
+    let second = Span { s: 1.0 };
+    let volts = |share: f64| Voltage { v: max.v * share };
+    let sine = |hz: f64| {
+        let (mean, amplitude) = (volts(1.0 / 3.5), volts(0.5 / 3.5));
+        Experiment::sine(mean, amplitude, Frequency { hz }, 3, tick_hz)
+    };
+    let rate = Frequency { hz: 5e3 };
+    Ok(vec![
+        Experiment::sweep(max, 35, second, 1, tick_hz)?,
+        Experiment::step(volts(2.0 / 3.5), Span { s: 30.0 }, rate, tick_hz)?.after(20.0),
+        sine(0.1)?.after(20.0),
+        sine(1.0)?.after(5.0),
+        sine(20.0)?.after(5.0),
+        sine(100.0)?.after(5.0),
+    ])
+}
+
+impl Run {
+    /// Values one after the other, each read at its end.
+    pub(crate) fn steps(
+        values: &[f64],
+        quantity: Quantity,
+        dwell: Span,
+        tick_hz: u32,
+    ) -> Result<Self, ToolError> {
+        if values.len() > POINTS {
+            return Err(ToolError::TooManyPoints {
+                count: values.len(),
+                most: POINTS,
+            });
+        }
+        let dwell_ticks = (dwell.s * f64::from(tick_hz)).round();
+        if !(1.0..=f64::from(u32::MAX)).contains(&dwell_ticks) {
+            return Err(ToolError::Dwell {
+                asked: dwell,
+                tick: Span {
+                    s: 1.0 / f64::from(tick_hz),
+                },
+            });
+        }
+        // A long dwell is sampled in several equal parts.
+        let parts = (dwell_ticks / f64::from(u16::MAX)).ceil();
+        let period_ticks = (dwell_ticks / parts).floor() as u16;
+        let parts = parts as u32;
+        let table = Table {
+            points: values.len() as u16,
+            dwell_ticks: u32::from(period_ticks) * parts,
+        };
+        let (offset, amplitude, points) = shares(values);
+        Ok(Self {
+            rest_s: 0.0,
+            waveform: Waveform {
+                quantity,
+                shape: Shape::Steps(table),
+                offset,
+                amplitude,
+                cycles: 1,
+                ends_off: true,
+            },
+            points,
+            stream: Stream {
+                period_ticks,
+                // The first is from before the waveform.
+                count: u32::from(table.points) * parts + 1,
+                mean_ticks: MEAN_TICKS.min(period_ticks / 4),
+                slowing: 0,
+            },
+        })
+    }
+
+    /// The same, read every so many ticks after a step and then ever more slowly.
+    fn read_after_steps(mut self, period_ticks: u16, tick_hz: u32) -> Self {
+        self.stream = Stream {
+            period_ticks,
+            mean_ticks: 1,
+            slowing: SLOWING,
+            count: u32::MAX,
+        };
+        self.stream.count = self.samples(tick_hz);
+        self
+    }
+
+    /// How many samples the stream brings until the waveform is over.
+    fn samples(&self, tick_hz: u32) -> u32 {
+        let Ok(mut player) = Player::new(self.waveform, tick_hz) else {
+            return 0;
+        };
+        let mut pacer = Pacer::new(self.stream);
+        let (mut count, mut last, mut stepped) = (0, None, false);
+        while !player.is_over() {
+            count += u32::from(pacer.tick(stepped).sample);
+            let value = player.next(|index| self.points[index]);
+            stepped = last != Some(value);
+            last = Some(value);
+        }
+        count
+    }
+}
+
+/// How long a waveform takes.
+fn ticks(waveform: &Waveform, tick_hz: u32) -> u64 {
+    let cycle = match waveform.shape {
+        Shape::Sine { frequency_hz } | Shape::Triangle { frequency_hz } => {
+            f64::from(tick_hz) / f64::from(frequency_hz)
+        }
+        Shape::Steps(table) => f64::from(table.points) * f64::from(table.dwell_ticks),
+        Shape::Lines(table) => f64::from(table.points - 1) * f64::from(table.dwell_ticks),
+    };
+    (cycle * f64::from(waveform.cycles)).round() as u64
+}
+
+/// Values as a waveform's offset, amplitude and points.
+pub(crate) fn shares(values: &[f64]) -> (f32, f32, Vec<i16>) {
+    let (low, high) = values
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+            (low.min(*value), high.max(*value))
+        });
+    let (offset, amplitude) = ((low + high) / 2.0, (high - low) / 2.0);
+    let share = |value: &f64| {
+        if amplitude > 0.0 {
+            ((value - offset) / amplitude * f64::from(FULL_SCALE)).round() as i16
+        } else {
+            0
+        }
+    };
+    (
+        offset as f32,
+        amplitude as f32,
+        values.iter().map(share).collect(),
+    )
+}

@@ -1,0 +1,240 @@
+//! Measures experiments on a board: rest, prehold, waveforms; samples into files.
+
+use indicatif::{ProgressBar, ProgressStyle};
+use measurement::MeasurementFile;
+use mirror_protocol::{Drives, Play, Telemetry};
+use tokio::signal::ctrl_c;
+
+use super::experiment::{Experiment, Run};
+use super::rows::{Clock, rows};
+use super::sensor::Sensor;
+use crate::board::{Board, RENEWED_LEASE};
+use crate::error::ToolError;
+use crate::quantity::Span;
+
+/// The sensor's noise is taken from so many readings at rest, a millisecond apart.
+const NOISE_READINGS: u32 = 100;
+const NOISE_PERIOD: Span = Span { s: 1e-3 };
+
+/// A board left alone while it measures ramps to zero after this.
+const LEASE_MS: u32 = RENEWED_LEASE.as_millis() as u32;
+
+/// A board with its instruments, for as long as a session lasts.
+pub(crate) struct Lab<'a> {
+    board: &'a Board,
+    sensor: Sensor,
+    ambient_c: Option<f64>,
+    date: String,
+    session_tick: u32,
+    bar: ProgressBar,
+}
+
+/// A measurement, and how it ended.
+pub(crate) struct Measured {
+    pub(crate) file: MeasurementFile,
+    pub(crate) ended: Result<Ended, ToolError>,
+}
+
+/// How a measurement ended that did not fail.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Ended {
+    Complete,
+    /// By Ctrl-C; channels are off.
+    Interrupted,
+}
+
+impl<'a> Lab<'a> {
+    /// Begins a session, with all channels off.
+    pub(crate) async fn open(
+        board: &'a Board,
+        sensor: Sensor,
+        ambient_c: Option<f64>,
+        quiet: bool,
+    ) -> Result<Self, ToolError> {
+        let off = board.off().await?;
+        let bar = if quiet {
+            ProgressBar::hidden()
+        } else {
+            ProgressBar::new(0)
+        };
+        let style =
+            ProgressStyle::with_template("{msg:<12} {wide_bar} {percent:>3} % {eta:>4} left");
+        bar.set_style(style.expect("a fixed template"));
+        Ok(Self {
+            board,
+            sensor,
+            ambient_c,
+            date: today(),
+            session_tick: off.tick,
+            bar,
+        })
+    }
+
+    /// Measures one experiment. What was measured is kept whatever happens, and the channels are off
+    /// afterwards.
+    pub(crate) async fn measure(&mut self, experiment: &Experiment) -> Measured {
+        self.bar.set_length(experiment.samples());
+        self.bar.set_position(0);
+        self.bar.set_message(experiment.name.clone());
+        let mut file = self.header(experiment);
+        let board = self.board;
+        let ended = {
+            let work = self.perform(experiment, &mut file);
+            tokio::select! {
+                done = work => done.map(|()| Ended::Complete),
+                Err(error) = board.keep_renewing() => Err(error),
+                _ = ctrl_c() => Ok(Ended::Interrupted),
+            }
+        };
+        if matches!(ended, Ok(Ended::Interrupted)) {
+            file.keys.set("partial", "interrupted");
+        } else if let Err(error) = &ended {
+            file.keys.set("partial", &error.to_string());
+        }
+        // Nothing more to lose: a board that does not answer has been told of by now.
+        let off = self.board.off().await.map(drop);
+        let off = off.and(self.board.stop_stream().await);
+        let read = self.sensor.read_into(&mut file);
+        Measured {
+            file,
+            ended: ended.and_then(|ended| off.and(read).map(|()| ended)),
+        }
+    }
+
+    /// The board's control ticks a second.
+    pub(crate) fn tick_hz(&self) -> u32 {
+        self.board.identity().tick_hz
+    }
+
+    /// Does something else, without the bar.
+    pub(crate) fn aside<T>(&self, work: impl FnOnce() -> T) -> T {
+        self.bar.suspend(work)
+    }
+
+    /// The bar disappears.
+    pub(crate) fn close(self) {
+        self.bar.finish_and_clear();
+    }
+
+    fn header(&self, experiment: &Experiment) -> MeasurementFile {
+        let mut file = MeasurementFile::default();
+        file.keys.set("experiment", &experiment.name);
+        file.keys.set("device", &self.board.identity().board);
+        file.keys.set("date", &self.date);
+        if let Some(drive) = &experiment.drive {
+            file.keys.set("drive", drive);
+        }
+        file
+    }
+
+    async fn perform(
+        &mut self,
+        experiment: &Experiment,
+        file: &mut MeasurementFile,
+    ) -> Result<(), ToolError> {
+        let board = self.board;
+        let off = board.off().await?;
+        if let Some(noise_um) = self.noise_um().await? {
+            let mean_ticks = experiment
+                .runs
+                .first()
+                .map_or(1, |run| run.stream.mean_ticks.max(1));
+            let noise_nm = 1e3 * noise_um / f64::from(mean_ticks).sqrt();
+            file.keys.set("noise_z_nm", &format!("{noise_nm:.2}"));
+        }
+        self.wait(off.tick, experiment.rest_s).await?;
+        let mut passed_s = 0.0;
+        for (index, run) in experiment.runs.iter().enumerate() {
+            if run.rest_s > 0.0 {
+                let off = board.off().await?;
+                self.wait(off.tick, run.rest_s).await?;
+            }
+            board.load_points(&run.points).await?;
+            let prehold = match experiment.prehold {
+                Some((volts, seconds)) if index == 0 => {
+                    let drive_v = [volts as f32; 4];
+                    let held = board
+                        .set_drive(Drives {
+                            drive_v,
+                            lease_ms: LEASE_MS,
+                        })
+                        .await?;
+                    self.wait(held.tick, seconds).await?;
+                    Some((volts, held.tick.wrapping_add(1)))
+                }
+                _ => None,
+            };
+            let first_tick = self.play(run, experiment, passed_s, file).await?;
+            if let Some((volts, since)) = prehold {
+                file.keys.set("prehold_V", &volts.to_string());
+                let held = board.span(since, first_tick);
+                file.keys.set("prehold_s", &held.s.to_string());
+            }
+            // The last row is a tick before its dwell ends.
+            passed_s = file.rows.last().map_or(0.0, |row| row.t_s) + board.span(0, 1).s;
+        }
+        Ok(())
+    }
+
+    /// Plays a run and appends its rows; returns the first tick in which it was driven.
+    async fn play(
+        &mut self,
+        run: &Run,
+        experiment: &Experiment,
+        passed_s: f64,
+        file: &mut MeasurementFile,
+    ) -> Result<u32, ToolError> {
+        let play = Play {
+            waveform: run.waveform,
+            stream: run.stream,
+            lease_ms: LEASE_MS,
+        };
+        self.sensor.begin();
+        let (mut stream, first_tick) = self.board.play(&play).await?;
+        let clock = Clock {
+            tick_hz: self.board.identity().tick_hz,
+            session_tick: self.session_tick,
+            first_tick,
+            passed_s,
+        };
+        let mut last: Option<Telemetry> = None;
+        for _ in 0..run.stream.count {
+            let sample = stream.next().await?;
+            if let Some(last) = last {
+                for mut row in rows(&[last, sample], experiment.reading, &clock) {
+                    row.ambient_c = self.ambient_c;
+                    file.rows.push(row);
+                }
+            }
+            last = Some(sample);
+            self.bar.inc(1);
+        }
+        Ok(first_tick)
+    }
+
+    /// The scatter of the board's sensor at rest, one standard deviation, if it has one.
+    async fn noise_um(&self) -> Result<Option<f64>, ToolError> {
+        let period = self.board.period_ticks(NOISE_PERIOD)?;
+        let mut stream = self.board.stream(period, NOISE_READINGS).await?;
+        let mut readings = Vec::new();
+        for _ in 0..NOISE_READINGS {
+            readings.extend(stream.next().await?.sensor_z_um.map(f64::from));
+        }
+        // The mirror may still move, so it is the scatter from one reading to the next.
+        let squares: Vec<f64> = readings
+            .windows(2)
+            .map(|pair| (pair[1] - pair[0]).powi(2) / 2.0)
+            .collect();
+        let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
+        Ok((!squares.is_empty()).then(|| mean.sqrt()))
+    }
+
+    async fn wait(&self, tick: u32, seconds: f64) -> Result<(), ToolError> {
+        self.board.wait(tick, Span { s: seconds }).await
+    }
+}
+
+/// Today in UTC, as `2026-11-21`.
+pub(crate) fn today() -> String {
+    chrono::Utc::now().format("%F").to_string()
+}

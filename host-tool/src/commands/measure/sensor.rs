@@ -1,0 +1,236 @@
+//! Where displacements come from: the board's own sensor input, a serial sensor, or a recording.
+
+use std::fs::{self, File};
+use std::io::{BufRead, BufReader};
+use std::os::unix::fs::FileTypeExt;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread;
+use std::time::Instant;
+
+use measurement::MeasurementFile;
+
+use crate::error::ToolError;
+
+/// A position sensor.
+pub(crate) enum Sensor {
+    /// The board's, which comes with every sample.
+    Board,
+    /// Lines of micrometres, as they arrive.
+    Lines {
+        path: PathBuf,
+        arriving: Receiver<(Instant, f64)>,
+        began: Option<Instant>,
+    },
+    /// Lines of seconds and micrometres, written by something else while the experiment runs.
+    Recording { path: PathBuf, began: bool },
+}
+
+/// What a user calls the board's own sensor.
+const BOARD: &str = "board";
+
+impl Sensor {
+    /// The sensor that a user names: `board`, a serial device, or a file.
+    pub(crate) fn open(name: &str) -> Result<Self, ToolError> {
+        if name == BOARD {
+            return Ok(Self::Board);
+        }
+        let path = PathBuf::from(name);
+        let kind = fs::metadata(&path).map(|metadata| metadata.file_type());
+        match kind {
+            Ok(kind) if kind.is_char_device() || kind.is_fifo() => Self::lines(path),
+            _ => Ok(Self::Recording { path, began: false }),
+        }
+    }
+
+    fn lines(path: PathBuf) -> Result<Self, ToolError> {
+        let device = File::open(&path).map_err(|error| cannot_read(&path, error))?;
+        let (send, arriving) = channel();
+        thread::spawn(move || {
+            for line in BufReader::new(device).lines().map_while(Result::ok) {
+                let Some(um) = finite(&line) else { continue };
+                if send.send((Instant::now(), um)).is_err() {
+                    return;
+                }
+            }
+        });
+        Ok(Self::Lines {
+            path,
+            arriving,
+            began: None,
+        })
+    }
+
+    /// A waveform begins now; the first one is the experiment's time 0.
+    pub(super) fn begin(&mut self) {
+        match self {
+            Self::Board => {}
+            Self::Lines { began, .. } => {
+                began.get_or_insert_with(Instant::now);
+            }
+            Self::Recording { began, .. } => *began = true,
+        }
+    }
+
+    /// Puts what was sensed into the rows, counted from the reading at time 0. The next experiment
+    /// begins anew.
+    pub(super) fn read_into(&mut self, file: &mut MeasurementFile) -> Result<(), ToolError> {
+        let (path, readings) = match self {
+            Self::Board => return Ok(()),
+            Self::Lines {
+                path,
+                arriving,
+                began,
+            } => {
+                let Some(start) = began.take() else {
+                    return Ok(());
+                };
+                let since = |now: Instant| {
+                    if now >= start {
+                        (now - start).as_secs_f64()
+                    } else {
+                        -(start - now).as_secs_f64()
+                    }
+                };
+                let readings = arriving.try_iter().map(|(now, um)| (since(now), um));
+                (path, readings.collect())
+            }
+            Self::Recording { began: false, .. } => return Ok(()),
+            Self::Recording { path, began } => {
+                *began = false;
+                let text = fs::read_to_string(&*path).map_err(|error| cannot_read(path, error))?;
+                let readings = parse(&text).map_err(|reason| cannot_read(path, reason))?;
+                (path, readings)
+            }
+        };
+        if readings.is_empty() {
+            return Err(cannot_read(path, "it sent no number"));
+        }
+        merge(&readings, file);
+        Ok(())
+    }
+}
+
+fn cannot_read(path: &Path, reason: impl ToString) -> ToolError {
+    ToolError::Sensor {
+        path: path.to_owned(),
+        reason: reason.to_string(),
+    }
+}
+
+fn finite(text: &str) -> Option<f64> {
+    text.trim()
+        .parse()
+        .ok()
+        .filter(|value: &f64| value.is_finite())
+}
+
+/// Seconds and micrometres of a text with a line for each, in the order of time. Comments and a header are passed over.
+pub(crate) fn parse(text: &str) -> Result<Vec<(f64, f64)>, String> {
+    let mut readings: Vec<(f64, f64)> = Vec::new();
+    for (number, line) in (1..).zip(text.lines()) {
+        if line.trim().is_empty() || line.starts_with('#') {
+            continue;
+        }
+        let pair = line
+            .split_once(',')
+            .and_then(|(t, z)| Some((finite(t)?, finite(z)?)));
+        match (pair, readings.last()) {
+            (Some((t_s, _)), Some((before_s, _))) if t_s <= *before_s => {
+                return Err(format!("line {number} is not later than the one before"));
+            }
+            (Some(pair), _) => readings.push(pair),
+            (None, None) if line.starts_with(|c: char| c.is_ascii_alphabetic()) => {}
+            (None, _) => return Err(format!("line {number}, `{line}`, is not two numbers")),
+        }
+    }
+    Ok(readings)
+}
+
+/// Gives each row the displacement at its time, on a straight line between two readings; rows outside
+/// the readings stay without.
+fn merge(readings: &[(f64, f64)], file: &mut MeasurementFile) {
+    let at = |t_s: f64| {
+        let after = readings.partition_point(|(t, _)| *t < t_s);
+        let (t1, z1) = *readings.get(after)?;
+        if t1 == t_s {
+            return Some(z1);
+        }
+        let (t0, z0) = *readings.get(after.checked_sub(1)?)?;
+        Some(z0 + (t_s - t0) / (t1 - t0) * (z1 - z0))
+    };
+    let zero = at(0.0).unwrap_or(readings[0].1);
+    let Some(first) = file.rows.first().copied() else {
+        return;
+    };
+    for row in &mut file.rows {
+        // Rests between waveforms count for the sensor.
+        let elapsed_s = match (row.t_global_s, first.t_global_s) {
+            (Some(now), Some(first_s)) => first.t_s + now - first_s,
+            _ => row.t_s,
+        };
+        row.z_um = at(elapsed_s).map(|z| z - zero);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use measurement::Row;
+    use proptest::prelude::*;
+
+    fn file(times: &[f64]) -> MeasurementFile {
+        MeasurementFile {
+            rows: times
+                .iter()
+                .map(|&t_s| Row {
+                    t_s,
+                    ..Row::default()
+                })
+                .collect(),
+            ..MeasurementFile::default()
+        }
+    }
+
+    #[test]
+    fn rows_lie_on_lines_between_readings_and_count_from_the_first() {
+        let readings = parse("# a recording\nt_s,z_um\n0,5\n1,7\n3,11\n").unwrap();
+        let mut file = file(&[0.5, 1.0, 2.0, 3.5]);
+        merge(&readings, &mut file);
+        let z: Vec<_> = file.rows.iter().map(|row| row.z_um).collect();
+        assert_eq!(z, [Some(1.0), Some(2.0), Some(4.0), None]);
+    }
+
+    #[test]
+    fn a_recording_that_is_none_is_told_by_its_line() {
+        for (text, line) in [
+            ("0,1\n1\n", "line 2, `1`"),
+            ("0,1\n1,nan\n", "line 2, `1,nan`"),
+            ("0,1\n0,2\n", "line 2 is not later"),
+            ("t,z\n0,1\nx,y\n", "line 3, `x,y`"),
+        ] {
+            let said = parse(text).unwrap_err();
+            assert!(said.starts_with(line), "{said}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn what_was_recorded_comes_back_at_its_times(
+            z in proptest::collection::vec(-100.0_f64..100.0, 2..50),
+        ) {
+            let text: String = z.iter().enumerate().map(|(i, z)| format!("{i},{z:?}\n")).collect();
+            let times: Vec<f64> = (0..z.len()).map(|i| i as f64).collect();
+            let mut file = file(&times);
+            merge(&parse(&text).unwrap(), &mut file);
+            for (row, z_um) in file.rows.iter().zip(&z) {
+                prop_assert!((row.z_um.unwrap() - (z_um - z[0])).abs() < 1e-9);
+            }
+        }
+
+        #[test]
+        fn any_text_is_readings_or_a_sentence(text in "[0-9a-z,.\\n# -]{0,60}") {
+            let _ = parse(&text);
+        }
+    }
+}

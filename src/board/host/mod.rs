@@ -1,0 +1,45 @@
+//! The machine that builds the firmware, as a board: for tests of everything above the hardware.
+//!
+//! Its time is the count of control ticks, and its own in every thread, so that many such boards can
+//! run beside each other without a clock.
+
+pub mod flash;
+pub mod link;
+mod log;
+mod time;
+
+use control_core::codes::AMPERE_PER_ADC_CODE;
+use control_core::{AdcCode, LANES, PwmCode, SupplyCode};
+use embassy_futures::yield_now;
+
+use crate::board::{Board, Sensed};
+
+/// A board with resistors in the place of a mirror.
+#[derive(Debug, Default)]
+pub struct HostBoard {
+    codes: [PwmCode; LANES],
+}
+
+/// About a cold heater's.
+const RESISTANCE_OHM: f32 = 360.0;
+
+impl Board for HostBoard {
+    const NAME: &'static str = "no board, the firmware on a host";
+    const IS_EMULATED: bool = true;
+    const BOOTLOADER: Option<fn() -> !> = None;
+
+    async fn sense(&mut self) -> Sensed {
+        yield_now().await;
+        time::advance();
+        let current_a = self.codes.map(|code| code.drive().0 / RESISTANCE_OHM);
+        Sensed {
+            currents: current_a.map(|current| AdcCode((current / AMPERE_PER_ADC_CODE) as u16)),
+            supply: SupplyCode::from_millivolt(5000),
+            ..Sensed::default()
+        }
+    }
+
+    fn drive(&mut self, codes: [PwmCode; LANES]) {
+        self.codes = codes;
+    }
+}

@@ -1,0 +1,75 @@
+//! The top 32 KB of the second flash bank, for calibrations.
+//!
+//! Programs run from the first bank, so the processor, and the control loop with it, goes on while the
+//! second is erased (22 ms a page) or written. That takes the dual-bank mode in which these chips are
+//! delivered.
+
+#![expect(unsafe_code, reason = "the attribute of an exception handler")]
+
+use cortex_m_rt::exception;
+use embassy_stm32::flash::{self, Blocking, Flash};
+use embassy_stm32::peripherals::FLASH;
+use embassy_stm32::{Peri, pac};
+use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+
+use super::stop::stop;
+
+/// Where it lies, from the start of the flash. `memory.x` keeps programs out of it.
+const START: u32 = (512 - 32) * 1024;
+const BYTES: usize = 32 * 1024;
+
+/// The flash for calibrations.
+pub struct CalibrationFlash(Flash<'static, Blocking>);
+
+impl CalibrationFlash {
+    /// `None` where the chip was set to single-bank mode, whose pages lie elsewhere.
+    pub fn open(flash: Peri<'static, FLASH>) -> Option<Self> {
+        let is_dual_bank = pac::FLASH.optr().read().dbank();
+        is_dual_bank.then(|| Self(Flash::new_blocking(flash)))
+    }
+}
+
+impl ErrorType for CalibrationFlash {
+    type Error = flash::Error;
+}
+
+impl ReadNorFlash for CalibrationFlash {
+    const READ_SIZE: usize = flash::READ_SIZE;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), flash::Error> {
+        self.0.blocking_read(START + offset, bytes)
+    }
+
+    fn capacity(&self) -> usize {
+        BYTES
+    }
+}
+
+impl NorFlash for CalibrationFlash {
+    const WRITE_SIZE: usize = flash::WRITE_SIZE;
+    const ERASE_SIZE: usize = flash::MAX_ERASE_SIZE;
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), flash::Error> {
+        self.0.blocking_write(START + offset, bytes)
+    }
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), flash::Error> {
+        self.0.blocking_erase(START + from, START + to)
+    }
+}
+
+/// A word that was half written when the power went has two bits wrong for the error correction, and
+/// reading it ends here (RM0440, section 5.3.2). In the second bank the record's CRC will tell.
+#[exception]
+unsafe fn NonMaskableInt() {
+    let eccr = pac::FLASH.eccr();
+    let error = eccr.read();
+    if !error.bk_ecc() || !(error.eccd() || error.eccd2()) {
+        stop();
+    }
+    // Writing a flag clears it.
+    eccr.modify(|w| {
+        w.set_eccd(error.eccd());
+        w.set_eccd2(error.eccd2());
+    });
+}

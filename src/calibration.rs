@@ -1,0 +1,91 @@
+//! A calibration on its way from the link to the control loop.
+
+use control_core::calibration::BYTES;
+use control_core::{Calibration, CalibrationError};
+use mirror_protocol::{CalibrationChunk, Refusal};
+use static_cell::{ConstStaticCell, StaticCell};
+
+use crate::mailbox::Mailbox;
+
+/// An image's place for the calibration in use.
+pub static IN_USE: StaticCell<Calibration> = StaticCell::new();
+/// An image's place for the next one.
+pub static SPARE: StaticCell<Calibration> = StaticCell::new();
+/// An image's place for what is uploaded.
+pub static UPLOADED: ConstStaticCell<[u8; BYTES]> = ConstStaticCell::new([0; BYTES]);
+
+/// Takes a calibration in pieces, checks the whole, and hands it to the control loop. The one in use
+/// stays in use until then.
+pub struct Upload {
+    bytes: &'static mut [u8; BYTES],
+    received: usize,
+    /// Where the next calibration is made. The control loop gives the one before in return.
+    spare: Option<&'static mut Calibration>,
+}
+
+/// Why a calibration that was uploaded is not used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UploadError {
+    /// The control loop did not take it.
+    ControlStopped,
+    /// It is not one.
+    Calibration(CalibrationError),
+}
+
+impl Upload {
+    /// Uploads go into `bytes`, and what they make into `spare`.
+    pub fn new(bytes: &'static mut [u8; BYTES], spare: &'static mut Calibration) -> Self {
+        Self {
+            bytes,
+            received: 0,
+            spare: Some(spare),
+        }
+    }
+
+    /// The next piece; one at offset 0 begins anew.
+    ///
+    /// # Errors
+    /// Where it does not follow the piece before, or goes beyond a calibration's length.
+    pub fn write(&mut self, chunk: &CalibrationChunk) -> Result<(), Refusal> {
+        let start = usize::from(chunk.offset);
+        if start != 0 && start != self.received {
+            return Err(Refusal::UploadGap {
+                expected: self.received as u16,
+            });
+        }
+        let end = start + chunk.bytes.len();
+        let place = self
+            .bytes
+            .get_mut(start..end)
+            .ok_or(Refusal::UploadTooLong)?;
+        place.copy_from_slice(&chunk.bytes);
+        self.received = end;
+        Ok(())
+    }
+
+    /// What was uploaded so far.
+    pub fn bytes(&self) -> &[u8] {
+        self.bytes.get(..self.received).unwrap_or_default()
+    }
+
+    /// Checks what was uploaded and has the control loop use it. On return it is in use.
+    ///
+    /// # Errors
+    /// Says what is wrong; the calibration in use is kept.
+    pub async fn put_to_use(&mut self, mailbox: &Mailbox) -> Result<Calibration, UploadError> {
+        let calibration =
+            Calibration::from_bytes(self.bytes()).map_err(UploadError::Calibration)?;
+        let spare = self.spare.take().ok_or(UploadError::ControlStopped)?;
+        *spare = calibration;
+        match mailbox.exchange(spare).await {
+            Ok(before) => {
+                self.spare = Some(before);
+                Ok(calibration)
+            }
+            Err(not_taken) => {
+                self.spare = not_taken;
+                Err(UploadError::ControlStopped)
+            }
+        }
+    }
+}
