@@ -7,7 +7,7 @@ use std::path::Path;
 use virtual_mirror::{Effect, Family, MirrorConfig, Plan as Drives};
 use virtual_sessions::{Instruments, measure};
 
-const TESTING: [Family; 2] = [Family::D, Family::E];
+const TESTING: [Family; 2] = [Family::F, Family::G];
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -30,7 +30,11 @@ fn main() {
     let hidden: Vec<Option<Effect>> = std::iter::once(None)
         .chain(Effect::ALL.iter().copied().map(Some))
         .collect();
+    let only = argument(4, "");
     for effect in hidden {
+        if !only.is_empty() && effect.map_or("nothing", Effect::id) != only {
+            continue;
+        }
         for seed in 0..seeds {
             for family in TESTING {
                 let mut config = MirrorConfig::draw(family, 1000 + seed);
@@ -62,6 +66,14 @@ fn main() {
                     best.score,
                     best.threshold
                 );
+                if !only.is_empty() {
+                    for r in found.ranking.iter().take(4) {
+                        println!(
+                            "   {} {:.0} {} {:?}",
+                            r.effect, r.score, r.plausible, r.parameters
+                        );
+                    }
+                }
                 match effect {
                     None => quiet += usize::from(!found.effects.is_empty()),
                     Some(effect) if effect.is_listed() => {

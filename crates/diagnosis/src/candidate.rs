@@ -1,6 +1,6 @@
 //! Effects as candidates: what each would add to the base's predictions, and how much of a misfit that explains.
 
-use crate::fit::{predict, trust};
+use crate::fit::{fit_knobs, jacobian, knobs, predict, trust};
 use crate::plan::Plan;
 use crate::space::{Space, Vector};
 use mirror_model::effect::{Active, Effect};
@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Starts for each parameter of an effect's form, between its bounds.
-const STARTS: usize = 4;
+const STARTS: usize = 8;
 /// A parameter costs so much of the drop of the misfit (half of it is AIC's price, two thirds of it BIC's for 8000 rows).
 pub const PRICE: f64 = 6.0;
 /// Rounds of refinement from the best start.
@@ -38,6 +38,18 @@ pub struct Explanation {
     pub change: Vector,
     /// One standard deviation of its strength.
     pub strength_error: f64,
+    /// What is left when base and effect are fitted together, where that was done.
+    pub refit: Option<Arc<Refit>>,
+}
+
+/// Base and effect fitted together.
+pub struct Refit {
+    /// Measured less predicted, in um and A.
+    pub residuals: Vec<f64>,
+    /// The space around the new fit.
+    pub space: Space,
+    /// What is left, in that space.
+    pub left: Vector,
 }
 
 /// The directions of an effect around a fitted base, one a start of its form.
@@ -142,6 +154,7 @@ pub fn scan(directions: &[Direction], residual: &Vector, space: &Space) -> Optio
                 score: drop - PRICE * parameters.len() as f64,
                 change: &direction.change * times,
                 strength_error: usual.abs() / weight.sqrt(),
+                refit: None,
                 active,
             })
         })
@@ -202,12 +215,77 @@ pub fn refine(
             score,
             change,
             strength_error: best.strength_error,
+            refit: None,
         };
         if gain < 0.1 {
             break;
         }
     }
     best
+}
+
+/// Fits base and effect together, since a strong effect moves the base further than its slopes reach; then one step of the
+/// effect's parameters in the space around the new fit. `misfit` is the base's alone.
+pub fn refit(
+    start: &Explanation,
+    model: &Model,
+    plan: &Plan,
+    spanning: &DMatrix<f64>,
+    white: &DVector<f64>,
+    misfit: f64,
+) -> Option<Explanation> {
+    let mut with = model.clone();
+    with.effects.push(start.active.clone());
+    let all = knobs(&with, plan);
+    let fitted = fit_knobs(&with, plan, &plan.values(), &all).ok()?;
+    let slopes = jacobian(&fitted.model, plan, &all).ok()?;
+    let count = start.active.values.len();
+    let base = all.len() - count;
+    let space = Space::new(&slopes.columns(0, base).into_owned(), spanning, white);
+    let scaled = fitted.residuals.iter().zip(&plan.observations);
+    let residual = space.vector(&DVector::from_iterator(
+        fitted.residuals.len(),
+        scaled.map(|(r, o)| r / trust(o)),
+    ));
+    let own: Vec<Vector> = (base..all.len())
+        .map(|column| space.vector(&slopes.column(column).into_owned()))
+        .collect();
+    let normal = DMatrix::from_fn(count, count, |i, j| {
+        space.product(&own[i], &own[j]) + if i == j { 1e-6 } else { 0.0 }
+    });
+    let gradient = DVector::from_fn(count, |i, _| space.product(&own[i], &residual));
+    let factor = normal.cholesky()?;
+    let step = factor.solve(&gradient);
+    let found = fitted.model.effects.last()?.clone();
+    let stepped = moved(&found, &step);
+    let free = stepped
+        .values
+        .iter()
+        .zip(&found.values)
+        .zip(found.effect.info().parameters.iter().zip(step.iter()))
+        .all(|((after, before), (p, step))| (after - before - step * p.start.abs()).abs() < 1e-12);
+    let (active, left) = if free {
+        let left = own
+            .iter()
+            .zip(step.iter())
+            .fold(residual, |left, (slope, &step)| &left - &(slope * step));
+        (stepped, left)
+    } else {
+        (found, residual)
+    };
+    let after = space.product(&left, &left);
+    Some(Explanation {
+        score: misfit - after - PRICE * count as f64,
+        change: start.change.clone(),
+        strength_error: factor.inverse()[(0, 0)].sqrt()
+            * active.effect.info().parameters[0].start.abs(),
+        active,
+        refit: Some(Arc::new(Refit {
+            residuals: fitted.residuals,
+            space,
+            left,
+        })),
+    })
 }
 
 /// Changes of the predictions with each parameter, in units of the parameter's usual size.

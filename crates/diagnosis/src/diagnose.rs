@@ -1,29 +1,30 @@
 //! Which physics is missing, said only when mirrors with nothing missing would not look the same.
 
-use crate::candidate::{Direction, Explanation, directions, refine, scan};
+use crate::candidate::{Direction, Explanation, directions, refine, refit, scan};
 use crate::ensemble::{Ensemble, solver_error};
 use crate::fit::{Fitted, RESOLUTION, fit, fit_knobs, jacobian, knobs, predict, trust};
-use crate::judge::{Judge, judges, quantile, thresholds};
+use crate::judge::{Calm, judges};
 use crate::next;
 use crate::plan::{Channel, Observation, Plan};
 use crate::report::{BeforeAfter, Diagnosis, Estimate, Ranked, Verdict};
 use crate::space::{Space, Vector};
-use mirror_model::effect::{Effect, built_in};
+use mirror_model::effect::{Active, Effect, built_in};
 use mirror_model::{Model, Runaway};
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::path::Path;
 use std::sync::Arc;
 
 /// A candidate whose score is this share of the best one's is a rival: forms that differ by so much are no evidence.
-const RIVAL_SHARE: f64 = 0.8;
+const RIVAL_SHARE: f64 = 0.93;
 /// Candidates this close to the best score are rivals however small both are.
 const RIVAL_MARGIN: f64 = 12.0;
-/// The best effect must explain this share of the misfit in excess of what mirrors with nothing hidden show.
-const EXPLAINS: f64 = 0.6;
 /// Rows held out go by handfuls of readings; as noise they get this factor, so that they weigh nothing.
 const HANDFUL: usize = 5;
 const HIDDEN: f64 = 1e6;
+/// Candidates that are fitted together with the base: those whose refined score is this share of the best, so many at most.
+const WORTH_REFITTING: f64 = 0.4;
+const REFITTED: usize = 5;
 /// Candidates that are refined: those whose scanned score is this share of the best.
 const WORTH_REFINING: f64 = 0.25;
 
@@ -54,10 +55,11 @@ struct Bench<'a> {
     /// The space in which the rows held out weigh nothing.
     kept: Space,
     residual: Vector,
+    /// Residuals of the virtual mirrors, and the white noise, in units of trust.
+    spanning: DMatrix<f64>,
+    white: DVector<f64>,
     effects: Vec<(Arc<dyn Effect>, Vec<Direction>)>,
-    thresholds: Vec<f64>,
-    /// Misfits of the judging mirrors, in order.
-    quiet_misfits: Vec<f64>,
+    calm: Calm,
     approximation_rms: f64,
 }
 
@@ -81,9 +83,8 @@ impl<'a> Bench<'a> {
             plan.observations.len(),
             plan.observations.iter().map(|o| o.noise / trust(o)),
         );
-        let (judges, noise) = judges(plan, &ensemble, &slopes, &white);
-        let space = Space::new(&slopes, &ensemble.0, &noise);
-        let kept_noise = noise.zip_map(&held_out_rows(plan), |sigma, held_out| {
+        let space = Space::new(&slopes, &ensemble.0, &white);
+        let kept_noise = white.zip_map(&held_out_rows(plan), |sigma, held_out| {
             if held_out { HIDDEN * sigma } else { sigma }
         });
         let kept = Space::new(&slopes, &ensemble.0, &kept_noise);
@@ -110,9 +111,7 @@ impl<'a> Bench<'a> {
                 (effect, directions)
             })
             .collect();
-        let thresholds = thresholds(&effects, &judges);
-        let mut quiet_misfits: Vec<_> = judges.iter().flat_map(Judge::misfits).collect();
-        quiet_misfits.sort_by(f64::total_cmp);
+        let calm = Calm::new(&effects, &judges(&ensemble, &slopes, &white));
         let approximation_rms = rms(
             plan,
             ensemble
@@ -128,8 +127,9 @@ impl<'a> Bench<'a> {
             kept,
             residual,
             effects,
-            thresholds,
-            quiet_misfits,
+            calm,
+            spanning: ensemble.0,
+            white,
             approximation_rms,
         })
     }
@@ -164,15 +164,54 @@ impl<'a> Bench<'a> {
                 })
             })
             .collect();
+        let misfit = self.space.product(&self.residual, &self.residual);
         Trial {
-            explanations,
-            misfit: self.space.product(&self.residual, &self.residual),
+            explanations: self.refitted(explanations, misfit),
+            misfit,
         }
     }
 
-    /// Misfit relative to the middle of the mirrors with nothing hidden.
-    fn quiet(&self, share: f64) -> f64 {
-        quantile(&self.quiet_misfits, share)
+    /// The best explanations with base and effect fitted together.
+    fn refitted(
+        &self,
+        mut explanations: Vec<Option<Explanation>>,
+        misfit: f64,
+    ) -> Vec<Option<Explanation>> {
+        let score = |index: usize| explanations[index].as_ref().map_or(0.0, |e| e.score);
+        let mut order: Vec<usize> = (0..explanations.len()).collect();
+        order.sort_by(|&a, &b| score(b).total_cmp(&score(a)));
+        let best = order.first().map_or(0.0, |&index| score(index));
+        order.retain(|&index| {
+            score(index) > WORTH_REFITTING * best
+                && score(index) > 0.5 * self.calm.thresholds[index]
+        });
+        order.truncate(REFITTED);
+        let mut better = Vec::new();
+        let together: Vec<_> = order
+            .into_par_iter()
+            .filter_map(|index| {
+                let start = explanations[index].as_ref()?;
+                let e = refit(
+                    start,
+                    &self.fitted.model,
+                    self.plan,
+                    &self.spanning,
+                    &self.white,
+                    misfit,
+                )?;
+                Some((index, e))
+            })
+            .collect();
+        // A fit in the ordinary sense may end elsewhere than the best in the session's space.
+        for (index, e) in together {
+            if e.score > score(index) {
+                better.push((index, e));
+            }
+        }
+        for (index, e) in better {
+            explanations[index] = Some(e);
+        }
+        explanations
     }
 
     fn conclude(&self, trial: Trial) -> Result<Diagnosis, Runaway> {
@@ -188,7 +227,8 @@ impl<'a> Bench<'a> {
         let above: Vec<usize> = order
             .iter()
             .copied()
-            .filter(|&i| explanation(i).score > self.thresholds[i])
+            .filter(|&i| explanation(i).score > self.calm.thresholds[i])
+            .filter(|&i| is_plausible(&explanation(i).active))
             .collect();
         let rivals = self.rivals(&above, &explanation);
         let verdict = self.verdict(&trial, &rivals, &explanation);
@@ -211,7 +251,7 @@ impl<'a> Bench<'a> {
             effects: named.iter().map(|&i| self.id(i)).collect(),
             approximation_rms_um: self.approximation_rms,
             error_rms_um: self.before_and_after(order.first().map(|&i| explanation(i)))?,
-            misfit: trial.misfit / self.quiet(0.5),
+            misfit: trial.misfit / self.calm.misfit(0.5),
             solver_error: solver_error(&self.fitted.model, self.plan, RESOLUTION)?,
             ranking: order
                 .iter()
@@ -243,17 +283,19 @@ impl<'a> Bench<'a> {
         rivals: &[usize],
         explanation: &impl Fn(usize) -> &'e Explanation,
     ) -> Verdict {
-        let excess = trial.misfit - self.quiet(0.5);
-        let excessive = trial.misfit > self.quiet(1.0);
         let Some(&best) = rivals.first() else {
-            return if excessive {
+            return if self.calm.is_exceeded_by(trial.misfit) {
                 Verdict::Unknown
             } else {
                 Verdict::None
             };
         };
-        let left = trial.misfit - explanation(best).score;
-        if excessive && left > self.quiet(1.0) && explanation(best).score < EXPLAINS * excess {
+        let first = explanation(best);
+        if !self.calm.explains(trial.misfit, first.score)
+            && !self
+                .calm
+                .explains(trial.misfit, first.score + self.second(best, first))
+        {
             return Verdict::Unknown;
         }
         if rivals.len() == 1 {
@@ -261,6 +303,24 @@ impl<'a> Bench<'a> {
         } else {
             Verdict::Ambiguous
         }
+    }
+
+    /// The best score of another effect in what the first one leaves, where it counts: two effects may be hidden.
+    fn second(&self, best: usize, first: &Explanation) -> f64 {
+        let (space, left) = match &first.refit {
+            Some(refit) => (&refit.space, refit.left.clone()),
+            None => (&self.space, &self.residual - &first.change),
+        };
+        self.effects
+            .iter()
+            .enumerate()
+            .filter(|&(index, _)| index != best)
+            .filter_map(|(index, (_, directions))| {
+                let seen: Vec<_> = directions.iter().map(|d| d.seen_in(space)).collect();
+                let score = scan(&seen, &left, space)?.score;
+                (score > self.calm.thresholds[index]).then_some(score)
+            })
+            .fold(0.0, f64::max)
     }
 
     fn ranked<'e>(
@@ -272,7 +332,7 @@ impl<'a> Bench<'a> {
     ) -> Ranked {
         let info = e.active.effect.info();
         let mut widening = (self.space.product(&self.residual, &self.residual) - e.score).max(0.0)
-            / self.quiet(0.5);
+            / self.calm.misfit(0.5);
         widening = widening.sqrt().max(1.0);
         let weight = |score: f64| (0.5 * (score - e.score) / widening).exp();
         let total: f64 = above.iter().map(|&i| weight(all(i).score)).sum();
@@ -281,7 +341,7 @@ impl<'a> Bench<'a> {
             .iter()
             .map(|d| self.space.product(&d.change, &d.change))
             .fold(0.0, f64::max);
-        let limit = (self.thresholds[index].max(0.0).sqrt() + 1.64) / strongest.sqrt()
+        let limit = (self.calm.thresholds[index].max(0.0).sqrt() + 1.64) / strongest.sqrt()
             * info.parameters[0].start.abs();
         let parameters = info.parameters.iter().enumerate().map(|(i, p)| {
             let standard_error = (i == 0).then_some(e.strength_error * widening);
@@ -294,11 +354,6 @@ impl<'a> Bench<'a> {
                 },
             )
         });
-        let inside = |i: usize| {
-            let (p, value) = (&info.parameters[i], e.active.values[i]);
-            let margin = 1e-3 * (p.high - p.low);
-            value < p.high - margin && (value > p.low + margin || p.low == 0.0)
-        };
         let look_alikes: Vec<_> = above
             .iter()
             .filter(|&&i| {
@@ -309,7 +364,7 @@ impl<'a> Bench<'a> {
         Ranked {
             effect: self.id(index),
             score: e.score,
-            threshold: self.thresholds[index],
+            threshold: self.calm.thresholds[index],
             probability: if above.contains(&index) {
                 1.0 / total
             } else {
@@ -319,7 +374,7 @@ impl<'a> Bench<'a> {
                 && limit <= info.parameters[0].high.max(-info.parameters[0].low))
             .then_some(limit),
             held_out_rms_um: self.held_out_rms(e),
-            plausible: inside(0),
+            plausible: is_plausible(&e.active),
             parameters: parameters.collect(),
             why: self.why(index, e, &look_alikes),
             look_alikes,
@@ -329,8 +384,8 @@ impl<'a> Bench<'a> {
     fn why(&self, index: usize, e: &Explanation, look_alikes: &[String]) -> String {
         let info = e.active.effect.info();
         let misfit = self.space.product(&self.residual, &self.residual);
-        let share = 100.0 * (e.score / (misfit - self.quiet(0.5)).max(1.0)).clamp(0.0, 1.0);
-        let seen = if e.score > self.thresholds[index] {
+        let share = 100.0 * (e.score / (misfit - self.calm.misfit(0.5)).max(1.0)).clamp(0.0, 1.0);
+        let seen = if e.score > self.calm.thresholds[index] {
             format!(
                 "it explains {share:.0} % of what mirrors with nothing hidden would not show; {}",
                 info.shows
@@ -389,6 +444,10 @@ impl<'a> Bench<'a> {
                 after: before,
             });
         };
+        if let Some(refit) = &best.refit {
+            let after = size(&refit.residuals);
+            return Ok(BeforeAfter { before, after });
+        }
         let mut with = self.fitted.model.clone();
         with.effects.push(best.active.clone());
         let refitted = fit_knobs(
@@ -406,6 +465,13 @@ impl<'a> Bench<'a> {
     fn id(&self, index: usize) -> String {
         self.effects[index].0.info().id.to_string()
     }
+}
+
+/// Whether an effect's strength lies inside its plausible range, not at an end that holds it back.
+fn is_plausible(active: &Active) -> bool {
+    let (p, value) = (&active.effect.info().parameters[0], active.values[0]);
+    let margin = 1e-3 * (p.high - p.low);
+    value < p.high - margin && (value > p.low + margin || p.low == 0.0)
 }
 
 /// Every other handful of readings is held out, so that what is held out lies between what is kept.

@@ -1,8 +1,8 @@
 //! What lumped equations leave of mirrors with nothing hidden: the model's approximation, measured.
 
-use crate::base::{identifiable, seed};
+use crate::base::{identifiable, seeds};
 use crate::family::{self, CALIBRATING};
-use crate::fit::{Knob, fit_knobs, jacobian, predict, trust};
+use crate::fit::{Knob, best_fit, jacobian, predict, trust};
 use crate::plan::Plan;
 use mirror_model::{Model, Preset, Runaway, simulate};
 use nalgebra::{DMatrix, DVector};
@@ -16,8 +16,10 @@ pub const MIRRORS: usize = 120;
 const STEPS: usize = 20;
 /// Steps between two computations of the Jacobian.
 const REFRESHED: usize = 5;
+/// One mirror in so many is fitted anew from all starts.
+const STUCK: usize = 8;
 /// Changes with whatever changes the residuals, so that an old cache is not taken for a new one.
-const VERSION: u64 = 8;
+const VERSION: u64 = 10;
 
 /// Residuals of the base fitted to virtual mirrors, in units of trust; one mirror a column, the families in turn.
 #[derive(Clone, Debug)]
@@ -66,14 +68,43 @@ fn residuals(plan: &Plan) -> Result<Vec<f64>, Runaway> {
         .map(|seed| family::observe(plan, seed))
         .collect();
     let knobs: Vec<_> = identifiable(plan).into_iter().map(Knob::Base).collect();
-    let typical = seed(&Model::from(Preset::Paper), &identifiable(plan), plan);
-    let start = fit_knobs(&typical, plan, &mirrors[0], &knobs)?.model;
+    let starts = seeds(&Model::from(Preset::Paper), &identifiable(plan), plan);
+    let start = best_fit(&starts, plan, &mirrors[0], &knobs)?.model;
     let slopes = jacobian(&start, plan, &knobs)?;
     let columns: Vec<_> = mirrors
         .par_iter()
         .map(|values| follow(&start, plan, &knobs, &slopes, values))
         .collect();
+    let columns = again(columns, plan, &starts, &mirrors, &knobs)?;
     Ok(columns.concat())
+}
+
+/// Fits the base anew, from all starts, to the mirrors that are followed worst: some of them are stuck.
+fn again(
+    mut columns: Vec<Vec<f64>>,
+    plan: &Plan,
+    starts: &[Model],
+    mirrors: &[Vec<f64>],
+    knobs: &[Knob],
+) -> Result<Vec<Vec<f64>>, Runaway> {
+    let cost = |column: &[f64]| column.iter().map(|r| r * r).sum::<f64>();
+    let mut worst: Vec<usize> = (0..columns.len()).collect();
+    worst.sort_by(|&a, &b| cost(&columns[b]).total_cmp(&cost(&columns[a])));
+    worst.truncate(columns.len() / STUCK);
+    let fresh: Result<Vec<_>, Runaway> = worst
+        .par_iter()
+        .map(|&index| {
+            let fitted = best_fit(starts, plan, &mirrors[index], knobs)?;
+            let scaled = fitted.residuals.iter().zip(&plan.observations);
+            Ok(scaled.map(|(r, o)| r / trust(o)).collect::<Vec<_>>())
+        })
+        .collect();
+    for (index, column) in worst.into_iter().zip(fresh?) {
+        if cost(&column) < cost(&columns[index]) {
+            columns[index] = column;
+        }
+    }
+    Ok(columns)
 }
 
 /// Fits the base to a virtual mirror from the fit to another one: damped steps with Broyden's updates of that one's

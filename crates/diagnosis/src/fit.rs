@@ -1,6 +1,6 @@
 //! Least squares of a model's parameters to a session.
 
-use crate::base::{Free, identifiable, seed};
+use crate::base::{Free, identifiable, seeds};
 use crate::plan::{Channel, Plan};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use mirror_model::{Model, Runaway, simulate};
@@ -242,8 +242,34 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
 /// [`Runaway`] if the model that it starts from, or the best one, has no finite answer.
 pub fn fit(model: &Model, plan: &Plan) -> Result<Fitted, Runaway> {
     let knobs = knobs(model, plan);
-    let start = seed(model, &identifiable(plan), plan);
-    fit_knobs(&start, plan, &plan.values(), &knobs)
+    let starts = seeds(model, &identifiable(plan), plan);
+    best_fit(&starts, plan, &plan.values(), &knobs)
+}
+
+/// The best of the fits from several starts.
+///
+/// # Errors
+/// As [`fit`], if no start leads anywhere.
+pub fn best_fit(
+    starts: &[Model],
+    plan: &Plan,
+    values: &[f64],
+    knobs: &[Knob],
+) -> Result<Fitted, Runaway> {
+    let fits: Vec<_> = starts
+        .par_iter()
+        .map(|start| fit_knobs(start, plan, values, knobs))
+        .collect();
+    let cost = |fitted: &Fitted| -> f64 {
+        let rows = fitted.residuals.iter().zip(&plan.observations);
+        rows.map(|(r, o)| (r / trust(o)).powi(2)).sum()
+    };
+    fits.into_iter()
+        .min_by(|a, b| {
+            let of = |fit: &Result<Fitted, Runaway>| fit.as_ref().map_or(f64::INFINITY, cost);
+            of(a).total_cmp(&of(b))
+        })
+        .expect("a fit has at least one start")
 }
 
 /// Fits chosen knobs of a model to numbers in the place of a plan's own.

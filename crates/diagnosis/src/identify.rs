@@ -12,7 +12,7 @@ use mirror_model::effect::{Active, find};
 use mirror_model::{Model, Runaway, Symbol};
 use serde::Serialize;
 
-use crate::base::{Free, identifiable, seed};
+use crate::base::{Free, identifiable, seeds};
 use crate::fit::{Fitted, Knob, fit_knobs, trust};
 use crate::fit_report::{known_errors, note_errors, rms};
 use crate::plan::Plan;
@@ -148,7 +148,7 @@ impl<'a> Search<'a> {
     /// The base with one pole.
     fn new(start: &Model, plan: &'a Plan) -> Result<Self, Runaway> {
         let free = identifiable(plan);
-        let mut model = seed(start, &free, plan);
+        let mut model = seeds(start, &free, plan).swap_remove(0);
         for pole in [MIDDLE, SLOW] {
             model.parameters.set(pole.weight, 0.0);
             model.by_actuator.remove(&pole.weight);

@@ -4,7 +4,6 @@
 use crate::candidate::{Direction, scan};
 use crate::ensemble::Ensemble;
 use crate::family::CALIBRATING;
-use crate::plan::{Channel, Observation, Plan};
 use crate::space::{Space, Vector};
 use mirror_model::effect::Effect;
 use nalgebra::{DMatrix, DVector};
@@ -20,9 +19,10 @@ const QUIET: f64 = 0.95;
 const MARGIN: f64 = 1.64;
 /// No score below this is evidence, however quiet the virtual mirrors are: few readings leave them no room to show
 /// anything, and a real mirror comes from no family.
-const FLOOR: f64 = 60.0;
-/// Groups of rows take as their own noise what this share of the mirrors of an unseen family leave there at most.
-const LEFTOVER: f64 = 0.8;
+const FLOOR: f64 = 25.0;
+/// An effect that is named may leave unexplained, beyond what nothing hidden leaves, this share of what it explains: nature's
+/// form is not quite the candidate's.
+const FORM: f64 = 0.3;
 
 /// Mirrors of one family in the space that the other families span.
 pub(crate) struct Judge {
@@ -30,54 +30,23 @@ pub(crate) struct Judge {
     quiet: Vec<Vector>,
 }
 
-/// One judge a family, and the noise of all rows. Each group of rows (an experiment's displacement, its currents) has as
-/// noise, beside its white noise, what mirrors of an unseen family leave there after base and approximation.
+/// One judge a family. `slopes` and `white` are the base's directions and the white noise, in units of trust.
 pub(crate) fn judges(
-    plan: &Plan,
     ensemble: &Ensemble,
     slopes: &DMatrix<f64>,
     white: &DVector<f64>,
-) -> (Vec<Judge>, DVector<f64>) {
-    let folds: Vec<_> = (0..CALIBRATING.len())
-        .map(|family| ensemble.leave_out(family))
-        .collect();
-    let left: Vec<Vec<f64>> = folds
-        .par_iter()
-        .flat_map(|(judging, spanning)| {
-            let space = Space::new(slopes, spanning, &DVector::repeat(white.len(), 1.0));
-            judging
-                .column_iter()
-                .map(|column| squares_by_group(plan, &space.remainder(&column.into_owned())))
-                .collect::<Vec<_>>()
-        })
-        .collect();
-    let leftovers: Vec<f64> = (0..2 * plan.experiments.len())
-        .map(|group| {
-            let mut squares: Vec<f64> = left.iter().map(|groups| groups[group]).collect();
-            squares.sort_by(f64::total_cmp);
-            quantile(&squares, LEFTOVER)
-        })
-        .collect();
-    let rows = plan
-        .observations
-        .iter()
-        .zip(white.iter())
-        .map(|(o, w)| (w * w + leftovers[group(o)]).sqrt());
-    let noise = DVector::from_iterator(white.len(), rows);
-    let judges = folds
-        .par_iter()
-        .enumerate()
-        .map(|(family, (judging, spanning))| {
-            let space = Space::new(slopes, spanning, &noise);
+) -> Vec<Judge> {
+    (0..CALIBRATING.len())
+        .into_par_iter()
+        .map(|family| {
+            let (judging, spanning) = ensemble.leave_out(family);
+            let space = Space::new(slopes, &spanning, white);
             let mut rng = ChaCha8Rng::seed_from_u64(family as u64);
             let mut noisy = |column: DVector<f64>| {
                 column
                     + white.map(|sigma| {
-                        sigma
-                            * <StandardNormal as Distribution<f64>>::sample(
-                                &StandardNormal,
-                                &mut rng,
-                            )
+                        let normal: f64 = StandardNormal.sample(&mut rng);
+                        sigma * normal
                     })
             };
             let quiet = judging
@@ -86,37 +55,69 @@ pub(crate) fn judges(
                 .collect();
             Judge { space, quiet }
         })
-        .collect();
-    (judges, noise)
-}
-
-fn group(observation: &Observation) -> usize {
-    2 * observation.experiment + usize::from(observation.channel == Channel::Displacement)
-}
-
-fn squares_by_group(plan: &Plan, remainder: &DVector<f64>) -> Vec<f64> {
-    let mut sums = vec![(0.0, 0usize); 2 * plan.experiments.len()];
-    for (value, o) in remainder.iter().zip(&plan.observations) {
-        sums[group(o)].0 += value * value;
-        sums[group(o)].1 += 1;
-    }
-    sums.into_iter()
-        .map(|(sum, count)| sum / count.max(1) as f64)
         .collect()
 }
 
-/// Scores that mirrors with nothing hidden, of a family that was not seen, stay below. Effects differ in how well they ape
-/// the approximation, so each has its own scale; the common factor makes sure of the best of all of them.
-pub(crate) fn thresholds(
+/// What mirrors with nothing hidden, each of a family that was not seen, show.
+pub(crate) struct Calm {
+    /// Their misfits, in order.
+    misfits: Vec<f64>,
+    /// The score of each effect that they stay below.
+    pub(crate) thresholds: Vec<f64>,
+}
+
+impl Calm {
+    pub(crate) fn new(effects: &[(Arc<dyn Effect>, Vec<Direction>)], judges: &[Judge]) -> Self {
+        let misfits: Vec<f64> = judges.iter().flat_map(Judge::misfits).collect();
+        let mut sorted = misfits.clone();
+        sorted.sort_by(f64::total_cmp);
+        let mut calm = Self {
+            misfits: sorted,
+            thresholds: Vec::new(),
+        };
+        calm.thresholds = thresholds(effects, judges, &misfits, &calm);
+        calm
+    }
+
+    /// The misfit that this share of the mirrors stay below.
+    pub(crate) fn misfit(&self, share: f64) -> f64 {
+        quantile(&self.misfits, share)
+    }
+
+    /// Whether a misfit is more than mirrors with nothing hidden show.
+    pub(crate) fn is_exceeded_by(&self, misfit: f64) -> bool {
+        misfit > self.misfit(QUIET)
+    }
+
+    /// Whether effects that lower a misfit by `score` leave no more than what nothing hidden leaves, and what their forms
+    /// may be off by.
+    pub(crate) fn explains(&self, misfit: f64, score: f64) -> bool {
+        !self.is_exceeded_by(misfit - (1.0 + FORM) * score)
+    }
+}
+
+/// Scores that mirrors with nothing hidden, of a family that was not seen, stay below. Only scores that would be believed
+/// count. Effects differ in how well they ape the approximation, so each has its own scale; the common factor makes sure of
+/// the best of all of them.
+fn thresholds(
     effects: &[(Arc<dyn Effect>, Vec<Direction>)],
     judges: &[Judge],
+    misfits: &[f64],
+    calm: &Calm,
 ) -> Vec<f64> {
     let scores: Vec<Vec<f64>> = effects
         .par_iter()
         .map(|(_, directions)| {
-            judges
-                .iter()
-                .flat_map(|judge| judge.scores(directions))
+            let scores = judges.iter().flat_map(|judge| judge.scores(directions));
+            scores
+                .zip(misfits)
+                .map(|(score, &misfit)| {
+                    if calm.explains(misfit, score) {
+                        score
+                    } else {
+                        0.0
+                    }
+                })
                 .collect()
         })
         .collect();

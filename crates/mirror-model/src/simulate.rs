@@ -237,13 +237,14 @@ impl<'a> Simulation<'a> {
         });
         let mut secants = [Secant::default(); ACTUATORS];
         for _ in 0..ROUNDS {
-            let total_power_w = self.lanes.iter().map(|lane| lane.now.power_w).sum();
+            let powers_w = self.lanes.each_ref().map(|lane| lane.now.power_w);
             let mut moved_k: f64 = 0.0;
             for (index, lane) in self.lanes.iter_mut().enumerate() {
                 let before = (lane.now.temperature_rise_k, lane.heating_k);
                 let guess = lane.heating_k;
                 lane.now.t_s = self.t_s;
-                lane.now.total_power_w = total_power_w;
+                lane.now.total_power_w = powers_w.iter().sum();
+                lane.now.opposite_power_w = powers_w[(index + ACTUATORS / 2) % ACTUATORS];
                 let (poles, heating, lags) = &start[index];
                 if h > 0.0 {
                     let heating_now = lane.heating_k;

@@ -217,7 +217,11 @@ impl Layout {
             Family::G => straight(&[0, 1, 2, 3, 0]),
             _ => {
                 let back = [3, 2, 1, 0].map(|kind| (kind, true));
-                [0, 1, 2, 3].map(|kind| (kind, false)).into_iter().chain(back).collect()
+                [0, 1, 2, 3]
+                    .map(|kind| (kind, false))
+                    .into_iter()
+                    .chain(back)
+                    .collect()
             }
         };
         let segment = |(place, (kind, turned)): (usize, (usize, bool))| Segment {

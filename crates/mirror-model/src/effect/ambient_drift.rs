@@ -19,7 +19,9 @@ static INFO: Info = Info {
     title: Cow::Borrowed("the surroundings drift"),
     stage: Stage::Heat,
     acts: Acts::Temperature,
-    equation: Cow::Borrowed("dT' = dT + D (1 - exp(-t/tau))"),
+    equation: Cow::Borrowed(
+        "dT' = dT + D (1 - exp(-t/tau)) + s sin(2 pi t/T) + c (1 - cos(2 pi t/T))",
+    ),
     parameters: Cow::Borrowed(&PARAMETERS),
     shows: Cow::Borrowed("the same at every drive, follows the clock, also in the cold resistance"),
     separates: Cow::Borrowed("the cold resistance, a thermometer"),
