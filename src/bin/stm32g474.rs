@@ -7,7 +7,7 @@ use embassy_executor::{Spawner, task};
 use mirror_firmware::board::CalibrationFlash;
 use mirror_firmware::board::stm32g474::link::{self, Device};
 use mirror_firmware::board::stm32g474::{
-    ConverterPins, Converters, clocks, start_control_executor,
+    ConverterPins, Converters, bootloader, clocks, start_control_executor,
 };
 use mirror_firmware::calibration::{IN_USE, SPARE, UPLOADED, Upload};
 use mirror_firmware::control::{self, Control};
@@ -17,6 +17,7 @@ use mirror_firmware::rpc;
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
+    bootloader::enter_if_requested();
     let p = embassy_stm32::init(clocks());
     let pins = ConverterPins {
         pwm1: p.PA8,
