@@ -163,6 +163,10 @@ pub enum ToolError {
     ))]
     Sensor { path: PathBuf, reason: String },
 
+    #[error("{} is no waveform: {reason}", path.display())]
+    #[diagnostic(help("write lines of seconds and micrometres: `0.5,12.3`"))]
+    Waveform { path: PathBuf, reason: String },
+
     #[error("interrupted; channels are off")]
     #[diagnostic(help(
         "the board has the calibration that it had, or the one that was being tried"

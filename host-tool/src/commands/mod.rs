@@ -7,6 +7,7 @@ mod list;
 mod measure;
 mod moving;
 mod record;
+mod scan;
 mod set_drive;
 mod set_z;
 mod status;
@@ -65,6 +66,7 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             record::run(&open().await?, file, duration, period, json).await
         }
         Command::Measure(measure) => measure::run(&open().await?, measure, json).await,
+        Command::Scan(scan) => scan::run(&open().await?, scan, json).await,
         Command::Calibrate(ask) => calibrate::run(&open().await?, ask, json).await,
         Command::Fit { lab, output } => lab::fit(&lab, output, json),
         Command::Identify { lab, output } => lab::identify(&lab, output, json),
