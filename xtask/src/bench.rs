@@ -73,8 +73,9 @@ pub(crate) fn store() -> Result<()> {
     let said = String::from_utf8_lossy(&output.stdout);
     ensure!(output.status.success(), "the store's tests failed: {said}");
     let is_figure = |line: &&str| line.contains(" power cuts, ") || line.contains(" updates: ");
+    // The test runner prints its dots into the same lines.
     for line in said.lines().filter(is_figure) {
-        println!("{line}");
+        println!("{}", line.trim_start_matches('.'));
     }
     Ok(())
 }
