@@ -85,6 +85,8 @@ enum Benchmark {
     Diagnose,
     /// What positioning reaches on virtual mirrors.
     Position,
+    /// Power cuts that a stored calibration survives, and how the flash wears.
+    Store,
 }
 
 fn main() -> ExitCode {
@@ -103,6 +105,9 @@ fn run(task: Task) -> Result<ExitCode> {
         Task::Bench {
             what: Some(Benchmark::Diagnose),
         } => diagnoses::run().map(|()| ExitCode::SUCCESS),
+        Task::Bench {
+            what: Some(Benchmark::Store),
+        } => bench::store().map(|()| ExitCode::SUCCESS),
         Task::Fuzz { arguments } => test::fuzz(&arguments).map(|()| ExitCode::SUCCESS),
         Task::Bench {
             what: Some(Benchmark::Position),
