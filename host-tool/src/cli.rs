@@ -92,6 +92,11 @@ pub enum Command {
     /// Measure the mirror with one of the paper's experiments; the channels are off afterwards.
     #[command(subcommand)]
     Measure(Measure),
+    /// Explain a fault or a limit: what it is, its cause, and its remedy.
+    Explain {
+        /// Its name, as `status` shows it; without it, all names.
+        name: Option<String>,
+    },
     /// Fit a model's parameters to measurements.
     Fit {
         /// Model and measurements.

@@ -1,6 +1,7 @@
 //! The commands, one file each.
 
 mod doctor;
+mod explain;
 mod lab;
 mod list;
 mod measure;
@@ -60,6 +61,7 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             record::run(&open().await?, file, duration, period, json).await
         }
         Command::Measure(measure) => measure::run(&open().await?, measure, json).await,
+        Command::Explain { name } => explain::run(name.as_deref(), json),
         Command::Fit { lab, output } => lab::fit(&lab, output, json),
         Command::Compare { lab, picture } => lab::compare(&lab, picture, json),
         Command::Diagnose { lab, effect } => lab::diagnose(&lab, &effect, json),
