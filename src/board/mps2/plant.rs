@@ -1,5 +1,7 @@
 //! The plant link: two FIFOs through semihosting, blocking, one exchange a control tick.
 
+use core::sync::atomic::Ordering;
+
 use control_core::{AdcCode, LANES, Micrometre, PwmCode, SupplyCode};
 use embassy_futures::yield_now;
 use plant_link::{Converters, FROM_PLANT, Pins, TO_PLANT};
@@ -7,7 +9,7 @@ use semihosting::fs::File;
 use semihosting::io::{self, Read, Write};
 
 use super::grace::Grace;
-use super::time;
+use super::{exit, time, upset};
 use crate::board::{Board, Sensed};
 use crate::mailbox::Mailbox;
 
@@ -38,6 +40,7 @@ impl LockstepPlant {
             mailbox,
         };
         plant.send()?;
+        exit::HAS_PLANT.store(true, Ordering::Relaxed);
         Ok(plant)
     }
 
@@ -74,8 +77,9 @@ impl Board for LockstepPlant {
         }
         self.wait_for_renewal().await;
         let Ok(converters) = self.receive() else {
-            super::exit::plant_lost()
+            exit::plant_lost()
         };
+        upset::suffer(converters.upset);
         time::advance();
         let missed_ticks = converters.tick.wrapping_sub(self.pins.tick) as u16;
         self.pins.tick = converters.tick;
@@ -91,7 +95,7 @@ impl Board for LockstepPlant {
         self.pins.tick = self.pins.tick.wrapping_add(1);
         self.pins.compare = codes.map(|code| code.0);
         if self.send().is_err() {
-            super::exit::plant_lost();
+            exit::plant_lost();
         }
     }
 }
