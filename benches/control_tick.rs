@@ -7,9 +7,10 @@
 
 use core::hint::black_box;
 
+use control_core::calibration::{Heat, Lag, Memory, Parts, Path, Play};
 use control_core::{
-    AdcCode, Ampere, Calibration, Controller, LANES, Micrometre, PwmCode, Setpoint, SupplyCode,
-    Volt,
+    AdcCode, Ampere, Calibration, Controller, LANES, Micrometre, PwmCode, Second, Setpoint,
+    SupplyCode, Volt,
 };
 use cortex_m::Peripherals;
 use cortex_m::peripheral::SYST;
@@ -41,32 +42,32 @@ fn main() -> ! {
     clock.clear_current();
     clock.enable_counter();
 
-    let z = Setpoint::Position(Micrometre(120.0));
-    let mut calibration = factory::calibration();
+    let mut calibration = everything_on(factory::calibration());
     let mut controller = Controller::new(&mut calibration);
-    report("control core: one step at a position", || {
-        black_box(controller.step(
-            black_box(z),
-            black_box([Volt(2.742); LANES]),
-            black_box([Ampere(5.7e-3); LANES]),
-        ));
+    let (applied, currents) = (
+        black_box([Volt(2.742); LANES]),
+        black_box([Ampere(5.7e-3); LANES]),
+    );
+    // From one end to the other for ever, so that it is always on its way.
+    let mut way = (0_u32..).map(|tick| [20.0, 120.0][(tick / 64) as usize % 2]);
+    report("control core: one step on the way, everything on", || {
+        let z = Setpoint::Position(Micrometre(way.next().unwrap_or_default()));
+        black_box(controller.step(black_box(z), black_box(applied), black_box(currents)));
     });
-
-    let mut calibration = factory::calibration();
-    let mut controller = Controller::new(&mut calibration);
-    report("codes in, codes out: step with conversions", || {
-        let currents = black_box([AdcCode(29_884); LANES]).map(AdcCode::current);
-        let applied = black_box([PwmCode(2742); LANES]).map(PwmCode::drive);
-        black_box(
-            controller
-                .step(black_box(z), applied, currents)
-                .drives
-                .map(PwmCode::nearest),
-        );
+    let z = Setpoint::Position(Micrometre(120.0));
+    report(
+        "control core: one step at a position, everything on",
+        || {
+            black_box(controller.step(black_box(z), black_box(applied), black_box(currents)));
+        },
+    );
+    let drive = Setpoint::Drive([Volt(2.742); LANES]);
+    report("control core: one step at given voltages", || {
+        black_box(controller.step(black_box(drive), black_box(applied), black_box(currents)));
     });
 
     static CALIBRATION: StaticCell<Calibration> = StaticCell::new();
-    let calibration = CALIBRATION.init(factory::calibration());
+    let calibration = CALIBRATION.init(everything_on(factory::calibration()));
     let mut protection = Protection::new(calibration.lanes());
     let mut control = Control::new(Controller::new(calibration), &MAILBOX);
     MAILBOX.post(Order::Drive(z, Lease::FOREVER));
@@ -98,6 +99,41 @@ fn main() -> ! {
     });
 
     ExitCode::SUCCESS.exit_process()
+}
+
+/// The factory's calibration with a mirror's dynamics: every stage has something to do.
+fn everything_on(factory: Calibration) -> Calibration {
+    let lag = |weight, time| Lag {
+        weight,
+        time: Second(time),
+    };
+    let play = |radius| Play {
+        weight: 0.005,
+        radius: Micrometre(radius),
+    };
+    let parts = Parts {
+        heat: Heat {
+            fast: [lag(0.5, 1e-3), lag(0.3, 35e-3), lag(0.1, 0.2)],
+            slow: [lag(0.06, 4.0), lag(0.04, 20.0)],
+        },
+        memory: Memory {
+            plays: [play(3.0), play(6.0), play(12.0), play(24.0)],
+            creep: [
+                lag(4e-3, 0.5),
+                lag(3e-3, 2.0),
+                lag(2e-3, 8.0),
+                lag(2e-3, 25.0),
+            ],
+        },
+        path: Path {
+            move_time: Second(6e-3),
+        },
+        ..*factory.parts()
+    };
+    match Calibration::new(parts) {
+        Ok(calibration) => calibration,
+        Err(_) => ExitCode::FAILURE.exit_process(),
+    }
 }
 
 /// What heaters of 481 ohm make of these codes.

@@ -2,8 +2,10 @@
 
 use core::sync::atomic::Ordering;
 
-use control_core::{Controller, LANES, Limit, Micrometre, PwmCode, Setpoint, SupplyCode, Volt};
-use experiment::{Mean, Pacer, Player, Quantity, Stream};
+use control_core::{
+    Controller, LANES, Limit, Limits, Micrometre, PwmCode, Setpoint, SupplyCode, Volt,
+};
+use experiment::{Mean, Pacer, Player, Quantity, Shape, Stream, Waveform};
 use mirror_protocol::{ChannelState, Commanded, Health, LEASE_FOREVER_MS, Telemetry};
 use protection::{Denied, Fault, Lease, Protection, Reading};
 
@@ -37,6 +39,7 @@ pub struct Control {
     applied: [PwmCode; LANES],
     /// Whether the codes of `applied` came with another setpoint than those before.
     stepped: bool,
+    limits_since_command: Limits,
     tick: u32,
     missed_ticks: u32,
     stream: Pacer,
@@ -59,6 +62,7 @@ impl Control {
             is_unconfirmed: false,
             applied: [PwmCode(0); LANES],
             stepped: false,
+            limits_since_command: Limits::NONE,
             tick: 0,
             missed_ticks: 0,
             stream: Pacer::default(),
@@ -96,11 +100,13 @@ impl Control {
         };
         let allowed = self.protection.tick(self.setpoint, applied, &reading);
         watchdog::PROTECTION.store(true, Ordering::Relaxed);
-        let mut step = self.controller.step(allowed, applied, currents);
+        let step = self.controller.step(allowed, applied, currents);
+        let codes = step.codes;
+        let mut limits = step.limits;
         if self.protection.has_lapsed() {
-            step.limits.insert(Limit::LeaseLapsed);
+            limits.insert(Limit::LeaseLapsed);
         }
-        let codes = step.drives.map(PwmCode::nearest);
+        self.limits_since_command = self.limits_since_command.union(limits);
 
         let telemetry = Telemetry {
             tick: self.tick,
@@ -109,7 +115,7 @@ impl Control {
             temperature_k: step
                 .sense
                 .map(|lane| lane.map(|lane| lane.temperature_rise.0)),
-            limits: step.limits.bits(),
+            limits: limits.bits(),
             states: self
                 .protection
                 .states(step.drives, step.limits)
@@ -169,6 +175,7 @@ impl Control {
     /// Wants `setpoint` from now on, and no waveform.
     fn follow(&mut self, setpoint: Setpoint) {
         self.setpoint = setpoint;
+        self.limits_since_command = Limits::NONE;
         self.player = None;
         self.awaited = None;
     }
@@ -186,7 +193,7 @@ impl Control {
             return;
         }
         let value = player.next(|index| self.mailbox.point(index));
-        self.setpoint = setpoint(player.waveform().quantity, value);
+        self.setpoint = setpoint(player.waveform(), value);
         if let Some(stream) = self.awaited.take() {
             self.begin_stream(stream);
         }
@@ -217,6 +224,7 @@ impl Control {
             lease_left_ms: self.protection.lease().map(lease_ms),
             supply_v: supply.voltage().0,
             missed_ticks: self.missed_ticks,
+            limits_since_command: self.limits_since_command.bits(),
         };
         let short = Lease::ticks(SHORT_LEASE_TICKS);
         let about_to_lapse = self.protection.is_about_to_lapse(short);
@@ -264,10 +272,12 @@ fn lease_ms(lease: Lease) -> u32 {
         .map_or(LEASE_FOREVER_MS, |ticks| ticks / TICKS_PER_MS)
 }
 
-fn setpoint(quantity: Quantity, value: f32) -> Setpoint {
-    match quantity {
-        Quantity::Position => Setpoint::Position(Micrometre(value)),
-        Quantity::Drive { active, others_v } => {
+fn setpoint(waveform: &Waveform, value: f32) -> Setpoint {
+    match (waveform.quantity, waveform.shape) {
+        // Steps need a path, anything else is one.
+        (Quantity::Position, Shape::Steps(_)) => Setpoint::Position(Micrometre(value)),
+        (Quantity::Position, _) => Setpoint::Track(Micrometre(value)),
+        (Quantity::Drive { active, others_v }, _) => {
             Setpoint::Drive(active.map(|is_active| Volt(if is_active { value } else { others_v })))
         }
     }

@@ -35,8 +35,8 @@ pub mod watchdog;
 ))]
 compile_error!("choose one board: `board-stm32g474`, `board-mps2` or `board-host`");
 
-/// Control ticks a second, on every board.
-pub const TICK_HZ: u32 = 10_000;
+/// Control ticks a second, on every board, as the control core has it.
+pub const TICK_HZ: u32 = (1.0 / control_core::TICK.0 + 0.5) as u32;
 
 /// Control ticks in a millisecond.
 pub const TICKS_PER_MS: u32 = TICK_HZ / 1000;

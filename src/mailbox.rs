@@ -99,6 +99,7 @@ impl Mailbox {
                 lease_left_ms: None,
                 supply_v: 0.0,
                 missed_ticks: 0,
+                limits_since_command: 0,
             })),
             about_to_lapse: Mutex::new(Cell::new(false)),
             samples: Channel::new(),

@@ -81,6 +81,7 @@ mod tests {
                 lease_left_ms: Some(599_999),
                 supply_v: 5.0,
                 missed_ticks: 0,
+                limits_since_command: 0x3ff,
             },
             max_position_um: 173.7,
             max_drive_v: 3.5,
@@ -162,15 +163,16 @@ mod tests {
     #[test]
     async fn a_command_is_carried_out_once_the_heaters_are_checked_and_confirmed() {
         let mut control = control();
-        let order = Order::Drive(Setpoint::Position(Micrometre(100.0)), Lease::FOREVER);
+        let order = Order::Drive(Setpoint::Track(Micrometre(100.0)), Lease::FOREVER);
         let (confirmed, codes) = carry_out(&mut control, order, 40, sound).await;
         let confirmed = confirmed.expect("the heaters are sound");
         assert!((15..40).contains(&confirmed.tick), "{confirmed:?}");
         assert!(codes[0].0 > 1000, "{codes:?}");
-        assert_eq!(confirmed.drive_v, codes.map(|code| code.drive().0));
+        // The heaters were cold then, and took less voltage for the same power.
+        assert!((1.0..codes[0].drive().0).contains(&confirmed.drive_v[0]));
         assert_eq!(MAILBOX.latest().states, [ChannelState::Driving; LANES]);
         // From then on the next tick does it.
-        let order = Order::Drive(Setpoint::Position(Micrometre(50.0)), Lease::FOREVER);
+        let order = Order::Drive(Setpoint::Track(Micrometre(50.0)), Lease::FOREVER);
         let (confirmed, lower) = carry_out(&mut control, order, 1, |_| sound(codes)).await;
         assert!(confirmed.is_ok() && lower[0].0 < codes[0].0, "{lower:?}");
     }

@@ -92,6 +92,9 @@ pub enum Command {
     /// Measure the mirror with one of the paper's experiments; the channels are off afterwards.
     #[command(subcommand)]
     Measure(Measure),
+    /// Teach the board its mirror: measure, identify, build the tables, upload, and try them at other
+    /// positions; before and after.
+    Calibrate(Calibrate),
     /// Explain a fault or a limit: what it is, its cause, and its remedy.
     Explain {
         /// Its name, as `status` shows it; without it, all names.
@@ -100,6 +103,16 @@ pub enum Command {
     /// Fit a model's parameters to measurements.
     Fit {
         /// Model and measurements.
+        #[command(flatten)]
+        lab: LabInput,
+        /// The model that comes out.
+        #[command(flatten)]
+        output: ModelOutput,
+    },
+    /// Identify the mirror for a calibration: as many thermal poles, and as much memory and resonance, as
+    /// the measurements support.
+    Identify {
+        /// Model to start from, and measurements.
         #[command(flatten)]
         lab: LabInput,
         /// The model that comes out.
@@ -132,6 +145,38 @@ pub enum Command {
         /// The shell.
         shell: clap_complete::Shell,
     },
+}
+
+/// What a calibration takes, and leaves.
+#[derive(Debug, Args)]
+pub struct Calibrate {
+    /// The model to start from: a file, or a preset (paper, paper-refit, reconciled).
+    #[arg(default_value = "reconciled")]
+    pub model: String,
+    /// Identify from the measurements in this folder, instead of measuring anew.
+    #[arg(long, value_name = "FOLDER")]
+    pub from: Option<PathBuf>,
+    /// Keep the measurement files in this folder.
+    #[arg(long, value_name = "FOLDER", conflicts_with = "from")]
+    pub keep: Option<PathBuf>,
+    /// Also write the calibration to this file.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Also write the identified model to this file.
+    #[arg(long, value_name = "FILE")]
+    pub model_output: Option<PathBuf>,
+    /// Draw error, step and loop before and after, as SVG.
+    #[arg(long, value_name = "FILE")]
+    pub picture: Option<PathBuf>,
+    /// What to call the mirror; without it, as the board is called.
+    #[arg(long, value_name = "NAME")]
+    pub device: Option<String>,
+    /// Where displacements come from: `board`, or a serial sensor such as /dev/ttyACM0.
+    #[arg(long, default_value = "board", value_name = "SENSOR")]
+    pub sensor: String,
+    /// Replace files that exist.
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// The experiments.

@@ -136,6 +136,22 @@ pub enum ToolError {
     ))]
     Sensor { path: PathBuf, reason: String },
 
+    #[error("interrupted; channels are off")]
+    #[diagnostic(help(
+        "the board has the calibration that it had, or the one that was being tried"
+    ))]
+    Interrupted,
+
+    #[error(transparent)]
+    #[diagnostic(help(
+        "compare the identified model with the measurements: `host-tool identify`, `host-tool compare`"
+    ))]
+    Tabulate(#[from] calibration::TabulateError),
+
+    #[error(transparent)]
+    #[diagnostic(help("is the sensor looking at the mirror, and does the mirror move?"))]
+    Correction(#[from] calibration::CorrectionError),
+
     #[error("this board has no position sensor")]
     #[diagnostic(help("name yours: --sensor /dev/ttyACM0, or --sensor FILE for a recording"))]
     NoSensor,

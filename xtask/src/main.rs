@@ -50,6 +50,12 @@ enum Task {
         #[arg(value_enum)]
         what: Option<Benchmark>,
     },
+    /// Feed mutated input to everything that reads bytes or text from outside.
+    Fuzz {
+        /// Cases, and what else the fuzzer takes (`--help`).
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<String>,
+    },
     /// Build a firmware image and print its size.
     Build {
         /// The board to build for.
@@ -94,6 +100,7 @@ fn run(task: Task) -> Result<ExitCode> {
         Task::Bench {
             what: Some(Benchmark::Diagnose),
         } => diagnoses::run().map(|()| ExitCode::SUCCESS),
+        Task::Fuzz { arguments } => test::fuzz(&arguments).map(|()| ExitCode::SUCCESS),
         Task::Build { board } => images::build_and_report(board).map(|()| ExitCode::SUCCESS),
         Task::HideEffects => hidden::write().map(|()| ExitCode::SUCCESS),
         Task::Flash => flash::run_probe().map(|()| ExitCode::SUCCESS),

@@ -80,6 +80,12 @@ pub(crate) fn acceptance(board: Option<&str>) -> Result<()> {
     run(&mut tests)
 }
 
+/// The fuzzer, with every check that a debug build makes.
+pub(crate) fn fuzz(arguments: &[String]) -> Result<()> {
+    let fuzzer = ["run", "--profile", "fuzz", "--package", "fuzz", "--"];
+    run(cargo(&fuzzer).args(arguments))
+}
+
 fn format() -> Result<()> {
     run(&mut cargo(&["fmt", "--all", "--check"]))
 }

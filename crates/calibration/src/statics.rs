@@ -45,9 +45,17 @@ impl Statics {
         ]))
     }
 
+    /// Their numbers; the range is what every one of them reaches.
     pub(crate) fn lanes(&self) -> Result<[LaneCalibration; ACTUATORS], TabulateError> {
+        let tops = self.0.iter().map(|actuator| actuator.z_um[DRIVES]);
+        let top_um = tops.fold(f64::INFINITY, f64::min);
         let [a, b, c, d] = &self.0;
-        Ok([a.lane()?, b.lane()?, c.lane()?, d.lane()?])
+        Ok([
+            a.lane(top_um)?,
+            b.lane(top_um)?,
+            c.lane(top_um)?,
+            d.lane(top_um)?,
+        ])
     }
 }
 
@@ -79,7 +87,8 @@ impl Actuator {
         })
     }
 
-    fn lane(&self) -> Result<LaneCalibration, TabulateError> {
+    /// Its numbers, and a table up to `top_um`.
+    fn lane(&self, top_um: f64) -> Result<LaneCalibration, TabulateError> {
         let mut lane = self.electrical_and_heat();
         let squares = self.drive_v.iter().map(|v| v * v).collect();
         let square_at =
@@ -87,7 +96,6 @@ impl Actuator {
                 from_v: self.drive_v[i - 1],
                 to_v: self.drive_v[i],
             })?;
-        let top_um = self.z_um[DRIVES];
         let mut knots = [0.0; KNOTS];
         for (i, knot) in knots.iter_mut().enumerate().skip(1) {
             let square = square_at.at(top_um * i as f64 / SEGMENTS as f64);

@@ -13,9 +13,11 @@ fn presets() -> [Model; 3] {
 }
 
 fn drive_at(controller: &mut Controller, z_um: f64) -> f64 {
-    let setpoint = Setpoint::Position(Micrometre(z_um as f32));
-    let step = controller.step(setpoint, [Volt(0.0); LANES], [Ampere(0.0); LANES]);
-    f64::from(step.drives[0].0)
+    let setpoint = Setpoint::Track(Micrometre(z_um as f32));
+    let mut tick = || *controller.step(setpoint, [Volt(0.0); LANES], [Ampere(0.0); LANES]);
+    // The first tick takes the mirror there, the second one holds it.
+    tick();
+    f64::from(tick().drives[0].0)
 }
 
 /// Where the mirror of the model goes when the core is asked for `z_um`, less `z_um`.

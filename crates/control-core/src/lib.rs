@@ -5,8 +5,12 @@
 //! acted. It inverts the mirror stage by stage, from the position back to the drive:
 //!
 //! ```text
-//! setpoint -> shape          -> heat              -> resistance          -> drive
-//! z           z to dT (table)   P = dT / R_T         R = R0 (1 + xi dT)     V = sqrt(P R)
+//! path        where the mirror shall be at the end of this tick        for the mirror
+//! memory      creep and hysteresis inverted: z to x
+//! shape       x to dT by table                                         for each actuator
+//! heat        thermal poles inverted: dT to power
+//! resistance  V = sqrt(P R), R corrected by what was sensed
+//! drive       PWM codes, the rounding carried on
 //! ```
 //!
 //! and reads the currents in the forward direction, so that each lane also tells the resistance and
@@ -22,7 +26,13 @@ extern crate std;
 pub mod calibration;
 pub mod codes;
 pub mod controller;
+mod heat;
+mod lag;
+mod lane;
 pub mod limits;
+mod memory;
+mod output;
+mod path;
 pub mod sense;
 pub mod table;
 pub mod units;
@@ -30,6 +40,7 @@ pub mod units;
 pub use calibration::{Calibration, CalibrationError, LaneCalibration};
 pub use codes::{AdcCode, PwmCode, SupplyCode};
 pub use controller::{Controller, Setpoint, Step};
+pub use lag::TICK;
 pub use limits::{Limit, Limits};
 pub use sense::LaneSense;
 pub use table::InverseTable;

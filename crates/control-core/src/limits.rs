@@ -18,17 +18,29 @@ pub enum Limit {
     NotANumber = 4,
     /// The lease of the last command ended without renewal, so all channels ramped to zero.
     LeaseLapsed = 5,
+    /// The position would be reached in time only with more power than is allowed.
+    PowerHigh = 6,
+    /// The position would be hotter than is allowed.
+    TemperatureHigh = 7,
+    /// The mirror cools no faster, and nothing but time does it.
+    Cooling = 8,
+    /// What a current tells of its heater's resistance is implausible; the calibration's is used.
+    ResistanceUnknown = 9,
 }
 
 impl Limit {
     /// Every limit, in the order of its bit.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 10] = [
         Self::PositionLow,
         Self::PositionHigh,
         Self::DriveLow,
         Self::DriveHigh,
         Self::NotANumber,
         Self::LeaseLapsed,
+        Self::PowerHigh,
+        Self::TemperatureHigh,
+        Self::Cooling,
+        Self::ResistanceUnknown,
     ];
 
     /// The name that people see and scripts use.
@@ -40,6 +52,10 @@ impl Limit {
             Self::DriveHigh => "drive-high",
             Self::NotANumber => "not-a-number",
             Self::LeaseLapsed => "lease-lapsed",
+            Self::PowerHigh => "power-high",
+            Self::TemperatureHigh => "temperature-high",
+            Self::Cooling => "cooling",
+            Self::ResistanceUnknown => "resistance-unknown",
         }
     }
 }
@@ -47,25 +63,25 @@ impl Limit {
 /// A set of limits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Limits(u8);
+pub struct Limits(u16);
 
 impl Limits {
     /// No limit acted.
     pub const NONE: Self = Self(0);
 
     /// The set as bits, bit `n` for the n-th of [`Limit::ALL`].
-    pub fn bits(self) -> u8 {
+    pub fn bits(self) -> u16 {
         self.0
     }
 
     /// The set from its bits; bits that name no limit are dropped.
-    pub fn from_bits(bits: u8) -> Self {
+    pub fn from_bits(bits: u16) -> Self {
         Self(bits & ((1 << Limit::ALL.len()) - 1))
     }
 
     /// Whether `limit` acted.
     pub fn contains(self, limit: Limit) -> bool {
-        self.0 & (1 << limit as u8) != 0
+        self.0 & (1 << limit as u16) != 0
     }
 
     /// The limits that acted.
@@ -73,6 +89,12 @@ impl Limits {
         Limit::ALL
             .into_iter()
             .filter(move |limit| self.contains(*limit))
+    }
+
+    /// The limits of both.
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
+        Self(self.0 | other.0)
     }
 
     /// Limits `value` to `low..=high` and notes which end acted. NaN becomes `low`.
@@ -98,7 +120,7 @@ impl Limits {
 
     /// Adds `limit` to those that acted.
     pub fn insert(&mut self, limit: Limit) {
-        self.0 |= 1 << limit as u8;
+        self.0 |= 1 << limit as u16;
     }
 }
 
@@ -127,9 +149,9 @@ mod tests {
 
     #[test]
     fn bits_return_to_the_same_set() {
-        for bits in 0..32 {
+        for bits in 0..1024 {
             assert_eq!(Limits::from_bits(bits).bits(), bits);
         }
-        assert_eq!(Limits::from_bits(0xff).iter().count(), Limit::ALL.len());
+        assert_eq!(Limits::from_bits(0xffff).iter().count(), Limit::ALL.len());
     }
 }

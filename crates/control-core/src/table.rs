@@ -22,6 +22,15 @@ pub struct InverseTable {
     knots: [f32; KNOTS],
 }
 
+/// A position between two knots.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    /// At most `SEGMENTS - 1`.
+    segment: usize,
+    /// 0 to 1.
+    fraction: f32,
+}
+
 /// Why a table is not accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -89,14 +98,39 @@ impl InverseTable {
 
     /// Temperature rise at position `z`; outside the range, and for NaN, that of the nearer end.
     pub fn temperature_rise(&self, z: Micrometre) -> Kelvin {
+        self.at(self.place(z))
+    }
+
+    /// Where `z` lies among the knots, in this table and any other with the same top.
+    pub(crate) fn place(&self, z: Micrometre) -> Place {
         let place = z.0 * self.segments_per_um;
-        // The cast saturates and takes NaN to 0, so the index is in range for any bit pattern.
+        // NaN becomes 0 here. (`max` and `min` would be calls of the library.)
+        let place = if place > 0.0 { place } else { 0.0 };
+        let last = SEGMENTS as f32;
+        let place = if place > last { last } else { place };
         let segment = (place as usize).min(SEGMENTS - 1);
+        Place {
+            segment,
+            fraction: place - segment as f32,
+        }
+    }
+
+    /// Temperature rise at a place.
+    #[inline(always)]
+    pub(crate) fn at(&self, place: Place) -> Kelvin {
+        let low = self.knots[place.segment];
+        let high = self.knots[place.segment + 1];
+        Kelvin(low + place.fraction * (high - low))
+    }
+
+    /// Position at a temperature rise: the table read forward. Outside its range that of the nearer end.
+    pub fn position(&self, rise: Kelvin) -> Micrometre {
+        let above = self.knots.partition_point(|knot| *knot <= rise.0);
+        let segment = above.saturating_sub(1).min(SEGMENTS - 1);
+        let (low, high) = (self.knots[segment], self.knots[segment + 1]);
         #[expect(clippy::manual_clamp, reason = "`clamp` would let NaN through")]
-        let fraction = (place - segment as f32).max(0.0).min(1.0);
-        let low = self.knots[segment];
-        let high = self.knots[segment + 1];
-        Kelvin(low + fraction * (high - low))
+        let fraction = ((rise.0 - low) / (high - low)).max(0.0).min(1.0);
+        Micrometre((segment as f32 + fraction) / self.segments_per_um)
     }
 }
 
@@ -140,6 +174,13 @@ mod tests {
             let z = table.top().0 * knot as f32 / SEGMENTS as f32;
             let error = table.temperature_rise(Micrometre(z)).0 - table.knots[knot];
             prop_assert!(error.abs() < 1e-3, "{error}");
+        }
+
+        #[test]
+        fn reads_the_same_forward(table in rising_table(), part in 0.0_f32..1.0) {
+            let z = part * table.top().0;
+            let back = table.position(table.temperature_rise(Micrometre(z))).0;
+            prop_assert!((back - z).abs() < 1e-3 * table.top().0.max(1.0), "{back} for {z}");
         }
 
         #[test]

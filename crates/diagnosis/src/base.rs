@@ -55,7 +55,7 @@ impl Free {
         let (low, high) = self.symbol().entry().range;
         match self.symbol() {
             Symbol::FastTime | Symbol::MiddleTime | Symbol::SlowTime => (1e-6, high),
-            Symbol::MiddleWeight | Symbol::SlowWeight => (1e-4, 0.6),
+            Symbol::MiddleWeight | Symbol::SlowWeight => (1e-4, 0.8),
             _ => (low, high),
         }
     }

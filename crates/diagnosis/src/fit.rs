@@ -14,6 +14,8 @@ const APPROXIMATION_UM: f64 = 0.1;
 const APPROXIMATION_RATIO: f64 = 3e-4;
 /// Parameters are fitted as logarithms; a prior this wide keeps what the data do not determine where it was.
 const PRIOR: f64 = 3.0;
+/// What a model without an answer predicts (um, A): far beyond anything measured.
+const RUNAWAY: f64 = 1e6;
 /// Difference step of a logarithm.
 const DIFFERENCE: f64 = 1e-4;
 
@@ -68,6 +70,20 @@ impl Knob {
                 .start
                 .abs(),
         }
+    }
+
+    /// Whether a fit has driven it to the end of what is plausible.
+    pub(crate) fn is_at_its_limit(self, model: &Model) -> bool {
+        let value = self.value(model);
+        let (low, high) = match self {
+            Self::Base(free) => free.range(),
+            Self::Effect(effect, index) => {
+                let parameter = &model.effects[effect].effect.info().parameters[index];
+                (parameter.low, parameter.high)
+            }
+        };
+        let room = 1e-3 * (high - low);
+        value <= low + room.min(1e-3 * value.abs()) || value >= high - room
     }
 
     fn coordinate(self, model: &Model) -> f64 {
@@ -193,7 +209,9 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
     }
 
     fn residuals(&self) -> Option<DVector<f64>> {
-        let predicted = predict(&self.model, self.plan).ok()?;
+        // A step into a runaway is a bad step, and not the end.
+        let predicted = predict(&self.model, self.plan)
+            .unwrap_or_else(|_| vec![RUNAWAY; self.plan.observations.len()]);
         let rows = predicted
             .iter()
             .zip(self.values)

@@ -46,17 +46,15 @@ pub fn fit_and_report(
     files: &[String],
 ) -> Result<(Model, FitReport), Runaway> {
     let mut fitted = fit(model, plan)?;
-    let slopes = jacobian(&fitted.model, plan, &fitted.knobs)?;
-    let covariance = covariance(&slopes, &fitted, plan);
+    let covariance = note_errors(&mut fitted, plan)?;
     let report = FitReport {
-        parameters: parameters(&fitted, &covariance),
+        parameters: known_errors(&fitted, &covariance),
         correlations: correlations(&fitted, &covariance),
         inseparable: inseparable(&fitted.model, plan)?,
         residual_rms_um: rms(&fitted, plan, true),
         residual_rms_ma: rms(&fitted, plan, false).map(|amperes| 1e3 * amperes),
         thinned_rows: plan.thinned_rows,
     };
-    note_errors(&mut fitted, &covariance);
     let provenance = &mut fitted.model.provenance;
     provenance.files = files.to_vec();
     provenance.residual_rms_um = report.residual_rms_um;
@@ -93,7 +91,11 @@ fn standard_error(fitted: &Fitted, covariance: &DMatrix<f64>, index: usize) -> f
     covariance[(index, index)].max(0.0).sqrt() * fitted.knobs[index].scale(&fitted.model)
 }
 
-fn parameters(fitted: &Fitted, covariance: &DMatrix<f64>) -> BTreeMap<String, Estimate> {
+/// The fitted parameters that are known to some part of themselves.
+pub(crate) fn known_errors(
+    fitted: &Fitted,
+    covariance: &DMatrix<f64>,
+) -> BTreeMap<String, Estimate> {
     let estimate = |(index, knob): (usize, &Knob)| {
         let (value, error) = (
             knob.value(&fitted.model),
@@ -202,10 +204,16 @@ fn groups(null: &DMatrix<f64>) -> Vec<Vec<usize>> {
     groups
 }
 
-fn note_errors(fitted: &mut Fitted, covariance: &DMatrix<f64>) {
+/// Gives the model its standard errors; returns the covariance of its knobs' coordinates.
+///
+/// # Errors
+/// [`Runaway`] if the model has no finite answer close by.
+pub(crate) fn note_errors(fitted: &mut Fitted, plan: &Plan) -> Result<DMatrix<f64>, Runaway> {
+    let slopes = jacobian(&fitted.model, plan, &fitted.knobs)?;
+    let covariance = covariance(&slopes, fitted, plan);
     fitted.model.standard_errors.clear();
     for index in 0..fitted.knobs.len() {
-        let error = standard_error(fitted, covariance, index);
+        let error = standard_error(fitted, &covariance, index);
         match fitted.knobs[index] {
             Knob::Base(free) => {
                 let largest = fitted
@@ -226,9 +234,10 @@ fn note_errors(fitted: &mut Fitted, covariance: &DMatrix<f64>) {
             .parameters
             .set(*symbol, values.iter().sum::<f64>() / values.len() as f64);
     }
+    Ok(covariance)
 }
 
-fn rms(fitted: &Fitted, plan: &Plan, displacement: bool) -> Option<f64> {
+pub(crate) fn rms(fitted: &Fitted, plan: &Plan, displacement: bool) -> Option<f64> {
     let chosen = fitted.residuals.iter().zip(&plan.observations);
     let squares: Vec<f64> = chosen
         .filter(|(_, o)| (o.channel == Channel::Displacement) == displacement)

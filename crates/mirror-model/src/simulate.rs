@@ -94,6 +94,31 @@ impl Lag {
     }
 }
 
+/// Finds the fixed point of a function by secants. Where a strong heat loss makes every round overshoot, going from
+/// value to value would run away.
+#[derive(Clone, Copy, Default)]
+struct Secant {
+    last: Option<(f64, f64)>,
+}
+
+impl Secant {
+    /// The next guess, when the function has this value at the last one.
+    fn next(&mut self, guess: f64, value: f64) -> f64 {
+        let off = value - guess;
+        let before = self.last.replace((guess, off));
+        let Some((guess_before, off_before)) = before else {
+            return value;
+        };
+        let slope = (off - off_before) / (guess - guess_before);
+        // Falling, as it is where a fixed point attracts in time; anything else is noise of equal guesses.
+        if slope < -1e-3 && slope.is_finite() {
+            guess - off / slope
+        } else {
+            value
+        }
+    }
+}
+
 struct Lane {
     parameters: Parameters,
     weights: [f64; POLES],
@@ -210,11 +235,13 @@ impl<'a> Simulation<'a> {
                 lane.taus_s.map(|tau| Lag::new(tau, h)),
             )
         });
+        let mut secants = [Secant::default(); ACTUATORS];
         for _ in 0..ROUNDS {
             let total_power_w = self.lanes.iter().map(|lane| lane.now.power_w).sum();
             let mut moved_k: f64 = 0.0;
             for (index, lane) in self.lanes.iter_mut().enumerate() {
                 let before = (lane.now.temperature_rise_k, lane.heating_k);
+                let guess = lane.heating_k;
                 lane.now.t_s = self.t_s;
                 lane.now.total_power_w = total_power_w;
                 let (poles, heating, lags) = &start[index];
@@ -227,6 +254,7 @@ impl<'a> Simulation<'a> {
                 moved_k = moved_k
                     .max((lane.now.temperature_rise_k - before.0).abs())
                     .max((lane.heating_k - before.1).abs());
+                lane.heating_k = secants[index].next(guess, lane.heating_k);
             }
             if moved_k < SAME_K {
                 break;

@@ -142,3 +142,18 @@ fn a_formula_and_a_built_in_effect_of_one_equation_are_one() {
         run(find("expansion-temperature").unwrap())
     );
 }
+
+#[test]
+fn a_strong_heat_loss_comes_to_rest_in_one_long_step() {
+    let mut model = Model::from(Preset::Paper);
+    model.effects.push(Active::usual(
+        find("heat-loss-temperature").expect("built in"),
+    ));
+    model.effects[0].values[0] = 8e-3;
+    let at_once = simulate(&model, &[hold(3.5, 1e6)], 0.5).expect("finite")[0];
+    let rise = at_once.temperature_rise_k[0];
+    let p = &model.parameters;
+    let ohm = p.cold_resistance_ohm * (1.0 + p.resistance_coefficient_per_k * rise);
+    let heating = p.thermal_resistance_k_per_w * 3.5 * 3.5 / ohm - 8e-3 * rise * rise;
+    assert!((heating - rise).abs() < 1e-3, "{heating} for {rise}");
+}

@@ -92,7 +92,7 @@ pub struct Commanded {
     /// The voltages now driven.
     pub drive_v: [f32; 4],
     /// Bits of the limits that acted (`control_core::Limits`).
-    pub limits: u8,
+    pub limits: u16,
 }
 
 /// The board at this moment.
@@ -123,6 +123,9 @@ pub struct Health {
     pub supply_v: f32,
     /// Control ticks since start that did not take place.
     pub missed_ticks: u32,
+    /// Bits of the limits that have acted since the last command (`control_core::Limits`): on the way to a
+    /// position too, where [`Telemetry::limits`] has forgotten them.
+    pub limits_since_command: u16,
 }
 
 /// One control tick, as seen from outside.
@@ -137,7 +140,7 @@ pub struct Telemetry {
     /// Temperatures above ambient that the currents imply, where they imply any.
     pub temperature_k: [Option<f32>; 4],
     /// Bits of the limits that act (`control_core::Limits`).
-    pub limits: u8,
+    pub limits: u16,
     /// What each channel is doing.
     pub states: [ChannelState; 4],
     /// Reading of a position sensor on the board's sensor input, if there is one. The controller

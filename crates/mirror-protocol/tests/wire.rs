@@ -29,6 +29,7 @@ fn health() -> impl Strategy<Value = Health> {
             lease_left_ms,
             supply_v,
             missed_ticks,
+            limits_since_command: 0x3ff,
         },
     )
 }
@@ -39,7 +40,7 @@ fn telemetry() -> impl Strategy<Value = Telemetry> {
         proptest::array::uniform4(number()),
         proptest::array::uniform4(number()),
         proptest::array::uniform4(proptest::option::of(number())),
-        any::<u8>(),
+        any::<u16>(),
         proptest::array::uniform4(state()),
         proptest::option::of(number()),
     )

@@ -15,8 +15,9 @@ macro_rules! pages {
 }
 
 /// Name and page, by name.
-const PAGES: [(&str, &str); 18] = pages![
+const PAGES: [(&str, &str); 22] = pages![
     "calibration-bad",
+    "cooling",
     "drive-high",
     "drive-low",
     "firmware-panic",
@@ -30,8 +31,11 @@ const PAGES: [(&str, &str); 18] = pages![
     "over-temperature",
     "position-high",
     "position-low",
+    "power-high",
+    "resistance-unknown",
     "short-circuit",
     "supply-out-of-range",
+    "temperature-high",
     "tick-overrun",
     "watchdog-reset",
 ];

@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+mod calibrate;
 mod doctor;
 mod explain;
 mod lab;
@@ -62,7 +63,9 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         }
         Command::Measure(measure) => measure::run(&open().await?, measure, json).await,
         Command::Explain { name } => explain::run(name.as_deref(), json),
+        Command::Calibrate(ask) => calibrate::run(&open().await?, ask, json).await,
         Command::Fit { lab, output } => lab::fit(&lab, output, json),
+        Command::Identify { lab, output } => lab::identify(&lab, output, json),
         Command::Compare { lab, picture } => lab::compare(&lab, picture, json),
         Command::Diagnose { lab, effect } => lab::diagnose(&lab, &effect, json),
         Command::Effect(command) => lab::effect(command, json),

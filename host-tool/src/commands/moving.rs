@@ -54,7 +54,7 @@ impl Pace {
 }
 
 /// The names of the limits that acted.
-pub(super) fn limit_names(bits: u8) -> Vec<&'static str> {
+pub(super) fn limit_names(bits: u16) -> Vec<&'static str> {
     Limits::from_bits(bits)
         .iter()
         .map(|limit| limit.name())

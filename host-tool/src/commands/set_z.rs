@@ -42,7 +42,7 @@ pub(super) async fn run(board: &Board, z: Length, pace: Pace, json: bool) -> Res
         asked_um: z.um,
         settled_s: settled.s,
         readings,
-        limited_by: limit_names(commanded.limits),
+        limited_by: limit_names(board.status().await?.health.limits_since_command),
         sensor_is_virtual: board.identity().is_emulated,
         error_um: readings.sensor_z_um.map(|sensor| sensor - z.um),
     };

@@ -184,6 +184,7 @@ mod tests {
                 lease_left_ms: Some(598_765),
                 supply_v: 5.004,
                 missed_ticks: 2,
+                limits_since_command: 0,
             },
             max_position_um: 173.7,
             max_drive_v: 3.5,

@@ -68,6 +68,8 @@ pub enum Problem {
     OutOfRange,
     /// It does not lie above the one before it.
     NotRising,
+    /// It is not that of the first actuator.
+    NotTheSame,
     /// The weights do not add up to what they must.
     Sum,
     /// It is not text, or too long.
@@ -157,6 +159,7 @@ impl fmt::Display for CalibrationError {
                 f.write_str(match problem {
                     Problem::OutOfRange => " is not a value that a mirror can have",
                     Problem::NotRising => " does not rise above the one before it",
+                    Problem::NotTheSame => " is not that of the first actuator",
                     Problem::Sum => " and those with it do not add up",
                     Problem::NotText => " is not text that fits",
                 })

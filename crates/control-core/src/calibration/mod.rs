@@ -44,7 +44,7 @@ pub struct LaneCalibration {
     /// By how much the heat loss grows with the temperature rise, g: the power that holds dT is
     /// dT (1 + g dT) / R_T.
     pub loss_growth: PerKelvin,
-    /// Position to temperature rise.
+    /// Position to temperature rise. All four tables have the same top.
     pub shape: InverseTable,
 }
 
@@ -195,6 +195,10 @@ impl Calibration {
     pub fn new(parts: Parts) -> Result<Self, CalibrationError> {
         for (i, lane) in parts.lanes.iter().enumerate() {
             lane.check().map_err(|error| error.of_lane(i))?;
+            if lane.shape.top() != parts.lanes[0].shape.top() {
+                let error = CalibrationError::number(Field::Top, 0, Problem::NotTheSame);
+                return Err(error.of_lane(i));
+            }
         }
         parts.heat.check()?;
         parts.memory.check()?;
@@ -218,14 +222,9 @@ impl Calibration {
         self.parts.bounds.drive
     }
 
-    /// Highest position that every lane knows.
+    /// Top of the range, which the four lanes' tables share.
     pub fn max_position(&self) -> Micrometre {
-        self.lanes().iter().map(|lane| lane.shape.top()).fold(
-            Micrometre(f32::INFINITY),
-            |lowest, top| {
-                if top < lowest { top } else { lowest }
-            },
-        )
+        self.parts.lanes[0].shape.top()
     }
 }
 
@@ -379,11 +378,11 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn the_range_is_what_every_lane_knows() {
+    fn the_lanes_share_their_range() {
         let mut parts = parts();
         parts.lanes[3] = lane(150.0, 97.0);
-        let calibration = Calibration::new(parts).expect("plausible");
-        assert_eq!(calibration.max_position(), Micrometre(150.0));
+        let refused = CalibrationError::number(Field::Top, 0, Problem::NotTheSame).of_lane(3);
+        assert_eq!(Calibration::new(parts), Err(refused));
     }
 
     /// One number off at a time, and the name under which it is refused.

@@ -53,6 +53,18 @@ pub(super) fn fit(input: &LabInput, output: ModelOutput, json: bool) -> Result<(
     Ok(())
 }
 
+/// `identify`: what a calibration needs, as far as the measurements support it.
+pub(super) fn identify(input: &LabInput, output: ModelOutput, json: bool) -> Result<(), ToolError> {
+    let lab = Lab::load(input)?;
+    let file = NewFile::create(output.output, output.force)?;
+    let (model, found) = while_working("identifying", json, || {
+        diagnosis::identify(&lab.model, &lab.plan, &lab.files)
+    })?;
+    file.write(&model.to_toml())?;
+    report::print(&found, json);
+    Ok(())
+}
+
 /// `compare`: where the model fails, as it is.
 pub(super) fn compare(
     input: &LabInput,
@@ -116,7 +128,7 @@ fn cache_directory() -> PathBuf {
 }
 
 /// Runs `work` while something moves on the screen.
-fn while_working<T>(what: &'static str, quiet: bool, work: impl FnOnce() -> T) -> T {
+pub(super) fn while_working<T>(what: &'static str, quiet: bool, work: impl FnOnce() -> T) -> T {
     let spinner = if quiet {
         ProgressBar::hidden()
     } else {

@@ -18,7 +18,11 @@ const MEAN_TICKS: u16 = 200;
 const SENSE_BIAS_V: f32 = 0.2;
 /// Before a sine its mean is held, so that the mirror is warm.
 const PREHOLD_S: f64 = 5.0;
-const ALL: [bool; 4] = [true; 4];
+/// All four actuators alike.
+const TOGETHER: Quantity = Quantity::Drive {
+    active: [true; 4],
+    others_v: 0.0,
+};
 
 /// One experiment: one measurement file.
 #[derive(Clone, Debug)]
@@ -70,7 +74,7 @@ impl Experiment {
     ) -> Result<Self, ToolError> {
         let volts = |step: u32| max.v * f64::from(step) / f64::from(steps);
         let ladder: Vec<f64> = (0..=steps).chain((0..steps).rev()).map(volts).collect();
-        let mut run = Run::steps(&ladder, ALL, 0.0, dwell, tick_hz)?;
+        let mut run = Run::steps(&ladder, TOGETHER, dwell, tick_hz)?;
         run.stream.count = (run.stream.count - 1) * repeat + 1;
         run.waveform.cycles = repeat;
         Ok(Self::of("sweep", Reading::EndOfDwell, vec![run]))
@@ -79,7 +83,7 @@ impl Experiment {
     /// These voltages on all actuators, one after the other, read at the end of each dwell.
     pub(crate) fn held(volts: &[Voltage], dwell: Span, tick_hz: u32) -> Result<Self, ToolError> {
         let volts: Vec<f64> = volts.iter().map(|volts| volts.v).collect();
-        let run = Run::steps(&volts, ALL, 0.0, dwell, tick_hz)?;
+        let run = Run::steps(&volts, TOGETHER, dwell, tick_hz)?;
         Ok(Self::of("held", Reading::EndOfDwell, vec![run]))
     }
 
@@ -90,7 +94,7 @@ impl Experiment {
         rate: Frequency,
         tick_hz: u32,
     ) -> Result<Self, ToolError> {
-        let mut run = Run::steps(&[to.v, 0.0], ALL, 0.0, hold, tick_hz)?;
+        let run = Run::steps(&[to.v, 0.0], TOGETHER, hold, tick_hz)?;
         let period = (f64::from(tick_hz) / rate.hz).round();
         if !(1.0..=f64::from(u16::MAX)).contains(&period) {
             return Err(ToolError::Rate {
@@ -98,13 +102,7 @@ impl Experiment {
                 highest: Frequency { hz: tick_hz.into() },
             });
         }
-        run.stream = Stream {
-            period_ticks: period as u16,
-            mean_ticks: 1,
-            slowing: SLOWING,
-            count: u32::MAX,
-        };
-        run.stream.count = run.samples(tick_hz);
+        let run = run.read_after_steps(period as u16, tick_hz);
         Ok(Self::of("step", Reading::AfterSteps, vec![run]))
     }
 
@@ -131,10 +129,7 @@ impl Experiment {
         let run = Run {
             rest_s: 0.0,
             waveform: Waveform {
-                quantity: Quantity::Drive {
-                    active: ALL,
-                    others_v: 0.0,
-                },
+                quantity: TOGETHER,
                 shape: Shape::Sine {
                     frequency_hz: frequency.hz as f32,
                 },
@@ -172,12 +167,65 @@ impl Experiment {
         let alone = |actuator: usize| {
             let mut active = [false; 4];
             active[actuator] = true;
-            let mut run = Run::steps(&volts, active, SENSE_BIAS_V, dwell, tick_hz)?;
+            let quantity = Quantity::Drive {
+                active,
+                others_v: SENSE_BIAS_V,
+            };
+            let mut run = Run::steps(&volts, quantity, dwell, tick_hz)?;
             run.rest_s = if actuator == 0 { 0.0 } else { 2.0 };
             Ok(run)
         };
         let runs = (0..4).map(alone).collect::<Result<_, ToolError>>()?;
         Ok(Self::of("single", Reading::EndOfDwell, runs))
+    }
+
+    /// Positions one after the other, read at the end of each dwell.
+    pub(crate) fn positions(
+        name: &str,
+        z_um: &[f64],
+        dwell: Span,
+        tick_hz: u32,
+    ) -> Result<Self, ToolError> {
+        let run = Run::steps(z_um, Quantity::Position, dwell, tick_hz)?;
+        Ok(Self::of(name, Reading::EndOfDwell, vec![run]))
+    }
+
+    /// Positions one after the other, read at every tick after a step and then ever more slowly.
+    pub(crate) fn position_steps(
+        name: &str,
+        z_um: &[f64],
+        hold: Span,
+        tick_hz: u32,
+    ) -> Result<Self, ToolError> {
+        let run = Run::steps(z_um, Quantity::Position, hold, tick_hz)?;
+        let run = run.read_after_steps(1, tick_hz);
+        Ok(Self::of(name, Reading::AfterSteps, vec![run]))
+    }
+
+    /// A waveform of positions, read evenly at most so often in its whole length.
+    pub(crate) fn positions_along(
+        name: &str,
+        mut waveform: Waveform,
+        points: Vec<i16>,
+        most: u32,
+        tick_hz: u32,
+    ) -> Self {
+        waveform.quantity = Quantity::Position;
+        let ticks = ticks(&waveform, tick_hz);
+        let period = ticks.div_ceil(most.into()).clamp(1, u16::MAX.into());
+        let stream = Stream {
+            period_ticks: period as u16,
+            count: (ticks / period) as u32 + 1,
+            mean_ticks: 1,
+            slowing: 0,
+        };
+        let run = Run {
+            rest_s: 0.0,
+            waveform,
+            points,
+            stream,
+        };
+        Self::of(name, Reading::EndOfDwell, vec![run])
     }
 
     fn of(name: &str, reading: Reading, runs: Vec<Run>) -> Self {
@@ -216,6 +264,15 @@ impl Experiment {
 /// The session that a fit and a diagnosis want, up to `max`: sweep, step, four sines, each actuator
 /// alone, and the sweep again, coarser.
 pub(crate) fn session(max: Voltage, tick_hz: u32) -> Result<Vec<Experiment>, ToolError> {
+    let mut experiments = in_common(max, tick_hz)?;
+    let single = Experiment::single(max, 7, Span { s: 1.0 }, tick_hz)?.after(5.0);
+    let repeat = Experiment::sweep(max, 7, Span { s: 1.0 }, 1, tick_hz)?;
+    experiments.extend([single, repeat.named("repeat").after(7.0)]);
+    Ok(experiments)
+}
+
+/// The part of it in which all actuators move alike, which is what a piston calibration inverts.
+pub(crate) fn in_common(max: Voltage, tick_hz: u32) -> Result<Vec<Experiment>, ToolError> {
     let second = Span { s: 1.0 };
     let volts = |share: f64| Voltage { v: max.v * share };
     let sine = |hz: f64| {
@@ -230,25 +287,20 @@ pub(crate) fn session(max: Voltage, tick_hz: u32) -> Result<Vec<Experiment>, Too
         sine(1.0)?.after(5.0),
         sine(20.0)?.after(5.0),
         sine(100.0)?.after(5.0),
-        Experiment::single(max, 7, second, tick_hz)?.after(5.0),
-        Experiment::sweep(max, 7, second, 1, tick_hz)?
-            .named("repeat")
-            .after(7.0),
     ])
 }
 
 impl Run {
-    /// Voltages one after the other, each read at its end.
+    /// Values one after the other, each read at its end.
     pub(crate) fn steps(
-        volts: &[f64],
-        active: [bool; 4],
-        others_v: f32,
+        values: &[f64],
+        quantity: Quantity,
         dwell: Span,
         tick_hz: u32,
     ) -> Result<Self, ToolError> {
-        if volts.len() > POINTS {
+        if values.len() > POINTS {
             return Err(ToolError::TooManyPoints {
-                count: volts.len(),
+                count: values.len(),
                 most: POINTS,
             });
         }
@@ -266,11 +318,10 @@ impl Run {
         let period_ticks = (dwell_ticks / parts).floor() as u16;
         let parts = parts as u32;
         let table = Table {
-            points: volts.len() as u16,
+            points: values.len() as u16,
             dwell_ticks: u32::from(period_ticks) * parts,
         };
-        let (offset, amplitude, points) = shares(volts);
-        let quantity = Quantity::Drive { active, others_v };
+        let (offset, amplitude, points) = shares(values);
         Ok(Self {
             rest_s: 0.0,
             waveform: Waveform {
@@ -292,6 +343,18 @@ impl Run {
         })
     }
 
+    /// The same, read every so many ticks after a step and then ever more slowly.
+    fn read_after_steps(mut self, period_ticks: u16, tick_hz: u32) -> Self {
+        self.stream = Stream {
+            period_ticks,
+            mean_ticks: 1,
+            slowing: SLOWING,
+            count: u32::MAX,
+        };
+        self.stream.count = self.samples(tick_hz);
+        self
+    }
+
     /// How many samples the stream brings until the waveform is over.
     fn samples(&self, tick_hz: u32) -> u32 {
         let Ok(mut player) = Player::new(self.waveform, tick_hz) else {
@@ -307,6 +370,18 @@ impl Run {
         }
         count
     }
+}
+
+/// How long a waveform takes.
+fn ticks(waveform: &Waveform, tick_hz: u32) -> u64 {
+    let cycle = match waveform.shape {
+        Shape::Sine { frequency_hz } | Shape::Triangle { frequency_hz } => {
+            f64::from(tick_hz) / f64::from(frequency_hz)
+        }
+        Shape::Steps(table) => f64::from(table.points) * f64::from(table.dwell_ticks),
+        Shape::Lines(table) => f64::from(table.points - 1) * f64::from(table.dwell_ticks),
+    };
+    (cycle * f64::from(waveform.cycles)).round() as u64
 }
 
 /// Values as a waveform's offset, amplitude and points.

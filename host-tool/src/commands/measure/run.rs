@@ -101,6 +101,16 @@ impl<'a> Lab<'a> {
         }
     }
 
+    /// The board's control ticks a second.
+    pub(crate) fn tick_hz(&self) -> u32 {
+        self.board.identity().tick_hz
+    }
+
+    /// Does something else, without the bar.
+    pub(crate) fn aside<T>(&self, work: impl FnOnce() -> T) -> T {
+        self.bar.suspend(work)
+    }
+
     /// The bar disappears.
     pub(crate) fn close(self) {
         self.bar.finish_and_clear();

@@ -1,0 +1,132 @@
+//! First-order lags, sampled: what the stages `heat` and `memory` are made of.
+//!
+//! A quick lag is advanced at every tick. A slow one hardly moves in one, and has its turn in every
+//! [`TURNS`]th, with the mean of its input since; that saves the control tick a third.
+
+use crate::calibration::Lag;
+use crate::units::Second;
+use libm::expm1f;
+
+/// Length of a control tick. Both boards tick ten thousand times a second.
+pub const TICK: Second = Second(1e-4);
+
+/// Ticks from one turn of a slow lag to the next.
+pub(crate) const TURNS: usize = 4;
+
+/// Part of the way to its input that a lag goes in so many ticks, for an input that is held.
+fn rate(time: Second, ticks: usize) -> f32 {
+    if time.0 > 0.0 {
+        -expm1f(-TICK.0 * ticks as f32 / time.0)
+    } else {
+        1.0
+    }
+}
+
+/// A quick lag. Its state is where it will be after the next tick, if it gets no input.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct QuickLag {
+    /// What is left of a value after a tick.
+    keeps: f32,
+    /// What is there of an input after a tick.
+    pub(crate) takes: f32,
+}
+
+impl QuickLag {
+    pub(crate) fn new(lag: &Lag) -> Self {
+        let rate = rate(lag.time, 1);
+        Self {
+            keeps: 1.0 - rate,
+            takes: lag.weight * rate,
+        }
+    }
+
+    /// A tick with `input`; returns the new state.
+    pub(crate) fn advance(&self, coasting: &mut f32, input: f32) -> f32 {
+        *coasting = self.keeps * (*coasting + self.takes * input);
+        *coasting
+    }
+}
+
+/// A slow lag.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct SlowLag {
+    /// Part of the way that it goes from turn to turn.
+    rate: f32,
+    weight: f32,
+}
+
+/// Where a slow lag is, weight included.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct SlowState {
+    pub(crate) value: f32,
+    /// What `value` was too coarse to take. A lag of many seconds goes less than a rounding error.
+    remainder: f32,
+}
+
+impl SlowLag {
+    pub(crate) fn new(lag: &Lag) -> Self {
+        Self {
+            rate: rate(lag.time, TURNS),
+            weight: lag.weight,
+        }
+    }
+
+    /// A turn with the mean of the input since the last one.
+    pub(crate) fn advance(&self, state: &mut SlowState, input: f32) {
+        let step = self.rate * (self.weight * input - state.value) + state.remainder;
+        let value = state.value + step;
+        state.remainder = step - (value - state.value);
+        state.value = value;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_slow_lag_follows_the_exponential_however_slow(
+            time in 0.1_f32..100.0,
+            weight in 0.01_f32..1.0,
+            input in -100.0_f32..100.0,
+        ) {
+            let lag = SlowLag::new(&Lag { weight, time: Second(time) });
+            let mut state = SlowState::default();
+            for _ in 0..20_000 / TURNS {
+                lag.advance(&mut state, input);
+            }
+            let left = (-2.0 / f64::from(time)).exp();
+            let exact = f64::from(weight) * f64::from(input) * (1.0 - left);
+            let error = f64::from(state.value) - exact;
+            prop_assert!(error.abs() < 2e-6 * f64::from(input).abs() + 1e-6, "{error}");
+        }
+
+        #[test]
+        fn a_quick_lag_is_exact_for_an_input_that_is_held(
+            time in 1e-4_f32..0.25,
+            input in -100.0_f32..100.0,
+        ) {
+            let lag = QuickLag::new(&Lag { weight: 1.0, time: Second(time) });
+            let mut coasting = 0.0;
+            for _ in 0..1000 {
+                lag.advance(&mut coasting, input);
+            }
+            let value = coasting + lag.takes * input;
+            let exact = f64::from(input) * (1.0 - (-0.1001 / f64::from(time)).exp());
+            prop_assert!((f64::from(value) - exact).abs() < 1e-4 * (1.0 + f64::from(input).abs()));
+        }
+    }
+
+    #[test]
+    fn without_a_time_constant_it_is_at_once() {
+        let lag = QuickLag::new(&Lag {
+            weight: 0.5,
+            time: Second(0.0),
+        });
+        let mut coasting = 0.0;
+        lag.advance(&mut coasting, 8.0);
+        assert_eq!((coasting, lag.takes), (0.0, 0.5));
+    }
+}

@@ -1,0 +1,175 @@
+//! The way to a new position: smooth enough that the mirror does not ring, and no longer than that
+//! takes.
+//!
+//! A move is the path of least jerk that begins as the mirror moves now and ends at rest (Flash and
+//! Hogan 1985), a polynomial of fifth order. What is left of it at a resonance falls with the third
+//! power of the resonance's periods in it: 0.8 % at four, 0.3 % at five and a half.
+
+use crate::calibration::Path as PathCalibration;
+use crate::lag::TICK;
+use crate::units::Micrometre;
+
+/// Where the mirror is asked to be, tick by tick.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Path {
+    /// Part of a move that a tick takes.
+    pace: f32,
+    target: f32,
+    /// Part of the move that is done; 1 at the target.
+    done: f32,
+    /// Position less target, in powers of `done`.
+    course: [f32; 6],
+    now: f32,
+}
+
+impl Path {
+    pub(crate) fn new(calibration: &PathCalibration) -> Self {
+        let ticks = (calibration.move_time.0 / TICK.0).max(1.0);
+        Self {
+            pace: 1.0 / ticks,
+            done: 1.0,
+            ..Self::default()
+        }
+    }
+
+    /// The next position of the way to `target`.
+    pub(crate) fn toward(&mut self, target: Micrometre) -> Micrometre {
+        if target.0 != self.target {
+            self.plan(target.0);
+        }
+        if self.done < 1.0 {
+            self.done += self.pace;
+            let [a, b, c, d, e, f] = self.course;
+            let s = self.done;
+            let away = a + s * (b + s * (c + s * (d + s * (e + s * f))));
+            self.now = self.target + if s < 1.0 { away } else { 0.0 };
+        }
+        Micrometre(self.now)
+    }
+
+    /// Follows a position that is a way already, or the mirror where it is driven otherwise.
+    pub(crate) fn follow(&mut self, position: Micrometre) {
+        self.now = position.0;
+        self.target = position.0;
+        self.done = 1.0;
+    }
+
+    /// A move of full length from the present position, speed and acceleration.
+    fn plan(&mut self, target: f32) {
+        let [_, b, c, d, e, f] = self.course;
+        let s = self.done;
+        // Per move, not per second; a move that is done is at rest.
+        let (speed, curve) = if s < 1.0 {
+            (
+                b + s * (2.0 * c + s * (3.0 * d + s * (4.0 * e + s * 5.0 * f))),
+                c + s * (3.0 * d + s * (6.0 * e + s * 10.0 * f)),
+            )
+        } else {
+            (0.0, 0.0)
+        };
+        let away = self.now - target;
+        self.course = [
+            away,
+            speed,
+            curve,
+            -10.0 * away - 6.0 * speed - 3.0 * curve,
+            15.0 * away + 8.0 * speed + 3.0 * curve,
+            -6.0 * away - 3.0 * speed - curve,
+        ];
+        self.target = target;
+        self.done = 0.0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::Second;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    const TICKS: usize = 60;
+
+    fn path() -> Path {
+        Path::new(&PathCalibration {
+            move_time: Second(6e-3),
+        })
+    }
+
+    #[test]
+    fn arrives_in_the_time_of_a_move_and_stays() {
+        let mut path = path();
+        let way: Vec<f32> = (0..2 * TICKS)
+            .map(|_| path.toward(Micrometre(100.0)).0)
+            .collect();
+        assert!(
+            (way[TICKS / 2 - 1] - 50.0).abs() < 0.1,
+            "half way in half the time"
+        );
+        assert!(way[TICKS - 3] < 100.0);
+        assert!(way[TICKS..].iter().all(|z| *z == 100.0));
+        assert!(way.windows(2).all(|pair| pair[0] <= pair[1] + 1e-4));
+    }
+
+    #[test]
+    fn without_time_it_is_there_at_once() {
+        let mut path = Path::new(&PathCalibration {
+            move_time: Second(0.0),
+        });
+        assert_eq!(path.toward(Micrometre(42.0)).0, 42.0);
+    }
+
+    /// Amplitude of the ringing that a move leaves at a resonance of so many periods a move, in parts
+    /// of the move.
+    fn ringing(periods: f64) -> f64 {
+        let mut path = path();
+        let omega = std::f64::consts::TAU * periods / TICKS as f64;
+        let (mut sine, mut cosine, mut last) = (0.0, 0.0, 0.0);
+        for tick in 0..TICKS {
+            let z = f64::from(path.toward(Micrometre(1.0)).0);
+            sine += (z - last) * (omega * tick as f64).sin();
+            cosine += (z - last) * (omega * tick as f64).cos();
+            last = z;
+        }
+        sine.hypot(cosine)
+    }
+
+    #[test]
+    fn leaves_less_than_a_hundredth_at_four_periods_and_more() {
+        for tenth in 40..100 {
+            let left = ringing(f64::from(tenth) / 10.0);
+            assert!(left < 0.01, "{left} at {} periods", f64::from(tenth) / 10.0);
+        }
+    }
+
+    proptest! {
+        /// A new target on the way bends the path without a jump in speed.
+        #[test]
+        fn a_new_target_on_the_way_makes_no_jump(
+            first in 0.0_f32..170.0,
+            second in 0.0_f32..170.0,
+            after in 1..TICKS,
+        ) {
+            let mut path = path();
+            let mut way: Vec<f32> = (0..after).map(|_| path.toward(Micrometre(first)).0).collect();
+            way.extend((0..TICKS + 1).map(|_| path.toward(Micrometre(second)).0));
+            prop_assert_eq!(way[way.len() - 1], second);
+            // The highest acceleration of a move is 5.8 of its length a move squared.
+            let most = 3.0 * 5.8 * 340.0 / (TICKS * TICKS) as f32;
+            for three in way.windows(3) {
+                let bend = three[2] - 2.0 * three[1] + three[0];
+                prop_assert!(bend.abs() < most, "{bend} of {most}");
+            }
+        }
+
+        #[test]
+        fn any_target_can_be_left_again(bits: u32) {
+            let mut path = path();
+            path.toward(Micrometre(f32::from_bits(bits).clamp(0.0, 200.0)));
+            for _ in 0..=TICKS {
+                path.toward(Micrometre(10.0));
+            }
+            prop_assert!(path.toward(Micrometre(10.0)).0 == 10.0 || f32::from_bits(bits).is_nan());
+        }
+    }
+}

@@ -1,0 +1,355 @@
+//! Identification for a calibration: which stages the data support, one after the other.
+//!
+//! It is the lab's own fitter on the lab's own effects. The base begins with one thermal pole and no memory. Each
+//! candidate, a further pole or an effect that a controller can invert, is fitted together with everything before it, and
+//! stays only if the data support it: the misfit falls by more than chance, and its size is known from zero. What does not
+//! stay is told with the reason, and no number is invented for it.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use mirror_model::effect::{Active, find};
+use mirror_model::{Model, Runaway, Symbol};
+use serde::Serialize;
+
+use crate::base::{Free, identifiable, seed};
+use crate::fit::{Fitted, Knob, fit_knobs, trust};
+use crate::fit_report::{known_errors, note_errors, rms};
+use crate::plan::Plan;
+use crate::report::Estimate;
+
+/// The sum of squares must fall by this share of itself.
+const WORTHWHILE: f64 = 0.05;
+/// A strength is told from zero when it is so many standard errors away from it.
+const KNOWN: f64 = 3.0;
+
+/// What may be added, in the order of the stages, statics before dynamics.
+const CANDIDATES: [Candidate; 10] = [
+    Candidate::Effect("heat-loss-temperature", &[]),
+    Candidate::Effect("expansion-temperature", &[]),
+    Candidate::Effect("quadratic-tcr", &[]),
+    Candidate::Pole(MIDDLE, &[(0.35, 0.035), (0.2, 0.004)]),
+    Candidate::Pole(SLOW, &[(0.06, 4.0), (0.1, 0.5)]),
+    Candidate::Effect("substrate-warming", &[]),
+    Candidate::Effect("resonance", &RESONANCES),
+    Candidate::Effect("creep", &[&[0.01, 5.0], &[0.01, 30.0]]),
+    Candidate::Effect("hysteresis", &[&[0.02, 3.0], &[0.02, 10.0], &[0.02, 30.0]]),
+    Candidate::Effect("thermal-lag", &[&[0.1, 0.003], &[0.1, 0.03]]),
+];
+
+/// Amplitude, frequency (Hz) and quality to start from: the misfit has a valley at every few periods.
+const RESONANCES: [&[f64]; 8] = [
+    &[1.0, 500.0, 15.0],
+    &[1.0, 700.0, 15.0],
+    &[1.0, 1000.0, 15.0],
+    &[1.0, 1400.0, 15.0],
+    &[1.0, 2000.0, 15.0],
+    &[1.0, 2800.0, 15.0],
+    &[1.0, 4000.0, 15.0],
+    &[1.0, 5600.0, 15.0],
+];
+/// The fast pole beside a second one.
+const FAST_S: f64 = 8e-4;
+
+const MIDDLE: Pole = Pole {
+    name: "a second thermal pole",
+    weight: Symbol::MiddleWeight,
+    time: Symbol::MiddleTime,
+};
+const SLOW: Pole = Pole {
+    name: "a slow thermal pole",
+    weight: Symbol::SlowWeight,
+    time: Symbol::SlowTime,
+};
+
+/// A thermal pole of the base.
+#[derive(Clone, Copy)]
+struct Pole {
+    name: &'static str,
+    weight: Symbol,
+    time: Symbol,
+}
+
+#[derive(Clone, Copy)]
+enum Candidate {
+    /// With weights and time constants (s) to start from.
+    Pole(Pole, &'static [(f64, f64)]),
+    /// By its id, with values to start from; none are its usual ones.
+    Effect(&'static str, &'static [&'static [f64]]),
+}
+
+/// What was tried, and what became of it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Tried {
+    /// The pole or the effect.
+    pub what: String,
+    /// Whether it is in the model.
+    pub kept: bool,
+    /// Why, in a sentence.
+    pub because: String,
+}
+
+/// What an identification found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Identification {
+    /// Every number of the model, with its standard error.
+    pub parameters: BTreeMap<String, Estimate>,
+    /// What was tried, in order.
+    pub tried: Vec<Tried>,
+    /// Root mean square of what is left of the displacement, if it was measured.
+    pub residual_rms_um: Option<f64>,
+    /// Root mean square of what is left of the currents, if they were measured.
+    pub residual_rms_ma: Option<f64>,
+}
+
+/// Identifies a mirror from a session, starting from `start`, whose own effects stay.
+///
+/// # Errors
+/// [`Runaway`] if the model that it starts from has no finite answer.
+pub fn identify(
+    start: &Model,
+    plan: &Plan,
+    files: &[String],
+) -> Result<(Model, Identification), Runaway> {
+    let mut search = Search::new(start, plan)?;
+    let mut verdicts = CANDIDATES.map(|candidate| search.consider(candidate));
+    // What came later may have uncovered what came earlier.
+    for (candidate, verdict) in CANDIDATES.into_iter().zip(&mut verdicts) {
+        if let Some(again) = verdict
+            .as_ref()
+            .filter(|tried| !tried.kept)
+            .and_then(|_| search.consider(candidate))
+        {
+            *verdict = Some(again);
+        }
+    }
+    let mut fitted = search.best;
+    let covariance = note_errors(&mut fitted, plan)?;
+    let report = Identification {
+        parameters: known_errors(&fitted, &covariance),
+        tried: verdicts.into_iter().flatten().collect(),
+        residual_rms_um: rms(&fitted, plan, true),
+        residual_rms_ma: rms(&fitted, plan, false).map(|amperes| 1e3 * amperes),
+    };
+    let provenance = &mut fitted.model.provenance;
+    provenance.files = files.to_vec();
+    provenance.residual_rms_um = report.residual_rms_um;
+    provenance.note = Some(format!("identified from {}", fitted.model.preset.name()));
+    Ok((fitted.model, report))
+}
+
+struct Search<'a> {
+    plan: &'a Plan,
+    best: Fitted,
+    cost: f64,
+}
+
+impl<'a> Search<'a> {
+    /// The base with one pole.
+    fn new(start: &Model, plan: &'a Plan) -> Result<Self, Runaway> {
+        let free = identifiable(plan);
+        let mut model = seed(start, &free, plan);
+        for pole in [MIDDLE, SLOW] {
+            model.parameters.set(pole.weight, 0.0);
+            model.by_actuator.remove(&pole.weight);
+        }
+        let mut knobs: Vec<Knob> = free
+            .into_iter()
+            .filter(|free| ![MIDDLE.weight, MIDDLE.time].contains(&free.symbol()))
+            .map(Knob::Base)
+            .collect();
+        for (index, active) in model.effects.iter().enumerate() {
+            knobs.extend((0..active.values.len()).map(|value| Knob::Effect(index, value)));
+        }
+        let best = fit_knobs(&model, plan, &plan.values(), &knobs)?;
+        let cost = cost(&best, plan);
+        Ok(Self { plan, best, cost })
+    }
+
+    /// Takes the candidate in if the data support it. `None` if it has no place to show in these data, or is there
+    /// already.
+    fn consider(&mut self, candidate: Candidate) -> Option<Tried> {
+        let tried = |kept, because: String| {
+            Some(Tried {
+                what: candidate.name(),
+                kept,
+                because,
+            })
+        };
+        if !candidate.can_show(self.plan) {
+            return tried(false, candidate.needs().into());
+        }
+        let (starts, added) = candidate.starts(&self.best.model)?;
+        if self.best.knobs.contains(&added[0]) {
+            return None;
+        }
+        let Some(best) = self.fit_with(candidate, &starts, &added) else {
+            return tried(false, "no fit with it has a finite answer".into());
+        };
+        let fitted_cost = cost(&best, self.plan);
+        if fitted_cost > (1.0 - WORTHWHILE) * self.cost {
+            return tried(false, "the misfit does not fall with it".into());
+        }
+        if let Some(knob) = added.iter().find(|knob| knob.is_at_its_limit(&best.model)) {
+            let because = format!("{} runs to the end of its range", knob.name(&best.model));
+            return tried(false, because);
+        }
+        let Some((value, error)) = strength_of(&best, added[0], self.plan) else {
+            return tried(false, "no fit with it has a finite answer".into());
+        };
+        if value.abs() < KNOWN * error {
+            let because = format!("its size, {value:.2e} +- {error:.1e}, cannot be told from zero");
+            return tried(false, because);
+        }
+        let fall = 100.0 * (1.0 - (fitted_cost / self.cost).sqrt());
+        (self.best, self.cost) = (best, fitted_cost);
+        tried(true, format!("the misfit falls by {fall:.0} % with it"))
+    }
+
+    /// The best fit with the candidate: alone from every start, and then the best together with everything else.
+    fn fit_with(&self, candidate: Candidate, starts: &[Model], added: &[Knob]) -> Option<Fitted> {
+        let values = self.plan.values();
+        let least = |a: &Fitted, b: &Fitted| cost(a, self.plan).total_cmp(&cost(b, self.plan));
+        let mut alone = added.to_vec();
+        if let Candidate::Pole(..) = candidate {
+            alone.push(Knob::Base(Free::Shared(Symbol::FastTime)));
+        }
+        let fits = starts
+            .iter()
+            .filter_map(|start| fit_knobs(start, self.plan, &values, &alone).ok());
+        let best = fits.min_by(least)?;
+        let knobs = [&self.best.knobs[..], added].concat();
+        fit_knobs(&best.model, self.plan, &values, &knobs).ok()
+    }
+}
+
+impl Candidate {
+    fn name(self) -> String {
+        match self {
+            Self::Pole(pole, _) => pole.name.into(),
+            Self::Effect(id, _) => id.into(),
+        }
+    }
+
+    /// Models with it to start from, and its knobs. `None` where it is an effect that the model has.
+    fn starts(self, model: &Model) -> Option<(Vec<Model>, Vec<Knob>)> {
+        match self {
+            Self::Pole(pole, sizes) => {
+                let start = |&(weight, time_s): &(f64, f64)| {
+                    let mut with = model.clone();
+                    with.parameters.set(pole.weight, weight);
+                    with.parameters.set(pole.time, time_s);
+                    if pole.time == Symbol::MiddleTime {
+                        with.parameters.set(Symbol::FastTime, FAST_S);
+                    }
+                    with
+                };
+                let knobs = [pole.weight, pole.time].map(|symbol| Knob::Base(Free::Shared(symbol)));
+                Some((sizes.iter().map(start).collect(), knobs.to_vec()))
+            }
+            Self::Effect(id, values) => {
+                if model.effects.iter().any(|active| active.id() == id) {
+                    return None;
+                }
+                let index = model.effects.len();
+                let mut usual = model.clone();
+                usual.effects.push(Active::usual(find(id)?));
+                let count = usual.effects[index].values.len();
+                let start = |values: &&[f64]| {
+                    let mut with = usual.clone();
+                    with.effects[index].values = values.to_vec();
+                    with
+                };
+                let mut starts: Vec<Model> = values.iter().map(start).collect();
+                if starts.is_empty() {
+                    starts.push(usual);
+                }
+                let knobs = (0..count).map(|value| Knob::Effect(index, value));
+                Some((starts, knobs.collect()))
+            }
+        }
+    }
+
+    /// Whether the data could show it at all.
+    fn can_show(self, plan: &Plan) -> bool {
+        let shortest = |limit_s: f64| {
+            let resolved = plan
+                .intervals
+                .iter()
+                .filter(|piece| piece.duration_s < limit_s);
+            resolved.count() > 20
+        };
+        let longest = |limit_s: f64| {
+            let total: f64 = plan.intervals.iter().map(|piece| piece.duration_s).sum();
+            total > limit_s
+        };
+        match self {
+            Self::Pole(pole, _) if pole.time == Symbol::MiddleTime => shortest(0.02),
+            Self::Effect("resonance", _) => plan.has_displacement() && shortest(1e-3),
+            Self::Effect("thermal-lag", _) => shortest(0.02),
+            Self::Pole(..) | Self::Effect("substrate-warming", _) => longest(5.0),
+            Self::Effect("creep" | "hysteresis", _) => plan.has_displacement() && longest(5.0),
+            Self::Effect("quadratic-tcr", _) => plan.has_current(),
+            Self::Effect(..) => true,
+        }
+    }
+
+    /// What would show it, where these data cannot.
+    fn needs(self) -> &'static str {
+        match self {
+            Self::Pole(pole, _) if pole.time == Symbol::MiddleTime => {
+                "these data are too slow for it; `host-tool measure step` would show it"
+            }
+            Self::Effect("resonance" | "thermal-lag", _) => {
+                "these data are too slow for it; `host-tool measure step` would show it"
+            }
+            Self::Effect("quadratic-tcr", _) => "there are no currents to show it",
+            _ => {
+                "these data are too short for it; `host-tool measure step --hold 60s` would show it"
+            }
+        }
+    }
+}
+
+/// The sum of squares in units of trust.
+fn cost(fitted: &Fitted, plan: &Plan) -> f64 {
+    fitted
+        .residuals
+        .iter()
+        .zip(&plan.observations)
+        .map(|(residual, seen)| (residual / trust(seen)).powi(2))
+        .sum()
+}
+
+/// A knob's value, and its standard error.
+fn strength_of(fitted: &Fitted, knob: Knob, plan: &Plan) -> Option<(f64, f64)> {
+    let mut noted = fitted.clone();
+    let covariance = note_errors(&mut noted, plan).ok()?;
+    let index = noted.knobs.iter().position(|other| *other == knob)?;
+    let error = covariance[(index, index)].max(0.0).sqrt() * knob.scale(&noted.model);
+    Some((knob.value(&noted.model), error))
+}
+
+impl fmt::Display for Identification {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (name, estimate) in &self.parameters {
+            let error = estimate.standard_error.unwrap_or(f64::NAN);
+            writeln!(
+                f,
+                "  {name:<26} {:>13.6e} +- {error:.1e} {}",
+                estimate.value, estimate.unit
+            )?;
+        }
+        for tried in &self.tried {
+            let verdict = if tried.kept { "found" } else { "not found" };
+            writeln!(f, "  {:<26} {verdict}: {}", tried.what, tried.because)?;
+        }
+        if let Some(rms) = self.residual_rms_um {
+            writeln!(f, "  left of the displacement: {rms:.3} um rms")?;
+        }
+        if let Some(rms) = self.residual_rms_ma {
+            writeln!(f, "  left of the currents: {rms:.4} mA rms")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,251 @@
+//! `calibrate`: teaches a board its mirror. Measure, identify, build the tables, correct them by what is reached at rest,
+//! and try the result at other positions than those it was made from.
+
+mod picture;
+mod trial;
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use calibration::{StaticPoint, corrected, tabulate, to_toml};
+use control_core::Calibration;
+use diagnosis::{Identification, Plan};
+use measurement::Session;
+use mirror_model::Model;
+use serde::Serialize;
+
+use self::trial::{Figures, Trial, z_of};
+use crate::board::Board;
+use crate::cli::Calibrate;
+use crate::commands::lab::while_working;
+use crate::commands::measure::experiment::{Experiment, in_common};
+use crate::commands::measure::run::{Ended, Lab, today};
+use crate::commands::measure::sensor::Sensor;
+use crate::error::ToolError;
+use crate::new_file::NewFile;
+use crate::quantity::{Span, Voltage};
+use crate::report::{self, decimal};
+
+/// Positions that the tables are corrected at, evenly over the range.
+const POINTS: usize = 33;
+/// A position is held so long before it is read.
+const DWELL: Span = Span { s: 2.0 };
+/// Corrections, each under the tables of the one before.
+const ROUNDS: usize = 2;
+/// The range that is used of what the highest drive reaches: up there nothing is left to correct with.
+const RANGE: f64 = 0.99;
+
+#[derive(Serialize)]
+struct Report {
+    device: String,
+    date: String,
+    model_hash: String,
+    identified: Identification,
+    /// Effects of the model that the board does not invert.
+    not_inverted: Vec<String>,
+    before: Figures,
+    after: Figures,
+    calibration: Option<PathBuf>,
+    model: Option<PathBuf>,
+    picture: Option<PathBuf>,
+}
+
+/// Calibrates `board`. Without success it keeps the calibration that it had.
+pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(), ToolError> {
+    let start = Model::load(&ask.model)?;
+    let file = |path: Option<PathBuf>| {
+        path.map(|path| NewFile::create(path, ask.force))
+            .transpose()
+    };
+    let (calibration_file, model_file, picture_file) = (
+        file(ask.output)?,
+        file(ask.model_output)?,
+        file(ask.picture)?,
+    );
+    let sensor = Sensor::open(&ask.sensor)?;
+    let status = board.status().await?;
+    if matches!(sensor, Sensor::Board) && status.telemetry.sensor_z_um.is_none() {
+        return Err(ToolError::NoSensor);
+    }
+    let mut lab = Lab::open(board, sensor, None, json).await?;
+
+    let max = Voltage {
+        v: decimal(status.max_drive_v),
+    };
+    let session = match &ask.from {
+        Some(folder) => Session::load(&[folder])?,
+        None => measure(&mut lab, max, ask.keep.as_deref(), ask.force).await?,
+    };
+    let files: Vec<String> = session.files.iter().map(|(name, _)| name.clone()).collect();
+    let plan = Plan::new(&session);
+    let (mut model, identified) = lab.aside(|| {
+        while_working("identifying", json, || {
+            diagnosis::identify(&start, &plan, &files)
+        })
+    })?;
+    model.provenance.device = Some(device(board, ask.device));
+    model.provenance.date = Some(today());
+    model.parameters.drive_limit_v = max.v;
+    let tabulated = tabulate(&model)?;
+
+    let top_um = RANGE
+        * decimal(status.max_position_um).min(decimal(tabulated.calibration.max_position().0));
+    let before = Trial::run(&mut lab, top_um).await?;
+    let calibration = correct(&mut lab, board, tabulated.calibration).await?;
+    let after = Trial::run(&mut lab, top_um).await?;
+    lab.close();
+
+    let write =
+        |file: Option<NewFile>, text: String| file.map(|file| file.write(&text)).transpose();
+    let report = Report {
+        device: model.provenance.device.clone().unwrap_or_default(),
+        date: model.provenance.date.clone().unwrap_or_default(),
+        model_hash: format!("{:016x}", calibration::model_hash(&model)),
+        identified,
+        not_inverted: tabulated
+            .remaining
+            .iter()
+            .map(|left| format!("{}: {}", left.effect, left.because))
+            .collect(),
+        before: before.figures(),
+        after: after.figures(),
+        calibration: write(calibration_file, to_toml(&calibration))?,
+        model: write(model_file, model.to_toml())?,
+        picture: write(picture_file, picture::before_and_after(&before, &after)?)?,
+    };
+    report::print(&report, json);
+    Ok(())
+}
+
+/// The name of the mirror: as the user calls it, or as the board does, as far as it fits.
+fn device(board: &Board, name: Option<String>) -> String {
+    name.unwrap_or_else(|| {
+        let board = board.identity().board.as_str();
+        board
+            .chars()
+            .take(control_core::calibration::Label::CAPACITY / 2)
+            .collect()
+    })
+}
+
+/// Measures the session that an identification wants, and keeps its files where that is asked for.
+async fn measure(
+    lab: &mut Lab<'_>,
+    max: Voltage,
+    keep: Option<&Path>,
+    force: bool,
+) -> Result<Session, ToolError> {
+    let mut session = Session::default();
+    for experiment in in_common(max, lab.tick_hz())? {
+        let name = format!("{}.csv", experiment.name);
+        let file = match keep {
+            Some(folder) => {
+                std::fs::create_dir_all(folder).map_err(|source| ToolError::Write {
+                    path: folder.to_owned(),
+                    source,
+                })?;
+                Some(NewFile::create(folder.join(&name), force)?)
+            }
+            None => None,
+        };
+        let measured = lab.measure(&experiment).await;
+        if let Some(file) = file {
+            file.write(&measured.file.to_string())?;
+        }
+        match measured.ended? {
+            Ended::Complete => session.files.push((name, measured.file)),
+            Ended::Interrupted => return Err(ToolError::Interrupted),
+        }
+    }
+    Ok(session)
+}
+
+/// Uploads `calibration`, and bends its tables by what the board reaches under it.
+async fn correct(
+    lab: &mut Lab<'_>,
+    board: &Board,
+    mut calibration: Calibration,
+) -> Result<Calibration, ToolError> {
+    board.use_calibration(&calibration).await?;
+    for _ in 0..ROUNDS {
+        let top_um = RANGE * decimal(calibration.max_position().0);
+        let up: Vec<f64> = (1..=POINTS)
+            .map(|point| top_um * point as f64 / POINTS as f64)
+            .collect();
+        let asked: Vec<f64> = up.iter().chain(up.iter().rev()).copied().collect();
+        let ladder = Experiment::positions("correcting", &asked, DWELL, lab.tick_hz())?.after(10.0);
+        let reached = z_of(lab, &ladder).await?;
+        let z = |row: usize| reached[row].1;
+        // The mean of both directions leaves the hysteresis in the middle.
+        let points: Vec<StaticPoint> = (0..POINTS)
+            .map(|point| StaticPoint {
+                asked_um: asked[point],
+                reached_um: (z(point) + z(2 * POINTS - 1 - point)) / 2.0,
+            })
+            .collect();
+        calibration = corrected(&calibration, &points)?;
+        board.use_calibration(&calibration).await?;
+    }
+    Ok(calibration)
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "mirror     {}, {}, model {}",
+            self.device, self.date, self.model_hash
+        )?;
+        write!(f, "{}", self.identified)?;
+        for left in &self.not_inverted {
+            writeln!(f, "  not inverted by the board: {left}")?;
+        }
+        let rows = [
+            (
+                "error at rest, rms",
+                "um",
+                self.before.rest_rms_um,
+                self.after.rest_rms_um,
+            ),
+            (
+                "error at rest, largest",
+                "um",
+                self.before.rest_largest_um,
+                self.after.rest_largest_um,
+            ),
+            (
+                "step, time to 95 %",
+                "ms",
+                self.before.t95_ms,
+                self.after.t95_ms,
+            ),
+            (
+                "step, overshoot",
+                "%",
+                self.before.overshoot_percent,
+                self.after.overshoot_percent,
+            ),
+            (
+                "loop at 20 Hz",
+                "um",
+                self.before.loop_um,
+                self.after.loop_um,
+            ),
+        ];
+        writeln!(f, "{:<26} {:>10} {:>10}", "", "before", "after")?;
+        for (what, unit, before, after) in rows {
+            writeln!(f, "{what:<26} {before:>10.3} {after:>10.3} {unit}")?;
+        }
+        let files = [
+            ("calibration", &self.calibration),
+            ("model", &self.model),
+            ("picture", &self.picture),
+        ];
+        for (what, file) in files {
+            if let Some(file) = file {
+                writeln!(f, "{what:<12} in {}", file.display())?;
+            }
+        }
+        Ok(())
+    }
+}
