@@ -9,7 +9,7 @@ use semihosting::fs::File;
 use semihosting::io::{self, Read, Write};
 
 use super::grace::Grace;
-use super::{exit, time, upset};
+use super::{exit, time, upset, watchdog};
 use crate::board::{Board, Sensed};
 use crate::mailbox::Mailbox;
 
@@ -53,6 +53,7 @@ impl LockstepPlant {
         if self.mailbox.is_about_to_lapse() {
             self.grace.begin();
             while self.mailbox.is_about_to_lapse() && !self.grace.is_over() {
+                watchdog::feed();
                 yield_now().await;
             }
         }
@@ -73,6 +74,7 @@ impl Board for LockstepPlant {
         yield_now().await;
         // Simulated time waits for the host rather than losing samples.
         while self.mailbox.is_congested() {
+            watchdog::feed();
             yield_now().await;
         }
         self.wait_for_renewal().await;

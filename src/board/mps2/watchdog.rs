@@ -8,8 +8,8 @@ const LOAD: usize = WATCHDOG;
 const CONTROL: usize = WATCHDOG + 0x08;
 const INTERRUPT_CLEAR: usize = WATCHDOG + 0x0c;
 
-/// Counts of 25 MHz: 3 s. A busy machine may keep the plant waiting for a while.
-const TIMEOUT: u32 = 3 * 25_000_000;
+/// Counts of 25 MHz: 5 s. A busy machine may keep the plant waiting for a while.
+const TIMEOUT: u32 = 5 * 25_000_000;
 /// Interrupt, which is the processor's NMI, at the first time-out; reset at the second.
 const ENABLE: u32 = 0b11;
 
