@@ -27,6 +27,9 @@ use crate::qemu;
 /// How long QEMU may take to offer its socket.
 const START_TIMEOUT: Duration = Duration::from_secs(20);
 
+/// By then a board has checked its heaters.
+const CHECKED_S: f64 = 0.01;
+
 /// What to emulate.
 #[derive(Clone, Debug)]
 pub struct Emulation {
@@ -190,7 +193,7 @@ impl EmulatedBoard {
                     said.join("; ")
                 )));
             }
-            if self.socket.exists() && self.simulated_s() > 0.0 {
+            if self.socket.exists() && self.simulated_s() > CHECKED_S {
                 return Ok(());
             }
             thread::sleep(pause);
