@@ -62,6 +62,7 @@ pub struct Mailbox {
     health: Shared<Health>,
     about_to_lapse: Shared<bool>,
     samples: Channel<CriticalSectionRawMutex, Telemetry, QUEUED_SAMPLES>,
+    bootloader: Signal<CriticalSectionRawMutex, ()>,
     dropped: Shared<u32>,
 }
 
@@ -103,6 +104,7 @@ impl Mailbox {
             })),
             about_to_lapse: Mutex::new(Cell::new(false)),
             samples: Channel::new(),
+            bootloader: Signal::new(),
             dropped: Mutex::new(Cell::new(0)),
         }
     }
@@ -207,6 +209,16 @@ impl Mailbox {
     /// Link side: how the board was at the most recent tick.
     pub fn health(&self) -> Health {
         self.health.lock(Cell::get)
+    }
+
+    /// Link side: the board is to leave for its bootloader.
+    pub fn request_bootloader(&self) {
+        self.bootloader.signal(());
+    }
+
+    /// Link side: waits for [`Self::request_bootloader`].
+    pub async fn bootloader_requested(&self) {
+        self.bootloader.wait().await;
     }
 
     /// Link side: the next sample of the stream.

@@ -4,16 +4,17 @@ use core::fmt::Write;
 use core::sync::atomic::Ordering;
 
 use control_core::{Calibration, Micrometre, Setpoint, Volt};
-use embassy_time::Timer;
+use embassy_time::{Duration, Timer};
 use experiment::Player;
 use mirror_protocol::{
     CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal, CalibrationReply,
     CalibrationUseEndpoint, CalibrationUseReply, CalibrationWriteEndpoint, CalibrationWriteReply,
-    ClearEndpoint, CommandReply, Drives, ENDPOINTS, Hello, HelloEndpoint, Identity, Kept,
-    LEASE_FOREVER_MS, LoadPointsEndpoint, LoadReply, MAX_FRAME_BYTES, OffEndpoint,
-    PROTOCOL_VERSION, Play, PlayEndpoint, Points, Position, Refusal, RenewEndpoint, Renewal,
-    Sentence, SetDriveEndpoint, SetPositionEndpoint, Status, StatusEndpoint, StatusReply, Stream,
-    StreamEndpoint, StreamReply, Streaming, TOPICS_IN, TOPICS_OUT, TelemetryTopic, Text,
+    ClearEndpoint, CommandReply, Drives, ENDPOINTS, EnterBootloaderEndpoint, EnterBootloaderReply,
+    Hello, HelloEndpoint, Identity, Kept, LEASE_FOREVER_MS, LoadPointsEndpoint, LoadReply,
+    MAX_FRAME_BYTES, OffEndpoint, PROTOCOL_VERSION, Play, PlayEndpoint, Points, Position, Refusal,
+    RenewEndpoint, Renewal, Sentence, SetDriveEndpoint, SetPositionEndpoint, Status,
+    StatusEndpoint, StatusReply, Stream, StreamEndpoint, StreamReply, Streaming, TOPICS_IN,
+    TOPICS_OUT, TelemetryTopic, Text,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarSeq};
@@ -37,6 +38,7 @@ pub struct Session {
     keeper: Keeper,
     /// Why the firmware stopped before this start.
     last_stop: Sentence,
+    bootloader: Option<fn() -> !>,
     /// Protocol version of the tool that greeted last.
     tool: Option<u16>,
 }
@@ -57,6 +59,7 @@ impl Session {
             upload,
             keeper,
             last_stop: Sentence::new(),
+            bootloader: B::BOOTLOADER,
             tool: None,
         }
     }
@@ -100,6 +103,7 @@ define_dispatch! {
         | SetPositionEndpoint | async    | set_position |
         | SetDriveEndpoint    | async    | set_drive    |
         | OffEndpoint         | async    | off          |
+        | EnterBootloaderEndpoint | async | enter_bootloader |
         | RenewEndpoint       | async    | renew        |
         | ClearEndpoint       | async    | clear        |
         | StreamEndpoint      | async    | stream       |
@@ -165,6 +169,20 @@ async fn set_drive(session: &mut Session, _header: VarHeader, drives: Drives) ->
 
 async fn off(session: &mut Session, _header: VarHeader, (): ()) -> CommandReply {
     session.order(Order::Off).await
+}
+
+/// Once the answer is on its way, [`leave`] does it.
+async fn enter_bootloader(
+    session: &mut Session,
+    header: VarHeader,
+    (): (),
+) -> EnterBootloaderReply {
+    if session.bootloader.is_none() {
+        return Err(Refusal::NoBootloader);
+    }
+    off(session, header, ()).await?;
+    session.mailbox.request_bootloader();
+    Ok(())
 }
 
 async fn renew(session: &mut Session, _header: VarHeader, renewal: Renewal) -> CommandReply {
@@ -305,7 +323,7 @@ pub static FRAME: ConstStaticCell<Frame> = ConstStaticCell::new([0; MAX_FRAME_BY
 
 /// Answers requests on a link and sends it the samples of the stream, for ever.
 pub async fn serve<Rx: WireRx>(tx: LinkTx, rx: Rx, frame: &mut Frame, session: Session) -> ! {
-    let mailbox = session.mailbox;
+    let (mailbox, bootloader) = (session.mailbox, session.bootloader);
     let endpoints = Endpoints::new(session, ());
     let key_length = endpoints.min_key_len();
     let mut server = Server::new(tx, rx, frame.as_mut_slice(), endpoints, key_length);
@@ -317,7 +335,8 @@ pub async fn serve<Rx: WireRx>(tx: LinkTx, rx: Rx, frame: &mut Frame, session: S
             defmt::info!("link lost");
         }
     };
-    embassy_futures::join::join3(samples, requests, check_in())
+    let leave = leave(mailbox, bootloader);
+    embassy_futures::join::join4(samples, requests, leave, check_in())
         .await
         .0
 }
@@ -327,6 +346,20 @@ async fn check_in() -> ! {
     loop {
         watchdog::LINK.store(true, Ordering::Relaxed);
         Timer::after(watchdog::ROUND / 2).await;
+    }
+}
+
+/// Time for an answer to reach the tool.
+const ANSWER_TIME: Duration = Duration::from_millis(50);
+
+/// Waits until the board is asked to leave for its bootloader, and does.
+async fn leave(mailbox: &'static Mailbox, bootloader: Option<fn() -> !>) -> ! {
+    loop {
+        mailbox.bootloader_requested().await;
+        Timer::after(ANSWER_TIME).await;
+        if let Some(enter) = bootloader {
+            enter();
+        }
     }
 }
 

@@ -43,6 +43,12 @@ pub enum Command {
     List,
     /// Find out why a board is not found, and what to do.
     Doctor,
+    /// Write new firmware to a board on USB, or to one in its bootloader.
+    Update {
+        /// The firmware, as `cargo xtask build stm32g474` makes it.
+        #[arg(value_name = "FILE")]
+        firmware: PathBuf,
+    },
     /// Show who the board is and what it is doing.
     Status,
     /// Move the mirror to a position and print what it took.
@@ -92,6 +98,10 @@ pub enum Command {
     /// Measure the mirror with one of the paper's experiments; the channels are off afterwards.
     #[command(subcommand)]
     Measure(Measure),
+    /// Move the mirror along a sine, a triangle or a waveform of your own; the channels are off
+    /// afterwards.
+    #[command(subcommand)]
+    Scan(Scan),
     /// Teach the board its mirror: measure, identify, build the tables, upload, and try them at other
     /// positions; before and after.
     Calibrate(Calibrate),
@@ -145,6 +155,75 @@ pub enum Command {
         /// The shell.
         shell: clap_complete::Shell,
     },
+}
+
+/// The waveforms of positions.
+#[derive(Debug, Subcommand)]
+pub enum Scan {
+    /// A sine from its middle upwards.
+    Sine {
+        /// Its numbers.
+        #[command(flatten)]
+        curve: Curve,
+        /// Where the samples go.
+        #[command(flatten)]
+        to: Samples,
+    },
+    /// Straight lines from the middle up, down and back.
+    Triangle {
+        /// Its numbers.
+        #[command(flatten)]
+        curve: Curve,
+        /// Where the samples go.
+        #[command(flatten)]
+        to: Samples,
+    },
+    /// Straight lines from point to point.
+    Csv {
+        /// Lines of seconds and micrometres.
+        file: PathBuf,
+        /// How often it is gone through.
+        #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+        cycles: u32,
+        /// Where the samples go.
+        #[command(flatten)]
+        to: Samples,
+    },
+}
+
+/// A waveform that repeats.
+#[derive(Debug, Args)]
+pub struct Curve {
+    /// Its middle.
+    #[arg(long, default_value = "80um")]
+    pub offset: Length,
+    /// From its middle to its top.
+    #[arg(long, default_value = "20um")]
+    pub amplitude: Length,
+    /// Cycles a second.
+    #[arg(long, default_value = "1Hz")]
+    pub frequency: Frequency,
+    /// How many.
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub cycles: u32,
+}
+
+/// The measurement file of a scan.
+#[derive(Debug, Args)]
+pub struct Samples {
+    /// Keep the samples in this measurement file.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Replace the file if it exists.
+    #[arg(long)]
+    pub force: bool,
+}
+
+impl Samples {
+    /// The file, if there is to be one, and whether it may be replaced.
+    pub fn file(self) -> Option<(PathBuf, bool)> {
+        self.output.map(|path| (path, self.force))
+    }
 }
 
 /// What a calibration takes, and leaves.

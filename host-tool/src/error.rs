@@ -19,6 +19,33 @@ pub enum ToolError {
     ))]
     NoBoard,
 
+    #[error("{} is not written to the board: {error}", path.display())]
+    #[diagnostic(help("nothing was changed; build it with `cargo xtask build stm32g474`"))]
+    Image {
+        path: PathBuf,
+        error: crate::update::image::ImageError,
+    },
+
+    #[error("the board left for its bootloader and did not show up there")]
+    #[diagnostic(help(
+        "unplug it, set the BOOT0 jumper, plug it in again, and update again; `host-tool doctor` shows \
+         whether it is there"
+    ))]
+    NoBootloader,
+
+    #[error(
+        "{count} microcontrollers are in their bootloaders, and they do not say whose they are"
+    )]
+    #[diagnostic(help("unplug all but the board that is to be updated"))]
+    SeveralBootloaders { count: usize },
+
+    #[error("the update stopped: {0}")]
+    #[diagnostic(help(
+        "the board is in its bootloader and its outputs are off: update again. If it lost its power \
+         in between, set the BOOT0 jumper, plug it in, update, and take the jumper out"
+    ))]
+    Update(#[from] crate::update::dfuse::UpdateError),
+
     #[error("no board is ready to be used")]
     #[diagnostic(help("do what is said above, and ask again"))]
     NoBoardReady,
@@ -136,6 +163,10 @@ pub enum ToolError {
     ))]
     Sensor { path: PathBuf, reason: String },
 
+    #[error("{} is no waveform: {reason}", path.display())]
+    #[diagnostic(help("write lines of seconds and micrometres: `0.5,12.3`"))]
+    Waveform { path: PathBuf, reason: String },
+
     #[error("interrupted; channels are off")]
     #[diagnostic(help(
         "the board has the calibration that it had, or the one that was being tried"
@@ -236,6 +267,7 @@ fn refusal_words(refusal: Refusal) -> String {
         Refusal::NoLease => {
             "it drives nothing: it was turned off, or was not asked to go on in time".to_owned()
         }
+        Refusal::NoBootloader => "it takes no firmware this way, as it is emulated".to_owned(),
         Refusal::NotANumber => "a value was not a number".to_owned(),
         Refusal::UploadGap { expected } => {
             format!("a piece of the upload was lost; the next must begin at byte {expected}")

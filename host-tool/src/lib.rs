@@ -13,6 +13,7 @@ mod new_file;
 pub mod picture;
 pub mod quantity;
 mod report;
+pub mod update;
 
 use std::process::ExitCode;
 

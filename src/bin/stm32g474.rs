@@ -8,7 +8,7 @@ use embassy_stm32::wdg::IndependentWatchdog;
 use mirror_firmware::board::CalibrationFlash;
 use mirror_firmware::board::stm32g474::link::{self, Device};
 use mirror_firmware::board::stm32g474::{
-    ConverterPins, Converters, clocks, last_stop, start_control_executor,
+    ConverterPins, Converters, bootloader, clocks, last_stop, start_control_executor,
 };
 use mirror_firmware::calibration::{IN_USE, SPARE, UPLOADED, Upload};
 use mirror_firmware::control::{self, Control};
@@ -23,6 +23,7 @@ const WATCHDOG_US: u32 = 500_000;
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
+    bootloader::enter_if_requested();
     let p = embassy_stm32::init(clocks());
     let pins = ConverterPins {
         pwm1: p.PA8,

@@ -24,6 +24,9 @@ pub trait Board {
     /// Whether it is emulated, with a virtual mirror on it.
     const IS_EMULATED: bool;
 
+    /// Leaves for a bootloader that takes new firmware, where there is one.
+    const BOOTLOADER: Option<fn() -> !>;
+
     /// Waits for the next control tick and returns what the converters read during the one that
     /// just ended.
     fn sense(&mut self) -> impl Future<Output = Sensed>;

@@ -4,8 +4,9 @@ use embassy_futures::yield_now;
 use firmware_on_host::{Device, SERIAL, connect, enumerate, get_descriptor, with_board};
 use mirror_protocol::usb::{MANUFACTURER, PRODUCT, PRODUCT_ID, VENDOR_ID};
 use mirror_protocol::{
-    Hello, HelloEndpoint, Identity, MAX_FRAME_BYTES, PROTOCOL_VERSION, Position,
-    SetPositionEndpoint, StatusEndpoint, Stream, StreamEndpoint, TelemetryTopic, WireError,
+    EnterBootloaderEndpoint, Hello, HelloEndpoint, Identity, MAX_FRAME_BYTES, PROTOCOL_VERSION,
+    Position, Refusal, SetPositionEndpoint, StatusEndpoint, Stream, StreamEndpoint, TelemetryTopic,
+    WireError,
 };
 use postcard_rpc::header::{VarHeader, VarKey, VarSeq};
 use postcard_rpc::host_client::{HostClient, HostErr};
@@ -172,8 +173,7 @@ fn commands_and_samples_pass_as_on_any_link() {
             lease_ms: 1000,
         };
         let reply = client.send_resp::<SetPositionEndpoint>(&position).await;
-        let commanded = reply.expect("an answer").expect("carried out");
-        assert!(commanded.drive_v.iter().all(|drive| *drive > 1.0));
+        reply.expect("an answer").expect("carried out");
 
         let mut samples = client
             .subscribe_multi::<TelemetryTopic>(64)
@@ -189,12 +189,27 @@ fn commands_and_samples_pass_as_on_any_link() {
         for sample in 0..30 {
             let telemetry = samples.recv().await.expect("a sample");
             assert_eq!(telemetry.tick, first + 20 * sample);
+            // The way there is smooth, and begins at 0 V.
+            let is_there = telemetry.drive_v.iter().all(|drive| *drive > 1.0);
+            assert!(is_there || sample < 20, "{telemetry:?}");
         }
         let status = client.send_resp::<StatusEndpoint>(&()).await;
         assert_eq!(
             status.expect("an answer").expect("status").dropped_samples,
             0
         );
+    });
+}
+
+#[test]
+fn a_board_without_a_bootloader_says_so_and_stays() {
+    with_board(async |host| {
+        let device = enumerate(&host).await.expect("it answers");
+        let client = connect(&host, &device);
+        greet(&client).await;
+        let reply = client.send_resp::<EnterBootloaderEndpoint>(&()).await;
+        assert_eq!(reply.expect("an answer"), Err(Refusal::NoBootloader));
+        greet(&client).await;
     });
 }
 

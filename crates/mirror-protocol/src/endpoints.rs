@@ -20,6 +20,8 @@ pub type StatusReply = Result<Status, Refusal>;
 pub type LoadReply = Result<(), Refusal>;
 /// Answer to [`StreamEndpoint`] and [`PlayEndpoint`].
 pub type StreamReply = Result<Streaming, Refusal>;
+/// Answer to [`EnterBootloaderEndpoint`]: the board turns its channels off, answers, and leaves.
+pub type EnterBootloaderReply = Result<(), Refusal>;
 /// Answer to [`CalibrationEndpoint`].
 pub type CalibrationReply = Result<CalibrationInfo, Refusal>;
 /// Answer to [`CalibrationWriteEndpoint`].
@@ -37,6 +39,7 @@ endpoints! {
     | SetPositionEndpoint | Position  | CommandReply | "mirror/set-position" |
     | SetDriveEndpoint    | Drives    | CommandReply | "mirror/set-drive"    |
     | OffEndpoint         | ()        | CommandReply | "mirror/off"          |
+    | EnterBootloaderEndpoint | () | EnterBootloaderReply | "mirror/enter-bootloader" |
     | RenewEndpoint       | Renewal   | CommandReply | "mirror/renew"        |
     | ClearEndpoint       | ()        | CommandReply | "mirror/clear"        |
     | StreamEndpoint      | Stream    | StreamReply  | "mirror/stream"       |

@@ -185,6 +185,8 @@ pub enum Refusal {
     Waveform(Flaw),
     /// Points beyond the end of the board's table.
     TableEnd,
+    /// The board has no bootloader that takes firmware over this link.
+    NoBootloader,
 }
 
 /// Bytes of a calibration that travel together.

@@ -7,10 +7,10 @@ use control_core::Calibration;
 use mirror_protocol::{
     CHUNK_POINTS, CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal,
     CalibrationUseEndpoint, CalibrationWriteEndpoint, Chunk, ClearEndpoint, CommandReply,
-    Commanded, Drives, ERROR_PATH, Hello, HelloEndpoint, Identity, LoadPointsEndpoint, OffEndpoint,
-    PROTOCOL_VERSION, Play, PlayEndpoint, Points, Position, Refusal, RenewEndpoint, Renewal,
-    SetDriveEndpoint, SetPositionEndpoint, Shape, Status, StatusEndpoint, Stream, StreamEndpoint,
-    Telemetry, TelemetryTopic, WireError,
+    Commanded, Drives, ERROR_PATH, EnterBootloaderEndpoint, Hello, HelloEndpoint, Identity,
+    LoadPointsEndpoint, OffEndpoint, PROTOCOL_VERSION, Play, PlayEndpoint, Points, Position,
+    Refusal, RenewEndpoint, Renewal, SetDriveEndpoint, SetPositionEndpoint, Shape, Status,
+    StatusEndpoint, Stream, StreamEndpoint, Telemetry, TelemetryTopic, WireError,
 };
 use postcard_rpc::Endpoint;
 use postcard_rpc::header::VarSeqKind;
@@ -136,6 +136,16 @@ impl Board {
     pub async fn off(&self) -> Result<Commanded, ToolError> {
         self.command::<OffEndpoint>("turn its channels off", &())
             .await
+    }
+
+    /// Has the board turn its channels off and leave for its bootloader.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or refuses.
+    pub async fn enter_bootloader(&self) -> Result<(), ToolError> {
+        let request = "leave for its bootloader";
+        let reply = ask::<EnterBootloaderEndpoint>(&self.client, request, &()).await?;
+        self.granted(request, reply)
     }
 
     /// Lets the board forget its faults.

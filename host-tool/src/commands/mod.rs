@@ -8,9 +8,11 @@ mod list;
 mod measure;
 mod moving;
 mod record;
+mod scan;
 mod set_drive;
 mod set_z;
 mod status;
+mod update;
 
 pub(crate) use moving::fault_name;
 
@@ -38,6 +40,9 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
     match arguments.command {
         Command::List => list::run(json).await,
         Command::Doctor => doctor::run(json).await,
+        Command::Update { firmware } => {
+            update::run(&firmware, arguments.board.as_deref(), json).await
+        }
         Command::Status => status::run(&open().await?, json).await,
         Command::SetZ { z, settle, hold } => {
             set_z::run(&open().await?, z, Pace { settle, hold }, json).await
@@ -63,6 +68,7 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         }
         Command::Measure(measure) => measure::run(&open().await?, measure, json).await,
         Command::Explain { name } => explain::run(name.as_deref(), json),
+        Command::Scan(scan) => scan::run(&open().await?, scan, json).await,
         Command::Calibrate(ask) => calibrate::run(&open().await?, ask, json).await,
         Command::Fit { lab, output } => lab::fit(&lab, output, json),
         Command::Identify { lab, output } => lab::identify(&lab, output, json),

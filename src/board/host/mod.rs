@@ -26,6 +26,7 @@ const RESISTANCE_OHM: f32 = 360.0;
 impl Board for HostBoard {
     const NAME: &'static str = "no board, the firmware on a host";
     const IS_EMULATED: bool = true;
+    const BOOTLOADER: Option<fn() -> !> = None;
 
     async fn sense(&mut self) -> Sensed {
         yield_now().await;

@@ -69,6 +69,7 @@ impl LockstepPlant {
 impl Board for LockstepPlant {
     const NAME: &'static str = "emulated MPS2-AN386 with a virtual mirror";
     const IS_EMULATED: bool = true;
+    const BOOTLOADER: Option<fn() -> !> = None;
 
     async fn sense(&mut self) -> Sensed {
         yield_now().await;

@@ -131,6 +131,7 @@ fn start_pwm(timer: Peri<'static, TIM1>) -> Timer<'static, TIM1> {
 impl Board for Converters {
     const NAME: &'static str = "STM32G474RE driver board";
     const IS_EMULATED: bool = false;
+    const BOOTLOADER: Option<fn() -> !> = Some(super::bootloader::enter);
 
     async fn sense(&mut self) -> Sensed {
         CONVERTED.wait().await

@@ -2,6 +2,7 @@
 //!
 //! Pins, shunts and filters are explained in `docs/board.md`.
 
+pub mod bootloader;
 mod converters;
 pub mod flash;
 pub mod link;

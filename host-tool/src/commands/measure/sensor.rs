@@ -125,8 +125,8 @@ fn finite(text: &str) -> Option<f64> {
         .filter(|value: &f64| value.is_finite())
 }
 
-/// Seconds and micrometres of a recording, in the order of time. Comments and a header are passed over.
-fn parse(text: &str) -> Result<Vec<(f64, f64)>, String> {
+/// Seconds and micrometres of a text with a line for each, in the order of time. Comments and a header are passed over.
+pub(crate) fn parse(text: &str) -> Result<Vec<(f64, f64)>, String> {
     let mut readings: Vec<(f64, f64)> = Vec::new();
     for (number, line) in (1..).zip(text.lines()) {
         if line.trim().is_empty() || line.starts_with('#') {

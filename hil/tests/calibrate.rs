@@ -1,0 +1,86 @@
+//! A board is taught a mirror that nobody has told it of, and goes where it is asked.
+
+use std::path::Path;
+
+use hil::Bench;
+use virtual_mirror::{Experiment, Family, MirrorConfig, Plan};
+use virtual_sessions::{Instruments, measure};
+
+/// A session of this mirror, measured on another bench than the emulated board.
+fn session(config: &MirrorConfig, folder: &Path) {
+    let experiments = vec![
+        Experiment::sweep("sweep", 0.0, 3.5, 14, 1.0),
+        Experiment::step(5.0, 2.0, 10.0),
+    ];
+    let session = measure(
+        config,
+        &Plan { experiments },
+        Instruments::PositionAndCurrents,
+    );
+    std::fs::create_dir(folder).expect("a folder");
+    for (name, file) in session.expect("the mirror is possible").files {
+        std::fs::write(folder.join(name), file.to_string()).expect("written");
+    }
+}
+
+#[test]
+fn a_calibrated_board_goes_where_it_is_asked() {
+    let config = MirrorConfig::draw(Family::B, 77);
+    let bench = Bench::emulated(config.clone());
+    session(&config, &bench.directory().join("session"));
+    let report = bench.json(&[
+        "calibrate",
+        "--from",
+        "session",
+        "--device",
+        "mirror 77",
+        "-o",
+        "calibration.toml",
+        "--model-output",
+        "model.toml",
+        "--picture",
+        "picture.svg",
+    ]);
+    let figure = |when: &str, what: &str| report[when][what].as_f64().expect("a number");
+    assert!(figure("after", "rest_rms_um") < 0.05, "{report}");
+    assert!(figure("after", "rest_largest_um") < 0.15, "{report}");
+    assert!(
+        figure("before", "rest_rms_um") > 10.0 * figure("after", "rest_rms_um"),
+        "{report}"
+    );
+
+    let kept = std::fs::read_to_string(bench.directory().join("calibration.toml")).unwrap();
+    let kept = calibration::from_toml("calibration.toml", &kept).expect("a calibration");
+    let origin = kept.parts().origin;
+    assert_eq!(origin.device.as_str(), "mirror 77");
+    assert_eq!(format!("{:016x}", origin.model_hash), report["model_hash"]);
+    let model = bench.directory().join("model.toml");
+    let model = mirror_model::Model::load(model.to_str().unwrap()).expect("a model");
+    assert_eq!(calibration::model_hash(&model), origin.model_hash);
+    let picture = std::fs::read_to_string(bench.directory().join("picture.svg")).unwrap();
+    assert!(picture.contains("error at rest, after"));
+
+    // `set-z` goes by it.
+    let moved = bench.json(&["set-z", "100um", "--settle", "2s"]);
+    assert!(moved["error_um"].as_f64().unwrap().abs() < 0.15, "{moved}");
+    let scanned = bench.json(&["scan", "triangle", "--frequency", "5Hz", "--cycles", "2"]);
+    let (low, high) = (&scanned["lowest_um"], &scanned["highest_um"]);
+    assert!((high.as_f64().unwrap() - 100.0).abs() < 2.0, "{scanned}");
+    assert!(low.as_f64().unwrap() < 61.0, "{scanned}");
+}
+
+#[test]
+fn without_a_usable_session_the_board_keeps_its_calibration() {
+    let bench = Bench::emulated(MirrorConfig::bench());
+    let range = || bench.json(&["status"])["max_position_um"].clone();
+    let before = range();
+    std::fs::create_dir(bench.directory().join("empty")).unwrap();
+    let said = bench.tool(&["calibrate", "--from", "empty"]);
+    assert_ne!(said.code, 0);
+    assert!(
+        said.sentence().contains("holds no measurement files"),
+        "{}",
+        said.err
+    );
+    assert_eq!(range(), before);
+}

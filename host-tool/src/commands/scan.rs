@@ -1,0 +1,214 @@
+//! `scan`: positions along a sine, a triangle or a waveform of one's own, played by the board.
+
+use std::fmt;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use mirror_protocol::{POINTS, Quantity, Shape, Table, Waveform};
+use serde::Serialize;
+
+use crate::board::Board;
+use crate::cli::Scan;
+use crate::commands::measure::experiment::{Experiment, shares};
+use crate::commands::measure::run::{Ended, Lab};
+use crate::commands::measure::sensor::{Sensor, parse};
+use crate::error::ToolError;
+use crate::new_file::NewFile;
+use crate::quantity::Length;
+use crate::report::{self, decimal};
+
+/// Samples of a scan, evenly over its length.
+const SAMPLES: u32 = 2000;
+
+#[derive(Serialize)]
+struct Report {
+    file: Option<PathBuf>,
+    samples: usize,
+    duration_s: f64,
+    lowest_um: Option<f64>,
+    highest_um: Option<f64>,
+    interrupted: bool,
+}
+
+/// Scans, and leaves the channels off.
+pub(super) async fn run(board: &Board, scan: Scan, json: bool) -> Result<(), ToolError> {
+    let tick_hz = board.identity().tick_hz;
+    let (name, waveform, points, output) = waveform(scan, tick_hz)?;
+    let max_um = decimal(board.status().await?.max_position_um);
+    let reach = waveform.amplitude.abs();
+    for end in [waveform.offset - reach, waveform.offset + reach] {
+        if !(-1e-3..=max_um + 1e-3).contains(&decimal(end)) {
+            return Err(ToolError::PositionOutOfRange {
+                asked: Length { um: decimal(end) },
+                max: Length { um: max_um },
+            });
+        }
+    }
+    let file = output
+        .map(|(path, force)| NewFile::create(path, force))
+        .transpose()?;
+    let mut lab = Lab::open(board, Sensor::Board, None, json).await?;
+    let experiment = Experiment::positions_along(&name, waveform, points, SAMPLES, tick_hz);
+    let measured = lab.measure(&experiment).await;
+    lab.close();
+    let rows = &measured.file.rows;
+    let z = || rows.iter().filter_map(|row| row.z_um);
+    let mut report = Report {
+        file: None,
+        samples: rows.len(),
+        duration_s: rows.last().map_or(0.0, |row| row.t_s),
+        lowest_um: z().min_by(f64::total_cmp),
+        highest_um: z().max_by(f64::total_cmp),
+        interrupted: matches!(measured.ended, Ok(Ended::Interrupted)),
+    };
+    if let Some(file) = file.filter(|_| !rows.is_empty()) {
+        report.file = Some(file.write(&measured.file.to_string())?);
+    }
+    report::print(&report, json);
+    measured.ended.map(drop)
+}
+
+type Planned = (String, Waveform, Vec<i16>, Option<(PathBuf, bool)>);
+
+fn waveform(scan: Scan, tick_hz: u32) -> Result<Planned, ToolError> {
+    let periodic = |shape: Shape, offset: Length, amplitude: Length, cycles: u32| Waveform {
+        quantity: Quantity::Position,
+        shape,
+        offset: offset.um as f32,
+        amplitude: amplitude.um as f32,
+        cycles,
+        ends_off: true,
+    };
+    Ok(match scan {
+        Scan::Sine { curve, to } => {
+            let frequency_hz = curve.frequency.hz as f32;
+            let shape = Shape::Sine { frequency_hz };
+            let waveform = periodic(shape, curve.offset, curve.amplitude, curve.cycles);
+            ("scan_sine".into(), waveform, Vec::new(), to.file())
+        }
+        Scan::Triangle { curve, to } => {
+            let frequency_hz = curve.frequency.hz as f32;
+            let shape = Shape::Triangle { frequency_hz };
+            let waveform = periodic(shape, curve.offset, curve.amplitude, curve.cycles);
+            ("scan_triangle".into(), waveform, Vec::new(), to.file())
+        }
+        Scan::Csv { file, cycles, to } => {
+            let (z_um, dwell_ticks) = read(&file, tick_hz)?;
+            let (offset, amplitude, points) = shares(&z_um);
+            let waveform = Waveform {
+                quantity: Quantity::Position,
+                shape: Shape::Lines(Table {
+                    points: points.len() as u16,
+                    dwell_ticks,
+                }),
+                offset,
+                amplitude,
+                cycles,
+                ends_off: true,
+            };
+            ("scan_csv".into(), waveform, points, to.file())
+        }
+    })
+}
+
+/// A waveform's positions at equal steps of time, and the ticks of one step.
+fn read(path: &Path, tick_hz: u32) -> Result<(Vec<f64>, u32), ToolError> {
+    let unusable = |reason: String| ToolError::Waveform {
+        path: path.to_owned(),
+        reason,
+    };
+    let text = fs::read_to_string(path).map_err(|source| ToolError::Read {
+        path: path.to_owned(),
+        source,
+    })?;
+    let points = parse(&text).map_err(unusable)?;
+    let [(first_s, _), .., (last_s, _)] = points[..] else {
+        return Err(unusable("it has fewer than two points".into()));
+    };
+    // As dense as the board's table allows, and no denser than the control ticks.
+    let ticks = (last_s - first_s) * f64::from(tick_hz);
+    let dwell_ticks = (ticks / (POINTS - 1) as f64).ceil().max(1.0);
+    let steps = (ticks / dwell_ticks).round();
+    if steps < 1.0 || dwell_ticks > f64::from(u32::MAX) {
+        return Err(unusable(
+            "it is shorter than a control tick, or longer than 100 h".into(),
+        ));
+    }
+    let at = |t_s: f64| {
+        let after = points
+            .partition_point(|(t, _)| *t < t_s)
+            .clamp(1, points.len() - 1);
+        let ((t0, z0), (t1, z1)) = (points[after - 1], points[after]);
+        z0 + ((t_s - t0) / (t1 - t0)).clamp(0.0, 1.0) * (z1 - z0)
+    };
+    let z_um =
+        (0..=steps as u32).map(|step| at(first_s + (last_s - first_s) * f64::from(step) / steps));
+    Ok((z_um.collect(), dwell_ticks as u32))
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "scanned    {:.3} s, {} samples",
+            self.duration_s, self.samples
+        )?;
+        if let (Some(low), Some(high)) = (self.lowest_um, self.highest_um) {
+            writeln!(f, "sensor     {low:.3} to {high:.3} um")?;
+        }
+        if let Some(file) = &self.file {
+            writeln!(f, "kept       in {}", file.display())?;
+        }
+        if self.interrupted {
+            writeln!(f, "interrupted; channels are off")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::io::Write;
+
+    fn read_text(text: &str) -> Result<(Vec<f64>, u32), ToolError> {
+        let mut file = tempfile::NamedTempFile::new().expect("a file");
+        file.write_all(text.as_bytes()).expect("written");
+        read(file.path(), 10_000)
+    }
+
+    #[test]
+    fn a_file_that_is_no_waveform_is_told_why() {
+        for (text, reason) in [
+            ("", "fewer than two points"),
+            ("0,1\n", "fewer than two points"),
+            ("0,1\n1\n", "line 2"),
+            ("1,1\n0,2\n", "line 2 is not later"),
+            ("0,1\n1e-6,2\n", "shorter than a control tick"),
+        ] {
+            let said = read_text(text).expect_err("unusable").to_string();
+            assert!(said.contains(reason), "{said}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_waveform_keeps_its_ends_and_its_length(
+            z in proptest::collection::vec(0.0_f64..170.0, 2..700), step_s in 1e-3_f64..1.0,
+        ) {
+            let text: String = z
+                .iter()
+                .enumerate()
+                .map(|(i, z)| format!("{:?},{z:?}\n", i as f64 * step_s))
+                .collect();
+            let (found, dwell_ticks) = read_text(&text).expect("a waveform");
+            prop_assert!(found.len() <= POINTS);
+            prop_assert!((found[0] - z[0]).abs() < 1e-9);
+            prop_assert!((found[found.len() - 1] - z[z.len() - 1]).abs() < 1e-9);
+            let asked = (z.len() - 1) as f64 * step_s * 1e4;
+            let played = (found.len() - 1) as f64 * f64::from(dwell_ticks);
+            prop_assert!((played - asked).abs() <= f64::from(dwell_ticks), "{played} for {asked}");
+        }
+    }
+}

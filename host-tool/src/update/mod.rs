@@ -1,0 +1,8 @@
+//! New firmware for a board, through the bootloader in its microcontroller's ROM, which nothing can
+//! overwrite.
+
+pub mod dfuse;
+pub mod image;
+mod usb;
+
+pub use usb::{UsbBootloader, bootloaders};
