@@ -163,6 +163,10 @@ pub enum ToolError {
     ))]
     Sensor { path: PathBuf, reason: String },
 
+    #[error("{} is no scan of a plate: {reason}", path.display())]
+    #[diagnostic(help("write lines of x, y and z in micrometres: `-50,25,101.2`"))]
+    Scan { path: PathBuf, reason: String },
+
     #[error("{} is no waveform: {reason}", path.display())]
     #[diagnostic(help("write lines of seconds and micrometres: `0.5,12.3`"))]
     Waveform { path: PathBuf, reason: String },

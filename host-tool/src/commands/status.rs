@@ -96,7 +96,10 @@ impl fmt::Display for StatusReport {
         writeln!(f, "up         {:.1} s", self.up_s)?;
         let CalibrationInfo { device, date, .. } = &self.calibration;
         let kept = kept_words(self.calibration.kept);
-        writeln!(f, "calibrated {device} {date}, {kept}")?;
+        // The factory's is of no device, and of no day.
+        let mut words = vec![device.as_str(), date.as_str(), kept];
+        words.retain(|word| !word.is_empty());
+        writeln!(f, "calibrated {}", words.join(", "))?;
         writeln!(
             f,
             "range      0 to {:.1} um, 0 to {:.2} V",
