@@ -26,9 +26,13 @@ async fn main(_spawner: Spawner) -> ! {
     let mut keeper = Keeper::new(CalibrationFlash::open());
     let uploaded = UPLOADED.take();
     let calibration = IN_USE.init(keeper.load(uploaded));
+    let bad_calibration = keeper.fault();
     let upload = Upload::new(uploaded, SPARE.init(*calibration));
     let mut session = rpc::Session::new::<LockstepPlant>(&MAILBOX, calibration, upload, keeper);
     let mut control = Control::new(Controller::new(calibration), &MAILBOX);
+    if let Some(fault) = bad_calibration {
+        control.trip(fault);
+    }
     if let Some(stopped) = last_stop::take() {
         control.trip(stopped.fault);
         session = session.after(stopped.text);

@@ -40,10 +40,14 @@ async fn main(spawner: Spawner) {
     let mut keeper = Keeper::new(CalibrationFlash::open(p.FLASH));
     let uploaded = UPLOADED.take();
     let calibration = IN_USE.init(keeper.load(uploaded));
+    let bad_calibration = keeper.fault();
     let upload = Upload::new(uploaded, SPARE.init(*calibration));
     let (device, rx, tx) = link::open(p.USB, p.PA12, p.PA11);
     let mut session = rpc::Session::new::<Converters>(&MAILBOX, calibration, upload, keeper);
     let mut control = Control::new(Controller::new(calibration), &MAILBOX);
+    if let Some(fault) = bad_calibration {
+        control.trip(fault);
+    }
     if let Some(stopped) = last_stop() {
         control.trip(stopped.fault);
         session = session.after(stopped.text);
