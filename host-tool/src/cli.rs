@@ -105,6 +105,11 @@ pub enum Command {
     /// Teach the board its mirror: measure, identify, build the tables, upload, and try them at other
     /// positions; before and after.
     Calibrate(Calibrate),
+    /// Explain a fault or a limit: what it is, its cause, and its remedy.
+    Explain {
+        /// Its name, as `status` shows it; without it, all names.
+        name: Option<String>,
+    },
     /// Fit a model's parameters to measurements.
     Fit {
         /// Model and measurements.

@@ -229,6 +229,10 @@ pub enum ToolError {
     ))]
     Runaway(#[from] mirror_model::Runaway),
 
+    #[error("there is no fault or limit `{name}`")]
+    #[diagnostic(help("`host-tool explain` shows those there are"))]
+    NoSuchFault { name: String },
+
     #[error("there is no effect `{id}`")]
     #[diagnostic(help(
         "`host-tool effect list` shows those there are; a file of your own ends in .toml"

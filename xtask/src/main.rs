@@ -82,6 +82,8 @@ enum Task {
 enum Benchmark {
     /// How well the diagnosis finds what is hidden in `data/hidden`.
     Diagnose,
+    /// Power cuts that a stored calibration survives, and how the flash wears.
+    Store,
 }
 
 fn main() -> ExitCode {
@@ -100,6 +102,9 @@ fn run(task: Task) -> Result<ExitCode> {
         Task::Bench {
             what: Some(Benchmark::Diagnose),
         } => diagnoses::run().map(|()| ExitCode::SUCCESS),
+        Task::Bench {
+            what: Some(Benchmark::Store),
+        } => bench::store().map(|()| ExitCode::SUCCESS),
         Task::Fuzz { arguments } => test::fuzz(&arguments).map(|()| ExitCode::SUCCESS),
         Task::Build { board } => images::build_and_report(board).map(|()| ExitCode::SUCCESS),
         Task::HideEffects => hidden::write().map(|()| ExitCode::SUCCESS),

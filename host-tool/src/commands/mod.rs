@@ -2,6 +2,7 @@
 
 mod calibrate;
 mod doctor;
+mod explain;
 mod lab;
 mod list;
 mod measure;
@@ -65,6 +66,7 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             let file = NewFile::create(output, force)?;
             record::run(&open().await?, file, duration, period, json).await
         }
+        Command::Explain { name } => explain::run(name.as_deref(), json),
         Command::Measure(Measure::Plane { scan }) => measure::plane(&scan, json),
         Command::Measure(Measure::Experiment(asked)) => {
             measure::run(&open().await?, asked, json).await
