@@ -141,7 +141,7 @@ pub enum ToolError {
         highest: Frequency,
     },
 
-    #[error("a sine of {asked} cannot be played and read: from 1 mHz to {highest}")]
+    #[error("a sine of {asked} cannot be played and read: from 2 mHz to {highest}")]
     #[diagnostic(help("ask for another --frequency"))]
     Frequency {
         asked: Frequency,
