@@ -1,15 +1,17 @@
 //! The control tick: converter codes in, PWM codes out.
 
+use core::sync::atomic::Ordering;
+
 use control_core::{
     Controller, LANES, Limit, Limits, Micrometre, PwmCode, Setpoint, SupplyCode, Volt,
 };
 use experiment::{Mean, Pacer, Player, Quantity, Shape, Stream, Waveform};
 use mirror_protocol::{ChannelState, Commanded, Health, LEASE_FOREVER_MS, Telemetry};
-use protection::{Denied, Lease, Protection, Reading};
+use protection::{Denied, Fault, Lease, Protection, Reading};
 
 use crate::board::{Board, Sensed};
 use crate::mailbox::{Mailbox, Order};
-use crate::{TICK_HZ, TICKS_PER_MS};
+use crate::{TICK_HZ, TICKS_PER_MS, watchdog};
 
 /// Runs the control loop on `board`, a tick at a time, for ever.
 pub async fn run(mut board: impl Board, mut control: Control) -> ! {
@@ -68,6 +70,11 @@ impl Control {
         }
     }
 
+    /// Drives nothing until the fault that stopped the firmware before this start is cleared.
+    pub fn trip(&mut self, fault: Fault) {
+        self.protection.trip(fault);
+    }
+
     /// One tick: `sensed` are the codes read while the codes of the last tick were driven; the
     /// result is driven next.
     pub fn tick(&mut self, sensed: Sensed) -> [PwmCode; LANES] {
@@ -92,6 +99,7 @@ impl Control {
             missed_ticks: sensed.missed_ticks,
         };
         let allowed = self.protection.tick(self.setpoint, applied, &reading);
+        watchdog::PROTECTION.store(true, Ordering::Relaxed);
         let step = self.controller.step(allowed, applied, currents);
         let codes = step.codes;
         let mut limits = step.limits;
@@ -119,6 +127,7 @@ impl Control {
         self.applied = codes;
         self.stepped = self.setpoint != last;
         self.tick = self.tick.wrapping_add(1);
+        watchdog::CONTROL.store(true, Ordering::Relaxed);
         codes
     }
 

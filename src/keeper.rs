@@ -4,6 +4,7 @@ use calibration_store::{Loaded, Store};
 use control_core::Calibration;
 use control_core::calibration::BYTES;
 use mirror_protocol::Kept;
+use protection::Fault;
 
 use crate::board::CalibrationFlash;
 use crate::factory;
@@ -56,6 +57,11 @@ impl Keeper {
             None => false,
         };
         self.kept = if stored { Kept::Yes } else { Kept::No };
+    }
+
+    /// What a board must not overlook: a calibration was stored, and is lost.
+    pub fn fault(&self) -> Option<Fault> {
+        (self.kept == Kept::FactoryAsStoredIsBad).then_some(Fault::CalibrationBad)
     }
 
     /// Whether the calibration in use is kept.

@@ -20,10 +20,13 @@ pub mod board;
 pub mod calibration;
 pub mod control;
 pub mod keeper;
+#[cfg(target_os = "none")]
+pub mod last_stop;
 pub mod mailbox;
 pub mod rpc;
 #[cfg(any(feature = "board-stm32g474", feature = "board-host"))]
 pub mod usb;
+pub mod watchdog;
 
 #[cfg(any(
     all(feature = "board-stm32g474", feature = "board-mps2"),

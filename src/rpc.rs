@@ -1,6 +1,7 @@
 //! From frames to commands: the endpoints of `mirror-protocol`, and their answers.
 
 use core::fmt::Write;
+use core::sync::atomic::Ordering;
 
 use control_core::{Calibration, Micrometre, Setpoint, Volt};
 use embassy_time::{Duration, Timer};
@@ -25,7 +26,7 @@ use crate::board::{Board, LinkTx};
 use crate::calibration::{Upload, UploadError};
 use crate::keeper::Keeper;
 use crate::mailbox::{Failure, Mailbox, Order};
-use crate::{TICK_HZ, TICKS_PER_MS};
+use crate::{TICK_HZ, TICKS_PER_MS, watchdog};
 
 /// What the endpoints know and remember.
 pub struct Session {
@@ -35,6 +36,8 @@ pub struct Session {
     calibration: CalibrationInfo,
     upload: Upload,
     keeper: Keeper,
+    /// Why the firmware stopped before this start.
+    last_stop: Sentence,
     bootloader: Option<fn() -> !>,
     /// Protocol version of the tool that greeted last.
     tool: Option<u16>,
@@ -55,9 +58,16 @@ impl Session {
             calibration: info(calibration, keeper.kept()),
             upload,
             keeper,
+            last_stop: Sentence::new(),
             bootloader: B::BOOTLOADER,
             tool: None,
         }
+    }
+
+    /// Tells with every status why the firmware stopped before this start.
+    #[must_use]
+    pub fn after(self, last_stop: Sentence) -> Self {
+        Self { last_stop, ..self }
     }
 
     fn check_version(&self) -> Result<(), Refusal> {
@@ -133,6 +143,7 @@ fn status(session: &mut Session, _header: VarHeader, (): ()) -> StatusReply {
         max_position_um: session.calibration.max_position_um,
         max_drive_v: session.calibration.max_drive_v,
         dropped_samples: session.mailbox.dropped_samples(),
+        last_stop: session.last_stop.clone(),
     })
 }
 
@@ -325,9 +336,17 @@ pub async fn serve<Rx: WireRx>(tx: LinkTx, rx: Rx, frame: &mut Frame, session: S
         }
     };
     let leave = leave(mailbox, bootloader);
-    embassy_futures::join::join3(samples, requests, leave)
+    embassy_futures::join::join4(samples, requests, leave, check_in())
         .await
         .0
+}
+
+/// Tells the watchdog that the link is polled.
+async fn check_in() -> ! {
+    loop {
+        watchdog::LINK.store(true, Ordering::Relaxed);
+        Timer::after(watchdog::ROUND / 2).await;
+    }
 }
 
 /// Time for an answer to reach the tool.

@@ -19,7 +19,8 @@ mod tests {
     use mirror_firmware::mailbox::{Failure, MAILBOX, Order};
     use mirror_protocol::{
         ChannelState, CommandReply, Commanded, Drives, Health, Hello, LEASE_FOREVER_MS,
-        MAX_FRAME_BYTES, Position, Refusal, Renewal, Status, StatusReply, Stream, Telemetry,
+        MAX_FRAME_BYTES, Position, Refusal, Renewal, Sentence, Status, StatusReply, Stream,
+        Telemetry,
     };
     use protection::{Denied, Fault, Lease};
     use serde::{Serialize, de::DeserializeOwned};
@@ -85,6 +86,7 @@ mod tests {
             max_position_um: 173.7,
             max_drive_v: 3.5,
             dropped_samples: 0,
+            last_stop: Sentence::try_from("panicked").expect("short"),
         }));
     }
 

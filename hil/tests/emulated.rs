@@ -295,24 +295,18 @@ fn a_recording_is_as_long_as_it_was_asked_to_be_or_refused() {
 #[test]
 fn a_tool_that_is_killed_while_it_drives_leaves_no_drive_behind() {
     let bench = bench();
-    bench.json(&["set-drive", "2V", "--settle", "10ms", "--hold", "500ms"]);
-    let mut recording = bench.start_tool(&[
-        "record",
-        "-o",
-        "long.csv",
-        "--duration",
-        "1h",
-        "--period",
-        "1ms",
+    // It drives under leases of 100 ms, which it renews.
+    let mut measuring = bench.start_tool(&[
+        "measure", "sine", "--mean", "2V", "--cycles", "100000", "--rest", "0s",
     ]);
-    thread::sleep(Duration::from_millis(700));
-    // Several seconds of the board's time: the recording has kept the drive alive.
-    recording.kill().expect("it dies");
-    recording.wait().expect("it is gone");
-    let status = bench.json(&["status"]);
-    let up_s = |status: &serde_json::Value| status["up_s"].as_f64().expect("a number");
-    assert!(up_s(&status) > 1.0, "{status}");
+    thread::sleep(Duration::from_secs(2));
+    measuring.kill().expect("it dies");
+    measuring.wait().expect("it is gone");
     // The board waits 3 s of real time for the host that has gone, and then ramps.
+    let driving = bench.json(&["status"]);
+    assert_eq!(driving["states"][0], "driving");
+    let left_s = driving["lease"]["seconds"].as_f64().expect("a number");
+    assert!(left_s <= 0.1, "{driving}");
     let status = (0..100)
         .map(|_| {
             thread::sleep(Duration::from_millis(100));
@@ -323,6 +317,11 @@ fn a_tool_that_is_killed_while_it_drives_leaves_no_drive_behind() {
     assert_eq!(status["drive_v"], serde_json::json!([0.0, 0.0, 0.0, 0.0]));
     assert_eq!(status["limited_by"], serde_json::json!(["lease-lapsed"]));
     assert_eq!(status["lease"], serde_json::Value::Null);
+    let s = |status: &serde_json::Value| status["up_s"].as_f64().expect("a number");
+    assert!(
+        s(&status) - s(&driving) < 1.5,
+        "the lease, the ramp, and a look at it: {status}"
+    );
 }
 
 #[test]

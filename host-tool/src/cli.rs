@@ -105,6 +105,11 @@ pub enum Command {
     /// Teach the board its mirror: measure, identify, build the tables, upload, and try them at other
     /// positions; before and after.
     Calibrate(Calibrate),
+    /// Explain a fault or a limit: what it is, its cause, and its remedy.
+    Explain {
+        /// Its name, as `status` shows it; without it, all names.
+        name: Option<String>,
+    },
     /// Fit a model's parameters to measurements.
     Fit {
         /// Model and measurements.
@@ -253,9 +258,23 @@ pub struct Calibrate {
     pub force: bool,
 }
 
-/// The experiments.
+/// What can be measured.
 #[derive(Debug, Subcommand)]
 pub enum Measure {
+    /// With a board.
+    #[command(flatten)]
+    Experiment(Experiment),
+    /// The tilt of the plate from a scan of points over it: the plane by principal components, and its two
+    /// angles. Hold a drive (`set-drive --hold`), move your sensor's spot, and write down what it reads.
+    Plane {
+        /// Lines of x, y and z in micrometres.
+        scan: PathBuf,
+    },
+}
+
+/// The experiments.
+#[derive(Debug, Subcommand)]
+pub enum Experiment {
     /// All actuators up in equal steps and down again, read at the end of each.
     Sweep {
         /// Highest drive.

@@ -141,7 +141,7 @@ pub enum ToolError {
         highest: Frequency,
     },
 
-    #[error("a sine of {asked} cannot be played and read: from 1 mHz to {highest}")]
+    #[error("a sine of {asked} cannot be played and read: from 2 mHz to {highest}")]
     #[diagnostic(help("ask for another --frequency"))]
     Frequency {
         asked: Frequency,
@@ -162,6 +162,10 @@ pub enum ToolError {
          lines of seconds and micrometres, `0.5,12.3`, the experiment beginning at 0"
     ))]
     Sensor { path: PathBuf, reason: String },
+
+    #[error("{} is no scan of a plate: {reason}", path.display())]
+    #[diagnostic(help("write lines of x, y and z in micrometres: `-50,25,101.2`"))]
+    Scan { path: PathBuf, reason: String },
 
     #[error("{} is no waveform: {reason}", path.display())]
     #[diagnostic(help("write lines of seconds and micrometres: `0.5,12.3`"))]
@@ -224,6 +228,10 @@ pub enum ToolError {
         "its parameters do not go with these measurements; start from another model"
     ))]
     Runaway(#[from] mirror_model::Runaway),
+
+    #[error("there is no fault or limit `{name}`")]
+    #[diagnostic(help("`host-tool explain` shows those there are"))]
+    NoSuchFault { name: String },
 
     #[error("there is no effect `{id}`")]
     #[diagnostic(help(

@@ -4,16 +4,22 @@
 
 use control_core::Controller;
 use embassy_executor::{Spawner, task};
+use embassy_stm32::wdg::IndependentWatchdog;
 use mirror_firmware::board::CalibrationFlash;
 use mirror_firmware::board::stm32g474::link::{self, Device};
 use mirror_firmware::board::stm32g474::{
-    ConverterPins, Converters, bootloader, clocks, start_control_executor,
+    ConverterPins, Converters, bootloader, clocks, last_stop, start_control_executor,
 };
 use mirror_firmware::calibration::{IN_USE, SPARE, UPLOADED, Upload};
 use mirror_firmware::control::{self, Control};
 use mirror_firmware::keeper::Keeper;
 use mirror_firmware::mailbox::MAILBOX;
 use mirror_firmware::rpc;
+use mirror_firmware::watchdog::guard;
+
+/// A part of the firmware that has stopped is noticed by then. Putting a calibration into flash takes
+/// some 25 ms a page.
+const WATCHDOG_US: u32 = 500_000;
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
@@ -34,14 +40,25 @@ async fn main(spawner: Spawner) {
     let mut keeper = Keeper::new(CalibrationFlash::open(p.FLASH));
     let uploaded = UPLOADED.take();
     let calibration = IN_USE.init(keeper.load(uploaded));
+    let bad_calibration = keeper.fault();
     let upload = Upload::new(uploaded, SPARE.init(*calibration));
     let (device, rx, tx) = link::open(p.USB, p.PA12, p.PA11);
-    let session = rpc::Session::new::<Converters>(&MAILBOX, calibration, upload, keeper);
-    let control = Control::new(Controller::new(calibration), &MAILBOX);
+    let mut session = rpc::Session::new::<Converters>(&MAILBOX, calibration, upload, keeper);
+    let mut control = Control::new(Controller::new(calibration), &MAILBOX);
+    if let Some(fault) = bad_calibration {
+        control.trip(fault);
+    }
+    if let Some(stopped) = last_stop() {
+        control.trip(stopped.fault);
+        session = session.after(stopped.text);
+    }
+    let mut watchdog = IndependentWatchdog::new(p.IWDG, WATCHDOG_US);
+    watchdog.unleash();
 
     start_control_executor().must_spawn(run_control(converters, control));
     spawner.must_spawn(run_usb(device));
-    rpc::serve(tx, rx, rpc::FRAME.take(), session).await;
+    let serve = rpc::serve(tx, rx, rpc::FRAME.take(), session);
+    embassy_futures::join::join(serve, guard(|| watchdog.pet())).await;
 }
 
 #[task]

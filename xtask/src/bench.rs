@@ -63,6 +63,23 @@ pub(crate) fn run() -> Result<()> {
     Ok(())
 }
 
+/// Prints what the tests of the calibration store count.
+pub(crate) fn store() -> Result<()> {
+    let tests = ["test", "--quiet", "--package", "calibration-store", "--"];
+    let output = cargo(&tests)
+        .arg("--nocapture")
+        .output()
+        .context("cargo does not run")?;
+    let said = String::from_utf8_lossy(&output.stdout);
+    ensure!(output.status.success(), "the store's tests failed: {said}");
+    let is_figure = |line: &&str| line.contains(" power cuts, ") || line.contains(" updates: ");
+    // The test runner prints its dots into the same lines.
+    for line in said.lines().filter(is_figure) {
+        println!("{}", line.trim_start_matches('.'));
+    }
+    Ok(())
+}
+
 /// Instructions of the control tick, as `benches/control_tick.rs` counts and names them.
 fn instructions() -> Result<Vec<(String, String)>> {
     let output = cargo(&[

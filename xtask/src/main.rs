@@ -11,6 +11,7 @@ mod images;
 mod layers;
 mod on_target;
 mod picture;
+mod positions;
 mod setup;
 mod test;
 mod tool;
@@ -82,6 +83,10 @@ enum Task {
 enum Benchmark {
     /// How well the diagnosis finds what is hidden in `data/hidden`.
     Diagnose,
+    /// What positioning reaches on virtual mirrors.
+    Position,
+    /// Power cuts that a stored calibration survives, and how the flash wears.
+    Store,
 }
 
 fn main() -> ExitCode {
@@ -100,7 +105,13 @@ fn run(task: Task) -> Result<ExitCode> {
         Task::Bench {
             what: Some(Benchmark::Diagnose),
         } => diagnoses::run().map(|()| ExitCode::SUCCESS),
+        Task::Bench {
+            what: Some(Benchmark::Store),
+        } => bench::store().map(|()| ExitCode::SUCCESS),
         Task::Fuzz { arguments } => test::fuzz(&arguments).map(|()| ExitCode::SUCCESS),
+        Task::Bench {
+            what: Some(Benchmark::Position),
+        } => positions::run().map(|()| ExitCode::SUCCESS),
         Task::Build { board } => images::build_and_report(board).map(|()| ExitCode::SUCCESS),
         Task::HideEffects => hidden::write().map(|()| ExitCode::SUCCESS),
         Task::Flash => flash::run_probe().map(|()| ExitCode::SUCCESS),

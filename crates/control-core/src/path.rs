@@ -3,7 +3,7 @@
 //!
 //! A move is the path of least jerk that begins as the mirror moves now and ends at rest (Flash and
 //! Hogan 1985), a polynomial of fifth order. What is left of it at a resonance falls with the third
-//! power of the resonance's periods in it: 0.8 % at four, 0.3 % at five and a half.
+//! power of the resonance's periods in it: a test holds it below 1 % from four on, 0.5 % from five on.
 
 use crate::calibration::Path as PathCalibration;
 use crate::lag::TICK;
@@ -135,10 +135,13 @@ mod tests {
     }
 
     #[test]
-    fn leaves_less_than_a_hundredth_at_four_periods_and_more() {
+    fn leaves_less_than_a_hundredth_from_four_periods_on_and_half_of_it_from_five() {
         for tenth in 40..100 {
-            let left = ringing(f64::from(tenth) / 10.0);
-            assert!(left < 0.01, "{left} at {} periods", f64::from(tenth) / 10.0);
+            let (left, most) = (
+                ringing(f64::from(tenth) / 10.0),
+                if tenth < 50 { 0.01 } else { 0.005 },
+            );
+            assert!(left < most, "{left} at {} periods", f64::from(tenth) / 10.0);
         }
     }
 

@@ -25,6 +25,7 @@ mod identify;
 mod judge;
 mod next;
 pub mod plan;
+mod plane;
 mod report;
 pub mod space;
 
@@ -34,4 +35,5 @@ pub use edit::{Edit, EditError, add, remove};
 pub use fit_report::{FitReport, fit_and_report};
 pub use identify::{Identification, Tried, identify};
 pub use plan::Plan;
+pub use plane::Plane;
 pub use report::{BeforeAfter, Diagnosis, Estimate, NextMeasurement, Ranked, Verdict};

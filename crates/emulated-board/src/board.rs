@@ -19,12 +19,16 @@ use rustix::thread::{CpuSet, sched_setaffinity};
 use tempfile::TempDir;
 use virtual_mirror::MirrorConfig;
 
+use crate::faults::{Faults, Observed, PlantFault};
 use crate::logs::{LogError, LogTable};
 use crate::plant::{Plant, Progress};
 use crate::qemu;
 
 /// How long QEMU may take to offer its socket.
 const START_TIMEOUT: Duration = Duration::from_secs(20);
+
+/// By then a board has checked its heaters.
+const CHECKED_S: f64 = 0.01;
 
 /// What to emulate.
 #[derive(Clone, Debug)]
@@ -48,6 +52,7 @@ pub struct EmulatedBoard {
     qemu: Child,
     socket: PathBuf,
     progress: Arc<Progress>,
+    faults: Faults,
     log: Log,
     directory: TempDir,
 }
@@ -114,6 +119,7 @@ impl EmulatedBoard {
         together.keep(Pid::from_child(&qemu));
         let progress = Arc::new(Progress::default());
         let log = Log::default();
+        let faults = plant.faults();
         run_plant(plant, fifos, together, Arc::clone(&progress), log.clone());
         let complaints = collect_log(&mut qemu, table, log.clone());
 
@@ -121,6 +127,7 @@ impl EmulatedBoard {
             qemu,
             socket,
             progress,
+            faults,
             log,
             directory,
         };
@@ -141,6 +148,16 @@ impl EmulatedBoard {
     /// Time that has passed for the board and its mirror.
     pub fn simulated_s(&self) -> f64 {
         self.progress.simulated_s()
+    }
+
+    /// Lets something break from the next tick on, or with `None` be sound again (a vacuum stays).
+    pub fn inject(&self, fault: Option<PlantFault>) {
+        self.faults.begin(fault);
+    }
+
+    /// What was seen since the last [`inject`](Self::inject).
+    pub fn observed(&self) -> Observed {
+        self.faults.observed()
     }
 
     /// The firmware's log so far.
@@ -176,7 +193,7 @@ impl EmulatedBoard {
                     said.join("; ")
                 )));
             }
-            if self.socket.exists() && self.simulated_s() > 0.0 {
+            if self.socket.exists() && self.simulated_s() > CHECKED_S {
                 return Ok(());
             }
             thread::sleep(pause);

@@ -13,7 +13,6 @@ const OVERSAMPLING: usize = 16;
 const PWM_SUPPLY_V: f64 = 3.3;
 const PWM_PERIOD_COUNTS: f64 = 4250.0;
 const OUTPUT_GAIN: f64 = 4.25 / 3.3;
-const SUPPLY_V: f64 = 5.0;
 const SUPPLY_DIVIDER: f64 = 0.5;
 const SHUNT_OHM: f64 = 10.0;
 const SENSE_GAIN: f64 = 26.4;
@@ -51,8 +50,8 @@ impl Electronics {
     }
 
     /// What the converter reads of the output stages' supply.
-    pub fn supply_code(&mut self) -> u16 {
-        self.convert(SUPPLY_V * SUPPLY_DIVIDER)
+    pub fn supply_code(&mut self, supply_v: f64) -> u16 {
+        self.convert(supply_v * SUPPLY_DIVIDER)
     }
 
     /// The sum of 16 conversions.

@@ -8,12 +8,14 @@
 
 mod board;
 mod electronics;
+mod faults;
 mod logs;
 mod plant;
 mod qemu;
 
 pub use board::{EmulatedBoard, Emulation, StartError};
 pub use electronics::Electronics;
+pub use faults::{Observed, PlantFault};
 pub use logs::{LogError, LogTable};
 pub use plant::{Plant, Progress};
 pub use qemu::{MACHINE_ARGUMENTS, QEMU};

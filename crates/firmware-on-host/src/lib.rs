@@ -48,9 +48,13 @@ pub fn with_board_on<T>(flash: &SharedFlash, test: impl AsyncFnOnce(HostSide) ->
     let uploaded = Box::leak(Box::new([0; BYTES]));
     let mut keeper = Keeper::new(Some(flash.clone()));
     let in_use = Box::leak(Box::new(keeper.load(uploaded)));
+    let bad_calibration = keeper.fault();
     let upload = Upload::new(uploaded, Box::leak(Box::new(*in_use)));
     let session = rpc::Session::new::<HostBoard>(mailbox, in_use, upload, keeper);
-    let control = Control::new(Controller::new(in_use), mailbox);
+    let mut control = Control::new(Controller::new(in_use), mailbox);
+    if let Some(fault) = bad_calibration {
+        control.trip(fault);
+    }
     let mut received: rpc::Frame = [0; _];
     let firmware = join3(
         control::run(HostBoard::default(), control),

@@ -6,9 +6,11 @@ use firmware_on_host::{FLASH_PAGES, connect, enumerate, with_board_on};
 use mirror_firmware::factory;
 use mirror_protocol::{
     CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationUseEndpoint,
-    CalibrationWriteEndpoint, Chunk, Hello, HelloEndpoint, Kept, PROTOCOL_VERSION, WireError,
+    CalibrationWriteEndpoint, Chunk, Hello, HelloEndpoint, Kept, PROTOCOL_VERSION, Position,
+    Refusal, SetPositionEndpoint, WireError,
 };
 use postcard_rpc::host_client::HostClient;
+use protection::Fault;
 use simulated_flash::{HalfWords, PAGE_BYTES, SharedFlash, SimulatedFlash, WORD_BYTES};
 
 fn erased() -> SharedFlash {
@@ -105,4 +107,16 @@ fn a_bad_one_falls_back_to_the_factorys_and_the_board_says_so() {
     let info = found(&flash);
     assert_eq!(info.kept, Kept::FactoryAsStoredIsBad);
     assert_eq!(info.device, found(&erased()).device);
+
+    // Nothing is driven until somebody has seen it.
+    let refusal = with_client(&flash, async |client| {
+        let position = Position {
+            z_um: 50.0,
+            lease_ms: 1000,
+        };
+        let reply = client.send_resp::<SetPositionEndpoint>(&position).await;
+        reply.expect("an answer").expect_err("tripped")
+    });
+    let fault = Fault::CalibrationBad.code();
+    assert_eq!(refusal, Refusal::Tripped { fault });
 }

@@ -96,7 +96,7 @@ pub struct Commanded {
 }
 
 /// The board at this moment.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Status {
     /// What it does now.
     pub telemetry: Telemetry,
@@ -108,6 +108,9 @@ pub struct Status {
     pub max_drive_v: f32,
     /// Telemetry samples that found the link too slow and were dropped since start.
     pub dropped_samples: u32,
+    /// What the firmware left behind when it stopped before this start; empty where it did not. The
+    /// channels have tripped then, and their fault tells the kind.
+    pub last_stop: Sentence,
 }
 
 /// How the board is, apart from what it drives.

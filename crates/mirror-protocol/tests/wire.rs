@@ -3,8 +3,8 @@
 
 use mirror_protocol::{
     CHUNK_POINTS, ChannelState, CommandReply, Commanded, Drives, Health, Hello, Identity,
-    MAX_FRAME_BYTES, Play, Points, Position, Refusal, Renewal, Status, StatusReply, Stream,
-    Telemetry, Text,
+    MAX_FRAME_BYTES, Play, Points, Position, Refusal, Renewal, Sentence, Status, StatusReply,
+    Stream, Telemetry, Text,
 };
 use proptest::prelude::*;
 
@@ -63,9 +63,10 @@ proptest! {
         telemetry in telemetry(),
         health in health(),
         dropped_samples: u32,
+        last_stop in "[ -~]{0,128}",
     ) {
         let status: StatusReply =
-            Ok(Status { telemetry, health, max_position_um: 173.7, max_drive_v: 3.5, dropped_samples });
+            Ok(Status { telemetry, health, max_position_um: 173.7, max_drive_v: 3.5, dropped_samples, last_stop: Sentence::try_from(last_stop.as_str()).unwrap() });
         let bytes = postcard::to_stdvec(&status).unwrap();
         prop_assert!(bytes.len() + 13 <= MAX_FRAME_BYTES, "{} bytes and a header", bytes.len());
         prop_assert_eq!(postcard::from_bytes::<StatusReply>(&bytes).unwrap(), status);

@@ -39,6 +39,22 @@ pub struct Converters {
     pub sensor_z_nm: i32,
     /// Code of the output stages' supply.
     pub supply: u16,
+    /// What happens to the processor itself in this tick ([`upset`]).
+    pub upset: u8,
+}
+
+/// What a disturbance can do to a processor, for tests of what the board does then.
+pub mod upset {
+    /// Nothing.
+    pub const NONE: u8 = 0;
+    /// The firmware finds a defect in itself.
+    pub const PANIC: u8 = 1;
+    /// It jumps where nothing is.
+    pub const HARD_FAULT: u8 = 2;
+    /// It stays where it is.
+    pub const HANG: u8 = 3;
+    /// It is reset.
+    pub const RESET: u8 = 4;
 }
 
 impl Pins {
@@ -64,7 +80,7 @@ impl Pins {
 
 impl Converters {
     /// Length on the link.
-    pub const BYTES: usize = 18;
+    pub const BYTES: usize = 19;
 
     /// As bytes, little-endian.
     pub fn to_bytes(self) -> [u8; Self::BYTES] {
@@ -72,7 +88,8 @@ impl Converters {
         bytes[..4].copy_from_slice(&self.tick.to_le_bytes());
         bytes[4..8].copy_from_slice(&self.sensor_z_nm.to_le_bytes());
         put_quad(&mut bytes[8..16], self.current);
-        bytes[16..].copy_from_slice(&self.supply.to_le_bytes());
+        bytes[16..18].copy_from_slice(&self.supply.to_le_bytes());
+        bytes[18] = self.upset;
         bytes
     }
 
@@ -83,6 +100,7 @@ impl Converters {
             sensor_z_nm: word(&bytes[4..8]) as i32,
             current: quad(&bytes[8..]),
             supply: u16::from_le_bytes([bytes[16], bytes[17]]),
+            upset: bytes[18],
         }
     }
 }
@@ -111,10 +129,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_tick_comes_back_whole(tick: u32, quad: [u16; 4], sensor_z_nm: i32, supply: u16) {
+        fn a_tick_comes_back_whole(tick: u32, quad: [u16; 4], sensor_z_nm: i32, supply: u16, upset: u8) {
             let pins = Pins { tick, compare: quad };
             prop_assert_eq!(Pins::from_bytes(&pins.to_bytes()), pins);
-            let converters = Converters { tick, current: quad, sensor_z_nm, supply };
+            let converters = Converters { tick, current: quad, sensor_z_nm, supply, upset };
             prop_assert_eq!(Converters::from_bytes(&converters.to_bytes()), converters);
         }
     }

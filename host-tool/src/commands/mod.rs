@@ -2,6 +2,7 @@
 
 mod calibrate;
 mod doctor;
+mod explain;
 mod lab;
 mod list;
 mod measure;
@@ -19,7 +20,7 @@ use clap::CommandFactory;
 use tokio::runtime::Builder;
 
 use crate::board::{Board, choose};
-use crate::cli::{Arguments, Command};
+use crate::cli::{Arguments, Command, Measure};
 use crate::commands::moving::Pace;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
@@ -65,7 +66,11 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             let file = NewFile::create(output, force)?;
             record::run(&open().await?, file, duration, period, json).await
         }
-        Command::Measure(measure) => measure::run(&open().await?, measure, json).await,
+        Command::Explain { name } => explain::run(name.as_deref(), json),
+        Command::Measure(Measure::Plane { scan }) => measure::plane(&scan, json),
+        Command::Measure(Measure::Experiment(asked)) => {
+            measure::run(&open().await?, asked, json).await
+        }
         Command::Scan(scan) => scan::run(&open().await?, scan, json).await,
         Command::Calibrate(ask) => calibrate::run(&open().await?, ask, json).await,
         Command::Fit { lab, output } => lab::fit(&lab, output, json),

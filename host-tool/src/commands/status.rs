@@ -26,6 +26,8 @@ struct StatusReport {
     max_position_um: f64,
     max_drive_v: f64,
     missed_ticks: u32,
+    /// What the firmware said when it stopped before this start.
+    last_stop: String,
     dropped_samples: u32,
 }
 
@@ -74,6 +76,7 @@ impl StatusReport {
             }),
             supply_v: decimal(status.health.supply_v),
             missed_ticks: status.health.missed_ticks,
+            last_stop: status.last_stop.as_str().to_owned(),
             max_position_um: decimal(status.max_position_um),
             max_drive_v: decimal(status.max_drive_v),
             dropped_samples: status.dropped_samples,
@@ -93,7 +96,10 @@ impl fmt::Display for StatusReport {
         writeln!(f, "up         {:.1} s", self.up_s)?;
         let CalibrationInfo { device, date, .. } = &self.calibration;
         let kept = kept_words(self.calibration.kept);
-        writeln!(f, "calibrated {device} {date}, {kept}")?;
+        // The factory's is of no device, and of no day.
+        let mut words = vec![device.as_str(), date.as_str(), kept];
+        words.retain(|word| !word.is_empty());
+        writeln!(f, "calibrated {}", words.join(", "))?;
         writeln!(
             f,
             "range      0 to {:.1} um, 0 to {:.2} V",
@@ -109,6 +115,9 @@ impl fmt::Display for StatusReport {
             }
             Some(LeaseLeft::Forever) => writeln!(f, "held       until told otherwise")?,
             None => {}
+        }
+        if !self.last_stop.is_empty() {
+            writeln!(f, "stopped    before this start: {}", self.last_stop)?;
         }
         if self.missed_ticks > 0 {
             writeln!(
@@ -138,7 +147,7 @@ fn kept_words(kept: Kept) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mirror_protocol::{ChannelState, Health, Telemetry, Text};
+    use mirror_protocol::{ChannelState, Health, Sentence, Telemetry, Text};
 
     #[test]
     fn is_printed_as_in_the_golden_file() {
@@ -183,6 +192,7 @@ mod tests {
             max_position_um: 173.7,
             max_drive_v: 3.5,
             dropped_samples: 7,
+            last_stop: Sentence::try_from("panicked at src/control.rs:1:1").expect("short"),
         };
         assert_eq!(
             StatusReport::new(identity, calibration, &status).to_string(),

@@ -1,25 +1,49 @@
-//! The end of an emulated board: QEMU must not go on when the firmware cannot.
+//! The end of an emulated board. Behind a plant it resets, as the driver board does; without one
+//! (tests, benchmarks) QEMU must not go on when the firmware cannot.
 
 #![expect(unsafe_code, reason = "the attribute of a fault handler")]
 
+use core::fmt;
 use core::panic::PanicInfo;
+use core::sync::atomic::{AtomicBool, Ordering};
 
 use cortex_m_rt::{ExceptionFrame, exception};
+use protection::Fault;
 use semihosting::process::ExitCode;
+
+use crate::last_stop;
+
+/// Whether there is a plant. At its reset the plant gets zero drive with the first tick.
+pub(super) static HAS_PLANT: AtomicBool = AtomicBool::new(false);
 
 /// The plant closed its end, which is how it stops the board.
 pub(super) fn plant_lost() -> ! {
     ExitCode::SUCCESS.exit_process()
 }
 
+fn stop(fault: Fault, reason: fmt::Arguments<'_>) -> ! {
+    defmt::error!("{}", defmt::Display2Format(&reason));
+    if HAS_PLANT.load(Ordering::Relaxed) {
+        last_stop::keep(fault, reason);
+        cortex_m::peripheral::SCB::sys_reset()
+    }
+    ExitCode::FAILURE.exit_process()
+}
+
 #[panic_handler]
 fn panic(info: &PanicInfo) -> ! {
-    defmt::error!("{}", defmt::Display2Format(info));
-    ExitCode::FAILURE.exit_process()
+    stop(Fault::FirmwarePanic, format_args!("{info}"))
 }
 
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    defmt::error!("HardFault at {=u32:#010x}", frame.pc());
-    ExitCode::FAILURE.exit_process()
+    stop(Fault::HardFault, format_args!("at {:#010x}", frame.pc()))
+}
+
+#[exception]
+unsafe fn NonMaskableInt() -> ! {
+    stop(
+        Fault::WatchdogReset,
+        format_args!("a part of the firmware had stopped"),
+    )
 }

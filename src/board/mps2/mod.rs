@@ -10,6 +10,8 @@ mod grace;
 pub mod link;
 mod plant;
 mod time;
+mod upset;
+pub mod watchdog;
 
 pub use plant::LockstepPlant;
 

@@ -1,5 +1,7 @@
 //! The plant link: two FIFOs through semihosting, blocking, one exchange a control tick.
 
+use core::sync::atomic::Ordering;
+
 use control_core::{AdcCode, LANES, Micrometre, PwmCode, SupplyCode};
 use embassy_futures::yield_now;
 use plant_link::{Converters, FROM_PLANT, Pins, TO_PLANT};
@@ -7,7 +9,7 @@ use semihosting::fs::File;
 use semihosting::io::{self, Read, Write};
 
 use super::grace::Grace;
-use super::time;
+use super::{exit, time, upset, watchdog};
 use crate::board::{Board, Sensed};
 use crate::mailbox::Mailbox;
 
@@ -38,6 +40,7 @@ impl LockstepPlant {
             mailbox,
         };
         plant.send()?;
+        exit::HAS_PLANT.store(true, Ordering::Relaxed);
         Ok(plant)
     }
 
@@ -50,6 +53,7 @@ impl LockstepPlant {
         if self.mailbox.is_about_to_lapse() {
             self.grace.begin();
             while self.mailbox.is_about_to_lapse() && !self.grace.is_over() {
+                watchdog::feed();
                 yield_now().await;
             }
         }
@@ -71,12 +75,14 @@ impl Board for LockstepPlant {
         yield_now().await;
         // Simulated time waits for the host rather than losing samples.
         while self.mailbox.is_congested() {
+            watchdog::feed();
             yield_now().await;
         }
         self.wait_for_renewal().await;
         let Ok(converters) = self.receive() else {
-            super::exit::plant_lost()
+            exit::plant_lost()
         };
+        upset::suffer(converters.upset);
         time::advance();
         let missed_ticks = converters.tick.wrapping_sub(self.pins.tick) as u16;
         self.pins.tick = converters.tick;
@@ -92,7 +98,7 @@ impl Board for LockstepPlant {
         self.pins.tick = self.pins.tick.wrapping_add(1);
         self.pins.compare = codes.map(|code| code.0);
         if self.send().is_err() {
-            super::exit::plant_lost();
+            exit::plant_lost();
         }
     }
 }

@@ -13,6 +13,7 @@ use embassy_stm32::{Peri, pac};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
 use super::stop::stop;
+use protection::Fault;
 
 /// Where it lies, from the start of the flash. `memory.x` keeps programs out of it.
 const START: u32 = (512 - 32) * 1024;
@@ -65,7 +66,10 @@ unsafe fn NonMaskableInt() {
     let eccr = pac::FLASH.eccr();
     let error = eccr.read();
     if !error.bk_ecc() || !(error.eccd() || error.eccd2()) {
-        stop();
+        stop(
+            Fault::HardFault,
+            format_args!("an interrupt that nothing of this board asks for"),
+        );
     }
     // Writing a flag clears it.
     eccr.modify(|w| {

@@ -8,6 +8,8 @@ pub mod flash;
 pub mod link;
 mod stop;
 
+pub use stop::last_stop;
+
 pub use converters::{ConverterPins, Converters, start_control_executor};
 
 use defmt_rtt as _;

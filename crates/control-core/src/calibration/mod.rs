@@ -94,8 +94,8 @@ pub struct Memory {
 /// How the mirror goes to a new position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Path {
-    /// How long a move takes where no limit acts. Three and a half periods of the lowest resonance
-    /// leave less than 1 % of the step as ringing.
+    /// How long a move takes where no limit acts. Five periods of the lowest resonance leave less than
+    /// half a percent of the step as ringing.
     pub move_time: Second,
 }
 

@@ -28,6 +28,9 @@ use crate::report::{self, decimal};
 
 /// Positions that the tables are corrected at, evenly over the range.
 const POINTS: usize = 33;
+/// From one of them to the next that is measured: the way jumps about as in use, where what the mirror remembers of the
+/// way does not always point to the same side.
+const JUMP: usize = 14;
 /// A position is held so long before it is read.
 const DWELL: Span = Span { s: 2.0 };
 /// Corrections, each under the tables of the one before.
@@ -169,18 +172,21 @@ async fn correct(
     board.use_calibration(&calibration).await?;
     for _ in 0..ROUNDS {
         let top_um = RANGE * decimal(calibration.max_position().0);
-        let up: Vec<f64> = (1..=POINTS)
-            .map(|point| top_um * point as f64 / POINTS as f64)
+        let position = |point: usize| top_um * (point + 1) as f64 / POINTS as f64;
+        let way: Vec<usize> = (0..POINTS).map(|step| step * JUMP % POINTS).collect();
+        // There and back: every position is reached once from below and once from above.
+        let asked: Vec<f64> = way
+            .iter()
+            .chain(way.iter().rev())
+            .map(|&point| position(point))
             .collect();
-        let asked: Vec<f64> = up.iter().chain(up.iter().rev()).copied().collect();
-        let ladder = Experiment::positions("correcting", &asked, DWELL, lab.tick_hz())?.after(10.0);
-        let reached = z_of(lab, &ladder).await?;
+        let jumps = Experiment::positions("correcting", &asked, DWELL, lab.tick_hz())?.after(10.0);
+        let reached = z_of(lab, &jumps).await?;
         let z = |row: usize| reached[row].1;
-        // The mean of both directions leaves the hysteresis in the middle.
         let points: Vec<StaticPoint> = (0..POINTS)
-            .map(|point| StaticPoint {
-                asked_um: asked[point],
-                reached_um: (z(point) + z(2 * POINTS - 1 - point)) / 2.0,
+            .map(|step| StaticPoint {
+                asked_um: asked[step],
+                reached_um: (z(step) + z(2 * POINTS - 1 - step)) / 2.0,
             })
             .collect();
         calibration = corrected(&calibration, &points)?;

@@ -1,6 +1,7 @@
 //! `measure`: the paper's experiments on any board, as measurement files.
 
 pub(crate) mod experiment;
+mod plane;
 mod rows;
 pub(crate) mod run;
 pub(crate) mod sensor;
@@ -12,10 +13,11 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use self::experiment::Experiment;
+pub(super) use self::plane::run as plane;
 use self::run::{Ended, Lab};
 use self::sensor::Sensor;
 use crate::board::Board;
-use crate::cli::{Instruments, Measure};
+use crate::cli::{Experiment as Asked, Instruments};
 use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::quantity::Voltage;
@@ -36,16 +38,16 @@ struct MeasuredFile {
 }
 
 /// Measures, and leaves the channels off.
-pub(super) async fn run(board: &Board, measure: Measure, json: bool) -> Result<(), ToolError> {
+pub(super) async fn run(board: &Board, asked: Asked, json: bool) -> Result<(), ToolError> {
     let tick_hz = board.identity().tick_hz;
-    let (experiments, instruments) = plan(&measure, tick_hz)?;
+    let (experiments, instruments) = plan(&asked, tick_hz)?;
     let status = board.status().await?;
     check_drives(&experiments, decimal(status.max_drive_v))?;
     let sensor = Sensor::open(&instruments.sensor)?;
     if matches!(sensor, Sensor::Board) && status.telemetry.sensor_z_um.is_none() {
         eprintln!("this board has no position sensor: currents only, or name a --sensor");
     }
-    let mut files = new_files(&measure, &experiments, instruments.force)?;
+    let mut files = new_files(&asked, &experiments, instruments.force)?;
     let mut report = Report {
         measured: Vec::new(),
         dropped_samples: 0,
@@ -79,10 +81,10 @@ pub(super) async fn run(board: &Board, measure: Measure, json: bool) -> Result<(
     failed
 }
 
-fn plan(measure: &Measure, tick_hz: u32) -> Result<(Vec<Experiment>, &Instruments), ToolError> {
+fn plan(asked: &Asked, tick_hz: u32) -> Result<(Vec<Experiment>, &Instruments), ToolError> {
     let one = |experiment: Experiment, rest_s: f64| vec![experiment.after(rest_s)];
-    Ok(match measure {
-        Measure::Sweep {
+    Ok(match asked {
+        Asked::Sweep {
             max,
             steps,
             dwell,
@@ -95,7 +97,7 @@ fn plan(measure: &Measure, tick_hz: u32) -> Result<(Vec<Experiment>, &Instrument
             ),
             &to.instruments,
         ),
-        Measure::Step {
+        Asked::Step {
             volts,
             hold,
             rate,
@@ -104,7 +106,7 @@ fn plan(measure: &Measure, tick_hz: u32) -> Result<(Vec<Experiment>, &Instrument
             one(Experiment::step(*volts, *hold, *rate, tick_hz)?, to.rest.s),
             &to.instruments,
         ),
-        Measure::Sine {
+        Asked::Sine {
             mean,
             amplitude,
             frequency,
@@ -117,7 +119,7 @@ fn plan(measure: &Measure, tick_hz: u32) -> Result<(Vec<Experiment>, &Instrument
             ),
             &to.instruments,
         ),
-        Measure::Single {
+        Asked::Single {
             max,
             steps,
             dwell,
@@ -129,11 +131,11 @@ fn plan(measure: &Measure, tick_hz: u32) -> Result<(Vec<Experiment>, &Instrument
             ),
             &to.instruments,
         ),
-        Measure::Held { volts, dwell, to } => (
+        Asked::Held { volts, dwell, to } => (
             one(Experiment::held(volts, *dwell, tick_hz)?, to.rest.s),
             &to.instruments,
         ),
-        Measure::Session {
+        Asked::Session {
             max, instruments, ..
         } => (experiment::session(*max, tick_hz)?, instruments),
     })
@@ -141,24 +143,24 @@ fn plan(measure: &Measure, tick_hz: u32) -> Result<(Vec<Experiment>, &Instrument
 
 /// One file an experiment, found out to be writable before anything moves.
 fn new_files(
-    measure: &Measure,
+    asked: &Asked,
     experiments: &[Experiment],
     force: bool,
 ) -> Result<Vec<NewFile>, ToolError> {
     let default = |experiment: &Experiment| PathBuf::from(format!("{}.csv", experiment.name));
-    match measure {
-        Measure::Session { output, .. } => {
+    match asked {
+        Asked::Session { output, .. } => {
             make_directory(output)?;
             experiments
                 .iter()
                 .map(|experiment| NewFile::create(output.join(default(experiment)), force))
                 .collect()
         }
-        Measure::Sweep { to, .. }
-        | Measure::Step { to, .. }
-        | Measure::Sine { to, .. }
-        | Measure::Single { to, .. }
-        | Measure::Held { to, .. } => experiments
+        Asked::Sweep { to, .. }
+        | Asked::Step { to, .. }
+        | Asked::Sine { to, .. }
+        | Asked::Single { to, .. }
+        | Asked::Held { to, .. } => experiments
             .iter()
             .map(|experiment| {
                 let path = to.output.clone().unwrap_or_else(|| default(experiment));

@@ -1,0 +1,95 @@
+//! The control core in front of a virtual mirror, without an emulator.
+//!
+//! The core, the converters' quantisation and noise, and the mirror are those of the emulated board; what
+//! is left out is the firmware around them, so that minutes of a mirror take seconds. Of the board's
+//! analogue half the output filter is left out, as on the emulated board: a real one adds a lag of 0.08 ms,
+//! which an identification on that board finds as part of the fastest thermal pole.
+//!
+//! - [`Loop`] is a tick after a tick;
+//! - [`calibrate`] measures a mirror that nobody has told it of, identifies it and corrects the tables;
+//! - [`figures`] are what the positioning reaches then.
+
+mod calibrate;
+pub mod figures;
+
+pub use calibrate::{CalibrateError, calibrate};
+
+use control_core::{
+    AdcCode, Ampere, Calibration, Controller, LANES, Limits, Micrometre, PwmCode, Setpoint, TICK,
+};
+use emulated_board::Electronics;
+use virtual_mirror::{ConfigError, MirrorConfig, VirtualMirror};
+
+/// Length of a tick (s).
+pub const TICK_S: f64 = TICK.0 as f64;
+
+/// Core, converters and mirror.
+pub struct Loop<'a> {
+    controller: Controller<'a>,
+    electronics: Electronics,
+    mirror: VirtualMirror,
+    applied: [PwmCode; LANES],
+    currents: [Ampere; LANES],
+}
+
+impl<'a> Loop<'a> {
+    /// A mirror at rest on a board that uses `calibration`.
+    ///
+    /// # Errors
+    /// Where a number of `config` is out of range.
+    pub fn new(
+        calibration: &'a mut Calibration,
+        config: &MirrorConfig,
+    ) -> Result<Self, ConfigError> {
+        Ok(Self {
+            controller: Controller::new(calibration),
+            electronics: Electronics::new(config.seed),
+            mirror: VirtualMirror::new(config)?,
+            applied: [PwmCode(0); LANES],
+            currents: [Ampere(0.0); LANES],
+        })
+    }
+
+    /// One tick; returns where the mirror is at its end (um), and what limited it.
+    pub fn tick(&mut self, setpoint: Setpoint) -> (f64, Limits) {
+        let applied = self.applied.map(PwmCode::drive);
+        let step = self.controller.step(setpoint, applied, self.currents);
+        let (codes, limits) = (step.codes, step.limits);
+        let drive_v = codes.map(|code| self.electronics.drive_v(code.0));
+        // The currents follow the drive at once, the mirror has not moved yet.
+        self.mirror.step(drive_v, 0.0);
+        let current_a = self.mirror.state().current_a;
+        self.currents = std::array::from_fn(|i| {
+            AdcCode(self.electronics.sense_code(i, current_a[i])).current()
+        });
+        self.applied = codes;
+        self.mirror.step(drive_v, TICK_S);
+        (self.mirror.state().z_um, limits)
+    }
+
+    /// Goes to `z_um` and stays for so long; returns where the mirror is then (um), as the mean of the last
+    /// 10 ms.
+    pub fn hold(&mut self, z_um: f64, seconds: f64) -> f64 {
+        const READ: usize = 100;
+        let setpoint = Setpoint::Position(Micrometre(z_um as f32));
+        let ticks = (seconds / TICK_S).round() as usize;
+        let mut sum = 0.0;
+        for tick in 0..ticks {
+            let z = self.tick(setpoint).0;
+            if tick + READ >= ticks {
+                sum += z;
+            }
+        }
+        sum / READ.min(ticks) as f64
+    }
+
+    /// The mirror as it is now.
+    pub fn mirror(&self) -> &VirtualMirror {
+        &self.mirror
+    }
+
+    /// The calibration in use.
+    pub fn calibration(&self) -> &Calibration {
+        self.controller.calibration()
+    }
+}

@@ -1,0 +1,164 @@
+//! What breaks in the plant, on demand, and how the board takes it.
+
+use std::sync::{Arc, Mutex};
+
+use plant_link::{Converters, upset};
+use virtual_mirror::MirrorConfig;
+
+/// Heat that is left of what the air takes, in vacuum: only the beams' ends are cooled.
+const VACUUM: f64 = 0.05;
+/// A heater that dirt bridges, with the sound one beside it.
+const BRIDGE_OHM: f64 = 220.0;
+const SHORT_OHM: f64 = 3.0;
+/// Supply of a weak port, and of a bench supply set wrongly.
+const WEAK_SUPPLY_V: f64 = 4.1;
+/// What a board drives at most to check its heaters, and a rounding more.
+const CHECK_V: f64 = 0.101;
+/// Ticks that an overrun skips.
+const SKIPPED_TICKS: u32 = 10;
+
+/// What breaks, on the channel that is named where it breaks on one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlantFault {
+    /// The heater's beams break.
+    OpenHeater(usize),
+    /// The heater is shorted by 3 ohm.
+    ShortCircuit(usize),
+    /// The heater is bridged by 220 ohm.
+    LowResistance(usize),
+    /// The mirror is in vacuum, where heat hardly leaves it.
+    Vacuum,
+    /// The channel's converter repeats the code that it read last.
+    FrozenSense(usize),
+    /// The supply of the output stages falls to 4.1 V.
+    WeakSupply,
+    /// Ten control ticks do not take place, once.
+    MissedTicks,
+    /// The firmware finds a defect in itself, once.
+    Panic,
+    /// The processor reads where nothing is, once.
+    HardFault,
+    /// The firmware stays where it is, once.
+    Hang,
+    /// The processor is reset, once.
+    Reset,
+}
+
+/// What was seen since a fault began.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Observed {
+    /// Ticks in which any channel was driven, by more than the check of the heaters, before all of them were at zero.
+    pub driven_ticks: u64,
+    /// Whether all channels came to zero after a drive.
+    pub came_to_zero: bool,
+    /// Hottest temperature anywhere in the mirror since (K above ambient).
+    pub hottest_k: f64,
+}
+
+/// The fault that is there now, and what was seen of it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Faults(Arc<Mutex<State>>);
+
+#[derive(Debug, Default)]
+struct State {
+    fault: Option<PlantFault>,
+    is_new: bool,
+    observed: Observed,
+}
+
+impl Faults {
+    /// From now on.
+    pub(crate) fn begin(&self, fault: Option<PlantFault>) {
+        let mut state = self.lock();
+        *state = State {
+            fault,
+            is_new: true,
+            observed: Observed::default(),
+        };
+    }
+
+    pub(crate) fn observed(&self) -> Observed {
+        self.lock().observed
+    }
+
+    /// The fault of this tick, and whether it is its first.
+    pub(crate) fn of_this_tick(&self) -> (Option<PlantFault>, bool) {
+        let mut state = self.lock();
+        let is_new = std::mem::take(&mut state.is_new);
+        (state.fault, is_new)
+    }
+
+    /// Notes what a tick drove, and how hot the mirror was.
+    pub(crate) fn observe(&self, drive_v: [f64; 4], hottest_k: f64) {
+        let observed = &mut self.lock().observed;
+        observed.hottest_k = observed.hottest_k.max(hottest_k);
+        if drive_v.iter().any(|drive| *drive > CHECK_V) {
+            if !observed.came_to_zero {
+                observed.driven_ticks += 1;
+            }
+        } else if observed.driven_ticks > 0 {
+            observed.came_to_zero = true;
+        }
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, State> {
+        self.0
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+}
+
+impl PlantFault {
+    /// What arrives at the heaters of what the output stages drive.
+    pub(crate) fn at_the_heaters(self, mut drive_v: [f64; 4]) -> [f64; 4] {
+        if let Self::OpenHeater(channel) | Self::ShortCircuit(channel) = self {
+            drive_v[channel] = 0.0;
+        }
+        drive_v
+    }
+
+    /// What flows, of what a sound mirror takes.
+    pub(crate) fn currents(self, drive_v: [f64; 4], mut current_a: [f64; 4]) -> [f64; 4] {
+        match self {
+            Self::OpenHeater(channel) => current_a[channel] = 0.0,
+            Self::ShortCircuit(channel) => current_a[channel] = drive_v[channel] / SHORT_OHM,
+            Self::LowResistance(channel) => current_a[channel] += drive_v[channel] / BRIDGE_OHM,
+            _ => {}
+        }
+        current_a
+    }
+
+    /// The supply, where it is not sound.
+    pub(crate) fn supply_v(self) -> Option<f64> {
+        (self == Self::WeakSupply).then_some(WEAK_SUPPLY_V)
+    }
+
+    /// What the converters say, of what they would say; `is_first` in the fault's first tick.
+    pub(crate) fn converters(
+        self,
+        mut sound: Converters,
+        before: &Converters,
+        is_first: bool,
+    ) -> Converters {
+        match self {
+            Self::FrozenSense(channel) => sound.current[channel] = before.current[channel],
+            Self::MissedTicks if is_first => sound.tick = sound.tick.wrapping_add(SKIPPED_TICKS),
+            Self::Panic if is_first => sound.upset = upset::PANIC,
+            Self::HardFault if is_first => sound.upset = upset::HARD_FAULT,
+            Self::Hang if is_first => sound.upset = upset::HANG,
+            Self::Reset if is_first => sound.upset = upset::RESET,
+            _ => {}
+        }
+        sound
+    }
+}
+
+/// The same mirror in vacuum.
+pub(crate) fn in_vacuum(config: &MirrorConfig) -> MirrorConfig {
+    let mut config = config.clone();
+    for segment in &mut config.segments {
+        segment.air_loss_w_m_k *= VACUUM;
+    }
+    config.plate.air_loss_uw_k *= VACUUM;
+    config
+}

@@ -1,0 +1,151 @@
+//! What positioning reaches on mirrors that the project was not developed on.
+
+use std::thread;
+
+use anyhow::{Context, Result};
+use closed_loop::{calibrate, figures};
+use control_core::Calibration;
+use virtual_mirror::{Effect, Family, MirrorConfig, PaperNumbers};
+
+/// Loops are measured over the span that 1 V +- 0.5 V has without compensation, at these frequencies.
+const LOOP_HZ: [f64; 4] = [0.1, 1.0, 20.0, 100.0];
+const LOW_V: f64 = 0.5;
+const HIGH_V: f64 = 1.5;
+
+/// What was measured of one mirror.
+struct Evidence {
+    name: String,
+    at_rest: figures::Static,
+    steps: Vec<figures::Step>,
+    creep: f64,
+    loops: Vec<figures::Width>,
+    triangle_um: f64,
+}
+
+/// Mirrors of the families, with what the paper's has beyond them; none was looked at in development but
+/// the paper's own.
+fn mirrors() -> Vec<MirrorConfig> {
+    let drawn = [(Family::C, 501), (Family::E, 502)].map(|(family, seed)| {
+        MirrorConfig::draw(family, seed)
+            .with_effect(Effect::HeatLossTemperature, 1.0)
+            .with_effect(Effect::SubstrateWarming, 0.7)
+            .with_effect(Effect::Hysteresis, 0.3)
+            .with_effect(Effect::Creep, 0.2)
+            .with_effect(Effect::Resonance, 1.0)
+    });
+    [vec![MirrorConfig::paper()], drawn.to_vec()].concat()
+}
+
+/// Calibrates every mirror from what is measured of it, and prints what positioning reaches then.
+pub(crate) fn run() -> Result<()> {
+    let threads: Vec<_> = mirrors()
+        .into_iter()
+        .map(|config| thread::spawn(move || measure(&config)))
+        .collect();
+    let evidence: Vec<Evidence> = threads
+        .into_iter()
+        .map(|thread| thread.join().ok().context("a measurement panicked")?)
+        .collect::<Result<_>>()?;
+    let uncompensated = PaperNumbers::measure(&MirrorConfig::paper())?;
+    print(&evidence, &uncompensated);
+    Ok(())
+}
+
+fn measure(config: &MirrorConfig) -> Result<Evidence> {
+    let (mut calibration, _) = calibrate(config)?;
+    let mirror = &mut calibration;
+    let top_um = f64::from(mirror.max_position().0).min(170.0);
+    let pairs = [
+        (10.0, 0.98 * top_um),
+        (0.98 * top_um, 10.0),
+        (20.0, 90.0),
+        (90.0, 20.0),
+        (60.0, 75.0),
+        (75.0, 60.0),
+    ];
+    let span = span(mirror, config)?;
+    let loops = LOOP_HZ
+        .into_iter()
+        .map(|hz| figures::loop_width(mirror, config, span, hz))
+        .collect::<Result<_, _>>()?;
+    Ok(Evidence {
+        name: config.name.clone(),
+        at_rest: figures::at_rest(mirror, config)?,
+        steps: figures::steps(mirror, config, &pairs)?,
+        creep: figures::creep(mirror, config, (20.0, 90.0))?,
+        loops,
+        triangle_um: figures::triangle(mirror, config, (40.0, 80.0), 20.0)?,
+    })
+}
+
+/// Where the mirror rests at the two voltages (um).
+fn span(calibration: &Calibration, config: &MirrorConfig) -> Result<(f64, f64)> {
+    let mut mirror = virtual_mirror::VirtualMirror::new(config)?;
+    let mut rest = |volts| {
+        mirror.advance([volts; 4], 10.0);
+        mirror.state().z_um
+    };
+    let top_um = f64::from(calibration.max_position().0);
+    Ok((rest(LOW_V), rest(HIGH_V).min(top_um)))
+}
+
+fn print(evidence: &[Evidence], uncompensated: &PaperNumbers) {
+    let row = |what: &str, before: String, must: &str, value: &dyn Fn(&Evidence) -> String| {
+        let values: Vec<String> = evidence.iter().map(value).collect();
+        println!("| {what} | {before} | {} | {must} |", values.join(" | "));
+    };
+    let names: Vec<&str> = evidence.iter().map(|mirror| mirror.name.as_str()).collect();
+    println!(
+        "| figure | paper, uncompensated | {} | must reach |",
+        names.join(" | ")
+    );
+    println!("|---|---|{}---|", "---|".repeat(names.len()));
+    row("static error, rms", "-".into(), "0.05 um", &|e| {
+        format!("{:.3} um", e.at_rest.rms_um)
+    });
+    row("static error, largest", "-".into(), "0.15 um", &|e| {
+        format!("{:.3} um", e.at_rest.largest_um)
+    });
+    for i in 0..evidence.first().map_or(0, |first| first.steps.len()) {
+        let step = &evidence[0].steps[i];
+        let what = format!("t95 {:.0} to {:.0} um (limit)", step.from_um, step.to_um);
+        let before = format!("{:.0} ms for 2 V", uncompensated.t95_ms);
+        row(&what, before, "15 ms, or the limit and 10 %", &|e| {
+            let step = &e.steps[i];
+            format!("{:.1} ms ({:.1})", 1e3 * step.t95_s, 1e3 * step.limit_s)
+        });
+    }
+    row("overshoot, largest of these", "-".into(), "1 %", &|e| {
+        let beyond = e.steps.iter().map(|step| step.overshoot);
+        format!("{:.2} %", 1e2 * beyond.fold(0.0, f64::max))
+    });
+    row("creep from 1 s to 30 s", "-".into(), "0.2 %", &|e| {
+        format!("{:.2} %", 1e2 * e.creep)
+    });
+    for (i, (hz, must)) in LOOP_HZ
+        .into_iter()
+        .zip(["0.1", "0.15", "0.25", "0.4"])
+        .enumerate()
+    {
+        let before = format!("{:.1} um", uncompensated.loops[i].width_um);
+        let what = format!("loop at {hz} Hz");
+        row(&what, before, &format!("{must} um"), &|e| told(&e.loops[i]));
+    }
+    row(
+        "20 Hz triangle of 40 um, rms error",
+        "-".into(),
+        "0.5 um",
+        &|e| format!("{:.2} um", e.triangle_um),
+    );
+}
+
+/// A loop's width, and what opened it.
+fn told(width: &figures::Width) -> String {
+    let names: Vec<_> = width.limits.iter().map(|limit| limit.name()).collect();
+    let limited = if names.is_empty() {
+        String::new()
+    } else {
+        format!(" ({})", names.join(", "))
+    };
+    format!("{:.2} um{limited}", width.width_um)
+}
