@@ -123,7 +123,7 @@ fn clamp(family: Family, draw: &mut Draw) -> f64 {
         Family::D => draw.between(0.0, 0.6),
         Family::E => draw.between(0.35, 0.75),
         Family::F => draw.between(0.5, 0.8),
-        Family::G => draw.between(0.0, 0.3),
+        Family::G => draw.between(0.15, 0.45),
     }
 }
 
@@ -164,9 +164,9 @@ impl Layout {
             ],
             Family::G => [
                 draw.between(20.0, 40.0),
-                draw.between(440.0, 520.0),
+                draw.between(290.0, 340.0),
                 draw.between(60.0, 100.0),
-                draw.between(330.0, 400.0),
+                draw.between(190.0, 240.0),
             ],
             _ => [
                 draw.between(15.0, 40.0),
@@ -181,6 +181,7 @@ impl Layout {
         let level = match family {
             Family::D => draw.between(0.19, 0.25),
             Family::F => draw.between(0.22, 0.27),
+            Family::G => draw.between(0.18, 0.23),
             _ => draw.between(0.15, 0.21),
         };
         let uneven = match family {
