@@ -9,8 +9,8 @@ pub(super) struct AmbientDrift;
 static PARAMETERS: [Parameter; 5] = [
     parameter("D", "K", 1.0, -15.0, 15.0),
     parameter("tau", "s", 200.0, 30.0, 3000.0),
-    parameter("s", "K", 0.1, -5.0, 5.0),
-    parameter("c", "K", 0.1, -5.0, 5.0),
+    parameter("s", "1", 0.1, -10.0, 10.0),
+    parameter("c", "1", 0.1, -10.0, 10.0),
     parameter("T", "s", 200.0, 60.0, 1500.0),
 ];
 
@@ -20,7 +20,7 @@ static INFO: Info = Info {
     stage: Stage::Heat,
     acts: Acts::Temperature,
     equation: Cow::Borrowed(
-        "dT' = dT + D (1 - exp(-t/tau)) + s sin(2 pi t/T) + c (1 - cos(2 pi t/T))",
+        "dT' = dT + D (1 - exp(-t/tau) + s sin(2 pi t/T) + c (1 - cos(2 pi t/T)))",
     ),
     parameters: Cow::Borrowed(&PARAMETERS),
     shows: Cow::Borrowed("the same at every drive, follows the clock, also in the cold resistance"),
@@ -35,6 +35,6 @@ impl Effect for AmbientDrift {
 
     fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
         let (sin, cos) = (TAU * m.t_s / p[4]).sin_cos();
-        x + p[0] * (1.0 - (-m.t_s / p[1]).exp()) + p[2] * sin + p[3] * (1.0 - cos)
+        x + p[0] * (1.0 - (-m.t_s / p[1]).exp() + p[2] * sin + p[3] * (1.0 - cos))
     }
 }

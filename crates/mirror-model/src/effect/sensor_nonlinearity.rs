@@ -9,7 +9,7 @@ pub(super) struct SensorNonlinearity;
 static PARAMETERS: [Parameter; 3] = [
     parameter("n", "1", 0.01, -0.15, 0.15),
     parameter("L", "um", 200.0, 40.0, 800.0),
-    parameter("m", "1", 0.005, -0.15, 0.15),
+    parameter("m", "1", 0.5, -20.0, 20.0),
 ];
 
 static INFO: Info = Info {
@@ -17,7 +17,7 @@ static INFO: Info = Info {
     title: Cow::Borrowed("nonlinearity of the sensor"),
     stage: Stage::Sensor,
     acts: Acts::Reading,
-    equation: Cow::Borrowed("z' = z + L/(2 pi) (n sin(2 pi z/L) + m (1 - cos(2 pi z/L)))"),
+    equation: Cow::Borrowed("z' = z + n L/(2 pi) (sin(2 pi z/L) + m (1 - cos(2 pi z/L)))"),
     parameters: Cow::Borrowed(&PARAMETERS),
     shows: Cow::Borrowed(
         "a hump or waves in z over the range, nothing in the currents, the same at any speed",
@@ -33,6 +33,6 @@ impl Effect for SensorNonlinearity {
 
     fn output(&self, p: &[f64], x: f64, _: &[f64], _: &Moment) -> f64 {
         let (sin, cos) = (TAU * x / p[1]).sin_cos();
-        x + p[1] / TAU * (p[0] * sin + p[2] * (1.0 - cos))
+        x + p[0] * p[1] / TAU * (sin + p[2] * (1.0 - cos))
     }
 }
