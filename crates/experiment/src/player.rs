@@ -190,7 +190,7 @@ mod tests {
                 let turns = (tick as f64 + 0.5) / f64::from(TICK_HZ) * f64::from(frequency_hz);
                 let exact = f64::from(offset)
                     + f64::from(amplitude) * (std::f64::consts::TAU * turns).sin();
-                let bound = 5e-6 * f64::from(amplitude) + 1e-6 * f64::from(offset.abs());
+                let bound = 1e-5 * f64::from(amplitude) + 1e-6 * f64::from(offset.abs());
                 prop_assert!((f64::from(*value) - exact).abs() < bound, "{value} for {exact}");
             }
         }
