@@ -10,10 +10,14 @@ mod correct;
 mod curve;
 mod dynamics;
 mod file;
+mod jumps;
+mod refine;
 mod statics;
 
 pub use correct::{CorrectionError, StaticPoint, corrected};
 pub use file::{CalibrationFileError, from_toml, to_toml};
+pub use jumps::{JUMP_S, jumps};
+pub use refine::{RefineError, Refined, refined};
 
 use control_core::calibration::{Bounds, Label, Origin, Parts};
 use control_core::{Calibration, CalibrationError, Kelvin, Volt, Watt};

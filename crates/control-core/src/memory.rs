@@ -4,7 +4,7 @@
 //! What is asked is piston motion, the same for all four actuators, so one memory serves them.
 
 use crate::calibration::{LAGS, Memory as MemoryCalibration, PLAYS};
-use crate::lag::{SlowLag, SlowState, TURNS};
+use crate::lag::{SlowLag, SlowState, TURNS, rate};
 use crate::units::Micrometre;
 
 /// A play operator of the inverse.
@@ -19,6 +19,8 @@ struct InversePlay {
 pub(crate) struct MemoryInverse {
     gain: f32,
     plays: [InversePlay; PLAYS],
+    /// Part of what it holds back that a play lets go of from turn to turn.
+    release: f32,
     creep: [SlowLag; LAGS],
 }
 
@@ -53,6 +55,11 @@ impl MemoryInverse {
         Self {
             gain,
             plays,
+            release: if memory.release.0 > 0.0 {
+                rate(memory.release, TURNS)
+            } else {
+                0.0
+            },
             creep: memory.creep.each_ref().map(SlowLag::new),
         }
     }
@@ -61,12 +68,12 @@ impl MemoryInverse {
     pub(crate) fn displacement(&self, state: &mut MemoryState, z: Micrometre) -> Micrometre {
         let crept: f32 = state.creep.iter().map(|at| at.value).sum();
         let before_creep = z.0 - crept;
-        // The lags take turns; in four ticks a position changes less than creep is known.
-        if let (Some(lag), Some(at)) = (self.creep.get(state.turn), state.creep.get_mut(state.turn))
-        {
-            lag.advance(at, before_creep);
-        }
-        state.turn = (state.turn + 1) % TURNS;
+        // Lags and plays take turns; in four ticks a position changes less than creep is known.
+        let turn = state.turn % TURNS;
+        self.creep[turn].advance(&mut state.creep[turn], before_creep);
+        let held = &mut state.plays[turn];
+        *held += self.release * (before_creep - *held);
+        state.turn = turn + 1;
         let mut x = self.gain * before_creep;
         for (play, at) in self.plays.iter().zip(&mut state.plays) {
             *at = pulled(*at, before_creep - play.radius, before_creep + play.radius);
@@ -83,8 +90,8 @@ fn pulled(at: f32, low: f32, high: f32) -> f32 {
     if at > high { high } else { at }
 }
 
-// Every lag of the creep has its turn.
-const _: () = assert!(LAGS == TURNS);
+// Every lag of the creep has its turn, and every play.
+const _: () = assert!(LAGS == TURNS && PLAYS == TURNS);
 
 #[cfg(test)]
 mod tests {
