@@ -1,6 +1,6 @@
 //! Effects as candidates: what each would add to the base's predictions, and how much of a misfit that explains.
 
-use crate::fit::{fit_knobs, jacobian, knobs, predict, trust};
+use crate::fit::{Fitted, fit_knobs, in_units_of_trust, jacobian, knobs, predict};
 use crate::plan::Plan;
 use crate::space::{Space, Vector};
 use mirror_model::effect::{Active, Effect};
@@ -44,8 +44,8 @@ pub struct Explanation {
 
 /// Base and effect fitted together.
 pub struct Refit {
-    /// Measured less predicted, in um and A.
-    pub residuals: Vec<f64>,
+    /// The fit.
+    pub fitted: Fitted,
     /// The space around the new fit.
     pub space: Space,
     /// What is left, in that space.
@@ -125,12 +125,11 @@ fn change(
     let mut with = model.clone();
     with.effects.push(active.clone());
     let predicted = predict(&with, plan)?;
-    let rows = predicted
+    let added = predicted
         .iter()
         .zip(base)
-        .zip(&plan.observations)
-        .map(|((w, b), o)| (w - b) / trust(o));
-    Ok(DVector::from_iterator(base.len(), rows))
+        .map(|(with, without)| with - without);
+    Ok(in_units_of_trust(added, plan))
 }
 
 /// The best of an effect's directions for a residual, its strength within its bounds: linear in the strength, so cheap.
@@ -242,11 +241,7 @@ pub fn refit(
     let count = start.active.values.len();
     let base = all.len() - count;
     let space = Space::new(&slopes.columns(0, base).into_owned(), spanning, white);
-    let scaled = fitted.residuals.iter().zip(&plan.observations);
-    let residual = space.vector(&DVector::from_iterator(
-        fitted.residuals.len(),
-        scaled.map(|(r, o)| r / trust(o)),
-    ));
+    let residual = space.vector(&fitted.scaled(plan));
     let own: Vec<Vector> = (base..all.len())
         .map(|column| space.vector(&slopes.column(column).into_owned()))
         .collect();
@@ -281,7 +276,7 @@ pub fn refit(
             * active.effect.info().parameters[0].start.abs(),
         active,
         refit: Some(Arc::new(Refit {
-            residuals: fitted.residuals,
+            fitted,
             space,
             left,
         })),

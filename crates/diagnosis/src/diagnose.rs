@@ -2,7 +2,9 @@
 
 use crate::candidate::{Direction, Explanation, directions, refine, refit, scan};
 use crate::ensemble::{Ensemble, solver_error};
-use crate::fit::{Fitted, RESOLUTION, fit, fit_knobs, jacobian, knobs, predict, trust};
+use crate::fit::{
+    Fitted, RESOLUTION, fit, fit_knobs, jacobian, knobs, predict, trust, white_noise,
+};
 use crate::judge::{Calm, judges};
 use crate::next;
 use crate::plan::{Channel, Observation, Plan};
@@ -79,22 +81,14 @@ impl<'a> Bench<'a> {
     ) -> Result<Self, Runaway> {
         let slopes = jacobian(&fitted.model, plan, &fitted.knobs)?;
         let ensemble = Ensemble::new(plan, cache)?;
-        let white = DVector::from_iterator(
-            plan.observations.len(),
-            plan.observations.iter().map(|o| o.noise / trust(o)),
-        );
+        let white = white_noise(plan);
         let space = Space::new(&slopes, &ensemble.0, &white);
         let kept_noise = white.zip_map(&held_out_rows(plan), |sigma, held_out| {
             if held_out { HIDDEN * sigma } else { sigma }
         });
         let kept = Space::new(&slopes, &ensemble.0, &kept_noise);
         let base = predict(&fitted.model, plan)?;
-        let scaled = fitted
-            .residuals
-            .iter()
-            .zip(&plan.observations)
-            .map(|(r, o)| r / trust(o));
-        let residual = space.vector(&DVector::from_iterator(base.len(), scaled));
+        let residual = space.vector(&fitted.scaled(plan));
         let present = |effect: &Arc<dyn Effect>| {
             fitted
                 .model
@@ -186,8 +180,7 @@ impl<'a> Bench<'a> {
                 && score(index) > 0.5 * self.calm.thresholds[index]
         });
         order.truncate(REFITTED);
-        let mut better = Vec::new();
-        let together: Vec<_> = order
+        let better: Vec<_> = order
             .into_par_iter()
             .filter_map(|index| {
                 let start = explanations[index].as_ref()?;
@@ -199,15 +192,10 @@ impl<'a> Bench<'a> {
                     &self.white,
                     misfit,
                 )?;
-                Some((index, e))
+                // A fit in the ordinary sense may end elsewhere than the best in the session's space.
+                (e.score > start.score).then_some((index, e))
             })
             .collect();
-        // A fit in the ordinary sense may end elsewhere than the best in the session's space.
-        for (index, e) in together {
-            if e.score > score(index) {
-                better.push((index, e));
-            }
-        }
         for (index, e) in better {
             explanations[index] = Some(e);
         }
@@ -428,16 +416,8 @@ impl<'a> Bench<'a> {
 
     /// Errors of the model as it is and with the effect, all parameters fitted together.
     fn before_and_after(&self, best: Option<&Explanation>) -> Result<BeforeAfter, Runaway> {
-        let size = |residuals: &[f64]| {
-            rms(
-                self.plan,
-                residuals
-                    .iter()
-                    .zip(&self.plan.observations)
-                    .map(|(r, o)| r / trust(o)),
-            )
-        };
-        let before = size(&self.fitted.residuals);
+        let size = |fitted: &Fitted| rms(self.plan, fitted.scaled(self.plan).iter().copied());
+        let before = size(&self.fitted);
         let Some(best) = best else {
             return Ok(BeforeAfter {
                 before,
@@ -445,7 +425,7 @@ impl<'a> Bench<'a> {
             });
         };
         if let Some(refit) = &best.refit {
-            let after = size(&refit.residuals);
+            let after = size(&refit.fitted);
             return Ok(BeforeAfter { before, after });
         }
         let mut with = self.fitted.model.clone();
@@ -458,7 +438,7 @@ impl<'a> Bench<'a> {
         )?;
         Ok(BeforeAfter {
             before,
-            after: size(&refitted.residuals),
+            after: size(&refitted),
         })
     }
 

@@ -2,7 +2,7 @@
 
 use crate::base::{identifiable, seeds};
 use crate::family::{self, CALIBRATING};
-use crate::fit::{Knob, best_fit, jacobian, predict, trust};
+use crate::fit::{Knob, best_fit, in_units_of_trust, jacobian, predict, trust};
 use crate::plan::Plan;
 use mirror_model::{Model, Preset, Runaway, simulate};
 use nalgebra::{DMatrix, DVector};
@@ -95,8 +95,7 @@ fn again(
         .par_iter()
         .map(|&index| {
             let fitted = best_fit(starts, plan, &mirrors[index], knobs)?;
-            let scaled = fitted.residuals.iter().zip(&plan.observations);
-            Ok(scaled.map(|(r, o)| r / trust(o)).collect::<Vec<_>>())
+            Ok(fitted.scaled(plan).as_slice().to_vec())
         })
         .collect();
     for (index, column) in worst.into_iter().zip(fresh?) {
@@ -118,12 +117,8 @@ fn follow(
 ) -> Vec<f64> {
     let scaled = |model: &Model| -> Option<DVector<f64>> {
         let predicted = predict(model, plan).ok()?;
-        let rows = values
-            .iter()
-            .zip(predicted)
-            .zip(&plan.observations)
-            .map(|((v, p), o)| (v - p) / trust(o));
-        Some(DVector::from_vec(rows.collect()))
+        let left = values.iter().zip(predicted).map(|(v, p)| v - p);
+        Some(in_units_of_trust(left, plan))
     };
     let mut slopes = slopes.clone();
     let mut model = start.clone();
