@@ -7,7 +7,6 @@ mod case;
 mod outcome;
 mod table;
 
-use case::{Case, Hidden};
 use clap::Parser;
 use diagnosis::ensemble::Ensemble;
 use outcome::Outcome;
