@@ -9,10 +9,10 @@ use crate::judge::{Calm, judges};
 use crate::next;
 use crate::plan::{Channel, Observation, Plan};
 use crate::report::{BeforeAfter, Diagnosis, Estimate, Ranked, Verdict};
-use crate::space::{Space, Vector};
+use crate::space::{Approximation, Space, Vector};
 use mirror_model::effect::{Active, Effect, built_in};
 use mirror_model::{Model, Runaway};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use rayon::prelude::*;
 use std::path::Path;
 use std::sync::Arc;
@@ -57,9 +57,6 @@ struct Bench<'a> {
     /// The space in which the rows held out weigh nothing.
     kept: Space,
     residual: Vector,
-    /// Residuals of the virtual mirrors, and the white noise, in units of trust.
-    spanning: DMatrix<f64>,
-    white: DVector<f64>,
     effects: Vec<(Arc<dyn Effect>, Vec<Direction>)>,
     calm: Calm,
     approximation_rms: f64,
@@ -82,11 +79,14 @@ impl<'a> Bench<'a> {
         let slopes = jacobian(&fitted.model, plan, &fitted.knobs)?;
         let ensemble = Ensemble::new(plan, cache)?;
         let white = white_noise(plan);
-        let space = Space::new(&slopes, &ensemble.0, &white);
         let kept_noise = white.zip_map(&held_out_rows(plan), |sigma, held_out| {
             if held_out { HIDDEN * sigma } else { sigma }
         });
-        let kept = Space::new(&slopes, &ensemble.0, &kept_noise);
+        let approximation = Arc::new(Approximation::new(&ensemble.0, &white));
+        let kept = Arc::new(Approximation::new(&ensemble.0, &kept_noise));
+        let all = || (0..approximation.mirrors()).collect();
+        let space = Space::new(&slopes, &approximation, all());
+        let kept = Space::new(&slopes, &kept, all());
         let base = predict(&fitted.model, plan)?;
         let residual = space.vector(&fitted.scaled(plan));
         let present = |effect: &Arc<dyn Effect>| {
@@ -105,7 +105,7 @@ impl<'a> Bench<'a> {
                 (effect, directions)
             })
             .collect();
-        let calm = Calm::new(&effects, &judges(&ensemble, &slopes, &white));
+        let calm = Calm::new(&effects, &judges(&slopes, &approximation, &white));
         let approximation_rms = rms(
             plan,
             ensemble
@@ -122,8 +122,6 @@ impl<'a> Bench<'a> {
             residual,
             effects,
             calm,
-            spanning: ensemble.0,
-            white,
             approximation_rms,
         })
     }
@@ -184,14 +182,7 @@ impl<'a> Bench<'a> {
             .into_par_iter()
             .filter_map(|index| {
                 let start = explanations[index].as_ref()?;
-                let e = refit(
-                    start,
-                    &self.fitted.model,
-                    self.plan,
-                    &self.spanning,
-                    &self.white,
-                    misfit,
-                )?;
+                let e = refit(start, &self.fitted.model, self.plan, &self.space, misfit)?;
                 // A fit in the ordinary sense may end elsewhere than the best in the session's space.
                 (e.score > start.score).then_some((index, e))
             })
@@ -404,7 +395,7 @@ impl<'a> Bench<'a> {
         } else {
             0.0
         };
-        let left = self.kept.remainder(&(residual - change * times));
+        let left = self.kept.remainder(&(&r - &(&g * times)));
         let judged = held_out_rows(self.plan);
         let squares = left
             .iter()
