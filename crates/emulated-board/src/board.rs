@@ -154,10 +154,15 @@ impl EmulatedBoard {
 
     /// Lets something break from the next tick on, or with `None` be sound again (a vacuum stays).
     pub fn inject(&self, fault: Option<PlantFault>) {
-        self.faults.begin(fault);
+        self.faults.begin(fault, 0);
     }
 
-    /// What was seen since the last [`inject`](Self::inject).
+    /// Lets something break so many ticks later.
+    pub fn inject_after(&self, fault: PlantFault, ticks: u32) {
+        self.faults.begin(Some(fault), ticks);
+    }
+
+    /// What was seen since what was injected last has begun.
     pub fn observed(&self) -> Observed {
         self.faults.observed()
     }
