@@ -65,6 +65,7 @@ pub fn simulate(
 }
 
 /// A first-order lag over one step with an input that runs straight, ready to be used again and again.
+#[derive(Clone, Copy)]
 struct Lag {
     keeps: f64,
     takes_start: f64,
@@ -94,20 +95,41 @@ impl Lag {
     }
 }
 
+/// The lags of every lane's poles over a step; most lanes have the same.
+fn lags(lanes: &[Lane; ACTUATORS], h: f64) -> [[Lag; POLES]; ACTUATORS] {
+    let first = lanes[0].taus_s.map(|tau| Lag::new(tau, h));
+    std::array::from_fn(|index| {
+        if lanes[index].taus_s == lanes[0].taus_s {
+            first
+        } else {
+            lanes[index].taus_s.map(|tau| Lag::new(tau, h))
+        }
+    })
+}
+
 /// Finds the fixed point of a function by secants. Where a strong heat loss makes every round overshoot, going from
 /// value to value would run away.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Secant {
+    /// Slope of the function where no two values are known yet.
+    usual_slope: f64,
     last: Option<(f64, f64)>,
 }
 
 impl Secant {
+    fn new(usual_slope: f64) -> Self {
+        Self {
+            usual_slope,
+            last: None,
+        }
+    }
+
     /// The next guess, when the function has this value at the last one.
     fn next(&mut self, guess: f64, value: f64) -> f64 {
         let off = value - guess;
         let before = self.last.replace((guess, off));
         let Some((guess_before, off_before)) = before else {
-            return value;
+            return guess + off / (1.0 - self.usual_slope);
         };
         let slope = (off - off_before) / (guess - guess_before);
         // Falling, as it is where a fixed point attracts in time; anything else is noise of equal guesses.
@@ -227,37 +249,36 @@ impl<'a> Simulation<'a> {
     /// Moves the temperatures on by `h`, so that power and temperature agree at its end. With `h` = 0 only the power
     /// changes.
     fn heat(&mut self, voltage_v: [f64; ACTUATORS], h: f64) {
+        let lags = lags(&self.lanes, h);
         let start: [_; ACTUATORS] = std::array::from_fn(|i| {
             let lane = &self.lanes[i];
-            (
-                lane.poles_k,
-                lane.heating_k,
-                lane.taus_s.map(|tau| Lag::new(tau, h)),
-            )
+            (lane.poles_k, lane.heating_k)
         });
-        let mut secants = [Secant::default(); ACTUATORS];
+        let mut secants: [_; ACTUATORS] =
+            std::array::from_fn(|i| Secant::new(self.lanes[i].attraction(&lags[i])));
         for _ in 0..ROUNDS {
             let powers_w = self.lanes.each_ref().map(|lane| lane.now.power_w);
-            let mut moved_k: f64 = 0.0;
+            let (mut moved_k, mut off_k): (f64, f64) = (0.0, 0.0);
             for (index, lane) in self.lanes.iter_mut().enumerate() {
-                let before = (lane.now.temperature_rise_k, lane.heating_k);
+                let before_k = lane.now.temperature_rise_k;
                 let guess = lane.heating_k;
                 lane.now.t_s = self.t_s;
                 lane.now.total_power_w = powers_w.iter().sum();
                 lane.now.opposite_power_w = powers_w[(index + ACTUATORS / 2) % ACTUATORS];
-                let (poles, heating, lags) = &start[index];
+                let (poles, heating) = &start[index];
                 if h > 0.0 {
                     let heating_now = lane.heating_k;
-                    lane.poles_k =
-                        std::array::from_fn(|k| lags[k].after(poles[k], *heating, heating_now));
+                    lane.poles_k = std::array::from_fn(|k| {
+                        lags[index][k].after(poles[k], *heating, heating_now)
+                    });
                 }
                 lane.electrical(index, voltage_v[index], &self.effects);
-                moved_k = moved_k
-                    .max((lane.now.temperature_rise_k - before.0).abs())
-                    .max((lane.heating_k - before.1).abs());
+                moved_k = moved_k.max((lane.now.temperature_rise_k - before_k).abs());
+                off_k = off_k.max((lane.heating_k - guess).abs());
                 lane.heating_k = secants[index].next(guess, lane.heating_k);
             }
-            if moved_k < SAME_K {
+            // Without effects no lane waits for what the others' powers come to.
+            if off_k < SAME_K && (moved_k < SAME_K || self.effects.is_empty()) {
                 break;
             }
         }
@@ -383,6 +404,20 @@ impl Lane {
             current_a: 0.0,
             parameters,
         }
+    }
+
+    /// How much the heating at the end of a step changes with the heating that was assumed there: a hotter heater has more
+    /// resistance and takes less power.
+    fn attraction(&self, lags: &[Lag; POLES]) -> f64 {
+        let arrives: f64 = self
+            .weights
+            .iter()
+            .zip(lags)
+            .map(|(weight, lag)| weight * lag.takes_end)
+            .sum();
+        let p = &self.parameters;
+        -arrives * self.heating_k * p.cold_resistance_ohm * p.resistance_coefficient_per_k
+            / self.now.resistance_ohm
     }
 
     fn raw_temperature(&self) -> f64 {
