@@ -133,8 +133,8 @@ impl fmt::Display for Edit {
                 f,
                 "  {:<14} {:>10.3} {:>10.3}",
                 before.experiment,
-                before.rms_um,
-                after.map_or(f64::NAN, |after| after.rms_um)
+                before.rms,
+                after.map_or(f64::NAN, |after| after.rms)
             )?;
         }
         writeln!(f, "  {}", self.advice)?;
