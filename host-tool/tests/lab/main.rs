@@ -1,7 +1,9 @@
 //! The model lab as a user types it, on sessions of virtual mirrors that share nothing with the
 //! model.
 
+#[path = "../common/mod.rs"]
 mod common;
+mod hidden;
 
 use std::fs;
 use std::path::{Path, PathBuf};
