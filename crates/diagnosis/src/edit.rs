@@ -11,6 +11,7 @@ use crate::space::Space;
 use mirror_model::effect::{Active, Effect};
 use mirror_model::{Model, Runaway};
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use serde::Serialize;
 use std::fmt;
 use std::path::Path;
@@ -85,11 +86,22 @@ pub fn add(
     );
     let base = predict(&fitted.model, plan)?;
     let directions = directions(&effect, &fitted.model, plan, &base, &space);
-    // A fit from the usual values alone may stay where it is.
-    let start = scan(&directions, &space.vector(&fitted.scaled(plan)), &space)
-        .map_or_else(|| Active::usual(effect), |best| best.active);
-    let mut with = fitted.model.clone();
-    with.effects.push(start);
+    // A fit from one start may stay where it is.
+    let usual = Active::usual(effect);
+    let most = scan(&directions, &space.vector(&fitted.scaled(plan)), &space);
+    let starts = [usual.clone(), most.map_or(usual, |best| best.active)];
+    let fits: Result<Vec<_>, Runaway> = starts
+        .into_par_iter()
+        .map(|start| {
+            let mut with = fitted.model.clone();
+            with.effects.push(start);
+            fit(&with, plan)
+        })
+        .collect();
+    let best = fits?
+        .into_iter()
+        .min_by(|a, b| a.cost(plan).total_cmp(&b.cost(plan)));
+    let with = best.expect("there are starts").model;
     let mut changed = change(&fitted.model, &with, plan, files)?;
     let placebo = placebo(&directions, &Ensemble::new(plan, cache)?, &space, plan);
     changed.edit.advice = changed.edit.on_adding(&id, &placebo);
@@ -173,7 +185,7 @@ impl Edit {
             format!("with {id} the error falls: {course}")
         } else {
             format!(
-                "with {id} the error falls: {course}, no more than it does where nothing is hidden: this proves nothing"
+                "with {id} the error falls: {course}; that alone proves nothing, it falls as much where nothing is hidden"
             )
         }
     }
