@@ -103,7 +103,7 @@ pub fn add(
         .min_by(|a, b| a.cost(plan).total_cmp(&b.cost(plan)));
     let with = best.expect("there are starts").model;
     let mut changed = change(&fitted.model, &with, plan, files)?;
-    let placebo = placebo(&directions, &Ensemble::new(plan, cache)?, &space, plan);
+    let placebo = placebo(&directions, &Ensemble::new(plan, cache)?.0, &space, plan);
     changed.edit.advice = changed.edit.on_adding(&id, &placebo);
     changed.edit.placebo = Some(placebo);
     Ok(changed)

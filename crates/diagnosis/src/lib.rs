@@ -29,6 +29,7 @@ pub mod plan;
 mod plane;
 mod report;
 pub mod space;
+mod words;
 
 pub use compare::{Comparison, ExperimentError, StageErrors, compare};
 pub use diagnose::diagnose;

@@ -1,12 +1,11 @@
 //! What adding an effect does to mirrors that have nothing to add: some fall of the error is always there.
 
 use crate::candidate::{Direction, scan};
-use crate::ensemble::Ensemble;
 use crate::fit::trust;
 use crate::judge::quantile;
 use crate::plan::{Channel, Plan};
 use crate::space::Space;
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::fmt;
@@ -54,19 +53,18 @@ impl fmt::Display for Placebo {
     }
 }
 
-/// Adds an effect, as these directions describe it, to every virtual mirror with nothing hidden. `space` is one in which
-/// the base is free.
+/// Adds an effect, as these directions describe it, to every virtual mirror with nothing hidden, whose residuals these are
+/// in units of trust. `space` is one in which the base is free.
 pub(crate) fn placebo(
     directions: &[Direction],
-    ensemble: &Ensemble,
+    mirrors: &DMatrix<f64>,
     space: &Space,
     plan: &Plan,
 ) -> Placebo {
-    let mirrors: Vec<_> = (0..ensemble.0.ncols()).collect();
-    let errors: Vec<[[Option<f64>; 2]; 2]> = mirrors
+    let errors: Vec<[Errors; 2]> = (0..mirrors.ncols())
         .into_par_iter()
         .map(|mirror| {
-            let residual = space.remainder(&ensemble.0.column(mirror).into_owned());
+            let residual = space.remainder(&mirrors.column(mirror).into_owned());
             let left = match scan(directions, &space.vector(&residual), space) {
                 Some(best) => &residual - space.remainder(&space.unscaled(&best.change)),
                 None => residual.clone(),
@@ -91,8 +89,11 @@ pub(crate) fn placebo(
     }
 }
 
-/// Root mean squares of displacement and currents, from residuals in units of trust.
-fn errors(residual: &DVector<f64>, plan: &Plan) -> [Option<f64>; 2] {
+/// Root mean squares of displacement (um) and currents (A), where they were measured.
+pub(crate) type Errors = [Option<f64>; 2];
+
+/// From residuals in units of trust.
+pub(crate) fn errors(residual: &DVector<f64>, plan: &Plan) -> Errors {
     [true, false].map(|displacement| {
         let rows = residual.iter().zip(&plan.observations);
         let squares: Vec<f64> = rows
