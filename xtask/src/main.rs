@@ -10,6 +10,7 @@ mod images;
 #[cfg(test)]
 mod layers;
 mod on_target;
+mod panics;
 mod picture;
 mod positions;
 mod setup;
@@ -118,7 +119,7 @@ fn run(task: Task) -> Result<ExitCode> {
             what: Some(Benchmark::Position),
             ..
         } => positions::run().map(|()| ExitCode::SUCCESS),
-        Task::Build { board } => images::build_and_report(board).map(|()| ExitCode::SUCCESS),
+        Task::Build { board } => images::build_and_report(board).map(|_| ExitCode::SUCCESS),
         Task::HideEffects => hidden::write().map(|()| ExitCode::SUCCESS),
         Task::Flash => flash::run_probe().map(|()| ExitCode::SUCCESS),
         Task::RunOnTarget { elf, filters } => on_target::run_elf(&elf, &filters),
