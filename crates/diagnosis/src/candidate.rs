@@ -100,7 +100,15 @@ fn forms(effect: &Arc<dyn Effect>) -> Vec<Active> {
 }
 
 impl Direction {
-    /// The same direction in another space.
+    /// The same direction, so far in one space, in another one that weighs rows in its own way.
+    pub fn weighed_by(&self, so_far: &Space, space: &Space) -> Self {
+        Self {
+            change: space.vector(&so_far.unscaled(&self.change)),
+            active: self.active.clone(),
+        }
+    }
+
+    /// The same direction in another space with the same approximation.
     pub fn seen_in(&self, space: &Space) -> Self {
         Self {
             change: space.of(self.change.clone()),

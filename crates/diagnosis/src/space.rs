@@ -139,6 +139,13 @@ impl Space {
         }
     }
 
+    /// A space in which only the base is free, and every row is trusted alike.
+    pub fn of_base(jacobian: &DMatrix<f64>) -> Self {
+        let rows = jacobian.nrows();
+        let nothing = Approximation::new(&DMatrix::zeros(rows, 0), &DVector::repeat(rows, 1.0));
+        Self::new(jacobian, &Arc::new(nothing), Vec::new())
+    }
+
     /// The same space around another fit, where the base has these directions.
     pub fn around(&self, jacobian: &DMatrix<f64>) -> Self {
         Self::new(jacobian, &self.approximation, self.members.clone())
