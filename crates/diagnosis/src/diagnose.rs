@@ -235,7 +235,7 @@ impl<'a> Bench<'a> {
             None
         };
         let ranking: Vec<_> = order
-            .iter()
+            .par_iter()
             .map(|&i| self.ranked(i, explanation(i), &above, &explanation))
             .collect();
         let error = rms(self.plan, self.fitted.scaled(self.plan).iter().copied());
