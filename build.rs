@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=memory.x");
     println!("cargo::rustc-link-search={out}");
     if env::var("TARGET")?.starts_with("thumb") {
-        for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+        for argument in ["--nmagic", "--emit-relocs", "-Tlink.x", "-Tdefmt.x"] {
             println!("cargo::rustc-link-arg={argument}");
         }
         println!("cargo::rustc-link-arg-tests=-Tembedded-test.x");

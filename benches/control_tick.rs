@@ -9,8 +9,8 @@ use core::hint::black_box;
 
 use control_core::calibration::{Heat, Lag, Memory, Parts, Path, Play};
 use control_core::{
-    AdcCode, Ampere, Calibration, Controller, LANES, Micrometre, PwmCode, Second, Setpoint,
-    SupplyCode, Volt,
+    AdcCode, Ampere, Calibration, Controller, CurrentSense, LANES, Micrometre, PwmCode, Second,
+    SenseCalibration, Setpoint, SupplyCode, Volt,
 };
 use cortex_m::Peripherals;
 use cortex_m::peripheral::SYST;
@@ -68,8 +68,12 @@ fn main() -> ! {
 
     static CALIBRATION: StaticCell<Calibration> = StaticCell::new();
     let calibration = CALIBRATION.init(everything_on(factory::calibration()));
-    let mut protection = Protection::new(calibration.lanes());
-    let mut control = Control::new(Controller::new(calibration), &MAILBOX);
+    let mut protection = Protection::new(calibration);
+    let mut control = Control::new(
+        Controller::new(calibration),
+        &SenseCalibration::DESIGNED,
+        &MAILBOX,
+    );
     MAILBOX.post(Order::Drive(z, Lease::FOREVER));
     let mut sensed = Sensed::default();
     for _ in 0..TICKS_TO_SETTLE {
@@ -85,7 +89,7 @@ fn main() -> ! {
 
     let reading = Reading {
         codes: sensed.currents,
-        currents: sensed.currents.map(AdcCode::current),
+        currents: CurrentSense::new(&SenseCalibration::DESIGNED).currents(sensed.currents),
         supply: sensed.supply,
         missed_ticks: 0,
     };
@@ -139,7 +143,7 @@ fn everything_on(factory: Calibration) -> Calibration {
 /// What heaters of 481 ohm make of these codes.
 fn heaters(codes: [PwmCode; LANES]) -> Sensed {
     Sensed {
-        currents: codes.map(|code| AdcCode((code.drive().0 / 481.0 / 12.5e-3 * 65536.0) as u16)),
+        currents: codes.map(|code| AdcCode::nearest(Ampere(code.drive().0 / 481.0))),
         supply: SupplyCode::from_millivolt(5000),
         ..Sensed::default()
     }

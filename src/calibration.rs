@@ -3,21 +3,14 @@
 use control_core::calibration::BYTES;
 use control_core::{Calibration, CalibrationError};
 use mirror_protocol::{CalibrationChunk, Refusal};
-use static_cell::{ConstStaticCell, StaticCell};
 
+use crate::keeper::Record;
 use crate::mailbox::Mailbox;
-
-/// An image's place for the calibration in use.
-pub static IN_USE: StaticCell<Calibration> = StaticCell::new();
-/// An image's place for the next one.
-pub static SPARE: StaticCell<Calibration> = StaticCell::new();
-/// An image's place for what is uploaded.
-pub static UPLOADED: ConstStaticCell<[u8; BYTES]> = ConstStaticCell::new([0; BYTES]);
 
 /// Takes a calibration in pieces, checks the whole, and hands it to the control loop. The one in use
 /// stays in use until then.
 pub struct Upload {
-    bytes: &'static mut [u8; BYTES],
+    record: &'static mut Record,
     received: usize,
     /// Where the next calibration is made. The control loop gives the one before in return.
     spare: Option<&'static mut Calibration>,
@@ -33,10 +26,10 @@ pub enum UploadError {
 }
 
 impl Upload {
-    /// Uploads go into `bytes`, and what they make into `spare`.
-    pub fn new(bytes: &'static mut [u8; BYTES], spare: &'static mut Calibration) -> Self {
+    /// Uploads go to the start of `record`, and what they make into `spare`.
+    pub fn new(record: &'static mut Record, spare: &'static mut Calibration) -> Self {
         Self {
-            bytes,
+            record,
             received: 0,
             spare: Some(spare),
         }
@@ -54,9 +47,9 @@ impl Upload {
             });
         }
         let end = start + chunk.bytes.len();
-        let place = self
-            .bytes
-            .get_mut(start..end)
+        let room = self.record.get_mut(..BYTES);
+        let place = room
+            .and_then(|room| room.get_mut(start..end))
             .ok_or(Refusal::UploadTooLong)?;
         place.copy_from_slice(&chunk.bytes);
         self.received = end;
@@ -64,8 +57,19 @@ impl Upload {
     }
 
     /// What was uploaded so far.
-    pub fn bytes(&self) -> &[u8] {
-        self.bytes.get(..self.received).unwrap_or_default()
+    fn bytes(&self) -> &[u8] {
+        self.record.get(..self.received).unwrap_or_default()
+    }
+
+    /// The record at whose start the upload lies.
+    pub fn record(&mut self) -> &mut Record {
+        self.record
+    }
+
+    /// The record for another use; what was uploaded is forgotten.
+    pub fn into_buffer(&mut self) -> &mut Record {
+        self.received = 0;
+        self.record
     }
 
     /// Checks what was uploaded and has the control loop use it. On return it is in use.

@@ -3,22 +3,22 @@
 use core::sync::atomic::Ordering;
 
 use control_core::{
-    Controller, LANES, Limit, Limits, Micrometre, PwmCode, Setpoint, SupplyCode, Volt,
+    Controller, CurrentSense, LANES, Limit, Limits, Micrometre, PwmCode, SenseCalibration,
+    Setpoint, SupplyCode, Volt,
 };
 use experiment::{Mean, Pacer, Player, Quantity, Shape, Stream, Waveform};
 use mirror_protocol::{ChannelState, Commanded, Health, LEASE_FOREVER_MS, Telemetry};
 use protection::{Denied, Fault, Lease, Protection, Reading};
 
-use crate::board::{Board, Sensed};
+use crate::board::{Board, Lockstep, Sensed};
 use crate::mailbox::{Mailbox, Order};
 use crate::{TICK_HZ, TICKS_PER_MS, watchdog};
 
 /// Runs the control loop on `board`, a tick at a time, for ever.
-pub async fn run(mut board: impl Board, mut control: Control) -> ! {
+pub async fn run(mut board: impl Lockstep, mut control: Control) -> ! {
     loop {
         let sensed = board.sense().await;
-        let codes = control.tick(sensed);
-        board.drive(codes);
+        control.tick_on(&mut board, sensed);
     }
 }
 
@@ -27,6 +27,7 @@ const SHORT_LEASE_TICKS: u32 = TICK_HZ / 10;
 
 /// The state from one tick to the next.
 pub struct Control {
+    sense: CurrentSense,
     controller: Controller<'static>,
     protection: Protection,
     mailbox: &'static Mailbox,
@@ -51,9 +52,14 @@ const MEASURED: usize = LANES + 1;
 
 impl Control {
     /// A loop that starts with all channels off.
-    pub fn new(controller: Controller<'static>, mailbox: &'static Mailbox) -> Self {
+    pub fn new(
+        controller: Controller<'static>,
+        sense: &SenseCalibration,
+        mailbox: &'static Mailbox,
+    ) -> Self {
         Self {
-            protection: Protection::new(controller.calibration().lanes()),
+            sense: CurrentSense::new(sense),
+            protection: Protection::new(controller.calibration()),
             controller,
             mailbox,
             setpoint: Setpoint::Off,
@@ -75,6 +81,12 @@ impl Control {
         self.protection.trip(fault);
     }
 
+    /// One tick of `board`, which has just said what was sensed.
+    pub fn tick_on(&mut self, board: &mut impl Board, sensed: Sensed) {
+        let codes = self.tick(sensed);
+        board.drive(codes);
+    }
+
     /// One tick: `sensed` are the codes read while the codes of the last tick were driven; the
     /// result is driven next.
     pub fn tick(&mut self, sensed: Sensed) -> [PwmCode; LANES] {
@@ -82,16 +94,19 @@ impl Control {
         if let Some(calibration) = self.mailbox.take_calibration() {
             // Drives computed under another calibration mean nothing.
             self.follow(Setpoint::Off);
-            self.protection.recalibrate(calibration.lanes());
+            self.protection.recalibrate(calibration);
             let before = self.controller.exchange(calibration);
             self.mailbox.return_calibration(before);
+        }
+        if let Some(sense) = self.mailbox.take_sense() {
+            self.sense = CurrentSense::new(&sense);
         }
         let last = self.setpoint;
         self.take_orders();
         self.play();
 
         let applied = self.applied.map(PwmCode::drive);
-        let currents = sensed.currents.map(|code| code.current());
+        let currents = self.sense.currents(sensed.currents);
         let reading = Reading {
             codes: sensed.currents,
             currents,

@@ -10,6 +10,8 @@ use core::fmt::{self, Write};
 use mirror_protocol::Sentence;
 use protection::Fault;
 
+use crate::startup::LastStop;
+
 /// Tells a reason from what memory holds at power-on.
 const MAGIC: u32 = 0x5704_4ed0;
 
@@ -26,14 +28,6 @@ struct Record {
 
 unsafe extern "C" {
     static mut LAST_STOP: Record;
-}
-
-/// Why the firmware stopped before this start.
-pub struct LastStop {
-    /// Which kind of stop.
-    pub fault: Fault,
-    /// Where, or what it said.
-    pub text: Sentence,
 }
 
 /// Keeps the reason of a stop for the next start. To be called with the outputs off, and once.

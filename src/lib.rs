@@ -19,11 +19,13 @@ use cortex_m as _;
 pub mod board;
 pub mod calibration;
 pub mod control;
+mod exchange;
 pub mod keeper;
 #[cfg(target_os = "none")]
 pub mod last_stop;
 pub mod mailbox;
 pub mod rpc;
+pub mod startup;
 #[cfg(any(feature = "board-stm32g474", feature = "board-host"))]
 pub mod usb;
 pub mod watchdog;

@@ -5,15 +5,16 @@
 
 use core::cell::Cell;
 
-use control_core::{Calibration, LANES, Setpoint};
+use control_core::{Calibration, LANES, SenseCalibration, Setpoint};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, with_timeout};
 use experiment::{POINTS, Player};
 use mirror_protocol::{ChannelState, Commanded, Health, Stream, Telemetry};
 use protection::{Denied, Lease};
+
+use crate::exchange::{Queue, Slot};
 
 /// A tick lasts 100 us; a loop that has not answered after this long has stopped.
 const TICK_TIMEOUT: Duration = Duration::from_millis(50);
@@ -21,6 +22,7 @@ const TICK_TIMEOUT: Duration = Duration::from_millis(50);
 /// Samples that wait for the link.
 const QUEUED_SAMPLES: usize = 16;
 
+/// A value that is there at all times.
 type Shared<T> = Mutex<CriticalSectionRawMutex, Cell<T>>;
 
 /// What the link wants of the next tick.
@@ -50,18 +52,19 @@ pub(crate) type Play = (Player, Stream, Lease);
 
 /// The meeting place.
 pub struct Mailbox {
-    order: Shared<Option<Order>>,
-    play: Shared<Option<Play>>,
+    order: Slot<Order>,
+    play: Slot<Play>,
     points: Mutex<CriticalSectionRawMutex, [Cell<i16>; POINTS]>,
-    stream: Shared<Option<Stream>>,
-    calibration: Shared<Option<&'static mut Calibration>>,
+    stream: Slot<Stream>,
+    sense: Slot<SenseCalibration>,
+    calibration: Slot<&'static mut Calibration>,
     calibration_before: Signal<CriticalSectionRawMutex, &'static mut Calibration>,
     commanded: Signal<CriticalSectionRawMutex, Result<Commanded, Denied>>,
     streaming: Signal<CriticalSectionRawMutex, Result<u32, Denied>>,
     latest: Shared<Telemetry>,
     health: Shared<Health>,
     about_to_lapse: Shared<bool>,
-    samples: Channel<CriticalSectionRawMutex, Telemetry, QUEUED_SAMPLES>,
+    samples: Queue<Telemetry, QUEUED_SAMPLES>,
     bootloader: Signal<CriticalSectionRawMutex, ()>,
     dropped: Shared<u32>,
 }
@@ -79,11 +82,12 @@ impl Mailbox {
     /// A mailbox that nobody has used. A board has one, [`MAILBOX`].
     pub const fn new() -> Self {
         Self {
-            order: Mutex::new(Cell::new(None)),
-            play: Mutex::new(Cell::new(None)),
+            order: Slot::new(),
+            play: Slot::new(),
             points: Mutex::new([const { Cell::new(0) }; POINTS]),
-            stream: Mutex::new(Cell::new(None)),
-            calibration: Mutex::new(Cell::new(None)),
+            stream: Slot::new(),
+            sense: Slot::new(),
+            calibration: Slot::new(),
             calibration_before: Signal::new(),
             commanded: Signal::new(),
             streaming: Signal::new(),
@@ -103,7 +107,7 @@ impl Mailbox {
                 limits_since_command: 0,
             })),
             about_to_lapse: Mutex::new(Cell::new(false)),
-            samples: Channel::new(),
+            samples: Queue::new(),
             bootloader: Signal::new(),
             dropped: Mutex::new(Cell::new(0)),
         }
@@ -111,7 +115,7 @@ impl Mailbox {
 
     /// Link side: has the next tick carry out `order`.
     pub fn post(&self, order: Order) {
-        self.order.lock(|slot| slot.set(Some(order)));
+        self.order.put(order);
     }
 
     /// Link side: has the next tick carry out `order`, and waits until it has: for as long as the
@@ -151,8 +155,7 @@ impl Mailbox {
     /// Where no tick came, or the protection denied it.
     pub async fn play(&self, player: Player, stream: Stream, lease: Lease) -> Result<u32, Failure> {
         self.streaming.reset();
-        self.play
-            .lock(|slot| slot.set(Some((player, stream, lease))));
+        self.play.put((player, stream, lease));
         self.first_tick().await
     }
 
@@ -178,9 +181,14 @@ impl Mailbox {
         calibration: &'static mut Calibration,
     ) -> Result<&'static mut Calibration, Option<&'static mut Calibration>> {
         self.calibration_before.reset();
-        self.calibration.lock(|slot| slot.set(Some(calibration)));
+        self.calibration.put(calibration);
         let before = with_timeout(TICK_TIMEOUT, self.calibration_before.wait()).await;
         before.map_err(|_| self.take_calibration())
+    }
+
+    /// Link side: has currents read like this from the next tick on.
+    pub fn calibrate_sense(&self, sense: SenseCalibration) {
+        self.sense.put(sense);
     }
 
     /// Link side: changes points of the table, from `first` on. `false` where they do not fit.
@@ -198,7 +206,7 @@ impl Mailbox {
 
     /// Link side: has the next tick begin a stream.
     pub fn request_stream(&self, stream: Stream) {
-        self.stream.lock(|slot| slot.set(Some(stream)));
+        self.stream.put(stream);
     }
 
     /// Link side: the most recent tick.
@@ -223,7 +231,7 @@ impl Mailbox {
 
     /// Link side: the next sample of the stream.
     pub async fn next_sample(&self) -> Telemetry {
-        self.samples.receive().await
+        self.samples.next().await
     }
 
     /// Link side: samples that were lost since start because the link was too slow.
@@ -239,17 +247,22 @@ impl Mailbox {
     /// Whether the next tick ends a short lease, and no order waits that could renew it. An emulated
     /// board gives the host some time then.
     pub fn is_about_to_lapse(&self) -> bool {
-        self.about_to_lapse.lock(Cell::get) && self.order.lock(Cell::get).is_none()
+        self.about_to_lapse.lock(Cell::get) && self.order.is_empty()
     }
 
     /// Control side: an order that came since the last tick.
     pub(crate) fn take_order(&self) -> Option<Order> {
-        self.order.lock(Cell::take)
+        self.order.take()
     }
 
     /// Control side: a calibration that came since the last tick.
     pub(crate) fn take_calibration(&self) -> Option<&'static mut Calibration> {
-        self.calibration.lock(Cell::take)
+        self.calibration.take()
+    }
+
+    /// Control side: what the current sense was found to be off by since the last tick.
+    pub(crate) fn take_sense(&self) -> Option<SenseCalibration> {
+        self.sense.take()
     }
 
     /// Control side: the calibration that is no longer in use.
@@ -259,7 +272,7 @@ impl Mailbox {
 
     /// Control side: a waveform that was asked for since the last tick, with its stream and lease.
     pub(crate) fn take_play(&self) -> Option<Play> {
-        self.play.lock(Cell::take)
+        self.play.take()
     }
 
     /// Control side: a point of the table; 0 beyond its end.
@@ -270,7 +283,7 @@ impl Mailbox {
 
     /// Control side: a stream that was asked for since the last tick.
     pub(crate) fn take_stream(&self) -> Option<Stream> {
-        self.stream.lock(Cell::take)
+        self.stream.take()
     }
 
     /// Control side: an order is carried out, or denied.
@@ -298,7 +311,7 @@ impl Mailbox {
 
     /// Control side: a sample for the link, dropped and counted where the link is too slow.
     pub(crate) fn send_sample(&self, telemetry: Telemetry) {
-        if self.samples.try_send(telemetry).is_err() {
+        if !self.samples.push(telemetry) {
             self.dropped
                 .lock(|dropped| dropped.set(dropped.get().wrapping_add(1)));
         }

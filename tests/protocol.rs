@@ -7,7 +7,8 @@ use mirror_firmware as _;
 #[embedded_test::tests]
 mod tests {
     use control_core::{
-        AdcCode, Calibration, Controller, LANES, Micrometre, PwmCode, Setpoint, SupplyCode, Volt,
+        AdcCode, Ampere, Calibration, Controller, LANES, Micrometre, PwmCode, SenseCalibration,
+        Setpoint, SupplyCode, Volt,
     };
     use embassy_futures::join::join;
     use embassy_futures::yield_now;
@@ -109,7 +110,11 @@ mod tests {
     fn control() -> Control {
         static CALIBRATION: StaticCell<Calibration> = StaticCell::new();
         let calibration = CALIBRATION.init(factory::calibration());
-        Control::new(Controller::new(calibration), &MAILBOX)
+        Control::new(
+            Controller::new(calibration),
+            &SenseCalibration::DESIGNED,
+            &MAILBOX,
+        )
     }
 
     #[test]
@@ -130,10 +135,7 @@ mod tests {
     }
 
     fn heaters(codes: [PwmCode; LANES], ohm: [f32; LANES]) -> Sensed {
-        let code = |i: usize| {
-            let current_a = codes[i].drive().0 / ohm[i];
-            AdcCode((current_a / 12.5e-3 * 65536.0) as u16)
-        };
+        let code = |i: usize| AdcCode::nearest(Ampere(codes[i].drive().0 / ohm[i]));
         Sensed {
             currents: core::array::from_fn(code),
             supply: SupplyCode::from_millivolt(5000),
@@ -230,9 +232,9 @@ mod tests {
         let mut control = control();
         let order = Order::Drive(Setpoint::Drive([Volt(2.0); LANES]), Lease::FOREVER);
         let (_, codes) = carry_out(&mut control, order, 40, sound).await;
-        // 2 V through 400 ohm are 5 mA: 26214 steps of 12.5 mA / 65536.
+        // 2 V through 400 ohm are 5 mA: 26214 steps of 0.19 uA, above a zero at 649.
         control.tick(Sensed {
-            currents: [AdcCode(26_214); LANES],
+            currents: [AdcCode(26_214 + 649); LANES],
             ..sound(codes)
         });
         let telemetry = MAILBOX.latest();

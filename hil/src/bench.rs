@@ -4,12 +4,15 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use emulated_board::{EmulatedBoard, Emulation};
+use emulated_board::{Connected, EmulatedBoard, Emulation};
 use tempfile::TempDir;
 use virtual_mirror::MirrorConfig;
 
 /// The one real board is used by one check at a time.
 static REAL_BOARD: Mutex<()> = Mutex::new(());
+
+/// The resistors on an emulated board.
+const RESISTORS_OHM: f64 = 499.0;
 
 /// A board and the tool in front of it.
 pub struct Bench {
@@ -68,10 +71,30 @@ impl Bench {
     /// # Panics
     /// Where it does not start.
     pub fn with_flash(mirror: MirrorConfig, flash: Option<&Path>) -> Self {
+        Self::with(Connected::Mirror(Box::new(mirror)), flash)
+    }
+
+    /// The board that `MIRROR_BOARD` names, if `MIRROR_RESISTORS` says which resistors (ohm) are on it in the
+    /// place of the mirror; or a new emulated one with resistors, its flash in the file `flash`. With it comes their
+    /// value.
+    ///
+    /// # Panics
+    /// Where an emulated board does not start, or `MIRROR_RESISTORS` is no number.
+    pub fn on_resistors(flash: &Path) -> Option<(Self, f64)> {
+        if std::env::var_os("MIRROR_BOARD").is_none() {
+            let connected = Connected::Resistors([RESISTORS_OHM; 4]);
+            return Some((Self::with(connected, Some(flash)), RESISTORS_OHM));
+        }
+        let ohm = std::env::var("MIRROR_RESISTORS").ok()?;
+        let ohm = ohm.parse().expect("MIRROR_RESISTORS is a number of ohms");
+        Some((Self::new(), ohm))
+    }
+
+    fn with(connected: Connected, flash: Option<&Path>) -> Self {
         let directory = tempfile::tempdir().expect("a directory");
         let emulated = EmulatedBoard::start(&Emulation {
             image: target_directory().join("thumbv7em-none-eabihf/release/mps2"),
-            mirror,
+            connected,
             boards_directory: directory.path().to_owned(),
             name: "emulated".to_owned(),
             flash: flash.map(Path::to_owned),

@@ -4,7 +4,9 @@
 //! gets an emulated board of its own. `cargo xtask hil` and `cargo xtask test` set it all up.
 
 mod bench;
+mod disturb;
 mod raw;
 
 pub use bench::{Bench, Said};
+pub use disturb::{DISTURBANCES, Disturbance};
 pub use raw::RawLink;

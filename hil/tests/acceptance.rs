@@ -134,11 +134,10 @@ fn a_recording_is_a_measurement_file() {
     let file = measurement::MeasurementFile::parse("still.csv", &text).expect("it is read again");
     assert_eq!(file.rows.len(), 200);
     assert!((file.rows[199].t_s - 0.199).abs() < 1e-9);
-    // The core rounds to either neighbour of a millivolt.
     let other = file
         .rows
         .iter()
-        .find(|row| (row.voltage_v[0] - 1.5).abs() > 1.01e-3);
+        .find(|row| (row.voltage_v[0] - 1.5).abs() > 1e-6);
     assert!(other.is_none(), "{other:?}");
     assert!(
         file.rows

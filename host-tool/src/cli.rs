@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::quantity::{Frequency, Hold, Length, MINUS, Span, Voltage};
+use crate::quantity::{Frequency, Hold, Length, MINUS, Resistance, Span, Voltage};
 
 /// A negative quantity with a minus sign instead of the hyphen that would make it an option, so that
 /// `-0.1V` is told to be out of range rather than unknown.
@@ -105,6 +105,13 @@ pub enum Command {
     /// Teach the board its mirror: measure, identify, build the tables, upload, and try them at other
     /// positions; before and after.
     Calibrate(Calibrate),
+    /// Calibrate the board's current sense: its zero, with the mirror in place, and with a known resistor in the place of
+    /// each actuator its gain; the channels are off afterwards.
+    CalibrateSense {
+        /// The resistor that is connected to each channel in place of the mirror: 499ohm. 300 to 1000 ohm.
+        #[arg(long, value_name = "RESISTANCE")]
+        resistor: Option<Resistance>,
+    },
     /// Explain a fault or a limit: what it is, its cause, and its remedy.
     Explain {
         /// Its name, as `status` shows it; without it, all names.

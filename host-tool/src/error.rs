@@ -275,6 +275,7 @@ fn refusal_words(refusal: Refusal) -> String {
         Refusal::NoLease => {
             "it drives nothing: it was turned off, or was not asked to go on in time".to_owned()
         }
+        Refusal::SenseImplausible => "no sound board's current sense is off by so much".to_owned(),
         Refusal::NoBootloader => "it takes no firmware this way, as it is emulated".to_owned(),
         Refusal::NotANumber => "a value was not a number".to_owned(),
         Refusal::UploadGap { expected } => {
@@ -300,6 +301,9 @@ fn flaw_words(flaw: Flaw) -> &'static str {
 fn refusal_advice(refusal: Refusal) -> String {
     match refusal {
         Refusal::Tripped { fault } => fault_advice(fault),
+        Refusal::SenseImplausible => {
+            "is there a resistor on each channel, and is it the one that was named?".to_owned()
+        }
         _ => "`host-tool status` shows what the board is doing".to_owned(),
     }
 }

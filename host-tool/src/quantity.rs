@@ -32,6 +32,14 @@ pub struct Frequency {
     pub hz: f64,
 }
 
+/// A resistance, above zero.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize)]
+#[serde(transparent)]
+pub struct Resistance {
+    /// In ohms.
+    pub ohm: f64,
+}
+
 /// A time span, zero or longer.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize)]
 #[serde(transparent)]
@@ -114,6 +122,17 @@ const VOLTAGE: Kind = Kind {
     what: "a voltage",
     example: "1.9V",
     units: &[("V", 1.0, 1.0), ("v", 1.0, 1.0), ("mV", 1.0, 1e3)],
+};
+const RESISTANCE: Kind = Kind {
+    what: "a resistance above 0",
+    example: "499ohm",
+    units: &[
+        ("ohm", 1.0, 1.0),
+        ("Ohm", 1.0, 1.0),
+        ("Ω", 1.0, 1.0),
+        ("kohm", 1e3, 1.0),
+        ("kΩ", 1e3, 1.0),
+    ],
 };
 const FREQUENCY: Kind = Kind {
     what: "a frequency above 0",
@@ -231,6 +250,19 @@ impl FromStr for Frequency {
     }
 }
 
+impl FromStr for Resistance {
+    type Err = QuantityError;
+
+    fn from_str(text: &str) -> Result<Self, QuantityError> {
+        let ohm = RESISTANCE.parse(text)?;
+        if ohm > 0.0 {
+            Ok(Self { ohm })
+        } else {
+            Err(RESISTANCE.unusable(text))
+        }
+    }
+}
+
 impl FromStr for Span {
     type Err = QuantityError;
 
@@ -326,6 +358,10 @@ mod tests {
             assert!((text.parse::<Frequency>().unwrap().hz - hz).abs() < 1e-12);
         }
         assert!("0Hz".parse::<Frequency>().is_err());
+        for text in ["499ohm", "499 Ω", "0.499kohm"] {
+            assert!((text.parse::<Resistance>().unwrap().ohm - 499.0).abs() < 1e-9);
+        }
+        assert!("0ohm".parse::<Resistance>().is_err());
         assert_eq!("1min".parse::<Span>().unwrap().s, 60.0);
         assert_eq!("forever".parse(), Ok(Hold::Forever));
         assert_eq!("2s".parse(), Ok(Hold::For(Span { s: 2.0 })));

@@ -2,16 +2,13 @@
 #![no_std]
 #![no_main]
 
-use control_core::Controller;
 use embassy_executor::Spawner;
 use mirror_firmware::board::CalibrationFlash;
 use mirror_firmware::board::mps2::{LockstepPlant, link, watchdog};
-use mirror_firmware::calibration::{IN_USE, SPARE, UPLOADED, Upload};
-use mirror_firmware::control::{self, Control};
-use mirror_firmware::keeper::Keeper;
 use mirror_firmware::mailbox::MAILBOX;
+use mirror_firmware::startup::{Memory, start};
 use mirror_firmware::watchdog::guard;
-use mirror_firmware::{last_stop, rpc};
+use mirror_firmware::{control, last_stop, rpc};
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) -> ! {
@@ -23,20 +20,9 @@ async fn main(_spawner: Spawner) -> ! {
     };
     defmt::info!("ready");
 
-    let mut keeper = Keeper::new(CalibrationFlash::open());
-    let uploaded = UPLOADED.take();
-    let calibration = IN_USE.init(keeper.load(uploaded));
-    let bad_calibration = keeper.fault();
-    let upload = Upload::new(uploaded, SPARE.init(*calibration));
-    let mut session = rpc::Session::new::<LockstepPlant>(&MAILBOX, calibration, upload, keeper);
-    let mut control = Control::new(Controller::new(calibration), &MAILBOX);
-    if let Some(fault) = bad_calibration {
-        control.trip(fault);
-    }
-    if let Some(stopped) = last_stop::take() {
-        control.trip(stopped.fault);
-        session = session.after(stopped.text);
-    }
+    let memory = Memory::of_the_image();
+    let flash = CalibrationFlash::open();
+    let (session, control) = start::<LockstepPlant>(flash, memory, last_stop::take(), &MAILBOX);
     let serve = rpc::serve(tx, rx, rpc::FRAME.take(), session);
     watchdog::start();
     let guard = guard(watchdog::feed);

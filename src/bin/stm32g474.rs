@@ -2,19 +2,16 @@
 #![no_std]
 #![no_main]
 
-use control_core::Controller;
 use embassy_executor::{Spawner, task};
 use embassy_stm32::wdg::IndependentWatchdog;
 use mirror_firmware::board::CalibrationFlash;
 use mirror_firmware::board::stm32g474::link::{self, Device};
 use mirror_firmware::board::stm32g474::{
-    ConverterPins, Converters, bootloader, clocks, last_stop, start_control_executor,
+    ConverterPins, Converters, bootloader, clocks, last_stop, start_control,
 };
-use mirror_firmware::calibration::{IN_USE, SPARE, UPLOADED, Upload};
-use mirror_firmware::control::{self, Control};
-use mirror_firmware::keeper::Keeper;
 use mirror_firmware::mailbox::MAILBOX;
 use mirror_firmware::rpc;
+use mirror_firmware::startup::{Memory, start};
 use mirror_firmware::watchdog::guard;
 
 /// A part of the firmware that has stopped is noticed by then. Putting a calibration into flash takes
@@ -37,33 +34,17 @@ async fn main(spawner: Spawner) {
         supply: p.PC2,
     };
     let converters = Converters::start(p.TIM1, (p.ADC1, p.ADC2), pins);
-    let mut keeper = Keeper::new(CalibrationFlash::open(p.FLASH));
-    let uploaded = UPLOADED.take();
-    let calibration = IN_USE.init(keeper.load(uploaded));
-    let bad_calibration = keeper.fault();
-    let upload = Upload::new(uploaded, SPARE.init(*calibration));
+    let memory = Memory::of_the_image();
+    let flash = CalibrationFlash::open(p.FLASH);
+    let (session, control) = start::<Converters>(flash, memory, last_stop(), &MAILBOX);
     let (device, rx, tx) = link::open(p.USB, p.PA12, p.PA11);
-    let mut session = rpc::Session::new::<Converters>(&MAILBOX, calibration, upload, keeper);
-    let mut control = Control::new(Controller::new(calibration), &MAILBOX);
-    if let Some(fault) = bad_calibration {
-        control.trip(fault);
-    }
-    if let Some(stopped) = last_stop() {
-        control.trip(stopped.fault);
-        session = session.after(stopped.text);
-    }
     let mut watchdog = IndependentWatchdog::new(p.IWDG, WATCHDOG_US);
     watchdog.unleash();
 
-    start_control_executor().must_spawn(run_control(converters, control));
+    start_control(converters, control);
     spawner.must_spawn(run_usb(device));
     let serve = rpc::serve(tx, rx, rpc::FRAME.take(), session);
     embassy_futures::join::join(serve, guard(|| watchdog.pet())).await;
-}
-
-#[task]
-async fn run_control(converters: Converters, control: Control) {
-    control::run(converters, control).await;
 }
 
 #[task]

@@ -27,12 +27,15 @@ pub trait Board {
     /// Leaves for a bootloader that takes new firmware, where there is one.
     const BOOTLOADER: Option<fn() -> !>;
 
+    /// Drives the four channels from now on.
+    fn drive(&mut self, codes: [PwmCode; LANES]);
+}
+
+/// A board whose control ticks are waited for, in turns with the link.
+pub trait Lockstep: Board {
     /// Waits for the next control tick and returns what the converters read during the one that
     /// just ended.
     fn sense(&mut self) -> impl Future<Output = Sensed>;
-
-    /// Drives the four channels from now on.
-    fn drive(&mut self, codes: [PwmCode; LANES]);
 }
 
 /// What the converters read during one control tick.

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
-use emulated_board::{EmulatedBoard, Emulation};
+use emulated_board::{Connected, EmulatedBoard, Emulation};
 use virtual_mirror::MirrorConfig;
 
 use crate::cargo::{TARGET, cargo, workspace};
@@ -35,7 +35,7 @@ pub(crate) fn run() -> Result<()> {
     let directory = tempfile::tempdir()?;
     let board = EmulatedBoard::start(&Emulation {
         image: images::build(Board::Mps2)?,
-        mirror: MirrorConfig::bench(),
+        connected: Connected::Mirror(Box::new(MirrorConfig::bench())),
         boards_directory: directory.path().to_owned(),
         name: "bench".to_owned(),
         flash: None,

@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use board_sockets::boards_directory;
-use emulated_board::{EmulatedBoard, Emulation};
+use emulated_board::{Connected, EmulatedBoard, Emulation};
 use virtual_mirror::MirrorConfig;
 
 use crate::images::{self, Board};
@@ -76,7 +76,7 @@ fn start(arguments: &Arguments, boards_directory: PathBuf) -> Result<EmulatedBoa
     };
     let emulation = Emulation {
         image,
-        mirror,
+        connected: Connected::Mirror(Box::new(mirror)),
         boards_directory,
         name: arguments.name.clone(),
         flash: None,

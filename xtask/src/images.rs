@@ -59,9 +59,10 @@ pub(crate) fn build(board: Board) -> Result<PathBuf> {
         .join(board.name()))
 }
 
-/// Builds, prints the size, and fails where the driver board's image is over its budget.
-pub(crate) fn build_and_report(board: Board) -> Result<()> {
-    let size = Size::of(&build(board)?)?;
+/// Builds, prints the size, returns the path, and fails where the driver board's image is over its budget.
+pub(crate) fn build_and_report(board: Board) -> Result<PathBuf> {
+    let image = build(board)?;
+    let size = Size::of(&image)?;
     println!("image       flash      static RAM");
     println!(
         "{:<9} {:>7} B       {:>7} B",
@@ -75,7 +76,7 @@ pub(crate) fn build_and_report(board: Board) -> Result<()> {
             bail!("the image is over its budget");
         }
     }
-    Ok(())
+    Ok(image)
 }
 
 /// Bytes that an image takes.

@@ -7,6 +7,7 @@ use anyhow::{Context, Result, ensure};
 
 use crate::cargo::{TARGET, cargo, run};
 use crate::images::{self, Board};
+use crate::panics;
 use crate::setup;
 use crate::tool;
 
@@ -32,7 +33,10 @@ const STEPS: [Step; 7] = [
     ("format", format),
     ("lints", lints),
     ("tests on the host", on_host),
-    ("images and their size", image_sizes),
+    (
+        "images: their size, and no panic in the control tick",
+        check_images,
+    ),
     ("tests on the target", on_target),
     ("end-to-end tests on the emulated board", || {
         acceptance(None)
@@ -121,9 +125,9 @@ fn on_host() -> Result<()> {
     ]))
 }
 
-fn image_sizes() -> Result<()> {
-    images::build_and_report(Board::Stm32g474)?;
-    images::build_and_report(Board::Mps2)
+fn check_images() -> Result<()> {
+    panics::check(&images::build_and_report(Board::Stm32g474)?)?;
+    panics::check_that_it_finds_one(&images::build_and_report(Board::Mps2)?)
 }
 
 fn on_target() -> Result<()> {

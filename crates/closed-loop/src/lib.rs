@@ -16,8 +16,8 @@ mod record;
 pub use calibrate::{CalibrateError, calibrate};
 
 use control_core::{
-    AdcCode, Ampere, Calibration, Controller, LANES, Limits, Micrometre, PwmCode, Setpoint, TICK,
-    Volt,
+    AdcCode, Ampere, Calibration, Controller, CurrentSense, LANES, Limits, Micrometre, PwmCode,
+    SenseCalibration, Setpoint, TICK, Volt,
 };
 use emulated_board::Electronics;
 use virtual_mirror::{ConfigError, MirrorConfig, VirtualMirror};
@@ -29,6 +29,7 @@ pub const TICK_S: f64 = TICK.0 as f64;
 pub struct Loop<'a> {
     controller: Controller<'a>,
     electronics: Electronics,
+    sense: CurrentSense,
     mirror: VirtualMirror,
     applied: [PwmCode; LANES],
     /// What the codes' mean is to be (V).
@@ -45,9 +46,11 @@ impl<'a> Loop<'a> {
         calibration: &'a mut Calibration,
         config: &MirrorConfig,
     ) -> Result<Self, ConfigError> {
+        let mut electronics = Electronics::new(config.seed);
         Ok(Self {
             controller: Controller::new(calibration),
-            electronics: Electronics::new(config.seed),
+            sense: zeroed(&mut electronics),
+            electronics,
             mirror: VirtualMirror::new(config)?,
             applied: [PwmCode(0); LANES],
             drives: [Volt(0.0); LANES],
@@ -65,9 +68,8 @@ impl<'a> Loop<'a> {
         // The currents follow the drive at once, the mirror has not moved yet.
         self.mirror.step(drive_v, 0.0);
         let current_a = self.mirror.state().current_a;
-        self.currents = std::array::from_fn(|i| {
-            AdcCode(self.electronics.sense_code(i, current_a[i])).current()
-        });
+        let code = |i: usize| AdcCode(self.electronics.sense_code(i, current_a[i]));
+        self.currents = self.sense.currents(std::array::from_fn(code));
         self.applied = codes;
         self.mirror.step(drive_v, TICK_S);
         (self.mirror.state().z_um, limits)
@@ -111,4 +113,20 @@ impl<'a> Loop<'a> {
     pub fn calibration(&self) -> &Calibration {
         self.controller.calibration()
     }
+}
+
+/// The current sense with its zero taken, as a calibration of the board begins; its gain is off.
+fn zeroed(electronics: &mut Electronics) -> CurrentSense {
+    const READINGS: usize = 500;
+    let designed = CurrentSense::new(&SenseCalibration::DESIGNED);
+    let mut sum_a = [0.0; LANES];
+    for _ in 0..READINGS {
+        let read = designed.currents(std::array::from_fn(|i| {
+            AdcCode(electronics.sense_code(i, 0.0))
+        }));
+        sum_a = std::array::from_fn(|i| sum_a[i] + read[i].0);
+    }
+    let zero = sum_a.map(|sum| Ampere(sum / READINGS as f32));
+    let sense = SenseCalibration::new(zero, [1.0; LANES]);
+    CurrentSense::new(&sense.unwrap_or(SenseCalibration::DESIGNED))
 }

@@ -1,25 +1,25 @@
 //! The codes of the board's converters, and what one step of each is worth.
 //!
-//! Both boards share these scales: they belong to the analogue design (`docs/board.md`), not to the
-//! microcontroller.
+//! All of it follows from the design parameters. What a board's current sense is off by is in [`crate::current`].
 
+use crate::design::{
+    ADC_CODES, DRIVE_FULL_SCALE, LOGIC_SUPPLY, PWM_PERIOD_COUNTS, SENSE_GAIN, SENSE_PEDESTAL,
+    SHUNT, SUPPLY_DIVIDER,
+};
 use crate::units::{Ampere, Volt};
 
-/// Timer counts of one PWM period: 170 MHz / 4250 = 40 kHz.
-pub const PWM_PERIOD_COUNTS: u16 = 4250;
+/// PWM counts per volt at the actuator: 4250 counts are 4.25 V, so one count is 1 mV.
+pub const PWM_COUNTS_PER_VOLT: f32 = PWM_PERIOD_COUNTS as f32 / DRIVE_FULL_SCALE.0;
 
-/// Actuator voltage per PWM count. The filtered 3.3 V output is amplified by 1.2879 to a full scale
-/// of 4.25 V, so that one count of the 4250 is 1 mV.
-pub const VOLT_PER_PWM_COUNT: f32 = 4.25 / PWM_PERIOD_COUNTS as f32;
+/// Current per code of the sense's converter: 3.3 V / 65536 is what a code is worth at its input, and
+/// 264 V/A is what shunt and amplifier make of a current; 0.19 uA.
+pub const AMPERE_PER_ADC_CODE: f32 = LOGIC_SUPPLY.0 / ADC_CODES / (SHUNT.0 * SENSE_GAIN);
 
-/// Full scale of the current sense: 10 ohm shunt, gain 26.4, 3.3 V reference.
-pub const SENSE_FULL_SCALE: Ampere = Ampere(12.5e-3);
+/// The code at no current (a mean; it is no whole number).
+pub const PEDESTAL_CODES: f32 = SENSE_PEDESTAL.0 / LOGIC_SUPPLY.0 * ADC_CODES;
 
-/// Current per code of the sense ADC: 12 bit, oversampled 16 times to 16 bit.
-pub const AMPERE_PER_ADC_CODE: f32 = SENSE_FULL_SCALE.0 / 65536.0;
-
-/// Voltage of the output stages' supply per code: a divider by two, 3.3 V reference, 16 bits.
-pub const VOLT_PER_SUPPLY_CODE: f32 = 2.0 * 3.3 / 65536.0;
+/// Voltage of the output stages' supply per code.
+pub const VOLT_PER_SUPPLY_CODE: f32 = LOGIC_SUPPLY.0 / SUPPLY_DIVIDER / ADC_CODES;
 
 /// Compare value of one PWM channel, 0 to [`PWM_PERIOD_COUNTS`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -57,20 +57,21 @@ impl PwmCode {
     /// The code nearest to `drive`. Below zero and NaN give 0, above full scale gives full scale.
     pub fn nearest(drive: Volt) -> Self {
         // A float to integer cast saturates, and takes NaN to 0.
-        let counts = (drive.0 / VOLT_PER_PWM_COUNT + 0.5) as u16;
+        let counts = (drive.0 * PWM_COUNTS_PER_VOLT + 0.5) as u16;
         Self(counts.min(PWM_PERIOD_COUNTS))
     }
 
     /// The actuator voltage that this code makes.
     pub fn drive(self) -> Volt {
-        Volt(f32::from(self.0) * VOLT_PER_PWM_COUNT)
+        Volt(f32::from(self.0) * (1.0 / PWM_COUNTS_PER_VOLT))
     }
 }
 
 impl AdcCode {
-    /// The current that this code stands for.
-    pub fn current(self) -> Ampere {
-        Ampere(f32::from(self.0) * AMPERE_PER_ADC_CODE)
+    /// What a board as designed reads of a current. Below the range and NaN give 0, above it the top.
+    pub fn nearest(current: Ampere) -> Self {
+        // A float to integer cast saturates, and takes NaN to 0.
+        Self((current.0 / AMPERE_PER_ADC_CODE + PEDESTAL_CODES + 0.5) as u16)
     }
 }
 

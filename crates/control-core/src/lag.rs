@@ -4,11 +4,9 @@
 //! [`TURNS`]th, with the mean of its input since; that saves the control tick a third.
 
 use crate::calibration::Lag;
+use crate::design::TICK;
 use crate::units::Second;
 use libm::expm1f;
-
-/// Length of a control tick. Both boards tick ten thousand times a second.
-pub const TICK: Second = Second(1e-4);
 
 /// Ticks from one turn of a slow lag to the next.
 pub(crate) const TURNS: usize = 4;

@@ -130,10 +130,16 @@ mod tests {
         }
 
         fn step(&mut self, x: f64) -> f64 {
+            let release_s = f64::from(self.memory.release.0);
+            let kept = if release_s > 0.0 {
+                (-1e-4 / release_s).exp()
+            } else {
+                1.0
+            };
             let mut y = x;
             for (play, at) in self.memory.plays.iter().zip(&mut self.plays) {
                 let radius = f64::from(play.radius.0);
-                *at = at.max(x - radius).min(x + radius);
+                *at = (x + (*at - x) * kept).max(x - radius).min(x + radius);
                 y += f64::from(play.weight) * (*at - x);
             }
             let crept: f64 = self.creep.iter().sum();
@@ -174,7 +180,8 @@ mod tests {
             let z = [0.0, 160.0, 40.0, 90.0][tick / 50_000];
             let x = inverse.displacement(&mut state, Micrometre(z));
             let reached = mirror.step(f64::from(x.0));
-            assert!((reached - f64::from(z)).abs() < 1e-3, "{reached} for {z}");
+            // Plays that let go are inverted to the second order of their weights, here 4 % of 0.5 um.
+            assert!((reached - f64::from(z)).abs() < 0.02, "{reached} for {z}");
         }
     }
 

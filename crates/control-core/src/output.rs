@@ -3,11 +3,13 @@
 //! A code is 1 mV, at the top of the range 75 nm. The codes' mean is the drive asked for, and the
 //! mirror, whose fastest time constant is several ticks, sees the mean.
 
-use crate::codes::{PWM_PERIOD_COUNTS, PwmCode, VOLT_PER_PWM_COUNT};
+use crate::codes::{PWM_COUNTS_PER_VOLT as COUNTS, PwmCode};
+use crate::design::PWM_PERIOD_COUNTS;
 use crate::units::Volt;
 
-/// Counts a volt.
-const COUNTS: f32 = 1.0 / VOLT_PER_PWM_COUNT;
+/// Part of what rounding has left that is kept. A drive of whole counts is none quite in f32, and what it lacks must
+/// not add up to a count; a drive in between is off by 0.3 uV at most.
+const KEPT: f32 = 0.999;
 
 /// What rounding has left so far of one channel, in counts.
 #[derive(Clone, Copy, Debug, Default)]
@@ -26,7 +28,7 @@ impl Rounding {
         // The cast saturates, and takes NaN to 0.
         let code = (counts + 0.5) as u32;
         if drive.0 > 0.0 && code <= u32::from(highest) {
-            self.0 = counts - code as f32;
+            self.0 = (counts - code as f32) * KEPT;
             return PwmCode(code as u16);
         }
         self.0 = 0.0;
@@ -54,6 +56,16 @@ mod tests {
             for bits in [bits, again, bits] {
                 prop_assert!(rounding.code(Volt(f32::from_bits(bits)), 3500).0 <= 3500);
             }
+        }
+    }
+
+    #[test]
+    fn whole_millivolts_stay_whole() {
+        for millivolt in 1..=3500 {
+            let drive = Volt(f32::from(millivolt) / 1e3);
+            let mut rounding = Rounding::default();
+            let is_whole = |_| rounding.code(drive, 3500) == PwmCode(millivolt);
+            assert!((0..10_000).all(is_whole), "{millivolt} mV");
         }
     }
 

@@ -6,7 +6,7 @@
 //! power of the resonance's periods in it: a test holds it below 1 % from four on, 0.5 % from five on.
 
 use crate::calibration::Path as PathCalibration;
-use crate::lag::TICK;
+use crate::design::TICK;
 use crate::units::Micrometre;
 
 /// Where the mirror is asked to be, tick by tick.

@@ -1,6 +1,6 @@
 //! Effects as candidates: what each would add to the base's predictions, and how much of a misfit that explains.
 
-use crate::fit::{fit_knobs, jacobian, knobs, predict, trust};
+use crate::fit::{Fitted, fit_knobs, in_units_of_trust, jacobian, knobs, predict};
 use crate::plan::Plan;
 use crate::space::{Space, Vector};
 use mirror_model::effect::{Active, Effect};
@@ -21,9 +21,7 @@ const ROUNDS: usize = 5;
 pub struct Direction {
     /// The effect at its usual strength.
     pub active: Active,
-    /// Predictions with it less those without, in units of trust.
-    pub raw: DVector<f64>,
-    /// The same in the session's space.
+    /// Predictions with it less those without, in a space.
     pub change: Vector,
 }
 
@@ -44,8 +42,8 @@ pub struct Explanation {
 
 /// Base and effect fitted together.
 pub struct Refit {
-    /// Measured less predicted, in um and A.
-    pub residuals: Vec<f64>,
+    /// The fit.
+    pub fitted: Fitted,
     /// The space around the new fit.
     pub space: Space,
     /// What is left, in that space.
@@ -63,12 +61,8 @@ pub fn directions(
     forms(effect)
         .into_par_iter()
         .filter_map(|active| {
-            let raw = change(&active, model, plan, base).ok()?;
-            Some(Direction {
-                active,
-                change: space.vector(&raw),
-                raw,
-            })
+            let change = space.vector(&change(&active, model, plan, base).ok()?);
+            Some(Direction { active, change })
         })
         .collect()
 }
@@ -106,11 +100,19 @@ fn forms(effect: &Arc<dyn Effect>) -> Vec<Active> {
 }
 
 impl Direction {
-    /// The same direction in another space.
+    /// The same direction, so far in one space, in another one that weighs rows in its own way.
+    pub fn weighed_by(&self, so_far: &Space, space: &Space) -> Self {
+        Self {
+            change: space.vector(&so_far.unscaled(&self.change)),
+            active: self.active.clone(),
+        }
+    }
+
+    /// The same direction in another space with the same approximation.
     pub fn seen_in(&self, space: &Space) -> Self {
         Self {
-            change: space.vector(&self.raw),
-            ..self.clone()
+            change: space.of(self.change.clone()),
+            active: self.active.clone(),
         }
     }
 }
@@ -125,12 +127,11 @@ fn change(
     let mut with = model.clone();
     with.effects.push(active.clone());
     let predicted = predict(&with, plan)?;
-    let rows = predicted
+    let added = predicted
         .iter()
         .zip(base)
-        .zip(&plan.observations)
-        .map(|((w, b), o)| (w - b) / trust(o));
-    Ok(DVector::from_iterator(base.len(), rows))
+        .map(|(with, without)| with - without);
+    Ok(in_units_of_trust(added, plan))
 }
 
 /// The best of an effect's directions for a residual, its strength within its bounds: linear in the strength, so cheap.
@@ -230,8 +231,7 @@ pub fn refit(
     start: &Explanation,
     model: &Model,
     plan: &Plan,
-    spanning: &DMatrix<f64>,
-    white: &DVector<f64>,
+    space: &Space,
     misfit: f64,
 ) -> Option<Explanation> {
     let mut with = model.clone();
@@ -241,12 +241,8 @@ pub fn refit(
     let slopes = jacobian(&fitted.model, plan, &all).ok()?;
     let count = start.active.values.len();
     let base = all.len() - count;
-    let space = Space::new(&slopes.columns(0, base).into_owned(), spanning, white);
-    let scaled = fitted.residuals.iter().zip(&plan.observations);
-    let residual = space.vector(&DVector::from_iterator(
-        fitted.residuals.len(),
-        scaled.map(|(r, o)| r / trust(o)),
-    ));
+    let space = space.around(&slopes.columns(0, base).into_owned());
+    let residual = space.vector(&fitted.scaled(plan));
     let own: Vec<Vector> = (base..all.len())
         .map(|column| space.vector(&slopes.column(column).into_owned()))
         .collect();
@@ -281,7 +277,7 @@ pub fn refit(
             * active.effect.info().parameters[0].start.abs(),
         active,
         refit: Some(Arc::new(Refit {
-            residuals: fitted.residuals,
+            fitted,
             space,
             left,
         })),

@@ -135,6 +135,20 @@ pub fn trust(observation: &crate::plan::Observation) -> f64 {
     observation.noise.hypot(approximation)
 }
 
+/// Numbers like a plan's observations, in um and A, in units of trust.
+pub fn in_units_of_trust(numbers: impl IntoIterator<Item = f64>, plan: &Plan) -> DVector<f64> {
+    let rows = numbers
+        .into_iter()
+        .zip(&plan.observations)
+        .map(|(number, observation)| number / trust(observation));
+    DVector::from_iterator(plan.observations.len(), rows)
+}
+
+/// The white noise of a plan's observations, one standard deviation each, in units of trust.
+pub fn white_noise(plan: &Plan) -> DVector<f64> {
+    in_units_of_trust(plan.observations.iter().map(|o| o.noise), plan)
+}
+
 /// A model's predictions of a plan's observations.
 ///
 /// # Errors
@@ -181,6 +195,18 @@ pub struct Fitted {
     pub knobs: Vec<Knob>,
     /// Measured less predicted, in um and A.
     pub residuals: Vec<f64>,
+}
+
+impl Fitted {
+    /// The residuals in units of trust.
+    pub fn scaled(&self, plan: &Plan) -> DVector<f64> {
+        in_units_of_trust(self.residuals.iter().copied(), plan)
+    }
+
+    /// The sum of squares of the residuals in units of trust.
+    pub fn cost(&self, plan: &Plan) -> f64 {
+        self.scaled(plan).iter().map(|r| r * r).sum()
+    }
 }
 
 struct Problem<'a> {
@@ -260,15 +286,12 @@ pub fn best_fit(
         .par_iter()
         .map(|start| fit_knobs(start, plan, values, knobs))
         .collect();
-    let cost = |fitted: &Fitted| -> f64 {
-        let rows = fitted.residuals.iter().zip(&plan.observations);
-        rows.map(|(r, o)| (r / trust(o)).powi(2)).sum()
+    let cost = |fit: &Result<Fitted, Runaway>| {
+        fit.as_ref()
+            .map_or(f64::INFINITY, |fitted| fitted.cost(plan))
     };
     fits.into_iter()
-        .min_by(|a, b| {
-            let of = |fit: &Result<Fitted, Runaway>| fit.as_ref().map_or(f64::INFINITY, cost);
-            of(a).total_cmp(&of(b))
-        })
+        .min_by(|a, b| cost(a).total_cmp(&cost(b)))
         .expect("a fit has at least one start")
 }
 

@@ -1,7 +1,7 @@
 //! What a fit found, how well it is known, and what these data cannot tell apart.
 
 use crate::base::Free;
-use crate::fit::{Fitted, Knob, fit, jacobian, trust};
+use crate::fit::{Fitted, Knob, fit, jacobian};
 use crate::plan::{Channel, Plan};
 use crate::report::Estimate;
 use mirror_model::{Model, Runaway, Symbol};
@@ -64,12 +64,7 @@ pub fn fit_and_report(
 
 /// Of the coordinates. Scaled up where the residual is larger than trusted, so that a wrong model's errors are honest.
 fn covariance(slopes: &DMatrix<f64>, fitted: &Fitted, plan: &Plan) -> DMatrix<f64> {
-    let squares: f64 = fitted
-        .residuals
-        .iter()
-        .zip(&plan.observations)
-        .map(|(r, o)| (r / trust(o)).powi(2))
-        .sum();
+    let squares = fitted.cost(plan);
     let freedom = plan
         .observations
         .len()

@@ -13,7 +13,7 @@ use mirror_model::{Model, Runaway, Symbol};
 use serde::Serialize;
 
 use crate::base::{Free, identifiable, seeds};
-use crate::fit::{Fitted, Knob, fit_knobs, trust};
+use crate::fit::{Fitted, Knob, fit_knobs};
 use crate::fit_report::{known_errors, note_errors, rms};
 use crate::plan::Plan;
 use crate::report::Estimate;
@@ -162,7 +162,7 @@ impl<'a> Search<'a> {
             knobs.extend((0..active.values.len()).map(|value| Knob::Effect(index, value)));
         }
         let best = fit_knobs(&model, plan, &plan.values(), &knobs)?;
-        let cost = cost(&best, plan);
+        let cost = best.cost(plan);
         Ok(Self { plan, best, cost })
     }
 
@@ -186,7 +186,7 @@ impl<'a> Search<'a> {
         let Some(best) = self.fit_with(candidate, &starts, &added) else {
             return tried(false, "no fit with it has a finite answer".into());
         };
-        let fitted_cost = cost(&best, self.plan);
+        let fitted_cost = best.cost(self.plan);
         if fitted_cost > (1.0 - WORTHWHILE) * self.cost {
             return tried(false, "the misfit does not fall with it".into());
         }
@@ -209,7 +209,7 @@ impl<'a> Search<'a> {
     /// The best fit with the candidate: alone from every start, and then the best together with everything else.
     fn fit_with(&self, candidate: Candidate, starts: &[Model], added: &[Knob]) -> Option<Fitted> {
         let values = self.plan.values();
-        let least = |a: &Fitted, b: &Fitted| cost(a, self.plan).total_cmp(&cost(b, self.plan));
+        let least = |a: &Fitted, b: &Fitted| a.cost(self.plan).total_cmp(&b.cost(self.plan));
         let mut alone = added.to_vec();
         if let Candidate::Pole(..) = candidate {
             alone.push(Knob::Base(Free::Shared(Symbol::FastTime)));
@@ -309,16 +309,6 @@ impl Candidate {
             }
         }
     }
-}
-
-/// The sum of squares in units of trust.
-fn cost(fitted: &Fitted, plan: &Plan) -> f64 {
-    fitted
-        .residuals
-        .iter()
-        .zip(&plan.observations)
-        .map(|(residual, seen)| (residual / trust(seen)).powi(2))
-        .sum()
 }
 
 /// A knob's value, and its standard error.

@@ -1,13 +1,14 @@
 //! What to measure next: of what this board can run, where the rivals' predictions differ most.
 
 use crate::base::identifiable;
-use crate::fit::{Knob, jacobian, predict, trust};
+use crate::fit::{Knob, in_units_of_trust, jacobian, predict, white_noise};
 use crate::plan::{Channel, Observation, Plan};
 use crate::report::NextMeasurement;
-use crate::space::Space;
+use crate::space::{Approximation, Space};
 use mirror_model::effect::Active;
 use mirror_model::{ACTUATORS, Interval, Model};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
+use std::sync::Arc;
 
 const NOISE_UM: f64 = 0.02;
 const NOISE_A: f64 = 2e-6;
@@ -73,19 +74,13 @@ fn difference(model: &Model, plan: &Plan, first: &Active, second: &Active) -> Op
         model.effects.push(active.clone());
         predict(&model, plan).ok()
     };
-    let rows = with(first)?
-        .into_iter()
-        .zip(with(second)?)
-        .zip(&plan.observations)
-        .map(|((a, b), o)| (a - b) / trust(o));
-    let difference = DVector::from_iterator(plan.observations.len(), rows);
+    let differences = with(first)?.into_iter().zip(with(second)?);
+    let difference = in_units_of_trust(differences.map(|(a, b)| a - b), plan);
     let knobs: Vec<_> = identifiable(plan).into_iter().map(Knob::Base).collect();
     let slopes = jacobian(model, plan, &knobs).ok()?;
-    let noise = DVector::from_iterator(
-        difference.len(),
-        plan.observations.iter().map(|o| o.noise / trust(o)),
-    );
-    let space = Space::new(&slopes, &DMatrix::zeros(difference.len(), 0), &noise);
+    let nothing = DMatrix::zeros(difference.len(), 0);
+    let approximation = Approximation::new(&nothing, &white_noise(plan));
+    let space = Space::new(&slopes, &Arc::new(approximation), Vec::new());
     let vector = space.vector(&difference);
     Some(space.product(&vector, &vector).max(0.0).sqrt())
 }

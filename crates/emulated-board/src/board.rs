@@ -17,12 +17,12 @@ use rustix::fs::{CWD, Mode, mkfifoat};
 use rustix::process::Pid;
 use rustix::thread::{CpuSet, sched_setaffinity};
 use tempfile::TempDir;
-use virtual_mirror::MirrorConfig;
 
 use crate::faults::{Faults, Observed, PlantFault};
 use crate::logs::{LogError, LogTable};
-use crate::plant::{Plant, Progress};
+use crate::plant::{Connected, Plant, Progress};
 use crate::qemu;
+use crate::stack::Stack;
 
 /// How long QEMU may take to offer its socket.
 const START_TIMEOUT: Duration = Duration::from_secs(20);
@@ -35,8 +35,8 @@ const CHECKED_S: f64 = 0.01;
 pub struct Emulation {
     /// The firmware's image for MPS2-AN386.
     pub image: PathBuf,
-    /// The mirror on the board.
-    pub mirror: MirrorConfig,
+    /// What is on the board.
+    pub connected: Connected,
     /// Where the board's socket is placed: [`board_sockets::boards_directory`], or a private directory.
     pub boards_directory: PathBuf,
     /// The board's name among those of that directory.
@@ -50,6 +50,7 @@ pub struct Emulation {
 #[derive(Debug)]
 pub struct EmulatedBoard {
     qemu: Child,
+    image: PathBuf,
     socket: PathBuf,
     progress: Arc<Progress>,
     faults: Faults,
@@ -99,7 +100,7 @@ impl EmulatedBoard {
             source,
         })?;
         let table = LogTable::from_elf(&elf)?;
-        let plant = Plant::new(&emulation.mirror)?;
+        let plant = Plant::new(&emulation.connected)?;
         let socket = claim_socket(&emulation.boards_directory, &emulation.name)?;
         let directory = tempfile::Builder::new()
             .prefix("emulated-board-")
@@ -125,6 +126,7 @@ impl EmulatedBoard {
 
         let mut board = Self {
             qemu,
+            image,
             socket,
             progress,
             faults,
@@ -152,10 +154,15 @@ impl EmulatedBoard {
 
     /// Lets something break from the next tick on, or with `None` be sound again (a vacuum stays).
     pub fn inject(&self, fault: Option<PlantFault>) {
-        self.faults.begin(fault);
+        self.faults.begin(fault, 0);
     }
 
-    /// What was seen since the last [`inject`](Self::inject).
+    /// Lets something break so many ticks later.
+    pub fn inject_after(&self, fault: PlantFault, ticks: u32) {
+        self.faults.begin(Some(fault), ticks);
+    }
+
+    /// What was seen since what was injected last has begun.
     pub fn observed(&self) -> Observed {
         self.faults.observed()
     }
@@ -163,6 +170,14 @@ impl EmulatedBoard {
     /// The firmware's log so far.
     pub fn log(&self) -> Vec<String> {
         self.log.lines()
+    }
+
+    /// How much of its stack the firmware has used since its last reset.
+    ///
+    /// # Errors
+    /// Where the emulator does not tell, or the image does not say where the stack is.
+    pub fn stack(&self) -> io::Result<Stack> {
+        Stack::of(&self.image, self.directory.path())
     }
 
     /// Kills the emulator, as unplugging would; later requests find no board.

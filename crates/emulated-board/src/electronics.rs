@@ -1,7 +1,8 @@
 //! The analogue half of the driver board, in its own physical terms: what a compare value does to an
 //! actuator, and what a current becomes on the way into the converter.
 //!
-//! It shares no constant with the firmware, so that a wrong scale there shows here.
+//! It shares no constant with the firmware, so that a wrong scale there shows here: these are the numbers of
+//! `docs/board.md` written down a second time, and not those of `control_core::design`.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -16,16 +17,21 @@ const OUTPUT_GAIN: f64 = 4.25 / 3.3;
 const SUPPLY_DIVIDER: f64 = 0.5;
 const SHUNT_OHM: f64 = 10.0;
 const SENSE_GAIN: f64 = 26.4;
+/// What a divider of 100 to 1 makes of the reference, at the amplifier's reference pin.
+const PEDESTAL_V: f64 = 3.3 / 101.0;
 
 /// Noise of one 12-bit conversion, in its steps. It is what makes oversampling resolve more.
 const NOISE_STEPS: f64 = 1.2;
-/// Resistor tolerance behind the gain of each channel.
-const GAIN_TOLERANCE: f64 = 1e-3;
+/// Standard deviation of a channel's gain: shunt and amplifier.
+const GAIN_TOLERANCE: f64 = 3e-3;
+/// Standard deviation of the amplifier's offset at its input.
+const OFFSET_V: f64 = 40e-6;
 
 /// Four output stages and four current senses.
 #[derive(Clone, Debug)]
 pub struct Electronics {
     sense_gain: [f64; 4],
+    offset_v: [f64; 4],
     rng: ChaCha8Rng,
 }
 
@@ -34,7 +40,12 @@ impl Electronics {
     pub fn new(seed: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let sense_gain = std::array::from_fn(|_| 1.0 + GAIN_TOLERANCE * normal(&mut rng));
-        Self { sense_gain, rng }
+        let offset_v = std::array::from_fn(|_| OFFSET_V * normal(&mut rng));
+        Self {
+            sense_gain,
+            offset_v,
+            rng,
+        }
     }
 
     /// Voltage that a compare value puts on an actuator, behind filter and buffer. The shunt lies
@@ -46,7 +57,8 @@ impl Electronics {
 
     /// What the converter reads of a channel's current.
     pub fn sense_code(&mut self, channel: usize, current_a: f64) -> u16 {
-        self.convert(current_a * SHUNT_OHM * SENSE_GAIN * self.sense_gain[channel])
+        let shunt_v = current_a * SHUNT_OHM + self.offset_v[channel];
+        self.convert(shunt_v * SENSE_GAIN * self.sense_gain[channel] + PEDESTAL_V)
     }
 
     /// What the converter reads of the output stages' supply.
@@ -86,7 +98,8 @@ mod tests {
             .map(|_| f64::from(electronics.sense_code(0, 6.25e-3)))
             .sum::<f64>()
             / 1e3;
-        assert!((mean / 32768.0 - 1.0).abs() < 5e-3, "{mean}");
+        let expected = 32768.0 + 65536.0 / 101.0;
+        assert!((mean / expected - 1.0).abs() < 15e-3, "{mean}");
         assert_eq!(electronics.sense_code(3, 1.0), 65520, "saturated");
     }
 }

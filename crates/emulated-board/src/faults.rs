@@ -7,8 +7,6 @@ use virtual_mirror::MirrorConfig;
 
 /// Heat that is left of what the air takes, in vacuum: only the beams' ends are cooled.
 const VACUUM: f64 = 0.05;
-/// A heater that dirt bridges, with the sound one beside it.
-const BRIDGE_OHM: f64 = 220.0;
 const SHORT_OHM: f64 = 3.0;
 /// Supply of a weak port, and of a bench supply set wrongly.
 const WEAK_SUPPLY_V: f64 = 4.1;
@@ -24,8 +22,8 @@ pub enum PlantFault {
     OpenHeater(usize),
     /// The heater is shorted by 3 ohm.
     ShortCircuit(usize),
-    /// The heater is bridged by 220 ohm.
-    LowResistance(usize),
+    /// The heater is bridged by so many ohms, which dirt can do.
+    Bridge(usize, u16),
     /// The mirror is in vacuum, where heat hardly leaves it.
     Vacuum,
     /// The channel's converter repeats the code that it read last.
@@ -62,16 +60,19 @@ pub(crate) struct Faults(Arc<Mutex<State>>);
 #[derive(Debug, Default)]
 struct State {
     fault: Option<PlantFault>,
+    /// Ticks until it begins.
+    ticks_left: u32,
     is_new: bool,
     observed: Observed,
 }
 
 impl Faults {
-    /// From now on.
-    pub(crate) fn begin(&self, fault: Option<PlantFault>) {
+    /// From so many ticks on.
+    pub(crate) fn begin(&self, fault: Option<PlantFault>, ticks_left: u32) {
         let mut state = self.lock();
         *state = State {
             fault,
+            ticks_left,
             is_new: true,
             observed: Observed::default(),
         };
@@ -84,13 +85,21 @@ impl Faults {
     /// The fault of this tick, and whether it is its first.
     pub(crate) fn of_this_tick(&self) -> (Option<PlantFault>, bool) {
         let mut state = self.lock();
+        if let Some(left) = state.ticks_left.checked_sub(1) {
+            state.ticks_left = left;
+            return (None, false);
+        }
         let is_new = std::mem::take(&mut state.is_new);
         (state.fault, is_new)
     }
 
     /// Notes what a tick drove, and how hot the mirror was.
     pub(crate) fn observe(&self, drive_v: [f64; 4], hottest_k: f64) {
-        let observed = &mut self.lock().observed;
+        let mut state = self.lock();
+        if state.is_new {
+            return;
+        }
+        let observed = &mut state.observed;
         observed.hottest_k = observed.hottest_k.max(hottest_k);
         if drive_v.iter().any(|drive| *drive > CHECK_V) {
             if !observed.came_to_zero {
@@ -122,7 +131,7 @@ impl PlantFault {
         match self {
             Self::OpenHeater(channel) => current_a[channel] = 0.0,
             Self::ShortCircuit(channel) => current_a[channel] = drive_v[channel] / SHORT_OHM,
-            Self::LowResistance(channel) => current_a[channel] += drive_v[channel] / BRIDGE_OHM,
+            Self::Bridge(channel, ohm) => current_a[channel] += drive_v[channel] / f64::from(ohm),
             _ => {}
         }
         current_a

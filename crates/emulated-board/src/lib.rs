@@ -12,10 +12,12 @@ mod faults;
 mod logs;
 mod plant;
 mod qemu;
+mod stack;
 
 pub use board::{EmulatedBoard, Emulation, StartError};
 pub use electronics::Electronics;
 pub use faults::{Observed, PlantFault};
 pub use logs::{LogError, LogTable};
-pub use plant::{Plant, Progress};
+pub use plant::{Connected, Plant, Progress};
 pub use qemu::{MACHINE_ARGUMENTS, QEMU};
+pub use stack::Stack;

@@ -1,4 +1,4 @@
-//! The plant: electronics and a virtual mirror, answering the board tick by tick.
+//! The plant: electronics with a virtual mirror or known resistors on them, answering the board tick by tick.
 
 use std::fs::File;
 use std::io::{self, Read, Write};
@@ -20,12 +20,33 @@ const SUPPLY_V: f64 = 5.0;
 #[derive(Clone, Debug)]
 pub struct Plant {
     electronics: Electronics,
+    load: Load,
+    faults: Faults,
+    before: Converters,
+}
+
+/// What is connected to an emulated board.
+#[derive(Clone, Debug)]
+pub enum Connected {
+    /// This mirror, with its position sensor.
+    Mirror(Box<MirrorConfig>),
+    /// A resistor in the place of each actuator, in ohms: for the current sense's calibration.
+    Resistors([f64; 4]),
+}
+
+/// The same at work.
+#[derive(Clone, Debug)]
+enum Load {
+    Mirror(Box<Mirror>),
+    Resistors([f64; 4]),
+}
+
+#[derive(Clone, Debug)]
+struct Mirror {
     mirror: VirtualMirror,
     sensor: Sensor,
     /// The same mirror where hardly any heat leaves it, cold until it is needed.
     in_vacuum: VirtualMirror,
-    faults: Faults,
-    before: Converters,
 }
 
 /// Control ticks that have been simulated, readable while the plant runs.
@@ -39,17 +60,29 @@ impl Progress {
     }
 }
 
+/// The board that resistors are connected to.
+const BENCH_BOARD: u64 = 9;
+
 impl Plant {
-    /// A mirror on a board whose tolerances are drawn from the mirror's seed too.
+    /// What is connected, on a board whose tolerances are drawn from the mirror's seed too.
     ///
     /// # Errors
-    /// Where a number of `config` is out of range.
-    pub fn new(config: &MirrorConfig) -> Result<Self, virtual_mirror::ConfigError> {
+    /// Where a number of a mirror is out of range.
+    pub fn new(connected: &Connected) -> Result<Self, virtual_mirror::ConfigError> {
+        let (seed, load) = match connected {
+            Connected::Mirror(config) => (
+                config.seed,
+                Load::Mirror(Box::new(Mirror {
+                    mirror: VirtualMirror::new(config)?,
+                    sensor: Sensor::new(config),
+                    in_vacuum: VirtualMirror::new(&in_vacuum(config))?,
+                })),
+            ),
+            Connected::Resistors(ohm) => (BENCH_BOARD, Load::Resistors(*ohm)),
+        };
         Ok(Self {
-            electronics: Electronics::new(config.seed),
-            mirror: VirtualMirror::new(config)?,
-            sensor: Sensor::new(config),
-            in_vacuum: VirtualMirror::new(&in_vacuum(config))?,
+            electronics: Electronics::new(seed),
+            load,
             faults: Faults::default(),
             before: Converters::default(),
         })
@@ -75,7 +108,7 @@ impl Plant {
             let drive_v = pins.compare.map(|code| self.electronics.drive_v(code));
             let (fault, is_first) = self.faults.of_this_tick();
             if fault == Some(PlantFault::Vacuum) && is_first {
-                std::mem::swap(&mut self.mirror, &mut self.in_vacuum);
+                self.load.leave_the_air();
             }
             let heated_v = fault.map_or(drive_v, |fault| fault.at_the_heaters(drive_v));
             let mut read = self.convert(pins.tick, drive_v, heated_v, fault);
@@ -88,8 +121,8 @@ impl Plant {
                 other => other?,
             }
             // The board computes its next drives in the meantime.
-            self.mirror.step(heated_v, TICK_S);
-            self.faults.observe(drive_v, self.mirror.state().hottest_k);
+            let hottest_k = self.load.advance(heated_v);
+            self.faults.observe(drive_v, hottest_k);
             progress.0.fetch_add(1, Ordering::Relaxed);
         }
     }
@@ -103,19 +136,46 @@ impl Plant {
         heated_v: [f64; 4],
         fault: Option<PlantFault>,
     ) -> Converters {
-        self.mirror.step(heated_v, 0.0);
-        let state = self.mirror.state();
-        let reading = self.sensor.read(&state, TICK_S);
-        let current_a = fault.map_or(state.current_a, |fault| {
-            fault.currents(drive_v, state.current_a)
-        });
+        let (sound_a, z_um) = self.load.read(heated_v);
+        let current_a = fault.map_or(sound_a, |fault| fault.currents(drive_v, sound_a));
         let supply_v = fault.and_then(PlantFault::supply_v).unwrap_or(SUPPLY_V);
         Converters {
             tick,
             current: std::array::from_fn(|i| self.electronics.sense_code(i, current_a[i])),
-            sensor_z_nm: (reading.z_um * 1e3).round() as i32,
+            sensor_z_nm: (z_um * 1e3).round() as i32,
             supply: self.electronics.supply_code(supply_v),
             upset: plant_link::upset::NONE,
+        }
+    }
+}
+
+impl Load {
+    /// The currents at these voltages, and what the position sensor reads, before anything has moved.
+    fn read(&mut self, heated_v: [f64; 4]) -> ([f64; 4], f64) {
+        match self {
+            Self::Mirror(mirror) => {
+                mirror.mirror.step(heated_v, 0.0);
+                let state = mirror.mirror.state();
+                (state.current_a, mirror.sensor.read(&state, TICK_S).z_um)
+            }
+            Self::Resistors(ohm) => (std::array::from_fn(|i| heated_v[i] / ohm[i]), 0.0),
+        }
+    }
+
+    /// A tick at these voltages; the hottest temperature anywhere after it (K above ambient).
+    fn advance(&mut self, heated_v: [f64; 4]) -> f64 {
+        match self {
+            Self::Mirror(mirror) => {
+                mirror.mirror.step(heated_v, TICK_S);
+                mirror.mirror.state().hottest_k
+            }
+            Self::Resistors(_) => 0.0,
+        }
+    }
+
+    fn leave_the_air(&mut self) {
+        if let Self::Mirror(mirror) = self {
+            std::mem::swap(&mut mirror.mirror, &mut mirror.in_vacuum);
         }
     }
 }

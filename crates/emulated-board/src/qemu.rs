@@ -3,6 +3,8 @@
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use crate::stack::MONITOR;
+
 /// The emulator's program.
 pub const QEMU: &str = "qemu-system-arm";
 
@@ -27,6 +29,8 @@ pub(crate) fn command(image: &Path, directory: &Path, socket: &Path) -> Command 
         .args(["-semihosting-config", "enable=on,target=native"])
         .arg("-serial")
         .arg(format!("unix:{},server=on,wait=off", socket.display()))
+        .arg("-qmp")
+        .arg(format!("unix:{MONITOR},server=on,wait=off"))
         .arg("-kernel")
         .arg(image)
         .current_dir(directory)

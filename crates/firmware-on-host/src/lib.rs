@@ -7,16 +7,13 @@ mod wire;
 use std::future::{Future, poll_fn};
 use std::pin::pin;
 
-use control_core::Controller;
-use control_core::calibration::BYTES;
 use embassy_futures::join::join3;
 use mirror_firmware::board::host::HostBoard;
 use mirror_firmware::board::host::link::{Opened, Storage};
-use mirror_firmware::calibration::Upload;
-use mirror_firmware::control::{self, Control};
-use mirror_firmware::keeper::Keeper;
+use mirror_firmware::keeper::RECORD_BYTES;
 use mirror_firmware::mailbox::Mailbox;
-use mirror_firmware::{rpc, usb};
+use mirror_firmware::startup::{Memory, start};
+use mirror_firmware::{control, rpc, usb};
 use mirror_protocol::MAX_FRAME_BYTES;
 use simulated_flash::{HalfWords, SharedFlash, SimulatedFlash};
 use virtual_usb::HostSide;
@@ -45,16 +42,12 @@ pub fn with_board_on<T>(flash: &SharedFlash, test: impl AsyncFnOnce(HostSide) ->
     let frame = Box::leak(Box::new([0; MAX_FRAME_BYTES]));
     let (mut device, rx, tx): Opened = usb::open(storage, device_side, frame, SERIAL);
 
-    let uploaded = Box::leak(Box::new([0; BYTES]));
-    let mut keeper = Keeper::new(Some(flash.clone()));
-    let in_use = Box::leak(Box::new(keeper.load(uploaded)));
-    let bad_calibration = keeper.fault();
-    let upload = Upload::new(uploaded, Box::leak(Box::new(*in_use)));
-    let session = rpc::Session::new::<HostBoard>(mailbox, in_use, upload, keeper);
-    let mut control = Control::new(Controller::new(in_use), mailbox);
-    if let Some(fault) = bad_calibration {
-        control.trip(fault);
-    }
+    let memory = Memory {
+        uploaded: Box::leak(Box::new([0; RECORD_BYTES])),
+        in_use: |calibration| Box::leak(Box::new(calibration)),
+        spare: |calibration| Box::leak(Box::new(calibration)),
+    };
+    let (session, control) = start::<HostBoard>(Some(flash.clone()), memory, None, mailbox);
     let mut received: rpc::Frame = [0; _];
     let firmware = join3(
         control::run(HostBoard::default(), control),

@@ -9,7 +9,8 @@ use postcard_rpc::{TopicDirection, endpoints, topics};
 
 use crate::{
     CalibrationChunk, CalibrationInfo, CalibrationRefusal, Commanded, Drives, Hello, Identity,
-    Play, Points, Position, Refusal, Renewal, Status, Stream, Streaming, Telemetry,
+    Play, Points, Position, Refusal, Renewal, Sense, SenseInfo, Status, Stream, Streaming,
+    Telemetry,
 };
 
 /// Answer to a command that changes the drives.
@@ -28,6 +29,8 @@ pub type CalibrationReply = Result<CalibrationInfo, Refusal>;
 pub type CalibrationWriteReply = Result<(), Refusal>;
 /// Answer to [`CalibrationUseEndpoint`]: the calibration that is now in use.
 pub type CalibrationUseReply = Result<CalibrationInfo, CalibrationRefusal>;
+/// Answer to [`SenseEndpoint`] and [`SetSenseEndpoint`]: what is in use.
+pub type SenseReply = Result<SenseInfo, Refusal>;
 
 endpoints! {
     list = ENDPOINTS;
@@ -46,6 +49,8 @@ endpoints! {
     | CalibrationEndpoint | ()        | CalibrationReply | "mirror/calibration" |
     | CalibrationWriteEndpoint | CalibrationChunk | CalibrationWriteReply | "mirror/calibration/write" |
     | CalibrationUseEndpoint | () | CalibrationUseReply | "mirror/calibration/use" |
+    | SenseEndpoint       | ()        | SenseReply   | "mirror/sense"        |
+    | SetSenseEndpoint    | Sense     | SenseReply   | "mirror/sense/set"    |
     | LoadPointsEndpoint  | Points    | LoadReply    | "mirror/load-points"  |
     | PlayEndpoint        | Play      | StreamReply  | "mirror/play"         |
 }

@@ -21,11 +21,11 @@ pub use identity::{Hello, Identity, Text};
 pub use messages::{
     CHUNK_POINTS, CalibrationChunk, CalibrationInfo, CalibrationRefusal, ChannelState, Chunk,
     Commanded, Drives, Health, Kept, LEASE_FOREVER_MS, Play, Points, Position, Refusal, Renewal,
-    Sentence, Status, Streaming, Telemetry,
+    Sense, SenseInfo, Sentence, Status, Streaming, Telemetry,
 };
 
 /// The version of everything in this crate but the greeting. Raised with every change on the wire.
-pub const PROTOCOL_VERSION: u16 = 2;
+pub const PROTOCOL_VERSION: u16 = 3;
 
 /// Longest frame in either direction, before framing.
 pub const MAX_FRAME_BYTES: usize = 256;

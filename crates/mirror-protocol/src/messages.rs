@@ -185,6 +185,8 @@ pub enum Refusal {
     Waveform(Flaw),
     /// Points beyond the end of the board's table.
     TableEnd,
+    /// No sound board's current sense is off by so much.
+    SenseImplausible,
     /// The board has no bootloader that takes firmware over this link.
     NoBootloader,
 }
@@ -200,6 +202,25 @@ pub struct CalibrationChunk {
     pub offset: u16,
     /// The bytes.
     pub bytes: Chunk,
+}
+
+/// What the current sense is off by, channel by channel: what flows is (the designed reading -
+/// `zero_a`) x `gain`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Sense {
+    /// The designed reading where nothing flows.
+    pub zero_a: [f32; 4],
+    /// What flows for each ampere that is read beyond that.
+    pub gain: [f32; 4],
+}
+
+/// The current sense as it is in use.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct SenseInfo {
+    /// What it is taken to be off by.
+    pub sense: Sense,
+    /// Whether the board keeps that; [`Kept::Factory`]: it was never calibrated.
+    pub kept: Kept,
 }
 
 /// Whether the board keeps the calibration in use.
@@ -229,6 +250,10 @@ pub struct CalibrationInfo {
     pub max_position_um: f32,
     /// Highest drive that it allows.
     pub max_drive_v: f32,
+    /// Resistance of each heater at ambient.
+    pub cold_resistance_ohm: [f32; 4],
+    /// Temperature coefficient of each heater's resistance.
+    pub tcr_per_k: [f32; 4],
     /// Whether the board keeps it.
     pub kept: Kept,
 }

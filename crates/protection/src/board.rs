@@ -1,12 +1,12 @@
 //! The watch over what all channels share: the supply, and the beat of the control tick.
 
 use control_core::SupplyCode;
+use control_core::design::{HIGHEST_SUPPLY_MV, LOWEST_SUPPLY_MV};
 
 use crate::fault::Fault;
 
-/// The output stages need 4.25 V and a little more; their amplifiers bear 5.5 V.
-const LOWEST_SUPPLY: SupplyCode = SupplyCode::from_millivolt(4_500);
-const HIGHEST_SUPPLY: SupplyCode = SupplyCode::from_millivolt(5_500);
+const LOWEST_SUPPLY: SupplyCode = SupplyCode::from_millivolt(LOWEST_SUPPLY_MV);
+const HIGHEST_SUPPLY: SupplyCode = SupplyCode::from_millivolt(HIGHEST_SUPPLY_MV);
 const TICKS_TO_TRIP: u8 = 3;
 
 /// A missed tick weighs as much as so many good ones.

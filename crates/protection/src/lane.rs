@@ -1,13 +1,15 @@
 //! The watch over one heater: does its current fit its drive?
 
+use control_core::design::{
+    ADC_SATURATED, COLD_RESISTANCE_TOLERANCE, HIGHEST_CURRENT, HOTTEST_RISE,
+};
 use control_core::{AdcCode, Ampere, Kelvin, LaneCalibration, Volt};
 
 use crate::fault::Fault;
 
-/// A heater is too hot at this rise above ambient. The factory's range ends at 129 K; to that come
-/// 11 K that a cold resistance known to 15 ohm is worth, and 30 % for mirrors that get hotter than
-/// the factory's. Aluminium films begin to yield and creep above 250 degC.
-pub(crate) const HIGHEST_RISE: Kelvin = Kelvin(180.0);
+/// A heater is too hot at this part more than the highest rise that its calibration allows. The core
+/// holds positions below that one; a model of a mirror is off by some of this.
+const RISE_MARGIN: f32 = 1.25;
 
 /// The least plausible resistance, and the highest, as a part of the cold one.
 const LEAST_RESISTANCE: f32 = 0.5;
@@ -16,15 +18,8 @@ const HIGHEST_RESISTANCE: f32 = 2.0;
 /// A heater with more than this resistance, as a part of the cold one, is an open one.
 const OPEN_RESISTANCE: f32 = 10.0;
 
-/// More than the coldest heater, 345 ohm, takes at the highest drive, 3.5 V; less than the sense's
-/// full scale of 12.5 mA.
-const HIGHEST_CURRENT: Ampere = Ampere(11.0e-3);
-
-/// At this code and above the sense is saturated: it reads less than what flows. A 12-bit
-/// converter's top is 4095, and 16 of them are 65520.
-const SATURATED: AdcCode = AdcCode(65_450);
-
-/// Errors of the sense that are no fault: noise (1 uA), offset of amplifier and converter (8 uA).
+/// Errors of the sense that are no fault: noise (1 uA), offset of amplifier and converter (4 uA, before
+/// it is calibrated).
 const CURRENT_MARGIN: Ampere = Ampere(20e-6);
 
 /// What is seen in so many ticks on end is a fault; one tick may be a glitch.
@@ -61,10 +56,23 @@ struct Bounds {
     cold: f32,
 }
 
+/// The rise at which a heater is too hot, where its calibration allows `allowed`. Resistance that is not known to the
+/// heater's own R0 reads as warmth; the ceiling holds whatever a calibration says.
+fn too_hot(lane: &LaneCalibration, allowed: Kelvin) -> Kelvin {
+    let unknown = COLD_RESISTANCE_TOLERANCE.0 / (lane.cold_resistance.0 * lane.tcr.0);
+    let rise = RISE_MARGIN * allowed.0 + unknown;
+    // So that NaN is the ceiling, too.
+    Kelvin(if rise < HOTTEST_RISE.0 {
+        rise
+    } else {
+        HOTTEST_RISE.0
+    })
+}
+
 impl LaneWatch {
-    pub(crate) fn new(lane: &LaneCalibration) -> Self {
+    pub(crate) fn new(lane: &LaneCalibration, allowed: Kelvin) -> Self {
         let cold = 1.0 / lane.cold_resistance.0;
-        let hot = lane.resistance(HIGHEST_RISE).0;
+        let hot = lane.resistance(too_hot(lane, allowed)).0;
         Self {
             bounds: Bounds {
                 least: (1.0 / hot).max(cold / HIGHEST_RESISTANCE),
@@ -107,8 +115,10 @@ impl LaneWatch {
 
     fn follow(&mut self, drive: f32) {
         let towards = |from: f32| from + ENVELOPE_STEP * (drive - from);
-        self.highest = drive.max(towards(self.highest));
-        self.lowest = drive.min(towards(self.lowest));
+        // `max` and `min` are calls on this processor.
+        let (high, low) = (towards(self.highest), towards(self.lowest));
+        self.highest = if drive > high { drive } else { high };
+        self.lowest = if drive < low { drive } else { low };
     }
 
     #[cold]
@@ -127,7 +137,7 @@ impl LaneWatch {
 
 #[cold]
 fn too_much(code: AdcCode, current: Ampere) -> Fault {
-    if code.0 >= SATURATED.0 {
+    if code.0 >= ADC_SATURATED {
         Fault::ShortCircuit
     } else if current.0 > HIGHEST_CURRENT.0 {
         Fault::OverCurrent

@@ -1,6 +1,6 @@
 //! Channel states and leases.
 
-use control_core::{AdcCode, Ampere, LANES, LaneCalibration, Limits, Setpoint, SupplyCode, Volt};
+use control_core::{AdcCode, Ampere, Calibration, LANES, Limits, Setpoint, SupplyCode, Volt};
 
 use crate::board::BoardWatch;
 use crate::fault::Fault;
@@ -117,10 +117,10 @@ impl Lease {
 }
 
 impl Protection {
-    /// Watches the heaters that `lanes` describe, and checks them first.
-    pub fn new(lanes: &[LaneCalibration; LANES]) -> Self {
+    /// Watches the heaters that `calibration` describes, and checks them first.
+    pub fn new(calibration: &Calibration) -> Self {
         Self {
-            lanes: lanes.each_ref().map(LaneWatch::new),
+            lanes: watches(calibration),
             board: BoardWatch::default(),
             phase: CHECK,
             lease: Lease(0),
@@ -130,8 +130,8 @@ impl Protection {
     }
 
     /// Watches the heaters as another calibration describes them, and checks them.
-    pub fn recalibrate(&mut self, lanes: &[LaneCalibration; LANES]) {
-        self.lanes = lanes.each_ref().map(LaneWatch::new);
+    pub fn recalibrate(&mut self, calibration: &Calibration) {
+        self.lanes = watches(calibration);
         if self.phase != Phase::Tripped {
             self.phase = CHECK;
         }
@@ -268,4 +268,10 @@ impl Protection {
             _ => Phase::Enabled,
         }
     }
+}
+
+fn watches(calibration: &Calibration) -> [LaneWatch; LANES] {
+    let allowed = calibration.parts().bounds.rise;
+    let lanes = calibration.lanes().each_ref();
+    lanes.map(|lane| LaneWatch::new(lane, allowed))
 }

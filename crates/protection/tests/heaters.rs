@@ -1,8 +1,10 @@
 //! The protection in front of four heaters, sound ones and broken ones.
 
+use control_core::calibration::{Bounds, Heat, Label, Memory, Origin, Parts, Path};
 use control_core::{
-    AdcCode, Ampere, InverseTable, Kelvin, KelvinPerWatt, LANES, LaneCalibration, Micrometre, Ohm,
-    PerKelvin, PwmCode, Setpoint, SupplyCode, Volt,
+    AdcCode, Ampere, Calibration, CurrentSense, InverseTable, Kelvin, KelvinPerWatt, LANES,
+    LaneCalibration, Micrometre, Ohm, PerKelvin, PwmCode, Second, SenseCalibration, Setpoint,
+    SupplyCode, Volt, Watt,
 };
 use proptest::prelude::*;
 use protection::{ChannelState, Denied, Fault, Lease, Protection, Reading};
@@ -11,7 +13,8 @@ const COLD: f32 = 360.0;
 const TCR: f32 = 3.92e-3;
 const SOUND_SUPPLY: SupplyCode = SupplyCode::from_millivolt(5000);
 
-fn lanes() -> [LaneCalibration; LANES] {
+/// A mirror that may be this much warmer than ambient.
+fn calibration(rise: f32) -> Calibration {
     let lane = LaneCalibration {
         cold_resistance: Ohm(COLD),
         tcr: PerKelvin(TCR),
@@ -20,8 +23,29 @@ fn lanes() -> [LaneCalibration; LANES] {
         shape: InverseTable::new(Micrometre(170.0), core::array::from_fn(|i| i as f32))
             .expect("rising"),
     };
-    [lane; LANES]
+    Calibration::new(Parts {
+        origin: Origin {
+            device: Label::EMPTY,
+            date: Label::EMPTY,
+            model_hash: 0,
+        },
+        lanes: [lane; LANES],
+        heat: Heat::INSTANT,
+        memory: Memory::NONE,
+        path: Path {
+            move_time: Second(0.0),
+        },
+        bounds: Bounds {
+            drive: Volt(3.5),
+            power: Watt(34e-3),
+            rise: Kelvin(rise),
+        },
+    })
+    .expect("plausible")
 }
+
+/// As the factory's.
+const ALLOWED_RISE: f32 = 135.0;
 
 /// A channel behind the board's output filter, two poles at 2 kHz, and the mean of its sense.
 #[derive(Clone, Copy)]
@@ -52,7 +76,8 @@ impl Heater {
             .wrapping_mul(1_664_525)
             .wrapping_add(1_013_904_223);
         let noise = (self.noise >> 24) as f32 / 16.0 - 8.0;
-        AdcCode((self.stages[1] / self.ohm / 12.5e-3 * 65536.0 + noise) as u16)
+        let sound = AdcCode::nearest(Ampere(self.stages[1] / self.ohm));
+        AdcCode((f32::from(sound.0) + noise) as u16)
     }
 }
 
@@ -66,13 +91,17 @@ struct Bench {
 
 impl Bench {
     fn new(ohm: [f32; LANES]) -> Self {
+        Self::of(&calibration(ALLOWED_RISE), ohm)
+    }
+
+    fn of(calibration: &Calibration, ohm: [f32; LANES]) -> Self {
         let mut seed = 0;
         let heaters = ohm.map(|ohm| {
             seed += 1;
             Heater::new(ohm, seed)
         });
         Self {
-            protection: Protection::new(&lanes()),
+            protection: Protection::new(calibration),
             heaters,
             supply: SOUND_SUPPLY,
             applied: [Volt(0.0); LANES],
@@ -92,7 +121,7 @@ impl Bench {
     ) -> [Volt; LANES] {
         let reading = Reading {
             codes,
-            currents: codes.map(AdcCode::current),
+            currents: CurrentSense::new(&SenseCalibration::DESIGNED).currents(codes),
             supply: self.supply,
             missed_ticks,
         };
@@ -189,13 +218,33 @@ fn a_heater_too_hot_trips_and_a_hot_one_does_not() {
 }
 
 #[test]
+fn what_is_too_hot_follows_the_calibration_up_to_a_ceiling() {
+    let ohm_at = |rise: f32| COLD * (1.0 + TCR * rise);
+    // A quarter more than allowed, and 11 K for a cold resistance that is off by 15 ohm.
+    for (allowed, sound, hot) in [
+        (60.0, 80.0, 92.0),
+        (100.0, 130.0, 142.0),
+        (900.0, 219.0, 231.0),
+    ] {
+        let mut bench = Bench::of(&calibration(allowed), [COLD; LANES]);
+        bench.protection.command(Lease::FOREVER).expect("no fault");
+        assert_eq!(bench.drive(2.0, 100), None);
+        bench.heaters[1].ohm = ohm_at(sound);
+        assert_eq!(bench.drive(2.0, 1000), None, "{allowed} K allowed");
+        bench.heaters[1].ohm = ohm_at(hot);
+        let (fault, _) = bench.drive(2.0, 20).expect("it trips");
+        assert_eq!(fault, Fault::OverTemperature, "{allowed} K allowed");
+    }
+}
+
+#[test]
 fn current_where_nothing_is_driven_trips() {
     let mut bench = Bench::new([COLD; LANES]);
     for _ in 0..50 {
         bench.tick(Setpoint::Off);
     }
     assert_eq!(bench.applied, [Volt(0.0); LANES], "checked");
-    let codes = [AdcCode(0), AdcCode(300), AdcCode(0), AdcCode(0)];
+    let codes = [0.0, 57e-6, 0.0, 0.0].map(|current| AdcCode::nearest(Ampere(current)));
     for _ in 0..3 {
         bench.tick_with(Setpoint::Off, codes, 0);
     }
@@ -208,10 +257,11 @@ fn current_where_nothing_is_driven_trips() {
 #[test]
 fn a_sense_that_stands_still_while_the_drive_moves_trips() {
     let mut bench = Bench::driving([450.0; LANES], 1.0);
-    let mut codes = [AdcCode(11_650); LANES];
+    let still = AdcCode::nearest(Ampere(1.0 / 450.0)).0;
+    let mut codes = [AdcCode(still); LANES];
     for tick in 0..100_u16 {
         for (i, code) in codes.iter_mut().enumerate().skip(1) {
-            code.0 = 11_650 + tick % 3 + i as u16;
+            code.0 = still + tick % 3 + i as u16;
         }
         // 1 V to 1.1 V: still plausible, but lane 0 does not follow.
         let volt = 1.0 + f32::from(tick) * 1e-3;
@@ -324,7 +374,7 @@ proptest! {
         missed_ticks: u16,
         lease: u32,
     ) {
-        let mut protection = Protection::new(&lanes());
+        let mut protection = Protection::new(&calibration(ALLOWED_RISE));
         let reading = Reading {
             codes: codes.map(AdcCode),
             currents: currents.map(Ampere),
@@ -347,7 +397,9 @@ proptest! {
 
 #[test]
 fn the_hottest_allowed_lies_above_what_the_factory_drives() {
-    let top = lanes()[0].resistance(Kelvin(129.0)).0;
+    let top = calibration(ALLOWED_RISE).lanes()[0]
+        .resistance(Kelvin(129.0))
+        .0;
     let mut bench = Bench::driving([top; LANES], 3.5);
     assert_eq!(bench.drive(3.5, 1000), None);
 }

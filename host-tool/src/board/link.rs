@@ -9,8 +9,9 @@ use mirror_protocol::{
     CalibrationUseEndpoint, CalibrationWriteEndpoint, Chunk, ClearEndpoint, CommandReply,
     Commanded, Drives, ERROR_PATH, EnterBootloaderEndpoint, Hello, HelloEndpoint, Identity,
     LoadPointsEndpoint, OffEndpoint, PROTOCOL_VERSION, Play, PlayEndpoint, Points, Position,
-    Refusal, RenewEndpoint, Renewal, SetDriveEndpoint, SetPositionEndpoint, Shape, Status,
-    StatusEndpoint, Stream, StreamEndpoint, Telemetry, TelemetryTopic, WireError,
+    Refusal, RenewEndpoint, Renewal, Sense, SenseEndpoint, SenseInfo, SetDriveEndpoint,
+    SetPositionEndpoint, SetSenseEndpoint, Shape, Status, StatusEndpoint, Stream, StreamEndpoint,
+    Telemetry, TelemetryTopic, WireError,
 };
 use postcard_rpc::Endpoint;
 use postcard_rpc::header::VarSeqKind;
@@ -223,6 +224,26 @@ impl Board {
                 reason: reason.as_str().to_owned(),
             },
         })
+    }
+
+    /// What the current sense is taken to be off by.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or refuses.
+    pub async fn sense(&self) -> Result<SenseInfo, ToolError> {
+        let request = "tell its current sense";
+        let reply = ask::<SenseEndpoint>(&self.client, request, &()).await?;
+        self.granted(request, reply)
+    }
+
+    /// Has the board correct its current sense by `sense`, which turns all channels off.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or refuses.
+    pub async fn set_sense(&self, sense: &Sense) -> Result<SenseInfo, ToolError> {
+        let request = "correct its current sense";
+        let reply = ask::<SetSenseEndpoint>(&self.client, request, sense).await?;
+        self.granted(request, reply)
     }
 
     /// Control ticks in `period`, rounded, as far as a stream's period can be.

@@ -2,11 +2,13 @@
 
 use std::io;
 use std::path::Path;
+use std::time::Duration;
 
 use postcard_rpc::host_client::{WireRx, WireTx};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::UnixStream;
 use tokio::net::unix::{OwnedReadHalf, OwnedWriteHalf};
+use tokio::time::sleep;
 
 use super::framing::{Decoder, encode};
 
@@ -19,9 +21,12 @@ pub(super) struct SocketRx {
     decoder: Decoder,
 }
 
-/// Connects to the board behind `path`.
+/// From one attempt to connect to the next.
+const RETRY: Duration = Duration::from_millis(20);
+
+/// Connects to the board behind `path`, and waits for as long as it is taken.
 pub(super) async fn connect(path: &Path) -> io::Result<(SocketTx, SocketRx)> {
-    let (reader, mut writer) = UnixStream::connect(path).await?.into_split();
+    let (reader, mut writer) = wait_for_room(path).await?.into_split();
     // Ends whatever an earlier tool left unfinished, so that the next frame starts afresh.
     writer.write_all(&[0]).await?;
     Ok((
@@ -31,6 +36,17 @@ pub(super) async fn connect(path: &Path) -> io::Result<(SocketTx, SocketRx)> {
             decoder: Decoder::default(),
         },
     ))
+}
+
+/// The emulator takes one connection at a time, and its queue is short: tools that were there before,
+/// and have long ended, fill it until the one that is connected leaves.
+async fn wait_for_room(path: &Path) -> io::Result<UnixStream> {
+    loop {
+        match UnixStream::connect(path).await {
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => sleep(RETRY).await,
+            other => return other,
+        }
+    }
 }
 
 impl WireTx for SocketTx {
@@ -53,5 +69,24 @@ impl WireRx for SocketRx {
                 return Err(io::ErrorKind::UnexpectedEof.into());
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tokio::net::UnixListener;
+
+    #[tokio::test]
+    async fn a_full_queue_is_waited_for() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("a.sock");
+        let listener = UnixListener::bind(&path).expect("a socket");
+        while UnixStream::connect(&path).await.is_ok() {}
+        let mut waiting = tokio::spawn(async move { wait_for_room(&path).await.is_ok() });
+        let early = tokio::time::timeout(5 * RETRY, &mut waiting).await;
+        assert!(early.is_err(), "it cannot be connected yet");
+        listener.accept().await.expect("an earlier one");
+        assert!(waiting.await.expect("it ends"));
     }
 }

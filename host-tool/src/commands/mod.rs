@@ -1,6 +1,7 @@
 //! The commands, one file each.
 
 mod calibrate;
+mod calibrate_sense;
 mod doctor;
 mod explain;
 mod lab;
@@ -73,6 +74,9 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         }
         Command::Scan(scan) => scan::run(&open().await?, scan, json).await,
         Command::Calibrate(ask) => calibrate::run(&open().await?, ask, json).await,
+        Command::CalibrateSense { resistor } => {
+            calibrate_sense::run(&open().await?, resistor, json).await
+        }
         Command::Fit { lab, output } => lab::fit(&lab, output, json),
         Command::Identify { lab, output } => lab::identify(&lab, output, json),
         Command::Compare { lab, picture } => lab::compare(&lab, picture, json),

@@ -2,13 +2,14 @@
 
 use std::fmt;
 
+use control_core::design::COLD_RESISTANCE_TOLERANCE;
 use mirror_protocol::{CalibrationInfo, Identity, Kept, LEASE_FOREVER_MS, Status};
 use serde::Serialize;
 
 use crate::board::Board;
 use crate::commands::moving::{Readings, limit_names, limited_line, state_name};
 use crate::error::ToolError;
-use crate::report::{self, decimal};
+use crate::report::{self, decimal, row, row_of_known};
 
 #[derive(Serialize)]
 struct StatusReport {
@@ -22,6 +23,11 @@ struct StatusReport {
     states: [String; 4],
     /// What is left of the lease of what is driven, if anything is.
     lease: Option<LeaseLeft>,
+    /// V / I of each heater, where it is driven enough to tell.
+    resistance_ohm: [Option<f64>; 4],
+    /// What that is worth in temperature: how far the rises may be off for want of a cold resistance that was
+    /// measured; `None` where it was.
+    uncertainty_k: Option<[f64; 4]>,
     supply_v: f64,
     max_position_um: f64,
     max_drive_v: f64,
@@ -63,11 +69,16 @@ impl StatusReport {
     }
 
     fn new(identity: Identity, calibration: CalibrationInfo, status: &Status) -> Self {
+        let readings = Readings::mean(&[status.telemetry]);
+        let rises = readings.temperature_rise_k;
+        let resistance = |i: usize| rises[i].map(|_| readings.drive_v[i] / readings.current_a[i]);
         Self {
+            resistance_ohm: std::array::from_fn(resistance),
+            uncertainty_k: uncertainty_k(&calibration, rises),
             up_s: f64::from(status.telemetry.tick) / f64::from(identity.tick_hz),
             identity,
             calibration,
-            readings: Readings::mean(&[status.telemetry]),
+            readings,
             limited_by: limit_names(status.telemetry.limits),
             states: status.telemetry.states.map(state_name),
             lease: status.health.lease_left_ms.map(|ms| match ms {
@@ -108,6 +119,21 @@ impl fmt::Display for StatusReport {
         writeln!(f, "supply     {:.2} V", self.supply_v)?;
         writeln!(f, "channels   {}", self.channels())?;
         write!(f, "{}", self.readings)?;
+        writeln!(
+            f,
+            "resistance {}",
+            row_of_known(self.resistance_ohm, 1, "Ω")
+        )?;
+        let cold_ohm = self.calibration.cold_resistance_ohm.map(decimal);
+        writeln!(f, "cold       {}", row(cold_ohm, 1, "Ω"))?;
+        if let Some(uncertainty_k) = self.uncertainty_k {
+            let most = uncertainty_k.into_iter().fold(0.0, f64::max);
+            writeln!(
+                f,
+                "           known to {:.0} ohm, so warmth to {most:.1} K, until `host-tool calibrate` measures it",
+                COLD_RESISTANCE_TOLERANCE.0
+            )?;
+        }
         writeln!(f, "{}", limited_line(&self.limited_by))?;
         match self.lease {
             Some(LeaseLeft::Seconds(left)) => {
@@ -133,7 +159,22 @@ impl fmt::Display for StatusReport {
     }
 }
 
-fn kept_words(kept: Kept) -> &'static str {
+/// By how much a rise is off where the cold resistance is the factory's, and off by its tolerance: dT = (R / R0 - 1) / xi,
+/// and so (1 + xi dT) / xi for the whole of R0. `None` where the cold resistance was measured.
+pub(super) fn uncertainty_k(
+    calibration: &CalibrationInfo,
+    rises_k: [Option<f64>; 4],
+) -> Option<[f64; 4]> {
+    let is_factorys = matches!(calibration.kept, Kept::Factory | Kept::FactoryAsStoredIsBad);
+    let of = |i: usize| {
+        let tcr = decimal(calibration.tcr_per_k[i]);
+        let part = f64::from(COLD_RESISTANCE_TOLERANCE.0 / calibration.cold_resistance_ohm[i]);
+        part * (1.0 + tcr * rises_k[i].unwrap_or(0.0)) / tcr
+    };
+    is_factorys.then(|| std::array::from_fn(of))
+}
+
+pub(super) fn kept_words(kept: Kept) -> &'static str {
     match kept {
         Kept::Yes => "kept in flash",
         Kept::Factory => "as the factory left it",
@@ -166,6 +207,8 @@ mod tests {
             model_hash: 7,
             max_position_um: 173.7,
             max_drive_v: 3.5,
+            cold_resistance_ohm: [361.25, 358.0, 360.0, 362.5],
+            tcr_per_k: [3.92e-3; 4],
             kept: Kept::Yes,
         };
         let status = Status {
@@ -194,9 +237,22 @@ mod tests {
             dropped_samples: 7,
             last_stop: Sentence::try_from("panicked at src/control.rs:1:1").expect("short"),
         };
+        let report = StatusReport::new(identity.clone(), calibration.clone(), &status);
         assert_eq!(
-            StatusReport::new(identity, calibration, &status).to_string(),
+            report.to_string(),
             include_str!("../../tests/golden/status.txt")
         );
+        let factorys = CalibrationInfo {
+            kept: Kept::Factory,
+            cold_resistance_ohm: [360.0; 4],
+            ..calibration
+        };
+        let report = StatusReport::new(identity, factorys, &status);
+        // 15 of 360 ohm are 10.6 K cold, and in proportion to the resistance when it is warm.
+        let uncertainty_k = report.uncertainty_k.expect("nothing was measured");
+        assert!((uncertainty_k[0] - 12.66).abs() < 0.01, "{uncertainty_k:?}");
+        assert!((uncertainty_k[2] - 10.63).abs() < 0.01, "{uncertainty_k:?}");
+        let line = "known to 15 ohm, so warmth to 12.7 K, until";
+        assert!(report.to_string().contains(line), "{report}");
     }
 }

@@ -8,11 +8,10 @@ pub mod link;
 mod log;
 mod time;
 
-use control_core::codes::AMPERE_PER_ADC_CODE;
-use control_core::{AdcCode, LANES, PwmCode, SupplyCode};
+use control_core::{AdcCode, Ampere, LANES, PwmCode, SupplyCode};
 use embassy_futures::yield_now;
 
-use crate::board::{Board, Sensed};
+use crate::board::{Board, Lockstep, Sensed};
 
 /// A board with resistors in the place of a mirror.
 #[derive(Debug, Default)]
@@ -28,18 +27,20 @@ impl Board for HostBoard {
     const IS_EMULATED: bool = true;
     const BOOTLOADER: Option<fn() -> !> = None;
 
+    fn drive(&mut self, codes: [PwmCode; LANES]) {
+        self.codes = codes;
+    }
+}
+
+impl Lockstep for HostBoard {
     async fn sense(&mut self) -> Sensed {
         yield_now().await;
         time::advance();
-        let current_a = self.codes.map(|code| code.drive().0 / RESISTANCE_OHM);
+        let current = |code: PwmCode| Ampere(code.drive().0 / RESISTANCE_OHM);
         Sensed {
-            currents: current_a.map(|current| AdcCode((current / AMPERE_PER_ADC_CODE) as u16)),
+            currents: self.codes.map(|code| AdcCode::nearest(current(code))),
             supply: SupplyCode::from_millivolt(5000),
             ..Sensed::default()
         }
-    }
-
-    fn drive(&mut self, codes: [PwmCode; LANES]) {
-        self.codes = codes;
     }
 }

@@ -10,7 +10,7 @@ use semihosting::io::{self, Read, Write};
 
 use super::grace::Grace;
 use super::{exit, time, upset, watchdog};
-use crate::board::{Board, Sensed};
+use crate::board::{Board, Lockstep, Sensed};
 use crate::mailbox::Mailbox;
 
 /// A plant that waits for the board at every tick, as the board waits for it.
@@ -71,6 +71,16 @@ impl Board for LockstepPlant {
     const IS_EMULATED: bool = true;
     const BOOTLOADER: Option<fn() -> !> = None;
 
+    fn drive(&mut self, codes: [PwmCode; LANES]) {
+        self.pins.tick = self.pins.tick.wrapping_add(1);
+        self.pins.compare = codes.map(|code| code.0);
+        if self.send().is_err() {
+            exit::plant_lost();
+        }
+    }
+}
+
+impl Lockstep for LockstepPlant {
     async fn sense(&mut self) -> Sensed {
         yield_now().await;
         // Simulated time waits for the host rather than losing samples.
@@ -91,14 +101,6 @@ impl Board for LockstepPlant {
             supply: SupplyCode(converters.supply),
             missed_ticks,
             sensor_z: Some(Micrometre(converters.sensor_z_nm as f32 * 1e-3)),
-        }
-    }
-
-    fn drive(&mut self, codes: [PwmCode; LANES]) {
-        self.pins.tick = self.pins.tick.wrapping_add(1);
-        self.pins.compare = codes.map(|code| code.0);
-        if self.send().is_err() {
-            exit::plant_lost();
         }
     }
 }

@@ -2,14 +2,16 @@
 //! channels on ADC1, the supply on ADC2.
 //!
 //! The PWM runs at 40 kHz; every fourth period ends in an update, which takes over new compare
-//! values and starts the conversions: 10 kHz control ticks, in step with the PWM.
+//! values and starts the conversions: 10 kHz control ticks, in step with the PWM. The conversions' end
+//! leaves the codes and asks for a second interrupt, below it and above USB's, which is the control loop: a
+//! tick that takes too long is noticed by the first.
 
 #![expect(unsafe_code, reason = "interrupts are enabled and entered")]
 
-use control_core::codes::PWM_PERIOD_COUNTS;
+use core::cell::Cell;
+
+use control_core::design::{PWM_PERIOD_COUNTS, PWM_PERIODS_PER_TICK};
 use control_core::{AdcCode, LANES, PwmCode, SupplyCode};
-use embassy_executor::InterruptExecutor;
-use embassy_executor::SendSpawner;
 use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, Exten, InjectedAdc, SampleTime};
 use embassy_stm32::gpio::OutputType;
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
@@ -19,24 +21,30 @@ use embassy_stm32::timer::low_level::{CountingMode, OutputCompareMode, Timer};
 use embassy_stm32::timer::simple_pwm::PwmPin;
 use embassy_stm32::timer::{Ch1, Ch2, Ch3, Ch4, Channel};
 use embassy_stm32::{Peri, pac, triggers};
+use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::signal::Signal;
+use static_cell::StaticCell;
 
 use crate::board::{Board, Sensed};
-
-/// PWM periods in one control tick, less one, as the repetition counter counts.
-const PERIODS_PER_TICK_LESS_ONE: u16 = 3;
+use crate::control::Control;
 
 /// 16-fold oversampling without shift, so that 12 bits become 16 (RM0440, ADC_CFGR2).
 const OVERSAMPLING_RATIO_16: u8 = 0b011;
 
 const CHANNELS: [Channel; LANES] = [Channel::Ch1, Channel::Ch2, Channel::Ch3, Channel::Ch4];
 
-/// The conversions of the tick that just ended.
-static CONVERTED: Signal<CriticalSectionRawMutex, Sensed> = Signal::new();
+type Shared<T> = Mutex<CriticalSectionRawMutex, Cell<Option<T>>>;
 
-/// Runs the control loop above the link.
-static CONTROL_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
+/// The conversions of the tick that just ended.
+static CONVERTED: Shared<Sensed> = Mutex::new(Cell::new(None));
+
+/// The control loop, for the interrupt that it runs in.
+static LOOP: Shared<&'static mut Loop> = Mutex::new(Cell::new(None));
+
+struct Loop {
+    converters: Converters,
+    control: Control,
+}
 
 /// The pins of the four channels.
 #[expect(missing_docs, reason = "named by channel")]
@@ -112,7 +120,8 @@ fn start_pwm(timer: Peri<'static, TIM1>) -> Timer<'static, TIM1> {
     timer.set_counting_mode(CountingMode::EdgeAlignedUp);
     timer.set_max_compare_value(PWM_PERIOD_COUNTS - 1);
     timer.set_autoreload_preload(true);
-    timer.set_repetition_counter(PERIODS_PER_TICK_LESS_ONE);
+    // It counts what comes after the first.
+    timer.set_repetition_counter(PWM_PERIODS_PER_TICK - 1);
     timer.set_mms2_selection(Mms2::UPDATE);
     for channel in CHANNELS {
         timer.set_output_compare_mode(channel, OutputCompareMode::PwmMode1);
@@ -133,10 +142,6 @@ impl Board for Converters {
     const IS_EMULATED: bool = false;
     const BOOTLOADER: Option<fn() -> !> = Some(super::bootloader::enter);
 
-    async fn sense(&mut self) -> Sensed {
-        CONVERTED.wait().await
-    }
-
     fn drive(&mut self, codes: [PwmCode; LANES]) {
         for (channel, code) in CHANNELS.into_iter().zip(codes) {
             self.timer.set_compare_value(channel, code.0);
@@ -151,25 +156,38 @@ fn ADC1_2() {
     // Writing the flag clears it; the other flags keep what is written as 0.
     pac::ADC1.isr().write(|w| w.set_jeos(true));
     // What the control loop did not take in time is a tick that it missed.
-    let missed_ticks = CONVERTED
-        .try_take()
-        .map_or(0, |missed| missed.missed_ticks.saturating_add(1));
-    CONVERTED.signal(Sensed {
-        currents,
-        supply,
-        missed_ticks,
-        sensor_z: None,
+    CONVERTED.lock(|slot| {
+        let missed_ticks = slot
+            .take()
+            .map_or(0, |missed| missed.missed_ticks.saturating_add(1));
+        slot.set(Some(Sensed {
+            currents,
+            supply,
+            missed_ticks,
+            sensor_z: None,
+        }));
     });
+    interrupt::UART5.pend();
 }
 
-/// Starts the executor of the control loop on an interrupt that no peripheral of this board uses.
-pub fn start_control_executor() -> SendSpawner {
+/// Starts the control loop, once, in an interrupt that no peripheral of this board uses.
+pub fn start_control(converters: Converters, control: Control) {
+    static STORAGE: StaticCell<Loop> = StaticCell::new();
+    let started = STORAGE.init(Loop {
+        converters,
+        control,
+    });
+    LOOP.lock(|slot| slot.set(Some(started)));
     interrupt::UART5.set_priority(Priority::P1);
-    CONTROL_EXECUTOR.start(interrupt::UART5)
+    // SAFETY: the handler takes what is shared from behind locks.
+    unsafe { interrupt::UART5.enable() };
 }
 
 #[embassy_stm32::interrupt]
 fn UART5() {
-    // SAFETY: called from the interrupt that the executor was started on, and from nowhere else.
-    unsafe { CONTROL_EXECUTOR.on_interrupt() }
+    let (Some(sensed), Some(running)) = (CONVERTED.lock(Cell::take), LOOP.lock(Cell::take)) else {
+        return;
+    };
+    running.control.tick_on(&mut running.converters, sensed);
+    LOOP.lock(|slot| slot.set(Some(running)));
 }

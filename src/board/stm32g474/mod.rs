@@ -10,7 +10,7 @@ mod stop;
 
 pub use stop::last_stop;
 
-pub use converters::{ConverterPins, Converters, start_control_executor};
+pub use converters::{ConverterPins, Converters, start_control};
 
 use defmt_rtt as _;
 use embassy_stm32::Config;

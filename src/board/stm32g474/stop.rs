@@ -9,7 +9,8 @@ use cortex_m_rt::{ExceptionFrame, exception};
 use embassy_stm32::pac;
 use protection::Fault;
 
-use crate::last_stop::{self, LastStop};
+use crate::last_stop;
+use crate::startup::LastStop;
 
 /// Turns the four outputs off in the timer's own registers, keeps the reason, and starts anew.
 pub(super) fn stop(fault: Fault, reason: fmt::Arguments<'_>) -> ! {

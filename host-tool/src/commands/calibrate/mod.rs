@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use calibration::{JUMP_S, StaticPoint, corrected, jumps, refined, tabulate, to_toml};
 use control_core::Calibration;
+use control_core::design::COLD_RESISTANCE_TOLERANCE;
 use diagnosis::{Identification, Plan};
 use measurement::Session;
 use mirror_model::Model;
@@ -22,10 +23,11 @@ use crate::commands::lab::while_working;
 use crate::commands::measure::experiment::{Experiment, Reading, in_common};
 use crate::commands::measure::run::{Ended, Lab, today};
 use crate::commands::measure::sensor::Sensor;
+use crate::commands::{calibrate_sense, status};
 use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::quantity::{Span, Voltage};
-use crate::report::{self, decimal};
+use crate::report::{self, decimal, row};
 
 /// Positions that the tables are corrected at, evenly over the range.
 const POINTS: usize = 33;
@@ -51,6 +53,10 @@ struct Report {
     device: String,
     date: String,
     model_hash: String,
+    /// Resistance of each heater at ambient, as it was measured.
+    cold_resistance_ohm: [f64; 4],
+    /// How far temperatures could be off before that; `None` where it had been measured before.
+    uncertainty_before_k: Option<[f64; 4]>,
     identified: Identification,
     /// Effects of the model that the board does not invert.
     not_inverted: Vec<String>,
@@ -83,6 +89,9 @@ pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(),
         return Err(ToolError::NoSensor);
     }
     let is_quick = matches!(sensor, Sensor::Board);
+    let uncertainty_before_k = status::uncertainty_k(&board.calibration().await?, [None; 4]);
+    // Small currents tell the cold resistance, and an offset would be part of it.
+    calibrate_sense::zero(board).await?;
     let mut lab = Lab::open(board, sensor, None, json).await?;
 
     let max = Voltage {
@@ -122,6 +131,11 @@ pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(),
         device: model.provenance.device.clone().unwrap_or_default(),
         date: model.provenance.date.clone().unwrap_or_default(),
         model_hash: format!("{:016x}", calibration::model_hash(&model)),
+        uncertainty_before_k,
+        cold_resistance_ohm: calibration
+            .lanes()
+            .each_ref()
+            .map(|lane| decimal(lane.cold_resistance.0)),
         identified,
         not_inverted: tabulated
             .remaining
@@ -273,6 +287,14 @@ impl fmt::Display for Report {
             "mirror     {}, {}, model {}",
             self.device, self.date, self.model_hash
         )?;
+        writeln!(f, "cold       {}", row(self.cold_resistance_ohm, 1, "Ω"))?;
+        if let Some([before_k, ..]) = self.uncertainty_before_k {
+            writeln!(
+                f,
+                "           measured; before, it was known to {:.0} ohm, and warmth to {before_k:.1} K",
+                COLD_RESISTANCE_TOLERANCE.0
+            )?;
+        }
         write!(f, "{}", self.identified)?;
         for left in &self.not_inverted {
             writeln!(f, "  not inverted by the board: {left}")?;

@@ -1,20 +1,20 @@
 //! From frames to commands: the endpoints of `mirror-protocol`, and their answers.
 
-use core::fmt::Write;
+mod calibrations;
+
 use core::sync::atomic::Ordering;
 
 use control_core::{Calibration, Micrometre, Setpoint, Volt};
 use embassy_time::{Duration, Timer};
 use experiment::Player;
 use mirror_protocol::{
-    CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal, CalibrationReply,
-    CalibrationUseEndpoint, CalibrationUseReply, CalibrationWriteEndpoint, CalibrationWriteReply,
+    CalibrationEndpoint, CalibrationInfo, CalibrationUseEndpoint, CalibrationWriteEndpoint,
     ClearEndpoint, CommandReply, Drives, ENDPOINTS, EnterBootloaderEndpoint, EnterBootloaderReply,
-    Hello, HelloEndpoint, Identity, Kept, LEASE_FOREVER_MS, LoadPointsEndpoint, LoadReply,
+    Hello, HelloEndpoint, Identity, LEASE_FOREVER_MS, LoadPointsEndpoint, LoadReply,
     MAX_FRAME_BYTES, OffEndpoint, PROTOCOL_VERSION, Play, PlayEndpoint, Points, Position, Refusal,
-    RenewEndpoint, Renewal, Sentence, SetDriveEndpoint, SetPositionEndpoint, Status,
-    StatusEndpoint, StatusReply, Stream, StreamEndpoint, StreamReply, Streaming, TOPICS_IN,
-    TOPICS_OUT, TelemetryTopic, Text,
+    RenewEndpoint, Renewal, SenseEndpoint, Sentence, SetDriveEndpoint, SetPositionEndpoint,
+    SetSenseEndpoint, Status, StatusEndpoint, StatusReply, Stream, StreamEndpoint, StreamReply,
+    Streaming, TOPICS_IN, TOPICS_OUT, TelemetryTopic, Text,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarSeq};
@@ -22,8 +22,9 @@ use postcard_rpc::server::{Dispatch, Sender, Server, WireRx};
 use protection::{Denied, Lease};
 use static_cell::ConstStaticCell;
 
+use self::calibrations::{calibration, info, sense, set_sense, use_calibration, write_calibration};
 use crate::board::{Board, LinkTx};
-use crate::calibration::{Upload, UploadError};
+use crate::calibration::Upload;
 use crate::keeper::Keeper;
 use crate::mailbox::{Failure, Mailbox, Order};
 use crate::{TICK_HZ, TICKS_PER_MS, watchdog};
@@ -110,6 +111,8 @@ define_dispatch! {
         | CalibrationEndpoint | blocking | calibration  |
         | CalibrationWriteEndpoint | blocking | write_calibration |
         | CalibrationUseEndpoint | async | use_calibration |
+        | SenseEndpoint       | blocking | sense        |
+        | SetSenseEndpoint    | async    | set_sense    |
         | LoadPointsEndpoint  | blocking | load_points  |
         | PlayEndpoint        | async    | play         |
     };
@@ -199,52 +202,6 @@ async fn stream(session: &mut Session, _header: VarHeader, stream: Stream) -> St
     let first_tick = session.mailbox.stream(stream).await;
     let first_tick = first_tick.map_err(refusal)?;
     Ok(Streaming { first_tick })
-}
-
-fn calibration(session: &mut Session, _header: VarHeader, (): ()) -> CalibrationReply {
-    session.check_version()?;
-    Ok(session.calibration.clone())
-}
-
-fn write_calibration(
-    session: &mut Session,
-    _header: VarHeader,
-    chunk: CalibrationChunk,
-) -> CalibrationWriteReply {
-    session.check_version()?;
-    session.upload.write(&chunk)
-}
-
-async fn use_calibration(session: &mut Session, _header: VarHeader, (): ()) -> CalibrationUseReply {
-    session
-        .check_version()
-        .map_err(CalibrationRefusal::Refused)?;
-    let used = session.upload.put_to_use(session.mailbox).await;
-    let used = used.map_err(|error| match error {
-        UploadError::ControlStopped => CalibrationRefusal::Refused(Refusal::ControlStopped),
-        UploadError::Calibration(error) => {
-            let mut sentence = Sentence::new();
-            // What does not fit is left out.
-            let _ = write!(sentence, "{error}");
-            CalibrationRefusal::Unusable(sentence)
-        }
-    })?;
-    // The exchange has turned all channels off.
-    session.keeper.keep(session.upload.bytes());
-    session.calibration = info(&used, session.keeper.kept());
-    Ok(session.calibration.clone())
-}
-
-fn info(calibration: &Calibration, kept: Kept) -> CalibrationInfo {
-    let origin = &calibration.parts().origin;
-    CalibrationInfo {
-        device: text(origin.device.as_str()),
-        date: text(origin.date.as_str()),
-        model_hash: origin.model_hash,
-        max_position_um: calibration.max_position().0,
-        max_drive_v: calibration.max_drive().0,
-        kept,
-    }
 }
 
 fn load_points(session: &mut Session, _header: VarHeader, points: Points) -> LoadReply {

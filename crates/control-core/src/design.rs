@@ -1,0 +1,55 @@
+//! The board's design parameters, all in one place: what `docs/board.md` explains and everything else derives from.
+//!
+//! They belong to the analogue design and not to the microcontroller, so both boards share them. The
+//! emulated electronics (`crates/emulated-board/src/electronics.rs`) keep numbers of their own on purpose:
+//! a wrong one here must show there.
+
+use crate::units::{Ampere, Kelvin, Ohm, Second, Volt};
+
+/// Clock of the PWM timer (Hz).
+pub const PWM_CLOCK_HZ: u32 = 170_000_000;
+/// Timer counts of one PWM period: 170 MHz / 4250 = 40 kHz.
+pub const PWM_PERIOD_COUNTS: u16 = 4250;
+/// PWM periods in one control tick: 10 kHz.
+pub const PWM_PERIODS_PER_TICK: u16 = 4;
+/// Length of a control tick.
+pub const TICK: Second =
+    Second(PWM_PERIOD_COUNTS as f32 * PWM_PERIODS_PER_TICK as f32 / PWM_CLOCK_HZ as f32);
+
+/// Supply of the microcontroller, which is the PWM's amplitude and the converters' reference.
+pub const LOGIC_SUPPLY: Volt = Volt(3.3);
+/// An output at full duty: the filtered 3.3 V, amplified by 1.2879.
+pub const DRIVE_FULL_SCALE: Volt = Volt(4.25);
+
+/// Shunt in the return of each actuator.
+pub const SHUNT: Ohm = Ohm(10.0);
+/// Gain of the amplifier behind the shunt.
+pub const SENSE_GAIN: f32 = 26.4;
+/// The amplifier's output at no current: 3.3 V by a divider of 100 to 1. It keeps zero, less the
+/// offsets of amplifier and converter and their noise, within the converter's range.
+pub const SENSE_PEDESTAL: Volt = Volt(LOGIC_SUPPLY.0 / 101.0);
+/// What a board's current sense may be off by, before it is calibrated: 1 uA per 10 uV at the shunt.
+pub const SENSE_ZERO_TOLERANCE: Ampere = Ampere(50e-6);
+/// Tolerances of shunt, amplifier and reference together, with a wide margin.
+pub const SENSE_GAIN_TOLERANCE: f32 = 0.05;
+/// Codes of a converter: 12 bits, oversampled 16 times.
+pub const ADC_CODES: f32 = 65536.0;
+/// At this code and above the sense is saturated: it reads less than what flows. A 12-bit
+/// converter's top is 4095, and 16 of them are 65520.
+pub const ADC_SATURATED: u16 = 65_450;
+
+/// Part of the output stages' supply that its converter sees.
+pub const SUPPLY_DIVIDER: f32 = 0.5;
+/// The output stages need 4.25 V and a little more.
+pub const LOWEST_SUPPLY_MV: u32 = 4_500;
+/// Their amplifiers bear 5.5 V.
+pub const HIGHEST_SUPPLY_MV: u32 = 5_500;
+
+/// How far a heater's resistance at ambient may be from the model's before it has been measured.
+pub const COLD_RESISTANCE_TOLERANCE: Ohm = Ohm(15.0);
+/// More than the coldest heater, 345 ohm, takes at the highest drive, 3.5 V; less than the sense's
+/// range of 12.4 mA.
+pub const HIGHEST_CURRENT: Ampere = Ampere(11.0e-3);
+/// No heater may be hotter than this above ambient, whatever a calibration says: aluminium films begin
+/// to yield and creep above 250 degC.
+pub const HOTTEST_RISE: Kelvin = Kelvin(225.0);

@@ -1,0 +1,180 @@
+//! What is hidden, in which mirror, and what is measured of it.
+
+use crate::Arguments;
+use clap::ValueEnum;
+use diagnosis::Plan;
+use std::fmt;
+use virtual_mirror::{ConfigError, Effect, Family, MirrorConfig, Plan as Drives};
+use virtual_sessions::measure;
+
+/// No approximation and no threshold was calibrated on these.
+const FAMILIES: [Family; 2] = [Family::F, Family::G];
+/// Mirrors of each family with nothing hidden, a seed.
+const QUIET: u64 = 2;
+/// Far enough for no two mirrors with nothing hidden to have the same seed.
+const APART: u64 = 500;
+
+/// What the bench reads besides the drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Instruments {
+    /// Displacement and currents.
+    With,
+    /// Displacement only.
+    Without,
+}
+
+impl Instruments {
+    pub(crate) const ALL: [Self; 2] = [Self::With, Self::Without];
+
+    /// The largest set of effects that says something.
+    pub(crate) fn set(self) -> usize {
+        match self {
+            Self::With => 2,
+            Self::Without => 3,
+        }
+    }
+}
+
+/// What is hidden.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Hidden {
+    Nothing,
+    One(Effect, f64),
+    /// Both at strength 1.
+    Two(Effect, Effect),
+}
+
+/// One session.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Case {
+    pub(crate) hidden: Hidden,
+    pub(crate) family: Family,
+    pub(crate) seed: u64,
+    pub(crate) noise_nm: f64,
+    pub(crate) instruments: Instruments,
+}
+
+/// The sessions asked for.
+pub(crate) fn all(arguments: &Arguments) -> Vec<Case> {
+    let mut cases = Vec::new();
+    for seed in (0..arguments.seeds).map(|seed| arguments.first_seed + seed) {
+        for &noise_nm in &arguments.noises {
+            for instruments in Instruments::ALL {
+                let mut push = |hidden, turn: usize, seed| {
+                    cases.push(Case {
+                        hidden,
+                        family: FAMILIES[(turn + seed as usize) % FAMILIES.len()],
+                        seed,
+                        noise_nm,
+                        instruments,
+                    })
+                };
+                for turn in 0..QUIET as usize * FAMILIES.len() {
+                    push(Hidden::Nothing, turn, seed + APART * (1 + turn as u64));
+                }
+                for &strength in &arguments.strengths {
+                    for (turn, &effect) in Effect::ALL.iter().enumerate() {
+                        push(Hidden::One(effect, strength), turn, seed);
+                    }
+                }
+                if instruments == Instruments::With {
+                    for (turn, (one, other)) in pairs(seed).into_iter().enumerate() {
+                        push(Hidden::Two(one, other), turn, seed);
+                    }
+                }
+            }
+        }
+    }
+    cases.retain(|case| {
+        arguments
+            .instruments
+            .is_none_or(|only| only == case.instruments)
+            && arguments
+                .only
+                .as_ref()
+                .is_none_or(|only| case.hidden.is_called(only))
+    });
+    cases
+}
+
+/// Every listed effect once, with a partner from the other half of the list; other partners for another seed.
+fn pairs(seed: u64) -> Vec<(Effect, Effect)> {
+    let listed: Vec<_> = Effect::ALL
+        .iter()
+        .copied()
+        .filter(|effect| effect.is_listed())
+        .collect();
+    let (heat, motion) = listed.split_at(listed.len() / 2);
+    heat.iter()
+        .enumerate()
+        .map(|(index, &one)| (one, motion[(index + seed as usize) % motion.len()]))
+        .collect()
+}
+
+impl Hidden {
+    fn is_called(self, name: &str) -> bool {
+        match self {
+            Self::Nothing => name == "nothing",
+            Self::One(effect, _) => name == effect.id(),
+            Self::Two(..) => name == "two",
+        }
+    }
+}
+
+impl Case {
+    /// The mirror, with what is hidden in it.
+    pub(crate) fn config(&self) -> MirrorConfig {
+        let mut config = self.calm();
+        match self.hidden {
+            Hidden::Nothing => {}
+            Hidden::One(effect, strength) => config.effects.set(effect, strength),
+            Hidden::Two(one, other) => {
+                config.effects.set(one, 1.0);
+                config.effects.set(other, 1.0);
+            }
+        }
+        config
+    }
+
+    /// The same mirror with nothing hidden.
+    pub(crate) fn calm(&self) -> MirrorConfig {
+        let mut config = MirrorConfig::draw(self.family, self.seed);
+        config.sensor.position_noise_nm = self.noise_nm;
+        config
+    }
+
+    /// What is measured of a mirror.
+    pub(crate) fn session(&self, config: &MirrorConfig) -> Result<Plan, ConfigError> {
+        let instruments = match self.instruments {
+            Instruments::With => virtual_sessions::Instruments::PositionAndCurrents,
+            Instruments::Without => virtual_sessions::Instruments::Position,
+        };
+        Ok(Plan::new(&measure(
+            config,
+            &Drives::standard(3.5),
+            instruments,
+        )?))
+    }
+}
+
+impl fmt::Display for Case {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let hidden = match self.hidden {
+            Hidden::Nothing => "nothing".to_owned(),
+            Hidden::One(effect, strength) => format!("{effect} {strength}"),
+            Hidden::Two(one, other) => format!("{one} and {other}"),
+        };
+        let Self {
+            family,
+            seed,
+            noise_nm,
+            ..
+        } = self;
+        let z_only = if self.instruments == Instruments::With {
+            ""
+        } else {
+            ", z only"
+        };
+        write!(f, "{hidden:<32} {family:?} {seed} {noise_nm:>2} nm{z_only}")
+    }
+}

@@ -1,0 +1,77 @@
+//! Hides every effect of the virtual mirror in mirrors of families that no threshold was calibrated on, diagnoses them, and
+//! prints what came of it in the figures that the diagnosis is judged by. A line a session comes first, as they end.
+//!
+//! `cargo run -p diagnosis --example confusion -- --help`
+
+mod case;
+mod outcome;
+mod table;
+
+use clap::Parser;
+use diagnosis::ensemble::Ensemble;
+use outcome::Outcome;
+use rayon::prelude::*;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// What is tried.
+#[derive(Parser)]
+struct Arguments {
+    /// Mirrors a kind of session: one seed is 324 sessions, some twenty minutes on two idle cores.
+    #[arg(long, default_value_t = 1)]
+    seeds: u64,
+    /// The first seed: figures to be believed come from seeds that nobody developed on.
+    #[arg(long, default_value_t = 1000)]
+    first_seed: u64,
+    /// Hide this only: an effect, `nothing`, or `two`. Each best explanation is printed with its rivals.
+    #[arg(long)]
+    only: Option<String>,
+    /// Strengths of a single hidden effect.
+    #[arg(long, value_delimiter = ',', default_value = "0.3,1,3")]
+    strengths: Vec<f64>,
+    /// White noise of the displacement (nm).
+    #[arg(long, value_delimiter = ',', default_value = "10,50")]
+    noises: Vec<f64>,
+    /// Only sessions with these instruments.
+    #[arg(long, value_enum)]
+    instruments: Option<case::Instruments>,
+    /// Where ensembles are kept.
+    #[arg(long, default_value = "target/diagnosis-cache")]
+    cache: PathBuf,
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments = Arguments::parse();
+    let cases = case::all(&arguments);
+    // Before many sessions at once would each miss their ensemble.
+    for instruments in case::Instruments::ALL {
+        if let Some(case) = cases.iter().find(|case| case.instruments == instruments) {
+            Ensemble::new(&case.session(&case.config())?, Some(&arguments.cache))?;
+        }
+    }
+    let start = Instant::now();
+    let outcomes: Vec<Outcome> = cases
+        .par_iter()
+        .filter_map(|case| match outcome::diagnosed(case, &arguments.cache) {
+            Ok(outcome) => {
+                println!("{outcome}");
+                if arguments.only.is_some() {
+                    print!("{}", outcome.rivals());
+                }
+                Some(outcome)
+            }
+            Err(error) => {
+                println!("{case}: {error}");
+                None
+            }
+        })
+        .collect();
+    println!(
+        "\n{} sessions of {} in {:.0} s\n",
+        outcomes.len(),
+        cases.len(),
+        start.elapsed().as_secs_f64()
+    );
+    print!("{}", table::table(&outcomes));
+    Ok(())
+}

@@ -1,0 +1,204 @@
+//! What a diagnosis made of one session, beside the truth.
+
+use crate::case::{Case, Hidden, Instruments};
+use diagnosis::fit::{fit, fit_knobs, knobs, predict};
+use diagnosis::{Diagnosis, Plan, Verdict, add, diagnose, fit_and_report};
+use mirror_model::effect::{Active, find};
+use mirror_model::{Model, Preset};
+use std::error::Error;
+use std::fmt::{self, Write as _};
+use std::path::Path;
+use virtual_mirror::Effect;
+
+/// Standard deviations of an interval that 95 of 100 lie in.
+const INTERVAL: f64 = 1.96;
+
+/// What came of one session.
+pub(crate) struct Outcome {
+    pub(crate) case: Case,
+    pub(crate) found: Diagnosis,
+    /// Of a hidden effect that was found: whether its true size lies inside the interval that is reported.
+    pub(crate) size_is_inside: Option<bool>,
+    /// The error after adding it, over that of the same mirror with nothing hidden.
+    pub(crate) error_ratio: Option<f64>,
+    /// Of two hidden effects: whether both were found in two rounds.
+    pub(crate) both: Option<bool>,
+}
+
+/// Diagnoses a session as a user would.
+pub(crate) fn diagnosed(case: &Case, cache: &Path) -> Result<Outcome, Box<dyn Error>> {
+    let paper = Model::from(Preset::Paper);
+    let plan = case.session(&case.config())?;
+    let found = diagnose(&paper, &plan, &[], Some(cache))?;
+    let mut outcome = Outcome {
+        case: *case,
+        found,
+        size_is_inside: None,
+        error_ratio: None,
+        both: None,
+    };
+    match case.hidden {
+        Hidden::Nothing => {}
+        Hidden::One(effect, strength) => {
+            if outcome.found.effects.iter().any(|id| id == effect.id()) {
+                outcome.size_is_inside = Some(outcome.holds_the_size(effect)?);
+                if strength == 1.0 && case.instruments == Instruments::With {
+                    outcome.error_ratio = Some(error_ratio(case, effect, &plan, cache)?);
+                }
+            }
+        }
+        Hidden::Two(one, other) => {
+            outcome.both = Some(both(&paper, &plan, &outcome.found, one, other, cache)?);
+        }
+    }
+    Ok(outcome)
+}
+
+/// Whether one of two effects is found, and the other after the first was added.
+fn both(
+    paper: &Model,
+    plan: &Plan,
+    found: &Diagnosis,
+    one: Effect,
+    other: Effect,
+    cache: &Path,
+) -> Result<bool, Box<dyn Error>> {
+    let most = Instruments::With.set();
+    let holds = |found: &Diagnosis, effect: Effect| {
+        found.effects.len() <= most && found.effects.iter().any(|id| id == effect.id())
+    };
+    let (first, second) = match (holds(found, one), holds(found, other)) {
+        (true, _) => (one, other),
+        (_, true) => (other, one),
+        _ => return Ok(false),
+    };
+    let with = add(paper, listed(first), plan, &[], Some(cache))?.after;
+    Ok(holds(&diagnose(&with, plan, &[], Some(cache))?, second))
+}
+
+fn listed(effect: Effect) -> std::sync::Arc<dyn mirror_model::effect::Effect> {
+    find(effect.id()).expect("a listed effect is built in")
+}
+
+/// Adds an effect as a user would; its error over that of the same mirror with nothing hidden, both fitted.
+fn error_ratio(
+    case: &Case,
+    effect: Effect,
+    plan: &Plan,
+    cache: &Path,
+) -> Result<f64, Box<dyn Error>> {
+    let paper = Model::from(Preset::Paper);
+    let edit = add(&paper, listed(effect), plan, &[], Some(cache))?.edit;
+    let (_, calm) = fit_and_report(&paper, &case.session(&case.calm())?, &[])?;
+    Ok(edit.after.rms / calm.residual_rms_um.unwrap_or(f64::NAN))
+}
+
+impl Outcome {
+    /// The true size in the candidate's terms, whose form is not nature's: the strength that fits when nothing but the effect
+    /// tells the mirror from the model, without noise and without the model's approximation.
+    fn holds_the_size(&self, effect: Effect) -> Result<bool, Box<dyn Error>> {
+        let quiet = |mut config: virtual_mirror::MirrorConfig| {
+            config.sensor.position_noise_nm = 0.0;
+            config.sensor.current_noise_ua = 0.0;
+            config.sensor.current_noise_ratio = 0.0;
+            self.case.session(&config)
+        };
+        let (with, without) = (quiet(self.case.config())?, quiet(self.case.calm())?);
+        let mut model = fit(&Model::from(Preset::Paper), &without)?.model;
+        let change = with
+            .values()
+            .into_iter()
+            .zip(without.values())
+            .map(|(with, without)| with - without);
+        let values: Vec<f64> = predict(&model, &without)?
+            .into_iter()
+            .zip(change)
+            .map(|(z, change)| z + change)
+            .collect();
+        let ranked = self.ranked(effect);
+        let mut active = Active::usual(listed(effect));
+        let parameters = active.effect.info().parameters.clone();
+        for (value, parameter) in active.values.iter_mut().zip(parameters.iter()) {
+            *value = ranked.parameters[parameter.symbol.as_ref()].value;
+        }
+        model.effects.push(active);
+        let fitted = fit_knobs(&model, &without, &values, &knobs(&model, &without))?.model;
+        let (truth, reported) = (
+            fitted.effects[0].values[0],
+            &ranked.parameters[parameters[0].symbol.as_ref()],
+        );
+        let off = (reported.value - truth).abs();
+        Ok(off <= INTERVAL * reported.standard_error.unwrap_or(0.0))
+    }
+
+    fn ranked(&self, effect: Effect) -> &diagnosis::Ranked {
+        let place = self
+            .found
+            .ranking
+            .iter()
+            .find(|ranked| ranked.effect == effect.id());
+        place.expect("a named effect is ranked")
+    }
+
+    /// Whether the hidden effect is named, or in a set of at most so many.
+    pub(crate) fn is_found(&self, most: usize) -> bool {
+        let Hidden::One(effect, _) = self.case.hidden else {
+            return false;
+        };
+        self.found.effects.len() <= most && self.found.effects.iter().any(|id| id == effect.id())
+    }
+
+    /// Whether an effect is named that is not there.
+    pub(crate) fn names_a_wrong_one(&self) -> bool {
+        self.found.verdict == Verdict::Named && !self.holds_a_truth()
+    }
+
+    /// Whether one of the effects named or suspected is there.
+    pub(crate) fn holds_a_truth(&self) -> bool {
+        let hidden: Vec<Effect> = match self.case.hidden {
+            Hidden::Nothing => vec![],
+            Hidden::One(effect, _) => vec![effect],
+            Hidden::Two(one, other) => vec![one, other],
+        };
+        hidden
+            .iter()
+            .any(|effect| self.found.effects.iter().any(|id| id == effect.id()))
+    }
+
+    /// The best candidates with their sizes.
+    pub(crate) fn rivals(&self) -> String {
+        self.found
+            .ranking
+            .iter()
+            .take(4)
+            .fold(String::new(), |mut text, ranked| {
+                let _ = writeln!(text, "    {ranked}");
+                text
+            })
+    }
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { case, found, .. } = self;
+        write!(f, "{case}: {:?} {}", found.verdict, found.effects.join(" "))?;
+        if let Some(best) = found.ranking.first() {
+            write!(
+                f,
+                " (misfit {:.2}, best {} {:.0}/{:.0})",
+                found.misfit, best.effect, best.score, best.threshold
+            )?;
+        }
+        if let Some(inside) = self.size_is_inside {
+            write!(f, ", size {}", if inside { "inside" } else { "outside" })?;
+        }
+        if let Some(ratio) = self.error_ratio {
+            write!(f, ", error {ratio:.2} times that with nothing hidden")?;
+        }
+        match self.both {
+            Some(true) => write!(f, ", then the other"),
+            Some(false) => write!(f, ", not both"),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! Drive and current sense against four known resistors in the place of the mirror, before and after the sense's
+//! calibration.
+//!
+//! A real board takes part with `MIRROR_RESISTORS=499` (ohms, on every channel); without that it is
+//! skipped, since what is connected may be a mirror.
+
+use hil::Bench;
+use serde_json::Value;
+
+/// What a board that has never been calibrated may be off by: tolerances of shunt and amplifier, offsets.
+const BEFORE: (f64, f64) = (0.03, 20e-6);
+/// And after, with noise left in the mean.
+const AFTER: (f64, f64) = (5e-4, 0.5e-6);
+
+fn currents(report: &Value) -> [f64; 4] {
+    std::array::from_fn(|i| report["current_a"][i].as_f64().unwrap_or(f64::NAN))
+}
+
+/// Holds one channel after the other at several voltages, the others at zero; the largest error of a driven channel, and
+/// of one at zero (A).
+fn loopback(bench: &Bench, ohm: f64, (part, offset_a): (f64, f64)) -> (f64, f64) {
+    let (mut largest, mut at_zero) = (0.0, 0.0);
+    for channel in 0..4 {
+        for drive_v in [0.5, 1.5, 3.0] {
+            let drives: [String; 4] = std::array::from_fn(|other| {
+                if other == channel {
+                    format!("{drive_v}V")
+                } else {
+                    "0V".to_owned()
+                }
+            });
+            let [a, b, c, d] = drives.each_ref().map(String::as_str);
+            let report = bench.json(&["set-drive", a, b, c, d, "--settle", "20ms"]);
+            for (other, current_a) in currents(&report).into_iter().enumerate() {
+                let flows_a = if other == channel { drive_v / ohm } else { 0.0 };
+                let error_a = (current_a - flows_a).abs();
+                assert!(
+                    error_a <= part * flows_a + offset_a,
+                    "channel {other} at {drive_v} V on channel {channel}: {current_a} A, not {flows_a}"
+                );
+                let worst = if other == channel {
+                    &mut largest
+                } else {
+                    &mut at_zero
+                };
+                *worst = f64::max(*worst, error_a);
+            }
+        }
+    }
+    bench.json(&["off"]);
+    (largest, at_zero)
+}
+
+#[test]
+fn what_is_driven_is_sensed_and_a_calibration_of_the_sense_makes_it_exact_and_survives() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let flash = directory.path().join("flash");
+    let Some((bench, ohm)) = Bench::on_resistors(&flash) else {
+        println!("skipped: MIRROR_RESISTORS does not say that resistors are on this board");
+        return;
+    };
+    let before = loopback(&bench, ohm, BEFORE);
+    let resistor = format!("{ohm}ohm");
+    let report = bench.json(&["calibrate-sense", "--resistor", &resistor]);
+    assert_eq!(report["kept"], "Yes", "{report}");
+    let after = loopback(&bench, ohm, AFTER);
+    println!(
+        "largest error {:.1} uA before, {:.2} uA after; at zero {:.1} uA and {:.2} uA",
+        before.0 * 1e6,
+        after.0 * 1e6,
+        before.1 * 1e6,
+        after.1 * 1e6
+    );
+    assert!(
+        after.0 < before.0 && after.1 < before.1,
+        "it is worth something"
+    );
+    let status = bench.json(&["status"]);
+    assert_eq!(
+        status["calibration"]["kept"], "Factory",
+        "the mirror's is untouched"
+    );
+
+    // Without resistors it keeps the gains, and finds the same zero.
+    let zero = bench.json(&["calibrate-sense"]);
+    assert_eq!(zero["after"]["gain"], report["after"]["gain"]);
+    drop(bench);
+    let (bench, _) = Bench::on_resistors(&flash).expect("as before");
+    loopback(&bench, ohm, AFTER);
+}
+
+#[test]
+fn a_wrong_resistor_is_told_and_changes_no_gain() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let Some((bench, ohm)) = Bench::on_resistors(&directory.path().join("flash")) else {
+        return;
+    };
+    let wrong = format!("{}ohm", 1.2 * ohm);
+    let said = bench.tool(&["calibrate-sense", "--resistor", &wrong]);
+    assert_eq!(said.code, 1);
+    let sentence = said.sentence();
+    assert!(
+        sentence.contains("is there a resistor on each channel, and is it the one that was named?"),
+        "{sentence}"
+    );
+    let report = bench.json(&["calibrate-sense"]);
+    assert_eq!(report["before"]["gain"], report["after"]["gain"]);
+}

@@ -1,0 +1,143 @@
+//! `calibrate-sense`: what the board's current sense is off by, from its zero and from one known resistor.
+
+use std::fmt;
+
+use mirror_protocol::{Drives, Kept, Sense};
+use serde::Serialize;
+
+use crate::board::Board;
+use crate::commands::moving::{Pace, Readings, settle_and_read};
+use crate::commands::status::kept_words;
+use crate::error::ToolError;
+use crate::quantity::{Hold, Resistance, Span};
+use crate::report::{self, decimal, row};
+
+/// Voltages at which the gain is read, up to 6 mA in 499 ohm. The zero is known by then.
+const DRIVES_V: [f32; 3] = [1.0, 2.0, 3.0];
+/// The output filter is long at rest by then.
+const SETTLE: Span = Span { s: 0.05 };
+/// Readings of 0.1 s that make the zero: it is worth more than a point of the gain.
+const ZERO_READINGS: usize = 5;
+
+#[derive(Serialize)]
+struct Report {
+    before: Sense,
+    after: Sense,
+    /// With the resistors, at 3 V: what the board read before and reads now, and what flows.
+    currents: Option<Currents>,
+    kept: Kept,
+}
+
+#[derive(Serialize)]
+struct Currents {
+    before_a: [f64; 4],
+    after_a: [f64; 4],
+    flows_a: f64,
+}
+
+/// Finds the zero of each channel; with a known resistor on each, the gain too.
+pub(super) async fn run(
+    board: &Board,
+    resistor: Option<Resistance>,
+    json: bool,
+) -> Result<(), ToolError> {
+    let before = board.sense().await?.sense;
+    let zeroed = zero(board).await?;
+    let (info, currents) = match resistor {
+        None => (zeroed, None),
+        Some(resistor) => {
+            let mut read = Vec::new();
+            for drive_v in DRIVES_V {
+                read.push(nominal(&zeroed.sense, driven(board, drive_v).await?));
+            }
+            let gain = std::array::from_fn(|i| {
+                let beyond_zero = |k: usize| read[k][i] - decimal(zeroed.sense.zero_a[i]);
+                let flows = |k: usize| decimal(DRIVES_V[k]) / resistor.ohm;
+                let sum = |of: &dyn Fn(usize) -> f64| (0..DRIVES_V.len()).map(of).sum::<f64>();
+                let gain = sum(&|k| flows(k) * beyond_zero(k)) / sum(&|k| beyond_zero(k).powi(2));
+                gain as f32
+            });
+            let sense = Sense {
+                gain,
+                ..zeroed.sense
+            };
+            let info = board.set_sense(&sense).await?;
+            let top = DRIVES_V.len() - 1;
+            let as_before =
+                |i: usize| (read[top][i] - decimal(before.zero_a[i])) * decimal(before.gain[i]);
+            let currents = Currents {
+                before_a: std::array::from_fn(as_before),
+                after_a: driven(board, DRIVES_V[top]).await?,
+                flows_a: decimal(DRIVES_V[top]) / resistor.ohm,
+            };
+            (info, Some(currents))
+        }
+    };
+    board.off().await?;
+    report::print(
+        &Report {
+            before,
+            after: info.sense,
+            currents,
+            kept: info.kept,
+        },
+        json,
+    );
+    Ok(())
+}
+
+/// Turns the channels off and has the board take what it reads then for zero. A mirror may be connected.
+pub(super) async fn zero(board: &Board) -> Result<mirror_protocol::SenseInfo, ToolError> {
+    let in_use = board.sense().await?.sense;
+    let commanded = board.off().await?;
+    let mut sum_a = [0.0; 4];
+    for _ in 0..ZERO_READINGS {
+        let (readings, _) = settle_and_read(board, &commanded, PACE).await?;
+        let read = nominal(&in_use, readings.current_a);
+        sum_a = std::array::from_fn(|i| sum_a[i] + read[i]);
+    }
+    let sense = Sense {
+        zero_a: sum_a.map(|sum| (sum / ZERO_READINGS as f64) as f32),
+        ..in_use
+    };
+    board.set_sense(&sense).await
+}
+
+const PACE: Pace = Pace {
+    settle: SETTLE,
+    hold: Hold::For(Span { s: 1.0 }),
+};
+
+/// The currents that are read at `drive_v` on all channels.
+async fn driven(board: &Board, drive_v: f32) -> Result<[f64; 4], ToolError> {
+    let drives = Drives {
+        drive_v: [drive_v; 4],
+        lease_ms: PACE.lease_ms(),
+    };
+    let commanded = board.set_drive(drives).await?;
+    let (readings, _): (Readings, _) = settle_and_read(board, &commanded, PACE).await?;
+    Ok(readings.current_a)
+}
+
+/// What a board as designed would have read where this one, under `sense`, reads `current_a`.
+fn nominal(sense: &Sense, current_a: [f64; 4]) -> [f64; 4] {
+    std::array::from_fn(|i| current_a[i] / decimal(sense.gain[i]) + decimal(sense.zero_a[i]))
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ua = |amperes: [f32; 4]| row(amperes.map(|zero| decimal(zero) * 1e6), 2, "uA");
+        let gain = |gain: [f32; 4]| row(gain.map(decimal), 5, "");
+        writeln!(f, "zero       {}  before", ua(self.before.zero_a))?;
+        writeln!(f, "           {}  now", ua(self.after.zero_a))?;
+        if let Some(currents) = &self.currents {
+            let ma = |amperes: [f64; 4]| row(amperes.map(|current| current * 1e3), 4, "mA");
+            writeln!(f, "gain       {}  before", gain(self.before.gain))?;
+            writeln!(f, "           {}  now", gain(self.after.gain))?;
+            writeln!(f, "reads      {}  before", ma(currents.before_a))?;
+            writeln!(f, "           {}  now", ma(currents.after_a))?;
+            writeln!(f, "flows      {:>9.4} mA in each", currents.flows_a * 1e3)?;
+        }
+        writeln!(f, "sense      {}", kept_words(self.kept))
+    }
+}

@@ -1,0 +1,90 @@
+//! The endpoints of the two calibrations: the mirror's, and the current sense's.
+
+use core::fmt::Write;
+
+use control_core::{Ampere, Calibration, SenseCalibration};
+use mirror_protocol::{
+    CalibrationChunk, CalibrationInfo, CalibrationRefusal, CalibrationReply, CalibrationUseReply,
+    CalibrationWriteReply, Kept, Refusal, Sense, SenseReply, Sentence,
+};
+use postcard_rpc::header::VarHeader;
+
+use super::{Session, text};
+use crate::calibration::UploadError;
+use crate::mailbox::Order;
+
+pub(super) fn calibration(session: &mut Session, _header: VarHeader, (): ()) -> CalibrationReply {
+    session.check_version()?;
+    Ok(session.calibration.clone())
+}
+
+pub(super) fn write_calibration(
+    session: &mut Session,
+    _header: VarHeader,
+    chunk: CalibrationChunk,
+) -> CalibrationWriteReply {
+    session.check_version()?;
+    session.upload.write(&chunk)
+}
+
+pub(super) async fn use_calibration(
+    session: &mut Session,
+    _header: VarHeader,
+    (): (),
+) -> CalibrationUseReply {
+    session
+        .check_version()
+        .map_err(CalibrationRefusal::Refused)?;
+    let used = session.upload.put_to_use(session.mailbox).await;
+    let used = used.map_err(|error| match error {
+        UploadError::ControlStopped => CalibrationRefusal::Refused(Refusal::ControlStopped),
+        UploadError::Calibration(error) => {
+            let mut sentence = Sentence::new();
+            // What does not fit is left out.
+            let _ = write!(sentence, "{error}");
+            CalibrationRefusal::Unusable(sentence)
+        }
+    })?;
+    // The exchange has turned all channels off.
+    session.keeper.keep(session.upload.record());
+    session.calibration = info(&used, session.keeper.kept());
+    Ok(session.calibration.clone())
+}
+
+pub(super) fn info(calibration: &Calibration, kept: Kept) -> CalibrationInfo {
+    let origin = &calibration.parts().origin;
+    CalibrationInfo {
+        device: text(origin.device.as_str()),
+        date: text(origin.date.as_str()),
+        model_hash: origin.model_hash,
+        max_position_um: calibration.max_position().0,
+        max_drive_v: calibration.max_drive().0,
+        cold_resistance_ohm: calibration
+            .lanes()
+            .each_ref()
+            .map(|lane| lane.cold_resistance.0),
+        tcr_per_k: calibration.lanes().each_ref().map(|lane| lane.tcr.0),
+        kept,
+    }
+}
+
+pub(super) fn sense(session: &mut Session, _header: VarHeader, (): ()) -> SenseReply {
+    session.check_version()?;
+    Ok(session.keeper.sense_info())
+}
+
+/// Turns all channels off first: what is driven was computed from currents read otherwise.
+pub(super) async fn set_sense(
+    session: &mut Session,
+    _header: VarHeader,
+    sense: Sense,
+) -> SenseReply {
+    session.order(Order::Off).await?;
+    let sense = SenseCalibration::new(sense.zero_a.map(Ampere), sense.gain)
+        .ok_or(Refusal::SenseImplausible)?;
+    session.mailbox.calibrate_sense(sense);
+    session
+        .keeper
+        .keep_sense(sense, session.upload.into_buffer());
+    Ok(session.keeper.sense_info())
+}
