@@ -4,16 +4,19 @@
 //!   invert. It tells which effects are left;
 //! - [`corrected`] bends the tables by what was measured at rest, where the model's curve is not the
 //!   mirror's;
+//! - [`rehearse`] tells what a board with such a calibration would leave along a standard path;
 //! - [`to_toml`], [`from_toml`] are the file that people read.
 
 mod correct;
 mod curve;
 mod dynamics;
 mod file;
+mod rehearsal;
 mod statics;
 
 pub use correct::{CorrectionError, StaticPoint, corrected};
 pub use file::{CalibrationFileError, from_toml, to_toml};
+pub use rehearsal::{Left, Rehearsal, rehearse};
 
 use control_core::calibration::{Bounds, Label, Origin, Parts};
 use control_core::{Calibration, CalibrationError, Kelvin, Volt, Watt};
@@ -32,7 +35,7 @@ pub struct Tabulated {
 }
 
 /// An effect that the core does not invert, or not wholly.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Remaining {
     /// Its id.
     pub effect: String,

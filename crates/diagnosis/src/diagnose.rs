@@ -1,14 +1,14 @@
 //! Which physics is missing, said only when mirrors with nothing missing would not look the same.
 
+mod ranking;
+
 use crate::candidate::{Direction, Explanation, directions, refine, refit, scan};
 use crate::ensemble::{Ensemble, solver_error};
-use crate::fit::{
-    Fitted, RESOLUTION, fit, fit_knobs, jacobian, knobs, predict, trust, white_noise,
-};
+use crate::fit::{Fitted, RESOLUTION, fit, jacobian, predict, trust, white_noise};
 use crate::judge::{Calm, judges};
 use crate::next;
 use crate::plan::{Channel, Observation, Plan};
-use crate::report::{BeforeAfter, Diagnosis, Estimate, Ranked, Verdict};
+use crate::report::{BeforeAfter, Diagnosis, Verdict};
 use crate::space::{Space, Vector};
 use mirror_model::effect::{Active, Effect, built_in};
 use mirror_model::{Model, Runaway};
@@ -16,6 +16,8 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::path::Path;
 use std::sync::Arc;
+
+use ranking::held_out_rows;
 
 /// A candidate whose score is this share of the best one's is a rival: forms that differ by so much are no evidence.
 const RIVAL_SHARE: f64 = 0.93;
@@ -56,6 +58,8 @@ struct Bench<'a> {
     space: Space,
     /// The space in which the rows held out weigh nothing.
     kept: Space,
+    /// The space in which the base is free, and the approximation is a misfit like any other.
+    plain: Space,
     residual: Vector,
     /// Residuals of the virtual mirrors, and the white noise, in units of trust.
     spanning: DMatrix<f64>,
@@ -87,6 +91,11 @@ impl<'a> Bench<'a> {
             if held_out { HIDDEN * sigma } else { sigma }
         });
         let kept = Space::new(&slopes, &ensemble.0, &kept_noise);
+        let plain = Space::new(
+            &slopes,
+            &DMatrix::zeros(white.len(), 0),
+            &DVector::repeat(white.len(), 1.0),
+        );
         let base = predict(&fitted.model, plan)?;
         let residual = space.vector(&fitted.scaled(plan));
         let present = |effect: &Arc<dyn Effect>| {
@@ -119,6 +128,7 @@ impl<'a> Bench<'a> {
             base,
             space,
             kept,
+            plain,
             residual,
             effects,
             calm,
@@ -234,17 +244,30 @@ impl<'a> Bench<'a> {
         } else {
             None
         };
+        let ranking: Vec<_> = order
+            .iter()
+            .map(|&i| self.ranked(i, explanation(i), &above, &explanation))
+            .collect();
+        let error = rms(self.plan, self.fitted.scaled(self.plan).iter().copied());
         Ok(Diagnosis {
             verdict,
             effects: named.iter().map(|&i| self.id(i)).collect(),
             approximation_rms_um: self.approximation_rms,
-            error_rms_um: self.before_and_after(order.first().map(|&i| explanation(i)))?,
+            unit: if self.plan.has_displacement() {
+                "um"
+            } else {
+                "mA"
+            },
+            error_rms_um: ranking.first().map_or(
+                BeforeAfter {
+                    before: error,
+                    after: error,
+                },
+                |best| best.error_rms_um,
+            ),
             misfit: trial.misfit / self.calm.misfit(0.5),
             solver_error: solver_error(&self.fitted.model, self.plan, RESOLUTION)?,
-            ranking: order
-                .iter()
-                .map(|&i| self.ranked(i, explanation(i), &above, &explanation))
-                .collect(),
+            ranking,
             next_measurement,
         })
     }
@@ -311,137 +334,6 @@ impl<'a> Bench<'a> {
             .fold(0.0, f64::max)
     }
 
-    fn ranked<'e>(
-        &self,
-        index: usize,
-        e: &Explanation,
-        above: &[usize],
-        all: &impl Fn(usize) -> &'e Explanation,
-    ) -> Ranked {
-        let info = e.active.effect.info();
-        let mut widening = (self.space.product(&self.residual, &self.residual) - e.score).max(0.0)
-            / self.calm.misfit(0.5);
-        widening = widening.sqrt().max(1.0);
-        let weight = |score: f64| (0.5 * (score - e.score) / widening).exp();
-        let total: f64 = above.iter().map(|&i| weight(all(i).score)).sum();
-        let strongest = self.effects[index]
-            .1
-            .iter()
-            .map(|d| self.space.product(&d.change, &d.change))
-            .fold(0.0, f64::max);
-        let limit = (self.calm.thresholds[index].max(0.0).sqrt() + 1.64) / strongest.sqrt()
-            * info.parameters[0].start.abs();
-        let parameters = info.parameters.iter().enumerate().map(|(i, p)| {
-            let standard_error = (i == 0).then_some(e.strength_error * widening);
-            (
-                p.symbol.to_string(),
-                Estimate {
-                    value: e.active.values[i],
-                    standard_error,
-                    unit: p.unit.to_string(),
-                },
-            )
-        });
-        let look_alikes: Vec<_> = above
-            .iter()
-            .filter(|&&i| {
-                i != index && all(i).score > 0.5 * e.score && all(i).score < 2.0 * e.score
-            })
-            .map(|&i| self.id(i))
-            .collect();
-        Ranked {
-            effect: self.id(index),
-            score: e.score,
-            threshold: self.calm.thresholds[index],
-            probability: if above.contains(&index) {
-                1.0 / total
-            } else {
-                0.0
-            },
-            detection_limit: (strongest > 1e-3
-                && limit <= info.parameters[0].high.max(-info.parameters[0].low))
-            .then_some(limit),
-            held_out_rms_um: self.held_out_rms(e),
-            plausible: is_plausible(&e.active),
-            parameters: parameters.collect(),
-            why: self.why(index, e, &look_alikes),
-            look_alikes,
-        }
-    }
-
-    fn why(&self, index: usize, e: &Explanation, look_alikes: &[String]) -> String {
-        let info = e.active.effect.info();
-        let misfit = self.space.product(&self.residual, &self.residual);
-        let share = 100.0 * (e.score / (misfit - self.calm.misfit(0.5)).max(1.0)).clamp(0.0, 1.0);
-        let seen = if e.score > self.calm.thresholds[index] {
-            format!(
-                "it explains {share:.0} % of what mirrors with nothing hidden would not show; {}",
-                info.shows
-            )
-        } else {
-            "mirrors with nothing hidden look as much like it".to_owned()
-        };
-        match look_alikes {
-            [] => seen,
-            alike => format!(
-                "{seen}; nearly as well as {}, told apart by: {}",
-                alike.join(", "),
-                info.separates
-            ),
-        }
-    }
-
-    /// Strength, base and approximation from the rows that are kept; the error on the rows held out.
-    fn held_out_rms(&self, e: &Explanation) -> f64 {
-        let (residual, change) = (
-            self.space.unscaled(&self.residual),
-            self.space.unscaled(&e.change),
-        );
-        let (r, g) = (self.kept.vector(&residual), self.kept.vector(&change));
-        let weight = self.kept.product(&g, &g);
-        let times = if weight > 0.0 {
-            self.kept.product(&g, &r) / weight
-        } else {
-            0.0
-        };
-        let left = self.kept.remainder(&(residual - change * times));
-        let judged = held_out_rows(self.plan);
-        let squares = left
-            .iter()
-            .zip(&self.plan.observations)
-            .zip(judged.iter())
-            .filter(|(_, held_out)| **held_out);
-        rms_of(self.plan, squares.map(|((value, o), _)| (*value, o)))
-    }
-
-    /// Errors of the model as it is and with the effect, all parameters fitted together.
-    fn before_and_after(&self, best: Option<&Explanation>) -> Result<BeforeAfter, Runaway> {
-        let size = |fitted: &Fitted| rms(self.plan, fitted.scaled(self.plan).iter().copied());
-        let before = size(&self.fitted);
-        let Some(best) = best else {
-            return Ok(BeforeAfter {
-                before,
-                after: before,
-            });
-        };
-        if let Some(refit) = &best.refit {
-            let after = size(&refit.fitted);
-            return Ok(BeforeAfter { before, after });
-        }
-        let mut with = self.fitted.model.clone();
-        with.effects.push(best.active.clone());
-        let refitted = fit_knobs(
-            &with,
-            self.plan,
-            &self.plan.values(),
-            &knobs(&with, self.plan),
-        )?;
-        Ok(BeforeAfter {
-            before,
-            after: size(&refitted),
-        })
-    }
-
     fn id(&self, index: usize) -> String {
         self.effects[index].0.info().id.to_string()
     }
@@ -454,31 +346,22 @@ fn is_plausible(active: &Active) -> bool {
     value < p.high - margin && (value > p.low + margin || p.low == 0.0)
 }
 
-/// Every other handful of readings is held out, so that what is held out lies between what is kept.
-fn held_out_rows(plan: &Plan) -> DVector<bool> {
-    DVector::from_iterator(
-        plan.observations.len(),
-        plan.observations
-            .iter()
-            .map(|o| o.interval / HANDFUL % 2 == 1),
-    )
-}
-
-/// Root mean square of numbers in units of trust for each observation, again and again.
+/// Root mean square of numbers in units of trust for each observation, again and again: over the displacements, in um, or
+/// where none was measured over the currents, in mA.
 fn rms(plan: &Plan, units_of_trust: impl Iterator<Item = f64>) -> f64 {
-    rms_of(plan, units_of_trust.zip(plan.observations.iter().cycle()))
+    let observed = units_of_trust.zip(plan.observations.iter().cycle());
+    rms_of(observed, plan.has_displacement())
 }
 
-/// Root mean square over the displacements, in um; over the currents, in mA, where no displacement was measured.
-fn rms_of<'o>(plan: &Plan, units_of_trust: impl Iterator<Item = (f64, &'o Observation)>) -> f64 {
-    let (wanted, unit) = if plan.has_displacement() {
-        (true, 1.0)
-    } else {
-        (false, 1e3)
-    };
+/// Root mean square over the displacements, in um, or over the currents, in mA.
+fn rms_of<'o>(
+    units_of_trust: impl Iterator<Item = (f64, &'o Observation)>,
+    displacement: bool,
+) -> f64 {
+    let unit = if displacement { 1.0 } else { 1e3 };
     let (mut sum, mut count) = (0.0, 0usize);
     for (value, o) in units_of_trust {
-        if (o.channel == Channel::Displacement) == wanted {
+        if (o.channel == Channel::Displacement) == displacement {
             sum += (value * trust(o) * unit).powi(2);
             count += 1;
         }

@@ -1,12 +1,20 @@
 //! Adding an effect to a model, or taking it away, with the errors before and after.
 
+use crate::candidate::{directions, scan};
 use crate::compare::{Comparison, compare};
+use crate::ensemble::Ensemble;
+use crate::fit::{fit, jacobian, predict};
 use crate::fit_report::{FitReport, fit_and_report};
+use crate::placebo::{Fall, Placebo, placebo};
 use crate::plan::Plan;
+use crate::space::Space;
 use mirror_model::effect::{Active, Effect};
 use mirror_model::{Model, Runaway};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use serde::Serialize;
 use std::fmt;
+use std::path::Path;
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -37,11 +45,23 @@ pub struct Edit {
     pub after: Comparison,
     /// What the fit of the changed model found.
     pub fit: FitReport,
+    /// What the same addition does on mirrors with nothing hidden; none where something was taken away.
+    pub placebo: Option<Placebo>,
     /// Whether the change pays, in a sentence.
     pub advice: String,
 }
 
-/// Adds an effect and refits everything.
+/// A model before and after, both fitted, and what the change is worth.
+pub struct Changed {
+    /// The model as it was, fitted.
+    pub before: Model,
+    /// The changed model, fitted.
+    pub after: Model,
+    /// Their errors, and whether the change pays.
+    pub edit: Edit,
+}
+
+/// Adds an effect and refits everything. `cache` is as in [`diagnose`](crate::diagnose()).
 ///
 /// # Errors
 /// See [`EditError`].
@@ -50,22 +70,43 @@ pub fn add(
     effect: Arc<dyn Effect>,
     plan: &Plan,
     files: &[String],
-) -> Result<(Model, Edit), EditError> {
+    cache: Option<&Path>,
+) -> Result<Changed, EditError> {
     let id = effect.info().id.to_string();
     if model.effects.iter().any(|active| active.id() == id) {
         return Err(EditError::Present(id));
     }
-    let mut with = model.clone();
-    with.effects.push(Active::usual(effect));
-    change(model, &with, plan, files, |before, after| {
-        if after < (1.0 - WORTHWHILE) * before {
-            format!("with {id} the error falls from {before:.3} to {after:.3} um rms")
-        } else {
-            format!(
-                "{id} does not lower the error ({before:.3} to {after:.3} um rms): better leave it out"
-            )
-        }
-    })
+    let fitted = fit(model, plan)?;
+    let slopes = jacobian(&fitted.model, plan, &fitted.knobs)?;
+    let rows = plan.observations.len();
+    let space = Space::new(
+        &slopes,
+        &DMatrix::zeros(rows, 0),
+        &DVector::repeat(rows, 1.0),
+    );
+    let base = predict(&fitted.model, plan)?;
+    let directions = directions(&effect, &fitted.model, plan, &base, &space);
+    // A fit from one start may stay where it is.
+    let usual = Active::usual(effect);
+    let most = scan(&directions, &space.vector(&fitted.scaled(plan)), &space);
+    let starts = [usual.clone(), most.map_or(usual, |best| best.active)];
+    let fits: Result<Vec<_>, Runaway> = starts
+        .into_par_iter()
+        .map(|start| {
+            let mut with = fitted.model.clone();
+            with.effects.push(start);
+            fit(&with, plan)
+        })
+        .collect();
+    let best = fits?
+        .into_iter()
+        .min_by(|a, b| a.cost(plan).total_cmp(&b.cost(plan)));
+    let with = best.expect("there are starts").model;
+    let mut changed = change(&fitted.model, &with, plan, files)?;
+    let placebo = placebo(&directions, &Ensemble::new(plan, cache)?.0, &space, plan);
+    changed.edit.advice = changed.edit.on_adding(&id, &placebo);
+    changed.edit.placebo = Some(placebo);
+    Ok(changed)
 }
 
 /// Takes an effect away and refits everything.
@@ -77,67 +118,123 @@ pub fn remove(
     id: &str,
     plan: &Plan,
     files: &[String],
-) -> Result<(Model, Edit), EditError> {
+) -> Result<Changed, EditError> {
     let mut without = model.clone();
     without.effects.retain(|active| active.id() != id);
     if without.effects.len() == model.effects.len() {
         return Err(EditError::Absent(id.into()));
     }
-    change(model, &without, plan, files, |before, after| {
-        if after > (1.0 + WORTHWHILE) * before {
-            format!(
-                "without {id} the error rises from {before:.3} to {after:.3} um rms: better keep it"
-            )
-        } else {
-            format!("without {id} the error stays ({before:.3} to {after:.3} um rms)")
-        }
+    let mut changed = change(model, &without, plan, files)?;
+    changed.edit.advice = changed.edit.on_removing(id);
+    Ok(changed)
+}
+
+fn change(old: &Model, new: &Model, plan: &Plan, files: &[String]) -> Result<Changed, EditError> {
+    let (before, _) = fit_and_report(old, plan, files)?;
+    let (after, fit) = fit_and_report(new, plan, files)?;
+    let edit = Edit {
+        before: compare(&before, plan)?,
+        after: compare(&after, plan)?,
+        fit,
+        placebo: None,
+        advice: String::new(),
+    };
+    Ok(Changed {
+        before,
+        after,
+        edit,
     })
 }
 
-fn change(
-    old: &Model,
-    new: &Model,
-    plan: &Plan,
-    files: &[String],
-    advice: impl Fn(f64, f64) -> String,
-) -> Result<(Model, Edit), EditError> {
-    let (old, _) = fit_and_report(old, plan, files)?;
-    let (new, fit) = fit_and_report(new, plan, files)?;
-    let (before, after) = (compare(&old, plan)?, compare(&new, plan)?);
-    let advice = advice(before.rms, after.rms);
-    Ok((
-        new,
-        Edit {
-            before,
-            after,
-            fit,
-            advice,
-        },
-    ))
+impl Edit {
+    /// "from 0.521 to 0.202 um rms, of the currents from ..."
+    fn course(&self) -> String {
+        let (before, after) = (&self.before, &self.after);
+        let all = format!(
+            "from {:.3} to {:.3} {} rms",
+            before.rms, after.rms, before.unit
+        );
+        match (before.unit, before.current_rms_ma, after.current_rms_ma) {
+            ("um", Some(from), Some(to)) => {
+                format!("{all}, that of the currents from {from:.4} to {to:.4} mA")
+            }
+            _ => all,
+        }
+    }
+
+    /// By which part of itself each error falls: of what is compared, and of the currents.
+    fn falls(&self) -> [f64; 2] {
+        let of = |before: f64, after: f64| 1.0 - after / before.max(f64::MIN_POSITIVE);
+        let (before, after) = (self.before.current_rms_ma, self.after.current_rms_ma);
+        [
+            of(self.before.rms, self.after.rms),
+            before
+                .zip(after)
+                .map_or(0.0, |(before, after)| of(before, after)),
+        ]
+    }
+
+    fn on_adding(&self, id: &str, placebo: &Placebo) -> String {
+        let (falls, course) = (self.falls(), self.course());
+        if falls.iter().all(|fall| *fall < WORTHWHILE) {
+            return format!("{id} does not lower the error ({course}): better leave it out");
+        }
+        let most = |fall: Option<Fall>| fall.map_or(0.0, |fall| fall.most);
+        let displacement = placebo.displacement.or(placebo.currents);
+        if falls[0] > most(displacement) || falls[1] > most(placebo.currents) {
+            format!("with {id} the error falls: {course}")
+        } else {
+            format!(
+                "with {id} the error falls: {course}; that alone proves nothing, it falls as much where nothing is hidden"
+            )
+        }
+    }
+
+    fn on_removing(&self, id: &str) -> String {
+        let course = self.course();
+        if self.falls().iter().any(|fall| *fall < -WORTHWHILE) {
+            format!("without {id} the error rises: {course}: better keep it")
+        } else {
+            format!("without {id} the error does not rise: {course}")
+        }
+    }
 }
 
 impl fmt::Display for Edit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let unit = self.before.unit;
+        let currents = unit == "um" && self.before.current_rms_ma.is_some();
+        let heading = if currents {
+            "currents before      after   mA rms"
+        } else {
+            ""
+        };
         writeln!(
             f,
-            "  {:<14} {:>10} {:>10}   um rms",
+            "  {:<14} {:>10} {:>10}   {unit} rms  {heading}",
             "experiment", "before", "after"
         )?;
         for before in &self.before.experiments {
-            let after = self
-                .after
-                .experiments
-                .iter()
-                .find(|after| after.experiment == before.experiment);
-            writeln!(
+            let mut others = self.after.experiments.iter();
+            let Some(after) = others.find(|after| after.experiment == before.experiment) else {
+                continue;
+            };
+            write!(
                 f,
                 "  {:<14} {:>10.3} {:>10.3}",
-                before.experiment,
-                before.rms_um,
-                after.map_or(f64::NAN, |after| after.rms_um)
+                before.experiment, before.rms, after.rms
             )?;
+            match (before.current_rms_ma, after.current_rms_ma) {
+                (Some(before), Some(after)) if currents => {
+                    writeln!(f, "           {before:>15.4} {after:>10.4}")?;
+                }
+                _ => writeln!(f)?,
+            }
         }
         writeln!(f, "  {}", self.advice)?;
+        if let Some(placebo) = &self.placebo {
+            writeln!(f, "  {placebo}")?;
+        }
         write!(f, "{}", self.fit)
     }
 }

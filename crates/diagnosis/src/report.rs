@@ -1,8 +1,8 @@
-//! What a diagnosis says, as data (for `--json`) and in words.
+//! What a diagnosis says, as data.
 
+use crate::placebo::Placebo;
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::fmt;
 
 /// The outcome of a diagnosis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -53,6 +53,13 @@ pub struct Ranked {
     pub detection_limit: Option<f64>,
     /// Root mean square of the misfit on rows kept out of the fit of its strength (um, or mA without a displacement).
     pub held_out_rms_um: f64,
+    /// Errors of the displacement without it, and with it and everything fitted together (of the currents, in mA, where no
+    /// displacement was measured).
+    pub error_rms_um: BeforeAfter,
+    /// The same of the currents, where both were measured.
+    pub current_rms_ma: Option<BeforeAfter>,
+    /// What the same addition does on mirrors with nothing hidden, for effects above their thresholds.
+    pub placebo: Option<Placebo>,
     /// Whether the size that fits is inside what such mirrors can have.
     pub plausible: bool,
     /// Values that fit best.
@@ -81,6 +88,8 @@ pub struct Diagnosis {
     pub effects: Vec<String>,
     /// Size of what lumped equations leave of mirrors like this with nothing hidden.
     pub approximation_rms_um: f64,
+    /// Unit of the errors: `um` of displacement, or `mA` where no displacement was measured.
+    pub unit: &'static str,
     /// The error, without and with the best effect.
     pub error_rms_um: BeforeAfter,
     /// Misfit beyond base and approximation, in units of what mirrors with nothing hidden show (1: like them).
@@ -91,94 +100,4 @@ pub struct Diagnosis {
     pub ranking: Vec<Ranked>,
     /// What would separate the rivals.
     pub next_measurement: Option<NextMeasurement>,
-}
-
-impl fmt::Display for Diagnosis {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let list = self.effects.join(", ");
-        match self.verdict {
-            Verdict::Named => writeln!(f, "Missing: {list}")?,
-            Verdict::Ambiguous => {
-                writeln!(f, "Missing: one of {list}; these data cannot tell which")?
-            }
-            Verdict::Unknown => writeln!(
-                f,
-                "Something is missing, and none of the known effects explains it"
-            )?,
-            Verdict::None => writeln!(
-                f,
-                "Nothing is missing: what is left is noise and the model's approximation"
-            )?,
-        }
-        writeln!(
-            f,
-            "  error {:.3} um, with the best effect {:.3} um",
-            self.error_rms_um.before, self.error_rms_um.after
-        )?;
-        writeln!(
-            f,
-            "  the model's approximation on mirrors with nothing hidden: {:.3} um",
-            self.approximation_rms_um
-        )?;
-        writeln!(
-            f,
-            "  misfit beyond that: {:.2} times what such mirrors show\n",
-            self.misfit
-        )?;
-        writeln!(
-            f,
-            "  {:<22} {:>10} {:>10} {:>6}  size that fits, limit of detection",
-            "effect", "score", "threshold", "share"
-        )?;
-        for ranked in self.ranking.iter().take(8) {
-            writeln!(f, "  {ranked}")?;
-        }
-        for ranked in self
-            .ranking
-            .iter()
-            .filter(|ranked| self.effects.contains(&ranked.effect))
-        {
-            writeln!(f, "\n  {}: {}", ranked.effect, ranked.why)?;
-        }
-        if let Some(next) = &self.next_measurement {
-            writeln!(f, "\nMeasure next: {}\n  {}", next.command, next.why)?;
-        }
-        Ok(())
-    }
-}
-
-impl fmt::Display for Ranked {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            effect,
-            score,
-            threshold,
-            probability,
-            ..
-        } = self;
-        write!(
-            f,
-            "{effect:<22} {score:>10.1} {threshold:>10.1} {:>5.0}% ",
-            100.0 * probability
-        )?;
-        for (symbol, estimate) in &self.parameters {
-            write!(f, " {symbol} {:.3e}", estimate.value)?;
-            if let Some(error) = estimate.standard_error {
-                write!(f, " +- {error:.1e}")?;
-            }
-            write!(
-                f,
-                " {}",
-                if estimate.unit == "1" {
-                    ""
-                } else {
-                    &estimate.unit
-                }
-            )?;
-        }
-        match self.detection_limit {
-            Some(limit) => write!(f, "; limit {limit:.1e}"),
-            None => write!(f, "; invisible here"),
-        }
-    }
 }

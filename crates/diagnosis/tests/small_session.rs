@@ -45,15 +45,16 @@ fn softening_is_found_added_and_gone() {
         found.effects.len() <= 2 && found.effects.iter().any(|id| id == "softening"),
         "{found}"
     );
-    let (with, edit) = add(&paper, find("softening").unwrap(), &plan, &[]).unwrap();
+    let added = add(&paper, find("softening").unwrap(), &plan, &[], None).unwrap();
+    let (with, edit) = (added.after, added.edit);
     assert!(edit.after.rms <= edit.before.rms * 1.001);
     let again = diagnose(&with, &plan, &[], None).unwrap();
     assert!(!again.effects.iter().any(|id| id == "softening"), "{again}");
-    assert!(add(&with, find("softening").unwrap(), &plan, &[]).is_err());
+    assert!(add(&with, find("softening").unwrap(), &plan, &[], None).is_err());
     assert!(
         remove(&with, "softening", &plan, &[])
             .unwrap()
-            .0
+            .after
             .effects
             .is_empty()
     );

@@ -36,4 +36,4 @@ pub use model::{ACTUATORS, Model, Provenance};
 pub use parameter::{Parameters, Symbol};
 pub use piston::{PistonModel, PistonState, RangeError};
 pub use preset::Preset;
-pub use simulate::{Interval, Output, Runaway, simulate};
+pub use simulate::{Interval, Output, Runaway, Simulation, simulate};

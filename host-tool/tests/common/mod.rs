@@ -22,11 +22,17 @@ impl Said {
 
 /// Runs `host-tool` with the boards in `directory`, and no others.
 pub(crate) fn host_tool(directory: &Path, words: &[&str]) -> Said {
+    host_tool_with(directory, words, &[])
+}
+
+/// The same, in an environment with these places.
+pub(crate) fn host_tool_with(directory: &Path, words: &[&str], places: &[(&str, &Path)]) -> Said {
     let output = Command::new(env!("CARGO_BIN_EXE_host-tool"))
         .args(words)
         .env("MIRROR_BOARDS", directory)
         .env_remove("MIRROR_BOARD")
         .env("NO_COLOR", "1")
+        .envs(places.iter().copied())
         .output()
         .expect("the tool runs");
     Said {

@@ -43,7 +43,7 @@ pub(crate) fn diagnosed(case: &Case, cache: &Path) -> Result<Outcome, Box<dyn Er
             if outcome.found.effects.iter().any(|id| id == effect.id()) {
                 outcome.size_is_inside = Some(outcome.holds_the_size(effect)?);
                 if strength == 1.0 && case.instruments == Instruments::With {
-                    outcome.error_ratio = Some(error_ratio(case, effect, &plan)?);
+                    outcome.error_ratio = Some(error_ratio(case, effect, &plan, cache)?);
                 }
             }
         }
@@ -72,7 +72,7 @@ fn both(
         (_, true) => (other, one),
         _ => return Ok(false),
     };
-    let (with, _) = add(paper, listed(first), plan, &[])?;
+    let with = add(paper, listed(first), plan, &[], Some(cache))?.after;
     Ok(holds(&diagnose(&with, plan, &[], Some(cache))?, second))
 }
 
@@ -81,9 +81,14 @@ fn listed(effect: Effect) -> std::sync::Arc<dyn mirror_model::effect::Effect> {
 }
 
 /// Adds an effect as a user would; its error over that of the same mirror with nothing hidden, both fitted.
-fn error_ratio(case: &Case, effect: Effect, plan: &Plan) -> Result<f64, Box<dyn Error>> {
+fn error_ratio(
+    case: &Case,
+    effect: Effect,
+    plan: &Plan,
+    cache: &Path,
+) -> Result<f64, Box<dyn Error>> {
     let paper = Model::from(Preset::Paper);
-    let (_, edit) = add(&paper, listed(effect), plan, &[])?;
+    let edit = add(&paper, listed(effect), plan, &[], Some(cache))?.edit;
     let (_, calm) = fit_and_report(&paper, &case.session(&case.calm())?, &[])?;
     Ok(edit.after.rms / calm.residual_rms_um.unwrap_or(f64::NAN))
 }

@@ -4,11 +4,12 @@ use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 
-use diagnosis::{add, remove};
+use diagnosis::{Edit, add, remove};
 use mirror_model::effect::{Effect, Info, built_in, find};
 use serde::Serialize;
 
-use super::{Lab, own_effect, while_working};
+use super::positioning::Positioning;
+use super::{Lab, cache_directory, own_effect, while_working};
 use crate::cli::EffectCommand;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
@@ -16,6 +17,16 @@ use crate::report;
 
 /// What `effect new` writes: an effect that works as it stands, to be changed.
 const TEMPLATE: &str = include_str!("template.toml");
+
+const REFITTING: &str =
+    "refitting, and doing the same to mirrors with nothing hidden (kept for the next time)";
+
+#[derive(Serialize)]
+struct Edited {
+    #[serde(flatten)]
+    edit: Edit,
+    positioning: Positioning,
+}
 
 #[derive(Serialize)]
 struct List {
@@ -55,11 +66,22 @@ pub(in crate::commands) fn run(command: EffectCommand, json: bool) -> Result<(),
         } => {
             let (effect, lab) = (named(&effect)?, Lab::load(&lab)?);
             let file = NewFile::create(output.output, output.force)?;
-            let (model, edit) = while_working("refitting", json, || {
-                add(&lab.model, effect, &lab.plan, &lab.files)
+            let changed = while_working(REFITTING, json, || {
+                add(
+                    &lab.model,
+                    effect,
+                    &lab.plan,
+                    &lab.files,
+                    Some(&cache_directory()),
+                )
             })?;
-            file.write(&model.to_toml())?;
-            report::print(&edit, json);
+            file.write(&changed.after.to_toml())?;
+            let positioning = Positioning::new(&changed.before, &changed.after);
+            let edited = Edited {
+                edit: changed.edit,
+                positioning,
+            };
+            report::print(&edited, json);
             Ok(())
         }
         EffectCommand::Remove {
@@ -69,11 +91,16 @@ pub(in crate::commands) fn run(command: EffectCommand, json: bool) -> Result<(),
         } => {
             let lab = Lab::load(&lab)?;
             let file = NewFile::create(output.output, output.force)?;
-            let (model, edit) = while_working("refitting", json, || {
+            let changed = while_working("refitting", json, || {
                 remove(&lab.model, &effect, &lab.plan, &lab.files)
             })?;
-            file.write(&model.to_toml())?;
-            report::print(&edit, json);
+            file.write(&changed.after.to_toml())?;
+            let positioning = Positioning::new(&changed.after, &changed.before);
+            let edited = Edited {
+                edit: changed.edit,
+                positioning,
+            };
+            report::print(&edited, json);
             Ok(())
         }
     }
@@ -85,6 +112,12 @@ fn named(id: &str) -> Result<Arc<dyn Effect>, ToolError> {
         return own_effect(Path::new(id));
     }
     find(id).ok_or_else(|| ToolError::NoSuchEffect { id: id.to_owned() })
+}
+
+impl fmt::Display for Edited {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}{}", self.edit, self.positioning)
+    }
 }
 
 impl fmt::Display for List {

@@ -2,6 +2,7 @@
 
 mod effects;
 mod picture;
+mod positioning;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,11 +1,16 @@
 //! The model in time: four actuators on the drives of a measurement, with thermal poles and effects.
 
-use crate::effect::{Active, Acts, Moment, Step};
-use crate::{ACTUATORS, Deflection, Model, Parameters};
+mod lag;
+mod lane;
+mod running;
+
+use crate::effect::Acts;
+use crate::{ACTUATORS, Deflection, Model};
+use lag::{Lag, Secant};
+use lane::Lane;
+use running::{Running, advance, change};
 use thiserror::Error;
 
-/// Thermal poles of an actuator.
-const POLES: usize = 3;
 /// No fixed point of power and temperature takes more rounds than this.
 const ROUNDS: usize = 12;
 /// Temperatures that agree so well are the same.
@@ -64,80 +69,8 @@ pub fn simulate(
         .collect()
 }
 
-/// A first-order lag over one step with an input that runs straight, ready to be used again and again.
-struct Lag {
-    keeps: f64,
-    takes_start: f64,
-    takes_end: f64,
-}
-
-impl Lag {
-    fn new(tau_s: f64, h: f64) -> Self {
-        if tau_s < 1e-9 || h <= 0.0 {
-            return Self {
-                keeps: 0.0,
-                takes_start: 0.0,
-                takes_end: 1.0,
-            };
-        }
-        let keeps = (-h / tau_s).exp();
-        let mean = tau_s / h * (1.0 - keeps);
-        Self {
-            keeps,
-            takes_start: mean - keeps,
-            takes_end: 1.0 - mean,
-        }
-    }
-
-    fn after(&self, x: f64, from: f64, to: f64) -> f64 {
-        self.keeps * x + self.takes_start * from + self.takes_end * to
-    }
-}
-
-/// Finds the fixed point of a function by secants. Where a strong heat loss makes every round overshoot, going from
-/// value to value would run away.
-#[derive(Clone, Copy, Default)]
-struct Secant {
-    last: Option<(f64, f64)>,
-}
-
-impl Secant {
-    /// The next guess, when the function has this value at the last one.
-    fn next(&mut self, guess: f64, value: f64) -> f64 {
-        let off = value - guess;
-        let before = self.last.replace((guess, off));
-        let Some((guess_before, off_before)) = before else {
-            return value;
-        };
-        let slope = (off - off_before) / (guess - guess_before);
-        // Falling, as it is where a fixed point attracts in time; anything else is noise of equal guesses.
-        if slope < -1e-3 && slope.is_finite() {
-            guess - off / slope
-        } else {
-            value
-        }
-    }
-}
-
-struct Lane {
-    parameters: Parameters,
-    weights: [f64; POLES],
-    taus_s: [f64; POLES],
-    poles_k: [f64; POLES],
-    heating_k: f64,
-    now: Moment,
-    current_a: f64,
-}
-
-/// An effect with its states and last inputs, by lane.
-struct Running<'a> {
-    active: &'a Active,
-    acts: Acts,
-    states: Vec<Vec<f64>>,
-    inputs: Vec<f64>,
-}
-
-struct Simulation<'a> {
+/// A model while it runs, from rest, one interval after the other.
+pub struct Simulation<'a> {
     lanes: [Lane; ACTUATORS],
     effects: Vec<Running<'a>>,
     resolution: f64,
@@ -152,7 +85,8 @@ struct Simulation<'a> {
 }
 
 impl<'a> Simulation<'a> {
-    fn new(model: &'a Model, resolution: f64) -> Self {
+    /// A model at rest; for `resolution` see [`simulate`].
+    pub fn new(model: &'a Model, resolution: f64) -> Self {
         let effects = model.effects.iter().map(Running::new).collect();
         let lanes = std::array::from_fn(|index| Lane::new(model.actuator(index).parameters));
         let fastest_s = lanes
@@ -184,7 +118,11 @@ impl<'a> Simulation<'a> {
         self.shape(0.0);
     }
 
-    fn run(&mut self, interval: &Interval) -> Result<Output, Runaway> {
+    /// Runs it over one more interval.
+    ///
+    /// # Errors
+    /// As [`simulate`].
+    pub fn run(&mut self, interval: &Interval) -> Result<Output, Runaway> {
         let mut done_s = 0.0;
         if interval.from_v != self.last_v {
             self.since_jump_s = 0.0;
@@ -357,129 +295,5 @@ impl<'a> Simulation<'a> {
             current_a: std::array::from_fn(|i| self.lanes[i].current_a),
             temperature_rise_k: std::array::from_fn(|i| self.lanes[i].now.temperature_rise_k),
         }
-    }
-}
-
-impl Lane {
-    fn new(parameters: Parameters) -> Self {
-        let p = &parameters;
-        let moment = Moment {
-            resistance_ohm: p.cold_resistance_ohm,
-            cold_resistance_ohm: p.cold_resistance_ohm,
-            thermal_resistance_k_per_w: p.thermal_resistance_k_per_w,
-            curvature_per_k: Deflection::curvature_per_um(p, 1.0),
-            ..Moment::default()
-        };
-        Self {
-            weights: [
-                1.0 - p.middle_weight - p.slow_weight,
-                p.middle_weight,
-                p.slow_weight,
-            ],
-            taus_s: [p.fast_s, p.middle_s, p.slow_s],
-            poles_k: [0.0; POLES],
-            heating_k: 0.0,
-            now: moment,
-            current_a: 0.0,
-            parameters,
-        }
-    }
-
-    fn raw_temperature(&self) -> f64 {
-        self.weights
-            .iter()
-            .zip(self.poles_k)
-            .map(|(weight, pole)| weight * pole)
-            .sum()
-    }
-
-    /// From the temperatures to resistance, current, power and heating.
-    fn electrical(&mut self, index: usize, voltage_v: f64, effects: &[Running]) {
-        let p = &self.parameters;
-        let raw = self.raw_temperature();
-        let now = &mut self.now;
-        now.voltage_v = voltage_v;
-        now.temperature_rise_k = change(effects, Acts::Temperature, index, raw, now);
-        now.grown_resistance_ohm =
-            p.cold_resistance_ohm * p.resistance_coefficient_per_k * now.temperature_rise_k;
-        now.resistance_ohm = p.cold_resistance_ohm + now.grown_resistance_ohm;
-        now.resistance_ohm =
-            change(effects, Acts::Resistance, index, now.resistance_ohm, now).max(1e-3);
-        let heater_v = change(effects, Acts::Voltage, index, voltage_v, now);
-        self.current_a = heater_v / now.resistance_ohm;
-        now.power_w = heater_v * self.current_a;
-        self.heating_k = change(
-            effects,
-            Acts::Heating,
-            index,
-            p.thermal_resistance_k_per_w * now.power_w,
-            now,
-        );
-    }
-}
-
-impl<'a> Running<'a> {
-    fn new(active: &'a Active) -> Self {
-        let lanes = if active.effect.info().acts.on_the_mirror() {
-            1
-        } else {
-            ACTUATORS
-        };
-        let states = vec![vec![0.0; active.effect.states()]; lanes];
-        Self {
-            active,
-            acts: active.effect.info().acts,
-            states,
-            inputs: vec![f64::NAN; lanes],
-        }
-    }
-}
-
-/// The quantity with every effect that acts on it, one after the other.
-fn change(effects: &[Running], acts: Acts, lane: usize, plain: f64, moment: &Moment) -> f64 {
-    effects
-        .iter()
-        .filter(|running| running.acts == acts)
-        .fold(plain, |value, r| {
-            r.active
-                .effect
-                .output(&r.active.values, value, &r.states[lane], moment)
-        })
-}
-
-/// Moves the states of the effects on these quantities on by `h`. A first call, with `h` = 0, only notes the input.
-fn advance(
-    effects: &mut [Running],
-    acts: &[Acts],
-    lane: usize,
-    plain: f64,
-    moment: &Moment,
-    h: f64,
-) {
-    let mut value = plain;
-    for r in effects
-        .iter_mut()
-        .filter(|running| acts.contains(&running.acts))
-    {
-        let (effect, values) = (&r.active.effect, &r.active.values);
-        if h > 0.0 && effect.states() > 0 {
-            let from = if r.inputs[lane].is_nan() {
-                value
-            } else {
-                r.inputs[lane]
-            };
-            effect.advance(
-                values,
-                &mut r.states[lane],
-                &Step {
-                    from,
-                    to: value,
-                    duration_s: h,
-                    moment: *moment,
-                },
-            );
-        }
-        r.inputs[lane] = value;
-        value = effect.output(values, value, &r.states[lane], moment);
     }
 }

@@ -1,7 +1,9 @@
 //! The model lab as a user types it, on sessions of virtual mirrors that share nothing with the
 //! model.
 
+#[path = "../common/mod.rs"]
 mod common;
+mod hidden;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -81,7 +83,11 @@ fn adding_the_effect_that_is_hidden_lowers_the_error_and_removing_it_raises_it()
         let with = with.to_string_lossy();
         let edit = json(&["effect", "add", hidden, "paper", &files, "-o", &with]);
         let rms = |when: &str| edit[when]["rms"].as_f64().expect("an error");
-        assert!(rms("after") < 0.9 * rms("before"), "{hidden}: {edit}");
+        assert!(
+            rms("after") < 0.9 * rms("before"),
+            "{hidden}: {}",
+            edit["advice"]
+        );
         assert!(
             fs::read_to_string(&*with)
                 .expect("a model")
@@ -99,7 +105,7 @@ fn adding_the_effect_that_is_hidden_lowers_the_error_and_removing_it_raises_it()
             &without.to_string_lossy(),
         ]);
         let rms = |when: &str| edit[when]["rms"].as_f64().expect("an error");
-        assert!(rms("after") > rms("before"), "{hidden}: {edit}");
+        assert!(rms("after") > rms("before"), "{hidden}: {}", edit["advice"]);
     }
 }
 

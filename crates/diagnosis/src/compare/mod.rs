@@ -1,0 +1,275 @@
+//! Where a model fails a session: per experiment, per stage of the chain, and in sentences.
+
+mod history;
+mod ladder;
+mod lag;
+mod stages;
+
+use crate::fit::predict;
+use crate::plan::{Channel, Observation, Plan};
+use mirror_model::{ACTUATORS, Model, Runaway};
+use serde::Serialize;
+use std::fmt;
+
+pub use stages::StageErrors;
+
+/// Columns of the course of an error in a terminal.
+const COURSE: usize = 36;
+/// Trends that are smaller than this share of the largest error are none.
+const ALIKE: f64 = 0.25;
+/// Trends that are smaller than so many standard deviations of the noise are none.
+const SURE: f64 = 3.0;
+
+/// What is left of one experiment, in [`Comparison::unit`].
+#[derive(Clone, Debug, Serialize)]
+pub struct ExperimentError {
+    /// The experiment.
+    pub experiment: String,
+    /// Root mean square, measured less modelled.
+    pub rms: f64,
+    /// The largest, with its sign.
+    pub largest: f64,
+    /// The drive where it is largest.
+    pub largest_at_v: f64,
+    /// The time where it is largest, from the file's start.
+    pub largest_at_s: f64,
+    /// The root mean square in percent of the experiment's span; none where nothing moves.
+    pub percent_of_span: Option<f64>,
+    /// The error in the course of the experiment: means over equal numbers of rows.
+    pub course: Vec<f64>,
+    /// Root mean square of the currents' error, where they were measured.
+    pub current_rms_ma: Option<f64>,
+}
+
+/// A comparison, for people and for `--json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Comparison {
+    /// By experiment.
+    pub experiments: Vec<ExperimentError>,
+    /// Unit of the errors: `um` of displacement, or `mA` where no displacement was measured.
+    pub unit: &'static str,
+    /// By stage, where there is current.
+    pub stages: StageErrors,
+    /// What a person would say.
+    pub sentences: Vec<String>,
+    /// Root mean square over the whole session.
+    pub rms: f64,
+    /// Root mean square of the currents' error over the whole session, where they were measured.
+    pub current_rms_ma: Option<f64>,
+}
+
+/// One row of an experiment: its displacement, or the mean of its currents.
+struct Reading {
+    interval: usize,
+    t_s: f64,
+    drive: [f64; ACTUATORS],
+    measured: f64,
+    modelled: f64,
+    noise: f64,
+}
+
+impl Reading {
+    fn error(&self) -> f64 {
+        self.measured - self.modelled
+    }
+}
+
+/// Compares a model, as it is, with a session.
+///
+/// # Errors
+/// [`Runaway`] if the model has no finite answer.
+pub fn compare(model: &Model, plan: &Plan) -> Result<Comparison, Runaway> {
+    let predicted = predict(model, plan)?;
+    let unit = if plan.has_displacement() { "um" } else { "mA" };
+    let readings: Vec<Vec<Reading>> = (0..plan.experiments.len())
+        .map(|index| readings(plan, &predicted, index))
+        .collect();
+    let experiments: Vec<_> = readings
+        .iter()
+        .enumerate()
+        .filter_map(|(index, readings)| experiment(plan, &predicted, readings, index))
+        .collect();
+    let stages = stages::stages(model, plan, &predicted);
+    let mut sentences: Vec<String> = worst(&experiments, unit).into_iter().collect();
+    sentences.extend(ladder::sentences(plan, &readings, unit));
+    sentences.extend(history::sentences(plan, &readings, unit));
+    sentences.extend(lag::sentences(plan, &readings, unit));
+    sentences.extend(stages.sentences());
+    let current_rms_ma = current_rms_ma(plan, &predicted, |_| true);
+    Ok(Comparison {
+        rms: match current_rms_ma {
+            Some(rms) if !plan.has_displacement() => rms,
+            _ => rms(readings.iter().flatten().map(Reading::error)),
+        },
+        experiments,
+        unit,
+        stages,
+        sentences,
+        current_rms_ma,
+    })
+}
+
+fn rms(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0usize), |(sum, count), value| {
+        (sum + value * value, count + 1)
+    });
+    (sum / count.max(1) as f64).sqrt()
+}
+
+/// None where no such current was measured.
+fn current_rms_ma(
+    plan: &Plan,
+    predicted: &[f64],
+    wanted: impl Fn(&Observation) -> bool,
+) -> Option<f64> {
+    let seen = plan.observations.iter().zip(predicted);
+    let errors: Vec<f64> = seen
+        .filter(|(o, _)| o.channel != Channel::Displacement && wanted(o))
+        .map(|(o, p)| 1e3 * (o.value - p))
+        .collect();
+    (!errors.is_empty()).then(|| rms(errors.into_iter()))
+}
+
+/// The displacements of one experiment, or where none was measured the mean currents of its rows.
+fn readings(plan: &Plan, predicted: &[f64], index: usize) -> Vec<Reading> {
+    let mut readings: Vec<(Reading, f64)> = Vec::new();
+    let unit = if plan.has_displacement() { 1.0 } else { 1e3 };
+    for (o, &modelled) in plan.observations.iter().zip(predicted) {
+        let shown = (o.channel == Channel::Displacement) == plan.has_displacement();
+        if o.experiment != index || !shown {
+            continue;
+        }
+        let same_row = readings
+            .last_mut()
+            .filter(|(last, _)| last.interval == o.interval && last.t_s == o.t_s);
+        match same_row {
+            Some((reading, channels)) if !plan.has_displacement() => {
+                let share = 1.0 / (*channels + 1.0);
+                reading.measured += share * (unit * o.value - reading.measured);
+                reading.modelled += share * (unit * modelled - reading.modelled);
+                *channels += 1.0;
+            }
+            _ => readings.push((
+                Reading {
+                    interval: o.interval,
+                    t_s: o.t_s,
+                    drive: plan.drive(o),
+                    measured: unit * o.value,
+                    modelled: unit * modelled,
+                    noise: unit * o.noise,
+                },
+                1.0,
+            )),
+        }
+    }
+    readings.into_iter().map(|(reading, _)| reading).collect()
+}
+
+fn experiment(
+    plan: &Plan,
+    predicted: &[f64],
+    readings: &[Reading],
+    index: usize,
+) -> Option<ExperimentError> {
+    let worst = readings
+        .iter()
+        .max_by(|a, b| a.error().abs().total_cmp(&b.error().abs()))?;
+    let values = || readings.iter().map(|reading| reading.measured);
+    let span = values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min);
+    let rms = rms(readings.iter().map(Reading::error));
+    Some(ExperimentError {
+        experiment: plan.experiments[index].clone(),
+        rms,
+        largest: worst.error(),
+        largest_at_v: highest(worst.drive),
+        largest_at_s: worst.t_s,
+        percent_of_span: (span > SURE * worst.noise).then(|| 100.0 * rms / span),
+        course: course(readings),
+        current_rms_ma: current_rms_ma(plan, predicted, |o| o.experiment == index),
+    })
+}
+
+fn course(readings: &[Reading]) -> Vec<f64> {
+    let size = readings.len().div_ceil(COURSE).max(1);
+    readings
+        .chunks(size)
+        .map(|chunk| chunk.iter().map(Reading::error).sum::<f64>() / chunk.len() as f64)
+        .collect()
+}
+
+/// The course of an error as a line of blocks, the lowest block being its most negative value.
+fn blocks(course: &[f64]) -> String {
+    const BLOCKS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+    let (low, high) = course.iter().fold((0.0_f64, 0.0_f64), |(low, high), v| {
+        (low.min(*v), high.max(*v))
+    });
+    let level = |v: &f64| (7.0 * (v - low) / (high - low).max(1e-9)).round() as usize;
+    course.iter().map(|v| BLOCKS[level(v).min(7)]).collect()
+}
+
+fn highest(drives: [f64; ACTUATORS]) -> f64 {
+    drives.into_iter().fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// The largest error, or the smallest that is worth a word.
+fn scale(readings: &[Reading]) -> (f64, f64) {
+    let largest = readings.iter().map(|r| r.error().abs()).fold(0.0, f64::max);
+    let noise = readings.iter().map(|r| r.noise).fold(0.0, f64::max);
+    (largest, (ALIKE * largest).max(SURE * noise))
+}
+
+/// "too low by 9.2 um": which way a model is off where measured less modelled is `error`.
+fn off(error: f64, unit: &str) -> String {
+    let side = if error > 0.0 { "low" } else { "high" };
+    format!("too {side} by {:.2} {unit}", error.abs())
+}
+
+fn worst(experiments: &[ExperimentError], unit: &str) -> Option<String> {
+    let worst = experiments
+        .iter()
+        .max_by(|a, b| a.largest.abs().total_cmp(&b.largest.abs()))?;
+    Some(format!(
+        "farthest off in {}: the model is {} at {:.2} V, {} s from its start",
+        worst.experiment,
+        off(worst.largest, unit),
+        worst.largest_at_v,
+        (1e4 * worst.largest_at_s).round() / 1e4,
+    ))
+}
+
+impl fmt::Display for Comparison {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let unit = self.unit;
+        let with_currents = self.unit == "um" && self.current_rms_ma.is_some();
+        let heading = if with_currents { "  rms mA" } else { "" };
+        writeln!(
+            f,
+            "  {:<14} {:>9} {:>10} {:>8} {:>10} {:>8}{heading}  measured less modelled, row by row",
+            "experiment",
+            format!("rms {unit}"),
+            format!("largest {unit}"),
+            "at V",
+            "at s",
+            "% span"
+        )?;
+        for e in &self.experiments {
+            let percent = e.percent_of_span.map_or("-".into(), |p| format!("{p:.2}"));
+            write!(
+                f,
+                "  {:<14} {:>9.3} {:>+10.3} {:>8.2} {:>10.4} {percent:>8}",
+                e.experiment, e.rms, e.largest, e.largest_at_v, e.largest_at_s,
+            )?;
+            if with_currents {
+                let rms = e
+                    .current_rms_ma
+                    .map_or("-".into(), |rms| format!("{rms:.4}"));
+                write!(f, "{rms:>8}")?;
+            }
+            writeln!(f, "  {}", blocks(&e.course))?;
+        }
+        for sentence in &self.sentences {
+            writeln!(f, "  {sentence}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,84 @@
+//! The effects of a model while it runs.
+
+use crate::ACTUATORS;
+use crate::effect::{Active, Acts, Moment, Step};
+
+/// An effect with its states and last inputs, by lane.
+pub(super) struct Running<'a> {
+    pub(super) active: &'a Active,
+    pub(super) acts: Acts,
+    pub(super) states: Vec<Vec<f64>>,
+    pub(super) inputs: Vec<f64>,
+}
+
+impl<'a> Running<'a> {
+    pub(super) fn new(active: &'a Active) -> Self {
+        let lanes = if active.effect.info().acts.on_the_mirror() {
+            1
+        } else {
+            ACTUATORS
+        };
+        let states = vec![vec![0.0; active.effect.states()]; lanes];
+        Self {
+            active,
+            acts: active.effect.info().acts,
+            states,
+            inputs: vec![f64::NAN; lanes],
+        }
+    }
+}
+
+/// The quantity with every effect that acts on it, one after the other.
+pub(super) fn change(
+    effects: &[Running],
+    acts: Acts,
+    lane: usize,
+    plain: f64,
+    moment: &Moment,
+) -> f64 {
+    effects
+        .iter()
+        .filter(|running| running.acts == acts)
+        .fold(plain, |value, r| {
+            r.active
+                .effect
+                .output(&r.active.values, value, &r.states[lane], moment)
+        })
+}
+
+/// Moves the states of the effects on these quantities on by `h`. A first call, with `h` = 0, only notes the input.
+pub(super) fn advance(
+    effects: &mut [Running],
+    acts: &[Acts],
+    lane: usize,
+    plain: f64,
+    moment: &Moment,
+    h: f64,
+) {
+    let mut value = plain;
+    for r in effects
+        .iter_mut()
+        .filter(|running| acts.contains(&running.acts))
+    {
+        let (effect, values) = (&r.active.effect, &r.active.values);
+        if h > 0.0 && effect.states() > 0 {
+            let from = if r.inputs[lane].is_nan() {
+                value
+            } else {
+                r.inputs[lane]
+            };
+            effect.advance(
+                values,
+                &mut r.states[lane],
+                &Step {
+                    from,
+                    to: value,
+                    duration_s: h,
+                    moment: *moment,
+                },
+            );
+        }
+        r.inputs[lane] = value;
+        value = effect.output(values, value, &r.states[lane], moment);
+    }
+}

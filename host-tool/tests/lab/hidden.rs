@@ -1,0 +1,190 @@
+//! The sessions of `data/hidden`, asked about as a user asks: compare, diagnose, add what is named, compare again.
+
+use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::common::{host_tool_with, no_boards};
+
+/// Sessions at a time; each computes on all processors for a part of its time.
+const AT_A_TIME: usize = 2;
+/// The effects that a diagnosis can name.
+const LISTED: usize = 20;
+/// So many of the sessions with one listed effect must be named, or stand in a set of at most two: what is found today,
+/// less two.
+const FOUND: usize = 10;
+const SET: usize = 2;
+
+/// What came of one session.
+struct Outcome {
+    session: String,
+    hidden: Vec<String>,
+    verdict: String,
+    effects: Vec<String>,
+    /// Errors before and after adding the first of the effects: displacement (um) and currents (mA).
+    added: Option<[[f64; 2]; 2]>,
+}
+
+impl Outcome {
+    fn is_found(&self) -> bool {
+        self.hidden.iter().any(|id| self.effects.contains(id))
+    }
+}
+
+/// A user at a bench: a directory for models, and a cache of their own.
+struct User {
+    place: TempDir,
+}
+
+impl User {
+    fn asks(&self, words: &[&str]) -> Value {
+        let cache = [("XDG_CACHE_HOME", self.place.path())];
+        let words = [words, &["--json"]].concat();
+        let said = host_tool_with(self.place.path(), &words, &cache);
+        assert_eq!(said.code, 0, "{words:?}: {}", said.err);
+        serde_json::from_str(&said.out).expect("JSON")
+    }
+
+    fn solves(&self, session: &Path, hidden: Vec<String>) -> Outcome {
+        let name = session.file_name().expect("a name").to_string_lossy();
+        let files = session.to_string_lossy();
+        let found = self.asks(&["diagnose", "paper", &files]);
+        let effects = strings(&found["effects"]);
+        let added = effects.first().map(|effect| {
+            let models = ["fitted", "with"].map(|model| {
+                let path = self.place.path().join(format!("{name}-{model}.toml"));
+                path.to_string_lossy().into_owned()
+            });
+            self.asks(&["fit", "paper", &files, "-o", &models[0]]);
+            self.asks(&["effect", "add", effect, "paper", &files, "-o", &models[1]]);
+            models.map(|model| {
+                let compared = self.asks(&["compare", &model, &files]);
+                ["rms", "current_rms_ma"].map(|what| compared[what].as_f64().expect("an error"))
+            })
+        });
+        Outcome {
+            session: name.into_owned(),
+            hidden,
+            verdict: found["verdict"].as_str().expect("a verdict").into(),
+            effects,
+            added,
+        }
+    }
+}
+
+fn strings(list: &Value) -> Vec<String> {
+    let list = list.as_array().expect("a list").iter();
+    list.filter_map(|item| Some(item["id"].as_str().or(item.as_str())?.to_owned()))
+        .collect()
+}
+
+/// Every session with what is hidden in it.
+fn sessions() -> VecDeque<(PathBuf, Vec<String>)> {
+    let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/hidden");
+    let answers = std::fs::read_to_string(directory.join("answers.toml")).expect("answers");
+    let answers: toml::Table = answers.parse().expect("answers in TOML");
+    let session = |(name, hidden): (String, toml::Value)| {
+        (
+            directory.join(name),
+            hidden.try_into().expect("a list of effects"),
+        )
+    };
+    answers.into_iter().map(session).collect()
+}
+
+fn outcomes(user: &User) -> Vec<Outcome> {
+    let mut waiting = sessions();
+    // The first one fills the cache for all: their drives are the same.
+    let (session, hidden) = waiting.pop_front().expect("sessions");
+    let done = Mutex::new(vec![user.solves(&session, hidden)]);
+    let waiting = Mutex::new(waiting);
+    std::thread::scope(|scope| {
+        for _ in 0..AT_A_TIME {
+            scope.spawn(|| {
+                loop {
+                    let next = waiting.lock().expect("no thread failed").pop_front();
+                    let Some((session, hidden)) = next else { break };
+                    let outcome = user.solves(&session, hidden);
+                    done.lock().expect("no thread failed").push(outcome);
+                }
+            });
+        }
+    });
+    let mut outcomes = done.into_inner().expect("no thread failed");
+    outcomes.sort_by(|a, b| a.session.cmp(&b.session));
+    outcomes
+}
+
+#[test]
+fn what_is_hidden_is_found_and_added_and_nothing_else_is_named() {
+    let user = User { place: no_boards() };
+    let listed = strings(&user.asks(&["effect", "list"])["effects"]);
+    assert_eq!(listed.len(), LISTED);
+    let outcomes = outcomes(&user);
+    for o in &outcomes {
+        let hidden = o.hidden.join(" ");
+        let hidden = if hidden.is_empty() {
+            "nothing"
+        } else {
+            &hidden
+        };
+        let added = o.added.map_or(String::new(), |[before, after]| {
+            format!(
+                "{:.3} to {:.3} um, {:.4} to {:.4} mA",
+                before[0], after[0], before[1], after[1]
+            )
+        });
+        println!(
+            "{}  {hidden:<26} {:<10} {:<36} {added}",
+            o.session,
+            o.verdict,
+            o.effects.join(" ")
+        );
+    }
+    let of = |count: usize| outcomes.iter().filter(move |o| o.hidden.len() == count);
+    let is_listed = |o: &&Outcome| listed.contains(&o.hidden[0]);
+    let found = of(1)
+        .filter(is_listed)
+        .filter(|o| o.is_found() && o.effects.len() <= SET)
+        .count();
+    let unknown = |o: &&Outcome| o.verdict == "unknown";
+    let unlisted = || of(1).filter(|o| !is_listed(o));
+    println!(
+        "named, or in a set of at most {SET}: {found} of {}; not in the list and said to be unknown: {} of {}",
+        of(1).filter(is_listed).count(),
+        unlisted().filter(unknown).count(),
+        unlisted().count()
+    );
+
+    assert!(found >= FOUND, "{found} are found, {FOUND} should be");
+    for o in outcomes.iter().filter(|o| o.verdict == "named") {
+        assert!(
+            o.is_found(),
+            "{}: {:?} is named, {:?} is hidden",
+            o.session,
+            o.effects,
+            o.hidden
+        );
+    }
+    for o in of(0) {
+        assert!(
+            o.effects.is_empty(),
+            "{}: {:?} with nothing hidden",
+            o.session,
+            o.effects
+        );
+    }
+    assert!(unlisted().filter(unknown).count() > 0 && unlisted().all(|o| o.verdict != "none"));
+    for o in outcomes.iter().filter(|o| o.verdict == "named") {
+        let [before, after] = o.added.expect("what is named was added");
+        assert!(
+            (0..2).any(|channel| after[channel] < 0.98 * before[channel]),
+            "{}: {} was added, and the error stayed: {before:?} became {after:?}",
+            o.session,
+            o.effects[0]
+        );
+    }
+}
