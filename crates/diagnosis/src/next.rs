@@ -4,10 +4,11 @@ use crate::base::identifiable;
 use crate::fit::{Knob, in_units_of_trust, jacobian, predict, white_noise};
 use crate::plan::{Channel, Observation, Plan};
 use crate::report::NextMeasurement;
-use crate::space::Space;
+use crate::space::{Approximation, Space};
 use mirror_model::effect::Active;
 use mirror_model::{ACTUATORS, Interval, Model};
 use nalgebra::DMatrix;
+use std::sync::Arc;
 
 const NOISE_UM: f64 = 0.02;
 const NOISE_A: f64 = 2e-6;
@@ -77,8 +78,9 @@ fn difference(model: &Model, plan: &Plan, first: &Active, second: &Active) -> Op
     let difference = in_units_of_trust(differences.map(|(a, b)| a - b), plan);
     let knobs: Vec<_> = identifiable(plan).into_iter().map(Knob::Base).collect();
     let slopes = jacobian(model, plan, &knobs).ok()?;
-    let spanning = DMatrix::zeros(difference.len(), 0);
-    let space = Space::new(&slopes, &spanning, &white_noise(plan));
+    let nothing = DMatrix::zeros(difference.len(), 0);
+    let approximation = Approximation::new(&nothing, &white_noise(plan));
+    let space = Space::new(&slopes, &Arc::new(approximation), Vec::new());
     let vector = space.vector(&difference);
     Some(space.product(&vector, &vector).max(0.0).sqrt())
 }

@@ -109,7 +109,7 @@ impl Bench<'_> {
         } else {
             0.0
         };
-        let left = self.kept.remainder(&(residual - change * times));
+        let left = self.kept.remainder(&(&r - &(&g * times)));
         let judged = held_out_rows(self.plan);
         let squares = left
             .iter()
@@ -129,7 +129,8 @@ impl Bench<'_> {
             Some(refit) => refit.fitted.scaled(self.plan),
             None => {
                 let change = self.space.unscaled(&e.change);
-                self.plain.remainder(&(&before - change))
+                self.plain
+                    .remainder(&self.plain.vector(&(&before - change)))
             }
         };
         let size = |left: &DVector<f64>| {
@@ -146,8 +147,10 @@ impl Bench<'_> {
 
     fn placebo(&self, index: usize) -> Placebo {
         let directions = self.effects[index].1.iter();
-        let seen: Vec<_> = directions.map(|d| d.seen_in(&self.plain)).collect();
-        placebo(&seen, &self.spanning, &self.plain, self.plan)
+        let seen: Vec<_> = directions
+            .map(|d| d.weighed_by(&self.space, &self.plain))
+            .collect();
+        placebo(&seen, &self.mirrors, &self.plain, self.plan)
     }
 }
 
