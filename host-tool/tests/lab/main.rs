@@ -197,3 +197,16 @@ fn what_is_not_there_is_told() {
     .unwrap();
     refuses(&["compare", &not_a_model.to_string_lossy(), &files], "warp");
 }
+
+#[test]
+fn every_measurement_that_may_be_proposed_is_a_command_of_the_tool() {
+    for command in diagnosis::commands(3.5) {
+        let words: Vec<&str> = command.split(' ').skip(1).collect();
+        let said = lab(&words);
+        assert!(
+            said.sentence().contains("no board was found"),
+            "{command}: {}",
+            said.err
+        );
+    }
+}
