@@ -26,11 +26,7 @@ pub(crate) fn choose(model: &Model, session: &Plan, rivals: &[Active]) -> Option
         .iter()
         .find(|o| o.channel == Channel::Displacement)
         .map_or(NOISE_UM, |o| o.noise);
-    let top = session
-        .intervals
-        .iter()
-        .flat_map(|interval| interval.to_v)
-        .fold(0.0, f64::max);
+    let top = highest_drive(session);
     let mut experiments = menu(top);
     if !session.has_current() {
         experiments.push(with_currents(session, top));
@@ -57,6 +53,20 @@ pub(crate) fn choose(model: &Model, session: &Plan, rivals: &[Active]) -> Option
         ),
         command: best.command.clone(),
     })
+}
+
+/// What to measure where a session shows next to nothing, if there is a channel that it lacks.
+pub(crate) fn more(session: &Plan) -> Option<NextMeasurement> {
+    let with_currents = with_currents(session, highest_drive(session));
+    (!session.has_current()).then(|| NextMeasurement {
+        why: with_currents.what.into(),
+        command: with_currents.command,
+    })
+}
+
+fn highest_drive(session: &Plan) -> f64 {
+    let drives = session.intervals.iter().flat_map(|interval| interval.to_v);
+    drives.fold(0.0, f64::max)
 }
 
 /// How far two effects' predictions of an experiment differ beyond what the base can hide.
