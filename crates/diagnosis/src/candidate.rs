@@ -21,9 +21,7 @@ const ROUNDS: usize = 5;
 pub struct Direction {
     /// The effect at its usual strength.
     pub active: Active,
-    /// Predictions with it less those without, in units of trust.
-    pub raw: DVector<f64>,
-    /// The same in the session's space.
+    /// Predictions with it less those without, in a space.
     pub change: Vector,
 }
 
@@ -63,12 +61,8 @@ pub fn directions(
     forms(effect)
         .into_par_iter()
         .filter_map(|active| {
-            let raw = change(&active, model, plan, base).ok()?;
-            Some(Direction {
-                active,
-                change: space.vector(&raw),
-                raw,
-            })
+            let change = space.vector(&change(&active, model, plan, base).ok()?);
+            Some(Direction { active, change })
         })
         .collect()
 }
@@ -106,11 +100,19 @@ fn forms(effect: &Arc<dyn Effect>) -> Vec<Active> {
 }
 
 impl Direction {
-    /// The same direction in another space.
+    /// The same direction, so far in one space, in another one that weighs rows in its own way.
+    pub fn weighed_by(&self, so_far: &Space, space: &Space) -> Self {
+        Self {
+            change: space.vector(&so_far.unscaled(&self.change)),
+            active: self.active.clone(),
+        }
+    }
+
+    /// The same direction in another space with the same approximation.
     pub fn seen_in(&self, space: &Space) -> Self {
         Self {
-            change: space.vector(&self.raw),
-            ..self.clone()
+            change: space.of(self.change.clone()),
+            active: self.active.clone(),
         }
     }
 }
@@ -229,8 +231,7 @@ pub fn refit(
     start: &Explanation,
     model: &Model,
     plan: &Plan,
-    spanning: &DMatrix<f64>,
-    white: &DVector<f64>,
+    space: &Space,
     misfit: f64,
 ) -> Option<Explanation> {
     let mut with = model.clone();
@@ -240,7 +241,7 @@ pub fn refit(
     let slopes = jacobian(&fitted.model, plan, &all).ok()?;
     let count = start.active.values.len();
     let base = all.len() - count;
-    let space = Space::new(&slopes.columns(0, base).into_owned(), spanning, white);
+    let space = space.around(&slopes.columns(0, base).into_owned());
     let residual = space.vector(&fitted.scaled(plan));
     let own: Vec<Vector> = (base..all.len())
         .map(|column| space.vector(&slopes.column(column).into_owned()))

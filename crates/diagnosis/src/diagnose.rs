@@ -9,10 +9,10 @@ use crate::judge::{Calm, judges};
 use crate::next;
 use crate::plan::{Channel, Observation, Plan};
 use crate::report::{BeforeAfter, Diagnosis, Verdict};
-use crate::space::{Space, Vector};
+use crate::space::{Approximation, Space, Vector};
 use mirror_model::effect::{Active, Effect, built_in};
 use mirror_model::{Model, Runaway};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 use std::path::Path;
 use std::sync::Arc;
@@ -61,9 +61,8 @@ struct Bench<'a> {
     /// The space in which the base is free, and the approximation is a misfit like any other.
     plain: Space,
     residual: Vector,
-    /// Residuals of the virtual mirrors, and the white noise, in units of trust.
-    spanning: DMatrix<f64>,
-    white: DVector<f64>,
+    /// Residuals of the virtual mirrors, in units of trust.
+    mirrors: DMatrix<f64>,
     effects: Vec<(Arc<dyn Effect>, Vec<Direction>)>,
     calm: Calm,
     approximation_rms: f64,
@@ -86,16 +85,15 @@ impl<'a> Bench<'a> {
         let slopes = jacobian(&fitted.model, plan, &fitted.knobs)?;
         let ensemble = Ensemble::new(plan, cache)?;
         let white = white_noise(plan);
-        let space = Space::new(&slopes, &ensemble.0, &white);
         let kept_noise = white.zip_map(&held_out_rows(plan), |sigma, held_out| {
             if held_out { HIDDEN * sigma } else { sigma }
         });
-        let kept = Space::new(&slopes, &ensemble.0, &kept_noise);
-        let plain = Space::new(
-            &slopes,
-            &DMatrix::zeros(white.len(), 0),
-            &DVector::repeat(white.len(), 1.0),
-        );
+        let approximation = Arc::new(Approximation::new(&ensemble.0, &white));
+        let kept = Arc::new(Approximation::new(&ensemble.0, &kept_noise));
+        let all = || (0..approximation.mirrors()).collect();
+        let space = Space::new(&slopes, &approximation, all());
+        let kept = Space::new(&slopes, &kept, all());
+        let plain = Space::of_base(&slopes);
         let base = predict(&fitted.model, plan)?;
         let residual = space.vector(&fitted.scaled(plan));
         let present = |effect: &Arc<dyn Effect>| {
@@ -114,7 +112,7 @@ impl<'a> Bench<'a> {
                 (effect, directions)
             })
             .collect();
-        let calm = Calm::new(&effects, &judges(&ensemble, &slopes, &white));
+        let calm = Calm::new(&effects, &judges(&slopes, &approximation, &white));
         let approximation_rms = rms(
             plan,
             ensemble
@@ -130,10 +128,9 @@ impl<'a> Bench<'a> {
             kept,
             plain,
             residual,
+            mirrors: ensemble.0,
             effects,
             calm,
-            spanning: ensemble.0,
-            white,
             approximation_rms,
         })
     }
@@ -194,14 +191,7 @@ impl<'a> Bench<'a> {
             .into_par_iter()
             .filter_map(|index| {
                 let start = explanations[index].as_ref()?;
-                let e = refit(
-                    start,
-                    &self.fitted.model,
-                    self.plan,
-                    &self.spanning,
-                    &self.white,
-                    misfit,
-                )?;
+                let e = refit(start, &self.fitted.model, self.plan, &self.space, misfit)?;
                 // A fit in the ordinary sense may end elsewhere than the best in the session's space.
                 (e.score > start.score).then_some((index, e))
             })
@@ -236,7 +226,7 @@ impl<'a> Bench<'a> {
             Vec::new()
         };
         let ranking: Vec<_> = order
-            .iter()
+            .par_iter()
             .map(|&i| self.ranked(i, explanation(i), &above, &explanation))
             .collect();
         let is_seen = |id: &String| {

@@ -10,7 +10,6 @@ use crate::plan::Plan;
 use crate::space::Space;
 use mirror_model::effect::{Active, Effect};
 use mirror_model::{Model, Runaway};
-use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::fmt;
@@ -80,12 +79,7 @@ pub fn add(
     }
     let fitted = fit(model, plan)?;
     let slopes = jacobian(&fitted.model, plan, &fitted.knobs)?;
-    let rows = plan.observations.len();
-    let space = Space::new(
-        &slopes,
-        &DMatrix::zeros(rows, 0),
-        &DVector::repeat(rows, 1.0),
-    );
+    let space = Space::of_base(&slopes);
     let base = predict(&fitted.model, plan)?;
     let directions = directions(&effect, &fitted.model, plan, &base, &space);
     // A fit from one start may stay where it is.

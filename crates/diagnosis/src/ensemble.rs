@@ -1,8 +1,8 @@
 //! What lumped equations leave of mirrors with nothing hidden: the model's approximation, measured.
 
 use crate::base::{identifiable, seeds};
-use crate::family::{self, CALIBRATING};
-use crate::fit::{Knob, best_fit, in_units_of_trust, jacobian, predict, trust};
+use crate::family;
+use crate::fit::{Knob, in_units_of_trust, jacobian, predict, trust};
 use crate::plan::Plan;
 use mirror_model::{Model, Preset, Runaway, simulate};
 use nalgebra::{DMatrix, DVector};
@@ -11,7 +11,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 
 /// Mirrors of the ensemble; a multiple of the number of families.
-pub const MIRRORS: usize = 120;
+pub const MIRRORS: usize = 240;
 /// Quasi-Newton steps from one virtual mirror's fit to another's.
 const STEPS: usize = 20;
 /// Steps between two computations of the Jacobian.
@@ -19,7 +19,7 @@ const REFRESHED: usize = 5;
 /// One mirror in so many is fitted anew from all starts.
 const STUCK: usize = 8;
 /// Changes with whatever changes the residuals, so that an old cache is not taken for a new one.
-const VERSION: u64 = 11;
+const VERSION: u64 = 12;
 
 /// Residuals of the base fitted to virtual mirrors, in units of trust; one mirror a column, the families in turn.
 #[derive(Clone, Debug)]
@@ -45,21 +45,6 @@ impl Ensemble {
         }
         Ok(Self(DMatrix::from_vec(rows, MIRRORS, columns)))
     }
-
-    /// The mirrors of one family, and those of all the others: what approximation is known when a mirror comes from a
-    /// family that nobody has seen.
-    pub fn leave_out(&self, family: usize) -> (DMatrix<f64>, DMatrix<f64>) {
-        let families = CALIBRATING.len();
-        let pick = |wanted: bool| -> Vec<usize> {
-            (0..MIRRORS)
-                .filter(|index| (index % families == family) == wanted)
-                .collect()
-        };
-        (
-            self.0.select_columns(&pick(true)),
-            self.0.select_columns(&pick(false)),
-        )
-    }
 }
 
 fn residuals(plan: &Plan) -> Result<Vec<f64>, Runaway> {
@@ -69,59 +54,86 @@ fn residuals(plan: &Plan) -> Result<Vec<f64>, Runaway> {
         .collect();
     let knobs: Vec<_> = identifiable(plan).into_iter().map(Knob::Base).collect();
     let starts = seeds(&Model::from(Preset::Paper), &identifiable(plan), plan);
-    let start = best_fit(&starts, plan, &mirrors[0], &knobs)?.model;
-    let slopes = jacobian(&start, plan, &knobs)?;
+    let starts: Result<Vec<_>, Runaway> = starts
+        .into_par_iter()
+        .map(|model| {
+            let slopes = jacobian(&model, plan, &knobs)?;
+            Ok(Start { model, slopes })
+        })
+        .collect();
+    let starts = starts?;
+    let first = best(&starts, plan, &knobs, &mirrors[0]);
+    let slopes = jacobian(&first.model, plan, &knobs)?;
+    let model = first.model;
+    let first = Start { model, slopes };
     let columns: Vec<_> = mirrors
         .par_iter()
-        .map(|values| follow(&start, plan, &knobs, &slopes, values))
+        .map(|values| follow(&first, plan, &knobs, values).left)
         .collect();
-    let columns = again(columns, plan, &starts, &mirrors, &knobs)?;
-    Ok(columns.concat())
+    Ok(again(columns, plan, &starts, &mirrors, &knobs).concat())
 }
 
 /// Fits the base anew, from all starts, to the mirrors that are followed worst: some of them are stuck.
 fn again(
     mut columns: Vec<Vec<f64>>,
     plan: &Plan,
-    starts: &[Model],
+    starts: &[Start],
     mirrors: &[Vec<f64>],
     knobs: &[Knob],
-) -> Result<Vec<Vec<f64>>, Runaway> {
-    let cost = |column: &[f64]| column.iter().map(|r| r * r).sum::<f64>();
+) -> Vec<Vec<f64>> {
     let mut worst: Vec<usize> = (0..columns.len()).collect();
     worst.sort_by(|&a, &b| cost(&columns[b]).total_cmp(&cost(&columns[a])));
     worst.truncate(columns.len() / STUCK);
-    let fresh: Result<Vec<_>, Runaway> = worst
+    let fresh: Vec<_> = worst
         .par_iter()
-        .map(|&index| {
-            let fitted = best_fit(starts, plan, &mirrors[index], knobs)?;
-            Ok(fitted.scaled(plan).as_slice().to_vec())
-        })
+        .map(|&index| best(starts, plan, knobs, &mirrors[index]).left)
         .collect();
-    for (index, column) in worst.into_iter().zip(fresh?) {
+    for (index, column) in worst.into_iter().zip(fresh) {
         if cost(&column) < cost(&columns[index]) {
             columns[index] = column;
         }
     }
-    Ok(columns)
+    columns
+}
+
+fn cost(units_of_trust: &[f64]) -> f64 {
+    units_of_trust.iter().map(|r| r * r).sum()
+}
+
+/// A model to fit from, and how its predictions change with each knob.
+#[derive(Clone)]
+struct Start {
+    model: Model,
+    slopes: DMatrix<f64>,
+}
+
+/// A model fitted to a virtual mirror, and what it leaves, in units of trust.
+struct Followed {
+    model: Model,
+    left: Vec<f64>,
+}
+
+/// The best of the fits to a virtual mirror from several starts.
+fn best(starts: &[Start], plan: &Plan, knobs: &[Knob], values: &[f64]) -> Followed {
+    starts
+        .par_iter()
+        .map(|start| follow(start, plan, knobs, values))
+        .min_by(|a, b| cost(&a.left).total_cmp(&cost(&b.left)))
+        .expect("a fit has at least one start")
 }
 
 /// Fits the base to a virtual mirror from the fit to another one: damped steps with Broyden's updates of that one's
 /// Jacobian, which is computed anew only now and then. A third of the price of a fit of its own.
-fn follow(
-    start: &Model,
-    plan: &Plan,
-    knobs: &[Knob],
-    slopes: &DMatrix<f64>,
-    values: &[f64],
-) -> Vec<f64> {
+fn follow(start: &Start, plan: &Plan, knobs: &[Knob], values: &[f64]) -> Followed {
     let scaled = |model: &Model| -> Option<DVector<f64>> {
         let predicted = predict(model, plan).ok()?;
         let left = values.iter().zip(predicted).map(|(v, p)| v - p);
         Some(in_units_of_trust(left, plan))
     };
-    let mut slopes = slopes.clone();
-    let mut model = start.clone();
+    let Start {
+        mut model,
+        mut slopes,
+    } = start.clone();
     let mut left = scaled(&model).expect("the fit that it starts from has an answer");
     let mut damping = 1e-3;
     for round in 1..=STEPS {
@@ -156,7 +168,8 @@ fn follow(
             }
         }
     }
-    left.as_slice().to_vec()
+    let left = left.as_slice().to_vec();
+    Followed { model, left }
 }
 
 /// Two sessions with the same key have the same ensemble: same drives and channels.

@@ -2,9 +2,8 @@
 //! from a family that nobody has seen.
 
 use crate::candidate::{Direction, scan};
-use crate::ensemble::Ensemble;
 use crate::family::CALIBRATING;
-use crate::space::{Space, Vector};
+use crate::space::{Approximation, Space, Vector};
 use mirror_model::effect::Effect;
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
@@ -32,26 +31,31 @@ pub(crate) struct Judge {
 
 /// One judge a family. `slopes` and `white` are the base's directions and the white noise, in units of trust.
 pub(crate) fn judges(
-    ensemble: &Ensemble,
     slopes: &DMatrix<f64>,
+    approximation: &Arc<Approximation>,
     white: &DVector<f64>,
 ) -> Vec<Judge> {
-    (0..CALIBRATING.len())
+    let families = CALIBRATING.len();
+    let noises: Vec<Vector> = (0..approximation.mirrors() / families)
+        .into_par_iter()
+        .map(|turn| {
+            let mut rng = ChaCha8Rng::seed_from_u64(turn as u64);
+            approximation.vector(&white.map(|sigma| {
+                let normal: f64 = StandardNormal.sample(&mut rng);
+                sigma * normal
+            }))
+        })
+        .collect();
+    (0..families)
         .into_par_iter()
         .map(|family| {
-            let (judging, spanning) = ensemble.leave_out(family);
-            let space = Space::new(slopes, &spanning, white);
-            let mut rng = ChaCha8Rng::seed_from_u64(family as u64);
-            let mut noisy = |column: DVector<f64>| {
-                column
-                    + white.map(|sigma| {
-                        let normal: f64 = StandardNormal.sample(&mut rng);
-                        sigma * normal
-                    })
-            };
+            let (judging, spanning): (Vec<_>, Vec<_>) =
+                (0..approximation.mirrors()).partition(|mirror| mirror % families == family);
+            let space = Space::new(slopes, approximation, spanning);
             let quiet = judging
-                .column_iter()
-                .map(|column| space.vector(&noisy(column.into_owned())))
+                .iter()
+                .zip(&noises)
+                .map(|(&mirror, noise)| space.of(&approximation.mirror(mirror) + noise))
                 .collect();
             Judge { space, quiet }
         })

@@ -8,7 +8,6 @@ use crate::report::NextMeasurement;
 use crate::space::Space;
 use mirror_model::Model;
 use mirror_model::effect::{Active, Stage};
-use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 /// Noise of the displacement where the session has none (um).
@@ -80,12 +79,7 @@ fn difference(model: &Model, plan: &Plan, first: &Active, second: &Active) -> Op
     let difference = in_units_of_trust(differences.map(|(a, b)| a - b), plan);
     let knobs: Vec<_> = identifiable(plan).into_iter().map(Knob::Base).collect();
     let slopes = jacobian(model, plan, &knobs).ok()?;
-    let rows = difference.len();
-    let space = Space::new(
-        &slopes,
-        &DMatrix::zeros(rows, 0),
-        &DVector::repeat(rows, 1.0),
-    );
+    let space = Space::of_base(&slopes);
     let vector = space.vector(&difference);
     Some(space.product(&vector, &vector).max(0.0).sqrt())
 }

@@ -64,12 +64,12 @@ pub(crate) fn placebo(
     let errors: Vec<[Errors; 2]> = (0..mirrors.ncols())
         .into_par_iter()
         .map(|mirror| {
-            let residual = space.remainder(&mirrors.column(mirror).into_owned());
-            let left = match scan(directions, &space.vector(&residual), space) {
-                Some(best) => &residual - space.remainder(&space.unscaled(&best.change)),
-                None => residual.clone(),
+            let before = space.vector(&mirrors.column(mirror).into_owned());
+            let after = match scan(directions, &before, space) {
+                Some(best) => &before - &best.change,
+                None => before.clone(),
             };
-            [errors(&residual, plan), errors(&left, plan)]
+            [before, after].map(|vector| errors(&space.remainder(&vector), plan))
         })
         .collect();
     let fall = |channel: usize| {

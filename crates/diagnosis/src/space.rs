@@ -6,68 +6,164 @@
 //! `<g, r>^2/<g, g>` of it. This is whitening with the covariance of the approximation, without forming it.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use rayon::prelude::*;
+use std::sync::Arc;
 
 /// How much further than the virtual mirrors a real one may lie in the directions in which they differ.
 const WIDENING: f64 = 1.5;
+/// Columns of a product that one thread computes at a time.
+const BLOCK: usize = 32;
 
-/// A vector with what the inner product needs of it.
+/// The model's approximation and the noise: what all spaces of a session share. All numbers come in units of trust.
+#[derive(Debug)]
+pub struct Approximation {
+    /// 1 / standard deviation of what is neither base nor approximation.
+    inverse_noise: DVector<f64>,
+    /// Residuals of the virtual mirrors over the noise, one mirror a column.
+    mirrors: DMatrix<f64>,
+    /// Their products with each other.
+    gram: DMatrix<f64>,
+}
+
+impl Approximation {
+    /// From the residuals of virtual mirrors, one a column, and the noise of each row.
+    pub fn new(mirrors: &DMatrix<f64>, noise: &DVector<f64>) -> Self {
+        let inverse_noise = noise.map(|sigma| 1.0 / sigma);
+        let mirrors = weighed(mirrors, &inverse_noise);
+        let starts: Vec<usize> = (0..mirrors.ncols()).step_by(BLOCK).collect();
+        let blocks: Vec<_> = starts
+            .into_par_iter()
+            .map(|start| {
+                let count = BLOCK.min(mirrors.ncols() - start);
+                mirrors.tr_mul(&mirrors.columns(start, count)).data.into()
+            })
+            .collect::<Vec<Vec<f64>>>();
+        let gram = DMatrix::from_vec(mirrors.ncols(), mirrors.ncols(), blocks.concat());
+        Self {
+            inverse_noise,
+            mirrors,
+            gram,
+        }
+    }
+
+    /// How many mirrors there are.
+    pub fn mirrors(&self) -> usize {
+        self.mirrors.ncols()
+    }
+
+    /// What one mirror showed, to be seen in a space.
+    pub fn mirror(&self, index: usize) -> Vector {
+        Vector {
+            scaled: self.mirrors.column(index).into_owned(),
+            along_mirrors: self.gram.column(index).into_owned(),
+            onto: DVector::zeros(0),
+        }
+    }
+
+    /// A vector, to be seen in a space.
+    pub fn vector(&self, units_of_trust: &DVector<f64>) -> Vector {
+        let scaled = units_of_trust.component_mul(&self.inverse_noise);
+        Vector {
+            along_mirrors: self.mirrors.tr_mul(&scaled),
+            scaled,
+            onto: DVector::zeros(0),
+        }
+    }
+}
+
+fn weighed(columns: &DMatrix<f64>, inverse_noise: &DVector<f64>) -> DMatrix<f64> {
+    let mut columns = columns.clone();
+    for mut column in columns.column_iter_mut() {
+        column.component_mul_assign(inverse_noise);
+    }
+    columns
+}
+
+/// A vector with what inner products need of it.
 #[derive(Clone, Debug)]
 pub struct Vector {
+    /// Over the noise.
     scaled: DVector<f64>,
+    /// Its products with all the mirrors.
+    along_mirrors: DVector<f64>,
+    /// What base and approximation can do of it, in one space.
     onto: DVector<f64>,
 }
 
 /// The space of a session's residuals. All vectors come in units of trust.
 #[derive(Debug)]
 pub struct Space {
-    /// 1 / standard deviation of what is neither base nor approximation, in units of trust.
-    inverse_noise: DVector<f64>,
-    nuisance: DMatrix<f64>,
+    approximation: Arc<Approximation>,
+    /// The mirrors that span the approximation here.
+    members: Vec<usize>,
+    base: DMatrix<f64>,
     normal: Cholesky<f64, Dyn>,
 }
 
 impl Space {
-    /// The space with these base directions, these residuals of `SPANNING` mirrors, and this remaining noise.
-    pub fn new(jacobian: &DMatrix<f64>, spanning: &DMatrix<f64>, noise: &DVector<f64>) -> Self {
-        let inverse_noise = noise.map(|sigma| 1.0 / sigma);
-        let base = jacobian.ncols();
-        let members = spanning.ncols();
-        let mut nuisance = DMatrix::zeros(jacobian.nrows(), base + members);
-        nuisance.columns_mut(0, base).copy_from(jacobian);
-        nuisance
-            .columns_mut(base, members)
-            .copy_from(&(spanning * (WIDENING / (members as f64).sqrt())));
-        for mut column in nuisance.column_iter_mut() {
-            column.component_mul_assign(&inverse_noise);
-        }
-        let mut normal = nuisance.tr_mul(&nuisance);
-        for index in 0..base + members {
-            normal[(index, index)] += if index < base {
+    /// The space with these base directions, its approximation spanned by some of the mirrors.
+    pub fn new(
+        jacobian: &DMatrix<f64>,
+        approximation: &Arc<Approximation>,
+        members: Vec<usize>,
+    ) -> Self {
+        let base = weighed(jacobian, &approximation.inverse_noise);
+        let (free, all) = (base.ncols(), base.ncols() + members.len());
+        let weight = weight(members.len());
+        let own = base.tr_mul(&base);
+        let across = base.tr_mul(&approximation.mirrors);
+        let mut normal = DMatrix::from_fn(all, all, |row, column| {
+            match (row.checked_sub(free), column.checked_sub(free)) {
+                (None, None) => own[(row, column)],
+                (None, Some(mirror)) => weight * across[(row, members[mirror])],
+                (Some(mirror), None) => weight * across[(column, members[mirror])],
+                (Some(one), Some(other)) => {
+                    weight * weight * approximation.gram[(members[one], members[other])]
+                }
+            }
+        });
+        for index in 0..all {
+            normal[(index, index)] += if index < free {
                 1e-9 * normal[(index, index)] + 1e-12
             } else {
                 1.0
             };
         }
-        let normal = normal
-            .cholesky()
-            .expect("a Gram matrix with a prior is positive definite");
         Self {
-            inverse_noise,
-            nuisance,
-            normal,
+            approximation: approximation.clone(),
+            members,
+            base,
+            normal: normal
+                .cholesky()
+                .expect("a Gram matrix with a prior is positive definite"),
         }
+    }
+
+    /// A space in which only the base is free, and every row is trusted alike.
+    pub fn of_base(jacobian: &DMatrix<f64>) -> Self {
+        let rows = jacobian.nrows();
+        let nothing = Approximation::new(&DMatrix::zeros(rows, 0), &DVector::repeat(rows, 1.0));
+        Self::new(jacobian, &Arc::new(nothing), Vec::new())
+    }
+
+    /// The same space around another fit, where the base has these directions.
+    pub fn around(&self, jacobian: &DMatrix<f64>) -> Self {
+        Self::new(jacobian, &self.approximation, self.members.clone())
     }
 
     /// A vector of this space.
     pub fn vector(&self, units_of_trust: &DVector<f64>) -> Vector {
-        let scaled = units_of_trust.component_mul(&self.inverse_noise);
-        let onto = self.nuisance.tr_mul(&scaled);
+        self.of(self.approximation.vector(units_of_trust))
+    }
+
+    /// A vector of the approximation, or of another space with the same one, seen in this space.
+    pub fn of(&self, vector: Vector) -> Vector {
         let onto = self
             .normal
             .l_dirty()
-            .solve_lower_triangular(&onto)
+            .solve_lower_triangular(&self.along(&vector))
             .expect("a Cholesky factor is regular");
-        Vector { scaled, onto }
+        Vector { onto, ..vector }
     }
 
     /// `<a, b>`.
@@ -77,14 +173,48 @@ impl Space {
 
     /// A vector in units of trust again.
     pub fn unscaled(&self, vector: &Vector) -> DVector<f64> {
-        vector.scaled.component_div(&self.inverse_noise)
+        vector
+            .scaled
+            .component_div(&self.approximation.inverse_noise)
     }
 
-    /// What of a residual neither base nor approximation explains, in units of trust.
-    pub fn remainder(&self, units_of_trust: &DVector<f64>) -> DVector<f64> {
-        let scaled = units_of_trust.component_mul(&self.inverse_noise);
-        let weights = self.normal.solve(&self.nuisance.tr_mul(&scaled));
-        (scaled - &self.nuisance * weights).component_div(&self.inverse_noise)
+    /// What of a vector neither base nor approximation explains, in units of trust.
+    pub fn remainder(&self, vector: &Vector) -> DVector<f64> {
+        let weights = self.normal.solve(&self.along(vector));
+        let free = self.base.ncols();
+        let mut of_mirrors = DVector::zeros(self.approximation.mirrors());
+        for (mirror, &member) in self.members.iter().enumerate() {
+            of_mirrors[member] = weight(self.members.len()) * weights[free + mirror];
+        }
+        let explained =
+            &self.base * weights.rows(0, free) + &self.approximation.mirrors * of_mirrors;
+        (&vector.scaled - explained).component_div(&self.approximation.inverse_noise)
+    }
+
+    /// Products with what the space leaves free and with its own mirrors.
+    fn along(&self, vector: &Vector) -> DVector<f64> {
+        let of_base = self.base.tr_mul(&vector.scaled);
+        let weight = weight(self.members.len());
+        let of_mirrors = self
+            .members
+            .iter()
+            .map(|&member| weight * vector.along_mirrors[member]);
+        DVector::from_iterator(
+            of_base.len() + self.members.len(),
+            of_base.iter().copied().chain(of_mirrors),
+        )
+    }
+}
+
+/// How far one mirror of so many spans the approximation.
+fn weight(members: usize) -> f64 {
+    WIDENING / (members as f64).sqrt()
+}
+
+impl std::ops::Add for &Vector {
+    type Output = Vector;
+    fn add(self, other: Self) -> Vector {
+        self - &(other * -1.0)
     }
 }
 
@@ -93,6 +223,7 @@ impl std::ops::Sub for &Vector {
     fn sub(self, other: Self) -> Vector {
         Vector {
             scaled: &self.scaled - &other.scaled,
+            along_mirrors: &self.along_mirrors - &other.along_mirrors,
             onto: &self.onto - &other.onto,
         }
     }
@@ -103,6 +234,7 @@ impl std::ops::Mul<f64> for &Vector {
     fn mul(self, factor: f64) -> Vector {
         Vector {
             scaled: &self.scaled * factor,
+            along_mirrors: &self.along_mirrors * factor,
             onto: &self.onto * factor,
         }
     }
@@ -116,7 +248,8 @@ mod tests {
         let jacobian = DMatrix::from_fn(40, 2, |r, c| if c == 0 { 1.0 } else { r as f64 });
         let spanning =
             DMatrix::from_fn(40, 3, |r, c| 50.0 * ((c + 1) as f64 * r as f64 * 0.1).sin());
-        Space::new(&jacobian, &spanning, &DVector::repeat(40, 0.5))
+        let approximation = Approximation::new(&spanning, &DVector::repeat(40, 0.5));
+        Space::new(&jacobian, &Arc::new(approximation), vec![0, 1, 2])
     }
 
     #[test]

@@ -109,7 +109,7 @@ impl Bench<'_> {
         } else {
             0.0
         };
-        let left = self.kept.remainder(&(residual - change * times));
+        let left = self.kept.remainder(&(&r - &(&g * times)));
         let judged = held_out_rows(self.plan);
         let squares = left
             .iter()
@@ -128,8 +128,8 @@ impl Bench<'_> {
         let after = match &e.refit {
             Some(refit) => refit.fitted.scaled(self.plan),
             None => {
-                let residual = self.plain.remainder(&before);
-                let change = self.plain.remainder(&self.space.unscaled(&e.change));
+                let left = |v: &DVector<f64>| self.plain.remainder(&self.plain.vector(v));
+                let (residual, change) = (left(&before), left(&self.space.unscaled(&e.change)));
                 let times = change.dot(&residual) / change.norm_squared().max(f64::MIN_POSITIVE);
                 residual - change * times.clamp(0.0, 1.0)
             }
@@ -148,8 +148,10 @@ impl Bench<'_> {
 
     fn placebo(&self, index: usize) -> Placebo {
         let directions = self.effects[index].1.iter();
-        let seen: Vec<_> = directions.map(|d| d.seen_in(&self.plain)).collect();
-        placebo(&seen, &self.spanning, &self.plain, self.plan)
+        let seen: Vec<_> = directions
+            .map(|d| d.weighed_by(&self.space, &self.plain))
+            .collect();
+        placebo(&seen, &self.mirrors, &self.plain, self.plan)
     }
 }
 

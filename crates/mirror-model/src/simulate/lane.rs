@@ -1,8 +1,9 @@
 //! One actuator: from its temperatures to resistance, current, power and heating.
 
+use super::lag::Lag;
 use super::running::{Running, change};
 use crate::effect::{Acts, Moment};
-use crate::{Deflection, Parameters};
+use crate::{ACTUATORS, Deflection, Parameters};
 
 /// Thermal poles of an actuator.
 pub(super) const POLES: usize = 3;
@@ -15,6 +16,18 @@ pub(super) struct Lane {
     pub(super) heating_k: f64,
     pub(super) now: Moment,
     pub(super) current_a: f64,
+}
+
+/// The lags of every lane's poles over a step; most lanes have the same.
+pub(super) fn lags(lanes: &[Lane; ACTUATORS], h: f64) -> [[Lag; POLES]; ACTUATORS] {
+    let first = lanes[0].taus_s.map(|tau| Lag::new(tau, h));
+    std::array::from_fn(|index| {
+        if lanes[index].taus_s == lanes[0].taus_s {
+            first
+        } else {
+            lanes[index].taus_s.map(|tau| Lag::new(tau, h))
+        }
+    })
 }
 
 impl Lane {
@@ -40,6 +53,20 @@ impl Lane {
             current_a: 0.0,
             parameters,
         }
+    }
+
+    /// How much the heating at the end of a step changes with the heating that was assumed there: a hotter heater has more
+    /// resistance and takes less power.
+    pub(super) fn attraction(&self, lags: &[Lag; POLES]) -> f64 {
+        let arrives: f64 = self
+            .weights
+            .iter()
+            .zip(lags)
+            .map(|(weight, lag)| weight * lag.takes_end)
+            .sum();
+        let p = &self.parameters;
+        -arrives * self.heating_k * p.cold_resistance_ohm * p.resistance_coefficient_per_k
+            / self.now.resistance_ohm
     }
 
     pub(super) fn raw_temperature(&self) -> f64 {

@@ -6,8 +6,8 @@ mod running;
 
 use crate::effect::Acts;
 use crate::{ACTUATORS, Deflection, Model};
-use lag::{Lag, Secant};
-use lane::Lane;
+use lag::Secant;
+use lane::{Lane, lags};
 use running::{Running, advance, change};
 use thiserror::Error;
 
@@ -165,37 +165,36 @@ impl<'a> Simulation<'a> {
     /// Moves the temperatures on by `h`, so that power and temperature agree at its end. With `h` = 0 only the power
     /// changes.
     fn heat(&mut self, voltage_v: [f64; ACTUATORS], h: f64) {
+        let lags = lags(&self.lanes, h);
         let start: [_; ACTUATORS] = std::array::from_fn(|i| {
             let lane = &self.lanes[i];
-            (
-                lane.poles_k,
-                lane.heating_k,
-                lane.taus_s.map(|tau| Lag::new(tau, h)),
-            )
+            (lane.poles_k, lane.heating_k)
         });
-        let mut secants = [Secant::default(); ACTUATORS];
+        let mut secants: [_; ACTUATORS] =
+            std::array::from_fn(|i| Secant::new(self.lanes[i].attraction(&lags[i])));
         for _ in 0..ROUNDS {
             let powers_w = self.lanes.each_ref().map(|lane| lane.now.power_w);
-            let mut moved_k: f64 = 0.0;
+            let (mut moved_k, mut off_k): (f64, f64) = (0.0, 0.0);
             for (index, lane) in self.lanes.iter_mut().enumerate() {
-                let before = (lane.now.temperature_rise_k, lane.heating_k);
+                let before_k = lane.now.temperature_rise_k;
                 let guess = lane.heating_k;
                 lane.now.t_s = self.t_s;
                 lane.now.total_power_w = powers_w.iter().sum();
                 lane.now.opposite_power_w = powers_w[(index + ACTUATORS / 2) % ACTUATORS];
-                let (poles, heating, lags) = &start[index];
+                let (poles, heating) = &start[index];
                 if h > 0.0 {
                     let heating_now = lane.heating_k;
-                    lane.poles_k =
-                        std::array::from_fn(|k| lags[k].after(poles[k], *heating, heating_now));
+                    lane.poles_k = std::array::from_fn(|k| {
+                        lags[index][k].after(poles[k], *heating, heating_now)
+                    });
                 }
                 lane.electrical(index, voltage_v[index], &self.effects);
-                moved_k = moved_k
-                    .max((lane.now.temperature_rise_k - before.0).abs())
-                    .max((lane.heating_k - before.1).abs());
+                moved_k = moved_k.max((lane.now.temperature_rise_k - before_k).abs());
+                off_k = off_k.max((lane.heating_k - guess).abs());
                 lane.heating_k = secants[index].next(guess, lane.heating_k);
             }
-            if moved_k < SAME_K {
+            // Without effects no lane waits for what the others' powers come to.
+            if off_k < SAME_K && (moved_k < SAME_K || self.effects.is_empty()) {
                 break;
             }
         }
