@@ -66,7 +66,7 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
     },
-    /// Build a firmware image and print its size.
+    /// Build a firmware image, print its size, and look for panics in the control tick.
     Build {
         /// The board to build for.
         #[arg(value_enum)]
@@ -133,7 +133,7 @@ fn run(task: Task) -> Result<ExitCode> {
             what: Some(Benchmark::Position),
             ..
         } => positions::run().map(|()| ExitCode::SUCCESS),
-        Task::Build { board } => images::build_and_report(board).map(|_| ExitCode::SUCCESS),
+        Task::Build { board } => images::build_and_check(board).map(|()| ExitCode::SUCCESS),
         Task::HideEffects => hidden::write().map(|()| ExitCode::SUCCESS),
         Task::Flash { log } => flash::run_probe(log).map(|()| ExitCode::SUCCESS),
         Task::RunOnTarget { elf, filters } => on_target::run_elf(&elf, &filters),

@@ -22,8 +22,8 @@ pub(crate) struct BoardWatch {
 }
 
 impl BoardWatch {
-    /// One tick, before which `missed_ticks` did not take place; whether there is a fault.
-    pub(crate) fn check(&mut self, supply: SupplyCode, missed_ticks: u16) -> bool {
+    /// One tick, before which `missed_ticks` did not take place.
+    pub(crate) fn check(&mut self, supply: SupplyCode, missed_ticks: u16) -> Option<Fault> {
         if (LOWEST_SUPPLY.0..=HIGHEST_SUPPLY.0).contains(&supply.0) {
             self.suspect_ticks = 0;
         } else {
@@ -33,11 +33,6 @@ impl BoardWatch {
             .missed
             .saturating_sub(1)
             .saturating_add(missed_ticks.saturating_mul(MISSED_TICK));
-        self.suspect_ticks >= TICKS_TO_TRIP || self.missed >= TOO_MANY
-    }
-
-    /// Which fault the last tick found.
-    pub(crate) fn fault(&self) -> Option<Fault> {
         if self.suspect_ticks >= TICKS_TO_TRIP {
             Some(Fault::SupplyOutOfRange)
         } else if self.missed >= TOO_MANY {
@@ -65,10 +60,9 @@ mod tests {
             let bad = SupplyCode::from_millivolt(millivolt);
             let mut watch = BoardWatch::default();
             for supply in [bad, bad, SOUND, bad, bad] {
-                assert!(!watch.check(supply, 0), "{millivolt} mV");
+                assert_eq!(watch.check(supply, 0), None, "{millivolt} mV");
             }
-            assert!(watch.check(bad, 0));
-            assert_eq!(watch.fault(), Some(Fault::SupplyOutOfRange));
+            assert_eq!(watch.check(bad, 0), Some(Fault::SupplyOutOfRange));
         }
     }
 
@@ -77,13 +71,11 @@ mod tests {
         let mut watch = BoardWatch::default();
         for tick in 0..10_000 {
             let missed = u16::from(tick % 101 == 0);
-            assert!(!watch.check(SOUND, missed), "tick {tick}");
+            assert_eq!(watch.check(SOUND, missed), None, "tick {tick}");
         }
-        for missed in [5, u16::MAX] {
-            watch.clear();
-            assert_eq!(watch.fault(), None);
-            assert!(watch.check(SOUND, missed));
-            assert_eq!(watch.fault(), Some(Fault::TickOverrun));
-        }
+        watch.clear();
+        assert_eq!(watch.check(SOUND, 5), Some(Fault::TickOverrun));
+        watch.clear();
+        assert_eq!(watch.check(SOUND, u16::MAX), Some(Fault::TickOverrun));
     }
 }

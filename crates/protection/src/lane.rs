@@ -86,34 +86,25 @@ impl LaneWatch {
         }
     }
 
-    /// One tick: `code` and `current` were sensed while `drive` was applied. Whether there is a fault.
-    #[inline(always)]
-    pub(crate) fn check(&mut self, drive: Volt, code: AdcCode, current: Ampere) -> bool {
+    /// One tick: `code` and `current` were sensed while `drive` was applied.
+    pub(crate) fn check(&mut self, drive: Volt, code: AdcCode, current: Ampere) -> Option<Fault> {
         self.follow(drive.0);
+        let excess = current.0 > self.highest * self.bounds.highest + CURRENT_MARGIN.0
+            || current.0 > HIGHEST_CURRENT.0;
         let lack = current.0 < self.lowest * self.bounds.least - CURRENT_MARGIN.0;
-        self.suspect_ticks = if self.is_too_much(current) || lack {
-            self.suspect_ticks.saturating_add(1)
+        if excess || lack {
+            self.suspect_ticks = self.suspect_ticks.saturating_add(1);
+            if self.suspect_ticks >= TICKS_TO_TRIP {
+                return Some(if excess {
+                    too_much(code, current)
+                } else {
+                    self.too_little(current)
+                });
+            }
         } else {
-            0
-        };
-        self.frozen.follow(drive, code);
-        self.suspect_ticks >= TICKS_TO_TRIP || self.frozen.is_certain()
-    }
-
-    /// Which fault the last tick found, in which this was sensed.
-    pub(crate) fn fault(&self, code: AdcCode, current: Ampere) -> Option<Fault> {
-        if self.suspect_ticks < TICKS_TO_TRIP {
-            self.frozen.is_certain().then_some(Fault::FrozenSense)
-        } else if self.is_too_much(current) {
-            Some(too_much(code, current))
-        } else {
-            Some(self.too_little(current))
+            self.suspect_ticks = 0;
         }
-    }
-
-    fn is_too_much(&self, current: Ampere) -> bool {
-        current.0 > self.highest * self.bounds.highest + CURRENT_MARGIN.0
-            || current.0 > HIGHEST_CURRENT.0
+        self.frozen.check(drive, code).then_some(Fault::FrozenSense)
     }
 
     /// Forgets what was suspected.
@@ -130,6 +121,7 @@ impl LaneWatch {
         self.lowest = if drive < low { drive } else { low };
     }
 
+    #[cold]
     fn too_little(&self, current: Ampere) -> Fault {
         let below =
             |part: f32| current.0 < self.lowest * self.bounds.cold / part - CURRENT_MARGIN.0;
@@ -143,6 +135,7 @@ impl LaneWatch {
     }
 }
 
+#[cold]
 fn too_much(code: AdcCode, current: Ampere) -> Fault {
     if code.0 >= ADC_SATURATED {
         Fault::ShortCircuit
@@ -163,7 +156,7 @@ struct Frozen {
 }
 
 impl Frozen {
-    fn follow(&mut self, drive: Volt, code: AdcCode) {
+    fn check(&mut self, drive: Volt, code: AdcCode) -> bool {
         if code != self.code {
             *self = Self {
                 code,
@@ -173,9 +166,6 @@ impl Frozen {
         } else if (drive.0 - self.drive.0).abs() > FROZEN_CHANGE.0 {
             self.ticks = self.ticks.saturating_add(1);
         }
-    }
-
-    fn is_certain(&self) -> bool {
         self.ticks >= TICKS_TO_FREEZE
     }
 }

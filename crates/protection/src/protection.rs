@@ -243,24 +243,17 @@ impl Protection {
     }
 
     fn watch(&mut self, applied: &[Volt; LANES], reading: &Reading) {
-        let mut is_found = self.board.check(reading.supply, reading.missed_ticks);
+        let board = self.board.check(reading.supply, reading.missed_ticks);
+        let mut found = [board; LANES];
         for (i, lane) in self.lanes.iter_mut().enumerate() {
-            is_found |= lane.check(applied[i], reading.codes[i], reading.currents[i]);
+            let heater = lane.check(applied[i], reading.codes[i], reading.currents[i]);
+            found[i] = heater.or(found[i]);
         }
         // What follows from the first fault is none of its causes.
-        if is_found && self.phase != Phase::Tripped {
-            self.trip_by(reading);
+        if self.phase != Phase::Tripped && found.iter().any(Option::is_some) {
+            self.causes = found;
+            self.phase = Phase::Tripped;
         }
-    }
-
-    #[cold]
-    fn trip_by(&mut self, reading: &Reading) {
-        let board = self.board.fault();
-        self.causes = core::array::from_fn(|i| {
-            let heater = self.lanes[i].fault(reading.codes[i], reading.currents[i]);
-            heater.or(board)
-        });
-        self.phase = Phase::Tripped;
     }
 
     fn next_phase(&mut self, wanted: Setpoint) -> Phase {
@@ -269,7 +262,7 @@ impl Protection {
             Phase::Starting { ticks_left } if ticks_left > 0 => Phase::Starting {
                 ticks_left: ticks_left - 1,
             },
-            _ if matches!(wanted, Setpoint::Off) => Phase::Idle,
+            _ if wanted == Setpoint::Off => Phase::Idle,
             Phase::Lapsed => Phase::Lapsed,
             _ if self.lease.is_over() => Phase::Lapsed,
             _ => Phase::Enabled,
