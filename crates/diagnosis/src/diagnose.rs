@@ -255,19 +255,29 @@ impl<'a> Bench<'a> {
         } else {
             Vec::new()
         };
+        let ranking: Vec<_> = order
+            .par_iter()
+            .map(|&i| self.ranked(i, explanation(i), &above, &explanation))
+            .collect();
+        let is_seen = |id: &String| {
+            let mut seen = ranking.iter().filter(|r| r.detection_limit.is_some());
+            seen.any(|ranked| ranked.effect == *id)
+        };
+        let invisible: Vec<String> = (0..self.effects.len())
+            .map(|i| self.id(i))
+            .filter(|id| !is_seen(id))
+            .collect();
         let next_measurement = if named.len() > 1 {
             let rivals: Vec<_> = named
                 .iter()
                 .map(|&i| explanation(i).active.clone())
                 .collect();
             next::choose(&self.fitted.model, self.plan, &rivals)
+        } else if verdict == Verdict::None && 2 * invisible.len() > self.effects.len() {
+            next::more(self.plan)
         } else {
             None
         };
-        let ranking: Vec<_> = order
-            .par_iter()
-            .map(|&i| self.ranked(i, explanation(i), &above, &explanation))
-            .collect();
         let error = rms(self.plan, self.fitted.scaled(self.plan).iter().copied());
         Ok(Diagnosis {
             verdict,
@@ -287,6 +297,7 @@ impl<'a> Bench<'a> {
             ),
             misfit: trial.misfit / self.calm.misfit(0.5),
             solver_error: solver_error(&self.fitted.model, self.plan, RESOLUTION)?,
+            invisible,
             ranking,
             next_measurement,
         })

@@ -19,6 +19,8 @@ use thiserror::Error;
 
 /// An error that falls by less than this share of itself has not fallen.
 const WORTHWHILE: f64 = 0.02;
+/// One that falls by less than this has not fallen either (um or mA): no instrument reads it.
+const NOTHING: f64 = 1e-5;
 
 /// Why a model was not changed.
 #[derive(Debug, Error, miette::Diagnostic)]
@@ -160,7 +162,14 @@ impl Edit {
 
     /// By which part of itself each error falls: of what is compared, and of the currents.
     fn falls(&self) -> [f64; 2] {
-        let of = |before: f64, after: f64| 1.0 - after / before.max(f64::MIN_POSITIVE);
+        let of = |before: f64, after: f64| {
+            let fall = before - after;
+            if fall.abs() < NOTHING {
+                0.0
+            } else {
+                fall / before
+            }
+        };
         let (before, after) = (self.before.current_rms_ma, self.after.current_rms_ma);
         [
             of(self.before.rms, self.after.rms),
