@@ -114,6 +114,11 @@ impl Bench {
         &self.board
     }
 
+    /// Whether it is one of this bench's own, emulated ones.
+    pub fn is_emulated(&self) -> bool {
+        self.emulated.is_some()
+    }
+
     /// A directory of this bench's own.
     pub fn directory(&self) -> &Path {
         self.directory.path()

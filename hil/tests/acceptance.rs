@@ -1,6 +1,10 @@
 //! What any driver board must do, asked through the tool as a user does.
 
+use std::thread;
+use std::time::{Duration, Instant};
+
 use hil::Bench;
+use host_tool::board::{Board, choose};
 use serde_json::Value;
 
 fn four(report: &Value, field: &str) -> [f64; 4] {
@@ -145,4 +149,90 @@ fn a_recording_is_a_measurement_file() {
             .all(|row| row.current_a[3].is_some_and(|i| i > 2e-3))
     );
     bench.json(&["off"]);
+}
+
+/// Requests whose round trips are measured.
+const REQUESTS: usize = 500;
+/// USB full speed asks once a millisecond, there and back; the rest is for the host. An emulated board's link depends on
+/// the machine, and is only told.
+const LONGEST_MEDIAN: Duration = Duration::from_millis(10);
+
+#[test]
+fn requests_are_answered_in_time() {
+    let bench = Bench::new();
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .expect("a runtime");
+    let mut trips: Vec<Duration> = runtime.block_on(async {
+        let found = choose(Some(bench.board())).expect("it is there");
+        let board = Board::open(&found).await.expect("it answers");
+        let mut trips = Vec::new();
+        for _ in 0..REQUESTS {
+            let start = Instant::now();
+            board.status().await.expect("it answers");
+            trips.push(start.elapsed());
+        }
+        trips
+    });
+    let total: Duration = trips.iter().sum();
+    trips.sort_unstable();
+    let median = trips[REQUESTS / 2];
+    println!(
+        "round trip: median {median:?}, longest {:?}, {:.0} requests a second",
+        trips[REQUESTS - 1],
+        REQUESTS as f64 / total.as_secs_f64()
+    );
+    assert!(
+        bench.is_emulated() || median <= LONGEST_MEDIAN,
+        "{median:?}"
+    );
+}
+
+#[test]
+fn no_sample_is_lost() {
+    let bench = Bench::new();
+    let dropped = || bench.json(&["status"])["dropped_samples"].clone();
+    let before = dropped();
+    let words = [
+        "record",
+        "-o",
+        "long.csv",
+        "--duration",
+        "2s",
+        "--period",
+        "1ms",
+    ];
+    assert_eq!(bench.json(&words)["samples"], 2000);
+    let text = std::fs::read_to_string(bench.directory().join("long.csv")).expect("a file");
+    let file = measurement::MeasurementFile::parse("long.csv", &text).expect("readable");
+    let lost = file
+        .rows
+        .windows(2)
+        .filter(|pair| (pair[1].t_s - pair[0].t_s - 1e-3).abs() > 1e-9)
+        .count();
+    assert_eq!((file.rows.len(), lost), (2000, 0));
+    assert_eq!(dropped(), before);
+    println!("2000 samples at 1000 a second: none lost");
+}
+
+#[test]
+fn a_host_that_is_lost_leaves_no_drive_behind() {
+    let bench = Bench::new();
+    // It drives under leases of 100 ms, which it renews.
+    let mut measuring = bench.start_tool(&[
+        "measure", "sine", "--mean", "2V", "--cycles", "100000", "--rest", "0s",
+    ]);
+    thread::sleep(Duration::from_secs(2));
+    measuring.kill().expect("it dies");
+    measuring.wait().expect("it is gone");
+    let status = (0..100)
+        .map(|_| {
+            thread::sleep(Duration::from_millis(100));
+            bench.json(&["status"])
+        })
+        .find(|status| status["states"][0] == "ready")
+        .expect("it ramps to zero");
+    assert_eq!(four(&status, "drive_v"), [0.0; 4]);
+    assert_eq!(status["limited_by"], serde_json::json!(["lease-lapsed"]));
 }

@@ -7,6 +7,7 @@ use anyhow::{Context, Result, bail};
 use object::{Object, ObjectSection, SectionFlags, SectionKind};
 
 use crate::cargo::{TARGET, cargo, run, target_directory};
+use crate::panics;
 use crate::setup;
 
 /// What the driver board's image may take of the microcontroller's 512 KB and 96 KB: a quarter of the flash,
@@ -59,8 +60,9 @@ pub(crate) fn build(board: Board) -> Result<PathBuf> {
         .join(board.name()))
 }
 
-/// Builds, prints the size, returns the path, and fails where the driver board's image is over its budget.
-pub(crate) fn build_and_report(board: Board) -> Result<PathBuf> {
+/// Builds, prints the size, and fails where the driver board's image is over its budget or its control tick can
+/// panic.
+pub(crate) fn build_and_check(board: Board) -> Result<()> {
     let image = build(board)?;
     let size = Size::of(&image)?;
     println!("image       flash      static RAM");
@@ -70,13 +72,16 @@ pub(crate) fn build_and_report(board: Board) -> Result<PathBuf> {
         size.flash,
         size.ram
     );
-    if board == Board::Stm32g474 {
-        println!("budget    {FLASH_BUDGET:>7} B       {RAM_BUDGET:>7} B");
-        if size.flash > FLASH_BUDGET || size.ram > RAM_BUDGET {
-            bail!("the image is over its budget");
+    match board {
+        Board::Stm32g474 => {
+            println!("budget    {FLASH_BUDGET:>7} B       {RAM_BUDGET:>7} B");
+            if size.flash > FLASH_BUDGET || size.ram > RAM_BUDGET {
+                bail!("the image is over its budget");
+            }
+            panics::check(&image)
         }
+        Board::Mps2 => panics::check_that_it_finds_one(&image),
     }
-    Ok(image)
 }
 
 /// Bytes that an image takes.

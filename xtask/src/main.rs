@@ -6,6 +6,7 @@ mod diagnoses;
 mod emulate;
 mod flash;
 mod hidden;
+mod hil;
 mod images;
 #[cfg(test)]
 mod layers;
@@ -42,9 +43,13 @@ enum Task {
     Test,
     /// Check a board for acceptance: the one named, or an emulated one.
     Hil {
-        /// The board, as `host-tool list` names it.
+        /// The board, as `host-tool list` names it. Skipped where it is not there.
         #[arg(long)]
         board: Option<String>,
+        /// Resistors of so many ohms are on all channels of that board in place of the mirror: tries drive and sense
+        /// against them, and calibrates the sense.
+        #[arg(long, requires = "board", value_name = "OHM")]
+        resistors: Option<f64>,
     },
     /// Measure what is claimed, and print it.
     Bench {
@@ -61,7 +66,7 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
     },
-    /// Build a firmware image and print its size.
+    /// Build a firmware image, print its size, and look for panics in the control tick.
     Build {
         /// The board to build for.
         #[arg(value_enum)]
@@ -70,7 +75,12 @@ enum Task {
     /// Write the sessions of data/hidden anew.
     HideEffects,
     /// Write the firmware to a connected driver board, with probe-rs.
-    Flash,
+    Flash {
+        /// Stay connected and print the firmware's log (defmt over RTT) until Ctrl-C. `DEFMT_LOG=debug` at the time of the
+        /// build says how much of it there is.
+        #[arg(long)]
+        log: bool,
+    },
     /// Run an ELF of on-target tests under QEMU (cargo's runner for the target).
     #[command(hide = true)]
     RunOnTarget {
@@ -104,7 +114,11 @@ fn run(task: Task) -> Result<ExitCode> {
     match task {
         Task::Emulate(arguments) => emulate::run(&arguments),
         Task::Test => test::run_all().map(|()| ExitCode::SUCCESS),
-        Task::Hil { board } => test::acceptance(board.as_deref()).map(|()| ExitCode::SUCCESS),
+        Task::Hil {
+            board: Some(board),
+            resistors,
+        } => hil::on_board(&board, resistors).map(|()| ExitCode::SUCCESS),
+        Task::Hil { board: None, .. } => hil::on_emulated_boards().map(|()| ExitCode::SUCCESS),
         Task::Bench { what: None, .. } => bench::run().map(|()| ExitCode::SUCCESS),
         Task::Bench {
             what: Some(Benchmark::Diagnose),
@@ -119,9 +133,9 @@ fn run(task: Task) -> Result<ExitCode> {
             what: Some(Benchmark::Position),
             ..
         } => positions::run().map(|()| ExitCode::SUCCESS),
-        Task::Build { board } => images::build_and_report(board).map(|_| ExitCode::SUCCESS),
+        Task::Build { board } => images::build_and_check(board).map(|()| ExitCode::SUCCESS),
         Task::HideEffects => hidden::write().map(|()| ExitCode::SUCCESS),
-        Task::Flash => flash::run_probe().map(|()| ExitCode::SUCCESS),
+        Task::Flash { log } => flash::run_probe(log).map(|()| ExitCode::SUCCESS),
         Task::RunOnTarget { elf, filters } => on_target::run_elf(&elf, &filters),
     }
 }

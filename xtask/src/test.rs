@@ -6,14 +6,11 @@ use std::time::Instant;
 use anyhow::{Context, Result, ensure};
 
 use crate::cargo::{TARGET, cargo, run};
+use crate::hil;
 use crate::images::{self, Board};
-use crate::panics;
 use crate::setup;
-use crate::tool;
 
 const FIRMWARE: &str = "mirror-firmware";
-/// Needs an emulated board, so it runs after the images are built.
-const ACCEPTANCE: &str = "hil";
 /// Suites of on-target tests.
 const ON_TARGET: [&str; 3] = ["approximations", "core", "protocol"];
 
@@ -38,9 +35,10 @@ const STEPS: [Step; 7] = [
         check_images,
     ),
     ("tests on the target", on_target),
-    ("end-to-end tests on the emulated board", || {
-        acceptance(None)
-    }),
+    (
+        "end-to-end tests on the emulated board",
+        hil::on_emulated_boards,
+    ),
     ("documentation", documentation),
 ];
 
@@ -64,24 +62,6 @@ pub(crate) fn run_all() -> Result<()> {
         start.elapsed().as_secs_f64()
     );
     Ok(())
-}
-
-/// The acceptance checks, on the board named `board` or on emulated ones.
-pub(crate) fn acceptance(board: Option<&str>) -> Result<()> {
-    tool::build()?;
-    let mut tests = cargo(&["test", "--package", ACCEPTANCE]);
-    match board {
-        Some(board) => {
-            tests
-                .args(["--test", "acceptance"])
-                .env("MIRROR_BOARD", board);
-        }
-        None => {
-            images::build(Board::Mps2)?;
-            tests.env_remove("MIRROR_BOARD");
-        }
-    }
-    run(&mut tests)
 }
 
 /// The fuzzer, with every check that a debug build makes.
@@ -121,13 +101,13 @@ fn on_host() -> Result<()> {
         "--exclude",
         FIRMWARE,
         "--exclude",
-        ACCEPTANCE,
+        hil::PACKAGE,
     ]))
 }
 
 fn check_images() -> Result<()> {
-    panics::check(&images::build_and_report(Board::Stm32g474)?)?;
-    panics::check_that_it_finds_one(&images::build_and_report(Board::Mps2)?)
+    images::build_and_check(Board::Stm32g474)?;
+    images::build_and_check(Board::Mps2)
 }
 
 fn on_target() -> Result<()> {

@@ -33,6 +33,7 @@ mod lag;
 mod lane;
 pub mod limits;
 mod memory;
+mod named;
 mod output;
 mod path;
 pub mod sense;

@@ -1,62 +1,32 @@
 //! Limits: what kept an output from being what was asked. A limit is not a fault; the mirror stays
 //! under control.
 
-/// One limit that can act on a command.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[repr(u8)]
-pub enum Limit {
-    /// The position asked for is below rest (0 um).
-    PositionLow = 0,
-    /// The position asked for is above the top of the calibrated range.
-    PositionHigh = 1,
-    /// The drive asked for is below 0 V.
-    DriveLow = 2,
-    /// The drive would be above the highest voltage allowed.
-    DriveHigh = 3,
-    /// The command was not a number; it is taken as rest.
-    NotANumber = 4,
-    /// The lease of the last command ended without renewal, so all channels ramped to zero.
-    LeaseLapsed = 5,
-    /// The position would be reached in time only with more power than is allowed.
-    PowerHigh = 6,
-    /// The position would be hotter than is allowed.
-    TemperatureHigh = 7,
-    /// The mirror cools no faster, and nothing but time does it.
-    Cooling = 8,
-    /// What a current tells of its heater's resistance is implausible; the calibration's is used.
-    ResistanceUnknown = 9,
-}
+use crate::named;
 
-impl Limit {
-    /// Every limit, in the order of its bit.
-    pub const ALL: [Self; 10] = [
-        Self::PositionLow,
-        Self::PositionHigh,
-        Self::DriveLow,
-        Self::DriveHigh,
-        Self::NotANumber,
-        Self::LeaseLapsed,
-        Self::PowerHigh,
-        Self::TemperatureHigh,
-        Self::Cooling,
-        Self::ResistanceUnknown,
-    ];
-
-    /// The name that people see and scripts use.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::PositionLow => "position-low",
-            Self::PositionHigh => "position-high",
-            Self::DriveLow => "drive-low",
-            Self::DriveHigh => "drive-high",
-            Self::NotANumber => "not-a-number",
-            Self::LeaseLapsed => "lease-lapsed",
-            Self::PowerHigh => "power-high",
-            Self::TemperatureHigh => "temperature-high",
-            Self::Cooling => "cooling",
-            Self::ResistanceUnknown => "resistance-unknown",
-        }
+named! {
+    /// One limit that can act on a command.
+    #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+    pub enum Limit {
+        /// The position asked for is below rest (0 um).
+        PositionLow = "position-low",
+        /// The position asked for is above the top of the calibrated range.
+        PositionHigh = "position-high",
+        /// The drive asked for is below 0 V.
+        DriveLow = "drive-low",
+        /// The drive would be above the highest voltage allowed.
+        DriveHigh = "drive-high",
+        /// The command was not a number; it is taken as rest.
+        NotANumber = "not-a-number",
+        /// The lease of the last command ended without renewal, so all channels ramped to zero.
+        LeaseLapsed = "lease-lapsed",
+        /// The position would be reached in time only with more power than is allowed.
+        PowerHigh = "power-high",
+        /// The position would be hotter than is allowed.
+        TemperatureHigh = "temperature-high",
+        /// The mirror cools no faster, and nothing but time does it.
+        Cooling = "cooling",
+        /// What a current tells of its heater's resistance is implausible; the calibration's is used.
+        ResistanceUnknown = "resistance-unknown",
     }
 }
 

@@ -150,6 +150,32 @@ pub fn seeds(model: &Model, free: &[Free], plan: &Plan) -> Vec<Model> {
         .collect()
 }
 
+/// A fitted model with each of the sets of time constants that fits start from: the best fit without an effect may lie far
+/// from the best one with it.
+pub fn restarts(fitted: &Model, free: &[Free]) -> Vec<Model> {
+    TIMES
+        .iter()
+        .map(|&times| {
+            let mut model = fitted.clone();
+            for &parameter in free {
+                if let Some(usual) = usual(parameter.symbol(), times) {
+                    parameter.set(&mut model, usual);
+                }
+            }
+            model
+        })
+        .collect()
+}
+
+fn usual(symbol: Symbol, (fast_s, weight, middle_s): (f64, f64, f64)) -> Option<f64> {
+    match symbol {
+        Symbol::FastTime => Some(fast_s),
+        Symbol::MiddleWeight => Some(weight),
+        Symbol::MiddleTime => Some(middle_s),
+        _ => None,
+    }
+}
+
 fn seed(model: &Model, free: &[Free], plan: &Plan, times: (f64, f64, f64)) -> Model {
     let mut model = model.clone();
     for &parameter in free {
@@ -158,13 +184,9 @@ fn seed(model: &Model, free: &[Free], plan: &Plan, times: (f64, f64, f64)) -> Mo
         {
             parameter.set(&mut model, ohm);
         }
-        let usual = match parameter.symbol() {
-            Symbol::FastTime => times.0,
-            Symbol::MiddleWeight => times.1,
-            Symbol::MiddleTime => times.2,
-            _ => continue,
-        };
-        if parameter.get(&model) <= 0.0 {
+        if let Some(usual) = usual(parameter.symbol(), times)
+            && parameter.get(&model) <= 0.0
+        {
             parameter.set(&mut model, usual);
         }
     }

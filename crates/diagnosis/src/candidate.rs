@@ -11,6 +11,8 @@ use std::sync::Arc;
 
 /// Starts for each parameter of an effect's form, between its bounds.
 const STARTS: usize = 8;
+/// Starts for a frequency: what rings is only found from within its line.
+const STARTS_OF_A_FREQUENCY: usize = 32;
 /// A parameter costs so much of the drop of the misfit (half of it is AIC's price, two thirds of it BIC's for 8000 rows).
 pub const PRICE: f64 = 6.0;
 /// Rounds of refinement from the best start.
@@ -72,15 +74,19 @@ fn forms(effect: &Arc<dyn Effect>) -> Vec<Active> {
     let parameters = effect.info().parameters.clone();
     let mut forms = vec![Active::usual(effect.clone())];
     for (index, parameter) in parameters.iter().enumerate().skip(1) {
+        let starts = match index {
+            1 if parameter.unit == "Hz" => STARTS_OF_A_FREQUENCY,
+            1 => STARTS,
+            _ => 1,
+        };
         let spread = |step: usize| {
-            let share = (step as f64 + 0.5) / STARTS as f64;
+            let share = (step as f64 + 0.5) / starts as f64;
             if parameter.low > 0.0 {
                 parameter.low * (parameter.high / parameter.low).powf(share)
             } else {
                 parameter.low + share * (parameter.high - parameter.low)
             }
         };
-        let starts = if index == 1 { STARTS } else { 1 };
         forms = forms
             .iter()
             .flat_map(|form| {

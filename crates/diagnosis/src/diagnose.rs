@@ -2,6 +2,7 @@
 
 mod ranking;
 
+use crate::base::{identifiable, restarts};
 use crate::candidate::{Direction, Explanation, directions, refine, refit, scan};
 use crate::ensemble::{Ensemble, solver_error};
 use crate::fit::{Fitted, RESOLUTION, fit, jacobian, predict, trust, white_noise};
@@ -29,6 +30,8 @@ const HIDDEN: f64 = 1e6;
 /// Candidates that are fitted together with the base: those whose refined score is this share of the best, so many at most.
 const WORTH_REFITTING: f64 = 0.4;
 const REFITTED: usize = 5;
+/// Of these, so many are fitted from other time constants too, where none explains the misfit.
+const RESTARTED: usize = 3;
 /// Candidates that are refined: those whose scanned score is this share of the best.
 const WORTH_REFINING: f64 = 0.25;
 
@@ -172,34 +175,61 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// The best explanations with base and effect fitted together.
+    /// The best explanations with base and effect fitted together; where none of them explains the misfit, from other time
+    /// constants too.
     fn refitted(
         &self,
         mut explanations: Vec<Option<Explanation>>,
         misfit: f64,
     ) -> Vec<Option<Explanation>> {
-        let score = |index: usize| explanations[index].as_ref().map_or(0.0, |e| e.score);
+        let score = |explanations: &[Option<Explanation>], index: usize| {
+            explanations[index].as_ref().map_or(0.0, |e| e.score)
+        };
         let mut order: Vec<usize> = (0..explanations.len()).collect();
-        order.sort_by(|&a, &b| score(b).total_cmp(&score(a)));
-        let best = order.first().map_or(0.0, |&index| score(index));
+        order.sort_by(|&a, &b| score(&explanations, b).total_cmp(&score(&explanations, a)));
+        let Some(&first) = order.first() else {
+            return explanations;
+        };
+        let best = score(&explanations, first);
         order.retain(|&index| {
-            score(index) > WORTH_REFITTING * best
-                && score(index) > 0.5 * self.calm.thresholds[index]
+            let score = score(&explanations, index);
+            score > WORTH_REFITTING * best && score > 0.5 * self.calm.thresholds[index]
         });
         order.truncate(REFITTED);
+        let fitted = std::slice::from_ref(&self.fitted.model);
+        self.refit_from(fitted, &mut explanations, &order, misfit);
+        let explains = |&index: &usize| self.calm.explains(misfit, score(&explanations, index));
+        if !order.iter().any(explains) {
+            order.truncate(RESTARTED);
+            let starts = restarts(&self.fitted.model, &identifiable(self.plan));
+            self.refit_from(&starts, &mut explanations, &order, misfit);
+        }
+        explanations
+    }
+
+    /// Replaces explanations by better ones, fitted together with the base from these starts.
+    fn refit_from(
+        &self,
+        starts: &[Model],
+        explanations: &mut [Option<Explanation>],
+        order: &[usize],
+        misfit: f64,
+    ) {
         let better: Vec<_> = order
-            .into_par_iter()
-            .filter_map(|index| {
-                let start = explanations[index].as_ref()?;
-                let e = refit(start, &self.fitted.model, self.plan, &self.space, misfit)?;
+            .par_iter()
+            .filter_map(|&index| {
+                let so_far = explanations[index].as_ref()?;
+                let refits = starts
+                    .par_iter()
+                    .filter_map(|model| refit(so_far, model, self.plan, &self.space, misfit));
+                let best = refits.max_by(|a, b| a.score.total_cmp(&b.score))?;
                 // A fit in the ordinary sense may end elsewhere than the best in the session's space.
-                (e.score > start.score).then_some((index, e))
+                (best.score > so_far.score).then_some((index, best))
             })
             .collect();
         for (index, e) in better {
             explanations[index] = Some(e);
         }
-        explanations
     }
 
     fn conclude(&self, trial: Trial) -> Result<Diagnosis, Runaway> {
@@ -225,19 +255,29 @@ impl<'a> Bench<'a> {
         } else {
             Vec::new()
         };
+        let ranking: Vec<_> = order
+            .par_iter()
+            .map(|&i| self.ranked(i, explanation(i), &above, &explanation))
+            .collect();
+        let is_seen = |id: &String| {
+            let mut seen = ranking.iter().filter(|r| r.detection_limit.is_some());
+            seen.any(|ranked| ranked.effect == *id)
+        };
+        let invisible: Vec<String> = (0..self.effects.len())
+            .map(|i| self.id(i))
+            .filter(|id| !is_seen(id))
+            .collect();
         let next_measurement = if named.len() > 1 {
             let rivals: Vec<_> = named
                 .iter()
                 .map(|&i| explanation(i).active.clone())
                 .collect();
             next::choose(&self.fitted.model, self.plan, &rivals)
+        } else if verdict == Verdict::None && 2 * invisible.len() > self.effects.len() {
+            next::more(self.plan)
         } else {
             None
         };
-        let ranking: Vec<_> = order
-            .par_iter()
-            .map(|&i| self.ranked(i, explanation(i), &above, &explanation))
-            .collect();
         let error = rms(self.plan, self.fitted.scaled(self.plan).iter().copied());
         Ok(Diagnosis {
             verdict,
@@ -257,6 +297,7 @@ impl<'a> Bench<'a> {
             ),
             misfit: trial.misfit / self.calm.misfit(0.5),
             solver_error: solver_error(&self.fitted.model, self.plan, RESOLUTION)?,
+            invisible,
             ranking,
             next_measurement,
         })

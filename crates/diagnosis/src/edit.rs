@@ -1,16 +1,16 @@
 //! Adding an effect to a model, or taking it away, with the errors before and after.
 
+use crate::base::{identifiable, restarts};
 use crate::candidate::{directions, scan};
 use crate::compare::{Comparison, compare};
 use crate::ensemble::Ensemble;
-use crate::fit::{fit, jacobian, predict};
+use crate::fit::{best_fit, fit, jacobian, knobs, predict};
 use crate::fit_report::{FitReport, fit_and_report};
 use crate::placebo::{Fall, Placebo, placebo};
 use crate::plan::Plan;
 use crate::space::Space;
 use mirror_model::effect::{Active, Effect};
 use mirror_model::{Model, Runaway};
-use rayon::prelude::*;
 use serde::Serialize;
 use std::fmt;
 use std::path::Path;
@@ -19,6 +19,8 @@ use thiserror::Error;
 
 /// An error that falls by less than this share of itself has not fallen.
 const WORTHWHILE: f64 = 0.02;
+/// One that falls by less than this has not fallen either (um or mA): no instrument reads it.
+const NOTHING: f64 = 1e-5;
 
 /// Why a model was not changed.
 #[derive(Debug, Error, miette::Diagnostic)]
@@ -83,20 +85,22 @@ pub fn add(
     // A fit from one start may stay where it is.
     let usual = Active::usual(effect);
     let most = scan(&directions, &space.vector(&fitted.scaled(plan)), &space);
-    let starts = [usual.clone(), most.map_or(usual, |best| best.active)];
-    let fits: Result<Vec<_>, Runaway> = starts
-        .into_par_iter()
-        .map(|start| {
-            let mut with = fitted.model.clone();
-            with.effects.push(start);
-            fit(&with, plan)
+    let actives = [usual.clone(), most.map_or(usual, |best| best.active)];
+    let bases = restarts(&fitted.model, &identifiable(plan))
+        .into_iter()
+        .chain([fitted.model.clone()]);
+    let starts: Vec<Model> = bases
+        .flat_map(|base| {
+            actives.iter().map(move |active| {
+                let mut with = base.clone();
+                with.effects.push(active.clone());
+                with
+            })
         })
         .collect();
-    let best = fits?
-        .into_iter()
-        .min_by(|a, b| a.cost(plan).total_cmp(&b.cost(plan)));
-    let with = best.expect("there are starts").model;
-    let mut changed = change(&fitted.model, &with, plan, files)?;
+    let all = knobs(&starts[0], plan);
+    let best = best_fit(&starts, plan, &plan.values(), &all)?;
+    let mut changed = change(&fitted.model, &best.model, plan, files)?;
     let placebo = placebo(&directions, &Ensemble::new(plan, cache)?.0, &space, plan);
     changed.edit.advice = changed.edit.on_adding(&id, &placebo);
     changed.edit.placebo = Some(placebo);
@@ -158,7 +162,14 @@ impl Edit {
 
     /// By which part of itself each error falls: of what is compared, and of the currents.
     fn falls(&self) -> [f64; 2] {
-        let of = |before: f64, after: f64| 1.0 - after / before.max(f64::MIN_POSITIVE);
+        let of = |before: f64, after: f64| {
+            let fall = before - after;
+            if fall.abs() < NOTHING {
+                0.0
+            } else {
+                fall / before
+            }
+        };
         let (before, after) = (self.before.current_rms_ma, self.after.current_rms_ma);
         [
             of(self.before.rms, self.after.rms),

@@ -75,7 +75,7 @@ fn draw_mirror(seed: u64) -> MirrorConfig {
     };
     config.plate.air_loss_uw_k *= factor(0.4);
     // How long the plate takes to follow decides what of its warming looks like the chip's.
-    config.plate.silicon_um *= factor(0.6);
+    config.plate.silicon_um *= factor(0.9);
     // How well the isolation isolates decides how uneven the heat is, and with it how straight R(P).
     let (air, uneven, isolation) = (factor(0.3), factor(0.2), factor(0.8));
     // One actuator is several beams side by side: their heat capacity, and with it all times, vary more than their losses.

@@ -47,8 +47,12 @@ pub fn fit_and_report(
 ) -> Result<(Model, FitReport), Runaway> {
     let mut fitted = fit(model, plan)?;
     let covariance = note_errors(&mut fitted, plan)?;
+    let mut parameters = known_errors(&fitted, &covariance);
+    if !plan.has_displacement() {
+        parameters = as_products(parameters, &fitted.model);
+    }
     let report = FitReport {
-        parameters: known_errors(&fitted, &covariance),
+        parameters,
         correlations: correlations(&fitted, &covariance),
         inseparable: inseparable(&fitted.model, plan)?,
         residual_rms_um: rms(&fitted, plan, true),
@@ -112,6 +116,26 @@ pub(crate) fn known_errors(
         .collect()
 }
 
+/// Voltage and current alone do not tell R_T, only its product with xi.
+fn as_products(
+    parameters: BTreeMap<String, Estimate>,
+    model: &Model,
+) -> BTreeMap<String, Estimate> {
+    let xi = model.parameters.resistance_coefficient_per_k;
+    let product = |(name, estimate): (String, Estimate)| {
+        if name.split('.').next() != Some("R_T") {
+            return (name, estimate);
+        }
+        let product = Estimate {
+            value: xi * estimate.value,
+            standard_error: estimate.standard_error.map(|error| xi * error),
+            unit: "1/W".into(),
+        };
+        (format!("xi*{name}"), product)
+    };
+    parameters.into_iter().map(product).collect()
+}
+
 fn correlations(fitted: &Fitted, covariance: &DMatrix<f64>) -> Vec<(String, String, f64)> {
     let name = |index: usize| fitted.knobs[index].name(&fitted.model);
     let mut found = Vec::new();
@@ -168,7 +192,14 @@ fn inseparable(model: &Model, plan: &Plan) -> Result<Vec<String>, Runaway> {
             .sum::<f64>()
             .round() as usize;
         let known = group.len().saturating_sub(unknown);
-        sentences.push(format!("of {} only {known} combination(s) are known: changed together, they leave every reading as it is", names.join(", ")));
+        let names = names.join(", ");
+        sentences.push(match known {
+            0 => format!("nothing here tells {names}"),
+            _ => format!(
+                "{names} go into these readings as {known} number{} only: changed together, they leave every reading as it is",
+                if known == 1 { "" } else { "s" }
+            ),
+        });
     }
     if !plan.has_displacement() {
         sentences.push(

@@ -1,73 +1,74 @@
 //! What to measure next: of what this board can run, where the rivals' predictions differ most.
 
 use crate::base::identifiable;
-use crate::fit::{Knob, in_units_of_trust, jacobian, predict, white_noise};
-use crate::plan::{Channel, Observation, Plan};
+use crate::fit::{Knob, in_units_of_trust, jacobian, predict};
+use crate::menu::{Experiment, OTHER_ROOM, OVEN, REFERENCE_STEP, menu, with_currents};
+use crate::plan::{Channel, Plan};
 use crate::report::NextMeasurement;
-use crate::space::{Approximation, Space};
-use mirror_model::effect::Active;
-use mirror_model::{ACTUATORS, Interval, Model};
-use nalgebra::DMatrix;
-use std::sync::Arc;
+use crate::space::Space;
+use mirror_model::Model;
+use mirror_model::effect::{Active, Stage};
+use rayon::prelude::*;
 
+/// Noise of the displacement where the session has none (um).
 const NOISE_UM: f64 = 0.02;
-const NOISE_A: f64 = 2e-6;
-/// Rivals that differ by less than this many noises in every experiment of the menu need something else than this board.
+/// Rivals that differ by less than this, in units of what a reading is trusted to, need something else than a drive.
 const TELLING: f64 = 5.0;
 
-/// An experiment that the board can run.
-struct Experiment {
-    command: &'static str,
-    what: &'static str,
-    drives: Vec<([f64; ACTUATORS], f64)>,
-}
-
-/// The experiment whose outcome differs most between the rivals, in units of its noise and beyond what refitted base
-/// parameters hide. Where none tells, the effect's own description says what would.
+/// The experiment whose outcome differs most between the best of the rivals and any other, beyond what refitted base
+/// parameters hide. Where no drive tells, what else would.
 pub(crate) fn choose(model: &Model, session: &Plan, rivals: &[Active]) -> Option<NextMeasurement> {
-    let (first, second) = (rivals.first()?, rivals.get(1)?);
+    let (first, others) = rivals.split_first()?;
+    let second = others.first()?;
+    let noise_um = session
+        .observations
+        .iter()
+        .find(|o| o.channel == Channel::Displacement)
+        .map_or(NOISE_UM, |o| o.noise);
+    let top = highest_drive(session);
+    let mut experiments = menu(top);
     if !session.has_current() {
-        let why =
-            "without currents heat cannot be told from mechanics: the resistance is a thermometer"
-                .into();
-        return Some(NextMeasurement {
-            why,
-            command: "host-tool record -o with-currents.csv".into(),
-        });
+        experiments.push(with_currents(session, top));
     }
     let told = |experiment: &Experiment| {
-        difference(model, &plan(experiment), first, second).unwrap_or(0.0)
+        let plan = experiment.plan(noise_um);
+        let tells = |other| difference(model, &plan, first, other).unwrap_or(0.0);
+        others.iter().map(tells).fold(f64::INFINITY, f64::min)
     };
-    let menu = menu();
-    let (best, size) = menu
-        .iter()
-        .map(|e| (e, told(e)))
+    let (best, size) = experiments
+        .par_iter()
+        .map(|experiment| (experiment, told(experiment)))
         .max_by(|a, b| a.1.total_cmp(&b.1))?;
     if size < TELLING {
-        let info = first.effect.info();
-        let why = format!(
-            "no drive of this board tells {} from {}; this would: {}",
-            first.id(),
-            second.id(),
-            info.separates
-        );
-        return Some(NextMeasurement {
-            why,
-            command: format!("host-tool effect show {}", first.id()),
-        });
+        return Some(beyond_drives(first, second));
     }
-    let why = format!(
-        "{}: there {} and {} differ by {size:.0} times the noise",
-        best.what,
-        first.id(),
-        second.id()
-    );
+    let others: Vec<&str> = others.iter().map(Active::id).collect();
     Some(NextMeasurement {
-        why,
-        command: best.command.into(),
+        why: format!(
+            "{}: there {} differs from {} by {size:.0} times what a reading is trusted to",
+            best.what,
+            first.id(),
+            others.join(", ")
+        ),
+        command: best.command.clone(),
     })
 }
 
+/// What to measure where a session shows next to nothing, if there is a channel that it lacks.
+pub(crate) fn more(session: &Plan) -> Option<NextMeasurement> {
+    let with_currents = with_currents(session, highest_drive(session));
+    (!session.has_current()).then(|| NextMeasurement {
+        why: with_currents.what.into(),
+        command: with_currents.command,
+    })
+}
+
+fn highest_drive(session: &Plan) -> f64 {
+    let drives = session.intervals.iter().flat_map(|interval| interval.to_v);
+    drives.fold(0.0, f64::max)
+}
+
+/// How far two effects' predictions of an experiment differ beyond what the base can hide.
 fn difference(model: &Model, plan: &Plan, first: &Active, second: &Active) -> Option<f64> {
     let with = |active: &Active| {
         let mut model = model.clone();
@@ -78,87 +79,115 @@ fn difference(model: &Model, plan: &Plan, first: &Active, second: &Active) -> Op
     let difference = in_units_of_trust(differences.map(|(a, b)| a - b), plan);
     let knobs: Vec<_> = identifiable(plan).into_iter().map(Knob::Base).collect();
     let slopes = jacobian(model, plan, &knobs).ok()?;
-    let nothing = DMatrix::zeros(difference.len(), 0);
-    let approximation = Approximation::new(&nothing, &white_noise(plan));
-    let space = Space::new(&slopes, &Arc::new(approximation), Vec::new());
+    let space = Space::of_base(&slopes);
     let vector = space.vector(&difference);
     Some(space.product(&vector, &vector).max(0.0).sqrt())
 }
 
-fn menu() -> Vec<Experiment> {
-    let all = |voltage: f64, duration: f64| ([voltage; ACTUATORS], duration);
-    let ladder = |dwell: f64| {
-        (0..=14)
-            .chain((0..14).rev())
-            .map(move |i| all(0.25 * f64::from(i), dwell))
+/// What tells effects apart that no drive does.
+fn beyond_drives(first: &Active, second: &Active) -> NextMeasurement {
+    let stages = [first, second].map(|active| active.effect.info().stage);
+    let one_is = |wanted: &[Stage]| wanted.contains(&stages[0]) != wanted.contains(&stages[1]);
+    let is_drift = |active: &Active| active.id() == "ambient-drift";
+    let (what, command) = match () {
+        () if one_is(&[Stage::Sensor]) => (
+            "a reference step of the sensor's target on a stage, while it records",
+            REFERENCE_STEP.to_owned(),
+        ),
+        () if is_drift(first) || is_drift(second) => (
+            "a second session with the room at another, known temperature",
+            OTHER_ROOM.to_owned(),
+        ),
+        () if one_is(&[Stage::Resistance, Stage::Curvature, Stage::Shape]) => (
+            "an oven at a known temperature with the heaters next to off",
+            OVEN.to_owned(),
+        ),
+        () => (
+            first.effect.info().separates.as_ref(),
+            format!("host-tool effect show {}", first.id()),
+        ),
     };
-    let one_hot = (0..ACTUATORS).flat_map(|hot| {
-        [1.0, 2.0, 3.0, 0.0].map(move |voltage| {
-            (
-                std::array::from_fn(|i| if i == hot { voltage } else { 0.2 }),
-                1.0,
-            )
-        })
-    });
-    let fast = |voltage: f64| std::iter::repeat_n(all(voltage, 1e-4), 100);
-    let hold = |voltage: f64| (0..12).map(move |i| all(voltage, 0.05 * 1.8_f64.powi(i)));
-    let loops =
-        (0..2).flat_map(|_| [1.0, 1.5, 2.0, 2.5, 2.0, 1.5].map(|voltage| all(voltage, 10.0)));
-    vec![
-        Experiment {
-            command: "host-tool measure single",
-            what: "heat one actuator and sense an idle one",
-            drives: one_hot.collect(),
-        },
-        Experiment {
-            command: "host-tool measure step --hold 60s",
-            what: "hold a step for a minute, then rest",
-            drives: hold(2.5).chain(hold(0.0)).collect(),
-        },
-        Experiment {
-            command: "host-tool measure step --rate 10kHz",
-            what: "sample a step fast",
-            drives: fast(2.0).chain(fast(0.0)).collect(),
-        },
-        Experiment {
-            command: "host-tool measure sweep --repeat 2",
-            what: "repeat the sweep",
-            drives: ladder(1.0).chain(ladder(1.0)).collect(),
-        },
-        Experiment {
-            command: "host-tool measure sine --frequency 0.01Hz",
-            what: "minor loops, slow enough for all heat to settle",
-            drives: loops.collect(),
-        },
-    ]
+    NextMeasurement {
+        why: format!(
+            "no drive of this board tells {} from {}; this would: {what}",
+            first.id(),
+            second.id()
+        ),
+        command,
+    }
 }
 
-fn plan(experiment: &Experiment) -> Plan {
-    let mut plan = Plan {
-        experiments: vec![experiment.command.into()],
-        ..Plan::default()
-    };
-    let mut t_s = 0.0;
-    for (index, &(drive, duration_s)) in experiment.drives.iter().enumerate() {
-        plan.intervals.push(Interval {
-            duration_s,
-            from_v: drive,
-            to_v: drive,
-        });
-        t_s += duration_s;
-        let observation = |channel, noise| Observation {
-            interval: index,
-            channel,
-            value: 0.0,
-            noise,
-            experiment: 0,
-            t_s,
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mirror_model::effect::find;
+    use mirror_model::{Interval, Preset, Symbol};
+
+    /// What is proposed where these two are rivals after a sweep.
+    fn proposed(first: &str, second: &str) -> NextMeasurement {
+        let mut model = Model::from(Preset::Reconciled);
+        for (symbol, value) in [
+            (Symbol::FastTime, 2e-3),
+            (Symbol::MiddleTime, 0.04),
+            (Symbol::MiddleWeight, 0.2),
+        ] {
+            model.parameters.set(symbol, value);
+        }
+        let session = Plan {
+            intervals: vec![Interval {
+                duration_s: 1.0,
+                from_v: [3.5; 4],
+                to_v: [3.5; 4],
+            }],
+            ..Plan::default()
         };
-        plan.observations
-            .push(observation(Channel::Displacement, NOISE_UM));
-        plan.observations.extend(
-            (0..ACTUATORS).map(|actuator| observation(Channel::Current(actuator), NOISE_A)),
+        let rivals = [first, second].map(|id| Active::usual(find(id).expect("an effect")));
+        choose(&model, &session, &rivals).expect("two rivals")
+    }
+
+    #[test]
+    fn the_experiment_is_the_one_that_tells_the_rivals_apart() {
+        for (first, second, command) in [
+            ("crosstalk", "sensor-gain", "measure single --max 3.5V"),
+            (
+                "creep",
+                "sensor-offset",
+                "measure step --to 2.45V --hold 60s",
+            ),
+            ("resonance", "sensor-offset", "Hz"),
+        ] {
+            let next = proposed(first, second);
+            assert!(
+                next.command.contains(command),
+                "{first}, {second}: {next:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_no_drive_tells_is_told_on_the_bench() {
+        let scale = [
+            find("sensor-gain"),
+            find("film-tcr"),
+            find("ambient-drift"),
+            find("radiation"),
+        ]
+        .map(|effect| Active::usual(effect.expect("an effect")));
+        let [gain, film, drift, radiation] = &scale;
+        assert!(beyond_drives(gain, film).command.contains("record"));
+        assert!(
+            beyond_drives(film, radiation)
+                .command
+                .contains("--ambient 60")
+        );
+        assert!(
+            beyond_drives(radiation, drift)
+                .command
+                .contains("-o warmer")
+        );
+        assert_eq!(
+            beyond_drives(radiation, radiation).command,
+            "host-tool effect show radiation"
         );
     }
-    plan
 }

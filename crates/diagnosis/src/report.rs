@@ -96,7 +96,9 @@ pub struct Diagnosis {
     pub misfit: f64,
     /// How far halving the simulation's step moves any prediction, in units of what a reading is trusted to.
     pub solver_error: f64,
-    /// All effects, best first.
+    /// Effects that these data would not show at any size that happens.
+    pub invisible: Vec<String>,
+    /// All effects that change a reading, best first.
     pub ranking: Vec<Ranked>,
     /// What would separate the rivals.
     pub next_measurement: Option<NextMeasurement>,

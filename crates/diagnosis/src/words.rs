@@ -21,6 +21,10 @@ impl fmt::Display for Diagnosis {
                 f,
                 "Something is missing, and none of the known effects explains it"
             )?,
+            Verdict::None if self.invisible.len() > self.ranking.len() / 2 => writeln!(
+                f,
+                "These data cannot tell: most effects would not show in them"
+            )?,
             Verdict::None => writeln!(
                 f,
                 "Nothing is missing: what is left is noise and the model's approximation"
@@ -107,20 +111,16 @@ impl Diagnosis {
             ))
         };
         let seen: Vec<String> = self.ranking.iter().filter_map(limit).collect();
-        let unseen: Vec<&str> = self
-            .ranking
-            .iter()
-            .filter(|ranked| ranked.detection_limit.is_none())
-            .map(|ranked| ranked.effect.as_str())
-            .collect();
-        writeln!(f, "\n  I would have seen {}", seen.join(", "))?;
-        if unseen.is_empty() {
+        if !seen.is_empty() {
+            writeln!(f, "\n  I would have seen {}", seen.join(", "))?;
+        }
+        if self.invisible.is_empty() {
             return Ok(());
         }
         writeln!(
             f,
             "  invisible in these data, at any size that happens: {}",
-            unseen.join(", ")
+            self.invisible.join(", ")
         )
     }
 }

@@ -7,7 +7,7 @@ use mirror_firmware::factory;
 use mirror_protocol::{
     CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationUseEndpoint,
     CalibrationWriteEndpoint, Chunk, Hello, HelloEndpoint, Kept, PROTOCOL_VERSION, Position,
-    Refusal, SetPositionEndpoint, WireError,
+    Refusal, Sense, SenseEndpoint, SenseInfo, SetPositionEndpoint, SetSenseEndpoint, WireError,
 };
 use postcard_rpc::host_client::HostClient;
 use protection::Fault;
@@ -96,6 +96,65 @@ fn after_a_power_cut_at_any_operation_the_old_or_the_new_one_is_in_use() {
             ["old", "new"].contains(&info.device.as_str()),
             "{operation}"
         );
+    }
+}
+
+fn set_sense(flash: &SharedFlash, gain: f32) -> SenseInfo {
+    with_client(flash, async |client| {
+        let sense = Sense {
+            zero_a: [2e-6; 4],
+            gain: [gain; 4],
+        };
+        let reply = client.send_resp::<SetSenseEndpoint>(&sense).await;
+        reply.expect("an answer").expect("plausible")
+    })
+}
+
+fn found_sense(flash: &SharedFlash) -> SenseInfo {
+    with_client(flash, async |client| {
+        let reply = client.send_resp::<SenseEndpoint>(&()).await;
+        reply.expect("an answer").expect("greeted")
+    })
+}
+
+#[test]
+fn the_senses_calibration_survives_beside_the_mirrors_and_each_an_update_of_the_other() {
+    let flash = erased();
+    assert_eq!(found_sense(&flash).kept, Kept::Factory);
+    assert_eq!(set_sense(&flash, 1.01).kept, Kept::Yes);
+    assert_eq!(found(&flash).kept, Kept::Factory);
+    for (device, gain) in [("first", 1.01), ("second", 0.99)] {
+        assert_eq!(upload(&flash, &of_device(device)).kept, Kept::Yes);
+        let sense = set_sense(&flash, gain);
+        assert_eq!(found_sense(&flash), sense);
+        assert_eq!((sense.sense.gain, sense.kept), ([gain; 4], Kept::Yes));
+        let info = found(&flash);
+        assert_eq!((info.device.as_str(), info.kept), (device, Kept::Yes));
+    }
+}
+
+#[test]
+fn after_a_power_cut_at_any_operation_the_old_or_the_new_sense_is_in_use_and_the_mirrors_is_there()
+{
+    let flash = erased();
+    upload(&flash, &of_device("mirror"));
+    set_sense(&flash, 1.01);
+    let before = flash.lock().clone();
+    set_sense(&flash, 0.99);
+    let operations = flash.lock().operations() - before.operations();
+    for operation in (0..operations).step_by(7).chain(operations - 5..operations) {
+        let flash = SharedFlash::new(before.reseeded(operation));
+        flash.lock().cut_power_after(operation);
+        assert_eq!(set_sense(&flash, 0.99).kept, Kept::No);
+        flash.lock().power_up();
+        let sense = found_sense(&flash);
+        assert_eq!(sense.kept, Kept::Yes, "{operation}");
+        assert!(
+            [[1.01; 4], [0.99; 4]].contains(&sense.sense.gain),
+            "{operation}"
+        );
+        let info = found(&flash);
+        assert_eq!((info.device.as_str(), info.kept), ("mirror", Kept::Yes));
     }
 }
 

@@ -1,6 +1,9 @@
-//! A calibration as bytes, as the board reads it from the link and from its flash.
+//! Calibrations as bytes, as the board reads them from the link and from its flash.
 
-use control_core::{Ampere, Calibration, Controller, LANES, Micrometre, Setpoint, Volt};
+use control_core::{
+    AdcCode, Ampere, Calibration, Controller, CurrentSense, LANES, Micrometre, SenseCalibration,
+    Setpoint, Volt,
+};
 use crc::{CRC_32_ISO_HDLC, Crc};
 
 use crate::factory;
@@ -9,7 +12,10 @@ const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// What the parser is given.
 pub(crate) fn seeds() -> Vec<Vec<u8>> {
-    vec![factory().to_bytes().to_vec()]
+    vec![
+        factory().to_bytes().to_vec(),
+        SenseCalibration::DESIGNED.to_bytes().to_vec(),
+    ]
 }
 
 /// Tries the bytes as they are, and with a checksum that is right: behind it is where the numbers are
@@ -25,6 +31,15 @@ pub(crate) fn run(input: &[u8]) {
 }
 
 fn accept(bytes: &[u8]) {
+    if let Some(sense) = SenseCalibration::from_bytes(bytes) {
+        assert_eq!(SenseCalibration::from_bytes(&sense.to_bytes()), Some(sense));
+        let currents = CurrentSense::new(&sense).currents([AdcCode(u16::MAX); LANES]);
+        assert!(
+            currents
+                .iter()
+                .all(|current| (0.011..0.014).contains(&current.0))
+        );
+    }
     let Ok(mut calibration) = Calibration::from_bytes(bytes) else {
         return;
     };

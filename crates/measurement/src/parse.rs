@@ -14,7 +14,15 @@ impl MeasurementFile {
     /// [`InputError::Content`] for anything but at least two rows of finite numbers in known columns at increasing
     /// times, and for values that are evidently in a wrong unit (see [`plausibility`]).
     pub fn parse(name: &str, text: &str) -> Result<Self, InputError> {
-        Parser { name, text }.file()
+        Self::parse_within(name, text, f64::INFINITY)
+    }
+
+    /// The same for a mirror that is driven with `highest_v` at most: a displacement at a higher drive is not its.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse), and for such a drive.
+    pub fn parse_within(name: &str, text: &str, highest_v: f64) -> Result<Self, InputError> {
+        Parser { name, text }.file(highest_v)
     }
 }
 
@@ -45,7 +53,7 @@ struct Record {
 }
 
 impl Parser<'_> {
-    fn file(&self) -> Result<MeasurementFile, InputError> {
+    fn file(&self, highest_v: f64) -> Result<MeasurementFile, InputError> {
         let (keys, notes) = self.comments()?;
         let mut reader = csv::ReaderBuilder::new()
             .comment(Some(b'#'))
@@ -67,7 +75,7 @@ impl Parser<'_> {
             notes,
             rows: records.iter().map(|record| record.row).collect(),
         };
-        if let Some((index, column, complaint)) = plausibility::check(&file) {
+        if let Some((index, column, complaint)) = plausibility::check(&file, highest_v) {
             let cell = columns
                 .iter()
                 .position(|&c| c == column || c == column.of_all())

@@ -12,14 +12,17 @@ use crate::{ACTUATORS, MeasurementFile};
 const NOMINAL_RESISTANCE_OHM: f64 = 360.0;
 /// A drive below this tells little about a resistance or a stroke.
 const TELLING_DRIVE_V: f64 = 0.5;
+/// A voltmeter may read this part more than was driven.
+const CALIBRATION: f64 = 0.02;
 /// So many rows at the same extreme reading while the drive changes are an end stop.
 const SATURATED_ROWS: usize = 3;
 
 type Finding = (usize, Column, Complaint);
 
 /// The first implausible thing of a file: row, column, complaint.
-pub(crate) fn check(file: &MeasurementFile) -> Option<Finding> {
+pub(crate) fn check(file: &MeasurementFile, highest_v: f64) -> Option<Finding> {
     voltage_in_millivolts(file)
+        .or_else(|| voltage_beyond(file, highest_v))
         .or_else(|| (0..ACTUATORS).find_map(|actuator| current(file, actuator)))
         .or_else(|| displacement_unit(file))
         .or_else(|| saturation(file))
@@ -38,6 +41,23 @@ fn voltage_in_millivolts(file: &MeasurementFile) -> Option<Finding> {
             file.rows[row].voltage_v[actuator]
         ),
         "voltages are in V; divide by 1000",
+    );
+    Some((row, Column::Voltage(actuator), complaint))
+}
+
+/// A drive that this mirror does not take. A heater whose displacement is not measured may be any heater.
+fn voltage_beyond(file: &MeasurementFile, highest_v: f64) -> Option<Finding> {
+    let (row, actuator) = file.rows.iter().enumerate().find_map(|(index, row)| {
+        row.z_um?;
+        let beyond = |v: &f64| v.abs() > highest_v * (1.0 + CALIBRATION);
+        Some((index, row.voltage_v.iter().position(beyond)?))
+    })?;
+    let complaint = Complaint::new(
+        format!(
+            "a drive of {} V is beyond the model's range, which ends at {highest_v} V",
+            file.rows[row].voltage_v[actuator]
+        ),
+        "leave such rows out, or say `V_max` in the model file if the mirror takes more",
     );
     Some((row, Column::Voltage(actuator), complaint))
 }

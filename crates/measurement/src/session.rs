@@ -16,6 +16,14 @@ impl Session {
     /// # Errors
     /// [`InputError`] for the first file that is not usable, or where there is no file at all.
     pub fn load<P: AsRef<Path>>(paths: &[P]) -> Result<Self, InputError> {
+        Self::load_within(paths, f64::INFINITY)
+    }
+
+    /// The same of a mirror that is driven with `highest_v` at most.
+    ///
+    /// # Errors
+    /// As [`load`](Self::load), and for the first drive beyond it at which a displacement was measured.
+    pub fn load_within<P: AsRef<Path>>(paths: &[P], highest_v: f64) -> Result<Self, InputError> {
         let mut files = Vec::new();
         for path in paths {
             for file in csv_files(path.as_ref())? {
@@ -25,7 +33,10 @@ impl Session {
                         path: name.clone(),
                         source,
                     })?;
-                files.push((name.clone(), MeasurementFile::parse(&name, &text)?));
+                files.push((
+                    name.clone(),
+                    MeasurementFile::parse_within(&name, &text, highest_v)?,
+                ));
             }
         }
         if files.is_empty() {

@@ -7,7 +7,8 @@ use std::sync::Mutex;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::common::{host_tool_with, no_boards};
+use crate::common::no_boards;
+use crate::json;
 
 /// Sessions at a time; each computes on all processors for a part of its time.
 const AT_A_TIME: usize = 2;
@@ -34,34 +35,26 @@ impl Outcome {
     }
 }
 
-/// A user at a bench: a directory for models, and a cache of their own.
+/// A user at a bench, with a directory for models.
 struct User {
     place: TempDir,
 }
 
 impl User {
-    fn asks(&self, words: &[&str]) -> Value {
-        let cache = [("XDG_CACHE_HOME", self.place.path())];
-        let words = [words, &["--json"]].concat();
-        let said = host_tool_with(self.place.path(), &words, &cache);
-        assert_eq!(said.code, 0, "{words:?}: {}", said.err);
-        serde_json::from_str(&said.out).expect("JSON")
-    }
-
     fn solves(&self, session: &Path, hidden: Vec<String>) -> Outcome {
         let name = session.file_name().expect("a name").to_string_lossy();
         let files = session.to_string_lossy();
-        let found = self.asks(&["diagnose", "paper", &files]);
+        let found = json(&["diagnose", "paper", &files]);
         let effects = strings(&found["effects"]);
         let added = effects.first().map(|effect| {
             let models = ["fitted", "with"].map(|model| {
                 let path = self.place.path().join(format!("{name}-{model}.toml"));
                 path.to_string_lossy().into_owned()
             });
-            self.asks(&["fit", "paper", &files, "-o", &models[0]]);
-            self.asks(&["effect", "add", effect, "paper", &files, "-o", &models[1]]);
+            json(&["fit", "paper", &files, "-o", &models[0]]);
+            json(&["effect", "add", effect, "paper", &files, "-o", &models[1]]);
             models.map(|model| {
-                let compared = self.asks(&["compare", &model, &files]);
+                let compared = json(&["compare", &model, &files]);
                 ["rms", "current_rms_ma"].map(|what| compared[what].as_f64().expect("an error"))
             })
         });
@@ -96,11 +89,7 @@ fn sessions() -> VecDeque<(PathBuf, Vec<String>)> {
 }
 
 fn outcomes(user: &User) -> Vec<Outcome> {
-    let mut waiting = sessions();
-    // The first one fills the cache for all: their drives are the same.
-    let (session, hidden) = waiting.pop_front().expect("sessions");
-    let done = Mutex::new(vec![user.solves(&session, hidden)]);
-    let waiting = Mutex::new(waiting);
+    let (waiting, done) = (Mutex::new(sessions()), Mutex::new(Vec::new()));
     std::thread::scope(|scope| {
         for _ in 0..AT_A_TIME {
             scope.spawn(|| {
@@ -121,7 +110,7 @@ fn outcomes(user: &User) -> Vec<Outcome> {
 #[test]
 fn what_is_hidden_is_found_and_added_and_nothing_else_is_named() {
     let user = User { place: no_boards() };
-    let listed = strings(&user.asks(&["effect", "list"])["effects"]);
+    let listed = strings(&json(&["effect", "list"])["effects"]);
     assert_eq!(listed.len(), LISTED);
     let outcomes = outcomes(&user);
     for o in &outcomes {

@@ -1,14 +1,18 @@
 //! The model lab as a user types it, on sessions of virtual mirrors that share nothing with the
 //! model.
 
+mod bad_input;
 #[path = "../common/mod.rs"]
 mod common;
 mod hidden;
+mod own_effect;
+mod readme;
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
-use common::{Said, host_tool, no_boards};
+use common::{Said, host_tool, host_tool_with, no_boards};
 use serde_json::Value;
 
 /// A session that ships, by what the answers say is hidden in it.
@@ -22,8 +26,23 @@ fn session(hidden: &str) -> PathBuf {
     directory.join(line.split_once(' ').expect("name and answer").0)
 }
 
+/// A cache for all tests of one run, with what the sessions of `data/hidden` share.
+fn cache() -> &'static Path {
+    static CACHE: OnceLock<PathBuf> = OnceLock::new();
+    CACHE.get_or_init(|| {
+        let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("lab");
+        // A run before this may have had other mirrors.
+        let _ = fs::remove_dir_all(&cache);
+        let files = session("");
+        let words = ["diagnose", "paper", &files.to_string_lossy()];
+        let said = host_tool_with(&cache, &words, &[("XDG_CACHE_HOME", &cache)]);
+        assert_eq!(said.code, 0, "{}", said.err);
+        cache
+    })
+}
+
 fn lab(words: &[&str]) -> Said {
-    host_tool(no_boards().path(), words)
+    host_tool_with(no_boards().path(), words, &[("XDG_CACHE_HOME", cache())])
 }
 
 fn json(words: &[&str]) -> Value {
@@ -196,4 +215,17 @@ fn what_is_not_there_is_told() {
     )
     .unwrap();
     refuses(&["compare", &not_a_model.to_string_lossy(), &files], "warp");
+}
+
+#[test]
+fn every_measurement_that_may_be_proposed_is_a_command_of_the_tool() {
+    for command in diagnosis::commands(3.5) {
+        let words: Vec<&str> = command.split(' ').skip(1).collect();
+        let said = host_tool(no_boards().path(), &words);
+        assert!(
+            said.sentence().contains("no board was found"),
+            "{command}: {}",
+            said.err
+        );
+    }
 }

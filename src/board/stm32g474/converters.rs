@@ -131,6 +131,9 @@ fn start_pwm(timer: Peri<'static, TIM1>) -> Timer<'static, TIM1> {
     }
     // When the outputs are disabled they are held low instead of floating.
     timer.set_ossi(Ossi::IDLE_LEVEL);
+    // A debugger that halts the processor stops the timer, and that disables the outputs, too (RM0440, debug mode of
+    // the advanced-control timers).
+    pac::DBGMCU.apb2fzr().modify(|w| w.set_tim1(true));
     timer.generate_update_event();
     timer.enable_outputs();
     timer.start();

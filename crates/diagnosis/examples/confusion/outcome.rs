@@ -17,12 +17,26 @@ const INTERVAL: f64 = 1.96;
 pub(crate) struct Outcome {
     pub(crate) case: Case,
     pub(crate) found: Diagnosis,
-    /// Of a hidden effect that was found: whether its true size lies inside the interval that is reported.
-    pub(crate) size_is_inside: Option<bool>,
+    /// Of a hidden effect that was found: its size.
+    pub(crate) size: Option<Size>,
     /// The error after adding it, over that of the same mirror with nothing hidden.
     pub(crate) error_ratio: Option<f64>,
     /// Of two hidden effects: whether both were found in two rounds.
     pub(crate) both: Option<bool>,
+}
+
+/// The size of an effect, in its first parameter's unit.
+pub(crate) struct Size {
+    reported: f64,
+    standard_error: f64,
+    truth: f64,
+}
+
+impl Size {
+    /// Whether the true one lies inside the interval that is reported.
+    pub(crate) fn is_inside(&self) -> bool {
+        (self.reported - self.truth).abs() <= INTERVAL * self.standard_error
+    }
 }
 
 /// Diagnoses a session as a user would.
@@ -33,7 +47,7 @@ pub(crate) fn diagnosed(case: &Case, cache: &Path) -> Result<Outcome, Box<dyn Er
     let mut outcome = Outcome {
         case: *case,
         found,
-        size_is_inside: None,
+        size: None,
         error_ratio: None,
         both: None,
     };
@@ -41,7 +55,7 @@ pub(crate) fn diagnosed(case: &Case, cache: &Path) -> Result<Outcome, Box<dyn Er
         Hidden::Nothing => {}
         Hidden::One(effect, strength) => {
             if outcome.found.effects.iter().any(|id| id == effect.id()) {
-                outcome.size_is_inside = Some(outcome.holds_the_size(effect)?);
+                outcome.size = Some(outcome.size_of(effect)?);
                 if strength == 1.0 && case.instruments == Instruments::With {
                     outcome.error_ratio = Some(error_ratio(case, effect, &plan, cache)?);
                 }
@@ -96,7 +110,7 @@ fn error_ratio(
 impl Outcome {
     /// The true size in the candidate's terms, whose form is not nature's: the strength that fits when nothing but the effect
     /// tells the mirror from the model, without noise and without the model's approximation.
-    fn holds_the_size(&self, effect: Effect) -> Result<bool, Box<dyn Error>> {
+    fn size_of(&self, effect: Effect) -> Result<Size, Box<dyn Error>> {
         let quiet = |mut config: virtual_mirror::MirrorConfig| {
             config.sensor.position_noise_nm = 0.0;
             config.sensor.current_noise_ua = 0.0;
@@ -123,12 +137,12 @@ impl Outcome {
         }
         model.effects.push(active);
         let fitted = fit_knobs(&model, &without, &values, &knobs(&model, &without))?.model;
-        let (truth, reported) = (
-            fitted.effects[0].values[0],
-            &ranked.parameters[parameters[0].symbol.as_ref()],
-        );
-        let off = (reported.value - truth).abs();
-        Ok(off <= INTERVAL * reported.standard_error.unwrap_or(0.0))
+        let reported = &ranked.parameters[parameters[0].symbol.as_ref()];
+        Ok(Size {
+            reported: reported.value,
+            standard_error: reported.standard_error.unwrap_or(0.0),
+            truth: fitted.effects[0].values[0],
+        })
     }
 
     fn ranked(&self, effect: Effect) -> &diagnosis::Ranked {
@@ -189,8 +203,16 @@ impl fmt::Display for Outcome {
                 found.misfit, best.effect, best.score, best.threshold
             )?;
         }
-        if let Some(inside) = self.size_is_inside {
-            write!(f, ", size {}", if inside { "inside" } else { "outside" })?;
+        if let Some(size) = &self.size {
+            let Size {
+                reported,
+                standard_error,
+                truth,
+            } = size;
+            write!(
+                f,
+                ", size {reported:.3e} +- {standard_error:.1e}, true {truth:.3e}"
+            )?;
         }
         if let Some(ratio) = self.error_ratio {
             write!(f, ", error {ratio:.2} times that with nothing hidden")?;

@@ -89,7 +89,10 @@ pub(crate) fn table(outcomes: &[Outcome]) -> String {
     );
     row(
         "true size inside the reported 95 % interval",
-        outcomes.iter().filter_map(|o| o.size_is_inside).collect(),
+        outcomes
+            .iter()
+            .filter_map(|o| Some(o.size.as_ref()?.is_inside()))
+            .collect(),
         "85 %",
     );
     row(

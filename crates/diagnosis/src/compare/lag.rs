@@ -11,6 +11,9 @@ const NEAR: f64 = 0.2;
 /// Loops that differ by less than this part of their width are alike.
 const PART: f64 = 0.03;
 
+/// Loops that are apart by less than lumped equations can follow are alike.
+const ALIKE_UM: f64 = 0.1;
+
 /// What jumps show, then what sines show.
 pub(super) fn sentences(plan: &Plan, readings: &[Vec<Reading>], unit: &str) -> Vec<String> {
     let jumps = plan.experiments.iter().zip(readings);
@@ -19,7 +22,8 @@ pub(super) fn sentences(plan: &Plan, readings: &[Vec<Reading>], unit: &str) -> V
         .collect();
     let mut loops: Vec<Loop> = readings.iter().filter_map(|r| Loop::of(plan, r)).collect();
     loops.sort_by(|a, b| a.hz.total_cmp(&b.hz));
-    sentences.extend(along_sines(&loops, unit));
+    let alike = if unit == "um" { ALIKE_UM } else { 0.0 };
+    sentences.extend(along_sines(&loops, alike, unit));
     sentences
 }
 
@@ -133,7 +137,7 @@ impl Loop {
     }
 }
 
-fn along_sines(loops: &[Loop], unit: &str) -> Option<String> {
+fn along_sines(loops: &[Loop], alike: f64, unit: &str) -> Option<String> {
     let (first, last) = (loops.first()?, loops.last()?);
     let widths: Vec<String> = loops
         .iter()
@@ -146,7 +150,10 @@ fn along_sines(loops: &[Loop], unit: &str) -> Option<String> {
             )
         })
         .collect();
-    let worth = |l: &Loop| (SURE * l.noise).max(PART * l.measured.abs()).max(l.worth);
+    let worth = |l: &Loop| {
+        let least = alike.max(SURE * l.noise).max(l.worth);
+        least.max(PART * l.measured.abs())
+    };
     let excess = |l: &Loop| {
         let excess = l.measured - l.modelled;
         if excess.abs() > worth(l) { excess } else { 0.0 }

@@ -17,6 +17,8 @@ pub use stages::StageErrors;
 const COURSE: usize = 36;
 /// Trends that are smaller than this share of the largest error are none.
 const ALIKE: f64 = 0.25;
+/// Errors that are smaller are none (um or mA).
+const NOTHING: f64 = 1e-3;
 /// Trends that are smaller than so many standard deviations of the noise are none.
 const SURE: f64 = 3.0;
 
@@ -228,6 +230,9 @@ fn worst(experiments: &[ExperimentError], unit: &str) -> Option<String> {
     let worst = experiments
         .iter()
         .max_by(|a, b| a.largest.abs().total_cmp(&b.largest.abs()))?;
+    if worst.largest.abs() < NOTHING {
+        return Some(format!("no reading is off by {NOTHING} {unit}"));
+    }
     Some(format!(
         "farthest off in {}: the model is {} at {:.2} V, {} s from its start",
         worst.experiment,

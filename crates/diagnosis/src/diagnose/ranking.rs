@@ -121,16 +121,17 @@ impl Bench<'_> {
     }
 
     /// Errors of the displacement (um) or of the currents (mA) without an effect, and with it and all parameters fitted
-    /// together; where that was not worth a fit, with the size that fits best beyond the approximation, and the base as
-    /// far as slopes tell.
+    /// together; where that was not worth a fit, as far as slopes tell, with up to the size that fits best beyond the
+    /// approximation.
     fn before_and_after(&self, e: &Explanation, displacement: bool) -> BeforeAfter {
         let before = self.fitted.scaled(self.plan);
         let after = match &e.refit {
             Some(refit) => refit.fitted.scaled(self.plan),
             None => {
-                let change = self.space.unscaled(&e.change);
-                self.plain
-                    .remainder(&self.plain.vector(&(&before - change)))
+                let left = |v: &DVector<f64>| self.plain.remainder(&self.plain.vector(v));
+                let (residual, change) = (left(&before), left(&self.space.unscaled(&e.change)));
+                let times = change.dot(&residual) / change.norm_squared().max(f64::MIN_POSITIVE);
+                residual - change * times.clamp(0.0, 1.0)
             }
         };
         let size = |left: &DVector<f64>| {

@@ -20,6 +20,7 @@
 //! `z` (um), the effect's parameters and its states. A state has `symbol` and `rate`, the formula of its change a second,
 //! and starts at 0. The first parameter is the strength: at 0 the formula must give `x` back.
 
+use super::numerals::without_exponents;
 use super::{Acts, Effect, Info, Moment, Parameter, Stage, Step};
 use exmex::{Express, FlatEx};
 use miette::{Diagnostic, NamedSource, SourceSpan};
@@ -254,13 +255,14 @@ impl Reader<'_> {
         text: &toml::Spanned<String>,
         names: &[String],
     ) -> Result<Expression, FormulaError> {
-        let compiled = FlatEx::<f64>::parse(text.get_ref()).map_err(|error| {
-            self.wrong(
-                &format!("this formula cannot be read: {error}"),
-                "write it like x * (1 + c * dT)",
-                text.span(),
-            )
-        })?;
+        let compiled =
+            FlatEx::<f64>::parse(&without_exponents(text.get_ref())).map_err(|error| {
+                self.wrong(
+                    &format!("this formula cannot be read: {error}"),
+                    "write it like x * (1 + c * dT)",
+                    text.span(),
+                )
+            })?;
         let place = |variable: &String| {
             names
                 .iter()
@@ -372,6 +374,12 @@ mod tests {
             ..Moment::default()
         };
         assert_eq!(effect.output(&[0.2], 10.0, &[], &moment), 9.0);
+    }
+
+    #[test]
+    fn numbers_may_have_exponents() {
+        let effect = with("x * (1 + 1e1 * q)").unwrap();
+        assert_eq!(effect.output(&[0.2], 10.0, &[], &Moment::default()), 30.0);
     }
 
     #[test]

@@ -20,6 +20,7 @@ mod gap_heat_loss;
 mod heat_loss_temperature;
 mod hysteresis;
 mod initial_curl;
+mod numerals;
 mod quadratic_tcr;
 mod radiation;
 mod resonance;

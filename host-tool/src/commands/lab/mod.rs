@@ -32,7 +32,7 @@ struct Lab {
 impl Lab {
     fn load(input: &LabInput) -> Result<Self, ToolError> {
         let model = Model::load(&input.model)?;
-        let session = Session::load(&input.files)?;
+        let session = Session::load_within(&input.files, model.parameters.drive_limit_v)?;
         let files = session.files.iter().map(|(name, _)| name.clone()).collect();
         Ok(Self {
             model,

@@ -56,8 +56,8 @@ impl fmt::Display for Positioning {
         )?;
         for (what, left) in [
             ("a board that does not know it", without),
-            ("with it in the tables for rest", &with.at_rest),
-            ("and in the feedforward", &with.in_time),
+            ("with it, tables for rest alone", &with.at_rest),
+            ("with it, and its feedforward", &with.in_time),
         ] {
             writeln!(
                 f,

@@ -1,0 +1,244 @@
+//! From the text of a file to a model. Every error points at its place.
+
+use super::{FORMAT, ModelFileError, preset_names};
+use crate::effect::{self, Active, Effect, Formula};
+use crate::parameter::{Entry, TABLE};
+use crate::{ACTUATORS, Model, Preset, Provenance, Symbol};
+use miette::NamedSource;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Stored {
+    format: toml::Spanned<u32>,
+    preset: toml::Spanned<String>,
+    #[serde(default)]
+    parameters: BTreeMap<toml::Spanned<String>, StoredParameter>,
+    #[serde(default)]
+    effects: Vec<StoredEffect>,
+    #[serde(default)]
+    provenance: Provenance,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredEffect {
+    id: toml::Spanned<String>,
+    definition: Option<toml::Spanned<String>>,
+    #[serde(default)]
+    parameters: BTreeMap<toml::Spanned<String>, StoredValue>,
+}
+
+/// A parameter of an effect.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredValue {
+    value: toml::Spanned<f64>,
+    unit: toml::Spanned<String>,
+    standard_error: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredParameter {
+    value: toml::Spanned<f64>,
+    unit: toml::Spanned<String>,
+    standard_error: Option<toml::Spanned<f64>>,
+    actuators: Option<toml::Spanned<[f64; ACTUATORS]>>,
+}
+
+pub(super) struct Reader<'a> {
+    pub(super) name: &'a str,
+    pub(super) text: &'a str,
+}
+
+impl Reader<'_> {
+    pub(super) fn model(&self) -> Result<Model, ModelFileError> {
+        let stored: Stored = toml::from_str(self.text).map_err(|error| {
+            let help = "the format is described in docs/model.md".into();
+            self.wrong(error.message().into(), help, error.span().unwrap_or(0..0))
+        })?;
+        if *stored.format.get_ref() != FORMAT {
+            let message = format!(
+                "this is format {} of model files, and only format {FORMAT} is known",
+                stored.format.get_ref()
+            );
+            return Err(self.wrong(
+                message,
+                "use the version of the tool that wrote it".into(),
+                stored.format.span(),
+            ));
+        }
+        let preset = Preset::from_name(stored.preset.get_ref()).ok_or_else(|| {
+            let message = format!("there is no preset called '{}'", stored.preset.get_ref());
+            self.wrong(
+                message,
+                format!("the presets are {}", preset_names()),
+                stored.preset.span(),
+            )
+        })?;
+        let mut model = Model {
+            provenance: stored.provenance,
+            ..Model::from(preset)
+        };
+        for (name, parameter) in &stored.parameters {
+            self.parameter(&mut model, name, parameter)?;
+        }
+        model.effects = stored
+            .effects
+            .iter()
+            .map(|effect| self.effect(effect))
+            .collect::<Result<_, _>>()?;
+        Ok(model)
+    }
+
+    fn effect(&self, stored: &StoredEffect) -> Result<Active, ModelFileError> {
+        let id = stored.id.get_ref();
+        let effect: Arc<dyn Effect> = match &stored.definition {
+            Some(text) => Arc::new(
+                Formula::parse(id, text.get_ref())
+                    .map_err(|error| self.wrong(error.message, error.help, text.span()))?,
+            ),
+            None => effect::find(id).ok_or_else(|| {
+                let message = format!("there is no effect called '{id}'");
+                self.wrong(
+                    message,
+                    "`effect list` names them; a formula of your own needs its definition".into(),
+                    stored.id.span(),
+                )
+            })?,
+        };
+        let mut active = Active::usual(effect.clone());
+        for (symbol, value) in &stored.parameters {
+            let known = &effect.info().parameters;
+            let Some(index) = known.iter().position(|p| p.symbol == *symbol.get_ref()) else {
+                let names: Vec<_> = known.iter().map(|p| p.symbol.as_ref()).collect();
+                let message = format!("{id} has no parameter '{}'", symbol.get_ref());
+                return Err(self.wrong(
+                    message,
+                    format!("it has {}", names.join(", ")),
+                    symbol.span(),
+                ));
+            };
+            if known[index].unit != *value.unit.get_ref() {
+                let message = format!(
+                    "{symbol} is in {}, not in '{}'",
+                    known[index].unit,
+                    value.unit.get_ref(),
+                    symbol = symbol.get_ref()
+                );
+                return Err(self.wrong(
+                    message,
+                    "convert the value and change the unit".into(),
+                    value.unit.span(),
+                ));
+            }
+            if !value.value.get_ref().is_finite() {
+                let message = format!("{} must be a finite number", symbol.get_ref());
+                return Err(self.wrong(
+                    message,
+                    format!("a usual one is {}", known[index].start),
+                    value.value.span(),
+                ));
+            }
+            active.values[index] = *value.value.get_ref();
+            active.standard_errors[index] = value.standard_error;
+        }
+        Ok(active)
+    }
+
+    fn parameter(
+        &self,
+        model: &mut Model,
+        name: &toml::Spanned<String>,
+        stored: &StoredParameter,
+    ) -> Result<(), ModelFileError> {
+        let symbol = Symbol::from_name(name.get_ref()).ok_or_else(|| {
+            let known: Vec<_> = TABLE.iter().map(|entry| entry.name).collect();
+            let message = format!("there is no parameter called '{}'", name.get_ref());
+            self.wrong(
+                message,
+                format!("the parameters are {}", known.join(", ")),
+                name.span(),
+            )
+        })?;
+        let entry = symbol.entry();
+        if stored.unit.get_ref() != entry.unit {
+            let message = format!(
+                "{name} is in {}, not in '{}'",
+                entry.unit,
+                stored.unit.get_ref(),
+                name = entry.name
+            );
+            return Err(self.wrong(
+                message,
+                "convert the value and change the unit".into(),
+                stored.unit.span(),
+            ));
+        }
+        self.check(entry, *stored.value.get_ref(), stored.value.span())?;
+        model.parameters.set(symbol, *stored.value.get_ref());
+        model.standard_errors.remove(&symbol);
+        if let Some(error) = &stored.standard_error {
+            if !(error.get_ref().is_finite() && *error.get_ref() >= 0.0) {
+                let message = format!(
+                    "the standard error of {} must be a number that is not negative",
+                    entry.name
+                );
+                return Err(self.wrong(
+                    message,
+                    "leave it out if it is not known".into(),
+                    error.span(),
+                ));
+            }
+            model.standard_errors.insert(symbol, *error.get_ref());
+        }
+        if let Some(values) = &stored.actuators {
+            for &value in values.get_ref() {
+                self.check(entry, value, values.span())?;
+            }
+            model.by_actuator.insert(symbol, *values.get_ref());
+        }
+        Ok(())
+    }
+
+    fn check(
+        &self,
+        entry: &Entry,
+        value: f64,
+        place: std::ops::Range<usize>,
+    ) -> Result<(), ModelFileError> {
+        let (low, high) = entry.range;
+        if (low..=high).contains(&value) {
+            return Ok(());
+        }
+        let message = format!(
+            "{} = {value} {unit} is impossible: {}",
+            entry.name,
+            entry.meaning,
+            unit = entry.unit
+        );
+        Err(self.wrong(
+            message,
+            format!("it must lie between {low} and {high} {}", entry.unit),
+            place,
+        ))
+    }
+
+    fn wrong(
+        &self,
+        message: String,
+        help: String,
+        place: std::ops::Range<usize>,
+    ) -> ModelFileError {
+        let text = Arc::new(NamedSource::new(self.name, self.text.to_owned()));
+        ModelFileError::Content {
+            message,
+            help,
+            text,
+            place: place.into(),
+        }
+    }
+}

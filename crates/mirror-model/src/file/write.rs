@@ -1,0 +1,79 @@
+//! A model as the text of a file.
+
+use super::FORMAT;
+use crate::Model;
+use crate::effect::Active;
+use crate::parameter::{Entry, TABLE};
+use std::fmt::Write;
+
+impl Model {
+    /// The model as a file's text. [`Model::parse`] gives the same model back, to the last bit.
+    pub fn to_toml(&self) -> String {
+        let mut text = format!(
+            "format = {FORMAT}\npreset = \"{}\"\n\n[parameters]\n",
+            self.preset.name()
+        );
+        for entry in &TABLE {
+            self.write_parameter(entry, &mut text)
+                .expect("writing to a string cannot fail");
+        }
+        for effect in &self.effects {
+            write_effect(effect, &mut text).expect("writing to a string cannot fail");
+        }
+        let provenance = toml::to_string(&self.provenance).expect("provenance is plain data");
+        text + "\n[provenance]\n" + &provenance
+    }
+
+    fn write_parameter(&self, entry: &Entry, text: &mut String) -> std::fmt::Result {
+        let value = self.parameters.get(entry.symbol);
+        write!(
+            text,
+            "{} = {{ value = {value:?}, unit = \"{}\"",
+            entry.name, entry.unit
+        )?;
+        if let Some(error) = self.standard_errors.get(&entry.symbol) {
+            write!(text, ", standard_error = {error:?}")?;
+        }
+        if let Some(values) = self.by_actuator.get(&entry.symbol) {
+            write!(text, ", actuators = {values:?}")?;
+        }
+        writeln!(text, " }} # {}", entry.meaning)
+    }
+}
+
+fn write_effect(active: &Active, text: &mut String) -> std::fmt::Result {
+    let info = active.effect.info();
+    writeln!(
+        text,
+        "\n[[effects]] # {}: {}\nid = {}",
+        info.title,
+        info.equation,
+        quoted(&info.id)
+    )?;
+    if let Some(definition) = active.effect.definition() {
+        writeln!(text, "definition = {}", quoted(definition))?;
+    }
+    writeln!(text, "[effects.parameters]")?;
+    for ((p, value), error) in info
+        .parameters
+        .iter()
+        .zip(&active.values)
+        .zip(&active.standard_errors)
+    {
+        write!(
+            text,
+            "{} = {{ value = {value:?}, unit = {}",
+            quoted(&p.symbol),
+            quoted(&p.unit)
+        )?;
+        if let Some(error) = error {
+            write!(text, ", standard_error = {error:?}")?;
+        }
+        writeln!(text, " }}")?;
+    }
+    Ok(())
+}
+
+fn quoted(text: &str) -> String {
+    toml::Value::from(text).to_string()
+}
