@@ -218,11 +218,11 @@ impl Experiment {
         tick_hz: u32,
     ) -> Result<Self, ToolError> {
         let run = Run::steps(z_um, Quantity::Position, hold, tick_hz)?;
-        let Shape::Steps(table) = run.waveform.shape else {
-            unreachable!("steps are steps")
-        };
-        let reading = Reading::Moves {
-            dwell_ticks: table.dwell_ticks,
+        let reading = match run.waveform.shape {
+            Shape::Steps(table) => Reading::Moves {
+                dwell_ticks: table.dwell_ticks,
+            },
+            _ => Reading::Curve,
         };
         let run = run.read_after_steps(1, tick_hz);
         Ok(Self::of(name, reading, vec![run]).along_a_position())
