@@ -3,7 +3,7 @@
 use std::thread;
 
 use anyhow::{Context, Result};
-use closed_loop::{calibrate, figures};
+use closed_loop::{Precision, calibrate, figures, precision};
 use control_core::Calibration;
 use virtual_mirror::{Effect, Family, MirrorConfig, PaperNumbers};
 
@@ -11,6 +11,8 @@ use virtual_mirror::{Effect, Family, MirrorConfig, PaperNumbers};
 const LOOP_HZ: [f64; 4] = [0.1, 1.0, 20.0, 100.0];
 const LOW_V: f64 = 0.5;
 const HIGH_V: f64 = 1.5;
+/// So long a random course tells how far f32 is from f64 (s).
+const PRECISION_S: f64 = 120.0;
 
 /// What was measured of one mirror.
 struct Evidence {
@@ -20,6 +22,7 @@ struct Evidence {
     creep: f64,
     loops: Vec<figures::Width>,
     triangle_um: f64,
+    precision: Precision,
 }
 
 /// Mirrors of the families, with what the paper's has beyond them; none was looked at in development but
@@ -75,6 +78,7 @@ fn measure(config: &MirrorConfig) -> Result<Evidence> {
         creep: figures::creep(mirror, config, (20.0, 90.0))?,
         loops,
         triangle_um: figures::triangle(mirror, config, (40.0, 80.0), 20.0)?,
+        precision: precision(mirror, config, PRECISION_S, config.seed)?,
     })
 }
 
@@ -136,6 +140,18 @@ fn print(evidence: &[Evidence], uncompensated: &PaperNumbers) {
         "-".into(),
         "0.5 um",
         &|e| format!("{:.2} um", e.triangle_um),
+    );
+    row(
+        "f32 core against f64 (single ticks' drives)",
+        "-".into(),
+        "5 nm",
+        &|e| {
+            let Precision {
+                mirror_um,
+                drive_um,
+            } = e.precision;
+            format!("{:.1} nm ({:.1})", 1e3 * mirror_um, 1e3 * drive_um)
+        },
     );
 }
 

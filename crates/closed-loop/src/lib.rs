@@ -7,13 +7,17 @@
 //!
 //! - [`Loop`] is a tick after a tick;
 //! - [`calibrate`] measures a mirror that nobody has told it of, identifies it and corrects the tables;
-//! - [`figures`] are what the positioning reaches then.
+//! - [`figures`] are what the positioning reaches then;
+//! - [`precision`] tells how far the core's f32 arithmetic is from the same chain in f64.
 
 mod calibrate;
+mod double;
 pub mod figures;
+mod precision;
 mod record;
 
 pub use calibrate::{CalibrateError, calibrate};
+pub use precision::{Precision, precision};
 
 use control_core::{
     AdcCode, Ampere, Calibration, Controller, CurrentSense, LANES, Limits, Micrometre, PwmCode,
