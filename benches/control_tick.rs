@@ -122,6 +122,7 @@ fn everything_on(factory: Calibration) -> Calibration {
         },
         memory: Memory {
             plays: [play(3.0), play(6.0), play(12.0), play(24.0)],
+            release: Second(0.5),
             creep: [
                 lag(4e-3, 0.5),
                 lag(3e-3, 2.0),

@@ -185,6 +185,10 @@ pub enum ToolError {
 
     #[error(transparent)]
     #[diagnostic(help("is the sensor looking at the mirror, and does the mirror move?"))]
+    Refine(#[from] calibration::RefineError),
+
+    #[error(transparent)]
+    #[diagnostic(help("is the sensor looking at the mirror, and does the mirror move?"))]
     Correction(#[from] calibration::CorrectionError),
 
     #[error("this board has no position sensor")]

@@ -83,6 +83,8 @@ struct Stored {
     #[serde(default)]
     plays: Vec<StoredPlay>,
     #[serde(default)]
+    release_s: f64,
+    #[serde(default)]
     creep: Vec<StoredLag>,
     actuators: Vec<StoredLane>,
 }
@@ -141,6 +143,7 @@ pub fn to_toml(calibration: &Calibration) -> String {
                 radius_um: decimal(play.radius.0),
             })
             .collect(),
+        release_s: decimal(p.memory.release.0),
         creep: lags(&p.memory.creep),
         actuators: p.lanes.iter().map(StoredLane::from).collect(),
     };
@@ -215,6 +218,7 @@ impl Stored {
         for unused in &mut memory.plays[self.plays.len()..] {
             unused.radius = Micrometre(widest as f32);
         }
+        memory.release = Second(self.release_s as f32);
         fill("creep", &mut memory.creep, &self.creep, StoredLag::read)?;
         let parts = Parts {
             origin: Origin {

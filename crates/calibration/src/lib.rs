@@ -11,11 +11,15 @@ mod correct;
 mod curve;
 mod dynamics;
 mod file;
+mod jumps;
+mod refine;
 mod rehearsal;
 mod statics;
 
 pub use correct::{CorrectionError, StaticPoint, corrected};
 pub use file::{CalibrationFileError, from_toml, to_toml};
+pub use jumps::{JUMP_S, jumps};
+pub use refine::{RefineError, Refined, refined};
 pub use rehearsal::{Left, Rehearsal, rehearse};
 
 use control_core::calibration::{Bounds, Label, Origin, Parts};

@@ -1,26 +1,21 @@
 //! From a mirror that nobody knows to its calibration, as `host-tool calibrate` does it on a board.
 
-use calibration::{CorrectionError, StaticPoint, TabulateError, corrected, tabulate};
+use calibration::{JUMP_S, RefineError, TabulateError, jumps, refined, tabulate};
 use control_core::Calibration;
 use diagnosis::Plan as FitPlan;
+use measurement::{MeasurementFile, Session};
 use mirror_model::{Model, Preset, Runaway};
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Normal};
 use virtual_mirror::{ConfigError, Experiment, MirrorConfig, Plan};
 use virtual_sessions::{Instruments, measure};
 
-use crate::Loop;
+use crate::record::Bench;
 
 /// Highest drive (V).
 const MAX_V: f64 = 3.5;
-/// Positions at which the tables are corrected, and how long the mirror stays at each (s).
-const POINTS: u32 = 24;
-const STAY_S: f64 = 1.5;
-/// How often the tables are corrected: the second time what the first one left.
-const ROUNDS: u32 = 2;
-/// Noise of a reading of the sensor, the mean of 10 ms (um).
-const NOISE_UM: f64 = 0.005;
+/// Sines of positions (Hz) for what is fast: middle and amplitude as shares of the range, and a rest before (s).
+const SINES_HZ: [f64; 2] = [20.0, 100.0];
+const SINE: (f64, f64) = (0.25, 0.12);
+const REST_S: f64 = 2.0;
 
 /// Why a mirror could not be calibrated.
 #[derive(Debug, thiserror::Error)]
@@ -34,13 +29,13 @@ pub enum CalibrateError {
     /// The model gives no calibration.
     #[error(transparent)]
     Tabulate(#[from] TabulateError),
-    /// The measured points correct nothing.
+    /// What it did refines nothing.
     #[error(transparent)]
-    Correct(#[from] CorrectionError),
+    Refine(#[from] RefineError),
 }
 
-/// Measures the mirror of `config`, fits a model to what was measured, tabulates its inverse, and
-/// corrects the tables where the mirror went.
+/// Measures the mirror of `config`, fits a model to what was measured, tabulates its inverse, and refines it by what
+/// the mirror does under it.
 ///
 /// # Errors
 /// Where one of these steps fails.
@@ -49,12 +44,9 @@ pub fn calibrate(config: &MirrorConfig) -> Result<(Calibration, Model), Calibrat
     let start = Model::from(Preset::Reconciled);
     let (model, _) = diagnosis::identify(&start, &FitPlan::new(&session), &[])?;
     let mut calibration = tabulate(&model)?.calibration;
-    let mut noise = ChaCha8Rng::seed_from_u64(config.seed);
-    for _ in 0..ROUNDS {
-        let points = visit(&mut calibration, config, &mut noise)?;
-        calibration = corrected(&calibration, &points)?;
-    }
-    Ok((calibration, model))
+    let session = moves(&mut calibration, config)?;
+    let refined = refined(&calibration, &session)?;
+    Ok((refined.calibration, model))
 }
 
 /// The standard session, with a step that is held for half a minute.
@@ -64,28 +56,18 @@ fn plan() -> Plan {
     plan
 }
 
-/// Goes through the range upwards, and every other position downwards.
-fn visit(
-    calibration: &mut Calibration,
-    config: &MirrorConfig,
-    noise: &mut ChaCha8Rng,
-) -> Result<Vec<StaticPoint>, ConfigError> {
+/// Moves all over the range under a first calibration: what refines it.
+fn moves(calibration: &mut Calibration, config: &MirrorConfig) -> Result<Session, ConfigError> {
     let top_um = f64::from(calibration.max_position().0);
-    let mut mirror = Loop::new(calibration, config)?;
-    let normal = Normal::new(0.0, NOISE_UM).expect("a positive deviation");
-    let up = (1..=POINTS).step_by(2);
-    let down = (2..=POINTS).rev().step_by(2);
-    let mut points: Vec<_> = up
-        .chain(down)
-        .map(|i| {
-            let asked_um = 0.995 * top_um * f64::from(i) / f64::from(POINTS);
-            let reached_um = mirror.hold(asked_um, STAY_S) + normal.sample(noise);
-            StaticPoint {
-                asked_um,
-                reached_um,
-            }
-        })
-        .collect();
-    points.sort_by(|a, b| a.asked_um.total_cmp(&b.asked_um));
-    Ok(points)
+    let positions: Vec<f64> = jumps().into_iter().map(|share| share * top_um).collect();
+    let mut bench = Bench::new(calibration, config)?;
+    let mut files = vec![bench.positions(&positions, JUMP_S)];
+    for hz in SINES_HZ {
+        bench.rest(REST_S);
+        files.push(bench.sine(SINE.0 * top_um, SINE.1 * top_um, hz));
+    }
+    let named = |file: MeasurementFile| (format!("{}.csv", file.experiment()), file);
+    Ok(Session {
+        files: files.into_iter().map(named).collect(),
+    })
 }

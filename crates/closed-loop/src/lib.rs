@@ -11,12 +11,13 @@
 
 mod calibrate;
 pub mod figures;
+mod record;
 
 pub use calibrate::{CalibrateError, calibrate};
 
 use control_core::{
     AdcCode, Ampere, Calibration, Controller, CurrentSense, LANES, Limits, Micrometre, PwmCode,
-    SenseCalibration, Setpoint, TICK,
+    SenseCalibration, Setpoint, TICK, Volt,
 };
 use emulated_board::Electronics;
 use virtual_mirror::{ConfigError, MirrorConfig, VirtualMirror};
@@ -31,6 +32,8 @@ pub struct Loop<'a> {
     sense: CurrentSense,
     mirror: VirtualMirror,
     applied: [PwmCode; LANES],
+    /// What the codes' mean is to be (V).
+    drives: [Volt; LANES],
     currents: [Ampere; LANES],
 }
 
@@ -50,6 +53,7 @@ impl<'a> Loop<'a> {
             electronics,
             mirror: VirtualMirror::new(config)?,
             applied: [PwmCode(0); LANES],
+            drives: [Volt(0.0); LANES],
             currents: [Ampere(0.0); LANES],
         })
     }
@@ -59,6 +63,7 @@ impl<'a> Loop<'a> {
         let applied = self.applied.map(PwmCode::drive);
         let step = self.controller.step(setpoint, applied, self.currents);
         let (codes, limits) = (step.codes, step.limits);
+        self.drives = step.drives;
         let drive_v = codes.map(|code| self.electronics.drive_v(code.0));
         // The currents follow the drive at once, the mirror has not moved yet.
         self.mirror.step(drive_v, 0.0);
@@ -84,6 +89,19 @@ impl<'a> Loop<'a> {
             }
         }
         sum / READ.min(ticks) as f64
+    }
+
+    /// What is driven now, before it is rounded to codes (V).
+    pub fn drive_v(&self) -> [f64; LANES] {
+        self.drives.map(|drive| f64::from(drive.0))
+    }
+
+    /// The resistances that the currents of this tick show, where one flows (ohm).
+    fn sensed_ohm(&self) -> [Option<f64>; LANES] {
+        std::array::from_fn(|lane| {
+            let (volts, current) = (self.applied[lane].drive().0, self.currents[lane].0);
+            (volts > 0.0 && current > 0.0).then(|| f64::from(volts / current))
+        })
     }
 
     /// The mirror as it is now.

@@ -12,7 +12,7 @@ use libm::expm1f;
 pub(crate) const TURNS: usize = 4;
 
 /// Part of the way to its input that a lag goes in so many ticks, for an input that is held.
-fn rate(time: Second, ticks: usize) -> f32 {
+pub(crate) fn rate(time: Second, ticks: usize) -> f32 {
     if time.0 > 0.0 {
         -expm1f(-TICK.0 * ticks as f32 / time.0)
     } else {

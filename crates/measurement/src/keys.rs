@@ -49,9 +49,11 @@ impl Keys {
         Some((self.number("prehold_V")?, self.number("prehold_s")?))
     }
 
-    /// Whether the drive runs straight from row to row (`drive=` says sine) rather than being held.
+    /// Whether the drive runs straight from row to row (`drive=` says sine, or that a controller made it for a position)
+    /// rather than being held.
     pub fn drive_is_interpolated(&self) -> bool {
-        self.get("drive").is_some_and(|drive| drive.contains("sin"))
+        self.get("drive")
+            .is_some_and(|drive| drive.contains("sin") || drive == "position")
     }
 
     /// What the cold heater roughly is, for a heater that is not this mirror's (`R0_ohm`).

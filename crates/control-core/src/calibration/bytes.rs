@@ -12,13 +12,13 @@ use crate::table::{InverseTable, KNOTS};
 use crate::units::{Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Volt, Watt};
 
 /// The version of this layout and of what the numbers mean.
-pub(super) const FORMAT: u16 = 1;
+pub(super) const FORMAT: u16 = 2;
 
 const MAGIC: [u8; 4] = *b"EMCA";
 const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
 const LANE_NUMBERS: usize = 5 + KNOTS;
-const SHARED_NUMBERS: usize = 2 * (FAST_POLES + SLOW_POLES + PLAYS + LAGS) + 4;
+const SHARED_NUMBERS: usize = 2 * (FAST_POLES + SLOW_POLES + PLAYS + LAGS) + 5;
 const HEAD: usize = MAGIC.len() + 2 + 2 * Label::CAPACITY + 8;
 
 /// Bytes of a calibration.
@@ -148,6 +148,7 @@ fn numbers(
         visit(&mut play.weight);
         visit(&mut play.radius.0);
     }
+    visit(&mut parts.memory.release.0);
     visit(&mut parts.path.move_time.0);
     visit(&mut parts.bounds.drive.0);
     visit(&mut parts.bounds.power.0);

@@ -87,6 +87,9 @@ pub struct Play {
 pub struct Memory {
     /// Play operators, by rising radius.
     pub plays: [Play; PLAYS],
+    /// Time in which the plays let go of what they hold back while nothing moves, as friction does in a mirror
+    /// whose drive trembles by its own rounding; 0: never.
+    pub release: Second,
     /// Lags of the creep.
     pub creep: [Lag; LAGS],
 }
@@ -163,6 +166,7 @@ impl Memory {
             weight: 0.0,
             radius: Micrometre(0.0),
         }; PLAYS],
+        release: Second(0.0),
         creep: [Lag {
             weight: 0.0,
             time: SLOW,
@@ -272,6 +276,7 @@ impl Memory {
         if at_once < 0.1 {
             return Err(CalibrationError::number(Field::Play, 0, Problem::Sum));
         }
+        check(Field::Release, 0, self.release.0, 0.0..=1e5)?;
         check_lags(Field::Creep, &self.creep, -0.2..=0.2, FASTEST_CREEP.0..=1e5)
     }
 }
@@ -359,6 +364,7 @@ pub(crate) mod tests {
                     play(0.01, 12.0),
                     play(0.01, 24.0),
                 ],
+                release: Second(0.5),
                 creep: [
                     lag(0.004, 0.5),
                     lag(0.003, 2.0),
@@ -404,9 +410,10 @@ pub(crate) mod tests {
             9 => (&mut p.memory.plays[0].radius.0, Field::Play),
             10 => (&mut p.memory.creep[1].weight, Field::Creep),
             11 => (&mut p.memory.creep[2].time.0, Field::Creep),
-            12 => (&mut p.path.move_time.0, Field::MoveTime),
-            13 => (&mut p.bounds.drive.0, Field::MaxDrive),
-            14 => (&mut p.bounds.power.0, Field::MaxPower),
+            12 => (&mut p.memory.release.0, Field::Release),
+            13 => (&mut p.path.move_time.0, Field::MoveTime),
+            14 => (&mut p.bounds.drive.0, Field::MaxDrive),
+            15 => (&mut p.bounds.power.0, Field::MaxPower),
             _ => (&mut p.bounds.rise.0, Field::MaxRise),
         };
         *number = bad;
@@ -416,7 +423,7 @@ pub(crate) mod tests {
     proptest! {
         #[test]
         fn a_number_that_is_off_is_named(
-            which in 0_usize..16,
+            which in 0_usize..17,
             bad in prop_oneof![Just(f32::NAN), Just(f32::INFINITY), Just(-1.0e3), Just(1e9)],
         ) {
             let (parts, field) = number_off(which, bad);

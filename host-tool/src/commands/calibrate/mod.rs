@@ -7,19 +7,20 @@ mod trial;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use calibration::{StaticPoint, corrected, tabulate, to_toml};
+use calibration::{JUMP_S, StaticPoint, corrected, jumps, refined, tabulate, to_toml};
 use control_core::Calibration;
 use control_core::design::COLD_RESISTANCE_TOLERANCE;
 use diagnosis::{Identification, Plan};
 use measurement::Session;
 use mirror_model::Model;
+use mirror_protocol::{Quantity, Shape, Waveform};
 use serde::Serialize;
 
-use self::trial::{Figures, Trial, z_of};
+use self::trial::{Figures, Trial, complete, z_of};
 use crate::board::Board;
 use crate::cli::Calibrate;
 use crate::commands::lab::while_working;
-use crate::commands::measure::experiment::{Experiment, in_common};
+use crate::commands::measure::experiment::{Experiment, Reading, in_common};
 use crate::commands::measure::run::{Ended, Lab, today};
 use crate::commands::measure::sensor::Sensor;
 use crate::commands::{calibrate_sense, status};
@@ -37,6 +38,13 @@ const JUMP: usize = 14;
 const DWELL: Span = Span { s: 2.0 };
 /// Corrections, each under the tables of the one before.
 const ROUNDS: usize = 2;
+/// Sines of positions that refine what is fast (Hz); their middle and amplitude as shares of the range, their cycles, the
+/// share of these in which the mirror is still on its way there, and their readings.
+const SINES_HZ: [f64; 2] = [20.0, 100.0];
+const SINE: (f64, f64) = (0.25, 0.12);
+const SINE_CYCLES: u32 = 6;
+const ON_ITS_WAY: f64 = 1.0 / 3.0;
+const SINE_SAMPLES: u32 = 600;
 /// The range that is used of what the highest drive reaches: up there nothing is left to correct with.
 const RANGE: f64 = 0.99;
 
@@ -52,6 +60,9 @@ struct Report {
     identified: Identification,
     /// Effects of the model that the board does not invert.
     not_inverted: Vec<String>,
+    /// What the stages that were refined leave of the displacement on the way, root mean square; only a sensor that is read at
+    /// every tick tells.
+    refined_rms_um: Option<f64>,
     before: Figures,
     after: Figures,
     calibration: Option<PathBuf>,
@@ -59,7 +70,8 @@ struct Report {
     picture: Option<PathBuf>,
 }
 
-/// Calibrates `board`. Without success it keeps the calibration that it had.
+/// Calibrates `board`. Until the mirror is identified the board keeps the calibration that it had; from then on it has
+/// the one that is being tried.
 pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(), ToolError> {
     let start = Model::load(&ask.model)?;
     let file = |path: Option<PathBuf>| {
@@ -76,6 +88,7 @@ pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(),
     if matches!(sensor, Sensor::Board) && status.telemetry.sensor_z_um.is_none() {
         return Err(ToolError::NoSensor);
     }
+    let is_quick = matches!(sensor, Sensor::Board);
     let uncertainty_before_k = status::uncertainty_k(&board.calibration().await?, [None; 4]);
     // Small currents tell the cold resistance, and an offset would be part of it.
     calibrate_sense::zero(board).await?;
@@ -103,7 +116,12 @@ pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(),
     let top_um = RANGE
         * decimal(status.max_position_um).min(decimal(tabulated.calibration.max_position().0));
     let before = Trial::run(&mut lab, top_um).await?;
-    let calibration = correct(&mut lab, board, tabulated.calibration).await?;
+    let first = tabulated.calibration;
+    let (calibration, left_um) = if is_quick {
+        refine(&mut lab, board, first, json).await?
+    } else {
+        (correct(&mut lab, board, first).await?, None)
+    };
     let after = Trial::run(&mut lab, top_um).await?;
     lab.close();
 
@@ -124,6 +142,7 @@ pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(),
             .iter()
             .map(|left| format!("{}: {}", left.effect, left.because))
             .collect(),
+        refined_rms_um: left_um,
         before: before.figures(),
         after: after.figures(),
         calibration: write(calibration_file, to_toml(&calibration))?,
@@ -175,6 +194,58 @@ async fn measure(
         }
     }
     Ok(session)
+}
+
+/// Uploads `calibration`, moves the mirror all over its range under it, and refines it by what the mirror did.
+async fn refine(
+    lab: &mut Lab<'_>,
+    board: &Board,
+    calibration: Calibration,
+    json: bool,
+) -> Result<(Calibration, Option<f64>), ToolError> {
+    board.use_calibration(&calibration).await?;
+    let top_um = RANGE * decimal(calibration.max_position().0);
+    let positions: Vec<f64> = jumps().into_iter().map(|share| share * top_um).collect();
+    let moves = Experiment::moves("moves", &positions, Span { s: JUMP_S }, lab.tick_hz())?;
+    let mut experiments = vec![moves.after(30.0)];
+    for hz in SINES_HZ {
+        experiments.push(sine(hz, top_um, lab.tick_hz()));
+    }
+    let mut session = Session::default();
+    for experiment in experiments {
+        let mut file = complete(lab.measure(&experiment).await)?;
+        if let Reading::Curve = experiment.reading {
+            // It begins with a jump from rest.
+            let settled_s = file.rows.last().map_or(0.0, |row| row.t_s) * ON_ITS_WAY;
+            let unsettled = file.rows.iter_mut().filter(|row| row.t_s < settled_s);
+            unsettled.for_each(|row| row.z_um = None);
+        }
+        session
+            .files
+            .push((format!("{}.csv", experiment.name), file));
+    }
+    let refined =
+        lab.aside(|| while_working("refining", json, || refined(&calibration, &session)))?;
+    board.use_calibration(&refined.calibration).await?;
+    Ok((refined.calibration, Some(refined.residual_rms_um)))
+}
+
+/// A sine of positions in the lower half of the range.
+fn sine(frequency_hz: f64, top_um: f64, tick_hz: u32) -> Experiment {
+    let waveform = Waveform {
+        quantity: Quantity::Position,
+        shape: Shape::Sine {
+            frequency_hz: frequency_hz as f32,
+        },
+        offset: (SINE.0 * top_um) as f32,
+        amplitude: (SINE.1 * top_um) as f32,
+        cycles: SINE_CYCLES,
+        ends_off: true,
+    };
+    let name = format!("moves_{frequency_hz}");
+    Experiment::positions_along(&name, waveform, Vec::new(), SINE_SAMPLES, tick_hz)
+        .along_a_position()
+        .after(2.0)
 }
 
 /// Uploads `calibration`, and bends its tables by what the board reaches under it.
@@ -263,6 +334,12 @@ impl fmt::Display for Report {
         writeln!(f, "{:<26} {:>10} {:>10}", "", "before", "after")?;
         for (what, unit, before, after) in rows {
             writeln!(f, "{what:<26} {before:>10.3} {after:>10.3} {unit}")?;
+        }
+        if let Some(left) = self.refined_rms_um {
+            writeln!(
+                f,
+                "left by the refined stages while moving: {left:.3} um rms"
+            )?;
         }
         let files = [
             ("calibration", &self.calibration),

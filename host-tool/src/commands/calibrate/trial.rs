@@ -1,10 +1,11 @@
 //! How well a board positions: at rest, after a step, and along a sine. Measured before and after.
 
+use measurement::MeasurementFile;
 use mirror_protocol::{Quantity, Shape, Waveform};
 use serde::Serialize;
 
 use crate::commands::measure::experiment::Experiment;
-use crate::commands::measure::run::{Ended, Lab};
+use crate::commands::measure::run::{Ended, Lab, Measured};
 use crate::error::ToolError;
 use crate::quantity::Span;
 
@@ -121,18 +122,21 @@ pub(super) async fn z_of(
     lab: &mut Lab<'_>,
     experiment: &Experiment,
 ) -> Result<Vec<(f64, f64)>, ToolError> {
-    let measured = lab.measure(experiment).await;
+    let file = complete(lab.measure(experiment).await)?;
+    let rows = file.rows.iter();
+    let found: Vec<_> = rows.filter_map(|row| Some((row.t_s, row.z_um?))).collect();
+    if found.is_empty() {
+        Err(ToolError::NoSensor)
+    } else {
+        Ok(found)
+    }
+}
+
+/// The file of a measurement that nobody interrupted.
+pub(super) fn complete(measured: Measured) -> Result<MeasurementFile, ToolError> {
     match measured.ended? {
         Ended::Interrupted => Err(ToolError::Interrupted),
-        Ended::Complete => {
-            let rows = measured.file.rows.iter();
-            let found: Vec<_> = rows.filter_map(|row| Some((row.t_s, row.z_um?))).collect();
-            if found.is_empty() {
-                Err(ToolError::NoSensor)
-            } else {
-                Ok(found)
-            }
-        }
+        Ended::Complete => Ok(measured.file),
     }
 }
 

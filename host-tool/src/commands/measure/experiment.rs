@@ -18,6 +18,8 @@ const MEAN_TICKS: u16 = 200;
 const SENSE_BIAS_V: f32 = 0.2;
 /// Before a sine its mean is held, so that the mirror is warm.
 const PREHOLD_S: f64 = 5.0;
+/// Instead of a formula where the board makes the drive: the measurement files' word for it.
+const POSITION: &str = "position";
 /// All four actuators alike.
 const TOGETHER: Quantity = Quantity::Drive {
     active: [true; 4],
@@ -50,6 +52,11 @@ pub(crate) enum Reading {
     AfterSteps,
     /// Evenly along a smooth drive.
     Curve,
+    /// Ever more slowly after every jump of the position, along the drives that the board makes of it.
+    Moves {
+        /// From jump to jump.
+        dwell_ticks: u32,
+    },
 }
 
 /// A waveform that the board plays by itself, and what it samples meanwhile.
@@ -200,6 +207,38 @@ impl Experiment {
         let run = Run::steps(z_um, Quantity::Position, hold, tick_hz)?;
         let run = run.read_after_steps(1, tick_hz);
         Ok(Self::of(name, Reading::AfterSteps, vec![run]))
+    }
+
+    /// Positions one after the other, read at every tick after a jump and then ever more slowly, with the drives and
+    /// currents that belong to the readings.
+    pub(crate) fn moves(
+        name: &str,
+        z_um: &[f64],
+        hold: Span,
+        tick_hz: u32,
+    ) -> Result<Self, ToolError> {
+        let run = Run::steps(z_um, Quantity::Position, hold, tick_hz)?;
+        let reading = match run.waveform.shape {
+            Shape::Steps(table) => Reading::Moves {
+                dwell_ticks: table.dwell_ticks,
+            },
+            _ => Reading::Curve,
+        };
+        let run = run.read_after_steps(1, tick_hz);
+        Ok(Self::of(name, reading, vec![run]).along_a_position())
+    }
+
+    /// The same, with the drives and currents that belong to the readings.
+    pub(crate) fn along_a_position(self) -> Self {
+        let reading = match self.reading {
+            Reading::EndOfDwell => Reading::Curve,
+            other => other,
+        };
+        Self {
+            drive: Some(POSITION.into()),
+            reading,
+            ..self
+        }
     }
 
     /// A waveform of positions, read evenly at most so often in its whole length.

@@ -44,11 +44,14 @@ impl Clock {
 /// states the drive up to its time, so:
 /// - at a step, a row has the voltage of before, and no currents;
 /// - along a curve the voltage is the one between two ticks, and the currents are those which the
-///   sensed resistances have at it.
+///   sensed resistances have at it; where the position jumps, the voltage is the one of before.
 pub(super) fn rows(samples: &[Telemetry], reading: Reading, clock: &Clock) -> Vec<Row> {
     samples
         .windows(2)
-        .filter(|pair| pair[1].tick != clock.first_tick || reading == Reading::Curve)
+        .filter(|pair| {
+            let curved = matches!(reading, Reading::Curve | Reading::Moves { .. });
+            pair[1].tick != clock.first_tick || curved
+        })
         .map(|pair| {
             let (before, now) = (&pair[0], &pair[1]);
             let mut row = clock.row(now);
@@ -60,7 +63,16 @@ pub(super) fn rows(samples: &[Telemetry], reading: Reading, clock: &Clock) -> Ve
                         row.current_a = [None; 4];
                     }
                 }
-                Reading::Curve => {
+                Reading::Moves { dwell_ticks }
+                    if now
+                        .tick
+                        .wrapping_sub(clock.first_tick)
+                        .is_multiple_of(dwell_ticks) =>
+                {
+                    row.voltage_v = before.drive_v.map(decimal);
+                    row.current_a = [None; 4];
+                }
+                Reading::Curve | Reading::Moves { .. } => {
                     let ticks = f64::from(now.tick.wrapping_sub(before.tick));
                     for lane in 0..4 {
                         let (from, to) = (decimal(before.drive_v[lane]), row.voltage_v[lane]);
