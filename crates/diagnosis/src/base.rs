@@ -176,14 +176,20 @@ fn usual(symbol: Symbol, (fast_s, weight, middle_s): (f64, f64, f64)) -> Option<
     }
 }
 
-fn seed(model: &Model, free: &[Free], plan: &Plan, times: (f64, f64, f64)) -> Model {
+/// The model with the cold resistances that can be read off these numbers.
+pub fn with_own_resistances(model: &Model, plan: &Plan) -> Model {
     let mut model = model.clone();
-    for &parameter in free {
-        if let Free::Own(Symbol::ColdResistance, actuator) = parameter
-            && let Some(ohm) = coldest_resistance(plan, actuator)
-        {
-            parameter.set(&mut model, ohm);
+    for actuator in 0..ACTUATORS {
+        if let Some(ohm) = coldest_resistance(plan, actuator) {
+            Free::Own(Symbol::ColdResistance, actuator).set(&mut model, ohm);
         }
+    }
+    model
+}
+
+fn seed(model: &Model, free: &[Free], plan: &Plan, times: (f64, f64, f64)) -> Model {
+    let mut model = with_own_resistances(model, plan);
+    for &parameter in free {
         if let Some(usual) = usual(parameter.symbol(), times)
             && parameter.get(&model) <= 0.0
         {

@@ -6,7 +6,7 @@ use crate::base::{identifiable, restarts};
 use crate::candidate::{Direction, Explanation, directions, refine, refit, scan};
 use crate::ensemble::{Ensemble, solver_error};
 use crate::fit::{Fitted, RESOLUTION, fit, jacobian, predict, trust, white_noise};
-use crate::judge::{Calm, judges};
+use crate::judge::{Calm, judges, quantile};
 use crate::next;
 use crate::plan::{Channel, Observation, Plan};
 use crate::report::{BeforeAfter, Diagnosis, Verdict};
@@ -116,13 +116,10 @@ impl<'a> Bench<'a> {
             })
             .collect();
         let calm = Calm::new(&effects, &judges(&slopes, &approximation, &white));
-        let approximation_rms = rms(
-            plan,
-            ensemble
-                .0
-                .column_iter()
-                .flat_map(|c| c.iter().copied().collect::<Vec<_>>()),
-        );
+        let columns = ensemble.0.column_iter();
+        let mut sizes: Vec<f64> = columns.map(|c| rms(plan, c.iter().copied())).collect();
+        sizes.sort_by(f64::total_cmp);
+        let approximation_rms = quantile(&sizes, 0.5);
         Ok(Self {
             plan,
             fitted,
@@ -377,10 +374,10 @@ fn is_plausible(active: &Active) -> bool {
     value < p.high - margin && (value > p.low + margin || p.low == 0.0)
 }
 
-/// Root mean square of numbers in units of trust for each observation, again and again: over the displacements, in um, or
+/// Root mean square of numbers in units of trust for each observation: over the displacements, in um, or
 /// where none was measured over the currents, in mA.
 fn rms(plan: &Plan, units_of_trust: impl Iterator<Item = f64>) -> f64 {
-    let observed = units_of_trust.zip(plan.observations.iter().cycle());
+    let observed = units_of_trust.zip(&plan.observations);
     rms_of(observed, plan.has_displacement())
 }
 

@@ -1,6 +1,6 @@
 //! What lumped equations leave of mirrors with nothing hidden: the model's approximation, measured.
 
-use crate::base::{identifiable, seeds};
+use crate::base::{identifiable, seeds, with_own_resistances};
 use crate::family;
 use crate::fit::{Knob, in_units_of_trust, jacobian, predict, trust};
 use crate::plan::Plan;
@@ -19,7 +19,7 @@ const REFRESHED: usize = 5;
 /// One mirror in so many is fitted anew from all starts.
 const STUCK: usize = 8;
 /// Changes with whatever changes the residuals, so that an old cache is not taken for a new one.
-const VERSION: u64 = 13;
+const VERSION: u64 = 14;
 
 /// Residuals of the base fitted to virtual mirrors, in units of trust; one mirror a column, the families in turn.
 #[derive(Clone, Debug)]
@@ -43,57 +43,61 @@ impl Ensemble {
         if let Some(file) = file.filter(|file| !file.exists()) {
             write(&file, &columns);
         }
-        Ok(Self(DMatrix::from_vec(rows, MIRRORS, columns)))
+        let mut mirrors = DMatrix::from_vec(rows, MIRRORS, columns);
+        for mut mirror in mirrors.column_iter_mut() {
+            let trusted = in_units_of_trust(mirror.iter().copied(), plan);
+            mirror.copy_from(&trusted);
+        }
+        Ok(Self(mirrors))
     }
 }
 
+/// In um and A: what a session trusts depends on what it measured, and others use the same cache.
 fn residuals(plan: &Plan) -> Result<Vec<f64>, Runaway> {
     let mirrors: Vec<Vec<f64>> = (0..MIRRORS as u64)
         .into_par_iter()
         .map(|seed| family::observe(plan, seed))
         .collect();
     let knobs: Vec<_> = identifiable(plan).into_iter().map(Knob::Base).collect();
-    let starts = seeds(&Model::from(Preset::Paper), &identifiable(plan), plan);
-    let starts: Result<Vec<_>, Runaway> = starts
-        .into_par_iter()
-        .map(|model| {
-            let slopes = jacobian(&model, plan, &knobs)?;
-            Ok(Start { model, slopes })
-        })
-        .collect();
-    let starts = starts?;
-    let first = best(&starts, plan, &knobs, &mirrors[0]);
+    let first = best(plan, &knobs, &mirrors[0])?;
     let slopes = jacobian(&first.model, plan, &knobs)?;
-    let model = first.model;
-    let first = Start { model, slopes };
     let columns: Vec<_> = mirrors
         .par_iter()
-        .map(|values| follow(&first, plan, &knobs, values).left)
+        .map(|values| {
+            let model = with_own_resistances(&first.model, &plan.with_values(values));
+            let slopes = slopes.clone();
+            follow(Start { model, slopes }, plan, &knobs, values).left
+        })
         .collect();
-    Ok(again(columns, plan, &starts, &mirrors, &knobs).concat())
+    let columns = again(columns, plan, &mirrors, &knobs)?.concat();
+    let trusted = plan.observations.iter().map(trust).cycle();
+    Ok(columns
+        .into_iter()
+        .zip(trusted)
+        .map(|(left, trust)| left * trust)
+        .collect())
 }
 
 /// Fits the base anew, from all starts, to the mirrors that are followed worst: some of them are stuck.
 fn again(
     mut columns: Vec<Vec<f64>>,
     plan: &Plan,
-    starts: &[Start],
     mirrors: &[Vec<f64>],
     knobs: &[Knob],
-) -> Vec<Vec<f64>> {
+) -> Result<Vec<Vec<f64>>, Runaway> {
     let mut worst: Vec<usize> = (0..columns.len()).collect();
     worst.sort_by(|&a, &b| cost(&columns[b]).total_cmp(&cost(&columns[a])));
     worst.truncate(columns.len() / STUCK);
-    let fresh: Vec<_> = worst
+    let fresh: Result<Vec<_>, Runaway> = worst
         .par_iter()
-        .map(|&index| best(starts, plan, knobs, &mirrors[index]).left)
+        .map(|&index| Ok(best(plan, knobs, &mirrors[index])?.left))
         .collect();
-    for (index, column) in worst.into_iter().zip(fresh) {
+    for (index, column) in worst.into_iter().zip(fresh?) {
         if cost(&column) < cost(&columns[index]) {
             columns[index] = column;
         }
     }
-    columns
+    Ok(columns)
 }
 
 fn cost(units_of_trust: &[f64]) -> f64 {
@@ -101,7 +105,6 @@ fn cost(units_of_trust: &[f64]) -> f64 {
 }
 
 /// A model to fit from, and how its predictions change with each knob.
-#[derive(Clone)]
 struct Start {
     model: Model,
     slopes: DMatrix<f64>,
@@ -113,18 +116,26 @@ struct Followed {
     left: Vec<f64>,
 }
 
-/// The best of the fits to a virtual mirror from several starts.
-fn best(starts: &[Start], plan: &Plan, knobs: &[Knob], values: &[f64]) -> Followed {
-    starts
-        .par_iter()
-        .map(|start| follow(start, plan, knobs, values))
-        .min_by(|a, b| cost(&a.left).total_cmp(&cost(&b.left)))
-        .expect("a fit has at least one start")
+/// The best of the fits to a virtual mirror from all starts.
+fn best(plan: &Plan, knobs: &[Knob], values: &[f64]) -> Result<Followed, Runaway> {
+    let free = identifiable(plan);
+    let paper = Model::from(Preset::Paper);
+    let fits: Result<Vec<_>, Runaway> = seeds(&paper, &free, &plan.with_values(values))
+        .into_par_iter()
+        .map(|model| {
+            let slopes = jacobian(&model, plan, knobs)?;
+            Ok(follow(Start { model, slopes }, plan, knobs, values))
+        })
+        .collect();
+    let best = fits?
+        .into_iter()
+        .min_by(|a, b| cost(&a.left).total_cmp(&cost(&b.left)));
+    Ok(best.expect("a fit has at least one start"))
 }
 
 /// Fits the base to a virtual mirror from the fit to another one: damped steps with Broyden's updates of that one's
 /// Jacobian, which is computed anew only now and then. A third of the price of a fit of its own.
-fn follow(start: &Start, plan: &Plan, knobs: &[Knob], values: &[f64]) -> Followed {
+fn follow(start: Start, plan: &Plan, knobs: &[Knob], values: &[f64]) -> Followed {
     let scaled = |model: &Model| -> Option<DVector<f64>> {
         let predicted = predict(model, plan).ok()?;
         let left = values.iter().zip(predicted).map(|(v, p)| v - p);
@@ -133,7 +144,7 @@ fn follow(start: &Start, plan: &Plan, knobs: &[Knob], values: &[f64]) -> Followe
     let Start {
         mut model,
         mut slopes,
-    } = start.clone();
+    } = start;
     let mut left = scaled(&model).expect("the fit that it starts from has an answer");
     let mut damping = 1e-3;
     for round in 1..=STEPS {

@@ -79,6 +79,15 @@ impl Plan {
         self.observations.iter().map(|o| o.value).collect()
     }
 
+    /// The same drives and channels with other numbers measured.
+    pub fn with_values(&self, values: &[f64]) -> Self {
+        let mut plan = self.clone();
+        for (observation, &value) in plan.observations.iter_mut().zip(values) {
+            observation.value = value;
+        }
+        plan
+    }
+
     /// The drive that was on when an observation was made.
     pub fn drive(&self, observation: &Observation) -> [f64; ACTUATORS] {
         self.intervals[observation.interval].to_v

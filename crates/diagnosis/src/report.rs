@@ -86,7 +86,7 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// The named effect, or the ambiguous set with the best first, or nothing.
     pub effects: Vec<String>,
-    /// Size of what lumped equations leave of mirrors like this with nothing hidden.
+    /// Size of what lumped equations leave of the median mirror like this with nothing hidden.
     pub approximation_rms_um: f64,
     /// Unit of the errors: `um` of displacement, or `mA` where no displacement was measured.
     pub unit: &'static str,

@@ -63,7 +63,7 @@ impl Diagnosis {
         }
         writeln!(
             f,
-            "  the model's approximation, which is no missing effect: {:.3} {unit} rms on mirrors with nothing hidden",
+            "  the model's approximation, which is no missing effect: {:.3} {unit} rms on the median mirror with nothing hidden",
             self.approximation_rms_um
         )?;
         writeln!(

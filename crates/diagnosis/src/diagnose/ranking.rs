@@ -7,6 +7,9 @@ use crate::plan::Plan;
 use crate::report::{BeforeAfter, Estimate, Ranked};
 use nalgebra::DVector;
 
+/// Nature's form is not quite the candidate's: a size, in the candidate's terms, is known no better than to this share.
+const FORM: f64 = 0.1;
+
 impl Bench<'_> {
     /// An effect's place in the ranking.
     pub(super) fn ranked<'e>(
@@ -31,7 +34,8 @@ impl Bench<'_> {
         let limit = (self.calm.thresholds[index].max(0.0).sqrt() + 1.64) / strongest.sqrt()
             * info.parameters[0].start.abs();
         let parameters = info.parameters.iter().enumerate().map(|(i, p)| {
-            let standard_error = (i == 0).then_some(e.strength_error * widening);
+            let of_form = FORM * e.active.values[i].abs();
+            let standard_error = (i == 0).then_some(of_form.hypot(e.strength_error * widening));
             (
                 p.symbol.to_string(),
                 Estimate {
