@@ -1,11 +1,14 @@
 //! The paper's experiments as commands: their files are read again, and nothing is left driven.
 
-use std::process::Command;
+use std::fs::File;
+use std::io::Write;
+use std::process::{Child, Command};
 use std::thread;
 use std::time::Duration;
 
 use hil::{Bench, Said};
 use measurement::{MeasurementFile, Session};
+use rustix::pty::{OpenptFlags, openpt, ptsname, unlockpt};
 use virtual_mirror::MirrorConfig;
 
 fn read(bench: &Bench, name: &str) -> MeasurementFile {
@@ -171,4 +174,40 @@ fn ctrl_c_leaves_the_channels_off_and_what_was_measured() {
         "{} rows",
         file.rows.len()
     );
+}
+
+/// A serial sensor: a pseudo terminal's end, and the name of the other one.
+fn pseudo_terminal() -> (File, String) {
+    let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)
+        .expect("a pseudo terminal");
+    unlockpt(&ours).expect("it is ours");
+    let name = ptsname(&ours, Vec::new()).expect("it has a name");
+    (File::from(ours), name.into_string().expect("text"))
+}
+
+/// Sends `line` again and again until the tool has ended.
+fn send(mut sensor: File, mut tool: Child, line: &str) -> Said {
+    while tool.try_wait().expect("it is ours").is_none() {
+        sensor.write_all(line.as_bytes()).expect("it is read");
+        thread::sleep(Duration::from_millis(1));
+    }
+    Said::from(tool)
+}
+
+#[test]
+fn a_serial_sensor_that_sends_no_number_is_named() {
+    let bench = Bench::new();
+    let (sensor, name) = pseudo_terminal();
+    let tool = bench.start_tool(&[
+        "measure", "held", "1V", "--dwell", "50ms", "--rest", "0s", "--sensor", &name,
+    ]);
+    let said = send(sensor, tool, "laser off\n");
+    assert_ne!(said.code, 0);
+    assert!(
+        said.sentence().contains("it sent no number"),
+        "{}",
+        said.err
+    );
+    assert!(said.sentence().contains(&name), "{}", said.err);
+    assert!(is_off(&bench));
 }
