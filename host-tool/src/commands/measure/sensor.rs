@@ -47,8 +47,11 @@ impl Sensor {
         let device = File::open(&path).map_err(|error| cannot_read(&path, error))?;
         let (send, arriving) = channel();
         thread::spawn(move || {
-            for line in BufReader::new(device).lines().map_while(Result::ok) {
-                let Some(um) = finite(&line) else { continue };
+            // Text that is no text, as a sensor sends it when it is switched on, is passed over like any other.
+            for line in BufReader::new(device).split(b'\n').map_while(Result::ok) {
+                let Some(um) = finite(&String::from_utf8_lossy(&line)) else {
+                    continue;
+                };
                 if send.send((Instant::now(), um)).is_err() {
                     return;
                 }
