@@ -88,10 +88,10 @@ fn draw_mirror(seed: u64) -> MirrorConfig {
     config.shape.clamp = (config.shape.clamp + rng.random_range(-0.2..0.2)).clamp(0.0, 0.95);
     // Released beams stand up from the substrate, the paper's by 220 um: no missing physics, but a bent curve.
     config.shape.rest_height_um = rng.random_range(0.0..300.0);
-    // No heater is without leads and contacts; a part of what would be remarkable is always there.
+    // No heater is without leads and contacts, 1 to 20 ohm of them, nor without cold ends, which look the same.
     config
         .effects
-        .set(Effect::SeriesResistance, rng.random_range(0.0..0.5));
+        .set(Effect::SeriesResistance, rng.random_range(0.0..3.0));
     config.sensor.position_noise_nm = 0.0;
     config.sensor.current_noise_ua = 0.0;
     config.sensor.current_noise_ratio = 0.0;
