@@ -5,6 +5,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use emulated_board::{Connected, EmulatedBoard, Emulation};
+use measurement::MeasurementFile;
 use tempfile::TempDir;
 use virtual_mirror::MirrorConfig;
 
@@ -154,6 +155,15 @@ impl Bench {
             .stderr(Stdio::piped())
             .spawn()
             .expect("the tool is not built: `cargo build -p host-tool`")
+    }
+
+    /// A measurement file that the tool has written into [`Self::directory`].
+    ///
+    /// # Panics
+    /// Where there is none, or it cannot be read.
+    pub fn measured(&self, name: &str) -> MeasurementFile {
+        let text = std::fs::read_to_string(self.directory().join(name)).expect("a file");
+        MeasurementFile::parse(name, &text).expect("it is read again")
     }
 
     /// Runs the tool for its JSON.

@@ -131,11 +131,9 @@ fn off_is_off() {
 fn a_recording_is_a_measurement_file() {
     let bench = Bench::new();
     bench.json(&["set-drive", "1.5V", "--settle", "10ms"]);
-    let path = bench.directory().join("still.csv");
     let report = bench.json(&["record", "-o", "still.csv", "--duration", "200ms"]);
     assert_eq!(report["samples"], 200);
-    let text = std::fs::read_to_string(path).expect("it was written");
-    let file = measurement::MeasurementFile::parse("still.csv", &text).expect("it is read again");
+    let file = bench.measured("still.csv");
     assert_eq!(file.rows.len(), 200);
     assert!((file.rows[199].t_s - 0.199).abs() < 1e-9);
     let other = file
@@ -204,8 +202,7 @@ fn no_sample_is_lost() {
         "1ms",
     ];
     assert_eq!(bench.json(&words)["samples"], 2000);
-    let text = std::fs::read_to_string(bench.directory().join("long.csv")).expect("a file");
-    let file = measurement::MeasurementFile::parse("long.csv", &text).expect("readable");
+    let file = bench.measured("long.csv");
     let lost = file
         .rows
         .windows(2)

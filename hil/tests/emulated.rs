@@ -253,8 +253,7 @@ fn samples_of_a_dead_tool_are_not_taken_for_ones_own() {
         "10ms",
     ];
     assert_eq!(bench.json(&words)["samples"], 30);
-    let text = std::fs::read_to_string(bench.directory().join("second.csv")).expect("a file");
-    let file = measurement::MeasurementFile::parse("second.csv", &text).expect("readable");
+    let file = bench.measured("second.csv");
     let steps = file.rows.windows(2).map(|pair| pair[1].t_s - pair[0].t_s);
     assert!(
         steps.clone().all(|step| (step - 0.01).abs() < 1e-9),
