@@ -8,7 +8,7 @@ use crate::ensemble::{Ensemble, solver_error};
 use crate::fit::{Fitted, RESOLUTION, fit, jacobian, predict, trust, white_noise};
 use crate::judge::{Calm, judges, quantile};
 use crate::next;
-use crate::plan::{Channel, Observation, Plan};
+use crate::plan::{self, Observation, Plan};
 use crate::report::{BeforeAfter, Diagnosis, Verdict};
 use crate::space::{Approximation, Space, Vector};
 use mirror_model::effect::{Active, Effect, built_in};
@@ -387,12 +387,6 @@ fn rms_of<'o>(
     displacement: bool,
 ) -> f64 {
     let unit = if displacement { 1.0 } else { 1e3 };
-    let (mut sum, mut count) = (0.0, 0usize);
-    for (value, o) in units_of_trust {
-        if (o.channel == Channel::Displacement) == displacement {
-            sum += (value * trust(o) * unit).powi(2);
-            count += 1;
-        }
-    }
-    (sum / count.max(1) as f64).sqrt()
+    let numbers = units_of_trust.map(|(value, o)| (value * trust(o), o));
+    unit * plan::rms(numbers, displacement).unwrap_or(0.0)
 }

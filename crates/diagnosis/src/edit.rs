@@ -4,8 +4,8 @@ use crate::base::{identifiable, restarts};
 use crate::candidate::{directions, scan};
 use crate::compare::{Comparison, compare};
 use crate::ensemble::Ensemble;
-use crate::fit::{best_fit, fit, jacobian, knobs, predict};
-use crate::fit_report::{FitReport, fit_and_report};
+use crate::fit::{Fitted, best_fit, fit, jacobian, knobs, predict};
+use crate::fit_report::{FitReport, report};
 use crate::placebo::{Fall, Placebo, placebo};
 use crate::plan::Plan;
 use crate::space::Space;
@@ -100,7 +100,7 @@ pub fn add(
         .collect();
     let all = knobs(&starts[0], plan);
     let best = best_fit(&starts, plan, &plan.values(), &all)?;
-    let mut changed = change(&fitted.model, &best.model, plan, files)?;
+    let mut changed = change(fitted, best, plan, files)?;
     let placebo = placebo(&directions, &Ensemble::new(plan, cache)?.0, &space, plan);
     changed.edit.advice = changed.edit.on_adding(&id, &placebo);
     changed.edit.placebo = Some(placebo);
@@ -122,14 +122,19 @@ pub fn remove(
     if without.effects.len() == model.effects.len() {
         return Err(EditError::Absent(id.into()));
     }
-    let mut changed = change(model, &without, plan, files)?;
+    let mut changed = change(fit(model, plan)?, fit(&without, plan)?, plan, files)?;
     changed.edit.advice = changed.edit.on_removing(id);
     Ok(changed)
 }
 
-fn change(old: &Model, new: &Model, plan: &Plan, files: &[String]) -> Result<Changed, EditError> {
-    let (before, _) = fit_and_report(old, plan, files)?;
-    let (after, fit) = fit_and_report(new, plan, files)?;
+fn change(
+    before: Fitted,
+    after: Fitted,
+    plan: &Plan,
+    files: &[String],
+) -> Result<Changed, EditError> {
+    let (before, _) = report(before, plan, files)?;
+    let (after, fit) = report(after, plan, files)?;
     let edit = Edit {
         before: compare(&before, plan)?,
         after: compare(&after, plan)?,

@@ -1,7 +1,7 @@
 //! Least squares of a model's parameters to a session.
 
 use crate::base::{Free, identifiable, seeds};
-use crate::plan::{Channel, Plan};
+use crate::plan::{Channel, Plan, rms};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use mirror_model::{Model, Runaway, simulate};
 use nalgebra::{DMatrix, DVector, Dyn, Owned};
@@ -201,6 +201,12 @@ impl Fitted {
     /// The residuals in units of trust.
     pub fn scaled(&self, plan: &Plan) -> DVector<f64> {
         in_units_of_trust(self.residuals.iter().copied(), plan)
+    }
+
+    /// Root mean square of what is left of the displacements (um) or of the currents (A), if they were measured.
+    pub fn rms(&self, plan: &Plan, displacement: bool) -> Option<f64> {
+        let left = self.residuals.iter().copied().zip(&plan.observations);
+        rms(left, displacement)
     }
 
     /// The sum of squares of the residuals in units of trust.

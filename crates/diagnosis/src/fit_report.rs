@@ -2,7 +2,7 @@
 
 use crate::base::Free;
 use crate::fit::{Fitted, Knob, fit, jacobian};
-use crate::plan::{Channel, Plan};
+use crate::plan::Plan;
 use crate::report::Estimate;
 use mirror_model::{Model, Runaway, Symbol};
 use nalgebra::{DMatrix, SymmetricEigen};
@@ -45,7 +45,18 @@ pub fn fit_and_report(
     plan: &Plan,
     files: &[String],
 ) -> Result<(Model, FitReport), Runaway> {
-    let mut fitted = fit(model, plan)?;
+    report(fit(model, plan)?, plan, files)
+}
+
+/// Reports on a fit. The model comes back with standard errors and provenance.
+///
+/// # Errors
+/// As [`fit_and_report`].
+pub(crate) fn report(
+    mut fitted: Fitted,
+    plan: &Plan,
+    files: &[String],
+) -> Result<(Model, FitReport), Runaway> {
     let covariance = note_errors(&mut fitted, plan)?;
     let mut parameters = known_errors(&fitted, &covariance);
     if !plan.has_displacement() {
@@ -55,14 +66,15 @@ pub fn fit_and_report(
         parameters,
         correlations: correlations(&fitted, &covariance),
         inseparable: inseparable(&fitted.model, plan)?,
-        residual_rms_um: rms(&fitted, plan, true),
-        residual_rms_ma: rms(&fitted, plan, false).map(|amperes| 1e3 * amperes),
+        residual_rms_um: fitted.rms(plan, true),
+        residual_rms_ma: fitted.rms(plan, false).map(|amperes| 1e3 * amperes),
         thinned_rows: plan.thinned_rows,
     };
+    let from = fitted.model.preset.name();
     let provenance = &mut fitted.model.provenance;
     provenance.files = files.to_vec();
     provenance.residual_rms_um = report.residual_rms_um;
-    provenance.note = Some(format!("fitted from {}", model.preset.name()));
+    provenance.note = Some(format!("fitted from {from}"));
     Ok((fitted.model, report))
 }
 
@@ -261,15 +273,6 @@ pub(crate) fn note_errors(fitted: &mut Fitted, plan: &Plan) -> Result<DMatrix<f6
             .set(*symbol, values.iter().sum::<f64>() / values.len() as f64);
     }
     Ok(covariance)
-}
-
-pub(crate) fn rms(fitted: &Fitted, plan: &Plan, displacement: bool) -> Option<f64> {
-    let chosen = fitted.residuals.iter().zip(&plan.observations);
-    let squares: Vec<f64> = chosen
-        .filter(|(_, o)| (o.channel == Channel::Displacement) == displacement)
-        .map(|(r, _)| r * r)
-        .collect();
-    (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
 }
 
 impl fmt::Display for FitReport {

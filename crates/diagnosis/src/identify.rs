@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use crate::base::{Free, identifiable, seeds};
 use crate::fit::{Fitted, Knob, fit_knobs};
-use crate::fit_report::{known_errors, note_errors, rms};
+use crate::fit_report::{known_errors, note_errors};
 use crate::plan::Plan;
 use crate::report::Estimate;
 
@@ -128,8 +128,8 @@ pub fn identify(
     let report = Identification {
         parameters: known_errors(&fitted, &covariance),
         tried: verdicts.into_iter().flatten().collect(),
-        residual_rms_um: rms(&fitted, plan, true),
-        residual_rms_ma: rms(&fitted, plan, false).map(|amperes| 1e3 * amperes),
+        residual_rms_um: fitted.rms(plan, true),
+        residual_rms_ma: fitted.rms(plan, false).map(|amperes| 1e3 * amperes),
     };
     let provenance = &mut fitted.model.provenance;
     provenance.files = files.to_vec();

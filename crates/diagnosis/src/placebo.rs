@@ -3,7 +3,7 @@
 use crate::candidate::{Direction, scan};
 use crate::fit::trust;
 use crate::judge::quantile;
-use crate::plan::{Channel, Plan};
+use crate::plan::{Plan, rms};
 use crate::space::Space;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -96,10 +96,6 @@ pub(crate) type Errors = [Option<f64>; 2];
 pub(crate) fn errors(residual: &DVector<f64>, plan: &Plan) -> Errors {
     [true, false].map(|displacement| {
         let rows = residual.iter().zip(&plan.observations);
-        let squares: Vec<f64> = rows
-            .filter(|(_, o)| (o.channel == Channel::Displacement) == displacement)
-            .map(|(r, o)| (r * trust(o)).powi(2))
-            .collect();
-        (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
+        rms(rows.map(|(r, o)| (r * trust(o), o)), displacement)
     })
 }

@@ -200,6 +200,20 @@ impl Plan {
     }
 }
 
+/// Root mean square of numbers in their observations' units (um, A), over the displacements or over the currents; `None`
+/// where there are none.
+pub(crate) fn rms<'o>(
+    numbers: impl Iterator<Item = (f64, &'o Observation)>,
+    displacement: bool,
+) -> Option<f64> {
+    let (sum, count) = numbers
+        .filter(|(_, o)| (o.channel == Channel::Displacement) == displacement)
+        .fold((0.0, 0usize), |(sum, count), (number, _)| {
+            (sum + number * number, count + 1)
+        });
+    (count > 0).then(|| (sum / count as f64).sqrt())
+}
+
 fn pick(output: &Output, channel: Channel) -> f64 {
     match channel {
         Channel::Displacement => output.z_um,
