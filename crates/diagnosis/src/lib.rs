@@ -25,6 +25,7 @@ mod identify;
 mod judge;
 mod menu;
 mod next;
+mod noise;
 mod placebo;
 pub mod plan;
 mod plane;

@@ -1,13 +1,9 @@
 //! A session as the simulation sees it: pieces of drive, and what was observed at the end of which.
 
+use crate::noise::Noise;
 use measurement::{MeasurementFile, Session};
 use mirror_model::{ACTUATORS, Interval, Output};
 
-/// White noise of the displacement where a file does not say `noise_z_nm`.
-const DEFAULT_NOISE_UM: f64 = 0.02;
-/// Noise of a current reading of the driver board, constant and in proportion.
-const CURRENT_NOISE_A: f64 = 2e-6;
-const CURRENT_NOISE_RATIO: f64 = 1e-4;
 /// Rest at 0 V assumed between files that share no clock.
 const REST_S: f64 = 60.0;
 /// A file with more rows is thinned.
@@ -59,9 +55,10 @@ impl Plan {
     /// The plan of a session.
     pub fn new(session: &Session) -> Self {
         let mut plan = Self::default();
+        let noise = Noise::of(session);
         let mut clock_s = 0.0;
         for (_, file) in &session.files {
-            plan.add(file, &mut clock_s);
+            plan.add(file, &noise, &mut clock_s);
         }
         plan
     }
@@ -107,7 +104,7 @@ impl Plan {
             .any(|o| o.channel == Channel::Displacement)
     }
 
-    fn add(&mut self, file: &MeasurementFile, clock_s: &mut f64) {
+    fn add(&mut self, file: &MeasurementFile, noise: &Noise, clock_s: &mut f64) {
         let experiment = self.name(file.experiment());
         let first = file.rows[0];
         let start = first
@@ -138,19 +135,20 @@ impl Plan {
                     to_v: row.voltage_v,
                 });
             }
-            self.observe(file, row, experiment);
+            self.observe(file, row, noise, experiment);
             (t, global, from_v) = (row.t_s, row_global, row.voltage_v);
         }
         *clock_s = global;
     }
 
-    fn observe(&mut self, file: &MeasurementFile, row: &measurement::Row, experiment: usize) {
+    fn observe(
+        &mut self,
+        file: &MeasurementFile,
+        row: &measurement::Row,
+        noise: &Noise,
+        experiment: usize,
+    ) {
         let interval = self.intervals.len() - 1;
-        let noise_um = file
-            .keys
-            .displacement_noise_um()
-            .filter(|&noise| noise > 0.0)
-            .unwrap_or(DEFAULT_NOISE_UM);
         let mut push = |channel, value, noise| {
             self.observations.push(Observation {
                 interval,
@@ -162,15 +160,12 @@ impl Plan {
             });
         };
         if let Some(z) = row.z_um {
-            push(Channel::Displacement, z, noise_um);
+            push(Channel::Displacement, z, noise.of_displacement(file));
         }
         for (actuator, current) in row.current_a.iter().enumerate() {
             if let Some(current) = current {
-                push(
-                    Channel::Current(actuator),
-                    *current,
-                    CURRENT_NOISE_A.hypot(CURRENT_NOISE_RATIO * current),
-                );
+                let noise = noise.of_current(actuator, *current);
+                push(Channel::Current(actuator), *current, noise);
             }
         }
     }

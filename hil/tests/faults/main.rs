@@ -36,7 +36,7 @@ struct Row {
     detected: Option<Fault>,
     observed: Observed,
     after: String,
-    lost: &'static str,
+    lost: String,
 }
 
 fn main() -> ExitCode {
@@ -166,10 +166,10 @@ fn run(case: &Case) -> Row {
     let is_told = matches!(&kept, Ok(Ok(info)) if info.kept == Kept::FactoryAsStoredIsBad);
     let whole = use_it(&mut link);
     let lost = match (kept == known, whole) {
-        (true, Ok(Ok(_))) => "nothing",
-        (false, Ok(Ok(_))) if is_told => "the damaged one",
-        (false, _) => "the calibration",
-        _ => "uploads",
+        (true, Ok(Ok(_))) => "nothing".to_owned(),
+        (false, Ok(Ok(_))) if is_told => "the damaged one".to_owned(),
+        (false, _) => "the calibration".to_owned(),
+        (true, refused) => format!("uploads: {refused:?}"),
     };
     Row {
         detected,

@@ -1,0 +1,157 @@
+//! The white noise of readings: what the instruments are said to have, or more where the readings themselves show more.
+
+use measurement::{MeasurementFile, Row, Session};
+use mirror_model::ACTUATORS;
+
+/// White noise of the displacement where a file does not say `noise_z_nm`.
+const DEFAULT_DISPLACEMENT_UM: f64 = 0.02;
+/// Noise of a current reading of the driver board, constant and in proportion.
+const CURRENT_A: f64 = 2e-6;
+const CURRENT_RATIO: f64 = 1e-4;
+/// Fourth differences of even rows: a mirror is smooth over five of them, and noise is not.
+const DIFFERENCE: [f64; 5] = [1.0, -4.0, 6.0, -4.0, 1.0];
+/// Rows are even whose steps of time differ by less than this share.
+const EVEN: f64 = 0.01;
+/// Fewer differences than this say nothing.
+const ENOUGH: usize = 40;
+/// The median magnitude of normal numbers, in standard deviations.
+const MEDIAN_OF_NORMAL: f64 = 0.6745;
+
+/// How many times noisier a session's readings are than was said, 1 or more.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Noise {
+    displacement: f64,
+    current: [f64; ACTUATORS],
+}
+
+impl Noise {
+    pub(crate) fn of(session: &Session) -> Self {
+        let times = |reading: &dyn Fn(&MeasurementFile, &Row) -> Option<[f64; 2]>| {
+            let mut roughness: Vec<f64> = session
+                .files
+                .iter()
+                .flat_map(|(_, file)| roughness(&file.rows, |row| reading(file, row)))
+                .collect();
+            roughness.sort_by(f64::total_cmp);
+            match roughness.get(roughness.len() / 2) {
+                Some(median) if roughness.len() >= ENOUGH => (median / MEDIAN_OF_NORMAL).max(1.0),
+                _ => 1.0,
+            }
+        };
+        Self {
+            displacement: times(&|file, row| Some([row.z_um?, said_um(file)])),
+            current: std::array::from_fn(|actuator| {
+                times(&|_, row| {
+                    let current = row.current_a[actuator]?;
+                    Some([current, usual_a(current)])
+                })
+            }),
+        }
+    }
+
+    /// White noise of a file's displacements, one standard deviation (um).
+    pub(crate) fn of_displacement(&self, file: &MeasurementFile) -> f64 {
+        self.displacement * said_um(file)
+    }
+
+    /// White noise of a reading of an actuator's current, one standard deviation (A).
+    pub(crate) fn of_current(&self, actuator: usize, current_a: f64) -> f64 {
+        self.current[actuator] * usual_a(current_a)
+    }
+}
+
+fn said_um(file: &MeasurementFile) -> f64 {
+    let said = file.keys.displacement_noise_um();
+    said.filter(|&noise| noise > 0.0)
+        .unwrap_or(DEFAULT_DISPLACEMENT_UM)
+}
+
+fn usual_a(current_a: f64) -> f64 {
+    CURRENT_A.hypot(CURRENT_RATIO * current_a)
+}
+
+/// Magnitudes of the fourth differences of readings, in standard deviations of the noise that comes with each.
+fn roughness(rows: &[Row], reading: impl Fn(&Row) -> Option<[f64; 2]>) -> Vec<f64> {
+    let gain = DIFFERENCE.iter().map(|d| d * d).sum::<f64>().sqrt();
+    rows.windows(DIFFERENCE.len())
+        .filter(|window| is_even(window))
+        .filter_map(|window| {
+            let mut difference = 0.0;
+            for (row, weight) in window.iter().zip(DIFFERENCE) {
+                difference += weight * reading(row)?[0];
+            }
+            let [_, noise] = reading(&window[DIFFERENCE.len() / 2])?;
+            Some(difference.abs() / (gain * noise))
+        })
+        .collect()
+}
+
+fn is_even(rows: &[Row]) -> bool {
+    let steps = || rows.windows(2).map(|pair| pair[1].t_s - pair[0].t_s);
+    let longest = steps().fold(0.0, f64::max);
+    let shortest = steps().fold(f64::INFINITY, f64::min);
+    shortest > (1.0 - EVEN) * longest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, Normal};
+
+    /// A sine of 60 um and 2 mA with as many rows as the standard session's.
+    fn sine(z_um: f64, current_a: f64) -> Session {
+        let mut rng = ChaCha8Rng::seed_from_u64(4);
+        let mut noise = |sigma: f64| Normal::new(0.0, sigma).expect("finite").sample(&mut rng);
+        let rows = (0..300)
+            .map(|index| {
+                let phase = f64::from(index) * std::f64::consts::TAU / 100.0;
+                Row {
+                    t_s: f64::from(index) * 1e-3,
+                    z_um: Some(60.0 * phase.sin() + noise(z_um)),
+                    current_a: [
+                        Some(2e-3 * phase.cos() + noise(current_a)),
+                        None,
+                        None,
+                        None,
+                    ],
+                    ..Row::default()
+                }
+            })
+            .collect();
+        let file = MeasurementFile {
+            rows,
+            ..MeasurementFile::default()
+        };
+        Session {
+            files: vec![("sine.csv".into(), file)],
+        }
+    }
+
+    #[test]
+    fn readings_that_are_noisier_than_said_are_believed() {
+        let session = sine(0.1, 6e-6);
+        let noise = Noise::of(&session);
+        let file = &session.files[0].1;
+        assert!((noise.of_displacement(file) / 0.1 - 1.0).abs() < 0.2);
+        assert!((noise.of_current(0, 0.0) / 6e-6 - 1.0).abs() < 0.2);
+        assert_eq!(noise.of_current(1, 0.0), 2e-6);
+    }
+
+    #[test]
+    fn readings_that_are_quieter_than_said_are_not() {
+        let session = sine(0.001, 1e-7);
+        let noise = Noise::of(&session);
+        assert_eq!(noise.of_displacement(&session.files[0].1), 0.02);
+        assert_eq!(noise.of_current(0, 0.0), 2e-6);
+    }
+
+    #[test]
+    fn a_few_rows_say_nothing() {
+        let mut session = sine(0.1, 6e-6);
+        session.files[0].1.rows.truncate(30);
+        let noise = Noise::of(&session);
+        assert_eq!(noise.of_displacement(&session.files[0].1), 0.02);
+    }
+}
