@@ -11,6 +11,9 @@ use std::sync::Arc;
 
 /// How much further than the virtual mirrors a real one may lie in the directions in which they differ.
 const WIDENING: f64 = 1.5;
+/// No mirror spans further than this many times what the middle one of them does: a single one that the base fits badly would
+/// make whatever it shows cheap.
+const FURTHEST: f64 = 2.0;
 /// Columns of a product that one thread computes at a time.
 const BLOCK: usize = 32;
 
@@ -23,6 +26,8 @@ pub struct Approximation {
     mirrors: DMatrix<f64>,
     /// Their products with each other.
     gram: DMatrix<f64>,
+    /// How far each spans the approximation, 1 or less.
+    reach: Vec<f64>,
 }
 
 impl Approximation {
@@ -40,6 +45,7 @@ impl Approximation {
             .collect::<Vec<Vec<f64>>>();
         let gram = DMatrix::from_vec(mirrors.ncols(), mirrors.ncols(), blocks.concat());
         Self {
+            reach: reach(&gram),
             inverse_noise,
             mirrors,
             gram,
@@ -71,6 +77,15 @@ impl Approximation {
     }
 }
 
+fn reach(gram: &DMatrix<f64>) -> Vec<f64> {
+    let sizes: Vec<f64> = gram.diagonal().iter().map(|square| square.sqrt()).collect();
+    let mut sorted = sizes.clone();
+    sorted.sort_by(f64::total_cmp);
+    let middle = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    let most = |size: f64| (FURTHEST * middle / size).min(1.0);
+    sizes.into_iter().map(most).collect()
+}
+
 fn weighed(columns: &DMatrix<f64>, inverse_noise: &DVector<f64>) -> DMatrix<f64> {
     let mut columns = columns.clone();
     for mut column in columns.column_iter_mut() {
@@ -94,8 +109,8 @@ pub struct Vector {
 #[derive(Debug)]
 pub struct Space {
     approximation: Arc<Approximation>,
-    /// The mirrors that span the approximation here.
-    members: Vec<usize>,
+    /// The mirrors that span the approximation here, each with its weight.
+    members: Vec<(usize, f64)>,
     base: DMatrix<f64>,
     normal: Cholesky<f64, Dyn>,
 }
@@ -109,16 +124,27 @@ impl Space {
     ) -> Self {
         let base = weighed(jacobian, &approximation.inverse_noise);
         let (free, all) = (base.ncols(), base.ncols() + members.len());
-        let weight = weight(members.len());
+        let share = WIDENING / (members.len() as f64).sqrt();
+        let members: Vec<(usize, f64)> = members
+            .into_iter()
+            .map(|member| (member, share * approximation.reach[member]))
+            .collect();
         let own = base.tr_mul(&base);
         let across = base.tr_mul(&approximation.mirrors);
         let mut normal = DMatrix::from_fn(all, all, |row, column| {
             match (row.checked_sub(free), column.checked_sub(free)) {
                 (None, None) => own[(row, column)],
-                (None, Some(mirror)) => weight * across[(row, members[mirror])],
-                (Some(mirror), None) => weight * across[(column, members[mirror])],
+                (None, Some(mirror)) => {
+                    let (mirror, weight) = members[mirror];
+                    weight * across[(row, mirror)]
+                }
+                (Some(mirror), None) => {
+                    let (mirror, weight) = members[mirror];
+                    weight * across[(column, mirror)]
+                }
                 (Some(one), Some(other)) => {
-                    weight * weight * approximation.gram[(members[one], members[other])]
+                    let ((one, here), (other, there)) = (members[one], members[other]);
+                    here * there * approximation.gram[(one, other)]
                 }
             }
         });
@@ -148,7 +174,8 @@ impl Space {
 
     /// The same space around another fit, where the base has these directions.
     pub fn around(&self, jacobian: &DMatrix<f64>) -> Self {
-        Self::new(jacobian, &self.approximation, self.members.clone())
+        let members = self.members.iter().map(|&(member, _)| member).collect();
+        Self::new(jacobian, &self.approximation, members)
     }
 
     /// A vector of this space.
@@ -183,8 +210,8 @@ impl Space {
         let weights = self.normal.solve(&self.along(vector));
         let free = self.base.ncols();
         let mut of_mirrors = DVector::zeros(self.approximation.mirrors());
-        for (mirror, &member) in self.members.iter().enumerate() {
-            of_mirrors[member] = weight(self.members.len()) * weights[free + mirror];
+        for (mirror, &(member, weight)) in self.members.iter().enumerate() {
+            of_mirrors[member] = weight * weights[free + mirror];
         }
         let explained =
             &self.base * weights.rows(0, free) + &self.approximation.mirrors * of_mirrors;
@@ -194,21 +221,15 @@ impl Space {
     /// Products with what the space leaves free and with its own mirrors.
     fn along(&self, vector: &Vector) -> DVector<f64> {
         let of_base = self.base.tr_mul(&vector.scaled);
-        let weight = weight(self.members.len());
         let of_mirrors = self
             .members
             .iter()
-            .map(|&member| weight * vector.along_mirrors[member]);
+            .map(|&(member, weight)| weight * vector.along_mirrors[member]);
         DVector::from_iterator(
             of_base.len() + self.members.len(),
             of_base.iter().copied().chain(of_mirrors),
         )
     }
-}
-
-/// How far one mirror of so many spans the approximation.
-fn weight(members: usize) -> f64 {
-    WIDENING / (members as f64).sqrt()
 }
 
 impl std::ops::Add for &Vector {
@@ -257,6 +278,21 @@ mod tests {
         let space = space();
         let line = space.vector(&DVector::from_fn(40, |r, _| 3.0 - 0.2 * r as f64));
         assert!(space.product(&line, &line).abs() < 1e-4);
+    }
+
+    #[test]
+    fn one_mirror_that_is_fitted_badly_makes_nothing_cheap() {
+        let sine = |r: usize, c: usize| ((c + 1) as f64 * r as f64 * 0.1).sin();
+        let jacobian = DMatrix::from_element(40, 1, 1.0);
+        let misfit = |last: f64| {
+            let spanning =
+                DMatrix::from_fn(40, 3, |r, c| if c == 2 { last } else { 5.0 } * sine(r, c));
+            let approximation = Approximation::new(&spanning, &DVector::repeat(40, 0.5));
+            let space = Space::new(&jacobian, &Arc::new(approximation), vec![0, 1, 2]);
+            let like_the_last = space.vector(&DVector::from_fn(40, |r, _| 20.0 * sine(r, 2)));
+            space.product(&like_the_last, &like_the_last)
+        };
+        assert!(misfit(5000.0) > 0.2 * misfit(5.0));
     }
 
     #[test]

@@ -5,9 +5,13 @@ use std::borrow::Cow;
 
 pub(super) struct Softening;
 
-static PARAMETERS: [Parameter; 2] = [
+/// Temperature rise at which a film that has only lost stiffness stands as far back as one that has only yielded (K).
+const ALIKE_K: f64 = 100.0;
+
+static PARAMETERS: [Parameter; 3] = [
     parameter("a", "1", 0.02, 0.0, 0.5),
     parameter("T_y", "K", 60.0, 15.0, 150.0),
+    parameter("s", "1", 0.3, 0.0, 1.0),
 ];
 
 static INFO: Info = Info {
@@ -15,7 +19,9 @@ static INFO: Info = Info {
     title: Cow::Borrowed("aluminium yields when hot"),
     stage: Stage::Curvature,
     acts: Acts::Curvature,
-    equation: Cow::Borrowed("1/rho' = 1/rho - a (hottest dT so far - T_y), where positive"),
+    equation: Cow::Borrowed(
+        "1/rho' = 1/rho (1 - s y) - (1 - s) y u 100 K; y = a (hottest dT so far - T_y)/100 K, where positive; u = 1/rho a kelvin",
+    ),
     parameters: Cow::Borrowed(&PARAMETERS),
     shows: Cow::Borrowed(
         "a displacement that stays after the hottest excursion, and only after it",
@@ -31,7 +37,8 @@ impl Effect for Softening {
 
     fn output(&self, p: &[f64], x: f64, state: &[f64], m: &Moment) -> f64 {
         let hottest = state[0].max(m.temperature_rise_k);
-        x - p[0] * m.curvature_per_k * (hottest - p[1]).max(0.0)
+        let yielded = p[0] * (hottest - p[1]).max(0.0) / ALIKE_K;
+        x - yielded * (p[2] * x + (1.0 - p[2]) * m.curvature_per_k * ALIKE_K)
     }
 
     fn states(&self) -> usize {
