@@ -30,7 +30,7 @@ const HIDDEN: f64 = 1e6;
 /// Candidates that are fitted together with the base: those whose refined score is this share of the best, so many at most.
 const WORTH_REFITTING: f64 = 0.4;
 const REFITTED: usize = 5;
-/// Of these, so many are fitted from other time constants too, where none explains the misfit.
+/// Where none explains the misfit, so many are fitted from other time constants too.
 const RESTARTED: usize = 3;
 /// Candidates that are refined: those whose scanned score is this share of the best.
 const WORTH_REFINING: f64 = 0.25;
@@ -172,34 +172,38 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// The best explanations with base and effect fitted together; where none of them explains the misfit, from other time
-    /// constants too.
+    /// The best explanations with base and effect fitted together. Where none of them explains the misfit, all the others
+    /// too, and the best of all from other time constants: where the base is fitted without an effect may lie far from where
+    /// the effect is seen.
     fn refitted(
         &self,
         mut explanations: Vec<Option<Explanation>>,
         misfit: f64,
     ) -> Vec<Option<Explanation>> {
-        let score = |explanations: &[Option<Explanation>], index: usize| {
-            explanations[index].as_ref().map_or(0.0, |e| e.score)
-        };
-        let mut order: Vec<usize> = (0..explanations.len()).collect();
-        order.sort_by(|&a, &b| score(&explanations, b).total_cmp(&score(&explanations, a)));
+        let fitted = std::slice::from_ref(&self.fitted.model);
+        let order = best_first(&explanations);
         let Some(&first) = order.first() else {
             return explanations;
         };
         let best = score(&explanations, first);
-        order.retain(|&index| {
+        let (mut worth, mut others): (Vec<_>, Vec<_>) = order.into_iter().partition(|&index| {
             let score = score(&explanations, index);
             score > WORTH_REFITTING * best && score > 0.5 * self.calm.thresholds[index]
         });
-        order.truncate(REFITTED);
-        let fitted = std::slice::from_ref(&self.fitted.model);
-        self.refit_from(fitted, &mut explanations, &order, misfit);
-        let explains = |&index: &usize| self.calm.explains(misfit, score(&explanations, index));
-        if !order.iter().any(explains) {
-            order.truncate(RESTARTED);
+        others.extend(worth.drain(REFITTED.min(worth.len())..));
+        self.refit_from(fitted, &mut explanations, &worth, misfit);
+        let is_explained = |explanations: &[Option<Explanation>]| {
+            let mut scores = (0..explanations.len()).map(|index| score(explanations, index));
+            scores.any(|score| self.calm.explains(misfit, score.max(0.0)))
+        };
+        if !is_explained(&explanations) {
+            self.refit_from(fitted, &mut explanations, &others, misfit);
+        }
+        if !is_explained(&explanations) {
+            let mut best = best_first(&explanations);
+            best.truncate(RESTARTED);
             let starts = restarts(&self.fitted.model, &identifiable(self.plan));
-            self.refit_from(&starts, &mut explanations, &order, misfit);
+            self.refit_from(&starts, &mut explanations, &best, misfit);
         }
         explanations
     }
@@ -230,15 +234,12 @@ impl<'a> Bench<'a> {
     }
 
     fn conclude(&self, trial: Trial) -> Result<Diagnosis, Runaway> {
-        let mut order: Vec<usize> = (0..self.effects.len())
-            .filter(|&i| trial.explanations[i].is_some())
-            .collect();
+        let order = best_first(&trial.explanations);
         let explanation = |i: usize| {
             trial.explanations[i]
                 .as_ref()
                 .expect("only explained effects are ordered")
         };
-        order.sort_by(|&a, &b| explanation(b).score.total_cmp(&explanation(a).score));
         let above: Vec<usize> = order
             .iter()
             .copied()
@@ -365,6 +366,19 @@ impl<'a> Bench<'a> {
     fn id(&self, index: usize) -> String {
         self.effects[index].0.info().id.to_string()
     }
+}
+
+fn score(explanations: &[Option<Explanation>], index: usize) -> f64 {
+    explanations[index].as_ref().map_or(0.0, |e| e.score)
+}
+
+/// The effects that have an explanation, by their scores.
+fn best_first(explanations: &[Option<Explanation>]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..explanations.len())
+        .filter(|&index| explanations[index].is_some())
+        .collect();
+    order.sort_by(|&a, &b| score(explanations, b).total_cmp(&score(explanations, a)));
+    order
 }
 
 /// Whether an effect's strength lies inside its plausible range, not at an end that holds it back.
