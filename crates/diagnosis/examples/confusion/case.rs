@@ -136,6 +136,14 @@ impl Case {
         config
     }
 
+    /// The same mirror with this hidden alone, at strength 1.
+    pub(crate) fn hiding(&self, effect: Effect) -> Self {
+        Self {
+            hidden: Hidden::One(effect, 1.0),
+            ..*self
+        }
+    }
+
     /// The same mirror with nothing hidden.
     pub(crate) fn calm(&self) -> MirrorConfig {
         let mut config = MirrorConfig::draw(self.family, self.seed);

@@ -1,13 +1,18 @@
 //! What a diagnosis made of one session, beside the truth.
 
 use crate::case::{Case, Hidden, Instruments};
-use diagnosis::fit::{fit, fit_knobs, knobs, predict};
-use diagnosis::{Diagnosis, Plan, Verdict, add, diagnose, fit_and_report};
+use diagnosis::ensemble::Ensemble;
+use diagnosis::fit::{
+    Fitted, fit, fit_knobs, in_units_of_trust, jacobian, knobs, predict, white_noise,
+};
+use diagnosis::space::{Approximation, Space};
+use diagnosis::{Diagnosis, Plan, Ranked, Verdict, add, diagnose, fit_and_report};
 use mirror_model::effect::{Active, find};
 use mirror_model::{Model, Preset};
 use std::error::Error;
 use std::fmt::{self, Write as _};
 use std::path::Path;
+use std::sync::Arc;
 use virtual_mirror::Effect;
 
 /// Standard deviations of an interval that 95 of 100 lie in.
@@ -17,6 +22,9 @@ const INTERVAL: f64 = 1.96;
 pub(crate) struct Outcome {
     pub(crate) case: Case,
     pub(crate) found: Diagnosis,
+    /// Of a hidden effect, or of the lesser of two: what an effect of nature's own form would score, noise aside. Where that stays below the
+    /// threshold, this session cannot show it to anyone who knows no more of the mirror than the families.
+    pub(crate) shown: Option<f64>,
     /// Of a hidden effect that was found: its size.
     pub(crate) size: Option<Size>,
     /// The error after adding it, over that of the same mirror with nothing hidden.
@@ -47,6 +55,7 @@ pub(crate) fn diagnosed(case: &Case, cache: &Path) -> Result<Outcome, Box<dyn Er
     let mut outcome = Outcome {
         case: *case,
         found,
+        shown: None,
         size: None,
         error_ratio: None,
         both: None,
@@ -54,14 +63,18 @@ pub(crate) fn diagnosed(case: &Case, cache: &Path) -> Result<Outcome, Box<dyn Er
     match case.hidden {
         Hidden::Nothing => {}
         Hidden::One(effect, strength) => {
+            let alone = Alone::new(case)?;
+            outcome.shown = Some(alone.shown(cache)?);
             if outcome.found.effects.iter().any(|id| id == effect.id()) {
-                outcome.size = Some(outcome.size_of(effect)?);
+                outcome.size = Some(alone.size(outcome.ranked(effect), effect)?);
                 if strength == 1.0 && case.instruments == Instruments::With {
                     outcome.error_ratio = Some(error_ratio(case, effect, &plan, cache)?);
                 }
             }
         }
         Hidden::Two(one, other) => {
+            let shown = |effect| Alone::new(&case.hiding(effect))?.shown(cache);
+            outcome.shown = Some(shown(one)?.min(shown(other)?));
             outcome.both = Some(both(&paper, &plan, &outcome.found, one, other, cache)?);
         }
     }
@@ -107,45 +120,77 @@ fn error_ratio(
     Ok(edit.after.rms / calm.residual_rms_um.unwrap_or(f64::NAN))
 }
 
-impl Outcome {
-    /// The true size in the candidate's terms, whose form is not nature's: the strength that fits when nothing but the effect
-    /// tells the mirror from the model, without noise and without the model's approximation.
-    fn size_of(&self, effect: Effect) -> Result<Size, Box<dyn Error>> {
+/// What the hidden effect alone does to a session: no noise, and no error of the model.
+struct Alone {
+    /// The session of the same mirror without it.
+    without: Plan,
+    fitted: Fitted,
+    change: Vec<f64>,
+}
+
+impl Alone {
+    fn new(case: &Case) -> Result<Self, Box<dyn Error>> {
         let quiet = |mut config: virtual_mirror::MirrorConfig| {
             config.sensor.position_noise_nm = 0.0;
             config.sensor.current_noise_ua = 0.0;
             config.sensor.current_noise_ratio = 0.0;
-            self.case.session(&config)
+            case.session(&config)
         };
-        let (with, without) = (quiet(self.case.config())?, quiet(self.case.calm())?);
-        let mut model = fit(&Model::from(Preset::Paper), &without)?.model;
+        let (with, without) = (quiet(case.config())?, quiet(case.calm())?);
+        let fitted = fit(&Model::from(Preset::Paper), &without)?;
         let change = with
             .values()
             .into_iter()
             .zip(without.values())
-            .map(|(with, without)| with - without);
-        let values: Vec<f64> = predict(&model, &without)?
-            .into_iter()
-            .zip(change)
-            .map(|(z, change)| z + change)
+            .map(|(with, without)| with - without)
             .collect();
-        let ranked = self.ranked(effect);
+        Ok(Self {
+            without,
+            fitted,
+            change,
+        })
+    }
+
+    /// What it leaves where base and approximation are free.
+    fn shown(&self, cache: &Path) -> Result<f64, Box<dyn Error>> {
+        let ensemble = Ensemble::new(&self.without, Some(cache))?;
+        let approximation = Approximation::new(&ensemble.0, &white_noise(&self.without));
+        let all = (0..approximation.mirrors()).collect();
+        let slopes = jacobian(&self.fitted.model, &self.without, &self.fitted.knobs)?;
+        let space = Space::new(&slopes, &Arc::new(approximation), all);
+        let change = in_units_of_trust(self.change.iter().copied(), &self.without);
+        let change = space.vector(&change);
+        Ok(space.product(&change, &change))
+    }
+
+    /// The size that was found, and the true one in the candidate's terms, whose form is not nature's: the strength that
+    /// fits.
+    fn size(&self, found: &Ranked, effect: Effect) -> Result<Size, Box<dyn Error>> {
+        let plan = &self.without;
+        let mut model = self.fitted.model.clone();
+        let values: Vec<f64> = predict(&model, plan)?
+            .into_iter()
+            .zip(&self.change)
+            .map(|(value, change)| value + change)
+            .collect();
         let mut active = Active::usual(listed(effect));
         let parameters = active.effect.info().parameters.clone();
         for (value, parameter) in active.values.iter_mut().zip(parameters.iter()) {
-            *value = ranked.parameters[parameter.symbol.as_ref()].value;
+            *value = found.parameters[parameter.symbol.as_ref()].value;
         }
         model.effects.push(active);
-        let fitted = fit_knobs(&model, &without, &values, &knobs(&model, &without))?.model;
-        let reported = &ranked.parameters[parameters[0].symbol.as_ref()];
+        let fitted = fit_knobs(&model, plan, &values, &knobs(&model, plan))?.model;
+        let reported = &found.parameters[parameters[0].symbol.as_ref()];
         Ok(Size {
             reported: reported.value,
             standard_error: reported.standard_error.unwrap_or(0.0),
             truth: fitted.effects[0].values[0],
         })
     }
+}
 
-    fn ranked(&self, effect: Effect) -> &diagnosis::Ranked {
+impl Outcome {
+    fn ranked(&self, effect: Effect) -> &Ranked {
         let place = self
             .found
             .ranking
@@ -160,6 +205,12 @@ impl Outcome {
             return false;
         };
         self.found.effects.len() <= most && self.found.effects.iter().any(|id| id == effect.id())
+    }
+
+    /// Whether a hidden effect is one that this session can show.
+    pub(crate) fn can_be_found(&self) -> bool {
+        let threshold = self.found.ranking.iter().map(|ranked| ranked.threshold);
+        self.shown > threshold.reduce(f64::min)
     }
 
     /// Whether an effect is named that is not there.
@@ -202,6 +253,9 @@ impl fmt::Display for Outcome {
                 " (misfit {:.2}, best {} {:.0}/{:.0})",
                 found.misfit, best.effect, best.score, best.threshold
             )?;
+        }
+        if let Some(shown) = self.shown {
+            write!(f, ", {shown:.0} shown")?;
         }
         if let Some(size) = &self.size {
             let Size {

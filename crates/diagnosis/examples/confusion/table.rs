@@ -22,26 +22,33 @@ pub(crate) fn table(outcomes: &[Outcome]) -> String {
         }
     };
     use Instruments::{With, Without};
-    for (strength, must) in [(1.0, "92 %"), (3.0, "95 %"), (0.3, "75 %")] {
+    for (instruments, strength, said, must) in [
+        (With, 1.0, "strength 1, with currents", "92 %"),
+        (With, 3.0, "strength 3, with currents", "95 %"),
+        (With, 0.3, "strength 0.3, with currents", "75 %"),
+        (Without, 1.0, "strength 1, z only", "80 %"),
+    ] {
+        let most = instruments.set();
+        let listed = || outcomes.listed(instruments, strength);
         row(
-            &format!(
-                "strength {strength}, with currents: true effect named, or in a set of at most two"
-            ),
-            outcomes
-                .listed(With, strength)
-                .map(|o| o.is_found(With.set()))
-                .collect(),
+            &format!("{said}: true effect named, or in a set of at most {most}"),
+            listed().map(|o| o.is_found(most)).collect(),
             must,
         );
+        row(
+            "- the limit: the session can show it",
+            listed().map(Outcome::can_be_found).collect(),
+            "-",
+        );
+        row(
+            "- found, of what the session can show",
+            listed()
+                .filter(|o| o.can_be_found())
+                .map(|o| o.is_found(most))
+                .collect(),
+            "-",
+        );
     }
-    row(
-        "strength 1, z only: named, or in a set of at most three",
-        outcomes
-            .listed(Without, 1.0)
-            .map(|o| o.is_found(Without.set()))
-            .collect(),
-        "80 %",
-    );
     for (instruments, said, must) in [
         (With, "with currents", "at most 1 %"),
         (Without, "z only", "at most 3 %"),
@@ -99,6 +106,15 @@ pub(crate) fn table(outcomes: &[Outcome]) -> String {
         "two effects hidden: both found in two rounds",
         outcomes.iter().filter_map(|o| o.both).collect(),
         "70 %",
+    );
+    row(
+        "- both found, of those where the session can show either",
+        outcomes
+            .iter()
+            .filter(|o| o.can_be_found())
+            .filter_map(|o| o.both)
+            .collect(),
+        "-",
     );
     let mut ratios: Vec<f64> = outcomes.iter().filter_map(|o| o.error_ratio).collect();
     ratios.sort_by(f64::total_cmp);
