@@ -21,7 +21,7 @@ use std::sync::Arc;
 use ranking::held_out_rows;
 
 /// A candidate whose score is this share of the best one's is a rival: forms that differ by so much are no evidence.
-const RIVAL_SHARE: f64 = 0.93;
+const RIVAL_SHARE: f64 = 0.85;
 /// Candidates this close to the best score are rivals however small both are.
 const RIVAL_MARGIN: f64 = 12.0;
 /// Rows held out go by handfuls of readings; as noise they get this factor, so that they weigh nothing.
