@@ -172,10 +172,18 @@ pub enum ToolError {
     Waveform { path: PathBuf, reason: String },
 
     #[error("interrupted; channels are off")]
-    #[diagnostic(help(
-        "the board has the calibration that it had, or the one that was being tried"
-    ))]
+    #[diagnostic(help("the board has the calibration that it had"))]
     Interrupted,
+
+    #[error("{reason}; the board could not be told to go back to the calibration that it had")]
+    #[diagnostic(help(
+        "turn the board off and on, or begin `host-tool calibrate` again: either brings it back"
+    ))]
+    TrialLeft { reason: String },
+
+    #[error("{what} ended in a defect of this tool")]
+    #[diagnostic(help("please report it with what was printed above"))]
+    Defect { what: &'static str },
 
     #[error(transparent)]
     #[diagnostic(help(

@@ -7,6 +7,7 @@ use mirror_protocol::{POINTS, Quantity, Shape, Stream, Table, Waveform};
 
 use crate::error::ToolError;
 use crate::quantity::{Frequency, Span, Voltage};
+use crate::report::decimal;
 
 /// Readings a cycle of a sine.
 const READINGS_PER_CYCLE: f64 = 100.0;
@@ -289,6 +290,28 @@ impl Experiment {
             name: name.to_owned(),
             ..self
         }
+    }
+
+    /// How long it takes (s).
+    pub(crate) fn duration_s(&self, tick_hz: u32) -> f64 {
+        let run =
+            |run: &Run| run.rest_s + ticks(&run.waveform, tick_hz) as f64 / f64::from(tick_hz);
+        let runs: f64 = self.runs.iter().map(run).sum();
+        self.rest_s + self.prehold.map_or(0.0, |(_, held_s)| held_s) + runs
+    }
+
+    /// What its waveforms ask for, tick by tick.
+    pub(crate) fn asked(&self, tick_hz: u32) -> Vec<f64> {
+        let mut asked = Vec::new();
+        for run in &self.runs {
+            let Ok(mut player) = Player::new(run.waveform, tick_hz) else {
+                continue;
+            };
+            while !player.is_over() {
+                asked.push(decimal(player.next(|index| run.points[index])));
+            }
+        }
+        asked
     }
 
     /// Samples that it brings.

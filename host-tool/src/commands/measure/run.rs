@@ -1,14 +1,19 @@
 //! Measures experiments on a board: rest, prehold, waveforms; samples into files.
 
+use std::sync::Arc;
+use std::thread;
+
 use indicatif::{ProgressBar, ProgressStyle};
 use measurement::MeasurementFile;
 use mirror_protocol::{Drives, Play, Telemetry};
-use tokio::signal::ctrl_c;
+use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::{Notify, oneshot};
 
 use super::experiment::{Experiment, Run};
 use super::rows::{Clock, rows};
 use super::sensor::Sensor;
 use crate::board::{Board, RENEWED_LEASE};
+use crate::commands::lab::spinner;
 use crate::error::ToolError;
 use crate::quantity::Span;
 
@@ -27,6 +32,9 @@ pub(crate) struct Lab<'a> {
     date: String,
     session_tick: u32,
     bar: ProgressBar,
+    quiet: bool,
+    /// Told of every Ctrl-C, and keeps one that comes between two measurements.
+    interrupted: Arc<Notify>,
 }
 
 /// A measurement, and how it ended.
@@ -60,6 +68,14 @@ impl<'a> Lab<'a> {
         let style =
             ProgressStyle::with_template("{msg:<12} {wide_bar} {percent:>3} % {eta:>4} left");
         bar.set_style(style.expect("a fixed template"));
+        let interrupted = Arc::new(Notify::new());
+        let mut ctrl_c = signal(SignalKind::interrupt()).map_err(ToolError::Runtime)?;
+        let tell = Arc::clone(&interrupted);
+        tokio::spawn(async move {
+            while ctrl_c.recv().await.is_some() {
+                tell.notify_one();
+            }
+        });
         Ok(Self {
             board,
             sensor,
@@ -67,23 +83,27 @@ impl<'a> Lab<'a> {
             date: today(),
             session_tick: off.tick,
             bar,
+            quiet,
+            interrupted,
         })
     }
 
     /// Measures one experiment. What was measured is kept whatever happens, and the channels are off
     /// afterwards.
     pub(crate) async fn measure(&mut self, experiment: &Experiment) -> Measured {
+        self.bar.reset();
         self.bar.set_length(experiment.samples());
         self.bar.set_position(0);
         self.bar.set_message(experiment.name.clone());
         let mut file = self.header(experiment);
         let board = self.board;
+        let interrupted = Arc::clone(&self.interrupted);
         let ended = {
             let work = self.perform(experiment, &mut file);
             tokio::select! {
                 done = work => done.map(|()| Ended::Complete),
                 Err(error) = board.keep_renewing() => Err(error),
-                _ = ctrl_c() => Ok(Ended::Interrupted),
+                () = interrupted.notified() => Ok(Ended::Interrupted),
             }
         };
         if matches!(ended, Ok(Ended::Interrupted)) {
@@ -106,9 +126,32 @@ impl<'a> Lab<'a> {
         self.board.identity().tick_hz
     }
 
-    /// Does something else, without the bar.
-    pub(crate) fn aside<T>(&self, work: impl FnOnce() -> T) -> T {
-        self.bar.suspend(work)
+    /// Computes something in a thread of its own, so that Ctrl-C ends the waiting for it.
+    pub(crate) async fn aside<T: Send + 'static>(
+        &self,
+        what: &'static str,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, ToolError> {
+        let (send, done) = oneshot::channel();
+        thread::spawn(move || {
+            // Nobody waits any more after Ctrl-C.
+            let _ = send.send(work());
+        });
+        self.bar.finish_and_clear();
+        let spinner = spinner(what, self.quiet);
+        let done = tokio::select! {
+            done = done => done.map_err(|_| ToolError::Defect { what }),
+            () = self.interrupted.notified() => Err(ToolError::Interrupted),
+        };
+        spinner.finish_and_clear();
+        done
+    }
+
+    /// Says something above the bar.
+    pub(crate) fn say(&self, words: &str) {
+        if !self.quiet {
+            self.bar.suspend(|| eprintln!("{words}"));
+        }
     }
 
     /// The bar disappears.
