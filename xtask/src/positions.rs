@@ -132,7 +132,7 @@ fn print(evidence: &[Evidence], uncompensated: &PaperNumbers) {
         .enumerate()
     {
         let before = format!("{:.1} um", uncompensated.loops[i].width_um);
-        let what = format!("loop at {hz} Hz");
+        let what = format!("loop at {hz} Hz (limit); over the part with cooling enough");
         row(&what, before, &format!("{must} um"), &|e| told(&e.loops[i]));
     }
     row(
@@ -155,13 +155,22 @@ fn print(evidence: &[Evidence], uncompensated: &PaperNumbers) {
     );
 }
 
-/// A loop's width, and what opened it.
+/// A loop's width, and what opened it; where the mirror cannot cool as fast, what that leaves to one who knows it, and
+/// the loop over the part of the span where it can.
 fn told(width: &figures::Width) -> String {
     let names: Vec<_> = width.limits.iter().map(|limit| limit.name()).collect();
     let limited = if names.is_empty() {
         String::new()
     } else {
-        format!(" ({})", names.join(", "))
+        format!(" {}", names.join(", "))
     };
-    format!("{:.2} um{limited}", width.width_um)
+    let within = width.cooling.map_or(String::new(), |cooling| {
+        format!(
+            " ({:.2}); {:.2} um over {:.0} %",
+            cooling.limit_um,
+            cooling.width_um,
+            1e2 * cooling.share
+        )
+    });
+    format!("{:.2} um{limited}{within}", width.width_um)
 }

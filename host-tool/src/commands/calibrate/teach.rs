@@ -22,9 +22,10 @@ const JUMP: usize = 14;
 const DWELL: Span = Span { s: 2.0 };
 /// Corrections, each under the tables of the one before.
 pub(super) const ROUNDS: usize = 2;
-/// Sines of positions that refine what is fast (Hz); their middle and amplitude as shares of the range, their cycles, the
-/// share of these in which the mirror is still on its way there, and their readings.
-const SINES_HZ: [f64; 2] = [20.0, 100.0];
+/// Sines of positions (Hz), for what jumps do not tell: heat and friction while the mirror keeps moving; their middle and
+/// amplitude as shares of the range, their cycles, the share of these in which the mirror is still on its way there, and
+/// their readings.
+const SINES_HZ: [f64; 4] = [1.0, 5.0, 20.0, 100.0];
 const SINE: (f64, f64) = (0.25, 0.12);
 const SINE_CYCLES: u32 = 6;
 const ON_ITS_WAY: f64 = 1.0 / 3.0;
