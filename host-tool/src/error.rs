@@ -158,7 +158,7 @@ pub enum ToolError {
 
     #[error("the sensor at {} cannot be read: {reason}", path.display())]
     #[diagnostic(help(
-        "a serial sensor sends lines of micrometres (set its speed with stty before); a recording has \
+        "a serial sensor sends lines of micrometres (`/dev/ttyUSB0@115200` sets its speed); a recording has \
          lines of seconds and micrometres, `0.5,12.3`, the experiment beginning at 0"
     ))]
     Sensor { path: PathBuf, reason: String },
@@ -166,6 +166,18 @@ pub enum ToolError {
     #[error("{} is no scan of a plate: {reason}", path.display())]
     #[diagnostic(help("write lines of x, y and z in micrometres: `-50,25,101.2`"))]
     Scan { path: PathBuf, reason: String },
+
+    #[error("{} is no list of points on a plate: {reason}", path.display())]
+    #[diagnostic(help(
+        "write lines of x and y in micrometres: `-50,25`, such as 5 by 5 points over 100 um"
+    ))]
+    Spots { path: PathBuf, reason: String },
+
+    #[error("the input ended before the scan was complete; channels are off")]
+    #[diagnostic(help(
+        "answer every question with Enter, or give as many lines on the standard input"
+    ))]
+    InputEnded,
 
     #[error("{} is no waveform: {reason}", path.display())]
     #[diagnostic(help("write lines of seconds and micrometres: `0.5,12.3`"))]

@@ -1,15 +1,14 @@
 //! Measures experiments on a board: rest, prehold, waveforms; samples into files.
 
-use std::sync::Arc;
 use std::thread;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use measurement::MeasurementFile;
 use mirror_protocol::{Drives, Play, Telemetry};
-use tokio::signal::unix::{SignalKind, signal};
-use tokio::sync::{Notify, oneshot};
+use tokio::sync::oneshot;
 
 use super::experiment::{Experiment, Run};
+use super::interrupt::Interrupt;
 use super::rows::{Clock, rows};
 use super::sensor::Sensor;
 use crate::board::{Board, RENEWED_LEASE};
@@ -22,7 +21,7 @@ const NOISE_READINGS: u32 = 100;
 const NOISE_PERIOD: Span = Span { s: 1e-3 };
 
 /// A board left alone while it measures ramps to zero after this.
-const LEASE_MS: u32 = RENEWED_LEASE.as_millis() as u32;
+pub(super) const LEASE_MS: u32 = RENEWED_LEASE.as_millis() as u32;
 
 /// A board with its instruments, for as long as a session lasts.
 pub(crate) struct Lab<'a> {
@@ -33,8 +32,7 @@ pub(crate) struct Lab<'a> {
     session_tick: u32,
     bar: ProgressBar,
     quiet: bool,
-    /// Told of every Ctrl-C, and keeps one that comes between two measurements.
-    interrupted: Arc<Notify>,
+    interrupt: Interrupt,
 }
 
 /// A measurement, and how it ended.
@@ -49,6 +47,28 @@ pub(crate) enum Ended {
     Complete,
     /// By Ctrl-C; channels are off.
     Interrupted,
+}
+
+/// Works on a driven board: it is told to go on for as long as the work takes, and Ctrl-C ends the work.
+pub(super) async fn attended(
+    board: &Board,
+    interrupt: &Interrupt,
+    work: impl Future<Output = Result<(), ToolError>>,
+) -> Result<Ended, ToolError> {
+    tokio::select! {
+        done = work => done.map(|()| Ended::Complete),
+        Err(error) = board.keep_renewing() => Err(error),
+        () = interrupt.comes() => Ok(Ended::Interrupted),
+    }
+}
+
+/// Why a measurement is not whole, for its file.
+pub(super) fn partial(ended: &Result<Ended, ToolError>) -> Option<String> {
+    match ended {
+        Ok(Ended::Complete) => None,
+        Ok(Ended::Interrupted) => Some("interrupted".to_owned()),
+        Err(error) => Some(error.to_string()),
+    }
 }
 
 impl<'a> Lab<'a> {
@@ -68,14 +88,6 @@ impl<'a> Lab<'a> {
         let style =
             ProgressStyle::with_template("{msg:<12} {wide_bar} {percent:>3} % {eta:>4} left");
         bar.set_style(style.expect("a fixed template"));
-        let interrupted = Arc::new(Notify::new());
-        let mut ctrl_c = signal(SignalKind::interrupt()).map_err(ToolError::Runtime)?;
-        let tell = Arc::clone(&interrupted);
-        tokio::spawn(async move {
-            while ctrl_c.recv().await.is_some() {
-                tell.notify_one();
-            }
-        });
         Ok(Self {
             board,
             sensor,
@@ -84,7 +96,7 @@ impl<'a> Lab<'a> {
             session_tick: off.tick,
             bar,
             quiet,
-            interrupted,
+            interrupt: Interrupt::listen()?,
         })
     }
 
@@ -97,19 +109,10 @@ impl<'a> Lab<'a> {
         self.bar.set_message(experiment.name.clone());
         let mut file = self.header(experiment);
         let board = self.board;
-        let interrupted = Arc::clone(&self.interrupted);
-        let ended = {
-            let work = self.perform(experiment, &mut file);
-            tokio::select! {
-                done = work => done.map(|()| Ended::Complete),
-                Err(error) = board.keep_renewing() => Err(error),
-                () = interrupted.notified() => Ok(Ended::Interrupted),
-            }
-        };
-        if matches!(ended, Ok(Ended::Interrupted)) {
-            file.keys.set("partial", "interrupted");
-        } else if let Err(error) = &ended {
-            file.keys.set("partial", &error.to_string());
+        let interrupt = self.interrupt.clone();
+        let ended = attended(board, &interrupt, self.perform(experiment, &mut file)).await;
+        if let Some(partial) = partial(&ended) {
+            file.keys.set("partial", &partial);
         }
         // Nothing more to lose: a board that does not answer has been told of by now.
         let off = self.board.off().await.map(drop);
@@ -141,7 +144,7 @@ impl<'a> Lab<'a> {
         let spinner = spinner(what, self.quiet);
         let done = tokio::select! {
             done = done => done.map_err(|_| ToolError::Defect { what }),
-            () = self.interrupted.notified() => Err(ToolError::Interrupted),
+            () = self.interrupt.comes() => Err(ToolError::Interrupted),
         };
         spinner.finish_and_clear();
         done
