@@ -96,6 +96,9 @@ pub struct Calibrate {
     /// Draw error, step and loop before and after, as SVG.
     #[arg(long, value_name = "FILE")]
     pub picture: Option<PathBuf>,
+    /// In a third of the time: fewer moves to refine and to try it with, and a coarser calibration.
+    #[arg(long)]
+    pub quick: bool,
     /// What to call the mirror; without it, as the board is called.
     #[arg(long, value_name = "NAME")]
     pub device: Option<String>,
