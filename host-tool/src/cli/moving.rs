@@ -96,7 +96,7 @@ pub struct Calibrate {
     /// Draw error, step and loop before and after, as SVG.
     #[arg(long, value_name = "FILE")]
     pub picture: Option<PathBuf>,
-    /// In a third of the time: fewer moves to refine and to try it with, and a coarser calibration.
+    /// Fewer moves to refine it by and to try it with: two thirds of the time, and a little coarser.
     #[arg(long)]
     pub quick: bool,
     /// What to call the mirror; without it, as the board is called.

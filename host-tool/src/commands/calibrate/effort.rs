@@ -28,8 +28,8 @@ impl Effort {
         cooling_s: 5.0,
     };
     pub(super) const QUICK: Self = Self {
-        jumps: 25,
-        jumps_after_s: 5.0,
+        jumps: 31,
+        jumps_after_s: 15.0,
         rests: 8,
         rest: Span { s: 1.0 },
         hold: Span { s: 1.0 },

@@ -14,7 +14,7 @@ use control_core::Calibration;
 use control_core::calibration::Label;
 use diagnosis::{Identification, Plan};
 use measurement::Session;
-use mirror_model::Model;
+use mirror_model::{Model, Symbol};
 use mirror_protocol::CalibrationUse;
 
 use self::effort::Effort;
@@ -101,10 +101,10 @@ pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(),
         date: model.provenance.date.clone().unwrap_or_default(),
         model_hash: format!("{:016x}", calibration::model_hash(&model)),
         uncertainty_before_k: status::uncertainty_k(&had, [None; 4]),
-        cold_resistance_ohm: calibration
-            .lanes()
-            .each_ref()
-            .map(|lane| decimal(lane.cold_resistance.0)),
+        cold_resistance_ohm: std::array::from_fn(|actuator| {
+            let parameters = model.actuator(actuator).parameters;
+            parameters.get(Symbol::ColdResistance)
+        }),
         identified,
         not_inverted,
         refined_rms_um: left_um,
