@@ -42,6 +42,8 @@ const USUAL: [(f64, f64); POLES] = [
 ];
 /// The weight that a pole starts with of which the model knows nothing.
 const UNKNOWN: f64 = 5e-3;
+/// Stages that leave more than this part of the range follow nothing.
+const FOLLOWS: f64 = 0.02;
 /// Fastest and slowest pole (s).
 const FASTEST_S: f64 = 1e-4;
 const SLOWEST_S: f64 = 60.0;
@@ -74,7 +76,9 @@ pub enum RefineError {
     )]
     TooFew(usize),
     /// Nothing follows the readings.
-    #[error("no stages follow what was measured")]
+    #[error(
+        "no stages follow what was measured; look whether the sensor sees the mirror, and whether currents were recorded"
+    )]
     NoFit,
     /// The bent table is none.
     #[error("the refined calibration cannot be used: {0}")]
@@ -100,6 +104,7 @@ pub fn refined(calibration: &Calibration, session: &Session) -> Result<Refined, 
         .into_iter()
         .flatten()
         .min_by(|a, b| a.cost.total_cmp(&b.cost))
+        .filter(|best| best.rms_um < FOLLOWS * mirror.top_um)
         .ok_or(RefineError::NoFit)?;
     mirror.refined(parts, &best)
 }
