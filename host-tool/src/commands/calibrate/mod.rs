@@ -9,7 +9,7 @@ mod trial;
 
 use std::path::{Path, PathBuf};
 
-use calibration::{TabulateError, tabulate, to_toml};
+use calibration::{tabulate, to_toml};
 use control_core::Calibration;
 use control_core::calibration::Label;
 use diagnosis::{Identification, Plan};
@@ -124,7 +124,7 @@ fn device(board: &Board, name: Option<String>) -> Result<String, ToolError> {
     let name = name.unwrap_or_else(|| board.identity().board.as_str().to_owned());
     match Label::new(&name) {
         Some(_) => Ok(name),
-        None => Err(TabulateError::Label(name).into()),
+        None => Err(ToolError::Name { name }),
     }
 }
 
