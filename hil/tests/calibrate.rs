@@ -33,6 +33,7 @@ fn a_calibrated_board_goes_where_it_is_asked() {
     session(&config, &bench.directory().join("session"));
     let report = bench.json(&[
         "calibrate",
+        "--quick",
         "--from",
         "session",
         "--device",
@@ -81,7 +82,7 @@ fn a_calibrated_board_goes_where_it_is_asked() {
 
 /// A tool that has put its first calibration on trial, and what it says next.
 fn on_trial(bench: &Bench) -> (Child, BufReader<ChildStderr>) {
-    let mut tool = bench.start_tool(&["calibrate", "--from", "session"]);
+    let mut tool = bench.start_tool(&["calibrate", "--quick", "--from", "session"]);
     let mut said = BufReader::new(tool.stderr.take().expect("it is piped"));
     let mut line = String::new();
     while !line.contains("on trial") {

@@ -3,6 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
+use control_core::calibration::Label;
 use mirror_protocol::{Flaw, PROTOCOL_VERSION, Refusal};
 
 use crate::commands::fault_name;
@@ -192,6 +193,10 @@ pub enum ToolError {
         "turn the board off and on, or begin `host-tool calibrate` again: either brings it back"
     ))]
     TrialLeft { reason: String },
+
+    #[error("'{name}' is too long for a calibration, which holds {max} bytes of it", max = Label::CAPACITY)]
+    #[diagnostic(help("choose a shorter name with --device"))]
+    Name { name: String },
 
     #[error("{what} ended in a defect of this tool")]
     #[diagnostic(help("please report it with what was printed above"))]

@@ -96,6 +96,9 @@ pub struct Calibrate {
     /// Draw error, step and loop before and after, as SVG.
     #[arg(long, value_name = "FILE")]
     pub picture: Option<PathBuf>,
+    /// Fewer moves to refine it by and to try it with: two thirds of the time, and a little coarser.
+    #[arg(long)]
+    pub quick: bool,
     /// What to call the mirror; without it, as the board is called.
     #[arg(long, value_name = "NAME")]
     pub device: Option<String>,

@@ -1,6 +1,7 @@
 //! `calibrate`: teaches a board its mirror. Measure, identify, build the tables, correct them by what the mirror does under
 //! them, and try the result at other positions than those it was made from.
 
+mod effort;
 mod picture;
 mod report;
 mod teach;
@@ -8,14 +9,15 @@ mod trial;
 
 use std::path::{Path, PathBuf};
 
-use calibration::{TabulateError, tabulate, to_toml};
+use calibration::{tabulate, to_toml};
 use control_core::Calibration;
 use control_core::calibration::Label;
 use diagnosis::{Identification, Plan};
 use measurement::Session;
-use mirror_model::Model;
+use mirror_model::{Model, Symbol};
 use mirror_protocol::CalibrationUse;
 
+use self::effort::Effort;
 use self::report::Report;
 use self::trial::Trial;
 use crate::board::Board;
@@ -45,8 +47,8 @@ pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(),
     );
     let sensor = Sensor::open(&ask.sensor)?;
     let status = board.status().await?;
-    let is_quick = matches!(sensor, Sensor::Board);
-    if is_quick && status.telemetry.sensor_z_um.is_none() {
+    let reads_every_tick = matches!(sensor, Sensor::Board);
+    if reads_every_tick && status.telemetry.sensor_z_um.is_none() {
         return Err(ToolError::NoSensor);
     }
     // A tool that was killed may have left one on trial.
@@ -63,7 +65,12 @@ pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(),
             v: decimal(status.max_drive_v),
         },
         reach_um: decimal(status.max_position_um),
-        is_quick,
+        reads_every_tick,
+        effort: if ask.quick {
+            Effort::QUICK
+        } else {
+            Effort::USUAL
+        },
     };
     let source = match &ask.from {
         Some(folder) => Source::Files(Session::load(&[folder])?),
@@ -94,10 +101,10 @@ pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(),
         date: model.provenance.date.clone().unwrap_or_default(),
         model_hash: format!("{:016x}", calibration::model_hash(&model)),
         uncertainty_before_k: status::uncertainty_k(&had, [None; 4]),
-        cold_resistance_ohm: calibration
-            .lanes()
-            .each_ref()
-            .map(|lane| decimal(lane.cold_resistance.0)),
+        cold_resistance_ohm: std::array::from_fn(|actuator| {
+            let parameters = model.actuator(actuator).parameters;
+            parameters.get(Symbol::ColdResistance)
+        }),
         identified,
         not_inverted,
         refined_rms_um: left_um,
@@ -117,7 +124,7 @@ fn device(board: &Board, name: Option<String>) -> Result<String, ToolError> {
     let name = name.unwrap_or_else(|| board.identity().board.as_str().to_owned());
     match Label::new(&name) {
         Some(_) => Ok(name),
-        None => Err(TabulateError::Label(name).into()),
+        None => Err(ToolError::Name { name }),
     }
 }
 
@@ -132,8 +139,9 @@ struct Bench<'a> {
     max: Voltage,
     /// Top of the range under the calibration that the board has (um).
     reach_um: f64,
-    /// Whether displacements come with every tick.
-    is_quick: bool,
+    /// Whether displacements come with every tick, from the board's own sensor.
+    reads_every_tick: bool,
+    effort: Effort,
 }
 
 /// Where the measurements come from that the mirror is identified by.
@@ -179,15 +187,15 @@ impl Bench<'_> {
         let tabulated = tabulate(&model)?;
         let first = tabulated.calibration;
         let top_um = teach::RANGE * self.reach_um.min(decimal(first.max_position().0));
-        let before = Trial::run(lab, "before", top_um).await?;
+        let before = Trial::run(lab, &self.effort, "before", top_um).await?;
         lab.say("a first calibration is on trial; Ctrl-C brings back the one before");
-        let (calibration, left_um) = if self.is_quick {
-            let (refined, left_um) = teach::refine(lab, self.board, first).await?;
+        let (calibration, left_um) = if self.reads_every_tick {
+            let (refined, left_um) = teach::refine(lab, self.board, &self.effort, first).await?;
             (refined, Some(left_um))
         } else {
             (teach::correct(lab, self.board, first).await?, None)
         };
-        let after = Trial::run(lab, "after", top_um).await?;
+        let after = Trial::run(lab, &self.effort, "after", top_um).await?;
         self.board
             .use_calibration(&calibration, CalibrationUse::ForGood)
             .await?;
@@ -218,12 +226,12 @@ impl Bench<'_> {
             Source::Files(_) => 0.0,
             Source::Mirror { .. } => minutes(&in_common(self.max, tick_hz)?),
         };
-        let teaching = if self.is_quick {
-            minutes(&teach::moves(self.reach_um, tick_hz)?)
+        let teaching = if self.reads_every_tick {
+            minutes(&teach::moves(&self.effort, self.reach_um, tick_hz)?)
         } else {
             teach::ROUNDS as f64 * minutes(&[teach::rests(self.reach_um, tick_hz)?])
         };
-        let trying = minutes(&trial::experiments(self.reach_um, tick_hz)?);
+        let trying = minutes(&trial::experiments(&self.effort, self.reach_um, tick_hz)?);
         lab.say(&format!(
             "takes {:.0} min of the board's time: {measuring:.1} to measure, {teaching:.1} to refine, twice {trying:.1} to try",
             measuring + teaching + 2.0 * trying

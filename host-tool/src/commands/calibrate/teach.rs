@@ -5,6 +5,7 @@ use control_core::Calibration;
 use measurement::Session;
 use mirror_protocol::{CalibrationUse, Quantity, Shape, Waveform};
 
+use super::effort::Effort;
 use super::trial::{complete, z_of};
 use crate::board::Board;
 use crate::commands::measure::experiment::{Experiment, Reading};
@@ -39,11 +40,19 @@ fn top(calibration: &Calibration) -> f64 {
 }
 
 /// What refines a calibration that reaches up to `top_um`, read at every tick: jumps all over the range, and sines.
-pub(super) fn moves(top_um: f64, tick_hz: u32) -> Result<Vec<Experiment>, ToolError> {
-    let positions: Vec<f64> = jumps().into_iter().map(|share| share * top_um).collect();
+pub(super) fn moves(
+    effort: &Effort,
+    top_um: f64,
+    tick_hz: u32,
+) -> Result<Vec<Experiment>, ToolError> {
+    let shares = jumps().into_iter().take(effort.jumps);
+    let positions: Vec<f64> = shares.map(|share| share * top_um).collect();
     let jumps = Experiment::moves("moves", &positions, Span { s: JUMP_S }, tick_hz)?;
     let sines = SINES_HZ.map(|hz| sine(hz, top_um, tick_hz));
-    Ok([jumps.after(30.0)].into_iter().chain(sines).collect())
+    Ok([jumps.after(effort.jumps_after_s)]
+        .into_iter()
+        .chain(sines)
+        .collect())
 }
 
 /// What corrects the tables of a calibration that reaches up to `top_um`, read at rest. There and back: every position is
@@ -58,12 +67,13 @@ pub(super) fn rests(top_um: f64, tick_hz: u32) -> Result<Experiment, ToolError> 
 pub(super) async fn refine(
     lab: &mut Lab<'_>,
     board: &Board,
+    effort: &Effort,
     calibration: Calibration,
 ) -> Result<(Calibration, f64), ToolError> {
     let on_trial = CalibrationUse::OnTrial;
     board.use_calibration(&calibration, on_trial).await?;
     let mut session = Session::default();
-    for experiment in moves(top(&calibration), lab.tick_hz())? {
+    for experiment in moves(effort, top(&calibration), lab.tick_hz())? {
         let mut file = complete(lab.measure(&experiment).await)?;
         if let Reading::Curve = experiment.reading {
             // It begins with a jump from rest.

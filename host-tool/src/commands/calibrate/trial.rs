@@ -4,17 +4,11 @@ use measurement::MeasurementFile;
 use mirror_protocol::{Quantity, Shape, Waveform};
 use serde::Serialize;
 
+use super::effort::Effort;
 use crate::commands::measure::experiment::Experiment;
 use crate::commands::measure::run::{Ended, Lab, Measured};
 use crate::error::ToolError;
-use crate::quantity::Span;
 
-/// Each position at rest is held so long before it is read.
-const REST: Span = Span { s: 2.0 };
-/// A step is held so long; what is still missing then is creep.
-const HOLD: Span = Span { s: 3.0 };
-/// Before each experiment the mirror cools so long.
-const COOLING_S: f64 = 5.0;
 /// Samples along a waveform.
 const SAMPLES: u32 = 1500;
 
@@ -91,7 +85,12 @@ pub(super) struct Figures {
 }
 
 /// The trial up to `top_um`: rest, a step, two sines, a triangle.
-pub(super) fn experiments(top_um: f64, tick_hz: u32) -> Result<[Experiment; 5], ToolError> {
+pub(super) fn experiments(
+    effort: &Effort,
+    top_um: f64,
+    tick_hz: u32,
+) -> Result<[Experiment; 5], ToolError> {
+    let rests: Vec<f64> = rest_shares(effort).map(|share| share * top_um).collect();
     let (from, to) = STEP_SHARES;
     let step = [from * top_um, to * top_um];
     let along = |way: Way| {
@@ -99,13 +98,18 @@ pub(super) fn experiments(top_um: f64, tick_hz: u32) -> Result<[Experiment; 5], 
         Experiment::positions_along(way.name, waveform, Vec::new(), SAMPLES, tick_hz)
     };
     let experiments = [
-        Experiment::positions("rest", &REST_SHARES.map(|x| x * top_um), REST, tick_hz)?,
-        Experiment::position_steps("step", &step, HOLD, tick_hz)?,
+        Experiment::positions("rest", &rests, effort.rest, tick_hz)?,
+        Experiment::position_steps("step", &step, effort.hold, tick_hz)?,
         along(SLOW_LOOP),
         along(LOOP),
         along(TRIANGLE),
     ];
-    Ok(experiments.map(|experiment| experiment.after(COOLING_S)))
+    Ok(experiments.map(|experiment| experiment.after(effort.cooling_s)))
+}
+
+/// The positions at rest, scattered over the range however few they are.
+fn rest_shares(effort: &Effort) -> impl Iterator<Item = f64> + use<> {
+    REST_SHARES.into_iter().take(effort.rests)
 }
 
 impl Way {
@@ -123,10 +127,15 @@ impl Way {
 
 impl Trial {
     /// Tries the board's present calibration up to `top_um`. `when` is shown.
-    pub(super) async fn run(lab: &mut Lab<'_>, when: &str, top_um: f64) -> Result<Self, ToolError> {
+    pub(super) async fn run(
+        lab: &mut Lab<'_>,
+        effort: &Effort,
+        when: &str,
+        top_um: f64,
+    ) -> Result<Self, ToolError> {
         let tick_hz = lab.tick_hz();
         let [rest, step, slow_loop, curve, triangle] =
-            experiments(top_um, tick_hz)?.map(|experiment| {
+            experiments(effort, top_um, tick_hz)?.map(|experiment| {
                 experiment
                     .clone()
                     .named(&format!("{}, {when}", experiment.name))
@@ -134,15 +143,14 @@ impl Trial {
         let rest = z_of(lab, &rest).await?;
         let step = z_of(lab, &step).await?;
         Ok(Self {
-            rest: REST_SHARES
-                .into_iter()
+            rest: rest_shares(effort)
                 .zip(rest)
                 .map(|(share, (_, z))| (share * top_um, z))
                 .collect(),
             step: step
                 .iter()
-                .filter(|(t, _)| *t > HOLD.s)
-                .map(|(t, z)| (t - HOLD.s, *z))
+                .filter(|(t, _)| *t > effort.hold.s)
+                .map(|(t, z)| (t - effort.hold.s, *z))
                 .collect(),
             step_um: (STEP_SHARES.0 * top_um, STEP_SHARES.1 * top_um),
             slow_loop: asked_and_reached(lab, &slow_loop).await?,

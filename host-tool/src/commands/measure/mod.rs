@@ -4,6 +4,7 @@ pub(crate) mod experiment;
 mod interrupt;
 mod keyboard;
 pub(super) mod plane;
+pub(crate) mod play;
 mod rows;
 pub(crate) mod run;
 pub(crate) mod sensor;

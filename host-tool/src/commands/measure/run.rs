@@ -7,8 +7,9 @@ use measurement::MeasurementFile;
 use mirror_protocol::{Drives, Play, Telemetry};
 use tokio::sync::oneshot;
 
-use super::experiment::{Experiment, Run};
+use super::experiment::Experiment;
 use super::interrupt::Interrupt;
+use super::play::Run;
 use super::rows::{Clock, rows};
 use super::sensor::Sensor;
 use crate::board::{Board, RENEWED_LEASE};

@@ -224,6 +224,16 @@ mod tests {
     }
 
     #[test]
+    fn a_speed_that_is_none_is_told() {
+        let said = Sensor::open("/dev/null@fast").err().expect("no speed");
+        let said = said.to_string();
+        assert!(
+            said.contains("/dev/null") && said.contains("its speed is no number of baud"),
+            "{said}"
+        );
+    }
+
+    #[test]
     fn a_recording_that_is_none_is_told_by_its_line() {
         for (text, line) in [
             ("0,1\n1\n", "line 2, `1`"),
