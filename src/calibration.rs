@@ -2,18 +2,21 @@
 
 use control_core::calibration::BYTES;
 use control_core::{Calibration, CalibrationError};
-use mirror_protocol::{CalibrationChunk, Refusal};
+use mirror_protocol::{CalibrationChunk, CalibrationUse, Refusal};
 
 use crate::keeper::Record;
 use crate::mailbox::Mailbox;
 
 /// Takes a calibration in pieces, checks the whole, and hands it to the control loop. The one in use
-/// stays in use until then.
+/// stays in use until then; one that is only tried gives way to the one before again.
 pub struct Upload {
     record: &'static mut Record,
     received: usize,
     /// Where the next calibration is made. The control loop gives the one before in return.
     spare: Option<&'static mut Calibration>,
+    /// The last one that was put to use for good.
+    settled: &'static mut Calibration,
+    is_on_trial: bool,
 }
 
 /// Why a calibration that was uploaded is not used.
@@ -26,12 +29,18 @@ pub enum UploadError {
 }
 
 impl Upload {
-    /// Uploads go to the start of `record`, and what they make into `spare`.
-    pub fn new(record: &'static mut Record, spare: &'static mut Calibration) -> Self {
+    /// Uploads go to the start of `record`, and what they make into `spare`. `settled` is in use.
+    pub fn new(
+        record: &'static mut Record,
+        spare: &'static mut Calibration,
+        settled: &'static mut Calibration,
+    ) -> Self {
         Self {
             record,
             received: 0,
             spare: Some(spare),
+            settled,
+            is_on_trial: false,
         }
     }
 
@@ -76,15 +85,47 @@ impl Upload {
     ///
     /// # Errors
     /// Says what is wrong; the calibration in use is kept.
-    pub async fn put_to_use(&mut self, mailbox: &Mailbox) -> Result<Calibration, UploadError> {
+    pub async fn put_to_use(
+        &mut self,
+        mailbox: &Mailbox,
+        usage: CalibrationUse,
+    ) -> Result<Calibration, UploadError> {
         let calibration =
             Calibration::from_bytes(self.bytes()).map_err(UploadError::Calibration)?;
-        let spare = self.spare.take().ok_or(UploadError::ControlStopped)?;
-        *spare = calibration;
-        match mailbox.exchange(spare).await {
+        let next = self.spare.take().ok_or(UploadError::ControlStopped)?;
+        *next = calibration;
+        self.exchange(mailbox, next).await?;
+        self.is_on_trial = usage == CalibrationUse::OnTrial;
+        if !self.is_on_trial {
+            *self.settled = calibration;
+        }
+        Ok(calibration)
+    }
+
+    /// Ends a trial: the control loop uses the last one again that was put to use for good, which is returned. Where none
+    /// is on trial nothing happens.
+    ///
+    /// # Errors
+    /// Where the control loop did not take it; the trial goes on.
+    pub async fn revert(&mut self, mailbox: &Mailbox) -> Result<Calibration, UploadError> {
+        if self.is_on_trial {
+            let next = self.spare.take().ok_or(UploadError::ControlStopped)?;
+            *next = *self.settled;
+            self.exchange(mailbox, next).await?;
+            self.is_on_trial = false;
+        }
+        Ok(*self.settled)
+    }
+
+    async fn exchange(
+        &mut self,
+        mailbox: &Mailbox,
+        next: &'static mut Calibration,
+    ) -> Result<(), UploadError> {
+        match mailbox.exchange(next).await {
             Ok(before) => {
                 self.spare = Some(before);
-                Ok(calibration)
+                Ok(())
             }
             Err(not_taken) => {
                 self.spare = not_taken;

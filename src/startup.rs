@@ -28,6 +28,8 @@ pub struct Memory {
     pub in_use: fn(Calibration) -> &'static mut Calibration,
     /// Takes another, in whose place the next one is made.
     pub spare: fn(Calibration) -> &'static mut Calibration,
+    /// Takes the one that comes back when another was only tried.
+    pub settled: fn(Calibration) -> &'static mut Calibration,
 }
 
 impl Memory {
@@ -36,10 +38,12 @@ impl Memory {
         static UPLOADED: ConstStaticCell<Record> = ConstStaticCell::new([0; RECORD_BYTES]);
         static IN_USE: StaticCell<Calibration> = StaticCell::new();
         static SPARE: StaticCell<Calibration> = StaticCell::new();
+        static SETTLED: StaticCell<Calibration> = StaticCell::new();
         Self {
             uploaded: UPLOADED.take(),
             in_use: |calibration| IN_USE.init(calibration),
             spare: |calibration| SPARE.init(calibration),
+            settled: |calibration| SETTLED.init(calibration),
         }
     }
 }
@@ -55,7 +59,8 @@ pub fn start<B: Board>(
     let calibration = (memory.in_use)(keeper.load(memory.uploaded));
     let bad_calibration = keeper.fault();
     let sense = *keeper.sense();
-    let upload = Upload::new(memory.uploaded, (memory.spare)(*calibration));
+    let spare = (memory.spare)(*calibration);
+    let upload = Upload::new(memory.uploaded, spare, (memory.settled)(*calibration));
     let mut session = Session::new::<B>(mailbox, calibration, upload, keeper);
     let mut control = Control::new(Controller::new(calibration), &sense, mailbox);
     if let Some(fault) = bad_calibration {

@@ -143,6 +143,18 @@ impl Bench {
     /// # Panics
     /// Where the tool is not built.
     pub fn start_tool(&self, words: &[&str]) -> Child {
+        self.start(words, Stdio::null())
+    }
+
+    /// The same, for a conversation.
+    ///
+    /// # Panics
+    /// Where the tool is not built.
+    pub fn talk_to_tool(&self, words: &[&str]) -> Child {
+        self.start(words, Stdio::piped())
+    }
+
+    fn start(&self, words: &[&str], input: Stdio) -> Child {
         let tool = target_directory().join("debug/host-tool");
         Command::new(tool)
             .args(words)
@@ -150,7 +162,7 @@ impl Bench {
             .env("MIRROR_BOARDS", self.directory())
             .env("NO_COLOR", "1")
             .current_dir(self.directory())
-            .stdin(Stdio::null())
+            .stdin(input)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()

@@ -1,8 +1,11 @@
 //! A board is taught a mirror that nobody has told it of, and goes where it is asked.
 
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
+use std::process::{Child, ChildStderr, Command};
 
-use hil::Bench;
+use emulated_board::PlantFault;
+use hil::{Bench, Said};
 use virtual_mirror::{Experiment, Family, MirrorConfig, Plan};
 use virtual_sessions::{Instruments, measure};
 
@@ -30,6 +33,7 @@ fn a_calibrated_board_goes_where_it_is_asked() {
     session(&config, &bench.directory().join("session"));
     let report = bench.json(&[
         "calibrate",
+        "--quick",
         "--from",
         "session",
         "--device",
@@ -42,6 +46,13 @@ fn a_calibrated_board_goes_where_it_is_asked() {
         "picture.svg",
     ]);
     let figure = |when: &str, what: &str| report[when][what].as_f64().expect("a number");
+    for what in ["slow_loop_um", "loop_um", "triangle_rms_um"] {
+        assert!(
+            figure("before", what) > 4.0 * figure("after", what),
+            "{what}: {report}"
+        );
+    }
+    assert!(figure("after", "slow_loop_um") < 0.15, "{report}");
     assert!(figure("after", "rest_rms_um") < 0.05, "{report}");
     assert!(figure("after", "rest_largest_um") < 0.15, "{report}");
     assert!(
@@ -67,6 +78,52 @@ fn a_calibrated_board_goes_where_it_is_asked() {
     let (low, high) = (&scanned["lowest_um"], &scanned["highest_um"]);
     assert!((high.as_f64().unwrap() - 100.0).abs() < 2.0, "{scanned}");
     assert!(low.as_f64().unwrap() < 61.0, "{scanned}");
+}
+
+/// A tool that has put its first calibration on trial, and what it says next.
+fn on_trial(bench: &Bench) -> (Child, BufReader<ChildStderr>) {
+    let mut tool = bench.start_tool(&["calibrate", "--quick", "--from", "session"]);
+    let mut said = BufReader::new(tool.stderr.take().expect("it is piped"));
+    let mut line = String::new();
+    while !line.contains("on trial") {
+        line.clear();
+        let read = said.read_line(&mut line).expect("it is text");
+        assert!(read > 0, "it ends before it tries a calibration");
+    }
+    (tool, said)
+}
+
+/// The tool failed and said why; the board is as it was before, and off.
+fn gave_up(bench: &Bench, (tool, mut said): (Child, BufReader<ChildStderr>)) -> String {
+    let mut err = String::new();
+    said.read_to_string(&mut err).expect("it is text");
+    let ended = Said { err, ..tool.into() };
+    assert_ne!(ended.code, 0, "{}", ended.err);
+    let status = bench.json(&["status"]);
+    assert_eq!(status["calibration"]["kept"], "Factory", "{status}");
+    assert_eq!(status["drive_v"], serde_json::json!([0.0, 0.0, 0.0, 0.0]));
+    ended.sentence()
+}
+
+#[test]
+fn what_is_cut_short_leaves_the_calibration_of_before() {
+    let config = MirrorConfig::draw(Family::B, 77);
+    let mut bench = Bench::emulated(config.clone());
+    session(&config, &bench.directory().join("session"));
+
+    let begun = on_trial(&bench);
+    let interrupted = Command::new("kill")
+        .args(["-INT", &begun.0.id().to_string()])
+        .status();
+    assert!(interrupted.unwrap().success());
+    let said = gave_up(&bench, begun);
+    assert!(said.contains("interrupted; channels are off"), "{said}");
+
+    let begun = on_trial(&bench);
+    let board = bench.emulated_board().expect("emulated");
+    board.inject(Some(PlantFault::OpenHeater(2)));
+    let said = gave_up(&bench, begun);
+    assert!(said.contains("open-heater"), "{said}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use control_core::Calibration;
 use hil::{Bench, RawLink};
 use mirror_model::{Model, Symbol};
 use mirror_protocol::{
-    CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal,
+    CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal, CalibrationUse,
     CalibrationUseEndpoint, CalibrationWriteEndpoint, Chunk, Kept, PROTOCOL_VERSION, Refusal,
 };
 use virtual_mirror::MirrorConfig;
@@ -42,7 +42,10 @@ fn upload(link: &mut RawLink, bytes: &[u8]) -> Result<CalibrationInfo, String> {
     for (i, piece) in bytes.chunks(192).enumerate() {
         write(link, 192 * i, piece).expect("pieces follow each other");
     }
-    let used = link.ask::<CalibrationUseEndpoint>(&()).unwrap().unwrap();
+    let used = link
+        .ask::<CalibrationUseEndpoint>(&CalibrationUse::ForGood)
+        .unwrap()
+        .unwrap();
     used.map_err(|refusal| match refusal {
         CalibrationRefusal::Unusable(said) => said.as_str().to_owned(),
         CalibrationRefusal::Refused(refusal) => format!("{refusal:?}"),

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use control_core::calibration::BYTES;
 use hil::{Bench, RawLink};
 use mirror_protocol::{
-    CHUNK_POINTS, CalibrationChunk, CalibrationEndpoint, CalibrationUseEndpoint,
+    CHUNK_POINTS, CalibrationChunk, CalibrationEndpoint, CalibrationUse, CalibrationUseEndpoint,
     CalibrationWriteEndpoint, Chunk, LEASE_FOREVER_MS, LoadPointsEndpoint, PROTOCOL_VERSION, Play,
     PlayEndpoint, Points, Position, Quantity, Sense, SenseEndpoint, SetPositionEndpoint,
     SetSenseEndpoint, Shape, StatusEndpoint, Stream, Waveform,
@@ -77,7 +77,9 @@ fn work(link: &mut RawLink, calibration: &[u8; BYTES]) {
         let _ = link.send_bytes(&[0x55; 300]);
         let _ = link.send_bytes(&[0]);
     }
-    let used = link.ask::<CalibrationUseEndpoint>(&()).expect("an answer");
+    let used = link
+        .ask::<CalibrationUseEndpoint>(&CalibrationUse::ForGood)
+        .expect("an answer");
     used.expect("understood").expect("it is good");
     let _ = link.ask::<CalibrationEndpoint>(&());
     let sense = Sense {
@@ -88,7 +90,7 @@ fn work(link: &mut RawLink, calibration: &[u8; BYTES]) {
     set.expect("understood").expect("plausible");
     let _ = link.ask::<SenseEndpoint>(&());
     // A bad one: its refusal is made of words.
-    let _ = link.ask::<CalibrationUseEndpoint>(&());
+    let _ = link.ask::<CalibrationUseEndpoint>(&CalibrationUse::ForGood);
     let position = Position {
         z_um: 170.0,
         lease_ms: 100,

@@ -3,6 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
+use control_core::calibration::Label;
 use mirror_protocol::{Flaw, PROTOCOL_VERSION, Refusal};
 
 use crate::commands::fault_name;
@@ -158,7 +159,7 @@ pub enum ToolError {
 
     #[error("the sensor at {} cannot be read: {reason}", path.display())]
     #[diagnostic(help(
-        "a serial sensor sends lines of micrometres (set its speed with stty before); a recording has \
+        "a serial sensor sends lines of micrometres (`/dev/ttyUSB0@115200` sets its speed); a recording has \
          lines of seconds and micrometres, `0.5,12.3`, the experiment beginning at 0"
     ))]
     Sensor { path: PathBuf, reason: String },
@@ -167,15 +168,39 @@ pub enum ToolError {
     #[diagnostic(help("write lines of x, y and z in micrometres: `-50,25,101.2`"))]
     Scan { path: PathBuf, reason: String },
 
+    #[error("{} is no list of points on a plate: {reason}", path.display())]
+    #[diagnostic(help(
+        "write lines of x and y in micrometres: `-50,25`, such as 5 by 5 points over 100 um"
+    ))]
+    Spots { path: PathBuf, reason: String },
+
+    #[error("the input ended before the scan was complete; channels are off")]
+    #[diagnostic(help(
+        "answer every question with Enter, or give as many lines on the standard input"
+    ))]
+    InputEnded,
+
     #[error("{} is no waveform: {reason}", path.display())]
     #[diagnostic(help("write lines of seconds and micrometres: `0.5,12.3`"))]
     Waveform { path: PathBuf, reason: String },
 
     #[error("interrupted; channels are off")]
-    #[diagnostic(help(
-        "the board has the calibration that it had, or the one that was being tried"
-    ))]
+    #[diagnostic(help("the board has the calibration that it had"))]
     Interrupted,
+
+    #[error("{reason}; the board could not be told to go back to the calibration that it had")]
+    #[diagnostic(help(
+        "turn the board off and on, or begin `host-tool calibrate` again: either brings it back"
+    ))]
+    TrialLeft { reason: String },
+
+    #[error("'{name}' is too long for a calibration, which holds {max} bytes of it", max = Label::CAPACITY)]
+    #[diagnostic(help("choose a shorter name with --device"))]
+    Name { name: String },
+
+    #[error("{what} ended in a defect of this tool")]
+    #[diagnostic(help("please report it with what was printed above"))]
+    Defect { what: &'static str },
 
     #[error(transparent)]
     #[diagnostic(help(

@@ -46,6 +46,33 @@ fn quantities_that_are_none() {
 }
 
 #[test]
+fn a_name_that_no_calibration_holds() {
+    let boards = no_boards();
+    fake_board(boards.path(), "fake", Fake::Greets(PROTOCOL_VERSION));
+    let name = "x".repeat(49);
+    let said = host_tool(boards.path(), &["calibrate", "--device", &name]);
+    fails_with(
+        &said,
+        "is too long for a calibration, which holds 48 bytes of it",
+        "choose a shorter name",
+    );
+}
+
+#[test]
+fn a_plane_of_nothing() {
+    let boards = no_boards();
+    let said = host_tool(boards.path(), &["measure", "plane"]);
+    fails_with(&said, "<VOLTS>...", "--help");
+    let said = host_tool(
+        boards.path(),
+        &["measure", "plane", "1V", "--from", "scan.xyz"],
+    );
+    fails_with(&said, "cannot be used with", "--help");
+    let said = host_tool(boards.path(), &["measure", "plane", "--from", "scan.xyz"]);
+    fails_with(&said, "scan.xyz cannot be read", "is the name right");
+}
+
+#[test]
 fn five_drives() {
     let boards = no_boards();
     for count in [2, 3, 5] {

@@ -4,8 +4,8 @@ use core::fmt::Write;
 
 use control_core::{Ampere, Calibration, SenseCalibration};
 use mirror_protocol::{
-    CalibrationChunk, CalibrationInfo, CalibrationRefusal, CalibrationReply, CalibrationUseReply,
-    CalibrationWriteReply, Kept, Refusal, Sense, SenseReply, Sentence,
+    CalibrationChunk, CalibrationInfo, CalibrationRefusal, CalibrationReply, CalibrationUse,
+    CalibrationUseReply, CalibrationWriteReply, Kept, Refusal, Sense, SenseReply, Sentence,
 };
 use postcard_rpc::header::VarHeader;
 
@@ -30,12 +30,12 @@ pub(super) fn write_calibration(
 pub(super) async fn use_calibration(
     session: &mut Session,
     _header: VarHeader,
-    (): (),
+    usage: CalibrationUse,
 ) -> CalibrationUseReply {
     session
         .check_version()
         .map_err(CalibrationRefusal::Refused)?;
-    let used = session.upload.put_to_use(session.mailbox).await;
+    let used = session.upload.put_to_use(session.mailbox, usage).await;
     let used = used.map_err(|error| match error {
         UploadError::ControlStopped => CalibrationRefusal::Refused(Refusal::ControlStopped),
         UploadError::Calibration(error) => {
@@ -45,9 +45,27 @@ pub(super) async fn use_calibration(
             CalibrationRefusal::Unusable(sentence)
         }
     })?;
-    // The exchange has turned all channels off.
-    session.keeper.keep(session.upload.record());
-    session.calibration = info(&used, session.keeper.kept());
+    let kept = match usage {
+        CalibrationUse::OnTrial => Kept::OnTrial,
+        CalibrationUse::ForGood => {
+            // The exchange has turned all channels off.
+            session.keeper.keep(session.upload.record());
+            session.keeper.kept()
+        }
+    };
+    session.calibration = info(&used, kept);
+    Ok(session.calibration.clone())
+}
+
+pub(super) async fn revert_calibration(
+    session: &mut Session,
+    _header: VarHeader,
+    (): (),
+) -> CalibrationReply {
+    session.check_version()?;
+    let settled = session.upload.revert(session.mailbox).await;
+    let settled = settled.map_err(|_| Refusal::ControlStopped)?;
+    session.calibration = info(&settled, session.keeper.kept());
     Ok(session.calibration.clone())
 }
 

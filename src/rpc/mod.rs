@@ -8,13 +8,14 @@ use control_core::{Calibration, Micrometre, Setpoint, Volt};
 use embassy_time::{Duration, Timer};
 use experiment::Player;
 use mirror_protocol::{
-    CalibrationEndpoint, CalibrationInfo, CalibrationUseEndpoint, CalibrationWriteEndpoint,
-    ClearEndpoint, CommandReply, Drives, ENDPOINTS, EnterBootloaderEndpoint, EnterBootloaderReply,
-    Hello, HelloEndpoint, Identity, LEASE_FOREVER_MS, LoadPointsEndpoint, LoadReply,
-    MAX_FRAME_BYTES, OffEndpoint, PROTOCOL_VERSION, Play, PlayEndpoint, Points, Position, Refusal,
-    RenewEndpoint, Renewal, SenseEndpoint, Sentence, SetDriveEndpoint, SetPositionEndpoint,
-    SetSenseEndpoint, Status, StatusEndpoint, StatusReply, Stream, StreamEndpoint, StreamReply,
-    Streaming, TOPICS_IN, TOPICS_OUT, TelemetryTopic, Text,
+    CalibrationEndpoint, CalibrationInfo, CalibrationRevertEndpoint, CalibrationUseEndpoint,
+    CalibrationWriteEndpoint, ClearEndpoint, CommandReply, Drives, ENDPOINTS,
+    EnterBootloaderEndpoint, EnterBootloaderReply, Hello, HelloEndpoint, Identity,
+    LEASE_FOREVER_MS, LoadPointsEndpoint, LoadReply, MAX_FRAME_BYTES, OffEndpoint,
+    PROTOCOL_VERSION, Play, PlayEndpoint, Points, Position, Refusal, RenewEndpoint, Renewal,
+    SenseEndpoint, Sentence, SetDriveEndpoint, SetPositionEndpoint, SetSenseEndpoint, Status,
+    StatusEndpoint, StatusReply, Stream, StreamEndpoint, StreamReply, Streaming, TOPICS_IN,
+    TOPICS_OUT, TelemetryTopic, Text,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarSeq};
@@ -22,7 +23,9 @@ use postcard_rpc::server::{Dispatch, Sender, Server, WireRx};
 use protection::{Denied, Lease};
 use static_cell::ConstStaticCell;
 
-use self::calibrations::{calibration, info, sense, set_sense, use_calibration, write_calibration};
+use self::calibrations::{
+    calibration, info, revert_calibration, sense, set_sense, use_calibration, write_calibration,
+};
 use crate::board::{Board, LinkTx};
 use crate::calibration::Upload;
 use crate::keeper::Keeper;
@@ -111,6 +114,7 @@ define_dispatch! {
         | CalibrationEndpoint | blocking | calibration  |
         | CalibrationWriteEndpoint | blocking | write_calibration |
         | CalibrationUseEndpoint | async | use_calibration |
+        | CalibrationRevertEndpoint | async | revert_calibration |
         | SenseEndpoint       | blocking | sense        |
         | SetSenseEndpoint    | async    | set_sense    |
         | LoadPointsEndpoint  | blocking | load_points  |

@@ -120,6 +120,7 @@ fn converse(board: &mut EmulatedBoard) -> Result<ExitCode> {
     println!("The board is up as {}.", board.socket().display());
     println!("Type what you would say to host-tool, for example `set-z 120um`; `quit` ends it.");
     println!("Any host-tool in another terminal finds the board too.");
+    println!("`spot X Y` moves the position sensor's spot on the plate, in micrometres.");
     let mut lines = io::stdin().lock().lines();
     loop {
         print!("host-tool> ");
@@ -131,6 +132,10 @@ fn converse(board: &mut EmulatedBoard) -> Result<ExitCode> {
         match words.first().map(String::as_str) {
             None => {}
             Some("quit" | "exit") => break,
+            Some("spot") => match place(&words[1..]) {
+                Some(at_um) => board.move_spot(at_um),
+                None => println!("`spot X Y`: two numbers of micrometres from the plate's centre"),
+            },
             // What went wrong has been said; the next command may go better.
             Some(_) => drop(host_tool(board, &words)?),
         }
@@ -140,4 +145,10 @@ fn converse(board: &mut EmulatedBoard) -> Result<ExitCode> {
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Two numbers.
+fn place(words: &[String]) -> Option<[f64; 2]> {
+    let numbers: Option<Vec<f64>> = words.iter().map(|word| word.parse().ok()).collect();
+    numbers?.try_into().ok()
 }

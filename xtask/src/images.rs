@@ -12,7 +12,7 @@ use crate::setup;
 
 /// What the driver board's image may take of the microcontroller's 512 KB and 96 KB: a quarter of the flash,
 /// so that two images and a store of calibrations fit, and a third of the RAM. A calibration has 2.4 KB and
-/// is there three times: in use, as uploaded, and ready to be exchanged.
+/// is there four times: in use, as uploaded, ready to be exchanged, and to come back when another was only tried.
 const FLASH_BUDGET: u64 = 128 * 1024;
 const RAM_BUDGET: u64 = 32 * 1024;
 

@@ -53,7 +53,7 @@ fn one_field_off_at_a_time_is_refused_by_name() {
         ("device = ", "divice = ", "divice"),
         (
             "\"mirror 7\"",
-            "\"a mirror with a name that nobody would give\"",
+            "\"a mirror with a name that nobody in their right mind would give\"",
             "device",
         ),
         ("model_hash = \"", "model_hash = \"x", "model_hash"),

@@ -12,8 +12,9 @@ use crate::record::Bench;
 
 /// Highest drive (V).
 const MAX_V: f64 = 3.5;
-/// Sines of positions (Hz) for what is fast: middle and amplitude as shares of the range, and a rest before (s).
-const SINES_HZ: [f64; 2] = [20.0, 100.0];
+/// Sines of positions (Hz), for what jumps do not tell: heat and friction while the mirror keeps moving. Middle and
+/// amplitude as shares of the range, and a rest before (s).
+const SINES_HZ: [f64; 4] = [1.0, 5.0, 20.0, 100.0];
 const SINE: (f64, f64) = (0.25, 0.12);
 const REST_S: f64 = 2.0;
 

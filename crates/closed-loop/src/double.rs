@@ -21,6 +21,8 @@ const NO_CURRENT_A: f32 = 1e-6;
 const PLAUSIBLE: f64 = 0.25;
 /// Part of the way to a new reading that the correction goes in a tick.
 const PACE: f64 = 0.125;
+/// Time constant with which an actuator catches up that a bound has held back, as part of a move.
+const CATCHING_UP: f64 = 0.25;
 
 /// The chain from positions to volts.
 pub(crate) struct Chain {
@@ -71,6 +73,9 @@ struct Actuator {
     drive_limit_v: f64,
     power_limit_w: f64,
     rise: f64,
+    /// What it is to be short of what it is asked for, and what a tick leaves of that.
+    lag: f64,
+    keeps: f64,
     expected_ohm: f64,
     correction: f64,
     /// The mirror under the core's drive instead, with the same resistance.
@@ -332,6 +337,8 @@ impl Actuator {
             drive_limit_v: f64::from(parts.bounds.drive.0),
             power_limit_w: f64::from(parts.bounds.power.0),
             rise: 0.0,
+            lag: 0.0,
+            keeps: keeps(CATCHING_UP * f64::from(parts.path.move_time.0), 1),
             expected_ohm: f64::from(calibration.cold_resistance.0),
             correction: 1.0,
             twin: Twin {
@@ -362,8 +369,9 @@ impl Actuator {
         let ohm = self.expected_ohm * self.correction;
         let r_t = f64::from(self.calibration.thermal_resistance.0);
         let growth = f64::from(self.calibration.loss_growth.0);
-        let mut heating = self.poles.inverse(target);
-        let asked_w = (heating + growth * target * target) / r_t;
+        let aim = target - self.lag;
+        let mut heating = self.poles.inverse(aim);
+        let asked_w = (heating + growth * aim * aim) / r_t;
         let most_w = self.power_limit_w.min(self.drive_limit_v.powi(2) / ohm);
         let power_w = asked_w.clamp(0.0, most_w);
         if power_w != asked_w {
@@ -371,6 +379,7 @@ impl Actuator {
         }
         let drive_v = (power_w * ohm).sqrt();
         self.rise = self.poles.tick(heating);
+        self.lag = self.keeps * (target - self.rise);
 
         // What the core's drive does differs by this power.
         let more_w = (core_v * core_v - drive_v * drive_v) / ohm;

@@ -1,19 +1,33 @@
 //! What positioning reaches, measured on a mirror.
 
-use std::f64::consts::TAU;
-
-use control_core::{Calibration, LANES, Limits, Micrometre, Setpoint};
+use control_core::{Calibration, Limit, Limits, Micrometre, Setpoint};
 use virtual_mirror::{ConfigError, MirrorConfig};
 
-use crate::{Loop, TICK_S};
+use crate::sine::Sine;
+use crate::{Loop, TICK_S, limit};
 
 /// A loop.
 #[derive(Clone, Copy, Debug)]
 pub struct Width {
     /// Largest difference between the two ways through one position (um).
     pub width_um: f64,
-    /// What acted in the period that was measured. A mirror that cannot cool as fast opens its loop.
+    /// What acted meanwhile.
     pub limits: Limits,
+    /// Where a mirror cannot cool as fast as it is asked to.
+    pub cooling: Option<Cooling>,
+}
+
+/// A loop that is open because the mirror cannot cool as fast.
+#[derive(Clone, Copy, Debug)]
+pub struct Cooling {
+    /// Width that a controller leaves which knows the mirror itself, and is where it is asked to be whenever a drive from
+    /// none to the highest takes it there (um). It is a measure and no bound: who is late on the way up, too, has a narrower
+    /// loop.
+    pub knowing_um: f64,
+    /// The part of the span, its upper end kept, that such a controller follows without a loop.
+    pub share: f64,
+    /// Width of the loop over that part (um).
+    pub width_um: f64,
 }
 
 /// Errors at rest (um).
@@ -83,7 +97,7 @@ pub fn steps(
         .iter()
         .map(|&(from_um, to_um)| {
             mirror.hold(from_um, 1.0);
-            let limit_s = fastest(&mirror, drive_v, from_um, to_um);
+            let limit_s = limit::fastest_s(mirror.mirror(), drive_v, from_um, to_um);
             let mut limits = Limits::NONE;
             let setpoint = Setpoint::Position(Micrometre(to_um as f32));
             let course: Vec<f64> = (0..(1.0 / TICK_S) as usize)
@@ -108,19 +122,6 @@ pub fn steps(
             }
         })
         .collect())
-}
-
-/// Time in which the mirror as it is now is within 5 % of the step at the highest drive, or at none.
-fn fastest(now: &Loop, drive_v: f64, from_um: f64, to_um: f64) -> f64 {
-    let mut mirror = now.mirror().clone();
-    let volts = if to_um > from_um { drive_v } else { 0.0 };
-    let goal = to_um - 0.05 * (to_um - from_um);
-    let mut ticks = 0;
-    while (mirror.state().z_um - goal) * (to_um - from_um) < 0.0 && ticks < 100_000 {
-        mirror.step([volts; LANES], TICK_S);
-        ticks += 1;
-    }
-    f64::from(ticks) * TICK_S
 }
 
 /// The furthest that the mirror moves from where it is a second after a step, in the half minute after
@@ -148,30 +149,44 @@ pub fn creep(
 pub fn loop_width(
     calibration: &mut Calibration,
     config: &MirrorConfig,
-    (low_um, high_um): (f64, f64),
+    span_um: (f64, f64),
     hz: f64,
 ) -> Result<Width, ConfigError> {
-    let mut mirror = Loop::new(calibration, config)?;
-    let (middle, half) = (0.5 * (low_um + high_um), 0.5 * (high_um - low_um));
-    mirror.hold(low_um, 1.0);
-    let period = (1.0 / (hz * TICK_S)).round() as usize;
-    let at = |tick: usize| middle - half * (TAU * tick as f64 / period as f64).cos();
-    let course: Vec<(f64, Limits)> = (1..=3 * period)
-        .map(|tick| {
-            let asked = at(tick);
-            let (z, limits) = mirror.tick(Setpoint::Track(Micrometre(asked as f32)));
-            (z - asked, limits)
+    let drive_v = f64::from(calibration.max_drive().0);
+    let sine = Sine::new(span_um, hz);
+    let (width_um, limits) = traced(calibration, config, &sine)?;
+    let cooling = if limits.contains(Limit::Cooling) {
+        let share = limit::share(config, drive_v, &sine)?;
+        Some(Cooling {
+            knowing_um: limit::loop_um(config, drive_v, &sine)?,
+            share,
+            width_um: traced(calibration, config, &sine.upper(share))?.0,
         })
-        .skip(2 * period - 1)
-        .collect();
-    // The k-th tick of a period and the k-th before its end are at one position.
-    let apart = (1..period / 2).map(|k| (course[k].0 - course[period - k].0).abs());
+    } else {
+        None
+    };
     Ok(Width {
-        width_um: apart.fold(0.0, f64::max),
-        limits: course
-            .iter()
-            .fold(Limits::NONE, |all, (_, limits)| all.union(*limits)),
+        width_um,
+        limits,
+        cooling,
     })
+}
+
+/// Width of the loop that the core leaves of a sine (um), and what acted.
+fn traced(
+    calibration: &mut Calibration,
+    config: &MirrorConfig,
+    sine: &Sine,
+) -> Result<(f64, Limits), ConfigError> {
+    let mut mirror = Loop::new(calibration, config)?;
+    mirror.hold(sine.low_um, 1.0);
+    let mut limits = Limits::NONE;
+    let errors = sine.errors_um(|asked_um| {
+        let (z, acted) = mirror.tick(Setpoint::Track(Micrometre(asked_um as f32)));
+        limits = limits.union(acted);
+        z
+    });
+    Ok((sine.width_um(&errors), limits))
 }
 
 /// Root mean square of the error along a triangle between two positions, over the third to the sixth

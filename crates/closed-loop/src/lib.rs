@@ -13,8 +13,10 @@
 mod calibrate;
 mod double;
 pub mod figures;
+mod limit;
 mod precision;
 mod record;
+mod sine;
 
 pub use calibrate::{CalibrateError, calibrate};
 pub use precision::{Precision, precision};

@@ -73,7 +73,7 @@ impl<'a> Controller<'a> {
             heat: HeatInverse::new(&parts.heat),
             memory: MemoryInverse::new(&parts.memory),
             lanes: parts.lanes.each_ref().map(Lane::new),
-            rails: Rails::new(&parts.bounds),
+            rails: Rails::new(parts),
             top: calibration.max_position(),
             hottest: hottest(parts),
             path: Path::new(&parts.path),
@@ -200,6 +200,7 @@ mod tests {
     use crate::units::{Kelvin, KelvinPerWatt, Ohm, PerKelvin};
     use proptest::prelude::*;
     use std::boxed::Box;
+    use std::vec::Vec;
 
     /// 100 um at 100 K, 400 ohm cold, 800 ohm at the top; nothing takes time.
     fn static_parts() -> Parts {
@@ -297,6 +298,32 @@ mod tests {
         assert!(cooling.limits.contains(Limit::Cooling));
         assert_eq!(cooling.codes, [PwmCode(0); LANES]);
         assert_eq!(last(10.0, 20_000).limits, Limits::NONE);
+    }
+
+    #[test]
+    fn what_a_bound_held_back_catches_up_without_a_jerk() {
+        let mut controller = controller(parts());
+        let mut ticks = |z: f32, ticks: usize| -> Vec<(f32, bool)> {
+            let mut tick = |_| {
+                let setpoint = Setpoint::Position(Micrometre(z));
+                let limits = controller.step(setpoint, NOTHING.0, NOTHING.1).limits;
+                (
+                    controller.lanes[0].rise().0,
+                    limits.contains(Limit::Cooling),
+                )
+            };
+            (0..ticks).map(&mut tick).collect()
+        };
+        ticks(170.0, 10_000);
+        let fall = ticks(50.0, 1000);
+        let last = fall.iter().rposition(|(_, cooling)| *cooling);
+        let last = last.expect("it was held back");
+        // The last tick that was held back, and the three after it.
+        let speed = |tick: usize| fall[tick - 1].0 - fall[tick].0;
+        for tick in last..last + 3 {
+            let left = speed(tick + 1) / speed(tick);
+            assert!(left > 0.7, "{left} of the speed is left after a tick");
+        }
     }
 
     #[test]

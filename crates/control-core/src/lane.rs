@@ -2,16 +2,21 @@
 
 use fpu::sqrt;
 
-use crate::calibration::{Bounds, LaneCalibration};
+use crate::calibration::{LaneCalibration, Parts};
 use crate::codes::PwmCode;
 use crate::heat::{HeatInverse, HeatState};
+use crate::lag::rate;
 use crate::limits::{Limit, Limits};
 use crate::output::{Rounding, highest_code};
 use crate::sense::{LaneSense, Thermometer};
-use crate::units::{Ampere, Kelvin, Ohm, Volt, Watt};
+use crate::units::{Ampere, Kelvin, Ohm, Second, Volt, Watt};
 
 /// Part of the highest power by which a power may be below zero unnoticed: it is rounding at rest.
 const NO_POWER: f32 = 2e-3;
+
+/// Time constant with which an actuator catches up that a bound has held back, as part of a move. It slows down as it comes
+/// nearer; if it stopped at once the mirror would ring.
+const CATCHING_UP: f32 = 0.25;
 
 /// Numbers of one actuator, ready for use.
 #[derive(Clone, Debug)]
@@ -24,7 +29,7 @@ struct LaneGains {
     thermometer: Thermometer,
 }
 
-/// Bounds, ready for use.
+/// Bounds, ready for use, and how an actuator goes on that one has held back.
 #[derive(Clone, Debug)]
 pub(crate) struct Rails {
     power: f32,
@@ -32,6 +37,8 @@ pub(crate) struct Rails {
     drive: f32,
     squared_drive: f32,
     highest_code: u16,
+    /// What catching up leaves of a lag in a tick.
+    keeps: f32,
 }
 
 /// An actuator from one tick to the next.
@@ -41,6 +48,8 @@ pub(crate) struct Lane {
     pub(crate) heat: HeatState,
     /// The temperature rise at the start of this tick.
     rise: Kelvin,
+    /// Temperature rise that it is to be short of what it is asked for at the end of this tick: what is left of a lag.
+    lag: f32,
     /// The resistance at which the present drive began, without the correction.
     expected: Ohm,
     correction: Correction,
@@ -78,13 +87,15 @@ impl LaneGains {
 }
 
 impl Rails {
-    pub(crate) fn new(bounds: &Bounds) -> Self {
+    pub(crate) fn new(parts: &Parts) -> Self {
+        let bounds = &parts.bounds;
         Self {
             power: bounds.power.0,
             least_power: -NO_POWER * bounds.power.0,
             drive: bounds.drive.0,
             squared_drive: bounds.drive.0 * bounds.drive.0,
             highest_code: highest_code(bounds.drive),
+            keeps: 1.0 - rate(Second(CATCHING_UP * parts.path.move_time.0), 1),
         }
     }
 }
@@ -96,6 +107,7 @@ impl Lane {
             gains: LaneGains::new(lane),
             heat: HeatState::default(),
             rise: Kelvin(0.0),
+            lag: 0.0,
             expected: lane.cold_resistance,
             correction: Correction(1.0),
             rounding: Rounding::default(),
@@ -115,7 +127,7 @@ impl Lane {
         Some(sense)
     }
 
-    /// The drive of a tick that ends at the temperature rise `target`.
+    /// The drive of a tick that ends at the temperature rise `target`, or as near as the bounds allow and catching up does.
     #[inline(always)]
     pub(crate) fn heat_to(
         &mut self,
@@ -124,19 +136,24 @@ impl Lane {
         rails: &Rails,
         limits: &mut Limits,
     ) -> Volt {
-        let mut heating = heat.heating(&self.heat, target);
-        let mut power = self.gains.power(heating, target);
+        let aim = Kelvin(target.0 - self.lag);
+        let mut heating = heat.heating(&self.heat, aim);
+        let mut power = self.gains.power(heating, aim);
         let resistance = self.resistance();
         let square = power.0 * resistance.0;
-        let drive = if power.0 > 0.0 && power.0 <= rails.power && square <= rails.squared_drive {
+        // As bits, what is below zero or no number is above every number.
+        let allowed = square.to_bits() <= rails.squared_drive.to_bits() && power.0 <= rails.power;
+        if allowed {
+            self.rise = heat.advance(&mut self.heat, heating);
+            self.lag *= rails.keeps;
             Volt(sqrt(square))
         } else {
             let drive = rails.limit(&mut power, resistance, limits);
             heating = self.gains.heating(power, self.rise);
+            self.rise = heat.advance(&mut self.heat, heating);
+            self.lag = (target.0 - self.rise.0) * rails.keeps;
             drive
-        };
-        self.rise = heat.advance(&mut self.heat, heating);
-        drive
+        }
     }
 
     /// A tick at `drive`, as far as it is allowed.
@@ -152,6 +169,7 @@ impl Lane {
         let power = Watt(drive.0 * drive.0 / self.resistance().0);
         let heating = self.gains.heating(power, self.rise);
         self.rise = heat.advance(&mut self.heat, heating);
+        self.lag = 0.0;
         drive
     }
 
@@ -205,7 +223,7 @@ impl Correction {
 
     fn update(&mut self, ratio: f32, limits: &mut Limits) {
         let off = ratio - 1.0;
-        if off < Self::PLAUSIBLE && off > -Self::PLAUSIBLE {
+        if off.abs() < Self::PLAUSIBLE {
             self.0 += Self::PACE * (ratio - self.0);
         } else {
             limits.insert(Limit::ResistanceUnknown);

@@ -20,7 +20,7 @@ use tempfile::TempDir;
 
 use crate::faults::{Faults, Observed, PlantFault};
 use crate::logs::{LogError, LogTable};
-use crate::plant::{Connected, Plant, Progress};
+use crate::plant::{Connected, Plant, Progress, Spot};
 use crate::qemu;
 use crate::stack::Stack;
 
@@ -54,6 +54,7 @@ pub struct EmulatedBoard {
     socket: PathBuf,
     progress: Arc<Progress>,
     faults: Faults,
+    spot: Spot,
     log: Log,
     directory: TempDir,
 }
@@ -120,7 +121,7 @@ impl EmulatedBoard {
         together.keep(Pid::from_child(&qemu));
         let progress = Arc::new(Progress::default());
         let log = Log::default();
-        let faults = plant.faults();
+        let (faults, spot) = (plant.faults(), plant.spot());
         run_plant(plant, fifos, together, Arc::clone(&progress), log.clone());
         let complaints = collect_log(&mut qemu, table, log.clone());
 
@@ -130,6 +131,7 @@ impl EmulatedBoard {
             socket,
             progress,
             faults,
+            spot,
             log,
             directory,
         };
@@ -160,6 +162,11 @@ impl EmulatedBoard {
     /// Lets something break so many ticks later.
     pub fn inject_after(&self, fault: PlantFault, ticks: u32) {
         self.faults.begin(Some(fault), ticks);
+    }
+
+    /// Moves the position sensor's spot on the plate: x and y in micrometres from its centre.
+    pub fn move_spot(&self, at_um: [f64; 2]) {
+        self.spot.place(at_um);
     }
 
     /// What was seen since what was injected last has begun.

@@ -3,9 +3,10 @@
 use std::fs::File;
 use std::io::{self, Read, Write};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use plant_link::{Converters, Pins};
-use virtual_mirror::{MirrorConfig, Sensor, VirtualMirror};
+use virtual_mirror::{MirrorConfig, Sensor, State, VirtualMirror};
 
 use crate::Electronics;
 use crate::faults::{Faults, PlantFault, in_vacuum};
@@ -21,6 +22,7 @@ const SUPPLY_V: f64 = 5.0;
 pub struct Plant {
     electronics: Electronics,
     load: Load,
+    spot: Spot,
     faults: Faults,
     before: Converters,
 }
@@ -28,7 +30,7 @@ pub struct Plant {
 /// What is connected to an emulated board.
 #[derive(Clone, Debug)]
 pub enum Connected {
-    /// This mirror, with its position sensor.
+    /// This mirror, with a position sensor that reads the place under its spot.
     Mirror(Box<MirrorConfig>),
     /// A resistor in the place of each actuator, in ohms: for the current sense's calibration.
     Resistors([f64; 4]),
@@ -45,8 +47,26 @@ enum Load {
 struct Mirror {
     mirror: VirtualMirror,
     sensor: Sensor,
+    spot: Spot,
     /// The same mirror where hardly any heat leaves it, cold until it is needed.
     in_vacuum: VirtualMirror,
+}
+
+/// Where the position sensor's spot is on the plate, in micrometres from its centre; to be moved while the plant runs.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Spot(Arc<Mutex<[f64; 2]>>);
+
+impl Spot {
+    pub(crate) fn place(&self, at_um: [f64; 2]) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = at_um;
+    }
+
+    /// How much nearer to the substrate than its centre a plate is there (um).
+    fn beside_the_centre_um(&self, state: &State) -> f64 {
+        let [x, y] = *self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let slope = |deg: f64| deg.to_radians().tan();
+        x * slope(state.tilt_y_deg) + y * slope(state.tilt_x_deg)
+    }
 }
 
 /// Control ticks that have been simulated, readable while the plant runs.
@@ -69,12 +89,14 @@ impl Plant {
     /// # Errors
     /// Where a number of a mirror is out of range.
     pub fn new(connected: &Connected) -> Result<Self, virtual_mirror::ConfigError> {
+        let spot = Spot::default();
         let (seed, load) = match connected {
             Connected::Mirror(config) => (
                 config.seed,
                 Load::Mirror(Box::new(Mirror {
                     mirror: VirtualMirror::new(config)?,
                     sensor: Sensor::new(config),
+                    spot: spot.clone(),
                     in_vacuum: VirtualMirror::new(&in_vacuum(config))?,
                 })),
             ),
@@ -83,6 +105,7 @@ impl Plant {
         Ok(Self {
             electronics: Electronics::new(seed),
             load,
+            spot,
             faults: Faults::default(),
             before: Converters::default(),
         })
@@ -91,6 +114,11 @@ impl Plant {
     /// What breaks can be chosen here while the plant runs.
     pub(crate) fn faults(&self) -> Faults {
         self.faults.clone()
+    }
+
+    /// The position sensor's spot can be moved here while the plant runs.
+    pub(crate) fn spot(&self) -> Spot {
+        self.spot.clone()
     }
 
     /// Answers the board until it closes its end.
@@ -156,7 +184,9 @@ impl Load {
             Self::Mirror(mirror) => {
                 mirror.mirror.step(heated_v, 0.0);
                 let state = mirror.mirror.state();
-                (state.current_a, mirror.sensor.read(&state, TICK_S).z_um)
+                let centre_um = mirror.sensor.read(&state, TICK_S).z_um;
+                let z_um = centre_um + mirror.spot.beside_the_centre_um(&state);
+                (state.current_a, z_um)
             }
             Self::Resistors(ohm) => (std::array::from_fn(|i| heated_v[i] / ohm[i]), 0.0),
         }

@@ -46,6 +46,7 @@ pub fn with_board_on<T>(flash: &SharedFlash, test: impl AsyncFnOnce(HostSide) ->
         uploaded: Box::leak(Box::new([0; RECORD_BYTES])),
         in_use: |calibration| Box::leak(Box::new(calibration)),
         spare: |calibration| Box::leak(Box::new(calibration)),
+        settled: |calibration| Box::leak(Box::new(calibration)),
     };
     let (session, control) = start::<HostBoard>(Some(flash.clone()), memory, None, mailbox);
     let mut received: rpc::Frame = [0; _];

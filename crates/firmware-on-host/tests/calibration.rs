@@ -5,9 +5,10 @@ use control_core::calibration::{BYTES, Label, Parts};
 use firmware_on_host::{FLASH_PAGES, connect, enumerate, with_board_on};
 use mirror_firmware::factory;
 use mirror_protocol::{
-    CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationUseEndpoint,
-    CalibrationWriteEndpoint, Chunk, Hello, HelloEndpoint, Kept, PROTOCOL_VERSION, Position,
-    Refusal, Sense, SenseEndpoint, SenseInfo, SetPositionEndpoint, SetSenseEndpoint, WireError,
+    CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRevertEndpoint,
+    CalibrationUse, CalibrationUseEndpoint, CalibrationWriteEndpoint, Chunk, Hello, HelloEndpoint,
+    Kept, PROTOCOL_VERSION, Position, Refusal, Sense, SenseEndpoint, SenseInfo,
+    SetPositionEndpoint, SetSenseEndpoint, WireError,
 };
 use postcard_rpc::host_client::HostClient;
 use protection::Fault;
@@ -49,19 +50,32 @@ fn found(flash: &SharedFlash) -> CalibrationInfo {
 
 fn upload(flash: &SharedFlash, calibration: &Calibration) -> CalibrationInfo {
     with_client(flash, async |client| {
-        let bytes = calibration.to_bytes();
-        let capacity = Chunk::new().capacity();
-        for (i, piece) in bytes.chunks(capacity).enumerate() {
-            let chunk = CalibrationChunk {
-                offset: (i * capacity) as u16,
-                bytes: Chunk::from_slice(piece).expect("it fits"),
-            };
-            let reply = client.send_resp::<CalibrationWriteEndpoint>(&chunk).await;
-            reply.expect("an answer").expect("taken");
-        }
-        let reply = client.send_resp::<CalibrationUseEndpoint>(&()).await;
-        reply.expect("an answer").expect("used")
+        put_to_use(&client, calibration, CalibrationUse::ForGood).await
     })
+}
+
+async fn put_to_use(
+    client: &HostClient<WireError>,
+    calibration: &Calibration,
+    usage: CalibrationUse,
+) -> CalibrationInfo {
+    let bytes = calibration.to_bytes();
+    let capacity = Chunk::new().capacity();
+    for (i, piece) in bytes.chunks(capacity).enumerate() {
+        let chunk = CalibrationChunk {
+            offset: (i * capacity) as u16,
+            bytes: Chunk::from_slice(piece).expect("it fits"),
+        };
+        let reply = client.send_resp::<CalibrationWriteEndpoint>(&chunk).await;
+        reply.expect("an answer").expect("taken");
+    }
+    let reply = client.send_resp::<CalibrationUseEndpoint>(&usage).await;
+    reply.expect("an answer").expect("used")
+}
+
+async fn revert(client: &HostClient<WireError>) -> CalibrationInfo {
+    let reply = client.send_resp::<CalibrationRevertEndpoint>(&()).await;
+    reply.expect("an answer").expect("reverted")
 }
 
 #[test]
@@ -73,6 +87,39 @@ fn it_survives_a_reset() {
         let info = found(&flash);
         assert_eq!((info.device.as_str(), info.kept), (device, Kept::Yes));
     }
+}
+
+#[test]
+fn one_on_trial_gives_way_to_the_one_before() {
+    let flash = erased();
+    upload(&flash, &of_device("old"));
+    let of = |info: CalibrationInfo| (info.device.as_str().to_owned(), info.kept);
+    let old = ("old".to_owned(), Kept::Yes);
+    with_client(&flash, async |client| {
+        for device in ["first try", "second try"] {
+            let used = put_to_use(&client, &of_device(device), CalibrationUse::OnTrial).await;
+            assert_eq!(of(used), (device.to_owned(), Kept::OnTrial));
+        }
+        assert_eq!(of(revert(&client).await), old);
+        // Nothing is on trial any more.
+        assert_eq!(of(revert(&client).await), old);
+        put_to_use(&client, &of_device("left alone"), CalibrationUse::OnTrial).await;
+    });
+    assert_eq!(of(found(&flash)), old, "after a reset");
+
+    // A try that was put to use for good is what the next one gives way to; without flash, too.
+    with_client(&flash, async |client| {
+        flash.lock().cut_power_after(0);
+        for usage in [CalibrationUse::OnTrial, CalibrationUse::ForGood] {
+            put_to_use(&client, &of_device("new"), usage).await;
+        }
+        put_to_use(&client, &of_device("newer"), CalibrationUse::OnTrial).await;
+        assert_eq!(
+            of(revert(&client).await),
+            ("new".to_owned(), Kept::No),
+            "its flash did not take it"
+        );
+    });
 }
 
 #[test]

@@ -8,9 +8,9 @@
 use postcard_rpc::{TopicDirection, endpoints, topics};
 
 use crate::{
-    CalibrationChunk, CalibrationInfo, CalibrationRefusal, Commanded, Drives, Hello, Identity,
-    Play, Points, Position, Refusal, Renewal, Sense, SenseInfo, Status, Stream, Streaming,
-    Telemetry,
+    CalibrationChunk, CalibrationInfo, CalibrationRefusal, CalibrationUse, Commanded, Drives,
+    Hello, Identity, Play, Points, Position, Refusal, Renewal, Sense, SenseInfo, Status, Stream,
+    Streaming, Telemetry,
 };
 
 /// Answer to a command that changes the drives.
@@ -23,7 +23,7 @@ pub type LoadReply = Result<(), Refusal>;
 pub type StreamReply = Result<Streaming, Refusal>;
 /// Answer to [`EnterBootloaderEndpoint`]: the board turns its channels off, answers, and leaves.
 pub type EnterBootloaderReply = Result<(), Refusal>;
-/// Answer to [`CalibrationEndpoint`].
+/// Answer to [`CalibrationEndpoint`] and [`CalibrationRevertEndpoint`]: the calibration in use.
 pub type CalibrationReply = Result<CalibrationInfo, Refusal>;
 /// Answer to [`CalibrationWriteEndpoint`].
 pub type CalibrationWriteReply = Result<(), Refusal>;
@@ -48,7 +48,8 @@ endpoints! {
     | StreamEndpoint      | Stream    | StreamReply  | "mirror/stream"       |
     | CalibrationEndpoint | ()        | CalibrationReply | "mirror/calibration" |
     | CalibrationWriteEndpoint | CalibrationChunk | CalibrationWriteReply | "mirror/calibration/write" |
-    | CalibrationUseEndpoint | () | CalibrationUseReply | "mirror/calibration/use" |
+    | CalibrationUseEndpoint | CalibrationUse | CalibrationUseReply | "mirror/calibration/use" |
+    | CalibrationRevertEndpoint | () | CalibrationReply | "mirror/calibration/revert" |
     | SenseEndpoint       | ()        | SenseReply   | "mirror/sense"        |
     | SetSenseEndpoint    | Sense     | SenseReply   | "mirror/sense/set"    |
     | LoadPointsEndpoint  | Points    | LoadReply    | "mirror/load-points"  |

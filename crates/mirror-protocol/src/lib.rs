@@ -19,13 +19,13 @@ pub use endpoints::*;
 pub use experiment::{Flaw, POINTS, Quantity, Shape, Stream, Table, Waveform};
 pub use identity::{Hello, Identity, Text};
 pub use messages::{
-    CHUNK_POINTS, CalibrationChunk, CalibrationInfo, CalibrationRefusal, ChannelState, Chunk,
-    Commanded, Drives, Health, Kept, LEASE_FOREVER_MS, Play, Points, Position, Refusal, Renewal,
-    Sense, SenseInfo, Sentence, Status, Streaming, Telemetry,
+    CHUNK_POINTS, CalibrationChunk, CalibrationInfo, CalibrationRefusal, CalibrationUse,
+    ChannelState, Chunk, Commanded, Drives, Health, Kept, LEASE_FOREVER_MS, Play, Points, Position,
+    Refusal, Renewal, Sense, SenseInfo, Sentence, Status, Streaming, Telemetry,
 };
 
 /// The version of everything in this crate but the greeting. Raised with every change on the wire.
-pub const PROTOCOL_VERSION: u16 = 3;
+pub const PROTOCOL_VERSION: u16 = 4;
 
 /// Longest frame in either direction, before framing.
 pub const MAX_FRAME_BYTES: usize = 256;

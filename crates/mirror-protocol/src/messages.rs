@@ -204,6 +204,15 @@ pub struct CalibrationChunk {
     pub bytes: Chunk,
 }
 
+/// For how long the calibration that was uploaded is put to use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum CalibrationUse {
+    /// For good: it is kept through a reset.
+    ForGood,
+    /// Until a reset or `CalibrationRevertEndpoint`, which bring back the last one that was put to use for good.
+    OnTrial,
+}
+
 /// What the current sense is off by, channel by channel: what flows is (the designed reading -
 /// `zero_a`) x `gain`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
@@ -235,6 +244,8 @@ pub enum Kept {
     FactoryAsStoredIsBad,
     /// No: the flash did not take it, and a reset forgets it.
     No,
+    /// No: it is on trial ([`CalibrationUse::OnTrial`]).
+    OnTrial,
 }
 
 /// The calibration in use.

@@ -15,8 +15,8 @@ use emulated_board::{EmulatedBoard, Observed, PlantFault};
 use hil::{Bench, RawLink};
 use mirror_model::Model;
 use mirror_protocol::{
-    CalibrationEndpoint, CalibrationUseEndpoint, ClearEndpoint, Drives, Kept, LEASE_FOREVER_MS,
-    SetDriveEndpoint, StatusEndpoint,
+    CalibrationEndpoint, CalibrationUse, CalibrationUseEndpoint, ClearEndpoint, Drives, Kept,
+    LEASE_FOREVER_MS, SetDriveEndpoint, StatusEndpoint,
 };
 use protection::Fault;
 use virtual_mirror::MirrorConfig;
@@ -111,7 +111,8 @@ fn run(case: &Case) -> Row {
         .to_bytes();
     let use_it = |link: &mut RawLink| {
         upload(link, 0, &bytes);
-        link.ask::<CalibrationUseEndpoint>(&()).expect("an answer")
+        link.ask::<CalibrationUseEndpoint>(&CalibrationUse::ForGood)
+            .expect("an answer")
     };
     use_it(&mut link).expect("understood").expect("it is good");
     let known = link.ask::<CalibrationEndpoint>(&()).expect("an answer");

@@ -1,9 +1,12 @@
 //! A board, wherever it is: found, opened, greeted, asked.
 
+mod calibrations;
 mod find;
 pub mod framing;
 mod link;
+mod samples;
 mod socket;
 
 pub use find::{Found, Place, choose, find};
-pub use link::{Board, RENEWED_LEASE, Samples};
+pub use link::{Board, RENEWED_LEASE};
+pub use samples::Samples;

@@ -21,7 +21,7 @@ use clap::CommandFactory;
 use tokio::runtime::Builder;
 
 use crate::board::{Board, choose};
-use crate::cli::{Arguments, Command, Measure};
+use crate::cli::{Arguments, Command, Measure, Plane};
 use crate::commands::moving::Pace;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
@@ -68,7 +68,12 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             record::run(&open().await?, file, duration, period, json).await
         }
         Command::Explain { name } => explain::run(name.as_deref(), json),
-        Command::Measure(Measure::Plane { scan }) => measure::plane(&scan, json),
+        Command::Measure(Measure::Plane(Plane {
+            from: Some(scan), ..
+        })) => measure::plane::of_file(&scan, json),
+        Command::Measure(Measure::Plane(ask)) => {
+            measure::plane::run(&open().await?, ask, json).await
+        }
         Command::Measure(Measure::Experiment(asked)) => {
             measure::run(&open().await?, asked, json).await
         }

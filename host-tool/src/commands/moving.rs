@@ -79,6 +79,12 @@ pub(super) async fn settle_and_read(
     pace: Pace,
 ) -> Result<(Readings, Span), ToolError> {
     board.wait(commanded.tick, pace.settle).await?;
+    let (readings, tick) = read(board).await?;
+    Ok((readings, board.span(commanded.tick, tick)))
+}
+
+/// Reads the mirror while it stands. With the readings comes the tick of the first of them.
+pub(super) async fn read(board: &Board) -> Result<(Readings, u32), ToolError> {
     let period_ticks = board.period_ticks(READING_PERIOD)?;
     let mut stream = board.stream(period_ticks, READING_SAMPLES).await?;
     let mut samples = Vec::new();
@@ -87,8 +93,7 @@ pub(super) async fn settle_and_read(
         check_states(&sample.states)?;
         samples.push(sample);
     }
-    let settled = board.span(commanded.tick, samples[0].tick);
-    Ok((Readings::mean(&samples), settled))
+    Ok((Readings::mean(&samples), samples[0].tick))
 }
 
 /// What a channel is doing, in a word that scripts know too.

@@ -9,7 +9,8 @@ use serde::Serialize;
 
 use crate::board::Board;
 use crate::cli::Scan;
-use crate::commands::measure::experiment::{Experiment, shares};
+use crate::commands::measure::experiment::Experiment;
+use crate::commands::measure::play::shares;
 use crate::commands::measure::run::{Ended, Lab};
 use crate::commands::measure::sensor::{Sensor, parse};
 use crate::error::ToolError;

@@ -105,12 +105,7 @@ impl fmt::Display for StatusReport {
             identity.firmware_version, identity.build, identity.protocol_version, identity.tick_hz
         )?;
         writeln!(f, "up         {:.1} s", self.up_s)?;
-        let CalibrationInfo { device, date, .. } = &self.calibration;
-        let kept = kept_words(self.calibration.kept);
-        // The factory's is of no device, and of no day.
-        let mut words = vec![device.as_str(), date.as_str(), kept];
-        words.retain(|word| !word.is_empty());
-        writeln!(f, "calibrated {}", words.join(", "))?;
+        writeln!(f, "calibrated {}", calibrated_words(&self.calibration))?;
         writeln!(
             f,
             "range      0 to {:.1} um, 0 to {:.2} V",
@@ -174,6 +169,16 @@ pub(super) fn uncertainty_k(
     is_factorys.then(|| std::array::from_fn(of))
 }
 
+/// Of which device and day a calibration is, and whether it is kept.
+pub(super) fn calibrated_words(calibration: &CalibrationInfo) -> String {
+    let CalibrationInfo { device, date, .. } = calibration;
+    let kept = kept_words(calibration.kept);
+    // The factory's is of no device, and of no day.
+    let mut words = vec![device.as_str(), date.as_str(), kept];
+    words.retain(|word| !word.is_empty());
+    words.join(", ")
+}
+
 pub(super) fn kept_words(kept: Kept) -> &'static str {
     match kept {
         Kept::Yes => "kept in flash",
@@ -182,6 +187,9 @@ pub(super) fn kept_words(kept: Kept) -> &'static str {
             "the factory's, since the stored one is bad: calibrate the board again"
         }
         Kept::No => "not kept: a reset forgets it; its flash did not take it",
+        Kept::OnTrial => {
+            "on trial: a reset or the next `host-tool calibrate` brings the one before back"
+        }
     }
 }
 

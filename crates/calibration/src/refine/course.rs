@@ -10,8 +10,9 @@ const APPROXIMATION_UM: f64 = 0.02;
 /// Under a drive that is held, friction lets go otherwise than where the loop makes it tremble, and the actuators are not
 /// at one position (um).
 const HELD_UM: f64 = 0.15;
-/// What the stages do not follow after a jump (um): of the drive, when the mirror rings; of the position, which is smooth.
-/// It dies down in the time of a move, ringing in twice that.
+/// What the stages do not follow after a jump (um): of the drive, when the mirror rings, which dies down in twice the time of
+/// a move; of the position, which is smooth. There it is distributed heat, of which a few poles leave a part at every time
+/// scale: it falls with the moves that have passed.
 const RINGING_UM: f64 = 10.0;
 const LAGGING_UM: f64 = 1.0;
 /// Rest at 0 V assumed between files that share no clock (s).
@@ -29,8 +30,18 @@ pub(super) struct Moment {
     /// Heating power of each lane at its start and at its end, a straight line between.
     pub(super) from_w: [f64; LANES],
     pub(super) to_w: [f64; LANES],
+    /// Resistances that the currents told at its end, and the voltages that they were told at.
+    pub(super) told: [Option<Told>; LANES],
     /// Where the mirror was at its end, and to how much that is to be followed; one standard deviation.
     pub(super) seen_um: Option<(f64, f64)>,
+}
+
+/// What a current tells of its heater.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Told {
+    pub(super) ohm: f64,
+    /// The higher, the less the current's noise is worth (V).
+    pub(super) volts: f64,
 }
 
 /// The moments of a session, from rest.
@@ -96,7 +107,7 @@ impl Reader<'_> {
             step_s: seconds,
             from_w: power,
             to_w: power,
-            seen_um: None,
+            ..Moment::default()
         });
     }
 
@@ -131,11 +142,11 @@ impl Reader<'_> {
                 self.sense(row);
             }
             let from_w = self.power(before);
-            self.sense(row);
+            let told = self.sense(row);
             let to_w = self.power(row.voltage_v);
             let moves = self.since_jump_s / self.move_s;
             let (approximation, transient) = if interpolated {
-                (APPROXIMATION_UM, LAGGING_UM * (-moves).exp())
+                (APPROXIMATION_UM, LAGGING_UM / (1.0 + moves))
             } else {
                 (HELD_UM, RINGING_UM * (-0.5 * moves).exp())
             };
@@ -144,6 +155,7 @@ impl Reader<'_> {
                 step_s,
                 from_w,
                 to_w,
+                told: if blind { [None; LANES] } else { told },
                 seen_um: row.z_um.filter(|_| !blind).map(|z| (z, trust)),
             });
             (t_s, volts) = (row.t_s, row.voltage_v);
@@ -151,18 +163,23 @@ impl Reader<'_> {
         passed_s
     }
 
-    fn sense(&mut self, row: &Row) {
-        for lane in 0..LANES {
+    fn sense(&mut self, row: &Row) -> [Option<Told>; LANES] {
+        let told: [Option<Told>; LANES] = std::array::from_fn(|lane| {
             let volts = row.voltage_v[lane];
-            if volts <= SENSED_V {
+            let current = row.current_a[lane].filter(|current| *current > 0.0)?;
+            (volts > SENSED_V).then(|| Told {
+                ohm: volts / current,
+                volts,
+            })
+        });
+        for (lane, told) in told.iter().enumerate() {
+            if let Some(told) = told {
+                self.resistance_ohm[lane] = Some(told.ohm);
+            } else if row.voltage_v[lane] <= SENSED_V {
                 self.resistance_ohm[lane] = None;
             }
-            if let Some(current) = row.current_a[lane].filter(|current| *current > 0.0)
-                && volts > SENSED_V
-            {
-                self.resistance_ohm[lane] = Some(volts / current);
-            }
         }
+        told
     }
 
     /// What these voltages heat with; a lane that nothing is known of yet heats with nothing.

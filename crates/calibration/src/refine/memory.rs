@@ -92,7 +92,8 @@ fn bends(share: f64) -> [f64; BENDS] {
 }
 
 impl Linear {
-    /// The terms that follow what was seen best, plays not negative; `None` where nothing was seen.
+    /// The terms that follow what was seen best; `None` where nothing was seen. Plays and creep hold back and go on, never the other
+    /// way: a creep that went back would be heat, which the poles are for.
     pub(super) fn fit(
         moments: &[Moment],
         top_um: f64,
@@ -125,8 +126,7 @@ impl Linear {
         let mut out = [false; TERMS];
         loop {
             let terms = solve(&normal, &right, &out)?;
-            let plays = BENDS..BENDS + PLAYS;
-            let least = plays.min_by(|&a, &b| terms[a].total_cmp(&terms[b]))?;
+            let least = (BENDS..TERMS).min_by(|&a, &b| terms[a].total_cmp(&terms[b]))?;
             if terms[least] >= 0.0 {
                 return Some(Self { top_um, terms });
             }

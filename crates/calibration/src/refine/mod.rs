@@ -4,16 +4,18 @@
 //! distributed heat and several memories has more. Beginning with the model's, the thermal poles and the growth of the
 //! heat loss are fitted to the displacement by Levenberg and Marquardt, and in each of their trials the rest by linear
 //! least squares: a smooth bend of the tables, plays and creep. Heating is the power that the currents tell, so memory is
-//! not taken for heat. Plays let go while nothing moves: a drive that trembles by its own rounding loosens friction.
+//! not taken for heat; what they tell of resistance makes the heaters' own lines. Plays let go while nothing moves: a drive
+//! that trembles by its own rounding loosens friction.
 
 mod course;
 mod heat;
 mod memory;
+mod resistance;
 
 use control_core::calibration::{FAST_POLES, Parts, SLOW};
 use control_core::table::{KNOTS, SEGMENTS};
 use control_core::{
-    Calibration, CalibrationError, InverseTable, Kelvin, LANES, LaneCalibration, Micrometre,
+    Calibration, CalibrationError, InverseTable, Kelvin, LANES, LaneCalibration, Micrometre, Ohm,
     PerKelvin,
 };
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
@@ -23,6 +25,7 @@ use nalgebra::{DMatrix, DVector, Dyn, Owned};
 use self::course::Course;
 use self::heat::{Loss, POLES, Poles};
 use self::memory::{Displaced, Linear, Memories};
+use self::resistance::Line;
 use crate::curve::Curve;
 
 /// Fewer readings than this refine nothing.
@@ -39,6 +42,8 @@ const USUAL: [(f64, f64); POLES] = [
 ];
 /// The weight that a pole starts with of which the model knows nothing.
 const UNKNOWN: f64 = 5e-3;
+/// Stages that leave more than this part of the range follow nothing.
+const FOLLOWS: f64 = 0.02;
 /// Fastest and slowest pole (s).
 const FASTEST_S: f64 = 1e-4;
 const SLOWEST_S: f64 = 60.0;
@@ -71,7 +76,9 @@ pub enum RefineError {
     )]
     TooFew(usize),
     /// Nothing follows the readings.
-    #[error("no stages follow what was measured")]
+    #[error(
+        "no stages follow what was measured; look whether the sensor sees the mirror, and whether currents were recorded"
+    )]
     NoFit,
     /// The bent table is none.
     #[error("the refined calibration cannot be used: {0}")]
@@ -97,6 +104,7 @@ pub fn refined(calibration: &Calibration, session: &Session) -> Result<Refined, 
         .into_iter()
         .flatten()
         .min_by(|a, b| a.cost.total_cmp(&b.cost))
+        .filter(|best| best.rms_um < FOLLOWS * mirror.top_um)
         .ok_or(RefineError::NoFit)?;
     mirror.refined(parts, &best)
 }
@@ -256,6 +264,17 @@ impl<'a> Mirror<'a> {
         (cost, (cost / weights).sqrt())
     }
 
+    /// What the currents told of each heater.
+    fn heaters(&self, stages: &Stages) -> [Option<Line>; LANES] {
+        let rises = stages.poles.rises(&self.course.moments, &stages.losses);
+        std::array::from_fn(|lane| {
+            let moments = self.course.moments.iter().zip(&rises);
+            Line::through(
+                moments.filter_map(|(moment, rise)| Some((rise[lane], moment.told[lane]?))),
+            )
+        })
+    }
+
     fn refined(&self, parts: &Parts, found: &Found) -> Result<Refined, RefineError> {
         let places: Vec<f64> = (0..KNOTS)
             .map(|i| self.top_um * i as f64 / SEGMENTS as f64)
@@ -267,9 +286,11 @@ impl<'a> Mirror<'a> {
         let place_at = Curve::new(bent, places).map_err(|_| RefineError::NoFit)?;
         let top_um = found.linear.bent(self.top_um);
         let mut lanes = parts.lanes;
-        for (lane, (was, is)) in lanes
+        let heaters = self.heaters(&found.stages);
+        for ((lane, (was, is)), heater) in lanes
             .iter_mut()
             .zip(self.losses.iter().zip(&found.stages.losses))
+            .zip(heaters)
         {
             let (positions, rises) = knots(lane);
             let rise_at =
@@ -280,6 +301,10 @@ impl<'a> Mirror<'a> {
                 *knot = is.rise(was.heating(rise_at.at(place))) as f32;
             }
             lane.loss_growth = PerKelvin(is.growth as f32);
+            if let Some(heater) = heater {
+                lane.cold_resistance = Ohm(heater.cold_ohm as f32);
+                lane.tcr = PerKelvin((heater.ohm_per_k / heater.cold_ohm) as f32);
+            }
             lane.shape = InverseTable::new(Micrometre(top_um as f32), knots)
                 .map_err(CalibrationError::from)?;
         }

@@ -1,6 +1,6 @@
 //! A calibration as bytes: what is uploaded and stored.
 //!
-//! Little endian, without padding: the letters `EMCA`, the format (u16), device and date (32 bytes
+//! Little endian, without padding: the letters `EMCA`, the format (u16), device and date (48 bytes
 //! each), the model's hash (u64), the numbers (f32) in the order of [`numbers`], and the CRC-32 (as in
 //! Ethernet) of all that.
 
@@ -12,7 +12,7 @@ use crate::table::{InverseTable, KNOTS};
 use crate::units::{Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Volt, Watt};
 
 /// The version of this layout and of what the numbers mean.
-pub(super) const FORMAT: u16 = 2;
+pub(super) const FORMAT: u16 = 3;
 
 const MAGIC: [u8; 4] = *b"EMCA";
 const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);

@@ -7,8 +7,8 @@ use core::fmt;
 pub struct Label([u8; Label::CAPACITY]);
 
 impl Label {
-    /// Most bytes that it holds.
-    pub const CAPACITY: usize = 32;
+    /// Most bytes that it holds: as many as a text of the protocol, so that any board's name fits.
+    pub const CAPACITY: usize = 48;
 
     /// No text.
     pub const EMPTY: Self = Self([0; Self::CAPACITY]);

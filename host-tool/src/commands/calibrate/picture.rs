@@ -1,4 +1,4 @@
-//! Before and after in one picture: error at rest, step, and loop.
+//! Before and after in one picture: error at rest, a step, the errors along two sines, and along a triangle.
 
 use plotters::prelude::*;
 
@@ -6,7 +6,7 @@ use super::trial::Trial;
 use crate::error::ToolError;
 use crate::picture::{ERROR, INK, MEASURED, panel};
 
-const SIZE: (u32, u32) = (900, 640);
+const SIZE: (u32, u32) = (1200, 640);
 /// A step is shown so long.
 const STEP_S: f64 = 0.6;
 
@@ -22,7 +22,7 @@ pub(super) fn before_and_after(before: &Trial, after: &Trial) -> Result<String, 
 fn draw(svg: &mut String, before: &Trial, after: &Trial) -> Result<(), Box<dyn std::error::Error>> {
     let area = SVGBackend::with_string(svg, SIZE).into_drawing_area();
     area.fill(&WHITE)?;
-    let panels = area.split_evenly((2, 3));
+    let panels = area.split_evenly((2, 4));
     for (row, (when, trial)) in [("before", before), ("after", after)]
         .into_iter()
         .enumerate()
@@ -34,7 +34,7 @@ fn draw(svg: &mut String, before: &Trial, after: &Trial) -> Result<(), Box<dyn s
             .collect();
         rest.sort_by(|a, b| a.0.total_cmp(&b.0));
         panel(
-            &panels[3 * row],
+            &panels[4 * row],
             &format!("error at rest, {when}"),
             ("asked (um)", "error (um)"),
             &[],
@@ -48,22 +48,31 @@ fn draw(svg: &mut String, before: &Trial, after: &Trial) -> Result<(), Box<dyn s
             .collect();
         let target = [(0.0, trial.step_um.1), (1e3 * STEP_S, trial.step_um.1)];
         panel(
-            &panels[3 * row + 1],
+            &panels[4 * row + 1],
             &format!("a step, {when}"),
             ("time (ms)", "z (um)"),
             &[(&target, INK), (&step, MEASURED)],
             &[],
         )?;
-        let error: Vec<_> = trial
-            .curve
-            .iter()
-            .map(|(asked, reached)| (*asked, reached - asked))
-            .collect();
+        let error = |pairs: &[(f64, f64)]| -> Vec<_> {
+            let left = |(asked, reached): &(f64, f64)| (*asked, reached - asked);
+            pairs.iter().map(left).collect()
+        };
         panel(
-            &panels[3 * row + 2],
-            &format!("error along 20 Hz, {when}"),
+            &panels[4 * row + 2],
+            &format!("error along 1 and 20 Hz, {when}"),
             ("asked (um)", "error (um)"),
-            &[(&error, ERROR)],
+            &[
+                (&error(&trial.curve), ERROR),
+                (&error(&trial.slow_loop), MEASURED),
+            ],
+            &[],
+        )?;
+        panel(
+            &panels[4 * row + 3],
+            &format!("error along a 20 Hz triangle, {when}"),
+            ("asked (um)", "error (um)"),
+            &[(&error(&trial.triangle), ERROR)],
             &[],
         )?;
     }

@@ -4,19 +4,13 @@ use measurement::MeasurementFile;
 use mirror_protocol::{Quantity, Shape, Waveform};
 use serde::Serialize;
 
+use super::effort::Effort;
 use crate::commands::measure::experiment::Experiment;
 use crate::commands::measure::run::{Ended, Lab, Measured};
 use crate::error::ToolError;
-use crate::quantity::Span;
 
-/// Each position at rest is held so long before it is read.
-const REST: Span = Span { s: 2.0 };
-/// A step is held so long; what is still missing then is creep.
-const HOLD: Span = Span { s: 3.0 };
-const LOOP_HZ: f32 = 20.0;
-const LOOP_CYCLES: u32 = 3;
-/// Samples of the loop.
-const LOOP_SAMPLES: u32 = 1500;
+/// Samples along a waveform.
+const SAMPLES: u32 = 1500;
 
 /// Where the trial goes, as shares of the range: positions that no table was made from.
 const REST_SHARES: [f64; 17] = [
@@ -24,7 +18,36 @@ const REST_SHARES: [f64; 17] = [
     0.82,
 ];
 const STEP_SHARES: (f64, f64) = (0.25, 0.7);
-const LOOP_SHARES: (f64, f64) = (0.5, 0.12);
+
+/// A waveform of the trial.
+struct Way {
+    name: &'static str,
+    shape: Shape,
+    /// Middle and amplitude, as shares of the range.
+    shares: (f64, f64),
+    /// The first begins with a jump from rest and is left out.
+    cycles: u32,
+}
+
+/// The sines leave out the cold end, where no drive is left to cool the mirror with; so does the triangle, and is where a
+/// mirror cools fast enough.
+const SLOW_LOOP: Way = Way {
+    name: "slow loop",
+    shape: Shape::Sine { frequency_hz: 1.0 },
+    shares: (0.5, 0.12),
+    cycles: 3,
+};
+const LOOP: Way = Way {
+    name: "loop",
+    shape: Shape::Sine { frequency_hz: 20.0 },
+    ..SLOW_LOOP
+};
+const TRIANGLE: Way = Way {
+    name: "triangle",
+    shape: Shape::Triangle { frequency_hz: 20.0 },
+    shares: (0.35, 0.115),
+    cycles: 6,
+};
 
 /// What a board reached of what it was asked.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -34,8 +57,12 @@ pub(super) struct Trial {
     /// Time since a step upwards (s) and z (um), and the positions it goes from and to.
     pub(super) step: Vec<(f64, f64)>,
     pub(super) step_um: (f64, f64),
-    /// Asked and reached along a sine (um).
+    /// Asked and reached along a sine of 1 Hz, and of 20 Hz (um).
+    pub(super) slow_loop: Vec<(f64, f64)>,
     pub(super) curve: Vec<(f64, f64)>,
+    /// Asked and reached along a triangle of 20 Hz, and from its bottom to its top (um).
+    pub(super) triangle: Vec<(f64, f64)>,
+    pub(super) triangle_um: f64,
 }
 
 /// A trial in numbers.
@@ -47,55 +74,97 @@ pub(super) struct Figures {
     pub(super) t95_ms: f64,
     /// Beyond the target, in per cent of the step.
     pub(super) overshoot_percent: f64,
-    /// Largest distance between the two ways of the sine (um).
+    /// Largest distance between the two ways of the sine of 1 Hz (um).
+    pub(super) slow_loop_um: f64,
+    /// The same of the sine of 20 Hz.
     pub(super) loop_um: f64,
+    /// From the bottom to the top of the triangle of 20 Hz (um).
+    pub(super) triangle_um: f64,
+    /// Error along it.
+    pub(super) triangle_rms_um: f64,
+}
+
+/// The trial up to `top_um`: rest, a step, two sines, a triangle.
+pub(super) fn experiments(
+    effort: &Effort,
+    top_um: f64,
+    tick_hz: u32,
+) -> Result<[Experiment; 5], ToolError> {
+    let rests: Vec<f64> = rest_shares(effort).map(|share| share * top_um).collect();
+    let (from, to) = STEP_SHARES;
+    let step = [from * top_um, to * top_um];
+    let along = |way: Way| {
+        let waveform = way.waveform(top_um);
+        Experiment::positions_along(way.name, waveform, Vec::new(), SAMPLES, tick_hz)
+    };
+    let experiments = [
+        Experiment::positions("rest", &rests, effort.rest, tick_hz)?,
+        Experiment::position_steps("step", &step, effort.hold, tick_hz)?,
+        along(SLOW_LOOP),
+        along(LOOP),
+        along(TRIANGLE),
+    ];
+    Ok(experiments.map(|experiment| experiment.after(effort.cooling_s)))
+}
+
+/// The positions at rest, scattered over the range however few they are.
+fn rest_shares(effort: &Effort) -> impl Iterator<Item = f64> + use<> {
+    REST_SHARES.into_iter().take(effort.rests)
+}
+
+impl Way {
+    fn waveform(&self, top_um: f64) -> Waveform {
+        Waveform {
+            quantity: Quantity::Position,
+            shape: self.shape,
+            offset: (self.shares.0 * top_um) as f32,
+            amplitude: (self.shares.1 * top_um) as f32,
+            cycles: self.cycles,
+            ends_off: true,
+        }
+    }
 }
 
 impl Trial {
-    /// Tries the board's present calibration up to `top_um`.
-    pub(super) async fn run(lab: &mut Lab<'_>, top_um: f64) -> Result<Self, ToolError> {
+    /// Tries the board's present calibration up to `top_um`. `when` is shown.
+    pub(super) async fn run(
+        lab: &mut Lab<'_>,
+        effort: &Effort,
+        when: &str,
+        top_um: f64,
+    ) -> Result<Self, ToolError> {
         let tick_hz = lab.tick_hz();
-        let asked = REST_SHARES.map(|share| share * top_um);
-        let rest = Experiment::positions("positions", &asked, REST, tick_hz)?.after(5.0);
+        let [rest, step, slow_loop, curve, triangle] =
+            experiments(effort, top_um, tick_hz)?.map(|experiment| {
+                experiment
+                    .clone()
+                    .named(&format!("{}, {when}", experiment.name))
+            });
         let rest = z_of(lab, &rest).await?;
-        let (from, to) = (STEP_SHARES.0 * top_um, STEP_SHARES.1 * top_um);
-        let step = Experiment::position_steps("steps", &[from, to], HOLD, tick_hz)?.after(5.0);
         let step = z_of(lab, &step).await?;
-        let waveform = Waveform {
-            quantity: Quantity::Position,
-            shape: Shape::Sine {
-                frequency_hz: LOOP_HZ,
-            },
-            offset: (LOOP_SHARES.0 * top_um) as f32,
-            amplitude: (LOOP_SHARES.1 * top_um) as f32,
-            cycles: LOOP_CYCLES,
-            ends_off: true,
-        };
-        let sine = Experiment::positions_along("sine", waveform, Vec::new(), LOOP_SAMPLES, tick_hz);
-        let curve = z_of(lab, &sine.after(5.0)).await?;
-        let turn = f64::from(LOOP_HZ) * std::f64::consts::TAU;
-        let asked_at =
-            |t: f64| f64::from(waveform.offset) + f64::from(waveform.amplitude) * (turn * t).sin();
-        // The first cycle begins with a jump from rest.
-        let settled = curve.iter().filter(|(t, _)| *t > 1.0 / f64::from(LOOP_HZ));
         Ok(Self {
-            rest: asked
-                .into_iter()
-                .zip(rest.iter().map(|(_, z)| *z))
+            rest: rest_shares(effort)
+                .zip(rest)
+                .map(|(share, (_, z))| (share * top_um, z))
                 .collect(),
             step: step
                 .iter()
-                .filter(|(t, _)| *t > HOLD.s)
-                .map(|(t, z)| (t - HOLD.s, *z))
+                .filter(|(t, _)| *t > effort.hold.s)
+                .map(|(t, z)| (t - effort.hold.s, *z))
                 .collect(),
-            step_um: (from, to),
-            curve: settled.map(|(t, z)| (asked_at(*t), *z)).collect(),
+            step_um: (STEP_SHARES.0 * top_um, STEP_SHARES.1 * top_um),
+            slow_loop: asked_and_reached(lab, &slow_loop).await?,
+            curve: asked_and_reached(lab, &curve).await?,
+            triangle: asked_and_reached(lab, &triangle).await?,
+            triangle_um: 2.0 * TRIANGLE.shares.1 * top_um,
         })
     }
 
     pub(super) fn figures(&self) -> Figures {
-        let errors = || self.rest.iter().map(|(asked, reached)| reached - asked);
-        let squares: f64 = errors().map(|error| error * error).sum();
+        let rms = |errors: &[f64]| {
+            let squares: f64 = errors.iter().map(|error| error * error).sum();
+            (squares / errors.len().max(1) as f64).sqrt()
+        };
         let (from, to) = self.step_um;
         // What it comes to in the end is the position table's matter, not the step's.
         let end = mean_of_last(&self.step);
@@ -108,13 +177,46 @@ impl Trial {
             .last();
         let highest = self.step.iter().map(|(_, z)| *z).fold(f64::MIN, f64::max);
         Figures {
-            rest_rms_um: (squares / self.rest.len().max(1) as f64).sqrt(),
-            rest_largest_um: errors().map(f64::abs).fold(0.0, f64::max),
+            rest_rms_um: rms(&errors(&self.rest)),
+            rest_largest_um: errors(&self.rest)
+                .into_iter()
+                .map(f64::abs)
+                .fold(0.0, f64::max),
             t95_ms: 1e3 * late.map_or(f64::NAN, |(t, _)| *t),
             overshoot_percent: 100.0 * (highest - end).max(0.0) / (to - from),
+            slow_loop_um: loop_width(&self.slow_loop),
             loop_um: loop_width(&self.curve),
+            triangle_um: self.triangle_um,
+            triangle_rms_um: rms(&errors(&self.triangle)),
         }
     }
+}
+
+fn errors(pairs: &[(f64, f64)]) -> Vec<f64> {
+    pairs
+        .iter()
+        .map(|(asked, reached)| reached - asked)
+        .collect()
+}
+
+/// Plays an experiment along a waveform of positions, and returns what was asked and reached after its first cycle.
+async fn asked_and_reached(
+    lab: &mut Lab<'_>,
+    experiment: &Experiment,
+) -> Result<Vec<(f64, f64)>, ToolError> {
+    let reached = z_of(lab, experiment).await?;
+    let asked = experiment.asked(lab.tick_hz());
+    let pairs = reached.into_iter().filter_map(|(t_s, z)| {
+        // A row is read as its tick begins: where the tick before was asked to end.
+        let tick = (t_s * f64::from(lab.tick_hz())).round() as usize;
+        Some((*asked.get(tick.checked_sub(1)?)?, z, tick))
+    });
+    let cycles = experiment.runs.iter().map(|run| run.waveform.cycles);
+    let first_cycle = asked.len() / cycles.sum::<u32>().max(1) as usize;
+    Ok(pairs
+        .filter(|(_, _, tick)| *tick > first_cycle)
+        .map(|(asked, z, _)| (asked, z))
+        .collect())
 }
 
 /// Plays an experiment and returns time and z of its rows.
@@ -191,10 +293,14 @@ mod tests {
             rest: vec![(10.0, 10.3), (20.0, 19.6)],
             step: step.collect(),
             step_um: (20.0, 100.0),
+            slow_loop: vec![(1.0, 1.0), (2.0, 2.0), (3.0, 3.0)],
             curve: curve.collect(),
+            triangle: vec![(40.0, 40.3), (60.0, 59.6)],
+            triangle_um: 40.0,
         };
         let figures = trial.figures();
         assert!((figures.rest_rms_um - 0.125_f64.sqrt()).abs() < 1e-9);
+        assert!((figures.triangle_rms_um - 0.125_f64.sqrt()).abs() < 1e-9);
         assert!((figures.rest_largest_um - 0.4).abs() < 1e-9);
         assert!((figures.t95_ms - 300.0).abs() < 2.0, "{}", figures.t95_ms);
         assert!(figures.overshoot_percent < 1e-3);

@@ -130,6 +130,14 @@ fn cache_directory() -> PathBuf {
 
 /// Runs `work` while something moves on the screen.
 pub(super) fn while_working<T>(what: &'static str, quiet: bool, work: impl FnOnce() -> T) -> T {
+    let spinner = spinner(what, quiet);
+    let done = work();
+    spinner.finish_and_clear();
+    done
+}
+
+/// Something that moves on the screen.
+pub(super) fn spinner(what: &'static str, quiet: bool) -> ProgressBar {
     let spinner = if quiet {
         ProgressBar::hidden()
     } else {
@@ -137,7 +145,5 @@ pub(super) fn while_working<T>(what: &'static str, quiet: bool, work: impl FnOnc
     };
     spinner.set_message(what);
     spinner.enable_steady_tick(Duration::from_millis(100));
-    let done = work();
-    spinner.finish_and_clear();
-    done
+    spinner
 }

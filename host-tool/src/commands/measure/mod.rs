@@ -1,10 +1,15 @@
 //! `measure`: the paper's experiments on any board, as measurement files.
 
 pub(crate) mod experiment;
-mod plane;
+mod interrupt;
+mod keyboard;
+pub(super) mod plane;
+pub(crate) mod play;
 mod rows;
 pub(crate) mod run;
 pub(crate) mod sensor;
+mod serial;
+mod spots;
 
 use std::fmt;
 use std::fs;
@@ -13,7 +18,6 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use self::experiment::Experiment;
-pub(super) use self::plane::run as plane;
 use self::run::{Ended, Lab};
 use self::sensor::Sensor;
 use crate::board::Board;
@@ -183,15 +187,18 @@ fn check_drives(experiments: &[Experiment], max_v: f64) -> Result<(), ToolError>
     for run in experiments.iter().flat_map(|experiment| &experiment.runs) {
         let (middle, reach) = (run.waveform.offset, run.waveform.amplitude.abs());
         for volts in [middle - reach, middle + reach] {
-            if !(-1e-6..=max.v + 1e-6).contains(&decimal(volts)) {
-                return Err(ToolError::DriveOutOfRange {
-                    asked: Voltage { v: decimal(volts) },
-                    max,
-                });
-            }
+            check_drive(Voltage { v: decimal(volts) }, max)?;
         }
     }
     Ok(())
+}
+
+fn check_drive(asked: Voltage, max: Voltage) -> Result<(), ToolError> {
+    if (-1e-6..=max.v + 1e-6).contains(&asked.v) {
+        Ok(())
+    } else {
+        Err(ToolError::DriveOutOfRange { asked, max })
+    }
 }
 
 impl fmt::Display for Report {

@@ -2,23 +2,29 @@
 
 use std::fmt;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use diagnosis::Plane;
+use measurement::{MeasurementFile, Row};
+use mirror_protocol::Drives;
 use serde::Serialize;
 
+use super::interrupt::Interrupt;
+use super::keyboard::Keyboard;
+use super::run::{Ended, LEASE_MS, attended, partial, today};
+use super::sensor::{Sensor, cannot_read};
+use super::spots::{Spots, parse};
+use super::{check_drive, make_directory};
+use crate::board::Board;
+use crate::cli;
+use crate::commands::moving::read;
 use crate::error::ToolError;
-use crate::report;
-
-#[derive(Serialize)]
-struct Report {
-    points: usize,
-    #[serde(flatten)]
-    plane: Plane,
-}
+use crate::new_file::NewFile;
+use crate::quantity::{Span, Voltage};
+use crate::report::{self, decimal};
 
 /// Reads a scan and prints the plane through it.
-pub(crate) fn run(path: &Path, json: bool) -> Result<(), ToolError> {
+pub(crate) fn of_file(path: &Path, json: bool) -> Result<(), ToolError> {
     let text = fs::read_to_string(path).map_err(|source| ToolError::Read {
         path: path.to_owned(),
         source,
@@ -28,13 +34,9 @@ pub(crate) fn run(path: &Path, json: bool) -> Result<(), ToolError> {
         reason,
     };
     let points = parse(&text).map_err(unusable)?;
-    let plane = Plane::through(&points).ok_or_else(|| {
-        unusable(format!(
-            "its {} points span no plane; scan a square, such as 5 by 5 points over 100 um",
-            points.len()
-        ))
-    })?;
-    let report = Report {
+    let plane = Plane::through(&points).ok_or_else(|| unusable(no_plane(points.len())))?;
+    let report = Level {
+        drive_v: None,
         points: points.len(),
         plane,
     };
@@ -42,28 +44,226 @@ pub(crate) fn run(path: &Path, json: bool) -> Result<(), ToolError> {
     Ok(())
 }
 
-/// Lines of x, y and z. Comments and a header are passed over.
-fn parse(text: &str) -> Result<Vec<[f64; 3]>, String> {
-    let mut points = Vec::new();
-    for (number, line) in (1..).zip(text.lines()) {
-        let is_header = points.is_empty() && line.starts_with(|c: char| c.is_ascii_alphabetic());
-        if line.trim().is_empty() || line.starts_with('#') || is_header {
-            continue;
+fn no_plane(points: usize) -> String {
+    format!("its {points} points span no plane; scan a square, such as 5 by 5 points over 100 um")
+}
+
+/// Scans the plate at each voltage, and leaves the channels off.
+pub(crate) async fn run(board: &Board, ask: cli::Plane, json: bool) -> Result<(), ToolError> {
+    let status = board.status().await?;
+    let max = Voltage {
+        v: decimal(status.max_drive_v),
+    };
+    for volts in &ask.volts {
+        check_drive(*volts, max)?;
+    }
+    let sensor = Sensor::open(&ask.instruments.sensor)?;
+    match &sensor {
+        Sensor::Board if status.telemetry.sensor_z_um.is_none() => return Err(ToolError::NoSensor),
+        Sensor::Recording { path, .. } => {
+            let reason = "a scan asks it at every point, which a recording cannot answer";
+            return Err(cannot_read(path, reason));
         }
-        let numbers: Vec<f64> = line
-            .split(',')
-            .map_while(|cell| cell.trim().parse().ok())
-            .filter(|value: &f64| value.is_finite())
-            .collect();
-        match (<[f64; 3]>::try_from(numbers), line.split(',').count()) {
-            (Ok(point), 3) => points.push(point),
-            _ => return Err(format!("line {number}, `{line}`, is not three numbers")),
+        _ => {}
+    }
+    let spots = Spots::new(ask.points.as_deref())?;
+    if let Some(folder) = ask.output.parent() {
+        make_directory(folder)?;
+    }
+    let force = ask.instruments.force;
+    let file = NewFile::create(ask.output.clone(), force)?;
+    // Not measurement files: a session's folder may hold them.
+    let scan_name = |level: usize| ask.output.with_extension(format!("{level}.xyz"));
+    let scan_files = (1..=ask.volts.len())
+        .map(|level| NewFile::create(scan_name(level), force))
+        .collect::<Result<Vec<_>, _>>()?;
+
+    let interrupt = Interrupt::listen()?;
+    let mut scan = Scan {
+        board,
+        sensor,
+        spots,
+        settle: ask.settle,
+        ambient_c: ask.instruments.ambient_c,
+        begin_tick: board.off().await?.tick,
+        levels: Vec::new(),
+    };
+    let ended = attended(board, &interrupt, scan.perform(&ask.volts)).await;
+    let off = board.off().await.map(drop);
+    let ended = ended.and_then(|ended| off.map(|()| ended));
+
+    let partial = partial(&ended);
+    let mut report = Report {
+        levels: Vec::new(),
+        files: Vec::new(),
+        interrupted: matches!(ended, Ok(Ended::Interrupted)),
+    };
+    let mut measured = MeasurementFile::default();
+    measured.keys.set("experiment", "plane");
+    measured.keys.set("device", &board.identity().board);
+    measured.keys.set("date", &today());
+    if let Some(partial) = &partial {
+        measured.keys.set("partial", partial);
+    }
+    for (scanned, file) in scan.levels.iter().zip(scan_files) {
+        if !scanned.points.is_empty() {
+            report
+                .files
+                .push(file.write(&scanned.text(partial.as_deref()))?);
+        }
+        if let (Some(row), Some(plane)) = (scanned.row, Plane::through(&scanned.points)) {
+            measured.rows.push(Row {
+                tilt_x_deg: Some(plane.tilt_x_deg),
+                tilt_y_deg: Some(plane.tilt_y_deg),
+                z_um: scan.rest_um().map(|rest_um| plane.z_um - rest_um),
+                ..row
+            });
+            report.levels.push(Level {
+                drive_v: Some(scanned.drive_v),
+                points: scanned.points.len(),
+                plane,
+            });
         }
     }
-    Ok(points)
+    // Rows are read in pairs: one alone would be no measurement.
+    if measured.rows.len() > 1 {
+        report.files.push(file.write(&measured.to_string())?);
+    }
+    report::print(&report, json);
+    match ended {
+        Ok(Ended::Complete) if report.levels.len() < ask.volts.len() => Err(ToolError::Scan {
+            path: scan_name(1),
+            reason: no_plane(scan.levels[0].points.len()),
+        }),
+        other => other.map(drop),
+    }
+}
+
+/// A scan as it goes on.
+struct Scan<'a> {
+    board: &'a Board,
+    sensor: Sensor,
+    spots: Spots,
+    settle: Span,
+    ambient_c: Option<f64>,
+    begin_tick: u32,
+    levels: Vec<Scanned>,
+}
+
+/// What was read at one voltage.
+struct Scanned {
+    drive_v: f64,
+    /// x, y and z (um).
+    points: Vec<[f64; 3]>,
+    /// Time, drives and currents, once all points are read.
+    row: Option<Row>,
+}
+
+impl Scan<'_> {
+    async fn perform(&mut self, volts: &[Voltage]) -> Result<(), ToolError> {
+        let mut keyboard = Keyboard::new();
+        for volts in volts {
+            self.levels.push(Scanned {
+                drive_v: volts.v,
+                points: Vec::new(),
+                row: None,
+            });
+            let drives = Drives {
+                drive_v: [volts.v as f32; 4],
+                lease_ms: LEASE_MS,
+            };
+            let held = self.board.set_drive(drives).await?;
+            eprintln!("at {volts} on all actuators");
+            self.board.wait(held.tick, self.settle).await?;
+            self.scan(&mut keyboard).await?;
+        }
+        Ok(())
+    }
+
+    /// Reads all points at the present voltage.
+    async fn scan(&mut self, keyboard: &mut Keyboard) -> Result<(), ToolError> {
+        let mut row = None;
+        let mut index = 0;
+        while let Some([x, y]) = self.spots.reach(index, keyboard).await? {
+            let serial_um = self.sensor.read_now().await?;
+            let (readings, tick) = read(self.board).await?;
+            let z = serial_um
+                .or(readings.sensor_z_um)
+                .ok_or(ToolError::NoSensor)?;
+            if let Some(level) = self.levels.last_mut() {
+                level.points.push([x, y, z]);
+            }
+            let t_s = self.board.span(self.begin_tick, tick).s;
+            row = Some(Row {
+                t_s,
+                t_global_s: Some(t_s),
+                voltage_v: readings.drive_v,
+                current_a: readings.current_a.map(Some),
+                ambient_c: self.ambient_c,
+                ..Row::default()
+            });
+            index += 1;
+        }
+        if let Some(level) = self.levels.last_mut() {
+            level.row = row;
+        }
+        Ok(())
+    }
+
+    /// Height of the plate at the first 0 V that was scanned (um).
+    fn rest_um(&self) -> Option<f64> {
+        let rest = self.levels.iter().find(|level| level.drive_v == 0.0)?;
+        Plane::through(&rest.points).map(|plane| plane.z_um)
+    }
+}
+
+impl Scanned {
+    /// As a file that `measure plane --from` reads.
+    fn text(&self, partial: Option<&str>) -> String {
+        let mut text = format!("# V_V={}\n", self.drive_v);
+        if let (None, Some(partial)) = (self.row, partial) {
+            text += &format!("# partial={partial}\n");
+        }
+        text += "x_um,y_um,z_um\n";
+        for [x, y, z] in &self.points {
+            text += &format!("{x},{y},{z:.4}\n");
+        }
+        text
+    }
+}
+
+#[derive(Serialize)]
+struct Report {
+    levels: Vec<Level>,
+    files: Vec<PathBuf>,
+    interrupted: bool,
+}
+
+/// The plane at one voltage.
+#[derive(Serialize)]
+struct Level {
+    drive_v: Option<f64>,
+    points: usize,
+    #[serde(flatten)]
+    plane: Plane,
 }
 
 impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for level in &self.levels {
+            write!(f, "{level}")?;
+        }
+        for file in &self.files {
+            writeln!(f, "kept       in {}", file.display())?;
+        }
+        if self.interrupted {
+            writeln!(f, "interrupted; channels are off")?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Level {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Plane {
             tilt_x_deg,
@@ -71,6 +271,9 @@ impl fmt::Display for Report {
             z_um,
             rms_um,
         } = self.plane;
+        if let Some(drive_v) = self.drive_v {
+            writeln!(f, "drive      {drive_v:.3} V")?;
+        }
         writeln!(
             f,
             "tilt       {tilt_x_deg:+.4} deg about x, {tilt_y_deg:+.4} deg about y"
@@ -80,19 +283,5 @@ impl fmt::Display for Report {
             "height     {z_um:.3} um, {} points {rms_um:.3} um rms off the plane",
             self.points
         )
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lines_that_are_no_points_are_told() {
-        for bad in ["1,2", "1,2,x", "1,2,nan", "1,2,3,4"] {
-            let said = parse(&format!("x_um,y_um,z_um\n0,0,1\n{bad}\n")).expect_err("unusable");
-            assert!(said.starts_with("line 3"), "{said}");
-        }
-        assert_eq!(parse("# a scan\nx,y,z\n1,2,3\n"), Ok(vec![[1.0, 2.0, 3.0]]));
     }
 }

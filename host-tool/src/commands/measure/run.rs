@@ -1,14 +1,19 @@
 //! Measures experiments on a board: rest, prehold, waveforms; samples into files.
 
+use std::thread;
+
 use indicatif::{ProgressBar, ProgressStyle};
 use measurement::MeasurementFile;
 use mirror_protocol::{Drives, Play, Telemetry};
-use tokio::signal::ctrl_c;
+use tokio::sync::oneshot;
 
-use super::experiment::{Experiment, Run};
+use super::experiment::Experiment;
+use super::interrupt::Interrupt;
+use super::play::Run;
 use super::rows::{Clock, rows};
 use super::sensor::Sensor;
 use crate::board::{Board, RENEWED_LEASE};
+use crate::commands::lab::spinner;
 use crate::error::ToolError;
 use crate::quantity::Span;
 
@@ -17,7 +22,7 @@ const NOISE_READINGS: u32 = 100;
 const NOISE_PERIOD: Span = Span { s: 1e-3 };
 
 /// A board left alone while it measures ramps to zero after this.
-const LEASE_MS: u32 = RENEWED_LEASE.as_millis() as u32;
+pub(super) const LEASE_MS: u32 = RENEWED_LEASE.as_millis() as u32;
 
 /// A board with its instruments, for as long as a session lasts.
 pub(crate) struct Lab<'a> {
@@ -27,6 +32,8 @@ pub(crate) struct Lab<'a> {
     date: String,
     session_tick: u32,
     bar: ProgressBar,
+    quiet: bool,
+    interrupt: Interrupt,
 }
 
 /// A measurement, and how it ended.
@@ -41,6 +48,28 @@ pub(crate) enum Ended {
     Complete,
     /// By Ctrl-C; channels are off.
     Interrupted,
+}
+
+/// Works on a driven board: it is told to go on for as long as the work takes, and Ctrl-C ends the work.
+pub(super) async fn attended(
+    board: &Board,
+    interrupt: &Interrupt,
+    work: impl Future<Output = Result<(), ToolError>>,
+) -> Result<Ended, ToolError> {
+    tokio::select! {
+        done = work => done.map(|()| Ended::Complete),
+        Err(error) = board.keep_renewing() => Err(error),
+        () = interrupt.comes() => Ok(Ended::Interrupted),
+    }
+}
+
+/// Why a measurement is not whole, for its file.
+pub(super) fn partial(ended: &Result<Ended, ToolError>) -> Option<String> {
+    match ended {
+        Ok(Ended::Complete) => None,
+        Ok(Ended::Interrupted) => Some("interrupted".to_owned()),
+        Err(error) => Some(error.to_string()),
+    }
 }
 
 impl<'a> Lab<'a> {
@@ -67,29 +96,24 @@ impl<'a> Lab<'a> {
             date: today(),
             session_tick: off.tick,
             bar,
+            quiet,
+            interrupt: Interrupt::listen()?,
         })
     }
 
     /// Measures one experiment. What was measured is kept whatever happens, and the channels are off
     /// afterwards.
     pub(crate) async fn measure(&mut self, experiment: &Experiment) -> Measured {
+        self.bar.reset();
         self.bar.set_length(experiment.samples());
         self.bar.set_position(0);
         self.bar.set_message(experiment.name.clone());
         let mut file = self.header(experiment);
         let board = self.board;
-        let ended = {
-            let work = self.perform(experiment, &mut file);
-            tokio::select! {
-                done = work => done.map(|()| Ended::Complete),
-                Err(error) = board.keep_renewing() => Err(error),
-                _ = ctrl_c() => Ok(Ended::Interrupted),
-            }
-        };
-        if matches!(ended, Ok(Ended::Interrupted)) {
-            file.keys.set("partial", "interrupted");
-        } else if let Err(error) = &ended {
-            file.keys.set("partial", &error.to_string());
+        let interrupt = self.interrupt.clone();
+        let ended = attended(board, &interrupt, self.perform(experiment, &mut file)).await;
+        if let Some(partial) = partial(&ended) {
+            file.keys.set("partial", &partial);
         }
         // Nothing more to lose: a board that does not answer has been told of by now.
         let off = self.board.off().await.map(drop);
@@ -106,9 +130,32 @@ impl<'a> Lab<'a> {
         self.board.identity().tick_hz
     }
 
-    /// Does something else, without the bar.
-    pub(crate) fn aside<T>(&self, work: impl FnOnce() -> T) -> T {
-        self.bar.suspend(work)
+    /// Computes something in a thread of its own, so that Ctrl-C ends the waiting for it.
+    pub(crate) async fn aside<T: Send + 'static>(
+        &self,
+        what: &'static str,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, ToolError> {
+        let (send, done) = oneshot::channel();
+        thread::spawn(move || {
+            // Nobody waits any more after Ctrl-C.
+            let _ = send.send(work());
+        });
+        self.bar.finish_and_clear();
+        let spinner = spinner(what, self.quiet);
+        let done = tokio::select! {
+            done = done => done.map_err(|_| ToolError::Defect { what }),
+            () = self.interrupt.comes() => Err(ToolError::Interrupted),
+        };
+        spinner.finish_and_clear();
+        done
+    }
+
+    /// Says something above the bar.
+    pub(crate) fn say(&self, words: &str) {
+        if !self.quiet {
+            self.bar.suspend(|| eprintln!("{words}"));
+        }
     }
 
     /// The bar disappears.

@@ -1,15 +1,14 @@
 //! Where displacements come from: the board's own sensor input, a serial sensor, or a recording.
 
-use std::fs::{self, File};
-use std::io::{BufRead, BufReader};
+use std::fs;
 use std::os::unix::fs::FileTypeExt;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, channel};
-use std::thread;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use measurement::MeasurementFile;
+use tokio::time::sleep;
 
+use super::serial::{self, Arriving};
 use crate::error::ToolError;
 
 /// A position sensor.
@@ -17,58 +16,78 @@ pub(crate) enum Sensor {
     /// The board's, which comes with every sample.
     Board,
     /// Lines of micrometres, as they arrive.
-    Lines {
+    Serial {
         path: PathBuf,
-        arriving: Receiver<(Instant, f64)>,
+        arriving: Arriving,
         began: Option<Instant>,
     },
     /// Lines of seconds and micrometres, written by something else while the experiment runs.
     Recording { path: PathBuf, began: bool },
 }
 
+/// A serial sensor that is asked for its reading now tells the mean of so many, and is given up after so long a silence.
+const READINGS: usize = 20;
+const SILENCE: Duration = Duration::from_secs(5);
+
 /// What a user calls the board's own sensor.
 const BOARD: &str = "board";
 
 impl Sensor {
-    /// The sensor that a user names: `board`, a serial device, or a file.
+    /// The sensor that a user names: `board`, a serial device with its speed if it has one, or a file.
     pub(crate) fn open(name: &str) -> Result<Self, ToolError> {
         if name == BOARD {
             return Ok(Self::Board);
         }
-        let path = PathBuf::from(name);
+        let (path, baud) = match name.rsplit_once('@') {
+            Some((path, baud)) if !Path::new(name).exists() => (path, Some(baud)),
+            _ => (name, None),
+        };
+        let path = PathBuf::from(path);
         let kind = fs::metadata(&path).map(|metadata| metadata.file_type());
-        match kind {
-            Ok(kind) if kind.is_char_device() || kind.is_fifo() => Self::lines(path),
-            _ => Ok(Self::Recording { path, began: false }),
+        if !kind.is_ok_and(|kind| kind.is_char_device() || kind.is_fifo()) {
+            let path = PathBuf::from(name);
+            return Ok(Self::Recording { path, began: false });
         }
-    }
-
-    fn lines(path: PathBuf) -> Result<Self, ToolError> {
-        let device = File::open(&path).map_err(|error| cannot_read(&path, error))?;
-        let (send, arriving) = channel();
-        thread::spawn(move || {
-            // Text that is no text, as a sensor sends it when it is switched on, is passed over like any other.
-            for line in BufReader::new(device).split(b'\n').map_while(Result::ok) {
-                let Some(um) = finite(&String::from_utf8_lossy(&line)) else {
-                    continue;
-                };
-                if send.send((Instant::now(), um)).is_err() {
-                    return;
-                }
-            }
-        });
-        Ok(Self::Lines {
+        let baud = baud.map(str::parse).transpose();
+        let baud = baud.map_err(|_| cannot_read(&path, "its speed is no number of baud"))?;
+        let device = serial::device(&path, baud).map_err(|error| cannot_read(&path, error))?;
+        Ok(Self::Serial {
             path,
-            arriving,
+            arriving: serial::listen(device, Instant::now),
             began: None,
         })
+    }
+
+    /// What a serial sensor reads from now on, the mean of some readings (um); `None` of one whose readings come otherwise.
+    pub(super) async fn read_now(&self) -> Result<Option<f64>, ToolError> {
+        let Self::Serial { path, arriving, .. } = self else {
+            return Ok(None);
+        };
+        // What came before is of another place.
+        while arriving.try_recv().is_ok() {}
+        let (mut sum_um, mut count) = (0.0, 0);
+        let mut last = Instant::now();
+        while count < READINGS {
+            match arriving.try_recv() {
+                Ok((now, um)) => {
+                    sum_um += um;
+                    count += 1;
+                    last = now;
+                }
+                Err(_) if last.elapsed() > SILENCE => {
+                    return Err(cannot_read(path, "it sent no number"));
+                }
+                Err(_) => sleep(Duration::from_millis(5)).await,
+            }
+        }
+        Ok(Some(sum_um / READINGS as f64))
     }
 
     /// A waveform begins now; the first one is the experiment's time 0.
     pub(super) fn begin(&mut self) {
         match self {
             Self::Board => {}
-            Self::Lines { began, .. } => {
+            Self::Serial { began, .. } => {
                 began.get_or_insert_with(Instant::now);
             }
             Self::Recording { began, .. } => *began = true,
@@ -80,7 +99,7 @@ impl Sensor {
     pub(super) fn read_into(&mut self, file: &mut MeasurementFile) -> Result<(), ToolError> {
         let (path, readings) = match self {
             Self::Board => return Ok(()),
-            Self::Lines {
+            Self::Serial {
                 path,
                 arriving,
                 began,
@@ -114,14 +133,14 @@ impl Sensor {
     }
 }
 
-fn cannot_read(path: &Path, reason: impl ToString) -> ToolError {
+pub(super) fn cannot_read(path: &Path, reason: impl ToString) -> ToolError {
     ToolError::Sensor {
         path: path.to_owned(),
         reason: reason.to_string(),
     }
 }
 
-fn finite(text: &str) -> Option<f64> {
+pub(super) fn finite(text: &str) -> Option<f64> {
     text.trim()
         .parse()
         .ok()
@@ -152,7 +171,7 @@ pub(crate) fn parse(text: &str) -> Result<Vec<(f64, f64)>, String> {
 
 /// Gives each row the displacement at its time, on a straight line between two readings; rows outside
 /// the readings stay without.
-fn merge(readings: &[(f64, f64)], file: &mut MeasurementFile) {
+pub(super) fn merge(readings: &[(f64, f64)], file: &mut MeasurementFile) {
     let at = |t_s: f64| {
         let after = readings.partition_point(|(t, _)| *t < t_s);
         let (t1, z1) = *readings.get(after)?;
@@ -202,6 +221,16 @@ mod tests {
         merge(&readings, &mut file);
         let z: Vec<_> = file.rows.iter().map(|row| row.z_um).collect();
         assert_eq!(z, [Some(1.0), Some(2.0), Some(4.0), None]);
+    }
+
+    #[test]
+    fn a_speed_that_is_none_is_told() {
+        let said = Sensor::open("/dev/null@fast").err().expect("no speed");
+        let said = said.to_string();
+        assert!(
+            said.contains("/dev/null") && said.contains("its speed is no number of baud"),
+            "{said}"
+        );
     }
 
     #[test]

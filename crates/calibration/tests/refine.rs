@@ -1,0 +1,224 @@
+//! Stages found in what a mirror did: one of a few lines here, which shares no code with what is tested.
+
+use calibration::{RefineError, Refined, jumps, refined, tabulate};
+use control_core::calibration::{Heat, Memory};
+use control_core::{Ampere, Calibration, Controller, LANES, Micrometre, Setpoint, TICK, Volt};
+use measurement::{MeasurementFile, Row, Session};
+use mirror_model::{Model, Preset};
+
+const TICK_S: f64 = TICK.0 as f64;
+/// Parts of a tick that the mirror is advanced in.
+const PARTS: u32 = 10;
+const JUMP_S: f64 = 1.0;
+/// Weights and time constants (s) of the mirror's thermal poles.
+const POLES: [(f64, f64); 3] = [(0.6, 1.5e-3), (0.3, 0.04), (0.1, 3.0)];
+/// Its heaters, cold (ohm), and their growth (1/K).
+const COLD_OHM: [f64; LANES] = [352.0, 361.0, 358.0, 371.0];
+const XI_PER_K: f64 = 3.7e-3;
+/// Temperature rise per power at rest (K/W).
+const K_PER_W: f64 = 6000.0;
+
+/// A mirror of three poles in every actuator, and one play in which a part of its motion hangs.
+#[derive(Default)]
+struct Mirror {
+    lags_k: [[f64; POLES.len()]; LANES],
+    /// Part of the motion that hangs in the play, and half the play (um).
+    hangs: f64,
+    half_um: f64,
+    held_um: f64,
+}
+
+impl Mirror {
+    fn rise_k(&self, lane: usize) -> f64 {
+        let lags = self.lags_k[lane].iter().zip(POLES);
+        lags.map(|(lag, (weight, _))| weight * lag).sum()
+    }
+
+    fn current_a(&self, lane: usize, volts: f64) -> f64 {
+        volts / (COLD_OHM[lane] * (1.0 + XI_PER_K * self.rise_k(lane)))
+    }
+
+    fn tick(&mut self, volts: [f64; LANES]) {
+        let step_s = TICK_S / f64::from(PARTS);
+        for _ in 0..PARTS {
+            for (lane, volts) in volts.into_iter().enumerate() {
+                let heating_k = K_PER_W * volts * self.current_a(lane, volts);
+                for (lag, (_, time_s)) in self.lags_k[lane].iter_mut().zip(POLES) {
+                    *lag += step_s / time_s * (heating_k - *lag);
+                }
+            }
+        }
+        let x_um = self.still_um();
+        self.held_um = self.held_um.clamp(x_um - self.half_um, x_um + self.half_um);
+    }
+
+    /// Displacement without memory: 1.1 um a kelvin, and bent.
+    fn still_um(&self) -> f64 {
+        let rise_k = |lane| self.rise_k(lane);
+        let mean_k = (0..LANES).map(rise_k).sum::<f64>() / LANES as f64;
+        mean_k * (1.1 + 4e-4 * mean_k)
+    }
+
+    fn z_um(&self) -> f64 {
+        let x_um = self.still_um();
+        x_um + self.hangs * (self.held_um - x_um)
+    }
+}
+
+/// The calibration that nothing was measured for.
+fn first() -> Calibration {
+    let model = Model::from(Preset::Reconciled);
+    tabulate(&model).expect("a calibration").calibration
+}
+
+/// Goes to positions on a board with `calibration`, which reads everything at every so many ticks; returns it with the
+/// errors at the end of each stay (um).
+fn played(
+    mirror: &mut Mirror,
+    calibration: &Calibration,
+    positions_um: &[f64],
+    every: usize,
+) -> (MeasurementFile, Vec<f64>) {
+    let mut calibration = *calibration;
+    let mut controller = Controller::new(&mut calibration);
+    let mut file = MeasurementFile::default();
+    file.keys.set("drive", "position");
+    file.keys.set("noise_z_nm", "5");
+    let mut volts = [0.0; LANES];
+    let mut currents = [Ampere(0.0); LANES];
+    let stay = (JUMP_S / TICK_S) as usize;
+    let mut errors = Vec::new();
+    for (tick, &z) in positions_um
+        .iter()
+        .flat_map(|z| std::iter::repeat_n(z, stay))
+        .enumerate()
+    {
+        let before = volts;
+        let setpoint = Setpoint::Position(Micrometre(z as f32));
+        let step = controller.step(setpoint, before.map(|v| Volt(v as f32)), currents);
+        volts = step.drives.map(|drive| f64::from(drive.0));
+        currents = std::array::from_fn(|i| Ampere(mirror.current_a(i, volts[i]) as f32));
+        if tick % stay < 100 || tick % every == 0 {
+            let mean_v: [f64; LANES] = std::array::from_fn(|i| 0.5 * (before[i] + volts[i]));
+            file.rows.push(Row {
+                t_s: tick as f64 * TICK_S,
+                voltage_v: mean_v,
+                current_a: std::array::from_fn(|i| Some(mirror.current_a(i, mean_v[i]))),
+                z_um: Some(mirror.z_um()),
+                ..Row::default()
+            });
+        }
+        mirror.tick(volts);
+        if tick % stay == stay - 1 {
+            errors.push(mirror.z_um() - z);
+        }
+    }
+    (file, errors)
+}
+
+/// What moves all over the range refine.
+fn session(mirror: &mut Mirror, calibration: &Calibration) -> Session {
+    let top_um = 0.9 * f64::from(calibration.max_position().0);
+    let positions: Vec<f64> = jumps().into_iter().map(|share| share * top_um).collect();
+    let (file, _) = played(mirror, calibration, &positions[..20], 300);
+    Session {
+        files: vec![("moves.csv".into(), file)],
+    }
+}
+
+fn found(mirror: &mut Mirror) -> Refined {
+    let first = first();
+    refined(&first, &session(mirror, &first)).expect("refined")
+}
+
+/// The part of the way that poles have gone after a time.
+fn gone(heat: &Heat, after_s: f64) -> f64 {
+    let lags = heat.fast.iter().chain(&heat.slow);
+    let gone = lags.map(|lag| {
+        let time_s = f64::from(lag.time.0).max(1e-9);
+        f64::from(lag.weight) * (1.0 - (-after_s / time_s).exp())
+    });
+    gone.sum()
+}
+
+#[test]
+fn poles_resistances_and_shape_are_found() {
+    let first = first();
+    let refined = found(&mut Mirror::default());
+    let left_um = refined.residual_rms_um;
+    assert!(left_um < 0.05, "{left_um}");
+    let heat = &refined.calibration.parts().heat;
+    for after_s in [0.5e-3, 1.5e-3, 5e-3, 0.02, 0.06, 0.2, 1.0, 3.0] {
+        let true_poles = POLES.into_iter();
+        let truth: f64 = true_poles
+            .map(|(weight, time_s)| weight * (1.0 - f64::exp(-after_s / time_s)))
+            .sum();
+        let said = gone(heat, after_s);
+        assert!(
+            (said - truth).abs() < 0.015,
+            "{said} of {truth} after {after_s} s"
+        );
+    }
+    for (lane, true_ohm) in refined.calibration.lanes().iter().zip(COLD_OHM) {
+        let ohm = f64::from(lane.cold_resistance.0);
+        assert!((ohm / true_ohm - 1.0).abs() < 0.005, "{ohm} of {true_ohm}");
+    }
+    // And a board with it goes where it is told, at places that it was not refined at.
+    let places: Vec<f64> = (0..8).map(|i| f64::from(i * 5 % 8) * 15.0 + 8.0).collect();
+    let left = |calibration: &Calibration| {
+        let (_, errors) = played(&mut Mirror::default(), calibration, &places, 10_000);
+        errors.into_iter().map(f64::abs).fold(0.0, f64::max)
+    };
+    let (before_um, after_um) = (left(&first), left(&refined.calibration));
+    assert!(before_um > 1.0, "{before_um} um is too little to refine");
+    assert!(after_um < 0.05, "{after_um} um of {before_um}");
+}
+
+#[test]
+fn a_play_is_found_and_where_there_is_none_none() {
+    let weight = |memory: &Memory| memory.plays.iter().map(|play| play.weight).sum::<f32>();
+    let without = found(&mut Mirror::default());
+    let hangs = 0.03;
+    let with = found(&mut Mirror {
+        hangs,
+        half_um: 6.0,
+        ..Mirror::default()
+    });
+    let (none, some) = [&without, &with]
+        .map(|refined| weight(&refined.calibration.parts().memory))
+        .into();
+    assert!(none < 0.002, "{none}");
+    assert!((f64::from(some) / hangs - 1.0).abs() < 0.3, "{some}");
+}
+
+#[test]
+fn what_cannot_refine_is_refused_for_what_it_lacks() {
+    let first = first();
+    let whole = session(&mut Mirror::default(), &first);
+    let refused = |change: &dyn Fn(&mut Vec<Row>)| {
+        let mut session = whole.clone();
+        change(&mut session.files[0].1.rows);
+        refined(&first, &session).expect_err("nothing to refine with")
+    };
+    assert_eq!(refused(&|rows| rows.clear()), RefineError::TooFew(0));
+    assert_eq!(
+        refused(&|rows| rows.truncate(150)),
+        RefineError::TooFew(150)
+    );
+    let blind = refused(&|rows| rows.iter_mut().for_each(|row| row.z_um = None));
+    assert_eq!(blind, RefineError::TooFew(0));
+    // A sensor that stands still, and one that was plugged in elsewhere.
+    let stuck = refused(&|rows| rows.iter_mut().for_each(|row| row.z_um = Some(40.0)));
+    assert_eq!(stuck, RefineError::NoFit);
+    let upside_down = refused(&|rows| {
+        let turned = |row: &mut Row| row.z_um = row.z_um.map(|z| 200.0 - z);
+        rows.iter_mut().for_each(turned);
+    });
+    assert_eq!(upside_down, RefineError::NoFit);
+    // Without currents nobody knows what heats it.
+    let unheated = refused(&|rows| {
+        rows.iter_mut()
+            .for_each(|row| row.current_a = [None; LANES]);
+    });
+    assert_eq!(unheated, RefineError::NoFit);
+}

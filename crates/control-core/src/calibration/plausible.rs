@@ -1,0 +1,198 @@
+//! What numbers a mirror can have.
+
+use core::ops::RangeInclusive;
+
+use super::{Bounds, Heat, LaneCalibration, Memory, Parts};
+use super::{CalibrationError, Field, Problem};
+use super::{Lag, Play, SLOW};
+use crate::units::Second;
+
+/// How far the fast and slow poles' weights may add up to something else than 1.
+const WEIGHT_TOLERANCE: f32 = 1e-3;
+/// Creep that is faster than this is none.
+const FASTEST_CREEP: Second = Second(0.01);
+
+impl Parts {
+    /// Names the first number that no mirror can have.
+    pub(super) fn check(&self) -> Result<(), CalibrationError> {
+        for (i, lane) in self.lanes.iter().enumerate() {
+            lane.check().map_err(|error| error.of_lane(i))?;
+            if lane.shape.top() != self.lanes[0].shape.top() {
+                let error = CalibrationError::number(Field::Top, 0, Problem::NotTheSame);
+                return Err(error.of_lane(i));
+            }
+        }
+        self.heat.check()?;
+        self.memory.check()?;
+        check(Field::MoveTime, 0, self.path.move_time.0, 0.0..=1.0)?;
+        self.bounds.check()
+    }
+}
+
+impl LaneCalibration {
+    fn check(&self) -> Result<(), CalibrationError> {
+        check(Field::ColdResistance, 0, self.cold_resistance.0, 1e-2..=1e6)?;
+        check(Field::Tcr, 0, self.tcr.0, 1e-6..=1e-1)?;
+        check(
+            Field::ThermalResistance,
+            0,
+            self.thermal_resistance.0,
+            1e-2..=1e7,
+        )?;
+        check(Field::LossGrowth, 0, self.loss_growth.0, -1e-3..=1e-1)
+    }
+}
+
+impl Heat {
+    fn check(&self) -> Result<(), CalibrationError> {
+        check_lags(Field::FastPole, &self.fast, 0.0..=1.0, 0.0..=SLOW.0)?;
+        check_lags(Field::SlowPole, &self.slow, 0.0..=0.95, SLOW.0..=1e4)?;
+        let weights = |lags: &[Lag]| lags.iter().map(|lag| lag.weight).sum::<f32>();
+        let fast = weights(&self.fast);
+        // What is slow has been left out of the table's temperature when little is fast.
+        if (fast + weights(&self.slow) - 1.0).abs() > WEIGHT_TOLERANCE || fast < 0.05 {
+            return Err(CalibrationError::number(Field::FastPole, 0, Problem::Sum));
+        }
+        Ok(())
+    }
+}
+
+impl Memory {
+    fn check(&self) -> Result<(), CalibrationError> {
+        let mut at_once = 1.0;
+        let mut last_um = 0.0;
+        for (i, Play { weight, radius }) in self.plays.into_iter().enumerate() {
+            check(Field::Play, i, weight, 0.0..=0.9)?;
+            check(Field::Play, i, radius.0, 0.0..=1e4)?;
+            if radius.0 < last_um {
+                return Err(CalibrationError::number(Field::Play, i, Problem::NotRising));
+            }
+            last_um = radius.0;
+            at_once -= weight;
+        }
+        if at_once < 0.1 {
+            return Err(CalibrationError::number(Field::Play, 0, Problem::Sum));
+        }
+        check(Field::Release, 0, self.release.0, 0.0..=1e5)?;
+        check_lags(Field::Creep, &self.creep, -0.2..=0.2, FASTEST_CREEP.0..=1e5)
+    }
+}
+
+impl Bounds {
+    fn check(&self) -> Result<(), CalibrationError> {
+        check(Field::MaxDrive, 0, self.drive.0, 1e-3..=1e3)?;
+        check(Field::MaxPower, 0, self.power.0, 1e-6..=1e3)?;
+        check(Field::MaxRise, 0, self.rise.0, 1e-1..=5e3)
+    }
+}
+
+fn check_lags(
+    field: Field,
+    lags: &[Lag],
+    weights: RangeInclusive<f32>,
+    times: RangeInclusive<f32>,
+) -> Result<(), CalibrationError> {
+    for (i, lag) in lags.iter().enumerate() {
+        check(field, i, lag.weight, weights.clone())?;
+        check(field, i, lag.time.0, times.clone())?;
+    }
+    Ok(())
+}
+
+fn check(
+    field: Field,
+    index: usize,
+    value: f32,
+    range: RangeInclusive<f32>,
+) -> Result<(), CalibrationError> {
+    // NaN is in no range.
+    if range.contains(&value) {
+        Ok(())
+    } else {
+        Err(CalibrationError::number(field, index, Problem::OutOfRange))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration::Calibration;
+    use crate::calibration::tests::{lane, parts};
+    use crate::units::Micrometre;
+    use proptest::prelude::*;
+
+    #[test]
+    fn the_lanes_share_their_range() {
+        let mut parts = parts();
+        parts.lanes[3] = lane(150.0, 97.0);
+        let refused = CalibrationError::number(Field::Top, 0, Problem::NotTheSame).of_lane(3);
+        assert_eq!(Calibration::new(parts), Err(refused));
+    }
+
+    /// One number off at a time, and the name under which it is refused.
+    fn number_off(which: usize, bad: f32) -> (Parts, Field) {
+        let mut p = parts();
+        let (number, field) = match which {
+            0 => (&mut p.lanes[2].cold_resistance.0, Field::ColdResistance),
+            1 => (&mut p.lanes[0].tcr.0, Field::Tcr),
+            2 => (
+                &mut p.lanes[3].thermal_resistance.0,
+                Field::ThermalResistance,
+            ),
+            3 => (&mut p.lanes[1].loss_growth.0, Field::LossGrowth),
+            4 => (&mut p.heat.fast[1].weight, Field::FastPole),
+            5 => (&mut p.heat.fast[2].time.0, Field::FastPole),
+            6 => (&mut p.heat.slow[0].weight, Field::SlowPole),
+            7 => (&mut p.heat.slow[1].time.0, Field::SlowPole),
+            8 => (&mut p.memory.plays[3].weight, Field::Play),
+            9 => (&mut p.memory.plays[0].radius.0, Field::Play),
+            10 => (&mut p.memory.creep[1].weight, Field::Creep),
+            11 => (&mut p.memory.creep[2].time.0, Field::Creep),
+            12 => (&mut p.memory.release.0, Field::Release),
+            13 => (&mut p.path.move_time.0, Field::MoveTime),
+            14 => (&mut p.bounds.drive.0, Field::MaxDrive),
+            15 => (&mut p.bounds.power.0, Field::MaxPower),
+            _ => (&mut p.bounds.rise.0, Field::MaxRise),
+        };
+        *number = bad;
+        (p, field)
+    }
+
+    proptest! {
+        #[test]
+        fn a_number_that_is_off_is_named(
+            which in 0_usize..17,
+            bad in prop_oneof![Just(f32::NAN), Just(f32::INFINITY), Just(-1.0e3), Just(1e9)],
+        ) {
+            let (parts, field) = number_off(which, bad);
+            let Err(CalibrationError::Number { field: named, .. }) = Calibration::new(parts) else {
+                return Err(TestCaseError::fail("it was accepted"));
+            };
+            prop_assert_eq!(named, field);
+        }
+    }
+
+    #[test]
+    fn weights_must_add_up() {
+        let mut heat = parts();
+        heat.heat.fast[0].weight = 0.4;
+        let mut plays = parts();
+        plays.memory.plays[3].weight = 0.89;
+        for (parts, field) in [(heat, Field::FastPole), (plays, Field::Play)] {
+            let refused = CalibrationError::number(field, 0, Problem::Sum);
+            assert_eq!(Calibration::new(parts), Err(refused));
+        }
+        let mut radii = parts();
+        radii.memory.plays[2].radius = Micrometre(5.0);
+        let refused = CalibrationError::number(Field::Play, 2, Problem::NotRising);
+        assert_eq!(Calibration::new(radii), Err(refused));
+    }
+
+    #[test]
+    fn what_is_not_there_is_allowed() {
+        let mut empty = parts();
+        empty.heat = Heat::INSTANT;
+        empty.memory = Memory::NONE;
+        assert!(Calibration::new(empty).is_ok());
+    }
+}

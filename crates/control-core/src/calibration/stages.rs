@@ -1,0 +1,151 @@
+//! The stages' numbers, and what some of them say forward.
+
+use crate::table::InverseTable;
+use crate::units::{Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Volt, Watt};
+
+/// Thermal poles that are advanced at every control tick.
+pub const FAST_POLES: usize = 3;
+/// Thermal poles that are slow enough to be advanced now and then.
+pub const SLOW_POLES: usize = 2;
+/// Play operators of the hysteresis.
+pub const PLAYS: usize = 4;
+/// Lags of the creep.
+pub const LAGS: usize = 4;
+/// What counts as slow: time constants from here on.
+pub const SLOW: Second = Second(0.25);
+
+/// The stages' numbers of one actuator.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LaneCalibration {
+    /// Resistance at ambient, R0.
+    pub cold_resistance: Ohm,
+    /// Temperature coefficient of the resistance, xi.
+    pub tcr: PerKelvin,
+    /// Temperature rise per heating power at a small rise, R_T.
+    pub thermal_resistance: KelvinPerWatt,
+    /// By how much the heat loss grows with the temperature rise, g: the power that holds dT is
+    /// dT (1 + g dT) / R_T.
+    pub loss_growth: PerKelvin,
+    /// Position to temperature rise. All four tables have the same top.
+    pub shape: InverseTable,
+}
+
+/// A first-order lag with its weight in a sum of lags.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Lag {
+    /// Its part of the whole, 0 where it is not used.
+    pub weight: f32,
+    /// Its time constant; 0 follows at once.
+    pub time: Second,
+}
+
+/// The stage `heat` in time: what the heating power will make in the end reaches the temperature
+/// through a sum of lags.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Heat {
+    /// Time constants below [`SLOW`].
+    pub fast: [Lag; FAST_POLES],
+    /// Time constants from [`SLOW`] on.
+    pub slow: [Lag; SLOW_POLES],
+}
+
+/// A play operator with its weight: a part of the motion that follows only when pulled by more than
+/// its radius.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Play {
+    /// Its part of the motion, 0 where it is not used.
+    pub weight: f32,
+    /// How far the input gets ahead before it follows.
+    pub radius: Micrometre,
+}
+
+/// The stage `memory`: hysteresis, and after it creep. With the displacement x that shape gives,
+///
+/// ```text
+/// y = x + sum of weight (play(x) - x)      (Prandtl-Ishlinskii)
+/// z = y + sum of weight lag(y)             (Kelvin-Voigt elements)
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Memory {
+    /// Play operators, by rising radius.
+    pub plays: [Play; PLAYS],
+    /// Time in which the plays let go of what they hold back while nothing moves, as friction does in a mirror
+    /// whose drive trembles by its own rounding; 0: never.
+    pub release: Second,
+    /// Lags of the creep.
+    pub creep: [Lag; LAGS],
+}
+
+/// How the mirror goes to a new position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Path {
+    /// How long a move takes where no limit acts. Five periods of the lowest resonance leave less than
+    /// half a percent of the step as ringing.
+    pub move_time: Second,
+}
+
+/// What protects the mirror, lane by lane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Highest voltage.
+    pub drive: Volt,
+    /// Highest heating power.
+    pub power: Watt,
+    /// Highest temperature rise.
+    pub rise: Kelvin,
+}
+
+impl Heat {
+    /// Power becomes temperature at once.
+    pub const INSTANT: Self = {
+        let mut fast = [Lag::NONE; FAST_POLES];
+        fast[0].weight = 1.0;
+        Self {
+            fast,
+            slow: [Lag {
+                weight: 0.0,
+                time: SLOW,
+            }; SLOW_POLES],
+        }
+    };
+}
+
+impl Lag {
+    /// One that is not used.
+    pub const NONE: Self = Self {
+        weight: 0.0,
+        time: Second(0.0),
+    };
+}
+
+impl Memory {
+    /// A displacement that remembers nothing.
+    pub const NONE: Self = Self {
+        plays: [Play {
+            weight: 0.0,
+            radius: Micrometre(0.0),
+        }; PLAYS],
+        release: Second(0.0),
+        creep: [Lag {
+            weight: 0.0,
+            time: SLOW,
+        }; LAGS],
+    };
+}
+
+impl LaneCalibration {
+    /// Resistance at a temperature rise: R0 (1 + xi dT), the stage `resistance` forward.
+    pub fn resistance(&self, rise: Kelvin) -> Ohm {
+        Ohm(self.cold_resistance.0 * (1.0 + self.tcr.0 * rise.0))
+    }
+
+    /// Temperature rise at a resistance, the stage `resistance` read backwards.
+    pub fn temperature_rise(&self, resistance: Ohm) -> Kelvin {
+        Kelvin((resistance.0 / self.cold_resistance.0 - 1.0) / self.tcr.0)
+    }
+
+    /// Power that holds a temperature rise, the inverse of the stage `heat` at rest.
+    pub fn power(&self, rise: Kelvin) -> Watt {
+        Watt(rise.0 * (1.0 + self.loss_growth.0 * rise.0) / self.thermal_resistance.0)
+    }
+}

@@ -1,0 +1,146 @@
+//! The plate's two angles, from a scan by a person who moves the sensor's spot from point to point.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::process::{Child, Command};
+
+use hil::{Bench, Said};
+use measurement::Session;
+use virtual_mirror::{Family, MirrorConfig, VirtualMirror};
+
+/// A plate that tilts.
+fn config() -> MirrorConfig {
+    MirrorConfig::draw(Family::B, 41)
+}
+
+const GRID_UM: [f64; 3] = [-50.0, 0.0, 50.0];
+
+/// The person: wherever the tool asks for the spot it is moved to, and Enter is pressed, until `enough` points are read or the
+/// tool ends.
+fn scan(bench: &mut Bench, tool: &mut Child, enough: usize) -> String {
+    let mut keys = tool.stdin.take().expect("piped");
+    let mut said = BufReader::new(tool.stderr.take().expect("piped"));
+    let board = bench.emulated_board().expect("emulated");
+    let mut all = String::new();
+    for _ in 0..enough {
+        let mut line = String::new();
+        while !line.contains("move the spot to") {
+            line.clear();
+            if said.read_line(&mut line).expect("text") == 0 {
+                return all;
+            }
+            all += &line;
+        }
+        let number = |after: &str| -> f64 {
+            let (_, rest) = line.split_once(after).expect("it is named");
+            let word = rest.split_whitespace().next().expect("a number");
+            word.parse().expect("a number")
+        };
+        board.move_spot([number(" x "), number(" y ")]);
+        writeln!(keys).expect("it listens");
+    }
+    let interrupted = Command::new("kill")
+        .args(["-INT", &tool.id().to_string()])
+        .status();
+    assert!(interrupted.unwrap().success());
+    said.read_to_string(&mut all).expect("text");
+    all
+}
+
+fn grid(bench: &Bench) {
+    let points = GRID_UM.map(|y| GRID_UM.map(|x| format!("{x},{y}\n")).concat());
+    std::fs::write(bench.directory().join("grid.csv"), points.concat()).expect("written");
+}
+
+const WORDS: [&str; 10] = [
+    "measure", "plane", "0V", "1V", "2V", "--points", "grid.csv", "--settle", "1s", "--json",
+];
+
+#[test]
+fn a_scan_finds_the_angles_that_the_plate_has() {
+    let mut bench = Bench::emulated(config());
+    grid(&bench);
+    let mut tool = bench.talk_to_tool(&WORDS);
+    let err = scan(&mut bench, &mut tool, usize::MAX);
+    let said = Said::from(tool);
+    assert_eq!(said.code, 0, "{err}");
+
+    let mut mirror = VirtualMirror::new(&config()).expect("valid");
+    mirror.advance([2.0; 4], 2.0);
+    let state = mirror.state();
+    let report: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
+    let found = |angle: &str| report["levels"][2][angle].as_f64().expect("a number");
+    let most = state.tilt_x_deg.abs().max(state.tilt_y_deg.abs());
+    assert!(most > 0.02, "it hardly tilts: {most}");
+    // While it is scanned the mirror creeps, and the board's drive has tolerances.
+    // The plate's own tilt about y is positive where its +x edge is nearer, which turns it the other way.
+    for (found, is) in [
+        (found("tilt_x_deg"), state.tilt_x_deg),
+        (found("tilt_y_deg"), -state.tilt_y_deg),
+    ] {
+        assert!((found - is).abs() < 0.1 * most, "{found} for {is}");
+    }
+
+    let file = bench.directory().join("plane.csv");
+    let session = Session::load(&[file]).expect("a measurement file");
+    let rows = &session.files[0].1.rows;
+    let volts: Vec<f64> = rows.iter().map(|row| row.voltage_v[0]).collect();
+    assert_eq!(volts, [0.0, 1.0, 2.0]);
+    assert_eq!(rows[0].z_um, Some(0.0));
+    assert!((rows[2].z_um.unwrap() - state.z_um).abs() < 0.1);
+    let again = bench.json(&["measure", "plane", "--from", "plane.3.xyz"]);
+    assert_eq!(again["points"], 9);
+    assert!((again["tilt_x_deg"].as_f64().unwrap() - found("tilt_x_deg")).abs() < 1e-3);
+    assert_eq!(
+        bench.json(&["status"])["drive_v"],
+        serde_json::json!([0.0, 0.0, 0.0, 0.0])
+    );
+}
+
+#[test]
+fn ctrl_c_leaves_the_channels_off_and_the_points_that_were_read() {
+    let mut bench = Bench::emulated(config());
+    grid(&bench);
+    let mut tool = bench.talk_to_tool(&WORDS);
+    let err = scan(&mut bench, &mut tool, 22);
+    let said = Said::from(tool);
+    assert_eq!(said.code, 0, "{err}");
+    assert!(said.out.contains("\"interrupted\":true"), "{}", said.out);
+    assert_eq!(
+        bench.json(&["status"])["drive_v"],
+        serde_json::json!([0.0, 0.0, 0.0, 0.0])
+    );
+    let read = |name: &str| std::fs::read_to_string(bench.directory().join(name));
+    let whole = read("plane.2.xyz").expect("a scan");
+    assert_eq!(whole.lines().count(), 2 + 9, "{whole}");
+    let part = read("plane.3.xyz").expect("the scan so far");
+    assert!(part.contains("partial=interrupted"), "{part}");
+    let points = part.lines().count() - 3;
+    assert!((3..=4).contains(&points), "{part}");
+    let file = bench.directory().join("plane.csv");
+    let session = Session::load(&[file]).expect("a measurement file");
+    assert_eq!(session.files[0].1.keys.get("partial"), Some("interrupted"));
+    assert_eq!(session.files[0].1.rows.len(), 2);
+}
+
+#[test]
+fn points_that_span_no_plane_are_refused_before_anything_moves() {
+    let bench = Bench::emulated(config());
+    std::fs::write(bench.directory().join("grid.csv"), "0,0\n10,10\n20,20\n").expect("written");
+    let said = bench.tool(&WORDS);
+    assert_ne!(said.code, 0);
+    assert!(
+        said.sentence().contains("its 3 points span no plane"),
+        "{}",
+        said.err
+    );
+    assert!(!bench.directory().join("plane.csv").exists());
+
+    grid(&bench);
+    // Nobody answers.
+    let said = bench.tool(&WORDS);
+    assert!(
+        said.sentence().contains("the input ended before"),
+        "{}",
+        said.err
+    );
+}

@@ -1,0 +1,66 @@
+//! The words of the model lab.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+
+/// A model and what was measured.
+#[derive(Debug, Args)]
+pub struct LabInput {
+    /// A model file, or a preset: paper, paper-refit, reconciled.
+    pub model: String,
+    /// Measurement files, or folders of them; together they are one session.
+    #[arg(required = true)]
+    pub files: Vec<PathBuf>,
+}
+
+/// Where a model is written.
+#[derive(Debug, Args)]
+pub struct ModelOutput {
+    /// The model file to write.
+    #[arg(short, long, value_name = "MODEL")]
+    pub output: PathBuf,
+    /// Replace the file if it exists.
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// What can be done with effects.
+#[derive(Debug, Subcommand)]
+pub enum EffectCommand {
+    /// List them, in the order of the stages.
+    List,
+    /// Tell what one is, its equation, how it shows, and what separates it from others.
+    Show {
+        /// Its id.
+        id: String,
+    },
+    /// Write a file to describe an effect of your own in.
+    New {
+        /// The file to write.
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+    /// Add one to a model, refit, and print the error before and after.
+    Add {
+        /// Its id, or the file of an effect of your own.
+        effect: String,
+        /// Model and measurements.
+        #[command(flatten)]
+        lab: LabInput,
+        /// The model that comes out.
+        #[command(flatten)]
+        output: ModelOutput,
+    },
+    /// Take one out of a model, refit, and print the error before and after.
+    Remove {
+        /// Its id.
+        effect: String,
+        /// Model and measurements.
+        #[command(flatten)]
+        lab: LabInput,
+        /// The model that comes out.
+        #[command(flatten)]
+        output: ModelOutput,
+    },
+}

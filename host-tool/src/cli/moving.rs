@@ -1,0 +1,112 @@
+//! `scan` and `calibrate`: what moves the mirror for long.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+
+use crate::quantity::{Frequency, Length};
+
+/// The waveforms of positions.
+#[derive(Debug, Subcommand)]
+pub enum Scan {
+    /// A sine from its middle upwards.
+    Sine {
+        /// Its numbers.
+        #[command(flatten)]
+        curve: Curve,
+        /// Where the samples go.
+        #[command(flatten)]
+        to: Samples,
+    },
+    /// Straight lines from the middle up, down and back.
+    Triangle {
+        /// Its numbers.
+        #[command(flatten)]
+        curve: Curve,
+        /// Where the samples go.
+        #[command(flatten)]
+        to: Samples,
+    },
+    /// Straight lines from point to point.
+    Csv {
+        /// Lines of seconds and micrometres.
+        file: PathBuf,
+        /// How often it is gone through.
+        #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+        cycles: u32,
+        /// Where the samples go.
+        #[command(flatten)]
+        to: Samples,
+    },
+}
+
+/// A waveform that repeats.
+#[derive(Debug, Args)]
+pub struct Curve {
+    /// Its middle.
+    #[arg(long, default_value = "80um")]
+    pub offset: Length,
+    /// From its middle to its top.
+    #[arg(long, default_value = "20um")]
+    pub amplitude: Length,
+    /// Cycles a second.
+    #[arg(long, default_value = "1Hz")]
+    pub frequency: Frequency,
+    /// How many.
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub cycles: u32,
+}
+
+/// The measurement file of a scan.
+#[derive(Debug, Args)]
+pub struct Samples {
+    /// Keep the samples in this measurement file.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Replace the file if it exists.
+    #[arg(long)]
+    pub force: bool,
+}
+
+impl Samples {
+    /// The file, if there is to be one, and whether it may be replaced.
+    pub fn file(self) -> Option<(PathBuf, bool)> {
+        self.output.map(|path| (path, self.force))
+    }
+}
+
+/// What a calibration takes, and leaves.
+#[derive(Debug, Args)]
+pub struct Calibrate {
+    /// The model to start from: a file, or a preset (paper, paper-refit, reconciled).
+    #[arg(default_value = "reconciled")]
+    pub model: String,
+    /// Identify from the measurements in this folder, instead of measuring anew.
+    #[arg(long, value_name = "FOLDER")]
+    pub from: Option<PathBuf>,
+    /// Keep the measurement files in this folder.
+    #[arg(long, value_name = "FOLDER", conflicts_with = "from")]
+    pub keep: Option<PathBuf>,
+    /// Also write the calibration to this file.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Also write the identified model to this file.
+    #[arg(long, value_name = "FILE")]
+    pub model_output: Option<PathBuf>,
+    /// Draw error, step and loop before and after, as SVG.
+    #[arg(long, value_name = "FILE")]
+    pub picture: Option<PathBuf>,
+    /// Fewer moves to refine it by and to try it with: two thirds of the time, and a little coarser.
+    #[arg(long)]
+    pub quick: bool,
+    /// What to call the mirror; without it, as the board is called.
+    #[arg(long, value_name = "NAME")]
+    pub device: Option<String>,
+    /// Where displacements come from: `board`, or a serial sensor such as /dev/ttyACM0 or
+    /// /dev/ttyUSB0@115200.
+    #[arg(long, default_value = "board", value_name = "SENSOR")]
+    pub sensor: String,
+    /// Replace files that exist.
+    #[arg(long)]
+    pub force: bool,
+}

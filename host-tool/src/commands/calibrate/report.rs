@@ -1,0 +1,107 @@
+//! What a calibration found, and how well the board positions before and after it.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use control_core::design::COLD_RESISTANCE_TOLERANCE;
+use diagnosis::Identification;
+use serde::Serialize;
+
+use super::trial::Figures;
+use crate::report::row;
+
+#[derive(Serialize)]
+pub(super) struct Report {
+    pub(super) device: String,
+    pub(super) date: String,
+    pub(super) model_hash: String,
+    /// Resistance of each heater at ambient, as it was measured.
+    pub(super) cold_resistance_ohm: [f64; 4],
+    /// How far temperatures could be off before that; `None` where it had been measured before.
+    pub(super) uncertainty_before_k: Option<[f64; 4]>,
+    pub(super) identified: Identification,
+    /// Effects of the model that the board does not invert.
+    pub(super) not_inverted: Vec<String>,
+    /// What the stages that were refined leave of the displacement on the way, root mean square; only a sensor that is read at
+    /// every tick tells.
+    pub(super) refined_rms_um: Option<f64>,
+    /// The calibration that the board had before.
+    pub(super) calibrated_before: String,
+    pub(super) before: Figures,
+    pub(super) after: Figures,
+    pub(super) calibration: Option<PathBuf>,
+    pub(super) model: Option<PathBuf>,
+    pub(super) picture: Option<PathBuf>,
+}
+
+impl Report {
+    /// What is compared, its unit, before, and after.
+    fn figures(&self) -> [(String, &'static str, f64, f64); 7] {
+        let (b, a) = (&self.before, &self.after);
+        let named = |what: &str, unit, before, after| (what.to_owned(), unit, before, after);
+        let triangle = format!("20 Hz triangle of {:.0} um, rms", a.triangle_um);
+        [
+            named("error at rest, rms", "um", b.rest_rms_um, a.rest_rms_um),
+            named(
+                "error at rest, largest",
+                "um",
+                b.rest_largest_um,
+                a.rest_largest_um,
+            ),
+            named("step, time to 95 %", "ms", b.t95_ms, a.t95_ms),
+            named(
+                "step, overshoot",
+                "%",
+                b.overshoot_percent,
+                a.overshoot_percent,
+            ),
+            named("loop at 1 Hz", "um", b.slow_loop_um, a.slow_loop_um),
+            named("loop at 20 Hz", "um", b.loop_um, a.loop_um),
+            (triangle, "um", b.triangle_rms_um, a.triangle_rms_um),
+        ]
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "mirror     {}, {}, model {}",
+            self.device, self.date, self.model_hash
+        )?;
+        writeln!(f, "before     {}", self.calibrated_before)?;
+        writeln!(f, "cold       {}", row(self.cold_resistance_ohm, 1, "Ω"))?;
+        if let Some([before_k, ..]) = self.uncertainty_before_k {
+            writeln!(
+                f,
+                "           measured; before, it was known to {:.0} ohm, and warmth to {before_k:.1} K",
+                COLD_RESISTANCE_TOLERANCE.0
+            )?;
+        }
+        write!(f, "{}", self.identified)?;
+        for left in &self.not_inverted {
+            writeln!(f, "  not inverted by the board: {left}")?;
+        }
+        writeln!(f, "{:<30} {:>10} {:>10}", "", "before", "after")?;
+        for (what, unit, before, after) in self.figures() {
+            writeln!(f, "{what:<30} {before:>10.3} {after:>10.3} {unit}")?;
+        }
+        if let Some(left) = self.refined_rms_um {
+            writeln!(
+                f,
+                "left by the refined stages while moving: {left:.3} um rms"
+            )?;
+        }
+        let files = [
+            ("calibration", &self.calibration),
+            ("model", &self.model),
+            ("picture", &self.picture),
+        ];
+        for (what, file) in files {
+            if let Some(file) = file {
+                writeln!(f, "{what:<12} in {}", file.display())?;
+            }
+        }
+        Ok(())
+    }
+}

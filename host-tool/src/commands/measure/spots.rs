@@ -1,0 +1,128 @@
+//! Where on a plate a sensor's spot goes: points of a file, or as they are typed.
+
+use std::fs;
+use std::path::Path;
+
+use diagnosis::Plane;
+
+use super::keyboard::Keyboard;
+use super::sensor::finite;
+use crate::error::ToolError;
+
+/// A point on the plate, from its centre (um).
+pub(super) type Spot = [f64; 2];
+
+/// The points of a scan.
+pub(super) struct Spots {
+    known: Vec<Spot>,
+    /// More come from the keyboard.
+    open: bool,
+}
+
+impl Spots {
+    /// Those of a file, or, without one, those that will be typed.
+    pub(super) fn new(path: Option<&Path>) -> Result<Self, ToolError> {
+        let Some(path) = path else {
+            return Ok(Self {
+                known: Vec::new(),
+                open: true,
+            });
+        };
+        let text = fs::read_to_string(path).map_err(|source| ToolError::Read {
+            path: path.to_owned(),
+            source,
+        })?;
+        let unusable = |reason: String| ToolError::Spots {
+            path: path.to_owned(),
+            reason,
+        };
+        let known: Vec<Spot> = parse(&text).map_err(unusable)?;
+        let flat: Vec<_> = known.iter().map(|&[x, y]| [x, y, 0.0]).collect();
+        match Plane::through(&flat) {
+            Some(_) => Ok(Self { known, open: false }),
+            None => Err(unusable(format!(
+                "its {} points span no plane",
+                known.len()
+            ))),
+        }
+    }
+
+    /// Has the spot moved to the point `index`, and waits until it is there; `None` after the last one.
+    pub(super) async fn reach(
+        &mut self,
+        index: usize,
+        keyboard: &mut Keyboard,
+    ) -> Result<Option<Spot>, ToolError> {
+        if let Some(&[x, y]) = self.known.get(index) {
+            let (number, count) = (index + 1, self.known.len());
+            let question = format!(
+                "point {number} of {count}: move the spot to x {x} um, y {y} um, then Enter"
+            );
+            keyboard.ask(&question).await?;
+            return Ok(Some([x, y]));
+        }
+        while self.open {
+            let question = "where is the spot? x and y in um, such as -50 25; nothing when all points are read";
+            let answer = keyboard.ask(question).await?;
+            if answer.trim().is_empty() {
+                // From now on they are the same at every voltage.
+                self.open = false;
+            } else if let Some(spot) = numbers(&answer) {
+                self.known.push(spot);
+                return Ok(Some(spot));
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// Lines of numbers. Comments and a header are passed over.
+pub(super) fn parse<const N: usize>(text: &str) -> Result<Vec<[f64; N]>, String> {
+    let mut found = Vec::new();
+    for (number, line) in (1..).zip(text.lines()) {
+        let is_header = found.is_empty() && line.starts_with(|c: char| c.is_ascii_alphabetic());
+        if line.trim().is_empty() || line.starts_with('#') || is_header {
+            continue;
+        }
+        let words = ["no", "one number", "two numbers", "three numbers"][N];
+        let bad = || format!("line {number}, `{line}`, is not {words}");
+        found.push(numbers(line).ok_or_else(bad)?);
+    }
+    Ok(found)
+}
+
+/// Numbers between commas or blanks, exactly so many.
+fn numbers<const N: usize>(line: &str) -> Option<[f64; N]> {
+    let cells: Option<Vec<f64>> = if line.contains(',') {
+        line.split(',').map(finite).collect()
+    } else {
+        line.split_whitespace().map(finite).collect()
+    };
+    cells?.try_into().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn lines_that_are_no_points_are_told() {
+        for bad in ["1,2", "1,2,x", "1,2,nan", "1,2,3,4", "1,,3"] {
+            let said =
+                parse::<3>(&format!("x_um,y_um,z_um\n0,0,1\n{bad}\n")).expect_err("unusable");
+            assert!(said.starts_with("line 3"), "{said}");
+        }
+        assert_eq!(parse("# a scan\nx,y,z\n1,2,3\n"), Ok(vec![[1.0, 2.0, 3.0]]));
+        assert_eq!(parse("-50 25\n"), Ok(vec![[-50.0, 25.0]]));
+    }
+
+    proptest! {
+        #[test]
+        fn points_come_back_as_they_were_written(points: Vec<[i16; 2]>) {
+            let text: String = points.iter().map(|[x, y]| format!("{x},{y}\n")).collect();
+            let expected: Vec<Spot> = points.iter().map(|point| point.map(f64::from)).collect();
+            prop_assert_eq!(parse(&text), Ok(expected));
+        }
+    }
+}
