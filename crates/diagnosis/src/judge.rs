@@ -88,9 +88,9 @@ impl Calm {
         quantile(&self.misfits, share)
     }
 
-    /// Whether a misfit is more than mirrors with nothing hidden show.
+    /// Whether a misfit is more than mirrors with nothing hidden show, and more than a few readings could.
     pub(crate) fn is_exceeded_by(&self, misfit: f64) -> bool {
-        misfit > self.misfit(QUIET)
+        misfit > self.misfit(QUIET).max(self.misfit(0.5) + FLOOR)
     }
 
     /// Whether effects that lower a misfit by `score` leave no more than what nothing hidden leaves, and what their forms

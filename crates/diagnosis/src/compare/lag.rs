@@ -6,6 +6,8 @@ use crate::plan::Plan;
 
 /// Holds of so many readings after a jump show a course in time.
 const READINGS: usize = 10;
+/// Excesses of which one is at least this share of the other are much the same.
+const SAME: f64 = 0.4;
 /// Readings this close to the middle of a sine, in parts of its amplitude, measure how wide its loop is.
 const NEAR: f64 = 0.2;
 /// Loops that differ by less than this part of their width are alike.
@@ -158,11 +160,14 @@ fn along_sines(loops: &[Loop], alike: f64, unit: &str) -> Option<String> {
         let excess = l.measured - l.modelled;
         if excess.abs() > worth(l) { excess } else { 0.0 }
     };
-    let (slow, fast) = (excess(first), excess(last));
+    let slow = excess(first);
+    // Wide loops hide an excess of the size that the slow one shows.
+    let telling = |l: &&Loop| worth(l) < SAME * slow.abs();
+    let fast = excess(loops[1..].iter().rev().find(telling).unwrap_or(last));
     let trend = match () {
         () if loops.iter().all(|l| excess(l) == 0.0) => "as modelled",
         () if loops.len() == 1 && slow > 0.0 => "wider than modelled: memory, or a lag",
-        () if slow.min(fast) > 0.4 * slow.max(fast) && slow > 0.0 => {
+        () if slow.min(fast) > SAME * slow.max(fast) && slow > 0.0 => {
             "too wide by much the same at every frequency: memory that knows no rate"
         }
         () if fast > 2.0 * slow.abs() => {
