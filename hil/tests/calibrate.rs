@@ -78,6 +78,11 @@ fn a_calibrated_board_goes_where_it_is_asked() {
     let (low, high) = (&scanned["lowest_um"], &scanned["highest_um"]);
     assert!((high.as_f64().unwrap() - 100.0).abs() < 2.0, "{scanned}");
     assert!(low.as_f64().unwrap() < 61.0, "{scanned}");
+    assert_eq!(scanned["limited_by"].as_array().unwrap().len(), 0);
+    let span = ["--offset", "50um", "--amplitude", "45um"];
+    let fast = ["scan", "sine", "--frequency", "100Hz", "--cycles", "10"];
+    let too_fast = bench.json(&[&fast[..], &span].concat());
+    assert_eq!(too_fast["limited_by"][0], "cooling", "{too_fast}");
 }
 
 /// A tool that has put its first calibration on trial, and what it says next.
