@@ -20,9 +20,10 @@ pub struct Width {
 /// A loop that is open because the mirror cannot cool as fast.
 #[derive(Clone, Copy, Debug)]
 pub struct Cooling {
-    /// Width that is left to a controller which knows the mirror itself, and is where it is asked to be whenever a drive
-    /// from none to the highest takes it there (um).
-    pub limit_um: f64,
+    /// Width that a controller leaves which knows the mirror itself, and is where it is asked to be whenever a drive from
+    /// none to the highest takes it there (um). It is a measure and no bound: who is late on the way up, too, has a narrower
+    /// loop.
+    pub knowing_um: f64,
     /// The part of the span, its upper end kept, that such a controller follows without a loop.
     pub share: f64,
     /// Width of the loop over that part (um).
@@ -157,7 +158,7 @@ pub fn loop_width(
     let cooling = if limits.contains(Limit::Cooling) {
         let share = limit::share(config, drive_v, &sine)?;
         Some(Cooling {
-            limit_um: limit::loop_um(config, drive_v, &sine)?,
+            knowing_um: limit::loop_um(config, drive_v, &sine)?,
             share,
             width_um: traced(calibration, config, &sine.upper(share))?.0,
         })

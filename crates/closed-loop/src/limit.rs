@@ -1,4 +1,4 @@
-//! What no controller can better, on the very mirror: what is left to one that knows it.
+//! What the mirror itself allows, and what a controller makes of it that knows it.
 
 use control_core::LANES;
 use virtual_mirror::{ConfigError, Effect, MirrorConfig, VirtualMirror};
