@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Child, ChildStderr, Command};
 
-use emulated_board::PlantFault;
+use emulated_board::{EmulatedBoard, PlantFault};
 use hil::{Bench, Said};
 use virtual_mirror::{Experiment, Family, MirrorConfig, Plan};
 use virtual_sessions::{Instruments, measure};
@@ -78,6 +78,11 @@ fn a_calibrated_board_goes_where_it_is_asked() {
     let (low, high) = (&scanned["lowest_um"], &scanned["highest_um"]);
     assert!((high.as_f64().unwrap() - 100.0).abs() < 2.0, "{scanned}");
     assert!(low.as_f64().unwrap() < 61.0, "{scanned}");
+    assert_eq!(scanned["limited_by"].as_array().unwrap().len(), 0);
+    let span = ["--offset", "50um", "--amplitude", "45um"];
+    let fast = ["scan", "sine", "--frequency", "100Hz", "--cycles", "10"];
+    let too_fast = bench.json(&[&fast[..], &span].concat());
+    assert_eq!(too_fast["limited_by"][0], "cooling", "{too_fast}");
 }
 
 /// A tool that has put its first calibration on trial, and what it says next.
@@ -93,16 +98,26 @@ fn on_trial(bench: &Bench) -> (Child, BufReader<ChildStderr>) {
     (tool, said)
 }
 
-/// The tool failed and said why; the board is as it was before, and off.
-fn gave_up(bench: &Bench, (tool, mut said): (Child, BufReader<ChildStderr>)) -> String {
+/// Why the tool failed.
+fn failed((tool, mut said): (Child, BufReader<ChildStderr>)) -> String {
     let mut err = String::new();
     said.read_to_string(&mut err).expect("it is text");
     let ended = Said { err, ..tool.into() };
     assert_ne!(ended.code, 0, "{}", ended.err);
+    ended.sentence()
+}
+
+/// The tool failed and said why; the board is as it was before, and off.
+fn gave_up(bench: &Bench, begun: (Child, BufReader<ChildStderr>)) -> String {
+    let said = failed(begun);
     let status = bench.json(&["status"]);
     assert_eq!(status["calibration"]["kept"], "Factory", "{status}");
     assert_eq!(status["drive_v"], serde_json::json!([0.0, 0.0, 0.0, 0.0]));
-    ended.sentence()
+    said
+}
+
+fn board(bench: &mut Bench) -> &mut EmulatedBoard {
+    bench.emulated_board().expect("emulated")
 }
 
 #[test]
@@ -120,10 +135,19 @@ fn what_is_cut_short_leaves_the_calibration_of_before() {
     assert!(said.contains("interrupted; channels are off"), "{said}");
 
     let begun = on_trial(&bench);
-    let board = bench.emulated_board().expect("emulated");
-    board.inject(Some(PlantFault::OpenHeater(2)));
+    board(&mut bench).inject(Some(PlantFault::OpenHeater(2)));
     let said = gave_up(&bench, begun);
     assert!(said.contains("open-heater"), "{said}");
+
+    board(&mut bench).inject(None);
+    bench.json(&["clear"]);
+    let begun = on_trial(&bench);
+    board(&mut bench).kill().expect("it dies");
+    let said = failed(begun);
+    assert!(
+        said.contains("could not be told to go back to the calibration that it had"),
+        "{said}"
+    );
 }
 
 #[test]

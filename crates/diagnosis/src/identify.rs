@@ -24,10 +24,11 @@ const WORTHWHILE: f64 = 0.05;
 const KNOWN: f64 = 3.0;
 
 /// What may be added, in the order of the stages, statics before dynamics.
-const CANDIDATES: [Candidate; 10] = [
+const CANDIDATES: [Candidate; 11] = [
     Candidate::Effect("heat-loss-temperature", &[]),
     Candidate::Effect("expansion-temperature", &[]),
     Candidate::Effect("quadratic-tcr", &[]),
+    Candidate::Effect("crosstalk", &[]),
     Candidate::Pole(MIDDLE, &[(0.35, 0.035), (0.2, 0.004)]),
     Candidate::Pole(SLOW, &[(0.06, 4.0), (0.1, 0.5)]),
     Candidate::Effect("substrate-warming", &[]),
@@ -190,7 +191,8 @@ impl<'a> Search<'a> {
         if fitted_cost > (1.0 - WORTHWHILE) * self.cost {
             return tried(false, "the misfit does not fall with it".into());
         }
-        if let Some(knob) = added.iter().find(|knob| knob.is_at_its_limit(&best.model)) {
+        let pressed = |knob: &&Knob| knob.is_at_its_limit(&best.model);
+        if let Some(knob) = candidate.unbounded(&added).iter().find(pressed) {
             let because = format!("{} runs to the end of its range", knob.name(&best.model));
             return tried(false, because);
         }
@@ -270,6 +272,15 @@ impl Candidate {
         }
     }
 
+    /// Those of its knobs whose range is a matter of taste. The share of the opposite actuator's heat is one at most, as where
+    /// all actuators heat a common frame.
+    fn unbounded(self, added: &[Knob]) -> &[Knob] {
+        match self {
+            Self::Effect("crosstalk", _) => &added[..1],
+            _ => added,
+        }
+    }
+
     /// Whether the data could show it at all.
     fn can_show(self, plan: &Plan) -> bool {
         let shortest = |limit_s: f64| {
@@ -290,6 +301,7 @@ impl Candidate {
             Self::Pole(..) | Self::Effect("substrate-warming", _) => longest(5.0),
             Self::Effect("creep" | "hysteresis", _) => plan.has_displacement() && longest(5.0),
             Self::Effect("quadratic-tcr", _) => plan.has_current(),
+            Self::Effect("crosstalk", _) => are_driven_apart(plan),
             Self::Effect(..) => true,
         }
     }
@@ -304,11 +316,23 @@ impl Candidate {
                 "these data are too slow for it; `host-tool measure step` would show it"
             }
             Self::Effect("quadratic-tcr", _) => "there are no currents to show it",
+            Self::Effect("crosstalk", _) => {
+                "all actuators are driven alike; `host-tool measure single` would show it"
+            }
             _ => {
                 "these data are too short for it; `host-tool measure step --hold 60s` would show it"
             }
         }
     }
+}
+
+/// Whether some actuators were ever driven while others hardly were.
+fn are_driven_apart(plan: &Plan) -> bool {
+    plan.observations.iter().any(|observation| {
+        let volts = plan.drive(observation);
+        let most = volts.into_iter().fold(0.0, f64::max);
+        volts.into_iter().any(|v| v < 0.5 * most)
+    })
 }
 
 /// A knob's value, and its standard error.

@@ -87,6 +87,33 @@ fn a_step_shows_the_resonance_with_its_error_and_no_memory_that_is_not_there() {
 }
 
 #[test]
+fn actuators_driven_alone_show_the_heat_that_goes_across() {
+    let paper = MirrorConfig::paper();
+    let sweep = || Experiment::sweep("sweep", 0.0, 3.5, 7, 1.0);
+    let found = |experiments| {
+        let session = measure(
+            &paper,
+            &Drives { experiments },
+            Instruments::PositionAndCurrents,
+        );
+        from(&session.expect("the mirror is possible")).1
+    };
+    let alike = found(vec![sweep()]);
+    let (kept, because) = verdict(&alike, "crosstalk");
+    assert!(
+        !kept && because.contains("host-tool measure single"),
+        "{because}"
+    );
+    let apart = found(vec![sweep(), Experiment::single(3.5, 4)]);
+    // Its beams lose their heat into one ledge.
+    assert!(verdict(&apart, "crosstalk").0, "{apart}");
+    assert!(
+        apart.residual_rms_um.is_some_and(|rms| rms < 1.0),
+        "{apart}"
+    );
+}
+
+#[test]
 fn a_gap_and_a_channel_that_is_missing_take_nothing_from_the_rest() {
     let drives = Drives {
         experiments: a_sweep_and_a_step(),

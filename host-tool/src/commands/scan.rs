@@ -4,6 +4,7 @@ use std::fmt;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use control_core::{Limit, Limits};
 use mirror_protocol::{POINTS, Quantity, Shape, Table, Waveform};
 use serde::Serialize;
 
@@ -13,6 +14,7 @@ use crate::commands::measure::experiment::Experiment;
 use crate::commands::measure::play::shares;
 use crate::commands::measure::run::{Ended, Lab};
 use crate::commands::measure::sensor::{Sensor, parse};
+use crate::commands::moving::{limit_names, limited_line};
 use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::quantity::Length;
@@ -28,6 +30,7 @@ struct Report {
     duration_s: f64,
     lowest_um: Option<f64>,
     highest_um: Option<f64>,
+    limited_by: Vec<&'static str>,
     interrupted: bool,
 }
 
@@ -49,6 +52,7 @@ pub(super) async fn run(board: &Board, scan: Scan, json: bool) -> Result<(), Too
         .map(|(path, force)| NewFile::create(path, force))
         .transpose()?;
     let mut lab = Lab::open(board, Sensor::Board, None, json).await?;
+    let cycles = waveform.cycles;
     let experiment = Experiment::positions_along(&name, waveform, points, SAMPLES, tick_hz);
     let measured = lab.measure(&experiment).await;
     lab.close();
@@ -60,6 +64,7 @@ pub(super) async fn run(board: &Board, scan: Scan, json: bool) -> Result<(), Too
         duration_s: rows.last().map_or(0.0, |row| row.t_s),
         lowest_um: z().min_by(f64::total_cmp),
         highest_um: z().max_by(f64::total_cmp),
+        limited_by: limit_names(acted(&measured.limits, cycles).bits()),
         interrupted: matches!(measured.ended, Ok(Ended::Interrupted)),
     };
     if let Some(file) = file.filter(|_| !rows.is_empty()) {
@@ -67,6 +72,17 @@ pub(super) async fn run(board: &Board, scan: Scan, json: bool) -> Result<(), Too
     }
     report::print(&report, json);
     measured.ended.map(drop)
+}
+
+/// The limits that acted on the way; the first of several cycles begins with a jump from rest, and does not count.
+fn acted(limits: &[Limits], cycles: u32) -> Limits {
+    let first = if cycles > 1 {
+        limits.len().div_ceil(cycles as usize)
+    } else {
+        0
+    };
+    let all = limits.iter().skip(first);
+    all.fold(Limits::NONE, |all, limits| all.union(*limits))
 }
 
 type Planned = (String, Waveform, Vec<i16>, Option<(PathBuf, bool)>);
@@ -157,6 +173,13 @@ impl fmt::Display for Report {
         if let (Some(low), Some(high)) = (self.lowest_um, self.highest_um) {
             writeln!(f, "sensor     {low:.3} to {high:.3} um")?;
         }
+        writeln!(f, "{}", limited_line(&self.limited_by))?;
+        if self.limited_by.contains(&Limit::Cooling.name()) {
+            writeln!(
+                f,
+                "           it falls faster than the mirror cools: raise its lower end or slow it down"
+            )?;
+        }
         if let Some(file) = &self.file {
             writeln!(f, "kept       in {}", file.display())?;
         }
@@ -191,6 +214,21 @@ mod tests {
             let said = read_text(text).expect_err("unusable").to_string();
             assert!(said.contains(reason), "{said}");
         }
+    }
+
+    #[test]
+    fn the_jump_that_a_scan_begins_with_is_not_its_limit() {
+        let mut jump = Limits::NONE;
+        jump.insert(Limit::DriveHigh);
+        let mut fall = Limits::NONE;
+        fall.insert(Limit::Cooling);
+        let mut limits = vec![Limits::NONE; 11];
+        limits[0] = jump;
+        assert_eq!(acted(&limits, 3), Limits::NONE);
+        assert_eq!(acted(&limits, 1), jump);
+        limits[4] = fall;
+        assert_eq!(acted(&limits, 3), fall);
+        assert_eq!(acted(&[], 3), Limits::NONE);
     }
 
     proptest! {

@@ -2,6 +2,7 @@
 
 use std::thread;
 
+use control_core::Limits;
 use indicatif::{ProgressBar, ProgressStyle};
 use measurement::MeasurementFile;
 use mirror_protocol::{Drives, Play, Telemetry};
@@ -34,11 +35,15 @@ pub(crate) struct Lab<'a> {
     bar: ProgressBar,
     quiet: bool,
     interrupt: Interrupt,
+    /// What acted in the tick of every row so far.
+    limits: Vec<Limits>,
 }
 
 /// A measurement, and how it ended.
 pub(crate) struct Measured {
     pub(crate) file: MeasurementFile,
+    /// What acted in the tick of every row.
+    pub(crate) limits: Vec<Limits>,
     pub(crate) ended: Result<Ended, ToolError>,
 }
 
@@ -98,6 +103,7 @@ impl<'a> Lab<'a> {
             bar,
             quiet,
             interrupt: Interrupt::listen()?,
+            limits: Vec::new(),
         })
     }
 
@@ -109,6 +115,7 @@ impl<'a> Lab<'a> {
         self.bar.set_position(0);
         self.bar.set_message(experiment.name.clone());
         let mut file = self.header(experiment);
+        self.limits.clear();
         let board = self.board;
         let interrupt = self.interrupt.clone();
         let ended = attended(board, &interrupt, self.perform(experiment, &mut file)).await;
@@ -121,6 +128,7 @@ impl<'a> Lab<'a> {
         let read = self.sensor.read_into(&mut file);
         Measured {
             file,
+            limits: std::mem::take(&mut self.limits),
             ended: ended.and_then(|ended| off.and(read).map(|()| ended)),
         }
     }
@@ -251,6 +259,7 @@ impl<'a> Lab<'a> {
                 for mut row in rows(&[last, sample], experiment.reading, &clock) {
                     row.ambient_c = self.ambient_c;
                     file.rows.push(row);
+                    self.limits.push(Limits::from_bits(last.limits));
                 }
             }
             last = Some(sample);

@@ -224,6 +224,34 @@ mod tests {
     }
 
     #[test]
+    fn a_serial_sensor_is_read_from_now_on() {
+        let (send, arriving) = std::sync::mpsc::channel();
+        let sensor = Sensor::Serial {
+            path: PathBuf::from("laser"),
+            arriving,
+            began: None,
+        };
+        let tell = |um: f64| send.send((Instant::now(), um)).expect("it listens");
+        // From before the spot was moved.
+        tell(1e6);
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_time()
+            .build()
+            .expect("a runtime");
+        let (read, ()) = runtime.block_on(async {
+            tokio::join!(sensor.read_now(), async {
+                for i in 0..READINGS {
+                    tell(i as f64);
+                }
+            })
+        });
+        let mean = (READINGS - 1) as f64 / 2.0;
+        assert_eq!(read.expect("it was told"), Some(mean));
+        let none = runtime.block_on(Sensor::Board.read_now());
+        assert_eq!(none.expect("not asked"), None);
+    }
+
+    #[test]
     fn a_speed_that_is_none_is_told() {
         let said = Sensor::open("/dev/null@fast").err().expect("no speed");
         let said = said.to_string();
