@@ -1,4 +1,4 @@
-//! The white noise of readings: what the instruments are said to have, or more where the readings themselves show more.
+//! The white noise of readings: what a file says, or else what such instruments have, or more where the readings show more.
 
 use measurement::{MeasurementFile, Row, Session};
 use mirror_model::ACTUATORS;
@@ -17,7 +17,7 @@ const ENOUGH: usize = 40;
 /// The median magnitude of normal numbers, in standard deviations.
 const MEDIAN_OF_NORMAL: f64 = 0.6745;
 
-/// How many times noisier a session's readings are than was said, 1 or more.
+/// How many times noisier a session's readings are than usual, 1 or more.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Noise {
     displacement: f64,
@@ -39,7 +39,10 @@ impl Noise {
             }
         };
         Self {
-            displacement: times(&|file, row| Some([row.z_um?, said_um(file)])),
+            displacement: times(&|file, row| match said_um(file) {
+                None => Some([row.z_um?, DEFAULT_DISPLACEMENT_UM]),
+                Some(_) => None,
+            }),
             current: std::array::from_fn(|actuator| {
                 times(&|_, row| {
                     let current = row.current_a[actuator]?;
@@ -51,7 +54,7 @@ impl Noise {
 
     /// White noise of a file's displacements, one standard deviation (um).
     pub(crate) fn of_displacement(&self, file: &MeasurementFile) -> f64 {
-        self.displacement * said_um(file)
+        said_um(file).unwrap_or(self.displacement * DEFAULT_DISPLACEMENT_UM)
     }
 
     /// White noise of a reading of an actuator's current, one standard deviation (A).
@@ -60,10 +63,10 @@ impl Noise {
     }
 }
 
-fn said_um(file: &MeasurementFile) -> f64 {
+/// Who says it knows; and a mirror that rings looks noisy.
+fn said_um(file: &MeasurementFile) -> Option<f64> {
     let said = file.keys.displacement_noise_um();
     said.filter(|&noise| noise > 0.0)
-        .unwrap_or(DEFAULT_DISPLACEMENT_UM)
 }
 
 fn usual_a(current_a: f64) -> f64 {
@@ -130,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn readings_that_are_noisier_than_said_are_believed() {
+    fn readings_that_are_noisier_than_usual_are_believed() {
         let session = sine(0.1, 6e-6);
         let noise = Noise::of(&session);
         let file = &session.files[0].1;
@@ -140,11 +143,19 @@ mod tests {
     }
 
     #[test]
-    fn readings_that_are_quieter_than_said_are_not() {
+    fn readings_that_are_quieter_than_usual_are_not() {
         let session = sine(0.001, 1e-7);
         let noise = Noise::of(&session);
         assert_eq!(noise.of_displacement(&session.files[0].1), 0.02);
         assert_eq!(noise.of_current(0, 0.0), 2e-6);
+    }
+
+    #[test]
+    fn what_a_file_says_is_believed() {
+        let mut session = sine(0.1, 6e-6);
+        session.files[0].1.keys.set("noise_z_nm", "30");
+        let noise = Noise::of(&session);
+        assert_eq!(noise.of_displacement(&session.files[0].1), 0.03);
     }
 
     #[test]
