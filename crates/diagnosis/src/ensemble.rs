@@ -71,10 +71,11 @@ fn residuals(plan: &Plan) -> Result<Vec<f64>, Runaway> {
         .collect();
     let columns = again(columns, plan, &mirrors, &knobs)?.concat();
     let trusted = plan.observations.iter().map(trust).cycle();
+    // As the cache keeps them, so that the first diagnosis says what later ones say.
     Ok(columns
         .into_iter()
         .zip(trusted)
-        .map(|(left, trust)| left * trust)
+        .map(|(left, trust)| f64::from((left * trust) as f32))
         .collect())
 }
 
