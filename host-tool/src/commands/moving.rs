@@ -87,11 +87,9 @@ pub(super) async fn settle_and_read(
 pub(super) async fn read(board: &Board) -> Result<(Readings, u32), ToolError> {
     let period_ticks = board.period_ticks(READING_PERIOD)?;
     let mut stream = board.stream(period_ticks, READING_SAMPLES).await?;
-    let mut samples = Vec::new();
-    while samples.len() < READING_SAMPLES as usize {
-        let sample = stream.next().await?;
+    let samples = stream.take(READING_SAMPLES, period_ticks).await?;
+    for sample in &samples {
         check_states(&sample.states)?;
-        samples.push(sample);
     }
     Ok((Readings::mean(&samples), samples[0].tick))
 }

@@ -2,9 +2,7 @@
 
 use crate::case::{Case, Hidden, Instruments};
 use diagnosis::ensemble::Ensemble;
-use diagnosis::fit::{
-    Fitted, fit, fit_knobs, in_units_of_trust, jacobian, knobs, predict, white_noise,
-};
+use diagnosis::fit::{Fitted, fit, fit_knobs, jacobian, knobs, predict, white_noise};
 use diagnosis::space::{Approximation, Space};
 use diagnosis::{Diagnosis, Plan, Ranked, Verdict, add, diagnose, fit_and_report};
 use mirror_model::effect::{Active, find};
@@ -64,7 +62,7 @@ pub(crate) fn diagnosed(case: &Case, cache: &Path) -> Result<Outcome, Box<dyn Er
         Hidden::Nothing => {}
         Hidden::One(effect, strength) => {
             let alone = Alone::new(case)?;
-            outcome.shown = Some(alone.shown(cache)?);
+            outcome.shown = Some(alone.shown(&plan, cache)?);
             if outcome.found.effects.iter().any(|id| id == effect.id()) {
                 outcome.size = Some(alone.size(outcome.ranked(effect), effect)?);
                 if strength == 1.0 && case.instruments == Instruments::With {
@@ -73,7 +71,7 @@ pub(crate) fn diagnosed(case: &Case, cache: &Path) -> Result<Outcome, Box<dyn Er
             }
         }
         Hidden::Two(one, other) => {
-            let shown = |effect| Alone::new(&case.hiding(effect))?.shown(cache);
+            let shown = |effect| Alone::new(&case.hiding(effect))?.shown(&plan, cache);
             outcome.shown = Some(shown(one)?.min(shown(other)?));
             outcome.both = Some(both(&paper, &plan, &outcome.found, one, other, cache)?);
         }
@@ -151,16 +149,30 @@ impl Alone {
         })
     }
 
-    /// What it leaves where base and approximation are free.
-    fn shown(&self, cache: &Path) -> Result<f64, Box<dyn Error>> {
-        let ensemble = Ensemble::new(&self.without, Some(cache))?;
-        let approximation = Approximation::new(&ensemble.0, &white_noise(&self.without));
+    /// What it leaves where the base is fitted anew and the approximation is free, in a session with the noise of `plan`.
+    fn shown(&self, plan: &Plan, cache: &Path) -> Result<f64, Box<dyn Error>> {
+        let refitted = fit_knobs(
+            &self.fitted.model,
+            &self.without,
+            &self.values()?,
+            &self.fitted.knobs,
+        )?;
+        let ensemble = Ensemble::new(plan, Some(cache))?;
+        let approximation = Approximation::new(&ensemble.0, &white_noise(plan));
         let all = (0..approximation.mirrors()).collect();
-        let slopes = jacobian(&self.fitted.model, &self.without, &self.fitted.knobs)?;
+        let slopes = jacobian(&refitted.model, plan, &refitted.knobs)?;
         let space = Space::new(&slopes, &Arc::new(approximation), all);
-        let change = in_units_of_trust(self.change.iter().copied(), &self.without);
-        let change = space.vector(&change);
-        Ok(space.product(&change, &change))
+        let left = space.vector(&refitted.scaled(plan));
+        Ok(space.product(&left, &left))
+    }
+
+    /// What a mirror would show that is the model but for the effect.
+    fn values(&self) -> Result<Vec<f64>, Box<dyn Error>> {
+        Ok(predict(&self.fitted.model, &self.without)?
+            .into_iter()
+            .zip(&self.change)
+            .map(|(value, change)| value + change)
+            .collect())
     }
 
     /// The size that was found, and the true one in the candidate's terms, whose form is not nature's: the strength that
@@ -168,18 +180,13 @@ impl Alone {
     fn size(&self, found: &Ranked, effect: Effect) -> Result<Size, Box<dyn Error>> {
         let plan = &self.without;
         let mut model = self.fitted.model.clone();
-        let values: Vec<f64> = predict(&model, plan)?
-            .into_iter()
-            .zip(&self.change)
-            .map(|(value, change)| value + change)
-            .collect();
         let mut active = Active::usual(listed(effect));
         let parameters = active.effect.info().parameters.clone();
         for (value, parameter) in active.values.iter_mut().zip(parameters.iter()) {
             *value = found.parameters[parameter.symbol.as_ref()].value;
         }
         model.effects.push(active);
-        let fitted = fit_knobs(&model, plan, &values, &knobs(&model, plan))?.model;
+        let fitted = fit_knobs(&model, plan, &self.values()?, &knobs(&model, plan))?.model;
         let reported = &found.parameters[parameters[0].symbol.as_ref()];
         Ok(Size {
             reported: reported.value,

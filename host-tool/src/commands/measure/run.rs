@@ -272,10 +272,11 @@ impl<'a> Lab<'a> {
     async fn noise_um(&self) -> Result<Option<f64>, ToolError> {
         let period = self.board.period_ticks(NOISE_PERIOD)?;
         let mut stream = self.board.stream(period, NOISE_READINGS).await?;
-        let mut readings = Vec::new();
-        for _ in 0..NOISE_READINGS {
-            readings.extend(stream.next().await?.sensor_z_um.map(f64::from));
-        }
+        let samples = stream.take(NOISE_READINGS, period).await?;
+        let readings: Vec<f64> = samples
+            .iter()
+            .filter_map(|sample| sample.sensor_z_um.map(f64::from))
+            .collect();
         // The mirror may still move, so it is the scatter from one reading to the next.
         let squares: Vec<f64> = readings
             .windows(2)
