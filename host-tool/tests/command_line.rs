@@ -162,7 +162,7 @@ fn a_board_that_never_answers() {
     fake_board(boards.path(), "mute", Fake::Silent);
     fails_with(
         &host_tool(boards.path(), &["status"]),
-        "the board did not answer in 3 s when asked to introduce itself",
+        "the board did not answer in 10 s when asked to introduce itself",
         "is another host-tool connected to it?",
     );
 }
