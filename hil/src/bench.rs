@@ -178,6 +178,14 @@ impl Bench {
         MeasurementFile::parse(name, &text).expect("it is read again")
     }
 
+    /// Whether the board says that it drives nothing.
+    ///
+    /// # Panics
+    /// Where it does not answer.
+    pub fn is_off(&self) -> bool {
+        self.json(&["status"])["drive_v"] == serde_json::json!([0.0, 0.0, 0.0, 0.0])
+    }
+
     /// Runs the tool for its JSON.
     ///
     /// # Panics

@@ -7,20 +7,8 @@ use std::thread;
 use std::time::Duration;
 
 use hil::{Bench, Said};
-use measurement::{MeasurementFile, Session};
 use rustix::pty::{OpenptFlags, openpt, ptsname, unlockpt};
 use virtual_mirror::MirrorConfig;
-
-fn read(bench: &Bench, name: &str) -> MeasurementFile {
-    let path = bench.directory().join(name);
-    let mut session = Session::load(&[path]).unwrap_or_else(|error| panic!("{error}"));
-    session.files.remove(0).1
-}
-
-fn is_off(bench: &Bench) -> bool {
-    let drives = bench.json(&["status"])["drive_v"].clone();
-    drives == serde_json::json!([0.0, 0.0, 0.0, 0.0])
-}
 
 #[test]
 fn a_sweep_goes_up_and_down_and_ends_off() {
@@ -31,8 +19,8 @@ fn a_sweep_goes_up_and_down_and_ends_off() {
     let report = bench.json(&words);
     assert_eq!(report["dropped_samples"], 0);
     assert_eq!(report["measured"][0]["rows"], 11);
-    assert!(is_off(&bench));
-    let file = read(&bench, "sweep.csv");
+    assert!(bench.is_off());
+    let file = bench.measured("sweep.csv");
     let volts: Vec<i64> = file
         .rows
         .iter()
@@ -62,7 +50,7 @@ fn a_step_is_read_densely_after_both_edges() {
     bench.json(&[
         "measure", "step", "--hold", "500ms", "--rest", "0s", "--rate", "10kHz",
     ]);
-    let file = read(&bench, "step.csv");
+    let file = bench.measured("step.csv");
     for edge in [0.0, 0.5] {
         let dense = file
             .rows
@@ -72,7 +60,7 @@ fn a_step_is_read_densely_after_both_edges() {
         assert_eq!(dense, 20, "after {edge} s");
     }
     assert!(file.rows.len() < 400, "{} rows", file.rows.len());
-    assert!(is_off(&bench));
+    assert!(bench.is_off());
 }
 
 #[test]
@@ -90,7 +78,7 @@ fn a_sine_says_so_and_has_a_hundred_rows_a_cycle() {
         "-o",
         "a.csv",
     ]);
-    let file = read(&bench, "a.csv");
+    let file = bench.measured("a.csv");
     assert!(file.keys.drive_is_interpolated());
     assert_eq!(file.keys.prehold().map(|(volts, _)| volts), Some(1.0));
     assert_eq!(file.rows.len(), 200);
@@ -102,7 +90,7 @@ fn a_sine_says_so_and_has_a_hundred_rows_a_cycle() {
             row.voltage_v[0]
         );
     }
-    assert!(is_off(&bench));
+    assert!(bench.is_off());
 }
 
 #[test]
@@ -111,7 +99,7 @@ fn single_actuators_are_driven_alone_and_rest_in_between() {
     bench.json(&[
         "measure", "single", "--steps", "2", "--dwell", "50ms", "--rest", "0s",
     ]);
-    let file = read(&bench, "single.csv");
+    let file = bench.measured("single.csv");
     assert_eq!(file.rows.len(), 12);
     for (index, row) in file.rows.iter().enumerate() {
         for lane in (0..4).filter(|lane| *lane != index / 3) {
@@ -142,7 +130,7 @@ fn a_sensor_of_ones_own_is_merged_by_time() {
         "--sensor",
         "laser.csv",
     ]);
-    let file = read(&bench, "held.csv");
+    let file = bench.measured("held.csv");
     // 20 micrometres a second.
     for row in &file.rows {
         assert!((row.z_um.unwrap() - 20.0 * row.t_s).abs() < 1e-6);
@@ -166,8 +154,8 @@ fn ctrl_c_leaves_the_channels_off_and_what_was_measured() {
     let said = Said::from(tool);
     assert_eq!(said.code, 0, "{}", said.err);
     assert!(said.out.contains("\"interrupted\":true"), "{}", said.out);
-    assert!(is_off(&bench));
-    let file = read(&bench, "part.csv");
+    assert!(bench.is_off());
+    let file = bench.measured("part.csv");
     assert_eq!(file.keys.get("partial"), Some("interrupted"));
     assert!(
         (2..71).contains(&file.rows.len()),
@@ -209,5 +197,5 @@ fn a_serial_sensor_that_sends_no_number_is_named() {
         said.err
     );
     assert!(said.sentence().contains(&name), "{}", said.err);
-    assert!(is_off(&bench));
+    assert!(bench.is_off());
 }

@@ -66,6 +66,30 @@ impl Board {
         })
     }
 
+    /// What comes of `count` samples, one every `period_ticks` control ticks, with at least one: a few may be lost on the way.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or refuses, or no sample comes in time.
+    pub async fn samples(
+        &self,
+        period_ticks: u16,
+        count: u32,
+    ) -> Result<Vec<Telemetry>, ToolError> {
+        let mut stream = self.stream(period_ticks, count).await?;
+        let length_ticks = count.saturating_sub(1) * u32::from(period_ticks);
+        let mut samples = Vec::new();
+        loop {
+            let sample = match stream.next().await {
+                Err(ToolError::NoAnswer { .. }) if !samples.is_empty() => return Ok(samples),
+                next => next?,
+            };
+            samples.push(sample);
+            if sample.tick.wrapping_sub(stream.first_tick) >= length_ticks {
+                return Ok(samples);
+            }
+        }
+    }
+
     /// Puts points into the board's table, in shares of a waveform's amplitude.
     ///
     /// # Errors
@@ -131,29 +155,6 @@ impl Board {
 }
 
 impl Samples {
-    /// What comes of `count` samples, `period_ticks` apart, with at least one; a few may be lost on the way.
-    ///
-    /// # Errors
-    /// Where none comes in time, or the link is lost.
-    pub async fn take(
-        &mut self,
-        count: u32,
-        period_ticks: u16,
-    ) -> Result<Vec<Telemetry>, ToolError> {
-        let length_ticks = count.saturating_sub(1) * u32::from(period_ticks);
-        let mut samples = Vec::new();
-        loop {
-            let sample = match self.next().await {
-                Err(ToolError::NoAnswer { .. }) if !samples.is_empty() => return Ok(samples),
-                next => next?,
-            };
-            samples.push(sample);
-            if sample.tick.wrapping_sub(self.first_tick) >= length_ticks {
-                return Ok(samples);
-            }
-        }
-    }
-
     /// The next sample.
     ///
     /// # Errors

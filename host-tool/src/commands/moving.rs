@@ -86,8 +86,7 @@ pub(super) async fn settle_and_read(
 /// Reads the mirror while it stands. With the readings comes the tick of the first of them.
 pub(super) async fn read(board: &Board) -> Result<(Readings, u32), ToolError> {
     let period_ticks = board.period_ticks(READING_PERIOD)?;
-    let mut stream = board.stream(period_ticks, READING_SAMPLES).await?;
-    let samples = stream.take(READING_SAMPLES, period_ticks).await?;
+    let samples = board.samples(period_ticks, READING_SAMPLES).await?;
     for sample in &samples {
         check_states(&sample.states)?;
     }

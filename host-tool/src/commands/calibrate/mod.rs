@@ -19,11 +19,11 @@ use mirror_protocol::CalibrationUse;
 
 use self::effort::Effort;
 use self::report::Report;
-use self::trial::Trial;
+use self::trial::{Trial, complete};
 use crate::board::Board;
 use crate::cli::Calibrate;
 use crate::commands::measure::experiment::{Experiment, in_common};
-use crate::commands::measure::run::{Ended, Lab, today};
+use crate::commands::measure::run::{Lab, today};
 use crate::commands::measure::sensor::Sensor;
 use crate::commands::{calibrate_sense, status};
 use crate::error::ToolError;
@@ -276,10 +276,7 @@ async fn measure(
         if let Some(file) = file {
             file.write(&measured.file.to_string())?;
         }
-        match measured.ended? {
-            Ended::Complete => session.files.push((name, measured.file)),
-            Ended::Interrupted => return Err(ToolError::Interrupted),
-        }
+        session.files.push((name, complete(measured)?));
     }
     Ok(session)
 }

@@ -271,8 +271,7 @@ impl<'a> Lab<'a> {
     /// The scatter of the board's sensor at rest, one standard deviation, if it has one.
     async fn noise_um(&self) -> Result<Option<f64>, ToolError> {
         let period = self.board.period_ticks(NOISE_PERIOD)?;
-        let mut stream = self.board.stream(period, NOISE_READINGS).await?;
-        let samples = stream.take(NOISE_READINGS, period).await?;
+        let samples = self.board.samples(period, NOISE_READINGS).await?;
         let readings: Vec<f64> = samples
             .iter()
             .filter_map(|sample| sample.sensor_z_um.map(f64::from))
