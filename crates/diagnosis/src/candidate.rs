@@ -16,7 +16,7 @@ const STARTS_OF_A_FREQUENCY: usize = 32;
 /// A parameter costs so much of the drop of the misfit (half of it is AIC's price, two thirds of it BIC's for 8000 rows).
 pub const PRICE: f64 = 6.0;
 /// Rounds of refinement from the best start.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 8;
 
 /// An effect at chosen values of its form, with the change that its usual strength makes.
 #[derive(Clone)]
@@ -191,40 +191,43 @@ pub fn refine(
     };
     best.score = drop_of(&first) - price;
     best.change = first;
+    let scale = best.active.effect.info().parameters[0].start.abs();
+    let mut damping = 1e-3;
+    let mut slopes_of_best = None;
     for _ in 0..ROUNDS {
-        let Some(slopes) = slopes(&best, &change_of) else {
+        let Some(slopes) = slopes_of_best.take().or_else(|| slopes(&best, &change_of)) else {
             break;
         };
         let left = residual - &best.change;
         let count = slopes.len();
         let normal = DMatrix::from_fn(count, count, |i, j| {
-            space.product(&slopes[i], &slopes[j]) * if i == j { 1.001 } else { 1.0 }
-                + if i == j { 1e-9 } else { 0.0 }
+            space.product(&slopes[i], &slopes[j]) + if i == j { 1e-9 } else { 0.0 }
         });
+        let damped = &normal + DMatrix::from_diagonal(&(normal.diagonal() * damping));
         let gradient = DVector::from_fn(count, |i, _| space.product(&slopes[i], &left));
-        let Some(factor) = normal.cholesky() else {
+        let (Some(factor), Some(free)) = (damped.cholesky(), normal.cholesky()) else {
             break;
         };
-        let step = factor.solve(&gradient);
-        let scale = best.active.effect.info().parameters[0].start.abs();
-        best.strength_error = factor.inverse()[(0, 0)].sqrt() * scale;
-        let moved = moved(&best.active, &step);
+        best.strength_error = free.inverse()[(0, 0)].sqrt() * scale;
+        let moved = moved(&best.active, &factor.solve(&gradient));
         let Some(change) = change_of(&moved) else {
             break;
         };
-        let score = drop_of(&change) - price;
-        if score <= best.score {
-            break;
+        let gain = drop_of(&change) - price - best.score;
+        if gain > 0.0 {
+            best = Explanation {
+                active: moved,
+                score: best.score + gain,
+                change,
+                strength_error: best.strength_error,
+                refit: None,
+            };
+            damping *= 0.1;
+        } else {
+            damping *= 30.0;
+            slopes_of_best = Some(slopes);
         }
-        let gain = score - best.score;
-        best = Explanation {
-            active: moved,
-            score,
-            change,
-            strength_error: best.strength_error,
-            refit: None,
-        };
-        if gain < 0.1 {
+        if (0.0..0.1).contains(&gain) {
             break;
         }
     }

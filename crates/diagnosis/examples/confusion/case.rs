@@ -3,12 +3,13 @@
 use crate::Arguments;
 use clap::ValueEnum;
 use diagnosis::Plan;
+use diagnosis::family::CALIBRATING;
 use std::fmt;
 use virtual_mirror::{ConfigError, Effect, Family, MirrorConfig, Plan as Drives};
 use virtual_sessions::measure;
 
 /// No approximation and no threshold was calibrated on these.
-const FAMILIES: [Family; 2] = [Family::F, Family::G];
+const UNSEEN: [Family; 2] = [Family::F, Family::G];
 /// Mirrors of each family with nothing hidden, a seed.
 const QUIET: u64 = 2;
 /// Far enough for no two mirrors with nothing hidden to have the same seed.
@@ -56,6 +57,11 @@ pub(crate) struct Case {
 
 /// The sessions asked for.
 pub(crate) fn all(arguments: &Arguments) -> Vec<Case> {
+    let families: &[Family] = if arguments.calibrating {
+        &CALIBRATING
+    } else {
+        &UNSEEN
+    };
     let mut cases = Vec::new();
     for seed in (0..arguments.seeds).map(|seed| arguments.first_seed + seed) {
         for &noise_nm in &arguments.noises {
@@ -63,13 +69,13 @@ pub(crate) fn all(arguments: &Arguments) -> Vec<Case> {
                 let mut push = |hidden, turn: usize, seed| {
                     cases.push(Case {
                         hidden,
-                        family: FAMILIES[(turn + seed as usize) % FAMILIES.len()],
+                        family: families[(turn + seed as usize) % families.len()],
                         seed,
                         noise_nm,
                         instruments,
                     })
                 };
-                for turn in 0..QUIET as usize * FAMILIES.len() {
+                for turn in 0..QUIET as usize * families.len() {
                     push(Hidden::Nothing, turn, seed + APART * (1 + turn as u64));
                 }
                 for &strength in &arguments.strengths {
@@ -165,13 +171,19 @@ impl Case {
     }
 }
 
+impl fmt::Display for Hidden {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Nothing => f.write_str("nothing"),
+            Self::One(effect, strength) => write!(f, "{effect} {strength}"),
+            Self::Two(one, other) => write!(f, "{one} and {other}"),
+        }
+    }
+}
+
 impl fmt::Display for Case {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let hidden = match self.hidden {
-            Hidden::Nothing => "nothing".to_owned(),
-            Hidden::One(effect, strength) => format!("{effect} {strength}"),
-            Hidden::Two(one, other) => format!("{one} and {other}"),
-        };
+        let hidden = self.hidden.to_string();
         let Self {
             family,
             seed,

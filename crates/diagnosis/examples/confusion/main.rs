@@ -35,6 +35,12 @@ struct Arguments {
     /// Only sessions with these instruments.
     #[arg(long, value_enum)]
     instruments: Option<case::Instruments>,
+    /// Mirrors of the families that thresholds are calibrated on, in place of those that nobody has seen.
+    #[arg(long)]
+    calibrating: bool,
+    /// A table of every candidate's score in every session, as CSV.
+    #[arg(long)]
+    scores: Option<PathBuf>,
     /// Where ensembles are kept.
     #[arg(long, default_value = "target/diagnosis-cache")]
     cache: PathBuf,
@@ -66,6 +72,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
         })
         .collect();
+    if let Some(file) = &arguments.scores {
+        std::fs::write(file, table::scores(&outcomes))?;
+    }
     println!(
         "\n{} sessions of {} in {:.0} s\n",
         outcomes.len(),

@@ -35,7 +35,7 @@ pub(crate) struct Outcome {
 pub(crate) struct Size {
     reported: f64,
     standard_error: f64,
-    truth: f64,
+    pub(crate) truth: f64,
 }
 
 impl Size {
@@ -151,19 +151,27 @@ impl Alone {
 
     /// What it leaves where the base is fitted anew and the approximation is free, in a session with the noise of `plan`.
     fn shown(&self, plan: &Plan, cache: &Path) -> Result<f64, Box<dyn Error>> {
-        let refitted = fit_knobs(
+        let values = self.values()?;
+        let near = fit_knobs(
             &self.fitted.model,
             &self.without,
-            &self.values()?,
+            &values,
             &self.fitted.knobs,
         )?;
+        let from_all_starts = fit(
+            &Model::from(Preset::Paper),
+            &self.without.with_values(&values),
+        )?;
         let ensemble = Ensemble::new(plan, Some(cache))?;
-        let approximation = Approximation::new(&ensemble.0, &white_noise(plan));
-        let all = (0..approximation.mirrors()).collect();
-        let slopes = jacobian(&refitted.model, plan, &refitted.knobs)?;
-        let space = Space::new(&slopes, &Arc::new(approximation), all);
-        let left = space.vector(&refitted.scaled(plan));
-        Ok(space.product(&left, &left))
+        let approximation = Arc::new(Approximation::new(&ensemble.0, &white_noise(plan)));
+        let left = |refitted: &Fitted| -> Result<f64, Box<dyn Error>> {
+            let all = (0..approximation.mirrors()).collect();
+            let slopes = jacobian(&refitted.model, plan, &refitted.knobs)?;
+            let space = Space::new(&slopes, &approximation, all);
+            let left = space.vector(&refitted.scaled(plan));
+            Ok(space.product(&left, &left))
+        };
+        Ok(left(&near)?.min(left(&from_all_starts)?))
     }
 
     /// What a mirror would show that is the model but for the effect.

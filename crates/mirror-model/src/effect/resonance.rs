@@ -5,11 +5,12 @@ use std::borrow::Cow;
 
 pub(super) struct Resonance;
 
-// Sessions are read every 0.2 ms at best, and show what is faster as if it were slower.
+// Sessions are read every 0.2 ms at best, and show what is faster as if it were slower. A broad line is a start for narrow
+// ones, too; from a narrow one a broad one is not found.
 static PARAMETERS: [Parameter; 3] = [
     parameter("a", "1", 1.0, 0.0, 1.5),
     parameter("f", "Hz", 1500.0, 200.0, 2500.0),
-    parameter("Q", "1", 20.0, 1.0, 300.0),
+    parameter("Q", "1", 5.0, 1.0, 300.0),
 ];
 
 static INFO: Info = Info {
