@@ -4,6 +4,7 @@ mod ranking;
 
 use crate::base::{identifiable, restarts};
 use crate::candidate::{Direction, Explanation, directions, refine, refit, scan};
+use crate::confusions::{Channels, confusions};
 use crate::ensemble::{Ensemble, solver_error};
 use crate::fit::{Fitted, RESOLUTION, fit, jacobian, predict, trust, white_noise};
 use crate::judge::{Calm, judges, quantile};
@@ -20,8 +21,6 @@ use std::sync::Arc;
 
 use ranking::held_out_rows;
 
-/// A candidate whose score is this share of the best one's is a rival: forms that differ by so much are no evidence.
-const RIVAL_SHARE: f64 = 0.85;
 /// Candidates this close to the best score are rivals however small both are.
 const RIVAL_MARGIN: f64 = 12.0;
 /// Rows held out go by handfuls of readings; as noise they get this factor, so that they weigh nothing.
@@ -310,11 +309,12 @@ impl<'a> Bench<'a> {
             return Vec::new();
         };
         let top = explanation(best).score;
-        above
-            .iter()
-            .copied()
-            .filter(|&i| explanation(i).score > (RIVAL_SHARE * top).min(top - RIVAL_MARGIN))
-            .collect()
+        let channels = Channels::of(self.plan);
+        let is_rival = |&i: &usize| {
+            let share = confusions().rival_share(channels, &self.id(i), &self.id(best));
+            explanation(i).score > (share * top).min(top - RIVAL_MARGIN)
+        };
+        above.iter().copied().filter(is_rival).collect()
     }
 
     fn verdict<'e>(

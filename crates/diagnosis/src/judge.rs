@@ -19,6 +19,9 @@ const MARGIN: f64 = 1.64;
 /// No score below this is evidence, however quiet the virtual mirrors are: few readings leave them no room to show
 /// anything, and a real mirror comes from no family.
 const FLOOR: f64 = 25.0;
+/// What an effect leaves, beyond what its form may, must be no more than so many of these mirrors leave: the space that judges
+/// them knows a family less than the session's.
+const ORDINARY: f64 = 0.75;
 /// An effect that is named may leave unexplained, beyond what nothing hidden leaves, this share of what it explains: nature's
 /// form is not quite the candidate's.
 const FORM: f64 = 0.3;
@@ -96,7 +99,7 @@ impl Calm {
     /// Whether effects that lower a misfit by `score` leave no more than what nothing hidden leaves, and what their forms
     /// may be off by.
     pub(crate) fn explains(&self, misfit: f64, score: f64) -> bool {
-        !self.is_exceeded_by(misfit - (1.0 + FORM) * score)
+        misfit - (1.0 + FORM) * score <= self.misfit(ORDINARY)
     }
 }
 

@@ -15,6 +15,7 @@
 pub mod base;
 pub mod candidate;
 mod compare;
+pub mod confusions;
 mod diagnose;
 mod edit;
 pub mod ensemble;

@@ -57,7 +57,7 @@ pub(crate) struct Case {
 
 /// The sessions asked for.
 pub(crate) fn all(arguments: &Arguments) -> Vec<Case> {
-    let families: &[Family] = if arguments.calibrating {
+    let families: &[Family] = if arguments.learn.is_some() {
         &CALIBRATING
     } else {
         &UNSEEN
@@ -92,9 +92,11 @@ pub(crate) fn all(arguments: &Arguments) -> Vec<Case> {
         }
     }
     cases.retain(|case| {
-        arguments
-            .instruments
-            .is_none_or(|only| only == case.instruments)
+        let teaches = matches!(case.hidden, Hidden::One(effect, _) if effect.is_listed());
+        (arguments.learn.is_none() || teaches)
+            && arguments
+                .instruments
+                .is_none_or(|only| only == case.instruments)
             && arguments
                 .only
                 .as_ref()

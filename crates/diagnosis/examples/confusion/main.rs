@@ -4,6 +4,7 @@
 //! `cargo run -p diagnosis --example confusion -- --help`
 
 mod case;
+mod learn;
 mod outcome;
 mod table;
 
@@ -35,12 +36,10 @@ struct Arguments {
     /// Only sessions with these instruments.
     #[arg(long, value_enum)]
     instruments: Option<case::Instruments>,
-    /// Mirrors of the families that thresholds are calibrated on, in place of those that nobody has seen.
+    /// Hides effects in mirrors of the families that thresholds are calibrated on instead, and writes what is taken for what
+    /// and how far sizes are off to this file: the table that the diagnosis ships with.
     #[arg(long)]
-    calibrating: bool,
-    /// A table of every candidate's score in every session, as CSV.
-    #[arg(long)]
-    scores: Option<PathBuf>,
+    learn: Option<PathBuf>,
     /// Where ensembles are kept.
     #[arg(long, default_value = "target/diagnosis-cache")]
     cache: PathBuf,
@@ -58,29 +57,31 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let start = Instant::now();
     let outcomes: Vec<Outcome> = cases
         .par_iter()
-        .filter_map(|case| match outcome::diagnosed(case, &arguments.cache) {
-            Ok(outcome) => {
-                println!("{outcome}");
-                if arguments.only.is_some() {
-                    print!("{}", outcome.rivals());
+        .filter_map(|case| {
+            match outcome::diagnosed(case, arguments.learn.is_some(), &arguments.cache) {
+                Ok(outcome) => {
+                    println!("{outcome}");
+                    if arguments.only.is_some() || arguments.learn.is_some() {
+                        print!("{}", outcome.rivals());
+                    }
+                    Some(outcome)
                 }
-                Some(outcome)
-            }
-            Err(error) => {
-                println!("{case}: {error}");
-                None
+                Err(error) => {
+                    println!("{case}: {error}");
+                    None
+                }
             }
         })
         .collect();
-    if let Some(file) = &arguments.scores {
-        std::fs::write(file, table::scores(&outcomes))?;
-    }
     println!(
         "\n{} sessions of {} in {:.0} s\n",
         outcomes.len(),
         cases.len(),
         start.elapsed().as_secs_f64()
     );
-    print!("{}", table::table(&outcomes));
+    match &arguments.learn {
+        Some(file) => std::fs::write(file, learn::table(&outcomes)?)?,
+        None => print!("{}", table::table(&outcomes)),
+    }
     Ok(())
 }

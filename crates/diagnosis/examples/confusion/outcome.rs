@@ -35,18 +35,27 @@ pub(crate) struct Outcome {
 pub(crate) struct Size {
     reported: f64,
     standard_error: f64,
-    pub(crate) truth: f64,
+    truth: f64,
 }
 
 impl Size {
+    /// How far it is off, as a share of the true one.
+    pub(crate) fn off(&self) -> f64 {
+        self.reported / self.truth - 1.0
+    }
+
     /// Whether the true one lies inside the interval that is reported.
     pub(crate) fn is_inside(&self) -> bool {
         (self.reported - self.truth).abs() <= INTERVAL * self.standard_error
     }
 }
 
-/// Diagnoses a session as a user would.
-pub(crate) fn diagnosed(case: &Case, cache: &Path) -> Result<Outcome, Box<dyn Error>> {
+/// Diagnoses a session as a user would. To learn from it, its verdict and sizes are enough.
+pub(crate) fn diagnosed(
+    case: &Case,
+    to_learn: bool,
+    cache: &Path,
+) -> Result<Outcome, Box<dyn Error>> {
     let paper = Model::from(Preset::Paper);
     let plan = case.session(&case.config())?;
     let found = diagnose(&paper, &plan, &[], Some(cache))?;
@@ -62,10 +71,12 @@ pub(crate) fn diagnosed(case: &Case, cache: &Path) -> Result<Outcome, Box<dyn Er
         Hidden::Nothing => {}
         Hidden::One(effect, strength) => {
             let alone = Alone::new(case)?;
-            outcome.shown = Some(alone.shown(&plan, cache)?);
+            if !to_learn {
+                outcome.shown = Some(alone.shown(&plan, cache)?);
+            }
             if outcome.found.effects.iter().any(|id| id == effect.id()) {
                 outcome.size = Some(alone.size(outcome.ranked(effect), effect)?);
-                if strength == 1.0 && case.instruments == Instruments::With {
+                if strength == 1.0 && case.instruments == Instruments::With && !to_learn {
                     outcome.error_ratio = Some(error_ratio(case, effect, &plan, cache)?);
                 }
             }
@@ -220,6 +231,12 @@ impl Outcome {
             return false;
         };
         self.found.effects.len() <= most && self.found.effects.iter().any(|id| id == effect.id())
+    }
+
+    /// Whether an effect scores so many times its threshold.
+    pub(crate) fn is_clear(&self, effect: &str, times: f64) -> bool {
+        let mut ranking = self.found.ranking.iter();
+        ranking.any(|r| r.effect == effect && r.score > times * r.threshold)
     }
 
     /// Whether a hidden effect is one that this session can show.

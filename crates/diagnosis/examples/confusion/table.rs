@@ -129,40 +129,6 @@ pub(crate) fn table(outcomes: &[Outcome]) -> String {
     table
 }
 
-/// CSV: every candidate's score in every session.
-pub(crate) fn scores(outcomes: &[Outcome]) -> String {
-    let mut scores = String::from(
-        "hidden,family,seed,noise_nm,instruments,verdict,misfit,effect,score,threshold,plausible,value,error,truth\n",
-    );
-    for outcome in outcomes {
-        let (case, found) = (&outcome.case, &outcome.found);
-        for ranked in &found.ranking {
-            let strength = ranked
-                .parameters
-                .values()
-                .find_map(|p| Some((p.value, p.standard_error?)));
-            let (value, error) = strength.unwrap_or_default();
-            let _ = writeln!(
-                scores,
-                "{},{:?},{},{},{:?},{:?},{},{},{},{},{},{value},{error},{}",
-                case.hidden,
-                case.family,
-                case.seed,
-                case.noise_nm,
-                case.instruments,
-                found.verdict,
-                found.misfit,
-                ranked.effect,
-                ranked.score,
-                ranked.threshold,
-                ranked.plausible,
-                outcome.size.as_ref().map_or(f64::NAN, |s| s.truth),
-            );
-        }
-    }
-    scores
-}
-
 trait Chosen {
     /// Sessions with one listed effect of this strength.
     fn listed(&self, instruments: Instruments, strength: f64) -> impl Iterator<Item = &Outcome>;

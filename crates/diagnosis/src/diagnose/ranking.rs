@@ -2,13 +2,11 @@
 
 use super::{Bench, HANDFUL, is_plausible, rms_of};
 use crate::candidate::Explanation;
+use crate::confusions::{Channels, confusions};
 use crate::placebo::{Placebo, placebo};
 use crate::plan::Plan;
 use crate::report::{BeforeAfter, Estimate, Ranked};
 use nalgebra::DVector;
-
-/// Nature's form is not quite the candidate's: a size, in the candidate's terms, is known no better than to this share.
-const FORM: f64 = 0.1;
 
 impl Bench<'_> {
     /// An effect's place in the ranking.
@@ -33,8 +31,9 @@ impl Bench<'_> {
             .fold(0.0, f64::max);
         let limit = (self.calm.thresholds[index].max(0.0).sqrt() + 1.64) / strongest.sqrt()
             * info.parameters[0].start.abs();
+        let form = confusions().form(Channels::of(self.plan), &info.id);
         let parameters = info.parameters.iter().enumerate().map(|(i, p)| {
-            let of_form = FORM * e.active.values[i].abs();
+            let of_form = form * e.active.values[i].abs();
             let standard_error = (i == 0).then_some(of_form.hypot(e.strength_error * widening));
             (
                 p.symbol.to_string(),

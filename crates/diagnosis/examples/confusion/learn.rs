@@ -1,0 +1,104 @@
+//! What virtual mirrors with one effect hidden teach: the table of confusions.
+
+use crate::case::{Hidden, Instruments};
+use crate::outcome::Outcome;
+use diagnosis::Ranked;
+use diagnosis::confusions::{Channels, Confusions, Form, Taken};
+use std::collections::BTreeMap;
+
+/// A hidden effect with less of the best score than this was not seen, rather than taken for another.
+const MISTAKEN: f64 = 0.5;
+/// The sizes of so many sessions say how far those of an effect are off, if its score is so many thresholds.
+const SIZES: usize = 4;
+const CLEARLY: f64 = 4.0;
+
+/// The table as TOML.
+///
+/// # Errors
+/// If TOML has no word for it.
+pub(crate) fn table(outcomes: &[Outcome]) -> Result<String, toml::ser::Error> {
+    let table = Confusions {
+        taken: taken(outcomes),
+        form: forms(outcomes),
+    };
+    let head =
+        "# Made by `cargo xtask bench confusions`, from mirrors of the calibrating families.\n\n";
+    Ok(head.to_owned() + &toml::to_string(&table)?)
+}
+
+/// What was hidden and scored less than another that could be believed, and the least share of that one's score.
+fn taken(outcomes: &[Outcome]) -> Vec<Taken> {
+    let mut shares: BTreeMap<(Channels, String, String), f64> = BTreeMap::new();
+    for outcome in outcomes {
+        let Some(hidden) = hidden(outcome) else {
+            continue;
+        };
+        let believed: Vec<&Ranked> = outcome
+            .found
+            .ranking
+            .iter()
+            .filter(|r| r.plausible && r.score > r.threshold)
+            .collect();
+        let truth = believed.iter().find(|r| r.effect == hidden);
+        let (Some(best), Some(truth)) = (believed.first(), truth) else {
+            continue;
+        };
+        let share = truth.score / best.score;
+        if best.effect != hidden && share > MISTAKEN {
+            let key = (channels(outcome), hidden, best.effect.clone());
+            let least = shares.entry(key).or_insert(1.0);
+            *least = least.min(share);
+        }
+    }
+    let named = |((channels, hidden, best), share): (_, f64)| Taken {
+        channels,
+        hidden,
+        best,
+        share: rounded(share, f64::floor),
+    };
+    shares.into_iter().map(named).collect()
+}
+
+/// How far sizes were off beyond what their readings explain.
+fn forms(outcomes: &[Outcome]) -> Vec<Form> {
+    let mut off: BTreeMap<(Channels, String), Vec<f64>> = BTreeMap::new();
+    for outcome in outcomes {
+        if let (Some(hidden), Some(size)) = (hidden(outcome), &outcome.size)
+            && outcome.is_clear(&hidden, CLEARLY)
+        {
+            let of_this = off.entry((channels(outcome), hidden)).or_default();
+            of_this.push(size.off());
+        }
+    }
+    let named = |((channels, effect), off): (_, Vec<f64>)| Form {
+        channels,
+        effect,
+        share: rounded(
+            (off.iter().map(|off| off * off).sum::<f64>() / off.len() as f64).sqrt(),
+            f64::ceil,
+        ),
+    };
+    off.into_iter()
+        .filter(|(_, off)| off.len() >= SIZES)
+        .map(named)
+        .collect()
+}
+
+fn hidden(outcome: &Outcome) -> Option<String> {
+    match outcome.case.hidden {
+        Hidden::One(effect, _) => Some(effect.id().to_owned()),
+        _ => None,
+    }
+}
+
+fn channels(outcome: &Outcome) -> Channels {
+    match outcome.case.instruments {
+        Instruments::With => Channels::Both,
+        Instruments::Without => Channels::Displacement,
+    }
+}
+
+/// To whole percents.
+fn rounded(share: f64, to: impl Fn(f64) -> f64) -> f64 {
+    to(100.0 * share) / 100.0
+}
