@@ -323,25 +323,18 @@ impl<'a> Bench<'a> {
         rivals: &[usize],
         explanation: &impl Fn(usize) -> &'e Explanation,
     ) -> Verdict {
-        let Some(&best) = rivals.first() else {
-            return if self.calm.is_exceeded_by(trial.misfit) {
-                Verdict::Unknown
-            } else {
-                Verdict::None
-            };
-        };
-        let first = explanation(best);
-        if !self.calm.explains(trial.misfit, first.score)
-            && !self
-                .calm
-                .explains(trial.misfit, first.score + self.second(best, first))
-        {
-            return Verdict::Unknown;
-        }
-        if rivals.len() == 1 {
-            Verdict::Named
-        } else {
-            Verdict::Ambiguous
+        let is_explained = rivals.first().is_some_and(|&best| {
+            let first = explanation(best);
+            self.calm.explains(trial.misfit, first.score)
+                || self
+                    .calm
+                    .explains(trial.misfit, first.score + self.second(best, first))
+        });
+        match rivals.len() {
+            1 if is_explained => Verdict::Named,
+            2.. if is_explained => Verdict::Ambiguous,
+            _ if self.calm.is_exceeded_by(trial.misfit) => Verdict::Unknown,
+            _ => Verdict::None,
         }
     }
 

@@ -16,6 +16,9 @@ const APPROXIMATION_RATIO: f64 = 3e-4;
 const PRIOR: f64 = 3.0;
 /// What a model without an answer predicts (um, A): far beyond anything measured.
 const RUNAWAY: f64 = 1e6;
+/// A fit ends where a step gains, or moves, no more than this share: of several starts, and of the best one.
+const ROUGH: f64 = 1e-3;
+const FINE: f64 = 1e-6;
 /// Difference step of a logarithm.
 const DIFFERENCE: f64 = 1e-4;
 
@@ -290,15 +293,15 @@ pub fn best_fit(
 ) -> Result<Fitted, Runaway> {
     let fits: Vec<_> = starts
         .par_iter()
-        .map(|start| fit_knobs(start, plan, values, knobs))
+        .map(|start| minimised(start, plan, values, knobs, ROUGH))
         .collect();
     let cost = |fit: &Result<Fitted, Runaway>| {
         fit.as_ref()
             .map_or(f64::INFINITY, |fitted| fitted.cost(plan))
     };
-    fits.into_iter()
-        .min_by(|a, b| cost(a).total_cmp(&cost(b)))
-        .expect("a fit has at least one start")
+    let best = fits.into_iter().min_by(|a, b| cost(a).total_cmp(&cost(b)));
+    let best = best.expect("a fit has at least one start")?;
+    minimised(&best.model, plan, values, knobs, FINE)
 }
 
 /// Fits chosen knobs of a model to numbers in the place of a plan's own.
@@ -311,6 +314,16 @@ pub fn fit_knobs(
     values: &[f64],
     knobs: &[Knob],
 ) -> Result<Fitted, Runaway> {
+    minimised(start, plan, values, knobs, FINE)
+}
+
+fn minimised(
+    start: &Model,
+    plan: &Plan,
+    values: &[f64],
+    knobs: &[Knob],
+    tolerance: f64,
+) -> Result<Fitted, Runaway> {
     let at = DVector::from_iterator(knobs.len(), knobs.iter().map(|knob| knob.coordinate(start)));
     let problem = Problem {
         plan,
@@ -321,8 +334,8 @@ pub fn fit_knobs(
         values,
     };
     let (problem, _) = LevenbergMarquardt::new()
-        .with_ftol(1e-7)
-        .with_xtol(1e-7)
+        .with_ftol(tolerance)
+        .with_xtol(tolerance)
         .with_patience(12)
         .minimize(problem);
     let residuals = values

@@ -99,8 +99,13 @@ impl Calm {
     /// Whether effects that lower a misfit by `score` leave no more than what nothing hidden leaves, and what their forms
     /// may be off by.
     pub(crate) fn explains(&self, misfit: f64, score: f64) -> bool {
-        misfit - (1.0 + FORM) * score <= self.misfit(ORDINARY)
+        unexplained(misfit, score) <= self.misfit(ORDINARY)
     }
+}
+
+/// What is left of a misfit that effects lower by `score`, and that their forms may not be to blame for.
+fn unexplained(misfit: f64, score: f64) -> f64 {
+    misfit - (1.0 + FORM) * score
 }
 
 /// Scores that mirrors with nothing hidden, of a family that was not seen, stay below. Only scores that would be believed
@@ -119,10 +124,10 @@ fn thresholds(
             scores
                 .zip(misfits)
                 .map(|(score, &misfit)| {
-                    if calm.explains(misfit, score) {
-                        score
-                    } else {
+                    if calm.is_exceeded_by(unexplained(misfit, score)) {
                         0.0
+                    } else {
+                        score
                     }
                 })
                 .collect()
