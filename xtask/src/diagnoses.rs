@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
@@ -13,6 +14,9 @@ use crate::tool;
 
 /// Seeds of mirrors that nobody developed on.
 const FIRST_SEED: &str = "7001";
+/// Seeds of mirrors that the table of confusions is made from, and how many.
+const TEACHING: [&str; 2] = ["3001", "2"];
+const TABLE: &str = "crates/diagnosis/src/confusions.toml";
 /// Diagnoses with warm caches, of which the median is told.
 const WARM: usize = 5;
 
@@ -20,9 +24,8 @@ const WARM: usize = 5;
 pub(crate) fn count(arguments: &[String]) -> Result<()> {
     tool::build()?;
     let [cold_s, warm_s] = seconds()?;
-    let example = ["run", "--package", "diagnosis", "--example", "confusion"];
-    let mut counting = cargo(&example);
-    counting.arg("--").args(arguments);
+    let mut counting = confusion();
+    counting.args(arguments);
     if !arguments
         .iter()
         .any(|word| word.starts_with("--first-seed"))
@@ -35,6 +38,23 @@ pub(crate) fn count(arguments: &[String]) -> Result<()> {
     );
     println!("| the same, caches cold | {cold_s:.1} s | 10 s |");
     Ok(())
+}
+
+/// Hides effects in mirrors of the calibrating families, and writes what was taken for what.
+pub(crate) fn learn() -> Result<()> {
+    let [first, seeds] = TEACHING;
+    run(confusion().args(["--learn", TABLE, "--first-seed", first, "--seeds", seeds]))
+}
+
+fn confusion() -> Command {
+    cargo(&[
+        "run",
+        "--package",
+        "diagnosis",
+        "--example",
+        "confusion",
+        "--",
+    ])
 }
 
 /// What a user waits for a diagnosis of a standard session, with cold and with warm caches.

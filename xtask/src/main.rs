@@ -74,6 +74,8 @@ enum Task {
     },
     /// Write the sessions of data/hidden anew.
     HideEffects,
+    /// Write anew what the diagnosis knows of effects that are taken for each other: 480 sessions, some twenty minutes.
+    LearnConfusions,
     /// Write the firmware to a connected driver board, with probe-rs.
     Flash {
         /// Stay connected and print the firmware's log (defmt over RTT) until Ctrl-C. `DEFMT_LOG=debug` at the time of the
@@ -134,6 +136,7 @@ fn run(task: Task) -> Result<ExitCode> {
             ..
         } => positions::run().map(|()| ExitCode::SUCCESS),
         Task::Build { board } => images::build_and_check(board).map(|()| ExitCode::SUCCESS),
+        Task::LearnConfusions => diagnoses::learn().map(|()| ExitCode::SUCCESS),
         Task::HideEffects => hidden::write().map(|()| ExitCode::SUCCESS),
         Task::Flash { log } => flash::run_probe(log).map(|()| ExitCode::SUCCESS),
         Task::RunOnTarget { elf, filters } => on_target::run_elf(&elf, &filters),

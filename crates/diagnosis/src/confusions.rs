@@ -1,7 +1,7 @@
 //! What virtual mirrors with one effect hidden teach: which effect is taken for which, and how far a size may be off because
 //! nature's form is not the candidate's.
 //!
-//! The table comes from mirrors of the calibrating families: `cargo xtask bench confusions` makes it anew.
+//! The table comes from mirrors of the calibrating families: `cargo xtask learn-confusions` makes it anew.
 
 use crate::plan::Plan;
 use serde::{Deserialize, Serialize};

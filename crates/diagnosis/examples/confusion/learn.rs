@@ -22,7 +22,7 @@ pub(crate) fn table(outcomes: &[Outcome]) -> Result<String, toml::ser::Error> {
         form: forms(outcomes),
     };
     let head =
-        "# Made by `cargo xtask bench confusions`, from mirrors of the calibrating families.\n\n";
+        "# Made by `cargo xtask learn-confusions`, from mirrors of the calibrating families.\n\n";
     Ok(head.to_owned() + &toml::to_string(&table)?)
 }
 
