@@ -3,9 +3,12 @@
 use crate::base::{identifiable, seeds, with_own_resistances};
 use crate::family;
 use crate::fit::{Knob, in_units_of_trust, jacobian, predict, trust};
-use crate::plan::Plan;
+use crate::plan::{Channel, Plan};
 use mirror_model::{Model, Preset, Runaway, simulate};
 use nalgebra::{DMatrix, DVector};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
@@ -44,12 +47,25 @@ impl Ensemble {
             write(&file, &columns);
         }
         let mut mirrors = DMatrix::from_vec(rows, MIRRORS, columns);
+        let mut rng = ChaCha8Rng::seed_from_u64(MIRRORS as u64);
         for mut mirror in mirrors.column_iter_mut() {
+            let normal: f64 = StandardNormal.sample(&mut rng);
+            let zero_um = zero_noise_um(plan) * normal;
+            let offset = plan.observations.iter().map(|o| match o.channel {
+                Channel::Displacement => zero_um,
+                Channel::Current(_) => 0.0,
+            });
+            let offset = in_units_of_trust(offset, plan);
             let trusted = in_units_of_trust(mirror.iter().copied(), plan);
-            mirror.copy_from(&trusted);
+            mirror.copy_from(&(trusted - offset));
         }
         Ok(Self(mirrors))
     }
+}
+
+/// All displacements count from the first one at rest, and share its noise (um).
+fn zero_noise_um(plan: &Plan) -> f64 {
+    plan.zero().map_or(0.0, |zero| zero.noise)
 }
 
 /// In um and A: what a session trusts depends on what it measured, and others use the same cache.

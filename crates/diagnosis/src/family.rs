@@ -2,7 +2,6 @@
 //! the model lab touches the virtual mirror; the model and the virtual mirror know nothing of each other.
 
 use crate::plan::{Channel, Plan};
-use mirror_model::ACTUATORS;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -54,10 +53,8 @@ pub fn observe(plan: &Plan, seed: u64) -> Vec<f64> {
 
 /// z is counted from the first 0 V reading, with whatever the sensor's wander was then.
 fn zero_reading(plan: &Plan, readings: &[Option<Reading>]) -> f64 {
-    plan.observations
-        .iter()
-        .find(|o| o.channel == Channel::Displacement && plan.drive(o) == [0.0; ACTUATORS])
-        .and_then(|o| readings[o.interval])
+    plan.zero()
+        .and_then(|zero| readings[zero.interval])
         .map_or(0.0, |reading| reading.z_um)
 }
 
@@ -88,7 +85,7 @@ fn draw_mirror(seed: u64) -> MirrorConfig {
     config.shape.clamp = (config.shape.clamp + rng.random_range(-0.2..0.2)).clamp(0.0, 0.95);
     // Released beams stand up from the substrate, the paper's by 220 um: no missing physics, but a bent curve.
     config.shape.rest_height_um = rng.random_range(0.0..300.0);
-    // No heater is without leads and contacts, 1 to 20 ohm of them, nor without cold ends, which look the same.
+    // No heater is without leads and contacts, 1 to 20 ohm of them, nor without cold ends, which look the same and are more.
     config
         .effects
         .set(Effect::SeriesResistance, rng.random_range(0.0..6.0));

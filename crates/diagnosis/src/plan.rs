@@ -90,6 +90,12 @@ impl Plan {
         self.intervals[observation.interval].to_v
     }
 
+    /// The displacement that all others count from: the first one without drive.
+    pub(crate) fn zero(&self) -> Option<&Observation> {
+        let mut observed = self.observations.iter();
+        observed.find(|o| o.channel == Channel::Displacement && self.drive(o) == [0.0; ACTUATORS])
+    }
+
     /// Whether any current was measured.
     pub fn has_current(&self) -> bool {
         self.observations
