@@ -119,26 +119,18 @@ impl Experiment {
     }
 }
 
-fn held(drive: [f64; ACTUATORS], duration_s: f64) -> Interval {
-    Interval {
-        duration_s,
-        from_v: drive,
-        to_v: drive,
-    }
-}
-
 fn sweep(top: f64) -> impl Iterator<Item = Interval> {
     let ladder = (0..=35).chain((0..35).rev());
-    ladder.map(move |step| held([top * f64::from(step) / 35.0; ACTUATORS], 1.0))
+    ladder.map(move |step| Interval::held([top * f64::from(step) / 35.0; ACTUATORS], 1.0))
 }
 
 fn single(top: f64) -> Vec<Interval> {
     let alone = |hot: usize, step: u32| {
         let mut drive = [SENSE_BIAS_V; ACTUATORS];
         drive[hot] = top * f64::from(step) / 7.0;
-        held(drive, 1.0)
+        Interval::held(drive, 1.0)
     };
-    let rest = held([0.0; ACTUATORS], 2.0);
+    let rest = Interval::held([0.0; ACTUATORS], 2.0);
     (0..ACTUATORS)
         .flat_map(|hot| {
             let steps = (0..=7).map(move |step| alone(hot, step));
@@ -154,7 +146,7 @@ fn step(to: f64, hold_s: f64, first_s: f64) -> Vec<Interval> {
         let mut pieces = Vec::new();
         while passed < hold_s * (1.0 - 1e-9) {
             let piece = (0.05 * passed).max(first_s).min(hold_s - passed);
-            pieces.push(held([volts; ACTUATORS], piece));
+            pieces.push(Interval::held([volts; ACTUATORS], piece));
             passed += piece;
         }
         pieces
@@ -172,6 +164,9 @@ fn sine(mean: f64, amplitude: f64, hz: f64) -> Vec<Interval> {
         duration_s: 1.0 / (hz * READINGS_PER_CYCLE as f64),
         from_v: at(reading),
         to_v: at(reading + 1),
+        ..Interval::default()
     });
-    std::iter::once(held(at(0), 5.0)).chain(cycles).collect()
+    std::iter::once(Interval::held(at(0), 5.0))
+        .chain(cycles)
+        .collect()
 }

@@ -134,11 +134,7 @@ mod tests {
             model.parameters.set(symbol, value);
         }
         let session = Plan {
-            intervals: vec![Interval {
-                duration_s: 1.0,
-                from_v: [3.5; 4],
-                to_v: [3.5; 4],
-            }],
+            intervals: vec![Interval::held([3.5; 4], 1.0)],
             ..Plan::default()
         };
         let rivals = [first, second].map(|id| Active::usual(find(id).expect("an effect")));

@@ -27,7 +27,7 @@ impl Effect for Radiation {
     }
 
     fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
-        let hot = (AMBIENT_K + m.temperature_rise_k).powi(4) - AMBIENT_K.powi(4);
+        let hot = (AMBIENT_K + m.temperature_rise_k).powi(4) - (AMBIENT_K + m.ambient_k).powi(4);
         x - p[0] * m.thermal_resistance_k_per_w * hot
     }
 }
