@@ -4,7 +4,8 @@ mod clock;
 
 use crate::noise::Noise;
 use crate::surroundings::Surroundings;
-use clock::{Clock, OwnZero};
+use clock::Clock;
+pub(crate) use clock::OwnZero;
 use measurement::{MeasurementFile, Row, Session};
 use mirror_model::{ACTUATORS, Interval, Output};
 

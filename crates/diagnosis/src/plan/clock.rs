@@ -49,7 +49,7 @@ pub(crate) struct OwnZero {
 }
 
 impl OwnZero {
-    pub(super) fn new(experiments: Range<usize>, observations: &[Observation]) -> Self {
+    pub(crate) fn new(experiments: Range<usize>, observations: &[Observation]) -> Self {
         let mut zero = Self {
             experiments,
             measured_um: 0.0,
