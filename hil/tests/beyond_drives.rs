@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader, Write};
 
 use hil::{Bench, Said};
-use measurement::{MeasurementFile, Session};
+use measurement::Session;
 use virtual_mirror::{Effect, MirrorConfig};
 
 /// Runs the tool, and wherever it asks for a height moves the stage there and presses Enter.
@@ -126,12 +126,17 @@ fn short(command: &str, number: usize) -> Vec<String> {
         Some(at) => words[at + 1] = value.to_owned(),
         None => words.extend([option, value].map(str::to_owned)),
     };
-    set("-o", &format!("{number}.csv"));
+    let is_session = command.contains("measure session");
+    set(
+        "-o",
+        &format!("{number}{}", if is_session { "" } else { ".csv" }),
+    );
     let short: &[(&str, &str)] = match command.split(' ').nth(2).expect("an experiment") {
         "sweep" | "single" => &[("--steps", "2"), ("--dwell", "50ms"), ("--rest", "0s")],
         "step" => &[("--hold", "100ms"), ("--rest", "0s")],
         "sine" => &[("--cycles", "1"), ("--rest", "0s")],
         "reference" => &[("--settle", "10ms")],
+        "session" => &[],
         other => panic!("no short version of {other}"),
     };
     for (option, value) in short {
@@ -147,15 +152,18 @@ fn short(command: &str, number: usize) -> Vec<String> {
 fn every_measurement_that_may_be_proposed_runs_on_a_board() {
     let mut bench = Bench::emulated(MirrorConfig::bench());
     for (number, command) in diagnosis::commands(3.5).iter().enumerate() {
-        // The standard session has a check of its own, and is as long as it is.
-        if command.contains("measure session") {
-            continue;
-        }
         let words = short(command, number);
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        let file = words[1 + words.iter().position(|word| *word == "-o").expect("a name")];
         let said = with_a_stage(&mut bench, &words);
         assert_eq!(said.code, 0, "{command}: {}", said.err);
-        let file: MeasurementFile = bench.measured(&format!("{number}.csv"));
-        assert!(file.has_displacement() && file.has_current(), "{command}");
+        // A session is a folder.
+        let session = Session::load(&[bench.directory().join(file)]);
+        for (name, file) in session.expect("it is read again").files {
+            assert!(
+                file.has_displacement() && file.has_current(),
+                "{command}: {name}"
+            );
+        }
     }
 }
