@@ -57,7 +57,7 @@ pub fn observe(plan: &Plan, seed: u64) -> Vec<f64> {
             Channel::Current(actuator) => reading.current_a[actuator],
         }
     });
-    plan.from_own_zeros(values.collect())
+    plan.at_own_zeros(values.collect())
 }
 
 /// The surroundings as they are where instruments say what they are.

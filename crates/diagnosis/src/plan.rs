@@ -81,11 +81,11 @@ impl Plan {
             .observations
             .iter()
             .map(|o| pick(&outputs[o.interval], o.channel));
-        self.from_own_zeros(read.collect())
+        self.at_own_zeros(read.collect())
     }
 
     /// Numbers like the observations, those with a zero of their own moved to it.
-    pub(crate) fn from_own_zeros(&self, mut numbers: Vec<f64>) -> Vec<f64> {
+    pub(crate) fn at_own_zeros(&self, mut numbers: Vec<f64>) -> Vec<f64> {
         for zero in &self.own_zeros {
             let off_um = zero.mean_um(&numbers, &self.observations) - zero.measured_um;
             for (number, o) in numbers.iter_mut().zip(&self.observations) {
