@@ -3,6 +3,7 @@
 use crate::base::{identifiable, seeds, with_own_resistances};
 use crate::family;
 use crate::fit::{Knob, in_units_of_trust, jacobian, predict, trust};
+use crate::likeness::Likeness;
 use crate::plan::Plan;
 use mirror_model::{Model, Preset, Runaway, simulate};
 use nalgebra::{DMatrix, DVector};
@@ -34,18 +35,21 @@ impl Ensemble {
     /// If the base cannot be fitted to a virtual mirror.
     pub fn new(plan: &Plan, cache: Option<&Path>) -> Result<Self, Runaway> {
         let rows = plan.observations.len();
-        let file = cache.map(|folder| folder.join(format!("ensemble-{:016x}.f32", key(plan))));
+        let likeness = Likeness::of(plan);
+        let driven = &likeness.driven(plan);
+        let file = cache.map(|folder| folder.join(format!("ensemble-{:016x}.f32", key(driven))));
         let cached = file.as_ref().and_then(|file| read(file, rows));
         let columns = match cached {
             Some(columns) => columns,
-            None => residuals(plan)?,
+            None => residuals(driven)?,
         };
         if let Some(file) = file.filter(|file| !file.exists()) {
             write(&file, &columns);
         }
         let mut mirrors = DMatrix::from_vec(rows, MIRRORS, columns);
         for mut mirror in mirrors.column_iter_mut() {
-            let trusted = in_units_of_trust(mirror.iter().copied(), plan);
+            let read = mirror.iter().map(|left| likeness.amperes * left);
+            let trusted = in_units_of_trust(read, plan);
             mirror.copy_from(&trusted);
         }
         Ok(Self(mirrors))
@@ -184,10 +188,13 @@ fn follow(start: Start, plan: &Plan, knobs: &[Knob], values: &[f64]) -> Followed
     Followed { model, left }
 }
 
-/// Two sessions with the same key have the same ensemble: same drives and channels.
+/// Two sessions with the same key have the same ensemble: same drives and channels, read by the board or by meters.
 fn key(plan: &Plan) -> u64 {
     let mut hasher = DefaultHasher::new();
     (VERSION, env!("CARGO_PKG_VERSION")).hash(&mut hasher);
+    if plan.is_of_heaters() {
+        "meters".hash(&mut hasher);
+    }
     for interval in &plan.intervals {
         interval.duration_s.to_bits().hash(&mut hasher);
         interval.from_v.map(f64::to_bits).hash(&mut hasher);

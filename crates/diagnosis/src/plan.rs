@@ -72,6 +72,10 @@ impl Plan {
             plan.add(file, &noise, &surroundings, &mut clock);
         }
         plan.end_clock(&mut clock);
+        if shows_one_heater(session) {
+            let first = |o: &Observation| o.channel == Channel::Current(0);
+            plan.observations.retain(first);
+        }
         plan
     }
 
@@ -139,6 +143,23 @@ impl Plan {
         self.observations
             .iter()
             .any(|o| o.channel == Channel::Displacement)
+    }
+
+    /// Whether it shows heaters only: currents, and no displacement.
+    pub fn is_of_heaters(&self) -> bool {
+        self.has_current() && !self.has_displacement()
+    }
+
+    /// Whether it shows a single heater, which all four actuators then stand for.
+    pub fn is_one_heater(&self) -> bool {
+        let alike = |drive: [f64; ACTUATORS]| drive.iter().all(|v| *v == drive[0]);
+        let one = |o: &Observation| o.channel == Channel::Current(0);
+        !self.observations.is_empty()
+            && self.observations.iter().all(one)
+            && self
+                .intervals
+                .iter()
+                .all(|i| alike(i.from_v) && alike(i.to_v))
     }
 
     fn add<'a>(
@@ -257,6 +278,16 @@ pub(crate) fn rms<'o>(
             (sum + number * number, count + 1)
         });
     (count > 0).then(|| (sum / count as f64).sqrt())
+}
+
+/// Whether no displacement was measured, and all four actuators read the same in every row: one heater, and not four witnesses.
+fn shows_one_heater(session: &Session) -> bool {
+    let mut rows = session.files.iter().flat_map(|(_, file)| &file.rows);
+    rows.all(|row| {
+        let alike =
+            |a: usize| row.voltage_v[a] == row.voltage_v[0] && row.current_a[a] == row.current_a[0];
+        row.z_um.is_none() && (1..ACTUATORS).all(alike)
+    })
 }
 
 fn pick(output: &Output, channel: Channel) -> f64 {

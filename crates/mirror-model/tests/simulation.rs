@@ -214,3 +214,39 @@ fn a_stage_moves_what_the_sensor_reads_and_a_slow_sensor_follows() {
         assert!((z[2] - in_the_end).abs() < 1e-9, "{id}: {z:?}");
     }
 }
+
+#[test]
+fn a_filament_s_heat_is_in_balance_however_little_it_conducts() {
+    let radiated = |rise_k: f64| (295.0 + rise_k).powi(4) - 295.0_f64.powi(4);
+    for (tau_s, conductions) in [
+        (0.0, &[1e2, 1e3, 1e4, 1e5, 1e6][..]),
+        (0.3, &[1e2, 1e3, 1e4]),
+    ] {
+        for &thermal_resistance in conductions {
+            let mut model = Model::from(Preset::Paper);
+            let p = &mut model.parameters;
+            (p.cold_resistance_ohm, p.thermal_resistance_k_per_w) = (2.2, thermal_resistance);
+            p.fast_s = tau_s;
+            let mut radiation = Active::usual(find("radiation").expect("built in"));
+            radiation.values = vec![1e-13];
+            model.effects.push(radiation);
+            let ladder: Vec<_> = (1..=12)
+                .chain((0..12).rev())
+                .map(|i| hold(0.5 * f64::from(i), 20.0))
+                .collect();
+            let outputs = simulate(&model, &ladder, 0.5).expect("an answer");
+            for (interval, output) in ladder.iter().zip(outputs) {
+                let (power, rise) = (
+                    interval.to_v[0] * output.current_a[0],
+                    output.temperature_rise_k[0],
+                );
+                let lost = rise / thermal_resistance + 1e-13 * radiated(rise);
+                assert!(
+                    (lost - power).abs() < 1e-4 * power.max(1e-3),
+                    "R_T {thermal_resistance}, tau {tau_s}, {} V: {rise} K, {power} W in, {lost} W out",
+                    interval.to_v[0]
+                );
+            }
+        }
+    }
+}

@@ -13,6 +13,8 @@ use thiserror::Error;
 
 /// No fixed point of power and temperature takes more rounds than this.
 const ROUNDS: usize = 12;
+/// Nor than this where a step was taken back.
+const MORE_ROUNDS: usize = 40;
 /// Temperatures that agree so well are the same.
 const SAME_K: f64 = 1e-5;
 /// A temperature rise beyond this is a runaway: everything has melted.
@@ -193,9 +195,11 @@ impl<'a> Simulation<'a> {
             let lane = &self.lanes[i];
             (lane.poles_k, lane.heating_k)
         });
-        let mut secants: [_; ACTUATORS] =
-            std::array::from_fn(|i| Secant::new(self.lanes[i].attraction(&lags[i])));
-        for _ in 0..ROUNDS {
+        let mut secants: [_; ACTUATORS] = std::array::from_fn(|i| {
+            let from = (h > 0.0).then(|| self.lanes[i].raw_temperature());
+            Secant::new(self.lanes[i].attraction(&lags[i]), from)
+        });
+        for round in 1..=MORE_ROUNDS {
             let powers_w = self.lanes.each_ref().map(|lane| lane.now.power_w);
             let (mut moved_k, mut off_k): (f64, f64) = (0.0, 0.0);
             for (index, lane) in self.lanes.iter_mut().enumerate() {
@@ -218,7 +222,8 @@ impl<'a> Simulation<'a> {
                 lane.heating_k = secants[index].next(guess, lane.heating_k);
             }
             // Without effects no lane waits for what the others' powers come to.
-            if off_k < SAME_K && (moved_k < SAME_K || self.effects.is_empty()) {
+            let is_found = off_k < SAME_K && (moved_k < SAME_K || self.effects.is_empty());
+            if is_found || (round >= ROUNDS && !secants.iter().any(|s| s.has_retreated)) {
                 break;
             }
         }
