@@ -1,5 +1,6 @@
 //! The parameters of eqs. 3-9 and of the thermal poles that a session can identify, as a vector to fit.
 
+use crate::heater;
 use crate::plan::{Channel, Plan};
 use mirror_model::{ACTUATORS, Model, Symbol};
 
@@ -64,7 +65,8 @@ impl Free {
 }
 
 /// What this session can identify. Without currents nothing is known of the actuators' heaters, without a displacement
-/// nothing of their bending; a session of steady points only says nothing of time constants.
+/// nothing of their bending; a session of steady points only says nothing of time constants. A heater on a bench may be as
+/// slow as it likes.
 pub fn identifiable(plan: &Plan) -> Vec<Free> {
     let mut free = Vec::new();
     let measured = |actuator| {
@@ -72,7 +74,9 @@ pub fn identifiable(plan: &Plan) -> Vec<Free> {
             .iter()
             .any(|o| o.channel == Channel::Current(actuator))
     };
-    if plan.has_current() {
+    if plan.is_one_heater() {
+        free.extend([Symbol::ColdResistance, Symbol::ThermalResistance].map(Free::Shared));
+    } else if plan.has_current() {
         for symbol in [Symbol::ColdResistance, Symbol::ThermalResistance] {
             free.extend(
                 (0..ACTUATORS)
@@ -94,8 +98,19 @@ pub fn identifiable(plan: &Plan) -> Vec<Free> {
     let transient = plan.observations.len() > 50;
     if transient && fastest < 0.01 {
         free.extend([Symbol::FastTime, Symbol::MiddleWeight, Symbol::MiddleTime].map(Free::Shared));
+    } else if plan.is_of_heaters() {
+        free.push(Free::Shared(Symbol::FastTime));
     }
     free
+}
+
+/// An actuator's own parameter, or that of the one heater which all of them stand for.
+pub fn own(symbol: Symbol, actuator: usize, plan: &Plan) -> Free {
+    if plan.is_one_heater() {
+        Free::Shared(symbol)
+    } else {
+        Free::Own(symbol, actuator)
+    }
 }
 
 /// The median of V/I over the smaller half of the drives that a current can be told from its noise at.
@@ -103,7 +118,8 @@ fn coldest_resistance(plan: &Plan, actuator: usize) -> Option<f64> {
     let readings = plan
         .observations
         .iter()
-        .filter(|o| o.channel == Channel::Current(actuator) && o.value > 20.0 * o.noise);
+        .filter(|o| o.channel == Channel::Current(actuator) && o.value > 20.0 * o.noise)
+        .filter(|o| plan.intervals[o.interval].ambient_k == 0.0);
     let mut pairs: Vec<(f64, f64)> = readings
         .map(|o| (plan.drive(o)[actuator], o.value))
         .filter(|&(v, _)| v > 0.0)
@@ -139,14 +155,21 @@ const TIMES: [(f64, f64, f64); 3] = [(8e-3, 0.2, 0.04), (2e-3, 0.3, 0.02), (0.02
 pub fn seeds(model: &Model, free: &[Free], plan: &Plan) -> Vec<Model> {
     let timeless =
         |symbol| free.contains(&Free::Shared(symbol)) && Free::Shared(symbol).get(model) <= 0.0;
-    let starts = if timeless(Symbol::FastTime) && timeless(Symbol::MiddleTime) {
-        TIMES.len()
-    } else {
-        1
+    let times = match (timeless(Symbol::FastTime), timeless(Symbol::MiddleTime)) {
+        (true, true) => TIMES.to_vec(),
+        (true, false) if plan.is_of_heaters() => heater::times(plan)
+            .map(|fast_s| (fast_s, 0.0, 0.0))
+            .to_vec(),
+        _ => vec![TIMES[0]],
     };
-    TIMES[..starts]
+    let models = if plan.is_of_heaters() {
+        heater::seeds(model, plan)
+    } else {
+        vec![with_own_resistances(model, plan)]
+    };
+    models
         .iter()
-        .map(|&times| seed(model, free, plan, times))
+        .flat_map(|model| times.iter().map(|&times| seed(model, free, times)))
         .collect()
 }
 
@@ -181,14 +204,14 @@ pub fn with_own_resistances(model: &Model, plan: &Plan) -> Model {
     let mut model = model.clone();
     for actuator in 0..ACTUATORS {
         if let Some(ohm) = coldest_resistance(plan, actuator) {
-            Free::Own(Symbol::ColdResistance, actuator).set(&mut model, ohm);
+            own(Symbol::ColdResistance, actuator, plan).set(&mut model, ohm);
         }
     }
     model
 }
 
-fn seed(model: &Model, free: &[Free], plan: &Plan, times: (f64, f64, f64)) -> Model {
-    let mut model = with_own_resistances(model, plan);
+fn seed(model: &Model, free: &[Free], times: (f64, f64, f64)) -> Model {
+    let mut model = model.clone();
     for &parameter in free {
         if let Some(usual) = usual(parameter.symbol(), times)
             && parameter.get(&model) <= 0.0

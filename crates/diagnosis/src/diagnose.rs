@@ -1,5 +1,6 @@
 //! Which physics is missing, said only when mirrors with nothing missing would not look the same.
 
+mod heaters;
 mod ranking;
 
 use crate::base::{identifiable, restarts};
@@ -7,6 +8,7 @@ use crate::candidate::{Direction, Explanation, directions, refine, refit, scan};
 use crate::confusions::{Channels, confusions};
 use crate::ensemble::{Ensemble, solver_error};
 use crate::fit::{Fitted, RESOLUTION, fit, jacobian, predict, trust, white_noise};
+use crate::heater;
 use crate::judge::{Calm, judges, quantile};
 use crate::next;
 use crate::plan::{self, Observation, Plan};
@@ -98,6 +100,16 @@ impl<'a> Bench<'a> {
         let plain = Space::of_base(&slopes);
         let base = predict(&fitted.model, plan)?;
         let residual = space.vector(&fitted.scaled(plan));
+        let heater = heater::heater(&fitted.model, plan);
+        let judged = if heater.is_some() {
+            &heater::unbent(&fitted.model)
+        } else {
+            &fitted.model
+        };
+        let suited = |effect: Arc<dyn Effect>| match &heater {
+            Some(heater) => heater.suits(&effect),
+            None => effect,
+        };
         let present = |effect: &Arc<dyn Effect>| {
             fitted
                 .model
@@ -109,8 +121,9 @@ impl<'a> Bench<'a> {
             .into_iter()
             .chain(own.iter().cloned())
             .filter(|effect| !present(effect))
+            .map(suited)
             .map(|effect| {
-                let directions = directions(&effect, &fitted.model, plan, &base, &space);
+                let directions = directions(&effect, judged, plan, &base, &space);
                 (effect, directions)
             })
             .collect();
@@ -140,6 +153,15 @@ impl<'a> Bench<'a> {
             .iter()
             .map(|(_, directions)| scan(directions, &self.residual, &self.space))
             .collect();
+        let misfit = self.space.product(&self.residual, &self.residual);
+        if self.plan.is_of_heaters() {
+            let explanations = scanned.into_par_iter();
+            let explanations = explanations.map(|scanned| self.fitted_together(&scanned?, misfit));
+            return Trial {
+                explanations: explanations.collect(),
+                misfit,
+            };
+        }
         let best = scanned
             .iter()
             .flatten()
@@ -164,7 +186,6 @@ impl<'a> Bench<'a> {
                 })
             })
             .collect();
-        let misfit = self.space.product(&self.residual, &self.residual);
         Trial {
             explanations: self.refitted(explanations, misfit),
             misfit,

@@ -6,6 +6,7 @@ use crate::compare::{Comparison, compare};
 use crate::ensemble::Ensemble;
 use crate::fit::{Fitted, best_fit, fit, jacobian, knobs, predict};
 use crate::fit_report::{FitReport, report};
+use crate::heater;
 use crate::placebo::{Fall, Placebo, placebo};
 use crate::plan::Plan;
 use crate::space::Space;
@@ -78,6 +79,10 @@ pub fn add(
         return Err(EditError::Present(id));
     }
     let fitted = fit(model, plan)?;
+    let effect = match heater::heater(&fitted.model, plan) {
+        Some(heater) => heater.suits(&effect),
+        None => effect,
+    };
     let slopes = jacobian(&fitted.model, plan, &fitted.knobs)?;
     let space = Space::of_base(&slopes);
     let base = predict(&fitted.model, plan)?;
@@ -86,18 +91,11 @@ pub fn add(
     let usual = Active::usual(effect);
     let most = scan(&directions, &space.vector(&fitted.scaled(plan)), &space);
     let actives = [usual.clone(), most.map_or(usual, |best| best.active)];
-    let bases = restarts(&fitted.model, &identifiable(plan))
-        .into_iter()
-        .chain([fitted.model.clone()]);
-    let starts: Vec<Model> = bases
-        .flat_map(|base| {
-            actives.iter().map(move |active| {
-                let mut with = base.clone();
-                with.effects.push(active.clone());
-                with
-            })
-        })
-        .collect();
+    let starts = if plan.is_of_heaters() {
+        heater::starts(&fitted.model, &actives, plan)
+    } else {
+        from_all_times(&fitted.model, &actives, plan)
+    };
     let all = knobs(&starts[0], plan);
     let best = best_fit(&starts, plan, &plan.values(), &all)?;
     let mut changed = change(fitted, best, plan, files)?;
@@ -105,6 +103,22 @@ pub fn add(
     changed.edit.advice = changed.edit.on_adding(&id, &placebo);
     changed.edit.placebo = Some(placebo);
     Ok(changed)
+}
+
+/// The fitted base with the effect, from other time constants too.
+fn from_all_times(fitted: &Model, actives: &[Active], plan: &Plan) -> Vec<Model> {
+    let bases = restarts(fitted, &identifiable(plan))
+        .into_iter()
+        .chain([fitted.clone()]);
+    bases
+        .flat_map(|base| {
+            actives.iter().map(move |active| {
+                let mut with = base.clone();
+                with.effects.push(active.clone());
+                with
+            })
+        })
+        .collect()
 }
 
 /// Takes an effect away and refits everything.

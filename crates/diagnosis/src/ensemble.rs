@@ -3,6 +3,7 @@
 use crate::base::{identifiable, seeds, with_own_resistances};
 use crate::family;
 use crate::fit::{Knob, in_units_of_trust, jacobian, predict, trust};
+use crate::likeness::Likeness;
 use crate::plan::{Channel, Plan};
 use mirror_model::{Model, Preset, Runaway, simulate};
 use nalgebra::{DMatrix, DVector};
@@ -37,11 +38,13 @@ impl Ensemble {
     /// If the base cannot be fitted to a virtual mirror.
     pub fn new(plan: &Plan, cache: Option<&Path>) -> Result<Self, Runaway> {
         let rows = plan.observations.len();
-        let file = cache.map(|folder| folder.join(format!("ensemble-{:016x}.f32", key(plan))));
+        let likeness = Likeness::of(plan);
+        let driven = &likeness.driven(plan);
+        let file = cache.map(|folder| folder.join(format!("ensemble-{:016x}.f32", key(driven))));
         let cached = file.as_ref().and_then(|file| read(file, rows));
         let columns = match cached {
             Some(columns) => columns,
-            None => residuals(plan)?,
+            None => residuals(driven)?,
         };
         if let Some(file) = file.filter(|file| !file.exists()) {
             write(&file, &columns);
@@ -51,13 +54,14 @@ impl Ensemble {
         for mut mirror in mirrors.column_iter_mut() {
             let normal: f64 = StandardNormal.sample(&mut rng);
             let zero_um = zero_noise_um(plan) * normal;
-            let offset = plan.observations.iter().map(|o| match o.channel {
+            let offsets = plan.observations.iter().map(|o| match o.channel {
                 Channel::Displacement => zero_um,
                 Channel::Current(_) => 0.0,
             });
-            let offset = in_units_of_trust(offset, plan);
-            let trusted = in_units_of_trust(mirror.iter().copied(), plan);
-            mirror.copy_from(&(trusted - offset));
+            let left = mirror.iter().zip(offsets);
+            let read = left.map(|(left, offset)| likeness.amperes * left - offset);
+            let trusted = in_units_of_trust(read, plan);
+            mirror.copy_from(&trusted);
         }
         Ok(Self(mirrors))
     }
@@ -200,14 +204,28 @@ fn follow(start: Start, plan: &Plan, knobs: &[Knob], values: &[f64]) -> Followed
     Followed { model, left }
 }
 
-/// Two sessions with the same key have the same ensemble: same drives and channels.
+/// Two sessions with the same key have the same ensemble: same drives and channels, read by the board or by meters.
 fn key(plan: &Plan) -> u64 {
     let mut hasher = DefaultHasher::new();
     (VERSION, env!("CARGO_PKG_VERSION")).hash(&mut hasher);
+    if plan.is_of_heaters() {
+        "meters".hash(&mut hasher);
+    }
     for interval in &plan.intervals {
         interval.duration_s.to_bits().hash(&mut hasher);
         interval.from_v.map(f64::to_bits).hash(&mut hasher);
         interval.to_v.map(f64::to_bits).hash(&mut hasher);
+    }
+    // Most sessions stay where they began.
+    for (index, interval) in plan.intervals.iter().enumerate() {
+        let around = [interval.ambient_k, interval.reference_um];
+        if around != [0.0; 2] {
+            (index, around.map(f64::to_bits)).hash(&mut hasher);
+        }
+    }
+    for zero in &plan.own_zeros {
+        let counted = plan.observations.iter().map(|o| zero.is_of(o));
+        counted.collect::<Vec<_>>().hash(&mut hasher);
     }
     for observation in &plan.observations {
         (observation.interval, format!("{:?}", observation.channel)).hash(&mut hasher);

@@ -1,6 +1,7 @@
 //! Least squares of a model's parameters to a session.
 
 use crate::base::{Free, identifiable, seeds};
+use crate::heater;
 use crate::plan::{Channel, Plan, rms};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use mirror_model::{Model, Runaway, simulate};
@@ -118,9 +119,12 @@ impl Knob {
     }
 }
 
-/// The parameters that a session can identify in a model, with those of its effects.
+/// The parameters that a session can identify in a model, with those of its effects. A time constant of 0 is none.
 pub fn knobs(model: &Model, plan: &Plan) -> Vec<Knob> {
-    let base = identifiable(plan).into_iter().map(Knob::Base);
+    let base = identifiable(plan)
+        .into_iter()
+        .filter(|free| free.get(model) > 0.0)
+        .map(Knob::Base);
     let effects = model
         .effects
         .iter()
@@ -276,9 +280,11 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
 /// # Errors
 /// [`Runaway`] if the model that it starts from, or the best one, has no finite answer.
 pub fn fit(model: &Model, plan: &Plan) -> Result<Fitted, Runaway> {
-    let knobs = knobs(model, plan);
-    let starts = seeds(model, &identifiable(plan), plan);
-    best_fit(&starts, plan, &plan.values(), &knobs)
+    let model = heater::suited(model, plan);
+    let starts = seeds(&model, &identifiable(plan), plan);
+    let knobs = knobs(&starts[0], plan);
+    let fitted = best_fit(&starts, plan, &plan.values(), &knobs)?;
+    heater::without_idle_time(fitted, &model, plan)
 }
 
 /// The best of the fits from several starts.

@@ -22,8 +22,10 @@ pub mod ensemble;
 pub mod family;
 pub mod fit;
 mod fit_report;
+mod heater;
 mod identify;
 mod judge;
+mod likeness;
 mod menu;
 mod next;
 mod noise;
@@ -32,6 +34,7 @@ pub mod plan;
 mod plane;
 mod report;
 pub mod space;
+mod surroundings;
 mod words;
 
 pub use compare::{Comparison, ExperimentError, StageErrors, compare};

@@ -1,5 +1,7 @@
 //! The white noise of readings: what a file says, or else what such instruments have, or more where the readings show more.
 
+mod bench;
+
 use measurement::{MeasurementFile, Row, Session};
 use mirror_model::ACTUATORS;
 
@@ -17,11 +19,30 @@ const ENOUGH: usize = 40;
 /// The median magnitude of normal numbers, in standard deviations.
 const MEDIAN_OF_NORMAL: f64 = 0.6745;
 
-/// How many times noisier a session's readings are than usual, 1 or more.
+/// The noise of a session's readings.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Noise {
+    /// How many times noisier than usual, 1 or more.
     displacement: f64,
-    current: [f64; ACTUATORS],
+    current: [Current; ACTUATORS],
+}
+
+/// Noise of a current: constant, and in proportion.
+#[derive(Clone, Copy, Debug)]
+struct Current {
+    constant_a: f64,
+    ratio: f64,
+}
+
+impl Current {
+    const USUAL: Self = Self {
+        constant_a: CURRENT_A,
+        ratio: CURRENT_RATIO,
+    };
+
+    fn at(&self, current_a: f64) -> f64 {
+        self.constant_a.hypot(self.ratio * current_a)
+    }
 }
 
 impl Noise {
@@ -38,16 +59,27 @@ impl Noise {
                 _ => 1.0,
             }
         };
+        let heaters = session
+            .files
+            .iter()
+            .all(|(_, file)| file.rows.iter().all(|row| row.z_um.is_none()));
         Self {
             displacement: times(&|file, row| match said_um(file) {
                 None => Some([row.z_um?, DEFAULT_DISPLACEMENT_UM]),
                 Some(_) => None,
             }),
             current: std::array::from_fn(|actuator| {
-                times(&|_, row| {
+                if heaters {
+                    return bench::current(session, actuator);
+                }
+                let times = times(&|_, row| {
                     let current = row.current_a[actuator]?;
-                    Some([current, usual_a(current)])
-                })
+                    Some([current, Current::USUAL.at(current)])
+                });
+                Current {
+                    constant_a: times * CURRENT_A,
+                    ratio: times * CURRENT_RATIO,
+                }
             }),
         }
     }
@@ -59,7 +91,7 @@ impl Noise {
 
     /// White noise of a reading of an actuator's current, one standard deviation (A).
     pub(crate) fn of_current(&self, actuator: usize, current_a: f64) -> f64 {
-        self.current[actuator] * usual_a(current_a)
+        self.current[actuator].at(current_a)
     }
 }
 
@@ -67,10 +99,6 @@ impl Noise {
 fn said_um(file: &MeasurementFile) -> Option<f64> {
     let said = file.keys.displacement_noise_um();
     said.filter(|&noise| noise > 0.0)
-}
-
-fn usual_a(current_a: f64) -> f64 {
-    CURRENT_A.hypot(CURRENT_RATIO * current_a)
 }
 
 /// Magnitudes of the fourth differences of readings, in standard deviations of the noise that comes with each.

@@ -44,10 +44,10 @@ fn voltage_and_current_give_products_with_xi_only() {
         "{report}"
     );
     assert!(says(&report, &["R_T, xi", "1 number only"]), "{report}");
-    let product = &report.parameters["xi*R_T.1"];
+    let product = &report.parameters["xi*R_T"];
     approx(product.value, 3.92e-3 * 5.7e3);
     assert_eq!(product.unit, "1/W");
-    approx(report.parameters["R0.1"].value, 360.0);
+    approx(report.parameters["R0"].value, 360.0);
     assert!(
         !report
             .parameters

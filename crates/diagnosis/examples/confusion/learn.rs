@@ -93,7 +93,7 @@ fn hidden(outcome: &Outcome) -> Option<String> {
 
 fn channels(outcome: &Outcome) -> Channels {
     match outcome.case.instruments {
-        Instruments::With => Channels::Both,
+        Instruments::With | Instruments::WithOvenAndStage => Channels::Both,
         Instruments::Without => Channels::Displacement,
     }
 }

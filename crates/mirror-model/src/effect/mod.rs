@@ -18,6 +18,7 @@ mod film_tcr;
 mod formula;
 mod gap_heat_loss;
 mod heat_loss_temperature;
+mod heater;
 mod hysteresis;
 mod initial_curl;
 mod numerals;
@@ -34,6 +35,7 @@ mod substrate_warming;
 mod thermal_lag;
 
 pub use formula::{Formula, FormulaError};
+pub use heater::{Heater, Strengths};
 
 /// The built-in effects, in the order of the chain.
 static BUILT_IN: [&dyn Effect; 20] = [
@@ -74,6 +76,12 @@ pub trait Effect: Send + Sync {
 
     /// The text that it was read from, if it is a user's formula.
     fn definition(&self) -> Option<&str> {
+        None
+    }
+
+    /// The strengths that are plausible in a heater that is no mirror's, where they depend on it. `None`: those of
+    /// [`Info::parameters`].
+    fn strengths_in(&self, _heater: &Heater) -> Option<Strengths> {
         None
     }
 
@@ -170,8 +178,10 @@ pub struct Moment {
     pub opposite_power_w: f64,
     /// R_T of this actuator (K/W).
     pub thermal_resistance_k_per_w: f64,
-    /// Temperature rise (K).
+    /// Temperature rise, with that of the surroundings (K).
     pub temperature_rise_k: f64,
+    /// How much warmer the surroundings are than at the session's start, where that is known (K).
+    pub ambient_k: f64,
     /// Curvature that one kelvin makes (1/(um K)).
     pub curvature_per_k: f64,
     /// Displacement of this actuator, or of the centre for an effect on the whole mirror (um).
@@ -320,6 +330,9 @@ impl Effect for BuiltIn {
     }
     fn states(&self) -> usize {
         self.0.states()
+    }
+    fn strengths_in(&self, heater: &Heater) -> Option<Strengths> {
+        self.0.strengths_in(heater)
     }
     fn advance(&self, parameters: &[f64], state: &mut [f64], step: &Step) {
         self.0.advance(parameters, state, step);

@@ -1,6 +1,6 @@
 //! The Callendar-Van Dusen term.
 
-use super::{Acts, Effect, Info, Moment, Parameter, Stage, parameter};
+use super::{Acts, Effect, Heater, Info, Moment, Parameter, Stage, Strengths, parameter};
 use std::borrow::Cow;
 
 pub(super) struct QuadraticTcr;
@@ -28,5 +28,15 @@ impl Effect for QuadraticTcr {
 
     fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
         x + p[0] * m.cold_resistance_ohm * m.temperature_rise_k * m.temperature_rise_k
+    }
+
+    /// Up or down, by half of the straight line's slope at the hottest at most: 2 b dT < xi, or R would stop rising.
+    fn strengths_in(&self, heater: &Heater) -> Option<Strengths> {
+        let most = 0.5 * heater.resistance_coefficient_per_k / heater.hottest_rise_k;
+        Some(Strengths {
+            usual: -0.1 * most,
+            low: -most,
+            high: most,
+        })
     }
 }

@@ -1,6 +1,6 @@
 //! A grey body in a room.
 
-use super::{Acts, Effect, Info, Moment, Parameter, Stage, parameter};
+use super::{Acts, Effect, Heater, Info, Moment, Parameter, Stage, Strengths, parameter};
 use std::borrow::Cow;
 
 pub(super) struct Radiation;
@@ -21,13 +21,29 @@ static INFO: Info = Info {
 
 const AMBIENT_K: f64 = 295.0;
 
+/// (T0 + dT)^4 - T0^4, in K^4. Nothing is colder than 0 K, not even a solver's guess.
+fn emitted(temperature_rise_k: f64) -> f64 {
+    (AMBIENT_K + temperature_rise_k).max(0.0).powi(4) - AMBIENT_K.powi(4)
+}
+
 impl Effect for Radiation {
     fn info(&self) -> &Info {
         &INFO
     }
 
     fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
-        let hot = (AMBIENT_K + m.temperature_rise_k).powi(4) - AMBIENT_K.powi(4);
-        x - p[0] * m.thermal_resistance_k_per_w * hot
+        let lost = emitted(m.temperature_rise_k) - emitted(m.ambient_k);
+        x - p[0] * m.thermal_resistance_k_per_w * lost
+    }
+
+    /// At the hottest a filament in vacuum radiates all of its power; half as much again, since how hot that is is known
+    /// as well as the resistance is straight.
+    fn strengths_in(&self, heater: &Heater) -> Option<Strengths> {
+        let all = heater.hottest_power_w / emitted(heater.hottest_rise_k);
+        Some(Strengths {
+            usual: 0.1 * all,
+            low: 0.0,
+            high: 1.5 * all,
+        })
     }
 }

@@ -1,6 +1,6 @@
 //! A resistance outside the heater takes its share of the voltage and heats nothing that bends.
 
-use super::{Acts, Effect, Info, Moment, Parameter, Stage, parameter};
+use super::{Acts, Effect, Heater, Info, Moment, Parameter, Stage, Strengths, parameter};
 use std::borrow::Cow;
 
 pub(super) struct SeriesResistance;
@@ -26,5 +26,14 @@ impl Effect for SeriesResistance {
 
     fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
         x * m.resistance_ohm / (m.resistance_ohm + p[0])
+    }
+
+    /// Leads of more than half of the cold heater would be the heater.
+    fn strengths_in(&self, heater: &Heater) -> Option<Strengths> {
+        Some(Strengths {
+            usual: 0.02 * heater.cold_resistance_ohm,
+            low: 0.0,
+            high: 0.5 * heater.cold_resistance_ohm,
+        })
     }
 }

@@ -1,0 +1,258 @@
+//! A heater on a bench, of which voltage and current are known and no displacement: of any size and material, hundreds of
+//! kelvins hot.
+//!
+//! Its readings alone say how large it is: the cold resistance and the first rise with power come from the coolest ones,
+//! the rise in all from the hottest. Fits start from there, plausible strengths of effects are counted in it, and virtual
+//! mirrors are driven until they are as warm.
+
+use crate::base::{Free, own};
+use crate::fit::{Fitted, Knob, in_units_of_trust, jacobian, predict};
+use crate::plan::{Channel, Plan};
+use mirror_model::effect::{Active, Heater};
+use mirror_model::{ACTUATORS, Model, Runaway, Symbol};
+
+/// A current that its noise is a larger part of tells no resistance.
+const TOLD: f64 = 20.0;
+/// The first rise is read off where the resistance has risen by this part of its whole rise, from so many readings at least.
+const FIRST: f64 = 0.25;
+const FEWEST: usize = 3;
+/// A resistance that does not rise is taken to rise by this part of itself: less is not seen.
+const LEAST_RISE: f64 = 1e-4;
+/// Time constants that fits start from, in units of the time between readings.
+const TIMES: [f64; 3] = [0.1, 1.0, 10.0];
+/// Strengths that fits with an effect start from, in parts of the plausible range.
+const SHARES: [f64; 6] = [1.0, 0.6, 0.3, 0.1, 0.03, 0.01];
+/// So many of those starts, the best ones, are worth a fit.
+const WORTH_FITTING: usize = 3;
+
+/// What the readings of one actuator's heater say of it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Readings {
+    pub(crate) cold_ohm: f64,
+    /// Relative growth of the resistance at its first rise (1/W).
+    first_per_w: f64,
+    /// Relative growth of the resistance in all.
+    pub(crate) growth: f64,
+    /// Power at the hottest (W).
+    hottest_w: f64,
+}
+
+/// One reading: power, resistance, and the resistance's noise.
+struct Point {
+    power_w: f64,
+    ohm: f64,
+    noise_ohm: f64,
+}
+
+impl Readings {
+    /// `None` where too few currents can be told from their noise.
+    pub(crate) fn of(plan: &Plan, actuator: usize) -> Option<Self> {
+        let points = points(plan, actuator);
+        let hottest = points.last().filter(|_| points.len() >= FEWEST)?;
+        let mut coolest: Vec<f64> = points[..FEWEST].iter().map(|p| p.ohm).collect();
+        coolest.sort_by(f64::total_cmp);
+        let rise = hottest.ohm - coolest[FEWEST / 2];
+        let warm = points
+            .iter()
+            .position(|p| p.ohm > coolest[FEWEST / 2] + FIRST * rise)
+            .unwrap_or(points.len());
+        let (cold_ohm, slope) = line(&points[..warm.max(FEWEST)]);
+        let growth = (hottest.ohm / cold_ohm - 1.0).max(LEAST_RISE);
+        let chord = growth / hottest.power_w;
+        let first = slope / cold_ohm;
+        Some(Self {
+            cold_ohm,
+            first_per_w: if first > 0.0 { first } else { chord },
+            growth,
+            hottest_w: hottest.power_w,
+        })
+    }
+
+    /// The drive at the hottest (V).
+    pub(crate) fn hottest_v(&self) -> f64 {
+        (self.hottest_w * self.cold_ohm * (1.0 + self.growth)).sqrt()
+    }
+
+    fn sets(&self, model: &mut Model, actuator: usize, plan: &Plan, growth_per_w: f64) {
+        let xi = model.parameters.get(Symbol::ResistanceCoefficient);
+        own(Symbol::ColdResistance, actuator, plan).set(model, self.cold_ohm);
+        own(Symbol::ThermalResistance, actuator, plan).set(model, growth_per_w / xi);
+    }
+}
+
+/// By their power.
+fn points(plan: &Plan, actuator: usize) -> Vec<Point> {
+    let mut points: Vec<Point> = plan
+        .observations
+        .iter()
+        .filter(|o| o.channel == Channel::Current(actuator) && o.value > TOLD * o.noise)
+        .map(|o| (plan.drive(o)[actuator], o))
+        .filter(|&(volts, _)| volts > 0.0)
+        .map(|(volts, o)| Point {
+            power_w: volts * o.value,
+            ohm: volts / o.value,
+            noise_ohm: volts / o.value * o.noise / o.value,
+        })
+        .collect();
+    points.sort_by(|a, b| a.power_w.total_cmp(&b.power_w));
+    points
+}
+
+/// Resistance at no power, and its slope: a straight line through these points, weighed by their noise.
+fn line(points: &[Point]) -> (f64, f64) {
+    let weigh = |of: &dyn Fn(&Point) -> f64| -> f64 {
+        let terms = points.iter().map(|p| of(p) / p.noise_ohm.powi(2));
+        terms.sum()
+    };
+    let all = weigh(&|_| 1.0);
+    let (power, ohm) = (weigh(&|p| p.power_w) / all, weigh(&|p| p.ohm) / all);
+    let spread = weigh(&|p| (p.power_w - power).powi(2));
+    let slope = weigh(&|p| (p.power_w - power) * (p.ohm - ohm)) / spread;
+    let cold = ohm - slope * power;
+    if slope.is_finite() && cold > 0.5 * ohm {
+        (cold, slope)
+    } else {
+        (ohm, 0.0)
+    }
+}
+
+fn all_readings(plan: &Plan) -> impl Iterator<Item = (usize, Readings)> {
+    (0..ACTUATORS).filter_map(|actuator| Some((actuator, Readings::of(plan, actuator)?)))
+}
+
+/// The heater that was driven hottest, where a session shows heaters only.
+pub(crate) fn hottest(plan: &Plan) -> Option<Readings> {
+    plan.is_of_heaters()
+        .then(|| all_readings(plan).map(|(_, readings)| readings))?
+        .max_by(|a, b| a.growth.total_cmp(&b.growth))
+}
+
+/// The same for what effects it may have.
+pub(crate) fn heater(model: &Model, plan: &Plan) -> Option<Heater> {
+    let readings = hottest(plan)?;
+    let xi = model.parameters.get(Symbol::ResistanceCoefficient);
+    Some(Heater {
+        cold_resistance_ohm: readings.cold_ohm,
+        resistance_coefficient_per_k: xi,
+        hottest_rise_k: readings.growth / xi,
+        hottest_power_w: readings.hottest_w,
+    })
+}
+
+/// The model with its effects in the strengths that are plausible in this session's heater. A mirror's stay as they are.
+pub(crate) fn suited(model: &Model, plan: &Plan) -> Model {
+    let mut suited = model.clone();
+    if let Some(heater) = heater(model, plan) {
+        for active in &mut suited.effects {
+            *active = heater.suits_active(active);
+        }
+    }
+    suited
+}
+
+/// A heater bends nothing.
+pub(crate) fn unbent(model: &Model) -> Model {
+    let mut unbent = model.clone();
+    unbent.parameters.set(Symbol::CurvatureCoefficient, 0.0);
+    unbent.by_actuator.remove(&Symbol::CurvatureCoefficient);
+    unbent
+}
+
+/// Where fits of a base start: as warm at the hottest as the readings are; with effects, which share in that, also as the
+/// first rise has it, and as the model is.
+pub(crate) fn seeds(model: &Model, plan: &Plan) -> Vec<Model> {
+    let mut model = model.clone();
+    if plan.is_one_heater() {
+        model.by_actuator.remove(&Symbol::ColdResistance);
+        model.by_actuator.remove(&Symbol::ThermalResistance);
+    }
+    let as_warm = |growth: fn(&Readings) -> f64| {
+        let mut start = model.clone();
+        for (actuator, readings) in all_readings(plan) {
+            readings.sets(&mut start, actuator, plan, growth(&readings));
+        }
+        start
+    };
+    let mut starts = vec![as_warm(|readings| readings.growth / readings.hottest_w)];
+    if !model.effects.is_empty() {
+        starts.push(as_warm(|readings| readings.first_per_w));
+        starts.push(model.clone());
+    }
+    starts
+}
+
+/// Time constants that its fits start from (s): a heater on a bench may be as slow as it likes.
+pub(crate) fn times(plan: &Plan) -> [f64; 3] {
+    let mut steps: Vec<f64> = plan
+        .observations
+        .iter()
+        .map(|o| plan.intervals[o.interval].duration_s)
+        .collect();
+    steps.sort_by(f64::total_cmp);
+    TIMES.map(|times| times * steps[steps.len() / 2])
+}
+
+/// The fit without the time constant that none of its readings depends on, which stays where the model has it.
+pub(crate) fn without_idle_time(
+    mut fitted: Fitted,
+    model: &Model,
+    plan: &Plan,
+) -> Result<Fitted, Runaway> {
+    let time = Free::Shared(Symbol::FastTime);
+    let knob = Knob::Base(time);
+    if !plan.is_of_heaters() || !fitted.knobs.contains(&knob) {
+        return Ok(fitted);
+    }
+    let slopes = jacobian(&fitted.model, plan, &[knob])?;
+    if slopes.norm() < 1.0 {
+        time.set(&mut fitted.model, time.get(model));
+        fitted.knobs.retain(|other| *other != knob);
+    }
+    Ok(fitted)
+}
+
+/// Where fits with one more effect start: from the fitted base and from the first rise, at strengths from small to all that is
+/// plausible, those that fit best as they are; what runs away comes last.
+pub(crate) fn starts(fitted: &Model, actives: &[Active], plan: &Plan) -> Vec<Model> {
+    let mut cool = fitted.clone();
+    for (actuator, readings) in all_readings(plan) {
+        readings.sets(&mut cool, actuator, plan, readings.first_per_w);
+    }
+    let mut starts: Vec<(f64, Model)> = [fitted, &cool]
+        .into_iter()
+        .flat_map(|base| {
+            let strong = actives.iter().flat_map(strengths);
+            strong.map(move |active| {
+                let mut with = base.clone();
+                with.effects.push(active);
+                with
+            })
+        })
+        .map(|with| {
+            let cost = predict(&with, plan).map_or(f64::INFINITY, |predicted| {
+                let left = plan.observations.iter().zip(predicted);
+                in_units_of_trust(left.map(|(o, p)| o.value - p), plan).norm_squared()
+            });
+            (cost, with)
+        })
+        .collect();
+    starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+    starts.truncate(WORTH_FITTING);
+    starts.into_iter().map(|(_, start)| start).collect()
+}
+
+/// The effect as it is, and with strengths up to the ends of its range.
+fn strengths(active: &Active) -> Vec<Active> {
+    let strength = &active.effect.info().parameters[0];
+    let ends = [strength.low, strength.high];
+    let ends = ends.into_iter().filter(|end| *end != 0.0);
+    let spread = ends.flat_map(|end| SHARES.map(|share| share * end));
+    spread
+        .map(|value| {
+            let mut with = active.clone();
+            with.values[0] = value;
+            with
+        })
+        .chain([active.clone()])
+        .collect()
+}
