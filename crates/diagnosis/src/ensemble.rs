@@ -23,7 +23,7 @@ const REFRESHED: usize = 5;
 /// One mirror in so many is fitted anew from all starts.
 const STUCK: usize = 8;
 /// Changes with whatever changes the residuals, so that an old cache is not taken for a new one.
-const VERSION: u64 = 16;
+const VERSION: u64 = 17;
 
 /// Residuals of the base fitted to virtual mirrors, in units of trust; one mirror a column, the families in turn.
 #[derive(Clone, Debug)]

@@ -172,7 +172,7 @@ fn draw_mirror(seed: u64) -> MirrorConfig {
     // No heater is without leads and contacts, 1 to 20 ohm of them, nor without cold ends, which look the same and are more.
     config
         .effects
-        .set(Effect::SeriesResistance, rng.random_range(0.0..6.0));
+        .set(Effect::SeriesResistance, rng.random_range(0.0..4.5));
     config.sensor.position_noise_nm = 0.0;
     config.sensor.current_noise_ua = 0.0;
     config.sensor.current_noise_ratio = 0.0;
