@@ -21,7 +21,7 @@ const MARGIN: f64 = 1.64;
 const FLOOR: f64 = 25.0;
 /// What an effect leaves, beyond what its form may, must be no more than so many of these mirrors leave: the space that judges
 /// them knows a family less than the session's.
-const ORDINARY: f64 = 0.75;
+const ORDINARY: f64 = 0.9;
 /// An effect that is named may leave unexplained, beyond what nothing hidden leaves, this share of what it explains: nature's
 /// form is not quite the candidate's.
 const FORM: f64 = 0.3;
