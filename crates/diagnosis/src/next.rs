@@ -20,6 +20,9 @@ const TELLING: f64 = 5.0;
 pub(crate) fn choose(model: &Model, session: &Plan, rivals: &[Active]) -> Option<NextMeasurement> {
     let (first, others) = rivals.split_first()?;
     let second = others.first()?;
+    if session.is_of_heaters() {
+        return Some(on_a_bench(first, second));
+    }
     let noise_um = session
         .observations
         .iter()
@@ -86,10 +89,36 @@ fn difference(model: &Model, plan: &Plan, first: &Active, second: &Active) -> Op
 
 /// What tells effects apart that no drive does.
 fn beyond_drives(first: &Active, second: &Active) -> NextMeasurement {
+    let (what, command) = beside_the_board(first, second);
+    NextMeasurement {
+        why: format!(
+            "no drive of this board tells {} from {}; this would: {what}",
+            first.id(),
+            second.id()
+        ),
+        command,
+    }
+}
+
+/// What tells effects apart in a heater that both of them fit.
+fn on_a_bench(first: &Active, second: &Active) -> NextMeasurement {
+    let (what, command) = beside_the_board(first, second);
+    NextMeasurement {
+        why: format!(
+            "{} and {} both follow these readings, so the same again would not tell; this would: {what}",
+            first.id(),
+            second.id()
+        ),
+        command,
+    }
+}
+
+/// What would tell them apart, and a command for it.
+fn beside_the_board<'e>(first: &'e Active, second: &Active) -> (&'e str, String) {
     let stages = [first, second].map(|active| active.effect.info().stage);
     let one_is = |wanted: &[Stage]| wanted.contains(&stages[0]) != wanted.contains(&stages[1]);
     let is_drift = |active: &Active| active.id() == "ambient-drift";
-    let (what, command) = match () {
+    match () {
         () if one_is(&[Stage::Sensor]) => (
             "a reference step of the sensor's target on a stage, while it records",
             REFERENCE_STEP.to_owned(),
@@ -106,14 +135,6 @@ fn beyond_drives(first: &Active, second: &Active) -> NextMeasurement {
             first.effect.info().separates.as_ref(),
             format!("host-tool effect show {}", first.id()),
         ),
-    };
-    NextMeasurement {
-        why: format!(
-            "no drive of this board tells {} from {}; this would: {what}",
-            first.id(),
-            second.id()
-        ),
-        command,
     }
 }
 
