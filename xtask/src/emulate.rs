@@ -120,7 +120,10 @@ fn converse(board: &mut EmulatedBoard) -> Result<ExitCode> {
     println!("The board is up as {}.", board.socket().display());
     println!("Type what you would say to host-tool, for example `set-z 120um`; `quit` ends it.");
     println!("Any host-tool in another terminal finds the board too.");
-    println!("`spot X Y` moves the position sensor's spot on the plate, in micrometres.");
+    println!(
+        "`spot X Y` moves the position sensor's spot on the plate, `stage UM` the mirror under it, in micrometres;"
+    );
+    println!("`oven CELSIUS` brings the mirror to another temperature.");
     let mut lines = io::stdin().lock().lines();
     loop {
         print!("host-tool> ");
@@ -132,9 +135,17 @@ fn converse(board: &mut EmulatedBoard) -> Result<ExitCode> {
         match words.first().map(String::as_str) {
             None => {}
             Some("quit" | "exit") => break,
-            Some("spot") => match place(&words[1..]) {
+            Some("spot") => match numbers(&words[1..]) {
                 Some(at_um) => board.move_spot(at_um),
                 None => println!("`spot X Y`: two numbers of micrometres from the plate's centre"),
+            },
+            Some("stage") => match numbers(&words[1..]) {
+                Some([um]) => board.move_stage(um),
+                None => println!("`stage UM`: a number of micrometres, towards the substrate"),
+            },
+            Some("oven") => match numbers(&words[1..]) {
+                Some([celsius]) => board.set_oven(celsius),
+                None => println!("`oven CELSIUS`: a number of degrees"),
             },
             // What went wrong has been said; the next command may go better.
             Some(_) => drop(host_tool(board, &words)?),
@@ -147,8 +158,8 @@ fn converse(board: &mut EmulatedBoard) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Two numbers.
-fn place(words: &[String]) -> Option<[f64; 2]> {
+/// So many numbers.
+fn numbers<const N: usize>(words: &[String]) -> Option<[f64; N]> {
     let numbers: Option<Vec<f64>> = words.iter().map(|word| word.parse().ok()).collect();
     numbers?.try_into().ok()
 }

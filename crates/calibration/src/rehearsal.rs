@@ -72,11 +72,7 @@ fn moved(mirror: &Model, mut calibration: Calibration) -> Result<Left, Runaway> 
             .step(setpoint, applied.map(PwmCode::drive), currents)
             .codes;
         let volts: [f64; ACTUATORS] = applied.map(|code| f64::from(code.drive().0));
-        let output = simulation.run(&Interval {
-            duration_s: f64::from(TICK.0),
-            from_v: volts,
-            to_v: volts,
-        })?;
+        let output = simulation.run(&Interval::held(volts, f64::from(TICK.0)))?;
         currents = output.current_a.map(|ampere| Ampere(ampere as f32));
         let off_um = output.z_um - asked_um;
         squares += off_um * off_um;

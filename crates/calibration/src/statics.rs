@@ -73,11 +73,9 @@ impl Actuator {
         let drive_v: Vec<f64> = (0..=DRIVES)
             .map(|i| top_v * i as f64 / DRIVES as f64)
             .collect();
-        let held = drive_v.iter().map(|&v| Interval {
-            duration_s: REST_S,
-            from_v: [v; ACTUATORS],
-            to_v: [v; ACTUATORS],
-        });
+        let held = drive_v
+            .iter()
+            .map(|&v| Interval::held([v; ACTUATORS], REST_S));
         let outputs = simulate(&alike, &held.collect::<Vec<_>>(), RESOLUTION)?;
         Ok(Self {
             drive_v,

@@ -118,7 +118,8 @@ fn coldest_resistance(plan: &Plan, actuator: usize) -> Option<f64> {
     let readings = plan
         .observations
         .iter()
-        .filter(|o| o.channel == Channel::Current(actuator) && o.value > 20.0 * o.noise);
+        .filter(|o| o.channel == Channel::Current(actuator) && o.value > 20.0 * o.noise)
+        .filter(|o| plan.intervals[o.interval].ambient_k == 0.0);
     let mut pairs: Vec<(f64, f64)> = readings
         .map(|o| (plan.drive(o)[actuator], o.value))
         .filter(|&(v, _)| v > 0.0)

@@ -200,6 +200,17 @@ fn key(plan: &Plan) -> u64 {
         interval.from_v.map(f64::to_bits).hash(&mut hasher);
         interval.to_v.map(f64::to_bits).hash(&mut hasher);
     }
+    // Most sessions stay where they began.
+    for (index, interval) in plan.intervals.iter().enumerate() {
+        let around = [interval.ambient_k, interval.reference_um];
+        if around != [0.0; 2] {
+            (index, around.map(f64::to_bits)).hash(&mut hasher);
+        }
+    }
+    for zero in &plan.own_zeros {
+        let counted = plan.observations.iter().map(|o| zero.is_of(o));
+        counted.collect::<Vec<_>>().hash(&mut hasher);
+    }
     for observation in &plan.observations {
         (observation.interval, format!("{:?}", observation.channel)).hash(&mut hasher);
     }

@@ -15,8 +15,13 @@ const METER_OFFSET: f64 = 5e-4;
 /// Draws that give an impossible mirror are drawn again, so many times at most.
 const DRAWS: u64 = 20;
 
+/// No thermometer tells better how warm a mirror in an oven is (K, one standard deviation): as a Pt100 of class A.
+const THERMOMETER_K: f64 = 0.15;
+/// No stage tells better how far it has moved (one standard deviation, a part of the way).
+const STAGE_RATIO: f64 = 1e-3;
+
 /// What a virtual mirror of the family shows at a plan's observations: no white noise, but the sensor's wander and the
-/// current channels' gain errors. The seed's remainder chooses the family.
+/// errors of the current channels' gains, of thermometer and stage. The seed's remainder chooses the family.
 pub fn observe(plan: &Plan, seed: u64) -> Vec<f64> {
     let (config, mut mirror) = (0..DRAWS)
         .find_map(|draw| {
@@ -27,11 +32,14 @@ pub fn observe(plan: &Plan, seed: u64) -> Vec<f64> {
         })
         .expect("most draws of the family are possible mirrors");
     let mut sensor = Sensor::new(&config);
+    let mut around = Around::new(seed);
     let meters = Meters::draw(plan, seed);
     let mut readings: Vec<Option<Reading>> = vec![None; plan.intervals.len()];
     let mut observed = plan.observations.iter().map(|o| o.interval).peekable();
     let (mut now_s, mut read_s) = (0.0, 0.0);
     for (index, interval) in plan.intervals.iter().enumerate() {
+        mirror.set_ambient(around.warmer_k(interval.ambient_k));
+        mirror.set_stage(around.stage_um(interval.reference_um));
         let drive = interval.to_v.map(|volts| meters.drive(volts));
         if interval.from_v == interval.to_v {
             mirror.advance(drive, interval.duration_s);
@@ -53,7 +61,43 @@ pub fn observe(plan: &Plan, seed: u64) -> Vec<f64> {
             Channel::Current(actuator) => reading.current_a[actuator] + meters.offset_a,
         }
     });
-    values.collect()
+    plan.at_own_zeros(values.collect())
+}
+
+/// The surroundings as they are where instruments say what they are.
+struct Around {
+    rng: ChaCha8Rng,
+    told_k: f64,
+    warmer_k: f64,
+    stage_gain: f64,
+}
+
+impl Around {
+    fn new(seed: u64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x0e4e);
+        let normal: f64 = StandardNormal.sample(&mut rng);
+        Self {
+            rng,
+            told_k: 0.0,
+            warmer_k: 0.0,
+            stage_gain: 1.0 + STAGE_RATIO * normal,
+        }
+    }
+
+    /// Where the temperature is told to have changed, it is off by another error; in the first room by none.
+    fn warmer_k(&mut self, told_k: f64) -> f64 {
+        if told_k != self.told_k {
+            let normal: f64 = StandardNormal.sample(&mut self.rng);
+            let away = if told_k == 0.0 { 0.0 } else { 1.0 };
+            self.warmer_k = told_k + away * THERMOMETER_K * normal;
+            self.told_k = told_k;
+        }
+        self.warmer_k
+    }
+
+    fn stage_um(&self, told_um: f64) -> f64 {
+        self.stage_gain * told_um
+    }
 }
 
 /// What the meters at a heater on a bench are off by at 0, in parts of the highest reading. The driver board knows its own

@@ -33,6 +33,7 @@ pub mod plan;
 mod plane;
 mod report;
 pub mod space;
+mod surroundings;
 mod words;
 
 pub use compare::{Comparison, ExperimentError, StageErrors, compare};

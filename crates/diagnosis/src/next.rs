@@ -1,8 +1,8 @@
-//! What to measure next: of what this board can run, where the rivals' predictions differ most.
+//! What to measure next: of what this board and its bench can run, where the rivals' predictions differ most.
 
 use crate::base::identifiable;
 use crate::fit::{Knob, in_units_of_trust, jacobian, predict};
-use crate::menu::{Experiment, OTHER_ROOM, OVEN, REFERENCE_STEP, menu, with_currents};
+use crate::menu::{Experiment, ROOM_C, beside, menu, with_currents};
 use crate::plan::{Channel, Plan};
 use crate::report::NextMeasurement;
 use crate::space::Space;
@@ -16,12 +16,12 @@ const NOISE_UM: f64 = 0.02;
 const TELLING: f64 = 5.0;
 
 /// The experiment whose outcome differs most between the best of the rivals and any other, beyond what refitted base
-/// parameters hide. Where no drive tells, what else would.
+/// parameters hide. Where no drive tells, one on the bench.
 pub(crate) fn choose(model: &Model, session: &Plan, rivals: &[Active]) -> Option<NextMeasurement> {
     let (first, others) = rivals.split_first()?;
     let second = others.first()?;
     if session.is_of_heaters() {
-        return Some(on_a_bench(first, second));
+        return Some(of_a_heater(session, first, second));
     }
     let noise_um = session
         .observations
@@ -33,28 +33,75 @@ pub(crate) fn choose(model: &Model, session: &Plan, rivals: &[Active]) -> Option
     if !session.has_current() {
         experiments.push(with_currents(session, top));
     }
-    let told = |experiment: &Experiment| {
-        let plan = experiment.plan(noise_um);
-        let tells = |other| difference(model, &plan, first, other).unwrap_or(0.0);
+    let told_by = |plan: &Plan| {
+        let tells = |other| difference(model, plan, first, other).unwrap_or(0.0);
         others.iter().map(tells).fold(f64::INFINITY, f64::min)
     };
-    let (best, size) = experiments
-        .par_iter()
-        .map(|experiment| (experiment, told(experiment)))
-        .max_by(|a, b| a.1.total_cmp(&b.1))?;
-    if size < TELLING {
-        return Some(beyond_drives(first, second));
+    let told = |experiment: &Experiment| told_by(&experiment.plan(noise_um));
+    // What they differ by in the session did not tell them apart: the model's approximation hides it.
+    let enough = told_by(session).max(TELLING);
+    let ids: Vec<&str> = others.iter().map(Active::id).collect();
+    let (first_id, other_ids) = (first.id(), ids.join(", "));
+    if let Some((best, size)) = most_telling(&experiments, enough, told) {
+        return Some(NextMeasurement {
+            why: format!(
+                "{}: there {first_id} differs from {other_ids} by {size:.0} times what a reading is trusted to",
+                best.what
+            ),
+            command: best.command.clone(),
+        });
     }
-    let others: Vec<&str> = others.iter().map(Active::id).collect();
+    let on_the_bench = beside(top, session.first_ambient_c.unwrap_or(ROOM_C));
+    if let Some((best, size)) = most_telling(&on_the_bench, enough, told) {
+        return Some(NextMeasurement {
+            why: format!(
+                "no drive of this board tells {first_id} from {other_ids}; this would: {}, where they differ by {size:.0} times what a reading is trusted to",
+                best.what
+            ),
+            command: best.command.clone(),
+        });
+    }
     Some(NextMeasurement {
         why: format!(
-            "{}: there {} differs from {} by {size:.0} times what a reading is trusted to",
-            best.what,
-            first.id(),
-            others.join(", ")
+            "no measurement of this board tells {first_id} from {other_ids}; this would: {}",
+            first.effect.info().separates
         ),
-        command: best.command.clone(),
+        command: format!("host-tool effect show {first_id}"),
     })
+}
+
+/// What tells effects apart that both follow the readings of a heater, which the same drives again would not.
+fn of_a_heater(session: &Plan, first: &Active, second: &Active) -> NextMeasurement {
+    let room_c = session.first_ambient_c.unwrap_or(ROOM_C);
+    let [.., oven] = beside(highest_drive(session), room_c);
+    let is_of_resistance = |active: &Active| active.effect.info().stage == Stage::Resistance;
+    let (what, command) = if is_of_resistance(first) != is_of_resistance(second) {
+        (oven.what, oven.command)
+    } else {
+        let show = format!("host-tool effect show {}", first.id());
+        (first.effect.info().separates.as_ref(), show)
+    };
+    NextMeasurement {
+        why: format!(
+            "{} and {} both follow these readings, and would if they were made again; this would tell: {what}",
+            first.id(),
+            second.id()
+        ),
+        command,
+    }
+}
+
+/// The experiment by which most is told, and how much, if it is enough.
+fn most_telling(
+    experiments: &[Experiment],
+    enough: f64,
+    told: impl Fn(&Experiment) -> f64 + Sync,
+) -> Option<(&Experiment, f64)> {
+    experiments
+        .par_iter()
+        .map(|experiment| (experiment, told(experiment)))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .filter(|&(_, size)| size > enough)
 }
 
 /// What to measure where a session shows next to nothing, if there is a channel that it lacks.
@@ -87,62 +134,11 @@ fn difference(model: &Model, plan: &Plan, first: &Active, second: &Active) -> Op
     Some(space.product(&vector, &vector).max(0.0).sqrt())
 }
 
-/// What tells effects apart that no drive does.
-fn beyond_drives(first: &Active, second: &Active) -> NextMeasurement {
-    let (what, command) = beside_the_board(first, second);
-    NextMeasurement {
-        why: format!(
-            "no drive of this board tells {} from {}; this would: {what}",
-            first.id(),
-            second.id()
-        ),
-        command,
-    }
-}
-
-/// What tells effects apart in a heater that both of them fit.
-fn on_a_bench(first: &Active, second: &Active) -> NextMeasurement {
-    let (what, command) = beside_the_board(first, second);
-    NextMeasurement {
-        why: format!(
-            "{} and {} both follow these readings, so the same again would not tell; this would: {what}",
-            first.id(),
-            second.id()
-        ),
-        command,
-    }
-}
-
-/// What would tell them apart, and a command for it.
-fn beside_the_board<'e>(first: &'e Active, second: &Active) -> (&'e str, String) {
-    let stages = [first, second].map(|active| active.effect.info().stage);
-    let one_is = |wanted: &[Stage]| wanted.contains(&stages[0]) != wanted.contains(&stages[1]);
-    let is_drift = |active: &Active| active.id() == "ambient-drift";
-    match () {
-        () if one_is(&[Stage::Sensor]) => (
-            "a reference step of the sensor's target on a stage, while it records",
-            REFERENCE_STEP.to_owned(),
-        ),
-        () if is_drift(first) || is_drift(second) => (
-            "a second session with the room at another, known temperature",
-            OTHER_ROOM.to_owned(),
-        ),
-        () if one_is(&[Stage::Resistance, Stage::Curvature, Stage::Shape]) => (
-            "an oven at a known temperature with the heaters next to off",
-            OVEN.to_owned(),
-        ),
-        () => (
-            first.effect.info().separates.as_ref(),
-            format!("host-tool effect show {}", first.id()),
-        ),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use mirror_model::effect::find;
-    use mirror_model::{Interval, Preset, Symbol};
+    use mirror_model::{Preset, Symbol};
 
     /// What is proposed where these two are rivals after a sweep.
     fn proposed(first: &str, second: &str) -> NextMeasurement {
@@ -154,14 +150,10 @@ mod tests {
         ] {
             model.parameters.set(symbol, value);
         }
-        let session = Plan {
-            intervals: vec![Interval {
-                duration_s: 1.0,
-                from_v: [3.5; 4],
-                to_v: [3.5; 4],
-            }],
-            ..Plan::default()
-        };
+        let sweep = menu(3.5)
+            .into_iter()
+            .find(|experiment| experiment.what == "repeat the sweep");
+        let session = sweep.expect("on the menu").plan(NOISE_UM);
         let rivals = [first, second].map(|id| Active::usual(find(id).expect("an effect")));
         choose(&model, &session, &rivals).expect("two rivals")
     }
@@ -186,29 +178,46 @@ mod tests {
     }
 
     #[test]
+    fn a_heater_is_not_measured_again_as_it_was() {
+        let mut session = menu(6.0).swap_remove(3).plan(NOISE_UM);
+        session
+            .observations
+            .retain(|o| o.channel == Channel::Current(0));
+        let rivals = |ids: [&str; 2]| ids.map(|id| Active::usual(find(id).expect("an effect")));
+        for (ids, command) in [
+            (
+                ["heat-loss-temperature", "quadratic-tcr"],
+                "--ambient 60 -o oven.csv",
+            ),
+            (
+                ["radiation", "heat-loss-temperature"],
+                "effect show radiation",
+            ),
+        ] {
+            let next = choose(&Model::from(Preset::Paper), &session, &rivals(ids));
+            let next = next.expect("two rivals");
+            assert!(next.command.contains(command), "{ids:?}: {next:?}");
+        }
+    }
+
+    #[test]
     fn what_no_drive_tells_is_told_on_the_bench() {
-        let scale = [
-            find("sensor-gain"),
-            find("film-tcr"),
-            find("ambient-drift"),
-            find("radiation"),
-        ]
-        .map(|effect| Active::usual(effect.expect("an effect")));
-        let [gain, film, drift, radiation] = &scale;
-        assert!(beyond_drives(gain, film).command.contains("record"));
-        assert!(
-            beyond_drives(film, radiation)
-                .command
-                .contains("--ambient 60")
-        );
-        assert!(
-            beyond_drives(radiation, drift)
-                .command
-                .contains("-o warmer")
-        );
-        assert_eq!(
-            beyond_drives(radiation, radiation).command,
-            "host-tool effect show radiation"
-        );
+        for (first, second, command) in [
+            ("sensor-gain", "film-tcr", "--ambient"),
+            ("film-tcr", "radiation", "--ambient"),
+            ("sensor-gain", "initial-curl", "measure reference"),
+        ] {
+            let next = proposed(first, second);
+            assert!(
+                next.command.contains(command) && next.why.contains("no drive"),
+                "{first}, {second}: {next:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn where_nothing_on_the_menu_tells_the_effect_says_what_would() {
+        let next = proposed("radiation", "radiation");
+        assert_eq!(next.command, "host-tool effect show radiation");
     }
 }

@@ -1,11 +1,14 @@
 //! A session as the simulation sees it: pieces of drive, and what was observed at the end of which.
 
+mod clock;
+
 use crate::noise::Noise;
-use measurement::{MeasurementFile, Session};
+use crate::surroundings::Surroundings;
+use clock::Clock;
+pub(crate) use clock::OwnZero;
+use measurement::{MeasurementFile, Row, Session};
 use mirror_model::{ACTUATORS, Interval, Output};
 
-/// Rest at 0 V assumed between files that share no clock.
-const REST_S: f64 = 60.0;
 /// A file with more rows is thinned.
 const DENSE_ROWS: usize = 1500;
 /// Rows that are kept of a held drive lie apart by this ratio of the time since its jump.
@@ -49,17 +52,26 @@ pub struct Plan {
     pub experiments: Vec<String>,
     /// Rows of the files that were dropped because the drive was sampled densely.
     pub thinned_rows: usize,
+    /// The first known temperature of the surroundings, which cold resistances and the displacement's zero belong to (degC).
+    pub first_ambient_c: Option<f64>,
+    /// Experiments whose displacements count from a zero of their own.
+    pub(crate) own_zeros: Vec<OwnZero>,
 }
 
 impl Plan {
     /// The plan of a session.
     pub fn new(session: &Session) -> Self {
-        let mut plan = Self::default();
+        let surroundings = Surroundings::of(session);
+        let mut plan = Self {
+            first_ambient_c: surroundings.first_c(),
+            ..Self::default()
+        };
         let noise = Noise::of(session);
-        let mut clock_s = 0.0;
+        let mut clock = Clock::default();
         for (_, file) in &session.files {
-            plan.add(file, &noise, &mut clock_s);
+            plan.add(file, &noise, &surroundings, &mut clock);
         }
+        plan.end_clock(&mut clock);
         if shows_one_heater(session) {
             let first = |o: &Observation| o.channel == Channel::Current(0);
             plan.observations.retain(first);
@@ -69,10 +81,35 @@ impl Plan {
 
     /// What a simulation's outputs say of each observation.
     pub fn read(&self, outputs: &[Output]) -> Vec<f64> {
-        self.observations
+        let read = self
+            .observations
             .iter()
-            .map(|o| pick(&outputs[o.interval], o.channel))
-            .collect()
+            .map(|o| pick(&outputs[o.interval], o.channel));
+        self.at_own_zeros(read.collect())
+    }
+
+    /// Numbers like the observations, those with a zero of their own moved to it.
+    pub(crate) fn at_own_zeros(&self, mut numbers: Vec<f64>) -> Vec<f64> {
+        for zero in &self.own_zeros {
+            let off_um = zero.mean_um(&numbers, &self.observations) - zero.measured_um;
+            for (number, o) in numbers.iter_mut().zip(&self.observations) {
+                if zero.is_of(o) {
+                    *number -= off_um;
+                }
+            }
+        }
+        numbers
+    }
+
+    /// The experiments since the clock began have a zero of their own, if it is not the first clock and anything but the drive
+    /// moved the mirror: where only the drive did, rest is rest.
+    fn end_clock(&mut self, clock: &mut Clock) {
+        let experiments = clock.first..self.experiments.len();
+        if clock.first > 0 && clock.moved {
+            let zero = OwnZero::new(experiments, &self.observations);
+            self.own_zeros.push(zero);
+        }
+        (clock.first, clock.moved) = (self.experiments.len(), false);
     }
 
     /// The measured numbers.
@@ -125,50 +162,62 @@ impl Plan {
                 .all(|i| alike(i.from_v) && alike(i.to_v))
     }
 
-    fn add(&mut self, file: &MeasurementFile, noise: &Noise, clock_s: &mut f64) {
+    fn add<'a>(
+        &mut self,
+        file: &'a MeasurementFile,
+        noise: &Noise,
+        surroundings: &Surroundings,
+        clock: &mut Clock<'a>,
+    ) {
+        let (start, begins) = clock.start(file);
+        if begins {
+            self.end_clock(clock);
+        }
         let experiment = self.name(file.experiment());
         let first = file.rows[0];
-        let start = first
-            .t_global_s
-            .map_or(*clock_s + REST_S, |global| global - first.t_s.max(0.0));
+        let warmer_k = surroundings.warmer_k(file);
+        let around = |index: usize| Interval {
+            ambient_k: warmer_k[index],
+            reference_um: file.rows[index].reference_um.unwrap_or(0.0),
+            ..Interval::default()
+        };
+        let moves = |index| around(index) != Interval::default();
+        clock.moved |= (0..file.rows.len()).any(moves);
         let (hold_v, hold_s) = file.keys.prehold().unwrap_or((0.0, 0.0));
-        self.hold(0.0, start - hold_s - *clock_s);
-        self.hold(hold_v, hold_s);
+        self.hold(0.0, start - hold_s - clock.end_s, around(0));
+        self.hold(hold_v, hold_s, around(0));
         let interpolated = file.keys.drive_is_interpolated();
         let kept = thin(file, interpolated);
         self.thinned_rows += file.rows.len() - kept.len();
         let (mut t, mut global, mut from_v) = (0.0_f64.min(first.t_s), start, [hold_v; ACTUATORS]);
-        for row in kept.iter().map(|&index| &file.rows[index]) {
+        for (row, around) in kept.iter().map(|&index| (&file.rows[index], around(index))) {
             let dwell = row.t_s - t;
-            let row_global = row.t_global_s.unwrap_or(global + dwell);
-            self.hold(0.0, row_global - global - dwell);
+            let on_clock = row.t_global_s.map(|global| clock.origin_s + global);
+            let row_global = on_clock.unwrap_or(global + dwell);
+            self.hold(0.0, row_global - global - dwell, around);
             if dwell > 0.0 {
                 let begin = if interpolated { from_v } else { row.voltage_v };
                 self.intervals.push(Interval {
                     duration_s: dwell,
                     from_v: begin,
                     to_v: row.voltage_v,
+                    ..around
                 });
             } else if self.intervals.is_empty() {
                 self.intervals.push(Interval {
                     duration_s: 1e-6,
                     from_v: row.voltage_v,
                     to_v: row.voltage_v,
+                    ..around
                 });
             }
             self.observe(file, row, noise, experiment);
             (t, global, from_v) = (row.t_s, row_global, row.voltage_v);
         }
-        *clock_s = global;
+        clock.end_s = global;
     }
 
-    fn observe(
-        &mut self,
-        file: &MeasurementFile,
-        row: &measurement::Row,
-        noise: &Noise,
-        experiment: usize,
-    ) {
+    fn observe(&mut self, file: &MeasurementFile, row: &Row, noise: &Noise, experiment: usize) {
         let interval = self.intervals.len() - 1;
         let mut push = |channel, value, noise| {
             self.observations.push(Observation {
@@ -191,12 +240,13 @@ impl Plan {
         }
     }
 
-    fn hold(&mut self, voltage_v: f64, duration_s: f64) {
+    fn hold(&mut self, voltage_v: f64, duration_s: f64, around: Interval) {
         if duration_s > 1e-6 {
             self.intervals.push(Interval {
                 duration_s,
                 from_v: [voltage_v; ACTUATORS],
                 to_v: [voltage_v; ACTUATORS],
+                ..around
             });
         }
     }
@@ -247,8 +297,8 @@ fn pick(output: &Output, channel: Channel) -> f64 {
     }
 }
 
-/// The rows of a file that are worth simulating: all of a small one; of a dense one those next to a jump of the drive,
-/// and others ever further apart.
+/// The rows of a file that are worth simulating: all of a small one; of a dense one those next to a jump of the drive or
+/// of the stage, and others ever further apart.
 fn thin(file: &MeasurementFile, interpolated: bool) -> Vec<usize> {
     let rows = &file.rows;
     if rows.len() <= DENSE_ROWS {
@@ -260,7 +310,10 @@ fn thin(file: &MeasurementFile, interpolated: bool) -> Vec<usize> {
     }
     let (mut kept, mut jumped_at, mut next) = (Vec::new(), rows[0].t_s, 0.0);
     for (index, row) in rows.iter().enumerate() {
-        let jumps = index > 0 && row.voltage_v != rows[index - 1].voltage_v;
+        let moves = |before: &Row| {
+            (row.voltage_v, row.reference_um) != (before.voltage_v, before.reference_um)
+        };
+        let jumps = index > 0 && moves(&rows[index - 1]);
         if jumps {
             jumped_at = rows[index - 1].t_s;
             next = 0.0;
@@ -278,75 +331,4 @@ fn thin(file: &MeasurementFile, interpolated: bool) -> Vec<usize> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use measurement::Row;
-
-    fn session(text: &str) -> Session {
-        Session {
-            files: vec![(
-                "a.csv".into(),
-                MeasurementFile::parse("a.csv", text).unwrap(),
-            )],
-        }
-    }
-
-    #[test]
-    fn rests_and_preholds_are_driven_before_the_rows() {
-        let plan = Plan::new(&session(
-            "# prehold_V=1\n# prehold_s=5\nt_global_s,t_s,V_V,z_um\n11,1,2,60\n13,2,0.5,1\n",
-        ));
-        let drives: Vec<_> = plan
-            .intervals
-            .iter()
-            .map(|i| (i.duration_s, i.to_v[0]))
-            .collect();
-        assert_eq!(
-            drives,
-            [(5.0, 0.0), (5.0, 1.0), (1.0, 2.0), (1.0, 0.0), (1.0, 0.5)]
-        );
-        assert_eq!(plan.observations[1].interval, 4);
-    }
-
-    #[test]
-    fn a_sine_runs_straight_from_row_to_row() {
-        let plan = Plan::new(&session(
-            "# drive=sin\n# prehold_V=1\n# prehold_s=5\nt_s,V_V,z_um\n0.1,1.1,1\n0.2,1.2,2\n",
-        ));
-        let last = plan.intervals.last().unwrap();
-        assert_eq!((last.from_v[0], last.to_v[0]), (1.1, 1.2));
-    }
-
-    #[test]
-    fn dense_files_keep_their_steps() {
-        let rows: Vec<_> = (0..100_000)
-            .map(|i| Row {
-                t_s: f64::from(i) * 1e-3,
-                voltage_v: [f64::from(i / 20_000); 4],
-                z_um: Some(0.0),
-                ..Row::default()
-            })
-            .collect();
-        let file = MeasurementFile {
-            rows,
-            ..MeasurementFile::default()
-        };
-        let plan = Plan::new(&Session {
-            files: vec![("dense".into(), file)],
-        });
-        assert!(
-            plan.observations.len() < 2000,
-            "{}",
-            plan.observations.len()
-        );
-        for step in 1..5 {
-            let after = f64::from(step) * 20.0;
-            assert!(
-                plan.observations
-                    .iter()
-                    .any(|o| (o.t_s - after).abs() < 2e-3),
-                "the step at {after} s is gone"
-            );
-        }
-    }
-}
+mod tests;

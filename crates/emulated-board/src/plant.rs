@@ -22,7 +22,7 @@ const SUPPLY_V: f64 = 5.0;
 pub struct Plant {
     electronics: Electronics,
     load: Load,
-    spot: Spot,
+    bench: Bench,
     faults: Faults,
     before: Converters,
 }
@@ -47,23 +47,41 @@ enum Load {
 struct Mirror {
     mirror: VirtualMirror,
     sensor: Sensor,
-    spot: Spot,
+    bench: Bench,
+    /// How warm its room is (degC).
+    room_c: f64,
     /// The same mirror where hardly any heat leaves it, cold until it is needed.
     in_vacuum: VirtualMirror,
 }
 
-/// Where the position sensor's spot is on the plate, in micrometres from its centre; to be moved while the plant runs.
+/// What a person changes on the bench while the plant runs.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Spot(Arc<Mutex<[f64; 2]>>);
+pub(crate) struct Bench(Arc<Mutex<Settings>>);
 
-impl Spot {
-    pub(crate) fn place(&self, at_um: [f64; 2]) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = at_um;
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Settings {
+    /// Where the position sensor's spot is on the plate, from its centre (um).
+    pub(crate) spot_um: [f64; 2],
+    /// How far a stage has moved the mirror (um).
+    pub(crate) stage_um: f64,
+    /// How warm the oven is that the mirror is in, if it is in one (degC).
+    pub(crate) oven_c: Option<f64>,
+}
+
+impl Bench {
+    pub(crate) fn change(&self, change: impl FnOnce(&mut Settings)) {
+        change(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner));
     }
 
-    /// How much nearer to the substrate than its centre a plate is there (um).
+    fn settings(&self) -> Settings {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Settings {
+    /// How much nearer to the substrate than its centre a plate is under the spot (um).
     fn beside_the_centre_um(&self, state: &State) -> f64 {
-        let [x, y] = *self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let [x, y] = self.spot_um;
         let slope = |deg: f64| deg.to_radians().tan();
         x * slope(state.tilt_y_deg) + y * slope(state.tilt_x_deg)
     }
@@ -89,14 +107,15 @@ impl Plant {
     /// # Errors
     /// Where a number of a mirror is out of range.
     pub fn new(connected: &Connected) -> Result<Self, virtual_mirror::ConfigError> {
-        let spot = Spot::default();
+        let bench = Bench::default();
         let (seed, load) = match connected {
             Connected::Mirror(config) => (
                 config.seed,
                 Load::Mirror(Box::new(Mirror {
                     mirror: VirtualMirror::new(config)?,
                     sensor: Sensor::new(config),
-                    spot: spot.clone(),
+                    bench: bench.clone(),
+                    room_c: config.ambient_c,
                     in_vacuum: VirtualMirror::new(&in_vacuum(config))?,
                 })),
             ),
@@ -105,7 +124,7 @@ impl Plant {
         Ok(Self {
             electronics: Electronics::new(seed),
             load,
-            spot,
+            bench,
             faults: Faults::default(),
             before: Converters::default(),
         })
@@ -116,9 +135,9 @@ impl Plant {
         self.faults.clone()
     }
 
-    /// The position sensor's spot can be moved here while the plant runs.
-    pub(crate) fn spot(&self) -> Spot {
-        self.spot.clone()
+    /// What is around the mirror can be changed here while the plant runs.
+    pub(crate) fn bench(&self) -> Bench {
+        self.bench.clone()
     }
 
     /// Answers the board until it closes its end.
@@ -182,10 +201,14 @@ impl Load {
     fn read(&mut self, heated_v: [f64; 4]) -> ([f64; 4], f64) {
         match self {
             Self::Mirror(mirror) => {
+                let settings = mirror.bench.settings();
+                let warmer_k = settings.oven_c.map_or(0.0, |oven_c| oven_c - mirror.room_c);
+                mirror.mirror.set_ambient(warmer_k);
+                mirror.mirror.set_stage(settings.stage_um);
                 mirror.mirror.step(heated_v, 0.0);
                 let state = mirror.mirror.state();
                 let centre_um = mirror.sensor.read(&state, TICK_S).z_um;
-                let z_um = centre_um + mirror.spot.beside_the_centre_um(&state);
+                let z_um = centre_um + settings.beside_the_centre_um(&state);
                 (state.current_a, z_um)
             }
             Self::Resistors(ohm) => (std::array::from_fn(|i| heated_v[i] / ohm[i]), 0.0),

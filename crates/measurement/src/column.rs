@@ -25,10 +25,12 @@ pub enum Column {
     TiltY,
     /// `T_ambient_C`.
     Ambient,
+    /// `reference_um`.
+    Reference,
 }
 
 /// Every column with its name, in the order in which files are written.
-pub const COLUMNS: [(&str, Column); 16] = [
+pub const COLUMNS: [(&str, Column); 17] = [
     ("t_global_s", Column::GlobalTime),
     ("t_s", Column::Time),
     ("V_V", Column::VoltageOfAll),
@@ -45,6 +47,7 @@ pub const COLUMNS: [(&str, Column); 16] = [
     ("tilt_x_deg", Column::TiltX),
     ("tilt_y_deg", Column::TiltY),
     ("T_ambient_C", Column::Ambient),
+    ("reference_um", Column::Reference),
 ];
 
 impl Column {
@@ -74,6 +77,7 @@ impl Column {
             Self::TiltX => row.tilt_x_deg = Some(value),
             Self::TiltY => row.tilt_y_deg = Some(value),
             Self::Ambient => row.ambient_c = Some(value),
+            Self::Reference => row.reference_um = Some(value),
         }
     }
 
@@ -88,6 +92,7 @@ impl Column {
             Self::TiltX => row.tilt_x_deg,
             Self::TiltY => row.tilt_y_deg,
             Self::Ambient => row.ambient_c,
+            Self::Reference => row.reference_um,
             Self::VoltageOfAll | Self::CurrentOfEach => None,
         }
     }
@@ -103,6 +108,8 @@ pub fn suggestion(unknown: &str) -> String {
         "tilt_y_deg, in degrees"
     } else if starts(&["t_amb", "ambient", "temp"]) {
         "T_ambient_C, in degrees Celsius"
+    } else if starts(&["ref", "stage"]) {
+        "reference_um, in micrometres"
     } else if starts(&["t_global", "time_global"]) {
         "t_global_s, in seconds"
     } else if starts(&["t"]) {

@@ -22,6 +22,17 @@ pub enum InputError {
         /// The folder.
         path: String,
     },
+    /// Files of other surroundings in one session, one of which does not say its own.
+    #[error("'{file}' does not say at which temperature it was measured, and '{other}' does")]
+    #[diagnostic(help(
+        "add the column T_ambient_C to it, the room's in degrees Celsius (`measure --ambient` writes it); files that share a clock need it once"
+    ))]
+    UnknownAmbient {
+        /// The one that does not.
+        file: String,
+        /// One that does.
+        other: String,
+    },
     /// Something in a file is wrong.
     #[error("{file}:{line}: {message}")]
     #[diagnostic(help("{help}"))]

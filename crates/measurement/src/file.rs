@@ -35,6 +35,9 @@ pub struct Row {
     pub tilt_y_deg: Option<f64>,
     /// Temperature of the surroundings.
     pub ambient_c: Option<f64>,
+    /// How far a stage had moved the sensor's target, the whole mirror, towards the substrate; not at all where it says
+    /// nothing.
+    pub reference_um: Option<f64>,
 }
 
 impl MeasurementFile {
@@ -48,6 +51,21 @@ impl MeasurementFile {
         self.rows
             .iter()
             .any(|row| row.current_a.iter().any(Option::is_some))
+    }
+
+    /// The first temperature of the surroundings that it states (degC).
+    pub fn ambient_c(&self) -> Option<f64> {
+        self.rows.iter().find_map(|row| row.ambient_c)
+    }
+
+    /// Whether both count `t_global_s` from one instant.
+    pub fn shares_clock(&self, other: &Self) -> bool {
+        let on_a_clock = |file: &Self| {
+            file.rows
+                .first()
+                .is_some_and(|row| row.t_global_s.is_some())
+        };
+        on_a_clock(self) && on_a_clock(other) && self.keys.session() == other.keys.session()
     }
 
     /// The `experiment` key, or `experiment` where there is none.

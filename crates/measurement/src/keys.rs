@@ -49,6 +49,12 @@ impl Keys {
         Some((self.number("prehold_V")?, self.number("prehold_s")?))
     }
 
+    /// When the clock of `t_global_s` began (`session`): files that say the same share it, and files that say nothing share
+    /// one.
+    pub fn session(&self) -> Option<&str> {
+        self.get("session")
+    }
+
     /// Whether the drive runs straight from row to row (`drive=` says sine, or that a controller made it for a position)
     /// rather than being held.
     pub fn drive_is_interpolated(&self) -> bool {

@@ -7,11 +7,15 @@
 use crate::column::Column;
 use crate::parse::Complaint;
 use crate::{ACTUATORS, MeasurementFile};
+use std::ops::RangeInclusive;
 
 /// A drive below this tells little about a resistance or a stroke.
 const TELLING_DRIVE_V: f64 = 0.5;
 /// A voltmeter may read this part more than was driven.
 const CALIBRATION: f64 = 0.02;
+/// Surroundings that a mirror is measured in, and what looks like them in kelvins.
+const AMBIENT_C: RangeInclusive<f64> = -80.0..=200.0;
+const KELVINS: RangeInclusive<f64> = 200.0..=475.0;
 /// So many rows at the same extreme reading while the drive changes are an end stop.
 const SATURATED_ROWS: usize = 3;
 
@@ -42,6 +46,8 @@ pub(crate) fn check(file: &MeasurementFile, device: &Device) -> Option<Finding> 
         .or_else(|| voltage_beyond(file, device.highest_v))
         .or_else(|| (0..ACTUATORS).find_map(|actuator| current(file, actuator, device.cold_ohm)))
         .or_else(|| displacement_unit(file))
+        .or_else(|| reference_unit(file))
+        .or_else(|| ambient(file))
         .or_else(|| saturation(file))
 }
 
@@ -126,23 +132,70 @@ fn displacement_unit(file: &MeasurementFile) -> Option<Finding> {
         .rows
         .iter()
         .any(|row| row.voltage_v.iter().any(|v| v.abs() >= 1.0));
-    let (row, largest) = file
-        .rows
-        .iter()
-        .enumerate()
-        .filter_map(|(index, row)| Some((index, row.z_um?)))
-        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
-    let (unit, factor) = match largest.abs() {
-        size if driven && size > 0.0 && size < 1e-3 => ("m", "multiply by 1e6"),
-        size if driven && size > 0.0 && size < 0.5 => ("mm", "multiply by 1000"),
-        size if size > 2e3 => ("nm", "divide by 1000"),
-        _ => return None,
-    };
+    let (row, largest) = largest(file, Column::Displacement)?;
+    let (unit, factor) = unit_of_length(largest, driven)?;
     let complaint = Complaint::new(
         format!("a largest displacement of {largest} um looks like {unit}"),
         format!("displacements are in um; {factor}"),
     );
     Some((row, Column::Displacement, complaint))
+}
+
+/// Who moves a stage for a reference moves it by micrometres.
+fn reference_unit(file: &MeasurementFile) -> Option<Finding> {
+    let (row, largest) = largest(file, Column::Reference)?;
+    let (unit, factor) = unit_of_length(largest, true)?;
+    let complaint = Complaint::new(
+        format!("a largest reference of {largest} um looks like {unit}"),
+        format!("what a stage moves is in um; {factor}"),
+    );
+    Some((row, Column::Reference, complaint))
+}
+
+/// The value of a column that is farthest from 0, with its row.
+fn largest(file: &MeasurementFile, column: Column) -> Option<(usize, f64)> {
+    file.rows
+        .iter()
+        .enumerate()
+        .filter_map(|(index, row)| Some((index, column.value(row)?)))
+        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+}
+
+/// The unit that a largest length was probably written in, and what to do; a small one is telling where something `moved`.
+fn unit_of_length(largest: f64, moved: bool) -> Option<(&'static str, &'static str)> {
+    match largest.abs() {
+        size if moved && size > 0.0 && size < 1e-3 => Some(("m", "multiply by 1e6")),
+        size if moved && size > 0.0 && size < 0.5 => Some(("mm", "multiply by 1000")),
+        size if size > 2e3 => Some(("nm", "divide by 1000")),
+        _ => None,
+    }
+}
+
+fn ambient(file: &MeasurementFile) -> Option<Finding> {
+    let (row, celsius) = file
+        .rows
+        .iter()
+        .enumerate()
+        .filter_map(|(index, row)| Some((index, row.ambient_c?)))
+        .find(|(_, celsius)| !AMBIENT_C.contains(celsius))?;
+    let complaint = if KELVINS.contains(&celsius) {
+        Complaint::new(
+            format!("surroundings at {celsius} degrees Celsius look like kelvins"),
+            "T_ambient_C is in degrees Celsius; subtract 273.15",
+        )
+    } else {
+        Complaint::new(
+            format!(
+                "surroundings at {celsius} degrees Celsius are no room and no oven for a mirror"
+            ),
+            format!(
+                "T_ambient_C is in degrees Celsius, from {} to {}; leave it empty where it was not measured",
+                AMBIENT_C.start(),
+                AMBIENT_C.end()
+            ),
+        )
+    };
+    Some((row, Column::Ambient, complaint))
 }
 
 /// A reading that repeats its extreme exactly, row after row, while the drive goes on.

@@ -4,7 +4,8 @@ use crate::plausibility::Device;
 use crate::{InputError, MeasurementFile};
 use std::path::{Path, PathBuf};
 
-/// The files of one session, each with its name, in the order of their global time (by name where there is none).
+/// The files of one session, each with its name: those of one clock together, in the order of its time (by name where there
+/// is none), clocks in the order in which they began.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Session {
     /// Name and content of each file.
@@ -15,7 +16,8 @@ impl Session {
     /// Reads files, and folders with all the `.csv` files in them.
     ///
     /// # Errors
-    /// [`InputError`] for the first file that is not usable, or where there is no file at all.
+    /// [`InputError`] for the first file that is not usable, where there is no file at all, or where one does not say how warm
+    /// its surroundings were and another, on another clock, does.
     pub fn load<P: AsRef<Path>>(paths: &[P]) -> Result<Self, InputError> {
         Self::load_of(paths, &Device::default())
     }
@@ -51,8 +53,46 @@ impl Session {
                 .and_then(|row| row.t_global_s)
                 .unwrap_or(f64::INFINITY)
         };
-        files.sort_by(|(_, a), (_, b)| start(a).total_cmp(&start(b)));
-        Ok(Self { files })
+        files.sort_by(|(_, a), (_, b)| {
+            let by_clock = a.keys.session().cmp(&b.keys.session());
+            by_clock.then(start(a).total_cmp(&start(b)))
+        });
+        let session = Self { files };
+        session.check_ambients()?;
+        Ok(session)
+    }
+}
+
+impl Session {
+    /// The first known temperature of a file's surroundings, its own or that of a file on the same clock (degC).
+    pub fn ambient_c(&self, file: &MeasurementFile) -> Option<f64> {
+        file.ambient_c().or_else(|| {
+            let others = self
+                .files
+                .iter()
+                .filter(|(_, other)| file.shares_clock(other));
+            others
+                .map(|(_, other)| other)
+                .find_map(MeasurementFile::ambient_c)
+        })
+    }
+
+    fn check_ambients(&self) -> Result<(), InputError> {
+        let says = |(_, file): &&(String, MeasurementFile)| file.ambient_c().is_some();
+        let Some((other, _)) = self.files.iter().find(says) else {
+            return Ok(());
+        };
+        match self
+            .files
+            .iter()
+            .find(|(_, file)| self.ambient_c(file).is_none())
+        {
+            None => Ok(()),
+            Some((file, _)) => Err(InputError::UnknownAmbient {
+                file: file.clone(),
+                other: other.clone(),
+            }),
+        }
     }
 }
 

@@ -64,6 +64,8 @@ fn units_in_other_spellings() {
         ("V1_mV", "V1_V"),
         ("tilt_x_rad", "tilt_x_deg"),
         ("T_ambient_K", "T_ambient_C"),
+        ("reference_mm", "reference_um"),
+        ("stage", "reference_um"),
     ] {
         let text = format!("t_s,V_V,{column}\n0,0,0\n1,1,1\n");
         refuses(&text, &format!("no column '{column}'"), column);
@@ -144,6 +146,34 @@ fn other_units() {
     refuses("t_s,V_V,z_um\n0,0,0\n1,2,0.1\n", "looks like mm", "0.1");
     refuses("t_s,V_V,z_um\n0,0,0\n1,2,90000\n", "looks like nm", "90000");
     refuses("t_s,V_V,z_um\n0,0,0\n1,2000,90\n", "looks like mV", "2000");
+}
+
+#[test]
+fn surroundings_and_references() {
+    let with = |column: &str, value: &str| format!("t_s,V_V,{column}\n0,0,\n1,0.1,{value}\n");
+    refuses(
+        &with("T_ambient_C", "295.15"),
+        "look like kelvins",
+        "295.15",
+    );
+    refuses(&with("T_ambient_C", "1e4"), "no room and no oven", "1e4");
+    refuses(&with("T_ambient_C", "-273"), "no room and no oven", "-273");
+    refuses(
+        &with("T_ambient_C", "warm"),
+        "'warm' is not a number",
+        "warm",
+    );
+    refuses(&with("reference_um", "1e-4"), "looks like m", "1e-4");
+    refuses(&with("reference_um", "-0.15"), "looks like mm", "-0.15");
+    refuses(&with("reference_um", "150000"), "looks like nm", "150000");
+    refuses(&with("reference_um", "inf"), "reference_um is 'inf'", "inf");
+    for (column, value) in [
+        ("T_ambient_C", "85"),
+        ("reference_um", "-150"),
+        ("reference_um", "0"),
+    ] {
+        assert!(MeasurementFile::parse("fine.csv", &with(column, value)).is_ok());
+    }
 }
 
 #[test]

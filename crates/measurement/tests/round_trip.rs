@@ -40,6 +40,46 @@ fn a_folder_is_a_session_in_the_order_of_its_clock() {
     assert_eq!(starts, [Some(1.0), Some(11.0)]);
 }
 
+#[test]
+fn each_clock_s_files_stay_together_and_one_says_how_warm_it_was_for_all() {
+    let folder = std::env::temp_dir().join(format!("measurement-clocks-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
+    let day = "# session=2026-11-21T10:00:00Z\n";
+    write(
+        "a.csv",
+        &format!("{day}t_global_s,t_s,V_V\n11,1,0\n12,2,1\n"),
+    );
+    write(
+        "b.csv",
+        &format!("{day}t_global_s,t_s,V_V,T_ambient_C\n1,1,0,22\n2,2,1,22\n"),
+    );
+    let oven =
+        "# session=2026-11-21T11:00:00Z\nt_global_s,t_s,V_V,T_ambient_C\n5,1,0,60\n6,2,1,60\n";
+    write("c.csv", oven);
+    let session = Session::load(&[&folder]).unwrap();
+    let order: Vec<_> = session
+        .files
+        .iter()
+        .map(|(_, file)| (file.rows[0].t_global_s, session.ambient_c(file)))
+        .collect();
+    write("d.csv", "t_s,V_V\n1,0\n2,1\n");
+    let unsaid = Session::load(&[&folder]).unwrap_err().to_string();
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert_eq!(
+        order,
+        [
+            (Some(1.0), Some(22.0)),
+            (Some(11.0), Some(22.0)),
+            (Some(5.0), Some(60.0))
+        ]
+    );
+    assert!(
+        unsaid.contains("d.csv' does not say at which temperature") && unsaid.contains("b.csv"),
+        "{unsaid}"
+    );
+}
+
 fn row() -> impl Strategy<Value = Row> {
     let current = prop::option::of(1e-3..1e-2_f64);
     let currents = [current.clone(), current.clone(), current.clone(), current];
@@ -51,18 +91,22 @@ fn row() -> impl Strategy<Value = Row> {
         optional(),
         optional(),
         optional(),
-        optional(),
+        prop::option::of(-40.0..100.0_f64),
+        prop::option::of(1.0..200.0_f64),
     )
         .prop_map(
-            |(t_s, voltage_v, current_a, z_um, tilt_x_deg, tilt_y_deg, ambient_c)| Row {
-                t_s,
-                t_global_s: None,
-                voltage_v,
-                current_a,
-                z_um,
-                tilt_x_deg,
-                tilt_y_deg,
-                ambient_c,
+            |(t_s, voltage_v, current_a, z_um, tilt_x_deg, tilt_y_deg, ambient_c, reference_um)| {
+                Row {
+                    t_s,
+                    t_global_s: None,
+                    voltage_v,
+                    current_a,
+                    z_um,
+                    tilt_x_deg,
+                    tilt_y_deg,
+                    ambient_c,
+                    reference_um,
+                }
             },
         )
 }

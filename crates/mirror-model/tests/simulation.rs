@@ -5,11 +5,7 @@ use mirror_model::{Interval, Model, Output, PistonModel, Preset, simulate};
 use std::sync::Arc;
 
 fn hold(voltage_v: f64, duration_s: f64) -> Interval {
-    Interval {
-        duration_s,
-        from_v: [voltage_v; 4],
-        to_v: [voltage_v; 4],
-    }
+    Interval::held([voltage_v; 4], duration_s)
 }
 
 fn dynamic() -> Model {
@@ -33,6 +29,7 @@ fn session() -> Vec<Interval> {
         duration_s: 5e-3,
         from_v: sine(i),
         to_v: sine(i + 1),
+        ..Interval::default()
     }));
     intervals
 }
@@ -156,6 +153,66 @@ fn a_strong_heat_loss_comes_to_rest_in_one_long_step() {
     let ohm = p.cold_resistance_ohm * (1.0 + p.resistance_coefficient_per_k * rise);
     let heating = p.thermal_resistance_k_per_w * 3.5 * 3.5 / ohm - 8e-3 * rise * rise;
     assert!((heating - rise).abs() < 1e-3, "{heating} for {rise}");
+}
+
+#[test]
+fn in_an_oven_the_whole_mirror_is_that_much_warmer() {
+    let model = dynamic();
+    let oven = |voltage_v| Interval {
+        ambient_k: 40.0,
+        ..hold(voltage_v, 100.0)
+    };
+    let outputs = simulate(&model, &[hold(0.1, 100.0), oven(0.0), oven(0.1)], 0.3).expect("finite");
+    let p = &model.parameters;
+    let ohm = |output: &Output| 0.1 / output.current_a[0];
+    let warmer = ohm(&outputs[2]) / ohm(&outputs[0]) - 1.0;
+    // The 0.1 V warm a cold mirror by some tenths of a kelvin.
+    let expected = 40.0 * p.resistance_coefficient_per_k;
+    assert!(
+        (warmer / expected - 1.0).abs() < 3e-3,
+        "{warmer}, not {expected}"
+    );
+    let expanded = PistonModel { parameters: *p }.displacement_um(40.0);
+    assert!((outputs[1].z_um - expanded).abs() < 1e-9, "{outputs:?}");
+}
+
+#[test]
+fn heat_losses_count_from_the_oven() {
+    for id in ["heat-loss-temperature", "radiation", "gap-heat-loss"] {
+        let mut model = dynamic();
+        let effect = find(id).expect("an effect");
+        model.effects.push(Active::usual(effect));
+        let cold = Interval {
+            ambient_k: 40.0,
+            ..hold(0.0, 100.0)
+        };
+        let output = simulate(&model, &[cold], 0.3).expect("finite")[0];
+        assert!(
+            (output.temperature_rise_k[0] - 40.0).abs() < 1e-9,
+            "{id}: {output:?}"
+        );
+    }
+}
+
+#[test]
+fn a_stage_moves_what_the_sensor_reads_and_a_slow_sensor_follows() {
+    let raised = |duration_s| Interval {
+        reference_um: 50.0,
+        ..hold(0.0, duration_s)
+    };
+    let mut model = dynamic();
+    for (id, at_once, in_the_end) in [("sensor-gain", 51.0, 51.0), ("sensor-lag", 31.6, 50.0)] {
+        let mut active = Active::usual(find(id).expect("an effect"));
+        if id == "sensor-lag" {
+            active.values = vec![0.1, 0.0];
+        }
+        model.effects = vec![active];
+        let outputs = simulate(&model, &[hold(0.0, 1.0), raised(0.1), raised(10.0)], 0.1);
+        let z: Vec<_> = outputs.expect("finite").iter().map(|o| o.z_um).collect();
+        assert_eq!(z[0], 0.0);
+        assert!((z[1] - at_once).abs() < 0.05, "{id}: {z:?}");
+        assert!((z[2] - in_the_end).abs() < 1e-9, "{id}: {z:?}");
+    }
 }
 
 #[test]

@@ -122,12 +122,13 @@ fn network(config: &MirrorConfig, slices: &[Slice], draws: &Draws) -> Network {
             0.0
         },
         stagnant: Lanes::ZERO,
-        loss: LossLaw::new(&config.effects, config.ambient_c),
+        loss: LossLaw::new(&config.effects, config.ambient_c, 0.0),
         tcr: draws.tcr * config.heater.tcr_per_k,
         tcr_tail: saturation(&config.effects),
         leads: leads(&config.effects, config.seed),
         aged: Lanes::splat(1.0),
         ambient: 0.0,
+        warmer: 0.0,
     }
 }
 

@@ -2,6 +2,8 @@
 
 use crate::build::Build;
 use crate::config::{ConfigError, MirrorConfig};
+use crate::effects::Effects;
+use crate::effects::heat::LossLaw;
 use crate::effects::memory::{Memory, Stiction};
 use crate::effects::reading::filter_hz;
 use crate::effects::structure::reconstruct;
@@ -21,6 +23,8 @@ const LONGEST_S: f64 = 1000.0;
 const SHORTEST_S: f64 = 1e-9;
 /// Time that passes for none (s).
 const NO_TIME_S: f64 = 1e-12;
+/// Time in which the room jumps to another temperature, for what remembers motion (s).
+const JUMP_S: f64 = 1e-6;
 /// Longest time that one call lets pass (s): a mirror settles in minutes, and no call may hang.
 const DAY_S: f64 = 86_400.0;
 
@@ -29,8 +33,9 @@ const DAY_S: f64 = 86_400.0;
 pub struct State {
     /// Displacement of the plate's centre from its 0 V rest position, positive towards the substrate (um).
     pub z_um: f64,
-    /// The same behind the output filter of the displacement sensor, if it has one (um).
-    pub filtered_z_um: f64,
+    /// The same with what a stage adds, behind the output filter of the displacement sensor if it has one: where its
+    /// target seems to be (um).
+    pub seen_z_um: f64,
     /// Tilt about the x axis (deg): positive when the +y edge, actuator 2's, is nearer to the substrate than actuator
     /// 4's.
     pub tilt_x_deg: f64,
@@ -54,6 +59,9 @@ pub struct VirtualMirror {
     lever: f64,
     drive_limit: f64,
     ambient_c: f64,
+    effects: Effects,
+    /// How far the whole mirror stands from where it was (m).
+    stage: f64,
     modes: Option<[Mode; 3]>,
     filter: Option<Mode>,
     memory: Memory,
@@ -104,6 +112,8 @@ impl VirtualMirror {
             lever: config.plate.lever_um * 1e-6,
             drive_limit: config.drive_limit_v,
             ambient_c: config.ambient_c,
+            effects: config.effects.clone(),
+            stage: 0.0,
             modes,
             filter: filter_hz(&config.effects).map(|frequency| Mode::new(frequency, 0.501)),
             memory,
@@ -165,6 +175,33 @@ impl VirtualMirror {
         self.integrate(drive, duration_s);
     }
 
+    /// Brings the mirror to a room, or an oven, that is `warmer_k` warmer than the one that it was made in. All of it is that
+    /// much warmer at once; what the drives and a drifting room add counts from there. Not finite counts as 0.
+    pub fn set_ambient(&mut self, warmer_k: f64) {
+        let warmer_k = if warmer_k.is_finite() { warmer_k } else { 0.0 };
+        if warmer_k == self.network.warmer {
+            return;
+        }
+        self.network.ambient += warmer_k - self.network.warmer;
+        self.network.warmer = warmer_k;
+        self.network.loss = LossLaw::new(&self.effects, self.ambient_c + warmer_k, warmer_k);
+        let before = self.still.value;
+        self.shape.displace(
+            &self.theta,
+            self.network.ambient,
+            &self.plastic,
+            &mut self.still,
+        );
+        self.memory = self.memory.advanced(before, self.still.value, JUMP_S);
+        self.rate_drive = Lanes::splat(f64::NAN);
+    }
+
+    /// Moves the stage that the whole mirror is on: the sensor sees its target `um` further in the direction of the substrate.
+    /// Not finite counts as 0.
+    pub fn set_stage(&mut self, um: f64) {
+        self.stage = if um.is_finite() { um * 1e-6 } else { 0.0 };
+    }
+
     /// What can be seen now.
     pub fn state(&self) -> State {
         let resistance = self.network.resistance(&self.theta);
@@ -172,7 +209,7 @@ impl VirtualMirror {
         let filtered = if self.filter.is_some() {
             self.filtered.value
         } else {
-            z
+            z + self.stage
         };
         let hottest = self
             .theta
@@ -181,7 +218,7 @@ impl VirtualMirror {
             .fold(0.0, |worst: f64, row| worst.max(row.largest()));
         State {
             z_um: z * 1e6,
-            filtered_z_um: filtered * 1e6,
+            seen_z_um: filtered * 1e6,
             tilt_x_deg: tilt_x.to_degrees(),
             tilt_y_deg: tilt_y.to_degrees(),
             current_a: (self.drive / resistance).0,
@@ -310,13 +347,15 @@ impl VirtualMirror {
             self.next_pose[k] = mode.advance(self.pose[k], &course(k), h);
         }
         if let Some(filter) = &mut self.filter {
-            let seen = match self.modes {
+            let mut seen = match self.modes {
                 Some(_) => Course {
                     from: self.pose[0],
                     to: self.next_pose[0],
                 },
                 None => course(0),
             };
+            seen.from.value += self.stage;
+            seen.to.value += self.stage;
             self.next_filtered = filter.advance(self.filtered, &seen, h);
         }
         if self.modes.is_some() || self.filter.is_some() {

@@ -11,6 +11,8 @@ pub struct Dwell {
     pub dwell_s: f64,
     /// Voltage at each actuator at the end of it (V).
     pub drive_v: [f64; 4],
+    /// How far a stage has moved the mirror under the sensor since the session's start (um).
+    pub reference_um: f64,
 }
 
 /// One experiment: one measurement file.
@@ -24,6 +26,8 @@ pub struct Experiment {
     pub prehold_v: f64,
     /// How long the prehold voltage is held (s).
     pub prehold_s: f64,
+    /// How much warmer the room or oven is than at the session's start (K), from the rest before it on.
+    pub warmer_k: f64,
     /// Whether the drive moves in straight lines between rows, or is held.
     pub interpolated: bool,
     /// The formula of the drive, for sines.
@@ -50,12 +54,14 @@ impl Experiment {
             rest_s: 0.0,
             dwell_s,
             drive_v,
+            reference_um: 0.0,
         };
         Self {
             name: name.to_owned(),
             rest_s,
             prehold_v: 0.0,
             prehold_s: 0.0,
+            warmer_k: 0.0,
             interpolated: false,
             drive: None,
             rows: dwells.into_iter().map(row).collect(),
@@ -110,6 +116,25 @@ impl Experiment {
         single
     }
 
+    /// A stage moves the resting mirror under the sensor to each of these heights (um), `dwell_s` each.
+    pub fn reference(rest_s: f64, heights_um: &[f64], dwell_s: f64) -> Self {
+        let mut reference = Self::held(
+            "reference",
+            rest_s,
+            heights_um.iter().map(|_| ([0.0; 4], dwell_s)),
+        );
+        for (row, &height_um) in reference.rows.iter_mut().zip(heights_um) {
+            row.reference_um = height_um;
+        }
+        reference
+    }
+
+    /// The same in an oven or another room, `warmer_k` warmer than at the session's start.
+    #[must_use]
+    pub fn warmer_by(self, warmer_k: f64) -> Self {
+        Self { warmer_k, ..self }
+    }
+
     /// Its length with rests and prehold (s).
     pub fn duration_s(&self) -> f64 {
         self.rest_s
@@ -144,11 +169,28 @@ impl Plan {
         }
     }
 
+    /// The standard session, sweeps too small to heat much in an oven at two temperatures, and a ladder of reference steps.
+    pub fn with_oven_and_reference(max_v: f64) -> Self {
+        let mut plan = Self::standard(max_v);
+        let oven = |warmer_k: f64| {
+            Experiment::sweep(&format!("oven_{warmer_k}"), 60.0, 0.4, 8, 1.0).warmer_by(warmer_k)
+        };
+        plan.experiments.extend([
+            oven(20.0),
+            oven(40.0),
+            Experiment::reference(60.0, &REFERENCE_UM, 1.0),
+        ]);
+        plan
+    }
+
     /// Its length (s).
     pub fn duration_s(&self) -> f64 {
         self.experiments.iter().map(Experiment::duration_s).sum()
     }
 }
+
+/// Heights that a stage goes to and back from (um).
+const REFERENCE_UM: [f64; 9] = [0.0, 40.0, 80.0, 120.0, 160.0, 120.0, 80.0, 40.0, 0.0];
 
 /// Dwells that follow an edge: every 0.2 ms for 8 ms, then each a twentieth later than the one before, to `end`.
 fn reading_times(end: f64) -> Vec<f64> {

@@ -14,6 +14,8 @@ pub struct Row {
     pub t_global_s: f64,
     /// Voltage at each actuator (V).
     pub drive_v: [f64; 4],
+    /// How far a stage had moved the mirror (um).
+    pub reference_um: f64,
     /// What the instruments read.
     pub reading: Reading,
     /// Temperature of the room (degC).
@@ -68,6 +70,7 @@ struct Bench {
 
 impl Bench {
     fn record(&mut self, experiment: &Experiment) -> Recording {
+        self.mirror.set_ambient(experiment.warmer_k);
         self.mirror.advance([0.0; 4], experiment.rest_s);
         self.mirror
             .advance([experiment.prehold_v; 4], experiment.prehold_s);
@@ -84,6 +87,7 @@ impl Bench {
     }
 
     fn measure(&mut self, dwell: &Dwell, interpolated: bool, t_s: f64) -> Row {
+        self.mirror.set_stage(dwell.reference_um);
         if dwell.rest_s > 0.0 {
             self.mirror.advance([0.0; 4], dwell.rest_s);
         }
@@ -99,6 +103,7 @@ impl Bench {
             t_s,
             t_global_s: now,
             drive_v: dwell.drive_v,
+            reference_um: dwell.reference_um,
             reading,
             ambient_c: state.ambient_c,
         }

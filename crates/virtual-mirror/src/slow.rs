@@ -49,7 +49,7 @@ impl Slow {
     /// Sets the network to what holds in a step that ends at `time` (s) and has the beams' ends at `end` (m) halfway.
     pub(crate) fn prepare(&self, network: &mut Network, time: f64, end: Lanes) {
         if let Some(drift) = &self.drift {
-            network.ambient = drift.kelvin(time);
+            network.ambient = network.warmer + drift.kelvin(time);
         }
         if let Some(contact) = &self.contact {
             network.leads = self.leads + contact.ohm(time);

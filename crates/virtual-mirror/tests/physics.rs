@@ -1,7 +1,7 @@
 //! What must hold of any mirror.
 
 use approx::assert_relative_eq;
-use virtual_mirror::{Family, MirrorConfig, Sensor, State, VirtualMirror};
+use virtual_mirror::{Effect, Family, MirrorConfig, Sensor, State, VirtualMirror};
 
 fn mirror(config: &MirrorConfig) -> VirtualMirror {
     VirtualMirror::new(config).expect("valid mirror")
@@ -188,4 +188,75 @@ fn a_seed_repeats_to_the_bit_and_another_differs() {
     };
     assert_eq!(run(3), run(3));
     assert_ne!(run(3), run(4));
+}
+
+#[test]
+fn an_oven_shows_the_heater_s_coefficient_and_leaves_a_resting_mirror_at_its_temperature() {
+    for effect in [
+        None,
+        Some(Effect::Radiation),
+        Some(Effect::HeatLossTemperature),
+    ] {
+        let mut config = MirrorConfig::bench();
+        if let Some(effect) = effect {
+            config = config.with_effect(effect, 1.0);
+        }
+        let mut mirror = VirtualMirror::new(&config).expect("valid mirror");
+        let ohm = |mirror: &mut VirtualMirror| {
+            mirror.advance([0.0; 4], 100.0);
+            let cold_um = mirror.state().z_um;
+            mirror.step([0.01; 4], 0.0);
+            (0.01 / mirror.state().current_a[0], cold_um)
+        };
+        let (cold, cold_um) = ohm(&mut mirror);
+        mirror.set_ambient(40.0);
+        let (warm, warm_um) = ohm(&mut mirror);
+        approx::assert_relative_eq!(
+            warm / cold - 1.0,
+            40.0 * config.heater.tcr_per_k,
+            max_relative = 0.02
+        );
+        assert!(
+            warm_um - cold_um > 10.0,
+            "{effect:?}: {cold_um} to {warm_um} um"
+        );
+        assert!(
+            mirror.state().hottest_k < 0.01,
+            "{effect:?}: {:?}",
+            mirror.state()
+        );
+        mirror.set_ambient(0.0);
+        let (again, again_um) = ohm(&mut mirror);
+        approx::assert_relative_eq!(again, cold, max_relative = 1e-9);
+        approx::assert_abs_diff_eq!(again_um, cold_um, epsilon = 1e-6);
+    }
+}
+
+#[test]
+fn warm_air_conducts_as_the_law_says_that_warmed_it() {
+    let config = MirrorConfig::bench().with_effect(Effect::HeatLossTemperature, 1.0);
+    let rise = |warmer_k: f64| {
+        let mut mirror = VirtualMirror::new(&config).expect("valid mirror");
+        mirror.set_ambient(warmer_k);
+        mirror.advance([1.0; 4], 100.0);
+        let state = mirror.state();
+        state.heater_mean_k[0] / state.current_a[0]
+    };
+    // 40 K add 2 * 3e-3 * 40 of the air's conductance, less for the curve and for what the ends conduct.
+    let kept = rise(40.0) / rise(0.0);
+    assert!((0.78..0.95).contains(&kept), "{kept}");
+}
+
+#[test]
+fn a_stage_moves_what_the_sensor_sees_and_nothing_else() {
+    let config = MirrorConfig::bench().with_effect(Effect::SensorLag, 1.0);
+    let mut mirror = VirtualMirror::new(&config).expect("valid mirror");
+    mirror.set_stage(50.0);
+    mirror.advance([0.0; 4], 1e-4);
+    let at_once = mirror.state();
+    mirror.advance([0.0; 4], 1.0);
+    let later = mirror.state();
+    assert!(at_once.seen_z_um < 10.0, "{at_once:?}");
+    approx::assert_abs_diff_eq!(later.seen_z_um, 50.0, epsilon = 1e-6);
+    assert!(at_once.z_um.abs() < 1e-9 && later.z_um.abs() < 1e-9);
 }

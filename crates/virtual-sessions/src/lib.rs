@@ -28,9 +28,21 @@ pub fn measure(
     instruments: Instruments,
 ) -> Result<Session, ConfigError> {
     let recorded = Recorded::record(config, plan)?;
+    let has_oven = plan.experiments.iter().any(|e| e.warmer_k != 0.0);
     let files = recorded.recordings.iter().map(|recording| {
         let keys = keys(&recording.experiment, recorded.noise_z_nm);
-        let rows = rows(recording, instruments);
+        let mut rows = rows(recording, instruments);
+        if has_oven {
+            let celsius = config.ambient_c + recording.experiment.warmer_k;
+            rows.iter_mut()
+                .for_each(|row| row.ambient_c = Some(celsius));
+        }
+        if recording.rows.iter().any(|row| row.reference_um != 0.0) {
+            let told = recording.rows.iter().map(|row| row.reference_um);
+            rows.iter_mut()
+                .zip(told)
+                .for_each(|(row, um)| row.reference_um = Some(um));
+        }
         let file = MeasurementFile {
             keys,
             notes: Vec::new(),

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use crate::quantity::{Frequency, Span, Voltage};
+use crate::quantity::{Frequency, Length, Span, Voltage};
 
 /// What can be measured.
 #[derive(Debug, Subcommand)]
@@ -15,6 +15,27 @@ pub enum Measure {
     /// The tilt of the plate: at each voltage a scan of points over it with your sensor's spot, the plane through them by
     /// principal components, and its two angles.
     Plane(Plane),
+    /// What your sensor reads of the resting mirror where a stage has moved it by known heights: shows the sensor's own
+    /// errors, which no drive does.
+    Reference(Reference),
+}
+
+/// A reference for the sensor.
+#[derive(Debug, Args)]
+pub struct Reference {
+    /// How far the stage has moved the whole mirror towards the substrate's side, one height after the other: 0um 50um 100um.
+    /// The tool asks for each.
+    #[arg(required = true, num_args = 2..)]
+    pub heights: Vec<Length>,
+    /// How long to let stage and sensor settle at each height.
+    #[arg(long, default_value = "1s")]
+    pub settle: Span,
+    /// The measurement file to write.
+    #[arg(short, long, default_value = "reference.csv", value_name = "FILE")]
+    pub output: PathBuf,
+    /// What measures.
+    #[command(flatten)]
+    pub instruments: Instruments,
 }
 
 /// A scan of the plate.

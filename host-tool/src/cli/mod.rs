@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand};
 
 pub use self::lab::{EffectCommand, LabInput, ModelOutput};
-pub use self::measure::{Experiment, Instruments, Measure, OneFile, Plane};
+pub use self::measure::{Experiment, Instruments, Measure, OneFile, Plane, Reference};
 pub use self::moving::{Calibrate, Curve, Samples, Scan};
 use crate::quantity::{Hold, Length, MINUS, Resistance, Span, Voltage};
 

@@ -74,6 +74,9 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         Command::Measure(Measure::Plane(ask)) => {
             measure::plane::run(&open().await?, ask, json).await
         }
+        Command::Measure(Measure::Reference(ask)) => {
+            measure::reference::run(&open().await?, ask, json).await
+        }
         Command::Measure(Measure::Experiment(asked)) => {
             measure::run(&open().await?, asked, json).await
         }

@@ -21,15 +21,22 @@ pub(crate) enum Instruments {
     With,
     /// Displacement only.
     Without,
+    /// Displacement and currents, after the standard session in an oven at two temperatures and with reference steps.
+    WithOvenAndStage,
 }
 
 impl Instruments {
-    pub(crate) const ALL: [Self; 2] = [Self::With, Self::Without];
+    /// Those that are tried unless one is asked for.
+    const USUAL: [Self; 2] = [Self::With, Self::Without];
+
+    pub(crate) fn tried(only: Option<Self>) -> Vec<Self> {
+        only.map_or(Self::USUAL.to_vec(), |only| vec![only])
+    }
 
     /// The largest set of effects that says something.
     pub(crate) fn set(self) -> usize {
         match self {
-            Self::With => 2,
+            Self::With | Self::WithOvenAndStage => 2,
             Self::Without => 3,
         }
     }
@@ -59,7 +66,7 @@ pub(crate) fn all(arguments: &Arguments) -> Vec<Case> {
     let mut cases = Vec::new();
     for seed in (0..arguments.seeds).map(|seed| arguments.first_seed + seed) {
         for &noise_nm in &arguments.noises {
-            for instruments in Instruments::ALL {
+            for instruments in Instruments::tried(arguments.instruments) {
                 let mut push = |hidden, turn: usize, seed| {
                     cases.push(Case {
                         hidden,
@@ -86,13 +93,8 @@ pub(crate) fn all(arguments: &Arguments) -> Vec<Case> {
         }
     }
     cases.retain(|case| {
-        arguments
-            .instruments
-            .is_none_or(|only| only == case.instruments)
-            && arguments
-                .only
-                .as_ref()
-                .is_none_or(|only| case.hidden.is_called(only))
+        let only = arguments.only.as_ref();
+        only.is_none_or(|only| case.hidden.is_called(only))
     });
     cases
 }
@@ -154,14 +156,14 @@ impl Case {
     /// What is measured of a mirror.
     pub(crate) fn session(&self, config: &MirrorConfig) -> Result<Plan, ConfigError> {
         let instruments = match self.instruments {
-            Instruments::With => virtual_sessions::Instruments::PositionAndCurrents,
             Instruments::Without => virtual_sessions::Instruments::Position,
+            _ => virtual_sessions::Instruments::PositionAndCurrents,
         };
-        Ok(Plan::new(&measure(
-            config,
-            &Drives::standard(3.5),
-            instruments,
-        )?))
+        let drives = match self.instruments {
+            Instruments::WithOvenAndStage => Drives::with_oven_and_reference(3.5),
+            _ => Drives::standard(3.5),
+        };
+        Ok(Plan::new(&measure(config, &drives, instruments)?))
     }
 }
 
@@ -178,11 +180,14 @@ impl fmt::Display for Case {
             noise_nm,
             ..
         } = self;
-        let z_only = if self.instruments == Instruments::With {
-            ""
-        } else {
-            ", z only"
+        let instruments = match self.instruments {
+            Instruments::With => "",
+            Instruments::Without => ", z only",
+            Instruments::WithOvenAndStage => ", oven and stage",
         };
-        write!(f, "{hidden:<32} {family:?} {seed} {noise_nm:>2} nm{z_only}")
+        write!(
+            f,
+            "{hidden:<32} {family:?} {seed} {noise_nm:>2} nm{instruments}"
+        )
     }
 }

@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments = Arguments::parse();
     let cases = case::all(&arguments);
     // Before many sessions at once would each miss their ensemble.
-    for instruments in case::Instruments::ALL {
+    for instruments in case::Instruments::tried(arguments.instruments) {
         if let Some(case) = cases.iter().find(|case| case.instruments == instruments) {
             Ensemble::new(&case.session(&case.config())?, Some(&arguments.cache))?;
         }

@@ -21,12 +21,18 @@ pub(crate) fn table(outcomes: &[Outcome]) -> String {
             );
         }
     };
-    use Instruments::{With, Without};
+    use Instruments::{With, WithOvenAndStage, Without};
     for (instruments, strength, said, must) in [
         (With, 1.0, "strength 1, with currents", "92 %"),
         (With, 3.0, "strength 3, with currents", "95 %"),
         (With, 0.3, "strength 0.3, with currents", "75 %"),
         (Without, 1.0, "strength 1, z only", "80 %"),
+        (
+            WithOvenAndStage,
+            1.0,
+            "strength 1, with currents, an oven and a reference step",
+            "-",
+        ),
     ] {
         let most = instruments.set();
         let listed = || outcomes.listed(instruments, strength);
@@ -52,6 +58,11 @@ pub(crate) fn table(outcomes: &[Outcome]) -> String {
     for (instruments, said, must) in [
         (With, "with currents", "at most 1 %"),
         (Without, "z only", "at most 3 %"),
+        (
+            WithOvenAndStage,
+            "with currents, an oven and a reference step",
+            "at most 1 %",
+        ),
     ] {
         let hidden =
             |o: &&Outcome| o.case.hidden != Hidden::Nothing && o.case.instruments == instruments;

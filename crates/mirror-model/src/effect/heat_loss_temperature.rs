@@ -27,6 +27,6 @@ impl Effect for HeatLossTemperature {
     }
 
     fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
-        x - p[0] * m.temperature_rise_k * m.temperature_rise_k
+        x - p[0] * (m.temperature_rise_k.powi(2) - m.ambient_k.powi(2))
     }
 }

@@ -178,8 +178,10 @@ pub struct Moment {
     pub opposite_power_w: f64,
     /// R_T of this actuator (K/W).
     pub thermal_resistance_k_per_w: f64,
-    /// Temperature rise (K).
+    /// Temperature rise, with that of the surroundings (K).
     pub temperature_rise_k: f64,
+    /// How much warmer the surroundings are than at the session's start, where that is known (K).
+    pub ambient_k: f64,
     /// Curvature that one kelvin makes (1/(um K)).
     pub curvature_per_k: f64,
     /// Displacement of this actuator, or of the centre for an effect on the whole mirror (um).

@@ -32,7 +32,8 @@ impl Effect for Radiation {
     }
 
     fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
-        x - p[0] * m.thermal_resistance_k_per_w * emitted(m.temperature_rise_k)
+        let lost = emitted(m.temperature_rise_k) - emitted(m.ambient_k);
+        x - p[0] * m.thermal_resistance_k_per_w * lost
     }
 
     /// At the hottest a filament in vacuum radiates all of its power; half as much again, since how hot that is is known

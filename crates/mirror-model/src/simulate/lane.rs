@@ -83,7 +83,8 @@ impl Lane {
         let raw = self.raw_temperature();
         let now = &mut self.now;
         now.voltage_v = voltage_v;
-        now.temperature_rise_k = change(effects, Acts::Temperature, index, raw, now);
+        now.temperature_rise_k =
+            now.ambient_k + change(effects, Acts::Temperature, index, raw, now);
         now.grown_resistance_ohm =
             p.cold_resistance_ohm * p.resistance_coefficient_per_k * now.temperature_rise_k;
         now.resistance_ohm = p.cold_resistance_ohm + now.grown_resistance_ohm;

@@ -20,8 +20,8 @@ const SAME_K: f64 = 1e-5;
 /// A temperature rise beyond this is a runaway: everything has melted.
 const RUNAWAY_K: f64 = 5e3;
 
-/// A piece of drive: held where both ends are equal, a straight line otherwise.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A piece of drive: held where both ends are equal, a straight line otherwise. What is around the mirror stands still in it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Interval {
     /// How long it lasts.
     pub duration_s: f64,
@@ -29,16 +29,32 @@ pub struct Interval {
     pub from_v: [f64; ACTUATORS],
     /// The drives at its end.
     pub to_v: [f64; ACTUATORS],
+    /// How much warmer the surroundings are than where the cold resistances and the displacement's zero belong (K).
+    pub ambient_k: f64,
+    /// How far a stage has moved the sensor's target, the whole mirror, towards the substrate (um).
+    pub reference_um: f64,
+}
+
+impl Interval {
+    /// These drives held for a time, in the surroundings of rest.
+    pub fn held(drive_v: [f64; ACTUATORS], duration_s: f64) -> Self {
+        Self {
+            duration_s,
+            from_v: drive_v,
+            to_v: drive_v,
+            ..Self::default()
+        }
+    }
 }
 
 /// What the model shows at the end of an interval.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Output {
-    /// The displacement as the sensor reads it, counted from rest.
+    /// The displacement as the sensor reads it, counted from rest, with what a stage adds.
     pub z_um: f64,
     /// The current of each actuator; 0 where it is not driven.
     pub current_a: [f64; ACTUATORS],
-    /// The temperature rise of each actuator.
+    /// The temperature rise of each actuator, with that of its surroundings.
     pub temperature_rise_k: [f64; ACTUATORS],
 }
 
@@ -80,6 +96,8 @@ pub struct Simulation<'a> {
     t_s: f64,
     since_jump_s: f64,
     last_v: [f64; ACTUATORS],
+    ambient_k: f64,
+    reference_um: f64,
     /// Displacement of the centre without sensor effects, and what it was at rest.
     centre_um: f64,
     rest_um: f64,
@@ -104,6 +122,8 @@ impl<'a> Simulation<'a> {
             t_s: 0.0,
             since_jump_s: 0.0,
             last_v: [0.0; ACTUATORS],
+            ambient_k: 0.0,
+            reference_um: 0.0,
             centre_um: 0.0,
             rest_um: 0.0,
             reading_um: 0.0,
@@ -126,9 +146,12 @@ impl<'a> Simulation<'a> {
     /// As [`simulate`].
     pub fn run(&mut self, interval: &Interval) -> Result<Output, Runaway> {
         let mut done_s = 0.0;
-        if interval.from_v != self.last_v {
+        let moved =
+            (self.ambient_k, self.reference_um) != (interval.ambient_k, interval.reference_um);
+        if moved || interval.from_v != self.last_v {
             self.since_jump_s = 0.0;
         }
+        (self.ambient_k, self.reference_um) = (interval.ambient_k, interval.reference_um);
         let held = interval.from_v == interval.to_v;
         while done_s < interval.duration_s {
             let left = interval.duration_s - done_s;
@@ -183,6 +206,7 @@ impl<'a> Simulation<'a> {
                 let before_k = lane.now.temperature_rise_k;
                 let guess = lane.heating_k;
                 lane.now.t_s = self.t_s;
+                lane.now.ambient_k = self.ambient_k;
                 lane.now.total_power_w = powers_w.iter().sum();
                 lane.now.opposite_power_w = powers_w[(index + ACTUATORS / 2) % ACTUATORS];
                 let (poles, heating) = &start[index];
@@ -268,7 +292,7 @@ impl<'a> Simulation<'a> {
             h,
         );
         self.centre_um = change(&self.effects, Acts::Motion, 0, moment.z_um, &moment);
-        let counted = self.centre_um - self.rest_um;
+        let counted = self.centre_um - self.rest_um + self.reference_um;
         moment.z_um = counted;
         advance(&mut self.effects, &[Acts::Reading], 0, counted, &moment, h);
         self.reading_um = change(&self.effects, Acts::Reading, 0, counted, &moment);

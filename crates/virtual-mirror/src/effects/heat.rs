@@ -8,8 +8,8 @@ const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
 /// How the loss departs from being proportional to the temperature.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct LossLaw {
-    /// Loss to the air is `g t (1 + t (p + q t))`.
-    pub(crate) air: [f64; 2],
+    /// Loss to the air is `g t (1 + o + t (p + q t))`.
+    pub(crate) air: [f64; 3],
     /// Radiation is its area's share times `t (a + t (b + t (c + t d)))`.
     pub(crate) radiation: [f64; 4],
     /// Exchange with each neighbour, as a part of the loss to the air.
@@ -24,13 +24,20 @@ impl LossLaw {
         *self == Self::default()
     }
 
-    pub(crate) fn new(effects: &Effects, ambient_c: f64) -> Self {
+    /// The law in a room at `ambient_c`, `warmer_k` of it more than where the beams' loss to the air belongs.
+    pub(crate) fn new(effects: &Effects, ambient_c: f64, warmer_k: f64) -> Self {
         let warm = effects.strength(Effect::HeatLossTemperature);
+        let (p, q) = (3.0e-3 * warm, -2.0e-6 * warm);
         let room = ambient_c + 273.15;
         // (room + t)^4 - room^4; oxide emits with 0.7.
         let emission = 0.7 * STEFAN_BOLTZMANN * effects.strength(Effect::Radiation);
         Self {
-            air: [3.0e-3 * warm, -2.0e-6 * warm],
+            // The air's conductance from room to beam: u + p u^2 + q u^3 between the two, u counted from the first room.
+            air: [
+                warmer_k * (2.0 * p + 3.0 * q * warmer_k),
+                p + 3.0 * q * warmer_k,
+                q,
+            ],
             radiation: [4.0 * room.powi(3), 6.0 * room.powi(2), 4.0 * room, 1.0]
                 .map(|c| emission * c),
             neighbour: 0.08 * effects.strength(Effect::Crosstalk),

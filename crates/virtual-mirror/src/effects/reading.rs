@@ -27,7 +27,7 @@ impl Errors {
 
     /// What the sensor makes of the mirror's state (um), before noise.
     pub(crate) fn read(&self, state: &State) -> f64 {
-        let z = state.filtered_z_um;
+        let z = state.seen_z_um;
         let ripple = self.ripple_um * (std::f64::consts::TAU * z / Self::PERIOD_UM).sin();
         let abbe = self.abbe_um * state.tilt_y_deg.to_radians().sin();
         self.offset_um + z * (1.0 + self.gain) + ripple + abbe

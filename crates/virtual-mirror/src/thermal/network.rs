@@ -54,6 +54,8 @@ pub(crate) struct Network {
     pub(crate) aged: Lanes,
     /// Ambient temperature over its first value (K); the field's temperatures count from ambient.
     pub(crate) ambient: f64,
+    /// What of that was set from outside (K).
+    pub(crate) warmer: f64,
 }
 
 impl Network {
@@ -91,8 +93,8 @@ impl Network {
             return theta * cell.to_air;
         }
         let splat = Lanes::splat;
-        let ([p, q], [a, b, c, d]) = (self.loss.air, self.loss.radiation);
-        let air = splat(1.0) + theta * (splat(p) + theta * q);
+        let ([o, p, q], [a, b, c, d]) = (self.loss.air, self.loss.radiation);
+        let air = splat(1.0 + o) + theta * (splat(p) + theta * q);
         let sky = splat(a) + theta * (splat(b) + theta * (splat(c) + theta * d));
         let between = 0.25 * cell.to_air.sum() * self.loss.neighbour;
         let shared = (theta * 2.0 - theta.neighbours()) * between;
@@ -103,9 +105,9 @@ impl Network {
     /// out (W/K). A heater that warms takes less current: over the whole beam that outweighs the cell's own share twice.
     pub(crate) fn restoring(&self, cell: &Cell, theta: Lanes, heating: Lanes) -> Lanes {
         let splat = Lanes::splat;
-        let ([p, q], [a, b, c, d]) = (self.loss.air, self.loss.radiation);
-        let air =
-            splat(1.0 + 2.0 * self.loss.neighbour) + theta * (splat(2.0 * p) + theta * (3.0 * q));
+        let ([o, p, q], [a, b, c, d]) = (self.loss.air, self.loss.radiation);
+        let air = splat(1.0 + o + 2.0 * self.loss.neighbour)
+            + theta * (splat(2.0 * p) + theta * (3.0 * q));
         let sky =
             splat(a) + theta * (splat(2.0 * b) + theta * (splat(3.0 * c) + theta * (4.0 * d)));
         let heater = heating * cell.ohm * self.tcr;

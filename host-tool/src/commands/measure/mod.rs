@@ -5,6 +5,8 @@ mod interrupt;
 mod keyboard;
 pub(super) mod plane;
 pub(crate) mod play;
+mod point;
+pub(super) mod reference;
 mod rows;
 pub(crate) mod run;
 pub(crate) mod sensor;

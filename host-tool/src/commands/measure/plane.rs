@@ -5,19 +5,18 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use diagnosis::Plane;
-use measurement::{MeasurementFile, Row};
+use measurement::Row;
 use mirror_protocol::Drives;
 use serde::Serialize;
 
 use super::interrupt::Interrupt;
 use super::keyboard::Keyboard;
-use super::run::{Ended, LEASE_MS, attended, partial, today};
-use super::sensor::{Sensor, cannot_read};
+use super::point::Points;
+use super::run::{Ended, LEASE_MS, attended, header, partial};
 use super::spots::{Spots, parse};
 use super::{check_drive, make_directory};
 use crate::board::Board;
 use crate::cli;
-use crate::commands::moving::read;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::quantity::{Span, Voltage};
@@ -57,15 +56,7 @@ pub(crate) async fn run(board: &Board, ask: cli::Plane, json: bool) -> Result<()
     for volts in &ask.volts {
         check_drive(*volts, max)?;
     }
-    let sensor = Sensor::open(&ask.instruments.sensor)?;
-    match &sensor {
-        Sensor::Board if status.telemetry.sensor_z_um.is_none() => return Err(ToolError::NoSensor),
-        Sensor::Recording { path, .. } => {
-            let reason = "a scan asks it at every point, which a recording cannot answer";
-            return Err(cannot_read(path, reason));
-        }
-        _ => {}
-    }
+    let points = Points::open(board, &status, &ask.instruments)?;
     let spots = Spots::new(ask.points.as_deref())?;
     if let Some(folder) = ask.output.parent() {
         make_directory(folder)?;
@@ -81,11 +72,9 @@ pub(crate) async fn run(board: &Board, ask: cli::Plane, json: bool) -> Result<()
     let interrupt = Interrupt::listen()?;
     let mut scan = Scan {
         board,
-        sensor,
+        points: points.begin().await?,
         spots,
         settle: ask.settle,
-        ambient_c: ask.instruments.ambient_c,
-        begin_tick: board.off().await?.tick,
         levels: Vec::new(),
     };
     let ended = attended(board, &interrupt, scan.perform(&ask.volts)).await;
@@ -98,10 +87,7 @@ pub(crate) async fn run(board: &Board, ask: cli::Plane, json: bool) -> Result<()
         files: Vec::new(),
         interrupted: matches!(ended, Ok(Ended::Interrupted)),
     };
-    let mut measured = MeasurementFile::default();
-    measured.keys.set("experiment", "plane");
-    measured.keys.set("device", &board.identity().board);
-    measured.keys.set("date", &today());
+    let mut measured = header(board, "plane", scan.points.session());
     if let Some(partial) = &partial {
         measured.keys.set("partial", partial);
     }
@@ -142,11 +128,9 @@ pub(crate) async fn run(board: &Board, ask: cli::Plane, json: bool) -> Result<()
 /// A scan as it goes on.
 struct Scan<'a> {
     board: &'a Board,
-    sensor: Sensor,
+    points: Points<'a>,
     spots: Spots,
     settle: Span,
-    ambient_c: Option<f64>,
-    begin_tick: u32,
     levels: Vec<Scanned>,
 }
 
@@ -185,23 +169,11 @@ impl Scan<'_> {
         let mut row = None;
         let mut index = 0;
         while let Some([x, y]) = self.spots.reach(index, keyboard).await? {
-            let serial_um = self.sensor.read_now().await?;
-            let (readings, tick) = read(self.board).await?;
-            let z = serial_um
-                .or(readings.sensor_z_um)
-                .ok_or(ToolError::NoSensor)?;
+            let (z, read) = self.points.read().await?;
             if let Some(level) = self.levels.last_mut() {
                 level.points.push([x, y, z]);
             }
-            let t_s = self.board.span(self.begin_tick, tick).s;
-            row = Some(Row {
-                t_s,
-                t_global_s: Some(t_s),
-                voltage_v: readings.drive_v,
-                current_a: readings.current_a.map(Some),
-                ambient_c: self.ambient_c,
-                ..Row::default()
-            });
+            row = Some(read);
             index += 1;
         }
         if let Some(level) = self.levels.last_mut() {

@@ -30,7 +30,7 @@ pub(crate) struct Lab<'a> {
     board: &'a Board,
     sensor: Sensor,
     ambient_c: Option<f64>,
-    date: String,
+    session: String,
     session_tick: u32,
     bar: ProgressBar,
     quiet: bool,
@@ -98,7 +98,7 @@ impl<'a> Lab<'a> {
             board,
             sensor,
             ambient_c,
-            date: today(),
+            session: now(),
             session_tick: off.tick,
             bar,
             quiet,
@@ -172,10 +172,7 @@ impl<'a> Lab<'a> {
     }
 
     fn header(&self, experiment: &Experiment) -> MeasurementFile {
-        let mut file = MeasurementFile::default();
-        file.keys.set("experiment", &experiment.name);
-        file.keys.set("device", &self.board.identity().board);
-        file.keys.set("date", &self.date);
+        let mut file = header(self.board, &experiment.name, &self.session);
         if let Some(drive) = &experiment.drive {
             file.keys.set("drive", drive);
         }
@@ -288,6 +285,22 @@ impl<'a> Lab<'a> {
     async fn wait(&self, tick: u32, seconds: f64) -> Result<(), ToolError> {
         self.board.wait(tick, Span { s: seconds }).await
     }
+}
+
+/// A file of an experiment in the session that began at this instant, which is time 0 on its clock.
+pub(super) fn header(board: &Board, experiment: &str, session: &str) -> MeasurementFile {
+    let mut file = MeasurementFile::default();
+    file.keys.set("experiment", experiment);
+    file.keys.set("device", &board.identity().board);
+    let date = session.split('T').next().unwrap_or_default();
+    file.keys.set("date", date);
+    file.keys.set("session", session);
+    file
+}
+
+/// This instant in UTC, as `2026-11-21T14:05:00.125Z`.
+pub(super) fn now() -> String {
+    chrono::Utc::now().to_rfc3339_opts(chrono::SecondsFormat::Millis, true)
 }
 
 /// Today in UTC, as `2026-11-21`.

@@ -1,0 +1,140 @@
+use super::*;
+
+fn session(text: &str) -> Session {
+    Session {
+        files: vec![(
+            "a.csv".into(),
+            MeasurementFile::parse("a.csv", text).unwrap(),
+        )],
+    }
+}
+
+#[test]
+fn rests_and_preholds_are_driven_before_the_rows() {
+    let plan = Plan::new(&session(
+        "# prehold_V=1\n# prehold_s=5\nt_global_s,t_s,V_V,z_um\n11,1,2,60\n13,2,0.5,1\n",
+    ));
+    let drives: Vec<_> = plan
+        .intervals
+        .iter()
+        .map(|i| (i.duration_s, i.to_v[0]))
+        .collect();
+    assert_eq!(
+        drives,
+        [(5.0, 0.0), (5.0, 1.0), (1.0, 2.0), (1.0, 0.0), (1.0, 0.5)]
+    );
+    assert_eq!(plan.observations[1].interval, 4);
+}
+
+#[test]
+fn a_sine_runs_straight_from_row_to_row() {
+    let plan = Plan::new(&session(
+        "# drive=sin\n# prehold_V=1\n# prehold_s=5\nt_s,V_V,z_um\n0.1,1.1,1\n0.2,1.2,2\n",
+    ));
+    let last = plan.intervals.last().unwrap();
+    assert_eq!((last.from_v[0], last.to_v[0]), (1.1, 1.2));
+}
+
+/// What a sweep at 22 degrees leaves of one at 60, beside a fitted zero, where a sensor says that much more in the oven.
+fn left_in_the_oven(session_key: &str, offset_um: f64) -> Vec<f64> {
+    let room = "# session=a\nt_global_s,t_s,V_V,z_um,T_ambient_C\n1,1,0,0,22\n2,2,1,26,22\n";
+    let (zero, driven) = (66.0 + offset_um, 92.0 + offset_um);
+    let oven = format!(
+        "# session={session_key}\nt_global_s,t_s,V_V,z_um,T_ambient_C\n11,1,0,{zero},60\n12,2,1,{driven},60\n"
+    );
+    let file = |text: &str| {
+        (
+            String::new(),
+            MeasurementFile::parse("a.csv", text).unwrap(),
+        )
+    };
+    let plan = Plan::new(&Session {
+        files: vec![file(room), file(&oven)],
+    });
+    assert_eq!(plan.first_ambient_c, Some(22.0));
+    assert_eq!(plan.intervals.last().unwrap().ambient_k, 38.0);
+    let outputs = plan.intervals.iter().map(|interval| Output {
+        z_um: 26.0 * interval.to_v[0].powi(2) + 1.7 * interval.ambient_k,
+        ..Output::default()
+    });
+    let read = plan.read(&outputs.collect::<Vec<_>>());
+    let values = plan.values().into_iter().zip(read);
+    values.map(|(z, read)| z - read).collect()
+}
+
+#[test]
+fn an_oven_s_expansion_counts_where_the_clock_is_the_session_s_and_elsewhere_the_zero_is_free() {
+    let same = |a: Vec<f64>, b: [f64; 4]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9);
+    assert!(same(left_in_the_oven("a", 0.0), [0.0, 0.0, 1.4, 1.4]));
+    assert!(same(left_in_the_oven("a", 5.0), [0.0, 0.0, 6.4, 6.4]));
+    assert!(same(left_in_the_oven("b", 0.0), [0.0; 4]));
+    assert!(same(left_in_the_oven("b", -66.0), [0.0; 4]));
+}
+
+#[test]
+fn a_room_that_stays_as_it_is_changes_nothing() {
+    let plain = "t_s,V_V,z_um\n1,0,0\n2,1,26\n3,0,0\n";
+    let told = "t_s,V_V,z_um,T_ambient_C\n1,0,0,22.1\n2,1,26,\n3,0,0,21.9\n";
+    let [plain, told] = [plain, told].map(|text| Plan::new(&session(text)));
+    assert_eq!(plain.intervals, told.intervals);
+    assert_eq!((plain.own_zeros.len(), told.own_zeros.len()), (0, 0));
+}
+
+#[test]
+fn files_that_overlap_follow_one_another() {
+    let file = |t: f64| {
+        let text = format!("t_global_s,t_s,V_V,z_um\n{t},1,0,0\n{},6,1,26\n", t + 5.0);
+        (
+            String::new(),
+            MeasurementFile::parse("a.csv", &text).unwrap(),
+        )
+    };
+    let files = vec![file(2.0), file(3.0), file(20.0)];
+    let plan = Plan::new(&Session { files });
+    let ends: Vec<f64> = plan
+        .intervals
+        .iter()
+        .scan(0.0, |t, interval| {
+            *t += interval.duration_s;
+            Some(*t)
+        })
+        .collect();
+    // 60 s between the first two; the third is on the clock of the second.
+    assert!(
+        (ends.last().unwrap() - (7.0 + 60.0 + 6.0 + 17.0)).abs() < 1e-9,
+        "{ends:?}"
+    );
+}
+
+#[test]
+fn dense_files_keep_their_steps() {
+    let rows: Vec<_> = (0..100_000)
+        .map(|i| Row {
+            t_s: f64::from(i) * 1e-3,
+            voltage_v: [f64::from(i / 20_000); 4],
+            z_um: Some(0.0),
+            ..Row::default()
+        })
+        .collect();
+    let file = MeasurementFile {
+        rows,
+        ..MeasurementFile::default()
+    };
+    let plan = Plan::new(&Session {
+        files: vec![("dense".into(), file)],
+    });
+    assert!(
+        plan.observations.len() < 2000,
+        "{}",
+        plan.observations.len()
+    );
+    for step in 1..5 {
+        let after = f64::from(step) * 20.0;
+        assert!(
+            plan.observations
+                .iter()
+                .any(|o| (o.t_s - after).abs() < 2e-3),
+            "the step at {after} s is gone"
+        );
+    }
+}

@@ -1,0 +1,97 @@
+//! What no drive shows, an oven or a reference step does: mirrors from a family that no threshold was calibrated on.
+
+use diagnosis::{Plan, Verdict, diagnose};
+use measurement::Session;
+use mirror_model::{Model, Preset};
+use virtual_mirror::{Effect, Experiment, Family, MirrorConfig, Plan as Drives};
+use virtual_sessions::{Instruments, measure};
+
+fn hiding(effect: Effect) -> MirrorConfig {
+    MirrorConfig::draw(Family::F, 41).with_effect(effect, 1.0)
+}
+
+/// What a bench has measured of a mirror before anybody asked for more.
+fn usual() -> Vec<Experiment> {
+    vec![
+        Experiment::sweep("sweep", 0.0, 3.5, 14, 1.0),
+        Experiment::single(3.5, 5),
+    ]
+}
+
+fn measured(config: &MirrorConfig, experiments: Vec<Experiment>) -> Session {
+    let drives = Drives { experiments };
+    measure(config, &drives, Instruments::PositionAndCurrents).expect("a possible mirror")
+}
+
+fn found(session: &Session) -> (Verdict, Vec<String>) {
+    let paper = Model::from(Preset::Paper);
+    let found = diagnose(&paper, &Plan::new(session), &[], None).expect("finite");
+    (found.verdict, found.effects)
+}
+
+/// It stays unseen in the usual session, and is found where `more` was measured.
+#[track_caller]
+fn shows(hidden: Effect, more: Experiment) {
+    let config = hiding(hidden);
+    let (_, unseen) = found(&measured(&config, usual()));
+    assert!(!(1..=2).contains(&unseen.len()), "{unseen:?}");
+    let with = measured(&config, [usual(), vec![more]].concat());
+    let (verdict, effects) = found(&with);
+    assert!(
+        effects.len() <= 2 && effects.iter().any(|id| id == hidden.id()),
+        "{hidden}: {verdict:?} {effects:?}"
+    );
+}
+
+fn oven() -> Experiment {
+    Experiment::sweep("oven", 60.0, 0.4, 8, 1.0).warmer_by(38.0)
+}
+
+#[test]
+fn an_oven_shows_the_film_s_coefficient() {
+    shows(Effect::FilmTcr, oven());
+}
+
+#[test]
+fn a_reference_step_shows_the_sensor_s_gain() {
+    let heights = [0.0, 50.0, 100.0, 150.0, 100.0, 50.0, 0.0];
+    shows(
+        Effect::SensorGain,
+        Experiment::reference(20.0, &heights, 1.0),
+    );
+}
+
+/// An oven on another day, on a board that was switched on in it: the sensor's zero is another one.
+#[test]
+fn an_oven_on_another_clock_shows_it_too() {
+    let config = hiding(Effect::FilmTcr);
+    let mut session = measured(&config, usual());
+    let day = |session: &mut Session, began: &str, ambient_c: f64| {
+        for (_, file) in &mut session.files {
+            file.keys.set("session", began);
+            file.rows
+                .iter_mut()
+                .for_each(|row| row.ambient_c = Some(ambient_c));
+        }
+    };
+    day(&mut session, "2026-11-21T10:00:00Z", config.ambient_c);
+    let mut later = measured(&config, vec![oven()]);
+    day(&mut later, "2026-11-22T10:00:00Z", config.ambient_c + 38.0);
+    for row in later.files.iter_mut().flat_map(|(_, file)| &mut file.rows) {
+        row.z_um = row.z_um.map(|z| z - 71.3);
+    }
+    session.files.extend(later.files);
+    let (verdict, effects) = found(&session);
+    assert!(
+        effects.len() <= 2 && effects.iter().any(|id| id == "film-tcr"),
+        "{verdict:?} {effects:?}"
+    );
+}
+
+#[test]
+fn nothing_hidden_stays_nothing_in_an_oven_and_on_a_stage() {
+    let heights = [0.0, 60.0, 120.0, 0.0];
+    let more = vec![oven(), Experiment::reference(20.0, &heights, 1.0)];
+    let session = measured(&MirrorConfig::draw(Family::G, 42), [usual(), more].concat());
+    assert_eq!(found(&session), (Verdict::None, vec![]));
+}

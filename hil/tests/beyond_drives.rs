@@ -1,0 +1,169 @@
+//! What a person moves or warms on the bench while the tool measures, and that every measurement which a diagnosis may propose runs.
+
+use std::io::{BufRead, BufReader, Write};
+
+use hil::{Bench, Said};
+use measurement::Session;
+use virtual_mirror::{Effect, MirrorConfig};
+
+/// Runs the tool, and wherever it asks for a height moves the stage there and presses Enter.
+fn with_a_stage(bench: &mut Bench, words: &[&str]) -> Said {
+    let mut tool = bench.talk_to_tool(words);
+    let mut keys = tool.stdin.take().expect("piped");
+    let said = BufReader::new(tool.stderr.take().expect("piped"));
+    let board = bench.emulated_board().expect("emulated");
+    let mut err = String::new();
+    for line in said.lines() {
+        let line = line.expect("text");
+        if let Some((_, rest)) = line.split_once("move the stage to ") {
+            let (um, _) = rest.split_once(" um").expect("a height");
+            board.move_stage(um.parse().expect("a number"));
+            writeln!(keys).expect("it listens");
+        }
+        err += &line;
+    }
+    Said {
+        err,
+        ..Said::from(tool)
+    }
+}
+
+const HEIGHTS: [&str; 7] = [
+    "measure",
+    "reference",
+    "0um",
+    "60um",
+    "0.12mm",
+    "--settle",
+    "100ms",
+];
+
+#[test]
+fn a_stage_s_steps_are_read_with_the_sensor_s_gain() {
+    let mut bench = Bench::emulated(MirrorConfig::bench().with_effect(Effect::SensorGain, 3.0));
+    let said = with_a_stage(&mut bench, &HEIGHTS);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(bench.is_off());
+    let file = bench.measured("reference.csv");
+    let read: Vec<_> = file
+        .rows
+        .iter()
+        .map(|row| (row.reference_um, row.z_um))
+        .collect();
+    assert_eq!(read[0], (Some(0.0), Some(0.0)));
+    for (reference_um, z_um) in read {
+        let off = z_um.unwrap() - 1.03 * reference_um.unwrap();
+        assert!(off.abs() < 0.1, "{z_um:?} at {reference_um:?}");
+    }
+    assert!(file.keys.session().is_some());
+}
+
+#[test]
+fn an_oven_shows_in_the_resistance_and_its_file_belongs_to_the_session() {
+    let mut bench = Bench::emulated(MirrorConfig::bench());
+    let cold = |bench: &Bench, ambient: &str, output: &str| {
+        let words = [
+            "measure",
+            "held",
+            "0V",
+            "0.4V",
+            "--dwell",
+            "2s",
+            "--rest",
+            "1s",
+            "--ambient",
+            ambient,
+            "-o",
+            output,
+        ];
+        bench.json(&words);
+        let rows = bench.measured(output).rows;
+        0.4 / rows[1].current_a[0].expect("sensed")
+    };
+    let room_ohm = cold(&bench, "22", "room.csv");
+    bench.emulated_board().expect("emulated").set_oven(62.0);
+    let oven_ohm = cold(&bench, "62", "oven.csv");
+    let per_kelvin = (oven_ohm / room_ohm - 1.0) / 40.0;
+    let tcr = MirrorConfig::bench().heater.tcr_per_k;
+    assert!(
+        (per_kelvin / tcr - 1.0).abs() < 0.1,
+        "{per_kelvin} for {tcr}"
+    );
+    let session = Session::load(&["oven.csv", "room.csv"].map(|name| bench.directory().join(name)));
+    let files = session.expect("a session").files;
+    let order: Vec<_> = files.iter().map(|(_, file)| file.ambient_c()).collect();
+    assert_eq!(
+        order,
+        [Some(22.0), Some(62.0)],
+        "the room was measured first"
+    );
+    assert!(!files[0].1.shares_clock(&files[1].1));
+}
+
+#[test]
+fn ctrl_d_leaves_the_heights_that_were_read() {
+    let bench = Bench::emulated(MirrorConfig::bench());
+    let mut tool = bench.talk_to_tool(&HEIGHTS);
+    let mut keys = tool.stdin.take().expect("piped");
+    keys.write_all(b"\n\n").expect("it listens");
+    drop(keys);
+    let said = Said::from(tool);
+    assert_ne!(said.code, 0);
+    assert!(
+        said.sentence().contains("the input ended before"),
+        "{}",
+        said.err
+    );
+    let file = bench.measured("reference.csv");
+    assert_eq!(file.rows.len(), 2);
+    assert!(file.keys.get("partial").is_some());
+}
+
+/// The same command with shorter times, fewer steps, and a file of this number.
+fn short(command: &str, number: usize) -> Vec<String> {
+    let mut words: Vec<String> = command.split(' ').skip(1).map(str::to_owned).collect();
+    let mut set = |option: &str, value: &str| match words.iter().position(|word| word == option) {
+        Some(at) => words[at + 1] = value.to_owned(),
+        None => words.extend([option, value].map(str::to_owned)),
+    };
+    let is_session = command.contains("measure session");
+    set(
+        "-o",
+        &format!("{number}{}", if is_session { "" } else { ".csv" }),
+    );
+    let short: &[(&str, &str)] = match command.split(' ').nth(2).expect("an experiment") {
+        "sweep" | "single" => &[("--steps", "2"), ("--dwell", "50ms"), ("--rest", "0s")],
+        "step" => &[("--hold", "100ms"), ("--rest", "0s")],
+        "sine" => &[("--cycles", "1"), ("--rest", "0s")],
+        "reference" => &[("--settle", "10ms")],
+        "session" => &[],
+        other => panic!("no short version of {other}"),
+    };
+    for (option, value) in short {
+        set(option, value);
+    }
+    if command.contains("0.01Hz") {
+        set("--frequency", "1Hz");
+    }
+    words
+}
+
+#[test]
+fn every_measurement_that_may_be_proposed_runs_on_a_board() {
+    let mut bench = Bench::emulated(MirrorConfig::bench());
+    for (number, command) in diagnosis::commands(3.5).iter().enumerate() {
+        let words = short(command, number);
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        let file = words[1 + words.iter().position(|word| *word == "-o").expect("a name")];
+        let said = with_a_stage(&mut bench, &words);
+        assert_eq!(said.code, 0, "{command}: {}", said.err);
+        // A session is a folder.
+        let session = Session::load(&[bench.directory().join(file)]);
+        for (name, file) in session.expect("it is read again").files {
+            assert!(
+                file.has_displacement() && file.has_current(),
+                "{command}: {name}"
+            );
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! `measure reference`: what the sensor reads where a stage has moved the resting mirror by known heights.
+
+use measurement::Row;
+
+use super::interrupt::Interrupt;
+use super::keyboard::Keyboard;
+use super::point::Points;
+use super::run::{Ended, attended, header, partial};
+use super::{MeasuredFile, Report, make_directory};
+use crate::board::Board;
+use crate::cli;
+use crate::error::ToolError;
+use crate::new_file::NewFile;
+use crate::report;
+
+/// Asks for each height, and reads the sensor there; nothing is driven.
+pub(crate) async fn run(board: &Board, ask: cli::Reference, json: bool) -> Result<(), ToolError> {
+    let status = board.status().await?;
+    let points = Points::open(board, &status, &ask.instruments)?;
+    if let Some(folder) = ask.output.parent() {
+        make_directory(folder)?;
+    }
+    let file = NewFile::create(ask.output.clone(), ask.instruments.force)?;
+    let interrupt = Interrupt::listen()?;
+    let points = points.begin().await?;
+    let mut measured = header(board, "reference", points.session());
+    let ladder = climb(board, &points, &ask, &mut measured.rows);
+    let ended = attended(board, &interrupt, ladder).await;
+    if let Some(partial) = partial(&ended) {
+        measured.keys.set("partial", &partial);
+    }
+    let mut report = Report {
+        measured: Vec::new(),
+        dropped_samples: 0,
+        interrupted: matches!(ended, Ok(Ended::Interrupted)),
+    };
+    // Rows are read in pairs: one alone would be no measurement.
+    let rows = measured.rows.len();
+    if rows > 1 {
+        let file = file.write(&measured.to_string())?;
+        report.measured.push(MeasuredFile { file, rows });
+    }
+    report::print(&report, json);
+    ended.map(drop)
+}
+
+/// Reads every height. Displacements count from the first.
+async fn climb(
+    board: &Board,
+    points: &Points<'_>,
+    ask: &cli::Reference,
+    rows: &mut Vec<Row>,
+) -> Result<(), ToolError> {
+    let mut keyboard = Keyboard::new();
+    let (mut zero_um, count) = (None, ask.heights.len());
+    for (number, height) in (1..).zip(&ask.heights) {
+        let question = format!("{number} of {count}: move the stage to {height}, then Enter");
+        keyboard.ask(&question).await?;
+        let arrived = board.status().await?.telemetry.tick;
+        board.wait(arrived, ask.settle).await?;
+        let (um, row) = points.read().await?;
+        rows.push(Row {
+            z_um: Some(um - *zero_um.get_or_insert(um)),
+            reference_um: Some(height.um),
+            ..row
+        });
+    }
+    Ok(())
+}
