@@ -1,9 +1,10 @@
 //! The mirror in time.
 
+mod surroundings;
+
 use crate::build::Build;
 use crate::config::{ConfigError, MirrorConfig};
 use crate::effects::Effects;
-use crate::effects::heat::LossLaw;
 use crate::effects::memory::{Memory, Stiction};
 use crate::effects::reading::filter_hz;
 use crate::effects::structure::reconstruct;
@@ -23,8 +24,6 @@ const LONGEST_S: f64 = 1000.0;
 const SHORTEST_S: f64 = 1e-9;
 /// Time that passes for none (s).
 const NO_TIME_S: f64 = 1e-12;
-/// Time in which the room jumps to another temperature, for what remembers motion (s).
-const JUMP_S: f64 = 1e-6;
 /// Longest time that one call lets pass (s): a mirror settles in minutes, and no call may hang.
 const DAY_S: f64 = 86_400.0;
 
@@ -175,42 +174,12 @@ impl VirtualMirror {
         self.integrate(drive, duration_s);
     }
 
-    /// Brings the mirror to a room, or an oven, that is `warmer_k` warmer than the one that it was made in. All of it is that
-    /// much warmer at once; what the drives and a drifting room add counts from there. Not finite counts as 0.
-    pub fn set_ambient(&mut self, warmer_k: f64) {
-        let warmer_k = if warmer_k.is_finite() { warmer_k } else { 0.0 };
-        if warmer_k == self.network.warmer {
-            return;
-        }
-        self.network.ambient += warmer_k - self.network.warmer;
-        self.network.warmer = warmer_k;
-        self.network.loss = LossLaw::new(&self.effects, self.ambient_c + warmer_k, warmer_k);
-        let before = self.still.value;
-        self.shape.displace(
-            &self.theta,
-            self.network.ambient,
-            &self.plastic,
-            &mut self.still,
-        );
-        self.memory = self.memory.advanced(before, self.still.value, JUMP_S);
-        self.rate_drive = Lanes::splat(f64::NAN);
-    }
-
-    /// Moves the stage that the whole mirror is on: the sensor sees its target `um` further in the direction of the substrate.
-    /// Not finite counts as 0.
-    pub fn set_stage(&mut self, um: f64) {
-        self.stage = if um.is_finite() { um * 1e-6 } else { 0.0 };
-    }
-
     /// What can be seen now.
     pub fn state(&self) -> State {
         let resistance = self.network.resistance(&self.theta);
         let [z, tilt_x, tilt_y] = self.pose.map(|flow| flow.value);
-        let filtered = if self.filter.is_some() {
-            self.filtered.value
-        } else {
-            z + self.stage
-        };
+        let filtered = |_: &Mode| self.filtered.value;
+        let seen = self.filter.as_ref().map_or(z + self.stage, filtered);
         let hottest = self
             .theta
             .rows()
@@ -218,7 +187,7 @@ impl VirtualMirror {
             .fold(0.0, |worst: f64, row| worst.max(row.largest()));
         State {
             z_um: z * 1e6,
-            seen_z_um: filtered * 1e6,
+            seen_z_um: seen * 1e6,
             tilt_x_deg: tilt_x.to_degrees(),
             tilt_y_deg: tilt_y.to_degrees(),
             current_a: (self.drive / resistance).0,
@@ -347,13 +316,10 @@ impl VirtualMirror {
             self.next_pose[k] = mode.advance(self.pose[k], &course(k), h);
         }
         if let Some(filter) = &mut self.filter {
-            let mut seen = match self.modes {
-                Some(_) => Course {
-                    from: self.pose[0],
-                    to: self.next_pose[0],
-                },
-                None => course(0),
-            };
+            let mut seen = course(0);
+            if self.modes.is_some() {
+                (seen.from, seen.to) = (self.pose[0], self.next_pose[0]);
+            }
             seen.from.value += self.stage;
             seen.to.value += self.stage;
             self.next_filtered = filter.advance(self.filtered, &seen, h);

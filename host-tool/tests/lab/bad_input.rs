@@ -90,6 +90,21 @@ fn refused(words: &[&str], sentence: &str, place: &str, output: &str) {
 }
 
 #[test]
+fn an_oven_beside_a_room_of_which_nobody_knows_how_warm_it_was() {
+    let directory = no_boards();
+    let path = |name: &str| directory.path().join(name).display().to_string();
+    let [room, oven, output] = ["room.csv", "oven.csv", "out.toml"].map(path);
+    fs::write(&room, SWEEP).expect("a file");
+    fs::write(&oven, "t_s,V_V,I_A,T_ambient_C\n1,0,0,60\n2,0.4,1e-3,60\n").expect("a file");
+    refused(
+        &["fit", "paper", &room, &oven, "-o", &output],
+        "does not say at which temperature it was measured",
+        "room.csv",
+        &output,
+    );
+}
+
+#[test]
 fn measurement_files() {
     refused_file("", "the file is empty", "bad.csv:1");
     refused_file("t_s,V_V,z_um\n1,0,0\n", "only one row", "bad.csv:2");
@@ -100,6 +115,10 @@ fn measurement_files() {
         "bad.csv:1",
     );
     refused_file(&SWEEP.replace("z_um", "z [nm]"), "z [nm]", "bad.csv:1");
+    let kelvins = "t_s,V_V,z_um,T_ambient_C\n1,0,0,295\n2,1,26,295\n";
+    refused_file(kelvins, "look like kelvins", "bad.csv:2");
+    let metres = "t_s,V_V,z_um,reference_um\n1,0,0,0\n2,0,50,50e-6\n";
+    refused_file(metres, "looks like m", "bad.csv:3");
     refused_file(&SWEEP.replace("26", "NaN"), "NaN", "bad.csv:3");
     refused_file(&SWEEP.replace("26", "inf"), "inf", "bad.csv:3");
     refused_file(&SWEEP.replace("3,2,", "2,2,"), "time", "bad.csv:4");
