@@ -34,6 +34,8 @@ const WORTH_REFITTING: f64 = 0.4;
 const REFITTED: usize = 5;
 /// Where none explains the misfit, so many are fitted from other time constants too.
 const RESTARTED: usize = 3;
+/// A change of the readings whose square is below this is none.
+const UNSEEN: f64 = 1e-6;
 /// Candidates that are refined: those whose scanned score is this share of the best.
 const WORTH_REFINING: f64 = 0.25;
 
@@ -127,6 +129,7 @@ impl<'a> Bench<'a> {
                 let directions = directions(&effect, judged, plan, &base, &space);
                 (effect, directions)
             })
+            .filter(|(_, directions)| heater.is_none() || shows(directions, &space))
             .collect();
         let calm = Calm::new(&effects, &judges(&slopes, &approximation, &white));
         let columns = ensemble.0.column_iter();
@@ -387,6 +390,12 @@ impl<'a> Bench<'a> {
     fn id(&self, index: usize) -> String {
         self.effects[index].0.info().id.to_string()
     }
+}
+
+/// Whether an effect changes any reading. A heater's show neither shape nor motion nor what reads a displacement.
+fn shows(directions: &[Direction], space: &Space) -> bool {
+    let size = |d: &Direction| space.product(&d.change, &d.change);
+    directions.iter().any(|direction| size(direction) > UNSEEN)
 }
 
 fn score(explanations: &[Option<Explanation>], index: usize) -> f64 {

@@ -7,7 +7,7 @@ use crate::plan::{Channel, Plan};
 use crate::report::NextMeasurement;
 use crate::space::Space;
 use mirror_model::Model;
-use mirror_model::effect::Active;
+use mirror_model::effect::{Active, Stage};
 use rayon::prelude::*;
 
 /// Noise of the displacement where the session has none (um).
@@ -19,7 +19,10 @@ const TELLING: f64 = 5.0;
 /// parameters hide. Where no drive tells, one on the bench.
 pub(crate) fn choose(model: &Model, session: &Plan, rivals: &[Active]) -> Option<NextMeasurement> {
     let (first, others) = rivals.split_first()?;
-    others.first()?;
+    let second = others.first()?;
+    if session.is_of_heaters() {
+        return Some(of_a_heater(session, first, second));
+    }
     let noise_um = session
         .observations
         .iter()
@@ -65,6 +68,27 @@ pub(crate) fn choose(model: &Model, session: &Plan, rivals: &[Active]) -> Option
         ),
         command: format!("host-tool effect show {first_id}"),
     })
+}
+
+/// What tells effects apart that both follow the readings of a heater, which the same drives again would not.
+fn of_a_heater(session: &Plan, first: &Active, second: &Active) -> NextMeasurement {
+    let room_c = session.first_ambient_c.unwrap_or(ROOM_C);
+    let [.., oven] = beside(highest_drive(session), room_c);
+    let is_of_resistance = |active: &Active| active.effect.info().stage == Stage::Resistance;
+    let (what, command) = if is_of_resistance(first) != is_of_resistance(second) {
+        (oven.what, oven.command)
+    } else {
+        let show = format!("host-tool effect show {}", first.id());
+        (first.effect.info().separates.as_ref(), show)
+    };
+    NextMeasurement {
+        why: format!(
+            "{} and {} both follow these readings, and would if they were made again; this would tell: {what}",
+            first.id(),
+            second.id()
+        ),
+        command,
+    }
 }
 
 /// The experiment by which most is told, and how much, if it is enough.
@@ -150,6 +174,29 @@ mod tests {
                 next.command.contains(command),
                 "{first}, {second}: {next:?}"
             );
+        }
+    }
+
+    #[test]
+    fn a_heater_is_not_measured_again_as_it_was() {
+        let mut session = menu(6.0).swap_remove(3).plan(NOISE_UM);
+        session
+            .observations
+            .retain(|o| o.channel == Channel::Current(0));
+        let rivals = |ids: [&str; 2]| ids.map(|id| Active::usual(find(id).expect("an effect")));
+        for (ids, command) in [
+            (
+                ["heat-loss-temperature", "quadratic-tcr"],
+                "--ambient 60 -o oven.csv",
+            ),
+            (
+                ["radiation", "heat-loss-temperature"],
+                "effect show radiation",
+            ),
+        ] {
+            let next = choose(&Model::from(Preset::Paper), &session, &rivals(ids));
+            let next = next.expect("two rivals");
+            assert!(next.command.contains(command), "{ids:?}: {next:?}");
         }
     }
 

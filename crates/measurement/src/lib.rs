@@ -24,4 +24,5 @@ mod write;
 pub use error::InputError;
 pub use file::{ACTUATORS, MeasurementFile, Row};
 pub use keys::Keys;
+pub use plausibility::Device;
 pub use session::Session;

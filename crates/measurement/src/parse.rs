@@ -2,6 +2,7 @@
 
 use crate::column::{COLUMNS, Column, suggestion};
 use crate::keys::{NUMERIC, is_key};
+use crate::plausibility::Device;
 use crate::{ACTUATORS, InputError, Keys, MeasurementFile, Row, plausibility};
 use miette::NamedSource;
 use std::ops::Range;
@@ -14,15 +15,15 @@ impl MeasurementFile {
     /// [`InputError::Content`] for anything but at least two rows of finite numbers in known columns at increasing
     /// times, and for values that are evidently in a wrong unit (see [`plausibility`]).
     pub fn parse(name: &str, text: &str) -> Result<Self, InputError> {
-        Self::parse_within(name, text, f64::INFINITY)
+        Self::parse_of(name, text, &Device::default())
     }
 
-    /// The same for a mirror that is driven with `highest_v` at most: a displacement at a higher drive is not its.
+    /// The same of a device that something is known of.
     ///
     /// # Errors
-    /// As [`parse`](Self::parse), and for such a drive.
-    pub fn parse_within(name: &str, text: &str, highest_v: f64) -> Result<Self, InputError> {
-        Parser { name, text }.file(highest_v)
+    /// As [`parse`](Self::parse), and for what this device cannot have shown.
+    pub fn parse_of(name: &str, text: &str, device: &Device) -> Result<Self, InputError> {
+        Parser { name, text }.file(device)
     }
 }
 
@@ -53,7 +54,7 @@ struct Record {
 }
 
 impl Parser<'_> {
-    fn file(&self, highest_v: f64) -> Result<MeasurementFile, InputError> {
+    fn file(&self, device: &Device) -> Result<MeasurementFile, InputError> {
         let (keys, notes) = self.comments()?;
         let mut reader = csv::ReaderBuilder::new()
             .comment(Some(b'#'))
@@ -75,7 +76,7 @@ impl Parser<'_> {
             notes,
             rows: records.iter().map(|record| record.row).collect(),
         };
-        if let Some((index, column, complaint)) = plausibility::check(&file, highest_v) {
+        if let Some((index, column, complaint)) = plausibility::check(&file, device) {
             let cell = columns
                 .iter()
                 .position(|&c| c == column || c == column.of_all())

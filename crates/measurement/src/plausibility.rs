@@ -1,16 +1,14 @@
 //! Values that are numbers but cannot be right: another unit than the column's name says, a wrong sign, a sensor at its
 //! end stop.
 //!
-//! The checks know the size of such mirrors: heaters of hundreds of ohms (another one is declared by the key `R0_ohm`),
-//! strokes of tens to hundreds of micrometres at some volts.
+//! The checks know the size of such mirrors: heaters of hundreds of ohms (unless the model or the key `R0_ohm` says
+//! otherwise), strokes of tens to hundreds of micrometres at some volts.
 
 use crate::column::Column;
 use crate::parse::Complaint;
 use crate::{ACTUATORS, MeasurementFile};
 use std::ops::RangeInclusive;
 
-/// The heater's resistance where the file does not say `R0_ohm`.
-const NOMINAL_RESISTANCE_OHM: f64 = 360.0;
 /// A drive below this tells little about a resistance or a stroke.
 const TELLING_DRIVE_V: f64 = 0.5;
 /// A voltmeter may read this part more than was driven.
@@ -21,13 +19,32 @@ const KELVINS: RangeInclusive<f64> = 200.0..=475.0;
 /// So many rows at the same extreme reading while the drive changes are an end stop.
 const SATURATED_ROWS: usize = 3;
 
+/// What is known of what was measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Device {
+    /// The highest drive that it takes (V). A displacement at a higher one is not its.
+    pub highest_v: f64,
+    /// The resistance of its cold heater, within a factor of ten (ohm). A file's own `R0_ohm` takes precedence.
+    pub cold_ohm: f64,
+}
+
+impl Default for Device {
+    /// One of these mirrors, driven as high as one likes.
+    fn default() -> Self {
+        Self {
+            highest_v: f64::INFINITY,
+            cold_ohm: 360.0,
+        }
+    }
+}
+
 type Finding = (usize, Column, Complaint);
 
 /// The first implausible thing of a file: row, column, complaint.
-pub(crate) fn check(file: &MeasurementFile, highest_v: f64) -> Option<Finding> {
+pub(crate) fn check(file: &MeasurementFile, device: &Device) -> Option<Finding> {
     voltage_in_millivolts(file)
-        .or_else(|| voltage_beyond(file, highest_v))
-        .or_else(|| (0..ACTUATORS).find_map(|actuator| current(file, actuator)))
+        .or_else(|| voltage_beyond(file, device.highest_v))
+        .or_else(|| (0..ACTUATORS).find_map(|actuator| current(file, actuator, device.cold_ohm)))
         .or_else(|| displacement_unit(file))
         .or_else(|| reference_unit(file))
         .or_else(|| ambient(file))
@@ -68,7 +85,7 @@ fn voltage_beyond(file: &MeasurementFile, highest_v: f64) -> Option<Finding> {
     Some((row, Column::Voltage(actuator), complaint))
 }
 
-fn current(file: &MeasurementFile, actuator: usize) -> Option<Finding> {
+fn current(file: &MeasurementFile, actuator: usize, cold_ohm: f64) -> Option<Finding> {
     let driven: Vec<(usize, f64)> = file
         .rows
         .iter()
@@ -92,10 +109,7 @@ fn current(file: &MeasurementFile, actuator: usize) -> Option<Finding> {
             "currents are positive where the voltage is; change the sign of the column",
         ));
     }
-    let nominal = file
-        .keys
-        .nominal_resistance_ohm()
-        .unwrap_or(NOMINAL_RESISTANCE_OHM);
+    let nominal = file.keys.nominal_resistance_ohm().unwrap_or(cold_ohm);
     for (unit, factor) in [("mA", 1e3), ("uA", 1e6)] {
         let resistance = factor / conductance;
         if (0.1 * nominal..10.0 * nominal).contains(&resistance) {
@@ -105,7 +119,7 @@ fn current(file: &MeasurementFile, actuator: usize) -> Option<Finding> {
                     1.0 / conductance
                 ),
                 format!(
-                    "currents are in A; divide by {factor:.0}. If the heater is so, say '# R0_ohm=...' in the file"
+                    "currents are in A; divide by {factor:.0}. If the heater is so, say R0 in the model file, or '# R0_ohm=...' in this one"
                 ),
             ));
         }

@@ -1,5 +1,6 @@
 //! Many files of one device and day.
 
+use crate::plausibility::Device;
 use crate::{InputError, MeasurementFile};
 use std::path::{Path, PathBuf};
 
@@ -18,14 +19,14 @@ impl Session {
     /// [`InputError`] for the first file that is not usable, where there is no file at all, or where one does not say how warm
     /// its surroundings were and another, on another clock, does.
     pub fn load<P: AsRef<Path>>(paths: &[P]) -> Result<Self, InputError> {
-        Self::load_within(paths, f64::INFINITY)
+        Self::load_of(paths, &Device::default())
     }
 
-    /// The same of a mirror that is driven with `highest_v` at most.
+    /// The same of a device that something is known of.
     ///
     /// # Errors
-    /// As [`load`](Self::load), and for the first drive beyond it at which a displacement was measured.
-    pub fn load_within<P: AsRef<Path>>(paths: &[P], highest_v: f64) -> Result<Self, InputError> {
+    /// As [`load`](Self::load), and for what this device cannot have shown.
+    pub fn load_of<P: AsRef<Path>>(paths: &[P], device: &Device) -> Result<Self, InputError> {
         let mut files = Vec::new();
         for path in paths {
             for file in csv_files(path.as_ref())? {
@@ -37,7 +38,7 @@ impl Session {
                     })?;
                 files.push((
                     name.clone(),
-                    MeasurementFile::parse_within(&name, &text, highest_v)?,
+                    MeasurementFile::parse_of(&name, &text, device)?,
                 ));
             }
         }

@@ -4,6 +4,7 @@
 mod bad_input;
 #[path = "../common/mod.rs"]
 mod common;
+mod heaters;
 mod hidden;
 mod own_effect;
 mod readme;

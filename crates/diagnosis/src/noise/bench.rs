@@ -8,6 +8,11 @@ const FINEST_RATIO: f64 = 1e-4;
 const FINEST_CONSTANT: f64 = 1e-5;
 /// Fewer differences than this say nothing.
 const ENOUGH: usize = 3;
+/// A spread is known to this over the root of the count of differences, which overlap, at 95 %; and what is noise must
+/// not look like physics.
+const UNSURE: f64 = 2.5;
+/// Beyond so many standard deviations a difference is a jump, and no noise.
+const JUMP: f64 = 3.0;
 
 /// A deviation from a smooth curve, one standard deviation of the readings' noise each (A), and the current there.
 struct Deviation {
@@ -15,7 +20,8 @@ struct Deviation {
     current_a: f64,
 }
 
-/// Noise of an actuator's current. What is constant shows at low currents, what is in proportion at high ones.
+/// Noise of an actuator's current. What is constant shows at low currents, what is in proportion at high ones. No low reading
+/// is believed more than the lower half of them shows.
 pub(super) fn current(session: &Session, actuator: usize) -> Current {
     let mut deviations: Vec<Deviation> = session
         .files
@@ -30,22 +36,28 @@ pub(super) fn current(session: &Session, actuator: usize) -> Current {
     let highest_a = deviations[deviations.len() - 1].current_a;
     let (low, high) = deviations.split_at(deviations.len() / 2);
     let ratio = spread(high, |d| d.size_a / d.current_a).max(FINEST_RATIO);
-    let low_a = low.get(low.len() / 2).map_or(0.0, |d| d.current_a);
-    let constant_a = spread(low, |d| d.size_a).powi(2) - (ratio * low_a).powi(2);
-    // A few differences know their spread only so well.
-    let unsure = 1.0 + 1.0 / (deviations.len() as f64).sqrt();
+    let constant_a = spread(low, |d| d.size_a).max(FINEST_CONSTANT * highest_a);
+    let unsure = 1.0 + UNSURE / (deviations.len() as f64).sqrt();
     Current {
-        constant_a: unsure * constant_a.max(0.0).sqrt().max(FINEST_CONSTANT * highest_a),
+        constant_a: unsure * constant_a,
         ratio: unsure * ratio,
     }
 }
 
+/// Their root mean square, without jumps.
 fn spread(deviations: &[Deviation], of: impl Fn(&Deviation) -> f64) -> f64 {
     let mut sizes: Vec<f64> = deviations.iter().map(of).collect();
     sizes.sort_by(f64::total_cmp);
-    sizes
-        .get(sizes.len() / 2)
-        .map_or(0.0, |s| s / MEDIAN_OF_NORMAL)
+    let Some(median) = sizes.get(sizes.len() / 2) else {
+        return 0.0;
+    };
+    let most = JUMP * median / MEDIAN_OF_NORMAL;
+    let squares: Vec<f64> = sizes
+        .iter()
+        .filter(|s| **s <= most)
+        .map(|s| s * s)
+        .collect();
+    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }
 
 /// How far rows of a rising or falling drive lie off the best cubic of the voltage, or rows of a held one off the best cubic
@@ -119,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_constant_and_what_is_in_proportion_are_told_apart() {
+    fn noise_is_known_whether_constant_or_in_proportion() {
         let constant = current(&sweep(200, 1e-3, 0.0), 0);
         assert!(
             (0.7..1.6).contains(&(constant.at(0.05) / 1e-3)),
@@ -127,7 +139,8 @@ mod tests {
         );
         let in_proportion = current(&sweep(200, 0.0, 3e-3), 0);
         let ratio = in_proportion.at(0.05) / (3e-3 * 0.05);
-        assert!((0.7..2.5).contains(&ratio), "{in_proportion:?}");
+        assert!((0.8..2.0).contains(&(in_proportion.at(0.3) / (3e-3 * 0.3))));
+        assert!((0.8..4.0).contains(&ratio), "{in_proportion:?}");
     }
 
     #[test]

@@ -25,7 +25,9 @@ const REFITTING: &str =
 struct Edited {
     #[serde(flatten)]
     edit: Edit,
-    positioning: Positioning,
+    /// None of a heater on a bench, which positions nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    positioning: Option<Positioning>,
 }
 
 #[derive(Serialize)]
@@ -76,7 +78,8 @@ pub(in crate::commands) fn run(command: EffectCommand, json: bool) -> Result<(),
                 )
             })?;
             file.write(&changed.after.to_toml())?;
-            let positioning = Positioning::new(&changed.before, &changed.after);
+            let positioning = (!lab.plan.is_of_heaters())
+                .then(|| Positioning::new(&changed.before, &changed.after));
             let edited = Edited {
                 edit: changed.edit,
                 positioning,
@@ -95,7 +98,8 @@ pub(in crate::commands) fn run(command: EffectCommand, json: bool) -> Result<(),
                 remove(&lab.model, &effect, &lab.plan, &lab.files)
             })?;
             file.write(&changed.after.to_toml())?;
-            let positioning = Positioning::new(&changed.after, &changed.before);
+            let positioning = (!lab.plan.is_of_heaters())
+                .then(|| Positioning::new(&changed.after, &changed.before));
             let edited = Edited {
                 edit: changed.edit,
                 positioning,
@@ -116,7 +120,11 @@ fn named(id: &str) -> Result<Arc<dyn Effect>, ToolError> {
 
 impl fmt::Display for Edited {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}{}", self.edit, self.positioning)
+        write!(f, "{}", self.edit)?;
+        match &self.positioning {
+            Some(positioning) => write!(f, "{positioning}"),
+            None => Ok(()),
+        }
     }
 }
 

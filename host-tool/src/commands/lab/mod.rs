@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use diagnosis::Plan;
 use indicatif::ProgressBar;
-use measurement::Session;
+use measurement::{Device, Session};
 use mirror_model::Model;
 use mirror_model::effect::{Effect, Formula};
 
@@ -32,7 +32,11 @@ struct Lab {
 impl Lab {
     fn load(input: &LabInput) -> Result<Self, ToolError> {
         let model = Model::load(&input.model)?;
-        let session = Session::load_within(&input.files, model.parameters.drive_limit_v)?;
+        let device = Device {
+            highest_v: model.parameters.drive_limit_v,
+            cold_ohm: model.parameters.cold_resistance_ohm,
+        };
+        let session = Session::load_of(&input.files, &device)?;
         let files = session.files.iter().map(|(name, _)| name.clone()).collect();
         Ok(Self {
             model,
