@@ -11,7 +11,7 @@ use crate::placebo::{Fall, Placebo, placebo};
 use crate::plan::Plan;
 use crate::space::Space;
 use mirror_model::effect::{Active, Effect};
-use mirror_model::{Model, Runaway};
+use mirror_model::{ACTUATORS, Model, Runaway};
 use serde::Serialize;
 use std::fmt;
 use std::path::Path;
@@ -100,7 +100,13 @@ pub fn add(
     let best = best_fit(&starts, plan, &plan.values(), &all)?;
     let mut changed = change(fitted, best, plan, files)?;
     let placebo = placebo(&directions, &Ensemble::new(plan, cache)?.0, &space, plan);
-    changed.edit.advice = changed.edit.on_adding(&id, &placebo);
+    let read = plan.observations.iter();
+    let driven = read.filter(|o| plan.drive(o) != [0.0; ACTUATORS]).count();
+    changed.edit.advice = if driven <= all.len() {
+        changed.edit.on_fitting_everything(&id)
+    } else {
+        changed.edit.on_adding(&id, &placebo)
+    };
     changed.edit.placebo = Some(placebo);
     Ok(changed)
 }
@@ -212,6 +218,14 @@ impl Edit {
                 "with {id} the error falls: {course}; that alone proves nothing, it falls as much where nothing is hidden"
             )
         }
+    }
+
+    /// As many parameters as readings beside those at rest.
+    fn on_fitting_everything(&self, id: &str) -> String {
+        format!(
+            "with {id} the error goes {}; that proves nothing, as many numbers are fitted as were read",
+            self.course()
+        )
     }
 
     fn on_removing(&self, id: &str) -> String {
