@@ -1,6 +1,6 @@
 //! The model in time: it ends where the steady model says, and effects do what they say.
 
-use mirror_model::effect::{Active, Formula, built_in, find};
+use mirror_model::effect::{Active, Effect, Formula, built_in, find};
 use mirror_model::{Interval, Model, Output, PistonModel, Preset, simulate};
 use std::sync::Arc;
 
@@ -178,9 +178,26 @@ fn in_an_oven_the_whole_mirror_is_that_much_warmer() {
 
 #[test]
 fn heat_losses_count_from_the_oven() {
-    for id in ["heat-loss-temperature", "radiation", "gap-heat-loss"] {
+    let own = r#"
+id = "own-loss"
+title = "a loss of one's own"
+stage = "heat"
+acts = "heating"
+formula = "x - g * (dT * dT - dT_room * dT_room)"
+shows = "concave in V"
+[[parameters]]
+symbol = "g"
+unit = "1/K"
+start = 3e-3
+low = 0.0
+high = 1e-2
+"#;
+    let own: Arc<dyn Effect> = Arc::new(Formula::parse("own.toml", own).expect("a formula"));
+    let listed = ["heat-loss-temperature", "radiation", "gap-heat-loss"];
+    let listed = listed.map(|id| find(id).expect("an effect"));
+    for effect in listed.into_iter().chain([own]) {
+        let id = effect.info().id.clone();
         let mut model = dynamic();
-        let effect = find(id).expect("an effect");
         model.effects.push(Active::usual(effect));
         let cold = Interval {
             ambient_k: 40.0,

@@ -16,9 +16,9 @@
 //! high = 1e-2
 //! ```
 //!
-//! `x` is the quantity without the effect. Also known: `t` (s), `V` (V), `R` (ohm), `P` and `P_total` (W), `dT` (K),
-//! `z` (um), the effect's parameters and its states. A state has `symbol` and `rate`, the formula of its change a second,
-//! and starts at 0. The first parameter is the strength: at 0 the formula must give `x` back.
+//! `x` is the quantity without the effect. Also known: `t` (s), `V` (V), `R` (ohm), `P` and `P_total` (W), `dT` (K), `dT_room`,
+//! what of it an oven or another room adds (K), `z` (um), the effect's parameters and its states. A state has `symbol` and
+//! `rate`, the formula of its change a second, and starts at 0. The first parameter is the strength: at 0 the formula must give `x` back.
 
 use super::numerals::without_exponents;
 use super::{Acts, Effect, Info, Moment, Parameter, Stage, Step};
@@ -30,7 +30,7 @@ use std::sync::Arc;
 use thiserror::Error;
 
 /// What a formula may use besides its parameters and states.
-const VARIABLES: [&str; 8] = ["x", "t", "V", "R", "P", "P_total", "dT", "z"];
+const VARIABLES: [&str; 9] = ["x", "t", "V", "R", "P", "P_total", "dT", "dT_room", "z"];
 /// A state is moved on in so many parts of a simulation step at least, since its time constant is not known.
 const PARTS: usize = 4;
 
@@ -126,6 +126,7 @@ impl Formula {
             m.power_w,
             m.total_power_w,
             m.temperature_rise_k,
+            m.ambient_k,
             m.z_um,
         ];
         chain
