@@ -4,7 +4,7 @@ use std::thread;
 
 use control_core::Limits;
 use indicatif::{ProgressBar, ProgressStyle};
-use measurement::MeasurementFile;
+use measurement::{MeasurementFile, Row};
 use mirror_protocol::{Drives, Play, Telemetry};
 use tokio::sync::oneshot;
 
@@ -32,6 +32,8 @@ pub(crate) struct Lab<'a> {
     ambient_c: Option<f64>,
     session: String,
     session_tick: u32,
+    /// Where the board's own sensor stood when the session first read it without drive.
+    zero_um: Option<f64>,
     bar: ProgressBar,
     quiet: bool,
     interrupt: Interrupt,
@@ -100,6 +102,7 @@ impl<'a> Lab<'a> {
             ambient_c,
             session: now(),
             session_tick: off.tick,
+            zero_um: None,
             bar,
             quiet,
             interrupt: Interrupt::listen()?,
@@ -126,6 +129,9 @@ impl<'a> Lab<'a> {
         let off = self.board.off().await.map(drop);
         let off = off.and(self.board.stop_stream().await);
         let read = self.sensor.read_into(&mut file);
+        if matches!(self.sensor, Sensor::Board) {
+            count_from_rest(&mut self.zero_um, &mut file);
+        }
         Measured {
             file,
             limits: std::mem::take(&mut self.limits),
@@ -287,6 +293,16 @@ impl<'a> Lab<'a> {
     }
 }
 
+/// Moves displacements to the session's first one without drive; before there was one, they stay as they came.
+fn count_from_rest(zero_um: &mut Option<f64>, file: &mut MeasurementFile) {
+    let undriven = |row: &Row| row.z_um.filter(|_| row.voltage_v == [0.0; 4]);
+    *zero_um = zero_um.or_else(|| file.rows.iter().find_map(undriven));
+    let Some(zero_um) = *zero_um else { return };
+    for z_um in file.rows.iter_mut().filter_map(|row| row.z_um.as_mut()) {
+        *z_um -= zero_um;
+    }
+}
+
 /// A file of an experiment in the session that began at this instant, which is time 0 on its clock.
 pub(super) fn header(board: &Board, experiment: &str, session: &str) -> MeasurementFile {
     let mut file = MeasurementFile::default();
@@ -306,4 +322,31 @@ pub(super) fn now() -> String {
 /// Today in UTC, as `2026-11-21`.
 pub(crate) fn today() -> String {
     chrono::Utc::now().format("%F").to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn displacements_count_from_the_session_s_first_one_without_drive() {
+        let file = |drives: &[f64]| MeasurementFile {
+            rows: drives
+                .iter()
+                .map(|&volts| Row {
+                    voltage_v: [volts; 4],
+                    z_um: Some(5.0 + volts),
+                    ..Row::default()
+                })
+                .collect(),
+            ..MeasurementFile::default()
+        };
+        let (mut zero_um, mut files) = (None, [&[1.0][..], &[1.0, 0.0, 2.0], &[3.0]].map(file));
+        for file in &mut files {
+            count_from_rest(&mut zero_um, file);
+        }
+        let z_um: [Vec<f64>; 3] =
+            files.map(|file| file.rows.iter().filter_map(|row| row.z_um).collect());
+        assert_eq!(z_um, [vec![6.0], vec![1.0, 0.0, 2.0], vec![3.0]]);
+    }
 }
