@@ -5,7 +5,7 @@ use clap::ValueEnum;
 use diagnosis::Plan;
 use diagnosis::family::CALIBRATING;
 use std::fmt;
-use virtual_mirror::{ConfigError, Effect, Family, MirrorConfig, Plan as Drives};
+use virtual_mirror::{ConfigError, Effect, Experiment, Family, MirrorConfig, Plan as Drives};
 use virtual_sessions::measure;
 
 /// No approximation and no threshold was calibrated on these.
@@ -24,6 +24,10 @@ pub(crate) enum Instruments {
     Without,
     /// Displacement and currents, after the standard session in an oven at two temperatures and with reference steps.
     WithOvenAndStage,
+    /// Displacement and currents of one sweep.
+    Sweep,
+    /// Currents of one sweep, as of a heater on a bench.
+    SweepOfCurrents,
 }
 
 impl Instruments {
@@ -38,7 +42,7 @@ impl Instruments {
     pub(crate) fn set(self) -> usize {
         match self {
             Self::With | Self::WithOvenAndStage => 2,
-            Self::Without => 3,
+            Self::Without | Self::Sweep | Self::SweepOfCurrents => 3,
         }
     }
 }
@@ -165,10 +169,14 @@ impl Case {
     pub(crate) fn session(&self, config: &MirrorConfig) -> Result<Plan, ConfigError> {
         let instruments = match self.instruments {
             Instruments::Without => virtual_sessions::Instruments::Position,
+            Instruments::SweepOfCurrents => virtual_sessions::Instruments::Currents,
             _ => virtual_sessions::Instruments::PositionAndCurrents,
         };
         let drives = match self.instruments {
             Instruments::WithOvenAndStage => Drives::with_oven_and_reference(3.5),
+            Instruments::Sweep | Instruments::SweepOfCurrents => Drives {
+                experiments: vec![Experiment::sweep("sweep", 0.0, 3.5, 35, 1.0)],
+            },
             _ => Drives::standard(3.5),
         };
         Ok(Plan::new(&measure(config, &drives, instruments)?))
@@ -198,6 +206,8 @@ impl fmt::Display for Case {
             Instruments::With => "",
             Instruments::Without => ", z only",
             Instruments::WithOvenAndStage => ", oven and stage",
+            Instruments::Sweep => ", a sweep only",
+            Instruments::SweepOfCurrents => ", V and I of a sweep only",
         };
         write!(
             f,

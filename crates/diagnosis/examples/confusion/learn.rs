@@ -93,7 +93,8 @@ fn hidden(outcome: &Outcome) -> Option<String> {
 
 fn channels(outcome: &Outcome) -> Channels {
     match outcome.case.instruments {
-        Instruments::With | Instruments::WithOvenAndStage => Channels::Both,
+        Instruments::With | Instruments::WithOvenAndStage | Instruments::Sweep => Channels::Both,
+        Instruments::SweepOfCurrents => Channels::Currents,
         Instruments::Without => Channels::Displacement,
     }
 }

@@ -21,7 +21,7 @@ pub(crate) fn table(outcomes: &[Outcome]) -> String {
             );
         }
     };
-    use Instruments::{With, WithOvenAndStage, Without};
+    use Instruments::{Sweep, SweepOfCurrents, With, WithOvenAndStage, Without};
     for (instruments, strength, said, must) in [
         (With, 1.0, "strength 1, with currents", "92 %"),
         (With, 3.0, "strength 3, with currents", "95 %"),
@@ -31,6 +31,13 @@ pub(crate) fn table(outcomes: &[Outcome]) -> String {
             WithOvenAndStage,
             1.0,
             "strength 1, with currents, an oven and a reference step",
+            "-",
+        ),
+        (Sweep, 1.0, "strength 1, a sweep only", "-"),
+        (
+            SweepOfCurrents,
+            1.0,
+            "strength 1, V and I of a sweep only",
             "-",
         ),
     ] {
@@ -63,6 +70,8 @@ pub(crate) fn table(outcomes: &[Outcome]) -> String {
             "with currents, an oven and a reference step",
             "at most 1 %",
         ),
+        (Sweep, "a sweep only", "-"),
+        (SweepOfCurrents, "V and I of a sweep only", "-"),
     ] {
         let hidden =
             |o: &&Outcome| o.case.hidden != Hidden::Nothing && o.case.instruments == instruments;
