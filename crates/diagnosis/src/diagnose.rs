@@ -2,17 +2,16 @@
 
 mod heaters;
 mod ranking;
+mod verdict;
 
 use crate::base::{identifiable, restarts};
 use crate::candidate::{Direction, Explanation, directions, refine, refit, scan};
-use crate::confusions::{Channels, confusions};
-use crate::ensemble::{Ensemble, solver_error};
-use crate::fit::{Fitted, RESOLUTION, fit, jacobian, predict, trust, white_noise};
+use crate::ensemble::Ensemble;
+use crate::fit::{Fitted, fit, jacobian, predict, trust, white_noise};
 use crate::heater;
 use crate::judge::{Calm, judges, quantile};
-use crate::next;
 use crate::plan::{self, Observation, Plan};
-use crate::report::{BeforeAfter, Diagnosis, Verdict};
+use crate::report::Diagnosis;
 use crate::space::{Approximation, Space, Vector};
 use mirror_model::effect::{Active, Effect, built_in};
 use mirror_model::{Model, Runaway};
@@ -23,8 +22,6 @@ use std::sync::Arc;
 
 use ranking::held_out_rows;
 
-/// Candidates this close to the best score are rivals however small both are.
-const RIVAL_MARGIN: f64 = 12.0;
 /// Rows held out go by handfuls of readings; as noise they get this factor, so that they weigh nothing.
 const HANDFUL: usize = 5;
 const HIDDEN: f64 = 1e6;
@@ -255,130 +252,6 @@ impl<'a> Bench<'a> {
         for (index, e) in better {
             explanations[index] = Some(e);
         }
-    }
-
-    fn conclude(&self, trial: Trial) -> Result<Diagnosis, Runaway> {
-        let order = best_first(&trial.explanations);
-        let explanation = |i: usize| {
-            trial.explanations[i]
-                .as_ref()
-                .expect("only explained effects are ordered")
-        };
-        let above: Vec<usize> = order
-            .iter()
-            .copied()
-            .filter(|&i| explanation(i).score > self.calm.thresholds[i])
-            .filter(|&i| is_plausible(&explanation(i).active))
-            .collect();
-        let rivals = self.rivals(&above, &explanation);
-        let verdict = self.verdict(&trial, &rivals, &explanation);
-        let named = if matches!(verdict, Verdict::Named | Verdict::Ambiguous) {
-            rivals
-        } else {
-            Vec::new()
-        };
-        let ranking: Vec<_> = order
-            .par_iter()
-            .map(|&i| self.ranked(i, explanation(i), &above, &explanation))
-            .collect();
-        let is_seen = |id: &String| {
-            let mut seen = ranking.iter().filter(|r| r.detection_limit.is_some());
-            seen.any(|ranked| ranked.effect == *id)
-        };
-        let invisible: Vec<String> = (0..self.effects.len())
-            .map(|i| self.id(i))
-            .filter(|id| !is_seen(id))
-            .collect();
-        let next_measurement = if named.len() > 1 {
-            let rivals: Vec<_> = named
-                .iter()
-                .map(|&i| explanation(i).active.clone())
-                .collect();
-            next::choose(&self.fitted.model, self.plan, &rivals)
-        } else if verdict == Verdict::None && 2 * invisible.len() > self.effects.len() {
-            next::more(self.plan)
-        } else {
-            None
-        };
-        let error = rms(self.plan, self.fitted.scaled(self.plan).iter().copied());
-        Ok(Diagnosis {
-            verdict,
-            effects: named.iter().map(|&i| self.id(i)).collect(),
-            approximation_rms_um: self.approximation_rms,
-            unit: if self.plan.has_displacement() {
-                "um"
-            } else {
-                "mA"
-            },
-            error_rms_um: ranking.first().map_or(
-                BeforeAfter {
-                    before: error,
-                    after: error,
-                },
-                |best| best.error_rms_um,
-            ),
-            misfit: trial.misfit / self.calm.misfit(0.5),
-            solver_error: solver_error(&self.fitted.model, self.plan, RESOLUTION)?,
-            invisible,
-            ranking,
-            next_measurement,
-        })
-    }
-
-    fn rivals<'e>(
-        &self,
-        above: &[usize],
-        explanation: &impl Fn(usize) -> &'e Explanation,
-    ) -> Vec<usize> {
-        let Some(&best) = above.first() else {
-            return Vec::new();
-        };
-        let top = explanation(best).score;
-        let channels = Channels::of(self.plan);
-        let is_rival = |&i: &usize| {
-            let share = confusions().rival_share(channels, &self.id(i), &self.id(best));
-            explanation(i).score > (share * top).min(top - RIVAL_MARGIN)
-        };
-        above.iter().copied().filter(is_rival).collect()
-    }
-
-    fn verdict<'e>(
-        &self,
-        trial: &Trial,
-        rivals: &[usize],
-        explanation: &impl Fn(usize) -> &'e Explanation,
-    ) -> Verdict {
-        let is_explained = rivals.first().is_some_and(|&best| {
-            let first = explanation(best);
-            self.calm.explains(trial.misfit, first.score)
-                || self
-                    .calm
-                    .explains(trial.misfit, first.score + self.second(best, first))
-        });
-        match rivals.len() {
-            1 if is_explained => Verdict::Named,
-            2.. if is_explained => Verdict::Ambiguous,
-            _ if self.calm.is_exceeded_by(trial.misfit) => Verdict::Unknown,
-            _ => Verdict::None,
-        }
-    }
-
-    /// The best score of another effect in what the first one leaves, where it counts: two effects may be hidden.
-    fn second(&self, best: usize, first: &Explanation) -> f64 {
-        let (space, left) = match &first.refit {
-            Some(refit) => (&refit.space, refit.left.clone()),
-            None => (&self.space, &self.residual - &first.change),
-        };
-        self.effects
-            .iter()
-            .enumerate()
-            .filter(|&(index, _)| index != best)
-            .filter_map(|(index, (_, directions))| {
-                let seen: Vec<_> = directions.iter().map(|d| d.seen_in(space)).collect();
-                let score = scan(&seen, &left, space)?.score;
-                (score > self.calm.thresholds[index]).then_some(score)
-            })
-            .fold(0.0, f64::max)
     }
 
     fn id(&self, index: usize) -> String {
