@@ -92,7 +92,9 @@ fn every_effect_is_nothing_at_strength_0_and_something_otherwise() {
 #[test]
 fn a_resonance_rings_at_its_frequency_and_dies_away() {
     let mut model = dynamic();
-    model.effects = vec![Active::usual(find("resonance").unwrap())];
+    let mut resonance = Active::usual(find("resonance").unwrap());
+    resonance.values = vec![1.0, 1500.0, 20.0];
+    model.effects = vec![resonance];
     let mut intervals = vec![hold(2.0, 1e-4); 200];
     intervals.push(hold(2.0, 60.0));
     let rings = simulate(&model, &intervals, 0.3).unwrap();
