@@ -38,14 +38,6 @@ impl Instruments {
         only.map_or(Self::USUAL.to_vec(), |only| vec![only])
     }
 
-    /// How many mirrors there are to learn from for each one with all instruments: less is confused more, and is quicker.
-    fn teaching(self) -> u64 {
-        match self {
-            Self::Without => 3,
-            _ => 1,
-        }
-    }
-
     /// The largest set of effects that says something.
     pub(crate) fn set(self) -> usize {
         match self {
@@ -82,13 +74,9 @@ pub(crate) fn all(arguments: &Arguments) -> Vec<Case> {
         &UNSEEN
     };
     let mut cases = Vec::new();
-    for instruments in Instruments::tried(arguments.instruments) {
-        let seeds = match arguments.learn {
-            Some(_) => instruments.teaching() * arguments.seeds,
-            None => arguments.seeds,
-        };
-        for seed in (0..seeds).map(|seed| arguments.first_seed + seed) {
-            for &noise_nm in &arguments.noises {
+    for seed in (0..arguments.seeds).map(|seed| arguments.first_seed + seed) {
+        for &noise_nm in &arguments.noises {
+            for instruments in Instruments::tried(arguments.instruments) {
                 let mut push = |hidden, turn: usize, seed| {
                     cases.push(Case {
                         hidden,
