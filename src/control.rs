@@ -6,9 +6,9 @@ use control_core::{
     Controller, CurrentSense, LANES, Limit, Limits, Micrometre, PwmCode, SenseCalibration,
     Setpoint, SupplyCode, Volt,
 };
-use experiment::{Mean, Pacer, Player, Quantity, Shape, Stream, Waveform};
 use mirror_protocol::{ChannelState, Commanded, Health, LEASE_FOREVER_MS, Telemetry};
 use protection::{Denied, Fault, Lease, Protection, Reading};
+use waveforms::{Mean, Pacer, Player, Quantity, Shape, Stream, Waveform};
 
 use crate::board::{Board, Lockstep, Sensed};
 use crate::mailbox::{Mailbox, Order};

@@ -10,9 +10,9 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, with_timeout};
-use experiment::{POINTS, Player};
 use mirror_protocol::{ChannelState, Commanded, Health, Stream, Telemetry};
 use protection::{Denied, Lease};
+use waveforms::{POINTS, Player};
 
 use crate::exchange::{Queue, Slot};
 

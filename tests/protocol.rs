@@ -12,7 +12,6 @@ mod tests {
     };
     use embassy_futures::join::join;
     use embassy_futures::yield_now;
-    use experiment::{FULL_SCALE, POINTS, Player, Quantity, Shape, Table, Waveform};
     use mirror_firmware::TICK_HZ;
     use mirror_firmware::board::Sensed;
     use mirror_firmware::control::Control;
@@ -26,6 +25,7 @@ mod tests {
     use protection::{Denied, Fault, Lease};
     use serde::{Serialize, de::DeserializeOwned};
     use static_cell::StaticCell;
+    use waveforms::{FULL_SCALE, POINTS, Player, Quantity, Shape, Table, Waveform};
 
     fn comes_back<T: Serialize + DeserializeOwned + PartialEq + core::fmt::Debug>(message: T) {
         let mut frame = [0; MAX_FRAME_BYTES];

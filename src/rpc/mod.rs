@@ -6,7 +6,6 @@ use core::sync::atomic::Ordering;
 
 use control_core::{Calibration, Micrometre, Setpoint, Volt};
 use embassy_time::{Duration, Timer};
-use experiment::Player;
 use mirror_protocol::{
     CalibrationEndpoint, CalibrationInfo, CalibrationRevertEndpoint, CalibrationUseEndpoint,
     CalibrationWriteEndpoint, ClearEndpoint, CommandReply, Drives, ENDPOINTS,
@@ -22,6 +21,7 @@ use postcard_rpc::header::{VarHeader, VarSeq};
 use postcard_rpc::server::{Dispatch, Sender, Server, WireRx};
 use protection::{Denied, Lease};
 use static_cell::ConstStaticCell;
+use waveforms::Player;
 
 use self::calibrations::{
     calibration, info, revert_calibration, sense, set_sense, use_calibration, write_calibration,

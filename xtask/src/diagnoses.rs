@@ -16,7 +16,7 @@ use crate::tool;
 const FIRST_SEED: &str = "7201";
 /// Seeds of mirrors that the table of confusions is made from, and how many.
 const TEACHING: [&str; 2] = ["3001", "2"];
-const TABLE: &str = "crates/diagnosis/src/confusions.toml";
+const TABLE: &str = "crates/lab/diagnosis/src/confusions.toml";
 /// Diagnoses with warm caches, of which the median is told.
 const WARM: usize = 5;
 

@@ -2,8 +2,8 @@
 //!
 //! Numbers and names are those of the paper's procedures; a session is what a fit and a diagnosis want.
 
-use experiment::Player;
 use mirror_protocol::{Quantity, Shape, Stream, Waveform};
+use waveforms::Player;
 
 use super::play::{Run, ticks};
 use crate::error::ToolError;

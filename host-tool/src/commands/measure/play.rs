@@ -1,7 +1,7 @@
 //! One waveform of an experiment as the board plays it, and which of its ticks are read.
 
-use experiment::{FULL_SCALE, Pacer, Player};
 use mirror_protocol::{POINTS, Quantity, Shape, Stream, Table, Waveform};
+use waveforms::{FULL_SCALE, Pacer, Player};
 
 use crate::error::ToolError;
 use crate::quantity::Span;

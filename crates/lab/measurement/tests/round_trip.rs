@@ -139,7 +139,7 @@ proptest! {
 
 #[test]
 fn the_papers_points_are_a_session() {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/paper");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../data/paper");
     let session = Session::load(&[folder]).unwrap();
     assert_eq!(session.files.len(), 2);
     assert!(

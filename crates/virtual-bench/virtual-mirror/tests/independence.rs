@@ -4,7 +4,7 @@
 /// can come in by way of another either.
 #[test]
 fn it_depends_on_no_crate_of_this_workspace() {
-    let workspace: toml::Table = include_str!("../../../Cargo.toml")
+    let workspace: toml::Table = include_str!("../../../../Cargo.toml")
         .parse()
         .expect("workspace manifest");
     let manifest: toml::Table = include_str!("../Cargo.toml").parse().expect("manifest");

@@ -1,7 +1,7 @@
 //! The board's design parameters, all in one place: what `docs/board.md` explains and everything else derives from.
 //!
 //! They belong to the analogue design and not to the microcontroller, so both boards share them. The
-//! emulated electronics (`crates/emulated-board/src/electronics.rs`) keep numbers of their own on purpose:
+//! emulated electronics (`crates/virtual-bench/emulated-board/src/electronics.rs`) keep numbers of their own on purpose:
 //! a wrong one here must show there.
 
 use crate::units::{Ampere, Kelvin, Ohm, Second, Volt};

@@ -16,13 +16,13 @@ mod identity;
 mod messages;
 
 pub use endpoints::*;
-pub use experiment::{Flaw, POINTS, Quantity, Shape, Stream, Table, Waveform};
 pub use identity::{Hello, Identity, Text};
 pub use messages::{
     CHUNK_POINTS, CalibrationChunk, CalibrationInfo, CalibrationRefusal, CalibrationUse,
     ChannelState, Chunk, Commanded, Drives, Health, Kept, LEASE_FOREVER_MS, Play, Points, Position,
     Refusal, Renewal, Sense, SenseInfo, Sentence, Status, Streaming, Telemetry,
 };
+pub use waveforms::{Flaw, POINTS, Quantity, Shape, Stream, Table, Waveform};
 
 /// The version of everything in this crate but the greeting. Raised with every change on the wire.
 pub const PROTOCOL_VERSION: u16 = 4;

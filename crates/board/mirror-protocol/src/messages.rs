@@ -1,9 +1,9 @@
 //! Commands, answers and telemetry of the present protocol version.
 
 use crate::Text;
-use experiment::{Flaw, Stream, Waveform};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
+use waveforms::{Flaw, Stream, Waveform};
 
 /// Ask for a piston position.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
@@ -73,7 +73,7 @@ pub const CHUNK_POINTS: usize = 64;
 pub struct Points {
     /// Index of the first of them.
     pub first: u16,
-    /// The points, in shares of the amplitude ([`experiment::FULL_SCALE`] being all of it).
+    /// The points, in shares of the amplitude ([`waveforms::FULL_SCALE`] being all of it).
     pub points: heapless::Vec<i16, CHUNK_POINTS>,
 }
 
