@@ -2,7 +2,6 @@
 
 use crate::base::{identifiable, restarts};
 use crate::candidate::{directions, scan};
-use crate::compare::{Comparison, compare};
 use crate::ensemble::Ensemble;
 use crate::fit::{Fitted, best_fit, fit, jacobian, knobs, predict};
 use crate::fit_report::{FitReport, report};
@@ -10,6 +9,7 @@ use crate::heater;
 use crate::placebo::{Fall, Placebo, placebo};
 use crate::plan::Plan;
 use crate::space::Space;
+use identification::{Comparison, compare};
 use mirror_model::effect::{Active, Effect};
 use mirror_model::{ACTUATORS, Model, Runaway};
 use serde::Serialize;

@@ -1,6 +1,7 @@
 //! What a diagnosis says, as data.
 
 use crate::placebo::Placebo;
+use identification::Estimate;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -25,17 +26,6 @@ pub struct BeforeAfter {
     pub before: f64,
     /// With the best effect added.
     pub after: f64,
-}
-
-/// A value with its uncertainty.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Estimate {
-    /// The best value.
-    pub value: f64,
-    /// One standard deviation, where it is known.
-    pub standard_error: Option<f64>,
-    /// The unit of both.
-    pub unit: String,
 }
 
 /// One effect's place in the ranking.

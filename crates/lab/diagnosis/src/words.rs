@@ -1,6 +1,7 @@
 //! A diagnosis in words.
 
-use crate::report::{BeforeAfter, Diagnosis, Estimate, Ranked, Verdict};
+use crate::report::{BeforeAfter, Diagnosis, Ranked, Verdict};
+use identification::Estimate;
 use mirror_model::effect::{Parameter, find};
 use std::fmt;
 

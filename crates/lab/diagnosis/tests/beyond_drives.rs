@@ -1,6 +1,7 @@
 //! What no drive shows, an oven or a reference step does: mirrors from a family that no threshold was calibrated on.
 
-use diagnosis::{Plan, Verdict, diagnose};
+use diagnosis::{Verdict, diagnose};
+use identification::Plan;
 use measurement::Session;
 use mirror_model::{Model, Preset};
 use virtual_mirror::{Effect, Experiment, Family, MirrorConfig, Plan as Drives};

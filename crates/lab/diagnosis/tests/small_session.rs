@@ -1,6 +1,7 @@
 //! The whole way on a small session of a virtual mirror from a family that no threshold was calibrated on.
 
-use diagnosis::{Plan, Verdict, add, compare, diagnose, fit_and_report, remove};
+use diagnosis::{Verdict, add, diagnose, remove};
+use identification::{Plan, compare, fit_and_report};
 use mirror_model::effect::find;
 use mirror_model::{Model, Preset};
 use virtual_mirror::{Effect, Experiment, Family, MirrorConfig, Plan as Drives};

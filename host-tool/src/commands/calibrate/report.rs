@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use control_core::design::COLD_RESISTANCE_TOLERANCE;
-use diagnosis::Identification;
+use identification::Identification;
 use serde::Serialize;
 
 use super::trial::Figures;

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use diagnosis::Plan;
+use identification::Plan;
 use indicatif::ProgressBar;
 use measurement::{Device, Session};
 use mirror_model::Model;
@@ -51,7 +51,7 @@ pub(super) fn fit(input: &LabInput, output: ModelOutput, json: bool) -> Result<(
     let lab = Lab::load(input)?;
     let file = NewFile::create(output.output, output.force)?;
     let (model, fitted) = while_working("fitting", json, || {
-        diagnosis::fit_and_report(&lab.model, &lab.plan, &lab.files)
+        identification::fit_and_report(&lab.model, &lab.plan, &lab.files)
     })?;
     file.write(&model.to_toml())?;
     report::print(&fitted, json);
@@ -63,7 +63,7 @@ pub(super) fn identify(input: &LabInput, output: ModelOutput, json: bool) -> Res
     let lab = Lab::load(input)?;
     let file = NewFile::create(output.output, output.force)?;
     let (model, found) = while_working("identifying", json, || {
-        diagnosis::identify(&lab.model, &lab.plan, &lab.files)
+        identification::identify(&lab.model, &lab.plan, &lab.files)
     })?;
     file.write(&model.to_toml())?;
     report::print(&found, json);
@@ -77,7 +77,7 @@ pub(super) fn compare(
     json: bool,
 ) -> Result<(), ToolError> {
     let lab = Lab::load(input)?;
-    let comparison = diagnosis::compare(&lab.model, &lab.plan)?;
+    let comparison = identification::compare(&lab.model, &lab.plan)?;
     report::print(&comparison, json);
     if json && picture.is_none() {
         return Ok(());

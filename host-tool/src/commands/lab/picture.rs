@@ -1,8 +1,8 @@
 //! Measured and modelled curves with what is left between them: in the terminal, and as SVG.
 
-use diagnosis::Plan;
-use diagnosis::fit::predict;
-use diagnosis::plan::Channel;
+use identification::Plan;
+use identification::fit::predict;
+use identification::plan::Channel;
 use mirror_model::{Model, Runaway};
 use plotters::prelude::*;
 

@@ -4,7 +4,7 @@ use std::fmt;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use diagnosis::Plane;
+use measurement::Plane;
 use measurement::Row;
 use mirror_protocol::Drives;
 use serde::Serialize;

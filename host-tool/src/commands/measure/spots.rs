@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use diagnosis::Plane;
+use measurement::Plane;
 
 use super::keyboard::Keyboard;
 use super::sensor::finite;

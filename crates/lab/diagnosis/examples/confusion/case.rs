@@ -2,8 +2,8 @@
 
 use crate::Arguments;
 use clap::ValueEnum;
-use diagnosis::Plan;
 use diagnosis::family::CALIBRATING;
+use identification::Plan;
 use std::fmt;
 use virtual_mirror::{ConfigError, Effect, Experiment, Family, MirrorConfig, Plan as Drives};
 use virtual_sessions::measure;

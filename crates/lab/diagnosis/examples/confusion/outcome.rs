@@ -2,9 +2,10 @@
 
 use crate::case::{Case, Hidden, Instruments};
 use diagnosis::ensemble::Ensemble;
-use diagnosis::fit::{Fitted, fit, fit_knobs, jacobian, knobs, predict, white_noise};
 use diagnosis::space::{Approximation, Space};
-use diagnosis::{Diagnosis, Plan, Ranked, Verdict, add, diagnose, fit_and_report};
+use diagnosis::{Diagnosis, Ranked, Verdict, add, diagnose};
+use identification::fit::{Fitted, fit, fit_knobs, jacobian, knobs, predict, white_noise};
+use identification::{Plan, fit_and_report};
 use mirror_model::effect::{Active, find};
 use mirror_model::{Model, Preset};
 use std::error::Error;

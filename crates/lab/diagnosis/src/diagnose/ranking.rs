@@ -5,7 +5,8 @@ use crate::candidate::Explanation;
 use crate::confusions::{Channels, confusions};
 use crate::placebo::{Placebo, placebo};
 use crate::plan::Plan;
-use crate::report::{BeforeAfter, Estimate, Ranked};
+use crate::report::{BeforeAfter, Ranked};
+use identification::Estimate;
 use nalgebra::DVector;
 
 impl Bench<'_> {

@@ -1,9 +1,9 @@
 //! What a fit found, how well it is known, and what these data cannot tell apart.
 
 use crate::base::Free;
+use crate::estimate::Estimate;
 use crate::fit::{Fitted, Knob, fit, jacobian};
 use crate::plan::Plan;
-use crate::report::Estimate;
 use mirror_model::{Model, Runaway, Symbol};
 use nalgebra::{DMatrix, SymmetricEigen};
 use serde::Serialize;
@@ -52,7 +52,7 @@ pub fn fit_and_report(
 ///
 /// # Errors
 /// As [`fit_and_report`].
-pub(crate) fn report(
+pub fn report(
     mut fitted: Fitted,
     plan: &Plan,
     files: &[String],
@@ -103,10 +103,7 @@ fn standard_error(fitted: &Fitted, covariance: &DMatrix<f64>, index: usize) -> f
 }
 
 /// The fitted parameters that are known to some part of themselves.
-pub(crate) fn known_errors(
-    fitted: &Fitted,
-    covariance: &DMatrix<f64>,
-) -> BTreeMap<String, Estimate> {
+pub fn known_errors(fitted: &Fitted, covariance: &DMatrix<f64>) -> BTreeMap<String, Estimate> {
     let estimate = |(index, knob): (usize, &Knob)| {
         let (value, error) = (
             knob.value(&fitted.model),
@@ -246,7 +243,7 @@ fn groups(null: &DMatrix<f64>) -> Vec<Vec<usize>> {
 ///
 /// # Errors
 /// [`Runaway`] if the model has no finite answer close by.
-pub(crate) fn note_errors(fitted: &mut Fitted, plan: &Plan) -> Result<DMatrix<f64>, Runaway> {
+pub fn note_errors(fitted: &mut Fitted, plan: &Plan) -> Result<DMatrix<f64>, Runaway> {
     let slopes = jacobian(&fitted.model, plan, &fitted.knobs)?;
     let covariance = covariance(&slopes, fitted, plan);
     fitted.model.standard_errors.clear();

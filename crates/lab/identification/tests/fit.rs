@@ -1,7 +1,7 @@
 //! What a fit says that data cannot separate, by what was measured.
 
-use diagnosis::fit::predict;
-use diagnosis::{FitReport, Plan, fit_and_report};
+use identification::fit::predict;
+use identification::{FitReport, Plan, fit_and_report};
 use measurement::{MeasurementFile, Row, Session};
 use mirror_model::{Model, Preset};
 

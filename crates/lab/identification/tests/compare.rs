@@ -1,7 +1,7 @@
 //! What a comparison says of a session that a model with one more effect would have measured.
 
-use diagnosis::fit::predict;
-use diagnosis::{Comparison, Plan, compare};
+use identification::fit::predict;
+use identification::{Comparison, Plan, compare};
 use measurement::{Keys, MeasurementFile, Row, Session};
 use mirror_model::effect::{Active, find};
 use mirror_model::{Model, Preset};

@@ -1,6 +1,6 @@
 //! Identification finds what the data support, and invents nothing.
 
-use diagnosis::{Identification, Plan, identify};
+use identification::{Identification, Plan, identify};
 use measurement::Session;
 use mirror_model::{Model, Preset, Symbol};
 use virtual_mirror::{Experiment, MirrorConfig, Plan as Drives};

@@ -27,12 +27,13 @@ const WORTH_FITTING: usize = 3;
 
 /// What the readings of one actuator's heater say of it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Readings {
-    pub(crate) cold_ohm: f64,
+pub struct Readings {
+    /// Resistance where nothing heats it.
+    pub cold_ohm: f64,
     /// Relative growth of the resistance at its first rise (1/W).
     first_per_w: f64,
     /// Relative growth of the resistance in all.
-    pub(crate) growth: f64,
+    pub growth: f64,
     /// Power at the hottest (W).
     hottest_w: f64,
 }
@@ -46,7 +47,7 @@ struct Point {
 
 impl Readings {
     /// `None` where too few currents can be told from their noise.
-    pub(crate) fn of(plan: &Plan, actuator: usize) -> Option<Self> {
+    pub fn of(plan: &Plan, actuator: usize) -> Option<Self> {
         let points = points(plan, actuator);
         let hottest = points.last().filter(|_| points.len() >= FEWEST)?;
         let mut coolest: Vec<f64> = points[..FEWEST].iter().map(|p| p.ohm).collect();
@@ -69,7 +70,7 @@ impl Readings {
     }
 
     /// The drive at the hottest (V).
-    pub(crate) fn hottest_v(&self) -> f64 {
+    pub fn hottest_v(&self) -> f64 {
         (self.hottest_w * self.cold_ohm * (1.0 + self.growth)).sqrt()
     }
 
@@ -121,14 +122,14 @@ fn all_readings(plan: &Plan) -> impl Iterator<Item = (usize, Readings)> {
 }
 
 /// The heater that was driven hottest, where a session shows heaters only.
-pub(crate) fn hottest(plan: &Plan) -> Option<Readings> {
+pub fn hottest(plan: &Plan) -> Option<Readings> {
     plan.is_of_heaters()
         .then(|| all_readings(plan).map(|(_, readings)| readings))?
         .max_by(|a, b| a.growth.total_cmp(&b.growth))
 }
 
 /// The same for what effects it may have.
-pub(crate) fn heater(model: &Model, plan: &Plan) -> Option<Heater> {
+pub fn heater(model: &Model, plan: &Plan) -> Option<Heater> {
     let readings = hottest(plan)?;
     let xi = model.parameters.get(Symbol::ResistanceCoefficient);
     Some(Heater {
@@ -140,7 +141,7 @@ pub(crate) fn heater(model: &Model, plan: &Plan) -> Option<Heater> {
 }
 
 /// The model with its effects in the strengths that are plausible in this session's heater. A mirror's stay as they are.
-pub(crate) fn suited(model: &Model, plan: &Plan) -> Model {
+pub fn suited(model: &Model, plan: &Plan) -> Model {
     let mut suited = model.clone();
     if let Some(heater) = heater(model, plan) {
         for active in &mut suited.effects {
@@ -151,7 +152,7 @@ pub(crate) fn suited(model: &Model, plan: &Plan) -> Model {
 }
 
 /// A heater bends nothing.
-pub(crate) fn unbent(model: &Model) -> Model {
+pub fn unbent(model: &Model) -> Model {
     let mut unbent = model.clone();
     unbent.parameters.set(Symbol::CurvatureCoefficient, 0.0);
     unbent.by_actuator.remove(&Symbol::CurvatureCoefficient);
@@ -160,7 +161,7 @@ pub(crate) fn unbent(model: &Model) -> Model {
 
 /// Where fits of a base start: as warm at the hottest as the readings are; with effects, which share in that, also as the
 /// first rise has it, and as the model is.
-pub(crate) fn seeds(model: &Model, plan: &Plan) -> Vec<Model> {
+pub fn seeds(model: &Model, plan: &Plan) -> Vec<Model> {
     let mut model = model.clone();
     if plan.is_one_heater() {
         model.by_actuator.remove(&Symbol::ColdResistance);
@@ -182,7 +183,7 @@ pub(crate) fn seeds(model: &Model, plan: &Plan) -> Vec<Model> {
 }
 
 /// Time constants that its fits start from (s): a heater on a bench may be as slow as it likes.
-pub(crate) fn times(plan: &Plan) -> [f64; 3] {
+pub fn times(plan: &Plan) -> [f64; 3] {
     let mut steps: Vec<f64> = plan
         .observations
         .iter()
@@ -193,7 +194,7 @@ pub(crate) fn times(plan: &Plan) -> [f64; 3] {
 }
 
 /// The fit without the time constant that none of its readings depends on, which stays where the model has it.
-pub(crate) fn without_idle_time(
+pub fn without_idle_time(
     mut fitted: Fitted,
     model: &Model,
     plan: &Plan,
@@ -213,7 +214,7 @@ pub(crate) fn without_idle_time(
 
 /// Where fits with one more effect start: from the fitted base and from the first rise, at strengths from small to all that is
 /// plausible, those that fit best as they are; what runs away comes last.
-pub(crate) fn starts(fitted: &Model, actives: &[Active], plan: &Plan) -> Vec<Model> {
+pub fn starts(fitted: &Model, actives: &[Active], plan: &Plan) -> Vec<Model> {
     let mut cool = fitted.clone();
     for (actuator, readings) in all_readings(plan) {
         readings.sets(&mut cool, actuator, plan, readings.first_per_w);

@@ -77,7 +77,7 @@ impl Knob {
     }
 
     /// Whether a fit has driven it to the end of what is plausible.
-    pub(crate) fn is_at_its_limit(self, model: &Model) -> bool {
+    pub fn is_at_its_limit(self, model: &Model) -> bool {
         let value = self.value(model);
         let (low, high) = match self {
             Self::Base(free) => free.range(),

@@ -1,6 +1,6 @@
 //! Planes by principal components.
 
-use diagnosis::Plane;
+use measurement::Plane;
 use proptest::prelude::*;
 
 /// A scan of 5 by 5 points over 100 um.

@@ -5,7 +5,7 @@ mod clock;
 use crate::noise::Noise;
 use crate::surroundings::Surroundings;
 use clock::Clock;
-pub(crate) use clock::OwnZero;
+pub use clock::OwnZero;
 use measurement::{MeasurementFile, Row, Session};
 use mirror_model::{ACTUATORS, Interval, Output};
 
@@ -55,7 +55,7 @@ pub struct Plan {
     /// The first known temperature of the surroundings, which cold resistances and the displacement's zero belong to (degC).
     pub first_ambient_c: Option<f64>,
     /// Experiments whose displacements count from a zero of their own.
-    pub(crate) own_zeros: Vec<OwnZero>,
+    pub own_zeros: Vec<OwnZero>,
 }
 
 impl Plan {
@@ -89,7 +89,7 @@ impl Plan {
     }
 
     /// Numbers like the observations, those with a zero of their own moved to it.
-    pub(crate) fn at_own_zeros(&self, mut numbers: Vec<f64>) -> Vec<f64> {
+    pub fn at_own_zeros(&self, mut numbers: Vec<f64>) -> Vec<f64> {
         for zero in &self.own_zeros {
             let off_um = zero.mean_um(&numbers, &self.observations) - zero.measured_um;
             for (number, o) in numbers.iter_mut().zip(&self.observations) {
@@ -132,7 +132,7 @@ impl Plan {
     }
 
     /// The displacement that all others count from: the first one without drive.
-    pub(crate) fn zero(&self) -> Option<&Observation> {
+    pub fn zero(&self) -> Option<&Observation> {
         let mut observed = self.observations.iter();
         observed.find(|o| o.channel == Channel::Displacement && self.drive(o) == [0.0; ACTUATORS])
     }
@@ -274,7 +274,7 @@ impl Plan {
 
 /// Root mean square of numbers in their observations' units (um, A), over the displacements or over the currents; `None`
 /// where there are none.
-pub(crate) fn rms<'o>(
+pub fn rms<'o>(
     numbers: impl Iterator<Item = (f64, &'o Observation)>,
     displacement: bool,
 ) -> Option<f64> {

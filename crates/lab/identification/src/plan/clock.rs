@@ -42,14 +42,15 @@ impl<'a> Clock<'a> {
 /// Experiments on a clock that is not the session's first one, in other surroundings or with the target moved by a stage.
 /// Between the clocks nobody knows where the sensor stood: they are compared about their mean.
 #[derive(Clone, Debug)]
-pub(crate) struct OwnZero {
+pub struct OwnZero {
     experiments: Range<usize>,
     /// The mean of what was measured.
     pub(super) measured_um: f64,
 }
 
 impl OwnZero {
-    pub(crate) fn new(experiments: Range<usize>, observations: &[Observation]) -> Self {
+    /// Of these experiments, from the numbers that were measured in them.
+    pub fn new(experiments: Range<usize>, observations: &[Observation]) -> Self {
         let mut zero = Self {
             experiments,
             measured_um: 0.0,
@@ -59,7 +60,8 @@ impl OwnZero {
         zero
     }
 
-    pub(crate) fn is_of(&self, o: &Observation) -> bool {
+    /// Whether this observation counts from it.
+    pub fn is_of(&self, o: &Observation) -> bool {
         o.channel == Channel::Displacement && self.experiments.contains(&o.experiment)
     }
 

@@ -13,10 +13,10 @@ use mirror_model::{Model, Runaway, Symbol};
 use serde::Serialize;
 
 use crate::base::{Free, identifiable, seeds};
+use crate::estimate::Estimate;
 use crate::fit::{Fitted, Knob, fit_knobs};
 use crate::fit_report::{known_errors, note_errors};
 use crate::plan::Plan;
-use crate::report::Estimate;
 
 /// The sum of squares must fall by this share of itself.
 const WORTHWHILE: f64 = 0.05;
