@@ -9,7 +9,7 @@ use core::hint::black_box;
 
 use control_core::calibration::{Heat, Lag, Memory, Parts, Path, Play};
 use control_core::{
-    AdcCode, Ampere, Calibration, Controller, CurrentSense, LANES, Micrometre, PwmCode, Second,
+    AdcCode, Ampere, CHANNELS, Calibration, Controller, CurrentSense, Micrometre, PwmCode, Second,
     SenseCalibration, Setpoint, SupplyCode, Volt,
 };
 use cortex_m::Peripherals;
@@ -45,8 +45,8 @@ fn main() -> ! {
     let mut calibration = everything_on(factory::calibration());
     let mut controller = Controller::new(&mut calibration);
     let (applied, currents) = (
-        black_box([Volt(2.742); LANES]),
-        black_box([Ampere(5.7e-3); LANES]),
+        black_box([Volt(2.742); CHANNELS]),
+        black_box([Ampere(5.7e-3); CHANNELS]),
     );
     // From one end to the other for ever, so that it is always on its way.
     let mut way = (0_u32..).map(|tick| [20.0, 120.0][(tick / 64) as usize % 2]);
@@ -61,7 +61,7 @@ fn main() -> ! {
             black_box(controller.step(black_box(z), black_box(applied), black_box(currents)));
         },
     );
-    let drive = Setpoint::Drive([Volt(2.742); LANES]);
+    let drive = Setpoint::Drive([Volt(2.742); CHANNELS]);
     report("control core: one step at given voltages", || {
         black_box(controller.step(black_box(drive), black_box(applied), black_box(currents)));
     });
@@ -82,7 +82,7 @@ fn main() -> ! {
     report("whole tick: mailbox, protection, step, telemetry", || {
         black_box(control.tick(black_box(sensed)));
     });
-    if MAILBOX.latest().states != [ChannelState::Driving; LANES] {
+    if MAILBOX.latest().states != [ChannelState::Driving; CHANNELS] {
         defmt::error!("what was counted is no drive");
         ExitCode::FAILURE.exit_process()
     }
@@ -97,7 +97,7 @@ fn main() -> ! {
     report("protection alone", || {
         black_box(protection.tick(
             black_box(z),
-            black_box([Volt(2.742); LANES]),
+            black_box([Volt(2.742); CHANNELS]),
             black_box(&reading),
         ));
     });
@@ -142,7 +142,7 @@ fn everything_on(factory: Calibration) -> Calibration {
 }
 
 /// What heaters of 481 ohm make of these codes.
-fn heaters(codes: [PwmCode; LANES]) -> Sensed {
+fn heaters(codes: [PwmCode; CHANNELS]) -> Sensed {
     Sensed {
         currents: codes.map(|code| AdcCode::nearest(Ampere(code.drive().0 / 481.0))),
         supply: SupplyCode::from_millivolt(5000),

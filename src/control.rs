@@ -3,7 +3,7 @@
 use core::sync::atomic::Ordering;
 
 use control_core::{
-    Controller, CurrentSense, LANES, Limit, Limits, Micrometre, PwmCode, SenseCalibration,
+    CHANNELS, Controller, CurrentSense, Limit, Limits, Micrometre, PwmCode, SenseCalibration,
     Setpoint, SupplyCode, Volt,
 };
 use mirror_protocol::{ChannelState, Commanded, Health, LEASE_FOREVER_MS, Telemetry};
@@ -37,7 +37,7 @@ pub struct Control {
     awaited: Option<Stream>,
     /// An order has been taken and not been confirmed.
     is_unconfirmed: bool,
-    applied: [PwmCode; LANES],
+    applied: [PwmCode; CHANNELS],
     /// Whether the codes of `applied` came with another setpoint than those before.
     stepped: bool,
     limits_since_command: Limits,
@@ -48,7 +48,7 @@ pub struct Control {
 }
 
 /// Quantities that a stream takes the mean of: four currents, and the sensor.
-const MEASURED: usize = LANES + 1;
+const MEASURED: usize = CHANNELS + 1;
 
 impl Control {
     /// A loop that starts with all channels off.
@@ -66,7 +66,7 @@ impl Control {
             player: None,
             awaited: None,
             is_unconfirmed: false,
-            applied: [PwmCode(0); LANES],
+            applied: [PwmCode(0); CHANNELS],
             stepped: false,
             limits_since_command: Limits::NONE,
             tick: 0,
@@ -89,7 +89,7 @@ impl Control {
 
     /// One tick: `sensed` are the codes read while the codes of the last tick were driven; the
     /// result is driven next.
-    pub fn tick(&mut self, sensed: Sensed) -> [PwmCode; LANES] {
+    pub fn tick(&mut self, sensed: Sensed) -> [PwmCode; CHANNELS] {
         self.count(sensed.missed_ticks);
         if let Some(calibration) = self.mailbox.take_calibration() {
             // Drives computed under another calibration mean nothing.
@@ -129,7 +129,7 @@ impl Control {
             current_a: currents.map(|current| current.0),
             temperature_k: step
                 .sense
-                .map(|lane| lane.map(|lane| lane.temperature_rise.0)),
+                .map(|channel| channel.map(|channel| channel.temperature_rise.0)),
             limits: limits.bits(),
             states: self
                 .protection
@@ -157,7 +157,7 @@ impl Control {
             match self.protection.command(lease) {
                 Ok(()) => {
                     // Until the heaters are checked.
-                    self.follow(Setpoint::Drive([Volt(0.0); LANES]));
+                    self.follow(Setpoint::Drive([Volt(0.0); CHANNELS]));
                     (self.player, self.awaited) = (Some(player), Some(stream));
                 }
                 Err(denied) => self.mailbox.deny_play(denied),
@@ -215,7 +215,7 @@ impl Control {
     }
 
     /// Answers orders that have been carried out, or can no longer be.
-    fn answer(&mut self, codes: [PwmCode; LANES], telemetry: &Telemetry) {
+    fn answer(&mut self, codes: [PwmCode; CHANNELS], telemetry: &Telemetry) {
         let denied = self.protection.first_cause().map(Denied::Tripped);
         if let Some(denied) = denied.filter(|_| self.awaited.is_some()) {
             self.follow(Setpoint::Off);

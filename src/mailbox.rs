@@ -5,7 +5,7 @@
 
 use core::cell::Cell;
 
-use control_core::{Calibration, LANES, SenseCalibration, Setpoint};
+use control_core::{CHANNELS, Calibration, SenseCalibration, Setpoint};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
@@ -97,7 +97,7 @@ impl Mailbox {
                 current_a: [0.0; 4],
                 temperature_k: [None; 4],
                 limits: 0,
-                states: [ChannelState::Off; LANES],
+                states: [ChannelState::Off; CHANNELS],
                 sensor_z_um: None,
             })),
             health: Mutex::new(Cell::new(Health {

@@ -11,7 +11,7 @@ include!(concat!(env!("OUT_DIR"), "/reference.rs"));
 mod tests {
     use super::REFERENCE;
     use control_core::{
-        Ampere, Controller, LANES, Limit, Micrometre, PwmCode, Setpoint, Step, Volt,
+        Ampere, CHANNELS, Controller, Limit, Micrometre, PwmCode, Setpoint, Step, Volt,
     };
     use mirror_firmware::factory;
 
@@ -21,7 +21,7 @@ mod tests {
     fn step(setpoint: Setpoint) -> Step {
         let mut calibration = factory::calibration();
         let mut controller = Controller::new(&mut calibration);
-        *controller.step(setpoint, [Volt(0.0); LANES], [Ampere(0.0); LANES])
+        *controller.step(setpoint, [Volt(0.0); CHANNELS], [Ampere(0.0); CHANNELS])
     }
 
     #[test]
@@ -31,7 +31,8 @@ mod tests {
         let mut controller = Controller::new(&mut calibration);
         for (z_um, model_v, um_per_v) in REFERENCE {
             let setpoint = Setpoint::Track(Micrometre(z_um));
-            let mut tick = || *controller.step(setpoint, [Volt(0.0); LANES], [Ampere(0.0); LANES]);
+            let mut tick =
+                || *controller.step(setpoint, [Volt(0.0); CHANNELS], [Ampere(0.0); CHANNELS]);
             // The first tick takes the mirror there, the second one holds it.
             tick();
             let step = tick();
@@ -70,8 +71,11 @@ mod tests {
             let z = Setpoint::Position(Micrometre(next()));
             let drives = Setpoint::Drive([next(), next(), next(), next()].map(Volt));
             for setpoint in [z, drives] {
-                let step =
-                    controller.step(setpoint, [Volt(next()); LANES], [Ampere(next()); LANES]);
+                let step = controller.step(
+                    setpoint,
+                    [Volt(next()); CHANNELS],
+                    [Ampere(next()); CHANNELS],
+                );
                 for drive in step.drives {
                     assert!((0.0..=highest).contains(&drive.0));
                 }

@@ -7,7 +7,7 @@ use mirror_firmware as _;
 #[embedded_test::tests]
 mod tests {
     use control_core::{
-        AdcCode, Ampere, Calibration, Controller, LANES, Micrometre, PwmCode, SenseCalibration,
+        AdcCode, Ampere, CHANNELS, Calibration, Controller, Micrometre, PwmCode, SenseCalibration,
         Setpoint, SupplyCode, Volt,
     };
     use embassy_futures::join::join;
@@ -41,7 +41,7 @@ mod tests {
         let telemetry = Telemetry {
             tick: u32::MAX,
             drive_v: [0.0, 1.9, 3.5, 1e-3],
-            current_a: [5e-3; LANES],
+            current_a: [5e-3; CHANNELS],
             temperature_k: [Some(70.5), None, Some(-1.0), Some(0.0)],
             limits: 3,
             states: [
@@ -61,7 +61,7 @@ mod tests {
         });
         comes_back(Renewal { lease_ms: 100 });
         comes_back(Drives {
-            drive_v: [1.9; LANES],
+            drive_v: [1.9; CHANNELS],
             lease_ms: 0,
         });
         comes_back(Stream {
@@ -72,7 +72,7 @@ mod tests {
         });
         comes_back::<CommandReply>(Ok(Commanded {
             tick: 1,
-            drive_v: [1.9; LANES],
+            drive_v: [1.9; CHANNELS],
             limits: 0,
         }));
         comes_back::<CommandReply>(Err(Refusal::ProtocolVersion { board: 1, tool: 2 }));
@@ -120,21 +120,21 @@ mod tests {
     #[test]
     fn nothing_is_driven_at_start_but_the_check_of_the_heaters() {
         let mut control = control();
-        let mut codes = [PwmCode(0); LANES];
+        let mut codes = [PwmCode(0); CHANNELS];
         for _ in 0..20 {
             codes = control.tick(sound(codes));
             assert!(codes.iter().all(|code| code.0 <= 100), "{codes:?}");
         }
-        assert_eq!(codes, [PwmCode(0); LANES]);
-        assert_eq!(MAILBOX.latest().states, [ChannelState::Ready; LANES]);
+        assert_eq!(codes, [PwmCode(0); CHANNELS]);
+        assert_eq!(MAILBOX.latest().states, [ChannelState::Ready; CHANNELS]);
     }
 
     /// Four heaters of 400 ohm at the codes that are driven, and a sound supply.
-    fn sound(codes: [PwmCode; LANES]) -> Sensed {
-        heaters(codes, [400.0; LANES])
+    fn sound(codes: [PwmCode; CHANNELS]) -> Sensed {
+        heaters(codes, [400.0; CHANNELS])
     }
 
-    fn heaters(codes: [PwmCode; LANES], ohm: [f32; LANES]) -> Sensed {
+    fn heaters(codes: [PwmCode; CHANNELS], ohm: [f32; CHANNELS]) -> Sensed {
         let code = |i: usize| AdcCode::nearest(Ampere(codes[i].drive().0 / ohm[i]));
         Sensed {
             currents: core::array::from_fn(code),
@@ -148,12 +148,12 @@ mod tests {
         control: &mut Control,
         order: Order,
         ticks: u32,
-        board: impl Fn([PwmCode; LANES]) -> Sensed,
-    ) -> (Result<Commanded, Failure>, [PwmCode; LANES]) {
+        board: impl Fn([PwmCode; CHANNELS]) -> Sensed,
+    ) -> (Result<Commanded, Failure>, [PwmCode; CHANNELS]) {
         let ordered = MAILBOX.order(order);
         let ticking = async {
             yield_now().await;
-            let mut codes = [PwmCode(0); LANES];
+            let mut codes = [PwmCode(0); CHANNELS];
             for _ in 0..ticks {
                 codes = control.tick(board(codes));
             }
@@ -172,7 +172,7 @@ mod tests {
         assert!(codes[0].0 > 1000, "{codes:?}");
         // The heaters were cold then, and took less voltage for the same power.
         assert!((1.0..codes[0].drive().0).contains(&confirmed.drive_v[0]));
-        assert_eq!(MAILBOX.latest().states, [ChannelState::Driving; LANES]);
+        assert_eq!(MAILBOX.latest().states, [ChannelState::Driving; CHANNELS]);
         // From then on the next tick does it.
         let order = Order::Drive(Setpoint::Track(Micrometre(50.0)), Lease::FOREVER);
         let (confirmed, lower) = carry_out(&mut control, order, 1, |_| sound(codes)).await;
@@ -182,12 +182,12 @@ mod tests {
     #[test]
     async fn an_open_heater_trips_in_the_check_and_is_told() {
         let mut control = control();
-        let order = Order::Drive(Setpoint::Drive([Volt(3.0); LANES]), Lease::FOREVER);
+        let order = Order::Drive(Setpoint::Drive([Volt(3.0); CHANNELS]), Lease::FOREVER);
         let open = |codes| heaters(codes, [400.0, f32::INFINITY, 400.0, 400.0]);
         let (confirmed, codes) = carry_out(&mut control, order, 40, open).await;
         let denied = Err(Failure::Denied(Denied::Tripped(Fault::OpenHeater)));
         assert_eq!(confirmed, denied);
-        assert_eq!(codes, [PwmCode(0); LANES]);
+        assert_eq!(codes, [PwmCode(0); CHANNELS]);
         let off = ChannelState::Off;
         let tripped = ChannelState::Tripped(Fault::OpenHeater.code());
         assert_eq!(MAILBOX.latest().states, [off, tripped, off, off]);
@@ -196,16 +196,16 @@ mod tests {
         assert!(cleared.is_ok());
         let (confirmed, codes) = carry_out(&mut control, order, 40, sound).await;
         assert!(confirmed.is_ok());
-        assert_eq!(codes, [PwmCode(3000); LANES]);
+        assert_eq!(codes, [PwmCode(3000); CHANNELS]);
     }
 
     #[test]
     async fn a_lease_that_is_not_renewed_ends_in_a_ramp_to_zero() {
         let mut control = control();
-        let drive = Setpoint::Drive([Volt(2.0); LANES]);
+        let drive = Setpoint::Drive([Volt(2.0); CHANNELS]);
         let order = Order::Drive(drive, Lease::ticks(100));
         let (_, mut codes) = carry_out(&mut control, order, 100, sound).await;
-        assert_eq!(codes, [PwmCode(2000); LANES]);
+        assert_eq!(codes, [PwmCode(2000); CHANNELS]);
         let renewed = carry_out(&mut control, Order::Renew(Lease::ticks(30)), 1, |_| {
             sound(codes)
         });
@@ -214,13 +214,13 @@ mod tests {
             codes = control.tick(sound(codes));
         }
         assert!(codes[0].0 < 2000, "{codes:?}");
-        let falls = |codes: [PwmCode; LANES], next: [PwmCode; LANES]| codes[0].0 - next[0].0;
+        let falls = |codes: [PwmCode; CHANNELS], next: [PwmCode; CHANNELS]| codes[0].0 - next[0].0;
         for _ in 0..600 {
             let next = control.tick(sound(codes));
             assert!(falls(codes, next) <= 4, "a ramp, no step");
             codes = next;
         }
-        assert_eq!(codes, [PwmCode(0); LANES]);
+        assert_eq!(codes, [PwmCode(0); CHANNELS]);
         let late = carry_out(&mut control, Order::Renew(Lease::FOREVER), 1, |_| {
             sound(codes)
         });
@@ -230,11 +230,11 @@ mod tests {
     #[test]
     async fn codes_become_currents_and_temperatures() {
         let mut control = control();
-        let order = Order::Drive(Setpoint::Drive([Volt(2.0); LANES]), Lease::FOREVER);
+        let order = Order::Drive(Setpoint::Drive([Volt(2.0); CHANNELS]), Lease::FOREVER);
         let (_, codes) = carry_out(&mut control, order, 40, sound).await;
         // 2 V through 400 ohm are 5 mA: 26214 steps of 0.19 uA, above a zero at 649.
         control.tick(Sensed {
-            currents: [AdcCode(26_214 + 649); LANES],
+            currents: [AdcCode(26_214 + 649); CHANNELS],
             ..sound(codes)
         });
         let telemetry = MAILBOX.latest();
@@ -292,7 +292,7 @@ mod tests {
         let playing = MAILBOX.play(player, stream, Lease::FOREVER);
         let (first_tick, ()) = join(playing, async {
             yield_now().await;
-            let mut codes = [PwmCode(0); LANES];
+            let mut codes = [PwmCode(0); CHANNELS];
             for _ in 0..35 {
                 codes = control.tick(sound(codes));
             }

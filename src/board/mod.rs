@@ -14,7 +14,7 @@ pub use mps2::{flash::CalibrationFlash, link::LinkTx};
 #[cfg(feature = "board-stm32g474")]
 pub use stm32g474::{flash::CalibrationFlash, link::LinkTx};
 
-use control_core::{AdcCode, LANES, Micrometre, PwmCode, SupplyCode};
+use control_core::{AdcCode, CHANNELS, Micrometre, PwmCode, SupplyCode};
 
 /// A board as the control loop sees it.
 pub trait Board {
@@ -28,7 +28,7 @@ pub trait Board {
     const BOOTLOADER: Option<fn() -> !>;
 
     /// Drives the four channels from now on.
-    fn drive(&mut self, codes: [PwmCode; LANES]);
+    fn drive(&mut self, codes: [PwmCode; CHANNELS]);
 }
 
 /// A board whose control ticks are waited for, in turns with the link.
@@ -42,7 +42,7 @@ pub trait Lockstep: Board {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sensed {
     /// Current sense, channel by channel.
-    pub currents: [AdcCode; LANES],
+    pub currents: [AdcCode; CHANNELS],
     /// Supply of the output stages.
     pub supply: SupplyCode,
     /// Control ticks before this one that did not take place.

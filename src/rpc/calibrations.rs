@@ -78,10 +78,13 @@ pub(super) fn info(calibration: &Calibration, kept: Kept) -> CalibrationInfo {
         max_position_um: calibration.max_position().0,
         max_drive_v: calibration.max_drive().0,
         cold_resistance_ohm: calibration
-            .lanes()
+            .actuators()
             .each_ref()
-            .map(|lane| lane.cold_resistance.0),
-        tcr_per_k: calibration.lanes().each_ref().map(|lane| lane.tcr.0),
+            .map(|channel| channel.cold_resistance.0),
+        tcr_per_k: calibration
+            .actuators()
+            .each_ref()
+            .map(|channel| channel.tcr.0),
         kept,
     }
 }

@@ -8,7 +8,7 @@ pub mod link;
 mod log;
 mod time;
 
-use control_core::{AdcCode, Ampere, LANES, PwmCode, SupplyCode};
+use control_core::{AdcCode, Ampere, CHANNELS, PwmCode, SupplyCode};
 use embassy_futures::yield_now;
 
 use crate::board::{Board, Lockstep, Sensed};
@@ -16,7 +16,7 @@ use crate::board::{Board, Lockstep, Sensed};
 /// A board with resistors in the place of a mirror.
 #[derive(Debug, Default)]
 pub struct HostBoard {
-    codes: [PwmCode; LANES],
+    codes: [PwmCode; CHANNELS],
 }
 
 /// About a cold heater's.
@@ -27,7 +27,7 @@ impl Board for HostBoard {
     const IS_EMULATED: bool = true;
     const BOOTLOADER: Option<fn() -> !> = None;
 
-    fn drive(&mut self, codes: [PwmCode; LANES]) {
+    fn drive(&mut self, codes: [PwmCode; CHANNELS]) {
         self.codes = codes;
     }
 }

@@ -2,7 +2,7 @@
 
 use core::sync::atomic::Ordering;
 
-use control_core::{AdcCode, LANES, Micrometre, PwmCode, SupplyCode};
+use control_core::{AdcCode, CHANNELS, Micrometre, PwmCode, SupplyCode};
 use embassy_futures::yield_now;
 use plant_link::{Converters, FROM_PLANT, Pins, TO_PLANT};
 use semihosting::fs::File;
@@ -71,7 +71,7 @@ impl Board for LockstepPlant {
     const IS_EMULATED: bool = true;
     const BOOTLOADER: Option<fn() -> !> = None;
 
-    fn drive(&mut self, codes: [PwmCode; LANES]) {
+    fn drive(&mut self, codes: [PwmCode; CHANNELS]) {
         self.pins.tick = self.pins.tick.wrapping_add(1);
         self.pins.compare = codes.map(|code| code.0);
         if self.send().is_err() {

@@ -11,7 +11,7 @@
 use core::cell::Cell;
 
 use control_core::design::{PWM_PERIOD_COUNTS, PWM_PERIODS_PER_TICK};
-use control_core::{AdcCode, LANES, PwmCode, SupplyCode};
+use control_core::{AdcCode, CHANNELS, PwmCode, SupplyCode};
 use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, Exten, InjectedAdc, SampleTime};
 use embassy_stm32::gpio::OutputType;
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
@@ -31,7 +31,7 @@ use crate::control::Control;
 /// 16-fold oversampling without shift, so that 12 bits become 16 (RM0440, ADC_CFGR2).
 const OVERSAMPLING_RATIO_16: u8 = 0b011;
 
-const CHANNELS: [Channel; LANES] = [Channel::Ch1, Channel::Ch2, Channel::Ch3, Channel::Ch4];
+const OUTPUTS: [Channel; CHANNELS] = [Channel::Ch1, Channel::Ch2, Channel::Ch3, Channel::Ch4];
 
 type Shared<T> = Mutex<CriticalSectionRawMutex, Cell<Option<T>>>;
 
@@ -64,7 +64,7 @@ pub struct ConverterPins {
 pub struct Converters {
     timer: Timer<'static, TIM1>,
     _outputs: Outputs,
-    _currents: InjectedAdc<'static, ADC1, LANES>,
+    _currents: InjectedAdc<'static, ADC1, CHANNELS>,
     _supply: InjectedAdc<'static, ADC2, 1>,
 }
 
@@ -123,7 +123,7 @@ fn start_pwm(timer: Peri<'static, TIM1>) -> Timer<'static, TIM1> {
     // It counts what comes after the first.
     timer.set_repetition_counter(PWM_PERIODS_PER_TICK - 1);
     timer.set_mms2_selection(Mms2::UPDATE);
-    for channel in CHANNELS {
+    for channel in OUTPUTS {
         timer.set_output_compare_mode(channel, OutputCompareMode::PwmMode1);
         timer.set_output_compare_preload(channel, true);
         timer.set_compare_value(channel, 0);
@@ -145,8 +145,8 @@ impl Board for Converters {
     const IS_EMULATED: bool = false;
     const BOOTLOADER: Option<fn() -> !> = Some(super::bootloader::enter);
 
-    fn drive(&mut self, codes: [PwmCode; LANES]) {
-        for (channel, code) in CHANNELS.into_iter().zip(codes) {
+    fn drive(&mut self, codes: [PwmCode; CHANNELS]) {
+        for (channel, code) in OUTPUTS.into_iter().zip(codes) {
             self.timer.set_compare_value(channel, code.0);
         }
     }

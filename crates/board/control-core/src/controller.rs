@@ -1,22 +1,22 @@
 //! The control step: the stages in turn.
 
-use crate::LANES;
+use crate::CHANNELS;
+use crate::actuator::{Actuator, Rails};
 use crate::calibration::{Calibration, Parts};
 use crate::codes::PwmCode;
 use crate::heat::HeatInverse;
 use crate::lag::TURNS;
-use crate::lane::{Lane, Rails};
 use crate::limits::{Limit, Limits};
 use crate::memory::{MemoryInverse, MemoryState};
 use crate::path::Path;
-use crate::sense::LaneSense;
+use crate::resistance::ActuatorSense;
 use crate::units::{Ampere, Micrometre, Volt};
 
 /// What the controller is asked to do.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Setpoint {
-    /// Zero drive on all lanes.
+    /// Zero drive on all actuators.
     #[default]
     Off,
     /// Piston motion: all four actuators to this position, on a path that does not make the mirror
@@ -25,8 +25,8 @@ pub enum Setpoint {
     /// Piston motion along a path that comes tick by tick: at the end of this tick the mirror shall be
     /// here.
     Track(Micrometre),
-    /// These voltages, lane by lane.
-    Drive([Volt; LANES]),
+    /// These voltages, actuator by actuator.
+    Drive([Volt; CHANNELS]),
 }
 
 /// The outcome of one control step.
@@ -34,16 +34,16 @@ pub enum Setpoint {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Step {
     /// Voltages to drive from now on.
-    pub drives: [Volt; LANES],
+    pub drives: [Volt; CHANNELS],
     /// The codes that make them; their mean does, a single one is rounded.
-    pub codes: [PwmCode; LANES],
-    /// What the currents told of each lane, where they told anything.
-    pub sense: [Option<LaneSense>; LANES],
+    pub codes: [PwmCode; CHANNELS],
+    /// What the currents told of each actuator, where they told anything.
+    pub sense: [Option<ActuatorSense>; CHANNELS],
     /// What kept the drives from being what was asked.
     pub limits: Limits,
 }
 
-/// The four lanes under one calibration.
+/// The four actuators under one calibration.
 #[derive(Debug)]
 pub struct Controller<'a> {
     calibration: &'a mut Calibration,
@@ -51,16 +51,16 @@ pub struct Controller<'a> {
     memory: MemoryInverse,
     rails: Rails,
     top: Micrometre,
-    /// Displacement at which the first lane is as hot as is allowed.
+    /// Displacement at which the first actuator is as hot as is allowed.
     hottest: Micrometre,
     path: Path,
     remembered: MemoryState,
-    lanes: [Lane; LANES],
-    /// Where each lane was when it was looked at last, while voltages are asked for.
-    seen: [Micrometre; LANES],
-    /// The lane whose turn it is for what is not done at every tick.
+    actuators: [Actuator; CHANNELS],
+    /// Where each actuator was when it was looked at last, while voltages are asked for.
+    seen: [Micrometre; CHANNELS],
+    /// The actuator whose turn it is for what is not done at every tick.
     turn: usize,
-    /// What came of it. It is lent and not given, for it is as much to copy as a lane is to compute.
+    /// What came of it. It is lent and not given, for it is as much to copy as an actuator is to compute.
     step: Step,
 }
 
@@ -72,7 +72,7 @@ impl<'a> Controller<'a> {
         Self {
             heat: HeatInverse::new(&parts.heat),
             memory: MemoryInverse::new(&parts.memory),
-            lanes: parts.lanes.each_ref().map(Lane::new),
+            actuators: parts.actuators.each_ref().map(Actuator::new),
             rails: Rails::new(parts),
             top: calibration.max_position(),
             hottest: hottest(parts),
@@ -104,16 +104,16 @@ impl<'a> Controller<'a> {
     pub fn step(
         &mut self,
         setpoint: Setpoint,
-        applied: [Volt; LANES],
-        currents: [Ampere; LANES],
+        applied: [Volt; CHANNELS],
+        currents: [Ampere; CHANNELS],
     ) -> &Step {
         let step = &mut self.step;
         step.limits = Limits::NONE;
-        for (i, lane) in self.lanes.iter_mut().enumerate() {
-            step.sense[i] = lane.sense(applied[i], currents[i], &mut step.limits);
+        for (i, actuator) in self.actuators.iter_mut().enumerate() {
+            step.sense[i] = actuator.sense(applied[i], currents[i], &mut step.limits);
         }
         match setpoint {
-            Setpoint::Off => self.drive([Volt(0.0); LANES]),
+            Setpoint::Off => self.drive([Volt(0.0); CHANNELS]),
             Setpoint::Drive(drives) => self.drive(drives),
             Setpoint::Position(z) => {
                 let target = self.limit_position(z);
@@ -127,8 +127,8 @@ impl<'a> Controller<'a> {
             }
         }
         self.heat
-            .advance_slow(&mut self.lanes[self.turn % LANES].heat);
-        self.turn = (self.turn + 1) % LANES;
+            .advance_slow(&mut self.actuators[self.turn % CHANNELS].heat);
+        self.turn = (self.turn + 1) % CHANNELS;
         &self.step
     }
 
@@ -137,7 +137,7 @@ impl<'a> Controller<'a> {
         Micrometre(self.step.limits.clamp(z.0, (0.0, Limit::PositionLow), top))
     }
 
-    /// All four lanes to `z`.
+    /// All four actuators to `z`.
     fn position(&mut self, z: Micrometre) {
         let step = &mut self.step;
         let mut x = self.memory.displacement(&mut self.remembered, z);
@@ -145,41 +145,41 @@ impl<'a> Controller<'a> {
             x = self.hottest;
             step.limits.insert(Limit::TemperatureHigh);
         }
-        let calibrations = self.calibration.lanes();
+        let calibrations = self.calibration.actuators();
         let place = calibrations[0].shape.place(x);
-        for (i, lane) in self.lanes.iter_mut().enumerate() {
+        for (i, actuator) in self.actuators.iter_mut().enumerate() {
             let target = calibrations[i].shape.at(place);
-            let drive = lane.heat_to(target, &self.heat, &self.rails, &mut step.limits);
+            let drive = actuator.heat_to(target, &self.heat, &self.rails, &mut step.limits);
             step.drives[i] = drive;
-            step.codes[i] = lane.code(drive, &self.rails);
+            step.codes[i] = actuator.code(drive, &self.rails);
         }
     }
 
     /// Voltages, and the mirror followed to where they take it.
-    fn drive(&mut self, drives: [Volt; LANES]) {
+    fn drive(&mut self, drives: [Volt; CHANNELS]) {
         let step = &mut self.step;
-        // One lane a tick: reading a table forward is slow, and the mirror is slower.
-        let turn = self.turn % LANES;
-        let shape = &self.calibration.lanes()[turn].shape;
-        self.seen[turn] = shape.position(self.lanes[turn].rise());
-        let z = Micrometre(self.seen.iter().map(|z| z.0).sum::<f32>() / LANES as f32);
+        // One actuator a tick: reading a table forward is slow, and the mirror is slower.
+        let turn = self.turn % CHANNELS;
+        let shape = &self.calibration.actuators()[turn].shape;
+        self.seen[turn] = shape.position(self.actuators[turn].rise());
+        let z = Micrometre(self.seen.iter().map(|z| z.0).sum::<f32>() / CHANNELS as f32);
         self.path.follow(z);
         // Hysteresis and creep are a few percent of a position; that this one is before them is a few
         // percent of that.
         self.memory.displacement(&mut self.remembered, z);
-        for (i, lane) in self.lanes.iter_mut().enumerate() {
-            let drive = lane.drive(drives[i], &self.heat, &self.rails, &mut step.limits);
+        for (i, actuator) in self.actuators.iter_mut().enumerate() {
+            let drive = actuator.drive(drives[i], &self.heat, &self.rails, &mut step.limits);
             step.drives[i] = drive;
-            step.codes[i] = lane.code(drive, &self.rails);
+            step.codes[i] = actuator.code(drive, &self.rails);
         }
     }
 }
 
-/// The displacement at which the first lane reaches the highest temperature rise; infinite where none
+/// The displacement at which the first actuator reaches the highest temperature rise; infinite where none
 /// does within its table.
 fn hottest(parts: &Parts) -> Micrometre {
     let limit = parts.bounds.rise;
-    let shapes = parts.lanes.iter().map(|lane| &lane.shape);
+    let shapes = parts.actuators.iter().map(|actuator| &actuator.shape);
     let reached = shapes.filter(|shape| shape.temperature_rise(shape.top()).0 > limit.0);
     let positions = reached.map(|shape| shape.position(limit).0);
     Micrometre(positions.fold(
@@ -188,15 +188,15 @@ fn hottest(parts: &Parts) -> Micrometre {
     ))
 }
 
-// The slow lags of one lane have their turn at every tick.
-const _: () = assert!(LANES == TURNS);
+// The slow lags of one actuator have their turn at every tick.
+const _: () = assert!(CHANNELS == TURNS);
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::calibration::tests::parts;
-    use crate::calibration::{Heat, LaneCalibration, Memory};
-    use crate::table::{InverseTable, KNOTS};
+    use crate::calibration::{ActuatorCalibration, Heat, Memory};
+    use crate::shape::{InverseTable, KNOTS};
     use crate::units::{Kelvin, KelvinPerWatt, Ohm, PerKelvin};
     use proptest::prelude::*;
     use std::boxed::Box;
@@ -204,7 +204,7 @@ mod tests {
 
     /// 100 um at 100 K, 400 ohm cold, 800 ohm at the top; nothing takes time.
     fn static_parts() -> Parts {
-        let lane = LaneCalibration {
+        let actuator = ActuatorCalibration {
             cold_resistance: Ohm(400.0),
             tcr: PerKelvin(0.01),
             thermal_resistance: KelvinPerWatt(5000.0),
@@ -216,7 +216,7 @@ mod tests {
             .expect("rising"),
         };
         Parts {
-            lanes: [lane; LANES],
+            actuators: [actuator; CHANNELS],
             heat: Heat::INSTANT,
             memory: Memory::NONE,
             ..parts()
@@ -228,7 +228,8 @@ mod tests {
         Controller::new(Box::leak(Box::new(calibration)))
     }
 
-    const NOTHING: ([Volt; LANES], [Ampere; LANES]) = ([Volt(0.0); LANES], [Ampere(0.0); LANES]);
+    const NOTHING: ([Volt; CHANNELS], [Ampere; CHANNELS]) =
+        ([Volt(0.0); CHANNELS], [Ampere(0.0); CHANNELS]);
 
     fn step(setpoint: Setpoint) -> Step {
         *controller(static_parts()).step(setpoint, NOTHING.0, NOTHING.1)
@@ -260,7 +261,7 @@ mod tests {
 
     #[test]
     fn a_drive_above_the_highest_is_limited_by_name() {
-        let mut drives = [Volt(1.0); LANES];
+        let mut drives = [Volt(1.0); CHANNELS];
         drives[2] = Volt(3.6);
         let step = step(Setpoint::Drive(drives));
         assert_eq!(step.drives[2], Volt(3.5));
@@ -296,7 +297,7 @@ mod tests {
         last(150.0, 10_000);
         let cooling = last(10.0, 60);
         assert!(cooling.limits.contains(Limit::Cooling));
-        assert_eq!(cooling.codes, [PwmCode(0); LANES]);
+        assert_eq!(cooling.codes, [PwmCode(0); CHANNELS]);
         assert_eq!(last(10.0, 20_000).limits, Limits::NONE);
     }
 
@@ -308,7 +309,7 @@ mod tests {
                 let setpoint = Setpoint::Position(Micrometre(z));
                 let limits = controller.step(setpoint, NOTHING.0, NOTHING.1).limits;
                 (
-                    controller.lanes[0].rise().0,
+                    controller.actuators[0].rise().0,
                     limits.contains(Limit::Cooling),
                 )
             };
@@ -334,10 +335,10 @@ mod tests {
             Ampere(0.0),
             Ampere(-1e-6),
         ];
-        let step = *controller(static_parts()).step(Setpoint::Off, [Volt(2.0); LANES], currents);
+        let step = *controller(static_parts()).step(Setpoint::Off, [Volt(2.0); CHANNELS], currents);
         let rises = step
             .sense
-            .map(|lane| lane.map(|lane| lane.temperature_rise.0.round()));
+            .map(|actuator| actuator.map(|actuator| actuator.temperature_rise.0.round()));
         assert_eq!(rises, [Some(50.0), Some(0.0), None, None]);
     }
 
@@ -345,7 +346,7 @@ mod tests {
     fn a_heater_of_another_resistance_gets_the_same_power() {
         let mut controller = controller(static_parts());
         let ohm = 1.1 * 600.0;
-        let mut applied = [Volt(0.0); LANES];
+        let mut applied = [Volt(0.0); CHANNELS];
         for _ in 0..200 {
             let currents = applied.map(|drive| Ampere(drive.0 / ohm));
             let setpoint = Setpoint::Position(Micrometre(50.0));
@@ -359,9 +360,9 @@ mod tests {
     fn an_implausible_current_is_named_and_not_used() {
         let mut controller = controller(static_parts());
         let setpoint = Setpoint::Track(Micrometre(50.0));
-        let mut applied = [Volt(0.0); LANES];
+        let mut applied = [Volt(0.0); CHANNELS];
         for current in [5e-3, 40e-3, 1e-5] {
-            let step = controller.step(setpoint, applied, [Ampere(current); LANES]);
+            let step = controller.step(setpoint, applied, [Ampere(current); CHANNELS]);
             let told = applied[0].0 > 0.0 && step.limits.contains(Limit::ResistanceUnknown);
             assert_eq!(told, applied[0].0 > 0.0);
             applied = step.drives;

@@ -1,6 +1,6 @@
 //! The current sense of one board: from codes to amperes, with what its channels are off by.
 
-use crate::LANES;
+use crate::CHANNELS;
 use crate::codes::{AMPERE_PER_ADC_CODE, AdcCode, PEDESTAL_CODES};
 use crate::design::{SENSE_GAIN_TOLERANCE, SENSE_ZERO_TOLERANCE};
 use crate::units::Ampere;
@@ -8,15 +8,15 @@ use crate::units::Ampere;
 /// Offset and gain of each channel: what flows is (the designed reading - `zero`) x `gain`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SenseCalibration {
-    zero: [Ampere; LANES],
-    gain: [f32; LANES],
+    zero: [Ampere; CHANNELS],
+    gain: [f32; CHANNELS],
 }
 
 /// The same, ready for use: amperes = codes x slope + offset.
 #[derive(Clone, Debug)]
 pub struct CurrentSense {
-    slope: [f32; LANES],
-    offset: [f32; LANES],
+    slope: [f32; CHANNELS],
+    offset: [f32; CHANNELS],
 }
 
 const MAGIC: [u8; 4] = *b"EMCS";
@@ -24,15 +24,15 @@ const MAGIC: [u8; 4] = *b"EMCS";
 impl SenseCalibration {
     /// A board as designed.
     pub const DESIGNED: Self = Self {
-        zero: [Ampere(0.0); LANES],
-        gain: [1.0; LANES],
+        zero: [Ampere(0.0); CHANNELS],
+        gain: [1.0; CHANNELS],
     };
 
     /// Bytes of [`Self::to_bytes`].
-    pub const BYTES: usize = MAGIC.len() + 2 * 4 * LANES;
+    pub const BYTES: usize = MAGIC.len() + 2 * 4 * CHANNELS;
 
     /// A calibration of these numbers; `None` where no sound board can have them.
-    pub fn new(zero: [Ampere; LANES], gain: [f32; LANES]) -> Option<Self> {
+    pub fn new(zero: [Ampere; CHANNELS], gain: [f32; CHANNELS]) -> Option<Self> {
         // NaN is within no tolerance.
         let sound_zero = |zero: &Ampere| zero.0.abs() <= SENSE_ZERO_TOLERANCE.0;
         let sound_gain = |gain: &f32| (gain - 1.0).abs() <= SENSE_GAIN_TOLERANCE;
@@ -40,12 +40,12 @@ impl SenseCalibration {
     }
 
     /// What is read, as designed, where nothing flows.
-    pub fn zero(&self) -> [Ampere; LANES] {
+    pub fn zero(&self) -> [Ampere; CHANNELS] {
         self.zero
     }
 
     /// What flows for each ampere that is read, as designed, beyond [`Self::zero`].
-    pub fn gain(&self) -> [f32; LANES] {
+    pub fn gain(&self) -> [f32; CHANNELS] {
         self.gain
     }
 
@@ -66,7 +66,7 @@ impl SenseCalibration {
     pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
         let numbers = bytes.strip_prefix(&MAGIC)?;
         let (numbers, rest) = numbers.as_chunks::<4>();
-        let numbers: &[[u8; 4]; 2 * LANES] = numbers.try_into().ok()?;
+        let numbers: &[[u8; 4]; 2 * CHANNELS] = numbers.try_into().ok()?;
         let [a, b, c, d, gain @ ..] = numbers.map(f32::from_le_bytes);
         let zero = [a, b, c, d].map(Ampere);
         rest.is_empty().then(|| Self::new(zero, gain)).flatten()
@@ -86,7 +86,7 @@ impl CurrentSense {
     }
 
     /// What flows where these codes are read.
-    pub fn currents(&self, codes: [AdcCode; LANES]) -> [Ampere; LANES] {
+    pub fn currents(&self, codes: [AdcCode; CHANNELS]) -> [Ampere; CHANNELS] {
         core::array::from_fn(|i| Ampere(f32::from(codes[i].0) * self.slope[i] + self.offset[i]))
     }
 }

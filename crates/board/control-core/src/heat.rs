@@ -1,7 +1,8 @@
 //! The stage `heat` inverted: the heating that takes the temperature in one tick to where it must be.
 //!
 //! The lags' states are those of the mirror itself, advanced with what was really driven. So what a
-//! limit cut off is asked for again in the next tick, and nothing winds up.
+//! limit cut off is asked for again in the next tick, and nothing winds up (anti-windup by state
+//! feedback of the saturated input).
 
 use crate::calibration::{FAST_POLES, Heat, SLOW_POLES};
 use crate::lag::{QuickLag, SlowLag, SlowState, TURNS};
@@ -12,9 +13,9 @@ use crate::units::Kelvin;
 pub(crate) struct HeatInverse {
     fast: [QuickLag; FAST_POLES],
     slow: [SlowLag; SLOW_POLES],
-    /// Temperature after one tick of a kelvin of heating, and its inverse.
-    gain: f32,
-    per_kelvin: f32,
+    /// Input gain of all poles over one tick, and its inverse.
+    input_gain: f32,
+    per_input_gain: f32,
 }
 
 /// Temperatures of the lags of one actuator.
@@ -25,36 +26,36 @@ pub(crate) struct HeatState {
     slow_sum: f32,
     /// Heating since the slow ones' last turn.
     heating: f32,
-    /// The temperature rise after the next tick, without heating.
-    coasting: f32,
+    /// The free response one tick ahead: the temperature rise without heating.
+    free_response: f32,
 }
 
 impl HeatInverse {
     pub(crate) fn new(heat: &Heat) -> Self {
         let fast = heat.fast.each_ref().map(QuickLag::new);
-        let gain = fast.iter().map(|lag| lag.takes).sum::<f32>();
+        let input_gain = fast.iter().map(|lag| lag.input_gain).sum::<f32>();
         Self {
             fast,
             slow: heat.slow.each_ref().map(SlowLag::new),
-            gain,
-            per_kelvin: 1.0 / gain,
+            input_gain,
+            per_input_gain: 1.0 / input_gain,
         }
     }
 
     /// The heating for which the temperature rise is `target` after the next tick: what power at rest
     /// would make in the end.
     pub(crate) fn heating(&self, state: &HeatState, target: Kelvin) -> Kelvin {
-        Kelvin((target.0 - state.coasting) * self.per_kelvin)
+        Kelvin((target.0 - state.free_response) * self.per_input_gain)
     }
 
     /// A tick with the heating that was really there; returns the temperature rise at its end.
     #[inline(always)]
     pub(crate) fn advance(&self, state: &mut HeatState, heating: Kelvin) -> Kelvin {
-        let rise = state.coasting + self.gain * heating.0;
+        let rise = state.free_response + self.input_gain * heating.0;
         state.heating += heating.0;
         let lags = self.fast.iter().zip(&mut state.fast);
         let fast = lags.map(|(lag, at)| lag.advance(at, heating.0));
-        state.coasting = fast.fold(state.slow_sum, |sum, at| sum + at);
+        state.free_response = fast.fold(state.slow_sum, |sum, at| sum + at);
         Kelvin(rise)
     }
 
@@ -68,7 +69,7 @@ impl HeatInverse {
             lag.advance(at, mean);
             state.slow_sum += at.value;
         }
-        state.coasting += state.slow_sum - before;
+        state.free_response += state.slow_sum - before;
     }
 }
 

@@ -11,7 +11,8 @@ use libm::expm1f;
 /// Ticks from one turn of a slow lag to the next.
 pub(crate) const TURNS: usize = 4;
 
-/// Part of the way to its input that a lag goes in so many ticks, for an input that is held.
+/// Input gain of a lag of unit weight over so many ticks, for an input that is held (zero-order hold):
+/// 1 - exp(-T / time). Its pole is 1 less that.
 pub(crate) fn rate(time: Second, ticks: usize) -> f32 {
     if time.0 > 0.0 {
         -expm1f(-TICK.0 * ticks as f32 / time.0)
@@ -20,28 +21,28 @@ pub(crate) fn rate(time: Second, ticks: usize) -> f32 {
     }
 }
 
-/// A quick lag. Its state is where it will be after the next tick, if it gets no input.
+/// A quick lag. Its state is its free response one tick ahead: where it will be without input.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct QuickLag {
-    /// What is left of a value after a tick.
-    keeps: f32,
-    /// What is there of an input after a tick.
-    pub(crate) takes: f32,
+    /// Pole of the sampled lag: exp(-T / time).
+    pole: f32,
+    /// Gain from an input that is held for a tick to the value after it.
+    pub(crate) input_gain: f32,
 }
 
 impl QuickLag {
     pub(crate) fn new(lag: &Lag) -> Self {
         let rate = rate(lag.time, 1);
         Self {
-            keeps: 1.0 - rate,
-            takes: lag.weight * rate,
+            pole: 1.0 - rate,
+            input_gain: lag.weight * rate,
         }
     }
 
-    /// A tick with `input`; returns the new state.
-    pub(crate) fn advance(&self, coasting: &mut f32, input: f32) -> f32 {
-        *coasting = self.keeps * (*coasting + self.takes * input);
-        *coasting
+    /// A tick with `input`; returns the new state, which is `free_response`.
+    pub(crate) fn advance(&self, free_response: &mut f32, input: f32) -> f32 {
+        *free_response = self.pole * (*free_response + self.input_gain * input);
+        *free_response
     }
 }
 
@@ -107,11 +108,11 @@ mod tests {
             input in -100.0_f32..100.0,
         ) {
             let lag = QuickLag::new(&Lag { weight: 1.0, time: Second(time) });
-            let mut coasting = 0.0;
+            let mut free_response = 0.0;
             for _ in 0..1000 {
-                lag.advance(&mut coasting, input);
+                lag.advance(&mut free_response, input);
             }
-            let value = coasting + lag.takes * input;
+            let value = free_response + lag.input_gain * input;
             let exact = f64::from(input) * (1.0 - (-0.1001 / f64::from(time)).exp());
             prop_assert!((f64::from(value) - exact).abs() < 1e-4 * (1.0 + f64::from(input).abs()));
         }
@@ -123,8 +124,8 @@ mod tests {
             weight: 0.5,
             time: Second(0.0),
         });
-        let mut coasting = 0.0;
-        lag.advance(&mut coasting, 8.0);
-        assert_eq!((coasting, lag.takes), (0.0, 0.5));
+        let mut free_response = 0.0;
+        lag.advance(&mut free_response, 8.0);
+        assert_eq!((free_response, lag.input_gain), (0.0, 0.5));
     }
 }

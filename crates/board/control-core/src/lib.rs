@@ -10,11 +10,11 @@
 //! shape       x to dT by table                                         for each actuator
 //! heat        thermal poles inverted: dT to power
 //! resistance  V = sqrt(P R), R corrected by what was sensed
-//! drive       PWM codes, the rounding carried on
+//! drive       volts to PWM codes by a first-order error-feedback quantiser
 //! ```
 //!
-//! and reads the currents in the forward direction, so that each lane also tells the resistance and
-//! the temperature that its own current implies ([`sense`]).
+//! and reads the currents in the forward direction, so that each actuator also tells the resistance and
+//! the temperature that its own current implies ([`resistance`]).
 //!
 //! All arithmetic is `f32`. Every input is answered, whatever its bit pattern: what is out of range
 //! is limited, and the limit is named.
@@ -23,32 +23,32 @@
 #[cfg(test)]
 extern crate std;
 
+mod actuator;
 pub mod calibration;
 pub mod codes;
 pub mod controller;
 pub mod current;
 pub mod design;
+mod drive;
 mod heat;
 mod lag;
-mod lane;
 pub mod limits;
 mod memory;
 mod named;
-mod output;
 mod path;
-pub mod sense;
-pub mod table;
+pub mod resistance;
+pub mod shape;
 pub mod units;
 
-pub use calibration::{Calibration, CalibrationError, LaneCalibration};
+pub use calibration::{ActuatorCalibration, Calibration, CalibrationError};
 pub use codes::{AdcCode, PwmCode, SupplyCode};
 pub use controller::{Controller, Setpoint, Step};
 pub use current::{CurrentSense, SenseCalibration};
 pub use design::TICK;
 pub use limits::{Limit, Limits};
-pub use sense::LaneSense;
-pub use table::InverseTable;
+pub use resistance::ActuatorSense;
+pub use shape::InverseTable;
 pub use units::{Ampere, Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Volt, Watt};
 
-/// Actuators of the mirror, channels of the board, lanes of the controller.
-pub const LANES: usize = 4;
+/// Channels of the board, each of which drives one actuator of the mirror.
+pub const CHANNELS: usize = 4;

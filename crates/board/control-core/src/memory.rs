@@ -19,7 +19,7 @@ struct InversePlay {
 pub(crate) struct MemoryInverse {
     gain: f32,
     plays: [InversePlay; PLAYS],
-    /// Part of what it holds back that a play lets go of from turn to turn.
+    /// Part of what it holds back that a play operator lets go of from turn to turn.
     release: f32,
     creep: [SlowLag; LAGS],
 }
@@ -34,7 +34,7 @@ pub(crate) struct MemoryState {
 
 impl MemoryInverse {
     /// The exact inverse of a Prandtl-Ishlinskii operator is another one (Kuhnen 2003), here with the
-    /// weights of the plays alone and what is left of 1 for the part without memory.
+    /// weights of the play operators alone and what is left of 1 for the part without memory.
     pub(crate) fn new(memory: &MemoryCalibration) -> Self {
         let mut slope = 1.0 - memory.plays.iter().map(|play| play.weight).sum::<f32>();
         let gain = 1.0 / slope;
@@ -68,7 +68,7 @@ impl MemoryInverse {
     pub(crate) fn displacement(&self, state: &mut MemoryState, z: Micrometre) -> Micrometre {
         let crept: f32 = state.creep.iter().map(|at| at.value).sum();
         let before_creep = z.0 - crept;
-        // Lags and plays take turns; in four ticks a position changes less than creep is known.
+        // Lags and play operators take turns; in four ticks a position changes less than creep is known.
         let turn = state.turn % TURNS;
         self.creep[turn].advance(&mut state.creep[turn], before_creep);
         let held = &mut state.plays[turn];
@@ -90,7 +90,7 @@ fn pulled(at: f32, low: f32, high: f32) -> f32 {
     if at > high { high } else { at }
 }
 
-// Every lag of the creep has its turn, and every play.
+// Every lag of the creep has its turn, and every play operator.
 const _: () = assert!(LAGS == TURNS && PLAYS == TURNS);
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The way to a new position: smooth enough that the mirror does not ring, and no longer than that
 //! takes.
 //!
-//! A move is the path of least jerk that begins as the mirror moves now and ends at rest (Flash and
+//! A move is the minimum-jerk trajectory that begins as the mirror moves now and ends at rest (Flash and
 //! Hogan 1985), a polynomial of fifth order. What is left of it at a resonance falls with the third
 //! power of the resonance's periods in it: a test holds it below 1 % from four on, 0.5 % from five on.
 

@@ -16,8 +16,8 @@
 extern crate std;
 
 mod board;
+mod channel;
 mod fault;
-mod lane;
 mod protection;
 
 pub use fault::Fault;

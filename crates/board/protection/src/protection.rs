@@ -1,10 +1,10 @@
 //! Channel states and leases.
 
-use control_core::{AdcCode, Ampere, Calibration, LANES, Limits, Setpoint, SupplyCode, Volt};
+use control_core::{AdcCode, Ampere, CHANNELS, Calibration, Limits, Setpoint, SupplyCode, Volt};
 
 use crate::board::BoardWatch;
+use crate::channel::ChannelWatch;
 use crate::fault::Fault;
-use crate::lane::LaneWatch;
 
 /// Drive at which heaters are checked before anything drives them: 0.28 mA, and a warming by 0.1 K.
 const CHECK_DRIVE: Volt = Volt(0.1);
@@ -18,9 +18,9 @@ const RAMP: Volt = Volt(4e-3);
 #[derive(Clone, Copy, Debug)]
 pub struct Reading {
     /// Current-sense codes.
-    pub codes: [AdcCode; LANES],
+    pub codes: [AdcCode; CHANNELS],
     /// The currents that they stand for.
-    pub currents: [Ampere; LANES],
+    pub currents: [Ampere; CHANNELS],
     /// The output stages' supply.
     pub supply: SupplyCode,
     /// Control ticks before this one that did not take place.
@@ -61,12 +61,12 @@ pub enum Denied {
 /// The state from one tick to the next.
 #[derive(Clone, Debug)]
 pub struct Protection {
-    lanes: [LaneWatch; LANES],
+    channels: [ChannelWatch; CHANNELS],
     board: BoardWatch,
     phase: Phase,
     lease: Lease,
     granted: Lease,
-    causes: [Option<Fault>; LANES],
+    causes: [Option<Fault>; CHANNELS],
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -120,18 +120,18 @@ impl Protection {
     /// Watches the heaters that `calibration` describes, and checks them first.
     pub fn new(calibration: &Calibration) -> Self {
         Self {
-            lanes: watches(calibration),
+            channels: watches(calibration),
             board: BoardWatch::default(),
             phase: CHECK,
             lease: Lease(0),
             granted: Lease(0),
-            causes: [None; LANES],
+            causes: [None; CHANNELS],
         }
     }
 
     /// Watches the heaters as another calibration describes them, and checks them.
     pub fn recalibrate(&mut self, calibration: &Calibration) {
-        self.lanes = watches(calibration);
+        self.channels = watches(calibration);
         if self.phase != Phase::Tripped {
             self.phase = CHECK;
         }
@@ -171,16 +171,16 @@ impl Protection {
 
     /// Forgets the faults and checks the heaters. What still is a fault trips again.
     pub fn clear(&mut self) {
-        self.causes = [None; LANES];
+        self.causes = [None; CHANNELS];
         self.phase = CHECK;
         self.board.clear();
-        self.lanes.iter_mut().for_each(LaneWatch::clear);
+        self.channels.iter_mut().for_each(ChannelWatch::clear);
     }
 
     /// Trips all channels for a reason that is found elsewhere.
     pub fn trip(&mut self, fault: Fault) {
         if self.phase != Phase::Tripped {
-            self.causes = [Some(fault); LANES];
+            self.causes = [Some(fault); CHANNELS];
             self.phase = Phase::Tripped;
         }
     }
@@ -190,14 +190,14 @@ impl Protection {
     pub fn tick(
         &mut self,
         wanted: Setpoint,
-        applied: [Volt; LANES],
+        applied: [Volt; CHANNELS],
         reading: &Reading,
     ) -> Setpoint {
         self.watch(&applied, reading);
         self.phase = self.next_phase(wanted);
         match self.phase {
             Phase::Idle | Phase::Tripped => Setpoint::Off,
-            Phase::Starting { .. } => Setpoint::Drive([CHECK_DRIVE; LANES]),
+            Phase::Starting { .. } => Setpoint::Drive([CHECK_DRIVE; CHANNELS]),
             Phase::Enabled => wanted,
             Phase::Lapsed => {
                 Setpoint::Drive(applied.map(|drive| Volt((drive.0 - RAMP.0).max(0.0))))
@@ -231,7 +231,7 @@ impl Protection {
     }
 
     /// What each channel is doing, where it drives `drives` and `limits` act.
-    pub fn states(&self, drives: [Volt; LANES], limits: Limits) -> [ChannelState; LANES] {
+    pub fn states(&self, drives: [Volt; CHANNELS], limits: Limits) -> [ChannelState; CHANNELS] {
         core::array::from_fn(|i| match (self.causes[i], self.phase) {
             (Some(fault), _) => ChannelState::Tripped(fault),
             (None, Phase::Tripped) => ChannelState::Off,
@@ -242,11 +242,11 @@ impl Protection {
         })
     }
 
-    fn watch(&mut self, applied: &[Volt; LANES], reading: &Reading) {
+    fn watch(&mut self, applied: &[Volt; CHANNELS], reading: &Reading) {
         let board = self.board.check(reading.supply, reading.missed_ticks);
-        let mut found = [board; LANES];
-        for (i, lane) in self.lanes.iter_mut().enumerate() {
-            let heater = lane.check(applied[i], reading.codes[i], reading.currents[i]);
+        let mut found = [board; CHANNELS];
+        for (i, channel) in self.channels.iter_mut().enumerate() {
+            let heater = channel.check(applied[i], reading.codes[i], reading.currents[i]);
             found[i] = heater.or(found[i]);
         }
         // What follows from the first fault is none of its causes.
@@ -270,8 +270,8 @@ impl Protection {
     }
 }
 
-fn watches(calibration: &Calibration) -> [LaneWatch; LANES] {
+fn watches(calibration: &Calibration) -> [ChannelWatch; CHANNELS] {
     let allowed = calibration.parts().bounds.rise;
-    let lanes = calibration.lanes().each_ref();
-    lanes.map(|lane| LaneWatch::new(lane, allowed))
+    let channels = calibration.actuators().each_ref();
+    channels.map(|channel| ChannelWatch::new(channel, allowed))
 }

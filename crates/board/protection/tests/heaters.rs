@@ -2,8 +2,8 @@
 
 use control_core::calibration::{Bounds, Heat, Label, Memory, Origin, Parts, Path};
 use control_core::{
-    AdcCode, Ampere, Calibration, CurrentSense, InverseTable, Kelvin, KelvinPerWatt, LANES,
-    LaneCalibration, Micrometre, Ohm, PerKelvin, PwmCode, Second, SenseCalibration, Setpoint,
+    ActuatorCalibration, AdcCode, Ampere, CHANNELS, Calibration, CurrentSense, InverseTable,
+    Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, PwmCode, Second, SenseCalibration, Setpoint,
     SupplyCode, Volt, Watt,
 };
 use proptest::prelude::*;
@@ -15,7 +15,7 @@ const SOUND_SUPPLY: SupplyCode = SupplyCode::from_millivolt(5000);
 
 /// A mirror that may be this much warmer than ambient.
 fn calibration(rise: f32) -> Calibration {
-    let lane = LaneCalibration {
+    let actuator = ActuatorCalibration {
         cold_resistance: Ohm(COLD),
         tcr: PerKelvin(TCR),
         thermal_resistance: KelvinPerWatt(5700.0),
@@ -29,7 +29,7 @@ fn calibration(rise: f32) -> Calibration {
             date: Label::EMPTY,
             model_hash: 0,
         },
-        lanes: [lane; LANES],
+        actuators: [actuator; CHANNELS],
         heat: Heat::INSTANT,
         memory: Memory::NONE,
         path: Path {
@@ -84,17 +84,17 @@ impl Heater {
 /// Board and heaters: what the firmware does around the protection, without the core.
 struct Bench {
     protection: Protection,
-    heaters: [Heater; LANES],
+    heaters: [Heater; CHANNELS],
     supply: SupplyCode,
-    applied: [Volt; LANES],
+    applied: [Volt; CHANNELS],
 }
 
 impl Bench {
-    fn new(ohm: [f32; LANES]) -> Self {
+    fn new(ohm: [f32; CHANNELS]) -> Self {
         Self::of(&calibration(ALLOWED_RISE), ohm)
     }
 
-    fn of(calibration: &Calibration, ohm: [f32; LANES]) -> Self {
+    fn of(calibration: &Calibration, ohm: [f32; CHANNELS]) -> Self {
         let mut seed = 0;
         let heaters = ohm.map(|ohm| {
             seed += 1;
@@ -104,11 +104,11 @@ impl Bench {
             protection: Protection::new(calibration),
             heaters,
             supply: SOUND_SUPPLY,
-            applied: [Volt(0.0); LANES],
+            applied: [Volt(0.0); CHANNELS],
         }
     }
 
-    fn tick(&mut self, wanted: Setpoint) -> [Volt; LANES] {
+    fn tick(&mut self, wanted: Setpoint) -> [Volt; CHANNELS] {
         let codes = std::array::from_fn(|i| self.heaters[i].sense(self.applied[i]));
         self.tick_with(wanted, codes, 0)
     }
@@ -116,9 +116,9 @@ impl Bench {
     fn tick_with(
         &mut self,
         wanted: Setpoint,
-        codes: [AdcCode; LANES],
+        codes: [AdcCode; CHANNELS],
         missed_ticks: u16,
-    ) -> [Volt; LANES] {
+    ) -> [Volt; CHANNELS] {
         let reading = Reading {
             codes,
             currents: CurrentSense::new(&SenseCalibration::DESIGNED).currents(codes),
@@ -128,7 +128,7 @@ impl Bench {
         let allowed = self.protection.tick(wanted, self.applied, &reading);
         self.applied = match allowed {
             Setpoint::Drive(drives) => drives.map(|drive| PwmCode::nearest(drive).drive()),
-            _ => [Volt(0.0); LANES],
+            _ => [Volt(0.0); CHANNELS],
         };
         self.applied
     }
@@ -136,16 +136,20 @@ impl Bench {
     /// Drives for so many ticks; the fault and the tick at which the board trips, if it does.
     fn drive(&mut self, volt: f32, ticks: u32) -> Option<(Fault, u32)> {
         for tick in 0..ticks {
-            let drives = self.tick(Setpoint::Drive([Volt(volt); LANES]));
+            let drives = self.tick(Setpoint::Drive([Volt(volt); CHANNELS]));
             if let Some(fault) = self.protection.first_cause() {
-                assert_eq!(drives, [Volt(0.0); LANES], "zero in the tick of detection");
+                assert_eq!(
+                    drives,
+                    [Volt(0.0); CHANNELS],
+                    "zero in the tick of detection"
+                );
                 return Some((fault, tick));
             }
         }
         None
     }
 
-    fn driving(ohm: [f32; LANES], volt: f32) -> Self {
+    fn driving(ohm: [f32; CHANNELS], volt: f32) -> Self {
         let mut bench = Self::new(ohm);
         bench.protection.command(Lease::FOREVER).expect("no fault");
         assert_eq!(bench.drive(volt, 100), None);
@@ -185,7 +189,7 @@ fn heaters_that_break_while_they_are_driven_trip_within_a_millisecond() {
             (1.0, Fault::ShortCircuit),
             (800.0, Fault::ImplausibleSense),
         ] {
-            let mut bench = Bench::driving([450.0; LANES], volt);
+            let mut bench = Bench::driving([450.0; CHANNELS], volt);
             bench.heaters[1].ohm = ohm;
             let (found, tick) = bench.drive(volt, 100).expect("it trips");
             assert_eq!(found, fault, "{ohm} ohm at {volt} V");
@@ -196,10 +200,10 @@ fn heaters_that_break_while_they_are_driven_trip_within_a_millisecond() {
 
 #[test]
 fn too_much_current_trips_by_its_name() {
-    let mut bench = Bench::driving([450.0; LANES], 3.5);
+    let mut bench = Bench::driving([450.0; CHANNELS], 3.5);
     bench.heaters[0].ohm = 3.5 / 11.5e-3;
     assert_eq!(bench.drive(3.5, 20), Some((Fault::OverCurrent, 2)));
-    let mut bench = Bench::driving([450.0; LANES], 1.0);
+    let mut bench = Bench::driving([450.0; CHANNELS], 1.0);
     bench.heaters[0].ohm = 0.45 * COLD;
     assert_eq!(bench.drive(1.0, 20), Some((Fault::ImplausibleSense, 2)));
 }
@@ -208,7 +212,7 @@ fn too_much_current_trips_by_its_name() {
 fn a_heater_too_hot_trips_and_a_hot_one_does_not() {
     let ohm_at = |rise: f32| COLD * (1.0 + TCR * rise);
     for volt in [1.0, 2.0, 3.5] {
-        let mut bench = Bench::driving([COLD; LANES], volt);
+        let mut bench = Bench::driving([COLD; CHANNELS], volt);
         bench.heaters[3].ohm = ohm_at(165.0);
         assert_eq!(bench.drive(volt, 1000), None, "{volt} V");
         bench.heaters[3].ohm = ohm_at(200.0);
@@ -226,7 +230,7 @@ fn what_is_too_hot_follows_the_calibration_up_to_a_ceiling() {
         (100.0, 130.0, 142.0),
         (900.0, 219.0, 231.0),
     ] {
-        let mut bench = Bench::of(&calibration(allowed), [COLD; LANES]);
+        let mut bench = Bench::of(&calibration(allowed), [COLD; CHANNELS]);
         bench.protection.command(Lease::FOREVER).expect("no fault");
         assert_eq!(bench.drive(2.0, 100), None);
         bench.heaters[1].ohm = ohm_at(sound);
@@ -239,11 +243,11 @@ fn what_is_too_hot_follows_the_calibration_up_to_a_ceiling() {
 
 #[test]
 fn current_where_nothing_is_driven_trips() {
-    let mut bench = Bench::new([COLD; LANES]);
+    let mut bench = Bench::new([COLD; CHANNELS]);
     for _ in 0..50 {
         bench.tick(Setpoint::Off);
     }
-    assert_eq!(bench.applied, [Volt(0.0); LANES], "checked");
+    assert_eq!(bench.applied, [Volt(0.0); CHANNELS], "checked");
     let codes = [0.0, 57e-6, 0.0, 0.0].map(|current| AdcCode::nearest(Ampere(current)));
     for _ in 0..3 {
         bench.tick_with(Setpoint::Off, codes, 0);
@@ -256,37 +260,40 @@ fn current_where_nothing_is_driven_trips() {
 
 #[test]
 fn a_sense_that_stands_still_while_the_drive_moves_trips() {
-    let mut bench = Bench::driving([450.0; LANES], 1.0);
+    let mut bench = Bench::driving([450.0; CHANNELS], 1.0);
     let still = AdcCode::nearest(Ampere(1.0 / 450.0)).0;
-    let mut codes = [AdcCode(still); LANES];
+    let mut codes = [AdcCode(still); CHANNELS];
     for tick in 0..100_u16 {
         for (i, code) in codes.iter_mut().enumerate().skip(1) {
             code.0 = still + tick % 3 + i as u16;
         }
-        // 1 V to 1.1 V: still plausible, but lane 0 does not follow.
+        // 1 V to 1.1 V: still plausible, but channel 0 does not follow.
         let volt = 1.0 + f32::from(tick) * 1e-3;
-        bench.tick_with(Setpoint::Drive([Volt(volt); LANES]), codes, 0);
+        bench.tick_with(Setpoint::Drive([Volt(volt); CHANNELS]), codes, 0);
     }
     assert_eq!(bench.protection.first_cause(), Some(Fault::FrozenSense));
 }
 
 #[test]
 fn supply_and_overrun_trip_all_channels() {
-    let mut bench = Bench::driving([450.0; LANES], 1.0);
+    let mut bench = Bench::driving([450.0; CHANNELS], 1.0);
     bench.supply = SupplyCode::from_millivolt(4000);
     assert_eq!(bench.drive(1.0, 10), Some((Fault::SupplyOutOfRange, 2)));
-    let mut bench = Bench::driving([450.0; LANES], 1.0);
+    let mut bench = Bench::driving([450.0; CHANNELS], 1.0);
     let codes = std::array::from_fn(|i| bench.heaters[i].sense(bench.applied[i]));
-    let drives = bench.tick_with(Setpoint::Drive([Volt(1.0); LANES]), codes, 7);
+    let drives = bench.tick_with(Setpoint::Drive([Volt(1.0); CHANNELS]), codes, 7);
     assert_eq!(bench.protection.first_cause(), Some(Fault::TickOverrun));
-    assert_eq!(drives, [Volt(0.0); LANES]);
+    assert_eq!(drives, [Volt(0.0); CHANNELS]);
     let states = bench.protection.states(drives, control_core::Limits::NONE);
-    assert_eq!(states, [ChannelState::Tripped(Fault::TickOverrun); LANES]);
+    assert_eq!(
+        states,
+        [ChannelState::Tripped(Fault::TickOverrun); CHANNELS]
+    );
 }
 
 #[test]
 fn a_cleared_board_drives_again_and_a_fault_that_is_still_there_trips_again() {
-    let mut bench = Bench::driving([450.0; LANES], 2.0);
+    let mut bench = Bench::driving([450.0; CHANNELS], 2.0);
     bench.heaters[0].ohm = 1e9;
     assert!(bench.drive(2.0, 20).is_some());
     bench.protection.clear();
@@ -296,14 +303,14 @@ fn a_cleared_board_drives_again_and_a_fault_that_is_still_there_trips_again() {
     bench.protection.clear();
     bench.protection.command(Lease::FOREVER).expect("cleared");
     assert_eq!(bench.drive(2.0, 100), None);
-    assert_eq!(bench.applied, [PwmCode(2000).drive(); LANES]);
+    assert_eq!(bench.applied, [PwmCode(2000).drive(); CHANNELS]);
 }
 
 #[test]
 fn nothing_is_driven_without_a_lease() {
-    let mut bench = Bench::new([COLD; LANES]);
+    let mut bench = Bench::new([COLD; CHANNELS]);
     assert_eq!(bench.drive(2.0, 100), None);
-    assert_eq!(bench.applied, [Volt(0.0); LANES]);
+    assert_eq!(bench.applied, [Volt(0.0); CHANNELS]);
     assert_eq!(bench.protection.renew(Lease::FOREVER), Err(Denied::NoLease));
 }
 
@@ -324,7 +331,7 @@ proptest! {
             let slope = if is_ramp { (target - volt) / ticks as f32 } else { target - volt };
             for _ in 0..ticks {
                 volt = if is_ramp { volt + slope } else { target };
-                bench.tick(Setpoint::Drive([Volt(volt); LANES]));
+                bench.tick(Setpoint::Drive([Volt(volt); CHANNELS]));
                 prop_assert_eq!(bench.protection.first_cause(), None, "at {} V", volt);
             }
         }
@@ -335,12 +342,12 @@ proptest! {
         lease in 30_u32..500,
         renewals in proptest::collection::vec((1_u32..30, 30_u32..200), 0..5),
     ) {
-        let mut bench = Bench::new([COLD; LANES]);
+        let mut bench = Bench::new([COLD; CHANNELS]);
         while bench.protection.is_starting() {
             bench.tick(Setpoint::Off);
         }
         bench.protection.command(Lease::ticks(lease)).expect("no fault");
-        let wanted = Setpoint::Drive([Volt(3.5); LANES]);
+        let wanted = Setpoint::Drive([Volt(3.5); CHANNELS]);
         let mut left = lease;
         for (ticks, renewal) in renewals {
             for _ in 0..ticks {
@@ -361,7 +368,7 @@ proptest! {
             prop_assert!(drive <= before && before - drive < 5e-3);
             before = drive;
         }
-        prop_assert_eq!(bench.applied, [Volt(0.0); LANES]);
+        prop_assert_eq!(bench.applied, [Volt(0.0); CHANNELS]);
         prop_assert_eq!(bench.protection.renew(Lease::FOREVER), Err(Denied::NoLease));
     }
 
@@ -397,9 +404,9 @@ proptest! {
 
 #[test]
 fn the_hottest_allowed_lies_above_what_the_factory_drives() {
-    let top = calibration(ALLOWED_RISE).lanes()[0]
+    let top = calibration(ALLOWED_RISE).actuators()[0]
         .resistance(Kelvin(129.0))
         .0;
-    let mut bench = Bench::driving([top; LANES], 3.5);
+    let mut bench = Bench::driving([top; CHANNELS], 3.5);
     assert_eq!(bench.drive(3.5, 1000), None);
 }

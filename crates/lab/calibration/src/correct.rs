@@ -1,8 +1,8 @@
 //! Tables bent by what was measured at rest.
 
 use control_core::calibration::Parts;
-use control_core::table::{KNOTS, SEGMENTS};
-use control_core::{Calibration, CalibrationError, InverseTable, LaneCalibration, Micrometre};
+use control_core::shape::{KNOTS, SEGMENTS};
+use control_core::{ActuatorCalibration, Calibration, CalibrationError, InverseTable, Micrometre};
 
 use crate::curve::Curve;
 
@@ -67,15 +67,18 @@ pub fn corrected(
     let reached_at = Curve::new(asked.clone(), reached.clone()).map_err(not_rising)?;
     let asked_at = Curve::new(reached, asked.clone()).map_err(not_rising)?;
     let parts = calibration.parts();
-    let mut lanes = parts.lanes;
-    for lane in &mut lanes {
+    let mut actuators = parts.actuators;
+    for lane in &mut actuators {
         lane.shape = bent(lane, &reached_at, &asked_at)?;
     }
-    Ok(Calibration::new(Parts { lanes, ..*parts })?)
+    Ok(Calibration::new(Parts {
+        actuators,
+        ..*parts
+    })?)
 }
 
 fn bent(
-    lane: &LaneCalibration,
+    lane: &ActuatorCalibration,
     reached_at: &Curve,
     asked_at: &Curve,
 ) -> Result<InverseTable, CalibrationError> {

@@ -26,9 +26,9 @@
 use std::sync::Arc;
 
 use control_core::calibration::{Bounds, Heat, Label, Lag, Memory, Origin, Parts, Path, Play};
-use control_core::table::KNOTS;
+use control_core::shape::KNOTS;
 use control_core::{
-    Calibration, CalibrationError, InverseTable, Kelvin, KelvinPerWatt, LaneCalibration,
+    ActuatorCalibration, Calibration, CalibrationError, InverseTable, Kelvin, KelvinPerWatt,
     Micrometre, Ohm, PerKelvin, Second, Volt, Watt,
 };
 use miette::{Diagnostic, NamedSource, SourceSpan};
@@ -145,7 +145,7 @@ pub fn to_toml(calibration: &Calibration) -> String {
             .collect(),
         release_s: decimal(p.memory.release.0),
         creep: lags(&p.memory.creep),
-        actuators: p.lanes.iter().map(StoredLane::from).collect(),
+        actuators: p.actuators.iter().map(StoredLane::from).collect(),
     };
     toml::to_string(&stored).expect("numbers and texts are TOML")
 }
@@ -169,8 +169,8 @@ pub fn from_toml(name: &str, text: &str) -> Result<Calibration, CalibrationFileE
         })
 }
 
-impl From<&LaneCalibration> for StoredLane {
-    fn from(lane: &LaneCalibration) -> Self {
+impl From<&ActuatorCalibration> for StoredLane {
+    fn from(lane: &ActuatorCalibration) -> Self {
         Self {
             cold_resistance_ohm: decimal(lane.cold_resistance.0),
             tcr_per_k: decimal(lane.tcr.0),
@@ -227,7 +227,7 @@ impl Stored {
                 model_hash: u64::from_str_radix(&self.model_hash, 16)
                     .map_err(|_| "model_hash is not a hexadecimal number".to_owned())?,
             },
-            lanes: [a, b, c, d],
+            actuators: [a, b, c, d],
             heat,
             memory,
             path: Path {
@@ -242,7 +242,7 @@ impl Stored {
         Calibration::new(parts).map_err(|error| error.to_string())
     }
 
-    fn lane(&self, index: usize) -> Result<LaneCalibration, String> {
+    fn lane(&self, index: usize) -> Result<ActuatorCalibration, String> {
         let lane = self.actuators.get(index);
         let lane = lane.ok_or_else(|| format!("it has {index} actuators, not 4"))?;
         let of = |what: String| format!("{what} of actuator {}", index + 1);
@@ -254,8 +254,8 @@ impl Stored {
             ))
         })?;
         let shape = InverseTable::new(Micrometre(lane.top_um as f32), knots)
-            .map_err(|error| CalibrationError::from(error).of_lane(index).to_string())?;
-        Ok(LaneCalibration {
+            .map_err(|error| CalibrationError::from(error).of_actuator(index).to_string())?;
+        Ok(ActuatorCalibration {
             cold_resistance: Ohm(lane.cold_resistance_ohm as f32),
             tcr: PerKelvin(lane.tcr_per_k as f32),
             thermal_resistance: KelvinPerWatt(lane.thermal_resistance_k_per_w as f32),

@@ -80,19 +80,19 @@ pub enum TabulateError {
 /// Where the model does not rise, or runs away.
 pub fn tabulate(model: &Model) -> Result<Tabulated, TabulateError> {
     let statics = statics::Statics::new(model)?;
-    let lanes = statics.lanes()?;
+    let actuators = statics.actuators()?;
     let drive = model.parameters.drive_limit_v as f32;
-    let coldest_ohm = lanes
+    let coldest_ohm = actuators
         .iter()
         .map(|lane| lane.cold_resistance.0)
         .fold(f32::INFINITY, f32::min);
-    let hottest_k = lanes
+    let hottest_k = actuators
         .iter()
-        .map(|lane| lane.shape.knots()[control_core::table::SEGMENTS])
+        .map(|lane| lane.shape.knots()[control_core::shape::SEGMENTS])
         .fold(0.0, f32::max);
     let calibration = Calibration::new(Parts {
         origin: origin(model)?,
-        lanes,
+        actuators,
         heat: dynamics::heat(model),
         memory: dynamics::memory(model),
         path: dynamics::path(model),

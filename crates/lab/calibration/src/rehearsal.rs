@@ -2,7 +2,9 @@
 //! and where the model goes under them.
 
 use control_core::calibration::{Heat, Memory, Parts};
-use control_core::{Ampere, Calibration, Controller, LANES, Micrometre, PwmCode, Setpoint, TICK};
+use control_core::{
+    Ampere, CHANNELS, Calibration, Controller, Micrometre, PwmCode, Setpoint, TICK,
+};
 use mirror_model::effect::Acts;
 use mirror_model::{ACTUATORS, Interval, Model, Runaway, Simulation};
 
@@ -62,8 +64,8 @@ fn moved(mirror: &Model, mut calibration: Calibration) -> Result<Left, Runaway> 
     let top_um = f64::from(calibration.max_position().0);
     let mut controller = Controller::new(&mut calibration);
     let mut simulation = Simulation::new(mirror, RESOLUTION);
-    let mut applied = [PwmCode(0); LANES];
-    let mut currents = [Ampere(0.0); LANES];
+    let mut applied = [PwmCode(0); CHANNELS];
+    let mut currents = [Ampere(0.0); CHANNELS];
     let (mut squares, mut largest_um, mut ticks) = (0.0, 0.0_f64, 0usize);
     for part in path() {
         let asked_um = part * top_um;

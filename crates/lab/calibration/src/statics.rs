@@ -1,8 +1,8 @@
 //! The model at rest, actuator by actuator, and the tables that invert it.
 
 use control_core::CalibrationError;
-use control_core::table::{KNOTS, SEGMENTS};
-use control_core::{InverseTable, KelvinPerWatt, LaneCalibration, Micrometre, Ohm, PerKelvin};
+use control_core::shape::{KNOTS, SEGMENTS};
+use control_core::{ActuatorCalibration, InverseTable, KelvinPerWatt, Micrometre, Ohm, PerKelvin};
 use mirror_model::effect::Acts;
 use mirror_model::{ACTUATORS, Interval, Model, simulate};
 
@@ -46,7 +46,7 @@ impl Statics {
     }
 
     /// Their numbers; the range is what every one of them reaches.
-    pub(crate) fn lanes(&self) -> Result<[LaneCalibration; ACTUATORS], TabulateError> {
+    pub(crate) fn actuators(&self) -> Result<[ActuatorCalibration; ACTUATORS], TabulateError> {
         let tops = self.0.iter().map(|actuator| actuator.z_um[DRIVES]);
         let top_um = tops.fold(f64::INFINITY, f64::min);
         let [a, b, c, d] = &self.0;
@@ -86,7 +86,7 @@ impl Actuator {
     }
 
     /// Its numbers, and a table up to `top_um`.
-    fn lane(&self, top_um: f64) -> Result<LaneCalibration, TabulateError> {
+    fn lane(&self, top_um: f64) -> Result<ActuatorCalibration, TabulateError> {
         let mut lane = self.electrical_and_heat();
         let squares = self.drive_v.iter().map(|v| v * v).collect();
         let square_at =
@@ -106,14 +106,14 @@ impl Actuator {
 
     /// Resistance and heat loss as the core knows them, with two numbers each. What these do not
     /// follow goes into the table.
-    fn electrical_and_heat(&self) -> LaneCalibration {
+    fn electrical_and_heat(&self) -> ActuatorCalibration {
         let hot = 1..=DRIVES;
         let resistance = |i: usize| self.drive_v[i] / self.current_a[i];
         let loss = |i: usize| self.drive_v[i] * self.current_a[i] / self.rise_k[i];
         let rises = || hot.clone().map(|i| self.rise_k[i]);
         let (cold_ohm, ohm_per_k) = line(rises().zip(hot.clone().map(resistance)));
         let (w_per_k, w_per_k2) = line(rises().zip(hot.clone().map(loss)));
-        LaneCalibration {
+        ActuatorCalibration {
             cold_resistance: Ohm(cold_ohm as f32),
             tcr: PerKelvin((ohm_per_k / cold_ohm) as f32),
             thermal_resistance: KelvinPerWatt((1.0 / w_per_k) as f32),
@@ -125,7 +125,7 @@ impl Actuator {
 
 /// The temperature rise at which the lane needs a drive of which this is the square: the core's own
 /// equations, in f64.
-fn rise_driven_by(lane: &LaneCalibration, square_v2: f64) -> f64 {
+fn rise_driven_by(lane: &ActuatorCalibration, square_v2: f64) -> f64 {
     let r0 = f64::from(lane.cold_resistance.0);
     let (xi, g) = (f64::from(lane.tcr.0), f64::from(lane.loss_growth.0));
     let cold_rise = square_v2 / r0 * f64::from(lane.thermal_resistance.0);

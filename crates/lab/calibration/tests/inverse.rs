@@ -1,7 +1,7 @@
 //! The f32 table of the control core against the f64 model that it inverts.
 
 use calibration::tabulate;
-use control_core::{Ampere, Calibration, Controller, LANES, Micrometre, Setpoint, Volt};
+use control_core::{Ampere, CHANNELS, Calibration, Controller, Micrometre, Setpoint, Volt};
 use mirror_model::{Model, PistonModel};
 use proptest::prelude::*;
 
@@ -14,7 +14,7 @@ fn presets() -> [Model; 3] {
 
 fn drive_at(controller: &mut Controller, z_um: f64) -> f64 {
     let setpoint = Setpoint::Track(Micrometre(z_um as f32));
-    let mut tick = || *controller.step(setpoint, [Volt(0.0); LANES], [Ampere(0.0); LANES]);
+    let mut tick = || *controller.step(setpoint, [Volt(0.0); CHANNELS], [Ampere(0.0); CHANNELS]);
     // The first tick takes the mirror there, the second one holds it.
     tick();
     f64::from(tick().drives[0].0)
@@ -47,7 +47,7 @@ fn the_core_inverts_the_model_to_the_sensors_resolution() {
 #[test]
 fn a_lane_takes_at_most_two_kilobytes() {
     assert!(
-        size_of::<Calibration>() / LANES <= 2048,
+        size_of::<Calibration>() / CHANNELS <= 2048,
         "{}",
         size_of::<Calibration>()
     );

@@ -2,7 +2,7 @@
 
 use calibration::{RefineError, Refined, jumps, refined, tabulate};
 use control_core::calibration::{Heat, Memory};
-use control_core::{Ampere, Calibration, Controller, LANES, Micrometre, Setpoint, TICK, Volt};
+use control_core::{Ampere, CHANNELS, Calibration, Controller, Micrometre, Setpoint, TICK, Volt};
 use measurement::{MeasurementFile, Row, Session};
 use mirror_model::{Model, Preset};
 
@@ -13,7 +13,7 @@ const JUMP_S: f64 = 1.0;
 /// Weights and time constants (s) of the mirror's thermal poles.
 const POLES: [(f64, f64); 3] = [(0.6, 1.5e-3), (0.3, 0.04), (0.1, 3.0)];
 /// Its heaters, cold (ohm), and their growth (1/K).
-const COLD_OHM: [f64; LANES] = [352.0, 361.0, 358.0, 371.0];
+const COLD_OHM: [f64; CHANNELS] = [352.0, 361.0, 358.0, 371.0];
 const XI_PER_K: f64 = 3.7e-3;
 /// Temperature rise per power at rest (K/W).
 const K_PER_W: f64 = 6000.0;
@@ -21,7 +21,7 @@ const K_PER_W: f64 = 6000.0;
 /// A mirror of three poles in every actuator, and one play in which a part of its motion hangs.
 #[derive(Default)]
 struct Mirror {
-    lags_k: [[f64; POLES.len()]; LANES],
+    lags_k: [[f64; POLES.len()]; CHANNELS],
     /// Part of the motion that hangs in the play, and half the play (um).
     hangs: f64,
     half_um: f64,
@@ -38,7 +38,7 @@ impl Mirror {
         volts / (COLD_OHM[lane] * (1.0 + XI_PER_K * self.rise_k(lane)))
     }
 
-    fn tick(&mut self, volts: [f64; LANES]) {
+    fn tick(&mut self, volts: [f64; CHANNELS]) {
         let step_s = TICK_S / f64::from(PARTS);
         for _ in 0..PARTS {
             for (lane, volts) in volts.into_iter().enumerate() {
@@ -55,7 +55,7 @@ impl Mirror {
     /// Displacement without memory: 1.1 um a kelvin, and bent.
     fn still_um(&self) -> f64 {
         let rise_k = |lane| self.rise_k(lane);
-        let mean_k = (0..LANES).map(rise_k).sum::<f64>() / LANES as f64;
+        let mean_k = (0..CHANNELS).map(rise_k).sum::<f64>() / CHANNELS as f64;
         mean_k * (1.1 + 4e-4 * mean_k)
     }
 
@@ -84,8 +84,8 @@ fn played(
     let mut file = MeasurementFile::default();
     file.keys.set("drive", "position");
     file.keys.set("noise_z_nm", "5");
-    let mut volts = [0.0; LANES];
-    let mut currents = [Ampere(0.0); LANES];
+    let mut volts = [0.0; CHANNELS];
+    let mut currents = [Ampere(0.0); CHANNELS];
     let stay = (JUMP_S / TICK_S) as usize;
     let mut errors = Vec::new();
     for (tick, &z) in positions_um
@@ -99,7 +99,7 @@ fn played(
         volts = step.drives.map(|drive| f64::from(drive.0));
         currents = std::array::from_fn(|i| Ampere(mirror.current_a(i, volts[i]) as f32));
         if tick % stay < 100 || tick % every == 0 {
-            let mean_v: [f64; LANES] = std::array::from_fn(|i| 0.5 * (before[i] + volts[i]));
+            let mean_v: [f64; CHANNELS] = std::array::from_fn(|i| 0.5 * (before[i] + volts[i]));
             file.rows.push(Row {
                 t_s: tick as f64 * TICK_S,
                 voltage_v: mean_v,
@@ -159,7 +159,7 @@ fn poles_resistances_and_shape_are_found() {
             "{said} of {truth} after {after_s} s"
         );
     }
-    for (lane, true_ohm) in refined.calibration.lanes().iter().zip(COLD_OHM) {
+    for (lane, true_ohm) in refined.calibration.actuators().iter().zip(COLD_OHM) {
         let ohm = f64::from(lane.cold_resistance.0);
         assert!((ohm / true_ohm - 1.0).abs() < 0.005, "{ohm} of {true_ohm}");
     }
@@ -218,7 +218,7 @@ fn what_cannot_refine_is_refused_for_what_it_lacks() {
     // Without currents nobody knows what heats it.
     let unheated = refused(&|rows| {
         rows.iter_mut()
-            .for_each(|row| row.current_a = [None; LANES]);
+            .for_each(|row| row.current_a = [None; CHANNELS]);
     });
     assert_eq!(unheated, RefineError::NoFit);
 }

@@ -5,11 +5,11 @@
 //! physical quantity itself; nothing is rearranged for speed.
 
 use control_core::calibration::{
-    Calibration, FAST_POLES, Heat, LAGS, Lag, LaneCalibration, Memory, PLAYS, Parts, SLOW_POLES,
+    ActuatorCalibration, Calibration, FAST_POLES, Heat, LAGS, Lag, Memory, PLAYS, Parts, SLOW_POLES,
 };
-use control_core::sense::MIN_SENSE_DRIVE;
-use control_core::table::SEGMENTS;
-use control_core::{Ampere, LANES, Micrometre, Setpoint, Volt};
+use control_core::resistance::MIN_SENSE_DRIVE;
+use control_core::shape::SEGMENTS;
+use control_core::{Ampere, CHANNELS, Micrometre, Setpoint, Volt};
 
 /// Length of a tick (s).
 const TICK_S: f64 = 1e-4;
@@ -28,7 +28,7 @@ const CATCHING_UP: f64 = 0.25;
 pub(crate) struct Chain {
     path: Path,
     memory: Hysteresis,
-    lanes: [Actuator; LANES],
+    actuators: [Actuator; CHANNELS],
     top_um: f64,
     hottest_um: f64,
     turn: usize,
@@ -68,7 +68,7 @@ struct Relaxing {
 
 /// One actuator.
 struct Actuator {
-    calibration: LaneCalibration,
+    calibration: ActuatorCalibration,
     poles: Poles,
     drive_limit_v: f64,
     power_limit_w: f64,
@@ -114,7 +114,7 @@ impl Chain {
         Self {
             path: Path::new(f64::from(parts.path.move_time.0)),
             memory: Hysteresis::new(&parts.memory),
-            lanes: parts.lanes.map(|lane| Actuator::new(lane, parts)),
+            actuators: parts.actuators.map(|lane| Actuator::new(lane, parts)),
             top_um: f64::from(calibration.max_position().0),
             hottest_um: hottest_um(parts),
             turn: 0,
@@ -128,10 +128,10 @@ impl Chain {
     pub(crate) fn step(
         &mut self,
         setpoint: Setpoint,
-        (applied, currents): ([Volt; LANES], [Ampere; LANES]),
-        drives: [Volt; LANES],
+        (applied, currents): ([Volt; CHANNELS], [Ampere; CHANNELS]),
+        drives: [Volt; CHANNELS],
     ) -> Apart {
-        for (i, lane) in self.lanes.iter_mut().enumerate() {
+        for (i, lane) in self.actuators.iter_mut().enumerate() {
             lane.sense(applied[i], currents[i]);
         }
         let within = |z: Micrometre| f64::from(z.0).clamp(0.0, self.top_um);
@@ -142,12 +142,12 @@ impl Chain {
         };
         let x = self.memory.displacement(z).min(self.hottest_um);
         let mut apart = Apart::default();
-        for (lane, drive) in self.lanes.iter_mut().zip(drives) {
+        for (lane, drive) in self.actuators.iter_mut().zip(drives) {
             let one = lane.heat_to(x, f64::from(drive.0));
             apart.drive_um = apart.drive_um.max(one.drive_um);
             apart.mirror_um = apart.mirror_um.max(one.mirror_um);
         }
-        self.lanes[self.turn].relax_slow();
+        self.actuators[self.turn].relax_slow();
         self.turn = (self.turn + 1) % TURNS;
         apart
     }
@@ -330,7 +330,7 @@ impl Poles {
 }
 
 impl Actuator {
-    fn new(calibration: LaneCalibration, parts: &Parts) -> Self {
+    fn new(calibration: ActuatorCalibration, parts: &Parts) -> Self {
         let poles = Poles::new(&parts.heat);
         Self {
             calibration,
@@ -399,7 +399,7 @@ impl Actuator {
     }
 }
 
-fn knot(lane: &LaneCalibration, i: usize) -> (f64, f64) {
+fn knot(lane: &ActuatorCalibration, i: usize) -> (f64, f64) {
     let top_um = f64::from(lane.shape.top().0);
     let z_um = top_um * i as f64 / SEGMENTS as f64;
     (z_um, f64::from(lane.shape.knots()[i]))
@@ -411,7 +411,7 @@ fn line((x0, y0): (f64, f64), (x1, y1): (f64, f64), x: f64) -> f64 {
 }
 
 /// The table; beyond its ends, its ends.
-fn rise_k(lane: &LaneCalibration, z_um: f64) -> f64 {
+fn rise_k(lane: &ActuatorCalibration, z_um: f64) -> f64 {
     let top_um = f64::from(lane.shape.top().0);
     let z_um = z_um.clamp(0.0, top_um);
     let segment = ((z_um / top_um * SEGMENTS as f64) as usize).min(SEGMENTS - 1);
@@ -419,7 +419,7 @@ fn rise_k(lane: &LaneCalibration, z_um: f64) -> f64 {
 }
 
 /// The table read forward, straight on beyond its ends.
-fn position_um(lane: &LaneCalibration, rise_k: f64) -> f64 {
+fn position_um(lane: &ActuatorCalibration, rise_k: f64) -> f64 {
     let above = (1..SEGMENTS).find(|&i| knot(lane, i).1 > rise_k);
     let segment = above.unwrap_or(SEGMENTS) - 1;
     let turned = |i: usize| {
@@ -430,7 +430,7 @@ fn position_um(lane: &LaneCalibration, rise_k: f64) -> f64 {
 }
 
 /// Where a drive holds the mirror, by the table: a straight line in its square from knot to knot, and beyond the last.
-fn rest_um(lane: &LaneCalibration, volts: f64) -> f64 {
+fn rest_um(lane: &ActuatorCalibration, volts: f64) -> f64 {
     let r_t = f64::from(lane.thermal_resistance.0);
     let growth = f64::from(lane.loss_growth.0);
     let point = |i: usize| {
@@ -452,14 +452,14 @@ fn rest_um(lane: &LaneCalibration, volts: f64) -> f64 {
     line(point(low), point(low + 1), square)
 }
 
-fn resistance_ohm(lane: &LaneCalibration, rise_k: f64) -> f64 {
+fn resistance_ohm(lane: &ActuatorCalibration, rise_k: f64) -> f64 {
     f64::from(lane.cold_resistance.0) * (1.0 + f64::from(lane.tcr.0) * rise_k)
 }
 
 /// Where the first lane is as hot as is allowed.
 fn hottest_um(parts: &Parts) -> f64 {
     let limit = f64::from(parts.bounds.rise.0);
-    let reached = parts.lanes.iter();
+    let reached = parts.actuators.iter();
     reached
         .filter(|lane| knot(lane, SEGMENTS).1 > limit)
         .map(|lane| position_um(lane, limit))

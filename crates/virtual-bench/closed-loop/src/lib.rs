@@ -22,7 +22,7 @@ pub use calibrate::{CalibrateError, calibrate};
 pub use precision::{Precision, precision};
 
 use control_core::{
-    AdcCode, Ampere, Calibration, Controller, CurrentSense, LANES, Limits, Micrometre, PwmCode,
+    AdcCode, Ampere, CHANNELS, Calibration, Controller, CurrentSense, Limits, Micrometre, PwmCode,
     SenseCalibration, Setpoint, TICK, Volt,
 };
 use emulated_board::Electronics;
@@ -37,10 +37,10 @@ pub struct Loop<'a> {
     electronics: Electronics,
     sense: CurrentSense,
     mirror: VirtualMirror,
-    applied: [PwmCode; LANES],
+    applied: [PwmCode; CHANNELS],
     /// What the codes' mean is to be (V).
-    drives: [Volt; LANES],
-    currents: [Ampere; LANES],
+    drives: [Volt; CHANNELS],
+    currents: [Ampere; CHANNELS],
 }
 
 impl<'a> Loop<'a> {
@@ -58,9 +58,9 @@ impl<'a> Loop<'a> {
             sense: zeroed(&mut electronics),
             electronics,
             mirror: VirtualMirror::new(config)?,
-            applied: [PwmCode(0); LANES],
-            drives: [Volt(0.0); LANES],
-            currents: [Ampere(0.0); LANES],
+            applied: [PwmCode(0); CHANNELS],
+            drives: [Volt(0.0); CHANNELS],
+            currents: [Ampere(0.0); CHANNELS],
         })
     }
 
@@ -98,12 +98,12 @@ impl<'a> Loop<'a> {
     }
 
     /// What is driven now, before it is rounded to codes (V).
-    pub fn drive_v(&self) -> [f64; LANES] {
+    pub fn drive_v(&self) -> [f64; CHANNELS] {
         self.drives.map(|drive| f64::from(drive.0))
     }
 
     /// The resistances that the currents of this tick show, where one flows (ohm).
-    fn sensed_ohm(&self) -> [Option<f64>; LANES] {
+    fn sensed_ohm(&self) -> [Option<f64>; CHANNELS] {
         std::array::from_fn(|lane| {
             let (volts, current) = (self.applied[lane].drive().0, self.currents[lane].0);
             (volts > 0.0 && current > 0.0).then(|| f64::from(volts / current))
@@ -125,7 +125,7 @@ impl<'a> Loop<'a> {
 fn zeroed(electronics: &mut Electronics) -> CurrentSense {
     const READINGS: usize = 500;
     let designed = CurrentSense::new(&SenseCalibration::DESIGNED);
-    let mut sum_a = [0.0; LANES];
+    let mut sum_a = [0.0; CHANNELS];
     for _ in 0..READINGS {
         let read = designed.currents(std::array::from_fn(|i| {
             AdcCode(electronics.sense_code(i, 0.0))
@@ -133,6 +133,6 @@ fn zeroed(electronics: &mut Electronics) -> CurrentSense {
         sum_a = std::array::from_fn(|i| sum_a[i] + read[i].0);
     }
     let zero = sum_a.map(|sum| Ampere(sum / READINGS as f32));
-    let sense = SenseCalibration::new(zero, [1.0; LANES]);
+    let sense = SenseCalibration::new(zero, [1.0; CHANNELS]);
     CurrentSense::new(&sense.unwrap_or(SenseCalibration::DESIGNED))
 }

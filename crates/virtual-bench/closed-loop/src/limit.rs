@@ -1,6 +1,6 @@
 //! What the mirror itself allows, and what a controller makes of it that knows it.
 
-use control_core::LANES;
+use control_core::CHANNELS;
 use virtual_mirror::{ConfigError, Effect, MirrorConfig, VirtualMirror};
 
 use crate::TICK_S;
@@ -19,7 +19,7 @@ pub(crate) fn fastest_s(now: &VirtualMirror, drive_v: f64, from_um: f64, to_um: 
     let goal = to_um - 0.05 * (to_um - from_um);
     let mut ticks = 0;
     while (mirror.state().z_um - goal) * (to_um - from_um) < 0.0 && ticks < 100_000 {
-        mirror.step([volts; LANES], TICK_S);
+        mirror.step([volts; CHANNELS], TICK_S);
         ticks += 1;
     }
     f64::from(ticks) * TICK_S
@@ -88,7 +88,7 @@ impl Known {
     fn reach(&mut self, z_um: f64, seconds: f64) -> f64 {
         let ends_um = |square: f64| {
             let mut trial = self.mirror.clone();
-            trial.step([square.sqrt(); LANES], seconds);
+            trial.step([square.sqrt(); CHANNELS], seconds);
             trial.state().z_um
         };
         // In a tick the displacement is all but a straight line of the drive's square.
@@ -108,7 +108,7 @@ impl Known {
                 high = middle;
             }
         }
-        self.mirror.step([square.sqrt(); LANES], seconds);
+        self.mirror.step([square.sqrt(); CHANNELS], seconds);
         self.mirror.state().z_um
     }
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use control_core::{Calibration, LANES, Micrometre, Setpoint};
+use control_core::{CHANNELS, Calibration, Micrometre, Setpoint};
 use measurement::{MeasurementFile, Row};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -56,7 +56,7 @@ impl<'a> Bench<'a> {
                 next = tick + (tick / SLOWING).max(1);
                 if tick == 0 {
                     row.voltage_v = before_v;
-                    row.current_a = [None; LANES];
+                    row.current_a = [None; CHANNELS];
                 }
                 file.rows.push(row);
             }
@@ -97,7 +97,7 @@ impl<'a> Bench<'a> {
         let before_v = self.mirror.drive_v();
         self.mirror.tick(setpoint);
         let now_v = self.mirror.drive_v();
-        let voltage_v: [f64; LANES] =
+        let voltage_v: [f64; CHANNELS] =
             std::array::from_fn(|lane| 0.5 * (before_v[lane] + now_v[lane]));
         let ohm = self.mirror.sensed_ohm();
         Row {

@@ -1,7 +1,7 @@
 //! Calibrations as bytes, as the board reads them from the link and from its flash.
 
 use control_core::{
-    AdcCode, Ampere, Calibration, Controller, CurrentSense, LANES, Micrometre, SenseCalibration,
+    AdcCode, Ampere, CHANNELS, Calibration, Controller, CurrentSense, Micrometre, SenseCalibration,
     Setpoint, Volt,
 };
 use crc::{CRC_32_ISO_HDLC, Crc};
@@ -33,7 +33,7 @@ pub(crate) fn run(input: &[u8]) {
 fn accept(bytes: &[u8]) {
     if let Some(sense) = SenseCalibration::from_bytes(bytes) {
         assert_eq!(SenseCalibration::from_bytes(&sense.to_bytes()), Some(sense));
-        let currents = CurrentSense::new(&sense).currents([AdcCode(u16::MAX); LANES]);
+        let currents = CurrentSense::new(&sense).currents([AdcCode(u16::MAX); CHANNELS]);
         assert!(
             currents
                 .iter()
@@ -49,11 +49,11 @@ fn accept(bytes: &[u8]) {
     );
     let top = calibration.max_drive();
     let mut controller = Controller::new(&mut calibration);
-    let mut applied = [Volt(0.0); LANES];
+    let mut applied = [Volt(0.0); CHANNELS];
     for z_um in [50.0, 1e6, -1.0, 0.0] {
         for current in [0.0, 5e-3, f32::NAN] {
             let setpoint = Setpoint::Position(Micrometre(z_um));
-            let step = controller.step(setpoint, applied, [Ampere(current); LANES]);
+            let step = controller.step(setpoint, applied, [Ampere(current); CHANNELS]);
             let is_safe = |drive: &Volt| (0.0..=top.0).contains(&drive.0);
             assert!(step.drives.iter().all(is_safe), "{:?}", step.drives);
             applied = step.drives;

@@ -4,11 +4,11 @@
 //! each), the model's hash (u64), the numbers (f32) in the order of [`numbers`], and the CRC-32 (as in
 //! Ethernet) of all that.
 
-use super::{Bounds, Heat, LaneCalibration, Memory, Parts, Path};
+use super::{ActuatorCalibration, Bounds, Heat, Memory, Parts, Path};
 use super::{Calibration, CalibrationError, Field, Label, Origin, Problem};
 use super::{FAST_POLES, LAGS, PLAYS, SLOW_POLES};
-use crate::LANES;
-use crate::table::{InverseTable, KNOTS};
+use crate::CHANNELS;
+use crate::shape::{InverseTable, KNOTS};
 use crate::units::{Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Volt, Watt};
 
 /// The version of this layout and of what the numbers mean.
@@ -17,12 +17,12 @@ pub(super) const FORMAT: u16 = 3;
 const MAGIC: [u8; 4] = *b"EMCA";
 const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
-const LANE_NUMBERS: usize = 5 + KNOTS;
+const ACTUATOR_NUMBERS: usize = 5 + KNOTS;
 const SHARED_NUMBERS: usize = 2 * (FAST_POLES + SLOW_POLES + PLAYS + LAGS) + 5;
 const HEAD: usize = MAGIC.len() + 2 + 2 * Label::CAPACITY + 8;
 
 /// Bytes of a calibration.
-pub const BYTES: usize = HEAD + 4 * (LANES * LANE_NUMBERS + SHARED_NUMBERS) + 4;
+pub const BYTES: usize = HEAD + 4 * (CHANNELS * ACTUATOR_NUMBERS + SHARED_NUMBERS) + 4;
 
 impl Calibration {
     /// As bytes.
@@ -46,8 +46,8 @@ impl Calibration {
         put(&origin.model_hash.to_le_bytes());
         let mut parts = self.parts;
         let mut tables = parts
-            .lanes
-            .map(|lane| (lane.shape.top(), *lane.shape.knots()));
+            .actuators
+            .map(|actuator| (actuator.shape.top(), *actuator.shape.knots()));
         numbers(&mut parts, &mut tables, &mut |number| {
             put(&number.to_le_bytes())
         });
@@ -86,14 +86,14 @@ impl Calibration {
         parts.origin.device = label(Field::Device)?;
         parts.origin.date = label(Field::Date)?;
         parts.origin.model_hash = u64::from_le_bytes(reader.take().ok_or(length)?);
-        let mut tables = [(Micrometre(0.0), [0.0; KNOTS]); LANES];
+        let mut tables = [(Micrometre(0.0), [0.0; KNOTS]); CHANNELS];
         numbers(&mut parts, &mut tables, &mut |number| {
             // The length is known to be right.
             *number = f32::from_le_bytes(reader.take().unwrap_or_default());
         });
-        for (lane, (top, knots)) in tables.into_iter().enumerate() {
-            parts.lanes[lane].shape = InverseTable::new(top, knots)
-                .map_err(|error| CalibrationError::from(error).of_lane(lane))?;
+        for (actuator, (top, knots)) in tables.into_iter().enumerate() {
+            parts.actuators[actuator].shape = InverseTable::new(top, knots)
+                .map_err(|error| CalibrationError::from(error).of_actuator(actuator))?;
         }
         Self::new(parts)
     }
@@ -106,13 +106,13 @@ const BLANK: Parts = Parts {
         date: Label::EMPTY,
         model_hash: 0,
     },
-    lanes: [LaneCalibration {
+    actuators: [ActuatorCalibration {
         cold_resistance: Ohm(0.0),
         tcr: PerKelvin(0.0),
         thermal_resistance: KelvinPerWatt(0.0),
         loss_growth: PerKelvin(0.0),
         shape: InverseTable::STRAIGHT,
-    }; LANES],
+    }; CHANNELS],
     heat: Heat::INSTANT,
     memory: Memory::NONE,
     path: Path {
@@ -128,14 +128,14 @@ const BLANK: Parts = Parts {
 /// Every number of a calibration, in the order of its bytes.
 fn numbers(
     parts: &mut Parts,
-    tables: &mut [(Micrometre, [f32; KNOTS]); LANES],
+    tables: &mut [(Micrometre, [f32; KNOTS]); CHANNELS],
     visit: &mut dyn FnMut(&mut f32),
 ) {
-    for (lane, (top, knots)) in parts.lanes.iter_mut().zip(tables) {
-        visit(&mut lane.cold_resistance.0);
-        visit(&mut lane.tcr.0);
-        visit(&mut lane.thermal_resistance.0);
-        visit(&mut lane.loss_growth.0);
+    for (actuator, (top, knots)) in parts.actuators.iter_mut().zip(tables) {
+        visit(&mut actuator.cold_resistance.0);
+        visit(&mut actuator.tcr.0);
+        visit(&mut actuator.thermal_resistance.0);
+        visit(&mut actuator.loss_growth.0);
         visit(&mut top.0);
         knots.iter_mut().for_each(&mut *visit);
     }

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::bytes::{BYTES, FORMAT};
-use crate::table::TableError;
+use crate::shape::TableError;
 
 /// A number of a calibration, by the name that its file uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,8 +100,8 @@ pub enum CalibrationError {
     Number {
         /// Which.
         field: Field,
-        /// Of which lane, from 0.
-        lane: Option<u8>,
+        /// Of which actuator, from 0.
+        actuator: Option<u8>,
         /// Which of several, from 0.
         index: u16,
         /// What is wrong with it.
@@ -113,16 +113,16 @@ impl CalibrationError {
     pub(super) const fn number(field: Field, index: usize, problem: Problem) -> Self {
         Self::Number {
             field,
-            lane: None,
+            actuator: None,
             index: index as u16,
             problem,
         }
     }
 
-    /// The same, said of a lane, counted from 0.
-    pub fn of_lane(mut self, of: usize) -> Self {
-        if let Self::Number { lane, .. } = &mut self {
-            *lane = Some(of as u8);
+    /// The same, said of an actuator, counted from 0.
+    pub fn of_actuator(mut self, of: usize) -> Self {
+        if let Self::Number { actuator, .. } = &mut self {
+            *actuator = Some(of as u8);
         }
         self
     }
@@ -147,7 +147,7 @@ impl fmt::Display for CalibrationError {
             Self::Checksum => f.write_str("its checksum is wrong: it was damaged on the way"),
             Self::Number {
                 field,
-                lane,
+                actuator,
                 index,
                 problem,
             } => {
@@ -155,8 +155,8 @@ impl fmt::Display for CalibrationError {
                 if field.is_list() {
                     write!(f, "[{index}]")?;
                 }
-                if let Some(lane) = lane {
-                    write!(f, " of actuator {}", lane + 1)?;
+                if let Some(actuator) = actuator {
+                    write!(f, " of actuator {}", actuator + 1)?;
                 }
                 f.write_str(match problem {
                     Problem::OutOfRange => " is not a value that a mirror can have",

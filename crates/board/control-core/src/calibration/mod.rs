@@ -1,4 +1,4 @@
-//! A calibration: the numbers of the stages, per lane where the lanes differ.
+//! A calibration: the numbers of the stages, per actuator where the actuators differ.
 //!
 //! It says what the mirror does, in the direction of the physics; the core derives the inverses. A
 //! stage that a mirror does not have is empty ([`Heat::INSTANT`], [`Memory::NONE`]), and the same code
@@ -14,11 +14,11 @@ pub use bytes::BYTES;
 pub use error::{CalibrationError, Field, Problem};
 pub use origin::{Label, Origin};
 pub use stages::{
-    Bounds, FAST_POLES, Heat, LAGS, Lag, LaneCalibration, Memory, PLAYS, Path, Play, SLOW,
+    ActuatorCalibration, Bounds, FAST_POLES, Heat, LAGS, Lag, Memory, PLAYS, Path, Play, SLOW,
     SLOW_POLES,
 };
 
-use crate::LANES;
+use crate::CHANNELS;
 use crate::units::{Micrometre, Volt};
 
 /// A calibration of the whole mirror.
@@ -33,7 +33,7 @@ pub struct Parts {
     /// Which mirror it is for, and what it came from.
     pub origin: Origin,
     /// The four actuators.
-    pub lanes: [LaneCalibration; LANES],
+    pub actuators: [ActuatorCalibration; CHANNELS],
     /// The stage `heat` in time.
     pub heat: Heat,
     /// The stage `memory`.
@@ -59,31 +59,31 @@ impl Calibration {
         &self.parts
     }
 
-    /// The four lanes.
-    pub fn lanes(&self) -> &[LaneCalibration; LANES] {
-        &self.parts.lanes
+    /// The four actuators.
+    pub fn actuators(&self) -> &[ActuatorCalibration; CHANNELS] {
+        &self.parts.actuators
     }
 
-    /// Highest voltage that any lane may drive.
+    /// Highest voltage that any actuator may drive.
     pub fn max_drive(&self) -> Volt {
         self.parts.bounds.drive
     }
 
-    /// Top of the range, which the four lanes' tables share.
+    /// Top of the range, which the four actuators' tables share.
     pub fn max_position(&self) -> Micrometre {
-        self.parts.lanes[0].shape.top()
+        self.parts.actuators[0].shape.top()
     }
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::table::{InverseTable, KNOTS};
+    use crate::shape::{InverseTable, KNOTS};
     use crate::units::{Kelvin, KelvinPerWatt, Ohm, PerKelvin, Second, Watt};
 
-    pub(crate) fn lane(top_um: f32, top_k: f32) -> LaneCalibration {
+    pub(crate) fn actuator(top_um: f32, top_k: f32) -> ActuatorCalibration {
         let knots = core::array::from_fn(|i| top_k * i as f32 / (KNOTS - 1) as f32);
-        LaneCalibration {
+        ActuatorCalibration {
             cold_resistance: Ohm(360.0),
             tcr: PerKelvin(3.92e-3),
             thermal_resistance: KelvinPerWatt(5700.0),
@@ -108,7 +108,7 @@ pub(crate) mod tests {
                 date: Label::new("2026-11-21").expect("short"),
                 model_hash: 0x0123_4567_89ab_cdef,
             },
-            lanes: [lane(170.0, 97.0); LANES],
+            actuators: [actuator(170.0, 97.0); CHANNELS],
             heat: Heat {
                 fast: [lag(0.5, 1e-3), lag(0.3, 35e-3), lag(0.1, 0.2)],
                 slow: [lag(0.06, 4.0), lag(0.04, 20.0)],

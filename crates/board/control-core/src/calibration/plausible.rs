@@ -2,7 +2,7 @@
 
 use core::ops::RangeInclusive;
 
-use super::{Bounds, Heat, LaneCalibration, Memory, Parts};
+use super::{ActuatorCalibration, Bounds, Heat, Memory, Parts};
 use super::{CalibrationError, Field, Problem};
 use super::{Lag, Play, SLOW};
 use crate::units::Second;
@@ -15,11 +15,11 @@ const FASTEST_CREEP: Second = Second(0.01);
 impl Parts {
     /// Names the first number that no mirror can have.
     pub(super) fn check(&self) -> Result<(), CalibrationError> {
-        for (i, lane) in self.lanes.iter().enumerate() {
-            lane.check().map_err(|error| error.of_lane(i))?;
-            if lane.shape.top() != self.lanes[0].shape.top() {
+        for (i, actuator) in self.actuators.iter().enumerate() {
+            actuator.check().map_err(|error| error.of_actuator(i))?;
+            if actuator.shape.top() != self.actuators[0].shape.top() {
                 let error = CalibrationError::number(Field::Top, 0, Problem::NotTheSame);
-                return Err(error.of_lane(i));
+                return Err(error.of_actuator(i));
             }
         }
         self.heat.check()?;
@@ -29,7 +29,7 @@ impl Parts {
     }
 }
 
-impl LaneCalibration {
+impl ActuatorCalibration {
     fn check(&self) -> Result<(), CalibrationError> {
         check(Field::ColdResistance, 0, self.cold_resistance.0, 1e-2..=1e6)?;
         check(Field::Tcr, 0, self.tcr.0, 1e-6..=1e-1)?;
@@ -117,15 +117,15 @@ fn check(
 mod tests {
     use super::*;
     use crate::calibration::Calibration;
-    use crate::calibration::tests::{lane, parts};
+    use crate::calibration::tests::{actuator, parts};
     use crate::units::Micrometre;
     use proptest::prelude::*;
 
     #[test]
-    fn the_lanes_share_their_range() {
+    fn the_actuators_share_their_range() {
         let mut parts = parts();
-        parts.lanes[3] = lane(150.0, 97.0);
-        let refused = CalibrationError::number(Field::Top, 0, Problem::NotTheSame).of_lane(3);
+        parts.actuators[3] = actuator(150.0, 97.0);
+        let refused = CalibrationError::number(Field::Top, 0, Problem::NotTheSame).of_actuator(3);
         assert_eq!(Calibration::new(parts), Err(refused));
     }
 
@@ -133,13 +133,13 @@ mod tests {
     fn number_off(which: usize, bad: f32) -> (Parts, Field) {
         let mut p = parts();
         let (number, field) = match which {
-            0 => (&mut p.lanes[2].cold_resistance.0, Field::ColdResistance),
-            1 => (&mut p.lanes[0].tcr.0, Field::Tcr),
+            0 => (&mut p.actuators[2].cold_resistance.0, Field::ColdResistance),
+            1 => (&mut p.actuators[0].tcr.0, Field::Tcr),
             2 => (
-                &mut p.lanes[3].thermal_resistance.0,
+                &mut p.actuators[3].thermal_resistance.0,
                 Field::ThermalResistance,
             ),
-            3 => (&mut p.lanes[1].loss_growth.0, Field::LossGrowth),
+            3 => (&mut p.actuators[1].loss_growth.0, Field::LossGrowth),
             4 => (&mut p.heat.fast[1].weight, Field::FastPole),
             5 => (&mut p.heat.fast[2].time.0, Field::FastPole),
             6 => (&mut p.heat.slow[0].weight, Field::SlowPole),

@@ -1,6 +1,6 @@
 //! The stages' numbers, and what some of them say forward.
 
-use crate::table::InverseTable;
+use crate::shape::InverseTable;
 use crate::units::{Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Volt, Watt};
 
 /// Thermal poles that are advanced at every control tick.
@@ -16,7 +16,7 @@ pub const SLOW: Second = Second(0.25);
 
 /// The stages' numbers of one actuator.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LaneCalibration {
+pub struct ActuatorCalibration {
     /// Resistance at ambient, R0.
     pub cold_resistance: Ohm,
     /// Temperature coefficient of the resistance, xi.
@@ -69,7 +69,7 @@ pub struct Play {
 pub struct Memory {
     /// Play operators, by rising radius.
     pub plays: [Play; PLAYS],
-    /// Time in which the plays let go of what they hold back while nothing moves, as friction does in a mirror
+    /// Time in which the play operators let go of what they hold back while nothing moves, as friction does in a mirror
     /// whose drive trembles by its own rounding; 0: never.
     pub release: Second,
     /// Lags of the creep.
@@ -84,7 +84,7 @@ pub struct Path {
     pub move_time: Second,
 }
 
-/// What protects the mirror, lane by lane.
+/// What protects the mirror, actuator by actuator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
     /// Highest voltage.
@@ -133,7 +133,7 @@ impl Memory {
     };
 }
 
-impl LaneCalibration {
+impl ActuatorCalibration {
     /// Resistance at a temperature rise: R0 (1 + xi dT), the stage `resistance` forward.
     pub fn resistance(&self, rise: Kelvin) -> Ohm {
         Ohm(self.cold_resistance.0 * (1.0 + self.tcr.0 * rise.0))

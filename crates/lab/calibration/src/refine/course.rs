@@ -1,6 +1,6 @@
 //! A session as what heats the mirror, moment by moment, and where it was seen.
 
-use control_core::LANES;
+use control_core::CHANNELS;
 use measurement::{MeasurementFile, Row, Session};
 
 /// White noise of the displacement where a file does not say `noise_z_nm` (um).
@@ -28,10 +28,10 @@ pub(super) struct Moment {
     /// How long it is.
     pub(super) step_s: f64,
     /// Heating power of each lane at its start and at its end, a straight line between.
-    pub(super) from_w: [f64; LANES],
-    pub(super) to_w: [f64; LANES],
+    pub(super) from_w: [f64; CHANNELS],
+    pub(super) to_w: [f64; CHANNELS],
     /// Resistances that the currents told at its end, and the voltages that they were told at.
-    pub(super) told: [Option<Told>; LANES],
+    pub(super) told: [Option<Told>; CHANNELS],
     /// Where the mirror was at its end, and to how much that is to be followed; one standard deviation.
     pub(super) seen_um: Option<(f64, f64)>,
 }
@@ -54,7 +54,7 @@ pub(super) struct Course {
 struct Reader<'a> {
     moments: &'a mut Vec<Moment>,
     file: &'a MeasurementFile,
-    resistance_ohm: [Option<f64>; LANES],
+    resistance_ohm: [Option<f64>; CHANNELS],
     since_jump_s: f64,
     move_s: f64,
 }
@@ -79,7 +79,7 @@ impl Course {
             let mut reader = Reader {
                 moments: &mut course.moments,
                 file,
-                resistance_ohm: [None; LANES],
+                resistance_ohm: [None; CHANNELS],
                 since_jump_s: 0.0,
                 move_s,
             };
@@ -102,7 +102,7 @@ impl Reader<'_> {
     /// A voltage held before the first row, with the resistance that the first row shows.
     fn hold(&mut self, volts: f64, seconds: f64) {
         self.sense(&self.file.rows[0]);
-        let power = self.power([volts; LANES]);
+        let power = self.power([volts; CHANNELS]);
         self.moments.push(Moment {
             step_s: seconds,
             from_w: power,
@@ -119,7 +119,7 @@ impl Reader<'_> {
             .keys
             .displacement_noise_um()
             .unwrap_or(DEFAULT_NOISE_UM);
-        let (mut t_s, mut volts) = (0.0, [held_v; LANES]);
+        let (mut t_s, mut volts) = (0.0, [held_v; CHANNELS]);
         let (mut passed_s, mut last_step_s) = (0.0, 0.0);
         for row in &self.file.rows {
             let step_s = (row.t_s - t_s).max(0.0);
@@ -155,7 +155,7 @@ impl Reader<'_> {
                 step_s,
                 from_w,
                 to_w,
-                told: if blind { [None; LANES] } else { told },
+                told: if blind { [None; CHANNELS] } else { told },
                 seen_um: row.z_um.filter(|_| !blind).map(|z| (z, trust)),
             });
             (t_s, volts) = (row.t_s, row.voltage_v);
@@ -163,8 +163,8 @@ impl Reader<'_> {
         passed_s
     }
 
-    fn sense(&mut self, row: &Row) -> [Option<Told>; LANES] {
-        let told: [Option<Told>; LANES] = std::array::from_fn(|lane| {
+    fn sense(&mut self, row: &Row) -> [Option<Told>; CHANNELS] {
+        let told: [Option<Told>; CHANNELS] = std::array::from_fn(|lane| {
             let volts = row.voltage_v[lane];
             let current = row.current_a[lane].filter(|current| *current > 0.0)?;
             (volts > SENSED_V).then(|| Told {
@@ -183,7 +183,7 @@ impl Reader<'_> {
     }
 
     /// What these voltages heat with; a lane that nothing is known of yet heats with nothing.
-    fn power(&self, volts: [f64; LANES]) -> [f64; LANES] {
+    fn power(&self, volts: [f64; CHANNELS]) -> [f64; CHANNELS] {
         std::array::from_fn(|lane| {
             self.resistance_ohm[lane].map_or(0.0, |ohm| volts[lane] * volts[lane] / ohm)
         })

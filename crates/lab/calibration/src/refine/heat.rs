@@ -1,6 +1,6 @@
-//! The stage `heat` forward, in f64: from heating power to the temperature rises of the four lanes.
+//! The stage `heat` forward, in f64: from heating power to the temperature rises of the four actuators.
 
-use control_core::LANES;
+use control_core::CHANNELS;
 use control_core::Second;
 use control_core::calibration::{FAST_POLES, Heat, Lag, SLOW, SLOW_POLES};
 
@@ -55,9 +55,13 @@ impl Poles {
     }
 
     /// The temperature rise of every lane at the end of every moment.
-    pub(super) fn rises(&self, moments: &[Moment], losses: &[Loss; LANES]) -> Vec<[f64; LANES]> {
-        let mut lags = [[0.0; POLES]; LANES];
-        let mut rise = [0.0; LANES];
+    pub(super) fn rises(
+        &self,
+        moments: &[Moment],
+        losses: &[Loss; CHANNELS],
+    ) -> Vec<[f64; CHANNELS]> {
+        let mut lags = [[0.0; POLES]; CHANNELS];
+        let mut rise = [0.0; CHANNELS];
         let step = |moment: &Moment| {
             if moment.step_s > 0.0 {
                 let shares = self.time_s.map(|time_s| Share::new(time_s, moment.step_s));

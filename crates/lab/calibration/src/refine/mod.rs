@@ -13,10 +13,10 @@ mod memory;
 mod resistance;
 
 use control_core::calibration::{FAST_POLES, Parts, SLOW};
-use control_core::table::{KNOTS, SEGMENTS};
+use control_core::shape::{KNOTS, SEGMENTS};
 use control_core::{
-    Calibration, CalibrationError, InverseTable, Kelvin, LANES, LaneCalibration, Micrometre, Ohm,
-    PerKelvin,
+    ActuatorCalibration, CHANNELS, Calibration, CalibrationError, InverseTable, Kelvin, Micrometre,
+    Ohm, PerKelvin,
 };
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use measurement::Session;
@@ -136,15 +136,15 @@ fn start(poles: &Poles) -> DVector<f64> {
 struct Mirror<'a> {
     course: &'a Course,
     top_um: f64,
-    losses: [Loss; LANES],
+    losses: [Loss; CHANNELS],
     /// The tables read forward.
-    shapes: [Curve; LANES],
+    shapes: [Curve; CHANNELS],
 }
 
 /// The stages at one trial of the unknowns.
 struct Stages {
     poles: Poles,
-    losses: [Loss; LANES],
+    losses: [Loss; CHANNELS],
     /// Time in which the plays let go (s).
     release_s: f64,
 }
@@ -159,15 +159,15 @@ struct Found {
 
 impl<'a> Mirror<'a> {
     fn new(parts: &Parts, course: &'a Course) -> Self {
-        let losses = parts.lanes.each_ref().map(|lane| Loss {
+        let losses = parts.actuators.each_ref().map(|lane| Loss {
             k_per_w: f64::from(lane.thermal_resistance.0),
             growth: f64::from(lane.loss_growth.0),
         });
         Self {
             course,
-            top_um: f64::from(parts.lanes[0].shape.top().0),
+            top_um: f64::from(parts.actuators[0].shape.top().0),
             losses,
-            shapes: parts.lanes.each_ref().map(|lane| {
+            shapes: parts.actuators.each_ref().map(|lane| {
                 let (positions, rises) = knots(lane);
                 Curve::new(rises, positions).expect("a table rises, that is what it was made with")
             }),
@@ -199,16 +199,16 @@ impl<'a> Mirror<'a> {
         }
     }
 
-    /// The mean place of the four lanes in the tables as they were, moment by moment.
+    /// The mean place of the four actuators in the tables as they were, moment by moment.
     fn places_um(&self, stages: &Stages) -> Vec<f64> {
         let rises = stages.poles.rises(&self.course.moments, &stages.losses);
-        let place = |rises: [f64; LANES]| {
+        let place = |rises: [f64; CHANNELS]| {
             let place = |lane: usize| {
                 // The same power under the loss that the table was made with.
                 let heating = stages.losses[lane].heating(rises[lane]);
                 self.shapes[lane].at(self.losses[lane].rise(heating))
             };
-            (0..LANES).map(place).sum::<f64>() / LANES as f64
+            (0..CHANNELS).map(place).sum::<f64>() / CHANNELS as f64
         };
         rises.into_iter().map(place).collect()
     }
@@ -265,7 +265,7 @@ impl<'a> Mirror<'a> {
     }
 
     /// What the currents told of each heater.
-    fn heaters(&self, stages: &Stages) -> [Option<Line>; LANES] {
+    fn heaters(&self, stages: &Stages) -> [Option<Line>; CHANNELS] {
         let rises = stages.poles.rises(&self.course.moments, &stages.losses);
         std::array::from_fn(|lane| {
             let moments = self.course.moments.iter().zip(&rises);
@@ -285,9 +285,9 @@ impl<'a> Mirror<'a> {
             .collect();
         let place_at = Curve::new(bent, places).map_err(|_| RefineError::NoFit)?;
         let top_um = found.linear.bent(self.top_um);
-        let mut lanes = parts.lanes;
+        let mut actuators = parts.actuators;
         let heaters = self.heaters(&found.stages);
-        for ((lane, (was, is)), heater) in lanes
+        for ((lane, (was, is)), heater) in actuators
             .iter_mut()
             .zip(self.losses.iter().zip(&found.stages.losses))
             .zip(heaters)
@@ -313,10 +313,10 @@ impl<'a> Mirror<'a> {
             let heating = self.losses[lane].heating(f64::from(parts.bounds.rise.0));
             found.stages.losses[lane].rise(heating)
         };
-        bounds.rise = Kelvin((0..LANES).map(rise).fold(0.0, f64::max) as f32);
+        bounds.rise = Kelvin((0..CHANNELS).map(rise).fold(0.0, f64::max) as f32);
         Ok(Refined {
             calibration: Calibration::new(Parts {
-                lanes,
+                actuators,
                 heat: found.stages.poles.heat(),
                 memory: found.linear.memory(found.stages.release_s),
                 bounds,
@@ -328,7 +328,7 @@ impl<'a> Mirror<'a> {
 }
 
 /// Positions and temperature rises of a lane's table.
-fn knots(lane: &LaneCalibration) -> (Vec<f64>, Vec<f64>) {
+fn knots(lane: &ActuatorCalibration) -> (Vec<f64>, Vec<f64>) {
     let top_um = f64::from(lane.shape.top().0);
     let position = |i: usize| top_um * i as f64 / SEGMENTS as f64;
     let rises = lane.shape.knots().iter().map(|rise| f64::from(*rise));

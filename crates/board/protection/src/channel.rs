@@ -3,7 +3,7 @@
 use control_core::design::{
     ADC_SATURATED, COLD_RESISTANCE_TOLERANCE, HIGHEST_CURRENT, HOTTEST_RISE,
 };
-use control_core::{AdcCode, Ampere, Kelvin, LaneCalibration, Volt};
+use control_core::{ActuatorCalibration, AdcCode, Ampere, Kelvin, Volt};
 
 use crate::fault::Fault;
 
@@ -37,7 +37,7 @@ const TICKS_TO_FREEZE: u8 = 8;
 
 /// The watch over one heater.
 #[derive(Clone, Debug)]
-pub(crate) struct LaneWatch {
+pub(crate) struct ChannelWatch {
     bounds: Bounds,
     /// Envelope of the drive (V).
     highest: f32,
@@ -58,8 +58,8 @@ struct Bounds {
 
 /// The rise at which a heater is too hot, where its calibration allows `allowed`. Resistance that is not known to the
 /// heater's own R0 reads as warmth; the ceiling holds whatever a calibration says.
-fn too_hot(lane: &LaneCalibration, allowed: Kelvin) -> Kelvin {
-    let unknown = COLD_RESISTANCE_TOLERANCE.0 / (lane.cold_resistance.0 * lane.tcr.0);
+fn too_hot(channel: &ActuatorCalibration, allowed: Kelvin) -> Kelvin {
+    let unknown = COLD_RESISTANCE_TOLERANCE.0 / (channel.cold_resistance.0 * channel.tcr.0);
     let rise = RISE_MARGIN * allowed.0 + unknown;
     // So that NaN is the ceiling, too.
     Kelvin(if rise < HOTTEST_RISE.0 {
@@ -69,10 +69,10 @@ fn too_hot(lane: &LaneCalibration, allowed: Kelvin) -> Kelvin {
     })
 }
 
-impl LaneWatch {
-    pub(crate) fn new(lane: &LaneCalibration, allowed: Kelvin) -> Self {
-        let cold = 1.0 / lane.cold_resistance.0;
-        let hot = lane.resistance(too_hot(lane, allowed)).0;
+impl ChannelWatch {
+    pub(crate) fn new(channel: &ActuatorCalibration, allowed: Kelvin) -> Self {
+        let cold = 1.0 / channel.cold_resistance.0;
+        let hot = channel.resistance(too_hot(channel, allowed)).0;
         Self {
             bounds: Bounds {
                 least: (1.0 / hot).max(cold / HIGHEST_RESISTANCE),

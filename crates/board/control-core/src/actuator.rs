@@ -2,13 +2,13 @@
 
 use fpu::sqrt;
 
-use crate::calibration::{LaneCalibration, Parts};
+use crate::calibration::{ActuatorCalibration, Parts};
 use crate::codes::PwmCode;
+use crate::drive::{Quantiser, highest_code};
 use crate::heat::{HeatInverse, HeatState};
 use crate::lag::rate;
 use crate::limits::{Limit, Limits};
-use crate::output::{Rounding, highest_code};
-use crate::sense::{LaneSense, Thermometer};
+use crate::resistance::{ActuatorSense, Correction, Thermometer};
 use crate::units::{Ampere, Kelvin, Ohm, Second, Volt, Watt};
 
 /// Part of the highest power by which a power may be below zero unnoticed: it is rounding at rest.
@@ -20,7 +20,7 @@ const CATCHING_UP: f32 = 0.25;
 
 /// Numbers of one actuator, ready for use.
 #[derive(Clone, Debug)]
-struct LaneGains {
+struct Gains {
     thermal_resistance: f32,
     watt_per_kelvin: f32,
     loss_growth: f32,
@@ -37,14 +37,14 @@ pub(crate) struct Rails {
     drive: f32,
     squared_drive: f32,
     highest_code: u16,
-    /// What catching up leaves of a lag in a tick.
-    keeps: f32,
+    /// Pole with which an actuator catches up.
+    catch_up_pole: f32,
 }
 
 /// An actuator from one tick to the next.
 #[derive(Clone, Debug)]
-pub(crate) struct Lane {
-    gains: LaneGains,
+pub(crate) struct Actuator {
+    gains: Gains,
     pub(crate) heat: HeatState,
     /// The temperature rise at the start of this tick.
     rise: Kelvin,
@@ -53,22 +53,18 @@ pub(crate) struct Lane {
     /// The resistance at which the present drive began, without the correction.
     expected: Ohm,
     correction: Correction,
-    rounding: Rounding,
+    quantiser: Quantiser,
 }
 
-/// Sensed resistance over the model's.
-#[derive(Clone, Copy, Debug)]
-struct Correction(f32);
-
-impl LaneGains {
-    fn new(lane: &LaneCalibration) -> Self {
+impl Gains {
+    fn new(actuator: &ActuatorCalibration) -> Self {
         Self {
-            thermal_resistance: lane.thermal_resistance.0,
-            watt_per_kelvin: 1.0 / lane.thermal_resistance.0,
-            loss_growth: lane.loss_growth.0,
-            cold_ohm: lane.cold_resistance.0,
-            ohm_per_kelvin: lane.cold_resistance.0 * lane.tcr.0,
-            thermometer: Thermometer::new(lane),
+            thermal_resistance: actuator.thermal_resistance.0,
+            watt_per_kelvin: 1.0 / actuator.thermal_resistance.0,
+            loss_growth: actuator.loss_growth.0,
+            cold_ohm: actuator.cold_resistance.0,
+            ohm_per_kelvin: actuator.cold_resistance.0 * actuator.tcr.0,
+            thermometer: Thermometer::new(actuator),
         }
     }
 
@@ -95,22 +91,22 @@ impl Rails {
             drive: bounds.drive.0,
             squared_drive: bounds.drive.0 * bounds.drive.0,
             highest_code: highest_code(bounds.drive),
-            keeps: 1.0 - rate(Second(CATCHING_UP * parts.path.move_time.0), 1),
+            catch_up_pole: 1.0 - rate(Second(CATCHING_UP * parts.path.move_time.0), 1),
         }
     }
 }
 
-impl Lane {
+impl Actuator {
     /// An actuator at rest.
-    pub(crate) fn new(lane: &LaneCalibration) -> Self {
+    pub(crate) fn new(actuator: &ActuatorCalibration) -> Self {
         Self {
-            gains: LaneGains::new(lane),
+            gains: Gains::new(actuator),
             heat: HeatState::default(),
             rise: Kelvin(0.0),
             lag: 0.0,
-            expected: lane.cold_resistance,
-            correction: Correction(1.0),
-            rounding: Rounding::default(),
+            expected: actuator.cold_resistance,
+            correction: Correction::NONE,
+            quantiser: Quantiser::default(),
         }
     }
 
@@ -120,7 +116,7 @@ impl Lane {
         applied: Volt,
         current: Ampere,
         limits: &mut Limits,
-    ) -> Option<LaneSense> {
+    ) -> Option<ActuatorSense> {
         let sense = self.gains.thermometer.read(applied, current)?;
         self.correction
             .update(sense.resistance.0 / self.expected.0, limits);
@@ -145,13 +141,13 @@ impl Lane {
         let allowed = square.to_bits() <= rails.squared_drive.to_bits() && power.0 <= rails.power;
         if allowed {
             self.rise = heat.advance(&mut self.heat, heating);
-            self.lag *= rails.keeps;
+            self.lag *= rails.catch_up_pole;
             Volt(sqrt(square))
         } else {
             let drive = rails.limit(&mut power, resistance, limits);
             heating = self.gains.heating(power, self.rise);
             self.rise = heat.advance(&mut self.heat, heating);
-            self.lag = (target.0 - self.rise.0) * rails.keeps;
+            self.lag = (target.0 - self.rise.0) * rails.catch_up_pole;
             drive
         }
     }
@@ -173,10 +169,10 @@ impl Lane {
         drive
     }
 
-    /// The code for `drive`, with what rounding has left so far.
+    /// The code for `drive`.
     #[inline(always)]
     pub(crate) fn code(&mut self, drive: Volt, rails: &Rails) -> PwmCode {
-        self.rounding.code(drive, rails.highest_code)
+        self.quantiser.code(drive, rails.highest_code)
     }
 
     /// Temperature rise now.
@@ -187,7 +183,7 @@ impl Lane {
     /// The resistance now, and a note of it for when its current has been sensed.
     fn resistance(&mut self) -> Ohm {
         self.expected = self.gains.resistance(self.rise);
-        Ohm(self.expected.0 * self.correction.0)
+        Ohm(self.expected.0 * self.correction.factor())
     }
 }
 
@@ -212,22 +208,5 @@ impl Rails {
             return Volt(self.drive);
         }
         Volt(sqrt(square))
-    }
-}
-
-impl Correction {
-    /// A resistance that is further from the model's is a fault or noise, and not warmth.
-    const PLAUSIBLE: f32 = 0.25;
-    /// Part of the way to a new reading that a tick goes: the mean of some eight.
-    const PACE: f32 = 0.125;
-
-    fn update(&mut self, ratio: f32, limits: &mut Limits) {
-        let off = ratio - 1.0;
-        if off.abs() < Self::PLAUSIBLE {
-            self.0 += Self::PACE * (ratio - self.0);
-        } else {
-            limits.insert(Limit::ResistanceUnknown);
-            *self = Self(1.0);
-        }
     }
 }
