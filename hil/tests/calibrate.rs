@@ -5,21 +5,18 @@ use std::path::Path;
 use std::process::{Child, ChildStderr, Command};
 
 use emulated_board::{EmulatedBoard, PlantFault};
+use experiments::Experiment;
 use hil::{Bench, Said};
-use virtual_mirror::{Experiment, Family, MirrorConfig, Plan};
+use virtual_mirror::{Family, MirrorConfig};
 use virtual_sessions::{Instruments, measure};
 
 /// A session of this mirror, measured on another bench than the emulated board.
 fn session(config: &MirrorConfig, folder: &Path) {
     let experiments = vec![
-        Experiment::sweep("sweep", 0.0, 3.5, 14, 1.0),
-        Experiment::step(5.0, 2.0, 10.0),
+        Experiment::sweep(3.5, 14, 1.0, 1),
+        Experiment::step(2.0, 10.0, 5e3).after(5.0),
     ];
-    let session = measure(
-        config,
-        &Plan { experiments },
-        Instruments::PositionAndCurrents,
-    );
+    let session = measure(config, &experiments, Instruments::PositionAndCurrents);
     std::fs::create_dir(folder).expect("a folder");
     for (name, file) in session.expect("the mirror is possible").files {
         std::fs::write(folder.join(name), file.to_string()).expect("written");

@@ -6,7 +6,8 @@ use std::process::Command;
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
-use virtual_mirror::{MirrorConfig, Plan};
+use experiments::session;
+use virtual_mirror::MirrorConfig;
 use virtual_sessions::{Instruments, measure};
 
 use crate::cargo::{cargo, run};
@@ -60,20 +61,20 @@ fn confusion() -> Command {
 /// What a user waits for a diagnosis of a standard session, with cold and with warm caches.
 fn seconds() -> Result<[f64; 2]> {
     let directory = tempfile::tempdir()?;
-    let session = directory.path().join("session");
-    fs::create_dir(&session)?;
+    let folder = directory.path().join("session");
+    fs::create_dir(&folder)?;
     let measured = measure(
         &MirrorConfig::bench(),
-        &Plan::standard(3.5),
+        &session(3.5),
         Instruments::PositionAndCurrents,
     )?;
     for (name, file) in measured.files {
-        fs::write(session.join(name), file.to_string())?;
+        fs::write(folder.join(name), file.to_string())?;
     }
     let cache = directory.path().join("cache");
-    let cold = diagnosis(&session, &cache)?;
+    let cold = diagnosis(&folder, &cache)?;
     let mut warm = (0..WARM)
-        .map(|_| diagnosis(&session, &cache))
+        .map(|_| diagnosis(&folder, &cache))
         .collect::<Result<Vec<_>>>()?;
     warm.sort_by(f64::total_cmp);
     Ok([cold, warm[WARM / 2]])

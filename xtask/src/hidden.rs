@@ -4,7 +4,8 @@
 use std::fs;
 
 use anyhow::Result;
-use virtual_mirror::{Effect, Experiment, Family, MirrorConfig, Plan};
+use experiments::Experiment;
+use virtual_mirror::{Effect, Family, MirrorConfig};
 use virtual_sessions::{Instruments, measure};
 
 use crate::cargo::workspace;
@@ -61,18 +62,16 @@ pub(crate) fn write() -> Result<()> {
 }
 
 /// The usual session, with fewer rows.
-fn plan() -> Plan {
-    let sine = |hz| Experiment::sine(1.0, 0.5, hz, 1);
-    Plan {
-        experiments: vec![
-            Experiment::sweep("sweep", 0.0, 3.5, 14, 1.0),
-            Experiment::step(20.0, 2.0, 30.0),
-            sine(0.1),
-            sine(1.0),
-            sine(20.0),
-            sine(100.0),
-            Experiment::single(3.5, 5),
-            Experiment::sweep("repeat", 7.0, 3.5, 5, 1.0),
-        ],
-    }
+fn plan() -> Vec<Experiment> {
+    let sine = |hz| Experiment::sine(1.0, 0.5, hz, 1).after(5.0);
+    vec![
+        Experiment::sweep(3.5, 14, 1.0, 1),
+        Experiment::step(2.0, 30.0, 5e3).after(20.0),
+        sine(0.1),
+        sine(1.0),
+        sine(20.0),
+        sine(100.0),
+        Experiment::single(3.5, 5, 1.0).after(5.0),
+        Experiment::sweep(3.5, 5, 1.0, 1).named("repeat").after(7.0),
+    ]
 }

@@ -1,10 +1,11 @@
 //! What no drive shows, an oven or a reference step does: mirrors from a family that no threshold was calibrated on.
 
 use diagnosis::{Verdict, diagnose};
+use experiments::Experiment;
 use identification::Plan;
 use measurement::Session;
 use mirror_model::{Model, Preset};
-use virtual_mirror::{Effect, Experiment, Family, MirrorConfig, Plan as Drives};
+use virtual_mirror::{Effect, Family, MirrorConfig};
 use virtual_sessions::{Instruments, measure};
 
 fn hiding(effect: Effect) -> MirrorConfig {
@@ -14,14 +15,13 @@ fn hiding(effect: Effect) -> MirrorConfig {
 /// What a bench has measured of a mirror before anybody asked for more.
 fn usual() -> Vec<Experiment> {
     vec![
-        Experiment::sweep("sweep", 0.0, 3.5, 14, 1.0),
-        Experiment::single(3.5, 5),
+        Experiment::sweep(3.5, 14, 1.0, 1),
+        Experiment::single(3.5, 5, 1.0).after(5.0),
     ]
 }
 
 fn measured(config: &MirrorConfig, experiments: Vec<Experiment>) -> Session {
-    let drives = Drives { experiments };
-    measure(config, &drives, Instruments::PositionAndCurrents).expect("a possible mirror")
+    measure(config, &experiments, Instruments::PositionAndCurrents).expect("a possible mirror")
 }
 
 fn found(session: &Session) -> (Verdict, Vec<String>) {
@@ -45,7 +45,10 @@ fn shows(hidden: Effect, more: Experiment) {
 }
 
 fn oven() -> Experiment {
-    Experiment::sweep("oven", 60.0, 0.4, 8, 1.0).warmer_by(38.0)
+    Experiment::sweep(0.4, 8, 1.0, 1)
+        .named("oven")
+        .after(60.0)
+        .with_ambient_rise(38.0)
 }
 
 #[test]
@@ -58,7 +61,7 @@ fn a_reference_step_shows_the_sensor_s_gain() {
     let heights = [0.0, 50.0, 100.0, 150.0, 100.0, 50.0, 0.0];
     shows(
         Effect::SensorGain,
-        Experiment::reference(20.0, &heights, 1.0),
+        Experiment::reference(&heights, 1.0).after(20.0),
     );
 }
 
@@ -92,7 +95,7 @@ fn an_oven_on_another_clock_shows_it_too() {
 #[test]
 fn nothing_hidden_stays_nothing_in_an_oven_and_on_a_stage() {
     let heights = [0.0, 60.0, 120.0, 0.0];
-    let more = vec![oven(), Experiment::reference(20.0, &heights, 1.0)];
+    let more = vec![oven(), Experiment::reference(&heights, 1.0).after(20.0)];
     let session = measured(&MirrorConfig::draw(Family::G, 42), [usual(), more].concat());
     assert_eq!(found(&session), (Verdict::None, vec![]));
 }

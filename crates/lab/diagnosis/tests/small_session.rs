@@ -1,10 +1,11 @@
 //! The whole way on a small session of a virtual mirror from a family that no threshold was calibrated on.
 
 use diagnosis::{Verdict, add, diagnose, remove};
+use experiments::Experiment;
 use identification::{Plan, compare, fit_and_report};
 use mirror_model::effect::find;
 use mirror_model::{Model, Preset};
-use virtual_mirror::{Effect, Experiment, Family, MirrorConfig, Plan as Drives};
+use virtual_mirror::{Effect, Family, MirrorConfig};
 use virtual_sessions::{Instruments, measure};
 
 fn plan(family: Family, hidden: Option<Effect>) -> Plan {
@@ -13,14 +14,10 @@ fn plan(family: Family, hidden: Option<Effect>) -> Plan {
         config.effects.set(effect, 1.0);
     }
     let experiments = vec![
-        Experiment::sweep("sweep", 0.0, 3.5, 14, 1.0),
-        Experiment::single(3.5, 5),
+        Experiment::sweep(3.5, 14, 1.0, 1),
+        Experiment::single(3.5, 5, 1.0).after(5.0),
     ];
-    let session = measure(
-        &config,
-        &Drives { experiments },
-        Instruments::PositionAndCurrents,
-    );
+    let session = measure(&config, &experiments, Instruments::PositionAndCurrents);
     Plan::new(&session.expect("the family's mirrors are possible"))
 }
 

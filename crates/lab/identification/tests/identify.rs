@@ -1,13 +1,14 @@
 //! Identification finds what the data support, and invents nothing.
 
+use experiments::Experiment;
 use identification::{Identification, Plan, identify};
 use measurement::Session;
 use mirror_model::{Model, Preset, Symbol};
-use virtual_mirror::{Experiment, MirrorConfig, Plan as Drives};
+use virtual_mirror::MirrorConfig;
 use virtual_sessions::{Instruments, measure};
 
 fn identified(experiments: Vec<Experiment>, instruments: Instruments) -> (Model, Identification) {
-    let session = measure(&MirrorConfig::bench(), &Drives { experiments }, instruments);
+    let session = measure(&MirrorConfig::bench(), &experiments, instruments);
     from(&session.expect("the mirror is possible"))
 }
 
@@ -18,8 +19,8 @@ fn from(session: &Session) -> (Model, Identification) {
 
 fn a_sweep_and_a_step() -> Vec<Experiment> {
     vec![
-        Experiment::sweep("sweep", 0.0, 3.5, 14, 1.0),
-        Experiment::step(5.0, 2.0, 6.0),
+        Experiment::sweep(3.5, 14, 1.0, 1),
+        Experiment::step(2.0, 6.0, 5e3).after(5.0),
     ]
 }
 
@@ -31,7 +32,7 @@ fn verdict<'a>(found: &'a Identification, what: &str) -> (bool, &'a str) {
 
 #[test]
 fn steady_points_give_no_time_constants_and_say_what_would() {
-    let sweep = Experiment::sweep("sweep", 0.0, 3.5, 14, 1.0);
+    let sweep = Experiment::sweep(3.5, 14, 1.0, 1);
     let (model, found) = identified(vec![sweep], Instruments::PositionAndCurrents);
     for what in ["a second thermal pole", "resonance", "thermal-lag"] {
         let (kept, because) = verdict(&found, what);
@@ -45,7 +46,7 @@ fn steady_points_give_no_time_constants_and_say_what_would() {
 
 #[test]
 fn too_few_seconds_give_no_slow_pole_and_no_memory() {
-    let short = Experiment::step(0.0, 2.0, 0.5);
+    let short = Experiment::step(2.0, 0.5, 5e3);
     let (model, found) = identified(vec![short], Instruments::PositionAndCurrents);
     for what in ["a slow thermal pole", "creep", "hysteresis"] {
         let (kept, because) = verdict(&found, what);
@@ -56,7 +57,7 @@ fn too_few_seconds_give_no_slow_pole_and_no_memory() {
 
 #[test]
 fn without_a_sensor_nothing_is_said_of_the_motion() {
-    let step = Experiment::step(0.0, 2.0, 6.0);
+    let step = Experiment::step(2.0, 6.0, 5e3);
     let (_, found) = identified(vec![step], Instruments::Currents);
     assert!(!verdict(&found, "resonance").0 && !verdict(&found, "creep").0);
     assert!(found.residual_rms_um.is_none() && found.residual_rms_ma.is_some());
@@ -89,22 +90,18 @@ fn a_step_shows_the_resonance_with_its_error_and_no_memory_that_is_not_there() {
 #[test]
 fn actuators_driven_alone_show_the_heat_that_goes_across() {
     let paper = MirrorConfig::paper();
-    let sweep = || Experiment::sweep("sweep", 0.0, 3.5, 7, 1.0);
-    let found = |experiments| {
-        let session = measure(
-            &paper,
-            &Drives { experiments },
-            Instruments::PositionAndCurrents,
-        );
+    let sweep = || Experiment::sweep(3.5, 7, 1.0, 1);
+    let found = |experiments: &[Experiment]| {
+        let session = measure(&paper, experiments, Instruments::PositionAndCurrents);
         from(&session.expect("the mirror is possible")).1
     };
-    let alike = found(vec![sweep()]);
+    let alike = found(&[sweep()]);
     let (kept, because) = verdict(&alike, "crosstalk");
     assert!(
         !kept && because.contains("host-tool measure single"),
         "{because}"
     );
-    let apart = found(vec![sweep(), Experiment::single(3.5, 4)]);
+    let apart = found(&[sweep(), Experiment::single(3.5, 4, 1.0).after(5.0)]);
     // Its beams lose their heat into one ledge.
     assert!(verdict(&apart, "crosstalk").0, "{apart}");
     assert!(

@@ -2,10 +2,11 @@
 
 use calibration::{JUMP_S, RefineError, TabulateError, jumps, refined, tabulate};
 use control_core::Calibration;
+use experiments::{Experiment, session as standard_session};
 use identification::Plan as FitPlan;
 use measurement::{MeasurementFile, Session};
 use mirror_model::{Model, Preset, Runaway};
-use virtual_mirror::{ConfigError, Experiment, MirrorConfig, Plan};
+use virtual_mirror::{ConfigError, MirrorConfig};
 use virtual_sessions::{Instruments, measure};
 
 use crate::record::Bench;
@@ -51,9 +52,9 @@ pub fn calibrate(config: &MirrorConfig) -> Result<(Calibration, Model), Calibrat
 }
 
 /// The standard session, with a step that is held for half a minute.
-fn plan() -> Plan {
-    let mut plan = Plan::standard(MAX_V);
-    plan.experiments.push(Experiment::step(30.0, 2.0, 30.0));
+fn plan() -> Vec<Experiment> {
+    let mut plan = standard_session(MAX_V);
+    plan.push(Experiment::step(2.0, 30.0, 5e3).after(30.0));
     plan
 }
 

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use virtual_mirror::{MirrorConfig, Plan, Session, VirtualMirror};
+use virtual_mirror::{Experiment, MirrorConfig, Plan, Session, VirtualMirror};
 
 const TICKS: u32 = 200_000;
 
@@ -44,7 +44,12 @@ fn main() {
     );
 
     let start = Instant::now();
-    let session = Session::record(&MirrorConfig::bench(), &Plan::standard(3.5)).expect("valid");
+    let volts = |second: u32| [f64::from(second % 36) * 0.1; 4];
+    let held = Experiment::held("held", 0.0, (0..300).map(|second| (volts(second), 1.0)));
+    let plan = Plan {
+        experiments: vec![held],
+    };
+    let session = Session::record(&MirrorConfig::bench(), &plan).expect("valid");
     let rows: usize = session.recordings.iter().map(|r| r.rows.len()).sum();
     println!(
         "a session of {rows} rows:          {:6.1} ms",

@@ -60,6 +60,6 @@ pub use effects::Effect;
 pub use family::Family;
 pub use mirror::{State, VirtualMirror};
 pub use paper::PaperNumbers;
-pub use plan::{Experiment, Plan};
+pub use plan::{Dwell, Experiment, Plan};
 pub use sensor::{Reading, Sensor};
 pub use session::Session;

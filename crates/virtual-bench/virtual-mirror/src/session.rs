@@ -114,9 +114,26 @@ impl Bench {
 mod tests {
     use super::*;
 
+    /// A staircase that is held, and a ramp after a prehold.
+    fn plan() -> Plan {
+        let stairs = (0..8).map(|step| ([0.5 * f64::from(step); 4], 1.0));
+        let ramp = (0..10).map(|step| ([1.0 + 0.1 * f64::from(step); 4], 0.01));
+        Plan {
+            experiments: vec![
+                Experiment::held("stairs", 0.0, stairs),
+                Experiment {
+                    prehold_v: 1.0,
+                    prehold_s: 5.0,
+                    interpolated: true,
+                    ..Experiment::held("ramp", 20.0, ramp)
+                },
+            ],
+        }
+    }
+
     #[test]
     fn a_session_has_the_plan_s_rows_and_clocks() {
-        let plan = Plan::standard(3.5);
+        let plan = plan();
         let session = Session::record(&MirrorConfig::bench(), &plan).expect("valid mirror");
         for (recording, experiment) in session.recordings.iter().zip(&plan.experiments) {
             assert_eq!(recording.rows.len(), experiment.rows.len());
@@ -131,14 +148,14 @@ mod tests {
             .last()
             .and_then(|r| r.rows.last())
             .expect("rows");
-        approx::assert_relative_eq!(last.t_global_s, 304.18, max_relative = 1e-9);
+        // 8 s of stairs, 20 s of rest, 5 s of prehold, 0.1 s of ramp.
+        approx::assert_relative_eq!(last.t_global_s, 33.1, max_relative = 1e-9);
+        approx::assert_relative_eq!(plan.duration_s(), 33.1, max_relative = 1e-9);
     }
 
     #[test]
     fn the_same_seed_records_the_same_session() {
-        let plan = Plan {
-            experiments: vec![Experiment::sweep("sweep", 0.0, 3.5, 7, 1.0)],
-        };
+        let plan = plan();
         let record =
             |seed| Session::record(&MirrorConfig::bench().with_seed(seed), &plan).expect("valid");
         assert_eq!(record(1), record(1));

@@ -1,11 +1,12 @@
 //! What a bench would measure on virtual mirrors, as measurement files.
 //!
-//! The virtual mirror knows nothing of files, and the measurement files nothing of mirrors; tests,
-//! benchmarks and the shipped sessions meet here.
+//! The virtual mirror knows nothing of the lab's experiments and files, and these nothing of mirrors; tests, benches and
+//! the shipped sessions meet here.
 
+use experiments::{Dwell, Experiment};
 use measurement::{Keys, MeasurementFile, Row, Session};
 use virtual_mirror::session::Recording;
-use virtual_mirror::{ConfigError, Experiment, MirrorConfig, Plan, Session as Recorded};
+use virtual_mirror::{ConfigError, MirrorConfig, Plan, Session as Recorded};
 
 /// Which instruments the bench has besides the drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,17 +19,23 @@ pub enum Instruments {
     Currents,
 }
 
-/// Measures `plan` on the mirror that `config` describes.
+/// Measures experiments of drives, one after the other, on the mirror that `config` describes.
 ///
 /// # Errors
 /// Where a number of `config` is out of range.
+///
+/// # Panics
+/// Where an experiment moves positions, which takes a board.
 pub fn measure(
     config: &MirrorConfig,
-    plan: &Plan,
+    experiments: &[Experiment],
     instruments: Instruments,
 ) -> Result<Session, ConfigError> {
-    let recorded = Recorded::record(config, plan)?;
-    let has_oven = plan.experiments.iter().any(|e| e.warmer_k != 0.0);
+    let plan = Plan {
+        experiments: experiments.iter().map(planned).collect(),
+    };
+    let recorded = Recorded::record(config, &plan)?;
+    let has_oven = experiments.iter().any(|e| e.ambient_rise_k != 0.0);
     let files = recorded.recordings.iter().map(|recording| {
         let keys = keys(&recording.experiment, recorded.noise_z_nm);
         let mut rows = rows(recording, instruments);
@@ -55,7 +62,28 @@ pub fn measure(
     })
 }
 
-fn keys(experiment: &Experiment, noise_z_nm: f64) -> Keys {
+/// An experiment in the virtual mirror's own terms.
+fn planned(experiment: &Experiment) -> virtual_mirror::Experiment {
+    let dwells = experiment.dwells().expect("an experiment of drives");
+    let row = |dwell: &Dwell| virtual_mirror::Dwell {
+        rest_s: dwell.rest_s,
+        dwell_s: dwell.duration_s,
+        drive_v: dwell.to_v,
+        reference_um: dwell.stage_um,
+    };
+    virtual_mirror::Experiment {
+        name: experiment.name.clone(),
+        rest_s: experiment.rest_s,
+        prehold_v: experiment.prehold.map_or(0.0, |prehold| prehold.volts),
+        prehold_s: experiment.prehold.map_or(0.0, |prehold| prehold.seconds),
+        warmer_k: experiment.ambient_rise_k,
+        interpolated: experiment.is_curved(),
+        drive: experiment.drive_formula(),
+        rows: dwells.iter().map(row).collect(),
+    }
+}
+
+fn keys(experiment: &virtual_mirror::Experiment, noise_z_nm: f64) -> Keys {
     let mut keys = Keys::default();
     keys.set("experiment", &experiment.name);
     keys.set("noise_z_nm", &noise_z_nm.to_string());
@@ -98,18 +126,17 @@ mod tests {
 
     #[test]
     fn a_session_is_read_again_as_it_was_measured() {
-        let plan = Plan {
-            experiments: vec![
-                Experiment::sweep("sweep", 0.0, 3.5, 7, 1.0),
-                Experiment::sine(1.0, 0.5, 1.0, 1),
-            ],
-        };
+        let experiments = [
+            Experiment::sweep(3.5, 7, 1.0, 1),
+            Experiment::sine(1.0, 0.5, 1.0, 1),
+        ];
         for instruments in [
             Instruments::PositionAndCurrents,
             Instruments::Position,
             Instruments::Currents,
         ] {
-            let session = measure(&MirrorConfig::bench(), &plan, instruments).expect("possible");
+            let session =
+                measure(&MirrorConfig::bench(), &experiments, instruments).expect("possible");
             assert_eq!(session.files.len(), 2);
             for (name, file) in session.files {
                 let again = MeasurementFile::parse(&name, &file.to_string()).expect("readable");

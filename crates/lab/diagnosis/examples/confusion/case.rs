@@ -3,9 +3,10 @@
 use crate::Arguments;
 use clap::ValueEnum;
 use diagnosis::family::CALIBRATING;
+use experiments::Experiment;
 use identification::Plan;
 use std::fmt;
-use virtual_mirror::{ConfigError, Effect, Experiment, Family, MirrorConfig, Plan as Drives};
+use virtual_mirror::{ConfigError, Effect, Family, MirrorConfig};
 use virtual_sessions::measure;
 
 /// No approximation and no threshold was calibrated on these.
@@ -173,11 +174,11 @@ impl Case {
             _ => virtual_sessions::Instruments::PositionAndCurrents,
         };
         let drives = match self.instruments {
-            Instruments::WithOvenAndStage => Drives::with_oven_and_reference(3.5),
-            Instruments::Sweep | Instruments::SweepOfCurrents => Drives {
-                experiments: vec![Experiment::sweep("sweep", 0.0, 3.5, 35, 1.0)],
-            },
-            _ => Drives::standard(3.5),
+            Instruments::WithOvenAndStage => experiments::with_oven_and_reference(3.5),
+            Instruments::Sweep | Instruments::SweepOfCurrents => {
+                vec![Experiment::sweep(3.5, 35, 1.0, 1)]
+            }
+            _ => experiments::session(3.5),
         };
         Ok(Plan::new(&measure(config, &drives, instruments)?))
     }
