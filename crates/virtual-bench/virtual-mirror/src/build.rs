@@ -7,24 +7,24 @@ use rand_distr::{Distribution, StandardNormal};
 use crate::config::{MirrorConfig, Segment};
 use crate::effects::heat::LossLaw;
 use crate::effects::resistance::{leads, saturation};
-use crate::lanes::Lanes;
 use crate::material::{Laminate, Materials};
+use crate::per_actuator::PerActuator;
 use crate::shape::{Bend, Shape};
 use crate::thermal::{Cell, LumpNode, Network};
 
 /// The four actuators' factors, 1 on average.
 struct Draws {
-    ohm: Lanes,
-    tcr: Lanes,
-    air_loss: Lanes,
-    bend: Lanes,
+    ohm: PerActuator,
+    tcr: PerActuator,
+    air_loss: PerActuator,
+    bend: PerActuator,
 }
 
 impl Draws {
     fn new(config: &MirrorConfig) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(config.seed);
         let mut factors = |sd: f64, trim: [f64; 4]| {
-            Lanes(trim.map(|trim| {
+            PerActuator(trim.map(|trim| {
                 let normal: f64 = StandardNormal.sample(&mut rng);
                 trim * (1.0 + sd * normal.clamp(-2.0, 2.0))
             }))
@@ -100,20 +100,20 @@ fn network(config: &MirrorConfig, slices: &[Slice], draws: &Draws) -> Network {
             0.0
         };
         Cell {
-            inv_capacity: Lanes::splat(
+            inv_capacity: PerActuator::splat(
                 1.0 / (slice.films.heat_j_m2_k * slice.width * slice.length),
             ),
-            to_next: Lanes::splat(1.0 / (slice.half() + onward)),
+            to_next: PerActuator::splat(1.0 / (slice.half() + onward)),
             to_air: draws.air_loss * (slice.segment.air_loss_w_m_k * slice.length),
             ohm: draws.ohm * (config.heater.ohm * share),
-            to_gap: Lanes::ZERO,
+            to_gap: PerActuator::ZERO,
             surface: 2.0 * slice.width * slice.length,
         }
     };
     let (frame, package, frame_to_package) = substrate(config);
     Network {
         cells: slices.iter().enumerate().map(cell).collect(),
-        to_frame: Lanes::splat(1.0 / slices[0].half()),
+        to_frame: PerActuator::splat(1.0 / slices[0].half()),
         lumps: [plate(config), frame, package],
         frame_to_package,
         air_to_frame: if config.frame.is_some() {
@@ -121,12 +121,12 @@ fn network(config: &MirrorConfig, slices: &[Slice], draws: &Draws) -> Network {
         } else {
             0.0
         },
-        stagnant: Lanes::ZERO,
+        stagnant: PerActuator::ZERO,
         loss: LossLaw::new(&config.effects, config.ambient_c, 0.0),
         tcr: draws.tcr * config.heater.tcr_per_k,
         tcr_tail: saturation(&config.effects),
         leads: leads(&config.effects, config.seed),
-        aged: Lanes::splat(1.0),
+        aged: PerActuator::splat(1.0),
         ambient: 0.0,
         warmer: 0.0,
     }

@@ -8,8 +8,8 @@ use crate::effects::Effects;
 use crate::effects::memory::{Memory, Stiction};
 use crate::effects::reading::filter_hz;
 use crate::effects::structure::reconstruct;
-use crate::lanes::Lanes;
 use crate::motion::{Course, Flow, Mode};
+use crate::per_actuator::PerActuator;
 use crate::shape::{Displacement, Shape};
 use crate::slow::Slow;
 use crate::thermal::{Drive, Field, Network, Stepper};
@@ -67,16 +67,16 @@ pub struct VirtualMirror {
     stiction: Option<Stiction>,
     slow: Option<Slow>,
     /// Plastic strain of every cell (K).
-    plastic: Vec<Lanes>,
+    plastic: Vec<PerActuator>,
     stepper: Stepper,
     /// Step that the error control would take next (s).
     stride: f64,
     time: f64,
-    drive: Lanes,
+    drive: PerActuator,
     theta: Field,
     rate: Field,
     /// Rate of temperatures belongs to this drive; after a jump it is stale.
-    rate_drive: Lanes,
+    rate_drive: PerActuator,
     next: Field,
     next_rate: Field,
     /// Static displacement of the actuators, and where it goes in the step being taken.
@@ -119,12 +119,12 @@ impl VirtualMirror {
             next_memory: memory,
             stiction: Stiction::new(&config.effects),
             slow: Slow::new(config, &network),
-            plastic: vec![Lanes::ZERO; cells],
+            plastic: vec![PerActuator::ZERO; cells],
             network,
             stride: 1e-4,
             time: 0.0,
-            drive: Lanes::ZERO,
-            rate_drive: Lanes::ZERO,
+            drive: PerActuator::ZERO,
+            rate_drive: PerActuator::ZERO,
             theta: zero.clone(),
             rate: zero.clone(),
             next: zero.clone(),
@@ -197,9 +197,9 @@ impl VirtualMirror {
         }
     }
 
-    fn admit(&self, drive: [f64; 4]) -> Lanes {
+    fn admit(&self, drive: [f64; 4]) -> PerActuator {
         let limit = self.drive_limit;
-        Lanes(drive.map(|volts| {
+        PerActuator(drive.map(|volts| {
             if volts.is_nan() {
                 0.0
             } else {
@@ -334,7 +334,7 @@ impl VirtualMirror {
     /// Piston and tilts of a rigid plate whose four edges the actuators hold alike.
     fn coordinates(&self, memory: &Memory, still: &Displacement, rate: &Field) -> [Flow; 3] {
         let (value, rate) = memory.outlet(still.value, still.rate(rate));
-        let flow = |part: &dyn Fn(&Lanes) -> f64| Flow {
+        let flow = |part: &dyn Fn(&PerActuator) -> f64| Flow {
             value: part(&value),
             rate: part(&rate),
         };
@@ -374,8 +374,8 @@ mod tests {
         let end = |steps: u32| {
             let mut mirror = VirtualMirror::new(&MirrorConfig::bench()).expect("valid mirror");
             let drive = Drive {
-                from: Lanes::ZERO,
-                to: Lanes::splat(1.0),
+                from: PerActuator::ZERO,
+                to: PerActuator::splat(1.0),
             };
             for step in 0..steps {
                 let at = |step: u32| drive.at(f64::from(step) / f64::from(steps));

@@ -4,7 +4,7 @@
 use crate::config::ShapeConfig;
 use crate::effects::Effects;
 use crate::effects::structure::expansion;
-use crate::lanes::Lanes;
+use crate::per_actuator::PerActuator;
 use crate::thermal::Field;
 
 /// How one cell bends.
@@ -13,7 +13,7 @@ pub(crate) struct Bend {
     /// Length along the beam (m).
     pub(crate) length: f64,
     /// Curvature per kelvin (1/(m K)), positive towards the substrate.
-    pub(crate) curvature: Lanes,
+    pub(crate) curvature: PerActuator,
     /// How far the cell gives to a bending moment, in any unit: the cells of a half share its clamping by it.
     pub(crate) compliance: f64,
     /// Belongs to the half from the fold to the plate.
@@ -25,7 +25,7 @@ pub(crate) struct Bend {
 struct Cell {
     length: f64,
     /// Slope that one kelvin adds over the cell (rad/K).
-    slope: Lanes,
+    slope: PerActuator,
     /// Part of its half's end slope that clamping takes back over this cell.
     share: f64,
     /// Slope of the cold beam at the middle of the cell (rad), positive upwards.
@@ -36,19 +36,19 @@ struct Cell {
 #[derive(Clone, Debug)]
 pub(crate) struct Displacement {
     /// From the cold position, towards the substrate (m).
-    pub(crate) value: Lanes,
+    pub(crate) value: PerActuator,
     /// Its derivative by the temperature of every cell (m/K).
-    gradient: Vec<Lanes>,
+    gradient: Vec<PerActuator>,
     /// Expansion of every cell, in kelvins of the linear law, and its derivative by temperature.
-    strain: Vec<Lanes>,
-    by_kelvin: Vec<Lanes>,
+    strain: Vec<PerActuator>,
+    by_kelvin: Vec<PerActuator>,
 }
 
 impl Displacement {
     pub(crate) fn none(cells: usize) -> Self {
-        let zero = vec![Lanes::ZERO; cells];
+        let zero = vec![PerActuator::ZERO; cells];
         Self {
-            value: Lanes::ZERO,
+            value: PerActuator::ZERO,
             gradient: zero.clone(),
             strain: zero.clone(),
             by_kelvin: zero,
@@ -56,11 +56,11 @@ impl Displacement {
     }
 
     /// How fast the ends move (m/s) when the temperatures change at `rate`.
-    pub(crate) fn rate(&self, rate: &Field) -> Lanes {
+    pub(crate) fn rate(&self, rate: &Field) -> PerActuator {
         self.gradient
             .iter()
             .zip(rate.beams())
-            .fold(Lanes::ZERO, |sum, (g, r)| sum + *g * *r)
+            .fold(PerActuator::ZERO, |sum, (g, r)| sum + *g * *r)
     }
 }
 
@@ -126,8 +126,8 @@ impl Shape {
 
     /// Slope at the middle of every cell of the average beam, all of it a kelvin warm.
     fn slopes_of_a_kelvin(&self) -> Vec<f64> {
-        let average = |lanes: Lanes| 0.25 * lanes.sum();
-        let warm = vec![Lanes::splat(1.0); self.cells.len()];
+        let average = |each: PerActuator| 0.25 * each.sum();
+        let warm = vec![PerActuator::splat(1.0); self.cells.len()];
         let ends = self.free_ends(&warm).map(average);
         let mut slope = 0.0;
         let middle = |(i, cell): (usize, &Cell)| {
@@ -139,12 +139,14 @@ impl Shape {
     }
 
     /// Slopes that the two halves would end with if nothing clamped them.
-    fn free_ends(&self, theta: &[Lanes]) -> [Lanes; 2] {
-        let end = |cells: &[Cell], theta: &[Lanes]| {
+    fn free_ends(&self, theta: &[PerActuator]) -> [PerActuator; 2] {
+        let end = |cells: &[Cell], theta: &[PerActuator]| {
             cells
                 .iter()
                 .zip(theta)
-                .fold(Lanes::ZERO, |sum, (cell, theta)| sum + cell.slope * *theta)
+                .fold(PerActuator::ZERO, |sum, (cell, theta)| {
+                    sum + cell.slope * *theta
+                })
         };
         let ((out, back), (out_theta, back_theta)) =
             (self.cells.split_at(self.fold), theta.split_at(self.fold));
@@ -153,12 +155,12 @@ impl Shape {
 
     /// Expansion of a cell, in kelvins of the linear law, and its derivative.
     #[inline(always)]
-    fn expand(&self, theta: Lanes) -> (Lanes, Lanes) {
-        let (one, [p, q]) = (Lanes::splat(1.0), self.expansion);
-        let bend = theta * (Lanes::splat(p) + theta * q);
+    fn expand(&self, theta: PerActuator) -> (PerActuator, PerActuator) {
+        let (one, [p, q]) = (PerActuator::splat(1.0), self.expansion);
+        let bend = theta * (PerActuator::splat(p) + theta * q);
         (
             theta * (one + bend),
-            one + bend + theta * (Lanes::splat(p) + theta * (2.0 * q)),
+            one + bend + theta * (PerActuator::splat(p) + theta * (2.0 * q)),
         )
     }
 
@@ -168,17 +170,17 @@ impl Shape {
         &self,
         theta: &Field,
         ambient: f64,
-        plastic: &[Lanes],
+        plastic: &[PerActuator],
         moved: &mut Displacement,
     ) {
         for (i, theta) in theta.beams().iter().enumerate() {
-            let (strain, by_kelvin) = self.expand(*theta + Lanes::splat(ambient));
+            let (strain, by_kelvin) = self.expand(*theta + PerActuator::splat(ambient));
             moved.strain[i] = strain - plastic[i];
             moved.by_kelvin[i] = by_kelvin;
         }
         let ends = self.free_ends(&moved.strain);
-        let mut slope = Lanes::ZERO;
-        let mut drop = Lanes::splat(self.rest_height);
+        let mut slope = PerActuator::ZERO;
+        let mut drop = PerActuator::splat(self.rest_height);
         for (half, range) in [0..self.fold, self.fold..self.cells.len()]
             .into_iter()
             .enumerate()
@@ -187,7 +189,7 @@ impl Shape {
             let strained = self.cells[range.clone()].iter().zip(&moved.strain[range]);
             for ((cell, strain), along) in strained.zip(gradient) {
                 let gain = cell.slope * *strain - ends[half] * cell.share;
-                let (sin, cos) = (slope + gain * 0.5 - Lanes::splat(cell.rest)).sin_cos();
+                let (sin, cos) = (slope + gain * 0.5 - PerActuator::splat(cell.rest)).sin_cos();
                 drop += sin * cell.length;
                 *along = cos * cell.length;
                 slope += gain;
@@ -200,11 +202,11 @@ impl Shape {
     /// From how much each cell's own slope moves the end to how much its temperature does: slope added in one cell
     /// tilts all that follow, and clamping takes its part back from the whole half.
     fn turn_into_gradient(&self, moved: &mut Displacement) {
-        let mut beyond = Lanes::ZERO;
+        let mut beyond = PerActuator::ZERO;
         for range in [self.fold..self.cells.len(), 0..self.fold] {
             let cells = &self.cells[range.clone()];
             let (along, by_kelvin) = (&mut moved.gradient[range.clone()], &moved.by_kelvin[range]);
-            let mut taken_back = Lanes::ZERO;
+            let mut taken_back = PerActuator::ZERO;
             for (cell, along) in cells.iter().zip(along.iter_mut()).rev() {
                 let lever = beyond + *along * 0.5;
                 beyond += *along;
@@ -226,7 +228,7 @@ mod tests {
     fn shape(rest_height_um: f64, clamp: f64) -> Shape {
         let bend = |i| Bend {
             length: 25e-6,
-            curvature: Lanes::splat(if i / 5 % 2 == 1 {
+            curvature: PerActuator::splat(if i / 5 % 2 == 1 {
                 -12.0
             } else {
                 12.0 + 0.1 * f64::from(i)
@@ -248,13 +250,13 @@ mod tests {
 
     fn uniform(kelvin: f64) -> Field {
         let mut field = Field::zero(20);
-        field.rows_mut().fill(Lanes::splat(kelvin));
+        field.rows_mut().fill(PerActuator::splat(kelvin));
         field
     }
 
     fn displaced(shape: &Shape, theta: &Field) -> Displacement {
         let mut moved = Displacement::none(20);
-        shape.displace(theta, 0.0, &[Lanes::ZERO; 20], &mut moved);
+        shape.displace(theta, 0.0, &[PerActuator::ZERO; 20], &mut moved);
         moved
     }
 
@@ -262,7 +264,7 @@ mod tests {
     fn a_flat_s_rises_by_two_arcs() {
         let bend = |i| Bend {
             length: 25e-6,
-            curvature: Lanes::splat(if i < 10 { 12.0 } else { -12.0 }),
+            curvature: PerActuator::splat(if i < 10 { 12.0 } else { -12.0 }),
             compliance: 1.0,
             turned: false,
         };
@@ -296,7 +298,7 @@ mod tests {
         let shape = shape(20.0, 0.3);
         let theta = |nudge: f64, at: usize| {
             let mut field = uniform(60.0);
-            field.rows_mut()[at] += Lanes::splat(nudge);
+            field.rows_mut()[at] += PerActuator::splat(nudge);
             displaced(&shape, &field)
         };
         for cell in 0..20 {

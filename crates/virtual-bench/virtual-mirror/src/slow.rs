@@ -5,7 +5,7 @@ use crate::config::MirrorConfig;
 use crate::effects::heat::{AmbientDrift, Gap, Stagnant};
 use crate::effects::memory::Yield;
 use crate::effects::resistance::{Aging, LooseContact};
-use crate::lanes::Lanes;
+use crate::per_actuator::PerActuator;
 use crate::thermal::{Field, Network};
 
 /// The slow effects that are on.
@@ -17,7 +17,7 @@ pub(crate) struct Slow {
     gap: Option<Gap>,
     stagnant: Option<Stagnant>,
     softening: Option<Yield>,
-    leads: Lanes,
+    leads: PerActuator,
 }
 
 impl Slow {
@@ -47,7 +47,7 @@ impl Slow {
     }
 
     /// Sets the network to what holds in a step that ends at `time` (s) and has the beams' ends at `end` (m) halfway.
-    pub(crate) fn prepare(&self, network: &mut Network, time: f64, end: Lanes) {
+    pub(crate) fn prepare(&self, network: &mut Network, time: f64, end: PerActuator) {
         if let Some(drift) = &self.drift {
             network.ambient = network.warmer + drift.kelvin(time);
         }
@@ -58,7 +58,7 @@ impl Slow {
             let cells = network.cells.len() as f64;
             for (i, cell) in network.cells.iter_mut().enumerate() {
                 let growth = gap.growth(end, (i as f64 + 0.5) / cells);
-                cell.to_gap = cell.to_air * (growth - Lanes::splat(1.0));
+                cell.to_gap = cell.to_air * (growth - PerActuator::splat(1.0));
             }
         }
     }
@@ -67,7 +67,7 @@ impl Slow {
     pub(crate) fn leave(
         &self,
         network: &mut Network,
-        plastic: &mut [Lanes],
+        plastic: &mut [PerActuator],
         theta: &Field,
         h: f64,
     ) {

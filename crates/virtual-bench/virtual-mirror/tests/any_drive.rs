@@ -10,8 +10,8 @@ fn all_finite(state: &State) -> bool {
         state.tilt_y_deg,
         state.hottest_k,
     ];
-    let lanes = state.current_a.iter().chain(&state.heater_mean_k);
-    scalars.iter().chain(lanes).all(|x| x.is_finite())
+    let per_actuator = state.current_a.iter().chain(&state.heater_mean_k);
+    scalars.iter().chain(per_actuator).all(|x| x.is_finite())
 }
 
 fn any_bits() -> impl Strategy<Value = f64> {

@@ -1,7 +1,7 @@
 //! What changes between heat and temperature: losses that are not linear, and neighbours.
 
 use super::{Effect, Effects};
-use crate::lanes::Lanes;
+use crate::per_actuator::PerActuator;
 
 const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
 
@@ -65,9 +65,9 @@ impl Gap {
 
     /// By what factor the air loss of a cell grows when the beam's end has moved down by `end` (m); `along` is the
     /// cell's place, 0 at the substrate and 1 at the plate.
-    pub(crate) fn growth(&self, end: Lanes, along: f64) -> Lanes {
+    pub(crate) fn growth(&self, end: PerActuator, along: f64) -> PerActuator {
         let closed = end.map(|end| (end * along / Self::OPEN).clamp(-0.5, 0.85));
-        Lanes::splat(1.0) + (closed / (Lanes::splat(1.0) - closed)) * self.part
+        PerActuator::splat(1.0) + (closed / (PerActuator::splat(1.0) - closed)) * self.part
     }
 }
 
@@ -109,7 +109,7 @@ impl Stagnant {
     }
 
     /// Its temperature (K above ambient), now at `kelvin`, after `h` more seconds around beams of this mean temperature.
-    pub(crate) fn advanced(&self, kelvin: Lanes, mean: Lanes, h: f64) -> Lanes {
+    pub(crate) fn advanced(&self, kelvin: PerActuator, mean: PerActuator, h: f64) -> PerActuator {
         let come = 1.0 - (-h / Self::TAU).exp();
         kelvin + (mean * self.part - kelvin) * come
     }

@@ -1,7 +1,7 @@
 //! What the displacement remembers: friction, relaxation, yield, contact.
 
 use super::{Effect, Effects};
-use crate::lanes::Lanes;
+use crate::per_actuator::PerActuator;
 
 /// Dahl friction: a force that builds up over a length and saturates, with the direction of motion.
 #[derive(Clone, Copy, Debug)]
@@ -10,7 +10,7 @@ struct Friction {
     height: f64,
     /// Motion over which it turns round (m).
     length: f64,
-    held_back: Lanes,
+    held_back: PerActuator,
 }
 
 impl Friction {
@@ -18,11 +18,11 @@ impl Friction {
         Self {
             height: 0.8e-6 * strength,
             length: 12e-6,
-            held_back: Lanes::ZERO,
+            held_back: PerActuator::ZERO,
         }
     }
 
-    fn advanced(mut self, moved: Lanes) -> Self {
+    fn advanced(mut self, moved: PerActuator) -> Self {
         let target = moved.map(|m| {
             if m == 0.0 {
                 0.0
@@ -35,7 +35,7 @@ impl Friction {
         self
     }
 
-    fn rate(&self, rate: Lanes) -> Lanes {
+    fn rate(&self, rate: PerActuator) -> PerActuator {
         let target = rate.map(|r| {
             if r == 0.0 {
                 0.0
@@ -60,19 +60,19 @@ const CREEP: [(f64, f64); 5] = [
 #[derive(Clone, Copy, Debug)]
 struct Creep {
     compliance: f64,
-    crept: [Lanes; CREEP.len()],
+    crept: [PerActuator; CREEP.len()],
 }
 
 impl Creep {
     fn new(strength: f64) -> Self {
         Self {
             compliance: 0.02 * strength,
-            crept: [Lanes::ZERO; CREEP.len()],
+            crept: [PerActuator::ZERO; CREEP.len()],
         }
     }
 
     /// Exact for an input that moves in a straight line.
-    fn advanced(mut self, from: Lanes, to: Lanes, h: f64) -> Self {
+    fn advanced(mut self, from: PerActuator, to: PerActuator, h: f64) -> Self {
         for (crept, (tau, _)) in self.crept.iter_mut().zip(CREEP) {
             let left = (-h / tau).exp();
             let lag = (to - from) * (tau / h);
@@ -81,19 +81,19 @@ impl Creep {
         self
     }
 
-    fn extra(&self) -> Lanes {
+    fn extra(&self) -> PerActuator {
         let elements = self.crept.iter().zip(CREEP);
-        elements.fold(Lanes::ZERO, |sum, (crept, (_, weight))| {
+        elements.fold(PerActuator::ZERO, |sum, (crept, (_, weight))| {
             sum + *crept * weight
         }) * self.compliance
     }
 
-    fn rate(&self, input: Lanes) -> Lanes {
+    fn rate(&self, input: PerActuator) -> PerActuator {
         let elements = self.crept.iter().zip(CREEP);
-        let rate = |sum, (crept, (tau, weight)): (&Lanes, (f64, f64))| {
+        let rate = |sum, (crept, (tau, weight)): (&PerActuator, (f64, f64))| {
             sum + (input - *crept) * (weight / tau)
         };
-        elements.fold(Lanes::ZERO, rate) * self.compliance
+        elements.fold(PerActuator::ZERO, rate) * self.compliance
     }
 }
 
@@ -113,14 +113,18 @@ impl Memory {
     }
 
     /// The history after the static displacement has moved on within `h` seconds.
-    pub(crate) fn advanced(mut self, from: Lanes, to: Lanes, h: f64) -> Self {
+    pub(crate) fn advanced(mut self, from: PerActuator, to: PerActuator, h: f64) -> Self {
         self.friction = self.friction.map(|friction| friction.advanced(to - from));
         self.creep = self.creep.map(|creep| creep.advanced(from, to, h));
         self
     }
 
     /// Displacement and its rate with history, from those without.
-    pub(crate) fn outlet(&self, value: Lanes, rate: Lanes) -> (Lanes, Lanes) {
+    pub(crate) fn outlet(
+        &self,
+        value: PerActuator,
+        rate: PerActuator,
+    ) -> (PerActuator, PerActuator) {
         let (mut with, mut with_rate) = (value, rate);
         if let Some(friction) = &self.friction {
             with = with - friction.held_back;
@@ -150,8 +154,8 @@ impl Yield {
     }
 
     /// Plastic strain of a cell (as kelvins of expansion) that has now seen `theta`.
-    pub(crate) fn advanced(&self, plastic: Lanes, theta: Lanes) -> Lanes {
-        plastic.max((theta - Lanes::splat(self.above_k)) * self.kept)
+    pub(crate) fn advanced(&self, plastic: PerActuator, theta: PerActuator) -> PerActuator {
+        plastic.max((theta - PerActuator::splat(self.above_k)) * self.kept)
     }
 }
 
@@ -206,11 +210,19 @@ mod tests {
             for part in 1..=parts {
                 let to = at + (turn - at) * f64::from(part) / f64::from(parts);
                 let from = at + (turn - at) * f64::from(part - 1) / f64::from(parts);
-                memory = memory.advanced(Lanes::splat(from * 1e-6), Lanes::splat(to * 1e-6), h);
+                memory = memory.advanced(
+                    PerActuator::splat(from * 1e-6),
+                    PerActuator::splat(to * 1e-6),
+                    h,
+                );
             }
             at = *turn;
         }
-        memory.outlet(Lanes::splat(at * 1e-6), Lanes::ZERO).0.0[0] * 1e6
+        memory
+            .outlet(PerActuator::splat(at * 1e-6), PerActuator::ZERO)
+            .0
+            .0[0]
+            * 1e6
     }
 
     #[test]
@@ -250,9 +262,9 @@ mod tests {
         let mut effects = Effects::default();
         effects.set(Effect::Softening, 1.0);
         let films = Yield::new(&effects).expect("softening is on");
-        let hot = films.advanced(Lanes::ZERO, Lanes::splat(105.0));
+        let hot = films.advanced(PerActuator::ZERO, PerActuator::splat(105.0));
         assert_eq!(hot.0[0], 2.0);
-        assert_eq!(films.advanced(hot, Lanes::splat(20.0)), hot);
+        assert_eq!(films.advanced(hot, PerActuator::splat(20.0)), hot);
     }
 
     #[test]

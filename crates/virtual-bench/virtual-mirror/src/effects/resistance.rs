@@ -4,15 +4,15 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{Effect, Effects};
-use crate::lanes::Lanes;
+use crate::per_actuator::PerActuator;
 
 /// Resistance in series with each heater (ohm).
-pub(crate) fn leads(effects: &Effects, seed: u64) -> Lanes {
+pub(crate) fn leads(effects: &Effects, seed: u64) -> PerActuator {
     let Some(strength) = effects.active(Effect::SeriesResistance) else {
-        return Lanes::ZERO;
+        return PerActuator::ZERO;
     };
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x1ead);
-    Lanes(std::array::from_fn(|_| {
+    PerActuator(std::array::from_fn(|_| {
         strength * rng.random_range(5.0..9.0)
     }))
 }
@@ -39,7 +39,7 @@ impl Aging {
 
     /// Resistance, relative to new, after `h` more seconds at `mean` temperature (K above ambient): an activated
     /// process, 20 K an e-fold about 100 K, that slows as it proceeds.
-    pub(crate) fn advanced(&self, aged: Lanes, mean: Lanes, h: f64) -> Lanes {
+    pub(crate) fn advanced(&self, aged: PerActuator, mean: PerActuator, h: f64) -> PerActuator {
         let rate =
             mean.map(|kelvin| self.per_second * ((kelvin - 100.0) / 20.0).clamp(-20.0, 5.0).exp());
         let grown = rate.map(|rate| rate * h);
@@ -51,24 +51,24 @@ impl Aging {
 /// One bond wire whose contact comes and goes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LooseContact {
-    lane: usize,
+    actuator: usize,
     ohm: f64,
 }
 
 impl LooseContact {
     pub(crate) fn new(effects: &Effects, seed: u64) -> Option<Self> {
-        let lane = ChaCha8Rng::seed_from_u64(seed ^ 0x100e).random_range(0..4);
+        let actuator = ChaCha8Rng::seed_from_u64(seed ^ 0x100e).random_range(0..4);
         effects.active(Effect::LooseContact).map(|strength| Self {
-            lane,
+            actuator,
             ohm: 5.0 * strength,
         })
     }
 
     /// Resistance that it adds at a time (ohm): bad for spells of seconds, in a pattern that does not repeat soon.
-    pub(crate) fn ohm(&self, time: f64) -> Lanes {
+    pub(crate) fn ohm(&self, time: f64) -> PerActuator {
         let bad = (time * 0.37).sin() + (time * 0.83).sin() + (time * 0.151).sin() > 1.2;
-        let mut ohm = Lanes::ZERO;
-        ohm.0[self.lane] = if bad { self.ohm } else { 0.0 };
+        let mut ohm = PerActuator::ZERO;
+        ohm.0[self.actuator] = if bad { self.ohm } else { 0.0 };
         ohm
     }
 }

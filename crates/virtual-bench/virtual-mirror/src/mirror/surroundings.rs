@@ -2,7 +2,7 @@
 
 use super::VirtualMirror;
 use crate::effects::heat::LossLaw;
-use crate::lanes::Lanes;
+use crate::per_actuator::PerActuator;
 
 /// Time in which the room jumps to another temperature, for what remembers motion (s).
 const JUMP_S: f64 = 1e-6;
@@ -26,7 +26,7 @@ impl VirtualMirror {
             &mut self.still,
         );
         self.memory = self.memory.advanced(before, self.still.value, JUMP_S);
-        self.rate_drive = Lanes::splat(f64::NAN);
+        self.rate_drive = PerActuator::splat(f64::NAN);
     }
 
     /// Moves the stage that the whole mirror is on: the sensor sees its target `um` further in the direction of the substrate.

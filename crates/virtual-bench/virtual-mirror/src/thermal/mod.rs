@@ -7,7 +7,7 @@ mod solver;
 pub(crate) use network::{Cell, LumpNode, Network};
 pub(crate) use rosenbrock::Stepper;
 
-use crate::lanes::Lanes;
+use crate::per_actuator::PerActuator;
 
 /// Bodies shared by the four beams, in this order in a field's last row.
 pub(crate) const PLATE: usize = 0;
@@ -17,26 +17,26 @@ pub(crate) const PACKAGE: usize = 2;
 /// Temperatures above ambient (K) or their rates (K/s): one row a cell from the substrate to the plate, each with its
 /// four actuators, and a last row for plate, frame and package, so that sums of fields are one loop.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Field(Vec<Lanes>);
+pub(crate) struct Field(Vec<PerActuator>);
 
 impl Field {
     pub(crate) fn zero(cells: usize) -> Self {
-        Self(vec![Lanes::ZERO; cells + 1])
+        Self(vec![PerActuator::ZERO; cells + 1])
     }
 
-    pub(crate) fn rows(&self) -> &[Lanes] {
+    pub(crate) fn rows(&self) -> &[PerActuator] {
         &self.0
     }
 
-    pub(crate) fn rows_mut(&mut self) -> &mut [Lanes] {
+    pub(crate) fn rows_mut(&mut self) -> &mut [PerActuator] {
         &mut self.0
     }
 
-    pub(crate) fn beams(&self) -> &[Lanes] {
+    pub(crate) fn beams(&self) -> &[PerActuator] {
         &self.0[..self.0.len() - 1]
     }
 
-    pub(crate) fn lumps(&self) -> &Lanes {
+    pub(crate) fn lumps(&self) -> &PerActuator {
         &self.0[self.0.len() - 1]
     }
 
@@ -55,13 +55,13 @@ impl Field {
 /// The drive during a step: held, or moving in a straight line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Drive {
-    pub(crate) from: Lanes,
-    pub(crate) to: Lanes,
+    pub(crate) from: PerActuator,
+    pub(crate) to: PerActuator,
 }
 
 impl Drive {
     /// Volts at a fraction of the step.
-    pub(crate) fn at(&self, fraction: f64) -> Lanes {
+    pub(crate) fn at(&self, fraction: f64) -> PerActuator {
         self.from + (self.to - self.from) * fraction
     }
 }

@@ -3,7 +3,7 @@
 
 use super::solver::{Point, Solver};
 use super::{Drive, Field, Network};
-use crate::lanes::Lanes;
+use crate::per_actuator::PerActuator;
 
 type Tableau = [[f64; 4]; 4];
 
@@ -97,14 +97,14 @@ const STALE_K: f64 = 20.0;
 #[derive(Clone, Copy, Debug, Default)]
 struct Basis {
     step: f64,
-    volts_squared: Lanes,
+    volts_squared: PerActuator,
     /// Temperature halfway along the beams.
-    theta: Lanes,
+    theta: PerActuator,
 }
 
 impl Basis {
     fn serves(&self, other: &Self) -> bool {
-        let moved = |a: Lanes, b: Lanes| (a - b).abs().largest();
+        let moved = |a: PerActuator, b: PerActuator| (a - b).abs().largest();
         self.step == other.step
             && moved(self.volts_squared, other.volts_squared) < STALE_V2
             && moved(self.theta, other.theta) < STALE_K
@@ -181,7 +181,7 @@ impl Stepper {
             .zip(u1.rows())
             .zip(u2.rows().iter().zip(u3.rows()))
             .zip(u4.rows());
-        let mut worst = Lanes::ZERO;
+        let mut worst = PerActuator::ZERO;
         for (((to, u1), (u2, u3)), u4) in rows {
             *to += *u4;
             worst = worst

@@ -2,21 +2,21 @@
 //! by their Schur complement.
 
 use super::{Cell, FRAME, Field, Network, PACKAGE, PLATE};
-use crate::lanes::Lanes;
+use crate::per_actuator::PerActuator;
 
 /// One row of the factorised beams.
 #[derive(Clone, Copy, Debug, Default)]
 struct Row {
     /// Forward: `y = r pivot + y_previous carry`.
-    pivot: Lanes,
-    carry: Lanes,
+    pivot: PerActuator,
+    carry: PerActuator,
     /// Backward: `x = y + x_next back`.
-    back: Lanes,
+    back: PerActuator,
     /// Response to one kelvin of the frame and of the plate.
-    to_frame: Lanes,
-    to_plate: Lanes,
+    to_frame: PerActuator,
+    to_plate: PerActuator,
     /// What the cell feeds into the frame.
-    frame_gain: Lanes,
+    frame_gain: PerActuator,
 }
 
 /// What the matrix is taken at; the method keeps its order when they have moved on since.
@@ -24,7 +24,7 @@ struct Row {
 pub(crate) struct Point<'a> {
     pub(crate) theta: &'a Field,
     /// Square of the current (A2).
-    pub(crate) heating: Lanes,
+    pub(crate) heating: PerActuator,
 }
 
 /// The factorised matrix for one shift `s`.
@@ -32,7 +32,7 @@ pub(crate) struct Point<'a> {
 pub(crate) struct Solver {
     rows: Vec<Row>,
     /// What the ends of the beams feed into the plate.
-    plate_gain: Lanes,
+    plate_gain: PerActuator,
     /// Whether cells beyond the first feed the frame.
     warms_frame: bool,
     /// Inverse of the Schur complement of the shared bodies.
@@ -43,7 +43,7 @@ impl Solver {
     pub(crate) fn new(cells: usize) -> Self {
         Self {
             rows: vec![Row::default(); cells],
-            plate_gain: Lanes::ZERO,
+            plate_gain: PerActuator::ZERO,
             warms_frame: false,
             lumps: [[0.0; 3]; 3],
         }
@@ -54,12 +54,12 @@ impl Solver {
         self.factorise_beams(network, s, at);
         let n = self.rows.len();
         let last = &network.cells[n - 1];
-        let mut source = vec![Lanes::ZERO; n];
+        let mut source = vec![PerActuator::ZERO; n];
         source[n - 1] = last.to_next * last.inv_capacity;
         self.respond(source, |row, x| row.to_plate = x);
 
         let from_air = |cell: &Cell| cell.to_air * network.air_to_frame;
-        let mut source: Vec<Lanes> = network.cells.iter().map(from_air).collect();
+        let mut source: Vec<PerActuator> = network.cells.iter().map(from_air).collect();
         source[0] += network.to_frame;
         for ((row, source), cell) in self.rows.iter_mut().zip(&mut source).zip(&network.cells) {
             row.frame_gain = *source * network.lumps[FRAME].inv_capacity;
@@ -78,25 +78,25 @@ impl Solver {
         for (i, (row, (cell, theta))) in self.rows.iter_mut().zip(cells).enumerate() {
             let restoring = network.restoring(cell, *theta, at.heating);
             let below = if i == 0 {
-                Lanes::ZERO
+                PerActuator::ZERO
             } else {
                 inflow * cell.inv_capacity
             };
             let diagonal =
-                Lanes::splat(s) + (inflow + cell.to_next + restoring) * cell.inv_capacity;
-            row.pivot = Lanes::splat(1.0) / (diagonal - below * previous.back);
+                PerActuator::splat(s) + (inflow + cell.to_next + restoring) * cell.inv_capacity;
+            row.pivot = PerActuator::splat(1.0) / (diagonal - below * previous.back);
             row.carry = below * row.pivot;
             row.back = cell.to_next * cell.inv_capacity * row.pivot;
             inflow = cell.to_next;
             previous = *row;
         }
         if let Some(last) = self.rows.last_mut() {
-            last.back = Lanes::ZERO;
+            last.back = PerActuator::ZERO;
         }
     }
 
     /// Stores the beams' response to a source.
-    fn respond(&mut self, mut source: Vec<Lanes>, store: impl Fn(&mut Row, Lanes)) {
+    fn respond(&mut self, mut source: Vec<PerActuator>, store: impl Fn(&mut Row, PerActuator)) {
         self.sweep(&mut source);
         for (row, x) in self.rows.iter_mut().zip(source) {
             store(row, x);
@@ -105,7 +105,7 @@ impl Solver {
 
     fn schur_complement(&self, network: &Network, s: f64) -> [[f64; 3]; 3] {
         let last = self.rows[self.rows.len() - 1];
-        let into_frame = |part: &dyn Fn(&Row) -> Lanes| -> f64 {
+        let into_frame = |part: &dyn Fn(&Row) -> PerActuator| -> f64 {
             self.rows
                 .iter()
                 .map(|row| (row.frame_gain * part(row)).sum())
@@ -142,30 +142,30 @@ impl Solver {
         let y = self
             .lumps
             .map(|row| row[0] * source[0] + row[1] * source[1] + row[2] * source[2]);
-        shared[0] = Lanes([y[0], y[1], y[2], 0.0]);
+        shared[0] = PerActuator([y[0], y[1], y[2], 0.0]);
         for (x, row) in beams.iter_mut().zip(&self.rows) {
             *x = *x + row.to_frame * y[FRAME] + row.to_plate * y[PLATE];
         }
     }
 
-    fn frame_inflow(&self, beams: &[Lanes]) -> f64 {
+    fn frame_inflow(&self, beams: &[PerActuator]) -> f64 {
         let fed = if self.warms_frame { beams.len() } else { 1 };
-        let gain = |sum, (row, x): (&Row, &Lanes)| sum + row.frame_gain * *x;
+        let gain = |sum, (row, x): (&Row, &PerActuator)| sum + row.frame_gain * *x;
         self.rows
             .iter()
             .zip(&beams[..fed])
-            .fold(Lanes::ZERO, gain)
+            .fold(PerActuator::ZERO, gain)
             .sum()
     }
 
     /// The beams alone, frame and plate at zero.
-    fn sweep(&self, beams: &mut [Lanes]) {
-        let mut x = Lanes::ZERO;
+    fn sweep(&self, beams: &mut [PerActuator]) {
+        let mut x = PerActuator::ZERO;
         for (beam, row) in beams.iter_mut().zip(&self.rows) {
             x = *beam * row.pivot + x * row.carry;
             *beam = x;
         }
-        let mut x = Lanes::ZERO;
+        let mut x = PerActuator::ZERO;
         for (beam, row) in beams.iter_mut().zip(&self.rows).rev() {
             x = *beam + x * row.back;
             *beam = x;
@@ -203,8 +203,8 @@ mod tests {
         let cells = network.cells.len();
         let mut source = Field::zero(cells);
         for (i, row) in source.rows_mut().iter_mut().enumerate() {
-            let wave = |lane: usize| (0.7 * i as f64 + lane as f64).sin();
-            *row = Lanes([
+            let wave = |actuator: usize| (0.7 * i as f64 + actuator as f64).sin();
+            *row = PerActuator([
                 wave(0),
                 wave(1),
                 wave(2),
@@ -219,17 +219,17 @@ mod tests {
                 s,
                 &Point {
                     theta: &cold,
-                    heating: Lanes::ZERO,
+                    heating: PerActuator::ZERO,
                 },
             );
             let mut x = source.clone();
             solver.solve(&mut x);
             let mut rate = Field::zero(cells);
-            network.rate(&x, Lanes::ZERO, &mut rate);
+            network.rate(&x, PerActuator::ZERO, &mut rate);
             for ((x, rate), source) in x.rows().iter().zip(rate.rows()).zip(source.rows()) {
-                for lane in 0..4 {
-                    let left = s * x.0[lane] - rate.0[lane];
-                    approx::assert_abs_diff_eq!(left, source.0[lane], epsilon = 1e-7);
+                for actuator in 0..4 {
+                    let left = s * x.0[actuator] - rate.0[actuator];
+                    approx::assert_abs_diff_eq!(left, source.0[actuator], epsilon = 1e-7);
                 }
             }
         }

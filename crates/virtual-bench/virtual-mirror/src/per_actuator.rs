@@ -5,9 +5,9 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 /// One number for each of the four actuators.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(align(32))]
-pub(crate) struct Lanes(pub(crate) [f64; 4]);
+pub(crate) struct PerActuator(pub(crate) [f64; 4]);
 
-impl Lanes {
+impl PerActuator {
     pub(crate) const ZERO: Self = Self([0.0; 4]);
 
     #[inline(always)]
@@ -84,9 +84,9 @@ impl Lanes {
     }
 }
 
-macro_rules! lanewise {
+macro_rules! per_actuator {
     ($trait:ident, $method:ident, $op:tt) => {
-        impl $trait for Lanes {
+        impl $trait for PerActuator {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
@@ -95,12 +95,12 @@ macro_rules! lanewise {
         }
     };
 }
-lanewise!(Add, add, +);
-lanewise!(Sub, sub, -);
-lanewise!(Mul, mul, *);
-lanewise!(Div, div, /);
+per_actuator!(Add, add, +);
+per_actuator!(Sub, sub, -);
+per_actuator!(Mul, mul, *);
+per_actuator!(Div, div, /);
 
-impl Mul<f64> for Lanes {
+impl Mul<f64> for PerActuator {
     type Output = Self;
     #[inline(always)]
     fn mul(self, factor: f64) -> Self {
@@ -108,7 +108,7 @@ impl Mul<f64> for Lanes {
     }
 }
 
-impl Neg for Lanes {
+impl Neg for PerActuator {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -116,7 +116,7 @@ impl Neg for Lanes {
     }
 }
 
-impl AddAssign for Lanes {
+impl AddAssign for PerActuator {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
@@ -131,7 +131,7 @@ mod tests {
     fn the_series_are_sine_and_cosine() {
         for i in -120..=120 {
             let x = f64::from(i) * 0.01;
-            let (sin, cos) = Lanes::splat(x).sin_cos();
+            let (sin, cos) = PerActuator::splat(x).sin_cos();
             approx::assert_abs_diff_eq!(sin.0[0], x.sin(), epsilon = 2e-9);
             approx::assert_abs_diff_eq!(cos.0[3], x.cos(), epsilon = 2e-8);
         }
