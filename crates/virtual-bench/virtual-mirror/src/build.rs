@@ -128,7 +128,7 @@ fn network(config: &MirrorConfig, slices: &[Slice], draws: &Draws) -> Network {
         leads: leads(&config.effects, config.seed),
         aged: PerActuator::splat(1.0),
         ambient: 0.0,
-        warmer: 0.0,
+        ambient_set: 0.0,
     }
 }
 

@@ -53,13 +53,15 @@ mod sensor;
 pub mod session;
 mod shape;
 mod slow;
+mod state;
 mod thermal;
 
 pub use config::{ConfigError, MirrorConfig};
 pub use effects::Effect;
 pub use family::Family;
-pub use mirror::{State, VirtualMirror};
+pub use mirror::VirtualMirror;
 pub use paper::PaperNumbers;
 pub use plan::{Dwell, Experiment, Plan};
 pub use sensor::{Reading, Sensor};
 pub use session::Session;
+pub use state::State;

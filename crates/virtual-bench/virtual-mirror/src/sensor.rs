@@ -7,7 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use crate::config::{MirrorConfig, SensorConfig};
 use crate::effects::reading::Errors;
-use crate::mirror::State;
+use crate::state::State;
 
 /// One reading of the instruments.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

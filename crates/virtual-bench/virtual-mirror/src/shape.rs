@@ -74,6 +74,8 @@ pub(crate) struct Shape {
     rest_height: f64,
     /// How expansion departs from linear.
     expansion: [f64; 2],
+    /// Plastic strain left in the films of every cell (K of expansion).
+    pub(crate) plastic: Vec<PerActuator>,
 }
 
 impl Shape {
@@ -89,6 +91,7 @@ impl Shape {
         };
         let mut shape = Self {
             cells: bends.iter().map(cell).collect(),
+            plastic: vec![PerActuator::ZERO; bends.len()],
             fold,
             rest_height: 0.0,
             expansion: expansion(effects),
@@ -165,17 +168,11 @@ impl Shape {
     }
 
     /// Displacement of the four beams' ends at temperatures `theta` (K above ambient), the room `ambient` (K) warmer
-    /// than at first, with `plastic` strain (K) left in the films.
-    pub(crate) fn displace(
-        &self,
-        theta: &Field,
-        ambient: f64,
-        plastic: &[PerActuator],
-        moved: &mut Displacement,
-    ) {
+    /// than at first.
+    pub(crate) fn displace(&self, theta: &Field, ambient: f64, moved: &mut Displacement) {
         for (i, theta) in theta.beams().iter().enumerate() {
             let (strain, by_kelvin) = self.expand(*theta + PerActuator::splat(ambient));
-            moved.strain[i] = strain - plastic[i];
+            moved.strain[i] = strain - self.plastic[i];
             moved.by_kelvin[i] = by_kelvin;
         }
         let ends = self.free_ends(&moved.strain);
@@ -256,7 +253,7 @@ mod tests {
 
     fn displaced(shape: &Shape, theta: &Field) -> Displacement {
         let mut moved = Displacement::none(20);
-        shape.displace(theta, 0.0, &[PerActuator::ZERO; 20], &mut moved);
+        shape.displace(theta, 0.0, &mut moved);
         moved
     }
 

@@ -6,6 +6,7 @@ use crate::effects::heat::{AmbientDrift, Gap, Stagnant};
 use crate::effects::memory::Yield;
 use crate::effects::resistance::{Aging, LooseContact};
 use crate::per_actuator::PerActuator;
+use crate::shape::Shape;
 use crate::thermal::{Field, Network};
 
 /// The slow effects that are on.
@@ -49,7 +50,7 @@ impl Slow {
     /// Sets the network to what holds in a step that ends at `time` (s) and has the beams' ends at `end` (m) halfway.
     pub(crate) fn prepare(&self, network: &mut Network, time: f64, end: PerActuator) {
         if let Some(drift) = &self.drift {
-            network.ambient = network.warmer + drift.kelvin(time);
+            network.ambient = network.ambient_set + drift.kelvin(time);
         }
         if let Some(contact) = &self.contact {
             network.leads = self.leads + contact.ohm(time);
@@ -64,13 +65,7 @@ impl Slow {
     }
 
     /// What a step of `h` seconds that came to `theta` leaves behind.
-    pub(crate) fn leave(
-        &self,
-        network: &mut Network,
-        plastic: &mut [PerActuator],
-        theta: &Field,
-        h: f64,
-    ) {
+    pub(crate) fn leave(&self, network: &mut Network, shape: &mut Shape, theta: &Field, h: f64) {
         if let Some(aging) = &self.aging {
             network.aged = aging.advanced(network.aged, network.heater_mean(theta), h);
         }
@@ -78,7 +73,7 @@ impl Slow {
             network.stagnant = stagnant.advanced(network.stagnant, network.heater_mean(theta), h);
         }
         if let Some(softening) = &self.softening {
-            for (plastic, theta) in plastic.iter_mut().zip(theta.beams()) {
+            for (plastic, theta) in shape.plastic.iter_mut().zip(theta.beams()) {
                 *plastic = softening.advanced(*plastic, *theta);
             }
         }

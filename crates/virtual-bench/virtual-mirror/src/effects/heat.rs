@@ -24,8 +24,8 @@ impl LossLaw {
         *self == Self::default()
     }
 
-    /// The law in a room at `ambient_c`, `warmer_k` of it more than where the beams' loss to the air belongs.
-    pub(crate) fn new(effects: &Effects, ambient_c: f64, warmer_k: f64) -> Self {
+    /// The law in a room at `ambient_c`, `rise_k` above the one where the beams' loss to the air belongs.
+    pub(crate) fn new(effects: &Effects, ambient_c: f64, rise_k: f64) -> Self {
         let warm = effects.strength(Effect::HeatLossTemperature);
         let (p, q) = (3.0e-3 * warm, -2.0e-6 * warm);
         let room = ambient_c + 273.15;
@@ -34,8 +34,8 @@ impl LossLaw {
         Self {
             // The air's conductance from room to beam: u + p u^2 + q u^3 between the two, u counted from the first room.
             air: [
-                warmer_k * (2.0 * p + 3.0 * q * warmer_k),
-                p + 3.0 * q * warmer_k,
+                rise_k * (2.0 * p + 3.0 * q * rise_k),
+                p + 3.0 * q * rise_k,
                 q,
             ],
             radiation: [4.0 * room.powi(3), 6.0 * room.powi(2), 4.0 * room, 1.0]

@@ -1,7 +1,7 @@
 //! What the displacement sensor adds.
 
 use super::{Effect, Effects};
-use crate::mirror::State;
+use crate::state::State;
 
 /// The sensor's errors.
 #[derive(Clone, Copy, Debug, Default)]

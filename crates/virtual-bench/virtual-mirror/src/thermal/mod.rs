@@ -60,6 +60,22 @@ pub(crate) struct Drive {
 }
 
 impl Drive {
+    /// The same volts for the whole step.
+    pub(crate) fn held(volts: PerActuator) -> Self {
+        Self {
+            from: volts,
+            to: volts,
+        }
+    }
+
+    /// What it does between two fractions of the step.
+    pub(crate) fn part(&self, start: f64, end: f64) -> Self {
+        Self {
+            from: self.at(start),
+            to: self.at(end),
+        }
+    }
+
     /// Volts at a fraction of the step.
     pub(crate) fn at(&self, fraction: f64) -> PerActuator {
         self.from + (self.to - self.from) * fraction

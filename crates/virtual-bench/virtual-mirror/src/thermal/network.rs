@@ -55,7 +55,7 @@ pub(crate) struct Network {
     /// Ambient temperature over its first value (K); the field's temperatures count from ambient.
     pub(crate) ambient: f64,
     /// What of that was set from outside (K).
-    pub(crate) warmer: f64,
+    pub(crate) ambient_set: f64,
 }
 
 impl Network {
