@@ -112,11 +112,9 @@ fn actuators_driven_alone_show_the_heat_that_goes_across() {
 
 #[test]
 fn a_gap_and_a_channel_that_is_missing_take_nothing_from_the_rest() {
-    let drives = Drives {
-        experiments: a_sweep_and_a_step(),
-    };
+    let experiments = a_sweep_and_a_step();
     let instruments = Instruments::PositionAndCurrents;
-    let mut session = measure(&MirrorConfig::bench(), &drives, instruments).expect("possible");
+    let mut session = measure(&MirrorConfig::bench(), &experiments, instruments).expect("possible");
     for (_, file) in &mut session.files {
         // Half a second of the step, and two steps of the sweep.
         file.rows

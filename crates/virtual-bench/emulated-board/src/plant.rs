@@ -202,8 +202,8 @@ impl Load {
         match self {
             Self::Mirror(mirror) => {
                 let settings = mirror.bench.settings();
-                let warmer_k = settings.oven_c.map_or(0.0, |oven_c| oven_c - mirror.room_c);
-                mirror.mirror.set_ambient(warmer_k);
+                let rise_k = settings.oven_c.map_or(0.0, |oven_c| oven_c - mirror.room_c);
+                mirror.mirror.set_ambient(rise_k);
                 mirror.mirror.set_stage(settings.stage_um);
                 mirror.mirror.step(heated_v, 0.0);
                 let state = mirror.mirror.state();

@@ -1,5 +1,5 @@
-//! Families of mirrors with nothing hidden: random layouts, so that a diagnosis calibrated on some families can be
-//! tested on others.
+//! Families of mirrors without effects: random layouts, so that a diagnosis calibrated on some families can be tested on
+//! others. They are what a null ensemble is drawn from.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -43,8 +43,8 @@ impl Family {
 }
 
 impl MirrorConfig {
-    /// A mirror of a family with nothing hidden: no effect, no curl, no resonance. The same family and seed give the
-    /// same mirror.
+    /// A mirror of a family that has no effect, no curl and no resonance. The same family and seed give the same
+    /// mirror.
     pub fn draw(family: Family, seed: u64) -> Self {
         let mut draw = Draw(ChaCha8Rng::seed_from_u64(
             seed ^ (0xfa30 + ((family as u64) << 48)),

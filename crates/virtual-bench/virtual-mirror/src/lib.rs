@@ -29,7 +29,7 @@
 //!   paper publishes within a tenth ([`PaperNumbers`] measures them; the example `paper_numbers` prints them).
 //! - [`Effect`]: physics that is switched on with a strength, in a file's `[effects]` or by
 //!   [`MirrorConfig::with_effect`]; 1 is a size that happens.
-//! - [`Family`]: random mirrors with nothing hidden, by [`MirrorConfig::draw`].
+//! - [`Family`]: random mirrors without effects, by [`MirrorConfig::draw`].
 //! - [`Plan`], [`Session`]: a whole measuring session on one mirror, with the instruments' noise, as plain structs.
 //!
 //! # Conventions

@@ -149,7 +149,7 @@ impl VirtualMirror {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::thermal::PLATE;
+    use crate::thermal::field::PLATE;
 
     fn bench() -> VirtualMirror {
         VirtualMirror::new(&MirrorConfig::bench()).expect("valid mirror")

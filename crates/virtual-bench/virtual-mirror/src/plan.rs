@@ -24,8 +24,8 @@ pub struct Experiment {
     pub prehold_v: f64,
     /// How long the prehold voltage is held (s).
     pub prehold_s: f64,
-    /// How much warmer the room or oven is than at the session's start (K), from the rest before it on.
-    pub warmer_k: f64,
+    /// Temperature rise of the room or oven over the session's start (K), from the rest before it on.
+    pub ambient_rise_k: f64,
     /// Whether the drive moves in straight lines between rows, or is held.
     pub interpolated: bool,
     /// The formula of the drive, for sines.
@@ -59,7 +59,7 @@ impl Experiment {
             rest_s,
             prehold_v: 0.0,
             prehold_s: 0.0,
-            warmer_k: 0.0,
+            ambient_rise_k: 0.0,
             interpolated: false,
             drive: None,
             rows: dwells.into_iter().map(row).collect(),

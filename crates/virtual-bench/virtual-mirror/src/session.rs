@@ -46,7 +46,7 @@ impl Session {
     /// # Errors
     /// [`ConfigError::Range`] when a number of `config` is out of range.
     pub fn record(config: &MirrorConfig, plan: &Plan) -> Result<Self, ConfigError> {
-        let mut bench = Bench {
+        let mut recorder = Recorder {
             mirror: VirtualMirror::new(config)?,
             sensor: Sensor::new(config),
             read_at_s: 0.0,
@@ -56,21 +56,22 @@ impl Session {
             recordings: plan
                 .experiments
                 .iter()
-                .map(|experiment| bench.record(experiment))
+                .map(|experiment| recorder.record(experiment))
                 .collect(),
         })
     }
 }
 
-struct Bench {
+/// A mirror and its instruments during a session.
+struct Recorder {
     mirror: VirtualMirror,
     sensor: Sensor,
     read_at_s: f64,
 }
 
-impl Bench {
+impl Recorder {
     fn record(&mut self, experiment: &Experiment) -> Recording {
-        self.mirror.set_ambient(experiment.warmer_k);
+        self.mirror.set_ambient(experiment.ambient_rise_k);
         self.mirror.advance([0.0; 4], experiment.rest_s);
         self.mirror
             .advance([experiment.prehold_v; 4], experiment.prehold_s);

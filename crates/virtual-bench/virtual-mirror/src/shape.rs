@@ -22,7 +22,7 @@ pub(crate) struct Bend {
 
 /// A cell ready for use.
 #[derive(Clone, Copy, Debug)]
-struct Cell {
+struct BendingCell {
     length: f64,
     /// Slope that one kelvin adds over the cell (rad/K).
     slope: PerActuator,
@@ -67,7 +67,7 @@ impl Displacement {
 /// The beams' kinematics.
 #[derive(Clone, Debug)]
 pub(crate) struct Shape {
-    cells: Vec<Cell>,
+    cells: Vec<BendingCell>,
     /// Number of cells up to the fold.
     fold: usize,
     /// Height of the cold beam's end above its start (m).
@@ -83,7 +83,7 @@ impl Shape {
         let fold = bends.iter().position(|b| b.turned).unwrap_or(bends.len());
         let compliance = |half: &[Bend]| -> f64 { half.iter().map(|b| b.compliance).sum() };
         let total = [compliance(&bends[..fold]), compliance(&bends[fold..])];
-        let cell = |bend: &Bend| Cell {
+        let cell = |bend: &Bend| BendingCell {
             length: bend.length,
             slope: bend.curvature * bend.length,
             share: config.clamp * bend.compliance / total[usize::from(bend.turned)],
@@ -104,7 +104,7 @@ impl Shape {
     fn curl(&mut self, height: f64) {
         let per_kelvin = self.slopes_of_a_kelvin();
         let rise = |kelvin: f64| -> f64 {
-            let rise = |(c, slope): (&Cell, &f64)| c.length * (slope * kelvin).sin();
+            let rise = |(c, slope): (&BendingCell, &f64)| c.length * (slope * kelvin).sin();
             self.cells.iter().zip(&per_kelvin).map(rise).sum()
         };
         // The rise grows with the curl up to where the steepest slope stands upright.
@@ -133,7 +133,7 @@ impl Shape {
         let warm = vec![PerActuator::splat(1.0); self.cells.len()];
         let ends = self.free_ends(&warm).map(average);
         let mut slope = 0.0;
-        let middle = |(i, cell): (usize, &Cell)| {
+        let middle = |(i, cell): (usize, &BendingCell)| {
             let gain = average(cell.slope) - ends[usize::from(i >= self.fold)] * cell.share;
             slope += gain;
             slope - 0.5 * gain
@@ -143,7 +143,7 @@ impl Shape {
 
     /// Slopes that the two halves would end with if nothing clamped them.
     fn free_ends(&self, theta: &[PerActuator]) -> [PerActuator; 2] {
-        let end = |cells: &[Cell], theta: &[PerActuator]| {
+        let end = |cells: &[BendingCell], theta: &[PerActuator]| {
             cells
                 .iter()
                 .zip(theta)

@@ -2,7 +2,7 @@
 
 use virtual_mirror::{Effect, Family, MirrorConfig, Sensor, State, VirtualMirror};
 
-fn quiet() -> MirrorConfig {
+fn plain() -> MirrorConfig {
     let mut config = MirrorConfig::bench();
     config.motion = None;
     config.shape.rest_height_um = 0.0;
@@ -57,7 +57,7 @@ fn largest_change(a: &[[f64; 2]], b: &[[f64; 2]]) -> (f64, f64) {
 #[test]
 fn every_effect_shows_itself_at_a_plausible_size() {
     let drawn = Family::ALL.map(|family| noiseless(MirrorConfig::draw(family, 3)));
-    for config in drawn.into_iter().chain([quiet()]) {
+    for config in drawn.into_iter().chain([plain()]) {
         let without = trace(&config, 4);
         for &effect in Effect::ALL {
             let with = trace(&config.clone().with_effect(effect, 1.0), 4);
@@ -76,11 +76,11 @@ fn every_effect_shows_itself_at_a_plausible_size() {
 
 #[test]
 fn a_stronger_effect_is_larger() {
-    let without = trace(&quiet(), 4);
+    let without = trace(&plain(), 4);
     for &effect in Effect::ALL {
         let size = |strength| {
             let (z, current) =
-                largest_change(&trace(&quiet().with_effect(effect, strength), 4), &without);
+                largest_change(&trace(&plain().with_effect(effect, strength), 4), &without);
             z + 10.0 * current
         };
         assert!(
@@ -96,7 +96,7 @@ fn a_stronger_effect_is_larger() {
 #[test]
 fn the_solver_is_no_effect() {
     for &effect in Effect::ALL {
-        let config = quiet().with_effect(effect, 1.0);
+        let config = plain().with_effect(effect, 1.0);
         let (z_um, _) = largest_change(&trace(&config, 10), &trace(&config, 40));
         assert!(
             z_um < 0.005,

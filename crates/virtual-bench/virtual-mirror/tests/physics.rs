@@ -235,9 +235,9 @@ fn an_oven_shows_the_heater_s_coefficient_and_leaves_a_resting_mirror_at_its_tem
 #[test]
 fn warm_air_conducts_as_the_law_says_that_warmed_it() {
     let config = MirrorConfig::bench().with_effect(Effect::HeatLossTemperature, 1.0);
-    let rise = |warmer_k: f64| {
+    let rise = |rise_k: f64| {
         let mut mirror = VirtualMirror::new(&config).expect("valid mirror");
-        mirror.set_ambient(warmer_k);
+        mirror.set_ambient(rise_k);
         mirror.advance([1.0; 4], 100.0);
         let state = mirror.state();
         state.heater_mean_k[0] / state.current_a[0]

@@ -40,7 +40,7 @@ pub fn measure(
         let keys = keys(&recording.experiment, recorded.noise_z_nm);
         let mut rows = rows(recording, instruments);
         if has_oven {
-            let celsius = config.ambient_c + recording.experiment.warmer_k;
+            let celsius = config.ambient_c + recording.experiment.ambient_rise_k;
             rows.iter_mut()
                 .for_each(|row| row.ambient_c = Some(celsius));
         }
@@ -76,7 +76,7 @@ fn planned(experiment: &Experiment) -> virtual_mirror::Experiment {
         rest_s: experiment.rest_s,
         prehold_v: experiment.prehold.map_or(0.0, |prehold| prehold.volts),
         prehold_s: experiment.prehold.map_or(0.0, |prehold| prehold.seconds),
-        warmer_k: experiment.ambient_rise_k,
+        ambient_rise_k: experiment.ambient_rise_k,
         interpolated: experiment.is_curved(),
         drive: experiment.drive_formula(),
         rows: dwells.iter().map(row).collect(),

@@ -1,9 +1,10 @@
 //! What the displacement remembers: friction, relaxation, yield, contact.
 
-use super::{Effect, Effects};
+use super::catalogue::{Effect, Effects};
 use crate::per_actuator::PerActuator;
 
-/// Dahl friction: a force that builds up over a length and saturates, with the direction of motion.
+/// Dahl friction: a force that builds up over a length and saturates, with the direction of motion (P. Dahl, A Solid
+/// Friction Model, 1968).
 #[derive(Clone, Copy, Debug)]
 struct Friction {
     /// Half the width of the widest loop (m).
@@ -14,6 +15,7 @@ struct Friction {
 }
 
 impl Friction {
+    /// The paper's loop at 0.1 Hz is 1.6 um wide: twice the height.
     fn new(strength: f64) -> Self {
         Self {
             height: 0.8e-6 * strength,
@@ -47,7 +49,8 @@ impl Friction {
     }
 }
 
-/// Relaxation times of the films (s) and how the compliance spreads over them: a power law's spectrum.
+/// Relaxation times of the films (s) and how the compliance spreads over them: a power law's spectrum, five elements that
+/// end within the 30 s in which the paper's step stops creeping.
 const CREEP: [(f64, f64); 5] = [
     (0.12, 0.13),
     (0.6, 0.17),
@@ -56,7 +59,7 @@ const CREEP: [(f64, f64); 5] = [
     (25.0, 0.26),
 ];
 
-/// A chain of Kelvin-Voigt elements.
+/// A chain of Kelvin-Voigt elements, 2 % of the displacement altogether at strength 1.
 #[derive(Clone, Copy, Debug)]
 struct Creep {
     compliance: f64,

@@ -1,6 +1,6 @@
 //! What the displacement sensor adds.
 
-use super::{Effect, Effects};
+use super::catalogue::{Effect, Effects};
 use crate::state::State;
 
 /// The sensor's errors.

@@ -3,10 +3,10 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::{Effect, Effects};
+use super::catalogue::{Effect, Effects};
 use crate::per_actuator::PerActuator;
 
-/// Resistance in series with each heater (ohm).
+/// Resistance in series with each heater (ohm): bond wires, pads and leads on the chip, 5 to 9 ohm each.
 pub(crate) fn leads(effects: &Effects, seed: u64) -> PerActuator {
     let Some(strength) = effects.active(Effect::SeriesResistance) else {
         return PerActuator::ZERO;
@@ -18,7 +18,8 @@ pub(crate) fn leads(effects: &Effects, seed: u64) -> PerActuator {
 }
 
 /// First and second correction of the linear temperature coefficient, in `1 + a t (1 + t (p + q t))`: what the
-/// parallel-resistor law `x / (1 + s x)` of a saturating resistivity is to second order.
+/// parallel-resistor law `x / (1 + s x)` of a saturating resistivity is to second order. Platinum's own is -1.5e-4/K:
+/// `B/A` of IEC 60751, -5.775e-7 / 3.9083e-3.
 pub(crate) fn saturation(effects: &Effects) -> [f64; 2] {
     let per_kelvin = 1.5e-4 * effects.strength(Effect::QuadraticTcr);
     [-per_kelvin, per_kelvin * per_kelvin]

@@ -1,7 +1,7 @@
 //! Effects that are another construction or other films of the same mirror: applied to its description before it is
 //! built.
 
-use super::{Effect, Effects};
+use super::catalogue::{Effect, Effects};
 use crate::config::{Frame, MirrorConfig, MotionConfig};
 
 /// The description with these effects worked in.
@@ -9,6 +9,7 @@ pub(crate) fn reconstruct(config: &MirrorConfig) -> MirrorConfig {
     let mut config = config.clone();
     let effects = config.effects.clone();
     if let Some(strength) = effects.active(Effect::FilmTcr) {
+        // Bulk platinum has 3.9e-3/K, sputtered films of 0.2 um about 3e-3/K.
         config.heater.tcr_per_k /= 1.0 + 0.3 * strength;
     }
     if let Some(strength) = effects.active(Effect::InitialCurl) {
@@ -45,7 +46,9 @@ fn warming_frame(strength: f64) -> Frame {
     }
 }
 
-/// First and second correction of expansion that is linear in temperature, `t (1 + t (p + q t))`.
+/// First and second correction of expansion that is linear in temperature, `t (1 + t (p + q t))`. Bulk
+/// aluminium is at strength 0.5: 23.1e-6/K at 293 K and 26.4e-6/K at 500 K (Touloukian, Thermophysical Properties of
+/// Matter, vol. 12) are 7e-4/K, which is 2 p.
 pub(crate) fn expansion(effects: &Effects) -> [f64; 2] {
     let per_kelvin = 7.5e-4 * effects.strength(Effect::ExpansionTemperature);
     [per_kelvin, -per_kelvin / 600.0]

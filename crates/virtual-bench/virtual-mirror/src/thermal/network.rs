@@ -1,6 +1,6 @@
 //! The heat balance of every cell.
 
-use super::{FRAME, Field, PACKAGE, PLATE};
+use super::field::{FRAME, Field, PACKAGE, PLATE};
 use crate::effects::heat::LossLaw;
 use crate::per_actuator::PerActuator;
 

@@ -1,8 +1,9 @@
 //! One step in time: ROS34PW2, a third-order, L-stable Rosenbrock method that keeps its order when the matrix is only the
 //! linear conduction, not the full derivative (J. Rang and L. Angermann, BIT 45 (2005) 761).
 
+use super::field::{Drive, Field};
+use super::network::Network;
 use super::solver::{Point, Solver};
-use super::{Drive, Field, Network};
 use crate::per_actuator::PerActuator;
 
 type Tableau = [[f64; 4]; 4];

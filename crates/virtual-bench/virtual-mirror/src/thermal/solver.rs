@@ -1,12 +1,13 @@
 //! Solves `(s - J) x = r` for the matrix `J` of conduction and losses: four tridiagonal beams at once, the shared bodies
 //! by their Schur complement.
 
-use super::{Cell, FRAME, Field, Network, PACKAGE, PLATE};
+use super::field::{FRAME, Field, PACKAGE, PLATE};
+use super::network::{Cell, Network};
 use crate::per_actuator::PerActuator;
 
-/// One row of the factorised beams.
+/// What the factorisation keeps of one cell.
 #[derive(Clone, Copy, Debug, Default)]
-struct Row {
+struct Factors {
     /// Forward: `y = r pivot + y_previous carry`.
     pivot: PerActuator,
     carry: PerActuator,
@@ -30,7 +31,7 @@ pub(crate) struct Point<'a> {
 /// The factorised matrix for one shift `s`.
 #[derive(Clone, Debug)]
 pub(crate) struct Solver {
-    rows: Vec<Row>,
+    rows: Vec<Factors>,
     /// What the ends of the beams feed into the plate.
     plate_gain: PerActuator,
     /// Whether cells beyond the first feed the frame.
@@ -42,7 +43,7 @@ pub(crate) struct Solver {
 impl Solver {
     pub(crate) fn new(cells: usize) -> Self {
         Self {
-            rows: vec![Row::default(); cells],
+            rows: vec![Factors::default(); cells],
             plate_gain: PerActuator::ZERO,
             warms_frame: false,
             lumps: [[0.0; 3]; 3],
@@ -73,7 +74,7 @@ impl Solver {
 
     fn factorise_beams(&mut self, network: &Network, s: f64, at: &Point) {
         let mut inflow = network.to_frame;
-        let mut previous = Row::default();
+        let mut previous = Factors::default();
         let cells = network.cells.iter().zip(at.theta.beams());
         for (i, (row, (cell, theta))) in self.rows.iter_mut().zip(cells).enumerate() {
             let restoring = network.restoring(cell, *theta, at.heating);
@@ -96,7 +97,7 @@ impl Solver {
     }
 
     /// Stores the beams' response to a source.
-    fn respond(&mut self, mut source: Vec<PerActuator>, store: impl Fn(&mut Row, PerActuator)) {
+    fn respond(&mut self, mut source: Vec<PerActuator>, store: impl Fn(&mut Factors, PerActuator)) {
         self.sweep(&mut source);
         for (row, x) in self.rows.iter_mut().zip(source) {
             store(row, x);
@@ -105,7 +106,7 @@ impl Solver {
 
     fn schur_complement(&self, network: &Network, s: f64) -> [[f64; 3]; 3] {
         let last = self.rows[self.rows.len() - 1];
-        let into_frame = |part: &dyn Fn(&Row) -> PerActuator| -> f64 {
+        let into_frame = |part: &dyn Fn(&Factors) -> PerActuator| -> f64 {
             self.rows
                 .iter()
                 .map(|row| (row.frame_gain * part(row)).sum())
@@ -150,7 +151,7 @@ impl Solver {
 
     fn frame_inflow(&self, beams: &[PerActuator]) -> f64 {
         let fed = if self.warms_frame { beams.len() } else { 1 };
-        let gain = |sum, (row, x): (&Row, &PerActuator)| sum + row.frame_gain * *x;
+        let gain = |sum, (row, x): (&Factors, &PerActuator)| sum + row.frame_gain * *x;
         self.rows
             .iter()
             .zip(&beams[..fed])
