@@ -1,4 +1,4 @@
-//! The worked example of `docs/own-effect.md`: an effect that no list knows is hidden, told to be unknown, described, and
+//! The worked example of `docs/guide/own-effect.md`: an effect that no list knows is hidden, told to be unknown, described, and
 //! added.
 
 use std::path::Path;

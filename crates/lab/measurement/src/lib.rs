@@ -8,7 +8,7 @@
 //! 2,0.1,0.38,2.8e-4,2.8e-4,2.8e-4,2.8e-4
 //! ```
 //!
-//! `docs/measurement-files.md` has the whole format. The columns may stand in any order, and what was not measured is left out or empty. [`mod@column`] lists the columns,
+//! `docs/reference/measurement-files.md` has the whole format. The columns may stand in any order, and what was not measured is left out or empty. [`mod@column`] lists the columns,
 //! [`MeasurementFile`] is a file in memory, [`Session`] the files of one device and day. What is wrong in a file is an
 //! [`InputError`] that points at the line and column; [`plausibility`] finds values in the wrong unit.
 

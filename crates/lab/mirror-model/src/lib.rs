@@ -1,6 +1,6 @@
 //! The piston model of an electrothermal (inverted-series-connected bimorph) MEMS mirror.
 //!
-//! The equations are those of the paper that this project starts from (`docs/model.md` tells where that paper contradicts
+//! The equations are those of the paper that this project starts from (`docs/theory/model.md` tells where that paper contradicts
 //! itself). The chain runs `V -> R(dT), P -> dT -> 1/rho -> z`; every link can be asked for on its own:
 //!
 //! - [`PistonModel`] is one actuator's chain, forward and inverse;

@@ -57,7 +57,7 @@ pub(super) struct Reader<'a> {
 impl Reader<'_> {
     pub(super) fn model(&self) -> Result<Model, ModelFileError> {
         let stored: Stored = toml::from_str(self.text).map_err(|error| {
-            let help = "the format is described in docs/model.md".into();
+            let help = "the format is described in docs/reference/model-files.md".into();
             self.wrong(error.message().into(), help, error.span().unwrap_or(0..0))
         })?;
         if *stored.format.get_ref() != FORMAT {
