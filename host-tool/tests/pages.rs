@@ -1,8 +1,22 @@
-//! The pages of `docs`: no link leads nowhere, every page is reached from the contents, and the index of faults is whole.
+//! The pages of `docs`: no link leads nowhere, every page is reached from the README, and what they name is there.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+
+/// Folders of the project that pages name files in.
+const FOLDERS: [&str; 10] = [
+    "benches",
+    "crates",
+    "data",
+    "docs",
+    "hil",
+    "host-tool",
+    "packaging",
+    "src",
+    "tests",
+    "xtask",
+];
 
 fn project() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
@@ -61,6 +75,54 @@ fn every_page_is_reached_from_the_readme_and_no_link_leads_nowhere() {
     assert!(pages.len() > 40, "{} pages", pages.len());
     let lost: Vec<_> = pages.difference(&reached).collect();
     assert!(lost.is_empty(), "no link leads to {lost:?}");
+}
+
+/// The paths of the project that a page names in backticks, `{a,b}` written out. Those with a `*` are patterns.
+fn named_paths(page: &Path) -> Vec<String> {
+    let text = fs::read_to_string(page).expect("a page");
+    let is_path = |word: &&str| {
+        let begins = |folder: &&str| word.starts_with(&format!("{folder}/"));
+        FOLDERS.iter().any(begins) && !word.contains([' ', '*'])
+    };
+    let quoted = text.split('`').skip(1).step_by(2);
+    quoted.filter(is_path).flat_map(written_out).collect()
+}
+
+/// `a/{b,c}.rs` as `a/b.rs` and `a/c.rs`.
+fn written_out(path: &str) -> Vec<String> {
+    let (Some((before, rest)), Some((_, after))) = (path.split_once('{'), path.split_once('}'))
+    else {
+        return vec![path.to_owned()];
+    };
+    let parts = rest.split('}').next().expect("one part at least");
+    let whole = |part| format!("{before}{part}{after}");
+    parts.split(',').map(whole).collect()
+}
+
+#[test]
+fn what_a_page_names_of_the_project_is_there() {
+    let mut pages = pages_below(&project().join("docs"));
+    pages.insert(project().join("README.md"));
+    let named: Vec<(PathBuf, String)> = pages
+        .into_iter()
+        .flat_map(|page| {
+            named_paths(&page)
+                .into_iter()
+                .map(move |path| (page.clone(), path))
+        })
+        .collect();
+    assert!(named.len() > 50, "{} paths", named.len());
+    let lost: Vec<_> = named
+        .iter()
+        .filter(|(_, path)| !project().join(path).exists())
+        .collect();
+    assert!(lost.is_empty(), "not there: {lost:#?}");
+}
+
+#[test]
+fn braces_are_written_out() {
+    assert_eq!(written_out("a/{b,c}.rs"), ["a/b.rs", "a/c.rs"]);
+    assert_eq!(written_out("a/b.rs"), ["a/b.rs"]);
 }
 
 #[test]
