@@ -53,3 +53,18 @@ pub enum InputError {
         place: SourceSpan,
     },
 }
+
+/// What is wrong, and what to do about it.
+pub(crate) struct Complaint {
+    pub(crate) message: String,
+    pub(crate) help: String,
+}
+
+impl Complaint {
+    pub(crate) fn new(message: impl Into<String>, help: impl Into<String>) -> Self {
+        Self {
+            message: message.into(),
+            help: help.into(),
+        }
+    }
+}

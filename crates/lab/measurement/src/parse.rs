@@ -1,6 +1,7 @@
 //! From text to rows. Every error points at its cell.
 
 use crate::column::{COLUMNS, Column, suggestion};
+use crate::error::Complaint;
 use crate::keys::{NUMERIC, is_key};
 use crate::plausibility::Device;
 use crate::{ACTUATORS, InputError, Keys, MeasurementFile, Row, plausibility};
@@ -30,21 +31,6 @@ impl MeasurementFile {
 struct Parser<'a> {
     name: &'a str,
     text: &'a str,
-}
-
-/// What is wrong, and what to do about it.
-pub(crate) struct Complaint {
-    pub(crate) message: String,
-    pub(crate) help: String,
-}
-
-impl Complaint {
-    pub(crate) fn new(message: impl Into<String>, help: impl Into<String>) -> Self {
-        Self {
-            message: message.into(),
-            help: help.into(),
-        }
-    }
 }
 
 /// A row with the place of each of its cells, in the order of the header.

@@ -5,7 +5,7 @@
 //! otherwise), strokes of tens to hundreds of micrometres at some volts.
 
 use crate::column::Column;
-use crate::parse::Complaint;
+use crate::error::Complaint;
 use crate::{ACTUATORS, MeasurementFile};
 use std::ops::RangeInclusive;
 
