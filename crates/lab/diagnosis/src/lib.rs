@@ -25,7 +25,25 @@ mod report;
 pub mod space;
 mod words;
 
-use identification::{base, fit, fit_report, heater, plan};
+use identification::{fit_report, heater};
+
+// Names that follow `identification` one file at a time.
+mod base {
+    pub(crate) use identification::base::*;
+}
+mod fit {
+    pub(crate) use identification::fit::{
+        Fitted, best_fit, fit, fit_parameters as fit_knobs, free_parameters as knobs,
+    };
+    pub(crate) use identification::parameter::FreeParameter as Knob;
+    pub(crate) use identification::prediction::{
+        RESOLUTION, jacobian, predict, standard_deviation as trust,
+        standardised as in_units_of_trust, white_noise,
+    };
+}
+mod plan {
+    pub(crate) use identification::dataset::{Channel, Dataset as Plan, Observation, OwnZero, rms};
+}
 
 pub use diagnose::diagnose;
 pub use edit::{Changed, Edit, EditError, add, remove};

@@ -2,7 +2,7 @@
 
 use diagnosis::{Verdict, diagnose};
 use experiments::Experiment;
-use identification::Plan;
+use identification::Dataset;
 use measurement::Session;
 use mirror_model::{Model, Preset};
 use virtual_mirror::{Effect, Family, MirrorConfig};
@@ -26,7 +26,7 @@ fn measured(config: &MirrorConfig, experiments: Vec<Experiment>) -> Session {
 
 fn found(session: &Session) -> (Verdict, Vec<String>) {
     let paper = Model::from(Preset::Paper);
-    let found = diagnose(&paper, &Plan::new(session), &[], None).expect("finite");
+    let found = diagnose(&paper, &Dataset::new(session), &[], None).expect("finite");
     (found.verdict, found.effects)
 }
 

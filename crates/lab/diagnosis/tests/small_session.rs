@@ -2,13 +2,13 @@
 
 use diagnosis::{Verdict, add, diagnose, remove};
 use experiments::Experiment;
-use identification::{Plan, compare, fit_and_report};
+use identification::{Dataset, compare, fit_and_report};
 use mirror_model::effect::find;
 use mirror_model::{Model, Preset};
 use virtual_mirror::{Effect, Family, MirrorConfig};
 use virtual_sessions::{Instruments, measure};
 
-fn plan(family: Family, hidden: Option<Effect>) -> Plan {
+fn plan(family: Family, hidden: Option<Effect>) -> Dataset {
     let mut config = MirrorConfig::draw(family, 31);
     if let Some(effect) = hidden {
         config.effects.set(effect, 1.0);
@@ -18,7 +18,7 @@ fn plan(family: Family, hidden: Option<Effect>) -> Plan {
         Experiment::single(3.5, 5, 1.0).after(5.0),
     ];
     let session = measure(&config, &experiments, Instruments::PositionAndCurrents);
-    Plan::new(&session.expect("the family's mirrors are possible"))
+    Dataset::new(&session.expect("the family's mirrors are possible"))
 }
 
 #[test]

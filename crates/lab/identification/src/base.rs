@@ -1,144 +1,78 @@
-//! The parameters of eqs. 3-9 and of the thermal poles that a session can identify, as a vector to fit.
+//! The parameters of eqs. 3-9 and of the thermal poles that a session can identify, and where fits of them start.
 
+use crate::dataset::{Channel, Dataset};
 use crate::heater;
-use crate::plan::{Channel, Plan};
+use crate::parameter::BaseParameter;
 use mirror_model::{ACTUATORS, Model, Symbol};
 
-/// A parameter that is fitted: one that the actuators share, or one actuator's own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Free {
-    /// The same in all actuators.
-    Shared(Symbol),
-    /// One actuator's.
-    Own(Symbol, usize),
-}
-
-impl Free {
-    /// Its name for people: `R0`, or `R0.1` for the first actuator's.
-    pub fn name(self) -> String {
-        match self {
-            Self::Shared(symbol) => symbol.to_string(),
-            Self::Own(symbol, actuator) => format!("{symbol}.{}", actuator + 1),
-        }
-    }
-
-    /// Which parameter it is.
-    pub fn symbol(self) -> Symbol {
-        match self {
-            Self::Shared(symbol) | Self::Own(symbol, _) => symbol,
-        }
-    }
-
-    /// Its value in a model.
-    pub fn get(self, model: &Model) -> f64 {
-        match self {
-            Self::Shared(symbol) => model.parameters.get(symbol),
-            Self::Own(symbol, actuator) => model.actuator(actuator).parameters.get(symbol),
-        }
-    }
-
-    /// Changes it in a model.
-    pub fn set(self, model: &mut Model, value: f64) {
-        match self {
-            Self::Shared(symbol) => model.parameters.set(symbol, value),
-            Self::Own(symbol, actuator) => {
-                let shared = model.parameters.get(symbol);
-                model
-                    .by_actuator
-                    .entry(symbol)
-                    .or_insert([shared; ACTUATORS])[actuator] = value;
-            }
-        }
-    }
-
-    /// Lowest and highest value that a fit may reach.
-    pub fn range(self) -> (f64, f64) {
-        let (low, high) = self.symbol().entry().range;
-        match self.symbol() {
-            Symbol::FastTime | Symbol::SlowTime => (1e-6, high),
-            // Beams and plate follow within that; what is slower is the chip or the films, and worth a name.
-            Symbol::MiddleTime => (1e-6, 0.3),
-            Symbol::MiddleWeight | Symbol::SlowWeight => (1e-4, 0.8),
-            _ => (low, high),
-        }
-    }
-}
+/// Time constants can be identified from more observations than this whose shortest interval is below `FAST_S`: the fast
+/// pole's time constant of such mirrors is some milliseconds (`TIMES`).
+const TRANSIENT_OBSERVATIONS: usize = 50;
+const FAST_S: f64 = 0.01;
+/// Displacements alone tell the curvature from the heating only by the form of their curve, which takes more drives than this.
+const FEW_DRIVES: usize = 2;
+/// The cold resistance is read off one in so many of the readings, those at the lowest drives.
+const COLDEST: usize = 4;
 
 /// What this session can identify. Without currents nothing is known of the actuators' heaters, without a displacement
 /// nothing of their bending; a session of steady points only says nothing of time constants. A heater on a bench may be as
 /// slow as it likes.
-pub fn identifiable(plan: &Plan) -> Vec<Free> {
+pub fn identifiable(data: &Dataset) -> Vec<BaseParameter> {
     let mut free = Vec::new();
-    let measured = |actuator| {
-        plan.observations
-            .iter()
-            .any(|o| o.channel == Channel::Current(actuator))
-    };
-    if plan.is_one_heater() {
-        free.extend([Symbol::ColdResistance, Symbol::ThermalResistance].map(Free::Shared));
-    } else if plan.has_current() {
-        for symbol in [Symbol::ColdResistance, Symbol::ThermalResistance] {
-            free.extend(
-                (0..ACTUATORS)
-                    .filter(|&a| measured(a))
-                    .map(|a| Free::Own(symbol, a)),
-            );
+    let heaters = [Symbol::ColdResistance, Symbol::ThermalResistance];
+    if data.is_one_heater() {
+        free.extend(heaters.map(BaseParameter::Shared));
+    } else if data.has_current() {
+        let measured = |actuator: &usize| {
+            let current = Channel::Current(*actuator);
+            data.observations.iter().any(|o| o.channel == current)
+        };
+        for symbol in heaters {
+            let actuators = (0..ACTUATORS).filter(measured);
+            free.extend(actuators.map(|actuator| BaseParameter::Own(symbol, actuator)));
         }
     } else {
-        free.push(Free::Shared(Symbol::ThermalResistance));
+        free.push(BaseParameter::Shared(Symbol::ThermalResistance));
     }
-    if plan.has_displacement() && (plan.has_current() || distinct_drives(plan) > 2) {
-        free.push(Free::Shared(Symbol::CurvatureCoefficient));
+    if data.has_displacement() && (data.has_current() || distinct_drives(data) > FEW_DRIVES) {
+        free.push(BaseParameter::Shared(Symbol::CurvatureCoefficient));
     }
-    let fastest = plan
-        .intervals
-        .iter()
-        .map(|i| i.duration_s)
-        .fold(f64::INFINITY, f64::min);
-    let transient = plan.observations.len() > 50;
-    if transient && fastest < 0.01 {
-        free.extend([Symbol::FastTime, Symbol::MiddleWeight, Symbol::MiddleTime].map(Free::Shared));
-    } else if plan.is_of_heaters() {
-        free.push(Free::Shared(Symbol::FastTime));
+    let durations = data.intervals.iter().map(|interval| interval.duration_s);
+    let shortest_s = durations.fold(f64::INFINITY, f64::min);
+    if data.observations.len() > TRANSIENT_OBSERVATIONS && shortest_s < FAST_S {
+        let poles = [Symbol::FastTime, Symbol::MiddleWeight, Symbol::MiddleTime];
+        free.extend(poles.map(BaseParameter::Shared));
+    } else if data.is_of_heaters() {
+        free.push(BaseParameter::Shared(Symbol::FastTime));
     }
     free
 }
 
-/// An actuator's own parameter, or that of the one heater which all of them stand for.
-pub fn own(symbol: Symbol, actuator: usize, plan: &Plan) -> Free {
-    if plan.is_one_heater() {
-        Free::Shared(symbol)
-    } else {
-        Free::Own(symbol, actuator)
-    }
-}
-
-/// The median of V/I over the smaller half of the drives that a current can be told from its noise at.
-fn coldest_resistance(plan: &Plan, actuator: usize) -> Option<f64> {
-    let readings = plan
+/// The median of V/I over the quarter of readings at the lowest drives, of those whose current can be told from its noise, in
+/// the surroundings that the cold resistance belongs to (ohm).
+fn coldest_resistance(data: &Dataset, actuator: usize) -> Option<f64> {
+    let readings = data
         .observations
         .iter()
-        .filter(|o| o.channel == Channel::Current(actuator) && o.value > 20.0 * o.noise)
-        .filter(|o| plan.intervals[o.interval].ambient_k == 0.0);
+        .filter(|o| o.channel == Channel::Current(actuator) && o.value > heater::TOLD * o.noise)
+        .filter(|o| data.intervals[o.interval].ambient_k == 0.0);
     let mut pairs: Vec<(f64, f64)> = readings
-        .map(|o| (plan.drive(o)[actuator], o.value))
+        .map(|o| (data.drive(o)[actuator], o.value))
         .filter(|&(v, _)| v > 0.0)
         .collect();
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut ohms: Vec<f64> = pairs
-        .iter()
-        .take(pairs.len().div_ceil(4))
-        .map(|(v, i)| v / i)
-        .collect();
+    let coldest = pairs.iter().take(pairs.len().div_ceil(COLDEST));
+    let mut ohms: Vec<f64> = coldest.map(|(v, i)| v / i).collect();
     ohms.sort_by(f64::total_cmp);
     ohms.get(ohms.len() / 2).copied()
 }
 
-fn distinct_drives(plan: &Plan) -> usize {
-    let mut drives: Vec<_> = plan
+/// How many drives of the first actuator above 0 were observed, to a millivolt.
+fn distinct_drives(data: &Dataset) -> usize {
+    let mut drives: Vec<_> = data
         .observations
         .iter()
-        .map(|o| (plan.drive(o)[0] * 1e3) as i64)
+        .map(|o| (data.drive(o)[0] * 1e3) as i64)
         .filter(|&mv| mv > 0)
         .collect();
     drives.sort_unstable();
@@ -147,25 +81,28 @@ fn distinct_drives(plan: &Plan) -> usize {
 }
 
 /// Fast time (s), weight and time (s) of the middle pole that fits start from: mirrors differ in them by orders of magnitude,
-/// and a fit that starts far off stays there.
+/// and a fit that starts far off stays there. They span those of the null ensemble's families (`diagnosis`), on which
+/// `cargo xtask bench diagnose` benches them.
 const TIMES: [(f64, f64, f64); 3] = [(8e-3, 0.2, 0.04), (2e-3, 0.3, 0.02), (0.02, 0.3, 0.2)];
 
 /// Where fits start: usual sizes for the time constants that the model leaves at 0, and cold resistances read off the
 /// smallest drives, since heaters differ by orders of magnitude.
-pub fn seeds(model: &Model, free: &[Free], plan: &Plan) -> Vec<Model> {
-    let timeless =
-        |symbol| free.contains(&Free::Shared(symbol)) && Free::Shared(symbol).get(model) <= 0.0;
+pub fn seeds(model: &Model, free: &[BaseParameter], data: &Dataset) -> Vec<Model> {
+    let timeless = |symbol| {
+        free.contains(&BaseParameter::Shared(symbol))
+            && BaseParameter::Shared(symbol).get(model) <= 0.0
+    };
     let times = match (timeless(Symbol::FastTime), timeless(Symbol::MiddleTime)) {
         (true, true) => TIMES.to_vec(),
-        (true, false) if plan.is_of_heaters() => heater::times(plan)
+        (true, false) if data.is_of_heaters() => heater::times(data)
             .map(|fast_s| (fast_s, 0.0, 0.0))
             .to_vec(),
         _ => vec![TIMES[0]],
     };
-    let models = if plan.is_of_heaters() {
-        heater::seeds(model, plan)
+    let models = if data.is_of_heaters() {
+        heater::seeds(model, data)
     } else {
-        vec![with_own_resistances(model, plan)]
+        vec![with_own_resistances(model, data)]
     };
     models
         .iter()
@@ -175,7 +112,7 @@ pub fn seeds(model: &Model, free: &[Free], plan: &Plan) -> Vec<Model> {
 
 /// A fitted model with each of the sets of time constants that fits start from: the best fit without an effect may lie far
 /// from the best one with it.
-pub fn restarts(fitted: &Model, free: &[Free]) -> Vec<Model> {
+pub fn restarts(fitted: &Model, free: &[BaseParameter]) -> Vec<Model> {
     TIMES
         .iter()
         .map(|&times| {
@@ -200,17 +137,17 @@ fn usual(symbol: Symbol, (fast_s, weight, middle_s): (f64, f64, f64)) -> Option<
 }
 
 /// The model with the cold resistances that can be read off these numbers.
-pub fn with_own_resistances(model: &Model, plan: &Plan) -> Model {
+pub fn with_own_resistances(model: &Model, data: &Dataset) -> Model {
     let mut model = model.clone();
     for actuator in 0..ACTUATORS {
-        if let Some(ohm) = coldest_resistance(plan, actuator) {
-            own(Symbol::ColdResistance, actuator, plan).set(&mut model, ohm);
+        if let Some(ohm) = coldest_resistance(data, actuator) {
+            BaseParameter::of_actuator(Symbol::ColdResistance, actuator, data).set(&mut model, ohm);
         }
     }
     model
 }
 
-fn seed(model: &Model, free: &[Free], times: (f64, f64, f64)) -> Model {
+fn seed(model: &Model, free: &[BaseParameter], times: (f64, f64, f64)) -> Model {
     let mut model = model.clone();
     for &parameter in free {
         if let Some(usual) = usual(parameter.symbol(), times)

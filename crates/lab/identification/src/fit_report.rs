@@ -1,9 +1,10 @@
 //! What a fit found, how well it is known, and what these data cannot tell apart.
 
-use crate::base::Free;
+use crate::dataset::Dataset;
 use crate::estimate::Estimate;
-use crate::fit::{Fitted, Knob, fit, jacobian};
-use crate::plan::Plan;
+use crate::fit::{Fitted, fit};
+use crate::parameter::{BaseParameter, FreeParameter};
+use crate::prediction::jacobian;
 use mirror_model::{Model, Runaway, Symbol};
 use nalgebra::{DMatrix, SymmetricEigen};
 use serde::Serialize;
@@ -42,10 +43,10 @@ pub struct FitReport {
 /// [`Runaway`] if the model has no finite answer.
 pub fn fit_and_report(
     model: &Model,
-    plan: &Plan,
+    data: &Dataset,
     files: &[String],
 ) -> Result<(Model, FitReport), Runaway> {
-    report(fit(model, plan)?, plan, files)
+    report(fit(model, data)?, data, files)
 }
 
 /// Reports on a fit. The model comes back with standard errors and provenance.
@@ -54,21 +55,21 @@ pub fn fit_and_report(
 /// As [`fit_and_report`].
 pub fn report(
     mut fitted: Fitted,
-    plan: &Plan,
+    data: &Dataset,
     files: &[String],
 ) -> Result<(Model, FitReport), Runaway> {
-    let covariance = note_errors(&mut fitted, plan)?;
+    let covariance = note_errors(&mut fitted, data)?;
     let mut parameters = known_errors(&fitted, &covariance);
-    if !plan.has_displacement() {
+    if !data.has_displacement() {
         parameters = as_products(parameters, &fitted.model);
     }
     let report = FitReport {
         parameters,
         correlations: correlations(&fitted, &covariance),
-        inseparable: inseparable(&fitted.model, plan)?,
-        residual_rms_um: fitted.rms(plan, true),
-        residual_rms_ma: fitted.rms(plan, false).map(|amperes| 1e3 * amperes),
-        thinned_rows: plan.thinned_rows,
+        inseparable: inseparable(&fitted.model, data)?,
+        residual_rms_um: fitted.rms(data, true),
+        residual_rms_ma: fitted.rms(data, false).map(|amperes| 1e3 * amperes),
+        thinned_rows: data.thinned_rows,
     };
     let from = fitted.model.preset.name();
     let provenance = &mut fitted.model.provenance;
@@ -79,9 +80,9 @@ pub fn report(
 }
 
 /// Of the coordinates. Scaled up where the residual is larger than trusted, so that a wrong model's errors are honest.
-fn covariance(slopes: &DMatrix<f64>, fitted: &Fitted, plan: &Plan) -> DMatrix<f64> {
-    let squares = fitted.cost(plan);
-    let freedom = plan
+fn covariance(slopes: &DMatrix<f64>, fitted: &Fitted, data: &Dataset) -> DMatrix<f64> {
+    let squares = fitted.cost(data);
+    let freedom = data
         .observations
         .len()
         .saturating_sub(fitted.knobs.len())
@@ -104,18 +105,19 @@ fn standard_error(fitted: &Fitted, covariance: &DMatrix<f64>, index: usize) -> f
 
 /// The fitted parameters that are known to some part of themselves.
 pub fn known_errors(fitted: &Fitted, covariance: &DMatrix<f64>) -> BTreeMap<String, Estimate> {
-    let estimate = |(index, knob): (usize, &Knob)| {
+    let estimate = |(index, parameter): (usize, &FreeParameter)| {
         let (value, error) = (
-            knob.value(&fitted.model),
+            parameter.value(&fitted.model),
             standard_error(fitted, covariance, index),
         );
-        let known = error < MEANINGLESS * value.abs() || matches!(knob, Knob::Effect(..));
+        let known =
+            error < MEANINGLESS * value.abs() || matches!(parameter, FreeParameter::Effect(..));
         let estimate = Estimate {
             value,
             standard_error: Some(error),
-            unit: knob.unit(&fitted.model),
+            unit: parameter.unit(&fitted.model),
         };
-        known.then(|| (knob.name(&fitted.model), estimate))
+        known.then(|| (parameter.name(&fitted.model), estimate))
     };
     fitted
         .knobs
@@ -160,12 +162,12 @@ fn correlations(fitted: &Fitted, covariance: &DMatrix<f64>) -> Vec<(String, Stri
 }
 
 /// Directions in the space of the physical parameters, fitted or not, that change no prediction.
-fn inseparable(model: &Model, plan: &Plan) -> Result<Vec<String>, Runaway> {
+fn inseparable(model: &Model, data: &Dataset) -> Result<Vec<String>, Runaway> {
     let mut symbols = vec![Symbol::ThermalResistance, Symbol::ResistanceCoefficient];
-    if plan.has_current() {
+    if data.has_current() {
         symbols.push(Symbol::ColdResistance);
     }
-    if plan.has_displacement() {
+    if data.has_displacement() {
         symbols.extend([
             Symbol::CurvatureCoefficient,
             Symbol::ExpansionDifference,
@@ -175,11 +177,11 @@ fn inseparable(model: &Model, plan: &Plan) -> Result<Vec<String>, Runaway> {
     }
     let mut shared = model.clone();
     shared.by_actuator.clear();
-    let knobs: Vec<_> = symbols
+    let parameters: Vec<_> = symbols
         .iter()
-        .map(|&symbol| Knob::Base(Free::Shared(symbol)))
+        .map(|&symbol| FreeParameter::Base(BaseParameter::Shared(symbol)))
         .collect();
-    let slopes = jacobian(&shared, plan, &knobs)?;
+    let slopes = jacobian(&shared, data, &parameters)?;
     let eigen = SymmetricEigen::new(slopes.tr_mul(&slopes));
     let best = eigen.eigenvalues.max();
     let mut null = DMatrix::zeros(symbols.len(), symbols.len());
@@ -210,13 +212,13 @@ fn inseparable(model: &Model, plan: &Plan) -> Result<Vec<String>, Runaway> {
             ),
         });
     }
-    if !plan.has_displacement() {
+    if !data.has_displacement() {
         sentences.push(
             "voltage and current alone give only the products xi dT and xi R_T; an oven gives xi"
                 .into(),
         );
     }
-    if !plan.has_current() {
+    if !data.has_current() {
         sentences.push("without currents R0, xi and R_T act through one heating only".into());
     }
     Ok(sentences)
@@ -239,18 +241,18 @@ fn groups(null: &DMatrix<f64>) -> Vec<Vec<usize>> {
     groups
 }
 
-/// Gives the model its standard errors; returns the covariance of its knobs' coordinates.
+/// Gives the model its standard errors; returns the covariance of its parameters' coordinates.
 ///
 /// # Errors
 /// [`Runaway`] if the model has no finite answer close by.
-pub fn note_errors(fitted: &mut Fitted, plan: &Plan) -> Result<DMatrix<f64>, Runaway> {
-    let slopes = jacobian(&fitted.model, plan, &fitted.knobs)?;
-    let covariance = covariance(&slopes, fitted, plan);
+pub fn note_errors(fitted: &mut Fitted, data: &Dataset) -> Result<DMatrix<f64>, Runaway> {
+    let slopes = jacobian(&fitted.model, data, &fitted.knobs)?;
+    let covariance = covariance(&slopes, fitted, data);
     fitted.model.standard_errors.clear();
     for index in 0..fitted.knobs.len() {
         let error = standard_error(fitted, &covariance, index);
         match fitted.knobs[index] {
-            Knob::Base(free) => {
+            FreeParameter::Base(free) => {
                 let largest = fitted
                     .model
                     .standard_errors
@@ -258,7 +260,7 @@ pub fn note_errors(fitted: &mut Fitted, plan: &Plan) -> Result<DMatrix<f64>, Run
                     .or_insert(0.0);
                 *largest = largest.max(error);
             }
-            Knob::Effect(effect, parameter) => {
+            FreeParameter::Effect(effect, parameter) => {
                 fitted.model.effects[effect].standard_errors[parameter] = Some(error)
             }
         }

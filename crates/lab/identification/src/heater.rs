@@ -5,14 +5,14 @@
 //! the rise in all from the hottest. Fits start from there, plausible strengths of effects are counted in it, and virtual
 //! mirrors are driven until they are as warm.
 
-use crate::base::{Free, own};
-use crate::fit::{Fitted, Knob, in_units_of_trust, jacobian, predict};
-use crate::plan::{Channel, Plan};
+use crate::dataset::{Channel, Dataset};
+use crate::parameter::BaseParameter;
+use crate::prediction::{predict, standardised};
 use mirror_model::effect::{Active, Heater};
-use mirror_model::{ACTUATORS, Model, Runaway, Symbol};
+use mirror_model::{ACTUATORS, Model, Symbol};
 
-/// A current that its noise is a larger part of tells no resistance.
-const TOLD: f64 = 20.0;
+/// A current tells a resistance where it is above so many standard deviations of its noise: to 5 %.
+pub const TOLD: f64 = 20.0;
 /// The first rise is read off where the resistance has risen by this part of its whole rise, from so many readings at least.
 const FIRST: f64 = 0.25;
 const FEWEST: usize = 3;
@@ -47,8 +47,8 @@ struct Point {
 
 impl Readings {
     /// `None` where too few currents can be told from their noise.
-    pub fn of(plan: &Plan, actuator: usize) -> Option<Self> {
-        let points = points(plan, actuator);
+    pub fn of(data: &Dataset, actuator: usize) -> Option<Self> {
+        let points = points(data, actuator);
         let hottest = points.last().filter(|_| points.len() >= FEWEST)?;
         let mut coolest: Vec<f64> = points[..FEWEST].iter().map(|p| p.ohm).collect();
         coolest.sort_by(f64::total_cmp);
@@ -74,20 +74,22 @@ impl Readings {
         (self.hottest_w * self.cold_ohm * (1.0 + self.growth)).sqrt()
     }
 
-    fn sets(&self, model: &mut Model, actuator: usize, plan: &Plan, growth_per_w: f64) {
+    fn sets(&self, model: &mut Model, actuator: usize, data: &Dataset, growth_per_w: f64) {
         let xi = model.parameters.get(Symbol::ResistanceCoefficient);
-        own(Symbol::ColdResistance, actuator, plan).set(model, self.cold_ohm);
-        own(Symbol::ThermalResistance, actuator, plan).set(model, growth_per_w / xi);
+        BaseParameter::of_actuator(Symbol::ColdResistance, actuator, data)
+            .set(model, self.cold_ohm);
+        BaseParameter::of_actuator(Symbol::ThermalResistance, actuator, data)
+            .set(model, growth_per_w / xi);
     }
 }
 
 /// By their power.
-fn points(plan: &Plan, actuator: usize) -> Vec<Point> {
-    let mut points: Vec<Point> = plan
+fn points(data: &Dataset, actuator: usize) -> Vec<Point> {
+    let mut points: Vec<Point> = data
         .observations
         .iter()
         .filter(|o| o.channel == Channel::Current(actuator) && o.value > TOLD * o.noise)
-        .map(|o| (plan.drive(o)[actuator], o))
+        .map(|o| (data.drive(o)[actuator], o))
         .filter(|&(volts, _)| volts > 0.0)
         .map(|(volts, o)| Point {
             power_w: volts * o.value,
@@ -117,20 +119,20 @@ fn line(points: &[Point]) -> (f64, f64) {
     }
 }
 
-fn all_readings(plan: &Plan) -> impl Iterator<Item = (usize, Readings)> {
-    (0..ACTUATORS).filter_map(|actuator| Some((actuator, Readings::of(plan, actuator)?)))
+fn all_readings(data: &Dataset) -> impl Iterator<Item = (usize, Readings)> {
+    (0..ACTUATORS).filter_map(|actuator| Some((actuator, Readings::of(data, actuator)?)))
 }
 
 /// The heater that was driven hottest, where a session shows heaters only.
-pub fn hottest(plan: &Plan) -> Option<Readings> {
-    plan.is_of_heaters()
-        .then(|| all_readings(plan).map(|(_, readings)| readings))?
+pub fn hottest(data: &Dataset) -> Option<Readings> {
+    data.is_of_heaters()
+        .then(|| all_readings(data).map(|(_, readings)| readings))?
         .max_by(|a, b| a.growth.total_cmp(&b.growth))
 }
 
 /// The same for what effects it may have.
-pub fn heater(model: &Model, plan: &Plan) -> Option<Heater> {
-    let readings = hottest(plan)?;
+pub fn heater(model: &Model, data: &Dataset) -> Option<Heater> {
+    let readings = hottest(data)?;
     let xi = model.parameters.get(Symbol::ResistanceCoefficient);
     Some(Heater {
         cold_resistance_ohm: readings.cold_ohm,
@@ -141,9 +143,9 @@ pub fn heater(model: &Model, plan: &Plan) -> Option<Heater> {
 }
 
 /// The model with its effects in the strengths that are plausible in this session's heater. A mirror's stay as they are.
-pub fn suited(model: &Model, plan: &Plan) -> Model {
+pub fn suited(model: &Model, data: &Dataset) -> Model {
     let mut suited = model.clone();
-    if let Some(heater) = heater(model, plan) {
+    if let Some(heater) = heater(model, data) {
         for active in &mut suited.effects {
             *active = heater.suits_active(active);
         }
@@ -161,16 +163,16 @@ pub fn unbent(model: &Model) -> Model {
 
 /// Where fits of a base start: as warm at the hottest as the readings are; with effects, which share in that, also as the
 /// first rise has it, and as the model is.
-pub fn seeds(model: &Model, plan: &Plan) -> Vec<Model> {
+pub fn seeds(model: &Model, data: &Dataset) -> Vec<Model> {
     let mut model = model.clone();
-    if plan.is_one_heater() {
+    if data.is_one_heater() {
         model.by_actuator.remove(&Symbol::ColdResistance);
         model.by_actuator.remove(&Symbol::ThermalResistance);
     }
     let as_warm = |growth: fn(&Readings) -> f64| {
         let mut start = model.clone();
-        for (actuator, readings) in all_readings(plan) {
-            readings.sets(&mut start, actuator, plan, growth(&readings));
+        for (actuator, readings) in all_readings(data) {
+            readings.sets(&mut start, actuator, data, growth(&readings));
         }
         start
     };
@@ -183,41 +185,22 @@ pub fn seeds(model: &Model, plan: &Plan) -> Vec<Model> {
 }
 
 /// Time constants that its fits start from (s): a heater on a bench may be as slow as it likes.
-pub fn times(plan: &Plan) -> [f64; 3] {
-    let mut steps: Vec<f64> = plan
+pub fn times(data: &Dataset) -> [f64; 3] {
+    let mut steps: Vec<f64> = data
         .observations
         .iter()
-        .map(|o| plan.intervals[o.interval].duration_s)
+        .map(|o| data.intervals[o.interval].duration_s)
         .collect();
     steps.sort_by(f64::total_cmp);
     TIMES.map(|times| times * steps[steps.len() / 2])
 }
 
-/// The fit without the time constant that none of its readings depends on, which stays where the model has it.
-pub fn without_idle_time(
-    mut fitted: Fitted,
-    model: &Model,
-    plan: &Plan,
-) -> Result<Fitted, Runaway> {
-    let time = Free::Shared(Symbol::FastTime);
-    let knob = Knob::Base(time);
-    if !plan.is_of_heaters() || !fitted.knobs.contains(&knob) {
-        return Ok(fitted);
-    }
-    let slopes = jacobian(&fitted.model, plan, &[knob])?;
-    if slopes.norm() < 1.0 {
-        time.set(&mut fitted.model, time.get(model));
-        fitted.knobs.retain(|other| *other != knob);
-    }
-    Ok(fitted)
-}
-
 /// Where fits with one more effect start: from the fitted base and from the first rise, at strengths from small to all that is
 /// plausible, those that fit best as they are; what runs away comes last.
-pub fn starts(fitted: &Model, actives: &[Active], plan: &Plan) -> Vec<Model> {
+pub fn starts(fitted: &Model, actives: &[Active], data: &Dataset) -> Vec<Model> {
     let mut cool = fitted.clone();
-    for (actuator, readings) in all_readings(plan) {
-        readings.sets(&mut cool, actuator, plan, readings.first_per_w);
+    for (actuator, readings) in all_readings(data) {
+        readings.sets(&mut cool, actuator, data, readings.first_per_w);
     }
     let mut starts: Vec<(f64, Model)> = [fitted, &cool]
         .into_iter()
@@ -230,9 +213,9 @@ pub fn starts(fitted: &Model, actives: &[Active], plan: &Plan) -> Vec<Model> {
             })
         })
         .map(|with| {
-            let cost = predict(&with, plan).map_or(f64::INFINITY, |predicted| {
-                let left = plan.observations.iter().zip(predicted);
-                in_units_of_trust(left.map(|(o, p)| o.value - p), plan).norm_squared()
+            let cost = predict(&with, data).map_or(f64::INFINITY, |predicted| {
+                let left = data.observations.iter().zip(predicted);
+                standardised(left.map(|(o, p)| o.value - p), data).norm_squared()
             });
             (cost, with)
         })

@@ -12,11 +12,12 @@ use mirror_model::effect::{Active, find};
 use mirror_model::{Model, Runaway, Symbol};
 use serde::Serialize;
 
-use crate::base::{Free, identifiable, seeds};
+use crate::base::{identifiable, seeds};
+use crate::dataset::Dataset;
 use crate::estimate::Estimate;
-use crate::fit::{Fitted, Knob, fit_knobs};
+use crate::fit::{Fitted, fit_parameters};
 use crate::fit_report::{known_errors, note_errors};
-use crate::plan::Plan;
+use crate::parameter::{BaseParameter, FreeParameter};
 
 /// The sum of squares must fall by this share of itself.
 const WORTHWHILE: f64 = 0.05;
@@ -109,10 +110,10 @@ pub struct Identification {
 /// [`Runaway`] if the model that it starts from has no finite answer.
 pub fn identify(
     start: &Model,
-    plan: &Plan,
+    data: &Dataset,
     files: &[String],
 ) -> Result<(Model, Identification), Runaway> {
-    let mut search = Search::new(start, plan)?;
+    let mut search = Search::new(start, data)?;
     let mut verdicts = CANDIDATES.map(|candidate| search.consider(candidate));
     // What came later may have uncovered what came earlier.
     for (candidate, verdict) in CANDIDATES.into_iter().zip(&mut verdicts) {
@@ -125,12 +126,12 @@ pub fn identify(
         }
     }
     let mut fitted = search.best;
-    let covariance = note_errors(&mut fitted, plan)?;
+    let covariance = note_errors(&mut fitted, data)?;
     let report = Identification {
         parameters: known_errors(&fitted, &covariance),
         tried: verdicts.into_iter().flatten().collect(),
-        residual_rms_um: fitted.rms(plan, true),
-        residual_rms_ma: fitted.rms(plan, false).map(|amperes| 1e3 * amperes),
+        residual_rms_um: fitted.rms(data, true),
+        residual_rms_ma: fitted.rms(data, false).map(|amperes| 1e3 * amperes),
     };
     let provenance = &mut fitted.model.provenance;
     provenance.files = files.to_vec();
@@ -140,31 +141,32 @@ pub fn identify(
 }
 
 struct Search<'a> {
-    plan: &'a Plan,
+    data: &'a Dataset,
     best: Fitted,
     cost: f64,
 }
 
 impl<'a> Search<'a> {
     /// The base with one pole.
-    fn new(start: &Model, plan: &'a Plan) -> Result<Self, Runaway> {
-        let free = identifiable(plan);
-        let mut model = seeds(start, &free, plan).swap_remove(0);
+    fn new(start: &Model, data: &'a Dataset) -> Result<Self, Runaway> {
+        let free = identifiable(data);
+        let mut model = seeds(start, &free, data).swap_remove(0);
         for pole in [MIDDLE, SLOW] {
             model.parameters.set(pole.weight, 0.0);
             model.by_actuator.remove(&pole.weight);
         }
-        let mut knobs: Vec<Knob> = free
+        let mut parameters: Vec<FreeParameter> = free
             .into_iter()
             .filter(|free| ![MIDDLE.weight, MIDDLE.time].contains(&free.symbol()))
-            .map(Knob::Base)
+            .map(FreeParameter::Base)
             .collect();
         for (index, active) in model.effects.iter().enumerate() {
-            knobs.extend((0..active.values.len()).map(|value| Knob::Effect(index, value)));
+            parameters
+                .extend((0..active.values.len()).map(|value| FreeParameter::Effect(index, value)));
         }
-        let best = fit_knobs(&model, plan, &plan.values(), &knobs)?;
-        let cost = best.cost(plan);
-        Ok(Self { plan, best, cost })
+        let best = fit_parameters(&model, data, &data.values(), &parameters)?;
+        let cost = best.cost(data);
+        Ok(Self { data, best, cost })
     }
 
     /// Takes the candidate in if the data support it. `None` if it has no place to show in these data, or is there
@@ -177,7 +179,7 @@ impl<'a> Search<'a> {
                 because,
             })
         };
-        if !candidate.can_show(self.plan) {
+        if !candidate.can_show(self.data) {
             return tried(false, candidate.needs().into());
         }
         let (starts, added) = candidate.starts(&self.best.model)?;
@@ -187,16 +189,19 @@ impl<'a> Search<'a> {
         let Some(best) = self.fit_with(candidate, &starts, &added) else {
             return tried(false, "no fit with it has a finite answer".into());
         };
-        let fitted_cost = best.cost(self.plan);
+        let fitted_cost = best.cost(self.data);
         if fitted_cost > (1.0 - WORTHWHILE) * self.cost {
             return tried(false, "the misfit does not fall with it".into());
         }
-        let pressed = |knob: &&Knob| knob.is_at_its_limit(&best.model);
-        if let Some(knob) = candidate.unbounded(&added).iter().find(pressed) {
-            let because = format!("{} runs to the end of its range", knob.name(&best.model));
+        let pressed = |parameter: &&FreeParameter| parameter.is_at_its_limit(&best.model);
+        if let Some(parameter) = candidate.unbounded(&added).iter().find(pressed) {
+            let because = format!(
+                "{} runs to the end of its range",
+                parameter.name(&best.model)
+            );
             return tried(false, because);
         }
-        let Some((value, error)) = strength_of(&best, added[0], self.plan) else {
+        let Some((value, error)) = strength_of(&best, added[0], self.data) else {
             return tried(false, "no fit with it has a finite answer".into());
         };
         if value.abs() < KNOWN * error {
@@ -209,19 +214,24 @@ impl<'a> Search<'a> {
     }
 
     /// The best fit with the candidate: alone from every start, and then the best together with everything else.
-    fn fit_with(&self, candidate: Candidate, starts: &[Model], added: &[Knob]) -> Option<Fitted> {
-        let values = self.plan.values();
-        let least = |a: &Fitted, b: &Fitted| a.cost(self.plan).total_cmp(&b.cost(self.plan));
+    fn fit_with(
+        &self,
+        candidate: Candidate,
+        starts: &[Model],
+        added: &[FreeParameter],
+    ) -> Option<Fitted> {
+        let values = self.data.values();
+        let least = |a: &Fitted, b: &Fitted| a.cost(self.data).total_cmp(&b.cost(self.data));
         let mut alone = added.to_vec();
         if let Candidate::Pole(..) = candidate {
-            alone.push(Knob::Base(Free::Shared(Symbol::FastTime)));
+            alone.push(FreeParameter::Base(BaseParameter::Shared(Symbol::FastTime)));
         }
         let fits = starts
             .iter()
-            .filter_map(|start| fit_knobs(start, self.plan, &values, &alone).ok());
+            .filter_map(|start| fit_parameters(start, self.data, &values, &alone).ok());
         let best = fits.min_by(least)?;
-        let knobs = [&self.best.knobs[..], added].concat();
-        fit_knobs(&best.model, self.plan, &values, &knobs).ok()
+        let parameters = [&self.best.knobs[..], added].concat();
+        fit_parameters(&best.model, self.data, &values, &parameters).ok()
     }
 }
 
@@ -233,8 +243,8 @@ impl Candidate {
         }
     }
 
-    /// Models with it to start from, and its knobs. `None` where it is an effect that the model has.
-    fn starts(self, model: &Model) -> Option<(Vec<Model>, Vec<Knob>)> {
+    /// Models with it to start from, and its parameters. `None` where it is an effect that the model has.
+    fn starts(self, model: &Model) -> Option<(Vec<Model>, Vec<FreeParameter>)> {
         match self {
             Self::Pole(pole, sizes) => {
                 let start = |&(weight, time_s): &(f64, f64)| {
@@ -246,8 +256,9 @@ impl Candidate {
                     }
                     with
                 };
-                let knobs = [pole.weight, pole.time].map(|symbol| Knob::Base(Free::Shared(symbol)));
-                Some((sizes.iter().map(start).collect(), knobs.to_vec()))
+                let parameters = [pole.weight, pole.time]
+                    .map(|symbol| FreeParameter::Base(BaseParameter::Shared(symbol)));
+                Some((sizes.iter().map(start).collect(), parameters.to_vec()))
             }
             Self::Effect(id, values) => {
                 if model.effects.iter().any(|active| active.id() == id) {
@@ -266,15 +277,15 @@ impl Candidate {
                 if starts.is_empty() {
                     starts.push(usual);
                 }
-                let knobs = (0..count).map(|value| Knob::Effect(index, value));
-                Some((starts, knobs.collect()))
+                let parameters = (0..count).map(|value| FreeParameter::Effect(index, value));
+                Some((starts, parameters.collect()))
             }
         }
     }
 
-    /// Those of its knobs whose range is a matter of taste. The share of the opposite actuator's heat is one at most, as where
+    /// Those of its parameters whose range is a matter of taste. The share of the opposite actuator's heat is one at most, as where
     /// all actuators heat a common frame.
-    fn unbounded(self, added: &[Knob]) -> &[Knob] {
+    fn unbounded(self, added: &[FreeParameter]) -> &[FreeParameter] {
         match self {
             Self::Effect("crosstalk", _) => &added[..1],
             _ => added,
@@ -282,26 +293,26 @@ impl Candidate {
     }
 
     /// Whether the data could show it at all.
-    fn can_show(self, plan: &Plan) -> bool {
+    fn can_show(self, data: &Dataset) -> bool {
         let shortest = |limit_s: f64| {
-            let resolved = plan
+            let resolved = data
                 .intervals
                 .iter()
                 .filter(|piece| piece.duration_s < limit_s);
             resolved.count() > 20
         };
         let longest = |limit_s: f64| {
-            let total: f64 = plan.intervals.iter().map(|piece| piece.duration_s).sum();
+            let total: f64 = data.intervals.iter().map(|piece| piece.duration_s).sum();
             total > limit_s
         };
         match self {
             Self::Pole(pole, _) if pole.time == Symbol::MiddleTime => shortest(0.02),
-            Self::Effect("resonance", _) => plan.has_displacement() && shortest(1e-3),
+            Self::Effect("resonance", _) => data.has_displacement() && shortest(1e-3),
             Self::Effect("thermal-lag", _) => shortest(0.02),
             Self::Pole(..) | Self::Effect("substrate-warming", _) => longest(5.0),
-            Self::Effect("creep" | "hysteresis", _) => plan.has_displacement() && longest(5.0),
-            Self::Effect("quadratic-tcr", _) => plan.has_current(),
-            Self::Effect("crosstalk", _) => are_driven_apart(plan),
+            Self::Effect("creep" | "hysteresis", _) => data.has_displacement() && longest(5.0),
+            Self::Effect("quadratic-tcr", _) => data.has_current(),
+            Self::Effect("crosstalk", _) => are_driven_apart(data),
             Self::Effect(..) => true,
         }
     }
@@ -327,21 +338,21 @@ impl Candidate {
 }
 
 /// Whether some actuators were ever driven while others hardly were.
-fn are_driven_apart(plan: &Plan) -> bool {
-    plan.observations.iter().any(|observation| {
-        let volts = plan.drive(observation);
+fn are_driven_apart(data: &Dataset) -> bool {
+    data.observations.iter().any(|observation| {
+        let volts = data.drive(observation);
         let most = volts.into_iter().fold(0.0, f64::max);
         volts.into_iter().any(|v| v < 0.5 * most)
     })
 }
 
-/// A knob's value, and its standard error.
-fn strength_of(fitted: &Fitted, knob: Knob, plan: &Plan) -> Option<(f64, f64)> {
+/// A parameter's value, and its standard error.
+fn strength_of(fitted: &Fitted, parameter: FreeParameter, data: &Dataset) -> Option<(f64, f64)> {
     let mut noted = fitted.clone();
-    let covariance = note_errors(&mut noted, plan).ok()?;
-    let index = noted.knobs.iter().position(|other| *other == knob)?;
-    let error = covariance[(index, index)].max(0.0).sqrt() * knob.scale(&noted.model);
-    Some((knob.value(&noted.model), error))
+    let covariance = note_errors(&mut noted, data).ok()?;
+    let index = noted.knobs.iter().position(|other| *other == parameter)?;
+    let error = covariance[(index, index)].max(0.0).sqrt() * parameter.scale(&noted.model);
+    Some((parameter.value(&noted.model), error))
 }
 
 impl fmt::Display for Identification {

@@ -1,7 +1,7 @@
 //! What a comparison says of a session that a model with one more effect would have measured.
 
-use identification::fit::predict;
-use identification::{Comparison, Plan, compare};
+use identification::prediction::predict;
+use identification::{Comparison, Dataset, compare};
 use measurement::{Keys, MeasurementFile, Row, Session};
 use mirror_model::effect::{Active, find};
 use mirror_model::{Model, Preset};
@@ -62,17 +62,17 @@ fn comparison(effect: &str, size: f64, channels: [bool; 2]) -> Comparison {
         file("step", 100.0, step.collect(), channels),
         file("repeat", 200.0, sweep(), channels),
     ];
-    let mut plan = Plan::new(&Session { files });
+    let mut data = Dataset::new(&Session { files });
     let model = Model::from(Preset::Reconciled);
     let mut nature = model.clone();
     let mut active = Active::usual(find(effect).expect("an effect"));
     active.values[0] = size;
     nature.effects.push(active);
-    let values = predict(&nature, &plan).expect("an answer");
-    for (observation, value) in plan.observations.iter_mut().zip(values) {
+    let values = predict(&nature, &data).expect("an answer");
+    for (observation, value) in data.observations.iter_mut().zip(values) {
         observation.value = value;
     }
-    compare(&model, &plan).expect("an answer")
+    compare(&model, &data).expect("an answer")
 }
 
 fn says(comparison: &Comparison, place: &str, words: &str) -> bool {

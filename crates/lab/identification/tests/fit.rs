@@ -1,7 +1,7 @@
 //! What a fit says that data cannot separate, by what was measured.
 
-use identification::fit::predict;
-use identification::{FitReport, Plan, fit_and_report};
+use identification::prediction::predict;
+use identification::{Dataset, FitReport, fit_and_report};
 use measurement::{MeasurementFile, Row, Session};
 use mirror_model::{Model, Preset};
 
@@ -21,14 +21,14 @@ fn fitted(with_z: bool, with_currents: bool) -> (Model, FitReport) {
         rows: rows.collect(),
         ..MeasurementFile::default()
     };
-    let mut plan = Plan::new(&Session {
+    let mut data = Dataset::new(&Session {
         files: vec![("sweep.csv".into(), file)],
     });
-    let values = predict(&Model::from(Preset::Reconciled), &plan).expect("an answer");
-    for (observation, value) in plan.observations.iter_mut().zip(values) {
+    let values = predict(&Model::from(Preset::Reconciled), &data).expect("an answer");
+    for (observation, value) in data.observations.iter_mut().zip(values) {
         observation.value = value;
     }
-    fit_and_report(&Model::from(Preset::Paper), &plan, &["sweep.csv".into()]).expect("a fit")
+    fit_and_report(&Model::from(Preset::Paper), &data, &["sweep.csv".into()]).expect("a fit")
 }
 
 fn says(report: &FitReport, words: &[&str]) -> bool {

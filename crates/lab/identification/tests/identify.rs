@@ -1,7 +1,7 @@
 //! Identification finds what the data support, and invents nothing.
 
 use experiments::Experiment;
-use identification::{Identification, Plan, identify};
+use identification::{Dataset, Identification, identify};
 use measurement::Session;
 use mirror_model::{Model, Preset, Symbol};
 use virtual_mirror::MirrorConfig;
@@ -13,8 +13,8 @@ fn identified(experiments: Vec<Experiment>, instruments: Instruments) -> (Model,
 }
 
 fn from(session: &Session) -> (Model, Identification) {
-    let plan = Plan::new(session);
-    identify(&Model::from(Preset::Reconciled), &plan, &["a.csv".into()]).expect("a finite answer")
+    let data = Dataset::new(session);
+    identify(&Model::from(Preset::Reconciled), &data, &["a.csv".into()]).expect("a finite answer")
 }
 
 fn a_sweep_and_a_step() -> Vec<Experiment> {

@@ -3,7 +3,7 @@
 use calibration::{JUMP_S, RefineError, TabulateError, jumps, refined, tabulate};
 use control_core::Calibration;
 use experiments::{Experiment, session as standard_session};
-use identification::Plan as FitPlan;
+use identification::Dataset;
 use measurement::{MeasurementFile, Session};
 use mirror_model::{Model, Preset, Runaway};
 use virtual_mirror::{ConfigError, MirrorConfig};
@@ -44,7 +44,7 @@ pub enum CalibrateError {
 pub fn calibrate(config: &MirrorConfig) -> Result<(Calibration, Model), CalibrateError> {
     let session = measure(config, &plan(), Instruments::PositionAndCurrents)?;
     let start = Model::from(Preset::Reconciled);
-    let (model, _) = identification::identify(&start, &FitPlan::new(&session), &[])?;
+    let (model, _) = identification::identify(&start, &Dataset::new(&session), &[])?;
     let mut calibration = tabulate(&model)?.calibration;
     let session = moves(&mut calibration, config)?;
     let refined = refined(&calibration, &session)?;

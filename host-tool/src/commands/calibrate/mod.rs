@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use calibration::{tabulate, to_toml};
 use control_core::Calibration;
 use control_core::calibration::Label;
-use identification::{Identification, Plan};
+use identification::{Dataset, Identification};
 use measurement::Session;
 use mirror_model::{Model, Symbol};
 use mirror_protocol::CalibrationUse;
@@ -177,7 +177,7 @@ impl Bench<'_> {
             let start = self.start.clone();
             let identify = move || {
                 let files: Vec<_> = session.files.iter().map(|(name, _)| name.clone()).collect();
-                identification::identify(&start, &Plan::new(&session), &files)
+                identification::identify(&start, &Dataset::new(&session), &files)
             };
             lab.aside("identifying", identify).await??
         };

@@ -72,13 +72,13 @@ pub(in crate::commands) fn run(command: EffectCommand, json: bool) -> Result<(),
                 add(
                     &lab.model,
                     effect,
-                    &lab.plan,
+                    &lab.data,
                     &lab.files,
                     Some(&cache_directory()),
                 )
             })?;
             file.write(&changed.after.to_toml())?;
-            let positioning = (!lab.plan.is_of_heaters())
+            let positioning = (!lab.data.is_of_heaters())
                 .then(|| Positioning::new(&changed.before, &changed.after));
             let edited = Edited {
                 edit: changed.edit,
@@ -95,10 +95,10 @@ pub(in crate::commands) fn run(command: EffectCommand, json: bool) -> Result<(),
             let lab = Lab::load(&lab)?;
             let file = NewFile::create(output.output, output.force)?;
             let changed = while_working("refitting", json, || {
-                remove(&lab.model, &effect, &lab.plan, &lab.files)
+                remove(&lab.model, &effect, &lab.data, &lab.files)
             })?;
             file.write(&changed.after.to_toml())?;
-            let positioning = (!lab.plan.is_of_heaters())
+            let positioning = (!lab.data.is_of_heaters())
                 .then(|| Positioning::new(&changed.after, &changed.before));
             let edited = Edited {
                 edit: changed.edit,

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use identification::Plan;
+use identification::Dataset;
 use indicatif::ProgressBar;
 use measurement::{Device, Session};
 use mirror_model::Model;
@@ -25,7 +25,7 @@ use crate::report;
 /// A model, and a session as it sees it.
 struct Lab {
     model: Model,
-    plan: Plan,
+    data: Dataset,
     files: Vec<String>,
 }
 
@@ -40,7 +40,7 @@ impl Lab {
         let files = session.files.iter().map(|(name, _)| name.clone()).collect();
         Ok(Self {
             model,
-            plan: Plan::new(&session),
+            data: Dataset::new(&session),
             files,
         })
     }
@@ -51,7 +51,7 @@ pub(super) fn fit(input: &LabInput, output: ModelOutput, json: bool) -> Result<(
     let lab = Lab::load(input)?;
     let file = NewFile::create(output.output, output.force)?;
     let (model, fitted) = while_working("fitting", json, || {
-        identification::fit_and_report(&lab.model, &lab.plan, &lab.files)
+        identification::fit_and_report(&lab.model, &lab.data, &lab.files)
     })?;
     file.write(&model.to_toml())?;
     report::print(&fitted, json);
@@ -63,7 +63,7 @@ pub(super) fn identify(input: &LabInput, output: ModelOutput, json: bool) -> Res
     let lab = Lab::load(input)?;
     let file = NewFile::create(output.output, output.force)?;
     let (model, found) = while_working("identifying", json, || {
-        identification::identify(&lab.model, &lab.plan, &lab.files)
+        identification::identify(&lab.model, &lab.data, &lab.files)
     })?;
     file.write(&model.to_toml())?;
     report::print(&found, json);
@@ -77,12 +77,12 @@ pub(super) fn compare(
     json: bool,
 ) -> Result<(), ToolError> {
     let lab = Lab::load(input)?;
-    let comparison = identification::compare(&lab.model, &lab.plan)?;
+    let comparison = identification::compare(&lab.model, &lab.data)?;
     report::print(&comparison, json);
     if json && picture.is_none() {
         return Ok(());
     }
-    let curves = picture::Curves::new(&lab.model, &lab.plan)?;
+    let curves = picture::Curves::new(&lab.model, &lab.data)?;
     if !json {
         report::write(&curves.in_the_terminal());
     }
@@ -104,7 +104,7 @@ pub(super) fn diagnose(input: &LabInput, own: &[PathBuf], json: bool) -> Result<
     let cache = cache_directory();
     let what = "trying every effect, and mirrors with nothing hidden (kept for the next time)";
     let found = while_working(what, json, || {
-        diagnosis::diagnose(&lab.model, &lab.plan, &own, Some(&cache))
+        diagnosis::diagnose(&lab.model, &lab.data, &own, Some(&cache))
     })?;
     report::print(&found, json);
     Ok(())

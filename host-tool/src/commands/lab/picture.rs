@@ -1,8 +1,8 @@
 //! Measured and modelled curves with what is left between them: in the terminal, and as SVG.
 
-use identification::Plan;
-use identification::fit::predict;
-use identification::plan::Channel;
+use identification::Dataset;
+use identification::dataset::Channel;
+use identification::prediction::predict;
 use mirror_model::{Model, Runaway};
 use plotters::prelude::*;
 
@@ -27,26 +27,26 @@ const WIDTH: u32 = 900;
 const ROW_HEIGHT: u32 = 260;
 
 impl Curves {
-    pub(super) fn new(model: &Model, plan: &Plan) -> Result<Self, Runaway> {
-        let predicted = predict(model, plan)?;
-        let shown = if plan.has_displacement() {
+    pub(super) fn new(model: &Model, data: &Dataset) -> Result<Self, Runaway> {
+        let predicted = predict(model, data)?;
+        let shown = if data.has_displacement() {
             Channel::Displacement
         } else {
             Channel::Current(0)
         };
-        let (y_name, unit) = if plan.has_displacement() {
+        let (y_name, unit) = if data.has_displacement() {
             ("z (um)", 1.0)
         } else {
             ("I1 (mA)", 1e3)
         };
         let curve = |index: usize| {
-            let of_it: Vec<_> = plan
+            let of_it: Vec<_> = data
                 .observations
                 .iter()
                 .zip(&predicted)
                 .filter(|(seen, _)| seen.experiment == index && seen.channel == shown)
                 .collect();
-            let experiment = plan.experiments[index].clone();
+            let experiment = data.experiments[index].clone();
             // Sweeps and ladders are looked at against the drive, everything else against time.
             let by_drive = ["sweep", "repeat"]
                 .iter()
@@ -55,7 +55,7 @@ impl Curves {
                 .iter()
                 .map(|(seen, modelled)| {
                     let x = if by_drive {
-                        plan.drive(seen)[0]
+                        data.drive(seen)[0]
                     } else {
                         seen.t_s
                     };
@@ -69,7 +69,7 @@ impl Curves {
                 points,
             }
         };
-        let curves = (0..plan.experiments.len())
+        let curves = (0..data.experiments.len())
             .map(curve)
             .filter(|curve| curve.points.len() > 1)
             .collect();

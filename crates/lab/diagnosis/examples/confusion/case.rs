@@ -4,7 +4,7 @@ use crate::Arguments;
 use clap::ValueEnum;
 use diagnosis::family::CALIBRATING;
 use experiments::Experiment;
-use identification::Plan;
+use identification::Dataset;
 use std::fmt;
 use virtual_mirror::{ConfigError, Effect, Family, MirrorConfig};
 use virtual_sessions::measure;
@@ -167,7 +167,7 @@ impl Case {
     }
 
     /// What is measured of a mirror.
-    pub(crate) fn session(&self, config: &MirrorConfig) -> Result<Plan, ConfigError> {
+    pub(crate) fn session(&self, config: &MirrorConfig) -> Result<Dataset, ConfigError> {
         let instruments = match self.instruments {
             Instruments::Without => virtual_sessions::Instruments::Position,
             Instruments::SweepOfCurrents => virtual_sessions::Instruments::Currents,
@@ -180,7 +180,7 @@ impl Case {
             }
             _ => experiments::session(3.5),
         };
-        Ok(Plan::new(&measure(config, &drives, instruments)?))
+        Ok(Dataset::new(&measure(config, &drives, instruments)?))
     }
 }
 

@@ -4,8 +4,9 @@ use crate::case::{Case, Hidden, Instruments};
 use diagnosis::ensemble::Ensemble;
 use diagnosis::space::{Approximation, Space};
 use diagnosis::{Diagnosis, Ranked, Verdict, add, diagnose};
-use identification::fit::{Fitted, fit, fit_knobs, jacobian, knobs, predict, white_noise};
-use identification::{Plan, fit_and_report};
+use identification::fit::{Fitted, fit, fit_parameters, free_parameters};
+use identification::prediction::{jacobian, predict, white_noise};
+use identification::{Dataset, fit_and_report};
 use mirror_model::effect::{Active, find};
 use mirror_model::{Model, Preset};
 use std::error::Error;
@@ -94,7 +95,7 @@ pub(crate) fn diagnosed(
 /// Whether one of two effects is found, and the other after the first was added.
 fn both(
     paper: &Model,
-    plan: &Plan,
+    plan: &Dataset,
     found: &Diagnosis,
     one: Effect,
     other: Effect,
@@ -121,7 +122,7 @@ fn listed(effect: Effect) -> std::sync::Arc<dyn mirror_model::effect::Effect> {
 fn error_ratio(
     case: &Case,
     effect: Effect,
-    plan: &Plan,
+    plan: &Dataset,
     cache: &Path,
 ) -> Result<f64, Box<dyn Error>> {
     let paper = Model::from(Preset::Paper);
@@ -133,7 +134,7 @@ fn error_ratio(
 /// What the hidden effect alone does to a session: no noise, and no error of the model.
 struct Alone {
     /// The session of the same mirror without it.
-    without: Plan,
+    without: Dataset,
     fitted: Fitted,
     change: Vec<f64>,
 }
@@ -162,9 +163,9 @@ impl Alone {
     }
 
     /// What it leaves where the base is fitted anew and the approximation is free, in a session with the noise of `plan`.
-    fn shown(&self, plan: &Plan, cache: &Path) -> Result<f64, Box<dyn Error>> {
+    fn shown(&self, plan: &Dataset, cache: &Path) -> Result<f64, Box<dyn Error>> {
         let values = self.values()?;
-        let near = fit_knobs(
+        let near = fit_parameters(
             &self.fitted.model,
             &self.without,
             &values,
@@ -206,7 +207,13 @@ impl Alone {
             *value = found.parameters[parameter.symbol.as_ref()].value;
         }
         model.effects.push(active);
-        let fitted = fit_knobs(&model, plan, &self.values()?, &knobs(&model, plan))?.model;
+        let fitted = fit_parameters(
+            &model,
+            plan,
+            &self.values()?,
+            &free_parameters(&model, plan),
+        )?
+        .model;
         let reported = &found.parameters[parameters[0].symbol.as_ref()];
         Ok(Size {
             reported: reported.value,

@@ -2,14 +2,14 @@
 
 use super::ladder::{Ladder, between, ladders};
 use super::{Reading, SURE, scale};
-use crate::plan::Plan;
+use crate::dataset::Dataset;
 
 /// One sentence for every experiment that repeats the way up of an earlier one.
-pub(super) fn sentences(plan: &Plan, readings: &[Vec<Reading>], unit: &str) -> Vec<String> {
+pub(super) fn sentences(data: &Dataset, readings: &[Vec<Reading>], unit: &str) -> Vec<String> {
     let mut sentences = Vec::new();
     let mut earlier: Vec<(&str, Ladder)> = Vec::new();
-    for (name, readings) in plan.experiments.iter().zip(readings) {
-        for ladder in ladders(plan, readings) {
+    for (name, readings) in data.experiments.iter().zip(readings) {
+        for ladder in ladders(data, readings) {
             let first = earlier
                 .iter()
                 .find(|(other, first)| *other != name.as_str() && first.moves == ladder.moves);

@@ -1,7 +1,7 @@
 //! Drives held one after the other: what the error does along the drive, and in its two directions.
 
 use super::{Reading, off, scale};
-use crate::plan::Plan;
+use crate::dataset::Dataset;
 use mirror_model::ACTUATORS;
 
 /// A drive held for so long is taken as steady.
@@ -62,9 +62,9 @@ impl Ladder {
 }
 
 /// The ladders of an experiment that are long enough to have a form.
-pub(super) fn ladders(plan: &Plan, readings: &[Reading]) -> Vec<Ladder> {
+pub(super) fn ladders(data: &Dataset, readings: &[Reading]) -> Vec<Ladder> {
     let mut ladders: Vec<Ladder> = Vec::new();
-    for step in steady(plan, readings) {
+    for step in steady(data, readings) {
         let moves = ladders
             .last()
             .and_then(|ladder| moved(&ladder.steps.last()?.drive, &step.drive));
@@ -84,11 +84,11 @@ pub(super) fn ladders(plan: &Plan, readings: &[Reading]) -> Vec<Ladder> {
 }
 
 /// The last reading of every drive that was held long enough.
-fn steady(plan: &Plan, readings: &[Reading]) -> Vec<Steady> {
+fn steady(data: &Dataset, readings: &[Reading]) -> Vec<Steady> {
     let mut found = Vec::new();
     let mut since = f64::NEG_INFINITY;
     for (index, reading) in readings.iter().enumerate() {
-        let interval = &plan.intervals[reading.interval];
+        let interval = &data.intervals[reading.interval];
         let begin = reading.t_s - interval.duration_s;
         if interval.from_v != interval.to_v {
             since = f64::INFINITY;
@@ -121,12 +121,12 @@ fn moved(from: &[f64; ACTUATORS], to: &[f64; ACTUATORS]) -> Option<Moves> {
 }
 
 /// One sentence a ladder; ladders of one experiment that say the same say it once.
-pub(super) fn sentences(plan: &Plan, readings: &[Vec<Reading>], unit: &str) -> Vec<String> {
+pub(super) fn sentences(data: &Dataset, readings: &[Vec<Reading>], unit: &str) -> Vec<String> {
     let mut sentences = Vec::new();
-    for (name, readings) in plan.experiments.iter().zip(readings) {
+    for (name, readings) in data.experiments.iter().zip(readings) {
         let (_, worth) = scale(readings);
         let mut said: Vec<(Vec<String>, String)> = Vec::new();
-        for ladder in ladders(plan, readings) {
+        for ladder in ladders(data, readings) {
             let Some(text) = course(&ladder, worth, unit) else {
                 continue;
             };

@@ -2,7 +2,7 @@
 
 use super::ladder::STEADY_S;
 use super::{Reading, SURE, scale};
-use crate::plan::Plan;
+use crate::dataset::Dataset;
 
 /// Holds of so many readings after a jump show a course in time.
 const READINGS: usize = 10;
@@ -17,12 +17,12 @@ const PART: f64 = 0.03;
 const ALIKE_UM: f64 = 0.1;
 
 /// What jumps show, then what sines show.
-pub(super) fn sentences(plan: &Plan, readings: &[Vec<Reading>], unit: &str) -> Vec<String> {
-    let jumps = plan.experiments.iter().zip(readings);
+pub(super) fn sentences(data: &Dataset, readings: &[Vec<Reading>], unit: &str) -> Vec<String> {
+    let jumps = data.experiments.iter().zip(readings);
     let mut sentences: Vec<String> = jumps
-        .flat_map(|(name, readings)| after_jumps(plan, name, readings, unit))
+        .flat_map(|(name, readings)| after_jumps(data, name, readings, unit))
         .collect();
-    let mut loops: Vec<Loop> = readings.iter().filter_map(|r| Loop::of(plan, r)).collect();
+    let mut loops: Vec<Loop> = readings.iter().filter_map(|r| Loop::of(data, r)).collect();
     loops.sort_by(|a, b| a.hz.total_cmp(&b.hz));
     let alike = if unit == "um" { ALIKE_UM } else { 0.0 };
     sentences.extend(along_sines(&loops, alike, unit));
@@ -30,12 +30,12 @@ pub(super) fn sentences(plan: &Plan, readings: &[Vec<Reading>], unit: &str) -> V
 }
 
 /// How the error moves after each jump: at once, and slowly.
-fn after_jumps(plan: &Plan, name: &str, readings: &[Reading], unit: &str) -> Vec<String> {
+fn after_jumps(data: &Dataset, name: &str, readings: &[Reading], unit: &str) -> Vec<String> {
     let (_, worth) = scale(readings);
     let held = readings.chunk_by(|a, b| a.drive == b.drive);
     held.filter_map(|hold| {
         let first = &hold[0];
-        let interval = &plan.intervals[first.interval];
+        let interval = &data.intervals[first.interval];
         let jumped_s = first.t_s - interval.duration_s;
         let last = hold.last()?;
         let long = last.t_s - jumped_s;
@@ -85,9 +85,9 @@ struct Loop {
 
 impl Loop {
     /// None where the drive does not swing.
-    fn of(plan: &Plan, readings: &[Reading]) -> Option<Self> {
+    fn of(data: &Dataset, readings: &[Reading]) -> Option<Self> {
         let swings =
-            |r: &Reading| plan.intervals[r.interval].from_v != plan.intervals[r.interval].to_v;
+            |r: &Reading| data.intervals[r.interval].from_v != data.intervals[r.interval].to_v;
         if readings.len() < 4 * READINGS || !readings.iter().all(swings) {
             return None;
         }
@@ -99,11 +99,11 @@ impl Loop {
             });
         let (middle, amplitude) = (0.5 * (low + high), 0.5 * (high - low));
         // A sine passes through four amplitudes in a period.
-        let swept = || readings.iter().map(|r| &plan.intervals[r.interval]);
+        let swept = || readings.iter().map(|r| &data.intervals[r.interval]);
         let path: f64 = swept().map(|i| (i.to_v[0] - i.from_v[0]).abs()).sum();
         let long: f64 = swept().map(|i| i.duration_s).sum();
         let rising = |r: &Reading| {
-            let interval = &plan.intervals[r.interval];
+            let interval = &data.intervals[r.interval];
             interval.to_v[0] > interval.from_v[0]
         };
         let near: Vec<_> = readings

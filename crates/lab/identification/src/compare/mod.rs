@@ -5,8 +5,8 @@ mod ladder;
 mod lag;
 mod stages;
 
-use crate::fit::predict;
-use crate::plan::{Channel, Observation, Plan};
+use crate::dataset::{Channel, Dataset, Observation};
+use crate::prediction::predict;
 use mirror_model::{ACTUATORS, Model, Runaway};
 use serde::Serialize;
 use std::fmt;
@@ -80,27 +80,27 @@ impl Reading {
 ///
 /// # Errors
 /// [`Runaway`] if the model has no finite answer.
-pub fn compare(model: &Model, plan: &Plan) -> Result<Comparison, Runaway> {
-    let predicted = predict(model, plan)?;
-    let unit = if plan.has_displacement() { "um" } else { "mA" };
-    let readings: Vec<Vec<Reading>> = (0..plan.experiments.len())
-        .map(|index| readings(plan, &predicted, index))
+pub fn compare(model: &Model, data: &Dataset) -> Result<Comparison, Runaway> {
+    let predicted = predict(model, data)?;
+    let unit = if data.has_displacement() { "um" } else { "mA" };
+    let readings: Vec<Vec<Reading>> = (0..data.experiments.len())
+        .map(|index| readings(data, &predicted, index))
         .collect();
     let experiments: Vec<_> = readings
         .iter()
         .enumerate()
-        .filter_map(|(index, readings)| experiment(plan, &predicted, readings, index))
+        .filter_map(|(index, readings)| experiment(data, &predicted, readings, index))
         .collect();
-    let stages = stages::stages(model, plan, &predicted);
+    let stages = stages::stages(model, data, &predicted);
     let mut sentences: Vec<String> = worst(&experiments, unit).into_iter().collect();
-    sentences.extend(ladder::sentences(plan, &readings, unit));
-    sentences.extend(history::sentences(plan, &readings, unit));
-    sentences.extend(lag::sentences(plan, &readings, unit));
+    sentences.extend(ladder::sentences(data, &readings, unit));
+    sentences.extend(history::sentences(data, &readings, unit));
+    sentences.extend(lag::sentences(data, &readings, unit));
     sentences.extend(stages.sentences());
-    let current_rms_ma = current_rms_ma(plan, &predicted, |_| true);
+    let current_rms_ma = current_rms_ma(data, &predicted, |_| true);
     Ok(Comparison {
         rms: match current_rms_ma {
-            Some(rms) if !plan.has_displacement() => rms,
+            Some(rms) if !data.has_displacement() => rms,
             _ => rms(readings.iter().flatten().map(Reading::error)),
         },
         experiments,
@@ -120,11 +120,11 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
 
 /// None where no such current was measured.
 fn current_rms_ma(
-    plan: &Plan,
+    data: &Dataset,
     predicted: &[f64],
     wanted: impl Fn(&Observation) -> bool,
 ) -> Option<f64> {
-    let seen = plan.observations.iter().zip(predicted);
+    let seen = data.observations.iter().zip(predicted);
     let errors: Vec<f64> = seen
         .filter(|(o, _)| o.channel != Channel::Displacement && wanted(o))
         .map(|(o, p)| 1e3 * (o.value - p))
@@ -133,11 +133,11 @@ fn current_rms_ma(
 }
 
 /// The displacements of one experiment, or where none was measured the mean currents of its rows.
-fn readings(plan: &Plan, predicted: &[f64], index: usize) -> Vec<Reading> {
+fn readings(data: &Dataset, predicted: &[f64], index: usize) -> Vec<Reading> {
     let mut readings: Vec<(Reading, f64)> = Vec::new();
-    let unit = if plan.has_displacement() { 1.0 } else { 1e3 };
-    for (o, &modelled) in plan.observations.iter().zip(predicted) {
-        let shown = (o.channel == Channel::Displacement) == plan.has_displacement();
+    let unit = if data.has_displacement() { 1.0 } else { 1e3 };
+    for (o, &modelled) in data.observations.iter().zip(predicted) {
+        let shown = (o.channel == Channel::Displacement) == data.has_displacement();
         if o.experiment != index || !shown {
             continue;
         }
@@ -145,7 +145,7 @@ fn readings(plan: &Plan, predicted: &[f64], index: usize) -> Vec<Reading> {
             .last_mut()
             .filter(|(last, _)| last.interval == o.interval && last.t_s == o.t_s);
         match same_row {
-            Some((reading, channels)) if !plan.has_displacement() => {
+            Some((reading, channels)) if !data.has_displacement() => {
                 let share = 1.0 / (*channels + 1.0);
                 reading.measured += share * (unit * o.value - reading.measured);
                 reading.modelled += share * (unit * modelled - reading.modelled);
@@ -155,7 +155,7 @@ fn readings(plan: &Plan, predicted: &[f64], index: usize) -> Vec<Reading> {
                 Reading {
                     interval: o.interval,
                     t_s: o.t_s,
-                    drive: plan.drive(o),
+                    drive: data.drive(o),
                     measured: unit * o.value,
                     modelled: unit * modelled,
                     noise: unit * o.noise,
@@ -168,7 +168,7 @@ fn readings(plan: &Plan, predicted: &[f64], index: usize) -> Vec<Reading> {
 }
 
 fn experiment(
-    plan: &Plan,
+    data: &Dataset,
     predicted: &[f64],
     readings: &[Reading],
     index: usize,
@@ -180,14 +180,14 @@ fn experiment(
     let span = values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min);
     let rms = rms(readings.iter().map(Reading::error));
     Some(ExperimentError {
-        experiment: plan.experiments[index].clone(),
+        experiment: data.experiments[index].clone(),
         rms,
         largest: worst.error(),
         largest_at_v: highest(worst.drive),
         largest_at_s: worst.t_s,
         percent_of_span: (span > SURE * worst.noise).then(|| 100.0 * rms / span),
         course: course(readings),
-        current_rms_ma: current_rms_ma(plan, predicted, |o| o.experiment == index),
+        current_rms_ma: current_rms_ma(data, predicted, |o| o.experiment == index),
     })
 }
 

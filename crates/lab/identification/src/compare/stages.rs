@@ -2,7 +2,7 @@
 
 use super::ladder::STEADY_S;
 use super::rms;
-use crate::plan::{Channel, Plan};
+use crate::dataset::{Channel, Dataset};
 use mirror_model::{ACTUATORS, Model, PistonModel};
 use serde::Serialize;
 
@@ -40,7 +40,7 @@ struct Point {
     current_in_noise: f64,
 }
 
-pub(super) fn stages(model: &Model, plan: &Plan, predicted: &[f64]) -> StageErrors {
+pub(super) fn stages(model: &Model, data: &Dataset, predicted: &[f64]) -> StageErrors {
     let piston = PistonModel {
         parameters: model.parameters,
     };
@@ -54,7 +54,7 @@ pub(super) fn stages(model: &Model, plan: &Plan, predicted: &[f64]) -> StageErro
     };
     let mut heat_course = Vec::new();
     let (mut shape, mut heat_um, mut cold) = (Vec::new(), Vec::new(), Vec::new());
-    for point in points(plan, predicted) {
+    for point in points(data, predicted) {
         let [measured, modelled] = point.ohm;
         let (off, of_power) = (
             measured - modelled,
@@ -112,11 +112,11 @@ fn thirds(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     }
 }
 
-fn points(plan: &Plan, predicted: &[f64]) -> Vec<Point> {
+fn points(data: &Dataset, predicted: &[f64]) -> Vec<Point> {
     let mut points: Vec<Point> = Vec::new();
-    let seen: Vec<_> = plan.observations.iter().zip(predicted).collect();
+    let seen: Vec<_> = data.observations.iter().zip(predicted).collect();
     for row in seen.chunk_by(|a, b| a.0.interval == b.0.interval) {
-        let interval = &plan.intervals[row[0].0.interval];
+        let interval = &data.intervals[row[0].0.interval];
         let voltage = interval.to_v[0];
         let alike = interval.from_v == interval.to_v && interval.to_v == [voltage; ACTUATORS];
         if !alike || interval.duration_s < STEADY_S || voltage <= 0.0 {

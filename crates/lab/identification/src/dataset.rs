@@ -35,7 +35,7 @@ pub struct Observation {
     pub value: f64,
     /// Its white noise, one standard deviation.
     pub noise: f64,
-    /// Index of its experiment in [`Plan::experiments`].
+    /// Index of its experiment in [`Dataset::experiments`].
     pub experiment: usize,
     /// Time from its file's start.
     pub t_s: f64,
@@ -43,7 +43,7 @@ pub struct Observation {
 
 /// Drives and observations of a session.
 #[derive(Clone, Debug, Default)]
-pub struct Plan {
+pub struct Dataset {
     /// The drives, without a gap from the session's start.
     pub intervals: Vec<Interval>,
     /// The observations in the order of time.
@@ -58,25 +58,25 @@ pub struct Plan {
     pub own_zeros: Vec<OwnZero>,
 }
 
-impl Plan {
-    /// The plan of a session.
+impl Dataset {
+    /// Of a session.
     pub fn new(session: &Session) -> Self {
         let surroundings = Surroundings::of(session);
-        let mut plan = Self {
+        let mut data = Self {
             first_ambient_c: surroundings.first_c(),
             ..Self::default()
         };
         let noise = Noise::of(session);
         let mut clock = Clock::default();
         for (_, file) in &session.files {
-            plan.add(file, &noise, &surroundings, &mut clock);
+            data.add(file, &noise, &surroundings, &mut clock);
         }
-        plan.end_clock(&mut clock);
+        data.end_clock(&mut clock);
         if shows_one_heater(session) {
             let first = |o: &Observation| o.channel == Channel::Current(0);
-            plan.observations.retain(first);
+            data.observations.retain(first);
         }
-        plan
+        data
     }
 
     /// What a simulation's outputs say of each observation.
@@ -119,11 +119,11 @@ impl Plan {
 
     /// The same drives and channels with other numbers measured.
     pub fn with_values(&self, values: &[f64]) -> Self {
-        let mut plan = self.clone();
-        for (observation, &value) in plan.observations.iter_mut().zip(values) {
+        let mut data = self.clone();
+        for (observation, &value) in data.observations.iter_mut().zip(values) {
             observation.value = value;
         }
-        plan
+        data
     }
 
     /// The drive that was on when an observation was made.

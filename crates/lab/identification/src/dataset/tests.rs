@@ -11,10 +11,10 @@ fn session(text: &str) -> Session {
 
 #[test]
 fn rests_and_preholds_are_driven_before_the_rows() {
-    let plan = Plan::new(&session(
+    let data = Dataset::new(&session(
         "# prehold_V=1\n# prehold_s=5\nt_global_s,t_s,V_V,z_um\n11,1,2,60\n13,2,0.5,1\n",
     ));
-    let drives: Vec<_> = plan
+    let drives: Vec<_> = data
         .intervals
         .iter()
         .map(|i| (i.duration_s, i.to_v[0]))
@@ -23,15 +23,15 @@ fn rests_and_preholds_are_driven_before_the_rows() {
         drives,
         [(5.0, 0.0), (5.0, 1.0), (1.0, 2.0), (1.0, 0.0), (1.0, 0.5)]
     );
-    assert_eq!(plan.observations[1].interval, 4);
+    assert_eq!(data.observations[1].interval, 4);
 }
 
 #[test]
 fn a_sine_runs_straight_from_row_to_row() {
-    let plan = Plan::new(&session(
+    let data = Dataset::new(&session(
         "# drive=sin\n# prehold_V=1\n# prehold_s=5\nt_s,V_V,z_um\n0.1,1.1,1\n0.2,1.2,2\n",
     ));
-    let last = plan.intervals.last().unwrap();
+    let last = data.intervals.last().unwrap();
     assert_eq!((last.from_v[0], last.to_v[0]), (1.1, 1.2));
 }
 
@@ -48,17 +48,17 @@ fn left_in_the_oven(session_key: &str, offset_um: f64) -> Vec<f64> {
             MeasurementFile::parse("a.csv", text).unwrap(),
         )
     };
-    let plan = Plan::new(&Session {
+    let data = Dataset::new(&Session {
         files: vec![file(room), file(&oven)],
     });
-    assert_eq!(plan.first_ambient_c, Some(22.0));
-    assert_eq!(plan.intervals.last().unwrap().ambient_k, 38.0);
-    let outputs = plan.intervals.iter().map(|interval| Output {
+    assert_eq!(data.first_ambient_c, Some(22.0));
+    assert_eq!(data.intervals.last().unwrap().ambient_k, 38.0);
+    let outputs = data.intervals.iter().map(|interval| Output {
         z_um: 26.0 * interval.to_v[0].powi(2) + 1.7 * interval.ambient_k,
         ..Output::default()
     });
-    let read = plan.read(&outputs.collect::<Vec<_>>());
-    let values = plan.values().into_iter().zip(read);
+    let read = data.read(&outputs.collect::<Vec<_>>());
+    let values = data.values().into_iter().zip(read);
     values.map(|(z, read)| z - read).collect()
 }
 
@@ -75,7 +75,7 @@ fn an_oven_s_expansion_counts_where_the_clock_is_the_session_s_and_elsewhere_the
 fn a_room_that_stays_as_it_is_changes_nothing() {
     let plain = "t_s,V_V,z_um\n1,0,0\n2,1,26\n3,0,0\n";
     let told = "t_s,V_V,z_um,T_ambient_C\n1,0,0,22.1\n2,1,26,\n3,0,0,21.9\n";
-    let [plain, told] = [plain, told].map(|text| Plan::new(&session(text)));
+    let [plain, told] = [plain, told].map(|text| Dataset::new(&session(text)));
     assert_eq!(plain.intervals, told.intervals);
     assert_eq!((plain.own_zeros.len(), told.own_zeros.len()), (0, 0));
 }
@@ -90,8 +90,8 @@ fn files_that_overlap_follow_one_another() {
         )
     };
     let files = vec![file(2.0), file(3.0), file(20.0)];
-    let plan = Plan::new(&Session { files });
-    let ends: Vec<f64> = plan
+    let data = Dataset::new(&Session { files });
+    let ends: Vec<f64> = data
         .intervals
         .iter()
         .scan(0.0, |t, interval| {
@@ -120,18 +120,18 @@ fn dense_files_keep_their_steps() {
         rows,
         ..MeasurementFile::default()
     };
-    let plan = Plan::new(&Session {
+    let data = Dataset::new(&Session {
         files: vec![("dense".into(), file)],
     });
     assert!(
-        plan.observations.len() < 2000,
+        data.observations.len() < 2000,
         "{}",
-        plan.observations.len()
+        data.observations.len()
     );
     for step in 1..5 {
         let after = f64::from(step) * 20.0;
         assert!(
-            plan.observations
+            data.observations
                 .iter()
                 .any(|o| (o.t_s - after).abs() < 2e-3),
             "the step at {after} s is gone"

@@ -13,7 +13,7 @@ const OVERLAP_S: f64 = 1e-3;
 #[derive(Default)]
 pub(super) struct Clock<'a> {
     before: Option<&'a MeasurementFile>,
-    /// End of the file before, and where the present clock's 0 lies, since the plan's start.
+    /// End of the file before, and where the present clock's 0 lies, since the dataset's start.
     pub(super) end_s: f64,
     pub(super) origin_s: f64,
     /// The present clock's first experiment, and whether anything but the drive moved the mirror on it.
@@ -58,6 +58,14 @@ impl OwnZero {
         let measured: Vec<f64> = observations.iter().map(|o| o.value).collect();
         zero.measured_um = zero.mean_um(&measured, observations);
         zero
+    }
+
+    /// The same experiments, as if every displacement had read 0.
+    pub fn unread(&self) -> Self {
+        Self {
+            experiments: self.experiments.clone(),
+            measured_um: 0.0,
+        }
     }
 
     /// Whether this observation counts from it.
