@@ -16,7 +16,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     ("waveforms", &[]),
     ("fpu", &[]),
-    ("identification", &["measurement", "mirror-model"]),
+    ("identification", &["least-squares", "measurement", "mirror-model"]),
     ("measurement", &[]),
     ("mirror-model", &["measurement"]),
     ("mirror-protocol", &["waveforms"]),

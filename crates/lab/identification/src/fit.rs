@@ -4,10 +4,10 @@ use crate::base::{identifiable, seeds};
 use crate::dataset::{Dataset, rms};
 use crate::heater;
 use crate::parameter::{BaseParameter, FreeParameter};
-use crate::prediction::{jacobian, predict, standard_deviation, standardised};
-use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use crate::prediction::{jacobian, predict, slopes, standard_deviation, standardised};
+use least_squares::{Bounds, Options, Prior, Problem, minimise};
 use mirror_model::{Model, Runaway, Symbol};
-use nalgebra::{DMatrix, DVector, Dyn, Owned};
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 /// Standard deviation of the prior of every coordinate, about the start: a factor of 20 for a base parameter. It keeps what the
@@ -17,6 +17,9 @@ const PRIOR: f64 = 3.0;
 /// one, whose figures are printed to four digits.
 const ROUGH: f64 = 1e-3;
 const FINE: f64 = 1e-6;
+/// A fit evaluates its model so often at most, times one more than its parameters: what has not ended by then creeps along a
+/// valley that the data do not determine.
+const EVALUATIONS: usize = 12;
 /// A time constant is not known to a factor of e where all standardised residuals together change by less than this with its
 /// logarithm: its standard error is above 1.
 const IDLE: f64 = 1.0;
@@ -63,56 +66,50 @@ impl Fitted {
     }
 }
 
-struct Problem<'a> {
+/// Numbers in the place of a dataset's own, and a model to fit to them.
+struct Readings<'a> {
+    start: &'a Model,
     data: &'a Dataset,
-    model: Model,
-    parameters: &'a [FreeParameter],
-    start: DVector<f64>,
-    at: DVector<f64>,
     values: &'a [f64],
+    parameters: &'a [FreeParameter],
 }
 
-impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
-    type ResidualStorage = Owned<f64, Dyn>;
-    type JacobianStorage = Owned<f64, Dyn, Dyn>;
-    type ParameterStorage = Owned<f64, Dyn>;
-
-    fn set_params(&mut self, x: &DVector<f64>) {
-        self.at.clone_from(x);
-        for (parameter, &coordinate) in self.parameters.iter().zip(x.iter()) {
-            parameter.set(&mut self.model, coordinate);
+impl Readings<'_> {
+    fn model(&self, coordinates: &DVector<f64>) -> Model {
+        let mut model = self.start.clone();
+        for (parameter, &coordinate) in self.parameters.iter().zip(coordinates.iter()) {
+            parameter.set(&mut model, coordinate);
         }
+        model
     }
 
-    fn params(&self) -> DVector<f64> {
-        self.at.clone()
+    fn bounds(&self) -> Bounds {
+        let bounds = |parameter: &FreeParameter| parameter.bounds(self.start);
+        Bounds::new(self.parameters.iter().map(bounds))
     }
 
-    fn residuals(&self) -> Option<DVector<f64>> {
-        // A step into a runaway is a bad step, and not the end.
-        let predicted = predict(&self.model, self.data)
-            .unwrap_or_else(|_| vec![1e6; self.data.observations.len()]);
-        let rows = predicted
-            .iter()
-            .zip(self.values)
-            .zip(&self.data.observations)
-            .map(|((p, v), o)| (p - v) / standard_deviation(o));
-        let prior = self
-            .at
-            .iter()
-            .zip(self.start.iter())
-            .map(|(at, start)| (at - start) / PRIOR);
-        Some(DVector::from_vec(rows.chain(prior).collect()))
+    fn coordinates(&self) -> DVector<f64> {
+        let coordinate = |parameter: &FreeParameter| parameter.coordinate(self.start);
+        DVector::from_iterator(
+            self.parameters.len(),
+            self.parameters.iter().map(coordinate),
+        )
+    }
+}
+
+impl Problem for Readings<'_> {
+    fn residuals(&self, at: &DVector<f64>) -> Option<DVector<f64>> {
+        let predicted = predict(&self.model(at), self.data).ok()?;
+        let residuals = predicted.iter().zip(self.values).map(|(p, v)| p - v);
+        Some(standardised(residuals, self.data))
     }
 
-    fn jacobian(&self) -> Option<DMatrix<f64>> {
-        let data = jacobian(&self.model, self.data, self.parameters).ok()?;
-        let (rows, columns) = data.shape();
-        let mut whole = data.insert_rows(rows, columns, 0.0);
-        for index in 0..columns {
-            whole[(rows + index, index)] = 1.0 / PRIOR;
-        }
-        Some(whole)
+    fn jacobian(&self, at: &DVector<f64>, here: &DVector<f64>, _: &Bounds) -> Option<DMatrix<f64>> {
+        let rows = here.iter().zip(self.values).zip(&self.data.observations);
+        let predicted: Vec<f64> = rows
+            .map(|((residual, value), o)| value + residual * standard_deviation(o))
+            .collect();
+        slopes(&self.model(at), self.data, self.parameters, &predicted).ok()
     }
 }
 
@@ -186,33 +183,29 @@ fn minimised(
     parameters: &[FreeParameter],
     tolerance: f64,
 ) -> Result<Fitted, Runaway> {
-    let at = DVector::from_iterator(
-        parameters.len(),
-        parameters
-            .iter()
-            .map(|parameter| parameter.coordinate(start)),
-    );
-    let problem = Problem {
+    let readings = Readings {
+        start,
         data,
-        model: start.clone(),
-        parameters,
-        start: at.clone(),
-        at,
         values,
+        parameters,
     };
-    let (problem, _) = LevenbergMarquardt::new()
-        .with_ftol(tolerance)
-        .with_xtol(tolerance)
-        .with_patience(12)
-        .minimize(problem);
-    let residuals = values
-        .iter()
-        .zip(predict(&problem.model, data)?)
-        .map(|(value, predicted)| value - predicted)
-        .collect();
+    let bounds = readings.bounds();
+    let first = bounds.clamp(&readings.coordinates());
+    let options = Options {
+        prior: Some(Prior::around(first.clone(), PRIOR)),
+        bounds: Some(bounds),
+        cost_tolerance: tolerance,
+        step_tolerance: tolerance,
+        max_evaluations: EVALUATIONS * (parameters.len() + 1),
+        ..Options::default()
+    };
+    // Where the start has no answer, or nothing around it, it stays the best model; the first is an error below.
+    let best = minimise(&readings, &first, &options).map_or(first, |solution| solution.parameters);
+    let model = readings.model(&best);
+    let predicted = predict(&model, data)?;
     Ok(Fitted {
-        model: problem.model,
+        model,
         knobs: parameters.to_vec(),
-        residuals,
+        residuals: values.iter().zip(predicted).map(|(v, p)| v - p).collect(),
     })
 }

@@ -59,11 +59,20 @@ pub fn jacobian(
     data: &Dataset,
     parameters: &[FreeParameter],
 ) -> Result<DMatrix<f64>, Runaway> {
-    let here = predict(model, data)?;
+    slopes(model, data, parameters, &predict(model, data)?)
+}
+
+/// The same where the predictions `here` are known.
+pub(crate) fn slopes(
+    model: &Model,
+    data: &Dataset,
+    parameters: &[FreeParameter],
+    here: &[f64],
+) -> Result<DMatrix<f64>, Runaway> {
     let column = |parameter: &FreeParameter| {
         let (moved, step) = moved(model, *parameter);
         let there = predict(&moved, data)?;
-        let slopes = there.iter().zip(&here).map(|(t, h)| (t - h) / step);
+        let slopes = there.iter().zip(here).map(|(t, h)| (t - h) / step);
         Ok(standardised(slopes, data))
     };
     let columns: Result<Vec<_>, Runaway> = parameters.par_iter().map(column).collect();
