@@ -21,8 +21,9 @@ use super::socket;
 use crate::error::ToolError;
 use crate::quantity::Span;
 
-/// A board answers within a control tick and the link's time; this is for busy machines.
-pub(super) const ANSWER_TIMEOUT: Duration = Duration::from_secs(10);
+/// As the protocol has it.
+pub(super) const ANSWER_TIMEOUT: Duration =
+    Duration::from_millis(mirror_protocol::ANSWER_TIMEOUT_MS);
 
 /// What a tool that renews all the time asks for. When it dies, the board ramps to zero after this.
 pub const RENEWED_LEASE: Duration = Duration::from_millis(100);

@@ -3,11 +3,13 @@
 use cortex_m::Peripherals;
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
+use mirror_protocol::ANSWER_TIMEOUT_MS;
 
 /// Counts of the 25 MHz system timer in one turn of its 24 bits: 0.67 s.
 const TURN: u32 = 0x00ff_ffff;
-/// About 3 s, which is as long as the tool waits for an answer.
+/// 3.4 s: the link does not answer meanwhile, so it must be well within what the tool waits for an answer.
 const TURNS: u8 = 5;
+const _: () = assert!(TURNS as u64 * TURN as u64 / 25_000 < ANSWER_TIMEOUT_MS / 2);
 
 /// How much longer the host may take for what it owes.
 ///

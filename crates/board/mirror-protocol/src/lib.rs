@@ -27,6 +27,10 @@ pub use waveforms::{Flaw, POINTS, Quantity, Shape, Stream, Table, Waveform};
 /// The version of everything in this crate but the greeting. Raised with every change on the wire.
 pub const PROTOCOL_VERSION: u16 = 4;
 
+/// How long a tool waits for an answer. A board answers within a control tick and the link's time; this is for busy
+/// machines with an emulated board on them.
+pub const ANSWER_TIMEOUT_MS: u64 = 10_000;
+
 /// Longest frame in either direction, before framing.
 pub const MAX_FRAME_BYTES: usize = 256;
 

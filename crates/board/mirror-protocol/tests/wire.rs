@@ -2,11 +2,13 @@
 //! keeps the bytes it has always had.
 
 use mirror_protocol::{
-    CHUNK_POINTS, ChannelState, CommandReply, Commanded, Drives, Health, Hello, Identity,
-    MAX_FRAME_BYTES, Play, Points, Position, Refusal, Renewal, Sentence, Status, StatusReply,
-    Stream, Telemetry, Text,
+    ANSWER_TIMEOUT_MS, CHUNK_POINTS, ChannelState, CommandReply, Commanded, Drives, Health, Hello,
+    Identity, MAX_FRAME_BYTES, Play, Points, Position, Refusal, Renewal, Sentence, Status,
+    StatusReply, Stream, Telemetry, Text,
 };
 use proptest::prelude::*;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 fn number() -> impl Strategy<Value = f32> {
     -1e6_f32..1e6
@@ -73,18 +75,68 @@ proptest! {
     }
 
     #[test]
-    fn garbage_is_an_error_and_no_panic(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
-        let _ = postcard::from_bytes::<Hello>(&bytes);
-        let _ = postcard::from_bytes::<Identity>(&bytes);
-        let _ = postcard::from_bytes::<Position>(&bytes);
-        let _ = postcard::from_bytes::<Drives>(&bytes);
-        let _ = postcard::from_bytes::<Renewal>(&bytes);
-        let _ = postcard::from_bytes::<Stream>(&bytes);
-        let _ = postcard::from_bytes::<Play>(&bytes);
-        let _ = postcard::from_bytes::<Points>(&bytes);
-        let _ = postcard::from_bytes::<CommandReply>(&bytes);
-        let _ = postcard::from_bytes::<StatusReply>(&bytes);
+    fn garbage_is_refused_or_is_a_message_that_stays_the_same(
+        bytes in proptest::collection::vec(any::<u8>(), 0..200),
+    ) {
+        refused_or_stable::<Hello>(&bytes)?;
+        refused_or_stable::<Identity>(&bytes)?;
+        refused_or_stable::<Position>(&bytes)?;
+        refused_or_stable::<Drives>(&bytes)?;
+        refused_or_stable::<Renewal>(&bytes)?;
+        refused_or_stable::<Stream>(&bytes)?;
+        refused_or_stable::<Play>(&bytes)?;
+        refused_or_stable::<Points>(&bytes)?;
+        refused_or_stable::<CommandReply>(&bytes)?;
+        refused_or_stable::<StatusReply>(&bytes)?;
     }
+
+    #[test]
+    fn a_message_that_is_cut_short_is_refused(telemetry in telemetry(), health in health(), part in 0.0..1.0) {
+        let status: StatusReply = Ok(Status {
+            telemetry,
+            health,
+            max_position_um: 173.7,
+            max_drive_v: 3.5,
+            dropped_samples: 0,
+            last_stop: Sentence::new(),
+        });
+        let bytes = postcard::to_stdvec(&status).unwrap();
+        let cut = (part * bytes.len() as f64) as usize;
+        prop_assert!(postcard::from_bytes::<StatusReply>(&bytes[..cut]).is_err());
+    }
+}
+
+/// What is read of `bytes`, if anything is, takes no more bytes than there are and reads as itself again. (Bytes are
+/// compared, because NaN is not itself.)
+fn refused_or_stable<T: Serialize + DeserializeOwned>(bytes: &[u8]) -> Result<(), TestCaseError> {
+    if let Ok(message) = postcard::from_bytes::<T>(bytes) {
+        let written = postcard::to_stdvec(&message).unwrap();
+        prop_assert!(written.len() <= bytes.len());
+        let again: T = postcard::from_bytes(&written).unwrap();
+        prop_assert_eq!(postcard::to_stdvec(&again).unwrap(), written);
+    }
+    Ok(())
+}
+
+#[test]
+fn an_unknown_kind_of_message_is_refused() {
+    // A result is 0 or 1, a channel's state 0 to 5.
+    assert!(postcard::from_bytes::<CommandReply>(&[2; 64]).is_err());
+    assert!(postcard::from_bytes::<ChannelState>(&[6, 0]).is_err());
+    assert!(
+        postcard::from_bytes::<Hello>(&[0xff; 8]).is_err(),
+        "a u16 has no eight bytes"
+    );
+}
+
+#[test]
+fn the_documents_time_out_is_the_one_in_use() {
+    let seconds = ANSWER_TIMEOUT_MS / 1000;
+    let sentence = format!("Every request of the tool ends after {seconds} s");
+    assert!(
+        include_str!("../../../../docs/protocol.md").contains(&sentence),
+        "{sentence}"
+    );
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //!
 //! The core, the converters' quantisation and noise, and the mirror are those of the emulated board; what
 //! is left out is the firmware around them, so that minutes of a mirror take seconds. Of the board's
-//! analogue half the output filter is left out, as on the emulated board: a real one adds a lag of 0.08 ms,
+//! analogue half the output filter is left out, as on the emulated board: a real one adds a lag of 0.16 ms,
 //! which an identification on that board finds as part of the fastest thermal pole.
 //!
 //! - [`Loop`] is a tick after a tick;
