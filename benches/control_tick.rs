@@ -18,7 +18,7 @@ use cortex_m::peripheral::syst::SystClkSource;
 use mirror_firmware::board::Sensed;
 use mirror_firmware::control::Control;
 use mirror_firmware::factory;
-use mirror_firmware::mailbox::{MAILBOX, Order};
+use mirror_firmware::mailbox::{self, Order};
 use mirror_protocol::ChannelState;
 use protection::{Lease, Protection, Reading};
 use semihosting::process::ExitCode;
@@ -69,12 +69,13 @@ fn main() -> ! {
     static CALIBRATION: StaticCell<Calibration> = StaticCell::new();
     let calibration = CALIBRATION.init(everything_on(factory::calibration()));
     let mut protection = Protection::new(calibration);
+    let (link, control_side) = mailbox::take();
     let mut control = Control::new(
         Controller::new(calibration),
         &SenseCalibration::DESIGNED,
-        &MAILBOX,
+        control_side,
     );
-    MAILBOX.post(Order::Drive(z, Lease::FOREVER));
+    link.post(Order::Drive(z, Lease::FOREVER));
     let mut sensed = Sensed::default();
     for _ in 0..TICKS_TO_SETTLE {
         sensed = heaters(control.tick(sensed));
@@ -82,7 +83,7 @@ fn main() -> ! {
     report("whole tick: mailbox, protection, step, telemetry", || {
         black_box(control.tick(black_box(sensed)));
     });
-    if MAILBOX.latest().states != [ChannelState::Driving; CHANNELS] {
+    if link.latest().states != [ChannelState::Driving; CHANNELS] {
         defmt::error!("what was counted is no drive");
         ExitCode::FAILURE.exit_process()
     }

@@ -5,7 +5,7 @@ use control_core::{Calibration, CalibrationError};
 use mirror_protocol::{CalibrationChunk, CalibrationUse, Refusal};
 
 use crate::keeper::Record;
-use crate::mailbox::Mailbox;
+use crate::mailbox::LinkSide;
 
 /// Takes a calibration in pieces, checks the whole, and hands it to the control loop. The one in use
 /// stays in use until then; one that is only tried gives way to the one before again.
@@ -87,7 +87,7 @@ impl Upload {
     /// Says what is wrong; the calibration in use is kept.
     pub async fn put_to_use(
         &mut self,
-        mailbox: &Mailbox,
+        mailbox: LinkSide,
         usage: CalibrationUse,
     ) -> Result<Calibration, UploadError> {
         let calibration =
@@ -107,7 +107,7 @@ impl Upload {
     ///
     /// # Errors
     /// Where the control loop did not take it; the trial goes on.
-    pub async fn revert(&mut self, mailbox: &Mailbox) -> Result<Calibration, UploadError> {
+    pub async fn revert(&mut self, mailbox: LinkSide) -> Result<Calibration, UploadError> {
         if self.is_on_trial {
             let next = self.spare.take().ok_or(UploadError::ControlStopped)?;
             *next = *self.settled;
@@ -119,7 +119,7 @@ impl Upload {
 
     async fn exchange(
         &mut self,
-        mailbox: &Mailbox,
+        mailbox: LinkSide,
         next: &'static mut Calibration,
     ) -> Result<(), UploadError> {
         match mailbox.exchange(next).await {

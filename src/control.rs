@@ -11,26 +11,23 @@ use protection::{Denied, Fault, Lease, Protection, Reading};
 use waveforms::{Mean, Pacer, Player, Quantity, Shape, Stream, Waveform};
 
 use crate::board::{Board, Lockstep, Sensed};
-use crate::mailbox::{Mailbox, Order};
-use crate::{TICK_HZ, TICKS_PER_MS, watchdog};
+use crate::mailbox::{ControlSide, Order};
+use crate::{TICKS_PER_MS, watchdog};
 
 /// Runs the control loop on `board`, a tick at a time, for ever.
 pub async fn run(mut board: impl Lockstep, mut control: Control) -> ! {
     loop {
-        let sensed = board.sense().await;
+        let sensed = board.sense(&control).await;
         control.tick_on(&mut board, sensed);
     }
 }
-
-/// Leases up to this one, 100 ms, are those of a host that renews all the time.
-const SHORT_LEASE_TICKS: u32 = TICK_HZ / 10;
 
 /// The state from one tick to the next.
 pub struct Control {
     sense: CurrentSense,
     controller: Controller<'static>,
     protection: Protection,
-    mailbox: &'static Mailbox,
+    mailbox: ControlSide,
     setpoint: Setpoint,
     player: Option<Player>,
     /// The stream of a waveform that has not begun.
@@ -55,7 +52,7 @@ impl Control {
     pub fn new(
         controller: Controller<'static>,
         sense: &SenseCalibration,
-        mailbox: &'static Mailbox,
+        mailbox: ControlSide,
     ) -> Self {
         Self {
             sense: CurrentSense::new(sense),
@@ -79,6 +76,17 @@ impl Control {
     /// Drives nothing until the fault that stopped the firmware before this start is cleared.
     pub fn trip(&mut self, fault: Fault) {
         self.protection.trip(fault);
+    }
+
+    /// Whether the next tick ends a lease that was granted for no longer than `short`, and no order waits that could
+    /// renew it.
+    pub fn is_about_to_lapse(&self, short: Lease) -> bool {
+        self.protection.is_about_to_lapse(short) && !self.mailbox.has_order()
+    }
+
+    /// Whether the link has fallen behind: the next sample would be dropped.
+    pub fn is_congested(&self) -> bool {
+        self.mailbox.is_congested()
     }
 
     /// One tick of `board`, which has just said what was sensed.
@@ -241,9 +249,7 @@ impl Control {
             missed_ticks: self.missed_ticks,
             limits_since_command: self.limits_since_command.bits(),
         };
-        let short = Lease::ticks(SHORT_LEASE_TICKS);
-        let about_to_lapse = self.protection.is_about_to_lapse(short);
-        self.mailbox.publish(telemetry, health, about_to_lapse);
+        self.mailbox.publish(telemetry, health);
         if let Some(stream) = self.mailbox.take_stream() {
             self.begin_stream(stream);
         }

@@ -9,7 +9,7 @@ use crate::board::{Board, CalibrationFlash};
 use crate::calibration::Upload;
 use crate::control::Control;
 use crate::keeper::{Keeper, RECORD_BYTES, Record};
-use crate::mailbox::Mailbox;
+use crate::mailbox::{ControlSide, LinkSide};
 use crate::rpc::Session;
 
 /// Why the firmware stopped before this start.
@@ -53,7 +53,7 @@ pub fn start<B: Board>(
     flash: Option<CalibrationFlash>,
     memory: Memory,
     last_stop: Option<LastStop>,
-    mailbox: &'static Mailbox,
+    (link, control_loop): (LinkSide, ControlSide),
 ) -> (Session, Control) {
     let mut keeper = Keeper::new(flash);
     let calibration = (memory.in_use)(keeper.load(memory.uploaded));
@@ -61,8 +61,8 @@ pub fn start<B: Board>(
     let sense = *keeper.sense();
     let spare = (memory.spare)(*calibration);
     let upload = Upload::new(memory.uploaded, spare, (memory.settled)(*calibration));
-    let mut session = Session::new::<B>(mailbox, calibration, upload, keeper);
-    let mut control = Control::new(Controller::new(calibration), &sense, mailbox);
+    let mut session = Session::new::<B>(link, calibration, upload, keeper);
+    let mut control = Control::new(Controller::new(calibration), &sense, control_loop);
     if let Some(fault) = bad_calibration {
         control.trip(fault);
     }

@@ -5,14 +5,13 @@
 use embassy_executor::Spawner;
 use mirror_firmware::board::CalibrationFlash;
 use mirror_firmware::board::mps2::{LockstepPlant, link, watchdog};
-use mirror_firmware::mailbox::MAILBOX;
 use mirror_firmware::startup::{Memory, start};
 use mirror_firmware::watchdog::guard;
-use mirror_firmware::{control, last_stop, rpc};
+use mirror_firmware::{control, last_stop, mailbox, rpc};
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) -> ! {
-    let Ok(plant) = LockstepPlant::open(&MAILBOX) else {
+    let Ok(plant) = LockstepPlant::open() else {
         defmt::panic!("no plant: start this image with `cargo xtask emulate`");
     };
     let Some((rx, tx)) = link::open() else {
@@ -22,7 +21,8 @@ async fn main(_spawner: Spawner) -> ! {
 
     let memory = Memory::of_the_image();
     let flash = CalibrationFlash::open();
-    let (session, control) = start::<LockstepPlant>(flash, memory, last_stop::take(), &MAILBOX);
+    let (session, control) =
+        start::<LockstepPlant>(flash, memory, last_stop::take(), mailbox::take());
     let serve = rpc::serve(tx, rx, rpc::FRAME.take(), session);
     watchdog::start();
     let guard = guard(watchdog::feed);

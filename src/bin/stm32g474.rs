@@ -9,10 +9,9 @@ use mirror_firmware::board::stm32g474::link::{self, Device};
 use mirror_firmware::board::stm32g474::{
     ConverterPins, Converters, bootloader, clocks, last_stop, start_control,
 };
-use mirror_firmware::mailbox::MAILBOX;
-use mirror_firmware::rpc;
 use mirror_firmware::startup::{Memory, start};
 use mirror_firmware::watchdog::guard;
+use mirror_firmware::{mailbox, rpc};
 
 /// A part of the firmware that has stopped is noticed by then. Putting a calibration into flash takes
 /// some 25 ms a page.
@@ -36,7 +35,7 @@ async fn main(spawner: Spawner) {
     let converters = Converters::start(p.TIM1, (p.ADC1, p.ADC2), pins);
     let memory = Memory::of_the_image();
     let flash = CalibrationFlash::open(p.FLASH);
-    let (session, control) = start::<Converters>(flash, memory, last_stop(), &MAILBOX);
+    let (session, control) = start::<Converters>(flash, memory, last_stop(), mailbox::take());
     let (device, rx, tx) = link::open(p.USB, p.PA12, p.PA11);
     let mut watchdog = IndependentWatchdog::new(p.IWDG, WATCHDOG_US);
     watchdog.unleash();

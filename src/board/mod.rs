@@ -14,6 +14,7 @@ pub use mps2::{flash::CalibrationFlash, link::LinkTx};
 #[cfg(feature = "board-stm32g474")]
 pub use stm32g474::{flash::CalibrationFlash, link::LinkTx};
 
+use crate::control::Control;
 use control_core::{AdcCode, CHANNELS, Micrometre, PwmCode, SupplyCode};
 
 /// A board as the control loop sees it.
@@ -34,8 +35,8 @@ pub trait Board {
 /// A board whose control ticks are waited for, in turns with the link.
 pub trait Lockstep: Board {
     /// Waits for the next control tick and returns what the converters read during the one that
-    /// just ended.
-    fn sense(&mut self) -> impl Future<Output = Sensed>;
+    /// just ended. Where time can wait for the host, `control` tells whether it should.
+    fn sense(&mut self, control: &Control) -> impl Future<Output = Sensed>;
 }
 
 /// What the converters read during one control tick.

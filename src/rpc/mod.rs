@@ -29,14 +29,14 @@ use self::calibrations::{
 use crate::board::{Board, LinkTx};
 use crate::calibration::Upload;
 use crate::keeper::Keeper;
-use crate::mailbox::{Failure, Mailbox, Order};
+use crate::mailbox::{Failure, LinkSide, Order};
 use crate::{TICK_HZ, TICKS_PER_MS, watchdog};
 
 /// What the endpoints know and remember.
 pub struct Session {
     board: &'static str,
     is_emulated: bool,
-    mailbox: &'static Mailbox,
+    mailbox: LinkSide,
     calibration: CalibrationInfo,
     upload: Upload,
     keeper: Keeper,
@@ -50,7 +50,7 @@ pub struct Session {
 impl Session {
     /// A session before any greeting.
     pub fn new<B: Board>(
-        mailbox: &'static Mailbox,
+        mailbox: LinkSide,
         calibration: &Calibration,
         upload: Upload,
         keeper: Keeper,
@@ -314,7 +314,7 @@ async fn check_in() -> ! {
 const ANSWER_TIME: Duration = Duration::from_millis(50);
 
 /// Waits until the board is asked to leave for its bootloader, and does.
-async fn leave(mailbox: &'static Mailbox, bootloader: Option<fn() -> !>) -> ! {
+async fn leave(mailbox: LinkSide, bootloader: Option<fn() -> !>) -> ! {
     loop {
         mailbox.bootloader_requested().await;
         Timer::after(ANSWER_TIME).await;
@@ -324,7 +324,7 @@ async fn leave(mailbox: &'static Mailbox, bootloader: Option<fn() -> !>) -> ! {
     }
 }
 
-async fn send_samples(sender: Sender<LinkTx>, mailbox: &'static Mailbox) -> ! {
+async fn send_samples(sender: Sender<LinkTx>, mailbox: LinkSide) -> ! {
     let mut sequence: u16 = 0;
     loop {
         let sample = mailbox.next_sample().await;

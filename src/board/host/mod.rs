@@ -12,6 +12,7 @@ use control_core::{AdcCode, Ampere, CHANNELS, PwmCode, SupplyCode};
 use embassy_futures::yield_now;
 
 use crate::board::{Board, Lockstep, Sensed};
+use crate::control::Control;
 
 /// A board with resistors in the place of a mirror.
 #[derive(Debug, Default)]
@@ -33,7 +34,7 @@ impl Board for HostBoard {
 }
 
 impl Lockstep for HostBoard {
-    async fn sense(&mut self) -> Sensed {
+    async fn sense(&mut self, _control: &Control) -> Sensed {
         yield_now().await;
         time::advance();
         let current = |code: PwmCode| Ampere(code.drive().0 / RESISTANCE_OHM);

@@ -5,13 +5,18 @@ use core::sync::atomic::Ordering;
 use control_core::{AdcCode, CHANNELS, Micrometre, PwmCode, SupplyCode};
 use embassy_futures::yield_now;
 use plant_link::{Converters, FROM_PLANT, Pins, TO_PLANT};
+use protection::Lease;
 use semihosting::fs::File;
 use semihosting::io::{self, Read, Write};
 
 use super::grace::Grace;
 use super::{exit, time, upset, watchdog};
+use crate::TICK_HZ;
 use crate::board::{Board, Lockstep, Sensed};
-use crate::mailbox::Mailbox;
+use crate::control::Control;
+
+/// Leases up to this one, 100 ms, are those of a host that renews all the time (`docs/protocol.md`).
+const SHORT_LEASE: Lease = Lease::ticks(TICK_HZ / 10);
 
 /// A plant that waits for the board at every tick, as the board waits for it.
 pub struct LockstepPlant {
@@ -19,7 +24,6 @@ pub struct LockstepPlant {
     from_plant: File,
     pins: Pins,
     grace: Grace,
-    mailbox: &'static Mailbox,
 }
 
 impl LockstepPlant {
@@ -27,7 +31,7 @@ impl LockstepPlant {
     ///
     /// # Errors
     /// Where the emulator was started without a plant, or the link is already open.
-    pub fn open(mailbox: &'static Mailbox) -> io::Result<Self> {
+    pub fn open() -> io::Result<Self> {
         // The other end opens in the same order; opening a FIFO waits for it.
         let to_plant = File::create(TO_PLANT)?;
         let from_plant = File::open(FROM_PLANT)?;
@@ -37,7 +41,6 @@ impl LockstepPlant {
             to_plant,
             from_plant,
             pins: Pins::default(),
-            mailbox,
         };
         plant.send()?;
         exit::HAS_PLANT.store(true, Ordering::Relaxed);
@@ -49,10 +52,10 @@ impl LockstepPlant {
     }
 
     /// A short lease ends for want of a host, and not for want of a fast one.
-    async fn wait_for_renewal(&mut self) {
-        if self.mailbox.is_about_to_lapse() {
+    async fn wait_for_renewal(&mut self, control: &Control) {
+        if control.is_about_to_lapse(SHORT_LEASE) {
             self.grace.begin();
-            while self.mailbox.is_about_to_lapse() && !self.grace.is_over() {
+            while control.is_about_to_lapse(SHORT_LEASE) && !self.grace.is_over() {
                 watchdog::feed();
                 yield_now().await;
             }
@@ -81,14 +84,14 @@ impl Board for LockstepPlant {
 }
 
 impl Lockstep for LockstepPlant {
-    async fn sense(&mut self) -> Sensed {
+    async fn sense(&mut self, control: &Control) -> Sensed {
         yield_now().await;
         // Simulated time waits for the host rather than losing samples.
-        while self.mailbox.is_congested() {
+        while control.is_congested() {
             watchdog::feed();
             yield_now().await;
         }
-        self.wait_for_renewal().await;
+        self.wait_for_renewal(control).await;
         let Ok(converters) = self.receive() else {
             exit::plant_lost()
         };

@@ -92,7 +92,7 @@ impl Lease {
     pub const FOREVER: Self = Self(u32::MAX);
 
     /// A lease of so many ticks.
-    pub fn ticks(ticks: u32) -> Self {
+    pub const fn ticks(ticks: u32) -> Self {
         Self(ticks)
     }
 

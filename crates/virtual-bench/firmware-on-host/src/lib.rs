@@ -37,7 +37,7 @@ pub fn with_board<T>(test: impl AsyncFnOnce(HostSide) -> T) -> T {
 pub fn with_board_on<T>(flash: &SharedFlash, test: impl AsyncFnOnce(HostSide) -> T) -> T {
     let (device_side, host) = virtual_usb::bus();
     // A board's memory is static; a test's board lives as long as the test.
-    let mailbox: &'static Mailbox = Box::leak(Box::new(Mailbox::new()));
+    let mailbox = Box::leak(Box::new(Mailbox::new())).sides();
     let storage: &'static Storage = Box::leak(Box::new(Storage::new()));
     let frame = Box::leak(Box::new([0; MAX_FRAME_BYTES]));
     let (mut device, rx, tx): Opened = usb::open(storage, device_side, frame, SERIAL);

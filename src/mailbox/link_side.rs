@@ -1,0 +1,155 @@
+//! The link's side: orders to the next tick, and what came of them.
+
+use core::cell::Cell;
+
+use control_core::{Calibration, SenseCalibration};
+use embassy_time::{Duration, with_timeout};
+use mirror_protocol::{Commanded, Health, Stream, Telemetry};
+use protection::{Denied, Lease};
+use waveforms::Player;
+
+use super::{Mailbox, Order};
+
+/// A tick lasts 0.1 ms, and the check of the heaters that an order may have to wait for 1.6 ms; a loop that has not
+/// answered after thirty times that has stopped.
+const TICK_TIMEOUT: Duration = Duration::from_millis(50);
+
+/// The mailbox as the link sees it.
+#[derive(Clone, Copy)]
+pub struct LinkSide(pub(super) &'static Mailbox);
+
+/// Why an order was not carried out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Failure {
+    /// The control loop did not run.
+    ControlStopped,
+    /// The protection did not let it.
+    Denied(Denied),
+}
+
+impl LinkSide {
+    /// Has the next tick carry out `order`.
+    pub fn post(self, order: Order) {
+        self.0.order.put(order);
+    }
+
+    /// Has the next tick carry out `order`, and waits until it has: for as long as the heaters are
+    /// checked, where they must be.
+    ///
+    /// # Errors
+    /// Where no tick came, or the protection denied it.
+    pub async fn order(self, order: Order) -> Result<Commanded, Failure> {
+        self.0.commanded.reset();
+        self.post(order);
+        match with_timeout(TICK_TIMEOUT, self.0.commanded.wait()).await {
+            Ok(confirmed) => confirmed.map_err(Failure::Denied),
+            Err(_) => {
+                // What was refused must not be carried out later.
+                self.0.order.take();
+                Err(Failure::ControlStopped)
+            }
+        }
+    }
+
+    /// Asks for a stream of samples in place of any earlier one, and waits for its first tick.
+    ///
+    /// # Errors
+    /// Where no tick came.
+    pub async fn stream(self, stream: Stream) -> Result<u32, Failure> {
+        self.0.streaming.reset();
+        self.request_stream(stream);
+        self.first_tick().await
+    }
+
+    /// Has the next tick begin a waveform, and with it a stream of samples in place of any earlier
+    /// one; waits for the tick in which they begin, which comes after the check of the heaters, where
+    /// they must be checked.
+    ///
+    /// # Errors
+    /// Where no tick came, or the protection denied it.
+    pub async fn play(self, player: Player, stream: Stream, lease: Lease) -> Result<u32, Failure> {
+        self.0.streaming.reset();
+        self.0.play.put((player, stream, lease));
+        self.first_tick().await
+    }
+
+    async fn first_tick(self) -> Result<u32, Failure> {
+        match with_timeout(TICK_TIMEOUT, self.0.streaming.wait()).await {
+            Ok(first_tick) => first_tick.map_err(Failure::Denied),
+            Err(_) => {
+                // What was refused must not begin later.
+                self.0.stream.take();
+                self.0.play.take();
+                Err(Failure::ControlStopped)
+            }
+        }
+    }
+
+    /// Has the next tick exchange the calibration, which turns all channels off, and waits for the one
+    /// before.
+    ///
+    /// # Errors
+    /// Where no tick came: the calibration that was not taken.
+    pub async fn exchange(
+        self,
+        calibration: &'static mut Calibration,
+    ) -> Result<&'static mut Calibration, Option<&'static mut Calibration>> {
+        self.0.calibration_before.reset();
+        self.0.calibration.put(calibration);
+        let before = with_timeout(TICK_TIMEOUT, self.0.calibration_before.wait()).await;
+        before.map_err(|_| self.0.calibration.take())
+    }
+
+    /// Has currents read like this from the next tick on.
+    pub fn calibrate_sense(self, sense: SenseCalibration) {
+        self.0.sense.put(sense);
+    }
+
+    /// Changes points of the table, from `first` on. `false` where they do not fit.
+    pub fn load_points(self, first: usize, points: &[i16]) -> bool {
+        self.0.points.lock(|table| {
+            let Some(room) = table.get(first..).and_then(|rest| rest.get(..points.len())) else {
+                return false;
+            };
+            for (slot, point) in room.iter().zip(points) {
+                slot.set(*point);
+            }
+            true
+        })
+    }
+
+    /// Has the next tick begin a stream.
+    pub fn request_stream(self, stream: Stream) {
+        self.0.stream.put(stream);
+    }
+
+    /// The most recent tick.
+    pub fn latest(self) -> Telemetry {
+        self.0.latest.lock(Cell::get)
+    }
+
+    /// How the board was at the most recent tick.
+    pub fn health(self) -> Health {
+        self.0.health.lock(Cell::get)
+    }
+
+    /// The next sample of the stream.
+    pub async fn next_sample(self) -> Telemetry {
+        self.0.samples.next().await
+    }
+
+    /// Samples that were lost since start because the link was too slow.
+    pub fn dropped_samples(self) -> u32 {
+        self.0.dropped.lock(Cell::get)
+    }
+
+    /// The board is to leave for its bootloader.
+    pub fn request_bootloader(self) {
+        self.0.bootloader.signal(());
+    }
+
+    /// Waits for [`Self::request_bootloader`].
+    pub async fn bootloader_requested(self) {
+        self.0.bootloader.wait().await;
+    }
+}
