@@ -40,8 +40,9 @@ pub const ADC_SATURATED: u16 = 65_450;
 
 /// Part of the output stages' supply that its converter sees.
 pub const SUPPLY_DIVIDER: f32 = 0.5;
-/// The output stages need 4.25 V and a little more.
-pub const LOWEST_SUPPLY_MV: u32 = 4_500;
+/// The output stages give 3.5 V and the 0.12 V of the shunt, and need half a volt more. A low-power USB port gives 4.40 V
+/// (USB 2.0, section 7.2.2), of which cable and connectors take up to 0.13 V.
+pub const LOWEST_SUPPLY_MV: u32 = 4_200;
 /// Their amplifiers bear 5.5 V.
 pub const HIGHEST_SUPPLY_MV: u32 = 5_500;
 

@@ -56,7 +56,7 @@ mod tests {
 
     #[test]
     fn a_supply_out_of_range_is_found_in_three_ticks_and_a_glitch_is_none() {
-        for millivolt in [0, 4_400, 5_600, 6_599] {
+        for millivolt in [0, 4_100, 5_600, 6_599] {
             let bad = SupplyCode::from_millivolt(millivolt);
             let mut watch = BoardWatch::default();
             for supply in [bad, bad, SOUND, bad, bad] {
@@ -64,6 +64,14 @@ mod tests {
             }
             assert_eq!(watch.check(bad, 0), Some(Fault::SupplyOutOfRange));
         }
+    }
+
+    #[test]
+    fn a_low_power_usb_port_is_no_fault() {
+        // USB 2.0, section 7.2.2: 4.40 V at the port, less 125 mV in the cable.
+        let supply = SupplyCode::from_millivolt(4_275);
+        let mut watch = BoardWatch::default();
+        assert!((0..100).all(|_| watch.check(supply, 0).is_none()));
     }
 
     #[test]
