@@ -7,7 +7,7 @@ use embassy_stm32::wdg::IndependentWatchdog;
 use mirror_firmware::board::CalibrationFlash;
 use mirror_firmware::board::stm32g474::link::{self, Device};
 use mirror_firmware::board::stm32g474::{
-    ConverterPins, Converters, bootloader, clocks, last_stop, start_control,
+    ConverterPins, Converters, bootloader, clocks, last_stop, lower_time_driver, start_control,
 };
 use mirror_firmware::startup::{Memory, start};
 use mirror_firmware::watchdog::guard;
@@ -21,18 +21,19 @@ const WATCHDOG_US: u32 = 500_000;
 async fn main(spawner: Spawner) {
     bootloader::enter_if_requested();
     let p = embassy_stm32::init(clocks());
+    lower_time_driver();
     let pins = ConverterPins {
-        pwm1: p.PA8,
-        pwm2: p.PA9,
-        pwm3: p.PA10,
+        pwm1: p.PC0,
+        pwm2: p.PC1,
+        pwm3: p.PC2,
         pwm4: p.PC3,
         sense1: p.PA0,
         sense2: p.PA1,
-        sense3: p.PC0,
-        sense4: p.PC1,
-        supply: p.PC2,
+        sense3: p.PB0,
+        sense4: p.PB1,
+        supply: p.PC5,
     };
-    let converters = Converters::start(p.TIM1, (p.ADC1, p.ADC2), pins);
+    let converters = Converters::new(p.TIM1, (p.ADC1, p.ADC2), pins);
     let memory = Memory::of_the_image();
     let flash = CalibrationFlash::open(p.FLASH);
     let (session, control) = start::<Converters>(flash, memory, last_stop(), mailbox::take());

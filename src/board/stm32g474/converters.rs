@@ -16,7 +16,7 @@ use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, Exten, InjectedAdc, SampleT
 use embassy_stm32::gpio::OutputType;
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::timer::vals::{Mms2, Ossi};
-use embassy_stm32::peripherals::{ADC1, ADC2, PA0, PA1, PA8, PA9, PA10, PC0, PC1, PC2, PC3, TIM1};
+use embassy_stm32::peripherals::{ADC1, ADC2, PA0, PA1, PB0, PB1, PC0, PC1, PC2, PC3, PC5, TIM1};
 use embassy_stm32::timer::low_level::{CountingMode, OutputCompareMode, Timer};
 use embassy_stm32::timer::simple_pwm::PwmPin;
 use embassy_stm32::timer::{Ch1, Ch2, Ch3, Ch4, Channel};
@@ -46,18 +46,20 @@ struct Loop {
     control: Control,
 }
 
-/// The pins of the four channels.
+/// The pins of the four channels. The drives lie on pins that the bootloader in the ROM leaves alone
+/// (AN2606, STM32G47xxx/48xxx: it uses PA2 to PA7, PA8 to PA12, PB12 to PB15, PC4, PC6 to PC11), so that
+/// the pull-downs hold the outputs off during an update, too.
 #[expect(missing_docs, reason = "named by channel")]
 pub struct ConverterPins {
-    pub pwm1: Peri<'static, PA8>,
-    pub pwm2: Peri<'static, PA9>,
-    pub pwm3: Peri<'static, PA10>,
+    pub pwm1: Peri<'static, PC0>,
+    pub pwm2: Peri<'static, PC1>,
+    pub pwm3: Peri<'static, PC2>,
     pub pwm4: Peri<'static, PC3>,
     pub sense1: Peri<'static, PA0>,
     pub sense2: Peri<'static, PA1>,
-    pub sense3: Peri<'static, PC0>,
-    pub sense4: Peri<'static, PC1>,
-    pub supply: Peri<'static, PC2>,
+    pub sense3: Peri<'static, PB0>,
+    pub sense4: Peri<'static, PB1>,
+    pub supply: Peri<'static, PC5>,
 }
 
 /// PWM and current sense.
@@ -72,8 +74,8 @@ type Output<C> = PwmPin<'static, TIM1, C>;
 type Outputs = (Output<Ch1>, Output<Ch2>, Output<Ch3>, Output<Ch4>);
 
 impl Converters {
-    /// Starts PWM and conversions with all channels off.
-    pub fn start(
+    /// Sets up PWM and conversions with all channels off. Neither runs before [`start_control`].
+    pub fn new(
         timer: Peri<'static, TIM1>,
         (adc1, adc2): (Peri<'static, ADC1>, Peri<'static, ADC2>),
         pins: ConverterPins,
@@ -103,11 +105,8 @@ impl Converters {
         // The supply's one conversion ends before the four that tell of their end.
         let supply = adc2.setup_injected_conversions(supply, triggers::TIM1_TRGO2, edge, false);
         let currents = adc1.setup_injected_conversions(sense, triggers::TIM1_TRGO2, edge, true);
-        interrupt::ADC1_2.set_priority(Priority::P0);
-        // SAFETY: the handler only reads registers and signals.
-        unsafe { interrupt::ADC1_2.enable() };
         Self {
-            timer: start_pwm(timer),
+            timer: configure_pwm(timer),
             _outputs: outputs,
             _currents: currents,
             _supply: supply,
@@ -115,7 +114,7 @@ impl Converters {
     }
 }
 
-fn start_pwm(timer: Peri<'static, TIM1>) -> Timer<'static, TIM1> {
+fn configure_pwm(timer: Peri<'static, TIM1>) -> Timer<'static, TIM1> {
     let timer = Timer::new(timer);
     timer.set_counting_mode(CountingMode::EdgeAlignedUp);
     timer.set_max_compare_value(PWM_PERIOD_COUNTS - 1);
@@ -133,10 +132,10 @@ fn start_pwm(timer: Peri<'static, TIM1>) -> Timer<'static, TIM1> {
     timer.set_ossi(Ossi::IDLE_LEVEL);
     // A debugger that halts the processor stops the timer, and that disables the outputs, too (RM0440, debug mode of
     // the advanced-control timers).
+    // The watchdog stops with it, or every breakpoint would end in a reset.
     pac::DBGMCU.apb2fzr().modify(|w| w.set_tim1(true));
+    pac::DBGMCU.apb1lfzr().modify(|w| w.set_iwdg(true));
     timer.generate_update_event();
-    timer.enable_outputs();
-    timer.start();
     timer
 }
 
@@ -173,17 +172,24 @@ fn ADC1_2() {
     interrupt::UART5.pend();
 }
 
-/// Starts the control loop, once, in an interrupt that no peripheral of this board uses.
+/// Starts the control loop, once, in an interrupt that no peripheral of this board uses, and then the timer that
+/// makes its ticks: whatever was loaded before took its time, and no tick is missed by it.
 pub fn start_control(converters: Converters, control: Control) {
     static STORAGE: StaticCell<Loop> = StaticCell::new();
+    interrupt::ADC1_2.set_priority(Priority::P0);
+    interrupt::UART5.set_priority(Priority::P1);
     let started = STORAGE.init(Loop {
         converters,
         control,
     });
+    started.converters.timer.enable_outputs();
+    started.converters.timer.start();
     LOOP.lock(|slot| slot.set(Some(started)));
-    interrupt::UART5.set_priority(Priority::P1);
-    // SAFETY: the handler takes what is shared from behind locks.
-    unsafe { interrupt::UART5.enable() };
+    // SAFETY: the handlers read registers, and take what is shared from behind locks.
+    unsafe {
+        interrupt::UART5.enable();
+        interrupt::ADC1_2.enable();
+    }
 }
 
 #[embassy_stm32::interrupt]

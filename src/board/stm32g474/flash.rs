@@ -59,21 +59,25 @@ impl NorFlash for CalibrationFlash {
     }
 }
 
-/// A word that was half written when the power went has two bits wrong for the error correction, and
-/// reading it ends here (RM0440, section 5.3.2). In the second bank the record's CRC will tell.
+/// A word that was half written when the power went has two bits wrong for the error correction, and reading it
+/// ends here (RM0440, section 5.3.2). In the second bank it is acknowledged, and the record's CRC tells.
+///
+/// The barrier lets the flag fall before this returns, or the processor comes here once more, without a flag. That
+/// is no reason to stop: the reset would read the same word again, for ever.
 #[exception]
 unsafe fn NonMaskableInt() {
     let eccr = pac::FLASH.eccr();
     let error = eccr.read();
-    if !error.bk_ecc() || !(error.eccd() || error.eccd2()) {
+    if (error.eccd() || error.eccd2()) && !error.bk_ecc() {
         stop(
             Fault::HardFault,
-            format_args!("an interrupt that nothing of this board asks for"),
+            format_args!("a word of the program in flash is damaged"),
         );
     }
-    // Writing a flag clears it.
+    // Writing a flag clears it; the clock security system is not in use (RM0440, NMI sources).
     eccr.modify(|w| {
         w.set_eccd(error.eccd());
         w.set_eccd2(error.eccd2());
     });
+    cortex_m::asm::dsb();
 }

@@ -14,6 +14,7 @@ pub use converters::{ConverterPins, Converters, start_control};
 
 use defmt_rtt as _;
 use embassy_stm32::Config;
+use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::rcc::{
     Hsi48Config, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk, mux::Adcsel, mux::Clk48sel,
 };
@@ -40,4 +41,10 @@ pub fn clocks() -> Config {
     rcc.mux.adc12sel = Adcsel::SYS;
     rcc.mux.clk48sel = Clk48sel::HSI48;
     config
+}
+
+/// Lets the control loop, and USB, interrupt the timer that embassy's time is counted by: its interrupt is enabled
+/// at the highest priority there is. Call it once [`embassy_stm32::init`] has started it.
+pub fn lower_time_driver() {
+    interrupt::TIM1_BRK_TIM15.set_priority(Priority::P3);
 }
