@@ -41,15 +41,16 @@ impl Keeper {
         }
     }
 
-    /// The calibration to start with: the stored one, or the factory's where there is none or it is
+    /// The calibration to start with: the newest stored one that is whole, or the factory's where there is none or it is
     /// bad; likewise [`Self::sense`]. `buffer` is overwritten.
     pub fn load(&mut self, buffer: &mut Record) -> Calibration {
         let loaded = match &mut self.store {
             Some(store) => store.load(buffer),
             None => Ok(Loaded::Empty),
         };
-        let record = match loaded {
-            Ok(Loaded::Stored(bytes)) => bytes,
+        let (record, whole) = match loaded {
+            Ok(Loaded::Stored(bytes)) => (bytes, Kept::Yes),
+            Ok(Loaded::Outdated(bytes)) => (bytes, Kept::Outdated),
             Ok(Loaded::Empty) => return factory::calibration(),
             Ok(Loaded::Damaged) | Err(_) => {
                 self.kept = Kept::FactoryAsStoredIsBad;
@@ -59,14 +60,14 @@ impl Keeper {
         let (calibration, sense) = record.split_at(calibration_bytes(record));
         if !sense.is_empty() {
             let stored = SenseCalibration::from_bytes(sense);
-            self.sense_kept = kept(stored.is_some());
+            self.sense_kept = kept(stored.is_some(), whole);
             self.sense = stored.unwrap_or(SenseCalibration::DESIGNED);
         }
         if calibration.is_empty() {
             return factory::calibration();
         }
         let stored = Calibration::from_bytes(calibration).ok();
-        self.kept = kept(stored.is_some());
+        self.kept = kept(stored.is_some(), whole);
         stored.unwrap_or_else(factory::calibration)
     }
 
@@ -88,6 +89,8 @@ impl Keeper {
         };
         let stored = match loaded {
             Ok(Loaded::Stored(record)) => calibration_bytes(record),
+            // It would become the newest, and which one that is to be the user has not said.
+            Ok(Loaded::Outdated(_)) => return,
             Ok(Loaded::Empty | Loaded::Damaged) | Err(_) => 0,
         };
         self.sense_kept = self.store(buffer, stored);
@@ -113,10 +116,14 @@ impl Keeper {
 
     /// What a board must not overlook: something was stored, and is lost.
     pub fn fault(&self) -> Option<Fault> {
-        let lost = Kept::FactoryAsStoredIsBad;
-        [self.kept, self.sense_kept]
-            .contains(&lost)
-            .then_some(Fault::CalibrationBad)
+        let either = |state| self.kept == state || self.sense_kept == state;
+        if either(Kept::FactoryAsStoredIsBad) {
+            Some(Fault::CalibrationBad)
+        } else if either(Kept::Outdated) {
+            Some(Fault::CalibrationOutdated)
+        } else {
+            None
+        }
     }
 
     /// Whether the calibration in use is kept.
@@ -141,9 +148,10 @@ impl Keeper {
     }
 }
 
-fn kept(is_good: bool) -> Kept {
+/// Whether a calibration is kept that came out of a record, `whole` where it could be read.
+fn kept(is_good: bool, whole: Kept) -> Kept {
     if is_good {
-        Kept::Yes
+        whole
     } else {
         Kept::FactoryAsStoredIsBad
     }

@@ -15,8 +15,9 @@ macro_rules! pages {
 }
 
 /// Name and page, by name.
-const PAGES: [(&str, &str); 22] = pages![
+const PAGES: [(&str, &str); 23] = pages![
     "calibration-bad",
+    "calibration-outdated",
     "cooling",
     "drive-high",
     "drive-low",

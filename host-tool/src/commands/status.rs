@@ -190,6 +190,9 @@ pub(super) fn kept_words(kept: Kept) -> &'static str {
         Kept::OnTrial => {
             "on trial: a reset or the next `host-tool calibrate` brings the one before back"
         }
+        Kept::Outdated => {
+            "the one before the newest, which has rotted: calibrate again, or `clear` to go on with this one"
+        }
     }
 }
 

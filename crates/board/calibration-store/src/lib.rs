@@ -6,6 +6,9 @@
 //! only then it counts. Loading writes nothing, so there is no recovery that a second power cut could
 //! disturb. What is read is the whole record with the highest sequence number.
 //!
+//! What was read back is sealed, and the record before loses its seal. So a record that was whole and has rotted
+//! since, sealed but not whole, differs from one that was cut off: an older one is not taken for the newest in silence.
+//!
 //! Why more than two slots: the word that was being written when the power went may read as whole at
 //! one start and as broken at the next. With two slots the next update would erase the only sound
 //! record; with more of them it stays.
@@ -34,6 +37,8 @@ pub enum Loaded<'a> {
     Stored(&'a [u8]),
     /// Nothing was ever stored.
     Empty,
+    /// The newest record that is whole; a newer one, stored and acknowledged, has rotted since.
+    Outdated(&'a [u8]),
     /// Something was stored, and nothing of it is whole.
     Damaged,
 }
@@ -73,7 +78,11 @@ impl<F: NorFlash, const SLOT_BYTES: usize> Store<F, SLOT_BYTES> {
     /// # Errors
     /// [`StoreError::Unreadable`]; [`StoreError::TooLong`] where `buffer` is shorter than the record.
     pub fn load<'a>(&mut self, buffer: &'a mut [u8]) -> Result<Loaded<'a>, StoreError> {
-        let Survey { newest, is_blank } = self.survey()?;
+        let Survey {
+            newest,
+            has_rotted,
+            is_blank,
+        } = self.survey()?;
         let Some((slot, header)) = newest else {
             return Ok(if is_blank {
                 Loaded::Empty
@@ -85,7 +94,11 @@ impl<F: NorFlash, const SLOT_BYTES: usize> Store<F, SLOT_BYTES> {
             .get_mut(..header.length())
             .ok_or(StoreError::TooLong)?;
         self.slot(slot).read_payload(payload)?;
-        Ok(Loaded::Stored(payload))
+        Ok(if has_rotted && !self.slot(slot).is_sealed()? {
+            Loaded::Outdated(payload)
+        } else {
+            Loaded::Stored(payload)
+        })
     }
 
     /// Stores `payload`. Once this returns `Ok`, every later [`Self::load`] finds it, or what was
@@ -107,10 +120,18 @@ impl<F: NorFlash, const SLOT_BYTES: usize> Store<F, SLOT_BYTES> {
         for step in 1..self.slots() {
             let slot = (in_use + step) % self.slots();
             if self.slot(slot).write(&header, payload).is_ok() {
+                self.unseal_all_but(slot);
                 return Ok(());
             }
         }
         Err(StoreError::WornOut)
+    }
+
+    /// Takes the seals off the records that one in `newest` follows. Where that fails the newest is whole all the same.
+    fn unseal_all_but(&mut self, newest: u32) {
+        for slot in (0..self.slots()).filter(|&slot| slot != newest) {
+            let _ = self.slot(slot).unseal();
+        }
     }
 
     /// The flash.
@@ -121,6 +142,7 @@ impl<F: NorFlash, const SLOT_BYTES: usize> Store<F, SLOT_BYTES> {
     fn survey(&mut self) -> Result<Survey, StoreError> {
         let mut survey = Survey {
             newest: None,
+            has_rotted: false,
             is_blank: true,
         };
         for index in 0..self.slots() {
@@ -130,6 +152,8 @@ impl<F: NorFlash, const SLOT_BYTES: usize> Store<F, SLOT_BYTES> {
                 if newest.is_none_or(|newest| header.sequence() > newest) {
                     survey.newest = Some((index, header));
                 }
+            } else {
+                survey.has_rotted |= slot.is_sealed()?;
             }
             survey.is_blank = survey.is_blank && slot.is_blank()?;
         }
@@ -148,5 +172,7 @@ impl<F: NorFlash, const SLOT_BYTES: usize> Store<F, SLOT_BYTES> {
 /// What lies in the slots.
 struct Survey {
     newest: Option<(u32, Header)>,
+    /// A record that was whole once is not any more.
+    has_rotted: bool,
     is_blank: bool,
 }

@@ -11,8 +11,17 @@ const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 /// Marks the start of a record: `CAL1`.
 const MAGIC: u32 = u32::from_le_bytes(*b"CAL1");
 
-/// Bytes that are read or written at a time, and the length of a header.
+/// Bytes that are read or written at a time, and those before the payload: header and seal.
 const CHUNK: usize = 32;
+
+/// Where the seal lies, and what it reads: half of its bits are ones, so that neither erasing nor overwriting it brings
+/// the rest closer to it.
+const SEAL_AT: usize = 16;
+const SEAL: [u8; SEAL_BYTES] = *b"\x5a\xc3\x96\x3c\xa5\x69\x0f\xf0\xc3\x5a\x3c\x96\x69\xa5\xf0\x0f";
+const SEAL_BYTES: usize = CHUNK - SEAL_AT;
+/// A seal of which so many bits have fallen over still is one; of 128 bits at random, 64 differ, and 16 or fewer in one
+/// case of 10^19.
+const SEAL_MAY_DIFFER: u32 = 16;
 
 /// What erased flash reads as.
 const ERASED: u8 = 0xff;
@@ -26,7 +35,7 @@ pub(crate) struct Header {
 }
 
 impl Header {
-    /// Length in flash.
+    /// Length in flash, with the seal.
     pub(crate) const BYTES: usize = CHUNK;
 
     pub(crate) fn of(sequence: u32, payload: &[u8]) -> Self {
@@ -51,8 +60,8 @@ impl Header {
         self.length as usize
     }
 
-    fn to_bytes(self) -> [u8; CHUNK] {
-        let mut bytes = [ERASED; CHUNK];
+    fn to_bytes(self) -> [u8; SEAL_AT] {
+        let mut bytes = [ERASED; SEAL_AT];
         let words = [MAGIC, self.sequence, self.length, self.crc];
         for (slot, word) in bytes.chunks_exact_mut(4).zip(words) {
             slot.copy_from_slice(&word.to_le_bytes());
@@ -126,18 +135,39 @@ impl<'a, F: NorFlash, const BYTES: usize> Slot<'a, F, BYTES> {
         Ok(true)
     }
 
-    /// Erases the slot, writes a record, and reads it back.
+    /// Whether the record in the slot was whole once, and is the last that was stored.
+    pub(crate) fn is_sealed(&mut self) -> Result<bool, StoreError> {
+        let chunk = self.chunk(0)?;
+        let differ: u32 = chunk[SEAL_AT..]
+            .iter()
+            .zip(SEAL)
+            .map(|(byte, seal)| (byte ^ seal).count_ones())
+            .sum();
+        Ok(differ <= SEAL_MAY_DIFFER)
+    }
+
+    /// Takes the seal off a record that another follows. Zeros may be written over anything (RM0440, section 3.3.8).
+    pub(crate) fn unseal(&mut self) -> Result<(), StoreError> {
+        if self.is_sealed()? {
+            self.write_bytes(SEAL_AT, &[0; SEAL_BYTES])?;
+        }
+        Ok(())
+    }
+
+    /// Erases the slot, writes a record, reads it back, and seals it.
     pub(crate) fn write(&mut self, header: &Header, payload: &[u8]) -> Result<(), StoreError> {
+        // A seal that outlived half an erasure would speak of a record that nobody misses.
+        self.unseal()?;
         self.erase().map_err(|_| StoreError::WornOut)?;
         for (piece, at) in payload.chunks(CHUNK).zip((CHUNK..).step_by(CHUNK)) {
             self.write_chunk(at, piece)?;
         }
         // Last, so that what is cut off has no header.
-        self.write_chunk(0, &header.to_bytes())?;
-        match self.whole_record()? == Some(*header) {
-            true => Ok(()),
-            false => Err(StoreError::WornOut),
+        self.write_bytes(0, &header.to_bytes())?;
+        if self.whole_record()? != Some(*header) {
+            return Err(StoreError::WornOut);
         }
+        self.write_bytes(SEAL_AT, &SEAL)
     }
 
     fn erase(&mut self) -> Result<(), F::Error> {
@@ -157,8 +187,13 @@ impl<'a, F: NorFlash, const BYTES: usize> Slot<'a, F, BYTES> {
         let mut bytes = [ERASED; CHUNK];
         bytes[..piece.len()].copy_from_slice(piece);
         let length = piece.len().next_multiple_of(F::WRITE_SIZE);
+        self.write_bytes(at, &bytes[..length])
+    }
+
+    /// Writes whole words.
+    fn write_bytes(&mut self, at: usize, words: &[u8]) -> Result<(), StoreError> {
         self.flash
-            .write(self.start + at as u32, &bytes[..length])
+            .write(self.start + at as u32, words)
             .map_err(|_| StoreError::WornOut)
     }
 }

@@ -83,6 +83,49 @@ fn updates_wear_all_slots_alike() {
     assert_eq!(counts, [UPDATES / SLOTS as u32; SLOTS]);
 }
 
+#[test]
+fn rot_in_the_newest_record_never_turns_back_in_silence() {
+    let mut store = store();
+    store.store(&[1; 300]).expect("it fits");
+    store.store(&[2; 300]).expect("it fits");
+    let sound = store.into_flash();
+    // The slot of the newest record: seal, header and payload.
+    let newest = 8 * PAGE_BYTES..8 * (PAGE_BYTES + 32 + 300);
+    let (mut outdated, mut whole) = (0, 0);
+    for bit in newest.clone() {
+        let mut flash = sound.clone();
+        flash.flip(bit);
+        let mut store = Store::<_, PAGE_BYTES>::new(flash).expect("large enough");
+        match store.load(&mut [0; 300]).expect("readable") {
+            Loaded::Outdated(payload) => {
+                assert_eq!(payload, [1; 300]);
+                outdated += 1;
+            }
+            Loaded::Stored(payload) => {
+                assert_eq!(payload, [2; 300], "bit {bit} turned back");
+                whole += 1;
+            }
+            other => panic!("bit {bit}: {other:?}"),
+        }
+        store.store(&[3; 300]).expect("it fits");
+        assert_eq!(store.load(&mut [0; 300]), Ok(Loaded::Stored(&[3; 300])));
+    }
+    println!("one bit of the newest of two records: {outdated} flips told, {whole} harmless");
+    // The seal's own 128 bits.
+    assert_eq!((outdated, whole), (newest.len() - 128, 128));
+}
+
+#[test]
+fn rot_in_an_older_record_is_no_matter() {
+    let mut store = store();
+    store.store(b"old").expect("it fits");
+    store.store(b"new").expect("it fits");
+    let mut flash = store.into_flash();
+    flash.flip(8 * 32);
+    let mut store = Store::<_, PAGE_BYTES>::new(flash).expect("large enough");
+    assert_eq!(store.load(&mut [0; 3]), Ok(Loaded::Stored(b"new")));
+}
+
 /// A flash in which the page at `worn` keeps a bit stuck at 0.
 struct Worn {
     flash: SimulatedFlash,

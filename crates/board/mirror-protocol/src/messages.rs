@@ -246,6 +246,8 @@ pub enum Kept {
     No,
     /// No: it is on trial ([`CalibrationUse::OnTrial`]).
     OnTrial,
+    /// It is the one before the newest, which has rotted.
+    Outdated,
 }
 
 /// The calibration in use.

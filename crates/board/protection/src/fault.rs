@@ -30,6 +30,8 @@ named! {
         FirmwarePanic = "firmware-panic",
         /// The processor stopped at an access or instruction that is not allowed.
         HardFault = "hard-fault",
+        /// The newest stored calibration has rotted; the one before it is whole.
+        CalibrationOutdated = "calibration-outdated",
     }
 }
 

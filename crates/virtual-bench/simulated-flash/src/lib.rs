@@ -1,5 +1,5 @@
 //! NOR flash with the rules of the STM32G474 (RM0440, section 5): pages of 2 KB are erased whole,
-//! double words of 8 bytes are written once, and the power can go in the middle of either.
+//! double words of 8 bytes are written once, or once more with zeros, and the power can go in the middle of either.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -55,7 +55,7 @@ enum Power {
 pub enum FlashError {
     /// The power is off.
     PowerOff,
-    /// A word is written that is not erased.
+    /// A word is written that is not erased, and not with zeros.
     Overwrite,
     /// Not whole words or pages, or beyond the end.
     Bounds(NorFlashErrorKind),
@@ -101,6 +101,14 @@ impl SimulatedFlash {
         }
     }
 
+    /// Lets one bit fall over.
+    ///
+    /// # Panics
+    /// Beyond the end.
+    pub fn flip(&mut self, bit: usize) {
+        self.bytes[bit / 8] ^= 1 << (bit % 8);
+    }
+
     /// Writes of a word and erasures of a page so far.
     pub fn operations(&self) -> u64 {
         self.operations
@@ -131,14 +139,16 @@ impl SimulatedFlash {
 
     fn write_word(&mut self, at: usize, word: &[u8]) -> Result<(), FlashError> {
         let target = at..at + WORD_BYTES;
-        if self.bytes[target.clone()]
+        let is_erased = self.bytes[target.clone()]
             .iter()
-            .any(|byte| *byte != ERASED)
-        {
+            .all(|byte| *byte == ERASED);
+        // Zeros may be written over anything (RM0440, section 3.3.8, PROGERR).
+        if !is_erased && word.iter().any(|byte| *byte != 0) {
             return Err(FlashError::Overwrite);
         }
         if self.begin()? {
             self.bytes[target].copy_from_slice(word);
+            self.is_unsound[at / WORD_BYTES] = false;
             return Ok(());
         }
         // Some bits made it. One time in four all did, which is the trap.
@@ -148,7 +158,7 @@ impl SimulatedFlash {
         };
         let mask = mask.to_le_bytes();
         for ((byte, new), made) in self.bytes[target].iter_mut().zip(word).zip(mask) {
-            *byte = *new | !made;
+            *byte &= *new | !made;
         }
         self.is_unsound[at / WORD_BYTES] = true;
         Err(FlashError::PowerOff)
@@ -292,6 +302,7 @@ mod tests {
         let mut flash = flash();
         flash.write(8, &[1; 16]).expect("erased");
         assert_eq!(flash.write(16, &[1; 8]), Err(FlashError::Overwrite));
+        flash.write(8, &[0; 8]).expect("zeros go over anything");
         assert!(matches!(
             flash.write(4, &[1; 8]),
             Err(FlashError::Bounds(_))
@@ -300,7 +311,7 @@ mod tests {
         flash.erase(0, 2048).expect("a page");
         flash.write(16, &[2; 8]).expect("erased again");
         assert_eq!(flash.erase_counts(), [1, 0]);
-        assert_eq!(flash.operations(), 4);
+        assert_eq!(flash.operations(), 5);
     }
 
     #[test]
