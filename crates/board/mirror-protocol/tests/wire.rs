@@ -134,7 +134,7 @@ fn the_documents_time_out_is_the_one_in_use() {
     let seconds = ANSWER_TIMEOUT_MS / 1000;
     let sentence = format!("Every request of the tool ends after {seconds} s");
     assert!(
-        include_str!("../../../../docs/protocol.md").contains(&sentence),
+        include_str!("../../../../docs/reference/protocol.md").contains(&sentence),
         "{sentence}"
     );
 }
