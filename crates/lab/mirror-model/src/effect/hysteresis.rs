@@ -1,4 +1,5 @@
-//! Play operators: friction-like memory that does not ask how fast.
+//! Rate-independent hysteresis, as of friction: Prandtl-Ishlinskii play operators (Kuhnen, Modeling, identification and
+//! compensation of complex hysteretic nonlinearities, 2003).
 
 use super::{Acts, Effect, Info, Moment, Parameter, Stage, Step, parameter};
 use std::borrow::Cow;
@@ -15,7 +16,9 @@ static INFO: Info = Info {
     title: Cow::Borrowed("rate-independent hysteresis"),
     stage: Stage::Memory,
     acts: Acts::Displacement,
-    equation: Cow::Borrowed("z' = z + w (mean of three plays of z - z), play radii r/3, 2r/3, r"),
+    equation: Cow::Borrowed(
+        "z' = z + w (mean of three play operators of z - z), radii r/3, 2r/3, r",
+    ),
     parameters: Cow::Borrowed(&PARAMETERS),
     shows: Cow::Borrowed("two branches at equal R, at any slow rate"),
     separates: Cow::Borrowed("minor loops at 0.01 Hz"),

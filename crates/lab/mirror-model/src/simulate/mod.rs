@@ -1,23 +1,24 @@
 //! The model in time: four actuators on the drives of a measurement, with thermal poles and effects.
 
-mod lag;
-mod lane;
+mod actuator;
+mod fixed_point;
+mod pole;
 mod running;
 
 use crate::effect::Acts;
 use crate::{ACTUATORS, Deflection, Model};
-use lag::Secant;
-use lane::{Lane, lags};
+use actuator::{Actuator, poles};
+use fixed_point::Secant;
 use running::{Running, advance, change};
 use thiserror::Error;
 
-/// No fixed point of power and temperature takes more rounds than this.
+/// Rounds that the fixed point of power and temperature takes at most (secants need about five), and at most where a step was
+/// taken back.
 const ROUNDS: usize = 12;
-/// Nor than this where a step was taken back.
 const MORE_ROUNDS: usize = 40;
-/// Temperatures that agree so well are the same.
+/// Temperatures that agree so well are the same (K): 10 pm of z at the 1 um/K of such mirrors.
 const SAME_K: f64 = 1e-5;
-/// A temperature rise beyond this is a runaway: everything has melted.
+/// A temperature rise beyond this is a runaway (K): tungsten melts at 3.7e3 K.
 const RUNAWAY_K: f64 = 5e3;
 
 /// A piece of drive: held where both ends are equal, a straight line otherwise. What is around the mirror stands still in it.
@@ -29,7 +30,7 @@ pub struct Interval {
     pub from_v: [f64; ACTUATORS],
     /// The drives at its end.
     pub to_v: [f64; ACTUATORS],
-    /// How much warmer the surroundings are than where the cold resistances and the displacement's zero belong (K).
+    /// Temperature rise of the surroundings above those that the cold resistances and the displacement's zero belong to (K).
     pub ambient_k: f64,
     /// How far a stage has moved the sensor's target, the whole mirror, towards the substrate (um).
     pub reference_um: f64,
@@ -89,7 +90,7 @@ pub fn simulate(
 
 /// A model while it runs, from rest, one interval after the other.
 pub struct Simulation<'a> {
-    lanes: [Lane; ACTUATORS],
+    actuators: [Actuator; ACTUATORS],
     effects: Vec<Running<'a>>,
     resolution: f64,
     fastest_s: f64,
@@ -108,14 +109,15 @@ impl<'a> Simulation<'a> {
     /// A model at rest; for `resolution` see [`simulate`].
     pub fn new(model: &'a Model, resolution: f64) -> Self {
         let effects = model.effects.iter().map(Running::new).collect();
-        let lanes = std::array::from_fn(|index| Lane::new(model.actuator(index).parameters));
-        let fastest_s = lanes
+        let actuators =
+            std::array::from_fn(|index| Actuator::new(model.actuator(index).parameters));
+        let fastest_s = actuators
             .iter()
-            .map(|lane: &Lane| lane.taus_s[0])
+            .map(|actuator: &Actuator| actuator.taus_s[0])
             .fold(f64::INFINITY, f64::min)
             .max(1e-5);
         let mut simulation = Self {
-            lanes,
+            actuators,
             effects,
             resolution,
             fastest_s,
@@ -190,52 +192,55 @@ impl<'a> Simulation<'a> {
     /// Moves the temperatures on by `h`, so that power and temperature agree at its end. With `h` = 0 only the power
     /// changes.
     fn heat(&mut self, voltage_v: [f64; ACTUATORS], h: f64) {
-        let lags = lags(&self.lanes, h);
+        let poles = poles(&self.actuators, h);
         let start: [_; ACTUATORS] = std::array::from_fn(|i| {
-            let lane = &self.lanes[i];
-            (lane.poles_k, lane.heating_k)
+            let actuator = &self.actuators[i];
+            (actuator.poles_k, actuator.heating_k)
         });
         let mut secants: [_; ACTUATORS] = std::array::from_fn(|i| {
-            let from = (h > 0.0).then(|| self.lanes[i].raw_temperature());
-            Secant::new(self.lanes[i].attraction(&lags[i]), from)
+            let from = (h > 0.0).then(|| self.actuators[i].raw_temperature());
+            Secant::new(self.actuators[i].slope(&poles[i]), from)
         });
         for round in 1..=MORE_ROUNDS {
-            let powers_w = self.lanes.each_ref().map(|lane| lane.now.power_w);
+            let powers_w = self
+                .actuators
+                .each_ref()
+                .map(|actuator| actuator.now.power_w);
             let (mut moved_k, mut off_k): (f64, f64) = (0.0, 0.0);
-            for (index, lane) in self.lanes.iter_mut().enumerate() {
-                let before_k = lane.now.temperature_rise_k;
-                let guess = lane.heating_k;
-                lane.now.t_s = self.t_s;
-                lane.now.ambient_k = self.ambient_k;
-                lane.now.total_power_w = powers_w.iter().sum();
-                lane.now.opposite_power_w = powers_w[(index + ACTUATORS / 2) % ACTUATORS];
-                let (poles, heating) = &start[index];
+            for (index, actuator) in self.actuators.iter_mut().enumerate() {
+                let before_k = actuator.now.temperature_rise_k;
+                let guess = actuator.heating_k;
+                actuator.now.t_s = self.t_s;
+                actuator.now.ambient_k = self.ambient_k;
+                actuator.now.total_power_w = powers_w.iter().sum();
+                actuator.now.opposite_power_w = powers_w[(index + ACTUATORS / 2) % ACTUATORS];
+                let (start_k, heating) = &start[index];
                 if h > 0.0 {
-                    let heating_now = lane.heating_k;
-                    lane.poles_k = std::array::from_fn(|k| {
-                        lags[index][k].after(poles[k], *heating, heating_now)
+                    let heating_now = actuator.heating_k;
+                    actuator.poles_k = std::array::from_fn(|k| {
+                        poles[index][k].after(start_k[k], *heating, heating_now)
                     });
                 }
-                lane.electrical(index, voltage_v[index], &self.effects);
-                moved_k = moved_k.max((lane.now.temperature_rise_k - before_k).abs());
-                off_k = off_k.max((lane.heating_k - guess).abs());
-                lane.heating_k = secants[index].next(guess, lane.heating_k);
+                actuator.electrical(index, voltage_v[index], &self.effects);
+                moved_k = moved_k.max((actuator.now.temperature_rise_k - before_k).abs());
+                off_k = off_k.max((actuator.heating_k - guess).abs());
+                actuator.heating_k = secants[index].next(guess, actuator.heating_k);
             }
-            // Without effects no lane waits for what the others' powers come to.
+            // Without effects no actuator waits for what the others' powers come to.
             let is_found = off_k < SAME_K && (moved_k < SAME_K || self.effects.is_empty());
             if is_found || (round >= ROUNDS && !secants.iter().any(|s| s.has_retreated)) {
                 break;
             }
         }
         if h > 0.0 {
-            for (index, lane) in self.lanes.iter().enumerate() {
-                let raw = lane.raw_temperature();
+            for (index, actuator) in self.actuators.iter().enumerate() {
+                let raw = actuator.raw_temperature();
                 advance(
                     &mut self.effects,
                     &[Acts::Voltage, Acts::Resistance, Acts::Heating],
                     index,
-                    lane.heating_k,
-                    &lane.now,
+                    actuator.heating_k,
+                    &actuator.now,
                     h,
                 );
                 advance(
@@ -243,7 +248,7 @@ impl<'a> Simulation<'a> {
                     &[Acts::Temperature],
                     index,
                     raw,
-                    &lane.now,
+                    &actuator.now,
                     h,
                 );
             }
@@ -252,36 +257,36 @@ impl<'a> Simulation<'a> {
 
     fn shape(&mut self, h: f64) {
         let mut sum_um = 0.0;
-        for (index, lane) in self.lanes.iter_mut().enumerate() {
-            let p = &lane.parameters;
-            let plain = Deflection::curvature_per_um(p, lane.now.temperature_rise_k);
+        for (index, actuator) in self.actuators.iter_mut().enumerate() {
+            let p = &actuator.parameters;
+            let plain = Deflection::curvature_per_um(p, actuator.now.temperature_rise_k);
             advance(
                 &mut self.effects,
                 &[Acts::Curvature],
                 index,
                 plain,
-                &lane.now,
+                &actuator.now,
                 h,
             );
-            let curvature = change(&self.effects, Acts::Curvature, index, plain, &lane.now);
-            lane.now.z_um = Deflection::of(p, curvature).z_um;
+            let curvature = change(&self.effects, Acts::Curvature, index, plain, &actuator.now);
+            actuator.now.z_um = Deflection::of(p, curvature).z_um;
             advance(
                 &mut self.effects,
                 &[Acts::Displacement],
                 index,
-                lane.now.z_um,
-                &lane.now,
+                actuator.now.z_um,
+                &actuator.now,
                 h,
             );
             sum_um += change(
                 &self.effects,
                 Acts::Displacement,
                 index,
-                lane.now.z_um,
-                &lane.now,
+                actuator.now.z_um,
+                &actuator.now,
             );
         }
-        let mut moment = self.lanes[0].now;
+        let mut moment = self.actuators[0].now;
         moment.z_um = sum_um / ACTUATORS as f64;
         advance(
             &mut self.effects,
@@ -300,9 +305,9 @@ impl<'a> Simulation<'a> {
 
     fn check(&self) -> Result<(), Runaway> {
         let hot = self
-            .lanes
+            .actuators
             .iter()
-            .map(|lane| lane.now.temperature_rise_k)
+            .map(|actuator| actuator.now.temperature_rise_k)
             .find(|rise| rise.is_nan() || rise.abs() > RUNAWAY_K);
         let what = match hot {
             Some(rise) => format!("a temperature rise of {rise:.3e} K"),
@@ -320,8 +325,8 @@ impl<'a> Simulation<'a> {
     fn output(&self) -> Output {
         Output {
             z_um: self.reading_um,
-            current_a: std::array::from_fn(|i| self.lanes[i].current_a),
-            temperature_rise_k: std::array::from_fn(|i| self.lanes[i].now.temperature_rise_k),
+            current_a: std::array::from_fn(|i| self.actuators[i].current_a),
+            temperature_rise_k: std::array::from_fn(|i| self.actuators[i].now.temperature_rise_k),
         }
     }
 }

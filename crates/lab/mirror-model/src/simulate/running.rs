@@ -3,7 +3,7 @@
 use crate::ACTUATORS;
 use crate::effect::{Active, Acts, Moment, Step};
 
-/// An effect with its states and last inputs, by lane.
+/// An effect with its states and last inputs, by actuator; one of each where it acts on the whole mirror.
 pub(super) struct Running<'a> {
     pub(super) active: &'a Active,
     pub(super) acts: Acts,
@@ -13,17 +13,17 @@ pub(super) struct Running<'a> {
 
 impl<'a> Running<'a> {
     pub(super) fn new(active: &'a Active) -> Self {
-        let lanes = if active.effect.info().acts.on_the_mirror() {
+        let count = if active.effect.info().acts.on_the_mirror() {
             1
         } else {
             ACTUATORS
         };
-        let states = vec![vec![0.0; active.effect.states()]; lanes];
+        let states = vec![vec![0.0; active.effect.states()]; count];
         Self {
             active,
             acts: active.effect.info().acts,
             states,
-            inputs: vec![f64::NAN; lanes],
+            inputs: vec![f64::NAN; count],
         }
     }
 }
@@ -32,7 +32,7 @@ impl<'a> Running<'a> {
 pub(super) fn change(
     effects: &[Running],
     acts: Acts,
-    lane: usize,
+    actuator: usize,
     plain: f64,
     moment: &Moment,
 ) -> f64 {
@@ -42,7 +42,7 @@ pub(super) fn change(
         .fold(plain, |value, r| {
             r.active
                 .effect
-                .output(&r.active.values, value, &r.states[lane], moment)
+                .output(&r.active.values, value, &r.states[actuator], moment)
         })
 }
 
@@ -50,7 +50,7 @@ pub(super) fn change(
 pub(super) fn advance(
     effects: &mut [Running],
     acts: &[Acts],
-    lane: usize,
+    actuator: usize,
     plain: f64,
     moment: &Moment,
     h: f64,
@@ -62,14 +62,14 @@ pub(super) fn advance(
     {
         let (effect, values) = (&r.active.effect, &r.active.values);
         if h > 0.0 && effect.states() > 0 {
-            let from = if r.inputs[lane].is_nan() {
+            let from = if r.inputs[actuator].is_nan() {
                 value
             } else {
-                r.inputs[lane]
+                r.inputs[actuator]
             };
             effect.advance(
                 values,
-                &mut r.states[lane],
+                &mut r.states[actuator],
                 &Step {
                     from,
                     to: value,
@@ -78,7 +78,7 @@ pub(super) fn advance(
                 },
             );
         }
-        r.inputs[lane] = value;
-        value = effect.output(values, value, &r.states[lane], moment);
+        r.inputs[actuator] = value;
+        value = effect.output(values, value, &r.states[actuator], moment);
     }
 }

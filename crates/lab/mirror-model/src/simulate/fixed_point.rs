@@ -1,41 +1,12 @@
-//! One step of a lag, and the fixed point of a function.
+//! The fixed point of a function, by secants.
 
-/// A first-order lag over one step with an input that runs straight, ready to be used again and again.
-#[derive(Clone, Copy)]
-pub(super) struct Lag {
-    keeps: f64,
-    takes_start: f64,
-    /// How much of the input at the step's end arrives by then.
-    pub(super) takes_end: f64,
-}
-
-impl Lag {
-    pub(super) fn new(tau_s: f64, h: f64) -> Self {
-        if tau_s < 1e-9 || h <= 0.0 {
-            return Self {
-                keeps: 0.0,
-                takes_start: 0.0,
-                takes_end: 1.0,
-            };
-        }
-        let keeps = (-h / tau_s).exp();
-        let mean = tau_s / h * (1.0 - keeps);
-        Self {
-            keeps,
-            takes_start: mean - keeps,
-            takes_end: 1.0 - mean,
-        }
-    }
-
-    pub(super) fn after(&self, x: f64, from: f64, to: f64) -> f64 {
-        self.keeps * x + self.takes_start * from + self.takes_end * to
-    }
-}
-
-/// An overshoot is taken back to this part of its step.
+/// A step is an overshoot where the function is off by more than its inverse times that step, and is taken back to this part
+/// of itself.
 const RETREAT: f64 = 0.125;
-/// So many times at most.
+/// So many times at most: to 6e-8 of the step, below which a guess in kelvins is rounding.
 const RETREATS: usize = 8;
+/// A slope of the difference to the fixed point that is not below this is noise of equal guesses.
+const FALLING: f64 = -1e-3;
 
 /// Finds the fixed point of a function by secants. Where a strong heat loss makes every round overshoot, going from
 /// value to value would run away; where it grows with a power of temperature, so would the first step.
@@ -72,7 +43,7 @@ impl Secant {
                 self.has_retreated = true;
                 return from + RETREAT * (guess - from);
             }
-            // The function is no longer what it was: other lanes have changed.
+            // The function is no longer what it was: other actuators have changed.
             (self.from, self.last) = (None, None);
         }
         self.retreats = 0;
@@ -82,7 +53,7 @@ impl Secant {
         };
         let slope = (off - off_before) / (guess - guess_before);
         // Falling, as it is where a fixed point attracts in time; anything else is noise of equal guesses.
-        if slope < -1e-3 && slope.is_finite() {
+        if slope < FALLING && slope.is_finite() {
             guess - off / slope
         } else {
             value
@@ -96,5 +67,39 @@ impl Secant {
             None => (self.from?, guess - self.from?),
         };
         (off.is_nan() || RETREAT * off.abs() > usual.abs()).then_some(from)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The guess after so many rounds on a function, from a first guess.
+    fn found(function: impl Fn(f64) -> f64, first: f64, slope: f64, rounds: usize) -> f64 {
+        let mut secant = Secant::new(slope, None);
+        (0..rounds).fold(first, |guess, _| secant.next(guess, function(guess)))
+    }
+
+    #[test]
+    fn a_straight_line_is_solved_by_its_slope_in_one_round() {
+        // x = 10 - 3 x at 2.5.
+        assert_eq!(found(|x| 10.0 - 3.0 * x, 1.0, -3.0, 1), 2.5);
+    }
+
+    #[test]
+    fn a_steep_fall_that_iteration_would_run_away_from_is_solved() {
+        // Going from value to value diverges where the slope is beyond -1; x = 100 / (1 + x^2) at x^3 + x = 100.
+        let root = found(|x| 100.0 / (1.0 + x * x), 1.0, 0.0, 30);
+        assert!((root.powi(3) + root - 100.0).abs() < 1e-6, "{root}");
+    }
+
+    #[test]
+    fn a_first_step_into_a_power_of_the_guess_is_taken_back() {
+        // The step from 0 to 1 makes the function 1e6 times as large: it shrinks until the function is of the step's size.
+        let mut secant = Secant::new(0.0, Some(0.0));
+        let first = secant.next(1.0, 1e6);
+        assert_eq!(first, RETREAT);
+        assert!(secant.has_retreated);
+        assert_eq!(secant.next(first, 1e6), RETREAT * first);
     }
 }

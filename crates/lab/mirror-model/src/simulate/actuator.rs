@@ -1,36 +1,42 @@
 //! One actuator: from its temperatures to resistance, current, power and heating.
 
-use super::lag::Lag;
+use super::pole::Pole;
 use super::running::{Running, change};
 use crate::effect::{Acts, Moment};
 use crate::{ACTUATORS, Deflection, Parameters};
 
-/// Thermal poles of an actuator.
+/// No effect makes a heater a better conductor than this (ohm): it would be a short circuit.
+const LEAST_OHM: f64 = 1e-3;
+/// Thermal poles of an actuator, a Foster network: each takes its share of the heating, and the rises add up.
 pub(super) const POLES: usize = 3;
 
-pub(super) struct Lane {
+/// An actuator while it runs.
+pub(super) struct Actuator {
     pub(super) parameters: Parameters,
+    /// The poles' shares, which add up to 1, and time constants.
     pub(super) weights: [f64; POLES],
     pub(super) taus_s: [f64; POLES],
+    /// State of each pole: the rise that all heating would make of it.
     pub(super) poles_k: [f64; POLES],
+    /// The rise that the present power would make in the end, R_T P.
     pub(super) heating_k: f64,
     pub(super) now: Moment,
     pub(super) current_a: f64,
 }
 
-/// The lags of every lane's poles over a step; most lanes have the same.
-pub(super) fn lags(lanes: &[Lane; ACTUATORS], h: f64) -> [[Lag; POLES]; ACTUATORS] {
-    let first = lanes[0].taus_s.map(|tau| Lag::new(tau, h));
+/// Every actuator's thermal poles over a step; most actuators have the same.
+pub(super) fn poles(actuators: &[Actuator; ACTUATORS], h: f64) -> [[Pole; POLES]; ACTUATORS] {
+    let first = actuators[0].taus_s.map(|tau| Pole::new(tau, h));
     std::array::from_fn(|index| {
-        if lanes[index].taus_s == lanes[0].taus_s {
+        if actuators[index].taus_s == actuators[0].taus_s {
             first
         } else {
-            lanes[index].taus_s.map(|tau| Lag::new(tau, h))
+            actuators[index].taus_s.map(|tau| Pole::new(tau, h))
         }
     })
 }
 
-impl Lane {
+impl Actuator {
     pub(super) fn new(parameters: Parameters) -> Self {
         let p = &parameters;
         let moment = Moment {
@@ -55,20 +61,21 @@ impl Lane {
         }
     }
 
-    /// How much the heating at the end of a step changes with the heating that was assumed there: a hotter heater has more
-    /// resistance and takes less power.
-    pub(super) fn attraction(&self, lags: &[Lag; POLES]) -> f64 {
+    /// How much the heating at the end of a step changes with the heating that was assumed there, the slope of the function whose
+    /// fixed point is sought: a hotter heater has more resistance and takes less power.
+    pub(super) fn slope(&self, poles: &[Pole; POLES]) -> f64 {
         let arrives: f64 = self
             .weights
             .iter()
-            .zip(lags)
-            .map(|(weight, lag)| weight * lag.takes_end)
+            .zip(poles)
+            .map(|(weight, pole)| weight * pole.end_gain)
             .sum();
         let p = &self.parameters;
         -arrives * self.heating_k * p.cold_resistance_ohm * p.resistance_coefficient_per_k
             / self.now.resistance_ohm
     }
 
+    /// The temperature rise by the poles alone, before effects (K).
     pub(super) fn raw_temperature(&self) -> f64 {
         self.weights
             .iter()
@@ -89,7 +96,7 @@ impl Lane {
             p.cold_resistance_ohm * p.resistance_coefficient_per_k * now.temperature_rise_k;
         now.resistance_ohm = p.cold_resistance_ohm + now.grown_resistance_ohm;
         now.resistance_ohm =
-            change(effects, Acts::Resistance, index, now.resistance_ohm, now).max(1e-3);
+            change(effects, Acts::Resistance, index, now.resistance_ohm, now).max(LEAST_OHM);
         let heater_v = change(effects, Acts::Voltage, index, voltage_v, now);
         self.current_a = heater_v / now.resistance_ohm;
         now.power_w = heater_v * self.current_a;
