@@ -9,7 +9,7 @@ use crate::heater;
 use crate::placebo::{Fall, Placebo, placebo};
 use crate::plan::Plan;
 use crate::space::Space;
-use identification::{Comparison, compare};
+use identification::{Comparison, Unit, compare};
 use mirror_model::effect::{Active, Effect};
 use mirror_model::{ACTUATORS, Model, Runaway};
 use serde::Serialize;
@@ -178,7 +178,7 @@ impl Edit {
             before.rms, after.rms, before.unit
         );
         match (before.unit, before.current_rms_ma, after.current_rms_ma) {
-            ("um", Some(from), Some(to)) => {
+            (Unit::Micrometre, Some(from), Some(to)) => {
                 format!("{all}, that of the currents from {from:.4} to {to:.4} mA")
             }
             _ => all,
@@ -241,7 +241,7 @@ impl Edit {
 impl fmt::Display for Edit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let unit = self.before.unit;
-        let currents = unit == "um" && self.before.current_rms_ma.is_some();
+        let currents = unit == Unit::Micrometre && self.before.current_rms_ma.is_some();
         let heading = if currents {
             "currents before      after   mA rms"
         } else {

@@ -158,3 +158,97 @@ fn seed(model: &Model, free: &[BaseParameter], times: (f64, f64, f64)) -> Model 
     }
     model
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mirror_model::Preset;
+
+    fn names(data: &Dataset) -> Vec<String> {
+        identifiable(data)
+            .into_iter()
+            .map(BaseParameter::name)
+            .collect()
+    }
+
+    /// Currents of these actuators, and displacements if asked for, at 0.1 V to 0.8 V held for this long each.
+    fn measured(actuators: &[usize], displacement: bool, seconds: f64) -> Dataset {
+        let volts = |step: usize| 0.1 * (step + 1) as f64;
+        let mut data = Dataset::driven((0..8).map(|step| (volts(step), seconds)));
+        for step in 0..8 {
+            for &actuator in actuators {
+                let amperes = volts(step) / (100.0 * (actuator + 1) as f64 + step as f64);
+                data = data.reading(step, Channel::Current(actuator), amperes, 1e-9);
+            }
+            if displacement {
+                data = data.reading(step, Channel::Displacement, 0.0, 0.02);
+            }
+        }
+        data
+    }
+
+    #[test]
+    fn currents_identify_each_actuator_that_has_one() {
+        assert_eq!(
+            names(&measured(&[0, 3], true, 1.0)),
+            ["R0.1", "R0.4", "R_T.1", "R_T.4", "beta_b"]
+        );
+    }
+
+    #[test]
+    fn a_displacement_alone_identifies_the_heating_and_with_three_drives_the_curvature() {
+        assert_eq!(names(&measured(&[], true, 1.0)), ["R_T", "beta_b"]);
+        let mut two = measured(&[], true, 1.0);
+        two.observations.truncate(2);
+        assert_eq!(names(&two), ["R_T"]);
+    }
+
+    #[test]
+    fn one_heater_has_shared_parameters_and_may_be_slow() {
+        assert_eq!(
+            names(&measured(&[0], false, 1.0)),
+            ["R0", "R_T", "tau_fast"]
+        );
+    }
+
+    #[test]
+    fn poles_take_many_readings_and_short_intervals() {
+        let poles = |seconds, times: usize| {
+            let mut data = measured(&[0, 1, 2, 3], true, seconds);
+            data.observations = data.observations.repeat(times);
+            names(&data).len() - names(&measured(&[0, 1, 2, 3], true, 1.0)).len()
+        };
+        // 40 readings, or 80.
+        assert_eq!([poles(1e-3, 1), poles(1e-3, 2), poles(1.0, 2)], [0, 3, 0]);
+    }
+
+    #[test]
+    fn cold_resistances_are_medians_of_the_quarter_at_the_lowest_drives() {
+        let model = Model::from(Preset::Paper);
+        let own = with_own_resistances(&model, &measured(&[1, 2], true, 1.0));
+        // Two of eight readings are the quarter, 200 and 201 ohm; the upper is the median.
+        let cold = |actuator: usize| own.actuator(actuator).parameters.cold_resistance_ohm;
+        assert!((cold(1) - 201.0).abs() < 1e-9 && (cold(2) - 301.0).abs() < 1e-9);
+        assert_eq!(cold(0), model.parameters.cold_resistance_ohm);
+    }
+
+    #[test]
+    fn a_model_without_time_constants_starts_from_all_of_the_usual_ones() {
+        let model = Model::from(Preset::Paper);
+        let free = [Symbol::FastTime, Symbol::MiddleWeight, Symbol::MiddleTime];
+        let free = free.map(BaseParameter::Shared);
+        let data = measured(&[0, 1, 2, 3], true, 1e-3);
+        let of = |model: &Model| free.map(|parameter| parameter.get(model));
+        let starts = seeds(&model, &free, &data);
+        let all: Vec<_> = starts.iter().map(of).collect();
+        assert_eq!(
+            all,
+            TIMES.map(|(fast, weight, middle)| [fast, weight, middle])
+        );
+        let mut known = starts[1].clone();
+        known.parameters.fast_s = 5e-3;
+        assert_eq!(of(&seeds(&known, &free, &data)[0]), [5e-3, 0.3, 0.02]);
+        assert_eq!(restarts(&known, &free).len(), TIMES.len());
+        assert_eq!(of(&restarts(&known, &free)[0]), all[0]);
+    }
+}

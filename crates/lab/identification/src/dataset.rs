@@ -9,10 +9,13 @@ pub use clock::OwnZero;
 use measurement::{MeasurementFile, Row, Session};
 use mirror_model::{ACTUATORS, Interval, Output};
 
-/// A file with more rows is thinned.
+/// A file with more rows is thinned: a fit simulates each of them some hundred times.
 const DENSE_ROWS: usize = 1500;
-/// Rows that are kept of a held drive lie apart by this ratio of the time since its jump.
+/// Rows that are kept of a held drive lie apart by this ratio of the time since its jump, 24 a decade: what poles do there is
+/// smooth in the logarithm of time.
 const THINNING: f64 = 1.1;
+/// A pause that is shorter is rounding of the times (s).
+const NO_TIME_S: f64 = 1e-6;
 
 /// What is observed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -181,9 +184,9 @@ impl Dataset {
         }
         let experiment = self.name(file.experiment());
         let first = file.rows[0];
-        let warmer_k = surroundings.warmer_k(file);
+        let rise_k = surroundings.rise_k(file);
         let around = |index: usize| Interval {
-            ambient_k: warmer_k[index],
+            ambient_k: rise_k[index],
             reference_um: file.rows[index].reference_um.unwrap_or(0.0),
             ..Interval::default()
         };
@@ -211,7 +214,7 @@ impl Dataset {
                 });
             } else if self.intervals.is_empty() {
                 self.intervals.push(Interval {
-                    duration_s: 1e-6,
+                    duration_s: NO_TIME_S,
                     from_v: row.voltage_v,
                     to_v: row.voltage_v,
                     ..around
@@ -247,7 +250,7 @@ impl Dataset {
     }
 
     fn hold(&mut self, voltage_v: f64, duration_s: f64, around: Interval) {
-        if duration_s > 1e-6 {
+        if duration_s > NO_TIME_S {
             self.intervals.push(Interval {
                 duration_s,
                 from_v: [voltage_v; ACTUATORS],
@@ -336,5 +339,7 @@ fn thin(file: &MeasurementFile, interpolated: bool) -> Vec<usize> {
     kept
 }
 
+#[cfg(test)]
+mod made;
 #[cfg(test)]
 mod tests;

@@ -209,3 +209,103 @@ fn minimised(
         residuals: values.iter().zip(predicted).map(|(v, p)| v - p).collect(),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dataset::Channel;
+    use mirror_model::Preset;
+    use mirror_model::effect::{Active, find};
+
+    const COLD: FreeParameter = FreeParameter::Base(BaseParameter::Own(Symbol::ColdResistance, 0));
+
+    #[test]
+    fn a_cold_resistance_is_that_of_the_mean_current() {
+        // At 10 mV nothing warms. Equal weights: the least squares of V / R is the mean of the readings.
+        let readings = [1.0e-5, 1.2e-5, 1.4e-5];
+        let data = readings.iter().enumerate().fold(
+            Dataset::driven([(0.01, 1.0); 3]),
+            |data, (index, amperes)| data.reading(index, Channel::Current(0), *amperes, 1e-6),
+        );
+        let start = Model::from(Preset::Paper);
+        let fitted = fit_parameters(&start, &data, &readings, &[COLD]).expect("an answer");
+        let ohm = COLD.value(&fitted.model);
+        // The prior weighs 1/9 against three times 12 squared: it holds 3e-4 of the way from the start, 0.8 in the logarithm.
+        assert!((ohm / (0.01 / 1.2e-5) - 1.0).abs() < 2e-3, "{ohm}");
+        let left = fitted.rms(&data, false).expect("currents");
+        // Deviations of -0.2, 0 and 0.2.
+        assert!((left / (0.2e-5 * (2.0_f64 / 3.0).sqrt()) - 1.0).abs() < 1e-3);
+        assert_eq!(fitted.rms(&data, true), None);
+        let cost: f64 = data
+            .observations
+            .iter()
+            .map(standard_deviation)
+            .map(|s| (left / s).powi(2))
+            .sum();
+        assert!((fitted.cost(&data) / cost - 1.0).abs() < 1e-2);
+    }
+
+    #[test]
+    fn a_parameter_beyond_its_range_ends_on_the_bound() {
+        let mut model = Model::from(Preset::Reconciled);
+        model
+            .effects
+            .push(Active::usual(find("sensor-gain").expect("an effect")));
+        let gain = FreeParameter::Effect(0, 0);
+        let (_, high) = gain.range(&model);
+        let data = Dataset::driven([(2.0, 1.0), (3.0, 1.0)])
+            .reading(0, Channel::Displacement, 0.0, 0.02)
+            .reading(1, Channel::Displacement, 0.0, 0.02);
+        let twice: Vec<f64> = predict(&model, &data)
+            .expect("an answer")
+            .iter()
+            .map(|z| 2.0 * z)
+            .collect();
+        let fitted = fit_parameters(&model, &data, &twice, &[gain]).expect("an answer");
+        // But for the rounding of a coordinate.
+        assert!((gain.value(&fitted.model) / high - 1.0).abs() < 1e-12);
+        assert!(gain.is_at_its_limit(&fitted.model));
+    }
+
+    #[test]
+    fn a_start_that_runs_away_is_an_error_and_one_beside_another_is_not() {
+        let cold = Model::from(Preset::Paper);
+        let mut melts = cold.clone();
+        melts.parameters.set(Symbol::ThermalResistance, 1e12);
+        let data = Dataset::driven([(3.0, 1.0)]).reading(0, Channel::Current(0), 8e-3, 1e-6);
+        let values = data.values();
+        assert!(predict(&melts, &data).is_err(), "it melts");
+        assert!(fit_parameters(&melts, &data, &values, &[COLD]).is_err());
+        let fitted = best_fit(&[melts, cold], &data, &values, &[COLD]).expect("the other");
+        assert!(fitted.model.parameters.thermal_resistance_k_per_w < 1e12);
+    }
+
+    #[test]
+    fn no_free_parameter_leaves_the_model_as_it_is() {
+        let model = Model::from(Preset::Paper);
+        let data = Dataset::driven([(1.0, 1.0)]).reading(0, Channel::Displacement, 3.0, 0.02);
+        let fitted = fit_parameters(&model, &data, &[3.0], &[]).expect("an answer");
+        assert_eq!(fitted.model, model);
+        let predicted = predict(&model, &data).expect("an answer");
+        assert_eq!(fitted.residuals, [3.0 - predicted[0]]);
+    }
+
+    #[test]
+    fn effects_are_free_and_time_constants_of_0_are_not() {
+        let mut model = Model::from(Preset::Paper);
+        model
+            .effects
+            .push(Active::usual(find("creep").expect("an effect")));
+        let data = (0..60).fold(Dataset::driven([(1.0, 1e-3)]), |data, _| {
+            data.reading(0, Channel::Displacement, 1.0, 0.02)
+        });
+        let count = model.effects[0].values.len();
+        let names = |model: &Model| -> Vec<String> {
+            let free = free_parameters(model, &data);
+            free.iter().map(|parameter| parameter.name(model)).collect()
+        };
+        assert_eq!(names(&model).len(), 1 + count, "{:?}", names(&model));
+        model.parameters.set(Symbol::FastTime, 1e-3);
+        assert_eq!(names(&model).len(), 2 + count, "{:?}", names(&model));
+    }
+}

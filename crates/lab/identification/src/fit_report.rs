@@ -11,9 +11,11 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Correlations of at least this size are worth a line.
+/// Correlations of at least this size are worth a line: one parameter's error is three times what it would be if the other were
+/// known.
 const STRONG: f64 = 0.95;
-/// A direction whose information is this share of the best known one's is not known at all.
+/// A direction whose information is this share of the best known one's is not known at all: forward differences give slopes to
+/// some 1e-4, and information is their square.
 const UNKNOWN: f64 = 1e-7;
 /// Parameters of which so much lies in unknown directions are named.
 const TAKES_PART: f64 = 0.1;
@@ -304,5 +306,44 @@ impl fmt::Display for FitReport {
             )?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    #[test]
+    fn parameters_that_share_an_unknown_direction_are_one_group() {
+        // Directions (1, 1, 0, 0) / sqrt 2 and (0, 0, 0, 1) are unknown.
+        let null = dmatrix![
+            0.5, 0.5, 0.0, 0.0;
+            0.5, 0.5, 0.0, 0.0;
+            0.0, 0.0, 0.0, 0.0;
+            0.0, 0.0, 0.0, 1.0
+        ];
+        let mut found = groups(&null);
+        found.iter_mut().for_each(|group| group.sort_unstable());
+        assert_eq!(found, [vec![0, 1], vec![3]]);
+    }
+
+    #[test]
+    fn thermal_resistances_become_products_with_xi() {
+        let model = Model::from(mirror_model::Preset::Paper);
+        let xi = model.parameters.resistance_coefficient_per_k;
+        let estimate = |value: f64, unit: &str| Estimate {
+            value,
+            standard_error: Some(0.1 * value),
+            unit: unit.into(),
+        };
+        let parameters = BTreeMap::from([
+            ("R0.1".to_string(), estimate(360.0, "ohm")),
+            ("R_T.1".to_string(), estimate(5000.0, "K/W")),
+        ]);
+        let products = as_products(parameters, &model);
+        assert_eq!(products["R0.1"], estimate(360.0, "ohm"));
+        assert_eq!(products["xi*R_T.1"].value, xi * 5000.0);
+        assert_eq!(products["xi*R_T.1"].standard_error, Some(xi * 500.0));
     }
 }

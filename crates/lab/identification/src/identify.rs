@@ -19,9 +19,10 @@ use crate::fit::{Fitted, fit_parameters};
 use crate::fit_report::{known_errors, note_errors};
 use crate::parameter::{BaseParameter, FreeParameter};
 
-/// The sum of squares must fall by this share of itself.
+/// The sum of squares must fall by this share of itself: with hundreds of readings far more than the one part in their
+/// count that the F test expects of chance, and enough to be worth inverting.
 const WORTHWHILE: f64 = 0.05;
-/// A strength is told from zero when it is so many standard errors away from it.
+/// A strength is told from zero when it is so many standard errors away from it: 99.7 % of a normal distribution.
 const KNOWN: f64 = 3.0;
 
 /// What may be added, in the order of the stages, statics before dynamics.
@@ -50,7 +51,7 @@ const RESONANCES: [&[f64]; 8] = [
     &[1.0, 4000.0, 15.0],
     &[1.0, 5600.0, 15.0],
 ];
-/// The fast pole beside a second one.
+/// Where the fast pole starts beside a second one: films of some micrometres settle within a millisecond (s).
 const FAST_S: f64 = 8e-4;
 
 const MIDDLE: Pole = Pole {

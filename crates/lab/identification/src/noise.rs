@@ -5,18 +5,19 @@ mod bench;
 use measurement::{MeasurementFile, Row, Session};
 use mirror_model::ACTUATORS;
 
-/// White noise of the displacement where a file does not say `noise_z_nm`.
+/// White noise of the displacement where a file does not say `noise_z_nm`: that of a laser displacement sensor, and of the
+/// virtual bench's (`virtual-sessions`).
 const DEFAULT_DISPLACEMENT_UM: f64 = 0.02;
-/// Noise of a current reading of the driver board, constant and in proportion.
+/// Noise of a current reading of the driver board (`docs/board.md`), constant, and as a part of the reading.
 const CURRENT_A: f64 = 2e-6;
 const CURRENT_RATIO: f64 = 1e-4;
-/// Fourth differences of even rows: a mirror is smooth over five of them, and noise is not.
+/// Fourth differences of even rows: they cancel any cubic, and a mirror is that smooth over five rows, and noise is not.
 const DIFFERENCE: [f64; 5] = [1.0, -4.0, 6.0, -4.0, 1.0];
 /// Rows are even whose steps of time differ by less than this share.
 const EVEN: f64 = 0.01;
-/// Fewer differences than this say nothing.
+/// Fewer differences than this say nothing: their median is then off by a fifth or more.
 const ENOUGH: usize = 40;
-/// The median magnitude of normal numbers, in standard deviations.
+/// The median magnitude of normal numbers, in standard deviations: the normal distribution's third quartile.
 const MEDIAN_OF_NORMAL: f64 = 0.6745;
 
 /// The noise of a session's readings.

@@ -82,19 +82,69 @@ pub(crate) fn slopes(
     })
 }
 
-/// The model with one parameter moved, and by how much of its coordinate: backwards at the upper end of its range.
+/// The model with one parameter moved, and by how much of its coordinate: backwards where its range ends.
 fn moved(model: &Model, parameter: FreeParameter) -> (Model, f64) {
     let at = parameter.coordinate(model);
-    let by = |step: f64| {
-        let mut moved = model.clone();
-        parameter.set(&mut moved, at + step);
-        let step = parameter.coordinate(&moved) - at;
-        (moved, step)
-    };
-    let forwards = by(DIFFERENCE);
-    if forwards.1 == 0.0 {
-        by(-DIFFERENCE)
+    let (_, highest) = parameter.bounds(model);
+    let step = if at + DIFFERENCE <= highest {
+        DIFFERENCE
     } else {
-        forwards
+        -DIFFERENCE
+    };
+    let mut moved = model.clone();
+    parameter.set(&mut moved, at + step);
+    let step = parameter.coordinate(&moved) - at;
+    (moved, step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameter::BaseParameter;
+    use mirror_model::{Preset, Symbol};
+
+    #[test]
+    fn noise_and_discrepancy_add_as_squares() {
+        let data = Dataset::driven([(1.0, 1.0)])
+            .reading(0, Channel::Displacement, 50.0, 0.075)
+            .reading(0, Channel::Current(0), -2e-3, 8e-7);
+        let of: Vec<f64> = data.observations.iter().map(standard_deviation).collect();
+        // 3-4-5: 0.1 um and 0.075 um; 3e-4 of 2 mA and 0.8 uA.
+        assert!(
+            (of[0] - 0.125).abs() < 1e-15 && (of[1] - 1e-6).abs() < 1e-18,
+            "{of:?}"
+        );
+        let standardised = standardised([0.25, 3e-6], &data);
+        assert!((standardised - DVector::from_vec(vec![2.0, 3.0])).norm() < 1e-12);
+        assert!((white_noise(&data) - DVector::from_vec(vec![0.6, 0.8])).norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_cold_current_falls_as_the_logarithm_of_its_resistance_rises() {
+        // At 10 mV nothing warms: I = V / R, and dI / d ln R = -I.
+        let data = Dataset::driven([(0.01, 1.0)]).reading(0, Channel::Current(1), 1e-5, 4e-9);
+        let model = Model::from(Preset::Paper);
+        let amperes = 0.01 / model.parameters.cold_resistance_ohm;
+        let own = |symbol| FreeParameter::Base(BaseParameter::Own(symbol, 1));
+        let other = FreeParameter::Base(BaseParameter::Own(Symbol::ColdResistance, 0));
+        let parameters = [own(Symbol::ColdResistance), other];
+        let slopes = jacobian(&model, &data, &parameters).expect("an answer");
+        let expected = -amperes / standard_deviation(&data.observations[0]);
+        // A forward difference of 1e-4 is off by half of that.
+        assert!((slopes[(0, 0)] / expected - 1.0).abs() < 1e-4);
+        assert_eq!(slopes[(0, 1)], 0.0, "another actuator's");
+        let none = jacobian(&model, &data, &[]).expect("an answer");
+        assert_eq!(none.shape(), (1, 0));
+    }
+
+    #[test]
+    fn at_the_end_of_a_range_the_difference_goes_back() {
+        let mut model = Model::from(Preset::Paper);
+        let weight = FreeParameter::Base(BaseParameter::Shared(Symbol::MiddleWeight));
+        let (_, high) = weight.range(&model);
+        weight.set(&mut model, f64::INFINITY);
+        assert_eq!(weight.value(&model), high);
+        let (there, step) = moved(&model, weight);
+        assert!(step < 0.0 && weight.value(&there) < high);
     }
 }

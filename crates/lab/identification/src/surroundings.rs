@@ -2,7 +2,8 @@
 
 use measurement::{MeasurementFile, Row, Session};
 
-/// A thermometer tells of the room, and not of the mirror, what is less than this (K): such a drift is unknown.
+/// A smaller change of a thermometer's readings (K) tells of the room and not of the mirror: such a drift is left to the
+/// effect `ambient-drift`.
 const STEADY_K: f64 = 1.0;
 
 /// The temperatures of a session.
@@ -29,14 +30,14 @@ impl<'a> Surroundings<'a> {
         self.first_c
     }
 
-    /// How much warmer than at first the surroundings are, row by row (K). A file that says nothing is as warm as the first
+    /// Temperature rise of the surroundings since the first known one, row by row (K). A file that says nothing is as warm as the first
     /// one on its clock that does; one whose readings hardly differ is at their mean.
-    pub(crate) fn warmer_k(&self, file: &MeasurementFile) -> Vec<f64> {
+    pub(crate) fn rise_k(&self, file: &MeasurementFile) -> Vec<f64> {
         let since_first = |celsius: Option<f64>| {
-            let warmer = celsius
+            let rise = celsius
                 .zip(self.first_c)
                 .map_or(0.0, |(now, first)| now - first);
-            if warmer.abs() < STEADY_K { 0.0 } else { warmer }
+            if rise.abs() < STEADY_K { 0.0 } else { rise }
         };
         let level = level(file).or_else(|| self.session.ambient_c(file));
         if is_steady(file) {
@@ -78,13 +79,13 @@ mod tests {
         ("a.csv".into(), file)
     }
 
-    fn warmer(files: &[&str]) -> Vec<Vec<f64>> {
+    fn rises(files: &[&str]) -> Vec<Vec<f64>> {
         let session = Session {
             files: files.iter().map(|text| file(text)).collect(),
         };
         let around = Surroundings::of(&session);
         let files = session.files.iter();
-        files.map(|(_, file)| around.warmer_k(file)).collect()
+        files.map(|(_, file)| around.rise_k(file)).collect()
     }
 
     #[test]
@@ -92,19 +93,19 @@ mod tests {
         let room = "t_s,V_V,T_ambient_C\n1,0,22.05\n2,1,21.95\n3,0,\n";
         let later = "t_s,V_V,T_ambient_C\n1,0,22.6\n2,1,22.7\n";
         let oven = "t_s,V_V,T_ambient_C\n1,0,60.1\n2,1,59.9\n";
-        let all = warmer(&[room, later, oven]);
+        let all = rises(&[room, later, oven]);
         assert_eq!(all[..2], [vec![0.0; 3], vec![0.0; 2]]);
         assert!(
             all[2]
                 .iter()
-                .all(|warmer| (warmer - 38.0).abs() < 1e-9 && *warmer == all[2][0])
+                .all(|rise| (rise - 38.0).abs() < 1e-9 && *rise == all[2][0])
         );
     }
 
     #[test]
     fn an_oven_that_warms_is_followed_row_by_row() {
         let oven = "t_s,V_V,T_ambient_C\n1,0,22\n2,0,\n3,0,40\n4,0,60\n";
-        assert_eq!(warmer(&[oven]), [[0.0, 0.0, 18.0, 38.0]]);
+        assert_eq!(rises(&[oven]), [[0.0, 0.0, 18.0, 38.0]]);
     }
 
     #[test]
@@ -113,7 +114,7 @@ mod tests {
         let clock = "# session=later\nt_global_s,t_s,V_V";
         let oven = format!("{clock},T_ambient_C\n1,1,0,60\n2,2,1,60\n");
         let unsaid = format!("{clock}\n11,1,0\n12,2,1\n");
-        assert_eq!(warmer(&[room, &oven, &unsaid])[1..], [[38.0; 2], [38.0; 2]]);
-        assert_eq!(warmer(&[&unsaid, &unsaid]), [[0.0; 2], [0.0; 2]]);
+        assert_eq!(rises(&[room, &oven, &unsaid])[1..], [[38.0; 2], [38.0; 2]]);
+        assert_eq!(rises(&[&unsaid, &unsaid]), [[0.0; 2], [0.0; 2]]);
     }
 }

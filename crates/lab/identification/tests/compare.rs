@@ -1,7 +1,7 @@
 //! What a comparison says of a session that a model with one more effect would have measured.
 
 use identification::prediction::predict;
-use identification::{Comparison, Dataset, compare};
+use identification::{Comparison, Dataset, Unit, compare};
 use measurement::{Keys, MeasurementFile, Row, Session};
 use mirror_model::effect::{Active, find};
 use mirror_model::{Model, Preset};
@@ -145,7 +145,7 @@ fn heat_shows_in_the_resistance_at_equal_power() {
 #[test]
 fn currents_alone_are_compared_in_milliamperes() {
     let hot = comparison("heat-loss-temperature", 4e-3, [false, true]);
-    assert_eq!((hot.unit, hot.experiments.len()), ("mA", 4));
+    assert_eq!((hot.unit, hot.experiments.len()), (Unit::Milliampere, 4));
     assert!(says(&hot, "sweep: ", "mA at"), "{hot}");
     assert!(hot.rms > 0.0 && hot.stages.z_at_equal_r_um.is_none());
     let seen = comparison("heat-loss-temperature", 4e-3, [true, false]);

@@ -2,10 +2,11 @@
 
 use super::ladder::{Ladder, between, ladders};
 use super::{Reading, SURE, scale};
+use crate::Unit;
 use crate::dataset::Dataset;
 
 /// One sentence for every experiment that repeats the way up of an earlier one.
-pub(super) fn sentences(data: &Dataset, readings: &[Vec<Reading>], unit: &str) -> Vec<String> {
+pub(super) fn sentences(data: &Dataset, readings: &[Vec<Reading>], unit: Unit) -> Vec<String> {
     let mut sentences = Vec::new();
     let mut earlier: Vec<(&str, Ladder)> = Vec::new();
     for (name, readings) in data.experiments.iter().zip(readings) {
@@ -28,7 +29,7 @@ pub(super) fn sentences(data: &Dataset, readings: &[Vec<Reading>], unit: &str) -
     sentences
 }
 
-fn repeated(first: &Ladder, again: &Ladder, worth: f64, unit: &str) -> Option<String> {
+fn repeated(first: &Ladder, again: &Ladder, worth: f64, unit: Unit) -> Option<String> {
     let (before, _) = first.branches();
     let (after, _) = again.branches();
     let changes: Vec<(f64, f64)> = after

@@ -1,6 +1,7 @@
 //! Drives held one after the other: what the error does along the drive, and in its two directions.
 
 use super::{Reading, off, scale};
+use crate::Unit;
 use crate::dataset::Dataset;
 use mirror_model::ACTUATORS;
 
@@ -121,7 +122,7 @@ fn moved(from: &[f64; ACTUATORS], to: &[f64; ACTUATORS]) -> Option<Moves> {
 }
 
 /// One sentence a ladder; ladders of one experiment that say the same say it once.
-pub(super) fn sentences(data: &Dataset, readings: &[Vec<Reading>], unit: &str) -> Vec<String> {
+pub(super) fn sentences(data: &Dataset, readings: &[Vec<Reading>], unit: Unit) -> Vec<String> {
     let mut sentences = Vec::new();
     for (name, readings) in data.experiments.iter().zip(readings) {
         let (_, worth) = scale(readings);
@@ -152,7 +153,7 @@ pub(super) fn sentences(data: &Dataset, readings: &[Vec<Reading>], unit: &str) -
 }
 
 /// How the error runs along the drive, and whether it knows the direction; nothing where there is nothing to tell.
-fn course(ladder: &Ladder, worth: f64, unit: &str) -> Option<String> {
+fn course(ladder: &Ladder, worth: f64, unit: Unit) -> Option<String> {
     let (up, down) = ladder.branches();
     let worst = ladder
         .steps
@@ -222,4 +223,41 @@ pub(super) fn between(points: &[(f64, f64)], at: f64) -> Option<f64> {
         let inside = (a.min(b) - 1e-9..=a.max(b) + 1e-9).contains(&at);
         (inside && a != b).then(|| from + (to - from) * (at - a) / (b - a))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_curve_is_read_between_its_points_and_not_beyond_them() {
+        let falling = [(3.0, 30.0), (1.0, 10.0), (0.0, 4.0)];
+        assert_eq!(between(&falling, 2.0), Some(20.0));
+        assert_eq!(between(&falling, 0.5), Some(7.0));
+        assert_eq!(between(&falling, 3.5), None);
+        assert_eq!(between(&falling[..1], 3.0), None);
+    }
+
+    #[test]
+    fn what_moves_is_one_actuator_or_all_alike() {
+        let rest = [0.5; ACTUATORS];
+        assert_eq!(moved(&rest, &[1.0; ACTUATORS]), Some(Moves::All));
+        assert_eq!(moved(&rest, &[0.5, 0.5, 2.0, 0.5]), Some(Moves::One(2)));
+        assert_eq!(moved(&rest, &[1.0, 2.0, 0.5, 0.5]), None);
+        assert_eq!(moved(&rest, &rest), Some(Moves::All));
+    }
+
+    #[test]
+    fn a_form_is_a_bend_a_slope_or_an_offset() {
+        let up = |error: fn(f64) -> f64| -> Vec<(f64, f64)> {
+            let volts = (0..=8).map(|step| 0.25 * f64::from(step));
+            volts.map(|v| (v, error(v))).collect()
+        };
+        let said = |error: fn(f64) -> f64| form(&up(error), &[], 0.1).unwrap_or("nothing");
+        assert!(said(|_| 0.05).contains("nothing"));
+        assert!(said(|v| v * (2.0 - v)).contains("concave"));
+        assert!(said(|v| v * (v - 2.0)).contains("convex"));
+        assert!(said(|v| v).contains("scale"));
+        assert!(said(|_| 1.0).contains("offset"));
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::ladder::STEADY_S;
 use super::{Reading, SURE, scale};
+use crate::Unit;
 use crate::dataset::Dataset;
 
 /// Holds of so many readings after a jump show a course in time.
@@ -17,20 +18,23 @@ const PART: f64 = 0.03;
 const ALIKE_UM: f64 = 0.1;
 
 /// What jumps show, then what sines show.
-pub(super) fn sentences(data: &Dataset, readings: &[Vec<Reading>], unit: &str) -> Vec<String> {
+pub(super) fn sentences(data: &Dataset, readings: &[Vec<Reading>], unit: Unit) -> Vec<String> {
     let jumps = data.experiments.iter().zip(readings);
     let mut sentences: Vec<String> = jumps
         .flat_map(|(name, readings)| after_jumps(data, name, readings, unit))
         .collect();
     let mut loops: Vec<Loop> = readings.iter().filter_map(|r| Loop::of(data, r)).collect();
     loops.sort_by(|a, b| a.hz.total_cmp(&b.hz));
-    let alike = if unit == "um" { ALIKE_UM } else { 0.0 };
+    let alike = match unit {
+        Unit::Micrometre => ALIKE_UM,
+        Unit::Milliampere => 0.0,
+    };
     sentences.extend(along_sines(&loops, alike, unit));
     sentences
 }
 
 /// How the error moves after each jump: at once, and slowly.
-fn after_jumps(data: &Dataset, name: &str, readings: &[Reading], unit: &str) -> Vec<String> {
+fn after_jumps(data: &Dataset, name: &str, readings: &[Reading], unit: Unit) -> Vec<String> {
     let (_, worth) = scale(readings);
     let held = readings.chunk_by(|a, b| a.drive == b.drive);
     held.filter_map(|hold| {
@@ -139,7 +143,7 @@ impl Loop {
     }
 }
 
-fn along_sines(loops: &[Loop], alike: f64, unit: &str) -> Option<String> {
+fn along_sines(loops: &[Loop], alike: f64, unit: Unit) -> Option<String> {
     let (first, last) = (loops.first()?, loops.last()?);
     let widths: Vec<String> = loops
         .iter()
@@ -189,4 +193,16 @@ fn round(hz: f64) -> f64 {
     let unit = 10f64.powf(hz.log10().floor() - 2.0);
     // Dividing by the inverse prints as a person writes it.
     (hz / unit).round() / (1.0 / unit).round().max(1.0) * unit.max(1.0).round()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::round;
+
+    #[test]
+    fn frequencies_have_three_digits() {
+        assert_eq!(round(0.0100049), 0.01);
+        assert_eq!(round(1449.6), 1450.0);
+        assert_eq!(round(3.14159), 3.14);
+    }
 }

@@ -5,6 +5,7 @@ mod ladder;
 mod lag;
 mod stages;
 
+use crate::Unit;
 use crate::dataset::{Channel, Dataset, Observation};
 use crate::prediction::predict;
 use mirror_model::{ACTUATORS, Model, Runaway};
@@ -13,7 +14,7 @@ use std::fmt;
 
 pub use stages::StageErrors;
 
-/// Columns of the course of an error in a terminal.
+/// Columns of the course of an error, what the table leaves of a line of 120 in a terminal.
 const COURSE: usize = 36;
 /// Trends that are smaller than this share of the largest error are none.
 const ALIKE: f64 = 0.25;
@@ -49,7 +50,7 @@ pub struct Comparison {
     /// By experiment.
     pub experiments: Vec<ExperimentError>,
     /// Unit of the errors: `um` of displacement, or `mA` where no displacement was measured.
-    pub unit: &'static str,
+    pub unit: Unit,
     /// By stage, where there is current.
     pub stages: StageErrors,
     /// What a person would say.
@@ -82,7 +83,11 @@ impl Reading {
 /// [`Runaway`] if the model has no finite answer.
 pub fn compare(model: &Model, data: &Dataset) -> Result<Comparison, Runaway> {
     let predicted = predict(model, data)?;
-    let unit = if data.has_displacement() { "um" } else { "mA" };
+    let unit = if data.has_displacement() {
+        Unit::Micrometre
+    } else {
+        Unit::Milliampere
+    };
     let readings: Vec<Vec<Reading>> = (0..data.experiments.len())
         .map(|index| readings(data, &predicted, index))
         .collect();
@@ -221,12 +226,12 @@ fn scale(readings: &[Reading]) -> (f64, f64) {
 }
 
 /// "too low by 9.2 um": which way a model is off where measured less modelled is `error`.
-fn off(error: f64, unit: &str) -> String {
+fn off(error: f64, unit: Unit) -> String {
     let side = if error > 0.0 { "low" } else { "high" };
     format!("too {side} by {:.2} {unit}", error.abs())
 }
 
-fn worst(experiments: &[ExperimentError], unit: &str) -> Option<String> {
+fn worst(experiments: &[ExperimentError], unit: Unit) -> Option<String> {
     let worst = experiments
         .iter()
         .max_by(|a, b| a.largest.abs().total_cmp(&b.largest.abs()))?;
@@ -245,7 +250,7 @@ fn worst(experiments: &[ExperimentError], unit: &str) -> Option<String> {
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let unit = self.unit;
-        let with_currents = self.unit == "um" && self.current_rms_ma.is_some();
+        let with_currents = self.unit == Unit::Micrometre && self.current_rms_ma.is_some();
         let heading = if with_currents { "  rms mA" } else { "" };
         writeln!(
             f,

@@ -3,15 +3,15 @@
 use super::{Current, DIFFERENCE, MEDIAN_OF_NORMAL, is_even};
 use measurement::{Row, Session};
 
-/// No meter is better than this part of its reading, and this part of its highest one.
+/// No meter is better than this part of its reading, and this part of its highest one: a five-digit bench multimeter.
 const FINEST_RATIO: f64 = 1e-4;
 const FINEST_CONSTANT: f64 = 1e-5;
-/// Fewer differences than this say nothing.
+/// Fewer differences than this have no middle one.
 const ENOUGH: usize = 3;
 /// A spread is known to this over the root of the count of differences, which overlap, at 95 %; and what is noise must
 /// not look like physics.
 const UNSURE: f64 = 2.5;
-/// Beyond so many standard deviations a difference is a jump, and no noise.
+/// Beyond so many standard deviations a difference is a jump, and no noise (the three-sigma rule).
 const JUMP: f64 = 3.0;
 
 /// A deviation from a smooth curve, one standard deviation of the readings' noise each (A), and the current there.
