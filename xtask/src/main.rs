@@ -2,6 +2,7 @@
 
 mod bench;
 mod cargo;
+mod deny;
 mod diagnoses;
 mod emulate;
 mod flash;
@@ -11,9 +12,11 @@ mod images;
 #[cfg(test)]
 mod layers;
 mod on_target;
+mod packages;
 mod panics;
 mod picture;
 mod positions;
+mod sbom;
 mod setup;
 mod test;
 mod tool;
@@ -65,6 +68,14 @@ enum Task {
         /// Cases, and what else the fuzzer takes (`--help`).
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
+    },
+    /// Check licences, sources and duplicates of everything that is built, by deny.toml; with cargo-deny, advisories too.
+    Deny,
+    /// Write what tool and firmware are made of, as CycloneDX, into a folder.
+    Sbom {
+        /// The folder; made where it is missing.
+        #[arg(default_value = "target/sbom")]
+        folder: PathBuf,
     },
     /// Build a firmware image, print its size, and look for panics in the control tick.
     Build {
@@ -135,6 +146,8 @@ fn run(task: Task) -> Result<ExitCode> {
             what: Some(Benchmark::Position),
             ..
         } => positions::run().map(|()| ExitCode::SUCCESS),
+        Task::Deny => deny::check().map(|()| ExitCode::SUCCESS),
+        Task::Sbom { folder } => sbom::write(&folder).map(|()| ExitCode::SUCCESS),
         Task::Build { board } => images::build_and_check(board).map(|()| ExitCode::SUCCESS),
         Task::LearnConfusions => diagnoses::learn().map(|()| ExitCode::SUCCESS),
         Task::HideEffects => hidden::write().map(|()| ExitCode::SUCCESS),
