@@ -1,33 +1,253 @@
-//! Which crate may use which: dependencies point from boards to core, and the virtual mirror and
-//! the model know nothing of each other.
+//! Which package may use which.
+//!
+//! What runs on the board knows nothing of the lab and of the virtual bench; the model and the virtual mirror know
+//! nothing of each other. Dependencies that only tests have are left out.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::cargo::cargo;
+use anyhow::{Context, Result};
+use serde_json::Value;
 
-/// (crate, workspace crates that it may reach).
-const MAY_USE: &[(&str, &[&str])] = &[
-    ("board-sockets", &[]),
-    ("calibration-store", &[]),
-    ("control-core", &["fpu"]),
+use crate::packages::{list, metadata, text};
+
+/// A package of this workspace.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Member {
+    name: String,
+    /// Its directory, from the workspace's; empty for the workspace's own package.
+    directory: String,
+    /// The packages that it is built from with all features on, those for its tests left out.
+    uses: BTreeSet<String>,
+}
+
+/// Everything that cargo would build, by name: what each package uses, those for tests left out.
+struct Graph {
+    members: Vec<Member>,
+    uses: BTreeMap<String, BTreeSet<String>>,
+}
+
+impl Graph {
+    /// The graph of this workspace, with all features on.
+    fn read() -> Result<Self> {
+        let metadata = metadata()?;
+        let named: BTreeMap<&str, &Value> = list(&metadata["packages"])
+            .iter()
+            .map(|package| (text(&package["id"]), package))
+            .collect();
+        let name = |id: &Value| text(&named[text(id)]["name"]).to_owned();
+        let is_built = |used: &Value| list(&used["dep_kinds"]).iter().any(|k| k["kind"] != "dev");
+        let mut uses: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+        for node in list(&metadata["resolve"]["nodes"]) {
+            let used = list(&node["deps"]).iter().filter(|used| is_built(used));
+            uses.entry(name(&node["id"]))
+                .or_default()
+                .extend(used.map(|used| name(&used["pkg"])));
+        }
+        let members = list(&metadata["workspace_members"])
+            .iter()
+            .map(|id| {
+                let name = name(id);
+                let manifest = text(&named[text(id)]["manifest_path"]);
+                let directory = manifest
+                    .strip_prefix(text(&metadata["workspace_root"]))
+                    .and_then(|path| path.strip_suffix("Cargo.toml"))
+                    .context("a member lies outside of the workspace")?;
+                Ok(Member {
+                    directory: directory.trim_matches('/').to_owned(),
+                    uses: uses[&name].clone(),
+                    name,
+                })
+            })
+            .collect::<Result<_>>()?;
+        Ok(Self { members, uses })
+    }
+
+    /// The packages that `name` reaches through others, or itself uses.
+    fn reached_by(&self, name: &str) -> BTreeSet<String> {
+        let mut reached = BTreeSet::new();
+        let mut open = vec![name.to_owned()];
+        while let Some(next) = open.pop() {
+            for used in self.uses.get(&next).into_iter().flatten() {
+                if reached.insert(used.clone()) {
+                    open.push(used.clone());
+                }
+            }
+        }
+        reached
+    }
+}
+
+/// A folder of packages that are for the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Room {
+    /// `crates/board`: what runs on the board.
+    Board,
+    /// `crates/lab`: what measures, models, identifies and diagnoses.
+    Lab,
+    /// `crates/virtual-bench`: what stands in for the board and the mirror.
+    VirtualBench,
+    /// Outside of `crates`: the firmware, the tool, the acceptance checks, this task runner.
+    Program,
+}
+
+impl Room {
+    fn of(directory: &str) -> Self {
+        match directory.split('/').collect::<Vec<_>>()[..] {
+            ["crates", "board", _] => Self::Board,
+            ["crates", "lab", _] => Self::Lab,
+            ["crates", "virtual-bench", _] => Self::VirtualBench,
+            _ => Self::Program,
+        }
+    }
+}
+
+/// A package of the workspace, and those of the workspace that it may use.
+type Allowed = (Room, &'static str, &'static [&'static str]);
+
+const ALLOWED: &[Allowed] = &[
+    (Room::Board, "calibration-store", &[]),
+    (Room::Board, "control-core", &["fpu"]),
+    (Room::Board, "fpu", &[]),
+    (Room::Board, "mirror-protocol", &["waveforms"]),
+    (Room::Board, "protection", &["control-core"]),
+    (Room::Board, "waveforms", &[]),
     (
+        Room::Lab,
+        "calibration",
+        &["control-core", "measurement", "mirror-model"],
+    ),
+    (
+        Room::Lab,
+        "diagnosis",
+        &[
+            "experiments",
+            "identification",
+            "measurement",
+            "mirror-model",
+            "virtual-mirror",
+        ],
+    ),
+    (Room::Lab, "experiments", &[]),
+    (
+        Room::Lab,
+        "identification",
+        &["least-squares", "measurement", "mirror-model"],
+    ),
+    (Room::Lab, "least-squares", &[]),
+    (Room::Lab, "measurement", &[]),
+    (Room::Lab, "mirror-model", &[]),
+    (Room::VirtualBench, "board-sockets", &[]),
+    (
+        Room::VirtualBench,
+        "closed-loop",
+        &[
+            "calibration",
+            "control-core",
+            "emulated-board",
+            "experiments",
+            "identification",
+            "measurement",
+            "mirror-model",
+            "virtual-mirror",
+            "virtual-sessions",
+        ],
+    ),
+    (
+        Room::VirtualBench,
         "emulated-board",
         &["board-sockets", "plant-link", "virtual-mirror"],
     ),
-    ("waveforms", &[]),
-    ("fpu", &[]),
-    ("identification", &["least-squares", "measurement", "mirror-model"]),
-    ("measurement", &[]),
-    ("mirror-model", &["measurement"]),
-    ("mirror-protocol", &["waveforms"]),
-    ("plant-link", &[]),
-    ("simulated-flash", &[]),
-    ("virtual-mirror", &[]),
-    ("virtual-sessions", &["measurement", "virtual-mirror"]),
-    ("virtual-usb", &[]),
     (
-        "calibration",
-        &["control-core", "fpu", "measurement", "mirror-model"],
+        Room::VirtualBench,
+        "firmware-on-host",
+        &[
+            "control-core",
+            "mirror-firmware",
+            "mirror-protocol",
+            "simulated-flash",
+            "virtual-usb",
+        ],
+    ),
+    (
+        Room::VirtualBench,
+        "fuzz",
+        &[
+            "calibration",
+            "control-core",
+            "firmware-on-host",
+            "measurement",
+            "mirror-model",
+            "mirror-protocol",
+            "virtual-usb",
+        ],
+    ),
+    (Room::VirtualBench, "plant-link", &[]),
+    (Room::VirtualBench, "simulated-flash", &[]),
+    (Room::VirtualBench, "virtual-mirror", &[]),
+    (
+        Room::VirtualBench,
+        "virtual-sessions",
+        &["experiments", "measurement", "virtual-mirror"],
+    ),
+    (Room::VirtualBench, "virtual-usb", &[]),
+    (
+        Room::Program,
+        "hil",
+        &[
+            "emulated-board",
+            "host-tool",
+            "measurement",
+            "mirror-protocol",
+            "virtual-mirror",
+        ],
+    ),
+    (
+        Room::Program,
+        "host-tool",
+        &[
+            "board-sockets",
+            "calibration",
+            "control-core",
+            "diagnosis",
+            "identification",
+            "measurement",
+            "mirror-model",
+            "mirror-protocol",
+            "protection",
+            "waveforms",
+        ],
+    ),
+    (
+        Room::Program,
+        "mirror-firmware",
+        &[
+            "calibration",
+            "calibration-store",
+            "control-core",
+            "mirror-model",
+            "mirror-protocol",
+            "plant-link",
+            "protection",
+            "simulated-flash",
+            "virtual-usb",
+            "waveforms",
+        ],
+    ),
+    (
+        Room::Program,
+        "xtask",
+        &[
+            "board-sockets",
+            "closed-loop",
+            "control-core",
+            "emulated-board",
+            "experiments",
+            "host-tool",
+            "mirror-protocol",
+            "protection",
+            "virtual-mirror",
+            "virtual-sessions",
+        ],
     ),
 ];
 
@@ -41,78 +261,116 @@ const NOT_IN_THE_CORE: [&str; 6] = [
     "semihosting",
 ];
 
-/// The crates that each crate reaches in the finished product, dev-dependencies left out.
-struct Graph(BTreeMap<String, BTreeSet<String>>);
-
-impl Graph {
-    fn read() -> Self {
-        let output = cargo(&["metadata", "--format-version", "1", "--all-features"])
-            .output()
-            .expect("cargo runs");
-        let metadata: serde_json::Value =
-            serde_json::from_slice(&output.stdout).expect("cargo prints JSON");
-        let list = |value: &serde_json::Value| value.as_array().cloned().unwrap_or_default();
-        let names: BTreeMap<String, String> = list(&metadata["packages"])
-            .iter()
-            .map(|package| (text(&package["id"]), text(&package["name"])))
-            .collect();
-        let uses = |node: &serde_json::Value| {
-            list(&node["deps"])
-                .iter()
-                .filter(|used| {
-                    list(&used["dep_kinds"])
-                        .iter()
-                        .any(|kind| kind["kind"] != "dev")
-                })
-                .map(|used| names[&text(&used["pkg"])].clone())
-                .collect()
+/// What is wrong with the workspace's packages, a sentence each.
+fn violations(members: &[Member], allowed: &[Allowed]) -> Vec<String> {
+    let mut wrong = Vec::new();
+    for member in members {
+        let name = &member.name;
+        let Some((room, _, may_use)) = allowed.iter().find(|(_, listed, _)| listed == name) else {
+            wrong.push(format!("{name} has no line in xtask/src/layers.rs"));
+            continue;
         };
-        let nodes = list(&metadata["resolve"]["nodes"]);
-        Self(
-            nodes
-                .iter()
-                .map(|node| (names[&text(&node["id"])].clone(), uses(node)))
-                .collect(),
-        )
-    }
-
-    fn reached_by(&self, name: &str) -> BTreeSet<String> {
-        let mut reached = BTreeSet::new();
-        let mut open = vec![name.to_owned()];
-        while let Some(next) = open.pop() {
-            for used in self.0.get(&next).into_iter().flatten() {
-                if reached.insert(used.clone()) {
-                    open.push(used.clone());
-                }
+        let lies_in = Room::of(&member.directory);
+        if lies_in != *room {
+            wrong.push(format!("{name} is listed in {room:?}, and in {lies_in:?}"));
+        }
+        for used in members
+            .iter()
+            .filter(|used| member.uses.contains(&used.name))
+        {
+            if !may_use.contains(&used.name.as_str()) {
+                wrong.push(format!("{name} must not use {}", used.name));
+            }
+            if lies_in == Room::Board && Room::of(&used.directory) != Room::Board {
+                wrong.push(format!(
+                    "{name} runs on the board, and uses {} which does not",
+                    used.name
+                ));
             }
         }
-        reached
     }
+    for (_, name, _) in allowed {
+        if !members.iter().any(|member| member.name == *name) {
+            wrong.push(format!("{name} is listed, and not in the workspace"));
+        }
+    }
+    wrong
 }
 
-fn text(value: &serde_json::Value) -> String {
-    value.as_str().expect("a string").to_owned()
+/// A package as a test makes it up.
+fn member(directory: &str, uses: &[&str]) -> Member {
+    Member {
+        name: directory.rsplit('/').next().unwrap_or_default().to_owned(),
+        directory: directory.to_owned(),
+        uses: uses.iter().map(|&name| name.to_owned()).collect(),
+    }
 }
 
 #[test]
-fn crates_use_only_what_they_may() {
-    let graph = Graph::read();
-    let ours: BTreeSet<&str> = MAY_USE.iter().map(|(name, _)| *name).collect();
-    for (name, allowed) in MAY_USE {
-        assert!(
-            graph.0.contains_key(*name),
-            "{name} is not in the workspace"
-        );
-        for used in graph.reached_by(name) {
-            let is_allowed = !ours.contains(used.as_str()) || allowed.contains(&used.as_str());
-            assert!(is_allowed, "{name} must not use {used}");
-        }
-    }
+fn the_workspace_keeps_to_the_list() {
+    let members = Graph::read().expect("cargo tells the graph").members;
+    assert_eq!(violations(&members, ALLOWED), [""; 0]);
+}
+
+#[test]
+fn a_package_that_is_not_listed_fails() {
+    let workspace = [
+        member("crates/board/core", &[]),
+        member("crates/lab/statistic", &["core"]),
+    ];
+    let wrong = violations(&workspace, &[(Room::Board, "core", &[])]);
+    assert_eq!(wrong, ["statistic has no line in xtask/src/layers.rs"]);
+}
+
+#[test]
+fn a_package_that_is_gone_fails() {
+    let wrong = violations(&[], &[(Room::Board, "core", &[])]);
+    assert_eq!(wrong, ["core is listed, and not in the workspace"]);
+}
+
+#[test]
+fn a_package_that_uses_what_it_may_not_fails() {
+    let workspace = [
+        member("crates/lab/model", &["virtual-mirror", "serde"]),
+        member("crates/virtual-bench/virtual-mirror", &[]),
+    ];
+    let allowed: [Allowed; 2] = [
+        (Room::Lab, "model", &[]),
+        (Room::VirtualBench, "virtual-mirror", &[]),
+    ];
+    assert_eq!(
+        violations(&workspace, &allowed),
+        ["model must not use virtual-mirror"]
+    );
+}
+
+#[test]
+fn the_board_uses_no_other_room_even_where_it_is_listed() {
+    let workspace = [
+        member("crates/board/core", &["model"]),
+        member("crates/lab/model", &[]),
+    ];
+    let allowed: [Allowed; 2] = [(Room::Board, "core", &["model"]), (Room::Lab, "model", &[])];
+    assert_eq!(
+        violations(&workspace, &allowed),
+        ["core runs on the board, and uses model which does not"]
+    );
+}
+
+#[test]
+fn a_package_in_another_room_than_listed_fails() {
+    let wrong = violations(
+        &[member("crates/lab/core", &[])],
+        &[(Room::Board, "core", &[])],
+    );
+    assert_eq!(wrong, ["core is listed in Board, and in Lab"]);
 }
 
 #[test]
 fn the_control_core_knows_no_hardware() {
-    let reached = Graph::read().reached_by("control-core");
+    let reached = Graph::read()
+        .expect("cargo tells the graph")
+        .reached_by("control-core");
     assert!(reached.contains("fpu"), "the graph was read");
     for name in NOT_IN_THE_CORE {
         assert!(!reached.contains(name), "control-core must not use {name}");
