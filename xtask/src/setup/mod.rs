@@ -1,0 +1,38 @@
+//! What the tasks need beyond a Rust toolchain, installed where it is missing.
+
+mod apt;
+mod qemu;
+
+use std::process::Command;
+
+use anyhow::{Context, Result};
+
+use crate::cargo::{self, TARGET};
+
+pub(crate) use qemu::qemu;
+
+/// Makes sure that the microcontroller's target is installed.
+pub(crate) fn rust_target() -> Result<()> {
+    let sysroot = Command::new("rustc")
+        .args(["--print", "target-libdir", "--target", TARGET])
+        .output()
+        .context("rustc does not run; install Rust from https://rustup.rs")?;
+    let directory = String::from_utf8_lossy(&sysroot.stdout).trim().to_owned();
+    if std::path::Path::new(&directory).is_dir() {
+        return Ok(());
+    }
+    eprintln!("The Rust target of the microcontroller ({TARGET}) is missing; installing it.");
+    cargo::run(Command::new("rustup").args(["target", "add", TARGET]))
+        .with_context(|| format!("install the target yourself: rustup target add {TARGET}"))
+}
+
+/// Makes sure that the formatter and the linter are installed.
+pub(crate) fn rust_components() -> Result<()> {
+    for (tool, component) in [("cargo-fmt", "rustfmt"), ("cargo-clippy", "clippy")] {
+        if !cargo::answers(tool, "--version") {
+            eprintln!("{component} is missing; installing it.");
+            cargo::run(Command::new("rustup").args(["component", "add", component]))?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,173 @@
+//! The emulator: the one that is there, or one from the system's packages that costs no other package.
+
+use std::process::Command;
+
+use anyhow::{Context, Result, bail};
+use emulated_board::QEMU;
+
+use super::apt::{self, Simulation};
+use crate::cargo::{answers, run};
+
+/// The first QEMU with the machine `mps2-an386` (https://wiki.qemu.org/ChangeLog/5.2#Arm).
+const OLDEST: Version = (5, 2);
+/// The oldest that all tests ran under, Debian 12's.
+const TESTED: Version = (7, 2);
+
+const BY_HAND: &str = "install QEMU for Arm yourself: Debian and Ubuntu `apt-get install --no-remove qemu-system-arm`, Fedora \
+                       `dnf install qemu-system-arm`, Arch `pacman -S qemu-system-arm`";
+
+/// Major and minor.
+type Version = (u32, u32);
+
+/// What is to be done about the QEMU that is there or not.
+#[derive(Debug, PartialEq, Eq)]
+enum Present {
+    Tested,
+    /// It has what is needed, and nobody has tried it.
+    Untested(Version),
+    TooOld(Version),
+    Missing,
+}
+
+impl Present {
+    /// From what `qemu-system-arm --version` printed, if it ran.
+    fn read(said: Option<&str>) -> Self {
+        match said.and_then(version) {
+            None => Self::Missing,
+            Some(version) if version < OLDEST => Self::TooOld(version),
+            Some(version) if version < TESTED => Self::Untested(version),
+            Some(_) => Self::Tested,
+        }
+    }
+}
+
+/// The version in `QEMU emulator version 7.2.22 (...)`.
+fn version(said: &str) -> Option<Version> {
+    let (_, after) = said.split_once("version ")?;
+    let mut numbers = after.split(|c: char| !c.is_ascii_digit());
+    Some((numbers.next()?.parse().ok()?, numbers.next()?.parse().ok()?))
+}
+
+/// Makes sure that the emulator is there.
+pub(crate) fn qemu() -> Result<()> {
+    match present() {
+        Present::Tested => return Ok(()),
+        Present::Untested((major, minor)) => {
+            let (tested_major, tested_minor) = TESTED;
+            eprintln!(
+                "{QEMU} is of version {major}.{minor}; the tests have run under {tested_major}.{tested_minor} and newer."
+            );
+            return Ok(());
+        }
+        Present::TooOld((major, minor)) => {
+            let (oldest_major, oldest_minor) = OLDEST;
+            bail!(
+                "{QEMU} {major}.{minor} does not emulate the board; it takes {oldest_major}.{oldest_minor}, or better \
+                 a release of these years. Nothing was changed: upgrade it, or put a newer one before it in PATH"
+            );
+        }
+        Present::Missing => {}
+    }
+    eprintln!("The emulator ({QEMU}) is missing; installing it from the system's packages.");
+    if answers("apt-get", "--version") {
+        install_by_apt()?;
+    } else if answers("dnf", "--version") {
+        // It removes nothing unless it is told `--allowerasing`.
+        run(&mut as_root(&["dnf", "install", "-y", QEMU])).context(BY_HAND)?;
+    } else if answers("pacman", "--version") {
+        // With `--noconfirm`, what conflicts is an error and stays.
+        run(&mut as_root(&["pacman", "-S", "--noconfirm", QEMU])).context(BY_HAND)?;
+    }
+    match present() {
+        Present::Tested | Present::Untested(_) => Ok(()),
+        Present::TooOld(_) | Present::Missing => bail!("{QEMU} is still not there; {BY_HAND}"),
+    }
+}
+
+fn present() -> Present {
+    let output = Command::new(QEMU).arg("--version").output();
+    let said = output.ok().filter(|output| output.status.success());
+    Present::read(said.map(|output| said_in(&output.stdout)).as_deref())
+}
+
+/// Installs the first version that costs no other package.
+fn install_by_apt() -> Result<()> {
+    // Without a network, what apt knows already may do.
+    if let Err(error) = run(&mut as_root(&["apt-get", "update", "-qq"])) {
+        eprintln!("The list of packages stays as it is: {error:#}");
+    }
+    let madison = apt_command("apt-cache", &["madison", QEMU])
+        .output()
+        .context(BY_HAND)?;
+    let candidates = apt::candidates(&said_in(&madison.stdout));
+    let version = match apt::choose(candidates, simulate)? {
+        Ok(version) => version,
+        Err(reasons) => bail!(
+            "{QEMU} is missing, and nothing was changed:\n  {}\n\
+             Decide which packages may go, or put a {QEMU} of your own in PATH; {BY_HAND}",
+            reasons.join("\n  ")
+        ),
+    };
+    eprintln!("Taking {version}: it removes and downgrades nothing.");
+    let mut install = as_root(&["apt-get", "install", "-qq", "-y", "--no-remove"]);
+    install.arg("--no-install-recommends").args(version.words());
+    run(install.arg(QEMU)).context(BY_HAND)
+}
+
+fn simulate(version: &apt::From) -> Result<Simulation> {
+    let output = apt_command("apt-get", &["--simulate", "install"])
+        .arg("--no-install-recommends")
+        .args(version.words())
+        .arg(QEMU)
+        .output()
+        .context(BY_HAND)?;
+    let said = said_in(&output.stdout) + &said_in(&output.stderr);
+    Ok(Simulation::read(output.status.success(), &said))
+}
+
+/// apt's programs in the language that [`apt`] reads.
+fn apt_command(program: &str, words: &[&str]) -> Command {
+    let mut command = Command::new(program);
+    command.args(words).env("LC_ALL", "C");
+    command
+}
+
+fn said_in(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn as_root(words: &[&str]) -> Command {
+    let is_root = Command::new("id")
+        .arg("-u")
+        .output()
+        .is_ok_and(|id| id.stdout == b"0\n");
+    let mut command = match is_root {
+        true => Command::new("env"),
+        false => Command::new("sudo"),
+    };
+    command.args(["DEBIAN_FRONTEND=noninteractive"]).args(words);
+    command
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_version_is_read() {
+        let debian = "QEMU emulator version 7.2.22 (Debian 1:7.2+dfsg-7+deb12u18+b2)\nCopyright";
+        assert_eq!(version(debian), Some((7, 2)));
+        assert_eq!(version("QEMU emulator version 10.0.2"), Some((10, 0)));
+        assert_eq!(version("no emulator"), None);
+    }
+
+    #[test]
+    fn an_emulator_that_does_is_used() {
+        let of = |version: &str| Present::read(Some(&format!("QEMU emulator version {version}")));
+        assert_eq!(of("10.0.2"), Present::Tested);
+        assert_eq!(of("7.2.0"), Present::Tested);
+        assert_eq!(of("6.2.0"), Present::Untested((6, 2)));
+        assert_eq!(of("4.2.1"), Present::TooOld((4, 2)));
+        assert_eq!(Present::read(None), Present::Missing);
+    }
+}
