@@ -94,7 +94,7 @@ impl Bench {
     fn with(connected: Connected, flash: Option<&Path>) -> Self {
         let directory = tempfile::tempdir().expect("a directory");
         let emulated = EmulatedBoard::start(&Emulation {
-            image: target_directory().join("thumbv7em-none-eabihf/release/mps2"),
+            image: target_directory().join("thumbv7em-none-eabihf/firmware/mps2"),
             connected,
             boards_directory: directory.path().to_owned(),
             name: "emulated".to_owned(),

@@ -85,6 +85,8 @@ fn instructions() -> Result<Vec<(String, String)>> {
     let output = cargo(&[
         "bench",
         "--quiet",
+        "--profile",
+        images::PROFILE,
         "--package",
         "mirror-firmware",
         "--target",

@@ -39,12 +39,16 @@ impl Board {
     }
 }
 
-/// Builds the image for `board` in release and returns its path.
+/// The profile of everything that runs on the target, in `Cargo.toml`.
+pub(crate) const PROFILE: &str = "firmware";
+
+/// Builds the image for `board` and returns its path.
 pub(crate) fn build(board: Board) -> Result<PathBuf> {
     setup::rust_target()?;
     run(&mut cargo(&[
         "build",
-        "--release",
+        "--profile",
+        PROFILE,
         "--package",
         "mirror-firmware",
         "--target",
@@ -56,7 +60,7 @@ pub(crate) fn build(board: Board) -> Result<PathBuf> {
     ]))?;
     Ok(target_directory()
         .join(TARGET)
-        .join("release")
+        .join(PROFILE)
         .join(board.name()))
 }
 

@@ -131,7 +131,7 @@ fn on_target() -> Result<()> {
 fn on_target_suite(suite: &str) -> Command {
     let mut command = for_board("test", Board::Mps2);
     command
-        .args(["--release", "--test", suite])
+        .args(["--profile", images::PROFILE, "--test", suite])
         .env("DEFMT_LOG", "info");
     command
 }
