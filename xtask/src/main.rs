@@ -5,6 +5,7 @@ mod cargo;
 mod deny;
 mod diagnoses;
 mod emulate;
+mod figures;
 mod flash;
 mod hidden;
 mod hil;
