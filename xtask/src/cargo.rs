@@ -8,6 +8,10 @@ use anyhow::{Context, Result, bail};
 /// The microcontroller's target: both boards are a Cortex-M4F.
 pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
 
+/// What cargo selects for the host. All tasks select all of it, and choose by target: cargo unites the features of the
+/// packages that are selected, and a smaller selection would be built once more.
+pub(crate) const ON_HOST: [&str; 3] = ["--workspace", "--exclude", "mirror-firmware"];
+
 /// The workspace's directory.
 pub(crate) fn workspace() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -49,7 +53,8 @@ pub(crate) fn answers(program: &str, argument: &str) -> bool {
         .is_ok_and(|status| status.success())
 }
 
-fn describe(command: &Command) -> String {
+/// The command as a person would type it.
+pub(crate) fn describe(command: &Command) -> String {
     let program = Path::new(command.get_program())
         .file_name()
         .unwrap_or_default();

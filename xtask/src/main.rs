@@ -19,7 +19,10 @@ mod picture;
 mod positions;
 mod sbom;
 mod setup;
+#[cfg(test)]
+mod sharing;
 mod test;
+mod test_programs;
 mod tool;
 
 use std::path::PathBuf;
@@ -43,8 +46,12 @@ enum Task {
     /// Run the host tool against an emulated board with a virtual mirror; without arguments, keep
     /// the board up for many commands.
     Emulate(emulate::Arguments),
-    /// Pass all tests: format, lints, host, images, on target, end to end, docs.
-    Test,
+    /// Pass all tests: format, dependencies, lints, images, on target, host, end to end, docs.
+    Test {
+        /// Also what is long: tests that are marked as ignored, and the fuzzer.
+        #[arg(long)]
+        full: bool,
+    },
     /// Check a board for acceptance: the one named, or an emulated one.
     Hil {
         /// The board, as `host-tool list` names it. Skipped where it is not there.
@@ -127,7 +134,7 @@ fn main() -> ExitCode {
 fn run(task: Task) -> Result<ExitCode> {
     match task {
         Task::Emulate(arguments) => emulate::run(&arguments),
-        Task::Test => test::run_all().map(|()| ExitCode::SUCCESS),
+        Task::Test { full } => test::run_all(full).map(|()| ExitCode::SUCCESS),
         Task::Hil {
             board: Some(board),
             resistors,

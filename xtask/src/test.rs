@@ -1,14 +1,20 @@
-//! Everything that must pass before code is shared, in the order of what fails soonest.
+//! Everything that must pass before code is shared.
+//!
+//! The steps share their builds: all that runs on this machine is built once, with the features that the whole workspace
+//! has, and all that runs on the target once in the firmware's profile.
 
 use std::process::Command;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
 
-use crate::cargo::{TARGET, cargo, run};
+use crate::cargo::{ON_HOST, TARGET, cargo, run};
+use crate::deny;
 use crate::hil;
 use crate::images::{self, Board};
 use crate::setup;
+use crate::test_programs::{self, TestProgram};
+use crate::tool;
 
 const FIRMWARE: &str = "mirror-firmware";
 /// Suites of on-target tests.
@@ -24,43 +30,94 @@ const RUNNER_OUTCOMES: [&str; 6] = [
     "test result: FAILED. 2 passed; 3 failed",
 ];
 
-type Step = (&'static str, fn() -> Result<()>);
+/// Programs of tests that take less are not told one by one.
+const TOLD: Duration = Duration::from_secs(5);
 
-const STEPS: [Step; 7] = [
-    ("format", format),
-    ("lints", lints),
-    ("tests on the host", on_host),
-    (
-        "images: their size, and no panic in the control tick",
-        check_images,
-    ),
-    ("tests on the target", on_target),
-    (
-        "end-to-end tests on the emulated board",
-        hil::on_emulated_boards,
-    ),
-    ("documentation", documentation),
-];
+/// Set for the long run: tests read it to choose how much they try.
+const FULL: &str = "MIRROR_FULL";
 
-/// Passes all tests, or stops at the first step that fails.
-pub(crate) fn run_all() -> Result<()> {
+/// The steps that have passed, and how long each took.
+struct Gate {
+    full: bool,
+    passed: Vec<(String, Duration)>,
+}
+
+impl Gate {
+    /// Runs a step, or fails with its name.
+    fn step<T>(&mut self, name: &str, step: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
+        eprintln!("\n== {name}");
+        let start = Instant::now();
+        let result = step(self).with_context(|| format!("step `{name}`"))?;
+        self.passed.push((name.to_owned(), start.elapsed()));
+        Ok(result)
+    }
+
+    /// Runs programs of tests, and keeps the times of the long ones.
+    fn run<'a>(&mut self, programs: impl Iterator<Item = &'a TestProgram>) -> Result<()> {
+        for program in programs {
+            let mut command = program.command();
+            if self.full {
+                command.arg("--include-ignored").env(FULL, "1");
+            }
+            let start = Instant::now();
+            run(&mut command)?;
+            let took = start.elapsed();
+            if took >= TOLD {
+                self.passed
+                    .push((format!("  {} {}", program.package, program.name), took));
+            }
+        }
+        Ok(())
+    }
+
+    fn print(&self, all: Duration) {
+        println!("\nPassed, in seconds:");
+        for (name, took) in &self.passed {
+            println!("{:>6.0}  {name}", took.as_secs_f64());
+        }
+        println!("{:>6.0}  all", all.as_secs_f64());
+    }
+}
+
+/// Passes all tests, with `full` the long ones too, or stops at the first step that fails.
+pub(crate) fn run_all(full: bool) -> Result<()> {
     setup::rust_target()?;
     setup::rust_components()?;
     setup::qemu()?;
     let start = Instant::now();
-    for (number, (name, step)) in (1..).zip(STEPS) {
-        eprintln!("\n== {number}/{} {name}", STEPS.len());
-        step().with_context(|| format!("step `{name}`"))?;
-        eprintln!(
-            "== {name}: passed, {:.0} s since start",
-            start.elapsed().as_secs_f64()
-        );
+    let mut gate = Gate {
+        full,
+        passed: Vec::new(),
+    };
+    gate.step("format", |_| format())?;
+    gate.step("licences, sources and duplicates", |_| deny::check())?;
+    gate.step("lints", |_| lints())?;
+    gate.step(
+        "images: their size, and no panic in the control tick",
+        |_| {
+            images::build_and_check(Board::Stm32g474)?;
+            images::build_and_check(Board::Mps2)
+        },
+    )?;
+    gate.step("tests on the target", |_| on_target())?;
+    let programs = gate.step("build of tool and tests", |_| {
+        tool::build()?;
+        test_programs::build(&[])
+    })?;
+    let (board, host): (Vec<_>, Vec<_>) = programs
+        .iter()
+        .partition(|program| program.package == hil::PACKAGE);
+    gate.step("tests on the host", |gate| gate.run(host.into_iter()))?;
+    gate.step("end-to-end tests on the emulated board", |gate| {
+        gate.run(board.into_iter())?;
+        hil::name_real_boards();
+        Ok(())
+    })?;
+    gate.step("documentation, and the examples in it", |_| documentation())?;
+    if full {
+        gate.step("fuzzing", |_| fuzz(&[]))?;
     }
-    println!(
-        "\nAll {} steps passed in {:.0} s.",
-        STEPS.len(),
-        start.elapsed().as_secs_f64()
-    );
+    gate.print(start.elapsed());
     Ok(())
 }
 
@@ -74,40 +131,16 @@ fn format() -> Result<()> {
     run(&mut cargo(&["fmt", "--all", "--check"]))
 }
 
+/// Lints everything; the firmware's library as it is on the host, and with each board.
 fn lints() -> Result<()> {
     let deny = ["--", "-D", "warnings"];
-    run(cargo(&[
-        "clippy",
-        "--workspace",
-        "--exclude",
-        FIRMWARE,
-        "--all-targets",
-    ])
-    .args(deny))?;
-    let on_host = ["clippy", "--package", FIRMWARE, "--lib", "--features"];
-    run(cargo(&on_host).arg("board-host").args(deny))?;
+    run(cargo(&["clippy", "--workspace", "--all-targets"]).args(deny))?;
     run(for_board("clippy", Board::Stm32g474)
         .args(["--lib", "--bins"])
         .args(deny))?;
     run(for_board("clippy", Board::Mps2)
         .args(["--all-targets"])
         .args(deny))
-}
-
-fn on_host() -> Result<()> {
-    run(&mut cargo(&[
-        "test",
-        "--workspace",
-        "--exclude",
-        FIRMWARE,
-        "--exclude",
-        hil::PACKAGE,
-    ]))
-}
-
-fn check_images() -> Result<()> {
-    images::build_and_check(Board::Stm32g474)?;
-    images::build_and_check(Board::Mps2)
 }
 
 fn on_target() -> Result<()> {
@@ -130,25 +163,25 @@ fn on_target() -> Result<()> {
 
 fn on_target_suite(suite: &str) -> Command {
     let mut command = for_board("test", Board::Mps2);
-    command
-        .args(["--profile", images::PROFILE, "--test", suite])
-        .env("DEFMT_LOG", "info");
+    command.args(["--test", suite]).env("DEFMT_LOG", "info");
     command
 }
 
 fn documentation() -> Result<()> {
     let deny = ("RUSTDOCFLAGS", "-D warnings");
-    let documented = ["doc", "--workspace", "--exclude", FIRMWARE, "--no-deps"];
-    run(cargo(&documented).env(deny.0, deny.1))?;
+    run(cargo(&["doc", "--workspace", "--no-deps"]).env(deny.0, deny.1))?;
     run(for_board("doc", Board::Mps2)
         .args(["--no-deps", "--lib"])
-        .env(deny.0, deny.1))
+        .env(deny.0, deny.1))?;
+    run(cargo(&["test", "--doc", "--quiet"]).args(ON_HOST))
 }
 
-/// A cargo command on the firmware for `board`.
+/// A cargo command on the firmware for `board`, in the firmware's profile.
 fn for_board(command: &str, board: Board) -> Command {
     cargo(&[
         command,
+        "--profile",
+        images::PROFILE,
         "--package",
         FIRMWARE,
         "--target",

@@ -8,7 +8,7 @@ use crate::cargo::{self, cargo, target_directory};
 
 /// Builds the tool.
 pub(crate) fn build() -> Result<()> {
-    cargo::run(&mut cargo(&["build", "--package", "host-tool"]))
+    cargo::run(cargo(&["build", "--bin", "host-tool"]).args(cargo::ON_HOST))
 }
 
 /// The tool, once it is built.
