@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use emulated_board::{Connected, EmulatedBoard, Emulation};
 use measurement::MeasurementFile;
@@ -11,6 +13,12 @@ use virtual_mirror::MirrorConfig;
 
 /// The one real board is used by one check at a time.
 static REAL_BOARD: Mutex<()> = Mutex::new(());
+
+/// What has not happened by then on a board will not happen: thirty times what the slowest of the checks waits for on an
+/// idle machine, the 3 s after which a board gives up a host that is silent.
+const PATIENCE: Duration = Duration::from_secs(90);
+/// From one look at an emulated board to the next.
+const LOOK: Duration = Duration::from_millis(1);
 
 /// The resistors on an emulated board.
 const RESISTORS_OHM: f64 = 499.0;
@@ -184,6 +192,39 @@ impl Bench {
     /// Where it does not answer.
     pub fn is_off(&self) -> bool {
         self.json(&["status"])["drive_v"] == serde_json::json!([0.0, 0.0, 0.0, 0.0])
+    }
+
+    /// Waits until the board's mirror has been driven for `ticks` control ticks since the board was started: a tool that
+    /// drives is at work then, however long it took to start.
+    ///
+    /// # Panics
+    /// Where that does not happen, or the board is a real one.
+    pub fn wait_until_driven(&self, ticks: u64) {
+        let board = self.emulated.as_ref().expect("emulated");
+        let start = Instant::now();
+        while board.observed().driven_ticks < ticks {
+            assert!(start.elapsed() < PATIENCE, "nothing drives the mirror");
+            thread::sleep(LOOK);
+        }
+    }
+
+    /// Asks for the board's status until it is as wanted; returns it. Asking paces itself.
+    ///
+    /// # Panics
+    /// Where that does not happen.
+    pub fn wait_for_status(
+        &self,
+        what: &str,
+        is_wanted: impl Fn(&serde_json::Value) -> bool,
+    ) -> serde_json::Value {
+        let start = Instant::now();
+        loop {
+            let status = self.json(&["status"]);
+            if is_wanted(&status) {
+                return status;
+            }
+            assert!(start.elapsed() < PATIENCE, "not {what}: {status}");
+        }
     }
 
     /// Runs the tool for its JSON.

@@ -10,3 +10,20 @@ mod raw;
 pub use bench::{Bench, Said};
 pub use disturb::{DISTURBANCES, Disturbance};
 pub use raw::RawLink;
+
+/// Whether what takes minutes is asked for too: `cargo xtask test --full` sets `MIRROR_FULL=1`.
+pub fn is_full() -> bool {
+    std::env::var_os("MIRROR_FULL").is_some_and(|full| full == "1")
+}
+
+/// Interrupts a tool as Ctrl-C does.
+///
+/// # Panics
+/// Where it has ended.
+pub fn interrupt(tool: &std::process::Child) {
+    let id = tool.id().to_string();
+    let interrupted = std::process::Command::new("kill")
+        .args(["-INT", &id])
+        .status();
+    assert!(interrupted.expect("`kill` runs").success(), "it has ended");
+}

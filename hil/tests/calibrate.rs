@@ -1,12 +1,12 @@
-//! A board is taught a mirror that nobody has told it of, and goes where it is asked.
+//! A board is calibrated to a mirror that differs from the factory's model, and goes where it is asked.
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
-use std::process::{Child, ChildStderr, Command};
+use std::process::{Child, ChildStderr};
 
 use emulated_board::{EmulatedBoard, PlantFault};
 use experiments::Experiment;
-use hil::{Bench, Said};
+use hil::{Bench, Said, interrupt, is_full};
 use virtual_mirror::{Family, MirrorConfig};
 use virtual_sessions::{Instruments, measure};
 
@@ -124,13 +124,14 @@ fn what_is_cut_short_leaves_the_calibration_of_before() {
     session(&config, &bench.directory().join("session"));
 
     let begun = on_trial(&bench);
-    let interrupted = Command::new("kill")
-        .args(["-INT", &begun.0.id().to_string()])
-        .status();
-    assert!(interrupted.unwrap().success());
+    interrupt(&begun.0);
     let said = gave_up(&bench, begun);
     assert!(said.contains("interrupted; channels are off"), "{said}");
 
+    // Each of the others identifies the mirror again.
+    if !is_full() {
+        return;
+    }
     let begun = on_trial(&bench);
     board(&mut bench).inject(Some(PlantFault::OpenHeater(2)));
     let said = gave_up(&bench, begun);

@@ -2,14 +2,12 @@
 //! emulator that misbehave.
 
 use std::path::PathBuf;
-use std::thread;
-use std::time::Duration;
 
 use control_core::{Limit, Limits};
 use hil::{Bench, RawLink, Said};
 use mirror_protocol::{
     Drives, PROTOCOL_VERSION, Position, Refusal, SetDriveEndpoint, SetPositionEndpoint,
-    StatusEndpoint, WireError,
+    StatusEndpoint, Stream, StreamEndpoint, WireError,
 };
 use virtual_mirror::MirrorConfig;
 
@@ -161,7 +159,7 @@ fn disturbed_bytes_do_not_stop_the_next_good_request() {
 fn a_killed_emulator_is_told_and_the_next_command_works() {
     let mut bench = bench();
     let waiting = bench.start_tool(&["set-z", "100um", "--settle", "1h"]);
-    thread::sleep(Duration::from_millis(700));
+    bench.wait_until_driven(1);
     bench
         .emulated_board()
         .expect("emulated")
@@ -183,21 +181,23 @@ fn a_killed_emulator_is_told_and_the_next_command_works() {
     assert_eq!(fresh.tool(&["set-z", "100um", "--settle", "1ms"]).code, 0);
 }
 
+/// Starts a stream of a sample every `period_ticks`, and is gone in the midst of it.
+fn stream_and_die(bench: &Bench, period_ticks: u16) {
+    let mut link = raw(bench);
+    link.greet(PROTOCOL_VERSION).unwrap().unwrap();
+    let stream = Stream {
+        period_ticks,
+        count: u32::MAX,
+        ..Stream::default()
+    };
+    let started = link.ask::<StreamEndpoint>(&stream).unwrap().unwrap();
+    started.expect("it streams");
+}
+
 #[test]
 fn a_tool_that_dies_while_streaming_leaves_the_board_ready() {
     let bench = bench();
-    let mut recording = bench.start_tool(&[
-        "record",
-        "-o",
-        "long.csv",
-        "--duration",
-        "1h",
-        "--period",
-        "1ms",
-    ]);
-    thread::sleep(Duration::from_millis(500));
-    recording.kill().expect("it dies");
-    recording.wait().expect("it is gone");
+    stream_and_die(&bench, 10);
     let said = bench.tool(&["set-z", "50um", "--settle", "1ms"]);
     assert_eq!(said.code, 0, "{}", said.err);
 }
@@ -206,14 +206,9 @@ fn a_tool_that_dies_while_streaming_leaves_the_board_ready() {
 fn a_second_tool_is_told_that_the_board_is_taken_again_and_again() {
     let bench = bench();
     let mut first = bench.start_tool(&["set-z", "100um", "--settle", "1h"]);
-    thread::sleep(Duration::from_millis(700));
-    // By name too: looking for boards must not wait for one that is taken.
-    for words in [
-        &["status"][..],
-        &["status"],
-        &["--board", "emulated", "status"],
-        &["status"],
-    ] {
+    bench.wait_until_driven(1);
+    // By name too: looking for boards must not wait for one that is taken. Each waits for an answer as long as a tool does.
+    for words in [&["status"][..], &["--board", "emulated", "status"]] {
         let second = bench.tool(words);
         assert_eq!(second.code, 1, "{words:?}");
         assert!(
@@ -231,18 +226,7 @@ fn a_second_tool_is_told_that_the_board_is_taken_again_and_again() {
 #[test]
 fn samples_of_a_dead_tool_are_not_taken_for_ones_own() {
     let bench = bench();
-    let mut first = bench.start_tool(&[
-        "record",
-        "-o",
-        "first.csv",
-        "--duration",
-        "1h",
-        "--period",
-        "300us",
-    ]);
-    thread::sleep(Duration::from_millis(500));
-    first.kill().expect("it dies");
-    first.wait().expect("it is gone");
+    stream_and_die(&bench, 3);
     let words = [
         "record",
         "-o",
@@ -291,6 +275,9 @@ fn a_recording_is_as_long_as_it_was_asked_to_be_or_refused() {
     }
 }
 
+/// Ticks of drive after which a tool that renews its leases of 100 ms has done so many times.
+const LEASED_TICKS: u64 = 10_000;
+
 #[test]
 fn a_tool_that_is_killed_while_it_drives_leaves_no_drive_behind() {
     let bench = bench();
@@ -298,7 +285,7 @@ fn a_tool_that_is_killed_while_it_drives_leaves_no_drive_behind() {
     let mut measuring = bench.start_tool(&[
         "measure", "sine", "--mean", "2V", "--cycles", "100000", "--rest", "0s",
     ]);
-    thread::sleep(Duration::from_secs(2));
+    bench.wait_until_driven(LEASED_TICKS);
     measuring.kill().expect("it dies");
     measuring.wait().expect("it is gone");
     // The board waits 3 s of real time for the host that has gone, and then ramps.
@@ -306,13 +293,7 @@ fn a_tool_that_is_killed_while_it_drives_leaves_no_drive_behind() {
     assert_eq!(driving["states"][0], "driving");
     let left_s = driving["lease"]["seconds"].as_f64().expect("a number");
     assert!(left_s <= 0.1, "{driving}");
-    let status = (0..100)
-        .map(|_| {
-            thread::sleep(Duration::from_millis(100));
-            bench.json(&["status"])
-        })
-        .find(|status| status["states"][0] == "ready")
-        .expect("it ramps to zero");
+    let status = bench.wait_for_status("ramped to zero", |status| status["states"][0] == "ready");
     assert_eq!(status["drive_v"], serde_json::json!([0.0, 0.0, 0.0, 0.0]));
     assert_eq!(status["limited_by"], serde_json::json!(["lease-lapsed"]));
     assert_eq!(status["lease"], serde_json::Value::Null);
@@ -334,13 +315,12 @@ fn what_is_held_is_held_so_long_and_no_longer() {
     let held = bench.json(&["status"]);
     let left = held["lease"]["seconds"].as_f64().expect("a number");
     assert!((0.0..2.0).contains(&left), "{held}");
-    loop {
-        let status = bench.json(&["status"]);
-        if status["lease"].is_null() {
-            break;
-        }
-        assert_eq!(status["states"][0], "driving");
-    }
-    let status = bench.json(&["status"]);
+    let status = bench.wait_for_status("released", |status| {
+        assert!(
+            status["lease"].is_null() || status["states"][0] == "driving",
+            "{status}"
+        );
+        status["lease"].is_null()
+    });
     assert_eq!(status["limited_by"], serde_json::json!(["lease-lapsed"]));
 }

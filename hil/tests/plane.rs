@@ -1,9 +1,9 @@
 //! The plate's two angles, from a scan by a person who moves the sensor's spot from point to point.
 
 use std::io::{BufRead, BufReader, Read, Write};
-use std::process::{Child, Command};
+use std::process::Child;
 
-use hil::{Bench, Said};
+use hil::{Bench, Said, interrupt};
 use measurement::Session;
 use virtual_mirror::{Family, MirrorConfig, VirtualMirror};
 
@@ -38,10 +38,7 @@ fn scan(bench: &mut Bench, tool: &mut Child, enough: usize) -> String {
         board.move_spot([number(" x "), number(" y ")]);
         writeln!(keys).expect("it listens");
     }
-    let interrupted = Command::new("kill")
-        .args(["-INT", &tool.id().to_string()])
-        .status();
-    assert!(interrupted.unwrap().success());
+    interrupt(tool);
     said.read_to_string(&mut all).expect("text");
     all
 }
