@@ -139,7 +139,7 @@ fn print(evidence: &[Evidence], uncompensated: &PaperNumbers) {
     {
         let before = format!("{:.1} um", uncompensated.loops[i].width_um);
         let must = format!("{must} um");
-        let what = format!("loop at {hz} Hz (of one who knows the mirror)");
+        let what = format!("loop at {hz} Hz (ideal-controller bound)");
         row(&what, before, &must, &|e| told(&e.loops[i]));
         if evidence.iter().any(|e| e.loops[i].cooling.is_some()) {
             let what = format!("loop at {hz} Hz over the part of it that can cool");
@@ -174,10 +174,10 @@ fn told(width: &figures::Width) -> String {
     } else {
         format!(", {}", names.join(", "))
     };
-    let knowing = width.cooling.map_or(String::new(), |cooling| {
-        format!(" ({:.2})", cooling.knowing_um)
+    let ideal = width.cooling.map_or(String::new(), |cooling| {
+        format!(" ({:.2})", cooling.ideal_um)
     });
-    format!("{:.2} um{limited}{knowing}", width.width_um)
+    format!("{:.2} um{limited}{ideal}", width.width_um)
 }
 
 /// The loop over the part of the span where the mirror cools as fast as it is asked to.

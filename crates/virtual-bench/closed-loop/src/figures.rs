@@ -20,11 +20,11 @@ pub struct Width {
 /// A loop that is open because the mirror cannot cool as fast.
 #[derive(Clone, Copy, Debug)]
 pub struct Cooling {
-    /// Width that a controller leaves which knows the mirror itself, and is where it is asked to be whenever a drive from
-    /// none to the highest takes it there (um). It is a measure and no bound: who is late on the way up, too, has a narrower
-    /// loop.
-    pub knowing_um: f64,
-    /// The part of the span, its upper end kept, that such a controller follows without a loop.
+    /// Width that the ideal controller leaves, which knows the mirror and is where it is asked to be whenever a drive from none
+    /// to the highest takes it there (um). It bounds the error, not the width: a controller that is late on the way up, too,
+    /// has a narrower loop.
+    pub ideal_um: f64,
+    /// The part of the span, its upper end kept, that the ideal controller follows without a loop.
     pub share: f64,
     /// Width of the loop over that part (um).
     pub width_um: f64,
@@ -158,7 +158,7 @@ pub fn loop_width(
     let cooling = if limits.contains(Limit::Cooling) {
         let share = limit::share(config, drive_v, &sine)?;
         Some(Cooling {
-            knowing_um: limit::loop_um(config, drive_v, &sine)?,
+            ideal_um: limit::loop_um(config, drive_v, &sine)?,
             share,
             width_um: traced(calibration, config, &sine.upper(share))?.0,
         })

@@ -2,11 +2,11 @@
 //!
 //! The core, the converters' quantisation and noise, and the mirror are those of the emulated board; what
 //! is left out is the firmware around them, so that minutes of a mirror take seconds. Of the board's
-//! analogue half the output filter is left out, as on the emulated board: a real one adds a lag of 0.16 ms,
-//! which an identification on that board finds as part of the fastest thermal pole.
+//! analogue half the output filter is left out, as on the emulated board: the two poles at 2 kHz of a real one add a lag
+//! of 2 / (2 pi 2 kHz) = 0.159 ms, which an identification on that board finds as part of the fastest thermal pole.
 //!
 //! - [`Loop`] is a tick after a tick;
-//! - [`calibrate`] measures a mirror that nobody has told it of, identifies it and corrects the tables;
+//! - [`calibrate`] measures a mirror, identifies it and corrects the tables;
 //! - [`figures`] are what the positioning reaches then;
 //! - [`precision`] tells how far the core's f32 arithmetic is from the same chain in f64.
 
@@ -104,8 +104,8 @@ impl<'a> Loop<'a> {
 
     /// The resistances that the currents of this tick show, where one flows (ohm).
     fn sensed_ohm(&self) -> [Option<f64>; CHANNELS] {
-        std::array::from_fn(|lane| {
-            let (volts, current) = (self.applied[lane].drive().0, self.currents[lane].0);
+        std::array::from_fn(|channel| {
+            let (volts, current) = (self.applied[channel].drive().0, self.currents[channel].0);
             (volts > 0.0 && current > 0.0).then(|| f64::from(volts / current))
         })
     }

@@ -1,4 +1,4 @@
-//! What the mirror itself allows, and what a controller makes of it that knows it.
+//! The ideal-controller bound: what the mirror itself allows a controller that knows all of it.
 
 use control_core::CHANNELS;
 use virtual_mirror::{ConfigError, Effect, MirrorConfig, VirtualMirror};
@@ -25,8 +25,8 @@ pub(crate) fn fastest_s(now: &VirtualMirror, drive_v: f64, from_um: f64, to_um: 
     f64::from(ticks) * TICK_S
 }
 
-/// The loop of a sine that is left to a controller which knows the mirror, and is where it is asked to be whenever a
-/// drive between none and `drive_v` takes it there (um).
+/// The loop of a sine that the ideal controller leaves (um): it knows the mirror, and is where it is asked to be whenever a
+/// drive between none and `drive_v` takes it there.
 ///
 /// # Errors
 /// Where a number of `config` is out of range.
@@ -38,7 +38,7 @@ pub(crate) fn loop_um(
     Ok(sine.width_um(&followed(config, drive_v, sine)?))
 }
 
-/// The largest part of a sine, its upper end kept, that such a controller follows without a loop.
+/// The largest part of a sine, its upper end kept, that the ideal controller follows without a loop.
 ///
 /// # Errors
 /// Where a number of `config` is out of range.
@@ -56,11 +56,11 @@ pub(crate) fn share(config: &MirrorConfig, drive_v: f64, sine: &Sine) -> Result<
     Ok(within)
 }
 
-/// How far such a controller is from a sine, tick by tick (um).
+/// How far the ideal controller is from a sine, tick by tick (um).
 fn followed(config: &MirrorConfig, drive_v: f64, sine: &Sine) -> Result<Vec<f64>, ConfigError> {
     const REST_S: f64 = 1.0;
     const PART_S: f64 = 0.01;
-    let mut mirror = Known::new(config, drive_v)?;
+    let mut mirror = IdealController::new(config, drive_v)?;
     for _ in 0..(REST_S / PART_S) as usize {
         mirror.reach(sine.low_um, PART_S);
     }
@@ -68,12 +68,12 @@ fn followed(config: &MirrorConfig, drive_v: f64, sine: &Sine) -> Result<Vec<f64>
 }
 
 /// A mirror without its resonance, which no drive of a tick holds, and the highest drive.
-struct Known {
+struct IdealController {
     mirror: VirtualMirror,
     drive_v: f64,
 }
 
-impl Known {
+impl IdealController {
     fn new(config: &MirrorConfig, drive_v: f64) -> Result<Self, ConfigError> {
         let mut config = config.clone().with_effect(Effect::Resonance, 0.0);
         config.motion = None;
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn who_knows_a_mirror_follows_a_slow_sine_all_the_way() {
+    fn the_ideal_controller_follows_a_slow_sine_all_the_way() {
         let config = MirrorConfig::bench();
         assert!(loop_um(&config, DRIVE_V, &sine(20.0)).expect("a mirror") < ABOVE_UM);
         assert!(share(&config, DRIVE_V, &sine(20.0)).expect("a mirror") > 0.99);

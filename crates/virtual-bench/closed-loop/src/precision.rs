@@ -10,7 +10,7 @@ use virtual_mirror::{ConfigError, MirrorConfig};
 use crate::double::Chain;
 use crate::{Loop, TICK_S};
 
-/// How far apart the core and the chain in f64 were at most, in any lane at any tick (um).
+/// How far apart the core and the chain in f64 were at most, in any actuator at any tick (um).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Precision {
     /// Where the two drives have taken the mirror through its thermal poles.

@@ -1,0 +1,111 @@
+//! One actuator: from its displacement to the temperature rise, the power and the volts.
+
+use control_core::calibration::{ActuatorCalibration, Parts};
+use control_core::resistance::MIN_SENSE_DRIVE;
+use control_core::{Ampere, Volt};
+
+use super::apart::Apart;
+use super::poles::{Poles, pole};
+use super::table::{position_um, resistance_ohm, rest_um, rise_k};
+
+/// A current that is none (A).
+const NO_CURRENT_A: f32 = 1e-6;
+/// A sensed resistance may be so far from the model's.
+const PLAUSIBLE: f64 = 0.25;
+/// Part of the way to a new reading that the correction goes in a tick.
+const PACE: f64 = 0.125;
+/// Time constant with which an actuator catches up that a bound has held back, as part of a move.
+const CATCHING_UP: f64 = 0.25;
+
+/// One actuator.
+pub(super) struct Actuator {
+    calibration: ActuatorCalibration,
+    poles: Poles,
+    drive_limit_v: f64,
+    power_limit_w: f64,
+    rise: f64,
+    /// How far it is to stay short of what it is asked for (K), and what a tick leaves of that.
+    shortfall: f64,
+    pole: f64,
+    expected_ohm: f64,
+    correction: f64,
+    /// The mirror under the core's drive instead, with the same resistance.
+    twin: Twin,
+}
+
+/// Poles that a power drives.
+#[derive(Clone, Debug)]
+struct Twin {
+    poles: Poles,
+    rise: f64,
+}
+
+impl Actuator {
+    pub(super) fn new(calibration: ActuatorCalibration, parts: &Parts) -> Self {
+        let poles = Poles::new(&parts.heat);
+        Self {
+            calibration,
+            drive_limit_v: f64::from(parts.bounds.drive.0),
+            power_limit_w: f64::from(parts.bounds.power.0),
+            rise: 0.0,
+            shortfall: 0.0,
+            pole: pole(CATCHING_UP * f64::from(parts.path.move_time.0), 1),
+            expected_ohm: f64::from(calibration.cold_resistance.0),
+            correction: 1.0,
+            twin: Twin {
+                poles: poles.clone(),
+                rise: 0.0,
+            },
+            poles,
+        }
+    }
+
+    pub(super) fn sense(&mut self, applied: Volt, current: Ampere) {
+        if applied.0 < MIN_SENSE_DRIVE.0 || current.0 <= NO_CURRENT_A {
+            return;
+        }
+        let ohm = f64::from(applied.0) / f64::from(current.0);
+        let ratio = ohm / self.expected_ohm;
+        self.correction = if (ratio - 1.0).abs() < PLAUSIBLE {
+            self.correction + PACE * (ratio - self.correction)
+        } else {
+            1.0
+        };
+    }
+
+    /// A tick that is to end at the displacement `x_um`, beside the drive of the core.
+    pub(super) fn heat_to(&mut self, x_um: f64, core_v: f64) -> Apart {
+        let target = rise_k(&self.calibration, x_um);
+        self.expected_ohm = resistance_ohm(&self.calibration, self.rise);
+        let ohm = self.expected_ohm * self.correction;
+        let r_t = f64::from(self.calibration.thermal_resistance.0);
+        let growth = f64::from(self.calibration.loss_growth.0);
+        let aim = target - self.shortfall;
+        let mut heating = self.poles.inverse(aim);
+        let asked_w = (heating + growth * aim * aim) / r_t;
+        let most_w = self.power_limit_w.min(self.drive_limit_v.powi(2) / ohm);
+        let power_w = asked_w.clamp(0.0, most_w);
+        if power_w != asked_w {
+            heating = power_w * r_t - growth * self.rise * self.rise;
+        }
+        let drive_v = (power_w * ohm).sqrt();
+        self.rise = self.poles.tick(heating);
+        self.shortfall = self.pole * (target - self.rise);
+
+        // What the core's drive does differs by this power.
+        let more_w = (core_v * core_v - drive_v * drive_v) / ohm;
+        let twin = &mut self.twin;
+        twin.rise = twin.poles.tick(heating + more_w * r_t);
+        let place = |rise| position_um(&self.calibration, rise);
+        Apart {
+            drive_um: (rest_um(&self.calibration, core_v) - rest_um(&self.calibration, drive_v))
+                .abs(),
+            mirror_um: (place(twin.rise) - place(self.rise)).abs(),
+        }
+    }
+
+    pub(super) fn relax_slow(&mut self) {
+        self.poles.relax_slow();
+        self.twin.poles.relax_slow();
+    }
+}

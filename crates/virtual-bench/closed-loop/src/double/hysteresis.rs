@@ -1,0 +1,61 @@
+//! The memory of the displacement, inverted.
+
+use control_core::calibration::{LAGS, Memory, PLAYS};
+
+use super::poles::{Pole, TURNS, pole};
+
+/// Hysteresis, a sum of Prandtl-Ishlinskii play operators, and creep, inverted.
+pub(super) struct Hysteresis {
+    /// Slope of the part that no play operator delays, inverted.
+    slope: f64,
+    radius: [f64; PLAYS],
+    weight: [f64; PLAYS],
+    held: [f64; PLAYS],
+    release: f64,
+    creep: [Pole; LAGS],
+    turn: usize,
+}
+
+impl Hysteresis {
+    /// The inverse of play operators is one of play operators: it has one where the virgin curve of the memory bends, and there its slope inverted.
+    pub(super) fn new(memory: &Memory) -> Self {
+        let weights = memory.plays.map(|play| f64::from(play.weight));
+        let radii = memory.plays.map(|play| f64::from(play.radius.0));
+        let at_once = 1.0 - weights.iter().sum::<f64>();
+        let slope_behind = |k: usize| at_once + weights[..k].iter().sum::<f64>();
+        let reached = |k: usize| {
+            let plays = weights[..k].iter().zip(&radii);
+            let pulled = plays.map(|(weight, radius)| weight * (radii[k] - radius));
+            at_once * radii[k] + pulled.sum::<f64>()
+        };
+        let release_s = f64::from(memory.release.0);
+        Self {
+            slope: 1.0 / at_once,
+            radius: std::array::from_fn(reached),
+            weight: std::array::from_fn(|k| 1.0 / slope_behind(k + 1) - 1.0 / slope_behind(k)),
+            held: [0.0; PLAYS],
+            release: if release_s > 0.0 {
+                pole(release_s, TURNS)
+            } else {
+                1.0
+            },
+            creep: memory.creep.map(|lag| Pole::new(lag, TURNS)),
+            turn: 0,
+        }
+    }
+
+    pub(super) fn displacement(&mut self, z: f64) -> f64 {
+        let crept: f64 = self.creep.iter().map(|pole| pole.at).sum();
+        let y = z - crept;
+        self.creep[self.turn].relax(y);
+        let held = &mut self.held[self.turn];
+        *held = y + (*held - y) * self.release;
+        self.turn = (self.turn + 1) % TURNS;
+        let mut x = self.slope * y;
+        for k in 0..PLAYS {
+            self.held[k] = self.held[k].clamp(y - self.radius[k], y + self.radius[k]);
+            x += self.weight[k] * self.held[k];
+        }
+        x
+    }
+}
