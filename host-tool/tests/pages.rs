@@ -120,6 +120,27 @@ fn what_a_page_names_of_the_project_is_there() {
 }
 
 #[test]
+fn the_architecture_lists_every_crate() {
+    let page = project().join("docs/developing/architecture.md");
+    let text = fs::read_to_string(page).expect("the architecture");
+    let listed: BTreeSet<&str> = text.split_whitespace().collect();
+    let below = |folder: PathBuf| {
+        let entries = fs::read_dir(folder).expect("a folder");
+        entries.map(|entry| entry.expect("an entry").path())
+    };
+    let crates = below(project().join("crates"))
+        .flat_map(below)
+        .filter(|path| path.join("Cargo.toml").exists());
+    let lost: Vec<PathBuf> = crates
+        .filter(|path| {
+            let name = path.file_name().expect("a name").to_string_lossy();
+            !listed.contains(&*name)
+        })
+        .collect();
+    assert!(lost.is_empty(), "not in the list of parts: {lost:?}");
+}
+
+#[test]
 fn braces_are_written_out() {
     assert_eq!(written_out("a/{b,c}.rs"), ["a/b.rs", "a/c.rs"]);
     assert_eq!(written_out("a/b.rs"), ["a/b.rs"]);
