@@ -3,18 +3,43 @@
 use crate::Bounds;
 use nalgebra::{DMatrix, DVector};
 
-/// Derivatives by one more evaluation a parameter, exact to about 1e-8 of their size.
+/// How far a parameter is moved for its difference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DifferenceStep {
+    /// A share of the parameter, or as much of one where it is zero.
+    Relative(f64),
+    /// The same for all, as for logarithms.
+    Absolute(f64),
+}
+
+impl DifferenceStep {
+    /// For forward differences of functions that are exact to rounding: `sqrt(f64::EPSILON)`, where truncation and rounding
+    /// are alike and leave 1e-8 of a derivative (Nocedal and Wright, Numerical Optimization, section 8.1).
+    pub const FORWARD: Self = Self::Relative(1.5e-8);
+    /// For central differences of such functions: the cube root of `f64::EPSILON`, which leaves 1e-10 (as above).
+    pub const CENTRAL: Self = Self::Relative(6e-6);
+
+    fn of(self, parameter: f64) -> f64 {
+        match self {
+            Self::Relative(share) if parameter == 0.0 => share,
+            Self::Relative(share) => share * parameter.abs(),
+            Self::Absolute(step) => step,
+        }
+    }
+}
+
+/// Derivatives by one more evaluation a parameter.
 ///
-/// The step is `sqrt(f64::EPSILON)` of a parameter, where truncation and rounding are alike (Nocedal and Wright, Numerical
-/// Optimization, section 8.1); it goes down where the upper bound is too close. A fixed parameter has a column of zeros.
+/// The step goes down where the upper bound is too close. A fixed parameter has a column of zeros.
 pub fn forward_differences(
     f: impl Fn(&DVector<f64>) -> Option<DVector<f64>>,
     at: &DVector<f64>,
     here: &DVector<f64>,
     bounds: &Bounds,
+    step: DifferenceStep,
 ) -> Option<DMatrix<f64>> {
     columns(at, here, |index| {
-        let step = f64::EPSILON.sqrt() * size(at[index]);
+        let step = step.of(at[index]);
         let up = at[index] + step <= bounds.high(index);
         let (there, step) = moved(at, index, if up { step } else { -step });
         if there[index] < bounds.low(index) {
@@ -24,18 +49,19 @@ pub fn forward_differences(
     })
 }
 
-/// Derivatives by two more evaluations a parameter, exact to about 1e-10 of their size.
+/// Derivatives by two more evaluations a parameter.
 ///
-/// The step is the cube root of `f64::EPSILON` of a parameter (as above). Close to a bound both points are on the side away
-/// from it, with the three-point formula, which is of second order too. A fixed parameter has a column of zeros.
+/// Close to a bound both points are on the side away from it, with the three-point formula, which is of second order too. A
+/// parameter without room for that has a column of zeros.
 pub fn central_differences(
     f: impl Fn(&DVector<f64>) -> Option<DVector<f64>>,
     at: &DVector<f64>,
     here: &DVector<f64>,
     bounds: &Bounds,
+    step: DifferenceStep,
 ) -> Option<DMatrix<f64>> {
     columns(at, here, |index| {
-        let step = f64::EPSILON.cbrt() * size(at[index]);
+        let step = step.of(at[index]);
         let room_below = at[index] - bounds.low(index);
         let room_above = bounds.high(index) - at[index];
         if room_below >= step && room_above >= step {
@@ -43,27 +69,18 @@ pub fn central_differences(
             let (below, down) = moved(at, index, -step);
             return Some((f(&above)? - f(&below)?) / (up - down));
         }
+        if room_above.max(room_below) < 2.0 * step {
+            return Some(DVector::zeros(here.len()));
+        }
         let inward = if room_above >= room_below {
             step
         } else {
             -step
         };
-        if room_above.max(room_below) < 2.0 * step {
-            return Some(DVector::zeros(here.len()));
-        }
         let (near, _) = moved(at, index, inward);
         let (far, twice) = moved(at, index, 2.0 * inward);
         Some((f(&near)? * 4.0 - here * 3.0 - f(&far)?) / twice)
     })
-}
-
-/// What a difference is relative to: the parameter, or one where it is zero.
-fn size(parameter: f64) -> f64 {
-    if parameter == 0.0 {
-        1.0
-    } else {
-        parameter.abs()
-    }
 }
 
 /// A point with one parameter moved, and by how much it moved indeed.
@@ -107,9 +124,11 @@ mod tests {
             let at = dvector![x, 0.0];
             let here = f(&at).unwrap();
             let exact = derivatives(&at);
-            let forward = forward_differences(f, &at, &here, &bounds).unwrap();
+            let forward =
+                forward_differences(f, &at, &here, &bounds, DifferenceStep::FORWARD).unwrap();
             assert_relative_eq!(forward, exact, epsilon = 1e-7);
-            let central = central_differences(f, &at, &here, &bounds).unwrap();
+            let central =
+                central_differences(f, &at, &here, &bounds, DifferenceStep::CENTRAL).unwrap();
             assert_relative_eq!(central, exact, epsilon = 1e-9);
         }
     }
@@ -120,8 +139,8 @@ mod tests {
         let at = dvector![2.0, 3.0];
         let here = f(&at).unwrap();
         for jacobian in [
-            forward_differences(f, &at, &here, &bounds).unwrap(),
-            central_differences(f, &at, &here, &bounds).unwrap(),
+            forward_differences(f, &at, &here, &bounds, DifferenceStep::FORWARD).unwrap(),
+            central_differences(f, &at, &here, &bounds, DifferenceStep::CENTRAL).unwrap(),
         ] {
             assert_eq!(jacobian.column(0).norm(), 0.0);
             assert!(jacobian.column(1).norm() > 1.0);
@@ -133,6 +152,9 @@ mod tests {
         let at = dvector![2.0, 1.0];
         let here = f(&at).unwrap();
         let bounds = Bounds::none(2);
-        assert_eq!(forward_differences(f, &at, &here, &bounds), None);
+        assert_eq!(
+            forward_differences(f, &at, &here, &bounds, DifferenceStep::FORWARD),
+            None
+        );
     }
 }

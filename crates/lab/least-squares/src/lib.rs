@@ -15,7 +15,7 @@ mod problem;
 mod solution;
 
 pub use bounds::Bounds;
-pub use differences::{central_differences, forward_differences};
+pub use differences::{DifferenceStep, central_differences, forward_differences};
 pub use linear::{bounded, nonnegative, normal_factor};
 pub use minimise::{JacobianUpdates, Options, minimise};
 pub use problem::{Prior, Problem};

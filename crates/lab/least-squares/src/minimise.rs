@@ -5,13 +5,21 @@ use crate::solution::with_diagonal;
 use crate::{Bounds, MinimiseError, Prior, Problem, Solution, Termination};
 use nalgebra::{DMatrix, DVector};
 
-/// A step is taken if the cost falls by this share of what the linear model expects (Moré, The Levenberg-Marquardt algorithm,
-/// 1978).
+/// A step is taken if the cost falls by this share of what the linear model expects (Moré 1978).
 const ACCEPTED: f64 = 1e-4;
-/// The least damping: below it the normal equations' rounding damps more.
-const LEAST_DAMPING: f64 = 1e-16;
-/// The most: steps are rounding then.
-const MOST_DAMPING: f64 = 1e32;
+/// The trust region grows to twice a step whose gain is this share or more of what was expected, and shrinks after a step
+/// whose gain is that share or less (Moré 1978).
+const GOOD: f64 = 0.75;
+const POOR: f64 = 0.25;
+/// How it shrinks: to the minimum of the parabola through what is known along the step, within these shares (Moré 1978).
+const SHRINK: (f64, f64) = (0.1, 0.5);
+/// A damped step need not reach the edge of the trust region closer than this (Moré 1978).
+const EDGE: f64 = 0.1;
+/// The damping of a step that the trust region does not limit, relative to the squares of the slopes: the square of 1e-14,
+/// which keeps columns that depend on each other to rounding from being divided by it.
+const LEAST_DAMPING: f64 = 1e-28;
+/// Trials of the damping: secants of the nearly linear 1/length take two or three.
+const MOST_TRIALS: usize = 50;
 
 /// How the Jacobian follows the steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,8 +55,8 @@ pub struct Options {
     pub max_evaluations: usize,
     /// No parameter changes by more than this in one step, in its own unit.
     pub longest_step: f64,
-    /// Damping of the first step, relative to the squares of the slopes.
-    pub first_damping: f64,
+    /// Length of the first step at most, relative to the parameters, both in the scale of the slopes.
+    pub first_radius: f64,
 }
 
 impl Default for Options {
@@ -64,16 +72,17 @@ impl Default for Options {
             gradient_tolerance: 1e-10,
             max_evaluations: 1000,
             longest_step: f64::INFINITY,
-            first_damping: 1e-3,
+            first_radius: 1.0,
         }
     }
 }
 
 /// The parameters that make the sum of squares of a problem's residuals (and of the prior's) smallest, near a start.
 ///
-/// Each step solves the linear model of the residuals within the bounds exactly, damped by Nielsen's rule (Damping parameter
-/// in Marquardt's method, 1999) in the scale of the slopes, so that the parameters' units do not matter. A point where the
-/// residuals have no answer or are not finite rejects the step. The outcome depends on nothing but the arguments.
+/// Each step solves the linear model of the residuals within the bounds exactly, damped so that it stays in a trust region
+/// (Moré, The Levenberg-Marquardt algorithm: implementation and theory, 1978). All lengths are in the scale of the slopes, so
+/// the parameters' units do not matter. A point where the residuals have no answer or are not finite rejects the step. The
+/// outcome depends on nothing but the arguments.
 ///
 /// # Errors
 /// Where the start, clamped to the bounds, has no residuals or no Jacobian.
@@ -106,9 +115,8 @@ struct Search<'a, P: ?Sized> {
     prior: DVector<f64>,
     /// The longest that each column has been (Moré 1978).
     scale: DVector<f64>,
-    damping: f64,
-    /// What the next rejected step multiplies the damping by.
-    growth: f64,
+    /// Length that a step may have, in the scale of the slopes.
+    radius: f64,
     evaluations: usize,
     jacobians: usize,
     /// Secant updates since the Jacobian was computed, or since the start.
@@ -135,8 +143,7 @@ impl<'a, P: Problem + ?Sized> Search<'a, P> {
             jacobian: DMatrix::zeros(0, count),
             prior,
             scale: DVector::zeros(count),
-            damping: options.first_damping,
-            growth: 2.0,
+            radius: 0.0,
             evaluations: 0,
             jacobians: 0,
             updates: 0,
@@ -148,6 +155,8 @@ impl<'a, P: Problem + ?Sized> Search<'a, P> {
             None => search.refresh().ok_or(MinimiseError::NoJacobian)?,
         }
         search.rescale();
+        let size = search.length(&search.at);
+        search.radius = options.first_radius * if size > 0.0 { size } else { 1.0 };
         Ok(search)
     }
 
@@ -194,13 +203,12 @@ impl<'a, P: Problem + ?Sized> Search<'a, P> {
         if let Some(end) = self.stationary(&gradient) {
             return self.end(end);
         }
-        let step = self.step(&slopes);
+        let (step, is_limited) = self.step(&slopes);
         let cost = self.residuals.norm_squared();
         let linear = &slopes * &step;
         // Written so that nothing cancels.
         let expected = -(2.0 * gradient.dot(&step) + linear.norm_squared()) / cost;
-        let length = step.component_mul(&self.scale).norm();
-        let size = self.at.component_mul(&self.scale).norm();
+        let (length, size) = (self.length(&step), self.length(&self.at));
         if self.evaluations >= self.options.max_evaluations {
             return Some(Termination::Evaluations);
         }
@@ -216,7 +224,8 @@ impl<'a, P: Problem + ?Sized> Search<'a, P> {
         if let Some(trial) = trial.filter(|_| taken) {
             (self.at, self.residuals) = (there, trial);
         }
-        self.damp(taken, gain / expected);
+        let slope = 2.0 * gradient.dot(&step) / cost;
+        self.trust(length, is_limited, gain, expected, slope);
         let tolerance = self.options.cost_tolerance;
         if gain.abs() <= tolerance && expected <= tolerance {
             return self.end(Termination::Cost);
@@ -252,40 +261,59 @@ impl<'a, P: Problem + ?Sized> Search<'a, P> {
         }
     }
 
-    /// The damped step of the linear model within the bounds.
-    fn step(&self, slopes: &DMatrix<f64>) -> DVector<f64> {
-        let count = self.at.len();
-        // A parameter without any slope stays where it is.
-        let scale = self.scale.map(|s| if s > 0.0 { s } else { 1.0 });
-        let scaled = DMatrix::from_fn(slopes.nrows(), count, |i, j| slopes[(i, j)] / scale[j]);
-        let factors = scaled.qr();
-        let mut right = -&self.residuals;
-        factors.q_tr_mul(&mut right);
-        let r = factors.r();
-        let rows = r.nrows();
-        let root = DVector::repeat(count, self.damping.sqrt());
-        let damped = with_diagonal(&r, &root);
-        let right = right
-            .rows(0, rows)
-            .into_owned()
-            .insert_rows(rows, count, 0.0);
-        let room = self.bounds.steps_from(&self.at, self.options.longest_step);
-        let room =
-            Bounds::new((0..count).map(|i| (room.low(i) * scale[i], room.high(i) * scale[i])));
-        let step =
-            bounded(&damped, &right, &room).expect("damped columns do not depend on each other");
-        step.component_div(&scale)
+    /// Length of a step in the scale of the slopes.
+    fn length(&self, step: &DVector<f64>) -> f64 {
+        step.component_mul(&self.scale).norm()
     }
 
-    /// Nielsen's rule.
-    fn damp(&mut self, taken: bool, ratio: f64) {
-        if taken {
-            let factor = 1.0 - (2.0 * ratio - 1.0).powi(3);
-            self.damping = (self.damping * factor.max(1.0 / 3.0)).max(LEAST_DAMPING);
-            self.growth = 2.0;
-        } else {
-            self.damping = (self.damping * self.growth).min(MOST_DAMPING);
-            self.growth *= 2.0;
+    /// The step of the linear model within bounds and trust region, and whether the latter limits it.
+    ///
+    /// The more damping, the shorter the step: a damping is sought that leaves about the region's radius. The inverse of the
+    /// length is nearly linear in it (Hebden 1973), so secants find it, held inside a bracket.
+    fn step(&self, slopes: &DMatrix<f64>) -> (DVector<f64>, bool) {
+        let model = LinearModel::new(slopes, &self.residuals, &self.scale);
+        let room = model.room(&self.bounds.steps_from(&self.at, self.options.longest_step));
+        let step = model.step(LEAST_DAMPING, &room);
+        let excess = |step: &DVector<f64>| 1.0 / step.norm() - 1.0 / self.radius;
+        if step.norm() <= (1.0 + EDGE) * self.radius {
+            return (model.unscaled(&step), false);
+        }
+        let mut low = (LEAST_DAMPING, excess(&step));
+        let mut high = (model.gradient_norm() / self.radius, f64::NAN);
+        let mut damping = 1e-3 * high.0;
+        for _ in 0..MOST_TRIALS {
+            let step = model.step(damping, &room);
+            if (step.norm() / self.radius - 1.0).abs() <= EDGE {
+                return (model.unscaled(&step), true);
+            }
+            let excess = excess(&step);
+            if excess < 0.0 {
+                low = (damping, excess);
+            } else {
+                high = (damping, excess);
+            }
+            let secant = low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1);
+            let middle = (low.0 * high.0).sqrt();
+            let inside = secant > 1.01 * low.0 && secant < 0.99 * high.0;
+            damping = if inside { secant } else { middle };
+        }
+        (model.unscaled(&model.step(high.0, &room)), true)
+    }
+
+    /// How far the linear model is trusted after a step of a `length` that changed the cost by `-gain` (relative), where
+    /// `-expected` was expected and the cost's `slope` along the step is known.
+    fn trust(&mut self, length: f64, is_limited: bool, gain: f64, expected: f64, slope: f64) {
+        let ratio = gain / expected;
+        if ratio <= POOR || ratio.is_nan() {
+            let parabola = if gain.is_finite() {
+                0.5 * slope / (slope + gain)
+            } else {
+                0.0
+            };
+            let share = if gain >= 0.0 { SHRINK.1 } else { parabola };
+            self.radius = share.clamp(SHRINK.0, SHRINK.1) * self.radius.min(length / SHRINK.0);
+        } else if ratio >= GOOD || !is_limited {
+            self.radius = 2.0 * length;
         }
     }
 
@@ -348,5 +376,50 @@ impl<'a, P: Problem + ?Sized> Search<'a, P> {
             termination,
             prior: self.prior,
         }
+    }
+}
+
+/// The residuals as a linear function of a step, in scaled coordinates and reduced to as many rows as parameters.
+struct LinearModel {
+    scale: DVector<f64>,
+    r: DMatrix<f64>,
+    right: DVector<f64>,
+}
+
+impl LinearModel {
+    fn new(slopes: &DMatrix<f64>, residuals: &DVector<f64>, scale: &DVector<f64>) -> Self {
+        // A parameter without any slope stays where it is.
+        let scale = scale.map(|s| if s > 0.0 { s } else { 1.0 });
+        let scaled = DMatrix::from_fn(slopes.nrows(), slopes.ncols(), |i, j| {
+            slopes[(i, j)] / scale[j]
+        });
+        let factors = scaled.qr();
+        let mut right = -residuals;
+        factors.q_tr_mul(&mut right);
+        let r = factors.r();
+        let right = right.rows(0, r.nrows()).into_owned();
+        Self { scale, r, right }
+    }
+
+    fn room(&self, steps: &Bounds) -> Bounds {
+        let room = |i: usize| (steps.low(i) * self.scale[i], steps.high(i) * self.scale[i]);
+        Bounds::new((0..steps.len()).map(room))
+    }
+
+    fn gradient_norm(&self) -> f64 {
+        self.r.tr_mul(&self.right).norm()
+    }
+
+    /// The step that is best with such a damping.
+    fn step(&self, damping: f64, room: &Bounds) -> DVector<f64> {
+        let count = self.scale.len();
+        let damped = with_diagonal(&self.r, &DVector::repeat(count, damping.sqrt()));
+        let rows = self.right.len();
+        let right = self.right.clone().insert_rows(rows, count, 0.0);
+        bounded(&damped, &right, room).expect("damped columns do not depend on each other")
+    }
+
+    fn unscaled(&self, step: &DVector<f64>) -> DVector<f64> {
+        step.component_div(&self.scale)
     }
 }

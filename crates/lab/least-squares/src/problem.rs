@@ -1,7 +1,7 @@
 //! What is fitted.
 
 use crate::Bounds;
-use crate::differences::forward_differences;
+use crate::differences::{DifferenceStep, forward_differences};
 use nalgebra::{DMatrix, DVector};
 
 /// Residuals of a model as a function of its parameters.
@@ -20,7 +20,8 @@ pub trait Problem {
         here: &DVector<f64>,
         bounds: &Bounds,
     ) -> Option<DMatrix<f64>> {
-        forward_differences(|at| self.residuals(at), parameters, here, bounds)
+        let step = DifferenceStep::FORWARD;
+        forward_differences(|at| self.residuals(at), parameters, here, bounds, step)
     }
 }
 
