@@ -60,7 +60,7 @@ impl Preset {
             Self::PaperRefit => Symbol::ThermalResistance,
             Self::Reconciled => Symbol::CurvatureCoefficient,
         };
-        let found = identify(symbol, &Parameters::PAPER, &[PUBLISHED_MAXIMUM])
+        let found = identify(symbol, &Parameters::PAPER, &PUBLISHED_MAXIMUM)
             .expect("the published point identifies it");
         Some((symbol, found))
     }
