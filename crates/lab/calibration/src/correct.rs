@@ -68,8 +68,8 @@ pub fn corrected(
     let asked_at = Curve::new(reached, asked.clone()).map_err(not_rising)?;
     let parts = calibration.parts();
     let mut actuators = parts.actuators;
-    for lane in &mut actuators {
-        lane.shape = bent(lane, &reached_at, &asked_at)?;
+    for actuator in &mut actuators {
+        actuator.shape = bent(actuator, &reached_at, &asked_at)?;
     }
     Ok(Calibration::new(Parts {
         actuators,
@@ -78,15 +78,15 @@ pub fn corrected(
 }
 
 fn bent(
-    lane: &ActuatorCalibration,
+    actuator: &ActuatorCalibration,
     reached_at: &Curve,
     asked_at: &Curve,
 ) -> Result<InverseTable, CalibrationError> {
-    let old_top = f64::from(lane.shape.top().0);
+    let old_top = f64::from(actuator.shape.top().0);
     let top_um = reached_at.at(old_top);
     // The table between its knots as a smooth curve: the knots move against each other.
     let positions = (0..KNOTS).map(|i| old_top * i as f64 / SEGMENTS as f64);
-    let rises = lane.shape.knots().iter().map(|rise| f64::from(*rise));
+    let rises = actuator.shape.knots().iter().map(|rise| f64::from(*rise));
     let rise_at = Curve::new(positions.collect(), rises.collect())
         .expect("a table rises, that is what it was made with");
     let mut knots = [0.0; KNOTS];

@@ -86,7 +86,7 @@ struct Stored {
     release_s: f64,
     #[serde(default)]
     creep: Vec<StoredLag>,
-    actuators: Vec<StoredLane>,
+    actuators: Vec<StoredActuator>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -105,7 +105,7 @@ struct StoredPlay {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct StoredLane {
+struct StoredActuator {
     cold_resistance_ohm: f64,
     tcr_per_k: f64,
     thermal_resistance_k_per_w: f64,
@@ -145,7 +145,7 @@ pub fn to_toml(calibration: &Calibration) -> String {
             .collect(),
         release_s: decimal(p.memory.release.0),
         creep: lags(&p.memory.creep),
-        actuators: p.actuators.iter().map(StoredLane::from).collect(),
+        actuators: p.actuators.iter().map(StoredActuator::from).collect(),
     };
     toml::to_string(&stored).expect("numbers and texts are TOML")
 }
@@ -169,15 +169,15 @@ pub fn from_toml(name: &str, text: &str) -> Result<Calibration, CalibrationFileE
         })
 }
 
-impl From<&ActuatorCalibration> for StoredLane {
-    fn from(lane: &ActuatorCalibration) -> Self {
+impl From<&ActuatorCalibration> for StoredActuator {
+    fn from(actuator: &ActuatorCalibration) -> Self {
         Self {
-            cold_resistance_ohm: decimal(lane.cold_resistance.0),
-            tcr_per_k: decimal(lane.tcr.0),
-            thermal_resistance_k_per_w: decimal(lane.thermal_resistance.0),
-            loss_growth_per_k: decimal(lane.loss_growth.0),
-            top_um: decimal(lane.shape.top().0),
-            temperature_rise_k: lane.shape.knots().map(decimal).to_vec(),
+            cold_resistance_ohm: decimal(actuator.cold_resistance.0),
+            tcr_per_k: decimal(actuator.tcr.0),
+            thermal_resistance_k_per_w: decimal(actuator.thermal_resistance.0),
+            loss_growth_per_k: decimal(actuator.loss_growth.0),
+            top_um: decimal(actuator.shape.top().0),
+            temperature_rise_k: actuator.shape.knots().map(decimal).to_vec(),
         }
     }
 }
@@ -191,8 +191,8 @@ impl Stored {
             let max = Label::CAPACITY;
             Label::new(text).ok_or_else(|| format!("{what} is longer than {max} bytes"))
         };
-        let [Ok(a), Ok(b), Ok(c), Ok(d)] = std::array::from_fn(|i| self.lane(i)) else {
-            let first = (0..4).find_map(|i| self.lane(i).err());
+        let [Ok(a), Ok(b), Ok(c), Ok(d)] = std::array::from_fn(|i| self.actuator(i)) else {
+            let first = (0..4).find_map(|i| self.actuator(i).err());
             return Err(first.unwrap_or_default());
         };
         if self.actuators.len() != 4 {
@@ -242,24 +242,28 @@ impl Stored {
         Calibration::new(parts).map_err(|error| error.to_string())
     }
 
-    fn lane(&self, index: usize) -> Result<ActuatorCalibration, String> {
-        let lane = self.actuators.get(index);
-        let lane = lane.ok_or_else(|| format!("it has {index} actuators, not 4"))?;
+    fn actuator(&self, index: usize) -> Result<ActuatorCalibration, String> {
+        let actuator = self.actuators.get(index);
+        let actuator = actuator.ok_or_else(|| format!("it has {index} actuators, not 4"))?;
         let of = |what: String| format!("{what} of actuator {}", index + 1);
-        let knots: Vec<f32> = lane.temperature_rise_k.iter().map(|&k| k as f32).collect();
+        let knots: Vec<f32> = actuator
+            .temperature_rise_k
+            .iter()
+            .map(|&k| k as f32)
+            .collect();
         let knots = <[f32; KNOTS]>::try_from(knots).map_err(|knots| {
             of(format!(
                 "{} values, not {KNOTS}, in temperature_rise_k",
                 knots.len()
             ))
         })?;
-        let shape = InverseTable::new(Micrometre(lane.top_um as f32), knots)
+        let shape = InverseTable::new(Micrometre(actuator.top_um as f32), knots)
             .map_err(|error| CalibrationError::from(error).of_actuator(index).to_string())?;
         Ok(ActuatorCalibration {
-            cold_resistance: Ohm(lane.cold_resistance_ohm as f32),
-            tcr: PerKelvin(lane.tcr_per_k as f32),
-            thermal_resistance: KelvinPerWatt(lane.thermal_resistance_k_per_w as f32),
-            loss_growth: PerKelvin(lane.loss_growth_per_k as f32),
+            cold_resistance: Ohm(actuator.cold_resistance_ohm as f32),
+            tcr: PerKelvin(actuator.tcr_per_k as f32),
+            thermal_resistance: KelvinPerWatt(actuator.thermal_resistance_k_per_w as f32),
+            loss_growth: PerKelvin(actuator.loss_growth_per_k as f32),
             shape,
         })
     }

@@ -84,11 +84,11 @@ pub fn tabulate(model: &Model) -> Result<Tabulated, TabulateError> {
     let drive = model.parameters.drive_limit_v as f32;
     let coldest_ohm = actuators
         .iter()
-        .map(|lane| lane.cold_resistance.0)
+        .map(|actuator| actuator.cold_resistance.0)
         .fold(f32::INFINITY, f32::min);
     let hottest_k = actuators
         .iter()
-        .map(|lane| lane.shape.knots()[control_core::shape::SEGMENTS])
+        .map(|actuator| actuator.shape.knots()[control_core::shape::SEGMENTS])
         .fold(0.0, f32::max);
     let calibration = Calibration::new(Parts {
         origin: origin(model)?,

@@ -37,7 +37,7 @@ pub struct Rehearsal {
     pub in_time: Left,
 }
 
-/// Moves a mirror that is `nature` with a board that knows `known`: least-jerk moves, rests, and sines of 1 and 20 Hz.
+/// Moves a mirror that is `nature` with a board that knows `known`: minimum-jerk trajectories, rests, and sines of 1 and 20 Hz.
 ///
 /// What a sensor does to its reading is left out: it is where the mirror goes that counts.
 ///
@@ -95,7 +95,7 @@ fn path() -> impl Iterator<Item = f64> {
     };
     let from = [0.0, RESTS[0], RESTS[1]];
     let moves = from.into_iter().zip(RESTS).flat_map(move |(from, to)| {
-        let way = ticks(MOVE_S).map(move |t| from + (to - from) * least_jerk(t / MOVE_S));
+        let way = ticks(MOVE_S).map(move |t| from + (to - from) * minimum_jerk(t / MOVE_S));
         way.chain(ticks(REST_S).map(move |_| to))
     });
     let middle = RESTS[2];
@@ -106,6 +106,7 @@ fn path() -> impl Iterator<Item = f64> {
     moves.chain(sines)
 }
 
-fn least_jerk(part: f64) -> f64 {
+/// The minimum-jerk trajectory from 0 to 1 (Flash and Hogan 1985).
+fn minimum_jerk(part: f64) -> f64 {
     part.powi(3) * (10.0 - 15.0 * part + 6.0 * part * part)
 }

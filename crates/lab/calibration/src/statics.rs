@@ -9,9 +9,9 @@ use mirror_model::{ACTUATORS, Interval, Model, simulate};
 use crate::curve::Curve;
 use crate::{TabulateError, are_alike};
 
-/// Drives at which the model is taken to rest. So many leave less than a nanometre between them.
+/// Drives at which the model is taken to rest. So many leave less than a nanometre between them (`tests/inverse.rs`).
 const DRIVES: usize = 256;
-/// How long it is left at each: longer than anything takes (s).
+/// How long it is left at each (s): longer than any effect's slowest time constant takes.
 const REST_S: f64 = 1e7;
 /// Step control of the simulation; at rest nothing depends on it.
 const RESOLUTION: f64 = 0.5;
@@ -51,10 +51,10 @@ impl Statics {
         let top_um = tops.fold(f64::INFINITY, f64::min);
         let [a, b, c, d] = &self.0;
         Ok([
-            a.lane(top_um)?,
-            b.lane(top_um)?,
-            c.lane(top_um)?,
-            d.lane(top_um)?,
+            a.calibration(top_um)?,
+            b.calibration(top_um)?,
+            c.calibration(top_um)?,
+            d.calibration(top_um)?,
         ])
     }
 }
@@ -86,8 +86,8 @@ impl Actuator {
     }
 
     /// Its numbers, and a table up to `top_um`.
-    fn lane(&self, top_um: f64) -> Result<ActuatorCalibration, TabulateError> {
-        let mut lane = self.electrical_and_heat();
+    fn calibration(&self, top_um: f64) -> Result<ActuatorCalibration, TabulateError> {
+        let mut calibration = self.electrical_and_heat();
         let squares = self.drive_v.iter().map(|v| v * v).collect();
         let square_at =
             Curve::new(self.z_um.clone(), squares).map_err(|i| TabulateError::NotRising {
@@ -97,11 +97,11 @@ impl Actuator {
         let mut knots = [0.0; KNOTS];
         for (i, knot) in knots.iter_mut().enumerate().skip(1) {
             let square = square_at.at(top_um * i as f64 / SEGMENTS as f64);
-            *knot = rise_driven_by(&lane, square) as f32;
+            *knot = rise_driven_by(&calibration, square) as f32;
         }
-        lane.shape =
+        calibration.shape =
             InverseTable::new(Micrometre(top_um as f32), knots).map_err(CalibrationError::from)?;
-        Ok(lane)
+        Ok(calibration)
     }
 
     /// Resistance and heat loss as the core knows them, with two numbers each. What these do not
@@ -123,12 +123,12 @@ impl Actuator {
     }
 }
 
-/// The temperature rise at which the lane needs a drive of which this is the square: the core's own
+/// The temperature rise at which an actuator needs a drive of which this is the square: the core's own
 /// equations, in f64.
-fn rise_driven_by(lane: &ActuatorCalibration, square_v2: f64) -> f64 {
-    let r0 = f64::from(lane.cold_resistance.0);
-    let (xi, g) = (f64::from(lane.tcr.0), f64::from(lane.loss_growth.0));
-    let cold_rise = square_v2 / r0 * f64::from(lane.thermal_resistance.0);
+fn rise_driven_by(actuator: &ActuatorCalibration, square_v2: f64) -> f64 {
+    let r0 = f64::from(actuator.cold_resistance.0);
+    let (xi, g) = (f64::from(actuator.tcr.0), f64::from(actuator.loss_growth.0));
+    let cold_rise = square_v2 / r0 * f64::from(actuator.thermal_resistance.0);
     // dT (1 + g dT) (1 + xi dT) = cold rise; it is convex, so Newton from above does not overshoot.
     let mut rise = cold_rise;
     for _ in 0..60 {

@@ -1,51 +1,53 @@
-//! The stage `heat` forward, in f64: from heating power to the temperature rises of the four actuators.
+//! The stage `heat` forward, in f64: from heating power to the temperature rises of the four actuators, through a Foster
+//! network of thermal poles (Foster 1924, JESD51-14).
 
 use control_core::CHANNELS;
 use control_core::Second;
 use control_core::calibration::{FAST_POLES, Heat, Lag, SLOW, SLOW_POLES};
 
-use super::course::Moment;
+use super::timeline::TimeStep;
 
 /// Thermal poles, the fast ones first.
 pub(super) const POLES: usize = FAST_POLES + SLOW_POLES;
 
 /// Weights that add up to one, and time constants (s).
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Poles {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct FosterNetwork {
     pub(super) weight: [f64; POLES],
     pub(super) time_s: [f64; POLES],
 }
 
-/// What a lane's power does at rest: `rise (1 + growth rise) = R_T P`.
+/// What an actuator's power holds at rest: `rise (1 + growth rise) = k_per_w power`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Loss {
+pub(super) struct HeatLoss {
     pub(super) k_per_w: f64,
+    /// In 1/K.
     pub(super) growth: f64,
 }
 
-impl Poles {
+impl FosterNetwork {
     pub(super) fn of(heat: &Heat) -> Self {
         let all = || heat.fast.iter().chain(&heat.slow);
-        let mut poles = Self {
+        let mut network = Self {
             weight: [0.0; POLES],
             time_s: [0.0; POLES],
         };
-        for (k, lag) in all().enumerate() {
-            poles.weight[k] = f64::from(lag.weight);
-            poles.time_s[k] = f64::from(lag.time.0);
+        for (pole, lag) in all().enumerate() {
+            network.weight[pole] = f64::from(lag.weight);
+            network.time_s[pole] = f64::from(lag.time.0);
         }
-        poles
+        network
     }
 
     pub(super) fn heat(&self) -> Heat {
-        let lag = |k: usize| Lag {
-            weight: self.weight[k] as f32,
-            time: Second(self.time_s[k] as f32),
+        let lag = |pole: usize| Lag {
+            weight: self.weight[pole] as f32,
+            time: Second(self.time_s[pole] as f32),
         };
         Heat {
             fast: std::array::from_fn(lag),
-            slow: std::array::from_fn(|k| {
-                let slow = lag(FAST_POLES + k);
+            slow: std::array::from_fn(|pole| {
+                let slow = lag(FAST_POLES + pole);
                 Lag {
                     time: Second(slow.time.0.max(SLOW.0)),
                     ..slow
@@ -54,88 +56,172 @@ impl Poles {
         }
     }
 
-    /// The temperature rise of every lane at the end of every moment.
+    /// The temperature rises of all actuators at the end of every time step (K).
     pub(super) fn rises(
         &self,
-        moments: &[Moment],
-        losses: &[Loss; CHANNELS],
+        steps: &[TimeStep],
+        losses: &[HeatLoss; CHANNELS],
     ) -> Vec<[f64; CHANNELS]> {
-        let mut lags = [[0.0; POLES]; CHANNELS];
+        let mut states = [[0.0; POLES]; CHANNELS];
         let mut rise = [0.0; CHANNELS];
-        let step = |moment: &Moment| {
-            if moment.step_s > 0.0 {
-                let shares = self.time_s.map(|time_s| Share::new(time_s, moment.step_s));
-                for (lane, loss) in losses.iter().enumerate() {
-                    let (from, to) = (moment.from_w[lane], moment.to_w[lane]);
-                    rise[lane] =
-                        self.advance(&mut lags[lane], rise[lane], &shares, loss, (from, to));
+        let advance = |step: &TimeStep| {
+            if step.duration_s > 0.0 {
+                let sampled = self
+                    .time_s
+                    .map(|time_s| SampledLag::new(time_s, step.duration_s));
+                for (channel, loss) in losses.iter().enumerate() {
+                    let power_w = (step.from_w[channel], step.to_w[channel]);
+                    rise[channel] =
+                        self.advance(&mut states[channel], rise[channel], &sampled, loss, power_w);
                 }
             }
             rise
         };
-        moments.iter().map(step).collect()
+        steps.iter().map(advance).collect()
     }
 
-    /// One lane through one moment; returns its rise at the end.
+    /// One actuator through one time step; returns its rise at the end.
+    ///
+    /// The network's input is the heating less what the growing loss takes of it, `k_per_w power - growth rise^2`. With the
+    /// free response and the input's start known, the rise at the end solves
+    /// `rise = driven - gain growth rise^2`: the root that is 0 at rest.
     fn advance(
         &self,
-        lags: &mut [f64; POLES],
+        states: &mut [f64; POLES],
         rise: f64,
-        shares: &[Share; POLES],
-        loss: &Loss,
+        sampled: &[SampledLag; POLES],
+        loss: &HeatLoss,
         (from_w, to_w): (f64, f64),
     ) -> f64 {
-        let start = loss.k_per_w * from_w - loss.growth * rise * rise;
-        let (mut coasting, mut gain) = (0.0, 0.0);
-        for ((share, weight), at) in shares.iter().zip(self.weight).zip(lags.iter()) {
-            coasting += weight * (share.keeps * at + share.takes_start * start);
-            gain += weight * share.takes_end;
+        let input_start = loss.k_per_w * from_w - loss.growth * rise * rise;
+        let (mut free_response, mut gain) = (0.0, 0.0);
+        for ((lag, weight), state) in sampled.iter().zip(self.weight).zip(states.iter()) {
+            free_response += weight * (lag.pole * state + lag.gain_start * input_start);
+            gain += weight * lag.gain_end;
         }
-        // rise = coasting + gain (R_T P - growth rise^2), solved for the root that is 0 at rest.
-        let driven = coasting + gain * loss.k_per_w * to_w;
+        let driven = free_response + gain * loss.k_per_w * to_w;
         let root = (1.0 + 4.0 * loss.growth * gain * driven).max(0.0).sqrt();
         let rise = 2.0 * driven / (1.0 + root);
-        let end = loss.k_per_w * to_w - loss.growth * rise * rise;
-        for (share, at) in shares.iter().zip(lags) {
-            *at = share.after(*at, start, end);
+        let input_end = loss.k_per_w * to_w - loss.growth * rise * rise;
+        for (lag, state) in sampled.iter().zip(states) {
+            *state = lag.after(*state, input_start, input_end);
         }
         rise
     }
 }
 
-/// A first-order lag over one step with an input that runs straight.
+/// A first-order lag over one time step whose input runs straight (first-order hold; Astrom and Wittenmark 1997).
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Share {
-    keeps: f64,
-    takes_start: f64,
-    takes_end: f64,
+pub(super) struct SampledLag {
+    pole: f64,
+    /// Gains of the input at the step's start and at its end.
+    gain_start: f64,
+    gain_end: f64,
 }
 
-impl Share {
+impl SampledLag {
     pub(super) fn new(time_s: f64, step_s: f64) -> Self {
-        let keeps = (-step_s / time_s).exp();
-        let mean = time_s / step_s * (1.0 - keeps);
+        let rate = -(-step_s / time_s).exp_m1();
+        let mean = rate * time_s / step_s;
         Self {
-            keeps,
-            takes_start: mean - keeps,
-            takes_end: 1.0 - mean,
+            pole: 1.0 - rate,
+            gain_start: mean - (1.0 - rate),
+            gain_end: 1.0 - mean,
         }
     }
 
-    pub(super) fn after(&self, at: f64, from: f64, to: f64) -> f64 {
-        self.keeps * at + self.takes_start * from + self.takes_end * to
+    /// The lag's state at the step's end.
+    pub(super) fn after(&self, state: f64, from: f64, to: f64) -> f64 {
+        self.pole * state + self.gain_start * from + self.gain_end * to
     }
 }
 
-impl Loss {
-    /// What the power of a rise would make if the loss did not grow.
+impl HeatLoss {
+    /// The heating that holds a rise: the rise that its power would hold without growth (K).
     pub(super) fn heating(&self, rise: f64) -> f64 {
         rise * (1.0 + self.growth * rise)
     }
 
-    /// The rise that such a heating holds.
+    /// The rise that a heating holds (K).
     pub(super) fn rise(&self, heating: f64) -> f64 {
         let root = (1.0 + 4.0 * self.growth * heating).max(0.0).sqrt();
         2.0 * heating / (1.0 + root)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NETWORK: FosterNetwork = FosterNetwork {
+        weight: [0.6, 0.3, 0.0, 0.0, 0.1],
+        time_s: [1e-3, 0.03, 0.1, 0.5, 4.0],
+    };
+
+    fn losses(growth: f64) -> [HeatLoss; CHANNELS] {
+        [HeatLoss {
+            k_per_w: 6000.0,
+            growth,
+        }; CHANNELS]
+    }
+
+    fn held(duration_s: f64, power_w: f64) -> TimeStep {
+        TimeStep {
+            duration_s,
+            from_w: [power_w; CHANNELS],
+            to_w: [power_w; CHANNELS],
+            ..TimeStep::default()
+        }
+    }
+
+    #[test]
+    fn a_step_of_the_power_answers_with_exponentials() {
+        // 10 mW make 60 K in the end, by `1 - exp(-t / tau)` of each pole; exact at any length of the steps.
+        let rises = NETWORK.rises(&[held(0.002, 0.01), held(0.018, 0.01)], &losses(0.0));
+        for (t_s, rise) in [0.002, 0.02].into_iter().zip(rises) {
+            let gone = |(weight, time_s): (f64, f64)| weight * (1.0 - f64::exp(-t_s / time_s));
+            let exact: f64 = NETWORK
+                .weight
+                .into_iter()
+                .zip(NETWORK.time_s)
+                .map(gone)
+                .sum();
+            assert!(
+                (rise[2] - 60.0 * exact).abs() < 1e-10,
+                "{rise:?} at {t_s} s"
+            );
+        }
+    }
+
+    #[test]
+    fn a_ramp_of_the_power_is_followed_a_time_constant_behind() {
+        // Long after its beginning a lag is behind a ramp by its slope times the time constant.
+        let lag = SampledLag::new(0.5, 10.0);
+        assert!((lag.after(0.0, 0.0, 20.0) - (20.0 - 2.0 * 0.5)).abs() < 1e-7);
+        // One that is far faster than the step is where its input is, one that is far slower stays.
+        assert!((SampledLag::new(1e-9, 1.0).after(5.0, 0.0, 7.0) - 7.0).abs() < 1e-7);
+        assert!((SampledLag::new(1e9, 1.0).after(5.0, 0.0, 7.0) - 5.0).abs() < 1e-7);
+    }
+
+    #[test]
+    fn at_rest_the_loss_and_the_heating_balance() {
+        let loss = losses(2e-3)[0];
+        // 20 mW: rise (1 + 0.002 rise) = 120 K.
+        let rises = NETWORK.rises(&vec![held(5.0, 0.02); 100], &losses(2e-3));
+        let rise = rises.last().unwrap()[0];
+        assert!((loss.heating(rise) - 120.0).abs() < 1e-9, "{rise}");
+        assert!((loss.rise(120.0) - rise).abs() < 1e-9);
+        // A root worked by hand: 100 (1 + 0.002 * 100) = 120.
+        assert!((loss.rise(120.0) - 100.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_calibration_holds_the_network_in_f32() {
+        let there_and_back = FosterNetwork::of(&NETWORK.heat());
+        for pole in 0..POLES {
+            let off = |a: f64, b: f64| (a - b).abs() <= f64::from(f32::EPSILON) * b;
+            assert!(off(there_and_back.weight[pole], NETWORK.weight[pole]));
+            assert!(off(there_and_back.time_s[pole], NETWORK.time_s[pole]));
+        }
     }
 }

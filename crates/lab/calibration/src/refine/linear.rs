@@ -1,75 +1,75 @@
-//! Shape and memory, forward and linear in what is sought: a bend of the tables' curve, the weights of play operators of
-//! fixed radii, the weights of creep of fixed time constants.
+//! Shape and memory, forward, and linear in what is sought: a bend of the tables' curve, the weights of play operators of
+//! fixed radii (Prandtl-Ishlinskii), the weights of creep of fixed time constants (Kelvin-Voigt).
 
 use control_core::calibration::{LAGS, Lag, Memory, PLAYS, Play};
 use control_core::{Micrometre, Second};
-use nalgebra::{Cholesky, DMatrix, DVector};
+use least_squares::{Bounds, bounded, normal_factor};
+use nalgebra::{DMatrix, DVector};
 
-use super::course::Moment;
-use super::heat::Share;
+use super::heat::SampledLag;
+use super::timeline::TimeStep;
 
-/// Terms of the bend: what a table's curve is off is smooth.
+/// Terms of the bend: Chebyshev polynomials up to the tenth order. What a table's curve is off is smooth.
 const BENDS: usize = 11;
-/// Radii of the play operators as shares of the range.
+/// Radii of the play operators as shares of the range: about a factor of two apart, as the near jumps of
+/// `experiments::calibration` are.
 const RADII: [f64; PLAYS] = [0.012, 0.03, 0.06, 0.12];
-/// Time constants of the creep (s).
+/// Time constants of the creep (s): a factor of five apart, from the slowest move to the longest rest of a session.
 const CREEP_S: [f64; LAGS] = [0.3, 1.5, 7.0, 35.0];
+/// All that is sought.
 const TERMS: usize = BENDS + PLAYS + LAGS;
-/// How large the terms are before anything has been measured, one standard deviation: a bend as a share of the range, a
-/// weight. What the data do not determine stays small.
+/// How large the terms are before anything has been measured, one standard deviation: a bend as a share of the range, as far
+/// as models at rest were off (`docs/figures/positioning.md`, before a calibration); a weight, as much as creep and hysteresis
+/// of thin films have. What the data do not determine stays small.
 const BEND: f64 = 0.05;
 const WEIGHT: f64 = 0.02;
 
-/// The linear part of the stages.
-#[derive(Clone, Debug)]
-pub(super) struct Linear {
-    top_um: f64,
-    terms: [f64; TERMS],
+/// The displacements that the stages make: of the shape, and behind its play operators (um).
+pub(super) struct Displacements {
+    shape_um: Vec<f64>,
+    behind_plays_um: Vec<f64>,
 }
 
-/// The mirror's displacements: before memory, and behind its plays.
-pub(super) struct Displaced {
-    pub(super) x_um: Vec<f64>,
-    y_um: Vec<f64>,
-}
-
-impl Displaced {
-    /// Without any memory, at these places of the tables.
+impl Displacements {
+    /// Without any memory, and with the tables' own shape.
     pub(super) fn without_memory(places_um: &[f64]) -> Self {
         Self {
-            x_um: places_um.to_vec(),
-            y_um: places_um.to_vec(),
+            shape_um: places_um.to_vec(),
+            behind_plays_um: places_um.to_vec(),
         }
     }
 }
 
-/// What every term adds at every moment, given roughly where the mirror was.
-pub(super) struct Memories(Vec<[f64; PLAYS + LAGS]>);
+/// What a weight of one would add at every time step (um): play operators, then creep.
+///
+/// Both depend on the displacement that they are driven by, which depends on them. So they follow an earlier estimate of it,
+/// and the fit is repeated with its own outcome.
+pub(super) struct MemoryTerms(Vec<[f64; PLAYS + LAGS]>);
 
-impl Memories {
+impl MemoryTerms {
     pub(super) fn new(
-        moments: &[Moment],
+        steps: &[TimeStep],
         top_um: f64,
         release_s: f64,
-        roughly: &Displaced,
+        estimate: &Displacements,
     ) -> Self {
         let mut plays = [0.0_f64; PLAYS];
         let mut lags = [0.0; LAGS];
         let mut y_before = 0.0;
-        let inputs = moments.iter().zip(roughly.x_um.iter().zip(&roughly.y_um));
-        let rows = inputs.map(|(moment, (&x, &y))| {
+        let inputs = estimate.shape_um.iter().zip(&estimate.behind_plays_um);
+        let rows = steps.iter().zip(inputs).map(|(step, (&x, &y))| {
             let mut row = [0.0; PLAYS + LAGS];
-            let keeps = (-moment.step_s / release_s).exp();
-            for (k, at) in plays.iter_mut().enumerate() {
+            let kept = (-step.duration_s / release_s).exp();
+            for (k, play) in plays.iter_mut().enumerate() {
                 let radius = RADII[k] * top_um;
-                *at = (x + (*at - x) * keeps).max(x - radius).min(x + radius);
-                row[k] = *at - x;
+                *play = (x + (*play - x) * kept).clamp(x - radius, x + radius);
+                row[k] = *play - x;
             }
-            for (k, at) in lags.iter_mut().enumerate() {
-                if moment.step_s > 0.0 {
-                    *at = Share::new(CREEP_S[k], moment.step_s).after(*at, y_before, y);
+            for (k, lag) in lags.iter_mut().enumerate() {
+                if step.duration_s > 0.0 {
+                    *lag = SampledLag::new(CREEP_S[k], step.duration_s).after(*lag, y_before, y);
                 }
-                row[PLAYS + k] = *at;
+                row[PLAYS + k] = *lag;
             }
             y_before = y;
             row
@@ -78,8 +78,17 @@ impl Memories {
     }
 }
 
-/// The bend's terms at a place: each is 0 at rest.
-fn bends(share: f64) -> [f64; BENDS] {
+/// Shape and memory, fitted.
+#[derive(Clone, Debug)]
+pub(super) struct LinearStages {
+    top_um: f64,
+    bends: [f64; BENDS],
+    plays: [f64; PLAYS],
+    creep: [f64; LAGS],
+}
+
+/// The bend's terms at a share of the range: Chebyshev polynomials, each times the share, so that each is 0 at rest.
+fn bend_terms(share: f64) -> [f64; BENDS] {
     let s = 2.0 * share - 1.0;
     let (mut before, mut now) = (1.0, s);
     std::array::from_fn(|k| {
@@ -91,120 +100,220 @@ fn bends(share: f64) -> [f64; BENDS] {
     })
 }
 
-impl Linear {
-    /// The terms that follow what was seen best; `None` where nothing was seen. Plays and creep hold back and go on, never the other
-    /// way: a creep that went back would be heat, which the poles are for.
+/// What each term adds to a displacement at a place of the tables (um).
+fn terms(top_um: f64, place_um: f64, memory: &[f64; PLAYS + LAGS]) -> [f64; TERMS] {
+    let bends = bend_terms(place_um / top_um);
+    std::array::from_fn(|k| {
+        if k < BENDS {
+            top_um * bends[k]
+        } else {
+            memory[k - BENDS]
+        }
+    })
+}
+
+impl LinearStages {
+    /// Least squares of the readings, with the terms' prior, where weights of memory are not negative: play operators hold
+    /// back and creep goes on. A creep that went back would be heat, which the poles are for.
+    ///
+    /// `None` where the normal equations are no numbers.
     pub(super) fn fit(
-        moments: &[Moment],
+        steps: &[TimeStep],
         top_um: f64,
         places_um: &[f64],
-        memories: &Memories,
+        memory: &MemoryTerms,
     ) -> Option<Self> {
         let mut normal = DMatrix::<f64>::zeros(TERMS, TERMS);
         let mut right = DVector::<f64>::zeros(TERMS);
-        for ((moment, &place), row) in moments.iter().zip(places_um).zip(&memories.0) {
-            let Some((z, trust)) = moment.seen_um else {
+        for ((step, &place), row) in steps.iter().zip(places_um).zip(&memory.0) {
+            let Some(reading) = step.displacement else {
                 continue;
             };
-            let terms = Self::row(top_um, place, row);
-            let left = (z - place) / trust;
+            let sigma = reading.standard_deviation_um;
+            let row = terms(top_um, place, row).map(|term| term / sigma);
+            let missing = (reading.z_um - place) / sigma;
             for i in 0..TERMS {
-                let a = terms[i] / trust;
-                right[i] += a * left;
+                right[i] += row[i] * missing;
                 for j in 0..=i {
-                    normal[(i, j)] += a * terms[j] / trust;
+                    normal[(i, j)] += row[i] * row[j];
                 }
             }
         }
         for i in 0..TERMS {
-            let size = if i < BENDS { BEND } else { WEIGHT };
+            let size: f64 = if i < BENDS { BEND } else { WEIGHT };
             normal[(i, i)] += size.powi(-2);
-            for j in 0..i {
-                normal[(j, i)] = normal[(i, j)];
-            }
         }
-        let mut out = [false; TERMS];
-        loop {
-            let terms = solve(&normal, &right, &out)?;
-            let least = (BENDS..TERMS).min_by(|&a, &b| terms[a].total_cmp(&terms[b]))?;
-            if terms[least] >= 0.0 {
-                return Some(Self { top_um, terms });
-            }
-            out[least] = true;
-        }
-    }
-
-    fn row(top_um: f64, place_um: f64, memory: &[f64; PLAYS + LAGS]) -> [f64; TERMS] {
-        let bends = bends(place_um / top_um);
-        std::array::from_fn(|k| {
-            if k < BENDS {
-                top_um * bends[k]
-            } else {
-                memory[k - BENDS]
-            }
+        normal.fill_upper_triangle_with_lower_triangle();
+        let (factor, right) = normal_factor(normal, &right)?;
+        let free = [(f64::NEG_INFINITY, f64::INFINITY); BENDS];
+        let not_negative = [(0.0, f64::INFINITY); PLAYS + LAGS];
+        let bounds = Bounds::new(free.into_iter().chain(not_negative));
+        let solution = bounded(&factor, &right, &bounds)?;
+        Some(Self {
+            top_um,
+            bends: std::array::from_fn(|k| solution[k]),
+            plays: std::array::from_fn(|k| solution[BENDS + k]),
+            creep: std::array::from_fn(|k| solution[BENDS + PLAYS + k]),
         })
     }
 
-    /// Where the mirror would be, moment by moment.
+    /// The displacement at the end of every time step (um).
     pub(super) fn predict<'a>(
         &'a self,
         places_um: &'a [f64],
-        memories: &'a Memories,
+        memory: &'a MemoryTerms,
     ) -> impl Iterator<Item = f64> + 'a {
-        places_um.iter().zip(&memories.0).map(|(&place, row)| {
-            let terms = Self::row(self.top_um, place, row);
-            place
-                + terms
-                    .iter()
-                    .zip(&self.terms)
-                    .map(|(a, b)| a * b)
-                    .sum::<f64>()
+        places_um.iter().zip(&memory.0).map(|(&place, row)| {
+            let (plays, creep) = row.split_at(PLAYS);
+            self.shape(place) + product(&self.plays, plays) + product(&self.creep, creep)
         })
     }
 
-    /// The displacement that the shape gives at a place of the tables.
-    pub(super) fn bent(&self, place_um: f64) -> f64 {
-        let bends = bends(place_um / self.top_um);
-        let bend: f64 = bends.iter().zip(&self.terms).map(|(a, b)| a * b).sum();
-        place_um + self.top_um * bend
+    /// The displacement that the shape gives at a place of the tables (um).
+    pub(super) fn shape(&self, place_um: f64) -> f64 {
+        let bends = bend_terms(place_um / self.top_um);
+        place_um + self.top_um * product(&self.bends, &bends)
     }
 
-    pub(super) fn displaced(&self, places_um: &[f64], memories: &Memories) -> Displaced {
-        let x_um: Vec<f64> = places_um.iter().map(|place| self.bent(*place)).collect();
-        let weights = &self.terms[BENDS..BENDS + PLAYS];
-        let y_um = x_um
+    /// The displacements that memory is driven by.
+    pub(super) fn displacements(&self, places_um: &[f64], memory: &MemoryTerms) -> Displacements {
+        let shape_um: Vec<f64> = places_um.iter().map(|place| self.shape(*place)).collect();
+        let behind_plays_um = shape_um
             .iter()
-            .zip(&memories.0)
-            .map(|(x, row)| x + weights.iter().zip(row).map(|(w, r)| w * r).sum::<f64>())
+            .zip(&memory.0)
+            .map(|(x, row)| x + product(&self.plays, &row[..PLAYS]))
             .collect();
-        Displaced { x_um, y_um }
+        Displacements {
+            shape_um,
+            behind_plays_um,
+        }
     }
 
+    /// The core's stage `memory`.
     pub(super) fn memory(&self, release_s: f64) -> Memory {
-        let weight = |k: usize| self.terms[BENDS + k] as f32;
         Memory {
             plays: std::array::from_fn(|k| Play {
-                weight: weight(k),
+                weight: self.plays[k] as f32,
                 radius: Micrometre((RADII[k] * self.top_um) as f32),
             }),
             release: Second(release_s as f32),
             creep: std::array::from_fn(|k| Lag {
-                weight: weight(PLAYS + k),
+                weight: self.creep[k] as f32,
                 time: Second(CREEP_S[k] as f32),
             }),
         }
     }
 }
 
-/// The normal equations without the terms that are out, which are 0.
-fn solve(normal: &DMatrix<f64>, right: &DVector<f64>, out: &[bool; TERMS]) -> Option<[f64; TERMS]> {
-    let (mut normal, mut right) = (normal.clone(), right.clone());
-    for k in (0..TERMS).filter(|&k| out[k]) {
-        normal.row_mut(k).fill(0.0);
-        normal.column_mut(k).fill(0.0);
-        normal[(k, k)] = 1.0;
-        right[k] = 0.0;
+fn product(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::timeline::Displacement;
+    use super::*;
+
+    const TOP_UM: f64 = 100.0;
+    /// Slow enough that the play operators keep what they hold.
+    const NEVER_S: f64 = 1e12;
+
+    /// Up, down and up again through the range, in steps of 1 um and 1 s.
+    fn places() -> Vec<f64> {
+        let up = (0..=100).map(f64::from);
+        let down = (20..100).rev().map(f64::from);
+        let again = (21..=80).map(f64::from);
+        up.chain(down).chain(again).collect()
     }
-    let solution = Cholesky::new(normal)?.solve(&right);
-    Some(std::array::from_fn(|k| solution[k]))
+
+    /// Time steps with readings of these displacements.
+    fn read(z_um: &[f64]) -> Vec<TimeStep> {
+        let step = |&z_um| TimeStep {
+            duration_s: 1.0,
+            displacement: Some(Displacement {
+                z_um,
+                standard_deviation_um: 0.001,
+            }),
+            ..TimeStep::default()
+        };
+        z_um.iter().map(step).collect()
+    }
+
+    /// The stages that fit what a mirror of known displacements `z_um` shows at places.
+    fn fitted(z_um: &[f64]) -> LinearStages {
+        let (places, steps) = (places(), read(z_um));
+        let estimate = Displacements::without_memory(&places);
+        let memory = MemoryTerms::new(&steps, TOP_UM, NEVER_S, &estimate);
+        LinearStages::fit(&steps, TOP_UM, &places, &memory).unwrap()
+    }
+
+    #[test]
+    fn a_play_operator_follows_a_radius_behind() {
+        let places = places();
+        let steps = read(&places);
+        let estimate = Displacements::without_memory(&places);
+        let held_back = |release_s: f64| {
+            let terms = MemoryTerms::new(&steps, TOP_UM, release_s, &estimate);
+            [100, 105, 106, 112, 180].map(|step| terms.0[step][1])
+        };
+        // Radius 3 um: behind it on the way up, it stays from 100 to 94 um, and is as far ahead of it on the way down.
+        for (held, expected) in held_back(NEVER_S)
+            .into_iter()
+            .zip([-3.0, 2.0, 3.0, 3.0, 3.0])
+        {
+            assert!((held - expected).abs() < 1e-9, "{held} is not {expected}");
+        }
+        // What lets go at once holds nothing back.
+        assert!(held_back(1e-3).iter().all(|held| held.abs() < 1e-12));
+    }
+
+    #[test]
+    fn creep_follows_with_its_time_constant() {
+        let places = vec![10.0; 8];
+        let estimate = Displacements::without_memory(&places);
+        let terms = MemoryTerms::new(&read(&places), TOP_UM, NEVER_S, &estimate);
+        // After a ramp in the first second it goes on by the pole exp(-1 s / 7 s).
+        let missing = |step: usize| 10.0 - terms.0[step][PLAYS + 2];
+        for step in 1..8 {
+            let pole = missing(step) / missing(step - 1);
+            assert!((pole - f64::exp(-1.0 / 7.0)).abs() < 1e-12, "{pole}");
+        }
+    }
+
+    #[test]
+    fn a_bend_is_found_and_is_nothing_at_rest() {
+        // 3 % of the range, in the middle: x + 0.12 x (1 - x).
+        let bent = |place: f64| place + 0.12 * place * (1.0 - place / TOP_UM);
+        let z_um: Vec<f64> = places().into_iter().map(bent).collect();
+        let found = fitted(&z_um);
+        for place in [0.0, 10.0, 50.0, 99.0] {
+            assert!(
+                (found.shape(place) - bent(place)).abs() < 1e-3,
+                "at {place}"
+            );
+        }
+        assert_eq!(found.shape(0.0), 0.0);
+        // The prior's pull, of one part in a million, is all that is left for memory.
+        let memory = found.memory(NEVER_S);
+        assert!(memory.plays.iter().all(|play| play.weight < 1e-5));
+    }
+
+    #[test]
+    fn weights_of_memory_are_found_and_never_negative() {
+        let mirror = |weight: f64| {
+            let places = places();
+            let estimate = Displacements::without_memory(&places);
+            let memory = MemoryTerms::new(&read(&places), TOP_UM, NEVER_S, &estimate);
+            let rows = places.iter().zip(&memory.0);
+            rows.map(|(place, row)| place + weight * row[1])
+                .collect::<Vec<_>>()
+        };
+        let with = fitted(&mirror(0.02)).memory(NEVER_S);
+        assert!((with.plays[1].weight - 0.02).abs() < 1e-4, "{with:?}");
+        assert!(with.plays[0].weight < 1e-4 && with.plays[2].weight < 1e-4);
+        // A mirror that runs ahead where play would hold it back.
+        let ahead = fitted(&mirror(-0.02)).memory(NEVER_S);
+        assert!(ahead.plays.iter().all(|play| play.weight >= 0.0));
+        assert_eq!(ahead.plays[1].weight, 0.0);
+    }
 }

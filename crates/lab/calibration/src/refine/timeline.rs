@@ -1,68 +1,62 @@
-//! A session as what heats the mirror, moment by moment, and where it was seen.
+//! A session as time steps: what heats the mirror in each, and what is read at its end.
 
 use control_core::CHANNELS;
+use experiments::instruments::POSITION_NOISE_UM;
 use measurement::{MeasurementFile, Row, Session};
 
-/// White noise of the displacement where a file does not say `noise_z_nm` (um).
-const DEFAULT_NOISE_UM: f64 = 0.02;
-/// What the stages are trusted to at best (um).
-const APPROXIMATION_UM: f64 = 0.02;
-/// Under a drive that is held, friction lets go otherwise than where the loop makes it tremble, and the actuators are not
-/// at one position (um).
-const HELD_UM: f64 = 0.15;
-/// What the stages do not follow after a jump (um): of the drive, when the mirror rings, which dies down in twice the time of
-/// a move; of the position, which is smooth. There it is distributed heat, of which a few poles leave a part at every time
-/// scale: it falls with the moves that have passed.
-const RINGING_UM: f64 = 10.0;
-const LAGGING_UM: f64 = 1.0;
-/// Rest at 0 V assumed between files that share no clock (s).
-const REST_S: f64 = 60.0;
-/// A resistance is read from this voltage on (V).
-const SENSED_V: f64 = 0.1;
-/// After a jump of the drive the resistance moves with the temperature; a row that comes later than this has missed it (s).
-const SOON_S: f64 = 1e-3;
+use super::noise::Noise;
 
-/// A piece of time.
+/// Rest at 0 V assumed between files that share no clock (s): about what it takes to begin the next experiment by hand.
+const REST_S: f64 = 60.0;
+/// A resistance is read from this voltage on (V). Below, an amplifier offset of 10 uA would be 4 % of the current of 360 ohm;
+/// the heating left out, 28 uW, is 0.16 K.
+const SENSED_V: f64 = 0.1;
+/// After a jump of the drive the resistance moves with the temperature; a row that comes later than this (s) has missed it:
+/// the fastest thermal pole of these mirrors.
+const SOON_S: f64 = 1e-3;
+/// Where the time between rows falls to less than this part, somebody has begun to look closely: something has jumped.
+const DENSER: f64 = 0.5;
+
+/// A time step of a session.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Moment {
-    /// How long it is.
-    pub(super) step_s: f64,
-    /// Heating power of each lane at its start and at its end, a straight line between.
+pub(super) struct TimeStep {
+    /// How long it is (s).
+    pub(super) duration_s: f64,
+    /// Heating power of each actuator at its start and at its end, a straight line between (W).
     pub(super) from_w: [f64; CHANNELS],
     pub(super) to_w: [f64; CHANNELS],
-    /// Resistances that the currents told at its end, and the voltages that they were told at.
-    pub(super) told: [Option<Told>; CHANNELS],
-    /// Where the mirror was at its end, and to how much that is to be followed; one standard deviation.
-    pub(super) seen_um: Option<(f64, f64)>,
+    /// Resistances that the currents show at its end.
+    pub(super) sensed: [Option<SensedResistance>; CHANNELS],
+    /// Where the mirror is at its end; `None` where that was not read, or what heated it is not known.
+    pub(super) displacement: Option<Displacement>,
 }
 
-/// What a current tells of its heater.
+/// A reading of the displacement.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Told {
+pub(super) struct Displacement {
+    pub(super) z_um: f64,
+    /// Of the reading's noise and the stages' discrepancy.
+    pub(super) standard_deviation_um: f64,
+}
+
+/// A resistance read from voltage and current.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SensedResistance {
     pub(super) ohm: f64,
-    /// The higher, the less the current's noise is worth (V).
+    /// The voltage that it was read at: its relative error is that of the current, and so inverse to this (V).
     pub(super) volts: f64,
 }
 
-/// The moments of a session, from rest.
+/// The time steps of a session, from rest.
 #[derive(Debug, Default)]
-pub(super) struct Course {
-    pub(super) moments: Vec<Moment>,
+pub(super) struct Timeline {
+    pub(super) steps: Vec<TimeStep>,
 }
 
-/// The mirror while a file is read.
-struct Reader<'a> {
-    moments: &'a mut Vec<Moment>,
-    file: &'a MeasurementFile,
-    resistance_ohm: [Option<f64>; CHANNELS],
-    since_jump_s: f64,
-    move_s: f64,
-}
-
-impl Course {
+impl Timeline {
     /// The session of a mirror whose moves take `move_s`.
     pub(super) fn of(session: &Session, move_s: f64) -> Self {
-        let mut course = Self::default();
+        let mut timeline = Self::default();
         let mut clock_s = 0.0;
         for (_, file) in &session.files {
             let Some(first) = file.rows.first() else {
@@ -72,120 +66,241 @@ impl Course {
                 .t_global_s
                 .map_or(clock_s + REST_S, |global| global - first.t_s.max(0.0));
             let (held_v, held_s) = file.keys.prehold().unwrap_or((0.0, 0.0));
-            course.moments.push(Moment {
-                step_s: (start_s - held_s - clock_s).max(0.0),
-                ..Moment::default()
+            timeline.steps.push(TimeStep {
+                duration_s: (start_s - held_s - clock_s).max(0.0),
+                ..TimeStep::default()
             });
-            let mut reader = Reader {
-                moments: &mut course.moments,
-                file,
-                resistance_ohm: [None; CHANNELS],
-                since_jump_s: 0.0,
-                move_s,
-            };
-            reader.hold(held_v, held_s);
+            let mut reader = Reader::new(&mut timeline.steps, file, move_s);
+            reader.hold(first, held_v, held_s);
             clock_s = start_s + reader.read(held_v);
         }
-        course
+        timeline
     }
 
-    /// How often the mirror was seen.
-    pub(super) fn seen(&self) -> usize {
-        self.moments
-            .iter()
-            .filter(|moment| moment.seen_um.is_some())
-            .count()
+    /// How many readings of the displacement bear weight.
+    pub(super) fn readings(&self) -> usize {
+        let read = |step: &&TimeStep| step.displacement.is_some();
+        self.steps.iter().filter(read).count()
     }
 }
 
-impl Reader<'_> {
-    /// A voltage held before the first row, with the resistance that the first row shows.
-    fn hold(&mut self, volts: f64, seconds: f64) {
-        self.sense(&self.file.rows[0]);
+/// A file on its way into time steps.
+struct Reader<'a> {
+    steps: &'a mut Vec<TimeStep>,
+    file: &'a MeasurementFile,
+    noise: Noise,
+    /// The last resistance that was read, since the actuator was last without drive.
+    resistance_ohm: [Option<f64>; CHANNELS],
+    since_jump_s: f64,
+}
+
+impl<'a> Reader<'a> {
+    fn new(steps: &'a mut Vec<TimeStep>, file: &'a MeasurementFile, move_s: f64) -> Self {
+        let noise = Noise {
+            reading_um: file
+                .keys
+                .displacement_noise_um()
+                .unwrap_or(POSITION_NOISE_UM),
+            is_smooth: file.keys.drive_is_interpolated(),
+            move_s,
+        };
+        Self {
+            steps,
+            file,
+            noise,
+            resistance_ohm: [None; CHANNELS],
+            since_jump_s: 0.0,
+        }
+    }
+
+    /// A voltage held before the first row, with the resistance that this row shows.
+    fn hold(&mut self, first: &Row, volts: f64, duration_s: f64) {
+        self.sense(first);
         let power = self.power([volts; CHANNELS]);
-        self.moments.push(Moment {
-            step_s: seconds,
+        self.steps.push(TimeStep {
+            duration_s,
             from_w: power,
             to_w: power,
-            ..Moment::default()
+            ..TimeStep::default()
         });
     }
 
     /// All rows; returns how long they take (s).
     fn read(&mut self, held_v: f64) -> f64 {
-        let interpolated = self.file.keys.drive_is_interpolated();
-        let noise = self
-            .file
-            .keys
-            .displacement_noise_um()
-            .unwrap_or(DEFAULT_NOISE_UM);
         let (mut t_s, mut volts) = (0.0, [held_v; CHANNELS]);
-        let (mut passed_s, mut last_step_s) = (0.0, 0.0);
+        let (mut passed_s, mut last_duration_s) = (0.0, 0.0);
         for row in &self.file.rows {
-            let step_s = (row.t_s - t_s).max(0.0);
-            passed_s += step_s;
-            let jumps = !interpolated && row.voltage_v != volts;
-            // Where readings become dense again, something has jumped.
-            let denser = step_s < 0.5 * last_step_s;
-            last_step_s = step_s;
-            self.since_jump_s = match (jumps, denser) {
-                (false, false) => self.since_jump_s + step_s,
-                _ => step_s,
-            };
-            let before = if interpolated && !denser {
-                volts
-            } else {
-                row.voltage_v
-            };
-            let blind = jumps && step_s > SOON_S;
-            if blind || self.resistance_ohm.contains(&None) {
-                self.sense(row);
-            }
-            let from_w = self.power(before);
-            let told = self.sense(row);
-            let to_w = self.power(row.voltage_v);
-            let moves = self.since_jump_s / self.move_s;
-            let (approximation, transient) = if interpolated {
-                (APPROXIMATION_UM, LAGGING_UM / (1.0 + moves))
-            } else {
-                (HELD_UM, RINGING_UM * (-0.5 * moves).exp())
-            };
-            let trust = noise.hypot(approximation).hypot(transient);
-            self.moments.push(Moment {
-                step_s,
-                from_w,
-                to_w,
-                told: if blind { [None; CHANNELS] } else { told },
-                seen_um: row.z_um.filter(|_| !blind).map(|z| (z, trust)),
-            });
-            (t_s, volts) = (row.t_s, row.voltage_v);
+            let duration_s = (row.t_s - t_s).max(0.0);
+            passed_s += duration_s;
+            let denser = duration_s < DENSER * last_duration_s;
+            self.step(row, duration_s, volts, denser);
+            (t_s, volts, last_duration_s) = (row.t_s, row.voltage_v, duration_s);
         }
         passed_s
     }
 
-    fn sense(&mut self, row: &Row) -> [Option<Told>; CHANNELS] {
-        let told: [Option<Told>; CHANNELS] = std::array::from_fn(|lane| {
-            let volts = row.voltage_v[lane];
-            let current = row.current_a[lane].filter(|current| *current > 0.0)?;
-            (volts > SENSED_V).then(|| Told {
+    /// The time step that ends with a row, after one that ended with `volts`.
+    fn step(&mut self, row: &Row, duration_s: f64, volts: [f64; CHANNELS], denser: bool) {
+        let is_smooth = self.noise.is_smooth;
+        let jumps = !is_smooth && row.voltage_v != volts;
+        self.since_jump_s = if jumps || denser {
+            duration_s
+        } else {
+            self.since_jump_s + duration_s
+        };
+        let start_v = if is_smooth && !denser {
+            volts
+        } else {
+            row.voltage_v
+        };
+        let missed = jumps && duration_s > SOON_S;
+        if missed || self.resistance_ohm.contains(&None) {
+            self.sense(row);
+        }
+        let from_w = self.power(start_v);
+        let sensed = self.sense(row);
+        let to_w = self.power(row.voltage_v);
+        let is_followed = !missed && self.heating_is_known(row);
+        let standard_deviation_um = self.noise.standard_deviation_um(self.since_jump_s);
+        let displacement = row.z_um.filter(|_| is_followed).map(|z_um| Displacement {
+            z_um,
+            standard_deviation_um,
+        });
+        self.steps.push(TimeStep {
+            duration_s,
+            from_w,
+            to_w,
+            sensed: if is_followed {
+                sensed
+            } else {
+                [None; CHANNELS]
+            },
+            displacement,
+        });
+    }
+
+    /// Reads the resistances that a row's currents show.
+    fn sense(&mut self, row: &Row) -> [Option<SensedResistance>; CHANNELS] {
+        let sensed: [Option<SensedResistance>; CHANNELS] = std::array::from_fn(|channel| {
+            let volts = row.voltage_v[channel];
+            let current = row.current_a[channel].filter(|current| *current > 0.0)?;
+            (volts > SENSED_V).then(|| SensedResistance {
                 ohm: volts / current,
                 volts,
             })
         });
-        for (lane, told) in told.iter().enumerate() {
-            if let Some(told) = told {
-                self.resistance_ohm[lane] = Some(told.ohm);
-            } else if row.voltage_v[lane] <= SENSED_V {
-                self.resistance_ohm[lane] = None;
+        for (channel, sensed) in sensed.iter().enumerate() {
+            if let Some(sensed) = sensed {
+                self.resistance_ohm[channel] = Some(sensed.ohm);
+            } else if row.voltage_v[channel] <= SENSED_V {
+                self.resistance_ohm[channel] = None;
             }
         }
-        told
+        sensed
     }
 
-    /// What these voltages heat with; a lane that nothing is known of yet heats with nothing.
+    /// Whether every driven actuator's resistance has been read since its drive began.
+    fn heating_is_known(&self, row: &Row) -> bool {
+        let known = |channel: usize| {
+            row.voltage_v[channel] <= SENSED_V || self.resistance_ohm[channel].is_some()
+        };
+        (0..CHANNELS).all(known)
+    }
+
+    /// What these voltages heat with (W). An actuator of unknown resistance counts as unheated; no reading is used then.
     fn power(&self, volts: [f64; CHANNELS]) -> [f64; CHANNELS] {
-        std::array::from_fn(|lane| {
-            self.resistance_ohm[lane].map_or(0.0, |ohm| volts[lane] * volts[lane] / ohm)
+        std::array::from_fn(|channel| {
+            let volts = volts[channel];
+            self.resistance_ohm[channel].map_or(0.0, |ohm| volts * volts / ohm)
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A row at a drive of all four, into 400 ohm.
+    fn row(t_s: f64, volts: f64) -> Row {
+        Row {
+            t_s,
+            voltage_v: [volts; CHANNELS],
+            current_a: [Some(volts / 400.0); CHANNELS],
+            z_um: Some(10.0),
+            ..Row::default()
+        }
+    }
+
+    fn timeline(rows: Vec<Row>, keys: &[(&str, &str)]) -> Timeline {
+        let mut file = MeasurementFile::default();
+        for (key, value) in keys {
+            file.keys.set(key, value);
+        }
+        file.rows = rows;
+        let files = vec![("moves.csv".into(), file)];
+        Timeline::of(&Session { files }, 0.01)
+    }
+
+    #[test]
+    fn power_runs_straight_along_a_smooth_drive_and_is_held_otherwise() {
+        let rows = || vec![row(0.0, 1.0), row(0.5e-3, 2.0), row(1e-3, 3.0)];
+        let power = |timeline: &Timeline| {
+            let last = timeline.steps.last().unwrap();
+            (last.duration_s, last.from_w, last.to_w)
+        };
+        let smooth = timeline(rows(), &[("drive", "sine")]);
+        // V^2 / 400 ohm at 2 and at 3 V.
+        assert_eq!(power(&smooth), (0.5e-3, [0.01; 4], [0.0225; 4]));
+        let held = timeline(rows(), &[]);
+        assert_eq!(power(&held), (0.5e-3, [0.0225; 4], [0.0225; 4]));
+        assert_eq!((smooth.readings(), held.readings()), (3, 3));
+    }
+
+    #[test]
+    fn a_file_begins_from_rest_and_its_prehold() {
+        let held = timeline(
+            vec![row(0.0, 2.0)],
+            &[("prehold_V", "2"), ("prehold_s", "7")],
+        );
+        let [rest, prehold, first] = &held.steps[..] else {
+            panic!("{held:?}");
+        };
+        // 60 s after the session's beginning, less the 7 s of the hold.
+        assert_eq!((rest.duration_s, rest.to_w), (53.0, [0.0; 4]));
+        assert_eq!((prehold.duration_s, prehold.to_w), (7.0, [0.01; 4]));
+        assert_eq!((first.duration_s, first.to_w), (0.0, [0.01; 4]));
+    }
+
+    #[test]
+    fn a_row_that_comes_late_after_a_jump_bears_no_weight() {
+        let late = timeline(vec![row(0.0, 1.0), row(1e-2, 2.0), row(2e-2, 2.0)], &[]);
+        let read: Vec<bool> = late
+            .steps
+            .iter()
+            .map(|s| s.displacement.is_some())
+            .collect();
+        // Rest, hold, the jump at the file's beginning in no time, the late jump, and what follows it.
+        assert_eq!(read, [false, false, true, false, true]);
+    }
+
+    #[test]
+    fn missing_readings_bear_no_weight() {
+        let mut rows = vec![row(0.0, 1.0), row(0.5e-3, 1.0), row(1e-3, 1.0)];
+        rows[1].z_um = None;
+        assert_eq!(timeline(rows.clone(), &[]).readings(), 2);
+        // A current that is missing once: the resistance is the one before.
+        rows[2].current_a[3] = None;
+        let once = timeline(rows.clone(), &[]);
+        assert_eq!(once.readings(), 2);
+        let last = once.steps.last().unwrap();
+        assert!(last.sensed[3].is_none() && last.sensed[2].is_some());
+        assert_eq!(last.to_w, [0.0025; 4]);
+        // Never read: nobody knows what heats the mirror.
+        for row in &mut rows {
+            row.current_a[3] = None;
+        }
+        let never = timeline(rows, &[]);
+        assert_eq!(never.readings(), 0);
+        assert!(never.steps.iter().all(|step| step.sensed[0].is_none()));
     }
 }
