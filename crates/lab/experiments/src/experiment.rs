@@ -228,9 +228,8 @@ impl Experiment {
             values: vec![to_v, 0.0],
             dwell_s: hold_s,
         };
-        let first_s = 1.0 / rate_hz;
         let run = Run::new(Quantity::TOGETHER, signal);
-        Self::new("step", Reading::AfterSteps { first_s }, vec![run])
+        Self::new("step", Reading::AfterSteps { rate_hz }, vec![run])
     }
 
     /// A sine on all actuators, which are warm before it begins.
@@ -298,7 +297,9 @@ impl Experiment {
     /// Positions one after the other (um), read as fast as the board can after each jump and then ever more slowly.
     pub fn jumps(name: &str, z_um: &[f64], hold_s: f64) -> Self {
         Self {
-            reading: Reading::AfterSteps { first_s: 0.0 },
+            reading: Reading::AfterSteps {
+                rate_hz: f64::INFINITY,
+            },
             ..Self::positions(name, z_um, hold_s)
         }
     }
@@ -357,13 +358,17 @@ impl Experiment {
         self.rest_s + self.prehold.map_or(0.0, |prehold| prehold.seconds) + runs
     }
 
-    /// The formula of a sine of drives, as measurement files state it; nothing of what is held.
-    pub fn drive_formula(&self) -> Option<String> {
+    /// How the drive moves between readings, as measurement files say it: the formula of a sine, `position` where the board
+    /// makes the drive on the way, nothing where it is held.
+    pub fn drive_key(&self) -> Option<String> {
         let [run] = self.runs.as_slice() else {
             return None;
         };
-        match (run.quantity, &run.signal) {
-            (Quantity::Voltage { .. }, Signal::Sine(wave)) => Some(format!(
+        match (run.quantity, &run.signal, self.reading) {
+            (Quantity::Position, _, Reading::Evenly { .. } | Reading::AfterSteps { .. }) => {
+                Some("position".into())
+            }
+            (Quantity::Voltage { .. }, Signal::Sine(wave), _) => Some(format!(
                 "{:?}+{:?}*sin(2*pi*f*t)",
                 wave.mean, wave.amplitude
             )),

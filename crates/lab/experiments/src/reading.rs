@@ -11,11 +11,11 @@ pub const SLOWING: u16 = 20;
 pub enum Reading {
     /// At the end of every dwell.
     EndOfDwell,
-    /// After every step: each reading waits so long since the one before (s), and at least a [`SLOWING`]th of the time since
-    /// the step. With 0 s, as fast as the board can.
+    /// After every step, and then ever more slowly: each reading waits for a [`SLOWING`]th of the time since the step at
+    /// least.
     AfterSteps {
-        /// From one reading to the next just after a step (s).
-        first_s: f64,
+        /// Readings a second just after a step (Hz); infinity is as fast as the board can.
+        rate_hz: f64,
     },
     /// Evenly, at most so often in a run's whole length.
     Evenly {
@@ -76,7 +76,7 @@ impl Run {
             (Signal::Steps { values, dwell_s }, _) => {
                 for &value in values {
                     let parts = match reading {
-                        Reading::AfterSteps { first_s } => after_a_step(*dwell_s, first_s),
+                        Reading::AfterSteps { rate_hz } => after_a_step(*dwell_s, 1.0 / rate_hz),
                         Reading::EndOfDwell | Reading::Evenly { .. } => vec![*dwell_s],
                     };
                     for duration_s in parts {
@@ -174,10 +174,7 @@ mod tests {
             assert_eq!(pair[0].to_v, pair[1].from_v);
             approx::assert_relative_eq!(pair[0].duration_s, 5e-4, max_relative = 1e-12);
         }
-        assert_eq!(
-            sine.drive_formula().as_deref(),
-            Some("1.0+0.5*sin(2*pi*f*t)")
-        );
+        assert_eq!(sine.drive_key().as_deref(), Some("1.0+0.5*sin(2*pi*f*t)"));
     }
 
     #[test]

@@ -78,7 +78,7 @@ fn planned(experiment: &Experiment) -> virtual_mirror::Experiment {
         prehold_s: experiment.prehold.map_or(0.0, |prehold| prehold.seconds),
         ambient_rise_k: experiment.ambient_rise_k,
         interpolated: experiment.is_curved(),
-        drive: experiment.drive_formula(),
+        drive: experiment.drive_key(),
         rows: dwells.iter().map(row).collect(),
     }
 }

@@ -1,0 +1,385 @@
+//! One waveform of an experiment as the board plays it, and which of its ticks are sampled.
+
+use experiments::instruments::MEAN_S;
+use experiments::{Experiment, Quantity, Reading, Run, SLOWING, Signal};
+use mirror_protocol::{POINTS, Shape, Stream, Table, Waveform};
+use waveforms::{FULL_SCALE, Pacer, Player};
+
+use crate::rows::RowKind;
+
+/// A waveform that the board plays by itself, and what it samples meanwhile.
+#[derive(Clone, Debug)]
+pub struct Piece {
+    /// Time at 0 V before it, beyond the experiment's (s), which the experiment's own clock leaves out.
+    pub rest_s: f64,
+    /// What is played; all channels are off after it.
+    pub waveform: Waveform,
+    /// The board's table, where the waveform uses it.
+    pub points: Vec<i16>,
+    /// Which ticks are sampled; the first sample is from before the waveform.
+    pub stream: Stream,
+    /// What rows its samples make.
+    pub rows: RowKind,
+}
+
+/// Why a board cannot play an experiment.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum PlayError {
+    /// More values than its table holds.
+    #[error("{count} values are more than the {most} that a board holds")]
+    TooManyPoints {
+        /// How many there are.
+        count: usize,
+        /// How many there may be.
+        most: usize,
+    },
+    /// A value lasts no tick, or too many.
+    #[error("{asked_s} s are no time for a value: it takes {tick_s} s at least")]
+    Dwell {
+        /// What was asked for (s).
+        asked_s: f64,
+        /// One tick (s).
+        tick_s: f64,
+    },
+    /// It is to be read more often than in every tick, or hardly ever.
+    #[error("a board is read at {highest_hz} Hz at most, and not at {asked_hz} Hz")]
+    Rate {
+        /// What was asked for (Hz).
+        asked_hz: f64,
+        /// Every tick (Hz).
+        highest_hz: f64,
+    },
+    /// It moves faster than a board can.
+    #[error("a board moves at {highest_hz} Hz at most, and not at {asked_hz} Hz")]
+    Frequency {
+        /// What was asked for (Hz).
+        asked_hz: f64,
+        /// A quarter of the ticks (Hz).
+        highest_hz: f64,
+    },
+    /// It moves a stage.
+    #[error("no board moves a stage")]
+    Stage,
+}
+
+/// What a board of `tick_hz` control ticks a second plays for `experiment`, one after the other.
+///
+/// # Errors
+/// Where it cannot.
+pub fn pieces(experiment: &Experiment, tick_hz: u32) -> Result<Vec<Piece>, PlayError> {
+    let piece = |run| Piece::new(run, experiment.reading, tick_hz);
+    experiment.runs.iter().map(piece).collect()
+}
+
+impl Piece {
+    fn new(run: &Run, reading: Reading, tick_hz: u32) -> Result<Self, PlayError> {
+        let (waveform, points) = waveform(run, tick_hz)?;
+        let mut piece = Self {
+            rest_s: run.rest_s,
+            waveform,
+            points,
+            stream: Stream::default(),
+            rows: RowKind::EndOfDwell,
+        };
+        let moves_positions = run.quantity == Quantity::Position;
+        match (reading, waveform.shape) {
+            (Reading::AfterSteps { rate_hz }, Shape::Steps(table)) => {
+                piece.stream = piece.after_steps(rate_hz, tick_hz)?;
+                piece.rows = if moves_positions {
+                    RowKind::Jumps {
+                        dwell_ticks: table.dwell_ticks,
+                    }
+                } else {
+                    RowKind::AfterSteps
+                };
+            }
+            (Reading::EndOfDwell, Shape::Steps(table)) => {
+                (piece.waveform, piece.stream) = piece.at_the_end_of_dwells(table, tick_hz);
+            }
+            (Reading::Evenly { readings }, _) => {
+                piece.stream = evenly(&waveform, readings, tick_hz);
+                piece.rows = RowKind::Curve;
+            }
+            (Reading::AfterSteps { .. } | Reading::EndOfDwell, _) => {
+                piece.stream = evenly(&waveform, u32::MAX, tick_hz);
+                piece.rows = RowKind::Curve;
+            }
+        }
+        Ok(piece)
+    }
+
+    /// A long dwell is sampled in several equal parts.
+    fn at_the_end_of_dwells(&self, table: Table, tick_hz: u32) -> (Waveform, Stream) {
+        let parts = table.dwell_ticks.div_ceil(u16::MAX.into());
+        let period_ticks = (table.dwell_ticks / parts) as u16;
+        let waveform = Waveform {
+            shape: Shape::Steps(Table {
+                dwell_ticks: u32::from(period_ticks) * parts,
+                ..table
+            }),
+            ..self.waveform
+        };
+        let mean_ticks = (MEAN_S * f64::from(tick_hz)) as u16;
+        let stream = Stream {
+            period_ticks,
+            count: u32::from(table.points) * parts * waveform.cycles + 1,
+            mean_ticks: mean_ticks.min(period_ticks / 4),
+            slowing: 0,
+        };
+        (waveform, stream)
+    }
+
+    fn after_steps(&self, rate_hz: f64, tick_hz: u32) -> Result<Stream, PlayError> {
+        let period = if rate_hz.is_finite() {
+            (f64::from(tick_hz) / rate_hz).round()
+        } else {
+            1.0
+        };
+        if !(1.0..=f64::from(u16::MAX)).contains(&period) {
+            return Err(PlayError::Rate {
+                asked_hz: rate_hz,
+                highest_hz: tick_hz.into(),
+            });
+        }
+        let endless = Stream {
+            period_ticks: period as u16,
+            mean_ticks: 1,
+            slowing: SLOWING,
+            count: u32::MAX,
+        };
+        Ok(Stream {
+            count: self.samples(endless, tick_hz),
+            ..endless
+        })
+    }
+
+    /// How many samples a stream brings until the waveform is over.
+    fn samples(&self, stream: Stream, tick_hz: u32) -> u32 {
+        let Ok(mut player) = Player::new(self.waveform, tick_hz) else {
+            return 0;
+        };
+        let mut pacer = Pacer::new(stream);
+        let (mut count, mut last, mut stepped) = (0, None, false);
+        while !player.is_over() {
+            count += u32::from(pacer.tick(stepped).sample);
+            let value = player.next(|index| self.points[index]);
+            stepped = last != Some(value);
+            last = Some(value);
+        }
+        count
+    }
+}
+
+/// A run as the board plays it, with its table.
+fn waveform(run: &Run, tick_hz: u32) -> Result<(Waveform, Vec<i16>), PlayError> {
+    let (low, high) = run.signal.range();
+    let (offset, amplitude) = ((low + high) / 2.0, (high - low) / 2.0);
+    let table = |values: &[f64], dwell_s: f64| {
+        if values.len() > POINTS {
+            return Err(PlayError::TooManyPoints {
+                count: values.len(),
+                most: POINTS,
+            });
+        }
+        let dwell_ticks = (dwell_s * f64::from(tick_hz)).round();
+        if !(1.0..=f64::from(u32::MAX)).contains(&dwell_ticks) {
+            return Err(PlayError::Dwell {
+                asked_s: dwell_s,
+                tick_s: 1.0 / f64::from(tick_hz),
+            });
+        }
+        Ok(Table {
+            points: values.len() as u16,
+            dwell_ticks: dwell_ticks as u32,
+        })
+    };
+    let frequency = |asked_hz: f64| {
+        let highest_hz = f64::from(tick_hz) / 4.0;
+        if asked_hz > 0.0 && asked_hz <= highest_hz {
+            Ok(asked_hz as f32)
+        } else {
+            Err(PlayError::Frequency {
+                asked_hz,
+                highest_hz,
+            })
+        }
+    };
+    let (shape, offset, amplitude) = match &run.signal {
+        Signal::Steps { values, dwell_s } => {
+            (Shape::Steps(table(values, *dwell_s)?), offset, amplitude)
+        }
+        Signal::Lines { values, dwell_s } => {
+            (Shape::Lines(table(values, *dwell_s)?), offset, amplitude)
+        }
+        Signal::Sine(wave) => {
+            let frequency_hz = frequency(wave.frequency_hz)?;
+            (Shape::Sine { frequency_hz }, wave.mean, wave.amplitude)
+        }
+        Signal::Triangle(wave) => {
+            let frequency_hz = frequency(wave.frequency_hz)?;
+            (Shape::Triangle { frequency_hz }, wave.mean, wave.amplitude)
+        }
+    };
+    let points = match &run.signal {
+        Signal::Steps { values, .. } | Signal::Lines { values, .. } => values
+            .iter()
+            .map(|v| point(*v, offset, amplitude))
+            .collect(),
+        Signal::Sine(_) | Signal::Triangle(_) => Vec::new(),
+    };
+    let waveform = Waveform {
+        quantity: quantity(run.quantity)?,
+        shape,
+        offset: offset as f32,
+        amplitude: amplitude as f32,
+        cycles: run.cycles,
+        ends_off: true,
+    };
+    Ok((waveform, points))
+}
+
+fn quantity(quantity: Quantity) -> Result<mirror_protocol::Quantity, PlayError> {
+    match quantity {
+        Quantity::Position => Ok(mirror_protocol::Quantity::Position),
+        Quantity::Voltage { active, others_v } => Ok(mirror_protocol::Quantity::Drive {
+            active,
+            others_v: others_v as f32,
+        }),
+        Quantity::StageHeight => Err(PlayError::Stage),
+    }
+}
+
+/// A value as a point of the board's table.
+fn point(value: f64, offset: f64, amplitude: f64) -> i16 {
+    if amplitude > 0.0 {
+        ((value - offset) / amplitude * f64::from(FULL_SCALE)).round() as i16
+    } else {
+        0
+    }
+}
+
+/// Every so many ticks, so that there are at most so many readings.
+fn evenly(waveform: &Waveform, readings: u32, tick_hz: u32) -> Stream {
+    let ticks = ticks(waveform, tick_hz);
+    let period = ticks.div_ceil(readings.max(1).into());
+    let period = period.clamp(1, u16::MAX.into());
+    Stream {
+        period_ticks: period as u16,
+        count: (ticks / period) as u32 + 1,
+        mean_ticks: 1,
+        slowing: 0,
+    }
+}
+
+/// How many ticks a waveform takes.
+pub fn ticks(waveform: &Waveform, tick_hz: u32) -> u64 {
+    let cycle = match waveform.shape {
+        Shape::Sine { frequency_hz } | Shape::Triangle { frequency_hz } => {
+            f64::from(tick_hz) / f64::from(frequency_hz)
+        }
+        Shape::Steps(table) => f64::from(table.points) * f64::from(table.dwell_ticks),
+        Shape::Lines(table) => f64::from(table.points - 1) * f64::from(table.dwell_ticks),
+    };
+    (cycle * f64::from(waveform.cycles)).round() as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use experiments::{calibration, session};
+
+    const TICK_HZ: u32 = 10_000;
+
+    /// What the board wants in each tick.
+    fn played(piece: &Piece) -> Vec<f64> {
+        let mut player = Player::new(piece.waveform, TICK_HZ).expect("playable");
+        let mut values = Vec::new();
+        while !player.is_over() {
+            values.push(player.next(|index| piece.points[index]).into());
+        }
+        values
+    }
+
+    /// Every tick of everything that is measured and moved is what the experiment says, in the middle of the tick.
+    #[test]
+    fn a_board_plays_what_the_experiments_say() {
+        let effort = calibration::Effort::QUICK;
+        let moves = calibration::moves(&effort, 170.0);
+        let trial = calibration::Trial::new(&effort, 170.0).experiments();
+        for experiment in session(3.5).into_iter().chain(moves).chain(trial) {
+            let pieces = pieces(&experiment, TICK_HZ).expect("playable");
+            for (run, piece) in experiment.runs.iter().zip(&pieces) {
+                let values = played(piece);
+                let asked_s = run.duration_s();
+                let played_s = values.len() as f64 / f64::from(TICK_HZ);
+                // The board's phase has 32 bits: so much a frequency may be off.
+                let off_hz = f64::from(TICK_HZ) / 4_294_967_296.0;
+                let off_s = 1e-4 + asked_s * off_hz * run.signal.period_s();
+                assert!((asked_s - played_s).abs() < off_s, "{}", experiment.name);
+                let (low, high) = run.signal.range();
+                for (tick, value) in values.iter().enumerate() {
+                    let t_s = (tick as f64 + 0.5) / f64::from(TICK_HZ);
+                    let asked = run.signal.at(t_s);
+                    // A table has 16 bits from end to end, a sine a series in f32, and a triangle the steepest way.
+                    let close = (high - low) * (3e-5 + 4.0 * off_hz * t_s) + 1e-5;
+                    assert!(
+                        (value - asked).abs() < close,
+                        "{} at {t_s} s: {value} for {asked}",
+                        experiment.name
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn it_is_read_as_often_as_the_experiment_says() {
+        for experiment in session(3.5) {
+            let dwells = experiment.dwells().expect("drives").len();
+            let pieces = pieces(&experiment, TICK_HZ).expect("playable");
+            let samples: u32 = pieces.iter().map(|piece| piece.stream.count - 1).sum();
+            // Whole ticks make the waits after a step a little longer or shorter.
+            let many = if experiment.name == "step" { 40 } else { 0 };
+            let apart = (samples as usize).abs_diff(dwells);
+            assert!(apart <= many, "{}: {samples} for {dwells}", experiment.name);
+        }
+    }
+
+    #[test]
+    fn what_a_board_cannot_play_is_told() {
+        let told = |experiment: Experiment| pieces(&experiment, TICK_HZ).map(drop);
+        let many = vec![1.0; POINTS + 1];
+        assert_eq!(
+            told(Experiment::held(&many, 1.0)),
+            Err(PlayError::TooManyPoints {
+                count: POINTS + 1,
+                most: POINTS
+            })
+        );
+        assert_eq!(
+            told(Experiment::held(&[1.0], 1e-5)),
+            Err(PlayError::Dwell {
+                asked_s: 1e-5,
+                tick_s: 1e-4
+            })
+        );
+        assert_eq!(
+            told(Experiment::step(1.0, 1.0, 1e5)),
+            Err(PlayError::Rate {
+                asked_hz: 1e5,
+                highest_hz: 1e4
+            })
+        );
+        assert_eq!(
+            told(Experiment::sine(1.0, 0.5, 3e3, 1)),
+            Err(PlayError::Frequency {
+                asked_hz: 3e3,
+                highest_hz: 2500.0
+            })
+        );
+        assert_eq!(
+            told(Experiment::reference(&[0.0], 1.0)),
+            Err(PlayError::Stage)
+        );
+    }
+}
