@@ -61,7 +61,7 @@ pub(crate) fn run() -> Result<()> {
 }
 
 fn measure(config: &MirrorConfig) -> Result<Evidence> {
-    let (mut calibration, _) = calibrate(config)?;
+    let mut calibration = calibrate(config)?.calibration;
     let mirror = &mut calibration;
     let top_um = f64::from(mirror.max_position().0).min(170.0);
     let pairs = [

@@ -1,23 +1,20 @@
-//! From a mirror that nobody knows to its calibration, as `host-tool calibrate` does it on a board.
+//! From a mirror that nobody knows to its calibration, by the procedure that `host-tool calibrate` follows on a board.
 
-use calibration::{JUMP_S, RefineError, TabulateError, jumps, refined, tabulate};
+use std::pin::pin;
+use std::task::{Context, Poll, Waker};
+
+use calibration::{CorrectionError, RefineError, TabulateError, tabulate};
+use calibration_procedure::{Bench, Calibrated, NoDisplacement, Part, Procedure, Source};
 use control_core::Calibration;
-use experiments::{Experiment, session as standard_session};
-use identification::Dataset;
-use measurement::{MeasurementFile, Session};
+use experiment_player::PlayError;
+use experiments::Experiment;
+use experiments::calibration::Effort;
+use measurement::MeasurementFile;
 use mirror_model::{Model, Preset, Runaway};
 use virtual_mirror::{ConfigError, MirrorConfig};
-use virtual_sessions::{Instruments, measure};
 
-use crate::record::Bench;
-
-/// Highest drive (V).
-const MAX_V: f64 = 3.5;
-/// Sines of positions (Hz), for what jumps do not tell: heat and friction while the mirror keeps moving. Middle and
-/// amplitude as shares of the range, and a rest before (s).
-const SINES_HZ: [f64; 4] = [1.0, 5.0, 20.0, 100.0];
-const SINE: (f64, f64) = (0.25, 0.12);
-const REST_S: f64 = 2.0;
+use crate::TICK_S;
+use crate::player::Player;
 
 /// Why a mirror could not be calibrated.
 #[derive(Debug, thiserror::Error)]
@@ -34,42 +31,154 @@ pub enum CalibrateError {
     /// What it did refines nothing.
     #[error(transparent)]
     Refine(#[from] RefineError),
+    /// What it reached corrects nothing.
+    #[error(transparent)]
+    Correct(#[from] CorrectionError),
+    /// The board cannot play an experiment.
+    #[error(transparent)]
+    Play(#[from] PlayError),
+    /// It has no sensor.
+    #[error(transparent)]
+    NoDisplacement(#[from] NoDisplacement),
 }
 
-/// Measures the mirror of `config`, fits a model to what was measured, tabulates its inverse, and refines it by what
-/// the mirror does under it.
+/// Calibrates the mirror of `config` as a board with its own sensor does that comes from the factory.
 ///
 /// # Errors
-/// Where one of these steps fails.
-pub fn calibrate(config: &MirrorConfig) -> Result<(Calibration, Model), CalibrateError> {
-    let session = measure(config, &plan(), Instruments::PositionAndCurrents)?;
+/// Where one of the steps fails.
+pub fn calibrate(config: &MirrorConfig) -> Result<Calibrated, CalibrateError> {
+    Ok(follow(&procedure(config, Effort::USUAL)?, config)?.0)
+}
+
+/// What is asked of a board that comes from the factory.
+fn procedure(config: &MirrorConfig, effort: Effort) -> Result<Procedure, CalibrateError> {
+    // What the firmware is built with.
     let start = Model::from(Preset::Reconciled);
-    let (model, _) = identification::identify(&start, &Dataset::new(&session), &[])?;
-    let mut calibration = tabulate(&model)?.calibration;
-    let session = moves(&mut calibration, config)?;
-    let refined = refined(&calibration, &session)?;
-    Ok((refined.calibration, model))
-}
-
-/// The standard session, with a step that is held for half a minute.
-fn plan() -> Vec<Experiment> {
-    let mut plan = standard_session(MAX_V);
-    plan.push(Experiment::step(2.0, 30.0, 5e3).after(30.0));
-    plan
-}
-
-/// Moves all over the range under a first calibration: what refines it.
-fn moves(calibration: &mut Calibration, config: &MirrorConfig) -> Result<Session, ConfigError> {
-    let top_um = f64::from(calibration.max_position().0);
-    let positions: Vec<f64> = jumps().into_iter().map(|share| share * top_um).collect();
-    let mut bench = Bench::new(calibration, config)?;
-    let mut files = vec![bench.positions(&positions, JUMP_S)];
-    for hz in SINES_HZ {
-        bench.rest(REST_S);
-        files.push(bench.sine(SINE.0 * top_um, SINE.1 * top_um, hz));
-    }
-    let named = |file: MeasurementFile| (format!("{}.csv", file.experiment()), file);
-    Ok(Session {
-        files: files.into_iter().map(named).collect(),
+    let factory = tabulate(&start)?.calibration;
+    Ok(Procedure {
+        device: config.name.clone(),
+        date: String::new(),
+        max_v: start.parameters.drive_limit_v,
+        reach_um: f64::from(factory.max_position().0),
+        start,
+        reads_every_tick: true,
+        effort,
     })
+}
+
+type Played = Vec<(Part, Experiment)>;
+
+/// Follows a procedure on a board with the factory's calibration. With the outcome comes what was played.
+fn follow(
+    procedure: &Procedure,
+    config: &MirrorConfig,
+) -> Result<(Calibrated, Played), CalibrateError> {
+    let factory = tabulate(&procedure.start)?.calibration;
+    let (mut one, mut other) = (factory.clone(), factory);
+    let mut bench = OnCore {
+        player: Player::new(&mut one, config)?,
+        spare: Some(&mut other),
+        played: Vec::new(),
+    };
+    let calibrated = at_once(procedure.run(&mut bench, Source::Mirror))?;
+    Ok((calibrated, bench.played))
+}
+
+/// The control core in front of a virtual mirror, as the procedure plays it.
+struct OnCore<'a> {
+    player: Player<'a>,
+    /// Room for the calibration that is used next.
+    spare: Option<&'a mut Calibration>,
+    /// What was played.
+    played: Vec<(Part, Experiment)>,
+}
+
+impl Bench for OnCore<'_> {
+    type Error = CalibrateError;
+
+    fn tick_s(&self) -> f64 {
+        TICK_S
+    }
+
+    async fn measure(
+        &mut self,
+        part: Part,
+        experiment: &Experiment,
+    ) -> Result<MeasurementFile, CalibrateError> {
+        self.played.push((part, experiment.clone()));
+        Ok(self.player.play(experiment)?)
+    }
+
+    async fn put_on_trial(&mut self, calibration: &Calibration) -> Result<(), CalibrateError> {
+        if let Some(room) = self.spare.take() {
+            room.clone_from(calibration);
+            self.spare = Some(self.player.exchange(room));
+        }
+        Ok(())
+    }
+
+    async fn compute<T: Send + 'static>(
+        &mut self,
+        _what: &'static str,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, CalibrateError> {
+        Ok(work())
+    }
+}
+
+/// What a future comes to that never waits.
+fn at_once<T>(future: impl Future<Output = T>) -> T {
+    match pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
+        Poll::Ready(done) => done,
+        Poll::Pending => unreachable!("the core answers at once"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use experiments::calibration::RANGE;
+
+    /// `host-tool calibrate` says what it will play, and plays it by this very procedure: the core plays the same, with the
+    /// same names, levels and durations, over the same range, and is calibrated by it.
+    #[test]
+    fn the_core_plays_what_the_procedure_says() {
+        let config = MirrorConfig::paper();
+        let procedure = procedure(&config, Effort::QUICK).expect("the preset has an inverse");
+        let (calibrated, played) = follow(&procedure, &config).expect("a mirror");
+        let said = procedure.experiments();
+        assert_eq!(played.len(), said.len());
+        let first_um = f64::from(
+            tabulate(&calibrated.model)
+                .expect("rising")
+                .calibration
+                .max_position()
+                .0,
+        );
+        for ((part, played), (said_part, said)) in played.iter().zip(&said) {
+            assert_eq!((part, &played.name), (said_part, &said.name));
+            assert!((played.duration_s() - said.duration_s()).abs() < 1e-9);
+            // The identified mirror may reach less or more far than the factory's.
+            let reach_um = match part {
+                Part::Session => {
+                    assert_eq!(played, said);
+                    continue;
+                }
+                Part::Before | Part::After => procedure.reach_um.min(first_um),
+                Part::Refining => first_um,
+            };
+            let (_, top_um) = played.runs[0].signal.range();
+            let (_, said_um) = said.runs[0].signal.range();
+            let share = said_um / (RANGE * procedure.reach_um);
+            assert!(
+                (top_um / (RANGE * reach_um) - share).abs() < 1e-9,
+                "{}",
+                played.name
+            );
+        }
+        let (before, after) = (calibrated.before.figures(), calibrated.after.figures());
+        // What the README promises of a usual calibration; a quick one is a little coarser.
+        assert!(after.rest_rms_um < 0.1, "{after:?}");
+        assert!(10.0 * after.rest_rms_um < before.rest_rms_um, "{before:?}");
+    }
 }

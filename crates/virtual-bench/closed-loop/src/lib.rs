@@ -6,7 +6,7 @@
 //! of 2 / (2 pi 2 kHz) = 0.159 ms, which an identification on that board finds as part of the fastest thermal pole.
 //!
 //! - [`Loop`] is a tick after a tick;
-//! - [`calibrate`] measures a mirror, identifies it and corrects the tables;
+//! - [`calibrate`] calibrates a mirror that nobody has told it of, by the procedure of `host-tool calibrate`;
 //! - [`figures`] are what the positioning reaches then;
 //! - [`precision`] tells how far the core's f32 arithmetic is from the same chain in f64.
 
@@ -14,8 +14,8 @@ mod calibrate;
 mod double;
 pub mod figures;
 mod limit;
+mod player;
 mod precision;
-mod record;
 mod sine;
 
 pub use calibrate::{CalibrateError, calibrate};
@@ -102,12 +102,9 @@ impl<'a> Loop<'a> {
         self.drives.map(|drive| f64::from(drive.0))
     }
 
-    /// The resistances that the currents of this tick show, where one flows (ohm).
-    fn sensed_ohm(&self) -> [Option<f64>; CHANNELS] {
-        std::array::from_fn(|channel| {
-            let (volts, current) = (self.applied[channel].drive().0, self.currents[channel].0);
-            (volts > 0.0 && current > 0.0).then(|| f64::from(volts / current))
-        })
+    /// Uses `calibration` from now on, and takes the mirror to be at rest; returns the calibration before.
+    pub fn exchange(&mut self, calibration: &'a mut Calibration) -> &'a mut Calibration {
+        self.controller.exchange(calibration)
     }
 
     /// The mirror as it is now.

@@ -1,0 +1,152 @@
+//! The steps of a calibration, one after the other.
+
+use calibration::{Remaining, tabulate};
+use control_core::Calibration;
+use experiments::calibration::{self as played, Effort, RANGE};
+use experiments::{Experiment, session_in_common};
+use identification::{Dataset, Identification};
+use measurement::Session;
+use mirror_model::Model;
+
+use crate::bench::{Bench, Part};
+use crate::refine;
+use crate::trial::Trial;
+
+/// What is to be calibrated, and how.
+#[derive(Clone, Debug)]
+pub struct Procedure {
+    /// The model that identification starts from.
+    pub start: Model,
+    /// What the mirror is called.
+    pub device: String,
+    /// The day, as `2026-11-21`.
+    pub date: String,
+    /// Highest drive of the board (V).
+    pub max_v: f64,
+    /// Top of the range under the calibration that the board has (um).
+    pub reach_um: f64,
+    /// Whether displacements come with every tick.
+    pub reads_every_tick: bool,
+    /// How much is moved.
+    pub effort: Effort,
+}
+
+/// Where the measurements come from that the mirror is identified by.
+#[derive(Clone, Debug)]
+pub enum Source {
+    /// They were made before.
+    Files(Session),
+    /// They are made on the mirror.
+    Mirror,
+}
+
+/// A calibration on trial, and the way to it.
+#[derive(Clone, Debug)]
+pub struct Calibrated {
+    /// What was identified.
+    pub model: Model,
+    /// How.
+    pub identified: Identification,
+    /// Effects of the model that the board does not invert.
+    pub not_inverted: Vec<Remaining>,
+    /// The refined calibration.
+    pub calibration: Calibration,
+    /// What the refined stages leave of the displacement (um, root mean square); only a sensor that is read at every tick
+    /// tells.
+    pub refined_rms_um: Option<f64>,
+    /// The calibration of before, as it was tried.
+    pub before: Trial,
+    /// The new one, as it was tried.
+    pub after: Trial,
+}
+
+impl Procedure {
+    /// What is played, part by part, where the mirror is measured and reaches as far as it does now: what it takes can be
+    /// said before anything moves.
+    pub fn experiments(&self) -> Vec<(Part, Experiment)> {
+        let part = |part: Part, experiments: Vec<Experiment>| {
+            experiments
+                .into_iter()
+                .map(move |experiment| (part, experiment))
+        };
+        let top_um = RANGE * self.reach_um;
+        let trial = || {
+            played::Trial::new(&self.effort, top_um)
+                .experiments()
+                .to_vec()
+        };
+        let refining = if self.reads_every_tick {
+            played::moves(&self.effort, top_um)
+        } else {
+            vec![played::rests(top_um); refine::ROUNDS]
+        };
+        part(Part::Session, session_in_common(self.max_v))
+            .chain(part(Part::Before, trial()))
+            .chain(part(Part::Refining, refining))
+            .chain(part(Part::After, trial()))
+            .collect()
+    }
+
+    /// Calibrates. The new calibration is on trial then; it is the caller's to keep it.
+    ///
+    /// # Errors
+    /// Where a step fails.
+    pub async fn run<B: Bench>(
+        &self,
+        bench: &mut B,
+        source: Source,
+    ) -> Result<Calibrated, B::Error> {
+        let session = match source {
+            Source::Files(session) => session,
+            Source::Mirror => self.measure_session(bench).await?,
+        };
+        let (model, identified) = self.identify(bench, session).await?;
+        let tabulated = tabulate(&model)?;
+        let first = tabulated.calibration;
+        let top_um = RANGE * self.reach_um.min(f64::from(first.max_position().0));
+        let before = Trial::run(bench, Part::Before, &self.effort, top_um).await?;
+        let (calibration, refined_rms_um) = if self.reads_every_tick {
+            let (refined, rms_um) = refine::by_moves(bench, &self.effort, first).await?;
+            (refined, Some(rms_um))
+        } else {
+            (refine::by_rests(bench, first).await?, None)
+        };
+        let after = Trial::run(bench, Part::After, &self.effort, top_um).await?;
+        Ok(Calibrated {
+            model,
+            identified,
+            not_inverted: tabulated.remaining,
+            calibration,
+            refined_rms_um,
+            before,
+            after,
+        })
+    }
+
+    async fn measure_session<B: Bench>(&self, bench: &mut B) -> Result<Session, B::Error> {
+        let mut session = Session::default();
+        for experiment in session_in_common(self.max_v) {
+            let file = bench.measure(Part::Session, &experiment).await?;
+            let name = format!("{}.csv", experiment.name);
+            session.files.push((name, file));
+        }
+        Ok(session)
+    }
+
+    async fn identify<B: Bench>(
+        &self,
+        bench: &mut B,
+        session: Session,
+    ) -> Result<(Model, Identification), B::Error> {
+        let start = self.start.clone();
+        let identify = move || {
+            let files: Vec<_> = session.files.iter().map(|(name, _)| name.clone()).collect();
+            identification::identify(&start, &Dataset::new(&session), &files)
+        };
+        let (mut model, identified) = bench.compute("identifying", identify).await??;
+        model.provenance.device = Some(self.device.clone());
+        model.provenance.date = Some(self.date.clone());
+        model.parameters.drive_limit_v = self.max_v;
+        Ok((model, identified))
+    }
+}
