@@ -162,8 +162,9 @@ fn begin(bench: &Bench, words: &[&str]) -> Said {
 #[test]
 fn every_measurement_that_may_be_proposed_runs_on_a_board() {
     let mut bench = Bench::emulated(MirrorConfig::bench());
-    for (number, command) in diagnosis::commands(3.5).iter().enumerate() {
-        let words = short(command, number);
+    for (number, proposal) in diagnosis::proposals(3.5).iter().enumerate() {
+        let command = host_tool::command_line::proposal_line(proposal);
+        let words = short(&command, number);
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
         let file = words[1 + words.iter().position(|word| *word == "-o").expect("a name")];
         let begun = Bench::emulated(MirrorConfig::bench());

@@ -44,7 +44,7 @@ fn what_is_printed_names_each_number() {
             "asked",
             "drives",
             "currents",
-            "warmer by",
+            "temp. rise",
             "limited",
             "moved to",
             "held for"

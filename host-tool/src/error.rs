@@ -3,10 +3,12 @@
 use std::io;
 use std::path::PathBuf;
 
+use calibration_procedure::NoDisplacement;
 use control_core::calibration::Label;
+use experiment_player::PlayError;
 use mirror_protocol::{Flaw, PROTOCOL_VERSION, Refusal};
 
-use crate::commands::fault_name;
+use crate::names::fault_name;
 use crate::quantity::{Frequency, Length, Span, Voltage};
 
 /// A failure of the tool.
@@ -142,7 +144,7 @@ pub enum ToolError {
         highest: Frequency,
     },
 
-    #[error("a sine of {asked} cannot be played and read: from 2 mHz to {highest}")]
+    #[error("a sine of {asked} cannot be played: above 0 Hz, and at most {highest}")]
     #[diagnostic(help("ask for another --frequency"))]
     Frequency {
         asked: Frequency,
@@ -279,6 +281,43 @@ pub enum ToolError {
     #[error("the tool's own runtime does not start: {0}")]
     #[diagnostic(help("is the system out of memory or file handles?"))]
     Runtime(io::Error),
+}
+
+impl From<NoDisplacement> for ToolError {
+    fn from(NoDisplacement: NoDisplacement) -> Self {
+        Self::NoSensor
+    }
+}
+
+impl From<PlayError> for ToolError {
+    fn from(error: PlayError) -> Self {
+        let hz = |hz| Frequency { hz };
+        let seconds = |s| Span { s };
+        match error {
+            PlayError::TooManyPoints { count, most } => Self::TooManyPoints { count, most },
+            PlayError::Dwell { asked_s, tick_s } => Self::Dwell {
+                asked: seconds(asked_s),
+                tick: seconds(tick_s),
+            },
+            PlayError::Rate {
+                asked_hz,
+                highest_hz,
+            } => Self::Rate {
+                asked: hz(asked_hz),
+                highest: hz(highest_hz),
+            },
+            PlayError::Frequency {
+                asked_hz,
+                highest_hz,
+            } => Self::Frequency {
+                asked: hz(asked_hz),
+                highest: hz(highest_hz),
+            },
+            PlayError::Stage => Self::Defect {
+                what: "moving a stage",
+            },
+        }
+    }
 }
 
 fn update_advice(board: u16) -> &'static str {

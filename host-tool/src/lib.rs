@@ -6,14 +6,17 @@
 
 pub mod board;
 pub mod cli;
+pub mod command_line;
 mod commands;
 pub mod doctor;
 pub mod error;
+mod names;
 mod new_file;
 pub mod picture;
 pub mod quantity;
 mod report;
 pub mod update;
+mod working;
 
 use std::process::ExitCode;
 

@@ -20,7 +20,7 @@ const TERMINAL_HEIGHT: usize = 9;
 /// Where a panel is drawn.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 /// Points, and their colour.
-pub type Series<'a> = (&'a [(f64, f64)], RGBColor);
+pub type Curve<'a> = (&'a [(f64, f64)], RGBColor);
 
 /// One panel with lines and dots, its ranges taken from them.
 ///
@@ -30,8 +30,8 @@ pub fn panel(
     area: &Area<'_>,
     title: &str,
     (x_name, y_name): (&str, &str),
-    lines: &[Series<'_>],
-    dots: &[Series<'_>],
+    lines: &[Curve<'_>],
+    dots: &[Curve<'_>],
 ) -> Result<(), Box<dyn Error>> {
     let all = || {
         lines

@@ -3,6 +3,7 @@
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
 
+pub(crate) use experiment_player::decimal;
 use serde::Serialize;
 
 /// Prints `report` in the form that was asked for.
@@ -32,12 +33,6 @@ pub(crate) fn write(text: &str) {
             std::process::exit(1);
         }
     }
-}
-
-/// The number that the board meant: the shortest decimal that is this `f32`, without the digits that
-/// a wider type would show behind it.
-pub(crate) fn decimal(value: f32) -> f64 {
-    value.to_string().parse().unwrap_or(f64::from(value))
 }
 
 /// Four numbers in a row, with their unit.

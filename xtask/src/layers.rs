@@ -118,6 +118,18 @@ const ALLOWED: &[Allowed] = &[
     ),
     (
         Room::Lab,
+        "calibration-procedure",
+        &[
+            "calibration",
+            "control-core",
+            "experiments",
+            "identification",
+            "measurement",
+            "mirror-model",
+        ],
+    ),
+    (
+        Room::Lab,
         "diagnosis",
         &[
             "experiments",
@@ -127,11 +139,21 @@ const ALLOWED: &[Allowed] = &[
             "virtual-mirror",
         ],
     ),
+    (
+        Room::Lab,
+        "experiment-player",
+        &["experiments", "measurement", "mirror-protocol", "waveforms"],
+    ),
     (Room::Lab, "experiments", &[]),
     (
         Room::Lab,
         "identification",
-        &["least-squares", "measurement", "mirror-model"],
+        &[
+            "experiments",
+            "least-squares",
+            "measurement",
+            "mirror-model",
+        ],
     ),
     (Room::Lab, "least-squares", &[]),
     (Room::Lab, "measurement", &[]),
@@ -142,14 +164,16 @@ const ALLOWED: &[Allowed] = &[
         "closed-loop",
         &[
             "calibration",
+            "calibration-procedure",
             "control-core",
             "emulated-board",
+            "experiment-player",
             "experiments",
-            "identification",
             "measurement",
             "mirror-model",
+            "mirror-protocol",
             "virtual-mirror",
-            "virtual-sessions",
+            "waveforms",
         ],
     ),
     (
@@ -207,14 +231,16 @@ const ALLOWED: &[Allowed] = &[
         &[
             "board-sockets",
             "calibration",
+            "calibration-procedure",
             "control-core",
             "diagnosis",
+            "experiment-player",
+            "experiments",
             "identification",
             "measurement",
             "mirror-model",
             "mirror-protocol",
             "protection",
-            "waveforms",
         ],
     ),
     (

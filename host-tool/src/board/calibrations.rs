@@ -7,7 +7,7 @@ use mirror_protocol::{
     Chunk, Sense, SenseEndpoint, SenseInfo, SetSenseEndpoint,
 };
 
-use super::Board;
+use super::link::Board;
 use crate::error::ToolError;
 
 impl Board {

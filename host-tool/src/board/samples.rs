@@ -9,8 +9,7 @@ use mirror_protocol::{
 use postcard_rpc::host_client::MultiSubscription;
 use tokio::time::timeout;
 
-use super::Board;
-use super::link::{ANSWER_TIMEOUT, Request, no_answer};
+use super::link::{ANSWER_TIMEOUT, Board, Request, no_answer};
 use crate::error::ToolError;
 use crate::quantity::Span;
 

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
+use super::heading::OUTPUT;
+
 /// A model and what was measured.
 #[derive(Debug, Args)]
 pub struct LabInput {
@@ -18,10 +20,10 @@ pub struct LabInput {
 #[derive(Debug, Args)]
 pub struct ModelOutput {
     /// The model file to write.
-    #[arg(short, long, value_name = "MODEL")]
+    #[arg(help_heading = OUTPUT, short, long, value_name = "MODEL")]
     pub output: PathBuf,
     /// Replace the file if it exists.
-    #[arg(long)]
+    #[arg(help_heading = OUTPUT, long)]
     pub force: bool,
 }
 
@@ -29,19 +31,25 @@ pub struct ModelOutput {
 #[derive(Debug, Subcommand)]
 pub enum EffectCommand {
     /// List them, in the order of the stages.
+    #[command(after_long_help = "Example:\n  host-tool effect list")]
     List,
     /// Tell what one is, its equation, how it shows, and what separates it from others.
+    #[command(after_long_help = "Example:\n  host-tool effect show creep")]
     Show {
         /// Its id.
         id: String,
     },
     /// Write a file to describe an effect of your own in.
+    #[command(after_long_help = "Example:\n  host-tool effect new -o mine.toml")]
     New {
         /// The file to write.
-        #[arg(short, long, value_name = "FILE")]
+        #[arg(help_heading = OUTPUT, short, long, value_name = "FILE")]
         output: PathBuf,
     },
     /// Add one to a model, refit, and print the error before and after.
+    #[command(
+        after_long_help = "Example:\n  host-tool effect add creep paper session -o with-creep.toml"
+    )]
     Add {
         /// Its id, or the file of an effect of your own.
         effect: String,
@@ -53,6 +61,9 @@ pub enum EffectCommand {
         output: ModelOutput,
     },
     /// Take one out of a model, refit, and print the error before and after.
+    #[command(
+        after_long_help = "Example:\n  host-tool effect remove creep with-creep.toml session -o without.toml"
+    )]
     Remove {
         /// Its id.
         effect: String,

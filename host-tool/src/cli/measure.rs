@@ -4,6 +4,13 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
+use experiments::Measurement;
+
+use super::defaults::{
+    AMPLITUDE, CYCLES, DWELL, FREQUENCY, HOLD, MAX, MEAN, RATE, REFERENCE_FILE, SINGLE_STEPS,
+    STEP_TO, SWEEP_STEPS,
+};
+use super::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
 use crate::quantity::{Frequency, Length, Span, Voltage};
 
 /// What can be measured.
@@ -11,12 +18,14 @@ use crate::quantity::{Frequency, Length, Span, Voltage};
 pub enum Measure {
     /// With a board.
     #[command(flatten)]
-    Experiment(Experiment),
+    Experiment(DriveExperiment),
     /// The tilt of the plate: at each voltage a scan of points over it with your sensor's spot, the plane through them by
     /// principal components, and its two angles.
+    #[command(after_long_help = "Example:\n  host-tool measure plane 0V 1V 2V --points grid.csv")]
     Plane(Plane),
     /// What your sensor reads of the resting mirror where a stage has moved it by known heights: shows the sensor's own
     /// errors, which no drive does.
+    #[command(after_long_help = "Example:\n  host-tool measure reference 0um 50um 100um 50um 0um")]
     Reference(Reference),
 }
 
@@ -28,10 +37,10 @@ pub struct Reference {
     #[arg(required = true, num_args = 2..)]
     pub heights: Vec<Length>,
     /// How long to let stage and sensor settle at each height.
-    #[arg(long, default_value = "1s")]
+    #[arg(help_heading = SIGNAL, long, default_value = DWELL)]
     pub settle: Span,
     /// The measurement file to write.
-    #[arg(short, long, default_value = "reference.csv", value_name = "FILE")]
+    #[arg(help_heading = OUTPUT, short, long, default_value = REFERENCE_FILE, value_name = "FILE")]
     pub output: PathBuf,
     /// What measures.
     #[command(flatten)]
@@ -45,99 +54,108 @@ pub struct Plane {
     #[arg(required_unless_present = "from")]
     pub volts: Vec<Voltage>,
     /// The plane through a scan that exists: lines of x, y and z in micrometres.
-    #[arg(long, value_name = "SCAN", conflicts_with_all = ["volts", "points"])]
+    #[arg(help_heading = INPUT, long, value_name = "SCAN", conflicts_with_all = ["volts", "points"])]
     pub from: Option<PathBuf>,
     /// Where on the plate: lines of x and y in micrometres from its centre. The tool asks for the spot to be moved to each.
     /// Without it, it asks where the spot is.
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = SIGNAL, long, value_name = "FILE")]
     pub points: Option<PathBuf>,
     /// How long to let the mirror settle at each voltage.
-    #[arg(long, default_value = "2s")]
+    #[arg(help_heading = SIGNAL, long, default_value = "2s")]
     pub settle: Span,
     /// The measurement file to write; the scans lie beside it.
-    #[arg(short, long, default_value = "plane.csv", value_name = "FILE")]
+    #[arg(help_heading = OUTPUT, short, long, default_value = "plane.csv", value_name = "FILE")]
     pub output: PathBuf,
     /// What measures.
     #[command(flatten)]
     pub instruments: Instruments,
 }
 
-/// The experiments.
+/// What drives can be measured.
 #[derive(Debug, Subcommand)]
-pub enum Experiment {
+pub enum DriveExperiment {
     /// All actuators up in equal steps and down again, read at the end of each.
+    #[command(
+        after_long_help = "Example:\n  host-tool measure sweep --max 3V --steps 30 -o sweep.csv"
+    )]
     Sweep {
         /// Highest drive.
-        #[arg(long, default_value = "3.5V")]
+        #[arg(help_heading = SIGNAL, long, default_value = MAX)]
         max: Voltage,
         /// Steps up, and as many down.
-        #[arg(long, default_value_t = 35, value_parser = clap::value_parser!(u32).range(1..=255))]
+        #[arg(help_heading = SIGNAL, long, default_value_t = SWEEP_STEPS, value_parser = clap::value_parser!(u32).range(1..=255))]
         steps: u32,
         /// How long each step is held.
-        #[arg(long, default_value = "1s")]
+        #[arg(help_heading = SIGNAL, long, default_value = DWELL)]
         dwell: Span,
         /// How often up and down.
-        #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
+        #[arg(help_heading = SIGNAL, long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
         repeat: u32,
         /// Where it goes.
         #[command(flatten)]
         to: OneFile,
     },
     /// All actuators up at once and down again, read ever more slowly after each edge.
+    #[command(after_long_help = "Example:\n  host-tool measure step --to 2V --hold 60s")]
     Step {
         /// The drive that is stepped to.
-        #[arg(long = "to", default_value = "2V")]
+        #[arg(help_heading = SIGNAL, long = "to", default_value = STEP_TO)]
         volts: Voltage,
         /// How long it is held, and how long 0 V after it.
-        #[arg(long, default_value = "30s")]
+        #[arg(help_heading = SIGNAL, long, default_value = HOLD)]
         hold: Span,
         /// Readings a second just after an edge.
-        #[arg(long, default_value = "5kHz")]
+        #[arg(help_heading = SIGNAL, long, default_value = RATE)]
         rate: Frequency,
         /// Where it goes.
         #[command(flatten)]
         to: OneFile,
     },
     /// A sine on all actuators, 100 readings a cycle.
+    #[command(
+        after_long_help = "Example:\n  host-tool measure sine --mean 1V --amplitude 0.5V --frequency 20Hz"
+    )]
     Sine {
         /// Its middle, held for 5 s before.
-        #[arg(long, default_value = "1V")]
+        #[arg(help_heading = SIGNAL, long, default_value = MEAN)]
         mean: Voltage,
         /// From its middle to its top.
-        #[arg(long, default_value = "0.5V")]
+        #[arg(help_heading = SIGNAL, long, default_value = AMPLITUDE)]
         amplitude: Voltage,
         /// Cycles a second.
-        #[arg(long, default_value = "1Hz")]
+        #[arg(help_heading = SIGNAL, long, default_value = FREQUENCY)]
         frequency: Frequency,
         /// How many.
-        #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+        #[arg(help_heading = SIGNAL, long, default_value_t = CYCLES, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
         cycles: u32,
         /// Where it goes.
         #[command(flatten)]
         to: OneFile,
     },
     /// Each actuator alone, the others idle at a small sense voltage.
+    #[command(after_long_help = "Example:\n  host-tool measure single --max 2V")]
     Single {
         /// Highest drive.
-        #[arg(long, default_value = "3.5V")]
+        #[arg(help_heading = SIGNAL, long, default_value = MAX)]
         max: Voltage,
         /// Steps up.
-        #[arg(long, default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=255))]
+        #[arg(help_heading = SIGNAL, long, default_value_t = SINGLE_STEPS, value_parser = clap::value_parser!(u32).range(1..=255))]
         steps: u32,
         /// How long each step is held.
-        #[arg(long, default_value = "1s")]
+        #[arg(help_heading = SIGNAL, long, default_value = DWELL)]
         dwell: Span,
         /// Where it goes.
         #[command(flatten)]
         to: OneFile,
     },
     /// These voltages on all actuators, one after the other, read at the end of each.
+    #[command(after_long_help = "Example:\n  host-tool measure held 0V 1V 2V 1V 0V --dwell 2s")]
     Held {
         /// The voltages.
         #[arg(required = true)]
         volts: Vec<Voltage>,
         /// How long each is held.
-        #[arg(long, default_value = "1s")]
+        #[arg(help_heading = SIGNAL, long, default_value = DWELL)]
         dwell: Span,
         /// Where it goes.
         #[command(flatten)]
@@ -145,12 +163,13 @@ pub enum Experiment {
     },
     /// Everything that a fit and a diagnosis want, in about five minutes: sweep, step, four sines, each
     /// actuator alone, and the sweep again.
+    #[command(after_long_help = "Example:\n  host-tool measure session --ambient 22 -o session")]
     Session {
         /// The folder for the files.
-        #[arg(short, long, value_name = "FOLDER")]
+        #[arg(help_heading = OUTPUT, short, long, value_name = "FOLDER")]
         output: PathBuf,
         /// Highest drive.
-        #[arg(long, default_value = "3.5V")]
+        #[arg(help_heading = SIGNAL, long, default_value = MAX)]
         max: Voltage,
         /// What measures.
         #[command(flatten)]
@@ -162,10 +181,10 @@ pub enum Experiment {
 #[derive(Debug, Args)]
 pub struct OneFile {
     /// The measurement file to write; without it, the experiment's name with `.csv`.
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(help_heading = OUTPUT, short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Time at 0 V before the experiment.
-    #[arg(long, default_value = "5s")]
+    #[arg(help_heading = SIGNAL, long, default_value = "5s")]
     pub rest: Span,
     /// What measures.
     #[command(flatten)]
@@ -178,12 +197,87 @@ pub struct Instruments {
     /// Where displacements come from: `board`, a serial sensor that sends lines of micrometres such as
     /// /dev/ttyACM0 (with its speed, where it has one: /dev/ttyUSB0@115200), or a file with lines of seconds and
     /// micrometres that is complete by the end.
-    #[arg(long, default_value = "board", value_name = "SENSOR")]
+    #[arg(help_heading = BOARD, long, default_value = "board", value_name = "SENSOR")]
     pub sensor: String,
     /// Temperature of the room or oven in degrees Celsius, for the files.
-    #[arg(long = "ambient", value_name = "CELSIUS")]
+    #[arg(help_heading = BOARD, long = "ambient", value_name = "CELSIUS")]
     pub ambient_c: Option<f64>,
     /// Replace files that exist.
-    #[arg(long)]
+    #[arg(help_heading = OUTPUT, long)]
     pub force: bool,
+}
+
+impl DriveExperiment {
+    /// What is asked for, as data.
+    pub fn measurement(&self) -> Measurement {
+        match self {
+            Self::Sweep {
+                max,
+                steps,
+                dwell,
+                repeat,
+                ..
+            } => Measurement::Sweep {
+                max_v: max.v,
+                steps: *steps,
+                dwell_s: dwell.s,
+                cycles: *repeat,
+            },
+            Self::Step {
+                volts, hold, rate, ..
+            } => Measurement::Step {
+                to_v: volts.v,
+                hold_s: hold.s,
+                rate_hz: rate.hz,
+            },
+            Self::Sine {
+                mean,
+                amplitude,
+                frequency,
+                cycles,
+                ..
+            } => Measurement::Sine {
+                mean_v: mean.v,
+                amplitude_v: amplitude.v,
+                frequency_hz: frequency.hz,
+                cycles: *cycles,
+            },
+            Self::Single {
+                max, steps, dwell, ..
+            } => Measurement::Single {
+                max_v: max.v,
+                steps: *steps,
+                dwell_s: dwell.s,
+            },
+            Self::Held { volts, dwell, .. } => Measurement::Held {
+                volts: volts.iter().map(|volts| volts.v).collect(),
+                dwell_s: dwell.s,
+            },
+            Self::Session { max, .. } => Measurement::Session { max_v: max.v },
+        }
+    }
+
+    /// The one file that it goes to; none for a session, which has a folder.
+    pub fn file(&self) -> Option<&OneFile> {
+        match self {
+            Self::Sweep { to, .. }
+            | Self::Step { to, .. }
+            | Self::Sine { to, .. }
+            | Self::Single { to, .. }
+            | Self::Held { to, .. } => Some(to),
+            Self::Session { .. } => None,
+        }
+    }
+
+    /// What measures.
+    pub fn instruments(&self) -> &Instruments {
+        match self {
+            Self::Session { instruments, .. } => instruments,
+            Self::Sweep { to, .. }
+            | Self::Step { to, .. }
+            | Self::Sine { to, .. }
+            | Self::Single { to, .. }
+            | Self::Held { to, .. } => &to.instruments,
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! The command line.
 
+pub(crate) mod defaults;
 mod lab;
 mod measure;
 mod moving;
@@ -9,10 +10,23 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
 
+use self::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
 pub use self::lab::{EffectCommand, LabInput, ModelOutput};
-pub use self::measure::{Experiment, Instruments, Measure, OneFile, Plane, Reference};
+pub use self::measure::{DriveExperiment, Instruments, Measure, OneFile, Plane, Reference};
 pub use self::moving::{Calibrate, Curve, Samples, Scan};
 use crate::quantity::{Hold, Length, MINUS, Resistance, Span, Voltage};
+
+/// What the options are about, in every command's help.
+pub(crate) mod heading {
+    /// What is driven, when, and for how long.
+    pub(crate) const SIGNAL: &str = "Signal";
+    /// What is read instead of measuring, or besides.
+    pub(crate) const INPUT: &str = "Input";
+    /// What is written, and where.
+    pub(crate) const OUTPUT: &str = "Output";
+    /// Which board, and what measures beside it.
+    pub(crate) const BOARD: &str = "Board";
+}
 
 /// A negative quantity with a minus sign instead of the hyphen that would make it an option, so that
 /// `-0.1V` is told to be out of range rather than unknown.
@@ -31,11 +45,11 @@ pub fn negative_as_value(word: OsString) -> OsString {
 pub struct Arguments {
     /// The board: its serial number, an emulated board's name, or a socket's path. Without it, the
     /// only one there is.
-    #[arg(long, global = true, env = "MIRROR_BOARD", value_name = "NAME")]
+    #[arg(help_heading = BOARD, long, global = true, env = "MIRROR_BOARD", value_name = "NAME")]
     pub board: Option<String>,
 
     /// Print JSON instead of text.
-    #[arg(long, global = true)]
+    #[arg(help_heading = OUTPUT, long, global = true)]
     pub json: bool,
 
     /// What to do.
@@ -47,59 +61,72 @@ pub struct Arguments {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// List the boards that are there.
+    #[command(after_long_help = "Example:\n  host-tool list --json")]
     List,
     /// Find out why a board is not found, and what to do.
+    #[command(after_long_help = "Example:\n  host-tool doctor")]
     Doctor,
     /// Write new firmware to a board on USB, or to one in its bootloader.
+    #[command(
+        after_long_help = "Example:\n  host-tool update target/thumbv7em-none-eabihf/firmware/stm32g474"
+    )]
     Update {
         /// The firmware, as `cargo xtask build stm32g474` makes it.
         #[arg(value_name = "FILE")]
         firmware: PathBuf,
     },
     /// Show who the board is and what it is doing.
+    #[command(after_long_help = "Example:\n  host-tool status")]
     Status,
     /// Move the mirror to a position and print what it took.
+    #[command(after_long_help = "Example:\n  host-tool set-z 120um --hold 1h")]
     SetZ {
         /// Where to, from rest and towards the substrate: 120um, 0.12mm.
         z: Length,
         /// How long to let the mirror settle before reading it.
-        #[arg(long, default_value = "1s")]
+        #[arg(help_heading = SIGNAL, long, default_value = "1s")]
         settle: Span,
         /// How long the board holds it after that without being told again: 2s, 1h, forever. Then it
         /// ramps to zero.
-        #[arg(long, default_value = "10min")]
+        #[arg(help_heading = SIGNAL, long, default_value = "10min")]
         hold: Hold,
     },
     /// Drive the actuators with these voltages.
+    #[command(after_long_help = "Example:\n  host-tool set-drive 1.9V 1.9V 1.8V 1.9V --settle 2s")]
     SetDrive {
         /// One voltage for all actuators, or one for each: 1.9V, or 1.9V 1.9V 1.8V 1.9V.
         #[arg(required = true)]
         drives: Vec<Voltage>,
         /// How long to let the mirror settle before reading it.
-        #[arg(long, default_value = "1s")]
+        #[arg(help_heading = SIGNAL, long, default_value = "1s")]
         settle: Span,
         /// How long the board holds them after that without being told again: 2s, 1h, forever. Then
         /// it ramps to zero.
-        #[arg(long, default_value = "10min")]
+        #[arg(help_heading = SIGNAL, long, default_value = "10min")]
         hold: Hold,
     },
     /// Turn all channels off.
+    #[command(after_long_help = "Example:\n  host-tool off")]
     Off,
     /// Forget the faults that have turned the board off, so that it can be driven again.
+    #[command(after_long_help = "Example:\n  host-tool clear")]
     Clear,
     /// Record what the board measures, without changing what it drives.
+    #[command(
+        after_long_help = "Example:\n  host-tool record -o idle.csv --duration 10s --period 5ms"
+    )]
     Record {
         /// The measurement file to write.
-        #[arg(short, long)]
+        #[arg(help_heading = OUTPUT, short, long)]
         output: PathBuf,
         /// How long, in the board's time.
-        #[arg(long, default_value = "1s")]
+        #[arg(help_heading = SIGNAL, long, default_value = "1s")]
         duration: Span,
         /// From one sample to the next.
-        #[arg(long, default_value = "1ms")]
+        #[arg(help_heading = SIGNAL, long, default_value = "1ms")]
         period: Span,
         /// Replace the file if it exists.
-        #[arg(long)]
+        #[arg(help_heading = OUTPUT, long)]
         force: bool,
     },
     /// Measure the mirror with one of the paper's experiments; the channels are off afterwards.
@@ -109,22 +136,28 @@ pub enum Command {
     /// afterwards.
     #[command(subcommand)]
     Scan(Scan),
-    /// Teach the board its mirror: measure, identify, build the tables, upload, and try them at other
-    /// positions; before and after.
+    /// Identify the mirror and calibrate the board: measure, identify, build the tables, refine them, and try them at other
+    /// positions, before and after.
+    #[command(
+        after_long_help = "Example:\n  host-tool calibrate --device mirror-7 --picture calibrate.svg"
+    )]
     Calibrate(Calibrate),
     /// Calibrate the board's current sense: its zero, with the mirror in place, and with a known resistor in the place of
     /// each actuator its gain; the channels are off afterwards.
+    #[command(after_long_help = "Example:\n  host-tool calibrate-sense --resistor 499ohm")]
     CalibrateSense {
         /// The resistor that is connected to each channel in place of the mirror: 499ohm. 300 to 1000 ohm.
-        #[arg(long, value_name = "RESISTANCE")]
+        #[arg(help_heading = BOARD, long, value_name = "RESISTANCE")]
         resistor: Option<Resistance>,
     },
     /// Explain a fault or a limit: what it is, its cause, and its remedy.
+    #[command(after_long_help = "Example:\n  host-tool explain over-temperature")]
     Explain {
         /// Its name, as `status` shows it; without it, all names.
         name: Option<String>,
     },
     /// Fit a model's parameters to measurements.
+    #[command(after_long_help = "Example:\n  host-tool fit paper session -o fitted.toml")]
     Fit {
         /// Model and measurements.
         #[command(flatten)]
@@ -135,6 +168,9 @@ pub enum Command {
     },
     /// Identify the mirror for a calibration: as many thermal poles, and as much memory and resonance, as
     /// the measurements support.
+    #[command(
+        after_long_help = "Example:\n  host-tool identify reconciled session -o identified.toml"
+    )]
     Identify {
         /// Model to start from, and measurements.
         #[command(flatten)]
@@ -144,29 +180,91 @@ pub enum Command {
         output: ModelOutput,
     },
     /// Show where a model fails: by experiment, by stage, and in sentences.
+    #[command(
+        after_long_help = "Example:\n  host-tool compare fitted.toml session --picture compare.svg"
+    )]
     Compare {
         /// Model and measurements.
         #[command(flatten)]
         lab: LabInput,
         /// Draw measured and modelled curves and what is left between them, as SVG.
-        #[arg(long, value_name = "FILE")]
+        #[arg(help_heading = OUTPUT, long, value_name = "FILE")]
         picture: Option<PathBuf>,
     },
     /// Say which physical effect a model lacks, or that these data cannot tell and what would.
+    #[command(after_long_help = "Example:\n  host-tool diagnose fitted.toml session")]
     Diagnose {
         /// Model and measurements.
         #[command(flatten)]
         lab: LabInput,
         /// Also try this effect of your own, a TOML file as `effect new` writes it.
-        #[arg(long, value_name = "FILE")]
+        #[arg(help_heading = INPUT, long, value_name = "FILE")]
         effect: Vec<PathBuf>,
     },
     /// The physical effects that a model can have.
     #[command(subcommand)]
     Effect(EffectCommand),
     /// Print a completion script for a shell.
+    #[command(after_long_help = "Example:\n  host-tool completions bash")]
     Completions {
         /// The shell.
         shell: clap_complete::Shell,
     },
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    /// Every command that has none below it, by its words.
+    fn leaves(command: &clap::Command) -> Vec<&clap::Command> {
+        if command.get_subcommands().next().is_none() {
+            return vec![command];
+        }
+        command.get_subcommands().flat_map(leaves).collect()
+    }
+
+    #[test]
+    fn every_command_s_long_help_has_an_example_that_is_one_of_it() {
+        let all = Arguments::command();
+        let leaves = leaves(&all);
+        assert!(leaves.len() > 30, "{} commands", leaves.len());
+        for command in leaves {
+            let name = command.get_name();
+            let help = command
+                .get_after_long_help()
+                .unwrap_or_default()
+                .to_string();
+            let example = help
+                .lines()
+                .find_map(|line| line.strip_prefix("  host-tool "));
+            let example = example.unwrap_or_else(|| panic!("{name} has no example"));
+            assert!(
+                example.split(' ').any(|word| word == name),
+                "{name}: {example}"
+            );
+            let words = std::iter::once("host-tool").chain(example.split(' '));
+            let parsed = Arguments::try_parse_from(words);
+            assert!(parsed.is_ok(), "{example}: {}", parsed.unwrap_err());
+        }
+    }
+
+    #[test]
+    fn every_option_stands_under_a_heading() {
+        let all = Arguments::command();
+        for command in leaves(&all) {
+            for option in command.get_arguments().filter(|arg| !arg.is_positional()) {
+                let (name, option_name) = (command.get_name(), option.get_id());
+                let heading = option.get_help_heading();
+                assert!(
+                    heading.is_some_and(
+                        |heading| ["Signal", "Input", "Output", "Board"].contains(&heading)
+                    ),
+                    "{name} --{option_name} is under {heading:?}"
+                );
+            }
+        }
+    }
 }

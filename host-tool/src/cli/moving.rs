@@ -4,12 +4,16 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
+use super::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
 use crate::quantity::{Frequency, Length};
 
 /// The waveforms of positions.
 #[derive(Debug, Subcommand)]
 pub enum Scan {
     /// A sine from its middle upwards.
+    #[command(
+        after_long_help = "Example:\n  host-tool scan sine --offset 80um --amplitude 20um --frequency 5Hz"
+    )]
     Sine {
         /// Its numbers.
         #[command(flatten)]
@@ -19,6 +23,9 @@ pub enum Scan {
         to: Samples,
     },
     /// Straight lines from the middle up, down and back.
+    #[command(
+        after_long_help = "Example:\n  host-tool scan triangle --offset 60um --amplitude 20um --frequency 20Hz -o scan.csv"
+    )]
     Triangle {
         /// Its numbers.
         #[command(flatten)]
@@ -28,11 +35,12 @@ pub enum Scan {
         to: Samples,
     },
     /// Straight lines from point to point.
+    #[command(after_long_help = "Example:\n  host-tool scan csv path.csv --cycles 10")]
     Csv {
         /// Lines of seconds and micrometres.
         file: PathBuf,
         /// How often it is gone through.
-        #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+        #[arg(help_heading = SIGNAL, long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
         cycles: u32,
         /// Where the samples go.
         #[command(flatten)]
@@ -44,16 +52,16 @@ pub enum Scan {
 #[derive(Debug, Args)]
 pub struct Curve {
     /// Its middle.
-    #[arg(long, default_value = "80um")]
+    #[arg(help_heading = SIGNAL, long, default_value = "80um")]
     pub offset: Length,
     /// From its middle to its top.
-    #[arg(long, default_value = "20um")]
+    #[arg(help_heading = SIGNAL, long, default_value = "20um")]
     pub amplitude: Length,
     /// Cycles a second.
-    #[arg(long, default_value = "1Hz")]
+    #[arg(help_heading = SIGNAL, long, default_value = "1Hz")]
     pub frequency: Frequency,
     /// How many.
-    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(help_heading = SIGNAL, long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub cycles: u32,
 }
 
@@ -61,10 +69,10 @@ pub struct Curve {
 #[derive(Debug, Args)]
 pub struct Samples {
     /// Keep the samples in this measurement file.
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(help_heading = OUTPUT, short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Replace the file if it exists.
-    #[arg(long)]
+    #[arg(help_heading = OUTPUT, long)]
     pub force: bool,
 }
 
@@ -82,31 +90,31 @@ pub struct Calibrate {
     #[arg(default_value = "reconciled")]
     pub model: String,
     /// Identify from the measurements in this folder, instead of measuring anew.
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(help_heading = INPUT, long, value_name = "FOLDER")]
     pub from: Option<PathBuf>,
     /// Keep the measurement files in this folder.
-    #[arg(long, value_name = "FOLDER", conflicts_with = "from")]
+    #[arg(help_heading = OUTPUT, long, value_name = "FOLDER", conflicts_with = "from")]
     pub keep: Option<PathBuf>,
     /// Also write the calibration to this file.
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(help_heading = OUTPUT, short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Also write the identified model to this file.
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = OUTPUT, long, value_name = "FILE")]
     pub model_output: Option<PathBuf>,
     /// Draw error, step and loop before and after, as SVG.
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = OUTPUT, long, value_name = "FILE")]
     pub picture: Option<PathBuf>,
     /// Fewer moves to refine it by and to try it with: two thirds of the time, and a little coarser.
-    #[arg(long)]
+    #[arg(help_heading = SIGNAL, long)]
     pub quick: bool,
     /// What to call the mirror; without it, as the board is called.
-    #[arg(long, value_name = "NAME")]
+    #[arg(help_heading = BOARD, long, value_name = "NAME")]
     pub device: Option<String>,
     /// Where displacements come from: `board`, or a serial sensor such as /dev/ttyACM0 or
     /// /dev/ttyUSB0@115200.
-    #[arg(long, default_value = "board", value_name = "SENSOR")]
+    #[arg(help_heading = BOARD, long, default_value = "board", value_name = "SENSOR")]
     pub sensor: String,
     /// Replace files that exist.
-    #[arg(long)]
+    #[arg(help_heading = OUTPUT, long)]
     pub force: bool,
 }

@@ -15,8 +15,6 @@ mod set_z;
 mod status;
 mod update;
 
-pub(crate) use moving::fault_name;
-
 use clap::CommandFactory;
 use tokio::runtime::Builder;
 

@@ -2,13 +2,12 @@
 
 use std::fmt;
 
-use control_core::Limits;
 use mirror_protocol::{ChannelState, Commanded, LEASE_FOREVER_MS, Telemetry};
-use protection::Fault;
 use serde::Serialize;
 
 use crate::board::Board;
 use crate::error::ToolError;
+
 use crate::quantity::{Hold, Span};
 use crate::report::{self, decimal, row, row_of_known};
 
@@ -53,24 +52,6 @@ impl Pace {
     }
 }
 
-/// The names of the limits that acted.
-pub(super) fn limit_names(bits: u16) -> Vec<&'static str> {
-    Limits::from_bits(bits)
-        .iter()
-        .map(|limit| limit.name())
-        .collect()
-}
-
-/// The limits that acted, as a line for people.
-pub(super) fn limited_line(names: &[&str]) -> String {
-    let names = if names.is_empty() {
-        "by nothing".to_owned()
-    } else {
-        names.join(", ")
-    };
-    format!("limited    {names}")
-}
-
 /// Lets the mirror settle after `commanded` for at least so long, then reads it. With the readings
 /// comes how long it had.
 pub(super) async fn settle_and_read(
@@ -91,23 +72,6 @@ pub(super) async fn read(board: &Board) -> Result<(Readings, u32), ToolError> {
         check_states(&sample.states)?;
     }
     Ok((Readings::mean(&samples), samples[0].tick))
-}
-
-/// What a channel is doing, in a word that scripts know too.
-pub(super) fn state_name(state: ChannelState) -> String {
-    match state {
-        ChannelState::Off => "off".to_owned(),
-        ChannelState::Starting => "starting".to_owned(),
-        ChannelState::Ready => "ready".to_owned(),
-        ChannelState::Driving => "driving".to_owned(),
-        ChannelState::Limited => "limited".to_owned(),
-        ChannelState::Tripped(fault) => format!("tripped: {}", fault_name(fault)),
-    }
-}
-
-/// The name of the fault with this code.
-pub(crate) fn fault_name(code: u8) -> &'static str {
-    Fault::from_code(code).map_or("a fault that this tool does not know", Fault::name)
 }
 
 /// Whether no channel has tripped.
@@ -153,14 +117,14 @@ impl Readings {
                 .sum();
             sum.map(|sum| sum / samples.len() as f64)
         };
-        let lanes = |value: &dyn Fn(&Telemetry, usize) -> Option<f32>| -> [Option<f64>; 4] {
+        let channels = |value: &dyn Fn(&Telemetry, usize) -> Option<f32>| -> [Option<f64>; 4] {
             std::array::from_fn(|i| mean(&|sample| value(sample, i)))
         };
         let always = |means: [Option<f64>; 4]| means.map(Option::unwrap_or_default);
         Self {
-            drive_v: always(lanes(&|sample, i| Some(sample.drive_v[i]))),
-            current_a: always(lanes(&|sample, i| Some(sample.current_a[i]))),
-            temperature_rise_k: lanes(&|sample, i| sample.temperature_k[i]),
+            drive_v: always(channels(&|sample, i| Some(sample.drive_v[i]))),
+            current_a: always(channels(&|sample, i| Some(sample.current_a[i]))),
+            temperature_rise_k: channels(&|sample, i| sample.temperature_k[i]),
             sensor_z_um: mean(&|sample| sample.sensor_z_um),
         }
     }
@@ -176,7 +140,7 @@ impl fmt::Display for Readings {
         )?;
         writeln!(
             f,
-            "warmer by  {}",
+            "temp. rise {}",
             row_of_known(self.temperature_rise_k, 1, "K")
         )
     }

@@ -5,17 +5,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use control_core::{Limit, Limits};
-use mirror_protocol::{POINTS, Quantity, Shape, Table, Waveform};
+use experiments::{Experiment, Signal, Wave};
+use mirror_protocol::POINTS;
 use serde::Serialize;
 
 use crate::board::Board;
-use crate::cli::Scan;
-use crate::commands::measure::experiment::Experiment;
-use crate::commands::measure::play::shares;
-use crate::commands::measure::run::{Ended, Lab};
-use crate::commands::measure::sensor::{Sensor, parse};
-use crate::commands::moving::{limit_names, limited_line};
+use crate::cli::{Curve, Scan};
+use crate::commands::measure::readings::parse;
+use crate::commands::measure::run::{Bench, Ended};
+use crate::commands::measure::sensor::Sensor;
 use crate::error::ToolError;
+use crate::names::{limit_names, limited_line};
 use crate::new_file::NewFile;
 use crate::quantity::Length;
 use crate::report::{self, decimal};
@@ -37,25 +37,25 @@ struct Report {
 /// Scans, and leaves the channels off.
 pub(super) async fn run(board: &Board, scan: Scan, json: bool) -> Result<(), ToolError> {
     let tick_hz = board.identity().tick_hz;
-    let (name, waveform, points, output) = waveform(scan, tick_hz)?;
+    let (name, signal, cycles, output) = signal(scan, tick_hz)?;
     let max_um = decimal(board.status().await?.max_position_um);
-    let reach = waveform.amplitude.abs();
-    for end in [waveform.offset - reach, waveform.offset + reach] {
-        if !(-1e-3..=max_um + 1e-3).contains(&decimal(end)) {
+    let (lowest_um, highest_um) = signal.range();
+    for um in [lowest_um, highest_um] {
+        if !(-1e-3..=max_um + 1e-3).contains(&um) {
             return Err(ToolError::PositionOutOfRange {
-                asked: Length { um: decimal(end) },
+                asked: Length { um },
                 max: Length { um: max_um },
             });
         }
     }
+    let experiment = Experiment::along(name, signal, cycles, SAMPLES);
+    experiment_player::pieces(&experiment, tick_hz)?;
     let file = output
         .map(|(path, force)| NewFile::create(path, force))
         .transpose()?;
-    let mut lab = Lab::open(board, Sensor::Board, None, json).await?;
-    let cycles = waveform.cycles;
-    let experiment = Experiment::positions_along(&name, waveform, points, SAMPLES, tick_hz);
-    let measured = lab.measure(&experiment).await;
-    lab.close();
+    let mut bench = Bench::open(board, Sensor::Board, None, json).await?;
+    let measured = bench.measure(&experiment).await;
+    bench.close();
     let rows = &measured.file.rows;
     let z = || rows.iter().filter_map(|row| row.z_um);
     let mut report = Report {
@@ -85,45 +85,29 @@ fn acted(limits: &[Limits], cycles: u32) -> Limits {
     all.fold(Limits::NONE, |all, limits| all.union(*limits))
 }
 
-type Planned = (String, Waveform, Vec<i16>, Option<(PathBuf, bool)>);
+/// Name, positions (um), cycles, and the file that may be asked for.
+type Planned = (&'static str, Signal, u32, Option<(PathBuf, bool)>);
 
-fn waveform(scan: Scan, tick_hz: u32) -> Result<Planned, ToolError> {
-    let periodic = |shape: Shape, offset: Length, amplitude: Length, cycles: u32| Waveform {
-        quantity: Quantity::Position,
-        shape,
-        offset: offset.um as f32,
-        amplitude: amplitude.um as f32,
-        cycles,
-        ends_off: true,
+fn signal(scan: Scan, tick_hz: u32) -> Result<Planned, ToolError> {
+    let wave = |curve: &Curve| Wave {
+        mean: curve.offset.um,
+        amplitude: curve.amplitude.um,
+        frequency_hz: curve.frequency.hz,
     };
     Ok(match scan {
         Scan::Sine { curve, to } => {
-            let frequency_hz = curve.frequency.hz as f32;
-            let shape = Shape::Sine { frequency_hz };
-            let waveform = periodic(shape, curve.offset, curve.amplitude, curve.cycles);
-            ("scan_sine".into(), waveform, Vec::new(), to.file())
+            let signal = Signal::Sine(wave(&curve));
+            ("scan_sine", signal, curve.cycles, to.file())
         }
         Scan::Triangle { curve, to } => {
-            let frequency_hz = curve.frequency.hz as f32;
-            let shape = Shape::Triangle { frequency_hz };
-            let waveform = periodic(shape, curve.offset, curve.amplitude, curve.cycles);
-            ("scan_triangle".into(), waveform, Vec::new(), to.file())
+            let signal = Signal::Triangle(wave(&curve));
+            ("scan_triangle", signal, curve.cycles, to.file())
         }
         Scan::Csv { file, cycles, to } => {
-            let (z_um, dwell_ticks) = read(&file, tick_hz)?;
-            let (offset, amplitude, points) = shares(&z_um);
-            let waveform = Waveform {
-                quantity: Quantity::Position,
-                shape: Shape::Lines(Table {
-                    points: points.len() as u16,
-                    dwell_ticks,
-                }),
-                offset,
-                amplitude,
-                cycles,
-                ends_off: true,
-            };
-            ("scan_csv".into(), waveform, points, to.file())
+            let (values, dwell_ticks) = read(&file, tick_hz)?;
+            let dwell_s = f64::from(dwell_ticks) / f64::from(tick_hz);
+            let signal = Signal::Lines { values, dwell_s };
+            ("scan_csv", signal, cycles, to.file())
         }
     })
 }

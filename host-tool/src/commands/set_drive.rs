@@ -6,8 +6,9 @@ use mirror_protocol::Drives;
 use serde::Serialize;
 
 use crate::board::Board;
-use crate::commands::moving::{Pace, Readings, limit_names, limited_line, settle_and_read};
+use crate::commands::moving::{Pace, Readings, settle_and_read};
 use crate::error::ToolError;
+use crate::names::{limit_names, limited_line};
 use crate::quantity::Voltage;
 use crate::report::{self, decimal, row};
 

@@ -7,8 +7,9 @@ use mirror_protocol::{CalibrationInfo, Identity, Kept, LEASE_FOREVER_MS, Status}
 use serde::Serialize;
 
 use crate::board::Board;
-use crate::commands::moving::{Readings, limit_names, limited_line, state_name};
+use crate::commands::moving::Readings;
 use crate::error::ToolError;
+use crate::names::{limit_names, limited_line, state_name};
 use crate::report::{self, decimal, row, row_of_known};
 
 #[derive(Serialize)]
@@ -125,7 +126,7 @@ impl fmt::Display for StatusReport {
             let most = uncertainty_k.into_iter().fold(0.0, f64::max);
             writeln!(
                 f,
-                "           known to {:.0} ohm, so warmth to {most:.1} K, until `host-tool calibrate` measures it",
+                "           known to {:.0} ohm, so temperatures to {most:.1} K, until `host-tool calibrate` measures it",
                 COLD_RESISTANCE_TOLERANCE.0
             )?;
         }
@@ -263,7 +264,7 @@ mod tests {
         let uncertainty_k = report.uncertainty_k.expect("nothing was measured");
         assert!((uncertainty_k[0] - 12.66).abs() < 0.01, "{uncertainty_k:?}");
         assert!((uncertainty_k[2] - 10.63).abs() < 0.01, "{uncertainty_k:?}");
-        let line = "known to 15 ohm, so warmth to 12.7 K, until";
+        let line = "known to 15 ohm, so temperatures to 12.7 K, until";
         assert!(report.to_string().contains(line), "{report}");
     }
 }

@@ -220,7 +220,8 @@ fn what_is_not_there_is_told() {
 
 #[test]
 fn every_measurement_that_may_be_proposed_is_a_command_of_the_tool() {
-    for command in diagnosis::commands(3.5) {
+    for proposal in diagnosis::proposals(3.5) {
+        let command = host_tool::command_line::proposal_line(&proposal);
         let words: Vec<&str> = command.split(' ').skip(1).collect();
         let said = host_tool(no_boards().path(), &words);
         assert!(

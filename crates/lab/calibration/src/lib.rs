@@ -11,14 +11,12 @@ mod correct;
 mod curve;
 mod dynamics;
 mod file;
-mod jumps;
 mod refine;
 mod rehearsal;
 mod statics;
 
 pub use correct::{CorrectionError, StaticPoint, corrected};
 pub use file::{CalibrationFileError, from_toml, to_toml};
-pub use jumps::{JUMP_S, jumps};
 pub use refine::{RefineError, Refined, refined};
 pub use rehearsal::{Left, Rehearsal, rehearse};
 

@@ -21,6 +21,7 @@ mod likeness;
 mod menu;
 mod next;
 mod placebo;
+mod proposal;
 mod report;
 pub mod space;
 mod words;
@@ -47,6 +48,7 @@ mod plan {
 
 pub use diagnose::diagnose;
 pub use edit::{Changed, Edit, EditError, add, remove};
-pub use menu::commands;
+pub use menu::proposals;
 pub use placebo::{Fall, Placebo};
-pub use report::{BeforeAfter, Diagnosis, NextMeasurement, Ranked, Verdict};
+pub use proposal::{Next, NextMeasurement, Proposal};
+pub use report::{BeforeAfter, Diagnosis, Ranked, Verdict};

@@ -1,186 +1,196 @@
-//! Experiments that a board and its bench can run, each with the command that runs it and what it would read.
+//! Measurements that a board and its bench can make, each with what it would read.
 
 use crate::plan::{Channel, Observation, OwnZero, Plan};
+use crate::proposal::Proposal;
+use experiments::instruments::CURRENT_NOISE_A;
+use experiments::{Experiment, Measurement, OVEN_K, SETTLING_S};
 use mirror_model::{ACTUATORS, Interval};
 
-/// Noise of a current reading (A).
-const NOISE_A: f64 = 2e-6;
-/// Voltage at which idle actuators are sensed.
-const SENSE_BIAS_V: f64 = 0.2;
-/// Readings a cycle of a sine.
-const READINGS_PER_CYCLE: usize = 100;
-/// Frequencies of the sines that take the place of a chirp (Hz).
+/// Frequencies of the sines that take the place of a chirp (Hz): through the resonances of such mirrors.
 const CHIRP_HZ: [f64; 3] = [200.0, 500.0, 1000.0];
+/// Slow enough for all heat to settle on the way (Hz): a cycle is five of the slowest time constants that are known.
+const SLOW_HZ: f64 = 0.01;
+/// Cycles of a sine.
+const CYCLES: u32 = 3;
 
 /// The room where a session does not say how warm it was (degC).
 pub(crate) const ROOM_C: f64 = 22.0;
-/// How much warmer another room is, and an oven (K).
+/// How much warmer another room is (K): 35 degC, a cabinet without its fan.
 const OTHER_ROOM_K: f64 = 13.0;
-const OVEN_K: f64 = 38.0;
-/// A drive that heats next to nothing (V).
-const COLD_V: f64 = 0.4;
-/// Heights that a stage goes to (um), and back.
-const HEIGHTS_UM: [u32; 4] = [0, 50, 100, 150];
-/// Time that surroundings take to be what a thermometer says (s).
-const SETTLING_S: f64 = 60.0;
 
-/// Every command that a diagnosis may propose for drives up to `top` volts.
-pub fn commands(top: f64) -> Vec<String> {
-    let on_the_board = menu(top).into_iter().map(|experiment| experiment.command);
-    let with_currents = with_currents(&Plan::default(), top).command;
+/// Every measurement that a diagnosis may propose for drives up to `top_v`.
+pub fn proposals(top_v: f64) -> Vec<Proposal> {
+    let on_the_board = menu(top_v).into_iter();
+    let with_currents = with_currents(&Plan::default(), top_v);
     on_the_board
         .chain([with_currents])
-        .chain(beside(top, ROOM_C).map(|experiment| experiment.command))
+        .chain(beside(top_v, ROOM_C))
+        .map(|offer| offer.proposal)
         .collect()
 }
 
-/// An experiment that the board, or its bench, can run.
-pub(crate) struct Experiment {
-    pub(crate) command: String,
+/// A measurement that the board, or its bench, can make.
+pub(crate) struct Offer {
+    pub(crate) proposal: Proposal,
     pub(crate) what: &'static str,
     intervals: Vec<Interval>,
+    /// The intervals at whose ends it is read.
+    readings: Vec<usize>,
     /// The first interval in which something else than the board moves the mirror too: on a clock of its own, after a sweep
     /// that a session has already.
     apart: Option<usize>,
 }
 
-/// What the board can be made to drive, up to `top` volts.
-pub(crate) fn menu(top: f64) -> Vec<Experiment> {
-    let experiment = |command: String, what, intervals| Experiment {
-        command: format!("host-tool measure {command}"),
-        what,
-        intervals,
-        apart: None,
+/// What the board can be made to drive, up to `top_v`.
+pub(crate) fn menu(top_v: f64) -> Vec<Offer> {
+    let volts = |share: f64| (1e3 * share * top_v).round() / 1e3;
+    let sine = |frequency_hz: f64| Measurement::Sine {
+        mean_v: volts(0.5),
+        amplitude_v: volts(0.2),
+        frequency_hz,
+        cycles: CYCLES,
     };
-    let volts = |share: f64| (1e3 * share * top).round() / 1e3;
-    let (middle, swing) = (volts(0.5), volts(0.2));
-    let mut menu = vec![
-        experiment(
-            format!("single --max {top}V"),
-            "heat one actuator and sense an idle one",
-            single(top),
-        ),
-        experiment(
-            format!("step --to {}V --hold 60s", volts(0.7)),
-            "hold a step for a minute, then rest",
-            step(volts(0.7), 60.0, 2e-4),
-        ),
-        experiment(
-            format!("step --to {}V --hold 1s --rate 10kHz", volts(0.6)),
-            "sample a step fast",
-            step(volts(0.6), 1.0, 1e-4),
-        ),
-        experiment(
-            format!("sweep --max {top}V --repeat 2"),
-            "repeat the sweep",
-            (0..2).flat_map(|_| sweep(top)).collect(),
-        ),
-        experiment(
-            format!("sine --mean {middle}V --amplitude {swing}V --frequency 0.01Hz"),
+    let step = |share: f64, hold_s: f64, rate_hz: f64| Measurement::Step {
+        to_v: volts(share),
+        hold_s,
+        rate_hz,
+    };
+    let single = Measurement::Single {
+        max_v: top_v,
+        steps: 7,
+        dwell_s: 1.0,
+    };
+    let twice = Measurement::Sweep {
+        max_v: top_v,
+        steps: 35,
+        dwell_s: 1.0,
+        cycles: 2,
+    };
+    let offers = [
+        (single, "heat one actuator and sense an idle one"),
+        (step(0.7, 60.0, 5e3), "hold a step for a minute, then rest"),
+        (step(0.6, 1.0, 1e4), "sample a step fast"),
+        (twice, "repeat the sweep"),
+        (
+            sine(SLOW_HZ),
             "minor loops, slow enough for all heat to settle",
-            sine(middle, swing, 0.01),
         ),
     ];
-    menu.extend(CHIRP_HZ.map(|hz| {
-        experiment(
-            format!("sine --mean {middle}V --amplitude {swing}V --frequency {hz}Hz"),
-            "a fast sine, one frequency of a chirp",
-            sine(middle, swing, hz),
-        )
-    }));
-    menu
+    let chirp = CHIRP_HZ.map(|hz| (sine(hz), "a fast sine, one frequency of a chirp"));
+    offers
+        .into_iter()
+        .chain(chirp)
+        .map(|(measurement, what)| Offer::new(measurement, what))
+        .collect()
 }
 
-/// What no drive does: on the bench, after a sweep up to `top` volts in surroundings at `first_c`.
-pub(crate) fn beside(top: f64, first_c: f64) -> [Experiment; 3] {
-    let after_a_sweep = |command: String, what, more: Vec<Interval>| {
-        let sweep: Vec<_> = sweep(top).collect();
-        Experiment {
-            command: format!("host-tool measure {command}"),
-            what,
-            apart: Some(sweep.len()),
-            intervals: [sweep, more].concat(),
-        }
+/// What no drive does: on the bench, after a sweep up to `top_v` in surroundings at `first_c`.
+pub(crate) fn beside(top_v: f64, first_c: f64) -> [Offer; 3] {
+    let warmer = |measurement: Measurement, rise_k: f64, name, what| {
+        let ambient_c = Some((first_c + rise_k).round());
+        Offer::new(measurement, what)
+            .after_a_sweep(top_v, rise_k)
+            .asked_as(name, ambient_c)
     };
-    let warmer = |ambient_k: f64, max_v: f64| {
-        let rest = Interval::held([0.0; ACTUATORS], SETTLING_S);
-        let warm = |interval| Interval {
-            ambient_k,
-            ..interval
-        };
-        std::iter::once(rest)
-            .chain(sweep(max_v))
-            .map(warm)
-            .collect()
-    };
-    let at = |warmer_k: f64| (first_c + warmer_k).round();
-    let heights = HEIGHTS_UM.map(|um| format!("{um}um")).join(" ");
     [
-        after_a_sweep(
-            format!("reference {heights} -o reference.csv"),
+        Offer::new(
+            Measurement::reference(),
             "reference steps of the sensor's target on a stage, at rest",
-            reference(),
-        ),
-        after_a_sweep(
-            format!(
-                "sweep --max {top}V --ambient {} -o warmer.csv",
-                at(OTHER_ROOM_K)
-            ),
+        )
+        .after_a_sweep(top_v, 0.0)
+        .asked_as("reference", None),
+        warmer(
+            Measurement::sweep(top_v),
+            OTHER_ROOM_K,
+            "warmer",
             "a sweep with the room at another, known temperature",
-            warmer(OTHER_ROOM_K, top),
         ),
-        after_a_sweep(
-            format!("sweep --max {COLD_V}V --ambient {} -o oven.csv", at(OVEN_K)),
+        warmer(
+            Measurement::COLD_SWEEP,
+            OVEN_K[1],
+            "oven",
             "an oven at a known temperature with the heaters next to off",
-            warmer(OVEN_K, COLD_V),
         ),
     ]
 }
 
-/// Up and down again over the heights.
-fn reference() -> Vec<Interval> {
-    let up_and_down = HEIGHTS_UM
-        .into_iter()
-        .chain(HEIGHTS_UM.into_iter().rev().skip(1));
-    up_and_down
-        .map(|um| Interval {
-            reference_um: f64::from(um),
-            ..Interval::held([0.0; ACTUATORS], 1.0)
-        })
-        .collect()
-}
-
 /// The session once more, with the currents that were not measured.
-pub(crate) fn with_currents(session: &Plan, top: f64) -> Experiment {
-    Experiment {
-        command: format!("host-tool measure session --max {top}V -o with-currents"),
-        what: "measure the currents, too: the resistance is a thermometer",
+pub(crate) fn with_currents(session: &Plan, top_v: f64) -> Offer {
+    let again = Offer {
         intervals: session.intervals.clone(),
-        apart: None,
-    }
+        readings: (0..session.intervals.len()).collect(),
+        ..Offer::new(
+            Measurement::Session { max_v: top_v },
+            "measure the currents, too: the resistance is a thermometer",
+        )
+    };
+    again.asked_as("with-currents", None)
 }
 
-impl Experiment {
-    /// What it would read: displacement and currents at the end of each interval.
+impl Offer {
+    fn new(measurement: Measurement, what: &'static str) -> Self {
+        let (mut intervals, mut readings) = (Vec::new(), Vec::new());
+        for experiment in measurement.experiments() {
+            add(&experiment, &mut intervals, &mut readings);
+        }
+        Self {
+            proposal: Proposal {
+                measurement,
+                ambient_c: None,
+                name: None,
+            },
+            what,
+            intervals,
+            readings,
+            apart: None,
+        }
+    }
+
+    /// The same after a sweep, and in surroundings that are so much warmer from then on.
+    fn after_a_sweep(mut self, top_v: f64, rise_k: f64) -> Self {
+        let settling = Interval::held([0.0; ACTUATORS], SETTLING_S);
+        let sweep = Self::new(Measurement::sweep(top_v), "");
+        let before = sweep.intervals.len();
+        self.intervals.insert(0, settling);
+        for interval in &mut self.intervals {
+            interval.ambient_k = rise_k;
+        }
+        self.intervals.splice(0..0, sweep.intervals);
+        let later = self.readings.iter().map(|reading| before + 1 + reading);
+        self.readings = sweep.readings.into_iter().chain(later).collect();
+        self.apart = Some(before);
+        self
+    }
+
+    fn asked_as(mut self, name: &'static str, ambient_c: Option<f64>) -> Self {
+        self.proposal.name = Some(name);
+        self.proposal.ambient_c = ambient_c;
+        self
+    }
+
+    /// What it would read: displacement and currents.
     pub(crate) fn plan(&self, noise_um: f64) -> Plan {
         let mut plan = Plan {
-            experiments: vec!["sweep".into(), self.command.clone()],
+            experiments: vec!["sweep".into(), self.what.into()],
             intervals: self.intervals.clone(),
             ..Plan::default()
         };
-        let mut t_s = 0.0;
-        for (interval, piece) in self.intervals.iter().enumerate() {
-            t_s += piece.duration_s;
+        let ends_s = self.intervals.iter().scan(0.0, |t_s, interval| {
+            *t_s += interval.duration_s;
+            Some(*t_s)
+        });
+        let ends_s: Vec<f64> = ends_s.collect();
+        for &interval in &self.readings {
             let observation = |channel, noise| Observation {
                 interval,
                 channel,
                 value: 0.0,
                 noise,
                 experiment: usize::from(self.apart.is_none_or(|first| interval >= first)),
-                t_s,
+                t_s: ends_s[interval],
             };
-            let currents =
-                (0..ACTUATORS).map(|actuator| observation(Channel::Current(actuator), NOISE_A));
+            let currents = (0..ACTUATORS)
+                .map(|actuator| observation(Channel::Current(actuator), CURRENT_NOISE_A));
             plan.observations
                 .push(observation(Channel::Displacement, noise_um));
             plan.observations.extend(currents);
@@ -191,54 +201,69 @@ impl Experiment {
     }
 }
 
-fn sweep(top: f64) -> impl Iterator<Item = Interval> {
-    let ladder = (0..=35).chain((0..35).rev());
-    ladder.map(move |step| Interval::held([top * f64::from(step) / 35.0; ACTUATORS], 1.0))
-}
-
-fn single(top: f64) -> Vec<Interval> {
-    let alone = |hot: usize, step: u32| {
-        let mut drive = [SENSE_BIAS_V; ACTUATORS];
-        drive[hot] = top * f64::from(step) / 7.0;
-        Interval::held(drive, 1.0)
-    };
-    let rest = Interval::held([0.0; ACTUATORS], 2.0);
-    (0..ACTUATORS)
-        .flat_map(|hot| {
-            let steps = (0..=7).map(move |step| alone(hot, step));
-            steps.chain(std::iter::once(rest))
-        })
-        .collect()
-}
-
-/// Read at first every `first_s`, then a twentieth later each time.
-fn step(to: f64, hold_s: f64, first_s: f64) -> Vec<Interval> {
-    let edge = |volts: f64| {
-        let mut passed = 0.0;
-        let mut pieces = Vec::new();
-        while passed < hold_s * (1.0 - 1e-9) {
-            let piece = (0.05 * passed).max(first_s).min(hold_s - passed);
-            pieces.push(Interval::held([volts; ACTUATORS], piece));
-            passed += piece;
+/// Adds what drives a mirror in an experiment, and which of it is read.
+fn add(experiment: &Experiment, intervals: &mut Vec<Interval>, readings: &mut Vec<usize>) {
+    let hold = |volts: f64, seconds: f64, intervals: &mut Vec<Interval>| {
+        if seconds > 0.0 {
+            intervals.push(Interval::held([volts; ACTUATORS], seconds));
         }
-        pieces
     };
-    [edge(to), edge(0.0)].concat()
+    hold(0.0, experiment.rest_s, intervals);
+    if let Some(prehold) = experiment.prehold {
+        hold(prehold.volts, prehold.seconds, intervals);
+    }
+    for dwell in experiment.dwells().expect("drives") {
+        hold(0.0, dwell.rest_s, intervals);
+        readings.push(intervals.len());
+        intervals.push(Interval {
+            duration_s: dwell.duration_s,
+            from_v: dwell.from_v,
+            to_v: dwell.to_v,
+            reference_um: dwell.stage_um,
+            ..Interval::default()
+        });
+    }
 }
 
-/// Three cycles after 5 s at the mean.
-fn sine(mean: f64, amplitude: f64, hz: f64) -> Vec<Interval> {
-    let at = |reading: usize| {
-        let phase = std::f64::consts::TAU * reading as f64 / READINGS_PER_CYCLE as f64;
-        [mean + amplitude * phase.sin(); ACTUATORS]
-    };
-    let cycles = (0..3 * READINGS_PER_CYCLE).map(|reading| Interval {
-        duration_s: 1.0 / (hz * READINGS_PER_CYCLE as f64),
-        from_v: at(reading),
-        to_v: at(reading + 1),
-        ..Interval::default()
-    });
-    std::iter::once(Interval::held(at(0), 5.0))
-        .chain(cycles)
-        .collect()
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is offered, by its words.
+    fn offer(what: &str) -> Offer {
+        let mut all = menu(3.5).into_iter().chain(beside(3.5, 22.0));
+        all.find(|offer| offer.what.contains(what))
+            .expect("offered")
+    }
+
+    #[test]
+    fn the_mean_of_a_sine_is_held_before_it_and_not_read() {
+        let sine = offer("chirp");
+        assert_eq!(sine.intervals[0], Interval::held([1.75; ACTUATORS], 5.0));
+        assert_eq!(sine.readings, (1..=300).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn an_actuator_alone_is_read_at_each_step_and_not_at_rest() {
+        let single = offer("idle");
+        let rests = |i: &usize| single.intervals[*i].to_v == [0.0; ACTUATORS];
+        // Eight steps of each, and three rests in between.
+        assert_eq!((single.readings.len(), single.intervals.len()), (32, 35));
+        assert!(!single.readings.iter().any(rests));
+    }
+
+    #[test]
+    fn an_oven_is_warm_after_the_sweep_and_read_on_a_clock_of_its_own() {
+        let oven = offer("oven");
+        let apart = oven.apart.expect("another clock");
+        assert_eq!(apart, 71);
+        let ambient: Vec<f64> = oven.intervals.iter().map(|i| i.ambient_k).collect();
+        assert!(ambient[..apart].iter().all(|k| *k == 0.0));
+        assert!(ambient[apart..].iter().all(|k| *k == 40.0));
+        let plan = oven.plan(0.02);
+        let later = plan.observations.iter().filter(|o| o.experiment == 1);
+        // 17 steps up and down, a displacement and four currents at each.
+        assert_eq!(later.count(), 17 * 5);
+        assert_eq!(oven.proposal.ambient_c, Some(62.0));
+    }
 }

@@ -2,16 +2,15 @@
 
 use crate::base::identifiable;
 use crate::fit::{Knob, in_units_of_trust, jacobian, predict};
-use crate::menu::{Experiment, ROOM_C, beside, menu, with_currents};
+use crate::menu::{Offer, ROOM_C, beside, menu, with_currents};
 use crate::plan::{Channel, Plan};
-use crate::report::NextMeasurement;
+use crate::proposal::{Next, NextMeasurement};
 use crate::space::Space;
+use experiments::instruments::POSITION_NOISE_UM;
 use mirror_model::Model;
 use mirror_model::effect::{Active, Stage};
 use rayon::prelude::*;
 
-/// Noise of the displacement where the session has none (um).
-const NOISE_UM: f64 = 0.02;
 /// Rivals that differ by less than this, in units of what a reading is trusted to, need something else than a drive.
 const TELLING: f64 = 5.0;
 
@@ -27,28 +26,28 @@ pub(crate) fn choose(model: &Model, session: &Plan, rivals: &[Active]) -> Option
         .observations
         .iter()
         .find(|o| o.channel == Channel::Displacement)
-        .map_or(NOISE_UM, |o| o.noise);
+        .map_or(POSITION_NOISE_UM, |o| o.noise);
     let top = highest_drive(session);
-    let mut experiments = menu(top);
+    let mut offers = menu(top);
     if !session.has_current() {
-        experiments.push(with_currents(session, top));
+        offers.push(with_currents(session, top));
     }
     let told_by = |plan: &Plan| {
         let tells = |other| difference(model, plan, first, other).unwrap_or(0.0);
         others.iter().map(tells).fold(f64::INFINITY, f64::min)
     };
-    let told = |experiment: &Experiment| told_by(&experiment.plan(noise_um));
+    let told = |offer: &Offer| told_by(&offer.plan(noise_um));
     // What they differ by in the session did not tell them apart: the model's approximation hides it.
     let enough = told_by(session).max(TELLING);
     let ids: Vec<&str> = others.iter().map(Active::id).collect();
     let (first_id, other_ids) = (first.id(), ids.join(", "));
-    if let Some((best, size)) = most_telling(&experiments, enough, told) {
+    if let Some((best, size)) = most_telling(&offers, enough, told) {
         return Some(NextMeasurement {
             why: format!(
                 "{}: there {first_id} differs from {other_ids} by {size:.0} times what a reading is trusted to",
                 best.what
             ),
-            command: best.command.clone(),
+            how: best.proposal.clone().into(),
         });
     }
     let on_the_bench = beside(top, session.first_ambient_c.unwrap_or(ROOM_C));
@@ -58,7 +57,7 @@ pub(crate) fn choose(model: &Model, session: &Plan, rivals: &[Active]) -> Option
                 "no drive of this board tells {first_id} from {other_ids}; this would: {}, where they differ by {size:.0} times what a reading is trusted to",
                 best.what
             ),
-            command: best.command.clone(),
+            how: best.proposal.clone().into(),
         });
     }
     Some(NextMeasurement {
@@ -66,7 +65,7 @@ pub(crate) fn choose(model: &Model, session: &Plan, rivals: &[Active]) -> Option
             "no measurement of this board tells {first_id} from {other_ids}; this would: {}",
             first.effect.info().separates
         ),
-        command: format!("host-tool effect show {first_id}"),
+        how: Next::ReadAbout(first_id.to_owned()),
     })
 }
 
@@ -75,11 +74,11 @@ fn of_a_heater(session: &Plan, first: &Active, second: &Active) -> NextMeasureme
     let room_c = session.first_ambient_c.unwrap_or(ROOM_C);
     let [.., oven] = beside(highest_drive(session), room_c);
     let is_of_resistance = |active: &Active| active.effect.info().stage == Stage::Resistance;
-    let (what, command) = if is_of_resistance(first) != is_of_resistance(second) {
-        (oven.what, oven.command)
+    let (what, how) = if is_of_resistance(first) != is_of_resistance(second) {
+        (oven.what, oven.proposal.into())
     } else {
-        let show = format!("host-tool effect show {}", first.id());
-        (first.effect.info().separates.as_ref(), show)
+        let about = Next::ReadAbout(first.id().to_owned());
+        (first.effect.info().separates.as_ref(), about)
     };
     NextMeasurement {
         why: format!(
@@ -87,19 +86,19 @@ fn of_a_heater(session: &Plan, first: &Active, second: &Active) -> NextMeasureme
             first.id(),
             second.id()
         ),
-        command,
+        how,
     }
 }
 
-/// The experiment by which most is told, and how much, if it is enough.
+/// The measurement by which most is told, and how much, if it is enough.
 fn most_telling(
-    experiments: &[Experiment],
+    offers: &[Offer],
     enough: f64,
-    told: impl Fn(&Experiment) -> f64 + Sync,
-) -> Option<(&Experiment, f64)> {
-    experiments
+    told: impl Fn(&Offer) -> f64 + Sync,
+) -> Option<(&Offer, f64)> {
+    offers
         .par_iter()
-        .map(|experiment| (experiment, told(experiment)))
+        .map(|offer| (offer, told(offer)))
         .max_by(|a, b| a.1.total_cmp(&b.1))
         .filter(|&(_, size)| size > enough)
 }
@@ -109,7 +108,7 @@ pub(crate) fn more(session: &Plan) -> Option<NextMeasurement> {
     let with_currents = with_currents(session, highest_drive(session));
     (!session.has_current()).then(|| NextMeasurement {
         why: with_currents.what.into(),
-        command: with_currents.command,
+        how: with_currents.proposal.into(),
     })
 }
 
@@ -137,6 +136,8 @@ fn difference(model: &Model, plan: &Plan, first: &Active, second: &Active) -> Op
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::proposal::Proposal;
+    use experiments::Measurement;
     use mirror_model::effect::find;
     use mirror_model::{Preset, Symbol};
 
@@ -152,26 +153,44 @@ mod tests {
         }
         let sweep = menu(3.5)
             .into_iter()
-            .find(|experiment| experiment.what == "repeat the sweep");
-        let session = sweep.expect("on the menu").plan(NOISE_UM);
+            .find(|offer| offer.what == "repeat the sweep");
+        let session = sweep.expect("on the menu").plan(POSITION_NOISE_UM);
         let rivals = [first, second].map(|id| Active::usual(find(id).expect("an effect")));
         choose(&model, &session, &rivals).expect("two rivals")
     }
 
+    /// The measurement that is proposed.
+    fn measurement(next: &NextMeasurement) -> Option<&Proposal> {
+        match &next.how {
+            Next::Measure(proposal) => Some(proposal),
+            Next::ReadAbout(_) => None,
+        }
+    }
+
     #[test]
     fn the_experiment_is_the_one_that_tells_the_rivals_apart() {
-        for (first, second, command) in [
-            ("crosstalk", "sensor-gain", "measure single --max 3.5V"),
+        type Is = fn(&Measurement) -> bool;
+        let cases: [(&str, &str, Is); 3] = [
+            (
+                "crosstalk",
+                "sensor-gain",
+                |m| matches!(m, Measurement::Single { max_v, .. } if *max_v == 3.5),
+            ),
             (
                 "creep",
                 "sensor-offset",
-                "measure step --to 2.45V --hold 60s",
+                |m| matches!(m, Measurement::Step { to_v, hold_s, .. } if (*to_v, *hold_s) == (2.45, 60.0)),
             ),
-            ("resonance", "sensor-offset", "Hz"),
-        ] {
+            (
+                "resonance",
+                "sensor-offset",
+                |m| matches!(m, Measurement::Sine { frequency_hz, .. } if *frequency_hz >= 200.0),
+            ),
+        ];
+        for (first, second, is) in cases {
             let next = proposed(first, second);
             assert!(
-                next.command.contains(command),
+                measurement(&next).is_some_and(|proposal| is(&proposal.measurement)),
                 "{first}, {second}: {next:?}"
             );
         }
@@ -179,37 +198,35 @@ mod tests {
 
     #[test]
     fn a_heater_is_not_measured_again_as_it_was() {
-        let mut session = menu(6.0).swap_remove(3).plan(NOISE_UM);
+        let mut session = menu(6.0).swap_remove(3).plan(POSITION_NOISE_UM);
         session
             .observations
             .retain(|o| o.channel == Channel::Current(0));
-        let rivals = |ids: [&str; 2]| ids.map(|id| Active::usual(find(id).expect("an effect")));
-        for (ids, command) in [
-            (
-                ["heat-loss-temperature", "quadratic-tcr"],
-                "--ambient 60 -o oven.csv",
-            ),
-            (
-                ["radiation", "heat-loss-temperature"],
-                "effect show radiation",
-            ),
-        ] {
-            let next = choose(&Model::from(Preset::Paper), &session, &rivals(ids));
-            let next = next.expect("two rivals");
-            assert!(next.command.contains(command), "{ids:?}: {next:?}");
-        }
+        let next = |ids: [&str; 2]| {
+            let rivals = ids.map(|id| Active::usual(find(id).expect("an effect")));
+            choose(&Model::from(Preset::Paper), &session, &rivals).expect("two rivals")
+        };
+        let oven = next(["heat-loss-temperature", "quadratic-tcr"]);
+        let oven = measurement(&oven).expect("the bench can");
+        assert_eq!((oven.name, oven.ambient_c), (Some("oven"), Some(62.0)));
+        let other = next(["radiation", "heat-loss-temperature"]);
+        assert_eq!(other.how, Next::ReadAbout("radiation".into()));
     }
 
     #[test]
     fn what_no_drive_tells_is_told_on_the_bench() {
-        for (first, second, command) in [
-            ("sensor-gain", "film-tcr", "--ambient"),
-            ("film-tcr", "radiation", "--ambient"),
-            ("sensor-gain", "initial-curl", "measure reference"),
+        for (first, second, is_of_a_stage) in [
+            ("sensor-gain", "film-tcr", false),
+            ("film-tcr", "radiation", false),
+            ("sensor-gain", "initial-curl", true),
         ] {
             let next = proposed(first, second);
+            let proposal = measurement(&next).expect("the bench can");
+            let stage = matches!(proposal.measurement, Measurement::Reference { .. });
             assert!(
-                next.command.contains(command) && next.why.contains("no drive"),
+                stage == is_of_a_stage
+                    && proposal.ambient_c.is_some() != stage
+                    && next.why.contains("no drive"),
                 "{first}, {second}: {next:?}"
             );
         }
@@ -218,6 +235,6 @@ mod tests {
     #[test]
     fn where_nothing_on_the_menu_tells_the_effect_says_what_would() {
         let next = proposed("radiation", "radiation");
-        assert_eq!(next.command, "host-tool effect show radiation");
+        assert_eq!(next.how, Next::ReadAbout("radiation".into()));
     }
 }

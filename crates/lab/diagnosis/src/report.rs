@@ -1,6 +1,7 @@
 //! What a diagnosis says, as data.
 
 use crate::placebo::Placebo;
+use crate::proposal::NextMeasurement;
 use identification::Estimate;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -58,15 +59,6 @@ pub struct Ranked {
     pub look_alikes: Vec<String>,
     /// Why it is, or is not, the one.
     pub why: String,
-}
-
-/// What to measure next.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct NextMeasurement {
-    /// What it would tell.
-    pub why: String,
-    /// How to make it.
-    pub command: String,
 }
 
 /// A diagnosis.

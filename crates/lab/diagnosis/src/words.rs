@@ -36,9 +36,6 @@ impl fmt::Display for Diagnosis {
         if self.verdict == Verdict::None {
             self.limits(f)?;
         }
-        if let Some(next) = &self.next_measurement {
-            writeln!(f, "\nMeasure next: {}\n  {}", next.command, next.why)?;
-        }
         Ok(())
     }
 }

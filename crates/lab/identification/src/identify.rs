@@ -8,6 +8,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use experiments::Measurement;
 use mirror_model::effect::{Active, find};
 use mirror_model::{Model, Runaway, Symbol};
 use serde::Serialize;
@@ -90,6 +91,8 @@ pub struct Tried {
     pub kept: bool,
     /// Why, in a sentence.
     pub because: String,
+    /// What would show it, where these data could not.
+    pub shown_by: Option<Measurement>,
 }
 
 /// What an identification found.
@@ -178,10 +181,13 @@ impl<'a> Search<'a> {
                 what: candidate.name(),
                 kept,
                 because,
+                shown_by: None,
             })
         };
         if !candidate.can_show(self.data) {
-            return tried(false, candidate.needs().into());
+            let (lack, shown_by) = candidate.needs();
+            let tried = tried(false, lack.into())?;
+            return Some(Tried { shown_by, ..tried });
         }
         let (starts, added) = candidate.starts(&self.best.model)?;
         if self.best.knobs.contains(&added[0]) {
@@ -318,22 +324,30 @@ impl Candidate {
         }
     }
 
-    /// What would show it, where these data cannot.
-    fn needs(self) -> &'static str {
+    /// What these data lack to show it, and what would.
+    fn needs(self) -> (&'static str, Option<Measurement>) {
+        let step = |hold_s| Measurement::Step {
+            to_v: 2.0,
+            hold_s,
+            rate_hz: 5e3,
+        };
         match self {
             Self::Pole(pole, _) if pole.time == Symbol::MiddleTime => {
-                "these data are too slow for it; `host-tool measure step` would show it"
+                ("these data are too slow for it", Some(step(30.0)))
             }
             Self::Effect("resonance" | "thermal-lag", _) => {
-                "these data are too slow for it; `host-tool measure step` would show it"
+                ("these data are too slow for it", Some(step(30.0)))
             }
-            Self::Effect("quadratic-tcr", _) => "there are no currents to show it",
+            Self::Effect("quadratic-tcr", _) => ("there are no currents to show it", None),
             Self::Effect("crosstalk", _) => {
-                "all actuators are driven alike; `host-tool measure single` would show it"
+                let single = Measurement::Single {
+                    max_v: 3.5,
+                    steps: 7,
+                    dwell_s: 1.0,
+                };
+                ("all actuators are driven alike", Some(single))
             }
-            _ => {
-                "these data are too short for it; `host-tool measure step --hold 60s` would show it"
-            }
+            _ => ("these data are too short for it", Some(step(60.0))),
         }
     }
 }
@@ -356,8 +370,16 @@ fn strength_of(fitted: &Fitted, parameter: FreeParameter, data: &Dataset) -> Opt
     Some((parameter.value(&noted.model), error))
 }
 
-impl fmt::Display for Identification {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Identification {
+    /// Says it. `command` says how a measurement is asked for.
+    ///
+    /// # Errors
+    /// Where `f` takes no more.
+    pub fn describe(
+        &self,
+        f: &mut impl fmt::Write,
+        command: impl Fn(&Measurement) -> String,
+    ) -> fmt::Result {
         for (name, estimate) in &self.parameters {
             let error = estimate.standard_error.unwrap_or(f64::NAN);
             writeln!(
@@ -368,7 +390,11 @@ impl fmt::Display for Identification {
         }
         for tried in &self.tried {
             let verdict = if tried.kept { "found" } else { "not found" };
-            writeln!(f, "  {:<26} {verdict}: {}", tried.what, tried.because)?;
+            write!(f, "  {:<26} {verdict}: {}", tried.what, tried.because)?;
+            match &tried.shown_by {
+                Some(measurement) => writeln!(f, "; `{}` would show it", command(measurement))?,
+                None => writeln!(f)?,
+            }
         }
         if let Some(rms) = self.residual_rms_um {
             writeln!(f, "  left of the displacement: {rms:.3} um rms")?;

@@ -1,10 +1,10 @@
 //! Before and after in one picture: error at rest, a step, the errors along two sines, and along a triangle.
 
+use calibration_procedure::{Point, Series, Trial};
 use plotters::prelude::*;
 
-use super::trial::Trial;
 use crate::error::ToolError;
-use crate::picture::{ERROR, INK, MEASURED, panel};
+use crate::picture::{Area, Curve, ERROR, INK, MEASURED, panel};
 
 const SIZE: (u32, u32) = (1200, 640);
 /// A step is shown so long.
@@ -27,57 +27,48 @@ fn draw(svg: &mut String, before: &Trial, after: &Trial) -> Result<(), Box<dyn s
         .into_iter()
         .enumerate()
     {
-        let mut rest: Vec<_> = trial
-            .rest
-            .iter()
-            .map(|(asked, reached)| (*asked, reached - asked))
-            .collect();
+        let of_row = &panels[4 * row..];
+        let error = |area: &Area, what: &str, lines: &[Curve], points: &[Curve]| {
+            panel(
+                area,
+                &format!("{what}, {when}"),
+                ("asked (um)", "error (um)"),
+                lines,
+                points,
+            )
+        };
+        let mut rest = errors(&trial.rest);
         rest.sort_by(|a, b| a.0.total_cmp(&b.0));
-        panel(
-            &panels[4 * row],
-            &format!("error at rest, {when}"),
-            ("asked (um)", "error (um)"),
-            &[],
-            &[(&rest, ERROR)],
-        )?;
-        let step: Vec<_> = trial
-            .step
-            .iter()
-            .filter(|(t, _)| *t < STEP_S)
-            .map(|(t, z)| (1e3 * t, *z))
+        error(&of_row[0], "error at rest", &[], &[(&rest, ERROR)])?;
+        let shown = trial.step.points.iter().filter(|point| point.t_s < STEP_S);
+        let ms = |point: &Point, um: f64| (1e3 * point.t_s, um);
+        let asked: Vec<_> = shown
+            .clone()
+            .map(|point| ms(point, point.asked_um))
             .collect();
-        let target = [(0.0, trial.step_um.1), (1e3 * STEP_S, trial.step_um.1)];
+        let reached: Vec<_> = shown.map(|point| ms(point, point.reached_um)).collect();
         panel(
-            &panels[4 * row + 1],
+            &of_row[1],
             &format!("a step, {when}"),
             ("time (ms)", "z (um)"),
-            &[(&target, INK), (&step, MEASURED)],
+            &[(&asked, INK), (&reached, MEASURED)],
             &[],
         )?;
-        let error = |pairs: &[(f64, f64)]| -> Vec<_> {
-            let left = |(asked, reached): &(f64, f64)| (*asked, reached - asked);
-            pairs.iter().map(left).collect()
-        };
-        panel(
-            &panels[4 * row + 2],
-            &format!("error along 1 and 20 Hz, {when}"),
-            ("asked (um)", "error (um)"),
-            &[
-                (&error(&trial.curve), ERROR),
-                (&error(&trial.slow_loop), MEASURED),
-            ],
-            &[],
-        )?;
-        panel(
-            &panels[4 * row + 3],
-            &format!("error along a 20 Hz triangle, {when}"),
-            ("asked (um)", "error (um)"),
-            &[(&error(&trial.triangle), ERROR)],
-            &[],
-        )?;
+        let (fast, slow) = (errors(&trial.fast_sine), errors(&trial.slow_sine));
+        let both = [(fast.as_slice(), ERROR), (slow.as_slice(), MEASURED)];
+        error(&of_row[2], "error along 1 and 20 Hz", &both, &[])?;
+        let triangle = errors(&trial.triangle);
+        let one = [(triangle.as_slice(), ERROR)];
+        error(&of_row[3], "error along a 20 Hz triangle", &one, &[])?;
     }
     area.present()?;
     drop(panels);
     drop(area);
     Ok(())
+}
+
+/// Where the mirror was asked to be, and how far from it it was (um).
+fn errors(series: &Series) -> Vec<(f64, f64)> {
+    let error = |point: &Point| (point.asked_um, point.error_um());
+    series.points.iter().map(error).collect()
 }

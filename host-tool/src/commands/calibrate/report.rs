@@ -3,11 +3,12 @@
 use std::fmt;
 use std::path::PathBuf;
 
+use calibration_procedure::Figures;
 use control_core::design::COLD_RESISTANCE_TOLERANCE;
 use identification::Identification;
 use serde::Serialize;
 
-use super::trial::Figures;
+use crate::commands::lab::Identified;
 use crate::report::row;
 
 #[derive(Serialize)]
@@ -29,6 +30,13 @@ pub(super) struct Report {
     pub(super) calibrated_before: String,
     pub(super) before: Figures,
     pub(super) after: Figures,
+    #[serde(flatten)]
+    pub(super) written: Written,
+}
+
+/// The files that were written.
+#[derive(Serialize)]
+pub(super) struct Written {
     pub(super) calibration: Option<PathBuf>,
     pub(super) model: Option<PathBuf>,
     pub(super) picture: Option<PathBuf>,
@@ -74,11 +82,11 @@ impl fmt::Display for Report {
         if let Some([before_k, ..]) = self.uncertainty_before_k {
             writeln!(
                 f,
-                "           measured; before, it was known to {:.0} ohm, and warmth to {before_k:.1} K",
+                "           measured; before, it was known to {:.0} ohm, and temperatures to {before_k:.1} K",
                 COLD_RESISTANCE_TOLERANCE.0
             )?;
         }
-        write!(f, "{}", self.identified)?;
+        write!(f, "{}", Identified(&self.identified))?;
         for left in &self.not_inverted {
             writeln!(f, "  not inverted by the board: {left}")?;
         }
@@ -93,9 +101,9 @@ impl fmt::Display for Report {
             )?;
         }
         let files = [
-            ("calibration", &self.calibration),
-            ("model", &self.model),
-            ("picture", &self.picture),
+            ("calibration", &self.written.calibration),
+            ("model", &self.written.model),
+            ("picture", &self.written.picture),
         ];
         for (what, file) in files {
             if let Some(file) = file {

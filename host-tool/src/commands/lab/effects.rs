@@ -8,12 +8,13 @@ use diagnosis::{Edit, add, remove};
 use mirror_model::effect::{Effect, Info, built_in, find};
 use serde::Serialize;
 
+use super::loaded::{Loaded, cache_directory, own_effect};
 use super::positioning::Positioning;
-use super::{Lab, cache_directory, own_effect, while_working};
 use crate::cli::EffectCommand;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::report;
+use crate::working::while_working;
 
 /// What `effect new` writes: an effect that works as it stands, to be changed.
 const TEMPLATE: &str = include_str!("template.toml");
@@ -39,7 +40,7 @@ struct List {
 #[serde(transparent)]
 struct Shown(Info);
 
-pub(in crate::commands) fn run(command: EffectCommand, json: bool) -> Result<(), ToolError> {
+pub(crate) fn run(command: EffectCommand, json: bool) -> Result<(), ToolError> {
     match command {
         EffectCommand::List => {
             let effects = built_in()
@@ -66,7 +67,7 @@ pub(in crate::commands) fn run(command: EffectCommand, json: bool) -> Result<(),
             lab,
             output,
         } => {
-            let (effect, lab) = (named(&effect)?, Lab::load(&lab)?);
+            let (effect, lab) = (named(&effect)?, Loaded::load(&lab)?);
             let file = NewFile::create(output.output, output.force)?;
             let changed = while_working(REFITTING, json, || {
                 add(
@@ -92,7 +93,7 @@ pub(in crate::commands) fn run(command: EffectCommand, json: bool) -> Result<(),
             lab,
             output,
         } => {
-            let lab = Lab::load(&lab)?;
+            let lab = Loaded::load(&lab)?;
             let file = NewFile::create(output.output, output.force)?;
             let changed = while_working("refitting", json, || {
                 remove(&lab.model, &effect, &lab.data, &lab.files)

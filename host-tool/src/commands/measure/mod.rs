@@ -1,52 +1,41 @@
 //! `measure`: the paper's experiments on any board, as measurement files.
 
-pub(crate) mod experiment;
 mod interrupt;
 mod keyboard;
 pub(super) mod plane;
-pub(crate) mod play;
 mod point;
+mod possible;
+pub(crate) mod readings;
 pub(super) mod reference;
-mod rows;
+mod report;
 pub(crate) mod run;
 pub(crate) mod sensor;
 mod serial;
 mod spots;
 
-use std::fmt;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use serde::Serialize;
+use experiments::{Experiment, Quantity};
 
-use self::experiment::Experiment;
-use self::run::{Ended, Lab};
+use self::possible::{check_drive, make_directory};
+use self::report::{MeasuredFile, Report};
+use self::run::{Bench, Ended};
 use self::sensor::Sensor;
 use crate::board::Board;
-use crate::cli::{Experiment as Asked, Instruments};
+use crate::cli::DriveExperiment;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::quantity::Voltage;
-use crate::report::{self, decimal};
-
-#[derive(Serialize)]
-struct Report {
-    measured: Vec<MeasuredFile>,
-    /// Samples that found the link too slow.
-    dropped_samples: u32,
-    interrupted: bool,
-}
-
-#[derive(Serialize)]
-struct MeasuredFile {
-    file: PathBuf,
-    rows: usize,
-}
+use crate::report::{decimal, print};
 
 /// Measures, and leaves the channels off.
-pub(super) async fn run(board: &Board, asked: Asked, json: bool) -> Result<(), ToolError> {
-    let tick_hz = board.identity().tick_hz;
-    let (experiments, instruments) = plan(&asked, tick_hz)?;
+pub(super) async fn run(
+    board: &Board,
+    asked: DriveExperiment,
+    json: bool,
+) -> Result<(), ToolError> {
+    let experiments = planned(&asked, board.identity().tick_hz)?;
+    let instruments = asked.instruments();
     let status = board.status().await?;
     check_drives(&experiments, decimal(status.max_drive_v))?;
     let sensor = Sensor::open(&instruments.sensor)?;
@@ -59,10 +48,10 @@ pub(super) async fn run(board: &Board, asked: Asked, json: bool) -> Result<(), T
         dropped_samples: 0,
         interrupted: false,
     };
-    let mut lab = Lab::open(board, sensor, instruments.ambient_c, json).await?;
+    let mut bench = Bench::open(board, sensor, instruments.ambient_c, json).await?;
     let mut failed = Ok(());
     for (experiment, file) in experiments.iter().zip(files.drain(..)) {
-        let measured = lab.measure(experiment).await;
+        let measured = bench.measure(experiment).await;
         let rows = measured.file.rows.len();
         // An empty file would be no measurement.
         if rows > 0 {
@@ -78,146 +67,59 @@ pub(super) async fn run(board: &Board, asked: Asked, json: bool) -> Result<(), T
             break;
         }
     }
-    lab.close();
+    bench.close();
     if failed.is_ok() {
         let dropped = board.status().await?.dropped_samples;
         report.dropped_samples = dropped.wrapping_sub(status.dropped_samples);
     }
-    report::print(&report, json);
+    print(&report, json);
     failed
 }
 
-fn plan(asked: &Asked, tick_hz: u32) -> Result<(Vec<Experiment>, &Instruments), ToolError> {
-    let one = |experiment: Experiment, rest_s: f64| vec![experiment.after(rest_s)];
-    Ok(match asked {
-        Asked::Sweep {
-            max,
-            steps,
-            dwell,
-            repeat,
-            to,
-        } => (
-            one(
-                Experiment::sweep(*max, *steps, *dwell, *repeat, tick_hz)?,
-                to.rest.s,
-            ),
-            &to.instruments,
-        ),
-        Asked::Step {
-            volts,
-            hold,
-            rate,
-            to,
-        } => (
-            one(Experiment::step(*volts, *hold, *rate, tick_hz)?, to.rest.s),
-            &to.instruments,
-        ),
-        Asked::Sine {
-            mean,
-            amplitude,
-            frequency,
-            cycles,
-            to,
-        } => (
-            one(
-                Experiment::sine(*mean, *amplitude, *frequency, *cycles, tick_hz)?,
-                to.rest.s,
-            ),
-            &to.instruments,
-        ),
-        Asked::Single {
-            max,
-            steps,
-            dwell,
-            to,
-        } => (
-            one(
-                Experiment::single(*max, *steps, *dwell, tick_hz)?,
-                to.rest.s,
-            ),
-            &to.instruments,
-        ),
-        Asked::Held { volts, dwell, to } => (
-            one(Experiment::held(volts, *dwell, tick_hz)?, to.rest.s),
-            &to.instruments,
-        ),
-        Asked::Session {
-            max, instruments, ..
-        } => (experiment::session(*max, tick_hz)?, instruments),
-    })
+/// What is played, after the rests that were asked for; found out to be playable before anything moves.
+fn planned(asked: &DriveExperiment, tick_hz: u32) -> Result<Vec<Experiment>, ToolError> {
+    let mut experiments = asked.measurement().experiments();
+    if let (Some(file), [experiment]) = (asked.file(), experiments.as_mut_slice()) {
+        experiment.rest_s = file.rest.s;
+    }
+    for experiment in &experiments {
+        experiment_player::pieces(experiment, tick_hz)?;
+    }
+    Ok(experiments)
 }
 
 /// One file an experiment, found out to be writable before anything moves.
 fn new_files(
-    asked: &Asked,
+    asked: &DriveExperiment,
     experiments: &[Experiment],
     force: bool,
 ) -> Result<Vec<NewFile>, ToolError> {
     let default = |experiment: &Experiment| PathBuf::from(format!("{}.csv", experiment.name));
-    match asked {
-        Asked::Session { output, .. } => {
+    let paths: Vec<PathBuf> = match asked {
+        DriveExperiment::Session { output, .. } => {
             make_directory(output)?;
-            experiments
-                .iter()
-                .map(|experiment| NewFile::create(output.join(default(experiment)), force))
-                .collect()
+            let name = |experiment| output.join(default(experiment));
+            experiments.iter().map(name).collect()
         }
-        Asked::Sweep { to, .. }
-        | Asked::Step { to, .. }
-        | Asked::Sine { to, .. }
-        | Asked::Single { to, .. }
-        | Asked::Held { to, .. } => experiments
-            .iter()
-            .map(|experiment| {
-                let path = to.output.clone().unwrap_or_else(|| default(experiment));
-                NewFile::create(path, force)
-            })
-            .collect(),
-    }
-}
-
-fn make_directory(path: &Path) -> Result<(), ToolError> {
-    fs::create_dir_all(path).map_err(|source| ToolError::Write {
-        path: path.to_owned(),
-        source,
-    })
+        _ => {
+            let named = asked.file().and_then(|file| file.output.clone());
+            let name = |experiment| named.clone().unwrap_or_else(|| default(experiment));
+            experiments.iter().map(name).collect()
+        }
+    };
+    let create = |path| NewFile::create(path, force);
+    paths.into_iter().map(create).collect()
 }
 
 /// Nothing is driven that the board would limit: the file would not tell what it seems to.
 fn check_drives(experiments: &[Experiment], max_v: f64) -> Result<(), ToolError> {
     let max = Voltage { v: max_v };
     for run in experiments.iter().flat_map(|experiment| &experiment.runs) {
-        let (middle, reach) = (run.waveform.offset, run.waveform.amplitude.abs());
-        for volts in [middle - reach, middle + reach] {
-            check_drive(Voltage { v: decimal(volts) }, max)?;
+        if let Quantity::Voltage { .. } = run.quantity {
+            let (lowest_v, highest_v) = run.signal.range();
+            check_drive(Voltage { v: lowest_v }, max)?;
+            check_drive(Voltage { v: highest_v }, max)?;
         }
     }
     Ok(())
-}
-
-fn check_drive(asked: Voltage, max: Voltage) -> Result<(), ToolError> {
-    if (-1e-6..=max.v + 1e-6).contains(&asked.v) {
-        Ok(())
-    } else {
-        Err(ToolError::DriveOutOfRange { asked, max })
-    }
-}
-
-impl fmt::Display for Report {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for MeasuredFile { file, rows } in &self.measured {
-            writeln!(f, "measured   {rows:>6} rows in {}", file.display())?;
-        }
-        if self.dropped_samples > 0 {
-            writeln!(
-                f,
-                "dropped    {} samples: the link was too slow",
-                self.dropped_samples
-            )?;
-        }
-        if self.interrupted {
-            writeln!(f, "interrupted; channels are off")?;
-        }
-        Ok(())
-    }
 }

@@ -3,20 +3,19 @@
 use std::thread;
 
 use control_core::Limits;
+use experiment_player::{Clock, Piece, pieces, rows};
+use experiments::{Experiment, Prehold};
 use indicatif::{ProgressBar, ProgressStyle};
 use measurement::{MeasurementFile, Row};
 use mirror_protocol::{Drives, Play, Telemetry};
 use tokio::sync::oneshot;
 
-use super::experiment::Experiment;
 use super::interrupt::Interrupt;
-use super::play::Run;
-use super::rows::{Clock, rows};
 use super::sensor::Sensor;
 use crate::board::{Board, RENEWED_LEASE};
-use crate::commands::lab::spinner;
 use crate::error::ToolError;
 use crate::quantity::Span;
+use crate::working::spinner;
 
 /// The sensor's noise is taken from so many readings at rest, a millisecond apart.
 const NOISE_READINGS: u32 = 100;
@@ -26,7 +25,7 @@ const NOISE_PERIOD: Span = Span { s: 1e-3 };
 pub(super) const LEASE_MS: u32 = RENEWED_LEASE.as_millis() as u32;
 
 /// A board with its instruments, for as long as a session lasts.
-pub(crate) struct Lab<'a> {
+pub(crate) struct Bench<'a> {
     board: &'a Board,
     sensor: Sensor,
     ambient_c: Option<f64>,
@@ -79,7 +78,7 @@ pub(super) fn partial(ended: &Result<Ended, ToolError>) -> Option<String> {
     }
 }
 
-impl<'a> Lab<'a> {
+impl<'a> Bench<'a> {
     /// Begins a session, with all channels off.
     pub(crate) async fn open(
         board: &'a Board,
@@ -113,15 +112,31 @@ impl<'a> Lab<'a> {
     /// Measures one experiment. What was measured is kept whatever happens, and the channels are off
     /// afterwards.
     pub(crate) async fn measure(&mut self, experiment: &Experiment) -> Measured {
+        let mut file = self.header(experiment);
+        let pieces = match pieces(experiment, self.tick_hz()) {
+            Ok(pieces) => pieces,
+            Err(error) => {
+                return Measured {
+                    file,
+                    limits: Vec::new(),
+                    ended: Err(error.into()),
+                };
+            }
+        };
         self.bar.reset();
-        self.bar.set_length(experiment.samples());
+        let samples = pieces.iter().map(|piece| u64::from(piece.stream.count));
+        self.bar.set_length(samples.sum());
         self.bar.set_position(0);
         self.bar.set_message(experiment.name.clone());
-        let mut file = self.header(experiment);
         self.limits.clear();
         let board = self.board;
         let interrupt = self.interrupt.clone();
-        let ended = attended(board, &interrupt, self.perform(experiment, &mut file)).await;
+        let ended = attended(
+            board,
+            &interrupt,
+            self.perform(experiment, &pieces, &mut file),
+        )
+        .await;
         if let Some(partial) = partial(&ended) {
             file.keys.set("partial", &partial);
         }
@@ -179,8 +194,8 @@ impl<'a> Lab<'a> {
 
     fn header(&self, experiment: &Experiment) -> MeasurementFile {
         let mut file = header(self.board, &experiment.name, &self.session);
-        if let Some(drive) = &experiment.drive {
-            file.keys.set("drive", drive);
+        if let Some(drive) = experiment.drive_key() {
+            file.keys.set("drive", &drive);
         }
         file
     }
@@ -188,28 +203,28 @@ impl<'a> Lab<'a> {
     async fn perform(
         &mut self,
         experiment: &Experiment,
+        pieces: &[Piece],
         file: &mut MeasurementFile,
     ) -> Result<(), ToolError> {
         let board = self.board;
         let off = board.off().await?;
         if let Some(noise_um) = self.noise_um().await? {
-            let mean_ticks = experiment
-                .runs
+            let mean_ticks = pieces
                 .first()
-                .map_or(1, |run| run.stream.mean_ticks.max(1));
+                .map_or(1, |piece| piece.stream.mean_ticks.max(1));
             let noise_nm = 1e3 * noise_um / f64::from(mean_ticks).sqrt();
             file.keys.set("noise_z_nm", &format!("{noise_nm:.2}"));
         }
         self.wait(off.tick, experiment.rest_s).await?;
         let mut passed_s = 0.0;
-        for (index, run) in experiment.runs.iter().enumerate() {
-            if run.rest_s > 0.0 {
+        for (index, piece) in pieces.iter().enumerate() {
+            if piece.rest_s > 0.0 {
                 let off = board.off().await?;
-                self.wait(off.tick, run.rest_s).await?;
+                self.wait(off.tick, piece.rest_s).await?;
             }
-            board.load_points(&run.points).await?;
+            board.load_points(&piece.points).await?;
             let prehold = match experiment.prehold {
-                Some((volts, seconds)) if index == 0 => {
+                Some(Prehold { volts, seconds }) if index == 0 => {
                     let drive_v = [volts as f32; 4];
                     let held = board
                         .set_drive(Drives {
@@ -222,7 +237,7 @@ impl<'a> Lab<'a> {
                 }
                 _ => None,
             };
-            let first_tick = self.play(run, experiment, passed_s, file).await?;
+            let first_tick = self.play(piece, passed_s, file).await?;
             if let Some((volts, since)) = prehold {
                 file.keys.set("prehold_V", &volts.to_string());
                 let held = board.span(since, first_tick);
@@ -234,17 +249,16 @@ impl<'a> Lab<'a> {
         Ok(())
     }
 
-    /// Plays a run and appends its rows; returns the first tick in which it was driven.
+    /// Plays a piece and appends its rows; returns the first tick in which it was driven.
     async fn play(
         &mut self,
-        run: &Run,
-        experiment: &Experiment,
+        piece: &Piece,
         passed_s: f64,
         file: &mut MeasurementFile,
     ) -> Result<u32, ToolError> {
         let play = Play {
-            waveform: run.waveform,
-            stream: run.stream,
+            waveform: piece.waveform,
+            stream: piece.stream,
             lease_ms: LEASE_MS,
         };
         self.sensor.begin();
@@ -256,10 +270,10 @@ impl<'a> Lab<'a> {
             passed_s,
         };
         let mut last: Option<Telemetry> = None;
-        for _ in 0..run.stream.count {
+        for _ in 0..piece.stream.count {
             let sample = stream.next().await?;
             if let Some(last) = last {
-                for mut row in rows(&[last, sample], experiment.reading, &clock) {
+                for mut row in rows(&[last, sample], piece.rows, &clock) {
                     row.ambient_c = self.ambient_c;
                     file.rows.push(row);
                     self.limits.push(Limits::from_bits(last.limits));

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use measurement::MeasurementFile;
 use tokio::time::sleep;
 
+use super::readings::{merge, parse};
 use super::serial::{self, Arriving};
 use crate::error::ToolError;
 
@@ -140,88 +141,9 @@ pub(super) fn cannot_read(path: &Path, reason: impl ToString) -> ToolError {
     }
 }
 
-pub(super) fn finite(text: &str) -> Option<f64> {
-    text.trim()
-        .parse()
-        .ok()
-        .filter(|value: &f64| value.is_finite())
-}
-
-/// Seconds and micrometres of a text with a line for each, in the order of time. Comments and a header are passed over.
-pub(crate) fn parse(text: &str) -> Result<Vec<(f64, f64)>, String> {
-    let mut readings: Vec<(f64, f64)> = Vec::new();
-    for (number, line) in (1..).zip(text.lines()) {
-        if line.trim().is_empty() || line.starts_with('#') {
-            continue;
-        }
-        let pair = line
-            .split_once(',')
-            .and_then(|(t, z)| Some((finite(t)?, finite(z)?)));
-        match (pair, readings.last()) {
-            (Some((t_s, _)), Some((before_s, _))) if t_s <= *before_s => {
-                return Err(format!("line {number} is not later than the one before"));
-            }
-            (Some(pair), _) => readings.push(pair),
-            (None, None) if line.starts_with(|c: char| c.is_ascii_alphabetic()) => {}
-            (None, _) => return Err(format!("line {number}, `{line}`, is not two numbers")),
-        }
-    }
-    Ok(readings)
-}
-
-/// Gives each row the displacement at its time, on a straight line between two readings; rows outside
-/// the readings stay without.
-pub(super) fn merge(readings: &[(f64, f64)], file: &mut MeasurementFile) {
-    let at = |t_s: f64| {
-        let after = readings.partition_point(|(t, _)| *t < t_s);
-        let (t1, z1) = *readings.get(after)?;
-        if t1 == t_s {
-            return Some(z1);
-        }
-        let (t0, z0) = *readings.get(after.checked_sub(1)?)?;
-        Some(z0 + (t_s - t0) / (t1 - t0) * (z1 - z0))
-    };
-    let zero = at(0.0).unwrap_or(readings[0].1);
-    let Some(first) = file.rows.first().copied() else {
-        return;
-    };
-    for row in &mut file.rows {
-        // Rests between waveforms count for the sensor.
-        let elapsed_s = match (row.t_global_s, first.t_global_s) {
-            (Some(now), Some(first_s)) => first.t_s + now - first_s,
-            _ => row.t_s,
-        };
-        row.z_um = at(elapsed_s).map(|z| z - zero);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use measurement::Row;
-    use proptest::prelude::*;
-
-    fn file(times: &[f64]) -> MeasurementFile {
-        MeasurementFile {
-            rows: times
-                .iter()
-                .map(|&t_s| Row {
-                    t_s,
-                    ..Row::default()
-                })
-                .collect(),
-            ..MeasurementFile::default()
-        }
-    }
-
-    #[test]
-    fn rows_lie_on_lines_between_readings_and_count_from_the_first() {
-        let readings = parse("# a recording\nt_s,z_um\n0,5\n1,7\n3,11\n").unwrap();
-        let mut file = file(&[0.5, 1.0, 2.0, 3.5]);
-        merge(&readings, &mut file);
-        let z: Vec<_> = file.rows.iter().map(|row| row.z_um).collect();
-        assert_eq!(z, [Some(1.0), Some(2.0), Some(4.0), None]);
-    }
 
     #[test]
     fn a_serial_sensor_is_read_from_now_on() {
@@ -259,38 +181,5 @@ mod tests {
             said.contains("/dev/null") && said.contains("its speed is no number of baud"),
             "{said}"
         );
-    }
-
-    #[test]
-    fn a_recording_that_is_none_is_told_by_its_line() {
-        for (text, line) in [
-            ("0,1\n1\n", "line 2, `1`"),
-            ("0,1\n1,nan\n", "line 2, `1,nan`"),
-            ("0,1\n0,2\n", "line 2 is not later"),
-            ("t,z\n0,1\nx,y\n", "line 3, `x,y`"),
-        ] {
-            let said = parse(text).unwrap_err();
-            assert!(said.starts_with(line), "{said}");
-        }
-    }
-
-    proptest! {
-        #[test]
-        fn what_was_recorded_comes_back_at_its_times(
-            z in proptest::collection::vec(-100.0_f64..100.0, 2..50),
-        ) {
-            let text: String = z.iter().enumerate().map(|(i, z)| format!("{i},{z:?}\n")).collect();
-            let times: Vec<f64> = (0..z.len()).map(|i| i as f64).collect();
-            let mut file = file(&times);
-            merge(&parse(&text).unwrap(), &mut file);
-            for (row, z_um) in file.rows.iter().zip(&z) {
-                prop_assert!((row.z_um.unwrap() - (z_um - z[0])).abs() < 1e-9);
-            }
-        }
-
-        #[test]
-        fn any_text_is_readings_or_a_sentence(text in "[0-9a-z,.\\n# -]{0,60}") {
-            let _ = parse(&text);
-        }
     }
 }

@@ -10,7 +10,7 @@ use std::time::Instant;
 use rustix::fs::{Mode, OFlags, open};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
-use super::sensor::finite;
+use super::readings::finite;
 
 /// Readings as they arrive (um).
 pub(super) type Arriving = Receiver<(Instant, f64)>;
@@ -53,7 +53,7 @@ pub(super) fn listen(device: File, clock: impl Fn() -> Instant + Send + 'static)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::commands::measure::sensor::merge;
+    use crate::commands::measure::readings::merge;
     use measurement::{MeasurementFile, Row};
     use rustix::pty::{OpenptFlags, openpt, ptsname, unlockpt};
     use rustix::termios::{LocalModes, OutputModes};

@@ -6,7 +6,7 @@ use std::path::Path;
 use measurement::Plane;
 
 use super::keyboard::Keyboard;
-use super::sensor::finite;
+use super::readings::finite;
 use crate::error::ToolError;
 
 /// A point on the plate, from its centre (um).

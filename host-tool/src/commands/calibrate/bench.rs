@@ -1,0 +1,85 @@
+//! The board and its sensor, as the calibration's procedure plays them.
+
+use std::path::Path;
+
+use calibration_procedure::{Bench as Procedures, Part};
+use control_core::Calibration;
+use experiments::Experiment;
+use measurement::MeasurementFile;
+use mirror_protocol::CalibrationUse;
+
+use crate::board::Board;
+use crate::commands::measure::run::{Bench, Ended};
+use crate::error::ToolError;
+use crate::new_file::NewFile;
+
+/// A board that is being calibrated.
+pub(super) struct OnTrial<'a> {
+    pub(super) bench: Bench<'a>,
+    pub(super) board: &'a Board,
+    /// Where the files of the session are kept.
+    pub(super) keep: Option<&'a Path>,
+    /// Whether files there are replaced.
+    pub(super) force: bool,
+}
+
+impl OnTrial<'_> {
+    /// The file in which a measurement is kept, found out to be writable before anything moves.
+    fn kept(&self, part: Part, experiment: &Experiment) -> Result<Option<NewFile>, ToolError> {
+        let Some(folder) = self.keep.filter(|_| part == Part::Session) else {
+            return Ok(None);
+        };
+        std::fs::create_dir_all(folder).map_err(|source| ToolError::Write {
+            path: folder.to_owned(),
+            source,
+        })?;
+        let path = folder.join(format!("{}.csv", experiment.name));
+        NewFile::create(path, self.force).map(Some)
+    }
+}
+
+impl Procedures for OnTrial<'_> {
+    type Error = ToolError;
+
+    fn tick_s(&self) -> f64 {
+        1.0 / f64::from(self.bench.tick_hz())
+    }
+
+    async fn measure(
+        &mut self,
+        part: Part,
+        experiment: &Experiment,
+    ) -> Result<MeasurementFile, ToolError> {
+        let kept = self.kept(part, experiment)?;
+        let shown = match part {
+            Part::Session | Part::Refining => experiment.name.clone(),
+            Part::Before => format!("{}, before", experiment.name),
+            Part::After => format!("{}, after", experiment.name),
+        };
+        let measured = self.bench.measure(&experiment.clone().named(&shown)).await;
+        if let Some(kept) = kept {
+            kept.write(&measured.file.to_string())?;
+        }
+        match measured.ended? {
+            Ended::Interrupted => Err(ToolError::Interrupted),
+            Ended::Complete => Ok(measured.file),
+        }
+    }
+
+    async fn put_on_trial(&mut self, calibration: &Calibration) -> Result<(), ToolError> {
+        self.board
+            .use_calibration(calibration, CalibrationUse::OnTrial)
+            .await?;
+        self.bench
+            .say("a new calibration is on trial; Ctrl-C brings back the one before");
+        Ok(())
+    }
+
+    async fn compute<T: Send + 'static>(
+        &mut self,
+        what: &'static str,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, ToolError> {
+        self.bench.aside(what, work).await
+    }
+}

@@ -1,0 +1,59 @@
+//! What the commands of the lab read before they compute.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use identification::Dataset;
+use measurement::{Device, Session};
+use mirror_model::Model;
+use mirror_model::effect::{Effect, Formula};
+
+use crate::cli::LabInput;
+use crate::error::ToolError;
+
+/// A model, and a session as it sees it.
+pub(super) struct Loaded {
+    pub(super) model: Model,
+    pub(super) data: Dataset,
+    pub(super) files: Vec<String>,
+}
+
+impl Loaded {
+    pub(super) fn load(input: &LabInput) -> Result<Self, ToolError> {
+        let model = Model::load(&input.model)?;
+        let device = Device {
+            highest_v: model.parameters.drive_limit_v,
+            cold_ohm: model.parameters.cold_resistance_ohm,
+        };
+        let session = Session::load_of(&input.files, &device)?;
+        let files = session.files.iter().map(|(name, _)| name.clone()).collect();
+        Ok(Self {
+            model,
+            data: Dataset::new(&session),
+            files,
+        })
+    }
+}
+
+/// An effect that a user described in a file.
+pub(super) fn own_effect(path: &Path) -> Result<Arc<dyn Effect>, ToolError> {
+    let text = fs::read_to_string(path).map_err(|source| ToolError::Read {
+        path: path.to_owned(),
+        source,
+    })?;
+    Ok(Arc::new(Formula::parse(
+        &path.display().to_string(),
+        &text,
+    )?))
+}
+
+/// Where simulated mirrors are kept: `XDG_CACHE_HOME`, else `~/.cache`, else the temporary directory.
+pub(super) fn cache_directory() -> PathBuf {
+    let home = || Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache"));
+    std::env::var_os("XDG_CACHE_HOME")
+        .map(PathBuf::from)
+        .or_else(home)
+        .unwrap_or_else(std::env::temp_dir)
+        .join("mirror-diagnosis")
+}
