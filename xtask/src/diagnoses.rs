@@ -15,8 +15,8 @@ use crate::tool;
 
 /// Seeds of mirrors that nobody developed on.
 const FIRST_SEED: &str = "7201";
-/// Seeds of mirrors that the table of confusions is made from, and how many.
-const TEACHING: [&str; 2] = ["3001", "2"];
+/// The first seed of the mirrors that the table of confusions is made from, and how many seeds.
+const LEARNED_FROM: [&str; 2] = ["3001", "2"];
 const TABLE: &str = "crates/lab/diagnosis/src/confusions.toml";
 /// Diagnoses with warm caches, of which the median is told.
 const WARM: usize = 5;
@@ -25,7 +25,7 @@ const WARM: usize = 5;
 pub(crate) fn count(arguments: &[String]) -> Result<()> {
     tool::build()?;
     let [cold_s, warm_s] = seconds()?;
-    let mut counting = confusion();
+    let mut counting = missing_physics();
     counting.args(arguments);
     if !arguments
         .iter()
@@ -43,19 +43,12 @@ pub(crate) fn count(arguments: &[String]) -> Result<()> {
 
 /// Hides effects in mirrors of the calibrating families, and writes what was taken for what.
 pub(crate) fn learn() -> Result<()> {
-    let [first, seeds] = TEACHING;
-    run(confusion().args(["--learn", TABLE, "--first-seed", first, "--seeds", seeds]))
+    let [first, seeds] = LEARNED_FROM;
+    run(missing_physics().args(["--learn", TABLE, "--first-seed", first, "--seeds", seeds]))
 }
 
-fn confusion() -> Command {
-    cargo(&[
-        "run",
-        "--package",
-        "diagnosis",
-        "--example",
-        "confusion",
-        "--",
-    ])
+fn missing_physics() -> Command {
+    cargo(&["run", "--package", "missing-physics-bench", "--"])
 }
 
 /// What a user waits for a diagnosis of a standard session, with cold and with warm caches.

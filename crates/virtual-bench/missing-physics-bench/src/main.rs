@@ -1,7 +1,7 @@
 //! Hides every effect of the virtual mirror in mirrors of families that no threshold was calibrated on, diagnoses them, and
 //! prints what came of it in the figures that the diagnosis is judged by. A line a session comes first, as they end.
 //!
-//! `cargo run -p diagnosis --example confusion -- --help`
+//! `cargo xtask bench diagnose -- --help`
 
 mod case;
 mod learn;
