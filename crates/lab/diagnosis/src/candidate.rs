@@ -1,157 +1,161 @@
-//! Effects as candidates: what each would add to the base's predictions, and how much of a misfit that explains.
+//! Effects as candidates: what each changes in the base's predictions, and how much of a misfit that explains.
+//!
+//! A candidate is scanned (its strength is linear, its form is tried at several starts), refined (all its parameters, the
+//! base linear) and refitted (base and effect together, nothing linear), each step for those only that the one before found
+//! worth it.
 
-use crate::fit::{Fitted, fit_knobs, in_units_of_trust, jacobian, knobs, predict};
-use crate::plan::Plan;
-use crate::space::{Space, Vector};
+mod direction;
+mod refine;
+mod refit;
+
+pub(crate) use direction::{Direction, Operating};
+pub(crate) use refine::refine;
+pub(crate) use refit::{Refit, refit};
+
+use crate::null_distribution::MARGIN;
+use crate::residual_space::{Kind, OtherFamilies, ResidualSpace, Session, Vector};
 use mirror_model::effect::{Active, Effect};
-use mirror_model::{Model, Runaway};
-use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
+use nalgebra::DVector;
 use std::sync::Arc;
 
-/// Starts for each parameter of an effect's form, between its bounds.
-const STARTS: usize = 8;
-/// Starts for a frequency: what rings is only found from within its line.
-const STARTS_OF_A_FREQUENCY: usize = 32;
-/// A parameter costs so much of the drop of the misfit (half of it is AIC's price, two thirds of it BIC's for 8000 rows).
-pub const PRICE: f64 = 6.0;
-/// Rounds of refinement from the best start.
-const ROUNDS: usize = 8;
+/// What a parameter costs of the drop of the misfit: three times AIC's 2 (K. Burnham and D. Anderson, "Model Selection and
+/// Multimodel Inference" (2002), section 2.2), since the best of many starts of a form is taken; BIC's for 400 readings
+/// (ln 400 = 6).
+pub(crate) const PRICE: f64 = 6.0;
+/// A direction whose change is smaller than this shows nothing: 3 % of one reading's standard deviation, squared.
+const LEAST_WEIGHT: f64 = 1e-3;
+/// A change of the readings whose square is below this is none: rounding.
+const UNSEEN: f64 = 1e-6;
+/// A strength nearer to an end of its range than this part of the range is at the end.
+const AT_THE_END: f64 = 1e-3;
 
-/// An effect at chosen values of its form, with the change that its usual strength makes.
-#[derive(Clone)]
-pub struct Direction {
-    /// The effect at its usual strength.
-    pub active: Active,
-    /// Predictions with it less those without, in a space.
-    pub change: Vector,
+/// An effect, and what became of it.
+pub(crate) struct Candidate {
+    pub(crate) effect: Arc<dyn Effect>,
+    /// What it would change, one a start of its form.
+    pub(crate) directions: Vec<Direction<Session>>,
+    /// The score that the null ensemble stays below.
+    pub(crate) threshold: f64,
+    /// How it explains the session's residual best, where it changes any reading.
+    pub(crate) explanation: Option<Explanation<Session>>,
+    /// What is left when base and effect are fitted together, where that was done.
+    pub(crate) refit: Option<Refit>,
 }
 
 /// How well an effect explains a misfit.
 #[derive(Clone)]
-pub struct Explanation {
+pub(crate) struct Explanation<K: Kind> {
     /// The effect with its best values.
-    pub active: Active,
+    pub(crate) active: Active,
     /// Drop of the misfit, less the price of the parameters.
-    pub score: f64,
+    pub(crate) score: f64,
     /// What it changes at its best values.
-    pub change: Vector,
-    /// One standard deviation of its strength.
-    pub strength_error: f64,
-    /// What is left when base and effect are fitted together, where that was done.
-    pub refit: Option<Arc<Refit>>,
+    pub(crate) change: Vector<K>,
+    /// Standard error of its strength, in its unit.
+    pub(crate) strength_error: f64,
 }
 
-/// Base and effect fitted together.
-pub struct Refit {
-    /// The fit.
-    pub fitted: Fitted,
-    /// The space around the new fit.
-    pub space: Space,
-    /// What is left, in that space.
-    pub left: Vector,
-}
-
-/// The directions of an effect around a fitted base, one a start of its form.
-pub fn directions(
-    effect: &Arc<dyn Effect>,
-    model: &Model,
-    plan: &Plan,
-    base: &[f64],
-    space: &Space,
-) -> Vec<Direction> {
-    forms(effect)
-        .into_par_iter()
-        .filter_map(|active| {
-            let change = space.vector(&change(&active, model, plan, base).ok()?);
-            Some(Direction { active, change })
-        })
-        .collect()
-}
-
-/// The usual strength with every combination of starts of the other parameters.
-fn forms(effect: &Arc<dyn Effect>) -> Vec<Active> {
-    let parameters = effect.info().parameters.clone();
-    let mut forms = vec![Active::usual(effect.clone())];
-    for (index, parameter) in parameters.iter().enumerate().skip(1) {
-        let starts = match index {
-            1 if parameter.unit == "Hz" => STARTS_OF_A_FREQUENCY,
-            1 => STARTS,
-            _ => 1,
-        };
-        let spread = |step: usize| {
-            let share = (step as f64 + 0.5) / starts as f64;
-            if parameter.low > 0.0 {
-                parameter.low * (parameter.high / parameter.low).powf(share)
-            } else {
-                parameter.low + share * (parameter.high - parameter.low)
-            }
-        };
-        forms = forms
-            .iter()
-            .flat_map(|form| {
-                (0..starts).map(move |step| {
-                    let mut form = form.clone();
-                    form.values[index] = if starts == 1 {
-                        parameter.start
-                    } else {
-                        spread(step)
-                    };
-                    form
-                })
-            })
-            .collect();
-    }
-    forms
-}
-
-impl Direction {
-    /// The same direction, so far in one space, in another one that weighs rows in its own way.
-    pub fn weighed_by(&self, so_far: &Space, space: &Space) -> Self {
+impl Candidate {
+    /// An effect that nothing is known of but what it would change.
+    pub(crate) fn new(effect: Arc<dyn Effect>, directions: Vec<Direction<Session>>) -> Self {
         Self {
-            change: space.vector(&so_far.unscaled(&self.change)),
-            active: self.active.clone(),
+            effect,
+            directions,
+            threshold: f64::INFINITY,
+            explanation: None,
+            refit: None,
         }
     }
 
-    /// The same direction in another space with the same approximation.
-    pub fn seen_in(&self, space: &Space) -> Self {
-        Self {
-            change: space.of(self.change.clone()),
-            active: self.active.clone(),
-        }
+    pub(crate) fn id(&self) -> &str {
+        &self.effect.info().id
+    }
+
+    /// Its score, 0 where it explains nothing.
+    pub(crate) fn score(&self) -> f64 {
+        self.explanation.as_ref().map_or(0.0, |e| e.score)
+    }
+
+    /// Whether its strength lies inside its plausible range, not at an end that holds it back.
+    pub(crate) fn is_plausible(&self) -> bool {
+        self.explanation
+            .as_ref()
+            .is_some_and(|e| is_plausible(&e.active))
+    }
+
+    /// Whether the null ensemble would not show as much, at a strength that is plausible.
+    pub(crate) fn is_above_its_threshold(&self) -> bool {
+        self.score() > self.threshold && self.is_plausible()
+    }
+
+    /// Whether it changes any reading at all.
+    pub(crate) fn shows(&self) -> bool {
+        self.strongest() > UNSEEN
+    }
+
+    /// The largest misfit that it makes at its usual strength.
+    pub(crate) fn strongest(&self) -> f64 {
+        let sizes = self.directions.iter().map(|d| d.change.norm_squared());
+        sizes.fold(0.0, f64::max)
+    }
+
+    /// The strength above which it would be seen in 95 of 100 cases, in its unit; `None` where no plausible one is.
+    pub(crate) fn detection_limit(&self) -> Option<f64> {
+        let strength = &self.effect.info().parameters[0];
+        let strongest = self.strongest();
+        let amplitude = self.threshold.max(0.0).sqrt() + MARGIN;
+        let limit = amplitude / strongest.sqrt() * strength.start.abs();
+        let is_plausible = limit <= strength.high.max(-strength.low);
+        (strongest > LEAST_WEIGHT && is_plausible).then_some(limit)
+    }
+
+    /// How well it explains a residual of a space with the session's covariance.
+    pub(crate) fn scanned<L>(
+        &self,
+        residual: &Vector<L>,
+        space: &ResidualSpace<L>,
+    ) -> Option<Explanation<L>>
+    where
+        L: Kind<Rows = <Session as Kind>::Rows>,
+    {
+        let directions: Vec<_> = self.directions.iter().map(|d| d.seen_in(space)).collect();
+        scan(&directions, residual)
+    }
+
+    /// Its scores for residuals of mirrors of a family that spans none of the discrepancy.
+    pub(crate) fn scores(
+        &self,
+        residuals: &[Vector<OtherFamilies>],
+        space: &ResidualSpace<OtherFamilies>,
+    ) -> Vec<f64> {
+        let directions: Vec<_> = self.directions.iter().map(|d| d.seen_in(space)).collect();
+        let score = |residual| scan(&directions, residual).map_or(0.0, |e| e.score.max(0.0));
+        residuals.iter().map(score).collect()
     }
 }
 
-/// What an effect adds to the base's predictions, in units of trust.
-fn change(
-    active: &Active,
-    model: &Model,
-    plan: &Plan,
-    base: &[f64],
-) -> Result<DVector<f64>, Runaway> {
-    let mut with = model.clone();
-    with.effects.push(active.clone());
-    let predicted = predict(&with, plan)?;
-    let added = predicted
-        .iter()
-        .zip(base)
-        .map(|(with, without)| with - without);
-    Ok(in_units_of_trust(added, plan))
+fn is_plausible(active: &Active) -> bool {
+    let (p, value) = (&active.effect.info().parameters[0], active.values[0]);
+    let margin = AT_THE_END * (p.high - p.low);
+    value < p.high - margin && (value > p.low + margin || p.low == 0.0)
 }
 
-/// The best of an effect's directions for a residual, its strength within its bounds: linear in the strength, so cheap.
-pub fn scan(directions: &[Direction], residual: &Vector, space: &Space) -> Option<Explanation> {
+/// The best of an effect's directions for a residual, its strength within its bounds. The change is linear in the strength,
+/// so its best value has a closed form.
+pub(crate) fn scan<K: Kind>(
+    directions: &[Direction<K>],
+    residual: &Vector<K>,
+) -> Option<Explanation<K>> {
     directions
         .iter()
         .filter_map(|direction| {
             let parameters = &direction.active.effect.info().parameters;
             let usual = direction.active.values[0];
-            let weight = space.product(&direction.change, &direction.change);
-            if weight < 1e-3 {
+            let weight = direction.change.norm_squared();
+            if weight < LEAST_WEIGHT {
                 return None;
             }
-            let along = space.product(&direction.change, residual);
+            let along = direction.change.dot(residual);
             let (a, b) = (parameters[0].low / usual, parameters[0].high / usual);
             let times = (along / weight).clamp(a.min(b), a.max(b));
             let drop = 2.0 * times * along - times * times * weight;
@@ -161,158 +165,13 @@ pub fn scan(directions: &[Direction], residual: &Vector, space: &Space) -> Optio
                 score: drop - PRICE * parameters.len() as f64,
                 change: &direction.change * times,
                 strength_error: usual.abs() / weight.sqrt(),
-                refit: None,
                 active,
             })
         })
         .max_by(|a, b| a.score.total_cmp(&b.score))
 }
 
-/// Gauss-Newton over all of an effect's parameters from a scanned start, within its bounds.
-pub fn refine(
-    start: &Explanation,
-    model: &Model,
-    plan: &Plan,
-    base: &[f64],
-    residual: &Vector,
-    space: &Space,
-) -> Explanation {
-    let price = PRICE * start.active.values.len() as f64;
-    let change_of = |active: &Active| {
-        change(active, model, plan, base)
-            .ok()
-            .map(|c| space.vector(&c))
-    };
-    let drop_of =
-        |change: &Vector| 2.0 * space.product(change, residual) - space.product(change, change);
-    let mut best = start.clone();
-    let Some(first) = change_of(&best.active) else {
-        return best;
-    };
-    best.score = drop_of(&first) - price;
-    best.change = first;
-    let scale = best.active.effect.info().parameters[0].start.abs();
-    let mut damping = 1e-3;
-    let mut slopes_of_best = None;
-    for _ in 0..ROUNDS {
-        let Some(slopes) = slopes_of_best.take().or_else(|| slopes(&best, &change_of)) else {
-            break;
-        };
-        let left = residual - &best.change;
-        let count = slopes.len();
-        let normal = DMatrix::from_fn(count, count, |i, j| {
-            space.product(&slopes[i], &slopes[j]) + if i == j { 1e-9 } else { 0.0 }
-        });
-        let damped = &normal + DMatrix::from_diagonal(&(normal.diagonal() * damping));
-        let gradient = DVector::from_fn(count, |i, _| space.product(&slopes[i], &left));
-        let (Some(factor), Some(free)) = (damped.cholesky(), normal.cholesky()) else {
-            break;
-        };
-        best.strength_error = free.inverse()[(0, 0)].sqrt() * scale;
-        let moved = moved(&best.active, &factor.solve(&gradient));
-        let Some(change) = change_of(&moved) else {
-            break;
-        };
-        let gain = drop_of(&change) - price - best.score;
-        if gain > 0.0 {
-            best = Explanation {
-                active: moved,
-                score: best.score + gain,
-                change,
-                strength_error: best.strength_error,
-                refit: None,
-            };
-            damping *= 0.1;
-        } else {
-            damping *= 30.0;
-            slopes_of_best = Some(slopes);
-        }
-        if (0.0..0.1).contains(&gain) {
-            break;
-        }
-    }
-    best
-}
-
-/// Fits base and effect together, since a strong effect moves the base further than its slopes reach; then one step of the
-/// effect's parameters in the space around the new fit. `misfit` is the base's alone.
-pub fn refit(
-    start: &Explanation,
-    model: &Model,
-    plan: &Plan,
-    space: &Space,
-    misfit: f64,
-) -> Option<Explanation> {
-    let mut with = model.clone();
-    with.effects.push(start.active.clone());
-    let all = knobs(&with, plan);
-    let fitted = fit_knobs(&with, plan, &plan.values(), &all).ok()?;
-    let slopes = jacobian(&fitted.model, plan, &all).ok()?;
-    let count = start.active.values.len();
-    let base = all.len() - count;
-    let space = space.around(&slopes.columns(0, base).into_owned());
-    let residual = space.vector(&fitted.scaled(plan));
-    let own: Vec<Vector> = (base..all.len())
-        .map(|column| space.vector(&slopes.column(column).into_owned()))
-        .collect();
-    let normal = DMatrix::from_fn(count, count, |i, j| {
-        space.product(&own[i], &own[j]) + if i == j { 1e-6 } else { 0.0 }
-    });
-    let gradient = DVector::from_fn(count, |i, _| space.product(&own[i], &residual));
-    let factor = normal.cholesky()?;
-    let step = factor.solve(&gradient);
-    let found = fitted.model.effects.last()?.clone();
-    let stepped = moved(&found, &step);
-    let free = stepped
-        .values
-        .iter()
-        .zip(&found.values)
-        .zip(found.effect.info().parameters.iter().zip(step.iter()))
-        .all(|((after, before), (p, step))| (after - before - step * p.start.abs()).abs() < 1e-12);
-    let (active, left) = if free {
-        let left = own
-            .iter()
-            .zip(step.iter())
-            .fold(residual, |left, (slope, &step)| &left - &(slope * step));
-        (stepped, left)
-    } else {
-        (found, residual)
-    };
-    let after = space.product(&left, &left);
-    Some(Explanation {
-        score: misfit - after - PRICE * count as f64,
-        change: start.change.clone(),
-        strength_error: factor.inverse()[(0, 0)].sqrt()
-            * active.effect.info().parameters[0].start.abs(),
-        active,
-        refit: Some(Arc::new(Refit {
-            fitted,
-            space,
-            left,
-        })),
-    })
-}
-
-/// Changes of the predictions with each parameter, in units of the parameter's usual size.
-fn slopes(at: &Explanation, change_of: &impl Fn(&Active) -> Option<Vector>) -> Option<Vec<Vector>> {
-    let parameters = at.active.effect.info().parameters.clone();
-    (0..parameters.len())
-        .map(|index| {
-            let mut moved = at.active.clone();
-            let inside =
-                if moved.values[index] > 0.5 * (parameters[index].low + parameters[index].high) {
-                    -1.0
-                } else {
-                    1.0
-                };
-            let step = inside * 0.02 * parameters[index].start.abs();
-            moved.values[index] += step;
-            let change = change_of(&moved)?;
-            Some(&(&change - &at.change) * (parameters[index].start.abs() / step))
-        })
-        .collect()
-}
-
+/// The effect with its parameters moved, each by so many of its usual size, within their bounds.
 fn moved(active: &Active, step: &DVector<f64>) -> Active {
     let mut moved = active.clone();
     for ((value, parameter), step) in moved
@@ -325,3 +184,8 @@ fn moved(active: &Active, step: &DVector<f64>) -> Active {
     }
     moved
 }
+
+#[cfg(test)]
+mod tests;
+#[cfg(test)]
+pub(crate) use tests::scored;

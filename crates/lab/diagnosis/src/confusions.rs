@@ -1,16 +1,17 @@
-//! What virtual mirrors with one effect hidden teach: which effect is taken for which, and how far a size may be off because
-//! nature's form is not the candidate's.
+//! What was learned from virtual mirrors with one effect hidden: which effect is taken for which, and how far a size may be
+//! off because nature's form is not the candidate's.
 //!
 //! The table comes from mirrors of the calibrating families: `cargo xtask learn-confusions` makes it anew.
 
-use crate::plan::Plan;
+use identification::dataset::Dataset;
 use serde::{Deserialize, Serialize};
 use std::sync::LazyLock;
 
 /// A candidate whose score is this share of the best one's is a rival, whatever the table says: forms that differ by so much
-/// are no evidence.
+/// are no evidence. Set by the wrong names that `cargo xtask bench diagnose` counts.
 const RIVAL_SHARE: f64 = 0.92;
-/// An effect's size, in the candidate's terms, is known no better than to this share.
+/// An effect's size, in the candidate's terms, is known no better than to this share (one standard deviation). Set by the
+/// intervals that `cargo xtask bench diagnose` counts.
 const FORM: f64 = 0.1;
 
 /// Which channels a session has: what can be told from what depends on it.
@@ -27,8 +28,8 @@ pub enum Channels {
 
 impl Channels {
     /// Those of a session.
-    pub fn of(plan: &Plan) -> Self {
-        match (plan.has_displacement(), plan.has_current()) {
+    pub fn of(data: &Dataset) -> Self {
+        match (data.has_displacement(), data.has_current()) {
             (true, true) => Self::Both,
             (true, false) => Self::Displacement,
             _ => Self::Currents,
@@ -131,5 +132,21 @@ mod tests {
             share(Channels::Displacement, "creep", "hysteresis"),
             RIVAL_SHARE
         );
+    }
+
+    #[test]
+    fn a_size_is_known_as_well_as_the_table_says_and_no_better_than_to_a_tenth() {
+        let form = |effect: &str, share| Form {
+            channels: Channels::Both,
+            effect: effect.into(),
+            share,
+        };
+        let table = Confusions {
+            taken: vec![],
+            form: vec![form("creep", 0.25), form("hysteresis", 0.03)],
+        };
+        assert_eq!(table.form(Channels::Both, "creep"), 0.25);
+        assert_eq!(table.form(Channels::Both, "hysteresis"), FORM);
+        assert_eq!(table.form(Channels::Currents, "creep"), FORM);
     }
 }

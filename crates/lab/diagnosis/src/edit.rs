@@ -1,14 +1,15 @@
 //! Adding an effect to a model, or taking it away, with the errors before and after.
 
-use crate::base::{identifiable, restarts};
-use crate::candidate::{directions, scan};
-use crate::ensemble::Ensemble;
-use crate::fit::{Fitted, best_fit, fit, jacobian, knobs, predict};
-use crate::fit_report::{FitReport, report};
-use crate::heater;
-use crate::placebo::{Fall, Placebo, placebo};
-use crate::plan::Plan;
-use crate::space::Space;
+use crate::candidate::{Operating, scan};
+use crate::null_ensemble::NullEnsemble;
+use crate::null_improvement::{Fall, NullImprovement, null_improvement};
+use crate::residual_space::ResidualSpace;
+use identification::base::{identifiable, restarts};
+use identification::dataset::Dataset;
+use identification::fit::{Fitted, best_fit, fit, free_parameters};
+use identification::fit_report::{FitReport, report};
+use identification::heater;
+use identification::prediction::{jacobian, predict};
 use identification::{Comparison, Unit, compare};
 use mirror_model::effect::{Active, Effect};
 use mirror_model::{ACTUATORS, Model, Runaway};
@@ -18,9 +19,10 @@ use std::path::Path;
 use std::sync::Arc;
 use thiserror::Error;
 
-/// An error that falls by less than this share of itself has not fallen.
+/// An error that falls by less than this share of itself has not fallen: the rms of a thousand noisy
+/// readings is known to 1 / sqrt(2 * 1000).
 const WORTHWHILE: f64 = 0.02;
-/// One that falls by less than this has not fallen either (um or mA): no instrument reads it.
+/// One that falls by less than this has not fallen either (um or mA): 10 pm and 10 nA, below any sensor's noise.
 const NOTHING: f64 = 1e-5;
 
 /// Why a model was not changed.
@@ -47,8 +49,8 @@ pub struct Edit {
     pub after: Comparison,
     /// What the fit of the changed model found.
     pub fit: FitReport,
-    /// What the same addition does on mirrors with nothing hidden; none where something was taken away.
-    pub placebo: Option<Placebo>,
+    /// By how much the same addition lowers the errors of mirrors that lack nothing; none where something was taken away.
+    pub null_improvement: Option<NullImprovement>,
     /// Whether the change pays, in a sentence.
     pub advice: String,
 }
@@ -70,7 +72,7 @@ pub struct Changed {
 pub fn add(
     model: &Model,
     effect: Arc<dyn Effect>,
-    plan: &Plan,
+    data: &Dataset,
     files: &[String],
     cache: Option<&Path>,
 ) -> Result<Changed, EditError> {
@@ -78,42 +80,48 @@ pub fn add(
     if model.effects.iter().any(|active| active.id() == id) {
         return Err(EditError::Present(id));
     }
-    let fitted = fit(model, plan)?;
-    let effect = match heater::heater(&fitted.model, plan) {
+    let fitted = fit(model, data)?;
+    let effect = match heater::heater(&fitted.model, data) {
         Some(heater) => heater.suits(&effect),
         None => effect,
     };
-    let slopes = jacobian(&fitted.model, plan, &fitted.knobs)?;
-    let space = Space::of_base(&slopes);
-    let base = predict(&fitted.model, plan)?;
-    let directions = directions(&effect, &fitted.model, plan, &base, &space);
+    let slopes = jacobian(&fitted.model, data, &fitted.free)?;
+    let space = ResidualSpace::of_base(&slopes);
+    let base = predict(&fitted.model, data)?;
+    let at = Operating {
+        model: &fitted.model,
+        data,
+        base: &base,
+    };
+    let directions = at.directions(&effect, &space);
     // A fit from one start may stay where it is.
     let usual = Active::usual(effect);
-    let most = scan(&directions, &space.vector(&fitted.scaled(plan)), &space);
+    let most = scan(&directions, &space.vector(&fitted.standardised(data)));
     let actives = [usual.clone(), most.map_or(usual, |best| best.active)];
-    let starts = if plan.is_of_heaters() {
-        heater::starts(&fitted.model, &actives, plan)
+    let starts = if data.is_of_heaters() {
+        heater::starts(&fitted.model, &actives, data)
     } else {
-        from_all_times(&fitted.model, &actives, plan)
+        from_all_times(&fitted.model, &actives, data)
     };
-    let all = knobs(&starts[0], plan);
-    let best = best_fit(&starts, plan, &plan.values(), &all)?;
-    let mut changed = change(fitted, best, plan, files)?;
-    let placebo = placebo(&directions, &Ensemble::new(plan, cache)?.0, &space, plan);
-    let read = plan.observations.iter();
-    let driven = read.filter(|o| plan.drive(o) != [0.0; ACTUATORS]).count();
+    let all = free_parameters(&starts[0], data);
+    let best = best_fit(&starts, data, &data.values(), &all)?;
+    let mut changed = change(fitted, best, data, files)?;
+    let ensemble = NullEnsemble::new(data, cache)?;
+    let null = null_improvement(&directions, ensemble.residuals(), &space, data);
+    let read = data.observations.iter();
+    let driven = read.filter(|o| data.drive(o) != [0.0; ACTUATORS]).count();
     changed.edit.advice = if driven <= all.len() {
         changed.edit.on_fitting_everything(&id)
     } else {
-        changed.edit.on_adding(&id, &placebo)
+        changed.edit.on_adding(&id, &null)
     };
-    changed.edit.placebo = Some(placebo);
+    changed.edit.null_improvement = Some(null);
     Ok(changed)
 }
 
 /// The fitted base with the effect, from other time constants too.
-fn from_all_times(fitted: &Model, actives: &[Active], plan: &Plan) -> Vec<Model> {
-    let bases = restarts(fitted, &identifiable(plan))
+fn from_all_times(fitted: &Model, actives: &[Active], data: &Dataset) -> Vec<Model> {
+    let bases = restarts(fitted, &identifiable(data))
         .into_iter()
         .chain([fitted.clone()]);
     bases
@@ -134,7 +142,7 @@ fn from_all_times(fitted: &Model, actives: &[Active], plan: &Plan) -> Vec<Model>
 pub fn remove(
     model: &Model,
     id: &str,
-    plan: &Plan,
+    data: &Dataset,
     files: &[String],
 ) -> Result<Changed, EditError> {
     let mut without = model.clone();
@@ -142,7 +150,7 @@ pub fn remove(
     if without.effects.len() == model.effects.len() {
         return Err(EditError::Absent(id.into()));
     }
-    let mut changed = change(fit(model, plan)?, fit(&without, plan)?, plan, files)?;
+    let mut changed = change(fit(model, data)?, fit(&without, data)?, data, files)?;
     changed.edit.advice = changed.edit.on_removing(id);
     Ok(changed)
 }
@@ -150,16 +158,16 @@ pub fn remove(
 fn change(
     before: Fitted,
     after: Fitted,
-    plan: &Plan,
+    data: &Dataset,
     files: &[String],
 ) -> Result<Changed, EditError> {
-    let (before, _) = report(before, plan, files)?;
-    let (after, fit) = report(after, plan, files)?;
+    let (before, _) = report(before, data, files)?;
+    let (after, fit) = report(after, data, files)?;
     let edit = Edit {
-        before: compare(&before, plan)?,
-        after: compare(&after, plan)?,
+        before: compare(&before, data)?,
+        after: compare(&after, data)?,
         fit,
-        placebo: None,
+        null_improvement: None,
         advice: String::new(),
     };
     Ok(Changed {
@@ -204,18 +212,18 @@ impl Edit {
         ]
     }
 
-    fn on_adding(&self, id: &str, placebo: &Placebo) -> String {
+    fn on_adding(&self, id: &str, null: &NullImprovement) -> String {
         let (falls, course) = (self.falls(), self.course());
         if falls.iter().all(|fall| *fall < WORTHWHILE) {
             return format!("{id} does not lower the error ({course}): better leave it out");
         }
         let most = |fall: Option<Fall>| fall.map_or(0.0, |fall| fall.most);
-        let displacement = placebo.displacement.or(placebo.currents);
-        if falls[0] > most(displacement) || falls[1] > most(placebo.currents) {
+        let displacement = null.displacement.or(null.currents);
+        if falls[0] > most(displacement) || falls[1] > most(null.currents) {
             format!("with {id} the error falls: {course}")
         } else {
             format!(
-                "with {id} the error falls: {course}; that alone proves nothing, it falls as much where nothing is hidden"
+                "with {id} the error falls: {course}; that alone proves nothing, it falls as much where nothing is missing"
             )
         }
     }
@@ -270,8 +278,8 @@ impl fmt::Display for Edit {
             }
         }
         writeln!(f, "  {}", self.advice)?;
-        if let Some(placebo) = &self.placebo {
-            writeln!(f, "  {placebo}")?;
+        if let Some(null) = &self.null_improvement {
+            writeln!(f, "  {null}")?;
         }
         write!(f, "{}", self.fit)
     }

@@ -2,53 +2,40 @@
 //!
 //! The order of reading is the order of work; `identification` has fitted the model before:
 //!
-//! 1. [`family`], [`ensemble`]: what the fitted base leaves of virtual mirrors with nothing hidden, which is the size and
-//!    the shape of the model's approximation;
-//! 2. [`space`]: an inner product of residuals in which base and approximation are free;
-//! 3. [`candidate`]: every effect in that space;
-//! 4. [`diagnose`](diagnose()): thresholds from mirrors of families left out, a verdict, and what to measure next.
+//! 1. `null_ensemble`: what the fitted base leaves of virtual mirrors that lack no effect. Its span is the model's
+//!    discrepancy;
+//! 2. [`residual_space`]: generalised least squares in which base and discrepancy are free;
+//! 3. `candidate`: every effect in that space;
+//! 4. `null_distribution`: the scores that mirrors of a family left out stay below;
+//! 5. [`diagnose`](diagnose()): a verdict, a ranking, and what to measure next.
 //!
-//! Only `family` knows the virtual mirror: it calibrates the thresholds. Model and virtual mirror share nothing.
+//! Only `null_ensemble/families.rs` knows the virtual mirror. Model and virtual mirror share nothing.
 
-pub mod candidate;
+mod candidate;
 pub mod confusions;
 mod diagnose;
 mod edit;
-pub mod ensemble;
-pub mod family;
-mod judge;
-mod likeness;
 mod menu;
 mod next;
-mod placebo;
+mod null_distribution;
+mod null_ensemble;
+mod null_improvement;
 mod proposal;
+mod quantile;
 mod report;
-pub mod space;
+pub mod residual_space;
 mod words;
 
-use identification::{fit_report, heater};
-
-// Names that follow `identification` one file at a time.
-mod base {
-    pub(crate) use identification::base::*;
-}
-mod fit {
-    pub(crate) use identification::fit::{
-        Fitted, best_fit, fit, fit_parameters as fit_knobs, free_parameters as knobs,
-    };
-    pub(crate) use identification::parameter::FreeParameter as Knob;
-    pub(crate) use identification::prediction::{
-        RESOLUTION, jacobian, predict, standard_deviation as trust,
-        standardised as in_units_of_trust, white_noise,
-    };
-}
+// Names that `menu` still has from before.
 mod plan {
-    pub(crate) use identification::dataset::{Channel, Dataset as Plan, Observation, OwnZero, rms};
+    pub(crate) use identification::dataset::{Channel, Dataset as Plan, Observation, OwnZero};
 }
 
 pub use diagnose::diagnose;
 pub use edit::{Changed, Edit, EditError, add, remove};
 pub use menu::proposals;
-pub use placebo::{Fall, Placebo};
+pub use null_ensemble::families::CALIBRATING;
+pub use null_ensemble::{MEMBERS, NullEnsemble};
+pub use null_improvement::{Fall, NullImprovement};
 pub use proposal::{Next, NextMeasurement, Proposal};
-pub use report::{BeforeAfter, Diagnosis, Ranked, Verdict};
+pub use report::{BeforeAfter, Diagnosis, Ranked, Rms, Verdict};

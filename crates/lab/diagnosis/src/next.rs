@@ -1,22 +1,27 @@
 //! What to measure next: of what this board and its bench can run, where the rivals' predictions differ most.
 
-use crate::base::identifiable;
-use crate::fit::{Knob, in_units_of_trust, jacobian, predict};
 use crate::menu::{Offer, ROOM_C, beside, menu, with_currents};
-use crate::plan::{Channel, Plan};
 use crate::proposal::{Next, NextMeasurement};
-use crate::space::Space;
+use crate::residual_space::ResidualSpace;
 use experiments::instruments::POSITION_NOISE_UM;
+use identification::base::identifiable;
+use identification::dataset::{Channel, Dataset};
+use identification::parameter::FreeParameter;
+use identification::prediction::{jacobian, predict, standardised};
 use mirror_model::Model;
 use mirror_model::effect::{Active, Stage};
 use rayon::prelude::*;
 
-/// Rivals that differ by less than this, in units of what a reading is trusted to, need something else than a drive.
+/// Rivals that differ by less than this need something else than a drive: five standard deviations of one reading.
 const TELLING: f64 = 5.0;
 
 /// The experiment whose outcome differs most between the best of the rivals and any other, beyond what refitted base
 /// parameters hide. Where no drive tells, one on the bench.
-pub(crate) fn choose(model: &Model, session: &Plan, rivals: &[Active]) -> Option<NextMeasurement> {
+pub(crate) fn choose(
+    model: &Model,
+    session: &Dataset,
+    rivals: &[Active],
+) -> Option<NextMeasurement> {
     let (first, others) = rivals.split_first()?;
     let second = others.first()?;
     if session.is_of_heaters() {
@@ -32,19 +37,19 @@ pub(crate) fn choose(model: &Model, session: &Plan, rivals: &[Active]) -> Option
     if !session.has_current() {
         offers.push(with_currents(session, top));
     }
-    let told_by = |plan: &Plan| {
+    let told_by = |plan: &Dataset| {
         let tells = |other| difference(model, plan, first, other).unwrap_or(0.0);
         others.iter().map(tells).fold(f64::INFINITY, f64::min)
     };
     let told = |offer: &Offer| told_by(&offer.plan(noise_um));
-    // What they differ by in the session did not tell them apart: the model's approximation hides it.
+    // What they differ by in the session did not tell them apart: the model's discrepancy hides it.
     let enough = told_by(session).max(TELLING);
     let ids: Vec<&str> = others.iter().map(Active::id).collect();
     let (first_id, other_ids) = (first.id(), ids.join(", "));
     if let Some((best, size)) = most_telling(&offers, enough, told) {
         return Some(NextMeasurement {
             why: format!(
-                "{}: there {first_id} differs from {other_ids} by {size:.0} times what a reading is trusted to",
+                "{}: there {first_id} differs from {other_ids} by {size:.0} standard deviations of a reading",
                 best.what
             ),
             how: best.proposal.clone().into(),
@@ -54,7 +59,7 @@ pub(crate) fn choose(model: &Model, session: &Plan, rivals: &[Active]) -> Option
     if let Some((best, size)) = most_telling(&on_the_bench, enough, told) {
         return Some(NextMeasurement {
             why: format!(
-                "no drive of this board tells {first_id} from {other_ids}; this would: {}, where they differ by {size:.0} times what a reading is trusted to",
+                "no drive of this board tells {first_id} from {other_ids}; this would: {}, where they differ by {size:.0} standard deviations of a reading",
                 best.what
             ),
             how: best.proposal.clone().into(),
@@ -70,7 +75,7 @@ pub(crate) fn choose(model: &Model, session: &Plan, rivals: &[Active]) -> Option
 }
 
 /// What tells effects apart that both follow the readings of a heater, which the same drives again would not.
-fn of_a_heater(session: &Plan, first: &Active, second: &Active) -> NextMeasurement {
+fn of_a_heater(session: &Dataset, first: &Active, second: &Active) -> NextMeasurement {
     let room_c = session.first_ambient_c.unwrap_or(ROOM_C);
     let [.., oven] = beside(highest_drive(session), room_c);
     let is_of_resistance = |active: &Active| active.effect.info().stage == Stage::Resistance;
@@ -104,7 +109,7 @@ fn most_telling(
 }
 
 /// What to measure where a session shows next to nothing, if there is a channel that it lacks.
-pub(crate) fn more(session: &Plan) -> Option<NextMeasurement> {
+pub(crate) fn more(session: &Dataset) -> Option<NextMeasurement> {
     let with_currents = with_currents(session, highest_drive(session));
     (!session.has_current()).then(|| NextMeasurement {
         why: with_currents.what.into(),
@@ -112,25 +117,28 @@ pub(crate) fn more(session: &Plan) -> Option<NextMeasurement> {
     })
 }
 
-fn highest_drive(session: &Plan) -> f64 {
+fn highest_drive(session: &Dataset) -> f64 {
     let drives = session.intervals.iter().flat_map(|interval| interval.to_v);
     drives.fold(0.0, f64::max)
 }
 
-/// How far two effects' predictions of an experiment differ beyond what the base can hide.
-fn difference(model: &Model, plan: &Plan, first: &Active, second: &Active) -> Option<f64> {
+/// How far two effects' predictions of an experiment differ beyond what the base can hide, in standard deviations of one
+/// reading.
+fn difference(model: &Model, plan: &Dataset, first: &Active, second: &Active) -> Option<f64> {
     let with = |active: &Active| {
         let mut model = model.clone();
         model.effects.push(active.clone());
         predict(&model, plan).ok()
     };
     let differences = with(first)?.into_iter().zip(with(second)?);
-    let difference = in_units_of_trust(differences.map(|(a, b)| a - b), plan);
-    let knobs: Vec<_> = identifiable(plan).into_iter().map(Knob::Base).collect();
-    let slopes = jacobian(model, plan, &knobs).ok()?;
-    let space = Space::of_base(&slopes);
-    let vector = space.vector(&difference);
-    Some(space.product(&vector, &vector).max(0.0).sqrt())
+    let difference = standardised(differences.map(|(a, b)| a - b), plan);
+    let free: Vec<_> = identifiable(plan)
+        .into_iter()
+        .map(FreeParameter::Base)
+        .collect();
+    let slopes = jacobian(model, plan, &free).ok()?;
+    let space = ResidualSpace::of_base(&slopes);
+    Some(space.vector(&difference).norm_squared().max(0.0).sqrt())
 }
 
 #[cfg(test)]

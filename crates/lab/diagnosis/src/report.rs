@@ -1,8 +1,8 @@
 //! What a diagnosis says, as data.
 
-use crate::placebo::Placebo;
+use crate::null_improvement::NullImprovement;
 use crate::proposal::NextMeasurement;
-use identification::Estimate;
+use identification::{Estimate, Unit};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -16,17 +16,28 @@ pub enum Verdict {
     Ambiguous,
     /// Something is missing, but none of the known effects.
     Unknown,
-    /// What is left is noise and the model's approximation.
+    /// What is left is noise and the model's discrepancy.
     None,
 }
 
-/// Root mean squares of the displacement's residual (of the current's in mA where there is no displacement).
+/// A root mean square.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Rms {
+    /// Its size.
+    pub value: f64,
+    /// Its unit.
+    pub unit: Unit,
+}
+
+/// Root mean squares of a residual, without and with an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct BeforeAfter {
     /// Of the base alone.
     pub before: f64,
-    /// With the best effect added.
+    /// With the effect added.
     pub after: f64,
+    /// The unit of both.
+    pub unit: Unit,
 }
 
 /// One effect's place in the ranking.
@@ -34,23 +45,24 @@ pub struct BeforeAfter {
 pub struct Ranked {
     /// Its id.
     pub effect: String,
-    /// How much of the misfit it explains beyond base and approximation, less the price of its parameters.
+    /// How much of the misfit it explains beyond base and discrepancy, less the price of its parameters.
     pub score: f64,
-    /// The score that mirrors with nothing hidden stay below in 95 of 100 cases, whichever effect is tried.
+    /// The score that mirrors which lack nothing stay below in 95 of 100 cases, whichever effect is tried.
     pub threshold: f64,
-    /// Its share among the effects above their thresholds.
+    /// Its Akaike weight among the effects above their thresholds.
     pub probability: f64,
     /// The strength above which it would have been seen, in the unit of its first parameter; none if never.
     pub detection_limit: Option<f64>,
-    /// Root mean square of the misfit on rows kept out of the fit of its strength (um, or mA without a displacement).
-    pub held_out_rms_um: f64,
-    /// Errors of the displacement without it, and with it and everything fitted together (of the currents, in mA, where no
+    /// Of what is left on the rows held out of the fit of its strength, of the displacement (of the currents where no
     /// displacement was measured).
-    pub error_rms_um: BeforeAfter,
+    pub held_out_rms: Rms,
+    /// Errors of the displacement without it, and with it and everything fitted together (of the currents, where no
+    /// displacement was measured).
+    pub error_rms: BeforeAfter,
     /// The same of the currents, where both were measured.
-    pub current_rms_ma: Option<BeforeAfter>,
-    /// What the same addition does on mirrors with nothing hidden, for effects above their thresholds.
-    pub placebo: Option<Placebo>,
+    pub current_rms: Option<BeforeAfter>,
+    /// By how much the same addition lowers the errors of mirrors that lack nothing, for effects above their thresholds.
+    pub null_improvement: Option<NullImprovement>,
     /// Whether the size that fits is inside what such mirrors can have.
     pub plausible: bool,
     /// Values that fit best.
@@ -68,17 +80,15 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// The named effect, or the ambiguous set with the best first, or nothing.
     pub effects: Vec<String>,
-    /// Size of what lumped equations leave of the median mirror like this with nothing hidden.
-    pub approximation_rms_um: f64,
-    /// Unit of the errors: `um` of displacement, or `mA` where no displacement was measured.
-    pub unit: &'static str,
+    /// Size of what lumped equations leave of the median mirror like this that lacks nothing.
+    pub discrepancy_rms: Rms,
     /// The error, without and with the best effect.
-    pub error_rms_um: BeforeAfter,
-    /// Misfit beyond base and approximation, in units of what mirrors with nothing hidden show (1: like them).
+    pub error_rms: BeforeAfter,
+    /// Misfit beyond base and discrepancy, over the median one of mirrors that lack nothing (1: like them).
     pub misfit: f64,
-    /// How far halving the simulation's step moves any prediction, in units of what a reading is trusted to.
+    /// How far halving the simulation's step moves any prediction, in standard deviations.
     pub solver_error: f64,
-    /// Effects that these data would not show at any size that happens.
+    /// Effects that these data would not show at any plausible strength.
     pub invisible: Vec<String>,
     /// All effects that change a reading, best first.
     pub ranking: Vec<Ranked>,

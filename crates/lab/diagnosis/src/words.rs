@@ -5,9 +5,10 @@ use identification::Estimate;
 use mirror_model::effect::{Parameter, find};
 use std::fmt;
 
-/// Candidates that are shown: so many at least, and all above their thresholds.
+/// Candidates that are shown: so many at least, which a screen has room for, and all above their thresholds.
 const SHOWN: usize = 6;
-/// Candidates with this share of the best score are told of in a sentence.
+/// Candidates above their thresholds with this share of the best score get a sentence: those that are fitted together with
+/// the base.
 const WORTH_A_SENTENCE: f64 = 0.4;
 
 impl fmt::Display for Diagnosis {
@@ -28,7 +29,7 @@ impl fmt::Display for Diagnosis {
             )?,
             Verdict::None => writeln!(
                 f,
-                "Nothing is missing: what is left is noise and the model's approximation"
+                "Nothing is missing: what is left is noise and the model's discrepancy"
             )?,
         }
         self.errors(f)?;
@@ -42,31 +43,39 @@ impl fmt::Display for Diagnosis {
 
 impl Diagnosis {
     fn errors(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let unit = self.unit;
         let best = self.ranking.first();
-        let BeforeAfter { before, after } = self.error_rms_um;
+        let BeforeAfter {
+            before,
+            after,
+            unit,
+        } = self.error_rms;
         write!(f, "  error {before:.3} {unit} rms")?;
         match best {
             Some(best) => writeln!(f, ", with {} added {after:.3} {unit}", best.effect)?,
             None => writeln!(f)?,
         }
-        if let Some(BeforeAfter { before, after }) = best.and_then(|best| best.current_rms_ma) {
+        if let Some(currents) = best.and_then(|best| best.current_rms) {
+            let BeforeAfter {
+                before,
+                after,
+                unit,
+            } = currents;
             writeln!(
                 f,
-                "  of the currents {before:.4} mA rms, then {after:.4} mA"
+                "  of the currents {before:.4} {unit} rms, then {after:.4} {unit}"
             )?;
         }
-        if let Some(placebo) = best.and_then(|best| best.placebo) {
-            writeln!(f, "  {placebo}")?;
+        if let Some(null) = best.and_then(|best| best.null_improvement) {
+            writeln!(f, "  {null}")?;
         }
         writeln!(
             f,
-            "  the model's approximation, which is no missing effect: {:.3} {unit} rms on the median mirror with nothing hidden",
-            self.approximation_rms_um
+            "  the model's discrepancy, which is no missing effect: {:.3} {unit} rms in the median mirror of the null ensemble",
+            self.discrepancy_rms.value
         )?;
         writeln!(
             f,
-            "  misfit beyond that approximation: {:.2} times what such mirrors show",
+            "  misfit beyond that discrepancy: {:.2} times what such mirrors show",
             self.misfit
         )
     }
@@ -75,7 +84,7 @@ impl Diagnosis {
         writeln!(
             f,
             "\n  {:<22} {:>9} {:>9} {:>6} {:>9} {:>9}  size that fits",
-            "effect", "score", "needed", "share", "error", "held out"
+            "effect", "score", "threshold", "weight", "error", "held out"
         )?;
         let remarkable = self
             .ranking
@@ -117,7 +126,7 @@ impl Diagnosis {
         }
         writeln!(
             f,
-            "  invisible in these data, at any size that happens: {}",
+            "  invisible in these data, at any plausible size: {}",
             self.invisible.join(", ")
         )
     }
@@ -158,8 +167,8 @@ impl fmt::Display for Ranked {
             f,
             "{effect:<22} {score:>9.1} {threshold:>9.1} {:>5.0}% {:>9.3} {:>9.3} ",
             100.0 * probability,
-            self.error_rms_um.after,
-            self.held_out_rms_um
+            self.error_rms.after,
+            self.held_out_rms.value
         )?;
         for (
             symbol,
@@ -187,7 +196,112 @@ impl fmt::Display for Ranked {
 
 #[cfg(test)]
 mod tests {
-    use super::digits;
+    use super::*;
+    use crate::report::Rms;
+    use identification::Unit;
+    use std::collections::BTreeMap;
+
+    fn error(unit: Unit) -> BeforeAfter {
+        BeforeAfter {
+            before: 0.4,
+            after: 0.2,
+            unit,
+        }
+    }
+
+    fn ranked(effect: &str, score: f64) -> Ranked {
+        let value = Estimate {
+            value: 0.0267,
+            standard_error: Some(0.0027),
+            unit: "1".into(),
+        };
+        Ranked {
+            effect: effect.into(),
+            score,
+            threshold: 48.0,
+            probability: 1.0,
+            detection_limit: Some(0.01),
+            held_out_rms: Rms {
+                value: 0.02,
+                unit: Unit::Milliampere,
+            },
+            error_rms: error(Unit::Milliampere),
+            current_rms: None,
+            null_improvement: None,
+            plausible: true,
+            parameters: BTreeMap::from([("c".into(), value)]),
+            look_alikes: vec![],
+            why: "for a reason".into(),
+        }
+    }
+
+    fn diagnosis(verdict: Verdict, effects: &[&str]) -> Diagnosis {
+        Diagnosis {
+            verdict,
+            effects: effects.iter().map(|&id| id.into()).collect(),
+            discrepancy_rms: Rms {
+                value: 0.3,
+                unit: Unit::Milliampere,
+            },
+            error_rms: error(Unit::Milliampere),
+            misfit: 2.0,
+            solver_error: 0.0,
+            invisible: vec!["radiation".into()],
+            ranking: vec![ranked("creep", 100.0), ranked("hysteresis", 30.0)],
+            next_measurement: None,
+        }
+    }
+
+    #[test]
+    fn a_diagnosis_begins_with_its_verdict() {
+        for (verdict, effects, first) in [
+            (Verdict::Named, &["creep"][..], "Missing: creep"),
+            (
+                Verdict::Ambiguous,
+                &["creep", "hysteresis"],
+                "Missing: one of creep, hysteresis; these data cannot tell which",
+            ),
+            (
+                Verdict::Unknown,
+                &[],
+                "Something is missing, and none of the known effects explains it",
+            ),
+            (
+                Verdict::None,
+                &[],
+                "Nothing is missing: what is left is noise and the model's discrepancy",
+            ),
+        ] {
+            let said = diagnosis(verdict, effects).to_string();
+            assert_eq!(said.lines().next(), Some(first));
+        }
+        let mut blind = diagnosis(Verdict::None, &[]);
+        blind.invisible.push("crosstalk".into());
+        assert!(blind.to_string().starts_with("These data cannot tell"));
+    }
+
+    #[test]
+    fn errors_carry_their_unit() {
+        let said = diagnosis(Verdict::Named, &["creep"]).to_string();
+        assert!(
+            said.contains("error 0.400 mA rms, with creep added 0.200 mA"),
+            "{said}"
+        );
+        assert!(said.contains("0.300 mA rms in the median mirror"), "{said}");
+    }
+
+    #[test]
+    fn limits_are_told_where_nothing_is_missing() {
+        let said = diagnosis(Verdict::None, &[]).to_string();
+        assert!(
+            said.contains("I would have seen creep (c beyond 1.00 %)"),
+            "{said}"
+        );
+        assert!(
+            said.contains("invisible in these data, at any plausible size: radiation"),
+            "{said}"
+        );
+    }
 
     #[test]
     fn numbers_have_three_digits() {

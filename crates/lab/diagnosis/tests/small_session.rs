@@ -22,7 +22,7 @@ fn plan(family: Family, hidden: Option<Effect>) -> Dataset {
 }
 
 #[test]
-fn a_mirror_with_nothing_hidden_is_left_in_peace() {
+fn nothing_is_missing_in_a_mirror_that_lacks_nothing() {
     let found = diagnose(
         &Model::from(Preset::Paper),
         &plan(Family::D, None),

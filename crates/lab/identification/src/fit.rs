@@ -43,14 +43,14 @@ pub struct Fitted {
     /// The model with the best values.
     pub model: Model,
     /// What was fitted.
-    pub knobs: Vec<FreeParameter>,
+    pub free: Vec<FreeParameter>,
     /// Measured less predicted, in um and A.
     pub residuals: Vec<f64>,
 }
 
 impl Fitted {
     /// The standardised residuals: each in units of its standard deviation about the prediction.
-    pub fn scaled(&self, data: &Dataset) -> DVector<f64> {
+    pub fn standardised(&self, data: &Dataset) -> DVector<f64> {
         standardised(self.residuals.iter().copied(), data)
     }
 
@@ -62,7 +62,7 @@ impl Fitted {
 
     /// The sum of squares of the standardised residuals.
     pub fn cost(&self, data: &Dataset) -> f64 {
-        self.scaled(data).iter().map(|r| r * r).sum()
+        self.standardised(data).iter().map(|r| r * r).sum()
     }
 }
 
@@ -129,13 +129,13 @@ pub fn fit(model: &Model, data: &Dataset) -> Result<Fitted, Runaway> {
 fn without_idle_time(mut fitted: Fitted, model: &Model, data: &Dataset) -> Result<Fitted, Runaway> {
     let time = BaseParameter::Shared(Symbol::FastTime);
     let parameter = FreeParameter::Base(time);
-    if !data.is_of_heaters() || !fitted.knobs.contains(&parameter) {
+    if !data.is_of_heaters() || !fitted.free.contains(&parameter) {
         return Ok(fitted);
     }
     let slopes = jacobian(&fitted.model, data, &[parameter])?;
     if slopes.norm() < IDLE {
         time.set(&mut fitted.model, time.get(model));
-        fitted.knobs.retain(|other| *other != parameter);
+        fitted.free.retain(|other| *other != parameter);
     }
     Ok(fitted)
 }
@@ -205,7 +205,7 @@ fn minimised(
     let predicted = predict(&model, data)?;
     Ok(Fitted {
         model,
-        knobs: parameters.to_vec(),
+        free: parameters.to_vec(),
         residuals: values.iter().zip(predicted).map(|(v, p)| v - p).collect(),
     })
 }

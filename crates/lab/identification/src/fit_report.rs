@@ -87,10 +87,10 @@ fn covariance(slopes: &DMatrix<f64>, fitted: &Fitted, data: &Dataset) -> DMatrix
     let freedom = data
         .observations
         .len()
-        .saturating_sub(fitted.knobs.len())
+        .saturating_sub(fitted.free.len())
         .max(1);
     let scale = (squares / freedom as f64).max(1.0);
-    let count = fitted.knobs.len();
+    let count = fitted.free.len();
     let mut normal = slopes.tr_mul(slopes);
     for index in 0..count {
         normal[(index, index)] += 1e-12;
@@ -102,7 +102,7 @@ fn covariance(slopes: &DMatrix<f64>, fitted: &Fitted, data: &Dataset) -> DMatrix
 }
 
 fn standard_error(fitted: &Fitted, covariance: &DMatrix<f64>, index: usize) -> f64 {
-    covariance[(index, index)].max(0.0).sqrt() * fitted.knobs[index].scale(&fitted.model)
+    covariance[(index, index)].max(0.0).sqrt() * fitted.free[index].scale(&fitted.model)
 }
 
 /// The fitted parameters that are known to some part of themselves.
@@ -122,7 +122,7 @@ pub fn known_errors(fitted: &Fitted, covariance: &DMatrix<f64>) -> BTreeMap<Stri
         known.then(|| (parameter.name(&fitted.model), estimate))
     };
     fitted
-        .knobs
+        .free
         .iter()
         .enumerate()
         .filter_map(estimate)
@@ -150,9 +150,9 @@ fn as_products(
 }
 
 fn correlations(fitted: &Fitted, covariance: &DMatrix<f64>) -> Vec<(String, String, f64)> {
-    let name = |index: usize| fitted.knobs[index].name(&fitted.model);
+    let name = |index: usize| fitted.free[index].name(&fitted.model);
     let mut found = Vec::new();
-    for i in 0..fitted.knobs.len() {
+    for i in 0..fitted.free.len() {
         for j in 0..i {
             let correlation = covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt();
             if correlation.abs() >= STRONG {
@@ -248,12 +248,12 @@ fn groups(null: &DMatrix<f64>) -> Vec<Vec<usize>> {
 /// # Errors
 /// [`Runaway`] if the model has no finite answer close by.
 pub fn note_errors(fitted: &mut Fitted, data: &Dataset) -> Result<DMatrix<f64>, Runaway> {
-    let slopes = jacobian(&fitted.model, data, &fitted.knobs)?;
+    let slopes = jacobian(&fitted.model, data, &fitted.free)?;
     let covariance = covariance(&slopes, fitted, data);
     fitted.model.standard_errors.clear();
-    for index in 0..fitted.knobs.len() {
+    for index in 0..fitted.free.len() {
         let error = standard_error(fitted, &covariance, index);
-        match fitted.knobs[index] {
+        match fitted.free[index] {
             FreeParameter::Base(free) => {
                 let largest = fitted
                     .model

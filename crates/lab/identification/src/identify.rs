@@ -190,7 +190,7 @@ impl<'a> Search<'a> {
             return Some(Tried { shown_by, ..tried });
         }
         let (starts, added) = candidate.starts(&self.best.model)?;
-        if self.best.knobs.contains(&added[0]) {
+        if self.best.free.contains(&added[0]) {
             return None;
         }
         let Some(best) = self.fit_with(candidate, &starts, &added) else {
@@ -237,7 +237,7 @@ impl<'a> Search<'a> {
             .iter()
             .filter_map(|start| fit_parameters(start, self.data, &values, &alone).ok());
         let best = fits.min_by(least)?;
-        let parameters = [&self.best.knobs[..], added].concat();
+        let parameters = [&self.best.free[..], added].concat();
         fit_parameters(&best.model, self.data, &values, &parameters).ok()
     }
 }
@@ -365,7 +365,7 @@ fn are_driven_apart(data: &Dataset) -> bool {
 fn strength_of(fitted: &Fitted, parameter: FreeParameter, data: &Dataset) -> Option<(f64, f64)> {
     let mut noted = fitted.clone();
     let covariance = note_errors(&mut noted, data).ok()?;
-    let index = noted.knobs.iter().position(|other| *other == parameter)?;
+    let index = noted.free.iter().position(|other| *other == parameter)?;
     let error = covariance[(index, index)].max(0.0).sqrt() * parameter.scale(&noted.model);
     Some((parameter.value(&noted.model), error))
 }

@@ -2,17 +2,17 @@
 
 use crate::Arguments;
 use clap::ValueEnum;
-use diagnosis::family::CALIBRATING;
+use diagnosis::CALIBRATING;
 use experiments::Experiment;
 use identification::Dataset;
 use std::fmt;
 use virtual_mirror::{ConfigError, Effect, Family, MirrorConfig};
 use virtual_sessions::measure;
 
-/// No approximation and no threshold was calibrated on these.
+/// No discrepancy and no threshold was calibrated on these.
 const UNSEEN: [Family; 2] = [Family::F, Family::G];
 /// Mirrors of each family with nothing hidden, a seed.
-const QUIET: u64 = 2;
+const LACKING_NOTHING: u64 = 2;
 /// Far enough for no two mirrors with nothing hidden to have the same seed.
 const APART: u64 = 500;
 
@@ -87,7 +87,7 @@ pub(crate) fn all(arguments: &Arguments) -> Vec<Case> {
                         instruments,
                     })
                 };
-                for turn in 0..QUIET as usize * families.len() {
+                for turn in 0..LACKING_NOTHING as usize * families.len() {
                     push(Hidden::Nothing, turn, seed + APART * (1 + turn as u64));
                 }
                 for &strength in &arguments.strengths {
@@ -104,9 +104,9 @@ pub(crate) fn all(arguments: &Arguments) -> Vec<Case> {
         }
     }
     cases.retain(|case| {
-        let teaches = matches!(case.hidden, Hidden::One(effect, _) if effect.is_listed());
+        let is_learned = matches!(case.hidden, Hidden::One(effect, _) if effect.is_listed());
         let only = arguments.only.as_ref();
-        (arguments.learn.is_none() || teaches)
+        (arguments.learn.is_none() || is_learned)
             && only.is_none_or(|only| case.hidden.is_called(only))
     });
     cases
@@ -137,9 +137,14 @@ impl Hidden {
 }
 
 impl Case {
+    /// Whether another case has the same drives and noise, and so the same null ensemble.
+    pub(crate) fn is_like(&self, other: &Self) -> bool {
+        (self.instruments, self.noise_nm) == (other.instruments, other.noise_nm)
+    }
+
     /// The mirror, with what is hidden in it.
     pub(crate) fn config(&self) -> MirrorConfig {
-        let mut config = self.calm();
+        let mut config = self.lacking_nothing();
         match self.hidden {
             Hidden::Nothing => {}
             Hidden::One(effect, strength) => config.effects.set(effect, strength),
@@ -160,7 +165,7 @@ impl Case {
     }
 
     /// The same mirror with nothing hidden.
-    pub(crate) fn calm(&self) -> MirrorConfig {
+    pub(crate) fn lacking_nothing(&self) -> MirrorConfig {
         let mut config = MirrorConfig::draw(self.family, self.seed);
         config.sensor.position_noise_nm = self.noise_nm;
         config

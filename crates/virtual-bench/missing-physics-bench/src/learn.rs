@@ -1,4 +1,4 @@
-//! What virtual mirrors with one effect hidden teach: the table of confusions.
+//! The table of confusions, learned from virtual mirrors with one effect hidden.
 
 use crate::case::{Hidden, Instruments};
 use crate::outcome::Outcome;

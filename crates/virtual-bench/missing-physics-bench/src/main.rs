@@ -9,7 +9,7 @@ mod outcome;
 mod table;
 
 use clap::Parser;
-use diagnosis::ensemble::Ensemble;
+use diagnosis::NullEnsemble;
 use outcome::Outcome;
 use rayon::prelude::*;
 use std::path::PathBuf;
@@ -40,7 +40,7 @@ struct Arguments {
     /// and how far sizes are off to this file: the table that the diagnosis ships with.
     #[arg(long)]
     learn: Option<PathBuf>,
-    /// Where ensembles are kept.
+    /// Where null ensembles are kept.
     #[arg(long, default_value = "target/diagnosis-cache")]
     cache: PathBuf,
 }
@@ -49,9 +49,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments = Arguments::parse();
     let cases = case::all(&arguments);
     // Before many sessions at once would each miss their ensemble.
-    for instruments in case::Instruments::tried(arguments.instruments) {
-        if let Some(case) = cases.iter().find(|case| case.instruments == instruments) {
-            Ensemble::new(&case.session(&case.config())?, Some(&arguments.cache))?;
+    let mut kinds: Vec<&case::Case> = Vec::new();
+    for case in &cases {
+        if kinds.iter().all(|kind| !kind.is_like(case)) {
+            NullEnsemble::new(&case.session(&case.config())?, Some(&arguments.cache))?;
+            kinds.push(case);
         }
     }
     let start = Instant::now();

@@ -1,9 +1,8 @@
 //! What a diagnosis made of one session, beside the truth.
 
 use crate::case::{Case, Hidden, Instruments};
-use diagnosis::ensemble::Ensemble;
-use diagnosis::space::{Approximation, Space};
-use diagnosis::{Diagnosis, Ranked, Verdict, add, diagnose};
+use diagnosis::residual_space::{ModelDiscrepancy, ResidualSpace, Session};
+use diagnosis::{Diagnosis, NullEnsemble, Ranked, Verdict, add, diagnose};
 use identification::fit::{Fitted, fit, fit_parameters, free_parameters};
 use identification::prediction::{jacobian, predict, white_noise};
 use identification::{Dataset, fit_and_report};
@@ -15,15 +14,15 @@ use std::path::Path;
 use std::sync::Arc;
 use virtual_mirror::Effect;
 
-/// Standard deviations of an interval that 95 of 100 lie in.
+/// Standard deviations of an interval that 95 of 100 lie in: of a normal distribution, two-sided.
 const INTERVAL: f64 = 1.96;
 
 /// What came of one session.
 pub(crate) struct Outcome {
     pub(crate) case: Case,
     pub(crate) found: Diagnosis,
-    /// Of a hidden effect, or of the lesser of two: what an effect of nature's own form would score, noise aside. Where that stays below the
-    /// threshold, this session cannot show it to anyone who knows no more of the mirror than the families.
+    /// Of a hidden effect, or of the lesser of two: what an effect of nature's own form would score, noise aside. Where that
+    /// stays below the threshold, this session cannot show it to anyone who knows no more of the mirror than the families.
     pub(crate) shown: Option<f64>,
     /// Of a hidden effect that was found: its size.
     pub(crate) size: Option<Size>,
@@ -127,8 +126,9 @@ fn error_ratio(
 ) -> Result<f64, Box<dyn Error>> {
     let paper = Model::from(Preset::Paper);
     let edit = add(&paper, listed(effect), plan, &[], Some(cache))?.edit;
-    let (_, calm) = fit_and_report(&paper, &case.session(&case.calm())?, &[])?;
-    Ok(edit.after.rms / calm.residual_rms_um.unwrap_or(f64::NAN))
+    let lacking_nothing = case.session(&case.lacking_nothing())?;
+    let (_, of_nothing) = fit_and_report(&paper, &lacking_nothing, &[])?;
+    Ok(edit.after.rms / of_nothing.residual_rms_um.unwrap_or(f64::NAN))
 }
 
 /// What the hidden effect alone does to a session: no noise, and no error of the model.
@@ -141,13 +141,16 @@ struct Alone {
 
 impl Alone {
     fn new(case: &Case) -> Result<Self, Box<dyn Error>> {
-        let quiet = |mut config: virtual_mirror::MirrorConfig| {
+        let without_noise = |mut config: virtual_mirror::MirrorConfig| {
             config.sensor.position_noise_nm = 0.0;
             config.sensor.current_noise_ua = 0.0;
             config.sensor.current_noise_ratio = 0.0;
             case.session(&config)
         };
-        let (with, without) = (quiet(case.config())?, quiet(case.calm())?);
+        let (with, without) = (
+            without_noise(case.config())?,
+            without_noise(case.lacking_nothing())?,
+        );
         let fitted = fit(&Model::from(Preset::Paper), &without)?;
         let change = with
             .values()
@@ -162,27 +165,26 @@ impl Alone {
         })
     }
 
-    /// What it leaves where the base is fitted anew and the approximation is free, in a session with the noise of `plan`.
+    /// What it leaves where the base is fitted anew and the discrepancy is free, in a session with the noise of `plan`.
     fn shown(&self, plan: &Dataset, cache: &Path) -> Result<f64, Box<dyn Error>> {
         let values = self.values()?;
         let near = fit_parameters(
             &self.fitted.model,
             &self.without,
             &values,
-            &self.fitted.knobs,
+            &self.fitted.free,
         )?;
         let from_all_starts = fit(
             &Model::from(Preset::Paper),
             &self.without.with_values(&values),
         )?;
-        let ensemble = Ensemble::new(plan, Some(cache))?;
-        let approximation = Arc::new(Approximation::new(&ensemble.0, &white_noise(plan)));
+        let ensemble = NullEnsemble::new(plan, Some(cache))?;
+        let white = white_noise(plan);
+        let discrepancy = Arc::new(ModelDiscrepancy::new(ensemble.residuals(), &white));
         let left = |refitted: &Fitted| -> Result<f64, Box<dyn Error>> {
-            let all = (0..approximation.mirrors()).collect();
-            let slopes = jacobian(&refitted.model, plan, &refitted.knobs)?;
-            let space = Space::new(&slopes, &approximation, all);
-            let left = space.vector(&refitted.scaled(plan));
-            Ok(space.product(&left, &left))
+            let slopes = jacobian(&refitted.model, plan, &refitted.free)?;
+            let space = ResidualSpace::<Session>::of_all(&slopes, &discrepancy);
+            Ok(space.vector(&refitted.standardised(plan)).norm_squared())
         };
         Ok(left(&near)?.min(left(&from_all_starts)?))
     }

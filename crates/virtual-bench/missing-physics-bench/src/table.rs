@@ -8,21 +8,22 @@ use std::fmt::Write as _;
 /// Above this the error after adding the hidden effect is not that of a mirror with nothing hidden.
 const ERROR_RATIO: f64 = 1.2;
 
-/// Markdown, a row a figure. A figure that no session was for has no row.
+/// Markdown, a row a figure, with what the project requires of it (`docs/diagnosis.md` says why). A figure that no session
+/// was for has no row.
 pub(crate) fn table(outcomes: &[Outcome]) -> String {
-    let mut table = String::from("| figure | measured | must reach |\n|---|---|---|\n");
-    let mut row = |figure: &str, of: Vec<bool>, must: &str| {
+    let mut table = String::from("| figure | measured | required |\n|---|---|---|\n");
+    let mut row = |figure: &str, of: Vec<bool>, required: &str| {
         let (yes, all) = (of.iter().filter(|yes| **yes).count(), of.len());
         if all > 0 {
             let percent = 100.0 * yes as f64 / all as f64;
             let _ = writeln!(
                 table,
-                "| {figure} | {percent:.0} % ({yes} of {all}) | {must} |"
+                "| {figure} | {percent:.0} % ({yes} of {all}) | {required} |"
             );
         }
     };
     use Instruments::{Sweep, SweepOfCurrents, With, WithOvenAndStage, Without};
-    for (instruments, strength, said, must) in [
+    for (instruments, strength, said, required) in [
         (With, 1.0, "strength 1, with currents", "92 %"),
         (With, 3.0, "strength 3, with currents", "95 %"),
         (With, 0.3, "strength 0.3, with currents", "75 %"),
@@ -46,7 +47,7 @@ pub(crate) fn table(outcomes: &[Outcome]) -> String {
         row(
             &format!("{said}: true effect named, or in a set of at most {most}"),
             listed().map(|o| o.is_found(most)).collect(),
-            must,
+            required,
         );
         row(
             "- the limit: the session can show it",
@@ -62,7 +63,7 @@ pub(crate) fn table(outcomes: &[Outcome]) -> String {
             "-",
         );
     }
-    for (instruments, said, must) in [
+    for (instruments, said, required) in [
         (With, "with currents", "at most 1 %"),
         (Without, "z only", "at most 3 %"),
         (
@@ -82,18 +83,22 @@ pub(crate) fn table(outcomes: &[Outcome]) -> String {
                 .filter(hidden)
                 .map(Outcome::names_a_wrong_one)
                 .collect(),
-            must,
+            required,
         );
     }
-    let quiet = || outcomes.iter().filter(|o| o.case.hidden == Hidden::Nothing);
+    let nothing = || outcomes.iter().filter(|o| o.case.hidden == Hidden::Nothing);
     row(
         "nothing hidden: an effect named",
-        quiet().map(|o| o.found.verdict == Verdict::Named).collect(),
+        nothing()
+            .map(|o| o.found.verdict == Verdict::Named)
+            .collect(),
         "at most 5 %",
     );
     row(
         "nothing hidden: anything said to be missing",
-        quiet().map(|o| o.found.verdict != Verdict::None).collect(),
+        nothing()
+            .map(|o| o.found.verdict != Verdict::None)
+            .collect(),
         "-",
     );
     let unlisted = |o: &&Outcome| matches!(o.case.hidden, Hidden::One(effect, strength) if !effect.is_listed() && strength >= 1.0);

@@ -20,7 +20,7 @@ use crate::working::while_working;
 const TEMPLATE: &str = include_str!("template.toml");
 
 const REFITTING: &str =
-    "refitting, and doing the same to mirrors with nothing hidden (kept for the next time)";
+    "refitting, and doing the same to mirrors that lack nothing (kept for the next time)";
 
 #[derive(Serialize)]
 struct Edited {

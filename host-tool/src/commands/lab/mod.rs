@@ -75,7 +75,7 @@ pub(super) fn diagnose(input: &LabInput, own: &[PathBuf], json: bool) -> Result<
         .map(|path| own_effect(path))
         .collect::<Result<Vec<_>, _>>()?;
     let cache = cache_directory();
-    let what = "trying every effect, and mirrors with nothing hidden (kept for the next time)";
+    let what = "trying every effect, and mirrors that lack nothing (kept for the next time)";
     let found = while_working(what, json, || {
         diagnosis::diagnose(&lab.model, &lab.data, &own, Some(&cache))
     })?;

@@ -1,94 +1,92 @@
-//! Every effect's place: its score, its size, what it is worth on rows held out and where nothing is hidden.
+//! Every effect's place: its score, its size, what it is worth on rows held out and where nothing is missing.
 
-use super::{Bench, HANDFUL, is_plausible, rms_of};
-use crate::candidate::Explanation;
-use crate::confusions::{Channels, confusions};
-use crate::placebo::{Placebo, placebo};
-use crate::plan::Plan;
-use crate::report::{BeforeAfter, Ranked};
-use identification::Estimate;
+use super::held_out::held_out_rows;
+use super::{Analysis, rms};
+use crate::candidate::{Candidate, Explanation};
+use crate::confusions::confusions;
+use crate::null_improvement::{NullImprovement, null_improvement};
+use crate::report::{BeforeAfter, Ranked, Rms};
+use crate::residual_space::Session;
+use identification::{Estimate, Unit};
 use nalgebra::DVector;
+use std::collections::BTreeMap;
 
-impl Bench<'_> {
-    /// An effect's place in the ranking.
-    pub(super) fn ranked<'e>(
-        &self,
-        index: usize,
-        e: &Explanation,
-        above: &[usize],
-        all: &impl Fn(usize) -> &'e Explanation,
-    ) -> Ranked {
-        let info = e.active.effect.info();
-        let displacement = self.plan.has_displacement();
-        let mut widening = (self.space.product(&self.residual, &self.residual) - e.score).max(0.0)
-            / self.calm.misfit(0.5);
-        widening = widening.sqrt().max(1.0);
-        let weight = |score: f64| (0.5 * (score - e.score) / widening).exp();
-        let total: f64 = above.iter().map(|&i| weight(all(i).score)).sum();
-        let strongest = self.effects[index]
-            .1
-            .iter()
-            .map(|d| self.space.product(&d.change, &d.change))
-            .fold(0.0, f64::max);
-        let limit = (self.calm.thresholds[index].max(0.0).sqrt() + 1.64) / strongest.sqrt()
-            * info.parameters[0].start.abs();
-        let form = confusions().form(Channels::of(self.plan), &info.id);
-        let parameters = info.parameters.iter().enumerate().map(|(i, p)| {
-            let of_form = form * e.active.values[i].abs();
-            let standard_error = (i == 0).then_some(of_form.hypot(e.strength_error * widening));
-            (
-                p.symbol.to_string(),
-                Estimate {
-                    value: e.active.values[i],
-                    standard_error,
-                    unit: p.unit.to_string(),
-                },
-            )
-        });
-        let look_alikes: Vec<_> = above
-            .iter()
-            .filter(|&&i| {
-                i != index && all(i).score > 0.5 * e.score && all(i).score < 2.0 * e.score
-            })
-            .map(|&i| self.id(i))
-            .collect();
-        Ranked {
-            effect: self.id(index),
-            score: e.score,
-            threshold: self.calm.thresholds[index],
-            probability: if above.contains(&index) {
-                1.0 / total
+/// Effects whose scores are within this factor of each other are look-alikes.
+const LOOK_ALIKE: f64 = 2.0;
+
+impl Analysis<'_> {
+    /// An effect's place, if it changes a reading. `above` are the effects above their thresholds.
+    pub(super) fn ranked(&self, candidate: &Candidate, above: &[&Candidate]) -> Option<Ranked> {
+        let explanation = candidate.explanation.as_ref()?;
+        let widening = self.widening(explanation);
+        let is_above = above.iter().any(|other| other.id() == candidate.id());
+        let scores = above.iter().map(|other| other.score());
+        let look_alikes = look_alikes(candidate, above);
+        Some(Ranked {
+            effect: candidate.id().to_owned(),
+            score: explanation.score,
+            threshold: candidate.threshold,
+            probability: if is_above {
+                akaike_weight(explanation.score, scores, widening)
             } else {
                 0.0
             },
-            detection_limit: (strongest > 1e-3
-                && limit <= info.parameters[0].high.max(-info.parameters[0].low))
-            .then_some(limit),
-            held_out_rms_um: self.held_out_rms(e),
-            error_rms_um: self.before_and_after(e, displacement),
-            current_rms_ma: (displacement && self.plan.has_current())
-                .then(|| self.before_and_after(e, false)),
-            placebo: above.contains(&index).then(|| self.placebo(index)),
-            plausible: is_plausible(&e.active),
-            parameters: parameters.collect(),
-            why: self.why(index, e, &look_alikes),
+            detection_limit: candidate.detection_limit(),
+            held_out_rms: self.held_out_rms(explanation),
+            error_rms: self.before_and_after(candidate, explanation, self.unit()),
+            current_rms: (self.data.has_displacement() && self.data.has_current())
+                .then(|| self.before_and_after(candidate, explanation, Unit::Milliampere)),
+            null_improvement: is_above.then(|| self.null_improvement(candidate)),
+            plausible: candidate.is_plausible(),
+            parameters: self.estimates(explanation, widening),
+            why: self.why(candidate, &look_alikes),
             look_alikes,
-        }
+        })
     }
 
-    fn why(&self, index: usize, e: &Explanation, look_alikes: &[String]) -> String {
-        let info = e.active.effect.info();
-        let misfit = self.space.product(&self.residual, &self.residual);
-        let share = 100.0 * (e.score / (misfit - self.calm.misfit(0.5)).max(1.0)).clamp(0.0, 1.0);
-        let seen = if e.score > self.calm.thresholds[index] {
+    /// How many times larger than the median null mirror's the amplitude is that an effect leaves, 1 or more: its standard
+    /// errors are as much wider (quasi-likelihood: Burnham and Anderson (2002), section 2.5).
+    fn widening(&self, explanation: &Explanation<Session>) -> f64 {
+        let left = (self.misfit - explanation.score).max(0.0);
+        (left / self.null.median()).sqrt().max(1.0)
+    }
+
+    /// The values that fit best. The strength's standard error holds what the form may be off by, too.
+    fn estimates(
+        &self,
+        explanation: &Explanation<Session>,
+        widening: f64,
+    ) -> BTreeMap<String, Estimate> {
+        let info = explanation.active.effect.info();
+        let form = confusions().form(self.channels(), &info.id);
+        let values = info.parameters.iter().zip(&explanation.active.values);
+        let estimates = values.enumerate().map(|(index, (parameter, &value))| {
+            let of_form = form * value.abs();
+            let error = of_form.hypot(explanation.strength_error * widening);
+            let estimate = Estimate {
+                value,
+                standard_error: (index == 0).then_some(error),
+                unit: parameter.unit.to_string(),
+            };
+            (parameter.symbol.to_string(), estimate)
+        });
+        estimates.collect()
+    }
+
+    fn why(&self, candidate: &Candidate, look_alikes: &[String]) -> String {
+        let info = candidate.effect.info();
+        let score = candidate.score();
+        let beyond = (self.misfit - self.null.median()).max(1.0);
+        let percent = 100.0 * (score / beyond).clamp(0.0, 1.0);
+        let seen = if score > candidate.threshold {
             format!(
-                "it explains {share:.0} % of what mirrors with nothing hidden would not show; {}",
+                "it explains {percent:.0} % of what mirrors that lack nothing would not show; {}",
                 info.shows
             )
-        } else if is_plausible(&e.active) {
-            "mirrors with nothing hidden look as much like it".to_owned()
+        } else if candidate.is_plausible() {
+            "mirrors that lack nothing look as much like it".to_owned()
         } else {
-            "what is left looks no more like it at any size that such mirrors can have".to_owned()
+            "what is left looks no more like it at any plausible strength".to_owned()
         };
         match look_alikes {
             [] => seen,
@@ -100,71 +98,108 @@ impl Bench<'_> {
         }
     }
 
-    /// Strength, base and approximation from the rows that are kept; the error on the rows held out.
-    fn held_out_rms(&self, e: &Explanation) -> f64 {
-        let (residual, change) = (
-            self.space.unscaled(&self.residual),
-            self.space.unscaled(&e.change),
-        );
-        let (r, g) = (self.kept.vector(&residual), self.kept.vector(&change));
-        let weight = self.kept.product(&g, &g);
+    /// Strength, base and discrepancy from the rows that are kept; the error on the rows held out.
+    fn held_out_rms(&self, explanation: &Explanation<Session>) -> Rms {
+        let [residual, change] = [&self.residual, &explanation.change]
+            .map(|vector| self.training.vector(&self.session.standardised(vector)));
+        let weight = change.norm_squared();
         let times = if weight > 0.0 {
-            self.kept.product(&g, &r) / weight
+            change.dot(&residual) / weight
         } else {
             0.0
         };
-        let left = self.kept.remainder(&(&r - &(&g * times)));
-        let judged = held_out_rows(self.plan);
-        let squares = left
-            .iter()
-            .zip(&self.plan.observations)
-            .zip(judged.iter())
-            .filter(|(_, held_out)| **held_out);
-        let displacement = self.plan.has_displacement();
-        rms_of(squares.map(|((value, o), _)| (*value, o)), displacement)
+        let left = self.training.remainder(&(&residual - &(&change * times)));
+        let rows = left.iter().copied().zip(&self.data.observations);
+        let held_out = rows
+            .zip(held_out_rows(self.data))
+            .filter_map(|(row, is_held_out)| is_held_out.then_some(row));
+        rms(held_out, self.unit())
     }
 
-    /// Errors of the displacement (um) or of the currents (mA) without an effect, and with it and all parameters fitted
-    /// together; where that was not worth a fit, as far as slopes tell, with up to the size that fits best beyond the
-    /// approximation.
-    fn before_and_after(&self, e: &Explanation, displacement: bool) -> BeforeAfter {
-        let before = self.fitted.scaled(self.plan);
-        let after = match &e.refit {
-            Some(refit) => refit.fitted.scaled(self.plan),
+    /// Errors without an effect, and with it and all parameters fitted together; where that was not worth a fit, as far as
+    /// slopes tell, with up to the size that fits best beyond the discrepancy.
+    fn before_and_after(
+        &self,
+        candidate: &Candidate,
+        explanation: &Explanation<Session>,
+        unit: Unit,
+    ) -> BeforeAfter {
+        let before = self.fitted.standardised(self.data);
+        let after = match &candidate.refit {
+            Some(refit) => refit.fitted.standardised(self.data),
             None => {
-                let left = |v: &DVector<f64>| self.plain.remainder(&self.plain.vector(v));
-                let (residual, change) = (left(&before), left(&self.space.unscaled(&e.change)));
+                let left = |residual: &DVector<f64>| {
+                    self.base_only.remainder(&self.base_only.vector(residual))
+                };
+                let residual = left(&before);
+                let change = left(&self.session.standardised(&explanation.change));
                 let times = change.dot(&residual) / change.norm_squared().max(f64::MIN_POSITIVE);
                 residual - change * times.clamp(0.0, 1.0)
             }
         };
-        let size = |left: &DVector<f64>| {
-            rms_of(
-                left.iter().copied().zip(&self.plan.observations),
-                displacement,
-            )
-        };
         BeforeAfter {
-            before: size(&before),
-            after: size(&after),
+            before: self.rms(&before, unit).value,
+            after: self.rms(&after, unit).value,
+            unit,
         }
     }
 
-    fn placebo(&self, index: usize) -> Placebo {
-        let directions = self.effects[index].1.iter();
-        let seen: Vec<_> = directions
-            .map(|d| d.weighed_by(&self.space, &self.plain))
+    fn null_improvement(&self, candidate: &Candidate) -> NullImprovement {
+        let directions = candidate.directions.iter();
+        let directions: Vec<_> = directions
+            .map(|direction| direction.weighed_by(&self.session, &self.base_only))
             .collect();
-        placebo(&seen, &self.mirrors, &self.plain, self.plan)
+        let residuals = self.ensemble.residuals();
+        null_improvement(&directions, residuals, &self.base_only, self.data)
     }
 }
 
-/// Every other handful of readings is held out, so that what is held out lies between what is kept.
-pub(super) fn held_out_rows(plan: &Plan) -> DVector<bool> {
-    DVector::from_iterator(
-        plan.observations.len(),
-        plan.observations
-            .iter()
-            .map(|o| o.interval / HANDFUL % 2 == 1),
-    )
+/// The Akaike weight of a score among others (Burnham and Anderson (2002), section 2.9), which include it. Differences count
+/// in units of the widening.
+fn akaike_weight(score: f64, scores: impl Iterator<Item = f64>, widening: f64) -> f64 {
+    let likelihood = |other: f64| (0.5 * (other - score) / widening).exp();
+    1.0 / scores.map(likelihood).sum::<f64>()
+}
+
+/// The other effects that explain about as much.
+fn look_alikes(candidate: &Candidate, above: &[&Candidate]) -> Vec<String> {
+    let score = candidate.score();
+    let is_alike = |other: &&&Candidate| {
+        other.id() != candidate.id()
+            && other.score() > score / LOOK_ALIKE
+            && other.score() < score * LOOK_ALIKE
+    };
+    let alike = above.iter().filter(is_alike);
+    alike.map(|other| other.id().to_owned()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::candidate::scored;
+
+    #[test]
+    fn weights_are_akaikes() {
+        let scores = [30.0, 28.0, 20.0];
+        let weight = |score| akaike_weight(score, scores.into_iter(), 1.0);
+        let sum = 1.0 + (-1.0_f64).exp() + (-5.0_f64).exp();
+        assert!((weight(30.0) - 1.0 / sum).abs() < 1e-12);
+        assert!((weight(28.0) - (-1.0_f64).exp() / sum).abs() < 1e-12);
+        let all: f64 = scores.into_iter().map(weight).sum();
+        assert!((all - 1.0).abs() < 1e-12);
+        // Where much is left unexplained, differences tell less.
+        assert!(akaike_weight(30.0, scores.into_iter(), 4.0) < weight(30.0));
+    }
+
+    #[test]
+    fn look_alikes_are_within_a_factor_of_two() {
+        let all = [
+            scored("creep", 100.0),
+            scored("hysteresis", 51.0),
+            scored("resonance", 49.0),
+        ];
+        let above: Vec<_> = all.iter().collect();
+        assert_eq!(look_alikes(&all[0], &above), ["hysteresis"]);
+        assert_eq!(look_alikes(&all[1], &above), ["creep", "resonance"]);
+    }
 }

@@ -1,141 +1,183 @@
 //! The verdict: which effects are above their thresholds, which of them are rivals, and whether they explain the misfit.
 
-use super::{Bench, Trial, best_first, is_plausible, rms};
-use crate::candidate::{Explanation, scan};
-use crate::confusions::{Channels, confusions};
-use crate::ensemble::solver_error;
-use crate::fit::RESOLUTION;
+use super::Analysis;
+use super::step_error::step_error;
+use crate::candidate::Candidate;
+use crate::confusions::confusions;
 use crate::next;
+use crate::proposal::NextMeasurement;
 use crate::report::{BeforeAfter, Diagnosis, Verdict};
+use identification::prediction::RESOLUTION;
 use mirror_model::Runaway;
 use rayon::prelude::*;
 
-/// Candidates this close to the best score are rivals however small both are.
+/// Candidates this close to the best score are rivals however small both are: two parameters' price.
 const RIVAL_MARGIN: f64 = 12.0;
 
-impl Bench<'_> {
-    /// The verdict, with what it rests on.
-    pub(super) fn conclude(&self, trial: Trial) -> Result<Diagnosis, Runaway> {
-        let order = best_first(&trial.explanations);
-        let explanation = |i: usize| {
-            trial.explanations[i]
-                .as_ref()
-                .expect("only explained effects are ordered")
-        };
-        let above: Vec<usize> = order
-            .iter()
-            .copied()
-            .filter(|&i| explanation(i).score > self.calm.thresholds[i])
-            .filter(|&i| is_plausible(&explanation(i).active))
+impl Analysis<'_> {
+    /// The verdict, with what it rests on, from candidates with the best first.
+    pub(super) fn conclude(
+        &self,
+        candidates: &[Candidate],
+        invisible: Vec<String>,
+    ) -> Result<Diagnosis, Runaway> {
+        let explained = candidates.iter().filter(|c| c.explanation.is_some());
+        let above: Vec<&Candidate> = explained
+            .clone()
+            .filter(|c| c.is_above_its_threshold())
             .collect();
-        let rivals = self.rivals(&above, &explanation);
-        let verdict = self.verdict(&trial, &rivals, &explanation);
-        let named = if matches!(verdict, Verdict::Named | Verdict::Ambiguous) {
+        let rivals = rivals(&above, |candidate, best| {
+            confusions().rival_share(self.channels(), candidate, best)
+        });
+        let verdict = verdict(
+            rivals.len(),
             rivals
-        } else {
-            Vec::new()
+                .first()
+                .is_some_and(|best| self.is_explained_by(best, candidates)),
+            self.null.is_exceeded_by(self.misfit),
+        );
+        let named = match verdict {
+            Verdict::Named | Verdict::Ambiguous => rivals,
+            Verdict::Unknown | Verdict::None => Vec::new(),
         };
-        let ranking: Vec<_> = order
+        let explained: Vec<&Candidate> = explained.collect();
+        let ranking: Vec<_> = explained
             .par_iter()
-            .map(|&i| self.ranked(i, explanation(i), &above, &explanation))
+            .filter_map(|candidate| self.ranked(candidate, &above))
             .collect();
-        let is_seen = |id: &String| {
-            let mut seen = ranking.iter().filter(|r| r.detection_limit.is_some());
-            seen.any(|ranked| ranked.effect == *id)
-        };
-        let invisible: Vec<String> = (0..self.effects.len())
-            .map(|i| self.id(i))
-            .filter(|id| !is_seen(id))
-            .collect();
-        let next_measurement = if named.len() > 1 {
-            let rivals: Vec<_> = named
-                .iter()
-                .map(|&i| explanation(i).active.clone())
-                .collect();
-            next::choose(&self.fitted.model, self.plan, &rivals)
-        } else if verdict == Verdict::None && 2 * invisible.len() > self.effects.len() {
-            next::more(self.plan)
-        } else {
-            None
-        };
-        let error = rms(self.plan, self.fitted.scaled(self.plan).iter().copied());
+        let is_blind = 2 * invisible.len() > candidates.len();
+        let error = self.rms(&self.fitted.standardised(self.data), self.unit());
         Ok(Diagnosis {
             verdict,
-            effects: named.iter().map(|&i| self.id(i)).collect(),
-            approximation_rms_um: self.approximation_rms,
-            unit: if self.plan.has_displacement() {
-                "um"
-            } else {
-                "mA"
-            },
-            error_rms_um: ranking.first().map_or(
+            effects: named.iter().map(|c| c.id().to_owned()).collect(),
+            discrepancy_rms: self.discrepancy_rms(),
+            error_rms: ranking.first().map_or(
                 BeforeAfter {
-                    before: error,
-                    after: error,
+                    before: error.value,
+                    after: error.value,
+                    unit: error.unit,
                 },
-                |best| best.error_rms_um,
+                |best| best.error_rms,
             ),
-            misfit: trial.misfit / self.calm.misfit(0.5),
-            solver_error: solver_error(&self.fitted.model, self.plan, RESOLUTION)?,
+            misfit: self.misfit / self.null.median(),
+            solver_error: step_error(&self.fitted.model, self.data, RESOLUTION)?,
+            next_measurement: self.next_measurement(&named, verdict == Verdict::None && is_blind),
             invisible,
             ranking,
-            next_measurement,
         })
     }
 
-    fn rivals<'e>(
-        &self,
-        above: &[usize],
-        explanation: &impl Fn(usize) -> &'e Explanation,
-    ) -> Vec<usize> {
-        let Some(&best) = above.first() else {
-            return Vec::new();
-        };
-        let top = explanation(best).score;
-        let channels = Channels::of(self.plan);
-        let is_rival = |&i: &usize| {
-            let share = confusions().rival_share(channels, &self.id(i), &self.id(best));
-            explanation(i).score > (share * top).min(top - RIVAL_MARGIN)
-        };
-        above.iter().copied().filter(is_rival).collect()
-    }
-
-    fn verdict<'e>(
-        &self,
-        trial: &Trial,
-        rivals: &[usize],
-        explanation: &impl Fn(usize) -> &'e Explanation,
-    ) -> Verdict {
-        let is_explained = rivals.first().is_some_and(|&best| {
-            let first = explanation(best);
-            self.calm.explains(trial.misfit, first.score)
-                || self
-                    .calm
-                    .explains(trial.misfit, first.score + self.second(best, first))
-        });
-        match rivals.len() {
-            1 if is_explained => Verdict::Named,
-            2.. if is_explained => Verdict::Ambiguous,
-            _ if self.calm.is_exceeded_by(trial.misfit) => Verdict::Unknown,
-            _ => Verdict::None,
+    fn next_measurement(&self, named: &[&Candidate], is_blind: bool) -> Option<NextMeasurement> {
+        if named.len() > 1 {
+            let rivals = named.iter().filter_map(|c| c.explanation.as_ref());
+            let rivals: Vec<_> = rivals.map(|e| e.active.clone()).collect();
+            next::choose(&self.fitted.model, self.data, &rivals)
+        } else if is_blind {
+            next::more(self.data)
+        } else {
+            None
         }
     }
 
-    /// The best score of another effect in what the first one leaves, where it counts: two effects may be hidden.
-    fn second(&self, best: usize, first: &Explanation) -> f64 {
-        let (space, left) = match &first.refit {
-            Some(refit) => (&refit.space, refit.left.clone()),
-            None => (&self.space, &self.residual - &first.change),
+    /// Whether an effect, or it and a second one, leaves no more than what mirrors that lack nothing leave.
+    fn is_explained_by(&self, best: &Candidate, candidates: &[Candidate]) -> bool {
+        let alone = best.score();
+        self.null.explains(self.misfit, alone)
+            || self
+                .null
+                .explains(self.misfit, alone + self.second(best, candidates))
+    }
+
+    /// The best score of another effect in what the first one leaves, where it counts: two effects may be missing.
+    fn second(&self, best: &Candidate, candidates: &[Candidate]) -> f64 {
+        let left = best
+            .explanation
+            .as_ref()
+            .map(|e| &self.residual - &e.change);
+        let score = |other: &Candidate| match &best.refit {
+            Some(refit) => Some(other.scanned(&refit.left, &refit.space)?.score),
+            None => Some(other.scanned(left.as_ref()?, &self.session)?.score),
         };
-        self.effects
-            .iter()
-            .enumerate()
-            .filter(|&(index, _)| index != best)
-            .filter_map(|(index, (_, directions))| {
-                let seen: Vec<_> = directions.iter().map(|d| d.seen_in(space)).collect();
-                let score = scan(&seen, &left, space)?.score;
-                (score > self.calm.thresholds[index]).then_some(score)
-            })
-            .fold(0.0, f64::max)
+        candidates
+            .par_iter()
+            .filter(|other| other.id() != best.id())
+            .filter_map(|other| score(other).filter(|score| *score > other.threshold))
+            .reduce(|| 0.0, f64::max)
+    }
+}
+
+/// The best candidate and those that come near it. `share` says which part of the best one's score makes a candidate a rival.
+fn rivals<'c>(above: &[&'c Candidate], share: impl Fn(&str, &str) -> f64) -> Vec<&'c Candidate> {
+    let Some(best) = above.first() else {
+        return Vec::new();
+    };
+    let top = best.score();
+    let is_rival = |candidate: &&&Candidate| {
+        let share = share(candidate.id(), best.id());
+        candidate.score() > (share * top).min(top - RIVAL_MARGIN)
+    };
+    above.iter().filter(is_rival).copied().collect()
+}
+
+/// The outcome, from the number of rivals, whether they explain the misfit, and whether the misfit is more than mirrors
+/// that lack nothing show.
+fn verdict(rivals: usize, is_explained: bool, is_exceeded: bool) -> Verdict {
+    match rivals {
+        1 if is_explained => Verdict::Named,
+        2.. if is_explained => Verdict::Ambiguous,
+        _ if is_exceeded => Verdict::Unknown,
+        _ => Verdict::None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::candidate::scored;
+
+    fn ids(candidates: &[&Candidate]) -> Vec<String> {
+        candidates.iter().map(|c| c.id().to_owned()).collect()
+    }
+
+    #[test]
+    fn a_verdict_needs_an_explanation() {
+        assert_eq!(verdict(1, true, true), Verdict::Named);
+        assert_eq!(verdict(3, true, false), Verdict::Ambiguous);
+        assert_eq!(verdict(1, false, true), Verdict::Unknown);
+        assert_eq!(verdict(2, false, false), Verdict::None);
+        assert_eq!(verdict(0, false, true), Verdict::Unknown);
+        assert_eq!(verdict(0, false, false), Verdict::None);
+    }
+
+    #[test]
+    fn rivals_come_near_the_best_score() {
+        let candidates = [
+            scored("creep", 1000.0),
+            scored("hysteresis", 930.0),
+            scored("resonance", 910.0),
+            scored("sensor-lag", 700.0),
+        ];
+        let above: Vec<_> = candidates.iter().collect();
+        assert_eq!(ids(&rivals(&above, |_, _| 0.92)), ["creep", "hysteresis"]);
+        // What was taken for the best one is its rival from further off.
+        let learned = |candidate: &str, best: &str| {
+            assert_eq!(best, "creep");
+            if candidate == "sensor-lag" { 0.6 } else { 0.92 }
+        };
+        let found = rivals(&above, learned);
+        assert_eq!(ids(&found), ["creep", "hysteresis", "sensor-lag"]);
+        assert!(rivals(&[], |_, _| 0.92).is_empty());
+    }
+
+    #[test]
+    fn small_scores_are_rivals_within_a_margin() {
+        // 92 % of 50 is 46, and 12 below it is 38.
+        let candidates = [
+            scored("creep", 50.0),
+            scored("hysteresis", 39.0),
+            scored("resonance", 37.0),
+        ];
+        let above: Vec<_> = candidates.iter().collect();
+        assert_eq!(ids(&rivals(&above, |_, _| 0.92)), ["creep", "hysteresis"]);
     }
 }

@@ -1,27 +1,29 @@
-//! Virtual mirrors with nothing hidden, their structure drawn at random from a wide family. This is the only place where
-//! the model lab touches the virtual mirror; the model and the virtual mirror know nothing of each other.
+//! The null ensemble's mirrors: virtual mirrors that lack no effect, their structure drawn at random from wide families. This
+//! is the only file of the lab that knows the virtual mirror; model and virtual mirror know nothing of each other.
 
-use crate::plan::{Channel, Plan};
+use identification::dataset::{Channel, Dataset};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use virtual_mirror::{Effect, Family, MirrorConfig, Reading, Sensor, VirtualMirror};
 
-/// Families that approximation and thresholds are calibrated on; tests use the others.
+/// Families that discrepancy and thresholds are calibrated on; tests and benches use the others.
 pub const CALIBRATING: [Family; 5] = [Family::A, Family::B, Family::C, Family::D, Family::E];
-/// Offset of a meter in parts of its highest reading, one standard deviation: some counts of a hand-held one.
+/// Offset of a meter in parts of its highest reading, one standard deviation: 3 counts of a hand-held one of 6000.
 const METER_OFFSET: f64 = 5e-4;
 /// Draws that give an impossible mirror are drawn again, so many times at most.
 const DRAWS: u64 = 20;
 
-/// No thermometer tells better how warm a mirror in an oven is (K, one standard deviation): as a Pt100 of class A.
+/// No thermometer tells better how warm a mirror in an oven is (K, one standard deviation): a Pt100 of class A at 0 degC,
+/// IEC 60751.
 const THERMOMETER_K: f64 = 0.15;
-/// No stage tells better how far it has moved (one standard deviation, a part of the way).
+/// No stage tells better how far it has moved (one standard deviation, a part of the way): the lead error of a ground
+/// micrometer screw, some 0.1 um in 100 um.
 const STAGE_RATIO: f64 = 1e-3;
 
-/// What a virtual mirror of the family shows at a plan's observations: no white noise, but the sensor's wander and the
-/// errors of the current channels' gains, of thermometer and stage. The seed's remainder chooses the family.
-pub fn observe(plan: &Plan, seed: u64) -> Vec<f64> {
+/// What a virtual mirror shows at a dataset's observations (um, A): no white noise, but the sensor's wander and the errors of
+/// the current channels' gains, of thermometer and stage. The seed's remainder chooses the family.
+pub(super) fn observe(data: &Dataset, seed: u64) -> Vec<f64> {
     let (config, mut mirror) = (0..DRAWS)
         .find_map(|draw| {
             let config = draw_mirror(seed + draw * 3_000_000);
@@ -31,13 +33,13 @@ pub fn observe(plan: &Plan, seed: u64) -> Vec<f64> {
         })
         .expect("most draws of the family are possible mirrors");
     let mut sensor = Sensor::new(&config);
-    let mut around = Around::new(seed);
-    let meters = Meters::draw(plan, seed);
-    let mut readings: Vec<Option<Reading>> = vec![None; plan.intervals.len()];
-    let mut observed = plan.observations.iter().map(|o| o.interval).peekable();
+    let mut around = Surroundings::new(seed);
+    let meters = Meters::draw(data, seed);
+    let mut readings: Vec<Option<Reading>> = vec![None; data.intervals.len()];
+    let mut observed = data.observations.iter().map(|o| o.interval).peekable();
     let (mut now_s, mut read_s) = (0.0, 0.0);
-    for (index, interval) in plan.intervals.iter().enumerate() {
-        mirror.set_ambient(around.warmer_k(interval.ambient_k));
+    for (index, interval) in data.intervals.iter().enumerate() {
+        mirror.set_ambient(around.rise_k(interval.ambient_k));
         mirror.set_stage(around.stage_um(interval.reference_um));
         let drive = interval.to_v.map(|volts| meters.drive(volts));
         if interval.from_v == interval.to_v {
@@ -52,46 +54,46 @@ pub fn observe(plan: &Plan, seed: u64) -> Vec<f64> {
             read_s = now_s;
         }
     }
-    let zero_um = zero_reading(plan, &readings);
-    let values = plan.observations.iter().map(|o| {
+    let zero_um = zero_reading(data, &readings);
+    let values = data.observations.iter().map(|o| {
         let reading = readings[o.interval].unwrap_or_default();
         match o.channel {
             Channel::Displacement => reading.z_um - zero_um,
-            Channel::Current(actuator) => reading.current_a[actuator] + meters.offset_a,
+            Channel::Current(actuator) => reading.current_a[actuator],
         }
     });
-    plan.at_own_zeros(values.collect())
+    data.at_own_zeros(meters.read(values.collect()))
 }
 
-/// The surroundings as they are where instruments say what they are.
-struct Around {
+/// The surroundings as they are where thermometer and stage say what they are.
+struct Surroundings {
     rng: ChaCha8Rng,
     told_k: f64,
-    warmer_k: f64,
+    rise_k: f64,
     stage_gain: f64,
 }
 
-impl Around {
+impl Surroundings {
     fn new(seed: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x0e4e);
         let normal: f64 = StandardNormal.sample(&mut rng);
         Self {
             rng,
             told_k: 0.0,
-            warmer_k: 0.0,
+            rise_k: 0.0,
             stage_gain: 1.0 + STAGE_RATIO * normal,
         }
     }
 
     /// Where the temperature is told to have changed, it is off by another error; in the first room by none.
-    fn warmer_k(&mut self, told_k: f64) -> f64 {
+    fn rise_k(&mut self, told_k: f64) -> f64 {
         if told_k != self.told_k {
             let normal: f64 = StandardNormal.sample(&mut self.rng);
             let away = if told_k == 0.0 { 0.0 } else { 1.0 };
-            self.warmer_k = told_k + away * THERMOMETER_K * normal;
+            self.rise_k = told_k + away * THERMOMETER_K * normal;
             self.told_k = told_k;
         }
-        self.warmer_k
+        self.rise_k
     }
 
     fn stage_um(&self, told_um: f64) -> f64 {
@@ -103,25 +105,26 @@ impl Around {
 /// zero.
 struct Meters {
     offset_v: f64,
-    offset_a: f64,
+    current_ratio: f64,
 }
 
 impl Meters {
-    fn draw(plan: &Plan, seed: u64) -> Self {
+    fn draw(data: &Dataset, seed: u64) -> Self {
+        if !data.is_of_heaters() {
+            return Self {
+                offset_v: 0.0,
+                current_ratio: 0.0,
+            };
+        }
         let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x3e7e_2500);
-        let mut off = |highest: f64| {
+        let mut ratio = || {
             let normal: f64 = StandardNormal.sample(&mut rng);
-            if plan.is_of_heaters() {
-                METER_OFFSET * highest * normal
-            } else {
-                0.0
-            }
+            METER_OFFSET * normal
         };
-        let volts = plan.intervals.iter().flat_map(|interval| interval.to_v);
-        let amperes = plan.observations.iter().map(|o| o.value);
+        let volts = data.intervals.iter().flat_map(|interval| interval.to_v);
         Self {
-            offset_v: off(volts.fold(0.0, f64::max)),
-            offset_a: off(amperes.fold(0.0, f64::max)),
+            offset_v: ratio() * volts.fold(0.0, f64::max),
+            current_ratio: ratio(),
         }
     }
 
@@ -133,17 +136,29 @@ impl Meters {
             volts
         }
     }
+
+    /// What they show of a session's currents.
+    fn read(&self, mut currents_a: Vec<f64>) -> Vec<f64> {
+        if self.current_ratio != 0.0 {
+            let offset_a = self.current_ratio * currents_a.iter().copied().fold(0.0, f64::max);
+            currents_a
+                .iter_mut()
+                .for_each(|current| *current += offset_a);
+        }
+        currents_a
+    }
 }
 
 /// z is counted from the first 0 V reading, with whatever the sensor's wander was then.
-fn zero_reading(plan: &Plan, readings: &[Option<Reading>]) -> f64 {
-    plan.zero()
+fn zero_reading(data: &Dataset, readings: &[Option<Reading>]) -> f64 {
+    data.zero()
         .and_then(|zero| readings[zero.interval])
         .map_or(0.0, |reading| reading.z_um)
 }
 
 /// A mirror of one of the families that thresholds are calibrated on, with more spread than the family has of its own: a
-/// user's mirror comes from none of them.
+/// user's mirror comes from none of them. The spreads are standard deviations of logarithms; they were widened until mirrors
+/// of families that were left out lay inside what the ensemble spans (`docs/diagnosis.md`).
 fn draw_mirror(seed: u64) -> MirrorConfig {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut config = MirrorConfig::draw(
@@ -177,4 +192,60 @@ fn draw_mirror(seed: u64) -> MirrorConfig {
     config.sensor.current_noise_ua = 0.0;
     config.sensor.current_noise_ratio = 0.0;
     config
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use identification::dataset::Observation;
+    use mirror_model::{ACTUATORS, Interval};
+
+    fn data(channels: &[Channel]) -> Dataset {
+        let intervals = [0.0, 3.0].map(|v| Interval::held([v; ACTUATORS], 1.0));
+        let observation = |interval, channel| Observation {
+            interval,
+            channel,
+            value: 0.0,
+            noise: 1e-3,
+            experiment: 0,
+            t_s: interval as f64,
+        };
+        Dataset {
+            observations: (0..2)
+                .flat_map(|interval| channels.iter().map(move |&c| observation(interval, c)))
+                .collect(),
+            intervals: intervals.to_vec(),
+            ..Dataset::default()
+        }
+    }
+
+    #[test]
+    fn a_mirror_moves_from_its_first_reading_at_rest() {
+        let data = data(&[Channel::Displacement, Channel::Current(0)]);
+        for seed in 0..CALIBRATING.len() as u64 {
+            let [rest_um, rest_a, driven_um, driven_a] = observe(&data, seed)[..] else {
+                panic!("four observations");
+            };
+            assert_eq!(rest_um, 0.0);
+            assert!(rest_a.abs() < 1e-6, "{rest_a}");
+            assert!(driven_um > 1.0 && driven_a > 1e-3, "{driven_um} {driven_a}");
+        }
+    }
+
+    #[test]
+    fn a_seed_has_one_mirror_and_two_seeds_have_two() {
+        let data = data(&[Channel::Displacement]);
+        assert_eq!(observe(&data, 7), observe(&data, 7));
+        assert_ne!(observe(&data, 7), observe(&data, 12));
+    }
+
+    #[test]
+    fn a_meter_is_off_by_a_part_of_its_highest_reading() {
+        let meters = Meters {
+            offset_v: 0.01,
+            current_ratio: -0.001,
+        };
+        assert_eq!(meters.read(vec![0.0, 2.0]), [-0.002, 1.998]);
+        assert_eq!([0.0, 1.0].map(|volts| meters.drive(volts)), [0.0, 1.01]);
+    }
 }

@@ -1,0 +1,198 @@
+use super::*;
+use crate::residual_space::{BaseOnly, ModelDiscrepancy};
+use direction::forms;
+use identification::dataset::{Channel, Dataset, Observation};
+use identification::fit::fit;
+use identification::prediction::{jacobian, predict};
+use mirror_model::effect::find;
+use mirror_model::{ACTUATORS, Interval, Model, Preset};
+use nalgebra::DMatrix;
+
+/// A candidate of this effect with this score, above its threshold.
+pub(crate) fn scored(id: &str, score: f64) -> Candidate {
+    let effect = find(id).expect("a built-in effect");
+    let space = ResidualSpace::new(
+        &DMatrix::zeros(1, 0),
+        &Arc::new(ModelDiscrepancy::new(
+            &DMatrix::zeros(1, 0),
+            &DVector::repeat(1, 1.0),
+        )),
+        vec![],
+    );
+    Candidate {
+        threshold: 0.0,
+        explanation: Some(Explanation {
+            active: Active::usual(effect.clone()),
+            score,
+            change: space.vector(&DVector::zeros(1)),
+            strength_error: 0.0,
+        }),
+        ..Candidate::new(effect, vec![])
+    }
+}
+
+/// Four readings, of which the base takes up the first.
+fn space() -> ResidualSpace<BaseOnly> {
+    ResidualSpace::of_base(&DMatrix::from_column_slice(4, 1, &[1.0, 0.0, 0.0, 0.0]))
+}
+
+/// An offset of 0.3 um at its usual size changes these readings by as much.
+fn direction(change: [f64; 4]) -> Direction<BaseOnly> {
+    Direction {
+        active: Active::usual(find("sensor-offset").expect("an effect")),
+        change: space().vector(&DVector::from_row_slice(&change)),
+    }
+}
+
+#[test]
+fn a_scan_is_linear_least_squares_of_the_strength() {
+    let residual = space().vector(&DVector::from_row_slice(&[9.0, 6.0, 4.0, 1.0]));
+    let directions = [
+        direction([1.0, 2.0, 0.0, 0.0]),
+        direction([5.0, 0.0, 0.0, 1.0]),
+    ];
+    let found = scan(&directions, &residual).unwrap();
+    let usual = directions[0].active.values[0];
+    let count = directions[0].active.values.len() as f64;
+    // 6 = 3 * 2: the first direction three times explains 36 of 53.
+    let p = &found.active.effect.info().parameters[0];
+    let times = (3.0_f64).clamp(p.low / usual, p.high / usual);
+    let drop = 2.0 * times * 12.0 - times * times * 4.0;
+    assert!(
+        (found.active.values[0] / usual - times).abs() < 1e-6,
+        "{:?}",
+        found.active
+    );
+    assert!(
+        (found.score - (drop - PRICE * count)).abs() < 1e-6,
+        "{}",
+        found.score
+    );
+    assert!((found.strength_error - usual.abs() / 2.0).abs() < 1e-6);
+    let left = &residual - &found.change;
+    assert!((left.norm_squared() - (53.0 - drop)).abs() < 1e-6);
+}
+
+#[test]
+fn a_strength_stays_within_its_bounds_and_is_then_not_plausible() {
+    let far = space().vector(&DVector::from_row_slice(&[0.0, 1e6, 0.0, 0.0]));
+    let found = scan(&[direction([0.0, 1.0, 0.0, 0.0])], &far).unwrap();
+    let strength = &found.active.effect.info().parameters[0];
+    assert!((found.active.values[0] / strength.high - 1.0).abs() < 1e-12);
+    assert!(!is_plausible(&found.active));
+    assert!(is_plausible(&Active::usual(found.active.effect.clone())));
+}
+
+#[test]
+fn what_changes_no_reading_explains_none() {
+    let residual = space().vector(&DVector::from_row_slice(&[0.0, 6.0, 0.0, 0.0]));
+    // The base can do all of the first reading.
+    assert!(scan(&[direction([8.0, 0.0, 0.0, 0.0])], &residual).is_none());
+}
+
+#[test]
+fn a_form_is_tried_between_its_bounds() {
+    for (id, count) in [("sensor-offset", 1), ("creep", 8), ("resonance", 32)] {
+        let effect = find(id).expect("an effect");
+        let tried = forms(&effect);
+        let parameters = &effect.info().parameters;
+        assert_eq!(
+            tried.len(),
+            if parameters.len() > 1 { count } else { 1 },
+            "{id}"
+        );
+        for active in &tried {
+            assert_eq!(active.values[0], parameters[0].start);
+            for (value, p) in active.values.iter().zip(parameters.iter()) {
+                assert!((p.low..=p.high).contains(value), "{id} {}", p.symbol);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_detection_limit_is_the_strength_whose_score_is_needed() {
+    let mut candidate = scored("sensor-offset", 0.0);
+    assert_eq!(candidate.detection_limit(), None);
+    let space: ResidualSpace<Session> = ResidualSpace::new(
+        &DMatrix::zeros(1, 0),
+        &Arc::new(ModelDiscrepancy::new(
+            &DMatrix::zeros(1, 0),
+            &DVector::repeat(1, 1.0),
+        )),
+        vec![],
+    );
+    candidate.directions = vec![Direction {
+        active: Active::usual(candidate.effect.clone()),
+        change: space.vector(&DVector::repeat(1, 20.0)),
+    }];
+    candidate.threshold = 25.0;
+    let start = candidate.effect.info().parameters[0].start;
+    let limit = candidate.detection_limit().unwrap();
+    assert!(
+        (limit - (5.0 + MARGIN) / 20.0 * start.abs()).abs() < 1e-12,
+        "{limit}"
+    );
+    candidate.threshold = 1e12;
+    assert_eq!(candidate.detection_limit(), None);
+}
+
+/// Displacement and a current at levels that go up and down.
+fn data() -> Dataset {
+    let levels = (0..=14).chain((0..14).rev());
+    let intervals: Vec<_> = levels
+        .map(|level| Interval::held([0.25 * f64::from(level); ACTUATORS], 1.0))
+        .collect();
+    let observation = |interval, channel, noise| Observation {
+        interval,
+        channel,
+        value: 0.0,
+        noise,
+        experiment: 0,
+        t_s: interval as f64,
+    };
+    Dataset {
+        observations: (0..intervals.len())
+            .flat_map(|i| {
+                [
+                    observation(i, Channel::Displacement, 0.02),
+                    observation(i, Channel::Current(0), 2e-6),
+                ]
+            })
+            .collect(),
+        intervals,
+        ..Dataset::default()
+    }
+}
+
+#[test]
+fn refining_and_refitting_find_the_values_that_made_the_readings() {
+    let effect = find("softening").expect("an effect");
+    let mut truth = Model::from(Preset::Reconciled);
+    let mut hidden = Active::usual(effect.clone());
+    hidden.values[0] *= 1.4;
+    truth.effects.push(hidden.clone());
+    let data = data();
+    let data = data.with_values(&predict(&truth, &data).unwrap());
+    let fitted = fit(&Model::from(Preset::Reconciled), &data).unwrap();
+    let base = predict(&fitted.model, &data).unwrap();
+    let slopes = jacobian(&fitted.model, &data, &fitted.free).unwrap();
+    let rows = data.observations.len();
+    let none = ModelDiscrepancy::new(&DMatrix::zeros(rows, 0), &DVector::repeat(rows, 1.0));
+    let space: ResidualSpace<Session> = ResidualSpace::new(&slopes, &Arc::new(none), vec![]);
+    let residual = space.vector(&fitted.standardised(&data));
+    let at = Operating {
+        model: &fitted.model,
+        data: &data,
+        base: &base,
+    };
+    let scanned = scan(&at.directions(&effect, &space), &residual).unwrap();
+    let refined = refine(&scanned, at, &residual, &space);
+    assert!(refined.score >= scanned.score);
+    let misfit = residual.norm_squared();
+    let (refitted, refit) = refit(&refined, &fitted.model, &data, &space, misfit).unwrap();
+    let off = refitted.active.values[0] / hidden.values[0] - 1.0;
+    // A fit ends where a step gains less than a millionth of the sum of squares.
+    assert!(off.abs() < 1e-2, "{off}");
+    assert!(refit.left.norm_squared() < 1e-3 * misfit, "{misfit}");
+}

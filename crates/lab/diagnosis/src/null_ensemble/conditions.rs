@@ -1,0 +1,206 @@
+//! What a null ensemble depends on, and nothing else: a session's drives, surroundings and channels, and how noisy each
+//! reading is, roughly.
+//!
+//! The ensemble is computed from [`Conditions`] alone, and its key is the hash of all that is in them. So a session has the
+//! same ensemble whether another session of the same kind left it in the cache or nobody did.
+
+use super::cache::Key;
+use super::drive_scaling::DriveScaling;
+use identification::dataset::{Channel, Dataset, Observation};
+use mirror_model::{ACTUATORS, Interval};
+use sha2::{Digest, Sha256};
+
+/// Noise of a displacement below this is taken for this (um): a quarter of what a fit trusts a lumped model to, it changes
+/// the weights of the fits by 3 %.
+const LEAST_NOISE_UM: f64 = 0.025;
+
+/// A session's dataset without its readings.
+#[derive(Clone, Debug)]
+pub(super) struct Conditions {
+    data: Dataset,
+}
+
+impl Conditions {
+    /// Those of a session, its drives scaled as its mirrors are driven.
+    pub(super) fn of(session: &Dataset, scaling: &DriveScaling) -> Self {
+        let scaled = scaling.driven(session);
+        let observations: Vec<Observation> = scaled.observations.iter().map(unread).collect();
+        let own_zeros = scaled.own_zeros.iter().map(|zero| zero.unread()).collect();
+        Self {
+            data: Dataset {
+                intervals: scaled.intervals,
+                observations,
+                own_zeros,
+                ..Dataset::default()
+            },
+        }
+    }
+
+    /// As a dataset, every reading 0.
+    pub(super) fn data(&self) -> &Dataset {
+        &self.data
+    }
+
+    /// The SHA-256 of everything in them, after what the program makes of virtual mirrors.
+    pub(super) fn key(&self, program: &Key) -> Key {
+        let mut hash = Hash::default();
+        hash.0.update(program);
+        let Dataset {
+            intervals,
+            observations,
+            own_zeros,
+            experiments: _,
+            thinned_rows: _,
+            first_ambient_c: _,
+        } = &self.data;
+        hash.count(intervals.len());
+        intervals
+            .iter()
+            .for_each(|interval| hash.interval(interval));
+        hash.count(observations.len());
+        observations.iter().for_each(|o| hash.observation(o));
+        for zero in own_zeros {
+            let counted = observations.iter().map(|o| u8::from(zero.is_of(o)));
+            hash.0.update(counted.collect::<Vec<_>>());
+        }
+        hash.0.finalize().into()
+    }
+}
+
+/// What was observed and when, its noise to the nearest power of two, and nothing of what was read.
+fn unread(observation: &Observation) -> Observation {
+    let noise = match observation.channel {
+        Channel::Displacement => observation.noise.max(LEAST_NOISE_UM),
+        Channel::Current(_) => observation.noise,
+    };
+    Observation {
+        value: 0.0,
+        noise: noise.log2().round().exp2(),
+        t_s: 0.0,
+        ..*observation
+    }
+}
+
+/// Each number as eight bytes, least first.
+#[derive(Default)]
+struct Hash(Sha256);
+
+impl Hash {
+    fn count(&mut self, count: usize) {
+        self.0.update((count as u64).to_le_bytes());
+    }
+
+    fn number(&mut self, number: f64) {
+        // 0 and -0 are the same drive.
+        self.0.update((number + 0.0).to_le_bytes());
+    }
+
+    fn interval(&mut self, interval: &Interval) {
+        let Interval {
+            duration_s,
+            from_v,
+            to_v,
+            ambient_k,
+            reference_um,
+        } = interval;
+        let volts = from_v.iter().chain(to_v);
+        for number in [duration_s, ambient_k, reference_um]
+            .into_iter()
+            .chain(volts)
+        {
+            self.number(*number);
+        }
+    }
+
+    fn observation(&mut self, observation: &Observation) {
+        let Observation {
+            interval,
+            channel,
+            value,
+            noise,
+            experiment,
+            t_s,
+        } = observation;
+        self.count(*interval);
+        self.count(match channel {
+            Channel::Current(actuator) => *actuator,
+            Channel::Displacement => ACTUATORS,
+        });
+        self.count(*experiment);
+        for number in [value, noise, t_s] {
+            self.number(*number);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two levels, displacement and one current read at each.
+    fn session(values: [f64; 4], noise_um: f64) -> Dataset {
+        let read = |interval, channel, value, noise| Observation {
+            interval,
+            channel,
+            value,
+            noise,
+            experiment: 0,
+            t_s: interval as f64,
+        };
+        Dataset {
+            intervals: [0.0, 2.0]
+                .map(|volts| Interval::held([volts; ACTUATORS], 1.0))
+                .to_vec(),
+            observations: (0..2)
+                .flat_map(|i| {
+                    [
+                        read(i, Channel::Displacement, values[2 * i], noise_um),
+                        read(i, Channel::Current(0), values[2 * i + 1], 2e-6),
+                    ]
+                })
+                .collect(),
+            ..Dataset::default()
+        }
+    }
+
+    fn key(data: &Dataset) -> Key {
+        Conditions::of(data, &DriveScaling::of(data)).key(&[0; 32])
+    }
+
+    #[test]
+    fn sessions_of_a_kind_share_an_ensemble_whatever_they_read() {
+        let one = session([0.0, 0.0, 40.0, 2e-3], 0.02);
+        let other = session([0.0, 1e-6, 55.0, 3e-3], 0.01);
+        assert_eq!(key(&one), key(&other));
+        let [a, b] = [&one, &other].map(|data| Conditions::of(data, &DriveScaling::of(data)));
+        assert_eq!(format!("{:?}", a.data), format!("{:?}", b.data));
+    }
+
+    #[test]
+    fn whatever_an_ensemble_depends_on_changes_its_key() {
+        let data = session([0.0, 0.0, 40.0, 2e-3], 0.02);
+        let changes: [fn(&mut Dataset); 9] = [
+            |data| data.intervals[1].duration_s = 2.0,
+            |data| data.intervals[1].from_v[2] = 1.0,
+            |data| data.intervals[1].to_v[3] = 1.0,
+            |data| data.intervals[1].ambient_k = 1.0,
+            |data| data.intervals[1].reference_um = 1.0,
+            |data| data.observations[3].channel = Channel::Current(1),
+            |data| data.observations[3].interval = 0,
+            |data| data.observations[2].noise = 0.2,
+            |data| data.observations.truncate(3),
+        ];
+        for (index, change) in changes.into_iter().enumerate() {
+            let mut changed = data.clone();
+            change(&mut changed);
+            assert_ne!(key(&data), key(&changed), "change {index}");
+        }
+    }
+
+    #[test]
+    fn another_program_has_other_ensembles() {
+        let data = session([0.0; 4], 0.02);
+        let conditions = Conditions::of(&data, &DriveScaling::of(&data));
+        assert_ne!(conditions.key(&[0; 32]), conditions.key(&[1; 32]));
+    }
+}

@@ -1,0 +1,40 @@
+//! Quantiles of samples.
+
+/// The value that this share of sorted values stays below: linear between the order statistics, definition 7 of R. Hyndman and
+/// Y. Fan, "Sample quantiles in statistical packages", Am. Stat. 50 (1996) 361-365.
+///
+/// # Panics
+/// Where there are no values.
+pub(crate) fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let at = share * (sorted.len() - 1) as f64;
+    let (below, part) = (at.floor() as usize, at.fract());
+    sorted[below] + part * (sorted[(below + 1).min(sorted.len() - 1)] - sorted[below])
+}
+
+/// The values in ascending order.
+pub(crate) fn sorted(values: impl IntoIterator<Item = f64>) -> Vec<f64> {
+    let mut values: Vec<f64> = values.into_iter().collect();
+    values.sort_by(f64::total_cmp);
+    values
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_those_of_definition_7() {
+        // R: quantile(c(4, 1, 3, 2), c(0, 0.25, 0.5, 0.95, 1), type = 7).
+        let values = sorted([4.0, 1.0, 3.0, 2.0]);
+        for (share, value) in [
+            (0.0, 1.0),
+            (0.25, 1.75),
+            (0.5, 2.5),
+            (0.95, 3.85),
+            (1.0, 4.0),
+        ] {
+            assert!((quantile(&values, share) - value).abs() < 1e-12, "{share}");
+        }
+        assert_eq!(quantile(&[7.0], 0.95), 7.0);
+    }
+}

@@ -1,0 +1,293 @@
+//! The space of a session's residuals: generalised least squares with a low-rank covariance of the model's discrepancy.
+//!
+//! A standardised residual is `r = J d + U a + e`. `J` are the derivatives of the base's predictions and `d` is free (a flat
+//! prior); the columns of `U` are the residuals of the null ensemble ([`ModelDiscrepancy`]) and `a ~ N(0, W^2)`; `e` is
+//! white noise. With `V = cov(e) + U W^2 U'` the inner product of the space is
+//!
+//! `<r, s> = r' (V^-1 - V^-1 J (J' V^-1 J)^-1 J' V^-1) s`.
+//!
+//! `<r, r>` is the misfit that neither base nor discrepancy explains, and a direction `g` explains `<g, r>^2 / <g, g>` of
+//! it. `V` is never formed: by Woodbury's identity only the normal matrix of `[J, U W]` is factorised.
+//!
+//! Sources: M. Kennedy and A. O'Hagan, "Bayesian calibration of computer models", J. R. Stat. Soc. B 63 (2001) 425-464 (the
+//! discrepancy as a random function); C. Rasmussen and C. Williams, "Gaussian Processes for Machine Learning" (2006),
+//! section 2.7 (free parameters under a flat prior) and appendix A.3 (Woodbury).
+//!
+//! A vector belongs to its space by its type. Vectors of two spaces have no product:
+//!
+//! ```compile_fail
+//! use diagnosis::residual_space::{BaseOnly, Session, Vector};
+//! fn mixed(a: &Vector<Session>, b: &Vector<BaseOnly>) -> f64 {
+//!     a.dot(b)
+//! }
+//! ```
+//!
+//! ```
+//! use diagnosis::residual_space::{Session, Vector};
+//! fn alike(a: &Vector<Session>, b: &Vector<Session>) -> f64 {
+//!     a.dot(b)
+//! }
+//! ```
+
+mod discrepancy;
+
+pub use discrepancy::{ModelDiscrepancy, Whitened};
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use std::ops::{Mul, Sub};
+use std::sync::Arc;
+
+/// Prior standard deviation of how far a session lies along the null ensemble's residuals, in units of what one of its
+/// mirrors does: a user's mirror comes from none of the ensemble's families and may lie further out. Set by `cargo xtask
+/// bench diagnose`.
+const DISCREPANCY_SCALE: f64 = 1.5;
+/// A ridge that keeps the normal matrix regular where the data do not determine a parameter of the base: a part of its
+/// diagonal, far above the rounding of a double (1e-16) and far below any curvature that the data have.
+const RIDGE: f64 = 1e-9;
+/// The same for a parameter that no reading depends on.
+const LEAST_RIDGE: f64 = 1e-12;
+
+/// A kind of space, which its vectors carry in their type.
+pub trait Kind: Clone {
+    /// Which rows its covariance weighs, and how.
+    type Rows: Clone;
+}
+
+/// All rows, each with its own noise.
+#[derive(Clone, Copy, Debug)]
+pub enum AllRows {}
+/// The rows held out weigh nothing.
+#[derive(Clone, Copy, Debug)]
+pub enum TrainingRows {}
+/// Every row alike, and no discrepancy.
+#[derive(Clone, Copy, Debug)]
+pub enum RowsAlike {}
+
+/// The space that a session is judged in: base and discrepancy of the whole ensemble are free.
+#[derive(Clone, Copy, Debug)]
+pub enum Session {}
+/// The same with the discrepancy of all families of mirrors but one.
+#[derive(Clone, Copy, Debug)]
+pub enum OtherFamilies {}
+/// The same around the fit of base and effect together.
+#[derive(Clone, Copy, Debug)]
+pub enum AroundRefit {}
+/// The space of the rows that are not held out.
+#[derive(Clone, Copy, Debug)]
+pub enum Training {}
+/// Ordinary least squares: only the base is free.
+#[derive(Clone, Copy, Debug)]
+pub enum BaseOnly {}
+
+impl Kind for Session {
+    type Rows = AllRows;
+}
+impl Kind for OtherFamilies {
+    type Rows = AllRows;
+}
+impl Kind for AroundRefit {
+    type Rows = AllRows;
+}
+impl Kind for Training {
+    type Rows = TrainingRows;
+}
+impl Kind for BaseOnly {
+    type Rows = RowsAlike;
+}
+
+/// A space of residuals. See the module.
+#[derive(Debug)]
+pub struct ResidualSpace<K: Kind> {
+    discrepancy: Arc<ModelDiscrepancy<K::Rows>>,
+    /// The members of the ensemble that span the discrepancy here, each with the standard deviation of its coefficient.
+    members: Vec<(usize, f64)>,
+    /// Derivatives of the base's predictions over the white noise.
+    base: DMatrix<f64>,
+    /// The factor of `[J, U W]' [J, U W]` and the priors' precision.
+    normal: Cholesky<f64, Dyn>,
+}
+
+/// A vector of the space `K`.
+#[derive(Clone, Debug)]
+pub struct Vector<K: Kind> {
+    whitened: Whitened<K::Rows>,
+    /// What base and discrepancy explain of it, in coordinates in which products are sums.
+    explained: DVector<f64>,
+}
+
+impl<K: Kind> ResidualSpace<K> {
+    /// The space with these derivatives of the base's standardised predictions, its discrepancy spanned by some of the
+    /// ensemble's members.
+    pub fn new(
+        jacobian: &DMatrix<f64>,
+        discrepancy: &Arc<ModelDiscrepancy<K::Rows>>,
+        members: Vec<usize>,
+    ) -> Self {
+        let base = discrepancy.over_noise(jacobian);
+        let scale = DISCREPANCY_SCALE / (members.len() as f64).sqrt();
+        let members: Vec<(usize, f64)> = members
+            .into_iter()
+            .map(|member| (member, scale * discrepancy.reach(member)))
+            .collect();
+        let normal = normal_matrix(&base, discrepancy, &members);
+        Self {
+            discrepancy: discrepancy.clone(),
+            members,
+            base,
+            normal: normal
+                .cholesky()
+                .expect("a Gram matrix with a prior is positive definite"),
+        }
+    }
+
+    /// The space whose discrepancy the whole ensemble spans.
+    pub fn of_all(jacobian: &DMatrix<f64>, discrepancy: &Arc<ModelDiscrepancy<K::Rows>>) -> Self {
+        Self::new(jacobian, discrepancy, (0..discrepancy.members()).collect())
+    }
+
+    /// A space with the same discrepancy where the base has other derivatives, as around another fit.
+    pub fn around<L: Kind<Rows = K::Rows>>(&self, jacobian: &DMatrix<f64>) -> ResidualSpace<L> {
+        let members = self.members.iter().map(|&(member, _)| member).collect();
+        ResidualSpace::new(jacobian, &self.discrepancy, members)
+    }
+
+    /// A standardised residual as a vector of this space.
+    pub fn vector(&self, standardised: &DVector<f64>) -> Vector<K> {
+        self.project(self.discrepancy.whiten(standardised))
+    }
+
+    /// A vector of this space from what all spaces with its covariance share.
+    pub fn project(&self, whitened: Whitened<K::Rows>) -> Vector<K> {
+        let explained = self
+            .normal
+            .l_dirty()
+            .solve_lower_triangular(&self.onto_free(&whitened))
+            .expect("a Cholesky factor is regular");
+        Vector {
+            explained,
+            whitened,
+        }
+    }
+
+    /// A vector of another space with the same covariance, in this one.
+    pub fn import<L: Kind<Rows = K::Rows>>(&self, vector: &Vector<L>) -> Vector<K> {
+        self.project(vector.whitened.clone())
+    }
+
+    /// The standardised residual that a vector came from.
+    pub fn standardised(&self, vector: &Vector<K>) -> DVector<f64> {
+        self.discrepancy.times_noise(&vector.whitened.over_noise)
+    }
+
+    /// What of a vector neither base nor discrepancy explains, as a standardised residual.
+    pub fn remainder(&self, vector: &Vector<K>) -> DVector<f64> {
+        let coefficients = self.normal.solve(&self.onto_free(&vector.whitened));
+        let free = self.base.ncols();
+        let mut of_members = DVector::zeros(self.discrepancy.members());
+        for (index, &(member, deviation)) in self.members.iter().enumerate() {
+            of_members[member] = deviation * coefficients[free + index];
+        }
+        let explained =
+            &self.base * coefficients.rows(0, free) + self.discrepancy.combined(&of_members);
+        self.discrepancy
+            .times_noise(&(&vector.whitened.over_noise - explained))
+    }
+
+    /// Euclidean products with the columns of `[J, U W]`.
+    fn onto_free(&self, whitened: &Whitened<K::Rows>) -> DVector<f64> {
+        let onto_base = self.base.tr_mul(&whitened.over_noise);
+        let onto_members = self
+            .members
+            .iter()
+            .map(|&(member, deviation)| deviation * whitened.onto_members[member]);
+        DVector::from_iterator(
+            onto_base.len() + self.members.len(),
+            onto_base.iter().copied().chain(onto_members),
+        )
+    }
+}
+
+impl ResidualSpace<BaseOnly> {
+    /// The space of ordinary least squares around a base with these derivatives.
+    pub fn of_base(jacobian: &DMatrix<f64>) -> Self {
+        let rows = jacobian.nrows();
+        let none = ModelDiscrepancy::new(&DMatrix::zeros(rows, 0), &DVector::repeat(rows, 1.0));
+        Self::new(jacobian, &Arc::new(none), Vec::new())
+    }
+}
+
+/// `[J, U W]' [J, U W]` with the precision of the priors: none of the base's parameters beyond a ridge, 1 of the
+/// discrepancy's coefficients.
+fn normal_matrix<R>(
+    base: &DMatrix<f64>,
+    discrepancy: &ModelDiscrepancy<R>,
+    members: &[(usize, f64)],
+) -> DMatrix<f64> {
+    let free = base.ncols();
+    let own = base.tr_mul(base);
+    let across = discrepancy.onto_members(base);
+    let mut normal =
+        DMatrix::from_fn(
+            free + members.len(),
+            free + members.len(),
+            |row, column| match (row.checked_sub(free), column.checked_sub(free)) {
+                (None, None) => own[(row, column)],
+                (None, Some(member)) => {
+                    let (member, deviation) = members[member];
+                    deviation * across[(row, member)]
+                }
+                (Some(member), None) => {
+                    let (member, deviation) = members[member];
+                    deviation * across[(column, member)]
+                }
+                (Some(one), Some(other)) => {
+                    let ((one, here), (other, there)) = (members[one], members[other]);
+                    here * there * discrepancy.gram(one, other)
+                }
+            },
+        );
+    for index in 0..normal.nrows() {
+        normal[(index, index)] += if index < free {
+            RIDGE * normal[(index, index)] + LEAST_RIDGE
+        } else {
+            1.0
+        };
+    }
+    normal
+}
+
+impl<K: Kind> Vector<K> {
+    /// The inner product of the space.
+    pub fn dot(&self, other: &Self) -> f64 {
+        self.whitened.over_noise.dot(&other.whitened.over_noise)
+            - self.explained.dot(&other.explained)
+    }
+
+    /// The misfit that neither base nor discrepancy explains.
+    pub fn norm_squared(&self) -> f64 {
+        self.dot(self)
+    }
+}
+
+impl<K: Kind> Sub for &Vector<K> {
+    type Output = Vector<K>;
+    fn sub(self, other: Self) -> Vector<K> {
+        Vector {
+            whitened: &self.whitened - &other.whitened,
+            explained: &self.explained - &other.explained,
+        }
+    }
+}
+
+impl<K: Kind> Mul<f64> for &Vector<K> {
+    type Output = Vector<K>;
+    fn mul(self, factor: f64) -> Vector<K> {
+        Vector {
+            whitened: &self.whitened * factor,
+            explained: &self.explained * factor,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

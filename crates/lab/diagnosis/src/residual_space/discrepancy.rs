@@ -1,0 +1,165 @@
+//! The model's discrepancy as a covariance of low rank: what lumped equations leave of mirrors that lack nothing.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use std::marker::PhantomData;
+use std::ops::{Add, Mul, Sub};
+
+/// No member of the ensemble spans further than so many times the median one: a single mirror that the base fits badly would
+/// otherwise explain whatever it shows. Set by `cargo xtask bench diagnose`.
+const OUTLIER: f64 = 2.0;
+/// Columns of a product that one thread computes at a time: a block of 32 x 8000 doubles stays in a 2 MB cache.
+const BLOCK: usize = 32;
+
+/// The covariance of what is neither base nor effect: white noise, and the span of the null ensemble's residuals. `R` says
+/// which rows it weighs.
+#[derive(Debug)]
+pub struct ModelDiscrepancy<R> {
+    /// 1 / standard deviation of the white noise of each row's standardised residual.
+    inverse_noise: DVector<f64>,
+    /// Standardised residuals of the ensemble over the noise, one member a column.
+    members: DMatrix<f64>,
+    /// The members' Euclidean products with each other.
+    gram: DMatrix<f64>,
+    /// How far each member spans the discrepancy, 1 or less.
+    reach: Vec<f64>,
+    rows: PhantomData<fn() -> R>,
+}
+
+/// A residual over the noise, with its products with the ensemble: what all spaces with one covariance share.
+#[derive(Clone, Debug)]
+pub struct Whitened<R> {
+    pub(super) over_noise: DVector<f64>,
+    pub(super) onto_members: DVector<f64>,
+    rows: PhantomData<fn() -> R>,
+}
+
+impl<R> ModelDiscrepancy<R> {
+    /// From the standardised residuals of the ensemble, one member a column, and the standard deviation of the white noise of
+    /// each row's standardised residual.
+    pub fn new(residuals: &DMatrix<f64>, white_noise: &DVector<f64>) -> Self {
+        let inverse_noise = white_noise.map(|deviation| 1.0 / deviation);
+        let members = scaled(residuals, &inverse_noise);
+        let gram = gram(&members);
+        Self {
+            reach: reach(&gram),
+            inverse_noise,
+            members,
+            gram,
+            rows: PhantomData,
+        }
+    }
+
+    /// How many members the ensemble has.
+    pub fn members(&self) -> usize {
+        self.members.ncols()
+    }
+
+    /// The residual of one member.
+    pub fn member(&self, index: usize) -> Whitened<R> {
+        Whitened {
+            over_noise: self.members.column(index).into_owned(),
+            onto_members: self.gram.column(index).into_owned(),
+            rows: PhantomData,
+        }
+    }
+
+    /// A standardised residual over the noise.
+    pub fn whiten(&self, standardised: &DVector<f64>) -> Whitened<R> {
+        let over_noise = standardised.component_mul(&self.inverse_noise);
+        Whitened {
+            onto_members: self.members.tr_mul(&over_noise),
+            over_noise,
+            rows: PhantomData,
+        }
+    }
+
+    pub(super) fn over_noise(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
+        scaled(columns, &self.inverse_noise)
+    }
+
+    pub(super) fn times_noise(&self, over_noise: &DVector<f64>) -> DVector<f64> {
+        over_noise.component_div(&self.inverse_noise)
+    }
+
+    /// The sum of the members with these coefficients, over the noise.
+    pub(super) fn combined(&self, coefficients: &DVector<f64>) -> DVector<f64> {
+        &self.members * coefficients
+    }
+
+    /// Products of columns over the noise with the members.
+    pub(super) fn onto_members(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
+        columns.tr_mul(&self.members)
+    }
+
+    pub(super) fn gram(&self, one: usize, other: usize) -> f64 {
+        self.gram[(one, other)]
+    }
+
+    pub(super) fn reach(&self, member: usize) -> f64 {
+        self.reach[member]
+    }
+}
+
+fn scaled(columns: &DMatrix<f64>, factors: &DVector<f64>) -> DMatrix<f64> {
+    let mut columns = columns.clone();
+    for mut column in columns.column_iter_mut() {
+        column.component_mul_assign(factors);
+    }
+    columns
+}
+
+fn gram(members: &DMatrix<f64>) -> DMatrix<f64> {
+    let starts: Vec<usize> = (0..members.ncols()).step_by(BLOCK).collect();
+    let blocks: Vec<_> = starts
+        .into_par_iter()
+        .map(|start| {
+            let count = BLOCK.min(members.ncols() - start);
+            members.tr_mul(&members.columns(start, count)).data.into()
+        })
+        .collect::<Vec<Vec<f64>>>();
+    DMatrix::from_vec(members.ncols(), members.ncols(), blocks.concat())
+}
+
+/// The share of its own size by which each member spans the discrepancy.
+fn reach(gram: &DMatrix<f64>) -> Vec<f64> {
+    let sizes: Vec<f64> = gram.diagonal().iter().map(|square| square.sqrt()).collect();
+    let mut sorted = sizes.clone();
+    sorted.sort_by(f64::total_cmp);
+    let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    let most = |size: f64| (OUTLIER * median / size).min(1.0);
+    sizes.into_iter().map(most).collect()
+}
+
+impl<R> Add for &Whitened<R> {
+    type Output = Whitened<R>;
+    fn add(self, other: Self) -> Whitened<R> {
+        Whitened {
+            over_noise: &self.over_noise + &other.over_noise,
+            onto_members: &self.onto_members + &other.onto_members,
+            rows: PhantomData,
+        }
+    }
+}
+
+impl<R> Sub for &Whitened<R> {
+    type Output = Whitened<R>;
+    fn sub(self, other: Self) -> Whitened<R> {
+        Whitened {
+            over_noise: &self.over_noise - &other.over_noise,
+            onto_members: &self.onto_members - &other.onto_members,
+            rows: PhantomData,
+        }
+    }
+}
+
+impl<R> Mul<f64> for &Whitened<R> {
+    type Output = Whitened<R>;
+    fn mul(self, factor: f64) -> Whitened<R> {
+        Whitened {
+            over_noise: &self.over_noise * factor,
+            onto_members: &self.onto_members * factor,
+            rows: PhantomData,
+        }
+    }
+}
