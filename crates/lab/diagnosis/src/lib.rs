@@ -26,11 +26,6 @@ mod report;
 pub mod residual_space;
 mod words;
 
-// Names that `menu` still has from before.
-mod plan {
-    pub(crate) use identification::dataset::{Channel, Dataset as Plan, Observation, OwnZero};
-}
-
 pub use diagnose::diagnose;
 pub use edit::{Changed, Edit, EditError, add, remove};
 pub use menu::proposals;

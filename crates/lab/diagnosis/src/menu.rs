@@ -1,9 +1,9 @@
 //! Measurements that a board and its bench can make, each with what it would read.
 
-use crate::plan::{Channel, Observation, OwnZero, Plan};
 use crate::proposal::Proposal;
 use experiments::instruments::CURRENT_NOISE_A;
 use experiments::{Experiment, Measurement, OVEN_K, SETTLING_S};
+use identification::dataset::{Channel, Dataset, Observation, OwnZero};
 use mirror_model::{ACTUATORS, Interval};
 
 /// Frequencies of the sines that take the place of a chirp (Hz): through the resonances of such mirrors.
@@ -21,7 +21,7 @@ const OTHER_ROOM_K: f64 = 13.0;
 /// Every measurement that a diagnosis may propose for drives up to `top_v`.
 pub fn proposals(top_v: f64) -> Vec<Proposal> {
     let on_the_board = menu(top_v).into_iter();
-    let with_currents = with_currents(&Plan::default(), top_v);
+    let with_currents = with_currents(&Dataset::default(), top_v);
     on_the_board
         .chain([with_currents])
         .chain(beside(top_v, ROOM_C))
@@ -115,7 +115,7 @@ pub(crate) fn beside(top_v: f64, first_c: f64) -> [Offer; 3] {
 }
 
 /// The session once more, with the currents that were not measured.
-pub(crate) fn with_currents(session: &Plan, top_v: f64) -> Offer {
+pub(crate) fn with_currents(session: &Dataset, top_v: f64) -> Offer {
     let again = Offer {
         intervals: session.intervals.clone(),
         readings: (0..session.intervals.len()).collect(),
@@ -169,11 +169,11 @@ impl Offer {
     }
 
     /// What it would read: displacement and currents.
-    pub(crate) fn plan(&self, noise_um: f64) -> Plan {
-        let mut plan = Plan {
+    pub(crate) fn plan(&self, noise_um: f64) -> Dataset {
+        let mut plan = Dataset {
             experiments: vec!["sweep".into(), self.what.into()],
             intervals: self.intervals.clone(),
-            ..Plan::default()
+            ..Dataset::default()
         };
         let ends_s = self.intervals.iter().scan(0.0, |t_s, interval| {
             *t_s += interval.duration_s;
