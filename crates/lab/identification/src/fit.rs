@@ -1,7 +1,7 @@
 //! Least squares of a model's parameters to a session.
 
 use crate::base::{identifiable, seeds};
-use crate::dataset::{Dataset, rms};
+use crate::dataset::{Dataset, Observation, rms};
 use crate::heater;
 use crate::parameter::{BaseParameter, FreeParameter};
 use crate::prediction::{jacobian, predict, slopes, standard_deviation, standardised};
@@ -54,10 +54,18 @@ impl Fitted {
         standardised(self.residuals.iter().copied(), data)
     }
 
-    /// Root mean square of what is left of the displacements (um) or of the currents (A), if they were measured.
-    pub fn rms(&self, data: &Dataset, displacement: bool) -> Option<f64> {
-        let left = self.residuals.iter().copied().zip(&data.observations);
-        rms(left, displacement)
+    /// Root mean square of the displacements' residuals (um), if any was measured.
+    pub fn displacement_rms_um(&self, data: &Dataset) -> Option<f64> {
+        rms(self.of(data), true)
+    }
+
+    /// Root mean square of the currents' residuals (mA), if any was measured.
+    pub fn current_rms_ma(&self, data: &Dataset) -> Option<f64> {
+        rms(self.of(data), false).map(|amperes| 1e3 * amperes)
+    }
+
+    fn of<'d>(&self, data: &'d Dataset) -> impl Iterator<Item = (f64, &'d Observation)> {
+        self.residuals.iter().copied().zip(&data.observations)
     }
 
     /// The sum of squares of the standardised residuals.
@@ -232,15 +240,15 @@ mod tests {
         let ohm = COLD.value(&fitted.model);
         // The prior weighs 1/9 against three times 12 squared: it holds 3e-4 of the way from the start, 0.8 in the logarithm.
         assert!((ohm / (0.01 / 1.2e-5) - 1.0).abs() < 2e-3, "{ohm}");
-        let left = fitted.rms(&data, false).expect("currents");
+        let left_ma = fitted.current_rms_ma(&data).expect("currents");
         // Deviations of -0.2, 0 and 0.2.
-        assert!((left / (0.2e-5 * (2.0_f64 / 3.0).sqrt()) - 1.0).abs() < 1e-3);
-        assert_eq!(fitted.rms(&data, true), None);
+        assert!((left_ma / (0.2e-2 * (2.0_f64 / 3.0).sqrt()) - 1.0).abs() < 1e-3);
+        assert_eq!(fitted.displacement_rms_um(&data), None);
         let cost: f64 = data
             .observations
             .iter()
             .map(standard_deviation)
-            .map(|s| (left / s).powi(2))
+            .map(|s| (1e-3 * left_ma / s).powi(2))
             .sum();
         assert!((fitted.cost(&data) / cost - 1.0).abs() < 1e-2);
     }

@@ -69,8 +69,8 @@ pub fn report(
         parameters,
         correlations: correlations(&fitted, &covariance),
         inseparable: inseparable(&fitted.model, data)?,
-        residual_rms_um: fitted.rms(data, true),
-        residual_rms_ma: fitted.rms(data, false).map(|amperes| 1e3 * amperes),
+        residual_rms_um: fitted.displacement_rms_um(data),
+        residual_rms_ma: fitted.current_rms_ma(data),
         thinned_rows: data.thinned_rows,
     };
     let from = fitted.model.preset.name();

@@ -134,8 +134,8 @@ pub fn identify(
     let report = Identification {
         parameters: known_errors(&fitted, &covariance),
         tried: verdicts.into_iter().flatten().collect(),
-        residual_rms_um: fitted.rms(data, true),
-        residual_rms_ma: fitted.rms(data, false).map(|amperes| 1e3 * amperes),
+        residual_rms_um: fitted.displacement_rms_um(data),
+        residual_rms_ma: fitted.current_rms_ma(data),
     };
     let provenance = &mut fitted.model.provenance;
     provenance.files = files.to_vec();

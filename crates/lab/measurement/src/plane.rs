@@ -3,6 +3,12 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 
+/// Points whose second principal variance is this part of the first one's, or less, lie on a line: a thousandth of its length
+/// aside, as a stage's straightness and its coordinates' rounding are.
+const LINE: f64 = 1e-6;
+/// A plane whose normal has a smaller z stands upright, within 0.06 degrees, and has no height.
+const UPRIGHT: f64 = 1e-3;
+
 /// A plate's plane.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Plane {
@@ -35,7 +41,7 @@ impl Plane {
         order.sort_by(|&a, &b| components.eigenvalues[a].total_cmp(&components.eigenvalues[b]));
         let [least, middle, most] = order.map(|index| components.eigenvalues[index].max(0.0));
         let normal = components.eigenvectors.column(order[0]);
-        if !most.is_finite() || middle < 1e-6 * most || normal.z.abs() < 1e-3 {
+        if !most.is_finite() || middle < LINE * most || normal.z.abs() < UPRIGHT {
             return None;
         }
         let (along_x, along_y) = (-normal.x / normal.z, -normal.y / normal.z);

@@ -9,11 +9,11 @@ use crate::error::Complaint;
 use crate::{ACTUATORS, MeasurementFile};
 use std::ops::RangeInclusive;
 
-/// A drive below this tells little about a resistance or a stroke.
+/// A drive below this tells little about a resistance or a stroke (V): some milliwatts, a micrometre.
 const TELLING_DRIVE_V: f64 = 0.5;
-/// A voltmeter may read this part more than was driven.
+/// A voltmeter may read this part more than was driven: the tolerance of a hand-held one.
 const CALIBRATION: f64 = 0.02;
-/// Surroundings that a mirror is measured in, and what looks like them in kelvins.
+/// Surroundings that a mirror is measured in, a climate chamber's range (degC), and what looks like them in kelvins.
 const AMBIENT_C: RangeInclusive<f64> = -80.0..=200.0;
 const KELVINS: RangeInclusive<f64> = 200.0..=475.0;
 /// So many rows at the same extreme reading while the drive changes are an end stop.

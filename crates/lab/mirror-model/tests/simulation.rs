@@ -158,7 +158,7 @@ fn a_strong_heat_loss_comes_to_rest_in_one_long_step() {
 }
 
 #[test]
-fn in_an_oven_the_whole_mirror_is_that_much_warmer() {
+fn an_oven_s_temperature_rise_is_the_whole_mirror_s() {
     let model = dynamic();
     let oven = |voltage_v| Interval {
         ambient_k: 40.0,
@@ -167,12 +167,12 @@ fn in_an_oven_the_whole_mirror_is_that_much_warmer() {
     let outputs = simulate(&model, &[hold(0.1, 100.0), oven(0.0), oven(0.1)], 0.3).expect("finite");
     let p = &model.parameters;
     let ohm = |output: &Output| 0.1 / output.current_a[0];
-    let warmer = ohm(&outputs[2]) / ohm(&outputs[0]) - 1.0;
+    let growth = ohm(&outputs[2]) / ohm(&outputs[0]) - 1.0;
     // The 0.1 V warm a cold mirror by some tenths of a kelvin.
     let expected = 40.0 * p.resistance_coefficient_per_k;
     assert!(
-        (warmer / expected - 1.0).abs() < 3e-3,
-        "{warmer}, not {expected}"
+        (growth / expected - 1.0).abs() < 3e-3,
+        "{growth}, not {expected}"
     );
     let expanded = PistonModel { parameters: *p }.displacement_um(40.0);
     assert!((outputs[1].z_um - expanded).abs() < 1e-9, "{outputs:?}");

@@ -203,6 +203,6 @@ mod tests {
     fn frequencies_have_three_digits() {
         assert_eq!(round(0.0100049), 0.01);
         assert_eq!(round(1449.6), 1450.0);
-        assert_eq!(round(3.14159), 3.14);
+        assert_eq!(round(7.3891), 7.39);
     }
 }

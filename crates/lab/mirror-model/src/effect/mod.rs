@@ -180,7 +180,7 @@ pub struct Moment {
     pub thermal_resistance_k_per_w: f64,
     /// Temperature rise, with that of the surroundings (K).
     pub temperature_rise_k: f64,
-    /// How much warmer the surroundings are than at the session's start, where that is known (K).
+    /// Temperature rise of the surroundings since the session's start, where that is known (K).
     pub ambient_k: f64,
     /// Curvature that one kelvin makes (1/(um K)).
     pub curvature_per_k: f64,

@@ -19,6 +19,7 @@ static INFO: Info = Info {
     source: Cow::Borrowed("Stefan-Boltzmann: about 1 % of the power at 150 degC"),
 };
 
+/// T0, a room of 22 degC (K).
 const AMBIENT_K: f64 = 295.0;
 
 /// (T0 + dT)^4 - T0^4, in K^4. Nothing is colder than 0 K, not even a solver's guess.
