@@ -1,5 +1,5 @@
-//! A software bill of materials in CycloneDX 1.5 (https://cyclonedx.org/docs/1.5/json/): every package that is linked into the
-//! tool, or into the driver board's firmware.
+//! A software bill of materials in CycloneDX 1.5 (https://cyclonedx.org/docs/1.5/json/): every package that the tool, or the
+//! driver board's firmware, is built from, with macros and without what only build scripts and tests use.
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -104,7 +104,7 @@ fn install_by_apt() -> Result<()> {
         Ok(version) => version,
         Err(reasons) => bail!(
             "{QEMU} is missing, and nothing was changed:\n  {}\n\
-             Decide which packages may go, or put a {QEMU} of your own in PATH; {BY_HAND}",
+             Decide yourself which of these packages may go, or build QEMU (https://www.qemu.org) and put its {QEMU} into PATH",
             reasons.join("\n  ")
         ),
     };
