@@ -106,7 +106,7 @@ fn print(evidence: &[Evidence], uncompensated: &PaperNumbers) {
     };
     let names: Vec<&str> = evidence.iter().map(|mirror| mirror.name.as_str()).collect();
     println!(
-        "| figure | paper, uncompensated | {} | must reach |",
+        "| figure | paper, uncompensated | {} | required |",
         names.join(" | ")
     );
     println!("|---|---|{}---|", "---|".repeat(names.len()));
