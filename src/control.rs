@@ -92,7 +92,11 @@ impl Control {
     /// One tick of `board`, which has just said what was sensed.
     pub fn tick_on(&mut self, board: &mut impl Board, sensed: Sensed) {
         let codes = self.tick(sensed);
-        board.drive(codes);
+        if self.protection.first_cause().is_some() {
+            board.disable();
+        } else {
+            board.drive(codes);
+        }
     }
 
     /// One tick: `sensed` are the codes read while the codes of the last tick were driven; the

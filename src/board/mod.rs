@@ -30,6 +30,10 @@ pub trait Board {
 
     /// Drives the four channels from now on.
     fn drive(&mut self, codes: [PwmCode; CHANNELS]);
+
+    /// Disables the outputs of all four channels until the next [`Self::drive`]: more than code 0, for a channel whose
+    /// compare value does not act.
+    fn disable(&mut self);
 }
 
 /// A board whose control ticks are waited for, in turns with the link.

@@ -31,6 +31,10 @@ impl Board for HostBoard {
     fn drive(&mut self, codes: [PwmCode; CHANNELS]) {
         self.codes = codes;
     }
+
+    fn disable(&mut self) {
+        self.codes = [PwmCode(0); CHANNELS];
+    }
 }
 
 impl Lockstep for HostBoard {

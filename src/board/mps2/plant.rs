@@ -51,6 +51,18 @@ impl LockstepPlant {
         self.to_plant.write_all(&self.pins.to_bytes())
     }
 
+    /// Ends the tick with these pins.
+    fn set(&mut self, codes: [PwmCode; CHANNELS], enable: bool) {
+        self.pins = Pins {
+            tick: self.pins.tick.wrapping_add(1),
+            compare: codes.map(|code| code.0),
+            outputs_enabled: enable,
+        };
+        if self.send().is_err() {
+            exit::plant_lost();
+        }
+    }
+
     /// A short lease ends for want of a host, and not for want of a fast one.
     async fn wait_for_renewal(&mut self, control: &Control) {
         if control.is_about_to_lapse(SHORT_LEASE) {
@@ -75,11 +87,11 @@ impl Board for LockstepPlant {
     const BOOTLOADER: Option<fn() -> !> = None;
 
     fn drive(&mut self, codes: [PwmCode; CHANNELS]) {
-        self.pins.tick = self.pins.tick.wrapping_add(1);
-        self.pins.compare = codes.map(|code| code.0);
-        if self.send().is_err() {
-            exit::plant_lost();
-        }
+        self.set(codes, true);
+    }
+
+    fn disable(&mut self) {
+        self.set([PwmCode(0); CHANNELS], false);
     }
 }
 

@@ -65,6 +65,7 @@ pub struct ConverterPins {
 /// PWM and current sense.
 pub struct Converters {
     timer: Timer<'static, TIM1>,
+    are_disabled: bool,
     _outputs: Outputs,
     _currents: InjectedAdc<'static, ADC1, CHANNELS>,
     _supply: InjectedAdc<'static, ADC2, 1>,
@@ -107,6 +108,7 @@ impl Converters {
         let currents = adc1.setup_injected_conversions(sense, triggers::TIM1_TRGO2, edge, true);
         Self {
             timer: configure_pwm(timer),
+            are_disabled: false,
             _outputs: outputs,
             _currents: currents,
             _supply: supply,
@@ -147,6 +149,19 @@ impl Board for Converters {
     fn drive(&mut self, codes: [PwmCode; CHANNELS]) {
         for (channel, code) in OUTPUTS.into_iter().zip(codes) {
             self.timer.set_compare_value(channel, code.0);
+        }
+        // Only after `disable`: whatever else disabled them (RM0440, break inputs) is not undone here.
+        if core::mem::take(&mut self.are_disabled) {
+            self.timer.enable_outputs();
+        }
+    }
+
+    fn disable(&mut self) {
+        // First what acts on all four at once (RM0440, TIMx_BDTR: MOE).
+        pac::TIM1.bdtr().modify(|w| w.set_moe(false));
+        self.are_disabled = true;
+        for channel in OUTPUTS {
+            self.timer.set_compare_value(channel, 0);
         }
     }
 }

@@ -8,10 +8,14 @@ use virtual_mirror::MirrorConfig;
 /// Heat that is left of what the air takes, in vacuum: only the beams' ends are cooled.
 const VACUUM: f64 = 0.05;
 const SHORT_OHM: f64 = 3.0;
+/// What an output stage makes of a PWM pin that is always high.
+const FULL_DUTY_V: f64 = 4.25;
+/// What the stages are supplied with, less nothing: an amplifier that reaches its rail.
+const STAGE_SUPPLY_V: f64 = 5.0;
 /// Supply of a weak port, and of a bench supply set wrongly.
 const WEAK_SUPPLY_V: f64 = 4.1;
 /// What a board drives at most to check its heaters, and a rounding more.
-const CHECK_V: f64 = 0.101;
+const CHECK_V: f64 = 0.301;
 /// Ticks that an overrun skips.
 const SKIPPED_TICKS: u32 = 10;
 
@@ -24,6 +28,10 @@ pub enum PlantFault {
     ShortCircuit(usize),
     /// The heater is bridged by so many ohms, which dirt can do.
     Bridge(usize, u16),
+    /// The channel's PWM pin stays high: its stage drives 4.25 V for as long as the timer's outputs are enabled.
+    StuckOutput(usize),
+    /// The channel's stage stays at its supply, whatever the board does.
+    StuckStage(usize),
     /// The mirror is in vacuum, where heat hardly leaves it.
     Vacuum,
     /// The channel's converter repeats the code that it read last.
@@ -119,9 +127,14 @@ impl Faults {
 
 impl PlantFault {
     /// What arrives at the heaters of what the output stages drive.
-    pub(crate) fn at_the_heaters(self, mut drive_v: [f64; 4]) -> [f64; 4] {
+    pub(crate) fn at_the_heaters(self, mut drive_v: [f64; 4], enabled: bool) -> [f64; 4] {
         if let Self::OpenHeater(channel) | Self::ShortCircuit(channel) = self {
             drive_v[channel] = 0.0;
+        }
+        match self {
+            Self::StuckOutput(channel) if enabled => drive_v[channel] = FULL_DUTY_V,
+            Self::StuckStage(channel) => drive_v[channel] = STAGE_SUPPLY_V,
+            _ => {}
         }
         drive_v
     }

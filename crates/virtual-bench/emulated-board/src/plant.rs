@@ -152,12 +152,18 @@ impl Plant {
                 other => other?,
             }
             let pins = Pins::from_bytes(&bytes);
-            let drive_v = pins.compare.map(|code| self.electronics.drive_v(code));
+            let held_low = !pins.outputs_enabled;
+            let drive_v = pins.compare.map(|code| match held_low {
+                true => 0.0,
+                false => self.electronics.drive_v(code),
+            });
             let (fault, is_first) = self.faults.of_this_tick();
             if fault == Some(PlantFault::Vacuum) && is_first {
                 self.load.leave_the_air();
             }
-            let heated_v = fault.map_or(drive_v, |fault| fault.at_the_heaters(drive_v));
+            let heated_v = fault.map_or(drive_v, |fault| {
+                fault.at_the_heaters(drive_v, pins.outputs_enabled)
+            });
             let mut read = self.convert(pins.tick, drive_v, heated_v, fault);
             if let Some(fault) = fault {
                 read = fault.converters(read, &self.before, is_first);

@@ -26,6 +26,8 @@ pub struct Pins {
     pub tick: u32,
     /// PWM compare values.
     pub compare: [u16; 4],
+    /// Whether the timer drives its outputs at all; where not, they are held low.
+    pub outputs_enabled: bool,
 }
 
 /// What the board's converters read during that tick.
@@ -59,13 +61,14 @@ pub mod upset {
 
 impl Pins {
     /// Length on the link.
-    pub const BYTES: usize = 12;
+    pub const BYTES: usize = 13;
 
     /// As bytes, little-endian.
     pub fn to_bytes(self) -> [u8; Self::BYTES] {
         let mut bytes = [0; Self::BYTES];
         bytes[..4].copy_from_slice(&self.tick.to_le_bytes());
-        put_quad(&mut bytes[4..], self.compare);
+        put_quad(&mut bytes[4..12], self.compare);
+        bytes[12] = self.outputs_enabled.into();
         bytes
     }
 
@@ -74,6 +77,7 @@ impl Pins {
         Self {
             tick: word(&bytes[..4]),
             compare: quad(&bytes[4..]),
+            outputs_enabled: bytes[12] != 0,
         }
     }
 }
@@ -129,8 +133,8 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_tick_comes_back_whole(tick: u32, quad: [u16; 4], sensor_z_nm: i32, supply: u16, upset: u8) {
-            let pins = Pins { tick, compare: quad };
+        fn a_tick_comes_back_whole(outputs_enabled: bool, tick: u32, quad: [u16; 4], sensor_z_nm: i32, supply: u16, upset: u8) {
+            let pins = Pins { tick, compare: quad, outputs_enabled };
             prop_assert_eq!(Pins::from_bytes(&pins.to_bytes()), pins);
             let converters = Converters { tick, current: quad, sensor_z_nm, supply, upset };
             prop_assert_eq!(Converters::from_bytes(&converters.to_bytes()), converters);
