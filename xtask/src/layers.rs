@@ -134,7 +134,6 @@ const ALLOWED: &[Allowed] = &[
         &[
             "experiments",
             "identification",
-            "measurement",
             "mirror-model",
             "virtual-mirror",
         ],
@@ -203,6 +202,18 @@ const ALLOWED: &[Allowed] = &[
             "mirror-model",
             "mirror-protocol",
             "virtual-usb",
+        ],
+    ),
+    (
+        Room::VirtualBench,
+        "missing-physics-bench",
+        &[
+            "diagnosis",
+            "experiments",
+            "identification",
+            "mirror-model",
+            "virtual-mirror",
+            "virtual-sessions",
         ],
     ),
     (Room::VirtualBench, "plant-link", &[]),
