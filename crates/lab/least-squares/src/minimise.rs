@@ -200,7 +200,7 @@ impl<'a, P: Problem + ?Sized> Search<'a, P> {
     fn round(&mut self) -> Option<Termination> {
         let slopes = with_diagonal(&self.jacobian, &self.prior);
         let gradient = slopes.tr_mul(&self.residuals);
-        if let Some(end) = self.stationary(&gradient) {
+        if let Some(end) = self.stationary(&slopes, &gradient) {
             return self.end(end);
         }
         let (step, is_limited) = self.step(&slopes);
@@ -237,11 +237,11 @@ impl<'a, P: Problem + ?Sized> Search<'a, P> {
     }
 
     /// Whether no free parameter lowers the cost.
-    fn stationary(&self, gradient: &DVector<f64>) -> Option<Termination> {
+    fn stationary(&self, slopes: &DMatrix<f64>, gradient: &DVector<f64>) -> Option<Termination> {
         let free = |index: &usize| !self.bounds.blocks(&self.at, gradient, *index);
         let norm = self.residuals.norm();
         let cosine = |index: usize| {
-            let length = self.scale[index] * norm;
+            let length = slopes.column(index).norm() * norm;
             if length > 0.0 {
                 gradient[index].abs() / length
             } else {
