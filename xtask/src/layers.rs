@@ -114,7 +114,13 @@ const ALLOWED: &[Allowed] = &[
     (
         Room::Lab,
         "calibration",
-        &["control-core", "measurement", "mirror-model"],
+        &[
+            "control-core",
+            "experiments",
+            "least-squares",
+            "measurement",
+            "mirror-model",
+        ],
     ),
     (
         Room::Lab,
