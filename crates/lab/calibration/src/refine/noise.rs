@@ -3,7 +3,7 @@
 //! A mirror of distributed heat that rings has more states than the stages. Where they cannot follow it a reading tells
 //! little, so it gets a larger standard deviation, and the fit spends its parameters where they count. The discrepancies
 //! below are orders of magnitude. What they lead to is measured on five virtual mirrors by
-//! `cargo test -p closed-loop --test calibrate`.
+//! `cargo xtask bench position`.
 
 use experiments::instruments::POSITION_NOISE_UM;
 
