@@ -20,7 +20,7 @@ use tempfile::TempDir;
 
 use crate::faults::{Faults, Observed, PlantFault};
 use crate::logs::{LogError, LogTable};
-use crate::plant::{Bench, Connected, Plant, Progress};
+use crate::plant::{Connected, Plant, Progress, Surroundings};
 use crate::qemu;
 use crate::stack::Stack;
 
@@ -54,7 +54,7 @@ pub struct EmulatedBoard {
     socket: PathBuf,
     progress: Arc<Progress>,
     faults: Faults,
-    bench: Bench,
+    surroundings: Surroundings,
     log: Log,
     directory: TempDir,
 }
@@ -121,7 +121,7 @@ impl EmulatedBoard {
         together.keep(Pid::from_child(&qemu));
         let progress = Arc::new(Progress::default());
         let log = Log::default();
-        let (faults, bench) = (plant.faults(), plant.bench());
+        let (faults, surroundings) = (plant.faults(), plant.surroundings());
         run_plant(plant, fifos, together, Arc::clone(&progress), log.clone());
         let complaints = collect_log(&mut qemu, table, log.clone());
 
@@ -131,7 +131,7 @@ impl EmulatedBoard {
             socket,
             progress,
             faults,
-            bench,
+            surroundings,
             log,
             directory,
         };
@@ -166,18 +166,20 @@ impl EmulatedBoard {
 
     /// Moves the position sensor's spot on the plate: x and y in micrometres from its centre.
     pub fn move_spot(&self, at_um: [f64; 2]) {
-        self.bench.change(|bench| bench.spot_um = at_um);
+        self.surroundings
+            .change(|settings| settings.spot_um = at_um);
     }
 
     /// Moves the stage that the whole mirror is on, by so much from where it was first: what its sensor then sees further towards
     /// the substrate (um).
     pub fn move_stage(&self, um: f64) {
-        self.bench.change(|bench| bench.stage_um = um);
+        self.surroundings.change(|settings| settings.stage_um = um);
     }
 
     /// Brings the mirror into an oven, or another room, at this temperature (degC).
     pub fn set_oven(&self, celsius: f64) {
-        self.bench.change(|bench| bench.oven_c = Some(celsius));
+        self.surroundings
+            .change(|settings| settings.oven_c = Some(celsius));
     }
 
     /// What was seen since what was injected last has begun.

@@ -5,8 +5,9 @@ use std::sync::{Arc, Mutex};
 use plant_link::{Converters, upset};
 use virtual_mirror::MirrorConfig;
 
-/// Heat that is left of what the air takes, in vacuum: only the beams' ends are cooled.
+/// Part of the heat that the air takes which is left in a poor vacuum: the beams are then cooled by their ends.
 const VACUUM: f64 = 0.05;
+/// A solder bridge across a channel, with the leads to it (ohm).
 const SHORT_OHM: f64 = 3.0;
 /// What an output stage makes of a PWM pin that is always high.
 const FULL_DUTY_V: f64 = 4.25;
@@ -63,10 +64,11 @@ pub struct Observed {
 
 /// The fault that is there now, and what was seen of it.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Faults(Arc<Mutex<State>>);
+pub(crate) struct Faults(Arc<Mutex<Injected>>);
 
+/// A fault, when it begins, and what was seen of it.
 #[derive(Debug, Default)]
-struct State {
+struct Injected {
     fault: Option<PlantFault>,
     /// Ticks until it begins.
     ticks_left: u32,
@@ -78,7 +80,7 @@ impl Faults {
     /// From so many ticks on.
     pub(crate) fn begin(&self, fault: Option<PlantFault>, ticks_left: u32) {
         let mut state = self.lock();
-        *state = State {
+        *state = Injected {
             fault,
             ticks_left,
             is_new: true,
@@ -118,7 +120,7 @@ impl Faults {
         }
     }
 
-    fn lock(&self) -> std::sync::MutexGuard<'_, State> {
+    fn lock(&self) -> std::sync::MutexGuard<'_, Injected> {
         self.0
             .lock()
             .unwrap_or_else(std::sync::PoisonError::into_inner)
@@ -183,4 +185,66 @@ pub(crate) fn in_vacuum(config: &MirrorConfig) -> MirrorConfig {
     }
     config.plate.air_loss_uw_k *= VACUUM;
     config
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DRIVEN: [f64; 4] = [0.0, 1.0, 0.0, 0.0];
+
+    #[test]
+    fn a_fault_begins_after_its_ticks_and_is_first_once() {
+        let faults = Faults::default();
+        faults.begin(Some(PlantFault::Panic), 2);
+        let seen: Vec<_> = (0..4).map(|_| faults.of_this_tick()).collect();
+        let fault = Some(PlantFault::Panic);
+        assert_eq!(
+            seen,
+            [(None, false), (None, false), (fault, true), (fault, false)]
+        );
+    }
+
+    #[test]
+    fn driven_ticks_are_counted_until_all_channels_are_at_zero_and_the_hottest_is_kept() {
+        let faults = Faults::default();
+        faults.begin(Some(PlantFault::WeakSupply), 0);
+        faults.observe(DRIVEN, 300.0);
+        assert_eq!(faults.observed(), Observed::default(), "it has not begun");
+        faults.of_this_tick();
+        for (drive_v, hottest_k) in [
+            (DRIVEN, 80.0),
+            (DRIVEN, 90.0),
+            ([0.1; 4], 70.0),
+            (DRIVEN, 60.0),
+        ] {
+            faults.observe(drive_v, hottest_k);
+        }
+        let expected = Observed {
+            driven_ticks: 2,
+            came_to_zero: true,
+            hottest_k: 90.0,
+        };
+        assert_eq!(faults.observed(), expected);
+    }
+
+    #[test]
+    fn a_fault_changes_its_own_channel_only() {
+        let drive_v = [1.0, 2.0, 3.0, 3.5];
+        let sound_a = drive_v.map(|drive| drive / 500.0);
+        for (fault, channel_a) in [
+            (PlantFault::OpenHeater(2), 0.0),
+            (PlantFault::ShortCircuit(2), 1.0),
+            (PlantFault::Bridge(2, 300), 3.0 / 500.0 + 0.01),
+        ] {
+            let current_a = fault.currents(drive_v, sound_a);
+            assert!(
+                (current_a[2] - channel_a).abs() < 1e-12,
+                "{fault:?}: {current_a:?}"
+            );
+            for other in [0, 1, 3] {
+                assert_eq!(current_a[other], sound_a[other]);
+            }
+        }
+    }
 }

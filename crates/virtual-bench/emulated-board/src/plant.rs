@@ -22,7 +22,7 @@ const SUPPLY_V: f64 = 5.0;
 pub struct Plant {
     electronics: Electronics,
     load: Load,
-    bench: Bench,
+    surroundings: Surroundings,
     faults: Faults,
     before: Converters,
 }
@@ -47,7 +47,7 @@ enum Load {
 struct Mirror {
     mirror: VirtualMirror,
     sensor: Sensor,
-    bench: Bench,
+    surroundings: Surroundings,
     /// How warm its room is (degC).
     room_c: f64,
     /// The same mirror where hardly any heat leaves it, cold until it is needed.
@@ -56,7 +56,7 @@ struct Mirror {
 
 /// What a person changes on the bench while the plant runs.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Bench(Arc<Mutex<Settings>>);
+pub(crate) struct Surroundings(Arc<Mutex<Settings>>);
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Settings {
@@ -68,7 +68,7 @@ pub(crate) struct Settings {
     pub(crate) oven_c: Option<f64>,
 }
 
-impl Bench {
+impl Surroundings {
     pub(crate) fn change(&self, change: impl FnOnce(&mut Settings)) {
         change(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner));
     }
@@ -107,14 +107,14 @@ impl Plant {
     /// # Errors
     /// Where a number of a mirror is out of range.
     pub fn new(connected: &Connected) -> Result<Self, virtual_mirror::ConfigError> {
-        let bench = Bench::default();
+        let surroundings = Surroundings::default();
         let (seed, load) = match connected {
             Connected::Mirror(config) => (
                 config.seed,
                 Load::Mirror(Box::new(Mirror {
                     mirror: VirtualMirror::new(config)?,
                     sensor: Sensor::new(config),
-                    bench: bench.clone(),
+                    surroundings: surroundings.clone(),
                     room_c: config.ambient_c,
                     in_vacuum: VirtualMirror::new(&in_vacuum(config))?,
                 })),
@@ -124,7 +124,7 @@ impl Plant {
         Ok(Self {
             electronics: Electronics::new(seed),
             load,
-            bench,
+            surroundings,
             faults: Faults::default(),
             before: Converters::default(),
         })
@@ -136,8 +136,8 @@ impl Plant {
     }
 
     /// What is around the mirror can be changed here while the plant runs.
-    pub(crate) fn bench(&self) -> Bench {
-        self.bench.clone()
+    pub(crate) fn surroundings(&self) -> Surroundings {
+        self.surroundings.clone()
     }
 
     /// Answers the board until it closes its end.
@@ -207,7 +207,7 @@ impl Load {
     fn read(&mut self, heated_v: [f64; 4]) -> ([f64; 4], f64) {
         match self {
             Self::Mirror(mirror) => {
-                let settings = mirror.bench.settings();
+                let settings = mirror.surroundings.settings();
                 let rise_k = settings.oven_c.map_or(0.0, |oven_c| oven_c - mirror.room_c);
                 mirror.mirror.set_ambient(rise_k);
                 mirror.mirror.set_stage(settings.stage_um);
