@@ -74,7 +74,7 @@ fn follow(
     config: &MirrorConfig,
 ) -> Result<(Calibrated, Played), CalibrateError> {
     let factory = tabulate(&procedure.start)?.calibration;
-    let (mut one, mut other) = (factory.clone(), factory);
+    let (mut one, mut other) = (factory, factory);
     let mut bench = OnCore {
         player: Player::new(&mut one, config)?,
         spare: Some(&mut other),
