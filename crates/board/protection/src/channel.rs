@@ -1,12 +1,11 @@
-//! The watch over one channel: does its current fit its drive?
+//! The watch over one heater: does its current fit its drive?
 
 use control_core::design::{
-    ADC_SATURATED, COLD_RESISTANCE_TOLERANCE, HIGHEST_CURRENT, HIGHEST_TRIP_RISE, LEAST_TCR_PER_K,
+    ADC_SATURATED, COLD_RESISTANCE_TOLERANCE, HIGHEST_CURRENT, HOTTEST_RISE,
 };
-use control_core::{ActuatorCalibration, AdcCode, Ampere, Kelvin, Ohm, Volt};
+use control_core::{ActuatorCalibration, AdcCode, Ampere, Kelvin, Volt};
 
 use crate::fault::Fault;
-use crate::mean::{Means, Told};
 
 /// A heater is too hot at this part more than the highest rise that its calibration allows. The core
 /// holds positions below that one; a model of a mirror is off by some of this.
@@ -22,46 +21,28 @@ const OPEN_RESISTANCE: f32 = 10.0;
 /// Errors of the sense that are no fault: noise (1 uA), offset of amplifier and converter (4 uA, before
 /// it is calibrated).
 const CURRENT_MARGIN: Ampere = Ampere(20e-6);
-/// The same without the noise, which a mean leaves little of.
-const MEAN_CURRENT_MARGIN: Ampere = Ampere(12e-6);
+
+/// What is seen in so many ticks on end is a fault; one tick may be a glitch.
+const TICKS_TO_TRIP: u8 = 3;
 
 /// Part of the way that the envelope of the drive goes to the drive in a tick. The filter behind
 /// the PWM (two poles at 2 kHz) goes faster, so current that only lags behind the drive lies within
 /// the envelope.
 const ENVELOPE_STEP: f32 = 0.2;
 
-/// Less than this part of the least current is seen in two ticks, not three, where the drive is high: a quick heater, of
-/// 0.6 ms, gets 10 K hotter in one.
-const FAR: f32 = 0.96;
-const HIGH_DRIVE: Volt = Volt(1.0);
-
-/// Part of the rise at which the board trips that a heater which was too hot may still have when it is driven again: its
-/// neighbours along the beam are as hot, and a step of the drive adds some 70 K before it is noticed.
-const RESTART_PART: f32 = 0.6;
-
 /// The current must show a drive that changed by so much: 40 uA in the hottest heater.
 const FROZEN_CHANGE: Volt = Volt(0.02);
 /// The lag of the filter, and as much again.
 const TICKS_TO_FREEZE: u8 = 8;
 
-/// The watch over one channel.
+/// The watch over one heater.
 #[derive(Clone, Debug)]
 pub(crate) struct ChannelWatch {
     bounds: Bounds,
-    /// The lowest resistance that a check of the heater has shown since the board started. However much a
-    /// calibration claims, the heater has no more when it is cold.
-    lowest: Ohm,
-    /// What the check senses.
-    checked: Ampere,
     /// Envelope of the drive (V).
     highest: f32,
-    lowest_drive: f32,
-    means: Means,
-    told: Told,
-    /// Current that is too much or too little for the envelope; the mean current is too little, or too much.
-    misfit: Suspicion,
-    hot: Suspicion,
-    cold: Suspicion,
+    lowest: f32,
+    suspect_ticks: u8,
     frozen: Frozen,
 }
 
@@ -73,177 +54,77 @@ struct Bounds {
     /// Of a heater with too little resistance.
     highest: f32,
     cold: f32,
-    /// Resistance at which the calibration has the heater too hot.
-    hot_by_calibration: Ohm,
 }
 
-/// A count of what speaks for a fault, less what speaks against it. What does neither leaves it, so that nothing that
-/// is driven in between resets it.
-#[derive(Clone, Copy, Debug, Default)]
-struct Suspicion(u8);
-
-impl Suspicion {
-    /// Two for each of three ticks on end; one tick may be a glitch.
-    const TRIP: u8 = 6;
-
-    fn confirm(&mut self, by: u8) -> bool {
-        self.0 = self.0.saturating_add(by);
-        self.0 >= Self::TRIP
-    }
-
-    fn contradict(&mut self) {
-        self.0 = self.0.saturating_sub(1);
-    }
-}
-
-impl Bounds {
-    /// `actuator` may be `allowed` above ambient, and its resistance at ambient is at most `lowest`.
-    fn new(actuator: &ActuatorCalibration, allowed: Kelvin, lowest: Ohm) -> Self {
-        let cold = 1.0 / actuator.cold_resistance.0;
-        // Resistance that is not known to the heater's own R0 reads as warmth.
-        let unknown = COLD_RESISTANCE_TOLERANCE.0 * cold / actuator.tcr.0;
-        let by_calibration = actuator.resistance(Kelvin(RISE_MARGIN * allowed.0 + unknown));
-        let mut bounds = Self {
-            least: 0.0,
-            highest: cold / LEAST_RESISTANCE,
-            cold,
-            hot_by_calibration: by_calibration,
-        };
-        bounds.limit(lowest);
-        bounds
-    }
-
-    /// The most resistance with which a heater may be driven.
-    fn hottest_start(&self, was_too_hot: bool) -> Ohm {
-        let (hot, cold) = (1.0 / self.least, 1.0 / self.cold);
-        let part = if was_too_hot { RESTART_PART } else { 1.0 };
-        Ohm(cold + part * (hot - cold))
-    }
-
-    /// The heater's resistance at ambient is at most `lowest`.
-    fn limit(&mut self, lowest: Ohm) {
-        let known_cold = self.cold.max(1.0 / lowest.0);
-        let ceiling = known_cold / (1.0 + LEAST_TCR_PER_K * HIGHEST_TRIP_RISE.0);
-        // `max` so that NaN is the ceiling, too.
-        let least = ceiling.max(1.0 / self.hot_by_calibration.0);
-        self.least = least.max(self.cold / HIGHEST_RESISTANCE);
-    }
+/// The rise at which a heater is too hot, where its calibration allows `allowed`. Resistance that is not known to the
+/// heater's own R0 reads as warmth; the ceiling holds whatever a calibration says.
+fn too_hot(channel: &ActuatorCalibration, allowed: Kelvin) -> Kelvin {
+    let unknown = COLD_RESISTANCE_TOLERANCE.0 / (channel.cold_resistance.0 * channel.tcr.0);
+    let rise = RISE_MARGIN * allowed.0 + unknown;
+    // So that NaN is the ceiling, too.
+    Kelvin(if rise < HOTTEST_RISE.0 {
+        rise
+    } else {
+        HOTTEST_RISE.0
+    })
 }
 
 impl ChannelWatch {
-    pub(crate) fn new(actuator: &ActuatorCalibration, allowed: Kelvin) -> Self {
-        let unknown = Ohm(f32::INFINITY);
+    pub(crate) fn new(channel: &ActuatorCalibration, allowed: Kelvin) -> Self {
+        let cold = 1.0 / channel.cold_resistance.0;
+        let hot = channel.resistance(too_hot(channel, allowed)).0;
         Self {
-            bounds: Bounds::new(actuator, allowed, unknown),
-            lowest: unknown,
-            checked: Ampere(0.0),
+            bounds: Bounds {
+                least: (1.0 / hot).max(cold / HIGHEST_RESISTANCE),
+                highest: cold / LEAST_RESISTANCE,
+                cold,
+            },
             highest: 0.0,
-            lowest_drive: 0.0,
-            means: Means::default(),
-            told: Told::new(actuator),
-            misfit: Suspicion::default(),
-            hot: Suspicion::default(),
-            cold: Suspicion::default(),
+            lowest: 0.0,
+            suspect_ticks: 0,
             frozen: Frozen::default(),
         }
-    }
-
-    /// Another calibration of the same heater, which stays as warm as it is.
-    pub(crate) fn recalibrate(&mut self, actuator: &ActuatorCalibration, allowed: Kelvin) {
-        self.bounds = Bounds::new(actuator, allowed, self.lowest);
-        self.told = Told::new(actuator);
     }
 
     /// One tick: `code` and `current` were sensed while `drive` was applied.
     pub(crate) fn check(&mut self, drive: Volt, code: AdcCode, current: Ampere) -> Option<Fault> {
         self.follow(drive.0);
-        self.means.follow(drive.0, current.0);
         let excess = current.0 > self.highest * self.bounds.highest + CURRENT_MARGIN.0
             || current.0 > HIGHEST_CURRENT.0;
-        let least = self.lowest_drive * self.bounds.least;
-        let lack = current.0 < least - CURRENT_MARGIN.0;
-        let is_urgent = self.lowest_drive > HIGH_DRIVE.0 && current.0 < FAR * least;
-        if !(excess || lack) {
-            self.misfit.contradict();
-        } else if self.misfit.confirm(if is_urgent { 3 } else { 2 }) {
-            return Some(if excess {
-                too_much(code, current)
-            } else {
-                self.too_little(self.lowest_drive, current)
-            });
-        }
-        if let Some(fault) = self.check_means() {
-            return Some(fault);
+        let lack = current.0 < self.lowest * self.bounds.least - CURRENT_MARGIN.0;
+        if excess || lack {
+            self.suspect_ticks = self.suspect_ticks.saturating_add(1);
+            if self.suspect_ticks >= TICKS_TO_TRIP {
+                return Some(if excess {
+                    too_much(code, current)
+                } else {
+                    self.too_little(current)
+                });
+            }
+        } else {
+            self.suspect_ticks = 0;
         }
         self.frozen.check(drive, code).then_some(Fault::FrozenSense)
     }
 
-    /// The same of the means of many ticks, which a drive that changes at every tick leaves steady.
-    fn check_means(&mut self) -> Option<Fault> {
-        let (low, high) = self.means.drive();
-        let current = self.means.current();
-        let told = self.told.highest_conductance(low);
-        if current < low * self.bounds.least - MEAN_CURRENT_MARGIN.0 {
-            if self.hot.confirm(1) {
-                return Some(self.too_little(low, Ampere(current)));
-            }
-        } else if current > high * self.bounds.least {
-            self.hot.contradict();
-        }
-        if current > high * told + CURRENT_MARGIN.0 {
-            if self.cold.confirm(1) {
-                return Some(Fault::ImplausibleSense);
-            }
-        } else {
-            self.cold.contradict();
-        }
-        None
-    }
-
-    /// A tick of the heater's check, that is `part` of its mean.
-    pub(crate) fn add_to_check(&mut self, current: Ampere, part: f32) {
-        self.checked.0 += part * current.0;
-    }
-
-    /// The end of the heater's check at `drive`: its resistance, cold or nearly so.
-    #[cold]
-    /// `was_too_hot` says that it must have cooled for some time.
-    pub(crate) fn end_check(&mut self, drive: Volt, was_too_hot: bool) -> Option<Fault> {
-        let ohm = drive.0 / core::mem::take(&mut self.checked).0;
-        if ohm > 0.0 && ohm < self.lowest.0 {
-            self.lowest = Ohm(ohm);
-            self.bounds.limit(self.lowest);
-        }
-        if self.lowest.0 * self.told.of_a_cold_heater() < 1.0 {
-            Some(Fault::ImplausibleSense)
-        } else if ohm > self.bounds.hottest_start(was_too_hot).0 {
-            Some(Fault::OverTemperature)
-        } else {
-            None
-        }
-    }
-
-    /// Forgets what was suspected; what is known of the heater stays.
+    /// Forgets what was suspected.
     pub(crate) fn clear(&mut self) {
-        self.checked = Ampere(0.0);
-        self.misfit = Suspicion::default();
-        self.hot = Suspicion::default();
-        self.cold = Suspicion::default();
+        self.suspect_ticks = 0;
         self.frozen = Frozen::default();
     }
 
     fn follow(&mut self, drive: f32) {
         let towards = |from: f32| from + ENVELOPE_STEP * (drive - from);
         // `max` and `min` are calls on this processor.
-        let (high, low) = (towards(self.highest), towards(self.lowest_drive));
+        let (high, low) = (towards(self.highest), towards(self.lowest));
         self.highest = if drive > high { drive } else { high };
-        self.lowest_drive = if drive < low { drive } else { low };
+        self.lowest = if drive < low { drive } else { low };
     }
 
     #[cold]
-    fn too_little(&self, least_drive: f32, current: Ampere) -> Fault {
+    fn too_little(&self, current: Ampere) -> Fault {
         let below =
-            |part: f32| current.0 < least_drive * self.bounds.cold / part - CURRENT_MARGIN.0;
+            |part: f32| current.0 < self.lowest * self.bounds.cold / part - CURRENT_MARGIN.0;
         if below(OPEN_RESISTANCE) || current.0 < CURRENT_MARGIN.0 {
             Fault::OpenHeater
         } else if below(HIGHEST_RESISTANCE) {

@@ -18,7 +18,6 @@ extern crate std;
 mod board;
 mod channel;
 mod fault;
-mod mean;
 mod protection;
 
 pub use fault::Fault;

@@ -6,12 +6,10 @@ use crate::board::BoardWatch;
 use crate::channel::ChannelWatch;
 use crate::fault::Fault;
 
-/// Drive at which heaters are checked before anything drives them: 0.83 mA, of which an offset of 12 uA is 1.5 %, and a
-/// temperature rise of at most 1.4 K.
-const CHECK_DRIVE: Volt = Volt(0.3);
-/// Ticks of the check: twice what the current needs to follow, and the ticks whose mean is the cold resistance.
-const CHECK_TICKS: u8 = 24;
-const COUNTED_TICKS: u8 = 8;
+/// Drive at which heaters are checked before anything drives them: 0.28 mA, and a warming by 0.1 K.
+const CHECK_DRIVE: Volt = Volt(0.1);
+/// Ticks of the check: twice what the current needs to follow, and the debouncing.
+const CHECK_TICKS: u8 = 16;
 
 /// Fall of the drive in a tick once a lease has ended: from 3.5 V to zero in 88 ms.
 const RAMP: Volt = Volt(4e-3);
@@ -69,8 +67,6 @@ pub struct Protection {
     lease: Lease,
     granted: Lease,
     causes: [Option<Fault>; CHANNELS],
-    /// A heater was too hot when the faults were cleared, and has not been checked since.
-    was_too_hot: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -130,16 +126,12 @@ impl Protection {
             lease: Lease(0),
             granted: Lease(0),
             causes: [None; CHANNELS],
-            was_too_hot: false,
         }
     }
 
-    /// Watches the same heaters as another calibration describes them, and checks them.
+    /// Watches the heaters as another calibration describes them, and checks them.
     pub fn recalibrate(&mut self, calibration: &Calibration) {
-        let allowed = calibration.parts().bounds.rise;
-        for (watch, actuator) in self.channels.iter_mut().zip(calibration.actuators()) {
-            watch.recalibrate(actuator, allowed);
-        }
+        self.channels = watches(calibration);
         if self.phase != Phase::Tripped {
             self.phase = CHECK;
         }
@@ -179,7 +171,6 @@ impl Protection {
 
     /// Forgets the faults and checks the heaters. What still is a fault trips again.
     pub fn clear(&mut self) {
-        self.was_too_hot |= self.causes.contains(&Some(Fault::OverTemperature));
         self.causes = [None; CHANNELS];
         self.phase = CHECK;
         self.board.clear();
@@ -258,34 +249,10 @@ impl Protection {
             let heater = channel.check(applied[i], reading.codes[i], reading.currents[i]);
             found[i] = heater.or(found[i]);
         }
-        if let Phase::Starting { ticks_left } = self.phase {
-            self.check_heaters(ticks_left, reading, &mut found);
-        }
-        if self.phase == (Phase::Starting { ticks_left: 0 }) && found.iter().all(Option::is_none) {
-            self.was_too_hot = false;
-        }
         // What follows from the first fault is none of its causes.
         if self.phase != Phase::Tripped && found.iter().any(Option::is_some) {
             self.causes = found;
             self.phase = Phase::Tripped;
-        }
-    }
-
-    /// The last ticks of the check tell the resistances of the heaters, which are cold then.
-    fn check_heaters(
-        &mut self,
-        ticks_left: u8,
-        reading: &Reading,
-        found: &mut [Option<Fault>; CHANNELS],
-    ) {
-        if ticks_left >= COUNTED_TICKS {
-            return;
-        }
-        for (i, channel) in self.channels.iter_mut().enumerate() {
-            channel.add_to_check(reading.currents[i], 1.0 / f32::from(COUNTED_TICKS));
-            if ticks_left == 0 {
-                found[i] = found[i].or(channel.end_check(CHECK_DRIVE, self.was_too_hot));
-            }
         }
     }
 

@@ -213,7 +213,7 @@ fn a_heater_too_hot_trips_and_a_hot_one_does_not() {
     let ohm_at = |rise: f32| COLD * (1.0 + TCR * rise);
     for volt in [1.0, 2.0, 3.5] {
         let mut bench = Bench::driving([COLD; CHANNELS], volt);
-        bench.heaters[3].ohm = ohm_at(140.0);
+        bench.heaters[3].ohm = ohm_at(165.0);
         assert_eq!(bench.drive(volt, 1000), None, "{volt} V");
         bench.heaters[3].ohm = ohm_at(200.0);
         let (fault, _) = bench.drive(volt, 20).expect("it trips");
@@ -228,7 +228,7 @@ fn what_is_too_hot_follows_the_calibration_up_to_a_ceiling() {
     for (allowed, sound, hot) in [
         (60.0, 80.0, 92.0),
         (100.0, 130.0, 142.0),
-        (900.0, 140.0, 155.0),
+        (900.0, 219.0, 231.0),
     ] {
         let mut bench = Bench::of(&calibration(allowed), [COLD; CHANNELS]);
         bench.protection.command(Lease::FOREVER).expect("no fault");
