@@ -119,7 +119,7 @@ fn names(old: &str, name: &str, version: &str) -> bool {
     })
 }
 
-/// Whether an SPDX expression holds where these licences are allowed: https://spdx.github.io/spdx-spec/v2.3, annex D. `/` is
+/// Whether an SPDX expression holds where these licences are allowed: <https://spdx.github.io/spdx-spec/v2.3>, annex D. `/` is
 /// an older way of writing OR. A licence WITH an exception only grants more than the licence.
 fn satisfied(expression: &str, allowed: &impl Fn(&str) -> bool) -> bool {
     let spaced = expression

@@ -1,4 +1,4 @@
-//! A software bill of materials in CycloneDX 1.5 (https://cyclonedx.org/docs/1.5/json/): every package that the tool, or the
+//! A software bill of materials in CycloneDX 1.5 (<https://cyclonedx.org/docs/1.5/json/>): every package that the tool, or the
 //! driver board's firmware, is built from, with macros and without what only build scripts and tests use.
 
 use std::collections::BTreeSet;

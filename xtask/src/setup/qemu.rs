@@ -8,7 +8,7 @@ use emulated_board::QEMU;
 use super::apt::{self, Simulation};
 use crate::cargo::{answers, run};
 
-/// The first QEMU with the machine `mps2-an386` (https://wiki.qemu.org/ChangeLog/5.2#Arm).
+/// The first QEMU with the machine `mps2-an386` (<https://wiki.qemu.org/ChangeLog/5.2#Arm>).
 const OLDEST: Version = (5, 2);
 /// The oldest that all tests ran under, Debian 12's.
 const TESTED: Version = (7, 2);

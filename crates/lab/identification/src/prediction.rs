@@ -6,7 +6,7 @@ use mirror_model::{Model, Runaway, simulate};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// Step control of the simulation, in units of the time since the last jump (see [`simulate`]). Each diagnosis halves it
+/// Step control of the simulation, in units of the time since the last jump (see `simulate`). Each diagnosis halves it
 /// once and reports what that changes (`solver_error`).
 pub const RESOLUTION: f64 = 0.5;
 /// Standard deviation of the model's discrepancy that every reading is weighed with, beside its noise: of a displacement (um),

@@ -21,7 +21,7 @@ const ROUNDING: f64 = 1e-12;
 
 /// A mirror being driven.
 ///
-/// The [`System`] takes the [`StateVector`] `now` to `trial`, step by step; the step control says how far.
+/// The `System` takes the `StateVector` `now` to `trial`, step by step; the step control says how far.
 #[derive(Clone, Debug)]
 pub struct VirtualMirror {
     system: System,
