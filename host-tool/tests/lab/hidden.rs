@@ -1,4 +1,5 @@
-//! The sessions of `data/hidden`, asked about as a user asks: compare, diagnose, add what is named, compare again.
+//! The sessions of `data/hidden`, asked about as a user asks: compare, diagnose, add what is named, compare again. Every fifth of
+//! them, and all where `MIRROR_FULL` asks for what is long.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -74,7 +75,14 @@ fn strings(list: &Value) -> Vec<String> {
         .collect()
 }
 
-/// Every session with what is hidden in it.
+/// Of the sessions, where not all are asked about.
+const SHORT_STEP: usize = 5;
+
+fn is_full() -> bool {
+    std::env::var_os("MIRROR_FULL").is_some_and(|full| full == "1")
+}
+
+/// Sessions with what is hidden in them.
 fn sessions() -> VecDeque<(PathBuf, Vec<String>)> {
     let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/hidden");
     let answers = std::fs::read_to_string(directory.join("answers.toml")).expect("answers");
@@ -85,7 +93,8 @@ fn sessions() -> VecDeque<(PathBuf, Vec<String>)> {
             hidden.try_into().expect("a list of effects"),
         )
     };
-    answers.into_iter().map(session).collect()
+    let step = if is_full() { 1 } else { SHORT_STEP };
+    answers.into_iter().step_by(step).map(session).collect()
 }
 
 fn outcomes(user: &User) -> Vec<Outcome> {
@@ -148,7 +157,10 @@ fn what_is_hidden_is_found_and_added_and_nothing_else_is_named() {
         unlisted().count()
     );
 
-    assert!(found >= FOUND, "{found} are found, {FOUND} should be");
+    if is_full() {
+        assert!(found >= FOUND, "{found} are found, {FOUND} should be");
+        assert!(unlisted().filter(unknown).count() > 0);
+    }
     for o in outcomes.iter().filter(|o| o.verdict == "named") {
         assert!(
             o.is_found(),
@@ -166,7 +178,7 @@ fn what_is_hidden_is_found_and_added_and_nothing_else_is_named() {
             o.effects
         );
     }
-    assert!(unlisted().filter(unknown).count() > 0 && unlisted().all(|o| o.verdict != "none"));
+    assert!(unlisted().all(|o| o.verdict != "none"));
     for o in outcomes.iter().filter(|o| o.verdict == "named") {
         let [before, after] = o.added.expect("what is named was added");
         assert!(

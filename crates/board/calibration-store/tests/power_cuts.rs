@@ -176,6 +176,7 @@ fn sequential_storage_turns_back_in_silence_when_the_newest_record_rots() {
 }
 
 #[test]
+#[ignore = "long"]
 fn sequential_storage_loses_nothing_in_power_cuts_either() {
     for words in [HalfWords::Settle, HalfWords::Flicker] {
         let once = Campaign {

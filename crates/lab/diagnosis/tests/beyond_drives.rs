@@ -52,6 +52,7 @@ fn oven() -> Experiment {
 }
 
 #[test]
+#[ignore = "long"]
 fn an_oven_shows_the_film_s_coefficient() {
     shows(Effect::FilmTcr, oven());
 }
@@ -67,6 +68,7 @@ fn a_reference_step_shows_the_sensor_s_gain() {
 
 /// An oven on another day, on a board that was switched on in it: the sensor's zero is another one.
 #[test]
+#[ignore = "long"]
 fn an_oven_on_another_clock_shows_it_too() {
     let config = hiding(Effect::FilmTcr);
     let mut session = measured(&config, usual());
@@ -93,6 +95,7 @@ fn an_oven_on_another_clock_shows_it_too() {
 }
 
 #[test]
+#[ignore = "long"]
 fn nothing_hidden_stays_nothing_in_an_oven_and_on_a_stage() {
     let heights = [0.0, 60.0, 120.0, 0.0];
     let more = vec![oven(), Experiment::reference(&heights, 1.0).after(20.0)];

@@ -29,6 +29,7 @@ fn model((fast_s, middle_s, middle): (f64, f64, f64), effects: &[&str]) -> Model
 }
 
 #[test]
+#[ignore = "long"]
 fn f32_is_as_good_as_f64_along_minutes_of_motion() {
     let all = [
         "heat-loss-temperature",
