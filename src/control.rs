@@ -25,6 +25,8 @@ pub async fn run(mut board: impl Lockstep, mut control: Control) -> ! {
 /// The state from one tick to the next.
 pub struct Control {
     sense: CurrentSense,
+    /// What the protection goes by.
+    watched_sense: CurrentSense,
     controller: Controller<'static>,
     protection: Protection,
     mailbox: ControlSide,
@@ -56,6 +58,7 @@ impl Control {
     ) -> Self {
         Self {
             sense: CurrentSense::new(sense),
+            watched_sense: CurrentSense::new(&sense.with_designed_gain()),
             protection: Protection::new(controller.calibration()),
             controller,
             mailbox,
@@ -112,6 +115,7 @@ impl Control {
         }
         if let Some(sense) = self.mailbox.take_sense() {
             self.sense = CurrentSense::new(&sense);
+            self.watched_sense = CurrentSense::new(&sense.with_designed_gain());
         }
         let last = self.setpoint;
         self.take_orders();
@@ -121,7 +125,7 @@ impl Control {
         let currents = self.sense.currents(sensed.currents);
         let reading = Reading {
             codes: sensed.currents,
-            currents,
+            currents: self.watched_sense.currents(sensed.currents),
             supply: sensed.supply,
             missed_ticks: sensed.missed_ticks,
         };

@@ -132,13 +132,16 @@ mod tests {
         (link, control)
     }
 
+    /// Two checks of the heaters, and the pause between.
+    const START_TICKS: u32 = 2551;
+
     #[test]
     fn nothing_is_driven_at_start_but_the_check_of_the_heaters() {
         let (link, mut control) = control();
         let mut codes = [PwmCode(0); CHANNELS];
-        for _ in 0..20 {
+        for _ in 0..START_TICKS {
             codes = control.tick(sound(codes));
-            assert!(codes.iter().all(|code| code.0 <= 100), "{codes:?}");
+            assert!(codes.iter().all(|code| code.0 <= 300), "{codes:?}");
         }
         assert_eq!(codes, [PwmCode(0); CHANNELS]);
         assert_eq!(link.latest().states, [ChannelState::Ready; CHANNELS]);
@@ -181,9 +184,10 @@ mod tests {
     async fn a_command_is_carried_out_once_the_heaters_are_checked_and_confirmed() {
         let (link, mut control) = control();
         let order = Order::Drive(Setpoint::Track(Micrometre(100.0)), Lease::FOREVER);
-        let (confirmed, codes) = carry_out((link, &mut control), order, 40, sound).await;
+        let (confirmed, codes) =
+            carry_out((link, &mut control), order, START_TICKS + 15, sound).await;
         let confirmed = confirmed.expect("the heaters are sound");
-        assert!((15..40).contains(&confirmed.tick), "{confirmed:?}");
+        assert!(confirmed.tick.abs_diff(START_TICKS) < 15, "{confirmed:?}");
         assert!(codes[0].0 > 1000, "{codes:?}");
         // The heaters were cold then, and took less voltage for the same power.
         assert!((1.0..codes[0].drive().0).contains(&confirmed.drive_v[0]));
@@ -210,9 +214,11 @@ mod tests {
             carry_out((link, &mut control), order, 1, sound).await.0,
             denied
         );
-        let (cleared, _) = carry_out((link, &mut control), Order::Clear, 20, sound).await;
+        let (cleared, _) =
+            carry_out((link, &mut control), Order::Clear, 2 * START_TICKS, sound).await;
         assert!(cleared.is_ok());
-        let (confirmed, codes) = carry_out((link, &mut control), order, 40, sound).await;
+        let (confirmed, codes) =
+            carry_out((link, &mut control), order, START_TICKS + 15, sound).await;
         assert!(confirmed.is_ok());
         assert_eq!(codes, [PwmCode(3000); CHANNELS]);
     }
@@ -222,7 +228,7 @@ mod tests {
         let (link, mut control) = control();
         let drive = Setpoint::Drive([Volt(2.0); CHANNELS]);
         let order = Order::Drive(drive, Lease::ticks(100));
-        let (_, mut codes) = carry_out((link, &mut control), order, 100, sound).await;
+        let (_, mut codes) = carry_out((link, &mut control), order, START_TICKS + 85, sound).await;
         assert_eq!(codes, [PwmCode(2000); CHANNELS]);
         let renewed = carry_out(
             (link, &mut control),
@@ -255,7 +261,7 @@ mod tests {
     async fn codes_become_currents_and_temperatures() {
         let (link, mut control) = control();
         let order = Order::Drive(Setpoint::Drive([Volt(2.0); CHANNELS]), Lease::FOREVER);
-        let (_, codes) = carry_out((link, &mut control), order, 40, sound).await;
+        let (_, codes) = carry_out((link, &mut control), order, START_TICKS + 15, sound).await;
         // 2 V through 400 ohm are 5 mA: 26214 steps of 0.19 uA, above a zero at 649.
         control.tick(Sensed {
             currents: [AdcCode(26_214 + 649); CHANNELS],
@@ -317,13 +323,13 @@ mod tests {
         let (first_tick, ()) = join(playing, async {
             yield_now().await;
             let mut codes = [PwmCode(0); CHANNELS];
-            for _ in 0..35 {
+            for _ in 0..START_TICKS + 10 {
                 codes = control.tick(sound(codes));
             }
         })
         .await;
         let first_tick = first_tick.expect("the heaters are sound");
-        assert!(first_tick > 10, "after their check");
+        assert!(first_tick >= START_TICKS - 1, "after their check");
         // Before the waveform, at its two steps, and when it is over.
         for (after, drive_v) in [
             (0, [0.0; 4]),

@@ -200,10 +200,26 @@ impl Bench {
     /// # Panics
     /// Where that does not happen, or the board is a real one.
     pub fn wait_until_driven(&self, ticks: u64) {
+        self.wait("nothing drives the mirror", |board| {
+            board.observed().driven_ticks >= ticks
+        });
+    }
+
+    /// Waits until the board's clock is beyond `simulated_s`.
+    ///
+    /// # Panics
+    /// Where that does not happen, or the board is a real one.
+    pub fn wait_until_s(&self, simulated_s: f64) {
+        self.wait("the board's clock stands", |board| {
+            board.simulated_s() > simulated_s
+        });
+    }
+
+    fn wait(&self, or_else: &str, is_so: impl Fn(&EmulatedBoard) -> bool) {
         let board = self.emulated.as_ref().expect("emulated");
         let start = Instant::now();
-        while board.observed().driven_ticks < ticks {
-            assert!(start.elapsed() < PATIENCE, "nothing drives the mirror");
+        while !is_so(board) {
+            assert!(start.elapsed() < PATIENCE, "{or_else}");
             thread::sleep(LOOK);
         }
     }

@@ -334,6 +334,7 @@ fn refusal_words(refusal: Refusal) -> String {
             format!("it speaks protocol version {board}, and was greeted in version {tool}")
         }
         Refusal::ControlStopped => "its control loop does not run".to_owned(),
+        Refusal::Cooling => "its heaters are still warm from before a reset or a fault".to_owned(),
         Refusal::NoHello => "it was reset since this tool greeted it".to_owned(),
         Refusal::Tripped { fault } => format!("it has turned itself off: {}", fault_name(fault)),
         Refusal::NoLease => {
@@ -367,6 +368,10 @@ fn refusal_advice(refusal: Refusal) -> String {
         Refusal::Tripped { fault } => fault_advice(fault),
         Refusal::SenseImplausible => {
             "is there a resistor on each channel, and is it the one that was named?".to_owned()
+        }
+        Refusal::Cooling => {
+            "in vacuum that takes seconds: ask again, until `host-tool status` no longer says `starting`"
+                .to_owned()
         }
         _ => "`host-tool status` shows what the board is doing".to_owned(),
     }

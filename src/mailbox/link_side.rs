@@ -1,18 +1,20 @@
 //! The link's side: orders to the next tick, and what came of them.
 
 use core::cell::Cell;
+use core::pin::pin;
 
 use control_core::{Calibration, SenseCalibration};
 use embassy_time::{Duration, with_timeout};
-use mirror_protocol::{Commanded, Health, Stream, Telemetry};
+use mirror_protocol::{ChannelState, Commanded, Health, Stream, Telemetry};
 use protection::{Denied, Lease};
 use waveforms::Player;
 
 use super::{Mailbox, Order};
 
-/// A tick lasts 0.1 ms, and the check of the heaters that an order may have to wait for 1.6 ms; a loop that has not
-/// answered after thirty times that has stopped.
+/// A tick lasts 0.1 ms, and a check of the heaters 2.5 ms; a loop that has not answered after twenty times that has stopped.
 const TICK_TIMEOUT: Duration = Duration::from_millis(50);
+/// An order waits so many times longer while heaters are checked and cool: 1 s, four times what a start takes in air.
+const COOLING_TIMEOUTS: u32 = 20;
 
 /// The mailbox as the link sees it.
 #[derive(Clone, Copy)]
@@ -23,6 +25,8 @@ pub struct LinkSide(pub(super) &'static Mailbox);
 pub enum Failure {
     /// The control loop did not run.
     ControlStopped,
+    /// The heaters are still warm from before a reset or a trip.
+    Cooling,
     /// The protection did not let it.
     Denied(Denied),
 }
@@ -41,12 +45,12 @@ impl LinkSide {
     pub async fn order(self, order: Order) -> Result<Commanded, Failure> {
         self.0.commanded.reset();
         self.post(order);
-        match with_timeout(TICK_TIMEOUT, self.0.commanded.wait()).await {
+        match self.answered(self.0.commanded.wait()).await {
             Ok(confirmed) => confirmed.map_err(Failure::Denied),
-            Err(_) => {
+            Err(failure) => {
                 // What was refused must not be carried out later.
-                self.0.order.take();
-                Err(Failure::ControlStopped)
+                self.post(Order::Off);
+                Err(failure)
             }
         }
     }
@@ -74,15 +78,30 @@ impl LinkSide {
     }
 
     async fn first_tick(self) -> Result<u32, Failure> {
-        match with_timeout(TICK_TIMEOUT, self.0.streaming.wait()).await {
+        match self.answered(self.0.streaming.wait()).await {
             Ok(first_tick) => first_tick.map_err(Failure::Denied),
-            Err(_) => {
+            Err(failure) => {
                 // What was refused must not begin later.
                 self.0.stream.take();
                 self.0.play.take();
-                Err(Failure::ControlStopped)
+                self.post(Order::Off);
+                Err(failure)
             }
         }
+    }
+
+    /// Waits for a tick's answer, for longer where heaters are checked first.
+    async fn answered<T>(self, answer: impl Future<Output = T>) -> Result<T, Failure> {
+        let mut answer = pin!(answer);
+        for _ in 0..COOLING_TIMEOUTS {
+            if let Ok(answer) = with_timeout(TICK_TIMEOUT, answer.as_mut()).await {
+                return Ok(answer);
+            }
+            if !self.latest().states.contains(&ChannelState::Starting) {
+                return Err(Failure::ControlStopped);
+            }
+        }
+        Err(Failure::Cooling)
     }
 
     /// Has the next tick exchange the calibration, which turns all channels off, and waits for the one

@@ -241,6 +241,7 @@ fn check_period(stream: &Stream) -> Result<(), Refusal> {
 fn refusal(failure: Failure) -> Refusal {
     match failure {
         Failure::ControlStopped => Refusal::ControlStopped,
+        Failure::Cooling => Refusal::Cooling,
         Failure::Denied(Denied::NoLease) => Refusal::NoLease,
         Failure::Denied(Denied::Tripped(fault)) => Refusal::Tripped {
             fault: fault.code(),

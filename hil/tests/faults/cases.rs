@@ -27,8 +27,23 @@ pub(crate) enum Trouble {
     ResetAfter(u32),
     /// A bit of the stored calibration falls over, and the processor is reset.
     StoredBit,
+    /// The same, of the newer of two stored ones.
+    StoredBitOfTwo,
     /// The link is disturbed, many times.
     Link(Disturbance),
+    /// The mirror is in vacuum, and driven faster than its currents can be looked at one by one.
+    FastDrive(Fast),
+    /// A calibration is uploaded that would widen the board's limits: the number at this place, and its name.
+    Calibration(usize, f32, &'static str),
+}
+
+/// Drives between 0 and 3.5 V.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Fast {
+    /// So many ticks high, and one low.
+    AllButOne(u16),
+    /// A sine of so many hertz.
+    Sine(u16),
 }
 
 pub(crate) struct Case {
@@ -38,6 +53,8 @@ pub(crate) struct Case {
     pub(crate) expected: &'static [Fault],
     /// Ticks of drive that it may take to come to zero.
     pub(crate) most_driven_ticks: u64,
+    /// The hottest that it may make the mirror (K above ambient).
+    pub(crate) hottest_k: f64,
 }
 
 /// The protection needs three ticks, and eight to tell that a sense is frozen.
@@ -50,63 +67,154 @@ const AT_ITS_TOP: u64 = AT_ONCE + 2000;
 /// Heat takes its time to show; what it does to the mirror is the measure there.
 const ONCE_IT_IS_HOT: u64 = u64::MAX;
 
+/// Aluminium begins to yield and creep 225 K above a room's temperature, and nothing that software can prevent may heat
+/// it further.
+const HOTTEST_K: f64 = 225.0;
+/// What no software turns off heats on until somebody does.
+const UNTIL_IT_IS_UNPLUGGED_K: f64 = f64::INFINITY;
+
 /// Resets at instants that nobody chose, in each situation.
 const RANDOM_RESETS: usize = 4;
 const SEED: u64 = 20_261_121;
 
+/// What a channel that does not follow its drive may be called.
+const DOES_NOT_FOLLOW: &[Fault] = &[
+    Fault::ImplausibleSense,
+    Fault::OverCurrent,
+    Fault::ShortCircuit,
+];
+
+/// All of them. A number of a calibration is counted from its first, the first actuator's cold resistance.
 pub(crate) fn cases() -> Vec<Case> {
+    let mut list = List(Vec::new());
+    for channel in 0..4 {
+        on_a_channel(&mut list, channel);
+    }
+    on_the_board(&mut list);
+    in_the_processor(&mut list);
+    from_the_host(&mut list);
+    list.0
+}
+
+fn on_a_channel(list: &mut List, channel: usize) {
     use Fault as F;
     use PlantFault as P;
-    let broken: [(P, &[F], u64); 12] = [
-        (P::OpenHeater(1), &[F::OpenHeater], AT_ONCE),
-        (P::ShortCircuit(2), &[F::ShortCircuit], AT_ONCE),
-        (
-            P::Bridge(0, 220),
-            &[F::ImplausibleSense, F::OverCurrent, F::ShortCircuit],
-            AT_ONCE,
-        ),
-        (P::Bridge(3, 560), &[F::OverCurrent], AT_ITS_TOP),
-        (P::Vacuum, &[F::OverTemperature], ONCE_IT_IS_HOT),
-        (
-            P::FrozenSense(3),
-            &[
-                F::FrozenSense,
-                F::OpenHeater,
-                F::ImplausibleSense,
-                F::OverTemperature,
-            ],
-            ONCE_IT_MOVES,
-        ),
-        (P::WeakSupply, &[F::SupplyOutOfRange], AT_ONCE),
-        (P::MissedTicks, &[F::TickOverrun], AT_ONCE),
-        (P::Panic, &[F::FirmwarePanic], AT_ONCE),
-        (P::HardFault, &[F::HardFault], AT_ONCE),
-        (P::Hang, &[F::WatchdogReset], AT_ONCE),
-        (P::Reset, &[], AT_ONCE),
+    list.breaks(P::OpenHeater(channel), &[F::OpenHeater], AT_ONCE);
+    list.breaks(P::ShortCircuit(channel), &[F::ShortCircuit], AT_ONCE);
+    list.breaks(P::Bridge(channel, 220), DOES_NOT_FOLLOW, AT_ONCE);
+    list.breaks(P::Bridge(channel, 560), DOES_NOT_FOLLOW, AT_ITS_TOP);
+    list.breaks(P::StuckOutput(channel), DOES_NOT_FOLLOW, AT_ITS_TOP);
+    list.add(Case {
+        hottest_k: UNTIL_IT_IS_UNPLUGGED_K,
+        ..Case::of(
+            Trouble::Breaks(P::StuckStage(channel)),
+            DOES_NOT_FOLLOW,
+            AT_ITS_TOP,
+        )
+    });
+    let frozen = &[
+        F::FrozenSense,
+        F::OpenHeater,
+        F::ImplausibleSense,
+        F::OverTemperature,
     ];
-    let mut cases = Vec::new();
-    let mut in_every_situation =
-        |trouble: &mut dyn FnMut() -> Trouble, expected, most_driven_ticks| {
-            cases.extend(SITUATIONS.map(|situation| Case {
-                trouble: trouble(),
-                situation,
-                expected,
-                most_driven_ticks,
-            }));
-        };
-    for (fault, expected, ticks) in broken {
-        in_every_situation(&mut || Trouble::Breaks(fault), expected, ticks);
-    }
-    in_every_situation(&mut || Trouble::StoredBit, &[F::CalibrationBad], AT_ONCE);
+    list.breaks(P::FrozenSense(channel), frozen, ONCE_IT_MOVES);
+    list.breaks(P::StageGain(channel, 150), DOES_NOT_FOLLOW, AT_ITS_TOP);
+    list.breaks(P::StageGain(channel, 0), &[F::OpenHeater], AT_ONCE);
+    list.breaks(P::SenseGain(channel, 150), DOES_NOT_FOLLOW, AT_ITS_TOP);
+    let reads_hot = &[F::OverTemperature, F::ImplausibleSense, F::OpenHeater];
+    list.breaks(P::SenseGain(channel, 50), reads_hot, AT_ITS_TOP);
+}
+
+fn on_the_board(list: &mut List) {
+    use Fault as F;
+    use PlantFault as P;
+    list.breaks(P::Vacuum, &[F::OverTemperature], ONCE_IT_IS_HOT);
+    list.breaks(P::WeakSupply, &[F::SupplyOutOfRange], AT_ONCE);
+    list.breaks(P::StrongSupply, &[F::SupplyOutOfRange], AT_ONCE);
+    // Below 4.2 V after 8 ticks.
+    list.breaks(P::BrownOut, &[F::SupplyOutOfRange], AT_ONCE + 8);
+    let stopped = &[F::FrozenSense, F::OpenHeater, F::ImplausibleSense];
+    list.breaks(P::StoppedConverters, stopped, ONCE_IT_MOVES);
+    list.breaks(P::NoSensor, &[], u64::MAX);
+    list.breaks(P::MissedTicks, &[F::TickOverrun], AT_ONCE);
+}
+
+fn in_the_processor(list: &mut List) {
+    use Fault as F;
+    use PlantFault as P;
+    list.breaks(P::Panic, &[F::FirmwarePanic], AT_ONCE);
+    list.breaks(P::HardFault, &[F::HardFault], AT_ONCE);
+    list.breaks(P::Hang, &[F::WatchdogReset], AT_ONCE);
+    list.breaks(P::Reset, &[], AT_ONCE);
+    list.breaks(P::ResetLoop, &[], AT_ONCE);
+    list.add(Case::of(Trouble::StoredBit, &[F::CalibrationBad], AT_ONCE));
+    let outdated = &[F::CalibrationOutdated];
+    list.add(Case::of(Trouble::StoredBitOfTwo, outdated, AT_ONCE));
     let mut instants = ChaCha8Rng::seed_from_u64(SEED);
     for _ in 0..RANDOM_RESETS {
-        let mut reset = || Trouble::ResetAfter(instants.random_range(1..1500));
-        in_every_situation(&mut reset, &[], AT_ONCE);
+        for situation in SITUATIONS {
+            let trouble = Trouble::ResetAfter(instants.random_range(1..1500));
+            list.0.push(Case {
+                situation,
+                ..Case::of(trouble, &[], AT_ONCE)
+            });
+        }
     }
+}
+
+fn from_the_host(list: &mut List) {
     for disturbance in DISTURBANCES {
-        in_every_situation(&mut || Trouble::Link(disturbance), &[], 0);
+        list.add(Case::of(Trouble::Link(disturbance), &[], 0));
     }
-    cases
+    for fast in [
+        Fast::AllButOne(5),
+        Fast::AllButOne(2),
+        Fast::AllButOne(30),
+        Fast::Sine(2500),
+        Fast::Sine(900),
+    ] {
+        let too_hot = &[Fault::OverTemperature];
+        list.add(Case::of(Trouble::FastDrive(fast), too_hot, ONCE_IT_IS_HOT));
+    }
+    for (place, number, name) in [
+        (0, 720.0, "R0 720 ohm"),
+        (1, 0.1, "TCR 0.1 /K"),
+        (0, f32::NAN, "R0 NaN"),
+    ] {
+        list.add(Case::of(Trouble::Calibration(place, number, name), &[], 0));
+    }
+}
+
+/// Cases so far.
+struct List(Vec<Case>);
+
+impl List {
+    fn breaks(&mut self, fault: PlantFault, expected: &'static [Fault], most_driven_ticks: u64) {
+        self.add(Case::of(
+            Trouble::Breaks(fault),
+            expected,
+            most_driven_ticks,
+        ));
+    }
+
+    /// In every situation.
+    fn add(&mut self, case: Case) {
+        self.0
+            .extend(SITUATIONS.map(|situation| Case { situation, ..case }));
+    }
+}
+
+impl Case {
+    fn of(trouble: Trouble, expected: &'static [Fault], most_driven_ticks: u64) -> Self {
+        Self {
+            trouble,
+            situation: Situation::AtRest,
+            expected,
+            most_driven_ticks,
+            hottest_k: HOTTEST_K,
+        }
+    }
 }
 
 impl Trouble {
@@ -114,10 +222,28 @@ impl Trouble {
     pub(crate) fn restarts(self) -> bool {
         use PlantFault as P;
         match self {
-            Self::Breaks(fault) => matches!(fault, P::Panic | P::HardFault | P::Hang | P::Reset),
-            Self::ResetAfter(_) | Self::StoredBit => true,
-            Self::Link(_) => false,
+            Self::Breaks(fault) => matches!(
+                fault,
+                P::Panic | P::HardFault | P::Hang | P::Reset | P::ResetLoop | P::BrownOut
+            ),
+            Self::ResetAfter(_) | Self::StoredBit | Self::StoredBitOfTwo => true,
+            Self::Link(_) | Self::FastDrive(_) | Self::Calibration(..) => false,
         }
+    }
+
+    /// Whether the board goes on as if nothing had been.
+    pub(crate) fn is_borne(self) -> bool {
+        matches!(
+            self,
+            Self::Link(_) | Self::Calibration(..) | Self::Breaks(PlantFault::NoSensor)
+        )
+    }
+}
+
+impl fmt::Display for Case {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let situation = format!("{:?}", self.situation);
+        write!(f, "{:<26} {situation:<10}", self.trouble)
     }
 }
 
@@ -127,7 +253,10 @@ impl fmt::Display for Trouble {
             Self::Breaks(fault) => f.pad(&format!("{fault:?}")),
             Self::ResetAfter(ticks) => f.pad(&format!("Reset after {ticks} ticks")),
             Self::StoredBit => f.pad("bit of stored data"),
+            Self::StoredBitOfTwo => f.pad("bit of newer of two"),
             Self::Link(disturbance) => f.pad(disturbance.name),
+            Self::FastDrive(fast) => f.pad(&format!("vacuum, {fast:?}")),
+            Self::Calibration(_, _, name) => f.pad(&format!("upload of {name}")),
         }
     }
 }

@@ -202,11 +202,11 @@ mod tests {
     use std::boxed::Box;
     use std::vec::Vec;
 
-    /// 100 um at 100 K, 400 ohm cold, 800 ohm at the top; nothing takes time.
+    /// 100 um at 100 K, 400 ohm cold, 560 ohm at the top; nothing takes time.
     fn static_parts() -> Parts {
         let actuator = ActuatorCalibration {
             cold_resistance: Ohm(400.0),
-            tcr: PerKelvin(0.01),
+            tcr: PerKelvin(0.004),
             thermal_resistance: KelvinPerWatt(5000.0),
             loss_growth: PerKelvin(0.0),
             shape: InverseTable::new(
@@ -246,7 +246,7 @@ mod tests {
                 |_| *controller.step(Setpoint::Position(Micrometre(z)), NOTHING.0, NOTHING.1);
             (0..100).map(tick).last().expect("ticks").drives[0].0
         };
-        assert!((settled(50.0) - (10e-3_f32 * 600.0).sqrt()).abs() < 1e-5);
+        assert!((settled(50.0) - (10e-3_f32 * 480.0).sqrt()).abs() < 1e-5);
         assert_eq!(settled(0.0), 0.0);
     }
 
@@ -330,7 +330,7 @@ mod tests {
     #[test]
     fn the_current_is_read_as_a_thermometer() {
         let currents = [
-            Ampere(2.0 / 600.0),
+            Ampere(2.0 / 480.0),
             Ampere(2.0 / 400.0),
             Ampere(0.0),
             Ampere(-1e-6),
@@ -345,7 +345,7 @@ mod tests {
     #[test]
     fn a_heater_of_another_resistance_gets_the_same_power() {
         let mut controller = controller(static_parts());
-        let ohm = 1.1 * 600.0;
+        let ohm = 1.1 * 480.0;
         let mut applied = [Volt(0.0); CHANNELS];
         for _ in 0..200 {
             let currents = applied.map(|drive| Ampere(drive.0 / ohm));
@@ -367,7 +367,7 @@ mod tests {
             assert_eq!(told, applied[0].0 > 0.0);
             applied = step.drives;
         }
-        assert!((applied[0].0 - (10e-3_f32 * 600.0).sqrt()).abs() < 1e-5);
+        assert!((applied[0].0 - (10e-3_f32 * 480.0).sqrt()).abs() < 1e-5);
     }
 
     fn any_float() -> impl Strategy<Value = f32> {

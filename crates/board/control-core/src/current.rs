@@ -49,6 +49,16 @@ impl SenseCalibration {
         self.gain
     }
 
+    /// The same zeros with the designed gains. The protection goes by it: a zero that is wrong shows where nothing is
+    /// driven, a wrong gain would make every heater look colder.
+    #[must_use]
+    pub fn with_designed_gain(&self) -> Self {
+        Self {
+            zero: self.zero,
+            ..Self::DESIGNED
+        }
+    }
+
     /// As bytes: the letters `EMCS`, four zeros (A) and four gains, little endian.
     pub fn to_bytes(&self) -> [u8; Self::BYTES] {
         let mut bytes = [0; Self::BYTES];

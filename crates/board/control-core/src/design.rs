@@ -4,6 +4,8 @@
 //! emulated electronics (`crates/virtual-bench/emulated-board/src/electronics.rs`) keep numbers of their own on purpose:
 //! a wrong one here must show there.
 
+use core::ops::RangeInclusive;
+
 use crate::units::{Ampere, Kelvin, Ohm, Second, Volt};
 
 /// Clock of the PWM timer (Hz).
@@ -46,11 +48,32 @@ pub const LOWEST_SUPPLY_MV: u32 = 4_200;
 /// Their amplifiers bear 5.5 V.
 pub const HIGHEST_SUPPLY_MV: u32 = 5_500;
 
+/// Corner of the output filter's two equal poles, behind the PWM (Hz).
+pub const OUTPUT_FILTER_HZ: f32 = 2000.0;
+/// The highest voltage that any calibration may have a channel driven with. At it the paper's heaters are 129 K above
+/// ambient in air (Table 1).
+pub const HIGHEST_DRIVE: Volt = Volt(3.5);
+/// The highest power that a calibration may allow (W): that drive at the coldest and lowest resistance is 37 mW.
+pub const HIGHEST_POWER_W: f32 = 40e-3;
+/// Resistances at ambient (ohm) that a heater on this board can have: the platinum line's 345 to 375 ohm (the paper's
+/// Table 1), 4 % more or less among the four of a mirror, and 15 ohm of bond wires and contacts.
+pub const COLD_RESISTANCES_OHM: RangeInclusive<f32> = 330.0..=405.0;
+/// Temperature coefficients (/K) that such a heater can have: 3.92e-3 in the paper's Table 1; a straight line through
+/// IEC 60751's platinum has 3.5e-3 from a room's temperature on.
+pub const TCRS_PER_K: RangeInclusive<f32> = 3.4e-3..=4.4e-3;
+/// The least that platinum's resistance grows with temperature, from a room's to 225 K more: IEC 60751 gives
+/// R(247 degC) / R(22 degC) = 1.781.
+pub const LEAST_TCR_PER_K: f32 = 3.47e-3;
+
 /// How far a heater's resistance at ambient may be from the model's before it has been measured.
 pub const COLD_RESISTANCE_TOLERANCE: Ohm = Ohm(15.0);
 /// More than the coldest heater, 345 ohm, takes at the highest drive, 3.5 V; less than the sense's
 /// range of 12.4 mA.
 pub const HIGHEST_CURRENT: Ampere = Ampere(11.0e-3);
-/// No heater may be hotter than this above ambient, whatever a calibration says: aluminium films begin
-/// to yield and creep above 250 degC.
+/// No heater may be hotter than this above ambient, whatever is driven and whatever a calibration says: aluminium films
+/// begin to yield and creep above 250 degC.
 pub const HOTTEST_RISE: Kelvin = Kelvin(225.0);
+/// The board trips where a heater's resistance is that of platinum hotter by this, whatever a calibration says. The rest
+/// up to [`HOTTEST_RISE`] is for what heats on until it is noticed, and for the tolerances of the sense; the search of
+/// `cargo test -p protection --test attacks` set it.
+pub const HIGHEST_TRIP_RISE: Kelvin = Kelvin(160.0);

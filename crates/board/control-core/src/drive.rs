@@ -5,7 +5,7 @@
 //! mirror, whose fastest time constant is several ticks, sees the mean.
 
 use crate::codes::{PWM_COUNTS_PER_VOLT as COUNTS, PwmCode};
-use crate::design::PWM_PERIOD_COUNTS;
+use crate::design::{HIGHEST_DRIVE, PWM_PERIOD_COUNTS};
 use crate::units::Volt;
 
 /// Leak of the fed-back error. A drive of whole counts is none quite in f32, and what it lacks must not add up to a
@@ -17,10 +17,11 @@ const LEAK: f32 = 0.999;
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Quantiser(f32);
 
-/// The highest code that does not drive more than `bound`.
+/// The highest code that does not drive more than `bound`, nor more than the board's design allows.
 pub(crate) fn highest_code(bound: Volt) -> u16 {
     // The cast saturates, and half a percent of a count forgives what f32 makes of the bound.
-    ((bound.0 * COUNTS + 0.005) as u16).min(PWM_PERIOD_COUNTS)
+    let code = |bound: Volt| ((bound.0 * COUNTS + 0.005) as u16).min(PWM_PERIOD_COUNTS);
+    code(bound).min(code(HIGHEST_DRIVE))
 }
 
 impl Quantiser {
@@ -77,6 +78,6 @@ mod tests {
         quantiser.code(Volt(0.0014), 3500);
         assert_eq!(quantiser.code(Volt(0.0), 3500), PwmCode(0));
         assert_eq!(highest_code(Volt(3.5)), 3500);
-        assert_eq!(highest_code(Volt(99.0)), PWM_PERIOD_COUNTS);
+        assert_eq!(highest_code(Volt(99.0)), 3500);
     }
 }

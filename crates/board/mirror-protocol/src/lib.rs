@@ -25,7 +25,7 @@ pub use messages::{
 pub use waveforms::{Flaw, POINTS, Quantity, Shape, Stream, Table, Waveform};
 
 /// The version of everything in this crate but the greeting. Raised with every change on the wire.
-pub const PROTOCOL_VERSION: u16 = 5;
+pub const PROTOCOL_VERSION: u16 = 6;
 
 /// How long a tool waits for an answer. A board answers within a control tick and the link's time; this is for busy
 /// machines with an emulated board on them.

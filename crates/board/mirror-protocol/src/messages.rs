@@ -189,6 +189,8 @@ pub enum Refusal {
     SenseImplausible,
     /// The board has no bootloader that takes firmware over this link.
     NoBootloader,
+    /// The heaters are still warm from before a reset or a trip; nothing is driven before they have cooled.
+    Cooling,
 }
 
 /// Bytes of a calibration that travel together.

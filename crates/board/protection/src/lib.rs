@@ -18,6 +18,7 @@ extern crate std;
 mod board;
 mod channel;
 mod fault;
+mod mean;
 mod protection;
 
 pub use fault::Fault;

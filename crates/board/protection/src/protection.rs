@@ -6,10 +6,14 @@ use crate::board::BoardWatch;
 use crate::channel::ChannelWatch;
 use crate::fault::Fault;
 
-/// Drive at which heaters are checked before anything drives them: 0.28 mA, and a warming by 0.1 K.
-const CHECK_DRIVE: Volt = Volt(0.1);
-/// Ticks of the check: twice what the current needs to follow, and the debouncing.
-const CHECK_TICKS: u8 = 16;
+/// Drive at which heaters are checked before anything drives them: 0.83 mA, of which an offset of 12 uA is 1.5 %, and a
+/// temperature rise of at most 1.4 K.
+const CHECK_DRIVE: Volt = Volt(0.3);
+/// Ticks of the check: twice what the current needs to follow, and the ticks whose mean is the cold resistance.
+const CHECK_TICKS: u8 = 24;
+const COUNTED_TICKS: u8 = 8;
+/// Ticks without drive between the checks of heaters that may still be warm, after a reset or a trip: 0.25 s.
+const PAUSE_TICKS: u16 = 2500;
 
 /// Fall of the drive in a tick once a lease has ended: from 3.5 V to zero in 88 ms.
 const RAMP: Volt = Volt(4e-3);
@@ -67,10 +71,14 @@ pub struct Protection {
     lease: Lease,
     granted: Lease,
     causes: [Option<Fault>; CHANNELS],
+    /// No heater may be warm from before a reset or a trip any more.
+    have_cooled: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
+    /// Zero drive for heaters that may be warm; they are checked next.
+    Cooling { ticks_left: u16 },
     /// The heaters are being checked.
     Starting { ticks_left: u8 },
     /// Zero drive, as wanted.
@@ -85,6 +93,9 @@ enum Phase {
 
 const CHECK: Phase = Phase::Starting {
     ticks_left: CHECK_TICKS,
+};
+const PAUSE: Phase = Phase::Cooling {
+    ticks_left: PAUSE_TICKS,
 };
 
 impl Lease {
@@ -126,13 +137,17 @@ impl Protection {
             lease: Lease(0),
             granted: Lease(0),
             causes: [None; CHANNELS],
+            have_cooled: false,
         }
     }
 
-    /// Watches the heaters as another calibration describes them, and checks them.
+    /// Watches the same heaters as another calibration describes them, and checks them.
     pub fn recalibrate(&mut self, calibration: &Calibration) {
-        self.channels = watches(calibration);
-        if self.phase != Phase::Tripped {
+        let allowed = calibration.parts().bounds.rise;
+        for (watch, actuator) in self.channels.iter_mut().zip(calibration.actuators()) {
+            watch.recalibrate(actuator, allowed);
+        }
+        if !matches!(self.phase, Phase::Tripped | Phase::Cooling { .. }) {
             self.phase = CHECK;
         }
     }
@@ -165,14 +180,19 @@ impl Protection {
                 Ok(())
             }
             Phase::Tripped => Err(self.first_cause().map_or(Denied::NoLease, Denied::Tripped)),
-            Phase::Starting { .. } | Phase::Idle | Phase::Lapsed => Err(Denied::NoLease),
+            _ => Err(Denied::NoLease),
         }
     }
 
-    /// Forgets the faults and checks the heaters. What still is a fault trips again.
+    /// Forgets the faults, and checks the heaters once they have cooled. What still is a fault trips again. Where nothing
+    /// has tripped it forgets nothing: what is suspected of a heater is not for a host to clear.
     pub fn clear(&mut self) {
+        if self.phase != Phase::Tripped {
+            return;
+        }
+        self.have_cooled &= !self.causes.contains(&Some(Fault::OverTemperature));
         self.causes = [None; CHANNELS];
-        self.phase = CHECK;
+        self.phase = PAUSE;
         self.board.clear();
         self.channels.iter_mut().for_each(ChannelWatch::clear);
     }
@@ -196,7 +216,7 @@ impl Protection {
         self.watch(&applied, reading);
         self.phase = self.next_phase(wanted);
         match self.phase {
-            Phase::Idle | Phase::Tripped => Setpoint::Off,
+            Phase::Idle | Phase::Tripped | Phase::Cooling { .. } => Setpoint::Off,
             Phase::Starting { .. } => Setpoint::Drive([CHECK_DRIVE; CHANNELS]),
             Phase::Enabled => wanted,
             Phase::Lapsed => {
@@ -207,7 +227,7 @@ impl Protection {
 
     /// Whether heaters are being checked, and what is wanted has to wait.
     pub fn is_starting(&self) -> bool {
-        matches!(self.phase, Phase::Starting { .. })
+        matches!(self.phase, Phase::Starting { .. } | Phase::Cooling { .. })
     }
 
     /// Why the board has tripped, if it has: the fault of the first channel that has one.
@@ -235,7 +255,7 @@ impl Protection {
         core::array::from_fn(|i| match (self.causes[i], self.phase) {
             (Some(fault), _) => ChannelState::Tripped(fault),
             (None, Phase::Tripped) => ChannelState::Off,
-            (None, Phase::Starting { .. }) => ChannelState::Starting,
+            (None, Phase::Starting { .. } | Phase::Cooling { .. }) => ChannelState::Starting,
             (None, _) if drives[i].0 == 0.0 => ChannelState::Ready,
             (None, _) if limits != Limits::NONE => ChannelState::Limited,
             (None, _) => ChannelState::Driving,
@@ -249,6 +269,9 @@ impl Protection {
             let heater = channel.check(applied[i], reading.codes[i], reading.currents[i]);
             found[i] = heater.or(found[i]);
         }
+        if let Phase::Starting { ticks_left } = self.phase {
+            self.check_heaters(ticks_left, reading, &mut found);
+        }
         // What follows from the first fault is none of its causes.
         if self.phase != Phase::Tripped && found.iter().any(Option::is_some) {
             self.causes = found;
@@ -256,12 +279,45 @@ impl Protection {
         }
     }
 
+    /// The last ticks of the check tell the resistances of the heaters, which are cold then or still cool.
+    fn check_heaters(
+        &mut self,
+        ticks_left: u8,
+        reading: &Reading,
+        found: &mut [Option<Fault>; CHANNELS],
+    ) {
+        if ticks_left >= COUNTED_TICKS {
+            self.channels.iter_mut().for_each(ChannelWatch::begin_check);
+            return;
+        }
+        for (channel, current) in self.channels.iter_mut().zip(reading.currents) {
+            channel.add_to_check(current, 1.0 / f32::from(COUNTED_TICKS));
+        }
+        let is_sound = found.iter().all(Option::is_none);
+        if ticks_left > 0 || !is_sound {
+            return;
+        }
+        let mut is_any_cooling = false;
+        for (found, channel) in found.iter_mut().zip(&mut self.channels) {
+            match channel.end_check(CHECK_DRIVE) {
+                Ok(is_cooling) => is_any_cooling |= is_cooling,
+                Err(fault) => *found = Some(fault),
+            }
+        }
+        self.have_cooled |= !is_any_cooling;
+    }
+
     fn next_phase(&mut self, wanted: Setpoint) -> Phase {
         match self.phase {
             Phase::Tripped => Phase::Tripped,
+            Phase::Cooling { ticks_left: 0 } => CHECK,
+            Phase::Cooling { ticks_left } => Phase::Cooling {
+                ticks_left: ticks_left - 1,
+            },
             Phase::Starting { ticks_left } if ticks_left > 0 => Phase::Starting {
                 ticks_left: ticks_left - 1,
             },
+            Phase::Starting { .. } if !self.have_cooled => PAUSE,
             _ if wanted == Setpoint::Off => Phase::Idle,
             Phase::Lapsed => Phase::Lapsed,
             _ if self.lease.is_over() => Phase::Lapsed,

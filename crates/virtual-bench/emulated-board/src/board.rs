@@ -27,8 +27,8 @@ use crate::stack::Stack;
 /// How long QEMU may take to offer its socket.
 const START_TIMEOUT: Duration = Duration::from_secs(20);
 
-/// By then a board has checked its heaters.
-const CHECKED_S: f64 = 0.01;
+/// By then a board has checked its heaters, twice with a pause of a quarter of a second.
+const CHECKED_S: f64 = 0.26;
 
 /// What to emulate.
 #[derive(Clone, Debug)]

@@ -15,6 +15,14 @@ const FULL_DUTY_V: f64 = 4.25;
 const STAGE_SUPPLY_V: f64 = 5.0;
 /// Supply of a weak port, and of a bench supply set wrongly.
 const WEAK_SUPPLY_V: f64 = 4.1;
+const STRONG_SUPPLY_V: f64 = 5.8;
+/// A supply that is switched off falls by 1 V in 1 ms, and at 2.7 V the processor is reset: half of that, before the
+/// regulator, as in the data sheet's highest brown-out level.
+const FALL_V: f64 = 0.1;
+const BROWN_OUT_V: f64 = 2.7;
+/// A loop of resets: so many, with so many ticks between.
+const RESETS: u32 = 10;
+const RESET_TICKS: u32 = 400;
 /// What a board drives at most to check its heaters, and a rounding more.
 const CHECK_V: f64 = 0.301;
 /// Ticks that an overrun skips.
@@ -37,8 +45,20 @@ pub enum PlantFault {
     Vacuum,
     /// The channel's converter repeats the code that it read last.
     FrozenSense(usize),
+    /// The converters repeat what they read last, all of them.
+    StoppedConverters,
+    /// The channel's sense tells so many percent of its current.
+    SenseGain(usize, u16),
+    /// The channel's stage drives so many percent of what it is told.
+    StageGain(usize, u16),
+    /// Nothing comes from the position sensor but the end of its range.
+    NoSensor,
     /// The supply of the output stages falls to 4.1 V.
     WeakSupply,
+    /// It rises to 5.8 V.
+    StrongSupply,
+    /// The supply falls to nothing within 50 ms, and comes back.
+    BrownOut,
     /// Ten control ticks do not take place, once.
     MissedTicks,
     /// The firmware finds a defect in itself, once.
@@ -49,6 +69,8 @@ pub enum PlantFault {
     Hang,
     /// The processor is reset, once.
     Reset,
+    /// It is reset ten times, 40 ms apart.
+    ResetLoop,
 }
 
 /// What was seen since a fault began.
@@ -72,7 +94,8 @@ struct Injected {
     fault: Option<PlantFault>,
     /// Ticks until it begins.
     ticks_left: u32,
-    is_new: bool,
+    /// Its ticks so far.
+    age_ticks: u32,
     observed: Observed,
 }
 
@@ -83,7 +106,7 @@ impl Faults {
         *state = Injected {
             fault,
             ticks_left,
-            is_new: true,
+            age_ticks: 0,
             observed: Observed::default(),
         };
     }
@@ -92,21 +115,22 @@ impl Faults {
         self.lock().observed
     }
 
-    /// The fault of this tick, and whether it is its first.
-    pub(crate) fn of_this_tick(&self) -> (Option<PlantFault>, bool) {
+    /// The fault of this tick, and for how many ticks it has been there.
+    pub(crate) fn of_this_tick(&self) -> (Option<PlantFault>, u32) {
         let mut state = self.lock();
         if let Some(left) = state.ticks_left.checked_sub(1) {
             state.ticks_left = left;
-            return (None, false);
+            return (None, 0);
         }
-        let is_new = std::mem::take(&mut state.is_new);
-        (state.fault, is_new)
+        let age_ticks = state.age_ticks;
+        state.age_ticks = age_ticks.saturating_add(1);
+        (state.fault, age_ticks)
     }
 
-    /// Notes what a tick drove, and how hot the mirror was.
+    /// Notes what a tick drove at the outputs, and how hot the mirror was.
     pub(crate) fn observe(&self, drive_v: [f64; 4], hottest_k: f64) {
         let mut state = self.lock();
-        if state.is_new {
+        if state.age_ticks == 0 {
             return;
         }
         let observed = &mut state.observed;
@@ -128,6 +152,9 @@ impl Faults {
 }
 
 impl PlantFault {
+    /// How long a loop of resets lasts (s).
+    pub const RESET_LOOP_S: f64 = (RESETS * RESET_TICKS) as f64 * 1e-4;
+
     /// What arrives at the heaters of what the output stages drive.
     pub(crate) fn at_the_heaters(self, mut drive_v: [f64; 4], enabled: bool) -> [f64; 4] {
         if let Self::OpenHeater(channel) | Self::ShortCircuit(channel) = self {
@@ -136,6 +163,7 @@ impl PlantFault {
         match self {
             Self::StuckOutput(channel) if enabled => drive_v[channel] = FULL_DUTY_V,
             Self::StuckStage(channel) => drive_v[channel] = STAGE_SUPPLY_V,
+            Self::StageGain(channel, percent) => drive_v[channel] *= f64::from(percent) / 100.0,
             _ => {}
         }
         drive_v
@@ -147,33 +175,66 @@ impl PlantFault {
             Self::OpenHeater(channel) => current_a[channel] = 0.0,
             Self::ShortCircuit(channel) => current_a[channel] = drive_v[channel] / SHORT_OHM,
             Self::Bridge(channel, ohm) => current_a[channel] += drive_v[channel] / f64::from(ohm),
+            Self::SenseGain(channel, percent) => current_a[channel] *= f64::from(percent) / 100.0,
             _ => {}
         }
         current_a
     }
 
-    /// The supply, where it is not sound.
-    pub(crate) fn supply_v(self) -> Option<f64> {
-        (self == Self::WeakSupply).then_some(WEAK_SUPPLY_V)
+    /// The supply after so many ticks, where it is not sound.
+    pub(crate) fn supply_v(self, sound_v: f64, age_ticks: u32) -> f64 {
+        match self {
+            Self::WeakSupply => WEAK_SUPPLY_V,
+            Self::StrongSupply => STRONG_SUPPLY_V,
+            Self::BrownOut => match sound_v - FALL_V * f64::from(age_ticks) {
+                falling_v if falling_v > 0.0 => falling_v,
+                _ => sound_v,
+            },
+            _ => sound_v,
+        }
     }
 
-    /// What the converters say, of what they would say; `is_first` in the fault's first tick.
+    /// What the converters say, of what they would say, after so many ticks.
     pub(crate) fn converters(
         self,
         mut sound: Converters,
         before: &Converters,
-        is_first: bool,
+        age_ticks: u32,
     ) -> Converters {
         match self {
             Self::FrozenSense(channel) => sound.current[channel] = before.current[channel],
-            Self::MissedTicks if is_first => sound.tick = sound.tick.wrapping_add(SKIPPED_TICKS),
-            Self::Panic if is_first => sound.upset = upset::PANIC,
-            Self::HardFault if is_first => sound.upset = upset::HARD_FAULT,
-            Self::Hang if is_first => sound.upset = upset::HANG,
-            Self::Reset if is_first => sound.upset = upset::RESET,
-            _ => {}
+            Self::StoppedConverters => {
+                sound = Converters {
+                    tick: sound.tick,
+                    ..*before
+                }
+            }
+            Self::NoSensor => sound.sensor_z_nm = i32::MIN,
+            Self::MissedTicks if age_ticks == 0 => {
+                sound.tick = sound.tick.wrapping_add(SKIPPED_TICKS)
+            }
+            _ => sound.upset = self.upset(age_ticks),
         }
         sound
+    }
+
+    /// What happens to the processor itself.
+    fn upset(self, age_ticks: u32) -> u8 {
+        let is_first = age_ticks == 0;
+        let browns_out = (STAGE_SUPPLY_V - BROWN_OUT_V) / FALL_V;
+        match self {
+            Self::Panic if is_first => upset::PANIC,
+            Self::HardFault if is_first => upset::HARD_FAULT,
+            Self::Hang if is_first => upset::HANG,
+            Self::Reset if is_first => upset::RESET,
+            Self::BrownOut if age_ticks == browns_out.round() as u32 => upset::RESET,
+            Self::ResetLoop
+                if age_ticks.is_multiple_of(RESET_TICKS) && age_ticks < RESETS * RESET_TICKS =>
+            {
+                upset::RESET
+            }
+            _ => upset::NONE,
+        }
     }
 }
 
@@ -194,15 +255,12 @@ mod tests {
     const DRIVEN: [f64; 4] = [0.0, 1.0, 0.0, 0.0];
 
     #[test]
-    fn a_fault_begins_after_its_ticks_and_is_first_once() {
+    fn a_fault_begins_after_its_ticks_and_ages() {
         let faults = Faults::default();
         faults.begin(Some(PlantFault::Panic), 2);
         let seen: Vec<_> = (0..4).map(|_| faults.of_this_tick()).collect();
         let fault = Some(PlantFault::Panic);
-        assert_eq!(
-            seen,
-            [(None, false), (None, false), (fault, true), (fault, false)]
-        );
+        assert_eq!(seen, [(None, 0), (None, 0), (fault, 0), (fault, 1)]);
     }
 
     #[test]

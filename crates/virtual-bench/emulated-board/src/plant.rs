@@ -157,8 +157,8 @@ impl Plant {
                 true => 0.0,
                 false => self.electronics.drive_v(code),
             });
-            let (fault, is_first) = self.faults.of_this_tick();
-            if fault == Some(PlantFault::Vacuum) && is_first {
+            let (fault, age_ticks) = self.faults.of_this_tick();
+            if fault == Some(PlantFault::Vacuum) && age_ticks == 0 {
                 self.load.leave_the_air();
             }
             let heated_v = fault.map_or(drive_v, |fault| {
@@ -166,7 +166,9 @@ impl Plant {
             });
             let mut read = self.convert(pins.tick, drive_v, heated_v, fault);
             if let Some(fault) = fault {
-                read = fault.converters(read, &self.before, is_first);
+                let supply_v = fault.supply_v(SUPPLY_V, age_ticks);
+                read.supply = self.electronics.supply_code(supply_v);
+                read = fault.converters(read, &self.before, age_ticks);
             }
             self.before = read;
             match answer.write_all(&read.to_bytes()) {
@@ -175,7 +177,9 @@ impl Plant {
             }
             // The board computes its next drives in the meantime.
             let hottest_k = self.load.advance(heated_v);
-            self.faults.observe(drive_v, hottest_k);
+            let stays_on = matches!(fault, Some(PlantFault::StuckOutput(_)));
+            let at_the_outputs_v = if stays_on { heated_v } else { drive_v };
+            self.faults.observe(at_the_outputs_v, hottest_k);
             progress.0.fetch_add(1, Ordering::Relaxed);
         }
     }
@@ -191,12 +195,11 @@ impl Plant {
     ) -> Converters {
         let (sound_a, z_um) = self.load.read(heated_v);
         let current_a = fault.map_or(sound_a, |fault| fault.currents(drive_v, sound_a));
-        let supply_v = fault.and_then(PlantFault::supply_v).unwrap_or(SUPPLY_V);
         Converters {
             tick,
             current: std::array::from_fn(|i| self.electronics.sense_code(i, current_a[i])),
             sensor_z_nm: (z_um * 1e3).round() as i32,
-            supply: self.electronics.supply_code(supply_v),
+            supply: self.electronics.supply_code(SUPPLY_V),
             upset: plant_link::upset::NONE,
         }
     }

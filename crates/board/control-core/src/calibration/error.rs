@@ -68,6 +68,8 @@ impl Field {
 pub enum Problem {
     /// It is not finite, or no mirror has such a value.
     OutOfRange,
+    /// The board's design does not allow it, whatever the mirror (`design.rs`).
+    BeyondTheBoard,
     /// It does not lie above the one before it.
     NotRising,
     /// It is not that of the first actuator.
@@ -160,6 +162,7 @@ impl fmt::Display for CalibrationError {
                 }
                 f.write_str(match problem {
                     Problem::OutOfRange => " is not a value that a mirror can have",
+                    Problem::BeyondTheBoard => " is beyond the limits of this board",
                     Problem::NotRising => " does not rise above the one before it",
                     Problem::NotTheSame => " is not that of the first actuator",
                     Problem::Sum => " and those with it do not add up",

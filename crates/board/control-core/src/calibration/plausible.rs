@@ -5,6 +5,7 @@ use core::ops::RangeInclusive;
 use super::{ActuatorCalibration, Bounds, Heat, Memory, Parts};
 use super::{CalibrationError, Field, Problem};
 use super::{Lag, Play, SLOW};
+use crate::design::{COLD_RESISTANCES_OHM, HIGHEST_DRIVE, HIGHEST_POWER_W, TCRS_PER_K};
 use crate::units::Second;
 
 /// How far the fast and slow poles' weights may add up to something else than 1.
@@ -31,8 +32,9 @@ impl Parts {
 
 impl ActuatorCalibration {
     fn check(&self) -> Result<(), CalibrationError> {
-        check(Field::ColdResistance, 0, self.cold_resistance.0, 1e-2..=1e6)?;
-        check(Field::Tcr, 0, self.tcr.0, 1e-6..=1e-1)?;
+        let cold_ohm = self.cold_resistance.0;
+        check_board(Field::ColdResistance, cold_ohm, COLD_RESISTANCES_OHM)?;
+        check_board(Field::Tcr, self.tcr.0, TCRS_PER_K)?;
         check(
             Field::ThermalResistance,
             0,
@@ -80,8 +82,8 @@ impl Memory {
 
 impl Bounds {
     fn check(&self) -> Result<(), CalibrationError> {
-        check(Field::MaxDrive, 0, self.drive.0, 1e-3..=1e3)?;
-        check(Field::MaxPower, 0, self.power.0, 1e-6..=1e3)?;
+        check_board(Field::MaxDrive, self.drive.0, 1e-3..=HIGHEST_DRIVE.0)?;
+        check_board(Field::MaxPower, self.power.0, 1e-6..=HIGHEST_POWER_W)?;
         check(Field::MaxRise, 0, self.rise.0, 1e-1..=5e3)
     }
 }
@@ -111,6 +113,16 @@ fn check(
     } else {
         Err(CalibrationError::number(field, index, Problem::OutOfRange))
     }
+}
+
+/// What the board's design allows, however plausible a number may be.
+fn check_board(
+    field: Field,
+    value: f32,
+    range: RangeInclusive<f32>,
+) -> Result<(), CalibrationError> {
+    let problem = Problem::BeyondTheBoard;
+    check(field, 0, value, range).map_err(|_| CalibrationError::number(field, 0, problem))
 }
 
 #[cfg(test)]
@@ -169,6 +181,32 @@ mod tests {
                 return Err(TestCaseError::fail("it was accepted"));
             };
             prop_assert_eq!(named, field);
+        }
+    }
+
+    #[test]
+    fn what_the_board_does_not_allow_is_refused_by_name() {
+        // The last is what an attack once had accepted.
+        for (number, bad, field) in [
+            (0, 329.0, Field::ColdResistance),
+            (0, 406.0, Field::ColdResistance),
+            (0, 720.0, Field::ColdResistance),
+            (1, 3.3e-3, Field::Tcr),
+            (1, 0.1, Field::Tcr),
+            (14, 3.501, Field::MaxDrive),
+            (14, 1000.0, Field::MaxDrive),
+            (15, 41e-3, Field::MaxPower),
+        ] {
+            let (parts, _) = number_off(number, bad);
+            let Err(CalibrationError::Number {
+                field: named,
+                problem,
+                ..
+            }) = Calibration::new(parts)
+            else {
+                panic!("{field:?} of {bad} was accepted");
+            };
+            assert_eq!((named, problem), (field, Problem::BeyondTheBoard));
         }
     }
 
