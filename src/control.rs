@@ -42,6 +42,7 @@ pub struct Control {
     limits_since_command: Limits,
     tick: u32,
     missed_ticks: u32,
+    late_ticks: u32,
     stream: Pacer,
     mean: Mean<MEASURED>,
 }
@@ -71,6 +72,7 @@ impl Control {
             limits_since_command: Limits::NONE,
             tick: 0,
             missed_ticks: 0,
+            late_ticks: 0,
             stream: Pacer::default(),
             mean: Mean::default(),
         }
@@ -94,11 +96,14 @@ impl Control {
 
     /// One tick of `board`, which has just said what was sensed.
     pub fn tick_on(&mut self, board: &mut impl Board, sensed: Sensed) {
+        let before = self.applied;
         let codes = self.tick(sensed);
         if self.protection.first_cause().is_some() {
             board.disable();
-        } else {
-            board.drive(codes);
+        } else if !board.drive(codes) {
+            self.late_ticks = self.late_ticks.wrapping_add(1);
+            // The next tick senses what these drive.
+            self.applied = before;
         }
     }
 
@@ -255,6 +260,7 @@ impl Control {
             lease_left_ms: self.protection.lease().map(lease_ms),
             supply_v: supply.voltage().0,
             missed_ticks: self.missed_ticks,
+            late_ticks: self.late_ticks,
             limits_since_command: self.limits_since_command.bits(),
         };
         self.mailbox.publish(telemetry, health);

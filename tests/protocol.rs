@@ -13,14 +13,14 @@ mod tests {
     use embassy_futures::join::join;
     use embassy_futures::yield_now;
     use mirror_firmware::TICK_HZ;
-    use mirror_firmware::board::Sensed;
+    use mirror_firmware::board::{Board, Sensed};
     use mirror_firmware::control::Control;
     use mirror_firmware::factory;
     use mirror_firmware::mailbox::{self, Failure, LinkSide, Order, QUEUED_SAMPLES};
     use mirror_protocol::{
         ChannelState, CommandReply, Commanded, Drives, Health, Hello, LEASE_FOREVER_MS,
-        MAX_FRAME_BYTES, Position, Refusal, Renewal, Sentence, Status, StatusReply, Stream,
-        Telemetry,
+        MAX_FRAME_BYTES, OptionBytes, Position, Refusal, Renewal, Sentence, Status, StatusReply,
+        Stream, Telemetry,
     };
     use protection::{Denied, Fault, Lease};
     use serde::{Serialize, de::DeserializeOwned};
@@ -82,12 +82,18 @@ mod tests {
                 lease_left_ms: Some(599_999),
                 supply_v: 5.0,
                 missed_ticks: 0,
+                late_ticks: 0,
                 limits_since_command: 0x3ff,
             },
             max_position_um: 173.7,
             max_drive_v: 3.5,
             dropped_samples: 0,
             last_stop: Sentence::try_from("panicked").expect("short"),
+            option_bytes: Some(OptionBytes {
+                brown_out_level: 4,
+                boots_by_pin: false,
+                is_dual_bank: true,
+            }),
         }));
     }
 
@@ -255,6 +261,37 @@ mod tests {
             |_| sound(codes),
         );
         assert_eq!(late.await.0, Err(Failure::Denied(Denied::NoLease)));
+    }
+
+    /// A board on which every tick is too late for the next.
+    struct Late;
+
+    impl Board for Late {
+        const NAME: &'static str = "late";
+        const IS_EMULATED: bool = true;
+        const BOOTLOADER: Option<fn() -> !> = None;
+
+        fn drive(&mut self, _codes: [PwmCode; CHANNELS]) -> bool {
+            false
+        }
+
+        fn disable(&mut self) {}
+    }
+
+    #[test]
+    async fn a_tick_that_is_too_late_is_counted_and_what_is_applied_is_not_said_to_be_new() {
+        let (link, mut control) = control();
+        let drive = Setpoint::Drive([Volt(2.0); CHANNELS]);
+        let order = Order::Drive(drive, Lease::FOREVER);
+        let (_, codes) = carry_out((link, &mut control), order, START_TICKS + 15, sound).await;
+        link.post(Order::Drive(
+            Setpoint::Drive([Volt(1.0); CHANNELS]),
+            Lease::FOREVER,
+        ));
+        control.tick_on(&mut Late, sound(codes));
+        control.tick(sound(codes));
+        assert_eq!(link.health().late_ticks, 1);
+        assert_eq!(link.latest().drive_v, [2.0; CHANNELS]);
     }
 
     #[test]

@@ -12,6 +12,7 @@ pub mod doctor;
 pub mod error;
 mod names;
 mod new_file;
+mod option_bytes;
 pub mod picture;
 pub mod quantity;
 mod report;

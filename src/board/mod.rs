@@ -16,6 +16,7 @@ pub use stm32g474::{flash::CalibrationFlash, link::LinkTx};
 
 use crate::control::Control;
 use control_core::{AdcCode, CHANNELS, Micrometre, PwmCode, SupplyCode};
+use mirror_protocol::OptionBytes;
 
 /// A board as the control loop sees it.
 pub trait Board {
@@ -28,8 +29,14 @@ pub trait Board {
     /// Leaves for a bootloader that takes new firmware, where there is one.
     const BOOTLOADER: Option<fn() -> !>;
 
-    /// Drives the four channels from now on.
-    fn drive(&mut self, codes: [PwmCode; CHANNELS]);
+    /// The option bytes of the board's chip, where it has any.
+    fn option_bytes() -> Option<OptionBytes> {
+        None
+    }
+
+    /// Drives the four channels from the next tick on; whether that came before the tick began. What comes later is
+    /// driven a tick late, and maybe not on all channels at once.
+    fn drive(&mut self, codes: [PwmCode; CHANNELS]) -> bool;
 
     /// Disables the outputs of all four channels until the next [`Self::drive`]: more than code 0, for a channel whose
     /// compare value does not act.

@@ -107,6 +107,7 @@ impl Mailbox {
                 lease_left_ms: None,
                 supply_v: 0.0,
                 missed_ticks: 0,
+                late_ticks: 0,
                 limits_since_command: 0,
             })),
             samples: Queue::new(),

@@ -10,7 +10,7 @@ use mirror_protocol::{
     CalibrationEndpoint, CalibrationInfo, CalibrationRevertEndpoint, CalibrationUseEndpoint,
     CalibrationWriteEndpoint, ClearEndpoint, CommandReply, Drives, ENDPOINTS,
     EnterBootloaderEndpoint, EnterBootloaderReply, Hello, HelloEndpoint, Identity,
-    LEASE_FOREVER_MS, LoadPointsEndpoint, LoadReply, MAX_FRAME_BYTES, OffEndpoint,
+    LEASE_FOREVER_MS, LoadPointsEndpoint, LoadReply, MAX_FRAME_BYTES, OffEndpoint, OptionBytes,
     PROTOCOL_VERSION, Play, PlayEndpoint, Points, Position, Refusal, RenewEndpoint, Renewal,
     SenseEndpoint, Sentence, SetDriveEndpoint, SetPositionEndpoint, SetSenseEndpoint, Status,
     StatusEndpoint, StatusReply, Stream, StreamEndpoint, StreamReply, Streaming, TOPICS_IN,
@@ -42,6 +42,7 @@ pub struct Session {
     keeper: Keeper,
     /// Why the firmware stopped before this start.
     last_stop: Sentence,
+    option_bytes: Option<OptionBytes>,
     bootloader: Option<fn() -> !>,
     /// Protocol version of the tool that greeted last.
     tool: Option<u16>,
@@ -63,6 +64,7 @@ impl Session {
             upload,
             keeper,
             last_stop: Sentence::new(),
+            option_bytes: B::option_bytes(),
             bootloader: B::BOOTLOADER,
             tool: None,
         }
@@ -151,6 +153,7 @@ fn status(session: &mut Session, _header: VarHeader, (): ()) -> StatusReply {
         max_drive_v: session.calibration.max_drive_v,
         dropped_samples: session.mailbox.dropped_samples(),
         last_stop: session.last_stop.clone(),
+        option_bytes: session.option_bytes,
     })
 }
 

@@ -8,6 +8,7 @@ use serde::Serialize;
 use crate::board::{Board, Found, find};
 use crate::doctor::{Finding, Kind, Surroundings};
 use crate::error::ToolError;
+use crate::option_bytes::option_flaws;
 use crate::report;
 
 #[derive(Serialize)]
@@ -23,7 +24,7 @@ pub(super) async fn run(json: bool) -> Result<(), ToolError> {
     for found in find() {
         // What may not be opened has been told already.
         if !(usb_is_closed && found.is_usb()) {
-            findings.push(greet(&found).await);
+            findings.extend(greet(&found).await);
         }
     }
     let has_emulated = !findings.is_empty();
@@ -40,24 +41,37 @@ pub(super) async fn run(json: bool) -> Result<(), ToolError> {
     }
 }
 
-async fn greet(found: &Found) -> Finding {
-    match Board::open(found).await {
-        Ok(board) => Finding {
-            kind: Kind::Ready,
-            what: format!(
-                "{}: {}, firmware {}, is ready",
-                found.name,
-                board.identity().board,
-                board.identity().firmware_version
-            ),
-            remedy: None,
-        },
-        Err(error) => Finding {
-            kind: Kind::NotAnswering,
-            what: format!("{}: {error}", found.name),
-            remedy: error.help().map(|help| help.to_string()),
-        },
-    }
+async fn greet(found: &Found) -> Vec<Finding> {
+    let not_answering = |error: ToolError| Finding {
+        kind: Kind::NotAnswering,
+        what: format!("{}: {error}", found.name),
+        remedy: error.help().map(|help| help.to_string()),
+    };
+    let board = match Board::open(found).await {
+        Ok(board) => board,
+        Err(error) => return vec![not_answering(error)],
+    };
+    let status = match board.status().await {
+        Ok(status) => status,
+        Err(error) => return vec![not_answering(error)],
+    };
+    let ready = Finding {
+        kind: Kind::Ready,
+        what: format!(
+            "{}: {}, firmware {}, is ready",
+            found.name,
+            board.identity().board,
+            board.identity().firmware_version
+        ),
+        remedy: None,
+    };
+    let flaws = status.option_bytes.iter().flat_map(option_flaws);
+    let flaws = flaws.map(|flaw| Finding {
+        kind: Kind::OptionBytes,
+        what: format!("{}: {}", found.name, flaw.what),
+        remedy: Some(flaw.remedy),
+    });
+    std::iter::once(ready).chain(flaws).collect()
 }
 
 impl fmt::Display for Report {

@@ -3,13 +3,14 @@
 use std::fmt;
 
 use control_core::design::COLD_RESISTANCE_TOLERANCE;
-use mirror_protocol::{CalibrationInfo, Identity, Kept, LEASE_FOREVER_MS, Status};
+use mirror_protocol::{CalibrationInfo, Identity, Kept, LEASE_FOREVER_MS, OptionBytes, Status};
 use serde::Serialize;
 
 use crate::board::Board;
 use crate::commands::moving::Readings;
 use crate::error::ToolError;
 use crate::names::{limit_names, limited_line, state_name};
+use crate::option_bytes::option_flaws;
 use crate::report::{self, decimal, row, row_of_known};
 
 #[derive(Serialize)]
@@ -33,6 +34,8 @@ struct StatusReport {
     max_position_um: f64,
     max_drive_v: f64,
     missed_ticks: u32,
+    late_ticks: u32,
+    option_bytes: Option<OptionBytes>,
     /// What the firmware said when it stopped before this start.
     last_stop: String,
     dropped_samples: u32,
@@ -88,6 +91,8 @@ impl StatusReport {
             }),
             supply_v: decimal(status.health.supply_v),
             missed_ticks: status.health.missed_ticks,
+            late_ticks: status.health.late_ticks,
+            option_bytes: status.option_bytes,
             last_stop: status.last_stop.as_str().to_owned(),
             max_position_um: decimal(status.max_position_um),
             max_drive_v: decimal(status.max_drive_v),
@@ -147,6 +152,16 @@ impl fmt::Display for StatusReport {
                 "missed     {} control ticks since start",
                 self.missed_ticks
             )?;
+        }
+        if self.late_ticks > 0 {
+            writeln!(
+                f,
+                "late       {} control ticks since start, driven one later",
+                self.late_ticks
+            )?;
+        }
+        for flaw in self.option_bytes.iter().flat_map(option_flaws) {
+            writeln!(f, "options    {}", flaw.what)?;
         }
         if self.dropped_samples > 0 {
             writeln!(f, "dropped    {} samples since start", self.dropped_samples)?;
@@ -242,12 +257,18 @@ mod tests {
                 lease_left_ms: Some(598_765),
                 supply_v: 5.004,
                 missed_ticks: 2,
+                late_ticks: 3,
                 limits_since_command: 0,
             },
             max_position_um: 173.7,
             max_drive_v: 3.5,
             dropped_samples: 7,
             last_stop: Sentence::try_from("panicked at src/control.rs:1:1").expect("short"),
+            option_bytes: Some(OptionBytes {
+                brown_out_level: 0,
+                boots_by_pin: true,
+                is_dual_bank: true,
+            }),
         };
         let report = StatusReport::new(identity.clone(), calibration.clone(), &status);
         assert_eq!(

@@ -28,8 +28,9 @@ impl Board for HostBoard {
     const IS_EMULATED: bool = true;
     const BOOTLOADER: Option<fn() -> !> = None;
 
-    fn drive(&mut self, codes: [PwmCode; CHANNELS]) {
+    fn drive(&mut self, codes: [PwmCode; CHANNELS]) -> bool {
         self.codes = codes;
+        true
     }
 
     fn disable(&mut self) {

@@ -86,8 +86,9 @@ impl Board for LockstepPlant {
     const IS_EMULATED: bool = true;
     const BOOTLOADER: Option<fn() -> !> = None;
 
-    fn drive(&mut self, codes: [PwmCode; CHANNELS]) {
+    fn drive(&mut self, codes: [PwmCode; CHANNELS]) -> bool {
         self.set(codes, true);
+        true
     }
 
     fn disable(&mut self) {

@@ -27,6 +27,7 @@ use static_cell::StaticCell;
 
 use crate::board::{Board, Sensed};
 use crate::control::Control;
+use mirror_protocol::OptionBytes;
 
 /// 16-fold oversampling without shift, so that 12 bits become 16 (RM0440, ADC_CFGR2).
 const OVERSAMPLING_RATIO_16: u8 = 0b011;
@@ -146,14 +147,26 @@ impl Board for Converters {
     const IS_EMULATED: bool = false;
     const BOOTLOADER: Option<fn() -> !> = Some(super::bootloader::enter);
 
-    fn drive(&mut self, codes: [PwmCode; CHANNELS]) {
+    fn option_bytes() -> Option<OptionBytes> {
+        let options = pac::FLASH.optr().read();
+        Some(OptionBytes {
+            brown_out_level: options.bor_lev(),
+            boots_by_pin: options.n_swboot0(),
+            is_dual_bank: options.dbank(),
+        })
+    }
+
+    fn drive(&mut self, codes: [PwmCode; CHANNELS]) -> bool {
         for (channel, code) in OUTPUTS.into_iter().zip(codes) {
             self.timer.set_compare_value(channel, code.0);
         }
+        // The next update takes the new values over, all or, in the midst of them, some.
+        let is_in_time = !pac::TIM1.sr().read().uif();
         // Only after `disable`: whatever else disabled them (RM0440, break inputs) is not undone here.
         if core::mem::take(&mut self.are_disabled) {
             self.timer.enable_outputs();
         }
+        is_in_time
     }
 
     fn disable(&mut self) {
@@ -170,6 +183,11 @@ impl Board for Converters {
 fn ADC1_2() {
     let currents = core::array::from_fn(|rank| AdcCode(pac::ADC1.jdr(rank).read().jdata()));
     let supply = SupplyCode(pac::ADC2.jdr(0).read().jdata());
+    // The update that began this tick; writing a flag as 0 clears it, and as 1 leaves it (RM0440, TIMx_SR).
+    pac::TIM1.sr().write(|w| {
+        w.0 = !0;
+        w.set_uif(false);
+    });
     // Writing the flag clears it; the other flags keep what is written as 0.
     pac::ADC1.isr().write(|w| w.set_jeos(true));
     // What the control loop did not take in time is a tick that it missed.

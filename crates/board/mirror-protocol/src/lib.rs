@@ -19,8 +19,8 @@ pub use endpoints::*;
 pub use identity::{Hello, Identity, Text};
 pub use messages::{
     CHUNK_POINTS, CalibrationChunk, CalibrationInfo, CalibrationRefusal, CalibrationUse,
-    ChannelState, Chunk, Commanded, Drives, Health, Kept, LEASE_FOREVER_MS, Play, Points, Position,
-    Refusal, Renewal, Sense, SenseInfo, Sentence, Status, Streaming, Telemetry,
+    ChannelState, Chunk, Commanded, Drives, Health, Kept, LEASE_FOREVER_MS, OptionBytes, Play,
+    Points, Position, Refusal, Renewal, Sense, SenseInfo, Sentence, Status, Streaming, Telemetry,
 };
 pub use waveforms::{Flaw, POINTS, Quantity, Shape, Stream, Table, Waveform};
 

@@ -111,6 +111,19 @@ pub struct Status {
     /// What the firmware left behind when it stopped before this start; empty where it did not. The
     /// channels have tripped then, and their fault tells the kind.
     pub last_stop: Sentence,
+    /// What a chip with option bytes was told to be.
+    pub option_bytes: Option<OptionBytes>,
+}
+
+/// The option bytes of an STM32G4, as far as a board depends on them (RM0440, FLASH_OPTR).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct OptionBytes {
+    /// BOR_LEV, 0 to 4: the supply below which the chip is held in reset.
+    pub brown_out_level: u8,
+    /// nSWBOOT0: the pin BOOT0 (PB8) decides at every reset whether the program or the bootloader in the ROM is started.
+    pub boots_by_pin: bool,
+    /// DBANK: the flash is two banks, of which one can be written while a program runs from the other.
+    pub is_dual_bank: bool,
 }
 
 /// How the board is, apart from what it drives.
@@ -123,6 +136,8 @@ pub struct Health {
     pub supply_v: f32,
     /// Control ticks since start that did not take place.
     pub missed_ticks: u32,
+    /// Control ticks since start whose drives came too late for the next, and were driven one later.
+    pub late_ticks: u32,
     /// Bits of the limits that have acted since the last command (`control_core::Limits`): on the way to a
     /// position too, where [`Telemetry::limits`] has forgotten them.
     pub limits_since_command: u16,

@@ -3,8 +3,8 @@
 
 use mirror_protocol::{
     ANSWER_TIMEOUT_MS, CHUNK_POINTS, ChannelState, CommandReply, Commanded, Drives, Health, Hello,
-    Identity, MAX_FRAME_BYTES, Play, Points, Position, Refusal, Renewal, Sentence, Status,
-    StatusReply, Stream, Telemetry, Text,
+    Identity, MAX_FRAME_BYTES, OptionBytes, Play, Points, Position, Refusal, Renewal, Sentence,
+    Status, StatusReply, Stream, Telemetry, Text,
 };
 use proptest::prelude::*;
 use serde::Serialize;
@@ -25,12 +25,19 @@ fn state() -> impl Strategy<Value = ChannelState> {
     ]
 }
 
+const OPTIONS: Option<OptionBytes> = Some(OptionBytes {
+    brown_out_level: 4,
+    boots_by_pin: true,
+    is_dual_bank: true,
+});
+
 fn health() -> impl Strategy<Value = Health> {
     (proptest::option::of(any::<u32>()), number(), any::<u32>()).prop_map(
         |(lease_left_ms, supply_v, missed_ticks)| Health {
             lease_left_ms,
             supply_v,
             missed_ticks,
+            late_ticks: missed_ticks / 2,
             limits_since_command: 0x3ff,
         },
     )
@@ -68,7 +75,7 @@ proptest! {
         last_stop in "[ -~]{0,128}",
     ) {
         let status: StatusReply =
-            Ok(Status { telemetry, health, max_position_um: 173.7, max_drive_v: 3.5, dropped_samples, last_stop: Sentence::try_from(last_stop.as_str()).unwrap() });
+            Ok(Status { telemetry, health, max_position_um: 173.7, max_drive_v: 3.5, dropped_samples, last_stop: Sentence::try_from(last_stop.as_str()).unwrap(), option_bytes: OPTIONS });
         let bytes = postcard::to_stdvec(&status).unwrap();
         prop_assert!(bytes.len() + 13 <= MAX_FRAME_BYTES, "{} bytes and a header", bytes.len());
         prop_assert_eq!(postcard::from_bytes::<StatusReply>(&bytes).unwrap(), status);
@@ -99,6 +106,7 @@ proptest! {
             max_drive_v: 3.5,
             dropped_samples: 0,
             last_stop: Sentence::new(),
+            option_bytes: OPTIONS,
         });
         let bytes = postcard::to_stdvec(&status).unwrap();
         let cut = (part * bytes.len() as f64) as usize;

@@ -188,10 +188,10 @@ mod tests {
     fn what_the_board_does_not_allow_is_refused_by_name() {
         // The last is what an attack once had accepted.
         for (number, bad, field) in [
-            (0, 329.0, Field::ColdResistance),
-            (0, 406.0, Field::ColdResistance),
+            (0, 309.0, Field::ColdResistance),
+            (0, 451.0, Field::ColdResistance),
             (0, 720.0, Field::ColdResistance),
-            (1, 3.3e-3, Field::Tcr),
+            (1, 2.7e-3, Field::Tcr),
             (1, 0.1, Field::Tcr),
             (14, 3.501, Field::MaxDrive),
             (14, 1000.0, Field::MaxDrive),

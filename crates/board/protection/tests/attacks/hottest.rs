@@ -28,8 +28,8 @@ fn random(rng: &mut ChaCha8Rng) -> Claim {
 /// One at the ends of what the board allows.
 fn extreme(rng: &mut ChaCha8Rng) -> Claim {
     Claim {
-        cold_ohm: rng.random_range(320.0..410.0),
-        tcr: rng.random_range(3.2e-3..4.6e-3),
+        cold_ohm: rng.random_range(300.0..460.0),
+        tcr: rng.random_range(2.6e-3..5.4e-3),
         drive_v: 3.5,
         rise_k: rng.random_range(150.0..225.0),
         sense: (
