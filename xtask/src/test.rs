@@ -3,7 +3,10 @@
 //! The steps share their builds: all that runs on this machine is built once, with the features that the whole workspace
 //! has, and all that runs on the target once in the firmware's profile.
 
-use std::process::Command;
+use std::process::{Command, Output};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::channel;
+use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
@@ -52,22 +55,70 @@ impl Gate {
         Ok(result)
     }
 
-    /// Runs programs of tests, and keeps the times of the long ones.
+    /// Runs programs of tests one after the other: each uses all processors.
     fn run<'a>(&mut self, programs: impl Iterator<Item = &'a TestProgram>) -> Result<()> {
         for program in programs {
-            let mut command = program.command();
-            if self.full {
-                command.arg("--include-ignored").env(FULL, "1");
-            }
             let start = Instant::now();
-            run(&mut command)?;
-            let took = start.elapsed();
-            if took >= TOLD {
-                self.passed
-                    .push((format!("  {} {}", program.package, program.name), took));
-            }
+            run(&mut self.command(program))?;
+            self.note(program, start.elapsed());
         }
         Ok(())
+    }
+
+    /// Runs programs of tests on emulated boards, as many at a time as there are processors: a board and its mirror take
+    /// turns, on one of them. What a program says is printed once it has ended.
+    fn run_on_boards(&mut self, programs: &[&TestProgram]) -> Result<()> {
+        let workers = thread::available_parallelism().map_or(1, usize::from);
+        let next = AtomicUsize::new(0);
+        let (send, ended) = channel();
+        let this = &*self;
+        let ended: Vec<_> = thread::scope(|scope| {
+            for _ in 0..workers {
+                let send = send.clone();
+                let next = &next;
+                scope.spawn(move || {
+                    while let Some(program) = programs.get(next.fetch_add(1, Ordering::Relaxed)) {
+                        let start = Instant::now();
+                        let output = this.command(program).output();
+                        if send.send((*program, output, start.elapsed())).is_err() {
+                            return;
+                        }
+                    }
+                });
+            }
+            drop(send);
+            ended
+                .into_iter()
+                .inspect(|(program, output, _)| print_output(program, output))
+                .collect()
+        });
+        for (program, output, took) in ended {
+            let output = output.with_context(|| format!("{} does not run", program.name))?;
+            ensure!(
+                output.status.success(),
+                "{} of {} failed",
+                program.name,
+                program.package
+            );
+            self.note(program, took);
+        }
+        Ok(())
+    }
+
+    fn command(&self, program: &TestProgram) -> Command {
+        let mut command = program.command();
+        if self.full {
+            command.arg("--include-ignored").env(FULL, "1");
+        }
+        command
+    }
+
+    /// Keeps the time of a long one.
+    fn note(&mut self, program: &TestProgram, took: Duration) {
+        if took >= TOLD {
+            let name = format!("  {} {}", program.package, program.name);
+            self.passed.push((name, took));
+        }
     }
 
     fn print(&self, all: Duration) {
@@ -109,7 +160,7 @@ pub(crate) fn run_all(full: bool) -> Result<()> {
         .partition(|program| program.package == hil::PACKAGE);
     gate.step("tests on the host", |gate| gate.run(host.into_iter()))?;
     gate.step("end-to-end tests on the emulated board", |gate| {
-        gate.run(board.into_iter())?;
+        gate.run_on_boards(&board)?;
         hil::name_real_boards();
         Ok(())
     })?;
@@ -119,6 +170,14 @@ pub(crate) fn run_all(full: bool) -> Result<()> {
     }
     gate.print(start.elapsed());
     Ok(())
+}
+
+fn print_output(program: &TestProgram, output: &std::io::Result<Output>) {
+    println!("\n> {} of {}", program.name, program.package);
+    if let Ok(output) = output {
+        print!("{}", String::from_utf8_lossy(&output.stdout));
+        eprint!("{}", String::from_utf8_lossy(&output.stderr));
+    }
 }
 
 /// The fuzzer, with every check that a debug build makes.
