@@ -9,12 +9,18 @@ use experiment_player::PlayError;
 use mirror_protocol::{Flaw, PROTOCOL_VERSION, Refusal};
 
 use crate::names::fault_name;
-use crate::quantity::{Frequency, Length, Span, Voltage};
+use crate::quantity::{Frequency, Hold, Length, Span, Voltage};
 
 /// A failure of the tool.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 #[expect(missing_docs, reason = "each message says what its fields are")]
 pub enum ToolError {
+    #[error("a hold of {hold} is longer than this bench allows, {longest}")]
+    #[diagnostic(help(
+        "ask for a shorter --hold; whoever runs the bench sets the longest by MIRROR_LONGEST_HOLD"
+    ))]
+    HoldTooLong { hold: Hold, longest: Hold },
+
     #[error("no board was found")]
     #[diagnostic(help(
         "connect a driver board by USB, or try everything without one: \

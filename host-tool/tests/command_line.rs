@@ -46,6 +46,34 @@ fn quantities_that_are_none() {
 }
 
 #[test]
+fn a_hold_that_is_longer_than_the_bench_allows() {
+    let boards = no_boards();
+    for (hold, command) in [
+        ("forever", "set-z"),
+        ("11min", "set-z"),
+        ("forever", "set-drive"),
+    ] {
+        let to = if command == "set-z" { "10um" } else { "1V" };
+        let words = [command, to, "--hold", hold, "--longest-hold", "10min"];
+        fails_with(
+            &host_tool(boards.path(), &words),
+            "is longer than this bench allows, 600 s",
+            "MIRROR_LONGEST_HOLD",
+        );
+    }
+    // What is allowed fails for want of a board only.
+    let words = [
+        "set-z",
+        "10um",
+        "--hold",
+        "10min",
+        "--longest-hold",
+        "10min",
+    ];
+    fails_with(&host_tool(boards.path(), &words), "no board was found", "");
+}
+
+#[test]
 fn a_name_that_no_calibration_holds() {
     let boards = no_boards();
     fake_board(boards.path(), "fake", Fake::Greets(PROTOCOL_VERSION));

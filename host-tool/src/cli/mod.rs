@@ -48,6 +48,17 @@ pub struct Arguments {
     #[arg(help_heading = BOARD, long, global = true, env = "MIRROR_BOARD", value_name = "NAME")]
     pub board: Option<String>,
 
+    /// The longest --hold that whoever runs this bench allows: 10min. Longer ones, and `forever`, are refused.
+    #[arg(
+        help_heading = BOARD,
+        long,
+        global = true,
+        env = "MIRROR_LONGEST_HOLD",
+        value_name = "SPAN",
+        default_value = "forever"
+    )]
+    pub longest_hold: Hold,
+
     /// Print JSON instead of text.
     #[arg(help_heading = OUTPUT, long, global = true)]
     pub json: bool,

@@ -44,7 +44,8 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         }
         Command::Status => status::run(&open().await?, json).await,
         Command::SetZ { z, settle, hold } => {
-            set_z::run(&open().await?, z, Pace { settle, hold }, json).await
+            let pace = Pace::new(settle, hold, arguments.longest_hold)?;
+            set_z::run(&open().await?, z, pace, json).await
         }
         Command::SetDrive {
             drives,
@@ -52,7 +53,8 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             hold,
         } => {
             let drives = set_drive::for_all_actuators(&drives)?;
-            set_drive::run(&open().await?, drives, Pace { settle, hold }, json).await
+            let pace = Pace::new(settle, hold, arguments.longest_hold)?;
+            set_drive::run(&open().await?, drives, pace, json).await
         }
         Command::Clear => status::clear(&open().await?, json).await,
         Command::Off => moving::off(&open().await?, json).await,

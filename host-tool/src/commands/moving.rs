@@ -34,6 +34,19 @@ pub(super) struct Pace {
 }
 
 impl Pace {
+    /// One that holds no longer than is allowed.
+    ///
+    /// # Errors
+    /// Where `hold` is longer than `longest`.
+    pub(super) fn new(settle: Span, hold: Hold, longest: Hold) -> Result<Self, ToolError> {
+        match (hold, longest) {
+            (Hold::For(asked), Hold::For(allowed)) if asked.s <= allowed.s => {}
+            (_, Hold::For(_)) => return Err(ToolError::HoldTooLong { hold, longest }),
+            (_, Hold::Forever) => {}
+        }
+        Ok(Self { settle, hold })
+    }
+
     /// The lease to ask for: the hold begins when the mirror has settled and been read.
     pub(super) fn lease_ms(&self) -> u32 {
         let Hold::For(hold) = self.hold else {
