@@ -10,6 +10,7 @@ use mirror_protocol::{Flaw, PROTOCOL_VERSION, Refusal};
 
 use crate::names::fault_name;
 use crate::quantity::{Frequency, Hold, Length, Span, Voltage};
+use crate::update::target::Undecided;
 
 /// A failure of the tool.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -42,11 +43,12 @@ pub enum ToolError {
     ))]
     NoBootloader,
 
-    #[error(
-        "{count} microcontrollers are in their bootloaders, and they do not say whose they are"
-    )]
-    #[diagnostic(help("unplug all but the board that is to be updated"))]
-    SeveralBootloaders { count: usize },
+    #[error("{0}; nothing was changed")]
+    #[diagnostic(help(
+        "name the board with --board NAME, by its own serial number or its bootloader's, or unplug all the others; \
+         `host-tool doctor` shows what is there"
+    ))]
+    Undecided(#[from] Undecided),
 
     #[error("the update stopped: {0}")]
     #[diagnostic(help(

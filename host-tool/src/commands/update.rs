@@ -10,11 +10,12 @@ use nusb::DeviceInfo;
 use serde::Serialize;
 use tokio::time::sleep;
 
-use crate::board::{Board, choose};
+use crate::board::{Board, choose, find};
 use crate::error::ToolError;
 use crate::report;
 use crate::update::dfuse;
 use crate::update::image::Image;
+use crate::update::target::{self, InBootloader, Target};
 use crate::update::{UsbBootloader, bootloaders};
 
 /// How long a board may take to show up in its bootloader.
@@ -34,10 +35,7 @@ pub(super) async fn run(file: &Path, board: Option<&str>, json: bool) -> Result<
         path: file.to_owned(),
         error,
     })?;
-    let found = match only(bootloaders())? {
-        Some(bootloader) => bootloader,
-        None => enter_bootloader(board).await?,
-    };
+    let found = bootloader_of(board).await?;
     let mut bootloader = UsbBootloader::open(&found).map_err(|error| ToolError::Open {
         board: "in its bootloader".to_owned(),
         reason: error.to_string(),
@@ -55,28 +53,42 @@ pub(super) async fn run(file: &Path, board: Option<&str>, json: bool) -> Result<
     Ok(())
 }
 
-/// Sends the chosen board to its bootloader, and waits for it there.
-async fn enter_bootloader(board: Option<&str>) -> Result<DeviceInfo, ToolError> {
-    Board::open(&choose(board)?)
+/// The bootloader of the chosen board, which is sent there if it runs its firmware.
+async fn bootloader_of(board: Option<&str>) -> Result<DeviceInfo, ToolError> {
+    let board = board.filter(|name| !name.contains('/'));
+    let running: Vec<String> = find().into_iter().map(|board| board.name).collect();
+    let mut devices = bootloaders();
+    match target::choose(board, &running, &known(&devices))? {
+        Target::InBootloader(place) => Ok(devices.swap_remove(place)),
+        Target::Running(name) => enter_bootloader(&name).await,
+    }
+}
+
+fn known(devices: &[DeviceInfo]) -> Vec<InBootloader> {
+    let serial = |device: &DeviceInfo| device.serial_number().map(str::to_owned);
+    let devices = devices.iter();
+    devices
+        .map(|device| InBootloader {
+            serial: serial(device),
+        })
+        .collect()
+}
+
+/// Sends a board to its bootloader, and waits for it there: for this board, whatever else is in its bootloader.
+async fn enter_bootloader(name: &str) -> Result<DeviceInfo, ToolError> {
+    Board::open(&choose(Some(name))?)
         .await?
         .enter_bootloader()
         .await?;
     let pause = Duration::from_millis(100);
     for _ in 0..LEAVE_TIMEOUT.as_millis() / pause.as_millis() {
-        if let Some(bootloader) = only(bootloaders())? {
-            return Ok(bootloader);
+        let mut devices = bootloaders();
+        if let Some(Target::InBootloader(place)) = target::place_of(name, &known(&devices)) {
+            return Ok(devices.swap_remove(place));
         }
         sleep(pause).await;
     }
     Err(ToolError::NoBootloader)
-}
-
-/// The only one, if there is one. A bootloader does not say what board it is on.
-fn only(mut found: Vec<DeviceInfo>) -> Result<Option<DeviceInfo>, ToolError> {
-    match found.len() {
-        0 | 1 => Ok(found.pop()),
-        count => Err(ToolError::SeveralBootloaders { count }),
-    }
 }
 
 impl fmt::Display for Updated {

@@ -3,6 +3,7 @@
 
 pub mod dfuse;
 pub mod image;
+pub mod target;
 mod usb;
 
 pub use usb::{UsbBootloader, bootloaders};

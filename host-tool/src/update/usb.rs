@@ -1,12 +1,15 @@
 //! Bootloaders on USB.
 
+use std::io;
 use std::time::Duration;
 
 use mirror_protocol::usb::{BOOTLOADER_PRODUCT_ID, BOOTLOADER_VENDOR_ID};
+use nusb::descriptors::language_id::US_ENGLISH;
 use nusb::transfer::{Control, ControlType, Recipient};
-use nusb::{DeviceInfo, Interface};
+use nusb::{Device, DeviceInfo, Interface};
 
 use super::dfuse::{Bootloader, Gone};
+use super::target::has_flash_of_the_board;
 
 const TIMEOUT: Duration = Duration::from_secs(3);
 
@@ -31,12 +34,25 @@ impl UsbBootloader {
     /// Opens one of [`bootloaders`].
     ///
     /// # Errors
-    /// What the system says.
-    pub fn open(device: &DeviceInfo) -> Result<Self, std::io::Error> {
-        let interface = device.open()?.claim_interface(INTERFACE)?;
+    /// What the system says, or that it is another microcontroller than the board's.
+    pub fn open(device: &DeviceInfo) -> Result<Self, io::Error> {
+        let device = device.open()?;
+        let interface = device.claim_interface(INTERFACE)?;
+        let layout = layout(&device, &interface).unwrap_or_default();
+        if !has_flash_of_the_board(&layout) {
+            return Err(io::Error::other(format!(
+                "it is another microcontroller than the board's: its flash is `{layout}`"
+            )));
+        }
         interface.set_alt_setting(0)?;
         Ok(Self(interface))
     }
+}
+
+/// What the bootloader says of its flash: the name of the interface's first alternate setting.
+fn layout(device: &Device, interface: &Interface) -> Option<String> {
+    let name = interface.descriptors().next()?.string_index()?;
+    device.get_string_descriptor(name, US_ENGLISH, TIMEOUT).ok()
 }
 
 fn control(request: u8, value: u16) -> Control {
