@@ -10,6 +10,7 @@ use mirror_protocol::{Flaw, PROTOCOL_VERSION, Refusal};
 
 use crate::names::fault_name;
 use crate::quantity::{Frequency, Hold, Length, Span, Voltage};
+use crate::update::package::PackageError;
 use crate::update::target::Undecided;
 
 /// A failure of the tool.
@@ -31,10 +32,7 @@ pub enum ToolError {
 
     #[error("{} is not written to the board: {error}", path.display())]
     #[diagnostic(help("nothing was changed; build it with `cargo xtask build stm32g474`"))]
-    Image {
-        path: PathBuf,
-        error: crate::update::image::ImageError,
-    },
+    Image { path: PathBuf, error: PackageError },
 
     #[error("the board left for its bootloader and did not show up there")]
     #[diagnostic(help(

@@ -7,6 +7,7 @@ use std::time::Duration;
 use common::{host_tool, no_boards};
 use host_tool::update::dfuse::{Bootloader, Gone, UpdateError, update};
 use host_tool::update::image::{Image, ImageError};
+use host_tool::update::package::{BOARD, Package};
 use mirror_protocol::usb::PRODUCT;
 use proptest::prelude::*;
 
@@ -299,8 +300,14 @@ proptest! {
 #[test]
 fn the_command_checks_the_file_before_it_looks_for_a_board() {
     let directory = no_boards();
-    let file = directory.path().join("other.elf");
-    std::fs::write(&file, elf(0, &program(300, 0))).expect("a file");
+    let file = directory.path().join("other.update");
+    let package = |board: &str| Package {
+        board: board.to_owned(),
+        version: "0.1.0".to_owned(),
+        build: "0123abc".to_owned(),
+        image: image(300, 0),
+    };
+    std::fs::write(&file, package("another").to_bytes()).expect("a file");
     let said = host_tool(directory.path(), &["update", &file.to_string_lossy()]);
     assert_eq!(said.code, 1);
     assert!(
@@ -310,6 +317,9 @@ fn the_command_checks_the_file_before_it_looks_for_a_board() {
     );
     assert_eq!(said.out, "");
     std::fs::write(&file, elf(START, &program(300, 0))).expect("a file");
+    let said = host_tool(directory.path(), &["update", &file.to_string_lossy()]);
+    assert!(said.sentence().contains("stm32g474.update"), "{}", said.err);
+    std::fs::write(&file, package(BOARD).to_bytes()).expect("a file");
     let said = host_tool(directory.path(), &["update", &file.to_string_lossy()]);
     assert!(
         said.sentence().contains("no board was found"),

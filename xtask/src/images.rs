@@ -2,11 +2,14 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use anyhow::{Context, Result, bail};
+use host_tool::update::image::Image;
+use host_tool::update::package::{BOARD, Package};
 use object::{Object, ObjectSection, SectionFlags, SectionKind};
 
-use crate::cargo::{TARGET, cargo, run, target_directory};
+use crate::cargo::{TARGET, cargo, run, target_directory, workspace};
 use crate::panics;
 use crate::setup;
 
@@ -78,6 +81,7 @@ pub(crate) fn build_and_check(board: Board) -> Result<()> {
     );
     match board {
         Board::Stm32g474 => {
+            package(&image)?;
             println!("budget    {FLASH_BUDGET:>7} B       {RAM_BUDGET:>7} B");
             if size.flash > FLASH_BUDGET || size.ram > RAM_BUDGET {
                 bail!("the image is over its budget");
@@ -86,6 +90,25 @@ pub(crate) fn build_and_check(board: Board) -> Result<()> {
         }
         Board::Mps2 => panics::check_that_it_finds_one(&image),
     }
+}
+
+/// Writes what `host-tool update` takes beside an ELF file.
+fn package(elf: &Path) -> Result<()> {
+    let commit = Command::new("git")
+        .args(["rev-parse", "--short", "HEAD"])
+        .current_dir(workspace())
+        .output();
+    let commit = commit.map_or(String::new(), |output| {
+        String::from_utf8_lossy(&output.stdout).trim().to_owned()
+    });
+    let package = Package {
+        board: BOARD.to_owned(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        build: commit,
+        image: Image::from_elf(&fs::read(elf)?)?,
+    };
+    let path = elf.with_extension("update");
+    fs::write(&path, package.to_bytes()).with_context(|| format!("writing {}", path.display()))
 }
 
 /// Bytes that an image takes.

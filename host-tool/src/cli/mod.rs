@@ -79,10 +79,10 @@ pub enum Command {
     Doctor,
     /// Write new firmware to a board on USB, or to one in its bootloader.
     #[command(
-        after_long_help = "Example:\n  host-tool update target/thumbv7em-none-eabihf/firmware/stm32g474"
+        after_long_help = "Example:\n  host-tool update target/thumbv7em-none-eabihf/firmware/stm32g474.update"
     )]
     Update {
-        /// The firmware, as `cargo xtask build stm32g474` makes it.
+        /// The firmware, as `cargo xtask build stm32g474` makes it: stm32g474.update.
         #[arg(value_name = "FILE")]
         firmware: PathBuf,
     },

@@ -14,7 +14,7 @@ use crate::board::{Board, choose, find};
 use crate::error::ToolError;
 use crate::report;
 use crate::update::dfuse;
-use crate::update::image::Image;
+use crate::update::package::Package;
 use crate::update::target::{self, InBootloader, Target};
 use crate::update::{UsbBootloader, bootloaders};
 
@@ -23,19 +23,22 @@ const LEAVE_TIMEOUT: Duration = Duration::from_secs(10);
 
 #[derive(Serialize)]
 struct Updated {
+    version: String,
+    build: String,
     bytes: usize,
 }
 
 pub(super) async fn run(file: &Path, board: Option<&str>, json: bool) -> Result<(), ToolError> {
-    let elf = fs::read(file).map_err(|source| ToolError::Read {
+    let bytes = fs::read(file).map_err(|source| ToolError::Read {
         path: file.to_owned(),
         source,
     })?;
-    let image = Image::from_elf(&elf).map_err(|error| ToolError::Image {
+    let package = Package::from_bytes(&bytes).map_err(|error| ToolError::Image {
         path: file.to_owned(),
         error,
     })?;
-    let found = bootloader_of(board).await?;
+    let image = &package.image;
+    let found = bootloader_of(board, &package, json).await?;
     let mut bootloader = UsbBootloader::open(&found).map_err(|error| ToolError::Open {
         board: "in its bootloader".to_owned(),
         reason: error.to_string(),
@@ -44,23 +47,31 @@ pub(super) async fn run(file: &Path, board: Option<&str>, json: bool) -> Result<
         true => ProgressBar::hidden(),
         false => ProgressBar::new(image.bytes().len() as u64),
     };
-    dfuse::update(&mut bootloader, &image, |written| {
+    dfuse::update(&mut bootloader, image, |written| {
         bar.set_position(written as u64)
     })?;
     bar.finish_and_clear();
-    let bytes = image.bytes().len();
-    report::print(&Updated { bytes }, json);
+    let updated = Updated {
+        version: package.version.clone(),
+        build: package.build.clone(),
+        bytes: image.bytes().len(),
+    };
+    report::print(&updated, json);
     Ok(())
 }
 
 /// The bootloader of the chosen board, which is sent there if it runs its firmware.
-async fn bootloader_of(board: Option<&str>) -> Result<DeviceInfo, ToolError> {
+async fn bootloader_of(
+    board: Option<&str>,
+    package: &Package,
+    json: bool,
+) -> Result<DeviceInfo, ToolError> {
     let board = board.filter(|name| !name.contains('/'));
     let running: Vec<String> = find().into_iter().map(|board| board.name).collect();
     let mut devices = bootloaders();
     match target::choose(board, &running, &known(&devices))? {
         Target::InBootloader(place) => Ok(devices.swap_remove(place)),
-        Target::Running(name) => enter_bootloader(&name).await,
+        Target::Running(name) => enter_bootloader(&name, package, json).await,
     }
 }
 
@@ -75,11 +86,20 @@ fn known(devices: &[DeviceInfo]) -> Vec<InBootloader> {
 }
 
 /// Sends a board to its bootloader, and waits for it there: for this board, whatever else is in its bootloader.
-async fn enter_bootloader(name: &str) -> Result<DeviceInfo, ToolError> {
-    Board::open(&choose(Some(name))?)
-        .await?
-        .enter_bootloader()
-        .await?;
+async fn enter_bootloader(
+    name: &str,
+    package: &Package,
+    json: bool,
+) -> Result<DeviceInfo, ToolError> {
+    let board = Board::open(&choose(Some(name))?).await?;
+    let running = &board.identity().firmware_version;
+    if !json && is_older(&package.version, running) {
+        eprintln!(
+            "the board runs firmware {running}; {} is older",
+            package.version
+        );
+    }
+    board.enter_bootloader().await?;
     let pause = Duration::from_millis(100);
     for _ in 0..LEAVE_TIMEOUT.as_millis() / pause.as_millis() {
         let mut devices = bootloaders();
@@ -91,8 +111,32 @@ async fn enter_bootloader(name: &str) -> Result<DeviceInfo, ToolError> {
     Err(ToolError::NoBootloader)
 }
 
+/// Whether a version is below another, number by number.
+fn is_older(version: &str, than: &str) -> bool {
+    let numbers = |version: &str| -> Vec<u32> {
+        let numbers = version.split('.');
+        numbers.map_while(|number| number.parse().ok()).collect()
+    };
+    numbers(version) < numbers(than)
+}
+
 impl fmt::Display for Updated {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{} bytes written, read back and started", self.bytes)
+        writeln!(
+            f,
+            "firmware {} ({}): {} bytes written, read back and started",
+            self.version, self.build, self.bytes
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn versions_are_compared_number_by_number() {
+        assert!(is_older("0.9.0", "0.10.0") && is_older("0.1.0", "1.0.0"));
+        assert!(!is_older("0.10.0", "0.9.0") && !is_older("0.1.0", "0.1.0"));
     }
 }

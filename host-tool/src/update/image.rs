@@ -80,6 +80,17 @@ impl Image {
             bytes.resize(bytes.len().max(at + segment.len()), ERASED);
             bytes[at..at + segment.len()].copy_from_slice(segment);
         }
+        Self::from_bytes(bytes)
+    }
+
+    /// Takes what is written from the start of the flash on, and checks it.
+    ///
+    /// # Errors
+    /// Says why it is no firmware for the driver board.
+    pub fn from_bytes(mut bytes: Vec<u8>) -> Result<Self, ImageError> {
+        if bytes.len() > FLASH.len() {
+            return Err(ImageError::Address { address: FLASH.end });
+        }
         bytes.resize(bytes.len().next_multiple_of(WORD_BYTES), ERASED);
         let image = Self(bytes);
         image.check()?;

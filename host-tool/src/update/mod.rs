@@ -3,6 +3,7 @@
 
 pub mod dfuse;
 pub mod image;
+pub mod package;
 pub mod target;
 mod usb;
 
