@@ -191,7 +191,7 @@ mod tests {
             (0, 309.0, Field::ColdResistance),
             (0, 451.0, Field::ColdResistance),
             (0, 720.0, Field::ColdResistance),
-            (1, 2.7e-3, Field::Tcr),
+            (1, 0.9e-3, Field::Tcr),
             (1, 0.1, Field::Tcr),
             (14, 3.501, Field::MaxDrive),
             (14, 1000.0, Field::MaxDrive),

@@ -29,7 +29,7 @@ fn random(rng: &mut ChaCha8Rng) -> Claim {
 fn extreme(rng: &mut ChaCha8Rng) -> Claim {
     Claim {
         cold_ohm: rng.random_range(300.0..460.0),
-        tcr: rng.random_range(2.6e-3..5.4e-3),
+        tcr: rng.random_range(0.9e-3..1.1e-2),
         drive_v: 3.5,
         rise_k: rng.random_range(150.0..225.0),
         sense: (
