@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use emulated_board::{Connected, EmulatedBoard, Emulation};
+use emulated_board::{Connected, EmulatedBoard, Emulation, private_directory};
 use measurement::MeasurementFile;
 use tempfile::TempDir;
 use virtual_mirror::MirrorConfig;
@@ -60,7 +60,7 @@ impl Bench {
             Ok(board) => Self {
                 board,
                 emulated: None,
-                directory: tempfile::tempdir().expect("a directory"),
+                directory: private_directory().expect("a directory"),
                 _turn: Some(REAL_BOARD.lock().unwrap_or_else(PoisonError::into_inner)),
             },
             Err(_) => Self::emulated(MirrorConfig::bench()),
@@ -80,7 +80,10 @@ impl Bench {
     /// # Panics
     /// Where it does not start.
     pub fn with_flash(mirror: MirrorConfig, flash: Option<&Path>) -> Self {
-        Self::with(Connected::Mirror(Box::new(mirror)), flash)
+        Self::changed(|emulation| {
+            emulation.connected = Connected::Mirror(Box::new(mirror));
+            emulation.flash = flash.map(Path::to_owned);
+        })
     }
 
     /// The board that `MIRROR_BOARD` names, if `MIRROR_RESISTORS` says which resistors (ohm) are on it in the
@@ -92,23 +95,35 @@ impl Bench {
     pub fn on_resistors(flash: &Path) -> Option<(Self, f64)> {
         if std::env::var_os("MIRROR_BOARD").is_none() {
             let connected = Connected::Resistors([RESISTORS_OHM; 4]);
-            return Some((Self::with(connected, Some(flash)), RESISTORS_OHM));
+            let bench = Self::changed(|emulation| {
+                emulation.connected = connected;
+                emulation.flash = Some(flash.to_owned());
+            });
+            return Some((bench, RESISTORS_OHM));
         }
         let ohm = std::env::var("MIRROR_RESISTORS").ok()?;
         let ohm = ohm.parse().expect("MIRROR_RESISTORS is a number of ohms");
         Some((Self::new(), ohm))
     }
 
-    fn with(connected: Connected, flash: Option<&Path>) -> Self {
-        let directory = tempfile::tempdir().expect("a directory");
-        let emulated = EmulatedBoard::start(&Emulation {
+    /// A new emulated board with the bench mirror on it, in what `change` has changed.
+    ///
+    /// # Panics
+    /// Where it does not start.
+    pub fn changed(change: impl FnOnce(&mut Emulation)) -> Self {
+        let directory = private_directory().expect("a directory");
+        let mut emulation = Emulation {
             image: target_directory().join("thumbv7em-none-eabihf/firmware/mps2"),
-            connected,
+            connected: Connected::Mirror(Box::new(MirrorConfig::bench())),
             boards_directory: directory.path().to_owned(),
             name: "emulated".to_owned(),
-            flash: flash.map(Path::to_owned),
-        })
-        .unwrap_or_else(|error| panic!("{error}; is the image built? `cargo xtask build mps2`"));
+            flash: None,
+            has_monitor: false,
+        };
+        change(&mut emulation);
+        let emulated = EmulatedBoard::start(&emulation).unwrap_or_else(|error| {
+            panic!("{error}; is the image built? `cargo xtask build mps2`")
+        });
         let board = emulated.socket().to_string_lossy().into_owned();
         Self {
             board,

@@ -12,13 +12,12 @@ use mirror_protocol::{
     PlayEndpoint, Points, Position, Quantity, Sense, SenseEndpoint, SetPositionEndpoint,
     SetSenseEndpoint, Shape, StatusEndpoint, Stream, Waveform,
 };
-use virtual_mirror::MirrorConfig;
 
 /// Of the stack, at most.
 const PERCENT: usize = 70;
 
 fn main() -> ExitCode {
-    let mut bench = Bench::emulated(MirrorConfig::bench());
+    let mut bench = Bench::changed(|emulation| emulation.has_monitor = true);
     let mut link = RawLink::connect(Path::new(bench.board())).expect("the board listens");
     link.greet(PROTOCOL_VERSION).unwrap().unwrap();
     let bytes = calibration::tabulate(&mirror_model::Model::load("reconciled").expect("a preset"))

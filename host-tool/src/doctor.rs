@@ -4,7 +4,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use board_sockets::{boards_directory, is_listening};
+use board_sockets::{boards_directory, check_folder, is_listening};
 use mirror_protocol::usb::{BOOTLOADER_PRODUCT_ID, BOOTLOADER_VENDOR_ID};
 use mirror_protocol::usb::{PRODUCT, PRODUCT_ID, VENDOR_ID};
 use serde::Serialize;
@@ -68,6 +68,8 @@ pub enum Kind {
     NoUsb,
     /// The socket of an emulated board that is gone.
     DeadSocket,
+    /// The folder of emulated boards, where other users could have put them there.
+    UntrustedFolder,
 }
 
 impl Surroundings {
@@ -95,7 +97,10 @@ impl Surroundings {
     /// asked themselves.
     pub fn examine(&self) -> Vec<Finding> {
         let mut findings = self.examine_usb();
-        findings.extend(self.dead_sockets());
+        findings.extend(match self.examine_folder() {
+            Some(untrusted) => vec![untrusted],
+            None => self.dead_sockets(),
+        });
         findings
     }
 
@@ -209,6 +214,19 @@ impl Surroundings {
                     .lines()
                     .any(|line| !line.starts_with('#') && names_it(line))
             })
+    }
+
+    /// Whether emulated boards are where nobody else can put one; `None` where they are, or where there are none.
+    fn examine_folder(&self) -> Option<Finding> {
+        let untrusted = check_folder(&self.boards).err()?;
+        self.boards.exists().then(|| Finding {
+            kind: Kind::UntrustedFolder,
+            what: format!("emulated boards are not looked for: {untrusted}"),
+            remedy: Some(format!(
+                "if the folder is yours, `chmod 700 {}`; if not, name another by MIRROR_BOARDS",
+                self.boards.display()
+            )),
+        })
     }
 
     fn dead_sockets(&self) -> Vec<Finding> {

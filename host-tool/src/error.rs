@@ -74,6 +74,13 @@ pub enum ToolError {
     ))]
     Open { board: String, reason: String },
 
+    #[error("an emulated board is not used: {0}")]
+    #[diagnostic(help(
+        "other users could answer in its place, or command it. Start it again in a folder that nobody else \
+         writes to (`chmod 700` makes it so; MIRROR_BOARDS names another), and as the user who uses it"
+    ))]
+    Untrusted(#[from] board_sockets::Untrusted),
+
     #[error("the connection to the board was lost while asking it to {request}")]
     #[diagnostic(help(
         "it was unplugged, reset, or its emulator ended; `host-tool list` shows what is there now"

@@ -5,6 +5,8 @@ mod common;
 mod fake_board;
 
 use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
 
 use common::{Said, host_tool, no_boards};
 use fake_board::{Fake, fake_board};
@@ -161,6 +163,42 @@ fn a_socket_that_nobody_listens_on() {
         ),
         "cannot be opened",
         "is it still there",
+    );
+}
+
+#[test]
+fn a_board_that_other_users_could_have_put_there_is_not_greeted() {
+    let boards = no_boards();
+    fake_board(boards.path(), "open", Fake::Greets(PROTOCOL_VERSION));
+    let path = boards.path().join("open.sock");
+    let set_mode = |path: &Path, mode| {
+        fs::set_permissions(path, fs::Permissions::from_mode(mode)).expect("ours");
+    };
+    set_mode(boards.path(), 0o777);
+    let by_path = path.to_string_lossy();
+    for words in [
+        &["status"][..],
+        &["list"],
+        &["--board", "open", "status"],
+        &["--board", &by_path, "status"],
+    ] {
+        let sentence = format!("other users may write to {}", boards.path().display());
+        fails_with(&host_tool(boards.path(), words), &sentence, "`chmod 700`");
+    }
+    let said = host_tool(boards.path(), &["doctor"]);
+    assert!(
+        said.out.contains("emulated boards are not looked for"),
+        "{}",
+        said.out
+    );
+
+    set_mode(boards.path(), 0o700);
+    set_mode(&path, 0o666);
+    let sentence = format!("other users may write to {by_path}");
+    fails_with(
+        &host_tool(boards.path(), &["status"]),
+        &sentence,
+        "`chmod 700`",
     );
 }
 

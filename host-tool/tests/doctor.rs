@@ -4,6 +4,7 @@ mod common;
 
 use std::fs;
 use std::io;
+use std::os::unix::fs::PermissionsExt;
 use std::os::unix::net::UnixListener;
 use std::path::Path;
 
@@ -24,11 +25,17 @@ impl System {
         for directory in ["sys/bus/usb/devices", "nodes", "rules", "boards"] {
             fs::create_dir_all(system.path(directory)).expect("a directory");
         }
+        system.set_mode("boards", 0o700);
         system
     }
 
     fn path(&self, name: &str) -> std::path::PathBuf {
         self.0.path().join(name)
+    }
+
+    fn set_mode(&self, name: &str, mode: u32) {
+        let mode = fs::Permissions::from_mode(mode);
+        fs::set_permissions(self.path(name), mode).expect("ours");
     }
 
     fn plug(&self, port: &str, ids: (u16, u16), product: &str) {
@@ -157,6 +164,20 @@ fn a_system_without_usb_and_a_dead_socket_are_told() {
     let kinds: Vec<Kind> = findings.iter().map(|finding| finding.kind).collect();
     assert_eq!(kinds, [Kind::NoUsb, Kind::DeadSocket]);
     assert!(findings[1].what.contains("old.sock"), "{findings:?}");
+}
+
+#[test]
+fn a_folder_of_boards_that_others_write_to_is_told_and_not_looked_into() {
+    let system = System::new();
+    system.plug("1-2", (VENDOR_ID, PRODUCT_ID), PRODUCT);
+    drop(UnixListener::bind(system.path("boards/old.sock")).expect("a socket"));
+    system.set_mode("boards", 0o770);
+    let (kind, what, remedy) = only(system.examine(opens));
+    assert_eq!(kind, Kind::UntrustedFolder);
+    assert!(what.contains("mode 770"), "{what}");
+    assert!(remedy.contains("chmod 700"), "{remedy}");
+    fs::remove_dir_all(system.path("boards")).expect("ours");
+    assert_eq!(system.examine(opens), [], "no boards are no fault");
 }
 
 #[test]

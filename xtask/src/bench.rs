@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
-use emulated_board::{Connected, EmulatedBoard, Emulation};
+use emulated_board::{Connected, EmulatedBoard, Emulation, private_directory};
 use virtual_mirror::MirrorConfig;
 
 use crate::cargo::{TARGET, cargo, workspace};
@@ -30,13 +30,14 @@ pub(crate) fn run() -> Result<()> {
         "two runs counted different instructions"
     );
     tool::build()?;
-    let directory = tempfile::tempdir()?;
+    let directory = private_directory()?;
     let board = EmulatedBoard::start(&Emulation {
         image: images::build(Board::Mps2)?,
         connected: Connected::Mirror(Box::new(MirrorConfig::bench())),
         boards_directory: directory.path().to_owned(),
         name: "bench".to_owned(),
         flash: None,
+        has_monitor: false,
     })?;
     let speed = emulation_speed(&board);
     let reached = static_errors(&board)?;

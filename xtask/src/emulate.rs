@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use board_sockets::boards_directory;
-use emulated_board::{Connected, EmulatedBoard, Emulation};
+use emulated_board::{Connected, EmulatedBoard, Emulation, private_directory};
 use virtual_mirror::MirrorConfig;
 
 use crate::images::{self, Board};
@@ -38,7 +38,7 @@ pub(crate) struct Arguments {
 /// Runs one command, or reads commands until the input ends.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     // A board for one command is nobody else's business.
-    let private = tempfile::tempdir()?;
+    let private = private_directory()?;
     let directory = match arguments.command.is_empty() {
         true => boards_directory(),
         false => private.path().to_owned(),
@@ -80,6 +80,7 @@ fn start(arguments: &Arguments, boards_directory: PathBuf) -> Result<EmulatedBoa
         boards_directory,
         name: arguments.name.clone(),
         flash: None,
+        has_monitor: false,
     };
     Ok(EmulatedBoard::start(&emulation)?)
 }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use board_sockets::{boards_directory, is_listening};
+use board_sockets::{boards_directory, check_folder, is_listening};
 use mirror_protocol::usb::{PRODUCT, PRODUCT_ID, VENDOR_ID};
 use nusb::DeviceInfo;
 use serde::Serialize;
@@ -53,7 +53,8 @@ pub fn find() -> Vec<Found> {
 /// The board called `name`, or the only one there is.
 ///
 /// # Errors
-/// Where there is none, or more than one to choose from.
+/// Where there is none, or more than one to choose from; where emulated boards are in a folder that is not
+/// trusted, and none of the others is meant.
 pub fn choose(name: Option<&str>) -> Result<Found, ToolError> {
     if let Some(path) = name.filter(|name| name.contains('/')) {
         return Ok(Found {
@@ -73,18 +74,32 @@ pub fn choose(name: Option<&str>) -> Result<Found, ToolError> {
                 } else {
                     names.join(", ")
                 };
-                ToolError::NoSuchBoard {
+                missing(ToolError::NoSuchBoard {
                     name: name.to_owned(),
                     found,
-                }
+                })
             });
     }
     match (found.pop(), names.len()) {
-        (None, _) => Err(ToolError::NoBoard),
+        (None, _) => Err(none_found()),
         (Some(only), 1) => Ok(only),
         _ => Err(ToolError::SeveralBoards {
             found: names.join(", "),
         }),
+    }
+}
+
+/// That there is no board at all, or why those in the folder of emulated ones do not count.
+pub(crate) fn none_found() -> ToolError {
+    missing(ToolError::NoBoard)
+}
+
+/// `error`, unless boards were passed over for where they are.
+fn missing(error: ToolError) -> ToolError {
+    let folder = boards_directory();
+    match check_folder(&folder) {
+        Err(untrusted) if folder.exists() => untrusted.into(),
+        _ => error,
     }
 }
 
@@ -113,9 +128,10 @@ pub(super) fn is_driver_board(device: &DeviceInfo) -> bool {
             .is_none_or(|product| product == PRODUCT)
 }
 
-/// Sockets that somebody listens on; those that were left behind are passed over.
+/// Sockets that somebody listens on; those that were left behind are passed over, and all of them where other
+/// users could have put them there.
 fn find_sockets(directory: &Path) -> Vec<Found> {
-    let Ok(entries) = fs::read_dir(directory) else {
+    let (Ok(()), Ok(entries)) = (check_folder(directory), fs::read_dir(directory)) else {
         return Vec::new();
     };
     let mut found: Vec<Found> = entries

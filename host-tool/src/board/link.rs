@@ -1,8 +1,10 @@
 //! An open board: requests with time-outs.
 
 use std::convert::Infallible;
+use std::path::Path;
 use std::time::Duration;
 
+use board_sockets::{Untrusted, check_socket};
 use mirror_protocol::{
     ClearEndpoint, CommandReply, Commanded, Drives, ERROR_PATH, EnterBootloaderEndpoint, Hello,
     HelloEndpoint, Identity, OffEndpoint, PROTOCOL_VERSION, Position, Refusal, RenewEndpoint,
@@ -45,7 +47,7 @@ impl Board {
     /// Opens and greets a board.
     ///
     /// # Errors
-    /// Where it cannot be reached, does not answer, or speaks another protocol version.
+    /// Where it cannot be reached or trusted, does not answer, or speaks another protocol version.
     pub async fn open(found: &Found) -> Result<Self, ToolError> {
         let cannot_open = |reason: String| ToolError::Open {
             board: found.name.clone(),
@@ -60,6 +62,7 @@ impl Board {
             )
             .map_err(cannot_open)?,
             Place::Socket { path } => {
+                trusted(path)?;
                 let wire = timeout(ANSWER_TIMEOUT, socket::connect(path)).await;
                 let (tx, rx) = wire
                     .map_err(|_| no_answer("connect", ANSWER_TIMEOUT))?
@@ -234,6 +237,14 @@ impl Board {
         reply: Result<T, Refusal>,
     ) -> Result<T, ToolError> {
         reply.map_err(|refusal| ToolError::Refused { request, refusal })
+    }
+}
+
+/// Makes sure that nobody else could have put the socket there. Where there is none, connecting fails and says so.
+fn trusted(socket: &Path) -> Result<(), Untrusted> {
+    match check_socket(socket) {
+        Err(Untrusted::Unseen { .. } | Untrusted::Kind { .. }) => Ok(()),
+        checked => checked,
     }
 }
 

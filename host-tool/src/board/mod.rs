@@ -7,6 +7,7 @@ mod link;
 mod samples;
 mod socket;
 
+pub(crate) use find::none_found;
 pub use find::{Found, Place, choose, find};
 pub use link::{Board, RENEWED_LEASE};
 pub use samples::Samples;

@@ -4,6 +4,7 @@ use std::io;
 use std::path::Path;
 use std::time::Duration;
 
+use board_sockets::is_ours;
 use postcard_rpc::host_client::{WireRx, WireTx};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::UnixStream;
@@ -26,7 +27,9 @@ const RETRY: Duration = Duration::from_millis(20);
 
 /// Connects to the board behind `path`, and waits for as long as it is taken.
 pub(super) async fn connect(path: &Path) -> io::Result<(SocketTx, SocketRx)> {
-    let (reader, mut writer) = wait_for_room(path).await?.into_split();
+    let socket = wait_for_room(path).await?;
+    refuse_stranger(socket.peer_cred()?.uid())?;
+    let (reader, mut writer) = socket.into_split();
     // Ends whatever an earlier tool left unfinished, so that the next frame starts afresh.
     writer.write_all(&[0]).await?;
     Ok((
@@ -46,6 +49,16 @@ async fn wait_for_room(path: &Path) -> io::Result<UnixStream> {
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => sleep(RETRY).await,
             other => return other,
         }
+    }
+}
+
+/// A socket that was looked at can have been exchanged since: the user who listens is who counts.
+fn refuse_stranger(user: u32) -> io::Result<()> {
+    match is_ours(user) {
+        true => Ok(()),
+        false => Err(io::Error::other(format!(
+            "another user, number {user}, listens there"
+        ))),
     }
 }
 
@@ -76,6 +89,18 @@ impl WireRx for SocketRx {
 mod tests {
     use super::*;
     use tokio::net::UnixListener;
+
+    #[tokio::test]
+    async fn a_board_of_another_user_is_not_greeted() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("a.sock");
+        let _listener = UnixListener::bind(&path).expect("a socket");
+        let socket = UnixStream::connect(&path).await.expect("it listens");
+        let listening = socket.peer_cred().expect("Linux tells").uid();
+        refuse_stranger(listening).expect("ours");
+        let refused = refuse_stranger(listening + 1).expect_err("somebody else's");
+        assert!(refused.to_string().contains("another user"), "{refused}");
+    }
 
     #[tokio::test]
     async fn a_full_queue_is_waited_for() {

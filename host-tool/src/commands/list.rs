@@ -5,7 +5,7 @@ use std::fmt;
 use mirror_protocol::Identity;
 use serde::Serialize;
 
-use crate::board::{Board, Found, Place, find};
+use crate::board::{Board, Found, Place, find, none_found};
 use crate::error::ToolError;
 use crate::report;
 
@@ -40,7 +40,7 @@ pub(super) async fn run(json: bool) -> Result<(), ToolError> {
         boards.push(Entry { found, said });
     }
     if boards.is_empty() && !json {
-        return Err(ToolError::NoBoard);
+        return Err(none_found());
     }
     report::print(&List { boards }, json);
     Ok(())

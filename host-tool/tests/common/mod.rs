@@ -1,5 +1,7 @@
 //! The tool as a user types it.
 
+use std::fs::Permissions;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
 
@@ -42,7 +44,9 @@ pub(crate) fn host_tool_with(directory: &Path, words: &[&str], places: &[(&str, 
     }
 }
 
-/// An empty directory of boards.
+/// An empty directory of boards, private as an emulated board makes it.
 pub(crate) fn no_boards() -> TempDir {
-    tempfile::tempdir().expect("a directory")
+    let private = Permissions::from_mode(0o700);
+    let directory = tempfile::Builder::new().permissions(private).tempdir();
+    directory.expect("a directory")
 }

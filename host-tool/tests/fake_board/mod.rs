@@ -1,6 +1,8 @@
 //! A stand-in for a board that misbehaves on purpose.
 
+use std::fs::{self, Permissions};
 use std::io::{Read, Write};
+use std::os::unix::fs::PermissionsExt;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::Path;
 use std::thread;
@@ -25,7 +27,9 @@ pub(crate) enum Fake {
 
 /// A fake board called `name` in `directory`, for as long as the test runs.
 pub(crate) fn fake_board(directory: &Path, name: &str, fake: Fake) {
-    let listener = UnixListener::bind(directory.join(format!("{name}.sock"))).expect("a socket");
+    let path = directory.join(format!("{name}.sock"));
+    let listener = UnixListener::bind(&path).expect("a socket");
+    fs::set_permissions(&path, Permissions::from_mode(0o600)).expect("ours");
     thread::spawn(move || {
         for stream in listener.incoming() {
             let stream = stream.expect("a connection");

@@ -1,4 +1,6 @@
-//! Where running emulated boards are found.
+//! Where running emulated boards are found, and whether what is there may be trusted.
+
+mod trust;
 
 use std::env;
 use std::path::{Path, PathBuf};
@@ -6,15 +8,19 @@ use std::path::{Path, PathBuf};
 use rustix::io::Errno;
 use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, connect, socket_with};
 
-/// The directory of the sockets of running emulated boards: `MIRROR_BOARDS` if set, else
-/// `mirror-boards` in the user's runtime directory, else in the temporary one.
+pub use trust::{Untrusted, check_folder, check_socket, is_ours, make_folder};
+
+/// The folder of the sockets of running emulated boards: `MIRROR_BOARDS` if set, else
+/// `mirror-boards` in the user's runtime directory, else one of the user's own in the temporary one,
+/// which all users share.
 pub fn boards_directory() -> PathBuf {
     if let Some(directory) = env::var_os("MIRROR_BOARDS") {
         return directory.into();
     }
-    env::var_os("XDG_RUNTIME_DIR")
-        .map_or_else(env::temp_dir, PathBuf::from)
-        .join("mirror-boards")
+    match env::var_os("XDG_RUNTIME_DIR") {
+        Some(directory) => PathBuf::from(directory).join("mirror-boards"),
+        None => env::temp_dir().join(format!("mirror-boards-{}", trust::user())),
+    }
 }
 
 /// Whether somebody listens on the socket at `path`, be it that they are busy with somebody else.

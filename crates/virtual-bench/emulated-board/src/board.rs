@@ -1,10 +1,10 @@
 //! One emulated board: its process, its plant, its log.
 
 use std::ffi::OsStr;
-use std::fs::{self, File};
+use std::fs::{self, File, Permissions};
 use std::io::{self, BufRead, BufReader};
 use std::os::unix::ffi::OsStrExt;
-use std::os::unix::fs::symlink;
+use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ExitStatus};
 use std::sync::mpsc::{Receiver, channel};
@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use board_sockets::is_listening;
+use board_sockets::{Untrusted, is_listening, make_folder};
 use rustix::fs::{CWD, Mode, mkfifoat};
 use rustix::process::Pid;
 use rustix::thread::{CpuSet, sched_setaffinity};
@@ -44,6 +44,9 @@ pub struct Emulation {
     /// The file that is its flash, made where it is missing; without one its flash is erased, and
     /// goes with the board.
     pub flash: Option<PathBuf>,
+    /// Whether QEMU's monitor runs, which [`EmulatedBoard::stack`] asks. Who reaches it can have QEMU read and write
+    /// the user's files, so it is for tests.
+    pub has_monitor: bool,
 }
 
 /// A board that runs until it is dropped.
@@ -76,8 +79,8 @@ pub enum StartError {
     /// The mirror's description has a number out of range.
     #[error(transparent)]
     Mirror(#[from] virtual_mirror::ConfigError),
-    /// QEMU is not there.
-    #[error("qemu-system-arm cannot be started: {0}")]
+    /// The shell that becomes QEMU is not there.
+    #[error("the emulator cannot be started: {0}")]
     Qemu(io::Error),
     /// Another board has that name.
     #[error("an emulated board named {0} is already running")]
@@ -85,6 +88,11 @@ pub enum StartError {
     /// QEMU ended or hung before its socket was there.
     #[error("the emulator did not come up: {0}")]
     NotUp(String),
+    /// The folder of the boards' sockets.
+    #[error(
+        "emulated boards are not placed there: {0}; `chmod 700` it, or name another by MIRROR_BOARDS"
+    )]
+    Folder(#[from] Untrusted),
     /// Directory, FIFO or socket.
     #[error("the emulated board's files cannot be made: {0}")]
     Files(#[from] io::Error),
@@ -103,9 +111,7 @@ impl EmulatedBoard {
         let table = LogTable::from_elf(&elf)?;
         let plant = Plant::new(&emulation.connected)?;
         let socket = claim_socket(&emulation.boards_directory, &emulation.name)?;
-        let directory = tempfile::Builder::new()
-            .prefix("emulated-board-")
-            .tempdir()?;
+        let directory = private_directory()?;
         let image = fs::canonicalize(&emulation.image)?;
 
         let fifos = [plant_link::TO_PLANT, plant_link::FROM_PLANT]
@@ -114,7 +120,7 @@ impl EmulatedBoard {
             mkfifoat(CWD, fifo, Mode::RUSR | Mode::WUSR).map_err(io::Error::from)?;
         }
         place_flash(directory.path(), emulation.flash.as_deref())?;
-        let mut qemu = qemu::command(&image, directory.path(), &socket)
+        let mut qemu = qemu::command(&image, directory.path(), &socket, emulation.has_monitor)
             .spawn()
             .map_err(StartError::Qemu)?;
         let together = Processor::current();
@@ -195,7 +201,7 @@ impl EmulatedBoard {
     /// How much of its stack the firmware has used since its last reset.
     ///
     /// # Errors
-    /// Where the emulator does not tell, or the image does not say where the stack is.
+    /// Where the emulator has no monitor or does not tell, or the image does not say where the stack is.
     pub fn stack(&self) -> io::Result<Stack> {
         Stack::of(&self.image, self.directory.path())
     }
@@ -248,10 +254,22 @@ impl Drop for EmulatedBoard {
     }
 }
 
+/// A new directory that nobody else can look into, whatever the umask; it goes when it is dropped.
+///
+/// # Errors
+/// Where the system makes none.
+pub fn private_directory() -> io::Result<TempDir> {
+    tempfile::Builder::new()
+        .prefix("emulated-board-")
+        .permissions(Permissions::from_mode(0o700))
+        .tempdir()
+}
+
 /// The path of a socket that nobody uses; one that was left behind is removed.
 fn claim_socket(directory: &Path, name: &str) -> Result<PathBuf, StartError> {
-    fs::create_dir_all(directory)?;
-    let socket = directory.join(format!("{name}.sock"));
+    make_folder(directory)?;
+    // The emulator works in another directory.
+    let socket = fs::canonicalize(directory)?.join(format!("{name}.sock"));
     if is_listening(&socket) {
         return Err(StartError::NameTaken(name.to_owned()));
     }

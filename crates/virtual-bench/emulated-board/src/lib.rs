@@ -14,7 +14,7 @@ mod plant;
 mod qemu;
 mod stack;
 
-pub use board::{EmulatedBoard, Emulation, StartError};
+pub use board::{EmulatedBoard, Emulation, StartError, private_directory};
 pub use electronics::Electronics;
 pub use faults::{Observed, PlantFault};
 pub use logs::{LogError, LogTable};

@@ -20,22 +20,29 @@ pub const MACHINE_ARGUMENTS: [&str; 8] = [
     "none",
 ];
 
-/// An emulator that runs `image` in `directory`, UART0 on the socket `socket` there, semihosting on
-/// its standard output.
-pub(crate) fn command(image: &Path, directory: &Path, socket: &Path) -> Command {
-    let mut command = Command::new(QEMU);
+/// Becomes the program that its arguments name, whose files and sockets are the user's alone: QEMU's sockets
+/// would follow the umask, with which another user could command the board.
+const PRIVATELY: &str = r#"umask 077; exec "$0" "$@""#;
+
+/// An emulator that runs `image` in `directory`, UART0 on the socket `socket`, semihosting on its
+/// standard output; with its monitor on a socket in `directory` where that is wanted.
+pub(crate) fn command(image: &Path, directory: &Path, socket: &Path, has_monitor: bool) -> Command {
+    let mut command = Command::new("sh");
     command
+        .args(["-c", PRIVATELY, QEMU])
         .args(MACHINE_ARGUMENTS)
         .args(["-semihosting-config", "enable=on,target=native"])
         .arg("-serial")
         .arg(format!("unix:{},server=on,wait=off", socket.display()))
-        .arg("-qmp")
-        .arg(format!("unix:{MONITOR},server=on,wait=off"))
         .arg("-kernel")
         .arg(image)
         .current_dir(directory)
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped());
+    if has_monitor {
+        let monitor = format!("unix:{MONITOR},server=on,wait=off");
+        command.arg("-qmp").arg(monitor);
+    }
     command
 }

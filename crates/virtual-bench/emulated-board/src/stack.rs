@@ -9,7 +9,7 @@ use std::path::Path;
 
 use object::{Object, ObjectSymbol};
 
-/// Socket of QEMU's monitor, in the emulator's working directory.
+/// Socket of QEMU's monitor, in the emulator's working directory. Who reaches it can do all that the user can.
 pub(crate) const MONITOR: &str = "monitor";
 /// The file there that memory is written to.
 const MEMORY: &str = "memory";
