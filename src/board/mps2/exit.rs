@@ -11,6 +11,7 @@ use cortex_m_rt::{ExceptionFrame, exception};
 use protection::Fault;
 use semihosting::process::ExitCode;
 
+use super::watchdog;
 use crate::last_stop;
 
 /// Whether there is a plant. At its reset the plant gets zero drive with the first tick.
@@ -41,9 +42,11 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
 }
 
 #[exception]
-unsafe fn NonMaskableInt() -> ! {
-    stop(
-        Fault::WatchdogReset,
-        format_args!("a part of the firmware had stopped"),
-    )
+unsafe fn NonMaskableInt() {
+    if watchdog::has_run_out() {
+        stop(
+            Fault::WatchdogReset,
+            format_args!("a part of the firmware had stopped"),
+        )
+    }
 }

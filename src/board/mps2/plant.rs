@@ -74,10 +74,16 @@ impl LockstepPlant {
         }
     }
 
+    /// What was read at the pins that were sent last. A reset can have left behind an answer to others.
     fn receive(&mut self) -> io::Result<Converters> {
-        let mut bytes = [0; Converters::BYTES];
-        self.from_plant.read_exact(&mut bytes)?;
-        Ok(Converters::from_bytes(&bytes))
+        loop {
+            let mut bytes = [0; Converters::BYTES];
+            self.from_plant.read_exact(&mut bytes)?;
+            let converters = Converters::from_bytes(&bytes);
+            if converters.tick == self.pins.tick {
+                return Ok(converters);
+            }
+        }
     }
 }
 
@@ -110,8 +116,8 @@ impl Lockstep for LockstepPlant {
         };
         upset::suffer(converters.upset);
         time::advance();
-        let missed_ticks = converters.tick.wrapping_sub(self.pins.tick) as u16;
-        self.pins.tick = converters.tick;
+        let missed_ticks = converters.missed_ticks;
+        self.pins.tick = self.pins.tick.wrapping_add(missed_ticks.into());
         Sensed {
             currents: converters.current.map(AdcCode),
             supply: SupplyCode(converters.supply),

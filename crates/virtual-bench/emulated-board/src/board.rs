@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use board_sockets::{Untrusted, is_listening, make_folder};
 use rustix::fs::{CWD, Mode, mkfifoat};
-use rustix::process::Pid;
+use rustix::process::{Pid, Signal, kill_process};
 use rustix::thread::{CpuSet, sched_setaffinity};
 use tempfile::TempDir;
 
@@ -204,6 +204,22 @@ impl EmulatedBoard {
     /// Where the emulator has no monitor or does not tell, or the image does not say where the stack is.
     pub fn stack(&self) -> io::Result<Stack> {
         Stack::of(&self.image, self.directory.path())
+    }
+
+    /// Stops the emulator's process where it is, as a machine without a processor to spare does.
+    ///
+    /// # Errors
+    /// Where the system cannot.
+    pub fn pause(&self) -> io::Result<()> {
+        Ok(kill_process(Pid::from_child(&self.qemu), Signal::STOP)?)
+    }
+
+    /// Lets it go on.
+    ///
+    /// # Errors
+    /// Where the system cannot.
+    pub fn resume(&self) -> io::Result<()> {
+        Ok(kill_process(Pid::from_child(&self.qemu), Signal::CONT)?)
     }
 
     /// Kills the emulator, as unplugging would; later requests find no board.

@@ -1,6 +1,7 @@
 //! What breaks in the plant, on demand, and how the board takes it.
 
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use plant_link::{Converters, upset};
 use virtual_mirror::MirrorConfig;
@@ -26,7 +27,9 @@ const RESET_TICKS: u32 = 400;
 /// What a board drives at most to check its heaters, and a rounding more.
 const CHECK_V: f64 = 0.301;
 /// Ticks that an overrun skips.
-const SKIPPED_TICKS: u32 = 10;
+const SKIPPED_TICKS: u16 = 10;
+/// How long a busy machine keeps a board waiting: longer than any time-out of the firmware's own, by the wall.
+const STALL: Duration = Duration::from_secs(6);
 
 /// What breaks, on the channel that is named where it breaks on one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,6 +74,10 @@ pub enum PlantFault {
     Reset,
     /// It is reset ten times, 40 ms apart.
     ResetLoop,
+    /// A busy machine keeps the board waiting for 6 s, once.
+    Stall,
+    /// What the converters read in one tick is there twice, as a reset between question and answer leaves it.
+    StaleAnswer,
 }
 
 /// What was seen since a fault began.
@@ -206,16 +213,33 @@ impl PlantFault {
             Self::StoppedConverters => {
                 sound = Converters {
                     tick: sound.tick,
+                    missed_ticks: 0,
                     ..*before
                 }
             }
             Self::NoSensor => sound.sensor_z_nm = i32::MIN,
             Self::MissedTicks if age_ticks == 0 => {
-                sound.tick = sound.tick.wrapping_add(SKIPPED_TICKS)
+                sound.missed_ticks = SKIPPED_TICKS;
             }
             _ => sound.upset = self.upset(age_ticks),
         }
         sound
+    }
+
+    /// How long the board waits for its converters.
+    pub(crate) fn stall(self, age_ticks: u32) -> Duration {
+        match self {
+            Self::Stall if age_ticks == 0 => STALL,
+            _ => Duration::ZERO,
+        }
+    }
+
+    /// How often it gets what they read.
+    pub(crate) fn answers(self, age_ticks: u32) -> usize {
+        match self {
+            Self::StaleAnswer if age_ticks == 0 => 2,
+            _ => 1,
+        }
     }
 
     /// What happens to the processor itself.

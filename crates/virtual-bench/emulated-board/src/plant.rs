@@ -4,6 +4,8 @@ use std::fs::File;
 use std::io::{self, Read, Write};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
 
 use plant_link::{Converters, Pins};
 use virtual_mirror::{MirrorConfig, Sensor, State, VirtualMirror};
@@ -171,9 +173,12 @@ impl Plant {
                 read = fault.converters(read, &self.before, age_ticks);
             }
             self.before = read;
-            match answer.write_all(&read.to_bytes()) {
-                Err(error) if error.kind() == io::ErrorKind::BrokenPipe => return Ok(()),
-                other => other?,
+            thread::sleep(fault.map_or(Duration::ZERO, |fault| fault.stall(age_ticks)));
+            for _ in 0..fault.map_or(1, |fault| fault.answers(age_ticks)) {
+                match answer.write_all(&read.to_bytes()) {
+                    Err(error) if error.kind() == io::ErrorKind::BrokenPipe => return Ok(()),
+                    other => other?,
+                }
             }
             // The board computes its next drives in the meantime.
             let hottest_k = self.load.advance(heated_v);
@@ -197,6 +202,7 @@ impl Plant {
         let current_a = fault.map_or(sound_a, |fault| fault.currents(drive_v, sound_a));
         Converters {
             tick,
+            missed_ticks: 0,
             current: std::array::from_fn(|i| self.electronics.sense_code(i, current_a[i])),
             sensor_z_nm: (z_um * 1e3).round() as i32,
             supply: self.electronics.supply_code(SUPPLY_V),

@@ -33,8 +33,10 @@ pub struct Pins {
 /// What the board's converters read during that tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Converters {
-    /// The tick that they were read in; one that is skipped did not take place.
+    /// The tick of the [`Pins`] that they answer: what answers others is not meant for who asks.
     pub tick: u32,
+    /// Ticks before this one that did not take place.
+    pub missed_ticks: u16,
     /// Current-sense codes.
     pub current: [u16; 4],
     /// Position sensor on the sensor input, in nanometres.
@@ -84,7 +86,7 @@ impl Pins {
 
 impl Converters {
     /// Length on the link.
-    pub const BYTES: usize = 19;
+    pub const BYTES: usize = 21;
 
     /// As bytes, little-endian.
     pub fn to_bytes(self) -> [u8; Self::BYTES] {
@@ -94,6 +96,7 @@ impl Converters {
         put_quad(&mut bytes[8..16], self.current);
         bytes[16..18].copy_from_slice(&self.supply.to_le_bytes());
         bytes[18] = self.upset;
+        bytes[19..].copy_from_slice(&self.missed_ticks.to_le_bytes());
         bytes
     }
 
@@ -105,6 +108,7 @@ impl Converters {
             current: quad(&bytes[8..]),
             supply: u16::from_le_bytes([bytes[16], bytes[17]]),
             upset: bytes[18],
+            missed_ticks: u16::from_le_bytes([bytes[19], bytes[20]]),
         }
     }
 }
@@ -133,10 +137,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_tick_comes_back_whole(outputs_enabled: bool, tick: u32, quad: [u16; 4], sensor_z_nm: i32, supply: u16, upset: u8) {
+        fn a_tick_comes_back_whole(outputs_enabled: bool, tick: u32, quad: [u16; 4], sensor_z_nm: i32, supply: u16, upset: u8, missed_ticks: u16) {
             let pins = Pins { tick, compare: quad, outputs_enabled };
             prop_assert_eq!(Pins::from_bytes(&pins.to_bytes()), pins);
-            let converters = Converters { tick, current: quad, sensor_z_nm, supply, upset };
+            let converters = Converters { tick, current: quad, sensor_z_nm, supply, upset, missed_ticks };
             prop_assert_eq!(Converters::from_bytes(&converters.to_bytes()), converters);
         }
     }
