@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use emulated_board::{Connected, EmulatedBoard, Emulation, private_directory};
+use emulated_board::{Connected, EmulatedBoard, Emulation, Speed, private_directory};
 use measurement::MeasurementFile;
 use tempfile::TempDir;
 use virtual_mirror::MirrorConfig;
@@ -118,6 +118,7 @@ impl Bench {
             boards_directory: directory.path().to_owned(),
             name: "emulated".to_owned(),
             flash: None,
+            speed: Speed::Fastest,
             has_monitor: false,
         };
         change(&mut emulation);

@@ -3,10 +3,10 @@
 
 use std::path::PathBuf;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use control_core::{Limit, Limits};
-use emulated_board::{EmulatedBoard, PlantFault};
+use emulated_board::{EmulatedBoard, PlantFault, Speed};
 use hil::{Bench, RawLink, Said};
 use mirror_protocol::{
     Drives, PROTOCOL_VERSION, Position, Refusal, SetDriveEndpoint, SetPositionEndpoint,
@@ -388,4 +388,32 @@ fn a_board_that_hangs_is_reset_and_can_be_cleared() {
     bench.json(&["set-drive", "2V", "--settle", "10ms"]);
     let status = bench.json(&["status"]);
     assert_eq!(status["missed_ticks"], 0, "{status}");
+}
+
+/// How far an idle board may be ahead of the wall's clock, and how far it may have come between two looks at it.
+const AHEAD_S: f64 = 0.02;
+/// A board goes so much faster at least on a loaded machine (`README.md`), in one of many pieces of this length.
+const FASTER: f64 = 1.3;
+const PIECE_S: f64 = 0.2;
+
+#[test]
+fn the_clock_of_an_idle_board_goes_with_the_walls_and_faster_while_a_tool_waits() {
+    let mut bench = Bench::changed(|emulation| emulation.speed = Speed::Awaited);
+    let wall_s = |bench: &mut Bench, simulated_s: f64| {
+        let board = bench.emulated_board().expect("emulated");
+        let (start, from_s) = (Instant::now(), board.simulated_s());
+        bench.wait_until_s(from_s + simulated_s);
+        start.elapsed().as_secs_f64()
+    };
+    let idle_s = wall_s(&mut bench, 2.0);
+    assert!(idle_s > 2.0 - AHEAD_S, "{idle_s}");
+
+    let link = raw(&bench);
+    let is_faster = |bench: &mut Bench| wall_s(bench, PIECE_S) * FASTER < PIECE_S;
+    assert!((0..500).any(|_| is_faster(&mut bench)), "a tool waits");
+    drop(link);
+    // A look for a tool is up to 50 ms old.
+    wall_s(&mut bench, 1.0);
+    let idle_s = wall_s(&mut bench, 2.0);
+    assert!(idle_s > 2.0 - AHEAD_S, "{idle_s}");
 }

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
-use emulated_board::{Connected, EmulatedBoard, Emulation, private_directory};
+use emulated_board::{Connected, EmulatedBoard, Emulation, Speed, private_directory};
 use virtual_mirror::MirrorConfig;
 
 use crate::cargo::{TARGET, cargo, workspace};
@@ -37,6 +37,7 @@ pub(crate) fn run() -> Result<()> {
         boards_directory: directory.path().to_owned(),
         name: "bench".to_owned(),
         flash: None,
+        speed: Speed::Fastest,
         has_monitor: false,
     })?;
     let speed = emulation_speed(&board);

@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use board_sockets::boards_directory;
-use emulated_board::{Connected, EmulatedBoard, Emulation, private_directory};
+use emulated_board::{Connected, EmulatedBoard, Emulation, Speed, private_directory};
 use virtual_mirror::MirrorConfig;
 
 use crate::images::{self, Board};
@@ -27,6 +27,10 @@ pub(crate) struct Arguments {
     /// The board's name among those that run.
     #[arg(long, default_value = "emulated")]
     name: String,
+    /// How fast its clock goes: `max`, or so many times as fast as the wall's, 1 to 1000. Without it, as fast as it
+    /// can while a host tool is connected, and with the wall's otherwise.
+    #[arg(long, value_name = "N|max")]
+    speed: Option<Speed>,
     /// Print the firmware's log at the end.
     #[arg(long)]
     log: bool,
@@ -80,6 +84,7 @@ fn start(arguments: &Arguments, boards_directory: PathBuf) -> Result<EmulatedBoa
         boards_directory,
         name: arguments.name.clone(),
         flash: None,
+        speed: arguments.speed.unwrap_or_default(),
         has_monitor: false,
     };
     Ok(EmulatedBoard::start(&emulation)?)

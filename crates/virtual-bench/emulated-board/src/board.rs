@@ -20,6 +20,7 @@ use tempfile::TempDir;
 
 use crate::faults::{Faults, Observed, PlantFault};
 use crate::logs::{LogError, LogTable};
+use crate::pace::{Pace, Speed};
 use crate::plant::{Connected, Plant, Progress, Surroundings};
 use crate::qemu;
 use crate::stack::Stack;
@@ -44,6 +45,8 @@ pub struct Emulation {
     /// The file that is its flash, made where it is missing; without one its flash is erased, and
     /// goes with the board.
     pub flash: Option<PathBuf>,
+    /// How fast its clock goes.
+    pub speed: Speed,
     /// Whether QEMU's monitor runs, which [`EmulatedBoard::stack`] asks. Who reaches it can have QEMU read and write
     /// the user's files, so it is for tests.
     pub has_monitor: bool,
@@ -128,7 +131,9 @@ impl EmulatedBoard {
         let progress = Arc::new(Progress::default());
         let log = Log::default();
         let (faults, surroundings) = (plant.faults(), plant.surroundings());
-        run_plant(plant, fifos, together, Arc::clone(&progress), log.clone());
+        let pace = Pace::new(emulation.speed, &socket);
+        let ticks = Arc::clone(&progress);
+        run_plant(plant, fifos, together, pace, ticks, log.clone());
         let complaints = collect_log(&mut qemu, table, log.clone());
 
         let mut board = Self {
@@ -351,6 +356,7 @@ fn run_plant(
     plant: Plant,
     fifos: [PathBuf; 2],
     together: Processor,
+    pace: Pace,
     progress: Arc<Progress>,
     log: Log,
 ) {
@@ -359,7 +365,7 @@ fn run_plant(
         // Opening a FIFO waits for the other end, so both sides open in the same order.
         let board = File::open(&fifos[0])?;
         let answer = File::options().write(true).open(&fifos[1])?;
-        plant.run(board, answer, &progress)
+        plant.run(board, answer, pace, &progress)
     };
     thread::spawn(move || {
         if let Err(error) = run() {

@@ -12,6 +12,7 @@ use virtual_mirror::{MirrorConfig, Sensor, State, VirtualMirror};
 
 use crate::Electronics;
 use crate::faults::{Faults, PlantFault, in_vacuum};
+use crate::pace::Pace;
 
 /// Length of a control tick.
 const TICK_S: f64 = 1e-4;
@@ -142,11 +143,17 @@ impl Plant {
         self.surroundings.clone()
     }
 
-    /// Answers the board until it closes its end.
+    /// Answers the board at this pace until it closes its end.
     ///
     /// # Errors
     /// Where the link breaks within a tick.
-    pub fn run(mut self, mut board: File, mut answer: File, progress: &Progress) -> io::Result<()> {
+    pub(crate) fn run(
+        mut self,
+        mut board: File,
+        mut answer: File,
+        mut pace: Pace,
+        progress: &Progress,
+    ) -> io::Result<()> {
         let mut bytes = [0; Pins::BYTES];
         loop {
             match board.read_exact(&mut bytes) {
@@ -186,6 +193,7 @@ impl Plant {
             let at_the_outputs_v = if stays_on { heated_v } else { drive_v };
             self.faults.observe(at_the_outputs_v, hottest_k);
             progress.0.fetch_add(1, Ordering::Relaxed);
+            pace.tick();
         }
     }
 
