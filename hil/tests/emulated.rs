@@ -278,6 +278,30 @@ fn a_recording_is_as_long_as_it_was_asked_to_be_or_refused() {
     }
 }
 
+#[test]
+fn a_recording_does_not_hold_what_somebody_else_drives() {
+    const HOLD_S: f64 = 20.0;
+    // Between the two commands no more of the board's time passes than of the wall's.
+    let bench = Bench::changed(|emulation| emulation.speed = Speed::Awaited);
+    bench.json(&["set-drive", "2V", "--settle", "10ms", "--hold", "20s"]);
+    bench.json(&[
+        "record",
+        "-o",
+        "held.csv",
+        "--duration",
+        "25s",
+        "--period",
+        "50ms",
+    ]);
+    let file = bench.measured("held.csv");
+    let driven = file.rows.iter().take_while(|row| row.voltage_v[0] > 0.0);
+    let held_s = driven.last().expect("it is driven at first").t_s;
+    // The hold begins once it has settled, 10 ms, and been read: 100 samples at 1 ms, and as long again for the link;
+    // then the board ramps to zero within 100 ms.
+    assert!(held_s <= HOLD_S + 0.31, "{held_s}");
+    assert_eq!(file.rows.last().expect("rows").voltage_v, [0.0; 4]);
+}
+
 /// Ticks of drive after which a tool that renews its leases of 100 ms has done so many times.
 const LEASED_TICKS: u64 = 10_000;
 

@@ -155,7 +155,8 @@ impl Board {
         self.command::<RenewEndpoint>("go on", &renewal).await
     }
 
-    /// Renews for as long as it is polled, whether anything is driven or not.
+    /// Renews for as long as it is polled, whether anything is driven or not. Only for who drives, and has ended what
+    /// others drove before: a lease is its taker's to renew.
     ///
     /// # Errors
     /// Where the board does not answer, or has tripped.

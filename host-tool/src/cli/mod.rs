@@ -122,7 +122,7 @@ pub enum Command {
     /// Forget the faults that have turned the board off, so that it can be driven again.
     #[command(after_long_help = "Example:\n  host-tool clear")]
     Clear,
-    /// Record what the board measures, without changing what it drives.
+    /// Record what the board measures, without changing what it drives, nor for how long.
     #[command(
         after_long_help = "Example:\n  host-tool record -o idle.csv --duration 10s --period 5ms"
     )]

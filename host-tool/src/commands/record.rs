@@ -1,4 +1,5 @@
-//! `record`: a measurement file of what the board reads while it goes on with what it does.
+//! `record`: a measurement file of what the board reads while it goes on with what it does, for as long as it was
+//! told to by whoever told it.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -83,7 +84,6 @@ async fn collect(
     };
     let ended = tokio::select! {
         ended = receive => ended,
-        Err(error) = board.keep_renewing() => Err(error),
         _ = ctrl_c() => board.stop_stream().await,
     };
     bar.finish_and_clear();
