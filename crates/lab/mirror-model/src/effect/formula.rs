@@ -21,6 +21,7 @@
 //! `rate`, the formula of its change a second, and starts at 0. The first parameter is the strength: at 0 the formula must give `x` back.
 
 use super::numerals::without_exponents;
+use super::size::{MOST_PARAMETERS, MOST_PARTS, MOST_PARTS_OF_RATES, MOST_STATES, parts};
 use super::{Acts, Effect, Info, Moment, Parameter, Stage, Step};
 use exmex::{Express, FlatEx};
 use miette::{Diagnostic, NamedSource, SourceSpan};
@@ -189,7 +190,9 @@ impl Reader<'_> {
                 error.span().unwrap_or(0..0),
             )
         })?;
+        self.check_counts(&stored)?;
         let names = self.names(&stored)?;
+        self.check_parts(&stored, &names)?;
         let output = self.expression(&stored.formula, &names)?;
         let rates = stored
             .states
@@ -211,6 +214,54 @@ impl Reader<'_> {
             )
         })?;
         Ok(formula)
+    }
+
+    /// Not more parameters and states than a fit can bear.
+    fn check_counts(&self, stored: &Stored) -> Result<(), FormulaError> {
+        let (parameters, states) = (stored.parameters.get_ref().len(), stored.states.len());
+        if parameters > MOST_PARAMETERS {
+            return Err(self.wrong(
+                &format!("this effect has {parameters} parameters, and at most {MOST_PARAMETERS} are fitted"),
+                "write numbers in place of those that measurements cannot tell",
+                stored.parameters.span(),
+            ));
+        }
+        match stored.states.get(MOST_STATES) {
+            None => Ok(()),
+            Some(state) => Err(self.wrong(
+                &format!(
+                    "this effect has {states} states, and at most {MOST_STATES} are simulated"
+                ),
+                "describe it as several effects, or with fewer states",
+                state.symbol.span(),
+            )),
+        }
+    }
+
+    /// No longer formulas than a fit can bear.
+    fn check_parts(&self, stored: &Stored, names: &[String]) -> Result<(), FormulaError> {
+        let count = |text: &toml::Spanned<String>| parts(text.get_ref(), names);
+        let shorter =
+            "a fit would take minutes; write a simpler formula, or describe it as several effects";
+        let of_formula = count(&stored.formula);
+        if of_formula > MOST_PARTS {
+            let message = format!(
+                "this formula has {of_formula} operators, functions and brackets, and may have {MOST_PARTS}"
+            );
+            return Err(self.wrong(&message, shorter, stored.formula.span()));
+        }
+        let mut of_rates = 0;
+        for state in &stored.states {
+            of_rates += count(&state.rate);
+            if of_rates > MOST_PARTS_OF_RATES {
+                let message = format!(
+                    "up to this one the rates have {of_rates} operators, functions and brackets, and may have \
+                     {MOST_PARTS_OF_RATES} in all"
+                );
+                return Err(self.wrong(&message, shorter, state.rate.span()));
+            }
+        }
+        Ok(())
     }
 
     fn names(&self, stored: &Stored) -> Result<Vec<String>, FormulaError> {
@@ -403,6 +454,46 @@ mod tests {
             );
         }
         assert!((state[0] - (1.0 - (-1.0_f64).exp())).abs() < 1e-5);
+    }
+
+    #[test]
+    fn what_would_take_minutes_to_fit_is_refused_at_once() {
+        // "x * (1 + q * (", and a sign between two terms.
+        let sum = |terms: usize| format!("x * (1 + q * ({}))", vec!["dT"; terms].join(" + "));
+        let terms = MOST_PARTS - 4;
+        assert!(with(&sum(terms)).is_ok());
+        refuses(&sum(terms + 1), "has 101 operators, functions and brackets");
+        refuses(&sum(100_000), "and may have 100");
+        refuses(
+            &format!("x + q * {}dT{}", "sin(".repeat(50), ")".repeat(50)),
+            "has 102",
+        );
+        refuses(
+            &format!("{}x{}", "(".repeat(100_000), ")".repeat(100_000)),
+            "and may have 100",
+        );
+        refuses(&format!("x + q * {}dT", "-".repeat(99)), "has 101");
+
+        let state = |symbol: usize, rate: &str| {
+            format!("[[states]]\nsymbol = \"s{symbol}\"\nrate = \"{rate}\"\n")
+        };
+        let refuses_rest = |rest: &str, message: &str| {
+            let text = format!("{HEAD}formula = \"x + q\"\n{Q}{rest}");
+            let error = Formula::parse("mine.toml", &text)
+                .err()
+                .expect("it is refused");
+            assert!(error.message.contains(message), "{}", error.message);
+        };
+        let states = |count: usize, rate: &str| -> String {
+            (0..count).map(|symbol| state(symbol, rate)).collect()
+        };
+        let sixteen = vec!["dT"; 17].join("+");
+        refuses_rest(&states(2, &sixteen), "the rates have 32 operators");
+        refuses_rest(&states(5, "0"), "has 5 states");
+        let parameters: String = (0..8)
+            .map(|i| Q.replace("\"q\"", &format!("\"q{i}\"")))
+            .collect();
+        refuses_rest(&parameters, "has 9 parameters");
     }
 
     #[test]

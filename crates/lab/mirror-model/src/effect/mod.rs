@@ -30,6 +30,7 @@ mod sensor_lag;
 mod sensor_nonlinearity;
 mod sensor_offset;
 mod series_resistance;
+mod size;
 mod softening;
 mod substrate_warming;
 mod thermal_lag;
