@@ -247,6 +247,16 @@ pub enum ToolError {
     #[diagnostic(help("choose a file in a directory that exists and that you may write to"))]
     Write { path: PathBuf, source: io::Error },
 
+    #[error("{} cannot be written any further: {source}. It holds {rows} rows or more", path.display())]
+    #[diagnostic(help(
+        "what it holds can be read, with a warning that it was cut short; make room on the disk before the next one"
+    ))]
+    CutShort {
+        path: PathBuf,
+        rows: usize,
+        source: io::Error,
+    },
+
     #[error("{received} of {expected} samples arrived")]
     #[diagnostic(help("the samples that arrived were kept; a longer --period eases the link"))]
     SamplesLost { received: usize, expected: usize },
@@ -283,9 +293,9 @@ pub enum ToolError {
     ))]
     NoSuchEffect { id: String },
 
-    #[error("{} cannot be read: {source}", path.display())]
-    #[diagnostic(help("is the name right, and may you read it?"))]
-    Read { path: PathBuf, source: io::Error },
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    File(#[from] input_file::ReadError),
 
     #[error("the picture cannot be drawn: {reason}")]
     #[diagnostic(help("the measurements hold nothing that can be drawn"))]

@@ -99,7 +99,7 @@ fn a_plane_of_nothing() {
     );
     fails_with(&said, "cannot be used with", "--help");
     let said = host_tool(boards.path(), &["measure", "plane", "--from", "scan.xyz"]);
-    fails_with(&said, "scan.xyz cannot be read", "is the name right");
+    fails_with(&said, "scan.xyz' cannot be read", "is the name right");
 }
 
 #[test]

@@ -1,7 +1,6 @@
 //! `scan`: positions along a sine, a triangle or a waveform of one's own, played by the board.
 
 use std::fmt;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use control_core::{Limit, Limits};
@@ -118,10 +117,7 @@ fn read(path: &Path, tick_hz: u32) -> Result<(Vec<f64>, u32), ToolError> {
         path: path.to_owned(),
         reason,
     };
-    let text = fs::read_to_string(path).map_err(|source| ToolError::Read {
-        path: path.to_owned(),
-        source,
-    })?;
+    let text = input_file::read_text(path, input_file::MOST_MADE)?;
     let points = parse(&text).map_err(unusable)?;
     let [(first_s, _), .., (last_s, _)] = points[..] else {
         return Err(unusable("it has fewer than two points".into()));

@@ -1,7 +1,6 @@
 //! `update`: new firmware for a board.
 
 use std::fmt;
-use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
@@ -29,10 +28,7 @@ struct Updated {
 }
 
 pub(super) async fn run(file: &Path, board: Option<&str>, json: bool) -> Result<(), ToolError> {
-    let bytes = fs::read(file).map_err(|source| ToolError::Read {
-        path: file.to_owned(),
-        source,
-    })?;
+    let bytes = input_file::read(file, input_file::MOST_MADE)?;
     let package = Package::from_bytes(&bytes).map_err(|error| ToolError::Image {
         path: file.to_owned(),
         error,

@@ -105,6 +105,30 @@ fn an_oven_beside_a_room_of_which_nobody_knows_how_warm_it_was() {
 }
 
 #[test]
+fn what_is_no_file_or_never_ends() {
+    let directory = no_boards();
+    let output = directory.path().join("out.toml").display().to_string();
+    let huge = directory.path().join("huge").display().to_string();
+    fs::File::create(&huge)
+        .and_then(|file| file.set_len(1 << 40))
+        .expect("a file without a byte on the disk");
+    let files = session("").display().to_string();
+    let here = directory.path().display().to_string();
+    for (bad, sentence) in [("/dev/zero", "is a device"), (&huge, "MB"), (&here, "")] {
+        refused(
+            &["fit", "paper", bad, "-o", &output],
+            sentence,
+            bad,
+            &output,
+        );
+        let model = ["fit", bad, &files, "-o", &output];
+        refused(&model, sentence, bad, &output);
+        let effect = ["effect", "add", bad, "paper", &files, "-o", &output];
+        refused(&effect, sentence, "", &output);
+    }
+}
+
+#[test]
 fn measurement_files() {
     refused_file("", "the file is empty", "bad.csv:1");
     refused_file("t_s,V_V,z_um\n1,0,0\n", "only one row", "bad.csv:2");

@@ -64,6 +64,15 @@ impl Column {
         !matches!(self, Self::Time | Self::VoltageOfAll | Self::Voltage(_))
     }
 
+    /// The column that may stand for this one in all four actuators.
+    pub(crate) fn of_all(self) -> Self {
+        match self {
+            Self::Voltage(_) => Self::VoltageOfAll,
+            Self::Current(_) => Self::CurrentOfEach,
+            other => other,
+        }
+    }
+
     /// Stores a value of this column in a row.
     pub fn store(self, row: &mut Row, value: f64) {
         match self {

@@ -1,19 +1,34 @@
 //! What can be wrong with a measurement file, for people.
 
-use miette::{Diagnostic, NamedSource, SourceSpan};
+use crate::lines::Line;
+use input_file::ReadError;
+use miette::{
+    Diagnostic, MietteError, MietteSpanContents, SourceCode, SourceOffset, SourceSpan, SpanContents,
+};
 use std::sync::Arc;
 use thiserror::Error;
 
 /// Why a file or a session is not usable. Nothing of it is kept.
 #[derive(Debug, Error, Diagnostic)]
 pub enum InputError {
-    /// The file or folder is not there, or may not be read.
-    #[error("'{path}' cannot be read: {source}")]
-    Unreadable {
-        /// The file or folder.
+    /// The file or folder is not there, may not be read, or is no file.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    File(#[from] ReadError),
+    /// More than is read of a measurement.
+    #[error(
+        "'{path}' has {size_mb:.0} MB, and at most {most_mb:.0} MB are read of a measurement file"
+    )]
+    #[diagnostic(help(
+        "is it the right file? If so, thin it, or leave out the columns that are not needed"
+    ))]
+    TooLarge {
+        /// The file.
         path: String,
-        /// What the system said.
-        source: std::io::Error,
+        /// Its size (MB).
+        size_mb: f64,
+        /// The most that is read (MB).
+        most_mb: f64,
     },
     /// A folder, or a list of files, without a measurement.
     #[error("'{path}' holds no measurement files")]
@@ -45,10 +60,10 @@ pub enum InputError {
         message: String,
         /// What to do.
         help: String,
-        /// The file's text.
+        /// The line.
         #[source_code]
-        text: Arc<NamedSource<String>>,
-        /// Where it is wrong.
+        text: Arc<Excerpt>,
+        /// Where it is wrong, in the file.
         #[label("here")]
         place: SourceSpan,
     },
@@ -66,5 +81,49 @@ impl Complaint {
             message: message.into(),
             help: help.into(),
         }
+    }
+}
+
+/// A line of a file, for an error that counts places from the file's beginning.
+#[derive(Debug)]
+pub struct Excerpt {
+    name: String,
+    line: Line,
+}
+
+impl Excerpt {
+    pub(crate) fn new(name: &str, line: &Line) -> Self {
+        Self {
+            name: name.to_owned(),
+            line: line.clone(),
+        }
+    }
+}
+
+impl SourceCode for Excerpt {
+    fn read_span<'a>(
+        &'a self,
+        span: &SourceSpan,
+        context_lines_before: usize,
+        context_lines_after: usize,
+    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
+        let start = span
+            .offset()
+            .checked_sub(self.line.start)
+            .ok_or(MietteError::OutOfBounds)?;
+        let within = SourceSpan::new(start.into(), span.len());
+        let found = self
+            .line
+            .text
+            .read_span(&within, context_lines_before, context_lines_after)?;
+        let place: SourceOffset = (found.span().offset() + self.line.start).into();
+        Ok(Box::new(MietteSpanContents::new_named(
+            self.name.clone(),
+            found.data(),
+            SourceSpan::new(place, found.span().len()),
+            found.line() + self.line.number.saturating_sub(1),
+            found.column(),
+            found.line_count(),
+        )))
     }
 }

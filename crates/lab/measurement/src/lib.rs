@@ -15,16 +15,21 @@
 pub mod column;
 mod error;
 mod file;
+mod header;
 mod keys;
+mod lines;
 mod parse;
 mod plane;
 pub mod plausibility;
 mod session;
+mod wholeness;
 mod write;
 
-pub use error::InputError;
+pub use error::{Excerpt, InputError};
 pub use file::{ACTUATORS, MeasurementFile, Row};
 pub use keys::Keys;
+pub use parse::MOST_ROWS;
 pub use plane::Plane;
 pub use plausibility::Device;
 pub use session::Session;
+pub use write::Writer;

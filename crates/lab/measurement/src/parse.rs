@@ -1,20 +1,31 @@
-//! From text to rows. Every error points at its cell.
+//! From text to rows, line by line. Every error points at its cell.
 
 use crate::column::{COLUMNS, Column, suggestion};
-use crate::error::Complaint;
+use crate::error::{Complaint, Excerpt};
+use crate::header::missing;
 use crate::keys::{NUMERIC, is_key};
+use crate::lines::{Line, LineError, Lines, MOST_OF_A_LINE};
 use crate::plausibility::Device;
-use crate::{ACTUATORS, InputError, Keys, MeasurementFile, Row, plausibility};
-use miette::NamedSource;
+use crate::wholeness::Wholeness;
+use crate::{InputError, Keys, MeasurementFile, Row, plausibility};
+use input_file::ReadError;
+use std::io::{BufRead, Cursor, Seek};
 use std::ops::Range;
 use std::sync::Arc;
+
+/// The most rows of a session, all files together. A row takes 200 bytes of memory (`a_row_takes_what_the_limit_counts_with`),
+/// so that they take 0.4 GB; the lab thins what is dense long before (`identification::Dataset`).
+pub const MOST_ROWS: usize = 2_000_000;
+
+/// The most bytes of a file's comments, which are kept: a book.
+const MOST_OF_COMMENTS: usize = 1_000_000;
 
 impl MeasurementFile {
     /// Reads a file's text; `name` is what errors call it.
     ///
     /// # Errors
     /// [`InputError::Content`] for anything but at least two rows of finite numbers in known columns at increasing
-    /// times, and for values that are evidently in a wrong unit (see [`plausibility`]).
+    /// times, for values that are evidently in a wrong unit (see [`plausibility`]), and for more than [`MOST_ROWS`].
     pub fn parse(name: &str, text: &str) -> Result<Self, InputError> {
         Self::parse_of(name, text, &Device::default())
     }
@@ -24,107 +35,126 @@ impl MeasurementFile {
     /// # Errors
     /// As [`parse`](Self::parse), and for what this device cannot have shown.
     pub fn parse_of(name: &str, text: &str, device: &Device) -> Result<Self, InputError> {
-        Parser { name, text }.file(device)
+        Self::read(name, Cursor::new(text), device, MOST_ROWS)
     }
-}
 
-struct Parser<'a> {
-    name: &'a str,
-    text: &'a str,
-}
-
-/// A row with the place of each of its cells, in the order of the header.
-struct Record {
-    row: Row,
-    cells: Vec<Range<usize>>,
-}
-
-impl Parser<'_> {
-    fn file(&self, device: &Device) -> Result<MeasurementFile, InputError> {
-        let (keys, notes) = self.comments()?;
-        let mut reader = csv::ReaderBuilder::new()
-            .comment(Some(b'#'))
-            .trim(csv::Trim::All)
-            .from_reader(self.text.as_bytes());
-        let header = reader
-            .headers()
-            .map_err(|error| self.csv_error(&error))?
-            .clone();
-        let columns = self.columns(&header)?;
-        let mut records = Vec::new();
-        for record in reader.records() {
-            let record = record.map_err(|error| self.csv_error(&error))?;
-            records.push(self.row(&columns, &record)?);
-        }
-        self.check_times(&columns, &records)?;
-        let file = MeasurementFile {
-            keys,
-            notes,
-            rows: records.iter().map(|record| record.row).collect(),
+    /// Reads a file from its beginning; no more of it than its rows is ever in memory.
+    ///
+    /// # Errors
+    /// As [`parse_of`](Self::parse_of), with at most `most_rows`, and where `source` cannot be read.
+    pub(crate) fn read(
+        name: &str,
+        source: impl BufRead + Seek,
+        device: &Device,
+        most_rows: usize,
+    ) -> Result<Self, InputError> {
+        let parser = Parser {
+            name,
+            lines: Lines::new(source),
+            most_rows,
+            file: Self::default(),
+            columns: Vec::new(),
+            wholeness: Wholeness::default(),
+            comments: 0,
+            last: Line::default(),
         };
-        if let Some((index, column, complaint)) = plausibility::check(&file, device) {
-            let cell = columns
-                .iter()
-                .position(|&c| c == column || c == column.of_all())
-                .unwrap_or(0);
-            return Err(self.error(records[index].cells[cell].clone(), complaint));
+        parser.file(device)
+    }
+}
+
+struct Parser<'a, R> {
+    name: &'a str,
+    lines: Lines<R>,
+    most_rows: usize,
+    file: MeasurementFile,
+    /// Empty up to the header line.
+    columns: Vec<Column>,
+    wholeness: Wholeness,
+    /// Bytes of the comments so far.
+    comments: usize,
+    /// The last line that is not blank.
+    last: Line,
+}
+
+impl<R: BufRead + Seek> Parser<'_, R> {
+    fn file(mut self, device: &Device) -> Result<MeasurementFile, InputError> {
+        while let Some(line) = self.next_line()? {
+            if self.wholeness.is_cut_off(&line) {
+                break;
+            }
+            if let Some(comment) = line.text.strip_prefix('#') {
+                self.comment(&line, comment.trim())?;
+            } else if line.text.trim().is_empty() {
+                continue;
+            } else if self.columns.is_empty() {
+                self.columns = self.header(&line)?;
+            } else {
+                self.row(&line)?;
+            }
+            self.last = line;
         }
-        Ok(file)
+        self.check_enough()?;
+        if let Some(flaw) = self.wholeness.flaw(&self.file) {
+            self.file.keys.set("partial", &flaw);
+        }
+        match plausibility::check(&self.file, device) {
+            Some((row, column, complaint)) => Err(self.implausible(row, column, complaint)),
+            None => Ok(self.file),
+        }
     }
 
-    fn comments(&self) -> Result<(Keys, Vec<String>), InputError> {
-        let (mut keys, mut notes) = (Keys::default(), Vec::new());
-        let mut start = 0;
-        for line in self.text.split_inclusive('\n') {
-            let place = start..start + line.trim_end().len();
-            start += line.len();
-            let Some(comment) = line.strip_prefix('#').map(str::trim) else {
-                continue;
-            };
-            match comment.split_once('=') {
-                Some((key, value)) if is_key(key.trim()) => {
-                    self.key(&mut keys, key.trim(), value.trim())
-                        .map_err(|complaint| self.error(place, complaint))?;
+    fn next_line(&mut self) -> Result<Option<Line>, InputError> {
+        self.lines.next().map_err(|error| match error {
+            LineError::Io(source) => ReadError::Unreadable {
+                path: self.name.to_owned(),
+                source,
+            }
+            .into(),
+            LineError::TooLong(line) => {
+                let complaint = Complaint::new(
+                    format!("this line is longer than {} KB", MOST_OF_A_LINE / 1024),
+                    "is it a measurement file? One has a row a line, with commas between the cells",
+                );
+                self.error(&line, line.start..line.start, complaint)
+            }
+            LineError::NotText(line) => {
+                let complaint = Complaint::new(
+                    "this line is not UTF-8",
+                    "is it a measurement file? If so, save it as plain text in UTF-8",
+                );
+                self.error(&line, line.start..line.start, complaint)
+            }
+        })
+    }
+
+    fn comment(&mut self, line: &Line, comment: &str) -> Result<(), InputError> {
+        self.comments += line.text.len();
+        if self.comments > MOST_OF_COMMENTS {
+            let complaint = Complaint::new(
+                format!("the comments are longer than {MOST_OF_COMMENTS} bytes in all"),
+                "leave comments out; data stand in lines without #",
+            );
+            return Err(self.error(line, line.place(), complaint));
+        }
+        match comment.split_once('=') {
+            Some((key, value)) if is_key(key.trim()) => {
+                let (key, value) = (key.trim(), value.trim());
+                if self.wholeness.takes(key, value) {
+                    return Ok(());
                 }
-                _ => notes.push(comment.to_owned()),
+                set_key(&mut self.file.keys, key, value)
+                    .map_err(|complaint| self.error(line, line.place(), complaint))
+            }
+            _ => {
+                self.file.notes.push(comment.to_owned());
+                Ok(())
             }
         }
-        Ok((keys, notes))
     }
 
-    fn key(&self, keys: &mut Keys, key: &str, value: &str) -> Result<(), Complaint> {
-        if keys.get(key).is_some() {
-            return Err(Complaint::new(
-                format!("the key '{key}' is given twice"),
-                "remove one of the two",
-            ));
-        }
-        let is_number = || {
-            value
-                .parse::<f64>()
-                .is_ok_and(|number| number.is_finite() && number >= 0.0)
-        };
-        if NUMERIC.contains(&key) && !is_number() {
-            return Err(Complaint::new(
-                format!("{key} must be a number that is not negative, not '{value}'"),
-                "write it like 20 or 1.5",
-            ));
-        }
-        keys.set(key, value);
-        Ok(())
-    }
-
-    fn columns(&self, header: &csv::StringRecord) -> Result<Vec<Column>, InputError> {
-        if header.is_empty() {
-            let complaint = Complaint::new(
-                "the file is empty",
-                "a measurement file has a header line such as t_s,V_V,z_um, and rows",
-            );
-            return Err(self.error(0..0, complaint));
-        }
-        let cells = self.cells(header);
+    fn header(&self, line: &Line) -> Result<Vec<Column>, InputError> {
         let mut columns = Vec::new();
-        for (name, cell) in header.iter().zip(&cells) {
+        for (name, cell) in line.cells() {
             let complaint = match Column::from_name(name) {
                 None => Complaint::new(format!("there is no column '{name}'"), suggestion(name)),
                 Some(column) if columns.contains(&column) => Complaint::new(
@@ -136,189 +166,159 @@ impl Parser<'_> {
                     continue;
                 }
             };
-            return Err(self.error(cell.clone(), complaint));
+            return Err(self.error(line, cell, complaint));
         }
         match missing(&columns) {
             None => Ok(columns),
-            Some(complaint) => {
-                Err(self.error(cells[0].start..cells[cells.len() - 1].end, complaint))
-            }
+            Some(complaint) => Err(self.error(line, line.place(), complaint)),
         }
     }
 
-    fn row(&self, columns: &[Column], record: &csv::StringRecord) -> Result<Record, InputError> {
-        let cells = self.cells(record);
+    fn row(&mut self, line: &Line) -> Result<(), InputError> {
+        if self.file.rows.len() == self.most_rows {
+            return Err(self.error(line, line.place(), too_many_rows()));
+        }
+        let count = line.cells().count();
+        if count != self.columns.len() {
+            let complaint = Complaint::new(
+                format!(
+                    "this row has {count} cells, the header has {}",
+                    self.columns.len()
+                ),
+                "every row needs one cell a column; what was not measured is left empty",
+            );
+            return Err(self.error(line, line.place(), complaint));
+        }
         let mut row = Row::default();
-        for ((&column, text), cell) in columns.iter().zip(record).zip(&cells) {
+        for (&column, (text, cell)) in self.columns.iter().zip(line.cells()) {
             if text.is_empty() && column.may_be_empty() {
                 continue;
             }
-            let value =
-                number(column, text).map_err(|complaint| self.error(cell.clone(), complaint))?;
+            let value = number(column, text)
+                .and_then(|value| self.in_order(column, value).map(|()| value))
+                .map_err(|complaint| self.error(line, cell, complaint))?;
             column.store(&mut row, value);
         }
-        Ok(Record { row, cells })
-    }
-
-    fn check_times(&self, columns: &[Column], records: &[Record]) -> Result<(), InputError> {
-        if records.len() < 2 {
-            let rows = if records.is_empty() {
-                "no rows"
-            } else {
-                "only one row"
-            };
-            let complaint = Complaint::new(
-                format!("the file has {rows}"),
-                "a measurement needs two rows at least",
-            );
-            return Err(self.error(
-                self.text.trim_end().len()..self.text.trim_end().len(),
-                complaint,
-            ));
-        }
-        for column in [Column::Time, Column::GlobalTime] {
-            let Some(cell) = columns.iter().position(|&c| c == column) else {
-                continue;
-            };
-            let times: Vec<_> = records
-                .iter()
-                .filter_map(|r| Some((column.value(&r.row)?, &r.cells[cell])))
-                .collect();
-            for pair in times.windows(2) {
-                let ((before, _), (now, place)) = (pair[0], pair[1]);
-                if now <= before {
-                    let what = if now == before {
-                        "is there twice"
-                    } else {
-                        "goes back"
-                    };
-                    let complaint = Complaint::new(
-                        format!("the time {what}: {now} s comes after {before} s"),
-                        "rows must be in the order of time, each at its own time",
-                    );
-                    return Err(self.error(place.clone(), complaint));
-                }
-            }
-        }
+        self.file.rows.push(row);
         Ok(())
     }
 
-    /// Where each field stands in the text. The record knows where it begins and its fields' lengths without the commas
-    /// and blanks between them, so the fields are looked for one after the other.
-    fn cells(&self, record: &csv::StringRecord) -> Vec<Range<usize>> {
-        let mut from = record
-            .position()
-            .map_or(0, |position| position.byte() as usize)
-            .min(self.text.len());
-        record
-            .iter()
-            .map(|field| {
-                let start = from
-                    + self
-                        .text
-                        .get(from..)
-                        .and_then(|rest| rest.find(field))
-                        .unwrap_or(0);
-                from = (start + field.len()).min(self.text.len());
-                let rest = self.text.get(from..).unwrap_or("");
-                let end = from;
-                from += rest.find(',').map_or(rest.len(), |comma| comma + 1);
-                start..end
-            })
-            .collect()
-    }
-
-    fn csv_error(&self, error: &csv::Error) -> InputError {
-        let at = error
-            .position()
-            .map_or(0, |position| position.byte() as usize)
-            .min(self.text.len());
-        let line = self
-            .text
-            .get(at..)
-            .unwrap_or("")
-            .lines()
-            .next()
-            .unwrap_or("");
-        let complaint = match error.kind() {
-            csv::ErrorKind::UnequalLengths {
-                expected_len, len, ..
-            } => Complaint::new(
-                format!("this row has {len} cells, the header has {expected_len}"),
-                "every row needs one cell a column; what was not measured is left empty",
-            ),
-            _ => Complaint::new(
-                format!("this is not CSV: {error}"),
-                "the file must be plain text with commas between the cells",
-            ),
+    /// Times grow from row to row.
+    fn in_order(&self, column: Column, now: f64) -> Result<(), Complaint> {
+        if !matches!(column, Column::Time | Column::GlobalTime) {
+            return Ok(());
+        }
+        let mut times = self.file.rows.iter().rev();
+        let Some(before) = times.find_map(|row| column.value(row)) else {
+            return Ok(());
         };
-        self.error(at..at + line.len(), complaint)
+        if now > before {
+            return Ok(());
+        }
+        let what = if now == before {
+            "is there twice"
+        } else {
+            "goes back"
+        };
+        Err(Complaint::new(
+            format!("the time {what}: {now} s comes after {before} s"),
+            "rows must be in the order of time, each at its own time",
+        ))
     }
 
-    fn error(&self, place: Range<usize>, complaint: Complaint) -> InputError {
-        let before = self.text.get(..place.start).unwrap_or(self.text);
+    fn check_enough(&self) -> Result<(), InputError> {
+        let end = self.last.place().end;
+        if self.columns.is_empty() {
+            let complaint = Complaint::new(
+                "the file is empty",
+                "a measurement file has a header line such as t_s,V_V,z_um, and rows",
+            );
+            return Err(self.error(&Line::default(), 0..0, complaint));
+        }
+        let rows = match self.file.rows.len() {
+            0 => "no rows",
+            1 => "only one row",
+            _ => return Ok(()),
+        };
+        let complaint = Complaint::new(
+            format!("the file has {rows}"),
+            "a measurement needs two rows at least",
+        );
+        Err(self.error(&self.last, end..end, complaint))
+    }
+
+    /// Reads the file once more, up to the row in question.
+    fn implausible(mut self, row: usize, column: Column, complaint: Complaint) -> InputError {
+        let index = self
+            .columns
+            .iter()
+            .position(|&c| c == column || c == column.of_all())
+            .unwrap_or(0);
+        let mut source = self.lines.into_source();
+        let rewound = source.rewind();
+        self.lines = Lines::new(source);
+        if let Err(source) = rewound {
+            let path = self.name.to_owned();
+            return ReadError::Unreadable { path, source }.into();
+        }
+        // The header stands before the rows.
+        let mut passed = row + 2;
+        loop {
+            let line = match self.next_line() {
+                Ok(Some(line)) => line,
+                Ok(None) => return self.error(&self.last, self.last.place(), complaint),
+                Err(error) => return error,
+            };
+            if !line.text.starts_with('#') && !line.text.trim().is_empty() {
+                passed -= 1;
+            }
+            if passed == 0 {
+                let cell = line.cells().nth(index).map(|(_, cell)| cell);
+                return self.error(&line, cell.unwrap_or(line.place()), complaint);
+            }
+        }
+    }
+
+    fn error(&self, line: &Line, place: Range<usize>, complaint: Complaint) -> InputError {
         InputError::Content {
             file: self.name.into(),
-            line: before.matches('\n').count() + 1,
+            line: line.number.max(1),
             message: complaint.message,
             help: complaint.help,
-            text: Arc::new(NamedSource::new(self.name, self.text.to_owned())),
+            text: Arc::new(Excerpt::new(self.name, line)),
             place: place.into(),
         }
     }
 }
 
-impl Column {
-    /// The column that may stand for this one in all four actuators.
-    fn of_all(self) -> Self {
-        match self {
-            Self::Voltage(_) => Self::VoltageOfAll,
-            Self::Current(_) => Self::CurrentOfEach,
-            other => other,
-        }
+fn set_key(keys: &mut Keys, key: &str, value: &str) -> Result<(), Complaint> {
+    if keys.get(key).is_some() {
+        return Err(Complaint::new(
+            format!("the key '{key}' is given twice"),
+            "remove one of the two",
+        ));
     }
+    let is_number = || {
+        value
+            .parse::<f64>()
+            .is_ok_and(|number| number.is_finite() && number >= 0.0)
+    };
+    if NUMERIC.contains(&key) && !is_number() {
+        return Err(Complaint::new(
+            format!("{key} must be a number that is not negative, not '{value}'"),
+            "write it like 20 or 1.5",
+        ));
+    }
+    keys.set(key, value);
+    Ok(())
 }
 
-fn missing(columns: &[Column]) -> Option<Complaint> {
-    let has = |column| columns.contains(&column);
-    if !has(Column::Time) {
-        return Some(Complaint::new(
-            "the column t_s is missing",
-            "add the time of each row, in seconds",
-        ));
-    }
-    let each = (0..ACTUATORS)
-        .filter(|&actuator| has(Column::Voltage(actuator)))
-        .count();
-    if each == 0 && !has(Column::VoltageOfAll) {
-        return Some(Complaint::new(
-            "the drive is missing",
-            "add V_V, or V1_V to V4_V, in volts",
-        ));
-    }
-    if each != 0 && has(Column::VoltageOfAll) {
-        return Some(Complaint::new(
-            "V_V stands beside the single actuators' voltages",
-            "give either V_V or V1_V to V4_V",
-        ));
-    }
-    if each != 0 && each != ACTUATORS {
-        let absent = (0..ACTUATORS)
-            .find(|&actuator| !has(Column::Voltage(actuator)))
-            .unwrap_or(0)
-            + 1;
-        return Some(Complaint::new(
-            format!("the column V{absent}_V is missing"),
-            "give all of V1_V to V4_V, or V_V alone",
-        ));
-    }
-    if has(Column::CurrentOfEach) && (0..ACTUATORS).any(|actuator| has(Column::Current(actuator))) {
-        return Some(Complaint::new(
-            "I_A stands beside the single actuators' currents",
-            "give either I_A or I1_A to I4_A",
-        ));
-    }
-    None
+fn too_many_rows() -> Complaint {
+    Complaint::new(
+        format!("with this row the session has more than {MOST_ROWS}, the most that is read"),
+        "give fewer files, or thin them: where the drive is held, keep the rows on both sides of its changes and every \
+         tenth or hundredth of the others; nothing that a fit can tell is lost",
+    )
 }
 
 fn number(column: Column, text: &str) -> Result<f64, Complaint> {
@@ -345,4 +345,14 @@ fn number(column: Column, text: &str) -> Result<f64, Complaint> {
         ));
     }
     Ok(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_takes_what_the_limit_counts_with() {
+        assert_eq!(size_of::<Row>(), 200);
+    }
 }

@@ -1,8 +1,14 @@
 //! Many files of one device and day.
 
+use crate::parse::MOST_ROWS;
 use crate::plausibility::Device;
 use crate::{InputError, MeasurementFile};
+use input_file::{MB, ReadError};
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
+
+/// The most of a file (bytes): [`MOST_ROWS`] of every column, as the tool writes them, take 450 MB.
+const MOST_OF_A_FILE: u64 = 500 * MB;
 
 /// The files of one session, each with its name: those of one clock together, in the order of its time (by name where there
 /// is none), clocks in the order in which they began.
@@ -27,19 +33,21 @@ impl Session {
     /// # Errors
     /// As [`load`](Self::load), and for what this device cannot have shown.
     pub fn load_of<P: AsRef<Path>>(paths: &[P], device: &Device) -> Result<Self, InputError> {
-        let mut files = Vec::new();
+        Self::load_up_to(paths, device, MOST_ROWS)
+    }
+
+    /// The same with at most so many rows.
+    fn load_up_to<P: AsRef<Path>>(
+        paths: &[P],
+        device: &Device,
+        most_rows: usize,
+    ) -> Result<Self, InputError> {
+        let (mut files, mut room) = (Vec::new(), most_rows);
         for path in paths {
             for file in csv_files(path.as_ref())? {
-                let name = file.display().to_string();
-                let text =
-                    std::fs::read_to_string(&file).map_err(|source| InputError::Unreadable {
-                        path: name.clone(),
-                        source,
-                    })?;
-                files.push((
-                    name.clone(),
-                    MeasurementFile::parse_of(&name, &text, device)?,
-                ));
+                let (name, read) = (file.display().to_string(), read(&file, device, room)?);
+                room -= read.rows.len();
+                files.push((name, read));
             }
         }
         if files.is_empty() {
@@ -77,6 +85,18 @@ impl Session {
         })
     }
 
+    /// A sentence for each file that is not whole: one that was cut short while it was written, or whose measurement ended
+    /// early.
+    pub fn flaws(&self) -> Vec<String> {
+        let flaw = |(name, file): &(String, MeasurementFile)| {
+            let why = file.keys.get("partial")?;
+            Some(format!(
+                "'{name}' is not whole, and is read for what it has: {why}"
+            ))
+        };
+        self.files.iter().filter_map(flaw).collect()
+    }
+
     fn check_ambients(&self) -> Result<(), InputError> {
         let says = |(_, file): &&(String, MeasurementFile)| file.ambient_c().is_some();
         let Some((other, _)) = self.files.iter().find(says) else {
@@ -96,11 +116,25 @@ impl Session {
     }
 }
 
+/// Reads a file of at most so many rows.
+fn read(path: &Path, device: &Device, most_rows: usize) -> Result<MeasurementFile, InputError> {
+    let (name, file) = (path.display().to_string(), input_file::open(path)?);
+    let size = file.metadata().map_or(0, |metadata| metadata.len());
+    if size > MOST_OF_A_FILE {
+        return Err(InputError::TooLarge {
+            path: name,
+            size_mb: size as f64 / MB as f64,
+            most_mb: MOST_OF_A_FILE as f64 / MB as f64,
+        });
+    }
+    MeasurementFile::read(&name, BufReader::new(file), device, most_rows)
+}
+
 fn csv_files(path: &Path) -> Result<Vec<PathBuf>, InputError> {
     if !path.is_dir() {
         return Ok(vec![path.to_owned()]);
     }
-    let unreadable = |source| InputError::Unreadable {
+    let unreadable = |source| ReadError::Unreadable {
         path: path.display().to_string(),
         source,
     };
@@ -118,4 +152,25 @@ fn csv_files(path: &Path) -> Result<Vec<PathBuf>, InputError> {
     }
     files.sort();
     Ok(files)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_share_the_limit_of_rows() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.csv", "b.csv"] {
+            let text = "t_s,V_V\n1,0\n2,0\n3,0\n";
+            std::fs::write(folder.path().join(name), text).unwrap();
+        }
+        let load = |most| Session::load_up_to(&[folder.path()], &Device::default(), most);
+        assert_eq!(load(6).unwrap().files.len(), 2);
+        let said = load(5).unwrap_err().to_string();
+        assert!(
+            said.contains("b.csv:4: with this row the session has more than"),
+            "{said}"
+        );
+    }
 }

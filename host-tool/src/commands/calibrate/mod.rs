@@ -20,6 +20,7 @@ use self::bench::OnTrial;
 use self::report::{Report, Written};
 use crate::board::Board;
 use crate::cli::Calibrate;
+use crate::commands::lab::warn;
 use crate::commands::measure::run::{Bench, today};
 use crate::commands::measure::sensor::Sensor;
 use crate::commands::{calibrate_sense, status};
@@ -34,7 +35,11 @@ pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(),
     let sensor = Sensor::open(&ask.sensor)?;
     let procedure = procedure(board, &ask, &sensor).await?;
     let source = match &ask.from {
-        Some(folder) => Source::Files(Session::load(&[folder])?),
+        Some(folder) => {
+            let session = Session::load(&[folder])?;
+            warn(&session);
+            Source::Files(session)
+        }
         None => Source::Mirror,
     };
     // A tool that was killed may have left one on trial.

@@ -1,10 +1,10 @@
 //! What the commands of the lab read before they compute.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use identification::Dataset;
+use input_file::MOST_WRITTEN;
 use measurement::{Device, Session};
 use mirror_model::Model;
 use mirror_model::effect::{Effect, Formula};
@@ -27,6 +27,7 @@ impl Loaded {
             cold_ohm: model.parameters.cold_resistance_ohm,
         };
         let session = Session::load_of(&input.files, &device)?;
+        warn(&session);
         let files = session.files.iter().map(|(name, _)| name.clone()).collect();
         Ok(Self {
             model,
@@ -36,12 +37,16 @@ impl Loaded {
     }
 }
 
+/// Tells which files are not whole.
+pub(crate) fn warn(session: &Session) {
+    for flaw in session.flaws() {
+        eprintln!("warning: {flaw}");
+    }
+}
+
 /// An effect that a user described in a file.
 pub(super) fn own_effect(path: &Path) -> Result<Arc<dyn Effect>, ToolError> {
-    let text = fs::read_to_string(path).map_err(|source| ToolError::Read {
-        path: path.to_owned(),
-        source,
-    })?;
+    let text = input_file::read_text(path, MOST_WRITTEN)?;
     Ok(Arc::new(Formula::parse(
         &path.display().to_string(),
         &text,

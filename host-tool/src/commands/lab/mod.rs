@@ -10,6 +10,7 @@ use std::path::PathBuf;
 
 pub(super) use effects::run as effect;
 pub(super) use found::Identified;
+pub(super) use loaded::warn;
 
 use self::found::Diagnosed;
 use self::loaded::{Loaded, cache_directory, own_effect};

@@ -1,7 +1,6 @@
 //! `measure plane`: the tilt of the plate from a scan of points over it, the paper's second procedure.
 
 use std::fmt;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use measurement::Plane;
@@ -24,10 +23,7 @@ use crate::report::{self, decimal};
 
 /// Reads a scan and prints the plane through it.
 pub(crate) fn of_file(path: &Path, json: bool) -> Result<(), ToolError> {
-    let text = fs::read_to_string(path).map_err(|source| ToolError::Read {
-        path: path.to_owned(),
-        source,
-    })?;
+    let text = input_file::read_text(path, input_file::MOST_MADE)?;
     let unusable = |reason: String| ToolError::Scan {
         path: path.to_owned(),
         reason,

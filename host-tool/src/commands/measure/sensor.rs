@@ -121,7 +121,7 @@ impl Sensor {
             Self::Recording { began: false, .. } => return Ok(()),
             Self::Recording { path, began } => {
                 *began = false;
-                let text = fs::read_to_string(&*path).map_err(|error| cannot_read(path, error))?;
+                let text = input_file::read_text(path, input_file::MOST_MADE)?;
                 let readings = parse(&text).map_err(|reason| cannot_read(path, reason))?;
                 (path, readings)
             }

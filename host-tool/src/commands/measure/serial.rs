@@ -1,7 +1,7 @@
 //! A serial sensor: lines of micrometres, each with the time at which it arrived.
 
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, IsTerminal};
+use std::io::{self, BufRead, BufReader, IsTerminal, Read};
 use std::path::Path;
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
@@ -11,6 +11,9 @@ use rustix::fs::{Mode, OFlags, open};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
 use super::readings::finite;
+
+/// The longest line of a sensor (bytes): a number takes twenty, and what is longer is passed over.
+const MOST_OF_A_LINE: u64 = 1024;
 
 /// Readings as they arrive (um).
 pub(super) type Arriving = Receiver<(Instant, f64)>;
@@ -37,12 +40,18 @@ pub(super) fn device(path: &Path, baud: Option<u32>) -> io::Result<File> {
 pub(super) fn listen(device: File, clock: impl Fn() -> Instant + Send + 'static) -> Arriving {
     let (send, arriving) = channel();
     thread::spawn(move || {
-        // Text that is no text, as a sensor sends it when it is switched on, is passed over like any other.
-        for line in BufReader::new(device).split(b'\n').map_while(Result::ok) {
-            let Some(um) = finite(&String::from_utf8_lossy(&line)) else {
-                continue;
-            };
-            if send.send((clock(), um)).is_err() {
+        let mut device = BufReader::new(device);
+        let (mut line, mut is_rest) = (Vec::new(), false);
+        while let Ok(1..) = (&mut device)
+            .take(MOST_OF_A_LINE)
+            .read_until(b'\n', &mut line)
+        {
+            let is_whole = line.ends_with(b"\n") && !is_rest;
+            is_rest = !line.ends_with(b"\n");
+            // Text that is no text, as a sensor sends it when it is switched on, is passed over like any other.
+            let um = finite(&String::from_utf8_lossy(&line)).filter(|_| is_whole);
+            line.clear();
+            if um.is_some_and(|um| send.send((clock(), um)).is_err()) {
                 return;
             }
         }
@@ -57,7 +66,7 @@ mod tests {
     use measurement::{MeasurementFile, Row};
     use rustix::pty::{OpenptFlags, openpt, ptsname, unlockpt};
     use rustix::termios::{LocalModes, OutputModes};
-    use std::io::Write;
+    use std::io::{Seek, Write};
     use std::path::PathBuf;
     use std::sync::atomic::{AtomicU32, Ordering};
     use std::time::Duration;
@@ -105,6 +114,20 @@ mod tests {
             assert!((found.unwrap() - is).abs() < 1e-9, "{z:?}");
         }
         assert_eq!(z[5], None, "nothing arrived by then");
+    }
+
+    #[test]
+    fn a_line_that_is_too_long_or_breaks_off_is_no_reading() {
+        let mut recording = tempfile::tempfile().unwrap();
+        // Zeros alone would be numbers, in whatever pieces they come.
+        recording.write_all(&vec![b'0'; 1 << 20]).unwrap();
+        recording.write_all(b"\n12.5\n12.").unwrap();
+        recording.rewind().unwrap();
+        let read: Vec<f64> = listen(recording, Instant::now)
+            .iter()
+            .map(|(_, um)| um)
+            .collect();
+        assert_eq!(read, [12.5]);
     }
 
     #[test]

@@ -1,6 +1,5 @@
 //! Where on a plate a sensor's spot goes: points of a file, or as they are typed.
 
-use std::fs;
 use std::path::Path;
 
 use measurement::Plane;
@@ -28,10 +27,7 @@ impl Spots {
                 open: true,
             });
         };
-        let text = fs::read_to_string(path).map_err(|source| ToolError::Read {
-            path: path.to_owned(),
-            source,
-        })?;
+        let text = input_file::read_text(path, input_file::MOST_MADE)?;
         let unusable = |reason: String| ToolError::Spots {
             path: path.to_owned(),
             reason,

@@ -26,6 +26,7 @@ mod read;
 mod write;
 
 use crate::{Model, Preset};
+use input_file::{MOST_WRITTEN, ReadError};
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use read::Reader;
 use std::path::Path;
@@ -45,15 +46,10 @@ pub enum ModelFileError {
         /// What was asked for.
         name: String,
     },
-    /// The file is there but cannot be read.
-    #[error("the model file '{path}' cannot be read")]
-    Unreadable {
-        /// The file.
-        path: String,
-        /// What the system said.
-        #[source]
-        source: std::io::Error,
-    },
+    /// The file is there but cannot be read, or is too large for a model.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    File(#[from] ReadError),
     /// The file says something that no model can have.
     #[error("{message}")]
     #[diagnostic(help("{help}"))]
@@ -89,11 +85,7 @@ impl Model {
                 name: name_or_path.into(),
             });
         }
-        let text =
-            std::fs::read_to_string(name_or_path).map_err(|source| ModelFileError::Unreadable {
-                path: name_or_path.into(),
-                source,
-            })?;
+        let text = input_file::read_text(Path::new(name_or_path), MOST_WRITTEN)?;
         Self::parse(name_or_path, &text)
     }
 

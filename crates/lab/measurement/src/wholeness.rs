@@ -1,0 +1,52 @@
+//! Whether a file has its end: one that was written as the rows came says at its beginning that its last line will tell.
+
+use crate::MeasurementFile;
+use crate::lines::Line;
+
+/// The key that such a file begins with, and its value: the key that it ends with.
+pub(crate) const ENDS_WITH: &str = "ends_with";
+/// The key of the last line, and its value: how many rows there are.
+pub(crate) const ROWS: &str = "rows";
+
+/// What a file says of its end.
+#[derive(Default)]
+pub(crate) struct Wholeness {
+    promised: bool,
+    /// What the last line says.
+    rows: Option<usize>,
+    /// A line that breaks off.
+    cut_off: bool,
+}
+
+impl Wholeness {
+    /// Whether this comment is about the file's end, and no key of the measurement.
+    pub(crate) fn takes(&mut self, key: &str, value: &str) -> bool {
+        if key == ENDS_WITH && value == ROWS {
+            self.promised = true;
+            return true;
+        }
+        let rows = value.parse().ok().filter(|_| self.promised && key == ROWS);
+        self.rows = self.rows.or(rows);
+        rows.is_some()
+    }
+
+    /// Whether a line is one that the writer was interrupted in. Files by hand may end without a line end.
+    pub(crate) fn is_cut_off(&mut self, line: &Line) -> bool {
+        self.cut_off = self.promised && !line.ended;
+        self.cut_off
+    }
+
+    /// Why the file is not whole.
+    pub(crate) fn flaw(&self, file: &MeasurementFile) -> Option<String> {
+        let count = file.rows.len();
+        match self.rows {
+            _ if !self.promised => None,
+            Some(rows) if rows == count => None,
+            Some(rows) => Some(format!("it says that it has {rows} rows, and has {count}")),
+            None if self.cut_off => Some(format!(
+                "it was cut short after {count} rows, in the middle of a line, which is left out"
+            )),
+            None => Some(format!("it was cut short after {count} rows")),
+        }
+    }
+}
