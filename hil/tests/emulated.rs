@@ -250,6 +250,29 @@ fn samples_of_a_dead_tool_are_not_taken_for_ones_own() {
 }
 
 #[test]
+fn a_recording_whose_tool_is_killed_is_read_for_what_it_has() {
+    let bench = bench();
+    let words = ["record", "-o", "cut.csv", "--duration", "1000s"];
+    let mut recording = bench.start_tool(&words);
+    // A second of the board's time, of which half a second at most may be held back.
+    let file = bench.directory().join("cut.csv");
+    while std::fs::metadata(&file).map_or(0, |file| file.len()) < 50_000 {
+        assert_eq!(recording.try_wait().expect("it is asked"), None);
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    recording.kill().expect("it dies");
+    recording.wait().expect("it is gone");
+    let file = bench.measured("cut.csv");
+    let steps = file.rows.windows(2).map(|pair| pair[1].t_s - pair[0].t_s);
+    assert!(steps.clone().all(|step| (step - 0.001).abs() < 1e-9));
+    let told = format!("it was cut short after {} rows", file.rows.len());
+    let partial = file.keys.get("partial").unwrap_or_default();
+    assert!(partial.starts_with(&told), "{partial}");
+    let said = bench.tool(&["compare", "paper", "cut.csv"]).sentence();
+    assert!(said.contains(&told), "{said}");
+}
+
+#[test]
 fn a_recording_is_as_long_as_it_was_asked_to_be_or_refused() {
     let bench = bench();
     let slow = [

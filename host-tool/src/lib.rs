@@ -15,6 +15,7 @@ mod new_file;
 mod option_bytes;
 pub mod picture;
 pub mod quantity;
+mod recording;
 mod report;
 pub mod update;
 mod working;

@@ -1,6 +1,6 @@
 //! Output files: found out to be writable before the work begins, and whole or not there at all.
 
-use std::fs::Permissions;
+use std::fs::{self, File, Permissions};
 use std::io::{self, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -52,6 +52,81 @@ impl NewFile {
         match written {
             Ok(_) => Ok(self.path),
             Err(source) => Err(ToolError::Write {
+                path: self.path,
+                source,
+            }),
+        }
+    }
+}
+
+/// A file that has a name while its content grows, so that what is there outlives this process.
+#[derive(Debug)]
+pub(crate) struct GrowingFile {
+    /// The name that it has in the end.
+    path: PathBuf,
+    /// The name that it has meanwhile, where another file has that one until then.
+    beside: Option<PathBuf>,
+}
+
+impl NewFile {
+    /// Gives the file a name before it has its content: its own, or, where a file has it that is to be replaced, that with
+    /// `.new` behind it.
+    pub(crate) fn grow(self) -> Result<(GrowingFile, File), ToolError> {
+        let beside = self.path.exists().then(|| {
+            let mut name = self.path.clone().into_os_string();
+            name.push(".new");
+            PathBuf::from(name)
+        });
+        let growing = GrowingFile {
+            path: self.path,
+            beside,
+        };
+        match self.draft.persist_noclobber(growing.name()) {
+            Ok(file) => Ok((growing, file)),
+            Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => {
+                Err(ToolError::FileExists {
+                    path: growing.name().to_owned(),
+                })
+            }
+            Err(error) => Err(ToolError::Write {
+                path: growing.name().to_owned(),
+                source: error.error,
+            }),
+        }
+    }
+}
+
+impl GrowingFile {
+    /// The name that it has now.
+    pub(crate) fn name(&self) -> &Path {
+        self.beside.as_ref().unwrap_or(&self.path)
+    }
+
+    /// Takes it away.
+    pub(crate) fn discard(self) -> Result<(), ToolError> {
+        fs::remove_file(self.name()).map_err(|source| ToolError::Write {
+            path: self.name().to_owned(),
+            source,
+        })
+    }
+
+    /// Puts a whole file with this text at the name that it has in the end, and takes it away.
+    pub(crate) fn replace(&self, text: &str) -> Result<PathBuf, ToolError> {
+        let path = NewFile::create(self.path.clone(), true)?.write(text)?;
+        if let Some(beside) = &self.beside {
+            fs::remove_file(beside).map_err(|source| ToolError::Write {
+                path: beside.clone(),
+                source,
+            })?;
+        }
+        Ok(path)
+    }
+
+    /// Gives it the name that it has in the end.
+    pub(crate) fn finish(self) -> Result<PathBuf, ToolError> {
+        match self.beside.map(|beside| fs::rename(beside, &self.path)) {
+            None | Some(Ok(())) => Ok(self.path),
+            Some(Err(source)) => Err(ToolError::Write {
                 path: self.path,
                 source,
             }),

@@ -5,15 +5,17 @@ use std::fmt;
 use std::path::PathBuf;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use measurement::{MeasurementFile, Row};
+use measurement::{Keys, Row};
 use mirror_protocol::Telemetry;
 use serde::Serialize;
 use tokio::signal::ctrl_c;
 
 use crate::board::{Board, Samples};
+use crate::commands::measure::run::{Ended, partial};
 use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::quantity::Span;
+use crate::recording::Recording;
 use crate::report::{self, decimal};
 
 #[derive(Serialize)]
@@ -38,23 +40,65 @@ pub(super) async fn run(
     }
     let expected = asked as u32;
     let mut stream = board.stream(period_ticks, expected).await?;
-    let (samples, ended) = collect(board, &mut stream, expected, json).await;
-    let recording = measurement(board, &samples);
+    // A sensor that is lost now may be found again.
+    let like = Row {
+        current_a: [Some(0.0); 4],
+        z_um: Some(0.0),
+        ..Row::default()
+    };
+    let mut recording = Recording::begin(file, &keys(board), &like)?;
+    let mut recorder = Recorder::new(board, &mut recording);
+    let mut ended = collect(board, &mut stream, expected, &mut recorder, json).await;
+    let (samples, duration_s) = (recorder.samples, recorder.last_s);
+    if let Err(ToolError::CutShort { .. }) = ended {
+        // The board would send on to nobody; the reason to stop is told in any case.
+        let _ = board.stop_stream().await;
+        return ended.map(drop);
+    }
+    // The board is well, so what is missing was lost on the way.
+    if matches!(ended, Err(ToolError::NoAnswer { .. })) && board.status().await.is_ok() {
+        ended = Err(ToolError::SamplesLost {
+            received: samples,
+            expected: expected as usize,
+        });
+    }
     let recorded = Recorded {
-        file: file.write(&recording.to_string())?,
-        samples: samples.len(),
-        duration_s: recording.rows.last().map_or(0.0, |row| row.t_s),
+        file: recording.finish(partial(&ended).as_deref())?,
+        samples,
+        duration_s,
     };
     report::print(&recorded, json);
-    match ended {
-        // The board is well, so what is missing was lost on the way.
-        Err(ToolError::NoAnswer { .. }) if board.status().await.is_ok() => {
-            Err(ToolError::SamplesLost {
-                received: samples.len(),
-                expected: expected as usize,
-            })
+    ended.map(drop)
+}
+
+/// Appends samples to a recording.
+struct Recorder<'a> {
+    recording: &'a mut Recording,
+    tick_hz: u32,
+    first_tick: Option<u32>,
+    samples: usize,
+    /// Time of the last sample.
+    last_s: f64,
+}
+
+impl<'a> Recorder<'a> {
+    fn new(board: &Board, recording: &'a mut Recording) -> Self {
+        Self {
+            recording,
+            tick_hz: board.identity().tick_hz,
+            first_tick: None,
+            samples: 0,
+            last_s: 0.0,
         }
-        ended => ended,
+    }
+
+    fn append(&mut self, sample: &Telemetry) -> Result<(), ToolError> {
+        let first = *self.first_tick.get_or_insert(sample.tick);
+        let row = row(sample, sample.tick.wrapping_sub(first), self.tick_hz);
+        self.recording.append(&row)?;
+        self.samples += 1;
+        self.last_s = row.t_s;
+        Ok(())
     }
 }
 
@@ -64,8 +108,9 @@ async fn collect(
     board: &Board,
     stream: &mut Samples,
     expected: u32,
+    recorder: &mut Recorder<'_>,
     quiet: bool,
-) -> (Vec<Telemetry>, Result<(), ToolError>) {
+) -> Result<Ended, ToolError> {
     let bar = if quiet {
         ProgressBar::hidden()
     } else {
@@ -74,33 +119,26 @@ async fn collect(
     let style =
         ProgressStyle::with_template("recording {wide_bar} {pos}/{len} samples, {eta} left");
     bar.set_style(style.expect("a fixed template"));
-    let mut samples = Vec::new();
     let receive = async {
-        while samples.len() < expected as usize {
-            samples.push(stream.next().await?);
+        for _ in 0..expected {
+            recorder.append(&stream.next().await?)?;
             bar.inc(1);
         }
-        Ok(())
+        Ok(Ended::Complete)
     };
     let ended = tokio::select! {
         ended = receive => ended,
-        _ = ctrl_c() => board.stop_stream().await,
+        _ = ctrl_c() => board.stop_stream().await.map(|()| Ended::Interrupted),
     };
     bar.finish_and_clear();
-    (samples, ended)
+    ended
 }
 
-fn measurement(board: &Board, samples: &[Telemetry]) -> MeasurementFile {
-    let identity = board.identity();
-    let mut file = MeasurementFile::default();
-    file.keys.set("experiment", "record");
-    file.keys.set("device", &identity.board);
-    let first = samples.first().map_or(0, |sample| sample.tick);
-    file.rows = samples
-        .iter()
-        .map(|sample| row(sample, sample.tick.wrapping_sub(first), identity.tick_hz))
-        .collect();
-    file
+fn keys(board: &Board) -> Keys {
+    let mut keys = Keys::default();
+    keys.set("experiment", "record");
+    keys.set("device", &board.identity().board);
+    keys
 }
 
 fn row(sample: &Telemetry, ticks: u32, tick_hz: u32) -> Row {

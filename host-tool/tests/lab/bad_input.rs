@@ -123,8 +123,12 @@ fn what_is_no_file_or_never_ends() {
         );
         let model = ["fit", bad, &files, "-o", &output];
         refused(&model, sentence, bad, &output);
-        let effect = ["effect", "add", bad, "paper", &files, "-o", &output];
-        refused(&effect, sentence, "", &output);
+        let link = directory.path().join("mine.toml");
+        let _ = fs::remove_file(&link);
+        std::os::unix::fs::symlink(bad, &link).expect("a link");
+        let link = link.display().to_string();
+        let effect = ["effect", "add", &link, "paper", &files, "-o", &output];
+        refused(&effect, sentence, "mine.toml", &output);
     }
 }
 

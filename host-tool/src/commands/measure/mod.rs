@@ -1,6 +1,7 @@
 //! `measure`: the paper's experiments on any board, as measurement files.
 
 mod interrupt;
+mod journal;
 mod keyboard;
 pub(super) mod plane;
 mod point;
@@ -18,7 +19,7 @@ use std::path::PathBuf;
 use experiments::{Experiment, Quantity};
 
 use self::possible::{check_drive, make_directory};
-use self::report::{MeasuredFile, Report};
+use self::report::Report;
 use self::run::{Bench, Ended};
 use self::sensor::Sensor;
 use crate::board::Board;
@@ -51,14 +52,9 @@ pub(super) async fn run(
     let mut bench = Bench::open(board, sensor, instruments.ambient_c, json).await?;
     let mut failed = Ok(());
     for (experiment, file) in experiments.iter().zip(files.drain(..)) {
-        let measured = bench.measure(experiment).await;
-        let rows = measured.file.rows.len();
-        // An empty file would be no measurement.
-        if rows > 0 {
-            let file = file.write(&measured.file.to_string())?;
-            report.measured.push(MeasuredFile { file, rows });
-        }
-        match measured.ended {
+        let (file, ended) = bench.measure_into(experiment, file).await;
+        report.measured.extend(file);
+        match ended {
             Ok(Ended::Complete) => {}
             Ok(Ended::Interrupted) => report.interrupted = true,
             Err(error) => failed = Err(error),

@@ -11,9 +11,12 @@ use mirror_protocol::{Drives, Play, Telemetry};
 use tokio::sync::oneshot;
 
 use super::interrupt::Interrupt;
+use super::journal::Journal;
+use super::report::MeasuredFile;
 use super::sensor::Sensor;
 use crate::board::{Board, RENEWED_LEASE};
 use crate::error::ToolError;
+use crate::new_file::NewFile;
 use crate::quantity::Span;
 use crate::working::spinner;
 
@@ -38,6 +41,7 @@ pub(crate) struct Bench<'a> {
     interrupt: Interrupt,
     /// What acted in the tick of every row so far.
     limits: Vec<Limits>,
+    journal: Journal,
 }
 
 /// A measurement, and how it ended.
@@ -70,7 +74,7 @@ pub(super) async fn attended(
 }
 
 /// Why a measurement is not whole, for its file.
-pub(super) fn partial(ended: &Result<Ended, ToolError>) -> Option<String> {
+pub(crate) fn partial(ended: &Result<Ended, ToolError>) -> Option<String> {
     match ended {
         Ok(Ended::Complete) => None,
         Ok(Ended::Interrupted) => Some("interrupted".to_owned()),
@@ -106,7 +110,31 @@ impl<'a> Bench<'a> {
             quiet,
             interrupt: Interrupt::listen()?,
             limits: Vec::new(),
+            journal: Journal::default(),
         })
+    }
+
+    /// Measures one experiment, and writes `file` as its rows come. Where there are rows it is whole in the end, or the
+    /// error says what it holds.
+    pub(super) async fn measure_into(
+        &mut self,
+        experiment: &Experiment,
+        file: NewFile,
+    ) -> (Option<MeasuredFile>, Result<Ended, ToolError>) {
+        self.journal = Journal::new(file);
+        let Measured { file, ended, .. } = self.measure(experiment).await;
+        let recording = std::mem::take(&mut self.journal).into_recording();
+        let rows = file.rows.len();
+        match (recording, ended) {
+            (Some(_), Err(error @ ToolError::CutShort { .. })) => (None, Err(error)),
+            // A file without rows would be no measurement.
+            (Some(recording), ended) if rows == 0 => (None, recording.discard().and(ended)),
+            (Some(recording), ended) => match recording.replace(&file.to_string()) {
+                Ok(file) => (Some(MeasuredFile { file, rows }), ended),
+                Err(error) => (None, Err(error)),
+            },
+            (None, ended) => (None, ended),
+        }
     }
 
     /// Measures one experiment. What was measured is kept whatever happens, and the channels are off
@@ -237,25 +265,21 @@ impl<'a> Bench<'a> {
                 }
                 _ => None,
             };
-            let first_tick = self.play(piece, passed_s, file).await?;
-            if let Some((volts, since)) = prehold {
-                file.keys.set("prehold_V", &volts.to_string());
-                let held = board.span(since, first_tick);
-                file.keys.set("prehold_s", &held.s.to_string());
-            }
+            self.play(piece, passed_s, prehold, file).await?;
             // The last row is a tick before its dwell ends.
             passed_s = file.rows.last().map_or(0.0, |row| row.t_s) + board.span(0, 1).s;
         }
         Ok(())
     }
 
-    /// Plays a piece and appends its rows; returns the first tick in which it was driven.
+    /// Plays a piece after what was held since a tick, and appends its rows.
     async fn play(
         &mut self,
         piece: &Piece,
         passed_s: f64,
+        prehold: Option<(f64, u32)>,
         file: &mut MeasurementFile,
-    ) -> Result<u32, ToolError> {
+    ) -> Result<(), ToolError> {
         let play = Play {
             waveform: piece.waveform,
             stream: piece.stream,
@@ -263,6 +287,12 @@ impl<'a> Bench<'a> {
         };
         self.sensor.begin();
         let (mut stream, first_tick) = self.board.play(&play).await?;
+        if let Some((volts, since)) = prehold {
+            file.keys.set("prehold_V", &volts.to_string());
+            let held = self.board.span(since, first_tick);
+            file.keys.set("prehold_s", &held.s.to_string());
+        }
+        self.journal.begin(&file.keys, &self.like())?;
         let clock = Clock {
             tick_hz: self.board.identity().tick_hz,
             session_tick: self.session_tick,
@@ -276,13 +306,29 @@ impl<'a> Bench<'a> {
                 for mut row in rows(&[last, sample], piece.rows, &clock) {
                     row.ambient_c = self.ambient_c;
                     file.rows.push(row);
+                    row.z_um = row.z_um.filter(|_| matches!(self.sensor, Sensor::Board));
+                    if row.voltage_v == [0.0; 4] {
+                        self.zero_um = self.zero_um.or(row.z_um);
+                    }
+                    self.journal.append(row, self.zero_um)?;
                     self.limits.push(Limits::from_bits(last.limits));
                 }
             }
             last = Some(sample);
             self.bar.inc(1);
         }
-        Ok(first_tick)
+        Ok(())
+    }
+
+    /// A row with everything that is in one before the experiment is over.
+    fn like(&self) -> Row {
+        Row {
+            t_global_s: Some(0.0),
+            current_a: [Some(0.0); 4],
+            z_um: matches!(self.sensor, Sensor::Board).then_some(0.0),
+            ambient_c: self.ambient_c,
+            ..Row::default()
+        }
     }
 
     /// The scatter of the board's sensor at rest, one standard deviation, if it has one.

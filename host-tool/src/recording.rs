@@ -1,0 +1,180 @@
+//! A measurement file that grows while it is measured, so that what is there outlives this process.
+
+use std::fs::File;
+use std::io::{self, BufWriter};
+use std::path::PathBuf;
+
+use measurement::{Keys, Row, Writer};
+
+use crate::error::ToolError;
+use crate::new_file::{GrowingFile, NewFile};
+
+/// What is lost at most when this process is killed (s of the board's time), where samples come as often.
+const FLUSH_S: f64 = 0.5;
+
+/// A measurement file that grows.
+#[derive(Debug)]
+pub(crate) struct Recording {
+    file: GrowingFile,
+    rows: Rows,
+}
+
+impl Recording {
+    /// Gives the file its name and its beginning. Its rows may have what `like` has.
+    pub(crate) fn begin(file: NewFile, keys: &Keys, like: &Row) -> Result<Self, ToolError> {
+        let (file, output) = file.grow()?;
+        match Rows::begin(output, keys, like) {
+            Ok(rows) => Ok(Self { file, rows }),
+            Err(source) => Err(ToolError::Write {
+                path: file.name().to_owned(),
+                source,
+            }),
+        }
+    }
+
+    /// Appends a row, which is in the file by the time a row of half a second later is appended.
+    pub(crate) fn append(&mut self, row: &Row) -> Result<(), ToolError> {
+        let appended = self.rows.append(row);
+        appended.map_err(|source| cut_short(&self.file, self.rows.safe, source))
+    }
+
+    /// Takes the file away.
+    pub(crate) fn discard(self) -> Result<(), ToolError> {
+        self.file.discard()
+    }
+
+    /// Puts a whole file in the place of this one, at its name in the end.
+    pub(crate) fn replace(mut self, text: &str) -> Result<PathBuf, ToolError> {
+        // Where there is no room for the whole one, this one holds every row.
+        if self.rows.writer.flush().is_ok() {
+            self.rows.safe = self.rows.writer.rows();
+        }
+        match self.file.replace(text) {
+            Err(ToolError::Write { source, .. }) => {
+                Err(cut_short(&self.file, self.rows.safe, source))
+            }
+            replaced => replaced,
+        }
+    }
+
+    /// Ends the file, and gives it its name; `partial` says why the measurement is not whole.
+    pub(crate) fn finish(self, partial: Option<&str>) -> Result<PathBuf, ToolError> {
+        let safe = self.rows.safe;
+        match self.rows.writer.finish(partial) {
+            Ok(()) => self.file.finish(),
+            Err(source) => Err(cut_short(&self.file, safe, source)),
+        }
+    }
+}
+
+fn cut_short(file: &GrowingFile, rows: usize, source: io::Error) -> ToolError {
+    ToolError::CutShort {
+        path: file.name().to_owned(),
+        rows,
+        source,
+    }
+}
+
+/// Rows on their way into a file.
+#[derive(Debug)]
+struct Rows {
+    writer: Writer<BufWriter<File>>,
+    /// How many the system has taken for certain.
+    safe: usize,
+    flushed_s: f64,
+}
+
+impl Rows {
+    fn begin(output: File, keys: &Keys, like: &Row) -> io::Result<Self> {
+        let mut writer = Writer::begin(BufWriter::new(output), keys, like)?;
+        writer.flush()?;
+        Ok(Self {
+            writer,
+            safe: 0,
+            flushed_s: 0.0,
+        })
+    }
+
+    fn append(&mut self, row: &Row) -> io::Result<()> {
+        self.writer.row(row)?;
+        if row.t_s - self.flushed_s >= FLUSH_S {
+            self.writer.flush()?;
+            self.safe = self.writer.rows();
+            self.flushed_s = row.t_s;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use measurement::MeasurementFile;
+    use std::fs;
+
+    fn row(index: usize) -> Row {
+        Row {
+            t_s: index as f64 * 0.01,
+            ..Row::default()
+        }
+    }
+
+    #[test]
+    fn what_is_recorded_is_in_the_file_before_the_end() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("r.csv");
+        let new = NewFile::create(path.clone(), false).unwrap();
+        let mut recording = Recording::begin(new, &Keys::default(), &row(0)).unwrap();
+        for index in 0..=120 {
+            recording.append(&row(index)).unwrap();
+        }
+        // As a process leaves it that is killed here: what it holds back is lost.
+        std::mem::forget(recording);
+        let text = fs::read_to_string(&path).unwrap();
+        let file = MeasurementFile::parse("r.csv", &text).unwrap();
+        // Up to 1 s, the last flush.
+        assert_eq!(file.rows.len(), 101);
+        let flaw = file.keys.get("partial").unwrap();
+        assert_eq!(flaw, "it was cut short after 101 rows");
+    }
+
+    #[test]
+    fn a_file_that_is_replaced_is_kept_until_the_end() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("r.csv");
+        fs::write(&path, "old").unwrap();
+        let begin = || {
+            let new = NewFile::create(path.clone(), true)?;
+            Recording::begin(new, &Keys::default(), &row(0))
+        };
+        let mut recording = begin().unwrap();
+        let said = begin().expect_err("what grows is not replaced").to_string();
+        assert!(said.contains("r.csv.new already exists"), "{said}");
+        recording.append(&row(0)).unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        assert_eq!(recording.finish(None).unwrap(), path);
+        assert!(fs::read_to_string(&path).unwrap().ends_with("# rows=1\n"));
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_full_disk_is_told_with_what_the_file_holds() {
+        let folder = tempfile::tempdir().unwrap();
+        let new = NewFile::create(folder.path().join("r.csv"), false).unwrap();
+        let mut recording = Recording::begin(new, &Keys::default(), &row(0)).unwrap();
+        for index in 0..=60 {
+            recording.append(&row(index)).unwrap();
+        }
+        // The rest goes where nothing has room.
+        let full = File::options().write(true).open("/dev/full").unwrap();
+        recording.rows.writer =
+            Writer::begin(BufWriter::new(full), &Keys::default(), &row(0)).unwrap();
+        let failed = (61..=200).find_map(|index| recording.append(&row(index)).err());
+        let said = failed.expect("no room").to_string();
+        assert!(
+            said.contains("r.csv cannot be written any further: No space left")
+                && said.contains("It holds 51 rows or more"),
+            "{said}"
+        );
+    }
+}
