@@ -83,15 +83,16 @@ impl Control {
         self.protection.trip(fault);
     }
 
-    /// Whether the next tick ends a lease that was granted for no longer than `short`, and no order waits that could
-    /// renew it.
+    /// Whether the next tick ends a lease that was granted for no longer than `short`, and neither an order that could
+    /// renew it nor a stop waits.
     pub fn is_about_to_lapse(&self, short: Lease) -> bool {
-        self.protection.is_about_to_lapse(short) && !self.mailbox.has_order()
+        let is_awaited = self.mailbox.has_order() || self.mailbox.has_stop();
+        self.protection.is_about_to_lapse(short) && !is_awaited
     }
 
-    /// Whether the link has fallen behind: the next sample would be dropped.
+    /// Whether the link has fallen behind: the next sample would be dropped. No stop waits for a link.
     pub fn is_congested(&self) -> bool {
-        self.mailbox.is_congested()
+        self.mailbox.is_congested() && !self.mailbox.has_stop()
     }
 
     /// One tick of `board`, which has just said what was sensed.
@@ -174,6 +175,9 @@ impl Control {
 
     /// Takes what came since the last tick, as far as the protection lets it.
     fn take_orders(&mut self) {
+        if self.mailbox.take_stop() {
+            self.follow(Setpoint::Off);
+        }
         if let Some((player, stream, lease)) = self.mailbox.take_play() {
             match self.protection.command(lease) {
                 Ok(()) => {

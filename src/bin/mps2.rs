@@ -4,7 +4,7 @@
 
 use embassy_executor::Spawner;
 use mirror_firmware::board::CalibrationFlash;
-use mirror_firmware::board::mps2::{LockstepPlant, link, watchdog};
+use mirror_firmware::board::mps2::{LockstepPlant, link, stop_fifos, watchdog};
 use mirror_firmware::startup::{Memory, start};
 use mirror_firmware::watchdog::guard;
 use mirror_firmware::{control, last_stop, mailbox, rpc};
@@ -21,12 +21,13 @@ async fn main(_spawner: Spawner) -> ! {
 
     let memory = Memory::of_the_image();
     let flash = CalibrationFlash::open();
-    let (session, control) =
-        start::<LockstepPlant>(flash, memory, last_stop::take(), mailbox::take());
+    let mailbox = mailbox::take();
+    let stop = stop_fifos::serve(mailbox.0);
+    let (session, control) = start::<LockstepPlant>(flash, memory, last_stop::take(), mailbox);
     let serve = rpc::serve(tx, rx, rpc::FRAME.take(), session);
     watchdog::start();
     let guard = guard(watchdog::feed);
-    embassy_futures::join::join3(control::run(plant, control), serve, guard)
+    embassy_futures::join::join4(control::run(plant, control), serve, stop, guard)
         .await
         .0
 }

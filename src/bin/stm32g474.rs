@@ -36,8 +36,9 @@ async fn main(spawner: Spawner) {
     let converters = Converters::new(p.TIM1, (p.ADC1, p.ADC2), pins);
     let memory = Memory::of_the_image();
     let flash = CalibrationFlash::open(p.FLASH);
-    let (session, control) = start::<Converters>(flash, memory, last_stop(), mailbox::take());
-    let (device, rx, tx) = link::open(p.USB, p.PA12, p.PA11);
+    let mailbox = mailbox::take();
+    let (device, rx, tx) = link::open(p.USB, p.PA12, p.PA11, mailbox.0);
+    let (session, control) = start::<Converters>(flash, memory, last_stop(), mailbox);
     let mut watchdog = IndependentWatchdog::new(p.IWDG, WATCHDOG_US);
     watchdog.unleash();
 

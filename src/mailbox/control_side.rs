@@ -12,6 +12,16 @@ use super::{Mailbox, Order, Play};
 pub struct ControlSide(pub(super) &'static Mailbox);
 
 impl ControlSide {
+    /// Whether a stop came since the last tick.
+    pub(crate) fn take_stop(&self) -> bool {
+        self.0.stop.take().is_some()
+    }
+
+    /// Whether a stop waits for the next tick.
+    pub(crate) fn has_stop(&self) -> bool {
+        !self.0.stop.is_empty()
+    }
+
     /// An order that came since the last tick.
     pub(crate) fn take_order(&self) -> Option<Order> {
         self.0.order.take()

@@ -27,11 +27,34 @@ pub enum Failure {
     ControlStopped,
     /// The heaters are still warm from before a reset or a trip.
     Cooling,
+    /// Somebody stopped the board meanwhile.
+    Stopped,
     /// The protection did not let it.
     Denied(Denied),
 }
 
 impl LinkSide {
+    /// Has the next tick turn all channels off, before anything that waits for it and in its place. Whoever drove has
+    /// to greet the board again before it drives.
+    pub fn stop(self) {
+        self.0.order.take();
+        self.0.play.take();
+        self.0
+            .stops
+            .lock(|stops| stops.set(stops.get().wrapping_add(1)));
+        self.0.stop.put(());
+    }
+
+    /// Whether a stop waits for the next tick.
+    pub fn is_stopping(self) -> bool {
+        !self.0.stop.is_empty()
+    }
+
+    /// Stops since start.
+    pub fn stops(self) -> u32 {
+        self.0.stops.lock(Cell::get)
+    }
+
     /// Has the next tick carry out `order`.
     pub fn post(self, order: Order) {
         self.0.order.put(order);
@@ -41,7 +64,7 @@ impl LinkSide {
     /// checked, where they must be.
     ///
     /// # Errors
-    /// Where no tick came, or the protection denied it.
+    /// Where no tick came, the protection denied it, or the board was stopped meanwhile.
     pub async fn order(self, order: Order) -> Result<Commanded, Failure> {
         self.0.commanded.reset();
         self.post(order);
@@ -70,7 +93,7 @@ impl LinkSide {
     /// they must be checked.
     ///
     /// # Errors
-    /// Where no tick came, or the protection denied it.
+    /// Where no tick came, the protection denied it, or the board was stopped meanwhile.
     pub async fn play(self, player: Player, stream: Stream, lease: Lease) -> Result<u32, Failure> {
         self.0.streaming.reset();
         self.0.play.put((player, stream, lease));
@@ -93,8 +116,13 @@ impl LinkSide {
     /// Waits for a tick's answer, for longer where heaters are checked first.
     async fn answered<T>(self, answer: impl Future<Output = T>) -> Result<T, Failure> {
         let mut answer = pin!(answer);
+        let stops = self.stops();
         for _ in 0..COOLING_TIMEOUTS {
-            if let Ok(answer) = with_timeout(TICK_TIMEOUT, answer.as_mut()).await {
+            let answered = with_timeout(TICK_TIMEOUT, answer.as_mut()).await;
+            if self.stops() != stops {
+                return Err(Failure::Stopped);
+            }
+            if let Ok(answer) = answered {
                 return Ok(answer);
             }
             if !self.latest().states.contains(&ChannelState::Starting) {

@@ -48,6 +48,7 @@ pub(crate) type Play = (Player, Stream, Lease);
 /// The meeting place.
 pub struct Mailbox {
     // To the control loop.
+    stop: Slot<()>,
     order: Slot<Order>,
     play: Slot<Play>,
     points: Mutex<CriticalSectionRawMutex, [Cell<i16>; POINTS]>,
@@ -63,6 +64,7 @@ pub struct Mailbox {
     samples: Queue<Telemetry, QUEUED_SAMPLES>,
     dropped: Shared<u32>,
     // Within the link.
+    stops: Shared<u32>,
     bootloader: Signal<CriticalSectionRawMutex, ()>,
 }
 
@@ -85,6 +87,7 @@ impl Mailbox {
     /// A mailbox that nobody has used. An image has one, which [`take`] gives.
     pub const fn new() -> Self {
         Self {
+            stop: Slot::new(),
             order: Slot::new(),
             play: Slot::new(),
             points: Mutex::new([const { Cell::new(0) }; POINTS]),
@@ -112,6 +115,7 @@ impl Mailbox {
             })),
             samples: Queue::new(),
             dropped: Mutex::new(Cell::new(0)),
+            stops: Mutex::new(Cell::new(0)),
             bootloader: Signal::new(),
         }
     }

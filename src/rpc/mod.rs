@@ -46,6 +46,8 @@ pub struct Session {
     bootloader: Option<fn() -> !>,
     /// Protocol version of the tool that greeted last.
     tool: Option<u16>,
+    /// Stops that were before that greeting.
+    stops: u32,
 }
 
 impl Session {
@@ -67,6 +69,7 @@ impl Session {
             option_bytes: B::option_bytes(),
             bootloader: B::BOOTLOADER,
             tool: None,
+            stops: 0,
         }
     }
 
@@ -85,6 +88,21 @@ impl Session {
             }),
             None => Err(Refusal::NoHello),
         }
+    }
+
+    /// A tool that drove while somebody stopped the board does not go on: it ends, or greets and begins anew.
+    fn check_may_drive(&self) -> Result<(), Refusal> {
+        self.check_version()?;
+        if self.stops == self.mailbox.stops() {
+            Ok(())
+        } else {
+            Err(Refusal::NoHello)
+        }
+    }
+
+    async fn drive(&self, order: Order) -> CommandReply {
+        self.check_may_drive()?;
+        self.order(order).await
     }
 
     async fn order(&self, order: Order) -> CommandReply {
@@ -134,6 +152,7 @@ define_dispatch! {
 
 fn hello(session: &mut Session, _header: VarHeader, hello: Hello) -> Identity {
     session.tool = Some(hello.protocol_version);
+    session.stops = session.mailbox.stops();
     Identity {
         protocol_version: PROTOCOL_VERSION,
         firmware_version: text(env!("CARGO_PKG_VERSION")),
@@ -165,7 +184,7 @@ async fn set_position(
     check_numbers(&[position.z_um])?;
     let setpoint = Setpoint::Position(Micrometre(position.z_um));
     session
-        .order(Order::Drive(setpoint, lease(position.lease_ms)))
+        .drive(Order::Drive(setpoint, lease(position.lease_ms)))
         .await
 }
 
@@ -173,7 +192,7 @@ async fn set_drive(session: &mut Session, _header: VarHeader, drives: Drives) ->
     check_numbers(&drives.drive_v)?;
     let setpoint = Setpoint::Drive(drives.drive_v.map(Volt));
     session
-        .order(Order::Drive(setpoint, lease(drives.lease_ms)))
+        .drive(Order::Drive(setpoint, lease(drives.lease_ms)))
         .await
 }
 
@@ -196,7 +215,7 @@ async fn enter_bootloader(
 }
 
 async fn renew(session: &mut Session, _header: VarHeader, renewal: Renewal) -> CommandReply {
-    session.order(Order::Renew(lease(renewal.lease_ms))).await
+    session.drive(Order::Renew(lease(renewal.lease_ms))).await
 }
 
 async fn clear(session: &mut Session, _header: VarHeader, (): ()) -> CommandReply {
@@ -224,7 +243,7 @@ fn load_points(session: &mut Session, _header: VarHeader, points: Points) -> Loa
 }
 
 async fn play(session: &mut Session, _header: VarHeader, play: Play) -> StreamReply {
-    session.check_version()?;
+    session.check_may_drive()?;
     let player = Player::new(play.waveform, TICK_HZ).map_err(Refusal::Waveform)?;
     check_period(&play.stream)?;
     let lease = lease(play.lease_ms);
@@ -245,6 +264,7 @@ fn refusal(failure: Failure) -> Refusal {
     match failure {
         Failure::ControlStopped => Refusal::ControlStopped,
         Failure::Cooling => Refusal::Cooling,
+        Failure::Stopped => Refusal::NoHello,
         Failure::Denied(Denied::NoLease) => Refusal::NoLease,
         Failure::Denied(Denied::Tripped(fault)) => Refusal::Tripped {
             fault: fault.code(),

@@ -9,7 +9,9 @@ pub mod flash;
 mod grace;
 pub mod link;
 mod plant;
+pub mod stop_fifos;
 mod time;
+mod uart;
 mod upset;
 pub mod watchdog;
 

@@ -49,6 +49,9 @@ pub mod usb {
     pub const BOOTLOADER_VENDOR_ID: u16 = 0x0483;
     /// Product id of the bootloader.
     pub const BOOTLOADER_PRODUCT_ID: u16 = 0xdf11;
+    /// Vendor request on endpoint 0 to the device, for which no interface needs to be claimed. Without data it is a
+    /// stop; read, it gives a byte that is not 0 once a control tick has carried out every stop so far.
+    pub const STOP_REQUEST: u8 = 0x53;
     /// Manufacturer string.
     pub const MANUFACTURER: &str = "mirror-driver";
 }

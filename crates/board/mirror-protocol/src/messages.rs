@@ -176,7 +176,7 @@ pub enum Refusal {
     },
     /// The control loop does not run, so nothing is carried out.
     ControlStopped,
-    /// No greeting came since the board started.
+    /// No greeting came since the board started or, for a command that drives, since it was stopped.
     NoHello,
     /// A number in the command is not finite.
     NotANumber,

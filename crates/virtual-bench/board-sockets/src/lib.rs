@@ -23,6 +23,12 @@ pub fn boards_directory() -> PathBuf {
     }
 }
 
+/// The FIFOs by which an emulated board is stopped whoever holds its socket: each byte that is written into the first
+/// is a stop, and comes out of the second once it is carried out.
+pub fn stop_fifos(socket: &Path) -> [PathBuf; 2] {
+    ["stop.in", "stop.out"].map(|ending| socket.with_extension(ending))
+}
+
 /// Whether somebody listens on the socket at `path`, be it that they are busy with somebody else.
 ///
 /// It never waits: an emulator that has a tool connected takes no second one, and a connection to

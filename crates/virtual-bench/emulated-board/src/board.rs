@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use board_sockets::{Untrusted, is_listening, make_folder};
+use board_sockets::{Untrusted, is_listening, make_folder, stop_fifos};
 use rustix::fs::{CWD, Mode, mkfifoat};
 use rustix::process::{Pid, Signal, kill_process};
 use rustix::thread::{CpuSet, sched_setaffinity};
@@ -119,7 +119,9 @@ impl EmulatedBoard {
 
         let fifos = [plant_link::TO_PLANT, plant_link::FROM_PLANT]
             .map(|name| directory.path().join(OsStr::from_bytes(name.to_bytes())));
-        for fifo in &fifos {
+        let stop = stop_fifos(&socket);
+        stop.iter().try_for_each(|fifo| remove(fifo))?;
+        for fifo in fifos.iter().chain(&stop) {
             mkfifoat(CWD, fifo, Mode::RUSR | Mode::WUSR).map_err(io::Error::from)?;
         }
         place_flash(directory.path(), emulation.flash.as_deref())?;
@@ -272,6 +274,9 @@ impl Drop for EmulatedBoard {
         // Whatever fails here, the firmware also ends by itself when its plant is gone.
         let _ = self.kill();
         let _ = fs::remove_file(&self.socket);
+        for fifo in stop_fifos(&self.socket) {
+            let _ = fs::remove_file(fifo);
+        }
     }
 }
 
@@ -294,9 +299,15 @@ fn claim_socket(directory: &Path, name: &str) -> Result<PathBuf, StartError> {
     if is_listening(&socket) {
         return Err(StartError::NameTaken(name.to_owned()));
     }
-    match fs::remove_file(&socket) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error.into()),
-        _ => Ok(socket),
+    remove(&socket)?;
+    Ok(socket)
+}
+
+/// Removes a file that was left behind, if there is one.
+fn remove(path: &Path) -> io::Result<()> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
     }
 }
 

@@ -24,8 +24,8 @@ pub const MACHINE_ARGUMENTS: [&str; 8] = [
 /// would follow the umask, with which another user could command the board.
 const PRIVATELY: &str = r#"umask 077; exec "$0" "$@""#;
 
-/// An emulator that runs `image` in `directory`, UART0 on the socket `socket`, semihosting on its
-/// standard output; with its monitor on a socket in `directory` where that is wanted.
+/// An emulator that runs `image` in `directory`, UART0 on the socket `socket`, UART1 on the FIFOs beside it,
+/// semihosting on its standard output; with its monitor on a socket in `directory` where that is wanted.
 pub(crate) fn command(image: &Path, directory: &Path, socket: &Path, has_monitor: bool) -> Command {
     let mut command = Command::new("sh");
     command
@@ -34,6 +34,9 @@ pub(crate) fn command(image: &Path, directory: &Path, socket: &Path, has_monitor
         .args(["-semihosting-config", "enable=on,target=native"])
         .arg("-serial")
         .arg(format!("unix:{},server=on,wait=off", socket.display()))
+        .arg("-serial")
+        // QEMU adds `.in` and `.out` to this name (`board_sockets::stop_fifos`).
+        .arg(format!("pipe:{}", socket.with_extension("stop").display()))
         .arg("-kernel")
         .arg(image)
         .current_dir(directory)

@@ -40,7 +40,8 @@ pub fn with_board_on<T>(flash: &SharedFlash, test: impl AsyncFnOnce(HostSide) ->
     let mailbox = Box::leak(Box::new(Mailbox::new())).sides();
     let storage: &'static Storage = Box::leak(Box::new(Storage::new()));
     let frame = Box::leak(Box::new([0; MAX_FRAME_BYTES]));
-    let (mut device, rx, tx): Opened = usb::open(storage, device_side, frame, SERIAL);
+    let stop = Box::leak(Box::new(usb::Stop(mailbox.0)));
+    let (mut device, rx, tx): Opened = usb::open(storage, device_side, frame, SERIAL, stop);
 
     let memory = Memory {
         uploaded: Box::leak(Box::new([0; RECORD_BYTES])),
