@@ -231,7 +231,11 @@ impl Bench {
         });
     }
 
-    fn wait(&self, or_else: &str, is_so: impl Fn(&EmulatedBoard) -> bool) {
+    /// Waits until something is so; `or_else` says what is wrong where it never is.
+    ///
+    /// # Panics
+    /// Where it never is, or the board is a real one.
+    pub fn wait(&self, or_else: &str, mut is_so: impl FnMut(&EmulatedBoard) -> bool) {
         let board = self.emulated.as_ref().expect("emulated");
         let start = Instant::now();
         while !is_so(board) {

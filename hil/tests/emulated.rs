@@ -214,11 +214,17 @@ fn a_second_tool_is_told_that_the_board_is_taken_again_and_again() {
     for words in [&["status"][..], &["--board", "emulated", "status"]] {
         let second = bench.tool(words);
         assert_eq!(second.code, 1, "{words:?}");
-        assert!(
-            second.err.contains("is another host-tool"),
-            "{words:?}: {}",
-            second.err
+        // Told at once, and as the reason in the end; lines may be broken within it.
+        let owner = format!(
+            "`host-tool set-z 100um --settle 1h` (process {})",
+            first.id()
         );
+        let squeeze = |text: &str| text.replace(' ', "");
+        let sentence = squeeze(&second.sentence());
+        let told = sentence
+            .matches(&squeeze(&format!("is in use by {owner}")))
+            .count();
+        assert_eq!(told, 2, "{words:?}: {}", second.err);
     }
     first.kill().expect("it ends");
     first.wait().expect("it is gone");

@@ -69,7 +69,7 @@ pub enum ToolError {
 
     #[error("the board {board} cannot be opened: {reason}")]
     #[diagnostic(help(
-        "is it still there, is another host-tool using it, and may you access it? `host-tool doctor` \
+        "is it still there, is another program using it, and may you access it? `host-tool doctor` \
          tells"
     ))]
     Open { board: String, reason: String },
@@ -81,6 +81,13 @@ pub enum ToolError {
     ))]
     Untrusted(#[from] board_sockets::Untrusted),
 
+    #[error("the board {board} is in use by {owner}")]
+    #[diagnostic(help(
+        "wait until that has ended, or end it with Ctrl-C where it runs; `host-tool off` turns the channels off \
+          whoever has the board"
+    ))]
+    InUse { board: String, owner: String },
+
     #[error("the connection to the board was lost while asking it to {request}")]
     #[diagnostic(help(
         "it was unplugged, reset, or its emulator ended; `host-tool list` shows what is there now"
@@ -89,7 +96,7 @@ pub enum ToolError {
 
     #[error("the board did not answer in {seconds} s when asked to {request}")]
     #[diagnostic(help(
-        "is another host-tool connected to it? If not, unplug it and plug it in again, or restart \
+        "is another program connected to it? If not, unplug it and plug it in again, or restart \
          its emulator"
     ))]
     NoAnswer { request: &'static str, seconds: f64 },
@@ -358,7 +365,9 @@ fn refusal_words(refusal: Refusal) -> String {
         }
         Refusal::ControlStopped => "its control loop does not run".to_owned(),
         Refusal::Cooling => "its heaters are still warm from before a reset or a fault".to_owned(),
-        Refusal::NoHello => "it was reset since this tool greeted it".to_owned(),
+        Refusal::NoHello => {
+            "it was reset, or turned off by `host-tool off`, since this tool greeted it".to_owned()
+        }
         Refusal::Tripped { fault } => format!("it has turned itself off: {}", fault_name(fault)),
         Refusal::NoLease => {
             "it drives nothing: it was turned off, or was not asked to go on in time".to_owned()

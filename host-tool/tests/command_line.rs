@@ -229,7 +229,7 @@ fn a_board_that_never_answers() {
     fails_with(
         &host_tool(boards.path(), &["status"]),
         "the board did not answer in 10 s when asked to introduce itself",
-        "is another host-tool connected to it?",
+        "is another program connected to it?",
     );
 }
 

@@ -19,6 +19,7 @@ use serde::de::DeserializeOwned;
 use tokio::time::{sleep, timeout};
 
 use super::find::{Found, Place, is_driver_board};
+use super::owner::{Claim, Owner};
 use super::socket;
 use crate::error::ToolError;
 use crate::quantity::Span;
@@ -38,21 +39,25 @@ const QUEUED_REQUESTS: usize = 8;
 pub struct Board {
     client: HostClient<WireError>,
     identity: Identity,
+    claim: Option<Claim>,
 }
 
 /// What a board can be asked, as an error message says it.
 pub(super) type Request = &'static str;
 
 impl Board {
-    /// Opens and greets a board.
+    /// Opens and greets a board, which is this process's own until it is dropped. Where another has it, that is said on
+    /// standard error, and waited for.
     ///
     /// # Errors
-    /// Where it cannot be reached or trusted, does not answer, or speaks another protocol version.
+    /// Where another does not let go of it, it cannot be reached or trusted, does not answer, or speaks another protocol
+    /// version.
     pub async fn open(found: &Found) -> Result<Self, ToolError> {
         let cannot_open = |reason: String| ToolError::Open {
             board: found.name.clone(),
             reason,
         };
+        let claim = Claim::take(found).await?;
         let client = match &found.place {
             Place::Usb { serial } => HostClient::try_new_raw_nusb(
                 |device| is_driver_board(device) && device.serial_number() == Some(serial),
@@ -76,7 +81,11 @@ impl Board {
         };
         let identity = ask::<HelloEndpoint>(&client, "introduce itself", &hello).await?;
         if identity.protocol_version == PROTOCOL_VERSION {
-            Ok(Self { client, identity })
+            Ok(Self {
+                client,
+                identity,
+                claim,
+            })
         } else {
             Err(ToolError::ProtocolVersion {
                 board: identity.protocol_version,
@@ -87,6 +96,11 @@ impl Board {
     /// Who the board is.
     pub fn identity(&self) -> &Identity {
         &self.identity
+    }
+
+    /// Who had the board when it was opened, and was waited for.
+    pub fn waited_for(&self) -> Option<&Owner> {
+        self.claim.as_ref()?.before.as_ref()
     }
 
     /// What the board is doing.

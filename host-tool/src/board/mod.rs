@@ -4,10 +4,14 @@ mod calibrations;
 mod find;
 pub mod framing;
 mod link;
+mod owner;
 mod samples;
 mod socket;
+mod stop;
 
 pub(crate) use find::none_found;
 pub use find::{Found, Place, choose, find};
 pub use link::{Board, RENEWED_LEASE};
+pub use owner::{Owner, owner};
 pub use samples::Samples;
+pub use stop::stop;

@@ -116,7 +116,7 @@ pub enum Command {
         #[arg(help_heading = SIGNAL, long, default_value = "10min")]
         hold: Hold,
     },
-    /// Turn all channels off.
+    /// Turn all channels off, whoever has the board.
     #[command(after_long_help = "Example:\n  host-tool off")]
     Off,
     /// Forget the faults that have turned the board off, so that it can be driven again.

@@ -8,6 +8,7 @@ mod lab;
 mod list;
 mod measure;
 mod moving;
+mod off;
 mod record;
 mod scan;
 mod set_drive;
@@ -57,7 +58,7 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             set_drive::run(&open().await?, drives, pace, json).await
         }
         Command::Clear => status::clear(&open().await?, json).await,
-        Command::Off => moving::off(&open().await?, json).await,
+        Command::Off => off::run(&choose(arguments.board.as_deref())?, json).await,
         Command::Record {
             output,
             duration,

@@ -9,7 +9,7 @@ use crate::board::Board;
 use crate::error::ToolError;
 
 use crate::quantity::{Hold, Span};
-use crate::report::{self, decimal, row, row_of_known};
+use crate::report::{decimal, row, row_of_known};
 
 /// Readings are the mean of so many samples, a millisecond apart.
 const READING_SAMPLES: u32 = 100;
@@ -95,29 +95,6 @@ pub(super) fn check_states(states: &[ChannelState; 4]) -> Result<(), ToolError> 
         }
     }
     Ok(())
-}
-
-#[derive(Serialize)]
-struct Off {
-    drive_v: [f64; 4],
-}
-
-/// Turns all channels off and says so.
-pub(super) async fn off(board: &Board, json: bool) -> Result<(), ToolError> {
-    let commanded = board.off().await?;
-    report::print(
-        &Off {
-            drive_v: commanded.drive_v.map(decimal),
-        },
-        json,
-    );
-    Ok(())
-}
-
-impl fmt::Display for Off {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "drives     {}", row(self.drive_v, 3, "V"))
-    }
 }
 
 impl Readings {

@@ -6,7 +6,7 @@ use control_core::design::COLD_RESISTANCE_TOLERANCE;
 use mirror_protocol::{CalibrationInfo, Identity, Kept, LEASE_FOREVER_MS, OptionBytes, Status};
 use serde::Serialize;
 
-use crate::board::Board;
+use crate::board::{Board, Owner};
 use crate::commands::moving::Readings;
 use crate::error::ToolError;
 use crate::names::{limit_names, limited_line, state_name};
@@ -16,6 +16,8 @@ use crate::report::{self, decimal, row, row_of_known};
 #[derive(Serialize)]
 struct StatusReport {
     identity: Identity,
+    /// Who had the board when it was asked, and has let go of it since.
+    owner: Option<Owner>,
     calibration: CalibrationInfo,
     up_s: f64,
     #[serde(flatten)]
@@ -57,7 +59,10 @@ pub(super) async fn clear(board: &Board, json: bool) -> Result<(), ToolError> {
 pub(super) async fn run(board: &Board, json: bool) -> Result<(), ToolError> {
     let status = board.status().await?;
     let calibration = board.calibration().await?;
-    let report = StatusReport::new(board.identity().clone(), calibration, &status);
+    let report = StatusReport {
+        owner: board.waited_for().cloned(),
+        ..StatusReport::new(board.identity().clone(), calibration, &status)
+    };
     report::print(&report, json);
     Ok(())
 }
@@ -81,6 +86,7 @@ impl StatusReport {
             uncertainty_k: uncertainty_k(&calibration, rises),
             up_s: f64::from(status.telemetry.tick) / f64::from(identity.tick_hz),
             identity,
+            owner: None,
             calibration,
             readings,
             limited_by: limit_names(status.telemetry.limits),
@@ -110,6 +116,9 @@ impl fmt::Display for StatusReport {
             "firmware   {} ({}), protocol {}, {} control ticks/s",
             identity.firmware_version, identity.build, identity.protocol_version, identity.tick_hz
         )?;
+        if let Some(owner) = &self.owner {
+            writeln!(f, "owner      {owner}, until just now")?;
+        }
         writeln!(f, "up         {:.1} s", self.up_s)?;
         writeln!(f, "calibrated {}", calibrated_words(&self.calibration))?;
         writeln!(
@@ -274,6 +283,21 @@ mod tests {
         assert_eq!(
             report.to_string(),
             include_str!("../../tests/golden/status.txt")
+        );
+        let waited_for = Owner {
+            process: 7,
+            command: "host-tool record".to_owned(),
+            since: "2026-11-21T14:05:00Z".to_owned(),
+        };
+        let report = StatusReport {
+            owner: Some(waited_for),
+            ..report
+        };
+        let line =
+            "owner      `host-tool record` (process 7), since 2026-11-21T14:05:00Z, until just now";
+        assert!(
+            report.to_string().lines().any(|told| told == line),
+            "{report}"
         );
         let factorys = CalibrationInfo {
             kept: Kept::Factory,

@@ -1,0 +1,283 @@
+//! Who has a board: a tool locks a file beside the board's socket and writes into it who it is. The lock goes with the
+//! process, however that ends; the file stays and means nothing without it.
+
+use std::ffi::OsString;
+use std::fmt;
+use std::fs::{self, DirBuilder, File, TryLockError};
+use std::io::{self, Read, Seek, Write};
+use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use board_sockets::boards_directory;
+use chrono::{SecondsFormat, Utc};
+use rustix::fs::OFlags;
+use serde::{Deserialize, Serialize};
+use tokio::time::{Instant, sleep};
+
+use super::find::{Found, Place};
+use super::link::ANSWER_TIMEOUT;
+use crate::error::ToolError;
+
+/// From one look at the lock to the next.
+const RETRY: Duration = Duration::from_millis(20);
+/// A command line is told so far: it must fit a line of a terminal, with the rest of the sentence.
+const COMMAND_CHARACTERS: usize = 60;
+/// Longer files are nobody's: four times what a command line, escaped, can make of it.
+const FILE_BYTES: u64 = 4096;
+
+/// A process that has a board.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Owner {
+    /// Its id.
+    pub process: u32,
+    /// Its command line, as far as it fits a line.
+    pub command: String,
+    /// Since when, in UTC: `2026-11-21T14:05:00Z`.
+    pub since: String,
+}
+
+impl Owner {
+    fn this_process() -> Self {
+        Self {
+            process: std::process::id(),
+            command: command_line(std::env::args_os()),
+            since: Utc::now().to_rfc3339_opts(SecondsFormat::Secs, true),
+        }
+    }
+}
+
+impl fmt::Display for Owner {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            process,
+            command,
+            since,
+        } = self;
+        write!(f, "`{command}` (process {process}), since {since}")
+    }
+}
+
+/// The program without its folder, and its arguments.
+fn command_line(mut words: impl Iterator<Item = OsString>) -> String {
+    let program = PathBuf::from(words.next().unwrap_or_default());
+    let program = program.file_name().map(OsString::from);
+    let line: Vec<OsString> = program.into_iter().chain(words).collect();
+    printable(&line.join(" ".as_ref()).to_string_lossy())
+}
+
+/// What can be shown on a terminal, so far as it fits a line.
+fn printable(text: &str) -> String {
+    let shown = text.chars().filter(|character| !character.is_control());
+    shown.take(COMMAND_CHARACTERS).collect()
+}
+
+/// A board is this process's until it is dropped.
+#[derive(Debug)]
+pub(super) struct Claim {
+    _locked: File,
+    /// Who had it before, and was waited for.
+    pub(super) before: Option<Owner>,
+}
+
+/// What an attempt to lock came to.
+enum Attempt {
+    Taken(File),
+    /// By another, who may not have written down who it is yet.
+    Busy(Option<Owner>),
+}
+
+impl Claim {
+    /// Takes the board, and waits while another has it, which is said at once. `None` where there is no place for a
+    /// lock; the link itself then lets in one at a time.
+    ///
+    /// # Errors
+    /// Where the other does not let go.
+    pub(super) async fn take(found: &Found) -> Result<Option<Self>, ToolError> {
+        let Some(path) = place(found) else {
+            return Ok(None);
+        };
+        let start = Instant::now();
+        let mut before = None;
+        loop {
+            match attempt(&path) {
+                Err(_) => return Ok(None),
+                Ok(Attempt::Taken(file)) => {
+                    return Ok(Some(Self {
+                        _locked: file,
+                        before,
+                    }));
+                }
+                Ok(Attempt::Busy(owner)) => {
+                    if let (None, Some(owner)) = (&before, &owner) {
+                        eprintln!(
+                            "waiting for the board {}: it is in use by {owner}",
+                            found.name
+                        );
+                    }
+                    before = before.or(owner);
+                }
+            }
+            if start.elapsed() > ANSWER_TIMEOUT {
+                let owner = before.map_or("another process".to_owned(), |owner| owner.to_string());
+                return Err(ToolError::InUse {
+                    board: found.name.clone(),
+                    owner,
+                });
+            }
+            sleep(RETRY).await;
+        }
+    }
+}
+
+/// Who has the board at this moment, if it is somebody who says so.
+pub fn owner(found: &Found) -> Option<Owner> {
+    let mut file = options().write(false).open(place(found)?).ok()?;
+    match file.try_lock_shared() {
+        Err(TryLockError::WouldBlock) => read(&mut file),
+        _ => None,
+    }
+}
+
+/// The file that is locked, in a directory that is there.
+fn place(found: &Found) -> Option<PathBuf> {
+    match &found.place {
+        Place::Socket { path } => Some(fs::canonicalize(path).ok()?.with_extension("lock")),
+        Place::Usb { serial } => {
+            let directory = boards_directory();
+            make_private(&directory).ok()?;
+            Some(directory.join(format!("{serial}.lock")))
+        }
+    }
+}
+
+/// Makes a directory that nobody else may look into; one that is there stays as it is.
+fn make_private(directory: &Path) -> io::Result<()> {
+    DirBuilder::new()
+        .recursive(true)
+        .mode(0o700)
+        .create(directory)
+}
+
+fn attempt(path: &Path) -> io::Result<Attempt> {
+    let mut file = options().create(true).truncate(false).open(path)?;
+    match file.try_lock() {
+        Ok(()) => {
+            let owner = serde_json::to_string(&Owner::this_process())?;
+            file.set_len(0)?;
+            file.write_all(owner.as_bytes())?;
+            Ok(Attempt::Taken(file))
+        }
+        Err(TryLockError::WouldBlock) => Ok(Attempt::Busy(read(&mut file))),
+        Err(TryLockError::Error(error)) => Err(error),
+    }
+}
+
+/// Another's link in the place of the file is not followed.
+fn options() -> fs::OpenOptions {
+    let mut options = File::options();
+    let flags = OFlags::NOFOLLOW.bits();
+    options.read(true).write(true).mode(0o600);
+    options.custom_flags(flags.cast_signed());
+    options
+}
+
+fn read(file: &mut File) -> Option<Owner> {
+    let mut text = String::new();
+    file.rewind().ok()?;
+    file.take(FILE_BYTES).read_to_string(&mut text).ok()?;
+    let owner: Owner = serde_json::from_str(&text).ok()?;
+    Some(Owner {
+        command: printable(&owner.command),
+        since: printable(&owner.since),
+        ..owner
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+
+    use super::*;
+
+    fn board(directory: &Path) -> Found {
+        let path = directory.join("a.sock");
+        fs::write(&path, "").expect("a file");
+        Found {
+            name: "a".to_owned(),
+            place: Place::Socket { path },
+        }
+    }
+
+    #[tokio::test]
+    async fn a_board_is_one_s_own_until_one_lets_go() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let found = board(directory.path());
+        assert_eq!(owner(&found), None, "nobody was there");
+        let claim = Claim::take(&found).await.expect("free").expect("a place");
+        assert_eq!(claim.before, None);
+        let now = owner(&found).expect("it is taken");
+        assert_eq!(now.process, std::process::id());
+        assert_eq!(Some(now.clone()), owner(&found), "asking changes nothing");
+
+        let mut waiting = Box::pin(Claim::take(&found));
+        let early = tokio::time::timeout(3 * RETRY, &mut waiting).await;
+        assert!(early.is_err(), "it waits");
+        drop(claim);
+        let second = waiting.await.expect("free").expect("a place");
+        assert_eq!(second.before, Some(now), "it knows whom it waited for");
+        drop(second);
+        assert_eq!(owner(&found), None, "what the file says is nothing");
+    }
+
+    #[test]
+    fn file_and_directory_are_private_and_links_are_not_followed() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let private = directory.path().join("one/two");
+        make_private(&private).expect("made");
+        make_private(&private).expect("there already");
+        let lock = private.join("a.lock");
+        assert!(matches!(attempt(&lock), Ok(Attempt::Taken(_))));
+        let mode = |path: &Path| fs::metadata(path).expect("there").permissions().mode() & 0o777;
+        assert_eq!((mode(&private), mode(&lock)), (0o700, 0o600));
+
+        let precious = directory.path().join("precious");
+        fs::write(&precious, "precious").expect("a file");
+        let link = private.join("b.lock");
+        symlink(&precious, &link).expect("a link");
+        assert!(attempt(&link).is_err());
+        assert_eq!(fs::read(&precious).expect("there"), b"precious");
+    }
+
+    #[test]
+    fn what_others_write_is_nobody_or_shown_without_harm() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("a.lock");
+        for (text, command) in [
+            ("", None),
+            ("{", None),
+            (&"x".repeat(10_000), None),
+            (
+                r#"{"process": 7, "command": "a\u001b[2Jb\n", "since": ""}"#,
+                Some("a[2Jb"),
+            ),
+        ] {
+            fs::write(&path, text).expect("a file");
+            let holder = File::open(&path).expect("there");
+            holder.lock().expect("free");
+            let Ok(Attempt::Busy(owner)) = attempt(&path) else {
+                panic!("it is taken");
+            };
+            assert_eq!(owner.as_ref().map(|owner| &*owner.command), command);
+        }
+    }
+
+    #[test]
+    fn a_command_line_is_told_as_it_was_typed_so_far_as_it_fits() {
+        let words = |line: &str| command_line(line.split(' ').map(OsString::from));
+        assert_eq!(words("/usr/bin/host-tool"), "host-tool");
+        assert_eq!(words("./a/host-tool set-z 1um"), "host-tool set-z 1um");
+        let long = words(&format!("host-tool record -o {}", "x".repeat(1000)));
+        assert_eq!(long.chars().count(), COMMAND_CHARACTERS);
+    }
+}
