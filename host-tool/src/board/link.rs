@@ -57,6 +57,9 @@ impl Board {
             board: found.name.clone(),
             reason,
         };
+        if let Place::Socket { path } = &found.place {
+            trusted(path)?;
+        }
         let claim = Claim::take(found).await?;
         let client = match &found.place {
             Place::Usb { serial } => HostClient::try_new_raw_nusb(
@@ -67,7 +70,6 @@ impl Board {
             )
             .map_err(cannot_open)?,
             Place::Socket { path } => {
-                trusted(path)?;
                 let wire = timeout(ANSWER_TIMEOUT, socket::connect(path)).await;
                 let (tx, rx) = wire
                     .map_err(|_| no_answer("connect", ANSWER_TIMEOUT))?

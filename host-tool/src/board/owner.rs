@@ -3,13 +3,13 @@
 
 use std::ffi::OsString;
 use std::fmt;
-use std::fs::{self, DirBuilder, File, TryLockError};
+use std::fs::{self, File, TryLockError};
 use std::io::{self, Read, Seek, Write};
-use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use board_sockets::boards_directory;
+use board_sockets::{boards_directory, make_folder};
 use chrono::{SecondsFormat, Utc};
 use rustix::fs::OFlags;
 use serde::{Deserialize, Serialize};
@@ -145,18 +145,10 @@ fn place(found: &Found) -> Option<PathBuf> {
         Place::Socket { path } => Some(fs::canonicalize(path).ok()?.with_extension("lock")),
         Place::Usb { serial } => {
             let directory = boards_directory();
-            make_private(&directory).ok()?;
+            make_folder(&directory).ok()?;
             Some(directory.join(format!("{serial}.lock")))
         }
     }
-}
-
-/// Makes a directory that nobody else may look into; one that is there stays as it is.
-fn make_private(directory: &Path) -> io::Result<()> {
-    DirBuilder::new()
-        .recursive(true)
-        .mode(0o700)
-        .create(directory)
 }
 
 fn attempt(path: &Path) -> io::Result<Attempt> {
@@ -234,8 +226,8 @@ mod tests {
     fn file_and_directory_are_private_and_links_are_not_followed() {
         let directory = tempfile::tempdir().expect("a directory");
         let private = directory.path().join("one/two");
-        make_private(&private).expect("made");
-        make_private(&private).expect("there already");
+        make_folder(&private).expect("made");
+        make_folder(&private).expect("there already");
         let lock = private.join("a.lock");
         assert!(matches!(attempt(&lock), Ok(Attempt::Taken(_))));
         let mode = |path: &Path| fs::metadata(path).expect("there").permissions().mode() & 0o777;
