@@ -225,7 +225,7 @@ const ALLOWED: &[Allowed] = &[
     ),
     (Room::VirtualBench, "plant-link", &[]),
     (Room::VirtualBench, "simulated-flash", &[]),
-    (Room::VirtualBench, "virtual-mirror", &["input-file"]),
+    (Room::VirtualBench, "virtual-mirror", &[]),
     (
         Room::VirtualBench,
         "virtual-sessions",

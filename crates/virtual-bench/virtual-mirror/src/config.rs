@@ -4,7 +4,6 @@ mod check;
 
 use std::path::Path;
 
-use input_file::{MOST_WRITTEN, ReadError};
 use serde::{Deserialize, Serialize};
 
 use crate::effects::{Effect, Effects};
@@ -232,9 +231,14 @@ impl Default for SensorConfig {
 /// Why a mirror file was refused, in words for whoever wrote it.
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
-    /// The file could not be read, or is too large for a mirror.
-    #[error("no mirror file: {0}")]
-    Read(#[from] ReadError),
+    /// The file could not be read.
+    #[error("cannot read mirror file {path}: {source}")]
+    Read {
+        /// Where it was looked for.
+        path: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
     /// Not TOML, or a key is missing, unknown or of the wrong kind.
     #[error("not a mirror file: {0}")]
     Syntax(#[from] toml::de::Error),
@@ -281,7 +285,12 @@ impl MirrorConfig {
     /// # Errors
     /// As [`from_toml`](Self::from_toml), or [`ConfigError::Read`].
     pub fn from_file(path: impl AsRef<Path>) -> Result<Self, ConfigError> {
-        Self::from_toml(&input_file::read_text(path.as_ref(), MOST_WRITTEN)?)
+        let path = path.as_ref();
+        let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
+            path: path.display().to_string(),
+            source,
+        })?;
+        Self::from_toml(&text)
     }
 
     /// The same mirror with other draws of its differences and noise.
