@@ -17,8 +17,8 @@ const STAGE_SUPPLY_V: f64 = 5.0;
 /// Supply of a weak port, and of a bench supply set wrongly.
 const WEAK_SUPPLY_V: f64 = 4.1;
 const STRONG_SUPPLY_V: f64 = 5.8;
-/// A supply that is switched off falls by 1 V in 1 ms, and at 2.7 V the processor is reset: half of that, before the
-/// regulator, as in the data sheet's highest brown-out level.
+/// A supply that is switched off falls by 1 V in 1 ms; the processor is reset at 2.7 V, near the highest brown-out level
+/// of the board's chip, 2.8 V.
 const FALL_V: f64 = 0.1;
 const BROWN_OUT_V: f64 = 2.7;
 /// A loop of resets: so many, with so many ticks between.
@@ -60,7 +60,7 @@ pub enum PlantFault {
     WeakSupply,
     /// It rises to 5.8 V.
     StrongSupply,
-    /// The supply falls to nothing within 50 ms, and comes back.
+    /// The supply falls to nothing within 5 ms, and comes back.
     BrownOut,
     /// Ten control ticks do not take place, once.
     MissedTicks,
