@@ -6,7 +6,7 @@ use control_core::design::{
 use control_core::{ActuatorCalibration, AdcCode, Ampere, Kelvin, Ohm, Volt};
 
 use crate::fault::Fault;
-use crate::mean::{Envelope, Means, Told};
+use crate::mean::{Envelope, Means, Told, lower};
 
 /// A heater is too hot at this part more than the highest rise that its calibration allows. The core
 /// holds positions below that one; a model of a mirror is off by some of this.
@@ -205,11 +205,7 @@ impl ChannelWatch {
     #[cold]
     pub(crate) fn end_check(&mut self, drive: Volt) -> Result<bool, Fault> {
         let ohm = drive.0 / self.checked.0;
-        let lowest = if ohm < self.lowest.0 {
-            ohm
-        } else {
-            self.lowest.0
-        };
+        let lowest = lower(ohm, self.lowest.0);
         if lowest * self.told.of_a_cold_heater() < 1.0 {
             return Err(Fault::ImplausibleSense);
         }

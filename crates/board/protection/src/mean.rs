@@ -74,7 +74,7 @@ impl Envelope {
 }
 
 // `min` and `max` are calls on this processor.
-fn lower(a: f32, b: f32) -> f32 {
+pub(crate) fn lower(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 

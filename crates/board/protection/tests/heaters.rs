@@ -161,6 +161,11 @@ impl Bench {
         })
     }
 
+    /// Gives all heaters this resistance.
+    fn set_resistances(&mut self, ohm: f32) {
+        self.heaters = self.heaters.map(|heater| Heater { ohm, ..heater });
+    }
+
     /// Lets the heaters be checked, and cool.
     fn start(&mut self) {
         for _ in 0..START_TICKS {
@@ -343,10 +348,7 @@ fn what_a_broken_heater_shows_in_a_check_is_forgotten_with_the_fault() {
         bench.protection.clear();
         bench.start();
         bench.protection.command(Lease::FOREVER).expect("repaired");
-        bench.heaters = bench.heaters.map(|heater| Heater {
-            ohm: 540.0,
-            ..heater
-        });
+        bench.set_resistances(540.0);
         assert_eq!(bench.drive(3.0, 1000), None, "hot after {ohm} ohm");
     }
 }
@@ -361,10 +363,7 @@ fn a_calibration_in_the_middle_of_a_check_begins_it_anew() {
         bench.protection.recalibrate(&calibration(ALLOWED_RISE));
         bench.start();
         bench.protection.command(Lease::FOREVER).expect("sound");
-        bench.heaters = bench.heaters.map(|heater| Heater {
-            ohm: 540.0,
-            ..heater
-        });
+        bench.set_resistances(540.0);
         assert_eq!(bench.drive(3.0, 1000), None, "after {ticks} ticks");
     }
 }
@@ -377,10 +376,7 @@ fn heaters_that_are_hot_from_before_a_reset_or_a_trip_cool_before_they_are_drive
     let mut seconds = 0.0;
     while bench.protection.is_starting() {
         let rise = 120.0 * (-seconds / 0.5_f32).exp();
-        bench.heaters = bench.heaters.map(|heater| Heater {
-            ohm: COLD * (1.0 + TCR * rise),
-            ..heater
-        });
+        bench.set_resistances(COLD * (1.0 + TCR * rise));
         bench.tick(Setpoint::Drive([Volt(3.0); CHANNELS]));
         assert!(
             bench.applied[0].0 < 0.31 || rise < 4.0,
