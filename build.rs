@@ -1,5 +1,4 @@
-//! The factory calibration, the linker's map of the chosen board, and what the firmware was built
-//! from.
+//! The linker's map of the chosen board, and what the firmware was built from.
 
 use std::env;
 use std::error::Error;
@@ -7,20 +6,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// The model whose inverse a board uses before it has been calibrated: the reading of the paper
-/// under which all of its published numbers agree.
-const FACTORY_MODEL: &str = "reconciled";
-
 fn main() -> Result<(), Box<dyn Error>> {
     let out = env::var("OUT_DIR")?;
-    let model = mirror_model::Model::load(FACTORY_MODEL)?;
-    let calibration = calibration::tabulate(&model)?.calibration;
-    fs::write(Path::new(&out).join("factory.bin"), calibration.to_bytes())?;
-
-    fs::write(
-        Path::new(&out).join("reference.rs"),
-        reference(&model.actuator(0))?,
-    )?;
 
     for (feature, board) in [("BOARD_MPS2", "mps2"), ("BOARD_STM32G474", "stm32g474")] {
         if env::var_os(format!("CARGO_FEATURE_{feature}")).is_some() {
@@ -45,24 +32,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     let commit = git(&["rev-parse", "--short", "HEAD"]).unwrap_or("unknown".to_owned());
     println!("cargo::rustc-env=FIRMWARE_BUILD={commit}");
     Ok(())
-}
-
-/// Samples of the f64 model, for the on-target test that holds the core against it.
-fn reference(model: &mirror_model::PistonModel) -> Result<String, mirror_model::RangeError> {
-    const SAMPLES: u32 = 1000;
-    let top_um = model.highest_displacement_um();
-    let mut source = format!("static REFERENCE: [(f32, f64, f64); {SAMPLES}] = [\n");
-    for i in 1..=SAMPLES {
-        // The core is asked in f32, so the model is too.
-        let z_um = (0.9999 * top_um * f64::from(i) / f64::from(SAMPLES)) as f32;
-        let drive_v = model.voltage_at(z_um.into())?;
-        let (below, above) = (0.999 * drive_v, 1.001 * drive_v);
-        let moved_um =
-            model.displacement_at_voltage_um(above) - model.displacement_at_voltage_um(below);
-        let um_per_v = moved_um / (above - below);
-        source += &format!("    ({z_um:?}, {drive_v:?}, {um_per_v:?}),\n");
-    }
-    Ok(source + "];\n")
 }
 
 /// What git answers, where there is git.

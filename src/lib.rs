@@ -44,11 +44,11 @@ pub const TICK_HZ: u32 = (1.0 / control_core::TICK.0 + 0.5) as u32;
 pub const TICKS_PER_MS: u32 = TICK_HZ / 1000;
 
 /// The calibration that a board has before it has been given its own: the inverse of the
-/// `reconciled` preset of the model, tabulated by the build script.
+/// `reconciled` preset of the model, as `cargo xtask tabulate-factory` tabulates it.
 pub mod factory {
     use control_core::Calibration;
 
-    static BYTES: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/factory.bin"));
+    static BYTES: &[u8] = include_bytes!("factory.bin");
 
     /// The calibration, read as an uploaded one is.
     pub fn calibration() -> Calibration {

@@ -1,11 +1,11 @@
-//! The control core on the target against the f64 model, which the build script sampled.
+//! The control core on the target against samples of the f64 model.
 #![no_std]
 #![no_main]
 
 use mirror_firmware as _;
 
 // `REFERENCE`: (z in um, the model's drive in V, the model's dz/dV in um/V).
-include!(concat!(env!("OUT_DIR"), "/reference.rs"));
+include!("reference/samples.rs");
 
 #[embedded_test::tests]
 mod tests {

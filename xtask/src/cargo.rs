@@ -1,38 +1,53 @@
 //! Other programs, started so that a person sees what is done.
 
+use std::env;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, bail};
 
+use crate::setup;
+
 /// The microcontroller's target: both boards are a Cortex-M4F.
-pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
+pub const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// What cargo selects for the host. All tasks select all of it, and choose by target: cargo unites the features of the
 /// packages that are selected, and a smaller selection would be built once more.
-pub(crate) const ON_HOST: [&str; 3] = ["--workspace", "--exclude", "mirror-firmware"];
+pub const ON_HOST: [&str; 3] = ["--workspace", "--exclude", "mirror-firmware"];
 
 /// The workspace's directory.
-pub(crate) fn workspace() -> &'static Path {
+pub fn workspace() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .parent()
         .expect("xtask lies within the workspace")
 }
 
 /// Where cargo builds.
-pub(crate) fn target_directory() -> PathBuf {
-    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| workspace().join("target"), PathBuf::from)
+pub fn target_directory() -> PathBuf {
+    env::var_os("CARGO_TARGET_DIR").map_or_else(|| workspace().join("target"), PathBuf::from)
+}
+
+/// A program, which finds the emulator that was unpacked for the workspace where the system has none.
+pub fn program(path: impl AsRef<OsStr>) -> Command {
+    let mut command = Command::new(path);
+    let path = env::var_os("PATH").unwrap_or_default();
+    let folders = env::split_paths(&path).chain([setup::unpacked()]);
+    if let Ok(path) = env::join_paths(folders) {
+        command.env("PATH", path);
+    }
+    command
 }
 
 /// This toolchain's cargo, in the workspace.
-pub(crate) fn cargo(arguments: &[&str]) -> Command {
-    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+pub fn cargo(arguments: &[&str]) -> Command {
+    let mut command = program(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.args(arguments).current_dir(workspace());
     command
 }
 
 /// Says what is run, runs it, and fails where it fails.
-pub(crate) fn run(command: &mut Command) -> Result<()> {
+pub fn run(command: &mut Command) -> Result<()> {
     eprintln!("> {}", describe(command));
     let status = command
         .status()
@@ -44,7 +59,7 @@ pub(crate) fn run(command: &mut Command) -> Result<()> {
 }
 
 /// Whether a program answers.
-pub(crate) fn answers(program: &str, argument: &str) -> bool {
+pub fn answers(program: &str, argument: &str) -> bool {
     Command::new(program)
         .arg(argument)
         .stdout(Stdio::null())
@@ -54,7 +69,7 @@ pub(crate) fn answers(program: &str, argument: &str) -> bool {
 }
 
 /// The command as a person would type it.
-pub(crate) fn describe(command: &Command) -> String {
+pub fn describe(command: &Command) -> String {
     let program = Path::new(command.get_program())
         .file_name()
         .unwrap_or_default();

@@ -4,10 +4,11 @@ use std::ffi::OsStr;
 use std::{fs, io};
 
 use anyhow::Result;
-use host_tool::board::{Found, find};
+use serde_json::Value;
 
 use crate::cargo::{run, workspace};
 use crate::images::{self, Board};
+use crate::setup;
 use crate::test_programs::{self, TestProgram};
 use crate::tool;
 
@@ -16,6 +17,8 @@ pub(crate) const PACKAGE: &str = "hil";
 
 /// Everything, each check on an emulated board of its own.
 pub(crate) fn on_emulated_boards() -> Result<()> {
+    setup::qemu()?;
+    tool::build()?;
     images::build(Board::Mps2)?;
     let names: Vec<String> = fs::read_dir(workspace().join(PACKAGE).join("tests"))?
         .map(|entry| Ok(entry?.path().file_stem().map(OsStr::to_owned)))
@@ -27,13 +30,11 @@ pub(crate) fn on_emulated_boards() -> Result<()> {
     for check in checks(&names)? {
         run(&mut check.command())?;
     }
-    name_real_boards();
-    Ok(())
+    name_real_boards()
 }
 
-/// Builds the tool, and the checks with these names.
+/// Builds the checks with these names.
 fn checks(names: &[String]) -> Result<Vec<TestProgram>> {
-    tool::build()?;
     let targets = names
         .iter()
         .flat_map(|name| ["--test".to_owned(), name.clone()]);
@@ -43,24 +44,33 @@ fn checks(names: &[String]) -> Result<Vec<TestProgram>> {
 }
 
 /// Says which boards are connected, and how they are checked: that drives their mirrors.
-pub(crate) fn name_real_boards() {
-    let real: Vec<String> = find()
-        .into_iter()
-        .filter(Found::is_usb)
-        .map(|board| board.name)
-        .collect();
-    if real.is_empty() {
+pub(crate) fn name_real_boards() -> Result<()> {
+    let real = boards()?.into_iter().filter(|board| board["link"] == "usb");
+    let names: Vec<String> = real.filter_map(|board| name(&board)).collect();
+    if names.is_empty() {
         println!("real board: skipped, none is connected");
     }
-    for name in real {
+    for name in names {
         println!("real board: skipped; `cargo xtask hil --board {name}` drives the mirror on it");
     }
+    Ok(())
+}
+
+/// What `host-tool list` tells of every board that is there.
+fn boards() -> Result<Vec<Value>> {
+    let said = tool::json(tool::command().arg("list"))?;
+    Ok(said["boards"].as_array().cloned().unwrap_or_default())
+}
+
+fn name(board: &Value) -> Option<String> {
+    board["name"].as_str().map(str::to_owned)
 }
 
 /// What any board must do, on the board `name`; drive and sense too, where `resistors` are known to be on it.
 pub(crate) fn on_board(name: &str, resistors: Option<f64>) -> Result<()> {
-    let is_there = name.contains('/') || find().iter().any(|board| board.name == name);
-    if !is_there {
+    tool::build()?;
+    let is_called = |board: &Value| board["name"] == name;
+    if !name.contains('/') && !boards()?.iter().any(is_called) {
         println!(
             "skipped: there is no board `{name}`; `host-tool doctor` tells why one is not found"
         );

@@ -2,16 +2,14 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use anyhow::{Context, Result, bail};
-use host_tool::update::image::Image;
-use host_tool::update::package::{BOARD, Package};
 use object::{Object, ObjectSection, SectionFlags, SectionKind};
 
-use crate::cargo::{TARGET, cargo, run, target_directory, workspace};
+use crate::cargo::{TARGET, cargo, run, target_directory};
 use crate::panics;
 use crate::setup;
+use crate::tool;
 
 /// What the driver board's image may take of the microcontroller's 512 KB and 96 KB: a quarter of the flash,
 /// so that two images and a store of calibrations fit, and a third of the RAM. A calibration has 2.4 KB and
@@ -21,7 +19,7 @@ const RAM_BUDGET: u64 = 32 * 1024;
 
 /// The boards that there are images for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Board {
+pub enum Board {
     /// The driver PCB with an STM32G474RE, and the Nucleo-G474RE.
     Stm32g474,
     /// MPS2-AN386 in QEMU.
@@ -37,16 +35,16 @@ impl Board {
     }
 
     /// The feature that selects it.
-    pub(crate) fn feature(self) -> String {
+    pub fn feature(self) -> String {
         format!("board-{}", self.name())
     }
 }
 
 /// The profile of everything that runs on the target, in `Cargo.toml`.
-pub(crate) const PROFILE: &str = "firmware";
+pub const PROFILE: &str = "firmware";
 
 /// Builds the image for `board` and returns its path.
-pub(crate) fn build(board: Board) -> Result<PathBuf> {
+pub fn build(board: Board) -> Result<PathBuf> {
     setup::rust_target()?;
     run(&mut cargo(&[
         "build",
@@ -69,7 +67,7 @@ pub(crate) fn build(board: Board) -> Result<PathBuf> {
 
 /// Builds, prints the size, and fails where the driver board's image is over its budget or its control tick can
 /// panic.
-pub(crate) fn build_and_check(board: Board) -> Result<()> {
+pub fn build_and_check(board: Board) -> Result<()> {
     let image = build(board)?;
     let size = Size::of(&image)?;
     println!("image       flash      static RAM");
@@ -81,7 +79,7 @@ pub(crate) fn build_and_check(board: Board) -> Result<()> {
     );
     match board {
         Board::Stm32g474 => {
-            package(&image)?;
+            tool::package(&image)?;
             println!("budget    {FLASH_BUDGET:>7} B       {RAM_BUDGET:>7} B");
             if size.flash > FLASH_BUDGET || size.ram > RAM_BUDGET {
                 bail!("the image is over its budget");
@@ -90,25 +88,6 @@ pub(crate) fn build_and_check(board: Board) -> Result<()> {
         }
         Board::Mps2 => panics::check_that_it_finds_one(&image),
     }
-}
-
-/// Writes what `host-tool update` takes beside an ELF file.
-fn package(elf: &Path) -> Result<()> {
-    let commit = Command::new("git")
-        .args(["rev-parse", "--short", "HEAD"])
-        .current_dir(workspace())
-        .output();
-    let commit = commit.map_or(String::new(), |output| {
-        String::from_utf8_lossy(&output.stdout).trim().to_owned()
-    });
-    let package = Package {
-        board: BOARD.to_owned(),
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        build: commit,
-        image: Image::from_elf(&fs::read(elf)?)?,
-    };
-    let path = elf.with_extension("update");
-    fs::write(&path, package.to_bytes()).with_context(|| format!("writing {}", path.display()))
 }
 
 /// Bytes that an image takes.

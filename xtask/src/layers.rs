@@ -233,6 +233,23 @@ const ALLOWED: &[Allowed] = &[
     ),
     (Room::VirtualBench, "virtual-usb", &[]),
     (
+        Room::VirtualBench,
+        "workbench",
+        &[
+            "board-sockets",
+            "calibration",
+            "closed-loop",
+            "control-core",
+            "emulated-board",
+            "experiments",
+            "host-tool",
+            "mirror-model",
+            "virtual-mirror",
+            "virtual-sessions",
+            "xtask",
+        ],
+    ),
+    (
         Room::Program,
         "hil",
         &[
@@ -266,10 +283,8 @@ const ALLOWED: &[Allowed] = &[
         Room::Program,
         "mirror-firmware",
         &[
-            "calibration",
             "calibration-store",
             "control-core",
-            "mirror-model",
             "mirror-protocol",
             "plant-link",
             "protection",
@@ -278,22 +293,7 @@ const ALLOWED: &[Allowed] = &[
             "waveforms",
         ],
     ),
-    (
-        Room::Program,
-        "xtask",
-        &[
-            "board-sockets",
-            "closed-loop",
-            "control-core",
-            "emulated-board",
-            "experiments",
-            "host-tool",
-            "mirror-protocol",
-            "protection",
-            "virtual-mirror",
-            "virtual-sessions",
-        ],
-    ),
+    (Room::Program, "xtask", &[]),
 ];
 
 /// Hardware and runtimes that the control core must not know.

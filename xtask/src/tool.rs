@@ -1,27 +1,61 @@
-//! The host tool, as the tasks use it.
+//! The host tool and what the tasks use beside it, built together.
 
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result};
+use serde_json::Value;
 
 use crate::cargo::{self, cargo, target_directory};
 
-/// Builds the tool.
-pub(crate) fn build() -> Result<()> {
-    cargo::run(cargo(&["build", "--bin", "host-tool"]).args(cargo::ON_HOST))
+/// Programs that the tasks start.
+const PROGRAMS: [&str; 3] = ["host-tool", "workbench", "missing-physics-bench"];
+
+/// Builds them.
+pub fn build() -> Result<()> {
+    let words = PROGRAMS.iter().flat_map(|name| ["--bin", name]);
+    cargo::run(cargo(&["build"]).args(words).args(cargo::ON_HOST))
 }
 
 /// The tool, once it is built.
-pub(crate) fn command() -> Command {
-    Command::new(target_directory().join("debug").join("host-tool"))
+pub fn command() -> Command {
+    program("host-tool")
+}
+
+/// The workbench, once it is built.
+pub fn workbench() -> Command {
+    program("workbench")
+}
+
+/// The bench of hidden effects, once it is built.
+pub fn missing_physics() -> Command {
+    program("missing-physics-bench")
+}
+
+fn program(name: &str) -> Command {
+    cargo::program(path(name))
+}
+
+fn path(name: &str) -> PathBuf {
+    target_directory().join("debug").join(name)
 }
 
 /// What the tool prints as JSON, or in words why it does not.
-pub(crate) fn json(tool: &mut Command) -> Result<serde_json::Value> {
+pub fn json(tool: &mut Command) -> Result<Value> {
     let output = tool
         .arg("--json")
         .output()
         .context("the host tool does not run")?;
     serde_json::from_slice(&output.stdout)
         .with_context(|| String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+/// What cargo starts with an ELF for the target, in the place of what `.cargo/config.toml` names.
+pub(crate) fn runner() -> String {
+    format!("{} run-on-target", path("workbench").display())
+}
+
+/// Has the workbench write what `host-tool update` takes beside an ELF file.
+pub(crate) fn package(elf: &Path) -> Result<()> {
+    cargo::run(workbench().arg("package").arg(elf))
 }

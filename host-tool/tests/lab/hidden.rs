@@ -9,7 +9,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 use crate::common::no_boards;
-use crate::json;
+use crate::{is_full, json};
 
 /// Sessions at a time; each computes on all processors for a part of its time.
 const AT_A_TIME: usize = 2;
@@ -77,10 +77,6 @@ fn strings(list: &Value) -> Vec<String> {
 
 /// Of the sessions, where not all are asked about.
 const SHORT_STEP: usize = 5;
-
-fn is_full() -> bool {
-    std::env::var_os("MIRROR_FULL").is_some_and(|full| full == "1")
-}
 
 /// Sessions with what is hidden in them.
 fn sessions() -> VecDeque<(PathBuf, Vec<String>)> {

@@ -55,6 +55,18 @@ impl fmt::Display for Simulation {
     }
 }
 
+/// The packages that an installation would add, from what `apt-get --simulate install` says.
+pub(super) fn added(said: &str) -> Vec<String> {
+    said.lines()
+        .filter_map(|line| {
+            let (name, rest) = line.strip_prefix("Inst ")?.split_once(' ')?;
+            // An upgrade tells in brackets what is there.
+            let version = rest.strip_prefix('(')?.split_whitespace().next()?;
+            Some(format!("{name}={version}"))
+        })
+        .collect()
+}
+
 /// Which version to install: the one that apt prefers, or that of a release.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum From {
@@ -151,6 +163,21 @@ mod tests {
     fn a_removed_or_downgraded_package_is_named() {
         assert_eq!(Simulation::read(true, REMOVES), qemu_utils());
         assert_eq!(Simulation::read(true, DOWNGRADES), qemu_utils());
+    }
+
+    #[test]
+    fn what_would_be_added_is_named_with_its_version() {
+        let added = added(REMOVES);
+        assert!(
+            added.contains(&"qemu-system-arm=1:7.2+dfsg-7+deb12u18+b3".to_owned()),
+            "{added:?}"
+        );
+        assert_eq!(
+            super::added(
+                "Inst perl [5.36.0-7+deb12u2] (5.36.0-7+deb12u3 Debian)\nRemv qemu-utils [1:10]"
+            ),
+            [""; 0]
+        );
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 mod apt;
 mod qemu;
+mod unpack;
 
 use std::process::Command;
 
@@ -9,10 +10,11 @@ use anyhow::{Context, Result};
 
 use crate::cargo::{self, TARGET};
 
-pub(crate) use qemu::qemu;
+pub use qemu::qemu;
+pub use unpack::unpacked;
 
 /// Makes sure that the microcontroller's target is installed.
-pub(crate) fn rust_target() -> Result<()> {
+pub fn rust_target() -> Result<()> {
     let sysroot = Command::new("rustc")
         .args(["--print", "target-libdir", "--target", TARGET])
         .output()
@@ -27,7 +29,7 @@ pub(crate) fn rust_target() -> Result<()> {
 }
 
 /// Makes sure that the formatter and the linter are installed.
-pub(crate) fn rust_components() -> Result<()> {
+pub fn rust_components() -> Result<()> {
     for (tool, component) in [("cargo-fmt", "rustfmt"), ("cargo-clippy", "clippy")] {
         if !cargo::answers(tool, "--version") {
             eprintln!("{component} is missing; installing it.");

@@ -2,11 +2,13 @@
 
 use std::process::Command;
 
-use anyhow::{Context, Result, bail};
-use emulated_board::QEMU;
-
 use super::apt::{self, Simulation};
-use crate::cargo::{answers, run};
+use super::unpack::unpack;
+use crate::cargo::{answers, program, run};
+use anyhow::{Context, Result, bail};
+
+/// The emulator's program, and the package of Debian, Fedora and Arch that has it.
+pub(super) const QEMU: &str = "qemu-system-arm";
 
 /// The first QEMU with the machine `mps2-an386` (<https://wiki.qemu.org/ChangeLog/5.2#Arm>).
 const OLDEST: Version = (5, 2);
@@ -49,7 +51,7 @@ fn version(said: &str) -> Option<Version> {
 }
 
 /// Makes sure that the emulator is there.
-pub(crate) fn qemu() -> Result<()> {
+pub fn qemu() -> Result<()> {
     match present() {
         Present::Tested => return Ok(()),
         Present::Untested((major, minor)) => {
@@ -85,12 +87,12 @@ pub(crate) fn qemu() -> Result<()> {
 }
 
 fn present() -> Present {
-    let output = Command::new(QEMU).arg("--version").output();
+    let output = program(QEMU).arg("--version").output();
     let said = output.ok().filter(|output| output.status.success());
     Present::read(said.map(|output| said_in(&output.stdout)).as_deref())
 }
 
-/// Installs the first version that costs no other package.
+/// Installs the first version that costs no other package; unpacks it for this workspace alone where there is none.
 fn install_by_apt() -> Result<()> {
     // Without a network, what apt knows already may do.
     if let Err(error) = run(&mut as_root(&["apt-get", "update", "-qq"])) {
@@ -100,39 +102,47 @@ fn install_by_apt() -> Result<()> {
         .output()
         .context(BY_HAND)?;
     let candidates = apt::candidates(&said_in(&madison.stdout));
-    let version = match apt::choose(candidates, simulate)? {
-        Ok(version) => version,
-        Err(reasons) => bail!(
-            "{QEMU} is missing, and nothing was changed:\n  {}\n\
-             Decide yourself which of these packages may go, or build QEMU (https://www.qemu.org) and put its {QEMU} into PATH",
-            reasons.join("\n  ")
-        ),
+    let refused = match apt::choose(candidates, simulate)? {
+        Ok(version) => match install(&version) {
+            Ok(()) => return Ok(()),
+            Err(error) => format!("{error:#}"),
+        },
+        Err(reasons) => reasons.join("\n  "),
     };
+    eprintln!(
+        "It is not installed:\n  {refused}\nUnpacking it for this workspace alone; the system stays as it is."
+    );
+    unpack().context(BY_HAND)
+}
+
+fn install(version: &apt::From) -> Result<()> {
     eprintln!("Taking {version}: it removes and downgrades nothing.");
     let mut install = as_root(&["apt-get", "install", "-qq", "-y", "--no-remove"]);
     install.arg("--no-install-recommends").args(version.words());
-    run(install.arg(QEMU)).context(BY_HAND)
+    run(install.arg(QEMU))
 }
 
 fn simulate(version: &apt::From) -> Result<Simulation> {
-    let output = apt_command("apt-get", &["--simulate", "install"])
-        .arg("--no-install-recommends")
-        .args(version.words())
-        .arg(QEMU)
-        .output()
-        .context(BY_HAND)?;
+    let output = simulation(&version.words()).output().context(BY_HAND)?;
     let said = said_in(&output.stdout) + &said_in(&output.stderr);
     Ok(Simulation::read(output.status.success(), &said))
 }
 
+/// Has apt say what an installation would do.
+pub(super) fn simulation(words: &[&str]) -> Command {
+    let mut command = apt_command("apt-get", &["--simulate", "install"]);
+    command.arg("--no-install-recommends").args(words).arg(QEMU);
+    command
+}
+
 /// apt's programs in the language that [`apt`] reads.
-fn apt_command(program: &str, words: &[&str]) -> Command {
+pub(super) fn apt_command(program: &str, words: &[&str]) -> Command {
     let mut command = Command::new(program);
     command.args(words).env("LC_ALL", "C");
     command
 }
 
-fn said_in(bytes: &[u8]) -> String {
+pub(super) fn said_in(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 

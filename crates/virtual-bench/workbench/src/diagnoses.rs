@@ -2,7 +2,6 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
@@ -10,8 +9,8 @@ use experiments::session;
 use virtual_mirror::MirrorConfig;
 use virtual_sessions::{Instruments, measure};
 
-use crate::cargo::{cargo, run};
-use crate::tool;
+use xtask::cargo::run;
+use xtask::tool;
 
 /// Seeds of mirrors that nobody developed on.
 const FIRST_SEED: &str = "7201";
@@ -23,9 +22,8 @@ const WARM: usize = 5;
 
 /// Hides effects and counts what is found; `arguments` go to the counting (`--help`), and may choose other seeds.
 pub(crate) fn count(arguments: &[String]) -> Result<()> {
-    tool::build()?;
     let [cold_s, warm_s] = seconds()?;
-    let mut counting = missing_physics();
+    let mut counting = tool::missing_physics();
     counting.args(arguments);
     if !arguments
         .iter()
@@ -44,11 +42,7 @@ pub(crate) fn count(arguments: &[String]) -> Result<()> {
 /// Hides effects in mirrors of the calibrating families, and writes what was taken for what.
 pub(crate) fn learn() -> Result<()> {
     let [first, seeds] = LEARNED_FROM;
-    run(missing_physics().args(["--learn", TABLE, "--first-seed", first, "--seeds", seeds]))
-}
-
-fn missing_physics() -> Command {
-    cargo(&["run", "--package", "missing-physics-bench", "--"])
+    run(tool::missing_physics().args(["--learn", TABLE, "--first-seed", first, "--seeds", seeds]))
 }
 
 /// What a user waits for a diagnosis of a standard session, with cold and with warm caches.

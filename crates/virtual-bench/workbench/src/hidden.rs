@@ -8,7 +8,7 @@ use experiments::Experiment;
 use virtual_mirror::{Effect, Family, MirrorConfig};
 use virtual_sessions::{Instruments, measure};
 
-use crate::cargo::workspace;
+use xtask::cargo::workspace;
 
 /// Families of layouts that no threshold of the diagnosis was calibrated on.
 const FAMILIES: [Family; 2] = [Family::F, Family::G];

@@ -6,12 +6,12 @@ use anyhow::{Context, Result, ensure};
 use emulated_board::{Connected, EmulatedBoard, Emulation, Speed, private_directory};
 use virtual_mirror::MirrorConfig;
 
-use crate::cargo::{TARGET, cargo, workspace};
 use crate::figures;
-use crate::images::{self, Board};
 use crate::picture::{self, Reached};
-use crate::setup;
-use crate::tool;
+use xtask::cargo::{TARGET, cargo, workspace};
+use xtask::images::{self, Board};
+use xtask::setup;
+use xtask::tool;
 
 /// Wall time over which the emulator's speed is measured.
 const EMULATION_TIME: Duration = Duration::from_secs(5);
@@ -29,7 +29,6 @@ pub(crate) fn run() -> Result<()> {
         counts == instructions()?,
         "two runs counted different instructions"
     );
-    tool::build()?;
     let directory = private_directory()?;
     let board = EmulatedBoard::start(&Emulation {
         image: images::build(Board::Mps2)?,
@@ -67,6 +66,7 @@ pub(crate) fn store() -> Result<()> {
     let tests = ["test", "--quiet", "--package", "calibration-store", "--"];
     let output = cargo(&tests)
         .arg("--nocapture")
+        .env("MIRROR_FULL", "1")
         .output()
         .context("cargo does not run")?;
     let said = String::from_utf8_lossy(&output.stdout);

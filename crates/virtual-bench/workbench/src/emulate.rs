@@ -11,9 +11,9 @@ use board_sockets::boards_directory;
 use emulated_board::{Connected, EmulatedBoard, Emulation, Speed, private_directory};
 use virtual_mirror::MirrorConfig;
 
-use crate::images::{self, Board};
-use crate::setup;
-use crate::tool;
+use xtask::images::{self, Board};
+use xtask::setup;
+use xtask::tool;
 
 /// What a shell says of a process that Ctrl-C ended: 128 and the signal's number.
 const INTERRUPTED: i32 = 130;
@@ -73,7 +73,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
 fn start(arguments: &Arguments, boards_directory: PathBuf) -> Result<EmulatedBoard> {
     setup::qemu()?;
     let image = images::build(Board::Mps2)?;
-    tool::build()?;
     let mirror = match &arguments.mirror {
         Some(path) => MirrorConfig::from_file(path)?,
         None => MirrorConfig::bench(),

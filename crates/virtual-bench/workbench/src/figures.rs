@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 
-use crate::cargo::workspace;
+use xtask::cargo::workspace;
 
 /// The counts of the control tick.
 const CONTROL_TICK: &str = "docs/figures/control-tick.md";

@@ -14,8 +14,6 @@ use anyhow::{Context, Result, bail};
 use emulated_board::{LogTable, MACHINE_ARGUMENTS, QEMU};
 use object::{Object, ObjectSection, ObjectSymbol};
 
-use crate::setup;
-
 /// Section in which embedded-test lists its tests: a symbol each, named by a JSON object, whose
 /// value begins with the address of a function.
 const LIST_SECTION: &str = ".embedded_test";
@@ -40,7 +38,6 @@ struct Test {
 
 /// Runs the tests of `elf` whose names contain one of `filters`, or all; or the program that it is.
 pub(crate) fn run_elf(elf: &Path, filters: &[String]) -> Result<ExitCode> {
-    setup::qemu()?;
     let bytes = fs::read(elf).with_context(|| format!("reading {}", elf.display()))?;
     let table = LogTable::from_elf(&bytes)?;
     match list(&bytes)? {

@@ -1,0 +1,97 @@
+//! What `cargo xtask` does with emulated boards and virtual mirrors.
+
+mod bench;
+mod diagnoses;
+mod emulate;
+mod factory;
+mod figures;
+mod hidden;
+mod on_target;
+mod package;
+mod picture;
+mod positions;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+/// What is done with emulated boards and virtual mirrors.
+#[derive(Parser)]
+#[command(bin_name = "cargo xtask")]
+struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Run the host tool against an emulated board with a virtual mirror; without arguments, keep
+    /// the board up for many commands.
+    Emulate(emulate::Arguments),
+    /// Measure what is claimed, and print it.
+    Bench {
+        /// What to measure; without it, the board and the control tick.
+        #[arg(value_enum)]
+        what: Option<Benchmark>,
+        /// What else the measuring takes (`bench diagnose -- --help`).
+        #[arg(last = true)]
+        arguments: Vec<String>,
+    },
+    /// Write the sessions of data/hidden anew.
+    HideEffects,
+    /// Write anew what a board has until it is calibrated: the table of the reconciled model.
+    TabulateFactory,
+    /// Write anew what the diagnosis knows of effects that are taken for each other: 480 sessions, some twenty minutes.
+    LearnConfusions,
+    /// Write what `host-tool update` takes beside an ELF of the driver board's firmware.
+    Package {
+        /// The ELF.
+        elf: PathBuf,
+    },
+    /// Run an ELF of on-target tests under QEMU.
+    RunOnTarget {
+        /// The ELF.
+        elf: PathBuf,
+        /// Only tests whose name contains one of these.
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        filters: Vec<String>,
+    },
+}
+
+/// What can be measured besides.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Benchmark {
+    /// How well the diagnosis finds what is hidden in virtual mirrors: 324 sessions a seed.
+    Diagnose,
+    /// What positioning reaches on virtual mirrors.
+    Position,
+    /// Power cuts that a stored calibration survives, and how the flash wears.
+    Store,
+}
+
+fn main() -> ExitCode {
+    run(Arguments::parse().task).unwrap_or_else(|error| {
+        eprintln!("error: {error:#}");
+        ExitCode::FAILURE
+    })
+}
+
+fn run(task: Task) -> Result<ExitCode> {
+    match task {
+        Task::Emulate(arguments) => return emulate::run(&arguments),
+        Task::RunOnTarget { elf, filters } => return on_target::run_elf(&elf, &filters),
+        Task::Bench { what, arguments } => match what {
+            None => bench::run(),
+            Some(Benchmark::Diagnose) => diagnoses::count(&arguments),
+            Some(Benchmark::Position) => positions::run(),
+            Some(Benchmark::Store) => bench::store(),
+        },
+        Task::HideEffects => hidden::write(),
+        Task::TabulateFactory => factory::write(),
+        Task::LearnConfusions => diagnoses::learn(),
+        Task::Package { elf } => package::write(&elf),
+    }?;
+    Ok(ExitCode::SUCCESS)
+}
