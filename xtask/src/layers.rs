@@ -107,6 +107,7 @@ type Allowed = (Room, &'static str, &'static [&'static str]);
 const ALLOWED: &[Allowed] = &[
     (Room::Board, "calibration-store", &[]),
     (Room::Board, "control-core", &["fpu"]),
+    (Room::Board, "fault-log", &[]),
     (Room::Board, "fpu", &[]),
     (Room::Board, "mirror-protocol", &["waveforms"]),
     (Room::Board, "protection", &["control-core"]),

@@ -28,6 +28,8 @@ pub struct SimulatedFlash {
     erase_counts: Vec<u32>,
     operations: u64,
     power: Power,
+    /// Operations after which nothing is written or erased any more.
+    endures: u64,
     words: HalfWords,
     rng: ChaCha8Rng,
 }
@@ -57,6 +59,8 @@ pub enum FlashError {
     PowerOff,
     /// A word is written that is not erased, and not with zeros.
     Overwrite,
+    /// It is worn out.
+    WornOut,
     /// Not whole words or pages, or beyond the end.
     Bounds(NorFlashErrorKind),
 }
@@ -70,6 +74,7 @@ impl SimulatedFlash {
             erase_counts: vec![0; pages],
             operations: 0,
             power: Power::On,
+            endures: u64::MAX,
             words,
             rng: ChaCha8Rng::seed_from_u64(seed),
         }
@@ -101,6 +106,11 @@ impl SimulatedFlash {
         }
     }
 
+    /// Wears it out after so many more operations: from then on none of them does anything, and each says so.
+    pub fn wear_out_after(&mut self, operations: u64) {
+        self.endures = self.operations + operations;
+    }
+
     /// Lets one bit fall over.
     ///
     /// # Panics
@@ -121,6 +131,9 @@ impl SimulatedFlash {
 
     /// Begins an operation; whether it comes to its end.
     fn begin(&mut self) -> Result<bool, FlashError> {
+        if self.operations >= self.endures {
+            return Err(FlashError::WornOut);
+        }
         let completes = match self.power {
             Power::Off => return Err(FlashError::PowerOff),
             Power::On => true,
@@ -238,7 +251,7 @@ impl NorFlashError for FlashError {
     fn kind(&self) -> NorFlashErrorKind {
         match self {
             Self::Bounds(kind) => *kind,
-            Self::PowerOff | Self::Overwrite => NorFlashErrorKind::Other,
+            Self::PowerOff | Self::Overwrite | Self::WornOut => NorFlashErrorKind::Other,
         }
     }
 }
@@ -312,6 +325,18 @@ mod tests {
         flash.write(16, &[2; 8]).expect("erased again");
         assert_eq!(flash.erase_counts(), [1, 0]);
         assert_eq!(flash.operations(), 5);
+    }
+
+    #[test]
+    fn a_worn_one_keeps_what_it_has_and_takes_nothing_more() {
+        let mut flash = flash();
+        flash.wear_out_after(1);
+        flash.write(0, &[1; 8]).expect("its last");
+        assert_eq!(flash.write(8, &[2; 8]), Err(FlashError::WornOut));
+        assert_eq!(flash.erase(0, 2048), Err(FlashError::WornOut));
+        let mut bytes = [0; 16];
+        flash.read(0, &mut bytes).expect("it is read");
+        assert_eq!(bytes, [[1; 8], [ERASED; 8]].concat()[..]);
     }
 
     #[test]
