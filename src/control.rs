@@ -40,6 +40,8 @@ pub struct Control {
     /// Whether the codes of `applied` came with another setpoint than those before.
     stepped: bool,
     limits_since_command: Limits,
+    /// The trip that there is has been told to whoever logs it.
+    is_trip_told: bool,
     tick: u32,
     missed_ticks: u32,
     late_ticks: u32,
@@ -70,6 +72,7 @@ impl Control {
             applied: [PwmCode(0); CHANNELS],
             stepped: false,
             limits_since_command: Limits::NONE,
+            is_trip_told: false,
             tick: 0,
             missed_ticks: 0,
             late_ticks: 0,
@@ -101,10 +104,18 @@ impl Control {
         let codes = self.tick(sensed);
         if self.protection.first_cause().is_some() {
             board.disable();
+            self.tell_trip();
         } else if !board.drive(codes) {
             self.late_ticks = self.late_ticks.wrapping_add(1);
             // The next tick senses what these drive.
             self.applied = before;
+        }
+    }
+
+    fn tell_trip(&mut self) {
+        if !self.is_trip_told {
+            self.is_trip_told = true;
+            self.mailbox.tell_trip();
         }
     }
 
@@ -206,6 +217,7 @@ impl Control {
             Order::Off => self.follow(Setpoint::Off),
             Order::Clear => {
                 self.protection.clear();
+                self.is_trip_told = false;
                 self.follow(Setpoint::Off);
             }
         }

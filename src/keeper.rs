@@ -10,8 +10,8 @@ use control_core::{Calibration, SenseCalibration};
 use mirror_protocol::{Kept, Sense, SenseInfo};
 use protection::Fault;
 
-use crate::board::CalibrationFlash;
 use crate::factory;
+use crate::flash::Part;
 
 /// Flash for one record: whole pages on every board.
 const SLOT_BYTES: usize = 4096;
@@ -24,7 +24,7 @@ pub type Record = [u8; RECORD_BYTES];
 
 /// Keeps calibrations in a board's flash, if that can be used.
 pub struct Keeper {
-    store: Option<Store<CalibrationFlash, SLOT_BYTES>>,
+    store: Option<Store<Part, SLOT_BYTES>>,
     kept: Kept,
     sense: SenseCalibration,
     sense_kept: Kept,
@@ -32,7 +32,7 @@ pub struct Keeper {
 
 impl Keeper {
     /// A keeper in `flash`; `None` where the board has none that can be used.
-    pub fn new(flash: Option<CalibrationFlash>) -> Self {
+    pub fn new(flash: Option<Part>) -> Self {
         Self {
             store: flash.and_then(Store::new),
             kept: Kept::Factory,

@@ -1,6 +1,6 @@
 //! Why the firmware stopped, told across the reset that follows.
 //!
-//! The reason waits in the last 256 bytes of RAM (`LAST_STOP` in each board's `memory.x`), which
+//! The reason waits at the end of RAM (`LAST_STOP` in each board's `memory.x`), which
 //! neither the startup code nor a reset touches.
 
 #![expect(unsafe_code, reason = "memory that no variable may own")]
@@ -25,6 +25,9 @@ struct Record {
     length: u32,
     text: [u8; TEXT_BYTES],
 }
+
+/// Behind it are the counts of resets.
+const _: () = assert!(size_of::<Record>() <= 192);
 
 unsafe extern "C" {
     static mut LAST_STOP: Record;

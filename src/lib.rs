@@ -8,6 +8,7 @@
 //! calibration    an uploaded calibration, whole and checked
 //! mailbox        orders, and what the last tick did
 //! control        one tick: converter codes in, PWM codes out (control-core decides)
+//! fault_log      what it remembers of starts and trips
 //! board/*        registers
 //! ```
 #![no_std]
@@ -20,10 +21,13 @@ pub mod board;
 pub mod calibration;
 pub mod control;
 mod exchange;
+pub mod fault_log;
+pub mod flash;
 pub mod keeper;
 #[cfg(target_os = "none")]
 pub mod last_stop;
 pub mod mailbox;
+pub mod resets;
 pub mod rpc;
 pub mod startup;
 #[cfg(any(feature = "board-stm32g474", feature = "board-host"))]

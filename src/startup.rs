@@ -1,15 +1,20 @@
 //! What every board does between reset and first tick: load what is kept, and tell what went wrong before.
 
+use core::cell::RefCell;
+
 use control_core::{Calibration, Controller};
-use mirror_protocol::Sentence;
+use mirror_protocol::{ResetCause, Sentence};
 use protection::Fault;
 use static_cell::{ConstStaticCell, StaticCell};
 
-use crate::board::{Board, CalibrationFlash};
+use crate::board::{Board, BoardFlash};
 use crate::calibration::Upload;
 use crate::control::Control;
+use crate::fault_log::FaultLog;
+use crate::flash::divide;
 use crate::keeper::{Keeper, RECORD_BYTES, Record};
 use crate::mailbox::{ControlSide, LinkSide};
+use crate::resets::Resets;
 use crate::rpc::Session;
 
 /// Why the firmware stopped before this start.
@@ -20,7 +25,17 @@ pub struct LastStop {
     pub text: Sentence,
 }
 
-/// Where calibrations live.
+/// How a start came about.
+pub struct Origin {
+    /// What reset the processor.
+    pub cause: ResetCause,
+    /// Why the firmware had stopped, if it had.
+    pub last_stop: Option<LastStop>,
+    /// The starts before it.
+    pub resets: &'static Resets,
+}
+
+/// Where calibrations live, and what is kept in flash.
 pub struct Memory {
     /// What is uploaded.
     pub uploaded: &'static mut Record,
@@ -30,6 +45,10 @@ pub struct Memory {
     pub spare: fn(Calibration) -> &'static mut Calibration,
     /// Takes the one that comes back when another was only tried.
     pub settled: fn(Calibration) -> &'static mut Calibration,
+    /// Takes the flash.
+    pub flash: fn(BoardFlash) -> &'static RefCell<BoardFlash>,
+    /// Takes the fault log.
+    pub fault_log: fn(FaultLog) -> &'static RefCell<FaultLog>,
 }
 
 impl Memory {
@@ -39,34 +58,40 @@ impl Memory {
         static IN_USE: StaticCell<Calibration> = StaticCell::new();
         static SPARE: StaticCell<Calibration> = StaticCell::new();
         static SETTLED: StaticCell<Calibration> = StaticCell::new();
+        static FLASH: StaticCell<RefCell<BoardFlash>> = StaticCell::new();
+        static FAULT_LOG: StaticCell<RefCell<FaultLog>> = StaticCell::new();
         Self {
             uploaded: UPLOADED.take(),
             in_use: |calibration| IN_USE.init(calibration),
             spare: |calibration| SPARE.init(calibration),
             settled: |calibration| SETTLED.init(calibration),
+            flash: |flash| FLASH.init(RefCell::new(flash)),
+            fault_log: |log| FAULT_LOG.init(RefCell::new(log)),
         }
     }
 }
 
 /// The link's side of the application and the control loop's, as they begin.
 pub fn start<B: Board>(
-    flash: Option<CalibrationFlash>,
+    flash: Option<BoardFlash>,
     memory: Memory,
-    last_stop: Option<LastStop>,
+    origin: Origin,
     (link, control_loop): (LinkSide, ControlSide),
 ) -> (Session, Control) {
-    let mut keeper = Keeper::new(flash);
+    let (log, calibrations) = flash.map(|flash| divide((memory.flash)(flash))).unzip();
+    let fault_log = (memory.fault_log)(FaultLog::start(log, &origin));
+    let mut keeper = Keeper::new(calibrations);
     let calibration = (memory.in_use)(keeper.load(memory.uploaded));
     let bad_calibration = keeper.fault();
     let sense = *keeper.sense();
     let spare = (memory.spare)(*calibration);
     let upload = Upload::new(memory.uploaded, spare, (memory.settled)(*calibration));
-    let mut session = Session::new::<B>(link, calibration, upload, keeper);
+    let mut session = Session::new::<B>(link, calibration, upload, keeper, fault_log);
     let mut control = Control::new(Controller::new(calibration), &sense, control_loop);
     if let Some(fault) = bad_calibration {
         control.trip(fault);
     }
-    if let Some(stopped) = last_stop {
+    if let Some(stopped) = origin.last_stop {
         control.trip(stopped.fault);
         session = session.after(stopped.text);
     }

@@ -3,11 +3,11 @@
 #![no_main]
 
 use embassy_executor::Spawner;
-use mirror_firmware::board::CalibrationFlash;
-use mirror_firmware::board::mps2::{LockstepPlant, link, stop_fifos, watchdog};
+use mirror_firmware::board::BoardFlash;
+use mirror_firmware::board::mps2::{LockstepPlant, link, origin, stop_fifos, watchdog};
 use mirror_firmware::startup::{Memory, start};
 use mirror_firmware::watchdog::guard;
-use mirror_firmware::{control, last_stop, mailbox, rpc};
+use mirror_firmware::{control, mailbox, rpc};
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) -> ! {
@@ -20,10 +20,10 @@ async fn main(_spawner: Spawner) -> ! {
     defmt::info!("ready");
 
     let memory = Memory::of_the_image();
-    let flash = CalibrationFlash::open();
+    let flash = BoardFlash::open();
     let mailbox = mailbox::take();
     let stop = stop_fifos::serve(mailbox.0);
-    let (session, control) = start::<LockstepPlant>(flash, memory, last_stop::take(), mailbox);
+    let (session, control) = start::<LockstepPlant>(flash, memory, origin(), mailbox);
     let serve = rpc::serve(tx, rx, rpc::FRAME.take(), session);
     watchdog::start();
     let guard = guard(watchdog::feed);

@@ -4,10 +4,10 @@
 
 use embassy_executor::{Spawner, task};
 use embassy_stm32::wdg::IndependentWatchdog;
-use mirror_firmware::board::CalibrationFlash;
+use mirror_firmware::board::BoardFlash;
 use mirror_firmware::board::stm32g474::link::{self, Device};
 use mirror_firmware::board::stm32g474::{
-    ConverterPins, Converters, bootloader, clocks, last_stop, lower_time_driver, start_control,
+    ConverterPins, Converters, bootloader, clocks, lower_time_driver, origin, start_control,
 };
 use mirror_firmware::startup::{Memory, start};
 use mirror_firmware::watchdog::guard;
@@ -35,10 +35,10 @@ async fn main(spawner: Spawner) {
     };
     let converters = Converters::new(p.TIM1, (p.ADC1, p.ADC2), pins);
     let memory = Memory::of_the_image();
-    let flash = CalibrationFlash::open(p.FLASH);
+    let flash = BoardFlash::open(p.FLASH);
     let mailbox = mailbox::take();
     let (device, rx, tx) = link::open(p.USB, p.PA12, p.PA11, mailbox.0);
-    let (session, control) = start::<Converters>(flash, memory, last_stop(), mailbox);
+    let (session, control) = start::<Converters>(flash, memory, origin(), mailbox);
     let mut watchdog = IndependentWatchdog::new(p.IWDG, WATCHDOG_US);
     watchdog.unleash();
 

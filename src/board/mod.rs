@@ -8,11 +8,11 @@ pub mod mps2;
 pub mod stm32g474;
 
 #[cfg(feature = "board-host")]
-pub use host::{flash::CalibrationFlash, link::LinkTx};
+pub use host::{flash::BoardFlash, link::LinkTx};
 #[cfg(feature = "board-mps2")]
-pub use mps2::{flash::CalibrationFlash, link::LinkTx};
+pub use mps2::{flash::BoardFlash, link::LinkTx};
 #[cfg(feature = "board-stm32g474")]
-pub use stm32g474::{flash::CalibrationFlash, link::LinkTx};
+pub use stm32g474::{flash::BoardFlash, link::LinkTx};
 
 use crate::control::Control;
 use control_core::{AdcCode, CHANNELS, Micrometre, PwmCode, SupplyCode};

@@ -6,7 +6,7 @@ use control_core::{Calibration, SenseCalibration};
 use mirror_protocol::{Commanded, Health, Stream, Telemetry};
 use protection::Denied;
 
-use super::{Mailbox, Order, Play};
+use super::{Mailbox, Order, Play, Trip};
 
 /// The mailbox as the control loop sees it. There is one of it.
 pub struct ControlSide(pub(super) &'static Mailbox);
@@ -83,6 +83,15 @@ impl ControlSide {
     pub(crate) fn publish(&self, telemetry: Telemetry, health: Health) {
         self.0.latest.lock(|latest| latest.set(telemetry));
         self.0.health.lock(|slot| slot.set(health));
+    }
+
+    /// The tick that was published last has tripped.
+    pub(crate) fn tell_trip(&self) {
+        let trip = Trip {
+            telemetry: self.0.latest.lock(Cell::get),
+            health: self.0.health.lock(Cell::get),
+        };
+        self.0.trips.push(trip);
     }
 
     /// A sample for the link, dropped and counted where the link is too slow.

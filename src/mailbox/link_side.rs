@@ -9,7 +9,7 @@ use mirror_protocol::{ChannelState, Commanded, Health, Stream, Telemetry};
 use protection::{Denied, Lease};
 use waveforms::Player;
 
-use super::{Mailbox, Order};
+use super::{Mailbox, Order, Trip};
 
 /// A tick lasts 0.1 ms, and a check of the heaters 2.5 ms; a loop that has not answered after twenty times that has stopped.
 const TICK_TIMEOUT: Duration = Duration::from_millis(50);
@@ -183,6 +183,11 @@ impl LinkSide {
     /// The next sample of the stream.
     pub async fn next_sample(self) -> Telemetry {
         self.0.samples.next().await
+    }
+
+    /// The next trip.
+    pub(crate) async fn next_trip(self) -> Trip {
+        self.0.trips.next().await
     }
 
     /// Samples that were lost since start because the link was too slow.

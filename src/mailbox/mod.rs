@@ -42,6 +42,18 @@ pub enum Order {
     Clear,
 }
 
+/// The tick in which the board tripped.
+#[derive(Clone, Copy, Debug)]
+pub struct Trip {
+    /// What it drove and sensed.
+    pub telemetry: Telemetry,
+    /// How the board was.
+    pub health: Health,
+}
+
+/// Trips that wait to be logged. Between two of them a host has to clear the first.
+const QUEUED_TRIPS: usize = 2;
+
 /// A waveform to play: with its stream of samples, under a lease.
 pub(crate) type Play = (Player, Stream, Lease);
 
@@ -62,6 +74,7 @@ pub struct Mailbox {
     latest: Shared<Telemetry>,
     health: Shared<Health>,
     samples: Queue<Telemetry, QUEUED_SAMPLES>,
+    trips: Queue<Trip, QUEUED_TRIPS>,
     dropped: Shared<u32>,
     // Within the link.
     stops: Shared<u32>,
@@ -114,6 +127,7 @@ impl Mailbox {
                 limits_since_command: 0,
             })),
             samples: Queue::new(),
+            trips: Queue::new(),
             dropped: Mutex::new(Cell::new(0)),
             stops: Mutex::new(Cell::new(0)),
             bootloader: Signal::new(),

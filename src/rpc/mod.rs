@@ -2,19 +2,20 @@
 
 mod calibrations;
 
+use core::cell::RefCell;
 use core::sync::atomic::Ordering;
 
 use control_core::{Calibration, Micrometre, Setpoint, Volt};
-use embassy_time::{Duration, Timer};
+use embassy_time::{Duration, Instant, Timer};
 use mirror_protocol::{
     CalibrationEndpoint, CalibrationInfo, CalibrationRevertEndpoint, CalibrationUseEndpoint,
     CalibrationWriteEndpoint, ClearEndpoint, CommandReply, Drives, ENDPOINTS,
-    EnterBootloaderEndpoint, EnterBootloaderReply, Hello, HelloEndpoint, Identity,
-    LEASE_FOREVER_MS, LoadPointsEndpoint, LoadReply, MAX_FRAME_BYTES, OffEndpoint, OptionBytes,
-    PROTOCOL_VERSION, Play, PlayEndpoint, Points, Position, Refusal, RenewEndpoint, Renewal,
-    SenseEndpoint, Sentence, SetDriveEndpoint, SetPositionEndpoint, SetSenseEndpoint, Status,
-    StatusEndpoint, StatusReply, Stream, StreamEndpoint, StreamReply, Streaming, TOPICS_IN,
-    TOPICS_OUT, TelemetryTopic, Text,
+    EnterBootloaderEndpoint, EnterBootloaderReply, FaultLogEndpoint, FaultLogReply, Hello,
+    HelloEndpoint, Identity, LEASE_FOREVER_MS, LoadPointsEndpoint, LoadReply, LogQuery,
+    MAX_FRAME_BYTES, OffEndpoint, OptionBytes, PROTOCOL_VERSION, Play, PlayEndpoint, Points,
+    Position, Refusal, RenewEndpoint, Renewal, SenseEndpoint, Sentence, SetDriveEndpoint,
+    SetPositionEndpoint, SetSenseEndpoint, Status, StatusEndpoint, StatusReply, Stream,
+    StreamEndpoint, StreamReply, Streaming, TOPICS_IN, TOPICS_OUT, TelemetryTopic, Text,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarSeq};
@@ -28,6 +29,7 @@ use self::calibrations::{
 };
 use crate::board::{Board, LinkTx};
 use crate::calibration::Upload;
+use crate::fault_log::{FaultLog, LONG_RUN};
 use crate::keeper::Keeper;
 use crate::mailbox::{Failure, LinkSide, Order};
 use crate::{TICK_HZ, TICKS_PER_MS, watchdog};
@@ -40,6 +42,7 @@ pub struct Session {
     calibration: CalibrationInfo,
     upload: Upload,
     keeper: Keeper,
+    fault_log: &'static RefCell<FaultLog>,
     /// Why the firmware stopped before this start.
     last_stop: Sentence,
     option_bytes: Option<OptionBytes>,
@@ -57,6 +60,7 @@ impl Session {
         calibration: &Calibration,
         upload: Upload,
         keeper: Keeper,
+        fault_log: &'static RefCell<FaultLog>,
     ) -> Self {
         Self {
             board: B::NAME,
@@ -65,6 +69,7 @@ impl Session {
             calibration: info(calibration, keeper.kept()),
             upload,
             keeper,
+            fault_log,
             last_stop: Sentence::new(),
             option_bytes: B::option_bytes(),
             bootloader: B::BOOTLOADER,
@@ -139,6 +144,7 @@ define_dispatch! {
         | SetSenseEndpoint    | async    | set_sense    |
         | LoadPointsEndpoint  | blocking | load_points  |
         | PlayEndpoint        | async    | play         |
+        | FaultLogEndpoint    | blocking | fault_log    |
     };
     topics_in: {
         list: TOPICS_IN;
@@ -252,6 +258,11 @@ async fn play(session: &mut Session, _header: VarHeader, play: Play) -> StreamRe
     Ok(Streaming { first_tick })
 }
 
+fn fault_log(session: &mut Session, _header: VarHeader, query: LogQuery) -> FaultLogReply {
+    session.check_version()?;
+    Ok(session.fault_log.borrow_mut().page(query.most))
+}
+
 fn check_period(stream: &Stream) -> Result<(), Refusal> {
     if stream.period_ticks == 0 {
         Err(Refusal::ZeroPeriod)
@@ -309,6 +320,7 @@ pub static FRAME: ConstStaticCell<Frame> = ConstStaticCell::new([0; MAX_FRAME_BY
 /// Answers requests on a link and sends it the samples of the stream, for ever.
 pub async fn serve<Rx: WireRx>(tx: LinkTx, rx: Rx, frame: &mut Frame, session: Session) -> ! {
     let (mailbox, bootloader) = (session.mailbox, session.bootloader);
+    let log = log_trips(mailbox, session.fault_log);
     let endpoints = Endpoints::new(session, ());
     let key_length = endpoints.min_key_len();
     let mut server = Server::new(tx, rx, frame.as_mut_slice(), endpoints, key_length);
@@ -321,9 +333,24 @@ pub async fn serve<Rx: WireRx>(tx: LinkTx, rx: Rx, frame: &mut Frame, session: S
         }
     };
     let leave = leave(mailbox, bootloader);
-    embassy_futures::join::join4(samples, requests, leave, check_in())
+    embassy_futures::join::join5(samples, requests, leave, log, check_in())
         .await
         .0
+}
+
+/// Logs what trips the board, for ever.
+async fn log_trips(mailbox: LinkSide, log: &RefCell<FaultLog>) -> ! {
+    let trips = async {
+        loop {
+            let trip = mailbox.next_trip().await;
+            log.borrow_mut().trip(&trip, Instant::now());
+        }
+    };
+    let long_run = async {
+        Timer::after(LONG_RUN).await;
+        log.borrow_mut().end_succession();
+    };
+    embassy_futures::join::join(trips, long_run).await.0
 }
 
 /// Tells the watchdog that the link is polled.

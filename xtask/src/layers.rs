@@ -286,6 +286,7 @@ const ALLOWED: &[Allowed] = &[
         &[
             "calibration-store",
             "control-core",
+            "fault-log",
             "mirror-protocol",
             "plant-link",
             "protection",

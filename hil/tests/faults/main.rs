@@ -1,5 +1,5 @@
 //! Everything that can break on an emulated board, broken at rest, while driving and during an upload; one line of a
-//! table each. It fails where a fault is not detected, takes the mirror more than a millisecond of drive or beyond 225 K
+//! table each. It fails where a fault is not detected or not in the fault log afterwards, takes the mirror more than a millisecond of drive or beyond 225 K
 //! where software can prevent it, or leaves a board that cannot be used again. Every fourth is tried, and every one where
 //! `MIRROR_FULL` asks for what is long.
 
@@ -27,7 +27,7 @@ use virtual_mirror::MirrorConfig;
 
 use crate::cases::{Case, Situation, Trouble, cases};
 use crate::requests::{
-    Calibrations, cause, connect, play, play_fast, settle, tripped_or_restarted, upload,
+    Calibrations, cause, connect, is_logged, play, play_fast, settle, tripped_or_restarted, upload,
 };
 
 /// A board that is reset is there again within 50 ms, whose ticks it counts.
@@ -42,6 +42,8 @@ const SHORT_STEP: usize = 4;
 
 struct Row {
     detected: Option<Fault>,
+    /// Whether the fault log names it.
+    is_logged: bool,
     observed: Observed,
     after: String,
     lost: String,
@@ -49,7 +51,7 @@ struct Row {
 
 fn main() -> ExitCode {
     println!(
-        "\nfault                      when       detected             ticks to zero  hottest K  afterwards    lost"
+        "\nfault                      when       detected             logged  ticks to zero  hottest K  afterwards    lost"
     );
     let step = if hil::is_full() { 1 } else { SHORT_STEP };
     let all = cases();
@@ -117,8 +119,9 @@ fn work(cases: &[&Case], next: &AtomicUsize, send: &Sender<(usize, Option<Row>)>
 
 fn print(case: &Case, row: &Row) {
     println!(
-        "{case} {:<20} {:>13} {:>10.1}  {:<13} {}",
+        "{case} {:<20} {:<6} {:>14} {:>10.1}  {:<13} {}",
         row.detected.map_or("-", Fault::name),
+        if row.is_logged { "yes" } else { "no" },
         row.observed.driven_ticks,
         row.observed.hottest_k,
         row.after,
@@ -138,6 +141,7 @@ fn is_right(case: &Case, row: &Row) -> bool {
         _ => "nothing",
     };
     named
+        && row.is_logged == row.detected.is_some()
         && in_time
         && row.observed.hottest_k < case.hottest_k
         && row.after == "drives again"
@@ -192,6 +196,7 @@ fn run(case: &Case) -> Row {
         Some(status) => cause(status),
         None => borne(case, &mut link),
     };
+    let is_logged = detected.is_some_and(|fault| is_logged(&mut link, fault));
     let board = bench.emulated_board().expect("emulated");
     let observed = match case.trouble.is_borne() {
         // Nothing comes to zero there, and nothing must.
@@ -228,6 +233,7 @@ fn run(case: &Case) -> Row {
     };
     Row {
         detected,
+        is_logged,
         observed,
         after,
         lost,

@@ -6,9 +6,9 @@ use control_core::Calibration;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use hil::RawLink;
 use mirror_protocol::{
-    CalibrationChunk, CalibrationWriteEndpoint, ChannelState, Chunk, LEASE_FOREVER_MS,
-    LoadPointsEndpoint, PROTOCOL_VERSION, Play, PlayEndpoint, Points, Quantity, Refusal, Shape,
-    Status, StatusEndpoint, Stream, Waveform,
+    CalibrationChunk, CalibrationWriteEndpoint, ChannelState, Chunk, FaultLogEndpoint,
+    LEASE_FOREVER_MS, LoadPointsEndpoint, LogEvent, LogQuery, PROTOCOL_VERSION, Play, PlayEndpoint,
+    Points, Quantity, Refusal, Shape, Status, StatusEndpoint, Stream, Waveform,
 };
 use protection::Fault;
 use waveforms::{FULL_SCALE, Table};
@@ -121,6 +121,24 @@ pub(crate) fn settle(link: &mut RawLink) {
     };
     let start = tick(link);
     while tick(link).wrapping_sub(start) < 2000 {}
+}
+
+/// Whether the fault log names the fault in one of its trips.
+pub(crate) fn is_logged(link: &mut RawLink, fault: Fault) -> bool {
+    let mut most = Some(u32::MAX);
+    while let Some(query) = most.map(|most| LogQuery { most }) {
+        let page = link.ask::<FaultLogEndpoint>(&query).expect("an answer");
+        let Some(entry) = page.expect("understood").expect("greeted").entry else {
+            break;
+        };
+        if let Some(LogEvent::Trip(trip)) = LogEvent::of(&entry)
+            && trip.faults.contains(&Some(fault.code()))
+        {
+            return true;
+        }
+        most = entry.number.checked_sub(1);
+    }
+    false
 }
 
 /// Writes pieces of a calibration; a board that has restarted in between takes them or not.

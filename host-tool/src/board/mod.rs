@@ -1,6 +1,7 @@
 //! A board, wherever it is: found, opened, greeted, asked.
 
 mod calibrations;
+mod fault_log;
 mod find;
 pub mod framing;
 mod link;

@@ -87,8 +87,12 @@ pub enum Command {
         firmware: PathBuf,
     },
     /// Show who the board is and what it is doing.
-    #[command(after_long_help = "Example:\n  host-tool status")]
-    Status,
+    #[command(after_long_help = "Example:\n  host-tool status --history")]
+    Status {
+        /// Show the fault log too: the board's starts and trips, through resets and power cuts, the newest first.
+        #[arg(help_heading = OUTPUT, long)]
+        history: bool,
+    },
     /// Move the mirror to a position and print what it took.
     #[command(after_long_help = "Example:\n  host-tool set-z 120um --hold 1h")]
     SetZ {

@@ -4,6 +4,7 @@ mod calibrate;
 mod calibrate_sense;
 mod doctor;
 mod explain;
+mod history;
 mod lab;
 mod list;
 mod measure;
@@ -43,7 +44,7 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         Command::Update { firmware } => {
             update::run(&firmware, arguments.board.as_deref(), json).await
         }
-        Command::Status => status::run(&open().await?, json).await,
+        Command::Status { history } => status::run(&open().await?, history, json).await,
         Command::SetZ { z, settle, hold } => {
             let pace = Pace::new(settle, hold, arguments.longest_hold)?;
             set_z::run(&open().await?, z, pace, json).await

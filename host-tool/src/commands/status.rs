@@ -7,6 +7,7 @@ use mirror_protocol::{CalibrationInfo, Identity, Kept, LEASE_FOREVER_MS, OptionB
 use serde::Serialize;
 
 use crate::board::{Board, Owner};
+use crate::commands::history::History;
 use crate::commands::moving::Readings;
 use crate::error::ToolError;
 use crate::names::{limit_names, limited_line, state_name};
@@ -41,6 +42,9 @@ struct StatusReport {
     /// What the firmware said when it stopped before this start.
     last_stop: String,
     dropped_samples: u32,
+    /// The fault log, where it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    history: Option<History>,
 }
 
 #[derive(Serialize)]
@@ -53,13 +57,18 @@ enum LeaseLeft {
 /// Lets the board forget its faults, and shows what it does then.
 pub(super) async fn clear(board: &Board, json: bool) -> Result<(), ToolError> {
     board.clear().await?;
-    run(board, json).await
+    run(board, false, json).await
 }
 
-pub(super) async fn run(board: &Board, json: bool) -> Result<(), ToolError> {
+pub(super) async fn run(board: &Board, history: bool, json: bool) -> Result<(), ToolError> {
     let status = board.status().await?;
     let calibration = board.calibration().await?;
+    let history = match history {
+        true => Some(History::new(board.fault_log().await?)),
+        false => None,
+    };
     let report = StatusReport {
+        history,
         owner: board.waited_for().cloned(),
         ..StatusReport::new(board.identity().clone(), calibration, &status)
     };
@@ -103,6 +112,7 @@ impl StatusReport {
             max_position_um: decimal(status.max_position_um),
             max_drive_v: decimal(status.max_drive_v),
             dropped_samples: status.dropped_samples,
+            history: None,
         }
     }
 }
@@ -175,7 +185,10 @@ impl fmt::Display for StatusReport {
         if self.dropped_samples > 0 {
             writeln!(f, "dropped    {} samples since start", self.dropped_samples)?;
         }
-        Ok(())
+        match &self.history {
+            Some(history) => write!(f, "{history}"),
+            None => Ok(()),
+        }
     }
 }
 

@@ -8,11 +8,14 @@ use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use cortex_m_rt::{ExceptionFrame, exception};
+use mirror_protocol::ResetCause;
 use protection::Fault;
 use semihosting::process::ExitCode;
 
 use super::watchdog;
 use crate::last_stop;
+use crate::resets::Resets;
+use crate::startup::{LastStop, Origin};
 
 /// Whether there is a plant. At its reset the plant gets zero drive with the first tick.
 pub(super) static HAS_PLANT: AtomicBool = AtomicBool::new(false);
@@ -29,6 +32,23 @@ fn stop(fault: Fault, reason: fmt::Arguments<'_>) -> ! {
         cortex_m::peripheral::SCB::sys_reset()
     }
     ExitCode::FAILURE.exit_process()
+}
+
+/// How this start came about. The emulator has no register that tells; its memory is empty when it is started.
+pub fn origin() -> Origin {
+    let resets = Resets::of_the_image();
+    let last_stop = last_stop::take();
+    let by_watchdog = |stop: &LastStop| stop.fault == Fault::WatchdogReset;
+    let cause = match &last_stop {
+        _ if !resets.are_kept() => ResetCause::Power,
+        Some(stop) if by_watchdog(stop) => ResetCause::Watchdog,
+        _ => ResetCause::Firmware,
+    };
+    Origin {
+        cause,
+        last_stop,
+        resets,
+    }
 }
 
 #[panic_handler]

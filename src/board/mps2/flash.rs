@@ -1,19 +1,22 @@
-//! Flash for calibrations: a file of the emulator's, with the pages and words of the STM32G474.
+//! Flash: a file of the emulator's, with the pages and words of the STM32G474.
 
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
-use plant_link::{FLASH, FLASH_BYTES, FLASH_ERASED};
+use plant_link::{FLASH, FLASH_ERASED};
 use semihosting::fs::File;
 use semihosting::io::{Read, Seek, SeekFrom, Write};
 
+use crate::flash::FLASH_BYTES;
+
 const PAGE_BYTES: usize = 2048;
 const WORD_BYTES: usize = 8;
+const _: () = assert!(plant_link::FLASH_BYTES == FLASH_BYTES);
 
-/// The flash for calibrations.
-pub struct CalibrationFlash(File);
+/// What outlives a reset.
+pub struct BoardFlash(File);
 
-impl CalibrationFlash {
+impl BoardFlash {
     /// `None` where the emulator was started without such a file.
     pub fn open() -> Option<Self> {
         let file = File::options().read(true).write(true).open(FLASH).ok()?;
@@ -33,11 +36,11 @@ impl CalibrationFlash {
     }
 }
 
-impl ErrorType for CalibrationFlash {
+impl ErrorType for BoardFlash {
     type Error = NorFlashErrorKind;
 }
 
-impl ReadNorFlash for CalibrationFlash {
+impl ReadNorFlash for BoardFlash {
     const READ_SIZE: usize = 1;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
@@ -53,7 +56,7 @@ impl ReadNorFlash for CalibrationFlash {
     }
 }
 
-impl NorFlash for CalibrationFlash {
+impl NorFlash for BoardFlash {
     const WRITE_SIZE: usize = WORD_BYTES;
     const ERASE_SIZE: usize = PAGE_BYTES;
 

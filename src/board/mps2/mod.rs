@@ -15,6 +15,7 @@ mod uart;
 mod upset;
 pub mod watchdog;
 
+pub use exit::origin;
 pub use plant::LockstepPlant;
 
 /// Timestamps of log messages, in simulated microseconds.

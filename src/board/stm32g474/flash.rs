@@ -1,4 +1,4 @@
-//! The top 32 KB of the second flash bank, for calibrations.
+//! The top 48 KB of the second flash bank, for the fault log and calibrations.
 //!
 //! Programs run from the first bank, so the processor, and the control loop with it, goes on while the
 //! second is erased (22 ms a page) or written. That takes the dual-bank mode in which these chips are
@@ -12,17 +12,18 @@ use embassy_stm32::peripherals::FLASH;
 use embassy_stm32::{Peri, pac};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
-use super::stop::stop;
 use protection::Fault;
 
+use super::stop::stop;
+use crate::flash::FLASH_BYTES;
+
 /// Where it lies, from the start of the flash. `memory.x` keeps programs out of it.
-const START: u32 = (512 - 32) * 1024;
-const BYTES: usize = 32 * 1024;
+const START: u32 = 512 * 1024 - FLASH_BYTES as u32;
 
-/// The flash for calibrations.
-pub struct CalibrationFlash(Flash<'static, Blocking>);
+/// What outlives a reset.
+pub struct BoardFlash(Flash<'static, Blocking>);
 
-impl CalibrationFlash {
+impl BoardFlash {
     /// `None` where the chip was set to single-bank mode, whose pages lie elsewhere.
     pub fn open(flash: Peri<'static, FLASH>) -> Option<Self> {
         let is_dual_bank = pac::FLASH.optr().read().dbank();
@@ -30,11 +31,11 @@ impl CalibrationFlash {
     }
 }
 
-impl ErrorType for CalibrationFlash {
+impl ErrorType for BoardFlash {
     type Error = flash::Error;
 }
 
-impl ReadNorFlash for CalibrationFlash {
+impl ReadNorFlash for BoardFlash {
     const READ_SIZE: usize = flash::READ_SIZE;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), flash::Error> {
@@ -42,11 +43,11 @@ impl ReadNorFlash for CalibrationFlash {
     }
 
     fn capacity(&self) -> usize {
-        BYTES
+        FLASH_BYTES
     }
 }
 
-impl NorFlash for CalibrationFlash {
+impl NorFlash for BoardFlash {
     const WRITE_SIZE: usize = flash::WRITE_SIZE;
     const ERASE_SIZE: usize = flash::MAX_ERASE_SIZE;
 
@@ -60,7 +61,8 @@ impl NorFlash for CalibrationFlash {
 }
 
 /// A word that was half written when the power went has two bits wrong for the error correction, and reading it
-/// ends here (RM0440, section 5.3.2). In the second bank it is acknowledged, and the record's CRC tells.
+/// ends here (RM0440, section 5.3.2). In the second bank it is acknowledged, and the CRC of the
+/// record or entry tells.
 ///
 /// The barrier lets the flag fall before this returns, or the processor comes here once more, without a flag. That
 /// is no reason to stop: the reset would read the same word again, for ever.

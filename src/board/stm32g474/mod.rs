@@ -8,7 +8,7 @@ pub mod flash;
 pub mod link;
 mod stop;
 
-pub use stop::last_stop;
+pub use stop::origin;
 
 pub use converters::{ConverterPins, Converters, start_control};
 

@@ -7,10 +7,12 @@ use core::panic::PanicInfo;
 
 use cortex_m_rt::{ExceptionFrame, exception};
 use embassy_stm32::pac;
+use mirror_protocol::ResetCause;
 use protection::Fault;
 
 use crate::last_stop;
-use crate::startup::LastStop;
+use crate::resets::Resets;
+use crate::startup::{LastStop, Origin};
 
 /// Turns the four outputs off in the timer's own registers, keeps the reason, and starts anew.
 pub(super) fn stop(fault: Fault, reason: fmt::Arguments<'_>) -> ! {
@@ -19,16 +21,32 @@ pub(super) fn stop(fault: Fault, reason: fmt::Arguments<'_>) -> ! {
     cortex_m::peripheral::SCB::sys_reset()
 }
 
-/// Why the firmware stopped before this start, if it did: what it left, or the watchdog's reset.
-pub fn last_stop() -> Option<LastStop> {
-    let by_watchdog = pac::RCC.csr().read().iwdgrstf();
+/// How this start came about: what the firmware left when it stopped, and the flags of the reset (RM0440, RCC_CSR).
+pub fn origin() -> Origin {
+    let flags = pac::RCC.csr().read();
     pac::RCC.csr().modify(|w| w.set_rmvf(true));
-    last_stop::take().or_else(|| {
-        by_watchdog.then(|| LastStop {
+    // Every reset pulls the pin too, so that its flag means something where it is alone.
+    let causes = [
+        (flags.iwdgrstf(), ResetCause::Watchdog),
+        (flags.sftrstf(), ResetCause::Firmware),
+        (flags.oblrstf(), ResetCause::OptionBytes),
+        (flags.borrstf(), ResetCause::Power),
+        (flags.wwdgrstf() || flags.lpwrrstf(), ResetCause::Other),
+        (flags.pinrstf(), ResetCause::Pin),
+    ];
+    let cause = causes.into_iter().find(|(is_it, _)| *is_it);
+    let cause = cause.map_or(ResetCause::Other, |(_, cause)| cause);
+    let last_stop = last_stop::take().or_else(|| {
+        (cause == ResetCause::Watchdog).then(|| LastStop {
             fault: Fault::WatchdogReset,
             text: Default::default(),
         })
-    })
+    });
+    Origin {
+        cause,
+        last_stop,
+        resets: Resets::of_the_image(),
+    }
 }
 
 #[panic_handler]

@@ -26,7 +26,8 @@ pub(crate) struct Header {
 }
 
 impl Header {
-    /// The header of what lies in a slot, where that is a whole entry.
+    /// The header of what lies in a slot, where that is a whole entry. Once in the image is enough of it.
+    #[inline(never)]
     pub(crate) fn of(bytes: &[u8; ENTRY_BYTES]) -> Option<Self> {
         let word = |at: usize| Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?));
         let header = Self {

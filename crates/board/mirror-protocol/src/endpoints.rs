@@ -9,14 +9,16 @@ use postcard_rpc::{TopicDirection, endpoints, topics};
 
 use crate::{
     CalibrationChunk, CalibrationInfo, CalibrationRefusal, CalibrationUse, Commanded, Drives,
-    Hello, Identity, Play, Points, Position, Refusal, Renewal, Sense, SenseInfo, Status, Stream,
-    Streaming, Telemetry,
+    Hello, Identity, LogPage, LogQuery, Play, Points, Position, Refusal, Renewal, Sense, SenseInfo,
+    Status, Stream, Streaming, Telemetry,
 };
 
 /// Answer to a command that changes the drives.
 pub type CommandReply = Result<Commanded, Refusal>;
 /// Answer to [`StatusEndpoint`].
 pub type StatusReply = Result<Status, Refusal>;
+/// Answer to [`FaultLogEndpoint`].
+pub type FaultLogReply = Result<LogPage, Refusal>;
 /// Answer to [`LoadPointsEndpoint`].
 pub type LoadReply = Result<(), Refusal>;
 /// Answer to [`StreamEndpoint`] and [`PlayEndpoint`].
@@ -54,6 +56,7 @@ endpoints! {
     | SetSenseEndpoint    | Sense     | SenseReply   | "mirror/sense/set"    |
     | LoadPointsEndpoint  | Points    | LoadReply    | "mirror/load-points"  |
     | PlayEndpoint        | Play      | StreamReply  | "mirror/play"         |
+    | FaultLogEndpoint    | LogQuery  | FaultLogReply | "mirror/fault-log"   |
 }
 
 topics! {

@@ -12,10 +12,15 @@
 extern crate std;
 
 mod endpoints;
+mod fault_log;
 mod identity;
 mod messages;
 
 pub use endpoints::*;
+pub use fault_log::{
+    Excerpt, LOG_FORMAT, LogBytes, LogEntry, LogEvent, LogPage, LogQuery, LogStorage, ResetCause,
+    StartEvent, TripEvent,
+};
 pub use identity::{Hello, Identity, Text};
 pub use messages::{
     CHUNK_POINTS, CalibrationChunk, CalibrationInfo, CalibrationRefusal, CalibrationUse,
@@ -25,7 +30,7 @@ pub use messages::{
 pub use waveforms::{Flaw, POINTS, Quantity, Shape, Stream, Table, Waveform};
 
 /// The version of everything in this crate but the greeting. Raised with every change on the wire.
-pub const PROTOCOL_VERSION: u16 = 6;
+pub const PROTOCOL_VERSION: u16 = 7;
 
 /// How long a tool waits for an answer. A board answers within a control tick and the link's time; this is for busy
 /// machines with an emulated board on them.

@@ -2,9 +2,10 @@
 //! keeps the bytes it has always had.
 
 use mirror_protocol::{
-    ANSWER_TIMEOUT_MS, CHUNK_POINTS, ChannelState, CommandReply, Commanded, Drives, Health, Hello,
-    Identity, MAX_FRAME_BYTES, OptionBytes, Play, Points, Position, Refusal, Renewal, Sentence,
-    Status, StatusReply, Stream, Telemetry, Text,
+    ANSWER_TIMEOUT_MS, CHUNK_POINTS, ChannelState, CommandReply, Commanded, Drives, Excerpt,
+    FaultLogReply, Health, Hello, Identity, LOG_FORMAT, LogBytes, LogEntry, LogEvent, LogPage,
+    LogStorage, MAX_FRAME_BYTES, OptionBytes, Play, Points, Position, Refusal, Renewal, ResetCause,
+    Sentence, StartEvent, Status, StatusReply, Stream, Telemetry, Text, TripEvent,
 };
 use proptest::prelude::*;
 use serde::Serialize;
@@ -41,6 +42,41 @@ fn health() -> impl Strategy<Value = Health> {
             limits_since_command: 0x3ff,
         },
     )
+}
+
+fn log_event() -> impl Strategy<Value = LogEvent> {
+    let start = (
+        any::<u32>(),
+        proptest::option::of(any::<u8>()),
+        "[ -~]{0,72}",
+    )
+        .prop_map(|(skipped, stop, said)| {
+            LogEvent::Start(StartEvent {
+                cause: ResetCause::Watchdog,
+                stop,
+                said: Excerpt::try_from(said.as_str()).unwrap(),
+                skipped,
+            })
+        });
+    let trip = (
+        any::<u64>(),
+        proptest::array::uniform4(proptest::option::of(any::<u8>())),
+        any::<u32>(),
+        telemetry(),
+    )
+        .prop_map(|(up_us, faults, times, telemetry)| {
+            LogEvent::Trip(TripEvent {
+                up_us,
+                faults,
+                times,
+                drive_v: telemetry.drive_v,
+                current_a: telemetry.current_a,
+                temperature_k: telemetry.temperature_k,
+                supply_v: 5.0,
+                missed_ticks: times,
+            })
+        });
+    prop_oneof![start, trip]
 }
 
 fn telemetry() -> impl Strategy<Value = Telemetry> {
@@ -82,6 +118,25 @@ proptest! {
     }
 
     #[test]
+    fn an_entry_of_the_fault_log_comes_back_whole_and_fits_its_place_in_flash_and_a_frame(
+        event in log_event(), boot: u32, trips: u32, number: u32,
+    ) {
+        let in_flash = event.to_bytes();
+        prop_assert!(!in_flash.is_empty(), "it does not fit");
+        // An entry holds 112 bytes (`fault_log::MAX_BYTES`), of which format and boot take five.
+        prop_assert_eq!(LogBytes::new().capacity() + 5, 112);
+        let entry = LogEntry { number, boot, format: LOG_FORMAT, bytes: in_flash };
+        prop_assert_eq!(LogEvent::of(&entry), Some(event));
+        let of_another_format = LogEntry { format: LOG_FORMAT + 1, ..entry.clone() };
+        prop_assert_eq!(LogEvent::of(&of_another_format), None);
+        let entry = Some(LogEntry { bytes: LogBytes::from_slice(&[7; 107]).unwrap(), ..entry });
+        let reply: FaultLogReply = Ok(LogPage { boot, trips, storage: LogStorage::Kept, entry });
+        let bytes = postcard::to_stdvec(&reply).unwrap();
+        prop_assert!(bytes.len() + 13 <= MAX_FRAME_BYTES, "{} bytes and a header", bytes.len());
+        prop_assert_eq!(postcard::from_bytes::<FaultLogReply>(&bytes).unwrap(), reply);
+    }
+
+    #[test]
     fn garbage_is_refused_or_is_a_message_that_stays_the_same(
         bytes in proptest::collection::vec(any::<u8>(), 0..200),
     ) {
@@ -95,6 +150,8 @@ proptest! {
         refused_or_stable::<Points>(&bytes)?;
         refused_or_stable::<CommandReply>(&bytes)?;
         refused_or_stable::<StatusReply>(&bytes)?;
+        refused_or_stable::<FaultLogReply>(&bytes)?;
+        refused_or_stable::<LogEvent>(&bytes)?;
     }
 
     #[test]

@@ -4,18 +4,21 @@
 mod enumerate;
 mod wire;
 
+use std::cell::RefCell;
 use std::future::{Future, poll_fn};
 use std::pin::pin;
 
 use embassy_futures::join::join3;
 use mirror_firmware::board::host::HostBoard;
 use mirror_firmware::board::host::link::{Opened, Storage};
+use mirror_firmware::flash::FLASH_BYTES;
 use mirror_firmware::keeper::RECORD_BYTES;
 use mirror_firmware::mailbox::Mailbox;
-use mirror_firmware::startup::{Memory, start};
+use mirror_firmware::resets::Resets;
+use mirror_firmware::startup::{Memory, Origin, start};
 use mirror_firmware::{control, rpc, usb};
-use mirror_protocol::MAX_FRAME_BYTES;
-use simulated_flash::{HalfWords, SharedFlash, SimulatedFlash};
+use mirror_protocol::{MAX_FRAME_BYTES, ResetCause};
+use simulated_flash::{HalfWords, PAGE_BYTES, SharedFlash, SimulatedFlash};
 use virtual_usb::HostSide;
 
 pub use enumerate::{Device, enumerate, get_descriptor};
@@ -24,8 +27,8 @@ pub use wire::connect;
 /// The serial number that this board tells.
 pub const SERIAL: &str = "0123456789ABCDEF01234567";
 
-/// Pages of the flash for calibrations, as on the driver board.
-pub const FLASH_PAGES: usize = 16;
+/// Pages of the flash for fault log and calibrations, as on the driver board.
+pub const FLASH_PAGES: usize = FLASH_BYTES / PAGE_BYTES;
 
 /// Runs `test` on the host's side of a bus with the driver board on it; both take turns.
 pub fn with_board<T>(test: impl AsyncFnOnce(HostSide) -> T) -> T {
@@ -33,7 +36,7 @@ pub fn with_board<T>(test: impl AsyncFnOnce(HostSide) -> T) -> T {
     with_board_on(&SharedFlash::new(flash), test)
 }
 
-/// The same with a board whose calibrations lie in `flash`.
+/// The same with a board whose fault log and calibrations lie in `flash`, and whose power has just come.
 pub fn with_board_on<T>(flash: &SharedFlash, test: impl AsyncFnOnce(HostSide) -> T) -> T {
     let (device_side, host) = virtual_usb::bus();
     // A board's memory is static; a test's board lives as long as the test.
@@ -48,8 +51,15 @@ pub fn with_board_on<T>(flash: &SharedFlash, test: impl AsyncFnOnce(HostSide) ->
         in_use: |calibration| Box::leak(Box::new(calibration)),
         spare: |calibration| Box::leak(Box::new(calibration)),
         settled: |calibration| Box::leak(Box::new(calibration)),
+        flash: |flash| Box::leak(Box::new(RefCell::new(flash))),
+        fault_log: |log| Box::leak(Box::new(RefCell::new(log))),
     };
-    let (session, control) = start::<HostBoard>(Some(flash.clone()), memory, None, mailbox);
+    let origin = Origin {
+        cause: ResetCause::Power,
+        last_stop: None,
+        resets: Box::leak(Box::new(Resets::default())),
+    };
+    let (session, control) = start::<HostBoard>(Some(flash.clone()), memory, origin, mailbox);
     let mut received: rpc::Frame = [0; _];
     let firmware = join3(
         control::run(HostBoard::default(), control),

@@ -4,6 +4,7 @@ use control_core::Calibration;
 use control_core::calibration::{BYTES, Label, Parts};
 use firmware_on_host::{FLASH_PAGES, connect, enumerate, with_board_on};
 use mirror_firmware::factory;
+use mirror_firmware::flash::LOG_BYTES;
 use mirror_protocol::{
     CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRevertEndpoint,
     CalibrationUse, CalibrationUseEndpoint, CalibrationWriteEndpoint, Chunk, Hello, HelloEndpoint,
@@ -223,7 +224,11 @@ fn after_a_power_cut_at_any_operation_the_old_or_the_new_sense_is_in_use_and_the
 fn a_bad_one_falls_back_to_the_factorys_and_the_board_says_so() {
     use embedded_storage::nor_flash::NorFlash;
     let flash = erased();
-    flash.lock().write(0, &[0x5a; PAGE_BYTES]).expect("erased");
+    let garbage = [0x5a; PAGE_BYTES];
+    flash
+        .lock()
+        .write(LOG_BYTES as u32, &garbage)
+        .expect("erased");
     let info = found(&flash);
     assert_eq!(info.kept, Kept::FactoryAsStoredIsBad);
     assert_eq!(info.device, found(&erased()).device);
@@ -239,7 +244,7 @@ fn rot_of_the_newest_is_told_and_the_one_before_is_the_users_choice() {
     upload(&flash, &of_device("mirror 1, sold"));
     upload(&flash, &of_device("mirror 2, here"));
     // A bit of the second slot's payload; a slot is two pages.
-    flash.lock().flip(8 * (2 * PAGE_BYTES + 100));
+    flash.lock().flip(8 * (LOG_BYTES + 2 * PAGE_BYTES + 100));
 
     let info = found(&flash);
     assert_eq!(

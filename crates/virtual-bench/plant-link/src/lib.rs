@@ -12,10 +12,10 @@ pub const TO_PLANT: &CStr = c"to-plant";
 /// FIFO, in the emulator's working directory, on which the plant answers with [`Converters`].
 pub const FROM_PLANT: &CStr = c"from-plant";
 
-/// File, in the emulator's working directory, that is the board's flash for calibrations.
+/// File, in the emulator's working directory, that is the board's flash for the fault log and calibrations.
 pub const FLASH: &CStr = c"flash";
 /// Its length.
-pub const FLASH_BYTES: usize = 32 * 1024;
+pub const FLASH_BYTES: usize = 48 * 1024;
 /// What erased flash reads as.
 pub const FLASH_ERASED: u8 = 0xff;
 
