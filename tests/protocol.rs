@@ -88,6 +88,7 @@ mod tests {
             max_position_um: 173.7,
             max_drive_v: 3.5,
             dropped_samples: 0,
+            stops: 3,
             last_stop: Sentence::try_from("panicked").expect("short"),
             option_bytes: Some(OptionBytes {
                 brown_out_level: 4,

@@ -206,33 +206,6 @@ fn a_tool_that_dies_while_streaming_leaves_the_board_ready() {
 }
 
 #[test]
-fn a_second_tool_is_told_that_the_board_is_taken_again_and_again() {
-    let bench = bench();
-    let mut first = bench.start_tool(&["set-z", "100um", "--settle", "1h"]);
-    bench.wait_until_driven(1);
-    // By name too: looking for boards must not wait for one that is taken. Each waits for an answer as long as a tool does.
-    for words in [&["status"][..], &["--board", "emulated", "status"]] {
-        let second = bench.tool(words);
-        assert_eq!(second.code, 1, "{words:?}");
-        // Told at once, and as the reason in the end; lines may be broken within it.
-        let owner = format!(
-            "`host-tool set-z 100um --settle 1h` (process {})",
-            first.id()
-        );
-        let squeeze = |text: &str| text.replace(' ', "");
-        let sentence = squeeze(&second.sentence());
-        let told = sentence
-            .matches(&squeeze(&format!("is in use by {owner}")))
-            .count();
-        assert_eq!(told, 2, "{words:?}: {}", second.err);
-    }
-    first.kill().expect("it ends");
-    first.wait().expect("it is gone");
-    let said = bench.tool(&["status"]);
-    assert_eq!(said.code, 0, "{}", said.err);
-}
-
-#[test]
 fn samples_of_a_dead_tool_are_not_taken_for_ones_own() {
     let bench = bench();
     stream_and_die(&bench, 3);

@@ -1,7 +1,6 @@
 //! `off` gets through to an emulated board whoever has it, and says who that was.
 
 use std::fs;
-use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
 use std::process::{Child, Command};
 use std::time::Instant;
@@ -181,33 +180,6 @@ fn many_at_once_all_stop() {
         assert_eq!(said.code, 0, "{}", said.err);
     }
     assert_stays_off(&mut bench);
-}
-
-#[test]
-fn status_tells_whom_it_waited_for() {
-    let bench = bench();
-    let mut first = bench.start_tool(&["set-z", "100um", "--settle", "1h"]);
-    bench.wait_until_driven(1);
-    let mut second = bench.start_tool(&["status"]);
-    let mut told = String::new();
-    let mut stderr = BufReader::new(second.stderr.take().expect("it is piped"));
-    stderr.read_line(&mut told).expect("text");
-    let owner = format!(
-        "`host-tool set-z 100um --settle 1h` (process {})",
-        first.id()
-    );
-    assert!(told.contains(&format!("it is in use by {owner}")), "{told}");
-    first.kill().expect("it dies");
-    first.wait().expect("it is gone");
-    let said = Said::from(second);
-    assert_eq!(said.code, 0);
-    assert!(
-        said.out.contains(&format!("owner      {owner}")),
-        "{}",
-        said.out
-    );
-    let alone = bench.tool(&["status"]);
-    assert!(!alone.out.contains("owner"), "{}", alone.out);
 }
 
 #[test]

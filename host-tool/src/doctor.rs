@@ -48,6 +48,8 @@ pub struct Finding {
 pub enum Kind {
     /// A board that can be used.
     Ready,
+    /// A board that another process has.
+    InUse,
     /// A chip whose option bytes are not as its board wants them.
     OptionBytes,
     /// A board that does not answer as it should.

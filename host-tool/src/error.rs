@@ -88,6 +88,12 @@ pub enum ToolError {
     ))]
     InUse { board: String, owner: String },
 
+    #[error(
+        "the board {board} was turned off by `host-tool off` while this waited for it; it is left alone"
+    )]
+    #[diagnostic(help("ask again, if it is to be done after all"))]
+    StoppedMeanwhile { board: String },
+
     #[error("the connection to the board was lost while asking it to {request}")]
     #[diagnostic(help(
         "it was unplugged, reset, or its emulator ended; `host-tool list` shows what is there now"

@@ -177,6 +177,7 @@ fn status(session: &mut Session, _header: VarHeader, (): ()) -> StatusReply {
         max_position_um: session.calibration.max_position_um,
         max_drive_v: session.calibration.max_drive_v,
         dropped_samples: session.mailbox.dropped_samples(),
+        stops: session.mailbox.stops(),
         last_stop: session.last_stop.clone(),
         option_bytes: session.option_bytes,
     })

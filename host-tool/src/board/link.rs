@@ -1,7 +1,6 @@
 //! An open board: requests with time-outs.
 
 use std::convert::Infallible;
-use std::path::Path;
 use std::time::Duration;
 
 use board_sockets::{Untrusted, check_socket};
@@ -19,8 +18,9 @@ use serde::de::DeserializeOwned;
 use tokio::time::{sleep, timeout};
 
 use super::find::{Found, Place, is_driver_board};
-use super::owner::{Claim, Owner};
+use super::owner::{Claim, Claimed, Owner, in_use};
 use super::socket;
+use super::stop_mark::StopMark;
 use crate::error::ToolError;
 use crate::quantity::Span;
 
@@ -45,22 +45,49 @@ pub struct Board {
 /// What a board can be asked, as an error message says it.
 pub(super) type Request = &'static str;
 
+/// A board that was looked at.
+#[derive(Debug)]
+pub enum Seen {
+    /// It answers, and is this process's own until it is dropped.
+    Open(Box<Board>),
+    /// Another process has it.
+    InUse(Owner),
+}
+
 impl Board {
     /// Opens and greets a board, which is this process's own until it is dropped. Where another has it, that is said on
     /// standard error, and waited for.
     ///
     /// # Errors
-    /// Where another does not let go of it, it cannot be reached or trusted, does not answer, or speaks another protocol
-    /// version.
+    /// Where another does not let go of it or stops it meanwhile, it cannot be reached or trusted, does not answer, or
+    /// speaks another protocol version.
     pub async fn open(found: &Found) -> Result<Self, ToolError> {
+        check_place(found)?;
+        let mark = StopMark::read(found);
+        let claim = Claim::take(found, &mark).await?;
+        let board = Self::greet(found, claim).await?;
+        mark.check(found)?;
+        Ok(board)
+    }
+
+    /// Opens a board to ask it something, and waits for nobody who has it for longer than a moment.
+    ///
+    /// # Errors
+    /// As of [`Self::open`]; where another has it who does not say who it is.
+    pub async fn look(found: &Found) -> Result<Seen, ToolError> {
+        check_place(found)?;
+        match Claim::at_a_glance(found).await {
+            Claimed::Ours(claim) => Ok(Seen::Open(Box::new(Self::greet(found, claim).await?))),
+            Claimed::Anothers(Some(owner)) => Ok(Seen::InUse(owner)),
+            Claimed::Anothers(None) => Err(in_use(found, None)),
+        }
+    }
+
+    async fn greet(found: &Found, claim: Option<Claim>) -> Result<Self, ToolError> {
         let cannot_open = |reason: String| ToolError::Open {
             board: found.name.clone(),
             reason,
         };
-        if let Place::Socket { path } = &found.place {
-            trusted(path)?;
-        }
-        let claim = Claim::take(found).await?;
         let client = match &found.place {
             Place::Usb { serial } => HostClient::try_new_raw_nusb(
                 |device| is_driver_board(device) && device.serial_number() == Some(serial),
@@ -257,9 +284,12 @@ impl Board {
     }
 }
 
-/// Makes sure that nobody else could have put the socket there. Where there is none, connecting fails and says so.
-fn trusted(socket: &Path) -> Result<(), Untrusted> {
-    match check_socket(socket) {
+/// Makes sure that nobody else could have put a socket there. Where there is none, connecting fails and says so.
+fn check_place(found: &Found) -> Result<(), Untrusted> {
+    let Place::Socket { path } = &found.place else {
+        return Ok(());
+    };
+    match check_socket(path) {
         Err(Untrusted::Unseen { .. } | Untrusted::Kind { .. }) => Ok(()),
         checked => checked,
     }

@@ -9,10 +9,12 @@ mod owner;
 mod samples;
 mod socket;
 mod stop;
+mod stop_mark;
 
 pub(crate) use find::none_found;
 pub use find::{Found, Place, choose, find};
-pub use link::{Board, RENEWED_LEASE};
+pub use link::{Board, RENEWED_LEASE, Seen};
 pub use owner::{Owner, owner};
 pub use samples::Samples;
 pub use stop::stop;
+pub use stop_mark::announce_stop;

@@ -17,6 +17,7 @@ use tokio::time::{Instant, sleep};
 
 use super::find::{Found, Place};
 use super::link::ANSWER_TIMEOUT;
+use super::stop_mark::StopMark;
 use crate::error::ToolError;
 
 /// From one look at the lock to the next.
@@ -24,7 +25,7 @@ const RETRY: Duration = Duration::from_millis(20);
 /// A command line is told so far: it must fit a line of a terminal, with the rest of the sentence.
 const COMMAND_CHARACTERS: usize = 60;
 /// Longer files are nobody's: four times what a command line, escaped, can make of it.
-const FILE_BYTES: u64 = 4096;
+pub(super) const FILE_BYTES: u64 = 4096;
 
 /// A process that has a board.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -38,7 +39,7 @@ pub struct Owner {
 }
 
 impl Owner {
-    fn this_process() -> Self {
+    pub(super) fn this_process() -> Self {
         Self {
             process: std::process::id(),
             command: command_line(std::env::args_os()),
@@ -87,46 +88,82 @@ enum Attempt {
     Busy(Option<Owner>),
 }
 
+/// How long a tool that only looks waits: most that have a board for a moment have let go by then, and nobody minds.
+pub(super) const GLANCE: Duration = Duration::from_millis(300);
+
+/// What became of an attempt to take a board.
+pub(super) enum Claimed {
+    /// It is this process's. `None` where there is no place for a lock; the link itself then lets in one at a time.
+    Ours(Option<Claim>),
+    /// Another has it, who may not have written down who it is.
+    Anothers(Option<Owner>),
+}
+
 impl Claim {
-    /// Takes the board, and waits while another has it, which is said at once. `None` where there is no place for a
-    /// lock; the link itself then lets in one at a time.
+    /// Takes the board, and waits while another has it, which is said at once.
     ///
     /// # Errors
-    /// Where the other does not let go.
-    pub(super) async fn take(found: &Found) -> Result<Option<Self>, ToolError> {
+    /// Where the other does not let go, or stops the board meanwhile.
+    pub(super) async fn take(found: &Found, mark: &StopMark) -> Result<Option<Self>, ToolError> {
+        let say = |owner: &Owner| {
+            eprintln!(
+                "waiting for the board {}: it is in use by {owner}",
+                found.name
+            );
+        };
+        match Self::within(found, ANSWER_TIMEOUT, say, || mark.check(found)).await? {
+            Claimed::Ours(claim) => Ok(claim),
+            Claimed::Anothers(owner) => Err(in_use(found, owner.as_ref())),
+        }
+    }
+
+    /// Takes the board if nobody else has it for longer than a moment.
+    pub(super) async fn at_a_glance(found: &Found) -> Claimed {
+        let taken = Self::within(found, GLANCE, |_| (), || Ok(())).await;
+        taken.unwrap_or(Claimed::Anothers(None))
+    }
+
+    async fn within(
+        found: &Found,
+        patience: Duration,
+        say: impl Fn(&Owner),
+        go_on: impl Fn() -> Result<(), ToolError>,
+    ) -> Result<Claimed, ToolError> {
         let Some(path) = place(found) else {
-            return Ok(None);
+            return Ok(Claimed::Ours(None));
         };
         let start = Instant::now();
         let mut before = None;
         loop {
             match attempt(&path) {
-                Err(_) => return Ok(None),
+                Err(_) => return Ok(Claimed::Ours(None)),
                 Ok(Attempt::Taken(file)) => {
-                    return Ok(Some(Self {
+                    return Ok(Claimed::Ours(Some(Self {
                         _locked: file,
                         before,
-                    }));
+                    })));
                 }
                 Ok(Attempt::Busy(owner)) => {
                     if let (None, Some(owner)) = (&before, &owner) {
-                        eprintln!(
-                            "waiting for the board {}: it is in use by {owner}",
-                            found.name
-                        );
+                        say(owner);
                     }
                     before = before.or(owner);
                 }
             }
-            if start.elapsed() > ANSWER_TIMEOUT {
-                let owner = before.map_or("another process".to_owned(), |owner| owner.to_string());
-                return Err(ToolError::InUse {
-                    board: found.name.clone(),
-                    owner,
-                });
+            go_on()?;
+            if start.elapsed() > patience {
+                return Ok(Claimed::Anothers(before));
             }
             sleep(RETRY).await;
         }
+    }
+}
+
+/// That another has the board.
+pub(super) fn in_use(found: &Found, owner: Option<&Owner>) -> ToolError {
+    ToolError::InUse {
+        board: found.name.clone(),
+        owner: owner.map_or("another process".to_owned(), Owner::to_string),
     }
 }
 
@@ -140,7 +177,7 @@ pub fn owner(found: &Found) -> Option<Owner> {
 }
 
 /// The file that is locked, in a directory that is there.
-fn place(found: &Found) -> Option<PathBuf> {
+pub(super) fn place(found: &Found) -> Option<PathBuf> {
     match &found.place {
         Place::Socket { path } => Some(fs::canonicalize(path).ok()?.with_extension("lock")),
         Place::Usb { serial } => {
@@ -166,7 +203,7 @@ fn attempt(path: &Path) -> io::Result<Attempt> {
 }
 
 /// Another's link in the place of the file is not followed.
-fn options() -> fs::OpenOptions {
+pub(super) fn options() -> fs::OpenOptions {
     let mut options = File::options();
     let flags = OFlags::NOFOLLOW.bits();
     options.read(true).write(true).mode(0o600);
@@ -191,6 +228,7 @@ mod tests {
     use std::os::unix::fs::{PermissionsExt, symlink};
 
     use super::*;
+    use crate::board::stop_mark::announce_stop;
 
     fn board(directory: &Path) -> Found {
         let path = directory.join("a.sock");
@@ -206,13 +244,19 @@ mod tests {
         let directory = tempfile::tempdir().expect("a directory");
         let found = board(directory.path());
         assert_eq!(owner(&found), None, "nobody was there");
-        let claim = Claim::take(&found).await.expect("free").expect("a place");
+        let mark = StopMark::read(&found);
+        let take = || Claim::take(&found, &mark);
+        let claim = take().await.expect("free").expect("a place");
         assert_eq!(claim.before, None);
         let now = owner(&found).expect("it is taken");
         assert_eq!(now.process, std::process::id());
         assert_eq!(Some(now.clone()), owner(&found), "asking changes nothing");
 
-        let mut waiting = Box::pin(Claim::take(&found));
+        let Claimed::Anothers(told) = Claim::at_a_glance(&found).await else {
+            panic!("it is taken");
+        };
+        assert_eq!(told, Some(now.clone()));
+        let mut waiting = Box::pin(take());
         let early = tokio::time::timeout(3 * RETRY, &mut waiting).await;
         assert!(early.is_err(), "it waits");
         drop(claim);
@@ -220,6 +264,25 @@ mod tests {
         assert_eq!(second.before, Some(now), "it knows whom it waited for");
         drop(second);
         assert_eq!(owner(&found), None, "what the file says is nothing");
+    }
+
+    #[tokio::test]
+    async fn who_waits_for_a_board_that_is_stopped_meanwhile_does_not_get_it() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let found = board(directory.path());
+        // An earlier stop is no reason not to begin.
+        announce_stop(&found);
+        let mark = StopMark::read(&found);
+        let claim = Claim::take(&found, &mark).await.expect("free");
+        let mut waiting = Box::pin(Claim::take(&found, &mark));
+        let early = tokio::time::timeout(3 * RETRY, &mut waiting).await;
+        assert!(early.is_err(), "it waits");
+        // Another process: this one's stops within the same second are the same.
+        fs::write(directory.path().join("a.stopped"), "another").expect("a file");
+        let said = waiting.await.expect_err("it was stopped").to_string();
+        assert!(said.contains("was turned off"), "{said}");
+        drop(claim);
+        assert!(mark.check(&found).is_err(), "afterwards too");
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::fmt;
 use miette::Diagnostic;
 use serde::Serialize;
 
-use crate::board::{Board, Found, find};
+use crate::board::{Board, Found, Seen, find};
 use crate::doctor::{Finding, Kind, Surroundings};
 use crate::error::ToolError;
 use crate::option_bytes::option_flaws;
@@ -47,8 +47,19 @@ async fn greet(found: &Found) -> Vec<Finding> {
         what: format!("{}: {error}", found.name),
         remedy: error.help().map(|help| help.to_string()),
     };
-    let board = match Board::open(found).await {
-        Ok(board) => board,
+    let board = match Board::look(found).await {
+        Ok(Seen::Open(board)) => board,
+        Ok(Seen::InUse(owner)) => {
+            return vec![Finding {
+                kind: Kind::InUse,
+                what: format!("{}: in use by {owner}", found.name),
+                remedy: Some(
+                    "wait until that has ended, or end it with Ctrl-C where it runs; `host-tool off` turns the \
+                     channels off whoever has the board"
+                        .to_owned(),
+                ),
+            }];
+        }
         Err(error) => return vec![not_answering(error)],
     };
     let status = match board.status().await {

@@ -5,7 +5,7 @@ use std::fmt;
 use mirror_protocol::Identity;
 use serde::Serialize;
 
-use crate::board::{Board, Found, Place, find, none_found};
+use crate::board::{Board, Found, Owner, Place, Seen, find, none_found};
 use crate::error::ToolError;
 use crate::report;
 
@@ -27,14 +27,17 @@ struct Entry {
 #[serde(rename_all = "lowercase")]
 enum Said {
     Identity(Identity),
+    /// Another process has it.
+    Owner(Owner),
     Error(String),
 }
 
 pub(super) async fn run(json: bool) -> Result<(), ToolError> {
     let mut boards = Vec::new();
     for found in find() {
-        let said = match Board::open(&found).await {
-            Ok(board) => Said::Identity(board.identity().clone()),
+        let said = match Board::look(&found).await {
+            Ok(Seen::Open(board)) => Said::Identity(board.identity().clone()),
+            Ok(Seen::InUse(owner)) => Said::Owner(owner),
             Err(error) => Said::Error(error.to_string()),
         };
         boards.push(Entry { found, said });
@@ -59,6 +62,9 @@ impl fmt::Display for List {
                     "{:<26} {link:<7} {}, firmware {} ({})",
                     found.name, identity.board, identity.firmware_version, identity.build
                 )?,
+                Said::Owner(owner) => {
+                    writeln!(f, "{:<26} {link:<7} in use by {owner}", found.name)?;
+                }
                 Said::Error(error) => writeln!(f, "{:<26} {link:<7} {error}", found.name)?,
             }
         }

@@ -44,7 +44,9 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         Command::Update { firmware } => {
             update::run(&firmware, arguments.board.as_deref(), json).await
         }
-        Command::Status { history } => status::run(&open().await?, history, json).await,
+        Command::Status { history } => {
+            status::look(&choose(arguments.board.as_deref())?, history, json).await
+        }
         Command::SetZ { z, settle, hold } => {
             let pace = Pace::new(settle, hold, arguments.longest_hold)?;
             set_z::run(&open().await?, z, pace, json).await

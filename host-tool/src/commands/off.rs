@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use crate::board::{Board, Found, Owner, owner, stop};
+use crate::board::{Board, Found, Owner, announce_stop, owner, stop};
 use crate::error::ToolError;
 use crate::report::{self, decimal, row};
 
@@ -17,6 +17,7 @@ struct Off {
 
 pub(super) async fn run(found: &Found, json: bool) -> Result<(), ToolError> {
     let owner = owner(found);
+    announce_stop(found);
     let drive_v = if stop(found).await? {
         [0.0; 4]
     } else {

@@ -6,12 +6,13 @@ use std::path::PathBuf;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use measurement::{Keys, Row};
-use mirror_protocol::Telemetry;
+use mirror_protocol::{ChannelState, Telemetry};
 use serde::Serialize;
 use tokio::signal::ctrl_c;
 
 use crate::board::{Board, Samples};
 use crate::commands::measure::run::{Ended, partial};
+use crate::commands::moving::check_states;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::quantity::Span;
@@ -23,6 +24,8 @@ struct Recorded {
     file: PathBuf,
     samples: usize,
     duration_s: f64,
+    /// Whether somebody stopped the board meanwhile.
+    stopped: bool,
 }
 
 pub(super) async fn run(
@@ -39,6 +42,7 @@ pub(super) async fn run(
         return Err(ToolError::TooManySamples { asked });
     }
     let expected = asked as u32;
+    let stops = board.status().await?.stops;
     let mut stream = board.stream(period_ticks, expected).await?;
     // A sensor that is lost now may be found again.
     let like = Row {
@@ -55,8 +59,13 @@ pub(super) async fn run(
         let _ = board.stop_stream().await;
         return ended.map(drop);
     }
+    if let Err(ToolError::Tripped { .. }) = ended {
+        // It would send on to nobody; the fault is what is told in any case.
+        let _ = board.stop_stream().await;
+    }
+    let after = board.status().await;
     // The board is well, so what is missing was lost on the way.
-    if matches!(ended, Err(ToolError::NoAnswer { .. })) && board.status().await.is_ok() {
+    if matches!(ended, Err(ToolError::NoAnswer { .. })) && after.is_ok() {
         ended = Err(ToolError::SamplesLost {
             received: samples,
             expected: expected as usize,
@@ -66,6 +75,7 @@ pub(super) async fn run(
         file: recording.finish(partial(&ended).as_deref())?,
         samples,
         duration_s,
+        stopped: after.is_ok_and(|status| status.stops != stops),
     };
     report::print(&recorded, json);
     ended.map(drop)
@@ -119,10 +129,17 @@ async fn collect(
     let style =
         ProgressStyle::with_template("recording {wide_bar} {pos}/{len} samples, {eta} left");
     bar.set_style(style.expect("a fixed template"));
+    let mut is_sound = false;
     let receive = async {
         for _ in 0..expected {
-            recorder.append(&stream.next().await?)?;
+            let sample = stream.next().await?;
+            recorder.append(&sample)?;
             bar.inc(1);
+            if is_sound {
+                check_states(&sample.states)?;
+            }
+            // One that has tripped before goes on as it is.
+            is_sound = !has_tripped(&sample);
         }
         Ok(Ended::Complete)
     };
@@ -132,6 +149,11 @@ async fn collect(
     };
     bar.finish_and_clear();
     ended
+}
+
+fn has_tripped(sample: &Telemetry) -> bool {
+    let tripped = |state: &ChannelState| matches!(state, ChannelState::Tripped(_));
+    sample.states.iter().any(tripped)
 }
 
 fn keys(board: &Board) -> Keys {
@@ -159,6 +181,13 @@ impl fmt::Display for Recorded {
             self.samples,
             self.duration_s,
             self.file.display()
-        )
+        )?;
+        match self.stopped {
+            true => writeln!(
+                f,
+                "stopped    the board was turned off by `host-tool off` meanwhile"
+            ),
+            false => Ok(()),
+        }
     }
 }

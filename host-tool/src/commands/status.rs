@@ -6,7 +6,7 @@ use control_core::design::COLD_RESISTANCE_TOLERANCE;
 use mirror_protocol::{CalibrationInfo, Identity, Kept, LEASE_FOREVER_MS, OptionBytes, Status};
 use serde::Serialize;
 
-use crate::board::{Board, Owner};
+use crate::board::{Board, Found, Owner, Seen};
 use crate::commands::history::History;
 use crate::commands::moving::Readings;
 use crate::error::ToolError;
@@ -60,7 +60,38 @@ pub(super) async fn clear(board: &Board, json: bool) -> Result<(), ToolError> {
     run(board, false, json).await
 }
 
-pub(super) async fn run(board: &Board, history: bool, json: bool) -> Result<(), ToolError> {
+/// What can be known of a board that another process has.
+#[derive(Serialize)]
+struct InUse<'a> {
+    board: &'a Found,
+    /// Who has it.
+    owner: Owner,
+}
+
+impl fmt::Display for InUse<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "board      {}", self.board.name)?;
+        writeln!(f, "owner      {}", self.owner)
+    }
+}
+
+/// Shows the board's status, or who has it.
+pub(super) async fn look(found: &Found, history: bool, json: bool) -> Result<(), ToolError> {
+    match Board::look(found).await? {
+        Seen::Open(board) => run(&board, history, json).await,
+        Seen::InUse(owner) => {
+            let in_use = ToolError::InUse {
+                board: found.name.clone(),
+                owner: owner.to_string(),
+            };
+            let board = found;
+            report::print(&InUse { board, owner }, json);
+            Err(in_use)
+        }
+    }
+}
+
+async fn run(board: &Board, history: bool, json: bool) -> Result<(), ToolError> {
     let status = board.status().await?;
     let calibration = board.calibration().await?;
     let history = match history {
@@ -285,6 +316,7 @@ mod tests {
             max_position_um: 173.7,
             max_drive_v: 3.5,
             dropped_samples: 7,
+            stops: 0,
             last_stop: Sentence::try_from("panicked at src/control.rs:1:1").expect("short"),
             option_bytes: Some(OptionBytes {
                 brown_out_level: 0,

@@ -108,6 +108,8 @@ pub struct Status {
     pub max_drive_v: f32,
     /// Telemetry samples that found the link too slow and were dropped since start.
     pub dropped_samples: u32,
+    /// Stops since start (`mirror_protocol::usb::STOP_REQUEST`).
+    pub stops: u32,
     /// What the firmware left behind when it stopped before this start; empty where it did not. The
     /// channels have tripped then, and their fault tells the kind.
     pub last_stop: Sentence,

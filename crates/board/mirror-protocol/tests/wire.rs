@@ -111,7 +111,7 @@ proptest! {
         last_stop in "[ -~]{0,128}",
     ) {
         let status: StatusReply =
-            Ok(Status { telemetry, health, max_position_um: 173.7, max_drive_v: 3.5, dropped_samples, last_stop: Sentence::try_from(last_stop.as_str()).unwrap(), option_bytes: OPTIONS });
+            Ok(Status { telemetry, health, max_position_um: 173.7, max_drive_v: 3.5, dropped_samples, stops: dropped_samples, last_stop: Sentence::try_from(last_stop.as_str()).unwrap(), option_bytes: OPTIONS });
         let bytes = postcard::to_stdvec(&status).unwrap();
         prop_assert!(bytes.len() + 13 <= MAX_FRAME_BYTES, "{} bytes and a header", bytes.len());
         prop_assert_eq!(postcard::from_bytes::<StatusReply>(&bytes).unwrap(), status);
@@ -162,6 +162,7 @@ proptest! {
             max_position_um: 173.7,
             max_drive_v: 3.5,
             dropped_samples: 0,
+            stops: 0,
             last_stop: Sentence::new(),
             option_bytes: OPTIONS,
         });

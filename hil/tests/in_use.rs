@@ -1,0 +1,171 @@
+//! A board that another tool has: who that is, is told without waiting for it; who waits for it does not drive after a
+//! stop; and a recording says what came in between.
+
+use std::io::{BufRead, BufReader};
+use std::process::Child;
+use std::time::{Duration, Instant};
+
+use emulated_board::PlantFault;
+use hil::{Bench, Said, interrupt};
+use measurement::Row;
+use serde_json::Value;
+use virtual_mirror::MirrorConfig;
+
+/// A tool waits for another this long. Who does not wait has answered within half of it, however loaded the machine; on
+/// an idle one it takes 0.4 s, which is printed.
+const WAITS: Duration = Duration::from_millis(mirror_protocol::ANSWER_TIMEOUT_MS);
+
+/// A bench whose board a tool has that drives it, and how that tool is told.
+fn in_use() -> (Bench, Child, String) {
+    let bench = Bench::emulated(MirrorConfig::bench());
+    let first = bench.start_tool(&["set-z", "100um", "--settle", "1h"]);
+    bench.wait_until_driven(1);
+    let owner = format!(
+        "`host-tool set-z 100um --settle 1h` (process {}), since 2",
+        first.id()
+    );
+    (bench, first, owner)
+}
+
+fn end(mut tool: Child) {
+    tool.kill().expect("it dies");
+    tool.wait().expect("it is gone");
+}
+
+/// What a tool said that did not wait.
+fn at_once(bench: &Bench, words: &[&str]) -> Said {
+    let start = Instant::now();
+    let said = bench.tool(words);
+    println!("{words:?}: {:.2} s", start.elapsed().as_secs_f64());
+    assert!(start.elapsed() < WAITS / 2, "{words:?}: {said:?}");
+    said
+}
+
+#[test]
+fn who_only_looks_is_told_at_once_who_has_the_board_and_since_when() {
+    let (bench, first, owner) = in_use();
+    for words in [
+        &["status"][..],
+        &["--board", "emulated", "status", "--history"],
+        &["list"],
+        &["doctor"],
+    ] {
+        let said = at_once(&bench, words);
+        let is_answered = words == ["list"];
+        assert_eq!(said.code, i32::from(!is_answered), "{words:?}: {said:?}");
+        assert!(said.out.contains(&owner), "{words:?}: {}", said.out);
+    }
+    let status: Value =
+        serde_json::from_str(&at_once(&bench, &["status", "--json"]).out).expect("JSON");
+    assert_eq!(status["owner"]["process"], first.id());
+    let name = status["board"]["name"].as_str().expect("a name");
+    assert!(name.ends_with("emulated.sock"), "{status}");
+    let list = bench.json(&["list"]);
+    assert_eq!(list["boards"][0]["owner"]["process"], first.id());
+
+    end(first);
+    let alone = bench.tool(&["status"]);
+    assert_eq!(alone.code, 0, "{}", alone.err);
+    assert!(!alone.out.contains("owner"), "{}", alone.out);
+}
+
+/// Starts a tool that waits for the board; it has said so when this returns.
+fn start_waiting(bench: &Bench, words: &[&str]) -> (Child, String) {
+    let mut tool = bench.start_tool(words);
+    let mut told = String::new();
+    let mut stderr = BufReader::new(tool.stderr.take().expect("it is piped"));
+    stderr.read_line(&mut told).expect("text");
+    tool.stderr = Some(stderr.into_inner());
+    (tool, told)
+}
+
+#[test]
+fn who_waits_for_a_board_gets_it_and_says_whom_it_waits_for() {
+    let (bench, first, owner) = in_use();
+    let words = ["set-z", "50um", "--settle", "1ms"];
+    let (second, told) = start_waiting(&bench, &words);
+    assert!(told.contains(&format!("it is in use by {owner}")), "{told}");
+    end(first);
+    assert_eq!(Said::from(second).code, 0);
+}
+
+#[test]
+fn who_waits_for_a_board_does_not_drive_it_once_it_was_stopped() {
+    let (mut bench, first, _) = in_use();
+    let (second, _) = start_waiting(&bench, &["set-z", "50um", "--settle", "1ms"]);
+    bench.json(&["off"]);
+    let said = Said::from(second);
+    assert_eq!(said.code, 1);
+    let sentence = said.sentence();
+    assert!(
+        sentence.contains("was turned off by `host-tool off` while this waited"),
+        "{sentence}"
+    );
+    end(first);
+    let board = bench.emulated_board().expect("emulated");
+    assert!(board.observed().came_to_zero);
+    assert!(bench.is_off());
+    // What is asked afterwards is done.
+    assert_eq!(bench.tool(&["set-z", "50um", "--settle", "1ms"]).code, 0);
+}
+
+/// Records a board that drives, while `happen` happens to it or to the tool.
+fn record_while(happen: impl FnOnce(&mut Bench, &Child)) -> (Bench, Said) {
+    let mut bench = Bench::emulated(MirrorConfig::bench());
+    bench.json(&["set-drive", "2V", "--settle", "10ms", "--hold", "forever"]);
+    let words = ["record", "-o", "r.csv", "--duration", "10h", "--json"];
+    let recording = bench.start_tool(&words);
+    let file = bench.directory().join("r.csv");
+    // Half a second of it is in the file.
+    bench.wait("it does not record", |_| {
+        std::fs::metadata(&file).is_ok_and(|file| file.len() > 20_000)
+    });
+    happen(&mut bench, &recording);
+    (bench, Said::from(recording))
+}
+
+#[test]
+fn a_recording_ends_with_the_fault_that_tripped_the_board_and_its_file_is_whole() {
+    let trip = |bench: &mut Bench, _: &Child| {
+        let board = bench.emulated_board().expect("emulated");
+        board.inject(Some(PlantFault::OpenHeater(1)));
+    };
+    let (bench, said) = record_while(trip);
+    assert_eq!(said.code, 1);
+    let sentence = said.sentence();
+    assert!(
+        sentence.contains("channel 2 has turned the board off: open-heater"),
+        "{sentence}"
+    );
+    let file = bench.measured("r.csv");
+    let recorded: Value = serde_json::from_str(&said.out).expect("JSON");
+    assert_eq!(recorded["samples"], file.rows.len());
+    let drives = |row: usize| file.rows[row].voltage_v;
+    assert!(drives(0)[0] > 1.9, "driven at first");
+    let partial = file.keys.get("partial").unwrap_or_default();
+    assert!(partial.contains("open-heater"), "{partial}");
+    let text = std::fs::read_to_string(bench.directory().join("r.csv")).expect("a file");
+    let last = format!("# rows={}\n", file.rows.len());
+    assert!(text.ends_with(&last), "it has its end");
+    // The board sends on to nobody.
+    assert_eq!(bench.tool(&["status"]).code, 0);
+}
+
+#[test]
+fn a_recording_says_that_the_board_was_stopped() {
+    let stop = |bench: &mut Bench, tool: &Child| {
+        bench.json(&["off"]);
+        // A second of what it reads then, and half a second that it may hold back.
+        let now_s = bench.emulated_board().expect("emulated").simulated_s();
+        bench.wait_until_s(now_s + 1.5);
+        interrupt(tool);
+    };
+    let (bench, said) = record_while(stop);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let recorded: Value = serde_json::from_str(&said.out).expect("JSON");
+    assert_eq!(recorded["stopped"], true);
+    let file = bench.measured("r.csv");
+    let driven = |row: &Row| row.voltage_v != [0.0; 4];
+    assert!(driven(&file.rows[0]));
+    assert!(!driven(file.rows.last().expect("rows")));
+}
