@@ -7,7 +7,8 @@ use embassy_stm32::wdg::IndependentWatchdog;
 use mirror_firmware::board::BoardFlash;
 use mirror_firmware::board::stm32g474::link::{self, Device};
 use mirror_firmware::board::stm32g474::{
-    ConverterPins, Converters, bootloader, clocks, lower_time_driver, origin, start_control,
+    ConverterPins, Converters, bootloader, clocks, lower_time_driver, origin, raise_core_voltage,
+    start_control,
 };
 use mirror_firmware::startup::{Memory, start};
 use mirror_firmware::watchdog::guard;
@@ -20,6 +21,7 @@ const WATCHDOG_US: u32 = 500_000;
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     bootloader::enter_if_requested();
+    raise_core_voltage();
     let p = embassy_stm32::init(clocks());
     lower_time_driver();
     let pins = ConverterPins {
