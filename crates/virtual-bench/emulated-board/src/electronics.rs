@@ -51,28 +51,46 @@ impl Electronics {
     /// Voltage that a compare value puts on an actuator, behind filter and buffer. The shunt lies
     /// within the buffer's feedback, so its drop is made up for.
     pub fn drive_v(&self, compare: u16) -> f64 {
-        let duty = (f64::from(compare) / PWM_PERIOD_COUNTS).min(1.0);
-        duty * PWM_SUPPLY_V * OUTPUT_GAIN
+        self.stage_v((f64::from(compare) / PWM_PERIOD_COUNTS).min(1.0))
+    }
+
+    /// Voltage that a stage puts on its actuator, where its filter gives this part of the logic's supply.
+    #[inline]
+    pub fn stage_v(&self, part: f64) -> f64 {
+        part * PWM_SUPPLY_V * OUTPUT_GAIN
+    }
+
+    /// Voltage at the converter's pin for a channel's current.
+    pub fn sense_v(&self, channel: usize, current_a: f64) -> f64 {
+        let shunt_v = current_a * SHUNT_OHM + self.offset_v[channel];
+        shunt_v * SENSE_GAIN * self.sense_gain[channel] + PEDESTAL_V
+    }
+
+    /// Voltage at the converter's pin for the supply of the output stages.
+    pub fn supply_v(&self, supply_v: f64) -> f64 {
+        supply_v * SUPPLY_DIVIDER
     }
 
     /// What the converter reads of a channel's current.
     pub fn sense_code(&mut self, channel: usize, current_a: f64) -> u16 {
-        let shunt_v = current_a * SHUNT_OHM + self.offset_v[channel];
-        self.convert(shunt_v * SENSE_GAIN * self.sense_gain[channel] + PEDESTAL_V)
+        self.convert(self.sense_v(channel, current_a))
     }
 
     /// What the converter reads of the output stages' supply.
     pub fn supply_code(&mut self, supply_v: f64) -> u16 {
-        self.convert(supply_v * SUPPLY_DIVIDER)
+        self.convert(self.supply_v(supply_v))
+    }
+
+    /// One conversion of 12 bits.
+    pub fn convert_once(&mut self, pin_v: f64) -> u16 {
+        let steps = pin_v / ADC_REFERENCE_V * (ADC_TOP_12_BIT + 1.0);
+        let noise = NOISE_STEPS * normal(&mut self.rng);
+        (steps + noise).round().clamp(0.0, ADC_TOP_12_BIT) as u16
     }
 
     /// The sum of 16 conversions.
-    fn convert(&mut self, volts: f64) -> u16 {
-        let steps = volts / ADC_REFERENCE_V * (ADC_TOP_12_BIT + 1.0);
-        let convert = |noise: f64| (steps + noise).round().clamp(0.0, ADC_TOP_12_BIT) as u16;
-        (0..OVERSAMPLING)
-            .map(|_| convert(NOISE_STEPS * normal(&mut self.rng)))
-            .sum()
+    fn convert(&mut self, pin_v: f64) -> u16 {
+        (0..OVERSAMPLING).map(|_| self.convert_once(pin_v)).sum()
     }
 }
 

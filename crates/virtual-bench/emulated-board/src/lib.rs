@@ -20,6 +20,6 @@ pub use electronics::Electronics;
 pub use faults::{Observed, PlantFault};
 pub use logs::{LogError, LogTable};
 pub use pace::{NoSpeed, Speed};
-pub use plant::{Connected, Plant, Progress};
+pub use plant::{Connected, Load, Plant, Progress};
 pub use qemu::{MACHINE_ARGUMENTS, QEMU};
 pub use stack::Stack;

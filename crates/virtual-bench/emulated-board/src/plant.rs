@@ -41,7 +41,10 @@ pub enum Connected {
 
 /// The same at work.
 #[derive(Clone, Debug)]
-enum Load {
+pub struct Load(LoadKind);
+
+#[derive(Clone, Debug)]
+enum LoadKind {
     Mirror(Box<Mirror>),
     Resistors([f64; 4]),
 }
@@ -110,24 +113,11 @@ impl Plant {
     /// # Errors
     /// Where a number of a mirror is out of range.
     pub fn new(connected: &Connected) -> Result<Self, virtual_mirror::ConfigError> {
-        let surroundings = Surroundings::default();
-        let (seed, load) = match connected {
-            Connected::Mirror(config) => (
-                config.seed,
-                Load::Mirror(Box::new(Mirror {
-                    mirror: VirtualMirror::new(config)?,
-                    sensor: Sensor::new(config),
-                    surroundings: surroundings.clone(),
-                    room_c: config.ambient_c,
-                    in_vacuum: VirtualMirror::new(&in_vacuum(config))?,
-                })),
-            ),
-            Connected::Resistors(ohm) => (BENCH_BOARD, Load::Resistors(*ohm)),
-        };
+        let load = Load::new(connected)?;
         Ok(Self {
-            electronics: Electronics::new(seed),
+            electronics: Electronics::new(connected.seed()),
+            surroundings: load.surroundings(),
             load,
-            surroundings,
             faults: Faults::default(),
             before: Converters::default(),
         })
@@ -219,11 +209,47 @@ impl Plant {
     }
 }
 
-impl Load {
-    /// The currents at these voltages, and what the position sensor reads, before anything has moved.
-    fn read(&mut self, heated_v: [f64; 4]) -> ([f64; 4], f64) {
+impl Connected {
+    /// What the board's tolerances are drawn from.
+    pub fn seed(&self) -> u64 {
         match self {
-            Self::Mirror(mirror) => {
+            Self::Mirror(config) => config.seed,
+            Self::Resistors(_) => BENCH_BOARD,
+        }
+    }
+}
+
+impl Load {
+    /// What is connected, at rest.
+    ///
+    /// # Errors
+    /// Where a number of a mirror is out of range.
+    pub fn new(connected: &Connected) -> Result<Self, virtual_mirror::ConfigError> {
+        let kind = match connected {
+            Connected::Mirror(config) => LoadKind::Mirror(Box::new(Mirror {
+                mirror: VirtualMirror::new(config)?,
+                sensor: Sensor::new(config),
+                surroundings: Surroundings::default(),
+                room_c: config.ambient_c,
+                in_vacuum: VirtualMirror::new(&in_vacuum(config))?,
+            })),
+            Connected::Resistors(ohm) => LoadKind::Resistors(*ohm),
+        };
+        Ok(Self(kind))
+    }
+
+    /// What is around it. Nothing is around resistors.
+    fn surroundings(&self) -> Surroundings {
+        match &self.0 {
+            LoadKind::Mirror(mirror) => mirror.surroundings.clone(),
+            LoadKind::Resistors(_) => Surroundings::default(),
+        }
+    }
+
+    /// The currents at these voltages (A), and what the position sensor reads (um), before anything has moved.
+    pub fn read(&mut self, heated_v: [f64; 4]) -> ([f64; 4], f64) {
+        match &mut self.0 {
+            LoadKind::Mirror(mirror) => {
                 let settings = mirror.surroundings.settings();
                 let rise_k = settings.oven_c.map_or(0.0, |oven_c| oven_c - mirror.room_c);
                 mirror.mirror.set_ambient(rise_k);
@@ -234,23 +260,23 @@ impl Load {
                 let z_um = centre_um + settings.beside_the_centre_um(&state);
                 (state.current_a, z_um)
             }
-            Self::Resistors(ohm) => (std::array::from_fn(|i| heated_v[i] / ohm[i]), 0.0),
+            LoadKind::Resistors(ohm) => (std::array::from_fn(|i| heated_v[i] / ohm[i]), 0.0),
         }
     }
 
-    /// A tick at these voltages; the hottest temperature anywhere after it (K above ambient).
-    fn advance(&mut self, heated_v: [f64; 4]) -> f64 {
-        match self {
-            Self::Mirror(mirror) => {
+    /// A tick of 100 us at these voltages; the hottest temperature anywhere after it (K above ambient).
+    pub fn advance(&mut self, heated_v: [f64; 4]) -> f64 {
+        match &mut self.0 {
+            LoadKind::Mirror(mirror) => {
                 mirror.mirror.step(heated_v, TICK_S);
                 mirror.mirror.state().hottest_k
             }
-            Self::Resistors(_) => 0.0,
+            LoadKind::Resistors(_) => 0.0,
         }
     }
 
     fn leave_the_air(&mut self) {
-        if let Self::Mirror(mirror) = self {
+        if let LoadKind::Mirror(mirror) = &mut self.0 {
             std::mem::swap(&mut mirror.mirror, &mut mirror.in_vacuum);
         }
     }
