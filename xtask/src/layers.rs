@@ -190,6 +190,11 @@ const ALLOWED: &[Allowed] = &[
     ),
     (
         Room::VirtualBench,
+        "silicon-twin",
+        &["emulated-board", "virtual-mirror"],
+    ),
+    (
+        Room::VirtualBench,
         "firmware-on-host",
         &[
             "control-core",

@@ -1,0 +1,207 @@
+//! The driver board around the chip (`docs/board.md`): output filters and stages, current senses, supply, and the mirror.
+
+use emulated_board::{Connected, Electronics, Load};
+use virtual_mirror::ConfigError;
+
+use crate::chip::Clock;
+use crate::chip::Output;
+
+/// The pins that drive the four channels.
+pub(crate) const DRIVE_PINS: [&str; 4] = ["PC0", "PC1", "PC2", "PC3"];
+
+/// Each of the two poles of an output filter: 2 kHz.
+const FILTER_S: f64 = 1.0 / (std::f64::consts::TAU * 2e3);
+/// Supply of the output stages (V).
+const SUPPLY_V: f64 = 5.0;
+/// From one step of the mirror to the next: short beside its heat's and its plate's times (s).
+const STEP_S: f64 = 1e-4;
+/// The resistance of a heater is what a volt drives through it (V).
+const PROBE_V: f64 = 1.0;
+
+/// What an analogue input of the chip is connected to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Connection {
+    /// The current sense of a channel.
+    Sense(usize),
+    /// The supply of the output stages.
+    Supply,
+}
+
+/// What is connected to a pin, if it is an analogue signal.
+pub(crate) fn connection(pin: &str) -> Option<Connection> {
+    Some(match pin {
+        "PA0" => Connection::Sense(0),
+        "PA1" => Connection::Sense(1),
+        "PB0" => Connection::Sense(2),
+        "PB1" => Connection::Sense(3),
+        "PC5" => Connection::Supply,
+        _ => return None,
+    })
+}
+
+/// A filter of two equal poles; its state is the voltage behind each, as a part of the logic's supply.
+#[derive(Clone, Copy, Debug, Default)]
+struct Filter([f64; 2]);
+
+impl Filter {
+    /// Holds `input` for as long as it takes to decay to `decay`, `times` time constants: the exact solution.
+    fn hold(&mut self, input: f64, decay: f64, times: f64) {
+        let [first, second] = self.0.map(|state| state - input);
+        self.0 = [
+            input + first * decay,
+            input + (second + first * times) * decay,
+        ];
+    }
+}
+
+/// The board.
+#[derive(Clone, Debug)]
+pub struct Board {
+    electronics: Electronics,
+    load: Load,
+    filters: [Filter; 4],
+    resistance_ohm: [f64; 4],
+    /// The cycle up to which the filters have come.
+    at: u64,
+    /// Integral of the square of each stage's voltage since the mirror's last step (V^2 s), and how long that is.
+    heat: [f64; 4],
+    heated_s: f64,
+    steps: u64,
+}
+
+impl Board {
+    /// A board with something connected, whose tolerances are drawn from the mirror's seed too.
+    ///
+    /// # Errors
+    /// Where a number of a mirror is out of range.
+    pub fn new(connected: &Connected) -> Result<Self, ConfigError> {
+        let mut board = Self {
+            electronics: Electronics::new(connected.seed()),
+            load: Load::new(connected)?,
+            filters: [Filter::default(); 4],
+            resistance_ohm: [0.0; 4],
+            at: 0,
+            heat: [0.0; 4],
+            heated_s: 0.0,
+            steps: 0,
+        };
+        board.find_resistances();
+        Ok(board)
+    }
+
+    /// Voltage at each actuator.
+    pub fn drive_v(&self) -> [f64; 4] {
+        self.filters
+            .map(|filter| self.electronics.stage_v(filter.0[1]))
+    }
+
+    /// What the position sensor reads (um).
+    pub fn z_um(&mut self) -> f64 {
+        self.load.read(self.drive_v()).1
+    }
+
+    /// When the mirror is to be stepped next, in seconds since power came.
+    pub(crate) fn next_step_s(&self) -> f64 {
+        (self.steps + 1) as f64 * STEP_S
+    }
+
+    /// Steps the mirror: what heats is the mean of the voltage's square.
+    pub(crate) fn step(&mut self) {
+        self.steps += 1;
+        let heated_s = self.heated_s.max(f64::MIN_POSITIVE);
+        let effective_v = self.heat.map(|heat| (heat / heated_s).sqrt());
+        self.load.advance(effective_v);
+        (self.heat, self.heated_s) = ([0.0; 4], 0.0);
+        self.find_resistances();
+    }
+
+    fn find_resistances(&mut self) {
+        let (current_a, _) = self.load.read([PROBE_V; 4]);
+        self.resistance_ohm = current_a.map(|current| PROBE_V / current);
+    }
+
+    /// Brings the filters to the cycle `to`, with these outputs.
+    pub(crate) fn advance(&mut self, to: u64, clock: &Clock, outputs: &[Output; 4]) {
+        while self.at < to {
+            let edges = outputs.iter().filter_map(|output| match output {
+                Output::Until(_, edge) if *edge > self.at => Some(*edge),
+                _ => None,
+            });
+            let end = edges.min().map_or(to, |edge| edge.min(to));
+            self.hold(end, clock, outputs);
+        }
+    }
+
+    /// Holds the levels of now until `end`.
+    fn hold(&mut self, end: u64, clock: &Clock, outputs: &[Output; 4]) {
+        let seconds = (end - self.at) as f64 / clock.hz();
+        let times = seconds / FILTER_S;
+        let decay = (-times).exp();
+        let before_v = self.drive_v();
+        for (filter, output) in self.filters.iter_mut().zip(outputs) {
+            let is_high = match output {
+                // The board's pull-downs.
+                Output::Floating => false,
+                Output::Level(level) => *level,
+                Output::Until(first, edge) => *first == (self.at < *edge),
+            };
+            filter.hold(f64::from(u8::from(is_high)), decay, times);
+        }
+        let after_v = self.drive_v();
+        for ((heat, before_v), after_v) in self.heat.iter_mut().zip(before_v).zip(after_v) {
+            *heat += 0.5 * (before_v * before_v + after_v * after_v) * seconds;
+        }
+        self.heated_s += seconds;
+        self.at = end;
+    }
+
+    /// One conversion of what is there now: a code of 12 bits.
+    pub(crate) fn convert(&mut self, connection: Connection) -> u16 {
+        let pin_v = match connection {
+            Connection::Sense(channel) => {
+                let current_a = self.drive_v()[channel] / self.resistance_ohm[channel];
+                self.electronics.sense_v(channel, current_a)
+            }
+            Connection::Supply => self.electronics.supply_v(SUPPLY_V),
+        };
+        self.electronics.convert_once(pin_v)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn board() -> Board {
+        Board::new(&Connected::Resistors([499.0; 4])).expect("resistors")
+    }
+
+    #[test]
+    fn a_filter_settles_at_the_duty_with_little_ripple() {
+        let mut board = board();
+        let clock = Clock::new(170e6);
+        let period = 4250;
+        for i in 0..80 {
+            let edge = i * period + period / 2;
+            board.advance((i + 1) * period, &clock, &[Output::Until(true, edge); 4]);
+        }
+        // Half of 4.25 V, and half of the 6.7 mV of ripple that docs/board.md has at half duty, doubled for both edges.
+        let error_v = board.drive_v()[0] - 2.125;
+        assert!(error_v.abs() < 0.0134, "{error_v}");
+    }
+
+    #[test]
+    fn two_poles_answer_a_step_as_their_equation_says() {
+        let mut board = board();
+        let clock = Clock::new(1e9);
+        let cycles = (FILTER_S * 1e9) as u64;
+        board.advance(cycles, &clock, &[Output::Level(true); 4]);
+        // 1 - (1 + t/T) exp(-t/T) after one time constant, of 4.25 V.
+        let expected_v = 4.25 * (1.0 - 2.0 / std::f64::consts::E);
+        assert!(
+            (board.drive_v()[2] - expected_v).abs() < 1e-4,
+            "{:?}",
+            board.drive_v()
+        );
+    }
+}

@@ -1,0 +1,520 @@
+//! The STM32G474RE around its processor.
+
+mod adc;
+pub(crate) mod address;
+mod bus;
+mod crs;
+mod flash;
+mod gpio;
+pub(crate) mod interrupt;
+mod iwdg;
+pub mod memory;
+mod pins;
+mod pwr;
+mod rcc;
+mod refused;
+mod small;
+mod time;
+mod timer;
+mod trace;
+pub mod usb;
+
+pub use rcc::Reset;
+pub use time::Clock;
+pub(crate) use time::NEVER;
+pub(crate) use timer::Output;
+pub use trace::{Tick, Trace};
+
+use crate::board::Board;
+use crate::image::Image;
+use crate::names;
+use crate::usb_host::UsbHost;
+use adc::Adc;
+use crs::Crs;
+use flash::Flash;
+use gpio::Port;
+use iwdg::Iwdg;
+use memory::Memory;
+use pins::Pins;
+use pwr::Pwr;
+use rcc::Rcc;
+use refused::{Access, Refused, misuse};
+use small::{Dbgmcu, Exti, Syscfg};
+use timer::Timer;
+use usb::Usb;
+
+/// HCLK after a reset: HSI16 (RM0440, section 7.2).
+const RESET_HZ: f64 = 16e6;
+/// The unique number of this chip, as the one of the tests' own boards.
+const UNIQUE_ID: [u8; 12] = *b"\x01\x23\x45\x67\x89\xab\xcd\xef\x01\x23\x45\x67";
+/// A register that is read so often with nothing in between is waited for in vain: 30 ms at least, and longer than the
+/// erasing of a page.
+const POLLS: u32 = 3_000_000;
+
+/// The chip, with the board around it.
+#[derive(Clone, Debug)]
+pub struct Chip {
+    /// Time.
+    pub clock: Clock,
+    /// Bytes.
+    pub memory: Memory,
+    /// What is around the chip.
+    pub board: Board,
+    /// What went out and came in.
+    pub trace: Trace,
+    /// What is at the other end of the USB cable.
+    pub usb_host: UsbHost,
+    peripherals: Peripherals,
+    pins: Pins,
+    lines: u128,
+    next_event: u64,
+    nmi: bool,
+    reset: Option<Reset>,
+    refused: Option<String>,
+    in_bootloader: bool,
+    polled: (u32, u32),
+}
+
+/// What a reset brings back to its beginning.
+#[derive(Clone, Debug)]
+struct Peripherals {
+    rcc: Rcc,
+    pwr: Pwr,
+    flash: Flash,
+    ports: [Port; address::GPIO_PORTS as usize],
+    tim1: Timer,
+    tim15: Timer,
+    adcs: [Adc; 2],
+    adc_common: adc::Common,
+    iwdg: Iwdg,
+    crs: Crs,
+    syscfg: Syscfg,
+    exti: Exti,
+    dbgmcu: Dbgmcu,
+    usb: Usb,
+}
+
+/// What happens next of itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Event {
+    Tim1,
+    Tim15,
+    Adc(usize),
+    Flash,
+    Watchdog,
+    Usb,
+    Mirror,
+}
+
+impl Peripherals {
+    fn new(rcc: Rcc, flash: Flash) -> Self {
+        Self {
+            rcc,
+            pwr: Pwr::new(),
+            flash,
+            ports: std::array::from_fn(|port| Port::new(port as u32)),
+            tim1: Timer::tim1(),
+            tim15: Timer::tim15(),
+            adcs: [Adc::new("ADC1"), Adc::new("ADC2")],
+            adc_common: adc::Common::default(),
+            iwdg: Iwdg::new(),
+            crs: Crs::new(),
+            syscfg: Syscfg::new(),
+            exti: Exti::new(),
+            dbgmcu: Dbgmcu::new(),
+            usb: Usb::new(),
+        }
+    }
+
+    /// The lines of the interrupts.
+    fn lines(&self) -> u128 {
+        let (update, compare) = self.tim1.interrupts();
+        let (update15, compare15) = self.tim15.interrupts();
+        [
+            (self.adcs.iter().any(Adc::interrupts), interrupt::ADC1_2),
+            (update15 || compare15, interrupt::TIM1_BRK_TIM15),
+            (update, interrupt::TIM1_UP_TIM16),
+            (compare, interrupt::TIM1_CC),
+            (self.flash.interrupts(), interrupt::FLASH),
+            (self.usb.interrupts(), interrupt::USB_LP),
+        ]
+        .into_iter()
+        .fold(0, |lines, (is_high, number)| {
+            lines | u128::from(is_high) << number
+        })
+    }
+}
+
+impl Chip {
+    /// A chip with `image` in its flash, on `board`, when power comes.
+    pub fn new(image: &Image, board: Board) -> Self {
+        let peripherals = Peripherals::new(Rcc::new(Reset::Power, None), Flash::new());
+        let mut chip = Self {
+            clock: Clock::new(RESET_HZ),
+            memory: Memory::new(&image.segments, UNIQUE_ID),
+            board,
+            trace: Trace::default(),
+            usb_host: UsbHost::default(),
+            pins: Pins::default(),
+            peripherals,
+            lines: 0,
+            next_event: 0,
+            nmi: false,
+            reset: None,
+            refused: None,
+            in_bootloader: false,
+            polled: (0, 0),
+        };
+        chip.pins
+            .follow(&chip.peripherals.ports, &chip.peripherals.tim1);
+        chip
+    }
+
+    /// The chip is reset: RAM, flash and the board go on, and some flags tell why.
+    pub fn reset(&mut self, reset: Reset) {
+        self.settle();
+        let mut flash = self.peripherals.flash.clone();
+        match reset {
+            Reset::Power => flash.cut(&mut self.memory),
+            _ => flash.finish(&mut self.memory),
+        }
+        flash.reset();
+        let rcc = Rcc::new(
+            reset,
+            (reset != Reset::Power).then_some(&self.peripherals.rcc),
+        );
+        self.peripherals = Peripherals::new(rcc, flash);
+        self.clock.change(RESET_HZ);
+        self.pins
+            .follow(&self.peripherals.ports, &self.peripherals.tim1);
+        (self.lines, self.next_event, self.nmi, self.reset) = (0, 0, false, None);
+    }
+
+    /// The interrupt lines that are high.
+    pub fn lines(&self) -> u128 {
+        self.lines
+    }
+
+    /// The cycle up to which nothing happens of itself.
+    #[inline]
+    pub fn next_event(&self) -> u64 {
+        self.next_event
+    }
+
+    /// Whether a non-maskable interrupt came.
+    pub fn take_nmi(&mut self) -> bool {
+        std::mem::take(&mut self.nmi)
+    }
+
+    /// Why the chip is to be reset, if it is.
+    pub fn reset_due(&self) -> Option<Reset> {
+        self.reset
+    }
+
+    /// Why the run ends, if it does.
+    pub fn refused(&self) -> Option<&str> {
+        self.refused.as_deref()
+    }
+
+    /// Whether the program has gone to the bootloader in the ROM.
+    pub fn is_in_bootloader(&self) -> bool {
+        self.in_bootloader
+    }
+
+    /// How often the watchdog was fed since the last reset.
+    pub fn watchdog_feeds(&self) -> u64 {
+        self.peripherals.iwdg.feeds
+    }
+
+    /// Compare values that TIM1 works with, and whether its outputs are enabled.
+    pub fn compares(&self) -> ([u16; 4], bool) {
+        self.peripherals.tim1.compares()
+    }
+
+    /// Lets everything happen that is due by now.
+    pub fn advance(&mut self) {
+        let now = self.clock.cycles;
+        loop {
+            let (cycle, event) = self.earliest();
+            if cycle > now {
+                self.next_event = cycle;
+                break;
+            }
+            self.happen(event, cycle);
+        }
+        self.peripherals.tim1.advance(now);
+        self.peripherals.tim15.advance(now);
+        self.lines = self.peripherals.lines();
+    }
+
+    fn earliest(&self) -> (u64, Event) {
+        let p = &self.peripherals;
+        let candidates = [
+            (p.tim1.next_event(), Event::Tim1),
+            (p.tim15.next_event(), Event::Tim15),
+            (p.adcs[0].next_event(), Event::Adc(0)),
+            (p.adcs[1].next_event(), Event::Adc(1)),
+            (p.flash.next_event(), Event::Flash),
+            (p.iwdg.next_event(&self.clock), Event::Watchdog),
+            (self.usb_host.next_event(&p.usb, &self.clock), Event::Usb),
+            (self.clock.cycle_at(self.board.next_step_s()), Event::Mirror),
+        ];
+        let first = (NEVER, Event::Mirror);
+        candidates.into_iter().fold(first, |best, candidate| {
+            if candidate.0 < best.0 {
+                candidate
+            } else {
+                best
+            }
+        })
+    }
+
+    fn happen(&mut self, event: Event, at: u64) {
+        let p = &mut self.peripherals;
+        match event {
+            Event::Tim15 if at == p.tim15.overflow() => drop(p.tim15.overflows(at)),
+            Event::Tim15 => p.tim15.advance(at),
+            Event::Tim1 if at == p.tim1.overflow() => {
+                self.board.advance(at, &self.clock, &self.pins.outputs);
+                let is_update = p.tim1.overflows(at);
+                self.pins.follow(&p.ports, &p.tim1);
+                if is_update {
+                    self.update(at);
+                }
+            }
+            Event::Tim1 => p.tim1.advance(at),
+            Event::Adc(index) => self.convert(index, at),
+            Event::Flash => p.flash.finish(&mut self.memory),
+            Event::Watchdog => {
+                self.reset = Some(Reset::Watchdog);
+                // It bites once; the reset stops it.
+                p.iwdg = Iwdg::new();
+            }
+            Event::Usb => {
+                let now_s = self.clock.seconds_at(at);
+                self.usb_host.happen(&mut p.usb, now_s);
+            }
+            Event::Mirror => {
+                self.board.advance(at, &self.clock, &self.pins.outputs);
+                self.board.step();
+            }
+        }
+    }
+
+    /// An update of TIM1: conversions start by it, where TRGO2 says so.
+    fn update(&mut self, at: u64) {
+        let (compares, are_enabled) = self.peripherals.tim1.compares();
+        self.trace.drives(at, compares, are_enabled);
+        if self.peripherals.tim1.triggers_by_update() {
+            self.peripherals
+                .adcs
+                .iter_mut()
+                .for_each(|adc| adc.trigger_by_tim1(at));
+        }
+    }
+
+    /// A conversion ends.
+    fn convert(&mut self, index: usize, at: u64) {
+        let adc = &mut self.peripherals.adcs[index];
+        let Some((input, _)) = adc.sampled(&self.clock) else {
+            return;
+        };
+        self.board.advance(at, &self.clock, &self.pins.outputs);
+        match self.pins.analogue(&self.peripherals.ports, index, input) {
+            Ok(connection) => {
+                let code = self.board.convert(connection);
+                let adc = &mut self.peripherals.adcs[index];
+                let before = adc.interrupts();
+                adc.converted(code);
+                if !before && adc.interrupts() {
+                    let [one, two] = &self.peripherals.adcs;
+                    self.trace.converted(at, one.results(), two.results()[0]);
+                }
+            }
+            Err(sentence) => {
+                self.refuse(sentence);
+                // The run ends here.
+                self.peripherals.adcs[index].converted(0);
+            }
+        }
+    }
+
+    fn refuse(&mut self, sentence: String) {
+        self.refused.get_or_insert(sentence);
+    }
+
+    /// The board comes to where the processor is, with the outputs as they were so far.
+    fn settle(&mut self) {
+        self.board
+            .advance(self.clock.cycles, &self.clock, &self.pins.outputs);
+    }
+
+    /// The core's clock after what was written, where it may have it.
+    fn follow_clock(&mut self) -> Access {
+        let p = &self.peripherals;
+        let hz = p.rcc.core_hz()?;
+        p.pwr.check(hz, p.flash.wait_states())?;
+        p.rcc.check_timers()?;
+        if hz != self.clock.hz() {
+            self.settle();
+            self.clock.change(hz);
+        }
+        Ok(())
+    }
+
+    fn read_register(&mut self, at: u32) -> Access<u32> {
+        self.check_gate(at)?;
+        let (p, clock) = (&mut self.peripherals, &self.clock);
+        let offset = at & 0x3ff;
+        match at & !0x3ff {
+            address::RCC => p.rcc.read(offset, clock),
+            address::PWR => p.pwr.read(offset),
+            address::FLASH => p.flash.read(offset),
+            address::TIM1 => p.tim1.read(offset, clock.cycles),
+            address::TIM15 => p.tim15.read(offset, clock.cycles),
+            address::IWDG => p.iwdg.read(offset, clock),
+            address::CRS => p.crs.read(offset),
+            address::USB => p.usb.read(offset),
+            address::SYSCFG => p.syscfg.read(offset),
+            address::EXTI => p.exti.read(offset),
+            address::DBGMCU => p.dbgmcu.read(offset),
+            address::ADC1 => match offset {
+                0x300.. => p.adc_common.read(offset - 0x300),
+                _ => p.adcs[adc_index(offset)?].read(offset & 0xff, clock),
+            },
+            _ => match port(at) {
+                Some(port) => p.ports[port as usize].read(offset),
+                None => Err(Refused::NotModelled),
+            },
+        }
+    }
+
+    fn write_register(&mut self, at: u32, value: u32) -> Access {
+        self.check_gate(at)?;
+        let offset = at & 0x3ff;
+        let base = at & !0x3ff;
+        if base == address::TIM1 || port(at).is_some() {
+            self.settle();
+        }
+        let (p, clock) = (&mut self.peripherals, &self.clock);
+        match base {
+            address::RCC => {
+                let released = p.rcc.write(offset, value, clock)?;
+                if let Some((register, bits)) = released {
+                    self.reset_peripherals(register, bits)?;
+                }
+                self.follow_clock()?;
+            }
+            address::PWR => {
+                p.pwr.write(offset, value)?;
+                self.follow_clock()?;
+            }
+            address::FLASH => {
+                p.flash.write(offset, value, clock)?;
+                self.follow_clock()?;
+            }
+            address::TIM1 => {
+                let is_update = p.tim1.write(offset, value, clock.cycles)?;
+                if is_update {
+                    self.update(self.clock.cycles);
+                }
+            }
+            address::TIM15 => drop(p.tim15.write(offset, value, clock.cycles)?),
+            address::IWDG => {
+                if p.iwdg.write(offset, value, clock)? {
+                    p.rcc.force_lsi(clock);
+                }
+            }
+            address::CRS => p.crs.write(offset, value)?,
+            address::USB => {
+                let crs = p.crs.check_for_usb();
+                let clocked = p.rcc.check_usb_clock(clock).and(crs);
+                p.usb.write(offset, value, clock, clocked)?;
+            }
+            address::SYSCFG => p.syscfg.write(offset, value)?,
+            address::EXTI => p.exti.write(offset, value)?,
+            address::DBGMCU => p.dbgmcu.write(offset, value)?,
+            address::ADC1 => match offset {
+                0x300.. => p.adc_common.write(offset - 0x300, value)?,
+                _ => {
+                    let hz = p.adc_common.hz(&p.rcc);
+                    p.adcs[adc_index(offset)?].write(offset & 0xff, value, clock, hz)?;
+                }
+            },
+            _ => match port(at) {
+                Some(port) => p.ports[port as usize].write(offset, value)?,
+                None => return Err(Refused::NotModelled),
+            },
+        }
+        let p = &self.peripherals;
+        if base == address::TIM1 || port(at).is_some() {
+            self.pins.follow(&p.ports, &p.tim1);
+        }
+        Ok(())
+    }
+
+    /// A peripheral whose clock is off does not answer (RM0440, section 7.2.17).
+    fn check_gate(&self, at: u32) -> Access {
+        use rcc::gate;
+        let rcc = &self.peripherals.rcc;
+        let is_on = match at & !0x3ff {
+            address::PWR => rcc.is_on(gate::PWR),
+            address::TIM1 => rcc.is_on(gate::TIM1),
+            address::TIM15 => rcc.is_on(gate::TIM15),
+            address::CRS => rcc.is_on(gate::CRS),
+            address::USB | address::USBRAM => rcc.is_on(gate::USB),
+            address::SYSCFG => rcc.is_on(gate::SYSCFG),
+            address::ADC1 => rcc.is_on(gate::ADC12),
+            _ => port(at).is_none_or(|port| rcc.is_port_on(port)),
+        };
+        match is_on {
+            true => Ok(()),
+            false => {
+                let name = names::register(at);
+                misuse(format!(
+                    "{name} is used while its peripheral has no clock (RM0440, section 7.2.17)"
+                ))
+            }
+        }
+    }
+
+    /// Bits of a reset register are released.
+    fn reset_peripherals(&mut self, register: u32, bits: u32) -> Access {
+        let p = &mut self.peripherals;
+        let is = |(enable, bit): (u32, u32)| register == enable - 0x20 && bits >> bit & 1 != 0;
+        if is(rcc::gate::TIM1) {
+            p.tim1 = Timer::tim1();
+        }
+        if is(rcc::gate::TIM15) {
+            p.tim15 = Timer::tim15();
+        }
+        if is(rcc::gate::ADC12) {
+            p.adcs = [Adc::new("ADC1"), Adc::new("ADC2")];
+            p.adc_common = adc::Common::default();
+        }
+        if is(rcc::gate::CRS) {
+            p.crs = Crs::new();
+        }
+        if is(rcc::gate::USB) {
+            p.usb = Usb::new();
+        }
+        if is(rcc::gate::SYSCFG) {
+            p.syscfg = Syscfg::new();
+        }
+        self.pins.follow(&p.ports, &p.tim1);
+        Ok(())
+    }
+}
+
+/// Which of the two converters has a register at this offset.
+fn adc_index(offset: u32) -> Access<usize> {
+    match offset >> 8 {
+        index @ (0 | 1) => Ok(index as usize),
+        _ => Err(Refused::NotModelled),
+    }
+}
+
+fn port(at: u32) -> Option<u32> {
+    let port = at.checked_sub(address::GPIO)? >> 10;
+    (port < address::GPIO_PORTS).then_some(port)
+}

@@ -1,0 +1,136 @@
+//! The program: its bytes in flash, and the names of its functions.
+
+use object::elf::{EF_ARM_ABI_FLOAT_HARD, EM_ARM, FileHeader32, PT_LOAD};
+use object::read::elf::{FileHeader, ProgramHeader};
+use object::{Endianness, Object, ObjectSymbol, SymbolKind};
+
+use crate::chip::memory::{FLASH, FLASH_BYTES};
+
+/// What is written into a board.
+#[derive(Clone, Debug)]
+pub struct Image {
+    /// Addresses and bytes.
+    pub segments: Vec<(u32, Vec<u8>)>,
+    functions: Vec<(u32, String)>,
+}
+
+/// Why an image cannot be run.
+#[derive(Debug, thiserror::Error)]
+pub enum ImageError {
+    /// It is no ELF file, or a damaged one.
+    #[error("this is no image that can be read: {0}; `cargo xtask build stm32g474` makes one")]
+    NoElf(String),
+    /// It is for something else.
+    #[error("this image is not for a Cortex-M4 with floating-point unit: {0}")]
+    OtherProcessor(String),
+    /// It lies where this chip has no flash.
+    #[error(
+        "this image is for another chip: it has {bytes} bytes at {address:#010x}, and this chip's flash is at \
+         0x08000000 to 0x08080000"
+    )]
+    OutsideFlash {
+        /// Where.
+        address: u32,
+        /// How much.
+        bytes: usize,
+    },
+    /// Nobody could tell where it fails.
+    #[error("this image has no symbols, so no place in it could be named; was it stripped?")]
+    NoSymbols,
+}
+
+impl Image {
+    /// Reads an ELF file.
+    ///
+    /// # Errors
+    /// Where it is not for this chip, or has no symbols.
+    pub fn from_elf(elf: &[u8]) -> Result<Self, ImageError> {
+        let unreadable = |error: object::Error| ImageError::NoElf(error.to_string());
+        let header = FileHeader32::<Endianness>::parse(elf).map_err(unreadable)?;
+        let endian = header.endian().map_err(unreadable)?;
+        if header.e_machine(endian) != EM_ARM {
+            let machine = format!("ELF machine {}", header.e_machine(endian));
+            return Err(ImageError::OtherProcessor(machine));
+        }
+        if header.e_flags(endian) & EF_ARM_ABI_FLOAT_HARD == 0 {
+            let what = "it passes floating-point numbers in core registers".to_owned();
+            return Err(ImageError::OtherProcessor(what));
+        }
+        let mut segments = Vec::new();
+        for segment in header.program_headers(endian, elf).map_err(unreadable)? {
+            let bytes = segment
+                .data(endian, elf)
+                .map_err(|()| ImageError::NoElf("it is cut off".to_owned()))?;
+            let address = segment.p_paddr(endian);
+            if segment.p_type(endian) != PT_LOAD || bytes.is_empty() {
+                continue;
+            }
+            if !is_in_flash(address, bytes.len()) {
+                let bytes = bytes.len();
+                return Err(ImageError::OutsideFlash { address, bytes });
+            }
+            segments.push((address, bytes.to_vec()));
+        }
+        let functions = functions(&object::File::parse(elf).map_err(unreadable)?);
+        if functions.is_empty() {
+            return Err(ImageError::NoSymbols);
+        }
+        Ok(Self {
+            segments,
+            functions,
+        })
+    }
+
+    /// The function that an address lies in.
+    pub fn function(&self, address: u32) -> &str {
+        let after = self
+            .functions
+            .partition_point(|(start, _)| *start <= address);
+        match after.checked_sub(1) {
+            Some(index) if is_in_flash(address, 0) => &self.functions[index].1,
+            _ => "no function",
+        }
+    }
+}
+
+fn is_in_flash(address: u32, bytes: usize) -> bool {
+    address
+        .checked_sub(FLASH)
+        .is_some_and(|offset| offset as usize + bytes <= FLASH_BYTES)
+}
+
+/// All functions, by address.
+fn functions(file: &object::File<'_>) -> Vec<(u32, String)> {
+    let mut functions: Vec<_> = file
+        .symbols()
+        .filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.size() > 0)
+        .filter_map(|symbol| {
+            let name = rustc_demangle::demangle(symbol.name().ok()?);
+            Some((symbol.address() as u32 & !1, format!("{name:#}")))
+        })
+        .collect();
+    functions.sort();
+    functions
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_image_for_this_chip_is_refused_in_a_sentence() {
+        let error = Image::from_elf(b"hello").expect_err("no ELF");
+        assert!(
+            error.to_string().contains("cargo xtask build stm32g474"),
+            "{error}"
+        );
+        let own = std::fs::read(std::env::current_exe().expect("a program")).expect("it is there");
+        assert!(
+            Image::from_elf(&own).is_err(),
+            "this test's program is for this machine"
+        );
+        assert!(is_in_flash(FLASH, FLASH_BYTES));
+        assert!(!is_in_flash(FLASH, FLASH_BYTES + 1));
+        assert!(!is_in_flash(0, 4));
+    }
+}

@@ -1,0 +1,189 @@
+//! The chip and its processor, at work.
+
+use std::fmt;
+
+use crate::board::Board;
+use crate::chip::memory::FLASH;
+use crate::chip::{Chip, Reset};
+use crate::cpu::{Cpu, Halt, Sleep};
+use crate::image::Image;
+
+/// The board at register level.
+#[derive(Clone, Debug)]
+pub struct Twin {
+    image: Image,
+    /// The chip with the board around it.
+    pub chip: Chip,
+    /// The processor.
+    pub cpu: Cpu,
+    resets: Vec<Reset>,
+}
+
+/// Why a run ended before its time.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Failure {
+    /// What happened.
+    pub what: String,
+    /// The address of the instruction.
+    pub at: u32,
+    /// The function that it is in.
+    pub function: String,
+    /// The function that called it, as far as the link register tells.
+    pub caller: String,
+    /// When, in microseconds since power came.
+    pub time_us: u64,
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{}, at {:#010x} in {}, called from {}, after {} us",
+            self.what, self.at, self.function, self.caller, self.time_us
+        )
+    }
+}
+
+impl std::error::Error for Failure {}
+
+impl Twin {
+    /// A board with this image, when power comes.
+    ///
+    /// # Errors
+    /// Where the image does not begin with vectors.
+    pub fn new(image: Image, board: Board) -> Result<Self, Failure> {
+        let mut chip = Chip::new(&image, board);
+        let cpu = Cpu::new(&mut chip, FLASH).map_err(|_| Failure {
+            what: "the image has no vectors at the beginning of the flash".to_owned(),
+            at: FLASH,
+            function: "no function".to_owned(),
+            caller: "no function".to_owned(),
+            time_us: 0,
+        })?;
+        Ok(Self {
+            image,
+            chip,
+            cpu,
+            resets: vec![Reset::Power],
+        })
+    }
+
+    /// Seconds since power came first.
+    pub fn seconds(&self) -> f64 {
+        self.chip.clock.seconds()
+    }
+
+    /// All resets so far, the first of which is that of power.
+    pub fn resets(&self) -> &[Reset] {
+        &self.resets
+    }
+
+    /// Runs for so many seconds of the board's time.
+    ///
+    /// # Errors
+    /// Where the program uses what is not modelled, or uses the chip wrongly, or cannot go on.
+    pub fn run_for(&mut self, seconds: f64) -> Result<(), Failure> {
+        let end = self.seconds() + seconds;
+        self.run_until(|twin| twin.seconds() >= end)
+    }
+
+    /// Runs until `is_done`, which is asked at every event of a peripheral.
+    ///
+    /// # Errors
+    /// As [`Self::run_for`].
+    pub fn run_until(&mut self, mut is_done: impl FnMut(&Self) -> bool) -> Result<(), Failure> {
+        loop {
+            self.advance()?;
+            if is_done(self) {
+                return Ok(());
+            }
+            self.run_to_event()?;
+        }
+    }
+
+    /// Everything that is due outside the processor.
+    fn advance(&mut self) -> Result<(), Failure> {
+        self.chip.advance();
+        if let Some(sentence) = self.chip.refused() {
+            return Err(self.failure(sentence.to_owned()));
+        }
+        if let Some(reset) = self.chip.reset_due() {
+            self.reset(reset)?;
+        }
+        self.cpu.system.set_lines(self.chip.lines());
+        if self.chip.take_nmi() {
+            self.cpu.system.pend_nmi();
+        }
+        Ok(())
+    }
+
+    /// Resets the chip, as its reset pin, its watchdog or a lack of power does.
+    ///
+    /// # Errors
+    /// Where the image does not begin with vectors.
+    pub fn reset(&mut self, reset: Reset) -> Result<(), Failure> {
+        self.resets.push(reset);
+        self.chip.reset(reset);
+        let stops_at_faults = self.cpu.stops_at_faults;
+        self.cpu = Cpu::new(&mut self.chip, FLASH)
+            .map_err(|_| self.failure("there are no vectors after the reset".to_owned()))?;
+        self.cpu.stops_at_faults = stops_at_faults;
+        Ok(())
+    }
+
+    /// Executes instructions up to the next event.
+    fn run_to_event(&mut self) -> Result<(), Failure> {
+        while self.chip.clock.cycles < self.chip.next_event() {
+            match self.cpu.step(&mut self.chip) {
+                Ok(0) => return self.sleep(),
+                Ok(cycles) => self.chip.clock.cycles += u64::from(cycles),
+                Err(halt) => return Err(self.halted(halt)),
+            }
+        }
+        Ok(())
+    }
+
+    /// The processor sleeps until the next event.
+    fn sleep(&mut self) -> Result<(), Failure> {
+        if self.cpu.sleep() == Sleep::Awake {
+            return Ok(());
+        }
+        if self.cpu.is_deaf() {
+            let what = "the processor sleeps, and no interrupt is enabled that could wake it";
+            return Err(self.failure(what.to_owned()));
+        }
+        let next = self.chip.next_event();
+        self.chip.clock.cycles = self.chip.clock.cycles.max(next);
+        Ok(())
+    }
+
+    fn halted(&self, halt: Halt) -> Failure {
+        let what = match halt {
+            Halt::Bus if self.chip.is_in_bootloader() => {
+                "the program has gone to ST's bootloader in the ROM".to_owned()
+            }
+            Halt::Bus => match self.chip.refused() {
+                Some(sentence) => sentence.to_owned(),
+                None => "memory refuses".to_owned(),
+            },
+            Halt::NotModelled(what) => format!("{what} is not modelled"),
+            Halt::Fault(fault) => fault.to_string(),
+            Halt::Lockup(fault) => {
+                format!("the processor locks up by a fault within a fault: {fault}")
+            }
+        };
+        self.failure(what)
+    }
+
+    /// What happened, where the processor is.
+    fn failure(&self, what: String) -> Failure {
+        let at = self.cpu.next();
+        Failure {
+            what,
+            at,
+            function: self.image.function(at).to_owned(),
+            caller: self.image.function(self.cpu.link() & !1).to_owned(),
+            time_us: (self.seconds() * 1e6) as u64,
+        }
+    }
+}
