@@ -48,7 +48,9 @@ impl Clock {
     /// The first cycle that is not before so many seconds since power came.
     pub(crate) fn cycle_at(&self, seconds: f64) -> u64 {
         let after = (seconds - self.changed_s) * self.hz;
-        self.changed_cycles + after.max(0.0).ceil() as u64
+        let cycle = self.changed_cycles + after.max(0.0).ceil() as u64;
+        // A product that is rounded down must not make what is due come a moment too early, again and again.
+        cycle + u64::from(self.seconds_at(cycle) < seconds)
     }
 
     /// The cycle so many seconds from now.

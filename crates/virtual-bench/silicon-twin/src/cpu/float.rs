@@ -43,8 +43,13 @@ fn add(x: f32, y: f32) -> f32 {
     with_nans(&[x, y], x + y)
 }
 
-/// FPMulAdd: one rounding; the addend's NaN goes before those of the factors.
+/// FPMulAdd: one rounding; the addend's NaN goes before those of the factors, unless zero times infinity comes with it.
 fn fused(addend: f32, x: f32, y: f32) -> f32 {
+    let is_quiet = addend.is_nan() && addend.to_bits() & QUIET != 0;
+    let is_invalid = (x == 0.0 && y.is_infinite()) || (x.is_infinite() && y == 0.0);
+    if is_quiet && is_invalid {
+        return f32::from_bits(DEFAULT_NAN);
+    }
     with_nans(&[addend, x, y], x.mul_add(y, addend))
 }
 
