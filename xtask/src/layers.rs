@@ -191,7 +191,7 @@ const ALLOWED: &[Allowed] = &[
     (
         Room::VirtualBench,
         "silicon-twin",
-        &["emulated-board", "virtual-mirror"],
+        &["board-sockets", "emulated-board", "virtual-mirror"],
     ),
     (
         Room::VirtualBench,

@@ -291,8 +291,11 @@ pub fn private_directory() -> io::Result<TempDir> {
         .tempdir()
 }
 
-/// The path of a socket that nobody uses; one that was left behind is removed.
-fn claim_socket(directory: &Path, name: &str) -> Result<PathBuf, StartError> {
+/// The path of a socket that nobody uses, for a board of this name; one that was left behind is removed.
+///
+/// # Errors
+/// Where another board has the name, or the folder is not to be trusted.
+pub fn claim_socket(directory: &Path, name: &str) -> Result<PathBuf, StartError> {
     make_folder(directory)?;
     // The emulator works in another directory.
     let socket = fs::canonicalize(directory)?.join(format!("{name}.sock"));

@@ -15,11 +15,11 @@ mod plant;
 mod qemu;
 mod stack;
 
-pub use board::{EmulatedBoard, Emulation, StartError, private_directory};
+pub use board::{EmulatedBoard, Emulation, StartError, claim_socket, private_directory};
 pub use electronics::Electronics;
 pub use faults::{Observed, PlantFault};
 pub use logs::{LogError, LogTable};
-pub use pace::{NoSpeed, Speed};
+pub use pace::{NoSpeed, Pace, Speed};
 pub use plant::{Connected, Load, Plant, Progress};
 pub use qemu::{MACHINE_ARGUMENTS, QEMU};
 pub use stack::Stack;

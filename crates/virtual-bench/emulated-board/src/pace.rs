@@ -66,7 +66,7 @@ impl FromStr for Speed {
 
 /// Keeps a board's clock at its speed.
 #[derive(Debug)]
-pub(crate) struct Pace {
+pub struct Pace {
     course: Course,
     start: Instant,
     socket: PathBuf,
@@ -78,7 +78,7 @@ pub(crate) struct Pace {
 
 impl Pace {
     /// Of the board that tools reach through `socket`.
-    pub(crate) fn new(speed: Speed, socket: &Path) -> Self {
+    pub fn new(speed: Speed, socket: &Path) -> Self {
         Self {
             course: Course::new(speed),
             start: Instant::now(),
@@ -90,7 +90,7 @@ impl Pace {
     }
 
     /// A tick is over: waits for as long as the board is ahead.
-    pub(crate) fn tick(&mut self) {
+    pub fn tick(&mut self) {
         if self.course.speed == Speed::Fastest {
             return;
         }

@@ -12,6 +12,7 @@ pub struct Image {
     /// Addresses and bytes.
     pub segments: Vec<(u32, Vec<u8>)>,
     functions: Vec<(u32, String)>,
+    objects: Vec<(u32, String)>,
 }
 
 /// Why an image cannot be run.
@@ -71,14 +72,22 @@ impl Image {
             }
             segments.push((address, bytes.to_vec()));
         }
-        let functions = functions(&object::File::parse(elf).map_err(unreadable)?);
+        let file = object::File::parse(elf).map_err(unreadable)?;
+        let functions = symbols(&file, SymbolKind::Text);
         if functions.is_empty() {
             return Err(ImageError::NoSymbols);
         }
         Ok(Self {
             segments,
             functions,
+            objects: symbols(&file, SymbolKind::Data),
         })
+    }
+
+    /// The address of a variable.
+    pub fn object(&self, name: &str) -> Option<u32> {
+        let found = self.objects.iter().find(|(_, candidate)| candidate == name);
+        found.map(|(address, _)| *address)
     }
 
     /// The function that an address lies in.
@@ -99,18 +108,22 @@ fn is_in_flash(address: u32, bytes: usize) -> bool {
         .is_some_and(|offset| offset as usize + bytes <= FLASH_BYTES)
 }
 
-/// All functions, by address.
-fn functions(file: &object::File<'_>) -> Vec<(u32, String)> {
-    let mut functions: Vec<_> = file
+/// All functions, or all variables, by address.
+fn symbols(file: &object::File<'_>, kind: SymbolKind) -> Vec<(u32, String)> {
+    let is_code = kind == SymbolKind::Text;
+    let mut symbols: Vec<_> = file
         .symbols()
-        .filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.size() > 0)
+        .filter(|symbol| symbol.kind() == kind && symbol.size() > 0)
         .filter_map(|symbol| {
             let name = rustc_demangle::demangle(symbol.name().ok()?);
-            Some((symbol.address() as u32 & !1, format!("{name:#}")))
+            Some((
+                symbol.address() as u32 & !u32::from(is_code),
+                format!("{name:#}"),
+            ))
         })
         .collect();
-    functions.sort();
-    functions
+    symbols.sort();
+    symbols
 }
 
 #[cfg(test)]

@@ -12,6 +12,8 @@ pub mod chip;
 pub mod cpu;
 mod image;
 mod names;
+mod rtt;
+pub mod served;
 mod twin;
 pub mod usb_host;
 

@@ -66,6 +66,7 @@ pub struct UsbHost {
     /// Data 0 or data 1 next: to the device, and from it.
     toggles: [bool; 2],
     wants_in: bool,
+    listens: bool,
     failure: Option<String>,
 }
 
@@ -88,6 +89,7 @@ impl Default for UsbHost {
             frame_so_far: Vec::new(),
             toggles: [false; 2],
             wants_in: false,
+            listens: false,
             failure: None,
         }
     }
@@ -144,6 +146,11 @@ impl UsbHost {
     /// A frame from the device.
     pub fn receive(&mut self) -> Option<Vec<u8>> {
         self.from_device.pop_front()
+    }
+
+    /// Whether the device is asked for frames at all: a program on the host waits for them.
+    pub fn listen(&mut self, listens: bool) {
+        self.listens = listens;
     }
 
     /// Begins a request on endpoint 0.
@@ -287,6 +294,9 @@ impl UsbHost {
         self.wants_in = !self.wants_in;
         if !self.wants_in && !self.to_device.is_empty() {
             return self.carry_out(usb, out);
+        }
+        if !self.listens {
+            return (0, true);
         }
         match usb.fetch(self.address, in_) {
             Ok((packet, toggle)) => {

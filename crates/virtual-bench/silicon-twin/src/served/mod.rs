@@ -1,0 +1,268 @@
+//! A board that host tools find: the twin in a thread of its own, behind the same socket and FIFOs as other emulated boards.
+
+mod link;
+mod stops;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use emulated_board::{Connected, LogError, LogTable, Pace, Speed, StartError, claim_socket};
+
+use crate::board::Board;
+use crate::rtt;
+use crate::{Failure, Image, ImageError, Twin};
+use link::Link;
+use stops::Stops;
+
+/// What the board does between two looks at its links: a frame of USB.
+const SLICE_S: f64 = 1e-3;
+/// Control ticks in that time.
+const TICKS: u32 = 10;
+/// By then a board has checked its heaters, twice with a pause of a quarter of a second.
+const CHECKED_S: f64 = 0.26;
+/// How long a board may take by the wall's clock until its host knows it: twenty times what it takes on two idle cores.
+const START_TIMEOUT: Duration = Duration::from_secs(20);
+
+/// What to run.
+#[derive(Clone, Debug)]
+pub struct Serving {
+    /// The image that is flashed.
+    pub image: PathBuf,
+    /// What is on the board.
+    pub connected: Connected,
+    /// Where the board's socket is placed.
+    pub boards_directory: PathBuf,
+    /// The board's name among those of that directory.
+    pub name: String,
+    /// How fast its clock goes.
+    pub speed: Speed,
+}
+
+/// Why a board does not start.
+#[derive(Debug, thiserror::Error)]
+pub enum ServeError {
+    /// The image cannot be read.
+    #[error(
+        "the firmware image {path} cannot be read: {source}; `cargo xtask build stm32g474` makes it"
+    )]
+    File {
+        /// The image.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The image is not for this chip.
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    /// The image carries no log table.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// The mirror's description has a number out of range.
+    #[error(transparent)]
+    Mirror(#[from] virtual_mirror::ConfigError),
+    /// The socket's place.
+    #[error(transparent)]
+    Place(#[from] StartError),
+    /// Socket or FIFO.
+    #[error("the board's files cannot be made: {0}")]
+    Files(#[from] std::io::Error),
+    /// The program failed.
+    #[error("the program fails: {0}")]
+    Failed(Box<Failure>),
+    /// The host did not come to know the device.
+    #[error("the USB host does not come to know the board: {0}")]
+    NotUp(String),
+}
+
+impl From<Failure> for ServeError {
+    fn from(failure: Failure) -> Self {
+        Self::Failed(Box::new(failure))
+    }
+}
+
+/// What the thread says while it runs.
+#[derive(Debug, Default)]
+struct Shared {
+    simulated_us: AtomicU64,
+    is_known: AtomicBool,
+    ends: AtomicBool,
+    said: Mutex<Said>,
+}
+
+#[derive(Debug, Default)]
+struct Said {
+    log: Vec<u8>,
+    hash: String,
+    failure: Option<String>,
+}
+
+impl Shared {
+    fn said(&self) -> MutexGuard<'_, Said> {
+        self.said.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A board that runs until it is dropped.
+#[derive(Debug)]
+pub struct ServedTwin {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+    socket: PathBuf,
+    elf: Vec<u8>,
+}
+
+impl ServedTwin {
+    /// Starts a board and waits until its host knows it.
+    ///
+    /// # Errors
+    /// Where anything it needs is missing, or the program fails; nothing is left running then.
+    pub fn start(serving: &Serving) -> Result<Self, ServeError> {
+        let elf = fs::read(&serving.image).map_err(|source| ServeError::File {
+            path: serving.image.clone(),
+            source,
+        })?;
+        let image = Image::from_elf(&elf)?;
+        let log_at = image.object(rtt::SYMBOL);
+        let twin = Twin::new(image, Board::new(&serving.connected)?)?;
+        let socket = claim_socket(&serving.boards_directory, &serving.name)?;
+        let worker = Worker {
+            twin,
+            log_at,
+            link: Link::listen(&socket)?,
+            stops: Stops::beside(&socket)?,
+            pace: Pace::new(serving.speed, &socket),
+            shared: Arc::default(),
+        };
+        let shared = Arc::clone(&worker.shared);
+        let thread = Some(thread::spawn(move || worker.run()));
+        let board = Self {
+            shared,
+            thread,
+            socket,
+            elf,
+        };
+        board.wait_until_known()?;
+        Ok(board)
+    }
+
+    fn wait_until_known(&self) -> Result<(), ServeError> {
+        let start = Instant::now();
+        while start.elapsed() < START_TIMEOUT {
+            if let Some(failure) = self.failure() {
+                return Err(ServeError::NotUp(failure));
+            }
+            let is_known = self.shared.is_known.load(Ordering::Relaxed);
+            if is_known && self.simulated_s() > CHECKED_S {
+                return Ok(());
+            }
+            thread::sleep(Duration::from_millis(1));
+        }
+        let seconds = START_TIMEOUT.as_secs();
+        Err(ServeError::NotUp(format!(
+            "nothing happened for {seconds} s"
+        )))
+    }
+
+    /// The socket on which the board takes requests.
+    pub fn socket(&self) -> &Path {
+        &self.socket
+    }
+
+    /// Time that has passed for the board and its mirror.
+    pub fn simulated_s(&self) -> f64 {
+        self.shared.simulated_us.load(Ordering::Relaxed) as f64 * 1e-6
+    }
+
+    /// Why the board ended, if it did.
+    pub fn failure(&self) -> Option<String> {
+        self.shared.said().failure.clone()
+    }
+
+    /// A hash of all that went out of the chip's timer and came in by its converters.
+    pub fn trace_hash(&self) -> String {
+        self.shared.said().hash.clone()
+    }
+
+    /// The firmware's log so far.
+    ///
+    /// # Errors
+    /// Where the image carries no log table.
+    pub fn log(&self) -> Result<Vec<String>, LogError> {
+        let table = LogTable::from_elf(&self.elf)?;
+        let mut lines = Vec::new();
+        let frames = self.shared.said().log.clone();
+        // Memory can always be read.
+        let _ = table.decode(&*frames, |line| lines.push(line));
+        Ok(lines)
+    }
+}
+
+impl Drop for ServedTwin {
+    fn drop(&mut self) {
+        self.shared.ends.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+        let _ = fs::remove_file(&self.socket);
+    }
+}
+
+/// The thread's part.
+struct Worker {
+    twin: Twin,
+    log_at: Option<u32>,
+    link: Link,
+    stops: Stops,
+    pace: Pace,
+    shared: Arc<Shared>,
+}
+
+impl Worker {
+    fn run(mut self) {
+        while !self.shared.ends.load(Ordering::Relaxed) {
+            if let Err(failure) = self.twin.run_for(SLICE_S) {
+                self.report();
+                self.shared.said().failure = Some(failure.to_string());
+                return;
+            }
+            self.exchange();
+            self.report();
+            (0..TICKS).for_each(|_| self.pace.tick());
+        }
+    }
+
+    /// Carries frames between tool and device. Without a tool nobody asks the device for any.
+    fn exchange(&mut self) {
+        let host = &mut self.twin.chip.usb_host;
+        let has_tool = self.link.has_tool();
+        host.listen(has_tool && self.link.has_room());
+        while let Some(frame) = host.receive() {
+            self.link.send(&frame);
+        }
+        for frame in self.link.exchange() {
+            host.send(&frame);
+        }
+        self.stops.exchange(host);
+    }
+
+    fn report(&mut self) {
+        let shared = &self.shared;
+        let microseconds = (self.twin.seconds() * 1e6) as u64;
+        shared.simulated_us.store(microseconds, Ordering::Relaxed);
+        let is_known = self.twin.chip.usb_host.device().is_some();
+        shared.is_known.store(is_known, Ordering::Relaxed);
+        let mut said = shared.said();
+        if let Some(at) = self.log_at {
+            said.log
+                .extend(rtt::take(self.twin.chip.memory.ram_mut(), at));
+        }
+        said.hash = self.twin.chip.trace.hash();
+        if let Some(failure) = self.twin.chip.usb_host.failure() {
+            said.failure = Some(failure.to_owned());
+        }
+    }
+}
