@@ -42,6 +42,7 @@ fn a_calibrated_board_goes_where_it_is_asked() {
         "--picture",
         "picture.svg",
     ]);
+    // Every limit is a figure of docs/requirements.md; what an uncalibrated board lacks is many times as much.
     let figure = |when: &str, what: &str| report[when][what].as_f64().expect("a number");
     for what in ["slow_loop_um", "loop_um", "triangle_rms_um"] {
         assert!(
@@ -68,7 +69,8 @@ fn a_calibrated_board_goes_where_it_is_asked() {
     let picture = std::fs::read_to_string(bench.directory().join("picture.svg")).unwrap();
     assert!(picture.contains("error at rest, after"));
 
-    // `set-z` goes by it.
+    // `set-z` goes by it. The triangle from 60 um to 100 um is followed within 5 % of its span at its tips, where it turns
+    // faster than the thermal poles let the mirror turn.
     let moved = bench.json(&["set-z", "100um", "--settle", "2s"]);
     assert!(moved["error_um"].as_f64().unwrap().abs() < 0.15, "{moved}");
     let scanned = bench.json(&["scan", "triangle", "--frequency", "5Hz", "--cycles", "2"]);

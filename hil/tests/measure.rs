@@ -83,6 +83,7 @@ fn a_sine_says_so_and_has_a_hundred_rows_a_cycle() {
     assert_eq!(file.keys.prehold().map(|(volts, _)| volts), Some(1.0));
     assert_eq!(file.rows.len(), 200);
     for row in &file.rows {
+        // Two of the drive's steps of 1 mV.
         let sine = 1.0 + 0.5 * (std::f64::consts::TAU * 20.0 * row.t_s).sin();
         assert!(
             (row.voltage_v[0] - sine).abs() < 2e-3,
@@ -107,6 +108,7 @@ fn single_actuators_are_driven_alone_and_rest_in_between() {
         }
     }
     let global = |index: usize| file.rows[index].t_global_s.unwrap();
+    // After every step the experiment waits until the mirror is cold again.
     assert!(global(3) - global(2) > 2.0, "a rest");
     assert!((file.rows[3].t_s - file.rows[2].t_s - 0.05).abs() < 1e-9);
 }

@@ -7,9 +7,10 @@
 use hil::Bench;
 use serde_json::Value;
 
-/// What a board that has never been calibrated may be off by: tolerances of shunt and amplifier, offsets.
+/// What a board that has never been calibrated may be off by: ten times the gain's and five times the offset's tolerance in
+/// `docs/board.md`, since a calibration mends whatever parts somebody took.
 const BEFORE: (f64, f64) = (0.03, 20e-6);
-/// And after, with noise left in the mean.
+/// And after: a sixth and an eighth of those tolerances, or the calibration was not worth its name.
 const AFTER: (f64, f64) = (5e-4, 0.5e-6);
 
 fn currents(report: &Value) -> [f64; 4] {
