@@ -18,6 +18,7 @@ use crate::{TICKS_PER_MS, watchdog};
 pub async fn run(mut board: impl Lockstep, mut control: Control) -> ! {
     loop {
         let sensed = board.sense(&control).await;
+        control.be_quiet(board.quiet_ticks(), sensed);
         control.tick_on(&mut board, sensed);
     }
 }
@@ -93,6 +94,28 @@ impl Control {
         self.protection.is_about_to_lapse(short) && !is_awaited
     }
 
+    /// An idle board was left alone for so many ticks, in which it read this. Where they would change nothing they are only
+    /// counted.
+    fn be_quiet(&mut self, ticks: u16, sensed: Sensed) {
+        if self.is_idle() && self.controller.is_at_rest() {
+            self.count(ticks.into());
+            return;
+        }
+        for _ in 0..ticks {
+            self.tick(sensed);
+        }
+    }
+
+    /// Whether nothing is driven, streamed or waited for.
+    pub fn is_idle(&self) -> bool {
+        self.setpoint == Setpoint::Off
+            && self.player.is_none()
+            && self.stream.is_over()
+            && !self.is_unconfirmed
+            && !self.protection.is_starting()
+            && self.applied == [PwmCode(0); CHANNELS]
+    }
+
     /// Whether the link has fallen behind: the next sample would be dropped. No stop waits for a link.
     pub fn is_congested(&self) -> bool {
         self.mailbox.is_congested() && !self.mailbox.has_stop()
@@ -122,7 +145,8 @@ impl Control {
     /// One tick: `sensed` are the codes read while the codes of the last tick were driven; the
     /// result is driven next.
     pub fn tick(&mut self, sensed: Sensed) -> [PwmCode; CHANNELS] {
-        self.count(sensed.missed_ticks);
+        self.missed_ticks = self.missed_ticks.wrapping_add(sensed.missed_ticks.into());
+        self.count(sensed.missed_ticks.into());
         if let Some(calibration) = self.mailbox.take_calibration() {
             // Drives computed under another calibration mean nothing.
             self.follow(Setpoint::Off);
@@ -179,9 +203,8 @@ impl Control {
         codes
     }
 
-    fn count(&mut self, missed_ticks: u16) {
-        self.missed_ticks = self.missed_ticks.wrapping_add(missed_ticks.into());
-        self.tick = self.tick.wrapping_add(missed_ticks.into());
+    fn count(&mut self, ticks: u32) {
+        self.tick = self.tick.wrapping_add(ticks);
     }
 
     /// Takes what came since the last tick, as far as the protection lets it.

@@ -5,10 +5,12 @@
 
 mod bench;
 mod disturb;
+mod processor;
 mod raw;
 
 pub use bench::{Bench, Said};
 pub use disturb::{DISTURBANCES, Disturbance};
+pub use processor::processor_s;
 pub use raw::RawLink;
 
 /// Whether what takes minutes is asked for too: `cargo xtask test --full` sets `MIRROR_FULL=1`.

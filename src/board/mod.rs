@@ -48,6 +48,11 @@ pub trait Lockstep: Board {
     /// Waits for the next control tick and returns what the converters read during the one that
     /// just ended. Where time can wait for the host, `control` tells whether it should.
     fn sense(&mut self, control: &Control) -> impl Future<Output = Sensed>;
+
+    /// Control ticks before the one that was just sensed in which an idle board was left alone. They read the same.
+    fn quiet_ticks(&self) -> u16 {
+        0
+    }
 }
 
 /// What the converters read during one control tick.

@@ -23,6 +23,8 @@ pub struct LockstepPlant {
     to_plant: File,
     from_plant: File,
     pins: Pins,
+    is_idle: bool,
+    quiet_ticks: u16,
     grace: Grace,
 }
 
@@ -41,6 +43,8 @@ impl LockstepPlant {
             to_plant,
             from_plant,
             pins: Pins::default(),
+            is_idle: false,
+            quiet_ticks: 0,
         };
         plant.send()?;
         exit::HAS_PLANT.store(true, Ordering::Relaxed);
@@ -57,6 +61,7 @@ impl LockstepPlant {
             tick: self.pins.tick.wrapping_add(1),
             compare: codes.map(|code| code.0),
             outputs_enabled: enable,
+            is_idle: self.is_idle,
         };
         if self.send().is_err() {
             exit::plant_lost();
@@ -115,14 +120,21 @@ impl Lockstep for LockstepPlant {
             exit::plant_lost()
         };
         upset::suffer(converters.upset);
-        time::advance();
+        self.is_idle = control.is_idle();
+        self.quiet_ticks = converters.quiet_ticks;
+        time::advance(1 + u64::from(self.quiet_ticks));
         let missed_ticks = converters.missed_ticks;
-        self.pins.tick = self.pins.tick.wrapping_add(missed_ticks.into());
+        let passed = u32::from(missed_ticks) + u32::from(self.quiet_ticks);
+        self.pins.tick = self.pins.tick.wrapping_add(passed);
         Sensed {
             currents: converters.current.map(AdcCode),
             supply: SupplyCode(converters.supply),
             missed_ticks,
             sensor_z: Some(Micrometre(converters.sensor_z_nm as f32 * 1e-3)),
         }
+    }
+
+    fn quiet_ticks(&self) -> u16 {
+        self.quiet_ticks
     }
 }

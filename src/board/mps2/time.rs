@@ -29,10 +29,10 @@ impl Driver for TickTime {
     }
 }
 
-/// A control tick has passed.
-pub(super) fn advance() {
+/// So many control ticks have passed.
+pub(super) fn advance(ticks: u64) {
     critical_section::with(|cs| {
-        let now = TIME.now.borrow(cs).get() + 1;
+        let now = TIME.now.borrow(cs).get() + ticks;
         TIME.now.borrow(cs).set(now);
         TIME.queue.borrow(cs).borrow_mut().next_expiration(now);
     });

@@ -97,6 +97,15 @@ impl<'a> Controller<'a> {
         before.calibration
     }
 
+    /// Whether zero drive changes nothing any more: what is left of heat and memory is below a thousandth of a kelvin and
+    /// of a micrometre, a fifth of what the core's arithmetic may be off by (`docs/requirements.md`).
+    pub fn is_at_rest(&self) -> bool {
+        const LEAST: f32 = 1e-3;
+        let actuators = self.actuators.iter();
+        let mut heat = actuators.map(|actuator| HeatInverse::is_at_rest(&actuator.heat, LEAST));
+        heat.all(|is_at_rest| is_at_rest) && self.memory.is_at_rest(&self.remembered, LEAST)
+    }
+
     /// One control tick.
     ///
     /// `applied` are the voltages that were driven while `currents` were sensed. Every input is
@@ -201,6 +210,40 @@ mod tests {
     use proptest::prelude::*;
     use std::boxed::Box;
     use std::vec::Vec;
+
+    /// Ticks of ten seconds.
+    const TEN_SECONDS: u32 = 100_000;
+
+    #[test]
+    fn a_controller_at_rest_is_the_same_however_long_it_has_been() {
+        let mut calibration = Box::new(Calibration::new(parts()).expect("good"));
+        let mut controller = Controller::new(&mut calibration);
+        assert!(controller.is_at_rest(), "before anything was driven");
+        let mut applied = [Volt(0.0); CHANNELS];
+        let mut follow = |controller: &mut Controller<'_>, setpoint, ticks: u32| {
+            for _ in 0..ticks {
+                let step = controller.step(setpoint, applied, [Ampere(0.0); CHANNELS]);
+                applied = step.drives;
+            }
+            applied[0].0
+        };
+        let there = Setpoint::Position(Micrometre(40.0));
+        follow(&mut controller, there, 20_000);
+        assert!(!controller.is_at_rest(), "it is warm");
+        let mut waited = 0;
+        while !controller.is_at_rest() {
+            follow(&mut controller, Setpoint::Off, TEN_SECONDS);
+            waited += 1;
+            assert!(waited < 1000, "it never comes to rest");
+        }
+        let (memory, actuators) = (controller.remembered.clone(), controller.actuators.clone());
+        let soon = follow(&mut controller, there, 5_000);
+        (controller.remembered, controller.actuators) = (memory, actuators);
+        follow(&mut controller, Setpoint::Off, 10 * TEN_SECONDS);
+        let late = follow(&mut controller, there, 5_000);
+        // 1 um is some 10 mV there, and what is left is 2 nm at most of creep and heat.
+        assert!((soon - late).abs() < 1e-4, "{soon} and {late}");
+    }
 
     /// 100 um at 100 K, 400 ohm cold, 560 ohm at the top; nothing takes time.
     fn static_parts() -> Parts {

@@ -48,6 +48,13 @@ impl HeatInverse {
         Kelvin((target.0 - state.free_response) * self.per_input_gain)
     }
 
+    /// Whether every lag is less than so far from zero (K).
+    pub(crate) fn is_at_rest(state: &HeatState, least: f32) -> bool {
+        let slow = state.slow.iter().map(|lag| lag.value);
+        let mut all = state.fast.iter().copied().chain(slow);
+        all.all(|at| at.abs() < least)
+    }
+
     /// A tick with the heating that was really there; returns the temperature rise at its end.
     #[inline(always)]
     pub(crate) fn advance(&self, state: &mut HeatState, heating: Kelvin) -> Kelvin {

@@ -64,6 +64,18 @@ impl MemoryInverse {
         }
     }
 
+    /// Whether nothing is left that fades by itself: less than this far (um). What plays hold they hold for ever, unless they
+    /// let it go.
+    pub(crate) fn is_at_rest(&self, state: &MemoryState, least: f32) -> bool {
+        let lets_go = self.release > 0.0;
+        let creep = state.creep.iter().map(|lag| lag.value);
+        let plays = state
+            .plays
+            .iter()
+            .map(|held| if lets_go { *held } else { 0.0 });
+        creep.chain(plays).all(|left| left.abs() < least)
+    }
+
     /// The displacement for which the mirror will be at `z`, and a tick of the memory with it.
     pub(crate) fn displacement(&self, state: &mut MemoryState, z: Micrometre) -> Micrometre {
         let crept: f32 = state.creep.iter().map(|at| at.value).sum();

@@ -52,6 +52,11 @@ impl Pacer {
         }
     }
 
+    /// Whether no sample will come any more.
+    pub fn is_over(&self) -> bool {
+        self.samples_left == 0
+    }
+
     /// What this tick is. `steps`: the setpoint jumped with it.
     pub fn tick(&mut self, steps: bool) -> Due {
         if self.samples_left == 0 {

@@ -167,6 +167,11 @@ impl EmulatedBoard {
         self.progress.simulated_s()
     }
 
+    /// Exchanges between the board and its plant so far: one a control tick, and fewer while it is left alone.
+    pub fn exchanges(&self) -> u64 {
+        self.progress.exchanges()
+    }
+
     /// Lets something break from the next tick on, or with `None` be sound again (a vacuum stays).
     pub fn inject(&self, fault: Option<PlantFault>) {
         self.faults.begin(fault, 0);

@@ -122,6 +122,11 @@ impl Faults {
         self.lock().observed
     }
 
+    /// Whether nothing is broken, nor will be by itself.
+    pub(crate) fn is_quiet(&self) -> bool {
+        self.lock().fault.is_none()
+    }
+
     /// The fault of this tick, and for how many ticks it has been there.
     pub(crate) fn of_this_tick(&self) -> (Option<PlantFault>, u32) {
         let mut state = self.lock();
@@ -214,6 +219,7 @@ impl PlantFault {
                 sound = Converters {
                     tick: sound.tick,
                     missed_ticks: 0,
+                    quiet_ticks: 0,
                     ..*before
                 }
             }

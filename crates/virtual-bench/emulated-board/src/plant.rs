@@ -93,14 +93,23 @@ impl Settings {
     }
 }
 
-/// Control ticks that have been simulated, readable while the plant runs.
+/// How far the simulation has come, readable while the plant runs.
 #[derive(Debug, Default)]
-pub struct Progress(AtomicU64);
+pub struct Progress {
+    /// Control ticks that have been simulated.
+    ticks: AtomicU64,
+    exchanges: AtomicU64,
+}
 
 impl Progress {
     /// Simulated time so far.
     pub fn simulated_s(&self) -> f64 {
-        self.0.load(Ordering::Relaxed) as f64 * TICK_S
+        self.ticks.load(Ordering::Relaxed) as f64 * TICK_S
+    }
+
+    /// Exchanges between board and plant so far.
+    pub fn exchanges(&self) -> u64 {
+        self.exchanges.load(Ordering::Relaxed)
     }
 }
 
@@ -151,6 +160,11 @@ impl Plant {
                 other => other?,
             }
             let pins = Pins::from_bytes(&bytes);
+            let quiet_ticks = match pins.is_idle && self.faults.is_quiet() {
+                true => pace.leave_alone(),
+                false => 0,
+            };
+            self.load.advance([0.0; 4], quiet_ticks);
             let held_low = !pins.outputs_enabled;
             let drive_v = pins.compare.map(|code| match held_low {
                 true => 0.0,
@@ -164,6 +178,7 @@ impl Plant {
                 fault.at_the_heaters(drive_v, pins.outputs_enabled)
             });
             let mut read = self.convert(pins.tick, drive_v, heated_v, fault);
+            read.quiet_ticks = quiet_ticks;
             if let Some(fault) = fault {
                 let supply_v = fault.supply_v(SUPPLY_V, age_ticks);
                 read.supply = self.electronics.supply_code(supply_v);
@@ -178,11 +193,13 @@ impl Plant {
                 }
             }
             // The board computes its next drives in the meantime.
-            let hottest_k = self.load.advance(heated_v);
+            let hottest_k = self.load.advance(heated_v, 1);
             let stays_on = matches!(fault, Some(PlantFault::StuckOutput(_)));
             let at_the_outputs_v = if stays_on { heated_v } else { drive_v };
             self.faults.observe(at_the_outputs_v, hottest_k);
-            progress.0.fetch_add(1, Ordering::Relaxed);
+            let ticks = 1 + u64::from(quiet_ticks);
+            progress.ticks.fetch_add(ticks, Ordering::Relaxed);
+            progress.exchanges.fetch_add(1, Ordering::Relaxed);
             pace.tick();
         }
     }
@@ -201,6 +218,7 @@ impl Plant {
         Converters {
             tick,
             missed_ticks: 0,
+            quiet_ticks: 0,
             current: std::array::from_fn(|i| self.electronics.sense_code(i, current_a[i])),
             sensor_z_nm: (z_um * 1e3).round() as i32,
             supply: self.electronics.supply_code(SUPPLY_V),
@@ -264,11 +282,11 @@ impl Load {
         }
     }
 
-    /// A tick of 100 us at these voltages; the hottest temperature anywhere after it (K above ambient).
-    pub fn advance(&mut self, heated_v: [f64; 4]) -> f64 {
+    /// So many ticks of 100 us at these voltages; the hottest temperature anywhere after them (K above ambient).
+    pub fn advance(&mut self, heated_v: [f64; 4], ticks: u16) -> f64 {
         match &mut self.0 {
             LoadKind::Mirror(mirror) => {
-                mirror.mirror.step(heated_v, TICK_S);
+                mirror.mirror.step(heated_v, f64::from(ticks) * TICK_S);
                 mirror.mirror.state().hottest_k
             }
             LoadKind::Resistors(_) => 0.0,

@@ -28,6 +28,8 @@ pub struct Pins {
     pub compare: [u16; 4],
     /// Whether the timer drives its outputs at all; where not, they are held low.
     pub outputs_enabled: bool,
+    /// Whether the board drives nothing, wants nothing and is asked for nothing: it may be left alone for a while.
+    pub is_idle: bool,
 }
 
 /// What the board's converters read during that tick.
@@ -37,6 +39,8 @@ pub struct Converters {
     pub tick: u32,
     /// Ticks before this one that did not take place.
     pub missed_ticks: u16,
+    /// Ticks before this one in which an idle board was left alone: they took place, and read what the last one read.
+    pub quiet_ticks: u16,
     /// Current-sense codes.
     pub current: [u16; 4],
     /// Position sensor on the sensor input, in nanometres.
@@ -63,7 +67,7 @@ pub mod upset {
 
 impl Pins {
     /// Length on the link.
-    pub const BYTES: usize = 13;
+    pub const BYTES: usize = 14;
 
     /// As bytes, little-endian.
     pub fn to_bytes(self) -> [u8; Self::BYTES] {
@@ -71,6 +75,7 @@ impl Pins {
         bytes[..4].copy_from_slice(&self.tick.to_le_bytes());
         put_quad(&mut bytes[4..12], self.compare);
         bytes[12] = self.outputs_enabled.into();
+        bytes[13] = self.is_idle.into();
         bytes
     }
 
@@ -80,13 +85,14 @@ impl Pins {
             tick: word(&bytes[..4]),
             compare: quad(&bytes[4..]),
             outputs_enabled: bytes[12] != 0,
+            is_idle: bytes[13] != 0,
         }
     }
 }
 
 impl Converters {
     /// Length on the link.
-    pub const BYTES: usize = 21;
+    pub const BYTES: usize = 23;
 
     /// As bytes, little-endian.
     pub fn to_bytes(self) -> [u8; Self::BYTES] {
@@ -96,7 +102,8 @@ impl Converters {
         put_quad(&mut bytes[8..16], self.current);
         bytes[16..18].copy_from_slice(&self.supply.to_le_bytes());
         bytes[18] = self.upset;
-        bytes[19..].copy_from_slice(&self.missed_ticks.to_le_bytes());
+        bytes[19..21].copy_from_slice(&self.missed_ticks.to_le_bytes());
+        bytes[21..].copy_from_slice(&self.quiet_ticks.to_le_bytes());
         bytes
     }
 
@@ -109,6 +116,7 @@ impl Converters {
             supply: u16::from_le_bytes([bytes[16], bytes[17]]),
             upset: bytes[18],
             missed_ticks: u16::from_le_bytes([bytes[19], bytes[20]]),
+            quiet_ticks: u16::from_le_bytes([bytes[21], bytes[22]]),
         }
     }
 }
@@ -137,10 +145,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_tick_comes_back_whole(outputs_enabled: bool, tick: u32, quad: [u16; 4], sensor_z_nm: i32, supply: u16, upset: u8, missed_ticks: u16) {
-            let pins = Pins { tick, compare: quad, outputs_enabled };
+        fn a_tick_comes_back_whole(outputs_enabled: bool, is_idle: bool, quiet_ticks: u16, tick: u32, quad: [u16; 4], sensor_z_nm: i32, supply: u16, upset: u8, missed_ticks: u16) {
+            let pins = Pins { tick, compare: quad, outputs_enabled, is_idle };
             prop_assert_eq!(Pins::from_bytes(&pins.to_bytes()), pins);
-            let converters = Converters { tick, current: quad, sensor_z_nm, supply, upset, missed_ticks };
+            let converters = Converters { tick, current: quad, sensor_z_nm, supply, upset, missed_ticks, quiet_ticks };
             prop_assert_eq!(Converters::from_bytes(&converters.to_bytes()), converters);
         }
     }

@@ -110,7 +110,7 @@ impl Board {
         self.steps += 1;
         let heated_s = self.heated_s.max(f64::MIN_POSITIVE);
         let effective_v = self.heat.map(|heat| (heat / heated_s).sqrt());
-        self.load.advance(effective_v);
+        self.load.advance(effective_v, 1);
         (self.heat, self.heated_s) = ([0.0; 4], 0.0);
         self.find_resistances();
     }
