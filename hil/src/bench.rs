@@ -154,6 +154,14 @@ impl Bench {
         self.emulated.as_mut()
     }
 
+    /// Exchanges between the board and its plant so far.
+    ///
+    /// # Panics
+    /// Where the board is a real one.
+    pub fn exchanges(&self) -> u64 {
+        self.emulated.as_ref().expect("emulated").exchanges()
+    }
+
     /// Runs the tool as a user types it.
     ///
     /// # Panics

@@ -38,6 +38,12 @@ impl RawLink {
         })
     }
 
+    /// Leaves out sequence numbers, so that no answer to what was sent so far, however mutated, is taken for one to what
+    /// comes.
+    pub fn skip_sequences(&mut self) {
+        self.sequence ^= 0x5a00;
+    }
+
     /// Sends bytes as they are.
     ///
     /// # Errors
