@@ -31,6 +31,26 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     );
     println!("last: {:?}", twin.chip.trace.last());
     println!("trace {}", twin.chip.trace.hash());
+    let us = |cycles: u64| cycles as f64 / twin.chip.clock.hz() * 1e6;
+    for (name, number) in [
+        ("ADC1_2", 18),
+        ("control loop", 53),
+        ("USB_LP", 20),
+        ("TIM15", 24),
+    ] {
+        let handling = twin.timing.interrupt(number);
+        let mean = handling.cycles / handling.count.max(1);
+        println!(
+            "{name}: {} times, mean {:.2} us, longest {:.2} us",
+            handling.count,
+            us(mean),
+            us(handling.longest)
+        );
+    }
+    println!(
+        "asleep {:.1} %",
+        twin.timing.asleep as f64 / twin.chip.clock.cycles as f64 * 100.0
+    );
     match twin.chip.usb_host.device() {
         Some(device) => println!("USB: {device:02x?}"),
         None => println!("USB: {:?}", twin.chip.usb_host.failure()),

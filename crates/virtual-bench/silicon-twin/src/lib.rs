@@ -14,6 +14,7 @@ mod image;
 mod names;
 mod rtt;
 pub mod served;
+pub mod timing;
 mod twin;
 pub mod usb_host;
 

@@ -3,10 +3,14 @@
 use std::fmt;
 
 use crate::board::Board;
-use crate::chip::memory::FLASH;
+use crate::chip::memory::{FLASH, SRAM, SRAM_BYTES};
 use crate::chip::{Chip, Reset};
 use crate::cpu::{Cpu, Halt, Sleep};
 use crate::image::Image;
+use crate::timing::Timing;
+
+/// `b .`
+const BRANCH_TO_ITSELF: u16 = 0xe7fe;
 
 /// The board at register level.
 #[derive(Clone, Debug)]
@@ -17,6 +21,9 @@ pub struct Twin {
     /// The processor.
     pub cpu: Cpu,
     resets: Vec<Reset>,
+    /// How long the program handles what.
+    pub timing: Timing,
+    handled: u16,
 }
 
 /// Why a run ended before its time.
@@ -65,6 +72,8 @@ impl Twin {
             chip,
             cpu,
             resets: vec![Reset::Power],
+            timing: Timing::default(),
+            handled: 0,
         })
     }
 
@@ -128,7 +137,18 @@ impl Twin {
         self.cpu = Cpu::new(&mut self.chip, FLASH)
             .map_err(|_| self.failure("there are no vectors after the reset".to_owned()))?;
         self.cpu.stops_at_faults = stops_at_faults;
+        self.timing.forget();
+        self.handled = 0;
         Ok(())
+    }
+
+    /// Lets the program go round in the last half-word of the RAM, as one with a defect may: with interrupts masked.
+    pub fn hang(&mut self) {
+        let last = SRAM_BYTES - 2;
+        let loop_here = u32::from(BRANCH_TO_ITSELF);
+        // It is within the RAM.
+        let _ = self.chip.memory.write_sram::<2>(last, loop_here);
+        self.cpu.divert(SRAM + last as u32);
     }
 
     /// Executes instructions up to the next event.
@@ -138,6 +158,10 @@ impl Twin {
                 Ok(0) => return self.sleep(),
                 Ok(cycles) => self.chip.clock.cycles += u64::from(cycles),
                 Err(halt) => return Err(self.halted(halt)),
+            }
+            if self.cpu.exception() != self.handled {
+                self.handled = self.cpu.exception();
+                self.timing.change(self.handled, self.chip.clock.cycles);
             }
         }
         Ok(())
@@ -153,7 +177,9 @@ impl Twin {
             return Err(self.failure(what.to_owned()));
         }
         let next = self.chip.next_event();
-        self.chip.clock.cycles = self.chip.clock.cycles.max(next);
+        let slept = next.saturating_sub(self.chip.clock.cycles);
+        self.timing.asleep += slept;
+        self.chip.clock.cycles += slept;
         Ok(())
     }
 

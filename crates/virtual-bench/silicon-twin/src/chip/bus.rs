@@ -24,6 +24,8 @@ impl Bus for Chip {
                     self.nmi = true;
                     self.next_event = 0;
                 }
+                let acr = self.peripherals.flash.access_control();
+                self.clock.cycles += self.accelerator.load(offset, acr);
                 self.memory.flash::<BYTES>(offset)
             }
             Region::Peripheral => return self.read_peripheral(address, BYTES),
@@ -58,6 +60,9 @@ impl Bus for Chip {
         match Memory::region(address) {
             Region::Flash(offset) => {
                 self.wait_for_flash(offset);
+                let acr = self.peripherals.flash.access_control();
+                let stall = self.accelerator.fetch(offset, self.clock.cycles, acr);
+                self.clock.cycles += stall;
                 self.memory.instruction(offset).ok_or(Abort::Fault)
             }
             Region::Sram(offset) => self.memory.instruction_in_ram(offset).ok_or(Abort::Fault),

@@ -111,6 +111,12 @@ impl Flash {
         };
     }
 
+    /// Wait states, prefetch and caches.
+    #[inline]
+    pub(crate) fn access_control(&self) -> u32 {
+        self.acr
+    }
+
     pub(crate) fn wait_states(&self) -> u32 {
         self.acr & 0xf
     }

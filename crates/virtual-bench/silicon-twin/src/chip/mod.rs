@@ -1,5 +1,6 @@
 //! The STM32G474RE around its processor.
 
+mod accelerator;
 mod adc;
 pub(crate) mod address;
 mod bus;
@@ -29,6 +30,7 @@ use crate::board::Board;
 use crate::image::Image;
 use crate::names;
 use crate::usb_host::UsbHost;
+use accelerator::Accelerator;
 use adc::Adc;
 use crs::Crs;
 use flash::Flash;
@@ -65,6 +67,7 @@ pub struct Chip {
     /// What is at the other end of the USB cable.
     pub usb_host: UsbHost,
     peripherals: Peripherals,
+    accelerator: Accelerator,
     pins: Pins,
     lines: u128,
     next_event: u64,
@@ -73,6 +76,18 @@ pub struct Chip {
     refused: Option<String>,
     in_bootloader: bool,
     polled: (u32, u32),
+    mistake: Option<Mistake>,
+}
+
+/// A mistake that a driver could have: in a register it writes other bits, wherever it writes it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Mistake {
+    /// The register's address.
+    pub address: u32,
+    /// The bits that are written otherwise.
+    pub bits: u32,
+    /// What they are written as; no write at all where there is none.
+    pub value: Option<u32>,
 }
 
 /// What a reset brings back to its beginning.
@@ -155,6 +170,7 @@ impl Chip {
             board,
             trace: Trace::default(),
             usb_host: UsbHost::default(),
+            accelerator: Accelerator::new(),
             pins: Pins::default(),
             peripherals,
             lines: 0,
@@ -164,6 +180,7 @@ impl Chip {
             refused: None,
             in_bootloader: false,
             polled: (0, 0),
+            mistake: None,
         };
         chip.pins
             .follow(&chip.peripherals.ports, &chip.peripherals.tim1);
@@ -188,6 +205,11 @@ impl Chip {
         self.pins
             .follow(&self.peripherals.ports, &self.peripherals.tim1);
         (self.lines, self.next_event, self.nmi, self.reset) = (0, 0, false, None);
+    }
+
+    /// Lets the program's driver make a mistake from now on.
+    pub fn make(&mut self, mistake: Mistake) {
+        self.mistake = Some(mistake);
     }
 
     /// The interrupt lines that are high.
@@ -391,6 +413,16 @@ impl Chip {
 
     fn write_register(&mut self, at: u32, value: u32) -> Access {
         self.check_gate(at)?;
+        let mistake = self.mistake.filter(|mistake| mistake.address == at);
+        let value = match mistake {
+            None => value,
+            Some(Mistake { value: None, .. }) => return Ok(()),
+            Some(Mistake {
+                bits,
+                value: Some(wrong),
+                ..
+            }) => value & !bits | wrong & bits,
+        };
         let offset = at & 0x3ff;
         let base = at & !0x3ff;
         if base == address::TIM1 || port(at).is_some() {

@@ -166,6 +166,12 @@ impl Cpu {
         self.r[SP]
     }
 
+    /// Goes on at `address`, with interrupts masked.
+    pub(crate) fn divert(&mut self, address: u32) {
+        (self.next, self.it, self.primask) = (address, 0, true);
+        self.sleep = Sleep::Awake;
+    }
+
     /// Whether anything could wake it: an interrupt line, at a priority that is not masked for WFI.
     pub fn is_deaf(&self) -> bool {
         !self.system.any_enabled()
