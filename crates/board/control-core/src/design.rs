@@ -78,4 +78,4 @@ pub const HOTTEST_RISE: Kelvin = Kelvin(225.0);
 /// The board trips where a heater's resistance is that of platinum hotter by this, whatever a calibration says. The rest
 /// up to [`HOTTEST_RISE`] is for what heats on until it is noticed, and for the tolerances of the sense; the search of
 /// `cargo test -p protection --test attacks` set it.
-pub const HIGHEST_TRIP_RISE: Kelvin = Kelvin(160.0);
+pub const HIGHEST_TRIP_RISE: Kelvin = Kelvin(155.0);
