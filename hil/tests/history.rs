@@ -145,6 +145,31 @@ fn a_board_that_trips_or_resets_in_a_loop_spares_its_flash() {
 }
 
 #[test]
+fn a_worn_flash_is_told_and_the_board_does_what_it_is_told() {
+    let mut bench = Bench::emulated(MirrorConfig::bench());
+    let emulated = bench.emulated_board().expect("emulated");
+    emulated.wear_out_flash().expect("a file");
+    emulated.inject(Some(PlantFault::WeakSupply));
+    bench.wait_for_status("tripped", |status| {
+        status["states"][0] == "tripped: supply-out-of-range"
+    });
+    let history = history(&bench);
+    assert_eq!(
+        (&history["storage"], &history["trips"]),
+        (&json!("worn-out"), &json!(1))
+    );
+    assert_eq!(
+        of_kind(&history, "start").len(),
+        1,
+        "what there was is there"
+    );
+    let emulated = bench.emulated_board().expect("emulated");
+    emulated.inject(None);
+    bench.json(&["clear"]);
+    bench.json(&["set-drive", "2V", "--settle", "10ms"]);
+}
+
+#[test]
 fn a_stop_of_the_firmware_is_told_with_what_it_said() {
     let mut bench = Bench::emulated(MirrorConfig::bench());
     for (fault, name, cause, said) in [

@@ -33,6 +33,8 @@ pub(crate) enum Trouble {
     Link(Disturbance),
     /// The mirror is in vacuum, and driven faster than its currents can be looked at one by one.
     FastDrive(Fast),
+    /// The flash takes nothing more.
+    WornFlash,
     /// A calibration is uploaded that would widen the board's limits: the number at this place, and its name.
     Calibration(usize, f32, &'static str),
 }
@@ -138,6 +140,8 @@ fn on_the_board(list: &mut List) {
     list.breaks(P::StoppedConverters, stopped, ONCE_IT_MOVES);
     list.breaks(P::NoSensor, &[], u64::MAX);
     list.breaks(P::MissedTicks, &[F::TickOverrun], AT_ONCE);
+    list.breaks(P::SlowClock, &[F::TickOverrun], AT_ONCE);
+    list.add(Case::of(Trouble::WornFlash, &[], u64::MAX));
 }
 
 fn in_the_processor(list: &mut List) {
@@ -227,7 +231,7 @@ impl Trouble {
                 P::Panic | P::HardFault | P::Hang | P::Reset | P::ResetLoop | P::BrownOut
             ),
             Self::ResetAfter(_) | Self::StoredBit | Self::StoredBitOfTwo => true,
-            Self::Link(_) | Self::FastDrive(_) | Self::Calibration(..) => false,
+            Self::Link(_) | Self::FastDrive(_) | Self::Calibration(..) | Self::WornFlash => false,
         }
     }
 
@@ -235,7 +239,10 @@ impl Trouble {
     pub(crate) fn is_borne(self) -> bool {
         matches!(
             self,
-            Self::Link(_) | Self::Calibration(..) | Self::Breaks(PlantFault::NoSensor)
+            Self::Link(_)
+                | Self::Calibration(..)
+                | Self::WornFlash
+                | Self::Breaks(PlantFault::NoSensor)
         )
     }
 }
@@ -256,6 +263,7 @@ impl fmt::Display for Trouble {
             Self::StoredBitOfTwo => f.pad("bit of newer of two"),
             Self::Link(disturbance) => f.pad(disturbance.name),
             Self::FastDrive(fast) => f.pad(&format!("vacuum, {fast:?}")),
+            Self::WornFlash => f.pad("WornFlash"),
             Self::Calibration(_, _, name) => f.pad(&format!("upload of {name}")),
         }
     }

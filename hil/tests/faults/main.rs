@@ -225,6 +225,10 @@ fn run(case: &Case) -> Row {
     let told = [Kept::FactoryAsStoredIsBad, Kept::Outdated];
     let is_told = matches!(&kept, Ok(Ok(info)) if told.contains(&info.kept));
     let whole = use_it(&mut link, &calibrations);
+    if let Trouble::WornFlash = case.trouble {
+        let is_told = matches!(&whole, Ok(Ok(info)) if info.kept == Kept::No);
+        assert!(is_told, "a worn flash keeps nothing: {whole:?}");
+    }
     let lost = match (kept == known, whole) {
         (true, Ok(Ok(_))) => "nothing".to_owned(),
         (false, Ok(Ok(_))) if is_told => "the damaged one".to_owned(),
@@ -296,6 +300,10 @@ fn happen(
             for _ in 0..DISTURBED {
                 disturbance.send(link, &mut seed);
             }
+        }
+        Trouble::WornFlash => {
+            board.inject(None);
+            board.wear_out_flash().expect("a file");
         }
         Trouble::FastDrive(fast) => {
             board.inject(Some(PlantFault::Vacuum));

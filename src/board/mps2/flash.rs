@@ -3,7 +3,7 @@
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
-use plant_link::{FLASH, FLASH_ERASED};
+use plant_link::{FLASH, FLASH_ERASED, FLASH_IS_WORN};
 use semihosting::fs::File;
 use semihosting::io::{Read, Seek, SeekFrom, Write};
 
@@ -24,6 +24,9 @@ impl BoardFlash {
     }
 
     fn write_at(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        if File::open(FLASH_IS_WORN).is_ok() {
+            return Err(NorFlashErrorKind::Other);
+        }
         self.seek(offset)?;
         self.0
             .write_all(bytes)

@@ -182,6 +182,15 @@ impl EmulatedBoard {
         self.faults.begin(Some(fault), ticks);
     }
 
+    /// Wears out the board's flash: from now on it takes nothing more.
+    ///
+    /// # Errors
+    /// Where the system cannot.
+    pub fn wear_out_flash(&self) -> io::Result<()> {
+        let worn = OsStr::from_bytes(plant_link::FLASH_IS_WORN.to_bytes());
+        fs::write(self.directory.path().join(worn), [])
+    }
+
     /// Moves the position sensor's spot on the plate: x and y in micrometres from its centre.
     pub fn move_spot(&self, at_um: [f64; 2]) {
         self.surroundings

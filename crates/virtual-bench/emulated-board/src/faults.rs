@@ -64,6 +64,8 @@ pub enum PlantFault {
     BrownOut,
     /// Ten control ticks do not take place, once.
     MissedTicks,
+    /// The processor's clock is slow: every second control tick does not take place.
+    SlowClock,
     /// The firmware finds a defect in itself, once.
     Panic,
     /// The processor reads where nothing is, once.
@@ -227,6 +229,7 @@ impl PlantFault {
             Self::MissedTicks if age_ticks == 0 => {
                 sound.missed_ticks = SKIPPED_TICKS;
             }
+            Self::SlowClock => sound.missed_ticks = 1,
             _ => sound.upset = self.upset(age_ticks),
         }
         sound

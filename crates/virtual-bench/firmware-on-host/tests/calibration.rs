@@ -149,6 +149,37 @@ fn after_a_power_cut_at_any_operation_the_old_or_the_new_one_is_in_use() {
     }
 }
 
+#[test]
+fn a_flash_that_wears_out_at_any_operation_keeps_the_old_or_the_new_one_and_the_board_says_so() {
+    let flash = erased();
+    upload(&flash, &of_device("old"));
+    let before = flash.lock().clone();
+    upload(&flash, &of_device("new"));
+    let operations = flash.lock().operations() - before.operations();
+    for operation in (0..operations)
+        .step_by(13)
+        .chain(operations - 3..operations)
+    {
+        let flash = SharedFlash::new(before.clone());
+        flash.lock().wear_out_after(operation);
+        let used = upload(&flash, &of_device("new"));
+        assert_eq!(
+            used.device.as_str(),
+            "new",
+            "it is in use until the next reset"
+        );
+        assert_eq!(used.kept, kept_by(operation, operations), "{operation}");
+        let info = found(&flash);
+        let device = info.device.as_str();
+        assert_eq!(info.kept, Kept::Yes, "{operation}");
+        // One that lacks its seal only is there, although the board promised nothing.
+        assert!(
+            device == "new" || device == "old" && used.kept == Kept::No,
+            "{operation}: {device}"
+        );
+    }
+}
+
 /// What a board may say of an update that was cut at `operation` of `operations`: the last two take the seal off the record
 /// before, when the new one is whole.
 fn kept_by(operation: u64, operations: u64) -> Kept {

@@ -16,6 +16,8 @@ pub const FROM_PLANT: &CStr = c"from-plant";
 pub const FLASH: &CStr = c"flash";
 /// Its length.
 pub const FLASH_BYTES: usize = 48 * 1024;
+/// A file, in the emulator's working directory, whose presence says that the flash is worn out: it takes nothing more.
+pub const FLASH_IS_WORN: &CStr = c"flash-is-worn";
 /// What erased flash reads as.
 pub const FLASH_ERASED: u8 = 0xff;
 
