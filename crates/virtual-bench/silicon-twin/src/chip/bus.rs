@@ -57,7 +57,7 @@ impl Bus for Chip {
 
     #[inline]
     fn fetch(&mut self, address: u32) -> Result<Decoded, Abort> {
-        match Memory::region(address) {
+        match Memory::region_of_code(address) {
             Region::Flash(offset) => {
                 self.wait_for_flash(offset);
                 let acr = self.peripherals.flash.access_control();

@@ -93,6 +93,15 @@ impl Memory {
         }
     }
 
+    /// The same, sooner where code mostly is.
+    #[inline]
+    pub(crate) fn region_of_code(address: u32) -> Region {
+        match address.wrapping_sub(FLASH) as usize {
+            offset @ 0..FLASH_BYTES => Region::Flash(offset),
+            _ => Self::region(address),
+        }
+    }
+
     /// Reads from SRAM; `None` beyond its end.
     #[inline]
     pub(crate) fn sram<const BYTES: u32>(&self, offset: usize) -> Option<u32> {

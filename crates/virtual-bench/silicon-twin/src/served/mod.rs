@@ -18,12 +18,13 @@ use crate::{Failure, Image, ImageError, Twin};
 use link::Link;
 use stops::Stops;
 
-/// What the board does between two looks at its links: a frame of USB.
-const SLICE_S: f64 = 1e-3;
+/// What the board does between two looks at its links, at most: short beside a frame of USB, so that a request waits for
+/// the bus and not for a look.
+const SLICE_S: f64 = 2e-4;
 /// Control ticks in that time.
-const TICKS: u32 = 10;
-/// By then a board has checked its heaters, twice with a pause of a quarter of a second.
-const CHECKED_S: f64 = 0.26;
+const TICKS: u32 = 2;
+/// By then a board has started, which takes some 20 ms, and checked its heaters, twice with a pause of a quarter of a second.
+const CHECKED_S: f64 = 0.3;
 /// How long a board may take by the wall's clock until its host knows it: twenty times what it takes on two idle cores.
 const START_TIMEOUT: Duration = Duration::from_secs(20);
 
