@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use emulated_board::{Connected, EmulatedBoard, Emulation, Speed, private_directory};
 use measurement::MeasurementFile;
+use silicon_twin::served::{ServedTwin, Serving};
 use tempfile::TempDir;
 use virtual_mirror::MirrorConfig;
 
@@ -23,10 +24,14 @@ const LOOK: Duration = Duration::from_millis(1);
 /// The resistors on an emulated board.
 const RESISTORS_OHM: f64 = 499.0;
 
+/// Which emulator makes the boards of [`Bench::new`]: QEMU where it is not set, the silicon twin where it is `g474`.
+const EMULATOR: &str = "MIRROR_EMULATOR";
+
 /// A board and the tool in front of it.
 pub struct Bench {
     board: String,
     emulated: Option<EmulatedBoard>,
+    twin: Option<ServedTwin>,
     directory: TempDir,
     _turn: Option<MutexGuard<'static, ()>>,
 }
@@ -51,7 +56,7 @@ impl Said {
 }
 
 impl Bench {
-    /// The board that `MIRROR_BOARD` names, or a new emulated one.
+    /// The board that `MIRROR_BOARD` names, or a new emulated one, by the emulator that `MIRROR_EMULATOR` names.
     ///
     /// # Panics
     /// Where an emulated board does not start.
@@ -60,10 +65,37 @@ impl Bench {
             Ok(board) => Self {
                 board,
                 emulated: None,
+                twin: None,
                 directory: private_directory().expect("a directory"),
                 _turn: Some(REAL_BOARD.lock().unwrap_or_else(PoisonError::into_inner)),
             },
+            Err(_) if std::env::var_os(EMULATOR).is_some_and(|name| name == "g474") => {
+                Self::on_twin(MirrorConfig::bench())
+            }
             Err(_) => Self::emulated(MirrorConfig::bench()),
+        }
+    }
+
+    /// A new silicon twin with this mirror on it, and the image that is flashed in it.
+    ///
+    /// # Panics
+    /// Where it does not start.
+    pub fn on_twin(mirror: MirrorConfig) -> Self {
+        let directory = private_directory().expect("a directory");
+        let serving = Serving {
+            image: flashed_image(),
+            connected: Connected::Mirror(Box::new(mirror)),
+            boards_directory: directory.path().to_owned(),
+            name: "twin".to_owned(),
+            speed: Speed::Fastest,
+        };
+        let twin = ServedTwin::start(&serving).unwrap_or_else(|error| panic!("{error}"));
+        Self {
+            board: twin.socket().to_string_lossy().into_owned(),
+            emulated: None,
+            twin: Some(twin),
+            directory,
+            _turn: None,
         }
     }
 
@@ -129,6 +161,7 @@ impl Bench {
         Self {
             board,
             emulated: Some(emulated),
+            twin: None,
             directory,
             _turn: None,
         }
@@ -141,7 +174,7 @@ impl Bench {
 
     /// Whether it is one of this bench's own, emulated ones.
     pub fn is_emulated(&self) -> bool {
-        self.emulated.is_some()
+        self.emulated.is_some() || self.twin.is_some()
     }
 
     /// A directory of this bench's own.
@@ -149,7 +182,12 @@ impl Bench {
         self.directory.path()
     }
 
-    /// The emulated board; `None` for a real one.
+    /// The silicon twin; `None` for another board.
+    pub fn twin(&self) -> Option<&ServedTwin> {
+        self.twin.as_ref()
+    }
+
+    /// The board in QEMU; `None` for another one.
     pub fn emulated_board(&mut self) -> Option<&mut EmulatedBoard> {
         self.emulated.as_mut()
     }
@@ -291,7 +329,7 @@ impl Default for Bench {
 impl Drop for Bench {
     /// A real board is left with its channels off, whatever a check did.
     fn drop(&mut self) {
-        if self.emulated.is_none() {
+        if !self.is_emulated() {
             let _ = self.start_tool(&["off"]).wait();
         }
     }
@@ -314,6 +352,11 @@ impl From<Child> for Said {
     fn from(tool: Child) -> Self {
         finish(tool)
     }
+}
+
+/// The image that `cargo xtask flash` writes into a driver board.
+pub fn flashed_image() -> PathBuf {
+    target_directory().join("thumbv7em-none-eabihf/firmware/stm32g474")
 }
 
 fn target_directory() -> PathBuf {

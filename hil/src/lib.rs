@@ -8,7 +8,7 @@ mod disturb;
 mod processor;
 mod raw;
 
-pub use bench::{Bench, Said};
+pub use bench::{Bench, Said, flashed_image};
 pub use disturb::{DISTURBANCES, Disturbance};
 pub use processor::processor_s;
 pub use raw::RawLink;

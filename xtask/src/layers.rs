@@ -263,6 +263,7 @@ const ALLOWED: &[Allowed] = &[
             "host-tool",
             "measurement",
             "mirror-protocol",
+            "silicon-twin",
             "virtual-mirror",
         ],
     ),

@@ -1,0 +1,121 @@
+//! The image that is flashed, byte for byte, on the silicon twin: what no test of the same application on another chip
+//! can tell.
+
+use std::fs;
+
+use emulated_board::Connected;
+use hil::{Bench, flashed_image};
+use silicon_twin::board::Board;
+use silicon_twin::chip::Reset;
+use silicon_twin::{Image, Twin};
+use virtual_mirror::MirrorConfig;
+
+/// Interrupts (RM0440, table 97): the conversions' end, and the one in which the control loop runs.
+const ADC1_2: u32 = 18;
+const UART5: u32 = 53;
+
+/// A board with the bench mirror, when power comes.
+fn twin() -> Twin {
+    let elf = fs::read(flashed_image()).expect("an image: `cargo xtask build stm32g474`");
+    let image = Image::from_elf(&elf).expect("an image for this chip");
+    let mirror = Connected::Mirror(Box::new(MirrorConfig::bench()));
+    Twin::new(image, Board::new(&mirror).expect("a mirror")).expect("vectors")
+}
+
+#[track_caller]
+fn run(twin: &mut Twin, seconds: f64) {
+    twin.run_for(seconds)
+        .unwrap_or_else(|failure| panic!("{failure}"));
+}
+
+/// Long enough for the start, some 20 ms, and for 300 control ticks.
+const START_S: f64 = 0.05;
+
+#[test]
+fn it_comes_up_and_two_runs_leave_one_trace() {
+    let runs = [0, 1].map(|_| {
+        let mut twin = twin();
+        run(&mut twin, START_S);
+        assert_eq!(twin.resets(), [Reset::Power]);
+        (twin.chip.trace.ticks(), twin.chip.trace.hash())
+    });
+    let [(ticks, hash), again] = &runs;
+    assert!((200..500).contains(ticks), "{ticks} ticks");
+    assert_eq!((ticks, hash), (&again.0, &again.1));
+    println!("{ticks} ticks, trace {hash}");
+}
+
+#[test]
+fn ticks_and_conversions_come_when_the_board_s_page_says() {
+    let mut twin = twin();
+    run(&mut twin, START_S);
+    let first = twin.chip.trace.last();
+    run(&mut twin, 0.01);
+    let last = twin.chip.trace.last();
+    // 170 MHz, four periods of 4250 counts: 10 kHz to the cycle.
+    assert_eq!((last.cycle - first.cycle) % 17_000, 0);
+    assert_eq!((last.cycle - first.cycle) / 17_000, 100);
+    // Four ranks of 16 conversions of 37 clocks of 42.5 MHz: 55.7 us, and the trigger's latency of three clocks.
+    let converted_us =
+        (last.converted as i64 - last.cycle as i64).rem_euclid(17_000) as f64 / 170.0;
+    assert!((55.7..55.9).contains(&converted_us), "{converted_us} us");
+    // At 0 V the pedestal of 649 steps, and an offset that is good for 40 uV, or 21 steps, on each of five sigmas.
+    assert!(
+        last.currents.iter().all(|code| code.abs_diff(649) < 105),
+        "{last:?}"
+    );
+    // 5 V, halved: 2.5 V of 3.3 V in 16 bits, within the noise of one reading.
+    assert!(last.supply.abs_diff(49_648) < 40, "{last:?}");
+}
+
+#[test]
+fn every_conversion_is_taken_by_a_tick_of_the_control_loop() {
+    let mut twin = twin();
+    run(&mut twin, 0.3);
+    let (ends, ticks) = (twin.timing.interrupt(ADC1_2), twin.timing.interrupt(UART5));
+    assert!(ends.count - ticks.count <= 1, "{ends:?} {ticks:?}");
+    // The deadline: what is left of 100 us after the conversions (docs/board.md).
+    let longest_us = ticks.longest as f64 / 170.0;
+    assert!(longest_us < 44.0, "{longest_us} us");
+    println!("longest tick {longest_us:.1} us");
+}
+
+#[test]
+fn a_program_that_hangs_is_reset_by_the_watchdog_with_its_outputs_off() {
+    let mut twin = twin();
+    run(&mut twin, START_S);
+    assert!(twin.chip.compares().1, "outputs are enabled");
+    twin.hang();
+    let hung_s = twin.seconds();
+    twin.run_until(|twin| twin.resets().len() > 1)
+        .unwrap_or_else(|failure| panic!("{failure}"));
+    assert_eq!(twin.resets(), [Reset::Power, Reset::Watchdog]);
+    // Half a second of LSI, whose 32 kHz are good for 3 %.
+    let took_s = twin.seconds() - hung_s;
+    assert!((0.4..0.52).contains(&took_s), "{took_s} s");
+    assert!(!twin.chip.compares().1, "the reset disables the outputs");
+    run(&mut twin, START_S);
+    assert!(twin.chip.watchdog_feeds() > 0, "it has come up again");
+}
+
+#[test]
+fn a_tool_reaches_it_over_the_firmware_s_own_usb_driver() {
+    let bench = Bench::on_twin(MirrorConfig::bench());
+    let status = bench.json(&["status"]);
+    assert_eq!(status["identity"]["board"], "STM32G474RE driver board");
+    let report = bench.json(&["set-z", "120um", "--settle", "500ms"]);
+    // The output filter's lag, in which a current is none that a heater could have.
+    assert_eq!(
+        report["limited_by"],
+        serde_json::json!(["resistance-unknown"]),
+        "{report}"
+    );
+    let drives = report["drive_v"].as_array().expect("four drives");
+    let is_driven =
+        |drive: &serde_json::Value| drive.as_f64().is_some_and(|v| (2.0..3.5).contains(&v));
+    assert!(drives.iter().all(is_driven), "{report}");
+    bench.json(&["off"]);
+    assert!(bench.is_off());
+    let twin = bench.twin().expect("a twin");
+    assert_eq!(twin.failure(), None);
+}
