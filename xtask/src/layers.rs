@@ -250,6 +250,7 @@ const ALLOWED: &[Allowed] = &[
             "experiments",
             "host-tool",
             "mirror-model",
+            "silicon-twin",
             "virtual-mirror",
             "virtual-sessions",
             "xtask",

@@ -133,7 +133,10 @@ fn after_a_power_cut_at_any_operation_the_old_or_the_new_one_is_in_use() {
     let words = BYTES.div_ceil(WORD_BYTES) as u64;
     assert!(operations > words, "{operations}");
     // Every operation is cut in `calibration-store`; here some, through the whole firmware.
-    for operation in (0..operations).step_by(17).chain(operations - 5..operations) {
+    for operation in (0..operations)
+        .step_by(17)
+        .chain(operations - 5..operations)
+    {
         let flash = SharedFlash::new(before.reseeded(operation));
         flash.lock().cut_power_after(operation);
         let acknowledged = upload(&flash, &of_device("new")).kept;
@@ -233,7 +236,10 @@ fn after_a_power_cut_at_any_operation_the_old_or_the_new_sense_is_in_use_and_the
     let before = flash.lock().clone();
     set_sense(&flash, 0.99);
     let operations = flash.lock().operations() - before.operations();
-    for operation in (0..operations).step_by(17).chain(operations - 5..operations) {
+    for operation in (0..operations)
+        .step_by(17)
+        .chain(operations - 5..operations)
+    {
         let flash = SharedFlash::new(before.reseeded(operation));
         flash.lock().cut_power_after(operation);
         let acknowledged = set_sense(&flash, 0.99).kept;

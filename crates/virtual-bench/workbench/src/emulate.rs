@@ -9,8 +9,8 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use board_sockets::boards_directory;
 use emulated_board::{Connected, EmulatedBoard, Emulation, Speed, private_directory};
+use silicon_twin::served::{ServedTwin, Serving};
 use virtual_mirror::MirrorConfig;
-
 use xtask::images::{self, Board};
 use xtask::setup;
 use xtask::tool;
@@ -21,6 +21,9 @@ const INTERRUPTED: i32 = 130;
 /// An emulated board, and what to do with it.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
+    /// Which board: `mps2`, the firmware on another chip in QEMU, or `g474`, the flashed image on the silicon twin.
+    #[arg(long, default_value = "mps2")]
+    board: Emulator,
     /// The mirror on the board, a TOML file; without it the project's own.
     #[arg(long)]
     mirror: Option<PathBuf>,
@@ -39,6 +42,86 @@ pub(crate) struct Arguments {
     command: Vec<String>,
 }
 
+/// What emulates a board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Emulator {
+    /// MPS2-AN386 in QEMU.
+    Mps2,
+    /// The driver board's chip at register level.
+    G474,
+}
+
+/// A board that runs.
+enum Running {
+    Mps2(EmulatedBoard),
+    G474(ServedTwin),
+}
+
+impl Running {
+    fn socket(&self) -> &Path {
+        match self {
+            Self::Mps2(board) => board.socket(),
+            Self::G474(twin) => twin.socket(),
+        }
+    }
+
+    fn simulated_s(&self) -> f64 {
+        match self {
+            Self::Mps2(board) => board.simulated_s(),
+            Self::G474(twin) => twin.simulated_s(),
+        }
+    }
+
+    /// Files that go with it: of the emulator's process, where there is one.
+    fn files(&self) -> &Path {
+        match self {
+            Self::Mps2(board) => board.directory(),
+            Self::G474(twin) => twin.socket(),
+        }
+    }
+
+    /// Why it ended, if it did.
+    fn end(&mut self) -> Result<Option<String>> {
+        Ok(match self {
+            Self::Mps2(board) => board.exit_status()?.map(|status| status.to_string()),
+            Self::G474(twin) => twin.failure(),
+        })
+    }
+
+    fn log(&self) -> Vec<String> {
+        match self {
+            Self::Mps2(board) => board.log(),
+            Self::G474(twin) => twin.log().unwrap_or_default(),
+        }
+    }
+
+    /// Moves what is around the mirror, where `words` ask for that; whether they do.
+    fn surround(&self, words: &[String]) -> bool {
+        let (Some(what), numbers) = (words.first(), &words[words.len().min(1)..]) else {
+            return false;
+        };
+        let Self::Mps2(board) = self else {
+            return false;
+        };
+        match what.as_str() {
+            "spot" => match parse(numbers) {
+                Some(at_um) => board.move_spot(at_um),
+                None => println!("`spot X Y`: two numbers of micrometres from the plate's centre"),
+            },
+            "stage" => match parse(numbers) {
+                Some([um]) => board.move_stage(um),
+                None => println!("`stage UM`: a number of micrometres, towards the substrate"),
+            },
+            "oven" => match parse(numbers) {
+                Some([celsius]) => board.set_oven(celsius),
+                None => println!("`oven CELSIUS`: a number of degrees"),
+            },
+            _ => return false,
+        }
+        true
+    }
+}
+
 /// Runs one command, or reads commands until the input ends.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     // A board for one command is nobody else's business.
@@ -48,7 +131,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         false => private.path().to_owned(),
     };
     let mut board = start(arguments, directory)?;
-    tidy_up_when_interrupted([board.socket(), board.directory(), private.path()])?;
+    tidy_up_when_interrupted([board.socket(), board.files(), private.path()])?;
     let started = Instant::now();
     let before = board.simulated_s();
     let code = if arguments.command.is_empty() {
@@ -70,23 +153,38 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(code)
 }
 
-fn start(arguments: &Arguments, boards_directory: PathBuf) -> Result<EmulatedBoard> {
-    setup::qemu()?;
-    let image = images::build(Board::Mps2)?;
+fn start(arguments: &Arguments, boards_directory: PathBuf) -> Result<Running> {
+    let image = match arguments.board {
+        Emulator::Mps2 => {
+            setup::qemu()?;
+            images::build(Board::Mps2)?
+        }
+        Emulator::G474 => images::build(Board::Stm32g474)?,
+    };
     let mirror = match &arguments.mirror {
         Some(path) => MirrorConfig::from_file(path)?,
         None => MirrorConfig::bench(),
     };
-    let emulation = Emulation {
-        image,
-        connected: Connected::Mirror(Box::new(mirror)),
-        boards_directory,
-        name: arguments.name.clone(),
-        flash: None,
-        speed: arguments.speed.unwrap_or_default(),
-        has_monitor: false,
-    };
-    Ok(EmulatedBoard::start(&emulation)?)
+    let connected = Connected::Mirror(Box::new(mirror));
+    let (name, speed) = (arguments.name.clone(), arguments.speed.unwrap_or_default());
+    Ok(match arguments.board {
+        Emulator::Mps2 => Running::Mps2(EmulatedBoard::start(&Emulation {
+            image,
+            connected,
+            boards_directory,
+            name,
+            flash: None,
+            speed,
+            has_monitor: false,
+        })?),
+        Emulator::G474 => Running::G474(ServedTwin::start(&Serving {
+            image,
+            connected,
+            boards_directory,
+            name,
+            speed,
+        })?),
+    })
 }
 
 /// Ctrl-C ends this process where it stands. The emulator ends by itself, as its plant is gone; the
@@ -105,7 +203,7 @@ fn tidy_up_when_interrupted(leftovers: [&Path; 3]) -> Result<()> {
 }
 
 /// Runs the host tool against `board`.
-fn host_tool(board: &EmulatedBoard, words: &[String]) -> Result<ExitCode> {
+fn host_tool(board: &Running, words: &[String]) -> Result<ExitCode> {
     let status = tool::command()
         .args(words)
         .env("MIRROR_BOARD", board.socket())
@@ -114,21 +212,23 @@ fn host_tool(board: &EmulatedBoard, words: &[String]) -> Result<ExitCode> {
     Ok(ExitCode::from(status.code().map_or(1, |code| code as u8)))
 }
 
-fn print_log(board: &EmulatedBoard) {
+fn print_log(board: &Running) {
     for line in board.log() {
         eprintln!("firmware: {line}");
     }
 }
 
 /// Takes commands from a person until they are done.
-fn converse(board: &mut EmulatedBoard) -> Result<ExitCode> {
+fn converse(board: &mut Running) -> Result<ExitCode> {
     println!("The board is up as {}.", board.socket().display());
     println!("Type what you would say to host-tool, for example `set-z 120um`; `quit` ends it.");
     println!("Any host-tool in another terminal finds the board too.");
-    println!(
-        "`spot X Y` moves the position sensor's spot on the plate, `stage UM` the mirror under it, in micrometres;"
-    );
-    println!("`oven CELSIUS` brings the mirror to another temperature.");
+    if matches!(board, Running::Mps2(_)) {
+        println!(
+            "`spot X Y` moves the position sensor's spot on the plate, `stage UM` the mirror under it, in micrometres;"
+        );
+        println!("`oven CELSIUS` brings the mirror to another temperature.");
+    }
     let mut lines = io::stdin().lock().lines();
     loop {
         print!("host-tool> ");
@@ -140,31 +240,20 @@ fn converse(board: &mut EmulatedBoard) -> Result<ExitCode> {
         match words.first().map(String::as_str) {
             None => {}
             Some("quit" | "exit") => break,
-            Some("spot") => match numbers(&words[1..]) {
-                Some(at_um) => board.move_spot(at_um),
-                None => println!("`spot X Y`: two numbers of micrometres from the plate's centre"),
-            },
-            Some("stage") => match numbers(&words[1..]) {
-                Some([um]) => board.move_stage(um),
-                None => println!("`stage UM`: a number of micrometres, towards the substrate"),
-            },
-            Some("oven") => match numbers(&words[1..]) {
-                Some([celsius]) => board.set_oven(celsius),
-                None => println!("`oven CELSIUS`: a number of degrees"),
-            },
+            Some(_) if board.surround(&words) => {}
             // What went wrong has been said; the next command may go better.
             Some(_) => drop(host_tool(board, &words)?),
         }
-        if let Some(status) = board.exit_status()? {
+        if let Some(reason) = board.end()? {
             print_log(board);
-            anyhow::bail!("the emulated board ended ({status})");
+            anyhow::bail!("the emulated board ended ({reason})");
         }
     }
     Ok(ExitCode::SUCCESS)
 }
 
 /// So many numbers.
-fn numbers<const N: usize>(words: &[String]) -> Option<[f64; N]> {
+fn parse<const N: usize>(words: &[String]) -> Option<[f64; N]> {
     let numbers: Option<Vec<f64>> = words.iter().map(|word| word.parse().ok()).collect();
     numbers?.try_into().ok()
 }
