@@ -99,6 +99,26 @@ fn a_program_that_hangs_is_reset_by_the_watchdog_with_its_outputs_off() {
 }
 
 #[test]
+fn a_fault_turns_the_outputs_off_at_once_and_the_program_starts_anew() {
+    let mut twin = twin();
+    run(&mut twin, START_S);
+    assert!(twin.chip.compares().1, "outputs are enabled");
+    // Where nothing is.
+    twin.derail(0x6000_0000);
+    let before_s = twin.seconds();
+    while twin.chip.compares().1 {
+        twin.step().unwrap_or_else(|failure| panic!("{failure}"));
+    }
+    let took_us = (twin.seconds() - before_s) * 1e6;
+    // The exception's entry, and what the handler writes first.
+    assert!(took_us < 1.0, "{took_us} us");
+    println!("outputs off {took_us:.2} us after a fault");
+    run(&mut twin, START_S);
+    assert_eq!(twin.resets(), [Reset::Power, Reset::Software]);
+    assert!(twin.chip.watchdog_feeds() > 0, "it has come up again");
+}
+
+#[test]
 fn a_tool_reaches_it_over_the_firmware_s_own_usb_driver() {
     let bench = Bench::on_twin(MirrorConfig::bench());
     let status = bench.json(&["status"]);
@@ -118,4 +138,21 @@ fn a_tool_reaches_it_over_the_firmware_s_own_usb_driver() {
     assert!(bench.is_off());
     let twin = bench.twin().expect("a twin");
     assert_eq!(twin.failure(), None);
+}
+
+#[test]
+fn what_is_kept_in_flash_is_there_after_a_power_cut() {
+    let bench = Bench::on_twin(MirrorConfig::bench());
+    let found = bench.json(&["calibrate-sense"]);
+    assert_eq!(found["kept"], "Yes", "{found}");
+    let up_s = |bench: &Bench| bench.json(&["status"])["up_s"].as_f64().expect("seconds");
+    let before_s = up_s(&bench);
+    bench.twin().expect("a twin").cut_power();
+    assert!(up_s(&bench) < before_s, "it has started anew");
+    // The second calibration begins with what the first one kept.
+    let again = bench.json(&["calibrate-sense"]);
+    assert_eq!(
+        again["before"]["zero_a"], found["after"]["zero_a"],
+        "{again}"
+    );
 }

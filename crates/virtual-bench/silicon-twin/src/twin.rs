@@ -151,18 +151,42 @@ impl Twin {
         self.cpu.divert(SRAM + last as u32);
     }
 
+    /// Lets the program go on where it should not, at `address`, and handle the faults that come of it.
+    pub fn derail(&mut self, address: u32) {
+        self.cpu.stops_at_faults = false;
+        self.cpu.divert(address);
+    }
+
+    /// One instruction, or sleep up to the next event; what is due by then outside the processor.
+    ///
+    /// # Errors
+    /// As [`Self::run_for`].
+    pub fn step(&mut self) -> Result<(), Failure> {
+        self.execute()?;
+        match self.chip.clock.cycles >= self.chip.next_event() {
+            true => self.advance(),
+            false => Ok(()),
+        }
+    }
+
     /// Executes instructions up to the next event.
     fn run_to_event(&mut self) -> Result<(), Failure> {
         while self.chip.clock.cycles < self.chip.next_event() {
-            match self.cpu.step(&mut self.chip) {
-                Ok(0) => return self.sleep(),
-                Ok(cycles) => self.chip.clock.cycles += u64::from(cycles),
-                Err(halt) => return Err(self.halted(halt)),
-            }
-            if self.cpu.exception() != self.handled {
-                self.handled = self.cpu.exception();
-                self.timing.change(self.handled, self.chip.clock.cycles);
-            }
+            self.execute()?;
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn execute(&mut self) -> Result<(), Failure> {
+        match self.cpu.step(&mut self.chip) {
+            Ok(0) => self.sleep()?,
+            Ok(cycles) => self.chip.clock.cycles += u64::from(cycles),
+            Err(halt) => return Err(self.halted(halt)),
+        }
+        if self.cpu.exception() != self.handled {
+            self.handled = self.cpu.exception();
+            self.timing.change(self.handled, self.chip.clock.cycles);
         }
         Ok(())
     }

@@ -23,6 +23,9 @@ const FLASH_SIZE: u32 = 0x1fff_75e0;
 /// What erased flash reads as.
 const ERASED: u8 = 0xff;
 
+/// What RAM holds when power comes is random; a pattern repeats (RM0440 says nothing of it).
+const UNKNOWN: [u8; 2] = [0x5a, 0xa5];
+
 /// A slot of the cache that holds nothing yet.
 const EMPTY: Decoded = Decoded {
     instruction: Instruction::Unknown,
@@ -59,8 +62,7 @@ impl Memory {
         }
         Self {
             flash,
-            // What RAM holds when power comes is random; a constant pattern repeats (RM0440 says nothing of it).
-            sram: [0x5a, 0xa5].repeat(SRAM_BYTES / 2),
+            sram: UNKNOWN.repeat(SRAM_BYTES / 2),
             unique_id,
             decoded: vec![EMPTY; FLASH_BYTES / 2],
         }
@@ -127,6 +129,11 @@ impl Memory {
         let slot = self.sram.get_mut(offset..offset + BYTES as usize)?;
         slot.copy_from_slice(&value.to_le_bytes()[..BYTES as usize]);
         Some(())
+    }
+
+    /// Power went.
+    pub(crate) fn lose_ram(&mut self) {
+        self.sram = UNKNOWN.repeat(SRAM_BYTES / 2);
     }
 
     /// The whole RAM, for who looks at it from outside.

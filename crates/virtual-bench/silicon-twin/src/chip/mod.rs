@@ -187,12 +187,15 @@ impl Chip {
         chip
     }
 
-    /// The chip is reset: RAM, flash and the board go on, and some flags tell why.
+    /// The chip is reset: flash and the board go on, RAM too unless power went, and some flags tell why.
     pub fn reset(&mut self, reset: Reset) {
         self.settle();
         let mut flash = self.peripherals.flash.clone();
         match reset {
-            Reset::Power => flash.cut(&mut self.memory),
+            Reset::Power => {
+                flash.cut(&mut self.memory);
+                self.memory.lose_ram();
+            }
             _ => flash.finish(&mut self.memory),
         }
         flash.reset();

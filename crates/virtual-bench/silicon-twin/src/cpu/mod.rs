@@ -169,7 +169,7 @@ impl Cpu {
     /// Goes on at `address`, with interrupts masked.
     pub(crate) fn divert(&mut self, address: u32) {
         (self.next, self.it, self.primask) = (address, 0, true);
-        self.sleep = Sleep::Awake;
+        (self.sleep, self.has_event) = (Sleep::Awake, false);
     }
 
     /// Whether anything could wake it: an interrupt line, at a priority that is not masked for WFI.

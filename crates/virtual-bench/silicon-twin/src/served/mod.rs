@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 use emulated_board::{Connected, LogError, LogTable, Pace, Speed, StartError, claim_socket};
 
 use crate::board::Board;
+use crate::chip::Reset;
 use crate::rtt;
 use crate::{Failure, Image, ImageError, Twin};
 use link::Link;
@@ -91,6 +92,7 @@ struct Shared {
     simulated_us: AtomicU64,
     is_known: AtomicBool,
     ends: AtomicBool,
+    loses_power: AtomicBool,
     said: Mutex<Said>,
 }
 
@@ -178,6 +180,11 @@ impl ServedTwin {
         self.shared.simulated_us.load(Ordering::Relaxed) as f64 * 1e-6
     }
 
+    /// Takes the board's power away, whatever it does, and gives it back.
+    pub fn cut_power(&self) {
+        self.shared.loses_power.store(true, Ordering::Relaxed);
+    }
+
     /// Why the board ended, if it did.
     pub fn failure(&self) -> Option<String> {
         self.shared.said().failure.clone()
@@ -225,7 +232,11 @@ struct Worker {
 impl Worker {
     fn run(mut self) {
         while !self.shared.ends.load(Ordering::Relaxed) {
-            if let Err(failure) = self.twin.run_for(SLICE_S) {
+            let ran = match self.shared.loses_power.swap(false, Ordering::Relaxed) {
+                true => self.twin.reset(Reset::Power),
+                false => self.twin.run_for(SLICE_S),
+            };
+            if let Err(failure) = ran {
                 self.report();
                 self.shared.said().failure = Some(failure.to_string());
                 return;
