@@ -156,3 +156,33 @@ fn what_is_kept_in_flash_is_there_after_a_power_cut() {
         "{again}"
     );
 }
+
+#[test]
+fn no_tick_is_missed_or_late_with_traffic_and_flash_at_work() {
+    let bench = Bench::on_twin(MirrorConfig::bench());
+    bench.json(&["set-z", "120um", "--settle", "10ms"]);
+    bench.json(&[
+        "record",
+        "-o",
+        "moving.csv",
+        "--duration",
+        "300ms",
+        "--period",
+        "1ms",
+    ]);
+    // It is kept in flash.
+    bench.json(&["calibrate-sense"]);
+    let status = bench.json(&["status"]);
+    assert_eq!(
+        (&status["missed_ticks"], &status["late_ticks"]),
+        (&0.into(), &0.into())
+    );
+    let longest_us =
+        |number| bench.twin().expect("a twin").interrupt(number).longest as f64 / 170.0;
+    println!(
+        "longest: tick {:.1} us, conversions' end {:.1} us",
+        longest_us(UART5),
+        longest_us(ADC1_2)
+    );
+    assert!(longest_us(UART5) < 44.0, "{} us", longest_us(UART5));
+}

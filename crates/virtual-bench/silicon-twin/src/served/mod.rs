@@ -15,6 +15,7 @@ use emulated_board::{Connected, LogError, LogTable, Pace, Speed, StartError, cla
 use crate::board::Board;
 use crate::chip::Reset;
 use crate::rtt;
+use crate::timing::{Handling, Timing};
 use crate::{Failure, Image, ImageError, Twin};
 use link::Link;
 use stops::Stops;
@@ -100,6 +101,7 @@ struct Shared {
 struct Said {
     log: Vec<u8>,
     hash: String,
+    timing: Timing,
     failure: Option<String>,
 }
 
@@ -195,6 +197,11 @@ impl ServedTwin {
         self.shared.said().hash.clone()
     }
 
+    /// How interrupt `number` was handled so far.
+    pub fn interrupt(&self, number: u32) -> Handling {
+        self.shared.said().timing.interrupt(number)
+    }
+
     /// The firmware's log so far.
     ///
     /// # Errors
@@ -273,6 +280,7 @@ impl Worker {
                 .extend(rtt::take(self.twin.chip.memory.ram_mut(), at));
         }
         said.hash = self.twin.chip.trace.hash();
+        said.timing.clone_from(&self.twin.timing);
         if let Some(failure) = self.twin.chip.usb_host.failure() {
             said.failure = Some(failure.to_owned());
         }
