@@ -37,6 +37,7 @@ fn it_comes_up_and_two_runs_leave_one_trace() {
         let mut twin = twin();
         run(&mut twin, START_S);
         assert_eq!(twin.resets(), [Reset::Power]);
+        println!("image {}", twin.image().hash());
         (twin.chip.trace.ticks(), twin.chip.trace.hash())
     });
     let [(ticks, hash), again] = &runs;

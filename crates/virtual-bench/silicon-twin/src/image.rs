@@ -3,6 +3,7 @@
 use object::elf::{EF_ARM_ABI_FLOAT_HARD, EM_ARM, FileHeader32, PT_LOAD};
 use object::read::elf::{FileHeader, ProgramHeader};
 use object::{Endianness, Object, ObjectSymbol, SymbolKind};
+use sha2::{Digest, Sha256};
 
 use crate::chip::memory::{FLASH, FLASH_BYTES};
 
@@ -82,6 +83,19 @@ impl Image {
             functions,
             objects: symbols(&file, SymbolKind::Data),
         })
+    }
+
+    /// SHA-256 of what is written into the flash, with its addresses.
+    pub fn hash(&self) -> String {
+        let mut hash = Sha256::new();
+        for (address, bytes) in &self.segments {
+            hash.update(address.to_le_bytes());
+            hash.update(bytes);
+        }
+        hash.finalize()
+            .iter()
+            .map(|byte| format!("{byte:02x}"))
+            .collect()
     }
 
     /// The address of a variable.

@@ -77,6 +77,11 @@ impl Twin {
         })
     }
 
+    /// The program that runs.
+    pub fn image(&self) -> &Image {
+        &self.image
+    }
+
     /// Seconds since power came first.
     pub fn seconds(&self) -> f64 {
         self.chip.clock.seconds()

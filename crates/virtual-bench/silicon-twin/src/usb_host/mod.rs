@@ -267,15 +267,13 @@ impl UsbHost {
             }
             Progress::Done(data) => {
                 if let Err(wrong) = self.enumeration.take(&data) {
-                    self.fail(format!("{wrong} (request {request:?})"));
+                    self.fail(format!("{wrong} ({request})"));
                 }
             }
             Progress::Failed(_) if self.device().is_some() => {
                 self.answers.push_back((request, None));
             }
-            Progress::Failed(why) => {
-                self.fail(format!("{why} (request {request:?}, at {now_s:.3} s)"))
-            }
+            Progress::Failed(why) => self.fail(format!("{why} ({request}, after {now_s:.3} s)")),
         }
         (packet_bytes, false)
     }

@@ -1,5 +1,7 @@
 //! A control transfer, a transaction at a time (USB 2.0, section 8.5.3).
 
+use std::fmt;
+
 use crate::chip::usb::{Answer, Usb};
 
 /// A request on endpoint 0 (USB 2.0, section 9.3).
@@ -13,6 +15,12 @@ pub struct Request {
     pub value: u16,
     /// wLength: bytes that are read. What writes carries no data here.
     pub length: u16,
+}
+
+impl fmt::Display for Request {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "request {} of type {:#04x}", self.request, self.kind)
+    }
 }
 
 impl Request {
