@@ -260,7 +260,7 @@ fn examine(twin: &mut Twin) -> Result<(), String> {
     let ran = twin.run_until(|twin| {
         let tick = twin.chip.trace.last();
         let us_of = |cycles: u64| cycles as f64 / twin.chip.clock.hz() * 1e6;
-        let (compares, _) = twin.chip.compares();
+        let (compares, are_enabled) = twin.chip.compares();
         let drive_v = twin.chip.board.drive_v().into_iter().fold(0.0, f64::max);
         seen.highest_v = seen.highest_v.max(drive_v);
         let begins = twin.chip.trace.ticks() > seen.ticks;
@@ -268,7 +268,7 @@ fn examine(twin: &mut Twin) -> Result<(), String> {
             seen.ticks = twin.chip.trace.ticks();
             let us = us_of(tick.cycle - last.cycle);
             if last.are_enabled && us != 100.0 {
-                wrong.get_or_insert(format!("a tick of {us:.1} us"));
+                wrong.get_or_insert(format!("a tick of {us:.2} us"));
             }
             if was_enabled && !tick.are_enabled {
                 wrong.get_or_insert("the firmware trips, and turns its outputs off".to_owned());
@@ -288,7 +288,7 @@ fn examine(twin: &mut Twin) -> Result<(), String> {
         for (highest, code) in seen.highest.iter_mut().zip(tick.currents) {
             *highest = (*highest).max(code);
         }
-        seen.driven_early |= !was_enabled && drive_v > 5e-3;
+        seen.driven_early |= !was_enabled && !are_enabled && drive_v > 5e-3;
         wrong.is_some() || twin.resets().len() > 1 || twin.seconds() >= START_S
     });
     ran.map_err(|failure| failure.what)?;
