@@ -34,10 +34,6 @@ const RUNNER_OUTCOMES: [&str; 6] = [
     "test result: FAILED. 2 passed; 3 failed",
 ];
 
-/// The one acceptance check that a board with an output filter does not pass: for two ticks after a step its lag makes the
-/// core take the resistance for unknown, and the limit is told (docs, the silicon twin).
-const NOT_ON_THE_TWIN: &str = "a_position_takes_drive_current_and_heat_on_every_channel";
-
 /// Programs of tests that take less are not told one by one.
 const TOLD: Duration = Duration::from_secs(5);
 
@@ -160,9 +156,7 @@ pub(crate) fn run_all(full: bool) -> Result<()> {
         let checks = programs.find(|program| program.name == "tests/acceptance");
         let checks = checks.context("the acceptance checks were not built")?;
         let mut command = checks.command();
-        run(command
-            .env("MIRROR_EMULATOR", "g474")
-            .args(["--skip", NOT_ON_THE_TWIN]))
+        run(command.env("MIRROR_EMULATOR", "g474"))
     })?;
     if full {
         gate.step("documentation, and the examples in it", |_| documentation())?;

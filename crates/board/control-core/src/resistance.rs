@@ -52,29 +52,90 @@ impl Thermometer {
 
 /// Sensed resistance over the model's: the first-order mean of recent ticks.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Correction(f32);
+pub(crate) struct Correction {
+    factor: f32,
+    /// Ticks in succession that were not plausible.
+    implausible: u8,
+}
 
 impl Correction {
     /// The model's resistance is right.
-    pub(crate) const NONE: Self = Self(1.0);
-    /// A resistance that is further from the model's is a fault or noise, and not warmth.
+    pub(crate) const NONE: Self = Self {
+        factor: 1.0,
+        implausible: 0,
+    };
+    /// A resistance that is further from the model's is a fault or noise, or the drive of a step that is on its way through the
+    /// output filter, and not warmth.
     const PLAUSIBLE: f32 = 0.25;
+    /// A step of any height is through the filter to within that by the third tick: 1 - (1 + x) exp(-x) of its two poles is
+    /// 0.89 at x = 0.3 ms x 2 pi 2 kHz. What lasts for twice as long is a fault or noise.
+    const SETTLED: u8 = 6;
     /// Part of the way to a new reading that a tick goes: the mean of some eight.
     const PACE: f32 = 0.125;
 
     /// The factor from the model's resistance to the sensed one.
     pub(crate) fn factor(self) -> f32 {
-        self.0
+        self.factor
     }
 
     /// A tick that sensed `ratio` times the model's resistance.
     pub(crate) fn update(&mut self, ratio: f32, limits: &mut Limits) {
         let off = ratio - 1.0;
         if off.abs() < Self::PLAUSIBLE {
-            self.0 += Self::PACE * (ratio - self.0);
+            self.factor += Self::PACE * (ratio - self.factor);
+            self.implausible = 0;
+        } else if self.implausible < Self::SETTLED {
+            self.implausible += 1;
         } else {
             limits.insert(Limit::ResistanceUnknown);
-            *self = Self::NONE;
+            self.factor = 1.0;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a heater of `factor` times the model's resistance reads after a step from nothing, tick by tick, through two
+    /// poles of 2 kHz.
+    fn after_a_step(factor: f32) -> impl Iterator<Item = f32> {
+        (1..50).map(move |tick| {
+            let x = core::f64::consts::TAU * 2e3 * 1e-4 * f64::from(tick);
+            let arrived = 1.0 - (1.0 + x) * (-x).exp();
+            factor / arrived as f32
+        })
+    }
+
+    #[test]
+    fn a_step_through_the_output_filter_is_no_other_resistance() {
+        let mut correction = Correction {
+            factor: 1.1,
+            ..Correction::NONE
+        };
+        let mut limits = Limits::default();
+        for ratio in after_a_step(1.1) {
+            correction.update(ratio, &mut limits);
+            // The third tick's reading, 12 % off, comes in with an eighth.
+            assert!((correction.factor() - 1.1).abs() < 0.03, "{correction:?}");
+        }
+        assert!((correction.factor() - 1.1).abs() < 1e-3, "{correction:?}");
+        assert_eq!(limits, Limits::default());
+    }
+
+    #[test]
+    fn what_stays_implausible_is_named_and_not_used() {
+        let mut correction = Correction {
+            factor: 1.1,
+            ..Correction::NONE
+        };
+        let mut limits = Limits::default();
+        for _ in 0..Correction::SETTLED {
+            correction.update(2.0, &mut limits);
+        }
+        assert_eq!((correction.factor(), limits), (1.1, Limits::default()));
+        correction.update(f32::NAN, &mut limits);
+        assert_eq!(correction.factor(), 1.0);
+        assert!(limits.contains(Limit::ResistanceUnknown));
     }
 }
