@@ -213,6 +213,11 @@ const MISTAKES: &[Row] = &[
 /// What is not caught by a start, and why that is so.
 const NOT_CAUGHT: &[(&str, &str)] = &[
     (
+        "USB: a reset does not interrupt",
+        "the driver looks for a reset at every interrupt, and another one comes too; without the fault log's first \
+         erasure, which makes the start longer, the device does not answer",
+    ),
+    (
         "TIM1: disabled outputs float",
         "the board's pull-downs hold them low as well",
     ),
