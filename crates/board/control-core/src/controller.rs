@@ -405,7 +405,7 @@ mod tests {
         let setpoint = Setpoint::Track(Micrometre(50.0));
         let mut applied = [Volt(0.0); CHANNELS];
         let mut told = false;
-        for current in [40e-3, 1e-5].into_iter().cycle().take(30) {
+        for current in [40e-3, 1e-5].into_iter().cycle().take(100) {
             let step = controller.step(setpoint, applied, [Ampere(current); CHANNELS]);
             told |= step.limits.contains(Limit::ResistanceUnknown);
             applied = step.drives;

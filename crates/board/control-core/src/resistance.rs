@@ -67,9 +67,10 @@ impl Correction {
     /// A resistance that is further from the model's is a fault or noise, or the drive of a step that is on its way through the
     /// output filter, and not warmth.
     const PLAUSIBLE: f32 = 0.25;
-    /// A step of any height is through the filter to within that by the third tick: 1 - (1 + x) exp(-x) of its two poles is
-    /// 0.89 at x = 0.3 ms x 2 pi 2 kHz. What lasts for twice as long is a fault or noise.
-    const SETTLED: u8 = 6;
+    /// So many ticks are waited for the drive to arrive. What is sensed is the drive of 2.6 ticks ago: two poles of the output
+    /// filter, 0.16 ms, and the conversion's tick. A drive that rises from zero as the cube of time is within
+    /// that of what it was then after 36 ticks, a step after three. What lasts longer is a fault or noise.
+    const SETTLED: u8 = 40;
     /// Part of the way to a new reading that a tick goes: the mean of some eight.
     const PACE: f32 = 0.125;
 
@@ -116,11 +117,23 @@ mod tests {
         let mut limits = Limits::default();
         for ratio in after_a_step(1.1) {
             correction.update(ratio, &mut limits);
-            // The third tick's reading, 12 % off, comes in with an eighth.
+            // The third tick's reading, 12 % off, comes in with an eighth, and the fourth's.
             assert!((correction.factor() - 1.1).abs() < 0.03, "{correction:?}");
         }
         assert!((correction.factor() - 1.1).abs() < 1e-3, "{correction:?}");
         assert_eq!(limits, Limits::default());
+    }
+
+    #[test]
+    fn a_drive_that_rises_from_zero_is_no_other_resistance() {
+        for power in 1..=3 {
+            let (mut correction, mut limits) = (Correction::NONE, Limits::default());
+            for tick in 3..200 {
+                let sensed = (f64::from(tick) - 2.6) / f64::from(tick);
+                correction.update((1.0 / sensed.powi(power)) as f32, &mut limits);
+            }
+            assert_eq!(limits, Limits::default(), "power {power}");
+        }
     }
 
     #[test]
