@@ -15,8 +15,8 @@ fn config() -> MirrorConfig {
 const GRID_UM: [f64; 3] = [-50.0, 0.0, 50.0];
 
 /// The person: wherever the tool asks for the spot it is moved to, and Enter is pressed, until `enough` points are read or the
-/// tool ends.
-fn scan(bench: &mut Bench, tool: &mut Child, enough: usize) -> String {
+/// tool ends; then `stop` ends it.
+fn scan(bench: &mut Bench, tool: &mut Child, enough: usize, stop: fn(&mut Child)) -> String {
     let mut keys = tool.stdin.take().expect("piped");
     let mut said = BufReader::new(tool.stderr.take().expect("piped"));
     let board = bench.emulated_board().expect("emulated");
@@ -38,7 +38,7 @@ fn scan(bench: &mut Bench, tool: &mut Child, enough: usize) -> String {
         board.move_spot([number(" x "), number(" y ")]);
         writeln!(keys).expect("it listens");
     }
-    interrupt(tool);
+    stop(tool);
     said.read_to_string(&mut all).expect("text");
     all
 }
@@ -57,7 +57,7 @@ fn a_scan_finds_the_angles_that_the_plate_has() {
     let mut bench = Bench::emulated(config());
     grid(&bench);
     let mut tool = bench.talk_to_tool(&WORDS);
-    let err = scan(&mut bench, &mut tool, usize::MAX);
+    let err = scan(&mut bench, &mut tool, usize::MAX, |tool| interrupt(tool));
     let said = Said::from(tool);
     assert_eq!(said.code, 0, "{err}");
 
@@ -99,7 +99,7 @@ fn ctrl_c_leaves_the_channels_off_and_the_points_that_were_read() {
     let mut bench = Bench::emulated(config());
     grid(&bench);
     let mut tool = bench.talk_to_tool(&WORDS);
-    let err = scan(&mut bench, &mut tool, 22);
+    let err = scan(&mut bench, &mut tool, 22, |tool| interrupt(tool));
     let said = Said::from(tool);
     assert_eq!(said.code, 0, "{err}");
     assert!(said.out.contains("\"interrupted\":true"), "{}", said.out);
@@ -115,6 +115,25 @@ fn ctrl_c_leaves_the_channels_off_and_the_points_that_were_read() {
     let session = Session::load(&[file]).expect("a measurement file");
     assert_eq!(session.files[0].1.keys.get("partial"), Some("interrupted"));
     assert_eq!(session.files[0].1.rows.len(), 2);
+}
+
+#[test]
+fn kill_9_leaves_the_points_that_were_read() {
+    let mut bench = Bench::emulated(config());
+    grid(&bench);
+    let mut tool = bench.talk_to_tool(&WORDS);
+    scan(&mut bench, &mut tool, 23, |tool| {
+        tool.kill().expect("it dies")
+    });
+    let read = |name: &str| std::fs::read_to_string(bench.directory().join(name));
+    let whole = read("plane.2.xyz").expect("a scan");
+    assert_eq!(whole.lines().count(), 2 + 9, "{whole}");
+    let part = read("plane.3.xyz").expect("the scan so far");
+    assert!(part.contains("partial=the scan did not end"), "{part}");
+    let points = part.lines().count() - 3;
+    assert!((4..=5).contains(&points), "{part}");
+    let again = bench.json(&["measure", "plane", "--from", "plane.3.xyz"]);
+    assert_eq!(again["points"], points);
 }
 
 #[test]

@@ -103,7 +103,7 @@ impl GrowingFile {
     }
 
     /// Takes it away.
-    pub(crate) fn discard(self) -> Result<(), ToolError> {
+    pub(crate) fn discard(&self) -> Result<(), ToolError> {
         fs::remove_file(self.name()).map_err(|source| ToolError::Write {
             path: self.name().to_owned(),
             source,

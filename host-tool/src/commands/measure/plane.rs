@@ -1,6 +1,8 @@
 //! `measure plane`: the tilt of the plate from a scan of points over it, the paper's second procedure.
 
 use std::fmt;
+use std::fs::File;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use measurement::Plane;
@@ -17,7 +19,7 @@ use super::spots::{Spots, parse};
 use crate::board::Board;
 use crate::cli;
 use crate::error::ToolError;
-use crate::new_file::NewFile;
+use crate::new_file::{GrowingFile, NewFile};
 use crate::quantity::{Span, Voltage};
 use crate::report::{self, decimal};
 
@@ -73,7 +75,7 @@ pub(crate) async fn run(board: &Board, ask: cli::Plane, json: bool) -> Result<()
         settle: ask.settle,
         levels: Vec::new(),
     };
-    let ended = attended(board, &interrupt, scan.perform(&ask.volts)).await;
+    let ended = attended(board, &interrupt, scan.perform(&ask.volts, scan_files)).await;
     let off = board.off().await.map(drop);
     let ended = ended.and_then(|ended| off.map(|()| ended));
 
@@ -87,17 +89,15 @@ pub(crate) async fn run(board: &Board, ask: cli::Plane, json: bool) -> Result<()
     if let Some(partial) = &partial {
         measured.keys.set("partial", partial);
     }
-    for (scanned, file) in scan.levels.iter().zip(scan_files) {
-        if !scanned.points.is_empty() {
-            report
-                .files
-                .push(file.write(&scanned.text(partial.as_deref()))?);
-        }
+    let rest_um = scan.rest_um();
+    for scanned in &mut scan.levels {
+        scanned.finish(partial.as_deref())?;
+        report.files.extend(scanned.kept.clone());
         if let (Some(row), Some(plane)) = (scanned.row, Plane::through(&scanned.points)) {
             measured.rows.push(Row {
                 tilt_x_deg: Some(plane.tilt_x_deg),
                 tilt_y_deg: Some(plane.tilt_y_deg),
-                z_um: scan.rest_um().map(|rest_um| plane.z_um - rest_um),
+                z_um: rest_um.map(|rest_um| plane.z_um - rest_um),
                 ..row
             });
             report.levels.push(Level {
@@ -137,17 +137,18 @@ struct Scanned {
     points: Vec<[f64; 3]>,
     /// Time, drives and currents, once all points are read.
     row: Option<Row>,
+    /// Takes every point at once, so that it outlives this process.
+    file: GrowingFile,
+    output: File,
+    /// The file, once it is whole.
+    kept: Option<PathBuf>,
 }
 
 impl Scan<'_> {
-    async fn perform(&mut self, volts: &[Voltage]) -> Result<(), ToolError> {
+    async fn perform(&mut self, volts: &[Voltage], files: Vec<NewFile>) -> Result<(), ToolError> {
         let mut keyboard = Keyboard::new();
-        for volts in volts {
-            self.levels.push(Scanned {
-                drive_v: volts.v,
-                points: Vec::new(),
-                row: None,
-            });
+        for (volts, file) in volts.iter().zip(files) {
+            self.levels.push(Scanned::begin(volts.v, file)?);
             let drives = Drives {
                 drive_v: [volts.v as f32; 4],
                 lease_ms: LEASE_MS,
@@ -167,13 +168,14 @@ impl Scan<'_> {
         while let Some([x, y]) = self.spots.reach(index, keyboard).await? {
             let (z, read) = self.points.read().await?;
             if let Some(level) = self.levels.last_mut() {
-                level.points.push([x, y, z]);
+                level.append([x, y, z])?;
             }
             row = Some(read);
             index += 1;
         }
         if let Some(level) = self.levels.last_mut() {
             level.row = row;
+            level.finish(None)?;
         }
         Ok(())
     }
@@ -185,19 +187,59 @@ impl Scan<'_> {
     }
 }
 
+/// What a scan's file says until the scan has ended.
+const BEGUN: &str = "the scan did not end";
+
 impl Scanned {
-    /// As a file that `measure plane --from` reads.
-    fn text(&self, partial: Option<&str>) -> String {
-        let mut text = format!("# V_V={}\n", self.drive_v);
-        if let (None, Some(partial)) = (self.row, partial) {
-            text += &format!("# partial={partial}\n");
-        }
-        text += "x_um,y_um,z_um\n";
-        for [x, y, z] in &self.points {
-            text += &format!("{x},{y},{z:.4}\n");
-        }
-        text
+    /// A scan without a point yet, and its file.
+    fn begin(drive_v: f64, file: NewFile) -> Result<Self, ToolError> {
+        let (file, output) = file.grow()?;
+        let mut this = Self {
+            drive_v,
+            points: Vec::new(),
+            row: None,
+            file,
+            output,
+            kept: None,
+        };
+        this.write(&this.head(Some(BEGUN)))?;
+        Ok(this)
     }
+
+    fn append(&mut self, point: [f64; 3]) -> Result<(), ToolError> {
+        self.points.push(point);
+        self.write(&line(point))
+    }
+
+    fn write(&mut self, text: &str) -> Result<(), ToolError> {
+        let written = self.output.write_all(text.as_bytes());
+        written.map_err(|source| ToolError::Write {
+            path: self.file.name().to_owned(),
+            source,
+        })
+    }
+
+    /// Leaves a file that `measure plane --from` reads, where there is a point; `partial` says why it is not whole.
+    fn finish(&mut self, partial: Option<&str>) -> Result<(), ToolError> {
+        if self.kept.is_some() {
+            return Ok(());
+        }
+        if self.points.is_empty() {
+            return self.file.discard();
+        }
+        let lines: String = self.points.iter().copied().map(line).collect();
+        self.kept = Some(self.file.replace(&(self.head(partial) + &lines))?);
+        Ok(())
+    }
+
+    fn head(&self, partial: Option<&str>) -> String {
+        let partial = partial.map_or(String::new(), |partial| format!("# partial={partial}\n"));
+        format!("# V_V={}\n{partial}x_um,y_um,z_um\n", self.drive_v)
+    }
+}
+
+fn line([x, y, z]: [f64; 3]) -> String {
+    format!("{x},{y},{z:.4}\n")
 }
 
 #[derive(Serialize)]

@@ -1,8 +1,9 @@
 //! `measure reference`: what the sensor reads where a stage has moved the resting mirror by known heights.
 
-use measurement::Row;
+use measurement::{MeasurementFile, Row};
 
 use super::interrupt::Interrupt;
+use super::journal::Journal;
 use super::keyboard::Keyboard;
 use super::point::Points;
 use super::possible::make_directory;
@@ -25,7 +26,8 @@ pub(crate) async fn run(board: &Board, ask: cli::Reference, json: bool) -> Resul
     let interrupt = Interrupt::listen()?;
     let points = points.begin().await?;
     let mut measured = header(board, "reference", points.session());
-    let ladder = climb(board, &points, &ask, &mut measured.rows);
+    let mut journal = Journal::new(file);
+    let ladder = climb(board, &points, &ask, &mut measured, &mut journal);
     let ended = attended(board, &interrupt, ladder).await;
     if let Some(partial) = partial(&ended) {
         measured.keys.set("partial", &partial);
@@ -37,20 +39,25 @@ pub(crate) async fn run(board: &Board, ask: cli::Reference, json: bool) -> Resul
     };
     // Rows are read in pairs: one alone would be no measurement.
     let rows = measured.rows.len();
-    if rows > 1 {
-        let file = file.write(&measured.to_string())?;
-        report.measured.push(MeasuredFile { file, rows });
+    match journal.into_recording() {
+        Some(recording) if rows > 1 => {
+            let file = recording.replace(&measured.to_string())?;
+            report.measured.push(MeasuredFile { file, rows });
+        }
+        Some(recording) => recording.discard()?,
+        None => {}
     }
     report::print(&report, json);
     ended.map(drop)
 }
 
-/// Reads every height. Displacements count from the first.
+/// Reads every height, and appends it to the file at once. Displacements count from the first.
 async fn climb(
     board: &Board,
     points: &Points<'_>,
     ask: &cli::Reference,
-    rows: &mut Vec<Row>,
+    measured: &mut MeasurementFile,
+    journal: &mut Journal,
 ) -> Result<(), ToolError> {
     let mut keyboard = Keyboard::new();
     let (mut zero_um, count) = (None, ask.heights.len());
@@ -60,9 +67,16 @@ async fn climb(
         let arrived = board.status().await?.telemetry.tick;
         board.wait(arrived, ask.settle).await?;
         let (um, row) = points.read().await?;
-        rows.push(Row {
-            z_um: Some(um - *zero_um.get_or_insert(um)),
+        let zero_um = *zero_um.get_or_insert(um);
+        let row = Row {
+            z_um: Some(um),
             reference_um: Some(height.um),
+            ..row
+        };
+        journal.begin(&measured.keys, &row)?;
+        journal.append(row, Some(zero_um))?;
+        measured.rows.push(Row {
+            z_um: Some(um - zero_um),
             ..row
         });
     }
