@@ -17,12 +17,15 @@ use mirror_firmware::mailbox::Mailbox;
 use mirror_firmware::resets::Resets;
 use mirror_firmware::startup::{Memory, Origin, start};
 use mirror_firmware::{control, rpc, usb};
-use mirror_protocol::{MAX_FRAME_BYTES, ResetCause};
+use mirror_protocol::{
+    Hello, HelloEndpoint, MAX_FRAME_BYTES, PROTOCOL_VERSION, ResetCause, WireError,
+};
+use postcard_rpc::host_client::HostClient;
 use simulated_flash::{HalfWords, PAGE_BYTES, SharedFlash, SimulatedFlash};
 use virtual_usb::HostSide;
 
 pub use enumerate::{Device, enumerate, get_descriptor};
-pub use wire::connect;
+pub use wire::{connect, send_frame};
 
 /// The serial number that this board tells.
 pub const SERIAL: &str = "0123456789ABCDEF01234567";
@@ -70,6 +73,25 @@ pub fn with_board_on<T>(flash: &SharedFlash, test: impl AsyncFnOnce(HostSide) ->
     runtime
         .expect("a runtime")
         .block_on(in_turns(firmware, test(host)))
+}
+
+/// The same, and `act` talks to the board, which has been greeted.
+///
+/// # Panics
+/// Where the board does not answer.
+pub fn with_client<T>(flash: &SharedFlash, act: impl AsyncFnOnce(HostClient<WireError>) -> T) -> T {
+    with_board_on(flash, async |host| {
+        let device = enumerate(&host).await.expect("it answers");
+        let client = connect(&host, &device);
+        let hello = Hello {
+            protocol_version: PROTOCOL_VERSION,
+        };
+        client
+            .send_resp::<HelloEndpoint>(&hello)
+            .await
+            .expect("an answer");
+        act(client).await
+    })
 }
 
 /// Polls the firmware, which never ends, again and again until `test` does.

@@ -23,6 +23,20 @@ pub fn connect(host: &HostSide, device: &Device) -> HostClient<WireError> {
     )
 }
 
+/// Sends a frame in packets to the endpoint `out`, the last of them short.
+///
+/// # Errors
+/// As of the bus.
+pub async fn send_frame(host: &HostSide, out: u8, frame: &[u8]) -> Result<(), UsbFailure> {
+    for packet in frame.chunks(MAX_PACKET_BYTES) {
+        host.bulk_out(out, packet).await?;
+    }
+    if frame.len().is_multiple_of(MAX_PACKET_BYTES) {
+        host.bulk_out(out, &[]).await?;
+    }
+    Ok(())
+}
+
 struct UsbTx(HostSide, u8);
 struct UsbRx(HostSide, u8);
 struct Tasks;
@@ -43,13 +57,7 @@ impl WireTx for UsbTx {
     type Error = Lost;
 
     async fn send(&mut self, frame: Vec<u8>) -> Result<(), Lost> {
-        for packet in frame.chunks(MAX_PACKET_BYTES) {
-            self.0.bulk_out(self.1, packet).await.map_err(Lost)?;
-        }
-        if frame.len().is_multiple_of(MAX_PACKET_BYTES) {
-            self.0.bulk_out(self.1, &[]).await.map_err(Lost)?;
-        }
-        Ok(())
+        send_frame(&self.0, self.1, &frame).await.map_err(Lost)
     }
 }
 

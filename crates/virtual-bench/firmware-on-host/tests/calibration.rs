@@ -2,14 +2,13 @@
 
 use control_core::Calibration;
 use control_core::calibration::{BYTES, Label, Parts};
-use firmware_on_host::{FLASH_PAGES, connect, enumerate, with_board_on};
+use firmware_on_host::{FLASH_PAGES, with_client};
 use mirror_firmware::factory;
 use mirror_firmware::flash::LOG_BYTES;
 use mirror_protocol::{
     CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRevertEndpoint,
-    CalibrationUse, CalibrationUseEndpoint, CalibrationWriteEndpoint, Chunk, Hello, HelloEndpoint,
-    Kept, PROTOCOL_VERSION, Position, Refusal, Sense, SenseEndpoint, SenseInfo,
-    SetPositionEndpoint, SetSenseEndpoint, WireError,
+    CalibrationUse, CalibrationUseEndpoint, CalibrationWriteEndpoint, Chunk, Kept, Position,
+    Refusal, Sense, SenseEndpoint, SenseInfo, SetPositionEndpoint, SetSenseEndpoint, WireError,
 };
 use postcard_rpc::host_client::HostClient;
 use protection::Fault;
@@ -23,22 +22,6 @@ fn of_device(device: &str) -> Calibration {
     let mut parts: Parts = *factory::calibration().parts();
     parts.origin.device = Label::new(device).expect("short");
     Calibration::new(parts).expect("only its name is another")
-}
-
-/// Starts a board on `flash` and has `act` talk to it.
-fn with_client<T>(flash: &SharedFlash, act: impl AsyncFnOnce(HostClient<WireError>) -> T) -> T {
-    with_board_on(flash, async |host| {
-        let device = enumerate(&host).await.expect("it answers");
-        let client = connect(&host, &device);
-        let hello = Hello {
-            protocol_version: PROTOCOL_VERSION,
-        };
-        client
-            .send_resp::<HelloEndpoint>(&hello)
-            .await
-            .expect("an answer");
-        act(client).await
-    })
 }
 
 /// What a board that starts on `flash` says of its calibration.

@@ -3,11 +3,11 @@
 
 use embedded_storage::nor_flash::NorFlash;
 use fault_log::Log;
-use firmware_on_host::{FLASH_PAGES, connect, enumerate, with_board_on};
+use firmware_on_host::{FLASH_PAGES, connect, enumerate, with_board_on, with_client};
 use mirror_firmware::flash::LOG_BYTES;
 use mirror_protocol::{
-    CalibrationEndpoint, ClearEndpoint, FaultLogEndpoint, Hello, HelloEndpoint, Kept, LogEntry,
-    LogEvent, LogPage, LogQuery, LogStorage, PROTOCOL_VERSION, Refusal, ResetCause, WireError,
+    CalibrationEndpoint, ClearEndpoint, FaultLogEndpoint, Kept, LogEntry, LogEvent, LogPage,
+    LogQuery, LogStorage, Refusal, ResetCause, WireError,
 };
 use postcard_rpc::host_client::HostClient;
 use protection::Fault;
@@ -19,22 +19,6 @@ const IN_A_PAGE: usize = PAGE_BYTES / 128;
 
 fn erased() -> SharedFlash {
     SharedFlash::new(SimulatedFlash::new(FLASH_PAGES, HalfWords::Flicker, 3))
-}
-
-/// Starts a board on `flash` and has `act` talk to it.
-fn with_client<T>(flash: &SharedFlash, act: impl AsyncFnOnce(HostClient<WireError>) -> T) -> T {
-    with_board_on(flash, async |host| {
-        let device = enumerate(&host).await.expect("it answers");
-        let client = connect(&host, &device);
-        let hello = Hello {
-            protocol_version: PROTOCOL_VERSION,
-        };
-        client
-            .send_resp::<HelloEndpoint>(&hello)
-            .await
-            .expect("an answer");
-        act(client).await
-    })
 }
 
 async fn page(client: &HostClient<WireError>, most: u32) -> Result<LogPage, Refusal> {

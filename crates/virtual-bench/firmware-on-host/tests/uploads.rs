@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use control_core::Calibration;
 use control_core::calibration::{Label, Parts};
 use embassy_futures::yield_now;
-use firmware_on_host::{Device, FLASH_PAGES, connect, enumerate, with_board_on};
+use firmware_on_host::{Device, FLASH_PAGES, connect, enumerate, send_frame, with_board_on};
 use mirror_firmware::factory;
 use mirror_protocol::{
     CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationUse, CalibrationUseEndpoint,
@@ -125,23 +125,13 @@ fn disturb(frames: &mut Vec<Vec<u8>>, other: &[Vec<u8>], rng: &mut ChaCha8Rng) -
     }
 }
 
-/// Sends a frame in packets, while answers are fetched and dropped.
-async fn send(host: &HostSide, device: &Device, frame: &[u8]) {
-    for packet in frame.chunks(MAX_PACKET_BYTES) {
-        host.bulk_out(device.endpoints.0, packet)
-            .await
-            .expect("room");
-    }
-    if frame.len().is_multiple_of(MAX_PACKET_BYTES) {
-        host.bulk_out(device.endpoints.0, &[]).await.expect("room");
-    }
-}
-
 /// Sends all of them, lets the board work on them, and returns what it put to use.
 async fn upload(host: &HostSide, device: &Device, frames: &[Vec<u8>]) -> Vec<CalibrationInfo> {
     let sending = async {
         for frame in frames {
-            send(host, device, frame).await;
+            send_frame(host, device.endpoints.0, frame)
+                .await
+                .expect("room");
         }
         // A frame is answered, and a calibration exchanged, within some ticks.
         for _ in 0..200 {
@@ -179,7 +169,13 @@ fn in_use(flash: &SharedFlash, act: impl AsyncFnOnce(&HostSide, &Device)) -> Cal
         let hello = Hello {
             protocol_version: PROTOCOL_VERSION,
         };
-        send(&host, &device, &frame::<HelloEndpoint>(1, &hello)).await;
+        send_frame(
+            &host,
+            device.endpoints.0,
+            &frame::<HelloEndpoint>(1, &hello),
+        )
+        .await
+        .expect("room");
         act(&host, &device).await;
         let client = connect(&host, &device);
         let greeting = client.send_resp::<HelloEndpoint>(&hello).await;

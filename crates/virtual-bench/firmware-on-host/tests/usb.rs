@@ -1,7 +1,9 @@
 //! USB as a host sees it: the device that embassy-usb and the firmware make, on a bus in memory.
 
 use embassy_futures::yield_now;
-use firmware_on_host::{Device, SERIAL, connect, enumerate, get_descriptor, with_board};
+use firmware_on_host::{
+    Device, SERIAL, connect, enumerate, get_descriptor, send_frame, with_board,
+};
 use mirror_protocol::usb::{MANUFACTURER, PRODUCT, PRODUCT_ID, VENDOR_ID};
 use mirror_protocol::{
     EnterBootloaderEndpoint, Hello, HelloEndpoint, Identity, MAX_FRAME_BYTES, PROTOCOL_VERSION,
@@ -38,18 +40,6 @@ fn frame(key: Key, sequence: u16) -> Vec<u8> {
         seq_no: VarSeq::Seq2(sequence),
     };
     header.write_to_vec()
-}
-
-/// Sends `frame` in packets, the last of them short.
-async fn send(host: &HostSide, device: &Device, frame: &[u8]) {
-    for packet in frame.chunks(MAX_PACKET_BYTES) {
-        host.bulk_out(device.endpoints.0, packet)
-            .await
-            .expect("room");
-    }
-    if frame.len().is_multiple_of(MAX_PACKET_BYTES) {
-        host.bulk_out(device.endpoints.0, &[]).await.expect("room");
-    }
 }
 
 /// The sequence number of the next answer, and whether it says that it did not understand.
@@ -223,7 +213,9 @@ fn frames_of_every_length_arrive_whole_and_too_long_ones_are_passed_over() {
             let sequence = length as u16;
             let mut frame = frame(unknown, sequence);
             frame.resize(length, 0xa5);
-            send(&host, &device, &frame).await;
+            send_frame(&host, device.endpoints.0, &frame)
+                .await
+                .expect("room");
             assert_eq!(
                 answer(&host, &device).await,
                 (sequence.into(), true),
@@ -233,8 +225,12 @@ fn frames_of_every_length_arrive_whole_and_too_long_ones_are_passed_over() {
         for length in MAX_FRAME_BYTES + 1..MAX_FRAME_BYTES + 4 * MAX_PACKET_BYTES {
             let mut frame = frame(unknown, 1);
             frame.resize(length, 0xa5);
-            send(&host, &device, &frame).await;
-            send(&host, &device, &hello_frame(2)).await;
+            send_frame(&host, device.endpoints.0, &frame)
+                .await
+                .expect("room");
+            send_frame(&host, device.endpoints.0, &hello_frame(2))
+                .await
+                .expect("room");
             while answer(&host, &device).await.0 != 2 {}
         }
     });
@@ -245,8 +241,12 @@ fn empty_and_broken_frames_are_passed_over() {
     with_board(async |host| {
         let device = enumerate(&host).await.expect("it answers");
         for (sequence, broken) in (1..).zip([&[][..], &[0xff], &[0; 10], &[0xff; 63]]) {
-            send(&host, &device, broken).await;
-            send(&host, &device, &hello_frame(sequence)).await;
+            send_frame(&host, device.endpoints.0, broken)
+                .await
+                .expect("room");
+            send_frame(&host, device.endpoints.0, &hello_frame(sequence))
+                .await
+                .expect("room");
             while answer(&host, &device).await != (sequence.into(), false) {}
         }
     });
@@ -272,7 +272,9 @@ fn a_reset_anywhere_in_a_frame_leaves_a_device_that_enumerates_again() {
                 host.reset();
                 let again = enumerate(&host).await.expect("it answers again");
                 assert_eq!(again, device);
-                send(&host, &again, &hello_frame(9)).await;
+                send_frame(&host, again.endpoints.0, &hello_frame(9))
+                    .await
+                    .expect("room");
                 assert_eq!(answer(&host, &again).await, (9, false), "{packets} {waits}");
             }
         }
@@ -322,7 +324,9 @@ fn a_frame_goes_on_after_suspend_and_resume() {
             yield_now().await;
         }
         host.resume();
-        send(&host, &device, rest).await;
+        send_frame(&host, device.endpoints.0, rest)
+            .await
+            .expect("room");
         assert_eq!(answer(&host, &device).await, (77, true));
         greet(&connect(&host, &device)).await;
     });
@@ -335,8 +339,12 @@ fn a_tool_that_died_within_a_frame_costs_the_next_one_a_request_at_most() {
         host.bulk_out(device.endpoints.0, &[0xa5; MAX_PACKET_BYTES])
             .await
             .expect("room");
-        send(&host, &device, &hello_frame(1)).await;
-        send(&host, &device, &hello_frame(2)).await;
+        send_frame(&host, device.endpoints.0, &hello_frame(1))
+            .await
+            .expect("room");
+        send_frame(&host, device.endpoints.0, &hello_frame(2))
+            .await
+            .expect("room");
         while answer(&host, &device).await != (2, false) {}
     });
 }
@@ -361,7 +369,9 @@ fn a_host_that_fetches_nothing_for_a_while_finds_the_device_ready() {
         for _ in 0..2000 {
             yield_now().await;
         }
-        send(&host, &device, &hello_frame(3)).await;
+        send_frame(&host, device.endpoints.0, &hello_frame(3))
+            .await
+            .expect("room");
         loop {
             let packet = host.bulk_in(device.endpoints.1).await.expect("a packet");
             let header = VarHeader::take_from_slice(&packet);
