@@ -49,7 +49,7 @@ mod tests {
                 (approximate / sqrt(x) - 1.0).abs()
             })
             .fold(0.0, f32::max);
-        defmt::info!(
+        defmt::println!(
             "micromath's square root is off by up to {=f32} %",
             worst * 100.0
         );

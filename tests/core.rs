@@ -40,7 +40,7 @@ mod tests {
                 worst_um = worst_um.max(((f64::from(drive.0) - model_v) * um_per_v).abs());
             }
         }
-        defmt::info!("worst error on the target: {=f64} nm", worst_um * 1e3);
+        defmt::println!("worst error on the target: {=f64} nm", worst_um * 1e3);
         assert!(worst_um <= BOUND_UM, "{worst_um} um");
     }
 

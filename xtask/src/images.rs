@@ -59,16 +59,19 @@ pub fn build(board: Board) -> Result<PathBuf> {
         "--bin",
         board.name(),
     ]))?;
-    Ok(target_directory()
-        .join(TARGET)
-        .join(PROFILE)
-        .join(board.name()))
+    Ok(path(board))
 }
 
-/// Builds, prints the size, and fails where the driver board's image is over its budget or its control tick can
-/// panic.
-pub fn build_and_check(board: Board) -> Result<()> {
-    let image = build(board)?;
+/// Where the image for `board` is built.
+pub fn path(board: Board) -> PathBuf {
+    let built = target_directory().join(TARGET).join(PROFILE);
+    built.join(board.name())
+}
+
+/// Prints the size of an image that is built, and fails where the driver board's is over its budget or its control tick
+/// can panic.
+pub fn check(board: Board) -> Result<()> {
+    let image = path(board);
     let size = Size::of(&image)?;
     println!("image       flash      static RAM");
     println!(

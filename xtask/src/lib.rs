@@ -4,12 +4,14 @@
 //! which this builds and starts: nobody waits for the lab to be built who wants to know how a task is called.
 
 pub mod cargo;
+mod checks;
 mod deny;
 mod flash;
 mod hil;
 pub mod images;
 #[cfg(test)]
 mod layers;
+mod on_target;
 mod packages;
 mod panics;
 mod sbom;
@@ -134,7 +136,8 @@ fn run(task: Task) -> Result<ExitCode> {
         Task::Sbom { folder } => sbom::write(&folder).map(|()| ExitCode::SUCCESS),
         Task::Build { board } => {
             tool::build()?;
-            images::build_and_check(board).map(|()| ExitCode::SUCCESS)
+            images::build(board)?;
+            images::check(board).map(|()| ExitCode::SUCCESS)
         }
         Task::LearnConfusions => workbench("learn-confusions", &[]),
         Task::HideEffects => workbench("hide-effects", &[]),

@@ -1,12 +1,15 @@
 //! The programs that cargo makes of the tests on the host: built at once, and run by the gate.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 
 use crate::cargo::{self, ON_HOST, cargo};
+
+/// What makes cargo build the workspace's packages by the linter, which is the compiler and says more.
+pub(crate) const LINTER: (&str, &str) = ("RUSTC_WORKSPACE_WRAPPER", "clippy-driver");
 
 /// A program of tests.
 #[derive(Debug, PartialEq, Eq)]
@@ -21,6 +24,11 @@ pub(crate) struct TestProgram {
 }
 
 impl TestProgram {
+    /// Where it is.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// A command that runs it, in its package's directory and with its output, on no board but what it starts itself.
     pub(crate) fn command(&self) -> Command {
         let mut command = cargo::program(&self.path);
@@ -38,19 +46,20 @@ pub(crate) fn build(targets: &[String]) -> Result<Vec<TestProgram>> {
     programs(cargo(&["test", "--no-run"]).args(ON_HOST).args(targets))
 }
 
-/// Builds everything on the host, by the linter, which is the compiler and says more. What it says is an error.
+/// Builds everything on the host, by the linter. What it says is an error.
 pub(crate) fn build_and_lint() -> Result<Vec<TestProgram>> {
     programs(
-        cargo(&["build", "--all-targets"])
+        // Which crate takes how long is in `target/cargo-timings`.
+        cargo(&["build", "--all-targets", "--timings"])
             .args(ON_HOST)
-            .env("RUSTC_WORKSPACE_WRAPPER", "clippy-driver")
+            .env(LINTER.0, LINTER.1)
             // Built once and never changed: what the next build and a debugger would need costs a third of the time.
             .envs([("CARGO_INCREMENTAL", "0"), ("CARGO_PROFILE_DEV_DEBUG", "0")]),
     )
 }
 
 /// The programs of tests that a command of cargo's builds, which must not make the compiler say anything.
-fn programs(command: &mut Command) -> Result<Vec<TestProgram>> {
+pub(crate) fn programs(command: &mut Command) -> Result<Vec<TestProgram>> {
     eprintln!("> {}", cargo::describe(command));
     let output = command
         .args(["--message-format", "json"])

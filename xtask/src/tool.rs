@@ -50,11 +50,6 @@ pub fn json(tool: &mut Command) -> Result<Value> {
         .with_context(|| String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
-/// What cargo starts with an ELF for the target, in the place of what `.cargo/config.toml` names.
-pub(crate) fn runner() -> String {
-    format!("{} run-on-target", path("workbench").display())
-}
-
 /// Has the workbench write what `host-tool update` takes beside an ELF file.
 pub(crate) fn package(elf: &Path) -> Result<()> {
     cargo::run(workbench().arg("package").arg(elf))
