@@ -2,6 +2,8 @@
 
 mod check;
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -239,6 +241,14 @@ pub enum ConfigError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// The file is longer than any mirror's.
+    #[error(
+        "{path} is larger than {MOST_BYTES} bytes, the most that a mirror file has; is it the right file?"
+    )]
+    TooLarge {
+        /// Where it was looked for.
+        path: String,
+    },
     /// Not TOML, or a key is missing, unknown or of the wrong kind.
     #[error("not a mirror file: {0}")]
     Syntax(#[from] toml::de::Error),
@@ -253,6 +263,9 @@ pub enum ConfigError {
         range: String,
     },
 }
+
+/// The most that is read of a mirror file: a hundred times the longest that ships.
+const MOST_BYTES: u64 = 1_000_000;
 
 impl MirrorConfig {
     /// The default mirror, `mirrors/bench.toml`.
@@ -283,14 +296,20 @@ impl MirrorConfig {
     /// Reads and checks a mirror file.
     ///
     /// # Errors
-    /// As [`from_toml`](Self::from_toml), or [`ConfigError::Read`].
+    /// As [`from_toml`](Self::from_toml), [`ConfigError::Read`] or [`ConfigError::TooLarge`].
     pub fn from_file(path: impl AsRef<Path>) -> Result<Self, ConfigError> {
-        let path = path.as_ref();
-        let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
-            path: path.display().to_string(),
-            source,
-        })?;
-        Self::from_toml(&text)
+        let name = || path.as_ref().display().to_string();
+        let mut text = String::new();
+        let read =
+            File::open(&path).and_then(|file| file.take(MOST_BYTES + 1).read_to_string(&mut text));
+        match read {
+            Err(source) => Err(ConfigError::Read {
+                path: name(),
+                source,
+            }),
+            Ok(length) if length as u64 > MOST_BYTES => Err(ConfigError::TooLarge { path: name() }),
+            Ok(_) => Self::from_toml(&text),
+        }
     }
 
     /// The same mirror with other draws of its differences and noise.
@@ -305,5 +324,18 @@ impl MirrorConfig {
     pub fn with_effect(mut self, effect: Effect, strength: f64) -> Self {
         self.effects.set(effect, strength);
         self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_without_an_end_is_told_before_it_takes_the_memory() {
+        let zeros = MirrorConfig::from_file("/dev/zero").expect_err("no mirror");
+        assert!(matches!(zeros, ConfigError::TooLarge { .. }), "{zeros}");
+        let folder = MirrorConfig::from_file("/").expect_err("no mirror");
+        assert!(matches!(folder, ConfigError::Read { .. }), "{folder}");
     }
 }
