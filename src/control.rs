@@ -8,7 +8,7 @@ use control_core::{
 };
 use mirror_protocol::{ChannelState, Commanded, Health, LEASE_FOREVER_MS, Telemetry};
 use protection::{Denied, Fault, Lease, Protection, Reading};
-use waveforms::{Mean, Pacer, Player, Quantity, Shape, Stream, Waveform};
+use waveforms::{Player, Quantity, Sampler, Shape, Stream, Waveform};
 
 use crate::board::{Board, Lockstep, Sensed};
 use crate::mailbox::{ControlSide, Order};
@@ -46,12 +46,8 @@ pub struct Control {
     tick: u32,
     missed_ticks: u32,
     late_ticks: u32,
-    stream: Pacer,
-    mean: Mean<MEASURED>,
+    stream: Sampler,
 }
-
-/// Quantities that a stream takes the mean of: four currents, and the sensor.
-const MEASURED: usize = CHANNELS + 1;
 
 impl Control {
     /// A loop that starts with all channels off.
@@ -77,8 +73,7 @@ impl Control {
             tick: 0,
             missed_ticks: 0,
             late_ticks: 0,
-            stream: Pacer::default(),
-            mean: Mean::default(),
+            stream: Sampler::default(),
         }
     }
 
@@ -238,6 +233,8 @@ impl Control {
             }
             Order::Renew(lease) => self.protection.renew(lease)?,
             Order::Off => self.follow(Setpoint::Off),
+            // A sound board goes on with what it does.
+            Order::Clear if self.protection.first_cause().is_none() => {}
             Order::Clear => {
                 self.protection.clear();
                 self.is_trip_told = false;
@@ -306,25 +303,21 @@ impl Control {
         if let Some(stream) = self.mailbox.take_stream() {
             self.begin_stream(stream);
         }
-        let due = self.stream.tick(self.stepped);
-        if due.counts {
-            let [a, b, c, d] = telemetry.current_a;
-            self.mean
-                .add([a, b, c, d, telemetry.sensor_z_um.unwrap_or(0.0)]);
-        }
-        if due.sample {
-            let [a, b, c, d, z_um] = self.mean.take();
+        let reading = waveforms::Reading {
+            current_a: telemetry.current_a,
+            sensor_z_um: telemetry.sensor_z_um,
+        };
+        if let Some(sample) = self.stream.tick(reading, self.stepped) {
             self.mailbox.send_sample(Telemetry {
-                current_a: [a, b, c, d],
-                sensor_z_um: telemetry.sensor_z_um.map(|_| z_um),
+                current_a: sample.current_a,
+                sensor_z_um: sample.sensor_z_um,
                 ..telemetry
             });
         }
     }
 
     fn begin_stream(&mut self, stream: Stream) {
-        self.stream = Pacer::new(stream);
-        self.mean = Mean::default();
+        self.stream = Sampler::new(stream);
         self.mailbox.begin_stream(self.tick);
     }
 }

@@ -26,8 +26,10 @@ fn session(config: &MirrorConfig, folder: &Path) {
 #[test]
 fn a_calibrated_board_goes_where_it_is_asked() {
     let config = MirrorConfig::draw(Family::B, 77);
-    let bench = Bench::emulated(config.clone());
+    let mut bench = Bench::emulated(config.clone());
     session(&config, &bench.directory().join("session"));
+    // What the sensor loses or sees wrongly bears no weight, and is counted.
+    board(&mut bench).inject(Some(PlantFault::PatchySensor));
     let report = bench.json(&[
         "calibrate",
         "--quick",
@@ -42,6 +44,10 @@ fn a_calibrated_board_goes_where_it_is_asked() {
         "--picture",
         "picture.svg",
     ]);
+    for what in ["missing", "outlying"] {
+        assert!(report["readings"][what].as_u64() > Some(0), "{report}");
+    }
+    board(&mut bench).inject(None);
     // Every limit is a figure of docs/requirements.md; what an uncalibrated board lacks is many times as much.
     let figure = |when: &str, what: &str| report[when][what].as_f64().expect("a number");
     for what in ["slow_loop_um", "loop_um", "triangle_rms_um"] {

@@ -149,8 +149,14 @@ fn ctrl_c_leaves_the_channels_off_and_what_was_measured() {
     bench.wait_until_driven(5000);
     interrupt(&tool);
     let said = Said::from(tool);
-    assert_eq!(said.code, 0, "{}", said.err);
+    // 128 and the signal's number.
+    assert_eq!(said.code, 130, "{}", said.err);
     assert!(said.out.contains("\"interrupted\":true"), "{}", said.out);
+    assert!(
+        said.out.contains(r#"{"error":{"code":"interrupted""#),
+        "{}",
+        said.out
+    );
     assert!(bench.is_off());
     let file = bench.measured("part.csv");
     assert_eq!(file.keys.get("partial"), Some("interrupted"));

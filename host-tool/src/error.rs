@@ -3,7 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
-use calibration_procedure::NoDisplacement;
+use calibration_procedure::{Doubt, SensorError};
 use control_core::calibration::Label;
 use experiment_player::PlayError;
 use mirror_protocol::{Flaw, PROTOCOL_VERSION, Refusal};
@@ -14,7 +14,8 @@ use crate::update::package::PackageError;
 use crate::update::target::Undecided;
 
 /// A failure of the tool.
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+#[derive(Debug, thiserror::Error, miette::Diagnostic, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case")]
 #[expect(missing_docs, reason = "each message says what its fields are")]
 pub enum ToolError {
     #[error("a hold of {hold} is longer than this bench allows, {longest}")]
@@ -212,9 +213,19 @@ pub enum ToolError {
     #[diagnostic(help("write lines of seconds and micrometres: `0.5,12.3`"))]
     Waveform { path: PathBuf, reason: String },
 
+    #[error("interrupted; the recording holds what came, and the board goes on with what it does")]
+    #[diagnostic(help("`host-tool off` turns its channels off"))]
+    RecordingInterrupted,
+
     #[error("interrupted; channels are off")]
-    #[diagnostic(help("the board has the calibration that it had"))]
+    #[diagnostic(help(
+        "what was measured so far is kept, and the board has the calibration that it had"
+    ))]
     Interrupted,
+
+    #[error("interrupted; the board is driven on: {hold}")]
+    #[diagnostic(help("`host-tool off` turns its channels off"))]
+    StillDriven { hold: String },
 
     #[error("{reason}; the board could not be told to go back to the calibration that it had")]
     #[diagnostic(help(
@@ -243,6 +254,18 @@ pub enum ToolError {
     #[error(transparent)]
     #[diagnostic(help("is the sensor looking at the mirror, and does the mirror move?"))]
     Correction(#[from] calibration::CorrectionError),
+
+    #[error(transparent)]
+    #[diagnostic(help(
+        "look at what it reads with `host-tool record`: is its spot on the plate, and its range as long as the mirror's? The board has the calibration of before"
+    ))]
+    SensorReadings(#[from] SensorError),
+
+    #[error("{0}; the board has the one before")]
+    #[diagnostic(help(
+        "look at what the sensor reads with `host-tool record`, then calibrate again without --quick; if it stays, `host-tool compare` shows what the model lacks"
+    ))]
+    Doubt(#[from] Doubt),
 
     #[error("this board has no position sensor")]
     #[diagnostic(help("name yours: --sensor /dev/ttyACM0, or --sensor FILE for a recording"))]
@@ -296,15 +319,18 @@ pub enum ToolError {
     ))]
     Runaway(#[from] mirror_model::Runaway),
 
-    #[error("there is no fault or limit `{name}`")]
+    #[error("there is no fault or limit `{name}`{}", did_you_mean(nearest.as_deref()))]
     #[diagnostic(help("`host-tool explain` shows those there are"))]
-    NoSuchFault { name: String },
+    NoSuchFault {
+        name: String,
+        nearest: Option<String>,
+    },
 
-    #[error("there is no effect `{id}`")]
+    #[error("there is no effect `{id}`{}", did_you_mean(nearest.as_deref()))]
     #[diagnostic(help(
         "`host-tool effect list` shows those there are; a file of your own ends in .toml"
     ))]
-    NoSuchEffect { id: String },
+    NoSuchEffect { id: String, nearest: Option<String> },
 
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -319,9 +345,27 @@ pub enum ToolError {
     Runtime(io::Error),
 }
 
-impl From<NoDisplacement> for ToolError {
-    fn from(NoDisplacement: NoDisplacement) -> Self {
-        Self::NoSensor
+fn did_you_mean(nearest: Option<&str>) -> String {
+    nearest.map_or_else(String::new, |name| format!("; did you mean `{name}`?"))
+}
+
+impl ToolError {
+    /// The exit code of what Ctrl-C ended: 128 and the signal's number, as shells have it.
+    const BY_INTERRUPT: u8 = 130;
+
+    /// What scripts know it by.
+    pub fn code(&self) -> &'static str {
+        self.into()
+    }
+
+    /// What the tool ends with.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Interrupted | Self::RecordingInterrupted | Self::StillDriven { .. } => {
+                Self::BY_INTERRUPT
+            }
+            _ => 1,
+        }
     }
 }
 

@@ -10,6 +10,7 @@ pub mod command_line;
 mod commands;
 pub mod doctor;
 pub mod error;
+mod failure;
 mod names;
 mod new_file;
 mod option_bytes;
@@ -28,11 +29,16 @@ use clap::Parser;
 /// code other than 0.
 pub fn main() -> ExitCode {
     let arguments = cli::Arguments::parse_from(std::env::args_os().map(cli::negative_as_value));
+    let json = arguments.json;
     match commands::run(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
+            let exit_code = error.exit_code();
+            if json {
+                report::write(&failure::line(&error));
+            }
             eprintln!("{:?}", miette::Report::new(error));
-            ExitCode::FAILURE
+            ExitCode::from(exit_code)
         }
     }
 }

@@ -12,6 +12,25 @@ pub(crate) fn limit_names(bits: u16) -> Vec<&'static str> {
         .collect()
 }
 
+/// Names less alike than this (Jaro's similarity) are not meant, as clap has it for its own.
+const ALIKE: f64 = 0.7;
+
+/// The name of `known` that is most like `name`, if one is.
+pub(crate) fn nearest<T: AsRef<str>>(
+    name: &str,
+    known: impl IntoIterator<Item = T>,
+) -> Option<String> {
+    let likeness = |known: T| {
+        (
+            strsim::jaro(name, known.as_ref()),
+            known.as_ref().to_owned(),
+        )
+    };
+    let alike = known.into_iter().map(likeness);
+    let (likeness, nearest) = alike.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (likeness > ALIKE).then_some(nearest)
+}
+
 /// The limits that acted, as a line for people.
 pub(crate) fn limited_line(names: &[&str]) -> String {
     let names = if names.is_empty() {
@@ -37,4 +56,21 @@ pub(crate) fn state_name(state: ChannelState) -> String {
 /// The name of the fault with this code.
 pub(crate) fn fault_name(code: u8) -> &'static str {
     Fault::from_code(code).map_or("a fault that this tool does not know", Fault::name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_meant_is_found_and_what_is_not_is_none() {
+        let known = ["over-temperature", "over-current", "open-heater"];
+        assert_eq!(
+            nearest("overtemp", known).as_deref(),
+            Some("over-temperature")
+        );
+        assert_eq!(nearest("open-heatr", known).as_deref(), Some("open-heater"));
+        assert_eq!(nearest("xyz", known), None);
+        assert_eq!(nearest("", known), None);
+    }
 }

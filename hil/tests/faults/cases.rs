@@ -139,6 +139,7 @@ fn on_the_board(list: &mut List) {
     let stopped = &[F::FrozenSense, F::OpenHeater, F::ImplausibleSense];
     list.breaks(P::StoppedConverters, stopped, ONCE_IT_MOVES);
     list.breaks(P::NoSensor, &[], u64::MAX);
+    list.breaks(P::PatchySensor, &[], u64::MAX);
     list.breaks(P::MissedTicks, &[F::TickOverrun], AT_ONCE);
     list.breaks(P::SlowClock, &[F::TickOverrun], AT_ONCE);
     list.add(Case::of(Trouble::WornFlash, &[], u64::MAX));
@@ -242,7 +243,7 @@ impl Trouble {
             Self::Link(_)
                 | Self::Calibration(..)
                 | Self::WornFlash
-                | Self::Breaks(PlantFault::NoSensor)
+                | Self::Breaks(PlantFault::NoSensor | PlantFault::PatchySensor)
         )
     }
 }

@@ -199,6 +199,10 @@ pub struct Instruments {
     /// micrometres that is complete by the end.
     #[arg(help_heading = BOARD, long, default_value = "board", value_name = "SENSOR")]
     pub sensor: String,
+    /// How late that sensor tells what it reads; it is taken out of the displacements. The mirror's own lag looks the same,
+    /// so name what the sensor's maker states.
+    #[arg(help_heading = BOARD, long, default_value = "0ms", value_name = "TIME")]
+    pub sensor_lag: Span,
     /// Temperature of the room or oven in degrees Celsius, for the files.
     #[arg(help_heading = BOARD, long = "ambient", value_name = "CELSIUS")]
     pub ambient_c: Option<f64>,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use super::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
-use crate::quantity::{Frequency, Length};
+use crate::quantity::{Frequency, Length, Span};
 
 /// The waveforms of positions.
 #[derive(Debug, Subcommand)]
@@ -114,6 +114,10 @@ pub struct Calibrate {
     /// /dev/ttyUSB0@115200.
     #[arg(help_heading = BOARD, long, default_value = "board", value_name = "SENSOR")]
     pub sensor: String,
+    /// How late that sensor tells what it reads; it is taken out of the displacements. The mirror's own lag looks the same,
+    /// so name what the sensor's maker states.
+    #[arg(help_heading = BOARD, long, default_value = "0ms", value_name = "TIME")]
+    pub sensor_lag: Span,
     /// Replace files that exist.
     #[arg(help_heading = OUTPUT, long)]
     pub force: bool,

@@ -5,6 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 use crate::error::ToolError;
+use crate::names::nearest;
 use crate::report;
 
 /// The pages of these names in `docs/faults`.
@@ -56,6 +57,7 @@ pub(super) fn run(name: Option<&str>, json: bool) -> Result<(), ToolError> {
     let found = PAGES.into_iter().find(|(known, _)| *known == name);
     let (name, page) = found.ok_or_else(|| ToolError::NoSuchFault {
         name: name.to_owned(),
+        nearest: nearest(name, PAGES.iter().map(|(name, _)| name)),
     })?;
     report::print(&Explanation { name, page }, json);
     Ok(())

@@ -4,6 +4,7 @@ mod calibrate;
 mod calibrate_sense;
 mod doctor;
 mod explain;
+mod following;
 mod history;
 mod lab;
 mod list;

@@ -4,6 +4,7 @@ use std::fmt;
 
 use mirror_protocol::{ChannelState, Commanded, LEASE_FOREVER_MS, Telemetry};
 use serde::Serialize;
+use tokio::signal::ctrl_c;
 
 use crate::board::Board;
 use crate::error::ToolError;
@@ -63,6 +64,14 @@ impl Pace {
             Hold::Forever => "held       until told otherwise".to_owned(),
         }
     }
+
+    /// The same within a sentence.
+    fn words(&self) -> String {
+        match self.hold {
+            Hold::For(hold) => format!("held for {hold} at most, then ramped to zero"),
+            Hold::Forever => "held until told otherwise".to_owned(),
+        }
+    }
 }
 
 /// Lets the mirror settle after `commanded` for at least so long, then reads it. With the readings
@@ -72,8 +81,14 @@ pub(super) async fn settle_and_read(
     commanded: &Commanded,
     pace: Pace,
 ) -> Result<(Readings, Span), ToolError> {
-    board.wait(commanded.tick, pace.settle).await?;
-    let (readings, tick) = read(board).await?;
+    let settled = async {
+        board.wait(commanded.tick, pace.settle).await?;
+        read(board).await
+    };
+    let (readings, tick) = tokio::select! {
+        read = settled => read?,
+        _ = ctrl_c() => return Err(ToolError::StillDriven { hold: pace.words() }),
+    };
     Ok((readings, board.span(commanded.tick, tick)))
 }
 
@@ -115,9 +130,16 @@ impl Readings {
             drive_v: always(channels(&|sample, i| Some(sample.drive_v[i]))),
             current_a: always(channels(&|sample, i| Some(sample.current_a[i]))),
             temperature_rise_k: channels(&|sample, i| sample.temperature_k[i]),
-            sensor_z_um: mean(&|sample| sample.sensor_z_um),
+            sensor_z_um: mean_of_those_read(samples),
         }
     }
+}
+
+/// What a position sensor read, where it did: it may skip a sample.
+fn mean_of_those_read(samples: &[Telemetry]) -> Option<f64> {
+    let read = samples.iter().filter_map(|sample| sample.sensor_z_um);
+    let read: Vec<f64> = read.filter(|um| um.is_finite()).map(decimal).collect();
+    (!read.is_empty()).then(|| read.iter().sum::<f64>() / read.len() as f64)
 }
 
 impl fmt::Display for Readings {
@@ -133,5 +155,27 @@ impl fmt::Display for Readings {
             "temp. rise {}",
             row_of_known(self.temperature_rise_k, 1, "K")
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sensor_that_skips_a_sample_is_read_by_the_others() {
+        let sample = |sensor_z_um| Telemetry {
+            sensor_z_um,
+            ..Telemetry::default()
+        };
+        let z_um = |read: &[Option<f32>]| {
+            let samples: Vec<Telemetry> = read.iter().copied().map(sample).collect();
+            Readings::mean(&samples).sensor_z_um
+        };
+        assert_eq!(
+            z_um(&[Some(10.0), None, Some(20.0), Some(f32::NAN)]),
+            Some(15.0)
+        );
+        assert_eq!(z_um(&[None, None]), None);
     }
 }

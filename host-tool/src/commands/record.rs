@@ -78,7 +78,11 @@ pub(super) async fn run(
         stopped: after.is_ok_and(|status| status.stops != stops),
     };
     report::print(&recorded, json);
-    ended.map(drop)
+    match ended? {
+        Ended::Complete => Ok(()),
+        // It drives nothing itself: the board goes on with what it does.
+        Ended::Interrupted => Err(ToolError::RecordingInterrupted),
+    }
 }
 
 /// Appends samples to a recording.

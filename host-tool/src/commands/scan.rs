@@ -10,8 +10,9 @@ use serde::Serialize;
 
 use crate::board::Board;
 use crate::cli::{Curve, Scan};
+use crate::commands::following::Following;
 use crate::commands::measure::readings::parse;
-use crate::commands::measure::run::{Bench, Ended};
+use crate::commands::measure::run::{Bench, Ended, whole};
 use crate::commands::measure::sensor::Sensor;
 use crate::error::ToolError;
 use crate::names::{limit_names, limited_line};
@@ -29,6 +30,8 @@ struct Report {
     duration_s: f64,
     lowest_um: Option<f64>,
     highest_um: Option<f64>,
+    /// What was asked and reached, after the first of several cycles; `None` without a sensor.
+    following: Option<Following>,
     limited_by: Vec<&'static str>,
     interrupted: bool,
 }
@@ -47,14 +50,18 @@ pub(super) async fn run(board: &Board, scan: Scan, json: bool) -> Result<(), Too
             });
         }
     }
-    let experiment = Experiment::along(name, signal, cycles, SAMPLES);
+    let experiment = Experiment::along(name, signal.clone(), cycles, SAMPLES);
     experiment_player::pieces(&experiment, tick_hz)?;
     let file = output
         .map(|(path, force)| NewFile::create(path, force))
         .transpose()?;
     let mut bench = Bench::open(board, Sensor::Board, None, json).await?;
-    let measured = bench.measure(&experiment).await;
+    let mut measured = bench.measure(&experiment).await;
     bench.close();
+    let tick_s = 1.0 / f64::from(tick_hz);
+    for row in &mut measured.file.rows {
+        row.asked_um = Some(signal.at((row.t_s - 0.5 * tick_s).max(0.0)));
+    }
     let rows = &measured.file.rows;
     let z = || rows.iter().filter_map(|row| row.z_um);
     let mut report = Report {
@@ -63,6 +70,7 @@ pub(super) async fn run(board: &Board, scan: Scan, json: bool) -> Result<(), Too
         duration_s: rows.last().map_or(0.0, |row| row.t_s),
         lowest_um: z().min_by(f64::total_cmp),
         highest_um: z().max_by(f64::total_cmp),
+        following: Following::of(&signal, rows, jump_s(&signal, cycles), tick_s),
         limited_by: limit_names(acted(&measured.limits, cycles).bits()),
         interrupted: matches!(measured.ended, Ok(Ended::Interrupted)),
     };
@@ -70,7 +78,12 @@ pub(super) async fn run(board: &Board, scan: Scan, json: bool) -> Result<(), Too
         report.file = Some(file.write(&measured.file.to_string())?);
     }
     report::print(&report, json);
-    measured.ended.map(drop)
+    whole(measured.ended)
+}
+
+/// How long the jump from rest counts (s): the first of several cycles.
+fn jump_s(signal: &Signal, cycles: u32) -> f64 {
+    if cycles > 1 { signal.period_s() } else { 0.0 }
 }
 
 /// The limits that acted on the way; the first of several cycles begins with a jump from rest, and does not count.
@@ -150,8 +163,8 @@ impl fmt::Display for Report {
             "scanned    {:.3} s, {} samples",
             self.duration_s, self.samples
         )?;
-        if let (Some(low), Some(high)) = (self.lowest_um, self.highest_um) {
-            writeln!(f, "sensor     {low:.3} to {high:.3} um")?;
+        if let Some(following) = &self.following {
+            write!(f, "{following}")?;
         }
         writeln!(f, "{}", limited_line(&self.limited_by))?;
         if self.limited_by.contains(&Limit::Cooling.name()) {
@@ -160,11 +173,17 @@ impl fmt::Display for Report {
                 "           it falls faster than the mirror cools: raise its lower end or slow it down"
             )?;
         }
+        if self
+            .following
+            .is_some_and(|following| following.falls_short())
+        {
+            writeln!(
+                f,
+                "           it moves less than 0.7 of what was asked: beyond its bandwidth, so slow it down"
+            )?;
+        }
         if let Some(file) = &self.file {
             writeln!(f, "kept       in {}", file.display())?;
-        }
-        if self.interrupted {
-            writeln!(f, "interrupted; channels are off")?;
         }
         Ok(())
     }

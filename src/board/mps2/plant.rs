@@ -130,7 +130,7 @@ impl Lockstep for LockstepPlant {
             currents: converters.current.map(AdcCode),
             supply: SupplyCode(converters.supply),
             missed_ticks,
-            sensor_z: Some(Micrometre(converters.sensor_z_nm as f32 * 1e-3)),
+            sensor_z: converters.sensor_z().map(Micrometre),
         }
     }
 

@@ -1,7 +1,7 @@
 //! What a board does by itself, tick by tick, because its link to the host is too slow for it: a
 //! [`Waveform`] of setpoints goes out, and samples come back where a [`Stream`] asks for them.
 //!
-//! No hardware, no clock: a [`Player`] and a [`Pacer`] are called once a control tick.
+//! No hardware, no clock: a [`Player`] and a [`Sampler`] are called once a control tick.
 #![no_std]
 
 #[cfg(test)]
@@ -9,10 +9,11 @@ extern crate std;
 
 mod mean;
 mod player;
+mod sampler;
 mod sampling;
 mod waveform;
 
-pub use mean::Mean;
 pub use player::Player;
+pub use sampler::{Reading, Sampler};
 pub use sampling::{Due, Pacer, Stream};
 pub use waveform::{FULL_SCALE, Flaw, POINTS, Quantity, Shape, Table, Waveform};

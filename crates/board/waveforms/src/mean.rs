@@ -1,34 +1,36 @@
 //! The mean of several quantities over some ticks.
 
-/// Sums `N` quantities until their mean is taken.
+/// Sums `N` quantities until their mean is taken. What was not read in a tick bears no weight.
 #[derive(Clone, Copy, Debug)]
-pub struct Mean<const N: usize> {
+pub(crate) struct Mean<const N: usize> {
     sums: [f32; N],
-    count: u16,
+    counts: [u16; N],
 }
 
 impl<const N: usize> Default for Mean<N> {
     fn default() -> Self {
         Self {
             sums: [0.0; N],
-            count: 0,
+            counts: [0; N],
         }
     }
 }
 
 impl<const N: usize> Mean<N> {
-    /// Adds one tick's values.
-    pub fn add(&mut self, values: [f32; N]) {
-        for (sum, value) in self.sums.iter_mut().zip(values) {
-            *sum += value;
+    /// Adds one tick's values, `None` for those that were not read.
+    pub(crate) fn add(&mut self, values: [Option<f32>; N]) {
+        for ((sum, count), value) in self.sums.iter_mut().zip(&mut self.counts).zip(values) {
+            if let Some(value) = value {
+                *sum += value;
+                *count = count.saturating_add(1);
+            }
         }
-        self.count = self.count.saturating_add(1);
     }
 
-    /// The mean of what was added since the last one; 0 where nothing was.
-    pub fn take(&mut self) -> [f32; N] {
-        let share = 1.0 / f32::from(self.count.max(1));
-        core::mem::take(self).sums.map(|sum| sum * share)
+    /// The means of what was added since the last ones; `None` where nothing was.
+    pub(crate) fn take(&mut self) -> [Option<f32>; N] {
+        let Self { sums, counts } = core::mem::take(self);
+        core::array::from_fn(|i| (counts[i] > 0).then(|| sums[i] / f32::from(counts[i])))
     }
 }
 
@@ -36,19 +38,25 @@ impl<const N: usize> Mean<N> {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use std::vec::Vec;
 
     proptest! {
         #[test]
-        fn is_the_mean_to_a_nanometre(
-            values in proptest::collection::vec(-200.0_f32..200.0, 1..1000),
+        fn is_the_mean_of_what_was_read_to_a_nanometre(
+            values in proptest::collection::vec(proptest::option::of(-200.0_f32..200.0), 1..1000),
         ) {
             let mut mean = Mean::default();
-            values.iter().for_each(|value| mean.add([*value, 1.0]));
-            let exact = values.iter().map(|v| f64::from(*v)).sum::<f64>() / values.len() as f64;
-            let [found, one] = mean.take();
-            prop_assert!((f64::from(found) - exact).abs() < 1e-3, "{found} for {exact}");
-            prop_assert!((one - 1.0).abs() < 1e-6);
-            prop_assert_eq!(mean.take(), [0.0; 2]);
+            values.iter().for_each(|value| mean.add([*value, Some(1.0), None]));
+            let read: Vec<f64> = values.iter().flatten().map(|v| f64::from(*v)).collect();
+            let [found, one, none] = mean.take();
+            prop_assert_eq!(found.is_some(), !read.is_empty());
+            if let Some(found) = found {
+                let exact = read.iter().sum::<f64>() / read.len() as f64;
+                prop_assert!((f64::from(found) - exact).abs() < 1e-3, "{found} for {exact}");
+            }
+            prop_assert!((one.expect("read") - 1.0).abs() < 1e-6);
+            prop_assert_eq!(none, None);
+            prop_assert_eq!(mean.take(), [None; 3]);
         }
     }
 }

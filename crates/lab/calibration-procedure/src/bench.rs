@@ -6,6 +6,9 @@ use experiments::Experiment;
 use measurement::MeasurementFile;
 use mirror_model::Runaway;
 
+use crate::doubt::Doubt;
+use crate::screening::SensorError;
+
 /// What an experiment is played for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
@@ -19,11 +22,6 @@ pub enum Part {
     After,
 }
 
-/// An experiment has no displacement.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("no displacement was measured")]
-pub struct NoDisplacement;
-
 /// A board with a mirror and a sensor.
 pub trait Bench {
     /// Why it fails.
@@ -31,7 +29,8 @@ pub trait Bench {
         + From<TabulateError>
         + From<RefineError>
         + From<CorrectionError>
-        + From<NoDisplacement>;
+        + From<SensorError>
+        + From<Doubt>;
 
     /// One control tick (s).
     fn tick_s(&self) -> f64;

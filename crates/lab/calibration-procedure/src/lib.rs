@@ -6,13 +6,20 @@
 //! 3. try the calibration that the board has;
 //! 4. put the new one on trial, and refine it by what the mirror does under it: [`moves`](experiments::calibration::moves)
 //!    where a sensor is read at every tick, [`rests`](experiments::calibration::rests) where it is not;
-//! 5. try the refined one at positions that it was not made from.
+//! 5. try the refined one at positions that it was not made from, and doubt it where it is worse than the one before, or
+//!    than its own residuals promise.
+//!
+//! A reading of the sensor that is missing, stands alone or stands at an end of its range bears no weight anywhere.
 
 mod bench;
+mod doubt;
 mod procedure;
 mod refine;
+mod screening;
 mod trial;
 
-pub use bench::{Bench, NoDisplacement, Part};
+pub use bench::{Bench, Part};
+pub use doubt::Doubt;
 pub use procedure::{Calibrated, Procedure, Source};
+pub use screening::{ReadingCounts, SensorError};
 pub use trial::{Figures, Point, Series, Trial};

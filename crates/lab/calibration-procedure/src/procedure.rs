@@ -1,6 +1,6 @@
 //! The steps of a calibration, one after the other.
 
-use calibration::{Remaining, tabulate};
+use calibration::{Refined, Remaining, tabulate};
 use control_core::Calibration;
 use experiments::calibration::{self as played, Effort, RANGE};
 use experiments::{Experiment, session_in_common};
@@ -9,7 +9,9 @@ use measurement::Session;
 use mirror_model::Model;
 
 use crate::bench::{Bench, Part};
+use crate::doubt::Doubt;
 use crate::refine;
+use crate::screening::{ReadingCounts, Screened};
 use crate::trial::Trial;
 
 /// What is to be calibrated, and how.
@@ -58,6 +60,8 @@ pub struct Calibrated {
     pub before: Trial,
     /// The new one, as it was tried.
     pub after: Trial,
+    /// What the sensor read, and what of it bore no weight.
+    pub readings: ReadingCounts,
 }
 
 impl Procedure {
@@ -90,36 +94,40 @@ impl Procedure {
     /// Calibrates. The new calibration is on trial then; it is the caller's to keep it.
     ///
     /// # Errors
-    /// Where a step fails.
+    /// Where a step fails, hardly a reading bears weight, or the trial says that the new one is not to be kept.
     pub async fn run<B: Bench>(
         &self,
         bench: &mut B,
         source: Source,
     ) -> Result<Calibrated, B::Error> {
+        let mut bench = Screened::new(bench);
         let session = match source {
             Source::Files(session) => session,
-            Source::Mirror => self.measure_session(bench).await?,
+            Source::Mirror => self.measure_session(&mut bench).await?,
         };
-        let (model, identified) = self.identify(bench, session).await?;
+        let (model, identified) = self.identify(&mut bench, session).await?;
         let tabulated = tabulate(&model)?;
         let first = tabulated.calibration;
         let top_um = RANGE * self.reach_um.min(f64::from(first.max_position().0));
-        let before = Trial::run(bench, Part::Before, &self.effort, top_um).await?;
-        let (calibration, refined_rms_um) = if self.reads_every_tick {
-            let (refined, rms_um) = refine::by_moves(bench, &self.effort, first).await?;
-            (refined, Some(rms_um))
+        let before = Trial::run(&mut bench, Part::Before, &self.effort, top_um).await?;
+        let (calibration, refined) = if self.reads_every_tick {
+            let refined = refine::by_moves(&mut bench, &self.effort, first).await?;
+            (refined.calibration, Some(refined))
         } else {
-            (refine::by_rests(bench, first).await?, None)
+            (refine::by_rests(&mut bench, first).await?, None)
         };
-        let after = Trial::run(bench, Part::After, &self.effort, top_um).await?;
+        let after = Trial::run(&mut bench, Part::After, &self.effort, top_um).await?;
+        let promised_rms_um = refined.as_ref().map(Refined::rest_rms_um);
+        Doubt::of(&before.figures(), &after.figures(), promised_rms_um)?;
         Ok(Calibrated {
             model,
             identified,
             not_inverted: tabulated.remaining,
             calibration,
-            refined_rms_um,
+            refined_rms_um: refined.map(|refined| refined.residual_rms_um),
             before,
             after,
+            readings: bench.counts,
         })
     }
 

@@ -4,7 +4,7 @@ use experiments::Experiment;
 use experiments::calibration::{self as played, Effort};
 use serde::Serialize;
 
-use crate::bench::{Bench, NoDisplacement, Part};
+use crate::bench::{Bench, Part};
 
 /// A step has arrived where it stays within this part of it.
 const ARRIVED: f64 = 0.05;
@@ -83,7 +83,7 @@ impl Series {
         let signal = experiment.runs.first().map(|run| &run.signal);
         // A row is read as its tick begins: where the tick before was asked to end.
         let since_s = 0.5 * bench.tick_s();
-        let points: Vec<Point> = file
+        let points = file
             .rows
             .iter()
             .filter(|row| row.t_s > since_s)
@@ -95,9 +95,6 @@ impl Series {
                 })
             })
             .collect();
-        if points.is_empty() {
-            return Err(NoDisplacement.into());
-        }
         Ok(Self { points })
     }
 
@@ -175,7 +172,7 @@ impl Trial {
         let period_s = |experiment: &Experiment| experiment.runs[0].signal.period_s();
         let rest = Series::measure(bench, part, &played.rest).await?;
         let step = Series::measure(bench, part, &played.step).await?;
-        let step_from_um = step.points[0].asked_um;
+        let step_from_um = played.step.runs[0].signal.at(0.0);
         let mut after_a_cycle = Vec::new();
         for experiment in [&played.slow_sine, &played.fast_sine, &played.triangle] {
             let series = Series::measure(bench, part, experiment).await?;

@@ -52,7 +52,7 @@ impl Clock {
             ),
             voltage_v: sample.drive_v.map(decimal),
             current_a: sample.current_a.map(|current| Some(decimal(current))),
-            z_um: sample.sensor_z_um.map(decimal),
+            z_um: sample.sensor_z_um.map(decimal).filter(|um| um.is_finite()),
             ..Row::default()
         }
     }

@@ -27,10 +27,12 @@ pub enum Column {
     Ambient,
     /// `reference_um`.
     Reference,
+    /// `z_asked_um`.
+    Asked,
 }
 
 /// Every column with its name, in the order in which files are written.
-pub const COLUMNS: [(&str, Column); 17] = [
+pub const COLUMNS: [(&str, Column); 18] = [
     ("t_global_s", Column::GlobalTime),
     ("t_s", Column::Time),
     ("V_V", Column::VoltageOfAll),
@@ -48,6 +50,7 @@ pub const COLUMNS: [(&str, Column); 17] = [
     ("tilt_y_deg", Column::TiltY),
     ("T_ambient_C", Column::Ambient),
     ("reference_um", Column::Reference),
+    ("z_asked_um", Column::Asked),
 ];
 
 impl Column {
@@ -87,6 +90,7 @@ impl Column {
             Self::TiltY => row.tilt_y_deg = Some(value),
             Self::Ambient => row.ambient_c = Some(value),
             Self::Reference => row.reference_um = Some(value),
+            Self::Asked => row.asked_um = Some(value),
         }
     }
 
@@ -102,6 +106,7 @@ impl Column {
             Self::TiltY => row.tilt_y_deg,
             Self::Ambient => row.ambient_c,
             Self::Reference => row.reference_um,
+            Self::Asked => row.asked_um,
             Self::VoltageOfAll | Self::CurrentOfEach => None,
         }
     }

@@ -38,6 +38,8 @@ pub struct Row {
     /// How far a stage had moved the sensor's target, the whole mirror, towards the substrate; not at all where it says
     /// nothing.
     pub reference_um: Option<f64>,
+    /// Where a controller was asked to bring the mirror.
+    pub asked_um: Option<f64>,
 }
 
 impl MeasurementFile {

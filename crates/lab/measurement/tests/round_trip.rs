@@ -106,6 +106,7 @@ fn row() -> impl Strategy<Value = Row> {
                     tilt_y_deg,
                     ambient_c,
                     reference_um,
+                    asked_um: reference_um.map(|um| 0.5 * um),
                 }
             },
         )

@@ -4,7 +4,7 @@ use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
 use calibration::{CorrectionError, RefineError, TabulateError, tabulate};
-use calibration_procedure::{Bench, Calibrated, NoDisplacement, Part, Procedure, Source};
+use calibration_procedure::{Bench, Calibrated, Doubt, Part, Procedure, SensorError, Source};
 use control_core::Calibration;
 use experiment_player::PlayError;
 use experiments::Experiment;
@@ -37,9 +37,12 @@ pub enum CalibrateError {
     /// The board cannot play an experiment.
     #[error(transparent)]
     Play(#[from] PlayError),
-    /// It has no sensor.
+    /// Its sensor hardly reads anything.
     #[error(transparent)]
-    NoDisplacement(#[from] NoDisplacement),
+    Sensor(#[from] SensorError),
+    /// What came out is not to be kept.
+    #[error(transparent)]
+    Doubt(#[from] Doubt),
 }
 
 /// Calibrates the mirror of `config` as a board with its own sensor does that comes from the factory.

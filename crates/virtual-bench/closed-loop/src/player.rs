@@ -13,7 +13,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use virtual_mirror::{ConfigError, MirrorConfig};
-use waveforms::{Mean, Pacer, Player as WaveformPlayer};
+use waveforms::{Player as WaveformPlayer, Reading, Sampler};
 
 use crate::{Loop, TICK_S};
 
@@ -125,32 +125,28 @@ impl<'a> Player<'a> {
 
 /// The samples that a stream takes of the ticks.
 struct Samples {
-    pacer: Pacer,
-    mean: Mean<5>,
+    sampler: Sampler,
     taken: Vec<Telemetry>,
 }
 
 impl Samples {
     fn new(piece: &Piece) -> Self {
         Self {
-            pacer: Pacer::new(piece.stream),
-            mean: Mean::default(),
+            sampler: Sampler::new(piece.stream),
             taken: Vec::new(),
         }
     }
 
     /// A tick. `steps`: the setpoint jumped with it.
     fn add(&mut self, read: Telemetry, steps: bool) {
-        let due = self.pacer.tick(steps);
-        if due.counts {
-            let [a, b, c, d] = read.current_a;
-            self.mean.add([a, b, c, d, read.sensor_z_um.unwrap_or(0.0)]);
-        }
-        if due.sample {
-            let [a, b, c, d, z_um] = self.mean.take();
+        let reading = Reading {
+            current_a: read.current_a,
+            sensor_z_um: read.sensor_z_um,
+        };
+        if let Some(sample) = self.sampler.tick(reading, steps) {
             self.taken.push(Telemetry {
-                current_a: [a, b, c, d],
-                sensor_z_um: Some(z_um),
+                current_a: sample.current_a,
+                sensor_z_um: sample.sensor_z_um,
                 ..read
             });
         }

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use plant_link::{Converters, upset};
+use plant_link::{Converters, NO_READING, upset};
 use virtual_mirror::MirrorConfig;
 
 /// Part of the heat that the air takes which is left in a poor vacuum: the beams are then cooled by their ends.
@@ -28,6 +28,10 @@ const RESET_TICKS: u32 = 400;
 const CHECK_V: f64 = 0.301;
 /// Ticks that an overrun skips.
 const SKIPPED_TICKS: u16 = 10;
+/// A patchy sensor: ticks from one lost reading to the next and from one that is off to the next, and by how much (nm).
+const LOST_TICKS: u32 = 250;
+const OFF_TICKS: u32 = 1000;
+const OFF_NM: i32 = 40_000;
 /// How long a busy machine keeps a board waiting: longer than any time-out of the firmware's own, by the wall.
 const STALL: Duration = Duration::from_secs(6);
 
@@ -54,8 +58,10 @@ pub enum PlantFault {
     SenseGain(usize, u16),
     /// The channel's stage drives so many percent of what it is told.
     StageGain(usize, u16),
-    /// Nothing comes from the position sensor but the end of its range.
+    /// Nothing comes from the position sensor.
     NoSensor,
+    /// The position sensor loses one reading in 250, and one in 1000 is 40 um off: specks on the plate.
+    PatchySensor,
     /// The supply of the output stages falls to 4.1 V.
     WeakSupply,
     /// It rises to 5.8 V.
@@ -225,7 +231,14 @@ impl PlantFault {
                     ..*before
                 }
             }
-            Self::NoSensor => sound.sensor_z_nm = i32::MIN,
+            Self::NoSensor => sound.sensor_z_nm = NO_READING,
+            Self::PatchySensor if age_ticks.is_multiple_of(LOST_TICKS) => {
+                sound.sensor_z_nm = NO_READING;
+            }
+            // Between two that are lost.
+            Self::PatchySensor if age_ticks % OFF_TICKS == LOST_TICKS / 2 => {
+                sound.sensor_z_nm += OFF_NM;
+            }
             Self::MissedTicks if age_ticks == 0 => {
                 sound.missed_ticks = SKIPPED_TICKS;
             }

@@ -21,6 +21,9 @@ pub const FLASH_IS_WORN: &CStr = c"flash-is-worn";
 /// What erased flash reads as.
 pub const FLASH_ERASED: u8 = 0xff;
 
+/// What a position sensor that has no reading stands at.
+pub const NO_READING: i32 = i32::MIN;
+
 /// What the board drives during one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Pins {
@@ -45,7 +48,7 @@ pub struct Converters {
     pub quiet_ticks: u16,
     /// Current-sense codes.
     pub current: [u16; 4],
-    /// Position sensor on the sensor input, in nanometres.
+    /// Position sensor on the sensor input, in nanometres; [`NO_READING`] where it read nothing.
     pub sensor_z_nm: i32,
     /// Code of the output stages' supply.
     pub supply: u16,
@@ -107,6 +110,11 @@ impl Converters {
         bytes[19..21].copy_from_slice(&self.missed_ticks.to_le_bytes());
         bytes[21..].copy_from_slice(&self.quiet_ticks.to_le_bytes());
         bytes
+    }
+
+    /// What the position sensor read (um), if it did.
+    pub fn sensor_z(&self) -> Option<f32> {
+        (self.sensor_z_nm != NO_READING).then_some(self.sensor_z_nm as f32 * 1e-3)
     }
 
     /// From bytes.

@@ -47,7 +47,9 @@ pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(),
     // Small currents tell the cold resistance, and an offset would be part of it.
     calibrate_sense::zero(board).await?;
     let mut on_trial = OnTrial {
-        bench: Bench::open(board, sensor, None, json).await?,
+        bench: Bench::open(board, sensor, None, json)
+            .await?
+            .with_sensor_lag(ask.sensor_lag),
         board,
         keep: ask.keep.as_deref(),
         force: ask.force,
@@ -196,6 +198,7 @@ fn report(
             .map(|left| format!("{}: {}", left.effect, left.because))
             .collect(),
         refined_rms_um: calibrated.refined_rms_um,
+        readings: calibrated.readings,
         calibrated_before: status::calibrated_words(had),
         before: calibrated.before.figures(),
         after: calibrated.after.figures(),

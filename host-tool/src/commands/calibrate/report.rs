@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use calibration_procedure::Figures;
+use calibration_procedure::{Figures, ReadingCounts};
 use control_core::design::COLD_RESISTANCE_TOLERANCE;
 use identification::Identification;
 use serde::Serialize;
@@ -26,6 +26,8 @@ pub(super) struct Report {
     /// What the stages that were refined leave of the displacement on the way, root mean square; only a sensor that is read at
     /// every tick tells.
     pub(super) refined_rms_um: Option<f64>,
+    /// What the sensor read on the way, and what of it bore no weight.
+    pub(super) readings: ReadingCounts,
     /// The calibration that the board had before.
     pub(super) calibrated_before: String,
     pub(super) before: Figures,
@@ -98,6 +100,14 @@ impl fmt::Display for Report {
             writeln!(
                 f,
                 "left by the refined stages while moving: {left:.3} um rms"
+            )?;
+        }
+        let counts = &self.readings;
+        if counts.without_weight() > 0 {
+            writeln!(
+                f,
+                "sensor     of {} readings {} were missing, {} stood alone and {} at an end of its range: they bore no weight",
+                counts.asked, counts.missing, counts.outlying, counts.clipped
             )?;
         }
         let files = [

@@ -12,6 +12,7 @@ use super::loaded::{Loaded, cache_directory, own_effect};
 use super::positioning::Positioning;
 use crate::cli::EffectCommand;
 use crate::error::ToolError;
+use crate::names::nearest;
 use crate::new_file::NewFile;
 use crate::report;
 use crate::working::while_working;
@@ -116,7 +117,10 @@ fn named(id: &str) -> Result<Arc<dyn Effect>, ToolError> {
     if id.ends_with(".toml") {
         return own_effect(Path::new(id));
     }
-    find(id).ok_or_else(|| ToolError::NoSuchEffect { id: id.to_owned() })
+    find(id).ok_or_else(|| ToolError::NoSuchEffect {
+        id: id.to_owned(),
+        nearest: nearest(id, built_in().iter().map(|effect| effect.info().id.clone())),
+    })
 }
 
 impl fmt::Display for Edited {

@@ -3,6 +3,7 @@
 mod interrupt;
 mod journal;
 mod keyboard;
+mod lag;
 pub(super) mod plane;
 mod point;
 mod possible;
@@ -49,7 +50,8 @@ pub(super) async fn run(
         dropped_samples: 0,
         interrupted: false,
     };
-    let mut bench = Bench::open(board, sensor, instruments.ambient_c, json).await?;
+    let bench = Bench::open(board, sensor, instruments.ambient_c, json).await?;
+    let mut bench = bench.with_sensor_lag(instruments.sensor_lag);
     let mut failed = Ok(());
     for (experiment, file) in experiments.iter().zip(files.drain(..)) {
         let (file, ended) = bench.measure_into(experiment, file).await;
@@ -69,7 +71,10 @@ pub(super) async fn run(
         report.dropped_samples = dropped.wrapping_sub(status.dropped_samples);
     }
     print(&report, json);
-    failed
+    match report.interrupted {
+        true => failed.and(Err(ToolError::Interrupted)),
+        false => failed,
+    }
 }
 
 /// What is played, after the rests that were asked for; found out to be playable before anything moves.

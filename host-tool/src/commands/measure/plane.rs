@@ -14,7 +14,7 @@ use super::interrupt::Interrupt;
 use super::keyboard::Keyboard;
 use super::point::Points;
 use super::possible::{check_drive, make_directory};
-use super::run::{Ended, LEASE_MS, attended, header, partial};
+use super::run::{Ended, LEASE_MS, attended, header, partial, whole};
 use super::spots::{Spots, parse};
 use crate::board::Board;
 use crate::cli;
@@ -117,7 +117,7 @@ pub(crate) async fn run(board: &Board, ask: cli::Plane, json: bool) -> Result<()
             path: scan_name(1),
             reason: no_plane(scan.levels[0].points.len()),
         }),
-        other => other.map(drop),
+        other => whole(other),
     }
 }
 
@@ -265,9 +265,6 @@ impl fmt::Display for Report {
         }
         for file in &self.files {
             writeln!(f, "kept       in {}", file.display())?;
-        }
-        if self.interrupted {
-            writeln!(f, "interrupted; channels are off")?;
         }
         Ok(())
     }

@@ -31,9 +31,34 @@ pub(crate) fn parse(text: &str) -> Result<Vec<(f64, f64)>, String> {
     Ok(readings)
 }
 
+/// A sensor's recording: seconds and micrometres as [`parse`] reads them, without the lines in which the sensor had no
+/// reading, where there is a time and then nothing, or no finite number.
+pub(super) fn recorded(text: &str) -> Result<Vec<(f64, f64)>, String> {
+    let is_lost = |line: &&str| {
+        line.split_once(',').is_some_and(|(t, z)| {
+            let is_no_number = z.trim().parse().is_ok_and(|z: f64| !z.is_finite());
+            finite(t).is_some() && (z.trim().is_empty() || is_no_number)
+        })
+    };
+    // An empty line keeps the numbers of those after it.
+    let read = text
+        .lines()
+        .map(|line| if is_lost(&line) { "" } else { line });
+    parse(&read.collect::<Vec<_>>().join("\n"))
+}
+
+/// So many times the usual time between two readings is a gap, in which nobody knows where the mirror was.
+const GAP: f64 = 3.0;
+
 /// Gives each row the displacement at its time, on a straight line between two readings; rows outside
-/// the readings stay without.
+/// the readings, or in a gap of them, stay without.
 pub(super) fn merge(readings: &[(f64, f64)], file: &mut MeasurementFile) {
+    let mut apart_s: Vec<f64> = readings
+        .windows(2)
+        .map(|pair| pair[1].0 - pair[0].0)
+        .collect();
+    apart_s.sort_by(f64::total_cmp);
+    let gap_s = GAP * apart_s.get(apart_s.len() / 2).copied().unwrap_or(0.0);
     let at = |t_s: f64| {
         let after = readings.partition_point(|(t, _)| *t < t_s);
         let (t1, z1) = *readings.get(after)?;
@@ -41,7 +66,7 @@ pub(super) fn merge(readings: &[(f64, f64)], file: &mut MeasurementFile) {
             return Some(z1);
         }
         let (t0, z0) = *readings.get(after.checked_sub(1)?)?;
-        Some(z0 + (t_s - t0) / (t1 - t0) * (z1 - z0))
+        (t1 - t0 <= gap_s).then(|| z0 + (t_s - t0) / (t1 - t0) * (z1 - z0))
     };
     let zero = at(0.0).unwrap_or(readings[0].1);
     let Some(first) = file.rows.first().copied() else {
@@ -83,6 +108,20 @@ mod tests {
         merge(&readings, &mut file);
         let z: Vec<_> = file.rows.iter().map(|row| row.z_um).collect();
         assert_eq!(z, [Some(1.0), Some(2.0), Some(4.0), None]);
+    }
+
+    #[test]
+    fn a_reading_that_was_lost_is_passed_over_and_a_gap_is_left_open() {
+        let text = "t_s,z_um\n0,1\n1,nan\n2,3\n3,\n4,inf\n5,-NaN\n6,7\n7,8\n8,9\n9,10\n10,11\n";
+        let readings = recorded(text).unwrap();
+        let times: Vec<f64> = readings.iter().map(|(t_s, _)| *t_s).collect();
+        assert_eq!(times, [0.0, 2.0, 6.0, 7.0, 8.0, 9.0, 10.0]);
+        let mut file = file(&[1.0, 4.0, 6.5]);
+        merge(&readings, &mut file);
+        let z: Vec<_> = file.rows.iter().map(|row| row.z_um).collect();
+        assert_eq!(z, [Some(1.0), None, Some(6.5)]);
+        let said = recorded("0,1\n1,nan\n2,x\n").unwrap_err();
+        assert!(said.starts_with("line 3, `2,x`"), "{said}");
     }
 
     #[test]

@@ -8,7 +8,7 @@ use super::keyboard::Keyboard;
 use super::point::Points;
 use super::possible::make_directory;
 use super::report::{MeasuredFile, Report};
-use super::run::{Ended, attended, header, partial};
+use super::run::{Ended, attended, header, partial, whole};
 use crate::board::Board;
 use crate::cli;
 use crate::error::ToolError;
@@ -42,13 +42,17 @@ pub(crate) async fn run(board: &Board, ask: cli::Reference, json: bool) -> Resul
     match journal.into_recording() {
         Some(recording) if rows > 1 => {
             let file = recording.replace(&measured.to_string())?;
-            report.measured.push(MeasuredFile { file, rows });
+            report.measured.push(MeasuredFile {
+                file,
+                rows,
+                without_displacement: 0,
+            });
         }
         Some(recording) => recording.discard()?,
         None => {}
     }
     report::print(&report, json);
-    ended.map(drop)
+    whole(ended)
 }
 
 /// Reads every height, and appends it to the file at once. Displacements count from the first.

@@ -17,12 +17,22 @@ pub(super) struct Report {
 pub(super) struct MeasuredFile {
     pub(super) file: PathBuf,
     pub(super) rows: usize,
+    /// Those in which the sensor read nothing.
+    pub(super) without_displacement: usize,
 }
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for MeasuredFile { file, rows } in &self.measured {
-            writeln!(f, "measured   {rows:>6} rows in {}", file.display())?;
+        for measured in &self.measured {
+            let (rows, file) = (measured.rows, measured.file.display());
+            writeln!(f, "measured   {rows:>6} rows in {file}")?;
+            if measured.without_displacement > 0 {
+                let without = measured.without_displacement;
+                writeln!(
+                    f,
+                    "           {without:>6} of them without a displacement: the sensor read nothing"
+                )?;
+            }
         }
         if self.dropped_samples > 0 {
             writeln!(
@@ -30,9 +40,6 @@ impl fmt::Display for Report {
                 "dropped    {} samples: the link was too slow",
                 self.dropped_samples
             )?;
-        }
-        if self.interrupted {
-            writeln!(f, "interrupted; channels are off")?;
         }
         Ok(())
     }

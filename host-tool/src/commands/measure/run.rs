@@ -12,6 +12,7 @@ use tokio::sync::oneshot;
 
 use super::interrupt::Interrupt;
 use super::journal::Journal;
+use super::lag;
 use super::report::MeasuredFile;
 use super::sensor::Sensor;
 use crate::board::{Board, RENEWED_LEASE};
@@ -24,6 +25,9 @@ use crate::working::spinner;
 const NOISE_READINGS: u32 = 100;
 const NOISE_PERIOD: Span = Span { s: 1e-3 };
 
+/// From the median of a normal distribution's absolute values to its standard deviation.
+const NORMAL: f64 = 1.4826;
+
 /// A board left alone while it measures ramps to zero after this.
 pub(super) const LEASE_MS: u32 = RENEWED_LEASE.as_millis() as u32;
 
@@ -31,11 +35,13 @@ pub(super) const LEASE_MS: u32 = RENEWED_LEASE.as_millis() as u32;
 pub(crate) struct Bench<'a> {
     board: &'a Board,
     sensor: Sensor,
+    /// How late the sensor tells what it reads.
+    sensor_lag: Span,
     ambient_c: Option<f64>,
     session: String,
     session_tick: u32,
-    /// Where the board's own sensor stood when the session first read it without drive.
-    zero_um: Option<f64>,
+    /// Where the board's own sensor stood when the session first read it at rest.
+    zero: Zero,
     bar: ProgressBar,
     quiet: bool,
     interrupt: Interrupt,
@@ -73,6 +79,14 @@ pub(super) async fn attended(
     }
 }
 
+/// What a command comes to whose measurement ended so: what was interrupted has not done what was asked.
+pub(crate) fn whole(ended: Result<Ended, ToolError>) -> Result<(), ToolError> {
+    match ended? {
+        Ended::Complete => Ok(()),
+        Ended::Interrupted => Err(ToolError::Interrupted),
+    }
+}
+
 /// Why a measurement is not whole, for its file.
 pub(crate) fn partial(ended: &Result<Ended, ToolError>) -> Option<String> {
     match ended {
@@ -102,16 +116,22 @@ impl<'a> Bench<'a> {
         Ok(Self {
             board,
             sensor,
+            sensor_lag: Span { s: 0.0 },
             ambient_c,
             session: now(),
             session_tick: off.tick,
-            zero_um: None,
+            zero: Zero::default(),
             bar,
             quiet,
             interrupt: Interrupt::listen()?,
             limits: Vec::new(),
             journal: Journal::default(),
         })
+    }
+
+    /// With a sensor that tells so late what it reads.
+    pub(crate) fn with_sensor_lag(self, sensor_lag: Span) -> Self {
+        Self { sensor_lag, ..self }
     }
 
     /// Measures one experiment, and writes `file` as its rows come. Where there are rows it is whole in the end, or the
@@ -125,12 +145,22 @@ impl<'a> Bench<'a> {
         let Measured { file, ended, .. } = self.measure(experiment).await;
         let recording = std::mem::take(&mut self.journal).into_recording();
         let rows = file.rows.len();
+        let unread = file.rows.iter().filter(|row| row.z_um.is_none()).count();
+        // Without any, currents alone were measured.
+        let without_displacement = if unread < rows { unread } else { 0 };
         match (recording, ended) {
             (Some(_), Err(error @ ToolError::CutShort { .. })) => (None, Err(error)),
             // A file without rows would be no measurement.
             (Some(recording), ended) if rows == 0 => (None, recording.discard().and(ended)),
             (Some(recording), ended) => match recording.replace(&file.to_string()) {
-                Ok(file) => (Some(MeasuredFile { file, rows }), ended),
+                Ok(file) => {
+                    let measured = MeasuredFile {
+                        file,
+                        rows,
+                        without_displacement,
+                    };
+                    (Some(measured), ended)
+                }
                 Err(error) => (None, Err(error)),
             },
             (None, ended) => (None, ended),
@@ -173,8 +203,9 @@ impl<'a> Bench<'a> {
         let off = off.and(self.board.stop_stream().await);
         let read = self.sensor.read_into(&mut file);
         if matches!(self.sensor, Sensor::Board) {
-            count_from_rest(&mut self.zero_um, &mut file);
+            self.zero.count_from(&mut file);
         }
+        lag::take_out(self.sensor_lag.s, experiment.reading, &mut file);
         Measured {
             file,
             limits: std::mem::take(&mut self.limits),
@@ -236,6 +267,7 @@ impl<'a> Bench<'a> {
     ) -> Result<(), ToolError> {
         let board = self.board;
         let off = board.off().await?;
+        self.zero.is_driven = experiment.prehold.is_some();
         if let Some(noise_um) = self.noise_um().await? {
             let mean_ticks = pieces
                 .first()
@@ -307,10 +339,8 @@ impl<'a> Bench<'a> {
                     row.ambient_c = self.ambient_c;
                     file.rows.push(row);
                     row.z_um = row.z_um.filter(|_| matches!(self.sensor, Sensor::Board));
-                    if row.voltage_v == [0.0; 4] {
-                        self.zero_um = self.zero_um.or(row.z_um);
-                    }
-                    self.journal.append(row, self.zero_um)?;
+                    self.zero.look_at(&row);
+                    self.journal.append(row, self.zero.um)?;
                     self.limits.push(Limits::from_bits(last.limits));
                 }
             }
@@ -339,13 +369,7 @@ impl<'a> Bench<'a> {
             .iter()
             .filter_map(|sample| sample.sensor_z_um.map(f64::from))
             .collect();
-        // The mirror may still move, so it is the scatter from one reading to the next.
-        let squares: Vec<f64> = readings
-            .windows(2)
-            .map(|pair| (pair[1] - pair[0]).powi(2) / 2.0)
-            .collect();
-        let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
-        Ok((!squares.is_empty()).then(|| mean.sqrt()))
+        Ok(noise_um(&readings))
     }
 
     async fn wait(&self, tick: u32, seconds: f64) -> Result<(), ToolError> {
@@ -353,14 +377,46 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// Moves displacements to the session's first one without drive; before there was one, they stay as they came.
-fn count_from_rest(zero_um: &mut Option<f64>, file: &mut MeasurementFile) {
-    let undriven = |row: &Row| row.z_um.filter(|_| row.voltage_v == [0.0; 4]);
-    *zero_um = zero_um.or_else(|| file.rows.iter().find_map(undriven));
-    let Some(zero_um) = *zero_um else { return };
-    for z_um in file.rows.iter_mut().filter_map(|row| row.z_um.as_mut()) {
-        *z_um -= zero_um;
+/// Where a sensor stands while the mirror is at rest.
+#[derive(Debug, Default)]
+struct Zero {
+    um: Option<f64>,
+    /// The experiment has driven the mirror: where it drives nothing later on, the mirror is on its way to rest.
+    is_driven: bool,
+}
+
+impl Zero {
+    /// Looks at the next row of an experiment.
+    fn look_at(&mut self, row: &Row) {
+        self.is_driven |= row.voltage_v != [0.0; 4];
+        if !self.is_driven {
+            self.um = self.um.or(row.z_um);
+        }
     }
+
+    /// Moves displacements to it; before there was one, they stay as they came.
+    fn count_from(&self, file: &mut MeasurementFile) {
+        let Some(zero_um) = self.um else { return };
+        for z_um in file.rows.iter_mut().filter_map(|row| row.z_um.as_mut()) {
+            *z_um -= zero_um;
+        }
+    }
+}
+
+/// The scatter of readings at rest, one standard deviation, from the median of what one differs from the one before: the
+/// mirror may still move, and a reading may stand alone. The root mean square, where most do not differ at all.
+fn noise_um(readings: &[f64]) -> Option<f64> {
+    let mut apart: Vec<f64> = readings
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0]).abs() / std::f64::consts::SQRT_2)
+        .collect();
+    apart.sort_by(f64::total_cmp);
+    let median = *apart.get(apart.len() / 2)?;
+    let mean_square = apart.iter().map(|um| um * um).sum::<f64>() / apart.len() as f64;
+    Some(match median > 0.0 {
+        true => NORMAL * median,
+        false => mean_square.sqrt(),
+    })
 }
 
 /// A file of an experiment in the session that began at this instant, which is time 0 on its clock.
@@ -388,9 +444,8 @@ pub(crate) fn today() -> String {
 mod tests {
     use super::*;
 
-    #[test]
-    fn displacements_count_from_the_session_s_first_one_without_drive() {
-        let file = |drives: &[f64]| MeasurementFile {
+    fn file(drives: &[f64]) -> MeasurementFile {
+        MeasurementFile {
             rows: drives
                 .iter()
                 .map(|&volts| Row {
@@ -400,13 +455,51 @@ mod tests {
                 })
                 .collect(),
             ..MeasurementFile::default()
-        };
-        let (mut zero_um, mut files) = (None, [&[1.0][..], &[1.0, 0.0, 2.0], &[3.0]].map(file));
-        for file in &mut files {
-            count_from_rest(&mut zero_um, file);
         }
-        let z_um: [Vec<f64>; 3] =
-            files.map(|file| file.rows.iter().filter_map(|row| row.z_um).collect());
-        assert_eq!(z_um, [vec![6.0], vec![1.0, 0.0, 2.0], vec![3.0]]);
+    }
+
+    /// Displacements of experiments of one session.
+    fn counted(drives: &[&[f64]]) -> Vec<Vec<f64>> {
+        let mut zero = Zero::default();
+        drives
+            .iter()
+            .map(|drives| {
+                let mut file = file(drives);
+                zero.is_driven = false;
+                file.rows.iter().for_each(|row| zero.look_at(row));
+                zero.count_from(&mut file);
+                file.rows.iter().filter_map(|row| row.z_um).collect()
+            })
+            .collect()
+    }
+
+    #[test]
+    fn displacements_count_from_the_session_s_first_one_at_rest() {
+        let z_um = counted(&[&[1.0], &[0.0, 1.0, 2.0], &[3.0]]);
+        assert_eq!(z_um, [vec![6.0], vec![0.0, 1.0, 2.0], vec![3.0]]);
+    }
+
+    #[test]
+    fn no_drive_in_mid_experiment_is_no_rest() {
+        let z_um = counted(&[&[2.0, 0.0, 2.0], &[1.0]]);
+        assert_eq!(z_um, [vec![7.0, 5.0, 7.0], vec![6.0]]);
+    }
+
+    #[test]
+    fn noise_is_that_of_most_readings() {
+        assert_eq!(noise_um(&[]), None);
+        assert_eq!(noise_um(&[1.0]), None);
+        // A sensor of 20 nm, as an even spread from -1.7 to 1.7 of it in the order of a prime's multiples.
+        let mut readings: Vec<f64> = (0..101)
+            .map(|index| 0.02 * 1.732 * (f64::from(index * 37 % 101) / 50.0 - 1.0))
+            .collect();
+        let is_20_nm = |noise: Option<f64>| (noise.expect("read") / 0.02 - 1.0).abs() < 0.5;
+        assert!(is_20_nm(noise_um(&readings)), "{:?}", noise_um(&readings));
+        readings[50] += 40.0;
+        assert!(is_20_nm(noise_um(&readings)), "{:?}", noise_um(&readings));
+        // A last digit that hardly ever changes.
+        let mut quiet = vec![0.0; 100];
+        quiet[40] = 1e-3;
+        assert!(noise_um(&quiet).expect("read") > 1e-4);
     }
 }

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use measurement::MeasurementFile;
 use tokio::time::sleep;
 
-use super::readings::{merge, parse};
+use super::readings::{merge, recorded};
 use super::serial::{self, Arriving};
 use crate::error::ToolError;
 
@@ -122,7 +122,7 @@ impl Sensor {
             Self::Recording { path, began } => {
                 *began = false;
                 let text = input_file::read_text(path, input_file::MOST_MADE)?;
-                let readings = parse(&text).map_err(|reason| cannot_read(path, reason))?;
+                let readings = recorded(&text).map_err(|reason| cannot_read(path, reason))?;
                 (path, readings)
             }
         };

@@ -45,6 +45,13 @@ pub struct Refined {
     pub residual_rms_um: f64,
 }
 
+impl Refined {
+    /// What its stages leave where the mirror rests (um, root mean square): friction lets go there otherwise than on its way.
+    pub fn rest_rms_um(&self) -> f64 {
+        self.residual_rms_um.hypot(noise::HELD_UM)
+    }
+}
+
 /// Why nothing was refined.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RefineError {

@@ -11,7 +11,7 @@ use experiments::instruments::POSITION_NOISE_UM;
 const SMOOTH_UM: f64 = POSITION_NOISE_UM;
 /// Under a drive that is held (um): nothing trembles, so friction lets go otherwise than under the control loop, and the four
 /// actuators are not at one position.
-const HELD_UM: f64 = 0.15;
+pub(super) const HELD_UM: f64 = 0.15;
 /// Ringing after a jump of the drive (um): a tenth of a range of 100 um.
 const RINGING_UM: f64 = 10.0;
 /// Moves in which the ringing falls to 1/e. That takes Q / pi periods, and a move five: this is a resonance of Q = 31.

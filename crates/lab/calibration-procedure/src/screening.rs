@@ -1,0 +1,302 @@
+//! Which of a sensor's readings bear weight: all but those that are missing, stand alone beside their neighbours, or stand at an
+//! end of the sensor's range.
+
+use experiments::{Experiment, Reading};
+use measurement::{MeasurementFile, Row};
+use serde::Serialize;
+
+use crate::bench::{Bench, Part};
+
+/// Readings on each side that one is held against (Hampel's identifier).
+const NEIGHBOURS: usize = 3;
+/// Of the neighbours' scatter (Hampel, J. Am. Stat. Assoc. 69 (1974) 383: three are usual). Twice as much, for a mirror that
+/// rings is no outlier.
+const SCATTERS: f64 = 6.0;
+/// From the median absolute deviation of a normal distribution to its standard deviation.
+const NORMAL: f64 = 1.4826;
+/// The least scatter that is known of a sensor (um), where its noise is not: its last digit.
+const LEAST_NOISE_UM: f64 = 1e-3;
+/// So many readings that are the same to the last digit, at drives that differ, stand at an end of the sensor's range.
+const SAME: usize = 8;
+/// Drives that differ by more than this move a mirror by more than a last digit (V).
+const MOVES_V: f64 = 0.02;
+/// The part of an experiment's readings that may bear no weight. With more, what the mirror does between them is a guess.
+const MOST_WITHOUT: f64 = 0.2;
+
+/// A sensor's readings, and those of them that bear no weight.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct ReadingCounts {
+    /// Rows that were to be read.
+    pub asked: usize,
+    /// Without a number.
+    pub missing: usize,
+    /// Far from their neighbours on both sides.
+    pub outlying: usize,
+    /// At an end of the sensor's range.
+    pub clipped: usize,
+}
+
+/// Too few readings of an experiment bear weight.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "in `{experiment}`, of {} readings of the sensor {} are missing, {} stand alone and {} at an end of its range",
+    counts.asked, counts.missing, counts.outlying, counts.clipped
+)]
+pub struct SensorError {
+    /// The experiment.
+    pub experiment: String,
+    /// Its readings.
+    pub counts: ReadingCounts,
+}
+
+impl ReadingCounts {
+    /// Readings that bear no weight.
+    pub fn without_weight(&self) -> usize {
+        self.missing + self.outlying + self.clipped
+    }
+
+    fn add(&mut self, more: Self) {
+        self.asked += more.asked;
+        self.missing += more.missing;
+        self.outlying += more.outlying;
+        self.clipped += more.clipped;
+    }
+}
+
+/// A bench whose readings are screened as they come.
+pub(crate) struct Screened<'a, B> {
+    bench: &'a mut B,
+    pub(crate) counts: ReadingCounts,
+}
+
+impl<'a, B: Bench> Screened<'a, B> {
+    pub(crate) fn new(bench: &'a mut B) -> Self {
+        Self {
+            bench,
+            counts: ReadingCounts::default(),
+        }
+    }
+}
+
+impl<B: Bench> Bench for Screened<'_, B> {
+    type Error = B::Error;
+
+    fn tick_s(&self) -> f64 {
+        self.bench.tick_s()
+    }
+
+    async fn measure(
+        &mut self,
+        part: Part,
+        experiment: &Experiment,
+    ) -> Result<MeasurementFile, B::Error> {
+        let mut file = self.bench.measure(part, experiment).await?;
+        let counts = screen(&mut file, experiment.reading);
+        self.counts.add(counts);
+        if counts.without_weight() as f64 > MOST_WITHOUT * counts.asked as f64 {
+            return Err(SensorError {
+                experiment: experiment.name.clone(),
+                counts,
+            }
+            .into());
+        }
+        Ok(file)
+    }
+
+    async fn put_on_trial(
+        &mut self,
+        calibration: &control_core::Calibration,
+    ) -> Result<(), B::Error> {
+        self.bench.put_on_trial(calibration).await
+    }
+
+    async fn compute<T: Send + 'static>(
+        &mut self,
+        what: &'static str,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, B::Error> {
+        self.bench.compute(what, work).await
+    }
+}
+
+/// Takes the readings that bear no weight out of a file, and counts them.
+fn screen(file: &mut MeasurementFile, reading: Reading) -> ReadingCounts {
+    let noise_um = file.keys.displacement_noise_um().unwrap_or(0.0);
+    let scatter_um = noise_um.max(LEAST_NOISE_UM);
+    let clipped = clipped(&file.rows);
+    let mut counts = ReadingCounts {
+        asked: file.rows.len(),
+        ..ReadingCounts::default()
+    };
+    for index in clipped {
+        counts.clipped += usize::from(file.rows[index].z_um.take().is_some());
+    }
+    // One reading a dwell has no neighbours of its own place.
+    if reading != Reading::EndOfDwell {
+        for index in outlying(&file.rows, scatter_um) {
+            counts.outlying += usize::from(file.rows[index].z_um.take().is_some());
+        }
+    }
+    let without = file.rows.iter().filter(|row| row.z_um.is_none()).count();
+    counts.missing = without - counts.clipped - counts.outlying;
+    counts
+}
+
+/// Rows whose readings are far from their neighbours' median, beside the neighbours' own scatter. Along a way up or down the
+/// median is the reading itself, however steep it is.
+fn outlying(rows: &[Row], scatter_um: f64) -> Vec<usize> {
+    let read: Vec<(usize, f64)> = rows
+        .iter()
+        .enumerate()
+        .filter_map(|(index, row)| Some((index, row.z_um?)))
+        .collect();
+    let is_outlying = |around: &&[(usize, f64)]| {
+        let z_um = around[NEIGHBOURS].1;
+        let median_um = median(around.iter().map(|(_, um)| *um));
+        let deviation_um = median(around.iter().map(|(_, um)| (um - median_um).abs()));
+        (z_um - median_um).abs() > SCATTERS * scatter_um.max(NORMAL * deviation_um)
+    };
+    read.windows(2 * NEIGHBOURS + 1)
+        .filter(is_outlying)
+        .map(|around| around[NEIGHBOURS].0)
+        .collect()
+}
+
+/// Rows of readings that stay at the file's lowest or highest while the drive does not.
+fn clipped(rows: &[Row]) -> Vec<usize> {
+    let read = || rows.iter().filter_map(|row| row.z_um);
+    let ends = [
+        read().fold(f64::INFINITY, f64::min),
+        read().fold(f64::NEG_INFINITY, f64::max),
+    ];
+    let drive_v = |row: &Row| row.voltage_v.iter().sum::<f64>() / row.voltage_v.len() as f64;
+    let mut clipped = Vec::new();
+    for end_um in ends {
+        let mut first = 0;
+        for run in rows.chunk_by(|a, b| (a.z_um == Some(end_um)) == (b.z_um == Some(end_um))) {
+            let drives = || run.iter().map(drive_v);
+            let span_v = drives().fold(f64::MIN, f64::max) - drives().fold(f64::MAX, f64::min);
+            if run[0].z_um == Some(end_um) && run.len() >= SAME && span_v > MOVES_V {
+                clipped.extend(first..first + run.len());
+            }
+            first += run.len();
+        }
+    }
+    clipped
+}
+
+/// The median of some numbers, the upper one of two in the middle.
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut sorted: Vec<f64> = values.collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted[sorted.len() / 2]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EVENLY: Reading = Reading::Evenly { readings: 1000 };
+
+    /// A sine of 2 Hz read at 1 kHz, with the noise of a sensor; every reading by what `change` makes of it.
+    fn sine(change: impl Fn(usize, f64) -> Option<f64>) -> MeasurementFile {
+        let mut file = MeasurementFile::default();
+        file.keys.set("noise_z_nm", "20");
+        for index in 0..1000 {
+            let t_s = index as f64 * 1e-3;
+            let phase = (2.0 * std::f64::consts::TAU * t_s).sin();
+            // What repeats only after a prime number of readings stands for noise of 20 nm.
+            let noise_um = 0.02 * 1.7 * ((index * 37 % 101) as f64 / 50.0 - 1.0);
+            file.rows.push(Row {
+                t_s,
+                voltage_v: [1.5 + 0.5 * phase; 4],
+                z_um: change(index, 80.0 + 30.0 * phase + noise_um),
+                ..Row::default()
+            });
+        }
+        file
+    }
+
+    fn counts(missing: usize, outlying: usize, clipped: usize) -> ReadingCounts {
+        ReadingCounts {
+            asked: 1000,
+            missing,
+            outlying,
+            clipped,
+        }
+    }
+
+    #[test]
+    fn a_sound_sensor_loses_no_reading() {
+        let mut file = sine(|_, um| Some(um));
+        let before = file.clone();
+        assert_eq!(screen(&mut file, EVENLY), counts(0, 0, 0));
+        assert_eq!(file, before);
+    }
+
+    #[test]
+    fn readings_that_are_missing_or_alone_are_taken_out_and_counted() {
+        let mut file = sine(|index, um| match index {
+            i if i % 250 == 100 => None,
+            // At its top, where it hardly moves.
+            125 => Some(um + 1.0),
+            500 => Some(um - 40.0),
+            501 => Some(um + 40.0),
+            _ => Some(um),
+        });
+        assert_eq!(screen(&mut file, EVENLY), counts(4, 3, 0));
+        assert!([125, 500, 501].iter().all(|&i| file.rows[i].z_um.is_none()));
+    }
+
+    #[test]
+    fn an_end_of_the_sensors_range_is_no_reading() {
+        let clips = |_, um: f64| Some(um.clamp(60.0, 100.0));
+        let mut file = sine(clips);
+        let found = screen(&mut file, EVENLY);
+        // Beyond 20 of 30 um on both sides: 2 acos(2/3) / pi of the time.
+        let share = 2.0 * (2.0_f64 / 3.0).acos() / std::f64::consts::PI;
+        // Noise at the edges, six crossings of some readings.
+        assert!(
+            (found.clipped as f64 - 1000.0 * share).abs() < 30.0,
+            "{found:?}"
+        );
+        assert!(found.without_weight() as f64 > MOST_WITHOUT * 1000.0);
+    }
+
+    #[test]
+    fn a_jump_and_its_ringing_are_no_outliers() {
+        let mut file = MeasurementFile::default();
+        for index in 0..400 {
+            // A step at 10 ms into ringing of 1 kHz, Q = 50, read at 10 kHz; before it a quiet sensor of 1 nm.
+            let t_s = index as f64 * 1e-4 - 0.01;
+            let ringing = (-20.0 * std::f64::consts::TAU / 2.0 * t_s).exp()
+                * (std::f64::consts::TAU * 1e3 * t_s).cos();
+            let z_um = if t_s < 0.0 {
+                20.0
+            } else {
+                100.0 - 80.0 * ringing
+            };
+            file.rows.push(Row {
+                t_s,
+                z_um: Some((z_um * 1e3).round() * 1e-3),
+                ..Row::default()
+            });
+        }
+        let found = screen(&mut file, Reading::AfterSteps { rate_hz: 1e4 });
+        assert_eq!(found.without_weight(), 0, "{found:?}");
+    }
+
+    #[test]
+    fn the_rest_of_a_mirror_is_no_end_of_a_range() {
+        let rows = (0..100).map(|index| Row {
+            t_s: f64::from(index),
+            z_um: Some(0.0),
+            ..Row::default()
+        });
+        let mut file = MeasurementFile {
+            rows: rows.collect(),
+            ..MeasurementFile::default()
+        };
+        assert_eq!(screen(&mut file, EVENLY).without_weight(), 0);
+    }
+}

@@ -1,0 +1,153 @@
+//! How well a mirror followed the positions that were asked of it.
+
+use std::fmt;
+
+use experiments::Signal;
+use measurement::Row;
+use serde::Serialize;
+
+/// The lag is sought up to so much of a period, in so many steps; a mirror that comes later follows nothing.
+const MOST_LAG: f64 = 0.5;
+const LAG_STEPS: u32 = 200;
+/// A span of less than this part of what was asked is told as not followed: 3 dB, where a bandwidth ends by convention.
+const FOLLOWED: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// What was asked and what was reached along a signal.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(super) struct Following {
+    /// Lowest and highest position that was asked for (um).
+    asked_um: [f64; 2],
+    /// Lowest and highest position that was reached (um).
+    reached_um: [f64; 2],
+    /// Reached less asked, in the mean (um).
+    mean_error_um: f64,
+    /// The same about its mean (um, root mean square).
+    rms_error_um: f64,
+    /// How late the mirror was: the shift of what was asked that leaves the least error (s).
+    lag_s: f64,
+}
+
+impl Following {
+    /// Of the rows from `from_s` on, whose displacements were read as their ticks began, `tick_s` after they were asked for.
+    pub(super) fn of(signal: &Signal, rows: &[Row], from_s: f64, tick_s: f64) -> Option<Self> {
+        let points: Vec<(f64, f64)> = rows
+            .iter()
+            .filter(|row| row.t_s >= from_s)
+            .filter_map(|row| Some((row.t_s - 0.5 * tick_s, row.z_um?)))
+            .collect();
+        if points.is_empty() {
+            return None;
+        }
+        let range = |um: &dyn Fn(&(f64, f64)) -> f64| {
+            let none = [f64::INFINITY, f64::NEG_INFINITY];
+            points
+                .iter()
+                .map(um)
+                .fold(none, |[low, high], um| [low.min(um), high.max(um)])
+        };
+        let errors = |lag_s: f64| {
+            let error = |(t_s, z_um): &(f64, f64)| z_um - signal.at(t_s - lag_s);
+            mean_and_rms(points.iter().map(error))
+        };
+        let lags_s = (0..=LAG_STEPS)
+            .map(|step| MOST_LAG * signal.period_s() * f64::from(step) / f64::from(LAG_STEPS));
+        let lag_s = lags_s.min_by(|a, b| errors(*a).1.total_cmp(&errors(*b).1))?;
+        let (mean_error_um, rms_error_um) = errors(0.0);
+        Some(Self {
+            asked_um: range(&|(t_s, _)| signal.at(*t_s)),
+            reached_um: range(&|(_, z_um)| *z_um),
+            mean_error_um,
+            rms_error_um,
+            lag_s,
+        })
+    }
+
+    /// Whether the mirror went hardly as far as it was asked to.
+    pub(super) fn falls_short(&self) -> bool {
+        let span = |[low, high]: [f64; 2]| high - low;
+        span(self.reached_um) < FOLLOWED * span(self.asked_um)
+    }
+}
+
+/// The mean, and the root mean square about it.
+fn mean_and_rms(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    let count = values.clone().count().max(1) as f64;
+    let mean = values.clone().sum::<f64>() / count;
+    let squares: f64 = values.map(|value| (value - mean).powi(2)).sum();
+    (mean, (squares / count).sqrt())
+}
+
+impl fmt::Display for Following {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let line = |f: &mut fmt::Formatter<'_>, what, [low, high]: [f64; 2]| {
+            writeln!(f, "{what:<10} {low:.3} to {high:.3} um")
+        };
+        line(f, "asked", self.asked_um)?;
+        line(f, "reached", self.reached_um)?;
+        writeln!(
+            f,
+            "error      {:.3} um in the mean, {:.3} um rms about it; {:.2} ms late",
+            self.mean_error_um,
+            self.rms_error_um,
+            1e3 * self.lag_s
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use experiments::Wave;
+    use proptest::prelude::*;
+
+    const TICK_S: f64 = 1e-4;
+
+    /// A sine of 50 um about 100 um, as a mirror follows it.
+    fn followed(
+        frequency_hz: f64,
+        z_um: impl Fn(&Signal, f64) -> Option<f64>,
+    ) -> Option<Following> {
+        let signal = Signal::Sine(Wave {
+            mean: 100.0,
+            amplitude: 50.0,
+            frequency_hz,
+        });
+        let rows: Vec<Row> = (0..2000)
+            .map(|index| {
+                let t_s = f64::from(index) * 3.0 / frequency_hz / 2000.0;
+                Row {
+                    t_s,
+                    z_um: z_um(&signal, t_s - 0.5 * TICK_S),
+                    ..Row::default()
+                }
+            })
+            .collect();
+        Following::of(&signal, &rows, 1.0 / frequency_hz, TICK_S)
+    }
+
+    proptest! {
+        #[test]
+        fn an_offset_and_a_lag_are_found(
+            frequency_hz in 0.1_f64..500.0, part in 0.0_f64..0.4, off_um in -5.0_f64..5.0,
+        ) {
+            let lag_s = part / frequency_hz;
+            let late = |signal: &Signal, t_s: f64| Some(signal.at(t_s - lag_s) + off_um);
+            let following = followed(frequency_hz, late).expect("it was read");
+            prop_assert!((following.mean_error_um - off_um).abs() < 0.1);
+            // Two sines so far apart in phase: the chord between them, over the root of 2.
+            let rms_um = 2.0_f64.sqrt() * 50.0 * (std::f64::consts::PI * part).sin();
+            prop_assert!((following.rms_error_um - rms_um).abs() < 0.1, "{:?}", following);
+            // Half a step of those that are tried.
+            prop_assert!((following.lag_s - lag_s).abs() * frequency_hz <= 0.5 * MOST_LAG / 200.0 + 1e-9);
+            prop_assert!(!following.falls_short());
+        }
+    }
+
+    #[test]
+    fn a_mirror_that_hardly_moves_falls_short() {
+        let following = followed(2000.0, |_, _| Some(100.0)).expect("it was read");
+        assert!(following.falls_short());
+        assert_eq!(following.reached_um, [100.0, 100.0]);
+        assert_eq!(followed(1.0, |_, _| None), None);
+    }
+}
