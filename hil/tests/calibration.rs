@@ -89,6 +89,30 @@ fn a_good_one_is_used_and_a_bad_one_is_not() {
 }
 
 #[test]
+fn a_file_is_loaded_and_one_that_cannot_be_used_changes_nothing() {
+    let bench = Bench::emulated(MirrorConfig::bench());
+    let text = calibration::to_toml(&calibration());
+    let write = |name: &str, text: &str| {
+        std::fs::write(bench.directory().join(name), text).expect("written");
+    };
+    write("mirror-7.toml", &text);
+    let loaded = bench.json(&["load-calibration", "mirror-7.toml"]);
+    assert_eq!(loaded["calibration"], "mirror 7, 2026-11-21, kept in flash");
+    assert_eq!(loaded["before"], "as the factory left it");
+
+    write("cut.toml", &text[..text.len() / 2]);
+    write("hot.toml", &text.replace("tcr", "ctr"));
+    for file in ["cut.toml", "hot.toml", "nowhere.toml"] {
+        let said = bench.tool(&["load-calibration", file, "--json"]);
+        assert_eq!(said.code, 1, "{said:?}");
+        assert!(said.err.contains(file), "{}", said.err);
+        assert!(said.out.starts_with(r#"{"error":{"code":"#), "{}", said.out);
+        let status = bench.json(&["status"]);
+        assert_eq!(status["calibration"]["device"], "mirror 7", "{status}");
+    }
+}
+
+#[test]
 fn pieces_must_follow_each_other() {
     let bench = Bench::emulated(MirrorConfig::bench());
     let mut link = link(&bench);

@@ -303,6 +303,10 @@ pub enum ToolError {
 
     #[error(transparent)]
     #[diagnostic(transparent)]
+    Calibration(#[from] calibration::CalibrationFileError),
+
+    #[error(transparent)]
+    #[diagnostic(transparent)]
     Model(#[from] mirror_model::ModelFileError),
 
     #[error(transparent)]
@@ -335,6 +339,12 @@ pub enum ToolError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     File(#[from] input_file::ReadError),
+
+    #[error("{} would hold SVG under a name that says otherwise", path.display())]
+    #[diagnostic(help(
+        "name it .svg; browsers show it, and `rsvg-convert` makes other formats of it"
+    ))]
+    PictureName { path: PathBuf },
 
     #[error("the picture cannot be drawn: {reason}")]
     #[diagnostic(help("the measurements hold nothing that can be drawn"))]

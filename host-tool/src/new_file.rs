@@ -39,6 +39,16 @@ impl NewFile {
         }
     }
 
+    /// A picture, whose name must not say that it is of another format than SVG.
+    pub(crate) fn picture(path: PathBuf, replace: bool) -> Result<Self, ToolError> {
+        match path.extension() {
+            Some(extension) if !extension.eq_ignore_ascii_case("svg") => {
+                Err(ToolError::PictureName { path })
+            }
+            _ => Self::create(path, replace),
+        }
+    }
+
     /// Gives the file its content and its name.
     pub(crate) fn write(mut self, text: &str) -> Result<PathBuf, ToolError> {
         let written = self.draft.write_all(text.as_bytes()).and_then(|()| {

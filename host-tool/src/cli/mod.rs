@@ -157,6 +157,12 @@ pub enum Command {
         after_long_help = "Example:\n  host-tool calibrate --device mirror-7 --picture calibrate.svg"
     )]
     Calibrate(Calibrate),
+    /// Use a calibration that `calibrate -o` wrote, from now on; all channels are off afterwards.
+    #[command(after_long_help = "Example:\n  host-tool load-calibration mirror-7.toml")]
+    LoadCalibration {
+        /// The calibration file. It holds for the mirror that it was made with.
+        file: PathBuf,
+    },
     /// Calibrate the board's current sense: its zero, with the mirror in place, and with a known resistor in the place of
     /// each actuator its gain; the channels are off afterwards.
     #[command(after_long_help = "Example:\n  host-tool calibrate-sense --resistor 499ohm")]
@@ -205,6 +211,9 @@ pub enum Command {
         /// Draw measured and modelled curves and what is left between them, as SVG.
         #[arg(help_heading = OUTPUT, long, value_name = "FILE")]
         picture: Option<PathBuf>,
+        /// Replace the picture if it exists.
+        #[arg(help_heading = OUTPUT, long)]
+        force: bool,
     },
     /// Say which physical effect a model lacks, or that these data cannot tell and what would.
     #[command(after_long_help = "Example:\n  host-tool diagnose fitted.toml session")]

@@ -8,6 +8,7 @@ mod following;
 mod history;
 mod lab;
 mod list;
+mod load_calibration;
 mod measure;
 mod moving;
 mod off;
@@ -87,12 +88,22 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         }
         Command::Scan(scan) => scan::run(&open().await?, scan, json).await,
         Command::Calibrate(ask) => calibrate::run(&open().await?, ask, json).await,
+        Command::LoadCalibration { file } => {
+            load_calibration::run(&open().await?, &file, json).await
+        }
         Command::CalibrateSense { resistor } => {
             calibrate_sense::run(&open().await?, resistor, json).await
         }
         Command::Fit { lab, output } => lab::fit(&lab, output, json),
         Command::Identify { lab, output } => lab::identify(&lab, output, json),
-        Command::Compare { lab, picture } => lab::compare(&lab, picture, json),
+        Command::Compare {
+            lab,
+            picture,
+            force,
+        } => {
+            let picture = picture.map(|path| NewFile::picture(path, force));
+            lab::compare(&lab, picture.transpose()?, json)
+        }
         Command::Diagnose { lab, effect } => lab::diagnose(&lab, &effect, json),
         Command::Effect(command) => lab::effect(command, json),
         Command::Completions { shell } => {

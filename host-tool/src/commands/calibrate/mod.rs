@@ -80,14 +80,12 @@ struct Outputs {
 
 impl Outputs {
     fn create(ask: &Calibrate) -> Result<Self, ToolError> {
-        let file = |path: &Option<PathBuf>| {
-            let create = |path: PathBuf| NewFile::create(path, ask.force);
-            path.clone().map(create).transpose()
-        };
+        let create = |path: PathBuf| NewFile::create(path, ask.force);
+        let picture = |path: PathBuf| NewFile::picture(path, ask.force);
         Ok(Self {
-            calibration: file(&ask.output)?,
-            model: file(&ask.model_output)?,
-            picture: file(&ask.picture)?,
+            calibration: ask.output.clone().map(create).transpose()?,
+            model: ask.model_output.clone().map(create).transpose()?,
+            picture: ask.picture.clone().map(picture).transpose()?,
         })
     }
 

@@ -47,7 +47,7 @@ pub(super) fn identify(input: &LabInput, output: ModelOutput, json: bool) -> Res
 /// `compare`: where the model fails, as it is.
 pub(super) fn compare(
     input: &LabInput,
-    picture: Option<PathBuf>,
+    picture: Option<NewFile>,
     json: bool,
 ) -> Result<(), ToolError> {
     let lab = Loaded::load(input)?;
@@ -60,8 +60,7 @@ pub(super) fn compare(
     if !json {
         report::write(&curves.in_the_terminal());
     }
-    if let Some(path) = picture {
-        let file = NewFile::create(path, true)?;
+    if let Some(file) = picture {
         let drawn = file.write(&curves.as_svg()?)?;
         eprintln!("drawn in {}", drawn.display());
     }
