@@ -1,7 +1,6 @@
 //! The host tool against an emulated board.
 
 use std::fs;
-use std::io::{self, BufRead, Write};
 use std::path::{Path, PathBuf};
 use std::process::{self, ExitCode};
 use std::time::Instant;
@@ -14,6 +13,8 @@ use virtual_mirror::MirrorConfig;
 use xtask::images::{self, Board};
 use xtask::setup;
 use xtask::tool;
+
+use crate::terminal::{self, Terminal};
 
 /// What a shell says of a process that Ctrl-C ended: 128 and the signal's number.
 const INTERRUPTED: i32 = 130;
@@ -192,6 +193,9 @@ fn start(arguments: &Arguments, boards_directory: PathBuf) -> Result<Running> {
 fn tidy_up_when_interrupted(leftovers: [&Path; 3]) -> Result<()> {
     let leftovers = leftovers.map(Path::to_owned);
     ctrlc::set_handler(move || {
+        if terminal::is_interrupt_for_command() {
+            return;
+        }
         for path in &leftovers {
             // A file or a directory, and perhaps gone already.
             let _ = fs::remove_file(path);
@@ -229,20 +233,14 @@ fn converse(board: &mut Running) -> Result<ExitCode> {
         );
         println!("`oven CELSIUS` brings the mirror to another temperature.");
     }
-    let mut lines = io::stdin().lock().lines();
-    loop {
-        print!("host-tool> ");
-        io::stdout().flush()?;
-        let Some(line) = lines.next().transpose()? else {
-            break;
-        };
-        let words: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
+    let mut terminal = Terminal::open()?;
+    while let Some(words) = terminal.read()? {
         match words.first().map(String::as_str) {
             None => {}
             Some("quit" | "exit") => break,
             Some(_) if board.surround(&words) => {}
             // What went wrong has been said; the next command may go better.
-            Some(_) => drop(host_tool(board, &words)?),
+            Some(_) => drop(terminal.meanwhile(|| host_tool(board, &words))?),
         }
         if let Some(reason) = board.end()? {
             print_log(board);

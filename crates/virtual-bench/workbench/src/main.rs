@@ -10,6 +10,7 @@ mod on_target;
 mod package;
 mod picture;
 mod positions;
+mod terminal;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
