@@ -220,10 +220,11 @@ impl<'a, P: Problem + ?Sized> Search<'a, P> {
         if let Some(trial) = &trial {
             self.learn(&(trial - &self.residuals - linear), &step);
         }
-        let taken = gain > ACCEPTED * expected;
-        if let Some(trial) = trial.filter(|_| taken) {
-            (self.at, self.residuals) = (there, trial);
-        }
+        let taken = trial.filter(|_| gain > ACCEPTED * expected);
+        let before = taken.map(|trial| {
+            let at = std::mem::replace(&mut self.at, there);
+            (at, std::mem::replace(&mut self.residuals, trial))
+        });
         let slope = 2.0 * gradient.dot(&step) / cost;
         self.trust(length, is_limited, gain, expected, slope);
         let tolerance = self.options.cost_tolerance;
@@ -233,7 +234,7 @@ impl<'a, P: Problem + ?Sized> Search<'a, P> {
         if length <= self.options.step_tolerance * size {
             return self.end(Termination::Step);
         }
-        self.follow(taken)
+        self.follow(before, length)
     }
 
     /// Whether no free parameter lowers the cost.
@@ -331,16 +332,25 @@ impl<'a, P: Problem + ?Sized> Search<'a, P> {
         }
     }
 
-    /// Computes the Jacobian anew where that is due.
-    fn follow(&mut self, taken: bool) -> Option<Termination> {
+    /// Computes the Jacobian anew where that is due. `before` is where a step of this length came from: one that leads to
+    /// where the model has no slopes is not taken after all.
+    fn follow(
+        &mut self,
+        before: Option<(DVector<f64>, DVector<f64>)>,
+        length: f64,
+    ) -> Option<Termination> {
         let due = match self.options.updates {
-            JacobianUpdates::EveryStep => taken,
+            JacobianUpdates::EveryStep => before.is_some(),
             JacobianUpdates::Secant { refresh } => {
-                self.updates >= refresh.max(1) || (!taken && self.updates > 1)
+                self.updates >= refresh.max(1) || (before.is_none() && self.updates > 1)
             }
         };
         if due && self.refresh().is_none() {
-            return Some(Termination::NoJacobian);
+            let Some((at, residuals)) = before else {
+                return Some(Termination::NoJacobian);
+            };
+            (self.at, self.residuals) = (at, residuals);
+            self.radius = SHRINK.0 * length;
         }
         self.rescale();
         None

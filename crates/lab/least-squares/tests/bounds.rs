@@ -196,3 +196,30 @@ fn the_same_fit_is_the_same_to_the_last_digit() {
     let fit = || minimised([-1.2, 1.0], &within([(-2.0, 0.9), (-1.0, 4.0)]));
     assert_eq!(fit().parameters, fit().parameters);
 }
+
+/// `ln x` towards -2, with slopes down to `x = 0.5` only.
+struct Cliff;
+
+impl Problem for Cliff {
+    fn residuals(&self, at: &DVector<f64>) -> Option<DVector<f64>> {
+        Some(dvector![at[0].ln() + 2.0])
+    }
+
+    fn jacobian(&self, at: &DVector<f64>, _: &DVector<f64>, _: &Bounds) -> Option<DMatrix<f64>> {
+        (at[0] > 0.5).then(|| DMatrix::from_element(1, 1, 1.0 / at[0]))
+    }
+}
+
+#[test]
+fn a_step_to_where_the_model_has_no_slopes_is_not_taken() {
+    let found = minimise(&Cliff, &dvector![1.0], &within_one((0.1, 9.0))).unwrap();
+    // At the edge; the last step, shorter than the tolerance of 1e-10, may end beyond it.
+    assert!((0.5 - 1e-9..0.6).contains(&found.parameters[0]), "{found:?}");
+}
+
+fn within_one(range: (f64, f64)) -> Options {
+    Options {
+        bounds: Some(Bounds::new([range])),
+        ..Options::default()
+    }
+}
