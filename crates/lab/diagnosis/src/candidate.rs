@@ -26,13 +26,16 @@ pub(crate) const PRICE: f64 = 6.0;
 const LEAST_WEIGHT: f64 = 1e-3;
 /// A change of the readings whose square is below this is none: rounding.
 const UNSEEN: f64 = 1e-6;
-/// A strength nearer to an end of its range than this part of the range is at the end.
+/// A strength nearer to an end of its range than this part of the range is at the end; nearer to 0 than this part of its usual
+/// size, at none.
 const AT_THE_END: f64 = 1e-3;
+/// A strength is told from zero where it is so many standard errors away from it: 95 % of a normal distribution.
+const TOLD: f64 = 2.0;
 
 /// An effect, and what became of it.
 pub(crate) struct Candidate {
     pub(crate) effect: Arc<dyn Effect>,
-    /// What it would change, one a start of its form.
+    /// What it would change, one a start of each of its forms.
     pub(crate) directions: Vec<Direction<Session>>,
     /// The score that the null ensemble stays below.
     pub(crate) threshold: f64,
@@ -51,8 +54,26 @@ pub(crate) struct Explanation<K: Kind> {
     pub(crate) score: f64,
     /// What it changes at its best values.
     pub(crate) change: Vector<K>,
-    /// Standard error of its strength, in its unit.
-    pub(crate) strength_error: f64,
+    /// Standard error of its strength by slopes, in its unit.
+    pub(crate) slope_error: f64,
+}
+
+impl<K: Kind> Explanation<K> {
+    /// Standard error of its strength, in its unit, where errors are so many times as wide as noise alone makes them. Where a
+    /// strength is known to a factor and not to a part of itself, slopes say nothing of its distance from zero; the drop of
+    /// the misfit does, by its signed root (O. Barndorff-Nielsen and D. Cox, "Inference and Asymptotics" (1994), section 3.3).
+    /// Where the strength acts linearly the two are the same.
+    pub(crate) fn strength_error(&self, widening: f64) -> f64 {
+        let strength = self.active.values[0].abs();
+        let drop = self.score + PRICE * self.active.values.len() as f64;
+        let of_drop = strength / drop.max(f64::MIN_POSITIVE).sqrt();
+        widening * self.slope_error.min(of_drop)
+    }
+
+    /// Whether its strength is not zero.
+    pub(crate) fn is_told_from_zero(&self, widening: f64) -> bool {
+        self.active.values[0].abs() > TOLD * self.strength_error(widening)
+    }
 }
 
 impl Candidate {
@@ -76,7 +97,7 @@ impl Candidate {
         self.explanation.as_ref().map_or(0.0, |e| e.score)
     }
 
-    /// Whether its strength lies inside its plausible range, not at an end that holds it back.
+    /// Whether its strength lies inside its plausible range, and at no end of it.
     pub(crate) fn is_plausible(&self) -> bool {
         self.explanation
             .as_ref()
@@ -88,15 +109,28 @@ impl Candidate {
         self.score() > self.threshold && self.is_plausible()
     }
 
-    /// Whether it changes any reading at all.
-    pub(crate) fn shows(&self) -> bool {
-        self.strongest() > UNSEEN
+    /// Whether the model runs away with it, whatever its form.
+    pub(crate) fn is_infeasible(&self) -> bool {
+        self.directions.is_empty()
     }
 
-    /// The largest misfit that it makes at its usual strength.
+    /// Whether it changes any reading at all, be it in a way that base parameters can take up.
+    pub(crate) fn shows(&self) -> bool {
+        self.directions.iter().any(|d| d.change.size() > UNSEEN)
+    }
+
+    /// The largest misfit that the first of its forms makes at its usual strength.
     pub(crate) fn strongest(&self) -> f64 {
-        let sizes = self.directions.iter().map(|d| d.change.norm_squared());
+        let sizes = self
+            .directions_of(self.effect.form())
+            .map(|d| d.change.norm_squared());
         sizes.fold(0.0, f64::max)
+    }
+
+    /// What it would change in one of its forms.
+    pub(crate) fn directions_of(&self, form: &str) -> impl Iterator<Item = &Direction<Session>> {
+        let of_form = move |d: &&Direction<Session>| d.active.effect.form() == form;
+        self.directions.iter().filter(of_form)
     }
 
     /// The strength above which it would be seen in 95 of 100 cases, in its unit; `None` where no plausible one is.
@@ -137,7 +171,9 @@ impl Candidate {
 fn is_plausible(active: &Active) -> bool {
     let (p, value) = (&active.effect.info().parameters[0], active.values[0]);
     let margin = AT_THE_END * (p.high - p.low);
-    value < p.high - margin && (value > p.low + margin || p.low == 0.0)
+    let is_some = value.abs() > AT_THE_END * p.start.abs();
+    let is_below = p.high == 0.0 || value < p.high - margin;
+    is_some && is_below && (p.low == 0.0 || value > p.low + margin)
 }
 
 /// The best of an effect's directions for a residual, its strength within its bounds. The change is linear in the strength,
@@ -164,7 +200,7 @@ pub(crate) fn scan<K: Kind>(
             Some(Explanation {
                 score: drop - PRICE * parameters.len() as f64,
                 change: &direction.change * times,
-                strength_error: usual.abs() / weight.sqrt(),
+                slope_error: usual.abs() / weight.sqrt(),
                 active,
             })
         })

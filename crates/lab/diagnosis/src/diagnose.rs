@@ -1,9 +1,11 @@
 //! Which physics is missing, said only when mirrors that lack nothing would not look the same.
 
 mod explain;
+mod form;
 mod held_out;
 mod one_heater;
 mod ranking;
+mod remainder;
 mod step_error;
 mod verdict;
 
@@ -11,22 +13,28 @@ use crate::candidate::{Candidate, Operating};
 use crate::confusions::Channels;
 use crate::null_distribution::{LeftOutFamily, NullDistribution};
 use crate::null_ensemble::NullEnsemble;
+use crate::null_improvement::NullImprovement;
 use crate::quantile::{quantile, sorted};
 use crate::report::{Diagnosis, Rms};
 use crate::residual_space::{BaseOnly, ModelDiscrepancy, ResidualSpace, Session, Training, Vector};
 use held_out::training_noise;
 use identification::Unit;
 use identification::dataset::{self, Dataset, Observation};
-use identification::fit::{Fitted, fit};
+use identification::fit::{Fitted, fit, fit_parameters, free_parameters};
 use identification::heater;
 use identification::prediction::{jacobian, predict, standard_deviation, white_noise};
-use mirror_model::effect::{Effect, built_in};
+use mirror_model::effect::{Active, Effect, built_in, forms};
 use mirror_model::{Model, Runaway};
 use nalgebra::DVector;
 use std::path::Path;
 use std::sync::Arc;
 
+/// The base moves so often at most where fits with an effect lead to a better one without it.
+const MOVES: usize = 3;
+
 /// Diagnoses a session: which effect, of the built-in ones and `own`, does this model lack?
+///
+/// Of settled readings no effect is tried that time has a part in, and of a heater on a bench none that changes no current.
 ///
 /// `cache` is a folder for what depends on the session's drives only; the first diagnosis of a kind of session fills it.
 ///
@@ -38,14 +46,74 @@ pub fn diagnose(
     own: &[Arc<dyn Effect>],
     cache: Option<&Path>,
 ) -> Result<Diagnosis, Runaway> {
-    let fitted = fit(model, data)?;
     let ensemble = NullEnsemble::new(data, cache)?;
-    let (analysis, mut candidates) = Analysis::new(data, fitted, &ensemble, own)?;
-    let invisible = candidates.iter().filter(|c| c.detection_limit().is_none());
-    let invisible = invisible.map(|c| c.id().to_owned()).collect();
-    analysis.explain(&mut candidates);
-    best_first(&mut candidates);
-    analysis.conclude(&candidates, invisible)
+    let mut effects = [&built_in(), own].concat();
+    effects.retain(|effect| !(data.is_steady && effect.is_of_time()));
+    let (analysis, mut candidates) = explained(model, data, &ensemble, &effects)?;
+    if data.is_of_heaters() {
+        candidates.retain(|candidate| candidate.shows() || candidate.is_infeasible());
+    }
+    analysis.conclude(&candidates)
+}
+
+/// A model fitted without an effect, and with it.
+pub(crate) struct WithEffect {
+    pub(crate) without: Fitted,
+    pub(crate) with: Fitted,
+    pub(crate) null_improvement: NullImprovement,
+}
+
+/// Fits a model without an effect and with it, by the very fits that a diagnosis makes.
+///
+/// # Errors
+/// [`Runaway`] if the model with it has no finite answer.
+pub(crate) fn with_effect(
+    model: &Model,
+    effect: Arc<dyn Effect>,
+    data: &Dataset,
+    ensemble: &NullEnsemble,
+) -> Result<WithEffect, Runaway> {
+    let (analysis, mut candidates) = explained(model, data, ensemble, &[effect])?;
+    let candidate = candidates.pop().expect("the one that was asked for");
+    let null_improvement = analysis.null_improvement(&candidate);
+    let with = match candidate.refit {
+        Some(refit) => refit.fitted,
+        None => {
+            let usual = || Active::usual(candidate.effect.clone());
+            let active = candidate.explanation.map_or_else(usual, |e| e.active);
+            let mut start = analysis.fitted.model.clone();
+            start.effects.push(active);
+            let all = free_parameters(&start, data);
+            fit_parameters(&start, data, &data.values(), &all)?
+        }
+    };
+    Ok(WithEffect {
+        without: analysis.fitted,
+        with,
+        null_improvement,
+    })
+}
+
+/// The analysis around the fitted base, with these effects tried and explained, the best first. Where fits with one of them lead
+/// to a better base, that is the base.
+fn explained<'a>(
+    model: &Model,
+    data: &'a Dataset,
+    ensemble: &'a NullEnsemble,
+    effects: &[Arc<dyn Effect>],
+) -> Result<(Analysis<'a>, Vec<Candidate>), Runaway> {
+    let mut fitted = fit(model, data)?;
+    let mut moves = 0;
+    loop {
+        let (analysis, mut candidates) = Analysis::new(data, fitted, ensemble, effects)?;
+        analysis.explain(&mut candidates);
+        best_first(&mut candidates);
+        match analysis.better_base(&candidates).filter(|_| moves < MOVES) {
+            Some(better) => fitted = better,
+            None => return Ok((analysis, candidates)),
+        }
+        moves += 1;
+    }
 }
 
 /// Everything that one session's candidates are judged with.
@@ -71,7 +139,7 @@ impl<'a> Analysis<'a> {
         data: &'a Dataset,
         fitted: Fitted,
         ensemble: &'a NullEnsemble,
-        own: &[Arc<dyn Effect>],
+        effects: &[Arc<dyn Effect>],
     ) -> Result<(Self, Vec<Candidate>), Runaway> {
         let jacobian = jacobian(&fitted.model, data, &fitted.free)?;
         let white = white_noise(data);
@@ -80,7 +148,7 @@ impl<'a> Analysis<'a> {
         let of_training = Arc::new(ModelDiscrepancy::new(ensemble.residuals(), &kept));
         let session = ResidualSpace::of_all(&jacobian, &discrepancy);
         let base = predict(&fitted.model, data)?;
-        let mut candidates = candidates(&fitted, data, &base, own, &session);
+        let mut candidates = candidates(&fitted, data, &base, effects, &session);
         let left_out = LeftOutFamily::all(&jacobian, &discrepancy, &white);
         let residual = session.vector(&fitted.standardised(data));
         let analysis = Self {
@@ -137,13 +205,13 @@ impl<'a> Analysis<'a> {
     }
 }
 
-/// Every effect that the model has not, with what it would change. In a heater on a bench those that change a reading, at
-/// the strengths that are plausible there.
+/// Those of these effects that the model has not, with what each would change; in a heater on a bench at the strengths that
+/// are plausible there.
 fn candidates(
     fitted: &Fitted,
     data: &Dataset,
     base: &[f64],
-    own: &[Arc<dyn Effect>],
+    effects: &[Arc<dyn Effect>],
     space: &ResidualSpace<Session>,
 ) -> Vec<Candidate> {
     let heater = heater::heater(&fitted.model, data);
@@ -161,16 +229,16 @@ fn candidates(
         Some(heater) => heater.suits(&effect),
         None => effect,
     };
-    built_in()
-        .into_iter()
-        .chain(own.iter().cloned())
+    effects
+        .iter()
+        .cloned()
         .filter(|effect| !is_present(effect))
-        .map(suited)
         .map(|effect| {
-            let directions = at.directions(&effect, space);
-            Candidate::new(effect, directions)
+            let forms = forms(&effect).into_iter().map(suited);
+            let directions = forms.flat_map(|form| at.directions(&form, space));
+            let directions = directions.collect();
+            Candidate::new(suited(effect), directions)
         })
-        .filter(|candidate| heater.is_none() || candidate.shows())
         .collect()
 }
 

@@ -1,29 +1,20 @@
 //! Adding an effect to a model, or taking it away, with the errors before and after.
 
-use crate::candidate::{Operating, scan};
+use crate::diagnose::with_effect;
 use crate::null_ensemble::NullEnsemble;
-use crate::null_improvement::{Fall, NullImprovement, null_improvement};
-use crate::residual_space::ResidualSpace;
-use identification::base::{identifiable, restarts};
+use crate::null_improvement::{Fall, NullImprovement};
+use crate::report::{BeforeAfter, WORTHWHILE};
 use identification::dataset::Dataset;
-use identification::fit::{Fitted, best_fit, fit, free_parameters};
+use identification::fit::{Fitted, fit};
 use identification::fit_report::{FitReport, report};
-use identification::heater;
-use identification::prediction::{jacobian, predict};
 use identification::{Comparison, Unit, compare};
-use mirror_model::effect::{Active, Effect};
+use mirror_model::effect::Effect;
 use mirror_model::{ACTUATORS, Model, Runaway};
 use serde::Serialize;
 use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 use thiserror::Error;
-
-/// An error that falls by less than this share of itself has not fallen: the rms of a thousand noisy
-/// readings is known to 1 / sqrt(2 * 1000).
-const WORTHWHILE: f64 = 0.02;
-/// One that falls by less than this has not fallen either (um or mA): 10 pm and 10 nA, below any sensor's noise.
-const NOTHING: f64 = 1e-5;
 
 /// Why a model was not changed.
 #[derive(Debug, Error, miette::Diagnostic)]
@@ -80,59 +71,19 @@ pub fn add(
     if model.effects.iter().any(|active| active.id() == id) {
         return Err(EditError::Present(id));
     }
-    let fitted = fit(model, data)?;
-    let effect = match heater::heater(&fitted.model, data) {
-        Some(heater) => heater.suits(&effect),
-        None => effect,
-    };
-    let slopes = jacobian(&fitted.model, data, &fitted.free)?;
-    let space = ResidualSpace::of_base(&slopes);
-    let base = predict(&fitted.model, data)?;
-    let at = Operating {
-        model: &fitted.model,
-        data,
-        base: &base,
-    };
-    let directions = at.directions(&effect, &space);
-    // A fit from one start may stay where it is.
-    let usual = Active::usual(effect);
-    let most = scan(&directions, &space.vector(&fitted.standardised(data)));
-    let actives = [usual.clone(), most.map_or(usual, |best| best.active)];
-    let starts = if data.is_of_heaters() {
-        heater::starts(&fitted.model, &actives, data)
-    } else {
-        from_all_times(&fitted.model, &actives, data)
-    };
-    let all = free_parameters(&starts[0], data);
-    let best = best_fit(&starts, data, &data.values(), &all)?;
-    let mut changed = change(fitted, best, data, files)?;
     let ensemble = NullEnsemble::new(data, cache)?;
-    let null = null_improvement(&directions, ensemble.residuals(), &space, data);
+    let added = with_effect(model, effect, data, &ensemble)?;
+    let fitted_numbers = added.with.free.len();
+    let mut changed = change(added.without, added.with, data, files)?;
     let read = data.observations.iter();
     let driven = read.filter(|o| data.drive(o) != [0.0; ACTUATORS]).count();
-    changed.edit.advice = if driven <= all.len() {
+    changed.edit.advice = if driven <= fitted_numbers {
         changed.edit.on_fitting_everything(&id)
     } else {
-        changed.edit.on_adding(&id, &null)
+        changed.edit.on_adding(&id, &added.null_improvement)
     };
-    changed.edit.null_improvement = Some(null);
+    changed.edit.null_improvement = Some(added.null_improvement);
     Ok(changed)
-}
-
-/// The fitted base with the effect, from other time constants too.
-fn from_all_times(fitted: &Model, actives: &[Active], data: &Dataset) -> Vec<Model> {
-    let bases = restarts(fitted, &identifiable(data))
-        .into_iter()
-        .chain([fitted.clone()]);
-    bases
-        .flat_map(|base| {
-            actives.iter().map(move |active| {
-                let mut with = base.clone();
-                with.effects.push(active.clone());
-                with
-            })
-        })
-        .collect()
 }
 
 /// Takes an effect away and refits everything.
@@ -195,20 +146,20 @@ impl Edit {
 
     /// By which part of itself each error falls: of what is compared, and of the currents.
     fn falls(&self) -> [f64; 2] {
-        let of = |before: f64, after: f64| {
-            let fall = before - after;
-            if fall.abs() < NOTHING {
-                0.0
-            } else {
-                fall / before
-            }
+        let of = |before, after, unit| {
+            let errors = BeforeAfter {
+                before,
+                after,
+                unit,
+            };
+            errors.fall()
         };
         let (before, after) = (self.before.current_rms_ma, self.after.current_rms_ma);
         [
-            of(self.before.rms, self.after.rms),
+            of(self.before.rms, self.after.rms, self.before.unit),
             before
                 .zip(after)
-                .map_or(0.0, |(before, after)| of(before, after)),
+                .map_or(0.0, |(before, after)| of(before, after, Unit::Milliampere)),
         ]
     }
 

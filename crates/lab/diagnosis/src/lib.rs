@@ -33,4 +33,4 @@ pub use null_ensemble::families::CALIBRATING;
 pub use null_ensemble::{MEMBERS, NullEnsemble};
 pub use null_improvement::{Fall, NullImprovement};
 pub use proposal::{Next, NextMeasurement, Proposal};
-pub use report::{BeforeAfter, Diagnosis, Ranked, Rms, Verdict};
+pub use report::{BeforeAfter, Diagnosis, Form, Ranked, Remainder, Rms, Verdict};

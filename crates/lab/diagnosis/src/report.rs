@@ -6,6 +6,12 @@ use identification::{Estimate, Unit};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
+/// An error that falls by less than this share of itself has not fallen: the rms of a thousand noisy readings is known to
+/// 1 / sqrt(2 * 1000).
+pub(crate) const WORTHWHILE: f64 = 0.02;
+/// One that falls by less than this has not fallen either (um or mA): 10 pm and 10 nA, below any sensor's noise.
+const NOTHING: f64 = 1e-5;
+
 /// The outcome of a diagnosis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -40,11 +46,43 @@ pub struct BeforeAfter {
     pub unit: Unit,
 }
 
+impl BeforeAfter {
+    /// By which part of itself the error falls; 0 where it is too small to.
+    pub fn fall(&self) -> f64 {
+        let fall = self.before - self.after;
+        if fall.abs() < NOTHING {
+            0.0
+        } else {
+            fall / self.before
+        }
+    }
+}
+
+/// What a named effect leaves that mirrors with nothing missing would not: what something else does, for the next round.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Remainder {
+    /// Its size.
+    pub rms: Rms,
+    /// The highest drive up to which the effect alone explains the readings (V), where there is one.
+    pub up_to_v: Option<f64>,
+}
+
+/// The form of an effect that nature has in several.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Form {
+    /// The best one.
+    pub name: String,
+    /// Others that cannot be told from it.
+    pub alike: Vec<String>,
+}
+
 /// One effect's place in the ranking.
 #[derive(Clone, Debug, Serialize)]
 pub struct Ranked {
     /// Its id.
     pub effect: String,
+    /// Its form, where it is above its threshold and has several.
+    pub form: Option<Form>,
     /// How much of the misfit it explains beyond base and discrepancy, less the price of its parameters.
     pub score: f64,
     /// The score that mirrors which lack nothing stay below in 95 of 100 cases, whichever effect is tried.
@@ -53,9 +91,9 @@ pub struct Ranked {
     pub probability: f64,
     /// The strength above which it would have been seen, in the unit of its first parameter; none if never.
     pub detection_limit: Option<f64>,
-    /// Of what is left on the rows held out of the fit of its strength, of the displacement (of the currents where no
-    /// displacement was measured).
-    pub held_out_rms: Rms,
+    /// On rows held out of the fit of its strength, what is left without it and with it, where base and discrepancy are fitted to
+    /// the other rows: of the displacement (of the currents where no displacement was measured).
+    pub held_out_rms: BeforeAfter,
     /// Errors of the displacement without it, and with it and everything fitted together (of the currents, where no
     /// displacement was measured).
     pub error_rms: BeforeAfter,
@@ -82,6 +120,8 @@ pub struct Diagnosis {
     pub effects: Vec<String>,
     /// Size of what lumped equations leave of the median mirror like this that lacks nothing.
     pub discrepancy_rms: Rms,
+    /// Where an effect is named that takes most of the error and leaves a part: what is left.
+    pub remainder: Option<Remainder>,
     /// The error, without and with the best effect.
     pub error_rms: BeforeAfter,
     /// Misfit beyond base and discrepancy, over the median one of mirrors that lack nothing (1: like them).
@@ -90,6 +130,8 @@ pub struct Diagnosis {
     pub solver_error: f64,
     /// Effects that these data would not show at any plausible strength.
     pub invisible: Vec<String>,
+    /// Effects with which the model runs away, whatever their form.
+    pub infeasible: Vec<String>,
     /// All effects that change a reading, best first.
     pub ranking: Vec<Ranked>,
     /// What would separate the rivals.

@@ -263,6 +263,11 @@ impl<K: Kind> Vector<K> {
             - self.explained.dot(&other.explained)
     }
 
+    /// The sum of squares over the noise, whatever explains it.
+    pub fn size(&self) -> f64 {
+        self.whitened.over_noise.norm_squared()
+    }
+
     /// The misfit that neither base nor discrepancy explains.
     pub fn norm_squared(&self) -> f64 {
         self.dot(self)

@@ -1,6 +1,6 @@
 //! A diagnosis in words.
 
-use crate::report::{BeforeAfter, Diagnosis, Ranked, Verdict};
+use crate::report::{BeforeAfter, Diagnosis, Form, Ranked, Remainder, Rms, Verdict};
 use identification::Estimate;
 use mirror_model::effect::{Parameter, find};
 use std::fmt;
@@ -15,7 +15,10 @@ impl fmt::Display for Diagnosis {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let list = self.effects.join(", ");
         match self.verdict {
-            Verdict::Named => writeln!(f, "Missing: {list}")?,
+            Verdict::Named => match &self.remainder {
+                None => writeln!(f, "Missing: {list}")?,
+                Some(remainder) => writeln!(f, "Missing: {}", mostly(&list, remainder))?,
+            },
             Verdict::Ambiguous => {
                 writeln!(f, "Missing: one of {list}; these data cannot tell which")?
             }
@@ -34,6 +37,10 @@ impl fmt::Display for Diagnosis {
         }
         self.errors(f)?;
         self.candidates(f)?;
+        if !self.infeasible.is_empty() {
+            let ids = self.infeasible.join(", ");
+            writeln!(f, "  not tried, since the model runs away with them: {ids}")?;
+        }
         if self.verdict == Verdict::None {
             self.limits(f)?;
         }
@@ -63,6 +70,17 @@ impl Diagnosis {
             writeln!(
                 f,
                 "  of the currents {before:.4} {unit} rms, then {after:.4} {unit}"
+            )?;
+        }
+        if let Some(best) = best.filter(|best| self.effects.contains(&best.effect)) {
+            let BeforeAfter {
+                before,
+                after,
+                unit,
+            } = best.held_out_rms;
+            writeln!(
+                f,
+                "  on readings held out of its fit {before:.3} {unit} rms, with it {after:.3} {unit}"
             )?;
         }
         if let Some(null) = best.and_then(|best| best.null_improvement) {
@@ -101,7 +119,8 @@ impl Diagnosis {
             close || self.effects.contains(&ranked.effect)
         };
         for ranked in shown().filter(told) {
-            writeln!(f, "  {}: {}", ranked.effect, ranked.why)?;
+            let form = ranked.form.as_ref().map_or(String::new(), said_of_form);
+            writeln!(f, "  {}: {form}{}", ranked.effect, ranked.why)?;
         }
         Ok(())
     }
@@ -129,6 +148,32 @@ impl Diagnosis {
             "  invisible in these data, at any plausible size: {}",
             self.invisible.join(", ")
         )
+    }
+}
+
+/// An effect that takes most of the error, and where it does not.
+fn mostly(effect: &str, remainder: &Remainder) -> String {
+    let Rms { value, unit } = remainder.rms;
+    match remainder.up_to_v {
+        Some(volts) => format!(
+            "mostly {effect}, up to {} V; something else above, which leaves {value:.3} {unit} rms",
+            digits(volts)
+        ),
+        None => {
+            format!("mostly {effect}; something else besides, which leaves {value:.3} {unit} rms")
+        }
+    }
+}
+
+/// "its form is air, which these data do not tell from linear; "
+fn said_of_form(form: &Form) -> String {
+    let Form { name, alike } = form;
+    match &alike[..] {
+        [] => format!("its form is {name}; "),
+        alike => format!(
+            "its form is {name}, which these data do not tell from {}; ",
+            alike.join(", ")
+        ),
     }
 }
 
@@ -168,7 +213,7 @@ impl fmt::Display for Ranked {
             "{effect:<22} {score:>9.1} {threshold:>9.1} {:>5.0}% {:>9.3} {:>9.3} ",
             100.0 * probability,
             self.error_rms.after,
-            self.held_out_rms.value
+            self.held_out_rms.after
         )?;
         for (
             symbol,
@@ -197,7 +242,6 @@ impl fmt::Display for Ranked {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::Rms;
     use identification::Unit;
     use std::collections::BTreeMap;
 
@@ -217,14 +261,12 @@ mod tests {
         };
         Ranked {
             effect: effect.into(),
+            form: None,
             score,
             threshold: 48.0,
             probability: 1.0,
             detection_limit: Some(0.01),
-            held_out_rms: Rms {
-                value: 0.02,
-                unit: Unit::Milliampere,
-            },
+            held_out_rms: error(Unit::Milliampere),
             error_rms: error(Unit::Milliampere),
             current_rms: None,
             null_improvement: None,
@@ -243,10 +285,12 @@ mod tests {
                 value: 0.3,
                 unit: Unit::Milliampere,
             },
+            remainder: None,
             error_rms: error(Unit::Milliampere),
             misfit: 2.0,
             solver_error: 0.0,
             invisible: vec!["radiation".into()],
+            infeasible: vec![],
             ranking: vec![ranked("creep", 100.0), ranked("hysteresis", 30.0)],
             next_measurement: None,
         }
@@ -278,6 +322,26 @@ mod tests {
         let mut blind = diagnosis(Verdict::None, &[]);
         blind.invisible.push("crosstalk".into());
         assert!(blind.to_string().starts_with("These data cannot tell"));
+    }
+
+    #[test]
+    fn what_takes_most_of_the_error_is_told_with_where_it_does_not() {
+        let mut found = diagnosis(Verdict::Named, &["radiation"]);
+        found.remainder = Some(Remainder {
+            rms: found.discrepancy_rms,
+            up_to_v: Some(9.0),
+        });
+        let said = found.to_string();
+        let first = "Missing: mostly radiation, up to 9.00 V; something else above, which leaves 0.300 mA rms";
+        assert_eq!(said.lines().next(), Some(first));
+    }
+
+    #[test]
+    fn what_the_model_runs_away_with_is_told() {
+        let mut found = diagnosis(Verdict::None, &[]);
+        found.infeasible = vec!["radiation".into()];
+        let told = "not tried, since the model runs away with them: radiation";
+        assert!(found.to_string().contains(told), "{found}");
     }
 
     #[test]

@@ -39,13 +39,25 @@ pub fn identifiable(data: &Dataset) -> Vec<BaseParameter> {
     }
     let durations = data.intervals.iter().map(|interval| interval.duration_s);
     let shortest_s = durations.fold(f64::INFINITY, f64::min);
+    if data.is_steady {
+        return free;
+    }
     if data.observations.len() > TRANSIENT_OBSERVATIONS && shortest_s < FAST_S {
-        let poles = [Symbol::FastTime, Symbol::MiddleWeight, Symbol::MiddleTime];
-        free.extend(poles.map(BaseParameter::Shared));
+        free.extend(poles(data).map(BaseParameter::Shared));
     } else if data.is_of_heaters() {
         free.push(BaseParameter::Shared(Symbol::FastTime));
     }
     free
+}
+
+/// Time and weight of the poles that transients show: of a mirror the fast one and the middle one, whose time is bounded, as
+/// beams and plate bound it; of a heater on a bench, which may be as slow as it likes, the slow one.
+fn poles(data: &Dataset) -> [Symbol; 3] {
+    if data.is_of_heaters() {
+        [Symbol::FastTime, Symbol::SlowWeight, Symbol::SlowTime]
+    } else {
+        [Symbol::FastTime, Symbol::MiddleWeight, Symbol::MiddleTime]
+    }
 }
 
 /// The median of V/I over the quarter of readings at the lowest drives, of those whose current can be told from its noise, in
@@ -80,25 +92,34 @@ fn distinct_drives(data: &Dataset) -> usize {
     drives.len()
 }
 
-/// Fast time (s), weight and time (s) of the middle pole that fits start from: mirrors differ in them by orders of magnitude,
-/// and a fit that starts far off stays there. They span those of the null ensemble's families (`diagnosis`), on which
-/// `cargo xtask bench diagnose` benches them.
-const TIMES: [(f64, f64, f64); 3] = [(8e-3, 0.2, 0.04), (2e-3, 0.3, 0.02), (0.02, 0.3, 0.2)];
+/// Fast time (s), weight and time (s) of the second pole.
+type Times = (f64, f64, f64);
 
-/// Where fits start: usual sizes for the time constants that the model leaves at 0, and cold resistances read off the
-/// smallest drives, since heaters differ by orders of magnitude.
+/// Those of a mirror that fits start from: mirrors differ in them by orders of magnitude, and a fit that starts far off stays
+/// there. They span those of the null ensemble's families (`diagnosis`), on which `cargo xtask bench diagnose` benches them.
+const TIMES: [Times; 3] = [(8e-3, 0.2, 0.04), (2e-3, 0.3, 0.02), (0.02, 0.3, 0.2)];
+/// Of a heater the second pole's weight, and how many times slower than the first it is, that fits start from.
+const HEATER_WEIGHT: f64 = 0.3;
+const HEATER_RATIO: f64 = 10.0;
+
+/// The sets of time constants that fits to these data start from.
+fn times(data: &Dataset) -> Vec<Times> {
+    if !data.is_of_heaters() {
+        return TIMES.to_vec();
+    }
+    heater::times(data)
+        .map(|fast_s| (fast_s, HEATER_WEIGHT, HEATER_RATIO * fast_s))
+        .to_vec()
+}
+
+/// Where fits start: usual sizes for the time constants that the model leaves at 0, cold resistances read off the smallest
+/// drives, since heaters differ by orders of magnitude, and what was measured of other parameters.
 pub fn seeds(model: &Model, free: &[BaseParameter], data: &Dataset) -> Vec<Model> {
-    let timeless = |symbol| {
-        free.contains(&BaseParameter::Shared(symbol))
-            && BaseParameter::Shared(symbol).get(model) <= 0.0
-    };
-    let times = match (timeless(Symbol::FastTime), timeless(Symbol::MiddleTime)) {
-        (true, true) => TIMES.to_vec(),
-        (true, false) if data.is_of_heaters() => heater::times(data)
-            .map(|fast_s| (fast_s, 0.0, 0.0))
-            .to_vec(),
-        _ => vec![TIMES[0]],
-    };
+    let fast = BaseParameter::Shared(Symbol::FastTime);
+    let mut times = times(data);
+    if !free.contains(&fast) || fast.get(model) > 0.0 {
+        times.truncate(1);
+    }
     let models = if data.is_of_heaters() {
         heater::seeds(model, data)
     } else {
@@ -106,16 +127,31 @@ pub fn seeds(model: &Model, free: &[BaseParameter], data: &Dataset) -> Vec<Model
     };
     models
         .iter()
-        .flat_map(|model| times.iter().map(|&times| seed(model, free, times)))
+        .map(|model| as_measured(model, free))
+        .flat_map(|model| {
+            let seed = |&times: &Times| seed(&model, free, times);
+            times.iter().map(seed).collect::<Vec<_>>()
+        })
         .collect()
+}
+
+/// The model with what was measured of its free parameters.
+fn as_measured(model: &Model, free: &[BaseParameter]) -> Model {
+    let mut known = model.clone();
+    for &parameter in free {
+        if let Some(measured) = model.measured.get(&parameter.symbol()) {
+            parameter.set(&mut known, measured.value);
+        }
+    }
+    known
 }
 
 /// A fitted model with each of the sets of time constants that fits start from: the best fit without an effect may lie far
 /// from the best one with it.
-pub fn restarts(fitted: &Model, free: &[BaseParameter]) -> Vec<Model> {
-    TIMES
-        .iter()
-        .map(|&times| {
+pub fn restarts(fitted: &Model, free: &[BaseParameter], data: &Dataset) -> Vec<Model> {
+    times(data)
+        .into_iter()
+        .map(|times| {
             let mut model = fitted.clone();
             for &parameter in free {
                 if let Some(usual) = usual(parameter.symbol(), times) {
@@ -127,11 +163,11 @@ pub fn restarts(fitted: &Model, free: &[BaseParameter]) -> Vec<Model> {
         .collect()
 }
 
-fn usual(symbol: Symbol, (fast_s, weight, middle_s): (f64, f64, f64)) -> Option<f64> {
+fn usual(symbol: Symbol, (fast_s, weight, second_s): Times) -> Option<f64> {
     match symbol {
         Symbol::FastTime => Some(fast_s),
-        Symbol::MiddleWeight => Some(weight),
-        Symbol::MiddleTime => Some(middle_s),
+        Symbol::MiddleWeight | Symbol::SlowWeight => Some(weight),
+        Symbol::MiddleTime | Symbol::SlowTime => Some(second_s),
         _ => None,
     }
 }
@@ -147,7 +183,7 @@ pub fn with_own_resistances(model: &Model, data: &Dataset) -> Model {
     model
 }
 
-fn seed(model: &Model, free: &[BaseParameter], times: (f64, f64, f64)) -> Model {
+fn seed(model: &Model, free: &[BaseParameter], times: Times) -> Model {
     let mut model = model.clone();
     for &parameter in free {
         if let Some(usual) = usual(parameter.symbol(), times)
@@ -248,7 +284,8 @@ mod tests {
         let mut known = starts[1].clone();
         known.parameters.fast_s = 5e-3;
         assert_eq!(of(&seeds(&known, &free, &data)[0]), [5e-3, 0.3, 0.02]);
-        assert_eq!(restarts(&known, &free).len(), TIMES.len());
-        assert_eq!(of(&restarts(&known, &free)[0]), all[0]);
+        let restarts = restarts(&known, &free, &data);
+        assert_eq!(restarts.len(), TIMES.len());
+        assert_eq!(of(&restarts[0]), all[0]);
     }
 }

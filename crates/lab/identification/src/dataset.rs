@@ -14,6 +14,9 @@ const DENSE_ROWS: usize = 1500;
 /// Rows that are kept of a held drive lie apart by this ratio of the time since its jump, 24 a decade: what poles do there is
 /// smooth in the logarithm of time.
 const THINNING: f64 = 1.1;
+/// How long the drive of a settled reading was on (s): time constants that a base may have without being fitted, some seconds,
+/// are over.
+const SETTLED_S: f64 = 100.0;
 /// A pause that is shorter is rounding of the times (s).
 const NO_TIME_S: f64 = 1e-6;
 
@@ -59,6 +62,8 @@ pub struct Dataset {
     pub first_ambient_c: Option<f64>,
     /// Experiments whose displacements count from a zero of their own.
     pub own_zeros: Vec<OwnZero>,
+    /// Whether all readings are settled ones, which time and order say nothing of.
+    pub is_steady: bool,
 }
 
 impl Dataset {
@@ -67,6 +72,7 @@ impl Dataset {
         let surroundings = Surroundings::of(session);
         let mut data = Self {
             first_ambient_c: surroundings.first_c(),
+            is_steady: session.files.iter().all(|(_, file)| file.keys.is_steady()),
             ..Self::default()
         };
         let noise = Noise::of(session);
@@ -134,6 +140,24 @@ impl Dataset {
         self.intervals[observation.interval].to_v
     }
 
+    /// The first reading at or after a time from the start of the simulation, in words for people.
+    pub fn first_reading_after(&self, t_s: f64) -> Option<String> {
+        let mut end_s = 0.0;
+        let running = self.intervals.iter().position(|interval| {
+            end_s += interval.duration_s;
+            end_s >= t_s
+        })?;
+        let reading = self.observations.iter().find(|o| o.interval >= running)?;
+        let volts = self.drive(reading).into_iter().fold(0.0, f64::max);
+        let experiment = &self.experiments.get(reading.experiment)?;
+        Some(if self.is_steady {
+            format!("in `{experiment}`, from its reading at {volts} V on")
+        } else {
+            let t_s = reading.t_s;
+            format!("in `{experiment}`, from its reading at {t_s} s on ({volts} V)")
+        })
+    }
+
     /// The displacement that all others count from: the first one without drive.
     pub fn zero(&self) -> Option<&Observation> {
         let mut observed = self.observations.iter();
@@ -192,6 +216,19 @@ impl Dataset {
         };
         let moves = |index| around(index) != Interval::default();
         clock.moved |= (0..file.rows.len()).any(moves);
+        if file.keys.is_steady() {
+            for (index, row) in file.rows.iter().enumerate() {
+                self.intervals.push(Interval {
+                    duration_s: SETTLED_S,
+                    from_v: row.voltage_v,
+                    to_v: row.voltage_v,
+                    ..around(index)
+                });
+                self.observe(file, row, noise, experiment);
+            }
+            clock.end_s = start + SETTLED_S * file.rows.len() as f64;
+            return;
+        }
         let (hold_v, hold_s) = file.keys.prehold().unwrap_or((0.0, 0.0));
         self.hold(0.0, start - hold_s - clock.end_s, around(0));
         self.hold(hold_v, hold_s, around(0));

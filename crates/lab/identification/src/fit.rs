@@ -3,10 +3,10 @@
 use crate::base::{identifiable, seeds};
 use crate::dataset::{Dataset, Observation, rms};
 use crate::heater;
-use crate::parameter::{BaseParameter, FreeParameter};
+use crate::parameter::{BaseParameter, FreeParameter, misfit_of_measured};
 use crate::prediction::{jacobian, predict, slopes, standard_deviation, standardised};
 use least_squares::{Bounds, Options, Prior, Problem, minimise};
-use mirror_model::{Model, Runaway, Symbol};
+use mirror_model::{ACTUATORS, Model, Runaway, Symbol};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -20,6 +20,8 @@ const FINE: f64 = 1e-6;
 /// A fit evaluates its model so often at most, times one more than its parameters: what has not ended by then creeps along a
 /// valley that the data do not determine.
 const EVALUATIONS: usize = 12;
+/// Where every start runs away, parts of its heating that fits start from.
+const COOLER: [f64; 3] = [0.1, 0.01, 1e-3];
 /// A time constant is not known to a factor of e where all standardised residuals together change by less than this with its
 /// logarithm: its standard error is above 1.
 const IDLE: f64 = 1.0;
@@ -68,9 +70,10 @@ impl Fitted {
         self.residuals.iter().copied().zip(&data.observations)
     }
 
-    /// The sum of squares of the standardised residuals.
+    /// The sum of squares of the standardised residuals, and of how far the fitted parameters are off what was measured of them.
     pub fn cost(&self, data: &Dataset) -> f64 {
-        self.standardised(data).iter().map(|r| r * r).sum()
+        let of_measured = misfit_of_measured(&self.model, self.free.iter().copied());
+        self.standardised(data).norm_squared() + of_measured
     }
 }
 
@@ -94,6 +97,18 @@ impl Readings<'_> {
     fn bounds(&self) -> Bounds {
         let bounds = |parameter: &FreeParameter| parameter.bounds(self.start);
         Bounds::new(self.parameters.iter().map(bounds))
+    }
+
+    /// What was measured of a parameter; of the others, that they are about where the fit starts.
+    fn prior(&self, first: &DVector<f64>) -> Prior {
+        let known = self.parameters.iter().zip(first.iter());
+        let (mean, deviation): (Vec<f64>, Vec<f64>) = known
+            .map(|(parameter, &at)| parameter.measured(self.start).unwrap_or((at, PRIOR)))
+            .unzip();
+        Prior {
+            mean: mean.into(),
+            standard_deviation: deviation.into(),
+        }
     }
 
     fn coordinates(&self) -> DVector<f64> {
@@ -121,16 +136,38 @@ impl Problem for Readings<'_> {
     }
 }
 
-/// Fits a model to a dataset's observations, from several starts.
+/// Fits a model to a dataset's observations, from several starts. Where all of these run away, from cooler ones.
 ///
 /// # Errors
-/// [`Runaway`] if the model that it starts from, or the best one, has no finite answer.
+/// [`Runaway`] if no start has a finite answer; it says which reading is the first without one.
 pub fn fit(model: &Model, data: &Dataset) -> Result<Fitted, Runaway> {
     let model = heater::suited(model, data);
     let starts = seeds(&model, &identifiable(data), data);
     let parameters = free_parameters(&starts[0], data);
-    let fitted = best_fit(&starts, data, &data.values(), &parameters)?;
+    let fitted = best_fit(&starts, data, &data.values(), &parameters).or_else(|runaway| {
+        let cooler: Vec<Model> = starts.iter().flat_map(cooler).collect();
+        best_fit(&cooler, data, &data.values(), &parameters).map_err(|_| runaway)
+    })?;
     without_idle_time(fitted, &model, data)
+}
+
+/// The model with less heating, and with none of what its effects add.
+fn cooler(start: &Model) -> [Model; COOLER.len()] {
+    COOLER.map(|share| {
+        let mut cool = start.clone();
+        for actuator in 0..ACTUATORS {
+            let thermal = BaseParameter::Own(Symbol::ThermalResistance, actuator);
+            if start.by_actuator.contains_key(&Symbol::ThermalResistance) {
+                thermal.set(&mut cool, share * thermal.get(start));
+            }
+        }
+        let shared = BaseParameter::Shared(Symbol::ThermalResistance);
+        shared.set(&mut cool, share * shared.get(start));
+        for active in &mut cool.effects {
+            active.values[0] = 0.0;
+        }
+        cool
+    })
 }
 
 /// The fit without the time constant that none of a heater's readings depends on, which stays where the model has it.
@@ -200,7 +237,7 @@ fn minimised(
     let bounds = readings.bounds();
     let first = bounds.clamp(&readings.coordinates());
     let options = Options {
-        prior: Some(Prior::around(first.clone(), PRIOR)),
+        prior: Some(readings.prior(&first)),
         bounds: Some(bounds),
         cost_tolerance: tolerance,
         step_tolerance: tolerance,

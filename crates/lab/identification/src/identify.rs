@@ -161,7 +161,10 @@ impl<'a> Search<'a> {
         }
         let mut parameters: Vec<FreeParameter> = free
             .into_iter()
-            .filter(|free| ![MIDDLE.weight, MIDDLE.time].contains(&free.symbol()))
+            .filter(|free| {
+                let of = |pole: &Pole| [pole.weight, pole.time].contains(&free.symbol());
+                ![MIDDLE, SLOW].iter().any(of)
+            })
             .map(FreeParameter::Base)
             .collect();
         for (index, active) in model.effects.iter().enumerate() {

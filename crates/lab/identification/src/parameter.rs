@@ -84,6 +84,19 @@ impl BaseParameter {
     }
 }
 
+/// How far these parameters of a model are off what was measured of them apart from the session: the sum of squares, each in
+/// its standard deviation.
+pub fn misfit_of_measured(
+    model: &Model,
+    parameters: impl IntoIterator<Item = FreeParameter>,
+) -> f64 {
+    let off = parameters.into_iter().filter_map(|parameter| {
+        let (mean, deviation) = parameter.measured(model)?;
+        Some(((parameter.coordinate(model) - mean) / deviation).powi(2))
+    });
+    off.sum()
+}
+
 /// A number that is fitted: a parameter of the base, or of an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FreeParameter {
@@ -172,6 +185,13 @@ impl FreeParameter {
             Self::Base(_) => value.ln(),
             Self::Effect(..) => value / self.scale(model),
         }
+    }
+
+    /// What was measured of it apart from the session: its coordinate and the standard deviation of that, to first order.
+    pub fn measured(self, model: &Model) -> Option<(f64, f64)> {
+        let Self::Base(base) = self else { return None };
+        let measured = model.measured.get(&base.symbol())?;
+        Some((measured.value.ln(), measured.error / measured.value))
     }
 
     /// Gives it the value of a coordinate, or the nearest one in its range.

@@ -47,7 +47,12 @@ pub fn white_noise(data: &Dataset) -> DVector<f64> {
 /// # Errors
 /// [`Runaway`] if the model has no finite answer.
 pub fn predict(model: &Model, data: &Dataset) -> Result<Vec<f64>, Runaway> {
-    Ok(data.read(&simulate(model, &data.intervals, RESOLUTION)?))
+    let outputs = simulate(model, &data.intervals, RESOLUTION);
+    let outputs = outputs.map_err(|runaway| Runaway {
+        reading: data.first_reading_after(runaway.t_s),
+        ..runaway
+    })?;
+    Ok(data.read(&outputs))
 }
 
 /// How standardised predictions (rows) change with each parameter's coordinate (columns).
@@ -70,10 +75,14 @@ pub(crate) fn slopes(
     here: &[f64],
 ) -> Result<DMatrix<f64>, Runaway> {
     let column = |parameter: &FreeParameter| {
-        let (moved, step) = moved(model, *parameter);
-        let there = predict(&moved, data)?;
-        let slopes = there.iter().zip(here).map(|(t, h)| (t - h) / step);
-        Ok(standardised(slopes, data))
+        let slopes = |step: f64| {
+            let (moved, step) = moved(model, *parameter, step);
+            let there = predict(&moved, data)?;
+            let slopes = there.iter().zip(here).map(|(t, h)| (t - h) / step);
+            Ok(standardised(slopes, data))
+        };
+        // Next to where the model has no answer, it has one on the other side.
+        slopes(DIFFERENCE).or_else(|_| slopes(-DIFFERENCE))
     };
     let columns: Result<Vec<_>, Runaway> = parameters.par_iter().map(column).collect();
     Ok(match &columns?[..] {
@@ -82,14 +91,14 @@ pub(crate) fn slopes(
     })
 }
 
-/// The model with one parameter moved, and by how much of its coordinate: backwards where its range ends.
-fn moved(model: &Model, parameter: FreeParameter) -> (Model, f64) {
+/// The model with one parameter moved, and by how much of its coordinate: the other way where its range ends.
+fn moved(model: &Model, parameter: FreeParameter, step: f64) -> (Model, f64) {
     let at = parameter.coordinate(model);
-    let (_, highest) = parameter.bounds(model);
-    let step = if at + DIFFERENCE <= highest {
-        DIFFERENCE
+    let (lowest, highest) = parameter.bounds(model);
+    let step = if (lowest..=highest).contains(&(at + step)) {
+        step
     } else {
-        -DIFFERENCE
+        -step
     };
     let mut moved = model.clone();
     parameter.set(&mut moved, at + step);
@@ -144,7 +153,7 @@ mod tests {
         let (_, high) = weight.range(&model);
         weight.set(&mut model, f64::INFINITY);
         assert_eq!(weight.value(&model), high);
-        let (there, step) = moved(&model, weight);
+        let (there, step) = moved(&model, weight, DIFFERENCE);
         assert!(step < 0.0 && weight.value(&there) < high);
     }
 }

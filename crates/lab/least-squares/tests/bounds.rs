@@ -214,7 +214,10 @@ impl Problem for Cliff {
 fn a_step_to_where_the_model_has_no_slopes_is_not_taken() {
     let found = minimise(&Cliff, &dvector![1.0], &within_one((0.1, 9.0))).unwrap();
     // At the edge; the last step, shorter than the tolerance of 1e-10, may end beyond it.
-    assert!((0.5 - 1e-9..0.6).contains(&found.parameters[0]), "{found:?}");
+    assert!(
+        (0.5 - 1e-9..0.6).contains(&found.parameters[0]),
+        "{found:?}"
+    );
 }
 
 fn within_one(range: (f64, f64)) -> Options {

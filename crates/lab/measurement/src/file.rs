@@ -1,6 +1,7 @@
 //! A measurement file in memory.
 
 use crate::Keys;
+use std::cmp::Ordering;
 
 /// How many actuators a mirror has.
 pub const ACTUATORS: usize = 4;
@@ -19,7 +20,7 @@ pub struct MeasurementFile {
 /// One instant. The drive is what was applied from the previous row's time up to this one's.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Row {
-    /// Time from the file's start.
+    /// Time from the file's start; says nothing in a file of settled readings ([`Keys::is_steady`]).
     pub t_s: f64,
     /// Time from the session's start.
     pub t_global_s: Option<f64>,
@@ -68,6 +69,21 @@ impl MeasurementFile {
                 .is_some_and(|row| row.t_global_s.is_some())
         };
         on_a_clock(self) && on_a_clock(other) && self.keys.session() == other.keys.session()
+    }
+
+    /// Brings the rows into an order that does not depend on the one they came in: by drive, and at equal drives by what was
+    /// read.
+    pub(crate) fn sort_by_drive(&mut self) {
+        let number = |row: &Row| {
+            let read = row.current_a.into_iter().chain([row.z_um, row.ambient_c]);
+            let read = read.map(|value| value.unwrap_or(f64::NEG_INFINITY));
+            row.voltage_v.into_iter().chain(read).collect::<Vec<f64>>()
+        };
+        self.rows.sort_by(|a, b| {
+            let pairs = number(a).into_iter().zip(number(b));
+            let orders = pairs.map(|(a, b)| a.total_cmp(&b));
+            orders.fold(Ordering::Equal, Ordering::then)
+        });
     }
 
     /// The `experiment` key, or `experiment` where there is none.

@@ -4,13 +4,19 @@ use crate::ACTUATORS;
 use crate::column::Column;
 use crate::error::Complaint;
 
+/// Whether these columns have no time at all: then each row is a settled reading.
+pub(crate) fn is_timeless(columns: &[Column]) -> bool {
+    !columns.contains(&Column::Time)
+}
+
 /// What is wrong with these columns taken together.
 pub(crate) fn missing(columns: &[Column]) -> Option<Complaint> {
     let has = |column| columns.contains(&column);
-    if !has(Column::Time) {
+    if !has(Column::Time) && has(Column::GlobalTime) {
         return Some(Complaint::new(
             "the column t_s is missing",
-            "add the time of each row, in seconds",
+            "add the time of each row since the file's start, in seconds; where each row is a settled reading, leave both \
+             times out",
         ));
     }
     let each = (0..ACTUATORS)

@@ -62,6 +62,12 @@ impl Keys {
             .is_some_and(|drive| drive.contains("sin") || drive == "position")
     }
 
+    /// Whether each row is a reading of its own, made when everything had settled (`steady`): then its time and the order of
+    /// the rows say nothing.
+    pub fn is_steady(&self) -> bool {
+        self.get("steady").is_some_and(|steady| steady != "no")
+    }
+
     /// What the cold heater roughly is, for a heater that is not this mirror's (`R0_ohm`).
     pub fn nominal_resistance_ohm(&self) -> Option<f64> {
         self.number("R0_ohm")

@@ -2,7 +2,7 @@
 
 use crate::column::{COLUMNS, Column, suggestion};
 use crate::error::{Complaint, Excerpt};
-use crate::header::missing;
+use crate::header::{is_timeless, missing};
 use crate::keys::{NUMERIC, is_key};
 use crate::lines::{Line, LineError, Lines, MOST_OF_A_LINE};
 use crate::plausibility::Device;
@@ -88,6 +88,9 @@ impl<R: BufRead + Seek> Parser<'_, R> {
                 continue;
             } else if self.columns.is_empty() {
                 self.columns = self.header(&line)?;
+                if is_timeless(&self.columns) {
+                    self.file.keys.set("steady", "yes");
+                }
             } else {
                 self.row(&line)?;
             }
@@ -97,10 +100,13 @@ impl<R: BufRead + Seek> Parser<'_, R> {
         if let Some(flaw) = self.wholeness.flaw(&self.file) {
             self.file.keys.set("partial", &flaw);
         }
-        match plausibility::check(&self.file, device) {
-            Some((row, column, complaint)) => Err(self.implausible(row, column, complaint)),
-            None => Ok(self.file),
+        if let Some((row, column, complaint)) = plausibility::check(&self.file, device) {
+            return Err(self.implausible(row, column, complaint));
         }
+        if self.file.keys.is_steady() {
+            self.file.sort_by_drive();
+        }
+        Ok(self.file)
     }
 
     fn next_line(&mut self) -> Result<Option<Line>, InputError> {
@@ -205,7 +211,7 @@ impl<R: BufRead + Seek> Parser<'_, R> {
 
     /// Times grow from row to row.
     fn in_order(&self, column: Column, now: f64) -> Result<(), Complaint> {
-        if !matches!(column, Column::Time | Column::GlobalTime) {
+        if !matches!(column, Column::Time | Column::GlobalTime) || self.file.keys.is_steady() {
             return Ok(());
         }
         let mut times = self.file.rows.iter().rev();
@@ -329,7 +335,7 @@ fn number(column: Column, text: &str) -> Result<f64, Complaint> {
     if text.is_empty() {
         return Err(Complaint::new(
             format!("{name} is empty"),
-            "time and drive are needed in every row",
+            "the drive is needed in every row, and the time where there is one",
         ));
     }
     let value: f64 = text.parse().map_err(|_| {

@@ -62,8 +62,10 @@ impl Session {
                 .unwrap_or(f64::INFINITY)
         };
         files.sort_by(|(_, a), (_, b)| {
+            let timed_first = a.keys.is_steady().cmp(&b.keys.is_steady());
             let by_clock = a.keys.session().cmp(&b.keys.session());
-            by_clock.then(start(a).total_cmp(&start(b)))
+            let by_start = start(a).total_cmp(&start(b));
+            timed_first.then(by_clock).then(by_start)
         });
         let session = Self { files };
         session.check_ambients()?;

@@ -29,7 +29,8 @@ impl fmt::Display for MeasurementFile {
 impl MeasurementFile {
     fn writes(&self, column: Column) -> bool {
         match column {
-            Column::Time | Column::Voltage(_) => true,
+            Column::Time => !self.keys.is_steady(),
+            Column::Voltage(_) => true,
             Column::Current(_) => {
                 (0..ACTUATORS).any(|actuator| self.any(Column::Current(actuator)))
             }

@@ -38,7 +38,11 @@ fn too_little() {
 
 #[test]
 fn columns() {
-    refuses("V_V,z_um\n0,0\n1,1\n", "t_s is missing", "V_V,z_um");
+    refuses(
+        "t_global_s,V_V,z_um\n1,0,0\n2,1,1\n",
+        "t_s is missing",
+        "t_global_s,V_V,z_um",
+    );
     refuses("t_s,z_um\n0,0\n1,1\n", "the drive is missing", "t_s,z_um");
     refuses(
         "t_s,V1_V,V2_V,V4_V\n0,0,0,0\n",

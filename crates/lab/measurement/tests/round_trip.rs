@@ -150,3 +150,24 @@ fn the_papers_points_are_a_session() {
             .all(|(_, file)| file.rows.last().and_then(|row| row.z_um) == Some(173.7))
     );
 }
+
+#[test]
+fn settled_readings_have_no_times_and_no_order() {
+    let rows = ["0.5,1e-3,3", "2,4e-3,40", "1,2e-3,11"];
+    let file = |rows: &[&str]| {
+        let text = format!("V_V,I_A,z_um\n{}\n", rows.join("\n"));
+        MeasurementFile::parse("a.csv", &text).unwrap()
+    };
+    let one = file(&rows);
+    assert!(one.keys.is_steady());
+    assert_eq!(one, file(&[rows[1], rows[0], rows[2]]));
+    let volts: Vec<f64> = one.rows.iter().map(|row| row.voltage_v[0]).collect();
+    assert_eq!(volts, [0.5, 1.0, 2.0]);
+    let again = MeasurementFile::parse("a.csv", &one.to_string()).unwrap();
+    assert_eq!(again, one);
+    // Times that say nothing may go back.
+    let text = "# steady=yes\nt_s,V_V\n3,1\n3,0\n1,2\n";
+    assert_eq!(MeasurementFile::parse("a.csv", text).unwrap().rows.len(), 3);
+    let unsaid = MeasurementFile::parse("a.csv", "t_global_s,V_V\n1,0\n2,1\n").unwrap_err();
+    assert!(unsaid.to_string().contains("t_s is missing"), "{unsaid}");
+}

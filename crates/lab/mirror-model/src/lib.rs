@@ -32,7 +32,7 @@ pub mod simulate;
 pub use bimorph::Deflection;
 pub use file::ModelFileError;
 pub use identify::{Identified, MeasuredPoint, identify};
-pub use model::{ACTUATORS, Model, Provenance};
+pub use model::{ACTUATORS, Measured, Model, Provenance};
 pub use parameter::{Parameters, Symbol};
 pub use piston::{PistonModel, PistonState, RangeError};
 pub use preset::Preset;

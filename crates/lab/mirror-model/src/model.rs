@@ -16,12 +16,24 @@ pub struct Model {
     pub parameters: Parameters,
     /// One standard deviation of each parameter for which it is known, in that parameter's unit.
     pub standard_errors: BTreeMap<Symbol, f64>,
+    /// What was measured of parameters apart from any session, as of the cold resistance with an ohmmeter: fits weigh it as
+    /// one more reading.
+    pub measured: BTreeMap<Symbol, Measured>,
     /// Parameters that are known for each actuator; they take the place of the shared value.
     pub by_actuator: BTreeMap<Symbol, [f64; ACTUATORS]>,
     /// The effects that it has beyond eqs. 1-9, in the order in which they act.
     pub effects: Vec<Active>,
     /// What it was fitted to.
     pub provenance: Provenance,
+}
+
+/// A measured value of a parameter, in its unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// What was measured; above 0.
+    pub value: f64,
+    /// One standard deviation of it; above 0.
+    pub error: f64,
 }
 
 /// Where a model came from. All of it is for people; nothing is computed from it.
@@ -56,6 +68,7 @@ impl From<Preset> for Model {
             preset,
             parameters: preset.parameters(),
             standard_errors,
+            measured: BTreeMap::new(),
             by_actuator: BTreeMap::new(),
             effects: Vec::new(),
             provenance: Provenance {

@@ -86,7 +86,7 @@ fn forms(outcomes: &[Outcome]) -> Vec<Form> {
 
 fn hidden(outcome: &Outcome) -> Option<String> {
     match outcome.case.hidden {
-        Hidden::One(effect, _) => Some(effect.id().to_owned()),
+        Hidden::One(effect, _) => Some(effect.is_a().to_owned()),
         _ => None,
     }
 }

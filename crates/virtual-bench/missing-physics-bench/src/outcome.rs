@@ -75,7 +75,7 @@ pub(crate) fn diagnosed(
             if !to_learn {
                 outcome.shown = Some(alone.shown(&plan, cache)?);
             }
-            if outcome.found.effects.iter().any(|id| id == effect.id()) {
+            if outcome.found.effects.iter().any(|id| id == effect.is_a()) {
                 outcome.size = Some(alone.size(outcome.ranked(effect), effect)?);
                 if strength == 1.0 && case.instruments == Instruments::With && !to_learn {
                     outcome.error_ratio = Some(error_ratio(case, effect, &plan, cache)?);
@@ -102,7 +102,7 @@ fn both(
 ) -> Result<bool, Box<dyn Error>> {
     let most = Instruments::With.set();
     let holds = |found: &Diagnosis, effect: Effect| {
-        found.effects.len() <= most && found.effects.iter().any(|id| id == effect.id())
+        found.effects.len() <= most && found.effects.iter().any(|id| id == effect.is_a())
     };
     let (first, second) = match (holds(found, one), holds(found, other)) {
         (true, _) => (one, other),
@@ -114,7 +114,7 @@ fn both(
 }
 
 fn listed(effect: Effect) -> std::sync::Arc<dyn mirror_model::effect::Effect> {
-    find(effect.id()).expect("a listed effect is built in")
+    find(effect.is_a()).expect("a listed effect is built in")
 }
 
 /// Adds an effect as a user would; its error over that of the same mirror with nothing hidden, both fitted.
@@ -231,7 +231,7 @@ impl Outcome {
             .found
             .ranking
             .iter()
-            .find(|ranked| ranked.effect == effect.id());
+            .find(|ranked| ranked.effect == effect.is_a());
         place.expect("a named effect is ranked")
     }
 
@@ -240,7 +240,7 @@ impl Outcome {
         let Hidden::One(effect, _) = self.case.hidden else {
             return false;
         };
-        self.found.effects.len() <= most && self.found.effects.iter().any(|id| id == effect.id())
+        self.found.effects.len() <= most && self.found.effects.iter().any(|id| id == effect.is_a())
     }
 
     /// Whether an effect scores so many times its threshold.
@@ -269,7 +269,7 @@ impl Outcome {
         };
         hidden
             .iter()
-            .any(|effect| self.found.effects.iter().any(|id| id == effect.id()))
+            .any(|effect| self.found.effects.iter().any(|id| id == effect.is_a()))
     }
 
     /// The best candidates with their sizes.

@@ -116,7 +116,7 @@ fn ids_are_names_both_ways() {
             .iter()
             .filter(|effect| effect.is_listed())
             .count(),
-        20
+        22
     );
     assert!("warp-drive".parse::<Effect>().is_err());
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use diagnosis::{Edit, add, remove};
-use mirror_model::effect::{Effect, Info, built_in, find};
+use mirror_model::effect::{Effect, Info, built_in, find, forms};
 use serde::Serialize;
 
 use super::loaded::{Loaded, cache_directory, own_effect};
@@ -38,8 +38,32 @@ struct List {
 }
 
 #[derive(Serialize)]
-#[serde(transparent)]
-struct Shown(Info);
+struct Shown {
+    #[serde(flatten)]
+    effect: Info,
+    forms: Vec<Form>,
+}
+
+/// One form of an effect; its name is empty where there is one only.
+#[derive(Serialize)]
+struct Form {
+    name: String,
+    #[serde(flatten)]
+    info: Info,
+}
+
+impl From<Arc<dyn Effect>> for Shown {
+    fn from(effect: Arc<dyn Effect>) -> Self {
+        let form = |form: Arc<dyn Effect>| Form {
+            name: form.form().to_owned(),
+            info: form.info().clone(),
+        };
+        Self {
+            effect: effect.info().clone(),
+            forms: forms(&effect).into_iter().map(form).collect(),
+        }
+    }
+}
 
 pub(crate) fn run(command: EffectCommand, json: bool) -> Result<(), ToolError> {
     match command {
@@ -52,7 +76,7 @@ pub(crate) fn run(command: EffectCommand, json: bool) -> Result<(), ToolError> {
             Ok(())
         }
         EffectCommand::Show { id } => {
-            report::print(&Shown(named(&id)?.info().clone()), json);
+            report::print(&Shown::from(named(&id)?), json);
             Ok(())
         }
         EffectCommand::New { output } => {
@@ -150,16 +174,25 @@ impl fmt::Display for List {
 
 impl fmt::Display for Shown {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self(effect) = self;
+        let effect = &self.effect;
         writeln!(f, "{}: {}", effect.id, effect.title)?;
         writeln!(f, "  stage      {}", effect.stage)?;
-        writeln!(f, "  equation   {}", effect.equation)?;
-        for parameter in effect.parameters.iter() {
-            writeln!(
-                f,
-                "  {:<10} {} to {} {}, usually {}",
-                parameter.symbol, parameter.low, parameter.high, parameter.unit, parameter.start
-            )?;
+        for form in &self.forms {
+            if !form.name.is_empty() {
+                writeln!(f, "  form       {}", form.name)?;
+            }
+            writeln!(f, "  equation   {}", form.info.equation)?;
+            for parameter in form.info.parameters.iter() {
+                writeln!(
+                    f,
+                    "  {:<10} {} to {} {}, usually {}",
+                    parameter.symbol,
+                    parameter.low,
+                    parameter.high,
+                    parameter.unit,
+                    parameter.start
+                )?;
+            }
         }
         writeln!(f, "  shows      {}", effect.shows)?;
         writeln!(f, "  separate   {}", effect.separates)?;

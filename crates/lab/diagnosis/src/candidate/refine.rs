@@ -48,7 +48,7 @@ pub(crate) fn refine(
         else {
             break;
         };
-        best.strength_error = strength * best.active.effect.info().parameters[0].start.abs();
+        best.slope_error = strength * best.active.effect.info().parameters[0].start.abs();
         let moved = moved(&best.active, &step);
         let Some(change) = change_of(&moved) else {
             break;
@@ -59,7 +59,7 @@ pub(crate) fn refine(
                 active: moved,
                 score: best.score + gain,
                 change,
-                strength_error: best.strength_error,
+                slope_error: best.slope_error,
             };
             damping *= EASED;
         } else {

@@ -1,7 +1,7 @@
 //! Base and effect fitted together, since a strong effect moves the base further than its slopes reach.
 
 use super::{Explanation, PRICE, moved};
-use crate::residual_space::{AroundRefit, ResidualSpace, Session, Vector};
+use crate::residual_space::{AroundRefit, Kind, ResidualSpace, Session, Vector};
 use identification::dataset::Dataset;
 use identification::fit::{Fitted, fit_parameters, free_parameters};
 use identification::prediction::jacobian;
@@ -24,21 +24,45 @@ pub(crate) struct Refit {
     pub(crate) left: Vector<AroundRefit>,
 }
 
-/// An explanation after the fit of base and effect together from this model, with one more step of the effect's parameters in
-/// the space around that fit, where the discrepancy is free. `misfit` is the base's alone.
+/// An effect as a fit together with the base finds it.
+pub(crate) struct Found {
+    active: Active,
+    pub(crate) score: f64,
+    slope_error: f64,
+}
+
+impl Found {
+    /// An explanation, of which it is known what it changes.
+    pub(crate) fn explanation<K: Kind>(self, change: Vector<K>) -> Explanation<K> {
+        let Self {
+            active,
+            score,
+            slope_error,
+        } = self;
+        Explanation {
+            active,
+            score,
+            change,
+            slope_error,
+        }
+    }
+}
+
+/// An effect after the fit of base and effect together from this model, with one more step of the effect's parameters in the
+/// space around that fit, where the discrepancy is free. `misfit` is the base's alone.
 pub(crate) fn refit(
-    start: &Explanation<Session>,
+    start: &Active,
     model: &Model,
     data: &Dataset,
     space: &ResidualSpace<Session>,
     misfit: f64,
-) -> Option<(Explanation<Session>, Refit)> {
+) -> Option<(Found, Refit)> {
     let mut with = model.clone();
-    with.effects.push(start.active.clone());
+    with.effects.push(start.clone());
     let all = free_parameters(&with, data);
     let fitted = fit_parameters(&with, data, &data.values(), &all).ok()?;
     let slopes = jacobian(&fitted.model, data, &all).ok()?;
-    let count = start.active.values.len();
+    let count = start.values.len();
     let base = all.len() - count;
     let space: ResidualSpace<AroundRefit> = space.around(&slopes.columns(0, base).into_owned());
     let residual = space.vector(&fitted.standardised(data));
@@ -60,10 +84,9 @@ pub(crate) fn refit(
         }
         None => (found, residual),
     };
-    let explanation = Explanation {
+    let explanation = Found {
         score: misfit - left.norm_squared() - PRICE * count as f64,
-        change: start.change.clone(),
-        strength_error: factor.inverse()[(0, 0)].sqrt()
+        slope_error: factor.inverse()[(0, 0)].sqrt()
             * active.effect.info().parameters[0].start.abs(),
         active,
     };

@@ -25,7 +25,7 @@ pub(crate) fn scored(id: &str, score: f64) -> Candidate {
             active: Active::usual(effect.clone()),
             score,
             change: space.vector(&DVector::zeros(1)),
-            strength_error: 0.0,
+            slope_error: 0.0,
         }),
         ..Candidate::new(effect, vec![])
     }
@@ -68,7 +68,7 @@ fn a_scan_is_linear_least_squares_of_the_strength() {
         "{}",
         found.score
     );
-    assert!((found.strength_error - usual.abs() / 2.0).abs() < 1e-6);
+    assert!((found.slope_error - usual.abs() / 2.0).abs() < 1e-6);
     let left = &residual - &found.change;
     assert!((left.norm_squared() - (53.0 - drop)).abs() < 1e-6);
 }
@@ -190,7 +190,8 @@ fn refining_and_refitting_find_the_values_that_made_the_readings() {
     let refined = refine(&scanned, at, &residual, &space);
     assert!(refined.score >= scanned.score);
     let misfit = residual.norm_squared();
-    let (refitted, refit) = refit(&refined, &fitted.model, &data, &space, misfit).unwrap();
+    let (refitted, refit) = refit(&refined.active, &fitted.model, &data, &space, misfit).unwrap();
+    let refitted = refitted.explanation(refined.change);
     let off = refitted.active.values[0] / hidden.values[0] - 1.0;
     // A fit ends where a step gains less than a millionth of the sum of squares.
     assert!(off.abs() < 1e-2, "{off}");

@@ -4,6 +4,7 @@
 use super::{Analysis, best_first};
 use crate::candidate::{Candidate, refine, refit, scan};
 use identification::base::{identifiable, restarts};
+use identification::fit::{Fitted, fit_parameters};
 use mirror_model::Model;
 use rayon::prelude::*;
 
@@ -17,6 +18,10 @@ const OF_ITS_THRESHOLD: f64 = 0.5;
 const REFITTED: usize = 5;
 /// Where none explains the misfit, so many are fitted from other time constants too.
 const RESTARTED: usize = 3;
+/// A base is fitted anew from where so many of the best candidates lead, and is better where the sum of squares falls by this
+/// part of itself.
+const LEADS: usize = 2;
+const GAIN: f64 = 1e-3;
 
 impl Analysis<'_> {
     /// Gives every candidate that changes a reading its explanation.
@@ -26,9 +31,9 @@ impl Analysis<'_> {
         });
         // Four heaters with all of a mirror's experiments are too many readings for that.
         if self.data.is_one_heater() {
-            candidates.par_iter_mut().for_each(|candidate| {
-                let scanned = candidate.explanation.take();
-                let fitted = scanned.and_then(|scanned| self.fitted_together(&scanned));
+            let shown = candidates.par_iter_mut().filter(|c| c.shows());
+            shown.for_each(|candidate| {
+                let fitted = self.fitted_together(candidate);
                 (candidate.explanation, candidate.refit) = fitted.unzip();
             });
             return;
@@ -70,9 +75,25 @@ impl Analysis<'_> {
         if !self.is_explained(candidates) {
             best_first(candidates);
             let restarted = RESTARTED.min(candidates.len());
-            let starts = restarts(&self.fitted.model, &identifiable(self.data));
+            let starts = restarts(&self.fitted.model, &identifiable(self.data), self.data);
             self.refit_from(&starts, &mut candidates[..restarted]);
         }
+    }
+
+    /// A better fit of the base than the one that candidates were tried around, found where the fit with one of them leads: what
+    /// it gains is the base's, and no effect's.
+    pub(super) fn better_base(&self, candidates: &[Candidate]) -> Option<Fitted> {
+        let cost = self.fitted.cost(self.data);
+        let leads = candidates.iter().filter(|c| c.score() > c.threshold);
+        leads
+            .filter_map(|candidate| candidate.refit.as_ref())
+            .take(LEADS)
+            .filter_map(|refit| {
+                let mut start = refit.fitted.model.clone();
+                start.effects.pop();
+                fit_parameters(&start, self.data, &self.data.values(), &self.fitted.free).ok()
+            })
+            .find(|better| better.cost(self.data) < (1.0 - GAIN) * cost)
     }
 
     fn is_explained(&self, candidates: &[Candidate]) -> bool {
@@ -86,13 +107,14 @@ impl Analysis<'_> {
             let Some(so_far) = &candidate.explanation else {
                 return;
             };
+            let active = &so_far.active;
             let refits = starts
                 .par_iter()
-                .filter_map(|model| refit(so_far, model, self.data, &self.session, self.misfit));
+                .filter_map(|model| refit(active, model, self.data, &self.session, self.misfit));
             let best = refits.max_by(|(a, _), (b, _)| a.score.total_cmp(&b.score));
             // A fit in the ordinary sense may end elsewhere than the best in the session's space.
             if let Some((best, refit)) = best.filter(|(best, _)| best.score > so_far.score) {
-                candidate.explanation = Some(best);
+                candidate.explanation = Some(best.explanation(so_far.change.clone()));
                 candidate.refit = Some(refit);
             }
         });

@@ -1,6 +1,9 @@
 //! Rows that are held out of the fit of a strength, to tell what an effect is worth where it was not fitted.
 
-use identification::dataset::Dataset;
+use identification::Unit;
+use identification::dataset::{Dataset, rms};
+use identification::fit::{Fitted, fit_parameters};
+use identification::prediction::predict;
 use nalgebra::DVector;
 
 /// Readings are held out by so many in a row, every other handful, so that what is held out lies between what is kept.
@@ -12,6 +15,27 @@ const WEIGHTLESS: f64 = 1e6;
 pub(super) fn held_out_rows(data: &Dataset) -> Vec<bool> {
     let rows = data.observations.iter();
     rows.map(|o| o.interval / HANDFUL % 2 == 1).collect()
+}
+
+/// The root mean square on the rows held out where a fit is repeated, from where it ended, on the others; 0 where nothing was
+/// measured in this unit, and none where it has no answer.
+pub(super) fn held_out_rms(fitted: &Fitted, data: &Dataset, unit: Unit) -> Option<f64> {
+    let part = |wanted: bool| {
+        let mut part = data.clone();
+        let mut is_held_out = held_out_rows(data).into_iter();
+        part.observations
+            .retain(|_| is_held_out.next() == Some(wanted));
+        part
+    };
+    let (kept, rest) = (part(false), part(true));
+    let again = fit_parameters(&fitted.model, &kept, &kept.values(), &fitted.free).ok()?;
+    let predicted = predict(&again.model, &rest).ok()?;
+    let read = rest.observations.iter();
+    let left = read.zip(predicted).map(|(o, p)| (o.value - p, o));
+    Some(match unit {
+        Unit::Micrometre => rms(left, true).unwrap_or(0.0),
+        Unit::Milliampere => 1e3 * rms(left, false).unwrap_or(0.0),
+    })
 }
 
 /// The noise of each row where those held out weigh nothing.

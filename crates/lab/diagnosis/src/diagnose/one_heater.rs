@@ -3,33 +3,39 @@
 //! lowers no misfit then.
 
 use super::Analysis;
-use crate::candidate::{Explanation, Refit, refit};
+use crate::candidate::{Candidate, Explanation, Refit, refit};
 use crate::residual_space::Session;
 use identification::heater;
 use mirror_model::Model;
-use mirror_model::effect::Active;
+use mirror_model::effect::{Active, forms};
 use rayon::prelude::*;
 
 impl Analysis<'_> {
-    /// The best of the fits of base and effect from several starts.
+    /// The best of the fits of base and effect from several starts, whether or not slopes at the base see the effect.
     pub(super) fn fitted_together(
         &self,
-        scanned: &Explanation<Session>,
+        candidate: &Candidate,
     ) -> Option<(Explanation<Session>, Refit)> {
         let base = heater::unbent(&self.fitted.model);
-        let usual = Active::usual(scanned.active.effect.clone());
-        let starts = heater::starts(&base, &[usual, scanned.active.clone()], self.data);
+        let scanned = candidate.explanation.iter().map(|e| e.active.clone());
+        let usual = candidate.directions.iter().map(|d| d.active.clone());
+        let actives: Vec<Active> = scanned.chain(usual).collect();
+        let starts: Vec<Model> = forms(&candidate.effect)
+            .iter()
+            .flat_map(|form| {
+                let of_form = |active: &&Active| active.effect.form() == form.form();
+                let of_form: Vec<Active> = actives.iter().filter(of_form).cloned().collect();
+                heater::starts(&base, &of_form, self.data)
+            })
+            .collect();
         let fits = starts.into_par_iter().filter_map(|mut start: Model| {
-            let active = start.effects.pop()?;
-            let from = Explanation {
-                active,
-                ..scanned.clone()
-            };
+            let from = start.effects.pop()?;
             refit(&from, &start, self.data, &self.session, self.misfit)
         });
-        let (mut best, refit) = fits.max_by(|(a, _), (b, _)| a.score.total_cmp(&b.score))?;
+        let left = |refit: &Refit| refit.fitted.cost(self.data);
+        let (found, mut refit) = fits.min_by(|(_, a), (_, b)| left(a).total_cmp(&left(b)))?;
+        heater::bend_as(&mut refit.fitted.model, &self.fitted.model);
         let change = self.fitted.standardised(self.data) - refit.fitted.standardised(self.data);
-        best.change = self.session.vector(&change);
-        Some((best, refit))
+        Some((found.explanation(self.session.vector(&change)), refit))
     }
 }

@@ -1,12 +1,12 @@
 //! Every effect's place: its score, its size, what it is worth on rows held out and where nothing is missing.
 
-use super::held_out::held_out_rows;
+use super::held_out::{held_out_rms, held_out_rows};
 use super::{Analysis, rms};
 use crate::candidate::{Candidate, Explanation};
 use crate::confusions::confusions;
 use crate::null_improvement::{NullImprovement, null_improvement};
-use crate::report::{BeforeAfter, Ranked, Rms};
-use crate::residual_space::Session;
+use crate::report::{BeforeAfter, Ranked, WORTHWHILE};
+use crate::residual_space::{Session, Training, Vector};
 use identification::{Estimate, Unit};
 use nalgebra::DVector;
 use std::collections::BTreeMap;
@@ -24,6 +24,7 @@ impl Analysis<'_> {
         let look_alikes = look_alikes(candidate, above);
         Some(Ranked {
             effect: candidate.id().to_owned(),
+            form: is_above.then(|| self.form(candidate)).flatten(),
             score: explanation.score,
             threshold: candidate.threshold,
             probability: if is_above {
@@ -32,7 +33,7 @@ impl Analysis<'_> {
                 0.0
             },
             detection_limit: candidate.detection_limit(),
-            held_out_rms: self.held_out_rms(explanation),
+            held_out_rms: self.held_out(candidate, explanation, self.unit()),
             error_rms: self.before_and_after(candidate, explanation, self.unit()),
             current_rms: (self.data.has_displacement() && self.data.has_current())
                 .then(|| self.before_and_after(candidate, explanation, Unit::Milliampere)),
@@ -42,6 +43,23 @@ impl Analysis<'_> {
             why: self.why(candidate, &look_alikes),
             look_alikes,
         })
+    }
+
+    /// Whether there is something to name: a strength that is not zero, an error that it lowers, on rows held out too.
+    pub(super) fn has_an_effect(&self, candidate: &Candidate) -> bool {
+        let Some(explanation) = &candidate.explanation else {
+            return false;
+        };
+        let units = [Unit::Micrometre, Unit::Milliampere];
+        let lowers = |unit| {
+            let errors = self.before_and_after(candidate, explanation, unit);
+            errors.fall() >= WORTHWHILE
+        };
+        explanation.is_told_from_zero(self.widening(explanation))
+            && units.into_iter().any(lowers)
+            && units
+                .into_iter()
+                .any(|unit| self.held_out(candidate, explanation, unit).fall() > 0.0)
     }
 
     /// How many times larger than the median null mirror's the amplitude is that an effect leaves, 1 or more: its standard
@@ -62,7 +80,7 @@ impl Analysis<'_> {
         let values = info.parameters.iter().zip(&explanation.active.values);
         let estimates = values.enumerate().map(|(index, (parameter, &value))| {
             let of_form = form * value.abs();
-            let error = of_form.hypot(explanation.strength_error * widening);
+            let error = of_form.hypot(explanation.strength_error(widening));
             let estimate = Estimate {
                 value,
                 standard_error: (index == 0).then_some(error),
@@ -98,8 +116,27 @@ impl Analysis<'_> {
         }
     }
 
-    /// Strength, base and discrepancy from the rows that are kept; the error on the rows held out.
-    fn held_out_rms(&self, explanation: &Explanation<Session>) -> Rms {
+    /// Errors on the rows held out, without the effect and with it. Where base and effect were fitted together, from such fits to
+    /// the other rows; else as far as slopes tell, with the discrepancy free.
+    pub(super) fn held_out(
+        &self,
+        candidate: &Candidate,
+        explanation: &Explanation<Session>,
+        unit: Unit,
+    ) -> BeforeAfter {
+        let fitted = candidate.refit.as_ref().and_then(|refit| {
+            let of_rest = |fitted| held_out_rms(fitted, self.data, unit);
+            Some(BeforeAfter {
+                before: of_rest(&self.fitted)?,
+                after: of_rest(&refit.fitted)?,
+                unit,
+            })
+        });
+        fitted.unwrap_or_else(|| self.held_out_by_slopes(explanation, unit))
+    }
+
+    /// Strength, base and discrepancy from the rows that are kept; the errors on the rows held out.
+    fn held_out_by_slopes(&self, explanation: &Explanation<Session>, unit: Unit) -> BeforeAfter {
         let [residual, change] = [&self.residual, &explanation.change]
             .map(|vector| self.training.vector(&self.session.standardised(vector)));
         let weight = change.norm_squared();
@@ -108,17 +145,24 @@ impl Analysis<'_> {
         } else {
             0.0
         };
-        let left = self.training.remainder(&(&residual - &(&change * times)));
-        let rows = left.iter().copied().zip(&self.data.observations);
-        let held_out = rows
-            .zip(held_out_rows(self.data))
-            .filter_map(|(row, is_held_out)| is_held_out.then_some(row));
-        rms(held_out, self.unit())
+        let left_on_them = |residual: &Vector<Training>| {
+            let left = self.training.remainder(residual);
+            let rows = left.iter().copied().zip(&self.data.observations);
+            let held_out = rows
+                .zip(held_out_rows(self.data))
+                .filter_map(|(row, is_held_out)| is_held_out.then_some(row));
+            rms(held_out, unit).value
+        };
+        BeforeAfter {
+            before: left_on_them(&residual),
+            after: left_on_them(&(&residual - &(&change * times))),
+            unit,
+        }
     }
 
     /// Errors without an effect, and with it and all parameters fitted together; where that was not worth a fit, as far as
     /// slopes tell, with up to the size that fits best beyond the discrepancy.
-    fn before_and_after(
+    pub(super) fn before_and_after(
         &self,
         candidate: &Candidate,
         explanation: &Explanation<Session>,
@@ -144,7 +188,7 @@ impl Analysis<'_> {
         }
     }
 
-    fn null_improvement(&self, candidate: &Candidate) -> NullImprovement {
+    pub(super) fn null_improvement(&self, candidate: &Candidate) -> NullImprovement {
         let directions = candidate.directions.iter();
         let directions: Vec<_> = directions
             .map(|direction| direction.weighed_by(&self.session, &self.base_only))

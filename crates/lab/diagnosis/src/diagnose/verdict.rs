@@ -13,27 +13,35 @@ use rayon::prelude::*;
 
 /// Candidates this close to the best score are rivals however small both are: two parameters' price.
 const RIVAL_MARGIN: f64 = 12.0;
+/// A sum of squares is far smaller below this part of another: errors of three quarters.
+const FAR_SMALLER: f64 = 0.5;
 
 impl Analysis<'_> {
     /// The verdict, with what it rests on, from candidates with the best first.
-    pub(super) fn conclude(
-        &self,
-        candidates: &[Candidate],
-        invisible: Vec<String>,
-    ) -> Result<Diagnosis, Runaway> {
+    pub(super) fn conclude(&self, candidates: &[Candidate]) -> Result<Diagnosis, Runaway> {
+        let invisible = candidates.iter().filter(|c| c.detection_limit().is_none());
+        let invisible: Vec<String> = invisible.map(|c| c.id().to_owned()).collect();
         let explained = candidates.iter().filter(|c| c.explanation.is_some());
         let above: Vec<&Candidate> = explained
             .clone()
-            .filter(|c| c.is_above_its_threshold())
+            .filter(|c| c.is_above_its_threshold() && self.has_an_effect(c))
             .collect();
-        let rivals = rivals(&above, |candidate, best| {
+        let share = |candidate: &str, best: &str| {
             confusions().rival_share(self.channels(), candidate, best)
+        };
+        let rivals = rivals(&above, share, |candidate| {
+            let refit = candidate.refit.as_ref()?;
+            Some(refit.fitted.cost(self.data))
         });
+        let is_explained = |best: &&Candidate| self.is_explained_by(best, candidates);
+        let explained_all = rivals.first().is_some_and(is_explained);
+        let remainder = match rivals[..] {
+            [alone] if !explained_all => self.remainder_of(alone),
+            _ => None,
+        };
         let verdict = verdict(
             rivals.len(),
-            rivals
-                .first()
-                .is_some_and(|best| self.is_explained_by(best, candidates)),
+            explained_all || remainder.is_some(),
             self.null.is_exceeded_by(self.misfit),
         );
         let named = match verdict {
@@ -59,10 +67,16 @@ impl Analysis<'_> {
                 },
                 |best| best.error_rms,
             ),
+            remainder,
             misfit: self.misfit / self.null.median(),
             solver_error: step_error(&self.fitted.model, self.data, RESOLUTION)?,
             next_measurement: self.next_measurement(&named, verdict == Verdict::None && is_blind),
             invisible,
+            infeasible: candidates
+                .iter()
+                .filter(|c| c.is_infeasible())
+                .map(|c| c.id().to_owned())
+                .collect(),
             ranking,
         })
     }
@@ -106,15 +120,23 @@ impl Analysis<'_> {
     }
 }
 
-/// The best candidate and those that come near it. `share` says which part of the best one's score makes a candidate a rival.
-fn rivals<'c>(above: &[&'c Candidate], share: impl Fn(&str, &str) -> f64) -> Vec<&'c Candidate> {
+/// The best candidate and those that come near it. `share` says which part of the best one's score makes a candidate a rival;
+/// one with which `left`, the sum of squares after a fit together with the base, is far smaller is a rival whatever its score:
+/// what the discrepancy could explain as well may be the effect.
+fn rivals<'c>(
+    above: &[&'c Candidate],
+    share: impl Fn(&str, &str) -> f64,
+    left: impl Fn(&Candidate) -> Option<f64>,
+) -> Vec<&'c Candidate> {
     let Some(best) = above.first() else {
         return Vec::new();
     };
-    let top = best.score();
+    let (top, least) = (best.score(), left(best));
     let is_rival = |candidate: &&&Candidate| {
         let share = share(candidate.id(), best.id());
+        let leaves = left(candidate).zip(least);
         candidate.score() > (share * top).min(top - RIVAL_MARGIN)
+            || leaves.is_some_and(|(left, least)| left < FAR_SMALLER * least)
     };
     above.iter().filter(is_rival).copied().collect()
 }
@@ -158,15 +180,35 @@ mod tests {
             scored("sensor-lag", 700.0),
         ];
         let above: Vec<_> = candidates.iter().collect();
-        assert_eq!(ids(&rivals(&above, |_, _| 0.92)), ["creep", "hysteresis"]);
+        assert_eq!(
+            ids(&rivals(&above, |_, _| 0.92, |_| None)),
+            ["creep", "hysteresis"]
+        );
         // What was taken for the best one is its rival from further off.
         let learned = |candidate: &str, best: &str| {
             assert_eq!(best, "creep");
             if candidate == "sensor-lag" { 0.6 } else { 0.92 }
         };
-        let found = rivals(&above, learned);
+        let found = rivals(&above, learned, |_| None);
         assert_eq!(ids(&found), ["creep", "hysteresis", "sensor-lag"]);
-        assert!(rivals(&[], |_, _| 0.92).is_empty());
+        assert!(rivals(&[], |_, _| 0.92, |_| None).is_empty());
+    }
+
+    #[test]
+    fn who_leaves_far_less_is_a_rival_whatever_the_score() {
+        let candidates = [
+            scored("heat-loss-temperature", 1000.0),
+            scored("radiation", 500.0),
+        ];
+        let above: Vec<_> = candidates.iter().collect();
+        let left = |radiation: f64| {
+            move |candidate: &Candidate| match candidate.id() {
+                "radiation" => Some(radiation),
+                _ => Some(100.0),
+            }
+        };
+        let count = |radiation| rivals(&above, |_, _| 0.92, left(radiation)).len();
+        assert_eq!([count(40.0), count(60.0)], [2, 1]);
     }
 
     #[test]
@@ -178,6 +220,9 @@ mod tests {
             scored("resonance", 37.0),
         ];
         let above: Vec<_> = candidates.iter().collect();
-        assert_eq!(ids(&rivals(&above, |_, _| 0.92)), ["creep", "hysteresis"]);
+        assert_eq!(
+            ids(&rivals(&above, |_, _| 0.92, |_| None)),
+            ["creep", "hysteresis"]
+        );
     }
 }

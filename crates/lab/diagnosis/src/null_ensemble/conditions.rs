@@ -31,6 +31,7 @@ impl Conditions {
                 intervals: scaled.intervals,
                 observations,
                 own_zeros,
+                is_steady: scaled.is_steady,
                 ..Dataset::default()
             },
         }
@@ -49,10 +50,12 @@ impl Conditions {
             intervals,
             observations,
             own_zeros,
+            is_steady,
             experiments: _,
             thinned_rows: _,
             first_ambient_c: _,
         } = &self.data;
+        hash.count(usize::from(*is_steady));
         hash.count(intervals.len());
         intervals
             .iter()

@@ -32,6 +32,8 @@ use thiserror::Error;
 
 /// What a formula may use besides its parameters and states.
 const VARIABLES: [&str; 9] = ["x", "t", "V", "R", "P", "P_total", "dT", "dT_room", "z"];
+/// Where the time is among them.
+const TIME: usize = 1;
 /// A state is moved on in so many parts of a simulation step at least, since its time constant is not known.
 const PARTS: usize = 4;
 
@@ -155,6 +157,10 @@ impl Effect for Formula {
 
     fn states(&self) -> usize {
         self.rates.len()
+    }
+
+    fn is_of_time(&self) -> bool {
+        !self.rates.is_empty() || self.output.places.contains(&TIME)
     }
 
     /// Heun's method.

@@ -12,6 +12,8 @@ pub struct Heater {
     pub resistance_coefficient_per_k: f64,
     /// Temperature rise at the highest power, as that growth has it (K).
     pub hottest_rise_k: f64,
+    /// The same if the coolest reading was as cold as the room: the cold resistance is known no better (K).
+    pub least_rise_k: f64,
     /// The highest power (W).
     pub hottest_power_w: f64,
 }
@@ -69,6 +71,15 @@ impl Effect for Suited {
     fn states(&self) -> usize {
         self.effect.states()
     }
+    fn form(&self) -> &str {
+        self.effect.form()
+    }
+    fn other_forms(&self) -> &'static [&'static dyn Effect] {
+        self.effect.other_forms()
+    }
+    fn is_of_time(&self) -> bool {
+        self.effect.is_of_time()
+    }
     fn definition(&self) -> Option<&str> {
         self.effect.definition()
     }
@@ -90,6 +101,7 @@ mod tests {
         cold_resistance_ohm: 2.0,
         resistance_coefficient_per_k: 4.5e-3,
         hottest_rise_k: 2000.0,
+        least_rise_k: 2000.0,
         hottest_power_w: 2.0,
     };
 

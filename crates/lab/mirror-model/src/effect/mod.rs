@@ -4,7 +4,8 @@
 //! ([`Moment`]), its parameters, and states of its own if it has memory. Built-in effects and a user's formulas
 //! ([`Formula`]) are the same to everything else. Adding a built-in one means adding its file and its line in `BUILT_IN`.
 //!
-//! The first parameter of every effect is its strength, and strength 0 is no effect.
+//! The first parameter of every effect is its strength, and strength 0 is no effect. What nature has in several forms
+//! ([`Effect::other_forms`]) is one effect: a diagnosis tries them all, and a model has one of them.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -13,6 +14,8 @@ use std::sync::Arc;
 mod ambient_drift;
 mod creep;
 mod crosstalk;
+mod electrostatic_pull;
+mod end_stop;
 mod expansion_temperature;
 mod film_tcr;
 mod formula;
@@ -39,11 +42,11 @@ pub use formula::{Formula, FormulaError};
 pub use heater::{Heater, Strengths};
 
 /// The built-in effects, in the order of the chain.
-static BUILT_IN: [&dyn Effect; 20] = [
+static BUILT_IN: [&dyn Effect; 22] = [
     &series_resistance::SeriesResistance,
     &film_tcr::FilmTcr,
     &quadratic_tcr::QuadraticTcr,
-    &heat_loss_temperature::HeatLossTemperature,
+    &heat_loss_temperature::HEAT_LOSS_TEMPERATURE,
     &radiation::Radiation,
     &gap_heat_loss::GapHeatLoss,
     &crosstalk::Crosstalk,
@@ -53,6 +56,8 @@ static BUILT_IN: [&dyn Effect; 20] = [
     &expansion_temperature::ExpansionTemperature,
     &softening::Softening,
     &initial_curl::InitialCurl,
+    &electrostatic_pull::ElectrostaticPull,
+    &end_stop::EndStop,
     &hysteresis::Hysteresis,
     &creep::Creep,
     &resonance::Resonance,
@@ -70,9 +75,24 @@ pub trait Effect: Send + Sync {
     /// The quantity that it acts on, changed. `input` is that quantity without it.
     fn output(&self, parameters: &[f64], input: f64, state: &[f64], moment: &Moment) -> f64;
 
+    /// Which form of the effect this is, where nature has several; empty where there is one.
+    fn form(&self) -> &str {
+        ""
+    }
+
+    /// The same effect in other forms: with the same id, and equations and parameters of their own.
+    fn other_forms(&self) -> &'static [&'static dyn Effect] {
+        &[]
+    }
+
     /// How many states it keeps, for each actuator or, where it acts on the whole mirror, once. They start at 0.
     fn states(&self) -> usize {
         0
+    }
+
+    /// Whether time or history enter: readings that are settled, in whatever order they were made, show nothing of it.
+    fn is_of_time(&self) -> bool {
+        self.states() > 0
     }
 
     /// The text that it was read from, if it is a user's formula.
@@ -308,6 +328,7 @@ impl Active {
 impl PartialEq for Active {
     fn eq(&self, other: &Self) -> bool {
         self.id() == other.id()
+            && self.effect.form() == other.effect.form()
             && self.values == other.values
             && self.standard_errors == other.standard_errors
     }
@@ -315,7 +336,7 @@ impl PartialEq for Active {
 
 impl fmt::Debug for Active {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {:?}", self.id(), self.values)
+        write!(f, "{} {} {:?}", self.id(), self.effect.form(), self.values)
     }
 }
 
@@ -329,8 +350,17 @@ impl Effect for BuiltIn {
     fn output(&self, parameters: &[f64], input: f64, state: &[f64], moment: &Moment) -> f64 {
         self.0.output(parameters, input, state, moment)
     }
+    fn form(&self) -> &str {
+        self.0.form()
+    }
+    fn other_forms(&self) -> &'static [&'static dyn Effect] {
+        self.0.other_forms()
+    }
     fn states(&self) -> usize {
         self.0.states()
+    }
+    fn is_of_time(&self) -> bool {
+        self.0.is_of_time()
     }
     fn strengths_in(&self, heater: &Heater) -> Option<Strengths> {
         self.0.strengths_in(heater)
@@ -348,16 +378,23 @@ pub fn built_in() -> Vec<Arc<dyn Effect>> {
         .collect()
 }
 
-/// The built-in effect of this id.
+/// The built-in effect of this id, in the first of its forms.
 pub fn find(id: &str) -> Option<Arc<dyn Effect>> {
     built_in().into_iter().find(|effect| effect.info().id == id)
+}
+
+/// An effect in all of its forms, itself first.
+pub fn forms(effect: &Arc<dyn Effect>) -> Vec<Arc<dyn Effect>> {
+    let others = effect.other_forms().iter();
+    let others = others.map(|&form| Arc::new(BuiltIn(form)) as Arc<dyn Effect>);
+    std::iter::once(effect.clone()).chain(others).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const IDS: [&str; 20] = [
+    const IDS: [&str; 22] = [
         "heat-loss-temperature",
         "radiation",
         "gap-heat-loss",
@@ -369,6 +406,8 @@ mod tests {
         "film-tcr",
         "series-resistance",
         "expansion-temperature",
+        "electrostatic-pull",
+        "end-stop",
         "softening",
         "initial-curl",
         "hysteresis",
@@ -390,7 +429,7 @@ mod tests {
 
     #[test]
     fn every_effect_is_described_and_its_usual_values_are_plausible() {
-        for effect in built_in() {
+        for effect in built_in().iter().flat_map(forms) {
             let info = effect.info();
             for text in [
                 &info.title,

@@ -38,13 +38,13 @@ impl Effect for Radiation {
     }
 
     /// At the hottest a filament in vacuum radiates all of its power; half as much again, since how hot that is is known
-    /// as well as the resistance is straight.
+    /// as well as the resistance is straight. It may be less hot, where nothing was read while it was cold.
     fn strengths_in(&self, heater: &Heater) -> Option<Strengths> {
         let all = heater.hottest_power_w / emitted(heater.hottest_rise_k);
         Some(Strengths {
             usual: 0.1 * all,
             low: 0.0,
-            high: 1.5 * all,
+            high: 1.5 * heater.hottest_power_w / emitted(heater.least_rise_k),
         })
     }
 }

@@ -102,7 +102,7 @@ impl Model {
 mod tests {
     use super::*;
     use crate::effect::{self, Active, Effect, Formula};
-    use crate::{Provenance, Symbol};
+    use crate::{Measured, Provenance, Symbol};
     use proptest::prelude::*;
 
     fn error(text: &str) -> (String, String) {
@@ -211,6 +211,11 @@ mod tests {
                 "-1.0",
             ),
             (
+                "R0 = { value = 1.0, unit = \"ohm\", measured = 0.0 }",
+                "cannot have been measured so",
+                "0.0",
+            ),
+            (
                 "R0 = { value = 1.0, unit = \"ohm\", colour = 1 }",
                 "colour",
                 "colour",
@@ -236,6 +241,10 @@ mod tests {
             model.parameters.thermal_resistance_k_per_w = r_t;
             model.standard_errors = error.map(|error| (Symbol::ThermalResistance, error)).into_iter().collect();
             model.by_actuator = each.map(|each| (Symbol::ColdResistance, each)).into_iter().collect();
+            if let Some(error) = error.filter(|error| *error > 0.0) {
+                model.measured.insert(Symbol::ThermalResistance, Measured { value: r_t, error });
+                model.measured.insert(Symbol::ColdResistance, Measured { value: 0.5 * r_t, error });
+            }
             if model.standard_errors.is_empty() { model.standard_errors.remove(&Symbol::CurvatureCoefficient); }
             model.provenance = Provenance { device, residual_rms_um: residual, files, ..Provenance::default() };
             prop_assert_eq!(Model::parse("m.toml", &model.to_toml()).unwrap(), model);

@@ -3,7 +3,7 @@
 use super::{FORMAT, ModelFileError, preset_names};
 use crate::effect::{self, Active, Effect, Formula};
 use crate::parameter::{Entry, TABLE};
-use crate::{ACTUATORS, Model, Preset, Provenance, Symbol};
+use crate::{ACTUATORS, Measured, Model, Preset, Provenance, Symbol};
 use miette::NamedSource;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -27,6 +27,7 @@ struct Stored {
 struct StoredEffect {
     id: toml::Spanned<String>,
     definition: Option<toml::Spanned<String>>,
+    form: Option<toml::Spanned<String>>,
     #[serde(default)]
     parameters: BTreeMap<toml::Spanned<String>, StoredValue>,
 }
@@ -46,7 +47,16 @@ struct StoredParameter {
     value: toml::Spanned<f64>,
     unit: toml::Spanned<String>,
     standard_error: Option<toml::Spanned<f64>>,
+    measured: Option<toml::Spanned<StoredMeasured>>,
     actuators: Option<toml::Spanned<[f64; ACTUATORS]>>,
+}
+
+/// The error of a measurement of which `value` is the outcome, or outcome and error.
+#[derive(Deserialize)]
+#[serde(untagged, deny_unknown_fields)]
+enum StoredMeasured {
+    Error(f64),
+    Of { value: f64, error: f64 },
 }
 
 pub(super) struct Reader<'a> {
@@ -110,6 +120,7 @@ impl Reader<'_> {
                 )
             })?,
         };
+        let effect = self.in_form(effect, stored.form.as_ref())?;
         let mut active = Active::usual(effect.clone());
         for (symbol, value) in &stored.parameters {
             let known = &effect.info().parameters;
@@ -147,6 +158,30 @@ impl Reader<'_> {
             active.standard_errors[index] = value.standard_error;
         }
         Ok(active)
+    }
+
+    /// The effect in the form that a file asks for.
+    fn in_form(
+        &self,
+        effect: Arc<dyn Effect>,
+        form: Option<&toml::Spanned<String>>,
+    ) -> Result<Arc<dyn Effect>, ModelFileError> {
+        let Some(form) = form else { return Ok(effect) };
+        let forms = effect::forms(&effect);
+        let is_it = |known: &&Arc<dyn Effect>| known.form() == form.get_ref().as_str();
+        forms.iter().find(is_it).cloned().ok_or_else(|| {
+            let names: Vec<_> = forms.iter().map(|known| known.form()).collect();
+            let message = format!(
+                "{} has no form called '{}'",
+                effect.info().id,
+                form.get_ref()
+            );
+            let help = match names[..] {
+                [_] => "it has one form only: leave `form` out".into(),
+                _ => format!("its forms are {}", names.join(", ")),
+            };
+            self.wrong(message, help, form.span())
+        })
     }
 
     fn parameter(
@@ -194,6 +229,26 @@ impl Reader<'_> {
                 ));
             }
             model.standard_errors.insert(symbol, *error.get_ref());
+        }
+        if let Some(stored_measured) = &stored.measured {
+            let measured = match *stored_measured.get_ref() {
+                StoredMeasured::Error(error) => Measured {
+                    value: *stored.value.get_ref(),
+                    error,
+                },
+                StoredMeasured::Of { value, error } => Measured { value, error },
+            };
+            let is_known = |number: f64| number.is_finite() && number > 0.0;
+            if !(is_known(measured.value) && is_known(measured.error)) {
+                let message = format!("{} cannot have been measured so", entry.name);
+                return Err(self.wrong(
+                    message,
+                    "write measured = 0.004 for one standard deviation of the value, both above 0"
+                        .into(),
+                    stored_measured.span(),
+                ));
+            }
+            model.measured.insert(symbol, measured);
         }
         if let Some(values) = &stored.actuators {
             for &value in values.get_ref() {

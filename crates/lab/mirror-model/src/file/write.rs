@@ -1,9 +1,9 @@
 //! A model as the text of a file.
 
 use super::FORMAT;
-use crate::Model;
 use crate::effect::Active;
 use crate::parameter::{Entry, TABLE};
+use crate::{Measured, Model};
 use std::fmt::Write;
 
 impl Model {
@@ -34,6 +34,13 @@ impl Model {
         if let Some(error) = self.standard_errors.get(&entry.symbol) {
             write!(text, ", standard_error = {error:?}")?;
         }
+        if let Some(Measured { value: of, error }) = self.measured.get(&entry.symbol) {
+            if *of == value {
+                write!(text, ", measured = {error:?}")?;
+            } else {
+                write!(text, ", measured = {{ value = {of:?}, error = {error:?} }}")?;
+            }
+        }
         if let Some(values) = self.by_actuator.get(&entry.symbol) {
             write!(text, ", actuators = {values:?}")?;
         }
@@ -50,6 +57,9 @@ fn write_effect(active: &Active, text: &mut String) -> std::fmt::Result {
         info.equation,
         quoted(&info.id)
     )?;
+    if !active.effect.form().is_empty() {
+        writeln!(text, "form = {}", quoted(active.effect.form()))?;
+    }
     if let Some(definition) = active.effect.definition() {
         writeln!(text, "definition = {}", quoted(definition))?;
     }

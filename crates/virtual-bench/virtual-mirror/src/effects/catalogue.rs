@@ -84,6 +84,20 @@ effects! {
     SensorAbbe = "sensor-abbe", false;
     /// One actuator's bond wire has an intermittent contact.
     LooseContact = "loose-contact", false;
+    /// The driven beams attract the substrate.
+    ElectrostaticPull = "electrostatic-pull", true;
+    /// Warm air rises: heat loss grows with the fourth root of the temperature difference.
+    FreeConvection = "free-convection", true;
+}
+
+impl Effect {
+    /// The id of the physics that it is a form of, which a diagnosis names: mostly its own.
+    pub fn is_a(self) -> &'static str {
+        match self {
+            Self::FreeConvection => Self::HeatLossTemperature.id(),
+            other => other.id(),
+        }
+    }
 }
 
 impl fmt::Display for Effect {

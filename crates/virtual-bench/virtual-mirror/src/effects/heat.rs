@@ -6,6 +6,9 @@ use crate::per_actuator::PerActuator;
 /// Stefan-Boltzmann constant (W/(m2 K4)), CODATA 2018.
 const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
 
+/// Temperature difference that free convection's strength is counted at (K).
+const CONVECTION_K: f64 = 100.0;
+
 /// How the loss departs from being proportional to the temperature.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct LossLaw {
@@ -13,6 +16,8 @@ pub(crate) struct LossLaw {
     pub(crate) air: [f64; 3],
     /// Radiation is its area's share times `t (a + t (b + t (c + t d)))`.
     pub(crate) radiation: [f64; 4],
+    /// Part of the loss to the air that free convection adds at `CONVECTION_K`.
+    pub(crate) convection: f64,
     /// Exchange with each neighbour, as a part of the loss to the air.
     pub(crate) neighbour: f64,
     /// The gap between beam and substrate matters.
@@ -20,6 +25,14 @@ pub(crate) struct LossLaw {
 }
 
 impl LossLaw {
+    /// What free convection makes of a beam's coefficient of loss, in parts of the linear one: laminar, Nu as Ra^(1/4).
+    pub(crate) fn convected(&self, theta: PerActuator) -> PerActuator {
+        if self.convection == 0.0 {
+            return PerActuator::ZERO;
+        }
+        theta.map(|kelvin| (kelvin.abs() / CONVECTION_K).sqrt().sqrt()) * self.convection
+    }
+
     /// Whether it departs from nothing but a conductance to the air.
     pub(crate) fn is_linear(&self) -> bool {
         *self == Self::default()
@@ -43,6 +56,7 @@ impl LossLaw {
             ],
             radiation: [4.0 * room.powi(3), 6.0 * room.powi(2), 4.0 * room, 1.0]
                 .map(|c| emission * c),
+            convection: 0.3 * effects.strength(Effect::FreeConvection),
             neighbour: 0.08 * effects.strength(Effect::Crosstalk),
             gap: effects.active(Effect::GapHeatLoss).is_some(),
         }

@@ -8,6 +8,7 @@
 //! above what the instruments resolve (0.05 um, or 2 uA) and below what no session would miss (120 um).
 
 mod catalogue;
+pub(crate) mod electrostatic;
 pub(crate) mod heat;
 pub(crate) mod memory;
 pub(crate) mod reading;

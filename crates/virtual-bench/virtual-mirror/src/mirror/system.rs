@@ -4,6 +4,7 @@ use super::plate::{PlateDynamics, PlateState};
 use crate::build::Build;
 use crate::config::MirrorConfig;
 use crate::effects::Effects;
+use crate::effects::electrostatic::Electrostatic;
 use crate::effects::heat::LossLaw;
 use crate::effects::memory::{Memory, Stiction};
 use crate::motion::{Course, Flow};
@@ -50,6 +51,7 @@ pub(crate) struct System {
     pub(crate) network: Network,
     shape: Shape,
     slow: Option<Slow>,
+    electrostatic: Option<Electrostatic>,
     pub(crate) plate: PlateDynamics,
     stepper: Stepper,
 }
@@ -62,6 +64,7 @@ impl System {
             ambient_c: config.ambient_c,
             effects: config.effects.clone(),
             slow: Slow::new(config, &network),
+            electrostatic: Electrostatic::new(&config.effects),
             plate: PlateDynamics::new(config),
             stepper: Stepper::new(network.cells.len()),
             network,
@@ -126,8 +129,9 @@ impl System {
         next.memory = now.memory.advanced(from, to, h);
 
         // The plate that sticks, or not, does so until the step's end.
-        let pull_m = now.stiction.map_or(0.0, |stiction| stiction.pull());
-        let (from, to) = (self.pose(now, pull_m), self.pose(next, pull_m));
+        let stuck_m = now.stiction.map_or(0.0, |stiction| stiction.pull());
+        let from = self.pose(now, stuck_m + self.pull(drive.from, now));
+        let to = self.pose(next, stuck_m + self.pull(drive.to, next));
         let courses = std::array::from_fn(|k| Course {
             from: from[k],
             to: to[k],
@@ -145,6 +149,13 @@ impl System {
         if let Some(slow) = &self.slow {
             slow.leave(&mut self.network, &mut self.shape, &now.theta, h);
         }
+    }
+
+    /// How far the beams at these drives pull the plate down (m), from where heat alone holds it.
+    fn pull(&self, volts: PerActuator, at: &StateVector) -> f64 {
+        let piston = 0.25 * at.displacement.value.sum();
+        self.electrostatic
+            .map_or(0.0, |electrostatic| electrostatic.pull(volts, piston))
     }
 
     /// Static pose of the plate, with history.

@@ -102,7 +102,7 @@ impl Network {
         }
         let splat = PerActuator::splat;
         let ([o, p, q], [a, b, c, d]) = (self.loss.air, self.loss.radiation);
-        let air = splat(1.0 + o) + theta * (splat(p) + theta * q);
+        let air = splat(1.0 + o) + theta * (splat(p) + theta * q) + self.loss.convected(theta);
         let sky = splat(a) + theta * (splat(b) + theta * (splat(c) + theta * d));
         let between = 0.25 * cell.to_air.sum() * self.loss.neighbour;
         let shared = (theta * 2.0 - theta.neighbours()) * between;
@@ -120,7 +120,8 @@ impl Network {
         let splat = PerActuator::splat;
         let ([o, p, q], [a, b, c, d]) = (self.loss.air, self.loss.radiation);
         let air = splat(1.0 + o + 2.0 * self.loss.neighbour)
-            + theta * (splat(2.0 * p) + theta * (3.0 * q));
+            + theta * (splat(2.0 * p) + theta * (3.0 * q))
+            + self.loss.convected(theta) * 1.25;
         let sky =
             splat(a) + theta * (splat(2.0 * b) + theta * (splat(3.0 * c) + theta * (4.0 * d)));
         let heater = heating * cell.ohm * self.tcr;
