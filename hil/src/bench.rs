@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::thread;
 use std::time::{Duration, Instant};
 
 use emulated_board::{Connected, EmulatedBoard, Emulation, Speed, private_directory};
@@ -12,14 +11,14 @@ use silicon_twin::served::{ServedTwin, Serving};
 use tempfile::TempDir;
 use virtual_mirror::MirrorConfig;
 
+use crate::emulator::Emulator;
+
 /// The one real board is used by one check at a time.
 static REAL_BOARD: Mutex<()> = Mutex::new(());
 
 /// What has not happened by then on a board will not happen: thirty times what the slowest of the checks waits for on an
 /// idle machine, the 3 s after which a board gives up a host that is silent.
-const PATIENCE: Duration = Duration::from_secs(90);
-/// From one look at an emulated board to the next.
-const LOOK: Duration = Duration::from_millis(1);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(90);
 
 /// The resistors on an emulated board.
 const RESISTORS_OHM: f64 = 499.0;
@@ -27,11 +26,15 @@ const RESISTORS_OHM: f64 = 499.0;
 /// Which emulator makes the boards of [`Bench::new`]: QEMU where it is not set, the silicon twin where it is `g474`.
 const EMULATOR: &str = "MIRROR_EMULATOR";
 
+/// Whether `MIRROR_EMULATOR` asks for silicon twins.
+pub fn is_on_twin() -> bool {
+    std::env::var_os(EMULATOR).is_some_and(|name| name == "g474")
+}
+
 /// A board and the tool in front of it.
 pub struct Bench {
     board: String,
-    emulated: Option<EmulatedBoard>,
-    twin: Option<ServedTwin>,
+    emulator: Option<Emulator>,
     directory: TempDir,
     _turn: Option<MutexGuard<'static, ()>>,
 }
@@ -64,14 +67,11 @@ impl Bench {
         match std::env::var("MIRROR_BOARD") {
             Ok(board) => Self {
                 board,
-                emulated: None,
-                twin: None,
+                emulator: None,
                 directory: private_directory().expect("a directory"),
                 _turn: Some(REAL_BOARD.lock().unwrap_or_else(PoisonError::into_inner)),
             },
-            Err(_) if std::env::var_os(EMULATOR).is_some_and(|name| name == "g474") => {
-                Self::on_twin(MirrorConfig::bench())
-            }
+            Err(_) if is_on_twin() => Self::on_twin(MirrorConfig::bench()),
             Err(_) => Self::emulated(MirrorConfig::bench()),
         }
     }
@@ -90,12 +90,27 @@ impl Bench {
             speed: Speed::Fastest,
         };
         let twin = ServedTwin::start(&serving).unwrap_or_else(|error| panic!("{error}"));
+        Self::of(Emulator::Twin(twin), directory)
+    }
+
+    fn of(emulator: Emulator, directory: TempDir) -> Self {
         Self {
-            board: twin.socket().to_string_lossy().into_owned(),
-            emulated: None,
-            twin: Some(twin),
+            board: emulator.socket().to_string_lossy().into_owned(),
+            emulator: Some(emulator),
             directory,
             _turn: None,
+        }
+    }
+
+    /// A new board by the emulator that `MIRROR_EMULATOR` names, with this mirror on it. QEMU keeps its flash in the file
+    /// `flash`.
+    ///
+    /// # Panics
+    /// Where it does not start.
+    pub fn on_emulator(mirror: MirrorConfig, flash: &Path) -> Self {
+        match is_on_twin() {
+            true => Self::on_twin(mirror),
+            false => Self::with_flash(mirror, Some(flash)),
         }
     }
 
@@ -157,14 +172,7 @@ impl Bench {
         let emulated = EmulatedBoard::start(&emulation).unwrap_or_else(|error| {
             panic!("{error}; is the image built? `cargo xtask build mps2`")
         });
-        let board = emulated.socket().to_string_lossy().into_owned();
-        Self {
-            board,
-            emulated: Some(emulated),
-            twin: None,
-            directory,
-            _turn: None,
-        }
+        Self::of(Emulator::Qemu(emulated, emulation.flash), directory)
     }
 
     /// The board's name for the tool.
@@ -174,7 +182,7 @@ impl Bench {
 
     /// Whether it is one of this bench's own, emulated ones.
     pub fn is_emulated(&self) -> bool {
-        self.emulated.is_some() || self.twin.is_some()
+        self.emulator.is_some()
     }
 
     /// A directory of this bench's own.
@@ -184,20 +192,33 @@ impl Bench {
 
     /// The silicon twin; `None` for another board.
     pub fn twin(&self) -> Option<&ServedTwin> {
-        self.twin.as_ref()
+        match &self.emulator {
+            Some(Emulator::Twin(twin)) => Some(twin),
+            _ => None,
+        }
     }
 
     /// The board in QEMU; `None` for another one.
     pub fn emulated_board(&mut self) -> Option<&mut EmulatedBoard> {
-        self.emulated.as_mut()
+        match &mut self.emulator {
+            Some(Emulator::Qemu(board, _)) => Some(board),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn emulator(&self) -> &Emulator {
+        self.emulator.as_ref().expect("emulated")
     }
 
     /// Exchanges between the board and its plant so far.
     ///
     /// # Panics
-    /// Where the board is a real one.
+    /// Where it is no board in QEMU.
     pub fn exchanges(&self) -> u64 {
-        self.emulated.as_ref().expect("emulated").exchanges()
+        match self.emulator() {
+            Emulator::Qemu(board, _) => board.exchanges(),
+            Emulator::Twin(_) => panic!("the twin exchanges nothing"),
+        }
     }
 
     /// Runs the tool as a user types it.
@@ -254,40 +275,6 @@ impl Bench {
     /// Where it does not answer.
     pub fn is_off(&self) -> bool {
         self.json(&["status"])["drive_v"] == serde_json::json!([0.0, 0.0, 0.0, 0.0])
-    }
-
-    /// Waits until the board's mirror has been driven for `ticks` control ticks since the board was started: a tool that
-    /// drives is at work then, however long it took to start.
-    ///
-    /// # Panics
-    /// Where that does not happen, or the board is a real one.
-    pub fn wait_until_driven(&self, ticks: u64) {
-        self.wait("nothing drives the mirror", |board| {
-            board.observed().driven_ticks >= ticks
-        });
-    }
-
-    /// Waits until the board's clock is beyond `simulated_s`.
-    ///
-    /// # Panics
-    /// Where that does not happen, or the board is a real one.
-    pub fn wait_until_s(&self, simulated_s: f64) {
-        self.wait("the board's clock stands", |board| {
-            board.simulated_s() > simulated_s
-        });
-    }
-
-    /// Waits until something is so; `or_else` says what is wrong where it never is.
-    ///
-    /// # Panics
-    /// Where it never is, or the board is a real one.
-    pub fn wait(&self, or_else: &str, mut is_so: impl FnMut(&EmulatedBoard) -> bool) {
-        let board = self.emulated.as_ref().expect("emulated");
-        let start = Instant::now();
-        while !is_so(board) {
-            assert!(start.elapsed() < PATIENCE, "{or_else}");
-            thread::sleep(LOOK);
-        }
     }
 
     /// Asks for the board's status until it is as wanted; returns it. Asking paces itself.

@@ -5,10 +5,12 @@
 
 mod bench;
 mod disturb;
+mod emulated;
+mod emulator;
 mod processor;
 mod raw;
 
-pub use bench::{Bench, Said, flashed_image};
+pub use bench::{Bench, Said, flashed_image, is_on_twin};
 pub use disturb::{DISTURBANCES, Disturbance};
 pub use processor::processor_s;
 pub use raw::RawLink;

@@ -7,11 +7,10 @@ use std::time::Duration;
 
 use host_tool::board::framing::{Decoder, encode};
 use mirror_protocol::{Hello, HelloEndpoint, Identity, WireError};
-use postcard_rpc::header::{VarHeader, VarKey, VarKeyKind, VarSeq};
-use postcard_rpc::standard_icd::ERROR_KEY;
-use postcard_rpc::{Endpoint, Key};
+use postcard_rpc::Endpoint;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use silicon_twin::tool;
 
 /// Long enough for any answer, short enough for a test.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(10);
@@ -58,13 +57,7 @@ impl RawLink {
         E::Request: Serialize,
     {
         self.sequence = self.sequence.wrapping_add(1);
-        let header = VarHeader {
-            key: VarKey::Key8(E::REQ_KEY),
-            seq_no: VarSeq::Seq2(self.sequence),
-        };
-        let mut frame = header.write_to_vec();
-        frame.extend(postcard::to_stdvec(message).expect("messages serialise"));
-        encode(&frame)
+        encode(&tool::frame::<E>(self.sequence, message))
     }
 
     /// Sends a request and waits for its answer: the response, or that it was not understood.
@@ -83,19 +76,8 @@ impl RawLink {
         self.send_bytes(&request)?;
         loop {
             let frame = self.receive()?;
-            let Some((header, body)) = VarHeader::take_from_slice(&frame) else {
-                continue;
-            };
-            if header.seq_no != VarSeq::Seq2(self.sequence) {
-                continue;
-            }
-            if is(header.key, E::RESP_KEY) {
-                return postcard::from_bytes(body).map(Ok).map_err(io::Error::other);
-            }
-            if is(header.key, ERROR_KEY) {
-                return postcard::from_bytes(body)
-                    .map(Err)
-                    .map_err(io::Error::other);
+            if let Some(answer) = tool::answer::<E>(&frame, self.sequence) {
+                return answer.map_err(io::Error::other);
             }
         }
     }
@@ -120,12 +102,4 @@ impl RawLink {
             }
         }
     }
-}
-
-/// Whether the board's shortened key stands for `key`.
-fn is(short: VarKey, key: Key) -> bool {
-    let mut long = VarKey::Key8(key);
-    let kind: VarKeyKind = short.kind();
-    long.shrink_to(kind);
-    long == short
 }

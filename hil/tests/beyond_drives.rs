@@ -18,7 +18,7 @@ fn with_a_stage(bench: &mut Bench, words: &[&str]) -> Said {
         let line = line.expect("text");
         if let Some((_, rest)) = line.split_once("move the stage to ") {
             let (um, _) = rest.split_once(" um").expect("a height");
-            board.move_stage(um.parse().expect("a number"));
+            board.controls().move_stage(um.parse().expect("a number"));
             writeln!(keys).expect("it listens");
         }
         err += &line;
@@ -61,7 +61,7 @@ fn a_stage_s_steps_are_read_with_the_sensor_s_gain() {
 
 #[test]
 fn an_oven_shows_in_the_resistance_and_its_file_belongs_to_the_session() {
-    let mut bench = Bench::emulated(MirrorConfig::bench());
+    let bench = Bench::emulated(MirrorConfig::bench());
     let cold = |bench: &Bench, ambient: &str, output: &str| {
         let words = [
             "measure",
@@ -82,7 +82,7 @@ fn an_oven_shows_in_the_resistance_and_its_file_belongs_to_the_session() {
         0.4 / rows[1].current_a[0].expect("sensed")
     };
     let room_ohm = cold(&bench, "22", "room.csv");
-    bench.emulated_board().expect("emulated").set_oven(62.0);
+    bench.controls().set_oven(62.0);
     let oven_ohm = cold(&bench, "62", "oven.csv");
     let per_kelvin = (oven_ohm / room_ohm - 1.0) / 40.0;
     let tcr = MirrorConfig::bench().heater.tcr_per_k;

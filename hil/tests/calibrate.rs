@@ -138,11 +138,11 @@ fn what_is_cut_short_leaves_the_calibration_of_before() {
     assert!(said.contains("interrupted; channels are off"), "{said}");
 
     let begun = on_trial(&bench);
-    board(&mut bench).inject(Some(PlantFault::OpenHeater(2)));
+    bench.controls().inject(Some(PlantFault::OpenHeater(2)));
     let said = gave_up(&bench, begun);
     assert!(said.contains("open-heater"), "{said}");
 
-    board(&mut bench).inject(None);
+    bench.controls().inject(None);
     bench.json(&["clear"]);
     let begun = on_trial(&bench);
     board(&mut bench).kill().expect("it dies");

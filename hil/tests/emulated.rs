@@ -390,12 +390,12 @@ fn a_board_without_a_processor_for_a_while_goes_on() {
 
 #[test]
 fn a_board_whose_plant_is_kept_from_answering_goes_on() {
-    goes_on_through(|board| board.inject(Some(PlantFault::Stall)));
+    goes_on_through(|board| board.controls().inject(Some(PlantFault::Stall)));
 }
 
 #[test]
 fn an_answer_that_nobody_asked_for_is_passed_over() {
-    goes_on_through(|board| board.inject(Some(PlantFault::StaleAnswer)));
+    goes_on_through(|board| board.controls().inject(Some(PlantFault::StaleAnswer)));
 }
 
 #[test]
@@ -404,7 +404,7 @@ fn a_board_that_hangs_is_reset_and_can_be_cleared() {
     bench.json(&["set-drive", "2V", "--settle", "10ms"]);
     let board = bench.emulated_board().expect("emulated");
     let before_s = board.simulated_s();
-    board.inject(Some(PlantFault::Hang));
+    board.controls().inject(Some(PlantFault::Hang));
     // It has started anew, and checked its heaters.
     bench.wait_until_s(before_s + 0.5);
     let status = bench.json(&["status"]);

@@ -37,7 +37,7 @@ fn a_trip_is_there_after_the_power_was_cut_and_the_boot_has_the_next_number() {
 
     bench.json(&["set-drive", "2V", "--settle", "10ms", "--hold", "forever"]);
     let emulated = bench.emulated_board().expect("emulated");
-    emulated.inject(Some(PlantFault::OpenHeater(2)));
+    emulated.controls().inject(Some(PlantFault::OpenHeater(2)));
     bench.wait_for_status("tripped", |status| {
         status["states"][2] == "tripped: open-heater"
     });
@@ -104,7 +104,7 @@ fn a_board_that_trips_or_resets_in_a_loop_spares_its_flash() {
     let flash = directory.path().join("flash");
     let mut bench = board(&flash);
     let emulated = bench.emulated_board().expect("emulated");
-    emulated.inject(Some(PlantFault::WeakSupply));
+    emulated.controls().inject(Some(PlantFault::WeakSupply));
     let mut link = link(&bench);
     for trips in 1..=TRIPS {
         while page(&mut link).trips < trips {}
@@ -114,7 +114,7 @@ fn a_board_that_trips_or_resets_in_a_loop_spares_its_flash() {
             .expect("it is cleared");
     }
     let emulated = bench.emulated_board().expect("emulated");
-    emulated.inject(None);
+    emulated.controls().inject(None);
     drop(link);
     let looped = history(&bench);
     let times: Vec<&Value> = of_kind(&looped, "trip")
@@ -127,7 +127,7 @@ fn a_board_that_trips_or_resets_in_a_loop_spares_its_flash() {
     // Ten resets after the first start: eleven in succession, of which eight have an entry.
     let emulated = bench.emulated_board().expect("emulated");
     let before_s = emulated.simulated_s();
-    emulated.inject(Some(PlantFault::ResetLoop));
+    emulated.controls().inject(Some(PlantFault::ResetLoop));
     bench.wait_until_s(before_s + PlantFault::RESET_LOOP_S + 0.1);
     let reset = history(&bench);
     assert_eq!(reset["boot"], 11);
@@ -149,7 +149,7 @@ fn a_worn_flash_is_told_and_the_board_does_what_it_is_told() {
     let mut bench = Bench::emulated(MirrorConfig::bench());
     let emulated = bench.emulated_board().expect("emulated");
     emulated.wear_out_flash().expect("a file");
-    emulated.inject(Some(PlantFault::WeakSupply));
+    emulated.controls().inject(Some(PlantFault::WeakSupply));
     bench.wait_for_status("tripped", |status| {
         status["states"][0] == "tripped: supply-out-of-range"
     });
@@ -164,7 +164,7 @@ fn a_worn_flash_is_told_and_the_board_does_what_it_is_told() {
         "what there was is there"
     );
     let emulated = bench.emulated_board().expect("emulated");
-    emulated.inject(None);
+    emulated.controls().inject(None);
     bench.json(&["clear"]);
     bench.json(&["set-drive", "2V", "--settle", "10ms"]);
 }
@@ -188,7 +188,7 @@ fn a_stop_of_the_firmware_is_told_with_what_it_said() {
         ),
     ] {
         let emulated = bench.emulated_board().expect("emulated");
-        emulated.inject(Some(fault));
+        emulated.controls().inject(Some(fault));
         bench.wait_for_status(name, |status| {
             status["states"][0] == format!("tripped: {name}")
         });

@@ -28,10 +28,10 @@ fn main() -> ExitCode {
     let idle = measure(&mut bench, lasts_s);
     // What is broken is looked at in every tick.
     let board = bench.emulated_board().expect("emulated");
-    board.inject(Some(PlantFault::NoSensor));
+    board.controls().inject(Some(PlantFault::NoSensor));
     let awake = measure(&mut bench, lasts_s);
     let board = bench.emulated_board().expect("emulated");
-    board.inject(None);
+    board.controls().inject(None);
     println!(
         "\nover {lasts_s} s nobody waits for: {:.0} exchanges a second and {:.1} % of a processor; {:.0} and {:.1} % where \
          every tick is exchanged",
@@ -66,7 +66,7 @@ fn main() -> ExitCode {
 }
 
 fn bench_s(bench: &mut Bench) -> f64 {
-    bench.emulated_board().expect("emulated").simulated_s()
+    bench.simulated_s()
 }
 
 fn measure(bench: &mut Bench, lasts_s: f64) -> Took {

@@ -103,7 +103,7 @@ fn who_waits_for_a_board_does_not_drive_it_once_it_was_stopped() {
     );
     end(first);
     let board = bench.emulated_board().expect("emulated");
-    assert!(board.observed().came_to_zero);
+    assert!(board.controls().observed().came_to_zero);
     assert!(bench.is_off());
     // What is asked afterwards is done.
     assert_eq!(bench.tool(&["set-z", "50um", "--settle", "1ms"]).code, 0);
@@ -128,7 +128,7 @@ fn record_while(happen: impl FnOnce(&mut Bench, &Child)) -> (Bench, Said) {
 fn a_recording_ends_with_the_fault_that_tripped_the_board_and_its_file_is_whole() {
     let trip = |bench: &mut Bench, _: &Child| {
         let board = bench.emulated_board().expect("emulated");
-        board.inject(Some(PlantFault::OpenHeater(1)));
+        board.controls().inject(Some(PlantFault::OpenHeater(1)));
     };
     let (bench, said) = record_while(trip);
     assert_eq!(said.code, 1);
@@ -156,7 +156,7 @@ fn a_recording_says_that_the_board_was_stopped() {
     let stop = |bench: &mut Bench, tool: &Child| {
         bench.json(&["off"]);
         // A second of what it reads then, and half a second that it may hold back.
-        let now_s = bench.emulated_board().expect("emulated").simulated_s();
+        let now_s = bench.simulated_s();
         bench.wait_until_s(now_s + 1.5);
         interrupt(tool);
     };

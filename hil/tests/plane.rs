@@ -35,7 +35,7 @@ fn scan(bench: &mut Bench, tool: &mut Child, enough: usize, stop: fn(&mut Child)
             let word = rest.split_whitespace().next().expect("a number");
             word.parse().expect("a number")
         };
-        board.move_spot([number(" x "), number(" y ")]);
+        board.controls().move_spot([number(" x "), number(" y ")]);
         writeln!(keys).expect("it listens");
     }
     stop(tool);

@@ -36,10 +36,13 @@ fn off(bench: &Bench, whose: &str) -> Value {
 /// The board is not driven any more, now and later.
 fn assert_stays_off(bench: &mut Bench) {
     let board = bench.emulated_board().expect("emulated");
-    let (driven_ticks, now_s) = (board.observed().driven_ticks, board.simulated_s());
+    let (driven_ticks, now_s) = (
+        board.controls().observed().driven_ticks,
+        board.simulated_s(),
+    );
     bench.wait_until_s(now_s + AFTERWARDS_S);
     let board = bench.emulated_board().expect("emulated");
-    assert_eq!(board.observed().driven_ticks, driven_ticks);
+    assert_eq!(board.controls().observed().driven_ticks, driven_ticks);
 }
 
 fn signal(process: &Child, name: &str) {

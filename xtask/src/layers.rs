@@ -191,7 +191,12 @@ const ALLOWED: &[Allowed] = &[
     (
         Room::VirtualBench,
         "silicon-twin",
-        &["board-sockets", "emulated-board", "virtual-mirror"],
+        &[
+            "board-sockets",
+            "emulated-board",
+            "mirror-protocol",
+            "virtual-mirror",
+        ],
     ),
     (
         Room::VirtualBench,

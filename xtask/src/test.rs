@@ -29,8 +29,8 @@ const LONGEST: [&str; 8] = [
     "tests/emulated",
 ];
 
-/// The checks that run in front of the silicon twin as well, and how they are told.
-const ON_THE_TWIN: &str = "tests/acceptance";
+/// Programs of tests that run once more, on silicon twins, and how they are told.
+const ON_THE_TWIN: [&str; 2] = ["tests/acceptance", "tests/faults"];
 const TWIN: (&str, &str) = ("MIRROR_EMULATOR", "g474");
 
 /// Programs of tests that take less are not told one by one.
@@ -150,11 +150,14 @@ fn checks(built: &Built, full: bool) -> Result<Vec<Check>> {
         .map(|program| on_host(program, full))
         .collect();
     checks.extend(built.on_target.iter().map(on_target::check));
-    let twin = programs.iter().find(|program| program.name == ON_THE_TWIN);
-    let mut twin = on_host(twin.context("the acceptance checks were not built")?, full);
-    twin.name.push_str(", on the silicon twin");
-    twin.command.env(TWIN.0, TWIN.1);
-    checks.insert(LONGEST.len(), twin);
+    for name in ON_THE_TWIN {
+        let program = programs.iter().find(|program| program.name == name);
+        let program = program.with_context(|| format!("{name} was not built"))?;
+        let mut check = on_host(program, full);
+        check.name.push_str(", on the silicon twin");
+        check.command.env(TWIN.0, TWIN.1);
+        checks.insert(LONGEST.len(), check);
+    }
     Ok(checks)
 }
 

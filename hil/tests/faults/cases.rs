@@ -211,6 +211,11 @@ impl List {
 }
 
 impl Case {
+    /// The driver board has no position sensor that could break.
+    pub(crate) fn is_for_twin(&self) -> bool {
+        !matches!(self.trouble, Trouble::Breaks(PlantFault::NoSensor))
+    }
+
     fn of(trouble: Trouble, expected: &'static [Fault], most_driven_ticks: u64) -> Self {
         Self {
             trouble,
@@ -233,6 +238,17 @@ impl Trouble {
             ),
             Self::ResetAfter(_) | Self::StoredBit | Self::StoredBitOfTwo => true,
             Self::Link(_) | Self::FastDrive(_) | Self::Calibration(..) | Self::WornFlash => false,
+        }
+    }
+
+    /// How often the processor is reset by what restarts it, and within how many seconds.
+    pub(crate) fn resets(self) -> (usize, f64) {
+        match self {
+            Self::Breaks(PlantFault::ResetLoop) => {
+                (PlantFault::RESETS as usize, PlantFault::RESET_LOOP_S)
+            }
+            Self::ResetAfter(ticks) => (1, f64::from(ticks) * 1e-4),
+            _ => (1, 0.0),
         }
     }
 

@@ -18,10 +18,10 @@ use rustix::process::{Pid, Signal, kill_process};
 use rustix::thread::{CpuSet, sched_setaffinity};
 use tempfile::TempDir;
 
-use crate::faults::{Faults, Observed, PlantFault};
+use crate::controls::Controls;
 use crate::logs::{LogError, LogTable};
 use crate::pace::{Pace, Speed};
-use crate::plant::{Connected, Plant, Progress, Surroundings};
+use crate::plant::{Connected, Plant, Progress};
 use crate::qemu;
 use crate::stack::Stack;
 
@@ -59,8 +59,7 @@ pub struct EmulatedBoard {
     image: PathBuf,
     socket: PathBuf,
     progress: Arc<Progress>,
-    faults: Faults,
-    surroundings: Surroundings,
+    controls: Controls,
     log: Log,
     directory: TempDir,
 }
@@ -132,7 +131,7 @@ impl EmulatedBoard {
         together.keep(Pid::from_child(&qemu));
         let progress = Arc::new(Progress::default());
         let log = Log::default();
-        let (faults, surroundings) = (plant.faults(), plant.surroundings());
+        let controls = plant.controls();
         let pace = Pace::new(emulation.speed, &socket);
         let ticks = Arc::clone(&progress);
         run_plant(plant, fifos, together, pace, ticks, log.clone());
@@ -143,8 +142,7 @@ impl EmulatedBoard {
             image,
             socket,
             progress,
-            faults,
-            surroundings,
+            controls,
             log,
             directory,
         };
@@ -172,14 +170,9 @@ impl EmulatedBoard {
         self.progress.exchanges()
     }
 
-    /// Lets something break from the next tick on, or with `None` be sound again (a vacuum stays).
-    pub fn inject(&self, fault: Option<PlantFault>) {
-        self.faults.begin(fault, 0);
-    }
-
-    /// Lets something break so many ticks later.
-    pub fn inject_after(&self, fault: PlantFault, ticks: u32) {
-        self.faults.begin(Some(fault), ticks);
+    /// The bench around it.
+    pub fn controls(&self) -> &Controls {
+        &self.controls
     }
 
     /// Wears out the board's flash: from now on it takes nothing more.
@@ -189,29 +182,6 @@ impl EmulatedBoard {
     pub fn wear_out_flash(&self) -> io::Result<()> {
         let worn = OsStr::from_bytes(plant_link::FLASH_IS_WORN.to_bytes());
         fs::write(self.directory.path().join(worn), [])
-    }
-
-    /// Moves the position sensor's spot on the plate: x and y in micrometres from its centre.
-    pub fn move_spot(&self, at_um: [f64; 2]) {
-        self.surroundings
-            .change(|settings| settings.spot_um = at_um);
-    }
-
-    /// Moves the stage that the whole mirror is on, by so much from where it was first: what its sensor then sees further towards
-    /// the substrate (um).
-    pub fn move_stage(&self, um: f64) {
-        self.surroundings.change(|settings| settings.stage_um = um);
-    }
-
-    /// Brings the mirror into an oven, or another room, at this temperature (degC).
-    pub fn set_oven(&self, celsius: f64) {
-        self.surroundings
-            .change(|settings| settings.oven_c = Some(celsius));
-    }
-
-    /// What was seen since what was injected last has begun.
-    pub fn observed(&self) -> Observed {
-        self.faults.observed()
     }
 
     /// The firmware's log so far.

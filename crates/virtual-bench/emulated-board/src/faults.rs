@@ -1,6 +1,5 @@
 //! What breaks in the plant, on demand, and how the board takes it.
 
-use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use plant_link::{Converters, NO_READING, upset};
@@ -21,8 +20,7 @@ const STRONG_SUPPLY_V: f64 = 5.8;
 /// of the board's chip, 2.8 V.
 const FALL_V: f64 = 0.1;
 const BROWN_OUT_V: f64 = 2.7;
-/// A loop of resets: so many, with so many ticks between.
-const RESETS: u32 = 10;
+/// Ticks between the resets of a loop.
 const RESET_TICKS: u32 = 400;
 /// What a board drives at most to check its heaters, and a rounding more.
 const CHECK_V: f64 = 0.301;
@@ -88,6 +86,21 @@ pub enum PlantFault {
     StaleAnswer,
 }
 
+/// What a fault does to the processor itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Upset {
+    /// The firmware finds a defect in itself.
+    Panic,
+    /// It reads where nothing is.
+    HardFault,
+    /// It stays where it is.
+    Hang,
+    /// It is reset.
+    Reset,
+    /// Its supply falls below what it is reset at.
+    BrownOut,
+}
+
 /// What was seen since a fault began.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Observed {
@@ -99,13 +112,9 @@ pub struct Observed {
     pub hottest_k: f64,
 }
 
-/// The fault that is there now, and what was seen of it.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Faults(Arc<Mutex<Injected>>);
-
 /// A fault, when it begins, and what was seen of it.
 #[derive(Debug, Default)]
-struct Injected {
+pub(crate) struct Injected {
     fault: Option<PlantFault>,
     /// Ticks until it begins.
     ticks_left: u32,
@@ -114,46 +123,41 @@ struct Injected {
     observed: Observed,
 }
 
-impl Faults {
-    /// From so many ticks on.
-    pub(crate) fn begin(&self, fault: Option<PlantFault>, ticks_left: u32) {
-        let mut state = self.lock();
-        *state = Injected {
+impl Injected {
+    /// A fault that begins after so many ticks.
+    pub(crate) fn after(fault: Option<PlantFault>, ticks_left: u32) -> Self {
+        Self {
             fault,
             ticks_left,
-            age_ticks: 0,
-            observed: Observed::default(),
-        };
+            ..Self::default()
+        }
     }
 
     pub(crate) fn observed(&self) -> Observed {
-        self.lock().observed
+        self.observed
     }
 
-    /// Whether nothing is broken, nor will be by itself.
     pub(crate) fn is_quiet(&self) -> bool {
-        self.lock().fault.is_none()
+        self.fault.is_none()
     }
 
     /// The fault of this tick, and for how many ticks it has been there.
-    pub(crate) fn of_this_tick(&self) -> (Option<PlantFault>, u32) {
-        let mut state = self.lock();
-        if let Some(left) = state.ticks_left.checked_sub(1) {
-            state.ticks_left = left;
+    pub(crate) fn of_this_tick(&mut self) -> (Option<PlantFault>, u32) {
+        if let Some(left) = self.ticks_left.checked_sub(1) {
+            self.ticks_left = left;
             return (None, 0);
         }
-        let age_ticks = state.age_ticks;
-        state.age_ticks = age_ticks.saturating_add(1);
-        (state.fault, age_ticks)
+        let age_ticks = self.age_ticks;
+        self.age_ticks = age_ticks.saturating_add(1);
+        (self.fault, age_ticks)
     }
 
     /// Notes what a tick drove at the outputs, and how hot the mirror was.
-    pub(crate) fn observe(&self, drive_v: [f64; 4], hottest_k: f64) {
-        let mut state = self.lock();
-        if state.age_ticks == 0 {
+    pub(crate) fn observe(&mut self, drive_v: [f64; 4], hottest_k: f64) {
+        if self.age_ticks == 0 {
             return;
         }
-        let observed = &mut state.observed;
+        let observed = &mut self.observed;
         observed.hottest_k = observed.hottest_k.max(hottest_k);
         if drive_v.iter().any(|drive| *drive > CHECK_V) {
             if !observed.came_to_zero {
@@ -163,20 +167,16 @@ impl Faults {
             observed.came_to_zero = true;
         }
     }
-
-    fn lock(&self) -> std::sync::MutexGuard<'_, Injected> {
-        self.0
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner)
-    }
 }
 
 impl PlantFault {
-    /// How long a loop of resets lasts (s).
-    pub const RESET_LOOP_S: f64 = (RESETS * RESET_TICKS) as f64 * 1e-4;
+    /// Resets of a loop.
+    pub const RESETS: u32 = 10;
+    /// How long the loop lasts (s).
+    pub const RESET_LOOP_S: f64 = (Self::RESETS * RESET_TICKS) as f64 * 1e-4;
 
-    /// What arrives at the heaters of what the output stages drive.
-    pub(crate) fn at_the_heaters(self, mut drive_v: [f64; 4], enabled: bool) -> [f64; 4] {
+    /// What arrives at the heaters (V) of what the output stages drive, with the timer's outputs enabled or not.
+    pub fn at_the_heaters(self, mut drive_v: [f64; 4], enabled: bool) -> [f64; 4] {
         if let Self::OpenHeater(channel) | Self::ShortCircuit(channel) = self {
             drive_v[channel] = 0.0;
         }
@@ -189,8 +189,8 @@ impl PlantFault {
         drive_v
     }
 
-    /// What flows, of what a sound mirror takes.
-    pub(crate) fn currents(self, drive_v: [f64; 4], mut current_a: [f64; 4]) -> [f64; 4] {
+    /// What flows (A) at this drive (V), of what a sound mirror takes.
+    pub fn currents(self, drive_v: [f64; 4], mut current_a: [f64; 4]) -> [f64; 4] {
         match self {
             Self::OpenHeater(channel) => current_a[channel] = 0.0,
             Self::ShortCircuit(channel) => current_a[channel] = drive_v[channel] / SHORT_OHM,
@@ -201,8 +201,8 @@ impl PlantFault {
         current_a
     }
 
-    /// The supply after so many ticks, where it is not sound.
-    pub(crate) fn supply_v(self, sound_v: f64, age_ticks: u32) -> f64 {
+    /// The supply (V) after so many ticks, where it is not sound.
+    pub fn supply_v(self, sound_v: f64, age_ticks: u32) -> f64 {
         match self {
             Self::WeakSupply => WEAK_SUPPLY_V,
             Self::StrongSupply => STRONG_SUPPLY_V,
@@ -239,11 +239,10 @@ impl PlantFault {
             Self::PatchySensor if age_ticks % OFF_TICKS == LOST_TICKS / 2 => {
                 sound.sensor_z_nm += OFF_NM;
             }
-            Self::MissedTicks if age_ticks == 0 => {
-                sound.missed_ticks = SKIPPED_TICKS;
+            Self::MissedTicks | Self::SlowClock => {
+                sound.missed_ticks = self.missed_ticks(age_ticks);
             }
-            Self::SlowClock => sound.missed_ticks = 1,
-            _ => sound.upset = self.upset(age_ticks),
+            _ => sound.upset = self.upset(age_ticks).map_or(upset::NONE, Upset::code),
         }
         sound
     }
@@ -264,22 +263,44 @@ impl PlantFault {
         }
     }
 
+    /// Control ticks that do not take place before this one.
+    pub fn missed_ticks(self, age_ticks: u32) -> u16 {
+        match self {
+            Self::MissedTicks if age_ticks == 0 => SKIPPED_TICKS,
+            Self::SlowClock => 1,
+            _ => 0,
+        }
+    }
+
     /// What happens to the processor itself.
-    fn upset(self, age_ticks: u32) -> u8 {
+    pub fn upset(self, age_ticks: u32) -> Option<Upset> {
         let is_first = age_ticks == 0;
         let browns_out = (STAGE_SUPPLY_V - BROWN_OUT_V) / FALL_V;
         match self {
-            Self::Panic if is_first => upset::PANIC,
-            Self::HardFault if is_first => upset::HARD_FAULT,
-            Self::Hang if is_first => upset::HANG,
-            Self::Reset if is_first => upset::RESET,
-            Self::BrownOut if age_ticks == browns_out.round() as u32 => upset::RESET,
+            Self::Panic if is_first => Some(Upset::Panic),
+            Self::HardFault if is_first => Some(Upset::HardFault),
+            Self::Hang if is_first => Some(Upset::Hang),
+            Self::Reset if is_first => Some(Upset::Reset),
+            Self::BrownOut if age_ticks == browns_out.round() as u32 => Some(Upset::BrownOut),
             Self::ResetLoop
-                if age_ticks.is_multiple_of(RESET_TICKS) && age_ticks < RESETS * RESET_TICKS =>
+                if age_ticks.is_multiple_of(RESET_TICKS)
+                    && age_ticks < Self::RESETS * RESET_TICKS =>
             {
-                upset::RESET
+                Some(Upset::Reset)
             }
-            _ => upset::NONE,
+            _ => None,
+        }
+    }
+}
+
+impl Upset {
+    /// As the board in QEMU is told it, whose supply the processor does not share.
+    fn code(self) -> u8 {
+        match self {
+            Self::Panic => upset::PANIC,
+            Self::HardFault => upset::HARD_FAULT,
+            Self::Hang => upset::HANG,
+            Self::Reset | Self::BrownOut => upset::RESET,
         }
     }
 }
@@ -302,8 +323,7 @@ mod tests {
 
     #[test]
     fn a_fault_begins_after_its_ticks_and_ages() {
-        let faults = Faults::default();
-        faults.begin(Some(PlantFault::Panic), 2);
+        let mut faults = Injected::after(Some(PlantFault::Panic), 2);
         let seen: Vec<_> = (0..4).map(|_| faults.of_this_tick()).collect();
         let fault = Some(PlantFault::Panic);
         assert_eq!(seen, [(None, 0), (None, 0), (fault, 0), (fault, 1)]);
@@ -311,8 +331,7 @@ mod tests {
 
     #[test]
     fn driven_ticks_are_counted_until_all_channels_are_at_zero_and_the_hottest_is_kept() {
-        let faults = Faults::default();
-        faults.begin(Some(PlantFault::WeakSupply), 0);
+        let mut faults = Injected::after(Some(PlantFault::WeakSupply), 0);
         faults.observe(DRIVEN, 300.0);
         assert_eq!(faults.observed(), Observed::default(), "it has not begun");
         faults.of_this_tick();

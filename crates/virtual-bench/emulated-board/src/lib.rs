@@ -7,6 +7,7 @@
 //! through USB.
 
 mod board;
+mod controls;
 mod electronics;
 mod faults;
 mod logs;
@@ -16,8 +17,9 @@ mod qemu;
 mod stack;
 
 pub use board::{EmulatedBoard, Emulation, StartError, claim_socket, private_directory};
+pub use controls::{Controls, Surroundings};
 pub use electronics::Electronics;
-pub use faults::{Observed, PlantFault};
+pub use faults::{Observed, PlantFault, Upset};
 pub use logs::{LogError, LogTable};
 pub use pace::{NoSpeed, Pace, Speed};
 pub use plant::{Connected, Load, Plant, Progress};

@@ -3,7 +3,6 @@
 use std::fs::File;
 use std::io::{self, Read, Write};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
@@ -11,7 +10,8 @@ use plant_link::{Converters, Pins};
 use virtual_mirror::{MirrorConfig, Sensor, State, VirtualMirror};
 
 use crate::Electronics;
-use crate::faults::{Faults, PlantFault, in_vacuum};
+use crate::controls::{Controls, Surroundings};
+use crate::faults::{PlantFault, in_vacuum};
 use crate::pace::Pace;
 
 /// Length of a control tick.
@@ -25,8 +25,7 @@ const SUPPLY_V: f64 = 5.0;
 pub struct Plant {
     electronics: Electronics,
     load: Load,
-    surroundings: Surroundings,
-    faults: Faults,
+    controls: Controls,
     before: Converters,
 }
 
@@ -53,38 +52,13 @@ enum LoadKind {
 struct Mirror {
     mirror: VirtualMirror,
     sensor: Sensor,
-    surroundings: Surroundings,
     /// How warm its room is (degC).
     room_c: f64,
     /// The same mirror where hardly any heat leaves it, cold until it is needed.
     in_vacuum: VirtualMirror,
 }
 
-/// What a person changes on the bench while the plant runs.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Surroundings(Arc<Mutex<Settings>>);
-
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Settings {
-    /// Where the position sensor's spot is on the plate, from its centre (um).
-    pub(crate) spot_um: [f64; 2],
-    /// How far a stage has moved the mirror (um).
-    pub(crate) stage_um: f64,
-    /// How warm the oven is that the mirror is in, if it is in one (degC).
-    pub(crate) oven_c: Option<f64>,
-}
-
 impl Surroundings {
-    pub(crate) fn change(&self, change: impl FnOnce(&mut Settings)) {
-        change(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner));
-    }
-
-    fn settings(&self) -> Settings {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl Settings {
     /// How much nearer to the substrate than its centre a plate is under the spot (um).
     fn beside_the_centre_um(&self, state: &State) -> f64 {
         let [x, y] = self.spot_um;
@@ -122,24 +96,17 @@ impl Plant {
     /// # Errors
     /// Where a number of a mirror is out of range.
     pub fn new(connected: &Connected) -> Result<Self, virtual_mirror::ConfigError> {
-        let load = Load::new(connected)?;
         Ok(Self {
             electronics: Electronics::new(connected.seed()),
-            surroundings: load.surroundings(),
-            load,
-            faults: Faults::default(),
+            load: Load::new(connected)?,
+            controls: Controls::default(),
             before: Converters::default(),
         })
     }
 
-    /// What breaks can be chosen here while the plant runs.
-    pub(crate) fn faults(&self) -> Faults {
-        self.faults.clone()
-    }
-
-    /// What is around the mirror can be changed here while the plant runs.
-    pub(crate) fn surroundings(&self) -> Surroundings {
-        self.surroundings.clone()
+    /// What a person does at the bench while the plant runs.
+    pub(crate) fn controls(&self) -> Controls {
+        self.controls.clone()
     }
 
     /// Answers the board at this pace until it closes its end.
@@ -160,7 +127,7 @@ impl Plant {
                 other => other?,
             }
             let pins = Pins::from_bytes(&bytes);
-            let quiet_ticks = match pins.is_idle && self.faults.is_quiet() {
+            let quiet_ticks = match pins.is_idle && self.controls.is_quiet() {
                 true => pace.leave_alone(),
                 false => 0,
             };
@@ -170,7 +137,7 @@ impl Plant {
                 true => 0.0,
                 false => self.electronics.drive_v(code),
             });
-            let (fault, age_ticks) = self.faults.of_this_tick();
+            let (fault, age_ticks) = self.controls.fault_of_this_tick();
             if fault == Some(PlantFault::Vacuum) && age_ticks == 0 {
                 self.load.leave_the_air();
             }
@@ -196,7 +163,7 @@ impl Plant {
             let hottest_k = self.load.advance(heated_v, 1);
             let stays_on = matches!(fault, Some(PlantFault::StuckOutput(_)));
             let at_the_outputs_v = if stays_on { heated_v } else { drive_v };
-            self.faults.observe(at_the_outputs_v, hottest_k);
+            self.controls.observe(at_the_outputs_v, hottest_k);
             let ticks = 1 + u64::from(quiet_ticks);
             progress.ticks.fetch_add(ticks, Ordering::Relaxed);
             progress.exchanges.fetch_add(1, Ordering::Relaxed);
@@ -213,7 +180,7 @@ impl Plant {
         heated_v: [f64; 4],
         fault: Option<PlantFault>,
     ) -> Converters {
-        let (sound_a, z_um) = self.load.read(heated_v);
+        let (sound_a, z_um) = self.load.read(heated_v, &self.controls.surroundings());
         let current_a = fault.map_or(sound_a, |fault| fault.currents(drive_v, sound_a));
         Converters {
             tick,
@@ -247,7 +214,6 @@ impl Load {
             Connected::Mirror(config) => LoadKind::Mirror(Box::new(Mirror {
                 mirror: VirtualMirror::new(config)?,
                 sensor: Sensor::new(config),
-                surroundings: Surroundings::default(),
                 room_c: config.ambient_c,
                 in_vacuum: VirtualMirror::new(&in_vacuum(config))?,
             })),
@@ -256,26 +222,17 @@ impl Load {
         Ok(Self(kind))
     }
 
-    /// What is around it. Nothing is around resistors.
-    fn surroundings(&self) -> Surroundings {
-        match &self.0 {
-            LoadKind::Mirror(mirror) => mirror.surroundings.clone(),
-            LoadKind::Resistors(_) => Surroundings::default(),
-        }
-    }
-
     /// The currents at these voltages (A), and what the position sensor reads (um), before anything has moved.
-    pub fn read(&mut self, heated_v: [f64; 4]) -> ([f64; 4], f64) {
+    pub fn read(&mut self, heated_v: [f64; 4], around: &Surroundings) -> ([f64; 4], f64) {
         match &mut self.0 {
             LoadKind::Mirror(mirror) => {
-                let settings = mirror.surroundings.settings();
-                let rise_k = settings.oven_c.map_or(0.0, |oven_c| oven_c - mirror.room_c);
+                let rise_k = around.oven_c.map_or(0.0, |oven_c| oven_c - mirror.room_c);
                 mirror.mirror.set_ambient(rise_k);
-                mirror.mirror.set_stage(settings.stage_um);
+                mirror.mirror.set_stage(around.stage_um);
                 mirror.mirror.step(heated_v, 0.0);
                 let state = mirror.mirror.state();
                 let centre_um = mirror.sensor.read(&state, TICK_S).z_um;
-                let z_um = centre_um + settings.beside_the_centre_um(&state);
+                let z_um = centre_um + around.beside_the_centre_um(&state);
                 (state.current_a, z_um)
             }
             LoadKind::Resistors(ohm) => (std::array::from_fn(|i| heated_v[i] / ohm[i]), 0.0),
@@ -293,7 +250,8 @@ impl Load {
         }
     }
 
-    fn leave_the_air(&mut self) {
+    /// The mirror is in vacuum from now on, cold.
+    pub fn leave_the_air(&mut self) {
         if let LoadKind::Mirror(mirror) = &mut self.0 {
             std::mem::swap(&mut mirror.mirror, &mut mirror.in_vacuum);
         }

@@ -1,6 +1,6 @@
 //! The driver board around the chip (`docs/board.md`): output filters and stages, current senses, supply, and the mirror.
 
-use emulated_board::{Connected, Electronics, Load};
+use emulated_board::{Connected, Controls, Electronics, Load, PlantFault, Upset};
 use virtual_mirror::ConfigError;
 
 use crate::chip::Clock;
@@ -25,6 +25,15 @@ pub(crate) enum Connection {
     Sense(usize),
     /// The supply of the output stages.
     Supply,
+}
+
+impl Connection {
+    fn index(self) -> usize {
+        match self {
+            Self::Sense(channel) => channel,
+            Self::Supply => 4,
+        }
+    }
 }
 
 /// What is connected to a pin, if it is an analogue signal.
@@ -67,6 +76,19 @@ pub struct Board {
     heat: [f64; 4],
     heated_s: f64,
     steps: u64,
+    controls: Controls,
+    /// What is broken, and for how many steps it has been.
+    fault: Option<(PlantFault, u32)>,
+    /// What each input read last.
+    codes: [u16; 5],
+}
+
+/// What a step of the bench does to the processor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Disturbance {
+    pub(crate) upset: Option<Upset>,
+    /// Control ticks that it is to miss.
+    pub(crate) missed_ticks: u16,
 }
 
 impl Board {
@@ -84,20 +106,51 @@ impl Board {
             heat: [0.0; 4],
             heated_s: 0.0,
             steps: 0,
+            controls: Controls::default(),
+            fault: None,
+            codes: [0; 5],
         };
         board.find_resistances();
         Ok(board)
     }
 
-    /// Voltage at each actuator.
+    /// What a person does at the bench; a clone of the board is on the same bench.
+    pub fn controls(&self) -> &Controls {
+        &self.controls
+    }
+
+    /// From now on it is on a bench of its own, where nothing is broken.
+    pub fn move_to_own_bench(&mut self) {
+        self.controls = Controls::default();
+    }
+
+    /// Voltage that each stage is told.
     pub fn drive_v(&self) -> [f64; 4] {
         self.filters
             .map(|filter| self.electronics.stage_v(filter.0[1]))
     }
 
+    /// Voltage at each actuator.
+    fn heated_v(&self) -> [f64; 4] {
+        // A pin that is stuck is so before the filter.
+        self.broken(self.drive_v(), |fault, drive_v| {
+            fault.at_the_heaters(drive_v, false)
+        })
+    }
+
+    /// What a fault makes of what is sound.
+    fn broken<T>(&self, sound: T, change: impl FnOnce(PlantFault, T) -> T) -> T {
+        match self.fault {
+            Some((fault, _)) => change(fault, sound),
+            None => sound,
+        }
+    }
+
     /// What the position sensor reads (um).
     pub fn z_um(&mut self) -> f64 {
-        self.load.read(self.drive_v()).1
+        self.load
+            .read(self.heated_v(), &self.controls.surroundings())
+            .1
     }
 
     /// When the mirror is to be stepped next, in seconds since power came.
@@ -106,17 +159,28 @@ impl Board {
     }
 
     /// Steps the mirror: what heats is the mean of the voltage's square.
-    pub(crate) fn step(&mut self) {
+    pub(crate) fn step(&mut self) -> Disturbance {
         self.steps += 1;
         let heated_s = self.heated_s.max(f64::MIN_POSITIVE);
         let effective_v = self.heat.map(|heat| (heat / heated_s).sqrt());
-        self.load.advance(effective_v, 1);
+        let hottest_k = self.load.advance(effective_v, 1);
+        self.controls.observe(self.drive_v(), hottest_k);
         (self.heat, self.heated_s) = ([0.0; 4], 0.0);
+        let (fault, age) = self.controls.fault_of_this_tick();
+        self.fault = fault.map(|fault| (fault, age));
+        if self.fault == Some((PlantFault::Vacuum, 0)) {
+            self.load.leave_the_air();
+        }
         self.find_resistances();
+        fault.map_or_else(Disturbance::default, |fault| Disturbance {
+            upset: fault.upset(age),
+            missed_ticks: fault.missed_ticks(age),
+        })
     }
 
     fn find_resistances(&mut self) {
-        let (current_a, _) = self.load.read([PROBE_V; 4]);
+        let around = self.controls.surroundings();
+        let (current_a, _) = self.load.read([PROBE_V; 4], &around);
         self.resistance_ohm = current_a.map(|current| PROBE_V / current);
     }
 
@@ -137,17 +201,22 @@ impl Board {
         let seconds = (end - self.at) as f64 / clock.hz();
         let times = seconds / FILTER_S;
         let decay = (-times).exp();
-        let before_v = self.drive_v();
-        for (filter, output) in self.filters.iter_mut().zip(outputs) {
+        let before_v = self.heated_v();
+        let stuck = match self.fault {
+            Some((PlantFault::StuckOutput(channel), _)) => Some(channel),
+            _ => None,
+        };
+        for (channel, (filter, output)) in self.filters.iter_mut().zip(outputs).enumerate() {
             let is_high = match output {
                 // The board's pull-downs.
                 Output::Floating => false,
                 Output::Level(level) => *level,
+                Output::Until(..) if stuck == Some(channel) => true,
                 Output::Until(first, edge) => *first == (self.at < *edge),
             };
             filter.hold(f64::from(u8::from(is_high)), decay, times);
         }
-        let after_v = self.drive_v();
+        let after_v = self.heated_v();
         for ((heat, before_v), after_v) in self.heat.iter_mut().zip(before_v).zip(after_v) {
             *heat += 0.5 * (before_v * before_v + after_v * after_v) * seconds;
         }
@@ -157,14 +226,38 @@ impl Board {
 
     /// One conversion of what is there now: a code of 12 bits.
     pub(crate) fn convert(&mut self, connection: Connection) -> u16 {
+        let input = connection.index();
+        if self.is_frozen(connection) {
+            return self.codes[input];
+        }
         let pin_v = match connection {
             Connection::Sense(channel) => {
-                let current_a = self.drive_v()[channel] / self.resistance_ohm[channel];
-                self.electronics.sense_v(channel, current_a)
+                let drive_v = self.drive_v();
+                let heated_v = self.heated_v();
+                let sound_a = std::array::from_fn(|i| heated_v[i] / self.resistance_ohm[i]);
+                let current_a =
+                    self.broken(sound_a, |fault, sound_a| fault.currents(drive_v, sound_a));
+                self.electronics.sense_v(channel, current_a[channel])
             }
-            Connection::Supply => self.electronics.supply_v(SUPPLY_V),
+            Connection::Supply => {
+                let supply_v = match self.fault {
+                    Some((fault, age)) => fault.supply_v(SUPPLY_V, age),
+                    None => SUPPLY_V,
+                };
+                self.electronics.supply_v(supply_v)
+            }
         };
-        self.electronics.convert_once(pin_v)
+        self.codes[input] = self.electronics.convert_once(pin_v);
+        self.codes[input]
+    }
+
+    /// Whether an input repeats what it read last.
+    fn is_frozen(&self, connection: Connection) -> bool {
+        match self.fault {
+            Some((PlantFault::StoppedConverters, _)) => true,
+            Some((PlantFault::FrozenSense(channel), _)) => connection == Connection::Sense(channel),
+            _ => false,
+        }
     }
 }
 

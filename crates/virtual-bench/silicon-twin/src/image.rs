@@ -12,8 +12,16 @@ use crate::chip::memory::{FLASH, FLASH_BYTES};
 pub struct Image {
     /// Addresses and bytes.
     pub segments: Vec<(u32, Vec<u8>)>,
-    functions: Vec<(u32, String)>,
-    objects: Vec<(u32, String)>,
+    functions: Vec<Symbol>,
+    objects: Vec<Symbol>,
+}
+
+/// A function or a variable.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Symbol {
+    address: u32,
+    bytes: usize,
+    name: String,
 }
 
 /// Why an image cannot be run.
@@ -100,17 +108,29 @@ impl Image {
 
     /// The address of a variable.
     pub fn object(&self, name: &str) -> Option<u32> {
-        let found = self.objects.iter().find(|(_, candidate)| candidate == name);
-        found.map(|(address, _)| *address)
+        address_of(&self.objects, name)
+    }
+
+    /// The address of a function.
+    pub fn function_at(&self, name: &str) -> Option<u32> {
+        address_of(&self.functions, name)
+    }
+
+    /// All functions: where they are in the flash, their bytes, their names.
+    pub fn functions(&self) -> impl Iterator<Item = (usize, usize, &str)> {
+        self.functions.iter().filter_map(|function| {
+            let offset = function.address.checked_sub(FLASH)?;
+            Some((offset as usize, function.bytes, &*function.name))
+        })
     }
 
     /// The function that an address lies in.
     pub fn function(&self, address: u32) -> &str {
         let after = self
             .functions
-            .partition_point(|(start, _)| *start <= address);
+            .partition_point(|function| function.address <= address);
         match after.checked_sub(1) {
-            Some(index) if is_in_flash(address, 0) => &self.functions[index].1,
+            Some(index) if is_in_flash(address, 0) => &self.functions[index].name,
             _ => "no function",
         }
     }
@@ -122,18 +142,24 @@ fn is_in_flash(address: u32, bytes: usize) -> bool {
         .is_some_and(|offset| offset as usize + bytes <= FLASH_BYTES)
 }
 
+fn address_of(symbols: &[Symbol], name: &str) -> Option<u32> {
+    let found = symbols.iter().find(|symbol| symbol.name == name);
+    found.map(|symbol| symbol.address)
+}
+
 /// All functions, or all variables, by address.
-fn symbols(file: &object::File<'_>, kind: SymbolKind) -> Vec<(u32, String)> {
+fn symbols(file: &object::File<'_>, kind: SymbolKind) -> Vec<Symbol> {
     let is_code = kind == SymbolKind::Text;
     let mut symbols: Vec<_> = file
         .symbols()
         .filter(|symbol| symbol.kind() == kind && symbol.size() > 0)
         .filter_map(|symbol| {
             let name = rustc_demangle::demangle(symbol.name().ok()?);
-            Some((
-                symbol.address() as u32 & !u32::from(is_code),
-                format!("{name:#}"),
-            ))
+            Some(Symbol {
+                address: symbol.address() as u32 & !u32::from(is_code),
+                bytes: symbol.size() as usize,
+                name: format!("{name:#}"),
+            })
         })
         .collect();
     symbols.sort();

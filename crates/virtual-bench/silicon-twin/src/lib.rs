@@ -9,14 +9,16 @@
 
 pub mod board;
 pub mod chip;
+pub mod coverage;
 pub mod cpu;
 mod image;
 mod names;
 mod rtt;
 pub mod served;
 pub mod timing;
+pub mod tool;
 mod twin;
 pub mod usb_host;
 
 pub use image::{Image, ImageError};
-pub use twin::{Failure, Twin};
+pub use twin::{Failure, IN_BOOTLOADER, Twin};

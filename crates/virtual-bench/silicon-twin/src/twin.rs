@@ -2,15 +2,26 @@
 
 use std::fmt;
 
+use emulated_board::Upset;
+
 use crate::board::Board;
 use crate::chip::memory::{FLASH, SRAM, SRAM_BYTES};
-use crate::chip::{Chip, Reset};
+use crate::chip::{Chip, Reset, rom};
 use crate::cpu::{Cpu, Halt, Sleep};
 use crate::image::Image;
 use crate::timing::Timing;
 
+/// How a run ends that goes to the ROM.
+pub const IN_BOOTLOADER: &str =
+    "the bootloader in the ROM runs now, and takes new firmware over USB (DFU)";
 /// `b .`
 const BRANCH_TO_ITSELF: u16 = 0xe7fe;
+/// Where this chip has nothing.
+const NOWHERE: u32 = 0x6000_0000;
+/// What a division by zero calls, in Rust.
+const PANICS: &str = "core::panicking::panic_const::panic_const_div_by_zero";
+/// A control tick.
+const TICK_S: f64 = 1e-4;
 
 /// The board at register level.
 #[derive(Clone, Debug)]
@@ -24,6 +35,7 @@ pub struct Twin {
     /// How long the program handles what.
     pub timing: Timing,
     handled: u16,
+    masks: bool,
 }
 
 /// Why a run ended before its time.
@@ -74,6 +86,7 @@ impl Twin {
             resets: vec![Reset::Power],
             timing: Timing::default(),
             handled: 0,
+            masks: false,
         })
     }
 
@@ -124,11 +137,42 @@ impl Twin {
         if let Some(reset) = self.chip.reset_due() {
             self.reset(reset)?;
         }
+        self.suffer()?;
         self.cpu.system.set_lines(self.chip.lines());
         if self.chip.take_nmi() {
             self.cpu.system.pend_nmi();
         }
         Ok(())
+    }
+
+    /// What the bench does to the processor.
+    fn suffer(&mut self) -> Result<(), Failure> {
+        let disturbance = self.chip.take_disturbance();
+        if disturbance.missed_ticks > 0 {
+            // What is due at its end takes place.
+            let ticks = f64::from(disturbance.missed_ticks) + 1.0;
+            self.halt(ticks * TICK_S);
+        }
+        match disturbance.upset {
+            None => {}
+            Some(Upset::Panic) => self.panic()?,
+            Some(Upset::HardFault) => self.derail(NOWHERE),
+            Some(Upset::Hang) => self.hang(),
+            Some(Upset::Reset) => self.reset(Reset::Software)?,
+            Some(Upset::BrownOut) => self.reset(Reset::Power)?,
+        }
+        Ok(())
+    }
+
+    /// The processor stands still, and nothing else does.
+    fn halt(&mut self, seconds: f64) {
+        let end = self.chip.clock.cycle_in(seconds);
+        while self.chip.clock.cycles < end {
+            self.chip.clock.cycles = self.chip.next_event().clamp(self.chip.clock.cycles, end);
+            self.chip.advance();
+        }
+        // What the bench did meanwhile met nobody.
+        let _ = self.chip.take_disturbance();
     }
 
     /// Resets the chip, as its reset pin, its watchdog or a lack of power does.
@@ -143,7 +187,21 @@ impl Twin {
             .map_err(|_| self.failure("there are no vectors after the reset".to_owned()))?;
         self.cpu.stops_at_faults = stops_at_faults;
         self.timing.forget();
-        self.handled = 0;
+        (self.handled, self.masks) = (0, false);
+        Ok(())
+    }
+
+    /// The bootloader in the ROM has been run, and goes to the program that it has written: without a reset, with its own
+    /// clocks and vectors.
+    ///
+    /// # Errors
+    /// Where the image does not begin with vectors.
+    pub fn leave_bootloader(&mut self) -> Result<(), Failure> {
+        self.reset(Reset::Software)?;
+        self.chip
+            .leave_rom()
+            .map_err(|refused| self.failure(format!("the ROM's own set-up: {refused:?}")))?;
+        self.cpu.system.set_vectors(rom::ROM);
         Ok(())
     }
 
@@ -154,6 +212,24 @@ impl Twin {
         // It is within the RAM.
         let _ = self.chip.memory.write_sram::<2>(last, loop_here);
         self.cpu.divert(SRAM + last as u32);
+    }
+
+    /// Lets the program find a defect in itself: it divides by zero, as far as it knows.
+    ///
+    /// # Errors
+    /// Where it cannot panic: no function of the image does.
+    pub fn panic(&mut self) -> Result<(), Failure> {
+        let Some(panics) = self.image.function_at(PANICS) else {
+            return Err(self.failure("no function of the image panics".to_owned()));
+        };
+        // Its only argument is a place in the source: an empty name (any address, length 0), line and column.
+        let place = SRAM_BYTES - 32;
+        for (at, word) in (place..).step_by(4).zip([1, 0, 1, 1]) {
+            // It is within the RAM.
+            let _ = self.chip.memory.write_sram::<4>(at, word);
+        }
+        self.cpu.call(panics, SRAM + place as u32);
+        Ok(())
     }
 
     /// Lets the program go on where it should not, at `address`, and handle the faults that come of it.
@@ -189,9 +265,15 @@ impl Twin {
             Ok(cycles) => self.chip.clock.cycles += u64::from(cycles),
             Err(halt) => return Err(self.halted(halt)),
         }
+        let cycle = self.chip.clock.cycles;
         if self.cpu.exception() != self.handled {
             self.handled = self.cpu.exception();
-            self.timing.change(self.handled, self.chip.clock.cycles);
+            self.timing
+                .change(self.handled, cycle, self.chip.trace.last());
+        }
+        if self.cpu.masks_interrupts() != self.masks {
+            self.masks = self.cpu.masks_interrupts();
+            self.timing.mask(self.masks, cycle, self.cpu.next());
         }
         Ok(())
     }
@@ -214,9 +296,7 @@ impl Twin {
 
     fn halted(&self, halt: Halt) -> Failure {
         let what = match halt {
-            Halt::Bus if self.chip.is_in_bootloader() => {
-                "the program has gone to ST's bootloader in the ROM".to_owned()
-            }
+            Halt::Bus if self.chip.is_in_bootloader() => IN_BOOTLOADER.to_owned(),
             Halt::Bus => match self.chip.refused() {
                 Some(sentence) => sentence.to_owned(),
                 None => "memory refuses".to_owned(),

@@ -106,15 +106,15 @@ impl Running {
         };
         match what.as_str() {
             "spot" => match parse(numbers) {
-                Some(at_um) => board.move_spot(at_um),
+                Some(at_um) => board.controls().move_spot(at_um),
                 None => println!("`spot X Y`: two numbers of micrometres from the plate's centre"),
             },
             "stage" => match parse(numbers) {
-                Some([um]) => board.move_stage(um),
+                Some([um]) => board.controls().move_stage(um),
                 None => println!("`stage UM`: a number of micrometres, towards the substrate"),
             },
             "oven" => match parse(numbers) {
-                Some([celsius]) => board.set_oven(celsius),
+                Some([celsius]) => board.controls().set_oven(celsius),
                 None => println!("`oven CELSIUS`: a number of degrees"),
             },
             _ => return false,

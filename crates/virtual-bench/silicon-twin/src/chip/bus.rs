@@ -2,16 +2,10 @@
 
 use super::memory::{Memory, Region};
 use super::refused::Refused;
-use super::{Chip, POLLS, Reset, address};
+use super::{Chip, POLLS, Reset, address, rom};
 use crate::cpu::instruction::Decoded;
 use crate::cpu::{Abort, Bus};
 use crate::names;
-
-/// ST's bootloader (RM0440, section 2.2; AN2606): its vectors, and where the second of them leads.
-const ROM: u32 = 0x1fff_0000;
-const ROM_END: u32 = 0x1fff_7000;
-const ROM_STACK: u32 = 0x2000_4000;
-const ROM_ENTRY: u32 = ROM + 0x101;
 
 impl Bus for Chip {
     #[inline]
@@ -31,7 +25,7 @@ impl Bus for Chip {
             Region::Peripheral => return self.read_peripheral(address, BYTES),
             Region::UniqueId(offset) => self.memory.unique_id::<BYTES>(offset),
             Region::FlashSize(offset) => self.memory.flash_size::<BYTES>(offset),
-            Region::Nothing => rom(address),
+            Region::Nothing => rom::word(address),
         };
         word.ok_or(Abort::Fault)
     }
@@ -66,7 +60,7 @@ impl Bus for Chip {
                 self.memory.instruction(offset).ok_or(Abort::Fault)
             }
             Region::Sram(offset) => self.memory.instruction_in_ram(offset).ok_or(Abort::Fault),
-            _ if (ROM..ROM_END).contains(&address) => {
+            _ if (rom::ROM..rom::ROM_END).contains(&address) => {
                 self.in_bootloader = true;
                 Err(Abort::Halt)
             }
@@ -81,14 +75,6 @@ impl Bus for Chip {
 
     fn cycles(&self) -> u64 {
         self.clock.cycles
-    }
-}
-
-fn rom(address: u32) -> Option<u32> {
-    match address {
-        ROM => Some(ROM_STACK),
-        _ if address == ROM + 4 => Some(ROM_ENTRY),
-        _ => None,
     }
 }
 

@@ -83,8 +83,18 @@ pub(crate) struct Flash {
     /// The first half of a double word.
     half: Option<(usize, u32)>,
     work: Option<(Work, u64)>,
+    /// Programs and erasures that have begun.
+    begun: u64,
+    cells: Cells,
+}
+
+/// What outlives a reset beside the bytes themselves.
+#[derive(Clone, Debug, Default)]
+struct Cells {
     /// Double words whose error correction does not agree with them.
     torn: BTreeSet<usize>,
+    /// They take nothing more.
+    are_worn: bool,
 }
 
 impl Flash {
@@ -98,17 +108,36 @@ impl Flash {
             keys_given: 0,
             half: None,
             work: None,
-            torn: BTreeSet::new(),
+            begun: 0,
+            cells: Cells::default(),
         }
     }
 
     /// After a reset, in which the cells keep what they hold.
     pub(crate) fn reset(&mut self) {
-        let torn = std::mem::take(&mut self.torn);
         *self = Self {
-            torn,
+            begun: self.begun,
+            cells: std::mem::take(&mut self.cells),
             ..Self::new()
         };
+    }
+
+    /// Two bits of a double word fall over.
+    pub(crate) fn damage(&mut self, at: usize, memory: &mut Memory) {
+        let word = at / WORD_BYTES * WORD_BYTES;
+        let first = memory.flash_bytes()[word];
+        memory.set_flash(word, &[first ^ 0b11]);
+        self.cells.torn.insert(at / WORD_BYTES);
+    }
+
+    /// From now on the cells stay as they are, whatever is done.
+    pub(crate) fn wear_out(&mut self) {
+        self.cells.are_worn = true;
+    }
+
+    /// Programs and erasures that have begun since power came first.
+    pub(crate) fn begun(&self) -> u64 {
+        self.begun
     }
 
     /// Wait states, prefetch and caches.
@@ -140,7 +169,7 @@ impl Flash {
 
     /// Whether a read at `at` meets two errors in one double word, which raises the NMI (section 5.3.2).
     pub(crate) fn is_torn(&mut self, at: usize) -> bool {
-        if self.torn.is_empty() || !self.torn.contains(&(at / WORD_BYTES)) {
+        if self.cells.torn.is_empty() || !self.cells.torn.contains(&(at / WORD_BYTES)) {
             return false;
         }
         let is_first = self.eccr & ECCD == 0;
@@ -214,7 +243,12 @@ impl Flash {
             return;
         }
         let at = bank + page * PAGE_BYTES;
-        self.work = Some((Work::Erase { at }, clock.cycle_in(ERASE_S)));
+        self.begin(Work::Erase { at }, ERASE_S, clock);
+    }
+
+    fn begin(&mut self, work: Work, seconds: f64, clock: &Clock) {
+        self.begun += 1;
+        self.work = Some((work, clock.cycle_in(seconds)));
     }
 
     /// The program writes into the flash: half a double word at a time (section 3.3.7).
@@ -247,7 +281,7 @@ impl Flash {
                     at: first_at,
                     bytes: word.to_le_bytes(),
                 };
-                self.work = Some((work, clock.cycle_in(PROGRAM_S)));
+                self.begin(work, PROGRAM_S, clock);
             }
             _ => self.sr |= PGAERR,
         }
@@ -256,11 +290,12 @@ impl Flash {
     /// The present work has ended.
     pub(crate) fn finish(&mut self, memory: &mut Memory) {
         match self.work.take() {
+            Some(_) if self.cells.are_worn => {}
             Some((Work::Program { at, bytes }, _)) => memory.set_flash(at, &bytes),
             Some((Work::Erase { at }, _)) => {
                 memory.erase_flash(at, PAGE_BYTES);
                 let words = at / WORD_BYTES..(at + PAGE_BYTES) / WORD_BYTES;
-                self.torn.retain(|word| !words.contains(word));
+                self.cells.torn.retain(|word| !words.contains(word));
             }
             None => return,
         }
@@ -274,15 +309,18 @@ impl Flash {
         let Some((work, _)) = self.work.take() else {
             return;
         };
+        if self.cells.are_worn {
+            return;
+        }
         match work {
             Work::Program { at, bytes } => {
                 memory.set_flash(at, &bytes.map(|byte| byte | 0x5a));
-                self.torn.insert(at / WORD_BYTES);
+                self.cells.torn.insert(at / WORD_BYTES);
             }
             // Half of the page is erased, and the double word between the halves is neither.
             Work::Erase { at } => {
                 memory.erase_flash(at, PAGE_BYTES / 2);
-                self.torn.insert((at + PAGE_BYTES / 2) / WORD_BYTES);
+                self.cells.torn.insert((at + PAGE_BYTES / 2) / WORD_BYTES);
             }
         }
     }

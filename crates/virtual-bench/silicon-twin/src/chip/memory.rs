@@ -151,6 +151,17 @@ impl Memory {
         &self.flash
     }
 
+    /// For each byte of the flash whether it is of an instruction that was executed since it was written.
+    pub(crate) fn executed(&self) -> Vec<bool> {
+        let mut executed = vec![false; FLASH_BYTES];
+        for (place, decoded) in self.decoded.iter().enumerate() {
+            let start = 2 * place;
+            let end = (start + usize::from(decoded.bytes)).min(FLASH_BYTES);
+            executed[start..end].fill(true);
+        }
+        executed
+    }
+
     /// Puts bytes into the flash, whatever was there.
     pub(crate) fn set_flash(&mut self, offset: usize, bytes: &[u8]) {
         self.flash[offset..offset + bytes.len()].copy_from_slice(bytes);

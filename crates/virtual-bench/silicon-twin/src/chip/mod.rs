@@ -14,6 +14,7 @@ mod pins;
 mod pwr;
 mod rcc;
 mod refused;
+pub(crate) mod rom;
 mod small;
 mod time;
 mod timer;
@@ -26,7 +27,7 @@ pub(crate) use time::NEVER;
 pub(crate) use timer::Output;
 pub use trace::{Tick, Trace};
 
-use crate::board::Board;
+use crate::board::{Board, Disturbance};
 use crate::image::Image;
 use crate::names;
 use crate::usb_host::UsbHost;
@@ -76,6 +77,7 @@ pub struct Chip {
     refused: Option<String>,
     in_bootloader: bool,
     polled: (u32, u32),
+    disturbance: Disturbance,
     mistake: Option<Mistake>,
 }
 
@@ -180,6 +182,7 @@ impl Chip {
             refused: None,
             in_bootloader: false,
             polled: (0, 0),
+            disturbance: Disturbance::default(),
             mistake: None,
         };
         chip.pins
@@ -210,6 +213,21 @@ impl Chip {
         (self.lines, self.next_event, self.nmi, self.reset) = (0, 0, false, None);
     }
 
+    /// Two bits of the double word at this offset in the flash fall over: more than its error correction can mend.
+    pub fn damage_flash(&mut self, offset: usize) {
+        self.peripherals.flash.damage(offset, &mut self.memory);
+    }
+
+    /// Wears the flash out: its cells stay as they are from now on.
+    pub fn wear_out_flash(&mut self) {
+        self.peripherals.flash.wear_out();
+    }
+
+    /// Programs and erasures of the flash that have begun since power came first.
+    pub fn flash_operations(&self) -> u64 {
+        self.peripherals.flash.begun()
+    }
+
     /// Lets the program's driver make a mistake from now on.
     pub fn make(&mut self, mistake: Mistake) {
         self.mistake = Some(mistake);
@@ -229,6 +247,11 @@ impl Chip {
     /// Whether a non-maskable interrupt came.
     pub fn take_nmi(&mut self) -> bool {
         std::mem::take(&mut self.nmi)
+    }
+
+    /// What the bench did to the processor since this was asked last.
+    pub(crate) fn take_disturbance(&mut self) -> Disturbance {
+        std::mem::take(&mut self.disturbance)
     }
 
     /// Why the chip is to be reset, if it is.
@@ -321,7 +344,7 @@ impl Chip {
             }
             Event::Mirror => {
                 self.board.advance(at, &self.clock, &self.pins.outputs);
-                self.board.step();
+                self.disturbance = self.board.step();
             }
         }
     }
@@ -449,6 +472,9 @@ impl Chip {
                 self.follow_clock()?;
             }
             address::TIM1 => {
+                if Timer::is_compare(offset) {
+                    self.trace.written(clock.cycles);
+                }
                 let is_update = p.tim1.write(offset, value, clock.cycles)?;
                 if is_update {
                     self.update(self.clock.cycles);

@@ -281,6 +281,11 @@ impl Timer {
         })
     }
 
+    /// Whether a compare value is there.
+    pub(crate) fn is_compare(at: u32) -> bool {
+        (offset::CCR1..=offset::CCR4).contains(&at)
+    }
+
     fn channel(&self, at: u32) -> Access<usize> {
         let channel = (at - offset::CCR1) as usize / 4;
         match channel < self.channels {

@@ -11,6 +11,8 @@ pub struct Tick {
     pub compares: [u16; 4],
     /// Whether the outputs were enabled then.
     pub are_enabled: bool,
+    /// The cycle in which a compare value was written last, which is for one of the next updates.
+    pub written: u64,
     /// The cycle in which the sequence of conversions ended; 0 while it has not.
     pub converted: u64,
     /// Codes of the four current senses.
@@ -41,6 +43,10 @@ impl Trace {
             .iter()
             .for_each(|compare| self.hash.update(compare.to_le_bytes()));
         self.hash.update([u8::from(are_enabled)]);
+    }
+
+    pub(crate) fn written(&mut self, cycle: u64) {
+        self.last.written = cycle;
     }
 
     pub(crate) fn converted(&mut self, cycle: u64, currents: [u16; 4], supply: u16) {

@@ -151,6 +151,12 @@ impl Cpu {
         self.ipsr
     }
 
+    /// Whether interrupts are masked (PRIMASK).
+    #[inline]
+    pub fn masks_interrupts(&self) -> bool {
+        self.primask
+    }
+
     /// Instructions since reset.
     pub fn instructions(&self) -> u64 {
         self.instructions
@@ -170,6 +176,12 @@ impl Cpu {
     pub(crate) fn divert(&mut self, address: u32) {
         (self.next, self.it, self.primask) = (address, 0, true);
         (self.sleep, self.has_event) = (Sleep::Awake, false);
+    }
+
+    /// Calls the function at `address` with one argument, with interrupts masked.
+    pub(crate) fn call(&mut self, address: u32, argument: u32) {
+        self.divert(address);
+        self.r[0] = argument;
     }
 
     /// Whether anything could wake it: an interrupt line, at a priority that is not masked for WFI.

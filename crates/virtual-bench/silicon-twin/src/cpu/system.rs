@@ -144,6 +144,11 @@ impl System {
         self.enabled != 0
     }
 
+    /// Where the vectors are that a program before this one has left (VTOR).
+    pub(crate) fn set_vectors(&mut self, vectors: u32) {
+        self.vtor = vectors;
+    }
+
     pub(super) fn vectors(&self) -> u32 {
         self.vtor
     }

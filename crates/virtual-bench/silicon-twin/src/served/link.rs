@@ -45,6 +45,11 @@ impl Link {
         self.tool.is_some()
     }
 
+    /// The device has gone, and the tool's connection with it.
+    pub(super) fn hang_up(&mut self) {
+        self.tool = None;
+    }
+
     /// Whether there is room for another frame to the tool.
     pub(super) fn has_room(&self) -> bool {
         self.to_send.len() < MAX_BYTES

@@ -6,11 +6,14 @@ mod stops;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use emulated_board::{Connected, LogError, LogTable, Pace, Speed, StartError, claim_socket};
+use emulated_board::{
+    Connected, Controls, LogError, LogTable, Pace, Speed, StartError, claim_socket,
+};
 
 use crate::board::Board;
 use crate::chip::Reset;
@@ -93,9 +96,11 @@ struct Shared {
     simulated_us: AtomicU64,
     is_known: AtomicBool,
     ends: AtomicBool,
-    loses_power: AtomicBool,
     said: Mutex<Said>,
 }
+
+/// Something that is done to the twin between two slices.
+type Act = Box<dyn FnOnce(&mut Twin) + Send>;
 
 #[derive(Debug, Default)]
 struct Said {
@@ -116,6 +121,8 @@ impl Shared {
 pub struct ServedTwin {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
+    acts: Sender<Act>,
+    controls: Controls,
     socket: PathBuf,
     elf: Vec<u8>,
 }
@@ -134,8 +141,11 @@ impl ServedTwin {
         let log_at = image.object(rtt::SYMBOL);
         let twin = Twin::new(image, Board::new(&serving.connected)?)?;
         let socket = claim_socket(&serving.boards_directory, &serving.name)?;
+        let controls = twin.chip.board.controls().clone();
+        let (acts, to_do) = channel();
         let worker = Worker {
             twin,
+            to_do,
             log_at,
             link: Link::listen(&socket)?,
             stops: Stops::beside(&socket)?,
@@ -147,6 +157,8 @@ impl ServedTwin {
         let board = Self {
             shared,
             thread,
+            acts,
+            controls,
             socket,
             elf,
         };
@@ -160,8 +172,7 @@ impl ServedTwin {
             if let Some(failure) = self.failure() {
                 return Err(ServeError::NotUp(failure));
             }
-            let is_known = self.shared.is_known.load(Ordering::Relaxed);
-            if is_known && self.simulated_s() > CHECKED_S {
+            if self.is_known() && self.simulated_s() > CHECKED_S {
                 return Ok(());
             }
             thread::sleep(Duration::from_millis(1));
@@ -182,9 +193,37 @@ impl ServedTwin {
         self.shared.simulated_us.load(Ordering::Relaxed) as f64 * 1e-6
     }
 
+    /// The bench around it.
+    pub fn controls(&self) -> &Controls {
+        &self.controls
+    }
+
+    /// Does something to the twin between two instructions, and waits until it is done; `None` where the board has
+    /// ended.
+    pub fn with<T: Send + 'static>(
+        &self,
+        act: impl FnOnce(&mut Twin) -> T + Send + 'static,
+    ) -> Option<T> {
+        let (send, done) = channel();
+        let act = move |twin: &mut Twin| drop(send.send(act(twin)));
+        self.acts.send(Box::new(act)).ok()?;
+        done.recv().ok()
+    }
+
     /// Takes the board's power away, whatever it does, and gives it back.
     pub fn cut_power(&self) {
-        self.shared.loses_power.store(true, Ordering::Relaxed);
+        // A program without vectors fails at its next instruction.
+        self.with(|twin| drop(twin.reset(Reset::Power)));
+    }
+
+    /// How often it was reset, the first time by power.
+    pub fn resets(&self) -> usize {
+        self.with(|twin| twin.resets().len()).unwrap_or_default()
+    }
+
+    /// Whether a host knows the device, so that tools reach it.
+    pub fn is_known(&self) -> bool {
+        self.shared.is_known.load(Ordering::Relaxed)
     }
 
     /// Why the board ended, if it did.
@@ -229,6 +268,7 @@ impl Drop for ServedTwin {
 /// The thread's part.
 struct Worker {
     twin: Twin,
+    to_do: Receiver<Act>,
     log_at: Option<u32>,
     link: Link,
     stops: Stops,
@@ -239,11 +279,8 @@ struct Worker {
 impl Worker {
     fn run(mut self) {
         while !self.shared.ends.load(Ordering::Relaxed) {
-            let ran = match self.shared.loses_power.swap(false, Ordering::Relaxed) {
-                true => self.twin.reset(Reset::Power),
-                false => self.twin.run_for(SLICE_S),
-            };
-            if let Err(failure) = ran {
+            self.to_do.try_iter().for_each(|act| act(&mut self.twin));
+            if let Err(failure) = self.twin.run_for(SLICE_S) {
                 self.report();
                 self.shared.said().failure = Some(failure.to_string());
                 return;
@@ -254,9 +291,14 @@ impl Worker {
         }
     }
 
-    /// Carries frames between tool and device. Without a tool nobody asks the device for any.
+    /// Carries frames between tool and device. Without a tool nobody asks the device for any. A tool loses a device that is
+    /// reset or unplugged, and waits for one that is not there.
     fn exchange(&mut self) {
         let host = &mut self.twin.chip.usb_host;
+        if host.device().is_none() {
+            self.link.hang_up();
+            return;
+        }
         let has_tool = self.link.has_tool();
         host.listen(has_tool && self.link.has_room());
         while let Some(frame) = host.receive() {

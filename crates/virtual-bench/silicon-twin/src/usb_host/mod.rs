@@ -2,6 +2,7 @@
 //! and 9.1.2).
 
 mod enumeration;
+mod raw;
 mod transfer;
 
 use std::collections::VecDeque;
@@ -12,6 +13,7 @@ use enumeration::{Enumeration, Next};
 use transfer::{Progress, Transfer};
 
 pub use enumeration::Device;
+pub use raw::Raw;
 pub use transfer::Request;
 
 /// Bits a second at full speed.
@@ -59,10 +61,13 @@ pub struct UsbHost {
     enumeration: Enumeration,
     transfer: Option<Transfer>,
     requests: VecDeque<Request>,
+    raw: VecDeque<Raw>,
     answers: VecDeque<(Request, Option<Vec<u8>>)>,
     to_device: VecDeque<Vec<u8>>,
     from_device: VecDeque<Vec<u8>>,
     frame_so_far: Vec<u8>,
+    /// Frames from the device since it was plugged in.
+    frames: u64,
     /// Data 0 or data 1 next: to the device, and from it.
     toggles: [bool; 2],
     wants_in: bool,
@@ -83,16 +88,23 @@ impl Default for UsbHost {
             enumeration: Enumeration::default(),
             transfer: None,
             requests: VecDeque::new(),
+            raw: VecDeque::new(),
             answers: VecDeque::new(),
             to_device: VecDeque::new(),
             from_device: VecDeque::new(),
             frame_so_far: Vec::new(),
+            frames: 0,
             toggles: [false; 2],
             wants_in: false,
             listens: false,
             failure: None,
         }
     }
+}
+
+/// How long a transaction with so many bytes of data takes the bus.
+fn bus_s(bytes: usize) -> f64 {
+    (TRANSACTION_BITS + 8.0 * bytes as f64) / BIT_HZ
 }
 
 impl UsbHost {
@@ -117,6 +129,19 @@ impl UsbHost {
     /// Puts it in.
     pub fn plug(&mut self) {
         self.is_plugged = true;
+    }
+
+    /// Resets the bus and gets to know the device anew, in the midst of whatever is under way.
+    pub fn start_over(&mut self, clock: &Clock) {
+        let now_s = clock.seconds();
+        *self = Self {
+            bus: Bus::Debounce,
+            until_s: now_s,
+            idle_s: f64::INFINITY,
+            is_plugged: self.is_plugged,
+            listens: self.listens,
+            ..Self::default()
+        };
     }
 
     /// Stops all traffic, as a computer that sleeps.
@@ -146,6 +171,16 @@ impl UsbHost {
     /// A frame from the device.
     pub fn receive(&mut self) -> Option<Vec<u8>> {
         self.from_device.pop_front()
+    }
+
+    /// Frames from the device since it was plugged in.
+    pub fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// Whether a frame from the device waits.
+    pub fn has_received(&self) -> bool {
+        !self.from_device.is_empty()
     }
 
     /// Whether the device is asked for frames at all: a program on the host waits for them.
@@ -226,6 +261,11 @@ impl UsbHost {
 
     /// One transaction: control transfers first, then bulk in both directions by turns.
     fn transact(&mut self, usb: &mut Usb, now_s: f64) {
+        if let Some(raw) = self.raw.pop_front() {
+            let bytes = Self::carry_raw(usb, &raw);
+            self.until_s = now_s + bus_s(bytes);
+            return;
+        }
         if self.transfer.is_none() {
             self.begin_transfer(usb, now_s);
         }
@@ -236,9 +276,8 @@ impl UsbHost {
             Some(transfer) => self.go_on(usb, transfer, now_s),
             None => self.carry(usb),
         };
-        let took_s = (TRANSACTION_BITS + 8.0 * bytes as f64) / BIT_HZ;
         let pause_s = if waits { RETRY_S } else { 0.0 };
-        self.until_s = self.until_s.max(now_s + took_s + pause_s);
+        self.until_s = self.until_s.max(now_s + bus_s(bytes) + pause_s);
     }
 
     /// What comes next: of the enumeration, or of what was asked for.
@@ -306,6 +345,7 @@ impl UsbHost {
                     if ends {
                         let frame = std::mem::take(&mut self.frame_so_far);
                         self.from_device.push_back(frame);
+                        self.frames += 1;
                     }
                 }
                 (packet.len(), false)

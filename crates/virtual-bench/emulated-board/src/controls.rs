@@ -1,0 +1,84 @@
+//! What a person does at the bench while a board runs: breaks something, moves the sensor's spot, the stage, the oven.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use crate::faults::{Injected, Observed, PlantFault};
+
+/// The bench around a board, changed from outside while it runs; its clones are the same bench.
+#[derive(Clone, Debug, Default)]
+pub struct Controls(Arc<Mutex<State>>);
+
+#[derive(Debug, Default)]
+struct State {
+    injected: Injected,
+    surroundings: Surroundings,
+}
+
+/// What is around the mirror.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Surroundings {
+    /// Where the position sensor's spot is on the plate, from its centre (um).
+    pub spot_um: [f64; 2],
+    /// How far a stage has moved the mirror (um).
+    pub stage_um: f64,
+    /// How warm the oven is that the mirror is in, if it is in one (degC).
+    pub oven_c: Option<f64>,
+}
+
+impl Controls {
+    /// Lets something break from the next tick on, or with `None` be sound again (a vacuum stays).
+    pub fn inject(&self, fault: Option<PlantFault>) {
+        self.state().injected = Injected::after(fault, 0);
+    }
+
+    /// Lets something break so many ticks later.
+    pub fn inject_after(&self, fault: PlantFault, ticks: u32) {
+        self.state().injected = Injected::after(Some(fault), ticks);
+    }
+
+    /// What was seen since what was injected last has begun.
+    pub fn observed(&self) -> Observed {
+        self.state().injected.observed()
+    }
+
+    /// Moves the position sensor's spot on the plate: x and y in micrometres from its centre.
+    pub fn move_spot(&self, at_um: [f64; 2]) {
+        self.state().surroundings.spot_um = at_um;
+    }
+
+    /// Moves the stage that the whole mirror is on, by so much from where it was first: what its sensor then sees
+    /// further towards the substrate (um).
+    pub fn move_stage(&self, um: f64) {
+        self.state().surroundings.stage_um = um;
+    }
+
+    /// Brings the mirror into an oven, or another room, at this temperature (degC).
+    pub fn set_oven(&self, celsius: f64) {
+        self.state().surroundings.oven_c = Some(celsius);
+    }
+
+    /// What is around the mirror now.
+    pub fn surroundings(&self) -> Surroundings {
+        self.state().surroundings
+    }
+
+    /// Whether nothing is broken, nor will be by itself.
+    pub(crate) fn is_quiet(&self) -> bool {
+        self.state().injected.is_quiet()
+    }
+
+    /// For who simulates the bench, once a tick: the fault of this tick, and for how many ticks it has been there.
+    pub fn fault_of_this_tick(&self) -> (Option<PlantFault>, u32) {
+        self.state().injected.of_this_tick()
+    }
+
+    /// For who simulates the bench, once a tick: what was driven at the outputs, and the hottest temperature anywhere
+    /// (K above ambient).
+    pub fn observe(&self, drive_v: [f64; 4], hottest_k: f64) {
+        self.state().injected.observe(drive_v, hottest_k);
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,83 @@
+//! The flashed image on a twin, and a tool in front of it.
+
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+use emulated_board::Connected;
+use mirror_protocol::{CalibrationChunk, CalibrationWriteEndpoint, Chunk};
+use silicon_twin::board::Board;
+use silicon_twin::tool::Tool;
+use silicon_twin::{Image, Twin};
+use virtual_mirror::MirrorConfig;
+
+/// The factory's calibration as bytes, which another is made of.
+const FACTORY: &[u8] = include_bytes!("../../../../../src/factory.bin");
+/// Where the hash of its model is: behind letters, format and two labels of 48 bytes
+/// (`crates/board/control-core/src/calibration/bytes.rs`).
+const HASH_AT: usize = 4 + 2 + 2 * 48;
+/// Bytes of a piece that is uploaded.
+const PIECE: usize = 192;
+/// Whether what takes minutes is asked for too: `cargo xtask test --full` sets `MIRROR_FULL=1`.
+pub(crate) fn is_full() -> bool {
+    std::env::var_os("MIRROR_FULL").is_some_and(|full| full == "1")
+}
+
+/// The image that `cargo xtask flash` writes.
+pub(crate) fn image() -> Image {
+    let elf = std::fs::read(flashed_image()).expect("an image: `cargo xtask build stm32g474`");
+    Image::from_elf(&elf).expect("an image for this chip")
+}
+
+fn flashed_image() -> PathBuf {
+    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../..");
+    let target = std::env::var_os("CARGO_TARGET_DIR");
+    let target = target.map_or_else(|| workspace.join("target"), PathBuf::from);
+    target.join("thumbv7em-none-eabihf/firmware/stm32g474")
+}
+
+/// A board with the bench mirror, when power comes.
+pub(crate) fn twin() -> Twin {
+    let mirror = Connected::Mirror(Box::new(MirrorConfig::bench()));
+    Twin::new(image(), Board::new(&mirror).expect("a mirror")).expect("vectors")
+}
+
+/// A tool that has greeted a board that has checked its heaters, which it does a quarter of a second after its start again;
+/// on a bench of its own.
+pub(crate) fn greeted() -> Tool {
+    static GREETED: LazyLock<Tool> = LazyLock::new(greet);
+    let mut tool = GREETED.clone();
+    tool.twin.chip.board.move_to_own_bench();
+    tool
+}
+
+fn greet() -> Tool {
+    let mut tool = Tool::new(twin());
+    tool.connect().unwrap_or_else(|error| panic!("{error}"));
+    tool.twin
+        .run_for(0.3)
+        .unwrap_or_else(|failure| panic!("{failure}"));
+    tool
+}
+
+/// A calibration by the hash of its model.
+fn calibration(hash: u64) -> Vec<u8> {
+    let mut bytes = FACTORY.to_vec();
+    bytes[HASH_AT..HASH_AT + 8].copy_from_slice(&hash.to_le_bytes());
+    let end = bytes.len() - 4;
+    let checksum = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&bytes[..end]);
+    bytes[end..].copy_from_slice(&checksum.to_le_bytes());
+    bytes
+}
+
+/// Uploads the calibration with this hash.
+pub(crate) fn upload(tool: &mut Tool, hash: u64) {
+    for (i, piece) in calibration(hash).chunks(PIECE).enumerate() {
+        let chunk = CalibrationChunk {
+            offset: (PIECE * i) as u16,
+            bytes: Chunk::from_slice(piece).expect("a piece fits"),
+        };
+        let written = tool.ask::<CalibrationWriteEndpoint>(&chunk);
+        written.expect("an answer").expect("it is written");
+    }
+}
