@@ -49,6 +49,15 @@ pub struct Control {
     stream: Sampler,
 }
 
+/// What a tick decides.
+struct Decided {
+    codes: [PwmCode; CHANNELS],
+    telemetry: Telemetry,
+    supply: SupplyCode,
+    /// What was wanted before.
+    last: Setpoint,
+}
+
 impl Control {
     /// A loop that starts with all channels off.
     pub fn new(
@@ -119,11 +128,21 @@ impl Control {
     /// One tick of `board`, which has just said what was sensed.
     pub fn tick_on(&mut self, board: &mut impl Board, sensed: Sensed) {
         let before = self.applied;
-        let codes = self.tick(sensed);
-        if self.protection.first_cause().is_some() {
-            board.disable();
+        let decided = self.decide(sensed);
+        // What the next tick waits for comes before what the host waits for.
+        let has_tripped = self.protection.first_cause().is_some();
+        let is_in_time = match has_tripped {
+            true => {
+                board.disable();
+                true
+            }
+            false => board.drive(decided.codes),
+        };
+        self.tell(decided);
+        if has_tripped {
             self.tell_trip();
-        } else if !board.drive(codes) {
+        }
+        if !is_in_time {
             self.late_ticks = self.late_ticks.wrapping_add(1);
             // The next tick senses what these drive.
             self.applied = before;
@@ -140,19 +159,16 @@ impl Control {
     /// One tick: `sensed` are the codes read while the codes of the last tick were driven; the
     /// result is driven next.
     pub fn tick(&mut self, sensed: Sensed) -> [PwmCode; CHANNELS] {
+        let decided = self.decide(sensed);
+        let codes = decided.codes;
+        self.tell(decided);
+        codes
+    }
+
+    /// What is driven next.
+    fn decide(&mut self, sensed: Sensed) -> Decided {
         self.missed_ticks = self.missed_ticks.wrapping_add(sensed.missed_ticks.into());
         self.count(sensed.missed_ticks.into());
-        if let Some(calibration) = self.mailbox.take_calibration() {
-            // Drives computed under another calibration mean nothing.
-            self.follow(Setpoint::Off);
-            self.protection.recalibrate(calibration);
-            let before = self.controller.exchange(calibration);
-            self.mailbox.return_calibration(before);
-        }
-        if let Some(sense) = self.mailbox.take_sense() {
-            self.sense = CurrentSense::new(&sense);
-            self.watched_sense = CurrentSense::new(&sense.with_designed_gain());
-        }
         let last = self.setpoint;
         self.take_orders();
         self.play();
@@ -189,13 +205,38 @@ impl Control {
                 .map(wire_state),
             sensor_z_um: sensed.sensor_z.map(|z| z.0),
         };
-        self.answer(codes, &telemetry);
-        self.report(telemetry, sensed.supply);
-        self.applied = codes;
-        self.stepped = self.setpoint != last;
+        Decided {
+            codes,
+            telemetry,
+            supply: sensed.supply,
+            last,
+        }
+    }
+
+    /// Tells the host what was decided, which is driven from now on.
+    fn tell(&mut self, decided: Decided) {
+        self.answer(decided.codes, &decided.telemetry);
+        self.report(decided.telemetry, decided.supply);
+        self.applied = decided.codes;
+        self.stepped = self.setpoint != decided.last;
         self.tick = self.tick.wrapping_add(1);
         watchdog::CONTROL.store(true, Ordering::Relaxed);
-        codes
+        self.exchange();
+    }
+
+    /// Takes another calibration, of which much is computed: after what this tick has to drive.
+    fn exchange(&mut self) {
+        if let Some(calibration) = self.mailbox.take_calibration() {
+            // Drives computed under another calibration mean nothing.
+            self.follow(Setpoint::Off);
+            self.protection.recalibrate(calibration);
+            let before = self.controller.exchange(calibration);
+            self.mailbox.return_calibration(before);
+        }
+        if let Some(sense) = self.mailbox.take_sense() {
+            self.sense = CurrentSense::new(&sense);
+            self.watched_sense = CurrentSense::new(&sense.with_designed_gain());
+        }
     }
 
     fn count(&mut self, ticks: u32) {

@@ -286,7 +286,7 @@ fn examine(twin: &mut Twin) -> Result<(), String> {
         seen.compares = compares;
         if tick.converted > tick.cycle {
             let us = us_of(tick.converted - tick.cycle);
-            if !(55.7..55.9).contains(&us) {
+            if !(37.6..37.8).contains(&us) {
                 wrong.get_or_insert(format!("conversions of {us:.1} us"));
             }
         }

@@ -57,10 +57,10 @@ fn ticks_and_conversions_come_when_the_board_s_page_says() {
     // 170 MHz, four periods of 4250 counts: 10 kHz to the cycle.
     assert_eq!((last.cycle - first.cycle) % 17_000, 0);
     assert_eq!((last.cycle - first.cycle) / 17_000, 100);
-    // Four ranks of 16 conversions of 37 clocks of 42.5 MHz: 55.7 us, and the trigger's latency of three clocks.
+    // Four ranks of 16 conversions of 25 clocks of 42.5 MHz: 37.65 us, and the trigger's latency of three clocks.
     let converted_us =
         (last.converted as i64 - last.cycle as i64).rem_euclid(17_000) as f64 / 170.0;
-    assert!((55.7..55.9).contains(&converted_us), "{converted_us} us");
+    assert!((37.6..37.8).contains(&converted_us), "{converted_us} us");
     // At 0 V the pedestal of 649 steps, and an offset that is good for 40 uV, or 21 steps, on each of five sigmas.
     assert!(
         last.currents.iter().all(|code| code.abs_diff(649) < 105),
@@ -78,7 +78,7 @@ fn every_conversion_is_taken_by_a_tick_of_the_control_loop() {
     assert!(ends.count - ticks.count <= 1, "{ends:?} {ticks:?}");
     // The deadline: what is left of 100 us after the conversions (docs/board.md).
     let longest_us = ticks.longest as f64 / 170.0;
-    assert!(longest_us < 44.0, "{longest_us} us");
+    assert!(longest_us < 62.0, "{longest_us} us");
     println!("longest tick {longest_us:.1} us");
 }
 
@@ -181,5 +181,5 @@ fn no_tick_is_missed_or_late_with_traffic_and_flash_at_work() {
         longest_us(UART5),
         longest_us(ADC1_2)
     );
-    assert!(longest_us(UART5) < 44.0, "{} us", longest_us(UART5));
+    assert!(longest_us(UART5) < 62.0, "{} us", longest_us(UART5));
 }

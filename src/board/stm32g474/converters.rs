@@ -28,9 +28,14 @@ use static_cell::StaticCell;
 use crate::board::{Board, Sensed};
 use crate::control::Control;
 use mirror_protocol::OptionBytes;
+use protection::Punctuality;
 
 /// 16-fold oversampling without shift, so that 12 bits become 16 (RM0440, ADC_CFGR2).
 const OVERSAMPLING_RATIO_16: u8 = 0b011;
+
+/// How long an input is sampled: 0.29 us. The amplifiers and the supply's divider, with its capacitor, are settled by then
+/// (docs/board.md), and what the control loop does with four inputs, 16 times each, has the rest of the tick.
+const SAMPLE_TIME: SampleTime = SampleTime::CYCLES12_5;
 
 const OUTPUTS: [Channel; CHANNELS] = [Channel::Ch1, Channel::Ch2, Channel::Ch3, Channel::Ch4];
 
@@ -38,6 +43,10 @@ type Shared<T> = Mutex<CriticalSectionRawMutex, Cell<Option<T>>>;
 
 /// The conversions of the tick that just ended.
 static CONVERTED: Shared<Sensed> = Mutex::new(Cell::new(None));
+
+/// Which ticks the processor was kept from.
+static PUNCTUALITY: Mutex<CriticalSectionRawMutex, Cell<Punctuality>> =
+    Mutex::new(Cell::new(Punctuality::new()));
 
 /// The control loop, for the interrupt that it runs in.
 static LOOP: Shared<&'static mut Loop> = Mutex::new(Cell::new(None));
@@ -89,12 +98,12 @@ impl Converters {
             PwmPin::new(pins.pwm4, OutputType::PushPull),
         );
         let sense = [
-            (pins.sense1.degrade_adc(), SampleTime::CYCLES24_5),
-            (pins.sense2.degrade_adc(), SampleTime::CYCLES24_5),
-            (pins.sense3.degrade_adc(), SampleTime::CYCLES24_5),
-            (pins.sense4.degrade_adc(), SampleTime::CYCLES24_5),
+            (pins.sense1.degrade_adc(), SAMPLE_TIME),
+            (pins.sense2.degrade_adc(), SAMPLE_TIME),
+            (pins.sense3.degrade_adc(), SAMPLE_TIME),
+            (pins.sense4.degrade_adc(), SAMPLE_TIME),
         ];
-        let supply = [(pins.supply.degrade_adc(), SampleTime::CYCLES24_5)];
+        let supply = [(pins.supply.degrade_adc(), SAMPLE_TIME)];
         let adc1 = Adc::new(adc1, AdcConfig::default());
         let adc2 = Adc::new(adc2, AdcConfig::default());
         for adc in [pac::ADC1, pac::ADC2] {
@@ -190,11 +199,13 @@ fn ADC1_2() {
     });
     // Writing the flag clears it; the other flags keep what is written as 0.
     pac::ADC1.isr().write(|w| w.set_jeos(true));
+    let kept_from = ticks_missed();
     // What the control loop did not take in time is a tick that it missed.
     CONVERTED.lock(|slot| {
-        let missed_ticks = slot
+        let not_taken = slot
             .take()
             .map_or(0, |missed| missed.missed_ticks.saturating_add(1));
+        let missed_ticks = not_taken.saturating_add(kept_from);
         slot.set(Some(Sensed {
             currents,
             supply,
@@ -203,6 +214,18 @@ fn ADC1_2() {
         }));
     });
     interrupt::UART5.pend();
+}
+
+/// Ticks before this one whose conversions nobody looked at: while the processor is kept from its interrupts, several ends of
+/// conversions become one. TIM15 counts microseconds for embassy's time, by the oscillator that TIM1 counts by.
+fn ticks_missed() -> u16 {
+    let now_us = pac::TIM15.cnt().read().cnt();
+    PUNCTUALITY.lock(|cell| {
+        let mut punctuality = cell.get();
+        let missed = punctuality.missed_before(now_us);
+        cell.set(punctuality);
+        missed
+    })
 }
 
 /// Starts the control loop, once, in an interrupt that no peripheral of this board uses, and then the timer that

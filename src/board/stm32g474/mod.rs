@@ -4,6 +4,7 @@
 
 pub mod bootloader;
 mod converters;
+mod endpoints;
 pub mod flash;
 pub mod link;
 mod stop;

@@ -144,6 +144,7 @@ impl ChannelWatch {
 
     /// One tick: `code` and `current` were sensed while `drive` was applied.
     pub(crate) fn check(&mut self, drive: Volt, code: AdcCode, current: Ampere) -> Option<Fault> {
+        self.told.learn();
         let (lowest, highest) = self.envelope.follow(drive.0);
         self.means.follow(drive.0, current.0);
         let excess = current.0 > highest * self.bounds.highest + CURRENT_MARGIN.0;

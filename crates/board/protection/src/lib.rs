@@ -20,6 +20,8 @@ mod channel;
 mod fault;
 mod mean;
 mod protection;
+mod punctuality;
 
 pub use fault::Fault;
 pub use protection::{ChannelState, Denied, Lease, Protection, Reading};
+pub use punctuality::Punctuality;

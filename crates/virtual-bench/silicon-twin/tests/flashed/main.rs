@@ -2,4 +2,6 @@
 
 mod bootloader;
 mod common;
+mod fuzz;
 mod power_cuts;
+mod timing;

@@ -1,0 +1,104 @@
+//! How late the control loop is by what else is going on, and what makes it so.
+
+use mirror_protocol::{
+    CalibrationUse, CalibrationUseEndpoint, Drives, LEASE_FOREVER_MS, SetDriveEndpoint, Status,
+    StatusEndpoint, Stream, StreamEndpoint,
+};
+use silicon_twin::timing::Latest;
+use silicon_twin::tool::Tool;
+
+use crate::common;
+
+/// A tick is 100 us; 30 % of it are to be left.
+const LATEST_US: f64 = 70.0;
+const CYCLES_PER_US: f64 = 170.0;
+
+fn us(cycles: u64) -> f64 {
+    cycles as f64 / CYCLES_PER_US
+}
+
+fn status(tool: &mut Tool) -> Status {
+    let status = tool.ask::<StatusEndpoint>(&()).expect("an answer");
+    status.expect("greeted")
+}
+
+fn drive(tool: &mut Tool, volt: f32) {
+    let drives = Drives {
+        drive_v: [volt; 4],
+        lease_ms: LEASE_FOREVER_MS,
+    };
+    let driven = tool.ask::<SetDriveEndpoint>(&drives).expect("an answer");
+    driven.expect("it is driven");
+}
+
+/// What goes on beside the control loop, and its name.
+type Load = (&'static str, fn(&mut Tool));
+
+const LOADS: &[Load] = &[
+    ("nothing is driven", |tool| {
+        tool.twin.run_for(0.1).expect("it runs");
+    }),
+    ("all channels driven", |tool| {
+        drive(tool, 2.5);
+        tool.twin.run_for(0.1).expect("it runs");
+    }),
+    ("driven, and a status asked for again and again", |tool| {
+        for _ in 0..100 {
+            status(tool);
+        }
+    }),
+    ("driven, and a sample of every tick streamed", |tool| {
+        let stream = Stream {
+            count: 1000,
+            period_ticks: 1,
+            ..Stream::default()
+        };
+        let begun = tool.ask::<StreamEndpoint>(&stream).expect("an answer");
+        begun.expect("it streams");
+        tool.twin.run_for(0.1).expect("it runs");
+    }),
+    ("a calibration uploaded", |tool| {
+        common::upload(tool, 1);
+    }),
+    (
+        "a calibration kept: pages erased, double words programmed",
+        |tool| {
+            let used = tool.ask::<CalibrationUseEndpoint>(&CalibrationUse::ForGood);
+            used.expect("an answer").expect("it is put to use");
+        },
+    ),
+];
+
+#[test]
+fn a_tick_has_time_to_spare_whatever_goes_on() {
+    let mut tool = common::greeted();
+    let mut latest_us: f64 = 0.0;
+    println!(
+        "| beside the control loop, us | its longest run | drives written after its update | end after it | \
+         conversions' interrupt late by | interrupts masked | in |"
+    );
+    for (name, load) in LOADS {
+        tool.twin.timing.count_anew();
+        load(&mut tool);
+        let Latest {
+            latency,
+            written,
+            end,
+            masked,
+            masked_at,
+        } = tool.twin.timing.latest();
+        println!(
+            "| {name} | {:.1} | {:.1} | {:.1} | {:.2} | {:.2} | {} |",
+            us(tool.twin.timing.control_loop().longest),
+            us(written),
+            us(end),
+            us(latency),
+            us(masked),
+            tool.twin.image().function(masked_at)
+        );
+        latest_us = latest_us.max(us(written));
+    }
+    let health = status(&mut tool).health;
+    assert_eq!((health.missed_ticks, health.late_ticks), (0, 0));
+    assert!(latest_us < LATEST_US, "{latest_us} us");
+}
