@@ -10,7 +10,7 @@ use postcard_rpc::server::impls::embassy_usb_v0_5::EUsbWireTx;
 use postcard_rpc::server::impls::embassy_usb_v0_5::dispatch_impl::WireRxImpl;
 use static_cell::{ConstStaticCell, StaticCell};
 
-use super::endpoints::Bounded;
+use super::endpoints::Mended;
 use crate::mailbox::LinkSide;
 use crate::usb::{Stop, Storage, open as open_usb};
 
@@ -19,7 +19,7 @@ pub type LinkTx = EUsbWireTx<ThreadModeRawMutex, Driver>;
 /// Receives frames from the host.
 pub type LinkRx = WireRxImpl<Driver>;
 
-type Driver = Bounded<usb::Driver<'static, USB>>;
+type Driver = Mended<usb::Driver<'static, USB>>;
 
 bind_interrupts!(struct Interrupts {
     USB_LP => usb::InterruptHandler<USB>;
@@ -39,7 +39,7 @@ pub fn open(
 
     // Below the control loop.
     interrupt::USB_LP.set_priority(Priority::P2);
-    let driver = Bounded(usb::Driver::new(usb, Interrupts, dp, dm));
+    let driver = Mended(usb::Driver::new(usb, Interrupts, dp, dm));
     let serial = embassy_stm32::uid::uid_hex();
     let (device, rx, tx) = open_usb(
         &STORAGE,

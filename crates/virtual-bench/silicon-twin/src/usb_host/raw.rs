@@ -29,6 +29,11 @@ impl UsbHost {
         self.raw.is_empty()
     }
 
+    /// The next packets of both bulk endpoints are data 0, as after a halt that was cleared.
+    pub fn begin_with_data_0(&mut self) {
+        self.toggles = [false; 2];
+    }
+
     /// The device's address.
     pub fn address(&self) -> u8 {
         self.address

@@ -141,27 +141,64 @@ fn transact(rng: &mut ChaCha8Rng, tool: &mut Tool) {
     }
 }
 
-/// Endpoints that the controller does not have: a driver of embassy's took their number for that of a register.
+/// Has the device carry out requests on endpoint 0 that bring two bytes at most, whatever it answers.
+fn request_all(tool: &mut Tool, packets: &[[u8; 8]]) {
+    let host = &mut tool.twin.chip.usb_host;
+    let address = host.address();
+    for packet in packets {
+        host.transact_raw(Raw::Setup(address, *packet));
+        (0..8).for_each(|_| host.transact_raw(Raw::In(address, 0)));
+        host.transact_raw(Raw::Out(address, 0, Vec::new(), true));
+    }
+    tool.twin
+        .run_for(0.05)
+        .unwrap_or_else(|failure| panic!("{failure}"));
+}
+
+/// SET_FEATURE and CLEAR_FEATURE of an endpoint's halt, and GET_STATUS (USB 2.0, section 9.4).
+fn halt(endpoint: u8) -> [u8; 8] {
+    [0x02, 3, 0, 0, endpoint, 0, 0, 0]
+}
+
+fn clear_halt(endpoint: u8) -> [u8; 8] {
+    [0x02, 1, 0, 0, endpoint, 0, 0, 0]
+}
+
+fn status_of(endpoint: u8) -> [u8; 8] {
+    [0x82, 0, 0, 0, endpoint, 0, 2, 0]
+}
+
 #[test]
 fn requests_about_endpoints_that_are_not_there_stop_nothing() {
     let mut tool = common::greeted();
-    for endpoint in [8, 9, 15, 0x88, 0x8f] {
-        let host = &mut tool.twin.chip.usb_host;
-        let address = host.address();
-        // SET_FEATURE and CLEAR_FEATURE of the halt, and GET_STATUS.
-        for packet in [
-            [0x02, 3, 0, 0, endpoint, 0, 0, 0],
-            [0x02, 1, 0, 0, endpoint, 0, 0, 0],
-            [0x82, 0, 0, 0, endpoint, 0, 2, 0],
-        ] {
-            host.transact_raw(Raw::Setup(address, packet));
-            (0..8).for_each(|_| host.transact_raw(Raw::In(address, 0)));
-            host.transact_raw(Raw::Out(address, 0, Vec::new(), true));
-        }
+    for endpoint in [0, 0x80, 7, 0x87, 8, 9, 15, 0x88, 0x8f] {
+        let all = [halt(endpoint), clear_halt(endpoint), status_of(endpoint)];
+        request_all(&mut tool, &all);
     }
-    tool.twin.run_for(0.05).expect("it runs");
     let status = tool.ask::<StatusEndpoint>(&()).expect("an answer");
     status.expect("it was greeted, and not reset since");
+}
+
+#[test]
+fn an_endpoint_that_is_halted_no_more_goes_on_with_data_0() {
+    let mut tool = common::greeted();
+    let device = tool.twin.chip.usb_host.device().expect("it is known");
+    let (out, in_) = device.endpoints;
+    let both = [out, in_ | 0x80];
+    for is_halted in [false, true] {
+        // A good host asks a halted endpoint for nothing.
+        tool.twin.chip.usb_host.listen(false);
+        if is_halted {
+            request_all(&mut tool, &both.map(halt));
+        }
+        request_all(&mut tool, &both.map(clear_halt));
+        // As a host does it that has cleared a halt.
+        tool.twin.chip.usb_host.begin_with_data_0();
+        tool.twin.chip.usb_host.listen(true);
+        let status = tool.ask::<StatusEndpoint>(&());
+        let status = status.unwrap_or_else(|error| panic!("halted before: {is_halted}: {error}"));
+        status.expect("it was greeted, and not reset since");
+    }
 }
 
 #[test]
