@@ -1,14 +1,22 @@
-//! A USB driver that takes what a host may ask about an endpoint (USB 2.0, section 9.4).
+//! A USB driver that takes what a host may do to endpoints (USB 2.0, chapters 8 and 9).
 //!
-//! In embassy-stm32 0.6 any program on the host could stop the firmware by it: the number of an endpoint that this controller
-//! does not have is taken for that of a register, which panics; and one that is to be halted no more is waited for in a loop
-//! that does not end where it was not halted, and left halted where it was.
+//! In embassy-stm32 0.6 a host can stop the firmware, or its USB, by it:
+//!
+//! - The number of an endpoint that this controller does not have is taken for that of a register, which panics.
+//! - An endpoint that is to be halted no more is waited for in a loop that does not end where it was not halted, and is left
+//!   halted where it was.
+//! - A reset of the bus in the midst of a control transfer disables endpoint 0, and the transfer waits for it for ever.
 
+use core::future::poll_fn;
+use core::task::Poll;
+
+use embassy_futures::select::{Either, select};
 use embassy_stm32::pac;
 use embassy_stm32::pac::usb::regs::Epr;
 use embassy_stm32::pac::usb::vals::Stat;
 use embassy_usb::driver::{
-    Bus, Driver, EndpointAddress, EndpointAllocError, EndpointType, Event, Unsupported,
+    Bus, ControlPipe, Driver, EndpointAddress, EndpointAllocError, EndpointError, EndpointType,
+    Event, Unsupported,
 };
 
 /// Endpoints of the STM32G4's controller (RM0440, USB_EPnR).
@@ -19,6 +27,32 @@ pub struct Mended<D>(pub D);
 
 /// Its bus.
 pub struct MendedBus<B>(B);
+
+/// Its control pipe.
+pub struct MendedControl<C>(C);
+
+/// Waits until a reset of the bus has disabled endpoint 0, which nothing else does. The interrupt of a reset wakes the
+/// device's task, in which this is polled.
+async fn bus_reset() {
+    poll_fn(|_| {
+        let endpoint = pac::USB.epr(0).read();
+        match (endpoint.stat_rx(), endpoint.stat_tx()) {
+            (Stat::DISABLED, Stat::DISABLED) => Poll::Ready(()),
+            _ => Poll::Pending,
+        }
+    })
+    .await;
+}
+
+/// A stage of a control transfer, which a reset of the bus ends.
+async fn until_reset<T>(
+    stage: impl Future<Output = Result<T, EndpointError>>,
+) -> Result<T, EndpointError> {
+    match select(stage, bus_reset()).await {
+        Either::First(result) => result,
+        Either::Second(()) => Err(EndpointError::Disabled),
+    }
+}
 
 /// Whether an endpoint can be halted: all but those for control, which a setup packet always reaches.
 fn can_halt(address: EndpointAddress) -> bool {
@@ -45,7 +79,7 @@ fn begin_with_data_0(address: EndpointAddress) {
 impl<'a, D: Driver<'a>> Driver<'a> for Mended<D> {
     type EndpointOut = D::EndpointOut;
     type EndpointIn = D::EndpointIn;
-    type ControlPipe = D::ControlPipe;
+    type ControlPipe = MendedControl<D::ControlPipe>;
     type Bus = MendedBus<D::Bus>;
 
     fn alloc_endpoint_out(
@@ -71,7 +105,7 @@ impl<'a, D: Driver<'a>> Driver<'a> for Mended<D> {
 
     fn start(self, control_packet: u16) -> (Self::Bus, Self::ControlPipe) {
         let (bus, control) = self.0.start(control_packet);
-        (MendedBus(bus), control)
+        (MendedBus(bus), MendedControl(control))
     }
 }
 
@@ -116,5 +150,45 @@ impl<B: Bus> Bus for MendedBus<B> {
 
     async fn remote_wakeup(&mut self) -> Result<(), Unsupported> {
         self.0.remote_wakeup().await
+    }
+}
+
+impl<C: ControlPipe> ControlPipe for MendedControl<C> {
+    fn max_packet_size(&self) -> usize {
+        self.0.max_packet_size()
+    }
+
+    async fn setup(&mut self) -> [u8; 8] {
+        self.0.setup().await
+    }
+
+    async fn data_out(
+        &mut self,
+        bytes: &mut [u8],
+        first: bool,
+        last: bool,
+    ) -> Result<usize, EndpointError> {
+        until_reset(self.0.data_out(bytes, first, last)).await
+    }
+
+    async fn data_in(
+        &mut self,
+        bytes: &[u8],
+        first: bool,
+        last: bool,
+    ) -> Result<(), EndpointError> {
+        until_reset(self.0.data_in(bytes, first, last)).await
+    }
+
+    async fn accept(&mut self) {
+        select(self.0.accept(), bus_reset()).await;
+    }
+
+    async fn reject(&mut self) {
+        self.0.reject().await;
+    }
+
+    async fn accept_set_address(&mut self, address: u8) {
+        select(self.0.accept_set_address(address), bus_reset()).await;
     }
 }

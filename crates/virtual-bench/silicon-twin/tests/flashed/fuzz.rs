@@ -202,6 +202,28 @@ fn an_endpoint_that_is_halted_no_more_goes_on_with_data_0() {
 }
 
 #[test]
+fn a_bus_that_is_reset_within_a_control_transfer_is_enumerated_again() {
+    let mut tool = common::greeted();
+    for packet in [
+        // A descriptor that nobody fetches, a configuration and a stop that nobody asks the status of.
+        [0x80, 6, 0, 2, 0, 0, 255, 0],
+        [0x00, 9, 1, 0, 0, 0, 0, 0],
+        [0x40, 0x53, 0, 0, 0, 0, 0, 0],
+    ] {
+        let host = &mut tool.twin.chip.usb_host;
+        let address = host.address();
+        host.transact_raw(Raw::Setup(address, packet));
+        tool.twin.run_for(0.002).expect("it runs");
+        tool.twin.chip.usb_host.transact_raw(Raw::Reset);
+        tool.twin.run_for(0.01).expect("it runs");
+        let clock = tool.twin.chip.clock;
+        tool.twin.chip.usb_host.start_over(&clock);
+        let identity = tool.connect();
+        identity.unwrap_or_else(|error| panic!("after {packet:02x?}: {error}"));
+    }
+}
+
+#[test]
 fn a_board_answers_after_any_traffic_on_its_bus() {
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let mut tool = common::greeted();
