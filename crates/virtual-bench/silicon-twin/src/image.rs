@@ -136,6 +136,28 @@ impl Image {
     }
 }
 
+/// Programs for tests.
+#[cfg(test)]
+impl Image {
+    /// These half-words behind two vectors, as one function of the name `program`.
+    pub(crate) fn of(code: &[u16]) -> Self {
+        let entry = FLASH + 8;
+        let vectors = [crate::chip::memory::SRAM + 0x1000, entry | 1];
+        let mut bytes: Vec<u8> = vectors.into_iter().flat_map(u32::to_le_bytes).collect();
+        bytes.extend(code.iter().flat_map(|half| half.to_le_bytes()));
+        let program = Symbol {
+            address: entry,
+            bytes: 2 * code.len(),
+            name: "program".to_owned(),
+        };
+        Self {
+            segments: vec![(FLASH, bytes)],
+            functions: vec![program],
+            objects: Vec::new(),
+        }
+    }
+}
+
 fn is_in_flash(address: u32, bytes: usize) -> bool {
     address
         .checked_sub(FLASH)
@@ -170,20 +192,52 @@ fn symbols(file: &object::File<'_>, kind: SymbolKind) -> Vec<Symbol> {
 mod tests {
     use super::*;
 
+    /// An ELF file for a Cortex-M4F with one segment of 16 bytes at `address`, and no symbols.
+    fn elf(address: u32) -> Vec<u8> {
+        const HEAD: u32 = 52;
+        const PROGRAM: u32 = 32;
+        let mut elf = b"\x7fELF\x01\x01\x01\0\0\0\0\0\0\0\0\0".to_vec();
+        elf.extend([2, 0, 40, 0, 1, 0, 0, 0]);
+        for word in [address, HEAD, 0, 0x0500_0400] {
+            elf.extend(word.to_le_bytes());
+        }
+        for half in [HEAD, PROGRAM, 1, 40, 0, 0] {
+            elf.extend((half as u16).to_le_bytes());
+        }
+        for word in [1, HEAD + PROGRAM, address, address, 16, 16, 5, 4] {
+            elf.extend(word.to_le_bytes());
+        }
+        elf.extend([0; 16]);
+        elf
+    }
+
+    /// The sentence by which an image is refused.
+    #[track_caller]
+    fn refusal(elf: &[u8]) -> String {
+        Image::from_elf(elf).expect_err("a refusal").to_string()
+    }
+
     #[test]
     fn what_is_no_image_for_this_chip_is_refused_in_a_sentence() {
-        let error = Image::from_elf(b"hello").expect_err("no ELF");
+        let makes = "`cargo xtask build stm32g474` makes one";
+        assert!(refusal(b"hello").ends_with(makes));
+        assert!(refusal(&elf(FLASH)[..90]).ends_with(makes), "cut off");
+        let mut other = elf(FLASH);
+        other[18] = 62;
+        let said = refusal(&other);
         assert!(
-            error.to_string().contains("cargo xtask build stm32g474"),
-            "{error}"
+            said.contains("not for a Cortex-M4") && said.contains("machine 62"),
+            "{said}"
         );
-        let own = std::fs::read(std::env::current_exe().expect("a program")).expect("it is there");
-        assert!(
-            Image::from_elf(&own).is_err(),
-            "this test's program is for this machine"
-        );
-        assert!(is_in_flash(FLASH, FLASH_BYTES));
-        assert!(!is_in_flash(FLASH, FLASH_BYTES + 1));
-        assert!(!is_in_flash(0, 4));
+        let mut soft = elf(FLASH);
+        soft[37] = 0;
+        assert!(refusal(&soft).contains("core registers"));
+        // The start of SRAM, and the last bytes of the flash but eight.
+        for address in [0x2000_0000, FLASH + FLASH_BYTES as u32 - 8] {
+            let said = refusal(&elf(address));
+            assert!(said.contains("for another chip"), "{said}");
+            assert!(said.contains(&format!("{address:#010x}")), "{said}");
+        }
+        assert!(refusal(&elf(FLASH)).contains("was it stripped?"));
     }
 }

@@ -322,3 +322,74 @@ impl Twin {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use emulated_board::Connected;
+
+    use super::*;
+
+    /// `LDR r0, [pc, #4]`, `LDR r1, [r0]`, and `rest`, where r0 is `address`.
+    fn reads(address: u32, rest: u16) -> [u16; 6] {
+        let [low, high] = [address as u16, (address >> 16) as u16];
+        [0x4801, 0x6801, rest, 0xbf00, low, high]
+    }
+
+    /// `NOP`, and a loop back to the read.
+    const NOP: u16 = 0xbf00;
+    const BACK: u16 = 0xe7fd;
+
+    #[test]
+    fn what_a_program_must_not_do_is_told_in_a_sentence_with_its_place() {
+        for (code, told, at) in [
+            // Erased flash behind the program reads as 0xffff, which is no instruction.
+            (&[NOP][..], "this instruction is not modelled", "0x0800000a"),
+            // `MOV r0, #6`, `LSL r0, #28`, `ADD r0, #1`, `BX r0`
+            (
+                &[0x2006, 0x0700, 0x3001, 0x4700],
+                "there is no code at 0x60000000",
+                "0x60000000",
+            ),
+            (
+                &reads(0x6000_0000, NOP),
+                "there is nothing at address 0x60000000",
+                "0x0800000a",
+            ),
+            (
+                &reads(0x4000_0000, NOP),
+                "TIM2.CR1 is read, which is not modelled",
+                "0x0800000a",
+            ),
+            (
+                &reads(0x4fff_0000, NOP),
+                "where this chip has no register",
+                "0x0800000a",
+            ),
+            (
+                &reads(0x4000_7000, NOP),
+                "PWR.CR1 is used while its peripheral has no clock",
+                "0x0800000a",
+            ),
+            // RCC.CR, in which nothing that was not switched on becomes ready.
+            (
+                &reads(0x4002_1000, BACK),
+                "RCC.CR is read again and again, and never says what is waited for",
+                "0x0800000a",
+            ),
+            // `WFI`
+            (
+                &[0xbf30],
+                "the processor sleeps, and no interrupt is enabled that could wake it",
+                "0x0800000a",
+            ),
+        ] {
+            let board = Board::new(&Connected::Resistors([499.0; 4])).expect("resistors");
+            let mut twin = Twin::new(Image::of(code), board).expect("vectors");
+            let failure = twin.run_for(1.0).expect_err("it ends");
+            assert!(failure.what.contains(told), "{failure}");
+            assert_eq!(format!("{:#010x}", failure.at), at, "{failure}");
+            let sentence = failure.to_string();
+            assert!(sentence.contains(" us"), "{sentence}");
+        }
+    }
+}
