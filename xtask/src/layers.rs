@@ -255,6 +255,7 @@ const ALLOWED: &[Allowed] = &[
             "experiments",
             "host-tool",
             "mirror-model",
+            "mirror-protocol",
             "silicon-twin",
             "virtual-mirror",
             "virtual-sessions",

@@ -3,6 +3,7 @@
 use std::fs;
 use std::io;
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::{Image, Twin};
 
@@ -60,13 +61,16 @@ impl Coverage {
         covered
     }
 
-    /// Writes it to a file.
+    /// Writes it to a new file in a folder.
     ///
     /// # Errors
     /// As the system says.
-    pub fn save(&self, path: &Path) -> io::Result<()> {
+    pub fn save_in(&self, folder: &Path) -> io::Result<()> {
+        static FILES: AtomicUsize = AtomicUsize::new(0);
+        let number = FILES.fetch_add(1, Ordering::Relaxed);
+        let name = format!("{}-{number}", std::process::id());
         let bytes: Vec<u8> = self.executed.iter().map(|is| u8::from(*is)).collect();
-        fs::write(path, bytes)
+        fs::write(folder.join(name), bytes)
     }
 
     /// All that was saved in a folder.
@@ -95,8 +99,8 @@ mod tests {
         let of = |executed: &[bool]| Coverage {
             executed: executed.to_vec(),
         };
-        for (name, run) in [("a", of(&[true, false])), ("b", of(&[false, false, true]))] {
-            run.save(&folder.path().join(name)).expect("a file");
+        for run in [of(&[true, false]), of(&[false, false, true])] {
+            run.save_in(folder.path()).expect("a file");
         }
         let all = Coverage::load_all(folder.path()).expect("files");
         assert_eq!(all, of(&[true, false, true]));

@@ -35,6 +35,8 @@ pub struct Latest {
     pub masked: u64,
     /// The instruction that masked them.
     pub masked_at: u32,
+    /// The last interrupt that came between the control loop's beginning and end, but for the conversions' end.
+    pub interrupted_by: Option<u16>,
 }
 
 /// The handling of all exceptions, and sleep.
@@ -134,6 +136,9 @@ impl Timing {
                 };
             }
             CONTROL_LOOP => self.update_of_loop = self.update,
+            16.. if self.running.contains(&CONTROL_LOOP) => {
+                self.latest.interrupted_by = Some(exception - 16);
+            }
             _ => {}
         }
     }

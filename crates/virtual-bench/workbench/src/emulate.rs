@@ -28,9 +28,9 @@ pub(crate) struct Arguments {
     /// The mirror on the board, a TOML file; without it the project's own.
     #[arg(long)]
     mirror: Option<PathBuf>,
-    /// The board's name among those that run.
-    #[arg(long, default_value = "emulated")]
-    name: String,
+    /// The board's name among those that run; without it `emulated`, or `silicon-twin`.
+    #[arg(long)]
+    name: Option<String>,
     /// How fast its clock goes: `max`, or so many times as fast as the wall's, 1 to 1000. Without it, as fast as it
     /// can while a host tool is connected, and with the wall's otherwise.
     #[arg(long, value_name = "N|max")]
@@ -101,20 +101,26 @@ impl Running {
         let (Some(what), numbers) = (words.first(), &words[words.len().min(1)..]) else {
             return false;
         };
-        let Self::Mps2(board) = self else {
-            return false;
+        let (controls, has_sensor) = match self {
+            Self::Mps2(board) => (board.controls(), true),
+            Self::G474(twin) => (twin.controls(), false),
         };
         match what.as_str() {
+            "spot" | "stage" if !has_sensor => {
+                println!(
+                    "The driver board has no input for a position sensor that could be moved."
+                );
+            }
             "spot" => match parse(numbers) {
-                Some(at_um) => board.controls().move_spot(at_um),
+                Some(at_um) => controls.move_spot(at_um),
                 None => println!("`spot X Y`: two numbers of micrometres from the plate's centre"),
             },
             "stage" => match parse(numbers) {
-                Some([um]) => board.controls().move_stage(um),
+                Some([um]) => controls.move_stage(um),
                 None => println!("`stage UM`: a number of micrometres, towards the substrate"),
             },
             "oven" => match parse(numbers) {
-                Some([celsius]) => board.controls().set_oven(celsius),
+                Some([celsius]) => controls.set_oven(celsius),
                 None => println!("`oven CELSIUS`: a number of degrees"),
             },
             _ => return false,
@@ -167,7 +173,14 @@ fn start(arguments: &Arguments, boards_directory: PathBuf) -> Result<Running> {
         None => MirrorConfig::bench(),
     };
     let connected = Connected::Mirror(Box::new(mirror));
-    let (name, speed) = (arguments.name.clone(), arguments.speed.unwrap_or_default());
+    let name = arguments.name.clone().unwrap_or_else(|| {
+        let name = match arguments.board {
+            Emulator::Mps2 => "emulated",
+            Emulator::G474 => "silicon-twin",
+        };
+        name.to_owned()
+    });
+    let speed = arguments.speed.unwrap_or_default();
     Ok(match arguments.board {
         Emulator::Mps2 => Running::Mps2(EmulatedBoard::start(&Emulation {
             image,
@@ -231,8 +244,8 @@ fn converse(board: &mut Running) -> Result<ExitCode> {
         println!(
             "`spot X Y` moves the position sensor's spot on the plate, `stage UM` the mirror under it, in micrometres;"
         );
-        println!("`oven CELSIUS` brings the mirror to another temperature.");
     }
+    println!("`oven CELSIUS` brings the mirror to another temperature.");
     let mut terminal = Terminal::open()?;
     while let Some(words) = terminal.read()? {
         match words.first().map(String::as_str) {

@@ -1,6 +1,7 @@
 //! What `cargo xtask` does with emulated boards and virtual mirrors.
 
 mod bench;
+mod coverage;
 mod diagnoses;
 mod emulate;
 mod factory;
@@ -11,6 +12,7 @@ mod package;
 mod picture;
 mod positions;
 mod terminal;
+mod traces;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -70,6 +72,10 @@ enum Benchmark {
     Position,
     /// Power cuts that a stored calibration survives, and how the flash wears.
     Store,
+    /// How much of the flashed image's code the silicon twin executes.
+    Coverage,
+    /// What an oscilloscope shows at the driver board's actuators, as pictures.
+    Traces,
 }
 
 fn main() -> ExitCode {
@@ -88,6 +94,8 @@ fn run(task: Task) -> Result<ExitCode> {
             Some(Benchmark::Diagnose) => diagnoses::count(&arguments),
             Some(Benchmark::Position) => positions::run(),
             Some(Benchmark::Store) => bench::store(),
+            Some(Benchmark::Coverage) => coverage::run(),
+            Some(Benchmark::Traces) => traces::draw(),
         },
         Task::HideEffects => hidden::write(),
         Task::TabulateFactory => factory::write(),

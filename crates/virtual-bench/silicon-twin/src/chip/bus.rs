@@ -73,6 +73,10 @@ impl Bus for Chip {
         self.next_event = 0;
     }
 
+    fn meant(&self, address: u32, value: u32) -> Option<u32> {
+        self.mistaken(address, value)
+    }
+
     fn cycles(&self) -> u64 {
         self.clock.cycles
     }

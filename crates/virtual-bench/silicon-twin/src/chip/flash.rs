@@ -83,8 +83,8 @@ pub(crate) struct Flash {
     /// The first half of a double word.
     half: Option<(usize, u32)>,
     work: Option<(Work, u64)>,
-    /// Programs and erasures that have begun.
-    begun: u64,
+    /// Programs and erasures that have begun, in each bank.
+    begun: [u64; 2],
     cells: Cells,
 }
 
@@ -108,7 +108,7 @@ impl Flash {
             keys_given: 0,
             half: None,
             work: None,
-            begun: 0,
+            begun: [0; 2],
             cells: Cells::default(),
         }
     }
@@ -135,8 +135,8 @@ impl Flash {
         self.cells.are_worn = true;
     }
 
-    /// Programs and erasures that have begun since power came first.
-    pub(crate) fn begun(&self) -> u64 {
+    /// Programs and erasures that have begun since power came first, in each bank.
+    pub(crate) fn begun(&self) -> [u64; 2] {
         self.begun
     }
 
@@ -247,7 +247,7 @@ impl Flash {
     }
 
     fn begin(&mut self, work: Work, seconds: f64, clock: &Clock) {
-        self.begun += 1;
+        self.begun[work.at() / BANK_BYTES] += 1;
         self.work = Some((work, clock.cycle_in(seconds)));
     }
 

@@ -225,6 +225,11 @@ impl Chip {
 
     /// Programs and erasures of the flash that have begun since power came first.
     pub fn flash_operations(&self) -> u64 {
+        self.flash_operations_by_bank().iter().sum()
+    }
+
+    /// The same of each bank; programs run from the first.
+    pub fn flash_operations_by_bank(&self) -> [u64; 2] {
         self.peripherals.flash.begun()
     }
 
@@ -439,15 +444,8 @@ impl Chip {
 
     fn write_register(&mut self, at: u32, value: u32) -> Access {
         self.check_gate(at)?;
-        let mistake = self.mistake.filter(|mistake| mistake.address == at);
-        let value = match mistake {
-            None => value,
-            Some(Mistake { value: None, .. }) => return Ok(()),
-            Some(Mistake {
-                bits,
-                value: Some(wrong),
-                ..
-            }) => value & !bits | wrong & bits,
+        let Some(value) = self.mistaken(at, value) else {
+            return Ok(());
         };
         let offset = at & 0x3ff;
         let base = at & !0x3ff;
@@ -512,6 +510,16 @@ impl Chip {
             self.pins.follow(&p.ports, &p.tim1);
         }
         Ok(())
+    }
+
+    /// What the driver writes that means to write `value`; nothing, where that is its mistake.
+    fn mistaken(&self, at: u32, value: u32) -> Option<u32> {
+        match self.mistake {
+            Some(mistake) if mistake.address == at => mistake
+                .value
+                .map(|wrong| value & !mistake.bits | wrong & mistake.bits),
+            _ => Some(value),
+        }
     }
 
     /// A peripheral whose clock is off does not answer (RM0440, section 7.2.17).

@@ -34,6 +34,12 @@ pub trait Bus {
     /// The processor asked for a reset (AIRCR.SYSRESETREQ).
     fn request_reset(&mut self);
 
+    /// What a driver writes that means to write `value` to one of the processor's own registers: nothing, where it makes
+    /// that mistake.
+    fn meant(&self, _address: u32, value: u32) -> Option<u32> {
+        Some(value)
+    }
+
     /// Cycles of the processor's clock so far.
     fn cycles(&self) -> u64;
 }

@@ -361,6 +361,9 @@ impl Cpu {
         bytes: u32,
         value: u32,
     ) -> Executed<()> {
+        let Some(value) = bus.meant(address, value) else {
+            return Ok(());
+        };
         let system = &mut self.system;
         system.attention = true;
         let little = value.to_le_bytes();

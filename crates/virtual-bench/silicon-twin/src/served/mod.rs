@@ -17,6 +17,7 @@ use emulated_board::{
 
 use crate::board::Board;
 use crate::chip::Reset;
+use crate::coverage::{self, Coverage};
 use crate::rtt;
 use crate::timing::{Handling, Timing};
 use crate::{Failure, Image, ImageError, Twin};
@@ -278,6 +279,16 @@ struct Worker {
 
 impl Worker {
     fn run(mut self) {
+        self.serve();
+        if let Some(folder) = std::env::var_os(coverage::FOLDER) {
+            let mut covered = Coverage::default();
+            covered.add(&self.twin);
+            // A folder that is not there has nothing in it, which who asked for it will see.
+            let _ = covered.save_in(Path::new(&folder));
+        }
+    }
+
+    fn serve(&mut self) {
         while !self.shared.ends.load(Ordering::Relaxed) {
             self.to_do.try_iter().for_each(|act| act(&mut self.twin));
             if let Err(failure) = self.twin.run_for(SLICE_S) {

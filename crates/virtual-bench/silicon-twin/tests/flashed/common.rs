@@ -7,6 +7,7 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use emulated_board::Connected;
 use mirror_protocol::{CalibrationChunk, CalibrationWriteEndpoint, Chunk};
 use silicon_twin::board::Board;
+use silicon_twin::coverage::{self, Coverage};
 use silicon_twin::tool::Tool;
 use silicon_twin::{Image, Twin};
 use virtual_mirror::MirrorConfig;
@@ -21,6 +22,15 @@ const PIECE: usize = 192;
 /// Whether what takes minutes is asked for too: `cargo xtask test --full` sets `MIRROR_FULL=1`.
 pub(crate) fn is_full() -> bool {
     std::env::var_os("MIRROR_FULL").is_some_and(|full| full == "1")
+}
+
+/// Leaves what was executed where `cargo xtask bench coverage` looks for it.
+pub(crate) fn leave_coverage(twin: &Twin) {
+    if let Some(folder) = std::env::var_os(coverage::FOLDER) {
+        let mut covered = Coverage::default();
+        covered.add(twin);
+        covered.save_in(Path::new(&folder)).expect("the folder");
+    }
 }
 
 /// The image that `cargo xtask flash` writes.

@@ -86,6 +86,7 @@ fn a_tick_has_time_to_spare_whatever_goes_on() {
             end,
             masked,
             masked_at,
+            interrupted_by,
         } = tool.twin.timing.latest();
         println!(
             "| {name} | {:.1} | {:.1} | {:.1} | {:.2} | {:.2} | {} |",
@@ -96,6 +97,7 @@ fn a_tick_has_time_to_spare_whatever_goes_on() {
             us(masked),
             tool.twin.image().function(masked_at)
         );
+        assert_eq!(interrupted_by, None, "{name}");
         latest_us = latest_us.max(us(written));
     }
     let health = status(&mut tool).health;
