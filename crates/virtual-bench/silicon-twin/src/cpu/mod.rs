@@ -12,6 +12,7 @@ mod float;
 pub mod instruction;
 mod memory;
 mod multiply;
+mod operations;
 mod parallel;
 mod system;
 

@@ -2,9 +2,13 @@
 
 mod float;
 mod narrow;
+mod registers;
 mod wide;
 
 use super::instruction::{Decoded, Instruction, Shift, is_wide};
+
+/// The program counter, among the registers.
+const PC: u8 = 15;
 
 /// Decodes the instruction that begins with `first`; `second` counts where it is one of two half-words.
 pub fn decode(first: u16, second: u16) -> Decoded {

@@ -3,10 +3,9 @@
 use super::super::instruction::{
     Access, Bits, Extension, Flags, Hint, Index, Instruction, Operation, Product, Shift,
 };
-use super::{UNKNOWN, bit, field, immediate_shift, register, signed};
+use super::{PC, UNKNOWN, bit, field, immediate_shift, register, signed};
 
 const SP: u8 = 13;
-const PC: u8 = 15;
 
 pub(super) fn decode(word: u32) -> Instruction {
     match field(word, 12, 4) {
