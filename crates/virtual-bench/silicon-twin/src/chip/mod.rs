@@ -23,6 +23,7 @@ mod trace;
 pub mod usb;
 
 pub use rcc::Reset;
+pub use registers::Mistake;
 pub use time::Clock;
 pub(crate) use time::NEVER;
 pub(crate) use timer::Output;
@@ -78,17 +79,6 @@ pub struct Chip {
     polled: (u32, u32),
     disturbance: Disturbance,
     mistake: Option<Mistake>,
-}
-
-/// A mistake that a driver could have: in a register it writes other bits, wherever it writes it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Mistake {
-    /// The register's address.
-    pub address: u32,
-    /// The bits that are written otherwise.
-    pub bits: u32,
-    /// What they are written as; no write at all where there is none.
-    pub value: Option<u32>,
 }
 
 /// What a reset brings back to its beginning.
