@@ -1,13 +1,14 @@
 //! What only an emulated board can be asked: its clock, its bench, its flash, and to be waited for.
 
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use emulated_board::Controls;
 
 use crate::Bench;
 use crate::bench::PATIENCE;
 use crate::emulator::Emulator;
+use crate::patience::Patience;
 
 /// From one look at an emulated board to the next.
 const LOOK: Duration = Duration::from_millis(1);
@@ -83,14 +84,15 @@ impl Bench {
         });
     }
 
-    /// Waits until something is so; `or_else` says what is wrong where it never is.
+    /// Waits until something is so; `or_else` says what is wrong where it never is. A machine that has no processor for the
+    /// board is waited for.
     ///
     /// # Panics
     /// Where it never is, or the board is a real one.
     pub fn wait(&self, or_else: &str, mut is_so: impl FnMut(&Self) -> bool) {
-        let start = Instant::now();
+        let patience = Patience::with(self.emulator().processes());
         while !is_so(self) {
-            assert!(start.elapsed() < PATIENCE, "{or_else}");
+            assert!(patience.waited() < PATIENCE, "{or_else}");
             thread::sleep(LOOK);
         }
     }

@@ -1,6 +1,7 @@
 //! The two emulators of a board, where a check does the same to both.
 
 use std::path::{Path, PathBuf};
+use std::process;
 
 use emulated_board::{Controls, EmulatedBoard};
 use silicon_twin::served::ServedTwin;
@@ -35,6 +36,14 @@ impl Emulator {
         match self {
             Self::Qemu(board, _) => board.simulated_s(),
             Self::Twin(twin) => twin.simulated_s(),
+        }
+    }
+
+    /// Processes that it runs in: its plant, and the twin, are in this one.
+    pub(crate) fn processes(&self) -> Vec<u32> {
+        match self {
+            Self::Qemu(board, _) => vec![process::id(), board.process_id()],
+            Self::Twin(_) => vec![process::id()],
         }
     }
 

@@ -7,6 +7,7 @@ mod bench;
 mod disturb;
 mod emulated;
 mod emulator;
+mod patience;
 mod processor;
 mod raw;
 

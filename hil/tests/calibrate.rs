@@ -26,10 +26,10 @@ fn session(config: &MirrorConfig, folder: &Path) {
 #[test]
 fn a_calibrated_board_goes_where_it_is_asked() {
     let config = MirrorConfig::draw(Family::B, 77);
-    let mut bench = Bench::emulated(config.clone());
+    let bench = Bench::emulated(config.clone());
     session(&config, &bench.directory().join("session"));
     // What the sensor loses or sees wrongly bears no weight, and is counted.
-    board(&mut bench).inject(Some(PlantFault::PatchySensor));
+    bench.controls().inject(Some(PlantFault::PatchySensor));
     let report = bench.json(&[
         "calibrate",
         "--quick",
@@ -47,7 +47,7 @@ fn a_calibrated_board_goes_where_it_is_asked() {
     for what in ["missing", "outlying"] {
         assert!(report["readings"][what].as_u64() > Some(0), "{report}");
     }
-    board(&mut bench).inject(None);
+    bench.controls().inject(None);
     // Every limit is a figure of docs/requirements.md; what an uncalibrated board lacks is many times as much.
     let figure = |when: &str, what: &str| report[when][what].as_f64().expect("a number");
     for what in ["slow_loop_um", "loop_um", "triangle_rms_um"] {

@@ -32,19 +32,26 @@ static UNFED_SINCE: AtomicU32 = AtomicU32::new(FED);
 
 /// Starts the watchdog.
 pub fn start() {
-    write(LOAD, LOOK);
+    count_anew();
     write(CONTROL, ENABLE);
 }
 
 /// Lets it count anew.
 pub fn feed() {
     UNFED_SINCE.store(FED, Ordering::Relaxed);
+    count_anew();
+}
+
+/// The interrupt is cleared, and the counter loaded: at a second time-out before that the counter stops for good, reset or
+/// none, and only a load starts it again. On a starved host both time-outs come before an instruction does.
+fn count_anew() {
+    write(LOAD, LOOK);
     write(INTERRUPT_CLEAR, 1);
 }
 
 /// Looks at the processor time: whether the firmware has used [`PATIENCE`] of it unfed.
 pub(super) fn has_run_out() -> bool {
-    write(INTERRUPT_CLEAR, 1);
+    count_anew();
     let Ok(now) = sys_clock() else {
         return true;
     };

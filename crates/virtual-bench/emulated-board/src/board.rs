@@ -197,6 +197,11 @@ impl EmulatedBoard {
         Stack::of(&self.image, self.directory.path())
     }
 
+    /// The emulator's process.
+    pub fn process_id(&self) -> u32 {
+        self.qemu.id()
+    }
+
     /// Stops the emulator's process where it is, as a machine without a processor to spare does.
     ///
     /// # Errors
