@@ -97,12 +97,22 @@ fn a_comparison_speaks_and_draws() {
         &svg[..200]
     );
     // It is not replaced unasked, and no other format is promised.
-    for (name, said_of) in [(&*picture, "already exists"), ("picture.png", "would hold SVG")] {
+    for (name, said_of) in [
+        (&*picture, "already exists"),
+        ("picture.png", "would hold SVG"),
+    ] {
         let said = lab(&["compare", "reconciled", &files, "--picture", name]);
         assert_eq!(said.code, 1, "{}", said.out);
         assert!(said.err.contains(said_of), "{}", said.err);
     }
-    let again = ["compare", "reconciled", &files, "--picture", &picture, "--force"];
+    let again = [
+        "compare",
+        "reconciled",
+        &files,
+        "--picture",
+        &picture,
+        "--force",
+    ];
     assert_eq!(lab(&again).code, 0);
 }
 

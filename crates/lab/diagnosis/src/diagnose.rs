@@ -231,8 +231,8 @@ fn candidates(
     };
     effects
         .iter()
-        .cloned()
         .filter(|effect| !is_present(effect))
+        .cloned()
         .map(|effect| {
             let forms = forms(&effect).into_iter().map(suited);
             let directions = forms.flat_map(|form| at.directions(&form, space));
