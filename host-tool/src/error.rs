@@ -315,6 +315,10 @@ pub enum ToolError {
 
     #[error(transparent)]
     #[diagnostic(transparent)]
+    Import(#[from] measurement::import::ImportError),
+
+    #[error(transparent)]
+    #[diagnostic(transparent)]
     Edit(#[from] diagnosis::EditError),
 
     #[error(transparent)]

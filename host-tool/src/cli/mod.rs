@@ -177,6 +177,27 @@ pub enum Command {
         /// Its name, as `status` shows it; without it, all names.
         name: Option<String>,
     },
+    /// Make a measurement file of a table from another program or instrument. Without -o it only shows what it would make.
+    #[command(
+        after_long_help = "Example:\n  host-tool import scope.csv --column z=height:nm:-1 -o sweep.csv"
+    )]
+    Import {
+        /// The table: CSV or other text, with whatever delimiter, decimal sign and encoding.
+        file: PathBuf,
+        /// What a column is, where its name does not say it: QUANTITY=NAME:UNIT:FACTOR, unit and factor as needed, or the
+        /// column's number for its name. Quantities are t, V or V1 to V4, I or I1 to I4, z, T_ambient, tilt_x, tilt_y, reference.
+        #[arg(help_heading = INPUT, long, value_name = "ASSIGNMENT")]
+        column: Vec<String>,
+        /// Rows at one drive are samples of one settled reading: take their mean, and leave times out.
+        #[arg(help_heading = INPUT, long)]
+        settled: bool,
+        /// The measurement file to write.
+        #[arg(help_heading = OUTPUT, short, long, value_name = "FILE")]
+        output: Option<PathBuf>,
+        /// Replace the file if it exists.
+        #[arg(help_heading = OUTPUT, long)]
+        force: bool,
+    },
     /// Fit a model's parameters to measurements.
     #[command(after_long_help = "Example:\n  host-tool fit paper session -o fitted.toml")]
     Fit {

@@ -94,6 +94,18 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         Command::CalibrateSense { resistor } => {
             calibrate_sense::run(&open().await?, resistor, json).await
         }
+        Command::Import {
+            file,
+            column,
+            settled,
+            output,
+            force,
+        } => {
+            let output = output
+                .map(|path| NewFile::create(path, force))
+                .transpose()?;
+            lab::import(&file, &column, settled, output, json)
+        }
         Command::Fit { lab, output } => lab::fit(&lab, output, json),
         Command::Identify { lab, output } => lab::identify(&lab, output, json),
         Command::Compare {

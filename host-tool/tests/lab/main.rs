@@ -6,6 +6,7 @@ mod bad_input;
 mod common;
 mod heaters;
 mod hidden;
+mod import;
 mod own_effect;
 mod readme;
 

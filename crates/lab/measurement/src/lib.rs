@@ -16,6 +16,7 @@ pub mod column;
 mod error;
 mod file;
 mod header;
+pub mod import;
 mod keys;
 mod lines;
 mod parse;

@@ -2,6 +2,7 @@
 
 mod effects;
 mod found;
+mod import;
 mod loaded;
 mod picture;
 mod positioning;
@@ -10,6 +11,7 @@ use std::path::PathBuf;
 
 pub(super) use effects::run as effect;
 pub(super) use found::Identified;
+pub(super) use import::run as import;
 pub(super) use loaded::warn;
 
 use self::found::Diagnosed;

@@ -1,0 +1,139 @@
+//! Tables as people and instruments write them.
+
+use measurement::MeasurementFile;
+use measurement::import::{Assignment, Imported, Table, guesses, import};
+use proptest::prelude::*;
+
+fn guessed(text: &[u8], settled: bool) -> Imported {
+    let table = Table::read(text).expect("a table");
+    let imported = import(&table, &guesses(&table), settled).expect("a measurement");
+    // What was made is a measurement file.
+    let again = MeasurementFile::parse("made.csv", &imported.file.to_string()).expect("readable");
+    assert_eq!(again.rows.len(), imported.file.rows.len());
+    imported
+}
+
+fn says(imported: &Imported, words: &str) -> bool {
+    imported.notes.iter().any(|note| note.contains(words))
+}
+
+#[test]
+fn a_german_spreadsheet_in_latin_1() {
+    let text = b"Messung vom 3. M\xe4rz\r\nZeit (ms);Spannung (V);Strom [mA];Weg (\xb5m)\r\n\
+                 0;0,0;0,0;0,0\r\n1000;1,5;4,1;60,5\r\n2000;3,0;7,3;;\r\n";
+    let imported = guessed(text, false);
+    let rows = &imported.file.rows;
+    assert_eq!(rows.len(), 3);
+    assert_eq!((rows[1].t_s, rows[1].voltage_v), (1.0, [1.5; 4]));
+    assert_eq!(rows[1].z_um, Some(60.5));
+    assert!((rows[1].current_a[3].unwrap() - 4.1e-3).abs() < 1e-12);
+    assert_eq!(rows[2].z_um, None);
+}
+
+#[test]
+fn utf_16_tabs_and_blanks() {
+    let text = "t/s\tV/mV\n1\t500\n2\t1500\n";
+    let wide: Vec<u8> = [0xff, 0xfe]
+        .into_iter()
+        .chain(text.encode_utf16().flat_map(u16::to_le_bytes))
+        .collect();
+    assert_eq!(guessed(&wide, false).file.rows[1].voltage_v, [1.5; 4]);
+    let blanks = guessed(b"  t_s   V   I_mA\n 1  0.5  1e-1\n 2  1.0  2e-1\n", false);
+    assert_eq!(blanks.file.rows[0].current_a[0], Some(1e-4));
+}
+
+#[test]
+fn a_user_says_what_no_name_says() {
+    let table = Table::read(b"0.1,1.0,-40\n0.2,2.0,-2500\n0.3,0,7\n").expect("a table");
+    assert_eq!(table.names, ["1", "2", "3"]);
+    let said = ["t=1", "V=2:V", "z=3:nm:-1"].map(|text| Assignment::parse(text, &table).unwrap());
+    let imported = import(&table, &said, false).unwrap();
+    // 2500 nm upwards at 2 V, and 7 nm downwards at rest.
+    let z = imported.file.rows[1].z_um.unwrap();
+    assert!((z - 2.507).abs() < 1e-12, "{z}");
+    assert!(says(&imported, "z counts from its first reading at 0 V"));
+    for (wrong, words) in [
+        ("z", "assigns nothing"),
+        ("y=3", "no quantity 'y'"),
+        ("z=height", "no column 'height'"),
+        ("z=3:mV", "no unit of z"),
+        ("z=3:nm:up", "not a factor"),
+    ] {
+        let said = Assignment::parse(wrong, &table).unwrap_err().to_string();
+        assert!(said.contains(words), "{wrong}: {said}");
+    }
+    let nameless = import(&table, &[], false).unwrap_err().to_string();
+    assert!(nameless.contains("is a voltage"), "{nameless}");
+}
+
+#[test]
+fn gaps_repeated_times_and_a_sign_are_noticed() {
+    let text = b"t_s,V,z_um\n3,2,-40\n1,0,0\n2,1,-10\n2,1,-12\n4,,-50\n";
+    let imported = guessed(text, false);
+    let z: Vec<_> = imported.file.rows.iter().map(|row| row.z_um).collect();
+    assert_eq!(z, [Some(0.0), Some(-11.0), Some(-40.0)]);
+    for words in [
+        "1 rows without",
+        "order of their times",
+        "share their time",
+        "falls with the drive",
+    ] {
+        assert!(says(&imported, words), "{words}: {:?}", imported.notes);
+    }
+    let unsaid = guessed(b"V,z_um\n1,3\n2,9\n", false);
+    assert!(says(&unsaid, "no displacement was read at 0 V") && unsaid.file.keys.is_steady());
+}
+
+#[test]
+fn samples_of_a_step_are_one_reading_with_the_spread_of_their_mean() {
+    let sample = |row: usize| {
+        let volts = row / 16;
+        // A spread of 0.1 um: half of the samples above, half below.
+        let z = 10.0 * volts as f64 + if row % 2 == 0 { 0.1 } else { -0.1 };
+        format!("{},{volts},{z}\n", 0.1 * row as f64)
+    };
+    let text: String = (0..64).map(sample).collect();
+    let imported = guessed(format!("t,V,z\n{text}").as_bytes(), true);
+    assert_eq!(imported.file.rows.len(), 4);
+    let noise_um = imported.file.keys.displacement_noise_um().unwrap();
+    // 0.1 um of 16 samples, one of which the mean takes: 0.1 / sqrt(15).
+    assert!(
+        (noise_um / (0.1 / 15f64.sqrt()) - 1.0).abs() < 0.01,
+        "{noise_um}"
+    );
+    assert!(imported.file.keys.is_steady());
+}
+
+#[test]
+fn a_column_twice_is_asked_about() {
+    let table = Table::read(b"V,voltage,z\n1,1,3\n2,2,9\n").expect("a table");
+    let said = import(&table, &guesses(&table), false).unwrap_err();
+    assert!(said.to_string().contains("would both be V_V"), "{said}");
+}
+
+proptest! {
+    #[test]
+    fn no_bytes_make_the_reader_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+        if let Ok(table) = Table::read(&bytes) {
+            let _ = import(&table, &guesses(&table), true);
+        }
+    }
+
+    #[test]
+    fn a_table_is_read_whatever_its_style(
+        rows in prop::collection::vec((0.0..9.0_f64, -5.0..300.0_f64), 4..40),
+        style in prop::sample::select(&[(',', false), (';', true), (';', false), ('\t', true), ('\t', false)][..]),
+    ) {
+        let (delimiter, comma) = style;
+        let number = |x: f64| {
+            let text = format!("{x:.3}");
+            if comma { text.replace('.', ",") } else { text }
+        };
+        let text: String = rows.iter().map(|(v, z)| format!("{}{delimiter}{}\n", number(*v), number(*z))).collect();
+        let table = Table::read(format!("V{delimiter}z\n{text}").as_bytes()).unwrap();
+        prop_assert_eq!(&table.names, &["V", "z"]);
+        for ((v, z), row) in rows.iter().zip(&table.rows) {
+            prop_assert!((row[0].unwrap() - v).abs() < 1e-3 && (row[1].unwrap() - z).abs() < 1e-3);
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! `import`: a table of another program or instrument as a measurement file.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use input_file::MB;
+use measurement::import::{Assignment, Table, guesses, import};
+use serde::Serialize;
+
+use crate::error::ToolError;
+use crate::new_file::NewFile;
+use crate::report;
+
+/// The most of a table that is read (bytes): a million rows of a dozen columns.
+const MOST: u64 = 200 * MB;
+/// Rows that a preview shows.
+const SHOWN: usize = 3;
+
+/// What became of a table.
+#[derive(Serialize)]
+struct Report {
+    written_as: String,
+    columns: Vec<Shown>,
+    rows: usize,
+    notes: Vec<String>,
+    /// The first rows of the measurement file.
+    preview: Vec<String>,
+    output: Option<PathBuf>,
+}
+
+/// A column of the table.
+#[derive(Serialize)]
+struct Shown {
+    name: String,
+    /// What it is in the measurement file; none where it is left out.
+    is: Option<&'static str>,
+    conversion: String,
+}
+
+pub(crate) fn run(
+    file: &Path,
+    columns: &[String],
+    settled: bool,
+    output: Option<NewFile>,
+    json: bool,
+) -> Result<(), ToolError> {
+    let table = Table::read(&input_file::read(file, MOST)?)?;
+    let assignments = assignments(&table, columns)?;
+    let imported = import(&table, &assignments, settled)?;
+    let text = imported.file.to_string();
+    let shown = |(source, name): (usize, &String)| {
+        let assigned = assignments.iter().find(|a| a.source == source);
+        Shown {
+            name: name.clone(),
+            is: assigned.map(Assignment::quantity),
+            conversion: assigned.map(Assignment::conversion).unwrap_or_default(),
+        }
+    };
+    let columns = table.names.iter().enumerate().map(shown).collect();
+    let data = text.lines().filter(|line| !line.starts_with('#'));
+    let preview = data.take(SHOWN + 1).map(str::to_owned).collect();
+    let report = Report {
+        written_as: table.written.clone(),
+        columns,
+        rows: imported.file.rows.len(),
+        notes: imported.notes,
+        preview,
+        output: output.map(|output| output.write(&text)).transpose()?,
+    };
+    report::print(&report, json);
+    Ok(())
+}
+
+/// What the user says of the columns, and of the others what their names say.
+fn assignments(table: &Table, said: &[String]) -> Result<Vec<Assignment>, ToolError> {
+    let said: Vec<Assignment> = said
+        .iter()
+        .map(|text| Assignment::parse(text, table))
+        .collect::<Result<_, _>>()?;
+    let is_free = |guess: &Assignment| {
+        let clashes = |a: &Assignment| a.source == guess.source || a.column == guess.column;
+        !said.iter().any(clashes)
+    };
+    let guessed = guesses(table).into_iter().filter(is_free);
+    Ok(said.iter().copied().chain(guessed).collect())
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.written_as)?;
+        for Shown {
+            name,
+            is,
+            conversion,
+        } in &self.columns
+        {
+            let is = is.unwrap_or("left out; --column says what it is");
+            writeln!(f, "  {:<20} {is} {conversion}", format!("'{name}'"))?;
+        }
+        writeln!(f, "{} rows:", self.rows)?;
+        for line in &self.preview {
+            writeln!(f, "  {line}")?;
+        }
+        for note in &self.notes {
+            writeln!(f, "- {note}")?;
+        }
+        match &self.output {
+            Some(path) => writeln!(f, "written to {}", path.display()),
+            None => writeln!(f, "nothing is written; -o FILE writes it"),
+        }
+    }
+}

@@ -1,0 +1,28 @@
+//! A table from elsewhere, from what an instrument wrote to what is compared.
+
+use std::fs;
+
+use crate::common::no_boards;
+use crate::{json, lab, refuses};
+
+#[test]
+fn a_table_is_shown_then_written_and_compared() {
+    let place = no_boards();
+    let path = |name: &str| place.path().join(name).display().to_string();
+    let [table, made] = [path("scope.csv"), path("made.csv")];
+    let text = "Versuch 7\nU (mV);Strom (mA);Messwert\n0;0;12000\n1000;2,7;-14000\n2000;5,1;-78000\n3000;6,2;-148000\n";
+    fs::write(&table, text).expect("a file");
+    let shown = lab(&["import", &table]);
+    assert_eq!(shown.code, 0, "{}", shown.err);
+    for words in ["decimal commas", "'Messwert'", "left out", "nothing is written"] {
+        assert!(shown.out.contains(words), "{words}: {}", shown.out);
+    }
+    let column = ["--column", "z=Messwert:nm:-1"];
+    let words = [&["import", &table, "-o", &made][..], &column].concat();
+    assert_eq!(json(&words)["rows"], 4);
+    let compared = json(&["compare", "reconciled", &made]);
+    // 26, 90 and 160 um at 1, 2 and 3 V, which is about where that preset is.
+    assert!(compared["rms"].as_f64().expect("an error") < 20.0, "{compared}");
+    refuses(&words, "already exists");
+    refuses(&["import", &table, "--column", "z=Höhe"], "no column 'Höhe'");
+}
