@@ -14,7 +14,12 @@ fn a_table_is_shown_then_written_and_compared() {
     fs::write(&table, text).expect("a file");
     let shown = lab(&["import", &table]);
     assert_eq!(shown.code, 0, "{}", shown.err);
-    for words in ["decimal commas", "'Messwert'", "left out", "nothing is written"] {
+    for words in [
+        "decimal commas",
+        "'Messwert'",
+        "left out",
+        "nothing is written",
+    ] {
         assert!(shown.out.contains(words), "{words}: {}", shown.out);
     }
     let column = ["--column", "z=Messwert:nm:-1"];
@@ -22,7 +27,13 @@ fn a_table_is_shown_then_written_and_compared() {
     assert_eq!(json(&words)["rows"], 4);
     let compared = json(&["compare", "reconciled", &made]);
     // 26, 90 and 160 um at 1, 2 and 3 V, which is about where that preset is.
-    assert!(compared["rms"].as_f64().expect("an error") < 20.0, "{compared}");
+    assert!(
+        compared["rms"].as_f64().expect("an error") < 20.0,
+        "{compared}"
+    );
     refuses(&words, "already exists");
-    refuses(&["import", &table, "--column", "z=Höhe"], "no column 'Höhe'");
+    refuses(
+        &["import", &table, "--column", "z=Höhe"],
+        "no column 'Höhe'",
+    );
 }

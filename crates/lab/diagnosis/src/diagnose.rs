@@ -234,10 +234,10 @@ fn candidates(
         .filter(|effect| !is_present(effect))
         .cloned()
         .map(|effect| {
-            let forms = forms(&effect).into_iter().map(suited);
+            let forms = forms(effect).into_iter().map(suited);
             let directions = forms.flat_map(|form| at.directions(&form, space));
             let directions = directions.collect();
-            Candidate::new(suited(effect), directions)
+            Candidate::new(suited(effect.clone()), directions)
         })
         .collect()
 }

@@ -89,7 +89,7 @@ fn samples_of_a_step_are_one_reading_with_the_spread_of_their_mean() {
     let sample = |row: usize| {
         let volts = row / 16;
         // A spread of 0.1 um: half of the samples above, half below.
-        let z = 10.0 * volts as f64 + if row % 2 == 0 { 0.1 } else { -0.1 };
+        let z = 10.0 * volts as f64 + if row.is_multiple_of(2) { 0.1 } else { -0.1 };
         format!("{},{volts},{z}\n", 0.1 * row as f64)
     };
     let text: String = (0..64).map(sample).collect();

@@ -6,7 +6,7 @@ use diagnosis::{Diagnosis, NullEnsemble, Ranked, Verdict, add, diagnose};
 use identification::fit::{Fitted, fit, fit_parameters, free_parameters};
 use identification::prediction::{jacobian, predict, white_noise};
 use identification::{Dataset, fit_and_report};
-use mirror_model::effect::{Active, find};
+use mirror_model::effect::{Active, find, forms};
 use mirror_model::{Model, Preset};
 use std::error::Error;
 use std::fmt::{self, Write as _};
@@ -203,7 +203,11 @@ impl Alone {
     fn size(&self, found: &Ranked, effect: Effect) -> Result<Size, Box<dyn Error>> {
         let plan = &self.without;
         let mut model = self.fitted.model.clone();
-        let mut active = Active::usual(listed(effect));
+        let mut forms = forms(&listed(effect));
+        if let Some(found) = &found.form {
+            forms.retain(|form| form.form() == found.name);
+        }
+        let mut active = Active::usual(forms.swap_remove(0));
         let parameters = active.effect.info().parameters.clone();
         for (value, parameter) in active.values.iter_mut().zip(parameters.iter()) {
             *value = found.parameters[parameter.symbol.as_ref()].value;

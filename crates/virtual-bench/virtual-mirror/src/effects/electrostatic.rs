@@ -3,7 +3,7 @@
 use super::catalogue::{Effect, Effects};
 use crate::per_actuator::PerActuator;
 
-/// The pull of a parallel plate on springs, to first order in what it moves.
+/// The pull on beams on springs, to first order in what it moves.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Electrostatic {
     /// Displacement that one volt squared makes where the gap is open (m/V2).
@@ -13,6 +13,8 @@ pub(crate) struct Electrostatic {
 impl Electrostatic {
     /// Height of the open gap (m), as for the heat that crosses it.
     const OPEN: f64 = 300e-6;
+    /// The power of the gap that the force falls with: 2 between plates, 1 and less around a wire.
+    const FRINGED: f64 = 1.6;
 
     pub(crate) fn new(effects: &Effects) -> Option<Self> {
         effects
@@ -22,9 +24,10 @@ impl Electrostatic {
             })
     }
 
-    /// How far the plate is pulled down (m) with its piston at `piston` (m): the force goes as (V / gap)^2.
+    /// How far the plate is pulled down (m) with its piston at `piston` (m): between narrow beams and a wide substrate the
+    /// force falls with the gap more slowly than between plates, since the field fringes.
     pub(crate) fn pull(&self, volts: PerActuator, piston: f64) -> f64 {
         let closed = (piston / Self::OPEN).clamp(-0.5, 0.7);
-        0.25 * (volts * volts).sum() * self.compliance / (1.0 - closed).powi(2)
+        0.25 * (volts * volts).sum() * self.compliance / (1.0 - closed).powf(Self::FRINGED)
     }
 }
