@@ -8,6 +8,7 @@
 
 use cortex_m_rt::exception;
 use embassy_stm32::flash::{self, Blocking, Flash};
+use embassy_stm32::pac::iwdg::vals::Key;
 use embassy_stm32::peripherals::FLASH;
 use embassy_stm32::{Peri, pac};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
@@ -56,6 +57,9 @@ impl NorFlash for BoardFlash {
     }
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), flash::Error> {
+        // A store that passes over worn slots takes longer than the watchdog waits, and nothing else of the link runs
+        // meanwhile. Each page is progress, and there are 24.
+        pac::IWDG.kr().write(|w| w.set_key(Key::RESET));
         self.0.blocking_erase(START + from, START + to)
     }
 }

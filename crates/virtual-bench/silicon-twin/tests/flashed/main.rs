@@ -5,3 +5,4 @@ mod common;
 mod fuzz;
 mod power_cuts;
 mod timing;
+mod worn;

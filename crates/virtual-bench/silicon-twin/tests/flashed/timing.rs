@@ -11,6 +11,8 @@ use crate::common;
 
 /// A tick is 100 us; 30 % of it are to be left.
 const LATEST_US: f64 = 70.0;
+/// After another calibration has been taken over, with all channels off, the protection computes it a knot a tick.
+const LATEST_AFTER_EXCHANGE_US: f64 = 75.0;
 const CYCLES_PER_US: f64 = 170.0;
 
 fn us(cycles: u64) -> f64 {
@@ -30,6 +32,9 @@ fn drive(tool: &mut Tool, volt: f32) {
     let driven = tool.ask::<SetDriveEndpoint>(&drives).expect("an answer");
     driven.expect("it is driven");
 }
+
+/// How the name of the load begins that exchanges the calibration.
+const EXCHANGES: &str = "a calibration kept";
 
 /// What goes on beside the control loop, and its name.
 type Load = (&'static str, fn(&mut Tool));
@@ -72,7 +77,6 @@ const LOADS: &[Load] = &[
 #[test]
 fn a_tick_has_time_to_spare_whatever_goes_on() {
     let mut tool = common::greeted();
-    let mut latest_us: f64 = 0.0;
     println!(
         "| beside the control loop, us | its longest run | drives written after its update | end after it | \
          conversions' interrupt late by | interrupts masked | in |"
@@ -98,9 +102,12 @@ fn a_tick_has_time_to_spare_whatever_goes_on() {
             tool.twin.image().function(masked_at)
         );
         assert_eq!(interrupted_by, None, "{name}");
-        latest_us = latest_us.max(us(written));
+        let latest_us = match name.starts_with(EXCHANGES) {
+            true => LATEST_AFTER_EXCHANGE_US,
+            false => LATEST_US,
+        };
+        assert!(us(written) < latest_us, "{name}: {} us", us(written));
     }
     let health = status(&mut tool).health;
     assert_eq!((health.missed_ticks, health.late_ticks), (0, 0));
-    assert!(latest_us < LATEST_US, "{latest_us} us");
 }
