@@ -232,7 +232,6 @@ fn candidates(
     effects
         .iter()
         .filter(|effect| !is_present(effect))
-        .cloned()
         .map(|effect| {
             let forms = forms(effect).into_iter().map(suited);
             let directions = forms.flat_map(|form| at.directions(&form, space));
