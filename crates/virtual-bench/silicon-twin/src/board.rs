@@ -75,6 +75,8 @@ pub struct Board {
     /// Integral of the square of each stage's voltage since the mirror's last step (V^2 s), and how long that is.
     heat: [f64; 4],
     heated_s: f64,
+    /// Integral of what each stage is told in that time (V s).
+    told: [f64; 4],
     steps: u64,
     controls: Controls,
     /// What is broken, and for how many steps it has been.
@@ -105,6 +107,7 @@ impl Board {
             at: 0,
             heat: [0.0; 4],
             heated_s: 0.0,
+            told: [0.0; 4],
             steps: 0,
             controls: Controls::default(),
             fault: None,
@@ -164,8 +167,10 @@ impl Board {
         let heated_s = self.heated_s.max(f64::MIN_POSITIVE);
         let effective_v = self.heat.map(|heat| (heat / heated_s).sqrt());
         let hottest_k = self.load.advance(effective_v, 1);
-        self.controls.observe(self.drive_v(), hottest_k);
-        (self.heat, self.heated_s) = ([0.0; 4], 0.0);
+        // Its mean: the PWM leaves a ripple.
+        self.controls
+            .observe(self.told.map(|told| told / heated_s), hottest_k);
+        (self.heat, self.told, self.heated_s) = ([0.0; 4], [0.0; 4], 0.0);
         let (fault, age) = self.controls.fault_of_this_tick();
         self.fault = fault.map(|fault| (fault, age));
         if self.fault == Some((PlantFault::Vacuum, 0)) {
@@ -219,6 +224,10 @@ impl Board {
         let after_v = self.heated_v();
         for ((heat, before_v), after_v) in self.heat.iter_mut().zip(before_v).zip(after_v) {
             *heat += 0.5 * (before_v * before_v + after_v * after_v) * seconds;
+        }
+        let drive_v = self.drive_v();
+        for (told, drive_v) in self.told.iter_mut().zip(drive_v) {
+            *told += drive_v * seconds;
         }
         self.heated_s += seconds;
         self.at = end;
