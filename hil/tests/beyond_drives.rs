@@ -159,6 +159,9 @@ fn begin(bench: &Bench, words: &[&str]) -> Said {
     said
 }
 
+/// 128 and the signal's number.
+const BY_INTERRUPT: i32 = 130;
+
 /// The first of each kind of measurement, and where `MIRROR_FULL` asks for it every one, and a session as a whole.
 #[test]
 fn every_measurement_that_may_be_proposed_runs_on_a_board() {
@@ -173,14 +176,14 @@ fn every_measurement_that_may_be_proposed_runs_on_a_board() {
         let words = short(&command, number);
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
         let file = words[1 + words.iter().position(|word| *word == "-o").expect("a name")];
-        let said = if command.contains("measure session") && !is_full() {
+        let (said, code) = if command.contains("measure session") && !is_full() {
             // A board whose driven ticks nobody has counted yet.
             bench = Bench::emulated(MirrorConfig::bench());
-            begin(&bench, &words)
+            (begin(&bench, &words), BY_INTERRUPT)
         } else {
-            with_a_stage(&mut bench, &words)
+            (with_a_stage(&mut bench, &words), 0)
         };
-        assert_eq!(said.code, 0, "{command}: {}", said.err);
+        assert_eq!(said.code, code, "{command}: {}", said.err);
         // A session is a folder.
         let session = Session::load(&[bench.directory().join(file)]);
         for (name, file) in session.expect("it is read again").files {
