@@ -162,8 +162,7 @@ fn a_recording_says_that_the_board_was_stopped() {
     };
     let (bench, said) = record_while(stop);
     assert_eq!(said.code, 130, "{}", said.err);
-    let line = said.out.lines().next().expect("what was recorded");
-    let recorded: Value = serde_json::from_str(line).expect("JSON");
+    let recorded: Value = serde_json::from_str(&said.out).expect("JSON");
     assert_eq!(recorded["stopped"], true);
     let file = bench.measured("r.csv");
     let driven = |row: &Row| row.voltage_v != [0.0; 4];

@@ -1,4 +1,4 @@
-//! A failure as JSON: a line on standard output, after what the command had to say, where it did.
+//! A failure as JSON, on standard output where the command has printed no report.
 
 use miette::Diagnostic;
 use serde::Serialize;

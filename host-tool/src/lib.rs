@@ -34,7 +34,7 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             let exit_code = error.exit_code();
-            if json {
+            if json && !report::has_report() {
                 report::write(&failure::line(&error));
             }
             eprintln!("{:?}", miette::Report::new(error));

@@ -2,12 +2,22 @@
 
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 pub(crate) use experiment_player::decimal;
 use serde::Serialize;
 
+/// A report has been printed: standard output holds one value, whatever comes after.
+static HAS_REPORT: AtomicBool = AtomicBool::new(false);
+
+/// Whether the command has printed its report.
+pub(crate) fn has_report() -> bool {
+    HAS_REPORT.load(Ordering::Relaxed)
+}
+
 /// Prints `report` in the form that was asked for.
 pub(crate) fn print(report: &(impl Serialize + Display), json: bool) {
+    HAS_REPORT.store(true, Ordering::Relaxed);
     if json {
         let line = serde_json::to_string(report).expect("reports hold only numbers and text");
         write(&(line + "\n"));
