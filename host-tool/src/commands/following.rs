@@ -101,6 +101,8 @@ mod tests {
     use proptest::prelude::*;
 
     const TICK_S: f64 = 1e-4;
+    /// A hundred a cycle.
+    const ROWS: u32 = 300;
 
     /// A sine of 50 um about 100 um, as a mirror follows it.
     fn followed(
@@ -112,9 +114,9 @@ mod tests {
             amplitude: 50.0,
             frequency_hz,
         });
-        let rows: Vec<Row> = (0..2000)
+        let rows: Vec<Row> = (0..ROWS)
             .map(|index| {
-                let t_s = f64::from(index) * 3.0 / frequency_hz / 2000.0;
+                let t_s = f64::from(index) * 3.0 / frequency_hz / f64::from(ROWS);
                 Row {
                     t_s,
                     z_um: z_um(&signal, t_s - 0.5 * TICK_S),
