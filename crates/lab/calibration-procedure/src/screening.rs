@@ -9,6 +9,8 @@ use crate::bench::{Bench, Part};
 
 /// Readings on each side that one is held against (Hampel's identifier).
 const NEIGHBOURS: usize = 3;
+/// With the reading itself.
+const AROUND: usize = 2 * NEIGHBOURS + 1;
 /// Of the neighbours' scatter (Hampel, J. Am. Stat. Assoc. 69 (1974) 383: three are usual). Twice as much, for a mirror that
 /// rings is no outlier.
 const SCATTERS: f64 = 6.0;
@@ -150,16 +152,17 @@ fn outlying(rows: &[Row], scatter_um: f64) -> Vec<usize> {
         .enumerate()
         .filter_map(|(index, row)| Some((index, row.z_um?)))
         .collect();
-    let is_outlying = |around: &&[(usize, f64)]| {
-        let z_um = around[NEIGHBOURS].1;
+    let is_outlying = |place: &usize| {
+        // At the ends of the file the neighbours are on one side.
+        let first = place.saturating_sub(NEIGHBOURS);
+        let first = first.min(read.len().saturating_sub(AROUND));
+        let around = &read[first..(first + AROUND).min(read.len())];
         let median_um = median(around.iter().map(|(_, um)| *um));
         let deviation_um = median(around.iter().map(|(_, um)| (um - median_um).abs()));
-        (z_um - median_um).abs() > SCATTERS * scatter_um.max(NORMAL * deviation_um)
+        (read[*place].1 - median_um).abs() > SCATTERS * scatter_um.max(NORMAL * deviation_um)
     };
-    read.windows(2 * NEIGHBOURS + 1)
-        .filter(is_outlying)
-        .map(|around| around[NEIGHBOURS].0)
-        .collect()
+    let places = (0..read.len()).filter(is_outlying);
+    places.map(|place| read[place].0).collect()
 }
 
 /// Rows of readings that stay at the file's lowest or highest while the drive does not.
@@ -242,10 +245,17 @@ mod tests {
             125 => Some(um + 1.0),
             500 => Some(um - 40.0),
             501 => Some(um + 40.0),
+            // At the ends, and beside them.
+            0 | 999 => Some(um + 40.0),
+            2 => Some(um - 40.0),
             _ => Some(um),
         });
-        assert_eq!(screen(&mut file, EVENLY), counts(4, 3, 0));
-        assert!([125, 500, 501].iter().all(|&i| file.rows[i].z_um.is_none()));
+        assert_eq!(screen(&mut file, EVENLY), counts(4, 6, 0));
+        assert!(
+            [0, 2, 125, 500, 501, 999]
+                .iter()
+                .all(|&i| file.rows[i].z_um.is_none())
+        );
     }
 
     #[test]
