@@ -1,14 +1,16 @@
 //! The stop: a second way to the board, which no process can keep from another. On USB a request on endpoint 0, for which
 //! no interface is claimed; at an emulated board a byte into a FIFO.
 
-use std::io;
+use std::fs::File;
+use std::io::{self, Read};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
-use std::process;
 use std::time::Duration;
 
 use board_sockets::stop_fifos;
 use mirror_protocol::usb::STOP_REQUEST;
 use nusb::transfer::{ControlIn, ControlOut, ControlType, Recipient};
+use rustix::fs::OFlags;
 use tokio::io::AsyncReadExt;
 use tokio::net::unix::pipe;
 use tokio::time::timeout;
@@ -17,6 +19,8 @@ use super::find::{Found, Place, is_driver_board};
 use super::link::{ANSWER_TIMEOUT, no_answer};
 use crate::error::ToolError;
 
+/// What a stop is, of a board that takes any byte for one.
+const STOP: u8 = 0x18;
 /// A board answers within a tick; after this long another tool has taken the answer, and the board is told again.
 const REPEAT: Duration = Duration::from_millis(100);
 
@@ -67,33 +71,47 @@ async fn by_usb(serial: &str) -> io::Result<()> {
     Ok(())
 }
 
+/// An answer may be another tool's, which asked at the same time: it tells as well that the board has stopped, and what was
+/// written here stops it again within a tick.
 async fn by_fifo(socket: &Path) -> io::Result<()> {
     let [to_board, from_board] = stop_fifos(socket);
-    let mut answers = pipe::OpenOptions::new().open_receiver(from_board)?;
+    let mut answers = pipe::Receiver::from_file(emptied(&from_board)?)?;
     let stops = pipe::OpenOptions::new().open_sender(to_board)?;
-    // The board answers with the byte that it was sent, so the answers to other tools are told apart.
-    let mark = process::id() as u8;
     loop {
-        match stops.try_write(&[mark]) {
+        match stops.try_write(&[STOP]) {
             // So many stops wait that there is no room for one more.
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
             written => drop(written?),
         }
-        if let Ok(answered) = timeout(REPEAT, wait_for(&mut answers, mark)).await {
-            return answered;
+        if let Ok(answer) = timeout(REPEAT, answers.read_u8()).await {
+            return answer.map(drop);
         }
     }
 }
 
-async fn wait_for(answers: &mut pipe::Receiver, mark: u8) -> io::Result<()> {
-    while answers.read_u8().await? != mark {}
-    Ok(())
+/// The FIFO of answers, without those that nobody waited for any more.
+fn emptied(from_board: &Path) -> io::Result<File> {
+    let nonblocking = OFlags::NONBLOCK.bits() as i32;
+    let mut options = File::options();
+    let mut answers = options
+        .read(true)
+        .custom_flags(nonblocking)
+        .open(from_board)?;
+    let mut old = [0; 64];
+    loop {
+        match answers.read(&mut old) {
+            Ok(1..) => {}
+            Ok(0) => return Ok(answers),
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => return Ok(answers),
+            Err(error) => return Err(error),
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::fs::{self, File};
-    use std::io::{Read, Write};
+    use std::fs;
+    use std::io::Write;
     use std::path::PathBuf;
     use std::thread;
 
@@ -118,20 +136,17 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn answers_to_others_are_not_taken_for_ones_own() {
+    async fn an_old_answer_is_none_and_a_board_that_gives_none_is_told_again() {
         let directory = tempfile::tempdir().expect("a directory");
         let (found, mut to_board, mut from_board) = fifos(&directory);
-        let mark = process::id() as u8;
         // Left behind by a tool that was killed.
-        from_board
-            .write_all(&[mark.wrapping_add(1); 3])
-            .expect("room");
+        from_board.write_all(&[STOP; 100]).expect("room");
         let board = thread::spawn(move || {
             let mut byte = [0];
             // The answer to the first is taken by somebody else; the tool tells the board again.
             for _ in 0..2 {
                 to_board.read_exact(&mut byte).expect("a stop");
-                assert_eq!(byte, [mark]);
+                assert_eq!(byte, [STOP]);
             }
             from_board.write_all(&byte).expect("room");
             from_board
