@@ -10,6 +10,7 @@ mod possible;
 pub(crate) mod readings;
 pub(super) mod reference;
 mod report;
+mod rest;
 pub(crate) mod run;
 pub(crate) mod sensor;
 mod serial;

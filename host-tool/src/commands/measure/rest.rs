@@ -1,0 +1,117 @@
+//! What a sensor reads of a mirror at rest: its zero, and its noise.
+
+use measurement::{MeasurementFile, Row};
+
+/// From the median of a normal distribution's absolute values to its standard deviation.
+const NORMAL: f64 = 1.4826;
+
+/// Where a sensor stands while the mirror is at rest.
+#[derive(Debug, Default)]
+pub(super) struct Zero {
+    pub(super) um: Option<f64>,
+    /// The experiment has driven the mirror: where it drives nothing later on, the mirror is on its way to rest.
+    is_driven: bool,
+}
+
+impl Zero {
+    /// An experiment begins, which may have driven the mirror before its first row.
+    pub(super) fn begin(&mut self, is_driven: bool) {
+        self.is_driven = is_driven;
+    }
+
+    /// Looks at the next row of an experiment.
+    pub(super) fn look_at(&mut self, row: &Row) {
+        self.is_driven |= row.voltage_v != [0.0; 4];
+        if !self.is_driven {
+            self.um = self.um.or(row.z_um);
+        }
+    }
+
+    /// Moves displacements to it; before there was one, they stay as they came.
+    pub(super) fn count_from(&self, file: &mut MeasurementFile) {
+        let Some(zero_um) = self.um else { return };
+        for z_um in file.rows.iter_mut().filter_map(|row| row.z_um.as_mut()) {
+            *z_um -= zero_um;
+        }
+    }
+}
+
+/// The scatter of readings at rest, one standard deviation, from the median of what one differs from the one before: the
+/// mirror may still move, and a reading may stand alone. The root mean square, where most do not differ at all.
+pub(super) fn noise_um(readings: &[f64]) -> Option<f64> {
+    let mut apart: Vec<f64> = readings
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0]).abs() / std::f64::consts::SQRT_2)
+        .collect();
+    apart.sort_by(f64::total_cmp);
+    let median = *apart.get(apart.len() / 2)?;
+    let mean_square = apart.iter().map(|um| um * um).sum::<f64>() / apart.len() as f64;
+    Some(match median > 0.0 {
+        true => NORMAL * median,
+        false => mean_square.sqrt(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(drives: &[f64]) -> MeasurementFile {
+        MeasurementFile {
+            rows: drives
+                .iter()
+                .map(|&volts| Row {
+                    voltage_v: [volts; 4],
+                    z_um: Some(5.0 + volts),
+                    ..Row::default()
+                })
+                .collect(),
+            ..MeasurementFile::default()
+        }
+    }
+
+    /// Displacements of experiments of one session.
+    fn counted(drives: &[&[f64]]) -> Vec<Vec<f64>> {
+        let mut zero = Zero::default();
+        drives
+            .iter()
+            .map(|drives| {
+                let mut file = file(drives);
+                zero.begin(false);
+                file.rows.iter().for_each(|row| zero.look_at(row));
+                zero.count_from(&mut file);
+                file.rows.iter().filter_map(|row| row.z_um).collect()
+            })
+            .collect()
+    }
+
+    #[test]
+    fn displacements_count_from_the_session_s_first_one_at_rest() {
+        let z_um = counted(&[&[1.0], &[0.0, 1.0, 2.0], &[3.0]]);
+        assert_eq!(z_um, [vec![6.0], vec![0.0, 1.0, 2.0], vec![3.0]]);
+    }
+
+    #[test]
+    fn no_drive_in_mid_experiment_is_no_rest() {
+        let z_um = counted(&[&[2.0, 0.0, 2.0], &[1.0]]);
+        assert_eq!(z_um, [vec![7.0, 5.0, 7.0], vec![6.0]]);
+    }
+
+    #[test]
+    fn noise_is_that_of_most_readings() {
+        assert_eq!(noise_um(&[]), None);
+        assert_eq!(noise_um(&[1.0]), None);
+        // A sensor of 20 nm, as an even spread from -1.7 to 1.7 of it in the order of a prime's multiples.
+        let mut readings: Vec<f64> = (0..101)
+            .map(|index| 0.02 * 1.732 * (f64::from(index * 37 % 101) / 50.0 - 1.0))
+            .collect();
+        let is_20_nm = |noise: Option<f64>| (noise.expect("read") / 0.02 - 1.0).abs() < 0.5;
+        assert!(is_20_nm(noise_um(&readings)), "{:?}", noise_um(&readings));
+        readings[50] += 40.0;
+        assert!(is_20_nm(noise_um(&readings)), "{:?}", noise_um(&readings));
+        // A last digit that hardly ever changes.
+        let mut quiet = vec![0.0; 100];
+        quiet[40] = 1e-3;
+        assert!(noise_um(&quiet).expect("read") > 1e-4);
+    }
+}
