@@ -2,7 +2,7 @@
 //! end of the sensor's range.
 
 use experiments::{Experiment, Reading};
-use measurement::{MeasurementFile, Row};
+use measurement::{MeasurementFile, Row, median};
 use serde::Serialize;
 
 use crate::bench::{Bench, Part};
@@ -157,8 +157,13 @@ fn outlying(rows: &[Row], scatter_um: f64) -> Vec<usize> {
         let first = place.saturating_sub(NEIGHBOURS);
         let first = first.min(read.len().saturating_sub(AROUND));
         let around = &read[first..(first + AROUND).min(read.len())];
-        let median_um = median(around.iter().map(|(_, um)| *um));
-        let deviation_um = median(around.iter().map(|(_, um)| (um - median_um).abs()));
+        let median_um = median(around.iter().map(|(_, um)| *um).collect());
+        let deviation_um = median(
+            around
+                .iter()
+                .map(|(_, um)| (um - median_um).abs())
+                .collect(),
+        );
         (read[*place].1 - median_um).abs() > SCATTERS * scatter_um.max(NORMAL * deviation_um)
     };
     let places = (0..read.len()).filter(is_outlying);
@@ -186,13 +191,6 @@ fn clipped(rows: &[Row]) -> Vec<usize> {
         }
     }
     clipped
-}
-
-/// The median of some numbers, the upper one of two in the middle.
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut sorted: Vec<f64> = values.collect();
-    sorted.sort_by(f64::total_cmp);
-    sorted[sorted.len() / 2]
 }
 
 #[cfg(test)]

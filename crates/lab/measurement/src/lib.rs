@@ -31,6 +31,6 @@ pub use file::{ACTUATORS, MeasurementFile, Row};
 pub use keys::Keys;
 pub use parse::MOST_ROWS;
 pub use plane::Plane;
-pub use plausibility::Device;
+pub use plausibility::{Device, median};
 pub use session::Session;
 pub use write::Writer;

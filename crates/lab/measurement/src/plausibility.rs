@@ -227,7 +227,11 @@ fn saturation(file: &MeasurementFile) -> Option<Finding> {
     Some((run[0].0, Column::Displacement, complaint))
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+/// The median of some numbers, the upper one of two in the middle.
+///
+/// # Panics
+/// Where there are none.
+pub fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]
 }
