@@ -269,15 +269,23 @@ impl Drop for EmulatedBoard {
     }
 }
 
-/// A new directory that nobody else can look into, whatever the umask; it goes when it is dropped.
+/// Where Linux keeps files in memory. A board's time stands still while it writes its flash, and a disk that is busy with
+/// something else would keep it from answering for a minute.
+const IN_MEMORY: &str = "/dev/shm";
+
+/// A new directory that nobody else can look into, whatever the umask; it goes when it is dropped. In memory, where the
+/// system has such a place.
 ///
 /// # Errors
 /// Where the system makes none.
 pub fn private_directory() -> io::Result<TempDir> {
-    tempfile::Builder::new()
-        .prefix("emulated-board-")
-        .permissions(Permissions::from_mode(0o700))
-        .tempdir()
+    let make_in = |folder: &Path| {
+        tempfile::Builder::new()
+            .prefix("emulated-board-")
+            .permissions(Permissions::from_mode(0o700))
+            .tempdir_in(folder)
+    };
+    make_in(Path::new(IN_MEMORY)).or_else(|_| make_in(&std::env::temp_dir()))
 }
 
 /// The path of a socket that nobody uses, for a board of this name; one that was left behind is removed.
