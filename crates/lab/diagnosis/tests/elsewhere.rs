@@ -251,6 +251,7 @@ fn a_lamp_radiates_whatever_the_order_of_its_readings_and_whatever_is_added_to_t
 }
 
 #[test]
+#[ignore = "long"]
 fn raw_samples_of_a_lamp_and_two_sweeps_of_it_are_a_session() {
     let lamp = Heater::lamp(1.3, 20.0);
     let known = model(1.3, 0.0041, "");
@@ -264,6 +265,7 @@ fn raw_samples_of_a_lamp_and_two_sweeps_of_it_are_a_session() {
 }
 
 #[test]
+#[ignore = "long"]
 fn an_actuator_on_silicon_is_no_radiator() {
     let heater = Heater::on_silicon();
     let rows: Vec<String> = up(16.0, 33)

@@ -35,6 +35,7 @@ fn nothing_is_missing_in_a_mirror_that_lacks_nothing() {
 }
 
 #[test]
+#[ignore = "long"]
 fn softening_is_found_added_and_gone() {
     let plan = plan(Family::E, Some(Effect::Softening));
     let paper = Model::from(Preset::Paper);
