@@ -7,10 +7,10 @@
 
 use core::hint::black_box;
 
-use control_core::calibration::{Heat, Lag, Memory, Parts, Path, Play};
+use control_core::calibration::{Heat, Lag, Memory, Parts, Path, Plate, Play};
 use control_core::{
-    AdcCode, Ampere, CHANNELS, Calibration, Controller, CurrentSense, Micrometre, PwmCode, Second,
-    SenseCalibration, Setpoint, SupplyCode, Volt,
+    AdcCode, Ampere, CHANNELS, Calibration, Controller, CurrentSense, Micrometre, Pose, PwmCode,
+    Radian, Second, SenseCalibration, Setpoint, SupplyCode, Volt,
 };
 use cortex_m::Peripherals;
 use cortex_m::peripheral::SYST;
@@ -51,14 +51,26 @@ fn main() -> ! {
     // From one end to the other for ever, so that it is always on its way.
     let mut way = (0_u32..).map(|tick| [20.0, 120.0][(tick / 64) as usize % 2]);
     report("control core: one step on the way, everything on", || {
-        let z = Setpoint::Position(Micrometre(way.next().unwrap_or_default()));
+        let z = Setpoint::position(Micrometre(way.next().unwrap_or_default()));
         black_box(controller.step(black_box(z), black_box(applied), black_box(currents)));
     });
-    let z = Setpoint::Position(Micrometre(120.0));
+    let z = Setpoint::position(Micrometre(120.0));
     report(
         "control core: one step at a position, everything on",
         || {
             black_box(controller.step(black_box(z), black_box(applied), black_box(currents)));
+        },
+    );
+    // Two actuators are at rest, and the other two warped to where the plate is level still: the dearest of poses.
+    let pose = Setpoint::Track(Pose {
+        z: Micrometre(20.0),
+        tilt_x: Radian(0.06),
+        tilt_y: Radian(0.0),
+    });
+    report(
+        "control core: one step along poses that need a warp, everything on",
+        || {
+            black_box(controller.step(black_box(pose), black_box(applied), black_box(currents)));
         },
     );
     let drive = Setpoint::Drive([Volt(2.742); CHANNELS]);
@@ -131,6 +143,7 @@ fn everything_on(factory: Calibration) -> Calibration {
                 lag(2e-3, 25.0),
             ],
         },
+        plate: Plate::cross(Micrometre(480.0)),
         path: Path {
             move_time: Second(6e-3),
         },

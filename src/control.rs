@@ -6,7 +6,7 @@ use control_core::{
     CHANNELS, Controller, CurrentSense, Limit, Limits, Micrometre, PwmCode, SenseCalibration,
     Setpoint, SupplyCode, Volt,
 };
-use mirror_protocol::{ChannelState, Commanded, Health, LEASE_FOREVER_MS, Telemetry};
+use mirror_protocol::{ChannelState, Commanded, Health, LEASE_FOREVER_MS, Pose, Telemetry};
 use protection::{Denied, Fault, Lease, Protection, Reading};
 use waveforms::{Player, Quantity, Sampler, Shape, Stream, Waveform};
 
@@ -204,6 +204,7 @@ impl Control {
                 .states(step.drives, step.limits)
                 .map(wire_state),
             sensor_z_um: sensed.sensor_z.map(|z| z.0),
+            pose: wire_pose(&self.controller),
         };
         Decided {
             codes,
@@ -363,6 +364,16 @@ impl Control {
     }
 }
 
+fn wire_pose(controller: &Controller<'_>) -> Pose {
+    let pose = controller.pose();
+    Pose {
+        z_um: pose.z.0,
+        tilt_rad: controller
+            .knows_tilts()
+            .then_some([pose.tilt_x.0, pose.tilt_y.0]),
+    }
+}
+
 fn wire_state(state: protection::ChannelState) -> ChannelState {
     match state {
         protection::ChannelState::Off => ChannelState::Off,
@@ -383,8 +394,8 @@ fn lease_ms(lease: Lease) -> u32 {
 fn setpoint(waveform: &Waveform, value: f32) -> Setpoint {
     match (waveform.quantity, waveform.shape) {
         // Steps need a path, anything else is one.
-        (Quantity::Position, Shape::Steps(_)) => Setpoint::Position(Micrometre(value)),
-        (Quantity::Position, _) => Setpoint::Track(Micrometre(value)),
+        (Quantity::Position, Shape::Steps(_)) => Setpoint::position(Micrometre(value)),
+        (Quantity::Position, _) => Setpoint::track(Micrometre(value)),
         (Quantity::Drive { active, others_v }, _) => {
             Setpoint::Drive(active.map(|is_active| Volt(if is_active { value } else { others_v })))
         }

@@ -5,7 +5,7 @@
 //! stored, and behind it the sense's if that was ever calibrated.
 
 use calibration_store::{Loaded, Store};
-use control_core::calibration::BYTES;
+use control_core::calibration::{BYTES, record_bytes};
 use control_core::{Calibration, SenseCalibration};
 use mirror_protocol::{Kept, Sense, SenseInfo};
 use protection::Fault;
@@ -74,7 +74,7 @@ impl Keeper {
     /// Stores the calibration that lies in its form as bytes at the start of `record`. All channels should be
     /// off: on some boards this takes milliseconds.
     pub fn keep(&mut self, record: &mut Record) {
-        self.kept = self.store(record, BYTES);
+        self.kept = self.store(record, record_bytes(record));
     }
 
     /// Puts `sense` to use and stores it beside the calibration that is stored. `buffer` is overwritten. All channels
@@ -162,6 +162,6 @@ fn calibration_bytes(record: &[u8]) -> usize {
     if record.len() == SenseCalibration::BYTES {
         0
     } else {
-        record.len().min(BYTES)
+        record.len().min(record_bytes(record))
     }
 }

@@ -30,7 +30,7 @@ mod tests {
         let mut calibration = factory::calibration();
         let mut controller = Controller::new(&mut calibration);
         for (z_um, model_v, um_per_v) in REFERENCE {
-            let setpoint = Setpoint::Track(Micrometre(z_um));
+            let setpoint = Setpoint::track(Micrometre(z_um));
             let mut tick =
                 || *controller.step(setpoint, [Volt(0.0); CHANNELS], [Ampere(0.0); CHANNELS]);
             // The first tick takes the mirror there, the second one holds it.
@@ -47,11 +47,11 @@ mod tests {
     #[test]
     fn positions_out_of_range_are_limited_by_name() {
         let top = factory::calibration().max_position();
-        let beyond = step(Setpoint::Position(Micrometre(top.0 + 1.0)));
+        let beyond = step(Setpoint::position(Micrometre(top.0 + 1.0)));
         assert!(beyond.limits.contains(Limit::PositionHigh));
-        assert_eq!(beyond.drives, step(Setpoint::Position(top)).drives);
+        assert_eq!(beyond.drives, step(Setpoint::position(top)).drives);
         assert!(
-            step(Setpoint::Position(Micrometre(-1.0)))
+            step(Setpoint::position(Micrometre(-1.0)))
                 .limits
                 .contains(Limit::PositionLow)
         );
@@ -68,7 +68,7 @@ mod tests {
             f32::from_bits(bits)
         };
         for _ in 0..20_000 {
-            let z = Setpoint::Position(Micrometre(next()));
+            let z = Setpoint::position(Micrometre(next()));
             let drives = Setpoint::Drive([next(), next(), next(), next()].map(Volt));
             for setpoint in [z, drives] {
                 let step = controller.step(

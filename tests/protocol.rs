@@ -19,8 +19,8 @@ mod tests {
     use mirror_firmware::mailbox::{self, Failure, LinkSide, Order, QUEUED_SAMPLES};
     use mirror_protocol::{
         ChannelState, CommandReply, Commanded, Drives, Health, Hello, LEASE_FOREVER_MS,
-        MAX_FRAME_BYTES, OptionBytes, Position, Refusal, Renewal, Sentence, Status, StatusReply,
-        Stream, Telemetry,
+        MAX_FRAME_BYTES, OptionBytes, Pose, Position, Refusal, Renewal, Sentence, Status,
+        StatusReply, Stream, Telemetry,
     };
     use protection::{Denied, Fault, Lease};
     use serde::{Serialize, de::DeserializeOwned};
@@ -51,6 +51,10 @@ mod tests {
                 ChannelState::Tripped(11),
             ],
             sensor_z_um: Some(119.97),
+            pose: Pose {
+                z_um: 120.0,
+                tilt_rad: Some([1e-3, -2e-3]),
+            },
         };
         comes_back(Hello {
             protocol_version: u16::MAX,
@@ -190,7 +194,7 @@ mod tests {
     #[test]
     async fn a_command_is_carried_out_once_the_heaters_are_checked_and_confirmed() {
         let (link, mut control) = control();
-        let order = Order::Drive(Setpoint::Track(Micrometre(100.0)), Lease::FOREVER);
+        let order = Order::Drive(Setpoint::track(Micrometre(100.0)), Lease::FOREVER);
         let (confirmed, codes) =
             carry_out((link, &mut control), order, START_TICKS + 15, sound).await;
         let confirmed = confirmed.expect("the heaters are sound");
@@ -200,7 +204,7 @@ mod tests {
         assert!((1.0..codes[0].drive().0).contains(&confirmed.drive_v[0]));
         assert_eq!(link.latest().states, [ChannelState::Driving; CHANNELS]);
         // From then on the next tick does it.
-        let order = Order::Drive(Setpoint::Track(Micrometre(50.0)), Lease::FOREVER);
+        let order = Order::Drive(Setpoint::track(Micrometre(50.0)), Lease::FOREVER);
         let (confirmed, lower) = carry_out((link, &mut control), order, 1, |_| sound(codes)).await;
         assert!(confirmed.is_ok() && lower[0].0 < codes[0].0, "{lower:?}");
     }

@@ -8,6 +8,7 @@ use control_core::calibration::Label;
 use experiment_player::PlayError;
 use mirror_protocol::{Flaw, PROTOCOL_VERSION, Refusal};
 
+use crate::commands::pose::TiltedPose;
 use crate::names::fault_name;
 use crate::quantity::{Frequency, Hold, Length, Span, Voltage};
 use crate::update::package::PackageError;
@@ -143,6 +144,24 @@ pub enum ToolError {
     #[error("{asked} is beyond the range of this board, 0 to {max}; nothing was moved")]
     #[diagnostic(help("ask for a position within the range"))]
     PositionOutOfRange { asked: Length, max: Length },
+
+    #[error("{asked} is out of reach of this mirror; nothing was moved")]
+    #[diagnostic(help(
+        "the nearest pose that can be reached is {nearest}; `host-tool range` shows all of them"
+    ))]
+    PoseOutOfReach {
+        asked: Box<TiltedPose>,
+        nearest: Box<TiltedPose>,
+    },
+
+    #[error(
+        "no tilt can be asked for: the calibration in use does not know the plate's levers; nothing was moved"
+    )]
+    #[diagnostic(help(
+        "write where the actuators act on the plate as `levers` into a calibration file, and `host-tool load-calibration` it; \
+         piston motion needs no levers: `host-tool set-z`"
+    ))]
+    LeversUnknown,
 
     #[error("{asked} is beyond what this board drives, 0 to {max}; nothing was changed")]
     #[diagnostic(help("ask for voltages within the limits"))]

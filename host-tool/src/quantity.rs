@@ -16,6 +16,14 @@ pub struct Length {
     pub um: f64,
 }
 
+/// A rotation of the plate.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize)]
+#[serde(transparent)]
+pub struct Angle {
+    /// In degrees.
+    pub deg: f64,
+}
+
 /// A voltage.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize)]
 #[serde(transparent)]
@@ -99,7 +107,7 @@ pub enum QuantityError {
 }
 
 /// A kind of quantity: its units, each with what to multiply and to divide by to come to the first.
-/// Both are whole, so that `10us` is exactly `1e-5 s`.
+/// Both are whole but for radians, so that `10us` is exactly `1e-5 s`.
 struct Kind {
     what: &'static str,
     example: &'static str,
@@ -116,6 +124,18 @@ const LENGTH: Kind = Kind {
         ("nm", 1.0, 1e3),
         ("mm", 1e3, 1.0),
         ("m", 1e6, 1.0),
+    ],
+};
+const ANGLE: Kind = Kind {
+    what: "a tilt",
+    example: "0.05deg",
+    units: &[
+        ("deg", 1.0, 1.0),
+        ("°", 1.0, 1.0),
+        ("mdeg", 1.0, 1e3),
+        ("mrad", 180.0, 1e3 * std::f64::consts::PI),
+        ("urad", 180.0, 1e6 * std::f64::consts::PI),
+        ("rad", 180.0, std::f64::consts::PI),
     ],
 };
 const VOLTAGE: Kind = Kind {
@@ -229,6 +249,14 @@ impl FromStr for Length {
     }
 }
 
+impl FromStr for Angle {
+    type Err = QuantityError;
+
+    fn from_str(text: &str) -> Result<Self, QuantityError> {
+        ANGLE.parse(text).map(|deg| Self { deg })
+    }
+}
+
 impl FromStr for Voltage {
     type Err = QuantityError;
 
@@ -311,6 +339,12 @@ impl fmt::Display for Length {
     }
 }
 
+impl fmt::Display for Angle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write_number(f, self.deg, "deg")
+    }
+}
+
 impl fmt::Display for Voltage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write_number(f, self.v, "V")
@@ -342,6 +376,17 @@ mod tests {
             let length: Length = text.parse().unwrap();
             assert!((length.um - 120.0).abs() < 1e-9, "{text}");
         }
+        for (text, deg) in [
+            ("0.05deg", 0.05),
+            ("-0.02 °", -0.02),
+            ("-20mdeg", -0.02),
+            ("1mrad", 1e-3_f64.to_degrees()),
+            ("5urad", 5e-6_f64.to_degrees()),
+        ] {
+            let angle: Angle = text.parse().unwrap();
+            assert!((angle.deg - deg).abs() < 1e-12, "{text}");
+        }
+        assert!("0.05".parse::<Angle>().is_err());
         for text in ["1.9V", "1.9 V", "1900mV", "1.9v"] {
             assert!(
                 (text.parse::<Voltage>().unwrap().v - 1.9).abs() < 1e-12,

@@ -13,7 +13,7 @@ use control_core::{CHANNELS, Calibration, SenseCalibration, Setpoint};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
-use mirror_protocol::{ChannelState, Commanded, Health, Stream, Telemetry};
+use mirror_protocol::{ChannelState, Commanded, Health, Pose, Stream, Telemetry};
 use protection::{Denied, Lease};
 use static_cell::ConstStaticCell;
 use waveforms::{POINTS, Player};
@@ -118,6 +118,10 @@ impl Mailbox {
                 limits: 0,
                 states: [ChannelState::Off; CHANNELS],
                 sensor_z_um: None,
+                pose: Pose {
+                    z_um: 0.0,
+                    tilt_rad: None,
+                },
             })),
             health: Mutex::new(Cell::new(Health {
                 lease_left_ms: None,

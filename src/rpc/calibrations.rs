@@ -5,7 +5,7 @@ use core::fmt::Write;
 use control_core::{Ampere, Calibration, SenseCalibration};
 use mirror_protocol::{
     CalibrationChunk, CalibrationInfo, CalibrationRefusal, CalibrationReply, CalibrationUse,
-    CalibrationUseReply, CalibrationWriteReply, Kept, Refusal, Sense, SenseReply, Sentence,
+    CalibrationUseReply, CalibrationWriteReply, Kept, Lever, Refusal, Sense, SenseReply, Sentence,
 };
 use postcard_rpc::header::VarHeader;
 
@@ -85,6 +85,11 @@ pub(super) fn info(calibration: &Calibration, kept: Kept) -> CalibrationInfo {
             .actuators()
             .each_ref()
             .map(|channel| channel.tcr.0),
+        levers: calibration.parts().plate.levers.map(|lever| Lever {
+            x_um: lever.x.0,
+            y_um: lever.y.0,
+            warp: lever.warp,
+        }),
         kept,
     }
 }

@@ -5,7 +5,7 @@ mod calibrations;
 use core::cell::RefCell;
 use core::sync::atomic::Ordering;
 
-use control_core::{Calibration, Micrometre, Setpoint, Volt};
+use control_core::{Calibration, Micrometre, Pose, Radian, Setpoint, Volt};
 use embassy_time::{Duration, Instant, Timer};
 use mirror_protocol::{
     CalibrationEndpoint, CalibrationInfo, CalibrationRevertEndpoint, CalibrationUseEndpoint,
@@ -13,9 +13,9 @@ use mirror_protocol::{
     EnterBootloaderEndpoint, EnterBootloaderReply, FaultLogEndpoint, FaultLogReply, Hello,
     HelloEndpoint, Identity, LEASE_FOREVER_MS, LoadPointsEndpoint, LoadReply, LogQuery,
     MAX_FRAME_BYTES, OffEndpoint, OptionBytes, PROTOCOL_VERSION, Play, PlayEndpoint, Points,
-    Position, Refusal, RenewEndpoint, Renewal, SenseEndpoint, Sentence, SetDriveEndpoint,
-    SetPositionEndpoint, SetSenseEndpoint, Status, StatusEndpoint, StatusReply, Stream,
-    StreamEndpoint, StreamReply, Streaming, TOPICS_IN, TOPICS_OUT, TelemetryTopic, Text,
+    Position, Refusal, RenewEndpoint, Renewal, SenseEndpoint, Sentence, SetDriveEndpoint, SetPose,
+    SetPoseEndpoint, SetPositionEndpoint, SetSenseEndpoint, Status, StatusEndpoint, StatusReply,
+    Stream, StreamEndpoint, StreamReply, Streaming, TOPICS_IN, TOPICS_OUT, TelemetryTopic, Text,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarSeq};
@@ -130,6 +130,7 @@ define_dispatch! {
         | HelloEndpoint       | blocking | hello        |
         | StatusEndpoint      | blocking | status       |
         | SetPositionEndpoint | async    | set_position |
+        | SetPoseEndpoint     | async    | set_pose     |
         | SetDriveEndpoint    | async    | set_drive    |
         | OffEndpoint         | async    | off          |
         | EnterBootloaderEndpoint | async | enter_bootloader |
@@ -189,10 +190,21 @@ async fn set_position(
     position: Position,
 ) -> CommandReply {
     check_numbers(&[position.z_um])?;
-    let setpoint = Setpoint::Position(Micrometre(position.z_um));
+    let setpoint = Setpoint::position(Micrometre(position.z_um));
     session
         .drive(Order::Drive(setpoint, lease(position.lease_ms)))
         .await
+}
+
+async fn set_pose(session: &mut Session, _header: VarHeader, asked: SetPose) -> CommandReply {
+    check_numbers(&[asked.z_um, asked.tilt_x_rad, asked.tilt_y_rad])?;
+    let pose = Pose {
+        z: Micrometre(asked.z_um),
+        tilt_x: Radian(asked.tilt_x_rad),
+        tilt_y: Radian(asked.tilt_y_rad),
+    };
+    let order = Order::Drive(Setpoint::Position(pose), lease(asked.lease_ms));
+    session.drive(order).await
 }
 
 async fn set_drive(session: &mut Session, _header: VarHeader, drives: Drives) -> CommandReply {

@@ -7,7 +7,8 @@ use board_sockets::{Untrusted, check_socket};
 use mirror_protocol::{
     ClearEndpoint, CommandReply, Commanded, Drives, ERROR_PATH, EnterBootloaderEndpoint, Hello,
     HelloEndpoint, Identity, OffEndpoint, PROTOCOL_VERSION, Position, Refusal, RenewEndpoint,
-    Renewal, SetDriveEndpoint, SetPositionEndpoint, Status, StatusEndpoint, WireError,
+    Renewal, SetDriveEndpoint, SetPose, SetPoseEndpoint, SetPositionEndpoint, Status,
+    StatusEndpoint, WireError,
 };
 use postcard_rpc::Endpoint;
 use postcard_rpc::header::VarSeqKind;
@@ -147,6 +148,15 @@ impl Board {
     /// Where the board does not answer, or refuses.
     pub async fn set_position(&self, position: Position) -> Result<Commanded, ToolError> {
         self.command::<SetPositionEndpoint>("move the mirror", &position)
+            .await
+    }
+
+    /// Moves the mirror to a pose.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or refuses.
+    pub async fn set_pose(&self, pose: SetPose) -> Result<Commanded, ToolError> {
+        self.command::<SetPoseEndpoint>("move the mirror", &pose)
             .await
     }
 

@@ -14,7 +14,7 @@ use self::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
 pub use self::lab::{EffectCommand, LabInput, ModelOutput};
 pub use self::measure::{DriveExperiment, Instruments, Measure, OneFile, Plane, Reference};
 pub use self::moving::{Calibrate, Curve, Samples, Scan};
-use crate::quantity::{Hold, Length, MINUS, Resistance, Span, Voltage};
+use crate::quantity::{Angle, Hold, Length, MINUS, Resistance, Span, Voltage};
 
 /// What the options are about, in every command's help.
 pub(crate) mod heading {
@@ -105,6 +105,33 @@ pub enum Command {
         /// ramps to zero.
         #[arg(help_heading = SIGNAL, long, default_value = "10min")]
         hold: Hold,
+    },
+    /// Move the plate to a pose, piston and tilts, and print what it took.
+    #[command(after_long_help = "Example:\n  host-tool set-pose 120um 0.05deg -0.02deg")]
+    SetPose {
+        /// Piston, from rest and towards the substrate: 120um, 0.12mm.
+        z: Length,
+        /// Rotation about the x axis, right-handed, by which z rises along y: 0.05deg, 1mrad.
+        tilt_x: Angle,
+        /// Rotation about the y axis, right-handed, by which z falls along x.
+        tilt_y: Angle,
+        /// How long to let the mirror settle before reading it.
+        #[arg(help_heading = SIGNAL, long, default_value = "1s")]
+        settle: Span,
+        /// How long the board holds it after that without being told again: 2s, 1h, forever. Then it
+        /// ramps to zero.
+        #[arg(help_heading = SIGNAL, long, default_value = "10min")]
+        hold: Hold,
+    },
+    /// Show which poses the mirror reaches: pistons, and the tilts at each.
+    #[command(after_long_help = "Example:\n  host-tool range --picture range.svg")]
+    Range {
+        /// Draw the poses that can be reached, as SVG.
+        #[arg(help_heading = OUTPUT, long, value_name = "FILE")]
+        picture: Option<PathBuf>,
+        /// Replace the picture if it exists.
+        #[arg(help_heading = OUTPUT, long)]
+        force: bool,
     },
     /// Drive the actuators with these voltages.
     #[command(after_long_help = "Example:\n  host-tool set-drive 1.9V 1.9V 1.8V 1.9V --settle 2s")]
@@ -291,6 +318,7 @@ mod tests {
                 "{name}: {example}"
             );
             let words = std::iter::once("host-tool").chain(example.split(' '));
+            let words = words.map(|word| negative_as_value(word.into()));
             let parsed = Arguments::try_parse_from(words);
             assert!(parsed.is_ok(), "{example}: {}", parsed.unwrap_err());
         }

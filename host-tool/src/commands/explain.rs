@@ -16,7 +16,7 @@ macro_rules! pages {
 }
 
 /// Name and page, by name.
-const PAGES: [(&str, &str); 23] = pages![
+const PAGES: [(&str, &str); 24] = pages![
     "calibration-bad",
     "calibration-outdated",
     "cooling",
@@ -39,6 +39,7 @@ const PAGES: [(&str, &str); 23] = pages![
     "supply-out-of-range",
     "temperature-high",
     "tick-overrun",
+    "tilt-unknown",
     "watchdog-reset",
 ];
 

@@ -12,9 +12,12 @@ mod load_calibration;
 mod measure;
 mod moving;
 mod off;
+pub(crate) mod pose;
+mod range;
 mod record;
 mod scan;
 mod set_drive;
+mod set_pose;
 mod set_z;
 mod status;
 mod update;
@@ -22,6 +25,7 @@ mod update;
 use clap::CommandFactory;
 use tokio::runtime::Builder;
 
+use self::pose::TiltedPose;
 use crate::board::{Board, choose};
 use crate::cli::{Arguments, Command, Measure, Plane};
 use crate::commands::moving::Pace;
@@ -53,6 +57,18 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             let pace = Pace::new(settle, hold, arguments.longest_hold)?;
             set_z::run(&open().await?, z, pace, json).await
         }
+        Command::SetPose {
+            z,
+            tilt_x,
+            tilt_y,
+            settle,
+            hold,
+        } => {
+            let pace = Pace::new(settle, hold, arguments.longest_hold)?;
+            let pose = TiltedPose::new(z, tilt_x, tilt_y);
+            set_pose::run(&open().await?, pose, pace, json).await
+        }
+        Command::Range { picture, force } => range::run(&open().await?, picture, force, json).await,
         Command::SetDrive {
             drives,
             settle,

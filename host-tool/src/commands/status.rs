@@ -9,6 +9,7 @@ use serde::Serialize;
 use crate::board::{Board, Found, Owner, Seen};
 use crate::commands::history::History;
 use crate::commands::moving::Readings;
+use crate::commands::pose::PlateReport;
 use crate::error::ToolError;
 use crate::names::{limit_names, limited_line, state_name};
 use crate::option_bytes::option_flaws;
@@ -23,6 +24,8 @@ struct StatusReport {
     up_s: f64,
     #[serde(flatten)]
     readings: Readings,
+    /// Where the plate is asked to be on its way, or where the drives take it.
+    pose: PlateReport,
     limited_by: Vec<&'static str>,
     /// What each channel is doing.
     states: [String; 4],
@@ -129,6 +132,7 @@ impl StatusReport {
             owner: None,
             calibration,
             readings,
+            pose: PlateReport::from(&status.telemetry.pose),
             limited_by: limit_names(status.telemetry.limits),
             states: status.telemetry.states.map(state_name),
             lease: status.health.lease_left_ms.map(|ms| match ms {
@@ -169,6 +173,7 @@ impl fmt::Display for StatusReport {
         )?;
         writeln!(f, "supply     {:.2} V", self.supply_v)?;
         writeln!(f, "channels   {}", self.channels())?;
+        writeln!(f, "pose       {}", self.pose)?;
         write!(f, "{}", self.readings)?;
         writeln!(
             f,
@@ -268,7 +273,7 @@ pub(super) fn kept_words(kept: Kept) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mirror_protocol::{ChannelState, Health, Sentence, Telemetry, Text};
+    use mirror_protocol::{ChannelState, Health, Lever, Pose, Sentence, Telemetry, Text};
 
     #[test]
     fn is_printed_as_in_the_golden_file() {
@@ -289,6 +294,7 @@ mod tests {
             max_drive_v: 3.5,
             cold_resistance_ohm: [361.25, 358.0, 360.0, 362.5],
             tcr_per_k: [3.92e-3; 4],
+            levers: [Lever::default(); 4],
             kept: Kept::Yes,
         };
         let status = Status {
@@ -305,6 +311,10 @@ mod tests {
                     ChannelState::Driving,
                 ],
                 sensor_z_um: None,
+                pose: Pose {
+                    z_um: 16.5,
+                    tilt_rad: Some([0.5e-3, -0.25]),
+                },
             },
             health: Health {
                 lease_left_ms: Some(598_765),

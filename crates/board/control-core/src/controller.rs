@@ -7,10 +7,11 @@ use crate::codes::PwmCode;
 use crate::heat::HeatInverse;
 use crate::lag::TURNS;
 use crate::limits::{Limit, Limits};
-use crate::memory::{MemoryInverse, MemoryState};
+use crate::memory::{MemoryInverse, MemoryState, TURNS as MEMORY_TURNS};
 use crate::path::Path;
+use crate::plate::{PlateInverse, Pose};
 use crate::resistance::ActuatorSense;
-use crate::units::{Ampere, Micrometre, Volt};
+use crate::units::{Ampere, Micrometre, Radian, Volt};
 
 /// What the controller is asked to do.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -19,15 +20,32 @@ pub enum Setpoint {
     /// Zero drive on all actuators.
     #[default]
     Off,
-    /// Piston motion: all four actuators to this position, on a path that does not make the mirror
-    /// ring.
-    Position(Micrometre),
-    /// Piston motion along a path that comes tick by tick: at the end of this tick the mirror shall be
-    /// here.
-    Track(Micrometre),
+    /// The plate to this pose, on a path that does not make the mirror ring.
+    Position(Pose),
+    /// A path that comes tick by tick: at the end of this tick the plate shall be here.
+    Track(Pose),
     /// These voltages, actuator by actuator.
     Drive([Volt; CHANNELS]),
 }
+
+impl Setpoint {
+    /// [`Setpoint::Position`] of a level plate.
+    pub fn position(z: Micrometre) -> Self {
+        Self::Position(z.into())
+    }
+
+    /// [`Setpoint::Track`] of a level plate.
+    pub fn track(z: Micrometre) -> Self {
+        Self::Track(z.into())
+    }
+}
+
+/// The target of no path: it is no pose that is asked for twice, so the next one is planned for.
+const NOWHERE: Pose = Pose {
+    z: Micrometre(f32::NAN),
+    tilt_x: Radian(0.0),
+    tilt_y: Radian(0.0),
+};
 
 /// The outcome of one control step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -50,15 +68,18 @@ pub struct Controller<'a> {
     heat: HeatInverse,
     memory: MemoryInverse,
     rails: Rails,
-    top: Micrometre,
+    plate: PlateInverse,
     /// Displacement at which the first actuator is as hot as is allowed.
     hottest: Micrometre,
+    /// Where the path leads, and what limited that.
+    target: Pose,
+    target_limits: Limits,
     path: Path,
-    remembered: MemoryState,
+    remembered: [MemoryState; CHANNELS],
     actuators: [Actuator; CHANNELS],
     /// Where each actuator was when it was looked at last, while voltages are asked for.
-    seen: [Micrometre; CHANNELS],
-    /// The actuator whose turn it is for what is not done at every tick.
+    seen: [f32; CHANNELS],
+    /// Counts the turns of what is not done at every tick: one actuator's at a time.
     turn: usize,
     /// What came of it. It is lent and not given, for it is as much to copy as an actuator is to compute.
     step: Step,
@@ -69,15 +90,18 @@ impl<'a> Controller<'a> {
     /// is large and exchanged in place.
     pub fn new(calibration: &'a mut Calibration) -> Self {
         let parts = calibration.parts();
+        let memory = MemoryInverse::new(&parts.memory);
         Self {
             heat: HeatInverse::new(&parts.heat),
-            memory: MemoryInverse::new(&parts.memory),
             actuators: parts.actuators.each_ref().map(Actuator::new),
             rails: Rails::new(parts),
-            top: calibration.max_position(),
+            plate: PlateInverse::new(&parts.plate, calibration.max_position()),
             hottest: hottest(parts),
+            target: NOWHERE,
+            target_limits: Limits::NONE,
             path: Path::new(&parts.path),
-            remembered: MemoryState::default(),
+            remembered: core::array::from_fn(|_| memory.at_rest()),
+            memory,
             seen: Default::default(),
             turn: 0,
             step: Step::default(),
@@ -103,7 +127,20 @@ impl<'a> Controller<'a> {
         const LEAST: f32 = 1e-3;
         let actuators = self.actuators.iter();
         let mut heat = actuators.map(|actuator| HeatInverse::is_at_rest(&actuator.heat, LEAST));
-        heat.all(|is_at_rest| is_at_rest) && self.memory.is_at_rest(&self.remembered, LEAST)
+        let mut remembered = self.remembered.iter();
+        heat.all(|is_at_rest| is_at_rest)
+            && remembered.all(|state| self.memory.is_at_rest(state, LEAST))
+    }
+
+    /// Whether the calibration knows the plate's levers; without them [`Self::pose`] has no tilts.
+    pub fn knows_tilts(&self) -> bool {
+        self.plate.is_known()
+    }
+
+    /// Where the plate is on its way: where it is asked to be at the end of the last tick, or, while voltages are asked for,
+    /// where they take it, to within its memory.
+    pub fn pose(&self) -> Pose {
+        self.plate.pose(self.path.now())
     }
 
     /// One control tick.
@@ -124,40 +161,46 @@ impl<'a> Controller<'a> {
         match setpoint {
             Setpoint::Off => self.drive([Volt(0.0); CHANNELS]),
             Setpoint::Drive(drives) => self.drive(drives),
-            Setpoint::Position(z) => {
-                let target = self.limit_position(z);
-                let z = self.path.toward(target);
-                self.position(z);
+            Setpoint::Position(pose) => {
+                if pose != self.target {
+                    self.target = pose;
+                    self.target_limits = Limits::NONE;
+                    let target = self.plate.positions(&pose, &mut self.target_limits);
+                    self.path.plan(&target);
+                }
+                step.limits = step.limits.union(self.target_limits);
+                self.path.advance();
+                self.go_on();
             }
-            Setpoint::Track(z) => {
-                let z = self.limit_position(z);
-                self.path.follow(z);
-                self.position(z);
+            Setpoint::Track(pose) => {
+                let positions = self.plate.positions(&pose, &mut step.limits);
+                self.target = NOWHERE;
+                self.path.follow(&positions);
+                self.go_on();
             }
         }
         self.heat
             .advance_slow(&mut self.actuators[self.turn % CHANNELS].heat);
-        self.turn = (self.turn + 1) % CHANNELS;
+        self.turn = (self.turn + 1) % MEMORY_TURNS;
         &self.step
     }
 
-    fn limit_position(&mut self, z: Micrometre) -> Micrometre {
-        let top = (self.top.0, Limit::PositionHigh);
-        Micrometre(self.step.limits.clamp(z.0, (0.0, Limit::PositionLow), top))
-    }
-
-    /// All four actuators to `z`.
-    fn position(&mut self, z: Micrometre) {
+    /// All four actuators to where the path is.
+    fn go_on(&mut self) {
         let step = &mut self.step;
-        let mut x = self.memory.displacement(&mut self.remembered, z);
-        if x.0 > self.hottest.0 {
-            x = self.hottest;
-            step.limits.insert(Limit::TemperatureHigh);
-        }
+        let positions = self.path.now();
+        let turn = self.turn % CHANNELS;
+        let state = &mut self.remembered[turn];
+        self.memory
+            .advance(state, self.turn / CHANNELS, Micrometre(positions[turn]));
         let calibrations = self.calibration.actuators();
-        let place = calibrations[0].shape.place(x);
         for (i, actuator) in self.actuators.iter_mut().enumerate() {
-            let target = calibrations[i].shape.at(place);
+            let mut x = self.remembered[i].displacement(Micrometre(positions[i]));
+            if x.0 > self.hottest.0 {
+                x = self.hottest;
+                step.limits.insert(Limit::TemperatureHigh);
+            }
+            let target = calibrations[i].shape.temperature_rise(x);
             let drive = actuator.heat_to(target, &self.heat, &self.rails, &mut step.limits);
             step.drives[i] = drive;
             step.codes[i] = actuator.code(drive, &self.rails);
@@ -166,16 +209,18 @@ impl<'a> Controller<'a> {
 
     /// Voltages, and the mirror followed to where they take it.
     fn drive(&mut self, drives: [Volt; CHANNELS]) {
-        let step = &mut self.step;
         // One actuator a tick: reading a table forward is slow, and the mirror is slower.
         let turn = self.turn % CHANNELS;
         let shape = &self.calibration.actuators()[turn].shape;
-        self.seen[turn] = shape.position(self.actuators[turn].rise());
-        let z = Micrometre(self.seen.iter().map(|z| z.0).sum::<f32>() / CHANNELS as f32);
-        self.path.follow(z);
+        let seen = shape.position(self.actuators[turn].rise());
+        self.seen[turn] = seen.0;
+        self.target = NOWHERE;
+        self.path.follow(&self.seen);
         // Hysteresis and creep are a few percent of a position; that this one is before them is a few
         // percent of that.
-        self.memory.displacement(&mut self.remembered, z);
+        self.memory
+            .advance(&mut self.remembered[turn], self.turn / CHANNELS, seen);
+        let step = &mut self.step;
         for (i, actuator) in self.actuators.iter_mut().enumerate() {
             let drive = actuator.drive(drives[i], &self.heat, &self.rails, &mut step.limits);
             step.drives[i] = drive;
@@ -227,7 +272,7 @@ mod tests {
             }
             applied[0].0
         };
-        let there = Setpoint::Position(Micrometre(40.0));
+        let there = Setpoint::position(Micrometre(40.0));
         follow(&mut controller, there, 20_000);
         assert!(!controller.is_at_rest(), "it is warm");
         let mut waited = 0;
@@ -280,13 +325,13 @@ mod tests {
 
     #[test]
     fn a_position_is_driven_with_the_power_that_holds_it() {
-        let drive = step(Setpoint::Track(Micrometre(50.0))).drives[0].0;
+        let drive = step(Setpoint::track(Micrometre(50.0))).drives[0].0;
         // 50 K need 10 mW; the heater has 400 ohm still.
         assert!((drive - (10e-3_f32 * 400.0).sqrt()).abs() < 1e-5, "{drive}");
         let mut controller = controller(static_parts());
         let mut settled = |z| {
             let tick =
-                |_| *controller.step(Setpoint::Position(Micrometre(z)), NOTHING.0, NOTHING.1);
+                |_| *controller.step(Setpoint::position(Micrometre(z)), NOTHING.0, NOTHING.1);
             (0..100).map(tick).last().expect("ticks").drives[0].0
         };
         assert!((settled(50.0) - (10e-3_f32 * 480.0).sqrt()).abs() < 1e-5);
@@ -295,7 +340,7 @@ mod tests {
 
     #[test]
     fn a_position_out_of_range_is_limited_by_name() {
-        let limited = |z| step(Setpoint::Position(Micrometre(z))).limits;
+        let limited = |z| step(Setpoint::position(Micrometre(z))).limits;
         assert_eq!(limited(50.0), Limits::NONE);
         assert!(limited(100.1).contains(Limit::PositionHigh));
         assert!(limited(-0.1).contains(Limit::PositionLow));
@@ -318,7 +363,7 @@ mod tests {
         let limited = |change: fn(&mut Parts)| {
             let mut parts = static_parts();
             change(&mut parts);
-            let setpoint = Setpoint::Track(Micrometre(60.0));
+            let setpoint = Setpoint::track(Micrometre(60.0));
             *controller(parts).step(setpoint, NOTHING.0, NOTHING.1)
         };
         let power = limited(|parts| parts.bounds.power = crate::units::Watt(6e-3));
@@ -334,7 +379,7 @@ mod tests {
         let mut controller = controller(parts());
         let mut last = |z: f32, ticks: usize| {
             let tick =
-                |_| *controller.step(Setpoint::Position(Micrometre(z)), NOTHING.0, NOTHING.1);
+                |_| *controller.step(Setpoint::position(Micrometre(z)), NOTHING.0, NOTHING.1);
             (0..ticks).map(tick).last().expect("ticks")
         };
         last(150.0, 10_000);
@@ -349,7 +394,7 @@ mod tests {
         let mut controller = controller(parts());
         let mut ticks = |z: f32, ticks: usize| -> Vec<(f32, bool)> {
             let mut tick = |_| {
-                let setpoint = Setpoint::Position(Micrometre(z));
+                let setpoint = Setpoint::position(Micrometre(z));
                 let limits = controller.step(setpoint, NOTHING.0, NOTHING.1).limits;
                 (
                     controller.actuators[0].rise().0,
@@ -392,7 +437,7 @@ mod tests {
         let mut applied = [Volt(0.0); CHANNELS];
         for _ in 0..200 {
             let currents = applied.map(|drive| Ampere(drive.0 / ohm));
-            let setpoint = Setpoint::Position(Micrometre(50.0));
+            let setpoint = Setpoint::position(Micrometre(50.0));
             applied = controller.step(setpoint, applied, currents).drives;
         }
         let power = applied[0].0 * applied[0].0 / ohm;
@@ -402,7 +447,7 @@ mod tests {
     #[test]
     fn an_implausible_current_is_named_and_not_used() {
         let mut controller = controller(static_parts());
-        let setpoint = Setpoint::Track(Micrometre(50.0));
+        let setpoint = Setpoint::track(Micrometre(50.0));
         let mut applied = [Volt(0.0); CHANNELS];
         let mut told = false;
         for current in [40e-3, 1e-5].into_iter().cycle().take(100) {
@@ -421,9 +466,9 @@ mod tests {
     fn any_setpoint() -> impl Strategy<Value = Setpoint> {
         prop_oneof![
             Just(Setpoint::Off),
-            any_float().prop_map(|z| Setpoint::Position(Micrometre(z))),
-            (0.0_f32..200.0).prop_map(|z| Setpoint::Position(Micrometre(z))),
-            any_float().prop_map(|z| Setpoint::Track(Micrometre(z))),
+            any_float().prop_map(|z| Setpoint::position(Micrometre(z))),
+            (0.0_f32..200.0).prop_map(|z| Setpoint::position(Micrometre(z))),
+            any_float().prop_map(|z| Setpoint::track(Micrometre(z))),
             proptest::array::uniform4(any_float()).prop_map(|v| Setpoint::Drive(v.map(Volt))),
         ]
     }
@@ -446,7 +491,7 @@ mod tests {
                     prop_assert!(code.0 <= 3500);
                 }
             }
-            let setpoint = Setpoint::Position(Micrometre(100.0));
+            let setpoint = Setpoint::position(Micrometre(100.0));
             let tick = |_| controller.step(setpoint, NOTHING.0, NOTHING.1).drives[0].0;
             let settled = (0..3000).map(tick).last().expect("ticks");
             prop_assert!((1.0..3.0).contains(&settled), "{settled}");
@@ -454,7 +499,7 @@ mod tests {
 
         #[test]
         fn a_higher_position_never_needs_a_lower_drive(a in 0.0_f32..100.0, b in 0.0_f32..100.0) {
-            let drive = |z| step(Setpoint::Track(Micrometre(z))).drives[0];
+            let drive = |z| step(Setpoint::track(Micrometre(z))).drives[0];
             prop_assert!(drive(a.min(b)) <= drive(a.max(b)));
         }
     }

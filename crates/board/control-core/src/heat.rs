@@ -36,7 +36,7 @@ impl HeatInverse {
         let input_gain = fast.iter().map(|lag| lag.input_gain).sum::<f32>();
         Self {
             fast,
-            slow: heat.slow.each_ref().map(SlowLag::new),
+            slow: heat.slow.each_ref().map(|lag| SlowLag::new(lag, TURNS)),
             input_gain,
             per_input_gain: 1.0 / input_gain,
         }

@@ -1,14 +1,14 @@
 //! First-order lags, sampled: what the stages `heat` and `memory` are made of.
 //!
-//! A quick lag is advanced at every tick. A slow one hardly moves in one, and has its turn in every
-//! [`TURNS`]th, with the mean of its input since; that saves the control tick a third.
+//! A quick lag is advanced at every tick. A slow one hardly moves in one, and has its turn only now and then; that saves the
+//! control tick a third.
 
 use crate::calibration::Lag;
 use crate::design::TICK;
 use crate::units::Second;
 use libm::expm1f;
 
-/// Ticks from one turn of a slow lag to the next.
+/// Ticks from one turn of an actuator's slow thermal poles to the next.
 pub(crate) const TURNS: usize = 4;
 
 /// Input gain of a lag of unit weight over so many ticks, for an input that is held (zero-order hold):
@@ -63,9 +63,10 @@ pub(crate) struct SlowState {
 }
 
 impl SlowLag {
-    pub(crate) fn new(lag: &Lag) -> Self {
+    /// One that has its turn every so many ticks.
+    pub(crate) fn new(lag: &Lag, ticks: usize) -> Self {
         Self {
-            rate: rate(lag.time, TURNS),
+            rate: rate(lag.time, ticks),
             weight: lag.weight,
         }
     }
@@ -91,7 +92,7 @@ mod tests {
             weight in 0.01_f32..1.0,
             input in -100.0_f32..100.0,
         ) {
-            let lag = SlowLag::new(&Lag { weight, time: Second(time) });
+            let lag = SlowLag::new(&Lag { weight, time: Second(time) }, TURNS);
             let mut state = SlowState::default();
             for _ in 0..20_000 / TURNS {
                 lag.advance(&mut state, input);

@@ -5,9 +5,10 @@
 //! acted. It inverts the mirror stage by stage, from the position back to the drive:
 //!
 //! ```text
-//! path        where the mirror shall be at the end of this tick        for the mirror
-//! memory      creep and hysteresis inverted: z to x
-//! shape       x to dT by table                                         for each actuator
+//! plate       pose of the plate to positions of its actuators          for the mirror
+//! path        where they shall be at the end of this tick
+//! memory      creep and hysteresis inverted: z to x                    for each actuator
+//! shape       x to dT by table
 //! heat        thermal poles inverted: dT to power
 //! resistance  V = sqrt(P R), R corrected by what was sensed
 //! drive       volts to PWM codes by a first-order error-feedback quantiser
@@ -36,6 +37,7 @@ pub mod limits;
 mod memory;
 mod named;
 mod path;
+pub mod plate;
 pub mod resistance;
 pub mod shape;
 pub mod units;
@@ -46,9 +48,12 @@ pub use controller::{Controller, Setpoint, Step};
 pub use current::{CurrentSense, SenseCalibration};
 pub use design::TICK;
 pub use limits::{Limit, Limits};
+pub use plate::{PlateInverse, Pose};
 pub use resistance::ActuatorSense;
 pub use shape::InverseTable;
-pub use units::{Ampere, Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Volt, Watt};
+pub use units::{
+    Ampere, Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Radian, Second, Volt, Watt,
+};
 
 /// Channels of the board, each of which drives one actuator of the mirror.
 pub const CHANNELS: usize = 4;

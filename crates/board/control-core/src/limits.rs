@@ -7,9 +7,9 @@ named! {
     /// One limit that can act on a command.
     #[cfg_attr(feature = "defmt", derive(defmt::Format))]
     pub enum Limit {
-        /// The position asked for is below rest (0 um).
+        /// The position asked for is below rest (0 um), or a tilt takes an actuator there.
         PositionLow = "position-low",
-        /// The position asked for is above the top of the calibrated range.
+        /// The position asked for is above the top of the calibrated range, or a tilt takes an actuator there.
         PositionHigh = "position-high",
         /// The drive asked for is below 0 V.
         DriveLow = "drive-low",
@@ -27,6 +27,8 @@ named! {
         Cooling = "cooling",
         /// What a current tells of its heater's resistance is implausible; the calibration's is used.
         ResistanceUnknown = "resistance-unknown",
+        /// A tilt was asked for under a calibration that does not know the plate's levers; there is none.
+        TiltUnknown = "tilt-unknown",
     }
 }
 
@@ -119,7 +121,7 @@ mod tests {
 
     #[test]
     fn bits_return_to_the_same_set() {
-        for bits in 0..1024 {
+        for bits in 0..2048 {
             assert_eq!(Limits::from_bits(bits).bits(), bits);
         }
         assert_eq!(Limits::from_bits(0xffff).iter().count(), Limit::ALL.len());

@@ -1,25 +1,27 @@
-//! The way to a new position: smooth enough that the mirror does not ring, and no longer than that
-//! takes.
+//! The way to a new pose: smooth enough that the mirror does not ring, and no longer than that takes.
 //!
 //! A move is the minimum-jerk trajectory that begins as the mirror moves now and ends at rest (Flash and
 //! Hogan 1985), a polynomial of fifth order. What is left of it at a resonance falls with the third
 //! power of the resonance's periods in it: a test holds it below 1 % from four on, 0.5 % from five on.
+//!
+//! All four actuators begin and arrive together. The plate is rigid, so each of its coordinates takes such a
+//! trajectory too, and a way between two poses within reach stays within reach.
 
+use crate::CHANNELS;
 use crate::calibration::Path as PathCalibration;
 use crate::design::TICK;
-use crate::units::Micrometre;
 
-/// Where the mirror is asked to be, tick by tick.
+/// Where the actuators are asked to be (um), tick by tick.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Path {
     /// Part of a move that a tick takes.
     pace: f32,
-    target: f32,
+    target: [f32; CHANNELS],
     /// Part of the move that is done; 1 at the target.
     done: f32,
     /// Position less target, in powers of `done`.
-    course: [f32; 6],
-    now: f32,
+    courses: [[f32; 6]; CHANNELS],
+    now: [f32; CHANNELS],
 }
 
 impl Path {
@@ -32,51 +34,56 @@ impl Path {
         }
     }
 
-    /// The next position of the way to `target`.
-    pub(crate) fn toward(&mut self, target: Micrometre) -> Micrometre {
-        if target.0 != self.target {
-            self.plan(target.0);
-        }
-        if self.done < 1.0 {
-            self.done += self.pace;
-            let [a, b, c, d, e, f] = self.course;
-            let s = self.done;
-            let away = a + s * (b + s * (c + s * (d + s * (e + s * f))));
-            self.now = self.target + if s < 1.0 { away } else { 0.0 };
-        }
-        Micrometre(self.now)
+    /// Where the actuators are asked to be now.
+    pub(crate) fn now(&self) -> &[f32; CHANNELS] {
+        &self.now
     }
 
-    /// Follows a position that is a way already, or the mirror where it is driven otherwise.
-    pub(crate) fn follow(&mut self, position: Micrometre) {
-        self.now = position.0;
-        self.target = position.0;
+    /// The next positions of the way.
+    pub(crate) fn advance(&mut self) {
+        if self.done < 1.0 {
+            self.done += self.pace;
+            let s = self.done;
+            let places = self.now.iter_mut().zip(&self.target).zip(&self.courses);
+            for ((now, target), [a, b, c, d, e, f]) in places {
+                let away = a + s * (b + s * (c + s * (d + s * (e + s * f))));
+                *now = target + if s < 1.0 { away } else { 0.0 };
+            }
+        }
+    }
+
+    /// Follows positions that are a way already, or the mirror where it is driven otherwise.
+    pub(crate) fn follow(&mut self, positions: &[f32; CHANNELS]) {
+        self.now = *positions;
+        self.target = *positions;
         self.done = 1.0;
     }
 
-    /// A move of full length from the present position, speed and acceleration.
-    fn plan(&mut self, target: f32) {
-        let [_, b, c, d, e, f] = self.course;
+    /// A move of full length to `target`, from the present positions, speeds and accelerations.
+    pub(crate) fn plan(&mut self, target: &[f32; CHANNELS]) {
         let s = self.done;
-        // Per move, not per second; a move that is done is at rest.
-        let (speed, curve) = if s < 1.0 {
-            (
-                b + s * (2.0 * c + s * (3.0 * d + s * (4.0 * e + s * 5.0 * f))),
-                c + s * (3.0 * d + s * (6.0 * e + s * 10.0 * f)),
-            )
-        } else {
-            (0.0, 0.0)
-        };
-        let away = self.now - target;
-        self.course = [
-            away,
-            speed,
-            curve,
-            -10.0 * away - 6.0 * speed - 3.0 * curve,
-            15.0 * away + 8.0 * speed + 3.0 * curve,
-            -6.0 * away - 3.0 * speed - curve,
-        ];
-        self.target = target;
+        for ((course, now), target) in self.courses.iter_mut().zip(&self.now).zip(target) {
+            let [_, b, c, d, e, f] = *course;
+            // Per move, not per second; a move that is done is at rest.
+            let (speed, curve) = if s < 1.0 {
+                (
+                    b + s * (2.0 * c + s * (3.0 * d + s * (4.0 * e + s * 5.0 * f))),
+                    c + s * (3.0 * d + s * (6.0 * e + s * 10.0 * f)),
+                )
+            } else {
+                (0.0, 0.0)
+            };
+            let away = now - target;
+            *course = [
+                away,
+                speed,
+                curve,
+                -10.0 * away - 6.0 * speed - 3.0 * curve,
+                15.0 * away + 8.0 * speed + 3.0 * curve,
+                -6.0 * away - 3.0 * speed - curve,
+            ];
+        }
+        self.target = *target;
         self.done = 0.0;
     }
 }
@@ -90,6 +97,19 @@ mod tests {
 
     const TICKS: usize = 60;
 
+    fn toward(path: &mut Path, target: &[f32; CHANNELS]) -> [f32; CHANNELS] {
+        if *target != path.target {
+            path.plan(target);
+        }
+        path.advance();
+        path.now
+    }
+
+    /// The next position of one actuator.
+    fn one(path: &mut Path, target: f32) -> f32 {
+        toward(path, &[target, 0.0, 0.0, 0.0])[0]
+    }
+
     fn path() -> Path {
         Path::new(&PathCalibration {
             move_time: Second(6e-3),
@@ -99,9 +119,7 @@ mod tests {
     #[test]
     fn arrives_in_the_time_of_a_move_and_stays() {
         let mut path = path();
-        let way: Vec<f32> = (0..2 * TICKS)
-            .map(|_| path.toward(Micrometre(100.0)).0)
-            .collect();
+        let way: Vec<f32> = (0..2 * TICKS).map(|_| one(&mut path, 100.0)).collect();
         assert!(
             (way[TICKS / 2 - 1] - 50.0).abs() < 0.1,
             "half way in half the time"
@@ -116,7 +134,7 @@ mod tests {
         let mut path = Path::new(&PathCalibration {
             move_time: Second(0.0),
         });
-        assert_eq!(path.toward(Micrometre(42.0)).0, 42.0);
+        assert_eq!(one(&mut path, 42.0), 42.0);
     }
 
     /// Amplitude of the ringing that a move leaves at a resonance of so many periods a move, in parts
@@ -126,7 +144,7 @@ mod tests {
         let omega = std::f64::consts::TAU * periods / TICKS as f64;
         let (mut sine, mut cosine, mut last) = (0.0, 0.0, 0.0);
         for tick in 0..TICKS {
-            let z = f64::from(path.toward(Micrometre(1.0)).0);
+            let z = f64::from(one(&mut path, 1.0));
             sine += (z - last) * (omega * tick as f64).sin();
             cosine += (z - last) * (omega * tick as f64).cos();
             last = z;
@@ -145,6 +163,22 @@ mod tests {
         }
     }
 
+    #[test]
+    fn all_coordinates_of_a_plate_take_the_same_share_of_their_way() {
+        let mut path = path();
+        let (from, to) = ([10.0, 60.0, 90.0, 40.0], [80.0, 120.0, 20.0, 40.0]);
+        path.follow(&from);
+        for _ in 0..TICKS {
+            let now = toward(&mut path, &to);
+            let share = (now[0] - from[0]) / (to[0] - from[0]);
+            for i in 1..3 {
+                let other = (now[i] - from[i]) / (to[i] - from[i]);
+                assert!((share - other).abs() < 1e-5, "{share} and {other}");
+            }
+            assert_eq!(now[3], 40.0);
+        }
+    }
+
     proptest! {
         /// A new target on the way bends the path without a jump in speed.
         #[test]
@@ -154,8 +188,8 @@ mod tests {
             after in 1..TICKS,
         ) {
             let mut path = path();
-            let mut way: Vec<f32> = (0..after).map(|_| path.toward(Micrometre(first)).0).collect();
-            way.extend((0..TICKS + 1).map(|_| path.toward(Micrometre(second)).0));
+            let mut way: Vec<f32> = (0..after).map(|_| one(&mut path, first)).collect();
+            way.extend((0..TICKS + 1).map(|_| one(&mut path, second)));
             prop_assert_eq!(way[way.len() - 1], second);
             // The highest acceleration of a move is 5.8 of its length a move squared.
             let most = 3.0 * 5.8 * 340.0 / (TICKS * TICKS) as f32;
@@ -168,11 +202,11 @@ mod tests {
         #[test]
         fn any_target_can_be_left_again(bits: u32) {
             let mut path = path();
-            path.toward(Micrometre(f32::from_bits(bits).clamp(0.0, 200.0)));
+            one(&mut path, f32::from_bits(bits).clamp(0.0, 200.0));
             for _ in 0..=TICKS {
-                path.toward(Micrometre(10.0));
+                one(&mut path, 10.0);
             }
-            prop_assert!(path.toward(Micrometre(10.0)).0 == 10.0 || f32::from_bits(bits).is_nan());
+            prop_assert!(one(&mut path, 10.0) == 10.0 || f32::from_bits(bits).is_nan());
         }
     }
 }

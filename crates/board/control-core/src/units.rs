@@ -22,6 +22,11 @@ unit!(
     "um"
 );
 unit!(
+    /// Rotation of the plate, right-handed, from its rest.
+    Radian,
+    "rad"
+);
+unit!(
     /// Voltage at an actuator.
     Volt,
     "V"

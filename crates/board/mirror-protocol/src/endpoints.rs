@@ -10,7 +10,7 @@ use postcard_rpc::{TopicDirection, endpoints, topics};
 use crate::{
     CalibrationChunk, CalibrationInfo, CalibrationRefusal, CalibrationUse, Commanded, Drives,
     Hello, Identity, LogPage, LogQuery, Play, Points, Position, Refusal, Renewal, Sense, SenseInfo,
-    Status, Stream, Streaming, Telemetry,
+    SetPose, Status, Stream, Streaming, Telemetry,
 };
 
 /// Answer to a command that changes the drives.
@@ -42,6 +42,7 @@ endpoints! {
     | HelloEndpoint       | Hello     | Identity     | "mirror/hello"        |
     | StatusEndpoint      | ()        | StatusReply  | "mirror/status"       |
     | SetPositionEndpoint | Position  | CommandReply | "mirror/set-position" |
+    | SetPoseEndpoint     | SetPose   | CommandReply | "mirror/set-pose"     |
     | SetDriveEndpoint    | Drives    | CommandReply | "mirror/set-drive"    |
     | OffEndpoint         | ()        | CommandReply | "mirror/off"          |
     | EnterBootloaderEndpoint | () | EnterBootloaderReply | "mirror/enter-bootloader" |

@@ -14,6 +14,19 @@ pub struct Position {
     pub lease_ms: u32,
 }
 
+/// Ask for a pose of the plate.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct SetPose {
+    /// Piston, from rest and positive towards the substrate.
+    pub z_um: f32,
+    /// Rotation about the x axis, right-handed: z rises along y.
+    pub tilt_x_rad: f32,
+    /// Rotation about the y axis, right-handed: z falls along x.
+    pub tilt_y_rad: f32,
+    /// How long to hold it without renewal; [`LEASE_FOREVER_MS`]: until told otherwise.
+    pub lease_ms: u32,
+}
+
 /// Ask for a voltage on each actuator.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Drives {
@@ -145,6 +158,15 @@ pub struct Health {
     pub limits_since_command: u16,
 }
 
+/// Where the plate is, as the controller has it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Pose {
+    /// Piston, from rest and positive towards the substrate.
+    pub z_um: f32,
+    /// Rotations about the x and y axes; `None` where the calibration does not know the plate's levers.
+    pub tilt_rad: Option<[f32; 2]>,
+}
+
 /// One control tick, as seen from outside.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Telemetry {
@@ -163,6 +185,8 @@ pub struct Telemetry {
     /// Reading of a position sensor on the board's sensor input, if there is one. The controller
     /// never sees it.
     pub sensor_z_um: Option<f32>,
+    /// Where the plate is asked to be on its way, or where voltages that are asked for take it.
+    pub pose: Pose,
 }
 
 /// Why the board does not do what it was asked.
@@ -269,6 +293,17 @@ pub enum Kept {
     Outdated,
 }
 
+/// Where an actuator acts on the plate (`control_core::calibration::Lever`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Lever {
+    /// Along the x axis, from the plate's centre.
+    pub x_um: f32,
+    /// Along the y axis.
+    pub y_um: f32,
+    /// Its part of the warp, in which the actuators move and the plate does not.
+    pub warp: f32,
+}
+
 /// The calibration in use.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct CalibrationInfo {
@@ -286,6 +321,8 @@ pub struct CalibrationInfo {
     pub cold_resistance_ohm: [f32; 4],
     /// Temperature coefficient of each heater's resistance.
     pub tcr_per_k: [f32; 4],
+    /// Of each actuator; all 0 um where nobody knows them.
+    pub levers: [Lever; 4],
     /// Whether the board keeps it.
     pub kept: Kept,
 }

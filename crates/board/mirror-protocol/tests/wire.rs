@@ -4,8 +4,8 @@
 use mirror_protocol::{
     ANSWER_TIMEOUT_MS, CHUNK_POINTS, ChannelState, CommandReply, Commanded, Drives, Excerpt,
     FaultLogReply, Health, Hello, Identity, LOG_FORMAT, LogBytes, LogEntry, LogEvent, LogPage,
-    LogStorage, MAX_FRAME_BYTES, OptionBytes, Play, Points, Position, Refusal, Renewal, ResetCause,
-    Sentence, StartEvent, Status, StatusReply, Stream, Telemetry, Text, TripEvent,
+    LogStorage, MAX_FRAME_BYTES, OptionBytes, Play, Points, Pose, Position, Refusal, Renewal,
+    ResetCause, Sentence, StartEvent, Status, StatusReply, Stream, Telemetry, Text, TripEvent,
 };
 use proptest::prelude::*;
 use serde::Serialize;
@@ -88,9 +88,20 @@ fn telemetry() -> impl Strategy<Value = Telemetry> {
         any::<u16>(),
         proptest::array::uniform4(state()),
         proptest::option::of(number()),
+        (number(), proptest::option::of([number(), number()])),
     )
         .prop_map(
-            |(tick, drive_v, current_a, temperature_k, limits, states, sensor_z_um)| Telemetry {
+            |(
+                tick,
+                drive_v,
+                current_a,
+                temperature_k,
+                limits,
+                states,
+                sensor_z_um,
+                (z_um, tilt_rad),
+            )| Telemetry {
+                pose: Pose { z_um, tilt_rad },
                 tick,
                 drive_v,
                 current_a,

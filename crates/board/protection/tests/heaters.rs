@@ -1,6 +1,6 @@
 //! The protection in front of four heaters, sound ones and broken ones.
 
-use control_core::calibration::{Bounds, Heat, Label, Memory, Origin, Parts, Path};
+use control_core::calibration::{Bounds, Heat, Label, Memory, Origin, Parts, Path, Plate};
 use control_core::{
     ActuatorCalibration, AdcCode, Ampere, CHANNELS, Calibration, CurrentSense, InverseTable,
     Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, PwmCode, Second, SenseCalibration, Setpoint,
@@ -30,6 +30,7 @@ fn calibration(rise: f32) -> Calibration {
             model_hash: 0,
         },
         actuators: [actuator; CHANNELS],
+        plate: Plate::UNKNOWN,
         heat: Heat::INSTANT,
         memory: Memory::NONE,
         path: Path {

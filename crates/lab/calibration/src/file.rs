@@ -13,6 +13,7 @@
 //! slow_poles = [{ weight = 0.06, time_s = 4.7 }]
 //! plays = [{ weight = 0.01, radius_um = 4.0 }]
 //! creep = [{ weight = 0.003, time_s = 5.0 }]
+//! levers = [{ x_um = 480.0, y_um = 0.0, warp = 1.0 }, ...] # of the four actuators; none where nobody knows them
 //!
 //! [[actuators]]
 //! cold_resistance_ohm = 360.2
@@ -25,11 +26,13 @@
 
 use std::sync::Arc;
 
-use control_core::calibration::{Bounds, Heat, Label, Lag, Memory, Origin, Parts, Path, Play};
+use control_core::calibration::{
+    Bounds, Heat, Label, Lag, Lever, Memory, Origin, Parts, Path, Plate, Play,
+};
 use control_core::shape::KNOTS;
 use control_core::{
-    ActuatorCalibration, Calibration, CalibrationError, InverseTable, Kelvin, KelvinPerWatt,
-    Micrometre, Ohm, PerKelvin, Second, Volt, Watt,
+    ActuatorCalibration, CHANNELS, Calibration, CalibrationError, InverseTable, Kelvin,
+    KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Volt, Watt,
 };
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use serde::{Deserialize, Serialize};
@@ -86,6 +89,8 @@ struct Stored {
     release_s: f64,
     #[serde(default)]
     creep: Vec<StoredLag>,
+    #[serde(default)]
+    levers: Vec<StoredLever>,
     actuators: Vec<StoredActuator>,
 }
 
@@ -101,6 +106,14 @@ struct StoredLag {
 struct StoredPlay {
     weight: f64,
     radius_um: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredLever {
+    x_um: f64,
+    y_um: f64,
+    warp: f64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -145,6 +158,10 @@ pub fn to_toml(calibration: &Calibration) -> String {
             .collect(),
         release_s: decimal(p.memory.release.0),
         creep: lags(&p.memory.creep),
+        levers: match p.plate.is_known() {
+            true => p.plate.levers.iter().map(StoredLever::from).collect(),
+            false => Vec::new(),
+        },
         actuators: p.actuators.iter().map(StoredActuator::from).collect(),
     };
     toml::to_string(&stored).expect("numbers and texts are TOML")
@@ -167,6 +184,16 @@ pub fn from_toml(name: &str, text: &str) -> Result<Calibration, CalibrationFileE
             name: name.to_owned(),
             message,
         })
+}
+
+impl From<&Lever> for StoredLever {
+    fn from(lever: &Lever) -> Self {
+        Self {
+            x_um: decimal(lever.x.0),
+            y_um: decimal(lever.y.0),
+            warp: decimal(lever.warp),
+        }
+    }
 }
 
 impl From<&ActuatorCalibration> for StoredActuator {
@@ -230,6 +257,7 @@ impl Stored {
             actuators: [a, b, c, d],
             heat,
             memory,
+            plate: self.plate()?,
             path: Path {
                 move_time: Second(self.move_time_s as f32),
             },
@@ -240,6 +268,15 @@ impl Stored {
             },
         };
         Calibration::new(parts).map_err(|error| error.to_string())
+    }
+
+    fn plate(&self) -> Result<Plate, String> {
+        let levers: Vec<Lever> = self.levers.iter().map(StoredLever::read).collect();
+        match <[Lever; CHANNELS]>::try_from(levers) {
+            Ok(levers) => Ok(Plate { levers }),
+            Err(none) if none.is_empty() => Ok(Plate::UNKNOWN),
+            Err(some) => Err(format!("it has {} levers, not {CHANNELS}", some.len())),
+        }
     }
 
     fn actuator(&self, index: usize) -> Result<ActuatorCalibration, String> {
@@ -274,6 +311,16 @@ impl StoredLag {
         Lag {
             weight: self.weight as f32,
             time: Second(self.time_s as f32),
+        }
+    }
+}
+
+impl StoredLever {
+    fn read(&self) -> Lever {
+        Lever {
+            x: Micrometre(self.x_um as f32),
+            y: Micrometre(self.y_um as f32),
+            warp: self.warp as f32,
         }
     }
 }

@@ -5,22 +5,25 @@
 //! - [`corrected`] bends the tables by what was measured at rest, where the model's curve is not the
 //!   mirror's;
 //! - [`rehearse`] tells what a board with such a calibration would leave along a standard path;
+//! - [`Reach`] tells which poses a plate reaches;
 //! - [`to_toml`], [`from_toml`] are the file that people read.
 
 mod correct;
 mod curve;
 mod dynamics;
 mod file;
+mod reach;
 mod refine;
 mod rehearsal;
 mod statics;
 
 pub use correct::{CorrectionError, StaticPoint, corrected};
 pub use file::{CalibrationFileError, from_toml, to_toml};
+pub use reach::{PlatePose, Reach};
 pub use refine::{RefineError, Refined, refined};
 pub use rehearsal::{Left, Rehearsal, rehearse};
 
-use control_core::calibration::{Bounds, Label, Origin, Parts};
+use control_core::calibration::{Bounds, Label, Origin, Parts, Plate};
 use control_core::{Calibration, CalibrationError, Kelvin, Volt, Watt};
 use mirror_model::{ACTUATORS, Model, Runaway};
 
@@ -93,6 +96,8 @@ pub fn tabulate(model: &Model) -> Result<Tabulated, TabulateError> {
         actuators,
         heat: dynamics::heat(model),
         memory: dynamics::memory(model),
+        // A model of the piston knows no plate.
+        plate: Plate::UNKNOWN,
         path: dynamics::path(model),
         bounds: Bounds {
             drive: Volt(drive),

@@ -69,7 +69,7 @@ fn moved(mirror: &Model, mut calibration: Calibration) -> Result<Left, Runaway> 
     let (mut squares, mut largest_um, mut ticks) = (0.0, 0.0_f64, 0usize);
     for part in path() {
         let asked_um = part * top_um;
-        let setpoint = Setpoint::Track(Micrometre(asked_um as f32));
+        let setpoint = Setpoint::track(Micrometre(asked_um as f32));
         applied = controller
             .step(setpoint, applied.map(PwmCode::drive), currents)
             .codes;

@@ -13,7 +13,7 @@ fn presets() -> [Model; 3] {
 }
 
 fn drive_at(controller: &mut Controller, z_um: f64) -> f64 {
-    let setpoint = Setpoint::Track(Micrometre(z_um as f32));
+    let setpoint = Setpoint::track(Micrometre(z_um as f32));
     let mut tick = || *controller.step(setpoint, [Volt(0.0); CHANNELS], [Ampere(0.0); CHANNELS]);
     // The first tick takes the mirror there, the second one holds it.
     tick();

@@ -95,7 +95,7 @@ fn played(
         .enumerate()
     {
         let before = volts;
-        let setpoint = Setpoint::Position(Micrometre(z as f32));
+        let setpoint = Setpoint::position(Micrometre(z as f32));
         let step = controller.step(setpoint, before.map(|v| Volt(v as f32)), currents);
         volts = step.drives.map(|drive| f64::from(drive.0));
         currents = std::array::from_fn(|i| Ampere(mirror.current_a(i, volts[i]) as f32));

@@ -11,20 +11,20 @@ mod path;
 mod poles;
 mod table;
 
-use control_core::calibration::Calibration;
-use control_core::{Ampere, CHANNELS, Micrometre, Setpoint, Volt};
+use control_core::calibration::{Calibration, Lever};
+use control_core::{Ampere, CHANNELS, Pose, Setpoint, Volt};
 
 use actuator::Actuator;
 use apart::Apart;
-use hysteresis::Hysteresis;
+use hysteresis::{Hysteresis, TURNS};
 use path::Path;
-use poles::TURNS;
 use table::hottest_um;
 
 /// The chain from positions to volts.
 pub(crate) struct Chain {
-    path: Path,
-    memory: Hysteresis,
+    levers: [Lever; CHANNELS],
+    paths: [Path; CHANNELS],
+    memories: [Hysteresis; CHANNELS],
     actuators: [Actuator; CHANNELS],
     top_um: f64,
     hottest_um: f64,
@@ -36,8 +36,9 @@ impl Chain {
     pub(crate) fn new(calibration: &Calibration) -> Self {
         let parts = calibration.parts();
         Self {
-            path: Path::new(f64::from(parts.path.move_time.0)),
-            memory: Hysteresis::new(&parts.memory),
+            levers: parts.plate.levers,
+            paths: std::array::from_fn(|_| Path::new(f64::from(parts.path.move_time.0))),
+            memories: std::array::from_fn(|_| Hysteresis::new(&parts.memory)),
             actuators: parts
                 .actuators
                 .map(|actuator| Actuator::new(actuator, parts)),
@@ -60,21 +61,34 @@ impl Chain {
         for (i, actuator) in self.actuators.iter_mut().enumerate() {
             actuator.sense(applied[i], currents[i]);
         }
-        let within = |z: Micrometre| f64::from(z.0).clamp(0.0, self.top_um);
-        let z = match setpoint {
-            Setpoint::Position(z) => self.path.toward(within(z)),
-            Setpoint::Track(z) => self.path.follow(within(z)),
-            Setpoint::Off | Setpoint::Drive(_) => panic!("no position"),
-        };
-        let x = self.memory.displacement(z).min(self.hottest_um);
         let mut apart = Apart::default();
-        for (actuator, drive) in self.actuators.iter_mut().zip(drives) {
-            let one = actuator.heat_to(x, f64::from(drive.0));
+        for (i, core) in drives.into_iter().enumerate() {
+            let z = match setpoint {
+                Setpoint::Position(pose) => self.paths[i].toward(self.position(i, pose)),
+                Setpoint::Track(pose) => {
+                    let position = self.position(i, pose);
+                    self.paths[i].follow(position)
+                }
+                Setpoint::Off | Setpoint::Drive(_) => panic!("no position"),
+            };
+            if i == self.turn % CHANNELS {
+                self.memories[i].turn(self.turn / CHANNELS, z);
+            }
+            let x = self.memories[i].displacement(z).min(self.hottest_um);
+            let one = self.actuators[i].heat_to(x, f64::from(core.0));
             apart.drive_um = apart.drive_um.max(one.drive_um);
             apart.mirror_um = apart.mirror_um.max(one.mirror_um);
         }
-        self.actuators[self.turn].relax_slow();
+        self.actuators[self.turn % CHANNELS].relax_slow();
         self.turn = (self.turn + 1) % TURNS;
         apart
+    }
+
+    /// Where an actuator is in a pose that all of them can reach without a warp (um).
+    fn position(&self, actuator: usize, pose: Pose) -> f64 {
+        let Lever { x, y, .. } = self.levers[actuator];
+        let tilted =
+            f64::from(y.0) * f64::from(pose.tilt_x.0) - f64::from(x.0) * f64::from(pose.tilt_y.0);
+        (f64::from(pose.z.0) + tilted).clamp(0.0, self.top_um)
     }
 }

@@ -99,7 +99,7 @@ pub fn steps(
             mirror.hold(from_um, 1.0);
             let limit_s = limit::fastest_s(mirror.mirror(), drive_v, from_um, to_um);
             let mut limits = Limits::NONE;
-            let setpoint = Setpoint::Position(Micrometre(to_um as f32));
+            let setpoint = Setpoint::position(Micrometre(to_um as f32));
             let course: Vec<f64> = (0..(1.0 / TICK_S) as usize)
                 .map(|_| {
                     let (z, acted) = mirror.tick(setpoint);
@@ -182,7 +182,7 @@ fn traced(
     mirror.hold(sine.low_um, 1.0);
     let mut limits = Limits::NONE;
     let errors = sine.errors_um(|asked_um| {
-        let (z, acted) = mirror.tick(Setpoint::Track(Micrometre(asked_um as f32)));
+        let (z, acted) = mirror.tick(Setpoint::track(Micrometre(asked_um as f32)));
         limits = limits.union(acted);
         z
     });
@@ -207,7 +207,7 @@ pub fn triangle(
         .map(|tick| {
             let part = (tick % period) as f64 / period as f64;
             let asked = low_um + (high_um - low_um) * (1.0 - (2.0 * part - 1.0).abs());
-            mirror.tick(Setpoint::Track(Micrometre(asked as f32))).0 - asked
+            mirror.tick(Setpoint::track(Micrometre(asked as f32))).0 - asked
         })
         .skip(2 * period)
         .collect();

@@ -85,7 +85,7 @@ impl<'a> Loop<'a> {
     /// 10 ms.
     pub fn hold(&mut self, z_um: f64, seconds: f64) -> f64 {
         const READ: usize = 100;
-        let setpoint = Setpoint::Position(Micrometre(z_um as f32));
+        let setpoint = Setpoint::position(Micrometre(z_um as f32));
         let ticks = (seconds / TICK_S).round() as usize;
         let mut sum = 0.0;
         for tick in 0..ticks {

@@ -156,8 +156,8 @@ impl Samples {
 /// What a waveform's value asks of the core: steps need a path, anything else is one.
 fn setpoint(waveform: &Waveform, value: f32) -> Setpoint {
     match (waveform.quantity, waveform.shape) {
-        (Quantity::Position, Shape::Steps(_)) => Setpoint::Position(Micrometre(value)),
-        (Quantity::Position, _) => Setpoint::Track(Micrometre(value)),
+        (Quantity::Position, Shape::Steps(_)) => Setpoint::position(Micrometre(value)),
+        (Quantity::Position, _) => Setpoint::track(Micrometre(value)),
         (Quantity::Drive { active, others_v }, _) => {
             Setpoint::Drive(active.map(|is_active| Volt(if is_active { value } else { others_v })))
         }

@@ -43,10 +43,10 @@ impl Piece {
 
     fn setpoint(self, tick: usize) -> Setpoint {
         match self {
-            Self::To(z) => Setpoint::Position(Micrometre(z as f32)),
+            Self::To(z) => Setpoint::position(Micrometre(z as f32)),
             Self::Sine(middle, amplitude, angle) => {
                 let z = middle + amplitude * (angle * tick as f64).sin();
-                Setpoint::Track(Micrometre(z as f32))
+                Setpoint::track(Micrometre(z as f32))
             }
         }
     }

@@ -43,7 +43,14 @@ async fn put_to_use(
     calibration: &Calibration,
     usage: CalibrationUse,
 ) -> CalibrationInfo {
-    let bytes = calibration.to_bytes();
+    put_bytes_to_use(client, &calibration.to_bytes(), usage).await
+}
+
+async fn put_bytes_to_use(
+    client: &HostClient<WireError>,
+    bytes: &[u8],
+    usage: CalibrationUse,
+) -> CalibrationInfo {
     let capacity = Chunk::new().capacity();
     for (i, piece) in bytes.chunks(capacity).enumerate() {
         let chunk = CalibrationChunk {
@@ -208,6 +215,26 @@ fn the_senses_calibration_survives_beside_the_mirrors_and_each_an_update_of_the_
         let info = found(&flash);
         assert_eq!((info.device.as_str(), info.kept), (device, Kept::Yes));
     }
+}
+
+/// The factory's calibration as firmware had it whose calibrations had format 3.
+const FORMAT_3: &[u8] = include_bytes!("calibration-3.bin");
+
+#[test]
+fn a_calibration_of_the_format_before_is_taken_kept_and_knows_no_levers() {
+    let flash = erased();
+    assert_eq!(upload(&flash, &of_device("longer")).kept, Kept::Yes);
+    let used = with_client(&flash, async |client| {
+        put_bytes_to_use(&client, FORMAT_3, CalibrationUse::ForGood).await
+    });
+    assert_eq!(used.kept, Kept::Yes);
+    // Behind it in the same record.
+    let sense = set_sense(&flash, 1.01);
+    let info = found(&flash);
+    assert_eq!((info.kept, found_sense(&flash)), (Kept::Yes, sense));
+    let reaches = |lever: &mirror_protocol::Lever| lever.x_um != 0.0 || lever.y_um != 0.0;
+    assert!(!info.levers.iter().any(reaches), "{info:?}");
+    assert_eq!(info.max_position_um, used.max_position_um);
 }
 
 #[test]

@@ -52,7 +52,7 @@ fn accept(bytes: &[u8]) {
     let mut applied = [Volt(0.0); CHANNELS];
     for z_um in [50.0, 1e6, -1.0, 0.0] {
         for current in [0.0, 5e-3, f32::NAN] {
-            let setpoint = Setpoint::Position(Micrometre(z_um));
+            let setpoint = Setpoint::position(Micrometre(z_um));
             let step = controller.step(setpoint, applied, [Ampere(current); CHANNELS]);
             let is_safe = |drive: &Volt| (0.0..=top.0).contains(&drive.0);
             assert!(step.drives.iter().all(is_safe), "{:?}", step.drives);

@@ -1,10 +1,10 @@
 //! A calibration as bytes: what is uploaded and stored.
 //!
 //! Little endian, without padding: the letters `EMCA`, the format (u16), device and date (48 bytes
-//! each), the model's hash (u64), the numbers (f32) in the order of [`numbers`], and the CRC-32 (as in
-//! Ethernet) of all that.
+//! each), the model's hash (u64), the numbers (f32) in the order of [`numbers`] and of [`levers`], and the CRC-32 (as in
+//! Ethernet) of all that. Format 3, which is read too, has no levers.
 
-use super::{ActuatorCalibration, Bounds, Heat, Memory, Parts, Path};
+use super::{ActuatorCalibration, Bounds, Heat, Memory, Parts, Path, Plate};
 use super::{Calibration, CalibrationError, Field, Label, Origin, Problem};
 use super::{FAST_POLES, LAGS, PLAYS, SLOW_POLES};
 use crate::CHANNELS;
@@ -12,17 +12,31 @@ use crate::shape::{InverseTable, KNOTS};
 use crate::units::{Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Volt, Watt};
 
 /// The version of this layout and of what the numbers mean.
-pub(super) const FORMAT: u16 = 3;
+pub(super) const FORMAT: u16 = 4;
+/// The one without levers.
+const WITHOUT_LEVERS: u16 = 3;
 
 const MAGIC: [u8; 4] = *b"EMCA";
 const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
 const ACTUATOR_NUMBERS: usize = 5 + KNOTS;
 const SHARED_NUMBERS: usize = 2 * (FAST_POLES + SLOW_POLES + PLAYS + LAGS) + 5;
+const LEVER_NUMBERS: usize = 3 * CHANNELS;
 const HEAD: usize = MAGIC.len() + 2 + 2 * Label::CAPACITY + 8;
 
 /// Bytes of a calibration.
-pub const BYTES: usize = HEAD + 4 * (CHANNELS * ACTUATOR_NUMBERS + SHARED_NUMBERS) + 4;
+pub const BYTES: usize = BYTES_WITHOUT_LEVERS + 4 * LEVER_NUMBERS;
+const BYTES_WITHOUT_LEVERS: usize = HEAD + 4 * (CHANNELS * ACTUATOR_NUMBERS + SHARED_NUMBERS) + 4;
+
+/// How many bytes a calibration has that begins like this; those of the present format where it is of none.
+pub fn record_bytes(bytes: &[u8]) -> usize {
+    let format = bytes.get(MAGIC.len()..MAGIC.len() + 2);
+    if format == Some(&WITHOUT_LEVERS.to_le_bytes()) {
+        BYTES_WITHOUT_LEVERS
+    } else {
+        BYTES
+    }
+}
 
 impl Calibration {
     /// As bytes.
@@ -51,6 +65,7 @@ impl Calibration {
         numbers(&mut parts, &mut tables, &mut |number| {
             put(&number.to_le_bytes())
         });
+        levers(&mut parts.plate, &mut |number| put(&number.to_le_bytes()));
         let end = BYTES - 4;
         let checksum = CRC.checksum(&bytes[..end]);
         bytes[end..].copy_from_slice(&checksum.to_le_bytes());
@@ -68,13 +83,13 @@ impl Calibration {
         }
         let length = CalibrationError::Length { bytes: bytes.len() };
         let format = u16::from_le_bytes(reader.take().ok_or(length)?);
-        if format != FORMAT {
+        if !matches!(format, FORMAT | WITHOUT_LEVERS) {
             return Err(CalibrationError::Format { format });
         }
-        if bytes.len() != BYTES {
+        if bytes.len() != record_bytes(bytes) {
             return Err(length);
         }
-        let (content, checksum) = bytes.split_at(BYTES - 4);
+        let (content, checksum) = bytes.split_at(bytes.len() - 4);
         if CRC.checksum(content).to_le_bytes() != checksum {
             return Err(CalibrationError::Checksum);
         }
@@ -91,6 +106,11 @@ impl Calibration {
             // The length is known to be right.
             *number = f32::from_le_bytes(reader.take().unwrap_or_default());
         });
+        if format == FORMAT {
+            levers(&mut parts.plate, &mut |number| {
+                *number = f32::from_le_bytes(reader.take().unwrap_or_default());
+            });
+        }
         for (actuator, (top, knots)) in tables.into_iter().enumerate() {
             parts.actuators[actuator].shape = InverseTable::new(top, knots)
                 .map_err(|error| CalibrationError::from(error).of_actuator(actuator))?;
@@ -115,6 +135,7 @@ const BLANK: Parts = Parts {
     }; CHANNELS],
     heat: Heat::INSTANT,
     memory: Memory::NONE,
+    plate: Plate::UNKNOWN,
     path: Path {
         move_time: Second(0.0),
     },
@@ -155,6 +176,15 @@ fn numbers(
     visit(&mut parts.bounds.rise.0);
 }
 
+/// Every number of the levers, in the order of its bytes.
+fn levers(plate: &mut Plate, visit: &mut dyn FnMut(&mut f32)) {
+    for lever in &mut plate.levers {
+        visit(&mut lever.x.0);
+        visit(&mut lever.y.0);
+        visit(&mut lever.warp);
+    }
+}
+
 struct Reader<'a>(&'a [u8]);
 
 impl Reader<'_> {
@@ -193,9 +223,34 @@ mod tests {
 
     #[test]
     fn the_numbers_fill_the_bytes() {
-        // The last number before the checksum is the highest rise.
-        let place = BYTES - 8..BYTES - 4;
+        // The last numbers before the checksum are the highest rise, and the levers.
+        let place = BYTES_WITHOUT_LEVERS - 8..BYTES_WITHOUT_LEVERS - 4;
         assert_eq!(bytes()[place], parts().bounds.rise.0.to_le_bytes());
+        let place = BYTES - 8..BYTES - 4;
+        let last = parts().plate.levers[CHANNELS - 1];
+        assert_eq!(bytes()[place], last.warp.to_le_bytes());
+    }
+
+    #[test]
+    fn a_calibration_of_the_format_before_knows_no_levers() {
+        let mut old = bytes()[..BYTES_WITHOUT_LEVERS].to_vec();
+        old[4..6].copy_from_slice(&WITHOUT_LEVERS.to_le_bytes());
+        let end = old.len() - 4;
+        let checksum = CRC.checksum(&old[..end]);
+        old[end..].copy_from_slice(&checksum.to_le_bytes());
+        let expected = Parts {
+            plate: Plate::UNKNOWN,
+            ..parts()
+        };
+        assert_eq!(
+            Calibration::from_bytes(&old).map(|calibration| *calibration.parts()),
+            Ok(expected)
+        );
+        // A sense's calibration may lie behind it.
+        old.extend([0; 40]);
+        assert_eq!(record_bytes(&old), BYTES_WITHOUT_LEVERS);
+        assert_eq!(record_bytes(&bytes()), BYTES);
+        assert_eq!(record_bytes(&[]), BYTES);
     }
 
     #[test]

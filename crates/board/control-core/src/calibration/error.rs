@@ -23,6 +23,7 @@ pub enum Field {
     Play,
     Release,
     Creep,
+    Lever,
     MoveTime,
     MaxDrive,
     MaxPower,
@@ -46,6 +47,7 @@ impl Field {
             Self::Play => "plays",
             Self::Release => "release_s",
             Self::Creep => "creep",
+            Self::Lever => "levers",
             Self::MoveTime => "move_time_s",
             Self::MaxDrive => "max_drive_v",
             Self::MaxPower => "max_power_w",
@@ -57,7 +59,7 @@ impl Field {
     const fn is_list(self) -> bool {
         matches!(
             self,
-            Self::Knot | Self::FastPole | Self::SlowPole | Self::Play | Self::Creep
+            Self::Knot | Self::FastPole | Self::SlowPole | Self::Play | Self::Creep | Self::Lever
         )
     }
 }
@@ -70,6 +72,8 @@ pub enum Problem {
     OutOfRange,
     /// The board's design does not allow it, whatever the mirror (`design.rs`).
     BeyondTheBoard,
+    /// They do not tell a plate's two tilts from each other.
+    NoPlate,
     /// It does not lie above the one before it.
     NotRising,
     /// It is not that of the first actuator.
@@ -163,6 +167,9 @@ impl fmt::Display for CalibrationError {
                 f.write_str(match problem {
                     Problem::OutOfRange => " is not a value that a mirror can have",
                     Problem::BeyondTheBoard => " is beyond the limits of this board",
+                    Problem::NoPlate => {
+                        " and those with it do not tell the plate's tilts from each other"
+                    }
                     Problem::NotRising => " does not rise above the one before it",
                     Problem::NotTheSame => " is not that of the first actuator",
                     Problem::Sum => " and those with it do not add up",

@@ -10,12 +10,12 @@ mod origin;
 mod plausible;
 mod stages;
 
-pub use bytes::BYTES;
+pub use bytes::{BYTES, record_bytes};
 pub use error::{CalibrationError, Field, Problem};
 pub use origin::{Label, Origin};
 pub use stages::{
-    ActuatorCalibration, Bounds, FAST_POLES, Heat, LAGS, Lag, Memory, PLAYS, Path, Play, SLOW,
-    SLOW_POLES,
+    ActuatorCalibration, Bounds, FAST_POLES, Heat, LAGS, Lag, Lever, Memory, PLAYS, Path, Plate,
+    Play, SLOW, SLOW_POLES,
 };
 
 use crate::CHANNELS;
@@ -38,6 +38,8 @@ pub struct Parts {
     pub heat: Heat,
     /// The stage `memory`.
     pub memory: Memory,
+    /// The stage `plate`.
+    pub plate: Plate,
     /// How the mirror goes to a new position.
     pub path: Path,
     /// What protects it.
@@ -128,6 +130,7 @@ pub(crate) mod tests {
                     lag(0.002, 25.0),
                 ],
             },
+            plate: Plate::cross(Micrometre(480.0)),
             path: Path {
                 move_time: Second(6e-3),
             },

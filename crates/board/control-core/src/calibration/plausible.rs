@@ -2,10 +2,11 @@
 
 use core::ops::RangeInclusive;
 
-use super::{ActuatorCalibration, Bounds, Heat, Memory, Parts};
+use super::{ActuatorCalibration, Bounds, Heat, Memory, Parts, Plate};
 use super::{CalibrationError, Field, Problem};
 use super::{Lag, Play, SLOW};
 use crate::design::{COLD_RESISTANCES_OHM, HIGHEST_DRIVE, HIGHEST_POWER_W, TCRS_PER_K};
+use crate::plate::across;
 use crate::units::Second;
 
 /// How far the fast and slow poles' weights may add up to something else than 1.
@@ -25,6 +26,7 @@ impl Parts {
         }
         self.heat.check()?;
         self.memory.check()?;
+        self.plate.check()?;
         check(Field::MoveTime, 0, self.path.move_time.0, 0.0..=1.0)?;
         self.bounds.check()
     }
@@ -77,6 +79,41 @@ impl Memory {
         }
         check(Field::Release, 0, self.release.0, 0.0..=1e5)?;
         check_lags(Field::Creep, &self.creep, -0.2..=0.2, FASTEST_CREEP.0..=1e5)
+    }
+}
+
+/// No mirror plate has a longer lever (um): MEMS mirrors are millimetres wide.
+const LONGEST_LEVER_UM: f32 = 1e5;
+/// The least volume that levers and warp span, as a part of that of a square plate: 1 in 10 is far from any layout.
+const LEAST_SPANNED: f32 = 0.1;
+
+impl Plate {
+    fn check(&self) -> Result<(), CalibrationError> {
+        let mut longest_um = 0.0;
+        for (i, lever) in self.levers.iter().enumerate() {
+            for um in [lever.x.0, lever.y.0] {
+                check(Field::Lever, i, um, -LONGEST_LEVER_UM..=LONGEST_LEVER_UM)?;
+                longest_um = if um.abs() > longest_um {
+                    um.abs()
+                } else {
+                    longest_um
+                };
+            }
+            check(Field::Lever, i, lever.warp, -1.0..=1.0)?;
+        }
+        if !self.is_known() {
+            return Ok(());
+        }
+        let part = |um: f32| um / longest_um;
+        let tilt_x = self.levers.map(|lever| part(lever.y.0));
+        let tilt_y = self.levers.map(|lever| part(lever.x.0));
+        let warp = self.levers.map(|lever| lever.warp);
+        let volume: f32 = across([&tilt_x, &tilt_y, &warp]).iter().sum();
+        // That of a square plate is 16.
+        if volume.abs() < 16.0 * LEAST_SPANNED {
+            return Err(CalibrationError::number(Field::Lever, 0, Problem::NoPlate));
+        }
+        Ok(())
     }
 }
 
@@ -161,6 +198,8 @@ mod tests {
             10 => (&mut p.memory.creep[1].weight, Field::Creep),
             11 => (&mut p.memory.creep[2].time.0, Field::Creep),
             12 => (&mut p.memory.release.0, Field::Release),
+            17 => (&mut p.plate.levers[2].y.0, Field::Lever),
+            18 => (&mut p.plate.levers[1].warp, Field::Lever),
             13 => (&mut p.path.move_time.0, Field::MoveTime),
             14 => (&mut p.bounds.drive.0, Field::MaxDrive),
             15 => (&mut p.bounds.power.0, Field::MaxPower),
@@ -173,8 +212,8 @@ mod tests {
     proptest! {
         #[test]
         fn a_number_that_is_off_is_named(
-            which in 0_usize..17,
-            bad in prop_oneof![Just(f32::NAN), Just(f32::INFINITY), Just(-1.0e3), Just(1e9)],
+            which in 0_usize..19,
+            bad in prop_oneof![Just(f32::NAN), Just(f32::INFINITY), Just(-1.0e6), Just(1e9)],
         ) {
             let (parts, field) = number_off(which, bad);
             let Err(CalibrationError::Number { field: named, .. }) = Calibration::new(parts) else {
@@ -208,6 +247,23 @@ mod tests {
             };
             assert_eq!((named, problem), (field, Problem::BeyondTheBoard));
         }
+    }
+
+    #[test]
+    fn levers_that_span_no_plate_are_refused() {
+        let mut on_a_line = parts();
+        for lever in &mut on_a_line.plate.levers {
+            lever.y = Micrometre(0.0);
+        }
+        let mut alike = parts();
+        alike.plate.levers = [alike.plate.levers[0]; crate::CHANNELS];
+        for parts in [on_a_line, alike] {
+            let refused = CalibrationError::number(Field::Lever, 0, Problem::NoPlate);
+            assert_eq!(Calibration::new(parts), Err(refused));
+        }
+        let mut unknown = parts();
+        unknown.plate = Plate::UNKNOWN;
+        assert!(Calibration::new(unknown).is_ok());
     }
 
     #[test]

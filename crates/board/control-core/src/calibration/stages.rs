@@ -1,5 +1,6 @@
 //! The stages' numbers, and what some of them say forward.
 
+use crate::CHANNELS;
 use crate::shape::InverseTable;
 use crate::units::{Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Volt, Watt};
 
@@ -76,6 +77,24 @@ pub struct Memory {
     pub creep: [Lag; LAGS],
 }
 
+/// Where an actuator acts on the plate.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Lever {
+    /// Along the x axis, from the plate's centre.
+    pub x: Micrometre,
+    /// Along the y axis.
+    pub y: Micrometre,
+    /// Its part of the warp, in which the actuators move and the plate does not; the largest is 1.
+    pub warp: f32,
+}
+
+/// The stage `plate`: how four actuators carry it. At actuator i it is at z + y_i tilt_x - x_i tilt_y.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plate {
+    /// Actuator by actuator.
+    pub levers: [Lever; CHANNELS],
+}
+
 /// How the mirror goes to a new position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Path {
@@ -131,6 +150,37 @@ impl Memory {
             time: SLOW,
         }; LAGS],
     };
+}
+
+impl Plate {
+    /// One whose levers nobody knows: it is moved level only.
+    pub const UNKNOWN: Self = Self::cross(Micrometre(0.0));
+
+    /// Actuators 1 to 4 at +x, +y, -x and -y, all so far from the centre and equally stiff.
+    pub const fn cross(lever: Micrometre) -> Self {
+        const fn at(x: f32, y: f32, warp: f32) -> Lever {
+            Lever {
+                x: Micrometre(x),
+                y: Micrometre(y),
+                warp,
+            }
+        }
+        let um = lever.0;
+        Self {
+            levers: [
+                at(um, 0.0, 1.0),
+                at(0.0, um, -1.0),
+                at(-um, 0.0, 1.0),
+                at(0.0, -um, -1.0),
+            ],
+        }
+    }
+
+    /// Whether the levers are known.
+    pub fn is_known(&self) -> bool {
+        let mut levers = self.levers.iter();
+        levers.any(|lever| lever.x.0 != 0.0 || lever.y.0 != 0.0)
+    }
 }
 
 impl ActuatorCalibration {

@@ -1,6 +1,6 @@
 //! A board of protection alone, in front of four beams.
 
-use control_core::calibration::{Bounds, Heat, Label, Memory, Origin, Parts, Path};
+use control_core::calibration::{Bounds, Heat, Label, Memory, Origin, Parts, Path, Plate};
 use control_core::{
     ActuatorCalibration, AdcCode, Ampere, CHANNELS, Calibration, CurrentSense, InverseTable,
     Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, PwmCode, Second, SenseCalibration, Setpoint,
@@ -55,6 +55,7 @@ impl Claim {
                 model_hash: 0,
             },
             actuators: [actuator; CHANNELS],
+            plate: Plate::UNKNOWN,
             heat: Heat::INSTANT,
             memory: Memory::NONE,
             path: Path {

@@ -2,7 +2,10 @@
 
 use control_core::calibration::{LAGS, Memory, PLAYS};
 
-use super::poles::{Pole, TURNS, pole};
+use super::poles::{Pole, pole};
+
+/// A play operator and a lag of an actuator have their turn in every sixteenth tick.
+pub(super) const TURNS: usize = 16;
 
 /// Hysteresis, a sum of Prandtl-Ishlinskii play operators, and creep, inverted.
 pub(super) struct Hysteresis {
@@ -13,7 +16,8 @@ pub(super) struct Hysteresis {
     held: [f64; PLAYS],
     release: f64,
     creep: [Pole; LAGS],
-    turn: usize,
+    /// Position and displacement at the last turn, and the tangent from there.
+    turned: (f64, f64, f64),
 }
 
 impl Hysteresis {
@@ -40,22 +44,30 @@ impl Hysteresis {
                 1.0
             },
             creep: memory.creep.map(|lag| Pole::new(lag, TURNS)),
-            turn: 0,
+            turned: (0.0, 0.0, 1.0 / at_once),
         }
     }
 
-    pub(super) fn displacement(&mut self, z: f64) -> f64 {
-        let crept: f64 = self.creep.iter().map(|pole| pole.at).sum();
-        let y = z - crept;
-        self.creep[self.turn].relax(y);
-        let held = &mut self.held[self.turn];
-        *held = y + (*held - y) * self.release;
-        self.turn = (self.turn + 1) % TURNS;
-        let mut x = self.slope * y;
+    /// Along the tangent of the last turn.
+    pub(super) fn displacement(&self, z: f64) -> f64 {
+        let (position, displacement, slope) = self.turned;
+        displacement + slope * (z - position)
+    }
+
+    /// The actuator's turn, at `z`, with that of lag and play operator `k`.
+    pub(super) fn turn(&mut self, k: usize, z: f64) {
+        let y = z - self.creep.iter().map(|pole| pole.at).sum::<f64>();
+        self.creep[k].relax(y);
+        self.held[k] = y + (self.held[k] - y) * self.release;
+        let (mut x, mut slope) = (self.slope * y, self.slope);
         for k in 0..PLAYS {
-            self.held[k] = self.held[k].clamp(y - self.radius[k], y + self.radius[k]);
-            x += self.weight[k] * self.held[k];
+            let held = self.held[k].clamp(y - self.radius[k], y + self.radius[k]);
+            if held != self.held[k] {
+                slope += self.weight[k];
+            }
+            self.held[k] = held;
+            x += self.weight[k] * held;
         }
-        x
+        self.turned = (z, x, slope);
     }
 }

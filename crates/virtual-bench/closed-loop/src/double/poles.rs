@@ -4,7 +4,7 @@ use control_core::calibration::{FAST_POLES, Heat, Lag, SLOW_POLES};
 
 use crate::TICK_S;
 
-/// Slow poles, play operators and creep have their turn in every fourth tick.
+/// Slow poles have their turn in every fourth tick.
 pub(super) const TURNS: usize = 4;
 
 /// A first-order low-pass with its weight, and where it is.

@@ -1,0 +1,77 @@
+//! `set-pose`: piston and tilts, by the inverse of the model, without a sensor.
+
+use std::fmt;
+
+use calibration::PlatePose;
+use mirror_protocol::SetPose;
+use serde::Serialize;
+
+use super::pose::{PlateReport, TiltedPose, reach};
+use crate::board::Board;
+use crate::commands::moving::{Pace, Readings, settle_and_read};
+use crate::error::ToolError;
+use crate::names::{limit_names, limited_line};
+use crate::report;
+
+#[derive(Serialize)]
+struct Report {
+    asked: TiltedPose,
+    /// Where the board has taken the plate, as it counts.
+    pose: PlateReport,
+    settled_s: f64,
+    #[serde(flatten)]
+    readings: Readings,
+    limited_by: Vec<&'static str>,
+}
+
+pub(super) async fn run(
+    board: &Board,
+    asked: TiltedPose,
+    pace: Pace,
+    json: bool,
+) -> Result<(), ToolError> {
+    let reach = reach(&board.calibration().await?);
+    if !(asked.is_level() || reach.knows_tilts()) {
+        return Err(ToolError::LeversUnknown);
+    }
+    let pose = PlatePose::from(asked);
+    if !reach.contains(&pose) {
+        return Err(ToolError::PoseOutOfReach {
+            asked: Box::new(asked),
+            nearest: Box::new(reach.nearest(&pose).into()),
+        });
+    }
+    let commanded = board
+        .set_pose(SetPose {
+            z_um: pose.z_um as f32,
+            tilt_x_rad: pose.tilt_x_rad as f32,
+            tilt_y_rad: pose.tilt_y_rad as f32,
+            lease_ms: pace.lease_ms(),
+        })
+        .await?;
+    let (readings, settled) = settle_and_read(board, &commanded, pace).await?;
+    let status = board.status().await?;
+    let report = Report {
+        asked,
+        pose: PlateReport::from(&status.telemetry.pose),
+        settled_s: settled.s,
+        readings,
+        limited_by: limit_names(status.health.limits_since_command),
+    };
+    report::print(&report, json);
+    report::say(&pace.line(), json);
+    Ok(())
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "asked      {}", self.asked)?;
+        writeln!(f, "pose       {}", self.pose)?;
+        write!(f, "{}", self.readings)?;
+        writeln!(f, "{}", limited_line(&self.limited_by))?;
+        match self.readings.sensor_z_um {
+            Some(z) => writeln!(f, "sensor     {z:>9.3} um"),
+            None => Ok(()),
+        }
+    }
+}
