@@ -68,8 +68,9 @@ pub fn corrected(
     let asked_at = Curve::new(reached, asked.clone()).map_err(not_rising)?;
     let parts = calibration.parts();
     let mut actuators = parts.actuators;
+    let top_um = reached_at.at(f64::from(calibration.max_position().0));
     for actuator in &mut actuators {
-        actuator.shape = bent(actuator, &reached_at, &asked_at)?;
+        actuator.shape = bent(actuator, top_um, &asked_at)?;
     }
     Ok(Calibration::new(Parts {
         actuators,
@@ -77,13 +78,13 @@ pub fn corrected(
     })?)
 }
 
-fn bent(
+/// An actuator's table up to `top_um`, where a position is reached that was asked for as `asked_at` it (um).
+pub(crate) fn bent(
     actuator: &ActuatorCalibration,
-    reached_at: &Curve,
+    top_um: f64,
     asked_at: &Curve,
 ) -> Result<InverseTable, CalibrationError> {
     let old_top = f64::from(actuator.shape.top().0);
-    let top_um = reached_at.at(old_top);
     // The table between its knots as a smooth curve: the knots move against each other.
     let positions = (0..KNOTS).map(|i| old_top * i as f64 / SEGMENTS as f64);
     let rises = actuator.shape.knots().iter().map(|rise| f64::from(*rise));

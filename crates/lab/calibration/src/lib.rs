@@ -5,6 +5,7 @@
 //! - [`corrected`] bends the tables by what was measured at rest, where the model's curve is not the
 //!   mirror's;
 //! - [`rehearse`] tells what a board with such a calibration would leave along a standard path;
+//! - [`posed`] finds levers and each actuator's own table in poses that were measured at rest;
 //! - [`Reach`] tells which poses a plate reaches;
 //! - [`to_toml`], [`from_toml`] are the file that people read.
 
@@ -12,6 +13,7 @@ mod correct;
 mod curve;
 mod dynamics;
 mod file;
+mod pose;
 mod reach;
 mod refine;
 mod rehearsal;
@@ -19,6 +21,7 @@ mod statics;
 
 pub use correct::{CorrectionError, StaticPoint, corrected};
 pub use file::{CalibrationFileError, from_toml, to_toml};
+pub use pose::{PoseError, PosePoint, Posed, posed, poses_to_measure};
 pub use reach::{PlatePose, Reach};
 pub use refine::{RefineError, Refined, refined};
 pub use rehearsal::{Left, Rehearsal, rehearse};

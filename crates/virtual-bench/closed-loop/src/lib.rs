@@ -15,14 +15,16 @@ mod double;
 pub mod figures;
 mod limit;
 mod player;
+pub mod pose;
 mod precision;
 mod sine;
 
 pub use calibrate::{CalibrateError, calibrate};
 pub use precision::{Precision, precision};
 
+use calibration::PlatePose;
 use control_core::{
-    AdcCode, Ampere, CHANNELS, Calibration, Controller, CurrentSense, Limits, Micrometre, PwmCode,
+    AdcCode, Ampere, CHANNELS, Calibration, Controller, CurrentSense, Limits, PwmCode,
     SenseCalibration, Setpoint, TICK, Volt,
 };
 use emulated_board::Electronics;
@@ -84,17 +86,31 @@ impl<'a> Loop<'a> {
     /// Goes to `z_um` and stays for so long; returns where the mirror is then (um), as the mean of the last
     /// 10 ms.
     pub fn hold(&mut self, z_um: f64, seconds: f64) -> f64 {
+        let level = PlatePose {
+            z_um,
+            ..PlatePose::default()
+        };
+        self.hold_pose(&level, seconds).z_um
+    }
+
+    /// Goes to a pose and stays for so long; returns the pose of the plate then, as the mean of the last 10 ms.
+    pub fn hold_pose(&mut self, asked: &PlatePose, seconds: f64) -> PlatePose {
         const READ: usize = 100;
-        let setpoint = Setpoint::position(Micrometre(z_um as f32));
+        let setpoint = Setpoint::Position(pose::core_pose(asked));
         let ticks = (seconds / TICK_S).round() as usize;
-        let mut sum = 0.0;
+        let share = 1.0 / READ.min(ticks) as f64;
+        let mut mean = PlatePose::default();
         for tick in 0..ticks {
-            let z = self.tick(setpoint).0;
+            self.tick(setpoint);
             if tick + READ >= ticks {
-                sum += z;
+                let state = self.mirror.state();
+                mean.z_um += share * state.z_um;
+                mean.tilt_x_rad += share * state.tilt_x_deg.to_radians();
+                // The virtual mirror counts this one left-handed.
+                mean.tilt_y_rad -= share * state.tilt_y_deg.to_radians();
             }
         }
-        sum / READ.min(ticks) as f64
+        mean
     }
 
     /// What is driven now, before it is rounded to codes (V).

@@ -1,0 +1,128 @@
+//! Levers and shapes from poses, of a plate that is known.
+
+use calibration::{PlatePose, PoseError, PosePoint, Reach, posed, poses_to_measure, tabulate};
+use control_core::calibration::{Parts, Plate};
+use control_core::{CHANNELS, Calibration, Limits, Micrometre, PlateInverse, Pose, Radian};
+use mirror_model::{Model, Preset};
+
+fn calibration(lever_um: f32) -> Calibration {
+    let factory = tabulate(&Model::from(Preset::Reconciled)).expect("a calibration");
+    Calibration::new(Parts {
+        plate: Plate::cross(Micrometre(lever_um)),
+        ..*factory.calibration.parts()
+    })
+    .expect("levers only")
+}
+
+/// A plate of its own levers, on actuators each of which goes by a curve of its own.
+fn plate_reaches(asked_um: [f64; CHANNELS]) -> PlatePose {
+    let taken: [f64; CHANNELS] = std::array::from_fn(|i| {
+        let (gain, bend) = [(1.03, 2e-4), (0.97, 0.0), (1.01, -1e-4), (0.99, 1e-4)][i];
+        gain * asked_um[i] + bend * asked_um[i] * asked_um[i]
+    });
+    PlatePose {
+        z_um: taken.iter().sum::<f64>() / 4.0,
+        tilt_x_rad: (taken[1] - taken[3]) / (2.0 * 310.0),
+        tilt_y_rad: (taken[2] - taken[0]) / (2.0 * 290.0),
+    }
+}
+
+fn asked_um(calibration: &Calibration, pose: &PlatePose) -> [f64; CHANNELS] {
+    let plate = PlateInverse::new(&calibration.parts().plate, calibration.max_position());
+    let pose = Pose {
+        z: Micrometre(pose.z_um as f32),
+        tilt_x: Radian(pose.tilt_x_rad as f32),
+        tilt_y: Radian(pose.tilt_y_rad as f32),
+    };
+    let mut limits = Limits::NONE;
+    plate.positions(&pose, &mut limits).map(f64::from)
+}
+
+fn measured(calibration: &Calibration) -> Vec<PosePoint> {
+    let top_um = f64::from(calibration.max_position().0);
+    let reach = Reach::new(calibration.parts().plate, top_um);
+    let point = |asked: PlatePose| PosePoint {
+        asked,
+        reached: plate_reaches(asked_um(calibration, &asked)),
+    };
+    poses_to_measure(&reach, top_um)
+        .into_iter()
+        .map(point)
+        .collect()
+}
+
+#[test]
+fn a_plate_on_uneven_actuators_is_found() {
+    let before = calibration(500.0);
+    let posed = posed(&before, &measured(&before)).expect("a plate");
+    // The polynomials hold these curves: what is left is the prior's and f32's.
+    assert!(posed.piston_rms_um < 5e-3, "{posed:?}");
+    assert!(posed.tilt_rms_rad < 1e-5, "{posed:?}");
+    println!(
+        "left: {} um, {} rad",
+        posed.piston_rms_um, posed.tilt_rms_rad
+    );
+    let after = &posed.calibration;
+    let top_um = f64::from(after.max_position().0);
+    let reach = Reach::new(after.parts().plate, top_um);
+    for step in 1..20 {
+        let z_um = top_um * f64::from(step) / 20.0;
+        let (sine, cosine) = (0.7 * f64::from(step)).sin_cos();
+        let rad = 0.7 * reach.largest_tilt_rad(z_um, (cosine, sine));
+        let asked = PlatePose {
+            z_um,
+            tilt_x_rad: rad * cosine,
+            tilt_y_rad: rad * sine,
+        };
+        // The same heat takes an actuator as far as before.
+        let positions = asked_um(after, &asked);
+        let reached = plate_reaches(std::array::from_fn(|i| {
+            let rise = after.actuators()[i]
+                .shape
+                .temperature_rise(Micrometre(positions[i] as f32));
+            f64::from(before.actuators()[i].shape.position(rise).0)
+        }));
+        // What the fit leaves, and a table of 128 segments.
+        assert!(
+            (reached.z_um - z_um).abs() < 0.02,
+            "{reached:?} for {asked:?}"
+        );
+        assert!(
+            (reached.tilt_x_rad - asked.tilt_x_rad).abs() < 5e-5,
+            "{reached:?} for {asked:?}"
+        );
+        assert!(
+            (reached.tilt_y_rad - asked.tilt_y_rad).abs() < 5e-5,
+            "{reached:?} for {asked:?}"
+        );
+    }
+}
+
+#[test]
+fn what_does_not_fit_a_plate_is_refused_in_words() {
+    let before = calibration(500.0);
+    let good = measured(&before);
+    assert_eq!(posed(&before, &good[..10]), Err(PoseError::TooFew(10)));
+    let unknown = Calibration::new(Parts {
+        plate: Plate::UNKNOWN,
+        ..*before.parts()
+    });
+    assert_eq!(
+        posed(&unknown.expect("level"), &good),
+        Err(PoseError::NoLevers)
+    );
+    let mut gap = good.clone();
+    gap[4].reached.tilt_y_rad = f64::NAN;
+    assert_eq!(posed(&before, &gap), Err(PoseError::NotFinite(5)));
+    // Tilts of another mirror, or in another order.
+    let mut other = good.clone();
+    let count = other.len();
+    for i in 0..count {
+        other[i].reached.tilt_x_rad = good[(7 * i + 3) % count].reached.tilt_x_rad;
+    }
+    let refused = posed(&before, &other);
+    assert!(
+        matches!(refused, Err(PoseError::NoPlate { .. })),
+        "{refused:?}"
+    );
+}
