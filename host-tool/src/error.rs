@@ -232,6 +232,13 @@ pub enum ToolError {
     #[diagnostic(help("write lines of seconds and micrometres: `0.5,12.3`"))]
     Waveform { path: PathBuf, reason: String },
 
+    #[error("`{address}` cannot be listened on: {source}")]
+    #[diagnostic(help(
+        "is another `host-tool serve` or another program on that port? Choose one with --listen 127.0.0.1:PORT; \
+         port 0 is any that is free"
+    ))]
+    Listen { address: String, source: io::Error },
+
     #[error("interrupted; the recording holds what came, and the board goes on with what it does")]
     #[diagnostic(help("`host-tool off` turns its channels off"))]
     RecordingInterrupted,

@@ -18,6 +18,8 @@ pub mod picture;
 pub mod quantity;
 mod recording;
 mod report;
+mod scpi;
+mod serve;
 pub mod update;
 mod working;
 

@@ -84,6 +84,21 @@ impl Board {
         }
     }
 
+    /// Opens a board for good where nobody else has it for longer than a moment.
+    ///
+    /// # Errors
+    /// As of [`Self::open`], at once.
+    pub async fn open_if_free(found: &Found) -> Result<Self, ToolError> {
+        let mark = StopMark::read(found);
+        match Self::look(found).await? {
+            Seen::Open(board) => {
+                mark.check(found)?;
+                Ok(*board)
+            }
+            Seen::InUse(owner) => Err(in_use(found, Some(&owner))),
+        }
+    }
+
     async fn greet(found: &Found, claim: Option<Claim>) -> Result<Self, ToolError> {
         let cannot_open = |reason: String| ToolError::Open {
             board: found.name.clone(),
@@ -106,10 +121,7 @@ impl Board {
                 HostClient::new_with_wire(tx, rx, Tasks, sequence, ERROR_PATH, QUEUED_REQUESTS)
             }
         };
-        let hello = Hello {
-            protocol_version: PROTOCOL_VERSION,
-        };
-        let identity = ask::<HelloEndpoint>(&client, "introduce itself", &hello).await?;
+        let identity = introduce(&client).await?;
         if identity.protocol_version == PROTOCOL_VERSION {
             Ok(Self {
                 client,
@@ -121,6 +133,14 @@ impl Board {
                 board: identity.protocol_version,
             })
         }
+    }
+
+    /// Greets the board once more, after which it can be driven again although it was stopped.
+    ///
+    /// # Errors
+    /// Where it does not answer.
+    pub async fn greet_again(&self) -> Result<(), ToolError> {
+        introduce(&self.client).await.map(drop)
     }
 
     /// Who the board is.
@@ -214,18 +234,22 @@ impl Board {
     /// # Errors
     /// Where the board does not answer, or has tripped.
     pub async fn keep_renewing(&self) -> Result<Infallible, ToolError> {
-        // The time of an emulated board runs several times faster.
-        let often = if self.identity.is_emulated { 20 } else { 4 };
         loop {
             match self.renew().await {
                 Err(ToolError::Refused {
                     refusal: Refusal::NoLease,
                     ..
                 })
-                | Ok(_) => sleep(RENEWED_LEASE / often).await,
+                | Ok(_) => sleep(self.renewal_period()).await,
                 Err(error) => return Err(error),
             }
         }
+    }
+
+    /// From one renewal of a [`RENEWED_LEASE`] to the next. The time of an emulated board runs several times faster.
+    pub fn renewal_period(&self) -> Duration {
+        let often = if self.identity.is_emulated { 20 } else { 4 };
+        RENEWED_LEASE / often
     }
 
     /// The board's time from one control tick to a later one.
@@ -294,6 +318,13 @@ impl Board {
     }
 }
 
+/// The tasks that carry the link would go on otherwise, and the link would stay open.
+impl Drop for Board {
+    fn drop(&mut self) {
+        self.client.close();
+    }
+}
+
 /// Makes sure that nobody else could have put a socket there. Where there is none, connecting fails and says so.
 fn check_place(found: &Found) -> Result<(), Untrusted> {
     let Place::Socket { path } = &found.place else {
@@ -303,6 +334,13 @@ fn check_place(found: &Found) -> Result<(), Untrusted> {
         Err(Untrusted::Unseen { .. } | Untrusted::Kind { .. }) => Ok(()),
         checked => checked,
     }
+}
+
+async fn introduce(client: &HostClient<WireError>) -> Result<Identity, ToolError> {
+    let hello = Hello {
+        protocol_version: PROTOCOL_VERSION,
+    };
+    ask::<HelloEndpoint>(client, "introduce itself", &hello).await
 }
 
 async fn ask<E>(

@@ -198,6 +198,20 @@ pub enum Command {
         #[arg(help_heading = BOARD, long, value_name = "RESISTANCE")]
         resistor: Option<Resistance>,
     },
+    /// Be an instrument on a socket that speaks SCPI, for as long as it runs: Ctrl-C ends it.
+    #[command(after_long_help = "Example:\n  host-tool serve --listen 127.0.0.1:5025")]
+    Serve {
+        /// Where to listen: an address of this machine and a port, 0 for any that is free. Whoever reaches it drives the
+        /// mirror: 127.0.0.1 is reached from this machine only.
+        #[arg(help_heading = BOARD, long, value_name = "ADDRESS", default_value = "127.0.0.1:5025")]
+        listen: String,
+        /// End when the standard input does, as it does with the program that started this.
+        #[arg(help_heading = INPUT, long)]
+        end_with_input: bool,
+        /// Print what the instrument understands instead, as a page in Markdown.
+        #[arg(help_heading = OUTPUT, long)]
+        reference: bool,
+    },
     /// Explain a fault or a limit: what it is, its cause, and its remedy.
     #[command(after_long_help = "Example:\n  host-tool explain over-temperature")]
     Explain {

@@ -22,6 +22,8 @@ mod set_z;
 mod status;
 mod update;
 
+pub(crate) use status::kept_words;
+
 use clap::CommandFactory;
 use tokio::runtime::Builder;
 
@@ -32,6 +34,7 @@ use crate::commands::moving::Pace;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::report;
+use crate::serve;
 
 /// Carries out one command.
 pub(crate) fn run(arguments: Arguments) -> Result<(), ToolError> {
@@ -89,6 +92,17 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             let file = NewFile::create(output, force)?;
             record::run(&open().await?, file, duration, period, json).await
         }
+        Command::Serve {
+            reference: true, ..
+        } => {
+            report::write(&serve::reference());
+            Ok(())
+        }
+        Command::Serve {
+            listen,
+            end_with_input,
+            reference: false,
+        } => serve::run(&listen, arguments.board, end_with_input, json).await,
         Command::Explain { name } => explain::run(name.as_deref(), json),
         Command::Measure(Measure::Plane(Plane {
             from: Some(scan), ..

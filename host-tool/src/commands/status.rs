@@ -253,7 +253,7 @@ pub(super) fn calibrated_words(calibration: &CalibrationInfo) -> String {
     words.join(", ")
 }
 
-pub(super) fn kept_words(kept: Kept) -> &'static str {
+pub(crate) fn kept_words(kept: Kept) -> &'static str {
     match kept {
         Kept::Yes => "kept in flash",
         Kept::Factory => "as the factory left it",

@@ -1,0 +1,79 @@
+//! What the instrument can be told and asked.
+
+use crate::quantity::{Length, Span};
+
+/// What a client says.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Action {
+    /// Something that is answered in text.
+    Ask(Question),
+    Trace(u32, Span),
+    ClearStatus,
+    SetEventEnable(u16),
+    SetServiceEnable(u16),
+    SetEnable(Registers, u16),
+    Preset,
+    Complete,
+    Wait,
+    Reset,
+    SelectBoard(String),
+    ReleaseLock,
+    SetPosition(Length),
+    /// In volts.
+    SetDrives([f64; 4]),
+    SetSettling(Span),
+    SetOutput(bool),
+    ClearFaults,
+}
+
+/// What can be asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Question {
+    Identify,
+    EventEnable,
+    TakeEvent,
+    AwaitComplete,
+    ServiceEnable,
+    StatusByte,
+    SelfTest,
+    NextError,
+    ErrorCount,
+    Version,
+    Board,
+    Boards,
+    RequestLock,
+    LockOwner,
+    Position,
+    Drives,
+    Settling,
+    TraceColumns,
+    Calibration,
+    TakeStates(Registers),
+    States(Registers),
+    Enable(Registers),
+    Read(Reading),
+}
+
+/// What the board's status answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Reading {
+    IsDriven,
+    HasTripped,
+    MostPosition,
+    MostDrive,
+    Drives,
+    Currents,
+    Temperatures,
+    Resistances,
+    Position,
+    Supply,
+    Limits,
+    Channels,
+}
+
+/// The two groups of registers beyond the common ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Registers {
+    Questionable,
+    Operation,
+}

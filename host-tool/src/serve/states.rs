@@ -1,0 +1,86 @@
+//! What the two groups of registers say of a board.
+
+use control_core::Limits;
+use mirror_protocol::{ChannelState, Kept, Status};
+
+use crate::board::Board;
+use crate::serve::device::Moved;
+
+/// A register's bits, and what each means.
+pub(super) type Bits = &'static [(u16, &'static str)];
+
+const CALIBRATION: u16 = 8;
+const LIMITED: u16 = 9;
+const TRIPPED: u16 = 10;
+const STOPPED: u16 = 11;
+/// The register of what may not be as it should. Bit 8 is SCPI's, from 9 on they are the instrument's own (SCPI-1999, 20.3).
+pub(super) const QUESTIONABLE: Bits = &[
+    (
+        CALIBRATION,
+        "the calibration is not this mirror's: the factory's, or one that has rotted",
+    ),
+    (
+        LIMITED,
+        "a limit has acted since the last command that drives; `STATus:LIMits?` names it",
+    ),
+    (
+        TRIPPED,
+        "a fault has turned the channels off; `STATus:CHANnels?` names it",
+    ),
+    (
+        STOPPED,
+        "the board was stopped beside this client, which may drive it again after `SYSTem:LOCK:REQuest?`",
+    ),
+];
+
+const SETTLING: u16 = 1;
+const DRIVEN: u16 = 8;
+/// The register of what is going on. Bit 1 is SCPI's, from 8 on they are the instrument's own (SCPI-1999, 20.1).
+pub(super) const OPERATION: Bits = &[
+    (SETTLING, "the mirror settles"),
+    (DRIVEN, "something is driven"),
+];
+
+fn bits(which: &[(u16, bool)]) -> u16 {
+    which
+        .iter()
+        .map(|(bit, is_so)| u16::from(*is_so) << bit)
+        .sum()
+}
+
+/// The questionable condition.
+pub(super) fn questionable(status: &Status, kept: Kept, is_stopped: bool) -> u16 {
+    bits(&[
+        (CALIBRATION, !is_own(kept)),
+        (
+            LIMITED,
+            status.health.limits_since_command != Limits::NONE.bits(),
+        ),
+        (TRIPPED, has_tripped(status)),
+        (STOPPED, is_stopped),
+    ])
+}
+
+/// The condition of operation.
+pub(super) fn operation(status: &Status, is_settling: bool) -> u16 {
+    bits(&[(SETTLING, is_settling), (DRIVEN, is_driven(status))])
+}
+
+/// Whether a calibration is one that was made, and the last that was.
+pub(super) fn is_own(kept: Kept) -> bool {
+    matches!(kept, Kept::Yes | Kept::No | Kept::OnTrial)
+}
+
+pub(super) fn has_tripped(status: &Status) -> bool {
+    let is_tripped = |state: &ChannelState| matches!(state, ChannelState::Tripped(_));
+    status.telemetry.states.iter().any(is_tripped)
+}
+
+pub(super) fn is_driven(status: &Status) -> bool {
+    status.telemetry.drive_v.iter().any(|volts| *volts != 0.0)
+}
+
+/// Whether the mirror is on its way after a command that drives.
+pub(super) fn is_settling(board: &Board, status: &Status, moved: Moved) -> bool {
+    board.span(moved.tick, status.telemetry.tick).s < moved.settling.s
+}

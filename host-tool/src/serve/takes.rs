@@ -1,0 +1,187 @@
+//! What a command takes: parameters in base units, or with a unit as people write it.
+
+use crate::quantity::{Length, QuantityError, Span, Voltage};
+use crate::scpi::{Error, Kind};
+use crate::serve::action::Action;
+
+/// The parameters of a command, and what is said with them.
+pub(super) enum Takes {
+    Nothing(Action),
+    Length(fn(Length) -> Action),
+    /// One voltage for all four actuators, or one for each (V).
+    Voltages(fn([f64; 4]) -> Action),
+    Span(fn(Span) -> Action),
+    CountAndSpan(fn(u32, Span) -> Action),
+    Register(fn(u16) -> Action),
+    Boolean(fn(bool) -> Action),
+    Text(fn(String) -> Action),
+}
+
+impl Takes {
+    /// How the reference writes them.
+    pub(super) fn told(&self) -> &'static str {
+        match self {
+            Self::Nothing(_) => "",
+            Self::Length(_) => "<length>",
+            Self::Voltages(_) => "<voltage>[,<voltage>,<voltage>,<voltage>]",
+            Self::Span(_) => "<time>",
+            Self::CountAndSpan(_) => "<count>,<time>",
+            Self::Register(_) => "<mask>",
+            Self::Boolean(_) => "{ON|OFF}",
+            Self::Text(_) => "<string>",
+        }
+    }
+
+    /// What the command `header` says with these parameters, as they were typed.
+    ///
+    /// # Errors
+    /// Where there are too many or too few, or one is of another kind.
+    pub(super) fn read(&self, header: &str, typed: &[String]) -> Result<Action, Error> {
+        match (self, typed) {
+            (Self::Nothing(action), []) => Ok(action.clone()),
+            (Self::Length(action), [text]) => quantity(text, "m").map(action),
+            (Self::Voltages(action), [text]) => volts(text).map(|all| action([all; 4])),
+            (Self::Voltages(action), [a, b, c, d]) => {
+                Ok(action([volts(a)?, volts(b)?, volts(c)?, volts(d)?]))
+            }
+            (Self::Span(action), [text]) => quantity(text, "s").map(action),
+            (Self::CountAndSpan(action), [count, span]) => {
+                let count = whole(count, "a count from 1", 1, u32::MAX)?;
+                Ok(action(count, quantity(span, "s")?))
+            }
+            (Self::Register(action), [text]) => {
+                let mask = whole(text, "a mask from 0 to 65535", 0, u16::MAX.into())?;
+                Ok(action(mask as u16))
+            }
+            (Self::Boolean(action), [text]) => boolean(text).map(action),
+            (Self::Text(action), [text]) => string(text).map(action),
+            _ => Err(self.miscounted(header, typed.len())),
+        }
+    }
+
+    fn miscounted(&self, header: &str, given: usize) -> Error {
+        let most = match self {
+            Self::Nothing(_) => 0,
+            Self::Voltages(_) => 4,
+            Self::CountAndSpan(_) => 2,
+            _ => 1,
+        };
+        let kind = match given > most {
+            true => Kind::ParameterNotAllowed,
+            false => Kind::MissingParameter,
+        };
+        let said = match self.told() {
+            "" => format!("{header} takes no parameters"),
+            told => format!("{header} takes {told}"),
+        };
+        Error::new(kind, said)
+    }
+}
+
+fn volts(text: &str) -> Result<f64, Error> {
+    quantity::<Voltage>(text, "V").map(|voltage| voltage.v)
+}
+
+/// A number with its unit, whose case does not matter; without one it is in the base unit.
+fn quantity<Q>(text: &str, base_unit: &str) -> Result<Q, Error>
+where
+    Q: std::str::FromStr<Err = QuantityError>,
+{
+    let parse = |text: &str| match text.parse::<Q>() {
+        Err(QuantityError::NoUnit { .. }) => format!("{text} {base_unit}").parse(),
+        parsed => parsed,
+    };
+    let parsed = parse(text).or_else(|error| parse(&text.to_lowercase()).map_err(|_| error));
+    parsed.map_err(|error| {
+        let kind = match error {
+            QuantityError::WrongUnit { .. } => Kind::InvalidSuffix,
+            QuantityError::Unusable { .. } => Kind::DataOutOfRange,
+            QuantityError::NoNumber { .. } | QuantityError::NoUnit { .. } => Kind::DataType,
+        };
+        Error::new(kind, error.to_string())
+    })
+}
+
+fn whole(text: &str, what: &str, least: u32, most: u32) -> Result<u32, Error> {
+    let said = || format!("`{text}` is not {what}");
+    let number: u64 = text
+        .parse()
+        .map_err(|_| Error::new(Kind::DataType, said()))?;
+    match (u64::from(least)..=u64::from(most)).contains(&number) {
+        true => Ok(number as u32),
+        false => Err(Error::new(Kind::DataOutOfRange, said())),
+    }
+}
+
+fn boolean(text: &str) -> Result<bool, Error> {
+    match text.to_ascii_uppercase().as_str() {
+        "ON" | "1" => Ok(true),
+        "OFF" | "0" => Ok(false),
+        _ => {
+            let said = format!("`{text}` is neither ON nor OFF");
+            Err(Error::new(Kind::DataType, said))
+        }
+    }
+}
+
+/// A text in quotes; two of them within are one (IEEE 488.2, 7.7.5).
+fn string(text: &str) -> Result<String, Error> {
+    ['"', '\'']
+        .into_iter()
+        .find_map(|quote| {
+            let inner = text.strip_prefix(quote)?.strip_suffix(quote)?;
+            Some(inner.replace(&format!("{quote}{quote}"), &quote.to_string()))
+        })
+        .ok_or_else(|| {
+            let said = format!("`{text}` is no string; write it in quotes");
+            Error::new(Kind::DataType, said)
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn a_number_without_a_unit_is_in_the_base_unit_and_case_does_not_matter() {
+        for text in [
+            "120um", "120 UM", "0.12mm", "0.12 MM", "1.2e-4", "120 µm", "1.2E-4 M",
+        ] {
+            let length: Length = quantity(text, "m").expect(text);
+            assert!((length.um - 120.0).abs() < 1e-9, "{text}");
+        }
+        assert_eq!(quantity("5MS", "s"), Ok(Span { s: 5e-3 }));
+        let length = Takes::Length(Action::SetPosition);
+        let span = Takes::Span(Action::SetSettling);
+        let count = Takes::CountAndSpan(Action::Trace);
+        for (takes, typed, kind) in [
+            (&length, "120V", Kind::InvalidSuffix),
+            (&length, "NAN", Kind::DataType),
+            (&length, "", Kind::DataType),
+            (&length, "1e400m", Kind::DataOutOfRange),
+            (&span, "-1s", Kind::DataOutOfRange),
+            (&count, "0,1ms", Kind::DataOutOfRange),
+            (&count, "1.5,1ms", Kind::DataType),
+            (
+                &Takes::Register(Action::SetEventEnable),
+                "65536",
+                Kind::DataOutOfRange,
+            ),
+            (&Takes::Boolean(Action::SetOutput), "MAYBE", Kind::DataType),
+            (&Takes::Text(Action::SelectBoard), "bare", Kind::DataType),
+        ] {
+            let typed: Vec<String> = typed.split(',').map(str::to_owned).collect();
+            let error = takes.read("X", &typed).expect_err("wrong");
+            assert_eq!(error.kind, kind, "{typed:?}: {error}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_string_comes_back_from_its_quotes_and_any_text_ends(text in ".{0,30}") {
+            prop_assert_eq!(string(&crate::scpi::quoted(&text)), Ok(text.clone()));
+            let _ = (quantity::<Length>(&text, "m"), whole(&text, "", 0, 1), boolean(&text));
+        }
+    }
+}
