@@ -7,7 +7,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use emulated_board::{EmulatedBoard, PlantFault, Speed};
-use hil::{Bench, Said};
+use hil::{Bench, Said, interrupt};
 use serde_json::Value;
 use virtual_mirror::MirrorConfig;
 
@@ -437,6 +437,48 @@ fn floods_stalls_and_rubbish_of_one_client_are_its_own() {
     let mut crowd: Vec<Client> = (0..40).map(|_| serving.client()).collect();
     let last = crowd.last_mut().expect("forty");
     assert!(last.hear().contains("clients already"));
+}
+
+#[test]
+fn one_tool_serves_many_boards_and_lets_go_of_each_with_its_last_client() {
+    let serving = Serving::start();
+    let mut first = serving.driver();
+    // Another board, in a folder of its own; its socket's path is its name.
+    let other = Bench::emulated(MirrorConfig::bench());
+    let mut second = serving.client();
+    assert_eq!(
+        second.ask(&format!("SYST:BOAR \"{}\";BOAR?", other.board())),
+        format!("\"{}\"", other.board())
+    );
+    assert_eq!(
+        second.ask("VOLT 1V;*OPC?;:OUTP?"),
+        "1;1",
+        "nobody drives that one"
+    );
+    assert!(first.numbers("MEAS:VOLT?")[0] > 1.9);
+    assert_eq!(other.tool(&["status"]).code, 1, "it is in use");
+    drop(second);
+    let is_free = |bench: &Bench| bench.tool(&["status"]).code == 0;
+    other.wait("it is kept without a client", is_free);
+    assert!(other.is_off());
+    first.is_content();
+}
+
+#[test]
+fn a_tool_that_is_interrupted_turns_the_channels_off_and_one_on_the_network_says_so() {
+    let mut serving = Serving::start();
+    let _client = serving.driver();
+    interrupt(&serving.tool);
+    serving.wait_for_zero();
+    assert_eq!(serving.tool.wait().expect("it ends").code(), Some(0));
+    let words = ["serve", "--listen", "0.0.0.0:0", "--end-with-input"];
+    let said = serving.bench.tool(&words);
+    assert_eq!(said.code, 0, "its input has ended");
+    assert!(
+        said.sentence().contains("without a password"),
+        "{}",
+        said.err
+    );
 }
 
 #[test]
