@@ -14,6 +14,7 @@ mod layers;
 mod on_target;
 mod packages;
 mod panics;
+mod python;
 mod sbom;
 pub mod setup;
 #[cfg(test)]
@@ -77,6 +78,12 @@ enum Task {
         #[arg(default_value = "target/sbom")]
         folder: PathBuf,
     },
+    /// Install the Python package into target/python, check its types, and test it on an emulated board.
+    Python {
+        /// Its drivers too, in QCoDeS, pymeasure and bluesky.
+        #[arg(long)]
+        full: bool,
+    },
     /// Build a firmware image, print its size, and look for panics in the control tick.
     Build {
         /// The board to build for.
@@ -132,6 +139,7 @@ fn run(task: Task) -> Result<ExitCode> {
         Task::Hil { board: None, .. } => hil::on_emulated_boards().map(|()| ExitCode::SUCCESS),
         Task::Bench(Words { words }) => workbench("bench", &words),
         Task::Fuzz { arguments } => test::fuzz(&arguments).map(|()| ExitCode::SUCCESS),
+        Task::Python { full } => python::check(full).map(|()| ExitCode::SUCCESS),
         Task::Deny => deny::check().map(|()| ExitCode::SUCCESS),
         Task::Sbom { folder } => sbom::write(&folder).map(|()| ExitCode::SUCCESS),
         Task::Build { board } => {

@@ -14,6 +14,7 @@ use crate::deny;
 use crate::hil;
 use crate::images::{self, Board};
 use crate::on_target;
+use crate::python;
 use crate::setup;
 use crate::test_programs::{self, TestProgram};
 
@@ -104,6 +105,7 @@ pub(crate) fn run_all(full: bool) -> Result<()> {
     if full {
         gate.step("documentation, and the examples in it", documentation)?;
         gate.step("fuzzing", || fuzz(&[]))?;
+        gate.step("the Python package and its drivers", || python::check(true))?;
     }
     gate.print(start.elapsed());
     Ok(())

@@ -1,0 +1,26 @@
+"""Electrothermal MEMS mirrors on their driver board, from Python.
+
+Numbers are in SI units throughout: metres, volts, amperes, ohms, kelvins, seconds.
+"""
+
+from .instrument import Instrument, InstrumentError
+from .lab import Comparison, Diagnosis, ExperimentError, RankedEffect, compare, diagnose
+from .mirror import Calibration, Mirror, Trace
+from .processes import EmulatedBoard, Server, ToolError
+
+__all__ = [
+    "Calibration",
+    "Comparison",
+    "Diagnosis",
+    "EmulatedBoard",
+    "ExperimentError",
+    "Instrument",
+    "InstrumentError",
+    "Mirror",
+    "RankedEffect",
+    "Server",
+    "ToolError",
+    "Trace",
+    "compare",
+    "diagnose",
+]

@@ -1,0 +1,61 @@
+"""Each driver in its real framework, on the emulated board. One whose framework is not installed is skipped, and says so."""
+
+import pytest
+from electrothermal_mirror import Mirror, Server
+
+#: A mirror that was never calibrated is off by a tenth at most (the book, positioning).
+UNCALIBRATED = 0.1
+
+
+def test_qcodes(served: Server) -> None:
+    pytest.importorskip("qcodes")
+    from electrothermal_mirror.drivers.qcodes import ElectrothermalMirror
+
+    instrument = ElectrothermalMirror("mirror", Mirror(*served.address))
+    try:
+        instrument.position(60e-6)
+        assert instrument.position() == 60e-6
+        assert instrument.sensor() == pytest.approx(60e-6, rel=UNCALIBRATED)
+        assert instrument.currents().shape == (4,)
+        assert instrument.get_idn()["vendor"] == "host-tool"
+        snapshot = instrument.snapshot(update=True)
+        assert snapshot["parameters"]["position"]["unit"] == "m"
+        with pytest.raises(ValueError, match="must be between"):
+            instrument.position(1.0)
+    finally:
+        instrument.close()
+
+
+def test_pymeasure(served: Server) -> None:
+    pytest.importorskip("pymeasure")
+    pytest.importorskip("pyvisa_py")
+    from electrothermal_mirror.drivers.pymeasure import ElectrothermalMirror
+
+    host, port = served.address
+    instrument = ElectrothermalMirror(f"TCPIP::{host}::{port}::SOCKET", visa_library="@py")
+    try:
+        instrument.position = 60e-6
+        assert instrument.position == pytest.approx(60e-6)
+        assert instrument.sensor == pytest.approx(60e-6, rel=UNCALIBRATED)
+        assert len(instrument.currents) == 4
+        assert instrument.check_errors() == []
+        instrument.write("NONSENSE")
+        assert instrument.check_errors()[0][0] == -113
+    finally:
+        instrument.shutdown()
+
+
+def test_ophyd(served: Server) -> None:
+    pytest.importorskip("ophyd_async")
+    from bluesky import RunEngine
+    from bluesky.plans import scan
+    from electrothermal_mirror.drivers.ophyd import ElectrothermalMirror
+
+    documents: list[tuple[str, dict]] = []
+    with Mirror(*served.address) as mirror:
+        device = ElectrothermalMirror(mirror, "mirror")
+        engine = RunEngine()
+        engine(scan([device], device, 20e-6, 60e-6, 3), lambda name, document: documents.append((name, document)))
+    read = [document["data"]["mirror-position"] for name, document in documents if name == "event"]
+    assert read == pytest.approx([20e-6, 40e-6, 60e-6], rel=UNCALIBRATED)
+    assert documents[-1][1]["exit_status"] == "success"
