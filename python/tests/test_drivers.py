@@ -3,8 +3,8 @@
 import pytest
 from electrothermal_mirror import Mirror, Server
 
-#: A mirror that was never calibrated is off by a tenth at most (the book, positioning).
-UNCALIBRATED = 0.1
+#: The bench mirror is off by so much at most until it is calibrated (m; docs/guide/calibrate.md, error at rest, before).
+UNCALIBRATED = 10.8e-6
 
 
 def test_qcodes(served: Server) -> None:
@@ -15,7 +15,7 @@ def test_qcodes(served: Server) -> None:
     try:
         instrument.position(60e-6)
         assert instrument.position() == 60e-6
-        assert instrument.sensor() == pytest.approx(60e-6, rel=UNCALIBRATED)
+        assert instrument.sensor() == pytest.approx(60e-6, abs=UNCALIBRATED)
         assert instrument.currents().shape == (4,)
         assert instrument.get_idn()["vendor"] == "host-tool"
         snapshot = instrument.snapshot(update=True)
@@ -36,7 +36,7 @@ def test_pymeasure(served: Server) -> None:
     try:
         instrument.position = 60e-6
         assert instrument.position == pytest.approx(60e-6)
-        assert instrument.sensor == pytest.approx(60e-6, rel=UNCALIBRATED)
+        assert instrument.sensor == pytest.approx(60e-6, abs=UNCALIBRATED)
         assert len(instrument.currents) == 4
         assert instrument.check_errors() == []
         instrument.write("NONSENSE")
@@ -57,5 +57,5 @@ def test_ophyd(served: Server) -> None:
         engine = RunEngine()
         engine(scan([device], device, 20e-6, 60e-6, 3), lambda name, document: documents.append((name, document)))
     read = [document["data"]["mirror-position"] for name, document in documents if name == "event"]
-    assert read == pytest.approx([20e-6, 40e-6, 60e-6], rel=UNCALIBRATED)
+    assert read == pytest.approx([20e-6, 40e-6, 60e-6], abs=UNCALIBRATED)
     assert documents[-1][1]["exit_status"] == "success"
