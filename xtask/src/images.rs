@@ -11,10 +11,10 @@ use crate::panics;
 use crate::setup;
 use crate::tool;
 
-/// What the driver board's image may take of the microcontroller's 512 KB and 96 KB: a quarter of the flash,
-/// so that two images and a store of calibrations fit, and a third of the RAM. A calibration has 2.4 KB and
+/// What the driver board's image may take of the microcontroller's 512 KB and 96 KB: of the flash so much that each of the
+/// two banks of 256 KB holds one, the second of them besides the 48 KB of fault log and calibrations; a third of the RAM. A calibration has 2.4 KB and
 /// is there four times: in use, as uploaded, ready to be exchanged, and to come back when another was only tried.
-const FLASH_BUDGET: u64 = 128 * 1024;
+const FLASH_BUDGET: u64 = 192 * 1024;
 const RAM_BUDGET: u64 = 32 * 1024;
 
 /// The boards that there are images for.
