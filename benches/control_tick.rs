@@ -105,6 +105,7 @@ fn main() -> ! {
         currents: CurrentSense::new(&SenseCalibration::DESIGNED).currents(sensed.currents),
         supply: sensed.supply,
         missed_ticks: 0,
+        is_over_voltage: false,
     };
     let _ = protection.command(Lease::FOREVER);
     report("protection alone", || {

@@ -130,16 +130,15 @@ impl Control {
         let before = self.applied;
         let decided = self.decide(sensed);
         // What the next tick waits for comes before what the host waits for.
-        let has_tripped = self.protection.first_cause().is_some();
-        let is_in_time = match has_tripped {
-            true => {
+        let is_in_time = match self.protection.powers_stages() {
+            true => board.drive(decided.codes),
+            false => {
                 board.disable();
                 true
             }
-            false => board.drive(decided.codes),
         };
         self.tell(decided);
-        if has_tripped {
+        if self.protection.first_cause().is_some() {
             self.tell_trip();
         }
         if !is_in_time {
@@ -180,6 +179,7 @@ impl Control {
             currents: self.watched_sense.currents(sensed.currents),
             supply: sensed.supply,
             missed_ticks: sensed.missed_ticks,
+            is_over_voltage: sensed.is_over_voltage,
         };
         let allowed = self.protection.tick(self.setpoint, applied, &reading);
         watchdog::PROTECTION.store(true, Ordering::Relaxed);

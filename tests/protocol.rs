@@ -143,8 +143,8 @@ mod tests {
         (link, control)
     }
 
-    /// Two checks of the heaters, and the pause between.
-    const START_TICKS: u32 = 2551;
+    /// Two checks of the heaters, the supply of the stages before each, and the pause between.
+    const START_TICKS: u32 = 2591;
 
     #[test]
     fn nothing_is_driven_at_start_but_the_check_of_the_heaters() {

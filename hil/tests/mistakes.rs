@@ -5,13 +5,16 @@ use std::fs;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-use emulated_board::Connected;
+use emulated_board::{Connected, PlantFault};
 use hil::flashed_image;
-use mirror_protocol::{Drives, LEASE_FOREVER_MS, SetDriveEndpoint, StatusEndpoint};
+use mirror_protocol::{
+    ChannelState, ClearEndpoint, Drives, LEASE_FOREVER_MS, SetDriveEndpoint, StatusEndpoint,
+};
+use protection::Fault;
 use silicon_twin::board::Board;
 use silicon_twin::chip::{Mistake, Reset};
 use silicon_twin::tool::{AskError, Tool};
-use silicon_twin::{Image, Twin};
+use silicon_twin::{Failure, Image, Twin};
 use virtual_mirror::MirrorConfig;
 
 // Base addresses (RM0440, section 2.2.2).
@@ -114,6 +117,42 @@ const MISTAKES: &[Row] = &[
     ("pins: current sense 1 is an input", GPIOA, 0b11, 0),
     ("pins: current sense 4 is an input", GPIOB, 0b11 << 2, 0),
     ("pins: the supply's sense is an input", GPIOC, 0b11 << 10, 0),
+    (
+        "pins: the comparators' line stays an input",
+        GPIOB,
+        0b11 << 24,
+        0,
+    ),
+    (
+        "pins: the comparators' line on alternate function 5",
+        GPIOB + 0x24,
+        0xf << 16,
+        5 << 16,
+    ),
+    (
+        "pins: the load switch's enable stays an input",
+        GPIOC,
+        0b11 << 24,
+        0,
+    ),
+    (
+        "pins: the load switch's enable is an open drain",
+        GPIOC + 0x04,
+        1 << 12,
+        1 << 12,
+    ),
+    (
+        "pins: the load switch is never switched on",
+        GPIOC + 0x18,
+        1 << 12,
+        0,
+    ),
+    (
+        "pins: the load switch is never switched off",
+        GPIOC + 0x18,
+        1 << 28,
+        0,
+    ),
     ("TIM1: a period of 4251", TIM1 + 0x2c, 0xffff, 4250),
     ("TIM1: an update every third period", TIM1 + 0x30, 0xffff, 2),
     ("TIM1: an update every period", TIM1 + 0x30, 0xffff, 0),
@@ -136,6 +175,30 @@ const MISTAKES: &[Row] = &[
         1 << 15,
     ),
     ("TIM1: disabled outputs float", TIM1 + 0x44, 1 << 10, 0),
+    (
+        "TIM1: its break input is not enabled",
+        TIM1 + 0x44,
+        1 << 12,
+        0,
+    ),
+    (
+        "TIM1: its break input is active high",
+        TIM1 + 0x44,
+        1 << 13,
+        1 << 13,
+    ),
+    (
+        "TIM1: outputs come back by themselves after a break",
+        TIM1 + 0x44,
+        1 << 14,
+        1 << 14,
+    ),
+    (
+        "TIM1: a break's flag is never cleared",
+        TIM1 + 0x10,
+        1 << 7,
+        1 << 7,
+    ),
     ("TIM1: channel 1 idles high", TIM1 + 0x04, 1 << 8, 1 << 8),
     ("TIM1: TRGO2 is not the update", TIM1 + 0x04, 0xf << 20, 0),
     ("TIM1: it is not started", TIM1, 1, 0),
@@ -280,6 +343,11 @@ const NOT_CAUGHT: &[(&str, &str)] = &[
     ),
 ];
 
+const ALL_AT_ONE_VOLT: Drives = Drives {
+    drive_v: [1.0; 4],
+    lease_ms: LEASE_FOREVER_MS,
+};
+
 /// How long a start is looked at: until the host knows the device.
 const START_S: f64 = 0.25;
 
@@ -319,9 +387,6 @@ fn examine(twin: &mut Twin) -> Result<(), String> {
             let us = us_of(tick.cycle - last.cycle);
             if last.are_enabled && us != 100.0 {
                 wrong.get_or_insert(format!("a tick of {us:.2} us"));
-            }
-            if was_enabled && !tick.are_enabled {
-                wrong.get_or_insert("the firmware trips, and turns its outputs off".to_owned());
             }
             was_enabled |= tick.are_enabled;
             last = tick;
@@ -406,8 +471,51 @@ fn judge(twin: &mut Twin, seen: &Seen) -> Result<(), String> {
             twin.chip.watchdog_feeds()
         ));
     }
+    if twin.chip.compares().1 || twin.chip.is_load_switch_on() {
+        return fail("outputs or their stages' supply are on where nothing is driven".to_owned());
+    }
     examine_driven(twin)?;
+    examine_break(twin)?;
     examine_watchdog(twin)
+}
+
+/// Whether a stage that stays at its supply is turned off by the comparators, and drives again once it is mended.
+fn examine_break(twin: &mut Twin) -> Result<(), String> {
+    let mut tool = Tool::new(twin.clone());
+    let failed = |error: AskError| error.to_string();
+    let ran = |failure: Failure| failure.what;
+    tool.connect().map_err(failed)?;
+    tool.twin.chip.board.move_to_own_bench();
+    for is_mended in [false, true] {
+        let driven = tool.ask::<SetDriveEndpoint>(&ALL_AT_ONE_VOLT);
+        driven
+            .map_err(failed)?
+            .map_err(|refusal| format!("a drive is refused: {refusal:?}"))?;
+        if is_mended {
+            return Ok(());
+        }
+        let controls = tool.twin.chip.board.controls().clone();
+        controls.inject(Some(PlantFault::StuckStage(2, 5000)));
+        // A tick and the conversions of the next, the discharge of the stages' supply.
+        tool.twin.run_for(2e-3).map_err(ran)?;
+        let heated_v = tool.twin.chip.board.heated_v()[2];
+        if heated_v > 0.1 || tool.twin.chip.compares().1 {
+            return Err(format!("a stuck stage stays at {heated_v:.1} V"));
+        }
+        let status = tool.ask::<StatusEndpoint>(&()).map_err(failed)?;
+        let state = status
+            .map_err(|refusal| format!("{refusal:?}"))?
+            .telemetry
+            .states[2];
+        let over_voltage = ChannelState::Tripped(Fault::OutputOverVoltage.code());
+        if state != over_voltage {
+            return Err(format!("a stuck stage is told as {state:?}"));
+        }
+        controls.inject(None);
+        let cleared = tool.ask::<ClearEndpoint>(&()).map_err(failed)?;
+        cleared.map_err(|refusal| format!("{refusal:?}"))?;
+    }
+    Ok(())
 }
 
 /// Whether a channel that is driven by itself is the one whose current is sensed, in time.

@@ -70,6 +70,14 @@ fn ticks_and_conversions_come_when_the_board_s_page_says() {
     assert!(last.supply.abs_diff(49_648) < 40, "{last:?}");
 }
 
+/// Up to the check of the heaters.
+fn run_until_driven(twin: &mut Twin) {
+    twin.run_until(|twin| twin.chip.compares().0[0] > 0)
+        .unwrap_or_else(|failure| panic!("{failure}"));
+    assert!(twin.chip.compares().1, "outputs are enabled");
+    assert!(twin.chip.is_load_switch_on());
+}
+
 #[test]
 fn every_conversion_is_taken_by_a_tick_of_the_control_loop() {
     let mut twin = twin();
@@ -85,8 +93,7 @@ fn every_conversion_is_taken_by_a_tick_of_the_control_loop() {
 #[test]
 fn a_program_that_hangs_is_reset_by_the_watchdog_with_its_outputs_off() {
     let mut twin = twin();
-    run(&mut twin, START_S);
-    assert!(twin.chip.compares().1, "outputs are enabled");
+    run_until_driven(&mut twin);
     twin.hang();
     let hung_s = twin.seconds();
     twin.run_until(|twin| twin.resets().len() > 1)
@@ -96,6 +103,7 @@ fn a_program_that_hangs_is_reset_by_the_watchdog_with_its_outputs_off() {
     let took_s = twin.seconds() - hung_s;
     assert!((0.4..0.52).contains(&took_s), "{took_s} s");
     assert!(!twin.chip.compares().1, "the reset disables the outputs");
+    assert!(!twin.chip.is_load_switch_on(), "and their stages' supply");
     run(&mut twin, START_S);
     assert!(twin.chip.watchdog_feeds() > 0, "it has come up again");
 }
@@ -103,12 +111,11 @@ fn a_program_that_hangs_is_reset_by_the_watchdog_with_its_outputs_off() {
 #[test]
 fn a_fault_turns_the_outputs_off_at_once_and_the_program_starts_anew() {
     let mut twin = twin();
-    run(&mut twin, START_S);
-    assert!(twin.chip.compares().1, "outputs are enabled");
+    run_until_driven(&mut twin);
     // Where nothing is.
     twin.derail(0x6000_0000);
     let before_s = twin.seconds();
-    while twin.chip.compares().1 {
+    while twin.chip.compares().1 || twin.chip.is_load_switch_on() {
         twin.step().unwrap_or_else(|failure| panic!("{failure}"));
     }
     let took_us = (twin.seconds() - before_s) * 1e6;

@@ -34,6 +34,8 @@ async fn main(spawner: Spawner) {
         sense3: p.PB0,
         sense4: p.PB1,
         supply: p.PC5,
+        over_voltage: p.PB12,
+        load_switch: p.PC12,
     };
     let converters = Converters::new(p.TIM1, (p.ADC1, p.ADC2), pins);
     let memory = Memory::of_the_image();

@@ -35,11 +35,12 @@ pub trait Board {
     }
 
     /// Drives the four channels from the next tick on; whether that came before the tick began. What comes later is
-    /// driven a tick late, and maybe not on all channels at once.
+    /// driven a tick late, and maybe not on all channels at once. After [`Self::disable`] it switches the output stages'
+    /// supply on and enables the outputs: zero is to be driven until the supply is there.
     fn drive(&mut self, codes: [PwmCode; CHANNELS]) -> bool;
 
-    /// Disables the outputs of all four channels until the next [`Self::drive`]: more than code 0, for a channel whose
-    /// compare value does not act.
+    /// Disables the outputs of all four channels and switches their stages' supply off until the next [`Self::drive`]:
+    /// more than code 0, for a channel whose compare value does not act, and for a stage that does not follow.
     fn disable(&mut self);
 }
 
@@ -62,6 +63,8 @@ pub struct Sensed {
     pub currents: [AdcCode; CHANNELS],
     /// Supply of the output stages.
     pub supply: SupplyCode,
+    /// The comparators at the outputs have disabled them since they were enabled last.
+    pub is_over_voltage: bool,
     /// Control ticks before this one that did not take place.
     pub missed_ticks: u16,
     /// A position sensor on the sensor input, if there is one. For telemetry only.

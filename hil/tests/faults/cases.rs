@@ -74,11 +74,8 @@ const AT_ITS_TOP: u64 = AT_ONCE + 2000;
 /// Heat takes its time to show; what it does to the mirror is the measure there.
 const ONCE_IT_IS_HOT: u64 = u64::MAX;
 
-/// Aluminium begins to yield and creep 225 K above a room's temperature, and nothing that software can prevent may heat
-/// it further.
+/// Aluminium begins to yield and creep 225 K above a room's temperature, and nothing may heat it further.
 const HOTTEST_K: f64 = 225.0;
-/// What no software turns off heats on until somebody does.
-const UNTIL_IT_IS_UNPLUGGED_K: f64 = f64::INFINITY;
 
 /// Resets at instants that nobody chose, in each situation.
 const RANDOM_RESETS: usize = 4;
@@ -89,6 +86,7 @@ const DOES_NOT_FOLLOW: &[Fault] = &[
     Fault::ImplausibleSense,
     Fault::OverCurrent,
     Fault::ShortCircuit,
+    Fault::OutputOverVoltage,
 ];
 
 /// All of them. A number of a calibration is counted from its first, the first actuator's cold resistance.
@@ -110,15 +108,11 @@ fn on_a_channel(list: &mut List, channel: usize) {
     list.breaks(P::ShortCircuit(channel), &[F::ShortCircuit], AT_ONCE);
     list.breaks(P::Bridge(channel, 220), DOES_NOT_FOLLOW, AT_ONCE);
     list.breaks(P::Bridge(channel, 560), DOES_NOT_FOLLOW, AT_ITS_TOP);
-    list.breaks(P::StuckOutput(channel), DOES_NOT_FOLLOW, AT_ITS_TOP);
-    list.add(Case {
-        hottest_k: UNTIL_IT_IS_UNPLUGGED_K,
-        ..Case::of(
-            Trouble::Breaks(P::StuckStage(channel)),
-            DOES_NOT_FOLLOW,
-            AT_ITS_TOP,
-        )
-    });
+    list.breaks(P::StuckOutput(channel), DOES_NOT_FOLLOW, AT_ONCE);
+    list.breaks(P::StuckStage(channel, 5000), DOES_NOT_FOLLOW, AT_ONCE);
+    list.breaks(P::StuckStage(channel, 4250), DOES_NOT_FOLLOW, AT_ONCE);
+    // No more than a calibration may ask for.
+    list.breaks(P::StuckStage(channel, 3500), DOES_NOT_FOLLOW, AT_ITS_TOP);
     let frozen = &[
         F::FrozenSense,
         F::OpenHeater,

@@ -16,7 +16,7 @@ macro_rules! pages {
 }
 
 /// Name and page, by name.
-const PAGES: [(&str, &str); 24] = pages![
+const PAGES: [(&str, &str); 25] = pages![
     "calibration-bad",
     "calibration-outdated",
     "cooling",
@@ -29,6 +29,7 @@ const PAGES: [(&str, &str); 24] = pages![
     "lease-lapsed",
     "not-a-number",
     "open-heater",
+    "output-over-voltage",
     "over-current",
     "over-temperature",
     "position-high",

@@ -61,6 +61,7 @@ impl LockstepPlant {
             tick: self.pins.tick.wrapping_add(1),
             compare: codes.map(|code| code.0),
             outputs_enabled: enable,
+            stages_supplied: enable,
             is_idle: self.is_idle,
         };
         if self.send().is_err() {
@@ -130,6 +131,7 @@ impl Lockstep for LockstepPlant {
             currents: converters.current.map(AdcCode),
             supply: SupplyCode(converters.supply),
             missed_ticks,
+            is_over_voltage: converters.is_over_voltage,
             sensor_z: converters.sensor_z().map(Micrometre),
         }
     }

@@ -10,6 +10,8 @@ use core::mem::MaybeUninit;
 use cortex_m::peripheral::SCB;
 use embassy_stm32::pac;
 
+use super::converters::turn_outputs_off;
+
 /// Where the ROM begins, with its vectors.
 const ROM: *const u32 = 0x1fff_0000 as *const u32;
 
@@ -25,7 +27,7 @@ static mut REQUEST: MaybeUninit<u32> = MaybeUninit::uninit();
 /// Leaves for the bootloader. The outputs are disabled first, and stay so.
 pub fn enter() -> ! {
     cortex_m::interrupt::disable();
-    pac::TIM1.bdtr().modify(|w| w.set_moe(false));
+    turn_outputs_off();
     // SAFETY: nothing else touches it, and interrupts are off.
     unsafe { (&raw mut REQUEST).write_volatile(MaybeUninit::new(REQUESTED)) };
     SCB::sys_reset()

@@ -1,4 +1,4 @@
-//! The four PWM channels of TIM1, and the conversions that its update triggers: four current-sense
+//! The four PWM channels of TIM1, what turns them off, and the conversions that its update triggers: four current-sense
 //! channels on ADC1, the supply on ADC2.
 //!
 //! The PWM runs at 40 kHz; every fourth period ends in an update, which takes over new compare
@@ -13,13 +13,17 @@ use core::cell::Cell;
 use control_core::design::{PWM_PERIOD_COUNTS, PWM_PERIODS_PER_TICK};
 use control_core::{AdcCode, CHANNELS, PwmCode, SupplyCode};
 use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, Exten, InjectedAdc, SampleTime};
-use embassy_stm32::gpio::OutputType;
+use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::timer::vals::{Mms2, Ossi};
-use embassy_stm32::peripherals::{ADC1, ADC2, PA0, PA1, PB0, PB1, PC0, PC1, PC2, PC3, PC5, TIM1};
-use embassy_stm32::timer::low_level::{CountingMode, OutputCompareMode, Timer};
+use embassy_stm32::peripherals::{
+    ADC1, ADC2, PA0, PA1, PB0, PB1, PB12, PC0, PC1, PC2, PC3, PC5, PC12, TIM1,
+};
+use embassy_stm32::timer::low_level::{
+    BreakInputPolarity, CountingMode, FilterValue, OutputCompareMode, Timer,
+};
 use embassy_stm32::timer::simple_pwm::PwmPin;
-use embassy_stm32::timer::{Ch1, Ch2, Ch3, Ch4, Channel};
+use embassy_stm32::timer::{BkIn1, BreakInputPin, Ch1, Ch2, Ch3, Ch4, Channel};
 use embassy_stm32::{Peri, pac, triggers};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -56,9 +60,9 @@ struct Loop {
     control: Control,
 }
 
-/// The pins of the four channels. The drives lie on pins that the bootloader in the ROM leaves alone
+/// The pins of the four channels. The drives and the load switch lie on pins that the bootloader in the ROM leaves alone
 /// (AN2606, STM32G47xxx/48xxx: it uses PA2 to PA7, PA8 to PA12, PB12 to PB15, PC4, PC6 to PC11), so that
-/// the pull-downs hold the outputs off during an update, too.
+/// the pull-downs hold the outputs and the stages' supply off during an update, too.
 #[expect(missing_docs, reason = "named by channel")]
 pub struct ConverterPins {
     pub pwm1: Peri<'static, PC0>,
@@ -70,19 +74,25 @@ pub struct ConverterPins {
     pub sense3: Peri<'static, PB0>,
     pub sense4: Peri<'static, PB1>,
     pub supply: Peri<'static, PC5>,
+    /// Low where a comparator finds too much at an output.
+    pub over_voltage: Peri<'static, PB12>,
+    /// High: the stages have their supply.
+    pub load_switch: Peri<'static, PC12>,
 }
 
 /// PWM and current sense.
 pub struct Converters {
     timer: Timer<'static, TIM1>,
+    load_switch: Output<'static>,
     are_disabled: bool,
+    _over_voltage: Flex<'static>,
     _outputs: Outputs,
     _currents: InjectedAdc<'static, ADC1, CHANNELS>,
     _supply: InjectedAdc<'static, ADC2, 1>,
 }
 
-type Output<C> = PwmPin<'static, TIM1, C>;
-type Outputs = (Output<Ch1>, Output<Ch2>, Output<Ch3>, Output<Ch4>);
+type Pwm<C> = PwmPin<'static, TIM1, C>;
+type Outputs = (Pwm<Ch1>, Pwm<Ch2>, Pwm<Ch3>, Pwm<Ch4>);
 
 impl Converters {
     /// Sets up PWM and conversions with all channels off. Neither runs before [`start_control`].
@@ -117,13 +127,23 @@ impl Converters {
         let supply = adc2.setup_injected_conversions(supply, triggers::TIM1_TRGO2, edge, false);
         let currents = adc1.setup_injected_conversions(sense, triggers::TIM1_TRGO2, edge, true);
         Self {
+            _over_voltage: break_input(pins.over_voltage),
             timer: configure_pwm(timer),
-            are_disabled: false,
+            load_switch: Output::new(pins.load_switch, Level::Low, Speed::Low),
+            are_disabled: true,
             _outputs: outputs,
             _currents: currents,
             _supply: supply,
         }
     }
+}
+
+/// Gives TIM1 the comparators' line, which they pull low.
+fn break_input(pin: Peri<'static, impl BreakInputPin<TIM1, BkIn1>>) -> Flex<'static> {
+    let function = pin.af_num();
+    let mut pin = Flex::new(pin);
+    pin.set_as_af_unchecked(function, AfType::input(Pull::Up));
+    pin
 }
 
 fn configure_pwm(timer: Peri<'static, TIM1>) -> Timer<'static, TIM1> {
@@ -142,6 +162,11 @@ fn configure_pwm(timer: Peri<'static, TIM1>) -> Timer<'static, TIM1> {
     }
     // When the outputs are disabled they are held low instead of floating.
     timer.set_ossi(Ossi::IDLE_LEVEL);
+    // The comparators disable them, and software alone enables them again. What is shorter than 8 samples of 170 MHz / 32,
+    // 1.5 us, is a glitch (RM0440, TIMx_BDTR).
+    timer.set_break_polarity(BreakInputPolarity::ACTIVE_LOW);
+    timer.set_break_filter(FilterValue::FDTS_DIV32_N8);
+    timer.set_break_enable(true);
     // A debugger that halts the processor stops the timer, and that disables the outputs, too (RM0440, debug mode of
     // the advanced-control timers).
     // The watchdog stops with it, or every breakpoint would end in a reset.
@@ -149,6 +174,13 @@ fn configure_pwm(timer: Peri<'static, TIM1>) -> Timer<'static, TIM1> {
     pac::DBGMCU.apb1lfzr().modify(|w| w.set_iwdg(true));
     timer.generate_update_event();
     timer
+}
+
+/// Turns the outputs off in the registers themselves, whoever has them: first what acts on all four at once (RM0440,
+/// TIMx_BDTR: MOE), then the stages' supply (`ConverterPins::load_switch`).
+pub(super) fn turn_outputs_off() {
+    pac::TIM1.bdtr().modify(|w| w.set_moe(false));
+    pac::GPIOC.bsrr().write(|w| w.set_br(12, true));
 }
 
 impl Board for Converters {
@@ -171,16 +203,20 @@ impl Board for Converters {
         }
         // The next update takes the new values over, all or, in the midst of them, some.
         let is_in_time = !pac::TIM1.sr().read().uif();
-        // Only after `disable`: whatever else disabled them (RM0440, break inputs) is not undone here.
+        // Only after `disable`: what the comparators disabled is not undone here.
         if core::mem::take(&mut self.are_disabled) {
+            self.load_switch.set_high();
+            pac::TIM1.sr().write(|w| {
+                w.0 = !0;
+                w.set_bif(0, false);
+            });
             self.timer.enable_outputs();
         }
         is_in_time
     }
 
     fn disable(&mut self) {
-        // First what acts on all four at once (RM0440, TIMx_BDTR: MOE).
-        pac::TIM1.bdtr().modify(|w| w.set_moe(false));
+        turn_outputs_off();
         self.are_disabled = true;
         for channel in OUTPUTS {
             self.timer.set_compare_value(channel, 0);
@@ -192,6 +228,7 @@ impl Board for Converters {
 fn ADC1_2() {
     let currents = core::array::from_fn(|rank| AdcCode(pac::ADC1.jdr(rank).read().jdata()));
     let supply = SupplyCode(pac::ADC2.jdr(0).read().jdata());
+    let is_over_voltage = pac::TIM1.sr().read().bif(0);
     // The update that began this tick; writing a flag as 0 clears it, and as 1 leaves it (RM0440, TIMx_SR).
     pac::TIM1.sr().write(|w| {
         w.0 = !0;
@@ -210,6 +247,7 @@ fn ADC1_2() {
             currents,
             supply,
             missed_ticks,
+            is_over_voltage,
             sensor_z: None,
         }));
     });
@@ -238,7 +276,6 @@ pub fn start_control(converters: Converters, control: Control) {
         converters,
         control,
     });
-    started.converters.timer.enable_outputs();
     started.converters.timer.start();
     LOOP.lock(|slot| slot.set(Some(started)));
     // SAFETY: the handlers read registers, and take what is shared from behind locks.

@@ -10,13 +10,14 @@ use embassy_stm32::pac;
 use mirror_protocol::ResetCause;
 use protection::Fault;
 
+use super::converters::turn_outputs_off;
 use crate::last_stop;
 use crate::resets::Resets;
 use crate::startup::{LastStop, Origin};
 
-/// Turns the four outputs off in the timer's own registers, keeps the reason, and starts anew.
+/// Turns the four outputs off, keeps the reason, and starts anew.
 pub(super) fn stop(fault: Fault, reason: fmt::Arguments<'_>) -> ! {
-    pac::TIM1.bdtr().modify(|w| w.set_moe(false));
+    turn_outputs_off();
     last_stop::keep(fault, reason);
     cortex_m::peripheral::SCB::sys_reset()
 }

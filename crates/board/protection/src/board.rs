@@ -1,9 +1,10 @@
-//! The watch over what all channels share: the supply, and the beat of the control tick.
+//! The watch over what all channels share: the comparators at their outputs, the supply, and the beat of the control tick.
 
 use control_core::SupplyCode;
 use control_core::design::{HIGHEST_SUPPLY_MV, LOWEST_SUPPLY_MV};
 
 use crate::fault::Fault;
+use crate::protection::Reading;
 
 const LOWEST_SUPPLY: SupplyCode = SupplyCode::from_millivolt(LOWEST_SUPPLY_MV);
 const HIGHEST_SUPPLY: SupplyCode = SupplyCode::from_millivolt(HIGHEST_SUPPLY_MV);
@@ -14,7 +15,7 @@ const MISSED_TICK: u16 = 100;
 /// Five missed ticks within a few milliseconds, or one in fifty for long.
 const TOO_MANY: u16 = 5 * MISSED_TICK;
 
-/// The watch over supply and ticks.
+/// The watch over comparators, supply and ticks.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BoardWatch {
     suspect_ticks: u8,
@@ -22,9 +23,10 @@ pub(crate) struct BoardWatch {
 }
 
 impl BoardWatch {
-    /// One tick, before which `missed_ticks` did not take place.
-    pub(crate) fn check(&mut self, supply: SupplyCode, missed_ticks: u16) -> Option<Fault> {
-        if (LOWEST_SUPPLY.0..=HIGHEST_SUPPLY.0).contains(&supply.0) {
+    /// One tick, in which the stages had their supply or not. What the comparators say is true at once, since the timer has
+    /// filtered it and has acted; and it is said of stages without supply for as long as they have none.
+    pub(crate) fn check(&mut self, reading: &Reading, are_supplied: bool) -> Option<Fault> {
+        if (LOWEST_SUPPLY.0..=HIGHEST_SUPPLY.0).contains(&reading.supply.0) {
             self.suspect_ticks = 0;
         } else {
             self.suspect_ticks = self.suspect_ticks.saturating_add(1);
@@ -32,8 +34,10 @@ impl BoardWatch {
         self.missed = self
             .missed
             .saturating_sub(1)
-            .saturating_add(missed_ticks.saturating_mul(MISSED_TICK));
-        if self.suspect_ticks >= TICKS_TO_TRIP {
+            .saturating_add(reading.missed_ticks.saturating_mul(MISSED_TICK));
+        if reading.is_over_voltage && are_supplied {
+            Some(Fault::OutputOverVoltage)
+        } else if self.suspect_ticks >= TICKS_TO_TRIP {
             Some(Fault::SupplyOutOfRange)
         } else if self.missed >= TOO_MANY {
             Some(Fault::TickOverrun)
@@ -54,15 +58,24 @@ mod tests {
 
     const SOUND: SupplyCode = SupplyCode::from_millivolt(5_000);
 
+    fn check(watch: &mut BoardWatch, supply: SupplyCode, missed_ticks: u16) -> Option<Fault> {
+        let reading = Reading {
+            supply,
+            missed_ticks,
+            ..Reading::default()
+        };
+        watch.check(&reading, true)
+    }
+
     #[test]
     fn a_supply_out_of_range_is_found_in_three_ticks_and_a_glitch_is_none() {
         for millivolt in [0, 4_100, 5_600, 6_599] {
             let bad = SupplyCode::from_millivolt(millivolt);
             let mut watch = BoardWatch::default();
             for supply in [bad, bad, SOUND, bad, bad] {
-                assert_eq!(watch.check(supply, 0), None, "{millivolt} mV");
+                assert_eq!(check(&mut watch, supply, 0), None, "{millivolt} mV");
             }
-            assert_eq!(watch.check(bad, 0), Some(Fault::SupplyOutOfRange));
+            assert_eq!(check(&mut watch, bad, 0), Some(Fault::SupplyOutOfRange));
         }
     }
 
@@ -71,7 +84,7 @@ mod tests {
         // USB 2.0, section 7.2.2: 4.40 V at the port, less 125 mV in the cable.
         let supply = SupplyCode::from_millivolt(4_275);
         let mut watch = BoardWatch::default();
-        assert!((0..100).all(|_| watch.check(supply, 0).is_none()));
+        assert!((0..100).all(|_| check(&mut watch, supply, 0).is_none()));
     }
 
     #[test]
@@ -79,11 +92,11 @@ mod tests {
         let mut watch = BoardWatch::default();
         for tick in 0..10_000 {
             let missed = u16::from(tick % 101 == 0);
-            assert_eq!(watch.check(SOUND, missed), None, "tick {tick}");
+            assert_eq!(check(&mut watch, SOUND, missed), None, "tick {tick}");
         }
         watch.clear();
-        assert_eq!(watch.check(SOUND, 5), Some(Fault::TickOverrun));
+        assert_eq!(check(&mut watch, SOUND, 5), Some(Fault::TickOverrun));
         watch.clear();
-        assert_eq!(watch.check(SOUND, u16::MAX), Some(Fault::TickOverrun));
+        assert_eq!(check(&mut watch, SOUND, u16::MAX), Some(Fault::TickOverrun));
     }
 }

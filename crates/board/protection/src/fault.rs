@@ -32,6 +32,8 @@ named! {
         HardFault = "hard-fault",
         /// The newest stored calibration has rotted; the one before it is whole.
         CalibrationOutdated = "calibration-outdated",
+        /// An output stage gave more than any calibration may ask for, and the comparators disabled the outputs.
+        OutputOverVoltage = "output-over-voltage",
     }
 }
 

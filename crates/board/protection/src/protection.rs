@@ -15,11 +15,15 @@ const COUNTED_TICKS: u8 = 8;
 /// Ticks without drive between the checks of heaters that may still be warm, after a reset or a trip: 0.25 s.
 const PAUSE_TICKS: u16 = 2500;
 
+/// Ticks from the stages' supply being switched on to the first drive: twice what the load switch takes to bring 5 V up
+/// (docs/board.md).
+const POWER_TICKS: u8 = 20;
+
 /// Fall of the drive in a tick once a lease has ended: from 3.5 V to zero in 88 ms.
 const RAMP: Volt = Volt(4e-3);
 
 /// What was sensed during one tick.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Reading {
     /// Current-sense codes.
     pub codes: [AdcCode; CHANNELS],
@@ -29,6 +33,8 @@ pub struct Reading {
     pub supply: SupplyCode,
     /// Control ticks before this one that did not take place.
     pub missed_ticks: u16,
+    /// The comparators at the outputs have disabled them since they were enabled last.
+    pub is_over_voltage: bool,
 }
 
 /// What one channel is doing.
@@ -37,7 +43,7 @@ pub enum ChannelState {
     /// Zero drive: another channel has turned the board off.
     #[default]
     Off,
-    /// The heater is being checked, at start and once faults are cleared.
+    /// The stages get their supply, or the heater is being checked, at start and once faults are cleared.
     Starting,
     /// The heater is sound; zero drive.
     Ready,
@@ -71,25 +77,33 @@ pub struct Protection {
     lease: Lease,
     granted: Lease,
     causes: [Option<Fault>; CHANNELS],
+    /// The heaters are to be checked before anything else drives them.
+    is_check_due: bool,
     /// No heater may be warm from before a reset or a trip any more.
     have_cooled: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
-    /// Zero drive for heaters that may be warm; they are checked next.
+    /// No supply for the stages of heaters that may be warm; they are checked next.
     Cooling { ticks_left: u16 },
+    /// The stages' supply comes up; zero drive.
+    Powering { ticks_left: u8 },
     /// The heaters are being checked.
     Starting { ticks_left: u8 },
-    /// Zero drive, as wanted.
+    /// No supply for the stages, as nothing is wanted.
     Idle,
     /// What is wanted is carried out.
     Enabled,
-    /// The lease has ended: the drives ramp to zero and stay there.
-    Lapsed,
-    /// A fault has turned all channels off.
+    /// The lease has ended: the drives ramp to zero, and then the stages lose their supply.
+    Lapsed { is_ramping: bool },
+    /// A fault has turned all channels off, and their supply.
     Tripped,
 }
+
+const POWER: Phase = Phase::Powering {
+    ticks_left: POWER_TICKS - 1,
+};
 
 const CHECK: Phase = Phase::Starting {
     ticks_left: CHECK_TICKS,
@@ -133,10 +147,11 @@ impl Protection {
         Self {
             channels: watches(calibration),
             board: BoardWatch::default(),
-            phase: CHECK,
+            phase: POWER,
             lease: Lease(0),
             granted: Lease(0),
             causes: [None; CHANNELS],
+            is_check_due: true,
             have_cooled: false,
         }
     }
@@ -147,9 +162,12 @@ impl Protection {
         for (watch, actuator) in self.channels.iter_mut().zip(calibration.actuators()) {
             watch.recalibrate(actuator, allowed);
         }
-        if !matches!(self.phase, Phase::Tripped | Phase::Cooling { .. }) {
-            self.phase = CHECK;
-        }
+        self.is_check_due = true;
+        self.phase = match self.phase {
+            Phase::Enabled | Phase::Starting { .. } | Phase::Lapsed { is_ramping: true } => CHECK,
+            Phase::Idle | Phase::Lapsed { is_ramping: false } => POWER,
+            other => other,
+        };
     }
 
     /// A command that drives the channels may be carried out, under this lease and no earlier one.
@@ -161,9 +179,11 @@ impl Protection {
             return Err(Denied::Tripped(fault));
         }
         (self.lease, self.granted) = (lease, lease);
-        if self.phase == Phase::Lapsed {
-            self.phase = Phase::Enabled;
-        }
+        self.phase = match self.phase {
+            Phase::Lapsed { is_ramping: true } => Phase::Enabled,
+            Phase::Lapsed { is_ramping: false } => POWER,
+            other => other,
+        };
         Ok(())
     }
 
@@ -190,6 +210,7 @@ impl Protection {
         if self.phase != Phase::Tripped {
             return;
         }
+        self.is_check_due = true;
         self.have_cooled &= !self.causes.contains(&Some(Fault::OverTemperature));
         self.causes = [None; CHANNELS];
         self.phase = PAUSE;
@@ -214,20 +235,36 @@ impl Protection {
         reading: &Reading,
     ) -> Setpoint {
         self.watch(&applied, reading);
-        self.phase = self.next_phase(wanted);
+        self.phase = self.next_phase(wanted, &applied);
         match self.phase {
-            Phase::Idle | Phase::Tripped | Phase::Cooling { .. } => Setpoint::Off,
+            Phase::Idle | Phase::Tripped | Phase::Cooling { .. } | Phase::Powering { .. } => {
+                Setpoint::Off
+            }
             Phase::Starting { .. } => Setpoint::Drive([CHECK_DRIVE; CHANNELS]),
             Phase::Enabled => wanted,
-            Phase::Lapsed => {
+            Phase::Lapsed { .. } => {
                 Setpoint::Drive(applied.map(|drive| Volt((drive.0 - RAMP.0).max(0.0))))
             }
         }
     }
 
-    /// Whether heaters are being checked, and what is wanted has to wait.
+    /// Whether stages get their supply or heaters are being checked, and what is wanted has to wait.
     pub fn is_starting(&self) -> bool {
-        matches!(self.phase, Phase::Starting { .. } | Phase::Cooling { .. })
+        matches!(
+            self.phase,
+            Phase::Starting { .. } | Phase::Cooling { .. } | Phase::Powering { .. }
+        )
+    }
+
+    /// Whether the output stages are to have their supply, and the outputs to be enabled.
+    pub fn powers_stages(&self) -> bool {
+        matches!(
+            self.phase,
+            Phase::Powering { .. }
+                | Phase::Starting { .. }
+                | Phase::Enabled
+                | Phase::Lapsed { is_ramping: true }
+        )
     }
 
     /// Why the board has tripped, if it has: the fault of the first channel that has one.
@@ -237,7 +274,7 @@ impl Protection {
 
     /// Whether what was commanded is no longer carried out because its lease has ended.
     pub fn has_lapsed(&self) -> bool {
-        self.phase == Phase::Lapsed
+        matches!(self.phase, Phase::Lapsed { .. })
     }
 
     /// What is left of the lease; `None` where nothing is driven under one.
@@ -255,7 +292,7 @@ impl Protection {
         core::array::from_fn(|i| match (self.causes[i], self.phase) {
             (Some(fault), _) => ChannelState::Tripped(fault),
             (None, Phase::Tripped) => ChannelState::Off,
-            (None, Phase::Starting { .. } | Phase::Cooling { .. }) => ChannelState::Starting,
+            (None, _) if self.is_starting() => ChannelState::Starting,
             (None, _) if drives[i].0 == 0.0 => ChannelState::Ready,
             (None, _) if limits != Limits::NONE => ChannelState::Limited,
             (None, _) => ChannelState::Driving,
@@ -263,7 +300,7 @@ impl Protection {
     }
 
     fn watch(&mut self, applied: &[Volt; CHANNELS], reading: &Reading) {
-        let board = self.board.check(reading.supply, reading.missed_ticks);
+        let board = self.board.check(reading, self.powers_stages());
         let mut found = [board; CHANNELS];
         for (i, channel) in self.channels.iter_mut().enumerate() {
             let heater = channel.check(applied[i], reading.codes[i], reading.currents[i]);
@@ -305,22 +342,30 @@ impl Protection {
             }
         }
         self.have_cooled |= !is_any_cooling;
+        self.is_check_due = !self.have_cooled;
     }
 
-    fn next_phase(&mut self, wanted: Setpoint) -> Phase {
+    fn next_phase(&mut self, wanted: Setpoint, applied: &[Volt; CHANNELS]) -> Phase {
         match self.phase {
             Phase::Tripped => Phase::Tripped,
-            Phase::Cooling { ticks_left: 0 } => CHECK,
+            Phase::Cooling { ticks_left: 0 } => POWER,
             Phase::Cooling { ticks_left } => Phase::Cooling {
                 ticks_left: ticks_left - 1,
             },
+            Phase::Powering { ticks_left } if ticks_left > 0 => Phase::Powering {
+                ticks_left: ticks_left - 1,
+            },
+            Phase::Powering { .. } if self.is_check_due => CHECK,
             Phase::Starting { ticks_left } if ticks_left > 0 => Phase::Starting {
                 ticks_left: ticks_left - 1,
             },
             Phase::Starting { .. } if !self.have_cooled => PAUSE,
             _ if wanted == Setpoint::Off => Phase::Idle,
-            Phase::Lapsed => Phase::Lapsed,
-            _ if self.lease.is_over() => Phase::Lapsed,
+            Phase::Idle => POWER,
+            Phase::Lapsed { .. } => Phase::Lapsed {
+                is_ramping: applied.iter().any(|drive| drive.0 > 0.0),
+            },
+            _ if self.lease.is_over() => Phase::Lapsed { is_ramping: true },
             _ => Phase::Enabled,
         }
     }

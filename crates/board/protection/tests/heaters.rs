@@ -45,8 +45,8 @@ fn calibration(rise: f32) -> Calibration {
     .expect("plausible")
 }
 
-/// Two checks of 25 ticks with a pause of 2501 between.
-const START_TICKS: u32 = 2551;
+/// Two checks of 25 ticks with a pause of 2501 between, and 20 ticks each until the stages have their supply.
+const START_TICKS: u32 = 2591;
 
 /// As the factory's.
 const ALLOWED_RISE: f32 = 135.0;
@@ -86,10 +86,12 @@ impl Heater {
 }
 
 /// Board and heaters: what the firmware does around the protection, without the core.
+#[derive(Clone)]
 struct Bench {
     protection: Protection,
     heaters: [Heater; CHANNELS],
     supply: SupplyCode,
+    is_over_voltage: bool,
     applied: [Volt; CHANNELS],
 }
 
@@ -109,6 +111,7 @@ impl Bench {
             heaters,
             supply: SOUND_SUPPLY,
             applied: [Volt(0.0); CHANNELS],
+            is_over_voltage: false,
         }
     }
 
@@ -128,6 +131,7 @@ impl Bench {
             currents: CurrentSense::new(&SenseCalibration::DESIGNED).currents(codes),
             supply: self.supply,
             missed_ticks,
+            is_over_voltage: self.is_over_voltage,
         };
         let allowed = self.protection.tick(wanted, self.applied, &reading);
         self.applied = match allowed {
@@ -196,7 +200,7 @@ fn heaters_are_checked_before_they_are_driven() {
         bench.protection.command(Lease::FOREVER).expect("no fault");
         let (found, tick) = bench.drive(3.0, 100).expect("it trips");
         assert_eq!(found, fault, "{ohm} ohm");
-        assert!(tick < 16, "within the check: {tick}");
+        assert!(tick < 36, "within the check: {tick}");
         let states = bench
             .protection
             .states(bench.applied, control_core::Limits::NONE);
@@ -318,6 +322,68 @@ fn supply_and_overrun_trip_all_channels() {
 }
 
 #[test]
+fn what_the_comparators_find_trips_at_once() {
+    let mut bench = Bench::driving([450.0; CHANNELS], 1.0);
+    bench.is_over_voltage = true;
+    assert_eq!(bench.drive(1.0, 1), Some((Fault::OutputOverVoltage, 0)));
+    assert!(!bench.protection.powers_stages());
+    // They say so until the outputs are enabled again; the currents fall meanwhile.
+    for _ in 0..20 {
+        bench.tick(Setpoint::Off);
+    }
+    bench.protection.clear();
+    while !bench.protection.powers_stages() {
+        assert_eq!(bench.drive(1.0, 1), None);
+    }
+    let mut still_there = bench.clone();
+    assert_eq!(
+        still_there.drive(1.0, 1),
+        Some((Fault::OutputOverVoltage, 0))
+    );
+    bench.is_over_voltage = false;
+    bench.protection.command(Lease::FOREVER).expect("cleared");
+    assert_eq!(bench.drive(1.0, START_TICKS), None);
+}
+
+#[test]
+fn stages_get_their_supply_two_milliseconds_before_they_drive_and_lose_it_after() {
+    let wanted = Setpoint::Drive([Volt(1.0); CHANNELS]);
+    let mut bench = Bench::new([COLD; CHANNELS]);
+    let mut supplied_ticks = 0;
+    for _ in 0..START_TICKS {
+        supplied_ticks = match bench.protection.powers_stages() {
+            true => supplied_ticks + 1,
+            false => 0,
+        };
+        let drives = bench.tick(Setpoint::Off);
+        assert!(drives[0] == Volt(0.0) || supplied_ticks >= 20);
+    }
+    assert!(!bench.protection.powers_stages(), "nothing is wanted");
+    bench
+        .protection
+        .command(Lease::ticks(50))
+        .expect("no fault");
+    for _ in 0..20 {
+        assert_eq!(bench.tick(wanted), [Volt(0.0); CHANNELS]);
+        assert!(bench.protection.powers_stages() && bench.protection.is_starting());
+    }
+    for _ in 0..50 {
+        assert_eq!(bench.tick(wanted), [Volt(1.0); CHANNELS]);
+    }
+    // The lease has ended.
+    while bench.tick(wanted) != [Volt(0.0); CHANNELS] {
+        assert!(bench.protection.powers_stages(), "it still ramps");
+    }
+    bench.tick(wanted);
+    assert!(!bench.protection.powers_stages() && bench.protection.has_lapsed());
+    bench.protection.command(Lease::FOREVER).expect("no fault");
+    assert_eq!(bench.tick(wanted), [Volt(0.0); CHANNELS]);
+    assert!(bench.protection.powers_stages());
+    assert_eq!(bench.drive(1.0, 20), None);
+    assert_eq!(bench.applied, [Volt(1.0); CHANNELS]);
+}
+
+#[test]
 fn a_cleared_board_drives_again_and_a_fault_that_is_still_there_trips_again() {
     let mut bench = Bench::driving([450.0; CHANNELS], 2.0);
     bench.heaters[0].ohm = 1e9;
@@ -432,6 +498,10 @@ proptest! {
         bench.start();
         bench.protection.command(Lease::ticks(lease)).expect("no fault");
         let wanted = Setpoint::Drive([Volt(3.5); CHANNELS]);
+        // It begins once the stages have their supply.
+        for _ in 0..20 {
+            bench.tick(wanted);
+        }
         let mut left = lease;
         for (ticks, renewal) in renewals {
             for _ in 0..ticks {
@@ -463,6 +533,7 @@ proptest! {
         codes in proptest::array::uniform4(any::<u16>()),
         supply: u16,
         missed_ticks: u16,
+        is_over_voltage: bool,
         lease: u32,
     ) {
         let mut protection = Protection::new(&calibration(ALLOWED_RISE));
@@ -471,6 +542,7 @@ proptest! {
             currents: currents.map(Ampere),
             supply: SupplyCode(supply),
             missed_ticks,
+            is_over_voltage,
         };
         let drives = drives.map(Volt);
         let _ = protection.command(Lease::ticks(lease));

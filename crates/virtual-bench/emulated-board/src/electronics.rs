@@ -27,6 +27,33 @@ const GAIN_TOLERANCE: f64 = 3e-3;
 /// Standard deviation of the amplifier's offset at its input.
 const OFFSET_V: f64 = 40e-6;
 
+/// What the comparators at the outputs bear (V).
+const COMPARATOR_V: f64 = 3.7;
+/// The load switch brings the stages' supply up to 95 % in 0.75 ms, and discharges their 10 uF by 25 ohm (s).
+const RAIL_S: f64 = 0.25e-3;
+
+/// The supply of the output stages, behind their load switch.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Rail(f64);
+
+impl Rail {
+    /// Lets so many seconds pass with `source_v` in front of the switch.
+    pub fn advance(&mut self, is_on: bool, source_v: f64, seconds: f64) {
+        let target_v = if is_on { source_v } else { 0.0 };
+        self.0 = target_v + (self.0 - target_v) * (-seconds / RAIL_S).exp();
+    }
+
+    /// What stages give that would give this much: no more than they get.
+    pub fn limit(self, stage_v: [f64; 4]) -> [f64; 4] {
+        stage_v.map(|volts| volts.min(self.0))
+    }
+}
+
+/// Whether a comparator finds too much at one of the actuators.
+pub fn is_over_voltage(heated_v: [f64; 4]) -> bool {
+    heated_v.iter().any(|volts| *volts > COMPARATOR_V)
+}
+
 /// Four output stages and four current senses.
 #[derive(Clone, Debug)]
 pub struct Electronics {

@@ -11,7 +11,7 @@ const VACUUM: f64 = 0.05;
 const SHORT_OHM: f64 = 3.0;
 /// What an output stage makes of a PWM pin that is always high.
 const FULL_DUTY_V: f64 = 4.25;
-/// What the stages are supplied with, less nothing: an amplifier that reaches its rail.
+/// What the stages are supplied with.
 const STAGE_SUPPLY_V: f64 = 5.0;
 /// Supply of a weak port, and of a bench supply set wrongly.
 const WEAK_SUPPLY_V: f64 = 4.1;
@@ -44,8 +44,8 @@ pub enum PlantFault {
     Bridge(usize, u16),
     /// The channel's PWM pin stays high: its stage drives 4.25 V for as long as the timer's outputs are enabled.
     StuckOutput(usize),
-    /// The channel's stage stays at its supply, whatever the board does.
-    StuckStage(usize),
+    /// The channel's stage stays at so many millivolts, or at its supply where that is less, whatever it is told.
+    StuckStage(usize, u16),
     /// The mirror is in vacuum, where heat hardly leaves it.
     Vacuum,
     /// The channel's converter repeats the code that it read last.
@@ -175,14 +175,17 @@ impl PlantFault {
     /// How long the loop lasts (s).
     pub const RESET_LOOP_S: f64 = (Self::RESETS * RESET_TICKS) as f64 * 1e-4;
 
-    /// What arrives at the heaters (V) of what the output stages drive, with the timer's outputs enabled or not.
+    /// What arrives at the heaters (V) of what the output stages drive, with the timer's outputs enabled or not, and with
+    /// as much supply as they want.
     pub fn at_the_heaters(self, mut drive_v: [f64; 4], enabled: bool) -> [f64; 4] {
         if let Self::OpenHeater(channel) | Self::ShortCircuit(channel) = self {
             drive_v[channel] = 0.0;
         }
         match self {
             Self::StuckOutput(channel) if enabled => drive_v[channel] = FULL_DUTY_V,
-            Self::StuckStage(channel) => drive_v[channel] = STAGE_SUPPLY_V,
+            Self::StuckStage(channel, millivolt) => {
+                drive_v[channel] = f64::from(millivolt) * 1e-3;
+            }
             Self::StageGain(channel, percent) => drive_v[channel] *= f64::from(percent) / 100.0,
             _ => {}
         }
@@ -228,6 +231,7 @@ impl PlantFault {
                     tick: sound.tick,
                     missed_ticks: 0,
                     quiet_ticks: 0,
+                    is_over_voltage: sound.is_over_voltage,
                     ..*before
                 }
             }

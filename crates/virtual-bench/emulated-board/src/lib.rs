@@ -18,7 +18,7 @@ mod stack;
 
 pub use board::{EmulatedBoard, Emulation, StartError, claim_socket, private_directory};
 pub use controls::{Controls, Surroundings};
-pub use electronics::Electronics;
+pub use electronics::{Electronics, Rail, is_over_voltage};
 pub use faults::{Observed, PlantFault, Upset};
 pub use logs::{LogError, LogTable};
 pub use pace::{NoSpeed, Pace, Speed};

@@ -9,8 +9,8 @@ use std::time::Duration;
 use plant_link::{Converters, Pins};
 use virtual_mirror::{MirrorConfig, Sensor, State, VirtualMirror};
 
-use crate::Electronics;
 use crate::controls::{Controls, Surroundings};
+use crate::electronics::{Electronics, Rail, is_over_voltage};
 use crate::faults::{PlantFault, in_vacuum};
 use crate::pace::Pace;
 
@@ -24,6 +24,10 @@ const SUPPLY_V: f64 = 5.0;
 #[derive(Clone, Debug)]
 pub struct Plant {
     electronics: Electronics,
+    rail: Rail,
+    /// Whether the comparators have disabled the outputs since the board enabled them, and whether it does.
+    has_broken: bool,
+    are_enabled: bool,
     load: Load,
     controls: Controls,
     before: Converters,
@@ -98,6 +102,9 @@ impl Plant {
     pub fn new(connected: &Connected) -> Result<Self, virtual_mirror::ConfigError> {
         Ok(Self {
             electronics: Electronics::new(connected.seed()),
+            rail: Rail::default(),
+            has_broken: false,
+            are_enabled: false,
             load: Load::new(connected)?,
             controls: Controls::default(),
             before: Converters::default(),
@@ -132,23 +139,18 @@ impl Plant {
                 false => 0,
             };
             self.load.advance([0.0; 4], quiet_ticks);
-            let held_low = !pins.outputs_enabled;
-            let drive_v = pins.compare.map(|code| match held_low {
-                true => 0.0,
-                false => self.electronics.drive_v(code),
-            });
             let (fault, age_ticks) = self.controls.fault_of_this_tick();
             if fault == Some(PlantFault::Vacuum) && age_ticks == 0 {
                 self.load.leave_the_air();
             }
-            let heated_v = fault.map_or(drive_v, |fault| {
-                fault.at_the_heaters(drive_v, pins.outputs_enabled)
-            });
+            let source_v = fault.map_or(SUPPLY_V, |fault| fault.supply_v(SUPPLY_V, age_ticks));
+            let (drive_v, heated_v) = self.drive(&pins, fault);
+            let passed_s = f64::from(1 + u32::from(quiet_ticks)) * TICK_S;
+            self.rail.advance(pins.stages_supplied, source_v, passed_s);
             let mut read = self.convert(pins.tick, drive_v, heated_v, fault);
             read.quiet_ticks = quiet_ticks;
             if let Some(fault) = fault {
-                let supply_v = fault.supply_v(SUPPLY_V, age_ticks);
-                read.supply = self.electronics.supply_code(supply_v);
+                read.supply = self.electronics.supply_code(source_v);
                 read = fault.converters(read, &self.before, age_ticks);
             }
             self.before = read;
@@ -161,13 +163,32 @@ impl Plant {
             }
             // The board computes its next drives in the meantime.
             let hottest_k = self.load.advance(heated_v, 1);
-            let stays_on = matches!(fault, Some(PlantFault::StuckOutput(_)));
-            let at_the_outputs_v = if stays_on { heated_v } else { drive_v };
+            let at_the_outputs_v = std::array::from_fn(|i| drive_v[i].max(heated_v[i]));
             self.controls.observe(at_the_outputs_v, hottest_k);
             let ticks = 1 + u64::from(quiet_ticks);
             progress.ticks.fetch_add(ticks, Ordering::Relaxed);
             progress.exchanges.fetch_add(1, Ordering::Relaxed);
             pace.tick();
+        }
+    }
+
+    /// What the stages drive (V) in a tick with these pins, and what arrives at the heaters. Where that is too much the
+    /// comparators disable the outputs, until the board has disabled and enabled them.
+    fn drive(&mut self, pins: &Pins, fault: Option<PlantFault>) -> ([f64; 4], [f64; 4]) {
+        self.has_broken &= !pins.outputs_enabled || self.are_enabled;
+        self.are_enabled = pins.outputs_enabled;
+        loop {
+            let is_driven = pins.outputs_enabled && !self.has_broken;
+            let told_v = pins.compare.map(|code| match is_driven {
+                true => self.electronics.drive_v(code),
+                false => 0.0,
+            });
+            let wanted_v = fault.map_or(told_v, |fault| fault.at_the_heaters(told_v, is_driven));
+            let heated_v = self.rail.limit(wanted_v);
+            if self.has_broken || !is_over_voltage(heated_v) {
+                return (self.rail.limit(told_v), heated_v);
+            }
+            self.has_broken = true;
         }
     }
 
@@ -189,6 +210,7 @@ impl Plant {
             current: std::array::from_fn(|i| self.electronics.sense_code(i, current_a[i])),
             sensor_z_nm: (z_um * 1e3).round() as i32,
             supply: self.electronics.supply_code(SUPPLY_V),
+            is_over_voltage: self.has_broken,
             upset: plant_link::upset::NONE,
         }
     }

@@ -33,6 +33,8 @@ pub struct Pins {
     pub compare: [u16; 4],
     /// Whether the timer drives its outputs at all; where not, they are held low.
     pub outputs_enabled: bool,
+    /// Whether the load switch gives the output stages their supply.
+    pub stages_supplied: bool,
     /// Whether the board drives nothing, wants nothing and is asked for nothing: it may be left alone for a while.
     pub is_idle: bool,
 }
@@ -52,6 +54,8 @@ pub struct Converters {
     pub sensor_z_nm: i32,
     /// Code of the output stages' supply.
     pub supply: u16,
+    /// Whether the comparators have disabled the outputs since the board enabled them last.
+    pub is_over_voltage: bool,
     /// What happens to the processor itself in this tick ([`upset`]).
     pub upset: u8,
 }
@@ -72,7 +76,7 @@ pub mod upset {
 
 impl Pins {
     /// Length on the link.
-    pub const BYTES: usize = 14;
+    pub const BYTES: usize = 15;
 
     /// As bytes, little-endian.
     pub fn to_bytes(self) -> [u8; Self::BYTES] {
@@ -81,6 +85,7 @@ impl Pins {
         put_quad(&mut bytes[4..12], self.compare);
         bytes[12] = self.outputs_enabled.into();
         bytes[13] = self.is_idle.into();
+        bytes[14] = self.stages_supplied.into();
         bytes
     }
 
@@ -91,13 +96,14 @@ impl Pins {
             compare: quad(&bytes[4..]),
             outputs_enabled: bytes[12] != 0,
             is_idle: bytes[13] != 0,
+            stages_supplied: bytes[14] != 0,
         }
     }
 }
 
 impl Converters {
     /// Length on the link.
-    pub const BYTES: usize = 23;
+    pub const BYTES: usize = 24;
 
     /// As bytes, little-endian.
     pub fn to_bytes(self) -> [u8; Self::BYTES] {
@@ -108,7 +114,8 @@ impl Converters {
         bytes[16..18].copy_from_slice(&self.supply.to_le_bytes());
         bytes[18] = self.upset;
         bytes[19..21].copy_from_slice(&self.missed_ticks.to_le_bytes());
-        bytes[21..].copy_from_slice(&self.quiet_ticks.to_le_bytes());
+        bytes[21..23].copy_from_slice(&self.quiet_ticks.to_le_bytes());
+        bytes[23] = self.is_over_voltage.into();
         bytes
     }
 
@@ -127,6 +134,7 @@ impl Converters {
             upset: bytes[18],
             missed_ticks: u16::from_le_bytes([bytes[19], bytes[20]]),
             quiet_ticks: u16::from_le_bytes([bytes[21], bytes[22]]),
+            is_over_voltage: bytes[23] != 0,
         }
     }
 }
@@ -155,10 +163,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_tick_comes_back_whole(outputs_enabled: bool, is_idle: bool, quiet_ticks: u16, tick: u32, quad: [u16; 4], sensor_z_nm: i32, supply: u16, upset: u8, missed_ticks: u16) {
-            let pins = Pins { tick, compare: quad, outputs_enabled, is_idle };
+        fn a_tick_comes_back_whole(outputs_enabled: bool, stages_supplied: bool, is_over_voltage: bool, is_idle: bool, quiet_ticks: u16, tick: u32, quad: [u16; 4], sensor_z_nm: i32, supply: u16, upset: u8, missed_ticks: u16) {
+            let pins = Pins { tick, compare: quad, outputs_enabled, stages_supplied, is_idle };
             prop_assert_eq!(Pins::from_bytes(&pins.to_bytes()), pins);
-            let converters = Converters { tick, current: quad, sensor_z_nm, supply, upset, missed_ticks, quiet_ticks };
+            let converters = Converters { tick, current: quad, sensor_z_nm, supply, is_over_voltage, upset, missed_ticks, quiet_ticks };
             prop_assert_eq!(Converters::from_bytes(&converters.to_bytes()), converters);
         }
     }

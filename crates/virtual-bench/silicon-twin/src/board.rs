@@ -1,6 +1,8 @@
 //! The driver board around the chip (`docs/board.md`): output filters and stages, current senses, supply, and the mirror.
 
-use emulated_board::{Connected, Controls, Electronics, Load, PlantFault, Upset};
+use emulated_board::{
+    Connected, Controls, Electronics, Load, PlantFault, Rail, Upset, is_over_voltage,
+};
 use virtual_mirror::ConfigError;
 
 use crate::chip::Clock;
@@ -8,6 +10,9 @@ use crate::chip::Output;
 
 /// The pins that drive the four channels.
 pub(crate) const DRIVE_PINS: [&str; 4] = ["PC0", "PC1", "PC2", "PC3"];
+/// The pin that the comparators pull low, and the one that enables the stages' load switch.
+pub(crate) const COMPARATORS_PIN: &str = "PB12";
+pub(crate) const LOAD_SWITCH_PIN: &str = "PC12";
 
 /// Each of the two poles of an output filter: 2 kHz.
 const FILTER_S: f64 = 1.0 / (std::f64::consts::TAU * 2e3);
@@ -63,20 +68,28 @@ impl Filter {
     }
 }
 
+/// What the chip's pins do to the board.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Driven {
+    pub(crate) outputs: [Output; 4],
+    pub(crate) is_load_switch_on: bool,
+}
+
 /// The board.
 #[derive(Clone, Debug)]
 pub struct Board {
     electronics: Electronics,
     load: Load,
     filters: [Filter; 4],
+    rail: Rail,
     resistance_ohm: [f64; 4],
     /// The cycle up to which the filters have come.
     at: u64,
     /// Integral of the square of each stage's voltage since the mirror's last step (V^2 s), and how long that is.
     heat: [f64; 4],
     heated_s: f64,
-    /// Integral of what each stage is told in that time (V s).
-    told: [f64; 4],
+    /// Integral of what each stage gives in that time (V s).
+    given: [f64; 4],
     steps: u64,
     controls: Controls,
     /// What is broken, and for how many steps it has been.
@@ -103,11 +116,12 @@ impl Board {
             electronics: Electronics::new(connected.seed()),
             load: Load::new(connected)?,
             filters: [Filter::default(); 4],
+            rail: Rail::default(),
             resistance_ohm: [0.0; 4],
             at: 0,
             heat: [0.0; 4],
             heated_s: 0.0,
-            told: [0.0; 4],
+            given: [0.0; 4],
             steps: 0,
             controls: Controls::default(),
             fault: None,
@@ -134,10 +148,24 @@ impl Board {
     }
 
     /// Voltage at each actuator.
-    fn heated_v(&self) -> [f64; 4] {
+    pub fn heated_v(&self) -> [f64; 4] {
         // A pin that is stuck is so before the filter.
-        self.broken(self.drive_v(), |fault, drive_v| {
-            fault.at_the_heaters(drive_v, false)
+        self.rail
+            .limit(self.broken(self.drive_v(), |fault, drive_v| {
+                fault.at_the_heaters(drive_v, false)
+            }))
+    }
+
+    /// Whether a comparator pulls the line low that the outputs are disabled by.
+    pub(crate) fn is_over_voltage(&self) -> bool {
+        is_over_voltage(self.heated_v())
+    }
+
+    /// What is in front of the load switch (V).
+    fn supply_v(&self) -> f64 {
+        self.broken(SUPPLY_V, |fault, supply_v| {
+            let age = self.fault.map_or(0, |(_, age)| age);
+            fault.supply_v(supply_v, age)
         })
     }
 
@@ -169,8 +197,8 @@ impl Board {
         let hottest_k = self.load.advance(effective_v, 1);
         // Its mean: the PWM leaves a ripple.
         self.controls
-            .observe(self.told.map(|told| told / heated_s), hottest_k);
-        (self.heat, self.told, self.heated_s) = ([0.0; 4], [0.0; 4], 0.0);
+            .observe(self.given.map(|given| given / heated_s), hottest_k);
+        (self.heat, self.given, self.heated_s) = ([0.0; 4], [0.0; 4], 0.0);
         let (fault, age) = self.controls.fault_of_this_tick();
         self.fault = fault.map(|fault| (fault, age));
         if self.fault == Some((PlantFault::Vacuum, 0)) {
@@ -189,20 +217,20 @@ impl Board {
         self.resistance_ohm = current_a.map(|current| PROBE_V / current);
     }
 
-    /// Brings the filters to the cycle `to`, with these outputs.
-    pub(crate) fn advance(&mut self, to: u64, clock: &Clock, outputs: &[Output; 4]) {
+    /// Brings filters and supply to the cycle `to`, with these pins.
+    pub(crate) fn advance(&mut self, to: u64, clock: &Clock, driven: &Driven) {
         while self.at < to {
-            let edges = outputs.iter().filter_map(|output| match output {
+            let edges = driven.outputs.iter().filter_map(|output| match output {
                 Output::Until(_, edge) if *edge > self.at => Some(*edge),
                 _ => None,
             });
             let end = edges.min().map_or(to, |edge| edge.min(to));
-            self.hold(end, clock, outputs);
+            self.hold(end, clock, driven);
         }
     }
 
     /// Holds the levels of now until `end`.
-    fn hold(&mut self, end: u64, clock: &Clock, outputs: &[Output; 4]) {
+    fn hold(&mut self, end: u64, clock: &Clock, driven: &Driven) {
         let seconds = (end - self.at) as f64 / clock.hz();
         let times = seconds / FILTER_S;
         let decay = (-times).exp();
@@ -211,7 +239,8 @@ impl Board {
             Some((PlantFault::StuckOutput(channel), _)) => Some(channel),
             _ => None,
         };
-        for (channel, (filter, output)) in self.filters.iter_mut().zip(outputs).enumerate() {
+        for (channel, (filter, output)) in self.filters.iter_mut().zip(&driven.outputs).enumerate()
+        {
             let is_high = match output {
                 // The board's pull-downs.
                 Output::Floating => false,
@@ -221,13 +250,16 @@ impl Board {
             };
             filter.hold(f64::from(u8::from(is_high)), decay, times);
         }
+        let supply_v = self.supply_v();
+        self.rail
+            .advance(driven.is_load_switch_on, supply_v, seconds);
         let after_v = self.heated_v();
         for ((heat, before_v), after_v) in self.heat.iter_mut().zip(before_v).zip(after_v) {
             *heat += 0.5 * (before_v * before_v + after_v * after_v) * seconds;
         }
-        let drive_v = self.drive_v();
-        for (told, drive_v) in self.told.iter_mut().zip(drive_v) {
-            *told += drive_v * seconds;
+        let stage_v = self.rail.limit(self.drive_v());
+        for (i, given) in self.given.iter_mut().enumerate() {
+            *given += stage_v[i].max(after_v[i]) * seconds;
         }
         self.heated_s += seconds;
         self.at = end;
@@ -241,7 +273,7 @@ impl Board {
         }
         let pin_v = match connection {
             Connection::Sense(channel) => {
-                let drive_v = self.drive_v();
+                let drive_v = self.rail.limit(self.drive_v());
                 let heated_v = self.heated_v();
                 let sound_a = std::array::from_fn(|i| heated_v[i] / self.resistance_ohm[i]);
                 let current_a =
@@ -249,10 +281,7 @@ impl Board {
                 self.electronics.sense_v(channel, current_a[channel])
             }
             Connection::Supply => {
-                let supply_v = match self.fault {
-                    Some((fault, age)) => fault.supply_v(SUPPLY_V, age),
-                    None => SUPPLY_V,
-                };
+                let supply_v = self.supply_v();
                 self.electronics.supply_v(supply_v)
             }
         };
@@ -278,6 +307,34 @@ mod tests {
         Board::new(&Connected::Resistors([499.0; 4])).expect("resistors")
     }
 
+    fn driven(output: Output, is_load_switch_on: bool) -> Driven {
+        Driven {
+            outputs: [output; 4],
+            is_load_switch_on,
+        }
+    }
+
+    #[test]
+    fn a_stage_gives_what_its_supply_lets_it_and_the_comparators_see_that() {
+        let mut board = board();
+        // A count is 1 us.
+        let clock = Clock::new(1e6);
+        let full = Output::Level(true);
+        board.advance(5_000, &clock, &driven(full, false));
+        assert_eq!(board.heated_v(), [0.0; 4], "no supply");
+        assert!(!board.is_over_voltage());
+        board.advance(7_000, &clock, &driven(full, true));
+        assert!(
+            (board.heated_v()[1] - 4.25).abs() < 1e-2,
+            "{:?}",
+            board.heated_v()
+        );
+        assert!(board.is_over_voltage());
+        // The discharge: four times 0.25 ms leave 2 % of 5 V.
+        board.advance(8_000, &clock, &driven(full, false));
+        assert!(board.heated_v()[1] < 0.1, "{:?}", board.heated_v());
+    }
+
     #[test]
     fn a_filter_settles_at_the_duty_with_little_ripple() {
         let mut board = board();
@@ -285,7 +342,11 @@ mod tests {
         let period = 4250;
         for i in 0..80 {
             let edge = i * period + period / 2;
-            board.advance((i + 1) * period, &clock, &[Output::Until(true, edge); 4]);
+            board.advance(
+                (i + 1) * period,
+                &clock,
+                &driven(Output::Until(true, edge), true),
+            );
         }
         // Half of 4.25 V, and half of the 6.7 mV of ripple that docs/board.md has at half duty, doubled for both edges.
         let error_v = board.drive_v()[0] - 2.125;
@@ -297,7 +358,7 @@ mod tests {
         let mut board = board();
         let clock = Clock::new(1e9);
         let cycles = (FILTER_S * 1e9) as u64;
-        board.advance(cycles, &clock, &[Output::Level(true); 4]);
+        board.advance(cycles, &clock, &driven(Output::Level(true), true));
         // 1 - (1 + t/T) exp(-t/T) after one time constant, of 4.25 V.
         let expected_v = 4.25 * (1.0 - 2.0 / std::f64::consts::E);
         assert!(

@@ -70,7 +70,7 @@ fn scope(tool: &mut Tool, seconds: f64, every: u32) -> Result<Trace> {
     let start_s = tool.twin.seconds();
     while tool.twin.seconds() < start_s + seconds {
         let at_ms = (tool.twin.seconds() - start_s) * 1e3;
-        let drive_v = tool.twin.chip.board.drive_v();
+        let drive_v = tool.twin.chip.board.heated_v();
         for (channel, volt) in trace.iter_mut().zip(drive_v) {
             channel.push((at_ms, volt));
         }

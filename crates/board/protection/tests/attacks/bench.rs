@@ -143,6 +143,7 @@ impl Board {
             currents,
             supply: SupplyCode::from_millivolt(5000),
             missed_ticks: 0,
+            is_over_voltage: false,
         };
         let wanted = Setpoint::Drive([Volt(volts as f32); CHANNELS]);
         self.applied = match self.protection.tick(wanted, self.applied, &reading) {

@@ -273,6 +273,11 @@ impl Chip {
         self.peripherals.tim1.compares()
     }
 
+    /// Whether the output stages' load switch is on.
+    pub fn is_load_switch_on(&self) -> bool {
+        self.pins.driven.is_load_switch_on
+    }
+
     /// Lets everything happen that is due by now.
     pub fn advance(&mut self) {
         let now = self.clock.cycles;
@@ -312,12 +317,14 @@ impl Chip {
     }
 
     fn happen(&mut self, event: Event, at: u64) {
+        if matches!(event, Event::Tim1 | Event::Mirror) {
+            self.advance_board(at);
+        }
         let p = &mut self.peripherals;
         match event {
             Event::Tim15 if at == p.tim15.overflow() => drop(p.tim15.overflows(at)),
             Event::Tim15 => p.tim15.advance(at),
             Event::Tim1 if at == p.tim1.overflow() => {
-                self.board.advance(at, &self.clock, &self.pins.outputs);
                 let is_update = p.tim1.overflows(at);
                 self.pins.follow(&p.ports, &p.tim1);
                 if is_update {
@@ -336,10 +343,7 @@ impl Chip {
                 let now_s = self.clock.seconds_at(at);
                 self.usb_host.happen(&mut p.usb, now_s);
             }
-            Event::Mirror => {
-                self.board.advance(at, &self.clock, &self.pins.outputs);
-                self.disturbance = self.board.step();
-            }
+            Event::Mirror => self.disturbance = self.board.step(),
         }
     }
 
@@ -361,7 +365,7 @@ impl Chip {
         let Some((input, _)) = adc.sampled(&self.clock) else {
             return;
         };
-        self.board.advance(at, &self.clock, &self.pins.outputs);
+        self.advance_board(at);
         match self.pins.analogue(&self.peripherals.ports, index, input) {
             Ok(connection) => {
                 let code = self.board.convert(connection);
@@ -387,7 +391,16 @@ impl Chip {
 
     /// The board comes to where the processor is, with the outputs as they were so far.
     fn settle(&mut self) {
-        self.board
-            .advance(self.clock.cycles, &self.clock, &self.pins.outputs);
+        self.advance_board(self.clock.cycles);
+    }
+
+    /// The board comes to this cycle, and what its comparators say then reaches the break input.
+    fn advance_board(&mut self, to: u64) {
+        self.board.advance(to, &self.clock, &self.pins.driven);
+        let level = !(self.pins.breaks && self.board.is_over_voltage());
+        let p = &mut self.peripherals;
+        if p.tim1.set_break_input(level) {
+            self.pins.follow(&p.ports, &p.tim1);
+        }
     }
 }

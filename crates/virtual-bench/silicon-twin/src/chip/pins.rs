@@ -2,13 +2,17 @@
 
 use super::gpio::{Mode, Port};
 use super::timer::{Output, Timer};
-use crate::board::{Connection, DRIVE_PINS, connection};
+use crate::board::{COMPARATORS_PIN, Connection, DRIVE_PINS, Driven, LOAD_SWITCH_PIN, connection};
 use crate::names;
 
-/// What the pins of the four drives do.
+/// What the pins of the drives and of the load switch do, and where the comparators' line leads.
 #[derive(Clone, Debug)]
 pub(crate) struct Pins {
-    pub(crate) outputs: [Output; 4],
+    pub(crate) driven: Driven,
+    /// Whether the comparators' line leads to TIM1's break input.
+    pub(crate) breaks: bool,
+    /// The alternate function that does so.
+    break_function: Option<u8>,
     /// For each drive, the channel of TIM1 that each alternate function gives to its pin.
     channels: [[Option<usize>; 16]; 4],
     /// For each converter and input, the port and pin, and what is connected to it.
@@ -45,7 +49,14 @@ impl Default for Pins {
         let inputs =
             ["ADC1", "ADC2"].map(|adc| std::array::from_fn(|number| input(adc, number as u32)));
         Self {
-            outputs: [Output::Floating; 4],
+            driven: Driven {
+                outputs: [Output::Floating; 4],
+                is_load_switch_on: false,
+            },
+            breaks: false,
+            break_function: (0..16).find(|af| {
+                names::alternate("TIM1", COMPARATORS_PIN, *af).is_some_and(|name| name == "BKIN")
+            }),
             channels: DRIVE_PINS.map(|pin| std::array::from_fn(|af| channel(pin, af as u8))),
             inputs,
         }
@@ -61,8 +72,8 @@ fn place(pin: &str) -> Option<(usize, u32)> {
 impl Pins {
     /// What the registers make of the drives' pins.
     pub(crate) fn follow(&mut self, ports: &[Port], tim1: &Timer) {
-        for ((output, pin), channels) in self.outputs.iter_mut().zip(DRIVE_PINS).zip(&self.channels)
-        {
+        let outputs = self.driven.outputs.iter_mut();
+        for ((output, pin), channels) in outputs.zip(DRIVE_PINS).zip(&self.channels) {
             let Some((port, number)) = place(pin) else {
                 continue;
             };
@@ -81,6 +92,13 @@ impl Pins {
                 false => Output::Floating,
             };
         }
+        // An open drain does not pull it up, and the board pulls it down.
+        self.driven.is_load_switch_on = place(LOAD_SWITCH_PIN).is_some_and(|(port, pin)| {
+            ports[port].mode(pin) == Mode::Output(true) && ports[port].is_push_pull(pin)
+        });
+        self.breaks = place(COMPARATORS_PIN).is_some_and(|(port, pin)| {
+            matches!(ports[port].mode(pin), Mode::Alternate(af) if Some(af) == self.break_function)
+        });
     }
 
     /// What is connected to a converter's input.
@@ -127,8 +145,31 @@ mod tests {
             ports[2].write(0x20, af).expect("AFRL");
             ports[2].write(0x00, 0xffff_fffe).expect("MODER");
             pins.follow(&ports, &tim1);
-            assert_eq!(pins.outputs[0], output, "alternate function {af}");
+            assert_eq!(pins.driven.outputs[0], output, "alternate function {af}");
         }
+    }
+
+    #[test]
+    fn load_switch_and_comparators_are_where_the_board_has_them() {
+        let mut ports: Vec<Port> = (0..7).map(Port::new).collect();
+        let tim1 = Timer::tim1();
+        let mut pins = Pins::default();
+        pins.follow(&ports, &tim1);
+        assert!(
+            !pins.driven.is_load_switch_on && !pins.breaks,
+            "after a reset"
+        );
+        // PC12 an output that is high, PB12 on alternate function 6.
+        ports[2].write(0x18, 1 << 12).expect("BSRR");
+        ports[2].write(0x00, 0xfdff_ffff).expect("MODER");
+        ports[1].write(0x24, 6 << 16).expect("AFRH");
+        ports[1].write(0x00, 0xfeff_ffff).expect("MODER");
+        pins.follow(&ports, &tim1);
+        assert!(pins.driven.is_load_switch_on && pins.breaks);
+        ports[2].write(0x04, 1 << 12).expect("OTYPER");
+        ports[1].write(0x24, 5 << 16).expect("AFRH");
+        pins.follow(&ports, &tim1);
+        assert!(!pins.driven.is_load_switch_on && !pins.breaks);
     }
 
     #[test]

@@ -35,11 +35,17 @@ const IDLE_STATES: u32 = 0b0101_0101 << 8;
 /// SR and DIER: update, and the four compares above it.
 const UIF: u32 = 1;
 const FLAGS: u32 = 0x1f;
-/// BDTR.
+/// SR: the first break input was active. Its interrupt is not modelled.
+const BIF: u32 = 1 << 7;
+/// BDTR; the filter of the break input lets pass what lasts 1.5 us, and what is on the board does.
 const OSSI: u32 = 1 << 10;
 const OSSR: u32 = 1 << 11;
+const BKE: u32 = 1 << 12;
+const BKP: u32 = 1 << 13;
+const AOE: u32 = 1 << 14;
 const MOE: u32 = 1 << 15;
-const BDTR_MODELLED: u32 = OSSI | OSSR | MOE;
+const BKF: u32 = 0xf << 16;
+const BDTR_MODELLED: u32 = OSSI | OSSR | BKE | BKP | AOE | MOE | BKF;
 
 /// What a compare output does with its pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,6 +75,8 @@ pub(crate) struct Timer {
     rcr: u32,
     ccr: [u32; 4],
     bdtr: u32,
+    /// The level at the first break input.
+    break_level: bool,
     in_use: InUse,
     /// Overflows that are left until an update.
     repetitions: u32,
@@ -111,6 +119,7 @@ impl Timer {
             rcr: 0,
             ccr: [0; 4],
             bdtr: 0,
+            break_level: true,
             in_use: InUse {
                 psc: 0,
                 arr: 0xffff,
@@ -198,6 +207,9 @@ impl Timer {
         }
         self.update();
         self.sr |= UIF;
+        if self.bdtr & AOE != 0 && !self.is_broken() {
+            self.bdtr |= MOE;
+        }
         true
     }
 
@@ -214,6 +226,27 @@ impl Timer {
             ccr: self.ccr.map(u64::from),
         };
         self.repetitions = self.rcr;
+    }
+
+    /// This level is at the break input now; whether that changes the outputs.
+    pub(crate) fn set_break_input(&mut self, level: bool) -> bool {
+        let before = self.bdtr;
+        self.break_level = level;
+        self.follow_break();
+        self.bdtr != before
+    }
+
+    fn is_broken(&self) -> bool {
+        let is_active_high = self.bdtr & BKP != 0;
+        self.bdtr & BKE != 0 && self.break_level == is_active_high
+    }
+
+    /// A break input that is active keeps the outputs disabled, and its flag set (RM0440, using the break function).
+    fn follow_break(&mut self) {
+        if self.is_broken() {
+            self.bdtr &= !MOE;
+            self.sr |= BIF;
+        }
     }
 
     /// Flags whose interrupts are enabled: update, and compares.
@@ -302,7 +335,10 @@ impl Timer {
             offset::SMCR => drop(only(value, 0)?),
             offset::DIER => self.dier = only(value, FLAGS)?,
             // Written as 0 it is cleared, and as 1 it stays (section 29.6.5).
-            offset::SR => self.sr &= value,
+            offset::SR => {
+                self.sr &= value;
+                self.follow_break();
+            }
             offset::EGR => return self.generate(only(value, UIF)?, now),
             offset::CCMR1 | offset::CCMR2 => {
                 let index = (at - offset::CCMR1) as usize / 4;
@@ -326,7 +362,10 @@ impl Timer {
                     self.in_use.ccr[channel] = self.ccr[channel].into();
                 }
             }
-            offset::BDTR => self.bdtr = only(value, BDTR_MODELLED)?,
+            offset::BDTR => {
+                self.bdtr = only(value, BDTR_MODELLED)?;
+                self.follow_break();
+            }
             _ => return Err(Refused::NotModelled),
         }
         Ok(false)

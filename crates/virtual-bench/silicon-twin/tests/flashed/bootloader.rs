@@ -22,6 +22,10 @@ fn a_board_that_drives_goes_to_the_rom_with_its_outputs_off() {
     let end = tool.twin.run_for(0.5).expect_err("nothing of ours runs");
     assert_eq!(end.what, IN_BOOTLOADER);
     assert!(!tool.twin.chip.compares().1, "outputs are disabled");
+    assert!(
+        !tool.twin.chip.is_load_switch_on(),
+        "and their stages have no supply"
+    );
     assert_eq!(
         tool.twin.resets(),
         [Reset::Power, Reset::Software],

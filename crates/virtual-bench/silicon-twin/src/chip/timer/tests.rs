@@ -46,6 +46,44 @@ fn outputs_follow_enable_idle_state_and_compare_value() {
 }
 
 #[test]
+fn a_break_disables_the_outputs_until_software_enables_them_once_it_is_over() {
+    let mut timer = pwm();
+    let set_up = OSSI | BKE | MOE;
+    timer.write(offset::BDTR, set_up, 0).expect("BDTR");
+    assert!(!timer.set_break_input(true), "active low");
+    assert!(timer.set_break_input(false));
+    assert_eq!(timer.output(0), Output::Level(false));
+    let flag = |timer: &Timer| timer.read(offset::SR, 0).expect("SR") & BIF != 0;
+    timer.write(offset::SR, !BIF, 0).expect("SR");
+    timer.write(offset::BDTR, set_up, 0).expect("BDTR");
+    assert!(flag(&timer) && !timer.compares().1, "it lasts");
+    timer.set_break_input(true);
+    assert!(
+        flag(&timer) && !timer.compares().1,
+        "software has not acted"
+    );
+    timer.write(offset::SR, !BIF, 0).expect("SR");
+    timer.write(offset::BDTR, set_up, 0).expect("BDTR");
+    assert!(!flag(&timer) && timer.compares().1);
+}
+
+#[test]
+fn outputs_that_are_enabled_automatically_come_back_with_the_next_update() {
+    let mut timer = pwm();
+    timer.write(offset::RCR, 0, 0).expect("RCR");
+    timer.write(offset::BDTR, AOE | BKE | MOE, 0).expect("BDTR");
+    timer.set_break_input(false);
+    timer.overflows(1000);
+    timer.overflows(2000);
+    timer.overflows(3000);
+    timer.overflows(4000);
+    assert!(!timer.compares().1, "the break lasts");
+    timer.set_break_input(true);
+    timer.overflows(5000);
+    assert!(timer.compares().1);
+}
+
+#[test]
 fn a_compare_flag_is_set_when_the_count_is_reached() {
     let mut timer = pwm();
     timer.write(offset::DIER, 2, 0).expect("CC1IE");
