@@ -118,6 +118,12 @@ const MISTAKES: &[Row] = &[
     ("pins: current sense 4 is an input", GPIOB, 0b11 << 2, 0),
     ("pins: the supply's sense is an input", GPIOC, 0b11 << 10, 0),
     (
+        "pins: the position sensor's is an input",
+        GPIOB,
+        0b11 << 4,
+        0,
+    ),
+    (
         "pins: the comparators' line stays an input",
         GPIOB,
         0b11 << 24,

@@ -34,6 +34,7 @@ async fn main(spawner: Spawner) {
         sense3: p.PB0,
         sense4: p.PB1,
         supply: p.PC5,
+        sensor: p.PB2,
         over_voltage: p.PB12,
         load_switch: p.PC12,
     };

@@ -210,13 +210,11 @@ impl List {
 }
 
 impl Case {
-    /// The same on the silicon twin, where it can be tried there: what is driven falls behind the output filter, and power
-    /// that goes takes the memory of its fall with it.
-    pub(crate) fn on_twin(mut self) -> Option<Self> {
+    /// The same on the silicon twin: what is driven falls behind the output filter, and power that goes takes the memory of
+    /// its fall with it.
+    pub(crate) fn on_twin(mut self) -> Self {
         use PlantFault as P;
         let more_ticks = match self.trouble {
-            // The driver board has none.
-            Trouble::Breaks(P::NoSensor) => return None,
             Trouble::Breaks(P::Hang) => WATCHDOG_TICKS,
             // Two ticks of three do not take place.
             Trouble::Breaks(P::SlowClock) => 2 * AT_ONCE,
@@ -229,7 +227,7 @@ impl Case {
         self.most_driven_ticks = self
             .most_driven_ticks
             .saturating_add(FILTER_TICKS + more_ticks);
-        Some(self)
+        self
     }
 
     fn of(trouble: Trouble, expected: &'static [Fault], most_driven_ticks: u64) -> Self {

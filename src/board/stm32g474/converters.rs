@@ -1,5 +1,5 @@
 //! The four PWM channels of TIM1, what turns them off, and the conversions that its update triggers: four current-sense
-//! channels on ADC1, the supply on ADC2.
+//! channels on ADC1, the supply and a position sensor on ADC2.
 //!
 //! The PWM runs at 40 kHz; every fourth period ends in an update, which takes over new compare
 //! values and starts the conversions: 10 kHz control ticks, in step with the PWM. The conversions' end
@@ -11,13 +11,13 @@
 use core::cell::Cell;
 
 use control_core::design::{PWM_PERIOD_COUNTS, PWM_PERIODS_PER_TICK};
-use control_core::{AdcCode, CHANNELS, PwmCode, SupplyCode};
+use control_core::{AdcCode, CHANNELS, PwmCode, SensorCode, SupplyCode};
 use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, Exten, InjectedAdc, SampleTime};
 use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::timer::vals::{Mms2, Ossi};
 use embassy_stm32::peripherals::{
-    ADC1, ADC2, PA0, PA1, PB0, PB1, PB12, PC0, PC1, PC2, PC3, PC5, PC12, TIM1,
+    ADC1, ADC2, PA0, PA1, PB0, PB1, PB2, PB12, PC0, PC1, PC2, PC3, PC5, PC12, TIM1,
 };
 use embassy_stm32::timer::low_level::{
     BreakInputPolarity, CountingMode, FilterValue, OutputCompareMode, Timer,
@@ -74,6 +74,7 @@ pub struct ConverterPins {
     pub sense3: Peri<'static, PB0>,
     pub sense4: Peri<'static, PB1>,
     pub supply: Peri<'static, PC5>,
+    pub sensor: Peri<'static, PB2>,
     /// Low where a comparator finds too much at an output.
     pub over_voltage: Peri<'static, PB12>,
     /// High: the stages have their supply.
@@ -88,7 +89,7 @@ pub struct Converters {
     _over_voltage: Flex<'static>,
     _outputs: Outputs,
     _currents: InjectedAdc<'static, ADC1, CHANNELS>,
-    _supply: InjectedAdc<'static, ADC2, 1>,
+    _supply_and_sensor: InjectedAdc<'static, ADC2, 2>,
 }
 
 type Pwm<C> = PwmPin<'static, TIM1, C>;
@@ -113,7 +114,10 @@ impl Converters {
             (pins.sense3.degrade_adc(), SAMPLE_TIME),
             (pins.sense4.degrade_adc(), SAMPLE_TIME),
         ];
-        let supply = [(pins.supply.degrade_adc(), SAMPLE_TIME)];
+        let supply_and_sensor = [
+            (pins.supply.degrade_adc(), SAMPLE_TIME),
+            (pins.sensor.degrade_adc(), SAMPLE_TIME),
+        ];
         let adc1 = Adc::new(adc1, AdcConfig::default());
         let adc2 = Adc::new(adc2, AdcConfig::default());
         for adc in [pac::ADC1, pac::ADC2] {
@@ -123,8 +127,9 @@ impl Converters {
             });
         }
         let edge = Exten::RISING_EDGE;
-        // The supply's one conversion ends before the four that tell of their end.
-        let supply = adc2.setup_injected_conversions(supply, triggers::TIM1_TRGO2, edge, false);
+        // These two conversions end before the four that tell of their end.
+        let supply_and_sensor =
+            adc2.setup_injected_conversions(supply_and_sensor, triggers::TIM1_TRGO2, edge, false);
         let currents = adc1.setup_injected_conversions(sense, triggers::TIM1_TRGO2, edge, true);
         Self {
             _over_voltage: break_input(pins.over_voltage),
@@ -133,7 +138,7 @@ impl Converters {
             are_disabled: true,
             _outputs: outputs,
             _currents: currents,
-            _supply: supply,
+            _supply_and_sensor: supply_and_sensor,
         }
     }
 }
@@ -228,6 +233,7 @@ impl Board for Converters {
 fn ADC1_2() {
     let currents = core::array::from_fn(|rank| AdcCode(pac::ADC1.jdr(rank).read().jdata()));
     let supply = SupplyCode(pac::ADC2.jdr(0).read().jdata());
+    let sensor = SensorCode(pac::ADC2.jdr(1).read().jdata());
     let is_over_voltage = pac::TIM1.sr().read().bif(0);
     // The update that began this tick; writing a flag as 0 clears it, and as 1 leaves it (RM0440, TIMx_SR).
     pac::TIM1.sr().write(|w| {
@@ -248,7 +254,7 @@ fn ADC1_2() {
             supply,
             missed_ticks,
             is_over_voltage,
-            sensor_z: None,
+            sensor_z: sensor.position(),
         }));
     });
     interrupt::UART5.pend();

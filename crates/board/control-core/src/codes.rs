@@ -4,9 +4,9 @@
 
 use crate::design::{
     ADC_CODES, DRIVE_FULL_SCALE, LOGIC_SUPPLY, PWM_PERIOD_COUNTS, SENSE_GAIN, SENSE_PEDESTAL,
-    SHUNT, SUPPLY_DIVIDER,
+    SENSOR_DIVIDER, SENSOR_RANGE_V, SENSOR_UM_PER_VOLT, SENSOR_ZERO, SHUNT, SUPPLY_DIVIDER,
 };
-use crate::units::{Ampere, Volt};
+use crate::units::{Ampere, Micrometre, Volt};
 
 /// PWM counts per volt at the actuator: 4250 counts are 4.25 V, so one count is 1 mV.
 pub const PWM_COUNTS_PER_VOLT: f32 = PWM_PERIOD_COUNTS as f32 / DRIVE_FULL_SCALE.0;
@@ -20,6 +20,9 @@ pub const PEDESTAL_CODES: f32 = SENSE_PEDESTAL.0 / LOGIC_SUPPLY.0 * ADC_CODES;
 
 /// Voltage of the output stages' supply per code.
 pub const VOLT_PER_SUPPLY_CODE: f32 = LOGIC_SUPPLY.0 / SUPPLY_DIVIDER / ADC_CODES;
+
+/// Voltage of the position sensor per code: 0.17 mV, 3.4 nm.
+pub const VOLT_PER_SENSOR_CODE: f32 = LOGIC_SUPPLY.0 / SENSOR_DIVIDER / ADC_CODES;
 
 /// Compare value of one PWM channel, 0 to [`PWM_PERIOD_COUNTS`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -35,6 +38,20 @@ pub struct AdcCode(pub u16);
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SupplyCode(pub u16);
+
+/// Reading of the position sensor's input, all 16 bits used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct SensorCode(pub u16);
+
+impl SensorCode {
+    /// The position that the sensor tells; `None` where it tells none.
+    pub fn position(self) -> Option<Micrometre> {
+        let volt = f32::from(self.0) * VOLT_PER_SENSOR_CODE;
+        let is_reading = SENSOR_RANGE_V.contains(&volt);
+        is_reading.then_some(Micrometre((volt - SENSOR_ZERO.0) * SENSOR_UM_PER_VOLT))
+    }
+}
 
 impl SupplyCode {
     /// The code nearest below a supply of so many millivolts; full scale is 6600.
@@ -101,6 +118,18 @@ mod tests {
         for millivolt in [0, 4_500, 5_000, 5_500, 6_599] {
             let volt = SupplyCode::from_millivolt(millivolt).voltage().0;
             assert!((volt - millivolt as f32 * 1e-3).abs() < 1.1e-4, "{volt} V");
+        }
+    }
+
+    #[test]
+    fn a_sensor_has_a_live_zero_and_reads_nothing_outside_its_range() {
+        // 1 V and 8 V, by three tenths of 3.3 V in 16 bits.
+        for (code, um) in [(5_957.8, 0.0), (47_662.5, 140.0)] {
+            let z = SensorCode(code as u16).position().expect("a reading");
+            assert!((z.0 - um).abs() < 4e-3, "{z:?}");
+        }
+        for code in [0, 2_900, 62_700, 65_520] {
+            assert_eq!(SensorCode(code).position(), None, "{code}");
         }
     }
 

@@ -48,6 +48,15 @@ pub const LOWEST_SUPPLY_MV: u32 = 4_200;
 /// Their amplifiers bear 5.5 V.
 pub const HIGHEST_SUPPLY_MV: u32 = 5_500;
 
+/// Part of the position sensor's voltage that its converter sees: 11 V are the whole range.
+pub const SENSOR_DIVIDER: f32 = 0.3;
+/// The sensor's voltage at position zero. It is no 0 V, which is what an input gives to which nothing is connected.
+pub const SENSOR_ZERO: Volt = Volt(1.0);
+/// Micrometres for each volt above that.
+pub const SENSOR_UM_PER_VOLT: f32 = 20.0;
+/// No sensor gives less than this, or more: one that is off, beyond its range, or not there.
+pub const SENSOR_RANGE_V: RangeInclusive<f32> = 0.5..=10.5;
+
 /// Corner of the output filter's two equal poles, behind the PWM (Hz).
 pub const OUTPUT_FILTER_HZ: f32 = 2000.0;
 /// The highest voltage that any calibration may have a channel driven with. At it the paper's heaters are 129 K above

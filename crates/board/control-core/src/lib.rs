@@ -43,7 +43,7 @@ pub mod shape;
 pub mod units;
 
 pub use calibration::{ActuatorCalibration, Calibration, CalibrationError};
-pub use codes::{AdcCode, PwmCode, SupplyCode};
+pub use codes::{AdcCode, PwmCode, SensorCode, SupplyCode};
 pub use controller::{Controller, Setpoint, Step};
 pub use current::{CurrentSense, SenseCalibration};
 pub use design::TICK;

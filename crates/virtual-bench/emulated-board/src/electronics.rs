@@ -15,6 +15,10 @@ const PWM_SUPPLY_V: f64 = 3.3;
 const PWM_PERIOD_COUNTS: f64 = 4250.0;
 const OUTPUT_GAIN: f64 = 4.25 / 3.3;
 const SUPPLY_DIVIDER: f64 = 0.5;
+const SENSOR_DIVIDER: f64 = 0.3;
+/// A position sensor's voltage at zero, and for each micrometre.
+const SENSOR_ZERO_V: f64 = 1.0;
+const SENSOR_V_PER_UM: f64 = 0.05;
 const SHUNT_OHM: f64 = 10.0;
 const SENSE_GAIN: f64 = 26.4;
 /// What a divider of 100 to 1 makes of the reference, at the amplifier's reference pin.
@@ -96,6 +100,13 @@ impl Electronics {
     /// Voltage at the converter's pin for the supply of the output stages.
     pub fn supply_v(&self, supply_v: f64) -> f64 {
         supply_v * SUPPLY_DIVIDER
+    }
+
+    /// Voltage at the converter's pin for a position sensor that reads this (um); pulled down where nothing is connected.
+    pub fn sensor_v(&self, z_um: Option<f64>) -> f64 {
+        z_um.map_or(0.0, |um| {
+            SENSOR_DIVIDER * (SENSOR_ZERO_V + um * SENSOR_V_PER_UM)
+        })
     }
 
     /// What the converter reads of a channel's current.

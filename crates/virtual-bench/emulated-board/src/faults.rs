@@ -26,10 +26,10 @@ const RESET_TICKS: u32 = 400;
 const CHECK_V: f64 = 0.301;
 /// Ticks that an overrun skips.
 const SKIPPED_TICKS: u16 = 10;
-/// A patchy sensor: ticks from one lost reading to the next and from one that is off to the next, and by how much (nm).
+/// A patchy sensor: ticks from one lost reading to the next and from one that is off to the next, and by how much (um).
 const LOST_TICKS: u32 = 250;
 const OFF_TICKS: u32 = 1000;
-const OFF_NM: i32 = 40_000;
+const OFF_UM: f64 = 40.0;
 /// How long a busy machine keeps a board waiting: longer than any time-out of the firmware's own, by the wall.
 const STALL: Duration = Duration::from_secs(6);
 
@@ -235,13 +235,9 @@ impl PlantFault {
                     ..*before
                 }
             }
-            Self::NoSensor => sound.sensor_z_nm = NO_READING,
-            Self::PatchySensor if age_ticks.is_multiple_of(LOST_TICKS) => {
-                sound.sensor_z_nm = NO_READING;
-            }
-            // Between two that are lost.
-            Self::PatchySensor if age_ticks % OFF_TICKS == LOST_TICKS / 2 => {
-                sound.sensor_z_nm += OFF_NM;
+            Self::NoSensor | Self::PatchySensor => {
+                let um = self.sensor_um(f64::from(sound.sensor_z_nm) * 1e-3, age_ticks);
+                sound.sensor_z_nm = um.map_or(NO_READING, |um| (um * 1e3).round() as i32);
             }
             Self::MissedTicks | Self::SlowClock => {
                 sound.missed_ticks = self.missed_ticks(age_ticks);
@@ -249,6 +245,19 @@ impl PlantFault {
             _ => sound.upset = self.upset(age_ticks).map_or(upset::NONE, Upset::code),
         }
         sound
+    }
+
+    /// What the position sensor reads (um), of what it would read, after so many ticks.
+    pub fn sensor_um(self, sound_um: f64, age_ticks: u32) -> Option<f64> {
+        match self {
+            Self::NoSensor => None,
+            Self::PatchySensor if age_ticks.is_multiple_of(LOST_TICKS) => None,
+            // Between two that are lost.
+            Self::PatchySensor if age_ticks % OFF_TICKS == LOST_TICKS / 2 => {
+                Some(sound_um + OFF_UM)
+            }
+            _ => Some(sound_um),
+        }
     }
 
     /// How long the board waits for its converters.

@@ -30,6 +30,8 @@ pub(crate) enum Connection {
     Sense(usize),
     /// The supply of the output stages.
     Supply,
+    /// The position sensor.
+    Sensor,
 }
 
 impl Connection {
@@ -37,6 +39,7 @@ impl Connection {
         match self {
             Self::Sense(channel) => channel,
             Self::Supply => 4,
+            Self::Sensor => 5,
         }
     }
 }
@@ -49,6 +52,7 @@ pub(crate) fn connection(pin: &str) -> Option<Connection> {
         "PB0" => Connection::Sense(2),
         "PB1" => Connection::Sense(3),
         "PC5" => Connection::Supply,
+        "PB2" => Connection::Sensor,
         _ => return None,
     })
 }
@@ -83,6 +87,8 @@ pub struct Board {
     filters: [Filter; 4],
     rail: Rail,
     resistance_ohm: [f64; 4],
+    /// What the position sensor reads (um), if it does.
+    sensor_um: Option<f64>,
     /// The cycle up to which the filters have come.
     at: u64,
     /// Integral of the square of each stage's voltage since the mirror's last step (V^2 s), and how long that is.
@@ -95,7 +101,7 @@ pub struct Board {
     /// What is broken, and for how many steps it has been.
     fault: Option<(PlantFault, u32)>,
     /// What each input read last.
-    codes: [u16; 5],
+    codes: [u16; 6],
 }
 
 /// What a step of the bench does to the processor.
@@ -118,6 +124,7 @@ impl Board {
             filters: [Filter::default(); 4],
             rail: Rail::default(),
             resistance_ohm: [0.0; 4],
+            sensor_um: None,
             at: 0,
             heat: [0.0; 4],
             heated_s: 0.0,
@@ -125,9 +132,9 @@ impl Board {
             steps: 0,
             controls: Controls::default(),
             fault: None,
-            codes: [0; 5],
+            codes: [0; 6],
         };
-        board.find_resistances();
+        board.look_at_the_load();
         Ok(board)
     }
 
@@ -204,16 +211,20 @@ impl Board {
         if self.fault == Some((PlantFault::Vacuum, 0)) {
             self.load.leave_the_air();
         }
-        self.find_resistances();
+        self.look_at_the_load();
         fault.map_or_else(Disturbance::default, |fault| Disturbance {
             upset: fault.upset(age),
             missed_ticks: fault.missed_ticks(age),
         })
     }
 
-    fn find_resistances(&mut self) {
+    fn look_at_the_load(&mut self) {
         let around = self.controls.surroundings();
-        let (current_a, _) = self.load.read([PROBE_V; 4], &around);
+        let (current_a, z_um) = self.load.read([PROBE_V; 4], &around);
+        self.sensor_um = match self.fault {
+            Some((fault, age)) => fault.sensor_um(z_um, age),
+            None => Some(z_um),
+        };
         self.resistance_ohm = current_a.map(|current| PROBE_V / current);
     }
 
@@ -284,6 +295,7 @@ impl Board {
                 let supply_v = self.supply_v();
                 self.electronics.supply_v(supply_v)
             }
+            Connection::Sensor => self.electronics.sensor_v(self.sensor_um),
         };
         self.codes[input] = self.electronics.convert_once(pin_v);
         self.codes[input]
