@@ -88,7 +88,7 @@ fn main() -> ! {
         control_side,
     );
     link.post(Order::Drive(z, Lease::FOREVER));
-    let mut sensed = Sensed::default();
+    let mut sensed = heaters([PwmCode(0); CHANNELS]);
     for _ in 0..TICKS_TO_SETTLE {
         sensed = heaters(control.tick(sensed));
     }

@@ -478,7 +478,7 @@ fn judge(twin: &mut Twin, seen: &Seen) -> Result<(), String> {
         ));
     }
     if twin.chip.compares().1 || twin.chip.is_load_switch_on() {
-        return fail("outputs or their stages' supply are on where nothing is driven".to_owned());
+        return fail("outputs or their stages' supply are on while heaters cool".to_owned());
     }
     examine_driven(twin)?;
     examine_break(twin)?;
@@ -504,8 +504,16 @@ fn examine_break(twin: &mut Twin) -> Result<(), String> {
         controls.inject(Some(PlantFault::StuckStage(2, 5000)));
         // A tick and the conversions of the next, the discharge of the stages' supply.
         tool.twin.run_for(2e-3).map_err(ran)?;
+        // Two ticks, each of which turns the outputs off again.
+        let end_s = tool.twin.seconds() + 2e-4;
+        let mut are_enabled = false;
+        let mut look = |twin: &Twin| {
+            are_enabled |= twin.chip.compares().1;
+            twin.seconds() >= end_s
+        };
+        tool.twin.run_until(|twin| look(twin)).map_err(ran)?;
         let heated_v = tool.twin.chip.board.heated_v()[2];
-        if heated_v > 0.1 || tool.twin.chip.compares().1 {
+        if heated_v > 0.1 || are_enabled {
             return Err(format!("a stuck stage stays at {heated_v:.1} V"));
         }
         let status = tool.ask::<StatusEndpoint>(&()).map_err(failed)?;

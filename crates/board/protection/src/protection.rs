@@ -77,8 +77,6 @@ pub struct Protection {
     lease: Lease,
     granted: Lease,
     causes: [Option<Fault>; CHANNELS],
-    /// The heaters are to be checked before anything else drives them.
-    is_check_due: bool,
     /// No heater may be warm from before a reset or a trip any more.
     have_cooled: bool,
 }
@@ -91,12 +89,12 @@ enum Phase {
     Powering { ticks_left: u8 },
     /// The heaters are being checked.
     Starting { ticks_left: u8 },
-    /// No supply for the stages, as nothing is wanted.
+    /// Zero drive, as wanted.
     Idle,
     /// What is wanted is carried out.
     Enabled,
-    /// The lease has ended: the drives ramp to zero, and then the stages lose their supply.
-    Lapsed { is_ramping: bool },
+    /// The lease has ended: the drives ramp to zero and stay there.
+    Lapsed,
     /// A fault has turned all channels off, and their supply.
     Tripped,
 }
@@ -151,7 +149,6 @@ impl Protection {
             lease: Lease(0),
             granted: Lease(0),
             causes: [None; CHANNELS],
-            is_check_due: true,
             have_cooled: false,
         }
     }
@@ -162,12 +159,12 @@ impl Protection {
         for (watch, actuator) in self.channels.iter_mut().zip(calibration.actuators()) {
             watch.recalibrate(actuator, allowed);
         }
-        self.is_check_due = true;
-        self.phase = match self.phase {
-            Phase::Enabled | Phase::Starting { .. } | Phase::Lapsed { is_ramping: true } => CHECK,
-            Phase::Idle | Phase::Lapsed { is_ramping: false } => POWER,
-            other => other,
-        };
+        if matches!(
+            self.phase,
+            Phase::Starting { .. } | Phase::Idle | Phase::Enabled | Phase::Lapsed
+        ) {
+            self.phase = CHECK;
+        }
     }
 
     /// A command that drives the channels may be carried out, under this lease and no earlier one.
@@ -179,11 +176,9 @@ impl Protection {
             return Err(Denied::Tripped(fault));
         }
         (self.lease, self.granted) = (lease, lease);
-        self.phase = match self.phase {
-            Phase::Lapsed { is_ramping: true } => Phase::Enabled,
-            Phase::Lapsed { is_ramping: false } => POWER,
-            other => other,
-        };
+        if self.phase == Phase::Lapsed {
+            self.phase = Phase::Enabled;
+        }
         Ok(())
     }
 
@@ -210,7 +205,6 @@ impl Protection {
         if self.phase != Phase::Tripped {
             return;
         }
-        self.is_check_due = true;
         self.have_cooled &= !self.causes.contains(&Some(Fault::OverTemperature));
         self.causes = [None; CHANNELS];
         self.phase = PAUSE;
@@ -235,14 +229,14 @@ impl Protection {
         reading: &Reading,
     ) -> Setpoint {
         self.watch(&applied, reading);
-        self.phase = self.next_phase(wanted, &applied);
+        self.phase = self.next_phase(wanted);
         match self.phase {
             Phase::Idle | Phase::Tripped | Phase::Cooling { .. } | Phase::Powering { .. } => {
                 Setpoint::Off
             }
             Phase::Starting { .. } => Setpoint::Drive([CHECK_DRIVE; CHANNELS]),
             Phase::Enabled => wanted,
-            Phase::Lapsed { .. } => {
+            Phase::Lapsed => {
                 Setpoint::Drive(applied.map(|drive| Volt((drive.0 - RAMP.0).max(0.0))))
             }
         }
@@ -256,15 +250,10 @@ impl Protection {
         )
     }
 
-    /// Whether the output stages are to have their supply, and the outputs to be enabled.
+    /// Whether the output stages are to have their supply, and the outputs to be enabled. They have both at rest, too, so
+    /// that what is commanded begins at its tick.
     pub fn powers_stages(&self) -> bool {
-        matches!(
-            self.phase,
-            Phase::Powering { .. }
-                | Phase::Starting { .. }
-                | Phase::Enabled
-                | Phase::Lapsed { is_ramping: true }
-        )
+        !matches!(self.phase, Phase::Tripped | Phase::Cooling { .. })
     }
 
     /// Why the board has tripped, if it has: the fault of the first channel that has one.
@@ -274,7 +263,7 @@ impl Protection {
 
     /// Whether what was commanded is no longer carried out because its lease has ended.
     pub fn has_lapsed(&self) -> bool {
-        matches!(self.phase, Phase::Lapsed { .. })
+        self.phase == Phase::Lapsed
     }
 
     /// What is left of the lease; `None` where nothing is driven under one.
@@ -342,10 +331,9 @@ impl Protection {
             }
         }
         self.have_cooled |= !is_any_cooling;
-        self.is_check_due = !self.have_cooled;
     }
 
-    fn next_phase(&mut self, wanted: Setpoint, applied: &[Volt; CHANNELS]) -> Phase {
+    fn next_phase(&mut self, wanted: Setpoint) -> Phase {
         match self.phase {
             Phase::Tripped => Phase::Tripped,
             Phase::Cooling { ticks_left: 0 } => POWER,
@@ -355,17 +343,14 @@ impl Protection {
             Phase::Powering { ticks_left } if ticks_left > 0 => Phase::Powering {
                 ticks_left: ticks_left - 1,
             },
-            Phase::Powering { .. } if self.is_check_due => CHECK,
+            Phase::Powering { .. } => CHECK,
             Phase::Starting { ticks_left } if ticks_left > 0 => Phase::Starting {
                 ticks_left: ticks_left - 1,
             },
             Phase::Starting { .. } if !self.have_cooled => PAUSE,
             _ if wanted == Setpoint::Off => Phase::Idle,
-            Phase::Idle => POWER,
-            Phase::Lapsed { .. } => Phase::Lapsed {
-                is_ramping: applied.iter().any(|drive| drive.0 > 0.0),
-            },
-            _ if self.lease.is_over() => Phase::Lapsed { is_ramping: true },
+            Phase::Lapsed => Phase::Lapsed,
+            _ if self.lease.is_over() => Phase::Lapsed,
             _ => Phase::Enabled,
         }
     }
