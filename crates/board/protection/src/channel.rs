@@ -6,7 +6,7 @@ use control_core::design::{
 use control_core::{ActuatorCalibration, AdcCode, Ampere, Kelvin, Ohm, Volt};
 
 use crate::fault::Fault;
-use crate::mean::{Envelope, Means, Told, lower};
+use crate::mean::{Envelope, Means, Told, higher, lower};
 
 /// A heater is too hot at this part more than the highest rise that its calibration allows. The core
 /// holds positions below that one; a model of a mirror is off by some of this.
@@ -53,8 +53,8 @@ pub(crate) struct ChannelWatch {
     envelope: Envelope,
     means: Means,
     told: Told,
-    /// Current that is too much for any heater; too little, as of a hot one; too much for one that was heated.
-    excess: Suspicion,
+    /// Current that no heater makes, too much or below zero; too little, as of a hot one; too much for one that was heated.
+    impossible: Suspicion,
     hot: Suspicion,
     cold: Suspicion,
     frozen: Frozen,
@@ -129,7 +129,7 @@ impl ChannelWatch {
             envelope: Envelope::default(),
             means: Means::default(),
             told: Told::new(actuator),
-            excess: Suspicion::default(),
+            impossible: Suspicion::default(),
             hot: Suspicion::default(),
             cold: Suspicion::default(),
             frozen: Frozen::default(),
@@ -146,14 +146,19 @@ impl ChannelWatch {
     pub(crate) fn check(&mut self, drive: Volt, code: AdcCode, current: Ampere) -> Option<Fault> {
         self.told.learn();
         let (lowest, highest) = self.envelope.follow(drive.0);
-        self.means.follow(drive.0, current.0);
-        let excess = current.0 > highest * self.bounds.highest + CURRENT_MARGIN.0;
-        if !excess && current.0 <= HIGHEST_CURRENT.0 {
-            self.excess.contradict();
-        } else if self.excess.confirm(2) {
-            return Some(too_much(code, current));
+        // A reading that no heater makes is counted here, and enters the means as the nearest that one can make: a conversion
+        // that fails once would be in them for thirty ticks.
+        let most = highest * self.bounds.highest + CURRENT_MARGIN.0;
+        let possible = higher(0.0, lower(current.0, most));
+        self.means.follow(drive.0, possible);
+        let is_possible =
+            current.0 >= -CURRENT_MARGIN.0 && current.0 <= lower(most, HIGHEST_CURRENT.0);
+        if is_possible {
+            self.impossible.contradict();
+        } else if self.impossible.confirm(2) {
+            return Some(impossible(code, current));
         }
-        let hot = self.check_resistance(lowest, current);
+        let hot = self.check_resistance(lowest, highest, Ampere(possible));
         if let Some(fault) = hot.or_else(|| self.check_told()) {
             return Some(fault);
         }
@@ -161,9 +166,14 @@ impl ChannelWatch {
     }
 
     /// Is there too little current for the least voltage, in a tick or in the mean? What is driven at every tick leaves the
-    /// means steady; what one tick shows has the more exact name.
-    fn check_resistance(&mut self, lowest: f32, current: Ampere) -> Option<Fault> {
+    /// means steady; what one tick shows has the more exact name. A tick with more current than a heater too hot can have at
+    /// the highest voltage speaks against it, whatever is still in the means.
+    fn check_resistance(&mut self, lowest: f32, highest: f32, current: Ampere) -> Option<Fault> {
         let least = self.bounds.least;
+        if current.0 > highest * least + CURRENT_MARGIN.0 {
+            self.hot.contradict();
+            return None;
+        }
         if current.0 < lowest * least - CURRENT_MARGIN.0 {
             let is_urgent = lowest > HIGH_DRIVE.0 && current.0 < FAR * lowest * least;
             let trips = self.hot.confirm(if is_urgent { 3 } else { 2 });
@@ -223,7 +233,7 @@ impl ChannelWatch {
     pub(crate) fn clear(&mut self) {
         self.last = Ohm(f32::INFINITY);
         self.means = Means::default();
-        self.excess = Suspicion::default();
+        self.impossible = Suspicion::default();
         self.hot = Suspicion::default();
         self.cold = Suspicion::default();
         self.frozen = Frozen::default();
@@ -244,7 +254,7 @@ impl ChannelWatch {
 }
 
 #[cold]
-fn too_much(code: AdcCode, current: Ampere) -> Fault {
+fn impossible(code: AdcCode, current: Ampere) -> Fault {
     if code.0 >= ADC_SATURATED {
         Fault::ShortCircuit
     } else if current.0 > HIGHEST_CURRENT.0 {

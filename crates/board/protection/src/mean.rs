@@ -78,7 +78,7 @@ pub(crate) fn lower(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-fn higher(a: f32, b: f32) -> f32 {
+pub(crate) fn higher(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 

@@ -1,0 +1,188 @@
+//! Board and heaters around the protection: resistors behind the output filter, no core, no mirror.
+
+use control_core::calibration::{Bounds, Heat, Label, Memory, Origin, Parts, Path, Plate};
+use control_core::{
+    ActuatorCalibration, AdcCode, Ampere, CHANNELS, Calibration, CurrentSense, InverseTable,
+    Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, PwmCode, Second, SenseCalibration, Setpoint,
+    SupplyCode, Volt, Watt,
+};
+use protection::{Fault, Lease, Protection, Reading};
+
+pub const COLD: f32 = 360.0;
+pub const TCR: f32 = 3.92e-3;
+pub const SOUND_SUPPLY: SupplyCode = SupplyCode::from_millivolt(5000);
+
+/// A mirror that may be this much warmer than ambient.
+pub fn calibration(rise: f32) -> Calibration {
+    let actuator = ActuatorCalibration {
+        cold_resistance: Ohm(COLD),
+        tcr: PerKelvin(TCR),
+        thermal_resistance: KelvinPerWatt(5700.0),
+        loss_growth: PerKelvin(0.0),
+        shape: InverseTable::new(Micrometre(170.0), core::array::from_fn(|i| i as f32))
+            .expect("rising"),
+    };
+    Calibration::new(Parts {
+        origin: Origin {
+            device: Label::EMPTY,
+            date: Label::EMPTY,
+            model_hash: 0,
+        },
+        actuators: [actuator; CHANNELS],
+        plate: Plate::UNKNOWN,
+        heat: Heat::INSTANT,
+        memory: Memory::NONE,
+        path: Path {
+            move_time: Second(0.0),
+        },
+        bounds: Bounds {
+            drive: Volt(3.5),
+            power: Watt(34e-3),
+            rise: Kelvin(rise),
+        },
+    })
+    .expect("plausible")
+}
+
+/// Two checks of 25 ticks with a pause of 2501 between, and 20 ticks each until the stages have their supply.
+pub const START_TICKS: u32 = 2591;
+
+/// As the factory's.
+pub const ALLOWED_RISE: f32 = 135.0;
+
+/// A channel behind the board's output filter, two poles at 2 kHz, and the mean of its sense.
+#[derive(Clone, Copy)]
+pub struct Heater {
+    pub ohm: f32,
+    stages: [f32; 2],
+    noise: u32,
+}
+
+impl Heater {
+    pub fn new(ohm: f32, noise: u32) -> Self {
+        Self {
+            ohm,
+            stages: [0.0; 2],
+            noise,
+        }
+    }
+
+    /// What is sensed at the end of a tick at `drive`.
+    pub fn sense(&mut self, drive: Volt) -> AdcCode {
+        let step = 1.0 - (-1.2566_f32 / 10.0).exp();
+        for _ in 0..10 {
+            self.stages[0] += step * (drive.0 - self.stages[0]);
+            self.stages[1] += step * (self.stages[0] - self.stages[1]);
+        }
+        self.noise = self
+            .noise
+            .wrapping_mul(1_664_525)
+            .wrapping_add(1_013_904_223);
+        let noise = (self.noise >> 24) as f32 / 16.0 - 8.0;
+        let sound = AdcCode::nearest(Ampere(self.stages[1] / self.ohm));
+        AdcCode((f32::from(sound.0) + noise) as u16)
+    }
+}
+
+/// Board and heaters: what the firmware does around the protection, without the core.
+#[derive(Clone)]
+pub struct Bench {
+    pub protection: Protection,
+    pub heaters: [Heater; CHANNELS],
+    pub supply: SupplyCode,
+    pub is_over_voltage: bool,
+    pub applied: [Volt; CHANNELS],
+}
+
+impl Bench {
+    pub fn new(ohm: [f32; CHANNELS]) -> Self {
+        Self::of(&calibration(ALLOWED_RISE), ohm)
+    }
+
+    pub fn of(calibration: &Calibration, ohm: [f32; CHANNELS]) -> Self {
+        let mut seed = 0;
+        let heaters = ohm.map(|ohm| {
+            seed += 1;
+            Heater::new(ohm, seed)
+        });
+        Self {
+            protection: Protection::new(calibration),
+            heaters,
+            supply: SOUND_SUPPLY,
+            applied: [Volt(0.0); CHANNELS],
+            is_over_voltage: false,
+        }
+    }
+
+    pub fn tick(&mut self, wanted: Setpoint) -> [Volt; CHANNELS] {
+        let codes = std::array::from_fn(|i| self.heaters[i].sense(self.applied[i]));
+        self.tick_with(wanted, codes, 0)
+    }
+
+    pub fn tick_with(
+        &mut self,
+        wanted: Setpoint,
+        codes: [AdcCode; CHANNELS],
+        missed_ticks: u16,
+    ) -> [Volt; CHANNELS] {
+        let reading = Reading {
+            codes,
+            currents: CurrentSense::new(&SenseCalibration::DESIGNED).currents(codes),
+            supply: self.supply,
+            missed_ticks,
+            is_over_voltage: self.is_over_voltage,
+        };
+        let allowed = self.protection.tick(wanted, self.applied, &reading);
+        self.applied = match allowed {
+            Setpoint::Drive(drives) => drives.map(|drive| PwmCode::nearest(drive).drive()),
+            _ => [Volt(0.0); CHANNELS],
+        };
+        self.applied
+    }
+
+    /// Drives for so many ticks; the fault and the tick at which the board trips, if it does.
+    pub fn drive(&mut self, volt: f32, ticks: u32) -> Option<(Fault, u32)> {
+        for tick in 0..ticks {
+            let drives = self.tick(Setpoint::Drive([Volt(volt); CHANNELS]));
+            if let Some(fault) = self.protection.first_cause() {
+                assert_eq!(
+                    drives,
+                    [Volt(0.0); CHANNELS],
+                    "zero in the tick of detection"
+                );
+                return Some((fault, tick));
+            }
+        }
+        None
+    }
+
+    /// Drives while a heater's resistance goes to `ohm` within 10 ms.
+    pub fn warm(&mut self, channel: usize, ohm: f32, volt: f32) -> Option<(Fault, u32)> {
+        let step = (ohm - self.heaters[channel].ohm) / 100.0;
+        (0..100).find_map(|_| {
+            self.heaters[channel].ohm += step;
+            self.drive(volt, 1)
+        })
+    }
+
+    /// Gives all heaters this resistance.
+    pub fn set_resistances(&mut self, ohm: f32) {
+        self.heaters = self.heaters.map(|heater| Heater { ohm, ..heater });
+    }
+
+    /// Lets the heaters be checked, and cool.
+    pub fn start(&mut self) {
+        for _ in 0..START_TICKS {
+            self.tick(Setpoint::Off);
+        }
+        assert!(!self.protection.is_starting());
+    }
+
+    pub fn driving(ohm: [f32; CHANNELS], volt: f32) -> Self {
+        let mut bench = Self::new(ohm);
+        bench.start();
+        bench.protection.command(Lease::FOREVER).expect("no fault");
+        assert_eq!(bench.drive(volt, 100), None);
+        bench
+    }
+}

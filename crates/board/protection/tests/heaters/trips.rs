@@ -1,0 +1,166 @@
+//! What trips, by which name and how soon; what does not.
+
+use control_core::{
+    AdcCode, Ampere, CHANNELS, Kelvin, Limits, PwmCode, Setpoint, SupplyCode, Volt,
+};
+use protection::{ChannelState, Fault, Lease};
+
+use crate::bench::*;
+
+#[test]
+fn heaters_that_break_while_they_are_driven_trip_within_a_millisecond() {
+    for volt in [0.3, 1.0, 2.0, 3.5] {
+        for (ohm, fault) in [
+            (1e9, Fault::OpenHeater),
+            (1.0, Fault::ShortCircuit),
+            (800.0, Fault::ImplausibleSense),
+        ] {
+            let mut bench = Bench::driving([450.0; CHANNELS], volt);
+            bench.heaters[1].ohm = ohm;
+            let (found, tick) = bench.drive(volt, 100).expect("it trips");
+            assert_eq!(found, fault, "{ohm} ohm at {volt} V");
+            assert!(tick < 10, "{ohm} ohm at {volt} V: after {tick} ticks");
+        }
+    }
+}
+
+#[test]
+fn too_much_current_trips_by_its_name() {
+    let mut bench = Bench::driving([450.0; CHANNELS], 3.5);
+    bench.heaters[0].ohm = 3.5 / 11.5e-3;
+    assert_eq!(bench.drive(3.5, 20), Some((Fault::OverCurrent, 2)));
+    let mut bench = Bench::driving([450.0; CHANNELS], 1.0);
+    bench.heaters[0].ohm = 0.45 * COLD;
+    assert_eq!(bench.drive(1.0, 20), Some((Fault::ImplausibleSense, 2)));
+}
+
+#[test]
+fn a_heater_too_hot_trips_and_a_hot_one_does_not() {
+    let ohm_at = |rise: f32| COLD * (1.0 + TCR * rise);
+    for volt in [1.0, 2.0, 3.5] {
+        let mut bench = Bench::driving([COLD; CHANNELS], volt);
+        assert_eq!(bench.warm(3, ohm_at(130.0), volt), None, "{volt} V");
+        assert_eq!(bench.drive(volt, 1000), None, "{volt} V");
+        bench.heaters[3].ohm = ohm_at(200.0);
+        let (fault, _) = bench.drive(volt, 20).expect("it trips");
+        assert_eq!(fault, Fault::OverTemperature, "{volt} V");
+    }
+}
+
+#[test]
+fn what_is_too_hot_follows_the_calibration_up_to_a_ceiling() {
+    let ohm_at = |rise: f32| COLD * (1.0 + TCR * rise);
+    // A quarter more than allowed, and 11 K for a cold resistance that is off by 15 ohm.
+    for (allowed, sound, hot) in [
+        (60.0, 80.0, 92.0),
+        (100.0, 130.0, 142.0),
+        (900.0, 130.0, 146.0),
+    ] {
+        let mut bench = Bench::of(&calibration(allowed), [COLD; CHANNELS]);
+        bench.start();
+        bench.protection.command(Lease::FOREVER).expect("no fault");
+        assert_eq!(bench.drive(2.0, 100), None);
+        assert_eq!(bench.warm(1, ohm_at(sound), 2.0), None);
+        assert_eq!(bench.drive(2.0, 1000), None, "{allowed} K allowed");
+        let (fault, _) = bench.warm(1, ohm_at(hot), 2.0).expect("it trips");
+        assert_eq!(fault, Fault::OverTemperature, "{allowed} K allowed");
+    }
+}
+
+#[test]
+fn current_where_nothing_is_driven_trips() {
+    let mut bench = Bench::new([COLD; CHANNELS]);
+    bench.start();
+    // The envelope of the drive falls from the check's.
+    assert_eq!(bench.drive(0.0, 50), None);
+    let codes = [0.0, 57e-6, 0.0, 0.0].map(|current| AdcCode::nearest(Ampere(current)));
+    for _ in 0..3 {
+        bench.tick_with(Setpoint::Off, codes, 0);
+    }
+    assert_eq!(
+        bench.protection.first_cause(),
+        Some(Fault::ImplausibleSense)
+    );
+}
+
+#[test]
+fn a_sense_that_stands_still_while_the_drive_moves_trips() {
+    let mut bench = Bench::driving([450.0; CHANNELS], 1.0);
+    let still = AdcCode::nearest(Ampere(1.0 / 450.0)).0;
+    let mut codes = [AdcCode(still); CHANNELS];
+    for tick in 0..100_u16 {
+        for (i, code) in codes.iter_mut().enumerate().skip(1) {
+            code.0 = still + tick % 3 + i as u16;
+        }
+        // 1 V to 1.1 V: still plausible, but channel 0 does not follow.
+        let volt = 1.0 + f32::from(tick) * 1e-3;
+        bench.tick_with(Setpoint::Drive([Volt(volt); CHANNELS]), codes, 0);
+    }
+    assert_eq!(bench.protection.first_cause(), Some(Fault::FrozenSense));
+}
+
+#[test]
+fn supply_and_overrun_trip_all_channels() {
+    let mut bench = Bench::driving([450.0; CHANNELS], 1.0);
+    bench.supply = SupplyCode::from_millivolt(4000);
+    assert_eq!(bench.drive(1.0, 10), Some((Fault::SupplyOutOfRange, 2)));
+    let mut bench = Bench::driving([450.0; CHANNELS], 1.0);
+    let codes = std::array::from_fn(|i| bench.heaters[i].sense(bench.applied[i]));
+    let drives = bench.tick_with(Setpoint::Drive([Volt(1.0); CHANNELS]), codes, 7);
+    assert_eq!(bench.protection.first_cause(), Some(Fault::TickOverrun));
+    assert_eq!(drives, [Volt(0.0); CHANNELS]);
+    let states = bench.protection.states(drives, Limits::NONE);
+    assert_eq!(
+        states,
+        [ChannelState::Tripped(Fault::TickOverrun); CHANNELS]
+    );
+}
+
+#[test]
+fn what_the_comparators_find_trips_at_once() {
+    let mut bench = Bench::driving([450.0; CHANNELS], 1.0);
+    bench.is_over_voltage = true;
+    assert_eq!(bench.drive(1.0, 1), Some((Fault::OutputOverVoltage, 0)));
+    assert!(!bench.protection.powers_stages());
+    // They say so until the outputs are enabled again; the currents fall meanwhile.
+    for _ in 0..20 {
+        bench.tick(Setpoint::Off);
+    }
+    bench.protection.clear();
+    while !bench.protection.powers_stages() {
+        assert_eq!(bench.drive(1.0, 1), None);
+    }
+    let mut still_there = bench.clone();
+    assert_eq!(
+        still_there.drive(1.0, 1),
+        Some((Fault::OutputOverVoltage, 0))
+    );
+    bench.is_over_voltage = false;
+    bench.protection.command(Lease::FOREVER).expect("cleared");
+    assert_eq!(bench.drive(1.0, START_TICKS), None);
+}
+
+#[test]
+fn a_cleared_board_drives_again_and_a_fault_that_is_still_there_trips_again() {
+    let mut bench = Bench::driving([450.0; CHANNELS], 2.0);
+    bench.heaters[0].ohm = 1e9;
+    assert!(bench.drive(2.0, 20).is_some());
+    bench.protection.clear();
+    bench.protection.command(Lease::FOREVER).expect("cleared");
+    assert!(bench.drive(2.0, START_TICKS).is_some());
+    bench.heaters[0].ohm = 450.0;
+    bench.protection.clear();
+    bench.start();
+    bench.protection.command(Lease::FOREVER).expect("cleared");
+    assert_eq!(bench.drive(2.0, 100), None);
+    assert_eq!(bench.applied, [PwmCode(2000).drive(); CHANNELS]);
+}
+
+#[test]
+fn the_hottest_allowed_lies_above_what_the_factory_drives() {
+    let top = calibration(ALLOWED_RISE).actuators()[0]
+        .resistance(Kelvin(129.0))
+        .0;
+    let mut bench = Bench::driving([top; CHANNELS], 3.5);
+    assert_eq!(bench.drive(3.5, 1000), None);
+}
