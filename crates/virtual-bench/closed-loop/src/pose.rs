@@ -13,8 +13,6 @@ use crate::{Loop, TICK_S};
 const HELD_S: f64 = 2.0;
 /// Readings of which the mean is taken, one a tick.
 const READINGS: usize = 100;
-/// The part of what the calibration reaches that is used, as `experiments::calibration::RANGE`.
-const RANGE: f64 = 0.99;
 /// Lever that is assumed until it is measured (um): that of plates of half a millimetre.
 const ASSUMED_LEVER: Micrometre = Micrometre(500.0);
 
@@ -87,7 +85,7 @@ fn assumed(calibration: &Calibration) -> Calibration {
 }
 
 fn reach(calibration: &Calibration) -> (Reach, f64) {
-    let top_um = RANGE * f64::from(calibration.max_position().0);
+    let top_um = experiments::calibration::RANGE * f64::from(calibration.max_position().0);
     (Reach::new(calibration.parts().plate, top_um), top_um)
 }
 

@@ -58,6 +58,39 @@ pub fn is_over_voltage(heated_v: [f64; 4]) -> bool {
     heated_v.iter().any(|volts| *volts > COMPARATOR_V)
 }
 
+/// The comparators at the outputs, and the latch of the timer's break input that they work on: once they find too much the
+/// outputs are disabled, until the board has disabled and enabled them itself.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Comparators {
+    has_broken: bool,
+    are_enabled: bool,
+}
+
+impl Comparators {
+    /// The board enables its outputs in this tick, or does not.
+    pub(crate) fn enable(&mut self, are_enabled: bool) {
+        self.has_broken &= !are_enabled || self.are_enabled;
+        self.are_enabled = are_enabled;
+    }
+
+    /// Whether the stages follow their codes.
+    pub(crate) fn let_drive(self) -> bool {
+        self.are_enabled && !self.has_broken
+    }
+
+    /// Looks at the actuators; whether that has disabled the outputs.
+    pub(crate) fn disable(&mut self, heated_v: [f64; 4]) -> bool {
+        let is_new = !self.has_broken && is_over_voltage(heated_v);
+        self.has_broken |= is_new;
+        is_new
+    }
+
+    /// Whether they have disabled the outputs since the board enabled them.
+    pub(crate) fn have_broken(self) -> bool {
+        self.has_broken
+    }
+}
+
 /// Four output stages and four current senses.
 #[derive(Clone, Debug)]
 pub struct Electronics {

@@ -10,7 +10,7 @@ use plant_link::{Converters, Pins};
 use virtual_mirror::{MirrorConfig, Sensor, State, VirtualMirror};
 
 use crate::controls::{Controls, Surroundings};
-use crate::electronics::{Electronics, Rail, is_over_voltage};
+use crate::electronics::{Comparators, Electronics, Rail};
 use crate::faults::{PlantFault, in_vacuum};
 use crate::pace::Pace;
 
@@ -25,9 +25,7 @@ const SUPPLY_V: f64 = 5.0;
 pub struct Plant {
     electronics: Electronics,
     rail: Rail,
-    /// Whether the comparators have disabled the outputs since the board enabled them, and whether it does.
-    has_broken: bool,
-    are_enabled: bool,
+    comparators: Comparators,
     load: Load,
     controls: Controls,
     before: Converters,
@@ -103,8 +101,7 @@ impl Plant {
         Ok(Self {
             electronics: Electronics::new(connected.seed()),
             rail: Rail::default(),
-            has_broken: false,
-            are_enabled: false,
+            comparators: Comparators::default(),
             load: Load::new(connected)?,
             controls: Controls::default(),
             before: Converters::default(),
@@ -172,23 +169,20 @@ impl Plant {
         }
     }
 
-    /// What the stages drive (V) in a tick with these pins, and what arrives at the heaters. Where that is too much the
-    /// comparators disable the outputs, until the board has disabled and enabled them.
+    /// What the stages drive (V) in a tick with these pins, and what arrives at the heaters, after the comparators.
     fn drive(&mut self, pins: &Pins, fault: Option<PlantFault>) -> ([f64; 4], [f64; 4]) {
-        self.has_broken &= !pins.outputs_enabled || self.are_enabled;
-        self.are_enabled = pins.outputs_enabled;
+        self.comparators.enable(pins.outputs_enabled);
         loop {
-            let is_driven = pins.outputs_enabled && !self.has_broken;
+            let is_driven = self.comparators.let_drive();
             let told_v = pins.compare.map(|code| match is_driven {
                 true => self.electronics.drive_v(code),
                 false => 0.0,
             });
             let wanted_v = fault.map_or(told_v, |fault| fault.at_the_heaters(told_v, is_driven));
             let heated_v = self.rail.limit(wanted_v);
-            if self.has_broken || !is_over_voltage(heated_v) {
+            if !self.comparators.disable(heated_v) {
                 return (self.rail.limit(told_v), heated_v);
             }
-            self.has_broken = true;
         }
     }
 
@@ -210,7 +204,7 @@ impl Plant {
             current: std::array::from_fn(|i| self.electronics.sense_code(i, current_a[i])),
             sensor_z_nm: (z_um * 1e3).round() as i32,
             supply: self.electronics.supply_code(SUPPLY_V),
-            is_over_voltage: self.has_broken,
+            is_over_voltage: self.comparators.have_broken(),
             upset: plant_link::upset::NONE,
         }
     }

@@ -39,13 +39,15 @@ impl Zero {
 /// The scatter of readings at rest, one standard deviation, from the median of what one differs from the one before: the
 /// mirror may still move, and a reading may stand alone. The root mean square, where most do not differ at all.
 pub(super) fn noise_um(readings: &[f64]) -> Option<f64> {
-    let mut apart: Vec<f64> = readings
+    let apart: Vec<f64> = readings
         .windows(2)
         .map(|pair| (pair[1] - pair[0]).abs() / std::f64::consts::SQRT_2)
         .collect();
-    apart.sort_by(f64::total_cmp);
-    let median = *apart.get(apart.len() / 2)?;
+    if apart.is_empty() {
+        return None;
+    }
     let mean_square = apart.iter().map(|um| um * um).sum::<f64>() / apart.len() as f64;
+    let median = measurement::median(apart);
     Some(match median > 0.0 {
         true => NORMAL * median,
         false => mean_square.sqrt(),
