@@ -104,13 +104,10 @@ impl Size {
         let bytes = fs::read(elf).with_context(|| format!("reading {}", elf.display()))?;
         let file = object::File::parse(&*bytes)?;
         let mut size = Self { flash: 0, ram: 0 };
-        for section in file.sections() {
+        for section in file.sections().filter(panics::is_in_memory) {
             let SectionFlags::Elf { sh_flags } = section.flags() else {
                 continue;
             };
-            if sh_flags & u64::from(object::elf::SHF_ALLOC) == 0 {
-                continue;
-            }
             let in_flash = section.kind() != SectionKind::UninitializedData;
             let in_ram = sh_flags & u64::from(object::elf::SHF_WRITE) != 0;
             size.flash += if in_flash { section.size() } else { 0 };

@@ -12,7 +12,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use object::{
-    File, Object, ObjectSection, ObjectSymbol, RelocationFlags, RelocationTarget, SymbolKind, elf,
+    File, Object, ObjectSection, ObjectSymbol, RelocationFlags, RelocationTarget, SectionFlags,
+    SymbolKind, elf,
 };
 use rustc_demangle::demangle;
 
@@ -95,17 +96,14 @@ impl Graph {
             .collect();
         unnamed.sort_unstable();
         unnamed.dedup();
-        let ends: Vec<u64> = unnamed
-            .iter()
-            .map(|from| {
-                let ahead = |to: &u64| *to > *from;
-                let starts = nodes
-                    .iter()
-                    .map(|node| node.from)
-                    .chain(unnamed.iter().copied());
-                starts.filter(ahead).min().unwrap_or(u64::MAX)
-            })
-            .collect();
+        let mut starts: Vec<u64> = nodes.iter().map(|node| node.from).collect();
+        starts.extend(&unnamed);
+        starts.sort_unstable();
+        let end = |from: &u64| {
+            let after = starts.partition_point(|start| start <= from);
+            starts.get(after).copied().unwrap_or(u64::MAX)
+        };
+        let ends: Vec<u64> = unnamed.iter().map(end).collect();
         nodes.extend(unnamed.into_iter().zip(ends).map(|(from, to)| Node {
             name: format!("data at {from:#x}"),
             from,
@@ -195,9 +193,18 @@ fn named(file: &File<'_>) -> Result<Vec<Node>> {
     Ok(nodes)
 }
 
+/// Whether a section has its place in the chip's memory.
+pub(crate) fn is_in_memory<'data>(section: &impl ObjectSection<'data>) -> bool {
+    let SectionFlags::Elf { sh_flags } = section.flags() else {
+        return false;
+    };
+    sh_flags & u64::from(elf::SHF_ALLOC) != 0
+}
+
 fn references(file: &File<'_>) -> Result<Vec<Reference>> {
     let mut references = Vec::new();
-    for section in file.sections() {
+    // What only a debugger reads names everything, and is nowhere in memory.
+    for section in file.sections().filter(is_in_memory) {
         let data = section.data()?;
         for (from, relocation) in section.relocations() {
             let RelocationTarget::Symbol(symbol) = relocation.target() else {

@@ -8,12 +8,12 @@ use control_core::{
 };
 use protection::{Fault, Lease, Protection, Reading};
 
-pub const COLD: f32 = 360.0;
-pub const TCR: f32 = 3.92e-3;
-pub const SOUND_SUPPLY: SupplyCode = SupplyCode::from_millivolt(5000);
+pub(crate) const COLD: f32 = 360.0;
+pub(crate) const TCR: f32 = 3.92e-3;
+pub(crate) const SOUND_SUPPLY: SupplyCode = SupplyCode::from_millivolt(5000);
 
 /// A mirror that may be this much warmer than ambient.
-pub fn calibration(rise: f32) -> Calibration {
+pub(crate) fn calibration(rise: f32) -> Calibration {
     let actuator = ActuatorCalibration {
         cold_resistance: Ohm(COLD),
         tcr: PerKelvin(TCR),
@@ -45,21 +45,21 @@ pub fn calibration(rise: f32) -> Calibration {
 }
 
 /// Two checks of 25 ticks with a pause of 2501 between, and 20 ticks each until the stages have their supply.
-pub const START_TICKS: u32 = 2591;
+pub(crate) const START_TICKS: u32 = 2591;
 
 /// As the factory's.
-pub const ALLOWED_RISE: f32 = 135.0;
+pub(crate) const ALLOWED_RISE: f32 = 135.0;
 
 /// A channel behind the board's output filter, two poles at 2 kHz, and the mean of its sense.
 #[derive(Clone, Copy)]
-pub struct Heater {
-    pub ohm: f32,
+pub(crate) struct Heater {
+    pub(crate) ohm: f32,
     stages: [f32; 2],
     noise: u32,
 }
 
 impl Heater {
-    pub fn new(ohm: f32, noise: u32) -> Self {
+    pub(crate) fn new(ohm: f32, noise: u32) -> Self {
         Self {
             ohm,
             stages: [0.0; 2],
@@ -68,7 +68,7 @@ impl Heater {
     }
 
     /// What is sensed at the end of a tick at `drive`.
-    pub fn sense(&mut self, drive: Volt) -> AdcCode {
+    pub(crate) fn sense(&mut self, drive: Volt) -> AdcCode {
         let step = 1.0 - (-1.2566_f32 / 10.0).exp();
         for _ in 0..10 {
             self.stages[0] += step * (drive.0 - self.stages[0]);
@@ -86,20 +86,20 @@ impl Heater {
 
 /// Board and heaters: what the firmware does around the protection, without the core.
 #[derive(Clone)]
-pub struct Bench {
-    pub protection: Protection,
-    pub heaters: [Heater; CHANNELS],
-    pub supply: SupplyCode,
-    pub is_over_voltage: bool,
-    pub applied: [Volt; CHANNELS],
+pub(crate) struct Bench {
+    pub(crate) protection: Protection,
+    pub(crate) heaters: [Heater; CHANNELS],
+    pub(crate) supply: SupplyCode,
+    pub(crate) is_over_voltage: bool,
+    pub(crate) applied: [Volt; CHANNELS],
 }
 
 impl Bench {
-    pub fn new(ohm: [f32; CHANNELS]) -> Self {
+    pub(crate) fn new(ohm: [f32; CHANNELS]) -> Self {
         Self::of(&calibration(ALLOWED_RISE), ohm)
     }
 
-    pub fn of(calibration: &Calibration, ohm: [f32; CHANNELS]) -> Self {
+    pub(crate) fn of(calibration: &Calibration, ohm: [f32; CHANNELS]) -> Self {
         let mut seed = 0;
         let heaters = ohm.map(|ohm| {
             seed += 1;
@@ -114,12 +114,12 @@ impl Bench {
         }
     }
 
-    pub fn tick(&mut self, wanted: Setpoint) -> [Volt; CHANNELS] {
+    pub(crate) fn tick(&mut self, wanted: Setpoint) -> [Volt; CHANNELS] {
         let codes = std::array::from_fn(|i| self.heaters[i].sense(self.applied[i]));
         self.tick_with(wanted, codes, 0)
     }
 
-    pub fn tick_with(
+    pub(crate) fn tick_with(
         &mut self,
         wanted: Setpoint,
         codes: [AdcCode; CHANNELS],
@@ -141,7 +141,7 @@ impl Bench {
     }
 
     /// Drives for so many ticks; the fault and the tick at which the board trips, if it does.
-    pub fn drive(&mut self, volt: f32, ticks: u32) -> Option<(Fault, u32)> {
+    pub(crate) fn drive(&mut self, volt: f32, ticks: u32) -> Option<(Fault, u32)> {
         for tick in 0..ticks {
             let drives = self.tick(Setpoint::Drive([Volt(volt); CHANNELS]));
             if let Some(fault) = self.protection.first_cause() {
@@ -157,7 +157,7 @@ impl Bench {
     }
 
     /// Drives while a heater's resistance goes to `ohm` within 10 ms.
-    pub fn warm(&mut self, channel: usize, ohm: f32, volt: f32) -> Option<(Fault, u32)> {
+    pub(crate) fn warm(&mut self, channel: usize, ohm: f32, volt: f32) -> Option<(Fault, u32)> {
         let step = (ohm - self.heaters[channel].ohm) / 100.0;
         (0..100).find_map(|_| {
             self.heaters[channel].ohm += step;
@@ -166,19 +166,19 @@ impl Bench {
     }
 
     /// Gives all heaters this resistance.
-    pub fn set_resistances(&mut self, ohm: f32) {
+    pub(crate) fn set_resistances(&mut self, ohm: f32) {
         self.heaters = self.heaters.map(|heater| Heater { ohm, ..heater });
     }
 
     /// Lets the heaters be checked, and cool.
-    pub fn start(&mut self) {
+    pub(crate) fn start(&mut self) {
         for _ in 0..START_TICKS {
             self.tick(Setpoint::Off);
         }
         assert!(!self.protection.is_starting());
     }
 
-    pub fn driving(ohm: [f32; CHANNELS], volt: f32) -> Self {
+    pub(crate) fn driving(ohm: [f32; CHANNELS], volt: f32) -> Self {
         let mut bench = Self::new(ohm);
         bench.start();
         bench.protection.command(Lease::FOREVER).expect("no fault");
