@@ -60,6 +60,14 @@ pub(crate) fn build_and_lint() -> Result<Vec<TestProgram>> {
 
 /// The programs of tests that a command of cargo's builds, which must not make the compiler say anything.
 pub(crate) fn programs(command: &mut Command) -> Result<Vec<TestProgram>> {
+    let messages = without_complaint(command)?;
+    let programs: Vec<TestProgram> = messages.iter().filter_map(test_program).collect();
+    ensure!(!programs.is_empty(), "cargo built no tests");
+    Ok(programs)
+}
+
+/// What a command of cargo's tells of what it builds, where the compiler has nothing to say about it.
+pub(crate) fn without_complaint(command: &mut Command) -> Result<Vec<Value>> {
     eprintln!("> {}", cargo::describe(command));
     let output = command
         .args(["--message-format", "json"])
@@ -77,11 +85,9 @@ pub(crate) fn programs(command: &mut Command) -> Result<Vec<TestProgram>> {
         .for_each(|complaint| eprint!("{complaint}"));
     ensure!(
         output.status.success() && complaints.is_empty(),
-        "the tests cannot be built, or not without a warning"
+        "it cannot be built, or not without a warning"
     );
-    let programs: Vec<TestProgram> = messages.iter().filter_map(test_program).collect();
-    ensure!(!programs.is_empty(), "cargo built no tests");
-    Ok(programs)
+    Ok(messages)
 }
 
 /// What the compiler says, as people read it.

@@ -1,6 +1,6 @@
 //! Everything that can break on an emulated board, broken at rest, while driving and during an upload; one line of a
 //! table each. It fails where a fault is not detected or not in the fault log afterwards, takes the mirror more than a millisecond of drive or beyond 225 K, or
-//! leaves a board that cannot be used again. Every fifth is tried, and every one where
+//! leaves a board that cannot be used again. Every seventh is tried, and every one where
 //! `MIRROR_FULL` asks for what is long.
 
 mod cases;
@@ -36,7 +36,7 @@ const MANY: u32 = 20_000;
 /// Disturbances of the link in one case.
 const DISTURBED: u32 = 20;
 /// A number without a common factor with the three situations, so that the short form has all of them.
-const SHORT_STEP: usize = 5;
+const SHORT_STEP: usize = 7;
 /// The same for the twin, which takes ten times as long.
 const SHORT_STEP_ON_TWIN: usize = 44;
 

@@ -7,7 +7,6 @@ mod common;
 mod heaters;
 mod hidden;
 mod import;
-mod own_effect;
 mod readme;
 
 use std::fs;
