@@ -7,7 +7,6 @@
 //! The first parameter of every effect is its strength, and strength 0 is no effect. What nature has in several forms
 //! ([`Effect::other_forms`]) is one effect: a diagnosis tries them all, and a model has one of them.
 
-use std::borrow::Cow;
 use std::fmt;
 use std::sync::Arc;
 
@@ -23,7 +22,9 @@ mod gap_heat_loss;
 mod heat_loss_temperature;
 mod heater;
 mod hysteresis;
+mod info;
 mod initial_curl;
+mod moment;
 mod numerals;
 mod quadratic_tcr;
 mod radiation;
@@ -40,6 +41,10 @@ mod thermal_lag;
 
 pub use formula::{Formula, FormulaError};
 pub use heater::{Heater, Strengths};
+pub use info::{Acts, Info, Parameter, Stage};
+pub use moment::{Moment, Step};
+
+use info::parameter;
 
 /// The built-in effects, in the order of the chain.
 static BUILT_IN: [&dyn Effect; 22] = [
@@ -108,188 +113,6 @@ pub trait Effect: Send + Sync {
 
     /// Moves the states on by one step.
     fn advance(&self, _parameters: &[f64], _state: &mut [f64], _step: &Step) {}
-}
-
-/// The stage of the chain that an effect belongs to, in the project's vocabulary.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
-)]
-#[serde(rename_all = "lowercase")]
-pub enum Stage {
-    /// Between the driver and the heater.
-    Drive,
-    /// The heater's resistance.
-    Resistance,
-    /// From power to temperature.
-    Heat,
-    /// From temperature to curvature.
-    Curvature,
-    /// From curvature to displacement.
-    Shape,
-    /// What the displacement remembers.
-    Memory,
-    /// Moving mass.
-    Motion,
-    /// What reads the displacement.
-    Sensor,
-}
-
-impl fmt::Display for Stage {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Drive => "drive",
-            Self::Resistance => "resistance",
-            Self::Heat => "heat",
-            Self::Curvature => "curvature",
-            Self::Shape => "shape",
-            Self::Memory => "memory",
-            Self::Motion => "motion",
-            Self::Sensor => "sensor",
-        })
-    }
-}
-
-/// The quantity that an effect changes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Acts {
-    /// The voltage at one heater (V).
-    Voltage,
-    /// The resistance of one heater (ohm).
-    Resistance,
-    /// The temperature rise that one heater's power would make in the end, R_T P (K).
-    Heating,
-    /// The temperature rise of one actuator (K).
-    Temperature,
-    /// The curvature of one actuator (1/um).
-    Curvature,
-    /// The displacement of one actuator (um).
-    Displacement,
-    /// The displacement of the mirror's centre (um).
-    Motion,
-    /// The displacement as the sensor reads it (um).
-    Reading,
-}
-
-impl Acts {
-    /// Whether it is a quantity of the whole mirror rather than of each actuator.
-    pub fn on_the_mirror(self) -> bool {
-        matches!(self, Self::Motion | Self::Reading)
-    }
-}
-
-/// What the chain shows at one moment.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Moment {
-    /// Time from the session's start (s).
-    pub t_s: f64,
-    /// Voltage at the driver (V).
-    pub voltage_v: f64,
-    /// Resistance of the heater (ohm).
-    pub resistance_ohm: f64,
-    /// R0 (1 + xi dT) split: the cold resistance (ohm).
-    pub cold_resistance_ohm: f64,
-    /// The part of the resistance that grew with temperature (ohm).
-    pub grown_resistance_ohm: f64,
-    /// Power of this actuator (W).
-    pub power_w: f64,
-    /// Power of all four (W).
-    pub total_power_w: f64,
-    /// Power of the actuator across the mirror; they are numbered around it (W).
-    pub opposite_power_w: f64,
-    /// R_T of this actuator (K/W).
-    pub thermal_resistance_k_per_w: f64,
-    /// Temperature rise, with that of the surroundings (K).
-    pub temperature_rise_k: f64,
-    /// Temperature rise of the surroundings since the session's start, where that is known (K).
-    pub ambient_k: f64,
-    /// Curvature that one kelvin makes (1/(um K)).
-    pub curvature_per_k: f64,
-    /// Displacement of this actuator, or of the centre for an effect on the whole mirror (um).
-    pub z_um: f64,
-}
-
-/// One step of the simulation, as an effect with memory sees it.
-#[derive(Clone, Copy, Debug)]
-pub struct Step {
-    /// The effect's input at the step's start.
-    pub from: f64,
-    /// The effect's input at its end. In between it runs straight.
-    pub to: f64,
-    /// The step's length (s).
-    pub duration_s: f64,
-    /// The chain at its end.
-    pub moment: Moment,
-}
-
-impl Step {
-    /// Where a first-order lag of time constant `tau_s` that was at `x` is after the step; exact for a straight input.
-    pub fn relax(&self, x: f64, tau_s: f64) -> f64 {
-        relax(x, tau_s, self.from, self.to, self.duration_s)
-    }
-}
-
-/// A first-order lag driven by an input that runs straight from `from` to `to`.
-fn relax(x: f64, tau_s: f64, from: f64, to: f64, duration_s: f64) -> f64 {
-    if tau_s < 1e-9 {
-        return to;
-    }
-    let behind = (to - from) / duration_s * tau_s;
-    to - behind + (x - from + behind) * (-duration_s / tau_s).exp()
-}
-
-/// What is known of an effect, for people and for the fit.
-#[derive(Clone, Debug, serde::Serialize)]
-pub struct Info {
-    /// Its name in commands and files.
-    pub id: Cow<'static, str>,
-    /// What it is, in a few words.
-    pub title: Cow<'static, str>,
-    /// Where in the chain it belongs.
-    pub stage: Stage,
-    /// What it changes.
-    pub acts: Acts,
-    /// Its equation; `'` marks the changed quantity.
-    pub equation: Cow<'static, str>,
-    /// Its parameters, the strength first.
-    pub parameters: Cow<'static, [Parameter]>,
-    /// How it shows in measurements.
-    pub shows: Cow<'static, str>,
-    /// What separates it from its look-alikes.
-    pub separates: Cow<'static, str>,
-    /// Where its size and form come from.
-    pub source: Cow<'static, str>,
-}
-
-/// A parameter of an effect.
-#[derive(Clone, Debug, serde::Serialize)]
-pub struct Parameter {
-    /// Its symbol.
-    pub symbol: Cow<'static, str>,
-    /// Its unit.
-    pub unit: Cow<'static, str>,
-    /// A usual size.
-    pub start: f64,
-    /// The lowest plausible value.
-    pub low: f64,
-    /// The highest plausible value.
-    pub high: f64,
-}
-
-const fn parameter(
-    symbol: &'static str,
-    unit: &'static str,
-    start: f64,
-    low: f64,
-    high: f64,
-) -> Parameter {
-    Parameter {
-        symbol: Cow::Borrowed(symbol),
-        unit: Cow::Borrowed(unit),
-        start,
-        low,
-        high,
-    }
 }
 
 /// An effect in a model, with its values.
@@ -449,15 +272,5 @@ mod tests {
                 );
             }
         }
-    }
-
-    #[test]
-    fn a_lag_is_exact_however_long_the_step() {
-        let (mut fine, coarse) = (0.3, relax(0.3, 0.2, 1.0, 3.0, 1.0));
-        for i in 0..1000 {
-            let at = |i: i32| 1.0 + 2.0 * f64::from(i) / 1000.0;
-            fine = relax(fine, 0.2, at(i), at(i + 1), 1e-3);
-        }
-        assert!((fine - coarse).abs() < 1e-9);
     }
 }

@@ -1,0 +1,247 @@
+//! What a user has written, read into a formula, or what is wrong with it and where.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use exmex::{Express, FlatEx};
+use miette::NamedSource;
+use serde::Deserialize;
+
+use super::{Expression, Formula, FormulaError, VARIABLES};
+use crate::effect::numerals::without_exponents;
+use crate::effect::size::{MOST_PARAMETERS, MOST_PARTS, MOST_PARTS_OF_RATES, MOST_STATES, parts};
+use crate::effect::{Acts, Info, Parameter, Stage};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Stored {
+    id: String,
+    #[serde(default)]
+    title: String,
+    stage: Stage,
+    acts: Acts,
+    formula: toml::Spanned<String>,
+    #[serde(default)]
+    shows: String,
+    #[serde(default)]
+    separates: String,
+    #[serde(default)]
+    source: String,
+    parameters: toml::Spanned<Vec<StoredParameter>>,
+    #[serde(default)]
+    states: Vec<StoredState>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredParameter {
+    symbol: toml::Spanned<String>,
+    unit: String,
+    start: f64,
+    low: f64,
+    high: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredState {
+    symbol: toml::Spanned<String>,
+    rate: toml::Spanned<String>,
+}
+
+/// An effect's text, and what errors call it.
+pub(super) struct Reader<'a> {
+    pub(super) name: &'a str,
+    pub(super) text: &'a str,
+}
+
+impl Reader<'_> {
+    pub(super) fn formula(&self) -> Result<Formula, FormulaError> {
+        let stored: Stored = toml::from_str(self.text).map_err(|error| {
+            self.wrong(
+                error.message(),
+                "see `effect new` for an example",
+                error.span().unwrap_or(0..0),
+            )
+        })?;
+        self.check_counts(&stored)?;
+        let names = self.names(&stored)?;
+        self.check_parts(&stored, &names)?;
+        let output = self.expression(&stored.formula, &names)?;
+        let rates = stored
+            .states
+            .iter()
+            .map(|state| self.expression(&state.rate, &names))
+            .collect::<Result<_, _>>()?;
+        let place = stored.formula.span();
+        let formula = Formula {
+            output,
+            rates,
+            info: info(stored),
+            text: self.text.to_owned(),
+        };
+        formula.check_strength().map_err(|message| {
+            self.wrong(
+                &message,
+                "the first parameter is the strength: write the formula so that 0 changes nothing",
+                place,
+            )
+        })?;
+        Ok(formula)
+    }
+
+    /// Not more parameters and states than a fit can bear.
+    fn check_counts(&self, stored: &Stored) -> Result<(), FormulaError> {
+        let (parameters, states) = (stored.parameters.get_ref().len(), stored.states.len());
+        if parameters > MOST_PARAMETERS {
+            return Err(self.wrong(
+                &format!("this effect has {parameters} parameters, and at most {MOST_PARAMETERS} are fitted"),
+                "write numbers in place of those that measurements cannot tell",
+                stored.parameters.span(),
+            ));
+        }
+        match stored.states.get(MOST_STATES) {
+            None => Ok(()),
+            Some(state) => Err(self.wrong(
+                &format!(
+                    "this effect has {states} states, and at most {MOST_STATES} are simulated"
+                ),
+                "describe it as several effects, or with fewer states",
+                state.symbol.span(),
+            )),
+        }
+    }
+
+    /// No longer formulas than a fit can bear.
+    fn check_parts(&self, stored: &Stored, names: &[String]) -> Result<(), FormulaError> {
+        let count = |text: &toml::Spanned<String>| parts(text.get_ref(), names);
+        let shorter =
+            "a fit would take minutes; write a simpler formula, or describe it as several effects";
+        let of_formula = count(&stored.formula);
+        if of_formula > MOST_PARTS {
+            let message = format!(
+                "this formula has {of_formula} operators, functions and brackets, and may have {MOST_PARTS}"
+            );
+            return Err(self.wrong(&message, shorter, stored.formula.span()));
+        }
+        let mut of_rates = 0;
+        for state in &stored.states {
+            of_rates += count(&state.rate);
+            if of_rates > MOST_PARTS_OF_RATES {
+                let message = format!(
+                    "up to this one the rates have {of_rates} operators, functions and brackets, and may have \
+                     {MOST_PARTS_OF_RATES} in all"
+                );
+                return Err(self.wrong(&message, shorter, state.rate.span()));
+            }
+        }
+        Ok(())
+    }
+
+    fn names(&self, stored: &Stored) -> Result<Vec<String>, FormulaError> {
+        if stored.parameters.get_ref().is_empty() {
+            return Err(self.wrong(
+                "an effect needs a parameter",
+                "the first one is its strength",
+                stored.parameters.span(),
+            ));
+        }
+        let mut names: Vec<String> = VARIABLES.map(String::from).to_vec();
+        let parameters = stored.parameters.get_ref();
+        for p in parameters {
+            if !(p.low < p.high
+                && (p.low..=p.high).contains(&p.start)
+                && p.low.is_finite()
+                && p.high.is_finite())
+            {
+                let message = format!("the range of {} must hold its start", p.symbol.get_ref());
+                return Err(self.wrong(
+                    &message,
+                    "low <= start <= high, low < high",
+                    p.symbol.span(),
+                ));
+            }
+        }
+        for symbol in parameters
+            .iter()
+            .map(|p| &p.symbol)
+            .chain(stored.states.iter().map(|s| &s.symbol))
+        {
+            if names.contains(symbol.get_ref()) {
+                let message = format!("the symbol '{}' is taken", symbol.get_ref());
+                return Err(self.wrong(&message, "choose another", symbol.span()));
+            }
+            names.push(symbol.get_ref().clone());
+        }
+        Ok(names)
+    }
+
+    fn expression(
+        &self,
+        text: &toml::Spanned<String>,
+        names: &[String],
+    ) -> Result<Expression, FormulaError> {
+        let compiled =
+            FlatEx::<f64>::parse(&without_exponents(text.get_ref())).map_err(|error| {
+                self.wrong(
+                    &format!("this formula cannot be read: {error}"),
+                    "write it like x * (1 + c * dT)",
+                    text.span(),
+                )
+            })?;
+        let place = |variable: &String| {
+            names
+                .iter()
+                .position(|name| name == variable)
+                .ok_or_else(|| {
+                    self.wrong(
+                        &format!("the variable '{variable}' is not known"),
+                        &format!("known are {}", names.join(", ")),
+                        text.span(),
+                    )
+                })
+        };
+        let places = compiled
+            .var_names()
+            .iter()
+            .map(place)
+            .collect::<Result<_, _>>()?;
+        Ok(Expression { compiled, places })
+    }
+
+    fn wrong(&self, message: &str, help: &str, place: Range<usize>) -> FormulaError {
+        let text = Arc::new(NamedSource::new(self.name, self.text.to_owned()));
+        FormulaError {
+            message: message.into(),
+            help: help.into(),
+            text,
+            place: place.into(),
+        }
+    }
+}
+
+fn info(stored: Stored) -> Info {
+    let parameters: Vec<_> = stored
+        .parameters
+        .into_inner()
+        .into_iter()
+        .map(|p| Parameter {
+            symbol: p.symbol.into_inner().into(),
+            unit: p.unit.into(),
+            start: p.start,
+            low: p.low,
+            high: p.high,
+        })
+        .collect();
+    Info {
+        id: stored.id.into(),
+        title: stored.title.into(),
+        stage: stored.stage,
+        acts: stored.acts,
+        equation: format!("x' = {}", stored.formula.get_ref()).into(),
+        parameters: parameters.into(),
+        shows: stored.shows.into(),
+        separates: stored.separates.into(),
+        source: stored.source.into(),
+    }
+}
