@@ -245,14 +245,19 @@ impl Bench {
         self.start(words, Stdio::piped())
     }
 
-    fn start(&self, words: &[&str], input: Stdio) -> Child {
-        let tool = target_directory().join("debug/host-tool");
-        Command::new(tool)
-            .args(words)
+    /// The tool as a user types it, not yet started.
+    pub fn command(&self, words: &[&str]) -> Command {
+        let mut tool = Command::new(target_directory().join("debug/host-tool"));
+        tool.args(words)
             .env("MIRROR_BOARD", &self.board)
             .env("MIRROR_BOARDS", self.directory())
             .env("NO_COLOR", "1")
-            .current_dir(self.directory())
+            .current_dir(self.directory());
+        tool
+    }
+
+    fn start(&self, words: &[&str], input: Stdio) -> Child {
+        self.command(words)
             .stdin(input)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())

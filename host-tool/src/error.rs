@@ -249,6 +249,28 @@ pub enum ToolError {
     ))]
     Interrupted,
 
+    #[error("the live view needs a terminal")]
+    #[diagnostic(help(
+        "`host-tool status` shows the board once, and `host-tool record` keeps what it measures in a file"
+    ))]
+    NoTerminal,
+
+    #[error("the terminal cannot be used any more: {0}")]
+    #[diagnostic(help("channels that this view drove are off, or ramp to zero within 0.2 s"))]
+    Terminal(io::Error),
+
+    #[error("samples cannot be sent to `{address}`: {source}")]
+    #[diagnostic(help("write an address and a port: --plotjuggler 127.0.0.1:9870"))]
+    Address { address: String, source: io::Error },
+
+    #[error("ended by {signal}; {outputs}")]
+    #[diagnostic(help("`host-tool monitor` begins again"))]
+    EndedBySignal {
+        signal: &'static str,
+        number: u8,
+        outputs: &'static str,
+    },
+
     #[error("interrupted; the board is driven on: {hold}")]
     #[diagnostic(help("`host-tool off` turns its channels off"))]
     StillDriven { hold: String },
@@ -390,8 +412,10 @@ fn did_you_mean(nearest: Option<&str>) -> String {
 }
 
 impl ToolError {
-    /// The exit code of what Ctrl-C ended: 128 and the signal's number, as shells have it.
-    const BY_INTERRUPT: u8 = 130;
+    /// The exit code of what a signal ended is this and the signal's number, as shells have it.
+    const BY_SIGNAL: u8 = 128;
+    /// The exit code of what Ctrl-C ended.
+    const BY_INTERRUPT: u8 = Self::BY_SIGNAL + 2;
 
     /// What scripts know it by.
     pub fn code(&self) -> &'static str {
@@ -404,6 +428,7 @@ impl ToolError {
             Self::Interrupted | Self::RecordingInterrupted | Self::StillDriven { .. } => {
                 Self::BY_INTERRUPT
             }
+            Self::EndedBySignal { number, .. } => Self::BY_SIGNAL + number,
             _ => 1,
         }
     }

@@ -93,6 +93,25 @@ pub enum Command {
         #[arg(help_heading = OUTPUT, long)]
         history: bool,
     },
+    /// Watch the board and move the mirror by keys, in the terminal.
+    #[command(after_long_help = "Example:\n  host-tool monitor --plotjuggler")]
+    Monitor {
+        /// From one sample to the next, in the board's time.
+        #[arg(help_heading = SIGNAL, long, default_value = "10ms")]
+        period: Span,
+        /// The measurement file that `r` records to; where it exists, the next free name with a number.
+        #[arg(help_heading = OUTPUT, short, long, default_value = "monitor.csv", value_name = "FILE")]
+        output: PathBuf,
+        /// Send each sample as JSON in a UDP datagram, as PlotJuggler takes them.
+        #[arg(
+            help_heading = OUTPUT,
+            long,
+            value_name = "ADDRESS",
+            num_args = 0..=1,
+            default_missing_value = "127.0.0.1:9870"
+        )]
+        plotjuggler: Option<String>,
+    },
     /// Move the mirror to a position and print what it took.
     #[command(after_long_help = "Example:\n  host-tool set-z 120um --hold 1h")]
     SetZ {

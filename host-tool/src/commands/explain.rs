@@ -65,6 +65,17 @@ pub(super) fn run(name: Option<&str>, json: bool) -> Result<(), ToolError> {
     Ok(())
 }
 
+/// What has happened where a fault or a limit of this name is told: the first sentence of its page.
+pub(super) fn sentence(name: &str) -> Option<String> {
+    let (_, page) = PAGES.into_iter().find(|(known, _)| *known == name)?;
+    let told = page.split("\n\n").nth(1)?.replace('\n', " ");
+    let ends = [". ", "; ", ": "]
+        .into_iter()
+        .filter_map(|end| told.find(end));
+    let end = ends.min().unwrap_or(told.len());
+    Some(told[..end].trim_end_matches('.').to_owned())
+}
+
 #[derive(Serialize)]
 #[serde(transparent)]
 struct Names(Vec<&'static str>);
@@ -103,6 +114,18 @@ mod tests {
             .filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned()))
             .collect();
         assert_eq!(files, named.iter().map(|name| (*name).to_owned()).collect());
+    }
+
+    #[test]
+    fn every_page_begins_with_a_sentence_for_one_line() {
+        for (name, _) in PAGES {
+            let sentence = sentence(name).expect(name);
+            assert!(
+                sentence.len() > 15 && !sentence.contains('\n'),
+                "{sentence}"
+            );
+        }
+        assert_eq!(sentence("unheard-of"), None);
     }
 
     #[test]

@@ -10,6 +10,7 @@ mod lab;
 mod list;
 mod load_calibration;
 mod measure;
+mod monitor;
 mod moving;
 mod off;
 pub(crate) mod pose;
@@ -91,6 +92,14 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         } => {
             let file = NewFile::create(output, force)?;
             record::run(&open().await?, file, duration, period, json).await
+        }
+        Command::Monitor {
+            period,
+            output,
+            plotjuggler,
+        } => {
+            let board = arguments.board.as_deref();
+            monitor::run(board, period, output, plotjuggler.as_deref(), json).await
         }
         Command::Serve {
             reference: true, ..

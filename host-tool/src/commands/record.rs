@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use measurement::{Keys, Row};
-use mirror_protocol::{ChannelState, Telemetry};
+use mirror_protocol::{ChannelState, Identity, Telemetry};
 use serde::Serialize;
 use tokio::signal::ctrl_c;
 
@@ -44,14 +44,7 @@ pub(super) async fn run(
     let expected = asked as u32;
     let stops = board.status().await?.stops;
     let mut stream = board.stream(period_ticks, expected).await?;
-    // A sensor that is lost now may be found again.
-    let like = Row {
-        current_a: [Some(0.0); 4],
-        z_um: Some(0.0),
-        ..Row::default()
-    };
-    let mut recording = Recording::begin(file, &keys(board), &like)?;
-    let mut recorder = Recorder::new(board, &mut recording);
+    let mut recorder = Recorder::begin(board.identity(), file)?;
     let mut ended = collect(board, &mut stream, expected, &mut recorder, json).await;
     let (samples, duration_s) = (recorder.samples, recorder.last_s);
     if let Err(ToolError::CutShort { .. }) = ended {
@@ -72,7 +65,7 @@ pub(super) async fn run(
         });
     }
     let recorded = Recorded {
-        file: recording.finish(partial(&ended).as_deref())?,
+        file: recorder.finish(partial(&ended).as_deref())?,
         samples,
         duration_s,
         stopped: after.is_ok_and(|status| status.stops != stops),
@@ -85,28 +78,41 @@ pub(super) async fn run(
     }
 }
 
-/// Appends samples to a recording.
-struct Recorder<'a> {
-    recording: &'a mut Recording,
+/// Samples on their way into a measurement file.
+#[derive(Debug)]
+pub(super) struct Recorder {
+    recording: Recording,
     tick_hz: u32,
     first_tick: Option<u32>,
-    samples: usize,
+    pub(super) samples: usize,
     /// Time of the last sample.
     last_s: f64,
 }
 
-impl<'a> Recorder<'a> {
-    fn new(board: &Board, recording: &'a mut Recording) -> Self {
-        Self {
-            recording,
-            tick_hz: board.identity().tick_hz,
+impl Recorder {
+    /// Gives the file its name and its beginning.
+    pub(super) fn begin(identity: &Identity, file: NewFile) -> Result<Self, ToolError> {
+        // A sensor that is lost now may be found again.
+        let like = Row {
+            current_a: [Some(0.0); 4],
+            z_um: Some(0.0),
+            ..Row::default()
+        };
+        Ok(Self {
+            recording: Recording::begin(file, &keys(identity), &like)?,
+            tick_hz: identity.tick_hz,
             first_tick: None,
             samples: 0,
             last_s: 0.0,
-        }
+        })
     }
 
-    fn append(&mut self, sample: &Telemetry) -> Result<(), ToolError> {
+    /// Ends the file; `partial` says why it is not whole.
+    pub(super) fn finish(self, partial: Option<&str>) -> Result<PathBuf, ToolError> {
+        self.recording.finish(partial)
+    }
+
+    pub(super) fn append(&mut self, sample: &Telemetry) -> Result<(), ToolError> {
         let first = *self.first_tick.get_or_insert(sample.tick);
         let row = row(sample, sample.tick.wrapping_sub(first), self.tick_hz);
         self.recording.append(&row)?;
@@ -122,7 +128,7 @@ async fn collect(
     board: &Board,
     stream: &mut Samples,
     expected: u32,
-    recorder: &mut Recorder<'_>,
+    recorder: &mut Recorder,
     quiet: bool,
 ) -> Result<Ended, ToolError> {
     let bar = if quiet {
@@ -160,10 +166,10 @@ fn has_tripped(sample: &Telemetry) -> bool {
     sample.states.iter().any(tripped)
 }
 
-fn keys(board: &Board) -> Keys {
+fn keys(identity: &Identity) -> Keys {
     let mut keys = Keys::default();
     keys.set("experiment", "record");
-    keys.set("device", &board.identity().board);
+    keys.set("device", &identity.board);
     keys
 }
 

@@ -1,0 +1,148 @@
+//! A pseudo terminal with the tool in it: what is typed, and what is seen.
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::num::NonZero;
+use std::os::fd::AsFd;
+use std::process::{Child, Command};
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::thread;
+use std::time::Duration;
+
+use hil::Bench;
+use rustix::pty::{OpenptFlags, openpt, ptsname, unlockpt};
+use rustix::termios::{LocalModes, Winsize, tcgetattr, tcsetwinsize};
+use vt100::Parser;
+
+/// From one look at the screen to the next, so that looking leaves the processors to the board.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// A terminal of 80 columns and 24 rows, and the tool that was started in it.
+pub(crate) struct Terminal {
+    keyboard: File,
+    /// The tool's end, which keeps the terminal open after the tool.
+    line: File,
+    screen: Arc<Mutex<Parser>>,
+    pub(crate) tool: Child,
+}
+
+impl Terminal {
+    /// Starts the tool with these words, as the leader of the terminal's session, as under a shell.
+    pub(crate) fn start(bench: &Bench, words: &[&str]) -> Self {
+        let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
+        let keyboard = openpt(flags).expect("a pseudo terminal");
+        unlockpt(&keyboard).expect("it is ours");
+        let name = ptsname(&keyboard, Vec::new()).expect("it has a name");
+        let name = name.into_string().expect("text");
+        let keyboard = File::from(keyboard);
+        let [columns, rows] = [80, 24].map(|size| NonZero::new(size).expect("not zero"));
+        resize(&keyboard, columns, rows);
+        let line = File::options()
+            .read(true)
+            .write(true)
+            .open(name)
+            .expect("it opens");
+        let tool = bench.command(words);
+        let mut session = Command::new("setsid");
+        session
+            .arg("--ctty")
+            .arg(tool.get_program())
+            .args(tool.get_args())
+            .envs(
+                tool.get_envs()
+                    .filter_map(|(name, value)| Some((name, value?))),
+            )
+            .current_dir(bench.directory())
+            .stdin(line.try_clone().expect("a handle"))
+            .stdout(line.try_clone().expect("a handle"))
+            .stderr(line.try_clone().expect("a handle"));
+        let tool = session.spawn().expect("`setsid` is there");
+        let screen = Arc::new(Mutex::new(Parser::new(rows, columns, 0)));
+        let (mut shown, seen) = (keyboard.try_clone().expect("a handle"), screen.clone());
+        thread::spawn(move || {
+            let mut bytes = [0; 4096];
+            while let Ok(length @ 1..) = shown.read(&mut bytes) {
+                seen.lock()
+                    .expect("nobody panics")
+                    .process(&bytes[..length]);
+            }
+        });
+        Self {
+            keyboard,
+            line,
+            screen,
+            tool,
+        }
+    }
+
+    pub(crate) fn types(&mut self, keys: &str) {
+        self.keyboard
+            .write_all(keys.as_bytes())
+            .expect("it is read");
+    }
+
+    pub(crate) fn resize(&self, columns: NonZero<u16>, rows: NonZero<u16>) {
+        self.screen().screen_mut().set_size(rows, columns);
+        resize(&self.keyboard, columns, rows);
+    }
+
+    fn screen(&self) -> MutexGuard<'_, Parser> {
+        self.screen.lock().expect("nobody panics")
+    }
+
+    /// What is seen.
+    pub(crate) fn text(&self) -> String {
+        self.screen().screen().contents()
+    }
+
+    /// Waits until this is seen.
+    pub(crate) fn wait_for(&self, bench: &Bench, text: &str) {
+        bench.wait(&format!("`{text}` is not shown"), |_| {
+            let is_shown = self.text().contains(text);
+            if !is_shown {
+                thread::sleep(LOOK);
+            }
+            is_shown
+        });
+    }
+
+    /// Waits for the end of the tool; returns its exit code, and `None` where it was killed.
+    pub(crate) fn wait(&mut self) -> Option<i32> {
+        self.tool.wait().expect("it is ours").code()
+    }
+
+    /// Whether the terminal is as a shell leaves it to a program: lines are read with echo, the cursor is seen, and the
+    /// screen is the one with the lines of before.
+    pub(crate) fn is_restored(&self) -> bool {
+        let parser = self.screen();
+        let screen = parser.screen();
+        self.reads_lines() && !screen.alternate_screen() && !screen.hide_cursor()
+    }
+
+    fn reads_lines(&self) -> bool {
+        let modes = tcgetattr(self.line.as_fd())
+            .expect("a terminal")
+            .local_modes;
+        modes.contains(LocalModes::ICANON | LocalModes::ECHO | LocalModes::ISIG)
+    }
+}
+
+impl Drop for Terminal {
+    fn drop(&mut self) {
+        if thread::panicking() {
+            eprintln!("the terminal shows:\n{}", self.text());
+        }
+        let _ = self.tool.kill();
+        let _ = self.tool.wait();
+    }
+}
+
+fn resize(terminal: &File, columns: NonZero<u16>, rows: NonZero<u16>) {
+    let size = Winsize {
+        ws_col: columns.get(),
+        ws_row: rows.get(),
+        ws_xpixel: 0,
+        ws_ypixel: 0,
+    };
+    tcsetwinsize(terminal, size).expect("a terminal");
+}

@@ -1,0 +1,344 @@
+//! `monitor`: a live view of the board in the terminal, with keys that drive it.
+//!
+//! `keys` says what a key means, `state` what is known and what a key asks for, `view` and `chart` what that looks like.
+//! `driver` does with the board what was asked, `screen` is the terminal, and this file lets all of them run side by side.
+
+mod chart;
+mod driver;
+mod keys;
+mod plotjuggler;
+mod screen;
+mod state;
+mod view;
+
+use std::cell::{Cell, RefCell};
+use std::convert::Infallible;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use ratatui::crossterm::event::Event;
+use serde::Serialize;
+use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::Notify;
+use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
+use tokio::time::{MissedTickBehavior, interval, sleep};
+
+use self::driver::Driver;
+use self::plotjuggler::Receiver;
+use self::screen::Screen;
+use self::state::{Order, Recorded, State};
+use super::record::Recorder;
+use crate::board::{Board, Samples, choose};
+use crate::error::ToolError;
+use crate::new_file::NewFile;
+use crate::quantity::Span;
+use crate::report;
+
+/// From one frame to the next: 20 a second look continuous, and cost little.
+const FRAME: Duration = Duration::from_millis(50);
+/// From one question about the board's health to the next.
+const LOOK: Duration = Duration::from_millis(200);
+
+#[derive(Serialize)]
+struct Watched {
+    samples: u64,
+    samples_lost: u64,
+    recorded: Vec<PathBuf>,
+    /// Whether this view drove the mirror, and has turned the channels off.
+    turned_off: bool,
+}
+
+/// How a view ended.
+#[derive(Clone, Copy)]
+enum Ended {
+    Quit,
+    Signal(&'static str, u8),
+}
+
+/// Shows the board until it is told to end; what this view drives is off then.
+pub(super) async fn run(
+    board: Option<&str>,
+    period: Span,
+    output: PathBuf,
+    plotjuggler: Option<&str>,
+    json: bool,
+) -> Result<(), ToolError> {
+    screen::check()?;
+    let receiver = plotjuggler.map(Receiver::open).transpose()?;
+    let found = choose(board)?;
+    let board = Board::open(&found).await?;
+    let period_ticks = board.period_ticks(period)?;
+    let status = board.status().await?;
+    let tick_hz = board.identity().tick_hz;
+    let state = RefCell::new(State::new(
+        short(&found.name),
+        tick_hz,
+        period_ticks,
+        status,
+    ));
+    let view = View {
+        board: &board,
+        state: &state,
+        recordings: RefCell::new(Recordings::new(output)),
+        receiver,
+        stop: Notify::new(),
+    };
+    let driver = Driver {
+        board: &board,
+        found: &found,
+        state: &state,
+        stop: &view.stop,
+        is_driving: Cell::new(false),
+    };
+    let mut stream = board.stream(period_ticks, u32::MAX).await?;
+    let (send, orders) = unbounded_channel();
+    let ended = {
+        let mut screen = Screen::open()?;
+        tokio::select! {
+            ended = view.converse(&mut screen, screen::events(), send) => ended,
+            ended = ended_by_signal() => ended,
+            Err(error) = view.watch(&mut stream) => Err(error),
+            Err(error) = view.look() => Err(error),
+            Err(error) = driver.carry_out(orders) => Err(error),
+        }
+    };
+    let turned_off = view.leave().await;
+    let recorded = view.recordings.into_inner().finish()?;
+    let state = state.into_inner();
+    let watched = Watched {
+        samples: state.samples,
+        samples_lost: state.lost,
+        recorded,
+        turned_off,
+    };
+    report::print(&watched, json);
+    match ended? {
+        Ended::Quit => Ok(()),
+        Ended::Signal(signal, number) => Err(ToolError::EndedBySignal {
+            signal,
+            number,
+            outputs: outputs(turned_off),
+        }),
+    }
+}
+
+/// A board's name; of a socket's path its last part.
+fn short(name: &str) -> &str {
+    name.rsplit('/')
+        .next()
+        .unwrap_or(name)
+        .trim_end_matches(".sock")
+}
+
+/// What became of the channels, in words.
+fn outputs(turned_off: bool) -> &'static str {
+    match turned_off {
+        true => "channels are off",
+        false => "this drove nothing, and the board goes on with what it does",
+    }
+}
+
+/// What is shown, and what a key does besides driving.
+struct View<'a> {
+    board: &'a Board,
+    state: &'a RefCell<State>,
+    recordings: RefCell<Recordings>,
+    receiver: Option<Receiver>,
+    stop: Notify,
+}
+
+impl View<'_> {
+    /// Draws frames and reads keys until one ends the view.
+    async fn converse(
+        &self,
+        screen: &mut Screen,
+        mut events: UnboundedReceiver<Event>,
+        orders: UnboundedSender<Order>,
+    ) -> Result<Ended, ToolError> {
+        let mut frames = interval(FRAME);
+        frames.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        loop {
+            tokio::select! {
+                event = events.recv() => {
+                    let Some(event) = event else {
+                        return Ok(Ended::Signal("the end of its terminal", 1));
+                    };
+                    if let Some(ended) = self.hear(&event, &orders)? {
+                        return Ok(ended);
+                    }
+                }
+                _ = frames.tick() => {}
+            }
+            screen.draw(&self.state.borrow())?;
+        }
+    }
+
+    /// Does what a key asks for.
+    fn hear(
+        &self,
+        event: &Event,
+        orders: &UnboundedSender<Order>,
+    ) -> Result<Option<Ended>, ToolError> {
+        let Event::Key(key) = event else {
+            return Ok(None);
+        };
+        let mut state = self.state.borrow_mut();
+        let is_typed = !state.entry.is_empty();
+        let Some(order) = keys::read(key, is_typed).and_then(|key| state.press(key)) else {
+            return Ok(None);
+        };
+        match order {
+            Order::Stop => self.stop.notify_one(),
+            Order::Quit => return Ok(Some(Ended::Quit)),
+            Order::Interrupt => return Ok(Some(Ended::Signal("Ctrl-C", 2))),
+            Order::Record => self
+                .recordings
+                .borrow_mut()
+                .toggle(self.board, &mut state)?,
+            Order::Move(_) | Order::Clear => drop(orders.send(order)),
+        }
+        Ok(None)
+    }
+
+    /// Takes samples for as long as they come.
+    async fn watch(&self, stream: &mut Samples) -> Result<Infallible, ToolError> {
+        loop {
+            let sample = stream.next().await?;
+            let mut state = self.state.borrow_mut();
+            state.take(&sample);
+            if let Some(receiver) = &self.receiver {
+                receiver.send(&sample, state.tick_hz);
+            }
+            if let Some(recorder) = &mut self.recordings.borrow_mut().now {
+                recorder.append(&sample)?;
+            }
+        }
+    }
+
+    /// Asks the board now and then how it is.
+    async fn look(&self) -> Result<Infallible, ToolError> {
+        loop {
+            sleep(LOOK).await;
+            let status = self.board.status().await?;
+            self.state.borrow_mut().status = status;
+        }
+    }
+
+    /// Leaves the board: quiet, and with its channels off where this view drove them. Whether it did.
+    async fn leave(&self) -> bool {
+        let has_driven = self.state.borrow().has_driven;
+        // A board that does not answer ramps to zero by itself.
+        if has_driven {
+            let _ = self.board.off().await;
+        }
+        let _ = self.board.stop_stream().await;
+        has_driven
+    }
+}
+
+/// Measurement files of a view, one after the other.
+struct Recordings {
+    output: PathBuf,
+    now: Option<Recorder>,
+    done: Vec<PathBuf>,
+}
+
+impl Recordings {
+    fn new(output: PathBuf) -> Self {
+        Self {
+            output,
+            now: None,
+            done: Vec::new(),
+        }
+    }
+
+    /// Begins a recording, or ends the one that there is; a file that cannot be written is told.
+    fn toggle(&mut self, board: &Board, state: &mut State) -> Result<(), ToolError> {
+        if let Some(recorder) = self.now.take() {
+            let file = recorder.finish(None)?;
+            state.notice = format!("recorded in {}", file.display());
+            state.recorded = None;
+            self.done.push(file);
+            return Ok(());
+        }
+        let file = free_name(&self.output);
+        let begun = NewFile::create(file.clone(), false)
+            .and_then(|new| Recorder::begin(board.identity(), new));
+        match begun {
+            Ok(recorder) => {
+                self.now = Some(recorder);
+                state.recorded = Some(Recorded { file, samples: 0 });
+            }
+            Err(error) => state.notice = error.to_string(),
+        }
+        Ok(())
+    }
+
+    /// Ends the recording that there is; returns all files.
+    fn finish(mut self) -> Result<Vec<PathBuf>, ToolError> {
+        if let Some(recorder) = self.now.take() {
+            self.done.push(recorder.finish(None)?);
+        }
+        Ok(self.done)
+    }
+}
+
+/// `path`, or the first of `name-2`, `name-3`, ... that is free.
+fn free_name(path: &Path) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let numbered = |number: u32| {
+        let mut name = format!("{stem}-{number}");
+        if let Some(extension) = path.extension() {
+            name = format!("{name}.{}", extension.to_string_lossy());
+        }
+        path.with_file_name(name)
+    };
+    let mut names = std::iter::once(path.to_owned()).chain((2..).map(numbered));
+    names
+        .find(|name| !name.exists())
+        .unwrap_or_else(|| path.to_owned())
+}
+
+/// Waits for a signal that ends the tool.
+async fn ended_by_signal() -> Result<Ended, ToolError> {
+    let listen = |kind| signal(kind).map_err(ToolError::Runtime);
+    let mut interrupt = listen(SignalKind::interrupt())?;
+    let mut terminate = listen(SignalKind::terminate())?;
+    let mut hang_up = listen(SignalKind::hangup())?;
+    tokio::select! {
+        _ = interrupt.recv() => Ok(Ended::Signal("SIGINT", 2)),
+        _ = terminate.recv() => Ok(Ended::Signal("SIGTERM", 15)),
+        _ = hang_up.recv() => Ok(Ended::Signal("SIGHUP", 1)),
+    }
+}
+
+impl fmt::Display for Watched {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "watched    {} samples, {} lost",
+            self.samples, self.samples_lost
+        )?;
+        for file in &self.recorded {
+            writeln!(f, "recorded   in {}", file.display())?;
+        }
+        writeln!(f, "outputs    {}", outputs(self.turned_off))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_recording_takes_the_next_free_name() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.b.csv");
+        assert_eq!(free_name(&path), path);
+        for next in ["a.b-2.csv", "a.b-3.csv"] {
+            std::fs::write(free_name(&path), "").expect("a file");
+            assert_eq!(free_name(&path), folder.path().join(next));
+        }
+    }
+}

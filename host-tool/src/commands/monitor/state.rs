@@ -1,0 +1,359 @@
+//! What the live view knows: samples and answers of the board go in, and orders to it come out.
+
+use std::collections::VecDeque;
+use std::path::PathBuf;
+
+use mirror_protocol::{ChannelState, LEASE_FOREVER_MS, Status, Telemetry};
+
+use super::keys::Key;
+use crate::error::ToolError;
+use crate::names::fault_name;
+use crate::quantity::Length;
+use crate::report::decimal;
+
+/// The recent past that is drawn (s of the board's time): a few of the slowest time constants of a mirror in air.
+pub(super) const PAST_S: f64 = 10.0;
+/// Points of the past that are kept: more than a wide terminal has dots.
+const MOST_POINTS: f64 = 500.0;
+
+/// What the board is to do, or this tool.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Order {
+    /// Move to a position (um), and stay there.
+    Move(f64),
+    /// Turn all channels off.
+    Stop,
+    /// Forget faults and stops.
+    Clear,
+    /// Begin a recording, or end the one that there is.
+    Record,
+    /// End the view.
+    Quit,
+    /// The same, by Ctrl-C.
+    Interrupt,
+}
+
+/// One moment of the past.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Point {
+    pub(super) tick: u32,
+    /// Where the plate is asked to be on its way (um).
+    pub(super) pose_um: f64,
+    /// What the sensor reads, where it does (um).
+    pub(super) sensor_um: Option<f64>,
+    /// Temperature rises (K), where the currents imply any.
+    pub(super) rise_k: [Option<f64>; 4],
+}
+
+/// What is recorded, and how much of it there is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Recorded {
+    pub(super) file: PathBuf,
+    pub(super) samples: usize,
+}
+
+/// What the live view knows.
+#[derive(Debug)]
+pub(super) struct State {
+    /// What the board is called.
+    pub(super) board: String,
+    pub(super) tick_hz: u32,
+    /// Control ticks from one sample to the next.
+    period_ticks: u16,
+    /// Asked of the board now and then.
+    pub(super) status: Status,
+    pub(super) latest: Telemetry,
+    pub(super) past: VecDeque<Point>,
+    /// Samples that have come, and those missing between them.
+    pub(super) samples: u64,
+    pub(super) lost: u64,
+    /// The position that was asked for last (um), while this view drives.
+    pub(super) asked_um: Option<f64>,
+    /// Whether this view has ever asked the board to drive.
+    pub(super) has_driven: bool,
+    /// A position that is being typed.
+    pub(super) entry: String,
+    /// What happened last, in words.
+    pub(super) notice: String,
+    pub(super) recorded: Option<Recorded>,
+}
+
+impl State {
+    pub(super) fn new(board: &str, tick_hz: u32, period_ticks: u16, status: Status) -> Self {
+        Self {
+            board: board.to_owned(),
+            tick_hz,
+            period_ticks,
+            latest: status.telemetry,
+            status,
+            past: VecDeque::new(),
+            samples: 0,
+            lost: 0,
+            asked_um: None,
+            has_driven: false,
+            entry: String::new(),
+            notice: String::new(),
+            recorded: None,
+        }
+    }
+
+    /// Top of the range (um).
+    pub(super) fn max_um(&self) -> f64 {
+        decimal(self.status.max_position_um)
+    }
+
+    /// Seconds of the board's time from a tick to the latest sample.
+    pub(super) fn age_s(&self, tick: u32) -> f64 {
+        f64::from(self.latest.tick.wrapping_sub(tick)) / f64::from(self.tick_hz)
+    }
+
+    /// Takes a sample.
+    pub(super) fn take(&mut self, sample: &Telemetry) {
+        if self.samples > 0 {
+            let ticks = sample.tick.wrapping_sub(self.latest.tick);
+            self.lost += u64::from((ticks / u32::from(self.period_ticks)).saturating_sub(1));
+        }
+        self.samples += 1;
+        self.latest = *sample;
+        if let Some(recorded) = &mut self.recorded {
+            recorded.samples += 1;
+        }
+        let step_s = PAST_S / MOST_POINTS;
+        if self
+            .past
+            .back()
+            .is_none_or(|last| self.age_s(last.tick) >= step_s)
+        {
+            self.past.push_back(Point {
+                tick: sample.tick,
+                pose_um: decimal(sample.pose.z_um),
+                sensor_um: sample.sensor_z_um.map(decimal),
+                rise_k: sample.temperature_k.map(|kelvin| kelvin.map(decimal)),
+            });
+        }
+        while self
+            .past
+            .front()
+            .is_some_and(|first| self.age_s(first.tick) > PAST_S)
+        {
+            self.past.pop_front();
+        }
+    }
+
+    /// What a key asks for, if it is more than a change of the view's own.
+    pub(super) fn press(&mut self, key: Key) -> Option<Order> {
+        let order = self.order(key);
+        if let Some(Order::Move(um)) = order {
+            self.asked_um = Some(um);
+            self.has_driven = true;
+            self.notice.clear();
+        }
+        order
+    }
+
+    fn order(&mut self, key: Key) -> Option<Order> {
+        match key {
+            Key::Character(character) => {
+                self.entry.push(character);
+                None
+            }
+            Key::Backspace => {
+                self.entry.pop();
+                None
+            }
+            Key::Escape => {
+                self.entry.clear();
+                None
+            }
+            Key::Enter => {
+                let entry = std::mem::take(&mut self.entry);
+                (!entry.is_empty()).then(|| self.read(&entry)).flatten()
+            }
+            Key::Nudge(um) => {
+                let now_um = self.asked_um.unwrap_or(self.pose_um());
+                Some(Order::Move((now_um + um).clamp(0.0, self.max_um())))
+            }
+            Key::Hold => Some(Order::Move(self.pose_um().clamp(0.0, self.max_um()))),
+            Key::Stop => {
+                self.entry.clear();
+                Some(Order::Stop)
+            }
+            Key::Clear => Some(Order::Clear),
+            Key::Record => Some(Order::Record),
+            Key::Quit => Some(Order::Quit),
+            Key::Interrupt => Some(Order::Interrupt),
+        }
+    }
+
+    /// The move to a position as it was typed; micrometres where it has no unit.
+    fn read(&mut self, entry: &str) -> Option<Order> {
+        let has_unit = !entry.ends_with(|last: char| last.is_ascii_digit() || last == '.');
+        let text = if has_unit {
+            entry.to_owned()
+        } else {
+            format!("{entry}um")
+        };
+        let max = Length { um: self.max_um() };
+        match text.parse::<Length>() {
+            Ok(asked) if (0.0..=max.um).contains(&asked.um) => Some(Order::Move(asked.um)),
+            Ok(asked) => {
+                self.notice = ToolError::PositionOutOfRange { asked, max }.to_string();
+                None
+            }
+            Err(error) => {
+                self.notice = error.to_string();
+                None
+            }
+        }
+    }
+
+    /// Where the plate is asked to be on its way now (um).
+    fn pose_um(&self) -> f64 {
+        decimal(self.latest.pose.z_um)
+    }
+
+    /// The board was moved to a position (um), which is the last that was asked for unless another is already.
+    pub(super) fn drives(&mut self, um: f64) {
+        self.asked_um.get_or_insert(um);
+    }
+
+    /// This view drives nothing any more, and why.
+    pub(super) fn lets_go(&mut self, why: impl Into<String>) {
+        self.asked_um = None;
+        self.notice = why.into();
+    }
+
+    /// The first channel that has tripped, from 1, and its fault.
+    pub(super) fn tripped(&self) -> Option<(usize, &'static str)> {
+        let of = |(channel, state): (usize, &ChannelState)| match state {
+            ChannelState::Tripped(fault) => Some((channel, fault_name(*fault))),
+            _ => None,
+        };
+        (1..).zip(&self.latest.states).find_map(of)
+    }
+
+    /// Who drives, as the end of a sentence that begins with `driven`; `None` where nothing is driven.
+    pub(super) fn driver(&self) -> Option<String> {
+        if self.asked_um.is_some() {
+            return Some("from here".to_owned());
+        }
+        self.status.health.lease_left_ms.map(|left| match left {
+            LEASE_FOREVER_MS => "by an earlier command, until told otherwise".to_owned(),
+            ms => format!("by an earlier command, {:.0} s more", f64::from(ms) * 1e-3),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mirror_protocol::{Health, Pose, Sentence};
+    use proptest::prelude::*;
+
+    const PERIOD_TICKS: u16 = 100;
+
+    fn at_rest() -> State {
+        let status = Status {
+            telemetry: Telemetry::default(),
+            health: Health::default(),
+            max_position_um: 170.0,
+            max_drive_v: 3.5,
+            dropped_samples: 0,
+            stops: 0,
+            last_stop: Sentence::default(),
+            option_bytes: None,
+        };
+        State::new("a", 10_000, PERIOD_TICKS, status)
+    }
+
+    fn typed(state: &mut State, text: &str) -> Option<Order> {
+        for character in text.chars() {
+            assert_eq!(state.press(Key::Character(character)), None);
+        }
+        state.press(Key::Enter)
+    }
+
+    #[test]
+    fn a_position_is_typed_with_a_unit_or_without_and_refused_beyond_the_range() {
+        let mut state = at_rest();
+        assert_eq!(typed(&mut state, "60"), Some(Order::Move(60.0)));
+        assert_eq!(typed(&mut state, "12.5um"), Some(Order::Move(12.5)));
+        assert_eq!(typed(&mut state, "500nm"), Some(Order::Move(0.5)));
+        assert_eq!(typed(&mut state, ""), None);
+        for (text, told) in [
+            ("300", "beyond the range"),
+            ("1..2", "unit"),
+            ("3mu", "unit"),
+        ] {
+            assert_eq!(typed(&mut state, text), None);
+            assert!(state.notice.contains(told), "{text}: {}", state.notice);
+            assert_eq!(state.entry, "");
+        }
+        state.press(Key::Character('7'));
+        state.press(Key::Character('8'));
+        state.press(Key::Backspace);
+        assert_eq!(state.entry, "7");
+        assert_eq!(state.press(Key::Stop), Some(Order::Stop));
+        assert_eq!(state.press(Key::Enter), None, "a stop drops what was typed");
+    }
+
+    #[test]
+    fn a_nudge_goes_on_from_what_was_asked_and_a_hold_stays_on_the_way() {
+        let mut state = at_rest();
+        state.latest.pose = Pose {
+            z_um: 30.0,
+            tilt_rad: None,
+        };
+        assert!(!state.has_driven);
+        assert_eq!(state.press(Key::Nudge(1.0)), Some(Order::Move(31.0)));
+        assert!(state.has_driven);
+        assert_eq!(state.press(Key::Nudge(1.0)), Some(Order::Move(32.0)));
+        state.drives(31.0);
+        assert_eq!(
+            state.press(Key::Nudge(10.0)),
+            Some(Order::Move(42.0)),
+            "the first was carried out meanwhile"
+        );
+        assert_eq!(state.press(Key::Hold), Some(Order::Move(30.0)));
+        for (text, um, end_um) in [("0.5", -1.0, 0.0), ("169.5", 1.0, 170.0)] {
+            typed(&mut state, text);
+            assert_eq!(state.press(Key::Nudge(um)), Some(Order::Move(end_um)));
+        }
+    }
+
+    #[test]
+    fn who_drives_is_told() {
+        let mut state = at_rest();
+        assert_eq!(state.driver(), None);
+        state.status.health.lease_left_ms = Some(5_400);
+        let told = state.driver().expect("something is driven");
+        assert_eq!(told, "by an earlier command, 5 s more");
+        state.drives(1.0);
+        assert_eq!(state.driver().as_deref(), Some("from here"));
+        state.lets_go("why");
+        assert_eq!(state.notice, "why");
+        state.status.health.lease_left_ms = Some(LEASE_FOREVER_MS);
+        let told = state.driver().expect("something is driven");
+        assert!(told.contains("until told otherwise"), "{told}");
+    }
+
+    proptest! {
+        #[test]
+        fn lost_samples_are_counted_and_the_past_is_bounded(
+            steps in proptest::collection::vec(1_u32..5, 1..3000), first in any::<u32>(),
+        ) {
+            let mut state = at_rest();
+            let mut tick = first;
+            let mut missing = 0;
+            state.take(&Telemetry { tick, ..Telemetry::default() });
+            for step in &steps {
+                tick = tick.wrapping_add(step * u32::from(PERIOD_TICKS));
+                missing += u64::from(step - 1);
+                state.take(&Telemetry { tick, ..Telemetry::default() });
+            }
+            prop_assert_eq!((state.samples, state.lost), (steps.len() as u64 + 1, missing));
+            prop_assert!(state.past.len() <= MOST_POINTS as usize + 1);
+            prop_assert!(state.past.iter().all(|point| state.age_s(point.tick) <= PAST_S));
+        }
+    }
+}
