@@ -8,6 +8,7 @@ pub mod board;
 pub mod cli;
 pub mod command_line;
 mod commands;
+mod completion;
 pub mod doctor;
 pub mod error;
 mod failure;
@@ -30,6 +31,7 @@ use clap::Parser;
 /// Runs the tool with the arguments of this process; every failure is told in words and ends in a
 /// code other than 0.
 pub fn main() -> ExitCode {
+    completion::answer();
     let arguments = cli::Arguments::parse_from(std::env::args_os().map(cli::negative_as_value));
     let json = arguments.json;
     match commands::run(arguments) {

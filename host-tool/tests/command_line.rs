@@ -317,11 +317,68 @@ fn completions_are_for_the_shell() {
     let boards = no_boards();
     let said = host_tool(boards.path(), &["completions", "bash"]);
     assert_eq!(said.code, 0);
-    assert!(
-        said.out.contains("set-z") && said.out.contains("complete -F"),
-        "{}",
-        said.out
+    assert!(said.out.contains("complete -o nospace"), "{}", said.out);
+}
+
+/// What bash offers after this line, of which the last word is being typed.
+fn completed(boards: &Path, line: &str) -> Vec<String> {
+    let tool = Path::new(env!("CARGO_BIN_EXE_host-tool"));
+    let folder = tool.parent().expect("a folder").to_string_lossy();
+    // As bash calls the function that the script registers, with the words of the line.
+    let script = format!(
+        "PATH={folder}:$PATH; source <(host-tool completions bash)
+         complete -p host-tool > /dev/null
+         COMP_WORDS=({line}); [[ '{line}' == *' ' ]] && COMP_WORDS+=('')
+         COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); COMP_TYPE=9
+         _clap_complete_host_tool host-tool \"${{COMP_WORDS[COMP_CWORD]}}\"; printf '%s\\n' \"${{COMPREPLY[@]}}\""
     );
+    let said = std::process::Command::new("bash")
+        .args(["-c", &script])
+        .env("MIRROR_BOARDS", boards)
+        .env_remove("MIRROR_BOARD")
+        .current_dir(boards)
+        .output()
+        .expect("bash runs");
+    let offered = String::from_utf8_lossy(&said.stdout).into_owned();
+    assert!(
+        said.stderr.is_empty(),
+        "{}",
+        String::from_utf8_lossy(&said.stderr)
+    );
+    offered
+        .lines()
+        .map(|name| name.trim_end().to_owned())
+        .collect()
+}
+
+#[test]
+fn bash_completes_commands_at_all_levels_and_what_there_is() {
+    let boards = no_boards();
+    std::fs::write(boards.path().join("mine.toml"), "").expect("a file");
+    std::fs::write(boards.path().join("mine.csv"), "").expect("a file");
+    fake_board(boards.path(), "bench-a", Fake::HangsUp);
+    for (line, offered) in [
+        ("host-tool set-p", &["set-pose"][..]),
+        ("host-tool measure st", &["step"]),
+        ("host-tool measure step --ho", &["--hold"]),
+        (
+            "host-tool explain over-",
+            &["over-temperature", "over-current"],
+        ),
+        ("host-tool effect show cre", &["creep"]),
+        ("host-tool effect add mi", &["mine.toml"]),
+        ("host-tool compare paper-", &["paper-refit"]),
+        ("host-tool --board ben", &["bench-a"]),
+    ] {
+        let found = completed(boards.path(), line);
+        for name in offered {
+            assert!(found.iter().any(|one| one == name), "{line}: {found:?}");
+        }
+        assert!(
+            !found.iter().any(|one| one == "mine.csv"),
+            "{line}: {found:?}"
+        );
+    }
 }
 
 #[test]

@@ -5,11 +5,13 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use super::heading::OUTPUT;
+use crate::completion;
 
 /// A model and what was measured.
 #[derive(Debug, Args)]
 pub struct LabInput {
     /// A model file, or a preset: paper, paper-refit, reconciled.
+    #[arg(add = completion::models())]
     pub model: String,
     /// Measurement files, or folders of them; together they are one session.
     #[arg(required = true)]
@@ -37,6 +39,7 @@ pub enum EffectCommand {
     #[command(after_long_help = "Example:\n  host-tool effect show creep")]
     Show {
         /// Its id.
+        #[arg(add = completion::effects())]
         id: String,
     },
     /// Write a file to describe an effect of your own in.
@@ -52,6 +55,7 @@ pub enum EffectCommand {
     )]
     Add {
         /// Its id, or the file of an effect of your own.
+        #[arg(add = completion::effects())]
         effect: String,
         /// Model and measurements.
         #[command(flatten)]
@@ -66,6 +70,7 @@ pub enum EffectCommand {
     )]
     Remove {
         /// Its id.
+        #[arg(add = completion::effects())]
         effect: String,
         /// Model and measurements.
         #[command(flatten)]

@@ -14,6 +14,7 @@ use self::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
 pub use self::lab::{EffectCommand, LabInput, ModelOutput};
 pub use self::measure::{DriveExperiment, Instruments, Measure, OneFile, Plane, Reference};
 pub use self::moving::{Calibrate, Curve, Samples, Scan};
+use crate::completion;
 use crate::quantity::{Angle, Hold, Length, MINUS, Resistance, Span, Voltage};
 
 /// What the options are about, in every command's help.
@@ -45,7 +46,7 @@ pub fn negative_as_value(word: OsString) -> OsString {
 pub struct Arguments {
     /// The board: its serial number, an emulated board's name, or a socket's path. Without it, the
     /// only one there is.
-    #[arg(help_heading = BOARD, long, global = true, env = "MIRROR_BOARD", value_name = "NAME")]
+    #[arg(help_heading = BOARD, long, global = true, env = "MIRROR_BOARD", value_name = "NAME", add = completion::boards())]
     pub board: Option<String>,
 
     /// The longest --hold that whoever runs this bench allows: 10min. Longer ones, and `forever`, are refused.
@@ -235,6 +236,7 @@ pub enum Command {
     #[command(after_long_help = "Example:\n  host-tool explain over-temperature")]
     Explain {
         /// Its name, as `status` shows it; without it, all names.
+        #[arg(add = completion::faults())]
         name: Option<String>,
     },
     /// Make a measurement file of a table from another program or instrument. Without -o it only shows what it would make.
@@ -309,7 +311,7 @@ pub enum Command {
     /// The physical effects that a model can have.
     #[command(subcommand)]
     Effect(EffectCommand),
-    /// Print a completion script for a shell.
+    /// Print a completion script for a shell: commands, options, boards, effects, faults and presets.
     #[command(after_long_help = "Example:\n  host-tool completions bash")]
     Completions {
         /// The shell.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use super::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
+use crate::completion;
 use crate::quantity::{Frequency, Length, Span};
 
 /// The waveforms of positions.
@@ -87,7 +88,7 @@ impl Samples {
 #[derive(Debug, Args)]
 pub struct Calibrate {
     /// The model to start from: a file, or a preset (paper, paper-refit, reconciled).
-    #[arg(default_value = "reconciled")]
+    #[arg(default_value = "reconciled", add = completion::models())]
     pub model: String,
     /// Identify from the measurements in this folder, instead of measuring anew.
     #[arg(help_heading = INPUT, long, value_name = "FOLDER")]

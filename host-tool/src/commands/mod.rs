@@ -25,13 +25,13 @@ mod update;
 
 pub(crate) use status::kept_words;
 
-use clap::CommandFactory;
 use tokio::runtime::Builder;
 
 use self::pose::TiltedPose;
 use crate::board::{Board, choose};
 use crate::cli::{Arguments, Command, Measure, Plane};
 use crate::commands::moving::Pace;
+use crate::completion;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::report;
@@ -158,10 +158,7 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         Command::Diagnose { lab, effect } => lab::diagnose(&lab, &effect, json),
         Command::Effect(command) => lab::effect(command, json),
         Command::Completions { shell } => {
-            let mut command = Arguments::command();
-            let mut script = Vec::new();
-            clap_complete::generate(shell, &mut command, "host-tool", &mut script);
-            report::write(&String::from_utf8_lossy(&script));
+            report::write(&completion::script(shell).map_err(ToolError::Runtime)?);
             Ok(())
         }
     }

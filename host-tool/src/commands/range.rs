@@ -53,7 +53,7 @@ pub(super) async fn run(
     if picture.is_some() && !reach.knows_tilts() {
         return Err(ToolError::LeversUnknown);
     }
-    let file = picture.map(|path| NewFile::create(path, force));
+    let file = picture.map(|path| NewFile::picture(path, force));
     let file = file.transpose()?;
     let mut range = Range {
         max_position_um: top_um,

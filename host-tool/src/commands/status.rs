@@ -3,8 +3,10 @@
 use std::fmt;
 
 use control_core::design::COLD_RESISTANCE_TOLERANCE;
-use mirror_protocol::{CalibrationInfo, Identity, Kept, LEASE_FOREVER_MS, OptionBytes, Status};
-use serde::Serialize;
+use mirror_protocol::{
+    CalibrationInfo, Identity, Kept, LEASE_FOREVER_MS, Lever, OptionBytes, Status, Text,
+};
+use serde::{Serialize, Serializer};
 
 use crate::board::{Board, Found, Owner, Seen};
 use crate::commands::history::History;
@@ -20,6 +22,7 @@ struct StatusReport {
     identity: Identity,
     /// Who had the board when it was asked, and has let go of it since.
     owner: Option<Owner>,
+    #[serde(with = "CalibrationReport")]
     calibration: CalibrationInfo,
     up_s: f64,
     #[serde(flatten)]
@@ -48,6 +51,27 @@ struct StatusReport {
     /// The fault log, where it was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     history: Option<History>,
+}
+
+/// A calibration as JSON: readers of JSON keep 53 bits of a number, so the hash is text, as in calibration files.
+#[derive(Serialize)]
+#[serde(remote = "CalibrationInfo")]
+struct CalibrationReport {
+    device: Text,
+    date: Text,
+    #[serde(serialize_with = "hexadecimal")]
+    model_hash: u64,
+    max_position_um: f32,
+    max_drive_v: f32,
+    cold_resistance_ohm: [f32; 4],
+    tcr_per_k: [f32; 4],
+    levers: [Lever; 4],
+    kept: Kept,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
+fn hexadecimal<S: Serializer>(hash: &u64, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&format_args!("{hash:016x}"))
 }
 
 #[derive(Serialize)]
@@ -273,7 +297,7 @@ pub(crate) fn kept_words(kept: Kept) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mirror_protocol::{ChannelState, Health, Lever, Pose, Sentence, Telemetry, Text};
+    use mirror_protocol::{ChannelState, Health, Pose, Sentence, Telemetry};
 
     #[test]
     fn is_printed_as_in_the_golden_file() {
@@ -354,6 +378,8 @@ mod tests {
             report.to_string().lines().any(|told| told == line),
             "{report}"
         );
+        let json = serde_json::to_value(&report).expect("JSON");
+        assert_eq!(json["calibration"]["model_hash"], "0000000000000007");
         let factorys = CalibrationInfo {
             kept: Kept::Factory,
             cold_resistance_ohm: [360.0; 4],
