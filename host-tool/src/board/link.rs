@@ -23,7 +23,6 @@ use super::owner::{Claim, Claimed, Owner, in_use};
 use super::socket;
 use super::stop_mark::StopMark;
 use crate::error::ToolError;
-use crate::quantity::Span;
 
 /// As the protocol has it.
 pub(super) const ANSWER_TIMEOUT: Duration =
@@ -250,34 +249,6 @@ impl Board {
     pub fn renewal_period(&self) -> Duration {
         let often = if self.identity.is_emulated { 20 } else { 4 };
         RENEWED_LEASE / often
-    }
-
-    /// The board's time from one control tick to a later one.
-    pub fn span(&self, from_tick: u32, to_tick: u32) -> Span {
-        let ticks = to_tick.wrapping_sub(from_tick);
-        Span {
-            s: f64::from(ticks) / f64::from(self.identity.tick_hz),
-        }
-    }
-
-    /// Waits until the board's own time is `span` past the control tick `tick`.
-    ///
-    /// # Errors
-    /// Where the board does not answer, or its time stands still.
-    pub async fn wait(&self, tick: u32, span: Span) -> Result<(), ToolError> {
-        let ticks = (span.s * f64::from(self.identity.tick_hz)).round() as u32;
-        let mut passed = 0;
-        let mut last_progress = tokio::time::Instant::now();
-        while passed < ticks {
-            let now = self.status().await?.telemetry.tick.wrapping_sub(tick);
-            if now != passed {
-                (passed, last_progress) = (now, tokio::time::Instant::now());
-            } else if last_progress.elapsed() > ANSWER_TIMEOUT {
-                return Err(ToolError::ControlStopped);
-            }
-            sleep(Duration::from_millis(20)).await;
-        }
-        Ok(())
     }
 
     pub(super) fn client(&self) -> &HostClient<WireError> {

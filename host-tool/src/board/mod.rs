@@ -10,6 +10,7 @@ mod samples;
 mod socket;
 mod stop;
 mod stop_mark;
+mod time;
 
 pub(crate) use find::none_found;
 pub use find::{Found, Place, choose, find};

@@ -1,5 +1,6 @@
 //! `measure`: the paper's experiments on any board, as measurement files.
 
+pub(crate) mod header;
 mod interrupt;
 mod journal;
 mod keyboard;
@@ -7,6 +8,7 @@ mod lag;
 pub(super) mod plane;
 mod point;
 mod possible;
+mod progress;
 pub(crate) mod readings;
 pub(super) mod reference;
 mod report;
@@ -53,6 +55,7 @@ pub(super) async fn run(
     };
     let bench = Bench::open(board, sensor, instruments.ambient_c, json).await?;
     let mut bench = bench.with_sensor_lag(instruments.sensor_lag);
+    bench.plan(&experiments);
     let mut failed = Ok(());
     for (experiment, file) in experiments.iter().zip(files.drain(..)) {
         let (file, ended) = bench.measure_into(experiment, file).await;

@@ -10,11 +10,12 @@ use measurement::Row;
 use mirror_protocol::Drives;
 use serde::Serialize;
 
+use super::header::header;
 use super::interrupt::Interrupt;
 use super::keyboard::Keyboard;
 use super::point::Points;
 use super::possible::{check_drive, make_directory};
-use super::run::{Ended, LEASE_MS, attended, header, partial, whole};
+use super::run::{Ended, LEASE_MS, attended, partial, whole};
 use super::spots::{Spots, parse};
 use crate::board::Board;
 use crate::cli;

@@ -3,7 +3,7 @@
 use measurement::Row;
 use mirror_protocol::Status;
 
-use super::run::now;
+use super::header::now;
 use super::sensor::{Sensor, cannot_read};
 use crate::board::Board;
 use crate::cli::Instruments;

@@ -2,13 +2,14 @@
 
 use measurement::{MeasurementFile, Row};
 
+use super::header::header;
 use super::interrupt::Interrupt;
 use super::journal::Journal;
 use super::keyboard::Keyboard;
 use super::point::Points;
 use super::possible::make_directory;
 use super::report::{MeasuredFile, Report};
-use super::run::{Ended, attended, header, partial, whole};
+use super::run::{Ended, attended, partial, whole};
 use crate::board::Board;
 use crate::cli;
 use crate::error::ToolError;

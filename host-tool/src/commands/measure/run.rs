@@ -5,14 +5,15 @@ use std::thread;
 use control_core::Limits;
 use experiment_player::{Clock, Piece, pieces, rows};
 use experiments::{Experiment, Prehold};
-use indicatif::{ProgressBar, ProgressStyle};
 use measurement::{MeasurementFile, Row};
 use mirror_protocol::{Drives, Play, Telemetry};
 use tokio::sync::oneshot;
 
+use super::header::{header, now};
 use super::interrupt::Interrupt;
 use super::journal::Journal;
 use super::lag;
+use super::progress::Progress;
 use super::report::MeasuredFile;
 use super::rest::{Zero, noise_um};
 use super::sensor::Sensor;
@@ -38,9 +39,11 @@ pub(crate) struct Bench<'a> {
     ambient_c: Option<f64>,
     session: String,
     session_tick: u32,
+    /// The tick in which the present experiment began.
+    started_tick: u32,
     /// Where the board's own sensor stood when the session first read it at rest.
     zero: Zero,
-    bar: ProgressBar,
+    progress: Progress,
     quiet: bool,
     interrupt: Interrupt,
     /// What acted in the tick of every row so far.
@@ -103,14 +106,6 @@ impl<'a> Bench<'a> {
         quiet: bool,
     ) -> Result<Self, ToolError> {
         let off = board.off().await?;
-        let bar = if quiet {
-            ProgressBar::hidden()
-        } else {
-            ProgressBar::new(0)
-        };
-        let style =
-            ProgressStyle::with_template("{msg:<12} {wide_bar} {percent:>3} % {eta:>4} left");
-        bar.set_style(style.expect("a fixed template"));
         Ok(Self {
             board,
             sensor,
@@ -118,8 +113,9 @@ impl<'a> Bench<'a> {
             ambient_c,
             session: now(),
             session_tick: off.tick,
+            started_tick: off.tick,
             zero: Zero::default(),
-            bar,
+            progress: Progress::new(quiet),
             quiet,
             interrupt: Interrupt::listen()?,
             limits: Vec::new(),
@@ -130,6 +126,11 @@ impl<'a> Bench<'a> {
     /// With a sensor that tells so late what it reads.
     pub(crate) fn with_sensor_lag(self, sensor_lag: Span) -> Self {
         Self { sensor_lag, ..self }
+    }
+
+    /// These experiments are to come, and none between them: how much is left is told for all of them.
+    pub(super) fn plan(&mut self, experiments: &[Experiment]) {
+        self.progress.plan(experiments);
     }
 
     /// Measures one experiment, and writes `file` as its rows come. Where there are rows it is whole in the end, or the
@@ -179,11 +180,7 @@ impl<'a> Bench<'a> {
                 };
             }
         };
-        self.bar.reset();
-        let samples = pieces.iter().map(|piece| u64::from(piece.stream.count));
-        self.bar.set_length(samples.sum());
-        self.bar.set_position(0);
-        self.bar.set_message(experiment.name.clone());
+        self.progress.begin(experiment);
         self.limits.clear();
         let board = self.board;
         let interrupt = self.interrupt.clone();
@@ -227,7 +224,7 @@ impl<'a> Bench<'a> {
             // Nobody waits any more after Ctrl-C.
             let _ = send.send(work());
         });
-        self.bar.finish_and_clear();
+        self.progress.clear();
         let spinner = spinner(what, self.quiet);
         let done = tokio::select! {
             done = done => done.map_err(|_| ToolError::Defect { what }),
@@ -240,13 +237,13 @@ impl<'a> Bench<'a> {
     /// Says something above the bar.
     pub(crate) fn say(&self, words: &str) {
         if !self.quiet {
-            self.bar.suspend(|| eprintln!("{words}"));
+            self.progress.say(words);
         }
     }
 
     /// The bar disappears.
     pub(crate) fn close(self) {
-        self.bar.finish_and_clear();
+        self.progress.clear();
     }
 
     fn header(&self, experiment: &Experiment) -> MeasurementFile {
@@ -265,6 +262,7 @@ impl<'a> Bench<'a> {
     ) -> Result<(), ToolError> {
         let board = self.board;
         let off = board.off().await?;
+        self.started_tick = off.tick;
         self.zero.begin(experiment.prehold.is_some());
         if let Some(noise_um) = self.noise_um().await? {
             let mean_ticks = pieces
@@ -343,7 +341,7 @@ impl<'a> Bench<'a> {
                 }
             }
             last = Some(sample);
-            self.bar.inc(1);
+            self.reach(sample.tick);
         }
         Ok(())
     }
@@ -371,27 +369,14 @@ impl<'a> Bench<'a> {
     }
 
     async fn wait(&self, tick: u32, seconds: f64) -> Result<(), ToolError> {
-        self.board.wait(tick, Span { s: seconds }).await
+        let seconds = Span { s: seconds };
+        self.board
+            .wait_telling(tick, seconds, |now| self.reach(now))
+            .await
     }
-}
 
-/// A file of an experiment in the session that began at this instant, which is time 0 on its clock.
-pub(super) fn header(board: &Board, experiment: &str, session: &str) -> MeasurementFile {
-    let mut file = MeasurementFile::default();
-    file.keys.set("experiment", experiment);
-    file.keys.set("device", &board.identity().board);
-    let date = session.split('T').next().unwrap_or_default();
-    file.keys.set("date", date);
-    file.keys.set("session", session);
-    file
-}
-
-/// This instant in UTC, as `2026-11-21T14:05:00.125Z`.
-pub(super) fn now() -> String {
-    chrono::Utc::now().to_rfc3339_opts(chrono::SecondsFormat::Millis, true)
-}
-
-/// Today in UTC, as `2026-11-21`.
-pub(crate) fn today() -> String {
-    chrono::Utc::now().format("%F").to_string()
+    fn reach(&self, tick: u32) {
+        let passed = self.board.span(self.started_tick, tick);
+        self.progress.reach(passed.s);
+    }
 }
