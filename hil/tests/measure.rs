@@ -1,12 +1,13 @@
 //! The paper's experiments as commands: their files are read again, and nothing is left driven.
 
 use std::fs::File;
-use std::io::Write;
+use std::io::{BufRead, BufReader, Write};
 use std::process::Child;
 use std::thread;
 use std::time::Duration;
 
 use hil::{Bench, Said, interrupt};
+use measurement::MeasurementFile;
 use rustix::pty::{OpenptFlags, openpt, ptsname, unlockpt};
 use virtual_mirror::MirrorConfig;
 
@@ -196,4 +197,41 @@ fn a_serial_sensor_that_sends_no_number_is_named() {
     );
     assert!(said.sentence().contains(&name), "{}", said.err);
     assert!(bench.is_off());
+}
+
+#[test]
+fn a_recording_goes_to_the_standard_output_and_ends_quietly_with_its_reader() {
+    let bench = Bench::new();
+    let words = [
+        "record",
+        "-o",
+        "-",
+        "--duration",
+        "300ms",
+        "--period",
+        "10ms",
+    ];
+    let said = bench.tool(&words);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let file = MeasurementFile::parse("-", &said.out).expect("a measurement file and no more");
+    assert_eq!(file.rows.len(), 30);
+    assert_eq!(file.keys.get("partial"), None);
+    assert!(said.err.contains("30 samples"), "{}", said.err);
+
+    let mut endless = bench.start_tool(&["record", "-o", "-", "--duration", "10h"]);
+    let mut first = String::new();
+    let mut reader = BufReader::new(endless.stdout.take().expect("it is piped"));
+    reader.read_line(&mut first).expect("text");
+    drop(reader);
+    let said = Said::from(endless);
+    assert_eq!((said.code, said.err.as_str()), (0, ""));
+    assert!(first.starts_with('#'), "{first}");
+
+    let twice = bench.tool(&["record", "-o", "-", "--json"]);
+    assert_eq!(twice.code, 1);
+    assert!(
+        twice.sentence().contains("leave one of them out"),
+        "{}",
+        twice.err
+    );
 }

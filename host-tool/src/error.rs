@@ -249,6 +249,12 @@ pub enum ToolError {
     ))]
     Interrupted,
 
+    #[error("--json and `-o -` both want the standard output")]
+    #[diagnostic(help(
+        "leave one of them out; without --json, what was recorded is told on standard error"
+    ))]
+    OutputTwice,
+
     #[error("the live view needs a terminal")]
     #[diagnostic(help(
         "`host-tool status` shows the board once, and `host-tool record` keeps what it measures in a file"

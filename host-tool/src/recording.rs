@@ -60,7 +60,7 @@ impl Recording {
     /// Ends the file, and gives it its name; `partial` says why the measurement is not whole.
     pub(crate) fn finish(self, partial: Option<&str>) -> Result<PathBuf, ToolError> {
         let safe = self.rows.safe;
-        match self.rows.writer.finish(partial) {
+        match self.rows.finish(partial) {
             Ok(()) => self.file.finish(),
             Err(source) => Err(cut_short(&self.file, safe, source)),
         }
@@ -75,9 +75,9 @@ fn cut_short(file: &GrowingFile, rows: usize, source: io::Error) -> ToolError {
     }
 }
 
-/// Rows on their way into a file.
+/// Rows on their way into a file, or to the standard output.
 #[derive(Debug)]
-struct Rows {
+pub(crate) struct Rows {
     writer: Writer<BufWriter<File>>,
     /// How many the system has taken for certain.
     safe: usize,
@@ -85,7 +85,7 @@ struct Rows {
 }
 
 impl Rows {
-    fn begin(output: File, keys: &Keys, like: &Row) -> io::Result<Self> {
+    pub(crate) fn begin(output: File, keys: &Keys, like: &Row) -> io::Result<Self> {
         let mut writer = Writer::begin(BufWriter::new(output), keys, like)?;
         writer.flush()?;
         Ok(Self {
@@ -95,7 +95,7 @@ impl Rows {
         })
     }
 
-    fn append(&mut self, row: &Row) -> io::Result<()> {
+    pub(crate) fn append(&mut self, row: &Row) -> io::Result<()> {
         self.writer.row(row)?;
         if row.t_s - self.flushed_s >= FLUSH_S {
             self.writer.flush()?;
@@ -103,6 +103,16 @@ impl Rows {
             self.flushed_s = row.t_s;
         }
         Ok(())
+    }
+
+    /// Writes the end; `partial` says why they are not all that were asked for.
+    pub(crate) fn finish(self, partial: Option<&str>) -> io::Result<()> {
+        self.writer.finish(partial)
+    }
+
+    /// How many the system has taken for certain.
+    pub(crate) fn safe(&self) -> usize {
+        self.safe
     }
 }
 

@@ -178,7 +178,7 @@ pub enum Command {
         after_long_help = "Example:\n  host-tool record -o idle.csv --duration 10s --period 5ms"
     )]
     Record {
-        /// The measurement file to write.
+        /// The measurement file to write; `-` is the standard output, for a program that reads it as it comes.
         #[arg(help_heading = OUTPUT, short, long)]
         output: PathBuf,
         /// How long, in the board's time.

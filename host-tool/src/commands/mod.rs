@@ -90,7 +90,12 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             period,
             force,
         } => {
-            let file = NewFile::create(output, force)?;
+            let is_piped = output.as_os_str() == "-";
+            if is_piped && json {
+                return Err(ToolError::OutputTwice);
+            }
+            let file = (!is_piped).then(|| NewFile::create(output, force));
+            let file = file.transpose()?;
             record::run(&open().await?, file, duration, period, json).await
         }
         Command::Monitor {

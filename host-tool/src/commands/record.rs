@@ -2,6 +2,9 @@
 //! told to by whoever told it.
 
 use std::fmt;
+use std::fs::File;
+use std::io;
+use std::os::fd::AsFd;
 use std::path::PathBuf;
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -16,7 +19,7 @@ use crate::commands::moving::check_states;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::quantity::Span;
-use crate::recording::Recording;
+use crate::recording::{Recording, Rows};
 use crate::report::{self, decimal};
 
 #[derive(Serialize)]
@@ -28,9 +31,10 @@ struct Recorded {
     stopped: bool,
 }
 
+/// Records into `file`, or to the standard output where there is none.
 pub(super) async fn run(
     board: &Board,
-    file: NewFile,
+    file: Option<NewFile>,
     duration: Span,
     period: Span,
     json: bool,
@@ -44,13 +48,22 @@ pub(super) async fn run(
     let expected = asked as u32;
     let stops = board.status().await?.stops;
     let mut stream = board.stream(period_ticks, expected).await?;
-    let mut recorder = Recorder::begin(board.identity(), file)?;
+    let is_piped = file.is_none();
+    let mut recorder = match file {
+        Some(file) => Recorder::begin(board.identity(), file)?,
+        None => Recorder::to_standard_output(board.identity())?,
+    };
     let mut ended = collect(board, &mut stream, expected, &mut recorder, json).await;
     let (samples, duration_s) = (recorder.samples, recorder.last_s);
-    if let Err(ToolError::CutShort { .. }) = ended {
+    if let Err(ToolError::CutShort { source, .. }) = &ended {
         // The board would send on to nobody; the reason to stop is told in any case.
         let _ = board.stop_stream().await;
-        return ended.map(drop);
+        let has_seen_enough = is_piped && source.kind() == io::ErrorKind::BrokenPipe;
+        return if has_seen_enough {
+            Ok(())
+        } else {
+            ended.map(drop)
+        };
     }
     if let Err(ToolError::Tripped { .. }) = ended {
         // It would send on to nobody; the fault is what is told in any case.
@@ -70,7 +83,10 @@ pub(super) async fn run(
         duration_s,
         stopped: after.is_ok_and(|status| status.stops != stops),
     };
-    report::print(&recorded, json);
+    match is_piped {
+        true => eprint!("{recorded}"),
+        false => report::print(&recorded, json),
+    }
     match ended? {
         Ended::Complete => Ok(()),
         // It drives nothing itself: the board goes on with what it does.
@@ -78,10 +94,20 @@ pub(super) async fn run(
     }
 }
 
+/// What the standard output is called where a file's name would stand.
+const STANDARD_OUTPUT: &str = "standard output";
+
+/// Where rows go.
+#[derive(Debug)]
+enum Sink {
+    File(Recording),
+    StandardOutput(Rows),
+}
+
 /// Samples on their way into a measurement file.
 #[derive(Debug)]
 pub(super) struct Recorder {
-    recording: Recording,
+    sink: Sink,
     tick_hz: u32,
     first_tick: Option<u32>,
     pub(super) samples: usize,
@@ -92,33 +118,70 @@ pub(super) struct Recorder {
 impl Recorder {
     /// Gives the file its name and its beginning.
     pub(super) fn begin(identity: &Identity, file: NewFile) -> Result<Self, ToolError> {
-        // A sensor that is lost now may be found again.
-        let like = Row {
-            current_a: [Some(0.0); 4],
-            z_um: Some(0.0),
-            ..Row::default()
-        };
-        Ok(Self {
-            recording: Recording::begin(file, &keys(identity), &like)?,
+        let recording = Recording::begin(file, &keys(identity), &like())?;
+        Ok(Self::of(Sink::File(recording), identity))
+    }
+
+    fn to_standard_output(identity: &Identity) -> Result<Self, ToolError> {
+        let output = io::stdout().as_fd().try_clone_to_owned().map(File::from);
+        let rows = output.and_then(|output| Rows::begin(output, &keys(identity), &like()));
+        let rows = rows.map_err(|source| cut_short(0, source))?;
+        Ok(Self::of(Sink::StandardOutput(rows), identity))
+    }
+
+    fn of(sink: Sink, identity: &Identity) -> Self {
+        Self {
+            sink,
             tick_hz: identity.tick_hz,
             first_tick: None,
             samples: 0,
             last_s: 0.0,
-        })
+        }
     }
 
     /// Ends the file; `partial` says why it is not whole.
     pub(super) fn finish(self, partial: Option<&str>) -> Result<PathBuf, ToolError> {
-        self.recording.finish(partial)
+        match self.sink {
+            Sink::File(recording) => recording.finish(partial),
+            Sink::StandardOutput(rows) => {
+                let safe = rows.safe();
+                let finished = rows.finish(partial);
+                finished.map_err(|source| cut_short(safe, source))?;
+                Ok(STANDARD_OUTPUT.into())
+            }
+        }
     }
 
     pub(super) fn append(&mut self, sample: &Telemetry) -> Result<(), ToolError> {
         let first = *self.first_tick.get_or_insert(sample.tick);
         let row = row(sample, sample.tick.wrapping_sub(first), self.tick_hz);
-        self.recording.append(&row)?;
+        match &mut self.sink {
+            Sink::File(recording) => recording.append(&row)?,
+            Sink::StandardOutput(rows) => {
+                let appended = rows.append(&row);
+                appended.map_err(|source| cut_short(rows.safe(), source))?;
+            }
+        }
         self.samples += 1;
         self.last_s = row.t_s;
         Ok(())
+    }
+}
+
+fn cut_short(rows: usize, source: io::Error) -> ToolError {
+    ToolError::CutShort {
+        path: STANDARD_OUTPUT.into(),
+        rows,
+        source,
+    }
+}
+
+/// A row with all that one may have: a sensor that is lost now may be found again.
+fn like() -> Row {
+    Row {
+        current_a: [Some(0.0); 4],
+        z_um: Some(0.0),
+        ..Row::default()
     }
 }
 
