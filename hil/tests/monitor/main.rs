@@ -86,6 +86,16 @@ fn a_view_that_is_killed_leaves_no_drive_behind() {
 }
 
 #[test]
+fn a_terminal_that_stands_still_leaves_no_drive_behind() {
+    let bench = bench();
+    let terminal = driving(&bench);
+    terminal.stands_still();
+    bench.wait("the board drives on, and nobody sees it", |bench| {
+        bench.controls().observed().came_to_zero
+    });
+}
+
+#[test]
 fn signals_end_it_with_the_channels_off_and_the_terminal_restored() {
     let bench = bench();
     let mut terminal = driving(&bench);

@@ -5,6 +5,7 @@ use std::io::{Read, Write};
 use std::num::NonZero;
 use std::os::fd::AsFd;
 use std::process::{Child, Command};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread;
 use std::time::Duration;
@@ -23,6 +24,7 @@ pub(crate) struct Terminal {
     /// The tool's end, which keeps the terminal open after the tool.
     line: File,
     screen: Arc<Mutex<Parser>>,
+    stands_still: Arc<AtomicBool>,
     pub(crate) tool: Child,
 }
 
@@ -58,10 +60,15 @@ impl Terminal {
             .stderr(line.try_clone().expect("a handle"));
         let tool = session.spawn().expect("`setsid` is there");
         let screen = Arc::new(Mutex::new(Parser::new(rows, columns, 0)));
+        let stands_still = Arc::new(AtomicBool::new(false));
+        let stops = stands_still.clone();
         let (mut shown, seen) = (keyboard.try_clone().expect("a handle"), screen.clone());
         thread::spawn(move || {
             let mut bytes = [0; 4096];
-            while let Ok(length @ 1..) = shown.read(&mut bytes) {
+            while !stops.load(Ordering::Relaxed) {
+                let Ok(length @ 1..) = shown.read(&mut bytes) else {
+                    return;
+                };
                 seen.lock()
                     .expect("nobody panics")
                     .process(&bytes[..length]);
@@ -71,6 +78,7 @@ impl Terminal {
             keyboard,
             line,
             screen,
+            stands_still,
             tool,
         }
     }
@@ -93,6 +101,11 @@ impl Terminal {
     /// What is seen.
     pub(crate) fn text(&self) -> String {
         self.screen().screen().contents()
+    }
+
+    /// From now on the terminal takes nothing more, as one whose connection hangs.
+    pub(crate) fn stands_still(&self) {
+        self.stands_still.store(true, Ordering::Relaxed);
     }
 
     /// Waits until this is seen.
