@@ -1,5 +1,6 @@
 //! What the processor's accesses meet.
 
+use super::flash::WrongRead;
 use super::memory::{Memory, Region};
 use super::refused::Refused;
 use super::{Chip, POLLS, Reset, address, rom};
@@ -18,8 +19,8 @@ impl Bus for Chip {
                     self.nmi = true;
                     self.next_event = 0;
                 }
-                let acr = self.peripherals.flash.access_control();
-                self.clock.cycles += self.accelerator.load(offset, acr);
+                let stall = self.peripherals.flash.load(offset);
+                self.clock.cycles += stall.map_err(|wrong| self.reads_wrongly(address, wrong))?;
                 self.memory.flash::<BYTES>(offset)
             }
             Region::Peripheral => return self.read_peripheral(address, BYTES),
@@ -54,9 +55,8 @@ impl Bus for Chip {
         match Memory::region_of_code(address) {
             Region::Flash(offset) => {
                 self.wait_for_flash(offset);
-                let acr = self.peripherals.flash.access_control();
-                let stall = self.accelerator.fetch(offset, self.clock.cycles, acr);
-                self.clock.cycles += stall;
+                let stall = self.peripherals.flash.fetch(offset, self.clock.cycles);
+                self.clock.cycles += stall.map_err(|wrong| self.reads_wrongly(address, wrong))?;
                 self.memory.instruction(offset).ok_or(Abort::Fault)
             }
             Region::Sram(offset) => self.memory.instruction_in_ram(offset).ok_or(Abort::Fault),
@@ -98,6 +98,15 @@ impl Chip {
             self.clock.cycles = end;
             self.advance();
         }
+    }
+
+    #[cold]
+    fn reads_wrongly(&mut self, address: u32, wrong: WrongRead) -> Abort {
+        self.refuse(format!(
+            "what is read at {address:#010x} {}",
+            wrong.sentence()
+        ));
+        Abort::Halt
     }
 
     #[cold]

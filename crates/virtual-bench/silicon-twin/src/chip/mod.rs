@@ -1,6 +1,5 @@
 //! The STM32G474RE around its processor.
 
-mod accelerator;
 mod adc;
 pub(crate) mod address;
 mod bus;
@@ -32,7 +31,6 @@ pub use trace::{Tick, Trace};
 use crate::board::{Board, Disturbance};
 use crate::image::Image;
 use crate::usb_host::UsbHost;
-use accelerator::Accelerator;
 use adc::Adc;
 use crs::Crs;
 use flash::Flash;
@@ -68,7 +66,6 @@ pub struct Chip {
     /// What is at the other end of the USB cable.
     pub usb_host: UsbHost,
     peripherals: Peripherals,
-    accelerator: Accelerator,
     pins: Pins,
     lines: u128,
     next_event: u64,
@@ -161,7 +158,6 @@ impl Chip {
             board,
             trace: Trace::default(),
             usb_host: UsbHost::default(),
-            accelerator: Accelerator::new(),
             pins: Pins::default(),
             peripherals,
             lines: 0,

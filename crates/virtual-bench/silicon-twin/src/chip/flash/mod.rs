@@ -1,11 +1,18 @@
 //! The flash's controller: keys, programming of double words, erasing of pages, error correction, option bytes (RM0440,
 //! chapters 3 and 5; two banks of 128 pages of 2 KB).
 
+mod accelerator;
+#[cfg(test)]
+mod tests;
+
 use std::collections::BTreeSet;
+
+pub(super) use accelerator::WrongRead;
 
 use super::memory::Memory;
 use super::refused::{Access, Refused, misuse, only};
 use super::time::{Clock, NEVER};
+use accelerator::Accelerator;
 
 mod offset {
     pub(super) const ACR: u32 = 0x00;
@@ -86,6 +93,7 @@ pub(crate) struct Flash {
     /// Programs and erasures that have begun, in each bank.
     begun: [u64; 2],
     cells: Cells,
+    accelerator: Accelerator,
 }
 
 /// What outlives a reset beside the bytes themselves.
@@ -110,6 +118,7 @@ impl Flash {
             work: None,
             begun: [0; 2],
             cells: Cells::default(),
+            accelerator: Accelerator::new(),
         }
     }
 
@@ -140,10 +149,16 @@ impl Flash {
         self.begun
     }
 
-    /// Wait states, prefetch and caches.
+    /// Cycles that an instruction at `at` is waited for.
     #[inline]
-    pub(crate) fn access_control(&self) -> u32 {
-        self.acr
+    pub(super) fn fetch(&mut self, at: usize, now: u64) -> Result<u64, WrongRead> {
+        self.accelerator.fetch(at, now, self.acr)
+    }
+
+    /// The same for data.
+    #[inline]
+    pub(super) fn load(&mut self, at: usize) -> Result<u64, WrongRead> {
+        self.accelerator.load(at, self.acr, self.work.is_some())
     }
 
     pub(crate) fn wait_states(&self) -> u32 {
@@ -194,7 +209,10 @@ impl Flash {
 
     pub(crate) fn write(&mut self, at: u32, value: u32, clock: &Clock) -> Access {
         match at {
-            offset::ACR => self.acr = only(value, ACR_MODELLED)?,
+            offset::ACR => {
+                self.acr = only(value, ACR_MODELLED)?;
+                return self.accelerator.control(value).or_else(misuse);
+            }
             offset::KEYR => return self.unlock(value),
             offset::SR => self.sr &= !(value & (EOP | ERRORS)),
             offset::CR => return self.control(only(value, CR_MODELLED)?, clock),
@@ -291,9 +309,13 @@ impl Flash {
     pub(crate) fn finish(&mut self, memory: &mut Memory) {
         match self.work.take() {
             Some(_) if self.cells.are_worn => {}
-            Some((Work::Program { at, bytes }, _)) => memory.set_flash(at, &bytes),
+            Some((Work::Program { at, bytes }, _)) => {
+                memory.set_flash(at, &bytes);
+                self.accelerator.outdate(at, WORD_BYTES);
+            }
             Some((Work::Erase { at }, _)) => {
                 memory.erase_flash(at, PAGE_BYTES);
+                self.accelerator.outdate(at, PAGE_BYTES);
                 let words = at / WORD_BYTES..(at + PAGE_BYTES) / WORD_BYTES;
                 self.cells.torn.retain(|word| !words.contains(word));
             }
@@ -323,68 +345,5 @@ impl Flash {
                 self.cells.torn.insert((at + PAGE_BYTES / 2) / WORD_BYTES);
             }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const SECOND_BANK: usize = BANK_BYTES;
-
-    fn unlocked() -> (Flash, Memory, Clock) {
-        let mut flash = Flash::new();
-        let clock = Clock::new(100e6);
-        for key in KEYS {
-            flash.write(offset::KEYR, key, &clock).expect("a key");
-        }
-        (flash, Memory::new(&[], [0; 12]), clock)
-    }
-
-    #[test]
-    fn a_double_word_is_programmed_after_its_time_and_stalls_its_bank_only() {
-        let (mut flash, mut memory, clock) = unlocked();
-        flash.write(offset::CR, PG, &clock).expect("CR");
-        flash.program(SECOND_BANK, 4, 0x0302_0100, &memory, &clock);
-        flash.program(SECOND_BANK + 4, 4, 0x0706_0504, &memory, &clock);
-        assert_eq!(flash.next_event(), 8170);
-        assert_eq!(flash.stall(SECOND_BANK + 100), Some(8170));
-        assert_eq!(flash.stall(0), None);
-        flash.finish(&mut memory);
-        let written = &memory.flash_bytes()[SECOND_BANK..SECOND_BANK + 9];
-        assert_eq!(written, [0, 1, 2, 3, 4, 5, 6, 7, 0xff]);
-    }
-
-    #[test]
-    fn wrong_programming_is_told_by_its_flag() {
-        let (mut flash, memory, clock) = unlocked();
-        flash.program(0, 4, 0, &memory, &clock);
-        assert_eq!(flash.read(offset::SR), Ok(PGSERR), "PG is off");
-        flash.write(offset::SR, PGSERR, &clock).expect("SR");
-        flash.write(offset::CR, PG, &clock).expect("CR");
-        flash.program(4, 4, 0, &memory, &clock);
-        assert_eq!(flash.read(offset::SR), Ok(PGAERR), "not aligned");
-        flash.write(offset::SR, PGAERR, &clock).expect("SR");
-        flash.program(0, 1, 0, &memory, &clock);
-        assert_eq!(flash.read(offset::SR), Ok(SIZERR));
-    }
-
-    #[test]
-    fn power_that_goes_leaves_a_double_word_that_raises_the_nmi_until_it_is_erased() {
-        let (mut flash, mut memory, clock) = unlocked();
-        flash.write(offset::CR, PG, &clock).expect("CR");
-        flash.program(SECOND_BANK + 8, 4, 0, &memory, &clock);
-        flash.program(SECOND_BANK + 12, 4, 0, &memory, &clock);
-        flash.cut(&mut memory);
-        assert!(flash.is_torn(SECOND_BANK + 12));
-        assert_eq!(flash.read(offset::ECCR), Ok(ECCD | BK_ECC | 1));
-        assert!(!flash.is_torn(SECOND_BANK + 12), "until it is acknowledged");
-        flash.write(offset::ECCR, ECCD, &clock).expect("ECCR");
-        flash.write(offset::CR, PER | BKER, &clock).expect("CR");
-        flash
-            .write(offset::CR, PER | BKER | STRT, &clock)
-            .expect("CR");
-        flash.finish(&mut memory);
-        assert!(!flash.is_torn(SECOND_BANK + 12));
     }
 }
