@@ -1,0 +1,99 @@
+//! What the silicon twin catches: mistakes that a driver could make, one at a time in what the flashed image writes into a
+//! register, and what of the board's behaviour shows it.
+
+mod examine;
+mod table;
+
+use std::fs;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+use emulated_board::Connected;
+use hil::{flashed_image, is_full};
+use silicon_twin::board::Board;
+use silicon_twin::chip::Mistake;
+use silicon_twin::{Image, Twin};
+use virtual_mirror::MirrorConfig;
+
+use examine::examine;
+use table::{Mistaken, mistakes};
+
+/// Every so-many-th mistake is tried where not all of them are: those of one part of the chip lie side by side.
+const SHORT_STEP: usize = 3;
+
+/// A board with the bench mirror, when power comes, whose driver makes a mistake.
+fn twin(elf: &[u8], mistake: Option<Mistake>) -> Twin {
+    let image = Image::from_elf(elf).expect("an image for this chip");
+    let mirror = Connected::Mirror(Box::new(MirrorConfig::bench()));
+    let board = Board::new(&mirror).expect("a mirror");
+    let mut twin = Twin::new(image, board).expect("vectors");
+    if let Some(mistake) = mistake {
+        twin.chip.make(mistake);
+    }
+    twin
+}
+
+/// Does `each` for all of `tried`, on all processors; its results in order.
+fn for_all<T: Send>(tried: &[Mistaken], each: impl Fn(&Mistaken) -> T + Sync) -> Vec<T> {
+    let next = AtomicUsize::new(0);
+    let workers = thread::available_parallelism().map_or(1, usize::from);
+    let mut done: Vec<(usize, T)> = thread::scope(|scope| {
+        let work = || {
+            let mut done = Vec::new();
+            while let index = next.fetch_add(1, Ordering::Relaxed)
+                && let Some(mistaken) = tried.get(index)
+            {
+                done.push((index, each(mistaken)));
+            }
+            done
+        };
+        let threads: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
+        let results = threads.into_iter();
+        results
+            .flat_map(|thread| thread.join().expect("it ends"))
+            .collect()
+    });
+    done.sort_by_key(|(index, _)| *index);
+    done.into_iter().map(|(_, result)| result).collect()
+}
+
+#[test]
+fn mistakes_of_drivers_are_caught() {
+    let elf = fs::read(flashed_image()).expect("an image: `cargo xtask build stm32g474`");
+    assert_eq!(examine(&mut twin(&elf, None)), Ok(()), "without a mistake");
+    let all = mistakes();
+    let step = if is_full() { 1 } else { SHORT_STEP };
+    let tried: Vec<Mistaken> = all.iter().copied().step_by(step).collect();
+    let found = for_all(&tried, |mistaken| {
+        examine(&mut twin(&elf, Some(mistaken.mistake)))
+    });
+    let mut missed = Vec::new();
+    for (
+        Mistaken {
+            what, missed_as, ..
+        },
+        result,
+    ) in tried.iter().zip(&found)
+    {
+        match (result, missed_as) {
+            (Err(how), _) => println!("| {what} | {how} |"),
+            (Ok(()), Some(why)) => println!("| {what} | not by a start: {why} |"),
+            (Ok(()), None) => missed.push(what),
+        }
+    }
+    let caught = found.iter().filter(|result| result.is_err()).count();
+    println!(
+        "{caught} of {} tried are caught, of {} in all",
+        tried.len(),
+        all.len()
+    );
+    assert!(missed.is_empty(), "not caught: {missed:#?}");
+}
+
+#[test]
+fn few_mistakes_are_none_that_a_start_shows() {
+    let all = mistakes();
+    let missed = all.iter().filter(|mistaken| mistaken.missed_as.is_some());
+    // 95 % are to be caught.
+    assert!(missed.count() * 20 <= all.len());
+}
