@@ -13,6 +13,7 @@ pub mod coverage;
 pub mod cpu;
 mod image;
 mod names;
+pub mod profile;
 mod rtt;
 pub mod served;
 pub mod timing;

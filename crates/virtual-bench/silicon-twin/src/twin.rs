@@ -9,6 +9,7 @@ use crate::chip::memory::{FLASH, SRAM, SRAM_BYTES};
 use crate::chip::{Chip, Reset, rom};
 use crate::cpu::{Cpu, Halt, Sleep};
 use crate::image::Image;
+use crate::profile::Watched;
 use crate::timing::Timing;
 
 /// How a run ends that goes to the ROM.
@@ -93,6 +94,11 @@ impl Twin {
     /// The program that runs.
     pub fn image(&self) -> &Image {
         &self.image
+    }
+
+    /// What it is at, for another thread.
+    pub fn watched(&self) -> Watched {
+        self.chip.doing.watched()
     }
 
     /// Seconds since power came first.

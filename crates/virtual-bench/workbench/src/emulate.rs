@@ -101,16 +101,11 @@ impl Running {
         let (Some(what), numbers) = (words.first(), &words[words.len().min(1)..]) else {
             return false;
         };
-        let (controls, has_sensor) = match self {
-            Self::Mps2(board) => (board.controls(), true),
-            Self::G474(twin) => (twin.controls(), false),
+        let controls = match self {
+            Self::Mps2(board) => board.controls(),
+            Self::G474(twin) => twin.controls(),
         };
         match what.as_str() {
-            "spot" | "stage" if !has_sensor => {
-                println!(
-                    "The driver board has no input for a position sensor that could be moved."
-                );
-            }
             "spot" => match parse(numbers) {
                 Some(at_um) => controls.move_spot(at_um),
                 None => println!("`spot X Y`: two numbers of micrometres from the plate's centre"),

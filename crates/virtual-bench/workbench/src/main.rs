@@ -13,6 +13,7 @@ mod picture;
 mod positions;
 mod terminal;
 mod traces;
+mod twin_speed;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -76,6 +77,8 @@ enum Benchmark {
     Coverage,
     /// What an oscilloscope shows at the driver board's actuators, as pictures.
     Traces,
+    /// How fast the silicon twin is, and what it spends the time on.
+    Twin,
 }
 
 fn main() -> ExitCode {
@@ -96,6 +99,7 @@ fn run(task: Task) -> Result<ExitCode> {
             Some(Benchmark::Store) => bench::store(),
             Some(Benchmark::Coverage) => coverage::run(),
             Some(Benchmark::Traces) => traces::draw(),
+            Some(Benchmark::Twin) => twin_speed::run(),
         },
         Task::HideEffects => hidden::write(),
         Task::TabulateFactory => factory::write(),

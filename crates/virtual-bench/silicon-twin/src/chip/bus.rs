@@ -7,6 +7,7 @@ use super::{Chip, POLLS, Reset, address, rom};
 use crate::cpu::instruction::Decoded;
 use crate::cpu::{Abort, Bus};
 use crate::names;
+use crate::profile::Activity;
 
 impl Bus for Chip {
     #[inline]
@@ -113,6 +114,7 @@ impl Chip {
     fn read_peripheral(&mut self, address: u32, bytes: u32) -> Result<u32, Abort> {
         self.advance();
         self.next_event = 0;
+        let before = self.doing.begin(Activity::Registers);
         let read = match packet_memory(address) {
             Some(at) => self
                 .check_gate(address)
@@ -124,6 +126,7 @@ impl Chip {
             }
         };
         self.note_poll(address);
+        self.doing.resume(before);
         self.or_refuse(read, "read", address)
     }
 
@@ -133,6 +136,7 @@ impl Chip {
         self.next_event = 0;
         self.polled = (0, 0);
         // Half a register is written where the other half is not used, as in all that this chip has of 16 bits.
+        let before = self.doing.begin(Activity::Registers);
         let written = match packet_memory(address) {
             Some(at) => {
                 let usb = &mut self.peripherals.usb;
@@ -142,6 +146,7 @@ impl Chip {
             None if bytes == 1 || address & 3 != 0 => Err(Refused::NotModelled),
             None => self.write_register(address, value),
         };
+        self.doing.resume(before);
         self.or_refuse(written, "written", address)
     }
 

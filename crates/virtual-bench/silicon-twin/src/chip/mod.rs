@@ -30,6 +30,7 @@ pub use trace::{Tick, Trace};
 
 use crate::board::{Board, Disturbance};
 use crate::image::Image;
+use crate::profile::{Activity, Doing};
 use crate::usb_host::UsbHost;
 use adc::Adc;
 use crs::Crs;
@@ -75,6 +76,7 @@ pub struct Chip {
     in_bootloader: bool,
     polled: (u32, u32),
     disturbance: Disturbance,
+    pub(crate) doing: Doing,
     mistake: Option<Mistake>,
 }
 
@@ -168,6 +170,7 @@ impl Chip {
             in_bootloader: false,
             polled: (0, 0),
             disturbance: Disturbance::default(),
+            doing: Doing::default(),
             mistake: None,
         };
         chip.pins
@@ -276,6 +279,7 @@ impl Chip {
 
     /// Lets everything happen that is due by now.
     pub fn advance(&mut self) {
+        let before = self.doing.begin(Activity::Events);
         let now = self.clock.cycles;
         loop {
             let (cycle, event) = self.earliest();
@@ -288,6 +292,7 @@ impl Chip {
         self.peripherals.tim1.advance(now);
         self.peripherals.tim15.advance(now);
         self.lines = self.peripherals.lines();
+        self.doing.resume(before);
     }
 
     fn earliest(&self) -> (u64, Event) {
@@ -328,7 +333,11 @@ impl Chip {
                 }
             }
             Event::Tim1 => p.tim1.advance(at),
-            Event::Adc(index) => self.convert(index, at),
+            Event::Adc(index) => {
+                let before = self.doing.begin(Activity::Conversions);
+                self.convert(index, at);
+                self.doing.resume(before);
+            }
             Event::Flash => p.flash.finish(&mut self.memory),
             Event::Watchdog => {
                 self.reset = Some(Reset::Watchdog);
@@ -336,10 +345,16 @@ impl Chip {
                 p.iwdg = Iwdg::new();
             }
             Event::Usb => {
+                let before = self.doing.begin(Activity::Usb);
                 let now_s = self.clock.seconds_at(at);
                 self.usb_host.happen(&mut p.usb, now_s);
+                self.doing.resume(before);
             }
-            Event::Mirror => self.disturbance = self.board.step(),
+            Event::Mirror => {
+                let before = self.doing.begin(Activity::Mirror);
+                self.disturbance = self.board.step();
+                self.doing.resume(before);
+            }
         }
     }
 
@@ -392,7 +407,9 @@ impl Chip {
 
     /// The board comes to this cycle, and what its comparators say then reaches the break input.
     fn advance_board(&mut self, to: u64) {
+        let before = self.doing.begin(Activity::Filters);
         self.board.advance(to, &self.clock, &self.pins.driven);
+        self.doing.resume(before);
         let level = !(self.pins.breaks && self.board.is_over_voltage());
         let p = &mut self.peripherals;
         if p.tim1.set_break_input(level) {
