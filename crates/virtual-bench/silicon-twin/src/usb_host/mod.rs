@@ -21,8 +21,9 @@ const BIT_HZ: f64 = 12e6;
 /// Bits of a transaction around its data: token, data packet's frame and handshake with the pauses between.
 const TRANSACTION_BITS: f64 = 130.0;
 const FRAME_S: f64 = 1e-3;
-/// What is not ready is asked again so much later: some ten times a frame.
-const RETRY_S: f64 = 100e-6;
+/// What is not ready is asked again so much later: some fifty times a frame. Host controllers do so as often as the bus has
+/// room; ten times were too few for a sample of every tick, of which the second packet is not ready when the first has gone.
+const RETRY_S: f64 = 10e-6;
 /// Debounce after attaching, reset, and recovery from it (USB 2.0, section 7.1.7.3 and 7.1.7.5).
 const DEBOUNCE_S: f64 = 100e-3;
 const RESET_S: f64 = 10e-3;
