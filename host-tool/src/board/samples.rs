@@ -21,7 +21,10 @@ pub struct Samples {
     subscription: MultiSubscription<Telemetry>,
     /// Earlier ones belong to an earlier stream, perhaps of another tool.
     first_tick: u32,
-    period: Duration,
+    longest_pause: Duration,
+    stream: Stream,
+    /// So many have come or been lost.
+    past: u32,
 }
 
 impl Board {
@@ -61,7 +64,9 @@ impl Board {
         Ok(Samples {
             subscription,
             first_tick,
-            period,
+            longest_pause: period,
+            stream,
+            past: 0,
         })
     }
 
@@ -75,18 +80,11 @@ impl Board {
         count: u32,
     ) -> Result<Vec<Telemetry>, ToolError> {
         let mut stream = self.stream(period_ticks, count).await?;
-        let length_ticks = count.saturating_sub(1) * u32::from(period_ticks);
         let mut samples = Vec::new();
-        loop {
-            let sample = match stream.next().await {
-                Err(ToolError::NoAnswer { .. }) if !samples.is_empty() => return Ok(samples),
-                next => next?,
-            };
+        while let Some(sample) = stream.next_of_all().await? {
             samples.push(sample);
-            if sample.tick.wrapping_sub(stream.first_tick) >= length_ticks {
-                return Ok(samples);
-            }
         }
+        Ok(samples)
     }
 
     /// Puts points into the board's table, in shares of a waveform's amplitude.
@@ -118,7 +116,9 @@ impl Board {
         let samples = Samples {
             subscription,
             first_tick,
-            period: self.longest_pause(play),
+            longest_pause: self.longest_pause(play),
+            stream: play.stream,
+            past: 0,
         };
         Ok((samples, first_tick.wrapping_add(1)))
     }
@@ -154,13 +154,36 @@ impl Board {
 }
 
 impl Samples {
+    /// The next of those that were asked for, with nothing in the place of any that the link was too slow for; `None` once the
+    /// last has come, or is waited for in vain.
+    ///
+    /// # Errors
+    /// Where not one comes in time, or the link is lost.
+    pub async fn next_of_all(&mut self) -> Result<Option<Telemetry>, ToolError> {
+        if self.past >= self.stream.count {
+            return Ok(None);
+        }
+        match self.next().await {
+            Err(ToolError::NoAnswer { .. }) if self.past > 0 => {
+                self.past = self.stream.count;
+                Ok(None)
+            }
+            next => {
+                let sample = next?;
+                let ticks = sample.tick.wrapping_sub(self.first_tick);
+                self.past = past(&self.stream, ticks, self.past);
+                Ok(Some(sample))
+            }
+        }
+    }
+
     /// The next sample.
     ///
     /// # Errors
     /// Where none comes in time, or the link is lost.
     pub async fn next(&mut self) -> Result<Telemetry, ToolError> {
         let request = "send samples";
-        let limit = self.period + ANSWER_TIMEOUT;
+        let limit = self.longest_pause + ANSWER_TIMEOUT;
         loop {
             let sample = match timeout(limit, self.subscription.recv()).await {
                 Ok(Ok(sample)) => sample,
@@ -172,5 +195,36 @@ impl Samples {
                 return Ok(sample);
             }
         }
+    }
+}
+
+/// How many of a stream's samples have come or been lost with the one that is so many ticks after its first, where `before` had
+/// until then. When those of a stream that slows down were due is not known here: it counts those that come.
+fn past(stream: &Stream, ticks: u32, before: u32) -> u32 {
+    match stream.slowing {
+        0 => ticks / u32::from(stream.period_ticks.max(1)) + 1,
+        _ => before + 1,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_that_are_lost_are_past_with_the_next_that_comes() {
+        let even = Stream {
+            period_ticks: 3,
+            count: 10,
+            ..Stream::default()
+        };
+        assert_eq!(past(&even, 0, 0), 1);
+        assert_eq!(past(&even, 12, 1), 5, "three of them lost");
+        assert_eq!(past(&even, 27, 5), 10, "the last");
+        let slowing = Stream {
+            slowing: 20,
+            ..even
+        };
+        assert_eq!(past(&slowing, 300, 5), 6);
     }
 }

@@ -328,8 +328,7 @@ impl<'a> Bench<'a> {
             passed_s,
         };
         let mut last: Option<Telemetry> = None;
-        for _ in 0..piece.stream.count {
-            let sample = stream.next().await?;
+        while let Some(sample) = stream.next_of_all().await? {
             if let Some(last) = last {
                 for mut row in rows(&[last, sample], piece.rows, &clock) {
                     row.ambient_c = self.ambient_c;
