@@ -1,0 +1,92 @@
+use super::*;
+use proptest::prelude::*;
+
+#[test]
+fn reads_what_people_write() {
+    for text in [
+        "120um", "120 um", "120 µm", "120μm", " 0.12mm ", "1.2e2um", "120000nm",
+    ] {
+        let length: Length = text.parse().unwrap();
+        assert!((length.um - 120.0).abs() < 1e-9, "{text}");
+    }
+    for (text, deg) in [
+        ("0.05deg", 0.05),
+        ("-0.02 °", -0.02),
+        ("-20mdeg", -0.02),
+        ("1mrad", 1e-3_f64.to_degrees()),
+        ("5urad", 5e-6_f64.to_degrees()),
+    ] {
+        let angle: Angle = text.parse().unwrap();
+        assert!((angle.deg - deg).abs() < 1e-12, "{text}");
+    }
+    assert!("0.05".parse::<Angle>().is_err());
+    for text in ["1.9V", "1.9 V", "1900mV", "1.9v"] {
+        assert!(
+            (text.parse::<Voltage>().unwrap().v - 1.9).abs() < 1e-12,
+            "{text}"
+        );
+    }
+    assert_eq!("−1.5um".parse::<Length>().unwrap().um, -1.5);
+    for (text, hz) in [
+        ("20Hz", 20.0),
+        ("0.01 Hz", 0.01),
+        ("10kHz", 1e4),
+        ("100mHz", 0.1),
+    ] {
+        assert!((text.parse::<Frequency>().unwrap().hz - hz).abs() < 1e-12);
+    }
+    assert!("0Hz".parse::<Frequency>().is_err());
+    for text in ["499ohm", "499 Ω", "0.499kohm"] {
+        assert!((text.parse::<Resistance>().unwrap().ohm - 499.0).abs() < 1e-9);
+    }
+    assert!("0ohm".parse::<Resistance>().is_err());
+    assert_eq!("1min".parse::<Span>().unwrap().s, 60.0);
+    assert_eq!("forever".parse(), Ok(Hold::Forever));
+    assert_eq!("2s".parse(), Ok(Hold::For(Span { s: 2.0 })));
+    assert!("for ever".parse::<Hold>().is_err());
+}
+
+#[test]
+fn says_what_is_wrong_and_what_would_be_right() {
+    let say = |text: &str| text.parse::<Length>().unwrap_err().to_string();
+    assert_eq!(say("120"), "`120` has no unit; write for example 120um");
+    assert_eq!(
+        say("up"),
+        "`up` does not start with a number; write for example 120um"
+    );
+    assert_eq!(
+        say("nan"),
+        "`nan` does not start with a number; write for example 120um"
+    );
+    assert_eq!(
+        say("1.9V"),
+        "`V` is not a unit of a position; use one of um, µm, μm, nm, mm, m"
+    );
+    assert_eq!(
+        say("1,5um"),
+        "`,5um` is not a unit of a position; use one of um, µm, μm, nm, mm, m"
+    );
+    assert_eq!(
+        say("1e999um"),
+        "`1e999um` is not a position that can be used; write for example 120um"
+    );
+    assert_eq!(
+        "-1s".parse::<Span>().unwrap_err().to_string(),
+        "`-1s` is not a time span up to 100 h that can be used; write for example 500ms"
+    );
+}
+
+proptest! {
+    #[test]
+    fn what_is_printed_is_read_again(um in proptest::num::f64::NORMAL) {
+        let length = Length { um };
+        prop_assert_eq!(length.to_string().parse::<Length>().unwrap(), length);
+    }
+
+    #[test]
+    fn any_text_gives_a_number_or_a_sentence(text in "\\PC{0,20}") {
+        if let Ok(length) = text.parse::<Length>() {
+            prop_assert!(length.um.is_finite());
+        }
+    }
+}
