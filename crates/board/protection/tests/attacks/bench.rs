@@ -1,14 +1,13 @@
 //! A board of protection alone, in front of four beams.
 
-use control_core::calibration::{Bounds, Heat, Label, Memory, Origin, Parts, Path, Plate};
 use control_core::{
-    ActuatorCalibration, AdcCode, Ampere, CHANNELS, Calibration, CurrentSense, InverseTable,
-    Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, PwmCode, Second, SenseCalibration, Setpoint,
-    SupplyCode, Volt, Watt,
+    AdcCode, Ampere, CHANNELS, Calibration, CurrentSense, PwmCode, SenseCalibration, Setpoint,
+    SupplyCode, Volt,
 };
 use protection::{Fault, Lease, Protection, Reading};
 use rand_chacha::ChaCha8Rng;
 
+use crate::common::parts;
 use crate::plant::{Beam, Surroundings};
 
 /// Numbers of a calibration that a mirror on this board's line may have, as the firmware is given them.
@@ -40,33 +39,19 @@ impl Claim {
 
     /// As the board takes it, if it does.
     pub(crate) fn accepted(self) -> Option<Calibration> {
-        let actuator = ActuatorCalibration {
-            cold_resistance: Ohm(self.cold_ohm as f32),
-            tcr: PerKelvin(self.tcr as f32),
-            thermal_resistance: KelvinPerWatt(5700.0),
-            loss_growth: PerKelvin(0.0),
-            shape: InverseTable::new(Micrometre(170.0), std::array::from_fn(|i| i as f32))
-                .expect("rising"),
-        };
-        Calibration::new(Parts {
-            origin: Origin {
-                device: Label::EMPTY,
-                date: Label::EMPTY,
-                model_hash: 0,
-            },
-            actuators: [actuator; CHANNELS],
-            plate: Plate::UNKNOWN,
-            heat: Heat::INSTANT,
-            memory: Memory::NONE,
-            path: Path {
-                move_time: Second(0.0),
-            },
-            bounds: Bounds {
-                drive: Volt(self.drive_v as f32),
-                power: Watt(34e-3),
-                rise: Kelvin(self.rise_k as f32),
-            },
-        })
+        let Self {
+            cold_ohm,
+            tcr,
+            drive_v,
+            rise_k,
+            ..
+        } = self;
+        Calibration::new(parts(
+            cold_ohm as f32,
+            tcr as f32,
+            drive_v as f32,
+            rise_k as f32,
+        ))
         .ok()
     }
 }

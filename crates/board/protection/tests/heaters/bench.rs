@@ -1,12 +1,12 @@
 //! Board and heaters around the protection: resistors behind the output filter, no core, no mirror.
 
-use control_core::calibration::{Bounds, Heat, Label, Memory, Origin, Parts, Path, Plate};
 use control_core::{
-    ActuatorCalibration, AdcCode, Ampere, CHANNELS, Calibration, CurrentSense, InverseTable,
-    Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, PwmCode, Second, SenseCalibration, Setpoint,
-    SupplyCode, Volt, Watt,
+    AdcCode, Ampere, CHANNELS, Calibration, CurrentSense, PwmCode, SenseCalibration, Setpoint,
+    SupplyCode, Volt,
 };
 use protection::{Fault, Lease, Protection, Reading};
+
+use crate::common::parts;
 
 pub(crate) const COLD: f32 = 360.0;
 pub(crate) const TCR: f32 = 3.92e-3;
@@ -14,34 +14,7 @@ pub(crate) const SOUND_SUPPLY: SupplyCode = SupplyCode::from_millivolt(5000);
 
 /// A mirror that may be this much warmer than ambient.
 pub(crate) fn calibration(rise: f32) -> Calibration {
-    let actuator = ActuatorCalibration {
-        cold_resistance: Ohm(COLD),
-        tcr: PerKelvin(TCR),
-        thermal_resistance: KelvinPerWatt(5700.0),
-        loss_growth: PerKelvin(0.0),
-        shape: InverseTable::new(Micrometre(170.0), core::array::from_fn(|i| i as f32))
-            .expect("rising"),
-    };
-    Calibration::new(Parts {
-        origin: Origin {
-            device: Label::EMPTY,
-            date: Label::EMPTY,
-            model_hash: 0,
-        },
-        actuators: [actuator; CHANNELS],
-        plate: Plate::UNKNOWN,
-        heat: Heat::INSTANT,
-        memory: Memory::NONE,
-        path: Path {
-            move_time: Second(0.0),
-        },
-        bounds: Bounds {
-            drive: Volt(3.5),
-            power: Watt(34e-3),
-            rise: Kelvin(rise),
-        },
-    })
-    .expect("plausible")
+    Calibration::new(parts(COLD, TCR, 3.5, rise)).expect("plausible")
 }
 
 /// Two checks of 25 ticks with a pause of 2501 between, and 20 ticks each until the stages have their supply.
