@@ -5,11 +5,10 @@ mod examine;
 mod table;
 
 use std::fs;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
 
 use emulated_board::Connected;
 use hil::{flashed_image, is_full};
+use rayon::prelude::*;
 use silicon_twin::board::Board;
 use silicon_twin::chip::Mistake;
 use silicon_twin::{Image, Twin};
@@ -33,30 +32,6 @@ fn twin(elf: &[u8], mistake: Option<Mistake>) -> Twin {
     twin
 }
 
-/// Does `each` for all of `tried`, on all processors; its results in order.
-fn for_all<T: Send>(tried: &[Mistaken], each: impl Fn(&Mistaken) -> T + Sync) -> Vec<T> {
-    let next = AtomicUsize::new(0);
-    let workers = thread::available_parallelism().map_or(1, usize::from);
-    let mut done: Vec<(usize, T)> = thread::scope(|scope| {
-        let work = || {
-            let mut done = Vec::new();
-            while let index = next.fetch_add(1, Ordering::Relaxed)
-                && let Some(mistaken) = tried.get(index)
-            {
-                done.push((index, each(mistaken)));
-            }
-            done
-        };
-        let threads: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
-        let results = threads.into_iter();
-        results
-            .flat_map(|thread| thread.join().expect("it ends"))
-            .collect()
-    });
-    done.sort_by_key(|(index, _)| *index);
-    done.into_iter().map(|(_, result)| result).collect()
-}
-
 #[test]
 fn mistakes_of_drivers_are_caught() {
     let elf = fs::read(flashed_image()).expect("an image: `cargo xtask build stm32g474`");
@@ -64,9 +39,10 @@ fn mistakes_of_drivers_are_caught() {
     let all = mistakes();
     let step = if is_full() { 1 } else { SHORT_STEP };
     let tried: Vec<Mistaken> = all.iter().copied().step_by(step).collect();
-    let found = for_all(&tried, |mistaken| {
-        examine(&mut twin(&elf, Some(mistaken.mistake)))
-    });
+    let found: Vec<Result<(), String>> = tried
+        .par_iter()
+        .map(|mistaken| examine(&mut twin(&elf, Some(mistaken.mistake))))
+        .collect();
     let mut missed = Vec::new();
     for (
         Mistaken {

@@ -2,14 +2,12 @@
 //! raises the NMI when it is read, and a page half erased. The image starts, and has the newest calibration that is whole,
 //! or every entry of the fault log that it had acknowledged.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
-
 use emulated_board::PlantFault;
 use mirror_protocol::{
     CalibrationEndpoint, CalibrationUse, CalibrationUseEndpoint, FaultLogEndpoint, Kept, LogQuery,
     StatusEndpoint,
 };
+use rayon::prelude::*;
 use silicon_twin::Twin;
 use silicon_twin::chip::Reset;
 use silicon_twin::tool::Tool;
@@ -55,7 +53,10 @@ fn kept(tool: &mut Tool) -> u64 {
 }
 
 /// Does `each` for every operation of `all`, or for some of them, on all processors; its results in order.
-fn for_operations<T: Send>(all: std::ops::Range<u64>, each: impl Fn(u64) -> T + Sync) -> Vec<T> {
+fn for_operations<T: Send>(
+    all: std::ops::Range<u64>,
+    each: impl Fn(u64) -> T + Send + Sync,
+) -> Vec<T> {
     let step = if common::is_full() { 1 } else { SHORT_STEP };
     // The last one is where it is decided.
     let last = all.end - 1;
@@ -63,26 +64,7 @@ fn for_operations<T: Send>(all: std::ops::Range<u64>, each: impl Fn(u64) -> T + 
     if chosen.last() != Some(&last) {
         chosen.push(last);
     }
-    let next = AtomicUsize::new(0);
-    let workers = thread::available_parallelism().map_or(1, usize::from);
-    let mut done: Vec<(usize, T)> = thread::scope(|scope| {
-        let work = || {
-            let mut done = Vec::new();
-            while let index = next.fetch_add(1, Ordering::Relaxed)
-                && let Some(operation) = chosen.get(index)
-            {
-                done.push((index, each(*operation)));
-            }
-            done
-        };
-        let threads: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
-        let results = threads.into_iter();
-        results
-            .flat_map(|thread| thread.join().expect("it ends"))
-            .collect()
-    });
-    done.sort_by_key(|(index, _)| *index);
-    done.into_iter().map(|(_, result)| result).collect()
+    chosen.into_par_iter().map(each).collect()
 }
 
 #[test]
