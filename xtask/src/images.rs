@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use object::{Object, ObjectSection, SectionFlags, SectionKind};
+use object::{Object, ObjectSection, SectionKind};
 
 use crate::cargo::{TARGET, cargo, run, target_directory};
 use crate::panics;
@@ -104,12 +104,12 @@ impl Size {
         let bytes = fs::read(elf).with_context(|| format!("reading {}", elf.display()))?;
         let file = object::File::parse(&*bytes)?;
         let mut size = Self { flash: 0, ram: 0 };
-        for section in file.sections().filter(panics::is_in_memory) {
-            let SectionFlags::Elf { sh_flags } = section.flags() else {
+        for section in file.sections() {
+            let Some(flags) = panics::flags_in_memory(&section) else {
                 continue;
             };
             let in_flash = section.kind() != SectionKind::UninitializedData;
-            let in_ram = sh_flags & u64::from(object::elf::SHF_WRITE) != 0;
+            let in_ram = flags & u64::from(object::elf::SHF_WRITE) != 0;
             size.flash += if in_flash { section.size() } else { 0 };
             size.ram += if in_ram { section.size() } else { 0 };
         }

@@ -193,18 +193,21 @@ fn named(file: &File<'_>) -> Result<Vec<Node>> {
     Ok(nodes)
 }
 
-/// Whether a section has its place in the chip's memory.
-pub(crate) fn is_in_memory<'data>(section: &impl ObjectSection<'data>) -> bool {
-    let SectionFlags::Elf { sh_flags } = section.flags() else {
-        return false;
-    };
-    sh_flags & u64::from(elf::SHF_ALLOC) != 0
+/// The flags of a section that has its place in the chip's memory.
+pub(crate) fn flags_in_memory<'data>(section: &impl ObjectSection<'data>) -> Option<u64> {
+    match section.flags() {
+        SectionFlags::Elf { sh_flags } if sh_flags & u64::from(elf::SHF_ALLOC) != 0 => {
+            Some(sh_flags)
+        }
+        _ => None,
+    }
 }
 
 fn references(file: &File<'_>) -> Result<Vec<Reference>> {
     let mut references = Vec::new();
     // What only a debugger reads names everything, and is nowhere in memory.
-    for section in file.sections().filter(is_in_memory) {
+    let in_memory = |section: &_| flags_in_memory(section).is_some();
+    for section in file.sections().filter(in_memory) {
         let data = section.data()?;
         for (from, relocation) in section.relocations() {
             let RelocationTarget::Symbol(symbol) = relocation.target() else {
