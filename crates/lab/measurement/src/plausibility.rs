@@ -7,6 +7,7 @@
 use crate::column::Column;
 use crate::error::Complaint;
 use crate::{ACTUATORS, MeasurementFile};
+use nalgebra::DVector;
 use std::ops::RangeInclusive;
 
 /// A drive below this tells little about a resistance or a stroke (V): some milliwatts, a micrometre.
@@ -16,6 +17,10 @@ const CALIBRATION: f64 = 0.02;
 /// Surroundings that a mirror is measured in, a climate chamber's range (degC), and what looks like them in kelvins.
 const AMBIENT_C: RangeInclusive<f64> = -80.0..=200.0;
 const KELVINS: RangeInclusive<f64> = 200.0..=475.0;
+/// From so many readings on their correlation with the drive tells whether it moves what they read. Noise alone comes to
+/// more than so many times the correlation's standard deviation, 1 over the root of their number, once in a million files.
+const TELLING_READINGS: usize = 30;
+const TELLING_CORRELATION: f64 = 5.0;
 /// So many rows at the same extreme reading while the drive changes are an end stop.
 const SATURATED_ROWS: usize = 3;
 
@@ -128,17 +133,34 @@ fn current(file: &MeasurementFile, actuator: usize, cold_ohm: f64) -> Option<Fin
 }
 
 fn displacement_unit(file: &MeasurementFile) -> Option<Finding> {
-    let driven = file
-        .rows
-        .iter()
-        .any(|row| row.voltage_v.iter().any(|v| v.abs() >= 1.0));
     let (row, largest) = largest(file, Column::Displacement)?;
-    let (unit, factor) = unit_of_length(largest, driven)?;
+    let (unit, factor) = unit_of_length(largest, moves(file))?;
     let complaint = Complaint::new(
         format!("a largest displacement of {largest} um looks like {unit}"),
         format!("displacements are in um; {factor}"),
     );
     Some((row, Column::Displacement, complaint))
+}
+
+/// Whether the drive moves what the sensor reads: on resistors, or past the mirror, it reads its noise.
+fn moves(file: &MeasurementFile) -> bool {
+    let (heating, z): (Vec<f64>, Vec<f64>) = file
+        .rows
+        .iter()
+        .filter_map(|row| Some((row.voltage_v.iter().map(|v| v * v).sum::<f64>(), row.z_um?)))
+        .unzip();
+    let is_driven = heating.iter().any(|square| *square >= 1.0);
+    if heating.len() < TELLING_READINGS {
+        return is_driven;
+    }
+    let [heating, z] = [heating, z].map(|column| {
+        let column = DVector::from_vec(column);
+        column.add_scalar(-column.mean())
+    });
+    let correlation = heating.dot(&z) / (heating.norm() * z.norm());
+    // Where nothing changes it says nothing.
+    let is_noise = correlation.abs() * (z.len() as f64).sqrt() <= TELLING_CORRELATION;
+    is_driven && !is_noise
 }
 
 /// Who moves a stage for a reference moves it by micrometres.

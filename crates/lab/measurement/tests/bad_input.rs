@@ -148,6 +148,17 @@ fn currents() {
 fn other_units() {
     refuses("t_s,V_V,z_um\n0,0,0\n1,2,1e-4\n", "looks like m", "1e-4");
     refuses("t_s,V_V,z_um\n0,0,0\n1,2,0.1\n", "looks like mm", "0.1");
+    // A sensor's noise of tens of nanometres, and what the drive adds to it, in mm.
+    let noisy = |of_the_drive: f64| {
+        let rows = (0..60).map(|i: u32| {
+            let (v, noise) = (f64::from(i % 4), f64::from(i * 37 % 11) * 1e-2);
+            format!("{i},{v},{}\n", noise + of_the_drive * v * v)
+        });
+        format!("t_s,V_V,z_um\n{}", rows.collect::<String>())
+    };
+    refuses(&noisy(0.03), "looks like mm", "0.37");
+    // Nothing moves: resistors in the mirror's place, or a spot beside it.
+    assert!(MeasurementFile::parse("still.csv", &noisy(0.0)).is_ok());
     refuses("t_s,V_V,z_um\n0,0,0\n1,2,90000\n", "looks like nm", "90000");
     refuses("t_s,V_V,z_um\n0,0,0\n1,2000,90\n", "looks like mV", "2000");
 }
