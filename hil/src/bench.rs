@@ -81,10 +81,22 @@ impl Bench {
     /// # Panics
     /// Where it does not start.
     pub fn on_twin(mirror: MirrorConfig) -> Self {
+        Self::twin_with(Connected::Mirror(Box::new(mirror)))
+    }
+
+    /// A new silicon twin with such a resistor on each channel.
+    ///
+    /// # Panics
+    /// Where it does not start.
+    pub fn twin_on_resistors(ohm: f64) -> Self {
+        Self::twin_with(Connected::Resistors([ohm; 4]))
+    }
+
+    fn twin_with(connected: Connected) -> Self {
         let directory = private_directory().expect("a directory");
         let serving = Serving {
             image: flashed_image(),
-            connected: Connected::Mirror(Box::new(mirror)),
+            connected,
             boards_directory: directory.path().to_owned(),
             name: "twin".to_owned(),
             speed: Speed::Fastest,

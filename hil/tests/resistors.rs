@@ -5,6 +5,7 @@
 //! skipped, since what is connected may be a mirror.
 
 use hil::Bench;
+use measurement::{ACTUATORS, Row};
 use serde_json::Value;
 
 /// What a board that has never been calibrated may be off by: ten times the gain's and five times the offset's tolerance in
@@ -106,4 +107,74 @@ fn a_wrong_resistor_is_told_and_changes_no_gain() {
     );
     let report = bench.json(&["calibrate-sense"]);
     assert_eq!(report["before"]["gain"], report["after"]["gain"]);
+}
+
+/// What the output filter's two poles at 2 kHz (docs/board.md) leave of an edge after so long is a hundredth. The board in
+/// QEMU has no such filter.
+const FILTER_SETTLES_S: f64 = 0.55e-3;
+/// A tick: a real board's clock, and the parts of its filter, are not the twin's.
+const TICK_S: f64 = 1e-4;
+/// A code of the PWM, and its rounding in a file.
+const CODE_V: f64 = 1.1e-3;
+
+/// A step, as the tool measures it in currents.
+fn step(bench: &Bench) -> Vec<Row> {
+    let words = ["--to", "3V", "--hold", "20ms", "--rest", "50ms"];
+    bench.json(&[&["measure", "step", "-o", "step.csv"][..], &words].concat());
+    let mut rows = bench.measured("step.csv").rows;
+    // A filter's lag after the last drive nothing was sensed any more.
+    rows.retain(|row| row.current_a.iter().all(Option::is_some));
+    rows
+}
+
+/// What the twin reads from so long before a time until so long after it: its least and its most.
+fn around(twin: &[Row], t_s: f64, within_s: f64, of: impl Fn(&Row) -> f64) -> (f64, f64) {
+    twin.iter()
+        .filter(|row| (row.t_s - t_s).abs() <= within_s + 0.5 * TICK_S)
+        .map(of)
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+            (low.min(value), high.max(value))
+        })
+}
+
+#[test]
+fn a_step_runs_as_it_does_on_the_silicon_twin() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let Some((bench, ohm)) = Bench::on_resistors(&directory.path().join("flash")) else {
+        return;
+    };
+    let twin = Bench::twin_on_resistors(ohm);
+    let within_s = if bench.is_emulated() {
+        FILTER_SETTLES_S
+    } else {
+        TICK_S
+    };
+    let (here, there) = (step(&bench), step(&twin));
+    // A stream may lose some of its readings.
+    assert!(2 * here.len() > there.len() && 2 * there.len() > here.len());
+    let mut largest_a = 0.0;
+    for row in &here {
+        for channel in 0..ACTUATORS {
+            let current = |row: &Row| row.current_a[channel].expect("those without are left out");
+            let drive = |row: &Row| row.voltage_v[channel];
+            let (low_v, high_v) = around(&there, row.t_s, TICK_S, drive);
+            let (low_a, high_a) = around(&there, row.t_s, within_s, current);
+            let allowed_a = BEFORE.0 * high_a + BEFORE.1;
+            let (v, a) = (drive(row), current(row));
+            assert!(
+                (low_v - CODE_V..=high_v + CODE_V).contains(&v)
+                    && (low_a - allowed_a..=high_a + allowed_a).contains(&a),
+                "at {} s, channel {}: {v} V and {a} A; the twin has {low_v} to {high_v} V and {low_a} to {high_a} A",
+                row.t_s,
+                channel + 1
+            );
+            largest_a = f64::max(largest_a, (low_a - a).max(a - high_a));
+        }
+    }
+    println!(
+        "a step of 3 V: {} readings beside {} of the twin's, off by {:.1} uA at most",
+        here.len(),
+        there.len(),
+        largest_a * 1e6
+    );
 }

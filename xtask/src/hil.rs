@@ -66,7 +66,8 @@ fn name(board: &Value) -> Option<String> {
     board["name"].as_str().map(str::to_owned)
 }
 
-/// What any board must do, on the board `name`; drive and sense too, where `resistors` are known to be on it.
+/// What any board must do, on the board `name`; drive and sense too, beside the silicon twin's, where `resistors` are known
+/// to be on it.
 pub(crate) fn on_board(name: &str, resistors: Option<f64>) -> Result<()> {
     tool::build()?;
     let is_called = |board: &Value| board["name"] == name;
@@ -75,6 +76,9 @@ pub(crate) fn on_board(name: &str, resistors: Option<f64>) -> Result<()> {
             "skipped: there is no board `{name}`; `host-tool doctor` tells why one is not found"
         );
         return Ok(());
+    }
+    if resistors.is_some() {
+        images::build(Board::Stm32g474)?;
     }
     // What a mirror must do, resistors do not.
     let (test, ohm) = match resistors {
