@@ -30,8 +30,10 @@ pub const SENSE_GAIN: f32 = 26.4;
 /// The amplifier's output at no current: 3.3 V by a divider of 100 to 1. It keeps zero, less the
 /// offsets of amplifier and converter and their noise, within the converter's range.
 pub const SENSE_PEDESTAL: Volt = Volt(LOGIC_SUPPLY.0 / 101.0);
-/// What a board's current sense may be off by, before it is calibrated: 1 uA per 10 uV at the shunt.
-pub const SENSE_ZERO_TOLERANCE: Ampere = Ampere(50e-6);
+/// Offset of that amplifier at its input: a standard deviation of such parts.
+pub const SENSE_OFFSET: Volt = Volt(40e-6);
+/// What a board's current sense may be off by, before it is calibrated: half a millivolt at the shunt.
+pub const SENSE_ZERO_TOLERANCE: Ampere = Ampere(500e-6 / SHUNT.0);
 /// Tolerances of shunt, amplifier and reference together, with a wide margin.
 pub const SENSE_GAIN_TOLERANCE: f32 = 0.05;
 /// Codes of a converter: 12 bits, oversampled 16 times.

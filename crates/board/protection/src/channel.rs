@@ -2,6 +2,7 @@
 
 use control_core::design::{
     ADC_SATURATED, COLD_RESISTANCE_TOLERANCE, HIGHEST_CURRENT, HIGHEST_TRIP_RISE, LEAST_TCR_PER_K,
+    SENSE_OFFSET, SHUNT,
 };
 use control_core::{ActuatorCalibration, AdcCode, Ampere, Kelvin, Ohm, Volt};
 
@@ -19,11 +20,11 @@ const HIGHEST_RESISTANCE: f32 = 2.0;
 /// A heater with more than this resistance, as a part of the cold one, is an open one.
 const OPEN_RESISTANCE: f32 = 10.0;
 
-/// Errors of the sense that are no fault: noise (1 uA), offset of amplifier and converter (4 uA, before
-/// it is calibrated).
-const CURRENT_MARGIN: Ampere = Ampere(20e-6);
-/// The same without the noise, which a mean leaves little of.
-const MEAN_CURRENT_MARGIN: Ampere = Ampere(12e-6);
+/// Errors of the sense that are no fault, 20 uA: offset of the amplifier, of which no part of such a board has five times the
+/// usual one, and noise (1 uA).
+const CURRENT_MARGIN: Ampere = Ampere(5.0 * SENSE_OFFSET.0 / SHUNT.0);
+/// The same without the noise, which a mean leaves little of: 12 uA.
+const MEAN_CURRENT_MARGIN: Ampere = Ampere(3.0 * SENSE_OFFSET.0 / SHUNT.0);
 
 /// Less than this part of the least current is seen in two ticks, not three, where the drive is high: a quick heater, of
 /// 0.6 ms, gets 10 K hotter in one.
