@@ -39,6 +39,8 @@ pub(crate) struct Candidate {
     pub(crate) directions: Vec<Direction<Session>>,
     /// The score that the null ensemble stays below.
     pub(crate) threshold: f64,
+    /// Its scores in the mirrors of the null ensemble.
+    pub(crate) null_scores: Vec<f64>,
     /// How it explains the session's residual best, where it changes any reading.
     pub(crate) explanation: Option<Explanation<Session>>,
     /// What is left when base and effect are fitted together, where that was done.
@@ -83,6 +85,7 @@ impl Candidate {
             effect,
             directions,
             threshold: f64::INFINITY,
+            null_scores: Vec::new(),
             explanation: None,
             refit: None,
         }

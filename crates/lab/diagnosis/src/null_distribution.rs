@@ -47,8 +47,10 @@ impl NullDistribution {
                     .collect()
             })
             .collect();
-        for (candidate, threshold) in candidates.iter_mut().zip(thresholds::of(&scores)) {
+        let thresholds = thresholds::of(&scores).into_iter().zip(scores);
+        for (candidate, (threshold, null_scores)) in candidates.iter_mut().zip(thresholds) {
             candidate.threshold = threshold;
+            candidate.null_scores = null_scores;
         }
         null
     }

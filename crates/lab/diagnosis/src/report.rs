@@ -87,6 +87,9 @@ pub struct Ranked {
     pub score: f64,
     /// The score that mirrors which lack nothing stay below in 95 of 100 cases, whichever effect is tried.
     pub threshold: f64,
+    /// Its scores in the mirrors of the null ensemble, from which the threshold comes. Not for `--json`.
+    #[serde(skip)]
+    pub null_scores: Vec<f64>,
     /// Its Akaike weight among the effects above their thresholds.
     pub probability: f64,
     /// The strength above which it would have been seen, in the unit of its first parameter; none if never.

@@ -264,6 +264,7 @@ mod tests {
             form: None,
             score,
             threshold: 48.0,
+            null_scores: vec![],
             probability: 1.0,
             detection_limit: Some(0.01),
             held_out_rms: error(Unit::Milliampere),

@@ -343,6 +343,17 @@ fn pick(output: &Output, channel: Channel) -> f64 {
     }
 }
 
+/// A session without the rows that a [`Dataset`] of it drops. Of what is left nothing is dropped any more.
+pub fn thinned(mut session: Session) -> Session {
+    for (_, file) in &mut session.files {
+        if !file.keys.is_steady() {
+            let kept = thin(file, file.keys.drive_is_interpolated());
+            file.rows = kept.into_iter().map(|index| file.rows[index]).collect();
+        }
+    }
+    session
+}
+
 /// The rows of a file that are worth simulating: all of a small one; of a dense one those next to a jump of the drive or
 /// of the stage, and others ever further apart.
 fn thin(file: &MeasurementFile, interpolated: bool) -> Vec<usize> {

@@ -23,7 +23,9 @@ pub mod parameter;
 pub mod prediction;
 mod surroundings;
 
-pub use compare::{Comparison, ExperimentError, StageErrors, compare};
+pub use compare::{
+    Comparison, ExperimentError, StageErrors, StagePoint, compare, compare_predicted,
+};
 pub use dataset::Dataset;
 pub use estimate::{Estimate, Unit};
 pub use fit_report::{FitReport, fit_and_report};

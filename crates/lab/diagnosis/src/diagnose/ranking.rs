@@ -27,6 +27,7 @@ impl Analysis<'_> {
             form: is_above.then(|| self.form(candidate)).flatten(),
             score: explanation.score,
             threshold: candidate.threshold,
+            null_scores: candidate.null_scores.clone(),
             probability: if is_above {
                 akaike_weight(explanation.score, scores, widening)
             } else {

@@ -12,7 +12,7 @@ use mirror_model::{ACTUATORS, Model, Runaway};
 use serde::Serialize;
 use std::fmt;
 
-pub use stages::StageErrors;
+pub use stages::{StageErrors, StagePoint};
 
 /// Columns of the course of an error, what the table leaves of a line of 120 in a terminal.
 const COURSE: usize = 36;
@@ -82,28 +82,32 @@ impl Reading {
 /// # Errors
 /// [`Runaway`] if the model has no finite answer.
 pub fn compare(model: &Model, data: &Dataset) -> Result<Comparison, Runaway> {
-    let predicted = predict(model, data)?;
+    Ok(compare_predicted(model, data, &predict(model, data)?))
+}
+
+/// The same where the model's predictions are known.
+pub fn compare_predicted(model: &Model, data: &Dataset, predicted: &[f64]) -> Comparison {
     let unit = if data.has_displacement() {
         Unit::Micrometre
     } else {
         Unit::Milliampere
     };
     let readings: Vec<Vec<Reading>> = (0..data.experiments.len())
-        .map(|index| readings(data, &predicted, index))
+        .map(|index| readings(data, predicted, index))
         .collect();
     let experiments: Vec<_> = readings
         .iter()
         .enumerate()
-        .filter_map(|(index, readings)| experiment(data, &predicted, readings, index))
+        .filter_map(|(index, readings)| experiment(data, predicted, readings, index))
         .collect();
-    let stages = stages::stages(model, data, &predicted);
+    let stages = stages::stages(model, data, predicted);
     let mut sentences: Vec<String> = worst(&experiments, unit).into_iter().collect();
     sentences.extend(ladder::sentences(data, &readings, unit));
     sentences.extend(history::sentences(data, &readings, unit));
     sentences.extend(lag::sentences(data, &readings, unit));
     sentences.extend(stages.sentences());
-    let current_rms_ma = current_rms_ma(data, &predicted, |_| true);
-    Ok(Comparison {
+    let current_rms_ma = current_rms_ma(data, predicted, |_| true);
+    Comparison {
         rms: match current_rms_ma {
             Some(rms) if !data.has_displacement() => rms,
             _ => rms(readings.iter().flatten().map(Reading::error)),
@@ -113,7 +117,7 @@ pub fn compare(model: &Model, data: &Dataset) -> Result<Comparison, Runaway> {
         stages,
         sentences,
         current_rms_ma,
-    })
+    }
 }
 
 fn rms(values: impl Iterator<Item = f64>) -> f64 {

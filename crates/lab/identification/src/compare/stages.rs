@@ -28,6 +28,20 @@ pub struct StageErrors {
     /// The resistance at equal power against the model's (%) where it is coldest, between, and hottest (K of warming); empty
     /// where it is the same everywhere.
     pub heat_course: Vec<(f64, f64)>,
+    /// What the errors of heat and shape are the root mean squares of, in the order of time. Not for `--json`.
+    #[serde(skip)]
+    pub points: Vec<StagePoint>,
+}
+
+/// The errors of heat and of shape at one steady drive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StagePoint {
+    /// Modelled warming (K).
+    pub warming_k: f64,
+    /// Heat: the resistance measured against that modelled at the measured power (%).
+    pub r_at_equal_p_percent: f64,
+    /// Shape: z measured less z modelled at the measured resistance (um), where z was measured.
+    pub z_at_equal_r_um: Option<f64>,
 }
 
 /// One steady instant with all actuators at one drive, means over the actuators whose currents were measured.
@@ -52,8 +66,7 @@ pub(super) fn stages(model: &Model, data: &Dataset, predicted: &[f64]) -> StageE
     let um_per_kelvin = |point: &Point| {
         piston.displacement_um(kelvin(point) + 0.5) - piston.displacement_um(kelvin(point) - 0.5)
     };
-    let mut heat_course = Vec::new();
-    let (mut shape, mut heat_um, mut cold) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut stage_points, mut heat_um, mut cold) = (Vec::new(), Vec::new(), Vec::new());
     for point in points(data, predicted) {
         let [measured, modelled] = point.ohm;
         let (off, of_power) = (
@@ -69,14 +82,19 @@ pub(super) fn stages(model: &Model, data: &Dataset, predicted: &[f64]) -> StageE
         if point.current_in_noise < TELLS_HEAT {
             continue;
         }
-        heat_course.push((kelvin(&point), percent));
         heat_um.push(um_per_kelvin(&point) * at_equal_power / ohm_per_kelvin);
-        if let Some([z, of_model]) = point.z_um {
-            shape.push(z - of_model - um_per_kelvin(&point) * off / ohm_per_kelvin);
-        }
+        let off_um = um_per_kelvin(&point) * off / ohm_per_kelvin;
+        stage_points.push(StagePoint {
+            warming_k: kelvin(&point),
+            r_at_equal_p_percent: percent,
+            z_at_equal_r_um: point.z_um.map(|[z, of_model]| z - of_model - off_um),
+        });
     }
     let of = |values: &[f64]| (!values.is_empty()).then(|| rms(values.iter().copied()));
-    let percents: Vec<f64> = heat_course.iter().map(|course| course.1).collect();
+    let points = stage_points.iter();
+    let shape: Vec<f64> = points.clone().filter_map(|p| p.z_at_equal_r_um).collect();
+    let heat = points.map(|p| (p.warming_k, p.r_at_equal_p_percent));
+    let (heat_course, percents): (Vec<_>, Vec<_>) = heat.map(|heat| (heat, heat.1)).unzip();
     StageErrors {
         z_at_equal_r_um: of(&shape),
         r_at_equal_p_percent: of(&percents),
@@ -84,6 +102,7 @@ pub(super) fn stages(model: &Model, data: &Dataset, predicted: &[f64]) -> StageE
         r_at_low_v_percent: (!cold.is_empty())
             .then(|| cold.iter().sum::<f64>() / cold.len() as f64),
         heat_course: thirds(&heat_course),
+        points: stage_points,
     }
 }
 

@@ -138,3 +138,23 @@ fn dense_files_keep_their_steps() {
         );
     }
 }
+
+#[test]
+fn a_thinned_session_is_the_same_to_a_fit_and_is_thinned_once() {
+    for drive in ["step", "sin"] {
+        let mut text = format!("# drive={drive}\nt_s,V_V,z_um\n");
+        for row in 0..20_000 {
+            let t_s = 1e-3 * f64::from(row);
+            let volts = if (row / 5000) % 2 == 0 { 1.0 } else { 2.0 };
+            text += &format!("{t_s},{volts},{}\n", 20.0 * volts);
+        }
+        let all = session(&text);
+        let less = thinned(all.clone());
+        let [of_all, of_less] = [&all, &less].map(Dataset::new);
+        assert!(less.files[0].1.rows.len() <= DENSE_ROWS, "{drive}");
+        assert_eq!(of_all.intervals, of_less.intervals, "{drive}");
+        assert_eq!(of_all.values(), of_less.values());
+        assert_eq!(of_all.thinned_rows, 20_000 - less.files[0].1.rows.len());
+        assert_eq!(of_less.thinned_rows, 0);
+    }
+}
