@@ -45,7 +45,7 @@ pub const PROFILE: &str = "firmware";
 
 /// Builds the image for `board` and returns its path.
 pub fn build(board: Board) -> Result<PathBuf> {
-    setup::rust_target()?;
+    setup::rust_target(TARGET)?;
     run(&mut cargo(&[
         "build",
         "--profile",

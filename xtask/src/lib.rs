@@ -13,6 +13,7 @@ pub mod images;
 mod layers;
 mod on_target;
 mod packages;
+mod page;
 mod panics;
 mod python;
 mod sbom;
@@ -90,6 +91,8 @@ enum Task {
         #[arg(value_enum)]
         board: Board,
     },
+    /// Build anew what `host-tool report` puts into its pages: the lab's code as WebAssembly.
+    BuildPage,
     /// Write the sessions of data/hidden anew.
     HideEffects,
     /// Write anew what a board has until it is calibrated: the table of the reconciled model.
@@ -147,6 +150,7 @@ fn run(task: Task) -> Result<ExitCode> {
             images::build(board)?;
             images::check(board).map(|()| ExitCode::SUCCESS)
         }
+        Task::BuildPage => page::build().map(|()| ExitCode::SUCCESS),
         Task::LearnConfusions => workbench("learn-confusions", &[]),
         Task::HideEffects => workbench("hide-effects", &[]),
         Task::TabulateFactory => workbench("tabulate-factory", &[]),

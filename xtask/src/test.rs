@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 
-use crate::cargo::{ON_HOST, cargo, run};
+use crate::cargo::{ON_HOST, TARGET, cargo, run};
 use crate::checks::{self, Check};
 use crate::deny;
 use crate::hil;
@@ -82,7 +82,7 @@ struct Built {
 
 /// Passes all tests, with `full` the long ones too, or stops at the first step that fails.
 pub(crate) fn run_all(full: bool) -> Result<()> {
-    setup::rust_target()?;
+    setup::rust_target(TARGET)?;
     setup::rust_components()?;
     setup::qemu()?;
     let start = Instant::now();

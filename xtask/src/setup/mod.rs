@@ -8,24 +8,24 @@ use std::process::Command;
 
 use anyhow::{Context, Result};
 
-use crate::cargo::{self, TARGET};
+use crate::cargo;
 
 pub use qemu::qemu;
 pub use unpack::unpacked;
 
-/// Makes sure that the microcontroller's target is installed.
-pub fn rust_target() -> Result<()> {
+/// Makes sure that a target is installed.
+pub fn rust_target(target: &str) -> Result<()> {
     let sysroot = Command::new("rustc")
-        .args(["--print", "target-libdir", "--target", TARGET])
+        .args(["--print", "target-libdir", "--target", target])
         .output()
         .context("rustc does not run; install Rust from https://rustup.rs")?;
     let directory = String::from_utf8_lossy(&sysroot.stdout).trim().to_owned();
     if std::path::Path::new(&directory).is_dir() {
         return Ok(());
     }
-    eprintln!("The Rust target of the microcontroller ({TARGET}) is missing; installing it.");
-    cargo::run(Command::new("rustup").args(["target", "add", TARGET]))
-        .with_context(|| format!("install the target yourself: rustup target add {TARGET}"))
+    eprintln!("The Rust target {target} is missing; installing it.");
+    cargo::run(Command::new("rustup").args(["target", "add", target]))
+        .with_context(|| format!("install the target yourself: rustup target add {target}"))
 }
 
 /// Makes sure that the formatter and the linter are installed.

@@ -5,6 +5,7 @@
 
 use std::fs::{self, File, FileType};
 use std::io::{self, Read};
+#[cfg(unix)]
 use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
 
@@ -116,6 +117,12 @@ fn unreadable(path: &Path, source: io::Error) -> ReadError {
     }
 }
 
+#[cfg(not(unix))]
+fn kind(of: FileType) -> &'static str {
+    if of.is_dir() { "a folder" } else { "a device" }
+}
+
+#[cfg(unix)]
 fn kind(of: FileType) -> &'static str {
     if of.is_dir() {
         "a folder"
