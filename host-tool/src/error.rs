@@ -407,6 +407,27 @@ pub enum ToolError {
     ))]
     PictureName { path: PathBuf },
 
+    #[error("{} is no whole report: {reason}", path.display())]
+    #[diagnostic(help(
+        "write it again with `host-tool report`, or fetch it again from whoever sent it"
+    ))]
+    NotAReport { path: PathBuf, reason: String },
+
+    #[error("{} says other than this run: {count} of what it holds came out otherwise", path.display())]
+    #[diagnostic(help(
+        "{}",
+        if version == env!("CARGO_PKG_VERSION") {
+            "the page was changed after it was written, or this tool was; write it anew with `host-tool report`".to_owned()
+        } else {
+            format!("it was written by version {version} of this tool; replay it with that one")
+        }
+    ))]
+    ReplayDiffers {
+        path: PathBuf,
+        count: usize,
+        version: String,
+    },
+
     #[error("the picture cannot be drawn: {reason}")]
     #[diagnostic(help("the measurements hold nothing that can be drawn"))]
     Picture { reason: String },

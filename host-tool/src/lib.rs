@@ -15,6 +15,7 @@ mod failure;
 mod names;
 mod new_file;
 mod option_bytes;
+mod page;
 pub mod picture;
 pub mod quantity;
 mod recording;

@@ -308,6 +308,33 @@ pub enum Command {
         #[arg(help_heading = INPUT, long, value_name = "FILE")]
         effect: Vec<PathBuf>,
     },
+    /// Write all of it into one page for a browser: curves, verdict with its evidence, effects to switch, and the data.
+    #[command(
+        after_long_help = "Example:\n  host-tool report session --model fitted.toml -o report.html"
+    )]
+    Report {
+        /// Measurement files, or folders of them; together they are one session.
+        #[arg(required = true, value_name = "SESSION")]
+        files: Vec<PathBuf>,
+        /// A model file, or a preset: paper, paper-refit, reconciled.
+        #[arg(help_heading = INPUT, long, default_value = "paper", value_name = "MODEL", add = completion::models())]
+        model: String,
+        /// Also try this effect of your own, a TOML file as `effect new` writes it.
+        #[arg(help_heading = INPUT, long, value_name = "FILE")]
+        effect: Vec<PathBuf>,
+        /// The page to write.
+        #[arg(help_heading = OUTPUT, short, long, value_name = "FILE")]
+        output: PathBuf,
+        /// Replace the page if it exists.
+        #[arg(help_heading = OUTPUT, long)]
+        force: bool,
+    },
+    /// Repeat the run that a page of `report` shows, from what is inside it, and say whether it comes out the same.
+    #[command(after_long_help = "Example:\n  host-tool replay report.html")]
+    Replay {
+        /// The page.
+        page: PathBuf,
+    },
     /// The physical effects that a model can have.
     #[command(subcommand)]
     Effect(EffectCommand),

@@ -23,13 +23,14 @@ mod set_z;
 mod status;
 mod update;
 
+pub(crate) use lab::Diagnosed;
 pub(crate) use status::kept_words;
 
 use tokio::runtime::Builder;
 
 use self::pose::TiltedPose;
 use crate::board::{Board, choose};
-use crate::cli::{Arguments, Command, Measure, Plane};
+use crate::cli::{Arguments, Command, LabInput, Measure, Plane};
 use crate::commands::moving::Pace;
 use crate::completion;
 use crate::error::ToolError;
@@ -161,6 +162,17 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             lab::compare(&lab, picture.transpose()?, json)
         }
         Command::Diagnose { lab, effect } => lab::diagnose(&lab, &effect, json),
+        Command::Report {
+            files,
+            model,
+            effect,
+            output,
+            force,
+        } => {
+            let input = LabInput { model, files };
+            lab::report(&input, &effect, output, force, json)
+        }
+        Command::Replay { page } => lab::replay(&page, json),
         Command::Effect(command) => lab::effect(command, json),
         Command::Completions { shell } => {
             report::write(&completion::script(shell).map_err(ToolError::Runtime)?);

@@ -7,6 +7,7 @@ mod common;
 mod heaters;
 mod hidden;
 mod import;
+mod page;
 mod readme;
 
 use std::fs;

@@ -149,7 +149,10 @@ impl Terminal {
     fn run_anew(&self, command: &[String]) -> String {
         let in_place = |word: &String| match word {
             ours if ours.starts_with("data/") || ours.starts_with("docs/") => project().join(ours),
-            file if file.ends_with(".toml") || file.ends_with(".svg") => {
+            file if [".toml", ".svg", ".html"]
+                .iter()
+                .any(|end| file.ends_with(end)) =>
+            {
                 self.place.path().join(file)
             }
             other => other.into(),

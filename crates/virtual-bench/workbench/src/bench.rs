@@ -22,7 +22,7 @@ const STEPS: u32 = 17;
 
 /// Prints the table of figures.
 pub(crate) fn run() -> Result<()> {
-    setup::rust_target()?;
+    setup::rust_target(TARGET)?;
     setup::qemu()?;
     let counts = instructions()?;
     ensure!(

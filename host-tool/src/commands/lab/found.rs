@@ -21,7 +21,7 @@ impl fmt::Display for Identified<'_> {
 
 /// A diagnosis as the tool says it.
 #[derive(Serialize)]
-pub(super) struct Diagnosed<'a> {
+pub(crate) struct Diagnosed<'a> {
     #[serde(flatten)]
     found: &'a Diagnosis,
     /// How to make the measurement that is proposed.

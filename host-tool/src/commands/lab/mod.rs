@@ -4,22 +4,27 @@ mod effects;
 mod found;
 mod import;
 mod loaded;
+mod page;
 mod picture;
 mod positioning;
 
 use std::path::PathBuf;
 
+use identification::prediction::predict;
+use lab_view::Curves;
+
 pub(super) use effects::run as effect;
 pub(super) use found::Identified;
 pub(super) use import::run as import;
 pub(super) use loaded::warn;
+pub(super) use page::{replay, report};
 
-use self::found::Diagnosed;
+pub(crate) use self::found::Diagnosed;
 use self::loaded::{Loaded, cache_directory, own_effect};
 use crate::cli::{LabInput, ModelOutput};
 use crate::error::ToolError;
 use crate::new_file::NewFile;
-use crate::report;
+use crate::report as printed;
 use crate::working::while_working;
 
 /// `fit`: the parameters that the measurements can tell.
@@ -30,7 +35,7 @@ pub(super) fn fit(input: &LabInput, output: ModelOutput, json: bool) -> Result<(
         identification::fit_and_report(&lab.model, &lab.data, &lab.files)
     })?;
     file.write(&model.to_toml())?;
-    report::print(&fitted, json);
+    printed::print(&fitted, json);
     Ok(())
 }
 
@@ -42,7 +47,7 @@ pub(super) fn identify(input: &LabInput, output: ModelOutput, json: bool) -> Res
         identification::identify(&lab.model, &lab.data, &lab.files)
     })?;
     file.write(&model.to_toml())?;
-    report::print(&Identified(&found), json);
+    printed::print(&Identified(&found), json);
     Ok(())
 }
 
@@ -54,16 +59,17 @@ pub(super) fn compare(
 ) -> Result<(), ToolError> {
     let lab = Loaded::load(input)?;
     let comparison = identification::compare(&lab.model, &lab.data)?;
-    report::print(&comparison, json);
+    printed::print(&comparison, json);
     if json && picture.is_none() {
         return Ok(());
     }
-    let curves = picture::Curves::new(&lab.model, &lab.data)?;
+    let predicted = predict(&lab.model, &lab.data)?;
+    let curves = Curves::new(&lab.data, &predicted);
     if !json {
-        report::write(&curves.in_the_terminal());
+        printed::write(&picture::in_the_terminal(&curves));
     }
     if let Some(file) = picture {
-        let drawn = file.write(&curves.as_svg()?)?;
+        let drawn = file.write(&picture::as_svg(&curves))?;
         eprintln!("drawn in {}", drawn.display());
     }
     Ok(())
@@ -81,6 +87,6 @@ pub(super) fn diagnose(input: &LabInput, own: &[PathBuf], json: bool) -> Result<
     let found = while_working(what, json, || {
         diagnosis::diagnose(&lab.model, &lab.data, &own, Some(&cache))
     })?;
-    report::print(&Diagnosed::from(&found), json);
+    printed::print(&Diagnosed::from(&found), json);
     Ok(())
 }

@@ -1,0 +1,211 @@
+//! `report` and `replay`: a session, what it says and what it is computed from as one page, and the same once more.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use input_file::MOST_WRITTEN;
+use lab_view::{MeasuredText, Opening};
+use measurement::{Device, Session};
+use mirror_model::Model;
+use serde::Serialize;
+
+use super::loaded::{cache_directory, own_effect, warn};
+use crate::cli::LabInput;
+use crate::error::ToolError;
+use crate::new_file::NewFile;
+use crate::page::{Difference, Inside, Run, differences};
+use crate::report as printed;
+use crate::working::while_working;
+
+const WORKING: &str =
+    "fitting, trying every effect, and mirrors that lack nothing (kept for the next time)";
+/// A session of more rows is thinned before it goes into a page, as a fit would thin it anyway.
+const MOST_ROWS: usize = 20_000;
+/// What a page should stay below (bytes), so that it can be sent by mail and opens at once.
+const LARGE: usize = 2_000_000;
+
+#[derive(Serialize)]
+struct Written {
+    /// The page.
+    page: PathBuf,
+    bytes: usize,
+    /// The verdict in words.
+    verdict: String,
+    /// Rows of the session that are not in the page.
+    rows_left_out: usize,
+}
+
+/// `report`: everything about a session in one page.
+pub(crate) fn report(
+    input: &LabInput,
+    own: &[PathBuf],
+    output: PathBuf,
+    force: bool,
+    json: bool,
+) -> Result<(), ToolError> {
+    let model = Model::load(&input.model)?;
+    let device = Device {
+        highest_v: model.parameters.drive_limit_v,
+        cold_ohm: model.parameters.cold_resistance_ohm,
+    };
+    let session = Session::load_of(&input.files, &device)?;
+    warn(&session);
+    let (session, rows_left_out) = thinned(session);
+    let text = |path: &PathBuf| {
+        own_effect(path)?;
+        Ok(input_file::read_text(path, MOST_WRITTEN)?)
+    };
+    let opening = Opening {
+        model: model.to_toml(),
+        files: texts(&session),
+        own_effects: own.iter().map(text).collect::<Result<_, ToolError>>()?,
+    };
+    let file = NewFile::create(output.clone(), force)?;
+    let run = while_working(WORKING, json, || {
+        Run::carry_out(opening, rows_left_out, &cache_directory())
+    });
+    let run = run.map_err(|error| error.of(&output))?;
+    let html = run.to_html();
+    let written = Written {
+        page: file.write(&html)?,
+        bytes: html.len(),
+        verdict: run.verdict(),
+        rows_left_out,
+    };
+    printed::print(&written, json);
+    if written.bytes > LARGE {
+        eprintln!("warning: the page is large; a session of fewer files makes a smaller one");
+    }
+    Ok(())
+}
+
+/// The session as it goes into a page, and how many rows that leaves out.
+fn thinned(session: Session) -> (Session, usize) {
+    let rows = |session: &Session| -> usize {
+        session.files.iter().map(|(_, file)| file.rows.len()).sum()
+    };
+    let all = rows(&session);
+    if all <= MOST_ROWS {
+        return (session, 0);
+    }
+    let thinned = identification::dataset::thinned(session);
+    let left_out = all - rows(&thinned);
+    (thinned, left_out)
+}
+
+fn texts(session: &Session) -> Vec<MeasuredText> {
+    let text = |(name, file): &(String, measurement::MeasurementFile)| MeasuredText {
+        name: name.clone(),
+        text: file.to_string(),
+    };
+    session.files.iter().map(text).collect()
+}
+
+impl fmt::Display for Written {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.verdict)?;
+        if self.rows_left_out > 0 {
+            writeln!(
+                f,
+                "  {} rows of dense sampling are left out; all of the page is computed from the others",
+                self.rows_left_out
+            )?;
+        }
+        let megabytes = self.bytes as f64 / 1e6;
+        writeln!(
+            f,
+            "  {} ({megabytes:.1} MB) shows it in any browser, without a network; `host-tool replay` repeats it",
+            self.page.display()
+        )
+    }
+}
+
+/// What became of a run that was repeated.
+#[derive(Serialize)]
+struct Replayed {
+    /// The verdict in words, of this run.
+    verdict: String,
+    /// Version of the tool that wrote the page.
+    version: String,
+    /// Numbers and words that were compared.
+    compared: usize,
+    /// Those that are not the same.
+    differences: Vec<Difference>,
+}
+
+/// `replay`: the run of a page once more.
+pub(crate) fn replay(page: &Path, json: bool) -> Result<(), ToolError> {
+    let bytes = input_file::read(page, input_file::MOST_MADE)?;
+    let not_whole = |reason| ToolError::NotAReport {
+        path: page.to_owned(),
+        reason,
+    };
+    let inside = Inside::read(&bytes).map_err(not_whole)?;
+    let run = while_working(WORKING, json, || {
+        Run::carry_out(
+            inside.opening.clone(),
+            inside.rows_left_out,
+            &cache_directory(),
+        )
+    });
+    let run = run.map_err(|error| error.of(page))?;
+    let (compared, differences) = differences(&inside, &run.inside);
+    let count = differences.iter().filter(|d| !d.is_rounding()).count();
+    let replayed = Replayed {
+        verdict: run.verdict(),
+        version: inside.version,
+        compared,
+        differences,
+    };
+    printed::print(&replayed, json);
+    match count {
+        0 => Ok(()),
+        count => Err(ToolError::ReplayDiffers {
+            path: page.to_owned(),
+            count,
+            version: replayed.version,
+        }),
+    }
+}
+
+impl fmt::Display for Replayed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.verdict)?;
+        let (rounding, other): (Vec<_>, Vec<_>) = self
+            .differences
+            .iter()
+            .partition(|difference| difference.is_rounding());
+        let compared = self.compared;
+        if self.differences.is_empty() {
+            return writeln!(
+                f,
+                "  the same as in the page: all of {compared} numbers and words, to the last bit"
+            );
+        }
+        if !rounding.is_empty() {
+            writeln!(
+                f,
+                "  {} of {compared} numbers differ by rounding, as another processor's mathematics does",
+                rounding.len()
+            )?;
+        }
+        if other.is_empty() {
+            return writeln!(f, "  all others are the same as in the page");
+        }
+        writeln!(
+            f,
+            "  {} of {compared} numbers and words are not the page's:",
+            other.len()
+        )?;
+        for difference in other.iter().take(SHOWN) {
+            writeln!(f, "    {difference}")?;
+        }
+        match other.len().saturating_sub(SHOWN) {
+            0 => Ok(()),
+            more => writeln!(f, "    and {more} more"),
+        }
+    }
+}
+
+/// Differences that are listed.
+const SHOWN: usize = 12;

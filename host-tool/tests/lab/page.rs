@@ -1,0 +1,230 @@
+//! The page of `report`, what is inside it, and the lab's code that it carries.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use lab_view::{Desk, Opening, Request, catalogue};
+use serde_json::Value;
+use tempfile::TempDir;
+use wasmi::{Engine, Instance, Linker, Memory, Module, Store, TypedFunc};
+
+use crate::common::no_boards;
+use crate::{json, lab, refuses, session};
+
+/// What a page may weigh (bytes), so that it can be sent by mail.
+const LARGE: usize = 2_000_000;
+
+/// A page of the session with nothing hidden in it.
+fn page(place: &TempDir) -> PathBuf {
+    let page = place.path().join("report.html");
+    let (files, name) = (session(""), page.to_string_lossy());
+    let said = lab(&["report", &files.to_string_lossy(), "-o", &name]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    page
+}
+
+#[test]
+fn a_page_stands_alone_and_is_replayed_to_the_last_bit() {
+    let place = no_boards();
+    let page = page(&place);
+    let html = fs::read_to_string(&page).expect("a page");
+    assert!(html.len() < LARGE, "{} bytes", html.len());
+    // It says what the tool says, and asks nobody.
+    let files = session("");
+    let found = lab(&["diagnose", "paper", &files.to_string_lossy()]).out;
+    let verdict = found.lines().next().expect("a verdict");
+    assert!(html.contains(&format!("<h1>{verdict}</h1>")), "{verdict}");
+    let addresses = html.matches("http").count();
+    assert_eq!(
+        addresses,
+        html.matches("http://www.w3.org/2000/svg").count()
+    );
+    for id in ["creep", "sensor-gain"] {
+        assert!(html.contains(&format!("data-effect=\"{id}\"")));
+    }
+    let name = page.to_string_lossy();
+    let said = lab(&["replay", &name]);
+    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    assert!(said.out.contains("to the last bit"), "{}", said.out);
+    let replayed = json(&["replay", &name]);
+    assert!(
+        replayed["compared"]
+            .as_u64()
+            .is_some_and(|count| count > 300)
+    );
+    refuses(
+        &["report", &files.to_string_lossy(), "-o", &name],
+        "already exists",
+    );
+}
+
+#[test]
+fn what_is_no_whole_page_is_told() {
+    let place = no_boards();
+    let page = page(&place);
+    let html = fs::read(&page).expect("a page");
+    let file = |name: &str, bytes: &[u8]| {
+        let path = place.path().join(name);
+        fs::write(&path, bytes).expect("written");
+        path.to_string_lossy().into_owned()
+    };
+    // A disk was full; somebody sent another page.
+    let inside = String::from_utf8_lossy(&html)
+        .find("id=\"inside\"")
+        .expect("data");
+    refuses(
+        &["replay", &file("cut.html", &html[..inside + 5000])],
+        "ends in the middle",
+    );
+    refuses(
+        &["replay", &file("early.html", &html[..1000])],
+        "holds no session",
+    );
+    refuses(
+        &["replay", &file("other.html", b"<html></html>")],
+        "holds no session",
+    );
+    refuses(&["replay", "/no/such.html"], "cannot be read");
+    let name = place.path().join("none.html");
+    refuses(
+        &["report", "/no/such.csv", "-o", &name.to_string_lossy()],
+        "cannot be read",
+    );
+    assert!(!name.exists());
+}
+
+/// The lab's code as a page runs it.
+struct InPage {
+    store: Store<()>,
+    memory: Memory,
+    room: TypedFunc<u32, u32>,
+    answer: TypedFunc<(), u32>,
+    answer_at: TypedFunc<(), u32>,
+}
+
+impl InPage {
+    fn new() -> Self {
+        let built = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/page/lab-view.wasm");
+        let engine = Engine::default();
+        let module = Module::new(&engine, fs::read(built).expect("built")).expect("a module");
+        let mut store = Store::new(&engine, ());
+        let instance: Instance = Linker::new(&engine)
+            .instantiate_and_start(&mut store, &module)
+            .expect("it imports nothing");
+        Self {
+            memory: instance.get_memory(&store, "memory").expect("a memory"),
+            room: instance.get_typed_func(&store, "room").expect("exported"),
+            answer: instance.get_typed_func(&store, "answer").expect("exported"),
+            answer_at: instance
+                .get_typed_func(&store, "answer_at")
+                .expect("exported"),
+            store,
+        }
+    }
+
+    fn answer(&mut self, request: &str) -> String {
+        let at = self
+            .room
+            .call(&mut self.store, request.len() as u32)
+            .expect("room");
+        let memory = self.memory;
+        memory
+            .write(&mut self.store, at as usize, request.as_bytes())
+            .expect("written");
+        let length = self.answer.call(&mut self.store, ()).expect("no panic");
+        let at = self.answer_at.call(&mut self.store, ()).expect("a place");
+        let mut answer = vec![0; length as usize];
+        memory
+            .read(&self.store, at as usize, &mut answer)
+            .expect("an answer");
+        String::from_utf8(answer).expect("text")
+    }
+}
+
+/// An answer without its pictures, whose places another processor's mathematics may round otherwise.
+fn without_pictures(answer: &str) -> Value {
+    let mut answer: Value = serde_json::from_str(answer).expect("JSON");
+    for (list, picture) in [("experiments", "charts"), ("stages", "chart")] {
+        if let Some(list) = answer["view"][list].as_array_mut() {
+            for shown in list {
+                shown[picture] = Value::Null;
+            }
+        }
+    }
+    answer
+}
+
+/// A sweep and a sine of the session with hysteresis: some hundred readings, so that an interpreter has them in seconds.
+fn opening() -> Opening {
+    let folder = session("\"hysteresis\"");
+    let file = |name: &str| lab_view::MeasuredText {
+        name: name.into(),
+        text: fs::read_to_string(folder.join(name)).expect("a file"),
+    };
+    let own = fs::read_to_string(
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/examples/aging.toml"),
+    );
+    Opening {
+        model: mirror_model::Model::load("reconciled")
+            .expect("a preset")
+            .to_toml(),
+        files: ["sweep.csv", "sine_20.csv"].map(file).into(),
+        own_effects: vec![own.expect("an effect")],
+    }
+}
+
+/// The page's code is built before the tool is, and lies there. Where it says anything else than the crates that it is built of,
+/// it is an old one: `cargo xtask build-page` builds it anew.
+#[test]
+fn the_page_s_code_says_what_the_tool_says_of_every_effect() {
+    let opening = opening();
+    let (mut desk, mut in_page) = (Desk::default(), InPage::new());
+    let mut both = |request: &Request| {
+        let request = serde_json::to_string(request).expect("plain data");
+        let answers = [desk.answer(&request), in_page.answer(&request)];
+        let [here, there] = answers.map(|answer| without_pictures(&answer));
+        assert_eq!(here, there, "cargo xtask build-page: {request:.200}");
+        here
+    };
+    let opened = both(&Request::Open(opening.clone()));
+    assert!(
+        opened["opened"].as_u64().is_some_and(|count| count > 200),
+        "{opened}"
+    );
+    let own = opening.own_effects.iter().map(|text| {
+        let effect = mirror_model::effect::Formula::parse("own", text).expect("an effect");
+        std::sync::Arc::new(effect) as std::sync::Arc<dyn mirror_model::effect::Effect>
+    });
+    let entries = catalogue(&own.collect::<Vec<_>>());
+    assert!(entries.len() > 22, "{} effects and forms", entries.len());
+    let show = |effects| Request::Show {
+        model: opening.model.clone(),
+        effects,
+    };
+    let plain = both(&show(vec![]));
+    let mut moved = 0;
+    for entry in &entries {
+        let chosen = lab_view::Chosen {
+            id: entry.info.id.to_string(),
+            form: entry.form.clone(),
+            values: entry.info.parameters.iter().map(|p| p.start).collect(),
+        };
+        moved += usize::from(both(&show(vec![chosen]))["view"]["error"] != plain["view"]["error"]);
+    }
+    // Some need other experiments, as an oven, to show.
+    assert!(
+        moved > 15,
+        "{moved} of {} effects change the error",
+        entries.len()
+    );
+    // What is no model, no effect or no number is an error in words, and the next request is answered.
+    let unknown = lab_view::Chosen {
+        id: "warp".into(),
+        form: String::new(),
+        values: vec![],
+    };
+    assert!(both(&show(vec![unknown]))["error"].is_string());
+    assert_eq!(both(&show(vec![])), plain);
+    let said = in_page.answer("rubbish");
+    assert!(said.starts_with("{\"error\":"), "{said}");
+}
