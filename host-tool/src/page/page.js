@@ -143,7 +143,7 @@ async function begin() {
   function soon() {
     if (waiting) return;
     waiting = true;
-    requestAnimationFrame(() => { waiting = false; compute(); });
+    setTimeout(() => { waiting = false; compute(); });
   }
 
   for (const radio of $('[name=model]')) radio.addEventListener('change', () => { start(Number(radio.value)); soon(); });

@@ -2,6 +2,7 @@
 //! model.
 
 mod bad_input;
+mod browser;
 #[path = "../common/mod.rs"]
 mod common;
 mod heaters;
