@@ -6,6 +6,7 @@ use charts::escaped;
 use lab_view::{Entry, catalogue};
 use mirror_model::effect::Parameter;
 
+use super::html::in_print;
 use super::run::Run;
 
 /// A slider whose range spans more than this factor moves by factors.
@@ -76,8 +77,7 @@ fn slider(parameter: &Parameter, value: f64, effect: &str, page: &mut String) {
     let by_factors = low > 0.0 && high / low > BY_FACTORS;
     let unit = match &*parameter.unit {
         "1" => String::new(),
-        "um" => "µm".into(),
-        unit => escaped(unit),
+        unit => in_print(unit),
     };
     let symbol = escaped(&parameter.symbol);
     let _ = write!(

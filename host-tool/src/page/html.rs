@@ -21,6 +21,8 @@ const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 /// Digits of a parameter that are shown: more than any is known to.
 const DIGITS: usize = 5;
+/// And of a standard error.
+const DIGITS_OF_ERRORS: usize = 2;
 
 impl Run {
     /// The page: one file, without a network.
@@ -151,7 +153,7 @@ impl Run {
         let unit = self.unit();
         let _ = write!(
             page,
-            "<section id=\"evidence\" aria-labelledby=\"evidence-h\"><h2 id=\"evidence-h\">Evidence</h2><p>How much of what the fitted model leaves each effect explains (its score), beside the scores of the same effect on {MEMBERS} virtual mirrors that lack nothing, on the same drives. Of 100 such mirrors 95 stay below the threshold. A score beyond it is evidence only where the model with the effect then leaves no more than such mirrors do.</p><figure>{}<figcaption>Scores against their null distributions</figcaption></figure><div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Ranking of effects\"><table><caption>All effects that change a reading, the best first</caption><thead><tr><th scope=\"col\">effect</th><th scope=\"col\">score</th><th scope=\"col\">threshold</th><th scope=\"col\">weight</th><th scope=\"col\">error with it ({unit})</th><th scope=\"col\">held out ({unit})</th><th scope=\"col\">why</th></tr></thead><tbody>",
+            "<section id=\"evidence\" aria-labelledby=\"evidence-h\"><h2 id=\"evidence-h\">Evidence</h2><p>How much of what the fitted model leaves each effect explains (its score), beside the scores of the same effect on {MEMBERS} virtual mirrors that lack nothing, on the same drives. Of 100 such mirrors 95 stay below the threshold. A score beyond it is evidence only where the model with the effect then leaves no more than such mirrors do.</p><figure><div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Scores of the effects\">{}</div><figcaption>Scores against their null distributions</figcaption></figure><div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Ranking of effects\"><table><caption>All effects that change a reading, the best first</caption><thead><tr><th scope=\"col\">effect</th><th scope=\"col\">score</th><th scope=\"col\">threshold</th><th scope=\"col\">weight</th><th scope=\"col\">error with it ({unit})</th><th scope=\"col\">held out ({unit})</th><th scope=\"col\" class=\"words\">why</th></tr></thead><tbody>",
             strips.to_svg()
         );
         for ranked in &self.found.ranking {
@@ -183,7 +185,7 @@ impl Run {
     }
 
     fn parameters_section(&self, page: &mut String) {
-        page.push_str("<section id=\"parameters\" aria-labelledby=\"parameters-h\"><h2 id=\"parameters-h\">Parameters</h2><div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Parameters\"><table><caption>The fitted models, with one standard error where it is known; four values are the four actuators&#39;</caption><thead><tr><th scope=\"col\">parameter</th><th scope=\"col\">meaning</th><th scope=\"col\">unit</th>");
+        page.push_str("<section id=\"parameters\" aria-labelledby=\"parameters-h\"><h2 id=\"parameters-h\">Parameters</h2><div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Parameters\"><table><caption>The fitted models, with one standard error where it is known; four values are the four actuators&#39;</caption><thead><tr><th scope=\"col\">parameter</th><th scope=\"col\" class=\"words\">meaning</th><th scope=\"col\">unit</th>");
         for fit in &self.fits {
             let _ = write!(page, "<th scope=\"col\">{}</th>", escaped(&fit.name));
         }
@@ -194,7 +196,7 @@ impl Run {
                 "<tr><th scope=\"row\">{}</th><td class=\"words\">{}</td><td>{}</td>",
                 escaped(entry.name),
                 escaped(entry.meaning),
-                escaped(entry.unit)
+                in_print(entry.unit)
             );
             for fit in &self.fits {
                 let _ = write!(page, "<td>{}</td>", parameter(&fit.model, entry.symbol));
@@ -287,11 +289,11 @@ fn strip(ranked: &Ranked) -> Strip {
 /// A parameter's value, or those of the four actuators, with a standard error.
 fn parameter(model: &Model, symbol: Symbol) -> String {
     let values = match model.by_actuator.get(&symbol) {
-        Some(each) => each.map(number).join(" "),
-        None => number(model.parameters.get(symbol)),
+        Some(each) => each.map(|value| number(value, DIGITS)).join(" "),
+        None => number(model.parameters.get(symbol), DIGITS),
     };
     match model.standard_errors.get(&symbol) {
-        Some(error) => format!("{values} ± {}", number(*error)),
+        Some(error) => format!("{values} ± {}", number(*error, DIGITS_OF_ERRORS)),
         None => values,
     }
 }
@@ -318,13 +320,15 @@ fn effects(page: &mut String, fit: &Fit, fits: &[Fit]) {
                 escaped(&info.id),
                 escaped(&parameter.symbol),
                 escaped(&info.equation),
-                escaped(&parameter.unit)
+                in_print(&parameter.unit)
             );
             for fit in fits {
                 let value = of(fit).map_or("–".into(), |found| {
                     let error = found.standard_errors.get(index).copied().flatten();
-                    let error = error.map_or(String::new(), |e| format!(" ± {}", number(e)));
-                    format!("{}{error}", number(found.values[index]))
+                    let error = error.map_or(String::new(), |e| {
+                        format!(" ± {}", number(e, DIGITS_OF_ERRORS))
+                    });
+                    format!("{}{error}", number(found.values[index], DIGITS))
                 });
                 let _ = write!(page, "<td>{value}</td>");
             }
@@ -333,20 +337,25 @@ fn effects(page: &mut String, fit: &Fit, fits: &[Fit]) {
     }
 }
 
-/// A number with [`DIGITS`] digits, without an exponent where that is readable.
-fn number(value: f64) -> String {
+/// A unit as it is written in print.
+pub(super) fn in_print(unit: &str) -> String {
+    escaped(unit).replace("um", "µm").replace("ohm", "Ω")
+}
+
+/// A number with so many digits, without an exponent where that is readable.
+fn number(value: f64, digits: usize) -> String {
     let magnitude = value.abs().log10().floor();
     if value == 0.0 {
         "0".into()
     } else if (-4.0..6.0).contains(&magnitude) {
-        let decimals = (DIGITS as f64 - 1.0 - magnitude).max(0.0) as usize;
+        let decimals = (digits as f64 - 1.0 - magnitude).max(0.0) as usize;
         let text = format!("{value:.decimals$}");
         match text.contains('.') {
             true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
             false => text,
         }
     } else {
-        format!("{value:.prec$e}", prec = DIGITS - 1)
+        format!("{value:.prec$e}", prec = digits - 1)
     }
 }
 
@@ -354,4 +363,29 @@ fn number(value: f64) -> String {
 fn prose(line: &str) -> String {
     let words = line.trim().replace(" um", " µm");
     escaped(&words)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_as_many_digits_as_are_asked_for() {
+        let said =
+            [376.8612, 0.00392, 0.0, 1.0e-14, 8423.0, -0.5].map(|value| number(value, DIGITS));
+        assert_eq!(
+            said,
+            ["376.86", "0.00392", "0", "1.0000e-14", "8423", "-0.5"]
+        );
+        assert_eq!(number(0.078005, DIGITS_OF_ERRORS), "0.078");
+    }
+
+    #[test]
+    fn units_and_lines_are_written_as_in_print() {
+        assert_eq!([in_print("um/V^2"), in_print("ohm")], ["µm/V^2", "Ω"]);
+        assert_eq!(
+            prose("  error 0.5 um rms & more"),
+            "error 0.5 µm rms &amp; more"
+        );
+    }
 }

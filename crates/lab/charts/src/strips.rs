@@ -8,6 +8,8 @@ const WIDTH: f64 = 760.0;
 /// Of a row.
 const ROW: f64 = 22.0;
 const LEFT: f64 = 170.0;
+/// Where 0 lies: beside the frame, so that dots there are seen.
+const ZERO: f64 = LEFT + 12.0;
 const RIGHT: f64 = WIDTH - 16.0;
 const TOP: f64 = 34.0;
 /// How far the dots of a distribution lie from the middle of their row at most, so that many alike are seen to be many.
@@ -48,7 +50,7 @@ impl Strips {
         });
         let largest = numbers.filter(|n| n.is_finite()).fold(10.0, f64::max);
         let decades = (1.0 + largest).log10().ceil();
-        let place = |value: f64| LEFT + (1.0 + value.max(0.0)).log10() / decades * (RIGHT - LEFT);
+        let place = |value: f64| ZERO + (1.0 + value.max(0.0)).log10() / decades * (RIGHT - ZERO);
         let mut svg = opening(
             WIDTH,
             height,
@@ -165,8 +167,8 @@ mod tests {
         let svg = strips.to_svg();
         assert_eq!(svg.matches(r#"class="above""#).count(), 1);
         assert!(svg.contains("creep &amp; co") && !svg.contains("inf"));
-        // Five decades on 574 units: a null score of 9 is at one fifth.
-        assert!(svg.contains("M284.8 "), "{svg}");
+        // Five decades on 562 units from 182: a null score of 9 is at one fifth.
+        assert!(svg.contains("M294.4 "), "{svg}");
         assert!(svg.contains(r#"class="above" d="M738.5"#), "{svg}");
     }
 }
