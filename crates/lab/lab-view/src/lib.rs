@@ -2,7 +2,7 @@
 //!
 //! - [`Curves`]: what was measured and what a model says of it, point by point;
 //! - [`View`]: those drawn, with their errors as they are printed;
-//! - [`catalogue`]: the effects that can be switched on, with the ranges of their parameters;
+//! - [`catalogue()`]: the effects that can be switched on, with the ranges of their parameters;
 //! - [`Desk`]: a session on which models are tried, by requests and answers in JSON. The tool's report page has it as
 //!   WebAssembly (`lab-view-wasm`), so that what the page says is what the tool says.
 
