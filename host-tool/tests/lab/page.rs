@@ -3,6 +3,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use flate2::Compression;
+use flate2::read::GzDecoder;
+use flate2::write::GzEncoder;
 use lab_view::{Desk, Opening, Request, catalogue};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -91,6 +96,50 @@ fn what_is_no_whole_page_is_told() {
         "cannot be read",
     );
     assert!(!name.exists());
+}
+
+/// A page whose inside somebody changed.
+fn changed(html: &str, change: impl FnOnce(&mut Value)) -> String {
+    let (head, rest) = html.split_once("id=\"inside\">").expect("data");
+    let (packed, tail) = rest.split_once('<').expect("an end");
+    let packed = STANDARD.decode(packed).expect("base64");
+    let mut inside = serde_json::from_reader(GzDecoder::new(&packed[..])).expect("JSON");
+    change(&mut inside);
+    let mut packer = GzEncoder::new(Vec::new(), Compression::fast());
+    serde_json::to_writer(&mut packer, &inside).expect("packed");
+    let packed = STANDARD.encode(packer.finish().expect("packed"));
+    format!("{head}id=\"inside\">{packed}<{tail}")
+}
+
+#[test]
+fn what_was_changed_in_a_page_is_listed() {
+    let place = no_boards();
+    let html = fs::read_to_string(page(&place)).expect("a page");
+    let other = place.path().join("other.html");
+    let was = changed(&html, |inside| {
+        inside["version"] = "0.0.9".into();
+        inside["results"]["diagnosis"]["verdict"] = "unknown".into();
+        let misfit = &mut inside["results"]["diagnosis"]["misfit"];
+        *misfit = (misfit.as_f64().expect("a number") * (1.0 + 1e-9)).into();
+    });
+    fs::write(&other, was).expect("written");
+    let said = lab(&["replay", &other.to_string_lossy()]);
+    assert_eq!(said.code, 1, "{}", said.out);
+    let verdict = "diagnosis.verdict: \"unknown\" in the page, \"none\" now";
+    assert!(said.out.contains(verdict), "{}", said.out);
+    assert!(said.out.contains("  1 of ") && said.out.contains("differ by rounding"));
+    assert!(
+        said.sentence().contains("written by version 0.0.9"),
+        "{}",
+        said.err
+    );
+
+    // The session itself cannot be read.
+    let broken = changed(&html, |inside| {
+        inside["opening"]["files"][0]["text"] = "t_s,V_V\n1,x\n".into();
+    });
+    fs::write(&other, broken).expect("written");
+    refuses(&["replay", &other.to_string_lossy()], "is no whole report");
 }
 
 /// The lab's code as a page runs it.
