@@ -36,7 +36,8 @@ const MOVES: usize = 3;
 ///
 /// Of settled readings no effect is tried that time has a part in, and of a heater on a bench none that changes no current.
 ///
-/// `cache` is a folder for what depends on the session's drives only; the first diagnosis of a kind of session fills it.
+/// What the model's file states of the mirror narrows the mirrors that it could be. `cache` is a folder for what depends on that
+/// and on the session's drives only; the first diagnosis of a kind of session fills it.
 ///
 /// # Errors
 /// [`Runaway`] if the model has no finite answer.
@@ -46,7 +47,7 @@ pub fn diagnose(
     own: &[Arc<dyn Effect>],
     cache: Option<&Path>,
 ) -> Result<Diagnosis, Runaway> {
-    let ensemble = NullEnsemble::new(data, cache)?;
+    let ensemble = NullEnsemble::new(data, &model.device, cache)?;
     let mut effects = [&built_in(), own].concat();
     effects.retain(|effect| !(data.is_steady && effect.is_of_time()));
     let (analysis, mut candidates) = explained(model, data, &ensemble, &effects)?;

@@ -71,7 +71,7 @@ pub fn add(
     if model.effects.iter().any(|active| active.id() == id) {
         return Err(EditError::Present(id));
     }
-    let ensemble = NullEnsemble::new(data, cache)?;
+    let ensemble = NullEnsemble::new(data, &model.device, cache)?;
     let added = with_effect(model, effect, data, &ensemble)?;
     let fitted_numbers = added.with.free.len();
     let mut changed = change(added.without, added.with, data, files)?;

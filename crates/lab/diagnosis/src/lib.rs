@@ -9,7 +9,7 @@
 //! 4. `null_distribution`: the scores that mirrors of a family left out stay below;
 //! 5. [`diagnose`](diagnose()): a verdict, a ranking, and what to measure next.
 //!
-//! Only `null_ensemble/families.rs` knows the virtual mirror. Model and virtual mirror share nothing.
+//! Only `null_ensemble/families` knows the virtual mirror. Model and virtual mirror share nothing.
 
 mod candidate;
 pub mod confusions;

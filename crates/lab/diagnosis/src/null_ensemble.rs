@@ -16,7 +16,7 @@ use drive_scaling::DriveScaling;
 use families::CALIBRATING;
 use identification::dataset::{Channel, Dataset, Observation};
 use identification::prediction::{standard_deviation, standardised};
-use mirror_model::{ACTUATORS, Interval, Runaway};
+use mirror_model::{ACTUATORS, Device, Interval, Runaway};
 use nalgebra::DMatrix;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -38,21 +38,22 @@ pub struct NullEnsemble {
 }
 
 impl NullEnsemble {
-    /// The ensemble for a session. `cache` is a folder that keeps what depends on the session's drives only; what is not
-    /// whole in it is replaced, and where it cannot be written it is done without.
+    /// The ensemble for a session of a mirror of which this much is known. `cache` is a folder that keeps what depends on the
+    /// session's drives and on the mirror's description only; what is not whole in it is replaced, and where it cannot be
+    /// written it is done without.
     ///
     /// # Errors
     /// [`Runaway`] if the base cannot be fitted to a virtual mirror.
-    pub fn new(data: &Dataset, cache: Option<&Path>) -> Result<Self, Runaway> {
+    pub fn new(data: &Dataset, device: &Device, cache: Option<&Path>) -> Result<Self, Runaway> {
         let shape = Shape {
             rows: data.observations.len(),
             members: MEMBERS,
         };
         let scaling = DriveScaling::of(data);
-        let conditions = Conditions::of(data, &scaling);
+        let conditions = Conditions::of(data, device, &scaling);
         let key = conditions.key(&PROGRAM);
         let values = cached(cache, &key, shape, || {
-            residuals(conditions.data(), shape.members)
+            residuals(conditions.data(), conditions.device(), shape.members)
         })?;
         let values = values.into_iter().map(f64::from).collect();
         let unread = DMatrix::from_vec(shape.rows, shape.members, values);
@@ -67,11 +68,11 @@ impl NullEnsemble {
     }
 }
 
-/// What the base leaves of virtual mirrors (um, A), one after the other. A pure function of the conditions' dataset.
-fn residuals(conditions: &Dataset, members: usize) -> Result<Vec<f32>, Runaway> {
+/// What the base leaves of virtual mirrors (um, A), one after the other. A pure function of the conditions.
+fn residuals(conditions: &Dataset, device: &Device, members: usize) -> Result<Vec<f32>, Runaway> {
     let mirrors: Vec<Vec<f64>> = (0..members as u64)
         .into_par_iter()
-        .map(|seed| families::observe(conditions, seed))
+        .map(|seed| families::observe(conditions, device, seed))
         .collect();
     // What a fit trusts a current to depends on its size: on the mean mirror's.
     let weighed = conditions.with_values(&mean(&mirrors));
@@ -124,7 +125,7 @@ fn zero_noise_um(data: &Dataset) -> f64 {
 /// change, this does, and an old cache is not taken for a new one.
 static PROGRAM: LazyLock<Key> = LazyLock::new(|| {
     let mut hash = Sha256::new();
-    for value in residuals(&probe(), CALIBRATING.len()).unwrap_or_default() {
+    for value in residuals(&probe(), &Device::default(), CALIBRATING.len()).unwrap_or_default() {
         hash.update(value.to_le_bytes());
     }
     hash.finalize().into()

@@ -19,6 +19,7 @@
 //! ```
 
 pub mod bimorph;
+pub mod device;
 pub mod effect;
 pub mod file;
 pub mod identify;
@@ -30,6 +31,7 @@ mod root;
 pub mod simulate;
 
 pub use bimorph::Deflection;
+pub use device::Device;
 pub use file::ModelFileError;
 pub use identify::{Identified, MeasuredPoint, identify};
 pub use model::{ACTUATORS, Measured, Model, Provenance};

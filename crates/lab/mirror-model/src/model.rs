@@ -1,7 +1,7 @@
 //! A whole mirror's model: shared parameters, what differs between its four actuators, and where it all came from.
 
 use crate::effect::Active;
-use crate::{Parameters, PistonModel, Preset, Symbol};
+use crate::{Device, Parameters, PistonModel, Preset, Symbol};
 use std::collections::BTreeMap;
 
 /// How many actuators a mirror has.
@@ -23,6 +23,8 @@ pub struct Model {
     pub by_actuator: BTreeMap<Symbol, [f64; ACTUATORS]>,
     /// The effects that it has beyond eqs. 1-9, in the order in which they act.
     pub effects: Vec<Active>,
+    /// What is known of the mirror apart from any session.
+    pub device: Device,
     /// What it was fitted to.
     pub provenance: Provenance,
 }
@@ -71,6 +73,7 @@ impl From<Preset> for Model {
             measured: BTreeMap::new(),
             by_actuator: BTreeMap::new(),
             effects: Vec::new(),
+            device: Device::default(),
             provenance: Provenance {
                 note: Some(preset.description().into()),
                 ..Provenance::default()

@@ -1,18 +1,18 @@
 //! What is hidden, in which mirror, and what is measured of it.
 
 use crate::Arguments;
+use crate::design::Design;
 use clap::ValueEnum;
 use diagnosis::CALIBRATING;
 use experiments::Experiment;
 use identification::Dataset;
+use mirror_model::{Model, Preset};
 use std::fmt;
 use virtual_mirror::{ConfigError, Effect, Family, MirrorConfig};
 use virtual_sessions::measure;
 
 /// No discrepancy and no threshold was calibrated on these.
 const UNSEEN: [Family; 2] = [Family::F, Family::G];
-/// Mirrors of each family with nothing hidden, a seed.
-const LACKING_NOTHING: u64 = 2;
 /// Far enough for no two mirrors with nothing hidden to have the same seed.
 const APART: u64 = 500;
 
@@ -63,6 +63,8 @@ pub(crate) struct Case {
     pub(crate) hidden: Hidden,
     pub(crate) family: Family,
     pub(crate) seed: u64,
+    /// The seed of the design that the mirror is made to, if it is to any; the diagnosis is told it.
+    pub(crate) design: Option<u64>,
     pub(crate) noise_nm: f64,
     pub(crate) instruments: Instruments,
 }
@@ -76,6 +78,7 @@ pub(crate) fn all(arguments: &Arguments) -> Vec<Case> {
     };
     let mut cases = Vec::new();
     for seed in (0..arguments.seeds).map(|seed| arguments.first_seed + seed) {
+        let design = seed;
         for &noise_nm in &arguments.noises {
             for instruments in Instruments::tried(arguments.instruments) {
                 let mut push = |hidden, turn: usize, seed| {
@@ -83,11 +86,12 @@ pub(crate) fn all(arguments: &Arguments) -> Vec<Case> {
                         hidden,
                         family: families[(turn + seed as usize) % families.len()],
                         seed,
+                        design: arguments.described.then_some(design),
                         noise_nm,
                         instruments,
                     })
                 };
-                for turn in 0..LACKING_NOTHING as usize * families.len() {
+                for turn in 0..arguments.nothing * families.len() {
                     push(Hidden::Nothing, turn, seed + APART * (1 + turn as u64));
                 }
                 for &strength in &arguments.strengths {
@@ -137,9 +141,28 @@ impl Hidden {
 }
 
 impl Case {
-    /// Whether another case has the same drives and noise, and so the same null ensemble.
+    /// Whether another case has the same drives, noise and description, and so the same null ensemble.
     pub(crate) fn is_like(&self, other: &Self) -> bool {
-        (self.instruments, self.noise_nm) == (other.instruments, other.noise_nm)
+        let kind = |case: &Self| {
+            let design = case.design.map(|seed| (case.family, seed));
+            (case.instruments, case.noise_nm, design)
+        };
+        kind(self) == kind(other)
+    }
+
+    fn design(&self) -> Option<Design> {
+        Some(Design::of(self.family, self.design?))
+    }
+
+    /// The model that is diagnosed: the paper's, with what is known of the mirror.
+    pub(crate) fn model(&self) -> Model {
+        Model {
+            device: self
+                .design()
+                .map(|design| design.told())
+                .unwrap_or_default(),
+            ..Model::from(Preset::Paper)
+        }
     }
 
     /// The mirror, with what is hidden in it.
@@ -166,7 +189,10 @@ impl Case {
 
     /// The same mirror with nothing hidden.
     pub(crate) fn lacking_nothing(&self) -> MirrorConfig {
-        let mut config = MirrorConfig::draw(self.family, self.seed);
+        let mut config = match self.design() {
+            Some(design) => design.made(self.seed),
+            None => MirrorConfig::draw(self.family, self.seed),
+        };
         config.sensor.position_noise_nm = self.noise_nm;
         config
     }

@@ -4,6 +4,7 @@
 //! `cargo xtask bench diagnose -- --help`
 
 mod case;
+mod design;
 mod learn;
 mod outcome;
 mod table;
@@ -33,6 +34,12 @@ struct Arguments {
     /// White noise of the displacement (nm).
     #[arg(long, value_delimiter = ',', default_value = "10,50")]
     noises: Vec<f64>,
+    /// Mirrors of each family with nothing hidden, a seed and a kind of session.
+    #[arg(long, default_value_t = 2)]
+    nothing: usize,
+    /// Mirrors are made to a design of their family, and the diagnosis is told the design with its tolerances.
+    #[arg(long)]
+    described: bool,
     /// Only sessions with these instruments.
     #[arg(long, value_enum)]
     instruments: Option<case::Instruments>,
@@ -52,7 +59,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut kinds: Vec<&case::Case> = Vec::new();
     for case in &cases {
         if kinds.iter().all(|kind| !kind.is_like(case)) {
-            NullEnsemble::new(&case.session(&case.config())?, Some(&arguments.cache))?;
+            let session = case.session(&case.config())?;
+            NullEnsemble::new(&session, &case.model().device, Some(&arguments.cache))?;
             kinds.push(case);
         }
     }

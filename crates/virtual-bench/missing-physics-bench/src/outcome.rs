@@ -7,7 +7,7 @@ use identification::fit::{Fitted, fit, fit_parameters, free_parameters};
 use identification::prediction::{jacobian, predict, white_noise};
 use identification::{Dataset, fit_and_report};
 use mirror_model::effect::{Active, find, forms};
-use mirror_model::{Model, Preset};
+use mirror_model::{Device, Model, Preset};
 use std::error::Error;
 use std::fmt::{self, Write as _};
 use std::path::Path;
@@ -57,9 +57,9 @@ pub(crate) fn diagnosed(
     to_learn: bool,
     cache: &Path,
 ) -> Result<Outcome, Box<dyn Error>> {
-    let paper = Model::from(Preset::Paper);
+    let model = case.model();
     let plan = case.session(&case.config())?;
-    let found = diagnose(&paper, &plan, &[], Some(cache))?;
+    let found = diagnose(&model, &plan, &[], Some(cache))?;
     let mut outcome = Outcome {
         case: *case,
         found,
@@ -73,7 +73,7 @@ pub(crate) fn diagnosed(
         Hidden::One(effect, strength) => {
             let alone = Alone::new(case)?;
             if !to_learn {
-                outcome.shown = Some(alone.shown(&plan, cache)?);
+                outcome.shown = Some(alone.shown(&plan, &model.device, cache)?);
             }
             if outcome.found.effects.iter().any(|id| id == effect.is_a()) {
                 outcome.size = Some(alone.size(outcome.ranked(effect), effect)?);
@@ -83,9 +83,10 @@ pub(crate) fn diagnosed(
             }
         }
         Hidden::Two(one, other) => {
-            let shown = |effect| Alone::new(&case.hiding(effect))?.shown(&plan, cache);
+            let shown =
+                |effect| Alone::new(&case.hiding(effect))?.shown(&plan, &model.device, cache);
             outcome.shown = Some(shown(one)?.min(shown(other)?));
-            outcome.both = Some(both(&paper, &plan, &outcome.found, one, other, cache)?);
+            outcome.both = Some(both(&model, &plan, &outcome.found, one, other, cache)?);
         }
     }
     Ok(outcome)
@@ -93,7 +94,7 @@ pub(crate) fn diagnosed(
 
 /// Whether one of two effects is found, and the other after the first was added.
 fn both(
-    paper: &Model,
+    model: &Model,
     plan: &Dataset,
     found: &Diagnosis,
     one: Effect,
@@ -109,7 +110,7 @@ fn both(
         (_, true) => (other, one),
         _ => return Ok(false),
     };
-    let with = add(paper, listed(first), plan, &[], Some(cache))?.after;
+    let with = add(model, listed(first), plan, &[], Some(cache))?.after;
     Ok(holds(&diagnose(&with, plan, &[], Some(cache))?, second))
 }
 
@@ -124,10 +125,10 @@ fn error_ratio(
     plan: &Dataset,
     cache: &Path,
 ) -> Result<f64, Box<dyn Error>> {
-    let paper = Model::from(Preset::Paper);
-    let edit = add(&paper, listed(effect), plan, &[], Some(cache))?.edit;
+    let model = case.model();
+    let edit = add(&model, listed(effect), plan, &[], Some(cache))?.edit;
     let lacking_nothing = case.session(&case.lacking_nothing())?;
-    let (_, of_nothing) = fit_and_report(&paper, &lacking_nothing, &[])?;
+    let (_, of_nothing) = fit_and_report(&model, &lacking_nothing, &[])?;
     Ok(edit.after.rms / of_nothing.residual_rms_um.unwrap_or(f64::NAN))
 }
 
@@ -165,8 +166,9 @@ impl Alone {
         })
     }
 
-    /// What it leaves where the base is fitted anew and the discrepancy is free, in a session with the noise of `plan`.
-    fn shown(&self, plan: &Dataset, cache: &Path) -> Result<f64, Box<dyn Error>> {
+    /// What it leaves where the base is fitted anew and the discrepancy is free, in a session with the noise of `plan` of a mirror
+    /// of which this much is known.
+    fn shown(&self, plan: &Dataset, device: &Device, cache: &Path) -> Result<f64, Box<dyn Error>> {
         let values = self.values()?;
         let near = fit_parameters(
             &self.fitted.model,
@@ -178,7 +180,7 @@ impl Alone {
             &Model::from(Preset::Paper),
             &self.without.with_values(&values),
         )?;
-        let ensemble = NullEnsemble::new(plan, Some(cache))?;
+        let ensemble = NullEnsemble::new(plan, device, Some(cache))?;
         let white = white_noise(plan);
         let discrepancy = Arc::new(ModelDiscrepancy::new(ensemble.residuals(), &white));
         let left = |refitted: &Fitted| -> Result<f64, Box<dyn Error>> {

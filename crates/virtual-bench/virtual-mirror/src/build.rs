@@ -125,7 +125,7 @@ fn network(config: &MirrorConfig, slices: &[Slice], draws: &Draws) -> Network {
         loss: LossLaw::new(&config.effects, config.ambient_c, 0.0),
         tcr: draws.tcr * config.heater.tcr_per_k,
         tcr_tail: saturation(&config.effects),
-        leads: leads(&config.effects, config.seed),
+        leads: PerActuator(config.heater.leads_ohm) + leads(&config.effects, config.seed),
         aged: PerActuator::splat(1.0),
         ambient: 0.0,
         ambient_set: 0.0,

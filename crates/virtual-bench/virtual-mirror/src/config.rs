@@ -77,6 +77,9 @@ pub struct Heater {
     pub ohm: f64,
     /// Local temperature coefficient of resistance (1/K).
     pub tcr_per_k: f64,
+    /// Resistance of leads and contacts in series with each actuator's heater (ohm), beside the effect's.
+    #[serde(default)]
+    pub leads_ohm: [f64; 4],
 }
 
 /// A piece of the beam with one stack of films.

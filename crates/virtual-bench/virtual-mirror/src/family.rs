@@ -59,6 +59,7 @@ impl MirrorConfig {
             heater: Heater {
                 ohm: draw.between(345.0, 375.0),
                 tcr_per_k: 3.92e-3,
+                leads_ohm: [0.0; 4],
             },
             materials: materials(&mut draw),
             segments,

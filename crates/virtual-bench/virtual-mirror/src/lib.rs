@@ -56,9 +56,10 @@ mod slow;
 mod state;
 mod thermal;
 
-pub use config::{ConfigError, MirrorConfig};
+pub use config::{ConfigError, MirrorConfig, Segment};
 pub use effects::Effect;
 pub use family::Family;
+pub use material::{Film, Layer};
 pub use mirror::VirtualMirror;
 pub use paper::PaperNumbers;
 pub use plan::{Dwell, Experiment, Plan};

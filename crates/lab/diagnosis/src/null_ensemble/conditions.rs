@@ -1,5 +1,5 @@
-//! What a null ensemble depends on, and nothing else: a session's drives, surroundings and channels, and how noisy each
-//! reading is, roughly.
+//! What a null ensemble depends on, and nothing else: a session's drives, surroundings and channels, how noisy each reading is,
+//! roughly, and what is known of the mirror.
 //!
 //! The ensemble is computed from [`Conditions`] alone, and its key is the hash of all that is in them. So a session has the
 //! same ensemble whether another session of the same kind left it in the cache or nobody did.
@@ -7,22 +7,24 @@
 use super::cache::Key;
 use super::drive_scaling::DriveScaling;
 use identification::dataset::{Channel, Dataset, Observation};
-use mirror_model::{ACTUATORS, Interval};
+use mirror_model::device::{Fact, Quantity, Segment};
+use mirror_model::{ACTUATORS, Device, Interval};
 use sha2::{Digest, Sha256};
 
 /// Noise of a displacement below this is taken for this (um): a quarter of what a fit trusts a lumped model to, it changes
 /// the weights of the fits by 3 %.
 const LEAST_NOISE_UM: f64 = 0.025;
 
-/// A session's dataset without its readings.
+/// A session's dataset without its readings, and its mirror.
 #[derive(Clone, Debug)]
 pub(super) struct Conditions {
     data: Dataset,
+    device: Device,
 }
 
 impl Conditions {
-    /// Those of a session, its drives scaled as its mirrors are driven.
-    pub(super) fn of(session: &Dataset, scaling: &DriveScaling) -> Self {
+    /// Those of a session of this device, its drives scaled as its mirrors are driven.
+    pub(super) fn of(session: &Dataset, device: &Device, scaling: &DriveScaling) -> Self {
         let scaled = scaling.driven(session);
         let observations: Vec<Observation> = scaled.observations.iter().map(unread).collect();
         let own_zeros = scaled.own_zeros.iter().map(|zero| zero.unread()).collect();
@@ -34,12 +36,18 @@ impl Conditions {
                 is_steady: scaled.is_steady,
                 ..Dataset::default()
             },
+            device: scaling.described(session, device),
         }
     }
 
     /// As a dataset, every reading 0.
     pub(super) fn data(&self) -> &Dataset {
         &self.data
+    }
+
+    /// What is known of the mirrors, as they are driven.
+    pub(super) fn device(&self) -> &Device {
+        &self.device
     }
 
     /// The SHA-256 of everything in them, after what the program makes of virtual mirrors.
@@ -66,6 +74,7 @@ impl Conditions {
             let counted = observations.iter().map(|o| u8::from(zero.is_of(o)));
             hash.0.update(counted.collect::<Vec<_>>());
         }
+        hash.device(&self.device);
         hash.0.finalize().into()
     }
 }
@@ -96,6 +105,50 @@ impl Hash {
     fn number(&mut self, number: f64) {
         // 0 and -0 are the same drive.
         self.0.update((number + 0.0).to_le_bytes());
+    }
+
+    fn flag(&mut self, flag: bool) {
+        self.count(usize::from(flag));
+    }
+
+    /// What is known, whatever its names and sources are.
+    fn device(&mut self, device: &Device) {
+        let Device { facts, segments } = device;
+        for quantity in Quantity::OF_THE_MIRROR {
+            self.fact(facts.get(&quantity));
+        }
+        self.count(segments.len());
+        segments.iter().for_each(|segment| self.segment(segment));
+    }
+
+    fn fact(&mut self, fact: Option<&Fact>) {
+        self.flag(fact.is_some());
+        if let Some(fact) = fact {
+            self.number(fact.value);
+            self.number(fact.tolerance);
+        }
+    }
+
+    fn segment(&mut self, segment: &Segment) {
+        let Segment {
+            name: _,
+            length,
+            width,
+            films,
+            loss,
+            heated,
+            turned,
+        } = segment;
+        self.flag(*heated);
+        self.flag(*turned);
+        for fact in [Some(length), Some(width), loss.as_ref()] {
+            self.fact(fact);
+        }
+        self.count(films.len());
+        for (film, thickness) in films {
+            self.0.update(film.name());
+            self.fact(Some(thickness));
+        }
     }
 
     fn interval(&mut self, interval: &Interval) {
@@ -139,6 +192,7 @@ impl Hash {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use mirror_model::device::Film;
 
     /// Two levels, displacement and one current read at each.
     fn session(values: [f64; 4], noise_um: f64) -> Dataset {
@@ -167,7 +221,11 @@ mod tests {
     }
 
     fn key(data: &Dataset) -> Key {
-        Conditions::of(data, &DriveScaling::of(data)).key(&[0; 32])
+        described(data, &Device::default())
+    }
+
+    fn described(data: &Dataset, device: &Device) -> Key {
+        Conditions::of(data, device, &DriveScaling::of(data)).key(&[0; 32])
     }
 
     #[test]
@@ -175,7 +233,8 @@ mod tests {
         let one = session([0.0, 0.0, 40.0, 2e-3], 0.02);
         let other = session([0.0, 1e-6, 55.0, 3e-3], 0.01);
         assert_eq!(key(&one), key(&other));
-        let [a, b] = [&one, &other].map(|data| Conditions::of(data, &DriveScaling::of(data)));
+        let [a, b] = [&one, &other]
+            .map(|data| Conditions::of(data, &Device::default(), &DriveScaling::of(data)));
         assert_eq!(format!("{:?}", a.data), format!("{:?}", b.data));
     }
 
@@ -201,9 +260,64 @@ mod tests {
     }
 
     #[test]
+    fn whatever_is_known_of_the_mirror_changes_its_key_and_how_it_is_known_does_not() {
+        let data = session([0.0, 0.0, 40.0, 2e-3], 0.02);
+        let nothing = key(&data);
+        let fact = |value, tolerance, source: &str| Fact {
+            value,
+            tolerance,
+            source: source.into(),
+        };
+        let known = |fact| {
+            let mut device = Device::default();
+            device.facts.insert(Quantity::Leads, fact);
+            described(&data, &device)
+        };
+        let leads = known(fact(6.0, 1.0, "drawing"));
+        assert_eq!(leads, known(fact(6.0, 1.0, "ohmmeter")));
+        let beam = |change: fn(&mut Segment)| {
+            let mut segment = Segment {
+                name: "NI".into(),
+                length: fact(250.0, 2.0, "drawing"),
+                width: fact(100.0, 2.0, "drawing"),
+                films: vec![(Film::Aluminium, fact(1.0, 0.1, "drawing"))],
+                loss: None,
+                heated: true,
+                turned: false,
+            };
+            change(&mut segment);
+            let segments = vec![segment];
+            described(
+                &data,
+                &Device {
+                    segments,
+                    ..Device::default()
+                },
+            )
+        };
+        let stated = beam(|_| ());
+        assert_eq!(stated, beam(|segment| segment.name = "IV".into()));
+        let keys = [
+            nothing,
+            leads,
+            known(fact(6.1, 1.0, "drawing")),
+            known(fact(6.0, 1.1, "drawing")),
+            stated,
+            beam(|segment| segment.turned = true),
+            beam(|segment| segment.length.value = 251.0),
+            beam(|segment| segment.films[0].0 = Film::Oxide),
+            beam(|segment| segment.films[0].1.tolerance = 0.2),
+            beam(|segment| segment.loss = Some(segment.width.clone())),
+        ];
+        for (index, key) in keys.iter().enumerate() {
+            assert!(!keys[..index].contains(key), "key {index}");
+        }
+    }
+
+    #[test]
     fn another_program_has_other_ensembles() {
         let data = session([0.0; 4], 0.02);
-        let conditions = Conditions::of(&data, &DriveScaling::of(&data));
+        let conditions = Conditions::of(&data, &Device::default(), &DriveScaling::of(&data));
         assert_ne!(conditions.key(&[0; 32]), conditions.key(&[1; 32]));
     }
 }

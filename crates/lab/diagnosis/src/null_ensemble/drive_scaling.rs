@@ -3,7 +3,8 @@
 
 use identification::dataset::Dataset;
 use identification::heater;
-use mirror_model::{Parameters, Symbol};
+use mirror_model::device::{Fact, Quantity};
+use mirror_model::{Device, Parameters, Symbol};
 
 /// The virtual mirrors' highest drive: the rails of the driver board (V), `docs/board.md`.
 const RAILS_V: f64 = 10.0;
@@ -61,6 +62,27 @@ impl DriveScaling {
             }
         }
         driven
+    }
+
+    /// What is known of the virtual mirrors. Of a heater on a bench only the leads are theirs too, as large a part of the
+    /// resistance.
+    pub(super) fn described(&self, data: &Dataset, device: &Device) -> Device {
+        if !data.is_of_heaters() {
+            return device.clone();
+        }
+        let ohms = self.volts * self.amperes;
+        let leads = device.facts.get(&Quantity::Leads).map(|leads| Fact {
+            value: ohms * leads.value,
+            tolerance: ohms * leads.tolerance,
+            ..leads.clone()
+        });
+        Device {
+            facts: leads
+                .map(|leads| (Quantity::Leads, leads))
+                .into_iter()
+                .collect(),
+            segments: Vec::new(),
+        }
     }
 }
 

@@ -1,7 +1,11 @@
-//! The null ensemble's mirrors: virtual mirrors that lack no effect, their structure drawn at random from wide families. This
-//! is the only file of the lab that knows the virtual mirror; model and virtual mirror know nothing of each other.
+//! The null ensemble's mirrors: virtual mirrors that lack no effect, their structure as far as it is known, and otherwise drawn at
+//! random from wide families. This module alone of the lab knows the virtual mirror; model and virtual mirror know nothing of
+//! each other.
+
+mod described;
 
 use identification::dataset::{Channel, Dataset};
+use mirror_model::Device;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -23,10 +27,10 @@ const STAGE_RATIO: f64 = 1e-3;
 
 /// What a virtual mirror shows at a dataset's observations (um, A): no white noise, but the sensor's wander and the errors of
 /// the current channels' gains, of thermometer and stage. The seed's remainder chooses the family.
-pub(super) fn observe(data: &Dataset, seed: u64) -> Vec<f64> {
+pub(super) fn observe(data: &Dataset, device: &Device, seed: u64) -> Vec<f64> {
     let (config, mut mirror) = (0..DRAWS)
         .find_map(|draw| {
-            let config = draw_mirror(seed + draw * 3_000_000);
+            let config = draw_mirror(seed + draw * 3_000_000, device);
             VirtualMirror::new(&config)
                 .ok()
                 .map(|mirror| (config, mirror))
@@ -159,7 +163,7 @@ fn zero_reading(data: &Dataset, readings: &[Option<Reading>]) -> f64 {
 /// A mirror of one of the families that thresholds are calibrated on, with more spread than the family has of its own: a
 /// user's mirror comes from none of them. The spreads are standard deviations of logarithms; they were widened until mirrors
 /// of families that were left out lay inside what the ensemble spans (`docs/diagnosis.md`).
-fn draw_mirror(seed: u64) -> MirrorConfig {
+fn draw_mirror(seed: u64, device: &Device) -> MirrorConfig {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut config = MirrorConfig::draw(
         CALIBRATING[(seed % CALIBRATING.len() as u64) as usize],
@@ -191,6 +195,7 @@ fn draw_mirror(seed: u64) -> MirrorConfig {
     config.sensor.position_noise_nm = 0.0;
     config.sensor.current_noise_ua = 0.0;
     config.sensor.current_noise_ratio = 0.0;
+    described::state(&mut config, device, seed);
     config
 }
 
@@ -223,7 +228,8 @@ mod tests {
     fn a_mirror_moves_from_its_first_reading_at_rest() {
         let data = data(&[Channel::Displacement, Channel::Current(0)]);
         for seed in 0..CALIBRATING.len() as u64 {
-            let [rest_um, rest_a, driven_um, driven_a] = observe(&data, seed)[..] else {
+            let seen = observe(&data, &Device::default(), seed);
+            let [rest_um, rest_a, driven_um, driven_a] = seen[..] else {
                 panic!("four observations");
             };
             assert_eq!(rest_um, 0.0);
@@ -235,8 +241,9 @@ mod tests {
     #[test]
     fn a_seed_has_one_mirror_and_two_seeds_have_two() {
         let data = data(&[Channel::Displacement]);
-        assert_eq!(observe(&data, 7), observe(&data, 7));
-        assert_ne!(observe(&data, 7), observe(&data, 12));
+        let observe = |seed| observe(&data, &Device::default(), seed);
+        assert_eq!(observe(7), observe(7));
+        assert_ne!(observe(7), observe(12));
     }
 
     #[test]

@@ -18,9 +18,10 @@ fn session(reading: f64, noise_um: f64) -> Dataset {
 fn an_ensemble_is_the_same_whatever_is_in_the_cache() {
     let folder = tempfile::tempdir().unwrap();
     let [before, session] = [session(1.0, 0.01), session(3.0, 0.02)];
-    let fresh = NullEnsemble::new(&session, None).unwrap();
-    NullEnsemble::new(&before, Some(folder.path())).unwrap();
-    let after_another = NullEnsemble::new(&session, Some(folder.path())).unwrap();
+    let fresh = NullEnsemble::new(&session, &Device::default(), None).unwrap();
+    NullEnsemble::new(&before, &Device::default(), Some(folder.path())).unwrap();
+    let after_another =
+        NullEnsemble::new(&session, &Device::default(), Some(folder.path())).unwrap();
     assert_eq!(fresh.residuals, after_another.residuals);
     // They are of one kind, and share the file.
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
@@ -31,7 +32,7 @@ fn residuals_are_standardised_as_the_session_is() {
     let (one, other) = (session(1.0, 0.02), session(30.0, 0.02));
     let folder = tempfile::tempdir().unwrap();
     let [a, b] = [&one, &other].map(|data| {
-        let ensemble = NullEnsemble::new(data, Some(folder.path())).unwrap();
+        let ensemble = NullEnsemble::new(data, &Device::default(), Some(folder.path())).unwrap();
         let current = ensemble.residuals[(3, 7)];
         current * standard_deviation(&data.observations[3])
     });
@@ -46,7 +47,7 @@ fn residuals_are_standardised_as_the_session_is() {
 #[test]
 fn members_lack_little_that_a_base_could_be() {
     // A mirror that the base could not follow would differ from it by micrometres: hundreds of standard deviations.
-    let ensemble = NullEnsemble::new(&session(1.0, 0.02), None).unwrap();
+    let ensemble = NullEnsemble::new(&session(1.0, 0.02), &Device::default(), None).unwrap();
     let mut sizes: Vec<f64> = ensemble
         .residuals
         .column_iter()

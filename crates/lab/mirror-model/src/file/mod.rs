@@ -13,6 +13,9 @@
 //! [effects.parameters]
 //! c = { value = 0.012, unit = "1", standard_error = 0.001 }
 //!
+//! [device]
+//! leads = { value = 6.5, unit = "ohm", tolerance = 0.5, source = "four-wire measurement" }
+//!
 //! [provenance]
 //! device = "mirror 7"
 //! files = ["sweep.csv"]
@@ -23,6 +26,7 @@
 //! `definition`, the text of its file.
 
 mod read;
+mod read_device;
 mod write;
 
 use crate::{Model, Preset};

@@ -1,5 +1,6 @@
 //! From the text of a file to a model. Every error points at its place.
 
+use super::read_device::StoredDevice;
 use super::{FORMAT, ModelFileError, preset_names};
 use crate::effect::{self, Active, Effect, Formula};
 use crate::parameter::{Entry, TABLE};
@@ -18,6 +19,8 @@ struct Stored {
     parameters: BTreeMap<toml::Spanned<String>, StoredParameter>,
     #[serde(default)]
     effects: Vec<StoredEffect>,
+    #[serde(default)]
+    device: StoredDevice,
     #[serde(default)]
     provenance: Provenance,
 }
@@ -101,6 +104,7 @@ impl Reader<'_> {
             .iter()
             .map(|effect| self.effect(effect))
             .collect::<Result<_, _>>()?;
+        model.device = self.device(&stored.device, &model)?;
         Ok(model)
     }
 
@@ -282,7 +286,7 @@ impl Reader<'_> {
         ))
     }
 
-    fn wrong(
+    pub(super) fn wrong(
         &self,
         message: String,
         help: String,

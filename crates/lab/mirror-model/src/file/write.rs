@@ -1,6 +1,7 @@
 //! A model as the text of a file.
 
 use super::FORMAT;
+use crate::device::{Device, Fact, Quantity};
 use crate::effect::Active;
 use crate::parameter::{Entry, TABLE};
 use crate::{Measured, Model};
@@ -20,6 +21,7 @@ impl Model {
         for effect in &self.effects {
             write_effect(effect, &mut text).expect("writing to a string cannot fail");
         }
+        write_device(&self.device, &mut text).expect("writing to a string cannot fail");
         let provenance = toml::to_string(&self.provenance).expect("provenance is plain data");
         text + "\n[provenance]\n" + &provenance
     }
@@ -86,4 +88,50 @@ fn write_effect(active: &Active, text: &mut String) -> std::fmt::Result {
 
 fn quoted(text: &str) -> String {
     toml::Value::from(text).to_string()
+}
+
+/// Nothing where nothing is known.
+fn write_device(device: &Device, text: &mut String) -> std::fmt::Result {
+    if *device == Device::default() {
+        return Ok(());
+    }
+    writeln!(text, "\n[device]")?;
+    for (quantity, known) in &device.facts {
+        writeln!(text, "{} = {}", quantity.name(), fact(*quantity, known))?;
+    }
+    for segment in &device.segments {
+        writeln!(
+            text,
+            "\n[[device.segments]]\nname = {}",
+            quoted(&segment.name)
+        )?;
+        writeln!(text, "length = {}", fact(Quantity::Length, &segment.length))?;
+        writeln!(text, "width = {}", fact(Quantity::Width, &segment.width))?;
+        writeln!(text, "films = [")?;
+        for (film, thickness) in &segment.films {
+            let thickness = fact(Quantity::Thickness, thickness);
+            let film = quoted(film.name());
+            writeln!(text, "  {{ film = {film}, thickness = {thickness} }},")?;
+        }
+        writeln!(text, "]")?;
+        if let Some(loss) = &segment.loss {
+            writeln!(text, "loss = {}", fact(Quantity::Loss, loss))?;
+        }
+        writeln!(
+            text,
+            "heated = {}\nturned = {}",
+            segment.heated, segment.turned
+        )?;
+    }
+    Ok(())
+}
+
+fn fact(quantity: Quantity, fact: &Fact) -> String {
+    let Fact {
+        value,
+        tolerance,
+        source,
+    } = fact;
+    let (unit, source) = (quoted(quantity.unit()), quoted(source));
+    format!("{{ value = {value:?}, unit = {unit}, tolerance = {tolerance:?}, source = {source} }}")
 }

@@ -30,6 +30,9 @@ impl MirrorConfig {
         within("drive_limit_v", self.drive_limit_v, 0.1, 12.0, "V")?;
         within("heater.ohm", self.heater.ohm, 10.0, 1e5, "ohm")?;
         within("heater.tcr_per_k", self.heater.tcr_per_k, 0.0, 1e-2, "1/K")?;
+        for ohm in self.heater.leads_ohm {
+            within("heater.leads_ohm", ohm, 0.0, 1e4, "ohm")?;
+        }
         self.check_materials()?;
         self.check_segments()?;
         within("plate.side_um", self.plate.side_um, 50.0, 5e3, "um")?;

@@ -1,0 +1,59 @@
+//! What a model file states of the mirror narrows what a diagnosis takes for possible, and stays in the file.
+
+use diagnosis::{Diagnosis, add, diagnose};
+use experiments::Experiment;
+use identification::{Dataset, fit_and_report};
+use mirror_model::effect::find;
+use mirror_model::{Model, Preset};
+use std::path::Path;
+use virtual_mirror::{Effect, Family, MirrorConfig};
+use virtual_sessions::{Instruments, measure};
+
+const KNOWN: &str = r#"
+format = 1
+preset = "paper"
+[device]
+leads = { value = 2.0, unit = "ohm", tolerance = 2.0, source = "four-wire measurement" }
+rest_height = { value = 10.0, unit = "um", tolerance = 10.0, source = "microscope" }
+"#;
+
+fn session() -> Dataset {
+    let mut config = MirrorConfig::draw(Family::G, 83);
+    config.effects.set(Effect::Softening, 1.0);
+    let sweep = vec![Experiment::sweep(3.5, 10, 1.0, 1)];
+    let session = measure(&config, &sweep, Instruments::PositionAndCurrents);
+    Dataset::new(&session.expect("a possible mirror"))
+}
+
+fn diagnosed(model: &Model, data: &Dataset, cache: &Path) -> Diagnosis {
+    diagnose(model, data, &[], Some(cache)).expect("finite")
+}
+
+#[test]
+fn what_is_known_lowers_the_discrepancy_and_stays_in_the_file() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let data = session();
+    let known = Model::parse("known.toml", KNOWN).expect("readable");
+    let [open, narrowed] =
+        [&Model::from(Preset::Paper), &known].map(|model| diagnosed(model, &data, folder.path()));
+    // Curls of up to 300 um are most of what the beams of a mirror leave of which nothing is known.
+    let sizes = [&open, &narrowed].map(|found| found.discrepancy_rms.value);
+    assert!(sizes[1] < sizes[0], "{sizes:?}");
+    let curl = |found: &Diagnosis| {
+        let ranked = found.ranking.iter().find(|r| r.effect == "initial-curl");
+        ranked
+            .and_then(|curl| curl.detection_limit)
+            .unwrap_or(f64::INFINITY)
+    };
+    assert!(curl(&narrowed) < curl(&open), "{open}\n{narrowed}");
+
+    let (fitted, _) = fit_and_report(&known, &data, &["sweep.csv".into()]).expect("finite");
+    let softening = find("softening").expect("built in");
+    let added = add(&known, softening, &data, &[], Some(folder.path()))
+        .expect("finite")
+        .after;
+    for model in [fitted, added] {
+        let again = Model::parse("again.toml", &model.to_toml()).expect("readable");
+        assert_eq!(again.device, known.device);
+    }
+}
