@@ -307,6 +307,10 @@ pub enum Command {
         /// Also try this effect of your own, a TOML file as `effect new` writes it.
         #[arg(help_heading = INPUT, long, value_name = "FILE")]
         effect: Vec<PathBuf>,
+        /// Also say which fact of the mirror, stated in `[device]` of the model file, would show most: takes some minutes the first
+        /// time.
+        #[arg(help_heading = OUTPUT, long)]
+        facts: bool,
     },
     /// Write all of it into one page for a browser: curves, verdict with its evidence, effects to switch, and the data.
     #[command(

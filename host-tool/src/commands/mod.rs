@@ -161,7 +161,7 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             let picture = picture.map(|path| NewFile::picture(path, force));
             lab::compare(&lab, picture.transpose()?, json)
         }
-        Command::Diagnose { lab, effect } => lab::diagnose(&lab, &effect, json),
+        Command::Diagnose { lab, effect, facts } => lab::diagnose(&lab, &effect, facts, json),
         Command::Report {
             files,
             model,

@@ -71,7 +71,7 @@ impl Run {
     }
 
     fn verdict_section(&self, page: &mut String) {
-        let said = Diagnosed::from(&self.found).to_string();
+        let said = Diagnosed::new(&self.found, None).to_string();
         let errors = said.lines().skip(1).take_while(|line| !line.is_empty());
         let _ = write!(
             page,

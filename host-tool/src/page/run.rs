@@ -170,6 +170,6 @@ fn results(found: &Diagnosis, fits: &[Fit]) -> Value {
         .iter()
         .map(|fit| (fit.name.clone(), json!(fit.compared)));
     let compared: serde_json::Map<_, _> = compared.collect();
-    let results = json!({ "diagnosis": Diagnosed::from(found), "comparisons": compared });
+    let results = json!({ "diagnosis": Diagnosed::new(found, None), "comparisons": compared });
     serde_json::from_str(&results.to_string()).expect("what was written is read")
 }

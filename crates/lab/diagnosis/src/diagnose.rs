@@ -8,6 +8,7 @@ mod ranking;
 mod remainder;
 mod step_error;
 mod verdict;
+mod worth;
 
 use crate::candidate::{Candidate, Operating};
 use crate::confusions::Channels;
@@ -15,7 +16,7 @@ use crate::null_distribution::{LeftOutFamily, NullDistribution};
 use crate::null_ensemble::NullEnsemble;
 use crate::null_improvement::NullImprovement;
 use crate::quantile::{quantile, sorted};
-use crate::report::{Diagnosis, Rms};
+use crate::report::{Diagnosis, Rms, Worth};
 use crate::residual_space::{BaseOnly, ModelDiscrepancy, ResidualSpace, Session, Training, Vector};
 use held_out::training_noise;
 use identification::Unit;
@@ -48,13 +49,49 @@ pub fn diagnose(
     cache: Option<&Path>,
 ) -> Result<Diagnosis, Runaway> {
     let ensemble = NullEnsemble::new(data, &model.device, cache)?;
+    let effects = suited(data, own);
+    let (analysis, candidates) = shown(model, data, &ensemble, &effects)?;
+    analysis.conclude(&candidates)
+}
+
+/// The same, and what each fact would be worth that the model's file does not state of the mirror, the most first: with a null
+/// ensemble for each, which takes as long as the first diagnosis of a kind of session.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn diagnose_with_worths(
+    model: &Model,
+    data: &Dataset,
+    own: &[Arc<dyn Effect>],
+    cache: Option<&Path>,
+) -> Result<(Diagnosis, Vec<Worth>), Runaway> {
+    let ensemble = NullEnsemble::new(data, &model.device, cache)?;
+    let effects = suited(data, own);
+    let (analysis, candidates) = shown(model, data, &ensemble, &effects)?;
+    let found = analysis.conclude(&candidates)?;
+    let worths = analysis.worth_of_facts(&effects, &candidates, &found.effects, cache)?;
+    Ok((found, worths))
+}
+
+/// The effects that are tried.
+fn suited(data: &Dataset, own: &[Arc<dyn Effect>]) -> Vec<Arc<dyn Effect>> {
     let mut effects = [&built_in(), own].concat();
     effects.retain(|effect| !(data.is_steady && effect.is_of_time()));
-    let (analysis, mut candidates) = explained(model, data, &ensemble, &effects)?;
+    effects
+}
+
+/// [`explained`], of a heater on a bench without what its currents could not show.
+fn shown<'a>(
+    model: &Model,
+    data: &'a Dataset,
+    ensemble: &'a NullEnsemble,
+    effects: &[Arc<dyn Effect>],
+) -> Result<(Analysis<'a>, Vec<Candidate>), Runaway> {
+    let (analysis, mut candidates) = explained(model, data, ensemble, effects)?;
     if data.is_of_heaters() {
         candidates.retain(|candidate| candidate.shows() || candidate.is_infeasible());
     }
-    analysis.conclude(&candidates)
+    Ok((analysis, candidates))
 }
 
 /// A model fitted without an effect, and with it.

@@ -26,11 +26,11 @@ mod report;
 pub mod residual_space;
 mod words;
 
-pub use diagnose::diagnose;
+pub use diagnose::{diagnose, diagnose_with_worths};
 pub use edit::{Changed, Edit, EditError, add, remove};
 pub use menu::proposals;
 pub use null_ensemble::families::CALIBRATING;
 pub use null_ensemble::{MEMBERS, NullEnsemble};
 pub use null_improvement::{Fall, NullImprovement};
 pub use proposal::{Next, NextMeasurement, Proposal};
-pub use report::{BeforeAfter, Diagnosis, Form, Ranked, Remainder, Rms, Verdict};
+pub use report::{BeforeAfter, Diagnosis, Form, Ranked, Remainder, Rms, Shown, Verdict, Worth};

@@ -9,6 +9,7 @@ mod conditions;
 mod drive_scaling;
 pub(crate) mod families;
 mod fitting;
+pub(crate) mod unknowns;
 
 use cache::{Key, Shape, cached};
 use conditions::Conditions;

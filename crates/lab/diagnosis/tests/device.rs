@@ -1,6 +1,6 @@
 //! What a model file states of the mirror narrows what a diagnosis takes for possible, and stays in the file.
 
-use diagnosis::{Diagnosis, add, diagnose};
+use diagnosis::{Diagnosis, add, diagnose, diagnose_with_worths};
 use experiments::Experiment;
 use identification::{Dataset, fit_and_report};
 use mirror_model::effect::find;
@@ -55,5 +55,47 @@ fn what_is_known_lowers_the_discrepancy_and_stays_in_the_file() {
     for model in [fitted, added] {
         let again = Model::parse("again.toml", &model.to_toml()).expect("readable");
         assert_eq!(again.device, known.device);
+    }
+}
+
+#[test]
+fn what_is_not_stated_is_worth_what_it_would_show() {
+    const ALL_BUT_LEADS_AND_BEAM: &str = r#"
+format = 1
+preset = "paper"
+[device]
+rest_height = { value = 10.0, unit = "um", tolerance = 10.0, source = "microscope" }
+plate_side = { value = 700.0, unit = "um", tolerance = 70.0, source = "drawing" }
+plate_thickness = { value = 150.0, unit = "um", tolerance = 50.0, source = "drawing" }
+"#;
+    let folder = tempfile::tempdir().expect("a folder");
+    let cache = Some(folder.path());
+    let nothing = MirrorConfig::draw(Family::G, 83);
+    let sweep = vec![Experiment::sweep(3.5, 10, 1.0, 1)];
+    let session = measure(&nothing, &sweep, Instruments::PositionAndCurrents);
+    let data = Dataset::new(&session.expect("a possible mirror"));
+    let model = Model::parse("known.toml", ALL_BUT_LEADS_AND_BEAM).expect("readable");
+    let (found, worths) = diagnose_with_worths(&model, &data, &[], cache).expect("finite");
+    let alone = diagnosed(&model, &data, folder.path());
+    assert_eq!(
+        format!("{found:?}"),
+        format!("{alone:?}"),
+        "the same verdict"
+    );
+    let mut keys: Vec<_> = worths.iter().map(|worth| worth.key.as_str()).collect();
+    keys.sort_unstable();
+    assert_eq!(keys, ["leads", "segments"], "of what is not stated");
+    for pair in worths.windows(2) {
+        assert!(pair[0].shows.len() >= pair[1].shows.len(), "{worths:?}");
+    }
+    // The layouts of beams are most of what the families differ in.
+    let shown = &worths[0].shows;
+    let is_shown = worths[0].key == "segments" && worths[0].is_some() && !shown.is_empty();
+    assert!(is_shown, "{worths:?}");
+    for shown in shown {
+        let ranked = found.ranking.iter().find(|r| r.effect == shown.effect);
+        let now = ranked.and_then(|r| r.detection_limit);
+        assert_eq!(now, shown.now, "as the verdict has it");
+        assert!(now.is_none_or(|now| shown.then < now), "{shown:?}");
     }
 }

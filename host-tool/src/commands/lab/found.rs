@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use diagnosis::Diagnosis;
+use diagnosis::{Diagnosis, Worth};
 use identification::Identification;
 use serde::Serialize;
 
@@ -26,14 +26,18 @@ pub(crate) struct Diagnosed<'a> {
     found: &'a Diagnosis,
     /// How to make the measurement that is proposed.
     next_command: Option<String>,
+    /// What facts of the mirror would be worth, where that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    facts: Option<Vec<Worth>>,
 }
 
-impl<'a> From<&'a Diagnosis> for Diagnosed<'a> {
-    fn from(found: &'a Diagnosis) -> Self {
+impl<'a> Diagnosed<'a> {
+    pub(crate) fn new(found: &'a Diagnosis, facts: Option<Vec<Worth>>) -> Self {
         let next = found.next_measurement.as_ref();
         Self {
             found,
             next_command: next.map(|next| next_line(&next.how)),
+            facts,
         }
     }
 }
@@ -41,11 +45,17 @@ impl<'a> From<&'a Diagnosis> for Diagnosed<'a> {
 impl fmt::Display for Diagnosed<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.found)?;
-        match (&self.next_command, &self.found.next_measurement) {
-            (Some(command), Some(next)) => {
-                writeln!(f, "\nMeasure next: {command}\n  {}", next.why)
-            }
-            _ => Ok(()),
+        if let (Some(command), Some(next)) = (&self.next_command, &self.found.next_measurement) {
+            writeln!(f, "\nMeasure next: {command}\n  {}", next.why)?;
         }
+        let Some(facts) = &self.facts else {
+            return Ok(());
+        };
+        let mut worthwhile = facts.iter().filter(|worth| worth.is_some()).peekable();
+        if worthwhile.peek().is_none() {
+            return writeln!(f, "\nNo fact of the mirror alone would show more");
+        }
+        writeln!(f, "\nFind out of the mirror, what helps most first:")?;
+        worthwhile.try_for_each(|worth| writeln!(f, "  {worth}"))
     }
 }

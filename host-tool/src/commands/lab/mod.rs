@@ -76,7 +76,12 @@ pub(super) fn compare(
 }
 
 /// `diagnose`: which effect is missing.
-pub(super) fn diagnose(input: &LabInput, own: &[PathBuf], json: bool) -> Result<(), ToolError> {
+pub(super) fn diagnose(
+    input: &LabInput,
+    own: &[PathBuf],
+    facts: bool,
+    json: bool,
+) -> Result<(), ToolError> {
     let lab = Loaded::load(input)?;
     let own = own
         .iter()
@@ -84,9 +89,15 @@ pub(super) fn diagnose(input: &LabInput, own: &[PathBuf], json: bool) -> Result<
         .collect::<Result<Vec<_>, _>>()?;
     let cache = cache_directory();
     let what = "trying every effect, and mirrors that lack nothing (kept for the next time)";
-    let found = while_working(what, json, || {
-        diagnosis::diagnose(&lab.model, &lab.data, &own, Some(&cache))
+    let (found, worths) = while_working(what, json, || {
+        if facts {
+            let found = diagnosis::diagnose_with_worths(&lab.model, &lab.data, &own, Some(&cache));
+            found.map(|(found, worths)| (found, Some(worths)))
+        } else {
+            let found = diagnosis::diagnose(&lab.model, &lab.data, &own, Some(&cache));
+            found.map(|found| (found, None))
+        }
     })?;
-    printed::print(&Diagnosed::from(&found), json);
+    printed::print(&Diagnosed::new(&found, worths), json);
     Ok(())
 }

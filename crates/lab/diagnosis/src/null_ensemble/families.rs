@@ -3,6 +3,7 @@
 //! each other.
 
 mod described;
+pub(super) mod stated;
 
 use identification::dataset::{Channel, Dataset};
 use mirror_model::Device;
@@ -28,14 +29,7 @@ const STAGE_RATIO: f64 = 1e-3;
 /// What a virtual mirror shows at a dataset's observations (um, A): no white noise, but the sensor's wander and the errors of
 /// the current channels' gains, of thermometer and stage. The seed's remainder chooses the family.
 pub(super) fn observe(data: &Dataset, device: &Device, seed: u64) -> Vec<f64> {
-    let (config, mut mirror) = (0..DRAWS)
-        .find_map(|draw| {
-            let config = draw_mirror(seed + draw * 3_000_000, device);
-            VirtualMirror::new(&config)
-                .ok()
-                .map(|mirror| (config, mirror))
-        })
-        .expect("most draws of the family are possible mirrors");
+    let (config, mut mirror) = member(device, seed);
     let mut sensor = Sensor::new(&config);
     let mut around = Surroundings::new(seed);
     let meters = Meters::draw(data, seed);
@@ -67,6 +61,16 @@ pub(super) fn observe(data: &Dataset, device: &Device, seed: u64) -> Vec<f64> {
         }
     });
     data.at_own_zeros(meters.read(values.collect()))
+}
+
+/// A mirror of the ensemble.
+pub(super) fn member(device: &Device, seed: u64) -> (MirrorConfig, VirtualMirror) {
+    let drawn = (0..DRAWS).find_map(|draw| {
+        let config = draw_mirror(seed + draw * 3_000_000, device);
+        let mirror = VirtualMirror::new(&config).ok()?;
+        Some((config, mirror))
+    });
+    drawn.expect("most draws of the family are possible mirrors")
 }
 
 /// The surroundings as they are where thermometer and stage say what they are.
