@@ -1,6 +1,8 @@
 //! A diagnosis in words.
 
-use crate::report::{BeforeAfter, Diagnosis, Form, Ranked, Remainder, Rms, Shown, Verdict, Worth};
+mod worth;
+
+use crate::report::{BeforeAfter, Diagnosis, Form, Ranked, Remainder, Rms, Verdict};
 use identification::Estimate;
 use mirror_model::effect::find;
 use std::fmt;
@@ -174,41 +176,6 @@ fn said_of_form(form: &Form) -> String {
             "its form is {name}, which these data do not tell from {}; ",
             alike.join(", ")
         ),
-    }
-}
-
-impl fmt::Display for Worth {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.what)?;
-        if !self.shows.is_empty() {
-            let shown: Vec<String> = self.shows.iter().map(Shown::to_string).collect();
-            write!(f, " would show {}", shown.join(", "))?;
-        }
-        if let Some(times) = self.tells_apart {
-            let and = if self.shows.is_empty() { "" } else { " and" };
-            write!(
-                f,
-                "{and} would set the suspects {times:.1} times as far apart"
-            )?;
-        }
-        write!(f, ": `{}` in [device] of the model file", self.key)
-    }
-}
-
-impl fmt::Display for Shown {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            effect,
-            symbol,
-            unit,
-            now,
-            then,
-        } = self;
-        write!(f, "{effect} ({symbol} beyond {}, ", size(*then, unit))?;
-        match now {
-            Some(now) => write!(f, "now {})", size(*now, unit)),
-            None => write!(f, "now at no plausible size)"),
-        }
     }
 }
 
@@ -401,26 +368,6 @@ mod tests {
             said.contains("invisible in these data, at any plausible size: radiation"),
             "{said}"
         );
-    }
-
-    #[test]
-    fn what_a_fact_is_worth_is_told() {
-        let worth = Worth {
-            key: "leads".into(),
-            what: "the resistance of the leads within 2 ohm".into(),
-            shows: vec![Shown {
-                effect: "creep".into(),
-                symbol: "c".into(),
-                unit: "1".into(),
-                now: Some(0.02),
-                then: 0.01,
-            }],
-            tells_apart: Some(3.0),
-        };
-        let told = "the resistance of the leads within 2 ohm would show creep (c beyond 1.00 %, now 2.00 %) and would set the \
-                    suspects 3.0 times as far apart: `leads` in [device] of the model file";
-        assert_eq!(worth.to_string(), told);
-        assert!(worth.is_some());
     }
 
     #[test]

@@ -1,0 +1,65 @@
+//! What a fact of the mirror would be worth, in words.
+
+use super::size;
+use crate::report::{Shown, Worth};
+use std::fmt;
+
+impl fmt::Display for Worth {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.what)?;
+        if !self.shows.is_empty() {
+            let shown: Vec<String> = self.shows.iter().map(Shown::to_string).collect();
+            write!(f, " would show {}", shown.join(", "))?;
+        }
+        if let Some(times) = self.tells_apart {
+            let and = if self.shows.is_empty() { "" } else { " and" };
+            write!(
+                f,
+                "{and} would set the suspects {times:.1} times as far apart"
+            )?;
+        }
+        write!(f, ": `{}` in [device] of the model file", self.key)
+    }
+}
+
+impl fmt::Display for Shown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            effect,
+            symbol,
+            unit,
+            now,
+            then,
+        } = self;
+        write!(f, "{effect} ({symbol} beyond {}, ", size(*then, unit))?;
+        match now {
+            Some(now) => write!(f, "now {})", size(*now, unit)),
+            None => write!(f, "now at no plausible size)"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_fact_is_worth_is_told() {
+        let worth = Worth {
+            key: "leads".into(),
+            what: "the resistance of the leads within 2 ohm".into(),
+            shows: vec![Shown {
+                effect: "creep".into(),
+                symbol: "c".into(),
+                unit: "1".into(),
+                now: Some(0.02),
+                then: 0.01,
+            }],
+            tells_apart: Some(3.0),
+        };
+        let told = "the resistance of the leads within 2 ohm would show creep (c beyond 1.00 %, now 2.00 %) and would set the \
+                    suspects 3.0 times as far apart: `leads` in [device] of the model file";
+        assert_eq!(worth.to_string(), told);
+        assert!(worth.is_some());
+    }
+}
