@@ -8,6 +8,8 @@ mod design;
 mod learn;
 mod outcome;
 mod table;
+#[cfg(test)]
+mod tests;
 
 use clap::Parser;
 use diagnosis::NullEnsemble;
