@@ -15,6 +15,7 @@ mod on_target;
 mod packages;
 mod page;
 mod panics;
+mod port;
 mod python;
 mod sbom;
 pub mod setup;
@@ -62,6 +63,8 @@ enum Task {
         #[arg(long, requires = "board", value_name = "OHM")]
         resistors: Option<f64>,
     },
+    /// Build the example of a port to another PCB, and run it on that PCB's silicon twin.
+    Port,
     /// Measure what is claimed, and print it.
     #[command(disable_help_flag = true)]
     Bench(Words),
@@ -140,6 +143,7 @@ fn run(task: Task) -> Result<ExitCode> {
             resistors,
         } => hil::on_board(&board, resistors).map(|()| ExitCode::SUCCESS),
         Task::Hil { board: None, .. } => hil::on_emulated_boards().map(|()| ExitCode::SUCCESS),
+        Task::Port => port::check().map(|()| ExitCode::SUCCESS),
         Task::Bench(Words { words }) => workbench("bench", &words),
         Task::Fuzz { arguments } => test::fuzz(&arguments).map(|()| ExitCode::SUCCESS),
         Task::Python { full } => python::check(full).map(|()| ExitCode::SUCCESS),

@@ -14,6 +14,7 @@ use crate::deny;
 use crate::hil;
 use crate::images::{self, Board};
 use crate::on_target;
+use crate::port;
 use crate::python;
 use crate::setup;
 use crate::test_programs::{self, TestProgram};
@@ -89,6 +90,7 @@ pub(crate) fn run_all(full: bool) -> Result<()> {
     let mut gate = Gate::default();
     gate.step("format", || run(&mut cargo(&["fmt", "--all", "--check"])))?;
     gate.step("licences, sources and duplicates", deny::check)?;
+    gate.step("the example of another PCB fits the sources", port::fits)?;
     let built = build(&mut gate)?;
     gate.step(
         "images: their size, and no panic in the control tick",
@@ -104,6 +106,10 @@ pub(crate) fn run_all(full: bool) -> Result<()> {
     gate.step("real boards", hil::name_real_boards)?;
     if full {
         gate.step("documentation, and the examples in it", documentation)?;
+        gate.step(
+            "the example of another PCB, on its silicon twin",
+            port::check,
+        )?;
         gate.step("fuzzing", || fuzz(&[]))?;
         gate.step("the Python package and its drivers", || python::check(true))?;
     }
