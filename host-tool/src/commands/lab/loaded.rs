@@ -21,13 +21,7 @@ pub(super) struct Loaded {
 
 impl Loaded {
     pub(super) fn load(input: &LabInput) -> Result<Self, ToolError> {
-        let model = Model::load(&input.model)?;
-        let device = Device {
-            highest_v: model.parameters.drive_limit_v,
-            cold_ohm: model.parameters.cold_resistance_ohm,
-        };
-        let session = Session::load_of(&input.files, &device)?;
-        warn(&session);
+        let (model, session) = model_and_session(input)?;
         let files = session.files.iter().map(|(name, _)| name.clone()).collect();
         Ok(Self {
             model,
@@ -35,6 +29,18 @@ impl Loaded {
             files,
         })
     }
+}
+
+/// A model, and the session that is measured on what it describes.
+pub(super) fn model_and_session(input: &LabInput) -> Result<(Model, Session), ToolError> {
+    let model = Model::load(&input.model)?;
+    let device = Device {
+        highest_v: model.parameters.drive_limit_v,
+        cold_ohm: model.parameters.cold_resistance_ohm,
+    };
+    let session = Session::load_of(&input.files, &device)?;
+    warn(&session);
+    Ok((model, session))
 }
 
 /// Tells which files are not whole.

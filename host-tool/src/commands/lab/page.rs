@@ -5,11 +5,10 @@ use std::path::{Path, PathBuf};
 
 use input_file::MOST_WRITTEN;
 use lab_view::{MeasuredText, Opening};
-use measurement::{Device, Session};
-use mirror_model::Model;
+use measurement::Session;
 use serde::Serialize;
 
-use super::loaded::{cache_directory, own_effect, warn};
+use super::loaded::{cache_directory, model_and_session, own_effect};
 use crate::cli::LabInput;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
@@ -43,13 +42,7 @@ pub(crate) fn report(
     force: bool,
     json: bool,
 ) -> Result<(), ToolError> {
-    let model = Model::load(&input.model)?;
-    let device = Device {
-        highest_v: model.parameters.drive_limit_v,
-        cold_ohm: model.parameters.cold_resistance_ohm,
-    };
-    let session = Session::load_of(&input.files, &device)?;
-    warn(&session);
+    let (model, session) = model_and_session(input)?;
     let (session, rows_left_out) = thinned(session);
     let text = |path: &PathBuf| {
         own_effect(path)?;
