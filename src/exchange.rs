@@ -81,15 +81,20 @@ impl<T, const N: usize> Queue<T, N> {
     /// Takes the first value, and waits until there is one.
     pub(crate) async fn next(&self) -> T {
         loop {
-            if let Some(value) = self.ring.lock(Ring::pop) {
+            if let Some(value) = self.take() {
                 return value;
             }
             self.arrived.wait().await;
         }
     }
 
+    /// Takes the first value, if there is one.
+    pub(crate) fn take(&self) -> Option<T> {
+        self.ring.lock(Ring::pop)
+    }
+
     pub(crate) fn clear(&self) {
-        while self.ring.lock(Ring::pop).is_some() {}
+        while self.take().is_some() {}
     }
 
     pub(crate) fn is_full(&self) -> bool {

@@ -202,9 +202,8 @@ fn every_request_gets_an_answer_of_its_own_and_a_real_board_s_in_time() {
     }
 }
 
-#[test]
-fn no_sample_is_lost() {
-    let bench = Bench::new();
+/// Records 2000 samples, and fails where one of them is missing.
+fn record_all(bench: &Bench, period: &str, duration: &str, period_s: f64) {
     let dropped = || bench.json(&["status"])["dropped_samples"].clone();
     let before = dropped();
     let words = [
@@ -212,20 +211,34 @@ fn no_sample_is_lost() {
         "-o",
         "long.csv",
         "--duration",
-        "2s",
+        duration,
         "--period",
-        "1ms",
+        period,
     ];
     assert_eq!(bench.json(&words)["samples"], 2000);
     let file = bench.measured("long.csv");
     let lost = file
         .rows
         .windows(2)
-        .filter(|pair| (pair[1].t_s - pair[0].t_s - 1e-3).abs() > 1e-9)
+        .filter(|pair| (pair[1].t_s - pair[0].t_s - period_s).abs() > 1e-9)
         .count();
     assert_eq!((file.rows.len(), lost), (2000, 0));
     assert_eq!(dropped(), before);
-    println!("2000 samples at 1000 a second: none lost");
+    println!("2000 samples, one every {period}: none lost");
+}
+
+#[test]
+fn no_sample_is_lost() {
+    record_all(&Bench::new(), "1ms", "2s", 1e-3);
+}
+
+/// The longest samples, at the highest rate.
+#[test]
+fn no_sample_of_any_tick_of_a_driven_board_is_lost() {
+    let bench = Bench::new();
+    let moved = bench.tool(&["set-z", "60um"]);
+    assert_eq!(moved.code, 0, "{}", moved.err);
+    record_all(&bench, "0.1ms", "0.2s", 1e-4);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use core::pin::pin;
 
 use control_core::{Calibration, SenseCalibration};
 use embassy_time::{Duration, with_timeout};
-use mirror_protocol::{ChannelState, Commanded, Health, Stream, Telemetry};
+use mirror_protocol::{ChannelState, Commanded, Health, Stream, Telemetry, TelemetryBatch};
 use protection::{Denied, Lease};
 use waveforms::Player;
 
@@ -180,9 +180,16 @@ impl LinkSide {
         self.0.health.lock(Cell::get)
     }
 
-    /// The next sample of the stream.
-    pub async fn next_sample(self) -> Telemetry {
-        self.0.samples.next().await
+    /// The samples of the stream that wait, as many as travel together; the next one where none does.
+    pub async fn next_samples(self) -> TelemetryBatch {
+        let mut batch = TelemetryBatch::new();
+        let mut next = Some(self.0.samples.next().await);
+        while let Some(sample) = next {
+            // There is room: a full batch takes no further one.
+            let _ = batch.push(sample);
+            next = (!batch.is_full()).then(|| self.0.samples.take()).flatten();
+        }
+        batch
     }
 
     /// The next trip.

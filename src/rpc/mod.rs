@@ -391,10 +391,10 @@ async fn leave(mailbox: LinkSide, bootloader: Option<fn() -> !>) -> ! {
 async fn send_samples(sender: Sender<LinkTx>, mailbox: LinkSide) -> ! {
     let mut sequence: u16 = 0;
     loop {
-        let sample = mailbox.next_sample().await;
-        // A sample that finds no listener is gone; the next one may find it.
+        let samples = mailbox.next_samples().await;
+        // Samples that find no listener are gone; the next ones may find it.
         let _ = sender
-            .publish::<TelemetryTopic>(VarSeq::Seq2(sequence), &sample)
+            .publish::<TelemetryTopic>(VarSeq::Seq2(sequence), &samples)
             .await;
         sequence = sequence.wrapping_add(1);
     }

@@ -1,10 +1,11 @@
 //! Waveforms that a board plays, and the samples that it sends.
 
+use std::collections::VecDeque;
 use std::time::Duration;
 
 use mirror_protocol::{
     CHUNK_POINTS, LoadPointsEndpoint, Play, PlayEndpoint, Points, Shape, Stream, StreamEndpoint,
-    Telemetry, TelemetryTopic,
+    Telemetry, TelemetryBatch, TelemetryTopic,
 };
 use postcard_rpc::host_client::MultiSubscription;
 use tokio::time::timeout;
@@ -13,12 +14,14 @@ use super::link::{ANSWER_TIMEOUT, Board, Request, no_answer};
 use crate::error::ToolError;
 use crate::quantity::Span;
 
-/// Samples that may wait while the tool does something else.
-const QUEUED_SAMPLES: usize = 65536;
+/// Batches of samples that may wait while the tool does something else.
+const QUEUED_BATCHES: usize = 65536;
 
 /// Samples of the board's stream.
 pub struct Samples {
-    subscription: MultiSubscription<Telemetry>,
+    subscription: MultiSubscription<TelemetryBatch>,
+    /// What has come, and was not asked for yet.
+    arrived: VecDeque<Telemetry>,
     /// Earlier ones belong to an earlier stream, perhaps of another tool.
     first_tick: u32,
     longest_pause: Duration,
@@ -63,6 +66,7 @@ impl Board {
         let period = Duration::from_secs_f64(self.span(0, period_ticks.into()).s);
         Ok(Samples {
             subscription,
+            arrived: VecDeque::new(),
             first_tick,
             longest_pause: period,
             stream,
@@ -115,6 +119,7 @@ impl Board {
         let first_tick = self.granted(request, reply)?.first_tick;
         let samples = Samples {
             subscription,
+            arrived: VecDeque::new(),
             first_tick,
             longest_pause: self.longest_pause(play),
             stream: play.stream,
@@ -136,10 +141,13 @@ impl Board {
         Duration::from_secs_f64(period.max(slowed))
     }
 
-    async fn subscribe(&self, request: Request) -> Result<MultiSubscription<Telemetry>, ToolError> {
+    async fn subscribe(
+        &self,
+        request: Request,
+    ) -> Result<MultiSubscription<TelemetryBatch>, ToolError> {
         let subscribed = self
             .client()
-            .subscribe_multi::<TelemetryTopic>(QUEUED_SAMPLES)
+            .subscribe_multi::<TelemetryTopic>(QUEUED_BATCHES)
             .await;
         subscribed.map_err(|_| ToolError::LinkLost { request })
     }
@@ -185,14 +193,16 @@ impl Samples {
         let request = "send samples";
         let limit = self.longest_pause + ANSWER_TIMEOUT;
         loop {
-            let sample = match timeout(limit, self.subscription.recv()).await {
-                Ok(Ok(sample)) => sample,
+            while let Some(sample) = self.arrived.pop_front() {
+                // Ticks wrap, so later means less than half a turn ahead.
+                if sample.tick.wrapping_sub(self.first_tick) < u32::MAX / 2 {
+                    return Ok(sample);
+                }
+            }
+            match timeout(limit, self.subscription.recv()).await {
+                Ok(Ok(batch)) => self.arrived.extend(batch),
                 Ok(Err(_)) => return Err(ToolError::LinkLost { request }),
                 Err(_) => return Err(no_answer(request, limit)),
-            };
-            // Ticks wrap, so later means less than half a turn ahead.
-            if sample.tick.wrapping_sub(self.first_tick) < u32::MAX / 2 {
-                return Ok(sample);
             }
         }
     }

@@ -10,7 +10,7 @@ use postcard_rpc::{TopicDirection, endpoints, topics};
 use crate::{
     CalibrationChunk, CalibrationInfo, CalibrationRefusal, CalibrationUse, Commanded, Drives,
     Hello, Identity, LogPage, LogQuery, Play, Points, Position, Refusal, Renewal, Sense, SenseInfo,
-    SetPose, Status, Stream, Streaming, Telemetry,
+    SetPose, Status, Stream, Streaming, TelemetryBatch,
 };
 
 /// Answer to a command that changes the drives.
@@ -70,7 +70,7 @@ topics! {
 topics! {
     list = TOPICS_OUT;
     direction = TopicDirection::ToClient;
-    | TopicTy        | MessageTy | Path               |
-    | -------        | --------- | ----               |
-    | TelemetryTopic | Telemetry | "mirror/telemetry" |
+    | TopicTy        | MessageTy      | Path               |
+    | -------        | ---------      | ----               |
+    | TelemetryTopic | TelemetryBatch | "mirror/telemetry" |
 }

@@ -23,15 +23,15 @@ pub use fault_log::{
 };
 pub use identity::{Hello, Identity, Text};
 pub use messages::{
-    CHUNK_POINTS, CalibrationChunk, CalibrationInfo, CalibrationRefusal, CalibrationUse,
-    ChannelState, Chunk, Commanded, Drives, Health, Kept, LEASE_FOREVER_MS, Lever, OptionBytes,
-    Play, Points, Pose, Position, Refusal, Renewal, Sense, SenseInfo, Sentence, SetPose, Status,
-    Streaming, Telemetry,
+    BATCH_SAMPLES, CHUNK_POINTS, CalibrationChunk, CalibrationInfo, CalibrationRefusal,
+    CalibrationUse, ChannelState, Chunk, Commanded, Drives, Health, Kept, LEASE_FOREVER_MS, Lever,
+    OptionBytes, Play, Points, Pose, Position, Refusal, Renewal, Sense, SenseInfo, Sentence,
+    SetPose, Status, Streaming, Telemetry, TelemetryBatch,
 };
 pub use waveforms::{Flaw, POINTS, Quantity, Shape, Stream, Table, Waveform};
 
 /// The version of everything in this crate but the greeting. Raised with every change on the wire.
-pub const PROTOCOL_VERSION: u16 = 8;
+pub const PROTOCOL_VERSION: u16 = 9;
 
 /// How long a tool waits for an answer. A board answers within a control tick and the link's time; this is for busy
 /// machines with an emulated board on them.

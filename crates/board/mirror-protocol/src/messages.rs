@@ -189,6 +189,15 @@ pub struct Telemetry {
     pub pose: Pose,
 }
 
+/// Samples that travel together at most: so many of the longest fill a frame ([`crate::MAX_FRAME_BYTES`]).
+///
+/// One by one, those of every tick would not all come through: a sample of a driven board takes two packets of 64 bytes, twenty in
+/// a millisecond, and full-speed USB carries nineteen (USB 2.0, table 5-9).
+pub const BATCH_SAMPLES: usize = 3;
+
+/// The samples of a stream that waited for the link when it had room, the earliest first.
+pub type TelemetryBatch = heapless::Vec<Telemetry, BATCH_SAMPLES>;
+
 /// Why the board does not do what it was asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -2,10 +2,11 @@
 //! keeps the bytes it has always had.
 
 use mirror_protocol::{
-    ANSWER_TIMEOUT_MS, CHUNK_POINTS, ChannelState, CommandReply, Commanded, Drives, Excerpt,
-    FaultLogReply, Health, Hello, Identity, LOG_FORMAT, LogBytes, LogEntry, LogEvent, LogPage,
-    LogStorage, MAX_FRAME_BYTES, OptionBytes, Play, Points, Pose, Position, Refusal, Renewal,
-    ResetCause, Sentence, StartEvent, Status, StatusReply, Stream, Telemetry, Text, TripEvent,
+    ANSWER_TIMEOUT_MS, BATCH_SAMPLES, CHUNK_POINTS, ChannelState, CommandReply, Commanded, Drives,
+    Excerpt, FaultLogReply, Health, Hello, Identity, LOG_FORMAT, LogBytes, LogEntry, LogEvent,
+    LogPage, LogStorage, MAX_FRAME_BYTES, OptionBytes, Play, Points, Pose, Position, Refusal,
+    Renewal, ResetCause, Sentence, StartEvent, Status, StatusReply, Stream, Telemetry,
+    TelemetryBatch, Text, TripEvent,
 };
 use proptest::prelude::*;
 use serde::Serialize;
@@ -163,6 +164,7 @@ proptest! {
         refused_or_stable::<StatusReply>(&bytes)?;
         refused_or_stable::<FaultLogReply>(&bytes)?;
         refused_or_stable::<LogEvent>(&bytes)?;
+        refused_or_stable::<TelemetryBatch>(&bytes)?;
     }
 
     #[test]
@@ -229,6 +231,32 @@ fn the_longest_chunk_of_points_fits_a_frame() {
         bytes.len()
     );
     assert_eq!(postcard::from_bytes::<Points>(&bytes).unwrap(), points);
+}
+
+#[test]
+fn as_many_of_the_longest_samples_as_travel_together_fit_a_frame_and_no_more() {
+    let longest = Telemetry {
+        tick: u32::MAX,
+        drive_v: [1.0; 4],
+        current_a: [1.0; 4],
+        temperature_k: [Some(1.0); 4],
+        limits: u16::MAX,
+        states: [ChannelState::Tripped(1); 4],
+        sensor_z_um: Some(1.0),
+        pose: Pose {
+            z_um: 1.0,
+            tilt_rad: Some([1.0; 2]),
+        },
+    };
+    let batch: TelemetryBatch = [longest; BATCH_SAMPLES].into_iter().collect();
+    let bytes = postcard::to_stdvec(&batch).unwrap();
+    let with_header = bytes.len() + 13;
+    assert!(with_header <= MAX_FRAME_BYTES, "{with_header} bytes");
+    assert!(with_header + bytes.len() / BATCH_SAMPLES > MAX_FRAME_BYTES);
+    assert_eq!(
+        postcard::from_bytes::<TelemetryBatch>(&bytes).unwrap(),
+        batch
+    );
 }
 
 #[test]
