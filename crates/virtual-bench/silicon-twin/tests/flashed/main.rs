@@ -4,5 +4,6 @@ mod bootloader;
 mod common;
 mod fuzz;
 mod power_cuts;
+mod stops;
 mod timing;
 mod worn;
