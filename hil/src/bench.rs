@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use emulated_board::{Connected, EmulatedBoard, Emulation, Speed, private_directory};
 use measurement::MeasurementFile;
+use silicon_twin::flashed_image;
 use silicon_twin::served::{ServedTwin, Serving};
 use tempfile::TempDir;
 use virtual_mirror::MirrorConfig;
@@ -356,11 +357,6 @@ impl From<Child> for Said {
     fn from(tool: Child) -> Self {
         finish(tool)
     }
-}
-
-/// The image that `cargo xtask flash` writes into a driver board.
-pub fn flashed_image() -> PathBuf {
-    target_directory().join("thumbv7em-none-eabihf/firmware/stm32g474")
 }
 
 fn target_directory() -> PathBuf {

@@ -11,7 +11,7 @@ mod patience;
 mod processor;
 mod raw;
 
-pub use bench::{Bench, Said, flashed_image, is_on_twin};
+pub use bench::{Bench, Said, is_on_twin};
 pub use disturb::{DISTURBANCES, Disturbance};
 pub use processor::processor_s;
 pub use raw::RawLink;

@@ -4,10 +4,10 @@
 use std::fs;
 
 use emulated_board::{Connected, PlantFault};
-use hil::{Bench, flashed_image};
+use hil::Bench;
 use silicon_twin::board::Board;
 use silicon_twin::chip::Reset;
-use silicon_twin::{Image, Twin};
+use silicon_twin::{Image, Twin, flashed_image};
 use virtual_mirror::MirrorConfig;
 
 /// Interrupts (RM0440, table 97): the conversions' end, and the one in which the control loop runs.

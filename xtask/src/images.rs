@@ -46,26 +46,37 @@ pub const PROFILE: &str = "firmware";
 /// Builds the image for `board` and returns its path.
 pub fn build(board: Board) -> Result<PathBuf> {
     setup::rust_target(TARGET)?;
-    run(&mut cargo(&[
-        "build",
+    run(cargo(&["build"]).args(words(board)))?;
+    Ok(path(board))
+}
+
+/// What `cargo build` is told for it.
+pub(crate) fn words(board: Board) -> Vec<String> {
+    let [profile, name, feature] = [PROFILE, board.name(), &board.feature()];
+    [
         "--profile",
-        PROFILE,
+        profile,
         "--package",
         "mirror-firmware",
         "--target",
         TARGET,
         "--features",
-        &board.feature(),
+        feature,
         "--bin",
-        board.name(),
-    ]))?;
-    Ok(path(board))
+        name,
+    ]
+    .map(str::to_owned)
+    .into()
 }
 
 /// Where the image for `board` is built.
 pub fn path(board: Board) -> PathBuf {
-    let built = target_directory().join(TARGET).join(PROFILE);
-    built.join(board.name())
+    target_directory().join(place(board))
+}
+
+/// Where it is in a folder that cargo builds in.
+pub(crate) fn place(board: Board) -> PathBuf {
+    Path::new(TARGET).join(PROFILE).join(board.name())
 }
 
 /// Prints the size of an image that is built, and fails where the driver board's is over its budget or its control tick

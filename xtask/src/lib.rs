@@ -5,12 +5,14 @@
 
 pub mod cargo;
 mod checks;
+mod copy;
 mod deny;
 mod flash;
 mod hil;
 pub mod images;
 #[cfg(test)]
 mod layers;
+mod mistakes;
 mod on_target;
 mod packages;
 mod page;
@@ -65,6 +67,9 @@ enum Task {
     },
     /// Build the example of a port to another PCB, and run it on that PCB's silicon twin.
     Port,
+    /// Build the driver board's image with one mistake at a time in its drivers, and print which test on the silicon twin finds
+    /// it: some half an hour.
+    Mistakes,
     /// Measure what is claimed, and print it.
     #[command(disable_help_flag = true)]
     Bench(Words),
@@ -143,6 +148,7 @@ fn run(task: Task) -> Result<ExitCode> {
             resistors,
         } => hil::on_board(&board, resistors).map(|()| ExitCode::SUCCESS),
         Task::Hil { board: None, .. } => hil::on_emulated_boards().map(|()| ExitCode::SUCCESS),
+        Task::Mistakes => mistakes::try_all().map(|()| ExitCode::SUCCESS),
         Task::Port => port::check().map(|()| ExitCode::SUCCESS),
         Task::Bench(Words { words }) => workbench("bench", &words),
         Task::Fuzz { arguments } => test::fuzz(&arguments).map(|()| ExitCode::SUCCESS),

@@ -13,6 +13,7 @@ use crate::checks::{self, Check};
 use crate::deny;
 use crate::hil;
 use crate::images::{self, Board};
+use crate::mistakes;
 use crate::on_target;
 use crate::port;
 use crate::python;
@@ -91,6 +92,7 @@ pub(crate) fn run_all(full: bool) -> Result<()> {
     gate.step("format", || run(&mut cargo(&["fmt", "--all", "--check"])))?;
     gate.step("licences, sources and duplicates", deny::check)?;
     gate.step("the example of another PCB fits the sources", port::fits)?;
+    gate.step("drivers' mistakes fit the sources", mistakes::fit)?;
     let built = build(&mut gate)?;
     gate.step(
         "images: their size, and no panic in the control tick",
@@ -110,6 +112,7 @@ pub(crate) fn run_all(full: bool) -> Result<()> {
             "the example of another PCB, on its silicon twin",
             port::check,
         )?;
+        gate.step("drivers' mistakes", mistakes::try_all)?;
         gate.step("fuzzing", || fuzz(&[]))?;
         gate.step("the Python package and its drivers", || python::check(true))?;
     }
@@ -124,7 +127,9 @@ fn build(gate: &mut Gate) -> Result<Built> {
             let on_target = scope.spawn(|| {
                 timed(|| {
                     images::build(Board::Stm32g474)?;
-                    on_target::build_and_lint()
+                    let built = on_target::build_and_lint()?;
+                    port::build()?;
+                    Ok(built)
                 })
             });
             let on_host = timed(test_programs::build_and_lint);

@@ -1,5 +1,8 @@
 //! The program: its bytes in flash, and the names of its functions.
 
+use std::env;
+use std::path::{Path, PathBuf};
+
 use object::elf::{EF_ARM_ABI_FLOAT_HARD, EM_ARM, FileHeader32, PT_LOAD};
 use object::read::elf::{FileHeader, ProgramHeader};
 use object::{Endianness, Object, ObjectSymbol, SymbolKind};
@@ -47,6 +50,17 @@ pub enum ImageError {
     /// Nobody could tell where it fails.
     #[error("this image has no symbols, so no place in it could be named; was it stripped?")]
     NoSymbols,
+}
+
+/// Where the image is that `cargo xtask flash` writes into a driver board; for tests, which `MIRROR_IMAGE` gives another one.
+pub fn flashed_image() -> PathBuf {
+    if let Some(image) = env::var_os("MIRROR_IMAGE") {
+        return image.into();
+    }
+    let target = env::var_os("CARGO_TARGET_DIR").map(PathBuf::from);
+    let target =
+        target.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../target"));
+    target.join("thumbv7em-none-eabihf/firmware/stm32g474")
 }
 
 impl Image {

@@ -21,5 +21,5 @@ pub mod tool;
 mod twin;
 pub mod usb_host;
 
-pub use image::{Image, ImageError};
+pub use image::{Image, ImageError, flashed_image};
 pub use twin::{Failure, IN_BOOTLOADER, Twin};

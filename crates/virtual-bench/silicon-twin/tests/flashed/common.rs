@@ -1,6 +1,6 @@
 //! The flashed image on a twin, and a tool in front of it.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::LazyLock;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
@@ -9,7 +9,7 @@ use mirror_protocol::{CalibrationChunk, CalibrationWriteEndpoint, Chunk};
 use silicon_twin::board::Board;
 use silicon_twin::coverage::{self, Coverage};
 use silicon_twin::tool::Tool;
-use silicon_twin::{Image, Twin};
+use silicon_twin::{Image, Twin, flashed_image};
 use virtual_mirror::MirrorConfig;
 
 /// The factory's calibration as bytes, which another is made of.
@@ -37,13 +37,6 @@ pub(crate) fn leave_coverage(twin: &Twin) {
 pub(crate) fn image() -> Image {
     let elf = std::fs::read(flashed_image()).expect("an image: `cargo xtask build stm32g474`");
     Image::from_elf(&elf).expect("an image for this chip")
-}
-
-fn flashed_image() -> PathBuf {
-    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../..");
-    let target = std::env::var_os("CARGO_TARGET_DIR");
-    let target = target.map_or_else(|| workspace.join("target"), PathBuf::from);
-    target.join("thumbv7em-none-eabihf/firmware/stm32g474")
 }
 
 /// A board with the bench mirror, when power comes.
