@@ -12,6 +12,8 @@ pub struct Controls(Arc<Mutex<State>>);
 struct State {
     injected: Injected,
     surroundings: Surroundings,
+    /// Where the plate's centre is (um).
+    plate_um: f64,
 }
 
 /// What is around the mirror.
@@ -72,10 +74,17 @@ impl Controls {
         self.state().injected.of_this_tick()
     }
 
-    /// For who simulates the bench, once a tick: what was driven at the outputs, and the hottest temperature anywhere
-    /// (K above ambient).
-    pub fn observe(&self, drive_v: [f64; 4], hottest_k: f64) {
-        self.state().injected.observe(drive_v, hottest_k);
+    /// Where the plate's centre is by now, from its cold rest position towards the substrate (um): what an instrument without
+    /// noise and error would read.
+    pub fn plate_um(&self) -> f64 {
+        self.state().plate_um
+    }
+
+    /// For who simulates the bench, once a tick: what was driven at the outputs, and what is connected after it.
+    pub fn observe(&self, drive_v: [f64; 4], connected: &virtual_mirror::State) {
+        let mut state = self.state();
+        state.injected.observe(drive_v, connected.hottest_k);
+        state.plate_um = connected.z_um;
     }
 
     fn state(&self) -> MutexGuard<'_, State> {

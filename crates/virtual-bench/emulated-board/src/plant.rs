@@ -159,9 +159,9 @@ impl Plant {
                 }
             }
             // The board computes its next drives in the meantime.
-            let hottest_k = self.load.advance(heated_v, 1);
+            let state = self.load.advance(heated_v, 1);
             let at_the_outputs_v = std::array::from_fn(|i| drive_v[i].max(heated_v[i]));
-            self.controls.observe(at_the_outputs_v, hottest_k);
+            self.controls.observe(at_the_outputs_v, &state);
             let ticks = 1 + u64::from(quiet_ticks);
             progress.ticks.fetch_add(ticks, Ordering::Relaxed);
             progress.exchanges.fetch_add(1, Ordering::Relaxed);
@@ -255,14 +255,14 @@ impl Load {
         }
     }
 
-    /// So many ticks of 100 us at these voltages; the hottest temperature anywhere after them (K above ambient).
-    pub fn advance(&mut self, heated_v: [f64; 4], ticks: u16) -> f64 {
+    /// So many ticks of 100 us at these voltages; what is connected after them.
+    pub fn advance(&mut self, heated_v: [f64; 4], ticks: u16) -> State {
         match &mut self.0 {
             LoadKind::Mirror(mirror) => {
                 mirror.mirror.step(heated_v, f64::from(ticks) * TICK_S);
-                mirror.mirror.state().hottest_k
+                mirror.mirror.state()
             }
-            LoadKind::Resistors(_) => 0.0,
+            LoadKind::Resistors(_) => State::default(),
         }
     }
 

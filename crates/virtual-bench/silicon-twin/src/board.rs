@@ -201,10 +201,10 @@ impl Board {
         self.steps += 1;
         let heated_s = self.heated_s.max(f64::MIN_POSITIVE);
         let effective_v = self.heat.map(|heat| (heat / heated_s).sqrt());
-        let hottest_k = self.load.advance(effective_v, 1);
+        let state = self.load.advance(effective_v, 1);
         // Its mean: the PWM leaves a ripple.
         self.controls
-            .observe(self.given.map(|given| given / heated_s), hottest_k);
+            .observe(self.given.map(|given| given / heated_s), &state);
         (self.heat, self.given, self.heated_s) = ([0.0; 4], [0.0; 4], 0.0);
         let (fault, age) = self.controls.fault_of_this_tick();
         self.fault = fault.map(|fault| (fault, age));

@@ -56,6 +56,10 @@ pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(),
         force: ask.force,
     };
     on_trial.bench.say(&time_words(&procedure, &source));
+    if matches!(source, Source::Files(_)) {
+        let rest_s = Effort::USUAL.cooling_s;
+        on_trial.bench.count_from_rest(rest_s).await?;
+    }
     let calibrated = procedure.run(&mut on_trial, source).await;
     let kept = match calibrated {
         Ok(calibrated) => keep(board, &calibrated).await.map(|()| calibrated),

@@ -358,13 +358,25 @@ impl<'a> Bench<'a> {
 
     /// The scatter of the board's sensor at rest, one standard deviation, if it has one.
     async fn noise_um(&self) -> Result<Option<f64>, ToolError> {
+        Ok(noise_um(&self.sensor_um().await?))
+    }
+
+    /// What the board's sensor reads for a while, where it reads anything (um).
+    async fn sensor_um(&self) -> Result<Vec<f64>, ToolError> {
         let period = self.board.period_ticks(NOISE_PERIOD)?;
         let samples = self.board.samples(period, NOISE_READINGS).await?;
-        let readings: Vec<f64> = samples
-            .iter()
-            .filter_map(|sample| sample.sensor_z_um.map(f64::from))
-            .collect();
-        Ok(noise_um(&readings))
+        let read = samples.iter().filter_map(|sample| sample.sensor_z_um);
+        Ok(read.map(f64::from).collect())
+    }
+
+    /// Lets displacements count from what the board's sensor reads after so long a rest (s). Without it they count from the
+    /// first reading at rest of an experiment, and one of positions has none.
+    pub(crate) async fn count_from_rest(&mut self, rest_s: f64) -> Result<(), ToolError> {
+        let off = self.board.off().await?;
+        self.board.wait(off.tick, Span { s: rest_s }).await?;
+        let read = self.sensor_um().await?;
+        self.zero.um = (!read.is_empty()).then(|| measurement::median(read));
+        Ok(())
     }
 
     async fn wait(&self, tick: u32, seconds: f64) -> Result<(), ToolError> {
