@@ -10,11 +10,13 @@ mod emulator;
 mod patience;
 mod processor;
 mod raw;
+mod terminal;
 
 pub use bench::{Bench, Said, is_on_twin};
 pub use disturb::{DISTURBANCES, Disturbance};
 pub use processor::processor_s;
 pub use raw::RawLink;
+pub use terminal::Terminal;
 
 /// Whether what takes minutes is asked for too: `cargo xtask test --full` sets `MIRROR_FULL=1`.
 pub fn is_full() -> bool {

@@ -1,17 +1,13 @@
 //! The live view in a pseudo terminal, in front of an emulated board: keys drive the mirror, and however the view ends,
 //! the board and the terminal are left as they were.
 
-mod terminal;
-
 use std::net::UdpSocket;
 use std::num::NonZero;
 use std::process::Command;
 
 use emulated_board::Speed;
-use hil::{Bench, interrupt};
+use hil::{Bench, Terminal, interrupt};
 use serde_json::{Value, json};
-
-use crate::terminal::Terminal;
 
 /// A board with the wall's clock, for somebody looks at it.
 fn bench() -> Bench {

@@ -1,36 +1,45 @@
-//! A pseudo terminal with the tool in it: what is typed, and what is seen.
+//! A pseudo terminal with a program in it: what is typed, and what is seen.
 
 use std::fs::File;
 use std::io::{Read, Write};
 use std::num::NonZero;
 use std::os::fd::AsFd;
+use std::path::Path;
 use std::process::{Child, Command};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread;
 use std::time::Duration;
 
-use hil::Bench;
 use rustix::pty::{OpenptFlags, openpt, ptsname, unlockpt};
 use rustix::termios::{LocalModes, Winsize, tcgetattr, tcsetwinsize};
 use vt100::Parser;
 
+use crate::Bench;
+
 /// From one look at the screen to the next, so that looking leaves the processors to the board.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// A terminal of 80 columns and 24 rows, and the tool that was started in it.
-pub(crate) struct Terminal {
+/// A terminal of 80 columns and 24 rows, and the program that was started in it. All of its functions panic where the system
+/// has no pseudo terminals.
+pub struct Terminal {
     keyboard: File,
     /// The tool's end, which keeps the terminal open after the tool.
     line: File,
     screen: Arc<Mutex<Parser>>,
     stands_still: Arc<AtomicBool>,
-    pub(crate) tool: Child,
+    /// The program.
+    pub tool: Child,
 }
 
 impl Terminal {
-    /// Starts the tool with these words, as the leader of the terminal's session, as under a shell.
-    pub(crate) fn start(bench: &Bench, words: &[&str]) -> Self {
+    /// Starts the tool with these words.
+    pub fn start(bench: &Bench, words: &[&str]) -> Self {
+        Self::start_program(&bench.command(words))
+    }
+
+    /// Starts a program, in its environment and folder, as the leader of the terminal's session, as under a shell.
+    pub fn start_program(program: &Command) -> Self {
         let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
         let keyboard = openpt(flags).expect("a pseudo terminal");
         unlockpt(&keyboard).expect("it is ours");
@@ -44,17 +53,17 @@ impl Terminal {
             .write(true)
             .open(name)
             .expect("it opens");
-        let tool = bench.command(words);
         let mut session = Command::new("setsid");
         session
             .arg("--ctty")
-            .arg(tool.get_program())
-            .args(tool.get_args())
+            .arg(program.get_program())
+            .args(program.get_args())
             .envs(
-                tool.get_envs()
+                program
+                    .get_envs()
                     .filter_map(|(name, value)| Some((name, value?))),
             )
-            .current_dir(bench.directory())
+            .current_dir(program.get_current_dir().unwrap_or(Path::new(".")))
             .stdin(line.try_clone().expect("a handle"))
             .stdout(line.try_clone().expect("a handle"))
             .stderr(line.try_clone().expect("a handle"));
@@ -83,13 +92,15 @@ impl Terminal {
         }
     }
 
-    pub(crate) fn types(&mut self, keys: &str) {
+    /// Types these keys.
+    pub fn types(&mut self, keys: &str) {
         self.keyboard
             .write_all(keys.as_bytes())
             .expect("it is read");
     }
 
-    pub(crate) fn resize(&self, columns: NonZero<u16>, rows: NonZero<u16>) {
+    /// Gives the terminal another size.
+    pub fn resize(&self, columns: NonZero<u16>, rows: NonZero<u16>) {
         self.screen().screen_mut().set_size(rows, columns);
         resize(&self.keyboard, columns, rows);
     }
@@ -99,17 +110,17 @@ impl Terminal {
     }
 
     /// What is seen.
-    pub(crate) fn text(&self) -> String {
+    pub fn text(&self) -> String {
         self.screen().screen().contents()
     }
 
     /// From now on the terminal takes nothing more, as one whose connection hangs.
-    pub(crate) fn stands_still(&self) {
+    pub fn stands_still(&self) {
         self.stands_still.store(true, Ordering::Relaxed);
     }
 
     /// Waits until this is seen.
-    pub(crate) fn wait_for(&self, bench: &Bench, text: &str) {
+    pub fn wait_for(&self, bench: &Bench, text: &str) {
         bench.wait(&format!("`{text}` is not shown"), |_| {
             let is_shown = self.text().contains(text);
             if !is_shown {
@@ -120,13 +131,13 @@ impl Terminal {
     }
 
     /// Waits for the end of the tool; returns its exit code, and `None` where it was killed.
-    pub(crate) fn wait(&mut self) -> Option<i32> {
+    pub fn wait(&mut self) -> Option<i32> {
         self.tool.wait().expect("it is ours").code()
     }
 
     /// Whether the terminal is as a shell leaves it to a program: lines are read with echo, the cursor is seen, and the
     /// screen is the one with the lines of before.
-    pub(crate) fn is_restored(&self) -> bool {
+    pub fn is_restored(&self) -> bool {
         let parser = self.screen();
         let screen = parser.screen();
         self.reads_lines() && !screen.alternate_screen() && !screen.hide_cursor()
