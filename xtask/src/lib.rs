@@ -73,6 +73,10 @@ enum Task {
     /// Measure what is claimed, and print it.
     #[command(disable_help_flag = true)]
     Bench(Words),
+    /// Tell the whole story on a mirror with something hidden in it: measure, diagnose, calibrate, move; what was hidden comes
+    /// last.
+    #[command(disable_help_flag = true)]
+    Story(Words),
     /// Feed mutated input to everything that reads bytes or text from outside.
     Fuzz {
         /// Cases, and what else the fuzzer takes (`--help`).
@@ -151,6 +155,7 @@ fn run(task: Task) -> Result<ExitCode> {
         Task::Mistakes => mistakes::try_all().map(|()| ExitCode::SUCCESS),
         Task::Port => port::check().map(|()| ExitCode::SUCCESS),
         Task::Bench(Words { words }) => workbench("bench", &words),
+        Task::Story(Words { words }) => workbench("story", &words),
         Task::Fuzz { arguments } => test::fuzz(&arguments).map(|()| ExitCode::SUCCESS),
         Task::Python { full } => python::check(full).map(|()| ExitCode::SUCCESS),
         Task::Deny => deny::check().map(|()| ExitCode::SUCCESS),

@@ -11,6 +11,7 @@ mod on_target;
 mod package;
 mod picture;
 mod positions;
+mod story;
 mod terminal;
 mod traces;
 mod twin_speed;
@@ -43,6 +44,8 @@ enum Task {
         #[arg(last = true)]
         arguments: Vec<String>,
     },
+    /// Tell the whole story on a mirror with something hidden in it: measure, diagnose, calibrate, move.
+    Story(story::Arguments),
     /// Write the sessions of data/hidden anew.
     HideEffects,
     /// Write anew what a board has until it is calibrated: the table of the reconciled model.
@@ -101,6 +104,7 @@ fn run(task: Task) -> Result<ExitCode> {
             Some(Benchmark::Traces) => traces::draw(),
             Some(Benchmark::Twin) => twin_speed::run(),
         },
+        Task::Story(arguments) => story::run(&arguments),
         Task::HideEffects => hidden::write(),
         Task::TabulateFactory => factory::write(),
         Task::LearnConfusions => diagnoses::learn(),

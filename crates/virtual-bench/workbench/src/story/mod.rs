@@ -1,0 +1,313 @@
+//! The whole story in one sitting: a mirror with something hidden in it is measured, compared with the model, diagnosed, the
+//! model mended, the board calibrated and the mirror moved, all by the tool's own commands on an emulated board.
+//!
+//! The mirror is moved to the same positions after each step that changes what the board knows. What was hidden is told at
+//! the end.
+
+mod mirror;
+mod person;
+mod table;
+#[cfg(test)]
+mod tests;
+
+use std::fs;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+use mirror_model::Model;
+use serde_json::Value;
+use xtask::cargo::target_directory;
+use xtask::images::{self, Board};
+use xtask::setup;
+
+use self::mirror::{HiddenIn, SESSION_V};
+use self::person::{Move, Person, There, number, texts};
+
+/// The model that the story begins with, and the one that the factory's calibration was made from.
+const START: &str = "paper";
+const FACTORY: &str = "reconciled";
+/// Measurements that are made because a diagnosis asks for them, one after the other.
+const MORE: usize = 2;
+/// The mirrors of the table in the docs: as many as there are effects, each with another one. Nothing was developed on them.
+const FIRST_OF_ALL: u64 = 9301;
+
+/// Which story, and where it goes.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Which mirror, and what is hidden in it: any number.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Tell the stories of every effect, on mirrors that nothing was developed on, and write docs/figures/story.md anew: an hour.
+    #[arg(long, conflicts_with = "seed")]
+    full: bool,
+}
+
+/// What was tried on the mirror with one calibration.
+struct Chapter {
+    title: String,
+    /// What the model that the board goes by leaves of the session (um, root mean square).
+    session_rms_um: f64,
+    moves: Vec<Move>,
+}
+
+impl Chapter {
+    /// How far the mirror was from where it was to be (um, root mean square).
+    fn error_rms_um(&self) -> f64 {
+        rms(self.moves.iter().filter_map(Move::error_um))
+    }
+
+    fn print(&self) {
+        println!("\n{}", self.title);
+        println!(
+            "  the model leaves {:.3} um rms of the session",
+            self.session_rms_um
+        );
+        println!("  predicted     read       was     error");
+        for moved in &self.moves {
+            let asked_um = moved.asked_um;
+            match &moved.came {
+                Ok(There { read_um, plate_um }) => println!(
+                    "  {asked_um:>9.3} {read_um:>8.3} {plate_um:>9.3} {:>+9.3} um",
+                    plate_um - asked_um
+                ),
+                Err(why) => println!("  {asked_um:>9.3} {why}"),
+            }
+        }
+        println!("  {:.3} um rms\n", self.error_rms_um());
+    }
+}
+
+/// A story that was told to its end.
+struct Story {
+    seed: u64,
+    hidden: HiddenIn,
+    verdict: String,
+    /// What the diagnosis names, the best first.
+    suspects: Vec<String>,
+    chapters: Vec<Chapter>,
+    took: Duration,
+}
+
+impl Story {
+    /// The error of `set-z` on the board as it came, and in the end (um, root mean square), at the positions that were reached
+    /// both times.
+    fn errors_um(&self) -> Option<[f64; 2]> {
+        let (first, last) = (self.chapters.first()?, self.chapters.last()?);
+        let both: Vec<[f64; 2]> = first
+            .moves
+            .iter()
+            .filter_map(|moved| {
+                let again = last
+                    .moves
+                    .iter()
+                    .find(|again| again.asked_um == moved.asked_um)?;
+                Some([moved.error_um()?, again.error_um()?])
+            })
+            .collect();
+        Some([0, 1].map(|when| rms(both.iter().map(|errors| errors[when]))))
+    }
+
+    /// What this bench cannot better (um, root mean square).
+    fn limit_um(&self) -> f64 {
+        let moves = self
+            .chapters
+            .last()
+            .into_iter()
+            .flat_map(|last| &last.moves);
+        rms(moves.map(|moved| self.hidden.limit_um(moved.asked_um)))
+    }
+
+    /// Whether the error fell ten times, or to what this bench cannot better.
+    fn ends_well(&self) -> bool {
+        let enough = |[before, after]: [f64; 2]| after <= 0.1 * before || after <= self.limit_um();
+        self.errors_um().is_some_and(enough)
+    }
+}
+
+/// Tells a story, or all of them.
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    setup::qemu()?;
+    images::build(Board::Mps2)?;
+    let root = target_directory().join("story");
+    if !arguments.full {
+        let story = tell(arguments.seed, &root)?;
+        println!("{}\n{}", table::HEADING, table::row(&story));
+        return Ok(());
+    }
+    let mut rows = Vec::new();
+    for seed in FIRST_OF_ALL..FIRST_OF_ALL + mirror::listed().len() as u64 {
+        // One that cannot be told to its end leaves the others.
+        let row = tell(seed, &root).map_or_else(
+            |error| format!("| {seed} | {} | {error:#} |", mirror::effect(seed)),
+            |story| table::row(&story),
+        );
+        println!("{row}");
+        rows.push(row);
+    }
+    println!("written to {}", table::write(&rows)?.display());
+    Ok(())
+}
+
+/// Tells the story of one mirror, in a folder of its own under `root`.
+fn tell(seed: u64, root: &Path) -> Result<Story> {
+    let begun = Instant::now();
+    let folder = root.join(seed.to_string());
+    if folder.exists() {
+        fs::remove_dir_all(&folder)?;
+    }
+    fs::create_dir_all(&folder)?;
+    let hidden = HiddenIn::draw(seed)?;
+    let mut plot = Plot {
+        person: Person::sit_down(&hidden.config, &folder)?,
+        chapters: Vec::new(),
+    };
+    let as_it_came = plot.person.moves_it()?;
+    plot.measure()?;
+    plot.chapter("The board as the factory left it", FACTORY, as_it_came)?;
+    plot.know_the_model()?;
+    let (verdict, suspects) = plot.diagnose()?;
+    plot.add(&suspects)?;
+    plot.calibrate()?;
+    plot.report()?;
+    let story = Story {
+        seed,
+        hidden,
+        verdict,
+        suspects,
+        chapters: plot.chapters,
+        took: begun.elapsed(),
+    };
+    println!("Hidden was: {}.\n", story.hidden.effect);
+    Ok(story)
+}
+
+/// A story as far as it has been told.
+struct Plot {
+    person: Person,
+    chapters: Vec<Chapter>,
+}
+
+/// The files of a story, in its folder.
+const SESSION: &str = "session";
+const FITTED: &str = "fitted.toml";
+const BETTER: &str = "better.toml";
+const PAGE: &str = "report.html";
+
+impl Plot {
+    fn measure(&self) -> Result<()> {
+        let room = self.person.thermometer();
+        self.person.types(&format!(
+            "host-tool measure session --max {SESSION_V}V --ambient {room} -o {SESSION}"
+        ))?;
+        Ok(())
+    }
+
+    /// Tells what was tried with the calibration in use, which `model` was inverted for.
+    fn chapter(&mut self, title: &str, model: &str, moves: Vec<Move>) -> Result<()> {
+        let compared = self
+            .person
+            .types(&format!("host-tool compare {model} {SESSION}"))?;
+        let chapter = Chapter {
+            title: title.to_owned(),
+            session_rms_um: number(&compared, "rms")?,
+            moves,
+        };
+        chapter.print();
+        self.chapters.push(chapter);
+        Ok(())
+    }
+
+    /// The model without anything beyond it.
+    fn know_the_model(&mut self) -> Result<()> {
+        self.person
+            .types(&format!("host-tool fit {START} {SESSION} -o {FITTED}"))?;
+        self.go_by("The fitted model", FITTED)
+    }
+
+    /// Has the board go by a model's inverse as it is, and moves the mirror.
+    fn go_by(&mut self, title: &str, model: &str) -> Result<()> {
+        let inverse = "inverse.toml";
+        let path = self.person.path(model);
+        let loaded = Model::load(&path.to_string_lossy())?;
+        let calibration = calibration::tabulate(&loaded)?.calibration;
+        fs::write(
+            self.person.path(inverse),
+            calibration::to_toml(&calibration),
+        )?;
+        self.person
+            .types(&format!("host-tool load-calibration {inverse}"))?;
+        let moves = self.person.moves_it()?;
+        self.chapter(title, model, moves)
+    }
+
+    /// Which physics is missing: the verdict, and what it names. Where several suspects are left, what tells them apart is
+    /// measured, as far as this bench can.
+    fn diagnose(&self) -> Result<(String, Vec<String>)> {
+        let mut measured = SESSION.to_owned();
+        for more in 0.. {
+            let found = self
+                .person
+                .types(&format!("host-tool diagnose {START} {measured}"))?;
+            let verdict = found["verdict"].as_str().context("no verdict")?.to_owned();
+            let suspects = texts(&found["effects"]);
+            println!("\nVerdict: {verdict} {}\n", suspects.join(", "));
+            let Some(line) = next_line(&found).filter(|_| more < MORE) else {
+                return Ok((verdict, suspects));
+            };
+            println!("To tell them apart: {}", found["next_measurement"]["why"]);
+            let file = format!("next-{more}.csv");
+            self.person.types(&into_file(&line, &file))?;
+            measured = format!("{measured} {file}");
+        }
+        unreachable!("it returns before it has measured so often")
+    }
+
+    /// Adds the first suspect to the model, if there is one.
+    fn add(&mut self, suspects: &[String]) -> Result<()> {
+        let Some(effect) = suspects.first() else {
+            fs::copy(self.person.path(FITTED), self.person.path(BETTER))?;
+            return Ok(());
+        };
+        self.person.types(&format!(
+            "host-tool effect add {effect} {START} {SESSION} -o {BETTER}"
+        ))?;
+        self.go_by(&format!("With {effect} in the model"), BETTER)
+    }
+
+    fn calibrate(&mut self) -> Result<()> {
+        let identified = "identified.toml";
+        self.person.types(&format!(
+            "host-tool calibrate {BETTER} --from {SESSION} --quick --picture calibrate.svg --model-output {identified}"
+        ))?;
+        let moves = self.person.moves_it()?;
+        self.chapter("Calibrated", identified, moves)
+    }
+
+    fn report(&self) -> Result<()> {
+        self.person.types(&format!(
+            "host-tool report {SESSION} --model {START} -o {PAGE}"
+        ))?;
+        println!("\nThe page: {}", self.person.path(PAGE).display());
+        Ok(())
+    }
+}
+
+/// How to measure what a diagnosis asks for, where a board and its bench can.
+fn next_line(found: &Value) -> Option<String> {
+    let line = found["next_command"].as_str()?;
+    let can = line.starts_with("host-tool measure ");
+    can.then(|| line.to_owned())
+}
+
+/// A command line that writes into `file`, wherever it would have written.
+fn into_file(line: &str, file: &str) -> String {
+    let at = line.find(" -o ").unwrap_or(line.len());
+    format!("{} -o {file}", &line[..at])
+}
+
+/// Root mean square.
+fn rms(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let count = values.clone().count().max(1) as f64;
+    (values.map(|value| value * value).sum::<f64>() / count).sqrt()
+}

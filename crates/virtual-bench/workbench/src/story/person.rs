@@ -1,0 +1,186 @@
+//! A person at a bench with an emulated board: types commands, moves stage and oven when asked, and looks at the mirror
+//! itself, which nobody can at a real bench.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::thread;
+
+use anyhow::{Context, Result, ensure};
+use emulated_board::{Connected, EmulatedBoard, Emulation, Speed};
+use serde_json::Value;
+use tempfile::TempDir;
+use virtual_mirror::MirrorConfig;
+use xtask::images::{self, Board};
+use xtask::tool;
+
+/// Where the mirror is moved to (um).
+const POSITIONS_UM: [f64; 4] = [20.0, 60.0, 120.0, 160.0];
+/// The mirror has so long to get there.
+const SETTLE: &str = "2s";
+/// How the tool asks for the stage to be moved; a height in micrometres follows.
+const TO_THE_STAGE: &str = "move the stage to ";
+
+/// One `set-z`.
+#[derive(Clone, Debug)]
+pub(super) struct Move {
+    /// Where the mirror was to be, which is where the model in the board predicts it (um).
+    pub(super) asked_um: f64,
+    /// Where it came to, or why it did not.
+    pub(super) came: Result<There, String>,
+}
+
+/// Where a mirror was after a move.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct There {
+    /// Where the bench's sensor saw it (um).
+    pub(super) read_um: f64,
+    /// Where it was (um).
+    pub(super) plate_um: f64,
+}
+
+impl Move {
+    /// How far the mirror was from where it was to be (um), where it was not refused.
+    pub(super) fn error_um(&self) -> Option<f64> {
+        let there = self.came.as_ref().ok()?;
+        Some(there.plate_um - self.asked_um)
+    }
+}
+
+/// Who tries a mirror on a board.
+pub(super) struct Person {
+    board: EmulatedBoard,
+    room_c: f64,
+    folder: PathBuf,
+    _sockets: TempDir,
+}
+
+impl Person {
+    /// With this mirror on a board that comes from the factory, working in `folder`.
+    ///
+    /// # Errors
+    /// Where the board does not start.
+    pub(super) fn sit_down(mirror: &MirrorConfig, folder: &Path) -> Result<Self> {
+        let sockets = emulated_board::private_directory()?;
+        let board = EmulatedBoard::start(&Emulation {
+            image: images::path(Board::Mps2),
+            connected: Connected::Mirror(Box::new(mirror.clone())),
+            boards_directory: sockets.path().to_owned(),
+            name: "story".to_owned(),
+            flash: None,
+            speed: Speed::Awaited,
+            has_monitor: false,
+        })?;
+        Ok(Self {
+            board,
+            room_c: mirror.ambient_c,
+            folder: folder.to_owned(),
+            _sockets: sockets,
+        })
+    }
+
+    /// What the thermometer of the room says, as the tool takes it.
+    pub(super) fn thermometer(&self) -> String {
+        format!("{:.1}", self.room_c)
+    }
+
+    /// The file or folder of this name in the folder of the story.
+    pub(super) fn path(&self, name: &str) -> PathBuf {
+        self.folder.join(name)
+    }
+
+    /// Types a command, and returns its report. Before it is carried out the room is as warm as it asks for, and afterwards
+    /// as it was.
+    ///
+    /// # Errors
+    /// Where the command fails: with its own words.
+    pub(super) fn types(&self, line: &str) -> Result<Value> {
+        println!("$ {line}");
+        let words: Vec<&str> = line.split(' ').skip(1).collect();
+        if let Some(at) = words.iter().position(|word| *word == "--ambient") {
+            let celsius = words.get(at + 1).context("a temperature")?.parse()?;
+            self.board.controls().set_oven(celsius);
+        }
+        let report = self.carry_out(&words);
+        self.board.controls().set_oven(self.room_c);
+        report.with_context(|| format!("`{line}`"))
+    }
+
+    fn carry_out(&self, words: &[&str]) -> Result<Value> {
+        let mut tool = tool::command()
+            .args(words)
+            .arg("--json")
+            .env("MIRROR_BOARD", self.board.socket())
+            .env("NO_COLOR", "1")
+            .current_dir(&self.folder)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .context("the host tool does not run; is it built?")?;
+        let mut keys = tool.stdin.take().context("piped")?;
+        let mut out = tool.stdout.take().context("piped")?;
+        let said = BufReader::new(tool.stderr.take().context("piped")?);
+        let report = thread::spawn(move || {
+            let mut text = String::new();
+            out.read_to_string(&mut text).map(|_| text)
+        });
+        let mut complaint = String::new();
+        for line in said.lines() {
+            let line = line?;
+            if let Some((_, rest)) = line.split_once(TO_THE_STAGE) {
+                let (um, _) = rest.split_once(" um").context("a height")?;
+                self.board.controls().move_stage(um.parse()?);
+                writeln!(keys)?;
+            }
+            complaint += &(line + "\n");
+        }
+        let report = report.join().ok().context("it panicked")??;
+        let report: Value = serde_json::from_str(&report)?;
+        let failure = report["error"]["message"].as_str();
+        ensure!(tool.wait()?.success(), "{}", failure.unwrap_or(&complaint));
+        Ok(report)
+    }
+
+    /// Moves the mirror to every position that the board reaches, then turns it off.
+    ///
+    /// # Errors
+    /// Where a command fails.
+    pub(super) fn moves_it(&self) -> Result<Vec<Move>> {
+        let top_um = number(&self.types("host-tool status")?, "max_position_um")?;
+        let mut moves = Vec::new();
+        for asked_um in POSITIONS_UM.into_iter().filter(|um| *um <= top_um) {
+            let line = format!("host-tool set-z {asked_um}um --settle {SETTLE}");
+            let came = match self.types(&line) {
+                Ok(moved) => Ok(There {
+                    read_um: number(&moved, "sensor_z_um")?,
+                    plate_um: self.board.controls().plate_um(),
+                }),
+                // A calibration that is far off makes the mirror too hot, which turns the board off.
+                Err(error) => {
+                    self.types("host-tool clear")?;
+                    Err(format!("{:#}", error.root_cause()))
+                }
+            };
+            moves.push(Move { asked_um, came });
+        }
+        self.types("host-tool off")?;
+        Ok(moves)
+    }
+}
+
+/// A number of a report.
+///
+/// # Errors
+/// Where it is not there.
+pub(super) fn number(report: &Value, key: &str) -> Result<f64> {
+    let number = report[key].as_f64();
+    number.with_context(|| format!("no `{key}` in {report}"))
+}
+
+/// The texts of a list in a report.
+pub(super) fn texts(list: &Value) -> Vec<String> {
+    let all = list.as_array().into_iter().flatten();
+    all.filter_map(|text| text.as_str().map(str::to_owned))
+        .collect()
+}
