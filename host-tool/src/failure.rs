@@ -4,6 +4,7 @@ use miette::Diagnostic;
 use serde::Serialize;
 
 use crate::error::ToolError;
+use crate::report;
 
 #[derive(Serialize)]
 struct Line {
@@ -28,8 +29,7 @@ pub(crate) fn line(error: &ToolError) -> String {
         message: error.to_string(),
         help: error.help().map(|help| help.to_string()),
     };
-    let line = serde_json::to_string(&Line { error: failure }).expect("it holds only text");
-    line + "\n"
+    report::line(&Line { error: failure })
 }
 
 #[cfg(test)]

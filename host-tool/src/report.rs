@@ -10,6 +10,28 @@ use serde::Serialize;
 /// A report has been printed: standard output holds one value, whatever comes after.
 static HAS_REPORT: AtomicBool = AtomicBool::new(false);
 
+/// The version of what `--json` prints, which docs/reference/json.md tells: another number where a key is taken away, or means
+/// something else. More keys are the same version.
+const FORMAT: u32 = 1;
+
+/// A report, or what stands in its place, with the version of its form.
+#[derive(Serialize)]
+struct Versioned<'a, T> {
+    format: u32,
+    #[serde(flatten)]
+    report: &'a T,
+}
+
+/// A report as one line of JSON.
+pub(crate) fn line(report: &impl Serialize) -> String {
+    let versioned = Versioned {
+        format: FORMAT,
+        report,
+    };
+    let line = serde_json::to_string(&versioned).expect("reports hold only numbers and text");
+    line + "\n"
+}
+
 /// Whether the command has printed its report.
 pub(crate) fn has_report() -> bool {
     HAS_REPORT.load(Ordering::Relaxed)
@@ -19,8 +41,7 @@ pub(crate) fn has_report() -> bool {
 pub(crate) fn print(report: &(impl Serialize + Display), json: bool) {
     HAS_REPORT.store(true, Ordering::Relaxed);
     if json {
-        let line = serde_json::to_string(report).expect("reports hold only numbers and text");
-        write(&(line + "\n"));
+        write(&line(report));
     } else {
         write(&report.to_string());
     }

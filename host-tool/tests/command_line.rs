@@ -126,7 +126,10 @@ fn no_board() {
         );
     }
     let said = host_tool(boards.path(), &["list", "--json"]);
-    assert_eq!((said.code, said.out.as_str()), (0, "{\"boards\":[]}\n"));
+    assert_eq!(
+        (said.code, said.out.as_str()),
+        (0, "{\"format\":1,\"boards\":[]}\n")
+    );
 }
 
 #[test]

@@ -53,7 +53,8 @@ struct Explanation {
 /// Prints the page of `name`, or the names that there are.
 pub(super) fn run(name: Option<&str>, json: bool) -> Result<(), ToolError> {
     let Some(name) = name else {
-        report::print(&Names(PAGES.map(|(name, _)| name).to_vec()), json);
+        let names = PAGES.map(|(name, _)| name).to_vec();
+        report::print(&Names { names }, json);
         return Ok(());
     };
     let found = PAGES.into_iter().find(|(known, _)| *known == name);
@@ -77,12 +78,13 @@ pub(super) fn sentence(name: &str) -> Option<String> {
 }
 
 #[derive(Serialize)]
-#[serde(transparent)]
-struct Names(Vec<&'static str>);
+struct Names {
+    names: Vec<&'static str>,
+}
 
 impl fmt::Display for Names {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.iter().try_for_each(|name| writeln!(f, "{name}"))
+        self.names.iter().try_for_each(|name| writeln!(f, "{name}"))
     }
 }
 
