@@ -21,7 +21,7 @@ use xtask::cargo::target_directory;
 use xtask::images::{self, Board};
 use xtask::setup;
 
-use self::mirror::{HiddenIn, SESSION_V};
+use self::mirror::HiddenIn;
 use self::person::{Move, Person, There, number, texts};
 
 /// The model that the story begins with, and the one that the factory's calibration was made from.
@@ -198,7 +198,7 @@ impl Plot {
     fn measure(&self) -> Result<()> {
         let room = self.person.thermometer();
         self.person.types(&format!(
-            "host-tool measure session --max {SESSION_V}V --ambient {room} -o {SESSION}"
+            "host-tool measure session --ambient {room} -o {SESSION}"
         ))?;
         Ok(())
     }
