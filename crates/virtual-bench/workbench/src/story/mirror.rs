@@ -20,7 +20,7 @@ const FAR_UM: f64 = 165.0;
 /// in the middle, and less where the cold resistance is more (docs/faults/over-temperature.md).
 const HOT_K: f64 = 120.0;
 /// Mirrors that are tried with one seed, and the distance of their seeds.
-const TRIALS: u64 = 20;
+const TRIALS: u64 = 100;
 const APART: u64 = 100_000;
 /// Of what slowly wanders in a position sensor's reading, a correction by that sensor keeps less than three standard
 /// deviations.
