@@ -89,6 +89,14 @@ impl VirtualMirror {
         self.system.set_ambient(&mut self.now, rise_k);
     }
 
+    /// Makes the air take `factor` times the heat that it took when the mirror was made: a draught, another pressure. What is
+    /// not finite, or negative, counts as 1.
+    pub fn set_air_loss(&mut self, factor: f64) {
+        let is_air = factor.is_finite() && factor >= 0.0;
+        self.system
+            .set_air_loss(&mut self.now, if is_air { factor } else { 1.0 });
+    }
+
     /// Moves the stage that the whole mirror is on: the sensor sees its target `um` further in the direction of the
     /// substrate. Not finite counts as 0.
     pub fn set_stage(&mut self, um: f64) {

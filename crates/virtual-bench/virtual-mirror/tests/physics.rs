@@ -248,6 +248,28 @@ fn warm_air_conducts_as_the_law_says_that_warmed_it() {
 }
 
 #[test]
+fn air_that_takes_more_cools_a_driven_mirror_and_no_cold_one() {
+    let mut mirror = VirtualMirror::new(&MirrorConfig::bench()).expect("valid mirror");
+    let rests = |mirror: &mut VirtualMirror, volts: f64| {
+        mirror.advance([volts; 4], 100.0);
+        mirror.state()
+    };
+    let before = rests(&mut mirror, 2.0);
+    mirror.set_air_loss(1.2);
+    let more = rests(&mut mirror, 2.0);
+    // Part of the heat leaves through the beams' ends, which the air does not change.
+    let kept = more.heater_mean_k[0] / before.heater_mean_k[0];
+    assert!((1.0 / 1.2..0.99).contains(&kept), "{kept}");
+    assert!(more.current_a[0] > before.current_a[0]);
+    mirror.set_air_loss(f64::NAN);
+    let again = rests(&mut mirror, 2.0);
+    approx::assert_abs_diff_eq!(again.z_um, before.z_um, epsilon = 1e-4);
+    mirror.set_air_loss(1.2);
+    let cold = rests(&mut mirror, 0.0);
+    assert!(cold.z_um.abs() < 1e-6 && cold.hottest_k < 1e-6, "{cold:?}");
+}
+
+#[test]
 fn a_stage_moves_what_the_sensor_sees_and_nothing_else() {
     let config = MirrorConfig::bench().with_effect(Effect::SensorLag, 1.0);
     let mut mirror = VirtualMirror::new(&config).expect("valid mirror");

@@ -12,6 +12,7 @@ use crate::per_actuator::PerActuator;
 use crate::shape::{Displacement, Shape};
 use crate::slow::Slow;
 use crate::state::State;
+use crate::thermal::field::PLATE;
 use crate::thermal::{Drive, Field, Network, Stepper};
 
 /// Error allowed of one step's second-order solution (K). The third-order one that is kept is closer by far:
@@ -54,6 +55,16 @@ pub(crate) struct System {
     electrostatic: Option<Electrostatic>,
     pub(crate) plate: PlateDynamics,
     stepper: Stepper,
+    air_at_first: Air,
+    /// By what the air's conductances were multiplied since.
+    air_factor: f64,
+}
+
+/// Conductances to the air (W/K).
+#[derive(Clone, Debug)]
+struct Air {
+    to_beams: Vec<PerActuator>,
+    to_plate: f64,
 }
 
 impl System {
@@ -67,6 +78,11 @@ impl System {
             electrostatic: Electrostatic::new(&config.effects),
             plate: PlateDynamics::new(config),
             stepper: Stepper::new(network.cells.len()),
+            air_at_first: Air {
+                to_beams: network.cells.iter().map(|cell| cell.to_air).collect(),
+                to_plate: network.lumps[PLATE].to_room,
+            },
+            air_factor: 1.0,
             network,
             shape,
         }
@@ -178,6 +194,21 @@ impl System {
         self.shape
             .displace(&now.theta, network.ambient, &mut now.displacement);
         now.memory = now.memory.advanced(before, now.displacement.value, JUMP_S);
+        now.rate_at = None;
+    }
+
+    /// Makes the air take `factor` times the heat that it took at first from beams and plate.
+    pub(crate) fn set_air_loss(&mut self, now: &mut StateVector, factor: f64) {
+        let network = &mut self.network;
+        if factor == self.air_factor {
+            return;
+        }
+        let air = &self.air_at_first;
+        for (cell, first) in network.cells.iter_mut().zip(&air.to_beams) {
+            cell.to_air = *first * factor;
+        }
+        network.lumps[PLATE].to_room = air.to_plate * factor;
+        self.air_factor = factor;
         now.rate_at = None;
     }
 
