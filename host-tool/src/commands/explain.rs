@@ -16,7 +16,7 @@ macro_rules! pages {
 }
 
 /// Name and page, by name.
-const PAGES: [(&str, &str); 25] = pages![
+const PAGES: [(&str, &str); 26] = pages![
     "calibration-bad",
     "calibration-outdated",
     "cooling",
@@ -36,6 +36,7 @@ const PAGES: [(&str, &str); 25] = pages![
     "position-low",
     "power-high",
     "resistance-unknown",
+    "room-warm",
     "short-circuit",
     "supply-out-of-range",
     "temperature-high",

@@ -8,7 +8,8 @@ use crate::drive::{Quantiser, highest_code};
 use crate::heat::{HeatInverse, HeatState};
 use crate::lag::rate;
 use crate::limits::{Limit, Limits};
-use crate::resistance::{ActuatorSense, Correction, Thermometer};
+use crate::resistance::{ActuatorSense, Correction, PROBE_DRIVE, Thermometer};
+use crate::surroundings::Evidence;
 use crate::units::{Ampere, Kelvin, Ohm, Second, Volt, Watt};
 
 /// Part of the highest power by which a power may be below zero unnoticed: it is rounding at rest.
@@ -36,6 +37,8 @@ pub(crate) struct Rails {
     least_power: f32,
     drive: f32,
     squared_drive: f32,
+    /// The square of the least drive: zero, or what shows a resistance.
+    least_square: f32,
     highest_code: u16,
     /// Pole with which an actuator catches up.
     catch_up_pole: f32,
@@ -90,6 +93,7 @@ impl Rails {
             least_power: -NO_POWER * bounds.power.0,
             drive: bounds.drive.0,
             squared_drive: bounds.drive.0 * bounds.drive.0,
+            least_square: 0.0,
             highest_code: highest_code(bounds.drive),
             catch_up_pole: 1.0 - rate(Second(CATCHING_UP * parts.path.move_time.0), 1),
         }
@@ -123,6 +127,21 @@ impl Actuator {
         Some(sense)
     }
 
+    /// What that tells of the surroundings, just before the slow poles' turn.
+    pub(crate) fn evidence(
+        &self,
+        sense: &ActuatorSense,
+        current: Ampere,
+        heat: &HeatInverse,
+    ) -> Option<Evidence> {
+        self.correction.is_plausible().then(|| Evidence {
+            sensed: sense.temperature_rise,
+            rise: self.rise,
+            unsettled: heat.unsettled(&self.heat, self.rise),
+            current,
+        })
+    }
+
     /// The drive of a tick that ends at the temperature rise `target`, or as near as the bounds allow and catching up does.
     #[inline(always)]
     pub(crate) fn heat_to(
@@ -137,8 +156,7 @@ impl Actuator {
         let mut power = self.gains.power(heating, aim);
         let resistance = self.resistance();
         let square = power.0 * resistance.0;
-        // As bits, what is below zero or no number is above every number.
-        let allowed = square.to_bits() <= rails.squared_drive.to_bits() && power.0 <= rails.power;
+        let allowed = rails.allow(square) && power.0 <= rails.power;
         if allowed {
             self.rise = heat.advance(&mut self.heat, heating);
             self.lag *= rails.catch_up_pole;
@@ -188,14 +206,30 @@ impl Actuator {
 }
 
 impl Rails {
+    /// Drives no less than what shows a resistance, or as little as is asked for.
+    pub(crate) fn probe(&mut self, is_probing: bool) {
+        self.least_square = match is_probing {
+            true => PROBE_DRIVE.0 * PROBE_DRIVE.0,
+            false => 0.0,
+        };
+    }
+
+    /// Whether a drive of this square may be driven. As bits, what is below zero or no number is above every number.
+    #[inline(always)]
+    fn allow(&self, square: f32) -> bool {
+        let above = |square: f32| square.to_bits().wrapping_sub(self.least_square.to_bits());
+        above(square) <= above(self.squared_drive)
+    }
+
     /// Holds `power` to what can be driven, and names what could not.
     fn limit(&self, power: &mut Watt, resistance: Ohm, limits: &mut Limits) -> Volt {
-        if power.0 <= 0.0 {
+        // Not so for NaN, either.
+        if !(power.0 * resistance.0 > self.least_square) {
             if power.0 < self.least_power {
                 limits.insert(Limit::Cooling);
             }
-            *power = Watt(0.0);
-            return Volt(0.0);
+            *power = Watt(self.least_square / resistance.0);
+            return Volt(sqrt(self.least_square));
         }
         if power.0 > self.power {
             limits.insert(Limit::PowerHigh);

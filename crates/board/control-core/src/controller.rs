@@ -11,7 +11,8 @@ use crate::memory::{MemoryInverse, MemoryState, TURNS as MEMORY_TURNS};
 use crate::path::Path;
 use crate::plate::{PlateInverse, Pose};
 use crate::resistance::ActuatorSense;
-use crate::units::{Ampere, Micrometre, Radian, Volt};
+use crate::surroundings::{Estimate, PERIOD, Surroundings};
+use crate::units::{Ampere, Kelvin, Micrometre, Radian, Volt};
 
 /// What the controller is asked to do.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -39,6 +40,9 @@ impl Setpoint {
         Self::Track(z.into())
     }
 }
+
+/// So much below what the surroundings hold a position may be without a word: 0.05 um of a usual mirror, its static error.
+const UNNOTICED: Kelvin = Kelvin(0.03);
 
 /// The target of no path: it is no pose that is asked for twice, so the next one is planned for.
 const NOWHERE: Pose = Pose {
@@ -77,6 +81,9 @@ pub struct Controller<'a> {
     path: Path,
     remembered: [MemoryState; CHANNELS],
     actuators: [Actuator; CHANNELS],
+    surroundings: Surroundings,
+    /// The rises that positions ask for in the room of the calibration.
+    asked: [Kelvin; CHANNELS],
     /// Where each actuator was when it was looked at last, while voltages are asked for.
     seen: [f32; CHANNELS],
     /// Counts the turns of what is not done at every tick: one actuator's at a time.
@@ -95,6 +102,8 @@ impl<'a> Controller<'a> {
             heat: HeatInverse::new(&parts.heat),
             actuators: parts.actuators.each_ref().map(Actuator::new),
             rails: Rails::new(parts),
+            surroundings: Surroundings::new(parts),
+            asked: Default::default(),
             plate: PlateInverse::new(&parts.plate, calibration.max_position()),
             hottest: hottest(parts),
             target: NOWHERE,
@@ -118,7 +127,28 @@ impl<'a> Controller<'a> {
     /// nothing now: the mirror is taken to be at rest.
     pub fn exchange(&mut self, calibration: &'a mut Calibration) -> &'a mut Calibration {
         let before = core::mem::replace(self, Self::new(calibration));
+        self.surroundings.inherit(&before.surroundings);
         before.calibration
+    }
+
+    /// What the resistances tell of the surroundings; `None` under a calibration that does not know them.
+    pub fn surroundings(&self) -> Option<&Estimate> {
+        self.surroundings.estimate()
+    }
+
+    /// Whether the surroundings are made up for in positions.
+    pub fn makes_up_for_surroundings(&self) -> bool {
+        self.surroundings.is_used()
+    }
+
+    /// Makes up for the surroundings in positions from now on, or leaves the mirror to them.
+    pub fn make_up_for_surroundings(&mut self, is_used: bool) {
+        self.surroundings.make_up(is_used);
+    }
+
+    /// So many ticks pass in which nothing is driven and nothing sensed.
+    pub fn rest(&mut self, ticks: u16) {
+        self.surroundings.rest(ticks);
     }
 
     /// Whether zero drive changes nothing any more: what is left of heat and memory is below a thousandth of a kelvin and
@@ -158,6 +188,8 @@ impl<'a> Controller<'a> {
         for (i, actuator) in self.actuators.iter_mut().enumerate() {
             step.sense[i] = actuator.sense(applied[i], currents[i], &mut step.limits);
         }
+        self.look_around(&currents);
+        let step = &mut self.step;
         match setpoint {
             Setpoint::Off => self.drive([Volt(0.0); CHANNELS]),
             Setpoint::Drive(drives) => self.drive(drives),
@@ -185,6 +217,30 @@ impl<'a> Controller<'a> {
         &self.step
     }
 
+    /// What the currents tell of the surroundings: one actuator's in its turn, and what follows from all four.
+    fn look_around(&mut self, currents: &[Ampere; CHANNELS]) {
+        let (actuator, round) = (self.turn % CHANNELS, self.turn / CHANNELS);
+        if actuator == round
+            && let Some(sense) = &self.step.sense[actuator]
+        {
+            let evidence = self.actuators[actuator].evidence(sense, currents[actuator], &self.heat);
+            if let Some(evidence) = evidence {
+                self.surroundings.read(actuator, &evidence);
+            }
+        }
+        if actuator == (round + 1) % CHANNELS {
+            self.surroundings.follow(
+                actuator,
+                self.asked[actuator],
+                self.actuators[actuator].rise(),
+            );
+        }
+        if self.turn + 1 == PERIOD {
+            self.surroundings.update();
+            self.rails.probe(self.surroundings.is_probing());
+        }
+    }
+
     /// All four actuators to where the path is.
     fn go_on(&mut self) {
         let step = &mut self.step;
@@ -200,7 +256,15 @@ impl<'a> Controller<'a> {
                 x = self.hottest;
                 step.limits.insert(Limit::TemperatureHigh);
             }
-            let target = calibrations[i].shape.temperature_rise(x);
+            let asked = calibrations[i].shape.temperature_rise(x);
+            self.asked[i] = asked;
+            let mut target = self.surroundings.target(i, asked);
+            if target.0 < 0.0 {
+                if target.0 < -UNNOTICED.0 {
+                    step.limits.insert(Limit::RoomWarm);
+                }
+                target = Kelvin(0.0);
+            }
             let drive = actuator.heat_to(target, &self.heat, &self.rails, &mut step.limits);
             step.drives[i] = drive;
             step.codes[i] = actuator.code(drive, &self.rails);
@@ -242,8 +306,8 @@ fn hottest(parts: &Parts) -> Micrometre {
     ))
 }
 
-// The slow lags of one actuator have their turn at every tick.
-const _: () = assert!(CHANNELS == TURNS);
+// The slow lags of one actuator have their turn at every tick, and the surroundings with all of memory.
+const _: () = assert!(CHANNELS == TURNS && PERIOD == MEMORY_TURNS);
 
 #[cfg(test)]
 mod tests;

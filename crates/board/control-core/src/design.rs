@@ -74,6 +74,8 @@ pub const COLD_RESISTANCES_OHM: RangeInclusive<f32> = 310.0..=450.0;
 /// and resistance tell only the product of coefficient and thermal resistance, so the temperatures of a refined model may be
 /// off by a factor. The check of the cold heater and [`HIGHEST_TRIP_RISE`] hold what a calibration may claim within these.
 pub const TCRS_PER_K: RangeInclusive<f32> = 1e-3..=1e-2;
+/// Temperature coefficient of the heaters' platinum film (the paper's Table 1), by which the board tells a room in kelvins.
+pub const FILM_TCR_PER_K: f32 = 3.92e-3;
 /// The least that platinum's resistance grows with temperature, from a room's to 225 K more: IEC 60751 gives
 /// R(247 degC) / R(22 degC) = 1.781.
 pub const LEAST_TCR_PER_K: f32 = 3.47e-3;

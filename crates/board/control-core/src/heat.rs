@@ -16,6 +16,8 @@ pub(crate) struct HeatInverse {
     /// Input gain of all poles over one tick, and its inverse.
     input_gain: f32,
     per_input_gain: f32,
+    /// Weight of the fast poles together.
+    fast_weight: f32,
 }
 
 /// Temperatures of the lags of one actuator.
@@ -39,6 +41,7 @@ impl HeatInverse {
             slow: heat.slow.each_ref().map(|lag| SlowLag::new(lag, TURNS)),
             input_gain,
             per_input_gain: 1.0 / input_gain,
+            fast_weight: heat.fast.iter().map(|lag| lag.weight).sum(),
         }
     }
 
@@ -64,6 +67,12 @@ impl HeatInverse {
         let fast = lags.map(|(lag, at)| lag.advance(at, heating.0));
         state.free_response = fast.fold(state.slow_sum, |sum, at| sum + at);
         Kelvin(rise)
+    }
+
+    /// What the fast poles have still to bring at the heating of the last ticks, just before the slow ones' turn.
+    pub(crate) fn unsettled(&self, state: &HeatState, rise: Kelvin) -> Kelvin {
+        let mean = state.heating * (1.0 / (TURNS - 1) as f32);
+        Kelvin(self.fast_weight * mean - (rise.0 - state.slow_sum))
     }
 
     /// The slow lags' turn, after every [`TURNS`]th tick.

@@ -8,14 +8,14 @@
 //! plate       pose of the plate to positions of its actuators          for the mirror
 //! path        where they shall be at the end of this tick
 //! memory      creep and hysteresis inverted: z to x                    for each actuator
-//! shape       x to dT by table
+//! shape       x to dT by table, less what the surroundings bend
 //! heat        thermal poles inverted: dT to power
 //! resistance  V = sqrt(P R), R corrected by what was sensed
 //! drive       volts to PWM codes by a first-order error-feedback quantiser
 //! ```
 //!
 //! and reads the currents in the forward direction, so that each actuator also tells the resistance and
-//! the temperature that its own current implies ([`resistance`]).
+//! the temperature that its own current implies ([`resistance`]); from them follow the surroundings ([`surroundings`]).
 //!
 //! All arithmetic is `f32`. Every input is answered, whatever its bit pattern: what is out of range
 //! is limited, and the limit is named.
@@ -40,6 +40,7 @@ mod path;
 pub mod plate;
 pub mod resistance;
 pub mod shape;
+pub mod surroundings;
 pub mod units;
 
 pub use calibration::{ActuatorCalibration, Calibration, CalibrationError};
@@ -51,6 +52,7 @@ pub use limits::{Limit, Limits};
 pub use plate::{PlateInverse, Pose};
 pub use resistance::ActuatorSense;
 pub use shape::InverseTable;
+pub use surroundings::Estimate;
 pub use units::{
     Ampere, Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Radian, Second, Volt, Watt,
 };

@@ -29,6 +29,8 @@ named! {
         ResistanceUnknown = "resistance-unknown",
         /// A tilt was asked for under a calibration that does not know the plate's levers; there is none.
         TiltUnknown = "tilt-unknown",
+        /// The surroundings alone bend the mirror further than the position asked for, and a heater cannot cool.
+        RoomWarm = "room-warm",
     }
 }
 
@@ -121,7 +123,7 @@ mod tests {
 
     #[test]
     fn bits_return_to_the_same_set() {
-        for bits in 0..2048 {
+        for bits in 0..4096 {
             assert_eq!(Limits::from_bits(bits).bits(), bits);
         }
         assert_eq!(Limits::from_bits(0xffff).iter().count(), Limit::ALL.len());

@@ -22,6 +22,9 @@ pub struct ActuatorSense {
     pub temperature_rise: Kelvin,
 }
 
+/// The drive that shows a resistance where none is asked for: above [`MIN_SENSE_DRIVE`] by more than its rounding to codes.
+pub(crate) const PROBE_DRIVE: Volt = Volt(0.11);
+
 /// A heater read as its own thermometer: dT = (R / R0 - 1) / xi.
 #[derive(Clone, Debug)]
 pub(crate) struct Thermometer {
@@ -77,6 +80,11 @@ impl Correction {
     /// The factor from the model's resistance to the sensed one.
     pub(crate) fn factor(self) -> f32 {
         self.factor
+    }
+
+    /// Whether the last tick's was plausible.
+    pub(crate) fn is_plausible(self) -> bool {
+        self.implausible == 0
     }
 
     /// A tick that sensed `ratio` times the model's resistance.

@@ -9,6 +9,7 @@
 //! max_drive_v = 3.5
 //! max_power_w = 0.034
 //! max_rise_k = 136.0
+//! ambient_ratio = 1.02 # kelvins of a heater that one of the surroundings is worth; without it these are not made up for
 //! fast_poles = [{ weight = 0.6, time_s = 0.001 }, { weight = 0.34, time_s = 0.035 }]
 //! slow_poles = [{ weight = 0.06, time_s = 4.7 }]
 //! plays = [{ weight = 0.01, radius_um = 4.0 }]
@@ -22,12 +23,15 @@
 //! loss_growth_per_k = 0.0012
 //! top_um = 173.7
 //! temperature_rise_k = [0.0, 0.78, ...] # 129 of them, at equal steps of z from 0 to top_um
+//! sensed_top_k = 105.0
+//! sensed_rise_k = [0.01, 6.2, ...] # 17 of them, at equal steps of the rise from 0 to sensed_top_k; none where nobody knows them
 //! ```
 
 use std::sync::Arc;
 
 use control_core::calibration::{
-    Bounds, Heat, Label, Lag, Lever, Memory, Origin, Parts, Path, Plate, Play,
+    Bounds, Heat, Label, Lag, Lever, Memory, Origin, Parts, Path, Plate, Play, SENSED_RISES,
+    SensedRises,
 };
 use control_core::shape::KNOTS;
 use control_core::{
@@ -91,6 +95,8 @@ struct Stored {
     creep: Vec<StoredLag>,
     #[serde(default)]
     levers: Vec<StoredLever>,
+    #[serde(default)]
+    ambient_ratio: f64,
     actuators: Vec<StoredActuator>,
 }
 
@@ -125,6 +131,10 @@ struct StoredActuator {
     loss_growth_per_k: f64,
     top_um: f64,
     temperature_rise_k: Vec<f64>,
+    #[serde(default)]
+    sensed_top_k: f64,
+    #[serde(default)]
+    sensed_rise_k: Vec<f64>,
 }
 
 /// `calibration` as the text of a calibration file.
@@ -162,6 +172,7 @@ pub fn to_toml(calibration: &Calibration) -> String {
             true => p.plate.levers.iter().map(StoredLever::from).collect(),
             false => Vec::new(),
         },
+        ambient_ratio: decimal(p.ambient_ratio),
         actuators: p.actuators.iter().map(StoredActuator::from).collect(),
     };
     toml::to_string(&stored).expect("numbers and texts are TOML")
@@ -205,6 +216,11 @@ impl From<&ActuatorCalibration> for StoredActuator {
             loss_growth_per_k: decimal(actuator.loss_growth.0),
             top_um: decimal(actuator.shape.top().0),
             temperature_rise_k: actuator.shape.knots().map(decimal).to_vec(),
+            sensed_top_k: decimal(actuator.sensed_rises.top.0),
+            sensed_rise_k: match actuator.sensed_rises.is_known() {
+                true => actuator.sensed_rises.knots.map(decimal).to_vec(),
+                false => Vec::new(),
+            },
         }
     }
 }
@@ -266,6 +282,7 @@ impl Stored {
                 power: Watt(self.max_power_w as f32),
                 rise: Kelvin(self.max_rise_k as f32),
             },
+            ambient_ratio: self.ambient_ratio as f32,
         };
         Calibration::new(parts).map_err(|error| error.to_string())
     }
@@ -294,6 +311,19 @@ impl Stored {
                 knots.len()
             ))
         })?;
+        let sensed: Vec<f32> = actuator.sensed_rise_k.iter().map(|&k| k as f32).collect();
+        let sensed_rises = match sensed.is_empty() {
+            true => SensedRises::UNKNOWN,
+            false => SensedRises {
+                top: Kelvin(actuator.sensed_top_k as f32),
+                knots: <[f32; SENSED_RISES]>::try_from(sensed).map_err(|sensed| {
+                    of(format!(
+                        "{} values, not {SENSED_RISES}, in sensed_rise_k",
+                        sensed.len()
+                    ))
+                })?,
+            },
+        };
         let shape = InverseTable::new(Micrometre(actuator.top_um as f32), knots)
             .map_err(|error| CalibrationError::from(error).of_actuator(index).to_string())?;
         Ok(ActuatorCalibration {
@@ -302,6 +332,7 @@ impl Stored {
             thermal_resistance: KelvinPerWatt(actuator.thermal_resistance_k_per_w as f32),
             loss_growth: PerKelvin(actuator.loss_growth_per_k as f32),
             shape,
+            sensed_rises,
         })
     }
 }

@@ -5,10 +5,12 @@
 //! - [`corrected`] bends the tables by what was measured at rest, where the model's curve is not the
 //!   mirror's;
 //! - [`rehearse`] tells what a board with such a calibration would leave along a standard path;
+//! - [`with_ambient_ratio`] finds what a kelvin of the surroundings is worth, where the mirror rested in others;
 //! - [`posed`] finds levers and each actuator's own table in poses that were measured at rest;
 //! - [`Reach`] tells which poses a plate reaches;
 //! - [`to_toml`], [`from_toml`] are the file that people read.
 
+mod ambient;
 mod correct;
 mod curve;
 mod dynamics;
@@ -19,6 +21,7 @@ mod refine;
 mod rehearsal;
 mod statics;
 
+pub use ambient::{AmbientError, RoomPoint, with_ambient_ratio};
 pub use correct::{CorrectionError, StaticPoint, corrected};
 pub use file::{CalibrationFileError, from_toml, to_toml};
 pub use pose::{PoseError, PosePoint, Posed, posed, poses_to_measure};
@@ -107,6 +110,8 @@ pub fn tabulate(model: &Model) -> Result<Tabulated, TabulateError> {
             power: Watt(drive * drive / coldest_ohm),
             rise: Kelvin(RISE_MARGIN * hottest_k),
         },
+        // No resistance was measured against its power yet.
+        ambient_ratio: 0.0,
     })?;
     Ok(Tabulated {
         calibration,

@@ -1,6 +1,7 @@
 //! The model at rest, actuator by actuator, and the tables that invert it.
 
 use control_core::CalibrationError;
+use control_core::calibration::SensedRises;
 use control_core::shape::{KNOTS, SEGMENTS};
 use control_core::{ActuatorCalibration, InverseTable, KelvinPerWatt, Micrometre, Ohm, PerKelvin};
 use mirror_model::effect::Acts;
@@ -119,6 +120,7 @@ impl Actuator {
             thermal_resistance: KelvinPerWatt((1.0 / w_per_k) as f32),
             loss_growth: PerKelvin((w_per_k2 / w_per_k) as f32),
             shape: InverseTable::STRAIGHT,
+            sensed_rises: SensedRises::UNKNOWN,
         }
     }
 }

@@ -8,6 +8,7 @@
 //! - [`Loop`] is a tick after a tick;
 //! - [`calibrate`] calibrates a mirror that nobody has told it of, by the procedure of `host-tool calibrate`;
 //! - [`figures`] are what the positioning reaches then;
+//! - [`surroundings`] are what it reaches in another room;
 //! - [`precision`] tells how far the core's f32 arithmetic is from the same chain in f64.
 
 mod calibrate;
@@ -18,13 +19,14 @@ mod player;
 pub mod pose;
 mod precision;
 mod sine;
+pub mod surroundings;
 
 pub use calibrate::{CalibrateError, calibrate};
 pub use precision::{Precision, precision};
 
 use calibration::PlatePose;
 use control_core::{
-    AdcCode, Ampere, CHANNELS, Calibration, Controller, CurrentSense, Limits, PwmCode,
+    AdcCode, Ampere, CHANNELS, Calibration, Controller, CurrentSense, Estimate, Limits, PwmCode,
     SenseCalibration, Setpoint, TICK, Volt,
 };
 use emulated_board::Electronics;
@@ -121,6 +123,26 @@ impl<'a> Loop<'a> {
     /// Uses `calibration` from now on, and takes the mirror to be at rest; returns the calibration before.
     pub fn exchange(&mut self, calibration: &'a mut Calibration) -> &'a mut Calibration {
         self.controller.exchange(calibration)
+    }
+
+    /// Brings the mirror to a room that is so much warmer than where it was calibrated (K).
+    pub fn set_ambient(&mut self, rise_k: f64) {
+        self.mirror.set_ambient(rise_k);
+    }
+
+    /// Makes the air take so many times the heat that it took.
+    pub fn set_air_loss(&mut self, factor: f64) {
+        self.mirror.set_air_loss(factor);
+    }
+
+    /// Makes up for the surroundings from now on, or leaves the mirror to them.
+    pub fn make_up_for_surroundings(&mut self, is_used: bool) {
+        self.controller.make_up_for_surroundings(is_used);
+    }
+
+    /// What the core knows of the surroundings.
+    pub fn surroundings(&self) -> Option<Estimate> {
+        self.controller.surroundings().copied()
     }
 
     /// The mirror as it is now.

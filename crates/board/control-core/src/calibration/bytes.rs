@@ -1,18 +1,20 @@
 //! A calibration as bytes: what is uploaded and stored.
 //!
 //! Little endian, without padding: the letters `EMCA`, the format (u16), device and date (48 bytes
-//! each), the model's hash (u64), the numbers (f32) in the order of [`numbers`] and of [`levers`], and the CRC-32 (as in
-//! Ethernet) of all that. Format 3, which is read too, has no levers.
+//! each), the model's hash (u64), the numbers (f32) in the order of [`numbers`], [`levers`] and [`surroundings`], and the
+//! CRC-32 (as in Ethernet) of all that. Formats 3 and 4 are read too: 4 knows nothing of surroundings, 3 has no levers either.
 
 use super::{ActuatorCalibration, Bounds, Heat, Memory, Parts, Path, Plate};
 use super::{Calibration, CalibrationError, Field, Label, Origin, Problem};
-use super::{FAST_POLES, LAGS, PLAYS, SLOW_POLES};
+use super::{FAST_POLES, LAGS, PLAYS, SENSED_RISES, SLOW_POLES, SensedRises};
 use crate::CHANNELS;
 use crate::shape::{InverseTable, KNOTS};
 use crate::units::{Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Volt, Watt};
 
 /// The version of this layout and of what the numbers mean.
-pub(super) const FORMAT: u16 = 4;
+pub(super) const FORMAT: u16 = 5;
+/// The one that knows nothing of surroundings.
+const WITHOUT_SURROUNDINGS: u16 = 4;
 /// The one without levers.
 const WITHOUT_LEVERS: u16 = 3;
 
@@ -22,17 +24,22 @@ const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 const ACTUATOR_NUMBERS: usize = 5 + KNOTS;
 const SHARED_NUMBERS: usize = 2 * (FAST_POLES + SLOW_POLES + PLAYS + LAGS) + 5;
 const LEVER_NUMBERS: usize = 3 * CHANNELS;
+const SURROUNDINGS_NUMBERS: usize = CHANNELS * (1 + SENSED_RISES) + 1;
 const HEAD: usize = MAGIC.len() + 2 + 2 * Label::CAPACITY + 8;
 
 /// Bytes of a calibration.
-pub const BYTES: usize = BYTES_WITHOUT_LEVERS + 4 * LEVER_NUMBERS;
+pub const BYTES: usize = BYTES_WITHOUT_SURROUNDINGS + 4 * SURROUNDINGS_NUMBERS;
+const BYTES_WITHOUT_SURROUNDINGS: usize = BYTES_WITHOUT_LEVERS + 4 * LEVER_NUMBERS;
 const BYTES_WITHOUT_LEVERS: usize = HEAD + 4 * (CHANNELS * ACTUATOR_NUMBERS + SHARED_NUMBERS) + 4;
 
 /// How many bytes a calibration has that begins like this; those of the present format where it is of none.
 pub fn record_bytes(bytes: &[u8]) -> usize {
     let format = bytes.get(MAGIC.len()..MAGIC.len() + 2);
-    if format == Some(&WITHOUT_LEVERS.to_le_bytes()) {
+    let is_of = |of: u16| format == Some(&of.to_le_bytes());
+    if is_of(WITHOUT_LEVERS) {
         BYTES_WITHOUT_LEVERS
+    } else if is_of(WITHOUT_SURROUNDINGS) {
+        BYTES_WITHOUT_SURROUNDINGS
     } else {
         BYTES
     }
@@ -66,6 +73,7 @@ impl Calibration {
             put(&number.to_le_bytes())
         });
         levers(&mut parts.plate, &mut |number| put(&number.to_le_bytes()));
+        surroundings(&mut parts, &mut |number| put(&number.to_le_bytes()));
         let end = BYTES - 4;
         let checksum = CRC.checksum(&bytes[..end]);
         bytes[end..].copy_from_slice(&checksum.to_le_bytes());
@@ -83,7 +91,7 @@ impl Calibration {
         }
         let length = CalibrationError::Length { bytes: bytes.len() };
         let format = u16::from_le_bytes(reader.take().ok_or(length)?);
-        if !matches!(format, FORMAT | WITHOUT_LEVERS) {
+        if !(WITHOUT_LEVERS..=FORMAT).contains(&format) {
             return Err(CalibrationError::Format { format });
         }
         if bytes.len() != record_bytes(bytes) {
@@ -106,8 +114,13 @@ impl Calibration {
             // The length is known to be right.
             *number = f32::from_le_bytes(reader.take().unwrap_or_default());
         });
-        if format == FORMAT {
+        if format > WITHOUT_LEVERS {
             levers(&mut parts.plate, &mut |number| {
+                *number = f32::from_le_bytes(reader.take().unwrap_or_default());
+            });
+        }
+        if format > WITHOUT_SURROUNDINGS {
+            surroundings(&mut parts, &mut |number| {
                 *number = f32::from_le_bytes(reader.take().unwrap_or_default());
             });
         }
@@ -132,6 +145,7 @@ const BLANK: Parts = Parts {
         thermal_resistance: KelvinPerWatt(0.0),
         loss_growth: PerKelvin(0.0),
         shape: InverseTable::STRAIGHT,
+        sensed_rises: SensedRises::UNKNOWN,
     }; CHANNELS],
     heat: Heat::INSTANT,
     memory: Memory::NONE,
@@ -144,6 +158,7 @@ const BLANK: Parts = Parts {
         power: Watt(0.0),
         rise: Kelvin(0.0),
     },
+    ambient_ratio: 0.0,
 };
 
 /// Every number of a calibration, in the order of its bytes.
@@ -185,6 +200,15 @@ fn levers(plate: &mut Plate, visit: &mut dyn FnMut(&mut f32)) {
     }
 }
 
+/// What tells the surroundings, in the order of its bytes.
+fn surroundings(parts: &mut Parts, visit: &mut dyn FnMut(&mut f32)) {
+    for actuator in &mut parts.actuators {
+        visit(&mut actuator.sensed_rises.top.0);
+        actuator.sensed_rises.knots.iter_mut().for_each(&mut *visit);
+    }
+    visit(&mut parts.ambient_ratio);
+}
+
 struct Reader<'a>(&'a [u8]);
 
 impl Reader<'_> {
@@ -223,32 +247,47 @@ mod tests {
 
     #[test]
     fn the_numbers_fill_the_bytes() {
-        // The last numbers before the checksum are the highest rise, and the levers.
-        let place = BYTES_WITHOUT_LEVERS - 8..BYTES_WITHOUT_LEVERS - 4;
-        assert_eq!(bytes()[place], parts().bounds.rise.0.to_le_bytes());
-        let place = BYTES - 8..BYTES - 4;
+        // The last numbers before the checksum are the highest rise, the levers, and what tells the surroundings.
+        let last_of = |length: usize| length - 8..length - 4;
         let last = parts().plate.levers[CHANNELS - 1];
-        assert_eq!(bytes()[place], last.warp.to_le_bytes());
+        for (length, number) in [
+            (BYTES_WITHOUT_LEVERS, parts().bounds.rise.0),
+            (BYTES_WITHOUT_SURROUNDINGS, last.warp),
+            (BYTES, parts().ambient_ratio),
+        ] {
+            assert_eq!(bytes()[last_of(length)], number.to_le_bytes());
+        }
     }
 
     #[test]
-    fn a_calibration_of_the_format_before_knows_no_levers() {
-        let mut old = bytes()[..BYTES_WITHOUT_LEVERS].to_vec();
-        old[4..6].copy_from_slice(&WITHOUT_LEVERS.to_le_bytes());
-        let end = old.len() - 4;
-        let checksum = CRC.checksum(&old[..end]);
-        old[end..].copy_from_slice(&checksum.to_le_bytes());
-        let expected = Parts {
+    fn a_calibration_of_a_format_before_lacks_what_came_later() {
+        let mut without_surroundings = parts();
+        surroundings(&mut without_surroundings, &mut |number| *number = 0.0);
+        let without_levers = Parts {
             plate: Plate::UNKNOWN,
-            ..parts()
+            ..without_surroundings
         };
-        assert_eq!(
-            Calibration::from_bytes(&old).map(|calibration| *calibration.parts()),
-            Ok(expected)
-        );
-        // A sense's calibration may lie behind it.
-        old.extend([0; 40]);
-        assert_eq!(record_bytes(&old), BYTES_WITHOUT_LEVERS);
+        for (format, length, expected) in [
+            (
+                WITHOUT_SURROUNDINGS,
+                BYTES_WITHOUT_SURROUNDINGS,
+                without_surroundings,
+            ),
+            (WITHOUT_LEVERS, BYTES_WITHOUT_LEVERS, without_levers),
+        ] {
+            let mut old = bytes()[..length].to_vec();
+            old[4..6].copy_from_slice(&format.to_le_bytes());
+            let end = old.len() - 4;
+            let checksum = CRC.checksum(&old[..end]);
+            old[end..].copy_from_slice(&checksum.to_le_bytes());
+            assert_eq!(
+                Calibration::from_bytes(&old).map(|calibration| *calibration.parts()),
+                Ok(expected)
+            );
+            // A sense's calibration may lie behind it.
+            old.extend([0; 40]);
+            assert_eq!(record_bytes(&old), length);
+        }
         assert_eq!(record_bytes(&bytes()), BYTES);
         assert_eq!(record_bytes(&[]), BYTES);
     }

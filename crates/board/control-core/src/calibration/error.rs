@@ -18,6 +18,8 @@ pub enum Field {
     LossGrowth,
     Top,
     Knot,
+    SensedRise,
+    SensedTop,
     FastPole,
     SlowPole,
     Play,
@@ -28,6 +30,7 @@ pub enum Field {
     MaxDrive,
     MaxPower,
     MaxRise,
+    AmbientRatio,
 }
 
 impl Field {
@@ -42,6 +45,8 @@ impl Field {
             Self::LossGrowth => "loss_growth_per_k",
             Self::Top => "top_um",
             Self::Knot => "temperature_rise_k",
+            Self::SensedRise => "sensed_rise_k",
+            Self::SensedTop => "sensed_top_k",
             Self::FastPole => "fast_poles",
             Self::SlowPole => "slow_poles",
             Self::Play => "plays",
@@ -52,6 +57,7 @@ impl Field {
             Self::MaxDrive => "max_drive_v",
             Self::MaxPower => "max_power_w",
             Self::MaxRise => "max_rise_k",
+            Self::AmbientRatio => "ambient_ratio",
         }
     }
 
@@ -59,7 +65,13 @@ impl Field {
     const fn is_list(self) -> bool {
         matches!(
             self,
-            Self::Knot | Self::FastPole | Self::SlowPole | Self::Play | Self::Creep | Self::Lever
+            Self::Knot
+                | Self::SensedRise
+                | Self::FastPole
+                | Self::SlowPole
+                | Self::Play
+                | Self::Creep
+                | Self::Lever
         )
     }
 }

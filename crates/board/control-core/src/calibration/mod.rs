@@ -15,7 +15,7 @@ pub use error::{CalibrationError, Field, Problem};
 pub use origin::{Label, Origin};
 pub use stages::{
     ActuatorCalibration, Bounds, FAST_POLES, Heat, LAGS, Lag, Lever, Memory, PLAYS, Path, Plate,
-    Play, SLOW, SLOW_POLES,
+    Play, SENSED_RISES, SLOW, SLOW_POLES, SensedRises,
 };
 
 use crate::CHANNELS;
@@ -44,6 +44,9 @@ pub struct Parts {
     pub path: Path,
     /// What protects it.
     pub bounds: Bounds,
+    /// How many kelvins of a heater the actuators' bend counts one kelvin of the surroundings for; 0 where the resistances
+    /// are not known well enough to tell the surroundings from them (`surroundings`).
+    pub ambient_ratio: f32,
 }
 
 impl Calibration {
@@ -91,6 +94,10 @@ pub(crate) mod tests {
             thermal_resistance: KelvinPerWatt(5700.0),
             loss_growth: PerKelvin(2e-3),
             shape: InverseTable::new(Micrometre(top_um), knots).expect("rising"),
+            sensed_rises: SensedRises {
+                top: Kelvin(top_k),
+                knots: core::array::from_fn(|i| top_k * i as f32 / (SENSED_RISES - 1) as f32),
+            },
         }
     }
 
@@ -139,6 +146,7 @@ pub(crate) mod tests {
                 power: Watt(40e-3),
                 rise: Kelvin(130.0),
             },
+            ambient_ratio: 1.02,
         }
     }
 }

@@ -13,6 +13,12 @@ use crate::units::Second;
 const WEIGHT_TOLERANCE: f32 = 1e-3;
 /// Creep that is faster than this is none.
 const FASTEST_CREEP: Second = Second(0.01);
+/// Temperature rises that a resistance may tell (K): no more than the stages' own may be (`max_rise_k`), and a little below none, by
+/// a line that was fitted elsewhere.
+const SENSED_RISES_K: RangeInclusive<f32> = -20.0..=5e3;
+/// What one kelvin of the surroundings may be worth, in kelvins of a heater: a beam whose heater is on one half only bends
+/// twice as much with the whole; one that does not move with the room has nothing to be made up for.
+const AMBIENT_RATIOS: RangeInclusive<f32> = 0.0..=3.0;
 
 impl Parts {
     /// Names the first number that no mirror can have.
@@ -28,6 +34,14 @@ impl Parts {
         self.memory.check()?;
         self.plate.check()?;
         check(Field::MoveTime, 0, self.path.move_time.0, 0.0..=1.0)?;
+        check(Field::AmbientRatio, 0, self.ambient_ratio, AMBIENT_RATIOS)?;
+        if self.ambient_ratio > 0.0 {
+            for (i, actuator) in self.actuators.iter().enumerate() {
+                actuator
+                    .check_sensed_rises()
+                    .map_err(|error| error.of_actuator(i))?;
+            }
+        }
         self.bounds.check()
     }
 }
@@ -44,6 +58,24 @@ impl ActuatorCalibration {
             1e-2..=1e7,
         )?;
         check(Field::LossGrowth, 0, self.loss_growth.0, -1e-3..=1e-1)
+    }
+}
+
+impl ActuatorCalibration {
+    /// A heater that tells its temperature tells more where it is hotter.
+    fn check_sensed_rises(&self) -> Result<(), CalibrationError> {
+        check(Field::SensedTop, 0, self.sensed_rises.top.0, 1e-1..=5e3)?;
+        for (i, pair) in self.sensed_rises.knots.windows(2).enumerate() {
+            if let [low, high] = *pair {
+                let error = |problem| CalibrationError::number(Field::SensedRise, i + 1, problem);
+                check(Field::SensedRise, i, low, SENSED_RISES_K)?;
+                check(Field::SensedRise, i + 1, high, SENSED_RISES_K)?;
+                if high <= low {
+                    return Err(error(Problem::NotRising));
+                }
+            }
+        }
+        Ok(())
     }
 }
 
@@ -203,6 +235,8 @@ mod tests {
             13 => (&mut p.path.move_time.0, Field::MoveTime),
             14 => (&mut p.bounds.drive.0, Field::MaxDrive),
             15 => (&mut p.bounds.power.0, Field::MaxPower),
+            19 => (&mut p.actuators[1].sensed_rises.knots[7], Field::SensedRise),
+            20 => (&mut p.ambient_ratio, Field::AmbientRatio),
             _ => (&mut p.bounds.rise.0, Field::MaxRise),
         };
         *number = bad;
@@ -212,7 +246,7 @@ mod tests {
     proptest! {
         #[test]
         fn a_number_that_is_off_is_named(
-            which in 0_usize..19,
+            which in 0_usize..21,
             bad in prop_oneof![Just(f32::NAN), Just(f32::INFINITY), Just(-1.0e6), Just(1e9)],
         ) {
             let (parts, field) = number_off(which, bad);

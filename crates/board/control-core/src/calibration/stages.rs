@@ -12,6 +12,9 @@ pub const SLOW_POLES: usize = 2;
 pub const PLAYS: usize = 4;
 /// Lags of the creep.
 pub const LAGS: usize = 4;
+/// Knots of the temperature rise that a resistance tells. Straight lines between 17 leave a hundredth of a kelvin of the
+/// paper's mirror, whose resistance bends most.
+pub const SENSED_RISES: usize = 17;
 /// What counts as slow: time constants from here on.
 pub const SLOW: Second = Second(0.25);
 
@@ -29,6 +32,18 @@ pub struct ActuatorCalibration {
     pub loss_growth: PerKelvin,
     /// Position to temperature rise. All four tables have the same top.
     pub shape: InverseTable,
+    /// What the resistance tells where the mirror rests in the surroundings of the calibration.
+    pub sensed_rises: SensedRises,
+}
+
+/// Temperature rise that a resistance tells by R0 and xi, over the stages' own rise, which is only as much a temperature as
+/// displacement and power tell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensedRises {
+    /// The stages' rise at the last knot.
+    pub top: Kelvin,
+    /// At equal steps of the stages' rise from 0 on (K).
+    pub knots: [f32; SENSED_RISES],
 }
 
 /// A first-order lag with its weight in a sum of lags.
@@ -112,6 +127,19 @@ pub struct Bounds {
     pub power: Watt,
     /// Highest temperature rise.
     pub rise: Kelvin,
+}
+
+impl SensedRises {
+    /// Those that nobody has measured.
+    pub const UNKNOWN: Self = Self {
+        top: Kelvin(0.0),
+        knots: [0.0; SENSED_RISES],
+    };
+
+    /// Whether somebody has.
+    pub fn is_known(&self) -> bool {
+        self.top.0 > 0.0
+    }
 }
 
 impl Heat {

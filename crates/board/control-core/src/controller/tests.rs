@@ -1,6 +1,6 @@
 use super::*;
 use crate::calibration::tests::parts;
-use crate::calibration::{ActuatorCalibration, Heat, Memory};
+use crate::calibration::{ActuatorCalibration, Heat, Memory, SensedRises};
 use crate::shape::{InverseTable, KNOTS};
 use crate::units::{Kelvin, KelvinPerWatt, Ohm, PerKelvin};
 use proptest::prelude::*;
@@ -53,11 +53,13 @@ fn static_parts() -> Parts {
             core::array::from_fn(|i| 100.0 * i as f32 / (KNOTS - 1) as f32),
         )
         .expect("rising"),
+        sensed_rises: SensedRises::UNKNOWN,
     };
     Parts {
         actuators: [actuator; CHANNELS],
         heat: Heat::INSTANT,
         memory: Memory::NONE,
+        ambient_ratio: 0.0,
         ..parts()
     }
 }
@@ -127,6 +129,7 @@ fn power_and_temperature_are_limited_by_name() {
 #[test]
 fn a_mirror_that_cannot_cool_faster_says_so() {
     let mut controller = controller(parts());
+    controller.make_up_for_surroundings(false);
     let mut last = |z: f32, ticks: usize| {
         let tick = |_| *controller.step(Setpoint::position(Micrometre(z)), NOTHING.0, NOTHING.1);
         (0..ticks).map(tick).last().expect("ticks")

@@ -1,6 +1,8 @@
 //! The mirror that all these tests are about.
 
-use control_core::calibration::{Bounds, Heat, Label, Memory, Origin, Parts, Path, Plate};
+use control_core::calibration::{
+    Bounds, Heat, Label, Memory, Origin, Parts, Path, Plate, SensedRises,
+};
 use control_core::{
     ActuatorCalibration, CHANNELS, InverseTable, Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin,
     Second, Volt, Watt,
@@ -16,6 +18,7 @@ pub(crate) fn parts(cold_ohm: f32, tcr: f32, drive_v: f32, rise_k: f32) -> Parts
         loss_growth: PerKelvin(0.0),
         shape: InverseTable::new(Micrometre(170.0), std::array::from_fn(|i| i as f32))
             .expect("rising"),
+        sensed_rises: SensedRises::UNKNOWN,
     };
     Parts {
         origin: Origin {
@@ -35,5 +38,6 @@ pub(crate) fn parts(cold_ohm: f32, tcr: f32, drive_v: f32, rise_k: f32) -> Parts
             power: Watt(34e-3),
             rise: Kelvin(rise_k),
         },
+        ambient_ratio: 0.0,
     }
 }

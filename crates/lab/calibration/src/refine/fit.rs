@@ -2,13 +2,15 @@
 //! enter nonlinearly, the others are the solution of a linear problem.
 
 use control_core::CHANNELS;
-use control_core::calibration::Parts;
+use control_core::calibration::{Parts, SensedRises};
 use least_squares::{Bounds, DifferenceStep, Options, Problem, forward_differences, minimise};
 use nalgebra::{DMatrix, DVector};
 
 use super::heat::HeatLoss;
 use super::linear::{Displacements, LinearStages, MemoryTerms};
-use super::timeline::Timeline;
+use super::resistance::Line;
+use super::sensed;
+use super::timeline::{TimeStep, Timeline};
 use super::unknowns::Unknowns;
 use crate::curve::Curve;
 
@@ -149,16 +151,38 @@ impl<'a> Fit<'a> {
         (cost, (cost / weights).sqrt())
     }
 
-    /// The temperature rises of the actuators at the end of every time step, with each step's sensed resistances.
-    pub(super) fn resistances(
+    /// What each actuator's resistance, read by its line, tells where the mirror rests, up to these rises (K).
+    pub(super) fn sensed_rises(
         &self,
         fitted: &Fitted,
-    ) -> [Option<super::resistance::Line>; CHANNELS] {
+        lines: &[Option<Line>; CHANNELS],
+        tops_k: [f64; CHANNELS],
+    ) -> [Option<SensedRises>; CHANNELS] {
+        let network = &fitted.unknowns.network;
+        let rises = network.rises_unsettled(&self.timeline.steps, &fitted.losses);
+        std::array::from_fn(|channel| {
+            let line = lines[channel]?;
+            let read = |(step, rises): (&TimeStep, &[(f64, f64); CHANNELS])| {
+                let ((rise, unsettled), read) = (rises[channel], step.sensed[channel]?);
+                Some(sensed::Reading {
+                    rise,
+                    unsettled,
+                    sensed: (read.ohm - line.cold_ohm) / line.ohm_per_k,
+                    volts: read.volts,
+                })
+            };
+            let readings = self.timeline.steps.iter().zip(&rises).filter_map(read);
+            sensed::through(readings, tops_k[channel])
+        })
+    }
+
+    /// The temperature rises of the actuators at the end of every time step, with each step's sensed resistances.
+    pub(super) fn resistances(&self, fitted: &Fitted) -> [Option<Line>; CHANNELS] {
         let network = &fitted.unknowns.network;
         let rises = network.rises(&self.timeline.steps, &fitted.losses);
         std::array::from_fn(|channel| {
             let steps = self.timeline.steps.iter().zip(&rises);
-            super::resistance::Line::through(
+            Line::through(
                 steps.filter_map(|(step, rise)| Some((rise[channel], step.sensed[channel]?))),
             )
         })

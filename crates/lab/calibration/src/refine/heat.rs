@@ -80,6 +80,43 @@ impl FosterNetwork {
         steps.iter().map(advance).collect()
     }
 
+    /// The same, with what the fast poles have still to bring then (K).
+    pub(super) fn rises_unsettled(
+        &self,
+        steps: &[TimeStep],
+        losses: &[HeatLoss; CHANNELS],
+    ) -> Vec<[(f64, f64); CHANNELS]> {
+        let fast = Self {
+            weight: std::array::from_fn(|pole| match pole < FAST_POLES {
+                true => self.weight[pole],
+                false => 0.0,
+            }),
+            ..*self
+        };
+        let mut states = [[0.0; POLES]; CHANNELS];
+        let mut rises = [(0.0, 0.0); CHANNELS];
+        let advance = |step: &TimeStep| {
+            if step.duration_s > 0.0 {
+                let sampled = self
+                    .time_s
+                    .map(|time_s| SampledLag::new(time_s, step.duration_s));
+                for (channel, loss) in losses.iter().enumerate() {
+                    let power_w = (step.from_w[channel], step.to_w[channel]);
+                    let state = &mut states[channel];
+                    let rise = self.advance(state, rises[channel].0, &sampled, loss, power_w);
+                    let input = loss.k_per_w * power_w.1 - loss.growth * rise * rise;
+                    let to_come = state.iter().zip(fast.weight);
+                    let unsettled = to_come
+                        .map(|(state, weight)| weight * (input - state))
+                        .sum();
+                    rises[channel] = (rise, unsettled);
+                }
+            }
+            rises
+        };
+        steps.iter().map(advance).collect()
+    }
+
     /// One actuator through one time step; returns its rise at the end.
     ///
     /// The network's input is the heating less what the growing loss takes of it, `k_per_w power - growth rise^2`. With the

@@ -16,11 +16,13 @@ mod heat;
 mod linear;
 mod noise;
 mod resistance;
+mod sensed;
 mod tables;
 mod timeline;
 mod unknowns;
 
-use control_core::calibration::Parts;
+use control_core::calibration::{Parts, SensedRises};
+use control_core::shape::SEGMENTS;
 use control_core::{Calibration, CalibrationError, Kelvin, Ohm, PerKelvin};
 use measurement::Session;
 
@@ -34,6 +36,12 @@ const FEWEST: usize = 200;
 /// Stages that leave more than this part of the range follow nothing: a calibrated mirror is followed forty times closer
 /// (`docs/figures/positioning.md`).
 const FOLLOWS: f64 = 0.02;
+
+/// What one kelvin of the surroundings is worth, in kelvins of a heater, where nobody has measured it: the bimorphs' ends are
+/// colder than their heater's mean, and as warm as the rest in a warm room. Virtual mirrors of the families A, B and D, the
+/// paper's and the bench's have 1.007 to 1.032; those with a heater on part of the beam only, or a loss that is uneven along
+/// it, more, and are to be measured in another room (`docs/theory/surroundings.md`).
+const USUAL_AMBIENT_RATIO: f32 = 1.02;
 
 /// A refined calibration.
 #[derive(Clone, Debug, PartialEq)]
@@ -101,13 +109,21 @@ fn refined_parts(parts: &Parts, fit: &Fit, fitted: &Fitted) -> Result<Parts, Ref
     let mut actuators = parts.actuators;
     let losses = fit.losses.iter().zip(&fitted.losses);
     let resistances = fit.resistances(fitted);
-    for ((actuator, (before, after)), line) in actuators.iter_mut().zip(losses).zip(resistances) {
+    for ((actuator, (before, after)), line) in actuators.iter_mut().zip(losses).zip(&resistances) {
         actuator.shape = bend.table(actuator, before, after)?;
         actuator.loss_growth = PerKelvin(after.growth as f32);
         if let Some(line) = line {
             actuator.cold_resistance = Ohm(line.cold_ohm as f32);
             actuator.tcr = PerKelvin((line.ohm_per_k / line.cold_ohm) as f32);
         }
+    }
+    let tops_k = actuators
+        .each_ref()
+        .map(|actuator| f64::from(actuator.shape.knots()[SEGMENTS]));
+    let sensed = fit.sensed_rises(fitted, &resistances, tops_k);
+    let is_known = sensed.iter().all(Option::is_some);
+    for (actuator, sensed) in actuators.iter_mut().zip(sensed) {
+        actuator.sensed_rises = sensed.unwrap_or(SensedRises::UNKNOWN);
     }
     // The same heating as before is allowed.
     let losses = fit.losses.iter().zip(&fitted.losses);
@@ -121,6 +137,7 @@ fn refined_parts(parts: &Parts, fit: &Fit, fitted: &Fitted) -> Result<Parts, Ref
         heat: fitted.unknowns.network.heat(),
         memory: fitted.linear.memory(fitted.unknowns.release_s),
         bounds,
+        ambient_ratio: if is_known { USUAL_AMBIENT_RATIO } else { 0.0 },
         ..*parts
     })
 }

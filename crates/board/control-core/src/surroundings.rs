@@ -1,0 +1,598 @@
+//! The surroundings: how much warmer they are than at calibration, and how much more of the heat they take.
+//!
+//! A heater's resistance tells its own temperature; the stages tell the rise over the surroundings that its power makes. Their
+//! difference is the surroundings' own rise, less what a changed loss takes of the heater's. What a power holds by itself,
+//! q = dT (1 + g dT), flows off between the heater's temperature and the surroundings', F(T) - F(a), whatever law F follows;
+//! at calibration the resistance told T = s(dT) of it, so F(s(dT)) = q, and
+//!
+//! ```text
+//! (T_R - s(dT)) F'(T) s'(0) = a (1 + g a / s'(0)) - e q s'(0)     a: rise of the surroundings, e: relative change of the loss
+//! ```
+//!
+//! where F'(T) = (1 + 2 g dT) / s'(dT), halfway between the two temperatures.
+//!
+//! to first order (`docs/theory/surroundings.md`). The same offset at any drive is the surroundings, one in proportion to the
+//! heating is the loss; a Kalman filter whose two states are random walks [Simon 2006, section 5.1] keeps what cannot be told
+//! apart yet as their covariance. One room is around all four actuators and one air takes their heat, so they share both
+//! states, and readings of all four go into one update.
+//!
+//! What it finds is made up for in the stages' target. The surroundings bend an actuator as `ambient_ratio` kelvins of its
+//! heater, so that much less is asked of the power, and more by what the loss has grown.
+
+use crate::CHANNELS;
+use crate::calibration::{ActuatorCalibration, Parts, SENSED_RISES, SensedRises};
+use crate::design::{FILM_TCR_PER_K, TICK};
+use crate::units::{Ampere, Kelvin};
+
+/// Ticks from one update to the next: each actuator is read once in that time.
+pub(crate) const PERIOD: usize = 16;
+
+/// Noise of a current reading: 1.2 steps of a 12-bit conversion and its rounding, in the mean of 16, are 0.95 uA (`codes.rs`;
+/// the emulated board's converter).
+const NOISE: Ampere = Ampere(1e-6);
+/// What a resistance and the stages are apart at rest in the room of the calibration, beyond that (K): what a straight line
+/// with a bend leaves of heaters that are not warm evenly (`closed-loop`, test `surroundings`).
+const UNMODELLED: Kelvin = Kelvin(0.03);
+/// Part of what the fast poles have still to bring by which a resistance and the stages may be apart meanwhile: the heater
+/// and the bend see the same poles with other weights. Half of it, so that what moves hardly counts: its error is no noise, and
+/// a tenth let moves take the surroundings with them by some kelvins (the same test).
+const UNSETTLED: f32 = 0.5;
+/// Part of a difference that two terms of its series may leave out: 2 %, of 20 K 0.4 K.
+const FIRST_ORDER: f32 = 0.02;
+/// How fast a room drifts by itself, as a random walk (K in a root second): a kelvin in ten minutes.
+const ROOM_WALK: f32 = 0.04;
+/// The same of the relative loss: a tenth of the room's, at a heater that is 60 K warm; only air that begins to flow is faster,
+/// and that is a jump.
+const LOSS_WALK: f32 = 7e-5;
+/// What is known of a room before anything was sensed, or after a jump (K): 10 to 40 degC around a laboratory's 22.
+const ROOM_PRIOR: Kelvin = Kelvin(15.0);
+/// The same of the loss: 10 %.
+const LOSS_PRIOR: f32 = 0.1;
+/// An update that is off by more standard deviations than this is none, or a jump.
+const JUMP: f32 = 5.0;
+/// So is one that is off by more than this, however little was known before (K): no room is that far off at a glance, and a single
+/// reading that is wrong must not take the range away.
+const FAR: Kelvin = Kelvin(10.0);
+/// So many of them in succession are a jump.
+const UPDATES_TO_JUMP: u8 = 4;
+/// Surroundings beyond this bear no bimorph, or are no surroundings but a sense that is wrong (K): from -40 to 85 degC, the
+/// industrial range, around a laboratory's 22.
+const FARTHEST: Kelvin = Kelvin(63.0);
+/// A loss beyond this is no air, but a vacuum or a heater that is damaged.
+const LARGEST_LOSS: f32 = 0.5;
+/// Targets nearer to where the surroundings alone hold the mirror are not made up for the loss, which takes nothing there.
+const NEAR_REST: Kelvin = Kelvin(2.0);
+/// A loss of half or twice the heat takes a target no further.
+const SCALES: (f32, f32) = (0.4, 2.5);
+/// The standard deviation of the surroundings from which on an actuator at rest is probed, and until which (K): 0.5 K are
+/// some 0.9 um.
+const PROBED: (f32, f32) = (0.1, 0.5);
+
+/// What is known of the surroundings.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Estimate {
+    /// Their temperature over that at calibration.
+    pub rise: Kelvin,
+    /// Its standard deviation.
+    pub rise_deviation: Kelvin,
+    /// Relative change of the loss to them.
+    pub loss: f32,
+    /// Its standard deviation.
+    pub loss_deviation: f32,
+}
+
+/// One actuator's reading: its thermometer against its stages.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Evidence {
+    /// Temperature that the resistance tells, over ambient at calibration.
+    pub(crate) sensed: Kelvin,
+    /// Rise that the stages tell.
+    pub(crate) rise: Kelvin,
+    /// What the quick poles have still to bring.
+    pub(crate) unsettled: Kelvin,
+    /// The current that was read.
+    pub(crate) current: Ampere,
+}
+
+/// What turns one actuator's reading into the filter's measurement, and the estimate into its target.
+#[derive(Clone, Debug)]
+struct Lane {
+    /// What its resistance tells at calibration, at equal steps of the stages' rise (K).
+    sensed: [f32; SENSED_RISES],
+    steps_per_kelvin: f32,
+    /// Slope of that at rest, s'(0), and its inverse.
+    first_slope: f32,
+    per_first_slope: f32,
+    loss_growth: f32,
+    /// Temperature that doubles the resistance, for the noise.
+    cold_kelvin: f32,
+}
+
+/// The filter, and what is made up for.
+#[derive(Clone, Debug)]
+pub(crate) struct Surroundings {
+    lanes: [Lane; CHANNELS],
+    /// Kelvins of a heater that one of the surroundings is worth; 0: they are not made up for.
+    ratio: f32,
+    is_used: bool,
+    /// Kelvins of the films' platinum for each that the resistances tell.
+    kelvin: f32,
+    room: f32,
+    loss: f32,
+    /// Covariance of room and loss: variances and their covariance.
+    room_room: f32,
+    room_loss: f32,
+    loss_loss: f32,
+    batch: Batch,
+    jumps: u8,
+    is_probing: bool,
+    /// Kelvins of its stages that each actuator is to be less warm, near rest.
+    offsets: [f32; CHANNELS],
+    /// By what each target grows, for the loss.
+    scales: [f32; CHANNELS],
+    estimate: Estimate,
+}
+
+/// The readings since the last update, summed.
+#[derive(Clone, Copy, Debug, Default)]
+struct Batch {
+    readings: f32,
+    measured: f32,
+    heating: f32,
+    growth: f32,
+    variance: f32,
+}
+
+impl Lane {
+    fn new(actuator: &ActuatorCalibration) -> Self {
+        let SensedRises { top, knots } = &actuator.sensed_rises;
+        let steps_per_kelvin = (SENSED_RISES - 1) as f32 / top.0;
+        let first_slope = (knots[1] - knots[0]) * steps_per_kelvin;
+        Self {
+            sensed: *knots,
+            steps_per_kelvin,
+            first_slope,
+            per_first_slope: 1.0 / first_slope,
+            loss_growth: actuator.loss_growth.0,
+            cold_kelvin: 1.0 / actuator.tcr.0,
+        }
+    }
+
+    /// What the resistance tells at a rise of the stages where the surroundings are those of the calibration, s, and how
+    /// fast that grows, s'. The ends go on straight.
+    fn sensed(&self, rise: Kelvin) -> (f32, f32) {
+        let place = rise.0 * self.steps_per_kelvin;
+        // What is below zero, or no number, becomes 0.
+        let segment = (place as usize).min(SENSED_RISES - 2);
+        let (low, high) = (self.sensed[segment], self.sensed[segment + 1]);
+        let step = high - low;
+        (
+            low + (place - segment as f32) * step,
+            step * self.steps_per_kelvin,
+        )
+    }
+
+    /// (1 + 2 g dT) s'(0) / s'(dT).
+    fn sensitivity(&self, rise: Kelvin) -> f32 {
+        (1.0 + 2.0 * self.loss_growth * rise.0) * self.first_slope / self.sensed(rise).1
+    }
+
+    /// g / s'(0).
+    fn room_growth(&self) -> f32 {
+        self.loss_growth * self.per_first_slope
+    }
+
+    /// q s'(0).
+    fn heating(&self, rise: Kelvin) -> f32 {
+        rise.0 * (1.0 + self.loss_growth * rise.0) * self.first_slope
+    }
+}
+
+impl Surroundings {
+    pub(crate) fn new(parts: &Parts) -> Self {
+        let mut unknown = Self {
+            lanes: parts.actuators.each_ref().map(Lane::new),
+            ratio: parts.ambient_ratio,
+            is_used: true,
+            kelvin: lanes_kelvin(parts),
+            room: 0.0,
+            loss: 0.0,
+            room_room: ROOM_PRIOR.0 * ROOM_PRIOR.0,
+            room_loss: 0.0,
+            loss_loss: LOSS_PRIOR * LOSS_PRIOR,
+            batch: Batch::default(),
+            jumps: 0,
+            is_probing: false,
+            offsets: [0.0; CHANNELS],
+            scales: [1.0; CHANNELS],
+            estimate: Estimate::default(),
+        };
+        unknown.tell();
+        unknown
+    }
+
+    /// What is known; `None` where the calibration does not know the resistances well enough.
+    pub(crate) fn estimate(&self) -> Option<&Estimate> {
+        self.is_known().then_some(&self.estimate)
+    }
+
+    /// The states with their deviations, for who asks.
+    fn tell(&mut self) {
+        let deviation = fpu::sqrt(self.room_room + UNMODELLED.0 * UNMODELLED.0);
+        self.estimate = Estimate {
+            rise: Kelvin(self.room * self.kelvin),
+            rise_deviation: Kelvin(deviation * self.kelvin),
+            loss: self.loss,
+            loss_deviation: fpu::sqrt(self.loss_loss),
+        };
+    }
+
+    /// Makes up for them as the one before did.
+    pub(crate) fn inherit(&mut self, before: &Self) {
+        self.make_up(before.is_used);
+    }
+
+    /// So many ticks pass in which nothing is read.
+    pub(crate) fn rest(&mut self, ticks: u16) {
+        self.drift(TICK.0 * f32::from(ticks));
+        self.tell();
+    }
+
+    /// Whether the calibration can tell the surroundings.
+    fn is_known(&self) -> bool {
+        self.ratio > 0.0
+    }
+
+    /// Whether they are made up for.
+    pub(crate) fn is_used(&self) -> bool {
+        self.is_used && self.is_known()
+    }
+
+    /// Makes up for them from now on, or does not.
+    pub(crate) fn make_up(&mut self, is_used: bool) {
+        self.is_used = is_used;
+        self.offsets = [0.0; CHANNELS];
+        self.scales = [1.0; CHANNELS];
+    }
+
+    /// The rise that the stages must reach so that the actuator bends as `rise` does in the room of the calibration.
+    #[inline(always)]
+    pub(crate) fn target(&self, actuator: usize, rise: Kelvin) -> Kelvin {
+        Kelvin((rise.0 - self.offsets[actuator]) * self.scales[actuator])
+    }
+
+    /// Whether an actuator that is not driven is to be driven as little as shows its resistance.
+    pub(crate) fn is_probing(&self) -> bool {
+        self.is_probing
+    }
+
+    /// Adds an actuator's reading to the next update.
+    pub(crate) fn read(&mut self, actuator: usize, evidence: &Evidence) {
+        let Evidence {
+            sensed,
+            rise,
+            unsettled,
+            current,
+        } = *evidence;
+        let lane = &self.lanes[actuator];
+        let (expected, slope) = lane.sensed(rise);
+        let apart = sensed.0 - expected;
+        let halfway = Kelvin(rise.0 + 0.5 * apart / slope);
+        // Not so for NaN.
+        if !(apart.abs() < 2.0 * FARTHEST.0) {
+            return;
+        }
+        let sensitivity = lane.sensitivity(halfway);
+        let noise = NOISE.0 / current.0 * (lane.cold_kelvin + sensed.0);
+        let lag = UNSETTLED * unsettled.0;
+        self.batch.readings += 1.0;
+        self.batch.measured += apart * sensitivity;
+        self.batch.heating += lane.heating(rise);
+        self.batch.growth += lane.room_growth();
+        self.batch.variance += (noise * noise + lag * lag) * sensitivity * sensitivity;
+    }
+
+    /// Brings one actuator's target nearer to where it bends as at the rise `asked` in the room of the calibration; `rise` is
+    /// where its stages are.
+    pub(crate) fn follow(&mut self, actuator: usize, asked: Kelvin, rise: Kelvin) {
+        let lane = &self.lanes[actuator];
+        let from_rest = asked.0 - self.offsets[actuator];
+        if !(self.is_used() && from_rest > NEAR_REST.0) {
+            self.scales[actuator] = 1.0;
+            return;
+        }
+        // One step of Newton's method for: what the resistance tells there is what it told at calibration, and the part of the
+        // surroundings that bends otherwise than a heater.
+        let (there, slope) = lane.sensed(rise);
+        let wanted = lane.sensed(asked).0 + (1.0 - self.ratio) * self.room;
+        let halfway = Kelvin(rise.0 + 0.5 * (wanted - there) / slope);
+        let room = self.room * (1.0 + lane.room_growth() * self.room);
+        let apart = (room - self.loss * lane.heating(rise)) / lane.sensitivity(halfway);
+        let target = rise.0 + (wanted - there - apart) / slope;
+        let (least, most) = SCALES;
+        let scale = target / from_rest;
+        self.scales[actuator] = if scale > most {
+            most
+        } else if scale > least {
+            scale
+        } else {
+            least
+        };
+    }
+
+    /// The filter's update with what was read since the last one.
+    pub(crate) fn update(&mut self) {
+        let batch = core::mem::take(&mut self.batch);
+        self.drift(TICK.0 * PERIOD as f32);
+        if batch.readings > 0.0 && self.is_known() {
+            let part = 1.0 / batch.readings;
+            let measured = batch.measured * part;
+            let order = FIRST_ORDER * measured;
+            let variance =
+                batch.variance * part * part + UNMODELLED.0 * UNMODELLED.0 + order * order;
+            self.measure(
+                measured,
+                batch.heating * part,
+                batch.growth * part,
+                variance,
+            );
+        }
+        let (until, from) = PROBED;
+        let probed = if self.is_probing { until } else { from };
+        self.is_probing = self.is_used() && self.room_room > probed * probed;
+        if self.is_used() {
+            let bent = self.ratio * self.room;
+            for (offset, lane) in self.offsets.iter_mut().zip(&self.lanes) {
+                *offset = bent * lane.per_first_slope;
+            }
+        }
+        self.tell();
+    }
+
+    /// What so many seconds add to the covariance.
+    fn drift(&mut self, seconds: f32) {
+        const MOST: (f32, f32) = (ROOM_PRIOR.0 * ROOM_PRIOR.0, LOSS_PRIOR * LOSS_PRIOR);
+        let room = self.room_room + ROOM_WALK * ROOM_WALK * seconds;
+        let loss = self.loss_loss + LOSS_WALK * LOSS_WALK * seconds;
+        self.room_room = if room < MOST.0 { room } else { MOST.0 };
+        self.loss_loss = if loss < MOST.1 { loss } else { MOST.1 };
+    }
+
+    /// `measured` = room (1 + growth room) - loss x heating, with this variance.
+    fn measure(&mut self, measured: f32, heating: f32, growth: f32, variance: f32) {
+        let bent = growth * self.room;
+        let off = measured - (self.room * (1.0 + bent) - self.loss * heating);
+        // As if it were the room itself that was measured.
+        let slope = 1.0 + 2.0 * bent;
+        let (off, heating, variance) = (off / slope, heating / slope, variance / (slope * slope));
+        let mut gains = self.gains(heating, variance);
+        if off * off > JUMP * JUMP * gains.variance || off.abs() > FAR.0 {
+            self.jumps += 1;
+            if self.jumps < UPDATES_TO_JUMP {
+                return;
+            }
+            self.forget();
+            gains = self.gains(heating, variance);
+        }
+        self.jumps = 0;
+        let (room, loss) = (gains.room / gains.variance, gains.loss / gains.variance);
+        self.room = within(self.room + room * off, FARTHEST.0);
+        self.loss = within(self.loss + loss * off, LARGEST_LOSS);
+        self.room_room -= room * gains.room;
+        self.room_loss -= room * gains.loss;
+        self.loss_loss -= loss * gains.loss;
+        self.keep_positive();
+    }
+
+    fn gains(&self, heating: f32, variance: f32) -> Gains {
+        let room = self.room_room - heating * self.room_loss;
+        let loss = self.room_loss - heating * self.loss_loss;
+        Gains {
+            room,
+            loss,
+            variance: room - heating * loss + variance,
+        }
+    }
+
+    /// The covariance of one who knows the states as they were, and that they have jumped.
+    fn forget(&mut self) {
+        self.room_room = ROOM_PRIOR.0 * ROOM_PRIOR.0;
+        self.loss_loss = LOSS_PRIOR * LOSS_PRIOR;
+        self.room_loss = 0.0;
+    }
+
+    /// What rounding may have taken of the covariance: it stays that of two quantities.
+    fn keep_positive(&mut self) {
+        const LEAST: (f32, f32) = (1e-6, 1e-9);
+        self.room_room = if self.room_room > LEAST.0 {
+            self.room_room
+        } else {
+            LEAST.0
+        };
+        self.loss_loss = if self.loss_loss > LEAST.1 {
+            self.loss_loss
+        } else {
+            LEAST.1
+        };
+        let most = 0.999 * fpu::sqrt(self.room_room * self.loss_loss);
+        self.room_loss = within(self.room_loss, most);
+    }
+}
+
+/// Kelvins for each that the resistances tell by R0 and xi: a refined calibration's are in proportion to what displacement and
+/// power tell, and platinum has a temperature coefficient of its own.
+fn lanes_kelvin(parts: &Parts) -> f32 {
+    let kelvin = parts.actuators.iter().map(|actuator| {
+        let at_rest = 1.0 + actuator.tcr.0 * actuator.sensed_rises.knots[0];
+        actuator.tcr.0 / (at_rest * FILM_TCR_PER_K)
+    });
+    kelvin.sum::<f32>() / CHANNELS as f32
+}
+
+/// Covariances of the states with what is measured, and its variance.
+struct Gains {
+    room: f32,
+    loss: f32,
+    variance: f32,
+}
+
+/// `value`, but not beyond `most` either way; NaN becomes 0.
+fn within(value: f32, most: f32) -> f32 {
+    if value > most {
+        most
+    } else if value < -most {
+        -most
+    } else if value.is_nan() {
+        0.0
+    } else {
+        value
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration::tests::parts;
+    use proptest::prelude::*;
+
+    /// What the filter reads of a heater in a room so much warmer, whose loss has grown: the balance of its heat, solved by
+    /// halving, and not the filter's first order.
+    fn evidence(rise_k: f64, room: f64, loss: f64) -> Evidence {
+        let g = f64::from(parts().actuators[0].loss_growth.0);
+        let heating = rise_k * (1.0 + g * rise_k);
+        // What flows off between two temperatures is the integral of a conductance that grows.
+        let law = |kelvin: f64| kelvin * (1.0 + g * kelvin);
+        let flows = |heater: f64| (1.0 + loss) * (law(heater) - law(room));
+        let (mut low, mut high) = (-100.0, 250.0);
+        for _ in 0..100 {
+            let middle = 0.5 * (low + high);
+            if flows(middle) < heating {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        Evidence {
+            sensed: Kelvin(low as f32),
+            rise: Kelvin(rise_k as f32),
+            unsettled: Kelvin(0.0),
+            current: Ampere(5e-3),
+        }
+    }
+
+    /// So many updates with the readings of all four.
+    fn follow(filter: &mut Surroundings, evidence: &Evidence, updates: usize) {
+        for _ in 0..updates {
+            for actuator in 0..CHANNELS {
+                filter.read(actuator, evidence);
+            }
+            filter.update();
+        }
+    }
+
+    fn filter() -> Surroundings {
+        Surroundings::new(&parts())
+    }
+
+    #[test]
+    fn room_and_loss_are_told_apart_by_two_drives_and_not_by_one() {
+        let mut filter = filter();
+        follow(&mut filter, &evidence(60.0, 8.0, 0.1), 300);
+        let one = *filter.estimate().expect("known");
+        // 0.1 of 67 K may be the room's as well.
+        assert!(one.rise_deviation.0 > 3.0, "{one:?}");
+        for _ in 0..3 {
+            for rise in [20.0, 100.0] {
+                follow(&mut filter, &evidence(rise, 8.0, 0.1), 300);
+            }
+        }
+        let both = *filter.estimate().expect("known");
+        // Two orders leave a percent of either.
+        assert!((both.rise.0 - 8.0).abs() < 0.3, "{both:?}");
+        assert!((both.loss - 0.1).abs() < 0.015, "{both:?}");
+        assert!(both.rise_deviation.0 < 0.5, "{both:?}");
+    }
+
+    #[test]
+    fn nothing_read_leaves_the_estimate_and_not_its_certainty() {
+        let mut filter = filter();
+        follow(&mut filter, &evidence(60.0, 5.0, 0.0), 300);
+        follow(&mut filter, &evidence(10.0, 5.0, 0.0), 300);
+        let before = *filter.estimate().expect("known");
+        let minute_ticks = 60_000;
+        for _ in 0..10 {
+            filter.rest(minute_ticks);
+        }
+        let after = *filter.estimate().expect("known");
+        assert_eq!(before.rise, after.rise);
+        assert!(after.rise_deviation.0 > 0.2 + before.rise_deviation.0 * 0.5);
+    }
+
+    #[test]
+    fn one_glitch_is_no_jump_and_a_jump_is_followed() {
+        let mut filter = filter();
+        follow(&mut filter, &evidence(60.0, 0.0, 0.0), 300);
+        follow(&mut filter, &evidence(10.0, 0.0, 0.0), 300);
+        let before = filter.estimate().copied();
+        follow(&mut filter, &evidence(10.0, 20.0, 0.0), 1);
+        assert!((filter.estimate().expect("known").rise.0).abs() < 0.1);
+        follow(&mut filter, &evidence(10.0, 0.0, 0.0), 1);
+        assert!(filter.estimate().expect("known").rise.0 - before.expect("known").rise.0 < 0.1);
+        // 10 updates are 16 ms.
+        follow(&mut filter, &evidence(10.0, 20.0, 0.0), 10);
+        assert!((filter.estimate().expect("known").rise.0 - 20.0).abs() < 1.0);
+    }
+
+    #[test]
+    fn a_calibration_that_does_not_know_the_resistances_tells_nothing() {
+        let mut filter = Surroundings::new(&Parts {
+            ambient_ratio: 0.0,
+            ..parts()
+        });
+        follow(&mut filter, &evidence(60.0, 20.0, 0.0), 300);
+        assert_eq!(filter.estimate(), None);
+        assert_eq!(filter.target(0, Kelvin(50.0)), Kelvin(50.0));
+    }
+
+    proptest! {
+        /// What the stages are asked for is what holds the bend, to first order in room and loss.
+        #[test]
+        fn the_target_holds_the_bend(rise in 25.0_f64..100.0, room in -10.0_f64..10.0, loss in -0.1_f64..0.1) {
+            let mut filter = filter();
+            filter.room = room as f32;
+            filter.loss = loss as f32;
+            filter.update();
+            let mut target = filter.target(0, Kelvin(rise as f32));
+            for _ in 0..3 {
+                filter.follow(0, Kelvin(rise as f32), target);
+                target = filter.target(0, Kelvin(rise as f32));
+            }
+            let held = evidence(f64::from(target.0), room, loss);
+            let bends = f64::from(held.sensed.0) + (f64::from(filter.ratio) - 1.0) * room;
+            prop_assert!((bends - rise).abs() < 0.02 * rise, "{bends} for {rise}");
+        }
+
+        #[test]
+        fn any_reading_leaves_finite_numbers(sensed: u32, rise: u32, unsettled: u32, current: u32, ticks in 1_usize..50) {
+            let any = Evidence {
+                sensed: Kelvin(f32::from_bits(sensed)),
+                rise: Kelvin(f32::from_bits(rise)),
+                unsettled: Kelvin(f32::from_bits(unsettled)),
+                current: Ampere(f32::from_bits(current)),
+            };
+            let mut filter = filter();
+            follow(&mut filter, &any, ticks);
+            follow(&mut filter, &evidence(40.0, 3.0, 0.0), 20);
+            follow(&mut filter, &any, ticks);
+            let estimate = *filter.estimate().expect("known");
+            prop_assert!(estimate.rise.0.abs() <= 1.01 * FARTHEST.0);
+            prop_assert!(estimate.loss.abs() <= LARGEST_LOSS);
+            prop_assert!(estimate.rise_deviation.0 >= 0.0 && estimate.loss_deviation >= 0.0);
+            for actuator in 0..CHANNELS {
+                filter.follow(actuator, Kelvin(50.0), Kelvin(40.0));
+                prop_assert!(filter.target(actuator, Kelvin(50.0)).0.is_finite());
+            }
+        }
+    }
+}
