@@ -3,10 +3,12 @@
 use core::sync::atomic::Ordering;
 
 use control_core::{
-    CHANNELS, Controller, CurrentSense, Limit, Limits, Micrometre, PwmCode, SenseCalibration,
-    Setpoint, SupplyCode, Volt,
+    CHANNELS, Controller, CurrentSense, Estimate, Limit, Limits, Micrometre, PwmCode,
+    SenseCalibration, Setpoint, SupplyCode, Volt,
 };
-use mirror_protocol::{ChannelState, Commanded, Health, LEASE_FOREVER_MS, Pose, Telemetry};
+use mirror_protocol::{
+    ChannelState, Commanded, Health, LEASE_FOREVER_MS, Loss, Pose, Room, Telemetry,
+};
 use protection::{Denied, Fault, Lease, Protection, Reading};
 use waveforms::{Player, Quantity, Sampler, Shape, Stream, Waveform};
 
@@ -103,6 +105,7 @@ impl Control {
     fn be_quiet(&mut self, ticks: u16, sensed: Sensed) {
         if self.is_idle() && self.controller.is_at_rest() {
             self.count(ticks.into());
+            self.controller.rest(ticks);
             return;
         }
         for _ in 0..ticks {
@@ -205,6 +208,7 @@ impl Control {
                 .map(wire_state),
             sensor_z_um: sensed.sensor_z.map(|z| z.0),
             pose: wire_pose(&self.controller),
+            room: self.controller.surroundings().map(wire_room),
         };
         Decided {
             codes,
@@ -276,6 +280,7 @@ impl Control {
             Order::Renew(lease) => self.protection.renew(lease)?,
             Order::Off => self.follow(Setpoint::Off),
             // A sound board goes on with what it does.
+            Order::MakeUp(is_wanted) => self.controller.make_up_for_surroundings(is_wanted),
             Order::Clear if self.protection.first_cause().is_none() => {}
             Order::Clear => {
                 self.protection.clear();
@@ -340,6 +345,8 @@ impl Control {
             missed_ticks: self.missed_ticks,
             late_ticks: self.late_ticks,
             limits_since_command: self.limits_since_command.bits(),
+            makes_up_for_room: self.controller.makes_up_for_surroundings(),
+            loss: self.controller.surroundings().map(wire_loss),
         };
         self.mailbox.publish(telemetry, health);
         if let Some(stream) = self.mailbox.take_stream() {
@@ -371,6 +378,22 @@ fn wire_pose(controller: &Controller<'_>) -> Pose {
         tilt_rad: controller
             .knows_tilts()
             .then_some([pose.tilt_x.0, pose.tilt_y.0]),
+    }
+}
+
+fn wire_room(surroundings: &Estimate) -> Room {
+    // The casts saturate.
+    let hundredths = |kelvin: f32| kelvin * 100.0;
+    Room {
+        rise_ck: hundredths(surroundings.rise.0) as i16,
+        deviation_ck: hundredths(surroundings.rise_deviation.0) as u16,
+    }
+}
+
+fn wire_loss(surroundings: &Estimate) -> Loss {
+    Loss {
+        change: surroundings.loss,
+        deviation: surroundings.loss_deviation,
     }
 }
 

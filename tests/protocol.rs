@@ -18,8 +18,8 @@ mod tests {
     use mirror_firmware::factory;
     use mirror_firmware::mailbox::{self, Failure, LinkSide, Order, QUEUED_SAMPLES};
     use mirror_protocol::{
-        ChannelState, CommandReply, Commanded, Drives, Health, Hello, LEASE_FOREVER_MS,
-        MAX_FRAME_BYTES, OptionBytes, Pose, Position, Refusal, Renewal, Sentence, Status,
+        ChannelState, CommandReply, Commanded, Drives, Health, Hello, LEASE_FOREVER_MS, Loss,
+        MAX_FRAME_BYTES, OptionBytes, Pose, Position, Refusal, Renewal, Room, Sentence, Status,
         StatusReply, Stream, Telemetry,
     };
     use protection::{Denied, Fault, Lease};
@@ -55,6 +55,10 @@ mod tests {
                 z_um: 120.0,
                 tilt_rad: Some([1e-3, -2e-3]),
             },
+            room: Some(Room {
+                rise_ck: -1234,
+                deviation_ck: 5,
+            }),
         };
         comes_back(Hello {
             protocol_version: u16::MAX,
@@ -87,7 +91,12 @@ mod tests {
                 supply_v: 5.0,
                 missed_ticks: 0,
                 late_ticks: 0,
-                limits_since_command: 0x3ff,
+                limits_since_command: 0xfff,
+                makes_up_for_room: true,
+                loss: Some(Loss {
+                    change: -0.2,
+                    deviation: 0.1,
+                }),
             },
             max_position_um: 173.7,
             max_drive_v: 3.5,

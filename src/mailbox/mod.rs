@@ -40,6 +40,8 @@ pub enum Order {
     Renew(Lease),
     /// Forget the faults.
     Clear,
+    /// Make up for the surroundings in positions, or leave the mirror to them.
+    MakeUp(bool),
 }
 
 /// The tick in which the board tripped.
@@ -122,6 +124,7 @@ impl Mailbox {
                     z_um: 0.0,
                     tilt_rad: None,
                 },
+                room: None,
             })),
             health: Mutex::new(Cell::new(Health {
                 lease_left_ms: None,
@@ -129,6 +132,8 @@ impl Mailbox {
                 missed_ticks: 0,
                 late_ticks: 0,
                 limits_since_command: 0,
+                makes_up_for_room: false,
+                loss: None,
             })),
             samples: Queue::new(),
             trips: Queue::new(),

@@ -12,10 +12,11 @@ use mirror_protocol::{
     CalibrationWriteEndpoint, ClearEndpoint, CommandReply, Drives, ENDPOINTS,
     EnterBootloaderEndpoint, EnterBootloaderReply, FaultLogEndpoint, FaultLogReply, Hello,
     HelloEndpoint, Identity, LEASE_FOREVER_MS, LoadPointsEndpoint, LoadReply, LogQuery,
-    MAX_FRAME_BYTES, OffEndpoint, OptionBytes, PROTOCOL_VERSION, Play, PlayEndpoint, Points,
-    Position, Refusal, RenewEndpoint, Renewal, SenseEndpoint, Sentence, SetDriveEndpoint, SetPose,
-    SetPoseEndpoint, SetPositionEndpoint, SetSenseEndpoint, Status, StatusEndpoint, StatusReply,
-    Stream, StreamEndpoint, StreamReply, Streaming, TOPICS_IN, TOPICS_OUT, TelemetryTopic, Text,
+    MAX_FRAME_BYTES, MakeUp, MakeUpEndpoint, OffEndpoint, OptionBytes, PROTOCOL_VERSION, Play,
+    PlayEndpoint, Points, Position, Refusal, RenewEndpoint, Renewal, SenseEndpoint, Sentence,
+    SetDriveEndpoint, SetPose, SetPoseEndpoint, SetPositionEndpoint, SetSenseEndpoint, Status,
+    StatusEndpoint, StatusReply, Stream, StreamEndpoint, StreamReply, Streaming, TOPICS_IN,
+    TOPICS_OUT, TelemetryTopic, Text,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarSeq};
@@ -136,6 +137,7 @@ define_dispatch! {
         | EnterBootloaderEndpoint | async | enter_bootloader |
         | RenewEndpoint       | async    | renew        |
         | ClearEndpoint       | async    | clear        |
+        | MakeUpEndpoint      | async    | make_up      |
         | StreamEndpoint      | async    | stream       |
         | CalibrationEndpoint | blocking | calibration  |
         | CalibrationWriteEndpoint | blocking | write_calibration |
@@ -239,6 +241,10 @@ async fn renew(session: &mut Session, _header: VarHeader, renewal: Renewal) -> C
 
 async fn clear(session: &mut Session, _header: VarHeader, (): ()) -> CommandReply {
     session.order(Order::Clear).await
+}
+
+async fn make_up(session: &mut Session, _header: VarHeader, asked: MakeUp) -> CommandReply {
+    session.order(Order::MakeUp(asked.is_wanted)).await
 }
 
 async fn stream(session: &mut Session, _header: VarHeader, stream: Stream) -> StreamReply {

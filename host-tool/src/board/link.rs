@@ -6,9 +6,9 @@ use std::time::Duration;
 use board_sockets::{Untrusted, check_socket};
 use mirror_protocol::{
     ClearEndpoint, CommandReply, Commanded, Drives, ERROR_PATH, EnterBootloaderEndpoint, Hello,
-    HelloEndpoint, Identity, OffEndpoint, PROTOCOL_VERSION, Position, Refusal, RenewEndpoint,
-    Renewal, SetDriveEndpoint, SetPose, SetPoseEndpoint, SetPositionEndpoint, Status,
-    StatusEndpoint, WireError,
+    HelloEndpoint, Identity, MakeUp, MakeUpEndpoint, OffEndpoint, PROTOCOL_VERSION, Position,
+    Refusal, RenewEndpoint, Renewal, SetDriveEndpoint, SetPose, SetPoseEndpoint,
+    SetPositionEndpoint, Status, StatusEndpoint, WireError,
 };
 use postcard_rpc::Endpoint;
 use postcard_rpc::header::VarSeqKind;
@@ -167,6 +167,15 @@ impl Board {
     /// Where the board does not answer, or refuses.
     pub async fn set_position(&self, position: Position) -> Result<Commanded, ToolError> {
         self.command::<SetPositionEndpoint>("move the mirror", &position)
+            .await
+    }
+
+    /// Has positions make up for the surroundings, or not.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or refuses.
+    pub async fn make_up(&self, wanted: MakeUp) -> Result<Commanded, ToolError> {
+        self.command::<MakeUpEndpoint>("make up for its surroundings", &wanted)
             .await
     }
 

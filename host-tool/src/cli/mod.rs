@@ -69,6 +69,15 @@ pub struct Arguments {
     pub command: Command,
 }
 
+/// Whether something is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Switch {
+    /// It is.
+    On,
+    /// It is not.
+    Off,
+}
+
 /// What the tool can do.
 #[derive(Debug, Subcommand)]
 pub enum Command {
@@ -152,6 +161,14 @@ pub enum Command {
         /// Replace the picture if it exists.
         #[arg(help_heading = OUTPUT, long)]
         force: bool,
+    },
+    /// Show how warm the surroundings are, by the heaters' own resistances, and have positions make up for them, or not.
+    #[command(after_long_help = "Example:\n  host-tool room off")]
+    Room {
+        /// `on`: positions make up for the surroundings, as they do after a reset; `off`: the mirror is left to them. Without
+        /// it nothing changes.
+        #[arg(value_name = "SWITCH")]
+        make_up: Option<Switch>,
     },
     /// Drive the actuators with these voltages.
     #[command(after_long_help = "Example:\n  host-tool set-drive 1.9V 1.9V 1.8V 1.9V --settle 2s")]

@@ -16,6 +16,7 @@ mod off;
 pub(crate) mod pose;
 mod range;
 mod record;
+mod room;
 mod scan;
 mod set_drive;
 mod set_pose;
@@ -73,6 +74,7 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             let pose = TiltedPose::new(z, tilt_x, tilt_y);
             set_pose::run(&open().await?, pose, pace, json).await
         }
+        Command::Room { make_up } => room::run(&open().await?, make_up, json).await,
         Command::Range { picture, force } => range::run(&open().await?, picture, force, json).await,
         Command::SetDrive {
             drives,

@@ -12,6 +12,7 @@ use crate::board::{Board, Found, Owner, Seen};
 use crate::commands::history::History;
 use crate::commands::moving::Readings;
 use crate::commands::pose::PlateReport;
+use crate::commands::room::{self, Room};
 use crate::error::ToolError;
 use crate::names::{limit_names, limited_line, state_name};
 use crate::option_bytes::option_flaws;
@@ -39,6 +40,8 @@ struct StatusReport {
     /// What that is worth in temperature: how far the rises may be off for want of a cold resistance that was
     /// measured; `None` where it was.
     uncertainty_k: Option<[f64; 4]>,
+    /// What is known of the surroundings; `None` where the calibration cannot tell.
+    room: Option<Room>,
     supply_v: f64,
     max_position_um: f64,
     max_drive_v: f64,
@@ -163,6 +166,7 @@ impl StatusReport {
                 LEASE_FOREVER_MS => LeaseLeft::Forever,
                 ms => LeaseLeft::Seconds(f64::from(ms) * 1e-3),
             }),
+            room: Room::of(status),
             supply_v: decimal(status.health.supply_v),
             missed_ticks: status.health.missed_ticks,
             late_ticks: status.health.late_ticks,
@@ -195,6 +199,7 @@ impl fmt::Display for StatusReport {
             "range      0 to {:.1} um, 0 to {:.2} V",
             self.max_position_um, self.max_drive_v
         )?;
+        writeln!(f, "room       {}", room::line(self.room.as_ref()))?;
         writeln!(f, "supply     {:.2} V", self.supply_v)?;
         writeln!(f, "channels   {}", self.channels())?;
         writeln!(f, "pose       {}", self.pose)?;
@@ -339,6 +344,10 @@ mod tests {
                     z_um: 16.5,
                     tilt_rad: Some([0.5e-3, -0.25]),
                 },
+                room: Some(mirror_protocol::Room {
+                    rise_ck: 1020,
+                    deviation_ck: 5,
+                }),
             },
             health: Health {
                 lease_left_ms: Some(598_765),
@@ -346,6 +355,11 @@ mod tests {
                 missed_ticks: 2,
                 late_ticks: 3,
                 limits_since_command: 0,
+                makes_up_for_room: true,
+                loss: Some(mirror_protocol::Loss {
+                    change: 0.012,
+                    deviation: 0.002,
+                }),
             },
             max_position_um: 173.7,
             max_drive_v: 3.5,

@@ -9,8 +9,8 @@ use postcard_rpc::{TopicDirection, endpoints, topics};
 
 use crate::{
     CalibrationChunk, CalibrationInfo, CalibrationRefusal, CalibrationUse, Commanded, Drives,
-    Hello, Identity, LogPage, LogQuery, Play, Points, Position, Refusal, Renewal, Sense, SenseInfo,
-    SetPose, Status, Stream, Streaming, TelemetryBatch,
+    Hello, Identity, LogPage, LogQuery, MakeUp, Play, Points, Position, Refusal, Renewal, Sense,
+    SenseInfo, SetPose, Status, Stream, Streaming, TelemetryBatch,
 };
 
 /// Answer to a command that changes the drives.
@@ -48,6 +48,7 @@ endpoints! {
     | EnterBootloaderEndpoint | () | EnterBootloaderReply | "mirror/enter-bootloader" |
     | RenewEndpoint       | Renewal   | CommandReply | "mirror/renew"        |
     | ClearEndpoint       | ()        | CommandReply | "mirror/clear"        |
+    | MakeUpEndpoint      | MakeUp    | CommandReply | "mirror/make-up"      |
     | StreamEndpoint      | Stream    | StreamReply  | "mirror/stream"       |
     | CalibrationEndpoint | ()        | CalibrationReply | "mirror/calibration" |
     | CalibrationWriteEndpoint | CalibrationChunk | CalibrationWriteReply | "mirror/calibration/write" |

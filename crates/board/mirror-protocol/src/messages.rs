@@ -156,6 +156,36 @@ pub struct Health {
     /// Bits of the limits that have acted since the last command (`control_core::Limits`): on the way to a
     /// position too, where [`Telemetry::limits`] has forgotten them.
     pub limits_since_command: u16,
+    /// Whether positions make up for the surroundings.
+    pub makes_up_for_room: bool,
+    /// What the surroundings take of the heat beyond what they took at calibration, as a part of that; `None` where the
+    /// calibration cannot tell.
+    pub loss: Option<Loss>,
+}
+
+/// What the board knows of the surroundings' temperature (`control_core::surroundings`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Room {
+    /// Hundredths of a kelvin above the surroundings at calibration.
+    pub rise_ck: i16,
+    /// Standard deviation of that, in the same unit.
+    pub deviation_ck: u16,
+}
+
+/// What the board knows of the heat that the surroundings take.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Loss {
+    /// Change since calibration, as a part of what it was.
+    pub change: f32,
+    /// Standard deviation of that.
+    pub deviation: f32,
+}
+
+/// Ask the board to make up for its surroundings in positions, or to leave the mirror to them. It does so after a reset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct MakeUp {
+    /// Whether it shall.
+    pub is_wanted: bool,
 }
 
 /// Where the plate is, as the controller has it.
@@ -187,6 +217,9 @@ pub struct Telemetry {
     pub sensor_z_um: Option<f32>,
     /// Where the plate is asked to be on its way, or where voltages that are asked for take it.
     pub pose: Pose,
+    /// What the heaters' resistances tell of the surroundings; `None` where the calibration in use does not know them well
+    /// enough.
+    pub room: Option<Room>,
 }
 
 /// Samples that travel together at most: so many of the longest fill a frame ([`crate::MAX_FRAME_BYTES`]).

@@ -2,11 +2,11 @@
 //! keeps the bytes it has always had.
 
 use mirror_protocol::{
-    ANSWER_TIMEOUT_MS, BATCH_SAMPLES, CHUNK_POINTS, ChannelState, CommandReply, Commanded, Drives,
-    Excerpt, FaultLogReply, Health, Hello, Identity, LOG_FORMAT, LogBytes, LogEntry, LogEvent,
-    LogPage, LogStorage, MAX_FRAME_BYTES, OptionBytes, Play, Points, Pose, Position, Refusal,
-    Renewal, ResetCause, Sentence, StartEvent, Status, StatusReply, Stream, Telemetry,
-    TelemetryBatch, Text, TripEvent,
+    ANSWER_TIMEOUT_MS, BATCH_SAMPLES, CHUNK_POINTS, ChannelState, CommandReply, Commanded, Drives, Excerpt,
+    FaultLogReply, Health, Hello, Identity, LOG_FORMAT, LogBytes, LogEntry, LogEvent, LogPage,
+    LogStorage, Loss, MAX_FRAME_BYTES, OptionBytes, Play, Points, Pose, Position, Refusal, Renewal,
+    ResetCause, Room, Sentence, StartEvent, Status, StatusReply, Stream, Telemetry, TelemetryBatch, Text,
+    TripEvent,
 };
 use proptest::prelude::*;
 use serde::Serialize;
@@ -40,7 +40,12 @@ fn health() -> impl Strategy<Value = Health> {
             supply_v,
             missed_ticks,
             late_ticks: missed_ticks / 2,
-            limits_since_command: 0x3ff,
+            limits_since_command: 0xfff,
+            makes_up_for_room: true,
+            loss: Some(Loss {
+                change: -0.2,
+                deviation: 0.1,
+            }),
         },
     )
 }
@@ -90,6 +95,7 @@ fn telemetry() -> impl Strategy<Value = Telemetry> {
         proptest::array::uniform4(state()),
         proptest::option::of(number()),
         (number(), proptest::option::of([number(), number()])),
+        proptest::option::of(any::<(i16, u16)>()),
     )
         .prop_map(
             |(
@@ -101,7 +107,12 @@ fn telemetry() -> impl Strategy<Value = Telemetry> {
                 states,
                 sensor_z_um,
                 (z_um, tilt_rad),
+                room,
             )| Telemetry {
+                room: room.map(|(rise_ck, deviation_ck)| Room {
+                    rise_ck,
+                    deviation_ck,
+                }),
                 pose: Pose { z_um, tilt_rad },
                 tick,
                 drive_v,
@@ -247,6 +258,7 @@ fn as_many_of_the_longest_samples_as_travel_together_fit_a_frame_and_no_more() {
             z_um: 1.0,
             tilt_rad: Some([1.0; 2]),
         },
+        room: Some(Room::default()),
     };
     let batch: TelemetryBatch = [longest; BATCH_SAMPLES].into_iter().collect();
     let bytes = postcard::to_stdvec(&batch).unwrap();

@@ -360,6 +360,7 @@ mod tests {
         ) {
             let mut state = moving();
             state.take(&Telemetry {
+                room: None,
                 tick,
                 drive_v: [drive; 4],
                 current_a: [current; 4],
