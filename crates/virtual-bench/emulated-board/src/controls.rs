@@ -25,6 +25,8 @@ pub struct Surroundings {
     pub stage_um: f64,
     /// How warm the oven is that the mirror is in, if it is in one (degC).
     pub oven_c: Option<f64>,
+    /// How many times the heat that it took at first the air takes, if that has changed.
+    pub air_factor: Option<f64>,
 }
 
 impl Controls {
@@ -57,6 +59,11 @@ impl Controls {
     /// Brings the mirror into an oven, or another room, at this temperature (degC).
     pub fn set_oven(&self, celsius: f64) {
         self.state().surroundings.oven_c = Some(celsius);
+    }
+
+    /// Makes the air take so many times the heat that it took at first.
+    pub fn set_air(&self, factor: f64) {
+        self.state().surroundings.air_factor = Some(factor);
     }
 
     /// What is around the mirror now.

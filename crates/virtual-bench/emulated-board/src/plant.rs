@@ -244,6 +244,7 @@ impl Load {
             LoadKind::Mirror(mirror) => {
                 let rise_k = around.oven_c.map_or(0.0, |oven_c| oven_c - mirror.room_c);
                 mirror.mirror.set_ambient(rise_k);
+                mirror.mirror.set_air_loss(around.air_factor.unwrap_or(1.0));
                 mirror.mirror.set_stage(around.stage_um);
                 mirror.mirror.step(heated_v, 0.0);
                 let state = mirror.mirror.state();

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use board_sockets::boards_directory;
-use emulated_board::{Connected, EmulatedBoard, Emulation, Speed, private_directory};
+use emulated_board::{Connected, Controls, EmulatedBoard, Emulation, Speed, private_directory};
 use silicon_twin::served::{ServedTwin, Serving};
 use virtual_mirror::MirrorConfig;
 use xtask::images::{self, Board};
@@ -35,6 +35,9 @@ pub(crate) struct Arguments {
     /// can while a host tool is connected, and with the wall's otherwise.
     #[arg(long, value_name = "N|max")]
     speed: Option<Speed>,
+    /// How much warmer the mirror's room is than where it was calibrated: `10` or `10K`.
+    #[arg(long, value_name = "KELVIN", value_parser = kelvin, allow_hyphen_values = true)]
+    room: Option<f64>,
     /// Print the firmware's log at the end.
     #[arg(long)]
     log: bool,
@@ -96,15 +99,19 @@ impl Running {
         }
     }
 
+    fn controls(&self) -> &Controls {
+        match self {
+            Self::Mps2(board) => board.controls(),
+            Self::G474(twin) => twin.controls(),
+        }
+    }
+
     /// Moves what is around the mirror, where `words` ask for that; whether they do.
     fn surround(&self, words: &[String]) -> bool {
         let (Some(what), numbers) = (words.first(), &words[words.len().min(1)..]) else {
             return false;
         };
-        let controls = match self {
-            Self::Mps2(board) => board.controls(),
-            Self::G474(twin) => twin.controls(),
-        };
+        let controls = self.controls();
         match what.as_str() {
             "spot" => match parse(numbers) {
                 Some(at_um) => controls.move_spot(at_um),
@@ -117,6 +124,10 @@ impl Running {
             "oven" => match parse(numbers) {
                 Some([celsius]) => controls.set_oven(celsius),
                 None => println!("`oven CELSIUS`: a number of degrees"),
+            },
+            "air" => match parse(numbers) {
+                Some([factor]) => controls.set_air(factor),
+                None => println!("`air FACTOR`: how many times the heat the air takes"),
             },
             _ => return false,
         }
@@ -167,6 +178,7 @@ fn start(arguments: &Arguments, boards_directory: PathBuf) -> Result<Running> {
         Some(path) => MirrorConfig::from_file(path)?,
         None => MirrorConfig::bench(),
     };
+    let oven_c = arguments.room.map(|rise_k| mirror.ambient_c + rise_k);
     let connected = Connected::Mirror(Box::new(mirror));
     let name = arguments.name.clone().unwrap_or_else(|| {
         let name = match arguments.board {
@@ -176,7 +188,7 @@ fn start(arguments: &Arguments, boards_directory: PathBuf) -> Result<Running> {
         name.to_owned()
     });
     let speed = arguments.speed.unwrap_or_default();
-    Ok(match arguments.board {
+    let running = match arguments.board {
         Emulator::Mps2 => Running::Mps2(EmulatedBoard::start(&Emulation {
             image,
             connected,
@@ -193,7 +205,19 @@ fn start(arguments: &Arguments, boards_directory: PathBuf) -> Result<Running> {
             name,
             speed,
         })?),
-    })
+    };
+    if let Some(celsius) = oven_c {
+        running.controls().set_oven(celsius);
+    }
+    Ok(running)
+}
+
+/// So many kelvins, with or without their unit.
+fn kelvin(text: &str) -> Result<f64, String> {
+    let number = text.strip_suffix('K').unwrap_or(text).trim();
+    number
+        .parse()
+        .map_err(|_| format!("'{text}' is no number of kelvins: 10 or 10K"))
 }
 
 /// Ctrl-C ends this process where it stands. The emulator ends by itself, as its plant is gone; the
@@ -240,7 +264,9 @@ fn converse(board: &mut Running) -> Result<ExitCode> {
             "`spot X Y` moves the position sensor's spot on the plate, `stage UM` the mirror under it, in micrometres;"
         );
     }
-    println!("`oven CELSIUS` brings the mirror to another temperature.");
+    println!(
+        "`oven CELSIUS` brings the mirror to another room, `air FACTOR` lets the air take more of its heat."
+    );
     let mut terminal = Terminal::open()?;
     while let Some(words) = terminal.read()? {
         match words.first().map(String::as_str) {

@@ -3,6 +3,7 @@
 use std::thread;
 
 use anyhow::{Context, Result};
+use closed_loop::surroundings::{self, Around, Reached, calibrated_in_another_room};
 use closed_loop::{Precision, calibrate, figures, precision};
 use control_core::Calibration;
 use virtual_mirror::{Effect, Family, MirrorConfig, PaperNumbers};
@@ -23,7 +24,36 @@ struct Evidence {
     loops: Vec<figures::Width>,
     triangle_um: f64,
     precision: Precision,
+    rooms: Vec<Room>,
 }
+
+/// What is reached in other surroundings.
+struct Room {
+    around: Around,
+    /// Largest error where the mirror is left to them, and where they are made up for (um).
+    left_um: f64,
+    made_up_um: f64,
+    /// The same after what a room is worth was measured in another one.
+    known_um: f64,
+}
+
+/// 10 to 40 degC around the 22 of a laboratory; and air that takes a fifth more or less of the heat.
+const SURROUNDINGS: [Around; 6] = {
+    const fn room(rise_k: f64) -> Around {
+        Around { rise_k, air: 1.0 }
+    }
+    const fn air(air: f64) -> Around {
+        Around { rise_k: 0.0, air }
+    }
+    [
+        room(0.0),
+        room(-12.0),
+        room(9.0),
+        room(18.0),
+        air(1.2),
+        air(0.8),
+    ]
+};
 
 /// Mirrors of the families, with what the paper's has beyond them; none was looked at in development but
 /// the paper's own.
@@ -85,7 +115,28 @@ fn measure(config: &MirrorConfig) -> Result<Evidence> {
         loops,
         triangle_um: figures::triangle(mirror, config, (40.0, 80.0), 20.0)?,
         precision: precision(mirror, config, PRECISION_S, config.seed)?,
+        rooms: rooms(mirror, config)?,
     })
+}
+
+fn rooms(calibration: &mut Calibration, config: &MirrorConfig) -> Result<Vec<Room>> {
+    let mut known = calibrated_in_another_room(calibration, config)?;
+    let mut measured = Vec::new();
+    for around in SURROUNDINGS {
+        measured.push(Room {
+            around,
+            left_um: worst_um(&surroundings::errors(calibration, config, around, false)?),
+            made_up_um: worst_um(&surroundings::errors(calibration, config, around, true)?),
+            known_um: worst_um(&surroundings::errors(&mut known, config, around, true)?),
+        });
+    }
+    Ok(measured)
+}
+
+/// The largest error where the surroundings leave a position within reach (um).
+fn worst_um(reached: &[Reached]) -> f64 {
+    let within = reached.iter().filter(|reached| reached.is_within_reach());
+    within.map(|it| it.error_um.abs()).fold(0.0, f64::max)
 }
 
 /// Where the mirror rests at the two voltages (um).
@@ -152,6 +203,24 @@ fn print(evidence: &[Evidence], uncompensated: &PaperNumbers) {
         "0.5 um",
         &|e| format!("{:.2} um", e.triangle_um),
     );
+    for (i, around) in SURROUNDINGS.into_iter().enumerate() {
+        let (what, must) = match around.air == 1.0 {
+            true => (format!("room {:+} K", around.rise_k), "0.5 um"),
+            false => (
+                format!("air takes {:+.0} %", 1e2 * (around.air - 1.0)),
+                "0.3 um",
+            ),
+        };
+        let what = format!("{what}: largest error left to it / made up for / ratio measured");
+        row(&what, "-".into(), must, &|e| {
+            let room = &e.rooms[i];
+            debug_assert_eq!(room.around, around);
+            format!(
+                "{:.2} / {:.2} / {:.2} um",
+                room.left_um, room.made_up_um, room.known_um
+            )
+        });
+    }
     row(
         "f32 core against f64 (single ticks' drives)",
         "-".into(),
