@@ -223,8 +223,9 @@ impl Rails {
 
     /// Holds `power` to what can be driven, and names what could not.
     fn limit(&self, power: &mut Watt, resistance: Ohm, limits: &mut Limits) -> Volt {
-        // Not so for NaN, either.
-        if !(power.0 * resistance.0 > self.least_square) {
+        // Not so for NaN.
+        let is_above_least = power.0 * resistance.0 > self.least_square;
+        if !is_above_least {
             if power.0 < self.least_power {
                 limits.insert(Limit::Cooling);
             }

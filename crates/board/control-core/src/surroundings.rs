@@ -283,7 +283,8 @@ impl Surroundings {
         let apart = sensed.0 - expected;
         let halfway = Kelvin(rise.0 + 0.5 * apart / slope);
         // Not so for NaN.
-        if !(apart.abs() < 2.0 * FARTHEST.0) {
+        let is_possible = apart.abs() < 2.0 * FARTHEST.0;
+        if !is_possible {
             return;
         }
         let sensitivity = lane.sensitivity(halfway);
