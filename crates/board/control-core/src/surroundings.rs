@@ -100,7 +100,7 @@ pub(crate) struct Evidence {
 
 /// What turns one actuator's reading into the filter's measurement, and the estimate into its target.
 #[derive(Clone, Debug)]
-struct Lane {
+struct Reference {
     /// What its resistance tells at calibration, at equal steps of the stages' rise (K).
     sensed: [f32; SENSED_RISES],
     steps_per_kelvin: f32,
@@ -115,7 +115,7 @@ struct Lane {
 /// The filter, and what is made up for.
 #[derive(Clone, Debug)]
 pub(crate) struct Surroundings {
-    lanes: [Lane; CHANNELS],
+    references: [Reference; CHANNELS],
     /// Kelvins of a heater that one of the surroundings is worth; 0: they are not made up for.
     ratio: f32,
     is_used: bool,
@@ -147,7 +147,7 @@ struct Batch {
     variance: f32,
 }
 
-impl Lane {
+impl Reference {
     fn new(actuator: &ActuatorCalibration) -> Self {
         let SensedRises { top, knots } = &actuator.sensed_rises;
         let steps_per_kelvin = (SENSED_RISES - 1) as f32 / top.0;
@@ -195,10 +195,10 @@ impl Lane {
 impl Surroundings {
     pub(crate) fn new(parts: &Parts) -> Self {
         let mut unknown = Self {
-            lanes: parts.actuators.each_ref().map(Lane::new),
+            references: parts.actuators.each_ref().map(Reference::new),
             ratio: parts.ambient_ratio,
             is_used: true,
-            kelvin: lanes_kelvin(parts),
+            kelvin: platinum_kelvin(parts),
             room: 0.0,
             loss: 0.0,
             room_room: ROOM_PRIOR.0 * ROOM_PRIOR.0,
@@ -278,8 +278,8 @@ impl Surroundings {
             unsettled,
             current,
         } = *evidence;
-        let lane = &self.lanes[actuator];
-        let (expected, slope) = lane.sensed(rise);
+        let reference = &self.references[actuator];
+        let (expected, slope) = reference.sensed(rise);
         let apart = sensed.0 - expected;
         let halfway = Kelvin(rise.0 + 0.5 * apart / slope);
         // Not so for NaN.
@@ -287,20 +287,20 @@ impl Surroundings {
         if !is_possible {
             return;
         }
-        let sensitivity = lane.sensitivity(halfway);
-        let noise = NOISE.0 / current.0 * (lane.cold_kelvin + sensed.0);
+        let sensitivity = reference.sensitivity(halfway);
+        let noise = NOISE.0 / current.0 * (reference.cold_kelvin + sensed.0);
         let lag = UNSETTLED * unsettled.0;
         self.batch.readings += 1.0;
         self.batch.measured += apart * sensitivity;
-        self.batch.heating += lane.heating(rise);
-        self.batch.growth += lane.room_growth();
+        self.batch.heating += reference.heating(rise);
+        self.batch.growth += reference.room_growth();
         self.batch.variance += (noise * noise + lag * lag) * sensitivity * sensitivity;
     }
 
     /// Brings one actuator's target nearer to where it bends as at the rise `asked` in the room of the calibration; `rise` is
     /// where its stages are.
     pub(crate) fn follow(&mut self, actuator: usize, asked: Kelvin, rise: Kelvin) {
-        let lane = &self.lanes[actuator];
+        let reference = &self.references[actuator];
         let from_rest = asked.0 - self.offsets[actuator];
         if !(self.is_used() && from_rest > NEAR_REST.0) {
             self.scales[actuator] = 1.0;
@@ -308,11 +308,11 @@ impl Surroundings {
         }
         // One step of Newton's method for: what the resistance tells there is what it told at calibration, and the part of the
         // surroundings that bends otherwise than a heater.
-        let (there, slope) = lane.sensed(rise);
-        let wanted = lane.sensed(asked).0 + (1.0 - self.ratio) * self.room;
+        let (there, slope) = reference.sensed(rise);
+        let wanted = reference.sensed(asked).0 + (1.0 - self.ratio) * self.room;
         let halfway = Kelvin(rise.0 + 0.5 * (wanted - there) / slope);
-        let room = self.room * (1.0 + lane.room_growth() * self.room);
-        let apart = (room - self.loss * lane.heating(rise)) / lane.sensitivity(halfway);
+        let room = self.room * (1.0 + reference.room_growth() * self.room);
+        let apart = (room - self.loss * reference.heating(rise)) / reference.sensitivity(halfway);
         let target = rise.0 + (wanted - there - apart) / slope;
         let target = asked.0 + beyond_the_curves(target - asked.0);
         let (least, most) = SCALES;
@@ -348,8 +348,8 @@ impl Surroundings {
         self.is_probing = self.is_used() && self.room_room > probed * probed;
         if self.is_used() {
             let bent = self.ratio * beyond_the_curves(self.room);
-            for (offset, lane) in self.offsets.iter_mut().zip(&self.lanes) {
-                *offset = bent * lane.per_first_slope;
+            for (offset, reference) in self.offsets.iter_mut().zip(&self.references) {
+                *offset = bent * reference.per_first_slope;
             }
         }
         self.tell();
@@ -427,7 +427,7 @@ impl Surroundings {
 
 /// Kelvins for each that the resistances tell by R0 and xi: a refined calibration's are in proportion to what displacement and
 /// power tell, and platinum has a temperature coefficient of its own.
-fn lanes_kelvin(parts: &Parts) -> f32 {
+fn platinum_kelvin(parts: &Parts) -> f32 {
     let kelvin = parts.actuators.iter().map(|actuator| {
         let at_rest = 1.0 + actuator.tcr.0 * actuator.sensed_rises.knots[0];
         actuator.tcr.0 / (at_rest * FILM_TCR_PER_K)
@@ -469,148 +469,4 @@ fn within(value: f32, most: f32) -> f32 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::calibration::tests::parts;
-    use proptest::prelude::*;
-
-    /// What the filter reads of a heater in a room so much warmer, whose loss has grown: the balance of its heat, solved by
-    /// halving, and not the filter's first order.
-    fn evidence(rise_k: f64, room: f64, loss: f64) -> Evidence {
-        let g = f64::from(parts().actuators[0].loss_growth.0);
-        let heating = rise_k * (1.0 + g * rise_k);
-        // What flows off between two temperatures is the integral of a conductance that grows.
-        let law = |kelvin: f64| kelvin * (1.0 + g * kelvin);
-        let flows = |heater: f64| (1.0 + loss) * (law(heater) - law(room));
-        let (mut low, mut high) = (-100.0, 250.0);
-        for _ in 0..100 {
-            let middle = 0.5 * (low + high);
-            if flows(middle) < heating {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        Evidence {
-            sensed: Kelvin(low as f32),
-            rise: Kelvin(rise_k as f32),
-            unsettled: Kelvin(0.0),
-            current: Ampere(5e-3),
-        }
-    }
-
-    /// So many updates with the readings of all four.
-    fn follow(filter: &mut Surroundings, evidence: &Evidence, updates: usize) {
-        for _ in 0..updates {
-            for actuator in 0..CHANNELS {
-                filter.read(actuator, evidence);
-            }
-            filter.update();
-        }
-    }
-
-    fn filter() -> Surroundings {
-        Surroundings::new(&parts())
-    }
-
-    #[test]
-    fn room_and_loss_are_told_apart_by_two_drives_and_not_by_one() {
-        let mut filter = filter();
-        follow(&mut filter, &evidence(60.0, 8.0, 0.1), 300);
-        let one = *filter.estimate().expect("known");
-        // 0.1 of 67 K may be the room's as well.
-        assert!(one.rise_deviation.0 > 3.0, "{one:?}");
-        for _ in 0..3 {
-            for rise in [20.0, 100.0] {
-                follow(&mut filter, &evidence(rise, 8.0, 0.1), 300);
-            }
-        }
-        let both = *filter.estimate().expect("known");
-        // Two orders leave a percent of either.
-        assert!((both.rise.0 - 8.0).abs() < 0.3, "{both:?}");
-        assert!((both.loss - 0.1).abs() < 0.015, "{both:?}");
-        assert!(both.rise_deviation.0 < 0.5, "{both:?}");
-    }
-
-    #[test]
-    fn nothing_read_leaves_the_estimate_and_not_its_certainty() {
-        let mut filter = filter();
-        follow(&mut filter, &evidence(60.0, 5.0, 0.0), 300);
-        follow(&mut filter, &evidence(10.0, 5.0, 0.0), 300);
-        let before = *filter.estimate().expect("known");
-        let minute_ticks = 60_000;
-        for _ in 0..10 {
-            filter.rest(minute_ticks);
-        }
-        let after = *filter.estimate().expect("known");
-        assert_eq!(before.rise, after.rise);
-        assert!(after.rise_deviation.0 > 0.2 + before.rise_deviation.0 * 0.5);
-    }
-
-    #[test]
-    fn one_glitch_is_no_jump_and_a_jump_is_followed() {
-        let mut filter = filter();
-        follow(&mut filter, &evidence(60.0, 0.0, 0.0), 300);
-        follow(&mut filter, &evidence(10.0, 0.0, 0.0), 300);
-        let before = filter.estimate().copied();
-        follow(&mut filter, &evidence(10.0, 20.0, 0.0), 1);
-        assert!((filter.estimate().expect("known").rise.0).abs() < 0.1);
-        follow(&mut filter, &evidence(10.0, 0.0, 0.0), 1);
-        assert!(filter.estimate().expect("known").rise.0 - before.expect("known").rise.0 < 0.1);
-        // 10 updates are 16 ms.
-        follow(&mut filter, &evidence(10.0, 20.0, 0.0), 10);
-        assert!((filter.estimate().expect("known").rise.0 - 20.0).abs() < 1.0);
-    }
-
-    #[test]
-    fn a_calibration_that_does_not_know_the_resistances_tells_nothing() {
-        let mut filter = Surroundings::new(&Parts {
-            ambient_ratio: 0.0,
-            ..parts()
-        });
-        follow(&mut filter, &evidence(60.0, 20.0, 0.0), 300);
-        assert_eq!(filter.estimate(), None);
-        assert_eq!(filter.target(0, Kelvin(50.0)), Kelvin(50.0));
-    }
-
-    proptest! {
-        /// What the stages are asked for is what holds the bend, to first order in room and loss.
-        #[test]
-        fn the_target_holds_the_bend(rise in 25.0_f64..100.0, room in -10.0_f64..10.0, loss in -0.1_f64..0.1) {
-            let mut filter = filter();
-            filter.room = room as f32;
-            filter.loss = loss as f32;
-            filter.update();
-            let mut target = filter.target(0, Kelvin(rise as f32));
-            for _ in 0..3 {
-                filter.follow(0, Kelvin(rise as f32), target);
-                target = filter.target(0, Kelvin(rise as f32));
-            }
-            let held = evidence(f64::from(target.0), room, loss);
-            let bends = f64::from(held.sensed.0) + (f64::from(filter.ratio) - 1.0) * room;
-            prop_assert!((bends - rise).abs() < 0.02 * rise, "{bends} for {rise}");
-        }
-
-        #[test]
-        fn any_reading_leaves_finite_numbers(sensed: u32, rise: u32, unsettled: u32, current: u32, ticks in 1_usize..50) {
-            let any = Evidence {
-                sensed: Kelvin(f32::from_bits(sensed)),
-                rise: Kelvin(f32::from_bits(rise)),
-                unsettled: Kelvin(f32::from_bits(unsettled)),
-                current: Ampere(f32::from_bits(current)),
-            };
-            let mut filter = filter();
-            follow(&mut filter, &any, ticks);
-            follow(&mut filter, &evidence(40.0, 3.0, 0.0), 20);
-            follow(&mut filter, &any, ticks);
-            let estimate = *filter.estimate().expect("known");
-            prop_assert!(estimate.rise.0.abs() <= 1.01 * FARTHEST.0);
-            prop_assert!(estimate.loss.abs() <= LARGEST_LOSS);
-            prop_assert!(estimate.rise_deviation.0 >= 0.0 && estimate.loss_deviation >= 0.0);
-            for actuator in 0..CHANNELS {
-                filter.follow(actuator, Kelvin(50.0), Kelvin(40.0));
-                prop_assert!(filter.target(actuator, Kelvin(50.0)).0.is_finite());
-            }
-        }
-    }
-}
+mod tests;

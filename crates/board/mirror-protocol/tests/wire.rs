@@ -2,11 +2,11 @@
 //! keeps the bytes it has always had.
 
 use mirror_protocol::{
-    ANSWER_TIMEOUT_MS, BATCH_SAMPLES, CHUNK_POINTS, ChannelState, CommandReply, Commanded, Drives, Excerpt,
-    FaultLogReply, Health, Hello, Identity, LOG_FORMAT, LogBytes, LogEntry, LogEvent, LogPage,
-    LogStorage, Loss, MAX_FRAME_BYTES, OptionBytes, Play, Points, Pose, Position, Refusal, Renewal,
-    ResetCause, Room, Sentence, StartEvent, Status, StatusReply, Stream, Telemetry, TelemetryBatch, Text,
-    TripEvent,
+    ANSWER_TIMEOUT_MS, BATCH_SAMPLES, CHUNK_POINTS, ChannelState, CommandReply, Commanded, Drives,
+    Excerpt, FaultLogReply, Health, Hello, Identity, LOG_FORMAT, LogBytes, LogEntry, LogEvent,
+    LogPage, LogStorage, Loss, MAX_FRAME_BYTES, OptionBytes, Play, Points, Pose, Position, Refusal,
+    Renewal, ResetCause, Room, Sentence, StartEvent, Status, StatusReply, Stream, Telemetry,
+    TelemetryBatch, Text, TripEvent,
 };
 use proptest::prelude::*;
 use serde::Serialize;

@@ -166,7 +166,7 @@ fn zero_reading(data: &Dataset, readings: &[Option<Reading>]) -> f64 {
 
 /// A mirror of one of the families that thresholds are calibrated on, with more spread than the family has of its own: a
 /// user's mirror comes from none of them. The spreads are standard deviations of logarithms; they were widened until mirrors
-/// of families that were left out lay inside what the ensemble spans (`docs/diagnosis.md`).
+/// of families that were left out lay inside what the ensemble spans (`docs/figures/diagnosis.md`).
 fn draw_mirror(seed: u64, device: &Device) -> MirrorConfig {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut config = MirrorConfig::draw(
