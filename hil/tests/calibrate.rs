@@ -92,6 +92,35 @@ fn a_calibrated_board_goes_where_it_is_asked() {
     let fast = ["scan", "sine", "--frequency", "100Hz", "--cycles", "10"];
     let too_fast = bench.json(&[&fast[..], &span].concat());
     assert_eq!(too_fast["limited_by"][0], "cooling", "{too_fast}");
+    goes_there_in_a_warmer_room(&bench, config.ambient_c);
+}
+
+/// How much warmer the room becomes (K).
+const WARMER_K: f64 = 9.0;
+
+/// What the board found of its heaters' resistances tells it the room.
+fn goes_there_in_a_warmer_room(bench: &Bench, ambient_c: f64) {
+    bench.controls().set_oven(ambient_c + WARMER_K);
+    let errors_um = |switch: &str| {
+        let room = bench.json(&["room", switch]);
+        // Two positions tell the room and the loss apart.
+        let errors_um = [60.0, 120.0, 80.0].map(|um| {
+            bench.json(&["set-z", &format!("{um}um"), "--settle", "2s"]);
+            bench.controls().plate_um() - um
+        });
+        println!("room {switch}: {errors_um:.2?} um, {room}");
+        errors_um
+    };
+    let left_um = errors_um("off");
+    // Some 1.8 um for each kelvin (docs/requirements.md), a third less where a mirror is small.
+    assert!(left_um.iter().all(|um| *um > 1.2 * WARMER_K), "{left_um:?}");
+    let made_up_um = errors_um("on");
+    // What is required of any room.
+    assert!(made_up_um.iter().all(|um| um.abs() < 0.5), "{made_up_um:?}");
+    let room = bench.json(&["room"])["room"].clone();
+    let rise_k = room["rise_k"].as_f64().expect("a number");
+    // The platinum of a film has a temperature coefficient that nobody measured: 5 %.
+    assert!((rise_k / WARMER_K - 1.0).abs() < 0.1, "{room}");
 }
 
 /// A tool that has put its first calibration on trial, and what it says next.
