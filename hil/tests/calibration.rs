@@ -106,7 +106,11 @@ fn a_file_is_loaded_and_one_that_cannot_be_used_changes_nothing() {
         let said = bench.tool(&["load-calibration", file, "--json"]);
         assert_eq!(said.code, 1, "{said:?}");
         assert!(said.err.contains(file), "{}", said.err);
-        assert!(said.out.starts_with(r#"{"format":1,"error":{"code":"#), "{}", said.out);
+        assert!(
+            said.out.starts_with(r#"{"format":1,"error":{"code":"#),
+            "{}",
+            said.out
+        );
         let status = bench.json(&["status"]);
         assert_eq!(status["calibration"]["device"], "mirror 7", "{status}");
     }

@@ -212,12 +212,20 @@ fn start(arguments: &Arguments, boards_directory: PathBuf) -> Result<Running> {
     Ok(running)
 }
 
+/// How far from that of the calibration a room may be (K): from -40 to 85 degC, the industrial range, around a laboratory's 22.
+const FARTHEST_K: f64 = 63.0;
+
 /// So many kelvins, with or without their unit.
 fn kelvin(text: &str) -> Result<f64, String> {
     let number = text.strip_suffix('K').unwrap_or(text).trim();
-    number
+    let kelvin: f64 = number
         .parse()
-        .map_err(|_| format!("'{text}' is no number of kelvins: 10 or 10K"))
+        .map_err(|_| format!("'{text}' is no number of kelvins: 10 or 10K"))?;
+    // Not so for NaN.
+    let is_a_room = kelvin.abs() <= FARTHEST_K;
+    is_a_room.then_some(kelvin).ok_or_else(|| {
+        format!("no board is used in such a room: at most {FARTHEST_K} K warmer or colder")
+    })
 }
 
 /// Ctrl-C ends this process where it stands. The emulator ends by itself, as its plant is gone; the
@@ -288,4 +296,19 @@ fn converse(board: &mut Running) -> Result<ExitCode> {
 fn parse<const N: usize>(words: &[String]) -> Option<[f64; N]> {
     let numbers: Option<Vec<f64>> = words.iter().map(|word| word.parse().ok()).collect();
     numbers?.try_into().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_room_is_so_many_kelvins_that_a_board_may_be_in() {
+        for (text, expected) in [("10", 10.0), ("-12K", -12.0), ("9.5 K", 9.5)] {
+            assert_eq!(kelvin(text), Ok(expected));
+        }
+        for text in ["warm", "nan", "inf", "-400K", "64", ""] {
+            assert!(kelvin(text).is_err(), "{text}");
+        }
+    }
 }
