@@ -5,7 +5,7 @@ use mirror_protocol::{
     StatusEndpoint,
 };
 use protection::Fault;
-use silicon_twin::chip::Reset;
+use silicon_twin::chip::{Mistake, Reset};
 use silicon_twin::tool::Tool;
 
 use crate::common;
@@ -47,6 +47,25 @@ fn a_watchdog_s_reset_is_told_as_one() {
     reset.unwrap_or_else(|failure| panic!("{failure}"));
     assert_eq!(tool.twin.resets(), [Reset::Power, Reset::Watchdog]);
     tell(&mut tool, ResetCause::Watchdog, Fault::WatchdogReset, "");
+}
+
+/// ADC1's interrupts, and the one at the end of its injected sequence (RM0440, ADC_IER: JEOSIE).
+const ADC1_IER: u32 = 0x5000_0004;
+const SEQUENCE_ENDS: u32 = 1 << 6;
+
+#[test]
+fn a_control_loop_that_does_not_run_is_no_reason_to_feed_the_watchdog() {
+    let mut twin = common::twin();
+    // The loop never runs, and all the rest does.
+    twin.chip.make(Mistake {
+        address: ADC1_IER,
+        bits: SEQUENCE_ENDS,
+        value: Some(0),
+    });
+    // Half a second of a watchdog that is not fed, and not twice.
+    twin.run_for(0.8)
+        .unwrap_or_else(|failure| panic!("{failure}"));
+    assert_eq!(twin.resets(), [Reset::Power, Reset::Watchdog]);
 }
 
 #[test]
