@@ -229,11 +229,7 @@ impl<'a> Controller<'a> {
             }
         }
         if actuator == (round + 1) % CHANNELS {
-            self.surroundings.follow(
-                actuator,
-                self.asked[actuator],
-                self.actuators[actuator].rise(),
-            );
+            self.surroundings.follow(actuator, self.asked[actuator]);
         }
         if self.turn + 1 == PERIOD {
             self.surroundings.update();

@@ -297,16 +297,17 @@ impl Surroundings {
         self.batch.variance += (noise * noise + lag * lag) * sensitivity * sensitivity;
     }
 
-    /// Brings one actuator's target nearer to where it bends as at the rise `asked` in the room of the calibration; `rise` is
-    /// where its stages are.
-    pub(crate) fn follow(&mut self, actuator: usize, asked: Kelvin, rise: Kelvin) {
+    /// Brings one actuator's target nearer to where it bends as at the rise `asked` in the room of the calibration. Where the
+    /// actuator is on its way there does not count: a step from there would take the bend of its curve for the surroundings'.
+    pub(crate) fn follow(&mut self, actuator: usize, asked: Kelvin) {
+        let rise = self.target(actuator, asked);
         let reference = &self.references[actuator];
         let from_rest = asked.0 - self.offsets[actuator];
         if !(self.is_used() && from_rest > NEAR_REST.0) {
             self.scales[actuator] = 1.0;
             return;
         }
-        // One step of Newton's method for: what the resistance tells there is what it told at calibration, and the part of the
+        // One step of Newton's method, from the target so far, for: what the resistance tells there is what it told at calibration, and the part of the
         // surroundings that bends otherwise than a heater.
         let (there, slope) = reference.sensed(rise);
         let wanted = reference.sensed(asked).0 + (1.0 - self.ratio) * self.room;

@@ -2,11 +2,15 @@
 //!
 //! The mirrors are of physics that share nothing with the core (`virtual-mirror`), calibrated by what was measured of them.
 
-use closed_loop::calibrate;
+use std::f64::consts::TAU;
+
 use closed_loop::surroundings::{
     Around, RECOVERED_UM, Reached, calibrated_in_another_room, errors, recovery,
 };
-use control_core::{Calibration, Limit};
+use closed_loop::{Loop, TICK_S, calibrate};
+use control_core::{Calibration, Limit, Micrometre, Setpoint};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use virtual_mirror::{Effect, Family, MirrorConfig};
 
 /// 10 to 40 degC around the 22 of a laboratory, and the same room (K).
@@ -68,5 +72,67 @@ fn a_step_is_recovered_from(calibration: &mut Calibration, config: &MirrorConfig
             recovered.within_s
         );
         assert!(recovered.within_s < 0.1);
+    }
+}
+
+/// Moves, rests and sines of 20 s, in the room of the calibration; what is asked at each tick.
+fn course(seed: u64, top_um: f64) -> Vec<Setpoint> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut asked = Vec::new();
+    while (asked.len() as f64) < 20.0 / TICK_S {
+        let ticks = (10.0_f64.powf(rng.random_range(-2.7..0.7)) / TICK_S) as usize;
+        let middle = rng.random_range(0.0..=top_um);
+        if rng.random_bool(0.7) {
+            asked.extend(vec![Setpoint::position(Micrometre(middle as f32)); ticks]);
+            continue;
+        }
+        let amplitude = middle.min(top_um - middle) * rng.random_range(0.0..1.0);
+        let angle = TAU * 10.0_f64.powf(rng.random_range(-1.0..2.0)) * TICK_S;
+        asked.extend((0..ticks).map(|tick| {
+            let z = middle + amplitude * (angle * tick as f64).sin();
+            Setpoint::track(Micrometre(z as f32))
+        }));
+    }
+    asked
+}
+
+#[test]
+#[ignore = "long"]
+fn motion_in_the_room_of_the_calibration_is_no_room() {
+    for config in [mirror(), MirrorConfig::paper()] {
+        let calibration = calibrate(&config).expect("a mirror").calibration;
+        let top_um = f64::from(calibration.max_position().0);
+        let asked = course(5, top_um);
+        let mut told = (0.0_f64, 0.0_f64);
+        let runs = [false, true].map(|makes_up| {
+            let mut calibration = calibration;
+            let mut moved = Loop::new(&mut calibration, &config).expect("a mirror");
+            moved.make_up_for_surroundings(makes_up);
+            let mut at = Vec::new();
+            for setpoint in &asked {
+                at.push(moved.tick(*setpoint).0);
+                let known = moved.surroundings().expect("calibrated");
+                told.0 = told.0.max(f64::from(known.rise.0.abs()));
+                told.1 = told.1.max(f64::from(known.loss.abs()));
+            }
+            at
+        });
+        let pairs = runs[0].iter().zip(&runs[1]);
+        let mut apart: Vec<f64> = pairs
+            .map(|(left, made_up)| (left - made_up).abs())
+            .collect();
+        apart.sort_by(f64::total_cmp);
+        let part = |share: f64| apart[((apart.len() - 1) as f64 * share) as usize];
+        println!(
+            "room {:.2} K, loss {:.3}; apart {:.3} um in the median, {:.3} um in 99 of 100 ticks, {:.3} um at most",
+            told.0,
+            told.1,
+            part(0.5),
+            part(0.99),
+            part(1.0)
+        );
+        // What a position may be off by at rest (docs/requirements.md). A move that begins before anything was told of the
+        // room is off by more for its first milliseconds.
+        assert!(part(0.99) < 0.15);
     }
 }

@@ -111,7 +111,7 @@ proptest! {
         filter.update();
         let mut target = filter.target(0, Kelvin(rise as f32));
         for _ in 0..3 {
-            filter.follow(0, Kelvin(rise as f32), target);
+            filter.follow(0, Kelvin(rise as f32));
             target = filter.target(0, Kelvin(rise as f32));
         }
         let held = evidence(f64::from(target.0), room, loss);
@@ -136,7 +136,7 @@ proptest! {
         prop_assert!(estimate.loss.abs() <= LARGEST_LOSS);
         prop_assert!(estimate.rise_deviation.0 >= 0.0 && estimate.loss_deviation >= 0.0);
         for actuator in 0..CHANNELS {
-            filter.follow(actuator, Kelvin(50.0), Kelvin(40.0));
+            filter.follow(actuator, Kelvin(50.0));
             prop_assert!(filter.target(actuator, Kelvin(50.0)).0.is_finite());
         }
     }
