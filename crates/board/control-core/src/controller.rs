@@ -255,7 +255,8 @@ impl<'a> Controller<'a> {
             let asked = calibrations[i].shape.temperature_rise(x);
             self.asked[i] = asked;
             let mut target = self.surroundings.target(i, asked);
-            if target.0 < 0.0 {
+            // What the surroundings take away. A table that begins below rest by itself is followed as ever.
+            if target.0 < 0.0 && target.0 < asked.0 {
                 if target.0 < -UNNOTICED.0 {
                     step.limits.insert(Limit::RoomWarm);
                 }
