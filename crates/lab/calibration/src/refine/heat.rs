@@ -62,22 +62,7 @@ impl FosterNetwork {
         steps: &[TimeStep],
         losses: &[HeatLoss; CHANNELS],
     ) -> Vec<[f64; CHANNELS]> {
-        let mut states = [[0.0; POLES]; CHANNELS];
-        let mut rise = [0.0; CHANNELS];
-        let advance = |step: &TimeStep| {
-            if step.duration_s > 0.0 {
-                let sampled = self
-                    .time_s
-                    .map(|time_s| SampledLag::new(time_s, step.duration_s));
-                for (channel, loss) in losses.iter().enumerate() {
-                    let power_w = (step.from_w[channel], step.to_w[channel]);
-                    rise[channel] =
-                        self.advance(&mut states[channel], rise[channel], &sampled, loss, power_w);
-                }
-            }
-            rise
-        };
-        steps.iter().map(advance).collect()
+        self.along(steps, losses, |rise, _, _| rise)
     }
 
     /// The same, with what the fast poles have still to bring then (K).
@@ -86,15 +71,24 @@ impl FosterNetwork {
         steps: &[TimeStep],
         losses: &[HeatLoss; CHANNELS],
     ) -> Vec<[(f64, f64); CHANNELS]> {
-        let fast = Self {
-            weight: std::array::from_fn(|pole| match pole < FAST_POLES {
-                true => self.weight[pole],
-                false => 0.0,
-            }),
-            ..*self
-        };
+        self.along(steps, losses, |rise, states, input| {
+            let fast = states.iter().zip(self.weight).take(FAST_POLES);
+            let to_come = fast.map(|(state, weight)| weight * (input - state));
+            (rise, to_come.sum())
+        })
+    }
+
+    /// What `tell` makes of each actuator at the end of every time step: of its temperature rise, the states of its poles, and
+    /// where its heating would take these (K).
+    fn along<T: Copy + Default>(
+        &self,
+        steps: &[TimeStep],
+        losses: &[HeatLoss; CHANNELS],
+        tell: impl Fn(f64, &[f64; POLES], f64) -> T,
+    ) -> Vec<[T; CHANNELS]> {
         let mut states = [[0.0; POLES]; CHANNELS];
-        let mut rises = [(0.0, 0.0); CHANNELS];
+        let mut rises = [0.0; CHANNELS];
+        let mut told = [T::default(); CHANNELS];
         let advance = |step: &TimeStep| {
             if step.duration_s > 0.0 {
                 let sampled = self
@@ -103,16 +97,13 @@ impl FosterNetwork {
                 for (channel, loss) in losses.iter().enumerate() {
                     let power_w = (step.from_w[channel], step.to_w[channel]);
                     let state = &mut states[channel];
-                    let rise = self.advance(state, rises[channel].0, &sampled, loss, power_w);
+                    let rise = self.advance(state, rises[channel], &sampled, loss, power_w);
                     let input = loss.k_per_w * power_w.1 - loss.growth * rise * rise;
-                    let to_come = state.iter().zip(fast.weight);
-                    let unsettled = to_come
-                        .map(|(state, weight)| weight * (input - state))
-                        .sum();
-                    rises[channel] = (rise, unsettled);
+                    told[channel] = tell(rise, state, input);
+                    rises[channel] = rise;
                 }
             }
-            rises
+            told
         };
         steps.iter().map(advance).collect()
     }
