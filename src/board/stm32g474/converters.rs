@@ -207,7 +207,7 @@ impl Board for Converters {
             self.timer.set_compare_value(channel, code.0);
         }
         // The next update takes the new values over, all or, in the midst of them, some.
-        let is_in_time = !pac::TIM1.sr().read().uif();
+        let is_in_time = !has_next_tick_begun();
         // Only after `disable`: what the comparators disabled is not undone here.
         if core::mem::take(&mut self.are_disabled) {
             self.load_switch.set_high();
@@ -258,6 +258,12 @@ fn ADC1_2() {
         }));
     });
     interrupt::UART5.pend();
+}
+
+/// Whether the tick after the control loop's has begun: its update is flagged, or its conversions have ended, whose interrupt
+/// clears the flag.
+fn has_next_tick_begun() -> bool {
+    pac::TIM1.sr().read().uif() || CONVERTED.lock(|slot| slot.get().is_some())
 }
 
 /// Ticks before this one whose conversions nobody looked at: while the processor is kept from its interrupts, several ends of

@@ -98,6 +98,8 @@ pub struct Board {
     given: [f64; 4],
     steps: u64,
     controls: Controls,
+    /// Whether something else than the comparators pulls their line low.
+    line_is_pulled: bool,
     /// What is broken, and for how many steps it has been.
     fault: Option<(PlantFault, u32)>,
     /// What each input read last.
@@ -131,6 +133,7 @@ impl Board {
             given: [0.0; 4],
             steps: 0,
             controls: Controls::default(),
+            line_is_pulled: false,
             fault: None,
             codes: [0; 6],
         };
@@ -163,9 +166,13 @@ impl Board {
             }))
     }
 
-    /// Whether a comparator pulls the line low that the outputs are disabled by.
+    /// Whether the line is low that the outputs are disabled by, which the comparators pull.
     pub(crate) fn is_over_voltage(&self) -> bool {
-        is_over_voltage(self.heated_v())
+        self.line_is_pulled || is_over_voltage(self.heated_v())
+    }
+
+    pub(crate) fn pull_comparators_line(&mut self, is_pulled: bool) {
+        self.line_is_pulled = is_pulled;
     }
 
     /// What is in front of the load switch (V).

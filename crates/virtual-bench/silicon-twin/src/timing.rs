@@ -6,10 +6,10 @@ use crate::chip::Tick;
 const EXCEPTIONS: usize = 16 + 128;
 const NMI: u16 = 2;
 
-/// Exceptions of the conversions' end (RM0440, table 97), and of the interrupt in which the firmware runs its control loop
-/// (`src/board/stm32g474/converters.rs`: UART5's).
+/// The conversions' end (RM0440, table 97).
 const CONVERSIONS_END: u16 = 16 + 18;
-const CONTROL_LOOP: u16 = 16 + 53;
+/// The exception in which the firmware runs its control loop: UART5's (`src/board/stm32g474/converters.rs`).
+pub const CONTROL_LOOP: u16 = 16 + 53;
 
 /// The handling of one exception so far, with all that preempted it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

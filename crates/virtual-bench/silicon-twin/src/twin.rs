@@ -7,7 +7,7 @@ use emulated_board::Upset;
 use crate::board::Board;
 use crate::chip::memory::{FLASH, SRAM, SRAM_BYTES};
 use crate::chip::{Chip, Reset, rom};
-use crate::cpu::{Cpu, Halt, Sleep};
+use crate::cpu::{Cpu, Halt, NMI, Sleep};
 use crate::image::Image;
 use crate::profile::Watched;
 use crate::timing::Timing;
@@ -145,10 +145,15 @@ impl Twin {
         }
         self.suffer()?;
         self.cpu.system.set_lines(self.chip.lines());
-        if self.chip.take_nmi() {
+        self.follow_nmi_line();
+        Ok(())
+    }
+
+    /// What raises the non-maskable interrupt does so whenever its handler does not run, as the level of any interrupt's line.
+    fn follow_nmi_line(&mut self) {
+        if self.chip.nmi_line() && self.cpu.exception() != NMI {
             self.cpu.system.pend_nmi();
         }
-        Ok(())
     }
 
     /// What the bench does to the processor.
@@ -276,6 +281,7 @@ impl Twin {
             self.handled = self.cpu.exception();
             self.timing
                 .change(self.handled, cycle, self.chip.trace.last());
+            self.follow_nmi_line();
         }
         if self.cpu.masks_interrupts() != self.masks {
             self.masks = self.cpu.masks_interrupts();

@@ -16,8 +16,7 @@ impl Bus for Chip {
             Region::Sram(offset) => self.memory.sram::<BYTES>(offset),
             Region::Flash(offset) => {
                 self.wait_for_flash(offset);
-                if self.peripherals.flash.is_torn(offset) {
-                    self.nmi = true;
+                if self.peripherals.flash.meets_torn(offset) {
                     self.next_event = 0;
                 }
                 let stall = self.peripherals.flash.load(offset);

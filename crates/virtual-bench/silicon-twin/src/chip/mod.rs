@@ -70,7 +70,6 @@ pub struct Chip {
     pins: Pins,
     lines: u128,
     next_event: u64,
-    nmi: bool,
     reset: Option<Reset>,
     refused: Option<String>,
     in_bootloader: bool,
@@ -164,7 +163,6 @@ impl Chip {
             peripherals,
             lines: 0,
             next_event: 0,
-            nmi: false,
             reset: None,
             refused: None,
             in_bootloader: false,
@@ -198,7 +196,7 @@ impl Chip {
         self.clock.change(RESET_HZ);
         self.pins
             .follow(&self.peripherals.ports, &self.peripherals.tim1);
-        (self.lines, self.next_event, self.nmi, self.reset) = (0, 0, false, None);
+        (self.lines, self.next_event, self.reset) = (0, 0, None);
     }
 
     /// Two bits of the double word at this offset in the flash fall over: more than its error correction can mend.
@@ -237,9 +235,9 @@ impl Chip {
         self.next_event
     }
 
-    /// Whether a non-maskable interrupt came.
-    pub fn take_nmi(&mut self) -> bool {
-        std::mem::take(&mut self.nmi)
+    /// Whether the line of the non-maskable interrupt is high: until what raised it is acknowledged.
+    pub fn nmi_line(&self) -> bool {
+        self.peripherals.flash.raises_nmi()
     }
 
     /// What the bench did to the processor since this was asked last.
@@ -265,6 +263,12 @@ impl Chip {
     /// How often the watchdog was fed since the last reset.
     pub fn watchdog_feeds(&self) -> u64 {
         self.peripherals.iwdg.feeds
+    }
+
+    /// Pulls the comparators' line low, or lets it go: a glitch, or another board's comparator on a shared line.
+    pub fn pull_comparators_line(&mut self, is_pulled: bool) {
+        self.board.pull_comparators_line(is_pulled);
+        self.settle();
     }
 
     /// Compare values that TIM1 works with, and whether its outputs are enabled.

@@ -21,6 +21,7 @@ mod tests;
 
 pub use bus::{Abort, Bus};
 pub use exceptions::Fault;
+pub(crate) use exceptions::NMI;
 pub use system::System;
 
 pub(crate) const SP: usize = 13;

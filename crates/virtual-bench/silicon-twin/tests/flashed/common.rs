@@ -5,7 +5,9 @@ use std::sync::LazyLock;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use emulated_board::Connected;
-use mirror_protocol::{CalibrationChunk, CalibrationWriteEndpoint, Chunk};
+use mirror_protocol::{
+    CalibrationChunk, CalibrationWriteEndpoint, Chunk, Drives, LEASE_FOREVER_MS, SetDriveEndpoint,
+};
 use silicon_twin::board::Board;
 use silicon_twin::coverage::{self, Coverage};
 use silicon_twin::tool::Tool;
@@ -61,6 +63,16 @@ fn greet() -> Tool {
         .run_for(0.3)
         .unwrap_or_else(|failure| panic!("{failure}"));
     tool
+}
+
+/// Drives all channels, until something else is asked for.
+pub(crate) fn drive(tool: &mut Tool, volt: f32) {
+    let drives = Drives {
+        drive_v: [volt; 4],
+        lease_ms: LEASE_FOREVER_MS,
+    };
+    let driven = tool.ask::<SetDriveEndpoint>(&drives).expect("an answer");
+    driven.expect("it is driven");
 }
 
 /// A calibration by the hash of its model.

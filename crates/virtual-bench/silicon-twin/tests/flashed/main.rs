@@ -3,6 +3,8 @@
 mod bootloader;
 mod common;
 mod fuzz;
+mod glitches;
+mod late;
 mod power_cuts;
 mod stops;
 mod timing;

@@ -1,8 +1,7 @@
 //! How late the control loop is by what else is going on, and what makes it so.
 
 use mirror_protocol::{
-    CalibrationUse, CalibrationUseEndpoint, Drives, LEASE_FOREVER_MS, SetDriveEndpoint, Status,
-    StatusEndpoint, Stream, StreamEndpoint,
+    CalibrationUse, CalibrationUseEndpoint, Status, StatusEndpoint, Stream, StreamEndpoint,
 };
 use silicon_twin::timing::Latest;
 use silicon_twin::tool::Tool;
@@ -13,6 +12,8 @@ use crate::common;
 const LATEST_US: f64 = 70.0;
 /// After another calibration has been taken over, with all channels off, the protection computes it a knot a tick.
 const LATEST_AFTER_EXCHANGE_US: f64 = 75.0;
+/// What masks interrupts keeps the conversions' end waiting: twice and a half what embassy's timer needs, a twentieth of a tick.
+const MASKED_US: f64 = 5.0;
 const CYCLES_PER_US: f64 = 170.0;
 
 fn us(cycles: u64) -> f64 {
@@ -22,15 +23,6 @@ fn us(cycles: u64) -> f64 {
 fn status(tool: &mut Tool) -> Status {
     let status = tool.ask::<StatusEndpoint>(&()).expect("an answer");
     status.expect("greeted")
-}
-
-fn drive(tool: &mut Tool, volt: f32) {
-    let drives = Drives {
-        drive_v: [volt; 4],
-        lease_ms: LEASE_FOREVER_MS,
-    };
-    let driven = tool.ask::<SetDriveEndpoint>(&drives).expect("an answer");
-    driven.expect("it is driven");
 }
 
 /// How the name of the load begins that exchanges the calibration.
@@ -44,7 +36,7 @@ const LOADS: &[Load] = &[
         tool.twin.run_for(0.1).expect("it runs");
     }),
     ("all channels driven", |tool| {
-        drive(tool, 2.5);
+        common::drive(tool, 2.5);
         tool.twin.run_for(0.1).expect("it runs");
     }),
     ("driven, and a status asked for again and again", |tool| {
@@ -107,6 +99,8 @@ fn a_tick_has_time_to_spare_whatever_goes_on() {
             false => LATEST_US,
         };
         assert!(us(written) < latest_us, "{name}: {} us", us(written));
+        assert!(us(masked) < MASKED_US, "{name}: {} us", us(masked));
+        assert!(us(latency) < MASKED_US, "{name}: {} us", us(latency));
     }
     let health = status(&mut tool).health;
     assert_eq!((health.missed_ticks, health.late_ticks), (0, 0));

@@ -182,8 +182,15 @@ impl Flash {
         (work.at() / BANK_BYTES == at / BANK_BYTES).then_some(end)
     }
 
-    /// Whether a read at `at` meets two errors in one double word, which raises the NMI (section 5.3.2).
-    pub(crate) fn is_torn(&mut self, at: usize) -> bool {
+    /// Whether two errors in one double word were met that nobody has acknowledged: so long the NMI is raised (section 5.3.2),
+    /// and a handler that returns without a word to the flash is entered again.
+    pub(crate) fn raises_nmi(&self) -> bool {
+        self.eccr & ECCD != 0
+    }
+
+    /// Whether a read at `at` is the first to meet two errors in one double word; of those after it nothing is told until
+    /// this one is acknowledged (section 5.3.2).
+    pub(crate) fn meets_torn(&mut self, at: usize) -> bool {
         if self.cells.torn.is_empty() || !self.cells.torn.contains(&(at / WORD_BYTES)) {
             return false;
         }

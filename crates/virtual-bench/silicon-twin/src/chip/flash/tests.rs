@@ -46,14 +46,19 @@ fn power_that_goes_leaves_a_double_word_that_raises_the_nmi_until_it_is_erased()
     flash.program(SECOND_BANK + 8, 4, 0, &memory, &clock);
     flash.program(SECOND_BANK + 12, 4, 0, &memory, &clock);
     flash.cut(&mut memory);
-    assert!(flash.is_torn(SECOND_BANK + 12));
+    assert!(flash.meets_torn(SECOND_BANK + 12));
     assert_eq!(flash.read(offset::ECCR), Ok(ECCD | BK_ECC | 1));
-    assert!(!flash.is_torn(SECOND_BANK + 12), "until it is acknowledged");
+    assert!(
+        !flash.meets_torn(SECOND_BANK + 12),
+        "until it is acknowledged"
+    );
+    assert!(flash.raises_nmi());
     flash.write(offset::ECCR, ECCD, &clock).expect("ECCR");
+    assert!(!flash.raises_nmi());
     flash.write(offset::CR, PER | BKER, &clock).expect("CR");
     flash
         .write(offset::CR, PER | BKER | STRT, &clock)
         .expect("CR");
     flash.finish(&mut memory);
-    assert!(!flash.is_torn(SECOND_BANK + 12));
+    assert!(!flash.meets_torn(SECOND_BANK + 12));
 }
