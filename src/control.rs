@@ -3,7 +3,7 @@
 use core::sync::atomic::Ordering;
 
 use control_core::{
-    CHANNELS, Controller, CurrentSense, Estimate, Limit, Limits, Micrometre, PwmCode,
+    CHANNELS, Calibration, Controller, CurrentSense, Estimate, Limit, Limits, Micrometre, PwmCode,
     SenseCalibration, Setpoint, SupplyCode, Volt,
 };
 use mirror_protocol::{
@@ -31,6 +31,8 @@ pub struct Control {
     /// What the protection goes by.
     watched_sense: CurrentSense,
     controller: Controller<'static>,
+    /// A calibration that the protection goes by, and the controller from the next tick on.
+    next_calibration: Option<&'static mut Calibration>,
     protection: Protection,
     mailbox: ControlSide,
     setpoint: Setpoint,
@@ -72,6 +74,7 @@ impl Control {
             watched_sense: CurrentSense::new(&sense.with_designed_gain()),
             protection: Protection::new(controller.calibration()),
             controller,
+            next_calibration: None,
             mailbox,
             setpoint: Setpoint::Off,
             player: None,
@@ -119,6 +122,7 @@ impl Control {
             && self.player.is_none()
             && self.stream.is_over()
             && !self.is_unconfirmed
+            && self.next_calibration.is_none()
             && !self.protection.is_starting()
             && self.applied == [PwmCode(0); CHANNELS]
     }
@@ -229,14 +233,18 @@ impl Control {
         self.exchange();
     }
 
-    /// Takes another calibration, of which much is computed: after what this tick has to drive.
+    /// Takes another calibration, of which much is computed: after what this tick has to drive, and in two ticks. In the one
+    /// between them the protection lets nothing be driven but the heaters' check.
     fn exchange(&mut self) {
+        if let Some(calibration) = self.next_calibration.take() {
+            let before = self.controller.exchange(calibration);
+            self.mailbox.return_calibration(before);
+        }
         if let Some(calibration) = self.mailbox.take_calibration() {
             // Drives computed under another calibration mean nothing.
             self.follow(Setpoint::Off);
             self.protection.recalibrate(calibration);
-            let before = self.controller.exchange(calibration);
-            self.mailbox.return_calibration(before);
+            self.next_calibration = Some(calibration);
         }
         if let Some(sense) = self.mailbox.take_sense() {
             self.sense = CurrentSense::new(&sense);

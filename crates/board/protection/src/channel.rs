@@ -143,9 +143,13 @@ impl ChannelWatch {
         self.told = Told::new(actuator);
     }
 
+    /// Computes more of what its calibration makes of a drive, where anything is left of it.
+    pub(crate) fn learn(&mut self) {
+        self.told.learn();
+    }
+
     /// One tick: `code` and `current` were sensed while `drive` was applied.
     pub(crate) fn check(&mut self, drive: Volt, code: AdcCode, current: Ampere) -> Option<Fault> {
-        self.told.learn();
         let (lowest, highest) = self.envelope.follow(drive.0);
         // A reading that no heater makes is counted here, and enters the means as the nearest that one can make: a conversion
         // that fails once would be in them for thirty ticks.

@@ -140,8 +140,8 @@ const RISE_STEP: f32 = 1e-4;
 
 /// The most conductance that a heater can have after what it was told: it is no colder than the room, and has been heated.
 ///
-/// To compute all of it for four channels takes a third of a tick on the driver board, 36 us. So it grows by a knot a tick, and
-/// what is not known yet is that of a heater that has not been heated: no heater conducts more. It is whole before the
+/// To compute all of it for four channels takes a third of a tick on the driver board, 36 us. So it grows by a knot in two ticks,
+/// and what is not known yet is that of a heater that has not been heated: no heater conducts more. It is whole before the
 /// heaters' check is over.
 #[derive(Clone, Debug)]
 pub(crate) struct Told {

@@ -79,6 +79,8 @@ pub struct Protection {
     causes: [Option<Fault>; CHANNELS],
     /// No heater may be warm from before a reset or a trip any more.
     have_cooled: bool,
+    /// Which channels learn at this tick: the even ones, or the odd ones.
+    odd_ones_learn: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -150,6 +152,7 @@ impl Protection {
             granted: Lease(0),
             causes: [None; CHANNELS],
             have_cooled: false,
+            odd_ones_learn: false,
         }
     }
 
@@ -292,9 +295,13 @@ impl Protection {
         let board = self.board.check(reading, self.powers_stages());
         let mut found = [board; CHANNELS];
         for (i, channel) in self.channels.iter_mut().enumerate() {
+            if (i % 2 == 1) == self.odd_ones_learn {
+                channel.learn();
+            }
             let heater = channel.check(applied[i], reading.codes[i], reading.currents[i]);
             found[i] = heater.or(found[i]);
         }
+        self.odd_ones_learn = !self.odd_ones_learn;
         if let Phase::Starting { ticks_left } = self.phase {
             self.check_heaters(ticks_left, reading, &mut found);
         }
