@@ -3,7 +3,7 @@
 use std::thread;
 use std::time::Duration;
 
-use emulated_board::Controls;
+use emulated_board::{Controls, Stack};
 
 use crate::Bench;
 use crate::bench::PATIENCE;
@@ -30,6 +30,11 @@ impl Bench {
     /// What the board keeps in its flash: fault log and calibrations.
     pub fn stored(&self) -> Vec<u8> {
         self.emulator().stored()
+    }
+
+    /// How much of its stack the firmware has used; QEMU needs its monitor for it (`has_monitor`).
+    pub fn stack(&self) -> Stack {
+        self.emulator().stack().expect("the emulator tells")
     }
 
     /// Damages what is stored at `at`, beyond what the flash can mend.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process;
 
-use emulated_board::{Controls, EmulatedBoard};
+use emulated_board::{Controls, EmulatedBoard, Stack};
 use silicon_twin::served::ServedTwin;
 
 /// Where fault log and calibrations begin in the driver board's flash (docs, storage): the last 48 KB of 512.
@@ -36,6 +36,13 @@ impl Emulator {
         match self {
             Self::Qemu(board, _) => board.simulated_s(),
             Self::Twin(twin) => twin.simulated_s(),
+        }
+    }
+
+    pub(crate) fn stack(&self) -> Option<Stack> {
+        match self {
+            Self::Qemu(board, _) => board.stack().ok(),
+            Self::Twin(twin) => twin.stack(),
         }
     }
 

@@ -3,7 +3,6 @@
 use std::io::{self, Read, Write};
 use std::os::unix::net::UnixStream;
 use std::path::Path;
-use std::time::Duration;
 
 use host_tool::board::framing::{Decoder, encode};
 use mirror_protocol::{Hello, HelloEndpoint, Identity, WireError};
@@ -12,8 +11,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use silicon_twin::tool;
 
-/// Long enough for any answer, short enough for a test.
-const ANSWER_TIMEOUT: Duration = Duration::from_secs(10);
+use crate::bench::PATIENCE;
 
 /// A link without the tool's care.
 pub struct RawLink {
@@ -29,7 +27,7 @@ impl RawLink {
     /// Where nobody listens.
     pub fn connect(socket: &Path) -> io::Result<Self> {
         let socket = UnixStream::connect(socket)?;
-        socket.set_read_timeout(Some(ANSWER_TIMEOUT))?;
+        socket.set_read_timeout(Some(PATIENCE))?;
         Ok(Self {
             socket,
             decoder: Decoder::default(),

@@ -17,7 +17,10 @@ use mirror_protocol::{
 const PERCENT: usize = 70;
 
 fn main() -> ExitCode {
-    let mut bench = Bench::changed(|emulation| emulation.has_monitor = true);
+    let bench = match hil::is_on_twin() {
+        true => Bench::new(),
+        false => Bench::changed(|emulation| emulation.has_monitor = true),
+    };
     let mut link = RawLink::connect(Path::new(bench.board())).expect("the board listens");
     link.greet(PROTOCOL_VERSION).unwrap().unwrap();
     let bytes = calibration::tabulate(&mirror_model::Model::load("reconciled").expect("a preset"))
@@ -27,8 +30,7 @@ fn main() -> ExitCode {
     for _ in 0..3 {
         work(&mut link, &bytes);
     }
-    let board = bench.emulated_board().expect("emulated");
-    let stack = board.stack().expect("the emulator tells");
+    let stack = bench.stack();
     println!(
         "\nstack: {} of {} bytes used at most, {} % of it; {PERCENT} % are allowed",
         stack.used,

@@ -33,7 +33,7 @@ const LONGEST: [&str; 8] = [
 ];
 
 /// Programs of tests that run once more, on silicon twins, and how they are told.
-const ON_THE_TWIN: [&str; 2] = ["tests/acceptance", "tests/faults"];
+const ON_THE_TWIN: [&str; 3] = ["tests/acceptance", "tests/faults", "tests/stack"];
 const TWIN: (&str, &str) = ("MIRROR_EMULATOR", "g474");
 
 /// Programs of tests that take less are not told one by one.

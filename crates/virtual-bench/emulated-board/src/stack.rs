@@ -29,23 +29,27 @@ pub struct Stack {
 impl Stack {
     /// Looks at the stack of a running emulator that was started with `image` in `directory`.
     pub(crate) fn of(image: &Path, directory: &Path) -> io::Result<Self> {
-        let range = range(&fs::read(image)?).ok_or(io::ErrorKind::InvalidData)?;
-        save_memory(directory, &range)?;
-        let stack = fs::read(directory.join(MEMORY))?;
-        let (words, _) = stack.as_chunks();
-        let unused = words.iter().take_while(|word| **word == PAINT).count();
-        Ok(Self {
-            size: stack.len(),
-            used: stack.len() - unused * PAINT.len(),
-        })
+        let place = Self::place(&fs::read(image)?).ok_or(io::ErrorKind::InvalidData)?;
+        save_memory(directory, &place)?;
+        Ok(Self::painted(&fs::read(directory.join(MEMORY))?))
     }
-}
 
-/// Where the linker has placed the stack.
-fn range(elf: &[u8]) -> Option<Range<u64>> {
-    let file = object::File::parse(elf).ok()?;
-    let address = |name| Some(file.symbol_by_name(name)?.address());
-    Some(address("_stack_end")?..address("_stack_start")?)
+    /// Addresses at which the linker of this image has placed the stack; `None` where the image does not say.
+    pub fn place(elf: &[u8]) -> Option<Range<u64>> {
+        let file = object::File::parse(elf).ok()?;
+        let address = |name| Some(file.symbol_by_name(name)?.address());
+        Some(address("_stack_end")?..address("_stack_start")?)
+    }
+
+    /// What the paint tells that is left in the stack's memory.
+    pub fn painted(memory: &[u8]) -> Self {
+        let (words, _) = memory.as_chunks();
+        let unused = words.iter().take_while(|word| **word == PAINT).count();
+        Self {
+            size: memory.len(),
+            used: memory.len() - unused * PAINT.len(),
+        }
+    }
 }
 
 /// Has QEMU write that part of the board's memory to a file.
@@ -71,4 +75,21 @@ fn save_memory(directory: &Path, range: &Range<u64>) -> io::Result<()> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stack_is_used_from_its_top_down_to_the_first_word_that_is_not_painted() {
+        let mut memory = PAINT.repeat(16);
+        let of = |memory: &[u8]| Stack::painted(memory).used;
+        assert_eq!(of(&memory), 0);
+        memory[40] = 1;
+        assert_eq!(of(&memory), 64 - 40);
+        // A word that was once painted over below another one.
+        memory[12] = 1;
+        assert_eq!(of(&memory), 64 - 12);
+    }
 }

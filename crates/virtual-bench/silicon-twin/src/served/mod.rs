@@ -12,11 +12,12 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use emulated_board::{
-    Connected, Controls, LogError, LogTable, Pace, Speed, StartError, claim_socket,
+    Connected, Controls, LogError, LogTable, Pace, Speed, Stack, StartError, claim_socket,
 };
 
 use crate::board::Board;
 use crate::chip::Reset;
+use crate::chip::memory::SRAM;
 use crate::coverage::{self, Coverage};
 use crate::rtt;
 use crate::timing::{Handling, Timing};
@@ -240,6 +241,15 @@ impl ServedTwin {
     /// How interrupt `number` was handled so far.
     pub fn interrupt(&self, number: u32) -> Handling {
         self.shared.said().timing.interrupt(number)
+    }
+
+    /// How much of its stack the firmware has used since its last reset; `None` where the board has ended, or the image does not
+    /// say where the stack is.
+    pub fn stack(&self) -> Option<Stack> {
+        let place = Stack::place(&self.elf)?;
+        let offset = |address: u64| usize::try_from(address.checked_sub(SRAM.into())?).ok();
+        let place = offset(place.start)?..offset(place.end)?;
+        self.with(|twin| twin.chip.memory.ram().get(place).map(Stack::painted))?
     }
 
     /// The firmware's log so far.
