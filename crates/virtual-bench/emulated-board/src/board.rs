@@ -22,7 +22,7 @@ use crate::controls::Controls;
 use crate::logs::{LogError, LogTable};
 use crate::pace::{Pace, Speed};
 use crate::plant::{Connected, Plant, Progress};
-use crate::qemu;
+use crate::qemu::{self, QEMU};
 use crate::stack::Stack;
 
 /// How long QEMU may take to offer its socket.
@@ -84,6 +84,12 @@ pub enum StartError {
     /// The shell that becomes QEMU is not there.
     #[error("the emulator cannot be started: {0}")]
     Qemu(io::Error),
+    /// QEMU is not there.
+    #[error(
+        "{QEMU}, the emulator, is not installed; Debian and Ubuntu: `apt-get install {QEMU}`, Fedora: `dnf install {QEMU}`, Arch: \
+         `pacman -S {QEMU}`"
+    )]
+    NoQemu,
     /// Another board has that name.
     #[error("an emulated board named {0} is already running")]
     NameTaken(String),
@@ -240,6 +246,9 @@ impl EmulatedBoard {
         let pause = Duration::from_millis(10);
         for _ in 0..START_TIMEOUT.as_millis() / pause.as_millis() {
             if let Some(status) = self.qemu.try_wait()? {
+                if status.code() == Some(qemu::NOT_FOUND) {
+                    return Err(StartError::NoQemu);
+                }
                 let said: Vec<String> = complaints.iter().collect();
                 return Err(StartError::NotUp(format!(
                     "{status}; it said: {}",

@@ -24,6 +24,9 @@ pub const MACHINE_ARGUMENTS: [&str; 8] = [
 /// would follow the umask, with which another user could command the board.
 const PRIVATELY: &str = r#"umask 077; exec "$0" "$@""#;
 
+/// How a shell ends that does not find the program which it is to become (POSIX.1-2017, 2.8.2).
+pub(crate) const NOT_FOUND: i32 = 127;
+
 /// An emulator that runs `image` in `directory`, UART0 on the socket `socket`, UART1 on the FIFOs beside it,
 /// semihosting on its standard output; with its monitor on a socket in `directory` where that is wanted.
 pub(crate) fn command(image: &Path, directory: &Path, socket: &Path, has_monitor: bool) -> Command {

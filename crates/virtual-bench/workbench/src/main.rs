@@ -12,7 +12,6 @@ mod package;
 mod picture;
 mod positions;
 mod story;
-mod terminal;
 mod traces;
 mod twin_speed;
 
@@ -34,7 +33,7 @@ struct Arguments {
 enum Task {
     /// Run the host tool against an emulated board with a virtual mirror; without arguments, keep
     /// the board up for many commands.
-    Emulate(emulate::Arguments),
+    Emulate(mirror_emulator::Arguments),
     /// Measure what is claimed, and print it.
     Bench {
         /// What to measure; without it, the board and the control tick.

@@ -1,0 +1,310 @@
+//! An emulated board for a person: one command of the host tool against it, or a terminal to type them in.
+
+mod terminal;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{self, Command, ExitCode};
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use board_sockets::boards_directory;
+use emulated_board::{Connected, Controls, EmulatedBoard, Emulation, Speed, private_directory};
+use silicon_twin::served::{ServedTwin, Serving};
+use virtual_mirror::MirrorConfig;
+
+use crate::terminal::Terminal;
+
+/// What a shell says of a process that Ctrl-C ended: 128 and the signal's number.
+const INTERRUPTED: i32 = 130;
+
+/// An emulated board, and what to do with it.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Which board: `mps2`, the firmware on another chip in QEMU, or `g474`, the flashed image on the silicon twin.
+    #[arg(long, default_value = "mps2")]
+    pub board: Emulator,
+    /// The mirror on the board, a TOML file; without it the project's own.
+    #[arg(long)]
+    mirror: Option<PathBuf>,
+    /// The board's name among those that run; without it `emulated`, or `silicon-twin`.
+    #[arg(long)]
+    name: Option<String>,
+    /// How fast its clock goes: `max`, or so many times as fast as the wall's, 1 to 1000. Without it, as fast as it
+    /// can while a host tool is connected, and with the wall's otherwise.
+    #[arg(long, value_name = "N|max")]
+    speed: Option<Speed>,
+    /// How much warmer the mirror's room is than where it was calibrated: `10` or `10K`.
+    #[arg(long, value_name = "KELVIN", value_parser = kelvin, allow_hyphen_values = true)]
+    room: Option<f64>,
+    /// Print the firmware's log at the end.
+    #[arg(long)]
+    log: bool,
+    /// What to say to the host tool, for example `set-z 120um`.
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    command: Vec<String>,
+}
+
+/// What emulates a board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Emulator {
+    /// MPS2-AN386 in QEMU.
+    Mps2,
+    /// The driver board's chip at register level.
+    G474,
+}
+
+/// A board that runs.
+enum Running {
+    Mps2(EmulatedBoard),
+    G474(ServedTwin),
+}
+
+impl Running {
+    fn socket(&self) -> &Path {
+        match self {
+            Self::Mps2(board) => board.socket(),
+            Self::G474(twin) => twin.socket(),
+        }
+    }
+
+    fn simulated_s(&self) -> f64 {
+        match self {
+            Self::Mps2(board) => board.simulated_s(),
+            Self::G474(twin) => twin.simulated_s(),
+        }
+    }
+
+    /// Files that go with it: of the emulator's process, where there is one.
+    fn files(&self) -> &Path {
+        match self {
+            Self::Mps2(board) => board.directory(),
+            Self::G474(twin) => twin.socket(),
+        }
+    }
+
+    /// Why it ended, if it did.
+    fn end(&mut self) -> Result<Option<String>> {
+        Ok(match self {
+            Self::Mps2(board) => board.exit_status()?.map(|status| status.to_string()),
+            Self::G474(twin) => twin.failure(),
+        })
+    }
+
+    fn log(&self) -> Vec<String> {
+        match self {
+            Self::Mps2(board) => board.log(),
+            Self::G474(twin) => twin.log().unwrap_or_default(),
+        }
+    }
+
+    fn controls(&self) -> &Controls {
+        match self {
+            Self::Mps2(board) => board.controls(),
+            Self::G474(twin) => twin.controls(),
+        }
+    }
+
+    /// Moves what is around the mirror, where `words` ask for that; whether they do.
+    fn surround(&self, words: &[String]) -> bool {
+        let (Some(what), numbers) = (words.first(), &words[words.len().min(1)..]) else {
+            return false;
+        };
+        let controls = self.controls();
+        match what.as_str() {
+            "spot" => match parse(numbers) {
+                Some(at_um) => controls.move_spot(at_um),
+                None => println!("`spot X Y`: two numbers of micrometres from the plate's centre"),
+            },
+            "stage" => match parse(numbers) {
+                Some([um]) => controls.move_stage(um),
+                None => println!("`stage UM`: a number of micrometres, towards the substrate"),
+            },
+            "oven" => match parse(numbers) {
+                Some([celsius]) => controls.set_oven(celsius),
+                None => println!("`oven CELSIUS`: a number of degrees"),
+            },
+            "air" => match parse(numbers) {
+                Some([factor]) => controls.set_air(factor),
+                None => println!("`air FACTOR`: how many times the heat the air takes"),
+            },
+            _ => return false,
+        }
+        true
+    }
+}
+
+/// Starts `image`, the firmware for [`Arguments::board`], and has `host_tool`, a program, carry out one command on it, or those
+/// that are typed until the input ends.
+///
+/// # Errors
+/// Where the board does not start, or ends by itself.
+pub fn run(arguments: &Arguments, image: PathBuf, host_tool: &Path) -> Result<ExitCode> {
+    // A board for one command is nobody else's business.
+    let private = private_directory()?;
+    let directory = match arguments.command.is_empty() {
+        true => boards_directory(),
+        false => private.path().to_owned(),
+    };
+    let mut board = start(arguments, image, directory)?;
+    tidy_up_when_interrupted([board.socket(), board.files(), private.path()])?;
+    let started = Instant::now();
+    let before = board.simulated_s();
+    let code = if arguments.command.is_empty() {
+        converse(&mut board, host_tool)?
+    } else {
+        carry_out(&arguments.command, host_tool, &board)?
+    };
+    let (simulated, wall) = (
+        board.simulated_s() - before,
+        started.elapsed().as_secs_f64(),
+    );
+    eprintln!(
+        "Emulated {simulated:.2} s of control ticks in {wall:.2} s: {:.1} times real time.",
+        simulated / wall
+    );
+    if arguments.log {
+        print_log(&board);
+    }
+    Ok(code)
+}
+
+fn start(arguments: &Arguments, image: PathBuf, boards_directory: PathBuf) -> Result<Running> {
+    let mirror = match &arguments.mirror {
+        Some(path) => MirrorConfig::from_file(path)?,
+        None => MirrorConfig::bench(),
+    };
+    let oven_c = arguments.room.map(|rise_k| mirror.ambient_c + rise_k);
+    let connected = Connected::Mirror(Box::new(mirror));
+    let name = arguments.name.clone().unwrap_or_else(|| {
+        let name = match arguments.board {
+            Emulator::Mps2 => "emulated",
+            Emulator::G474 => "silicon-twin",
+        };
+        name.to_owned()
+    });
+    let speed = arguments.speed.unwrap_or_default();
+    let running = match arguments.board {
+        Emulator::Mps2 => Running::Mps2(EmulatedBoard::start(&Emulation {
+            image,
+            connected,
+            boards_directory,
+            name,
+            flash: None,
+            speed,
+            has_monitor: false,
+        })?),
+        Emulator::G474 => Running::G474(ServedTwin::start(&Serving {
+            image,
+            connected,
+            boards_directory,
+            name,
+            speed,
+        })?),
+    };
+    if let Some(celsius) = oven_c {
+        running.controls().set_oven(celsius);
+    }
+    Ok(running)
+}
+
+/// How far from that of the calibration a room may be (K): from -40 to 85 degC, the industrial range, around a laboratory's 22.
+const FARTHEST_K: f64 = 63.0;
+
+/// So many kelvins, with or without their unit.
+fn kelvin(text: &str) -> Result<f64, String> {
+    let number = text.strip_suffix('K').unwrap_or(text).trim();
+    let kelvin: f64 = number
+        .parse()
+        .map_err(|_| format!("'{text}' is no number of kelvins: 10 or 10K"))?;
+    // Not so for NaN.
+    let is_a_room = kelvin.abs() <= FARTHEST_K;
+    is_a_room.then_some(kelvin).ok_or_else(|| {
+        format!("no board is used in such a room: at most {FARTHEST_K} K warmer or colder")
+    })
+}
+
+/// Ctrl-C ends this process where it stands. The emulator ends by itself, as its plant is gone; the
+/// files are removed here.
+fn tidy_up_when_interrupted(leftovers: [&Path; 3]) -> Result<()> {
+    let leftovers = leftovers.map(Path::to_owned);
+    ctrlc::set_handler(move || {
+        if terminal::is_interrupt_for_command() {
+            return;
+        }
+        for path in &leftovers {
+            // A file or a directory, and perhaps gone already.
+            let _ = fs::remove_file(path);
+            let _ = fs::remove_dir_all(path);
+        }
+        process::exit(INTERRUPTED);
+    })?;
+    Ok(())
+}
+
+/// Has the host tool carry out a command on `board`.
+fn carry_out(words: &[String], host_tool: &Path, board: &Running) -> Result<ExitCode> {
+    let status = Command::new(host_tool)
+        .args(words)
+        .env("MIRROR_BOARD", board.socket())
+        .status()
+        .with_context(|| format!("{} does not run", host_tool.display()))?;
+    Ok(ExitCode::from(status.code().map_or(1, |code| code as u8)))
+}
+
+fn print_log(board: &Running) {
+    for line in board.log() {
+        eprintln!("firmware: {line}");
+    }
+}
+
+/// Takes commands from a person until they are done.
+fn converse(board: &mut Running, host_tool: &Path) -> Result<ExitCode> {
+    println!("The board is up as {}.", board.socket().display());
+    println!("Type what you would say to host-tool, for example `set-z 120um`; `quit` ends it.");
+    println!("Any host-tool in another terminal finds the board too.");
+    if matches!(board, Running::Mps2(_)) {
+        println!(
+            "`spot X Y` moves the position sensor's spot on the plate, `stage UM` the mirror under it, in micrometres;"
+        );
+    }
+    println!(
+        "`oven CELSIUS` brings the mirror to another room, `air FACTOR` lets the air take more of its heat."
+    );
+    let mut terminal = Terminal::open()?;
+    while let Some(words) = terminal.read()? {
+        match words.first().map(String::as_str) {
+            None => {}
+            Some("quit" | "exit") => break,
+            Some(_) if board.surround(&words) => {}
+            // What went wrong has been said; the next command may go better.
+            Some(_) => drop(terminal.meanwhile(|| carry_out(&words, host_tool, board))?),
+        }
+        if let Some(reason) = board.end()? {
+            print_log(board);
+            anyhow::bail!("the emulated board ended ({reason})");
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// So many numbers.
+fn parse<const N: usize>(words: &[String]) -> Option<[f64; N]> {
+    let numbers: Option<Vec<f64>> = words.iter().map(|word| word.parse().ok()).collect();
+    numbers?.try_into().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_room_is_so_many_kelvins_that_a_board_may_be_in() {
+        for (text, expected) in [("10", 10.0), ("-12K", -12.0), ("9.5 K", 9.5)] {
+            assert_eq!(kelvin(text), Ok(expected));
+        }
+        for text in ["warm", "nan", "inf", "-400K", "64", ""] {
+            assert!(kelvin(text).is_err(), "{text}");
+        }
+    }
+}
