@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Folders of the project that pages name files in.
-const FOLDERS: [&str; 10] = [
+const FOLDERS: [&str; 11] = [
     "benches",
     "crates",
     "data",
@@ -13,6 +13,7 @@ const FOLDERS: [&str; 10] = [
     "hil",
     "host-tool",
     "packaging",
+    "python",
     "src",
     "tests",
     "xtask",

@@ -203,7 +203,7 @@ mod tests {
             version: version.to_owned(),
             licence: Some(licence.to_owned()),
             source: Some(source.to_owned()),
-            checksum: None,
+            ..Package::default()
         }
     }
 

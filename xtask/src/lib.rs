@@ -7,6 +7,7 @@ pub mod cargo;
 mod checks;
 mod copy;
 mod deny;
+mod dist;
 mod flash;
 mod hil;
 pub mod images;
@@ -91,6 +92,12 @@ enum Task {
         #[arg(default_value = "target/sbom")]
         folder: PathBuf,
     },
+    /// Build what people install: the sources as an archive, a wheel and a Debian package, with checksums and licences.
+    Dist {
+        /// Install each on a clean system too, and move a mirror there.
+        #[arg(long)]
+        check: bool,
+    },
     /// Install the Python package into target/python, check its types, and test it on an emulated board.
     Python {
         /// Its drivers too, in QCoDeS, pymeasure and bluesky.
@@ -158,6 +165,7 @@ fn run(task: Task) -> Result<ExitCode> {
         Task::Story(Words { words }) => workbench("story", &words),
         Task::Fuzz { arguments } => test::fuzz(&arguments).map(|()| ExitCode::SUCCESS),
         Task::Python { full } => python::check(full).map(|()| ExitCode::SUCCESS),
+        Task::Dist { check } => dist::build(check).map(|()| ExitCode::SUCCESS),
         Task::Deny => deny::check().map(|()| ExitCode::SUCCESS),
         Task::Sbom { folder } => sbom::write(&folder).map(|()| ExitCode::SUCCESS),
         Task::Build { board } => {

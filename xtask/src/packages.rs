@@ -1,6 +1,7 @@
 //! The workspace's packages and what they are built from, as cargo tells it.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 use serde_json::Value;
@@ -21,6 +22,8 @@ pub(crate) struct Package {
     pub(crate) source: Option<String>,
     /// SHA-256 of the archive that the registry serves.
     pub(crate) checksum: Option<String>,
+    /// Where its sources lie.
+    pub(crate) folder: PathBuf,
 }
 
 /// The packages that `selection`, words of `cargo tree`, is built from. Unlike `cargo metadata`, the tree leaves out what no
@@ -48,6 +51,7 @@ pub(crate) fn built(selection: &[&str]) -> Result<BTreeSet<Package>> {
             licence: package["license"].as_str().map(str::to_owned),
             source: package["source"].as_str().map(str::to_owned),
             checksum: None,
+            folder: Path::new(text(&package["manifest_path"])).with_file_name(""),
         })
         .filter(|package| in_tree.contains(&(package.name.as_str(), package.version.as_str())))
         .map(|package| Package {

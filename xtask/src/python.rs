@@ -12,13 +12,18 @@ use crate::tool;
 
 /// What tests and types are checked by, and frames are made by.
 const CHECKS: [&str; 4] = ["pytest>=8", "mypy>=1.11", "pandas>=2", "pandas-stubs"];
-/// The frameworks that there are drivers for: a minute or more to install.
-const FRAMEWORKS: [&str; 5] = [
+/// The frameworks that there are drivers for, and what executes the notebook: a minute or more to install.
+const FRAMEWORKS: [&str; 10] = [
     "qcodes>=0.46",
     "pymeasure>=0.15",
     "pyvisa-py>=0.7",
     "ophyd-async>=0.9",
     "bluesky>=1.13",
+    "caproto>=1.2",
+    "ipykernel>=6",
+    "matplotlib>=3.9",
+    "nbclient>=0.10",
+    "nbformat>=5.10",
 ];
 
 /// Installs the package and tests it; with `full` its drivers too, in their frameworks.
@@ -28,7 +33,7 @@ pub(crate) fn check(full: bool) -> Result<()> {
     images::build(Board::Mps2)?;
     let environment = environment()?;
     let package = workspace().join("python");
-    let mut install = Command::new(environment.join("bin/pip"));
+    let mut install = pip()?;
     install
         .args(["install", "--quiet", "--editable"])
         .arg(&package);
@@ -52,6 +57,11 @@ pub(crate) fn check(full: bool) -> Result<()> {
     );
     tests.env("MIRROR_SOURCES", workspace());
     run(&mut tests)
+}
+
+/// The environment's pip.
+pub(crate) fn pip() -> Result<Command> {
+    Ok(Command::new(environment()?.join("bin/pip")))
 }
 
 /// The environment, made where it is missing.

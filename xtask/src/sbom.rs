@@ -12,10 +12,14 @@ use crate::cargo::{TARGET, workspace};
 use crate::packages::{self, Package};
 
 /// What is released: name, and the words that select its packages for `cargo tree`.
-const RELEASED: [(&str, &[&str]); 2] = [
+const RELEASED: [(&str, &[&str]); 3] = [
     (
         "host-tool",
         &["--package", "host-tool", "--edges", "normal"],
+    ),
+    (
+        "mirror-emulator",
+        &["--package", "mirror-emulator", "--edges", "normal"],
     ),
     (
         "mirror-firmware",
@@ -99,6 +103,7 @@ mod tests {
             licence: Some("MIT/Apache-2.0".to_owned()),
             source: Some("registry+https://github.com/rust-lang/crates.io-index".to_owned()),
             checksum: Some("00ff".to_owned()),
+            ..Package::default()
         };
         let bill = bill("host-tool", &BTreeSet::from([tool, part]));
         assert_eq!(bill["metadata"]["component"]["name"], "host-tool");
@@ -122,7 +127,7 @@ mod tests {
             let packages = packages::built(selection).expect("cargo tells the packages");
             packages.into_iter().map(|package| package.name).collect()
         };
-        let [(_, tool), (_, firmware)] = RELEASED.map(|(name, words)| (name, names(words)));
+        let [(_, tool), _, (_, firmware)] = RELEASED.map(|(name, words)| (name, names(words)));
         assert!(tool.contains("host-tool") && tool.contains("nusb"));
         assert!(!tool.contains("proptest"), "it is for tests only");
         assert!(firmware.contains("embassy-stm32") && firmware.contains("control-core"));

@@ -11,6 +11,7 @@ use anyhow::{Context, Result};
 use crate::cargo::{ON_HOST, TARGET, cargo, run};
 use crate::checks::{self, Check};
 use crate::deny;
+use crate::dist;
 use crate::hil;
 use crate::images::{self, Board};
 use crate::mistakes;
@@ -115,6 +116,7 @@ pub(crate) fn run_all(full: bool) -> Result<()> {
         gate.step("drivers' mistakes", mistakes::try_all)?;
         gate.step("fuzzing", || fuzz(&[]))?;
         gate.step("the Python package and its drivers", || python::check(true))?;
+        gate.step("packages, on a clean system", || dist::build(true))?;
     }
     gate.print(start.elapsed());
     Ok(())

@@ -6,7 +6,7 @@ Numbers are in SI units throughout: metres, volts, amperes, ohms, kelvins, secon
 from .instrument import Instrument, InstrumentError
 from .lab import Comparison, Diagnosis, ExperimentError, RankedEffect, compare, diagnose
 from .mirror import Calibration, Mirror, Trace
-from .processes import EmulatedBoard, Server, ToolError
+from .processes import EmulatedBoard, Server, ToolError, run_tool
 
 __all__ = [
     "Calibration",
@@ -23,4 +23,5 @@ __all__ = [
     "Trace",
     "compare",
     "diagnose",
+    "run_tool",
 ]

@@ -7,6 +7,7 @@ import os
 import shlex
 import shutil
 import subprocess
+import sysconfig
 import tempfile
 from pathlib import Path
 from typing import Any, Self
@@ -16,13 +17,18 @@ class ToolError(Exception):
     """``host-tool`` could not do what it was asked: what happened, and what to do next."""
 
 
+def _program(name: str) -> str | None:
+    """The path of a program: in the environment that this package was installed into with it, or on the ``PATH``."""
+    return shutil.which(name, path=sysconfig.get_path("scripts")) or shutil.which(name)
+
+
 def tool() -> str:
-    """The path of ``host-tool``: what ``MIRROR_HOST_TOOL`` says, or what ``PATH`` leads to.
+    """The path of ``host-tool``: what ``MIRROR_HOST_TOOL`` says, that of this environment, or what ``PATH`` leads to.
 
     Raises:
         ToolError: where there is none.
     """
-    path = os.environ.get("MIRROR_HOST_TOOL") or shutil.which("host-tool")
+    path = os.environ.get("MIRROR_HOST_TOOL") or _program("host-tool")
     if path is None:
         raise ToolError(
             "host-tool was not found; install it with `cargo install --path host-tool` from its sources, "
@@ -31,13 +37,15 @@ def tool() -> str:
     return path
 
 
-def run_tool(*words: str) -> Any:
-    """What ``host-tool WORDS --json`` reports.
+def run_tool(*words: str, boards: Path | None = None) -> Any:
+    """What ``host-tool WORDS --json`` reports, where it needs a board of one in the folder ``boards``.
 
     Raises:
         ToolError: where it fails.
     """
-    done = subprocess.run([tool(), *words, "--json"], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [tool(), *words, "--json"], capture_output=True, text=True, check=False, env=os.environ | _among(boards)
+    )
     try:
         report = json.loads(done.stdout)
     except json.JSONDecodeError:
@@ -47,6 +55,11 @@ def run_tool(*words: str) -> Any:
         said = [error.get("message"), error.get("help")]
         raise ToolError(". ".join(text for text in said if text) or done.stderr.strip())
     return report
+
+
+def _among(boards: Path | None) -> dict[str, str]:
+    """What tells the tool the folder of the boards."""
+    return {"MIRROR_BOARDS": str(boards)} if boards else {}
 
 
 class _Process:
@@ -98,8 +111,7 @@ class Server(_Process):
         """
         words = [tool(), "serve", "--listen", "127.0.0.1:0", "--end-with-input", "--json"]
         words += ["--board", board] if board else []
-        environment = {"MIRROR_BOARDS": str(boards)} if boards else {}
-        super().__init__(words, environment)
+        super().__init__(words, _among(boards))
         line = self.line()
         if not line:
             self.close()
@@ -111,27 +123,31 @@ class Server(_Process):
 class EmulatedBoard(_Process):
     """The firmware on an emulated microcontroller, in front of a virtual mirror.
 
-    It needs the project's sources: ``MIRROR_SOURCES`` says where they are, unless the working directory is within them.
-    ``MIRROR_EMULATE`` is another command that starts one.
+    ``mirror-emulator`` is it, which is installed with the tool. Without that it is built from the project's sources:
+    ``MIRROR_SOURCES`` says where they are, unless the working directory is within them. ``MIRROR_EMULATE`` is another command
+    that starts one.
     """
 
-    def __init__(self, name: str = "emulated") -> None:
-        """Builds what is not built, and starts it.
+    def __init__(self, name: str = "emulated", boards: Path | None = None) -> None:
+        """Builds what is not built, and starts it; in the folder ``boards`` with others, or in one of its own.
 
         Raises:
             ToolError: where it does not start.
         """
-        self._folder = tempfile.TemporaryDirectory(prefix="mirror-boards-")
         self.name = name
+        self._folder: tempfile.TemporaryDirectory[str] | None = None
+        if boards is None:
+            self._folder = tempfile.TemporaryDirectory(prefix="mirror-boards-")
+            boards = Path(self._folder.name)
         #: Where ``host-tool`` finds it: the variable ``MIRROR_BOARDS``.
-        self.boards = Path(self._folder.name)
-        words = shlex.split(os.environ.get("MIRROR_EMULATE", "cargo xtask emulate"))
-        environment = {"MIRROR_BOARDS": str(self.boards)}
+        self.boards = boards
+        words = shlex.split(os.environ.get("MIRROR_EMULATE") or _program("mirror-emulator") or "cargo xtask emulate")
+        words += ["--name", name]
         try:
-            super().__init__([*words, "--name", name], environment, os.environ.get("MIRROR_SOURCES"))
+            super().__init__(words, _among(self.boards), os.environ.get("MIRROR_SOURCES"))
         except OSError as error:
-            self._folder.cleanup()
-            raise ToolError(f"`{words[0]}` does not start: {error}; an emulated board needs cargo") from None
+            self._tidy_up()
+            raise ToolError(f"`{words[0]}` does not start: {error}; install the wheel with the tool in it, or cargo") from None
         said = ""
         while "The board is up" not in said:
             said = self.line()
@@ -142,4 +158,13 @@ class EmulatedBoard(_Process):
     def close(self) -> None:
         """Ends it."""
         super().close()
-        self._folder.cleanup()
+        self._tidy_up()
+
+    def kill(self) -> None:
+        """Ends it without a word, as a cable that is pulled."""
+        self.process.kill()
+        self.process.wait()
+
+    def _tidy_up(self) -> None:
+        if self._folder:
+            self._folder.cleanup()
