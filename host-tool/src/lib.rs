@@ -23,6 +23,7 @@ mod report;
 mod scpi;
 mod serve;
 pub mod update;
+mod verbosity;
 mod working;
 
 use std::process::ExitCode;
@@ -35,6 +36,7 @@ pub fn main() -> ExitCode {
     completion::answer();
     let arguments = cli::Arguments::parse_from(std::env::args_os().map(cli::negative_as_value));
     let json = arguments.json;
+    arguments.verbosity().use_it();
     match commands::run(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

@@ -133,6 +133,34 @@ fn no_board() {
 }
 
 #[test]
+fn what_is_said_beside_the_report_is_as_much_as_one_asks_for() {
+    let boards = no_boards();
+    fake_board(boards.path(), "fake", Fake::HangsUp);
+    let asked = "mirror/hello: ";
+    let said = host_tool(boards.path(), &["status", "-v"]);
+    assert!(said.err.contains(asked), "{}", said.err);
+    assert!(!host_tool(boards.path(), &["status"]).err.contains(asked));
+    // A failure is said in any case.
+    let said = host_tool(boards.path(), &["status", "-q"]);
+    assert!(
+        said.err.contains("connection to the board was lost"),
+        "{}",
+        said.err
+    );
+
+    let file = |name: &str| boards.path().join(name).to_string_lossy().into_owned();
+    let new = |name: &str, level: &[&str]| {
+        let file = file(name);
+        let words = [&["effect", "new", "-o", &file][..], level].concat();
+        host_tool(boards.path(), &words)
+    };
+    assert!(new("usual.toml", &[]).err.contains("written to"));
+    let said = new("quiet.toml", &["--quiet"]);
+    assert_eq!((said.code, said.err.as_str()), (0, ""));
+    assert_eq!(new("both.toml", &["-q", "-v"]).code, 2);
+}
+
+#[test]
 fn two_boards() {
     let boards = no_boards();
     fake_board(boards.path(), "left", Fake::Silent);

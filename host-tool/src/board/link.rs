@@ -1,7 +1,7 @@
 //! An open board: requests with time-outs.
 
 use std::convert::Infallible;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use board_sockets::{Untrusted, check_socket};
 use mirror_protocol::{
@@ -23,6 +23,7 @@ use super::owner::{Claim, Claimed, Owner, in_use};
 use super::socket;
 use super::stop_mark::StopMark;
 use crate::error::ToolError;
+use crate::verbosity::detail;
 
 /// As the protocol has it.
 pub(super) const ANSWER_TIMEOUT: Duration =
@@ -333,7 +334,10 @@ where
     E::Request: Serialize + Schema,
     E::Response: DeserializeOwned + Schema,
 {
+    let begun = Instant::now();
     let answer = timeout(ANSWER_TIMEOUT, client.send_resp::<E>(message)).await;
+    let took_ms = 1e3 * begun.elapsed().as_secs_f64();
+    detail(format_args!("{}: {took_ms:.1} ms", E::PATH));
     answer
         .map_err(|_| no_answer(request, ANSWER_TIMEOUT))?
         .map_err(|error| match error {

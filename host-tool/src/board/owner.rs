@@ -19,6 +19,7 @@ use super::find::{Found, Place};
 use super::link::ANSWER_TIMEOUT;
 use super::stop_mark::StopMark;
 use crate::error::ToolError;
+use crate::verbosity::note;
 
 /// From one look at the lock to the next.
 const RETRY: Duration = Duration::from_millis(20);
@@ -106,10 +107,10 @@ impl Claim {
     /// Where the other does not let go, or stops the board meanwhile.
     pub(super) async fn take(found: &Found, mark: &StopMark) -> Result<Option<Self>, ToolError> {
         let say = |owner: &Owner| {
-            eprintln!(
+            note(format_args!(
                 "waiting for the board {}: it is in use by {owner}",
                 found.name
-            );
+            ));
         };
         match Self::within(found, ANSWER_TIMEOUT, say, || mark.check(found)).await? {
             Claimed::Ours(claim) => Ok(claim),

@@ -16,6 +16,7 @@ pub use self::measure::{DriveExperiment, Instruments, Measure, OneFile, Plane, R
 pub use self::moving::{Calibrate, Curve, Samples, Scan};
 use crate::completion;
 use crate::quantity::{Angle, Hold, Length, MINUS, Resistance, Span, Voltage};
+use crate::verbosity::Verbosity;
 
 /// What the options are about, in every command's help.
 pub(crate) mod heading {
@@ -64,9 +65,28 @@ pub struct Arguments {
     #[arg(help_heading = OUTPUT, long, global = true)]
     pub json: bool,
 
+    /// Say neither progress nor notes on standard error: failures, warnings and questions only.
+    #[arg(help_heading = OUTPUT, short, long, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+
+    /// Say on standard error what the board is asked, and how long each answer took.
+    #[arg(help_heading = OUTPUT, short, long, global = true)]
+    pub verbose: bool,
+
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
+}
+
+impl Arguments {
+    /// How much is said beside the report.
+    pub(crate) fn verbosity(&self) -> Verbosity {
+        match (self.quiet, self.verbose) {
+            (true, _) => Verbosity::Quiet,
+            (false, true) => Verbosity::Verbose,
+            (false, false) => Verbosity::Usual,
+        }
+    }
 }
 
 /// Whether something is done.

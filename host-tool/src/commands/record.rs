@@ -7,7 +7,7 @@ use std::io;
 use std::os::fd::AsFd;
 use std::path::PathBuf;
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressStyle;
 use measurement::{Keys, Row};
 use mirror_protocol::{ChannelState, Identity, Telemetry};
 use serde::Serialize;
@@ -21,6 +21,8 @@ use crate::new_file::NewFile;
 use crate::quantity::Span;
 use crate::recording::{Recording, Rows};
 use crate::report::{self, decimal};
+use crate::verbosity::note;
+use crate::working::bar;
 
 #[derive(Serialize)]
 struct Recorded {
@@ -84,7 +86,7 @@ pub(super) async fn run(
         stopped: after.is_ok_and(|status| status.stops != stops),
     };
     match is_piped {
-        true => eprint!("{recorded}"),
+        true => note(recorded.to_string().trim_end()),
         false => report::print(&recorded, json),
     }
     match ended? {
@@ -194,11 +196,7 @@ async fn collect(
     recorder: &mut Recorder,
     quiet: bool,
 ) -> Result<Ended, ToolError> {
-    let bar = if quiet {
-        ProgressBar::hidden()
-    } else {
-        ProgressBar::new(expected.into())
-    };
+    let bar = bar(expected.into(), quiet);
     let style =
         ProgressStyle::with_template("recording {wide_bar} {pos}/{len} samples, {eta} left");
     bar.set_style(style.expect("a fixed template"));

@@ -4,7 +4,6 @@ use std::fmt;
 use std::path::Path;
 use std::time::Duration;
 
-use indicatif::ProgressBar;
 use nusb::DeviceInfo;
 use serde::Serialize;
 use tokio::time::sleep;
@@ -16,6 +15,7 @@ use crate::update::dfuse;
 use crate::update::package::Package;
 use crate::update::target::{self, InBootloader, Target};
 use crate::update::{UsbBootloader, bootloaders};
+use crate::working::bar;
 
 /// How long a board may take to show up in its bootloader.
 const LEAVE_TIMEOUT: Duration = Duration::from_secs(10);
@@ -39,10 +39,7 @@ pub(super) async fn run(file: &Path, board: Option<&str>, json: bool) -> Result<
         board: "in its bootloader".to_owned(),
         reason: error.to_string(),
     })?;
-    let bar = match json {
-        true => ProgressBar::hidden(),
-        false => ProgressBar::new(image.bytes().len() as u64),
-    };
+    let bar = bar(image.bytes().len() as u64, json);
     dfuse::update(&mut bootloader, image, |written| {
         bar.set_position(written as u64)
     })?;

@@ -15,6 +15,7 @@ use crate::error::ToolError;
 use crate::names::nearest;
 use crate::new_file::NewFile;
 use crate::report;
+use crate::verbosity::note;
 use crate::working::while_working;
 
 /// What `effect new` writes: an effect that works as it stands, to be changed.
@@ -81,10 +82,10 @@ pub(crate) fn run(command: EffectCommand, json: bool) -> Result<(), ToolError> {
         }
         EffectCommand::New { output } => {
             let written = NewFile::create(output, false)?.write(TEMPLATE)?;
-            eprintln!(
+            note(format_args!(
                 "written to {}; change it, and try it with `effect add`",
                 written.display()
-            );
+            ));
             Ok(())
         }
         EffectCommand::Add {

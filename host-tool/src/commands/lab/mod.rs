@@ -25,6 +25,7 @@ use crate::cli::{LabInput, ModelOutput};
 use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::report as printed;
+use crate::verbosity::note;
 use crate::working::while_working;
 
 /// `fit`: the parameters that the measurements can tell.
@@ -70,7 +71,7 @@ pub(super) fn compare(
     }
     if let Some(file) = picture {
         let drawn = file.write(&picture::as_svg(&curves))?;
-        eprintln!("drawn in {}", drawn.display());
+        note(format_args!("drawn in {}", drawn.display()));
     }
     Ok(())
 }

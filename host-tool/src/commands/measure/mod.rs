@@ -32,6 +32,7 @@ use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::quantity::Voltage;
 use crate::report::{decimal, print};
+use crate::verbosity::note;
 
 /// Measures, and leaves the channels off.
 pub(super) async fn run(
@@ -45,7 +46,7 @@ pub(super) async fn run(
     check_drives(&experiments, decimal(status.max_drive_v))?;
     let sensor = Sensor::open(&instruments.sensor)?;
     if matches!(sensor, Sensor::Board) && status.telemetry.sensor_z_um.is_none() {
-        eprintln!("this board has no position sensor: currents only, or name a --sensor");
+        note("this board has no position sensor: currents only, or name a --sensor");
     }
     let mut files = new_files(&asked, &experiments, instruments.force)?;
     let mut report = Report {

@@ -6,6 +6,8 @@ use std::fmt::Write;
 use experiments::Experiment;
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
+use crate::working::bar;
+
 /// A bar for one experiment after the other, or for all of a plan.
 pub(super) struct Progress {
     /// In milliseconds of the board's time.
@@ -18,10 +20,7 @@ pub(super) struct Progress {
 
 impl Progress {
     pub(super) fn new(quiet: bool) -> Self {
-        let bar = match quiet {
-            true => ProgressBar::hidden(),
-            false => ProgressBar::new(0),
-        };
+        let bar = bar(0, quiet);
         let style = ProgressStyle::with_template("{msg:<12} {wide_bar} {percent:>3} % {left}");
         let left = |state: &ProgressState, out: &mut dyn Write| {
             let left_ms = state.len().unwrap_or_default().saturating_sub(state.pos());
