@@ -201,6 +201,20 @@ fn a_serial_sensor_that_sends_no_number_is_named() {
 }
 
 #[test]
+fn a_recording_has_where_the_mirror_was_asked_to_be() {
+    let bench = Bench::new();
+    bench.json(&["set-z", "50um", "--settle", "100ms"]);
+    bench.json(&["record", "-o", "asked.csv", "--duration", "20ms"]);
+    let file = bench.measured("asked.csv");
+    // The board computes in 32 bits: 50 um to 4e-6.
+    let is_asked = |um: Option<f64>| um.is_some_and(|um| (um - 50.0).abs() < 1e-4);
+    assert!(file.rows.iter().all(|row| is_asked(row.asked_um)));
+    // Where it is, until it is calibrated, is another matter.
+    assert!(!file.rows.iter().any(|row| is_asked(row.z_um)));
+    bench.json(&["off"]);
+}
+
+#[test]
 fn a_recording_goes_to_the_standard_output_and_ends_quietly_with_its_reader() {
     let bench = Bench::new();
     let words = [

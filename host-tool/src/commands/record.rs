@@ -183,6 +183,7 @@ fn like() -> Row {
     Row {
         current_a: [Some(0.0); 4],
         z_um: Some(0.0),
+        asked_um: Some(0.0),
         ..Row::default()
     }
 }
@@ -240,6 +241,7 @@ fn row(sample: &Telemetry, ticks: u32, tick_hz: u32) -> Row {
         voltage_v: sample.drive_v.map(decimal),
         current_a: sample.current_a.map(|current| Some(decimal(current))),
         z_um: sample.sensor_z_um.map(decimal),
+        asked_um: Some(decimal(sample.pose.z_um)),
         ..Row::default()
     }
 }
