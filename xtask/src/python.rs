@@ -8,6 +8,7 @@ use anyhow::{Context, Result, bail};
 use crate::cargo::{program, run, target_directory, workspace};
 use crate::images::{self, Board};
 use crate::setup;
+use crate::test::FULL;
 use crate::tool;
 
 /// What tests and types are checked by, and frames are made by.
@@ -56,6 +57,9 @@ pub(crate) fn check(full: bool) -> Result<()> {
         format!("'{}' emulate", Path::new(emulate.get_program()).display()),
     );
     tests.env("MIRROR_SOURCES", workspace());
+    if full {
+        tests.env(FULL, "1");
+    }
     run(&mut tests)
 }
 

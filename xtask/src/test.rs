@@ -41,7 +41,7 @@ const TWIN: (&str, &str) = ("MIRROR_EMULATOR", "g474");
 const TOLD: Duration = Duration::from_secs(5);
 
 /// Set for the long run: tests read it to choose how much they try.
-const FULL: &str = "MIRROR_FULL";
+pub(crate) const FULL: &str = "MIRROR_FULL";
 
 /// The steps that have passed, and how long each took.
 #[derive(Default)]

@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import time
+from collections.abc import Sequence
+from contextlib import suppress
 
+from bluesky.plan_stubs import null
+from bluesky.preprocessors import contingency_wrapper
 from bluesky.protocols import Movable, Reading, Stoppable
+from bluesky.utils import MsgGenerator
 from event_model import DataKey
 from ophyd_async.core import AsyncStatus, Device
 
+from ..instrument import InstrumentError
 from ..mirror import Mirror
 
 
@@ -51,3 +57,15 @@ class ElectrothermalMirror(Device, Movable[float], Stoppable):
 
     def _key(self, what: str) -> str:
         return f"{self.name}-{what}"
+
+
+def off_after_failure(plan: MsgGenerator, mirrors: Sequence[ElectrothermalMirror]) -> MsgGenerator:
+    """``plan``; where it fails all of ``mirrors`` that still answer are turned off, which bluesky itself leaves as they are."""
+
+    def turn_off(_error: Exception) -> MsgGenerator:
+        for mirror in mirrors:
+            with suppress(InstrumentError, OSError):
+                mirror.mirror.off()
+        yield from null()
+
+    return (yield from contingency_wrapper(plan, except_plan=turn_off))

@@ -1,0 +1,138 @@
+"""Four emulated boards at once, one of which dies: behind one server, in a bluesky plan, and in an EPICS soft IOC."""
+
+import os
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+from electrothermal_mirror import EmulatedBoard, Mirror, Server
+
+NAMES = ("north", "east", "south", "west")
+#: The bench mirror is off by so much at most until it is calibrated (m; docs/guide/calibrate.md, error at rest, before).
+UNCALIBRATED = 10.8e-6
+#: For what comes with the next reading, on a machine with other work (s).
+PATIENCE = 90.0
+
+Bench = tuple[Server, dict[str, EmulatedBoard]]
+
+
+@pytest.fixture
+def bench() -> Iterator[Bench]:
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="mirror-boards-")))
+        boards = {name: stack.enter_context(EmulatedBoard(name, folder)) for name in NAMES}
+        yield stack.enter_context(Server(boards=folder)), boards
+
+
+def waits_for(comes: Callable[[], bool]) -> None:
+    start = time.monotonic()
+    while not comes():
+        assert time.monotonic() - start < PATIENCE
+        time.sleep(0.05)
+
+
+def test_a_plan_over_four_boards_bears_that_one_dies(bench: Bench) -> None:
+    pytest.importorskip("ophyd_async")
+    from bluesky import RunEngine
+    from bluesky.plans import scan
+    from bluesky.utils import FailedStatus
+    from electrothermal_mirror.drivers.ophyd import ElectrothermalMirror, off_after_failure
+
+    server, boards = bench
+    with ExitStack() as stack:
+        mirrors = {name: stack.enter_context(Mirror(*server.address, board=name)) for name in NAMES}
+        devices = {name: ElectrothermalMirror(mirror, name) for name, mirror in mirrors.items()}
+        documents: list[tuple[str, dict]] = []
+
+        def keep(name: str, document: dict) -> None:
+            documents.append((name, document))
+            if name == "event" and document["seq_num"] == 2:
+                boards["south"].kill()
+
+        def moves(devices: list[ElectrothermalMirror], last: float) -> list[object]:
+            return [word for device in devices for word in (device, 20e-6, last)]
+
+        def events() -> list[dict]:
+            return [document["data"] for name, document in documents if name == "event"]
+
+        engine = RunEngine()
+        alive = [device for name, device in devices.items() if name != "south"]
+        with pytest.raises(FailedStatus) as raised:
+            everyone = [*devices.values()]
+            engine(off_after_failure(scan(everyone, *moves(everyone, 100e-6), 5), everyone), keep)
+        assert "south" in str(raised.value) or "south" in str(raised.value.__cause__)
+        # All that was read before it died is there, and the plan is not told to have gone well.
+        read = [[event[f"{name}-position"] for name in NAMES] for event in events()]
+        assert len(read) == 2
+        for row, asked in zip(read, (20e-6, 40e-6), strict=True):
+            assert row == pytest.approx([asked] * 4, abs=UNCALIBRATED)
+        assert documents[-1][0] == "stop" and documents[-1][1]["exit_status"] == "fail"
+        # The others do not stay where the plan left them.
+        assert not any(mirrors[device.name].is_driven for device in alive)
+
+        # And go on without it.
+        documents.clear()
+        engine(scan(alive, *moves(alive, 60e-6), 2), lambda name, document: documents.append((name, document)))
+        assert documents[-1][1]["exit_status"] == "success"
+        read = [[event[f"{device.name}-position"] for device in alive] for event in events()]
+        assert read[-1] == pytest.approx([60e-6] * 3, abs=UNCALIBRATED)
+
+
+@pytest.fixture
+def ioc(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A soft IOC over the four boards, on this machine only and on a port of its own."""
+    pytest.importorskip("caproto")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = str(free.getsockname()[1])
+    for name, value in {
+        "EPICS_CA_SERVER_PORT": port,
+        "EPICS_CA_ADDR_LIST": "127.0.0.1",
+        "EPICS_CA_AUTO_ADDR_LIST": "NO",
+    }.items():
+        monkeypatch.setenv(name, value)
+    host, server_port = bench[0].address
+    words = ["-m", "electrothermal_mirror.drivers.epics", "--prefix", "LAB:", "--host", host, "--port", str(server_port)]
+    process = subprocess.Popen([sys.executable, *words], env=os.environ)
+    try:
+        yield
+    finally:
+        process.terminate()
+        process.wait()
+
+
+def test_an_ioc_serves_four_boards_and_tells_that_one_has_died(bench: Bench, ioc: None) -> None:
+    from caproto import AlarmSeverity, CaprotoError
+    from caproto.sync.client import read, write
+
+    def reading(name: str) -> tuple[float, AlarmSeverity]:
+        answer = read(f"LAB:{name}:SENSOR", timeout=PATIENCE, data_type="time")
+        return float(answer.data[0]), AlarmSeverity(answer.metadata.severity)
+
+    def is_there(position: float, name: str) -> bool:
+        value, severity = reading(name)
+        return severity is AlarmSeverity.NO_ALARM and abs(value - position) < UNCALIBRATED
+
+    targets = dict(zip(NAMES, (20e-6, 40e-6, 60e-6, 80e-6), strict=True))
+    for name, position in targets.items():
+        write(f"LAB:{name}:POSITION", position, notify=True, timeout=PATIENCE)
+    for name, position in targets.items():
+        waits_for(lambda name=name, position=position: is_there(position, name))
+
+    bench[1]["south"].kill()
+    waits_for(lambda: reading("south")[1] is AlarmSeverity.INVALID_ALARM)
+    with pytest.raises(CaprotoError):
+        write("LAB:south:POSITION", 10e-6, notify=True, timeout=PATIENCE)
+    # The others are still where they were, and move.
+    for name in set(NAMES) - {"south"}:
+        assert is_there(targets[name], name)
+    write("LAB:west:POSITION", 30e-6, notify=True, timeout=PATIENCE)
+    waits_for(lambda: is_there(30e-6, "west"))
+    with pytest.raises(CaprotoError):
+        write("LAB:west:POSITION", 1.0, notify=True, timeout=PATIENCE)
