@@ -4,6 +4,9 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use clap_markdown::MarkdownOptions;
+use host_tool::cli::Arguments;
+
 /// Folders of the project that pages name files in.
 const FOLDERS: [&str; 11] = [
     "benches",
@@ -139,6 +142,38 @@ fn the_architecture_lists_every_crate() {
         })
         .collect();
     assert!(lost.is_empty(), "not in the list of parts: {lost:?}");
+}
+
+/// Stands above what the tool says of its own options.
+const ABOVE_OPTIONS: &str = "\
+# All options
+
+What `host-tool COMMAND --help` says, of all commands. [Commands](commands.md) has them by what they are for. It is made from the tool
+by `MIRROR_WRITE_PAGES=1 cargo test -p host-tool --test pages`.
+
+";
+
+#[test]
+fn the_page_of_options_is_what_the_tool_says_of_them() {
+    let plain = MarkdownOptions::new()
+        .title("host-tool".to_owned())
+        .show_footer(false);
+    let told = clap_markdown::help_markdown_custom::<Arguments>(&plain);
+    let start = told
+        .find("**Command Overview:**")
+        .expect("a list of commands");
+    let told = &told[start..];
+    let lines = told.lines().map(|line| format!("{}\n", line.trim_end()));
+    let expected = format!("{ABOVE_OPTIONS}{}\n", lines.collect::<String>().trim());
+    let page = project().join("docs/reference/options.md");
+    if std::env::var_os("MIRROR_WRITE_PAGES").is_some() {
+        fs::write(&page, &expected).expect("written");
+    }
+    let is_the_same = fs::read_to_string(page).is_ok_and(|page| page == expected);
+    assert!(
+        is_the_same,
+        "write it anew: MIRROR_WRITE_PAGES=1 cargo test -p host-tool --test pages"
+    );
 }
 
 #[test]

@@ -54,3 +54,8 @@ pub fn json(tool: &mut Command) -> Result<Value> {
 pub(crate) fn package(elf: &Path) -> Result<()> {
     cargo::run(workbench().arg("package").arg(elf))
 }
+
+/// Has the workbench write the tool's manual pages.
+pub(crate) fn write_manual(folder: &Path) -> Result<()> {
+    cargo::run(workbench().arg("man").arg(folder))
+}

@@ -96,6 +96,7 @@ fn fill(tree: &Path, said: &Path) -> Result<()> {
     let update = images::path(Board::Stm32g474).with_extension("update");
     let to = tree.join("lib").join(NAME).join(image_name(&update)?);
     copy(&update, &to)?;
+    tool::write_manual(&tree.join("share/man/man1"))?;
     let documents = tree.join("share/doc").join(NAME);
     for entry in fs::read_dir(said)? {
         let entry = entry?;

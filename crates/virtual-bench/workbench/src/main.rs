@@ -56,6 +56,11 @@ enum Task {
         /// The ELF.
         elf: PathBuf,
     },
+    /// Write manual pages of host-tool.
+    Man {
+        /// The folder.
+        folder: PathBuf,
+    },
     /// Run an ELF of on-target tests under QEMU.
     RunOnTarget {
         /// The ELF.
@@ -108,6 +113,7 @@ fn run(task: Task) -> Result<ExitCode> {
         Task::TabulateFactory => factory::write(),
         Task::LearnConfusions => diagnoses::learn(),
         Task::Package { elf } => package::write(&elf),
+        Task::Man { folder } => package::write_manual(&folder),
     }?;
     Ok(ExitCode::SUCCESS)
 }

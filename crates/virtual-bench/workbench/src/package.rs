@@ -1,10 +1,12 @@
-//! Firmware as `host-tool update` takes it.
+//! What goes into packages: firmware as `host-tool update` takes it, and the tool's manual.
 
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context, Result};
+use clap::CommandFactory;
+use host_tool::cli::Arguments;
 use host_tool::update::image::Image;
 use host_tool::update::package::{BOARD, Package};
 use xtask::cargo::workspace;
@@ -26,4 +28,11 @@ pub(crate) fn write(elf: &Path) -> Result<()> {
     };
     let path = elf.with_extension("update");
     fs::write(&path, package.to_bytes()).with_context(|| format!("writing {}", path.display()))
+}
+
+/// Writes a manual page of the tool, and one of each command.
+pub(crate) fn write_manual(folder: &Path) -> Result<()> {
+    fs::create_dir_all(folder)?;
+    clap_mangen::generate_to(Arguments::command(), folder)?;
+    Ok(())
 }
