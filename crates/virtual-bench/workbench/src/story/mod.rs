@@ -86,6 +86,8 @@ struct Story {
     /// What the diagnosis names, the best first.
     suspects: Vec<String>,
     chapters: Vec<Chapter>,
+    /// Why `calibrate` left the board as it was, where its trial was worse.
+    refusal: Option<String>,
     took: Duration,
 }
 
@@ -168,7 +170,7 @@ fn tell(seed: u64, root: &Path) -> Result<Story> {
     plot.know_the_model()?;
     let (verdict, suspects) = plot.diagnose()?;
     plot.add(&suspects)?;
-    plot.calibrate()?;
+    let refusal = plot.calibrate()?;
     plot.report()?;
     let story = Story {
         seed,
@@ -176,9 +178,15 @@ fn tell(seed: u64, root: &Path) -> Result<Story> {
         verdict,
         suspects,
         chapters: plot.chapters,
+        refusal,
         took: begun.elapsed(),
     };
-    println!("Hidden was: {}.\n", story.hidden.effect);
+    println!(
+        "Told in {:.0} s, of {:.0} s of the board's time. Hidden was: {}.\n",
+        story.took.as_secs_f64(),
+        plot.person.board_time_s(),
+        story.hidden.effect
+    );
     Ok(story)
 }
 
@@ -275,13 +283,23 @@ impl Plot {
         self.go_by(&format!("With {effect} in the model"), BETTER)
     }
 
-    fn calibrate(&mut self) -> Result<()> {
+    /// Calibrates the board; returns why it was left as it was, where the new calibration's trial was worse.
+    fn calibrate(&mut self) -> Result<Option<String>> {
         let identified = "identified.toml";
-        self.person.types(&format!(
+        let calibrated = self.person.types(&format!(
             "host-tool calibrate {BETTER} --from {SESSION} --quick --picture calibrate.svg --model-output {identified}"
-        ))?;
+        ));
+        let refusal = calibrated.err().map(|error| error.root_cause().to_string());
+        let (title, model) = match &refusal {
+            None => ("Calibrated", identified),
+            Some(why) => {
+                println!("{why}");
+                ("As before: calibrate kept no worse calibration", BETTER)
+            }
+        };
         let moves = self.person.moves_it()?;
-        self.chapter("Calibrated", identified, moves)
+        self.chapter(title, model, moves)?;
+        Ok(refusal)
     }
 
     fn report(&self) -> Result<()> {

@@ -79,6 +79,11 @@ impl Person {
         })
     }
 
+    /// How long it has been, by the board's clock (s).
+    pub(super) fn board_time_s(&self) -> f64 {
+        self.board.simulated_s()
+    }
+
     /// What the thermometer of the room says, as the tool takes it.
     pub(super) fn thermometer(&self) -> String {
         format!("{:.1}", self.room_c)

@@ -22,7 +22,8 @@ not come so far. What a verdict is worth on layouts that it never saw [was measu
 - *As it came* to *calibrated*: how far the mirror was from 20, 60, 120 and 160 um when `set-z` said so, root mean square, by
   where the mirror was and not by its sensor. First the board as the factory left it; then with the inverse of the fitted model;
   of the model with the first suspect added; after `calibrate --quick`. Where the board turned itself off on the way, which a
-  calibration for another mirror lets happen, the position is left out.
+  calibration for another mirror lets happen, the position is left out. *Calibration refused*: `calibrate` found in its own trial
+  that the new calibration was worse, and left the board as it was.
 - *Falls*: from the first to the last, at the positions that were reached both times.
 - *Limit*: what the position sensor itself is off by at these positions, which nobody can better who has no other, and three
   standard deviations of what wanders in it.
@@ -55,10 +56,10 @@ pub(super) fn row(story: &Story) -> String {
         verdict.join(" "),
         errors.join(" | "),
         before / after,
-        if story.ends_well() {
-            ""
-        } else {
-            ": falls short"
+        match (story.ends_well(), &story.refusal) {
+            (true, _) => "",
+            (false, None) => ": falls short",
+            (false, Some(_)) => ": falls short, calibration refused",
         },
         story.limit_um(),
         story.took.as_secs_f64(),
