@@ -27,7 +27,10 @@ types "mirror-emulator -- set-z 120um" 2>&1 | tee /tmp/said && grep -q "apt-get 
 apt-get install -y -qq --no-install-recommends qemu-system-arm
 moves "mirror-emulator -- set-z 120um"
 apt-get remove -y -qq electrothermal-mirror
-! command -v host-tool
+if command -v host-tool; then
+    echo "it is removed, and still there"
+    exit 1
+fi
 
 apt-get install -y -qq --no-install-recommends python3-venv
 types "python3 -m venv bench && bench/bin/pip install --quiet --no-index --find-links /bench electrothermal-mirror"
