@@ -2,7 +2,7 @@
 
 use control_core::calibration::BYTES;
 use control_core::{Calibration, CalibrationError};
-use mirror_protocol::{CalibrationChunk, CalibrationUse, Refusal};
+use mirror_protocol::{CalibrationChunk, CalibrationUse, Chunk, Refusal};
 
 use crate::keeper::Record;
 use crate::mailbox::LinkSide;
@@ -63,6 +63,18 @@ impl Upload {
         place.copy_from_slice(&chunk.bytes);
         self.received = end;
         Ok(())
+    }
+
+    /// A piece of the last calibration that was put to use for good.
+    pub fn read(&self, offset: u16) -> CalibrationChunk {
+        let bytes = self.settled.to_bytes();
+        let rest = bytes.get(offset.into()..).unwrap_or_default();
+        let piece = rest.chunks(Chunk::new().capacity()).next();
+        CalibrationChunk {
+            offset,
+            // It has room for a piece.
+            bytes: Chunk::from_slice(piece.unwrap_or_default()).unwrap_or_default(),
+        }
     }
 
     /// What was uploaded so far.

@@ -215,6 +215,49 @@ fn a_recording_has_where_the_mirror_was_asked_to_be() {
 }
 
 #[test]
+fn a_scan_beyond_the_bandwidth_is_told_before_it_is_driven() {
+    let bench = Bench::new();
+    let scan = |frequency, cycles, level: &[&str]| {
+        let words = ["scan", "sine", "--frequency", frequency, "--cycles", cycles];
+        let to = ["-o", "scan.csv", "--force", "--json"];
+        bench.tool(&[&words[..], &to, level].concat())
+    };
+    let warning = "beyond the mirror's bandwidth";
+    let slow = scan("20Hz", "3", &[]);
+    assert_eq!(slow.code, 0, "{}", slow.err);
+    assert!(!slow.err.contains(warning), "{}", slow.err);
+
+    let fast = scan("2kHz", "400", &[]);
+    assert!(fast.err.contains(warning), "{}", fast.err);
+    let span = |um: &[f64]| {
+        let none = [f64::INFINITY, f64::NEG_INFINITY];
+        let range = |[low, high]: [f64; 2], um: &f64| [low.min(*um), high.max(*um)];
+        let [low, high] = um.iter().fold(none, range);
+        high - low
+    };
+    let report: serde_json::Value = serde_json::from_str(&fast.out).expect("JSON");
+    let ends = report["expected_um"].as_array().expect("two ends").iter();
+    let expected_um = span(
+        &ends
+            .filter_map(serde_json::Value::as_f64)
+            .collect::<Vec<_>>(),
+    );
+    // By its end the first step has faded.
+    let rows = bench.measured("scan.csv").rows;
+    let reached: Vec<f64> = rows[3 * rows.len() / 4..]
+        .iter()
+        .filter_map(|row| row.z_um)
+        .collect();
+    let reached_um = span(&reached);
+    // The factory knows no resonance and takes the lowest of such mirrors, 500 Hz; this one has 1450 Hz, and rings.
+    assert!(
+        (0.5..2.0).contains(&(expected_um / reached_um)),
+        "{expected_um} expected, {reached_um} um reached"
+    );
+    assert!(!scan("2kHz", "40", &["-q"]).err.contains(warning));
+}
+
+#[test]
 fn a_recording_goes_to_the_standard_output_and_ends_quietly_with_its_reader() {
     let bench = Bench::new();
     let words = [

@@ -4,8 +4,9 @@ use core::fmt::Write;
 
 use control_core::{Ampere, Calibration, SenseCalibration};
 use mirror_protocol::{
-    CalibrationChunk, CalibrationInfo, CalibrationRefusal, CalibrationReply, CalibrationUse,
-    CalibrationUseReply, CalibrationWriteReply, Kept, Lever, Refusal, Sense, SenseReply, Sentence,
+    CalibrationChunk, CalibrationInfo, CalibrationQuery, CalibrationReadReply, CalibrationRefusal,
+    CalibrationReply, CalibrationUse, CalibrationUseReply, CalibrationWriteReply, Kept, Lever,
+    Refusal, Sense, SenseReply, Sentence,
 };
 use postcard_rpc::header::VarHeader;
 
@@ -16,6 +17,15 @@ use crate::mailbox::Order;
 pub(super) fn calibration(session: &mut Session, _header: VarHeader, (): ()) -> CalibrationReply {
     session.check_version()?;
     Ok(session.calibration.clone())
+}
+
+pub(super) fn read_calibration(
+    session: &mut Session,
+    _header: VarHeader,
+    query: CalibrationQuery,
+) -> CalibrationReadReply {
+    session.check_version()?;
+    Ok(session.upload.read(query.offset))
 }
 
 pub(super) fn write_calibration(

@@ -8,10 +8,10 @@ use core::sync::atomic::Ordering;
 use control_core::{Calibration, Micrometre, Pose, Radian, Setpoint, Volt};
 use embassy_time::{Duration, Instant, Timer};
 use mirror_protocol::{
-    CalibrationEndpoint, CalibrationInfo, CalibrationRevertEndpoint, CalibrationUseEndpoint,
-    CalibrationWriteEndpoint, ClearEndpoint, CommandReply, Drives, ENDPOINTS,
-    EnterBootloaderEndpoint, EnterBootloaderReply, FaultLogEndpoint, FaultLogReply, Hello,
-    HelloEndpoint, Identity, LEASE_FOREVER_MS, LoadPointsEndpoint, LoadReply, LogQuery,
+    CalibrationEndpoint, CalibrationInfo, CalibrationReadEndpoint, CalibrationRevertEndpoint,
+    CalibrationUseEndpoint, CalibrationWriteEndpoint, ClearEndpoint, CommandReply, Drives,
+    ENDPOINTS, EnterBootloaderEndpoint, EnterBootloaderReply, FaultLogEndpoint, FaultLogReply,
+    Hello, HelloEndpoint, Identity, LEASE_FOREVER_MS, LoadPointsEndpoint, LoadReply, LogQuery,
     MAX_FRAME_BYTES, MakeUp, MakeUpEndpoint, OffEndpoint, OptionBytes, PROTOCOL_VERSION, Play,
     PlayEndpoint, Points, Position, Refusal, RenewEndpoint, Renewal, SenseEndpoint, Sentence,
     SetDriveEndpoint, SetPose, SetPoseEndpoint, SetPositionEndpoint, SetSenseEndpoint, Status,
@@ -26,7 +26,8 @@ use static_cell::ConstStaticCell;
 use waveforms::Player;
 
 use self::calibrations::{
-    calibration, info, revert_calibration, sense, set_sense, use_calibration, write_calibration,
+    calibration, info, read_calibration, revert_calibration, sense, set_sense, use_calibration,
+    write_calibration,
 };
 use crate::board::{Board, LinkTx};
 use crate::calibration::Upload;
@@ -140,6 +141,7 @@ define_dispatch! {
         | MakeUpEndpoint      | async    | make_up      |
         | StreamEndpoint      | async    | stream       |
         | CalibrationEndpoint | blocking | calibration  |
+        | CalibrationReadEndpoint | blocking | read_calibration |
         | CalibrationWriteEndpoint | blocking | write_calibration |
         | CalibrationUseEndpoint | async | use_calibration |
         | CalibrationRevertEndpoint | async | revert_calibration |

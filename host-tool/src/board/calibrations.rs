@@ -2,9 +2,10 @@
 
 use control_core::Calibration;
 use mirror_protocol::{
-    CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal,
-    CalibrationRevertEndpoint, CalibrationUse, CalibrationUseEndpoint, CalibrationWriteEndpoint,
-    Chunk, Sense, SenseEndpoint, SenseInfo, SetSenseEndpoint,
+    CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationQuery,
+    CalibrationReadEndpoint, CalibrationRefusal, CalibrationRevertEndpoint, CalibrationUse,
+    CalibrationUseEndpoint, CalibrationWriteEndpoint, Chunk, Sense, SenseEndpoint, SenseInfo,
+    SetSenseEndpoint,
 };
 
 use super::link::Board;
@@ -19,6 +20,26 @@ impl Board {
         let request = "tell its calibration";
         let reply = self.ask::<CalibrationEndpoint>(request, &()).await?;
         self.granted(request, reply)
+    }
+
+    /// The whole calibration that was last put to use for good; `None` where it is of a format that this tool does not know.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or refuses.
+    pub async fn settled_calibration(&self) -> Result<Option<Calibration>, ToolError> {
+        let request = "read out its calibration";
+        let mut bytes = Vec::new();
+        loop {
+            let query = CalibrationQuery {
+                offset: bytes.len() as u16,
+            };
+            let reply = self.ask::<CalibrationReadEndpoint>(request, &query).await?;
+            let piece = self.granted(request, reply)?.bytes;
+            if piece.is_empty() {
+                return Ok(Calibration::from_bytes(&bytes).ok());
+            }
+            bytes.extend(piece);
+        }
     }
 
     /// Uploads `calibration` and has the board use it, for good or on trial, which turns all channels off.

@@ -10,7 +10,7 @@ use serde::Serialize;
 const MOST_LAG: f64 = 0.5;
 const LAG_STEPS: u32 = 200;
 /// A span of less than this part of what was asked is told as not followed: 3 dB, where a bandwidth ends by convention.
-const FOLLOWED: f64 = std::f64::consts::FRAC_1_SQRT_2;
+pub(super) const FOLLOWED: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// What was asked and what was reached along a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

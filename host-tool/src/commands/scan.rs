@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 
 use control_core::{Limit, Limits};
 use experiments::{Experiment, Signal, Wave};
-use mirror_protocol::POINTS;
+use mirror_protocol::{Kept, POINTS};
 use serde::Serialize;
 
 use crate::board::Board;
 use crate::cli::{Curve, Scan};
-use crate::commands::following::Following;
+use crate::commands::following::{FOLLOWED, Following};
 use crate::commands::measure::readings::parse;
 use crate::commands::measure::run::{Bench, Ended, whole};
 use crate::commands::measure::sensor::Sensor;
@@ -19,6 +19,7 @@ use crate::names::{limit_names, limited_line};
 use crate::new_file::NewFile;
 use crate::quantity::Length;
 use crate::report::{self, decimal};
+use crate::verbosity::note;
 
 /// Samples of a scan, evenly over its length.
 const SAMPLES: u32 = 2000;
@@ -30,6 +31,8 @@ struct Report {
     duration_s: f64,
     lowest_um: Option<f64>,
     highest_um: Option<f64>,
+    /// The lowest and highest position that the mirror was to come to, by the board's calibration; `None` where that is on trial.
+    expected_um: Option<[f64; 2]>,
     /// What was asked and reached, after the first of several cycles; `None` without a sensor.
     following: Option<Following>,
     limited_by: Vec<&'static str>,
@@ -55,6 +58,10 @@ pub(super) async fn run(board: &Board, scan: Scan, json: bool) -> Result<(), Too
     let file = output
         .map(|(path, force)| NewFile::create(path, force))
         .transpose()?;
+    let expected_um = expected_um(board, &signal).await?;
+    if let Some(warning) = expected_um.and_then(|expected_um| short_of(&signal, expected_um)) {
+        note(warning);
+    }
     let mut bench = Bench::open(board, Sensor::Board, None, json).await?;
     let mut measured = bench.measure(&experiment).await;
     bench.close();
@@ -70,6 +77,7 @@ pub(super) async fn run(board: &Board, scan: Scan, json: bool) -> Result<(), Too
         duration_s: rows.last().map_or(0.0, |row| row.t_s),
         lowest_um: z().min_by(f64::total_cmp),
         highest_um: z().max_by(f64::total_cmp),
+        expected_um,
         following: Following::of(&signal, rows, jump_s(&signal, cycles), tick_s),
         limited_by: limit_names(acted(&measured.limits, cycles).bits()),
         interrupted: matches!(measured.ended, Ok(Ended::Interrupted)),
@@ -79,6 +87,29 @@ pub(super) async fn run(board: &Board, scan: Scan, json: bool) -> Result<(), Too
     }
     report::print(&report, json);
     whole(measured.ended)
+}
+
+/// Where the mirror will come by the calibration in use; `None` where that is on trial, and the board tells the one before.
+async fn expected_um(board: &Board, signal: &Signal) -> Result<Option<[f64; 2]>, ToolError> {
+    if board.calibration().await?.kept == Kept::OnTrial {
+        return Ok(None);
+    }
+    let calibration = board.settled_calibration().await?;
+    Ok(calibration.map(|calibration| {
+        calibration::reached_um(&calibration, |t_s| signal.at(t_s), signal.period_s())
+    }))
+}
+
+/// Says so where the mirror will hardly go as far as it is asked to.
+fn short_of(signal: &Signal, [low_um, high_um]: [f64; 2]) -> Option<String> {
+    let (lowest_um, highest_um) = signal.range();
+    let is_short = high_um - low_um < FOLLOWED * (highest_um - lowest_um);
+    is_short.then(|| {
+        format!(
+            "beyond the mirror's bandwidth: asked for {lowest_um:.3} to {highest_um:.3} um, it will come to {low_um:.3} to \
+             {high_um:.3} um by its heat and its plate; slow it down"
+        )
+    })
 }
 
 /// How long the jump from rest counts (s): the first of several cycles.

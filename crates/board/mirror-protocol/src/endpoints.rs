@@ -8,9 +8,9 @@
 use postcard_rpc::{TopicDirection, endpoints, topics};
 
 use crate::{
-    CalibrationChunk, CalibrationInfo, CalibrationRefusal, CalibrationUse, Commanded, Drives,
-    Hello, Identity, LogPage, LogQuery, MakeUp, Play, Points, Position, Refusal, Renewal, Sense,
-    SenseInfo, SetPose, Status, Stream, Streaming, TelemetryBatch,
+    CalibrationChunk, CalibrationInfo, CalibrationQuery, CalibrationRefusal, CalibrationUse,
+    Commanded, Drives, Hello, Identity, LogPage, LogQuery, MakeUp, Play, Points, Position, Refusal,
+    Renewal, Sense, SenseInfo, SetPose, Status, Stream, Streaming, TelemetryBatch,
 };
 
 /// Answer to a command that changes the drives.
@@ -27,6 +27,8 @@ pub type StreamReply = Result<Streaming, Refusal>;
 pub type EnterBootloaderReply = Result<(), Refusal>;
 /// Answer to [`CalibrationEndpoint`] and [`CalibrationRevertEndpoint`]: the calibration in use.
 pub type CalibrationReply = Result<CalibrationInfo, Refusal>;
+/// Answer to [`CalibrationReadEndpoint`]: the piece, empty from the end on.
+pub type CalibrationReadReply = Result<CalibrationChunk, Refusal>;
 /// Answer to [`CalibrationWriteEndpoint`].
 pub type CalibrationWriteReply = Result<(), Refusal>;
 /// Answer to [`CalibrationUseEndpoint`]: the calibration that is now in use.
@@ -51,6 +53,7 @@ endpoints! {
     | MakeUpEndpoint      | MakeUp    | CommandReply | "mirror/make-up"      |
     | StreamEndpoint      | Stream    | StreamReply  | "mirror/stream"       |
     | CalibrationEndpoint | ()        | CalibrationReply | "mirror/calibration" |
+    | CalibrationReadEndpoint | CalibrationQuery | CalibrationReadReply | "mirror/calibration/read" |
     | CalibrationWriteEndpoint | CalibrationChunk | CalibrationWriteReply | "mirror/calibration/write" |
     | CalibrationUseEndpoint | CalibrationUse | CalibrationUseReply | "mirror/calibration/use" |
     | CalibrationRevertEndpoint | () | CalibrationReply | "mirror/calibration/revert" |

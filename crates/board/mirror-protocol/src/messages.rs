@@ -289,6 +289,13 @@ pub struct CalibrationChunk {
     pub bytes: Chunk,
 }
 
+/// Ask for a piece of the calibration that was last put to use for good, in the same form.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct CalibrationQuery {
+    /// Where the piece begins; from the end on there is none.
+    pub offset: u16,
+}
+
 /// For how long the calibration that was uploaded is put to use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum CalibrationUse {

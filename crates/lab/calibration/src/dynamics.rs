@@ -12,7 +12,7 @@ use crate::Remaining;
 /// Time of a move where no resonance is known: that of the lowest in this family of mirrors.
 const LOWEST_RESONANCE_HZ: f64 = 500.0;
 /// Periods of the lowest resonance that a move takes.
-const PERIODS: f64 = 5.0;
+pub(crate) const PERIODS: f64 = 5.0;
 
 fn value(active: &Active, symbol: &str) -> f64 {
     let parameters = active.effect.info().parameters.iter();

@@ -11,6 +11,7 @@
 //! - [`to_toml`], [`from_toml`] are the file that people read.
 
 mod ambient;
+mod bandwidth;
 mod correct;
 mod curve;
 mod dynamics;
@@ -22,6 +23,7 @@ mod rehearsal;
 mod statics;
 
 pub use ambient::{AmbientError, RoomPoint, with_ambient_ratio};
+pub use bandwidth::reached_um;
 pub use correct::{CorrectionError, StaticPoint, corrected};
 pub use file::{CalibrationFileError, from_toml, to_toml};
 pub use pose::{PoseError, PosePoint, Posed, posed, poses_to_measure};
