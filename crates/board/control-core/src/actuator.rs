@@ -114,17 +114,16 @@ impl Actuator {
         }
     }
 
-    /// What the current of the tick that ended tells, which also corrects the resistance from now on.
-    pub(crate) fn sense(
-        &mut self,
-        applied: Volt,
-        current: Ampere,
-        limits: &mut Limits,
-    ) -> Option<ActuatorSense> {
+    /// What the current of the tick that ended tells, in the actuator's turn, which also corrects the resistance from now on.
+    pub(crate) fn sense(&mut self, applied: Volt, current: Ampere) -> Option<ActuatorSense> {
         let sense = self.gains.thermometer.read(applied, current)?;
-        self.correction
-            .update(sense.resistance.0 / self.expected.0, limits);
+        self.correction.update(sense.resistance.0 / self.expected.0);
         Some(sense)
+    }
+
+    /// Whether its current has told no plausible resistance for long.
+    pub(crate) fn is_resistance_unknown(&self) -> bool {
+        self.correction.is_unknown()
     }
 
     /// What that tells of the surroundings, just before the slow poles' turn.

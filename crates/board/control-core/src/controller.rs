@@ -59,28 +59,33 @@ pub struct Step {
     pub drives: [Volt; CHANNELS],
     /// The codes that make them; their mean does, a single one is rounded.
     pub codes: [PwmCode; CHANNELS],
-    /// What the currents told of each actuator, where they told anything.
+    /// What the currents told of each actuator in its last turn, one tick in four, where they told anything.
     pub sense: [Option<ActuatorSense>; CHANNELS],
     /// What kept the drives from being what was asked.
     pub limits: Limits,
 }
 
 /// The four actuators under one calibration.
+// What every tick reads of all four comes first, where one instruction reaches it (VLDR: 1020 bytes).
 #[derive(Debug)]
+#[repr(C)]
 pub struct Controller<'a> {
-    calibration: &'a mut Calibration,
+    actuators: [Actuator; CHANNELS],
+    remembered: [MemoryState; CHANNELS],
     heat: HeatInverse,
-    memory: MemoryInverse,
     rails: Rails,
     plate: PlateInverse,
-    /// Displacement at which the first actuator is as hot as is allowed.
-    hottest: Micrometre,
+    path: Path,
+    memory: MemoryInverse,
+    calibration: &'a mut Calibration,
+    /// The displacement that no actuator goes beyond, and what limits one there.
+    highest: Micrometre,
+    highest_limits: Limits,
     /// Where the path leads, and what limited that.
     target: Pose,
     target_limits: Limits,
-    path: Path,
-    remembered: [MemoryState; CHANNELS],
-    actuators: [Actuator; CHANNELS],
+    /// What limits by what the currents told.
+    sense_limits: Limits,
     surroundings: Surroundings,
     /// The rises that positions ask for in the room of the calibration.
     asked: [Kelvin; CHANNELS],
@@ -98,6 +103,7 @@ impl<'a> Controller<'a> {
     pub fn new(calibration: &'a mut Calibration) -> Self {
         let parts = calibration.parts();
         let memory = MemoryInverse::new(&parts.memory);
+        let (highest, highest_limits) = highest(parts);
         Self {
             heat: HeatInverse::new(&parts.heat),
             actuators: parts.actuators.each_ref().map(Actuator::new),
@@ -105,9 +111,11 @@ impl<'a> Controller<'a> {
             surroundings: Surroundings::new(parts),
             asked: Default::default(),
             plate: PlateInverse::new(&parts.plate, calibration.max_position()),
-            hottest: hottest(parts),
+            highest,
+            highest_limits,
             target: NOWHERE,
             target_limits: Limits::NONE,
+            sense_limits: Limits::NONE,
             path: Path::new(&parts.path),
             remembered: core::array::from_fn(|_| memory.at_rest()),
             memory,
@@ -183,13 +191,9 @@ impl<'a> Controller<'a> {
         applied: [Volt; CHANNELS],
         currents: [Ampere; CHANNELS],
     ) -> &Step {
+        self.listen(&applied, &currents);
         let step = &mut self.step;
-        step.limits = Limits::NONE;
-        for (i, actuator) in self.actuators.iter_mut().enumerate() {
-            step.sense[i] = actuator.sense(applied[i], currents[i], &mut step.limits);
-        }
-        self.look_around(&currents);
-        let step = &mut self.step;
+        step.limits = self.sense_limits;
         match setpoint {
             Setpoint::Off => self.drive([Volt(0.0); CHANNELS]),
             Setpoint::Drive(drives) => self.drive(drives),
@@ -217,13 +221,27 @@ impl<'a> Controller<'a> {
         &self.step
     }
 
-    /// What the currents tell of the surroundings: one actuator's in its turn, and what follows from all four.
-    fn look_around(&mut self, currents: &[Ampere; CHANNELS]) {
+    /// What the current of the actuator whose turn it is tells of it.
+    fn listen(&mut self, applied: &[Volt; CHANNELS], currents: &[Ampere; CHANNELS]) {
+        let turn = self.turn % CHANNELS;
+        self.step.sense[turn] = self.actuators[turn].sense(applied[turn], currents[turn]);
+        self.look_around(currents[turn]);
+        if turn + 1 == CHANNELS {
+            let mut actuators = self.actuators.iter();
+            self.sense_limits = Limits::NONE;
+            if actuators.any(Actuator::is_resistance_unknown) {
+                self.sense_limits.insert(Limit::ResistanceUnknown);
+            }
+        }
+    }
+
+    /// What that tells of the surroundings, and what follows from all four.
+    fn look_around(&mut self, current: Ampere) {
         let (actuator, round) = (self.turn % CHANNELS, self.turn / CHANNELS);
         if actuator == round
             && let Some(sense) = &self.step.sense[actuator]
         {
-            let evidence = self.actuators[actuator].evidence(sense, currents[actuator], &self.heat);
+            let evidence = self.actuators[actuator].evidence(sense, current, &self.heat);
             if let Some(evidence) = evidence {
                 self.surroundings.read(actuator, &evidence);
             }
@@ -248,16 +266,17 @@ impl<'a> Controller<'a> {
         let calibrations = self.calibration.actuators();
         for (i, actuator) in self.actuators.iter_mut().enumerate() {
             let mut x = self.remembered[i].displacement(Micrometre(positions[i]));
-            if x.0 > self.hottest.0 {
-                x = self.hottest;
-                step.limits.insert(Limit::TemperatureHigh);
+            if x.0 > self.highest.0 {
+                x = self.highest;
+                step.limits = step.limits.union(self.highest_limits);
             }
-            let asked = calibrations[i].shape.temperature_rise(x);
+            let asked = calibrations[i].shape.going_on_straight(x);
             self.asked[i] = asked;
             let mut target = self.surroundings.target(i, asked);
-            // What the surroundings take away. A table that begins below rest by itself is followed as ever.
-            if target.0 < 0.0 && target.0 < asked.0 {
-                if target.0 < -UNNOTICED.0 {
+            if target.0 < 0.0 {
+                // What the surroundings take away, and not a memory that leads below rest.
+                let at_rest = if asked.0 < 0.0 { asked.0 } else { 0.0 };
+                if target.0 < at_rest - UNNOTICED.0 {
                     step.limits.insert(Limit::RoomWarm);
                 }
                 target = Kelvin(0.0);
@@ -290,17 +309,20 @@ impl<'a> Controller<'a> {
     }
 }
 
-/// The displacement at which the first actuator reaches the highest temperature rise; infinite where none
-/// does within its table.
-fn hottest(parts: &Parts) -> Micrometre {
-    let limit = parts.bounds.rise;
+/// The displacement at which the first actuator reaches the highest temperature rise, and that limit; where none does within
+/// its table the table's top, which limits nothing that the plate lets pass.
+fn highest(parts: &Parts) -> (Micrometre, Limits) {
+    let rise = parts.bounds.rise;
     let shapes = parts.actuators.iter().map(|actuator| &actuator.shape);
-    let reached = shapes.filter(|shape| shape.temperature_rise(shape.top()).0 > limit.0);
-    let positions = reached.map(|shape| shape.position(limit).0);
-    Micrometre(positions.fold(
-        f32::INFINITY,
-        |lowest, z| if z < lowest { z } else { lowest },
-    ))
+    let reached = shapes.filter(|shape| shape.temperature_rise(shape.top()).0 > rise.0);
+    let mut highest = (parts.actuators[0].shape.top(), Limits::NONE);
+    for position in reached.map(|shape| shape.position(rise)) {
+        highest.1.insert(Limit::TemperatureHigh);
+        if position.0 < highest.0.0 {
+            highest.0 = position;
+        }
+    }
+    highest
 }
 
 // The slow lags of one actuator have their turn at every tick, and the surroundings with all of memory.

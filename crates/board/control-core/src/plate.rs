@@ -27,13 +27,22 @@ pub struct Pose {
 #[derive(Clone, Debug)]
 pub struct PlateInverse {
     levers: [Lever; CHANNELS],
-    /// Warp per position of each actuator, 1 / its part; 0 where it has none.
-    per_warp: [f32; CHANNELS],
+    warps: [Warp; CHANNELS],
     is_known: bool,
     /// Top of the actuators' range (um).
     top: f32,
     /// What each actuator's position adds to z (um/um) and to the tilts (rad/um).
     shares: [[f32; CHANNELS]; 3],
+}
+
+/// The warps that keep an actuator within its range: `least - per_um position` to `most - per_um position`.
+#[derive(Clone, Copy, Debug)]
+struct Warp {
+    /// Warp per position, 1 / the actuator's part in it; 0 where it has none.
+    per_um: f32,
+    /// Bounds at position 0, narrower by what rounding takes; infinite where it has no part in it.
+    least: f32,
+    most: f32,
 }
 
 /// Part of the range that rounding takes: some bits of f32.
@@ -53,10 +62,7 @@ impl PlateInverse {
     pub fn new(plate: &Plate, top: Micrometre) -> Self {
         Self {
             levers: plate.levers,
-            per_warp: plate.levers.map(|lever| match lever.warp {
-                0.0 => 0.0,
-                warp => 1.0 / warp,
-            }),
+            warps: plate.levers.map(|lever| Warp::new(&lever, top)),
             is_known: plate.is_known(),
             top: top.0,
             shares: shares(plate),
@@ -73,16 +79,16 @@ impl PlateInverse {
     #[inline(always)]
     pub fn positions(&self, pose: &Pose, limits: &mut Limits) -> [f32; CHANNELS] {
         let Pose { z, tilt_x, tilt_y } = *pose;
-        let mut positions = [0.0; CHANNELS];
-        let mut is_within = true;
-        for (position, lever) in positions.iter_mut().zip(&self.levers) {
-            *position = z.0 + lever.y.0 * tilt_x.0 - lever.x.0 * tilt_y.0;
-            // As bits, what is below zero or no number is above every number.
-            is_within &= position.to_bits() <= self.top.to_bits();
+        let at = |lever: &Lever| z.0 + lever.y.0 * tilt_x.0 - lever.x.0 * tilt_y.0;
+        let mut positions = self.levers.each_ref().map(at);
+        if !self.is_known && (tilt_x.0 != 0.0 || tilt_y.0 != 0.0) {
+            limits.insert(Limit::TiltUnknown);
         }
-        let is_level = tilt_x.0 == 0.0 && tilt_y.0 == 0.0;
-        if !is_within || !(self.is_known || is_level) {
-            self.limit(&mut positions, is_level, limits);
+        if !self.are_within(&positions) {
+            match self.is_known {
+                true => self.warp(&mut positions, limits),
+                false => self.limit(&mut positions, limits),
+            }
         }
         positions
     }
@@ -101,22 +107,55 @@ impl PlateInverse {
         }
     }
 
-    /// Warps the plate so that all actuators are within their range, as far as a warp does it.
-    #[inline(never)]
-    fn limit(&self, positions: &mut [f32; CHANNELS], is_level: bool, limits: &mut Limits) {
-        if !(self.is_known || is_level) {
-            limits.insert(Limit::TiltUnknown);
+    #[inline(always)]
+    fn are_within(&self, positions: &[f32; CHANNELS]) -> bool {
+        // As bits, what is below zero or no number is above every number.
+        let bits = positions.map(f32::to_bits);
+        bits.into_iter().all(|bits| bits <= self.top.to_bits())
+    }
+
+    /// Brings all `positions` into the range by the warp nearest to none.
+    #[inline(always)]
+    fn warp(&self, positions: &mut [f32; CHANNELS], limits: &mut Limits) {
+        let (mut least, mut most) = (f32::NEG_INFINITY, f32::INFINITY);
+        for (position, warp) in positions.iter().zip(&self.warps) {
+            let low = warp.least - position * warp.per_um;
+            let high = warp.most - position * warp.per_um;
+            // Where all are no numbers, the bounds are none in the end.
+            least = if low <= least { least } else { low };
+            most = if high >= most { most } else { high };
         }
+        if least <= most {
+            let warp = if least > 0.0 { least } else { most };
+            for (position, lever) in positions.iter_mut().zip(&self.levers) {
+                *position += warp * lever.warp;
+            }
+        } else {
+            self.limit_warped(positions, 0.5 * (least + most), limits);
+        }
+    }
+
+    /// No warp brings all of them into the range, and this one brings them nearest.
+    #[cold]
+    #[inline(never)]
+    fn limit_warped(&self, positions: &mut [f32; CHANNELS], warp: f32, limits: &mut Limits) {
+        // No warp brings back what is infinitely far.
+        if warp.is_finite() {
+            for (position, lever) in positions.iter_mut().zip(&self.levers) {
+                *position += warp * lever.warp;
+            }
+        }
+        self.limit(positions, limits);
+    }
+
+    /// Each actuator as far as it can, and what limits it.
+    #[cold]
+    #[inline(never)]
+    fn limit(&self, positions: &mut [f32; CHANNELS], limits: &mut Limits) {
         if positions.iter().any(|position| position.is_nan()) {
             limits.insert(Limit::NotANumber);
             *positions = [0.0; CHANNELS];
             return;
-        }
-        if self.is_known {
-            let warp = self.warp(positions);
-            for (position, lever) in positions.iter_mut().zip(&self.levers) {
-                *position += warp * lever.warp;
-            }
         }
         // What rounding leaves of a warp that just fits is no limit.
         let slack = ROUNDING * self.top;
@@ -134,33 +173,24 @@ impl PlateInverse {
             }
         }
     }
+}
 
-    /// The warp nearest to none with which all `positions` are within the range; where there is none, the middle of those that
-    /// bring them nearest.
-    fn warp(&self, positions: &[f32; CHANNELS]) -> f32 {
-        let (mut least, mut most) = (f32::NEG_INFINITY, f32::INFINITY);
-        for (position, per_warp) in positions.iter().zip(&self.per_warp) {
-            let (at_rest, at_top) = (-position * per_warp, (self.top - position) * per_warp);
-            let (low, high) = if *per_warp > 0.0 {
-                (at_rest, at_top)
-            } else if *per_warp < 0.0 {
-                (at_top, at_rest)
-            } else {
-                continue;
+impl Warp {
+    fn new(lever: &Lever, top: Micrometre) -> Self {
+        if lever.warp == 0.0 {
+            return Self {
+                per_um: 0.0,
+                least: f32::NEG_INFINITY,
+                most: f32::INFINITY,
             };
-            least = if low > least { low } else { least };
-            most = if high < most { high } else { most };
         }
-        let warp = if least > most {
-            0.5 * (least + most)
-        } else if least > 0.0 {
-            least
-        } else if most < 0.0 {
-            most
-        } else {
-            0.0
-        };
-        if warp.is_finite() { warp } else { 0.0 }
+        let per_um = 1.0 / lever.warp;
+        let (to_rest, to_top) = (ROUNDING * top.0 * per_um, (1.0 - ROUNDING) * top.0 * per_um);
+        Self {
+            per_um,
+            least: to_rest.min(to_top),
+            most: to_rest.max(to_top),
+        }
     }
 }
 

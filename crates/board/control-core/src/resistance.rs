@@ -2,7 +2,7 @@
 //! the model's resistance by the sensed one.
 
 use crate::calibration::ActuatorCalibration;
-use crate::limits::{Limit, Limits};
+use crate::lag::TURNS;
 use crate::units::{Ampere, Kelvin, Ohm, Volt};
 
 /// Below this drive the current is too small to tell a resistance: 0.1 V makes 0.28 mA, of which a
@@ -53,11 +53,11 @@ impl Thermometer {
     }
 }
 
-/// Sensed resistance over the model's: the first-order mean of recent ticks.
+/// Sensed resistance over the model's: the first-order mean of recent readings.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Correction {
     factor: f32,
-    /// Ticks in succession that were not plausible.
+    /// Readings in succession that were not plausible.
     implausible: u8,
 }
 
@@ -70,34 +70,39 @@ impl Correction {
     /// A resistance that is further from the model's is a fault or noise, or the drive of a step that is on its way through the
     /// output filter, and not warmth.
     const PLAUSIBLE: f32 = 0.25;
-    /// So many ticks are waited for the drive to arrive. What is sensed is the drive of 2.6 ticks ago: two poles of the output
+    /// So many readings, 40 ticks, are waited for the drive to arrive. What is sensed is the drive of 2.6 ticks ago: two poles of the output
     /// filter, 0.16 ms, and the conversion's tick. A drive that rises from zero as the cube of time is within
     /// that of what it was then after 36 ticks, a step after three. What lasts longer is a fault or noise.
-    const SETTLED: u8 = 40;
-    /// Part of the way to a new reading that a tick goes: the mean of some eight.
-    const PACE: f32 = 0.125;
+    const SETTLED: u8 = (40 / TURNS) as u8;
+    /// Part of the way to a new reading that is gone at once: the mean of some four. One reading on a drive's way through the
+    /// output filter, 12 % off, makes 3 % of it.
+    const PACE: f32 = 0.25;
 
     /// The factor from the model's resistance to the sensed one.
     pub(crate) fn factor(self) -> f32 {
         self.factor
     }
 
-    /// Whether the last tick's was plausible.
+    /// Whether the last reading was plausible.
     pub(crate) fn is_plausible(self) -> bool {
         self.implausible == 0
     }
 
-    /// A tick that sensed `ratio` times the model's resistance.
-    pub(crate) fn update(&mut self, ratio: f32, limits: &mut Limits) {
+    /// Whether readings are not plausible, and have not been for as long as a drive may be on its way.
+    pub(crate) fn is_unknown(self) -> bool {
+        self.implausible >= Self::SETTLED
+    }
+
+    /// A reading of `ratio` times the model's resistance, once in [`TURNS`] ticks.
+    pub(crate) fn update(&mut self, ratio: f32) {
         let off = ratio - 1.0;
         if off.abs() < Self::PLAUSIBLE {
             self.factor += Self::PACE * (ratio - self.factor);
             self.implausible = 0;
-        } else if self.implausible < Self::SETTLED {
-            self.implausible += 1;
-        } else {
-            limits.insert(Limit::ResistanceUnknown);
+        } else if self.is_unknown() {
             self.factor = 1.0;
+        } else {
+            self.implausible += 1;
         }
     }
 }
@@ -106,10 +111,10 @@ impl Correction {
 mod tests {
     use super::*;
 
-    /// What a heater of `factor` times the model's resistance reads after a step from nothing, tick by tick, through two
-    /// poles of 2 kHz.
-    fn after_a_step(factor: f32) -> impl Iterator<Item = f32> {
-        (1..50).map(move |tick| {
+    /// What a heater of `factor` times the model's resistance reads after a step from nothing, turn by turn, through two
+    /// poles of 2 kHz; the first after so many ticks.
+    fn after_a_step(factor: f32, first: u8) -> impl Iterator<Item = f32> {
+        (first..50).step_by(TURNS).map(move |tick| {
             let x = core::f64::consts::TAU * 2e3 * 1e-4 * f64::from(tick);
             let arrived = 1.0 - (1.0 + x) * (-x).exp();
             factor / arrived as f32
@@ -118,29 +123,30 @@ mod tests {
 
     #[test]
     fn a_step_through_the_output_filter_is_no_other_resistance() {
-        let mut correction = Correction {
-            factor: 1.1,
-            ..Correction::NONE
-        };
-        let mut limits = Limits::default();
-        for ratio in after_a_step(1.1) {
-            correction.update(ratio, &mut limits);
-            // The third tick's reading, 12 % off, comes in with an eighth, and the fourth's.
-            assert!((correction.factor() - 1.1).abs() < 0.03, "{correction:?}");
+        for first in 1..=TURNS as u8 {
+            let mut correction = Correction {
+                factor: 1.1,
+                ..Correction::NONE
+            };
+            for ratio in after_a_step(1.1, first) {
+                correction.update(ratio);
+                // The third tick's reading, 12 % off, comes in with a quarter.
+                assert!((correction.factor() - 1.1).abs() < 0.035, "{correction:?}");
+                assert!(!correction.is_unknown());
+            }
+            assert!((correction.factor() - 1.1).abs() < 2e-3, "{correction:?}");
         }
-        assert!((correction.factor() - 1.1).abs() < 1e-3, "{correction:?}");
-        assert_eq!(limits, Limits::default());
     }
 
     #[test]
     fn a_drive_that_rises_from_zero_is_no_other_resistance() {
         for power in 1..=3 {
-            let (mut correction, mut limits) = (Correction::NONE, Limits::default());
-            for tick in 3..200 {
+            let mut correction = Correction::NONE;
+            for tick in (3..200).step_by(TURNS) {
                 let sensed = (f64::from(tick) - 2.6) / f64::from(tick);
-                correction.update((1.0 / sensed.powi(power)) as f32, &mut limits);
+                correction.update((1.0 / sensed.powi(power)) as f32);
+                assert!(!correction.is_unknown(), "power {power}, tick {tick}");
             }
-            assert_eq!(limits, Limits::default(), "power {power}");
         }
     }
 
@@ -150,13 +156,15 @@ mod tests {
             factor: 1.1,
             ..Correction::NONE
         };
-        let mut limits = Limits::default();
         for _ in 0..Correction::SETTLED {
-            correction.update(2.0, &mut limits);
+            assert!(!correction.is_unknown());
+            correction.update(2.0);
         }
-        assert_eq!((correction.factor(), limits), (1.1, Limits::default()));
-        correction.update(f32::NAN, &mut limits);
+        assert_eq!(correction.factor(), 1.1);
+        correction.update(f32::NAN);
         assert_eq!(correction.factor(), 1.0);
-        assert!(limits.contains(Limit::ResistanceUnknown));
+        assert!(correction.is_unknown());
+        correction.update(1.1);
+        assert!(!correction.is_unknown());
     }
 }

@@ -22,15 +22,6 @@ pub struct InverseTable {
     knots: [f32; KNOTS],
 }
 
-/// A position between two knots.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
-    /// At most `SEGMENTS - 1`.
-    segment: usize,
-    /// 0 to 1.
-    fraction: f32,
-}
-
 /// Why a table is not accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -98,29 +89,19 @@ impl InverseTable {
 
     /// Temperature rise at position `z`; outside the range, and for NaN, that of the nearer end.
     pub fn temperature_rise(&self, z: Micrometre) -> Kelvin {
-        self.at(self.place(z))
-    }
-
-    /// Where `z` lies among the knots, in this table and any other with the same top.
-    pub(crate) fn place(&self, z: Micrometre) -> Place {
-        let place = z.0 * self.segments_per_um;
         // NaN becomes 0 here. (`max` and `min` would be calls of the library.)
-        let place = if place > 0.0 { place } else { 0.0 };
-        let last = SEGMENTS as f32;
-        let place = if place > last { last } else { place };
-        let segment = (place as usize).min(SEGMENTS - 1);
-        Place {
-            segment,
-            fraction: place - segment as f32,
-        }
+        let z = if z.0 > 0.0 { z } else { Micrometre(0.0) };
+        self.going_on_straight(if z.0 < self.top.0 { z } else { self.top })
     }
 
-    /// Temperature rise at a place.
+    /// Temperature rise at position `z`; outside the range its ends go on straight.
     #[inline(always)]
-    pub(crate) fn at(&self, place: Place) -> Kelvin {
-        let low = self.knots[place.segment];
-        let high = self.knots[place.segment + 1];
-        Kelvin(low + place.fraction * (high - low))
+    pub(crate) fn going_on_straight(&self, z: Micrometre) -> Kelvin {
+        let place = z.0 * self.segments_per_um;
+        // The cast takes what is below zero, and NaN, to 0.
+        let segment = (place as usize).min(SEGMENTS - 1);
+        let (low, high) = (self.knots[segment], self.knots[segment + 1]);
+        Kelvin(low + (place - segment as f32) * (high - low))
     }
 
     /// Position at a temperature rise: the table read forward. Outside its range that of the nearer end.

@@ -20,9 +20,13 @@
 //! heater, so that much less is asked of the power, and more by what the loss has grown.
 
 use crate::CHANNELS;
-use crate::calibration::{ActuatorCalibration, Parts, SENSED_RISES, SensedRises};
+use crate::calibration::Parts;
 use crate::design::{FILM_TCR_PER_K, TICK};
 use crate::units::{Ampere, Kelvin};
+
+mod reference;
+
+use reference::Reference;
 
 /// Ticks from one update to the next: each actuator is read once in that time.
 pub(crate) const PERIOD: usize = 16;
@@ -98,20 +102,6 @@ pub(crate) struct Evidence {
     pub(crate) current: Ampere,
 }
 
-/// What turns one actuator's reading into the filter's measurement, and the estimate into its target.
-#[derive(Clone, Debug)]
-struct Reference {
-    /// What its resistance tells at calibration, at equal steps of the stages' rise (K).
-    sensed: [f32; SENSED_RISES],
-    steps_per_kelvin: f32,
-    /// Slope of that at rest, s'(0), and its inverse.
-    first_slope: f32,
-    per_first_slope: f32,
-    loss_growth: f32,
-    /// Temperature that doubles the resistance, for the noise.
-    cold_kelvin: f32,
-}
-
 /// The filter, and what is made up for.
 #[derive(Clone, Debug)]
 pub(crate) struct Surroundings {
@@ -145,51 +135,6 @@ struct Batch {
     heating: f32,
     growth: f32,
     variance: f32,
-}
-
-impl Reference {
-    fn new(actuator: &ActuatorCalibration) -> Self {
-        let SensedRises { top, knots } = &actuator.sensed_rises;
-        let steps_per_kelvin = (SENSED_RISES - 1) as f32 / top.0;
-        let first_slope = (knots[1] - knots[0]) * steps_per_kelvin;
-        Self {
-            sensed: *knots,
-            steps_per_kelvin,
-            first_slope,
-            per_first_slope: 1.0 / first_slope,
-            loss_growth: actuator.loss_growth.0,
-            cold_kelvin: 1.0 / actuator.tcr.0,
-        }
-    }
-
-    /// What the resistance tells at a rise of the stages where the surroundings are those of the calibration, s, and how
-    /// fast that grows, s'. The ends go on straight.
-    fn sensed(&self, rise: Kelvin) -> (f32, f32) {
-        let place = rise.0 * self.steps_per_kelvin;
-        // What is below zero, or no number, becomes 0.
-        let segment = (place as usize).min(SENSED_RISES - 2);
-        let (low, high) = (self.sensed[segment], self.sensed[segment + 1]);
-        let step = high - low;
-        (
-            low + (place - segment as f32) * step,
-            step * self.steps_per_kelvin,
-        )
-    }
-
-    /// (1 + 2 g dT) s'(0) / s'(dT).
-    fn sensitivity(&self, rise: Kelvin) -> f32 {
-        (1.0 + 2.0 * self.loss_growth * rise.0) * self.first_slope / self.sensed(rise).1
-    }
-
-    /// g / s'(0).
-    fn room_growth(&self) -> f32 {
-        self.loss_growth * self.per_first_slope
-    }
-
-    /// q s'(0).
-    fn heating(&self, rise: Kelvin) -> f32 {
-        rise.0 * (1.0 + self.loss_growth * rise.0) * self.first_slope
-    }
 }
 
 impl Surroundings {

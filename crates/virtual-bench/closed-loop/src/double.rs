@@ -58,9 +58,8 @@ impl Chain {
         (applied, currents): ([Volt; CHANNELS], [Ampere; CHANNELS]),
         drives: [Volt; CHANNELS],
     ) -> Apart {
-        for (i, actuator) in self.actuators.iter_mut().enumerate() {
-            actuator.sense(applied[i], currents[i]);
-        }
+        let turn = self.turn % CHANNELS;
+        self.actuators[turn].sense(applied[turn], currents[turn]);
         let mut apart = Apart::default();
         for (i, core) in drives.into_iter().enumerate() {
             let z = match setpoint {

@@ -175,7 +175,12 @@ fn the_current_is_read_as_a_thermometer() {
         Ampere(0.0),
         Ampere(-1e-6),
     ];
-    let step = *controller(static_parts()).step(Setpoint::Off, [Volt(2.0); CHANNELS], currents);
+    let mut controller = controller(static_parts());
+    // One actuator has its turn at each tick.
+    for _ in 1..CHANNELS {
+        controller.step(Setpoint::Off, [Volt(2.0); CHANNELS], currents);
+    }
+    let step = controller.step(Setpoint::Off, [Volt(2.0); CHANNELS], currents);
     let rises = step
         .sense
         .map(|actuator| actuator.map(|actuator| actuator.temperature_rise.0.round()));

@@ -12,8 +12,8 @@ use super::table::{position_um, resistance_ohm, rest_um, rise_k};
 const NO_CURRENT_A: f32 = 1e-6;
 /// A sensed resistance may be so far from the model's.
 const PLAUSIBLE: f64 = 0.25;
-/// Part of the way to a new reading that the correction goes in a tick.
-const PACE: f64 = 0.125;
+/// Part of the way to a new reading that the correction goes.
+const PACE: f64 = 0.25;
 /// Time constant with which an actuator catches up that a bound has held back, as part of a move.
 const CATCHING_UP: f64 = 0.25;
 
