@@ -16,8 +16,9 @@ macro_rules! pages {
 }
 
 /// Name and page, by name.
-const PAGES: [(&str, &str); 26] = pages![
+const PAGES: [(&str, &str); 27] = pages![
     "calibration-bad",
+    "calibration-drifted",
     "calibration-outdated",
     "cooling",
     "drive-high",

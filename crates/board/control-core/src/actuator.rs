@@ -137,6 +137,7 @@ impl Actuator {
             sensed: sense.temperature_rise,
             rise: self.rise,
             unsettled: heat.unsettled(&self.heat, self.rise),
+            held_back: Kelvin(self.lag),
             current,
         })
     }

@@ -144,6 +144,11 @@ impl<'a> Controller<'a> {
         self.surroundings.estimate()
     }
 
+    /// Evidence that a heater tells otherwise than at calibration, as a part of what is told as [`Limit::CalibrationDrifted`].
+    pub fn drift(&self) -> f32 {
+        self.surroundings.drift()
+    }
+
     /// Whether the surroundings are made up for in positions.
     pub fn makes_up_for_surroundings(&self) -> bool {
         self.surroundings.is_used()
@@ -226,11 +231,14 @@ impl<'a> Controller<'a> {
         let turn = self.turn % CHANNELS;
         self.step.sense[turn] = self.actuators[turn].sense(applied[turn], currents[turn]);
         self.look_around(currents[turn]);
-        if turn + 1 == CHANNELS {
+        if self.turn + 1 == PERIOD {
             let mut actuators = self.actuators.iter();
             self.sense_limits = Limits::NONE;
             if actuators.any(Actuator::is_resistance_unknown) {
                 self.sense_limits.insert(Limit::ResistanceUnknown);
+            }
+            if self.surroundings.has_drifted() {
+                self.sense_limits.insert(Limit::CalibrationDrifted);
             }
         }
     }

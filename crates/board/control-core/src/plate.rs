@@ -28,6 +28,8 @@ pub struct Pose {
 pub struct PlateInverse {
     levers: [Lever; CHANNELS],
     warps: [Warp; CHANNELS],
+    /// No reachable pose needs a larger one, and beyond it f32 is too coarse.
+    most_warp: f32,
     is_known: bool,
     /// Top of the actuators' range (um).
     top: f32,
@@ -45,8 +47,11 @@ struct Warp {
     most: f32,
 }
 
-/// Part of the range that rounding takes: some bits of f32.
-const ROUNDING: f32 = 1e-6;
+/// Part of the range that rounding takes: some bits of f32, at four times the range.
+const ROUNDING: f32 = 4e-6;
+/// A warp moves no actuator further than this many times the range: it brings those back that a tilt takes out of it by as much
+/// as the range at most.
+const MOST_RANGES: f32 = 4.0;
 
 impl From<Micrometre> for Pose {
     fn from(z: Micrometre) -> Self {
@@ -63,6 +68,7 @@ impl PlateInverse {
         Self {
             levers: plate.levers,
             warps: plate.levers.map(|lever| Warp::new(&lever, top)),
+            most_warp: MOST_RANGES * top.0 / largest_part(plate),
             is_known: plate.is_known(),
             top: top.0,
             shares: shares(plate),
@@ -117,15 +123,16 @@ impl PlateInverse {
     /// Brings all `positions` into the range by the warp nearest to none.
     #[inline(always)]
     fn warp(&self, positions: &mut [f32; CHANNELS], limits: &mut Limits) {
-        let (mut least, mut most) = (f32::NEG_INFINITY, f32::INFINITY);
+        let (mut least, mut most) = (-self.most_warp, self.most_warp);
         for (position, warp) in positions.iter().zip(&self.warps) {
             let low = warp.least - position * warp.per_um;
             let high = warp.most - position * warp.per_um;
-            // Where all are no numbers, the bounds are none in the end.
-            least = if low <= least { least } else { low };
-            most = if high >= most { most } else { high };
+            least = if low > least { low } else { least };
+            most = if high < most { high } else { most };
         }
-        if least <= most {
+        // Where none is needed for positions that are not in the range, they are no numbers.
+        let is_needed = least > 0.0 || most < 0.0;
+        if is_needed && least <= most {
             let warp = if least > 0.0 { least } else { most };
             for (position, lever) in positions.iter_mut().zip(&self.levers) {
                 *position += warp * lever.warp;
@@ -192,6 +199,13 @@ impl Warp {
             most: to_rest.max(to_top),
         }
     }
+}
+
+/// The largest part that an actuator has in the warp; 1 where the levers are unknown.
+fn largest_part(plate: &Plate) -> f32 {
+    let parts = plate.levers.iter().map(|lever| lever.warp.abs());
+    let largest = parts.fold(0.0, f32::max);
+    if largest > 0.0 { largest } else { 1.0 }
 }
 
 /// What each actuator's position adds to z and the tilts: the rows of the matrix that undoes the levers and the warp. Where the

@@ -13,6 +13,7 @@
 
 mod calibrate;
 mod double;
+pub mod drift;
 pub mod figures;
 mod limit;
 mod player;
@@ -125,6 +126,15 @@ impl<'a> Loop<'a> {
         self.controller.exchange(calibration)
     }
 
+    /// Puts another mirror, at rest, in the place of this one: what it has become with age.
+    ///
+    /// # Errors
+    /// Where a number of `config` is out of range.
+    pub fn replace_mirror(&mut self, config: &MirrorConfig) -> Result<(), ConfigError> {
+        self.mirror = VirtualMirror::new(config)?;
+        Ok(())
+    }
+
     /// Brings the mirror to a room that is so much warmer than where it was calibrated (K).
     pub fn set_ambient(&mut self, rise_k: f64) {
         self.mirror.set_ambient(rise_k);
@@ -143,6 +153,11 @@ impl<'a> Loop<'a> {
     /// What the core knows of the surroundings.
     pub fn surroundings(&self) -> Option<Estimate> {
         self.controller.surroundings().copied()
+    }
+
+    /// Evidence that a heater has drifted, as a part of what is told.
+    pub fn drift(&self) -> f32 {
+        self.controller.drift()
     }
 
     /// The mirror as it is now.

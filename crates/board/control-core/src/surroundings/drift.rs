@@ -1,0 +1,205 @@
+//! Whether single heaters still tell what they told at calibration.
+//!
+//! The room and the air are the same for all four actuators, so what one heater tells otherwise than the other three, and goes
+//! on telling, is its own: its resistance, its temperature coefficient or its way of losing heat has changed. Its innovations,
+//! normalised by their deviation, have a mean then, which a two-sided cumulative sum finds [Page 1954].
+
+use super::PERIOD;
+use crate::CHANNELS;
+use crate::design::TICK;
+use crate::units::Kelvin;
+
+/// What a sound heater's curve is off by in its own room (K): up to 0.2 K on the mirrors that this was developed on (`closed-loop`,
+/// test `drift`).
+const OWN: Kelvin = Kelvin(0.2);
+/// Part of the room's rise, and of what a changed loss takes, by which sound actuators of one mirror are apart, for their ambient
+/// ratios and their parts of the loss to the air differ: twice what was seen there, of rooms from -12 to 18 K and air of 20 %.
+const OF_ROOM: f32 = 0.015;
+const OF_LOSS: f32 = 0.03;
+/// Deviations that are let pass: what is stated above stays for as long as the room does, and is no noise.
+const ALLOWANCE: f32 = 2.0;
+/// The sum from which on an actuator has drifted: a deviation beyond the allowance for 2.6 s, an update in 64 ticks.
+const TOLD: f32 = 400.0;
+/// And until which.
+const UNTOLD: f32 = 0.5 * TOLD;
+/// Surroundings that jump so often, more than once in ten seconds, are none: a loss of another kind than the calibration's looks like
+/// another room at each drive.
+const JUMPS: f32 = 8.0;
+const JUMPS_LET_PASS: f32 = TICK.0 * PERIOD as f32 / 10.0;
+
+/// One innovation of one actuator, in kelvins of the surroundings.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Innovation {
+    pub(super) off: f32,
+    /// By the filter's covariance and the reading's noise (K^2).
+    pub(super) variance: f32,
+    pub(super) room: f32,
+    /// What the changed loss takes (K).
+    pub(super) taken: f32,
+}
+
+/// The sums of the four.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Drift {
+    above: [f32; CHANNELS],
+    below: [f32; CHANNELS],
+    /// Whose turn it is.
+    turn: usize,
+    told: [bool; CHANNELS],
+    /// Jumps of the surroundings, less those that are let pass.
+    jumps: f32,
+}
+
+impl Drift {
+    /// Whether it is this actuator's turn.
+    pub(super) fn watches(&self, actuator: usize) -> bool {
+        actuator == self.turn
+    }
+
+    /// Whether one of them has drifted.
+    pub(super) fn is_told(&self) -> bool {
+        self.told.contains(&true) || self.jumps > JUMPS
+    }
+
+    /// The surroundings have jumped, as far as the filter can tell.
+    pub(super) fn jumped(&mut self) {
+        if self.jumps < 2.0 * JUMPS {
+            self.jumps += 1.0;
+        }
+    }
+
+    /// The next one's turn.
+    pub(super) fn turn(&mut self) {
+        self.turn = (self.turn + 1) % CHANNELS;
+        if self.jumps > 0.0 {
+            self.jumps -= JUMPS_LET_PASS;
+        }
+    }
+
+    /// The innovation of the actuator whose turn it is.
+    pub(super) fn watch(&mut self, innovation: &Innovation) {
+        let Innovation {
+            off,
+            variance,
+            room,
+            taken,
+        } = *innovation;
+        let (room, taken) = (OF_ROOM * room, OF_LOSS * taken);
+        let variance = variance + OWN.0 * OWN.0 + room * room + taken * taken;
+        let deviations = off / fpu::sqrt(variance);
+        let turn = self.turn % CHANNELS;
+        let (above, below) = (&mut self.above[turn], &mut self.below[turn]);
+        *above = summed(*above + deviations - ALLOWANCE);
+        *below = summed(*below - deviations - ALLOWANCE);
+        let told = &mut self.told[turn];
+        let bound = if *told { UNTOLD } else { TOLD };
+        *told = *above > bound || *below > bound;
+    }
+
+    /// The largest sum, as a part of what is told.
+    pub(super) fn evidence(&self) -> f32 {
+        let sums = self.above.iter().chain(&self.below);
+        sums.fold(self.jumps / JUMPS, |largest, sum| largest.max(sum / TOLD))
+    }
+}
+
+/// A sum that neither falls below nothing nor takes forever to come back; NaN becomes 0.
+fn summed(sum: f32) -> f32 {
+    const MOST: f32 = 2.0 * TOLD;
+    if sum > MOST {
+        MOST
+    } else if sum > 0.0 {
+        sum
+    } else {
+        0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// An actuator's updates in ten seconds.
+    const TEN_SECONDS: usize = 100_000 / (4 * PERIOD);
+
+    fn innovation(off: f32) -> Innovation {
+        Innovation {
+            off,
+            variance: 0.0,
+            room: 0.0,
+            taken: 0.0,
+        }
+    }
+
+    /// Ten seconds of innovations, the same for each actuator at every turn; whether it is told then.
+    fn ten_seconds(drift: &mut Drift, innovations: [Innovation; CHANNELS]) -> bool {
+        for _ in 0..TEN_SECONDS {
+            for innovation in &innovations {
+                drift.watch(innovation);
+                drift.turn();
+            }
+        }
+        drift.is_told()
+    }
+
+    #[test]
+    fn what_stays_is_told_either_way_and_for_each_actuator_and_taken_back_when_it_ends() {
+        for actuator in 0..CHANNELS {
+            for sign in [-1.0, 1.0] {
+                let mut drift = Drift::default();
+                let mut apart = [innovation(0.0); CHANNELS];
+                apart[actuator].off = sign * 3.0 * OWN.0;
+                assert!(ten_seconds(&mut drift, apart), "{actuator} {sign}");
+                assert!(!ten_seconds(&mut drift, [innovation(0.0); CHANNELS]));
+            }
+        }
+    }
+
+    #[test]
+    fn what_a_sound_curve_a_room_or_air_may_be_off_by_is_not_told() {
+        let mut drift = Drift::default();
+        let own = innovation(1.9 * OWN.0);
+        let warm = Innovation {
+            off: 1.9 * OF_ROOM * 20.0,
+            room: 20.0,
+            ..own
+        };
+        let windy = Innovation {
+            off: -1.9 * OF_LOSS * 12.0,
+            taken: 12.0,
+            ..own
+        };
+        let unknown = Innovation {
+            off: 20.0,
+            variance: 225.0,
+            ..own
+        };
+        for _ in 0..100 {
+            assert!(!ten_seconds(&mut drift, [own, warm, windy, unknown]));
+        }
+    }
+
+    #[test]
+    fn what_passes_is_not_told() {
+        let mut drift = Drift::default();
+        // A jump of the room until the filter is there: some updates of many deviations, as often as once in ten seconds.
+        for _ in 0..100 {
+            for _ in 0..10 {
+                drift.watch(&innovation(20.0 * OWN.0));
+            }
+            assert!(!ten_seconds(&mut drift, [innovation(0.0); CHANNELS]));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_bit_pattern_leaves_finite_sums(bits in proptest::array::uniform4(any::<u32>())) {
+            let mut drift = Drift::default();
+            let [off, variance, room, taken] = bits.map(f32::from_bits);
+            drift.watch(&Innovation { off, variance, room, taken });
+            prop_assert!(drift.above.iter().chain(&drift.below).all(|sum| sum.is_finite()));
+            prop_assert!(!ten_seconds(&mut drift, [innovation(0.0); CHANNELS]));
+        }
+    }
+}

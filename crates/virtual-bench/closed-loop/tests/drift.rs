@@ -1,0 +1,129 @@
+//! A calibration that is no longer true, told by the heaters' resistances alone; and how seldom one that is true is doubted.
+//!
+//! The mirrors age by their own physics (`virtual-mirror`), in one actuator at a time.
+
+use std::thread;
+
+use closed_loop::calibrate;
+use closed_loop::drift::{Aged, Ageing, Course, Doubted, aged, doubted};
+use control_core::Calibration;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use virtual_mirror::{Effect, Family, MirrorConfig};
+
+/// What is asked for: told before the error is this (um), in this part of the cases.
+const BEFORE_UM: f64 = 1.0;
+const CASES: f64 = 0.95;
+
+/// A mirror with what usual ones have.
+fn mirror(family: Family, seed: u64) -> MirrorConfig {
+    MirrorConfig::draw(family, seed)
+        .with_effect(Effect::HeatLossTemperature, 1.0)
+        .with_effect(Effect::SubstrateWarming, 0.7)
+        .with_effect(Effect::Hysteresis, 0.3)
+        .with_effect(Effect::Creep, 0.2)
+        .with_effect(Effect::Resonance, 1.0)
+}
+
+/// What is measured on one mirror: how it was told of every course, and seconds of use in which there was nothing to tell.
+fn measure(config: &MirrorConfig, seconds: f64) -> (Vec<(Course, Aged)>, Doubted) {
+    let calibration = calibrate(config).expect("a mirror").calibration;
+    let run = |course: Course| {
+        let mut calibration: Calibration = calibration;
+        let aged = aged(&mut calibration, config, &course).expect("a mirror");
+        println!("{}: {course:?} {aged:?}", config.name);
+        (course, aged)
+    };
+    let told = courses(config.seed).map(run).collect();
+    let mut calibration = calibration;
+    let use_ = (seconds, config.seed);
+    let doubted = doubted(&mut calibration, config, use_).expect("a mirror");
+    println!("{}: {seconds} s of use {doubted:?}", config.name);
+    (told, doubted)
+}
+
+/// Each kind of ageing both ways, in an actuator, at a speed and in a room that are drawn.
+fn courses(seed: u64) -> impl Iterator<Item = Course> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let kinds = [
+        (Ageing::Resistance, 1e-3),
+        (Ageing::Coefficient, 2e-3),
+        (Ageing::Loss, 2e-2),
+    ];
+    let both = kinds
+        .into_iter()
+        .flat_map(|(ageing, step)| [(ageing, step), (ageing, -step)]);
+    both.map(move |(ageing, step)| Course {
+        ageing,
+        actuator: rng.random_range(0..4),
+        step: step * rng.random_range(0.5..2.0),
+        room_k: rng.random_range(-3.0..6.0),
+    })
+}
+
+fn measured(mirrors: Vec<MirrorConfig>, seconds: f64) {
+    let threads: Vec<_> = mirrors
+        .into_iter()
+        .map(|config| thread::spawn(move || measure(&config, seconds)))
+        .collect();
+    let (mut in_time, mut cases, mut alarms) = (0, 0, 0);
+    let hours = threads.len() as f64 * seconds / 3600.0;
+    for thread in threads {
+        let (told, doubted) = thread.join().expect("measured");
+        cases += told.len();
+        in_time += told
+            .iter()
+            .filter(|(_, aged)| aged.error_um < BEFORE_UM)
+            .count();
+        alarms += doubted.alarms;
+    }
+    // The rule of three: none in so many hours are at most 3 in as many, with 95 % confidence.
+    println!(
+        "{in_time} of {cases} before {BEFORE_UM} um; {alarms} alarms in {hours:.2} h of use, {:.0} h^-1 at most",
+        3.0 / hours
+    );
+    assert!(in_time as f64 >= CASES * cases as f64);
+    assert_eq!(alarms, 0);
+}
+
+#[test]
+#[ignore = "long"]
+fn ageing_is_told_before_it_is_a_micrometre_and_use_is_not_ageing() {
+    measured(vec![mirror(Family::A, 31), MirrorConfig::paper()], 120.0);
+}
+
+/// Families and seeds that nothing was developed on.
+#[test]
+#[ignore = "acceptance: run once"]
+fn so_it_is_on_mirrors_that_nobody_has_seen() {
+    let unseen = [
+        (Family::F, 751),
+        (Family::G, 752),
+        (Family::F, 753),
+        (Family::G, 754),
+    ];
+    measured(
+        unseen.map(|(family, seed)| mirror(family, seed)).to_vec(),
+        300.0,
+    );
+}
+
+/// What no resistance shows: an actuator that bends by another part for each kelvin. Told by nothing, and bounded by nothing
+/// but a sensor.
+#[test]
+#[ignore = "long"]
+fn what_bends_otherwise_without_any_heater_changing_is_not_told() {
+    let config = mirror(Family::A, 31);
+    let mut calibration = calibrate(&config).expect("a mirror").calibration;
+    let course = Course {
+        ageing: Ageing::Bend,
+        actuator: 2,
+        step: 5e-3,
+        room_k: 0.0,
+    };
+    let aged = aged(&mut calibration, &config, &course).expect("a mirror");
+    println!("{aged:?}");
+    // A quarter of the part that the actuator bends further: of 15 %, 6 um at 153.
+    assert_eq!(aged.told_at, None);
+    assert!(aged.error_um > 3.0);
+}
