@@ -25,9 +25,11 @@ use crate::design::{FILM_TCR_PER_K, TICK};
 use crate::units::{Ampere, Kelvin};
 
 mod drift;
+mod filter;
 mod reference;
 
 use drift::{Drift, Innovation};
+use filter::{FARTHEST, Filter};
 use reference::Reference;
 
 /// Ticks from one update to the next: each actuator is read once in that time.
@@ -48,27 +50,6 @@ const CURVES: Kelvin = Kelvin(0.3);
 const UNSETTLED: f32 = 0.5;
 /// Part of a difference that two terms of its series may leave out: 2 %, of 20 K 0.4 K.
 const FIRST_ORDER: f32 = 0.02;
-/// How fast a room drifts by itself, as a random walk (K in a root second): a kelvin in ten minutes.
-const ROOM_WALK: f32 = 0.04;
-/// The same of the relative loss: a tenth of the room's, at a heater that is 60 K warm; only air that begins to flow is faster,
-/// and that is a jump.
-const LOSS_WALK: f32 = 7e-5;
-/// What is known of a room before anything was sensed, or after a jump (K): 10 to 40 degC around a laboratory's 22.
-const ROOM_PRIOR: Kelvin = Kelvin(15.0);
-/// The same of the loss: 10 %.
-const LOSS_PRIOR: f32 = 0.1;
-/// An update that is off by more standard deviations than this is none, or a jump.
-const JUMP: f32 = 5.0;
-/// So is one that is off by more than this, however little was known before (K): no room is that far off at a glance, and a single
-/// reading that is wrong must not take the range away.
-const FAR: Kelvin = Kelvin(10.0);
-/// So many of them in succession are a jump.
-const UPDATES_TO_JUMP: u8 = 4;
-/// Surroundings beyond this bear no bimorph, or are no surroundings but a sense that is wrong (K): from -40 to 85 degC, the
-/// industrial range, around a laboratory's 22.
-const FARTHEST: Kelvin = Kelvin(63.0);
-/// A loss beyond this is no air, but a vacuum or a heater that is damaged.
-const LARGEST_LOSS: f32 = 0.5;
 /// Air that takes a fifth more or less, as a draught does, is told as up to 0.25 (bench `position`). What is beyond this by so many
 /// deviations is no air: two fifths more of the heat, or a quarter less.
 const AIR: f32 = 0.3;
@@ -119,16 +100,10 @@ pub(crate) struct Surroundings {
     is_used: bool,
     /// Kelvins of the films' platinum for each that the resistances tell.
     kelvin: f32,
-    room: f32,
-    loss: f32,
-    /// Covariance of room and loss: variances and their covariance.
-    room_room: f32,
-    room_loss: f32,
-    loss_loss: f32,
+    filter: Filter,
     batch: Batch,
     drift: Drift,
     has_drifted: bool,
-    jumps: u8,
     is_probing: bool,
     /// Kelvins of its stages that each actuator is to be less warm, near rest.
     offsets: [f32; CHANNELS],
@@ -154,15 +129,10 @@ impl Surroundings {
             ratio: parts.ambient_ratio,
             is_used: true,
             kelvin: platinum_kelvin(parts),
-            room: 0.0,
-            loss: 0.0,
-            room_room: ROOM_PRIOR.0 * ROOM_PRIOR.0,
-            room_loss: 0.0,
-            loss_loss: LOSS_PRIOR * LOSS_PRIOR,
+            filter: Filter::new(),
             batch: Batch::default(),
             drift: Drift::default(),
             has_drifted: false,
-            jumps: 0,
             is_probing: false,
             offsets: [0.0; CHANNELS],
             scales: [1.0; CHANNELS],
@@ -179,12 +149,12 @@ impl Surroundings {
 
     /// The states with their deviations, for who asks.
     fn tell(&mut self) {
-        let deviation = fpu::sqrt(self.room_room + UNMODELLED.0 * UNMODELLED.0);
+        let deviation = fpu::sqrt(self.filter.room_room + UNMODELLED.0 * UNMODELLED.0);
         self.estimate = Estimate {
-            rise: Kelvin(self.room * self.kelvin),
+            rise: Kelvin(self.filter.room * self.kelvin),
             rise_deviation: Kelvin(deviation * self.kelvin),
-            loss: self.loss,
-            loss_deviation: fpu::sqrt(self.loss_loss),
+            loss: self.filter.loss,
+            loss_deviation: fpu::sqrt(self.filter.loss_loss),
         };
     }
 
@@ -195,7 +165,7 @@ impl Surroundings {
 
     /// So many ticks pass in which nothing is read.
     pub(crate) fn rest(&mut self, ticks: u16) {
-        self.walk(TICK.0 * f32::from(ticks));
+        self.filter.walk(TICK.0 * f32::from(ticks));
         self.tell();
     }
 
@@ -267,15 +237,15 @@ impl Surroundings {
         self.batch.growth += growth;
         self.batch.variance += variance;
         if self.drift.watches(actuator) {
-            let taken = self.loss * heating;
+            let taken = self.filter.loss * heating;
             let order = FIRST_ORDER * measured;
             // Where it goes beyond what was measured, its curve is a guess; and while room and loss are not told apart, actuators
             // at different heat are off by different parts of both.
-            let unlike = order * order + held_back.0 * held_back.0 + self.room_room;
+            let unlike = order * order + held_back.0 * held_back.0 + self.filter.room_room;
             self.drift.watch(&Innovation {
-                off: measured - (self.room * (1.0 + growth * self.room) - taken),
-                variance: self.gains(heating, variance + unlike).variance,
-                room: self.room,
+                off: measured - (self.filter.room * (1.0 + growth * self.filter.room) - taken),
+                variance: self.filter.gains(heating, variance + unlike).variance,
+                room: self.filter.room,
                 taken,
             });
         }
@@ -294,10 +264,11 @@ impl Surroundings {
         // One step of Newton's method, from the target so far, for: what the resistance tells there is what it told at calibration, and the part of the
         // surroundings that bends otherwise than a heater.
         let (there, slope) = reference.sensed(rise);
-        let wanted = reference.sensed(asked).0 + (1.0 - self.ratio) * self.room;
+        let wanted = reference.sensed(asked).0 + (1.0 - self.ratio) * self.filter.room;
         let halfway = Kelvin(rise.0 + 0.5 * (wanted - there) / slope);
-        let room = self.room * (1.0 + reference.room_growth() * self.room);
-        let apart = (room - self.loss * reference.heating(rise)) / reference.sensitivity(halfway);
+        let room = self.filter.room * (1.0 + reference.room_growth() * self.filter.room);
+        let apart =
+            (room - self.filter.loss * reference.heating(rise)) / reference.sensitivity(halfway);
         let target = rise.0 + (wanted - there - apart) / slope;
         let target = asked.0 + beyond_the_curves(target - asked.0);
         let (least, most) = SCALES;
@@ -314,7 +285,7 @@ impl Surroundings {
     /// The filter's update with what was read since the last one.
     pub(crate) fn update(&mut self) {
         let batch = core::mem::take(&mut self.batch);
-        self.walk(TICK.0 * PERIOD as f32);
+        self.filter.walk(TICK.0 * PERIOD as f32);
         self.drift.turn();
         if batch.readings > 0.0 && self.is_known() {
             let part = 1.0 / batch.readings;
@@ -322,95 +293,23 @@ impl Surroundings {
             let order = FIRST_ORDER * measured;
             let variance =
                 batch.variance * part * part + UNMODELLED.0 * UNMODELLED.0 + order * order;
-            self.measure(
-                measured,
-                batch.heating * part,
-                batch.growth * part,
-                variance,
-            );
+            let (heating, growth) = (batch.heating * part, batch.growth * part);
+            if self.filter.measure(measured, heating, growth, variance) {
+                self.drift.jumped();
+            }
         }
         let (until, from) = PROBED;
         let probed = if self.is_probing { until } else { from };
-        self.is_probing = self.is_used() && self.room_room > probed * probed;
+        self.is_probing = self.is_used() && self.filter.room_room > probed * probed;
         if self.is_used() {
-            let bent = self.ratio * beyond_the_curves(self.room);
+            let bent = self.ratio * beyond_the_curves(self.filter.room);
             for (offset, reference) in self.offsets.iter_mut().zip(&self.references) {
                 *offset = bent * reference.per_first_slope;
             }
         }
         self.tell();
-        let is_air = self.loss.abs() < AIR + CERTAIN * self.estimate.loss_deviation;
+        let is_air = self.filter.loss.abs() < AIR + CERTAIN * self.estimate.loss_deviation;
         self.has_drifted = self.is_known() && (self.drift.is_told() || !is_air);
-    }
-
-    /// What so many seconds add to the covariance.
-    fn walk(&mut self, seconds: f32) {
-        const MOST: (f32, f32) = (ROOM_PRIOR.0 * ROOM_PRIOR.0, LOSS_PRIOR * LOSS_PRIOR);
-        let room = self.room_room + ROOM_WALK * ROOM_WALK * seconds;
-        let loss = self.loss_loss + LOSS_WALK * LOSS_WALK * seconds;
-        self.room_room = if room < MOST.0 { room } else { MOST.0 };
-        self.loss_loss = if loss < MOST.1 { loss } else { MOST.1 };
-    }
-
-    /// `measured` = room (1 + growth room) - loss x heating, with this variance.
-    fn measure(&mut self, measured: f32, heating: f32, growth: f32, variance: f32) {
-        let bent = growth * self.room;
-        let off = measured - (self.room * (1.0 + bent) - self.loss * heating);
-        // As if it were the room itself that was measured.
-        let slope = 1.0 + 2.0 * bent;
-        let (off, heating, variance) = (off / slope, heating / slope, variance / (slope * slope));
-        let mut gains = self.gains(heating, variance);
-        if off * off > JUMP * JUMP * gains.variance || off.abs() > FAR.0 {
-            self.jumps += 1;
-            if self.jumps < UPDATES_TO_JUMP {
-                return;
-            }
-            self.forget();
-            self.drift.jumped();
-            gains = self.gains(heating, variance);
-        }
-        self.jumps = 0;
-        let (room, loss) = (gains.room / gains.variance, gains.loss / gains.variance);
-        self.room = within(self.room + room * off, FARTHEST.0);
-        self.loss = within(self.loss + loss * off, LARGEST_LOSS);
-        self.room_room -= room * gains.room;
-        self.room_loss -= room * gains.loss;
-        self.loss_loss -= loss * gains.loss;
-        self.keep_positive();
-    }
-
-    fn gains(&self, heating: f32, variance: f32) -> Gains {
-        let room = self.room_room - heating * self.room_loss;
-        let loss = self.room_loss - heating * self.loss_loss;
-        Gains {
-            room,
-            loss,
-            variance: room - heating * loss + variance,
-        }
-    }
-
-    /// The covariance of one who knows the states as they were, and that they have jumped.
-    fn forget(&mut self) {
-        self.room_room = ROOM_PRIOR.0 * ROOM_PRIOR.0;
-        self.loss_loss = LOSS_PRIOR * LOSS_PRIOR;
-        self.room_loss = 0.0;
-    }
-
-    /// What rounding may have taken of the covariance: it stays that of two quantities.
-    fn keep_positive(&mut self) {
-        const LEAST: (f32, f32) = (1e-6, 1e-9);
-        self.room_room = if self.room_room > LEAST.0 {
-            self.room_room
-        } else {
-            LEAST.0
-        };
-        self.loss_loss = if self.loss_loss > LEAST.1 {
-            self.loss_loss
-        } else {
-            LEAST.1
-        };
-        let most = 0.999 * fpu::sqrt(self.room_room * self.loss_loss);
-        self.room_loss = within(self.room_loss, most);
     }
 }
 
@@ -424,13 +323,6 @@ fn platinum_kelvin(parts: &Parts) -> f32 {
     kelvin.sum::<f32>() / CHANNELS as f32
 }
 
-/// Covariances of the states with what is measured, and its variance.
-struct Gains {
-    room: f32,
-    loss: f32,
-    variance: f32,
-}
-
 /// As much of a difference (K) as is not the curves' own error: hardly any of a tenth of a kelvin, all but a hundredth of one.
 fn beyond_the_curves(kelvin: f32) -> f32 {
     const OWN: f32 = CURVES.0 * CURVES.0 * CURVES.0 * CURVES.0;
@@ -441,19 +333,6 @@ fn beyond_the_curves(kelvin: f32) -> f32 {
         kelvin * fourth / (fourth + OWN)
     } else {
         kelvin
-    }
-}
-
-/// `value`, but not beyond `most` either way; NaN becomes 0.
-fn within(value: f32, most: f32) -> f32 {
-    if value > most {
-        most
-    } else if value < -most {
-        -most
-    } else if value.is_nan() {
-        0.0
-    } else {
-        value
     }
 }
 

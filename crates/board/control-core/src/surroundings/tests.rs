@@ -1,3 +1,4 @@
+use super::filter::LARGEST_LOSS;
 use super::*;
 use crate::calibration::tests::parts;
 use proptest::prelude::*;
@@ -108,8 +109,8 @@ proptest! {
     #[test]
     fn the_target_holds_the_bend(rise in 25.0_f64..100.0, room in -10.0_f64..10.0, loss in -0.1_f64..0.1) {
         let mut filter = filter();
-        filter.room = room as f32;
-        filter.loss = loss as f32;
+        filter.filter.room = room as f32;
+        filter.filter.loss = loss as f32;
         filter.update();
         let mut target = filter.target(0, Kelvin(rise as f32));
         for _ in 0..3 {

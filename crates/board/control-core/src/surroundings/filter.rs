@@ -1,0 +1,151 @@
+//! The Kalman filter of room and loss: two random walks, and a jump of both [Simon 2006, section 5.1].
+
+use crate::units::Kelvin;
+
+/// How fast a room drifts by itself, as a random walk (K in a root second): a kelvin in ten minutes.
+const ROOM_WALK: f32 = 0.04;
+/// The same of the relative loss: a tenth of the room's, at a heater that is 60 K warm; only air that begins to flow is faster,
+/// and that is a jump.
+const LOSS_WALK: f32 = 7e-5;
+/// What is known of a room before anything was sensed, or after a jump (K): 10 to 40 degC around a laboratory's 22.
+const ROOM_PRIOR: Kelvin = Kelvin(15.0);
+/// The same of the loss: 10 %.
+const LOSS_PRIOR: f32 = 0.1;
+/// An update that is off by more standard deviations than this is none, or a jump.
+const JUMP: f32 = 5.0;
+/// So is one that is off by more than this, however little was known before (K): no room is that far off at a glance, and a single
+/// reading that is wrong must not take the range away.
+const FAR: Kelvin = Kelvin(10.0);
+/// So many of them in succession are a jump.
+const UPDATES_TO_JUMP: u8 = 4;
+/// Surroundings beyond this bear no bimorph, or are no surroundings but a sense that is wrong (K): from -40 to 85 degC, the
+/// industrial range, around a laboratory's 22.
+pub(super) const FARTHEST: Kelvin = Kelvin(63.0);
+/// A loss beyond this is no air, but a vacuum or a heater that is damaged.
+pub(super) const LARGEST_LOSS: f32 = 0.5;
+
+/// The states and their covariance.
+#[derive(Clone, Debug)]
+pub(super) struct Filter {
+    /// Rise of the surroundings (K).
+    pub(super) room: f32,
+    /// Relative change of the loss.
+    pub(super) loss: f32,
+    /// Covariance of the two: variances and their covariance.
+    pub(super) room_room: f32,
+    room_loss: f32,
+    pub(super) loss_loss: f32,
+    /// Updates in succession that were far off.
+    jumps: u8,
+}
+
+/// Covariances of the states with what is measured, and its variance.
+pub(super) struct Gains {
+    room: f32,
+    loss: f32,
+    pub(super) variance: f32,
+}
+
+impl Filter {
+    /// One that knows of nothing but any room.
+    pub(super) fn new() -> Self {
+        Self {
+            room: 0.0,
+            loss: 0.0,
+            room_room: ROOM_PRIOR.0 * ROOM_PRIOR.0,
+            room_loss: 0.0,
+            loss_loss: LOSS_PRIOR * LOSS_PRIOR,
+            jumps: 0,
+        }
+    }
+
+    /// What so many seconds add to the covariance.
+    pub(super) fn walk(&mut self, seconds: f32) {
+        const MOST: (f32, f32) = (ROOM_PRIOR.0 * ROOM_PRIOR.0, LOSS_PRIOR * LOSS_PRIOR);
+        let room = self.room_room + ROOM_WALK * ROOM_WALK * seconds;
+        let loss = self.loss_loss + LOSS_WALK * LOSS_WALK * seconds;
+        self.room_room = if room < MOST.0 { room } else { MOST.0 };
+        self.loss_loss = if loss < MOST.1 { loss } else { MOST.1 };
+    }
+
+    /// `measured` = room (1 + growth room) - loss x heating, with this variance. Returns whether the states have jumped.
+    pub(super) fn measure(
+        &mut self,
+        measured: f32,
+        heating: f32,
+        growth: f32,
+        variance: f32,
+    ) -> bool {
+        let bent = growth * self.room;
+        let off = measured - (self.room * (1.0 + bent) - self.loss * heating);
+        // As if it were the room itself that was measured.
+        let slope = 1.0 + 2.0 * bent;
+        let (off, heating, variance) = (off / slope, heating / slope, variance / (slope * slope));
+        let mut gains = self.gains(heating, variance);
+        let is_off = off * off > JUMP * JUMP * gains.variance || off.abs() > FAR.0;
+        if is_off {
+            self.jumps += 1;
+            if self.jumps < UPDATES_TO_JUMP {
+                return false;
+            }
+            self.forget();
+            gains = self.gains(heating, variance);
+        }
+        self.jumps = 0;
+        let (room, loss) = (gains.room / gains.variance, gains.loss / gains.variance);
+        self.room = within(self.room + room * off, FARTHEST.0);
+        self.loss = within(self.loss + loss * off, LARGEST_LOSS);
+        self.room_room -= room * gains.room;
+        self.room_loss -= room * gains.loss;
+        self.loss_loss -= loss * gains.loss;
+        self.keep_positive();
+        is_off
+    }
+
+    pub(super) fn gains(&self, heating: f32, variance: f32) -> Gains {
+        let room = self.room_room - heating * self.room_loss;
+        let loss = self.room_loss - heating * self.loss_loss;
+        Gains {
+            room,
+            loss,
+            variance: room - heating * loss + variance,
+        }
+    }
+
+    /// The covariance of one who knows the states as they were, and that they have jumped.
+    fn forget(&mut self) {
+        self.room_room = ROOM_PRIOR.0 * ROOM_PRIOR.0;
+        self.loss_loss = LOSS_PRIOR * LOSS_PRIOR;
+        self.room_loss = 0.0;
+    }
+
+    /// What rounding may have taken of the covariance: it stays that of two quantities.
+    fn keep_positive(&mut self) {
+        const LEAST: (f32, f32) = (1e-6, 1e-9);
+        self.room_room = if self.room_room > LEAST.0 {
+            self.room_room
+        } else {
+            LEAST.0
+        };
+        self.loss_loss = if self.loss_loss > LEAST.1 {
+            self.loss_loss
+        } else {
+            LEAST.1
+        };
+        let most = 0.999 * fpu::sqrt(self.room_room * self.loss_loss);
+        self.room_loss = within(self.room_loss, most);
+    }
+}
+
+/// `value`, but not beyond `most` either way; NaN becomes 0.
+fn within(value: f32, most: f32) -> f32 {
+    if value > most {
+        most
+    } else if value < -most {
+        -most
+    } else if value.is_nan() {
+        0.0
+    } else {
+        value
+    }
+}
