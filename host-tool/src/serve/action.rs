@@ -64,6 +64,7 @@ pub(super) enum Reading {
     Drives,
     Currents,
     Temperatures,
+    Room,
     Resistances,
     Position,
     Supply,

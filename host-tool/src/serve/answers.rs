@@ -22,8 +22,11 @@ pub(super) fn boards() -> String {
 pub(super) fn read_from(reading: Reading, status: &Status) -> String {
     let sample = &status.telemetry;
     let rises = sample.temperature_k.map(|kelvin| kelvin.map(decimal));
-    let resistance =
-        |i: usize| rises[i].map(|_| decimal(sample.drive_v[i]) / decimal(sample.current_a[i]));
+    // A temperature may be of three ticks ago, when there was a drive still.
+    let resistance = |i: usize| {
+        let ohm = decimal(sample.drive_v[i]) / decimal(sample.current_a[i]);
+        rises[i].map(|_| ohm).filter(|ohm| ohm.is_finite())
+    };
     match reading {
         Reading::IsDriven => u8::from(is_driven(status)).to_string(),
         Reading::HasTripped => u8::from(has_tripped(status)).to_string(),
@@ -36,8 +39,15 @@ pub(super) fn read_from(reading: Reading, status: &Status) -> String {
         }
         Reading::Drives => numbers(sample.drive_v.map(|v| Some(decimal(v)))),
         Reading::Currents => numbers(sample.current_a.map(|i| Some(decimal(i)))),
-        Reading::Resistances => numbers(std::array::from_fn(resistance)),
+        Reading::Resistances => numbers::<4>(std::array::from_fn(resistance)),
         Reading::Temperatures => numbers(rises),
+        Reading::Room => numbers(sample.room.map_or([None; 2], |room| {
+            let kelvin = |hundredths: f64| Some(decimal((hundredths / 100.0) as f32));
+            [
+                kelvin(room.rise_ck.into()),
+                kelvin(room.deviation_ck.into()),
+            ]
+        })),
         Reading::Limits => quoted(&limit_names(status.health.limits_since_command).join(" ")),
         Reading::Channels => sample
             .states
@@ -51,8 +61,52 @@ pub(super) fn number(value: f64) -> String {
     format!("{value:E}")
 }
 
-pub(super) fn numbers(values: [Option<f64>; 4]) -> String {
+pub(super) fn numbers<const N: usize>(values: [Option<f64>; N]) -> String {
     values
         .map(|value| value.map_or(NOT_A_NUMBER.to_owned(), number))
         .join(",")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mirror_protocol::{Health, Room, Telemetry};
+
+    fn status(telemetry: Telemetry) -> Status {
+        Status {
+            telemetry,
+            health: Health::default(),
+            max_position_um: 170.0,
+            max_drive_v: 3.5,
+            dropped_samples: 0,
+            stops: 0,
+            last_stop: mirror_protocol::Sentence::default(),
+            option_bytes: None,
+        }
+    }
+
+    #[test]
+    fn a_room_is_two_numbers_and_none_where_it_is_not_known() {
+        let mut asked = status(Telemetry::default());
+        let unknown = format!("{NOT_A_NUMBER},{NOT_A_NUMBER}");
+        assert_eq!(read_from(Reading::Room, &asked), unknown);
+        asked.telemetry.room = Some(Room {
+            rise_ck: 899,
+            deviation_ck: 4,
+        });
+        assert_eq!(read_from(Reading::Room, &asked), "8.99E0,4E-2");
+    }
+
+    /// A temperature of the last turn, and a drive that has ended since.
+    #[test]
+    fn a_resistance_is_of_a_drive_and_a_current() {
+        let off = status(Telemetry {
+            temperature_k: [Some(40.0), None, Some(40.0), None],
+            drive_v: [0.0, 0.0, 2.0, 0.0],
+            current_a: [0.0, 0.0, 5e-3, 0.0],
+            ..Telemetry::default()
+        });
+        let told = format!("{NOT_A_NUMBER},{NOT_A_NUMBER},4E2,{NOT_A_NUMBER}");
+        assert_eq!(read_from(Reading::Resistances, &off), told);
+    }
 }

@@ -123,6 +123,11 @@ const READING: &[Command] = &[
         "The four heaters' temperatures above ambient, in kelvins, likewise.",
     ),
     reading(
+        "MEASure:ROOM?",
+        Reading::Room,
+        "How much warmer the surroundings are than at calibration, in kelvins, and its standard deviation; not numbers where the calibration does not tell.",
+    ),
+    reading(
         "MEASure:VOLTage:SUPPly?",
         Reading::Supply,
         "The supply of the output stages, in volts.",

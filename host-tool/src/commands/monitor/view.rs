@@ -1,7 +1,7 @@
 //! What the live view knows, as a frame of a terminal of any size: what matters most is at the top, and what does not fit
 //! is left out.
 
-use mirror_protocol::Pose;
+use mirror_protocol::{Pose, Room};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
@@ -91,6 +91,12 @@ fn body(state: &State, columns: u16) -> Vec<Line<'static>> {
     lines.push(channels(state, columns));
     lines.push(named("limited", &limits(state), columns));
     lines.extend(actuators(state, columns).map(Line::from));
+    lines.extend(
+        state
+            .latest
+            .room
+            .map(|room| named("room", &surroundings(room), columns)),
+    );
     lines
 }
 
@@ -170,6 +176,16 @@ fn limits(state: &State) -> String {
         }
         _ => names.join(", "),
     }
+}
+
+/// How much warmer the surroundings are than at calibration, with its standard deviation.
+fn surroundings(room: Room) -> String {
+    let kelvin = |hundredths: f64| hundredths / 100.0;
+    let (rise_k, deviation_k) = (
+        kelvin(room.rise_ck.into()),
+        kelvin(room.deviation_ck.into()),
+    );
+    format!("{rise_k:+.2} ± {deviation_k:.2} K")
 }
 
 /// Drives, currents and temperature rises: of each actuator, or where there is no room, of the highest.
@@ -334,6 +350,22 @@ mod tests {
             shown.contains("cooling (The mirror should have cooled faster than it can)"),
             "{shown}"
         );
+    }
+
+    #[test]
+    fn a_room_that_is_known_is_told_with_its_deviation() {
+        let mut state = moving();
+        state.latest.room = Some(Room {
+            rise_ck: -899,
+            deviation_ck: 4,
+        });
+        for (columns, told) in [
+            (80, "room       -8.99 ± 0.04 K"),
+            (24, "room     -8.99 ± 0.04 K"),
+        ] {
+            let shown = frame(&state, columns, 24);
+            assert!(shown.contains(told), "{shown}");
+        }
     }
 
     #[test]
