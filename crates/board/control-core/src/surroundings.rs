@@ -50,10 +50,11 @@ const CURVES: Kelvin = Kelvin(0.3);
 const UNSETTLED: f32 = 0.5;
 /// Part of a difference that two terms of its series may leave out: 2 %, of 20 K 0.4 K.
 const FIRST_ORDER: f32 = 0.02;
-/// Air that takes a fifth more or less, as a draught does, is told as up to 0.25 (bench `position`). What is beyond this by so many
-/// deviations is no air: two fifths more of the heat, or a quarter less.
+/// Air that takes a fifth more or less, as a draught does, is told as up to 0.25 (bench `position`). What is beyond this is no
+/// air: two fifths more of the heat, or a quarter less.
 const AIR: f32 = 0.3;
-const CERTAIN: f32 = 3.0;
+/// The room's standard deviation below which it is told apart from the loss (K): 0.03 to 0.2 K after two positions.
+const TOLD_APART: Kelvin = Kelvin(0.3);
 /// Targets nearer to where the surroundings alone hold the mirror are not made up for the loss, which takes nothing there.
 const NEAR_REST: Kelvin = Kelvin(2.0);
 /// A loss of half or twice the heat takes a target no further.
@@ -308,7 +309,9 @@ impl Surroundings {
             }
         }
         self.tell();
-        let is_air = self.filter.loss.abs() < AIR + CERTAIN * self.estimate.loss_deviation;
+        // Before room and loss are told apart, either may be anything.
+        let is_air =
+            self.filter.loss.abs() < AIR || self.filter.room_room > TOLD_APART.0 * TOLD_APART.0;
         self.has_drifted = self.is_known() && (self.drift.is_told() || !is_air);
     }
 }
