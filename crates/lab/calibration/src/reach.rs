@@ -181,7 +181,8 @@ mod tests {
             prop_assert!(reach.contains(&within(1.0 - 1e-4)));
             if reach.contains(&asked) {
                 prop_assert_eq!(nearest, asked);
-            } else if (0.0..=TOP_UM).contains(&z_um) && nearest.tilt_x_rad.hypot(nearest.tilt_y_rad) > 1e-3 {
+            } else if (0.0..=TOP_UM).contains(&z_um) && nearest.tilt_x_rad.hypot(nearest.tilt_y_rad) > 1e-2 {
+                // 5 nm and more beyond, where the core lets 0.7 nm pass for rounding.
                 prop_assert_ne!(limits(&plate, &within(1.001)), Limits::NONE);
             }
         }

@@ -12,8 +12,8 @@ const CYCLES_PER_US: u64 = 170;
 const LATENCY_US: u64 = 5;
 /// The drives are for the update that comes a tick after that of the tick (us).
 const NEXT_UPDATE_US: u64 = 100;
-/// Cycles that an instruction waits for at most: the loop then takes two ticks.
-const MOST_CYCLES: u64 = 12;
+/// A loop that takes longer than two ticks has missed one.
+const TWO_TICKS_US: u64 = 200;
 
 fn step(tool: &mut Tool) {
     tool.twin
@@ -56,12 +56,11 @@ fn a_drive_that_comes_too_late_is_told_as_late_however_late_it_is() {
     driven.twin.run_for(0.01).expect("it runs");
     let before = health(&mut driven);
     assert_eq!((before.late_ticks, before.missed_ticks), (0, 0));
-    let mut slowest_us = 0;
-    for cycles in 0..MOST_CYCLES {
+    for cycles in 0.. {
         let mut tool = driven.clone();
         tool.twin.chip.board.move_to_own_bench();
         tool.twin.timing.count_anew();
-        slowest_us = slow_down(&mut tool, cycles);
+        let took_us = slow_down(&mut tool, cycles);
         tool.twin.run_for(0.01).expect("it runs");
         let Latest {
             written, latency, ..
@@ -72,10 +71,12 @@ fn a_drive_that_comes_too_late_is_told_as_late_however_late_it_is() {
             ..
         } = health(&mut tool);
         let is_late = written / CYCLES_PER_US >= NEXT_UPDATE_US;
-        assert_eq!(late_ticks > 0, is_late, "{slowest_us} us");
-        assert_eq!(missed_ticks > 0, slowest_us > 2 * NEXT_UPDATE_US);
+        assert_eq!(late_ticks > 0, is_late, "{took_us} us");
+        assert_eq!(missed_ticks > 0, took_us > TWO_TICKS_US, "{took_us} us");
         let latency_us = latency / CYCLES_PER_US;
-        assert!(latency_us < LATENCY_US, "{latency_us} of {slowest_us} us");
+        assert!(latency_us < LATENCY_US, "{latency_us} of {took_us} us");
+        if took_us > TWO_TICKS_US {
+            break;
+        }
     }
-    assert!(slowest_us > 2 * NEXT_UPDATE_US, "{slowest_us} us");
 }
