@@ -7,6 +7,7 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use emulated_board::Connected;
 use mirror_protocol::{
     CalibrationChunk, CalibrationWriteEndpoint, Chunk, Drives, LEASE_FOREVER_MS, SetDriveEndpoint,
+    Status, StatusEndpoint,
 };
 use silicon_twin::board::Board;
 use silicon_twin::coverage::{self, Coverage};
@@ -63,6 +64,14 @@ fn greet() -> Tool {
         .run_for(0.3)
         .unwrap_or_else(|failure| panic!("{failure}"));
     tool
+}
+
+/// Cycles of the processor's clock in a microsecond: 170 MHz.
+pub(crate) const CYCLES_PER_US: u64 = 170;
+
+pub(crate) fn status(tool: &mut Tool) -> Status {
+    let status = tool.ask::<StatusEndpoint>(&()).expect("an answer");
+    status.expect("greeted")
 }
 
 /// Drives all channels, until something else is asked for.

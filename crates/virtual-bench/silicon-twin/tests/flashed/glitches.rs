@@ -1,13 +1,12 @@
 //! The comparators' line is low for a moment, as a short peak of a stage makes it, whenever in a tick that is: the outputs
 //! stay off, and it is told.
 
-use mirror_protocol::{ChannelState, StatusEndpoint};
+use mirror_protocol::ChannelState;
 use protection::Fault;
 use silicon_twin::tool::Tool;
 
-use crate::common;
+use crate::common::{self, CYCLES_PER_US};
 
-const CYCLES_PER_US: u64 = 170;
 const TICK_CYCLES: u64 = 100 * CYCLES_PER_US;
 /// Longer than the 1.5 us that the timer's filter takes for a glitch of its own, shorter than anything of the firmware.
 const PEAK_CYCLES: u64 = 2 * CYCLES_PER_US;
@@ -42,8 +41,7 @@ fn a_peak_of_over_voltage_is_told_and_turns_off_whenever_in_a_tick_it_comes() {
         pass(&mut tool, PEAK_CYCLES, false);
         tool.twin.chip.pull_comparators_line(false);
         pass(&mut tool, 3 * TICK_CYCLES, false);
-        let status = tool.ask::<StatusEndpoint>(&()).expect("an answer");
-        let states = status.expect("greeted").telemetry.states;
+        let states = common::status(&mut tool).telemetry.states;
         let over_voltage = ChannelState::Tripped(Fault::OutputOverVoltage.code());
         assert_eq!(states, [over_voltage; 4], "{after_us} us after the update");
     }

@@ -1,13 +1,12 @@
 //! A control loop that takes too long, as a slower memory or a longer calculation would make it: it is told, and keeps nothing
 //! from the conversions' end.
 
-use mirror_protocol::{Health, StatusEndpoint};
+use mirror_protocol::Health;
 use silicon_twin::timing::{CONTROL_LOOP, Latest};
 use silicon_twin::tool::Tool;
 
-use crate::common;
+use crate::common::{self, CYCLES_PER_US};
 
-const CYCLES_PER_US: u64 = 170;
 /// What masks interrupts keeps the conversions' end waiting, and nothing else does (`timing`, in us).
 const LATENCY_US: u64 = 5;
 /// The drives are for the update that comes a tick after that of the tick (us).
@@ -44,17 +43,12 @@ fn slow_down(tool: &mut Tool, cycles: u64) -> u64 {
     (tool.twin.chip.clock.cycles - begun) / CYCLES_PER_US
 }
 
-fn health(tool: &mut Tool) -> Health {
-    let status = tool.ask::<StatusEndpoint>(&()).expect("an answer");
-    status.expect("greeted").health
-}
-
 #[test]
 fn a_drive_that_comes_too_late_is_told_as_late_however_late_it_is() {
     let mut driven = common::greeted();
     common::drive(&mut driven, 2.5);
     driven.twin.run_for(0.01).expect("it runs");
-    let before = health(&mut driven);
+    let before = common::status(&mut driven).health;
     assert_eq!((before.late_ticks, before.missed_ticks), (0, 0));
     for cycles in 0.. {
         let mut tool = driven.clone();
@@ -69,7 +63,7 @@ fn a_drive_that_comes_too_late_is_told_as_late_however_late_it_is() {
             late_ticks,
             missed_ticks,
             ..
-        } = health(&mut tool);
+        } = common::status(&mut tool).health;
         let is_late = written / CYCLES_PER_US >= NEXT_UPDATE_US;
         assert_eq!(late_ticks > 0, is_late, "{took_us} us");
         assert_eq!(missed_ticks > 0, took_us > TWO_TICKS_US, "{took_us} us");

@@ -5,7 +5,6 @@
 use emulated_board::PlantFault;
 use mirror_protocol::{
     CalibrationEndpoint, CalibrationUse, CalibrationUseEndpoint, FaultLogEndpoint, Kept, LogQuery,
-    StatusEndpoint,
 };
 use rayon::prelude::*;
 use silicon_twin::Twin;
@@ -152,8 +151,7 @@ fn a_power_cut_while_a_trip_is_logged_hides_no_entry_of_before() {
             known.iter().all(|number| found.contains(number)),
             "operation {operation}: {known:?} {found:?}"
         );
-        let status = tool.ask::<StatusEndpoint>(&()).expect("an answer");
-        let said = status.expect("greeted").last_stop;
+        let said = common::status(&mut tool).last_stop;
         assert_eq!(said.as_str(), "", "it did not stop");
     });
     println!(

@@ -1,8 +1,6 @@
 //! How late the control loop is by what else is going on, and what makes it so.
 
-use mirror_protocol::{
-    CalibrationUse, CalibrationUseEndpoint, Status, StatusEndpoint, Stream, StreamEndpoint,
-};
+use mirror_protocol::{CalibrationUse, CalibrationUseEndpoint, Stream, StreamEndpoint};
 use silicon_twin::timing::Latest;
 use silicon_twin::tool::Tool;
 
@@ -10,19 +8,13 @@ use crate::common;
 
 /// A tick is 100 us; 30 % of it are to be left.
 const LATEST_US: f64 = 70.0;
-/// After another calibration has been taken over, with all channels off, the protection computes it a knot a tick.
+/// After another calibration has been taken over, with all channels off, the protection computes it, two channels a tick.
 const LATEST_AFTER_EXCHANGE_US: f64 = 75.0;
 /// What masks interrupts keeps the conversions' end waiting: twice and a half what embassy's timer needs, a twentieth of a tick.
 const MASKED_US: f64 = 5.0;
-const CYCLES_PER_US: f64 = 170.0;
 
 fn us(cycles: u64) -> f64 {
-    cycles as f64 / CYCLES_PER_US
-}
-
-fn status(tool: &mut Tool) -> Status {
-    let status = tool.ask::<StatusEndpoint>(&()).expect("an answer");
-    status.expect("greeted")
+    cycles as f64 / common::CYCLES_PER_US as f64
 }
 
 /// How the name of the load begins that exchanges the calibration.
@@ -41,7 +33,7 @@ const LOADS: &[Load] = &[
     }),
     ("driven, and a status asked for again and again", |tool| {
         for _ in 0..100 {
-            status(tool);
+            common::status(tool);
         }
     }),
     ("driven, and a sample of every tick streamed", |tool| {
@@ -102,6 +94,6 @@ fn a_tick_has_time_to_spare_whatever_goes_on() {
         assert!(us(masked) < MASKED_US, "{name}: {} us", us(masked));
         assert!(us(latency) < MASKED_US, "{name}: {} us", us(latency));
     }
-    let health = status(&mut tool).health;
+    let health = common::status(&mut tool).health;
     assert_eq!((health.missed_ticks, health.late_ticks), (0, 0));
 }
