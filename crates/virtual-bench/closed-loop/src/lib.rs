@@ -16,6 +16,7 @@ mod double;
 pub mod drift;
 pub mod figures;
 mod limit;
+mod mirror;
 mod player;
 pub mod pose;
 mod precision;
@@ -23,6 +24,7 @@ mod sine;
 pub mod surroundings;
 
 pub use calibrate::{CalibrateError, calibrate};
+pub use mirror::usual_mirror;
 pub use precision::{Precision, precision};
 
 use calibration::PlatePose;

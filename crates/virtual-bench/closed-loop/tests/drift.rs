@@ -4,26 +4,16 @@
 
 use std::thread;
 
-use closed_loop::calibrate;
 use closed_loop::drift::{Aged, Ageing, Course, aged, doubted};
+use closed_loop::{calibrate, usual_mirror};
 use control_core::Calibration;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use virtual_mirror::{Effect, Family, MirrorConfig};
+use virtual_mirror::{Family, MirrorConfig};
 
 /// What is asked for: told before the error is this (um), in this part of the cases.
 const BEFORE_UM: f64 = 1.0;
 const CASES: f64 = 0.95;
-
-/// A mirror with what usual ones have.
-fn mirror(family: Family, seed: u64) -> MirrorConfig {
-    MirrorConfig::draw(family, seed)
-        .with_effect(Effect::HeatLossTemperature, 1.0)
-        .with_effect(Effect::SubstrateWarming, 0.7)
-        .with_effect(Effect::Hysteresis, 0.3)
-        .with_effect(Effect::Creep, 0.2)
-        .with_effect(Effect::Resonance, 1.0)
-}
 
 /// How every course of a mirror's was told.
 fn told(config: &MirrorConfig) -> Vec<Aged> {
@@ -80,7 +70,7 @@ fn assert_told_in_time(mirrors: impl IntoIterator<Item = MirrorConfig>) {
 #[test]
 #[ignore = "long"]
 fn ageing_is_told_before_it_is_a_micrometre() {
-    assert_told_in_time([mirror(Family::A, 31), MirrorConfig::paper()]);
+    assert_told_in_time([usual_mirror(Family::A, 31), MirrorConfig::paper()]);
 }
 
 /// Families and seeds that nothing was developed on.
@@ -93,7 +83,7 @@ fn so_it_is_on_mirrors_that_nobody_has_seen() {
         (Family::F, 753),
         (Family::G, 754),
     ];
-    assert_told_in_time(unseen.map(|(family, seed)| mirror(family, seed)));
+    assert_told_in_time(unseen.map(|(family, seed)| usual_mirror(family, seed)));
 }
 
 #[test]
@@ -101,7 +91,7 @@ fn so_it_is_on_mirrors_that_nobody_has_seen() {
 fn use_of_mirrors_that_nobody_has_seen_is_not_ageing() {
     const SECONDS: f64 = 300.0;
     let unseen = [(Family::F, 761), (Family::G, 762)];
-    let mirrors = unseen.map(|(family, seed)| mirror(family, seed));
+    let mirrors = unseen.map(|(family, seed)| usual_mirror(family, seed));
     let doubted = on_each(mirrors, |config| {
         let mut calibration = calibrate(config).expect("a mirror").calibration;
         let use_ = (SECONDS, config.seed);
@@ -118,7 +108,7 @@ fn use_of_mirrors_that_nobody_has_seen_is_not_ageing() {
 #[test]
 #[ignore = "long"]
 fn what_bends_otherwise_without_any_heater_changing_is_not_told() {
-    let config = mirror(Family::A, 31);
+    let config = usual_mirror(Family::A, 31);
     let mut calibration = calibrate(&config).expect("a mirror").calibration;
     let course = Course {
         ageing: Ageing::Bend,

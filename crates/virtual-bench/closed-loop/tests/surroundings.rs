@@ -7,23 +7,18 @@ use std::f64::consts::TAU;
 use closed_loop::surroundings::{
     Around, RECOVERED_UM, Reached, calibrated_in_another_room, errors, recovery,
 };
-use closed_loop::{Loop, TICK_S, calibrate};
+use closed_loop::{Loop, TICK_S, calibrate, usual_mirror};
 use control_core::{Calibration, Limit, Micrometre, Setpoint};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use virtual_mirror::{Effect, Family, MirrorConfig};
+use virtual_mirror::{Family, MirrorConfig};
 
 /// 10 to 40 degC around the 22 of a laboratory, and the same room (K).
 const ROOMS_K: [f64; 4] = [0.0, -12.0, 9.0, 18.0];
 
-/// A mirror with what usual ones have, of a family that was developed with.
+/// A mirror of a family that was developed with.
 fn mirror() -> MirrorConfig {
-    MirrorConfig::draw(Family::A, 31)
-        .with_effect(Effect::HeatLossTemperature, 1.0)
-        .with_effect(Effect::SubstrateWarming, 0.7)
-        .with_effect(Effect::Hysteresis, 0.3)
-        .with_effect(Effect::Creep, 0.2)
-        .with_effect(Effect::Resonance, 1.0)
+    usual_mirror(Family::A, 31)
 }
 
 fn largest_um(reached: &[Reached]) -> f64 {

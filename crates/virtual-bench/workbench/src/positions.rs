@@ -4,9 +4,9 @@ use std::thread;
 
 use anyhow::{Context, Result};
 use closed_loop::surroundings::{self, Around, Reached, calibrated_in_another_room};
-use closed_loop::{Precision, calibrate, figures, precision};
+use closed_loop::{Precision, calibrate, figures, precision, usual_mirror};
 use control_core::Calibration;
-use virtual_mirror::{Effect, Family, MirrorConfig, PaperNumbers};
+use virtual_mirror::{Family, MirrorConfig, PaperNumbers};
 
 /// Loops are measured over the span that 1 V +- 0.5 V has without compensation, at these frequencies.
 const LOOP_HZ: [f64; 4] = [0.1, 1.0, 20.0, 100.0];
@@ -64,14 +64,7 @@ fn mirrors() -> Vec<MirrorConfig> {
         (Family::F, 743),
         (Family::G, 744),
     ];
-    let drawn = drawn.map(|(family, seed)| {
-        MirrorConfig::draw(family, seed)
-            .with_effect(Effect::HeatLossTemperature, 1.0)
-            .with_effect(Effect::SubstrateWarming, 0.7)
-            .with_effect(Effect::Hysteresis, 0.3)
-            .with_effect(Effect::Creep, 0.2)
-            .with_effect(Effect::Resonance, 1.0)
-    });
+    let drawn = drawn.map(|(family, seed)| usual_mirror(family, seed));
     [vec![MirrorConfig::paper()], drawn.to_vec()].concat()
 }
 
