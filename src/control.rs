@@ -4,7 +4,7 @@ use core::sync::atomic::Ordering;
 
 use control_core::{
     CHANNELS, Calibration, Controller, CurrentSense, Estimate, Limit, Limits, Micrometre, PwmCode,
-    SenseCalibration, Setpoint, SupplyCode, Volt,
+    Second, SenseCalibration, Setpoint, SupplyCode, Uncertainty, Volt,
 };
 use mirror_protocol::{
     ChannelState, Commanded, Health, LEASE_FOREVER_MS, Loss, Pose, Room, Telemetry,
@@ -213,6 +213,8 @@ impl Control {
             sensor_z_um: sensed.sensor_z.map(|z| z.0),
             pose: wire_pose(&self.controller),
             room: self.controller.surroundings().map(wire_room),
+            uncertainty: self.controller.uncertainty().map(wire_uncertainty),
+            settles_in_ms: self.controller.settles_in().map(whole_ms),
         };
         Decided {
             codes,
@@ -226,6 +228,7 @@ impl Control {
     fn tell(&mut self, decided: Decided) {
         self.answer(decided.codes, &decided.telemetry);
         self.report(decided.telemetry, decided.supply);
+        self.controller.foresee();
         self.applied = decided.codes;
         self.stepped = self.setpoint != decided.last;
         self.tick = self.tick.wrapping_add(1);
@@ -396,6 +399,22 @@ fn wire_room(surroundings: &Estimate) -> Room {
         rise_ck: hundredths(surroundings.rise.0) as i16,
         deviation_ck: hundredths(surroundings.rise_deviation.0) as u16,
     }
+}
+
+fn wire_uncertainty(uncertainty: Uncertainty) -> mirror_protocol::Uncertainty {
+    // The casts saturate.
+    mirror_protocol::Uncertainty {
+        z_nm: (uncertainty.z.0 * 1e3) as u16,
+        tilt_urad: (uncertainty.tilt.0 * 1e6) as u16,
+    }
+}
+
+/// So many milliseconds and what is begun of another.
+fn whole_ms(time: Second) -> u16 {
+    // Of a positive number, the cast takes the fraction away, and saturates.
+    let ms = time.0 * 1e3;
+    let whole = ms as u16;
+    whole.saturating_add(u16::from(ms > f32::from(whole)))
 }
 
 fn wire_loss(surroundings: &Estimate) -> Loss {

@@ -117,6 +117,14 @@ fn goes_there_in_a_warmer_room(bench: &Bench, ambient_c: f64) {
     let made_up_um = errors_um("on");
     // What is required of any room.
     assert!(made_up_um.iter().all(|um| um.abs() < 0.5), "{made_up_um:?}");
+    let told = bench.json(&["status"])["uncertainty"].clone();
+    let (z_um, settles_in_s) = (told["z_um"].as_f64(), told["settles_in_s"].as_f64());
+    // 80 um was asked last; no interval of 9 K is wider than what nobody knows of their worth, a tenth of 16 um twice.
+    assert!(
+        made_up_um[2].abs() < z_um.expect("known") && z_um < Some(4.0),
+        "{told}"
+    );
+    assert_eq!(settles_in_s, Some(0.0), "{told}");
     let room = bench.json(&["room"])["room"].clone();
     let rise_k = room["rise_k"].as_f64().expect("a number");
     // The platinum of a film has a temperature coefficient that nobody measured: 5 %.

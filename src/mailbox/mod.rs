@@ -125,6 +125,8 @@ impl Mailbox {
                     tilt_rad: None,
                 },
                 room: None,
+                uncertainty: None,
+                settles_in_ms: None,
             })),
             health: Mutex::new(Cell::new(Health {
                 lease_left_ms: None,

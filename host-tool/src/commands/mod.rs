@@ -22,10 +22,12 @@ mod set_drive;
 mod set_pose;
 mod set_z;
 mod status;
+mod uncertainty;
 mod update;
 
 pub(crate) use lab::Diagnosed;
 pub(crate) use status::kept_words;
+pub(crate) use uncertainty::Uncertainty;
 
 use tokio::runtime::Builder;
 

@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::pose::{PlateReport, TiltedPose, reach};
 use crate::board::Board;
 use crate::commands::moving::{Pace, Readings, settle_and_read};
+use crate::commands::uncertainty::Uncertainty;
 use crate::error::ToolError;
 use crate::names::{limit_names, limited_line};
 use crate::report;
@@ -18,6 +19,8 @@ struct Report {
     asked: TiltedPose,
     /// Where the board has taken the plate, as it counts.
     pose: PlateReport,
+    /// How far the plate may be from there, by what the board knows.
+    uncertainty: Uncertainty,
     settled_s: f64,
     #[serde(flatten)]
     readings: Readings,
@@ -54,6 +57,7 @@ pub(super) async fn run(
     let report = Report {
         asked,
         pose: PlateReport::from(&status.telemetry.pose),
+        uncertainty: Uncertainty::from(&status.telemetry),
         settled_s: settled.s,
         readings,
         limited_by: limit_names(status.health.limits_since_command),
@@ -67,6 +71,7 @@ impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "asked      {}", self.asked)?;
         writeln!(f, "pose       {}", self.pose)?;
+        writeln!(f, "uncertain  {}", self.uncertainty)?;
         write!(f, "{}", self.readings)?;
         writeln!(f, "{}", limited_line(&self.limited_by))?;
         match self.readings.sensor_z_um {

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use crate::board::Board;
 use crate::commands::moving::{Pace, Readings, settle_and_read};
+use crate::commands::uncertainty::Uncertainty;
 use crate::error::ToolError;
 use crate::names::{limit_names, limited_line};
 use crate::quantity::Length;
@@ -19,6 +20,8 @@ struct SetZ {
     #[serde(flatten)]
     readings: Readings,
     limited_by: Vec<&'static str>,
+    /// How far the mirror may be from what was asked, by what the board knows.
+    uncertainty: Uncertainty,
     /// Whether the sensor is a virtual mirror's.
     sensor_is_virtual: bool,
     /// The sensor's reading less what was asked.
@@ -39,11 +42,13 @@ pub(super) async fn run(board: &Board, z: Length, pace: Pace, json: bool) -> Res
         })
         .await?;
     let (readings, settled) = settle_and_read(board, &commanded, pace).await?;
+    let status = board.status().await?;
     let report = SetZ {
         asked_um: z.um,
         settled_s: settled.s,
         readings,
-        limited_by: limit_names(board.status().await?.health.limits_since_command),
+        limited_by: limit_names(status.health.limits_since_command),
+        uncertainty: Uncertainty::from(&status.telemetry),
         sensor_is_virtual: board.identity().is_emulated,
         error_um: readings.sensor_z_um.map(|sensor| sensor - z.um),
     };
@@ -55,6 +60,7 @@ pub(super) async fn run(board: &Board, z: Length, pace: Pace, json: bool) -> Res
 impl fmt::Display for SetZ {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "asked      {:>9.3} um", self.asked_um)?;
+        writeln!(f, "uncertain  {}", self.uncertainty)?;
         write!(f, "{}", self.readings)?;
         writeln!(f, "{}", limited_line(&self.limited_by))?;
         if let (Some(sensor), Some(error)) = (self.readings.sensor_z_um, self.error_um) {
@@ -90,6 +96,11 @@ mod tests {
                 sensor_z_um: Some(119.6181),
             },
             limited_by: vec!["drive-high"],
+            uncertainty: Uncertainty {
+                z_um: Some(0.412),
+                tilt_deg: None,
+                settles_in_s: Some(0.0),
+            },
             sensor_is_virtual: true,
             error_um: Some(-0.3819),
         };

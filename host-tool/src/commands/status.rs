@@ -13,6 +13,7 @@ use crate::commands::history::History;
 use crate::commands::moving::Readings;
 use crate::commands::pose::PlateReport;
 use crate::commands::room::{self, Room};
+use crate::commands::uncertainty::Uncertainty;
 use crate::error::ToolError;
 use crate::names::{limit_names, limited_line, state_name};
 use crate::option_bytes::option_flaws;
@@ -30,6 +31,8 @@ struct StatusReport {
     readings: Readings,
     /// Where the plate is asked to be on its way, or where the drives take it.
     pose: PlateReport,
+    /// How far it may be from there.
+    uncertainty: Uncertainty,
     limited_by: Vec<&'static str>,
     /// What each channel is doing.
     states: [String; 4],
@@ -160,6 +163,7 @@ impl StatusReport {
             calibration,
             readings,
             pose: PlateReport::from(&status.telemetry.pose),
+            uncertainty: Uncertainty::from(&status.telemetry),
             limited_by: limit_names(status.telemetry.limits),
             states: status.telemetry.states.map(state_name),
             lease: status.health.lease_left_ms.map(|ms| match ms {
@@ -203,6 +207,7 @@ impl fmt::Display for StatusReport {
         writeln!(f, "supply     {:.2} V", self.supply_v)?;
         writeln!(f, "channels   {}", self.channels())?;
         writeln!(f, "pose       {}", self.pose)?;
+        writeln!(f, "uncertain  {}", self.uncertainty)?;
         write!(f, "{}", self.readings)?;
         writeln!(
             f,
@@ -333,6 +338,11 @@ mod tests {
                 current_a: [4.43e-3, 0.554e-3, 0.0, 0.549e-3],
                 temperature_k: [Some(48.8), Some(0.7), None, Some(3.0)],
                 limits: 0,
+                uncertainty: Some(mirror_protocol::Uncertainty {
+                    z_nm: 412,
+                    tilt_urad: 350,
+                }),
+                settles_in_ms: Some(3),
                 states: [
                     ChannelState::Driving,
                     ChannelState::Driving,

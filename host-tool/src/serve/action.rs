@@ -65,6 +65,8 @@ pub(super) enum Reading {
     Currents,
     Temperatures,
     Room,
+    Uncertainty,
+    SettlesIn,
     Resistances,
     Position,
     Supply,

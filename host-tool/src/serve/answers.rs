@@ -3,6 +3,7 @@
 use mirror_protocol::Status;
 
 use crate::board::find;
+use crate::commands::Uncertainty;
 use crate::names::{limit_names, state_name};
 use crate::report::decimal;
 use crate::scpi::{NOT_A_NUMBER, quoted};
@@ -48,6 +49,14 @@ pub(super) fn read_from(reading: Reading, status: &Status) -> String {
                 kelvin(room.deviation_ck.into()),
             ]
         })),
+        Reading::Uncertainty => {
+            let told = Uncertainty::from(sample);
+            numbers([
+                told.z_um.map(|um| um * 1e-6),
+                told.tilt_deg.map(f64::to_radians),
+            ])
+        }
+        Reading::SettlesIn => numbers([Uncertainty::from(sample).settles_in_s]),
         Reading::Limits => quoted(&limit_names(status.health.limits_since_command).join(" ")),
         Reading::Channels => sample
             .states

@@ -67,12 +67,12 @@ const MOVING: &[Command] = &[
     command(
         "[SOURce:]SETTling",
         Takes::Span(Action::SetSettling),
-        "How long the mirror takes to settle, in the board's time: what `*OPC?` and `*WAI` wait for after a command that drives. 1 s until it is set, as `set-z --settle`.",
+        "How long the mirror takes to settle, in the board's time: what `*OPC?` and `*WAI` wait for after a command that drives. Until it is set, and after `*RST`, as long as the board foresees (`MEASure:SETTling?`), or 1 s, as `set-z --settle`, where it does not.",
     ),
     query(
         "[SOURce:]SETTling?",
         Question::Settling,
-        "That, in seconds.",
+        "That, in seconds; not a number where it is left to the board.",
     ),
     command(
         "OUTPut[:STATe]",
@@ -126,6 +126,16 @@ const READING: &[Command] = &[
         "MEASure:ROOM?",
         Reading::Room,
         "How much warmer the surroundings are than at calibration, in kelvins, and its standard deviation; not numbers where the calibration does not tell.",
+    ),
+    reading(
+        "MEASure:UNCertainty?",
+        Reading::Uncertainty,
+        "How far the plate may be from where it is asked to be, half the width of an interval that holds it in 95 of 100 cases: of the piston in metres, of either tilt in radians; not numbers where the calibration does not say what it leaves.",
+    ),
+    reading(
+        "MEASure:SETTling?",
+        Reading::SettlesIn,
+        "Seconds until the plate has settled, 0 when it has; not a number where no position is asked for, where a limit keeps it away, and under a calibration that was never tried on the mirror.",
     ),
     reading(
         "MEASure:VOLTage:SUPPly?",

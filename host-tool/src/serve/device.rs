@@ -43,7 +43,8 @@ pub(super) enum Asked {
 pub(super) struct Moved {
     pub(super) asked: Asked,
     pub(super) tick: u32,
-    pub(super) settling: Span,
+    /// As the client said; `None`: as the board foresees.
+    pub(super) settling: Option<Span>,
 }
 
 /// Who drives.
@@ -200,7 +201,7 @@ impl Device {
         self: &Arc<Self>,
         client: &Arc<Client>,
         asked: Asked,
-        settling: Span,
+        settling: Option<Span>,
     ) -> Result<(), Error> {
         self.take(client)?;
         let board = self.board().await.map_err(|error| told(&error))?;
@@ -229,7 +230,7 @@ impl Device {
         board: &Arc<Board>,
         asked: Asked,
         commanded: &Commanded,
-        settling: Span,
+        settling: Option<Span>,
     ) {
         let mut driver = lock(&self.driver);
         // Another client may have turned the channels off since the board answered.

@@ -18,11 +18,8 @@ use crate::serve::answers::{boards, number, numbers, read_from};
 use crate::serve::commands::read;
 use crate::serve::device::{Asked, Client, Device, Moved};
 use crate::serve::failure::{stopped, told};
-use crate::serve::states::{has_tripped, is_own, is_settling, operation, questionable};
+use crate::serve::states::{has_tripped, is_own, is_settling, operation, questionable, settles_in};
 use crate::serve::trace::{self, COLUMNS, TraceError};
-
-/// How long a mirror takes to settle until a client says otherwise: what `set-z --settle` is without being given.
-const SETTLING: Span = Span { s: 1.0 };
 
 /// The board that a session speaks to, once it has spoken to one.
 type SpeakingTo = Option<Arc<Device>>;
@@ -32,7 +29,8 @@ pub(super) struct Session {
     boards: Arc<Boards>,
     client: Arc<Client>,
     speaking_to: watch::Sender<SpeakingTo>,
-    settling: Span,
+    /// How long the client says that a mirror takes to settle; `None`: as the board foresees.
+    settling: Option<Span>,
     /// Stops of the board that this client knows of, and drives nevertheless.
     known_stops: u32,
     /// *OPC was said and has not come true.
@@ -49,7 +47,7 @@ impl Session {
             boards,
             client: Arc::new(Client { address, status }),
             speaking_to: watch::Sender::new(None),
-            settling: SETTLING,
+            settling: None,
             known_stops: 0,
             awaits_complete: false,
         }
@@ -134,7 +132,7 @@ impl Session {
             }
             Action::SetPosition(z) => self.set_position(z).await?,
             Action::SetDrives(volts) => self.set_drives(volts).await?,
-            Action::SetSettling(settling) => self.settling = settling,
+            Action::SetSettling(settling) => self.settling = Some(settling),
             Action::SetOutput(true) => {
                 let said = "a position or voltages turn the outputs on: SOURce:POSition 120um";
                 return Err(Error::new(Kind::SettingsConflict, said));
@@ -146,7 +144,7 @@ impl Session {
             }
             Action::ReleaseLock => self.device()?.release(&self.client).await?,
             Action::Reset => {
-                self.settling = SETTLING;
+                self.settling = None;
                 self.device()?.release(&self.client).await?;
             }
             Action::Wait => self.settle().await?,
@@ -175,7 +173,7 @@ impl Session {
             Question::NextError => self.client.status().next_error(),
             Question::ErrorCount => self.client.status().error_count().to_string(),
             Question::Version => "1999.0".to_owned(),
-            Question::Settling => number(self.settling.s),
+            Question::Settling => numbers([self.settling.map(|settling| settling.s)]),
             Question::TraceColumns => quoted(&COLUMNS.map(|(name, _)| name).join(",")),
             Question::Boards => boards(),
             Question::Board => quoted(&self.device()?.found.name),
@@ -326,13 +324,18 @@ impl Session {
 
     /// Waits until the mirror has settled after what this client asked for last.
     async fn settle(&mut self) -> Result<(), Error> {
-        match self.own_move() {
-            Some((_, moved)) => {
-                self.ask(async |board| board.wait(moved.tick, moved.settling).await)
-                    .await
+        while let Some((_, moved)) = self.own_move() {
+            let status = self.status().await?;
+            let tick = status.telemetry.tick;
+            let left = self
+                .ask(async |board| Ok(settles_in(board, &status, moved)))
+                .await?;
+            if left.s == 0.0 {
+                break;
             }
-            None => Ok(()),
+            self.ask(async |board| board.wait(tick, left).await).await?;
         }
+        Ok(())
     }
 
     /// *OPC comes true once the mirror has settled.

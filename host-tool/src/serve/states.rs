@@ -4,6 +4,7 @@ use control_core::Limits;
 use mirror_protocol::{ChannelState, Kept, Status};
 
 use crate::board::Board;
+use crate::quantity::Span;
 use crate::serve::device::Moved;
 
 /// A register's bits, and what each means.
@@ -80,7 +81,21 @@ pub(super) fn is_driven(status: &Status) -> bool {
     status.telemetry.drive_v.iter().any(|volts| *volts != 0.0)
 }
 
+/// How long a mirror takes to settle where neither a client nor the board says: what `set-z --settle` is without being given.
+const USUAL_SETTLING: Span = Span { s: 1.0 };
+
+/// How long the mirror still takes to settle after a command that drives, in the board's time.
+pub(super) fn settles_in(board: &Board, status: &Status, moved: Moved) -> Span {
+    let spent = board.span(moved.tick, status.telemetry.tick);
+    let left_s = match (moved.settling, status.telemetry.settles_in_ms) {
+        (Some(said), _) => said.s - spent.s,
+        (None, Some(foreseen_ms)) => 1e-3 * f64::from(foreseen_ms),
+        (None, None) => USUAL_SETTLING.s - spent.s,
+    };
+    Span { s: left_s.max(0.0) }
+}
+
 /// Whether the mirror is on its way after a command that drives.
 pub(super) fn is_settling(board: &Board, status: &Status, moved: Moved) -> bool {
-    board.span(moved.tick, status.telemetry.tick).s < moved.settling.s
+    settles_in(board, status, moved).s > 0.0
 }

@@ -9,6 +9,7 @@ use crate::heat::{HeatInverse, HeatState};
 use crate::lag::rate;
 use crate::limits::{Limit, Limits};
 use crate::resistance::{ActuatorSense, Correction, PROBE_DRIVE, Thermometer};
+use crate::settling::{Decay, Way};
 use crate::surroundings::Evidence;
 use crate::units::{Ampere, Kelvin, Ohm, Second, Volt, Watt};
 
@@ -18,6 +19,11 @@ const NO_POWER: f32 = 2e-3;
 /// Time constant with which an actuator catches up that a bound has held back, as part of a move. It slows down as it comes
 /// nearer; if it stopped at once the mirror would ring.
 const CATCHING_UP: f32 = 0.25;
+
+/// That time constant.
+pub(crate) fn catch_up_time(parts: &Parts) -> Second {
+    Second(CATCHING_UP * parts.path.move_time.0)
+}
 
 /// Numbers of one actuator, ready for use.
 #[derive(Clone, Debug)]
@@ -95,7 +101,7 @@ impl Rails {
             squared_drive: bounds.drive.0 * bounds.drive.0,
             least_square: 0.0,
             highest_code: highest_code(bounds.drive),
-            catch_up_pole: 1.0 - rate(Second(CATCHING_UP * parts.path.move_time.0), 1),
+            catch_up_pole: 1.0 - rate(catch_up_time(parts), 1),
         }
     }
 }
@@ -136,10 +142,15 @@ impl Actuator {
         self.correction.is_plausible().then(|| Evidence {
             sensed: sense.temperature_rise,
             rise: self.rise,
-            unsettled: heat.unsettled(&self.heat, self.rise),
+            unsettled: self.unsettled(heat),
             held_back: Kelvin(self.lag),
             current,
         })
+    }
+
+    /// What its quick poles have still to bring, just before the slow poles' turn.
+    pub(crate) fn unsettled(&self, heat: &HeatInverse) -> Kelvin {
+        heat.unsettled(&self.heat, self.rise)
     }
 
     /// The drive of a tick that ends at the temperature rise `target`, or as near as the bounds allow and catching up does.
@@ -193,6 +204,29 @@ impl Actuator {
         self.quantiser.code(drive, rails.highest_code)
     }
 
+    /// Ticks until it is near `target` as fast as its bounds let it.
+    pub(crate) fn arrival(
+        &self,
+        target: Kelvin,
+        near: Kelvin,
+        rails: &Rails,
+        decay: &Decay,
+    ) -> f32 {
+        let is_to_cool = target.0 < self.rise.0;
+        let power = match is_to_cool {
+            true => Watt(rails.least_square / self.gains.resistance(self.rise).0),
+            false => rails.most(self.gains.resistance(target)),
+        };
+        let way = Way {
+            from: self.rise,
+            to: target,
+            near,
+            // The loss grows with the rise: at the target it is least on the way down, and most on the way up.
+            heating: self.gains.heating(power, target),
+        };
+        decay.ticks(&self.heat, &way)
+    }
+
     /// Temperature rise now.
     pub(crate) fn rise(&self) -> Kelvin {
         self.rise
@@ -212,6 +246,16 @@ impl Rails {
             true => PROBE_DRIVE.0 * PROBE_DRIVE.0,
             false => 0.0,
         };
+    }
+
+    /// The highest power at this resistance.
+    fn most(&self, resistance: Ohm) -> Watt {
+        let by_drive = self.squared_drive / resistance.0;
+        Watt(if by_drive < self.power {
+            by_drive
+        } else {
+            self.power
+        })
     }
 
     /// Whether a drive of this square may be driven. As bits, what is below zero or no number is above every number.

@@ -1,9 +1,10 @@
 //! The control step: the stages in turn.
 
 use crate::CHANNELS;
-use crate::actuator::{Actuator, Rails};
+use crate::actuator::{Actuator, Rails, catch_up_time};
 use crate::calibration::{Calibration, Parts};
 use crate::codes::PwmCode;
+use crate::design::TICK;
 use crate::heat::HeatInverse;
 use crate::lag::TURNS;
 use crate::limits::{Limit, Limits};
@@ -11,8 +12,10 @@ use crate::memory::{MemoryInverse, MemoryState, TURNS as MEMORY_TURNS};
 use crate::path::Path;
 use crate::plate::{PlateInverse, Pose};
 use crate::resistance::ActuatorSense;
+use crate::settling::{Decay, NEVER};
 use crate::surroundings::{Estimate, PERIOD, Surroundings};
-use crate::units::{Ampere, Kelvin, Micrometre, Radian, Volt};
+use crate::uncertainty::{Budget, Uncertainty};
+use crate::units::{Ampere, Kelvin, Micrometre, Radian, Second, Volt};
 
 /// What the controller is asked to do.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -93,6 +96,13 @@ pub struct Controller<'a> {
     seen: [f32; CHANNELS],
     /// Counts the turns of what is not done at every tick: one actuator's at a time.
     turn: usize,
+    /// What is not known of where the plate is.
+    budget: Budget,
+    decay: Decay,
+    /// Ticks that each actuator still needs.
+    arrivals: [f32; CHANNELS],
+    /// Ticks since the path was there, as far as they are counted.
+    since_arrival: u16,
     /// What came of it. It is lent and not given, for it is as much to copy as an actuator is to compute.
     step: Step,
 }
@@ -118,9 +128,13 @@ impl<'a> Controller<'a> {
             sense_limits: Limits::NONE,
             path: Path::new(&parts.path),
             remembered: core::array::from_fn(|_| memory.at_rest()),
+            budget: Budget::new(&parts.residual, &memory),
             memory,
             seen: Default::default(),
             turn: 0,
+            decay: Decay::new(&parts.heat, catch_up_time(parts)),
+            arrivals: Default::default(),
+            since_arrival: 0,
             step: Step::default(),
             calibration,
         }
@@ -184,6 +198,76 @@ impl<'a> Controller<'a> {
     /// where they take it, to within its memory.
     pub fn pose(&self) -> Pose {
         self.plate.pose(self.path.now())
+    }
+
+    /// How far the plate may be from [`Self::pose`] once it is settled, with 95 % confidence; `None` under a calibration that does not
+    /// say what it leaves unknown.
+    pub fn uncertainty(&self) -> Option<Uncertainty> {
+        self.budget.uncertainty()
+    }
+
+    /// How long it will take until the plate has come to where it stays, to within what calibration left; 0: it is settled. `None` where
+    /// no position is asked for, where the bounds hold an actuator for ever, and under a calibration that nobody has tried.
+    pub fn settles_in(&self) -> Option<Second> {
+        let is_asked = !self.target.z.0.is_nan() && self.budget.near().is_some();
+        let longest = |longest: f32, ticks: &f32| if *ticks > longest { *ticks } else { longest };
+        let path = self.path.ticks_left();
+        let learning = self.surroundings.ticks_to_learn(self.since_arrival);
+        let ticks = self.arrivals.iter().fold(path + learning, longest);
+        (is_asked && ticks < NEVER).then_some(Second(ticks * TICK.0))
+    }
+
+    /// Finds out what no drive depends on, [`Self::uncertainty`] and [`Self::settles_in`]: a piece after each step, all of it in 16.
+    pub fn foresee(&mut self) {
+        self.since_arrival = match self.path.ticks_left() > 0.0 {
+            true => 0,
+            false => self.since_arrival.saturating_add(1),
+        };
+        let (actuator, round) = (self.turn % CHANNELS, self.turn / CHANNELS);
+        let state = &self.remembered[actuator];
+        self.budget.remember((actuator, round), &self.memory, state);
+        if actuator == round {
+            self.foresee_warmth(actuator);
+        } else if actuator == (round + 1) % CHANNELS {
+            self.foresee_arrival(actuator);
+        } else if actuator == (round + 2) % CHANNELS {
+            self.budget.combine(&self.plate, self.path.now());
+        }
+    }
+
+    /// Just before the actuator's slow poles have their turn.
+    fn foresee_warmth(&mut self, actuator: usize) {
+        let shape = &self.calibration.actuators()[actuator].shape;
+        let place = Micrometre(self.path.now()[actuator]);
+        let asked = shape.temperature_rise(place);
+        let ratio = self.budget.ambient_ratio();
+        let surroundings = self.surroundings.uncertainty(actuator, asked, ratio);
+        let to_come = self.actuators[actuator].unsettled(&self.heat);
+        let um_per_kelvin = 1.0 / shape.slope(place);
+        let micrometres = |kelvin: Kelvin| Micrometre(kelvin.0 * um_per_kelvin);
+        self.budget
+            .warm(actuator, micrometres(surroundings), micrometres(to_come));
+    }
+
+    fn foresee_arrival(&mut self, actuator: usize) {
+        let Some(near) = self.budget.near() else {
+            return;
+        };
+        let shape = &self.calibration.actuators()[actuator].shape;
+        let place = Micrometre(self.path.target()[actuator]);
+        let x = self.remembered[actuator].displacement(place);
+        let x = if x.0 > self.highest.0 {
+            self.highest
+        } else {
+            x
+        };
+        let target = self
+            .surroundings
+            .target(actuator, shape.going_on_straight(x));
+        let target = Kelvin(if target.0 > 0.0 { target.0 } else { 0.0 });
+        let near = Kelvin(near.0 * shape.slope(place));
+        self.arrivals[actuator] =
+            self.actuators[actuator].arrival(target, near, &self.rails, &self.decay);
     }
 
     /// One control tick.

@@ -89,6 +89,13 @@ impl HeatInverse {
     }
 }
 
+impl HeatState {
+    /// Free responses of the fast poles one tick ahead, and what the slow ones bring.
+    pub(crate) fn parts(&self) -> (&[f32; FAST_POLES], f32) {
+        (&self.fast, self.slow_sum)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -39,6 +39,11 @@ impl QuickLag {
         }
     }
 
+    /// Pole of the sampled lag.
+    pub(crate) fn pole(&self) -> f32 {
+        self.pole
+    }
+
     /// A tick with `input`; returns the new state, which is `free_response`.
     pub(crate) fn advance(&self, free_response: &mut f32, input: f32) -> f32 {
         *free_response = self.pole * (*free_response + self.input_gain * input);
@@ -71,9 +76,14 @@ impl SlowLag {
         }
     }
 
+    /// How far it has still to go at this input.
+    pub(crate) fn left(&self, state: &SlowState, input: f32) -> f32 {
+        self.weight * input - state.value
+    }
+
     /// A turn with the mean of the input since the last one.
     pub(crate) fn advance(&self, state: &mut SlowState, input: f32) {
-        let step = self.rate * (self.weight * input - state.value) + state.remainder;
+        let step = self.rate * self.left(state, input) + state.remainder;
         let value = state.value + step;
         state.remainder = step - (value - state.value);
         state.value = value;

@@ -16,6 +16,7 @@
 //!
 //! and reads the currents in the forward direction, so that each actuator also tells the resistance and
 //! the temperature that its own current implies ([`resistance`]); from them follow the surroundings ([`surroundings`]).
+//! What no drive depends on, how far the plate may be off and when it will be there, [`Controller::foresee`] tells.
 //!
 //! All arithmetic is `f32`. Every input is answered, whatever its bit pattern: what is out of range
 //! is limited, and the limit is named.
@@ -39,8 +40,10 @@ mod named;
 mod path;
 pub mod plate;
 pub mod resistance;
+mod settling;
 pub mod shape;
 pub mod surroundings;
+mod uncertainty;
 pub mod units;
 
 pub use calibration::{ActuatorCalibration, Calibration, CalibrationError};
@@ -53,6 +56,7 @@ pub use plate::{PlateInverse, Pose};
 pub use resistance::ActuatorSense;
 pub use shape::InverseTable;
 pub use surroundings::Estimate;
+pub use uncertainty::Uncertainty;
 pub use units::{
     Ampere, Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Radian, Second, Volt, Watt,
 };

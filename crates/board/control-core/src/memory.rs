@@ -84,6 +84,24 @@ impl MemoryInverse {
         }
     }
 
+    /// Radius and weight of a play operator of the inverse.
+    pub(crate) fn play(&self, play: usize) -> (f32, f32) {
+        let InversePlay { radius, weight } = self.plays[play % PLAYS];
+        (radius, weight)
+    }
+
+    /// Part of what it holds back that a play operator lets go of from turn to turn.
+    pub(crate) fn release(&self) -> f32 {
+        self.release
+    }
+
+    /// Creep that is still to come at the present position (um).
+    pub(crate) fn creep_to_come(&self, state: &MemoryState) -> f32 {
+        let before_creep = state.before_creep();
+        let lags = self.creep.iter().zip(&state.creep);
+        lags.map(|(lag, at)| lag.left(at, before_creep)).sum()
+    }
+
     /// Whether nothing is left that fades by itself: less than this far (um). What plays hold they hold for ever, unless they
     /// let it go.
     pub(crate) fn is_at_rest(&self, state: &MemoryState, least: f32) -> bool {
@@ -99,8 +117,8 @@ impl MemoryInverse {
     /// An actuator's turn, at `z`: the plays are pulled along, and those of number `turn`, play and lag, have theirs.
     pub(crate) fn advance(&self, state: &mut MemoryState, turn: usize, z: Micrometre) {
         let turn = turn % LAGS;
-        let crept: f32 = state.creep.iter().map(|at| at.value).sum();
-        let before_creep = z.0 - crept;
+        state.position = z.0;
+        let before_creep = state.before_creep();
         self.creep[turn].advance(&mut state.creep[turn], before_creep);
         let held = &mut state.plays[turn];
         *held += self.release * (before_creep - *held);
@@ -117,13 +135,18 @@ impl MemoryInverse {
             }
             x += play.weight * *held;
         }
-        state.position = z.0;
         state.displacement = x;
         state.slope = slope;
     }
 }
 
 impl MemoryState {
+    /// Where it would be at its last turn without creep (um).
+    pub(crate) fn before_creep(&self) -> f32 {
+        let crept: f32 = self.creep.iter().map(|at| at.value).sum();
+        self.position - crept
+    }
+
     /// The displacement for which the actuator will be at `z`.
     #[inline(always)]
     pub(crate) fn displacement(&self, z: Micrometre) -> Micrometre {

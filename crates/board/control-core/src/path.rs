@@ -39,6 +39,20 @@ impl Path {
         &self.now
     }
 
+    /// Where the way leads.
+    pub(crate) fn target(&self) -> &[f32; CHANNELS] {
+        &self.target
+    }
+
+    /// Ticks until it is there.
+    pub(crate) fn ticks_left(&self) -> f32 {
+        if self.done < 1.0 {
+            (1.0 - self.done) / self.pace
+        } else {
+            0.0
+        }
+    }
+
     /// The next positions of the way.
     pub(crate) fn advance(&mut self) {
         if self.done < 1.0 {

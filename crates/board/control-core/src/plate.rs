@@ -113,6 +113,17 @@ impl PlateInverse {
         }
     }
 
+    /// The larger of the tilts' standard deviations where the actuators' positions have these (um), each its own.
+    pub fn tilt_deviation(&self, deviations: &[f32; CHANNELS]) -> Radian {
+        let variance = |shares: &[f32; CHANNELS]| -> f32 {
+            let parts = shares.iter().zip(deviations);
+            parts.map(|(share, um)| share * um * share * um).sum()
+        };
+        let [_, tilt_x, tilt_y] = &self.shares;
+        let (x, y) = (variance(tilt_x), variance(tilt_y));
+        Radian(fpu::sqrt(if x > y { x } else { y }))
+    }
+
     #[inline(always)]
     fn are_within(&self, positions: &[f32; CHANNELS]) -> bool {
         // As bits, what is below zero or no number is above every number.

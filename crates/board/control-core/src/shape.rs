@@ -104,6 +104,12 @@ impl InverseTable {
         Kelvin(low + (place - segment as f32) * (high - low))
     }
 
+    /// Kelvins for each micrometre at position `z`; beyond the ends as there.
+    pub(crate) fn slope(&self, z: Micrometre) -> f32 {
+        let segment = ((z.0 * self.segments_per_um) as usize).min(SEGMENTS - 1);
+        (self.knots[segment + 1] - self.knots[segment]) * self.segments_per_um
+    }
+
     /// Position at a temperature rise: the table read forward. Outside its range that of the nearer end.
     pub fn position(&self, rise: Kelvin) -> Micrometre {
         let above = self.knots.partition_point(|knot| *knot <= rise.0);

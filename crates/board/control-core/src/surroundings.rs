@@ -44,6 +44,11 @@ const UNMODELLED: Kelvin = Kelvin(0.03);
 /// Where half of a difference is made up for (K). Curves that were measured in one session are off by up to 0.15 K at rest in
 /// their own room, 0.2 um, where positions are right without them (the same test).
 const CURVES: Kelvin = Kelvin(0.3);
+/// Standard deviation of that error: half of the most.
+const CURVES_DEVIATION: Kelvin = Kelvin(0.08);
+/// How far a room may be from that of the calibration where no resistance tells it: an air-conditioned laboratory is within 6 K
+/// in 95 of 100 cases (the project's choice).
+const LABORATORY: Kelvin = Kelvin(3.0);
 /// Part of what the fast poles have still to bring by which a resistance and the stages may be apart meanwhile: the heater
 /// and the bend see the same poles with other weights. Half of it, so that what moves hardly counts: its error is no noise, and
 /// a tenth let moves take the surroundings with them by some kelvins (the same test).
@@ -55,6 +60,9 @@ const FIRST_ORDER: f32 = 0.02;
 const AIR: f32 = 0.3;
 /// The room's standard deviation below which it is told apart from the loss (K): 0.03 to 0.2 K after two positions.
 const TOLD_APART: Kelvin = Kelvin(0.3);
+/// Ticks in which a new position has told the surroundings: they are at a jump's new place in 20 ms (`closed-loop`, test
+/// `surroundings`).
+const LEARNT: u16 = 200;
 /// Targets nearer to where the surroundings alone hold the mirror are not made up for the loss, which takes nothing there.
 const NEAR_REST: Kelvin = Kelvin(2.0);
 /// A loss of half or twice the heat takes a target no further.
@@ -105,6 +113,8 @@ pub(crate) struct Surroundings {
     batch: Batch,
     drift: Drift,
     has_drifted: bool,
+    /// Ticks since room and loss are told apart, as far as they are counted.
+    apart_since: u16,
     is_probing: bool,
     /// Kelvins of its stages that each actuator is to be less warm, near rest.
     offsets: [f32; CHANNELS],
@@ -134,6 +144,7 @@ impl Surroundings {
             batch: Batch::default(),
             drift: Drift::default(),
             has_drifted: false,
+            apart_since: 0,
             is_probing: false,
             offsets: [0.0; CHANNELS],
             scales: [1.0; CHANNELS],
@@ -252,6 +263,55 @@ impl Surroundings {
         }
     }
 
+    /// The standard uncertainty of the rise that an actuator's stages need for `asked`, where what a kelvin of the surroundings is worth
+    /// has this one.
+    pub(crate) fn uncertainty(&self, actuator: usize, asked: Kelvin, ratio: f32) -> Kelvin {
+        let reference = &self.references[actuator];
+        let variance = if self.is_used() {
+            let heating = reference.heating(asked);
+            let made_up = self.filter.room - self.filter.loss * heating;
+            let counted = beyond_the_curves(made_up);
+            // What is not made up for may be the curves' own error, and what is made up for has it.
+            let left = made_up - counted;
+            let curves = if made_up == 0.0 {
+                0.0
+            } else {
+                CURVES_DEVIATION.0 * counted / made_up
+            };
+            let worth = ratio * self.filter.room;
+            let order = FIRST_ORDER * made_up;
+            self.filter.gains(heating, 0.0).variance
+                + left * left
+                + curves * curves
+                + worth * worth
+                + order * order
+        } else if self.is_known() {
+            self.filter.room * self.filter.room + self.filter.room_room
+        } else {
+            LABORATORY.0 * LABORATORY.0
+        };
+        let slope = reference.loss_slope(asked);
+        Kelvin(fpu::sqrt(variance) / slope)
+    }
+
+    /// Ticks until a position that was reached so many ticks ago has told what it can, for the estimate moves the mirror while it does:
+    /// where room and loss are not told apart, since it was reached, else since they are.
+    pub(crate) fn ticks_to_learn(&self, since: u16) -> f32 {
+        let known_since = match self.are_told_apart() {
+            true => self.apart_since,
+            false => since,
+        };
+        match self.is_used() {
+            true => f32::from(LEARNT.saturating_sub(known_since)),
+            false => 0.0,
+        }
+    }
+
+    /// Whether the room is told apart from the loss.
+    fn are_told_apart(&self) -> bool {
+        self.filter.room_room < TOLD_APART.0 * TOLD_APART.0
+    }
+
     /// Brings one actuator's target nearer to where it bends as at the rise `asked` in the room of the calibration. Where the
     /// actuator is on its way there does not count: a step from there would take the bend of its curve for the surroundings'.
     pub(crate) fn follow(&mut self, actuator: usize, asked: Kelvin) {
@@ -310,8 +370,11 @@ impl Surroundings {
         }
         self.tell();
         // Before room and loss are told apart, either may be anything.
-        let is_air =
-            self.filter.loss.abs() < AIR || self.filter.room_room > TOLD_APART.0 * TOLD_APART.0;
+        self.apart_since = match self.are_told_apart() {
+            true => self.apart_since.saturating_add(PERIOD as u16),
+            false => 0,
+        };
+        let is_air = self.filter.loss.abs() < AIR || !self.are_told_apart();
         self.has_drifted = self.is_known() && (self.drift.is_told() || !is_air);
     }
 }

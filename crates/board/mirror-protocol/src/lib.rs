@@ -27,19 +27,19 @@ pub use messages::{
     CalibrationRefusal, CalibrationUse, ChannelState, Chunk, Commanded, Drives, Health, Kept,
     LEASE_FOREVER_MS, Lever, Loss, MakeUp, OptionBytes, Play, Points, Pose, Position, Refusal,
     Renewal, Room, Sense, SenseInfo, Sentence, SetPose, Status, Streaming, Telemetry,
-    TelemetryBatch,
+    TelemetryBatch, Uncertainty,
 };
 pub use waveforms::{Flaw, POINTS, Quantity, Shape, Stream, Table, Waveform};
 
 /// The version of everything in this crate but the greeting. Raised with every change on the wire.
-pub const PROTOCOL_VERSION: u16 = 9;
+pub const PROTOCOL_VERSION: u16 = 10;
 
 /// How long a tool waits for an answer. A board answers within a control tick and the link's time; this is for busy
 /// machines with an emulated board on them.
 pub const ANSWER_TIMEOUT_MS: u64 = 10_000;
 
 /// Longest frame in either direction, before framing.
-pub const MAX_FRAME_BYTES: usize = 320;
+pub const MAX_FRAME_BYTES: usize = 336;
 
 /// Path of the answer that stands for "I did not understand" (`WireError`).
 pub use postcard_rpc::standard_icd::{ERROR_PATH, WireError};

@@ -220,6 +220,21 @@ pub struct Telemetry {
     /// What the heaters' resistances tell of the surroundings; `None` where the calibration in use does not know them well
     /// enough.
     pub room: Option<Room>,
+    /// How far the plate may be from `pose` once it is settled; `None` where the calibration in use does not say what it leaves
+    /// unknown.
+    pub uncertainty: Option<Uncertainty>,
+    /// How long until the plate is where it is asked to be, to within that; 0: it is settled. `None` where no position is asked for,
+    /// and where a bound holds an actuator back for ever.
+    pub settles_in_ms: Option<u16>,
+}
+
+/// Half the width of an interval that holds a value in 95 of 100 cases (`control_core::Uncertainty`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Uncertainty {
+    /// Of the piston; the highest number stands for more as well.
+    pub z_nm: u16,
+    /// Of either tilt, where the levers are known.
+    pub tilt_urad: u16,
 }
 
 /// Samples that travel together at most: so many of the longest fill a frame ([`crate::MAX_FRAME_BYTES`]).

@@ -6,7 +6,7 @@ use mirror_protocol::{
     Excerpt, FaultLogReply, Health, Hello, Identity, LOG_FORMAT, LogBytes, LogEntry, LogEvent,
     LogPage, LogStorage, Loss, MAX_FRAME_BYTES, OptionBytes, Play, Points, Pose, Position, Refusal,
     Renewal, ResetCause, Room, Sentence, StartEvent, Status, StatusReply, Stream, Telemetry,
-    TelemetryBatch, Text, TripEvent,
+    TelemetryBatch, Text, TripEvent, Uncertainty,
 };
 use proptest::prelude::*;
 use serde::Serialize;
@@ -96,6 +96,8 @@ fn telemetry() -> impl Strategy<Value = Telemetry> {
         proptest::option::of(number()),
         (number(), proptest::option::of([number(), number()])),
         proptest::option::of(any::<(i16, u16)>()),
+        proptest::option::of(any::<(u16, u16)>()),
+        proptest::option::of(any::<u16>()),
     )
         .prop_map(
             |(
@@ -108,7 +110,11 @@ fn telemetry() -> impl Strategy<Value = Telemetry> {
                 sensor_z_um,
                 (z_um, tilt_rad),
                 room,
+                uncertainty,
+                settles_in_ms,
             )| Telemetry {
+                settles_in_ms,
+                uncertainty: uncertainty.map(|(z_nm, tilt_urad)| Uncertainty { z_nm, tilt_urad }),
                 room: room.map(|(rise_ck, deviation_ck)| Room {
                     rise_ck,
                     deviation_ck,
@@ -258,7 +264,15 @@ fn as_many_of_the_longest_samples_as_travel_together_fit_a_frame_and_no_more() {
             z_um: 1.0,
             tilt_rad: Some([1.0; 2]),
         },
-        room: Some(Room::default()),
+        room: Some(Room {
+            rise_ck: i16::MIN,
+            deviation_ck: u16::MAX,
+        }),
+        uncertainty: Some(Uncertainty {
+            z_nm: u16::MAX,
+            tilt_urad: u16::MAX,
+        }),
+        settles_in_ms: Some(u16::MAX),
     };
     let batch: TelemetryBatch = [longest; BATCH_SAMPLES].into_iter().collect();
     let bytes = postcard::to_stdvec(&batch).unwrap();

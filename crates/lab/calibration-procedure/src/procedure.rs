@@ -1,6 +1,6 @@
 //! The steps of a calibration, one after the other.
 
-use calibration::{Refined, Remaining, tabulate};
+use calibration::{Refined, Remaining, TabulateError, tabulate, with_piston_residual};
 use control_core::Calibration;
 use experiments::calibration::{self as played, Effort, RANGE};
 use experiments::{Experiment, session_in_common};
@@ -51,7 +51,7 @@ pub struct Calibrated {
     pub identified: Identification,
     /// Effects of the model that the board does not invert.
     pub not_inverted: Vec<Remaining>,
-    /// The refined calibration.
+    /// The refined calibration, which says what the trial left.
     pub calibration: Calibration,
     /// What the refined stages leave of the displacement (um, root mean square); only a sensor that is read at every tick
     /// tells.
@@ -119,6 +119,8 @@ impl Procedure {
         let after = Trial::run(&mut bench, Part::After, &self.effort, top_um).await?;
         let promised_rms_um = refined.as_ref().map(Refined::rest_rms_um);
         Doubt::of(&before.figures(), &after.figures(), promised_rms_um)?;
+        let calibration = with_piston_residual(&calibration, after.figures().rest_rms_um)
+            .map_err(TabulateError::from)?;
         Ok(Calibrated {
             model,
             identified,

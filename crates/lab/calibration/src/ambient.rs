@@ -1,7 +1,9 @@
 //! What a kelvin of the surroundings is worth to a mirror, from where it came to rest in another room.
 
-use control_core::calibration::{ActuatorCalibration, Parts, SENSED_RISES};
+use control_core::calibration::{ActuatorCalibration, Parts, Residual, SENSED_RISES};
 use control_core::{Calibration, CalibrationError, Micrometre};
+
+use crate::residual::MEASURED_RATIO;
 
 /// A position that was asked of the core in other surroundings, and where the mirror came to rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,6 +66,10 @@ pub fn with_ambient_ratio(
     }
     Ok(Calibration::new(Parts {
         ambient_ratio: parts.ambient_ratio + (missed / moved) as f32,
+        residual: Residual {
+            ambient_ratio: MEASURED_RATIO,
+            ..parts.residual
+        },
         ..*parts
     })?)
 }

@@ -10,6 +10,7 @@
 //! max_power_w = 0.034
 //! max_rise_k = 136.0
 //! ambient_ratio = 1.02 # kelvins of a heater that one of the surroundings is worth; without it these are not made up for
+//! residual = { piston_um = 0.03, part = 0.0, apart = 0.03, ambient_ratio = 0.05 } # standard uncertainties; none where nobody knows them
 //! fast_poles = [{ weight = 0.6, time_s = 0.001 }, { weight = 0.34, time_s = 0.035 }]
 //! slow_poles = [{ weight = 0.06, time_s = 4.7 }]
 //! plays = [{ weight = 0.01, radius_um = 4.0 }]
@@ -30,8 +31,8 @@
 use std::sync::Arc;
 
 use control_core::calibration::{
-    Bounds, Heat, Label, Lag, Lever, Memory, Origin, Parts, Path, Plate, Play, SENSED_RISES,
-    SensedRises,
+    Bounds, Heat, Label, Lag, Lever, Memory, Origin, Parts, Path, Plate, Play, Residual,
+    SENSED_RISES, SensedRises,
 };
 use control_core::shape::KNOTS;
 use control_core::{
@@ -97,6 +98,8 @@ struct Stored {
     levers: Vec<StoredLever>,
     #[serde(default)]
     ambient_ratio: f64,
+    #[serde(default)]
+    residual: Option<StoredResidual>,
     actuators: Vec<StoredActuator>,
 }
 
@@ -120,6 +123,16 @@ struct StoredLever {
     x_um: f64,
     y_um: f64,
     warp: f64,
+}
+
+/// What the calibration leaves unknown, as standard uncertainties.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredResidual {
+    piston_um: f64,
+    part: f64,
+    apart: f64,
+    ambient_ratio: f64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -173,6 +186,10 @@ pub fn to_toml(calibration: &Calibration) -> String {
             false => Vec::new(),
         },
         ambient_ratio: decimal(p.ambient_ratio),
+        residual: p
+            .residual
+            .is_known()
+            .then(|| StoredResidual::from(&p.residual)),
         actuators: p.actuators.iter().map(StoredActuator::from).collect(),
     };
     toml::to_string(&stored).expect("numbers and texts are TOML")
@@ -203,6 +220,28 @@ impl From<&Lever> for StoredLever {
             x_um: decimal(lever.x.0),
             y_um: decimal(lever.y.0),
             warp: decimal(lever.warp),
+        }
+    }
+}
+
+impl From<&Residual> for StoredResidual {
+    fn from(residual: &Residual) -> Self {
+        Self {
+            piston_um: decimal(residual.piston.0),
+            part: decimal(residual.part),
+            apart: decimal(residual.apart),
+            ambient_ratio: decimal(residual.ambient_ratio),
+        }
+    }
+}
+
+impl StoredResidual {
+    fn read(&self) -> Residual {
+        Residual {
+            piston: Micrometre(self.piston_um as f32),
+            part: self.part as f32,
+            apart: self.apart as f32,
+            ambient_ratio: self.ambient_ratio as f32,
         }
     }
 }
@@ -283,6 +322,10 @@ impl Stored {
                 rise: Kelvin(self.max_rise_k as f32),
             },
             ambient_ratio: self.ambient_ratio as f32,
+            residual: match &self.residual {
+                Some(residual) => residual.read(),
+                None => Residual::UNKNOWN,
+            },
         };
         Calibration::new(parts).map_err(|error| error.to_string())
     }

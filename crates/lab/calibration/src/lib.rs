@@ -5,6 +5,7 @@
 //! - [`corrected`] bends the tables by what was measured at rest, where the model's curve is not the
 //!   mirror's;
 //! - [`rehearse`] tells what a board with such a calibration would leave along a standard path;
+//! - [`with_piston_residual`] notes what a calibration left where it was tried, for the uncertainty of positions;
 //! - [`with_ambient_ratio`] finds what a kelvin of the surroundings is worth, where the mirror rested in others;
 //! - [`posed`] finds levers and each actuator's own table in poses that were measured at rest;
 //! - [`Reach`] tells which poses a plate reaches;
@@ -20,6 +21,7 @@ mod pose;
 mod reach;
 mod refine;
 mod rehearsal;
+mod residual;
 mod statics;
 
 pub use ambient::{AmbientError, RoomPoint, with_ambient_ratio};
@@ -30,10 +32,13 @@ pub use pose::{PoseError, PosePoint, Posed, posed, poses_to_measure};
 pub use reach::{PlatePose, Reach};
 pub use refine::{RefineError, Refined, refined};
 pub use rehearsal::{Left, Rehearsal, rehearse};
+pub use residual::with_piston_residual;
 
 use control_core::calibration::{Bounds, Label, Origin, Parts, Plate};
 use control_core::{Calibration, CalibrationError, Kelvin, Volt, Watt};
 use mirror_model::{ACTUATORS, Model, Runaway};
+
+use crate::residual::UNTRIED;
 
 /// Head room of the temperature limit above what the highest drive makes.
 const RISE_MARGIN: f32 = 1.05;
@@ -114,6 +119,7 @@ pub fn tabulate(model: &Model) -> Result<Tabulated, TabulateError> {
         },
         // No resistance was measured against its power yet.
         ambient_ratio: 0.0,
+        residual: UNTRIED,
     })?;
     Ok(Tabulated {
         calibration,

@@ -12,7 +12,9 @@
 //! heating. Positions are counted so that a level plate has all four actuators where it is itself, which leaves one scale, along
 //! the warp. Only poses with a warp show it, and only they depend on it; levers are exact up to that scale.
 
-use control_core::calibration::{Lever, Parts, Plate};
+use std::f64::consts::SQRT_2;
+
+use control_core::calibration::{Lever, Parts, Plate, Residual};
 use control_core::shape::SEGMENTS;
 use control_core::{
     CHANNELS, Calibration, CalibrationError, Limits, Micrometre, PlateInverse, Pose, Radian,
@@ -22,6 +24,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x4, SMatrix, Vector3, Vector4};
 use crate::correct::bent;
 use crate::curve::Curve;
 use crate::reach::{PlatePose, Reach};
+use crate::residual::LEAST_UM;
 
 /// Coefficients of an actuator's polynomial. Over a table that was bent by the mean of all four, what is left of one is smooth.
 const TERMS: usize = 5;
@@ -323,6 +326,20 @@ impl Fit {
         ((piston / count).sqrt(), (tilts / count).sqrt())
     }
 
+    /// What is unknown of a plate whose poses leave this. The difference of two actuators tilts it, each with half of it.
+    fn residual(&self, before: &Residual) -> Residual {
+        let (piston_um, tilts_um) = self.rms_um();
+        let squares = self.asked.iter().flatten().map(|part| part * part);
+        let places = (self.asked.len() * CHANNELS) as f64;
+        let asked_um = self.top_um * (squares.sum::<f64>() / places).sqrt();
+        Residual {
+            piston: Micrometre(piston_um.max(LEAST_UM) as f32),
+            part: 0.0,
+            apart: (SQRT_2 * tilts_um / asked_um) as f32,
+            ..*before
+        }
+    }
+
     fn plate(&self) -> Option<Plate> {
         let square: Matrix3<f64> = self.shares * self.shares.transpose();
         let levers = self.shares.transpose() * square.try_inverse()?;
@@ -355,6 +372,7 @@ impl Fit {
         Ok(Calibration::new(Parts {
             actuators,
             plate,
+            residual: self.residual(&parts.residual),
             ..*parts
         })?)
     }

@@ -9,6 +9,7 @@
 //! - [`calibrate`] calibrates a mirror that nobody has told it of, by the procedure of `host-tool calibrate`;
 //! - [`figures`] are what the positioning reaches then;
 //! - [`surroundings`] are what it reaches in another room;
+//! - [`uncertainty`] is whether its intervals hold what they promise;
 //! - [`precision`] tells how far the core's f32 arithmetic is from the same chain in f64.
 
 mod calibrate;
@@ -22,6 +23,7 @@ pub mod pose;
 mod precision;
 mod sine;
 pub mod surroundings;
+pub mod uncertainty;
 
 pub use calibrate::{CalibrateError, calibrate};
 pub use mirror::usual_mirror;
@@ -30,7 +32,7 @@ pub use precision::{Precision, precision};
 use calibration::PlatePose;
 use control_core::{
     AdcCode, Ampere, CHANNELS, Calibration, Controller, CurrentSense, Estimate, Limits, PwmCode,
-    SenseCalibration, Setpoint, TICK, Volt,
+    SenseCalibration, Setpoint, TICK, Uncertainty, Volt,
 };
 use emulated_board::Electronics;
 use virtual_mirror::{ConfigError, MirrorConfig, VirtualMirror};
@@ -77,6 +79,7 @@ impl<'a> Loop<'a> {
         let step = self.controller.step(setpoint, applied, self.currents);
         let (codes, limits) = (step.codes, step.limits);
         self.drives = step.drives;
+        self.controller.foresee();
         let drive_v = codes.map(|code| self.electronics.drive_v(code.0));
         // The currents follow the drive at once, the mirror has not moved yet.
         self.mirror.step(drive_v, 0.0);
@@ -160,6 +163,16 @@ impl<'a> Loop<'a> {
     /// Evidence that a heater has drifted, as a part of what is told.
     pub fn drift(&self) -> f32 {
         self.controller.drift()
+    }
+
+    /// How far the core says that the plate may be from where it is asked to be.
+    pub fn uncertainty(&self) -> Option<Uncertainty> {
+        self.controller.uncertainty()
+    }
+
+    /// How long the core says that it will take until it is there (s).
+    pub fn settles_in_s(&self) -> Option<f64> {
+        self.controller.settles_in().map(|time| f64::from(time.0))
     }
 
     /// The mirror as it is now.

@@ -38,14 +38,19 @@ pub struct Reached {
 impl Reached {
     /// Whether the surroundings leave it within reach.
     pub fn is_within_reach(&self) -> bool {
-        let ends = [
-            Limit::RoomWarm,
-            Limit::DriveHigh,
-            Limit::PowerHigh,
-            Limit::TemperatureHigh,
-        ];
-        !ends.into_iter().any(|end| self.limits.contains(end))
+        !is_held_back(self.limits)
     }
+}
+
+/// Whether an end of the range or a bound holds the mirror where it was not asked to be.
+pub(crate) fn is_held_back(limits: Limits) -> bool {
+    let ends = [
+        Limit::RoomWarm,
+        Limit::DriveHigh,
+        Limit::PowerHigh,
+        Limit::TemperatureHigh,
+    ];
+    ends.into_iter().any(|end| limits.contains(end))
 }
 
 /// The static errors there, at the positions of [`POSITIONS_UM`] that the mirror has.

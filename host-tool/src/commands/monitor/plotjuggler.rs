@@ -73,6 +73,15 @@ fn datagram(sample: &Telemetry, tick_hz: u32) -> Value {
         "pose_tilt_y_deg".to_owned(),
         tilt_y_rad.map(f32::to_degrees),
     );
+    let uncertainty = sample.uncertainty;
+    put(
+        "uncertainty_z_um".to_owned(),
+        uncertainty.map(|told| 1e-3 * f32::from(told.z_nm)),
+    );
+    put(
+        "settles_in_ms".to_owned(),
+        sample.settles_in_ms.map(f32::from),
+    );
     mirror.insert("limits".to_owned(), json!(sample.limits));
     json!({
         "timestamp": f64::from(sample.tick) / f64::from(tick_hz),

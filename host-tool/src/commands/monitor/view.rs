@@ -11,7 +11,7 @@ use ratatui::widgets::Paragraph;
 use super::chart;
 use super::keys;
 use super::state::State;
-use crate::commands::explain;
+use crate::commands::{Uncertainty, explain};
 use crate::names::{limit_names, state_name};
 use crate::report::{decimal, row, row_of_known};
 
@@ -134,10 +134,15 @@ fn position(state: &State, columns: u16) -> Vec<Line<'static>> {
     let um = |um: Option<f64>| um.map_or_else(|| "-".to_owned(), |um| format!("{um:.3} um"));
     let Pose { z_um, tilt_rad } = state.latest.pose;
     let asked = um(state.asked_um);
-    let pose = um(Some(decimal(z_um)));
+    let told = Uncertainty::from(&state.latest);
+    let interval = told.z_um.map_or(String::new(), |um| format!(" ± {um:.3}"));
+    let pose = format!("{:.3}{interval} um", decimal(z_um));
     let sensor = um(state.latest.sensor_z_um.map(decimal));
     let mut lines = if columns >= WIDE {
-        let told = format!("asked {asked}, pose {pose}, sensor {sensor}");
+        let settling = told
+            .settling()
+            .map_or(String::new(), |it| format!(", {it}"));
+        let told = format!("asked {asked}, pose {pose}, sensor {sensor}{settling}");
         vec![named("position", &told, columns)]
     } else {
         [("asked", asked), ("pose", pose), ("sensor", sensor)]
@@ -259,6 +264,11 @@ mod tests {
                 z_um: if t_s < 0.0 { 20.0 } else { 60.0 },
                 tilt_rad: None,
             },
+            uncertainty: Some(mirror_protocol::Uncertainty {
+                z_nm: 412,
+                tilt_urad: 0,
+            }),
+            settles_in_ms: Some(0),
             ..Telemetry::default()
         }
     }
@@ -391,8 +401,11 @@ mod tests {
             fault in any::<u8>(), tick in any::<u32>(), notice in ".{0,300}",
         ) {
             let mut state = moving();
+            let told = mirror_protocol::Uncertainty { z_nm: limits, tilt_urad: limits };
             state.take(&Telemetry {
                 room: None,
+                uncertainty: Some(told),
+                settles_in_ms: Some(told.z_nm),
                 tick,
                 drive_v: [drive; 4],
                 current_a: [current; 4],

@@ -1,18 +1,21 @@
 //! A calibration as bytes: what is uploaded and stored.
 //!
 //! Little endian, without padding: the letters `EMCA`, the format (u16), device and date (48 bytes
-//! each), the model's hash (u64), the numbers (f32) in the order of [`numbers`], [`levers`] and [`surroundings`], and the
-//! CRC-32 (as in Ethernet) of all that. Formats 3 and 4 are read too: 4 knows nothing of surroundings, 3 has no levers either.
+//! each), the model's hash (u64), the numbers (f32) in the order of [`numbers`], [`levers`], [`surroundings`] and
+//! [`residual`], and the CRC-32 (as in Ethernet) of all that. Formats 3 to 5 are read too: 5 does not say what it leaves unknown, 4 knows
+//! nothing of surroundings either, 3 has no levers either.
 
 use super::{ActuatorCalibration, Bounds, Heat, Memory, Parts, Path, Plate};
 use super::{Calibration, CalibrationError, Field, Label, Origin, Problem};
-use super::{FAST_POLES, LAGS, PLAYS, SENSED_RISES, SLOW_POLES, SensedRises};
+use super::{FAST_POLES, LAGS, PLAYS, Residual, SENSED_RISES, SLOW_POLES, SensedRises};
 use crate::CHANNELS;
 use crate::shape::{InverseTable, KNOTS};
 use crate::units::{Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Volt, Watt};
 
 /// The version of this layout and of what the numbers mean.
-pub(super) const FORMAT: u16 = 5;
+pub(super) const FORMAT: u16 = 6;
+/// The one that does not say what it leaves unknown.
+const WITHOUT_RESIDUAL: u16 = 5;
 /// The one that knows nothing of surroundings.
 const WITHOUT_SURROUNDINGS: u16 = 4;
 /// The one without levers.
@@ -25,10 +28,12 @@ const ACTUATOR_NUMBERS: usize = 5 + KNOTS;
 const SHARED_NUMBERS: usize = 2 * (FAST_POLES + SLOW_POLES + PLAYS + LAGS) + 5;
 const LEVER_NUMBERS: usize = 3 * CHANNELS;
 const SURROUNDINGS_NUMBERS: usize = CHANNELS * (1 + SENSED_RISES) + 1;
+const RESIDUAL_NUMBERS: usize = 4;
 const HEAD: usize = MAGIC.len() + 2 + 2 * Label::CAPACITY + 8;
 
 /// Bytes of a calibration.
-pub const BYTES: usize = BYTES_WITHOUT_SURROUNDINGS + 4 * SURROUNDINGS_NUMBERS;
+pub const BYTES: usize = BYTES_WITHOUT_RESIDUAL + 4 * RESIDUAL_NUMBERS;
+const BYTES_WITHOUT_RESIDUAL: usize = BYTES_WITHOUT_SURROUNDINGS + 4 * SURROUNDINGS_NUMBERS;
 const BYTES_WITHOUT_SURROUNDINGS: usize = BYTES_WITHOUT_LEVERS + 4 * LEVER_NUMBERS;
 const BYTES_WITHOUT_LEVERS: usize = HEAD + 4 * (CHANNELS * ACTUATOR_NUMBERS + SHARED_NUMBERS) + 4;
 
@@ -40,6 +45,8 @@ pub fn record_bytes(bytes: &[u8]) -> usize {
         BYTES_WITHOUT_LEVERS
     } else if is_of(WITHOUT_SURROUNDINGS) {
         BYTES_WITHOUT_SURROUNDINGS
+    } else if is_of(WITHOUT_RESIDUAL) {
+        BYTES_WITHOUT_RESIDUAL
     } else {
         BYTES
     }
@@ -74,6 +81,10 @@ impl Calibration {
         });
         levers(&mut parts.plate, &mut |number| put(&number.to_le_bytes()));
         surroundings(&mut parts, &mut |number| put(&number.to_le_bytes()));
+        residual(
+            &mut parts.residual,
+            &mut |number| put(&number.to_le_bytes()),
+        );
         let end = BYTES - 4;
         let checksum = CRC.checksum(&bytes[..end]);
         bytes[end..].copy_from_slice(&checksum.to_le_bytes());
@@ -124,6 +135,11 @@ impl Calibration {
                 *number = f32::from_le_bytes(reader.take().unwrap_or_default());
             });
         }
+        if format > WITHOUT_RESIDUAL {
+            residual(&mut parts.residual, &mut |number| {
+                *number = f32::from_le_bytes(reader.take().unwrap_or_default());
+            });
+        }
         for (actuator, (top, knots)) in tables.into_iter().enumerate() {
             parts.actuators[actuator].shape = InverseTable::new(top, knots)
                 .map_err(|error| CalibrationError::from(error).of_actuator(actuator))?;
@@ -159,6 +175,7 @@ const BLANK: Parts = Parts {
         rise: Kelvin(0.0),
     },
     ambient_ratio: 0.0,
+    residual: Residual::UNKNOWN,
 };
 
 /// Every number of a calibration, in the order of its bytes.
@@ -209,6 +226,14 @@ fn surroundings(parts: &mut Parts, visit: &mut dyn FnMut(&mut f32)) {
     visit(&mut parts.ambient_ratio);
 }
 
+/// What is left unknown, in the order of its bytes.
+fn residual(residual: &mut Residual, visit: &mut dyn FnMut(&mut f32)) {
+    visit(&mut residual.piston.0);
+    visit(&mut residual.part);
+    visit(&mut residual.apart);
+    visit(&mut residual.ambient_ratio);
+}
+
 struct Reader<'a>(&'a [u8]);
 
 impl Reader<'_> {
@@ -247,13 +272,14 @@ mod tests {
 
     #[test]
     fn the_numbers_fill_the_bytes() {
-        // The last numbers before the checksum are the highest rise, the levers, and what tells the surroundings.
+        // The last numbers before the checksum are the highest rise, the levers, what tells the surroundings, and what is unknown.
         let last_of = |length: usize| length - 8..length - 4;
         let last = parts().plate.levers[CHANNELS - 1];
         for (length, number) in [
             (BYTES_WITHOUT_LEVERS, parts().bounds.rise.0),
             (BYTES_WITHOUT_SURROUNDINGS, last.warp),
-            (BYTES, parts().ambient_ratio),
+            (BYTES_WITHOUT_RESIDUAL, parts().ambient_ratio),
+            (BYTES, parts().residual.ambient_ratio),
         ] {
             assert_eq!(bytes()[last_of(length)], number.to_le_bytes());
         }
@@ -261,13 +287,18 @@ mod tests {
 
     #[test]
     fn a_calibration_of_a_format_before_lacks_what_came_later() {
-        let mut without_surroundings = parts();
+        let without_residual = Parts {
+            residual: Residual::UNKNOWN,
+            ..parts()
+        };
+        let mut without_surroundings = without_residual;
         surroundings(&mut without_surroundings, &mut |number| *number = 0.0);
         let without_levers = Parts {
             plate: Plate::UNKNOWN,
             ..without_surroundings
         };
         for (format, length, expected) in [
+            (WITHOUT_RESIDUAL, BYTES_WITHOUT_RESIDUAL, without_residual),
             (
                 WITHOUT_SURROUNDINGS,
                 BYTES_WITHOUT_SURROUNDINGS,

@@ -31,6 +31,7 @@ pub enum Field {
     MaxPower,
     MaxRise,
     AmbientRatio,
+    Residual,
 }
 
 impl Field {
@@ -58,6 +59,7 @@ impl Field {
             Self::MaxPower => "max_power_w",
             Self::MaxRise => "max_rise_k",
             Self::AmbientRatio => "ambient_ratio",
+            Self::Residual => "residual",
         }
     }
 
@@ -72,6 +74,7 @@ impl Field {
                 | Self::Play
                 | Self::Creep
                 | Self::Lever
+                | Self::Residual
         )
     }
 }

@@ -15,7 +15,7 @@ pub use error::{CalibrationError, Field, Problem};
 pub use origin::{Label, Origin};
 pub use stages::{
     ActuatorCalibration, Bounds, FAST_POLES, Heat, LAGS, Lag, Lever, Memory, PLAYS, Path, Plate,
-    Play, SENSED_RISES, SLOW, SLOW_POLES, SensedRises,
+    Play, Residual, SENSED_RISES, SLOW, SLOW_POLES, SensedRises,
 };
 
 use crate::CHANNELS;
@@ -47,6 +47,8 @@ pub struct Parts {
     /// How many kelvins of a heater the actuators' bend counts one kelvin of the surroundings for; 0 where the resistances
     /// are not known well enough to tell the surroundings from them (`surroundings`).
     pub ambient_ratio: f32,
+    /// What it leaves unknown.
+    pub residual: Residual,
 }
 
 impl Calibration {
@@ -147,6 +149,12 @@ pub(crate) mod tests {
                 rise: Kelvin(130.0),
             },
             ambient_ratio: 1.02,
+            residual: Residual {
+                piston: Micrometre(0.05),
+                part: 0.001,
+                apart: 0.01,
+                ambient_ratio: 0.05,
+            },
         }
     }
 }

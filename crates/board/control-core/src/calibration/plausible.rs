@@ -2,7 +2,7 @@
 
 use core::ops::RangeInclusive;
 
-use super::{ActuatorCalibration, Bounds, Heat, Memory, Parts, Plate};
+use super::{ActuatorCalibration, Bounds, Heat, Memory, Parts, Plate, Residual};
 use super::{CalibrationError, Field, Problem};
 use super::{Lag, Play, SLOW};
 use crate::design::{COLD_RESISTANCES_OHM, HIGHEST_DRIVE, HIGHEST_POWER_W, TCRS_PER_K};
@@ -42,6 +42,7 @@ impl Parts {
                     .map_err(|error| error.of_actuator(i))?;
             }
         }
+        self.residual.check()?;
         self.bounds.check()
     }
 }
@@ -149,6 +150,18 @@ impl Plate {
     }
 }
 
+impl Residual {
+    /// No mirror is off by more than a range, no part by more than the whole.
+    fn check(&self) -> Result<(), CalibrationError> {
+        check(Field::Residual, 0, self.piston.0, 0.0..=1e4)?;
+        let parts = [self.part, self.apart, self.ambient_ratio];
+        for (i, part) in parts.into_iter().enumerate() {
+            check(Field::Residual, i + 1, part, 0.0..=1.0)?;
+        }
+        Ok(())
+    }
+}
+
 impl Bounds {
     fn check(&self) -> Result<(), CalibrationError> {
         check_board(Field::MaxDrive, self.drive.0, 1e-3..=HIGHEST_DRIVE.0)?;
@@ -237,6 +250,8 @@ mod tests {
             15 => (&mut p.bounds.power.0, Field::MaxPower),
             19 => (&mut p.actuators[1].sensed_rises.knots[7], Field::SensedRise),
             20 => (&mut p.ambient_ratio, Field::AmbientRatio),
+            21 => (&mut p.residual.piston.0, Field::Residual),
+            22 => (&mut p.residual.apart, Field::Residual),
             _ => (&mut p.bounds.rise.0, Field::MaxRise),
         };
         *number = bad;
@@ -246,7 +261,7 @@ mod tests {
     proptest! {
         #[test]
         fn a_number_that_is_off_is_named(
-            which in 0_usize..21,
+            which in 0_usize..23,
             bad in prop_oneof![Just(f32::NAN), Just(f32::INFINITY), Just(-1.0e6), Just(1e9)],
         ) {
             let (parts, field) = number_off(which, bad);

@@ -129,6 +129,35 @@ pub struct Bounds {
     pub rise: Kelvin,
 }
 
+/// What a calibration leaves unknown of a mirror at rest in the room where it was calibrated, as standard uncertainties
+/// [JCGM 100:2008, 3.3.5].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Residual {
+    /// Of the piston, at any height; 0 where nobody has said, and then no position has an uncertainty.
+    pub piston: Micrometre,
+    /// Of the piston besides, as a part of it.
+    pub part: f32,
+    /// Of one actuator's displacement apart from the others', as a part of it: what tilts the plate.
+    pub apart: f32,
+    /// Of what a kelvin of the surroundings is worth (`Parts::ambient_ratio`).
+    pub ambient_ratio: f32,
+}
+
+impl Residual {
+    /// What nobody has said.
+    pub const UNKNOWN: Self = Self {
+        piston: Micrometre(0.0),
+        part: 0.0,
+        apart: 0.0,
+        ambient_ratio: 0.0,
+    };
+
+    /// Whether somebody has.
+    pub fn is_known(&self) -> bool {
+        self.piston.0 > 0.0
+    }
+}
+
 impl SensedRises {
     /// Those that nobody has measured.
     pub const UNKNOWN: Self = Self {

@@ -56,6 +56,12 @@ impl Reference {
         self.loss_growth * self.per_first_slope
     }
 
+    /// Kelvins of the surroundings for each of the stages' rise: (1 + 2 g dT) s'(0), and 1 where no resistance tells.
+    pub(super) fn loss_slope(&self, rise: Kelvin) -> f32 {
+        let slope = (1.0 + 2.0 * self.loss_growth * rise.0) * self.first_slope;
+        if slope > 0.0 { slope } else { 1.0 }
+    }
+
     /// q s'(0).
     pub(super) fn heating(&self, rise: Kelvin) -> f32 {
         rise.0 * (1.0 + self.loss_growth * rise.0) * self.first_slope

@@ -1,7 +1,7 @@
 //! The mirror that all these tests are about.
 
 use control_core::calibration::{
-    Bounds, Heat, Label, Memory, Origin, Parts, Path, Plate, SensedRises,
+    Bounds, Heat, Label, Memory, Origin, Parts, Path, Plate, Residual, SensedRises,
 };
 use control_core::{
     ActuatorCalibration, CHANNELS, InverseTable, Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin,
@@ -39,5 +39,6 @@ pub(crate) fn parts(cold_ohm: f32, tcr: f32, drive_v: f32, rise_k: f32) -> Parts
             rise: Kelvin(rise_k),
         },
         ambient_ratio: 0.0,
+        residual: Residual::UNKNOWN,
     }
 }

@@ -1,0 +1,166 @@
+//! When the plate will be where it is asked to be.
+//!
+//! A move takes the time of its path, or as long as an actuator needs that cools, or becomes warm, as fast as it may. At a heating that
+//! stays the fast poles' sum rises or falls all the way, so the tick at which it passes the target is found by halving intervals,
+//! with the poles' powers of two. From there it catches up as the last part of a move does.
+
+use crate::calibration::{FAST_POLES, Heat};
+use crate::design::TICK;
+use crate::heat::HeatState;
+use crate::lag::QuickLag;
+use crate::units::{Kelvin, Second};
+
+/// Powers 1, 2, 4, ... of the poles: 2^14 ticks are 1.6 s, and no move takes longer.
+const POWERS: usize = 14;
+/// An actuator that is not there by then never will be: its bounds hold it.
+pub(crate) const NEVER: f32 = f32::INFINITY;
+
+/// The core's arithmetic goes no nearer (K): 2 nm.
+const NEAREST: Kelvin = Kelvin(1e-3);
+
+/// The fast poles in their powers of two.
+#[derive(Clone, Debug)]
+pub(crate) struct Decay {
+    powers: [[f32; FAST_POLES]; POWERS],
+    weights: [f32; FAST_POLES],
+    /// Time constant of catching up, in ticks.
+    catch_up: f32,
+}
+
+/// The way that an actuator has before it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Way {
+    /// Where it is.
+    pub(crate) from: Kelvin,
+    /// Where it is to be.
+    pub(crate) to: Kelvin,
+    /// How near is near enough.
+    pub(crate) near: Kelvin,
+    /// The heating that takes it there fastest.
+    pub(crate) heating: Kelvin,
+}
+
+impl Decay {
+    /// The poles of `heat`, and an actuator that catches up with this time constant.
+    pub(crate) fn new(heat: &Heat, catch_up: Second) -> Self {
+        let mut power = heat.fast.each_ref().map(|lag| QuickLag::new(lag).pole());
+        let powers = core::array::from_fn(|_| {
+            let this = power;
+            power = power.map(|pole| pole * pole);
+            this
+        });
+        Self {
+            powers,
+            weights: heat.fast.map(|lag| lag.weight),
+            catch_up: catch_up.0 / TICK.0,
+        }
+    }
+
+    /// Ticks until an actuator is near enough to where it is to be.
+    pub(crate) fn ticks(&self, state: &HeatState, way: &Way) -> f32 {
+        let apart = way.from.0 - way.to.0;
+        let near = if way.near.0 > NEAREST.0 {
+            way.near.0
+        } else {
+            NEAREST.0
+        };
+        // Not so for NaN.
+        let is_far = apart.abs() > near;
+        if !is_far {
+            return 0.0;
+        }
+        let ends = self.weights.map(|weight| weight * way.heating.0);
+        let (fast, slow) = state.parts();
+        let mut left: [f32; FAST_POLES] = core::array::from_fn(|pole| fast[pole] - ends[pole]);
+        let end = slow + ends.iter().sum::<f32>();
+        let has_passed = |sum: f32| (sum > way.to.0) != (apart > 0.0);
+        let mut ticks = 0;
+        for (bit, powers) in self.powers.iter().enumerate().rev() {
+            let later: [f32; FAST_POLES] = core::array::from_fn(|pole| left[pole] * powers[pole]);
+            if !has_passed(end + later.iter().sum::<f32>()) {
+                left = later;
+                ticks += 1 << bit;
+            }
+        }
+        if ticks + 1 == 1 << POWERS {
+            return NEVER;
+        }
+        let [first, ..] = &self.powers;
+        let speed: f32 = left
+            .iter()
+            .zip(first)
+            .map(|(left, pole)| left * (1.0 - pole))
+            .sum();
+        // It slows down where it is as far away as the time constant takes it.
+        let behind = (speed.abs() * self.catch_up).min(apart.abs());
+        let catching_up = if behind > near {
+            self.catch_up * libm::logf(behind / near)
+        } else {
+            0.0
+        };
+        ticks as f32 + catching_up
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration::tests::parts;
+    use crate::heat::HeatInverse;
+    use crate::lag::TURNS;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// The tick at which free cooling, or a heating that stays, passes a temperature, against the lags themselves.
+        #[test]
+        fn the_tick_of_passing_is_found(start in 20.0_f32..100.0, share in 0.05_f32..0.9, up: bool) {
+            let heat = Heat { slow: Heat::INSTANT.slow, fast: {
+                let mut fast = parts().heat.fast;
+                fast[2].weight = 0.2;
+                fast
+            } };
+            let inverse = HeatInverse::new(&heat);
+            let mut state = HeatState::default();
+            let mut rise = Kelvin(0.0);
+            for tick in 0..20_000 {
+                rise = inverse.advance(&mut state, Kelvin(start));
+                if tick % TURNS == 3 {
+                    inverse.advance_slow(&mut state);
+                }
+            }
+            let heating = Kelvin(if up { 2.0 * start } else { 0.0 });
+            let to = Kelvin(if up { start * (1.0 + share) } else { start * (1.0 - share) });
+            let way = Way { from: rise, to, near: Kelvin(1e-3), heating };
+            let foreseen = Decay::new(&heat, Second(0.0)).ticks(&state, &way);
+            let mut passed = 0;
+            while (rise.0 > to.0) != up && passed < 20_000 {
+                rise = inverse.advance(&mut state, heating);
+                if passed % TURNS == 3 {
+                    inverse.advance_slow(&mut state);
+                }
+                passed += 1;
+            }
+            prop_assert!((foreseen - passed as f32).abs() <= 2.0, "{foreseen} and {passed}");
+        }
+
+        #[test]
+        fn any_bit_pattern_is_answered(bits in proptest::array::uniform4(any::<u32>())) {
+            let [from, to, near, heating] = bits.map(|bits| Kelvin(f32::from_bits(bits)));
+            let way = Way { from, to, near, heating };
+            let ticks = Decay::new(&parts().heat, Second(2e-3)).ticks(&HeatState::default(), &way);
+            prop_assert!(ticks >= 0.0 || !(from.0.is_finite() && heating.0.is_finite()));
+        }
+    }
+
+    #[test]
+    fn what_no_heating_reaches_is_never_there() {
+        let decay = Decay::new(&parts().heat, Second(2e-3));
+        let way = Way {
+            from: Kelvin(0.0),
+            to: Kelvin(50.0),
+            near: Kelvin(0.1),
+            heating: Kelvin(30.0),
+        };
+        assert_eq!(decay.ticks(&HeatState::default(), &way), NEVER);
+    }
+}

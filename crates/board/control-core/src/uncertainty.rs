@@ -1,0 +1,182 @@
+//! How far the plate may be from where it is asked to be.
+//!
+//! Five things are not known, and do not depend on each other: what calibration left, what the surroundings may be beyond what the
+//! resistances tell, what the play operators held before the controller began to follow them, and the heat and the creep that are
+//! still to come.
+//! Each is a standard uncertainty in micrometres; their root sum of squares (the combined standard uncertainty), times a coverage
+//! factor, is told [JCGM 100:2008, 5.1.2 and 6.2.1].
+//!
+//! It changes nothing that is driven, and takes a piece in each tick.
+
+use crate::CHANNELS;
+use crate::calibration::{PLAYS, Residual};
+use crate::memory::{MemoryInverse, MemoryState};
+use crate::plate::{PlateInverse, Pose};
+use crate::units::{Micrometre, Radian};
+use fpu::sqrt;
+
+/// Half the width of an interval that holds 95 % of a normal distribution, in standard deviations [JCGM 100:2008, table G.1].
+const COVERAGE: f32 = 1.96;
+/// Part of the creep that is still to come by which it may be off: what `calibrate` leaves of weights and time constants
+/// (`closed-loop`, test `uncertainty`).
+const OF_CREEP: f32 = 0.3;
+/// The same of the heat that the fast poles have still to bring.
+const OF_HEAT: f32 = 0.1;
+/// Standard deviation of what lies anywhere in an interval, per half of its width: 1 / sqrt(3) [JCGM 100:2008, 4.3.7].
+const RECTANGULAR: f32 = 0.577_35;
+
+/// How far the plate may be from where it is asked to be: half the width of an interval that holds it in 95 of 100 cases.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Uncertainty {
+    /// Of the piston.
+    pub z: Micrometre,
+    /// Of either tilt; it means nothing where the levers are not known.
+    pub tilt: Radian,
+}
+
+/// Where a play operator may be (um): it was anywhere within its radius when the controller began to follow it.
+#[derive(Clone, Copy, Debug)]
+struct Span {
+    low: f32,
+    high: f32,
+}
+
+/// Standard uncertainties of one actuator's displacement (um).
+#[derive(Clone, Copy, Debug, Default)]
+struct Contributions {
+    plays: f32,
+    creep: f32,
+    heat: f32,
+    surroundings: f32,
+}
+
+/// The uncertainty budget.
+#[derive(Clone, Debug)]
+pub(crate) struct Budget {
+    residual: Residual,
+    spans: [[Span; PLAYS]; CHANNELS],
+    contributions: [Contributions; CHANNELS],
+    told: Uncertainty,
+}
+
+impl Span {
+    /// Pulled along by a position: no further from it than the radius, and nearer by what is let go.
+    fn pull(&mut self, position: f32, radius: f32, release: f32) {
+        for end in [&mut self.low, &mut self.high] {
+            *end += release * (position - *end);
+            if *end < position - radius {
+                *end = position - radius;
+            } else if *end > position + radius {
+                *end = position + radius;
+            }
+        }
+    }
+}
+
+impl Budget {
+    /// One that does not know what the mirror did before.
+    pub(crate) fn new(residual: &Residual, memory: &MemoryInverse) -> Self {
+        let anywhere = core::array::from_fn(|play| {
+            let (radius, _) = memory.play(play);
+            Span {
+                low: -radius,
+                high: radius,
+            }
+        });
+        Self {
+            residual: *residual,
+            spans: [anywhere; CHANNELS],
+            contributions: Default::default(),
+            told: Uncertainty::default(),
+        }
+    }
+
+    /// Where each actuator's play operators may be (um).
+    #[cfg(test)]
+    pub(crate) fn spans(&self) -> [[(f32, f32); PLAYS]; CHANNELS] {
+        self.spans
+            .map(|spans| spans.map(|span| (span.low, span.high)))
+    }
+
+    /// What is told; `None` where nobody has said what the calibration leaves unknown.
+    pub(crate) fn uncertainty(&self) -> Option<Uncertainty> {
+        self.residual.is_known().then_some(self.told)
+    }
+
+    /// How near to where it comes to rest the plate has settled: what calibration left. `None` under one that nobody has tried, which
+    /// knows the mirror's time constants as little as its positions.
+    pub(crate) fn near(&self) -> Option<Micrometre> {
+        let is_tried = self.residual.is_known() && self.residual.part == 0.0;
+        is_tried.then_some(Micrometre(COVERAGE * self.residual.piston.0))
+    }
+
+    /// Of what a kelvin of the surroundings is worth.
+    pub(crate) fn ambient_ratio(&self) -> f32 {
+        self.residual.ambient_ratio
+    }
+
+    /// One play operator of one actuator, and what the actuator's memory contributes.
+    pub(crate) fn remember(
+        &mut self,
+        (actuator, play): (usize, usize),
+        memory: &MemoryInverse,
+        state: &MemoryState,
+    ) {
+        let (actuator, play) = (actuator % CHANNELS, play % PLAYS);
+        let spans = &mut self.spans[actuator];
+        let (radius, _) = memory.play(play);
+        spans[play].pull(state.before_creep(), radius, memory.release());
+        let half_widths = spans.iter().enumerate().map(|(play, span)| {
+            let (_, weight) = memory.play(play);
+            0.5 * weight.abs() * (span.high - span.low)
+        });
+        let contributions = &mut self.contributions[actuator];
+        contributions.plays = RECTANGULAR * half_widths.sum::<f32>();
+        contributions.creep = OF_CREEP * memory.creep_to_come(state);
+    }
+
+    /// Of one actuator the standard uncertainty by its surroundings, and what its fast poles have still to bring.
+    pub(crate) fn warm(&mut self, actuator: usize, surroundings: Micrometre, to_come: Micrometre) {
+        let contributions = &mut self.contributions[actuator % CHANNELS];
+        contributions.surroundings = surroundings.0;
+        contributions.heat = OF_HEAT * to_come.0;
+    }
+
+    /// All of it, where the actuators are at these positions (um). What is unknown of all four alike moves the plate; what one
+    /// actuator does apart from the others tilts it.
+    pub(crate) fn combine(&mut self, plate: &PlateInverse, positions: &[f32; CHANNELS]) {
+        let of = |contribution: fn(&Contributions) -> f32| {
+            plate.pose(&self.contributions.each_ref().map(contribution))
+        };
+        let Residual {
+            piston,
+            part,
+            apart,
+            ..
+        } = self.residual;
+        let at = plate.pose(positions).z.0;
+        let pistons = [
+            piston.0,
+            part * at,
+            of(|it| it.plays).z.0,
+            of(|it| it.creep).z.0,
+            of(|it| it.heat).z.0,
+            of(|it| it.surroundings).z.0,
+        ];
+        let alone = |actuator: usize| {
+            let one = &self.contributions[actuator];
+            root_sum_square(&[apart * positions[actuator], one.plays, one.creep, one.heat])
+        };
+        let tilt = plate.tilt_deviation(&core::array::from_fn(alone));
+        let Pose { tilt_x, tilt_y, .. } = of(|it| it.surroundings);
+        self.told = Uncertainty {
+            z: Micrometre(COVERAGE * root_sum_square(&pistons)),
+            tilt: Radian(COVERAGE * root_sum_square(&[tilt.0, tilt_x.0, tilt_y.0])),
+        };
+    }
+}
+
+fn root_sum_square(values: &[f32]) -> f32 {
+    sqrt(values.iter().map(|value| value * value).sum())
+}

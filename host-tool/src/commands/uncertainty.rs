@@ -1,0 +1,93 @@
+//! How far the plate may be from where it is asked to be, and when it will have settled, as the board tells.
+
+use std::fmt;
+
+use mirror_protocol::Telemetry;
+use serde::Serialize;
+
+/// What a sample tells of it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct Uncertainty {
+    /// Half the width of the interval that holds the piston in 95 of 100 cases; `None` where the calibration does not say what it
+    /// leaves.
+    pub(crate) z_um: Option<f64>,
+    /// The same of either tilt, where the plate's levers are known.
+    pub(crate) tilt_deg: Option<f64>,
+    /// Until the plate has settled; 0: it has. `None` where no position is asked for, where a limit keeps it away, and where
+    /// the calibration was never tried on the mirror.
+    pub(crate) settles_in_s: Option<f64>,
+}
+
+impl From<&Telemetry> for Uncertainty {
+    fn from(sample: &Telemetry) -> Self {
+        let told = sample.uncertainty;
+        let tilt = told.filter(|_| sample.pose.tilt_rad.is_some());
+        Self {
+            z_um: told.map(|told| f64::from(told.z_nm) * 1e-3),
+            tilt_deg: tilt.map(|told| (f64::from(told.tilt_urad) * 1e-6).to_degrees()),
+            settles_in_s: sample.settles_in_ms.map(|ms| f64::from(ms) * 1e-3),
+        }
+    }
+}
+
+impl Uncertainty {
+    /// When it settles, in words.
+    pub(crate) fn settling(&self) -> Option<String> {
+        self.settles_in_s.map(|settles_in_s| {
+            if settles_in_s > 0.0 {
+                format!("settles in {:.0} ms", 1e3 * settles_in_s)
+            } else {
+                "settled".to_owned()
+            }
+        })
+    }
+}
+
+/// As the line of a report.
+impl fmt::Display for Uncertainty {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some(z_um) = self.z_um else {
+            return f.write_str(
+                "not known: the calibration does not say what it leaves; `host-tool calibrate` makes one that does",
+            );
+        };
+        write!(f, "{z_um:>9.3} um")?;
+        if let Some(tilt_deg) = self.tilt_deg {
+            write!(f, ", {tilt_deg:.4} deg")?;
+        }
+        f.write_str(" either way in 95 of 100 cases")?;
+        match self.settling() {
+            Some(settling) => write!(f, "; {settling}"),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mirror_protocol::{Pose, Uncertainty as Told};
+
+    #[test]
+    fn is_told_as_far_as_it_is_known() {
+        let mut sample = Telemetry::default();
+        let line = |sample: &Telemetry| Uncertainty::from(sample).to_string();
+        assert!(line(&sample).starts_with("not known"));
+        sample.uncertainty = Some(Told {
+            z_nm: 84,
+            tilt_urad: 35,
+        });
+        assert_eq!(line(&sample), "    0.084 um either way in 95 of 100 cases");
+        sample.settles_in_ms = Some(12);
+        sample.pose = Pose {
+            z_um: 120.0,
+            tilt_rad: Some([0.0; 2]),
+        };
+        assert_eq!(
+            line(&sample),
+            "    0.084 um, 0.0020 deg either way in 95 of 100 cases; settles in 12 ms"
+        );
+        sample.settles_in_ms = Some(0);
+        assert!(line(&sample).ends_with("; settled"));
+    }
+}
