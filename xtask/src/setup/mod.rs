@@ -1,6 +1,7 @@
 //! What the tasks need beyond a Rust toolchain, installed where it is missing.
 
 mod apt;
+mod package;
 mod qemu;
 mod unpack;
 

@@ -1,10 +1,8 @@
 //! The emulator: the one that is there, or one from the system's packages that costs no other package.
 
-use std::process::Command;
-
-use super::apt::{self, Simulation};
+use super::package::{self, said_in};
 use super::unpack::unpack;
-use crate::cargo::{answers, program, run};
+use crate::cargo::program;
 use anyhow::{Context, Result, bail};
 
 /// The emulator's program, and the package of Debian, Fedora and Arch that has it.
@@ -71,14 +69,11 @@ pub fn qemu() -> Result<()> {
         Present::Missing => {}
     }
     eprintln!("The emulator ({QEMU}) is missing; installing it from the system's packages.");
-    if answers("apt-get", "--version") {
-        install_by_apt()?;
-    } else if answers("dnf", "--version") {
-        // It removes nothing unless it is told `--allowerasing`.
-        run(&mut as_root(&["dnf", "install", "-y", QEMU])).context(BY_HAND)?;
-    } else if answers("pacman", "--version") {
-        // With `--noconfirm`, what conflicts is an error and stays.
-        run(&mut as_root(&["pacman", "-S", "--noconfirm", QEMU])).context(BY_HAND)?;
+    if let Some(reason) = package::install(QEMU).context(BY_HAND)? {
+        eprintln!(
+            "It is not installed:\n  {reason}\nUnpacking it for this workspace alone; the system stays as it is."
+        );
+        unpack().context(BY_HAND)?;
     }
     match present() {
         Present::Tested | Present::Untested(_) => Ok(()),
@@ -90,73 +85,6 @@ fn present() -> Present {
     let output = program(QEMU).arg("--version").output();
     let said = output.ok().filter(|output| output.status.success());
     Present::read(said.map(|output| said_in(&output.stdout)).as_deref())
-}
-
-/// Installs the first version that costs no other package; unpacks it for this workspace alone where there is none.
-fn install_by_apt() -> Result<()> {
-    // Without a network, what apt knows already may do.
-    if let Err(error) = run(&mut as_root(&["apt-get", "update", "-qq"])) {
-        eprintln!("The list of packages stays as it is: {error:#}");
-    }
-    let madison = apt_command("apt-cache", &["madison", QEMU])
-        .output()
-        .context(BY_HAND)?;
-    let candidates = apt::candidates(&said_in(&madison.stdout));
-    let refused = match apt::choose(candidates, simulate)? {
-        Ok(version) => match install(&version) {
-            Ok(()) => return Ok(()),
-            Err(error) => format!("{error:#}"),
-        },
-        Err(reasons) => reasons.join("\n  "),
-    };
-    eprintln!(
-        "It is not installed:\n  {refused}\nUnpacking it for this workspace alone; the system stays as it is."
-    );
-    unpack().context(BY_HAND)
-}
-
-fn install(version: &apt::From) -> Result<()> {
-    eprintln!("Taking {version}: it removes and downgrades nothing.");
-    let mut install = as_root(&["apt-get", "install", "-qq", "-y", "--no-remove"]);
-    install.arg("--no-install-recommends").args(version.words());
-    run(install.arg(QEMU))
-}
-
-fn simulate(version: &apt::From) -> Result<Simulation> {
-    let output = simulation(&version.words()).output().context(BY_HAND)?;
-    let said = said_in(&output.stdout) + &said_in(&output.stderr);
-    Ok(Simulation::read(output.status.success(), &said))
-}
-
-/// Has apt say what an installation would do.
-pub(super) fn simulation(words: &[&str]) -> Command {
-    let mut command = apt_command("apt-get", &["--simulate", "install"]);
-    command.arg("--no-install-recommends").args(words).arg(QEMU);
-    command
-}
-
-/// apt's programs in the language that [`apt`] reads.
-pub(super) fn apt_command(program: &str, words: &[&str]) -> Command {
-    let mut command = Command::new(program);
-    command.args(words).env("LC_ALL", "C");
-    command
-}
-
-pub(super) fn said_in(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-fn as_root(words: &[&str]) -> Command {
-    let is_root = Command::new("id")
-        .arg("-u")
-        .output()
-        .is_ok_and(|id| id.stdout == b"0\n");
-    let mut command = match is_root {
-        true => Command::new("env"),
-        false => Command::new("sudo"),
-    };
-    command.args(["DEBIAN_FRONTEND=noninteractive"]).args(words);
-    command
 }
 
 #[cfg(test)]

@@ -8,7 +8,8 @@ use std::process::Command;
 use anyhow::{Context, Result, ensure};
 
 use super::apt::added;
-use super::qemu::{QEMU, apt_command, said_in, simulation};
+use super::package::{apt_command, said_in, simulation};
+use super::qemu::QEMU;
 use crate::cargo::{run, target_directory};
 
 /// Where the emulator is started that was unpacked.
@@ -23,7 +24,7 @@ fn folder() -> PathBuf {
 
 /// Fetches what an installation would add, and unpacks it.
 pub(super) fn unpack() -> Result<()> {
-    let output = simulation(&[]).output()?;
+    let output = simulation(QEMU, &[]).output()?;
     let packages = added(&said_in(&output.stdout));
     ensure!(
         !packages.is_empty(),
