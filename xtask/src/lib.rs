@@ -8,6 +8,7 @@ mod checks;
 mod copy;
 mod deny;
 mod dist;
+mod docs;
 mod flash;
 mod hil;
 pub mod images;
@@ -98,6 +99,15 @@ enum Task {
         #[arg(long)]
         check: bool,
     },
+    /// Make a book of the pages of docs in target/docs, to be read and searched without a network.
+    Docs {
+        /// Try its links and, in a browser, its search.
+        #[arg(long)]
+        check: bool,
+        /// Show it.
+        #[arg(long)]
+        open: bool,
+    },
     /// Install the Python package into target/python, check its types, and test it on an emulated board.
     Python {
         /// Its drivers too, in QCoDeS, pymeasure and bluesky.
@@ -165,6 +175,7 @@ fn run(task: Task) -> Result<ExitCode> {
         Task::Story(Words { words }) => workbench("story", &words),
         Task::Fuzz { arguments } => test::fuzz(&arguments).map(|()| ExitCode::SUCCESS),
         Task::Python { full } => python::check(full).map(|()| ExitCode::SUCCESS),
+        Task::Docs { check, open } => docs::build(check, open).map(|()| ExitCode::SUCCESS),
         Task::Dist { check } => dist::build(check).map(|()| ExitCode::SUCCESS),
         Task::Deny => deny::check().map(|()| ExitCode::SUCCESS),
         Task::Sbom { folder } => sbom::write(&folder).map(|()| ExitCode::SUCCESS),

@@ -3,6 +3,7 @@
 //! The steps share their builds: all that runs on this machine is built once, by the linter, which is the compiler with more
 //! to say; so is all that runs on the emulated board. What is flashed is built by the compiler alone.
 
+use std::ffi::OsStr;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -12,6 +13,7 @@ use crate::cargo::{ON_HOST, TARGET, cargo, run};
 use crate::checks::{self, Check};
 use crate::deny;
 use crate::dist;
+use crate::docs;
 use crate::hil;
 use crate::images::{self, Board};
 use crate::mistakes;
@@ -88,6 +90,7 @@ pub(crate) fn run_all(full: bool) -> Result<()> {
     setup::rust_target(TARGET)?;
     setup::rust_components()?;
     setup::qemu()?;
+    let browser = full.then(setup::browser).transpose()?;
     let start = Instant::now();
     let mut gate = Gate::default();
     gate.step("format", || run(&mut cargo(&["fmt", "--all", "--check"])))?;
@@ -104,11 +107,14 @@ pub(crate) fn run_all(full: bool) -> Result<()> {
     )?;
     gate.run(
         "tests on the host, on the target, on emulated boards and on the silicon twin",
-        checks(&built, full)?,
+        checks(&built, browser.as_deref())?,
     )?;
     gate.step("real boards", hil::name_real_boards)?;
     if full {
         gate.step("documentation, and the examples in it", documentation)?;
+        gate.step("the book, its links and its search", || {
+            docs::build(true, false)
+        })?;
         gate.step(
             "the example of another PCB, on its silicon twin",
             port::check,
@@ -149,8 +155,8 @@ fn build(gate: &mut Gate) -> Result<Built> {
     })
 }
 
-/// What is built, as checks, the longest first.
-fn checks(built: &Built, full: bool) -> Result<Vec<Check>> {
+/// What is built, as checks, the longest first; with a browser what is long, too.
+fn checks(built: &Built, browser: Option<&OsStr>) -> Result<Vec<Check>> {
     let place = |program: &&TestProgram| {
         let place = LONGEST.iter().position(|name| program.name == *name);
         (
@@ -162,13 +168,13 @@ fn checks(built: &Built, full: bool) -> Result<Vec<Check>> {
     programs.sort_by_key(place);
     let mut checks: Vec<Check> = programs
         .iter()
-        .map(|program| on_host(program, full))
+        .map(|program| on_host(program, browser))
         .collect();
     checks.extend(built.on_target.iter().map(on_target::check));
     for name in ON_THE_TWIN {
         let program = programs.iter().find(|program| program.name == name);
         let program = program.with_context(|| format!("{name} was not built"))?;
-        let mut check = on_host(program, full);
+        let mut check = on_host(program, browser);
         check.name.push_str(", on the silicon twin");
         check.command.env(TWIN.0, TWIN.1);
         checks.insert(LONGEST.len(), check);
@@ -176,10 +182,11 @@ fn checks(built: &Built, full: bool) -> Result<Vec<Check>> {
     Ok(checks)
 }
 
-fn on_host(program: &TestProgram, full: bool) -> Check {
+fn on_host(program: &TestProgram, browser: Option<&OsStr>) -> Check {
     let mut command = program.command();
-    if full {
+    if let Some(browser) = browser {
         command.arg("--include-ignored").env(FULL, "1");
+        command.env(setup::BROWSER, browser);
     }
     Check::new(format!("{} of {}", program.name, program.package), command)
 }

@@ -1,6 +1,7 @@
 //! What the tasks need beyond a Rust toolchain, installed where it is missing.
 
 mod apt;
+mod browser;
 mod package;
 mod qemu;
 mod unpack;
@@ -11,6 +12,7 @@ use anyhow::{Context, Result};
 
 use crate::cargo;
 
+pub(crate) use browser::{BROWSER, browser};
 pub use qemu::qemu;
 pub use unpack::unpacked;
 
