@@ -428,10 +428,6 @@ pub enum ToolError {
         version: String,
     },
 
-    #[error("the picture cannot be drawn: {reason}")]
-    #[diagnostic(help("the measurements hold nothing that can be drawn"))]
-    Picture { reason: String },
-
     #[error("the tool's own runtime does not start: {0}")]
     #[diagnostic(help("is the system out of memory or file handles?"))]
     Runtime(io::Error),

@@ -16,7 +16,7 @@ mod names;
 mod new_file;
 mod option_bytes;
 mod page;
-pub mod picture;
+mod picture;
 pub mod quantity;
 mod recording;
 mod report;

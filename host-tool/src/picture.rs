@@ -1,77 +1,13 @@
-//! Panels of a picture, and plots in the terminal.
+//! Plots in the terminal.
 
-use std::error::Error;
 use std::fmt::Write;
 use std::ops::Range;
-
-use plotters::coord::Shift;
-use plotters::prelude::*;
-
-/// Axes, titles, and what a model says.
-pub const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
-/// What was measured.
-pub const MEASURED: RGBColor = RGBColor(0x1f, 0x77, 0xb4);
-/// What is left between the two.
-pub const ERROR: RGBColor = RGBColor(0xd6, 0x27, 0x28);
 
 const TERMINAL_WIDTH: usize = 64;
 const TERMINAL_HEIGHT: usize = 9;
 
-/// Where a panel is drawn.
-pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-/// Points, and their colour.
-pub type Curve<'a> = (&'a [(f64, f64)], RGBColor);
-
-/// One panel with lines and dots, its ranges taken from them.
-///
-/// # Errors
-/// Where the drawing library gives up.
-pub fn panel(
-    area: &Area<'_>,
-    title: &str,
-    (x_name, y_name): (&str, &str),
-    lines: &[Curve<'_>],
-    dots: &[Curve<'_>],
-) -> Result<(), Box<dyn Error>> {
-    let all = || {
-        lines
-            .iter()
-            .chain(dots)
-            .flat_map(|(points, _)| points.iter())
-    };
-    let mut chart = ChartBuilder::on(area)
-        .caption(title, ("sans-serif", 15, &INK))
-        .margin(10)
-        .x_label_area_size(34)
-        .y_label_area_size(58)
-        .build_cartesian_2d(
-            with_room(range(all().map(|(x, _)| *x))),
-            with_room(range(all().map(|(_, y)| *y))),
-        )?;
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(INK.mix(0.12))
-        .axis_style(INK)
-        .x_desc(x_name)
-        .y_desc(y_name)
-        .x_labels(6)
-        .y_labels(6)
-        .draw()?;
-    for (points, color) in lines {
-        chart.draw_series(LineSeries::new(points.iter().copied(), color))?;
-    }
-    for (points, color) in dots {
-        let circles = points
-            .iter()
-            .map(|point| Circle::new(*point, 2, color.filled()));
-        chart.draw_series(circles)?;
-    }
-    Ok(())
-}
-
 /// Dots in the terminal, under a title, with the extremes beside them.
-pub fn text_plot(title: &str, points: &[(f64, f64)]) -> String {
+pub(crate) fn text_plot(title: &str, points: &[(f64, f64)]) -> String {
     let (across, up) = (
         range(points.iter().map(|(x, _)| *x)),
         range(points.iter().map(|(_, y)| *y)),
@@ -100,12 +36,6 @@ pub fn text_plot(title: &str, points: &[(f64, f64)]) -> String {
     }
     let _ = writeln!(plot, "{:>10}  {:<32}{:>32}", "", across.start, across.end);
     plot
-}
-
-/// With a little room on both sides, so that no dot lies on the frame.
-fn with_room(range: Range<f64>) -> Range<f64> {
-    let room = 0.04 * (range.end - range.start);
-    range.start - room..range.end + room
 }
 
 /// From the smallest to the largest value, and a little more where they are one.

@@ -265,6 +265,7 @@ const ALLOWED: &[Allowed] = &[
         "workbench",
         &[
             "calibration",
+            "charts",
             "closed-loop",
             "control-core",
             "emulated-board",

@@ -5,14 +5,13 @@ use std::fmt;
 use std::path::PathBuf;
 
 use calibration::Reach;
-use plotters::prelude::*;
+use charts::{Look, Panel, Series, sheet};
 use serde::Serialize;
 
 use super::pose::reach;
 use crate::board::Board;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
-use crate::picture::{INK, MEASURED, panel};
 use crate::report::{self, decimal};
 
 /// Tilts that are told, besides none, as parts of the largest.
@@ -21,7 +20,6 @@ const TILTS: u32 = 8;
 const POINTS: u32 = 120;
 /// Outlines are drawn at these parts of the range.
 const OUTLINES: [f64; 3] = [0.1, 0.25, 0.5];
-const SIZE: (u32, u32) = (1200, 400);
 
 #[derive(Serialize)]
 struct Range {
@@ -61,10 +59,7 @@ pub(super) async fn run(
         picture: None,
     };
     if let Some(file) = file {
-        let svg = draw(&reach, top_um).map_err(|error| ToolError::Picture {
-            reason: error.to_string(),
-        })?;
-        range.picture = Some(file.write(&svg)?);
+        range.picture = Some(file.write(&draw(&reach, top_um))?);
     }
     report::print(&range, json);
     Ok(())
@@ -89,15 +84,8 @@ fn tilts(reach: &Reach, top_um: f64) -> Vec<Tilt> {
     (0..=TILTS).map(tilt).collect()
 }
 
-fn draw(reach: &Reach, top_um: f64) -> Result<String, Box<dyn std::error::Error>> {
-    let mut svg = String::new();
-    let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-    area.fill(&WHITE)?;
-    let panels = area.split_evenly((1, 3));
-    for (place, (about, direction)) in [("x", (1.0, 0.0)), ("y", (0.0, 1.0))]
-        .into_iter()
-        .enumerate()
-    {
+fn draw(reach: &Reach, top_um: f64) -> String {
+    let of_direction = |about: &str, direction: (f64, f64)| {
         let side = |sign: f64| -> Vec<(f64, f64)> {
             let at = |step: u32| {
                 let z_um = top_um * f64::from(step) / f64::from(POINTS);
@@ -106,44 +94,43 @@ fn draw(reach: &Reach, top_um: f64) -> Result<String, Box<dyn std::error::Error>
             };
             (0..=POINTS).map(at).collect()
         };
-        let (up, down) = (side(1.0), side(-1.0));
-        panel(
-            &panels[place],
-            &format!("largest tilts about {about}"),
-            ("z (um)", "tilt (deg)"),
-            &[(&up, MEASURED), (&down, MEASURED)],
-            &[],
-        )?;
-    }
-    let outlines = OUTLINES.map(|part| {
+        Panel {
+            title: format!("largest tilts about {about}"),
+            x: "z (µm)".into(),
+            y: format!("tilt about {about} (°)"),
+            series: vec![
+                line(0, "one way".into(), side(1.0)),
+                line(1, "the other".into(), side(-1.0)),
+            ],
+        }
+    };
+    let outline = |(number, part): (usize, f64)| {
         let at = |step: u32| {
             let (sine, cosine) = (TAU * f64::from(step) / f64::from(POINTS)).sin_cos();
-            let deg = reach
-                .largest_tilt_rad(part * top_um, (cosine, sine))
-                .to_degrees();
-            (deg * cosine, deg * sine)
+            let rad = reach.largest_tilt_rad(part * top_um, (cosine, sine));
+            (rad.to_degrees() * cosine, rad.to_degrees() * sine)
         };
-        (0..=POINTS).map(at).collect::<Vec<_>>()
-    });
-    let lines = [
-        (outlines[0].as_slice(), INK),
-        (outlines[1].as_slice(), INK),
-        (outlines[2].as_slice(), MEASURED),
-    ];
-    let heights = OUTLINES
-        .map(|part| format!("{:.0}", part * top_um))
-        .join(", ");
-    panel(
-        &panels[2],
-        &format!("largest tilts at {heights} um"),
-        ("about x (deg)", "about y (deg)"),
-        &lines,
-        &[],
-    )?;
-    area.present()?;
-    drop(panels);
-    drop(area);
-    Ok(svg)
+        let name = format!("at {:.0} µm", part * top_um);
+        line(number, name, (0..=POINTS).map(at).collect())
+    };
+    let outlines = Panel {
+        title: "largest tilts in all directions".into(),
+        x: "tilt about x (°)".into(),
+        y: "tilt about y (°)".into(),
+        series: OUTLINES.into_iter().enumerate().map(outline).collect(),
+    };
+    sheet(&[
+        vec![of_direction("x", (1.0, 0.0)), of_direction("y", (0.0, 1.0))],
+        vec![outlines],
+    ])
+}
+
+fn line(number: usize, name: String, points: Vec<(f64, f64)>) -> Series {
+    Series {
+        name,
+        look: Look::Line(number),
+        points,
+    }
 }
 
 impl fmt::Display for Range {
@@ -195,7 +182,7 @@ mod tests {
             range.to_string(),
             include_str!("../../tests/golden/range.txt")
         );
-        let svg = draw(&reach, top_um).expect("a picture");
+        let svg = draw(&reach, top_um);
         assert!(svg.contains("largest tilts about y"), "{svg}");
     }
 }

@@ -41,11 +41,6 @@ impl Axis {
         self.places.start + part * (self.places.end - self.places.start)
     }
 
-    /// Whether it reaches a number.
-    pub(crate) fn holds(&self, value: f64) -> bool {
-        self.values.contains(&value)
-    }
-
     /// Round numbers on it, with how they are written: five or so, steps of 1, 2 or 5 times a power of ten.
     pub(crate) fn ticks(&self) -> Vec<(f64, String)> {
         const ABOUT: f64 = 5.0;

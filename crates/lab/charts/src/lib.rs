@@ -8,7 +8,7 @@ mod panel;
 mod sheet;
 mod strips;
 
-pub use panel::{Look, Panel, Series};
+pub use panel::{LINES, Look, Panel, Series};
 pub use sheet::sheet;
 pub use strips::{Strip, Strips};
 

@@ -24,11 +24,16 @@ const LETTER: f64 = 6.0;
 pub enum Look {
     /// What was measured: dots.
     Measured,
-    /// What a model says: a line.
+    /// What a model says, or what was asked for: a line.
     Model,
     /// What is left between the two: small dots, about a line at zero.
     Residual,
+    /// One of several lines, told apart by their dashes; there are [`LINES`] of them.
+    Line(usize),
 }
+
+/// Lines of one panel that are told apart.
+pub const LINES: usize = 4;
 
 impl Look {
     fn class(self) -> &'static str {
@@ -36,7 +41,12 @@ impl Look {
             Self::Measured => "measured",
             Self::Model => "model",
             Self::Residual => "residual",
+            Self::Line(number) => ["line-0", "line-1", "line-2", "line-3"][number % LINES],
         }
+    }
+
+    fn is_line(self) -> bool {
+        matches!(self, Self::Model | Self::Line(_))
     }
 }
 
@@ -44,7 +54,7 @@ impl Look {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
     /// What they are, for the legend.
-    pub name: &'static str,
+    pub name: String,
     /// How they are drawn.
     pub look: Look,
     /// Abscissa and ordinate, in the order in which a line joins them. Points that are not finite are left out.
@@ -69,7 +79,10 @@ impl Panel {
     pub fn to_svg(&self) -> String {
         let points = || self.series.iter().flat_map(|series| &series.points);
         let x = Axis::holding(points().map(|point| point.0), LEFT..RIGHT);
-        let y = Axis::holding(points().map(|point| point.1), BOTTOM..TOP);
+        let is_residual = |series: &Series| series.look == Look::Residual;
+        // What is left is seen against nothing left.
+        let zero = self.series.iter().any(is_residual).then_some(0.0);
+        let y = Axis::holding(points().map(|point| point.1).chain(zero), BOTTOM..TOP);
         let mut svg = opening(
             WIDTH,
             HEIGHT,
@@ -98,16 +111,11 @@ impl Panel {
                 at + 3.5
             );
         }
-        if self
-            .series
-            .iter()
-            .any(|series| series.look == Look::Residual)
-            && y.holds(0.0)
-        {
+        if let Some(zero) = zero {
             let _ = write!(
                 svg,
                 r#"<path class="zero" d="M{LEFT} {:.2}H{RIGHT}"/>"#,
-                y.place(0.0)
+                y.place(zero)
             );
         }
         let _ = write!(
@@ -117,7 +125,7 @@ impl Panel {
         let (dots, lines): (Vec<_>, Vec<_>) = self
             .series
             .iter()
-            .partition(|series| series.look != Look::Model);
+            .partition(|series| !series.look.is_line());
         for series in dots.into_iter().chain(lines) {
             let class = series.look.class();
             let path = path(series, &x, &y);
@@ -139,22 +147,20 @@ impl Panel {
         let mut at = LEFT;
         for series in &self.series {
             let class = series.look.class();
-            let sign = match series.look {
-                Look::Model => format!("M{at:.1} 29h18"),
-                Look::Measured | Look::Residual => {
-                    format!(
-                        "M{:.1} 29h0M{:.1} 29h0M{:.1} 29h0",
-                        at + 2.0,
-                        at + 9.0,
-                        at + 16.0
-                    )
-                }
+            let sign = match series.look.is_line() {
+                true => format!("M{at:.1} 29h18"),
+                false => format!(
+                    "M{:.1} 29h0M{:.1} 29h0M{:.1} 29h0",
+                    at + 2.0,
+                    at + 9.0,
+                    at + 16.0
+                ),
             };
             let _ = write!(
                 svg,
                 r#"<path class="{class}" d="{sign}"/><text x="{:.1}" y="33">{}</text>"#,
                 at + 22.0,
-                escaped(series.name)
+                escaped(&series.name)
             );
             at += SIGN + LETTER * series.name.chars().count() as f64 + 10.0;
         }
@@ -178,8 +184,8 @@ fn path(series: &Series, x: &Axis, y: &Axis) -> String {
     let mut seen = HashSet::new();
     for (a, b) in places {
         let _ = match series.look {
-            Look::Model if path.is_empty() => write!(path, "M{a:.2} {b:.2}"),
-            Look::Model => write!(path, "L{a:.2} {b:.2}"),
+            look if look.is_line() && path.is_empty() => write!(path, "M{a:.2} {b:.2}"),
+            look if look.is_line() => write!(path, "L{a:.2} {b:.2}"),
             _ if seen.insert(((a / SAME) as i32, (b / SAME) as i32)) => {
                 write!(path, "M{a:.1} {b:.1}h0")
             }
@@ -194,8 +200,8 @@ mod tests {
     use super::*;
 
     fn panel(points: Vec<(f64, f64)>) -> String {
-        let series = |look, name| Series {
-            name,
+        let series = |look, name: &str| Series {
+            name: name.into(),
             look,
             points: points.clone(),
         };
@@ -223,6 +229,44 @@ mod tests {
             svg.contains(r#"class="model" d="M70.59 211.56L435.41 50.44""#),
             "{svg}"
         );
+    }
+
+    #[test]
+    fn several_lines_differ_in_form() {
+        let line = |number| Series {
+            name: format!("channel {number}"),
+            look: Look::Line(number),
+            points: vec![(0.0, number as f64), (1.0, 3.0)],
+        };
+        let panel = Panel {
+            title: "t".into(),
+            x: "x".into(),
+            y: "y".into(),
+            series: (0..LINES).map(line).collect(),
+        };
+        let svg = panel.to_svg();
+        for number in 0..LINES {
+            let class = format!("class=\"line-{number}\"");
+            // In the legend and in the frame.
+            assert_eq!(svg.matches(&class).count(), 2, "{svg}");
+            assert!(crate::STYLE.contains(&format!(".line-{number} ")));
+        }
+    }
+
+    #[test]
+    fn what_is_left_is_seen_against_zero() {
+        let panel = |look| Panel {
+            title: "t".into(),
+            x: "x".into(),
+            y: "y".into(),
+            series: vec![Series {
+                name: "left".into(),
+                look,
+                points: vec![(0.0, -3.0), (1.0, -4.0)],
+            }],
+        };
+        assert!(panel(Look::Residual).to_svg().contains(">0</text>"));
+        assert!(!panel(Look::Model).to_svg().contains(">0</text>"));
     }
 
     #[test]

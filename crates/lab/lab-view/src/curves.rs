@@ -82,7 +82,11 @@ impl Curves {
                 .map(|point| (point.0, of(point)))
                 .collect()
         };
-        let series = |name, look, points| Series { name, look, points };
+        let series = |name: &str, look, points| Series {
+            name: name.into(),
+            look,
+            points,
+        };
         let Self { quantity, unit, .. } = self;
         let panel = |title: String, y: String, series| Panel {
             title,

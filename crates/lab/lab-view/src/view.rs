@@ -110,7 +110,7 @@ fn stages(errors: &StageErrors) -> Vec<StageView> {
             x: "modelled warming (K)".into(),
             y: y.into(),
             series: vec![Series {
-                name: "measured less model, steady drives",
+                name: "measured less model, steady drives".into(),
                 look: Look::Residual,
                 points,
             }],

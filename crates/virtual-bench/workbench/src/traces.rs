@@ -1,13 +1,11 @@
 //! What an oscilloscope shows at the driver board's actuators, drawn from the silicon twin for the page on bringing a board up.
 
 use std::fs;
-use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
+use charts::{Look, Panel, Series, sheet};
 use emulated_board::{Connected, PlantFault};
-use host_tool::picture::{ERROR, INK, MEASURED, panel};
 use mirror_protocol::{Drives, LEASE_FOREVER_MS, Position, SetDriveEndpoint, SetPositionEndpoint};
-use plotters::prelude::*;
 use silicon_twin::board::Board;
 use silicon_twin::tool::Tool;
 use silicon_twin::{Image, Twin};
@@ -16,9 +14,6 @@ use xtask::cargo::workspace;
 use xtask::images;
 
 const FOLDER: &str = "docs/pictures";
-const SIZE: (u32, u32) = (760, 260);
-/// The four channels.
-const COLORS: [RGBColor; 4] = [INK, MEASURED, ERROR, RGBColor(120, 120, 120)];
 /// A period of the PWM (s).
 const PERIOD_S: f64 = 25e-6;
 
@@ -84,20 +79,18 @@ fn picture(name: &str, title: &str, trace: &Trace) -> Result<()> {
         .join(FOLDER)
         .join(format!("bring-up-{name}.svg"));
     fs::create_dir_all(path.parent().context("a folder")?)?;
-    draw_to(&path, title, trace).map_err(|error| anyhow!("{error}"))?;
+    let lines = trace.iter().enumerate().map(|(channel, points)| Series {
+        name: format!("channel {}", channel + 1),
+        look: Look::Line(channel),
+        points: points.clone(),
+    });
+    let panel = Panel {
+        title: title.into(),
+        x: "time (ms)".into(),
+        y: "actuator (V)".into(),
+        series: lines.collect(),
+    };
+    fs::write(&path, sheet(&[vec![panel]]))?;
     println!("{}", path.display());
-    Ok(())
-}
-
-fn draw_to(path: &Path, title: &str, trace: &Trace) -> Result<(), Box<dyn std::error::Error>> {
-    let area = SVGBackend::new(path, SIZE).into_drawing_area();
-    area.fill(&WHITE)?;
-    let lines: Vec<_> = trace
-        .iter()
-        .zip(COLORS)
-        .map(|(channel, color)| (channel.as_slice(), color))
-        .collect();
-    panel(&area, title, ("time (ms)", "actuator (V)"), &lines, &[])?;
-    area.present()?;
     Ok(())
 }

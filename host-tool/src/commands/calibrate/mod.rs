@@ -10,6 +10,7 @@ use std::path::PathBuf;
 
 use calibration::to_toml;
 use calibration_procedure::{Calibrated, Part, Procedure, Source};
+use charts::sheet;
 use control_core::calibration::Label;
 use experiments::calibration::Effort;
 use measurement::Session;
@@ -97,7 +98,10 @@ impl Outputs {
     fn write(self, calibrated: &Calibrated) -> Result<Written, ToolError> {
         let write =
             |file: Option<NewFile>, text: String| file.map(|file| file.write(&text)).transpose();
-        let picture = picture::before_and_after(&calibrated.before, &calibrated.after)?;
+        let picture = sheet(&picture::before_and_after(
+            &calibrated.before,
+            &calibrated.after,
+        ));
         Ok(Written {
             calibration: write(self.calibration, to_toml(&calibrated.calibration))?,
             model: write(self.model, calibrated.model.to_toml())?,

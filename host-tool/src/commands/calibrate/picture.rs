@@ -1,74 +1,68 @@
-//! Before and after in one picture: error at rest, a step, the errors along two sines, and along a triangle.
+//! Before and after: error at rest, a step, the errors along two sines, and along a triangle.
 
-use calibration_procedure::{Point, Series, Trial};
-use plotters::prelude::*;
+use calibration_procedure::{Point, Series as Tried, Trial};
+use charts::{Look, Panel, Series};
 
-use crate::error::ToolError;
-use crate::picture::{Area, Curve, ERROR, INK, MEASURED, panel};
-
-const SIZE: (u32, u32) = (1200, 640);
 /// A step is shown so long.
 const STEP_S: f64 = 0.6;
 
-/// The picture: two rows, before above and after below.
-pub(super) fn before_and_after(before: &Trial, after: &Trial) -> Result<String, ToolError> {
-    let mut svg = String::new();
-    draw(&mut svg, before, after).map_err(|error| ToolError::Picture {
-        reason: error.to_string(),
-    })?;
-    Ok(svg)
-}
-
-fn draw(svg: &mut String, before: &Trial, after: &Trial) -> Result<(), Box<dyn std::error::Error>> {
-    let area = SVGBackend::with_string(svg, SIZE).into_drawing_area();
-    area.fill(&WHITE)?;
-    let panels = area.split_evenly((2, 4));
-    for (row, (when, trial)) in [("before", before), ("after", after)]
+/// What was tried, a row each: before on the left, after on the right.
+pub(super) fn before_and_after(before: &Trial, after: &Trial) -> Vec<Vec<Panel>> {
+    let (before, after) = (panels(before, "before"), panels(after, "after"));
+    before
         .into_iter()
-        .enumerate()
-    {
-        let of_row = &panels[4 * row..];
-        let error = |area: &Area, what: &str, lines: &[Curve], points: &[Curve]| {
-            panel(
-                area,
-                &format!("{what}, {when}"),
-                ("asked (um)", "error (um)"),
-                lines,
-                points,
-            )
-        };
-        let mut rest = errors(&trial.rest);
-        rest.sort_by(|a, b| a.0.total_cmp(&b.0));
-        error(&of_row[0], "error at rest", &[], &[(&rest, ERROR)])?;
-        let shown = trial.step.points.iter().filter(|point| point.t_s < STEP_S);
-        let ms = |point: &Point, um: f64| (1e3 * point.t_s, um);
-        let asked: Vec<_> = shown
-            .clone()
-            .map(|point| ms(point, point.asked_um))
-            .collect();
-        let reached: Vec<_> = shown.map(|point| ms(point, point.reached_um)).collect();
-        panel(
-            &of_row[1],
-            &format!("a step, {when}"),
-            ("time (ms)", "z (um)"),
-            &[(&asked, INK), (&reached, MEASURED)],
-            &[],
-        )?;
-        let (fast, slow) = (errors(&trial.fast_sine), errors(&trial.slow_sine));
-        let both = [(fast.as_slice(), ERROR), (slow.as_slice(), MEASURED)];
-        error(&of_row[2], "error along 1 and 20 Hz", &both, &[])?;
-        let triangle = errors(&trial.triangle);
-        let one = [(triangle.as_slice(), ERROR)];
-        error(&of_row[3], "error along a 20 Hz triangle", &one, &[])?;
-    }
-    area.present()?;
-    drop(panels);
-    drop(area);
-    Ok(())
+        .zip(after)
+        .map(|(before, after)| vec![before, after])
+        .collect()
 }
 
-/// Where the mirror was asked to be, and how far from it it was (um).
-fn errors(series: &Series) -> Vec<(f64, f64)> {
-    let error = |point: &Point| (point.asked_um, point.error_um());
-    series.points.iter().map(error).collect()
+fn panels(trial: &Trial, when: &str) -> [Panel; 4] {
+    let panel = |what: &str, (x, y): (&str, &str), series| Panel {
+        title: format!("{what}, {when}"),
+        x: x.into(),
+        y: y.into(),
+        series,
+    };
+    let errors = |what, series| panel(what, ("asked (µm)", "error (µm)"), series);
+    let shown = || trial.step.points.iter().filter(|point| point.t_s < STEP_S);
+    let in_ms = |um: fn(&Point) -> f64| shown().map(|point| (1e3 * point.t_s, um(point))).collect();
+    [
+        errors(
+            "error at rest",
+            vec![error("reached less asked", Look::Residual, &trial.rest)],
+        ),
+        panel(
+            "a step",
+            ("time (ms)", "z (µm)"),
+            vec![
+                series("asked", Look::Model, in_ms(|point| point.asked_um)),
+                series("reached", Look::Measured, in_ms(|point| point.reached_um)),
+            ],
+        ),
+        errors(
+            "error along two sines",
+            vec![
+                error("20 Hz", Look::Residual, &trial.fast_sine),
+                error("1 Hz", Look::Line(0), &trial.slow_sine),
+            ],
+        ),
+        errors(
+            "error along a triangle",
+            vec![error("20 Hz", Look::Residual, &trial.triangle)],
+        ),
+    ]
+}
+
+/// How far from where it was asked to be the mirror was, over that.
+fn error(name: &str, look: Look, tried: &Tried) -> Series {
+    let point = |point: &Point| (point.asked_um, point.error_um());
+    series(name, look, tried.points.iter().map(point).collect())
+}
+
+fn series(name: &str, look: Look, points: Vec<(f64, f64)>) -> Series {
+    Series {
+        name: name.into(),
+        look,
+        points,
+    }
 }
