@@ -7,6 +7,7 @@ use std::process::{Child, ChildStderr};
 use emulated_board::{EmulatedBoard, PlantFault};
 use experiments::Experiment;
 use hil::{Bench, Said, interrupt};
+use serde_json::Value;
 use virtual_mirror::{Family, MirrorConfig};
 use virtual_sessions::{Instruments, measure};
 
@@ -45,6 +46,8 @@ fn a_calibrated_board_goes_where_it_is_asked() {
         "model.toml",
         "--picture",
         "picture.svg",
+        "--trial",
+        "trial.json",
     ]);
     for what in ["missing", "outlying"] {
         assert!(report["readings"][what].as_u64() > Some(0), "{report}");
@@ -77,6 +80,7 @@ fn a_calibrated_board_goes_where_it_is_asked() {
     assert_eq!(calibration::model_hash(&model), origin.model_hash);
     let picture = std::fs::read_to_string(bench.directory().join("picture.svg")).unwrap();
     assert!(picture.contains("error at rest, after"));
+    is_tried(&bench, &report);
 
     // `set-z` goes by it. The triangle from 60 um to 100 um is followed within 5 % of its span at its tips, where it turns
     // faster than the thermal poles let the mirror turn.
@@ -93,6 +97,25 @@ fn a_calibrated_board_goes_where_it_is_asked() {
     let too_fast = bench.json(&[&fast[..], &span].concat());
     assert_eq!(too_fast["limited_by"][0], "cooling", "{too_fast}");
     goes_there_in_a_warmer_room(&bench, config.ambient_c);
+}
+
+/// The file for `report --trial` holds the calibration, and the readings that the report's figures are made of.
+fn is_tried(bench: &Bench, report: &Value) {
+    let text = std::fs::read_to_string(bench.directory().join("trial.json")).unwrap();
+    let trial: Value = serde_json::from_str(&text).expect("JSON");
+    let kept = std::fs::read_to_string(bench.directory().join("calibration.toml")).unwrap();
+    assert_eq!(trial["calibration"], kept);
+    for when in ["before", "after"] {
+        let points = trial[when]["rest"]["points"].as_array().expect("readings");
+        let errors = points.iter().map(|point| {
+            let um = |key: &str| point[key].as_f64().expect("a number");
+            (um("reached_um") - um("asked_um")).abs()
+        });
+        let largest = report[when]["rest_largest_um"].as_f64().expect("a number");
+        // To the rounding of a number that was written and read.
+        let off_um = errors.fold(0.0, f64::max) - largest;
+        assert!(off_um.abs() < 1e-9, "{when}: {off_um} um");
+    }
 }
 
 /// How much warmer the room becomes (K).

@@ -413,6 +413,10 @@ pub enum ToolError {
     ))]
     NotAReport { path: PathBuf, reason: String },
 
+    #[error("{} is no trial of a calibration: {reason}", path.display())]
+    #[diagnostic(help("`host-tool calibrate --trial FILE` writes one"))]
+    NotATrial { path: PathBuf, reason: String },
+
     #[error("{} says other than this run: {count} of what it holds came out otherwise", path.display())]
     #[diagnostic(help(
         "{}",

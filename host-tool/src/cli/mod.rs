@@ -363,6 +363,9 @@ pub enum Command {
         /// Also try this effect of your own, a TOML file as `effect new` writes it.
         #[arg(help_heading = INPUT, long, value_name = "FILE")]
         effect: Vec<PathBuf>,
+        /// Also show the board, its calibration and what it reached before and after: a file that `calibrate --trial` wrote.
+        #[arg(help_heading = INPUT, long, value_name = "FILE")]
+        trial: Option<PathBuf>,
         /// The page to write.
         #[arg(help_heading = OUTPUT, short, long, value_name = "FILE")]
         output: PathBuf,

@@ -105,6 +105,9 @@ pub struct Calibrate {
     /// Draw error, step and loop before and after, as SVG.
     #[arg(help_heading = OUTPUT, long, value_name = "FILE")]
     pub picture: Option<PathBuf>,
+    /// Also write what the board reached before and after, with the calibration, to this file, for `report --trial`.
+    #[arg(help_heading = OUTPUT, long, value_name = "FILE")]
+    pub trial: Option<PathBuf>,
     /// Fewer moves to refine it by and to try it with: two thirds of the time, and a little coarser.
     #[arg(help_heading = SIGNAL, long)]
     pub quick: bool,

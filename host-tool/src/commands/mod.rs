@@ -170,11 +170,12 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             files,
             model,
             effect,
+            trial,
             output,
             force,
         } => {
             let input = LabInput { model, files };
-            lab::report(&input, &effect, output, force, json)
+            lab::report(&input, &effect, trial.as_deref(), output, force, json)
         }
         Command::Replay { page } => lab::replay(&page, json),
         Command::Effect(command) => lab::effect(command, json),

@@ -19,6 +19,7 @@ use crate::commands::Diagnosed;
 const LAB_VIEW: &[u8] = include_bytes!("lab-view.wasm");
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
+const BOARD_LINK: &str = " <a href=\"#board\">Board</a>";
 /// Digits of a parameter that are shown: more than any is known to.
 const DIGITS: usize = 5;
 /// And of a standard error.
@@ -38,17 +39,19 @@ impl Run {
 <link rel="icon" href="data:,"><style>{chart_style}{STYLE}</style></head>
 <body><a class="skip" href="#curves">To the curves</a>
 <header><p class="kind">Measurement session of an electrothermal mirror{device}</p><h1>{verdict}</h1>
-<nav aria-label="Sections"><a href="#verdict">Verdict</a> <a href="#curves">Curves</a> <a href="#evidence">Evidence</a> <a href="#parameters">Parameters</a> <a href="#data">Data</a></nav></header><main>
+<nav aria-label="Sections"><a href="#verdict">Verdict</a> <a href="#curves">Curves</a> <a href="#evidence">Evidence</a> <a href="#parameters">Parameters</a>{board_link} <a href="#data">Data</a></nav></header><main>
 "##,
             version = env!("CARGO_PKG_VERSION"),
             verdict = escaped(&verdict),
             chart_style = charts::STYLE,
             device = self.device(),
+            board_link = self.inside.tried.as_ref().map_or("", |_| BOARD_LINK),
         );
         self.verdict_section(&mut page);
         self.curves_section(&mut page, best, shown.as_ref());
         self.evidence_section(&mut page);
         self.parameters_section(&mut page);
+        self.board_section(&mut page);
         self.data_section(&mut page);
         let _ = write!(
             page,
@@ -60,14 +63,16 @@ impl Run {
 
     /// The device and the date, as the files state them.
     fn device(&self) -> String {
-        let provenance = |key: &str| {
-            let line = format!("# {key}=");
-            let mut texts = self.inside.opening.files.iter().map(|file| &file.text);
-            texts
-                .find_map(|text| Some(text.lines().find_map(|l| l.strip_prefix(&line))?.to_owned()))
-        };
-        let said = ["device", "date"].into_iter().filter_map(provenance);
+        let said = ["device", "date"].map(|key| self.said_of_session(key));
+        let said = said.into_iter().flatten();
         said.map(|what| format!(", {}", escaped(&what))).collect()
+    }
+
+    /// What the first of the files that states it does.
+    pub(super) fn said_of_session(&self, key: &str) -> Option<String> {
+        let line = format!("# {key}=");
+        let mut texts = self.inside.opening.files.iter().map(|file| &file.text);
+        texts.find_map(|text| Some(text.lines().find_map(|l| l.strip_prefix(&line))?.to_owned()))
     }
 
     fn verdict_section(&self, page: &mut String) {

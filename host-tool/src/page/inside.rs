@@ -11,6 +11,8 @@ use lab_view::{Chosen, Opening};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::tried::Tried;
+
 /// The format of [`Inside`] that this tool writes and reads.
 const FORMAT: u32 = 1;
 /// What is around it in the page.
@@ -40,6 +42,9 @@ pub(crate) struct Inside {
     pub(crate) opening: Opening,
     /// Rows of the session that were left out before.
     pub(crate) rows_left_out: usize,
+    /// What a board reached with a calibration, where that was asked for.
+    #[serde(default)]
+    pub(crate) tried: Option<Tried>,
     /// The fitted models: without any effect that was found missing, then with each.
     pub(crate) models: Vec<FittedModel>,
     /// The diagnosis, and the comparison with each model.
@@ -50,6 +55,7 @@ impl Inside {
     pub(super) fn new(
         opening: Opening,
         rows_left_out: usize,
+        tried: Option<Tried>,
         models: Vec<FittedModel>,
         results: Value,
     ) -> Self {
@@ -58,6 +64,7 @@ impl Inside {
             version: env!("CARGO_PKG_VERSION").into(),
             opening,
             rows_left_out,
+            tried,
             models,
             results,
         }
@@ -127,7 +134,13 @@ mod tests {
                 values: vec![0.1 + 0.2, 1.0 / 3.0, 5e-324],
             }],
         }];
-        Inside::new(opening, 3, models, serde_json::json!({"misfit": 0.1 + 0.2}))
+        Inside::new(
+            opening,
+            3,
+            None,
+            models,
+            serde_json::json!({"misfit": 0.1 + 0.2}),
+        )
     }
 
     #[test]

@@ -7,6 +7,7 @@
 //! The page's script hands the session and the reader's switches to the lab's own code (`lab-view.wasm`, which `cargo xtask
 //! build-page` builds of the crate `lab-view-wasm`) and puts what it answers in place; it computes nothing itself.
 
+mod board;
 mod controls;
 mod differences;
 mod html;

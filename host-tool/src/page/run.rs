@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use control_core::Calibration;
 use diagnosis::{Diagnosis, EditError, add, diagnose};
 use identification::{Comparison, Dataset, compare, fit_and_report};
 use lab_view::{Chosen, Opening};
@@ -13,6 +14,7 @@ use serde_json::{Value, json};
 use super::inside::{FittedModel, Inside};
 use crate::commands::Diagnosed;
 use crate::error::ToolError;
+use crate::tried::Tried;
 
 /// A model is fitted with each of so many effects that may be missing, the best ones.
 const RIVALS: usize = 3;
@@ -33,6 +35,8 @@ pub(crate) struct Run {
     pub(super) fits: Vec<Fit>,
     pub(super) own: Vec<Arc<dyn Effect>>,
     pub(super) data: Dataset,
+    /// That of the trial.
+    pub(super) calibration: Option<Calibration>,
 }
 
 /// Why a session cannot be evaluated.
@@ -69,13 +73,16 @@ impl From<EditError> for RunError {
 }
 
 impl Run {
-    /// Evaluates a session. `cache` is as in [`diagnose`].
+    /// Evaluates a session, and a trial beside it. `cache` is as in [`diagnose`].
     pub(crate) fn carry_out(
         opening: Opening,
         rows_left_out: usize,
+        tried: Option<Tried>,
         cache: &Path,
     ) -> Result<Self, RunError> {
         let session = opening.session().map_err(RunError::Opening)?;
+        let calibration = tried.as_ref().map(Tried::calibration).transpose();
+        let calibration = calibration.map_err(RunError::Opening)?;
         let model = Model::parse("model", &opening.model);
         let model = model.map_err(|error| RunError::Opening(error.to_string()))?;
         let own = opening.own_effects.iter().map(|text| {
@@ -89,14 +96,15 @@ impl Run {
         let data = Dataset::new(&session);
         let found = diagnose(&model, &data, &own, Some(cache))?;
         let fits = fits(&model, &data, &found, &own, &names, cache)?;
-        let results = results(&found, &fits);
+        let results = results(&found, &fits, tried.as_ref());
         let models = fits.iter().map(Fit::carried).collect();
         Ok(Self {
-            inside: Inside::new(opening, rows_left_out, models, results),
+            inside: Inside::new(opening, rows_left_out, tried, models, results),
             found,
             fits,
             own,
             data,
+            calibration,
         })
     }
 
@@ -165,11 +173,14 @@ impl Fit {
 }
 
 /// The numbers as they are read back from a page.
-fn results(found: &Diagnosis, fits: &[Fit]) -> Value {
+fn results(found: &Diagnosis, fits: &[Fit], tried: Option<&Tried>) -> Value {
     let compared = fits
         .iter()
         .map(|fit| (fit.name.clone(), json!(fit.compared)));
     let compared: serde_json::Map<_, _> = compared.collect();
-    let results = json!({ "diagnosis": Diagnosed::new(found, None), "comparisons": compared });
+    let mut results = json!({ "diagnosis": Diagnosed::new(found, None), "comparisons": compared });
+    if let Some(Tried { before, after, .. }) = tried {
+        results["trial"] = json!({ "before": before.figures(), "after": after.figures() });
+    }
     serde_json::from_str(&results.to_string()).expect("what was written is read")
 }

@@ -11,6 +11,7 @@ use std::process::{Child, Command, Stdio};
 use serde_json::Value;
 
 use crate::common::no_boards;
+use crate::trial::{trial, written};
 use crate::{lab, session};
 
 /// What plays a reader.
@@ -138,9 +139,12 @@ fn a_page_lives_in_a_browser() {
     let place = no_boards();
     let path = place.path().join("report.html");
     let files = session("\"hysteresis\"");
+    let trial = written(&trial(3.0, 0.03), place.path());
     let said = lab(&[
         "report",
         &files.to_string_lossy(),
+        "--trial",
+        &trial.to_string_lossy(),
         "-o",
         &path.to_string_lossy(),
     ]);

@@ -10,6 +10,7 @@ mod hidden;
 mod import;
 mod page;
 mod readme;
+mod trial;
 
 use std::fs;
 use std::path::{Path, PathBuf};

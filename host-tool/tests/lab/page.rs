@@ -14,18 +14,22 @@ use serde_json::Value;
 use wasmi::{Engine, Instance, Linker, Memory, Module, Store, TypedFunc};
 
 use crate::common::no_boards;
+use crate::trial::{trial, written};
 use crate::{cache, lab, refuses, session};
 
 /// What a page may weigh (bytes), so that it can be sent by mail.
 const LARGE: usize = 2_000_000;
 
-/// A page of the session with nothing hidden in it, which all tests share.
+/// A page of the session with nothing hidden in it and of a trial, which all tests share.
 fn page() -> &'static Path {
     static PAGE: OnceLock<PathBuf> = OnceLock::new();
     PAGE.get_or_init(|| {
         let page = cache().join("report.html");
         let (files, name) = (session(""), page.to_string_lossy());
-        let said = lab(&["report", &files.to_string_lossy(), "-o", &name]);
+        let trial = written(&trial(3.0, 0.03), cache());
+        let trial = trial.to_string_lossy();
+        let words = ["report", &files.to_string_lossy(), "--trial", &trial];
+        let said = lab(&[&words[..], &["-o", &name]].concat());
         assert_eq!(said.code, 0, "{}", said.err);
         page
     })
@@ -56,6 +60,57 @@ fn a_page_stands_alone_and_is_replayed_to_the_last_bit() {
     refuses(
         &["report", &files.to_string_lossy(), "-o", &name],
         "already exists",
+    );
+}
+
+#[test]
+fn the_board_is_in_the_page_with_its_calibration_before_and_after() {
+    let html = fs::read_to_string(page()).expect("a page");
+    let (_, board) = html.split_once("id=\"board\"").expect("the board");
+    let (board, _) = board.split_once("</section>").expect("its end");
+    for said in [
+        "Board: a made-up board.",
+        "Calibrated for <strong>mirror &lt;7&gt;</strong>, 2026-11-21, from the identified model ",
+        "before that: as the factory left it",
+        "Not inverted by the board: resonance: it still rings.",
+        "<th scope=\"row\">error at rest, rms</th><td>3.000</td><td>0.030</td><td>µm</td>",
+        "error at rest, after: error (µm) against asked (µm)",
+    ] {
+        assert!(board.contains(said), "`{said}` is not in {board:.4000}");
+    }
+    assert_eq!(board.matches("<svg").count(), 8);
+    assert!(!board.contains("NaN") && !board.contains("inf"));
+}
+
+#[test]
+fn what_is_no_whole_trial_is_told() {
+    let place = no_boards();
+    let files = session("");
+    let refused = |change: fn(&mut Value), why: &str| {
+        let mut trial = trial(3.0, 0.03);
+        change(&mut trial);
+        let trial = written(&trial, place.path());
+        let (trial, page) = (trial.to_string_lossy(), place.path().join("none.html"));
+        let words = ["report", &files.to_string_lossy(), "--trial", &trial];
+        refuses(
+            &[&words[..], &["-o", &page.to_string_lossy()]].concat(),
+            why,
+        );
+        assert!(!page.exists());
+    };
+    refused(|trial| *trial = "rubbish".into(), "it states no format");
+    refused(|trial| trial["format"] = 9.into(), "it has format 9");
+    refused(
+        |trial| trial["after"]["rest"]["points"] = Value::Array(vec![]),
+        "one of its series has no readings",
+    );
+    refused(
+        |trial| trial["before"]["step"]["points"][0]["reached_um"] = Value::Null,
+        "is no trial of a calibration",
+    );
+    refused(
+        |trial| trial["calibration"] = "format = 1".into(),
+        "is no trial of a calibration",
     );
 }
 
@@ -114,6 +169,7 @@ fn what_was_changed_in_a_page_is_listed() {
     let was = changed(&html, |inside| {
         inside["version"] = "0.0.9".into();
         inside["results"]["diagnosis"]["verdict"] = "unknown".into();
+        inside["tried"]["after"]["rest"]["points"][0]["reached_um"] = 12.0.into();
         let misfit = &mut inside["results"]["diagnosis"]["misfit"];
         *misfit = (misfit.as_f64().expect("a number") * (1.0 + 1e-9)).into();
     });
@@ -122,6 +178,8 @@ fn what_was_changed_in_a_page_is_listed() {
     assert_eq!(said.code, 1, "{}", said.out);
     let verdict = "diagnosis.verdict: \"unknown\" in the page, \"none\" now";
     assert!(said.out.contains(verdict), "{}", said.out);
+    let moved = "trial.after.rest_largest_um: 0.0";
+    assert!(said.out.contains(moved), "{}", said.out);
     assert!(said.out.contains("  1 of ") && said.out.contains("differ by rounding"));
     assert!(
         said.sentence().contains("written by version 0.0.9"),
@@ -132,6 +190,11 @@ fn what_was_changed_in_a_page_is_listed() {
     // The session itself cannot be read.
     let broken = changed(&html, |inside| {
         inside["opening"]["files"][0]["text"] = "t_s,V_V\n1,x\n".into();
+    });
+    fs::write(&other, broken).expect("written");
+    refuses(&["replay", &other.to_string_lossy()], "is no whole report");
+    let broken = changed(&html, |inside| {
+        inside["tried"]["calibration"] = "format = 1".into();
     });
     fs::write(&other, broken).expect("written");
     refuses(&["replay", &other.to_string_lossy()], "is no whole report");

@@ -2,7 +2,7 @@
 
 use experiments::Experiment;
 use experiments::calibration::{self as played, Effort};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::bench::{Bench, Part};
 
@@ -10,7 +10,7 @@ use crate::bench::{Bench, Part};
 const ARRIVED: f64 = 0.05;
 
 /// One reading of a trial.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Point {
     /// Since the experiment's start (s).
     pub t_s: f64,
@@ -21,14 +21,14 @@ pub struct Point {
 }
 
 /// What was asked and reached in one experiment.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Series {
     /// The readings, in the order of time.
     pub points: Vec<Point>,
 }
 
 /// What a board reached of what it was asked.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
     /// Positions at rest.
     pub rest: Series,
@@ -188,6 +188,19 @@ impl Trial {
             fast_sine,
             triangle,
         })
+    }
+
+    /// Its five series.
+    pub fn series(&self) -> [&Series; 5] {
+        let Self {
+            rest,
+            step,
+            slow_sine,
+            fast_sine,
+            triangle,
+            ..
+        } = self;
+        [rest, step, slow_sine, fast_sine, triangle]
     }
 
     /// The trial in numbers.

@@ -3,7 +3,6 @@
 //! `calibration-procedure`.
 
 mod bench;
-mod picture;
 mod report;
 
 use std::path::PathBuf;
@@ -29,6 +28,7 @@ use crate::commands::{calibrate_sense, status};
 use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::report::{decimal, print};
+use crate::tried::{Tried, before_and_after};
 
 /// Calibrates `board`. Until the new calibration has been tried to the end it is on trial: whatever goes wrong before, the
 /// board has the one of before again, and its channels are off.
@@ -69,7 +69,9 @@ pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(),
     on_trial.bench.close();
     match kept {
         Ok(calibrated) => {
-            let written = outputs.write(&calibrated)?;
+            let board = board.identity().board.as_str().to_owned();
+            let had_words = (board, status::calibrated_words(&had));
+            let written = outputs.write(&calibrated, had_words)?;
             print(&report(calibrated, &had, written), json);
             Ok(())
         }
@@ -82,6 +84,7 @@ struct Outputs {
     calibration: Option<NewFile>,
     model: Option<NewFile>,
     picture: Option<NewFile>,
+    trial: Option<NewFile>,
 }
 
 impl Outputs {
@@ -92,20 +95,26 @@ impl Outputs {
             calibration: ask.output.clone().map(create).transpose()?,
             model: ask.model_output.clone().map(create).transpose()?,
             picture: ask.picture.clone().map(picture).transpose()?,
+            trial: ask.trial.clone().map(create).transpose()?,
         })
     }
 
-    fn write(self, calibrated: &Calibrated) -> Result<Written, ToolError> {
+    /// `board` is what it calls itself, and the calibration that it had.
+    fn write(self, calibrated: &Calibrated, board: (String, String)) -> Result<Written, ToolError> {
         let write =
             |file: Option<NewFile>, text: String| file.map(|file| file.write(&text)).transpose();
-        let picture = sheet(&picture::before_and_after(
-            &calibrated.before,
-            &calibrated.after,
-        ));
+        let picture = sheet(&before_and_after(&calibrated.before, &calibrated.after));
+        let tried = Tried::new(
+            board,
+            &calibrated.calibration,
+            not_inverted(calibrated),
+            (calibrated.before.clone(), calibrated.after.clone()),
+        );
         Ok(Written {
             calibration: write(self.calibration, to_toml(&calibrated.calibration))?,
             model: write(self.model, calibrated.model.to_toml())?,
             picture: write(self.picture, picture)?,
+            trial: write(self.trial, tried.to_json())?,
         })
     }
 }
@@ -185,13 +194,20 @@ async fn fall_back(board: &Board, error: ToolError) -> ToolError {
     }
 }
 
+/// What of the model the board does not invert, in words.
+fn not_inverted(calibrated: &Calibrated) -> Vec<String> {
+    let left = calibrated.not_inverted.iter();
+    left.map(|left| format!("{}: {}", left.effect, left.because))
+        .collect()
+}
+
 fn report(
     calibrated: Calibrated,
     had: &mirror_protocol::CalibrationInfo,
     written: Written,
 ) -> Report {
+    let not_inverted = not_inverted(&calibrated);
     let model = &calibrated.model;
-    let not_inverted = calibrated.not_inverted.iter();
     Report {
         device: model.provenance.device.clone().unwrap_or_default(),
         date: model.provenance.date.clone().unwrap_or_default(),
@@ -201,9 +217,7 @@ fn report(
             let parameters = model.actuator(actuator).parameters;
             parameters.get(Symbol::ColdResistance)
         }),
-        not_inverted: not_inverted
-            .map(|left| format!("{}: {}", left.effect, left.because))
-            .collect(),
+        not_inverted,
         refined_rms_um: calibrated.refined_rms_um,
         readings: calibrated.readings,
         calibrated_before: status::calibrated_words(had),

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use crate::commands::lab::Identified;
 use crate::report::row;
+use crate::tried::{Figure, figures};
 
 #[derive(Serialize)]
 pub(super) struct Report {
@@ -42,34 +43,7 @@ pub(super) struct Written {
     pub(super) calibration: Option<PathBuf>,
     pub(super) model: Option<PathBuf>,
     pub(super) picture: Option<PathBuf>,
-}
-
-impl Report {
-    /// What is compared, its unit, before, and after.
-    fn figures(&self) -> [(String, &'static str, f64, f64); 7] {
-        let (b, a) = (&self.before, &self.after);
-        let named = |what: &str, unit, before, after| (what.to_owned(), unit, before, after);
-        let triangle = format!("20 Hz triangle of {:.0} um, rms", a.triangle_um);
-        [
-            named("error at rest, rms", "um", b.rest_rms_um, a.rest_rms_um),
-            named(
-                "error at rest, largest",
-                "um",
-                b.rest_largest_um,
-                a.rest_largest_um,
-            ),
-            named("step, time to 95 %", "ms", b.t95_ms, a.t95_ms),
-            named(
-                "step, overshoot",
-                "%",
-                b.overshoot_percent,
-                a.overshoot_percent,
-            ),
-            named("loop at 1 Hz", "um", b.slow_loop_um, a.slow_loop_um),
-            named("loop at 20 Hz", "um", b.loop_um, a.loop_um),
-            (triangle, "um", b.triangle_rms_um, a.triangle_rms_um),
-        ]
-    }
+    pub(super) trial: Option<PathBuf>,
 }
 
 impl fmt::Display for Report {
@@ -93,7 +67,13 @@ impl fmt::Display for Report {
             writeln!(f, "  not inverted by the board: {left}")?;
         }
         writeln!(f, "{:<30} {:>10} {:>10}", "", "before", "after")?;
-        for (what, unit, before, after) in self.figures() {
+        for figure in figures(&self.before, &self.after) {
+            let Figure {
+                what,
+                unit,
+                before,
+                after,
+            } = figure;
             writeln!(f, "{what:<30} {before:>10.3} {after:>10.3} {unit}")?;
         }
         if let Some(left) = self.refined_rms_um {
@@ -114,6 +94,7 @@ impl fmt::Display for Report {
             ("calibration", &self.written.calibration),
             ("model", &self.written.model),
             ("picture", &self.written.picture),
+            ("trial", &self.written.trial),
         ];
         for (what, file) in files {
             if let Some(file) = file {

@@ -14,6 +14,7 @@ use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::page::{Difference, Inside, Run, differences};
 use crate::report as printed;
+use crate::tried::Tried;
 use crate::working::while_working;
 
 const WORKING: &str =
@@ -38,11 +39,13 @@ struct Written {
 pub(crate) fn report(
     input: &LabInput,
     own: &[PathBuf],
+    trial: Option<&Path>,
     output: PathBuf,
     force: bool,
     json: bool,
 ) -> Result<(), ToolError> {
     let (model, session) = model_and_session(input)?;
+    let tried = trial.map(Tried::load).transpose()?;
     let (session, rows_left_out) = thinned(session);
     let text = |path: &PathBuf| {
         own_effect(path)?;
@@ -55,7 +58,7 @@ pub(crate) fn report(
     };
     let file = NewFile::create(output.clone(), force)?;
     let run = while_working(WORKING, json, || {
-        Run::carry_out(opening, rows_left_out, &cache_directory())
+        Run::carry_out(opening, rows_left_out, tried, &cache_directory())
     });
     let run = run.map_err(|error| error.of(&output))?;
     let html = run.to_html();
@@ -138,6 +141,7 @@ pub(crate) fn replay(page: &Path, json: bool) -> Result<(), ToolError> {
         Run::carry_out(
             inside.opening.clone(),
             inside.rows_left_out,
+            inside.tried.clone(),
             &cache_directory(),
         )
     });

@@ -201,6 +201,7 @@ const SESSION: &str = "session";
 const FITTED: &str = "fitted.toml";
 const BETTER: &str = "better.toml";
 const PAGE: &str = "report.html";
+const TRIAL: &str = "trial.json";
 
 impl Plot {
     fn measure(&self) -> Result<()> {
@@ -287,7 +288,7 @@ impl Plot {
     fn calibrate(&mut self) -> Result<Option<String>> {
         let identified = "identified.toml";
         let calibrated = self.person.types(&format!(
-            "host-tool calibrate {BETTER} --from {SESSION} --quick --picture calibrate.svg --model-output {identified}"
+            "host-tool calibrate {BETTER} --from {SESSION} --quick --trial {TRIAL} --model-output {identified}"
         ));
         let refusal = calibrated.err().map(|error| error.root_cause().to_string());
         let (title, model) = match &refusal {
@@ -303,8 +304,13 @@ impl Plot {
     }
 
     fn report(&self) -> Result<()> {
+        // A calibration that was not kept was not tried to its end.
+        let trial = match self.person.path(TRIAL).exists() {
+            true => format!(" --trial {TRIAL}"),
+            false => String::new(),
+        };
         self.person.types(&format!(
-            "host-tool report {SESSION} --model {START} -o {PAGE}"
+            "host-tool report {SESSION} --model {START}{trial} -o {PAGE}"
         ))?;
         println!("\nThe page: {}", self.person.path(PAGE).display());
         Ok(())

@@ -7,7 +7,7 @@ use charts::{Look, Panel, Series};
 const STEP_S: f64 = 0.6;
 
 /// What was tried, a row each: before on the left, after on the right.
-pub(super) fn before_and_after(before: &Trial, after: &Trial) -> Vec<Vec<Panel>> {
+pub(crate) fn before_and_after(before: &Trial, after: &Trial) -> Vec<Vec<Panel>> {
     let (before, after) = (panels(before, "before"), panels(after, "after"));
     before
         .into_iter()
