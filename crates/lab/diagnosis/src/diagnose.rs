@@ -13,11 +13,11 @@ mod worth;
 use crate::candidate::{Candidate, Operating};
 use crate::confusions::Channels;
 use crate::null_distribution::{LeftOutFamily, NullDistribution};
-use crate::null_ensemble::NullEnsemble;
+use crate::null_ensemble::{MEMBERS, NullEnsemble, coordinates};
 use crate::null_improvement::NullImprovement;
 use crate::quantile::{quantile, sorted};
 use crate::report::{Diagnosis, Rms, Worth};
-use crate::residual_space::{BaseOnly, ModelDiscrepancy, ResidualSpace, Session, Training, Vector};
+use crate::residual_space::{BaseOnly, ResidualSpace, Session, Training, Vector};
 use held_out::training_noise;
 use identification::Unit;
 use identification::dataset::{self, Dataset, Observation};
@@ -181,18 +181,19 @@ impl<'a> Analysis<'a> {
     ) -> Result<(Self, Vec<Candidate>), Runaway> {
         let jacobian = jacobian(&fitted.model, data, &fitted.free)?;
         let white = white_noise(data);
-        let discrepancy = Arc::new(ModelDiscrepancy::new(ensemble.residuals(), &white));
+        let discrepancy = Arc::new(ensemble.discrepancy(&white));
         let kept = training_noise(data, &white);
-        let of_training = Arc::new(ModelDiscrepancy::new(ensemble.residuals(), &kept));
+        let of_training = Arc::new(ensemble.discrepancy(&kept));
         let session = ResidualSpace::of_all(&jacobian, &discrepancy);
         let base = predict(&fitted.model, data)?;
         let mut candidates = candidates(&fitted, data, &base, effects, &session);
         let left_out = LeftOutFamily::all(&jacobian, &discrepancy, &white);
-        let residual = session.vector(&fitted.standardised(data));
+        let at = coordinates(&fitted.model, data);
+        let residual = session.residual(&fitted.standardised(data), &at);
         let analysis = Self {
             data,
             ensemble,
-            null: NullDistribution::new(&left_out, &mut candidates),
+            null: NullDistribution::new(&left_out, is_cramped(data), &mut candidates),
             base,
             training: ResidualSpace::of_all(&jacobian, &of_training),
             base_only: ResidualSpace::of_base(&jacobian),
@@ -277,6 +278,12 @@ fn candidates(
             Candidate::new(suited(effect.clone()), directions)
         })
         .collect()
+}
+
+/// Whether virtual mirrors tell little of how large scores may be: their residuals span all readings, or they stand for heaters
+/// on a bench.
+fn is_cramped(data: &Dataset) -> bool {
+    data.observations.len() <= MEMBERS || data.is_of_heaters()
 }
 
 fn best_first(candidates: &mut [Candidate]) {

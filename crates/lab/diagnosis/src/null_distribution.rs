@@ -16,8 +16,8 @@ use rayon::prelude::*;
 /// The share of mirrors that lack nothing which stays without a named effect, whichever effect is tried: a family-wise error
 /// rate of 5 %.
 const CONFIDENCE: f64 = 0.95;
-/// No score below this is evidence, however small the null scores are: few readings leave virtual mirrors no room to show
-/// anything, and a real mirror comes from no family. Five standard deviations.
+/// No score below this is evidence, however small the null scores are: a real mirror comes from no family. Five standard
+/// deviations.
 const FLOOR: f64 = 25.0;
 /// What an effect leaves, beyond what its form may, must be no more than what this share of the null mirrors leave: the space
 /// that judges them knows a family less than the session's. Set by `cargo xtask bench diagnose`.
@@ -33,8 +33,13 @@ pub(crate) struct NullDistribution {
 }
 
 impl NullDistribution {
-    /// That of these families, and each candidate's threshold from it.
-    pub(crate) fn new(families: &[LeftOutFamily], candidates: &mut [Candidate]) -> Self {
+    /// That of these families, and each candidate's threshold from it. Where they are `cramped`, by so few readings that virtual
+    /// mirrors have no room to show anything, or by standing for something else, their scores count for [`FLOOR`] at least.
+    pub(crate) fn new(
+        families: &[LeftOutFamily],
+        cramped: bool,
+        candidates: &mut [Candidate],
+    ) -> Self {
         let misfits: Vec<f64> = families.iter().flat_map(LeftOutFamily::misfits).collect();
         let null = Self::of(&misfits);
         let scores: Vec<Vec<f64>> = candidates
@@ -47,7 +52,8 @@ impl NullDistribution {
                     .collect()
             })
             .collect();
-        let thresholds = thresholds::of(&scores).into_iter().zip(scores);
+        let least = if cramped { FLOOR } else { 0.0 };
+        let thresholds = thresholds::of(&scores, least).into_iter().zip(scores);
         for (candidate, (threshold, null_scores)) in candidates.iter_mut().zip(thresholds) {
             candidate.threshold = threshold;
             candidate.null_scores = null_scores;

@@ -11,14 +11,18 @@ pub(crate) mod families;
 mod fitting;
 pub(crate) mod unknowns;
 
+use crate::residual_space::ModelDiscrepancy;
 use cache::{Key, Shape, cached};
 use conditions::Conditions;
 use drive_scaling::DriveScaling;
 use families::CALIBRATING;
+use fitting::Fit;
+use identification::base::identifiable;
 use identification::dataset::{Channel, Dataset, Observation};
+use identification::parameter::FreeParameter;
 use identification::prediction::{standard_deviation, standardised};
-use mirror_model::{ACTUATORS, Device, Interval, Runaway};
-use nalgebra::DMatrix;
+use mirror_model::{ACTUATORS, Device, Interval, Model, Runaway};
+use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -36,6 +40,8 @@ const _: () = assert!(MEMBERS.is_multiple_of(CALIBRATING.len()));
 #[derive(Clone, Debug)]
 pub struct NullEnsemble {
     residuals: DMatrix<f64>,
+    /// Of the base's parameters as fitted to each mirror, one mirror a column; none where the session is of a heater on a bench.
+    coordinates: DMatrix<f64>,
 }
 
 impl NullEnsemble {
@@ -46,20 +52,25 @@ impl NullEnsemble {
     /// # Errors
     /// [`Runaway`] if the base cannot be fitted to a virtual mirror.
     pub fn new(data: &Dataset, device: &Device, cache: Option<&Path>) -> Result<Self, Runaway> {
-        let shape = Shape {
-            rows: data.observations.len(),
-            members: MEMBERS,
-        };
         let scaling = DriveScaling::of(data);
         let conditions = Conditions::of(data, device, &scaling);
+        let readings = data.observations.len();
+        let parameters = identifiable(conditions.data()).len();
+        let shape = Shape {
+            rows: readings + parameters,
+            members: MEMBERS,
+        };
         let key = conditions.key(&PROGRAM);
         let values = cached(cache, &key, shape, || {
-            residuals(conditions.data(), conditions.device(), shape.members)
+            fitted(conditions.data(), conditions.device(), shape.members)
         })?;
         let values = values.into_iter().map(f64::from).collect();
-        let unread = DMatrix::from_vec(shape.rows, shape.members, values);
+        let fitted = DMatrix::from_vec(shape.rows, shape.members, values);
+        // A heater on a bench has parameters that no mirror has.
+        let comparable = if data.is_of_heaters() { 0 } else { parameters };
         Ok(Self {
-            residuals: as_read(unread, data, scaling),
+            residuals: as_read(fitted.rows(0, readings).into_owned(), data, scaling),
+            coordinates: fitted.rows(readings, comparable).into_owned(),
         })
     }
 
@@ -67,27 +78,42 @@ impl NullEnsemble {
     pub fn residuals(&self) -> &DMatrix<f64> {
         &self.residuals
     }
+
+    /// The discrepancy that it spans, conditional on the base's fitted parameters.
+    pub fn discrepancy<R>(&self, white_noise: &DVector<f64>) -> ModelDiscrepancy<R> {
+        ModelDiscrepancy::given(&self.coordinates, &self.residuals, white_noise)
+    }
 }
 
-/// What the base leaves of virtual mirrors (um, A), one after the other. A pure function of the conditions.
-fn residuals(conditions: &Dataset, device: &Device, members: usize) -> Result<Vec<f32>, Runaway> {
+/// The coordinates of the base's parameters in a model fitted to a session, as far as it can identify them.
+pub(crate) fn coordinates(model: &Model, data: &Dataset) -> Vec<f64> {
+    let free = identifiable(data).into_iter().map(FreeParameter::Base);
+    free.map(|parameter| parameter.coordinate(model)).collect()
+}
+
+/// What the base leaves of each virtual mirror (um, A) and the coordinates of its parameters, one mirror after the other. A pure
+/// function of the conditions.
+fn fitted(conditions: &Dataset, device: &Device, members: usize) -> Result<Vec<f32>, Runaway> {
     let mirrors: Vec<Vec<f64>> = (0..members as u64)
         .into_par_iter()
         .map(|seed| families::observe(conditions, device, seed))
         .collect();
     // What a fit trusts a current to depends on its size: on the mean mirror's.
     let weighed = conditions.with_values(&mean(&mirrors));
-    let columns = fitting::residuals(&weighed, &mirrors)?;
+    let fits = fitting::fits(&weighed, &mirrors)?;
     let deviations: Vec<f64> = weighed
         .observations
         .iter()
         .map(standard_deviation)
         .collect();
-    Ok(columns
-        .iter()
-        .flat_map(|left| left.iter().zip(&deviations))
-        .map(|(left, deviation)| (left * deviation) as f32)
-        .collect())
+    let numbers = fits.iter().flat_map(|Fit { left, coordinates }| {
+        let left = left
+            .iter()
+            .zip(&deviations)
+            .map(|(left, deviation)| left * deviation);
+        left.chain(coordinates.iter().copied())
+    });
+    Ok(numbers.map(|number| number as f32).collect())
 }
 
 fn mean(mirrors: &[Vec<f64>]) -> Vec<f64> {
@@ -126,7 +152,7 @@ fn zero_noise_um(data: &Dataset) -> f64 {
 /// change, this does, and an old cache is not taken for a new one.
 static PROGRAM: LazyLock<Key> = LazyLock::new(|| {
     let mut hash = Sha256::new();
-    for value in residuals(&probe(), &Device::default(), CALIBRATING.len()).unwrap_or_default() {
+    for value in fitted(&probe(), &Device::default(), CALIBRATING.len()).unwrap_or_default() {
         hash.update(value.to_le_bytes());
     }
     hash.finalize().into()

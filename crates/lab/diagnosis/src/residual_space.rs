@@ -1,8 +1,8 @@
 //! The space of a session's residuals: generalised least squares with a low-rank covariance of the model's discrepancy.
 //!
 //! A standardised residual is `r = J d + U a + e`. `J` are the derivatives of the base's predictions and `d` is free (a flat
-//! prior); the columns of `U` are the residuals of the null ensemble ([`ModelDiscrepancy`]) and `a ~ N(0, W^2)`; `e` is
-//! white noise. With `V = cov(e) + U W^2 U'` the inner product of the space is
+//! prior); the columns of `U` are the residuals of the null ensemble ([`ModelDiscrepancy`]), less what follows from the base's
+//! fitted parameters where these are known, and `a ~ N(0, W^2)`; `e` is white noise. With `V = cov(e) + U W^2 U'` the inner product of the space is
 //!
 //! `<r, s> = r' (V^-1 - V^-1 J (J' V^-1 J)^-1 J' V^-1) s`.
 //!
@@ -30,7 +30,9 @@
 //! ```
 
 mod discrepancy;
+mod expectation;
 
+use discrepancy::Spanned;
 pub use discrepancy::{ModelDiscrepancy, Whitened};
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -99,8 +101,8 @@ impl Kind for BaseOnly {
 #[derive(Debug)]
 pub struct ResidualSpace<K: Kind> {
     discrepancy: Arc<ModelDiscrepancy<K::Rows>>,
-    /// The members of the ensemble that span the discrepancy here, each with the standard deviation of its coefficient.
-    members: Vec<(usize, f64)>,
+    /// What some members of the ensemble span of it.
+    spanned: Arc<Spanned>,
     /// Derivatives of the base's predictions over the white noise.
     base: DMatrix<f64>,
     /// The factor of `[J, U W]' [J, U W]` and the priors' precision.
@@ -123,16 +125,21 @@ impl<K: Kind> ResidualSpace<K> {
         discrepancy: &Arc<ModelDiscrepancy<K::Rows>>,
         members: Vec<usize>,
     ) -> Self {
-        let base = discrepancy.over_noise(jacobian);
         let scale = DISCREPANCY_SCALE / (members.len() as f64).sqrt();
-        let members: Vec<(usize, f64)> = members
-            .into_iter()
-            .map(|member| (member, scale * discrepancy.reach(member)))
-            .collect();
-        let normal = normal_matrix(&base, discrepancy, &members);
+        let spanned = Arc::new(discrepancy.spanned_by(&members, scale));
+        Self::spanned(jacobian, discrepancy.clone(), spanned)
+    }
+
+    fn spanned(
+        jacobian: &DMatrix<f64>,
+        discrepancy: Arc<ModelDiscrepancy<K::Rows>>,
+        spanned: Arc<Spanned>,
+    ) -> Self {
+        let base = discrepancy.over_noise(jacobian);
+        let normal = normal_matrix(&base, &discrepancy, &spanned);
         Self {
-            discrepancy: discrepancy.clone(),
-            members,
+            discrepancy,
+            spanned,
             base,
             normal: normal
                 .cholesky()
@@ -147,8 +154,26 @@ impl<K: Kind> ResidualSpace<K> {
 
     /// A space with the same discrepancy where the base has other derivatives, as around another fit.
     pub fn around<L: Kind<Rows = K::Rows>>(&self, jacobian: &DMatrix<f64>) -> ResidualSpace<L> {
-        let members = self.members.iter().map(|&(member, _)| member).collect();
-        ResidualSpace::new(jacobian, &self.discrepancy, members)
+        ResidualSpace::spanned(jacobian, self.discrepancy.clone(), self.spanned.clone())
+    }
+
+    /// What a base with these coordinates leaves, less what is expected of it.
+    pub fn residual(&self, standardised: &DVector<f64>, coordinates: &[f64]) -> Vector<K> {
+        self.project(&self.discrepancy.whiten(standardised) - &self.expected(coordinates))
+    }
+
+    /// What one member of the ensemble shows with this noise, less what is expected of it.
+    pub fn residual_of(&self, member: usize, noise: &Whitened<K::Rows>) -> Vector<K> {
+        let mut own = DVector::zeros(self.discrepancy.members());
+        own[member] = 1.0;
+        let coordinates = self.discrepancy.coordinates_of(member);
+        let unexpected = own - self.spanned.expectation.expected(coordinates);
+        self.project(&self.discrepancy.combined(&unexpected) + noise)
+    }
+
+    fn expected(&self, coordinates: &[f64]) -> Whitened<K::Rows> {
+        let expected = self.spanned.expectation.expected(coordinates);
+        self.discrepancy.combined(&expected)
     }
 
     /// A standardised residual as a vector of this space.
@@ -183,12 +208,9 @@ impl<K: Kind> ResidualSpace<K> {
     pub fn remainder(&self, vector: &Vector<K>) -> DVector<f64> {
         let coefficients = self.normal.solve(&self.onto_free(&vector.whitened));
         let free = self.base.ncols();
-        let mut of_members = DVector::zeros(self.discrepancy.members());
-        for (index, &(member, deviation)) in self.members.iter().enumerate() {
-            of_members[member] = deviation * coefficients[free + index];
-        }
-        let explained =
-            &self.base * coefficients.rows(0, free) + self.discrepancy.combined(&of_members);
+        let spanning = coefficients.rows(free, coefficients.len() - free);
+        let of_members = &self.spanned.span * spanning;
+        let explained = &self.base * coefficients.rows(0, free) + self.discrepancy.sum(&of_members);
         self.discrepancy
             .times_noise(&(&vector.whitened.over_noise - explained))
     }
@@ -196,13 +218,10 @@ impl<K: Kind> ResidualSpace<K> {
     /// Euclidean products with the columns of `[J, U W]`.
     fn onto_free(&self, whitened: &Whitened<K::Rows>) -> DVector<f64> {
         let onto_base = self.base.tr_mul(&whitened.over_noise);
-        let onto_members = self
-            .members
-            .iter()
-            .map(|&(member, deviation)| deviation * whitened.onto_members[member]);
+        let onto_spanned = self.spanned.span.tr_mul(&whitened.onto_members);
         DVector::from_iterator(
-            onto_base.len() + self.members.len(),
-            onto_base.iter().copied().chain(onto_members),
+            onto_base.len() + onto_spanned.len(),
+            onto_base.iter().chain(onto_spanned.iter()).copied(),
         )
     }
 }
@@ -221,31 +240,23 @@ impl ResidualSpace<BaseOnly> {
 fn normal_matrix<R>(
     base: &DMatrix<f64>,
     discrepancy: &ModelDiscrepancy<R>,
-    members: &[(usize, f64)],
+    spanned: &Spanned,
 ) -> DMatrix<f64> {
-    let free = base.ncols();
-    let own = base.tr_mul(base);
-    let across = discrepancy.onto_members(base);
-    let mut normal =
-        DMatrix::from_fn(
-            free + members.len(),
-            free + members.len(),
-            |row, column| match (row.checked_sub(free), column.checked_sub(free)) {
-                (None, None) => own[(row, column)],
-                (None, Some(member)) => {
-                    let (member, deviation) = members[member];
-                    deviation * across[(row, member)]
-                }
-                (Some(member), None) => {
-                    let (member, deviation) = members[member];
-                    deviation * across[(column, member)]
-                }
-                (Some(one), Some(other)) => {
-                    let ((one, here), (other, there)) = (members[one], members[other]);
-                    here * there * discrepancy.gram(one, other)
-                }
-            },
-        );
+    let (free, spanning) = (base.ncols(), spanned.span.ncols());
+    let across = discrepancy.onto_members(base) * &spanned.span;
+    let mut normal = DMatrix::zeros(free + spanning, free + spanning);
+    normal
+        .view_mut((0, 0), (free, free))
+        .copy_from(&base.tr_mul(base));
+    normal
+        .view_mut((0, free), (free, spanning))
+        .copy_from(&across);
+    normal
+        .view_mut((free, 0), (spanning, free))
+        .copy_from(&across.transpose());
+    normal
+        .view_mut((free, free), (spanning, spanning))
+        .copy_from(&spanned.gram);
     for index in 0..normal.nrows() {
         normal[(index, index)] += if index < free {
             RIDGE * normal[(index, index)] + LEAST_RIDGE

@@ -131,6 +131,15 @@ fn pairs(seed: u64) -> Vec<(Effect, Effect)> {
 }
 
 impl Hidden {
+    /// What is hidden, one by one.
+    pub(crate) fn effects(self) -> Vec<Effect> {
+        match self {
+            Self::Nothing => vec![],
+            Self::One(effect, _) => vec![effect],
+            Self::Two(one, other) => vec![one, other],
+        }
+    }
+
     fn is_called(self, name: &str) -> bool {
         match self {
             Self::Nothing => name == "nothing",

@@ -1,7 +1,7 @@
 //! What a diagnosis made of one session, beside the truth.
 
 use crate::case::{Case, Hidden, Instruments};
-use diagnosis::residual_space::{ModelDiscrepancy, ResidualSpace, Session};
+use diagnosis::residual_space::{ResidualSpace, Session};
 use diagnosis::{Diagnosis, NullEnsemble, Ranked, Verdict, add, diagnose};
 use identification::fit::{Fitted, fit, fit_parameters, free_parameters};
 use identification::prediction::{jacobian, predict, white_noise};
@@ -182,7 +182,7 @@ impl Alone {
         )?;
         let ensemble = NullEnsemble::new(plan, device, Some(cache))?;
         let white = white_noise(plan);
-        let discrepancy = Arc::new(ModelDiscrepancy::new(ensemble.residuals(), &white));
+        let discrepancy = Arc::new(ensemble.discrepancy(&white));
         let left = |refitted: &Fitted| -> Result<f64, Box<dyn Error>> {
             let slopes = jacobian(&refitted.model, plan, &refitted.free)?;
             let space = ResidualSpace::<Session>::of_all(&slopes, &discrepancy);
@@ -255,10 +255,13 @@ impl Outcome {
         ranking.any(|r| r.effect == effect && r.score > times * r.threshold)
     }
 
-    /// Whether a hidden effect is one that this session can show.
+    /// Whether a hidden effect is one that this session can show: of two, the lesser one above both thresholds.
     pub(crate) fn can_be_found(&self) -> bool {
-        let threshold = self.found.ranking.iter().map(|ranked| ranked.threshold);
-        self.shown > threshold.reduce(f64::min)
+        let hidden = self.case.hidden.effects();
+        let ranking = self.found.ranking.iter();
+        let own = ranking.filter(|ranked| hidden.iter().any(|e| e.is_a() == ranked.effect));
+        let threshold = own.map(|ranked| ranked.threshold).reduce(f64::max);
+        self.shown > Some(threshold.unwrap_or(f64::INFINITY))
     }
 
     /// Whether an effect is named that is not there.
@@ -268,11 +271,7 @@ impl Outcome {
 
     /// Whether one of the effects named or suspected is there.
     pub(crate) fn holds_a_truth(&self) -> bool {
-        let hidden: Vec<Effect> = match self.case.hidden {
-            Hidden::Nothing => vec![],
-            Hidden::One(effect, _) => vec![effect],
-            Hidden::Two(one, other) => vec![one, other],
-        };
+        let hidden = self.case.hidden.effects();
         hidden
             .iter()
             .any(|effect| self.found.effects.iter().any(|id| id == effect.is_a()))

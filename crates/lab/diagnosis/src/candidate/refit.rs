@@ -1,6 +1,7 @@
 //! Base and effect fitted together, since a strong effect moves the base further than its slopes reach.
 
 use super::{Explanation, PRICE, moved};
+use crate::null_ensemble::coordinates;
 use crate::residual_space::{AroundRefit, Kind, ResidualSpace, Session, Vector};
 use identification::dataset::Dataset;
 use identification::fit::{Fitted, fit_parameters, free_parameters};
@@ -65,7 +66,8 @@ pub(crate) fn refit(
     let count = start.values.len();
     let base = all.len() - count;
     let space: ResidualSpace<AroundRefit> = space.around(&slopes.columns(0, base).into_owned());
-    let residual = space.vector(&fitted.standardised(data));
+    let at = coordinates(&fitted.model, data);
+    let residual = space.residual(&fitted.standardised(data), &at);
     let own: Vec<_> = (base..all.len())
         .map(|column| space.vector(&slopes.column(column).into_owned()))
         .collect();

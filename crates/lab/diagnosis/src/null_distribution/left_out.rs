@@ -40,7 +40,7 @@ impl LeftOutFamily {
                 let residuals = judged
                     .iter()
                     .zip(&noises)
-                    .map(|(&member, noise)| space.project(&discrepancy.member(member) + noise))
+                    .map(|(&member, noise)| space.residual_of(member, noise))
                     .collect();
                 Self { space, residuals }
             })
@@ -90,7 +90,8 @@ mod tests {
         let session: ResidualSpace<OtherFamilies> =
             ResidualSpace::new(&jacobian, &discrepancy, (0..2 * families).collect());
         // With its own family, 1 + 2 * 1.5^2 / 10 * 100 times the noise's variance.
-        let known = session.project(discrepancy.member(0)).norm_squared();
+        let quiet = discrepancy.whiten(&DVector::zeros(rows));
+        let known = session.residual_of(0, &quiet).norm_squared();
         assert!((known - 100.0 / 46.0).abs() < 1e-9, "{known}");
     }
 }

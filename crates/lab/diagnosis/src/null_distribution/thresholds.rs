@@ -1,36 +1,92 @@
 //! Thresholds of scores that keep the family-wise error rate: P. Westfall and S. Young, "Resampling-Based Multiple Testing"
-//! (1993), chapter 2, the distribution of the maximum over all effects.
+//! (1993), chapter 2, the distributions of the largest score and of the least p-value over all effects.
 
 use super::{CONFIDENCE, FLOOR};
-use crate::quantile::{quantile, sorted};
+use crate::quantile::sorted;
 
 /// A quantile of some hundreds of scores is known to a standard deviation or so: an amplitude, the root of a score, must
 /// exceed it by the one-sided 95 % quantile of a normal distribution.
 pub(crate) const MARGIN: f64 = 1.64;
 
-/// A threshold for each effect, from its scores in all null mirrors (`scores[effect][mirror]`).
+/// A threshold for each effect, from its scores in all null mirrors (`scores[effect][mirror]`), none of which count for less than
+/// `least`.
 ///
-/// Effects differ in how like the discrepancy they are, so each has a scale of its own, the quantile of its scores. A common
-/// factor on all scales, the quantile of the mirrors' largest scores in units of them, holds for whichever effect is best.
-pub(super) fn of(scores: &[Vec<f64>]) -> Vec<f64> {
-    let scales: Vec<f64> = scores
-        .iter()
-        .map(|scores| quantile(&sorted(scores.iter().copied()), CONFIDENCE).max(FLOOR))
-        .collect();
-    let mirrors = scores.first().map_or(0, Vec::len);
-    let largest = sorted((0..mirrors).map(|mirror| {
-        let relative = scores
+/// Effects differ in how like the discrepancy they are. What is like that of no mirror needs no more than its own scores, what
+/// is like that of many no more than the largest score of any effect. Each has the lower of the two limits, both so far up that
+/// the mirrors which exceed either, with whichever effect, are no more than the family-wise error rate allows.
+pub(super) fn of(scores: &[Vec<f64>], least: f64) -> Vec<f64> {
+    let null = NullScores::of(scores);
+    let allowed = ((1.0 - CONFIDENCE) * null.mirrors() as f64) as usize;
+    let keeps_the_rate = |limits: &Vec<f64>| null.exceeding(limits) <= allowed;
+    let limits = (0..=allowed).rev().map(|count| null.limits(count));
+    let limits = limits.into_iter().find(keeps_the_rate);
+    let threshold = |limit: f64| (limit.max(least).sqrt() + MARGIN).powi(2).max(FLOOR);
+    limits
+        .unwrap_or(vec![0.0; scores.len()])
+        .into_iter()
+        .map(threshold)
+        .collect()
+}
+
+/// The scores of the null mirrors, in order.
+struct NullScores<'a> {
+    scores: &'a [Vec<f64>],
+    /// Each effect's.
+    own: Vec<Vec<f64>>,
+    /// The mirrors' largest.
+    largest: Vec<f64>,
+    /// By how many mirrors, itself included, that effect's score is reached with which a mirror stands out most.
+    standing_out: Vec<usize>,
+}
+
+impl<'a> NullScores<'a> {
+    fn of(scores: &'a [Vec<f64>]) -> Self {
+        let mirrors = scores.first().map_or(0, Vec::len);
+        let own: Vec<Vec<f64>> = scores
             .iter()
-            .zip(&scales)
-            .map(|(scores, scale)| scores[mirror] / scale);
-        relative.fold(0.0, f64::max)
-    }));
-    if largest.is_empty() {
-        return Vec::new();
+            .map(|scores| sorted(scores.iter().copied()))
+            .collect();
+        let largest = |mirror: usize| scores.iter().map(|of| of[mirror]).fold(0.0, f64::max);
+        let reached = |mirror: usize| {
+            let by = scores.iter().zip(&own).map(|(scores, own)| {
+                let below = own.partition_point(|other| *other < scores[mirror]);
+                mirrors - below
+            });
+            by.min().unwrap_or(mirrors)
+        };
+        let mut standing_out: Vec<usize> = (0..mirrors).map(reached).collect();
+        standing_out.sort_unstable();
+        Self {
+            largest: sorted((0..mirrors).map(largest)),
+            standing_out,
+            own,
+            scores,
+        }
     }
-    let factor = quantile(&largest, CONFIDENCE).max(1.0);
-    let threshold = |scale: &f64| ((factor * scale).sqrt() + MARGIN).powi(2);
-    scales.iter().map(threshold).collect()
+
+    fn mirrors(&self) -> usize {
+        self.largest.len()
+    }
+
+    /// The lower of two limits for each effect: its own and one for all, each of which no more mirrors than `count` exceed with
+    /// whichever effect. None without mirrors.
+    fn limits(&self, count: usize) -> Vec<f64> {
+        let Some(&reached) = self.standing_out.get(count) else {
+            return vec![0.0; self.own.len()];
+        };
+        let common = self.largest[self.mirrors() - 1 - count];
+        let own = self.own.iter().map(|own| own[self.mirrors() - reached]);
+        own.map(|own| own.min(common)).collect()
+    }
+
+    /// How many mirrors exceed one of these limits.
+    fn exceeding(&self, limits: &[f64]) -> usize {
+        let exceeds = |mirror: &usize| {
+            let mut scores = self.scores.iter().zip(limits);
+            scores.any(|(scores, limit)| scores[*mirror] > *limit)
+        };
+        (0..self.mirrors()).filter(exceeds).count()
+    }
 }
 
 #[cfg(test)]
@@ -53,20 +109,43 @@ mod tests {
 
     #[test]
     fn one_effect_has_the_quantile_of_its_scores() {
-        // 0, 10, ..., 1000: the 95 % quantile is 950.
+        // 0, 10, ..., 1000: five of 101 score more than 950.
         let scores: Vec<f64> = (0..=100).map(|n| 10.0 * f64::from(n)).collect();
-        assert_close(&of(&[scores]), &[by_hand(950.0)]);
+        assert_close(&of(&[scores], 0.0), &[by_hand(950.0)]);
     }
 
     #[test]
     fn small_scores_leave_the_floor() {
-        assert_close(&of(&[vec![0.0; 50], vec![3.0; 50]]), &[by_hand(FLOOR); 2]);
+        let small = [vec![0.0; 50], vec![3.0; 50]];
+        assert_close(&of(&small, 0.0), &[FLOOR; 2]);
+        assert_close(&of(&small, FLOOR), &[by_hand(FLOOR); 2]);
+        assert_close(&of(&[vec![]], 0.0), &[FLOOR]);
     }
 
     #[test]
-    fn many_effects_are_judged_by_the_largest_of_all() {
+    fn each_effect_is_judged_by_its_own_scores() {
+        // One effect is like the discrepancy of every tenth mirror, the other of none: only the first needs more.
+        let like: Vec<f64> = (0..100)
+            .map(|n| f64::from(100 * u8::from(n % 10 == 0)))
+            .collect();
+        let thresholds = of(&[like, vec![0.0; 100]], 0.0);
+        assert_close(&thresholds, &[by_hand(100.0), FLOOR]);
+    }
+
+    #[test]
+    fn what_is_like_the_discrepancy_of_many_needs_no_more_than_the_largest_score() {
+        // Of a hundred mirrors three show the first effect, by 900, and three others the second, by 30 to 32. Five may exceed
+        // a limit. Judged by their own scores alone the effects would need 900 and 31.
+        let first: Vec<f64> = (0..100).map(|n| if n < 3 { 900.0 } else { 0.0 }).collect();
+        let second = (0..100).map(|n| if n > 96 { f64::from(n - 67) } else { 0.0 });
+        let thresholds = of(&[first, second.collect()], 0.0);
+        assert_close(&thresholds, &[by_hand(30.0), by_hand(30.0)]);
+    }
+
+    #[test]
+    fn many_effects_are_judged_at_a_higher_level() {
         // Two effects, each with a score of 1000 in five mirrors of 101, and 100 in all others. The sixth largest of an effect's
-        // scores, its 95 % quantile, is 100. Ten mirrors show one or the other, so the largest has a quantile of 1000.
+        // scores is 100. Ten mirrors show one or the other, more than the five that may exceed a limit.
         let one_in_five = |first: usize| -> Vec<f64> {
             (0..101)
                 .map(|mirror| {
@@ -78,10 +157,10 @@ mod tests {
                 })
                 .collect()
         };
-        let thresholds = of(&[one_in_five(0), one_in_five(5)]);
+        let thresholds = of(&[one_in_five(0), one_in_five(5)], 0.0);
         assert_close(&thresholds, &[by_hand(1000.0); 2]);
         // The same five mirrors for both: one test, not two.
-        let thresholds = of(&[one_in_five(0), one_in_five(0)]);
+        let thresholds = of(&[one_in_five(0), one_in_five(0)], 0.0);
         assert_close(&thresholds, &[by_hand(100.0); 2]);
     }
 
@@ -99,7 +178,7 @@ mod tests {
                 })
                 .collect()
         };
-        let thresholds = of(&scores());
+        let thresholds = of(&scores(), 0.0);
         let fresh = scores();
         let wrong = (0..240)
             .filter(|&mirror| (0..20).any(|effect| fresh[effect][mirror] > thresholds[effect]))

@@ -30,43 +30,48 @@ const RIDGE: f64 = 1e-6;
 /// The longest step of a parameter's logarithm: a factor of 2.
 const LONGEST: f64 = 0.7;
 
-/// What the base leaves of each mirror, standardised as `data` is, a column each.
+/// The base fitted to one mirror.
+pub(super) struct Fit {
+    /// What it leaves, standardised as the data are.
+    pub(super) left: DVector<f64>,
+    /// The coordinates of its parameters, in the order of [`identifiable`].
+    pub(super) coordinates: Vec<f64>,
+}
+
+/// The base fitted to each mirror.
 ///
 /// # Errors
 /// [`Runaway`] if no start has an answer.
-pub(super) fn residuals(
-    data: &Dataset,
-    mirrors: &[Vec<f64>],
-) -> Result<Vec<DVector<f64>>, Runaway> {
+pub(super) fn fits(data: &Dataset, mirrors: &[Vec<f64>]) -> Result<Vec<Fit>, Runaway> {
     let base = Base::of(data);
     let first = base.fitted(&mirrors[0])?;
     let slopes = jacobian(&first.model, data, &base.parameters)?;
-    let mut columns: Vec<_> = mirrors
+    let mut fits: Vec<_> = mirrors
         .par_iter()
         .map(|values| {
             let start = Start {
                 model: with_own_resistances(&first.model, &data.with_values(values)),
                 slopes: slopes.clone(),
             };
-            base.followed(start, values).left
+            base.followed(start, values)
         })
         .collect();
-    let mut worst: Vec<usize> = (0..columns.len()).collect();
+    let mut worst: Vec<usize> = (0..fits.len()).collect();
     worst.sort_by(|&a, &b| {
-        let cost = |index: usize| columns[index].norm_squared();
+        let cost = |index: usize| fits[index].left.norm_squared();
         cost(b).total_cmp(&cost(a))
     });
-    worst.truncate(columns.len() / STUCK);
+    worst.truncate(fits.len() / STUCK);
     let fresh: Result<Vec<_>, Runaway> = worst
         .par_iter()
-        .map(|&index| Ok(base.fitted(&mirrors[index])?.left))
+        .map(|&index| base.fitted(&mirrors[index]))
         .collect();
-    for (index, column) in worst.into_iter().zip(fresh?) {
-        if column.norm_squared() < columns[index].norm_squared() {
-            columns[index] = column;
+    for (index, fresh) in worst.into_iter().zip(fresh?) {
+        if fresh.left.norm_squared() < fits[index].left.norm_squared() {
+            fits[index] = fresh;
         }
     }
-    Ok(columns)
+    Ok(fits.into_iter().map(|fit| base.fit(fit)).collect())
 }
 
 /// What is fitted.
@@ -95,6 +100,14 @@ impl<'a> Base<'a> {
             data,
             parameters: free.iter().copied().map(FreeParameter::Base).collect(),
             free,
+        }
+    }
+
+    fn fit(&self, Followed { model, left }: Followed) -> Fit {
+        let coordinates = self.parameters.iter().map(|p| p.coordinate(&model));
+        Fit {
+            left,
+            coordinates: coordinates.collect(),
         }
     }
 
@@ -221,7 +234,8 @@ mod tests {
                 predict(&model, &data).unwrap()
             })
             .into();
-        for (values, left) in mirrors.iter().zip(residuals(&data, &mirrors).unwrap()) {
+        for (values, fit) in mirrors.iter().zip(fits(&data, &mirrors).unwrap()) {
+            let left = fit.left;
             let size = standardised(values.iter().copied(), &data).norm();
             // A fit ends where a step gains less than a thousandth of the sum of squares.
             assert!(left.norm() < 1e-3 * size, "{} of {size}", left.norm());

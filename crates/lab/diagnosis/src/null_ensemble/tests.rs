@@ -1,4 +1,6 @@
 use super::*;
+use crate::residual_space::{AllRows, ResidualSpace, Session};
+use std::sync::Arc;
 
 /// The probe with these readings and this noise of the displacement.
 fn session(reading: f64, noise_um: f64) -> Dataset {
@@ -56,4 +58,26 @@ fn members_lack_little_that_a_base_could_be() {
     sizes.sort_by(f64::total_cmp);
     assert!(sizes[MEMBERS / 2] < 30.0, "{}", sizes[MEMBERS / 2]);
     assert!(sizes.iter().all(|size| size.is_finite() && *size > 0.0));
+}
+
+#[test]
+fn what_is_expected_of_a_mirror_follows_from_its_fitted_parameters() {
+    // Of mirrors that differ in losses and times by orders of magnitude, residuals follow from these in part.
+    let data = session(1.0, 0.02);
+    let ensemble = NullEnsemble::new(&data, &Device::default(), None).unwrap();
+    let parameters = identifiable(&data).len();
+    assert_eq!(ensemble.coordinates.shape(), (parameters, MEMBERS));
+    assert!(ensemble.coordinates.iter().all(|c| c.is_finite()));
+    let noise = DVector::repeat(data.observations.len(), 1.0);
+    let jacobian = DMatrix::zeros(data.observations.len(), 0);
+    let misfit = |discrepancy: ModelDiscrepancy<AllRows>| {
+        let space: ResidualSpace<Session> =
+            ResidualSpace::of_all(&jacobian, &Arc::new(discrepancy));
+        let change = DVector::repeat(data.observations.len(), 1.0);
+        space.vector(&change).norm_squared()
+    };
+    let conditional = misfit(ensemble.discrepancy(&noise));
+    let unconditional = misfit(ModelDiscrepancy::new(&ensemble.residuals, &noise));
+    // A discrepancy that is known better hides less.
+    assert!(conditional > unconditional, "{conditional} {unconditional}");
 }

@@ -1,5 +1,6 @@
 //! The model's discrepancy as a covariance of low rank: what lumped equations leave of mirrors that lack nothing.
 
+use super::expectation::Expectation;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::marker::PhantomData;
@@ -21,8 +22,9 @@ pub struct ModelDiscrepancy<R> {
     members: DMatrix<f64>,
     /// The members' Euclidean products with each other.
     gram: DMatrix<f64>,
-    /// How far each member spans the discrepancy, 1 or less.
-    reach: Vec<f64>,
+    /// The coordinates of the base's parameters as fitted to each member, one member a column. Without rows where nothing is
+    /// expected from them.
+    coordinates: DMatrix<f64>,
     rows: PhantomData<fn() -> R>,
 }
 
@@ -36,16 +38,28 @@ pub struct Whitened<R> {
 
 impl<R> ModelDiscrepancy<R> {
     /// From the standardised residuals of the ensemble, one member a column, and the standard deviation of the white noise of
-    /// each row's standardised residual.
+    /// each row's standardised residual. It is zero on average.
     pub fn new(residuals: &DMatrix<f64>, white_noise: &DVector<f64>) -> Self {
+        Self::given(
+            &DMatrix::zeros(0, residuals.ncols()),
+            residuals,
+            white_noise,
+        )
+    }
+
+    /// The same conditional on the base's fitted parameters, whose coordinates are these of the members, one a column.
+    pub fn given(
+        coordinates: &DMatrix<f64>,
+        residuals: &DMatrix<f64>,
+        white_noise: &DVector<f64>,
+    ) -> Self {
         let inverse_noise = white_noise.map(|deviation| 1.0 / deviation);
         let members = scaled(residuals, &inverse_noise);
-        let gram = gram(&members);
         Self {
-            reach: reach(&gram),
             inverse_noise,
+            gram: gram(&members),
             members,
-            gram,
+            coordinates: coordinates.clone(),
             rows: PhantomData,
         }
     }
@@ -55,12 +69,36 @@ impl<R> ModelDiscrepancy<R> {
         self.members.ncols()
     }
 
-    /// The residual of one member.
-    pub fn member(&self, index: usize) -> Whitened<R> {
+    /// The sum of the members' residuals with these coefficients.
+    pub fn combined(&self, coefficients: &DVector<f64>) -> Whitened<R> {
         Whitened {
-            over_noise: self.members.column(index).into_owned(),
-            onto_members: self.gram.column(index).into_owned(),
+            over_noise: &self.members * coefficients,
+            onto_members: &self.gram * coefficients,
             rows: PhantomData,
+        }
+    }
+
+    /// The coordinates of the base's parameters as fitted to one member.
+    pub fn coordinates_of(&self, member: usize) -> &[f64] {
+        let count = self.coordinates.nrows();
+        &self.coordinates.as_slice()[member * count..][..count]
+    }
+
+    /// What some of the members span, the standard deviation of each one's coefficient being `scale`.
+    pub(super) fn spanned_by(&self, members: &[usize], scale: f64) -> Spanned {
+        let expectation = Expectation::new(&self.coordinates, &self.gram, members);
+        let mut span = expectation.unexpected();
+        let mut gram = span.tr_mul(&(&self.gram * &span));
+        for (index, reach) in reach(&gram).into_iter().enumerate() {
+            let deviation = scale * reach;
+            span.column_mut(index).scale_mut(deviation);
+            gram.row_mut(index).scale_mut(deviation);
+            gram.column_mut(index).scale_mut(deviation);
+        }
+        Spanned {
+            expectation,
+            span,
+            gram,
         }
     }
 
@@ -83,7 +121,7 @@ impl<R> ModelDiscrepancy<R> {
     }
 
     /// The sum of the members with these coefficients, over the noise.
-    pub(super) fn combined(&self, coefficients: &DVector<f64>) -> DVector<f64> {
+    pub(super) fn sum(&self, coefficients: &DVector<f64>) -> DVector<f64> {
         &self.members * coefficients
     }
 
@@ -91,14 +129,16 @@ impl<R> ModelDiscrepancy<R> {
     pub(super) fn onto_members(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
         columns.tr_mul(&self.members)
     }
+}
 
-    pub(super) fn gram(&self, one: usize, other: usize) -> f64 {
-        self.gram[(one, other)]
-    }
-
-    pub(super) fn reach(&self, member: usize) -> f64 {
-        self.reach[member]
-    }
+/// What members span beyond what is expected of them.
+#[derive(Debug)]
+pub(super) struct Spanned {
+    pub(super) expectation: Expectation,
+    /// Sums of members, one a column, whose coefficients have a variance of 1.
+    pub(super) span: DMatrix<f64>,
+    /// Their Euclidean products with each other.
+    pub(super) gram: DMatrix<f64>,
 }
 
 fn scaled(columns: &DMatrix<f64>, factors: &DVector<f64>) -> DMatrix<f64> {
@@ -121,8 +161,8 @@ fn gram(members: &DMatrix<f64>) -> DMatrix<f64> {
     DMatrix::from_vec(members.ncols(), members.ncols(), blocks.concat())
 }
 
-/// The share of its own size by which each member spans the discrepancy.
-fn reach(gram: &DMatrix<f64>) -> Vec<f64> {
+/// The share of its own size by which each residual spans the discrepancy.
+pub(super) fn reach(gram: &DMatrix<f64>) -> Vec<f64> {
     let sizes: Vec<f64> = gram.diagonal().iter().map(|square| square.sqrt()).collect();
     let mut sorted = sizes.clone();
     sorted.sort_by(f64::total_cmp);
