@@ -20,7 +20,7 @@ mod tests {
     use mirror_protocol::{
         ChannelState, CommandReply, Commanded, Drives, Health, Hello, LEASE_FOREVER_MS, Loss,
         MAX_FRAME_BYTES, OptionBytes, Pose, Position, Refusal, Renewal, Room, Sentence, Status,
-        StatusReply, Stream, Telemetry,
+        StatusReply, Stream, Telemetry, Uncertainty,
     };
     use protection::{Denied, Fault, Lease};
     use serde::{Serialize, de::DeserializeOwned};
@@ -39,6 +39,11 @@ mod tests {
     #[test]
     fn messages_come_back_whole() {
         let telemetry = Telemetry {
+            uncertainty: Some(Uncertainty {
+                z_nm: 412,
+                tilt_urad: 350,
+            }),
+            settles_in_ms: Some(3),
             tick: u32::MAX,
             drive_v: [0.0, 1.9, 3.5, 1e-3],
             current_a: [5e-3; CHANNELS],
