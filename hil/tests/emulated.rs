@@ -45,6 +45,7 @@ fn what_is_printed_names_each_number() {
         names,
         [
             "asked",
+            "uncertain",
             "drives",
             "currents",
             "temp. rise",
