@@ -25,7 +25,7 @@ pub async fn run(mut board: impl Lockstep, mut control: Control) -> ! {
     }
 }
 
-/// Samples of ticks that are multiples of this tell the uncertainty: one in a millisecond, and the core finds it in 1.6.
+/// Samples so long after the last that told the uncertainty tell it again: one in a millisecond, and the core finds it in 1.6.
 const UNCERTAINTY_TICKS: u32 = 10;
 
 /// The state from one tick to the next.
@@ -54,6 +54,8 @@ pub struct Control {
     missed_ticks: u32,
     late_ticks: u32,
     stream: Sampler,
+    /// The tick of the last sample that told the uncertainty.
+    uncertainty_told: u32,
 }
 
 /// What a tick decides.
@@ -91,6 +93,7 @@ impl Control {
             missed_ticks: 0,
             late_ticks: 0,
             stream: Sampler::default(),
+            uncertainty_told: 0,
         }
     }
 
@@ -372,7 +375,10 @@ impl Control {
         };
         if let Some(sample) = self.stream.tick(reading, self.stepped) {
             // A sample of every tick, all of it, is more than USB carries.
-            let is_told = telemetry.tick.is_multiple_of(UNCERTAINTY_TICKS);
+            let is_told = telemetry.tick.wrapping_sub(self.uncertainty_told) >= UNCERTAINTY_TICKS;
+            if is_told {
+                self.uncertainty_told = telemetry.tick;
+            }
             self.mailbox.send_sample(Telemetry {
                 uncertainty: telemetry.uncertainty.filter(|_| is_told),
                 settles_in_ms: telemetry.settles_in_ms.filter(|_| is_told),

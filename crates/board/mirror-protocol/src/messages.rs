@@ -221,7 +221,8 @@ pub struct Telemetry {
     /// enough.
     pub room: Option<Room>,
     /// How far the plate may be from `pose` once it is settled; `None` where the calibration in use does not say what it leaves
-    /// unknown. In streams it comes, as the next one, with every tenth tick: with all of them it is more than USB carries.
+    /// unknown. Samples of a stream have it, and the next one, ten ticks or more after the last that did: all of
+    /// them are more than USB carries.
     pub uncertainty: Option<Uncertainty>,
     /// How long until the plate is where it is asked to be, to within that; 0: it is settled. `None` where no position is asked for,
     /// and where a bound holds an actuator back for ever.
