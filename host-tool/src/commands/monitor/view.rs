@@ -135,8 +135,13 @@ fn position(state: &State, columns: u16) -> Vec<Line<'static>> {
     let Pose { z_um, tilt_rad } = state.latest.pose;
     let asked = um(state.asked_um);
     let told = Uncertainty::from(&state.latest);
-    let interval = told.z_um.map_or(String::new(), |um| format!(" ± {um:.3}"));
-    let pose = format!("{:.3}{interval} um", decimal(z_um));
+    let z_um = decimal(z_um);
+    let pose = match told.z_um {
+        // Cut off, a number is another one.
+        Some(interval) if columns < MEDIUM => format!("{z_um:.1} ±{interval:.1}"),
+        Some(interval) => format!("{z_um:.3} ± {interval:.3} um"),
+        None => format!("{z_um:.3} um"),
+    };
     let sensor = um(state.latest.sensor_z_um.map(decimal));
     let mut lines = if columns >= WIDE {
         let settling = told
