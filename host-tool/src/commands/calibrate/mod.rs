@@ -128,8 +128,7 @@ async fn procedure(
     let start = Model::load(&ask.model)?;
     let device = device(board, ask.device.clone())?;
     let status = board.status().await?;
-    let reads_every_tick = matches!(sensor, Sensor::Board);
-    if reads_every_tick && status.telemetry.sensor_z_um.is_none() {
+    if !sensor.is_there(board).await? {
         return Err(ToolError::NoSensor);
     }
     Ok(Procedure {
@@ -138,7 +137,7 @@ async fn procedure(
         date: today(),
         max_v: decimal(status.max_drive_v),
         reach_um: decimal(status.max_position_um),
-        reads_every_tick,
+        reads_every_tick: matches!(sensor, Sensor::Board),
         effort: if ask.quick {
             Effort::QUICK
         } else {

@@ -45,7 +45,7 @@ pub(super) async fn run(
     let status = board.status().await?;
     check_drives(&experiments, decimal(status.max_drive_v))?;
     let sensor = Sensor::open(&instruments.sensor)?;
-    if matches!(sensor, Sensor::Board) && status.telemetry.sensor_z_um.is_none() {
+    if !sensor.is_there(board).await? {
         note("this board has no position sensor: currents only, or name a --sensor");
     }
     let mut files = new_files(&asked, &experiments, instruments.force)?;

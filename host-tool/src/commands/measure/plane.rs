@@ -55,7 +55,7 @@ pub(crate) async fn run(board: &Board, ask: cli::Plane, json: bool) -> Result<()
     for volts in &ask.volts {
         check_drive(*volts, max)?;
     }
-    let points = Points::open(board, &status, &ask.instruments)?;
+    let points = Points::open(board, &ask.instruments).await?;
     let spots = Spots::new(ask.points.as_deref())?;
     if let Some(folder) = ask.output.parent() {
         make_directory(folder)?;

@@ -1,7 +1,6 @@
 //! Readings that are asked for one at a time, while a person moves something.
 
 use measurement::Row;
-use mirror_protocol::Status;
 
 use super::header::now;
 use super::sensor::{Sensor, cannot_read};
@@ -22,21 +21,17 @@ pub(super) struct Points<'a> {
 
 impl<'a> Points<'a> {
     /// The instruments that a user names, where they can answer at any time.
-    pub(super) fn open(
+    pub(super) async fn open(
         board: &'a Board,
-        status: &Status,
         instruments: &Instruments,
     ) -> Result<Self, ToolError> {
         let sensor = Sensor::open(&instruments.sensor)?;
-        match &sensor {
-            Sensor::Board if status.telemetry.sensor_z_um.is_none() => {
-                return Err(ToolError::NoSensor);
-            }
-            Sensor::Recording { path, .. } => {
-                let reason = "it is asked at every point, which a recording cannot answer";
-                return Err(cannot_read(path, reason));
-            }
-            _ => {}
+        if let Sensor::Recording { path, .. } = &sensor {
+            let reason = "it is asked at every point, which a recording cannot answer";
+            return Err(cannot_read(path, reason));
+        }
+        if !sensor.is_there(board).await? {
+            return Err(ToolError::NoSensor);
         }
         Ok(Self {
             board,

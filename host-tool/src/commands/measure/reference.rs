@@ -18,8 +18,7 @@ use crate::report;
 
 /// Asks for each height, and reads the sensor there; nothing is driven.
 pub(crate) async fn run(board: &Board, ask: cli::Reference, json: bool) -> Result<(), ToolError> {
-    let status = board.status().await?;
-    let points = Points::open(board, &status, &ask.instruments)?;
+    let points = Points::open(board, &ask.instruments).await?;
     if let Some(folder) = ask.output.parent() {
         make_directory(folder)?;
     }

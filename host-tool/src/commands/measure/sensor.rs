@@ -10,6 +10,8 @@ use tokio::time::sleep;
 
 use super::readings::{merge, recorded};
 use super::serial::{self, Arriving};
+use crate::board::Board;
+use crate::commands::moving::read;
 use crate::error::ToolError;
 
 /// A position sensor.
@@ -57,6 +59,17 @@ impl Sensor {
             arriving: serial::listen(device, Instant::now),
             began: None,
         })
+    }
+
+    /// Whether there is one: a single reading that the board's input skips is no reason to say that nothing is connected to it.
+    ///
+    /// # Errors
+    /// Where the board does not answer.
+    pub(crate) async fn is_there(&self, board: &Board) -> Result<bool, ToolError> {
+        match self {
+            Self::Board => Ok(read(board).await?.0.sensor_z_um.is_some()),
+            Self::Serial { .. } | Self::Recording { .. } => Ok(true),
+        }
     }
 
     /// What a serial sensor reads from now on, the mean of some readings (um); `None` of one whose readings come otherwise.
