@@ -23,7 +23,12 @@ fn what_ignorance_hides_is_found_where_the_design_is_told() {
     let folder = tempfile::tempdir().expect("a folder");
     let hidden = Hidden::One(Effect::QuadraticTcr, 1.0);
     let open = outcome(hidden, false, folder.path());
-    assert_eq!(open.found.verdict, Verdict::None, "{open}");
+    assert!(
+        !open.is_found(Instruments::Sweep.set()),
+        "{open}\n{}",
+        open.rivals()
+    );
+    println!("{open}\n{}", open.rivals());
     let described = outcome(hidden, true, folder.path());
     assert!(
         described.is_found(Instruments::Sweep.set()),

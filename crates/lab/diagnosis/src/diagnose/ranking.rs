@@ -15,20 +15,20 @@ use std::collections::BTreeMap;
 const LOOK_ALIKE: f64 = 2.0;
 
 impl Analysis<'_> {
-    /// An effect's place, if it changes a reading. `above` are the effects above their thresholds.
-    pub(super) fn ranked(&self, candidate: &Candidate, above: &[&Candidate]) -> Option<Ranked> {
+    /// An effect's place, if it changes a reading. `evident` are the effects above their thresholds and the rivals of the best of them.
+    pub(super) fn ranked(&self, candidate: &Candidate, evident: &[&Candidate]) -> Option<Ranked> {
         let explanation = candidate.explanation.as_ref()?;
         let widening = self.widening(explanation);
-        let is_above = above.iter().any(|other| other.id() == candidate.id());
-        let scores = above.iter().map(|other| other.score());
-        let look_alikes = look_alikes(candidate, above);
+        let is_evident = evident.iter().any(|other| other.id() == candidate.id());
+        let scores = evident.iter().map(|other| other.score());
+        let look_alikes = look_alikes(candidate, evident);
         Some(Ranked {
             effect: candidate.id().to_owned(),
-            form: is_above.then(|| self.form(candidate)).flatten(),
+            form: is_evident.then(|| self.form(candidate)).flatten(),
             score: explanation.score,
             threshold: candidate.threshold,
             null_scores: candidate.null_scores.clone(),
-            probability: if is_above {
+            probability: if is_evident {
                 akaike_weight(explanation.score, scores, widening)
             } else {
                 0.0
@@ -38,7 +38,7 @@ impl Analysis<'_> {
             error_rms: self.before_and_after(candidate, explanation, self.unit()),
             current_rms: (self.data.has_displacement() && self.data.has_current())
                 .then(|| self.before_and_after(candidate, explanation, Unit::Milliampere)),
-            null_improvement: is_above.then(|| self.null_improvement(candidate)),
+            null_improvement: is_evident.then(|| self.null_improvement(candidate)),
             plausible: candidate.is_plausible(),
             parameters: self.estimates(explanation, widening),
             why: self.why(candidate, &look_alikes),
@@ -207,14 +207,14 @@ fn akaike_weight(score: f64, scores: impl Iterator<Item = f64>, widening: f64) -
 }
 
 /// The other effects that explain about as much.
-fn look_alikes(candidate: &Candidate, above: &[&Candidate]) -> Vec<String> {
+fn look_alikes(candidate: &Candidate, evident: &[&Candidate]) -> Vec<String> {
     let score = candidate.score();
     let is_alike = |other: &&&Candidate| {
         other.id() != candidate.id()
             && other.score() > score / LOOK_ALIKE
             && other.score() < score * LOOK_ALIKE
     };
-    let alike = above.iter().filter(is_alike);
+    let alike = evident.iter().filter(is_alike);
     alike.map(|other| other.id().to_owned()).collect()
 }
 

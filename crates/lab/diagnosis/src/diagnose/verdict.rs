@@ -22,17 +22,20 @@ impl Analysis<'_> {
         let invisible = candidates.iter().filter(|c| c.detection_limit().is_none());
         let invisible: Vec<String> = invisible.map(|c| c.id().to_owned()).collect();
         let explained = candidates.iter().filter(|c| c.explanation.is_some());
-        let above: Vec<&Candidate> = explained
+        let with_effect: Vec<&Candidate> = explained
             .clone()
-            .filter(|c| c.is_above_its_threshold() && self.has_an_effect(c))
+            .filter(|candidate| candidate.is_plausible() && self.has_an_effect(candidate))
             .collect();
         let share = |candidate: &str, best: &str| {
             confusions().rival_share(self.channels(), candidate, best)
         };
-        let rivals = rivals(&above, share, |candidate| {
+        let rivals = rivals(&with_effect, share, |candidate| {
             let refit = candidate.refit.as_ref()?;
             Some(refit.fitted.cost(self.data))
         });
+        let is_evident =
+            |c: &&Candidate| c.is_above_its_threshold() || rivals.iter().any(|r| r.id() == c.id());
+        let evident: Vec<&Candidate> = with_effect.into_iter().filter(is_evident).collect();
         let is_explained = |best: &&Candidate| self.is_explained_by(best, candidates);
         let explained_all = rivals.first().is_some_and(is_explained);
         let remainder = match rivals[..] {
@@ -51,7 +54,7 @@ impl Analysis<'_> {
         let explained: Vec<&Candidate> = explained.collect();
         let ranking: Vec<_> = explained
             .par_iter()
-            .filter_map(|candidate| self.ranked(candidate, &above))
+            .filter_map(|candidate| self.ranked(candidate, &evident))
             .collect();
         let is_blind = 2 * invisible.len() > candidates.len();
         let error = self.rms(&self.fitted.standardised(self.data), self.unit());
@@ -120,25 +123,30 @@ impl Analysis<'_> {
     }
 }
 
-/// The best candidate and those that come near it. `share` says which part of the best one's score makes a candidate a rival;
-/// one with which `left`, the sum of squares after a fit together with the base, is far smaller is a rival whatever its score:
-/// what the discrepancy could explain as well may be the effect.
+/// The best of the candidates above their thresholds, and those that come near it. `share` says which part of the best one's score
+/// makes a candidate a rival, above its own threshold or not: once it is evident that something is missing, the scores alone say
+/// what. One with which `left`, the sum of squares after a fit together with the base, is far smaller is a rival whatever its
+/// score, if it is above: what the discrepancy could explain as well may be the effect.
 fn rivals<'c>(
-    above: &[&'c Candidate],
+    candidates: &[&'c Candidate],
     share: impl Fn(&str, &str) -> f64,
     left: impl Fn(&Candidate) -> Option<f64>,
 ) -> Vec<&'c Candidate> {
-    let Some(best) = above.first() else {
+    let mut above = candidates.iter().filter(|c| c.is_above_its_threshold());
+    let Some(best) = above.next() else {
         return Vec::new();
     };
     let (top, least) = (best.score(), left(best));
     let is_rival = |candidate: &&&Candidate| {
         let share = share(candidate.id(), best.id());
-        let leaves = left(candidate).zip(least);
+        let leaves_far_less = || {
+            let leaves = left(candidate).zip(least);
+            leaves.is_some_and(|(left, least)| left < FAR_SMALLER * least)
+        };
         candidate.score() > (share * top).min(top - RIVAL_MARGIN)
-            || leaves.is_some_and(|(left, least)| left < FAR_SMALLER * least)
+            || candidate.is_above_its_threshold() && leaves_far_less()
     };
-    above.iter().filter(is_rival).copied().collect()
+    candidates.iter().filter(is_rival).copied().collect()
 }
 
 /// The outcome, from the number of rivals, whether they explain the misfit, and whether the misfit is more than mirrors
@@ -179,9 +187,9 @@ mod tests {
             scored("resonance", 910.0),
             scored("sensor-lag", 700.0),
         ];
-        let above: Vec<_> = candidates.iter().collect();
+        let all: Vec<_> = candidates.iter().collect();
         assert_eq!(
-            ids(&rivals(&above, |_, _| 0.92, |_| None)),
+            ids(&rivals(&all, |_, _| 0.92, |_| None)),
             ["creep", "hysteresis"]
         );
         // What was taken for the best one is its rival from further off.
@@ -189,7 +197,7 @@ mod tests {
             assert_eq!(best, "creep");
             if candidate == "sensor-lag" { 0.6 } else { 0.92 }
         };
-        let found = rivals(&above, learned, |_| None);
+        let found = rivals(&all, learned, |_| None);
         assert_eq!(ids(&found), ["creep", "hysteresis", "sensor-lag"]);
         assert!(rivals(&[], |_, _| 0.92, |_| None).is_empty());
     }
@@ -200,15 +208,31 @@ mod tests {
             scored("heat-loss-temperature", 1000.0),
             scored("radiation", 500.0),
         ];
-        let above: Vec<_> = candidates.iter().collect();
+        let all: Vec<_> = candidates.iter().collect();
         let left = |radiation: f64| {
             move |candidate: &Candidate| match candidate.id() {
                 "radiation" => Some(radiation),
                 _ => Some(100.0),
             }
         };
-        let count = |radiation| rivals(&above, |_, _| 0.92, left(radiation)).len();
+        let count = |radiation| rivals(&all, |_, _| 0.92, left(radiation)).len();
         assert_eq!([count(40.0), count(60.0)], [2, 1]);
+    }
+
+    #[test]
+    fn what_comes_near_is_a_rival_below_its_threshold_too() {
+        // 25 is the threshold of both; of what is below it nobody is the first.
+        let needing_25 = |id, score| Candidate {
+            threshold: 25.0,
+            ..scored(id, score)
+        };
+        let candidates = [
+            needing_25("gap-heat-loss", 27.0),
+            needing_25("radiation", 24.0),
+        ];
+        let all: Vec<_> = candidates.iter().collect();
+        assert_eq!(ids(&rivals(&all, |_, _| 0.92, |_| None)).len(), 2);
+        assert!(rivals(&all[1..], |_, _| 0.92, |_| None).is_empty());
     }
 
     #[test]
@@ -219,9 +243,9 @@ mod tests {
             scored("hysteresis", 39.0),
             scored("resonance", 37.0),
         ];
-        let above: Vec<_> = candidates.iter().collect();
+        let all: Vec<_> = candidates.iter().collect();
         assert_eq!(
-            ids(&rivals(&above, |_, _| 0.92, |_| None)),
+            ids(&rivals(&all, |_, _| 0.92, |_| None)),
             ["creep", "hysteresis"]
         );
     }
