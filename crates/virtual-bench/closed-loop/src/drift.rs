@@ -36,7 +36,7 @@ pub struct Course {
     pub ageing: Ageing,
     /// In which actuator.
     pub actuator: usize,
-    /// By how much in a step, as a part of it; the mirror rests from step to step, and is used for 5 s.
+    /// By how much in a step, as a part of it; the mirror is used for 5 s from step to step.
     pub step: f64,
     /// How much warmer the room is than at calibration (K).
     pub room_k: f64,
@@ -62,12 +62,11 @@ pub fn aged(
 ) -> Result<Aged, ConfigError> {
     let top_um = f64::from(calibration.max_position().0).min(170.0);
     let mut mirror = Loop::new(calibration, config)?;
+    mirror.set_ambient(course.room_k);
     let mut error_um = 0.0_f64;
     for step in 1..=MOST_STEPS {
         let change = course.step * f64::from(step);
-        mirror.hold(0.0, 0.5);
-        mirror.replace_mirror(&with(config, course, change))?;
-        mirror.set_ambient(course.room_k);
+        mirror.age(&with(config, course, change))?;
         for place in PLACES {
             let z_um = place * top_um;
             let off_um = mirror.hold(z_um, STAY_S) - z_um;

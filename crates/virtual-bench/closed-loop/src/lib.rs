@@ -131,13 +131,12 @@ impl<'a> Loop<'a> {
         self.controller.exchange(calibration)
     }
 
-    /// Puts another mirror, at rest, in the place of this one: what it has become with age.
+    /// Makes the mirror what it has become with age, as warm as it is.
     ///
     /// # Errors
     /// Where a number of `config` is out of range.
-    pub fn replace_mirror(&mut self, config: &MirrorConfig) -> Result<(), ConfigError> {
-        self.mirror = VirtualMirror::new(config)?;
-        Ok(())
+    pub fn age(&mut self, config: &MirrorConfig) -> Result<(), ConfigError> {
+        self.mirror.become_mirror(config)
     }
 
     /// Brings the mirror to a room that is so much warmer than where it was calibrated (K).

@@ -97,6 +97,22 @@ impl VirtualMirror {
             .set_air_loss(&mut self.now, if is_air { factor } else { 1.0 });
     }
 
+    /// Becomes the mirror of `config`, as one that ages does: what is warm stays warm, what is remembered stays remembered, and
+    /// the room is the one that it was. Where its beams are cut into other cells it is at rest.
+    ///
+    /// # Errors
+    /// [`ConfigError::Range`] when a number of `config` is out of range; the mirror is as it was then.
+    pub fn become_mirror(&mut self, config: &MirrorConfig) -> Result<(), ConfigError> {
+        config.check()?;
+        let config = &reconstruct(config);
+        let mut system = System::new(config);
+        system.take_over(&self.system, &mut self.now);
+        self.trial = self.now.clone();
+        self.system = system;
+        self.drive_limit_v = config.drive_limit_v;
+        Ok(())
+    }
+
     /// Moves the stage that the whole mirror is on: the sensor sees its target `um` further in the direction of the
     /// substrate. Not finite counts as 0.
     pub fn set_stage(&mut self, um: f64) {

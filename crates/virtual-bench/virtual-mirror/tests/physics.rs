@@ -233,6 +233,46 @@ fn an_oven_shows_the_heater_s_coefficient_and_leaves_a_resting_mirror_at_its_tem
 }
 
 #[test]
+fn a_mirror_that_ages_stays_as_warm_as_it_is() {
+    let config = MirrorConfig::bench()
+        .with_effect(Effect::HeatLossTemperature, 1.0)
+        .with_effect(Effect::Hysteresis, 1.0);
+    let mut mirror = VirtualMirror::new(&config).expect("valid mirror");
+    mirror.set_ambient(10.0);
+    mirror.set_air_loss(1.2);
+    mirror.set_stage(25.0);
+    mirror.advance([1.5; 4], 0.02);
+    let mut same = mirror.clone();
+    same.become_mirror(&config).expect("valid mirror");
+    for _ in 0..100 {
+        for mirror in [&mut mirror, &mut same] {
+            mirror.step([1.8; 4], 1e-4);
+        }
+        // A nanometre: steps may be cut otherwise, and are exact to that.
+        let apart_um = same.state().seen_z_um - mirror.state().seen_z_um;
+        approx::assert_abs_diff_eq!(apart_um, 0.0, epsilon = 1e-3);
+    }
+    let mut aged = config.clone();
+    aged.trim.ohm[2] = 1.1;
+    let before = mirror.state();
+    mirror.become_mirror(&aged).expect("valid mirror");
+    let after = mirror.state();
+    // The mean is weighted by resistance, and rounded.
+    for (after, before) in after.heater_mean_k.into_iter().zip(before.heater_mean_k) {
+        approx::assert_relative_eq!(after, before, max_relative = 1e-12);
+    }
+    assert_eq!(after.current_a[0], before.current_a[0]);
+    approx::assert_relative_eq!(
+        after.current_a[2],
+        before.current_a[2] / 1.1,
+        max_relative = 1e-12
+    );
+    aged.trim.ohm[2] = f64::NAN;
+    assert!(mirror.become_mirror(&aged).is_err());
+    assert_eq!(mirror.state(), after);
+}
+
+#[test]
 fn warm_air_conducts_as_the_law_says_that_warmed_it() {
     let config = MirrorConfig::bench().with_effect(Effect::HeatLossTemperature, 1.0);
     let rise = |rise_k: f64| {

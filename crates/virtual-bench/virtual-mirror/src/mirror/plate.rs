@@ -22,7 +22,7 @@ pub(crate) struct PlateState {
 pub(crate) struct PlateDynamics {
     lever_m: f64,
     /// How far a stage has moved the whole mirror (m).
-    stage_m: f64,
+    pub(super) stage_m: f64,
     /// The modes of piston and tilts; without them the plate follows at once.
     modes: Option<[Mode; 3]>,
     filter: Option<Mode>,

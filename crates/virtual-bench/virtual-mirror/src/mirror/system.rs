@@ -190,11 +190,27 @@ impl System {
         network.ambient += rise_k - network.ambient_set;
         network.ambient_set = rise_k;
         network.loss = LossLaw::new(&self.effects, self.ambient_c + rise_k, rise_k);
+        self.jump(now);
+    }
+
+    /// Brings `now` to where these equations, all at once others than before, have it.
+    fn jump(&self, now: &mut StateVector) {
         let before = now.displacement.value;
         self.shape
-            .displace(&now.theta, network.ambient, &mut now.displacement);
+            .displace(&now.theta, self.network.ambient, &mut now.displacement);
         now.memory = now.memory.advanced(before, now.displacement.value, JUMP_S);
         now.rate_at = None;
+    }
+
+    /// Goes on from `now`, where these equations come after those `before` them.
+    pub(crate) fn take_over(&mut self, before: &Self, now: &mut StateVector) {
+        if before.network.cells.len() != self.network.cells.len() {
+            *now = self.at_rest(&self.effects);
+        }
+        self.plate.set_stage(before.plate.stage_m);
+        self.set_ambient(now, before.network.ambient_set);
+        self.set_air_loss(now, before.air_factor);
+        self.jump(now);
     }
 
     /// Makes the air take `factor` times the heat that it took at first from beams and plate.
