@@ -130,6 +130,14 @@ impl Terminal {
         });
     }
 
+    /// Waits until the program reads keys and no lines: what is typed before, it may throw away.
+    ///
+    /// # Panics
+    /// Where it never does.
+    pub fn wait_for_keys(&self, bench: &Bench) {
+        bench.wait("nobody reads keys", |_| !self.reads_lines());
+    }
+
     /// Waits for the end of the tool; returns its exit code, and `None` where it was killed.
     pub fn wait(&mut self) -> Option<i32> {
         self.tool.wait().expect("it is ours").code()

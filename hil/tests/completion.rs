@@ -56,6 +56,7 @@ fn every_shell_completes_what_there_is() {
             continue;
         }
         let mut terminal = Terminal::start_program(&started(&bench, shell));
+        terminal.wait_for_keys(&bench);
         // Typed in two parts, so that the line itself does not show it.
         terminal.types(&format!("{}; echo is-{}\r", shell.setup, "'ready'"));
         terminal.wait_for(&bench, "is-ready");
