@@ -18,11 +18,6 @@ pub use processor::processor_s;
 pub use raw::RawLink;
 pub use terminal::Terminal;
 
-/// Whether what takes minutes is asked for too: `cargo xtask test --full` sets `MIRROR_FULL=1`.
-pub fn is_full() -> bool {
-    std::env::var_os("MIRROR_FULL").is_some_and(|full| full == "1")
-}
-
 /// Interrupts a tool as Ctrl-C does.
 ///
 /// # Panics

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::io::{BufRead, BufReader, Write};
 
-use hil::{Bench, Said, interrupt, is_full};
+use hil::{Bench, Said, interrupt};
 use measurement::Session;
 use virtual_mirror::{Effect, MirrorConfig};
 
@@ -162,7 +162,7 @@ fn begin(bench: &Bench, words: &[&str]) -> Said {
 /// 128 and the signal's number.
 const BY_INTERRUPT: i32 = 130;
 
-/// The first of each kind of measurement, and where `MIRROR_FULL` asks for it every one, and a session as a whole.
+/// The first of each kind of measurement, and where a long run asks for it every one, and a session as a whole.
 #[test]
 fn every_measurement_that_may_be_proposed_runs_on_a_board() {
     let mut bench = Bench::emulated(MirrorConfig::bench());
@@ -170,13 +170,13 @@ fn every_measurement_that_may_be_proposed_runs_on_a_board() {
     for (number, proposal) in diagnosis::proposals(3.5).iter().enumerate() {
         let command = host_tool::command_line::proposal_line(proposal);
         let kind = command.split(' ').nth(2).expect("an experiment");
-        if !kinds.insert(kind.to_owned()) && !is_full() {
+        if !kinds.insert(kind.to_owned()) && !long_runs::are_asked_for() {
             continue;
         }
         let words = short(&command, number);
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
         let file = words[1 + words.iter().position(|word| *word == "-o").expect("a name")];
-        let (said, code) = if command.contains("measure session") && !is_full() {
+        let (said, code) = if command.contains("measure session") && !long_runs::are_asked_for() {
             // A board whose driven ticks nobody has counted yet.
             bench = Bench::emulated(MirrorConfig::bench());
             (begin(&bench, &words), BY_INTERRUPT)

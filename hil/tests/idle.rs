@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use emulated_board::{PlantFault, Speed};
-use hil::{Bench, RawLink, is_full, processor_s};
+use hil::{Bench, RawLink, processor_s};
 use mirror_protocol::{PROTOCOL_VERSION, StatusEndpoint};
 
 /// A board that is left alone for 20 ms at a time has 50 exchanges a second; as many again are allowed.
@@ -22,7 +22,11 @@ struct Took {
 
 /// It is a program of its own, since it counts the processor time of all that runs in it.
 fn main() -> ExitCode {
-    let lasts_s = if is_full() { 20.0 } else { 2.0 };
+    let lasts_s = if long_runs::are_asked_for() {
+        20.0
+    } else {
+        2.0
+    };
     let mut bench = Bench::changed(|emulation| emulation.speed = Speed::Awaited);
     bench.wait_until_s(SETTLED_S);
     let idle = measure(&mut bench, lasts_s);

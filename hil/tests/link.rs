@@ -4,14 +4,14 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use hil::{Bench, DISTURBANCES, RawLink, is_full};
+use hil::{Bench, DISTURBANCES, RawLink};
 use mirror_protocol::{
     Drives, LEASE_FOREVER_MS, PROTOCOL_VERSION, SetDriveEndpoint, StatusEndpoint,
 };
 use virtual_mirror::MirrorConfig;
 
 const REQUESTS: u32 = 500;
-/// Disturbances of each kind, and where `MIRROR_FULL` asks for what is long.
+/// Disturbances of each kind, and where a long run asks for what is long.
 const TIMES: u32 = 25;
 const TIMES_IN_FULL: u32 = 100;
 
@@ -38,7 +38,11 @@ fn main() -> ExitCode {
     let driven = link.ask::<SetDriveEndpoint>(&drives).unwrap().unwrap();
     driven.expect("a sound board drives");
     println!("disturbance          times  next request answered  drive kept");
-    let times = if is_full() { TIMES_IN_FULL } else { TIMES };
+    let times = if long_runs::are_asked_for() {
+        TIMES_IN_FULL
+    } else {
+        TIMES
+    };
     let mut seed = 5;
     let mut ended_well = true;
     for disturbance in DISTURBANCES {

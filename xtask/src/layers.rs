@@ -251,6 +251,7 @@ const ALLOWED: &[Allowed] = &[
             "virtual-mirror",
         ],
     ),
+    (Room::VirtualBench, "long-runs", &[]),
     (Room::VirtualBench, "plant-link", &[]),
     (Room::VirtualBench, "simulated-flash", &[]),
     (Room::VirtualBench, "virtual-mirror", &[]),
@@ -271,6 +272,7 @@ const ALLOWED: &[Allowed] = &[
             "emulated-board",
             "experiments",
             "host-tool",
+            "long-runs",
             "mirror-emulator",
             "mirror-model",
             "mirror-protocol",
@@ -328,7 +330,7 @@ const ALLOWED: &[Allowed] = &[
             "waveforms",
         ],
     ),
-    (Room::Program, "xtask", &[]),
+    (Room::Program, "xtask", &["long-runs"]),
 ];
 
 /// Hardware and runtimes that the control core must not know.

@@ -8,7 +8,6 @@ use anyhow::{Context, Result, bail};
 use crate::cargo::{program, run, target_directory, workspace};
 use crate::images::{self, Board};
 use crate::setup;
-use crate::test::FULL;
 use crate::tool;
 
 /// What tests and types are checked by, and frames are made by.
@@ -58,7 +57,7 @@ pub(crate) fn check(full: bool) -> Result<()> {
     );
     tests.env("MIRROR_SOURCES", workspace());
     if full {
-        tests.env(FULL, "1");
+        tests.env(long_runs::VARIABLE, "1");
     }
     run(&mut tests)
 }

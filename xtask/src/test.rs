@@ -42,9 +42,6 @@ const TWIN: (&str, &str) = ("MIRROR_EMULATOR", "g474");
 /// Programs of tests that take less are not told one by one.
 const TOLD: Duration = Duration::from_secs(5);
 
-/// Set for the long run: tests read it to choose how much they try.
-pub(crate) const FULL: &str = "MIRROR_FULL";
-
 /// The steps that have passed, and how long each took.
 #[derive(Default)]
 struct Gate {
@@ -185,7 +182,9 @@ fn checks(built: &Built, browser: Option<&OsStr>) -> Result<Vec<Check>> {
 fn on_host(program: &TestProgram, browser: Option<&OsStr>) -> Check {
     let mut command = program.command();
     if let Some(browser) = browser {
-        command.arg("--include-ignored").env(FULL, "1");
+        command
+            .arg("--include-ignored")
+            .env(long_runs::VARIABLE, "1");
         command.env(setup::BROWSER, browser);
     }
     Check::new(format!("{} of {}", program.name, program.package), command)

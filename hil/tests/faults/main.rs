@@ -1,7 +1,7 @@
 //! Everything that can break on an emulated board, broken at rest, while driving and during an upload; one line of a
 //! table each. It fails where a fault is not detected or not in the fault log afterwards, takes the mirror more than a millisecond of drive or beyond 225 K, or
 //! leaves a board that cannot be used again. Every seventh is tried, and every one where
-//! `MIRROR_FULL` asks for what is long.
+//! A long run asks for what is long.
 
 mod cases;
 mod requests;
@@ -53,7 +53,7 @@ fn main() -> ExitCode {
     println!(
         "\nfault                      when       detected             logged  ticks to zero  hottest K  afterwards    lost"
     );
-    let step = match (hil::is_full(), hil::is_on_twin()) {
+    let step = match (long_runs::are_asked_for(), hil::is_on_twin()) {
         (true, _) => 1,
         (false, false) => SHORT_STEP,
         (false, true) => SHORT_STEP_ON_TWIN,

@@ -1,12 +1,12 @@
 //! Heaters without a displacement sensor: the sessions of `data/heaters`, asked about as a user asks. One of them, and all
-//! where `MIRROR_FULL` asks for what is long.
+//! where a long run asks for what is long.
 
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
 use crate::common::no_boards;
-use crate::{is_full, json, lab};
+use crate::{json, lab};
 
 /// The one that is always asked about. What lacks nothing is `a_resistor_lacks_nothing` of the diagnosis's tests, too.
 const SHORT: &str = "wire";
@@ -43,7 +43,7 @@ fn strings(list: &Value) -> Vec<String> {
 #[test]
 fn what_a_heater_lacks_is_named_and_nothing_else_and_the_error_falls() {
     let place = no_boards();
-    let is_asked = |name: &str| is_full() || name == SHORT;
+    let is_asked = |name: &str| long_runs::are_asked_for() || name == SHORT;
     for (name, lacks) in answers().into_iter().filter(|(name, _)| is_asked(name)) {
         let [model, readings] = heater(&name);
         let found = json(&["diagnose", &model, &readings]);

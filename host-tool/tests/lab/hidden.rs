@@ -1,5 +1,5 @@
 //! The sessions of `data/hidden`, asked about as a user asks: compare, diagnose, add what is named, compare again. Every eighth of
-//! them, and all where `MIRROR_FULL` asks for what is long.
+//! them, and all where a long run asks for what is long.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 use crate::common::no_boards;
-use crate::{is_full, json};
+use crate::json;
 
 /// Sessions at a time; each computes on all processors for a part of its time.
 const AT_A_TIME: usize = 2;
@@ -89,7 +89,11 @@ fn sessions() -> VecDeque<(PathBuf, Vec<String>)> {
             hidden.try_into().expect("a list of effects"),
         )
     };
-    let step = if is_full() { 1 } else { SHORT_STEP };
+    let step = if long_runs::are_asked_for() {
+        1
+    } else {
+        SHORT_STEP
+    };
     answers.into_iter().step_by(step).map(session).collect()
 }
 
@@ -153,7 +157,7 @@ fn what_is_hidden_is_found_and_added_and_nothing_else_is_named() {
         unlisted().count()
     );
 
-    if is_full() {
+    if long_runs::are_asked_for() {
         assert!(found >= FOUND, "{found} are found, {FOUND} should be");
         assert!(unlisted().filter(unknown).count() > 0);
     }

@@ -45,11 +45,6 @@ fn cache() -> &'static Path {
     })
 }
 
-/// Whether what is long is asked for.
-fn is_full() -> bool {
-    std::env::var_os("MIRROR_FULL").is_some_and(|full| full == "1")
-}
-
 fn lab(words: &[&str]) -> Said {
     host_tool_with(no_boards().path(), words, &[("XDG_CACHE_HOME", cache())])
 }

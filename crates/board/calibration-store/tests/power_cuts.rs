@@ -121,12 +121,9 @@ impl Keeper for Sequential {
     }
 }
 
-/// Updates of which every operation is cut; `MIRROR_FULL` asks for what is long.
+/// Updates of which every operation is cut.
 fn updates() -> usize {
-    match std::env::var_os("MIRROR_FULL").is_some_and(|full| full == "1") {
-        true => 10,
-        false => 2,
-    }
+    if long_runs::are_asked_for() { 10 } else { 2 }
 }
 
 fn campaign(words: HalfWords) -> Campaign {

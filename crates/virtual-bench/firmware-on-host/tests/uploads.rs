@@ -2,7 +2,7 @@
 //! comes, the board uses one of the calibrations that were sent whole or the one it had, keeps that through a power cut,
 //! and answers.
 //!
-//! `MIRROR_FULL=1` tries a hundred times as many.
+//! A long run tries a hundred times as many.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -195,8 +195,11 @@ fn resident_kib() -> u64 {
 
 #[test]
 fn whatever_becomes_of_uploads_the_board_has_a_whole_calibration_and_answers() {
-    let is_full = std::env::var_os("MIRROR_FULL").is_some_and(|full| full == "1");
-    let uploads = if is_full { UPLOADS_IN_FULL } else { UPLOADS };
+    let uploads = if long_runs::are_asked_for() {
+        UPLOADS_IN_FULL
+    } else {
+        UPLOADS
+    };
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let flash = SharedFlash::new(SimulatedFlash::new(FLASH_PAGES, HalfWords::Settle, 3));
     let devices = ["first", "second"];

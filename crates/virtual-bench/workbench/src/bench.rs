@@ -66,7 +66,7 @@ pub(crate) fn store() -> Result<()> {
     let tests = ["test", "--quiet", "--package", "calibration-store", "--"];
     let output = cargo(&tests)
         .arg("--nocapture")
-        .env("MIRROR_FULL", "1")
+        .env(long_runs::VARIABLE, "1")
         .output()
         .context("cargo does not run")?;
     let said = String::from_utf8_lossy(&output.stdout);

@@ -251,14 +251,11 @@ fn hours_of_use(hours: u32) -> (u32, f32) {
     (alarms, nearest)
 }
 
-/// At most one false alarm in 1000 hours is asked for; the gate has time for one of them, and `MIRROR_FULL` for more. None in n
+/// At most one false alarm in 1000 hours is asked for; the gate has time for one of them, and a long run for more. None in n
 /// hours is less than 3 / n an hour, with 95 % confidence (the rule of three).
 #[test]
 fn no_hour_of_ordinary_use_is_drift() {
-    let hours = match std::env::var_os("MIRROR_FULL") {
-        Some(_) => 20,
-        None => 1,
-    };
+    let hours = if long_runs::are_asked_for() { 20 } else { 1 };
     let (alarms, nearest) = hours_of_use(hours);
     std::println!("{alarms} alarms in {hours} h, {nearest:.2} of one at most");
     assert_eq!(alarms, 0);

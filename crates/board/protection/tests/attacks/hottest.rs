@@ -176,8 +176,8 @@ fn nothing_accepted_and_nothing_driven_makes_a_heater_too_hot() {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let (mut tried, mut refused, mut hottest_k) = (0, 0, 0.0_f64);
     let mut runs = 0;
-    let is_full = std::env::var_os("MIRROR_FULL").is_some_and(|full| full == "1");
-    let enough = if is_full { FULL_RUNS } else { RUNS };
+    let is_long = long_runs::are_asked_for();
+    let enough = if is_long { LONG_RUNS } else { RUNS };
     while runs < enough {
         let claim = if tried % 3 == 0 {
             random(&mut rng)
@@ -236,6 +236,6 @@ fn nothing_accepted_and_nothing_driven_makes_a_heater_too_hot() {
     assert!(refused > tried / 10, "the search leaves the board's limits");
 }
 
-/// Some ten seconds, and some three minutes where `MIRROR_FULL` is set.
+/// Some ten seconds, and some three minutes where long runs are asked for.
 const RUNS: u32 = 300;
-const FULL_RUNS: u32 = 6000;
+const LONG_RUNS: u32 = 6000;

@@ -22,10 +22,6 @@ const FACTORY: &[u8] = include_bytes!("../../../../../src/factory.bin");
 const HASH_AT: usize = 4 + 2 + 2 * 48;
 /// Bytes of a piece that is uploaded.
 const PIECE: usize = 192;
-/// Whether what takes minutes is asked for too: `cargo xtask test --full` sets `MIRROR_FULL=1`.
-pub(crate) fn is_full() -> bool {
-    std::env::var_os("MIRROR_FULL").is_some_and(|full| full == "1")
-}
 
 /// Leaves what was executed where `cargo xtask bench coverage` looks for it.
 pub(crate) fn leave_coverage(twin: &Twin) {

@@ -244,7 +244,7 @@ fn enumerate(tool: &mut Tool, round: u64) -> u32 {
 fn a_board_answers_after_any_traffic_on_its_bus() {
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let mut tool = common::greeted();
-    let rounds = match common::is_full() {
+    let rounds = match long_runs::are_asked_for() {
         true => FULL_ROUNDS,
         false => ROUNDS,
     };

@@ -56,7 +56,11 @@ fn for_operations<T: Send>(
     all: std::ops::Range<u64>,
     each: impl Fn(u64) -> T + Send + Sync,
 ) -> Vec<T> {
-    let step = if common::is_full() { 1 } else { SHORT_STEP };
+    let step = if long_runs::are_asked_for() {
+        1
+    } else {
+        SHORT_STEP
+    };
     // The last one is where it is decided.
     let last = all.end - 1;
     let mut chosen: Vec<u64> = all.step_by(step).collect();
