@@ -56,7 +56,7 @@ impl Decay {
         }
     }
 
-    /// Ticks until an actuator is near enough to where it is to be.
+    /// Ticks until an actuator is near enough to where it is to be, to within three.
     pub(crate) fn ticks(&self, state: &HeatState, way: &Way) -> f32 {
         let apart = way.from.0 - way.to.0;
         let near = if way.near.0 > NEAREST.0 {
@@ -140,7 +140,10 @@ mod tests {
                 }
                 passed += 1;
             }
-            prop_assert!((foreseen - passed as f32).abs() <= 2.0, "{foreseen} and {passed}");
+            // The last tick before it passes is told, of states that are a free response one tick ahead: two ticks early where it cools,
+            // fewer by what one tick's heating brings. The powers' rounding, 2^11 times 6e-8, is less than a tick of a pole of 0.2 s.
+            let early = passed as f32 - foreseen;
+            prop_assert!((-1.0..=3.0).contains(&early), "{foreseen} and {passed}");
         }
 
         #[test]
