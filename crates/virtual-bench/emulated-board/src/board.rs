@@ -25,8 +25,9 @@ use crate::plant::{Connected, Plant, Progress};
 use crate::qemu::{self, QEMU};
 use crate::stack::Stack;
 
-/// How long QEMU may take to offer its socket.
-const START_TIMEOUT: Duration = Duration::from_secs(20);
+/// How long QEMU may take to offer its socket: it takes a second, and machines have stood still for 20. That it has ended is
+/// noticed at once.
+const START_TIMEOUT: Duration = Duration::from_secs(60);
 
 /// By then a board has checked its heaters, twice with a pause of a quarter of a second.
 const CHECKED_S: f64 = 0.26;
