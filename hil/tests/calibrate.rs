@@ -25,6 +25,7 @@ fn session(config: &MirrorConfig, folder: &Path) {
 }
 
 #[test]
+#[ignore = "long"]
 fn a_calibrated_board_goes_where_it_is_asked() {
     let config = MirrorConfig::draw(Family::B, 77);
     let bench = Bench::emulated(config.clone());

@@ -19,7 +19,7 @@ pub(crate) fn fits() -> Result<()> {
 }
 
 /// Builds the image of that PCB, in a copy of the sources.
-pub(crate) fn build() -> Result<SourceCopy> {
+fn build() -> Result<SourceCopy> {
     let copy = SourceCopy::make("another-pcb")?;
     copy.apply(&change())?;
     copy.build_image()?;

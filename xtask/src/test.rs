@@ -132,9 +132,7 @@ fn build(gate: &mut Gate) -> Result<Built> {
             let on_target = scope.spawn(|| {
                 timed(|| {
                     images::build(Board::Stm32g474)?;
-                    let built = on_target::build_and_lint()?;
-                    port::build()?;
-                    Ok(built)
+                    on_target::build_and_lint()
                 })
             });
             let on_host = timed(test_programs::build_and_lint);
