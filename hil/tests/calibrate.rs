@@ -11,6 +11,9 @@ use serde_json::Value;
 use virtual_mirror::{Family, MirrorConfig};
 use virtual_sessions::{Instruments, measure};
 
+/// What `room.rs` goes by. `MIRROR_WRITE_PAGES=1` writes it anew.
+const KEPT: &str = "tests/mirror-77.toml";
+
 /// A session of this mirror, measured on another bench than the emulated board.
 fn session(config: &MirrorConfig, folder: &Path) {
     let experiments = vec![
@@ -72,6 +75,9 @@ fn a_calibrated_board_goes_where_it_is_asked() {
     );
 
     let kept = std::fs::read_to_string(bench.directory().join("calibration.toml")).unwrap();
+    if std::env::var_os("MIRROR_WRITE_PAGES").is_some() {
+        std::fs::write(KEPT, &kept).expect("written");
+    }
     let kept = calibration::from_toml("calibration.toml", &kept).expect("a calibration");
     let origin = kept.parts().origin;
     assert_eq!(origin.device.as_str(), "mirror 77");

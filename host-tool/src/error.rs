@@ -290,6 +290,45 @@ pub enum ToolError {
     ))]
     TrialLeft { reason: String },
 
+    #[error("{} is not the calibration that the board uses", file.display())]
+    #[diagnostic(help(
+        "`host-tool status` tells which one it uses; `host-tool load-calibration {}` has it use this one", file.display()
+    ))]
+    OtherCalibration { file: PathBuf },
+
+    #[error("{} was read under another calibration", file.display())]
+    #[diagnostic(help(
+        "name another file, and read both rooms under the one that the board uses now"
+    ))]
+    OtherRoomReadings { file: PathBuf },
+
+    #[error("{} does not hold what a sensor read in a room: {reason}", file.display())]
+    #[diagnostic(help("name a file that is not there yet: it is written in the first room"))]
+    RoomReadings { file: PathBuf, reason: String },
+
+    #[error("{asked_um:.1} um is limited here: {limit}")]
+    #[diagnostic(help("`host-tool explain {limit}` says what that is; nothing was changed"))]
+    RoomLimited { asked_um: f64, limit: &'static str },
+
+    #[error("the board does not tell its room")]
+    #[diagnostic(help(
+        "run `host-tool calibrate`, which measures the heaters' resistances; nothing was changed"
+    ))]
+    RoomUnknown,
+
+    #[error(
+        "the mirror was up to {before_um:.2} um from where it stood in the first room, and {after_um:.2} um with what was found; \
+         the board has the calibration of before"
+    )]
+    #[diagnostic(help(
+        "did mirror or sensor move between the rooms, or the room while it was read? Begin again with another file"
+    ))]
+    RoomNotBetter { before_um: f64, after_um: f64 },
+
+    #[error(transparent)]
+    #[diagnostic(help("nothing was changed; the readings of the first room are kept"))]
+    Ambient(#[from] calibration::AmbientError),
+
     #[error("'{name}' is too long for a calibration, which holds {max} bytes of it", max = Label::CAPACITY)]
     #[diagnostic(help("choose a shorter name with --device"))]
     Name { name: String },

@@ -13,7 +13,7 @@ use clap::{Parser, Subcommand};
 use self::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
 pub use self::lab::{EffectCommand, LabInput, ModelOutput};
 pub use self::measure::{DriveExperiment, Instruments, Measure, OneFile, Plane, Reference};
-pub use self::moving::{Calibrate, Curve, Samples, Scan};
+pub use self::moving::{Calibrate, CalibrateRoom, Curve, Samples, Scan};
 use crate::completion;
 use crate::quantity::{Angle, Hold, Length, MINUS, Resistance, Span, Voltage};
 use crate::verbosity::Verbosity;
@@ -241,6 +241,12 @@ pub enum Command {
         after_long_help = "Example:\n  host-tool calibrate --device mirror-7 --picture calibrate.svg"
     )]
     Calibrate(Calibrate),
+    /// Measure what a kelvin of the room is worth to this mirror: typed once, and once more where the room is at least 5 K
+    /// warmer or colder, it makes a calibrated board's positions right in any room.
+    #[command(
+        after_long_help = "Example:\n  host-tool calibrate-room mirror-7.toml room.json -o mirror-7-in-any-room.toml"
+    )]
+    CalibrateRoom(CalibrateRoom),
     /// Use a calibration that `calibrate -o` wrote, from now on; all channels are off afterwards.
     #[command(after_long_help = "Example:\n  host-tool load-calibration mirror-7.toml")]
     LoadCalibration {

@@ -1,4 +1,4 @@
-//! `scan` and `calibrate`: what moves the mirror for long.
+//! `scan`, `calibrate` and `calibrate-room`: what moves the mirror for long.
 
 use std::path::PathBuf;
 
@@ -123,6 +123,28 @@ pub struct Calibrate {
     #[arg(help_heading = BOARD, long, default_value = "0ms", value_name = "TIME")]
     pub sensor_lag: Span,
     /// Replace files that exist.
+    #[arg(help_heading = OUTPUT, long)]
+    pub force: bool,
+}
+
+/// `calibrate-room`
+#[derive(Debug, Args)]
+pub struct CalibrateRoom {
+    /// The calibration that the board uses, as `calibrate -o` wrote it.
+    pub calibration: PathBuf,
+    /// Keeps what was read in the first room for the second; leave mirror and sensor as they are in between.
+    pub readings: PathBuf,
+    /// Also write the calibration that comes of it to this file.
+    #[arg(help_heading = OUTPUT, short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// How long to let the mirror settle at each position.
+    #[arg(help_heading = SIGNAL, long, default_value = "2s", value_name = "TIME")]
+    pub settle: Span,
+    /// Where displacements come from: `board`, or a serial sensor such as /dev/ttyACM0 or
+    /// /dev/ttyUSB0@115200.
+    #[arg(help_heading = BOARD, long, default_value = "board", value_name = "SENSOR")]
+    pub sensor: String,
+    /// Replace the file of -o if it exists.
     #[arg(help_heading = OUTPUT, long)]
     pub force: bool,
 }

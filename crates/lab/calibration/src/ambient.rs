@@ -22,9 +22,9 @@ pub enum AmbientError {
     /// The calibration does not know what resistances tell.
     #[error("the calibration does not know the heaters' resistances; calibrate the mirror first")]
     Unknown,
-    /// They were taken in the room of the calibration.
+    /// They were taken in one room.
     #[error(
-        "the surroundings were only {0:.1} K from those at calibration; measure where they are at least {LEAST_K} K from them"
+        "the two rooms are only {0:.1} K apart; measure where they are at least {LEAST_K} K apart"
     )]
     SameRoom(f64),
     /// No mirror is like that.
@@ -41,7 +41,7 @@ const LEAST_K: f64 = 3.0;
 /// misses in proportion to the rise is the ratio's.
 ///
 /// # Errors
-/// Where the calibration does not know the resistances, or the points are of its own room.
+/// Where the calibration does not know the resistances, or the points are of one room.
 pub fn with_ambient_ratio(
     calibration: &Calibration,
     points: &[RoomPoint],

@@ -182,7 +182,7 @@ async fn keep(board: &Board, calibrated: &Calibrated) -> Result<(), ToolError> {
 }
 
 /// After `error` the channels are off, and the board has the calibration of before.
-async fn fall_back(board: &Board, error: ToolError) -> ToolError {
+pub(super) async fn fall_back(board: &Board, error: ToolError) -> ToolError {
     let reverted = board.revert_calibration().await;
     let off = board.off().await;
     match reverted.and(off.map(drop)) {

@@ -3,7 +3,7 @@
 use measurement::Row;
 
 use super::header::now;
-use super::sensor::{Sensor, cannot_read};
+use super::sensor::Sensor;
 use crate::board::Board;
 use crate::cli::Instruments;
 use crate::commands::moving::read;
@@ -25,17 +25,9 @@ impl<'a> Points<'a> {
         board: &'a Board,
         instruments: &Instruments,
     ) -> Result<Self, ToolError> {
-        let sensor = Sensor::open(&instruments.sensor)?;
-        if let Sensor::Recording { path, .. } = &sensor {
-            let reason = "it is asked at every point, which a recording cannot answer";
-            return Err(cannot_read(path, reason));
-        }
-        if !sensor.is_there(board).await? {
-            return Err(ToolError::NoSensor);
-        }
         Ok(Self {
             board,
-            sensor,
+            sensor: Sensor::at_any_time(board, &instruments.sensor).await?,
             ambient_c: instruments.ambient_c,
             session: String::new(),
             begin_tick: 0,

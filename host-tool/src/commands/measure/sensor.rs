@@ -61,6 +61,22 @@ impl Sensor {
         })
     }
 
+    /// The sensor that a user names, where it is there and answers at any time.
+    ///
+    /// # Errors
+    /// Where it does not, or the board does not answer.
+    pub(crate) async fn at_any_time(board: &Board, name: &str) -> Result<Self, ToolError> {
+        let sensor = Self::open(name)?;
+        if let Self::Recording { path, .. } = &sensor {
+            let reason = "it is asked at every point, which a recording cannot answer";
+            return Err(cannot_read(path, reason));
+        }
+        match sensor.is_there(board).await? {
+            true => Ok(sensor),
+            false => Err(ToolError::NoSensor),
+        }
+    }
+
     /// Whether there is one: a single reading that the board's input skips is no reason to say that nothing is connected to it.
     ///
     /// # Errors
@@ -73,7 +89,7 @@ impl Sensor {
     }
 
     /// What a serial sensor reads from now on, the mean of some readings (um); `None` of one whose readings come otherwise.
-    pub(super) async fn read_now(&self) -> Result<Option<f64>, ToolError> {
+    pub(crate) async fn read_now(&self) -> Result<Option<f64>, ToolError> {
         let Self::Serial { path, arriving, .. } = self else {
             return Ok(None);
         };
