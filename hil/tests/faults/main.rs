@@ -36,7 +36,7 @@ const MANY: u32 = 20_000;
 /// Disturbances of the link in one case.
 const DISTURBED: u32 = 20;
 /// A number without a common factor with the three situations, so that the short form has all of them.
-const SHORT_STEP: usize = 7;
+const SHORT_STEP: usize = 13;
 /// The same for the twin, which takes ten times as long.
 const SHORT_STEP_ON_TWIN: usize = 44;
 

@@ -116,38 +116,25 @@ fn a_comparison_speaks_and_draws() {
 
 #[test]
 fn adding_the_effect_that_is_hidden_lowers_the_error_and_removing_it_raises_it() {
+    const HIDDEN: &str = "hysteresis";
     let place = no_boards();
-    for hidden in ["hysteresis", "ambient-drift", "softening"] {
-        let files = session(&format!("{hidden:?}"));
-        let files = files.to_string_lossy();
-        let with = place.path().join(format!("{hidden}.toml"));
-        let with = with.to_string_lossy();
-        let edit = json(&["effect", "add", hidden, "paper", &files, "-o", &with]);
-        let rms = |when: &str| edit[when]["rms"].as_f64().expect("an error");
-        assert!(
-            rms("after") < 0.9 * rms("before"),
-            "{hidden}: {}",
-            edit["advice"]
-        );
-        assert!(
-            fs::read_to_string(&*with)
-                .expect("a model")
-                .contains(hidden)
-        );
-
-        let without = place.path().join(format!("without-{hidden}.toml"));
-        let edit = json(&[
-            "effect",
-            "remove",
-            hidden,
-            &with,
-            &files,
-            "-o",
-            &without.to_string_lossy(),
-        ]);
-        let rms = |when: &str| edit[when]["rms"].as_f64().expect("an error");
-        assert!(rms("after") > rms("before"), "{hidden}: {}", edit["advice"]);
-    }
+    let files = session(&format!("{HIDDEN:?}"));
+    let files = files.to_string_lossy();
+    let [with, without] = ["with.toml", "without.toml"].map(|name| {
+        let path = place.path().join(name);
+        path.to_string_lossy().into_owned()
+    });
+    let errors = |edit: &Value| {
+        ["before", "after"].map(|when| edit[when]["rms"].as_f64().expect("an error"))
+    };
+    let edit = json(&["effect", "add", HIDDEN, "paper", &files, "-o", &with]);
+    let [before, after] = errors(&edit);
+    assert!(after < 0.9 * before, "{}", edit["advice"]);
+    let model = fs::read_to_string(&with).expect("a model");
+    assert!(model.contains(HIDDEN));
+    let edit = json(&["effect", "remove", HIDDEN, &with, &files, "-o", &without]);
+    let [before, after] = errors(&edit);
+    assert!(after > before, "{}", edit["advice"]);
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Stages found in what a mirror did: one of a few lines here, which shares no code with what is tested.
 
+use std::sync::LazyLock;
+
 use calibration::{RefineError, Refined, refined, tabulate};
 use control_core::calibration::{Heat, Memory};
 use control_core::{Ampere, CHANNELS, Calibration, Controller, Micrometre, Setpoint, TICK, Volt};
@@ -132,6 +134,9 @@ fn found(mirror: &mut Mirror) -> Refined {
     refined(&first, &session(mirror, &first)).expect("refined")
 }
 
+/// What is found of the mirror without a play, which most tests ask for.
+static PLAIN: LazyLock<Refined> = LazyLock::new(|| found(&mut Mirror::default()));
+
 /// The part of the way that poles have gone after a time.
 fn gone(heat: &Heat, after_s: f64) -> f64 {
     let lags = heat.fast.iter().chain(&heat.slow);
@@ -145,7 +150,7 @@ fn gone(heat: &Heat, after_s: f64) -> f64 {
 #[test]
 fn poles_resistances_and_shape_are_found() {
     let first = first();
-    let refined = found(&mut Mirror::default());
+    let refined = &*PLAIN;
     let left_um = refined.residual_rms_um;
     assert!(left_um < 0.05, "{left_um}");
     let heat = &refined.calibration.parts().heat;
@@ -178,14 +183,13 @@ fn poles_resistances_and_shape_are_found() {
 #[test]
 fn a_play_is_found_and_where_there_is_none_none() {
     let weight = |memory: &Memory| memory.plays.iter().map(|play| play.weight).sum::<f32>();
-    let without = found(&mut Mirror::default());
     let hangs = 0.03;
     let with = found(&mut Mirror {
         hangs,
         half_um: 6.0,
         ..Mirror::default()
     });
-    let (none, some) = [&without, &with]
+    let (none, some) = [&*PLAIN, &with]
         .map(|refined| weight(&refined.calibration.parts().memory))
         .into();
     assert!(none < 0.002, "{none}");
@@ -195,8 +199,7 @@ fn a_play_is_found_and_where_there_is_none_none() {
 #[test]
 fn missing_readings_change_nothing_but_their_number() {
     let first = first();
-    let whole = session(&mut Mirror::default(), &first);
-    let mut gaps = whole.clone();
+    let mut gaps = session(&mut Mirror::default(), &first);
     let rows = &mut gaps.files[0].1.rows;
     for row in rows.iter_mut().skip(2).step_by(3) {
         row.z_um = None;
@@ -204,13 +207,12 @@ fn missing_readings_change_nothing_but_their_number() {
     for row in rows.iter_mut().skip(3).step_by(7) {
         row.current_a[1] = None;
     }
-    let cold_ohm = |session: &Session| {
-        let refined = refined(&first, session).expect("refined");
+    let with_gaps = refined(&first, &gaps).expect("refined");
+    let [with, without] = [&with_gaps, &*PLAIN].map(|refined| {
         assert!(refined.residual_rms_um < 0.05, "{refined:?}");
         refined.calibration.actuators()[1].cold_resistance.0
-    };
+    });
     // The resistance is kept from the row before, 0.1 ms or 30 ms ago: some more moves along the heater's line.
-    let (with, without) = (cold_ohm(&gaps), cold_ohm(&whole));
     assert!((with / without - 1.0).abs() < 0.005, "{with} of {without}");
 }
 
