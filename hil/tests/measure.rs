@@ -215,6 +215,29 @@ fn a_recording_has_where_the_mirror_was_asked_to_be() {
 }
 
 #[test]
+fn a_recording_has_how_far_the_mirror_may_be_from_there() {
+    let bench = Bench::new();
+    // One that says what it leaves.
+    let calibration = include_str!("mirror-77.toml");
+    std::fs::write(bench.directory().join("calibration.toml"), calibration).expect("written");
+    bench.json(&["load-calibration", "calibration.toml"]);
+    let moved = bench.json(&["set-z", "50um", "--settle", "500ms", "--hold", "10s"]);
+    let told_um = moved["uncertainty"]["z_um"].as_f64().expect("a number");
+    bench.json(&["record", "-o", "interval.csv", "--duration", "20ms"]);
+    let file = bench.measured("interval.csv");
+    let um: Vec<f64> = file
+        .rows
+        .iter()
+        .filter_map(|row| row.uncertainty_um)
+        .collect();
+    assert!(!um.is_empty());
+    // It shrinks with what creeps yet: by some percent in the second between the two.
+    let is_told = |um: &f64| (um / told_um - 1.0).abs() < 0.2;
+    assert!(um.iter().all(is_told), "{um:?} after {told_um} um");
+    bench.json(&["off"]);
+}
+
+#[test]
 fn a_scan_beyond_the_bandwidth_is_told_before_it_is_driven() {
     let bench = Bench::new();
     let scan = |frequency, cycles, level: &[&str]| {

@@ -16,6 +16,7 @@ use tokio::signal::ctrl_c;
 use crate::board::{Board, Samples};
 use crate::commands::measure::run::{Ended, partial};
 use crate::commands::moving::check_states;
+use crate::commands::uncertainty::Uncertainty;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::quantity::Span;
@@ -184,6 +185,7 @@ fn like() -> Row {
         current_a: [Some(0.0); 4],
         z_um: Some(0.0),
         asked_um: Some(0.0),
+        uncertainty_um: Some(0.0),
         ..Row::default()
     }
 }
@@ -242,6 +244,7 @@ fn row(sample: &Telemetry, ticks: u32, tick_hz: u32) -> Row {
         current_a: sample.current_a.map(|current| Some(decimal(current))),
         z_um: sample.sensor_z_um.map(decimal),
         asked_um: Some(decimal(sample.pose.z_um)),
+        uncertainty_um: Uncertainty::from(sample).z_um,
         ..Row::default()
     }
 }

@@ -29,10 +29,12 @@ pub enum Column {
     Reference,
     /// `z_asked_um`.
     Asked,
+    /// `z_uncertainty_um`.
+    Uncertainty,
 }
 
 /// Every column with its name, in the order in which files are written.
-pub const COLUMNS: [(&str, Column); 18] = [
+pub const COLUMNS: [(&str, Column); 19] = [
     ("t_global_s", Column::GlobalTime),
     ("t_s", Column::Time),
     ("V_V", Column::VoltageOfAll),
@@ -51,6 +53,7 @@ pub const COLUMNS: [(&str, Column); 18] = [
     ("T_ambient_C", Column::Ambient),
     ("reference_um", Column::Reference),
     ("z_asked_um", Column::Asked),
+    ("z_uncertainty_um", Column::Uncertainty),
 ];
 
 impl Column {
@@ -91,6 +94,7 @@ impl Column {
             Self::Ambient => row.ambient_c = Some(value),
             Self::Reference => row.reference_um = Some(value),
             Self::Asked => row.asked_um = Some(value),
+            Self::Uncertainty => row.uncertainty_um = Some(value),
         }
     }
 
@@ -107,6 +111,7 @@ impl Column {
             Self::Ambient => row.ambient_c,
             Self::Reference => row.reference_um,
             Self::Asked => row.asked_um,
+            Self::Uncertainty => row.uncertainty_um,
             Self::VoltageOfAll | Self::CurrentOfEach => None,
         }
     }

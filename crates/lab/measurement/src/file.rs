@@ -41,6 +41,9 @@ pub struct Row {
     pub reference_um: Option<f64>,
     /// Where a controller was asked to bring the mirror.
     pub asked_um: Option<f64>,
+    /// Half the width of the interval about [`Self::asked_um`] that holds the mirror in 95 of 100 cases, by what the controller
+    /// knows.
+    pub uncertainty_um: Option<f64>,
 }
 
 impl MeasurementFile {

@@ -107,6 +107,7 @@ fn row() -> impl Strategy<Value = Row> {
                     ambient_c,
                     reference_um,
                     asked_um: reference_um.map(|um| 0.5 * um),
+                    uncertainty_um: reference_um.map(|um| 0.01 * um.abs()),
                 }
             },
         )

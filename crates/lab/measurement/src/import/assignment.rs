@@ -244,7 +244,7 @@ fn conversion(column: Column, unit: &str) -> Option<(f64, f64)> {
         Column::Time | Column::GlobalTime => "s",
         Column::VoltageOfAll | Column::Voltage(_) => "V",
         Column::CurrentOfEach | Column::Current(_) => "A",
-        Column::Displacement | Column::Reference | Column::Asked => "um",
+        Column::Displacement | Column::Reference | Column::Asked | Column::Uncertainty => "um",
         Column::TiltX | Column::TiltY => "deg",
         Column::Ambient => "C",
     };
