@@ -6,6 +6,7 @@ use core::cell::RefCell;
 use core::sync::atomic::Ordering;
 
 use control_core::{Calibration, Micrometre, Pose, Radian, Setpoint, Volt};
+use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
 use mirror_protocol::{
     CalibrationEndpoint, CalibrationInfo, CalibrationReadEndpoint, CalibrationRevertEndpoint,
@@ -396,6 +397,10 @@ async fn leave(mailbox: LinkSide, bootloader: Option<fn() -> !>) -> ! {
     }
 }
 
+/// The sender's lock goes to whoever asks first, which a stream that fills the bus always is. After so many frames it lets an
+/// answer ask that waits. To let it ask after every one costs samples of every tick on the driver board.
+const FRAMES_BETWEEN_ANSWERS: u16 = 8;
+
 async fn send_samples(sender: Sender<LinkTx>, mailbox: LinkSide) -> ! {
     let mut sequence: u16 = 0;
     loop {
@@ -405,5 +410,8 @@ async fn send_samples(sender: Sender<LinkTx>, mailbox: LinkSide) -> ! {
             .publish::<TelemetryTopic>(VarSeq::Seq2(sequence), &samples)
             .await;
         sequence = sequence.wrapping_add(1);
+        if sequence.is_multiple_of(FRAMES_BETWEEN_ANSWERS) {
+            yield_now().await;
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! USB as a host sees it: the device that embassy-usb and the firmware make, on a bus in memory.
 
+use embassy_futures::select::{Either, select};
 use embassy_futures::yield_now;
 use firmware_on_host::{
     Device, SERIAL, connect, enumerate, get_descriptor, send_frame, with_board,
@@ -191,6 +192,35 @@ fn commands_and_samples_pass_as_on_any_link() {
             status.expect("an answer").expect("status").dropped_samples,
             0
         );
+    });
+}
+
+#[test]
+fn a_stream_that_fills_the_bus_keeps_no_answer_waiting() {
+    with_board(async |host| {
+        let device = enumerate(&host).await.expect("it answers");
+        let client = connect(&host, &device);
+        greet(&client).await;
+        let every_tick = Stream {
+            period_ticks: 1,
+            count: u32::MAX,
+            ..Stream::default()
+        };
+        let begun = client.send_resp::<StreamEndpoint>(&every_tick).await;
+        begun.expect("an answer").expect("it streams");
+        for _ in 0..10 {
+            let answer = client.send_resp::<StatusEndpoint>(&());
+            // A frame on its way goes first, and one or two wait in the device: some 20 packets, each a turn.
+            let turns = async {
+                for _ in 0..200 {
+                    yield_now().await;
+                }
+            };
+            let Either::First(status) = select(answer, turns).await else {
+                panic!("only samples come")
+            };
+            status.expect("an answer").expect("a status");
+        }
     });
 }
 
