@@ -5,6 +5,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use board_on_host::BoardOnHost;
 use emulated_board::{Connected, EmulatedBoard, Emulation, Speed, private_directory};
 use measurement::MeasurementFile;
 use silicon_twin::flashed_image;
@@ -24,12 +25,17 @@ pub(crate) const PATIENCE: Duration = Duration::from_secs(90);
 /// The resistors on an emulated board.
 const RESISTORS_OHM: f64 = 499.0;
 
-/// Which emulator makes the boards of [`Bench::new`]: QEMU where it is not set, the silicon twin where it is `g474`.
+/// What emulated boards run on: QEMU where it is not set; where it is `g474`, silicon twins are the boards of [`Bench::new`],
+/// and where it is `host`, those of which no check wants more than a board on this machine can run on this machine.
 const EMULATOR: &str = "MIRROR_EMULATOR";
 
 /// Whether `MIRROR_EMULATOR` asks for silicon twins.
 pub fn is_on_twin() -> bool {
-    std::env::var_os(EMULATOR).is_some_and(|name| name == "g474")
+    is_on("g474")
+}
+
+fn is_on(emulator: &str) -> bool {
+    std::env::var_os(EMULATOR).is_some_and(|name| name == emulator)
 }
 
 /// A board and the tool in front of it.
@@ -127,12 +133,27 @@ impl Bench {
         }
     }
 
-    /// A new emulated board with this mirror on it.
+    /// A new emulated board with this mirror on it, in QEMU or on this machine.
     ///
     /// # Panics
     /// Where it does not start.
     pub fn emulated(mirror: MirrorConfig) -> Self {
-        Self::with_flash(mirror, None)
+        match is_on("host") {
+            true => Self::on_host(mirror),
+            false => Self::with_flash(mirror, None),
+        }
+    }
+
+    fn on_host(mirror: MirrorConfig) -> Self {
+        let directory = private_directory().expect("a directory");
+        let serving = board_on_host::Serving {
+            connected: Connected::Mirror(Box::new(mirror)),
+            boards_directory: directory.path().to_owned(),
+            name: "emulated".to_owned(),
+            speed: Speed::Fastest,
+        };
+        let board = BoardOnHost::start(&serving).unwrap_or_else(|error| panic!("{error}"));
+        Self::of(Emulator::Host(board), directory)
     }
 
     /// The same, its flash in the file `flash`, which outlives it.
@@ -230,7 +251,7 @@ impl Bench {
     pub fn exchanges(&self) -> u64 {
         match self.emulator() {
             Emulator::Qemu(board, _) => board.exchanges(),
-            Emulator::Twin(_) => panic!("the twin exchanges nothing"),
+            Emulator::Host(_) | Emulator::Twin(_) => panic!("nobody counts them"),
         }
     }
 

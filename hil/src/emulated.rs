@@ -59,6 +59,7 @@ impl Bench {
                 act(self);
                 self.wait_until_s(end_s);
             }
+            Emulator::Host(_) => panic!("nothing resets it"),
             Emulator::Twin(twin) => {
                 let resets = twin.resets() + resets;
                 act(self);

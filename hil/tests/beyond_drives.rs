@@ -12,13 +12,12 @@ fn with_a_stage(bench: &mut Bench, words: &[&str]) -> Said {
     let mut tool = bench.talk_to_tool(words);
     let mut keys = tool.stdin.take().expect("piped");
     let said = BufReader::new(tool.stderr.take().expect("piped"));
-    let board = bench.emulated_board().expect("emulated");
     let mut err = String::new();
     for line in said.lines() {
         let line = line.expect("text");
         if let Some((_, rest)) = line.split_once("move the stage to ") {
             let (um, _) = rest.split_once(" um").expect("a height");
-            board.controls().move_stage(um.parse().expect("a number"));
+            bench.controls().move_stage(um.parse().expect("a number"));
             writeln!(keys).expect("it listens");
         }
         err += &line;

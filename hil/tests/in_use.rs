@@ -91,7 +91,7 @@ fn who_waits_for_a_board_gets_it_and_says_whom_it_waits_for() {
 
 #[test]
 fn who_waits_for_a_board_does_not_drive_it_once_it_was_stopped() {
-    let (mut bench, first, _) = in_use();
+    let (bench, first, _) = in_use();
     let (second, _) = start_waiting(&bench, &["set-z", "50um", "--settle", "1ms"]);
     bench.json(&["off"]);
     let said = Said::from(second);
@@ -102,8 +102,7 @@ fn who_waits_for_a_board_does_not_drive_it_once_it_was_stopped() {
         "{sentence}"
     );
     end(first);
-    let board = bench.emulated_board().expect("emulated");
-    assert!(board.controls().observed().came_to_zero);
+    assert!(bench.controls().observed().came_to_zero);
     assert!(bench.is_off());
     // What is asked afterwards is done.
     assert_eq!(bench.tool(&["set-z", "50um", "--settle", "1ms"]).code, 0);
@@ -127,8 +126,7 @@ fn record_while(happen: impl FnOnce(&mut Bench, &Child)) -> (Bench, Said) {
 #[test]
 fn a_recording_ends_with_the_fault_that_tripped_the_board_and_its_file_is_whole() {
     let trip = |bench: &mut Bench, _: &Child| {
-        let board = bench.emulated_board().expect("emulated");
-        board.controls().inject(Some(PlantFault::OpenHeater(1)));
+        bench.controls().inject(Some(PlantFault::OpenHeater(1)));
     };
     let (bench, said) = record_while(trip);
     assert_eq!(said.code, 1);

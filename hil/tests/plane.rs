@@ -19,7 +19,6 @@ const GRID_UM: [f64; 3] = [-50.0, 0.0, 50.0];
 fn scan(bench: &mut Bench, tool: &mut Child, enough: usize, stop: fn(&mut Child)) -> String {
     let mut keys = tool.stdin.take().expect("piped");
     let mut said = BufReader::new(tool.stderr.take().expect("piped"));
-    let board = bench.emulated_board().expect("emulated");
     let mut all = String::new();
     for _ in 0..enough {
         let mut line = String::new();
@@ -35,7 +34,7 @@ fn scan(bench: &mut Bench, tool: &mut Child, enough: usize, stop: fn(&mut Child)
             let word = rest.split_whitespace().next().expect("a number");
             word.parse().expect("a number")
         };
-        board.controls().move_spot([number(" x "), number(" y ")]);
+        bench.controls().move_spot([number(" x "), number(" y ")]);
         writeln!(keys).expect("it listens");
     }
     stop(tool);

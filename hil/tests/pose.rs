@@ -20,8 +20,7 @@ fn with_levers(config: &MirrorConfig) -> String {
 /// Height of the plate above three spots (um).
 fn heights_um(bench: &mut Bench, words: &[&str]) -> [f64; 3] {
     [[0.0, 0.0], [0.0, SPOT_UM], [SPOT_UM, 0.0]].map(|spot| {
-        let board = bench.emulated_board().expect("emulated");
-        board.controls().move_spot(spot);
+        bench.controls().move_spot(spot);
         bench.json(words)["sensor_z_um"]
             .as_f64()
             .expect("a virtual sensor")

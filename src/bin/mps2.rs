@@ -4,14 +4,15 @@
 
 use embassy_executor::Spawner;
 use mirror_firmware::board::BoardFlash;
-use mirror_firmware::board::mps2::{LockstepPlant, link, origin, stop_fifos, watchdog};
+use mirror_firmware::board::lockstep::LockstepBoard;
+use mirror_firmware::board::mps2::{PlantFifos, link, origin, stop_fifos, watchdog};
 use mirror_firmware::startup::{Memory, start};
 use mirror_firmware::watchdog::guard;
 use mirror_firmware::{control, mailbox, rpc};
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) -> ! {
-    let Ok(plant) = LockstepPlant::open() else {
+    let Ok(plant) = PlantFifos::open() else {
         defmt::panic!("no plant: start this image with `cargo xtask emulate`");
     };
     let Some((rx, tx)) = link::open() else {
@@ -23,11 +24,16 @@ async fn main(_spawner: Spawner) -> ! {
     let flash = BoardFlash::open();
     let mailbox = mailbox::take();
     let stop = stop_fifos::serve(mailbox.0);
-    let (session, control) = start::<LockstepPlant>(flash, memory, origin(), mailbox);
+    let (session, control) = start::<LockstepBoard<PlantFifos>>(flash, memory, origin(), mailbox);
     let serve = rpc::serve(tx, rx, rpc::FRAME.take(), session);
     watchdog::start();
     let guard = guard(watchdog::feed);
-    embassy_futures::join::join4(control::run(plant, control), serve, stop, guard)
-        .await
-        .0
+    embassy_futures::join::join4(
+        control::run(LockstepBoard::new(plant), control),
+        serve,
+        stop,
+        guard,
+    )
+    .await
+    .0
 }

@@ -2,6 +2,8 @@
 
 #[cfg(feature = "board-host")]
 pub mod host;
+#[cfg(any(feature = "board-host", feature = "board-mps2"))]
+pub mod lockstep;
 #[cfg(feature = "board-mps2")]
 pub mod mps2;
 #[cfg(feature = "board-stm32g474")]

@@ -198,11 +198,18 @@ const ALLOWED: &[Allowed] = &[
     (
         Room::VirtualBench,
         "silicon-twin",
+        &["emulated-board", "mirror-protocol", "virtual-mirror"],
+    ),
+    (
+        Room::VirtualBench,
+        "board-on-host",
         &[
-            "board-sockets",
             "emulated-board",
+            "firmware-on-host",
             "mirror-protocol",
+            "simulated-flash",
             "virtual-mirror",
+            "virtual-usb",
         ],
     ),
     (
@@ -212,6 +219,7 @@ const ALLOWED: &[Allowed] = &[
             "control-core",
             "mirror-firmware",
             "mirror-protocol",
+            "plant-link",
             "simulated-flash",
             "virtual-usb",
         ],
@@ -245,6 +253,7 @@ const ALLOWED: &[Allowed] = &[
         Room::VirtualBench,
         "mirror-emulator",
         &[
+            "board-on-host",
             "board-sockets",
             "emulated-board",
             "silicon-twin",
@@ -265,6 +274,7 @@ const ALLOWED: &[Allowed] = &[
         Room::VirtualBench,
         "workbench",
         &[
+            "board-on-host",
             "calibration",
             "charts",
             "closed-loop",
@@ -286,6 +296,7 @@ const ALLOWED: &[Allowed] = &[
         Room::Program,
         "hil",
         &[
+            "board-on-host",
             "emulated-board",
             "host-tool",
             "measurement",

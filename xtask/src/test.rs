@@ -35,9 +35,27 @@ const LONGEST: [&str; 8] = [
     "tests/emulated",
 ];
 
-/// Programs of tests that run once more, on silicon twins, and how they are told.
+/// What the checks of [`hil::PACKAGE`] are told to run boards on, where that is not QEMU.
+const EMULATOR: &str = "MIRROR_EMULATOR";
+
+/// Programs of tests that run once more, on silicon twins.
 const ON_THE_TWIN: [&str; 3] = ["tests/acceptance", "tests/faults", "tests/stack"];
-const TWIN: (&str, &str) = ("MIRROR_EMULATOR", "g474");
+const TWIN: &str = "g474";
+
+/// Programs that test the tool, and want of a board no more than that it is fast: they run on boards on this machine.
+const OF_THE_TOOL: [&str; 10] = [
+    "tests/beyond_drives",
+    "tests/calibrate",
+    "tests/completion",
+    "tests/in_use",
+    "tests/json",
+    "tests/measure",
+    "tests/monitor",
+    "tests/pose",
+    "tests/room",
+    "tests/serve",
+];
+const THIS_MACHINE: &str = "host";
 
 /// Programs of tests that take less are not told one by one.
 const TOLD: Duration = Duration::from_secs(5);
@@ -171,7 +189,7 @@ fn checks(built: &Built, browser: Option<&OsStr>) -> Result<Vec<Check>> {
         let program = program.with_context(|| format!("{name} was not built"))?;
         let mut check = on_host(program, browser);
         check.name.push_str(", on the silicon twin");
-        check.command.env(TWIN.0, TWIN.1);
+        check.command.env(EMULATOR, TWIN);
         checks.insert(LONGEST.len(), check);
     }
     Ok(checks)
@@ -179,6 +197,9 @@ fn checks(built: &Built, browser: Option<&OsStr>) -> Result<Vec<Check>> {
 
 fn on_host(program: &TestProgram, browser: Option<&OsStr>) -> Check {
     let mut command = program.command();
+    if program.package == hil::PACKAGE && OF_THE_TOOL.contains(&program.name.as_str()) {
+        command.env(EMULATOR, THIS_MACHINE);
+    }
     if let Some(browser) = browser {
         command
             .arg("--include-ignored")

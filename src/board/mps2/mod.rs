@@ -16,7 +16,7 @@ mod upset;
 pub mod watchdog;
 
 pub use exit::origin;
-pub use plant::LockstepPlant;
+pub use plant::PlantFifos;
 
 /// Timestamps of log messages, in simulated microseconds.
 mod log {

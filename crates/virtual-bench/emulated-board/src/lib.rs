@@ -15,6 +15,8 @@ mod pace;
 mod plant;
 mod qemu;
 mod stack;
+mod stop_fifos;
+mod tool_link;
 
 pub use board::{EmulatedBoard, Emulation, StartError, claim_socket, private_directory};
 pub use controls::{Controls, Surroundings};
@@ -25,3 +27,5 @@ pub use pace::{NoSpeed, Pace, Speed};
 pub use plant::{Connected, Load, Plant, Progress};
 pub use qemu::{MACHINE_ARGUMENTS, QEMU};
 pub use stack::Stack;
+pub use stop_fifos::StopFifos;
+pub use tool_link::ToolLink;

@@ -89,6 +89,15 @@ impl Progress {
     }
 }
 
+/// A tick under way.
+struct Tick {
+    read: Converters,
+    /// How often the board gets what was read.
+    answers: usize,
+    drive_v: [f64; 4],
+    heated_v: [f64; 4],
+}
+
 /// The board that resistors are connected to.
 const BENCH_BOARD: u64 = 9;
 
@@ -109,7 +118,7 @@ impl Plant {
     }
 
     /// What a person does at the bench while the plant runs.
-    pub(crate) fn controls(&self) -> Controls {
+    pub fn controls(&self) -> Controls {
         self.controls.clone()
     }
 
@@ -130,43 +139,66 @@ impl Plant {
                 Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(()),
                 other => other?,
             }
-            let pins = Pins::from_bytes(&bytes);
-            let quiet_ticks = match pins.is_idle && self.controls.is_quiet() {
-                true => pace.leave_alone(),
-                false => 0,
-            };
-            self.load.advance([0.0; 4], quiet_ticks);
-            let (fault, age_ticks) = self.controls.fault_of_this_tick();
-            if fault == Some(PlantFault::Vacuum) && age_ticks == 0 {
-                self.load.leave_the_air();
-            }
-            let source_v = fault.map_or(SUPPLY_V, |fault| fault.supply_v(SUPPLY_V, age_ticks));
-            let (drive_v, heated_v) = self.drive(&pins, fault);
-            let passed_s = f64::from(1 + u32::from(quiet_ticks)) * TICK_S;
-            self.rail.advance(pins.stages_supplied, source_v, passed_s);
-            let mut read = self.convert(pins.tick, drive_v, heated_v, fault);
-            read.quiet_ticks = quiet_ticks;
-            if let Some(fault) = fault {
-                read.supply = self.electronics.supply_code(source_v);
-                read = fault.converters(read, &self.before, age_ticks);
-            }
-            self.before = read;
-            thread::sleep(fault.map_or(Duration::ZERO, |fault| fault.stall(age_ticks)));
-            for _ in 0..fault.map_or(1, |fault| fault.answers(age_ticks)) {
-                match answer.write_all(&read.to_bytes()) {
+            let tick = self.begin(&Pins::from_bytes(&bytes), &mut pace);
+            for _ in 0..tick.answers {
+                match answer.write_all(&tick.read.to_bytes()) {
                     Err(error) if error.kind() == io::ErrorKind::BrokenPipe => return Ok(()),
                     other => other?,
                 }
             }
             // The board computes its next drives in the meantime.
-            let state = self.load.advance(heated_v, 1);
-            let at_the_outputs_v = std::array::from_fn(|i| drive_v[i].max(heated_v[i]));
-            self.controls.observe(at_the_outputs_v, &state);
-            let ticks = 1 + u64::from(quiet_ticks);
-            progress.ticks.fetch_add(ticks, Ordering::Relaxed);
-            progress.exchanges.fetch_add(1, Ordering::Relaxed);
+            self.end(&tick, progress);
             pace.tick();
         }
+    }
+
+    /// A whole tick at these pins, for a board that calls its plant: what the converters read in it.
+    pub fn exchange(&mut self, pins: &Pins, pace: &mut Pace, progress: &Progress) -> Converters {
+        let tick = self.begin(pins, pace);
+        self.end(&tick, progress);
+        pace.tick();
+        tick.read
+    }
+
+    /// A tick from its start to what the converters read.
+    fn begin(&mut self, pins: &Pins, pace: &mut Pace) -> Tick {
+        let quiet_ticks = match pins.is_idle && self.controls.is_quiet() {
+            true => pace.leave_alone(),
+            false => 0,
+        };
+        self.load.advance([0.0; 4], quiet_ticks);
+        let (fault, age_ticks) = self.controls.fault_of_this_tick();
+        if fault == Some(PlantFault::Vacuum) && age_ticks == 0 {
+            self.load.leave_the_air();
+        }
+        let source_v = fault.map_or(SUPPLY_V, |fault| fault.supply_v(SUPPLY_V, age_ticks));
+        let (drive_v, heated_v) = self.drive(pins, fault);
+        let passed_s = f64::from(1 + u32::from(quiet_ticks)) * TICK_S;
+        self.rail.advance(pins.stages_supplied, source_v, passed_s);
+        let mut read = self.convert(pins.tick, drive_v, heated_v, fault);
+        read.quiet_ticks = quiet_ticks;
+        if let Some(fault) = fault {
+            read.supply = self.electronics.supply_code(source_v);
+            read = fault.converters(read, &self.before, age_ticks);
+        }
+        self.before = read;
+        thread::sleep(fault.map_or(Duration::ZERO, |fault| fault.stall(age_ticks)));
+        Tick {
+            read,
+            answers: fault.map_or(1, |fault| fault.answers(age_ticks)),
+            drive_v,
+            heated_v,
+        }
+    }
+
+    /// The rest of the tick, in which the mirror moves.
+    fn end(&mut self, tick: &Tick, progress: &Progress) {
+        let state = self.load.advance(tick.heated_v, 1);
+        let at_the_outputs_v = std::array::from_fn(|i| tick.drive_v[i].max(tick.heated_v[i]));
+        self.controls.observe(at_the_outputs_v, &state);
+        let ticks = 1 + u64::from(tick.read.quiet_ticks);
+        progress.ticks.fetch_add(ticks, Ordering::Relaxed);
+        progress.exchanges.fetch_add(1, Ordering::Relaxed);
     }
 
     /// What the stages drive (V) in a tick with these pins, and what arrives at the heaters, after the comparators.

@@ -8,6 +8,7 @@ use std::process::{self, Command, ExitCode};
 use std::time::Instant;
 
 use anyhow::{Context, Result};
+use board_on_host::BoardOnHost;
 use board_sockets::boards_directory;
 use emulated_board::{Connected, Controls, EmulatedBoard, Emulation, Speed, private_directory};
 use silicon_twin::served::{ServedTwin, Serving};
@@ -21,7 +22,8 @@ const INTERRUPTED: i32 = 130;
 /// An emulated board, and what to do with it.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Which board: `mps2`, the firmware on another chip in QEMU, or `g474`, the flashed image on the silicon twin.
+    /// Which board: `mps2`, the firmware on another chip in QEMU; `host`, the firmware compiled for this machine, which needs
+    /// no QEMU and is several times as fast; or `g474`, the flashed image on the silicon twin.
     #[arg(long, default_value = "mps2")]
     pub board: Emulator,
     /// The mirror on the board, a TOML file; without it the project's own.
@@ -45,11 +47,13 @@ pub struct Arguments {
     command: Vec<String>,
 }
 
-/// What emulates a board.
+/// What runs the firmware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Emulator {
     /// MPS2-AN386 in QEMU.
     Mps2,
+    /// This machine.
+    Host,
     /// The driver board's chip at register level.
     G474,
 }
@@ -57,6 +61,7 @@ pub enum Emulator {
 /// A board that runs.
 enum Running {
     Mps2(EmulatedBoard),
+    Host(BoardOnHost),
     G474(ServedTwin),
 }
 
@@ -64,6 +69,7 @@ impl Running {
     fn socket(&self) -> &Path {
         match self {
             Self::Mps2(board) => board.socket(),
+            Self::Host(board) => board.socket(),
             Self::G474(twin) => twin.socket(),
         }
     }
@@ -71,6 +77,7 @@ impl Running {
     fn simulated_s(&self) -> f64 {
         match self {
             Self::Mps2(board) => board.simulated_s(),
+            Self::Host(board) => board.simulated_s(),
             Self::G474(twin) => twin.simulated_s(),
         }
     }
@@ -79,6 +86,7 @@ impl Running {
     fn files(&self) -> &Path {
         match self {
             Self::Mps2(board) => board.directory(),
+            Self::Host(board) => board.socket(),
             Self::G474(twin) => twin.socket(),
         }
     }
@@ -87,6 +95,7 @@ impl Running {
     fn end(&mut self) -> Result<Option<String>> {
         Ok(match self {
             Self::Mps2(board) => board.exit_status()?.map(|status| status.to_string()),
+            Self::Host(board) => board.has_ended().then(|| "see above".to_owned()),
             Self::G474(twin) => twin.failure(),
         })
     }
@@ -94,6 +103,8 @@ impl Running {
     fn log(&self) -> Vec<String> {
         match self {
             Self::Mps2(board) => board.log(),
+            // Its log goes nowhere.
+            Self::Host(_) => Vec::new(),
             Self::G474(twin) => twin.log().unwrap_or_default(),
         }
     }
@@ -101,6 +112,7 @@ impl Running {
     fn controls(&self) -> &Controls {
         match self {
             Self::Mps2(board) => board.controls(),
+            Self::Host(board) => board.controls(),
             Self::G474(twin) => twin.controls(),
         }
     }
@@ -134,12 +146,16 @@ impl Running {
     }
 }
 
-/// Starts `image`, the firmware for [`Arguments::board`], and has `host_tool`, a program, carry out one command on it, or those
-/// that are typed until the input ends.
+/// Starts a board, its image where it needs one by that one's name, and has `host_tool`, a program, carry out one command on
+/// it, or those that are typed until the input ends.
 ///
 /// # Errors
 /// Where the board does not start, or ends by itself.
-pub fn run(arguments: &Arguments, image: PathBuf, host_tool: &Path) -> Result<ExitCode> {
+pub fn run(
+    arguments: &Arguments,
+    image: impl FnOnce(&str) -> Result<PathBuf>,
+    host_tool: &Path,
+) -> Result<ExitCode> {
     // A board for one command is nobody else's business.
     let private = private_directory()?;
     let directory = match arguments.command.is_empty() {
@@ -169,7 +185,11 @@ pub fn run(arguments: &Arguments, image: PathBuf, host_tool: &Path) -> Result<Ex
     Ok(code)
 }
 
-fn start(arguments: &Arguments, image: PathBuf, boards_directory: PathBuf) -> Result<Running> {
+fn start(
+    arguments: &Arguments,
+    image: impl FnOnce(&str) -> Result<PathBuf>,
+    boards_directory: PathBuf,
+) -> Result<Running> {
     let mirror = match &arguments.mirror {
         Some(path) => MirrorConfig::from_file(path)?,
         None => MirrorConfig::bench(),
@@ -178,7 +198,7 @@ fn start(arguments: &Arguments, image: PathBuf, boards_directory: PathBuf) -> Re
     let connected = Connected::Mirror(Box::new(mirror));
     let name = arguments.name.clone().unwrap_or_else(|| {
         let name = match arguments.board {
-            Emulator::Mps2 => "emulated",
+            Emulator::Mps2 | Emulator::Host => "emulated",
             Emulator::G474 => "silicon-twin",
         };
         name.to_owned()
@@ -186,7 +206,7 @@ fn start(arguments: &Arguments, image: PathBuf, boards_directory: PathBuf) -> Re
     let speed = arguments.speed.unwrap_or_default();
     let running = match arguments.board {
         Emulator::Mps2 => Running::Mps2(EmulatedBoard::start(&Emulation {
-            image,
+            image: image("mps2")?,
             connected,
             boards_directory,
             name,
@@ -194,8 +214,14 @@ fn start(arguments: &Arguments, image: PathBuf, boards_directory: PathBuf) -> Re
             speed,
             has_monitor: false,
         })?),
+        Emulator::Host => Running::Host(BoardOnHost::start(&board_on_host::Serving {
+            connected,
+            boards_directory,
+            name,
+            speed,
+        })?),
         Emulator::G474 => Running::G474(ServedTwin::start(&Serving {
-            image,
+            image: image("stm32g474")?,
             connected,
             boards_directory,
             name,
@@ -263,7 +289,7 @@ fn converse(board: &mut Running, host_tool: &Path) -> Result<ExitCode> {
     println!("The board is up as {}.", board.socket().display());
     println!("Type what you would say to host-tool, for example `set-z 120um`; `quit` ends it.");
     println!("Any host-tool in another terminal finds the board too.");
-    if matches!(board, Running::Mps2(_)) {
+    if !matches!(board, Running::G474(_)) {
         println!(
             "`spot X Y` moves the position sensor's spot on the plate, `stage UM` the mirror under it, in micrometres;"
         );

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, ensure};
 use clap::Parser;
-use mirror_emulator::{Arguments, Emulator};
+use mirror_emulator::Arguments;
 
 /// The folder of the images, counted from the one above that of this program: `/usr` of a system, or a Python environment.
 const IMAGES: &str = "lib/electrothermal-mirror";
@@ -32,22 +32,22 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
         .and_then(|program| program.canonicalize())
         .context("this program does not know where it is")?;
     let folder = program.parent().context("it lies in a folder")?;
-    let image = image(folder, arguments.board);
+    mirror_emulator::run(
+        arguments,
+        |name| image(folder, name),
+        &folder.join("host-tool"),
+    )
+}
+
+/// The image of this name, where the package of a program in `folder` has it.
+fn image(folder: &Path, name: &str) -> Result<PathBuf> {
+    let image = folder.with_file_name("").join(IMAGES).join(name);
     ensure!(
         image.is_file(),
         "the firmware's image {} is missing: install the package anew, or use `cargo xtask emulate` in the project's sources",
         image.display()
     );
-    mirror_emulator::run(arguments, image, &folder.join("host-tool"))
-}
-
-/// Where the package of a program in `folder` has its image of a board.
-fn image(folder: &Path, board: Emulator) -> PathBuf {
-    let name = match board {
-        Emulator::Mps2 => "mps2",
-        Emulator::G474 => "stm32g474",
-    };
-    folder.with_file_name("").join(IMAGES).join(name)
+    Ok(image)
 }
 
 #[cfg(test)]
@@ -62,9 +62,8 @@ mod tests {
 
     #[test]
     fn images_lie_beside_the_programs() {
-        assert_eq!(
-            image(Path::new("/usr/bin"), Emulator::Mps2),
-            Path::new("/usr/lib/electrothermal-mirror/mps2")
-        );
+        let missing = image(Path::new("/nowhere/bin"), "mps2").expect_err("no such folder");
+        let place = "/nowhere/lib/electrothermal-mirror/mps2";
+        assert!(missing.to_string().contains(place), "{missing}");
     }
 }

@@ -1,6 +1,5 @@
 //! A board that host tools find: the twin in a thread of its own, behind the same socket and FIFOs as other emulated boards.
 
-mod link;
 mod stops;
 
 use std::fs;
@@ -12,7 +11,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use emulated_board::{
-    Connected, Controls, LogError, LogTable, Pace, Speed, Stack, StartError, claim_socket,
+    Connected, Controls, LogError, LogTable, Pace, Speed, Stack, StartError, ToolLink, claim_socket,
 };
 
 use crate::board::Board;
@@ -22,7 +21,6 @@ use crate::coverage::{self, Coverage};
 use crate::rtt;
 use crate::timing::{Handling, Timing};
 use crate::{Failure, Image, ImageError, Twin};
-use link::Link;
 use stops::Stops;
 
 /// What the board does between two looks at its links, at most: short beside a frame of USB, so that a request waits for
@@ -149,7 +147,7 @@ impl ServedTwin {
             twin,
             to_do,
             log_at,
-            link: Link::listen(&socket)?,
+            link: ToolLink::listen(&socket)?,
             stops: Stops::beside(&socket)?,
             pace: Pace::new(serving.speed, &socket),
             shared: Arc::default(),
@@ -281,7 +279,7 @@ struct Worker {
     twin: Twin,
     to_do: Receiver<Act>,
     log_at: Option<u32>,
-    link: Link,
+    link: ToolLink,
     stops: Stops,
     pace: Pace,
     shared: Arc<Shared>,

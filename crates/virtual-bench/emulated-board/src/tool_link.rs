@@ -1,4 +1,4 @@
-//! The socket that host tools use, as it is at other emulated boards: frames in COBS, ended by zeros.
+//! The socket that host tools use, of a board that runs in this process: frames in COBS, ended by zeros.
 
 use std::fs::{self, Permissions};
 use std::io::{self, Read, Write};
@@ -11,16 +11,19 @@ const MAX_BYTES: usize = 4096;
 
 /// The socket, with the tool that is connected.
 #[derive(Debug)]
-pub(super) struct Link {
+pub struct ToolLink {
     listener: UnixListener,
     tool: Option<UnixStream>,
     arrived: Vec<u8>,
     to_send: Vec<u8>,
 }
 
-impl Link {
+impl ToolLink {
     /// Listens at `path`, for the user alone.
-    pub(super) fn listen(path: &Path) -> io::Result<Self> {
+    ///
+    /// # Errors
+    /// Where the system does not let it.
+    pub fn listen(path: &Path) -> io::Result<Self> {
         let listener = UnixListener::bind(path)?;
         fs::set_permissions(path, Permissions::from_mode(0o600))?;
         listener.set_nonblocking(true)?;
@@ -33,7 +36,7 @@ impl Link {
     }
 
     /// Whether a tool is connected. One at a time: others wait until it has gone.
-    pub(super) fn has_tool(&mut self) -> bool {
+    pub fn has_tool(&mut self) -> bool {
         if self.tool.is_none()
             && let Ok((tool, _)) = self.listener.accept()
             && tool.set_nonblocking(true).is_ok()
@@ -45,24 +48,29 @@ impl Link {
         self.tool.is_some()
     }
 
+    /// Whether one was connected at the last look.
+    pub fn is_connected(&self) -> bool {
+        self.tool.is_some()
+    }
+
     /// The device has gone, and the tool's connection with it.
-    pub(super) fn hang_up(&mut self) {
+    pub fn hang_up(&mut self) {
         self.tool = None;
     }
 
     /// Whether there is room for another frame to the tool.
-    pub(super) fn has_room(&self) -> bool {
+    pub fn has_room(&self) -> bool {
         self.to_send.len() < MAX_BYTES
     }
 
     /// Puts a frame on its way.
-    pub(super) fn send(&mut self, frame: &[u8]) {
+    pub fn send(&mut self, frame: &[u8]) {
         self.to_send.extend(cobs::encode_vec(frame));
         self.to_send.push(0);
     }
 
     /// Sends what can be sent, and takes the frames that have arrived.
-    pub(super) fn exchange(&mut self) -> Vec<Vec<u8>> {
+    pub fn exchange(&mut self) -> Vec<Vec<u8>> {
         let is_there = self.write().and_then(|()| self.read());
         if is_there.is_err() {
             self.tool = None;
@@ -123,7 +131,7 @@ mod tests {
     fn frames_go_both_ways_and_a_tool_that_leaves_makes_room() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.sock");
-        let mut link = Link::listen(&path).expect("a socket");
+        let mut link = ToolLink::listen(&path).expect("a socket");
         assert!(!link.has_tool());
         let mut tool = UnixStream::connect(&path).expect("it listens");
         assert!(link.has_tool());
