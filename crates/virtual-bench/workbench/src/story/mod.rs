@@ -1,5 +1,5 @@
 //! The whole story in one sitting: a mirror with something hidden in it is measured, compared with the model, diagnosed, the
-//! model mended, the board calibrated and the mirror moved, all by the tool's own commands on an emulated board.
+//! model mended, the board calibrated and the mirror moved, all by the tool's own commands, on a board without an emulator.
 //!
 //! The mirror is moved to the same positions after each step that changes what the board knows. What was hidden is told at
 //! the end.
@@ -18,8 +18,6 @@ use anyhow::{Context, Result};
 use mirror_model::Model;
 use serde_json::Value;
 use xtask::cargo::target_directory;
-use xtask::images::{self, Board};
-use xtask::setup;
 
 use self::mirror::HiddenIn;
 use self::person::{Move, Person, There, number, texts};
@@ -129,8 +127,6 @@ impl Story {
 
 /// Tells a story, or all of them.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    setup::qemu()?;
-    images::build(Board::Mps2)?;
     let root = target_directory().join("story");
     if !arguments.full {
         let story = tell(arguments.seed, &root)?;

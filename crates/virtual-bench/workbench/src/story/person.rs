@@ -7,11 +7,11 @@ use std::process::Stdio;
 use std::thread;
 
 use anyhow::{Context, Result, ensure};
-use emulated_board::{Connected, EmulatedBoard, Emulation, Speed};
+use board_on_host::{BoardOnHost, Serving};
+use emulated_board::{Connected, Speed};
 use serde_json::Value;
 use tempfile::TempDir;
 use virtual_mirror::MirrorConfig;
-use xtask::images::{self, Board};
 use xtask::tool;
 
 /// Where the mirror is moved to (um).
@@ -49,7 +49,7 @@ impl Move {
 
 /// Who tries a mirror on a board.
 pub(super) struct Person {
-    board: EmulatedBoard,
+    board: BoardOnHost,
     room_c: f64,
     folder: PathBuf,
     _sockets: TempDir,
@@ -62,14 +62,11 @@ impl Person {
     /// Where the board does not start.
     pub(super) fn sit_down(mirror: &MirrorConfig, folder: &Path) -> Result<Self> {
         let sockets = emulated_board::private_directory()?;
-        let board = EmulatedBoard::start(&Emulation {
-            image: images::path(Board::Mps2),
+        let board = BoardOnHost::start(&Serving {
             connected: Connected::Mirror(Box::new(mirror.clone())),
             boards_directory: sockets.path().to_owned(),
             name: "story".to_owned(),
-            flash: None,
             speed: Speed::Awaited,
-            has_monitor: false,
         })?;
         Ok(Self {
             board,

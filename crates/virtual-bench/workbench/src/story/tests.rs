@@ -1,4 +1,4 @@
-//! Stories told to their end, by the tool and the image that are built.
+//! Stories told to their end, by the tool that is built.
 
 use super::*;
 
@@ -11,9 +11,8 @@ const LEAST: f64 = 4.0;
 /// A story that is told to its end, where there is a page.
 fn ended(seed: u64, root: &Path) -> Story {
     let story = tell(seed, root);
-    let story = story.unwrap_or_else(|error| {
-        panic!("{error:#}; are tool and image built? `cargo xtask build mps2`")
-    });
+    let story = story
+        .unwrap_or_else(|error| panic!("{error:#}; is the tool built? `cargo build -p host-tool`"));
     let page = fs::read_to_string(root.join(seed.to_string()).join(PAGE)).expect("a page");
     assert!(page.contains(&story.verdict), "seed {seed}");
     story
