@@ -102,7 +102,10 @@ fn who_waits_for_a_board_does_not_drive_it_once_it_was_stopped() {
         "{sentence}"
     );
     end(first);
-    assert!(bench.controls().observed().came_to_zero);
+    // The board is off at once, its outputs when their filters have let go.
+    bench.wait("it is driven on", |bench| {
+        bench.controls().observed().came_to_zero
+    });
     assert!(bench.is_off());
     // What is asked afterwards is done.
     assert_eq!(bench.tool(&["set-z", "50um", "--settle", "1ms"]).code, 0);
