@@ -21,8 +21,9 @@ moves() {
 apt-get install -y -qq --no-install-recommends ./electrothermal-mirror_*.deb
 types "host-tool --version"
 test -s /usr/share/man/man1/host-tool-set-z.1
-echo "Without QEMU, the silicon twin alone is there, and what to install is said:"
+echo "Without QEMU, the boards that need none are there, and what to install is said:"
 types "mirror-emulator --board g474 -- set-z 120um"
+moves "mirror-emulator --board host -- set-z 120um"
 types "mirror-emulator -- set-z 120um" 2>&1 | tee /tmp/said && grep -q "apt-get install qemu-system-arm" /tmp/said
 apt-get install -y -qq --no-install-recommends qemu-system-arm
 moves "mirror-emulator -- set-z 120um"

@@ -49,6 +49,11 @@ fn every_shell_completes_what_there_is() {
     let bench = Bench::emulated(MirrorConfig::bench());
     for shell in &SHELLS {
         if !is_installed(shell.name) {
+            assert!(
+                !long_runs::are_asked_for(),
+                "{} is not installed; `cargo xtask test --full` installs it",
+                shell.name
+            );
             println!(
                 "skipped: {} is not installed, so nobody knows what it completes",
                 shell.name

@@ -6,8 +6,6 @@ use std::process::Command;
 use anyhow::{Context, Result, bail};
 
 use crate::cargo::{program, run, target_directory, workspace};
-use crate::images::{self, Board};
-use crate::setup;
 use crate::tool;
 
 /// What tests and types are checked by, and frames are made by.
@@ -28,9 +26,7 @@ const FRAMEWORKS: [&str; 10] = [
 
 /// Installs the package and tests it; with `full` its drivers too, in their frameworks.
 pub(crate) fn check(full: bool) -> Result<()> {
-    setup::qemu()?;
     tool::build()?;
-    images::build(Board::Mps2)?;
     let environment = environment()?;
     let package = workspace().join("python");
     let mut install = pip()?;

@@ -106,6 +106,9 @@ pub(crate) fn run_all(full: bool) -> Result<()> {
     setup::rust_components()?;
     setup::qemu()?;
     let browser = full.then(setup::browser).transpose()?;
+    if full {
+        setup::shells()?;
+    }
     let start = Instant::now();
     let mut gate = Gate::default();
     gate.step("format", || run(&mut cargo(&["fmt", "--all", "--check"])))?;
@@ -126,6 +129,7 @@ pub(crate) fn run_all(full: bool) -> Result<()> {
     )?;
     gate.step("real boards", hil::name_real_boards)?;
     if full {
+        gate.step("the tool for macOS, as far as a compiler tells", macos)?;
         gate.step("documentation, and the examples in it", documentation)?;
         gate.step("the book, its links and its search", || {
             docs::build(true, false)
@@ -218,6 +222,18 @@ fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
 pub(crate) fn fuzz(arguments: &[String]) -> Result<()> {
     let fuzzer = ["run", "--profile", "fuzz", "--package", "fuzz", "--"];
     run(cargo(&fuzzer).args(arguments))
+}
+
+fn macos() -> Result<()> {
+    const TARGET: &str = "aarch64-apple-darwin";
+    setup::rust_target(TARGET)?;
+    run(&mut cargo(&[
+        "check",
+        "--package",
+        "host-tool",
+        "--target",
+        TARGET,
+    ]))
 }
 
 fn documentation() -> Result<()> {

@@ -103,6 +103,7 @@ fn signals_end_it_with_the_channels_off_and_the_terminal_restored() {
     interrupt(&terminal.tool);
     // 128 and the signal's number.
     assert_eq!(terminal.wait(), Some(130));
+    terminal.wait_for(&bench, "channels are off");
     assert!(terminal.is_restored() && bench.is_off());
 
     for (signal, code) in [("-TERM", 143), ("-HUP", 129)] {
@@ -119,6 +120,7 @@ fn signals_end_it_with_the_channels_off_and_the_terminal_restored() {
     let mut terminal = driving(&bench);
     terminal.types("\x03");
     assert_eq!(terminal.wait(), Some(130));
+    terminal.wait_for(&bench, "channels are off");
     assert!(terminal.is_restored() && bench.is_off());
 }
 

@@ -121,7 +121,7 @@ class Server(_Process):
 
 
 class EmulatedBoard(_Process):
-    """The firmware on an emulated microcontroller, in front of a virtual mirror.
+    """The firmware compiled for this machine, in front of a virtual mirror. It needs no QEMU.
 
     ``mirror-emulator`` is it, which is installed with the tool. Without that it is built from the project's sources:
     ``MIRROR_SOURCES`` says where they are, unless the working directory is within them. ``MIRROR_EMULATE`` is another command
@@ -142,7 +142,7 @@ class EmulatedBoard(_Process):
         #: Where ``host-tool`` finds it: the variable ``MIRROR_BOARDS``.
         self.boards = boards
         words = shlex.split(os.environ.get("MIRROR_EMULATE") or _program("mirror-emulator") or "cargo xtask emulate")
-        words += ["--name", name]
+        words += ["--board", "host", "--name", name]
         try:
             super().__init__(words, _among(self.boards), os.environ.get("MIRROR_SOURCES"))
         except OSError as error:

@@ -4,6 +4,7 @@ mod apt;
 mod browser;
 mod package;
 mod qemu;
+mod shells;
 mod unpack;
 
 use std::process::Command;
@@ -14,6 +15,7 @@ use crate::cargo;
 
 pub(crate) use browser::{BROWSER, browser};
 pub use qemu::qemu;
+pub(crate) use shells::shells;
 pub use unpack::unpacked;
 
 /// Makes sure that a target is installed.

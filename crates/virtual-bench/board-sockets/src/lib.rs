@@ -5,8 +5,8 @@ mod trust;
 use std::env;
 use std::path::{Path, PathBuf};
 
-use rustix::io::Errno;
-use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, connect, socket_with};
+use rustix::io::{Errno, FdFlags, fcntl_setfd, ioctl_fionbio};
+use rustix::net::{AddressFamily, SocketAddrUnix, SocketType, connect, socket};
 
 pub use trust::{Untrusted, check_folder, check_socket, is_ours, make_folder};
 
@@ -36,8 +36,9 @@ pub fn stop_fifos(socket: &Path) -> [PathBuf; 2] {
 pub fn is_listening(path: &Path) -> bool {
     let probe = || {
         let address = SocketAddrUnix::new(path)?;
-        let flags = SocketFlags::NONBLOCK | SocketFlags::CLOEXEC;
-        let socket = socket_with(AddressFamily::UNIX, SocketType::STREAM, flags, None)?;
+        let socket = socket(AddressFamily::UNIX, SocketType::STREAM, None)?;
+        fcntl_setfd(&socket, FdFlags::CLOEXEC)?;
+        ioctl_fionbio(&socket, true)?;
         connect(&socket, &address)
     };
     matches!(probe(), Ok(()) | Err(Errno::AGAIN))
