@@ -354,6 +354,9 @@ pub enum Command {
         /// time.
         #[arg(help_heading = OUTPUT, long)]
         facts: bool,
+        /// Also say which further measurement would show most: takes some minutes the first time.
+        #[arg(help_heading = OUTPUT, long)]
+        measurements: bool,
     },
     /// Write all of it into one page for a browser: curves, verdict with its evidence, effects to switch, and the data.
     #[command(

@@ -41,6 +41,7 @@ use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::report;
 use crate::serve;
+use diagnosis::Asked;
 
 /// Carries out one command.
 pub(crate) fn run(arguments: Arguments) -> Result<(), ToolError> {
@@ -167,7 +168,18 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             let picture = picture.map(|path| NewFile::picture(path, force));
             lab::compare(&lab, picture.transpose()?, json)
         }
-        Command::Diagnose { lab, effect, facts } => lab::diagnose(&lab, &effect, facts, json),
+        Command::Diagnose {
+            lab,
+            effect,
+            facts,
+            measurements,
+        } => {
+            let asked = Asked {
+                facts,
+                measurements,
+            };
+            lab::diagnose(&lab, &effect, asked, json)
+        }
         Command::Report {
             files,
             model,

@@ -16,7 +16,7 @@ use crate::null_distribution::{LeftOutFamily, NullDistribution};
 use crate::null_ensemble::{MEMBERS, NullEnsemble, coordinates};
 use crate::null_improvement::NullImprovement;
 use crate::quantile::{quantile, sorted};
-use crate::report::{Diagnosis, Rms, Worth};
+use crate::report::{Asked, Diagnosis, Rms, Worths};
 use crate::residual_space::{BaseOnly, ResidualSpace, Session, Training, Vector};
 use held_out::training_noise;
 use identification::Unit;
@@ -29,6 +29,7 @@ use mirror_model::{Model, Runaway};
 use nalgebra::DVector;
 use std::path::Path;
 use std::sync::Arc;
+use worth::Now;
 
 /// The base moves so often at most where fits with an effect lead to a better one without it.
 const MOVES: usize = 3;
@@ -48,13 +49,11 @@ pub fn diagnose(
     own: &[Arc<dyn Effect>],
     cache: Option<&Path>,
 ) -> Result<Diagnosis, Runaway> {
-    let ensemble = NullEnsemble::new(data, &model.device, cache)?;
-    let effects = suited(data, own);
-    let (analysis, candidates) = shown(model, data, &ensemble, &effects)?;
-    analysis.conclude(&candidates)
+    let (found, _) = diagnose_with_worths(model, data, own, cache, Asked::default())?;
+    Ok(found)
 }
 
-/// The same, and what each fact would be worth that the model's file does not state of the mirror, the most first: with a null
+/// The same, and what it would be worth to know more of the mirror, or to measure more, as far as that is asked: with a null
 /// ensemble for each, which takes as long as the first diagnosis of a kind of session.
 ///
 /// # Errors
@@ -64,12 +63,20 @@ pub fn diagnose_with_worths(
     data: &Dataset,
     own: &[Arc<dyn Effect>],
     cache: Option<&Path>,
-) -> Result<(Diagnosis, Vec<Worth>), Runaway> {
+    asked: Asked,
+) -> Result<(Diagnosis, Worths), Runaway> {
     let ensemble = NullEnsemble::new(data, &model.device, cache)?;
     let effects = suited(data, own);
     let (analysis, candidates) = shown(model, data, &ensemble, &effects)?;
     let found = analysis.conclude(&candidates)?;
-    let worths = analysis.worth_of_facts(&effects, &candidates, &found.effects, cache)?;
+    let now = Now {
+        analysis: &analysis,
+        effects: &effects,
+        candidates: &candidates,
+        named: &found.effects,
+        cache,
+    };
+    let worths = now.worths(asked)?;
     Ok((found, worths))
 }
 

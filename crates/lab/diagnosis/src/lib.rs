@@ -33,4 +33,7 @@ pub use null_ensemble::families::CALIBRATING;
 pub use null_ensemble::{MEMBERS, NullEnsemble};
 pub use null_improvement::{Fall, NullImprovement};
 pub use proposal::{Next, NextMeasurement, Proposal};
-pub use report::{BeforeAfter, Diagnosis, Form, Ranked, Remainder, Rms, Shown, Verdict, Worth};
+pub use report::{
+    Asked, BeforeAfter, Diagnosis, Form, Means, Ranked, Remainder, Rms, Shown, Verdict, Worth,
+    Worths,
+};

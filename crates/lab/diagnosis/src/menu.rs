@@ -1,10 +1,11 @@
 //! Measurements that a board and its bench can make, each with what it would read.
 
 use crate::proposal::Proposal;
-use experiments::instruments::CURRENT_NOISE_A;
+use experiments::instruments::{CURRENT_NOISE_A, POSITION_NOISE_UM};
 use experiments::{Experiment, Measurement, OVEN_K, SETTLING_S};
 use identification::dataset::{Channel, Dataset, Observation, OwnZero};
 use mirror_model::{ACTUATORS, Interval};
+use std::ops::Range;
 
 /// Frequencies of the sines that take the place of a chirp (Hz): through the resonances of such mirrors.
 const CHIRP_HZ: [f64; 3] = [200.0, 500.0, 1000.0];
@@ -15,6 +16,8 @@ const CYCLES: u32 = 3;
 
 /// The room where a session does not say how warm it was (degC).
 pub(crate) const ROOM_C: f64 = 22.0;
+/// What the session is called that is made once more for the currents' sake.
+const WITH_CURRENTS: &str = "with-currents";
 /// How much warmer another room is (K): 35 degC, a cabinet without its fan.
 const OTHER_ROOM_K: f64 = 13.0;
 
@@ -27,6 +30,30 @@ pub fn proposals(top_v: f64) -> Vec<Proposal> {
         .chain(beside(top_v, ROOM_C))
         .map(|offer| offer.proposal)
         .collect()
+}
+
+/// All that can be measured after a session.
+pub(crate) fn offers(session: &Dataset) -> Vec<Offer> {
+    let top_v = highest_drive_v(session);
+    let mut offers = menu(top_v);
+    if !session.has_current() {
+        offers.push(with_currents(session, top_v));
+    }
+    offers.extend(beside(top_v, session.first_ambient_c.unwrap_or(ROOM_C)));
+    offers
+}
+
+/// The highest drive of a session (V).
+pub(crate) fn highest_drive_v(session: &Dataset) -> f64 {
+    let drives = session.intervals.iter().flat_map(|interval| interval.to_v);
+    drives.fold(0.0, f64::max)
+}
+
+/// The noise of a session's displacements (um), or a usual one.
+pub(crate) fn position_noise_um(session: &Dataset) -> f64 {
+    let mut observations = session.observations.iter();
+    let displacement = observations.find(|o| o.channel == Channel::Displacement);
+    displacement.map_or(POSITION_NOISE_UM, |o| o.noise)
 }
 
 /// A measurement that the board, or its bench, can make.
@@ -124,7 +151,7 @@ pub(crate) fn with_currents(session: &Dataset, top_v: f64) -> Offer {
             "measure the currents, too: the resistance is a thermometer",
         )
     };
-    again.asked_as("with-currents", None)
+    again.asked_as(WITH_CURRENTS, None)
 }
 
 impl Offer {
@@ -171,33 +198,78 @@ impl Offer {
     /// What it would read: displacement and currents.
     pub(crate) fn plan(&self, noise_um: f64) -> Dataset {
         let mut plan = Dataset {
-            experiments: vec!["sweep".into(), self.what.into()],
-            intervals: self.intervals.clone(),
+            experiments: vec!["sweep".into()],
             ..Dataset::default()
         };
-        let ends_s = self.intervals.iter().scan(0.0, |t_s, interval| {
-            *t_s += interval.duration_s;
-            Some(*t_s)
-        });
-        let ends_s: Vec<f64> = ends_s.collect();
-        for &interval in &self.readings {
-            let observation = |channel, noise| Observation {
-                interval,
-                channel,
-                value: 0.0,
-                noise,
-                experiment: usize::from(self.apart.is_none_or(|first| interval >= first)),
-                t_s: ends_s[interval],
-            };
-            let currents = (0..ACTUATORS)
-                .map(|actuator| observation(Channel::Current(actuator), CURRENT_NOISE_A));
-            plan.observations
-                .push(observation(Channel::Displacement, noise_um));
-            plan.observations.extend(currents);
-        }
+        let apart = self.apart.unwrap_or(0);
+        self.add_part(&mut plan, 0..apart, 0, noise_um, true);
+        plan.experiments.push(self.what.into());
+        let end = self.intervals.len();
+        self.add_part(
+            &mut plan,
+            apart..end,
+            usize::from(apart > 0),
+            noise_um,
+            true,
+        );
         let own_zero = self.apart.map(|_| OwnZero::new(1..2, &plan.observations));
         plan.own_zeros.extend(own_zero);
         plan
+    }
+
+    /// A session that goes on with it after a rest, every new reading 0, and how many readings the session has itself. It is
+    /// read by what the session was read by, unless it is made for the currents' sake.
+    pub(crate) fn after(&self, session: &Dataset) -> (Dataset, usize) {
+        let mut longer = session.clone();
+        let experiment = longer.experiments.len();
+        longer.experiments.push(self.what.into());
+        if self.apart.is_none() {
+            let rest = Interval::held([0.0; ACTUATORS], SETTLING_S);
+            longer.intervals.push(rest);
+        }
+        let new = self.apart.unwrap_or(0)..self.intervals.len();
+        let with_currents = session.has_current() || self.proposal.name == Some(WITH_CURRENTS);
+        let noise_um = position_noise_um(session);
+        self.add_part(&mut longer, new, experiment, noise_um, with_currents);
+        if self.apart.is_some() {
+            let own_zero = OwnZero::new(experiment..experiment + 1, &longer.observations);
+            longer.own_zeros.push(own_zero);
+        }
+        (longer, session.observations.len())
+    }
+
+    /// Adds these of its intervals to a session, and what is read at the ends of them.
+    fn add_part(
+        &self,
+        plan: &mut Dataset,
+        part: Range<usize>,
+        experiment: usize,
+        noise_um: f64,
+        with_currents: bool,
+    ) {
+        let mut t_s: f64 = plan.intervals.iter().map(|i| i.duration_s).sum();
+        for index in part {
+            let interval = self.intervals[index];
+            t_s += interval.duration_s;
+            plan.intervals.push(interval);
+            if self.readings.binary_search(&index).is_err() {
+                continue;
+            }
+            let observation = |channel, noise| Observation {
+                interval: plan.intervals.len() - 1,
+                channel,
+                value: 0.0,
+                noise,
+                experiment,
+                t_s,
+            };
+            let displacement = observation(Channel::Displacement, noise_um);
+            plan.observations.push(displacement);
+            let currents = (0..ACTUATORS).filter(|_| with_currents);
+            let currents =
+                currents.map(|actuator| observation(Channel::Current(actuator), CURRENT_NOISE_A));
+            plan.observations.extend(currents);
+        }
     }
 }
 
@@ -265,5 +337,38 @@ mod tests {
         // 17 steps up and down, a displacement and four currents at each.
         assert_eq!(later.count(), 17 * 5);
         assert_eq!(oven.proposal.ambient_c, Some(62.0));
+    }
+
+    #[test]
+    fn a_session_goes_on_with_what_it_is_read_by() {
+        let session = offer("repeat").plan(0.05);
+        let read = session.observations.len();
+        for (what, own_zeros) in [("idle", 0), ("oven", 1)] {
+            let (longer, before) = offer(what).after(&session);
+            assert_eq!(before, read);
+            assert_eq!(longer.own_zeros.len(), own_zeros, "{what}");
+            let new = &longer.observations[read..];
+            let displacements = new.iter().filter(|o| o.channel == Channel::Displacement);
+            assert!(displacements.clone().all(|o| o.noise == 0.05), "{what}");
+            assert_eq!(displacements.count() * (1 + ACTUATORS), new.len());
+            assert_eq!(new[0].experiment, session.experiments.len());
+            let warm: Vec<f64> = longer.intervals.iter().map(|i| i.ambient_k).collect();
+            let of_session = session.intervals.len();
+            assert!(warm[..of_session].iter().all(|k| *k == 0.0));
+            assert_eq!(warm[of_session] > 0.0, own_zeros == 1, "{what}");
+        }
+    }
+
+    #[test]
+    fn a_session_of_positions_goes_on_with_positions_but_for_the_currents_sake() {
+        let mut session = offer("repeat").plan(0.05);
+        session
+            .observations
+            .retain(|o| o.channel == Channel::Displacement);
+        for offer in offers(&session) {
+            let (longer, _) = offer.after(&session);
+            let asks = offer.what.contains("measure the currents");
+            assert_eq!(longer.has_current(), asks, "{}", offer.what);
+        }
     }
 }

@@ -1,11 +1,10 @@
 //! What to measure next: of what this board and its bench can run, where the rivals' predictions differ most.
 
-use crate::menu::{Offer, ROOM_C, beside, menu, with_currents};
+use crate::menu::{Offer, ROOM_C, beside, highest_drive_v, menu, position_noise_um, with_currents};
 use crate::proposal::{Next, NextMeasurement};
 use crate::residual_space::ResidualSpace;
-use experiments::instruments::POSITION_NOISE_UM;
 use identification::base::identifiable;
-use identification::dataset::{Channel, Dataset};
+use identification::dataset::Dataset;
 use identification::parameter::FreeParameter;
 use identification::prediction::{jacobian, predict, standardised};
 use mirror_model::Model;
@@ -27,12 +26,8 @@ pub(crate) fn choose(
     if session.is_of_heaters() {
         return Some(of_a_heater(session, first, second));
     }
-    let noise_um = session
-        .observations
-        .iter()
-        .find(|o| o.channel == Channel::Displacement)
-        .map_or(POSITION_NOISE_UM, |o| o.noise);
-    let top = highest_drive(session);
+    let noise_um = position_noise_um(session);
+    let top = highest_drive_v(session);
     let mut offers = menu(top);
     if !session.has_current() {
         offers.push(with_currents(session, top));
@@ -77,7 +72,7 @@ pub(crate) fn choose(
 /// What tells effects apart that both follow the readings of a heater, which the same drives again would not.
 fn of_a_heater(session: &Dataset, first: &Active, second: &Active) -> NextMeasurement {
     let room_c = session.first_ambient_c.unwrap_or(ROOM_C);
-    let [.., oven] = beside(highest_drive(session), room_c);
+    let [.., oven] = beside(highest_drive_v(session), room_c);
     let is_of_resistance = |active: &Active| active.effect.info().stage == Stage::Resistance;
     let (what, how) = if is_of_resistance(first) != is_of_resistance(second) {
         (oven.what, oven.proposal.into())
@@ -110,16 +105,11 @@ fn most_telling(
 
 /// What to measure where a session shows next to nothing, if there is a channel that it lacks.
 pub(crate) fn more(session: &Dataset) -> Option<NextMeasurement> {
-    let with_currents = with_currents(session, highest_drive(session));
+    let with_currents = with_currents(session, highest_drive_v(session));
     (!session.has_current()).then(|| NextMeasurement {
         why: with_currents.what.into(),
         how: with_currents.proposal.into(),
     })
-}
-
-fn highest_drive(session: &Dataset) -> f64 {
-    let drives = session.intervals.iter().flat_map(|interval| interval.to_v);
-    drives.fold(0.0, f64::max)
 }
 
 /// How far two effects' predictions of an experiment differ beyond what the base can hide, in standard deviations of one
@@ -146,6 +136,8 @@ mod tests {
     use super::*;
     use crate::proposal::Proposal;
     use experiments::Measurement;
+    use experiments::instruments::POSITION_NOISE_UM;
+    use identification::dataset::Channel;
     use mirror_model::effect::find;
     use mirror_model::{Preset, Symbol};
 

@@ -1,7 +1,7 @@
 //! What a diagnosis says, as data.
 
 use crate::null_improvement::NullImprovement;
-use crate::proposal::NextMeasurement;
+use crate::proposal::{NextMeasurement, Proposal};
 use identification::{Estimate, Unit};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -71,12 +71,44 @@ pub struct Remainder {
     pub up_to_v: Option<f64>,
 }
 
-/// What it would be worth to know something of the mirror that the model file does not state.
+/// Which worths a diagnosis is to tell besides.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Asked {
+    /// Those of facts of the mirror.
+    pub facts: bool,
+    /// Those of measurements.
+    pub measurements: bool,
+}
+
+/// The worths that were asked for, the most first.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Worths {
+    /// Of every fact that the model file does not state of the mirror.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub facts: Option<Vec<Worth>>,
+    /// Of every measurement that could be made besides.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measurements: Option<Vec<Worth>>,
+}
+
+/// By what more would be seen.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Means {
+    /// A fact of the mirror, by its key in `[device]` of the model file.
+    #[serde(rename = "key")]
+    Fact(String),
+    /// One more measurement.
+    Measurement(Proposal),
+}
+
+/// What it would be worth to know or to measure something.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Worth {
-    /// Its key in `[device]`.
-    pub key: String,
-    /// What to find out, and how well.
+    /// What to find out.
+    #[serde(flatten)]
+    pub means: Means,
+    /// The same in words, and how well.
     pub what: String,
     /// Effects that this session does not show at their usual sizes, and then would, or at half of the size that it takes now.
     pub shows: Vec<Shown>,
@@ -97,7 +129,7 @@ impl Worth {
     }
 }
 
-/// An effect that a fact would show.
+/// An effect that would be shown.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Shown {
     /// Its id.
@@ -108,7 +140,7 @@ pub struct Shown {
     pub unit: String,
     /// The strength above which it is seen now; none if never.
     pub now: Option<f64>,
-    /// The same with the fact.
+    /// The same then.
     pub then: f64,
 }
 

@@ -1,6 +1,6 @@
 //! What no drive shows, an oven or a reference step does: mirrors from a family that no threshold was calibrated on.
 
-use diagnosis::{Verdict, diagnose};
+use diagnosis::{Asked, Means, Verdict, diagnose, diagnose_with_worths};
 use experiments::Experiment;
 use identification::Dataset;
 use measurement::Session;
@@ -101,4 +101,33 @@ fn nothing_hidden_stays_nothing_in_an_oven_and_on_a_stage() {
     let more = vec![oven(), Experiment::reference(&heights, 1.0).after(20.0)];
     let session = measured(&MirrorConfig::draw(Family::G, 42), [usual(), more].concat());
     assert_eq!(found(&session), (Verdict::None, vec![]));
+}
+
+/// What the tests above find by these measurements is what they are said to show, of a mirror that hides nothing.
+#[test]
+#[ignore = "long"]
+fn what_a_measurement_would_show_is_told_before_it_is_made() {
+    let session = measured(&MirrorConfig::draw(Family::F, 41), usual());
+    let data = Dataset::new(&session);
+    let asked = Asked {
+        measurements: true,
+        ..Asked::default()
+    };
+    let paper = Model::from(Preset::Paper);
+    let (found, worths) = diagnose_with_worths(&paper, &data, &[], None, asked).expect("finite");
+    assert_eq!(found.verdict, Verdict::None);
+    let worths = worths.measurements.expect("they were asked for");
+    let shown_by = |name: &str| -> Vec<&str> {
+        let is_of_name = |means: &Means| match means {
+            Means::Measurement(proposal) => proposal.name == Some(name),
+            Means::Fact(_) => panic!("nobody asked for facts"),
+        };
+        let worth = worths.iter().find(|worth| is_of_name(&worth.means));
+        let shows = &worth.expect("it is offered").shows;
+        shows.iter().map(|shown| shown.effect.as_str()).collect()
+    };
+    assert!(shown_by("oven").contains(&"film-tcr"), "{worths:?}");
+    let by_steps = shown_by("reference");
+    assert!(by_steps.contains(&"sensor-gain"), "{worths:?}");
+    assert!(!by_steps.contains(&"film-tcr"), "{worths:?}");
 }

@@ -1,6 +1,6 @@
 //! What a model file states of the mirror narrows what a diagnosis takes for possible, and stays in the file.
 
-use diagnosis::{Diagnosis, add, diagnose, diagnose_with_worths};
+use diagnosis::{Asked, Diagnosis, Means, Worth, add, diagnose, diagnose_with_worths};
 use experiments::Experiment;
 use identification::{Dataset, fit_and_report};
 use mirror_model::effect::find;
@@ -75,22 +75,32 @@ plate_thickness = { value = 150.0, unit = "um", tolerance = 50.0, source = "draw
     let session = measure(&nothing, &sweep, Instruments::PositionAndCurrents);
     let data = Dataset::new(&session.expect("a possible mirror"));
     let model = Model::parse("known.toml", ALL_BUT_LEADS_AND_BEAM).expect("readable");
-    let (found, worths) = diagnose_with_worths(&model, &data, &[], cache).expect("finite");
+    let asked = Asked {
+        facts: true,
+        ..Asked::default()
+    };
+    let (found, worths) = diagnose_with_worths(&model, &data, &[], cache, asked).expect("finite");
+    assert!(worths.measurements.is_none(), "nobody asked");
+    let worths = worths.facts.expect("they were asked for");
     let alone = diagnosed(&model, &data, folder.path());
     assert_eq!(
         format!("{found:?}"),
         format!("{alone:?}"),
         "the same verdict"
     );
-    let mut keys: Vec<_> = worths.iter().map(|worth| worth.key.as_str()).collect();
+    let key = |worth: &Worth| match &worth.means {
+        Means::Fact(key) => key.clone(),
+        Means::Measurement(_) => panic!("{worth:?}"),
+    };
+    let mut keys: Vec<_> = worths.iter().map(key).collect();
     keys.sort_unstable();
     assert_eq!(keys, ["leads", "segments"], "of what is not stated");
     for pair in worths.windows(2) {
         assert!(pair[0].shows.len() >= pair[1].shows.len(), "{worths:?}");
     }
     // What leads add to a resistance looks like a curvature of the heater's own. A layout shows in the fitted parameters.
-    let shown_by = |key: &str| {
-        let of_key = worths.iter().find(|worth| worth.key == key);
+    let shown_by = |wanted: &str| {
+        let of_key = worths.iter().find(|worth| key(worth) == wanted);
         let shows = of_key.map_or(&[][..], |worth| &worth.shows);
         shows
             .iter()

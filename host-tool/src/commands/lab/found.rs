@@ -2,11 +2,11 @@
 
 use std::fmt;
 
-use diagnosis::{Diagnosis, Worth};
+use diagnosis::{Diagnosis, Means, Worth, Worths};
 use identification::Identification;
 use serde::Serialize;
 
-use crate::command_line::{measure_line, next_line};
+use crate::command_line::{measure_line, next_line, proposal_line};
 
 /// An identification as the tool says it.
 #[derive(Serialize)]
@@ -26,18 +26,18 @@ pub(crate) struct Diagnosed<'a> {
     found: &'a Diagnosis,
     /// How to make the measurement that is proposed.
     next_command: Option<String>,
-    /// What facts of the mirror would be worth, where that was asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    facts: Option<Vec<Worth>>,
+    /// What more would be worth, where that was asked for.
+    #[serde(flatten)]
+    worths: Worths,
 }
 
 impl<'a> Diagnosed<'a> {
-    pub(crate) fn new(found: &'a Diagnosis, facts: Option<Vec<Worth>>) -> Self {
+    pub(crate) fn new(found: &'a Diagnosis, worths: Worths) -> Self {
         let next = found.next_measurement.as_ref();
         Self {
             found,
             next_command: next.map(|next| next_line(&next.how)),
-            facts,
+            worths,
         }
     }
 }
@@ -48,14 +48,29 @@ impl fmt::Display for Diagnosed<'_> {
         if let (Some(command), Some(next)) = (&self.next_command, &self.found.next_measurement) {
             writeln!(f, "\nMeasure next: {command}\n  {}", next.why)?;
         }
-        let Some(facts) = &self.facts else {
-            return Ok(());
-        };
-        let mut worthwhile = facts.iter().filter(|worth| worth.is_some()).peekable();
-        if worthwhile.peek().is_none() {
-            return writeln!(f, "\nNo fact of the mirror alone would show more");
+        if let Some(facts) = &self.worths.facts {
+            let heading = "Find out of the mirror, what helps most first:";
+            let none = "No fact of the mirror alone would show more";
+            list(f, facts, heading, none)?;
         }
-        writeln!(f, "\nFind out of the mirror, what helps most first:")?;
-        worthwhile.try_for_each(|worth| writeln!(f, "  {worth}"))
+        if let Some(measurements) = &self.worths.measurements {
+            let heading = "Measure besides, what helps most first:";
+            let none = "No measurement of this board and its bench alone would show more";
+            list(f, measurements, heading, none)?;
+        }
+        Ok(())
     }
+}
+
+/// Those worths that are any, each with how it is had.
+fn list(f: &mut fmt::Formatter<'_>, worths: &[Worth], heading: &str, none: &str) -> fmt::Result {
+    let mut worthwhile = worths.iter().filter(|worth| worth.is_some()).peekable();
+    if worthwhile.peek().is_none() {
+        return writeln!(f, "\n{none}");
+    }
+    writeln!(f, "\n{heading}")?;
+    worthwhile.try_for_each(|worth| match &worth.means {
+        Means::Fact(key) => writeln!(f, "  {worth}: `{key}` in [device] of the model file"),
+        Means::Measurement(proposal) => writeln!(f, "  {worth}: {}", proposal_line(proposal)),
+    })
 }

@@ -10,6 +10,7 @@ mod positioning;
 
 use std::path::PathBuf;
 
+use diagnosis::Asked;
 use identification::prediction::predict;
 use lab_view::Curves;
 
@@ -80,7 +81,7 @@ pub(super) fn compare(
 pub(super) fn diagnose(
     input: &LabInput,
     own: &[PathBuf],
-    facts: bool,
+    asked: Asked,
     json: bool,
 ) -> Result<(), ToolError> {
     let lab = Loaded::load(input)?;
@@ -91,13 +92,7 @@ pub(super) fn diagnose(
     let cache = cache_directory();
     let what = "trying every effect, and mirrors that lack nothing (kept for the next time)";
     let (found, worths) = while_working(what, json, || {
-        if facts {
-            let found = diagnosis::diagnose_with_worths(&lab.model, &lab.data, &own, Some(&cache));
-            found.map(|(found, worths)| (found, Some(worths)))
-        } else {
-            let found = diagnosis::diagnose(&lab.model, &lab.data, &own, Some(&cache));
-            found.map(|found| (found, None))
-        }
+        diagnosis::diagnose_with_worths(&lab.model, &lab.data, &own, Some(&cache), asked)
     })?;
     printed::print(&Diagnosed::new(&found, worths), json);
     Ok(())

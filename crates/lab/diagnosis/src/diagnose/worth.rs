@@ -1,75 +1,142 @@
-//! What a fact of the mirror would be worth that its model file does not state: the session is looked at with the null ensemble
-//! of a mirror of which it is known.
+//! What a fact of the mirror would be worth that its model file does not state, and what another measurement: the session is
+//! looked at with the null ensemble of a mirror of which it is known, or of a session that goes on with it.
 
 use super::Analysis;
 use crate::candidate::Candidate;
+use crate::menu::{Offer, offers};
 use crate::null_ensemble::NullEnsemble;
 use crate::null_ensemble::unknowns::{Unknown, unknowns};
-use crate::report::{Shown, Worth};
-use mirror_model::Runaway;
-use mirror_model::effect::Effect;
+use crate::report::{Asked, Means, Shown, Worth, Worths};
+use identification::dataset::Dataset;
+use identification::fit::fit;
+use identification::prediction::{predict, standardised};
+use mirror_model::effect::{Active, Effect};
+use mirror_model::{Device, Model, Runaway};
 use std::path::Path;
 use std::sync::Arc;
 
-/// The part to which the strength falls that shows an effect, where knowing a fact is said to show it better.
+/// The part to which the strength falls that shows an effect, where it is said to be shown better.
 const HALF: f64 = 0.5;
 
-impl Analysis<'_> {
-    /// The worth of everything that could still be stated of the mirror, the most first. `named` are the effects that the
-    /// session suspects, of these `candidates`; `cache` is as in [`diagnose`](crate::diagnose()).
-    pub(super) fn worth_of_facts(
-        &self,
-        effects: &[Arc<dyn Effect>],
-        candidates: &[Candidate],
-        named: &[String],
-        cache: Option<&Path>,
-    ) -> Result<Vec<Worth>, Runaway> {
-        // A heater on a bench is no mirror: of what is stated only its leads count, and no usual means tells those.
-        if self.data.is_of_heaters() {
-            return Ok(Vec::new());
-        }
-        let worth = |unknown: Unknown| {
-            let ensemble = NullEnsemble::new(self.data, &unknown.device, cache)?;
-            let (known, then) = Analysis::new(self.data, self.fitted.clone(), &ensemble, effects)?;
-            Ok(Worth {
-                key: unknown.key.to_owned(),
-                what: unknown.what,
-                shows: shown(candidates, &then),
-                tells_apart: self.tells_apart(&known, candidates, named),
-            })
-        };
-        let unknowns = unknowns(&self.fitted.model.device).into_iter();
-        let mut worths: Vec<Worth> = unknowns.map(worth).collect::<Result<_, Runaway>>()?;
-        worths.sort_by(|a, b| b.rank().total_cmp(&a.rank()));
-        Ok(worths)
+/// A diagnosis that has been made, and what it was made of.
+pub(super) struct Now<'a> {
+    pub(super) analysis: &'a Analysis<'a>,
+    pub(super) effects: &'a [Arc<dyn Effect>],
+    pub(super) candidates: &'a [Candidate],
+    /// The effects that the session suspects.
+    pub(super) named: &'a [String],
+    /// As in [`diagnose`](crate::diagnose()).
+    pub(super) cache: Option<&'a Path>,
+}
+
+impl Now<'_> {
+    /// What is asked for. A heater on a bench is no mirror: of what is stated only its leads count, and no usual means tells
+    /// those; and of settled readings nobody knows what was driven in between.
+    pub(super) fn worths(&self, asked: Asked) -> Result<Worths, Runaway> {
+        let data = self.analysis.data;
+        let facts = asked.facts.then(|| match data.is_of_heaters() {
+            true => Ok(Vec::new()),
+            false => self.of_facts(),
+        });
+        let measurements =
+            asked
+                .measurements
+                .then(|| match data.is_of_heaters() || data.is_steady {
+                    true => Ok(Vec::new()),
+                    false => self.of_measurements(),
+                });
+        Ok(Worths {
+            facts: facts.transpose()?,
+            measurements: measurements.transpose()?,
+        })
     }
 
-    /// How many times as large the least difference between suspects is to an analysis that knows more of the mirror.
-    fn tells_apart(
-        &self,
-        known: &Analysis<'_>,
-        candidates: &[Candidate],
-        named: &[String],
-    ) -> Option<f64> {
-        let suspects = candidates
-            .iter()
-            .filter(|c| named.iter().any(|id| id == c.id()));
-        let changes: Vec<_> = suspects
-            .filter_map(|suspect| Some(&suspect.explanation.as_ref()?.change))
-            .collect();
-        let pairs = changes.iter().enumerate().flat_map(|(index, one)| {
-            let others = changes[index + 1..].iter();
-            others.map(move |other| *one - *other)
-        });
-        let (now, then) = pairs
-            .map(|difference| {
-                let standardised = self.session.standardised(&difference);
-                let then = known.session.vector(&standardised).norm_squared();
-                (difference.norm_squared(), then)
-            })
-            .reduce(|least, pair| (least.0.min(pair.0), least.1.min(pair.1)))?;
-        Some((then / now.max(f64::MIN_POSITIVE)).sqrt())
+    /// The worth of everything that could still be stated of the mirror, the most first.
+    fn of_facts(&self) -> Result<Vec<Worth>, Runaway> {
+        let unknowns = unknowns(&self.analysis.fitted.model.device).into_iter();
+        let worth = |unknown: Unknown| {
+            let means = Means::Fact(unknown.key.to_owned());
+            self.worth(means, unknown.what, self.analysis.data, &unknown.device)
+        };
+        unknowns.map(worth).collect::<Result<_, _>>().map(sorted)
     }
+
+    /// The worth of every measurement that the board and its bench can make after this session, the most first.
+    fn of_measurements(&self) -> Result<Vec<Worth>, Runaway> {
+        let model = &self.analysis.fitted.model;
+        let worth = |offer: Offer| {
+            let longer = foretold(model, offer.after(self.analysis.data))?;
+            let means = Means::Measurement(offer.proposal);
+            self.worth(means, offer.what.to_owned(), &longer, &model.device)
+        };
+        let offers = offers(self.analysis.data).into_iter();
+        offers.map(worth).collect::<Result<_, _>>().map(sorted)
+    }
+
+    /// What is gained where this is the session, and this is known of the mirror.
+    fn worth(
+        &self,
+        means: Means,
+        what: String,
+        data: &Dataset,
+        device: &Device,
+    ) -> Result<Worth, Runaway> {
+        let ensemble = NullEnsemble::new(data, device, self.cache)?;
+        let fitted = fit(&self.analysis.fitted.model, data)?;
+        let (known, then) = Analysis::new(data, fitted, &ensemble, self.effects)?;
+        let apart = |analysis| least_difference(analysis, &self.suspects());
+        let tells_apart = apart(self.analysis)
+            .zip(apart(&known))
+            .map(|(now, then)| (then / now.max(f64::MIN_POSITIVE)).sqrt());
+        Ok(Worth {
+            means,
+            what,
+            shows: shown(self.candidates, &then),
+            tells_apart,
+        })
+    }
+
+    /// The suspects as the session sizes them.
+    fn suspects(&self) -> Vec<Active> {
+        let is_named = |candidate: &&Candidate| self.named.iter().any(|id| id == candidate.id());
+        let named = self.candidates.iter().filter(is_named);
+        named
+            .filter_map(|candidate| Some(candidate.explanation.as_ref()?.active.clone()))
+            .collect()
+    }
+}
+
+/// A session that goes on as its model foretells; what was read stays.
+fn foretold(model: &Model, (mut data, read): (Dataset, usize)) -> Result<Dataset, Runaway> {
+    let predicted = predict(model, &data)?;
+    let new = data.observations.iter_mut().zip(predicted).skip(read);
+    new.for_each(|(observation, value)| observation.value = value);
+    Ok(data)
+}
+
+fn sorted(mut worths: Vec<Worth>) -> Vec<Worth> {
+    worths.sort_by(|a, b| b.rank().total_cmp(&a.rank()));
+    worths
+}
+
+/// The square of the least difference between two of these effects, as far as an analysis sees it.
+fn least_difference(analysis: &Analysis<'_>, suspects: &[Active]) -> Option<f64> {
+    let with = |active: &Active| {
+        let mut model = analysis.fitted.model.clone();
+        model.effects.push(active.clone());
+        predict(&model, analysis.data).ok()
+    };
+    let predicted: Vec<Vec<f64>> = suspects.iter().filter_map(with).collect();
+    let pairs = predicted.iter().enumerate().flat_map(|(index, one)| {
+        let others = predicted[index + 1..].iter();
+        others.map(move |other| one.iter().zip(other).map(|(a, b)| a - b))
+    });
+    pairs
+        .map(|difference| {
+            let difference = standardised(difference, analysis.data);
+            analysis.session.vector(&difference).norm_squared()
+        })
+        .reduce(f64::min)
 }
 
 /// Effects that are not seen at their usual strength now, and then are, or at [`HALF`] of the strength that it takes now.

@@ -1,4 +1,4 @@
-//! What a fact of the mirror would be worth, in words.
+//! What a fact of the mirror or a measurement would be worth, in words.
 
 use super::size;
 use crate::report::{Shown, Worth};
@@ -18,7 +18,7 @@ impl fmt::Display for Worth {
                 "{and} would set the suspects {times:.1} times as far apart"
             )?;
         }
-        write!(f, ": `{}` in [device] of the model file", self.key)
+        Ok(())
     }
 }
 
@@ -42,11 +42,12 @@ impl fmt::Display for Shown {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::Means;
 
     #[test]
-    fn what_a_fact_is_worth_is_told() {
+    fn what_is_gained_is_told() {
         let worth = Worth {
-            key: "leads".into(),
+            means: Means::Fact("leads".into()),
             what: "the resistance of the leads within 2 ohm".into(),
             shows: vec![Shown {
                 effect: "creep".into(),
@@ -58,7 +59,7 @@ mod tests {
             tells_apart: Some(3.0),
         };
         let told = "the resistance of the leads within 2 ohm would show creep (c beyond 1.00 %, now 2.00 %) and would set the \
-                    suspects 3.0 times as far apart: `leads` in [device] of the model file";
+                    suspects 3.0 times as far apart";
         assert_eq!(worth.to_string(), told);
         assert!(worth.is_some());
     }
