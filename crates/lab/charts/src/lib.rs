@@ -12,7 +12,8 @@ pub use panel::{LINES, Look, Panel, Series};
 pub use sheet::sheet;
 pub use strips::{Strip, Strips};
 
-/// The style sheet of all charts: light and dark, and black on white on paper.
+/// The style sheet of all charts: light and dark, and black on white on paper. It has plain colours and classes only, for what shows
+/// SVG beside browsers (Inkscape, librsvg, office programs) knows neither custom properties nor media, and sees the light one.
 pub const STYLE: &str = include_str!("style.css");
 
 /// Text as SVG and HTML have it.
@@ -35,6 +36,11 @@ pub fn escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_knows_no_custom_properties_sees_every_colour() {
+        assert!(!STYLE.contains("var(") && !STYLE.contains("--"));
+    }
 
     #[test]
     fn text_is_no_markup() {
