@@ -11,11 +11,11 @@ use crate::units::Kelvin;
 
 /// What a sound heater's curve is off by in its own room (K): up to 0.2 K on the mirrors that this was developed on (`closed-loop`,
 /// test `drift`).
-const OWN: Kelvin = Kelvin(0.2);
+pub(super) const OWN: Kelvin = Kelvin(0.2);
 /// Part of the room's rise, and of what a changed loss takes, by which sound actuators of one mirror are apart, for their ambient
 /// ratios and their parts of the loss to the air differ: twice what was seen there, of rooms from -12 to 18 K and air of 20 %.
-const OF_ROOM: f32 = 0.015;
-const OF_LOSS: f32 = 0.03;
+pub(super) const OF_ROOM: f32 = 0.015;
+pub(super) const OF_LOSS: f32 = 0.03;
 /// Deviations that are let pass: what is stated above stays for as long as the room does, and is no noise.
 const ALLOWANCE: f32 = 2.0;
 /// The sum from which on an actuator has drifted: a deviation beyond the allowance for 2.6 s, an update in 64 ticks.
