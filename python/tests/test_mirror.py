@@ -28,6 +28,24 @@ def test_moves_waits_and_reads(mirror: Mirror) -> None:
     assert not mirror.is_driven
 
 
+def test_a_wait_is_as_long_as_a_client_or_the_board_says(mirror: Mirror) -> None:
+    assert np.isnan(mirror.settling), "it is left to the board"
+    mirror.move(30e-6)
+    # The factory's calibration was never tried on the mirror, so the board foresees nothing.
+    assert np.isnan(mirror.settles_in())
+    mirror.settling = 0.2
+    assert mirror.settling == 0.2
+    mirror.move(31e-6)
+
+
+def test_what_the_board_does_not_know_is_no_number(mirror: Mirror) -> None:
+    mirror.move(30e-6)
+    # The factory says by how much its calibration may be off, and knows neither levers nor the room of a calibration.
+    uncertainty = mirror.uncertainty()
+    assert 0 < uncertainty.position < 30e-6 and np.isnan(uncertainty.tilt)
+    assert np.isnan(mirror.room().rise)
+
+
 def test_a_trace_has_the_times_that_were_asked_for(mirror: Mirror) -> None:
     mirror.drive(1.0)
     trace = mirror.trace(200, 1e-3)

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+#: How long a mirror takes to settle where neither a client nor the board says (s): as of ``host-tool serve``.
+USUAL_SETTLING = 1.0
+
 
 @dataclass(frozen=True)
 class Calibration:
@@ -28,6 +31,26 @@ class Calibration:
     date: str
     #: Whether the board keeps it, in words.
     kept: str
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """How far the plate may be from where it is asked to be: half an interval that holds it in 95 of 100 cases."""
+
+    #: Of the piston (m); NaN where the calibration does not say what it leaves.
+    position: float
+    #: Of either tilt (rad); NaN likewise, and where the plate's levers are not known.
+    tilt: float
+
+
+@dataclass(frozen=True)
+class Room:
+    """How much warmer the surroundings are than at calibration; NaN where the calibration does not tell."""
+
+    #: K.
+    rise: float
+    #: Its standard deviation (K).
+    deviation: float
 
 
 @dataclass(frozen=True)
@@ -146,7 +169,7 @@ class Mirror:
 
     @property
     def settling(self) -> float:
-        """How long the mirror takes to settle, in the board's time (s)."""
+        """How long the mirror takes to settle, in the board's time (s); NaN, as at first: as long as the board foresees."""
         return self.instrument.query_numbers("SETT?")[0]
 
     @settling.setter
@@ -173,9 +196,17 @@ class Mirror:
         if wait:
             self.wait()
 
+    def settles_in(self) -> float:
+        """How long it is until the mirror has settled, as the board foresees, in its time (s): 0 when it has. NaN where nothing
+        is asked for, where a limit keeps it away, and under a calibration that was never tried on the mirror."""
+        return self.instrument.query_numbers("MEAS:SETT?")[0]
+
     def wait(self) -> None:
         """Waits until the mirror has settled after what was asked for last."""
-        self.instrument.query("*OPC?", wait=self.settling)
+        left = self.settling
+        if np.isnan(left):
+            left = self.settles_in()
+        self.instrument.query("*OPC?", wait=USUAL_SETTLING if np.isnan(left) else left)
 
     def off(self) -> None:
         """Turns all channels off, whoever drives."""
@@ -203,6 +234,14 @@ class Mirror:
     def position(self) -> float:
         """The board's position sensor (m); NaN where it has none."""
         return self.instrument.query_numbers("MEAS:POS?")[0]
+
+    def uncertainty(self) -> Uncertainty:
+        """How far the plate may be from where it is asked to be."""
+        return Uncertainty(*self.instrument.query_numbers("MEAS:UNC?"))
+
+    def room(self) -> Room:
+        """How much warmer it is than at calibration."""
+        return Room(*self.instrument.query_numbers("MEAS:ROOM?"))
 
     def drives(self) -> Array:
         """What is driven (V), shape (4,)."""
