@@ -14,10 +14,12 @@
 //! record; with more of them it stays.
 #![no_std]
 
+mod error;
 mod record;
 
 use embedded_storage::nor_flash::NorFlash;
 
+pub use crate::error::StoreError;
 use crate::record::{Header, Slot};
 
 /// Slots that a store needs at least, see above.
@@ -41,18 +43,6 @@ pub enum Loaded<'a> {
     Outdated(&'a [u8]),
     /// Something was stored, and nothing of it is whole.
     Damaged,
-}
-
-/// Why nothing was stored. What was there before still is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StoreError {
-    /// The payload is longer than [`Store::MAX_BYTES`].
-    TooLong,
-    /// No slot but that of the record in use took the payload: each read back other bytes than were
-    /// written, or failed.
-    WornOut,
-    /// The flash cannot be read.
-    Unreadable,
 }
 
 impl<F: NorFlash, const SLOT_BYTES: usize> Store<F, SLOT_BYTES> {

@@ -3,7 +3,7 @@
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use embedded_storage::nor_flash::NorFlash;
 
-use crate::StoreError;
+use crate::error::StoreError;
 
 /// CRC-32 as in Ethernet; without a table, since flash is scarcer than time here.
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);

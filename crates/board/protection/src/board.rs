@@ -4,7 +4,7 @@ use control_core::SupplyCode;
 use control_core::design::{HIGHEST_SUPPLY_MV, LOWEST_SUPPLY_MV};
 
 use crate::fault::Fault;
-use crate::protection::Reading;
+use crate::reading::Reading;
 
 const LOWEST_SUPPLY: SupplyCode = SupplyCode::from_millivolt(LOWEST_SUPPLY_MV);
 const HIGHEST_SUPPLY: SupplyCode = SupplyCode::from_millivolt(HIGHEST_SUPPLY_MV);

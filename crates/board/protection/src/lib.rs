@@ -21,7 +21,9 @@ mod fault;
 mod mean;
 mod protection;
 mod punctuality;
+mod reading;
 
 pub use fault::Fault;
-pub use protection::{ChannelState, Denied, Lease, Protection, Reading};
+pub use protection::{ChannelState, Denied, Lease, Protection};
 pub use punctuality::Punctuality;
+pub use reading::Reading;

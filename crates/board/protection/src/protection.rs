@@ -1,10 +1,11 @@
 //! Channel states and leases.
 
-use control_core::{AdcCode, Ampere, CHANNELS, Calibration, Limits, Setpoint, SupplyCode, Volt};
+use control_core::{CHANNELS, Calibration, Limits, Setpoint, Volt};
 
 use crate::board::BoardWatch;
 use crate::channel::ChannelWatch;
 use crate::fault::Fault;
+use crate::reading::Reading;
 
 /// Drive at which heaters are checked before anything drives them: 0.83 mA, of which an offset of 12 uA is 1.5 %, and a
 /// temperature rise of at most 1.4 K.
@@ -21,21 +22,6 @@ const POWER_TICKS: u8 = 20;
 
 /// Fall of the drive in a tick once a lease has ended: from 3.5 V to zero in 88 ms.
 const RAMP: Volt = Volt(4e-3);
-
-/// What was sensed during one tick.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Reading {
-    /// Current-sense codes.
-    pub codes: [AdcCode; CHANNELS],
-    /// The currents that they stand for.
-    pub currents: [Ampere; CHANNELS],
-    /// The output stages' supply.
-    pub supply: SupplyCode,
-    /// Control ticks before this one that did not take place.
-    pub missed_ticks: u16,
-    /// The comparators at the outputs have disabled them since they were enabled last.
-    pub is_over_voltage: bool,
-}
 
 /// What one channel is doing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
