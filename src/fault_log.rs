@@ -12,8 +12,8 @@ use mirror_protocol::{
 
 use crate::flash::Part;
 use crate::mailbox::Trip;
+use crate::origin::Origin;
 use crate::resets::Resets;
-use crate::startup::Origin;
 
 /// A board that has run for so long is in no loop of resets. Each start and the trip that ended the run before take two
 /// entries, so eight pages of 16 entries and 10 000 erasures (DS12288, table 51) last for 640 000 such runs, 12 years.

@@ -1,17 +1,13 @@
 //! The parts of a board's flash that outlive a reset.
 
+mod sizes;
+
 use core::cell::RefCell;
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, ReadNorFlash};
 
+pub use self::sizes::{CALIBRATION_BYTES, FLASH_BYTES, LOG_BYTES};
 use crate::board::BoardFlash;
-
-/// The fault log's part, the first: eight pages of the STM32G474.
-pub const LOG_BYTES: usize = 16 * 1024;
-/// The calibrations' part, behind it.
-pub const CALIBRATION_BYTES: usize = 32 * 1024;
-/// All of it, which is every board's.
-pub const FLASH_BYTES: usize = LOG_BYTES + CALIBRATION_BYTES;
 
 /// A part of the flash. Both parts are used in turns, by tasks of the same executor.
 pub struct Part {

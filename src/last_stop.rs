@@ -10,7 +10,7 @@ use core::fmt::{self, Write};
 use mirror_protocol::Sentence;
 use protection::Fault;
 
-use crate::startup::LastStop;
+use crate::origin::LastStop;
 
 /// Tells a reason from what memory holds at power-on.
 const MAGIC: u32 = 0x5704_4ed0;

@@ -27,6 +27,7 @@ pub mod keeper;
 #[cfg(target_os = "none")]
 pub mod last_stop;
 pub mod mailbox;
+pub mod origin;
 pub mod resets;
 pub mod rpc;
 pub mod startup;

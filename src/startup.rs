@@ -3,8 +3,6 @@
 use core::cell::RefCell;
 
 use control_core::{Calibration, Controller};
-use mirror_protocol::{ResetCause, Sentence};
-use protection::Fault;
 use static_cell::{ConstStaticCell, StaticCell};
 
 use crate::board::{Board, BoardFlash};
@@ -14,26 +12,8 @@ use crate::fault_log::FaultLog;
 use crate::flash::divide;
 use crate::keeper::{Keeper, RECORD_BYTES, Record};
 use crate::mailbox::{ControlSide, LinkSide};
-use crate::resets::Resets;
+use crate::origin::Origin;
 use crate::rpc::Session;
-
-/// Why the firmware stopped before this start.
-pub struct LastStop {
-    /// Which kind of stop.
-    pub fault: Fault,
-    /// Where, or what it said.
-    pub text: Sentence,
-}
-
-/// How a start came about.
-pub struct Origin {
-    /// What reset the processor.
-    pub cause: ResetCause,
-    /// Why the firmware had stopped, if it had.
-    pub last_stop: Option<LastStop>,
-    /// The starts before it.
-    pub resets: &'static Resets,
-}
 
 /// Where calibrations live, and what is kept in flash.
 pub struct Memory {

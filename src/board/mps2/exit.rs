@@ -14,8 +14,8 @@ use semihosting::process::ExitCode;
 
 use super::watchdog;
 use crate::last_stop;
+use crate::origin::{LastStop, Origin};
 use crate::resets::Resets;
-use crate::startup::{LastStop, Origin};
 
 /// Whether there is a plant. At its reset the plant gets zero drive with the first tick.
 pub(super) static HAS_PLANT: AtomicBool = AtomicBool::new(false);

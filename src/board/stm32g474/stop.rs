@@ -12,8 +12,8 @@ use protection::Fault;
 
 use super::converters::turn_outputs_off;
 use crate::last_stop;
+use crate::origin::{LastStop, Origin};
 use crate::resets::Resets;
-use crate::startup::{LastStop, Origin};
 
 /// Turns the four outputs off, keeps the reason, and starts anew.
 pub(super) fn stop(fault: Fault, reason: fmt::Arguments<'_>) -> ! {

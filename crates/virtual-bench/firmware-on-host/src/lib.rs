@@ -15,8 +15,9 @@ use mirror_firmware::board::host::{HostBoard, Plant, PlantCall};
 use mirror_firmware::flash::FLASH_BYTES;
 use mirror_firmware::keeper::RECORD_BYTES;
 use mirror_firmware::mailbox::Mailbox;
+use mirror_firmware::origin::Origin;
 use mirror_firmware::resets::Resets;
-use mirror_firmware::startup::{Memory, Origin, start};
+use mirror_firmware::startup::{Memory, start};
 use mirror_firmware::{control, rpc, usb};
 use mirror_protocol::{
     Hello, HelloEndpoint, MAX_FRAME_BYTES, PROTOCOL_VERSION, ResetCause, WireError,
