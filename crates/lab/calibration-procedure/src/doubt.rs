@@ -1,7 +1,5 @@
 //! Whether a calibration that was tried is to be kept.
 
-use crate::trial::Figures;
-
 /// The root mean squares of two trials of a quick calibration, eight positions each, differ by less than this in 99 of 100:
 /// the root of the F distribution's 99 % quantile at 8 and 8 degrees of freedom, 6.03.
 const BY_CHANCE: f64 = 2.5;
@@ -35,14 +33,13 @@ pub enum Doubt {
 }
 
 impl Doubt {
-    /// Compares the trial of a new calibration with that of the one before, and with what its refinement promises of the
-    /// mirror at rest (um, root mean square), where it promises anything.
+    /// Compares what a trial of a new calibration left at rest with what one of the calibration before left, and with what the
+    /// refinement promises, where it promises anything (um, root mean squares).
     pub(crate) fn of(
-        before: &Figures,
-        after: &Figures,
+        before_rms_um: f64,
+        after_rms_um: f64,
         promised_rms_um: Option<f64>,
     ) -> Result<(), Self> {
-        let (before_rms_um, after_rms_um) = (before.rest_rms_um, after.rest_rms_um);
         if after_rms_um > BY_CHANCE * before_rms_um {
             return Err(Self::WorseThanBefore {
                 before_rms_um,
@@ -65,22 +62,9 @@ impl Doubt {
 mod tests {
     use super::*;
 
-    fn at_rest(rest_rms_um: f64) -> Figures {
-        Figures {
-            rest_rms_um,
-            rest_largest_um: 0.0,
-            t95_ms: 0.0,
-            overshoot_percent: 0.0,
-            slow_loop_um: 0.0,
-            loop_um: 0.0,
-            triangle_um: 0.0,
-            triangle_rms_um: 0.0,
-        }
-    }
-
     #[test]
     fn what_is_worse_by_more_than_chance_is_doubted() {
-        let doubt = |before_um, after_um| Doubt::of(&at_rest(before_um), &at_rest(after_um), None);
+        let doubt = |before_um, after_um| Doubt::of(before_um, after_um, None);
         assert_eq!(doubt(18.0, 0.05), Ok(()));
         assert_eq!(doubt(0.03, 0.05), Ok(()));
         assert!(matches!(
@@ -91,7 +75,7 @@ mod tests {
 
     #[test]
     fn what_breaks_its_own_promise_is_doubted() {
-        let doubt = |after_um| Doubt::of(&at_rest(18.0), &at_rest(after_um), Some(0.153));
+        let doubt = |after_um| Doubt::of(18.0, after_um, Some(0.153));
         assert_eq!(doubt(0.2), Ok(()));
         let said = doubt(5.4).expect_err("a hundred times as much").to_string();
         assert_eq!(

@@ -15,6 +15,7 @@ mod bench;
 mod doubt;
 mod procedure;
 mod refine;
+mod screened;
 mod screening;
 mod trial;
 

@@ -11,7 +11,8 @@ use mirror_model::Model;
 use crate::bench::{Bench, Part};
 use crate::doubt::Doubt;
 use crate::refine;
-use crate::screening::{ReadingCounts, Screened};
+use crate::screened::Screened;
+use crate::screening::ReadingCounts;
 use crate::trial::Trial;
 
 /// What is to be calibrated, and how.
@@ -118,7 +119,11 @@ impl Procedure {
         };
         let after = Trial::run(&mut bench, Part::After, &self.effort, top_um).await?;
         let promised_rms_um = refined.as_ref().map(Refined::rest_rms_um);
-        Doubt::of(&before.figures(), &after.figures(), promised_rms_um)?;
+        Doubt::of(
+            before.figures().rest_rms_um,
+            after.figures().rest_rms_um,
+            promised_rms_um,
+        )?;
         let calibration = with_piston_residual(&calibration, after.figures().rest_rms_um)
             .map_err(TabulateError::from)?;
         Ok(Calibrated {

@@ -1,11 +1,9 @@
 //! Which of a sensor's readings bear weight: all but those that are missing, stand alone beside their neighbours, or stand at an
 //! end of the sensor's range.
 
-use experiments::{Experiment, Reading};
+use experiments::Reading;
 use measurement::{MeasurementFile, Row, median};
 use serde::Serialize;
-
-use crate::bench::{Bench, Part};
 
 /// Readings on each side that one is held against (Hampel's identifier).
 const NEIGHBOURS: usize = 3;
@@ -23,7 +21,7 @@ const SAME: usize = 8;
 /// Drives that differ by more than this move a mirror by more than a last digit (V).
 const MOVES_V: f64 = 0.02;
 /// The part of an experiment's readings that may bear no weight. With more, what the mirror does between them is a guess.
-const MOST_WITHOUT: f64 = 0.2;
+pub(crate) const MOST_WITHOUT: f64 = 0.2;
 
 /// A sensor's readings, and those of them that bear no weight.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -57,7 +55,7 @@ impl ReadingCounts {
         self.missing + self.outlying + self.clipped
     }
 
-    fn add(&mut self, more: Self) {
+    pub(crate) fn add(&mut self, more: Self) {
         self.asked += more.asked;
         self.missing += more.missing;
         self.outlying += more.outlying;
@@ -65,64 +63,8 @@ impl ReadingCounts {
     }
 }
 
-/// A bench whose readings are screened as they come.
-pub(crate) struct Screened<'a, B> {
-    bench: &'a mut B,
-    pub(crate) counts: ReadingCounts,
-}
-
-impl<'a, B: Bench> Screened<'a, B> {
-    pub(crate) fn new(bench: &'a mut B) -> Self {
-        Self {
-            bench,
-            counts: ReadingCounts::default(),
-        }
-    }
-}
-
-impl<B: Bench> Bench for Screened<'_, B> {
-    type Error = B::Error;
-
-    fn tick_s(&self) -> f64 {
-        self.bench.tick_s()
-    }
-
-    async fn measure(
-        &mut self,
-        part: Part,
-        experiment: &Experiment,
-    ) -> Result<MeasurementFile, B::Error> {
-        let mut file = self.bench.measure(part, experiment).await?;
-        let counts = screen(&mut file, experiment.reading);
-        self.counts.add(counts);
-        if counts.without_weight() as f64 > MOST_WITHOUT * counts.asked as f64 {
-            return Err(SensorError {
-                experiment: experiment.name.clone(),
-                counts,
-            }
-            .into());
-        }
-        Ok(file)
-    }
-
-    async fn put_on_trial(
-        &mut self,
-        calibration: &control_core::Calibration,
-    ) -> Result<(), B::Error> {
-        self.bench.put_on_trial(calibration).await
-    }
-
-    async fn compute<T: Send + 'static>(
-        &mut self,
-        what: &'static str,
-        work: impl FnOnce() -> T + Send + 'static,
-    ) -> Result<T, B::Error> {
-        self.bench.compute(what, work).await
-    }
-}
-
 /// Takes the readings that bear no weight out of a file, and counts them.
-fn screen(file: &mut MeasurementFile, reading: Reading) -> ReadingCounts {
+pub(crate) fn screen(file: &mut MeasurementFile, reading: Reading) -> ReadingCounts {
     let noise_um = file.keys.displacement_noise_um().unwrap_or(0.0);
     let scatter_um = noise_um.max(LEAST_NOISE_UM);
     let clipped = clipped(&file.rows);

@@ -1,26 +1,22 @@
 //! The null distribution of misfits and scores, from mirrors that lack nothing: what may be called missing, and what not.
 //!
-//! A user's mirror comes from a family that nobody has seen. So each family of the null ensemble is judged with the
+//! A user's mirror comes from a family that nobody has seen. So each family of the null ensemble is held against the
 //! discrepancy that the other families span: leave-one-family-out cross-validation.
 
 mod left_out;
+mod rates;
 mod thresholds;
 
 pub(crate) use left_out::LeftOutFamily;
-pub(crate) use thresholds::MARGIN;
+pub(crate) use rates::MARGIN;
 
 use crate::candidate::Candidate;
 use crate::quantile::{quantile, sorted};
+use rates::{CONFIDENCE, FLOOR};
 use rayon::prelude::*;
 
-/// The share of mirrors that lack nothing which stays without a named effect, whichever effect is tried: a family-wise error
-/// rate of 5 %.
-const CONFIDENCE: f64 = 0.95;
-/// No score below this is evidence, however small the null scores are: a real mirror comes from no family. Five standard
-/// deviations.
-const FLOOR: f64 = 25.0;
 /// What an effect leaves, beyond what its form may, must be no more than what this share of the null mirrors leave: the space
-/// that judges them knows a family less than the session's. Set by `cargo xtask bench diagnose`.
+/// that weighs them knows a family less than the session's. Set by `cargo xtask bench diagnose`.
 const ORDINARY: f64 = 0.9;
 /// An effect that is named may leave, beyond what null mirrors leave, this share of what it explains: nature's form is not
 /// quite the candidate's. Set by `cargo xtask bench diagnose`.

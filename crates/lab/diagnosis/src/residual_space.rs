@@ -31,6 +31,7 @@
 
 mod discrepancy;
 mod expectation;
+mod reach;
 
 use discrepancy::Spanned;
 pub use discrepancy::{ModelDiscrepancy, Whitened};

@@ -10,13 +10,15 @@
 //! - [`instruments`] says how exactly the bench reads.
 
 pub mod calibration;
+mod dwell;
 mod experiment;
 pub mod instruments;
 mod measurement;
 mod reading;
 mod session;
 
+pub use dwell::Dwell;
 pub use experiment::{ACTUATORS, Experiment, Prehold, Quantity, Run, Signal, Wave};
 pub use measurement::Measurement;
-pub use reading::{Dwell, Reading, SLOWING};
+pub use reading::{Reading, SLOWING};
 pub use session::{OVEN_K, SETTLING_S, session, session_in_common, with_oven_and_reference};

@@ -1,12 +1,8 @@
 //! Thresholds of scores that keep the family-wise error rate: P. Westfall and S. Young, "Resampling-Based Multiple Testing"
 //! (1993), chapter 2, the distributions of the largest score and of the least p-value over all effects.
 
-use super::{CONFIDENCE, FLOOR};
+use super::rates::{CONFIDENCE, FLOOR, MARGIN};
 use crate::quantile::sorted;
-
-/// A quantile of some hundreds of scores is known to a standard deviation or so: an amplitude, the root of a score, must
-/// exceed it by the one-sided 95 % quantile of a normal distribution.
-pub(crate) const MARGIN: f64 = 1.64;
 
 /// A threshold for each effect, from its scores in all null mirrors (`scores[effect][mirror]`), none of which count for less than
 /// `least`.

@@ -1,14 +1,12 @@
 //! The model's discrepancy as a covariance of low rank: what lumped equations leave of mirrors that lack nothing.
 
 use super::expectation::Expectation;
+use super::reach::reach;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::marker::PhantomData;
 use std::ops::{Add, Mul, Sub};
 
-/// No member of the ensemble spans further than so many times the median one: a single mirror that the base fits badly would
-/// otherwise explain whatever it shows. Set by `cargo xtask bench diagnose`.
-const OUTLIER: f64 = 2.0;
 /// Columns of a product that one thread computes at a time: a block of 32 x 8000 doubles stays in a 2 MB cache.
 const BLOCK: usize = 32;
 
@@ -159,16 +157,6 @@ fn gram(members: &DMatrix<f64>) -> DMatrix<f64> {
         })
         .collect::<Vec<Vec<f64>>>();
     DMatrix::from_vec(members.ncols(), members.ncols(), blocks.concat())
-}
-
-/// The share of its own size by which each residual spans the discrepancy.
-pub(super) fn reach(gram: &DMatrix<f64>) -> Vec<f64> {
-    let sizes: Vec<f64> = gram.diagonal().iter().map(|square| square.sqrt()).collect();
-    let mut sorted = sizes.clone();
-    sorted.sort_by(f64::total_cmp);
-    let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
-    let most = |size: f64| (OUTLIER * median / size).min(1.0);
-    sizes.into_iter().map(most).collect()
 }
 
 impl<R> Add for &Whitened<R> {

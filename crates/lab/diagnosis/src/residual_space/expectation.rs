@@ -5,7 +5,7 @@
 //! The regression is linear, row by row, and its coefficients are sums of the members' residuals, so that all of it is algebra
 //! of members.
 
-use super::discrepancy::reach;
+use super::reach::reach;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// The precision of the prior of each slope, about zero: that of one member whose coordinate is one standard deviation off the

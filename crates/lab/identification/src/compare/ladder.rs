@@ -1,6 +1,6 @@
 //! Drives held one after the other: what the error does along the drive, and in its two directions.
 
-use super::{Reading, off, scale};
+use super::reading::{Reading, off, scale};
 use crate::Unit;
 use crate::dataset::Dataset;
 use mirror_model::ACTUATORS;

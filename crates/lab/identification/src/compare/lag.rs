@@ -1,7 +1,7 @@
 //! What the error does in time: after jumps of the drive, and along sines of different frequency.
 
 use super::ladder::STEADY_S;
-use super::{Reading, SURE, scale};
+use super::reading::{Reading, SURE, highest, scale};
 use crate::Unit;
 use crate::dataset::Dataset;
 
@@ -69,7 +69,7 @@ fn after_jumps(data: &Dataset, name: &str, readings: &[Reading], unit: Unit) -> 
         (!parts.is_empty()).then(|| {
             format!(
                 "{name}, the error after the jump to {:.2} V: {}",
-                super::highest(first.drive),
+                highest(first.drive),
                 parts.join("; ")
             )
         })

@@ -3,12 +3,14 @@
 mod history;
 mod ladder;
 mod lag;
+mod reading;
 mod stages;
 
 use crate::Unit;
 use crate::dataset::{Channel, Dataset, Observation};
 use crate::prediction::predict;
-use mirror_model::{ACTUATORS, Model, Runaway};
+use mirror_model::{Model, Runaway};
+use reading::{Reading, SURE, highest, off, rms};
 use serde::Serialize;
 use std::fmt;
 
@@ -16,12 +18,8 @@ pub use stages::{StageErrors, StagePoint};
 
 /// Columns of the course of an error, what the table leaves of a line of 120 in a terminal.
 const COURSE: usize = 36;
-/// Trends that are smaller than this share of the largest error are none.
-const ALIKE: f64 = 0.25;
-/// Errors that are smaller are none (um or mA).
+/// Errors that are smaller are none (um or mA): the last digit that is printed.
 const NOTHING: f64 = 1e-3;
-/// Trends that are smaller than so many standard deviations of the noise are none.
-const SURE: f64 = 3.0;
 
 /// What is left of one experiment, in [`Comparison::unit`].
 #[derive(Clone, Debug, Serialize)]
@@ -59,22 +57,6 @@ pub struct Comparison {
     pub rms: f64,
     /// Root mean square of the currents' error over the whole session, where they were measured.
     pub current_rms_ma: Option<f64>,
-}
-
-/// One row of an experiment: its displacement, or the mean of its currents.
-struct Reading {
-    interval: usize,
-    t_s: f64,
-    drive: [f64; ACTUATORS],
-    measured: f64,
-    modelled: f64,
-    noise: f64,
-}
-
-impl Reading {
-    fn error(&self) -> f64 {
-        self.measured - self.modelled
-    }
 }
 
 /// Compares a model, as it is, with a session.
@@ -118,13 +100,6 @@ pub fn compare_predicted(model: &Model, data: &Dataset, predicted: &[f64]) -> Co
         sentences,
         current_rms_ma,
     }
-}
-
-fn rms(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0usize), |(sum, count), value| {
-        (sum + value * value, count + 1)
-    });
-    (sum / count.max(1) as f64).sqrt()
 }
 
 /// None where no such current was measured.
@@ -216,23 +191,6 @@ fn blocks(course: &[f64]) -> String {
     });
     let level = |v: &f64| (7.0 * (v - low) / (high - low).max(1e-9)).round() as usize;
     course.iter().map(|v| BLOCKS[level(v).min(7)]).collect()
-}
-
-fn highest(drives: [f64; ACTUATORS]) -> f64 {
-    drives.into_iter().fold(f64::NEG_INFINITY, f64::max)
-}
-
-/// The largest error, or the smallest that is worth a word.
-fn scale(readings: &[Reading]) -> (f64, f64) {
-    let largest = readings.iter().map(|r| r.error().abs()).fold(0.0, f64::max);
-    let noise = readings.iter().map(|r| r.noise).fold(0.0, f64::max);
-    (largest, (ALIKE * largest).max(SURE * noise))
-}
-
-/// "too low by 9.2 um": which way a model is off where measured less modelled is `error`.
-fn off(error: f64, unit: Unit) -> String {
-    let side = if error > 0.0 { "low" } else { "high" };
-    format!("too {side} by {:.2} {unit}", error.abs())
 }
 
 fn worst(experiments: &[ExperimentError], unit: Unit) -> Option<String> {

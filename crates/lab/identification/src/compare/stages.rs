@@ -1,7 +1,7 @@
 //! Errors of the chain's links, each taken at the measured input of that link.
 
 use super::ladder::STEADY_S;
-use super::rms;
+use super::reading::rms;
 use crate::dataset::{Channel, Dataset};
 use mirror_model::{ACTUATORS, Model, PistonModel};
 use serde::Serialize;

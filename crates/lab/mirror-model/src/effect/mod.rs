@@ -2,7 +2,7 @@
 //!
 //! An effect changes one quantity of the chain ([`Acts`]) at every moment, from what the chain shows at that moment
 //! ([`Moment`]), its parameters, and states of its own if it has memory. Built-in effects and a user's formulas
-//! ([`Formula`]) are the same to everything else. Adding a built-in one means adding its file and its line in `BUILT_IN`.
+//! ([`Formula`]) are the same to everything else. Adding a built-in one means adding its file and its line in `registry.rs`.
 //!
 //! The first parameter of every effect is its strength, and strength 0 is no effect. What nature has in several forms
 //! ([`Effect::other_forms`]) is one effect: a diagnosis tries them all, and a model has one of them.
@@ -28,6 +28,7 @@ mod moment;
 mod numerals;
 mod quadratic_tcr;
 mod radiation;
+mod registry;
 mod resonance;
 mod sensor_gain;
 mod sensor_lag;
@@ -43,34 +44,9 @@ pub use formula::{Formula, FormulaError};
 pub use heater::{Heater, Strengths};
 pub use info::{Acts, Info, Parameter, Stage};
 pub use moment::{Moment, Step};
+pub use registry::{built_in, find, forms};
 
 use info::parameter;
-
-/// The built-in effects, in the order of the chain.
-static BUILT_IN: [&dyn Effect; 22] = [
-    &series_resistance::SeriesResistance,
-    &film_tcr::FilmTcr,
-    &quadratic_tcr::QuadraticTcr,
-    &heat_loss_temperature::HEAT_LOSS_TEMPERATURE,
-    &radiation::Radiation,
-    &gap_heat_loss::GapHeatLoss,
-    &crosstalk::Crosstalk,
-    &substrate_warming::SubstrateWarming,
-    &ambient_drift::AmbientDrift,
-    &thermal_lag::ThermalLag,
-    &expansion_temperature::ExpansionTemperature,
-    &softening::Softening,
-    &initial_curl::InitialCurl,
-    &electrostatic_pull::ElectrostaticPull,
-    &end_stop::EndStop,
-    &hysteresis::Hysteresis,
-    &creep::Creep,
-    &resonance::Resonance,
-    &sensor_offset::SensorOffset,
-    &sensor_gain::SensorGain,
-    &sensor_nonlinearity::SensorNonlinearity,
-    &sensor_lag::SensorLag,
-];
 
 /// A unit of physics. See the module.
 pub trait Effect: Send + Sync {
@@ -161,56 +137,6 @@ impl fmt::Debug for Active {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} {} {:?}", self.id(), self.effect.form(), self.values)
     }
-}
-
-/// Lets the built-in effects, which live for ever, stand where any effect does.
-struct BuiltIn(&'static dyn Effect);
-
-impl Effect for BuiltIn {
-    fn info(&self) -> &Info {
-        self.0.info()
-    }
-    fn output(&self, parameters: &[f64], input: f64, state: &[f64], moment: &Moment) -> f64 {
-        self.0.output(parameters, input, state, moment)
-    }
-    fn form(&self) -> &str {
-        self.0.form()
-    }
-    fn other_forms(&self) -> &'static [&'static dyn Effect] {
-        self.0.other_forms()
-    }
-    fn states(&self) -> usize {
-        self.0.states()
-    }
-    fn is_of_time(&self) -> bool {
-        self.0.is_of_time()
-    }
-    fn strengths_in(&self, heater: &Heater) -> Option<Strengths> {
-        self.0.strengths_in(heater)
-    }
-    fn advance(&self, parameters: &[f64], state: &mut [f64], step: &Step) {
-        self.0.advance(parameters, state, step);
-    }
-}
-
-/// The built-in effects, in the order of the chain.
-pub fn built_in() -> Vec<Arc<dyn Effect>> {
-    BUILT_IN
-        .iter()
-        .map(|&effect| Arc::new(BuiltIn(effect)) as Arc<dyn Effect>)
-        .collect()
-}
-
-/// The built-in effect of this id, in the first of its forms.
-pub fn find(id: &str) -> Option<Arc<dyn Effect>> {
-    built_in().into_iter().find(|effect| effect.info().id == id)
-}
-
-/// An effect in all of its forms, itself first.
-pub fn forms(effect: &Arc<dyn Effect>) -> Vec<Arc<dyn Effect>> {
-    let others = effect.other_forms().iter();
-    let others = others.map(|&form| Arc::new(BuiltIn(form)) as Arc<dyn Effect>);
-    std::iter::once(effect.clone()).chain(others).collect()
 }
 
 #[cfg(test)]

@@ -25,55 +25,17 @@
 //! A parameter that is left out has the preset's value, or its effect's usual one. A user's own effect carries its
 //! `definition`, the text of its file.
 
+mod error;
 mod read;
 mod read_device;
+mod reader;
 mod write;
 
 use crate::{Model, Preset};
-use input_file::{MOST_WRITTEN, ReadError};
-use miette::{Diagnostic, NamedSource, SourceSpan};
-use read::Reader;
+pub use error::ModelFileError;
+use input_file::MOST_WRITTEN;
+use reader::Reader;
 use std::path::Path;
-use std::sync::Arc;
-use thiserror::Error;
-
-/// The version of the format that this crate reads and writes.
-const FORMAT: u32 = 1;
-
-/// Why a model could not be loaded.
-#[derive(Debug, Error, Diagnostic)]
-pub enum ModelFileError {
-    /// It is neither a preset nor a file.
-    #[error("there is no model called '{name}'")]
-    #[diagnostic(help("use a preset ({}) or the path of a model file", preset_names()))]
-    NotFound {
-        /// What was asked for.
-        name: String,
-    },
-    /// The file is there but cannot be read, or is too large for a model.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    File(#[from] ReadError),
-    /// The file says something that no model can have.
-    #[error("{message}")]
-    #[diagnostic(help("{help}"))]
-    Content {
-        /// What is wrong.
-        message: String,
-        /// What to do.
-        help: String,
-        /// The file's text.
-        #[source_code]
-        text: Arc<NamedSource<String>>,
-        /// Where it is wrong.
-        #[label("here")]
-        place: SourceSpan,
-    },
-}
-
-fn preset_names() -> String {
-    Preset::ALL.map(Preset::name).join(", ")
-}
 
 impl Model {
     /// The preset of this name, or else the model in the file of this path.
@@ -107,7 +69,9 @@ mod tests {
     use super::*;
     use crate::effect::{self, Active, Effect, Formula};
     use crate::{Measured, Provenance, Symbol};
+    use miette::Diagnostic;
     use proptest::prelude::*;
+    use std::sync::Arc;
 
     fn error(text: &str) -> (String, String) {
         match Model::parse("m.toml", text) {

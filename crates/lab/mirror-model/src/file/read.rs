@@ -1,22 +1,22 @@
 //! From the text of a file to a model. Every error points at its place.
 
+use super::error::{FORMAT, ModelFileError, preset_names};
 use super::read_device::StoredDevice;
-use super::{FORMAT, ModelFileError, preset_names};
+use super::reader::Reader;
 use crate::effect::{self, Active, Effect, Formula};
 use crate::parameter::{Entry, TABLE};
 use crate::{ACTUATORS, Measured, Model, Preset, Provenance, Symbol};
-use miette::NamedSource;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Stored {
+struct StoredModel {
     format: toml::Spanned<u32>,
     preset: toml::Spanned<String>,
     #[serde(default)]
-    parameters: BTreeMap<toml::Spanned<String>, StoredParameter>,
+    parameters: BTreeMap<toml::Spanned<String>, StoredNumber>,
     #[serde(default)]
     effects: Vec<StoredEffect>,
     #[serde(default)]
@@ -46,7 +46,7 @@ struct StoredValue {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct StoredParameter {
+struct StoredNumber {
     value: toml::Spanned<f64>,
     unit: toml::Spanned<String>,
     standard_error: Option<toml::Spanned<f64>>,
@@ -62,14 +62,9 @@ enum StoredMeasured {
     Of { value: f64, error: f64 },
 }
 
-pub(super) struct Reader<'a> {
-    pub(super) name: &'a str,
-    pub(super) text: &'a str,
-}
-
 impl Reader<'_> {
     pub(super) fn model(&self) -> Result<Model, ModelFileError> {
-        let stored: Stored = toml::from_str(self.text).map_err(|error| {
+        let stored: StoredModel = toml::from_str(self.text).map_err(|error| {
             let help = "the format is described in docs/reference/model-files.md".into();
             self.wrong(error.message().into(), help, error.span().unwrap_or(0..0))
         })?;
@@ -192,7 +187,7 @@ impl Reader<'_> {
         &self,
         model: &mut Model,
         name: &toml::Spanned<String>,
-        stored: &StoredParameter,
+        stored: &StoredNumber,
     ) -> Result<(), ModelFileError> {
         let symbol = Symbol::from_name(name.get_ref()).ok_or_else(|| {
             let known: Vec<_> = TABLE.iter().map(|entry| entry.name).collect();
@@ -284,20 +279,5 @@ impl Reader<'_> {
             format!("it must lie between {low} and {high} {}", entry.unit),
             place,
         ))
-    }
-
-    pub(super) fn wrong(
-        &self,
-        message: String,
-        help: String,
-        place: std::ops::Range<usize>,
-    ) -> ModelFileError {
-        let text = Arc::new(NamedSource::new(self.name, self.text.to_owned()));
-        ModelFileError::Content {
-            message,
-            help,
-            text,
-            place: place.into(),
-        }
     }
 }

@@ -1,7 +1,7 @@
 //! The table `[device]`: what is known of the mirror.
 
-use super::ModelFileError;
-use super::read::Reader;
+use super::error::ModelFileError;
+use super::reader::Reader;
 use crate::device::{Device, Fact, Film, Quantity, Segment};
 use crate::{Model, Symbol};
 use serde::Deserialize;

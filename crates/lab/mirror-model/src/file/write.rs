@@ -1,6 +1,6 @@
 //! A model as the text of a file.
 
-use super::FORMAT;
+use super::error::FORMAT;
 use crate::device::{Device, Fact, Quantity};
 use crate::effect::Active;
 use crate::parameter::{Entry, TABLE};

@@ -1,0 +1,86 @@
+//! The built-in effects.
+
+use super::{
+    Effect, Heater, Info, Moment, Step, Strengths, ambient_drift, creep, crosstalk,
+    electrostatic_pull, end_stop, expansion_temperature, film_tcr, gap_heat_loss,
+    heat_loss_temperature, hysteresis, initial_curl, quadratic_tcr, radiation, resonance,
+    sensor_gain, sensor_lag, sensor_nonlinearity, sensor_offset, series_resistance, softening,
+    substrate_warming, thermal_lag,
+};
+use std::sync::Arc;
+
+/// The built-in effects, in the order of the chain.
+static BUILT_IN: [&dyn Effect; 22] = [
+    &series_resistance::SeriesResistance,
+    &film_tcr::FilmTcr,
+    &quadratic_tcr::QuadraticTcr,
+    &heat_loss_temperature::HEAT_LOSS_TEMPERATURE,
+    &radiation::Radiation,
+    &gap_heat_loss::GapHeatLoss,
+    &crosstalk::Crosstalk,
+    &substrate_warming::SubstrateWarming,
+    &ambient_drift::AmbientDrift,
+    &thermal_lag::ThermalLag,
+    &expansion_temperature::ExpansionTemperature,
+    &softening::Softening,
+    &initial_curl::InitialCurl,
+    &electrostatic_pull::ElectrostaticPull,
+    &end_stop::EndStop,
+    &hysteresis::Hysteresis,
+    &creep::Creep,
+    &resonance::Resonance,
+    &sensor_offset::SensorOffset,
+    &sensor_gain::SensorGain,
+    &sensor_nonlinearity::SensorNonlinearity,
+    &sensor_lag::SensorLag,
+];
+
+/// Lets the built-in effects, which live for ever, stand where any effect does.
+struct BuiltIn(&'static dyn Effect);
+
+impl Effect for BuiltIn {
+    fn info(&self) -> &Info {
+        self.0.info()
+    }
+    fn output(&self, parameters: &[f64], input: f64, state: &[f64], moment: &Moment) -> f64 {
+        self.0.output(parameters, input, state, moment)
+    }
+    fn form(&self) -> &str {
+        self.0.form()
+    }
+    fn other_forms(&self) -> &'static [&'static dyn Effect] {
+        self.0.other_forms()
+    }
+    fn states(&self) -> usize {
+        self.0.states()
+    }
+    fn is_of_time(&self) -> bool {
+        self.0.is_of_time()
+    }
+    fn strengths_in(&self, heater: &Heater) -> Option<Strengths> {
+        self.0.strengths_in(heater)
+    }
+    fn advance(&self, parameters: &[f64], state: &mut [f64], step: &Step) {
+        self.0.advance(parameters, state, step);
+    }
+}
+
+/// The built-in effects, in the order of the chain.
+pub fn built_in() -> Vec<Arc<dyn Effect>> {
+    BUILT_IN
+        .iter()
+        .map(|&effect| Arc::new(BuiltIn(effect)) as Arc<dyn Effect>)
+        .collect()
+}
+
+/// The built-in effect of this id, in the first of its forms.
+pub fn find(id: &str) -> Option<Arc<dyn Effect>> {
+    built_in().into_iter().find(|effect| effect.info().id == id)
+}
+
+/// An effect in all of its forms, itself first.
+pub fn forms(effect: &Arc<dyn Effect>) -> Vec<Arc<dyn Effect>> {
+    let others = effect.other_forms().iter();
+    let others = others.map(|&form| Arc::new(BuiltIn(form)) as Arc<dyn Effect>);
+    std::iter::once(effect.clone()).chain(others).collect()
+}
