@@ -6,7 +6,7 @@ use control_core::{
 };
 use crc::{CRC_32_ISO_HDLC, Crc};
 
-use crate::factory;
+use crate::factory::factory;
 
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 

@@ -4,6 +4,7 @@
 //! A case is a number: it seeds the generator that makes the input, so that a crash can be had again.
 
 mod calibration_bytes;
+mod factory;
 mod frames;
 mod mutate;
 mod text;
@@ -11,8 +12,6 @@ mod text;
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use control_core::Calibration;
-use mirror_model::Model;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -81,11 +80,4 @@ fn run_frames(first: u64, count: u64) -> Vec<u64> {
         }
     }
     crashed
-}
-
-/// The calibration that boards are delivered with.
-fn factory() -> Calibration {
-    let model = Model::load("reconciled").expect("a preset");
-    let tabulated = calibration::tabulate(&model).expect("it can be inverted");
-    tabulated.calibration
 }

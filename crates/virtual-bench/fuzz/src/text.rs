@@ -5,7 +5,7 @@ use measurement::MeasurementFile;
 use mirror_model::Model;
 use mirror_model::effect::Formula;
 
-use crate::factory;
+use crate::factory::factory;
 
 /// What the measurement reader is given.
 pub(crate) fn measurement_seeds() -> Vec<Vec<u8>> {

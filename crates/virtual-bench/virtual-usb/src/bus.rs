@@ -7,7 +7,10 @@ use std::task::Poll;
 
 use embassy_usb_driver::Event;
 
-/// A packet, at most [`MAX_PACKET_BYTES`](crate::MAX_PACKET_BYTES).
+/// Largest packet of any endpoint at full speed.
+pub const MAX_PACKET_BYTES: usize = 64;
+
+/// A packet, at most [`MAX_PACKET_BYTES`].
 pub(crate) type Packet = Vec<u8>;
 
 /// The wire between device and host.

@@ -5,8 +5,7 @@ use embassy_usb_driver::{
     EndpointError, EndpointIn, EndpointInfo, EndpointOut, EndpointType, Event, Unsupported,
 };
 
-use crate::MAX_PACKET_BYTES;
-use crate::bus::{Control, Endpoint as Buffer, Status, Wire};
+use crate::bus::{Control, Endpoint as Buffer, MAX_PACKET_BYTES, Status, Wire};
 
 /// The controller before the device starts.
 #[derive(Debug)]

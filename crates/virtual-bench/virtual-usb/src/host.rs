@@ -2,8 +2,7 @@
 
 use embassy_usb_driver::Event;
 
-use crate::MAX_PACKET_BYTES;
-use crate::bus::{Control, Status, Wire};
+use crate::bus::{Control, MAX_PACKET_BYTES, Status, Wire};
 
 /// The host's end of the bus. Copies share it.
 #[derive(Clone, Debug)]

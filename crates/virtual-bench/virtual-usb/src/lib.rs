@@ -10,13 +10,11 @@ mod bus;
 mod device;
 mod host;
 
+pub use bus::MAX_PACKET_BYTES;
 pub use device::{DeviceBus, DeviceControl, DeviceEndpoint, DeviceSide};
 pub use host::{ControlRequest, HostSide, UsbFailure};
 
 use bus::Wire;
-
-/// Largest packet of any endpoint at full speed.
-pub const MAX_PACKET_BYTES: usize = 64;
 
 /// A bus with nothing on it yet.
 pub fn bus() -> (DeviceSide, HostSide) {

@@ -1,7 +1,7 @@
 //! The floating-point encodings (ARMv7-M manual, sections A6.4 to A6.7).
 
 use super::super::instruction::{Conversion, FloatOperation, FloatUnary, Instruction};
-use super::{UNKNOWN, bit, field, offset, register};
+use super::fields::{UNKNOWN, bit, field, offset, register};
 
 /// Coprocessors 10 and 11 stand for the floating-point unit.
 const UNIT: u32 = 0b101;

@@ -1,14 +1,12 @@
 //! From half-words to instructions.
 
+mod fields;
 mod float;
 mod narrow;
 mod registers;
 mod wide;
 
-use super::instruction::{Decoded, Instruction, Shift, is_wide};
-
-/// The program counter, among the registers.
-const PC: u8 = 15;
+use super::instruction::{Decoded, is_wide};
 
 /// Decodes the instruction that begins with `first`; `second` counts where it is one of two half-words.
 pub fn decode(first: u16, second: u16) -> Decoded {
@@ -23,44 +21,3 @@ pub fn decode(first: u16, second: u16) -> Decoded {
         },
     }
 }
-
-/// Bits `low` to `low + count - 1`.
-fn field(word: u32, low: u32, count: u32) -> u32 {
-    word >> low & ((1 << count) - 1)
-}
-
-/// A register's number in four bits.
-fn register(word: u32, low: u32) -> u8 {
-    field(word, low, 4) as u8
-}
-
-fn bit(word: u32, at: u32) -> bool {
-    word >> at & 1 != 0
-}
-
-/// A number of so many bits in two's complement.
-fn signed(value: u32, bits: u32) -> i32 {
-    let unused = 32 - bits;
-    (value << unused) as i32 >> unused
-}
-
-/// DecodeImmShift of the manual (section A7.4.2).
-fn immediate_shift(kind: u32, amount: u32) -> (Shift, u8) {
-    let or_32 = if amount == 0 { 32 } else { amount as u8 };
-    match kind {
-        0 => (Shift::Lsl, amount as u8),
-        1 => (Shift::Lsr, or_32),
-        2 => (Shift::Asr, or_32),
-        _ if amount == 0 => (Shift::Rrx, 1),
-        _ => (Shift::Ror, amount as u8),
-    }
-}
-
-/// An offset that is added or subtracted.
-fn offset(up: bool, magnitude: u32) -> i32 {
-    let magnitude = magnitude as i32;
-    if up { magnitude } else { -magnitude }
-}
-
-/// What is no instruction here.
-const UNKNOWN: Instruction = Instruction::Unknown;

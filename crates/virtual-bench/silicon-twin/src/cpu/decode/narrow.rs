@@ -3,7 +3,7 @@
 use super::super::instruction::{
     Access, Bits, Extension, Flags, Hint, Index, Instruction, Operation, Product, Shift,
 };
-use super::{PC, UNKNOWN, bit, field, immediate_shift, register, signed};
+use super::fields::{PC, UNKNOWN, bit, field, immediate_shift, register, signed};
 
 const SP: u8 = 13;
 

@@ -3,7 +3,7 @@
 use super::super::instruction::{
     Bits, Extension, Flags, Instruction, LaneResult, Lanes, LongProduct, Product, Saturating, Shift,
 };
-use super::{PC, UNKNOWN, bit, field, register};
+use super::fields::{PC, UNKNOWN, bit, field, register};
 
 pub(super) fn data_register(first: u32, second: u32) -> Instruction {
     let (rn, rd, rm) = (register(first, 0), register(second, 8), register(second, 0));

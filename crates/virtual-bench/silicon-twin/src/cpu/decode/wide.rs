@@ -1,9 +1,10 @@
 //! The 32-bit encodings (ARMv7-M manual, section A5.3).
 
 use super::super::instruction::{Access, Flags, Index, Instruction, Operation, Shift};
+use super::fields::{PC, UNKNOWN, bit, field, immediate_shift, offset, register, signed};
+use super::float;
 use super::narrow::hint;
 use super::registers::{data_register, multiply, multiply_long};
-use super::{PC, UNKNOWN, bit, field, float, immediate_shift, offset, register, signed};
 
 pub(super) fn decode(first: u32, second: u32) -> Instruction {
     if bit(first, 10) && field(first, 11, 2) != 0b10 {
