@@ -24,7 +24,7 @@ pub enum AmbientError {
     Unknown,
     /// They were taken in one room.
     #[error(
-        "the two rooms are only {0:.1} K apart; measure where they are at least {LEAST_K} K apart"
+        "the two rooms are only {0:.1} K apart; measure where they are at least {LEAST_APART_K} K apart"
     )]
     SameRoom(f64),
     /// No mirror is like that.
@@ -32,8 +32,8 @@ pub enum AmbientError {
     Calibration(#[from] CalibrationError),
 }
 
-/// Rooms nearer to that of the calibration tell it to a percent at best: 0.05 um of 1.8 um/K.
-const LEAST_K: f64 = 3.0;
+/// So far apart two rooms must be to tell the ratio (K). Nearer ones tell it to a percent at best: 0.05 um of 1.8 um/K.
+pub const LEAST_APART_K: f64 = 3.0;
 
 /// `calibration` with the ratio that takes the mirror to where it was asked to be, by least squares.
 ///
@@ -51,7 +51,7 @@ pub fn with_ambient_ratio(
         return Err(AmbientError::Unknown);
     }
     let farthest_k = points.iter().map(|p| p.rise_k.abs()).fold(0.0, f64::max);
-    if farthest_k < LEAST_K {
+    if farthest_k < LEAST_APART_K {
         return Err(AmbientError::SameRoom(farthest_k));
     }
     let (mut missed, mut moved) = (0.0, 0.0);
@@ -92,4 +92,80 @@ fn sensed_k(actuator: &ActuatorCalibration, rise: f64) -> f64 {
     let segment = (place as usize).min(SENSED_RISES - 2);
     let knot = |i: usize| f64::from(sensed.knots[i]);
     knot(segment) + (place - segment as f64) * (knot(segment + 1) - knot(segment))
+}
+
+#[cfg(test)]
+mod tests {
+    use control_core::calibration::SensedRises;
+    use control_core::shape::SEGMENTS;
+    use control_core::{InverseTable, Kelvin};
+    use mirror_model::{Model, Preset};
+
+    use super::*;
+
+    const TOP_UM: f32 = 160.0;
+    const RATIO: f32 = 1.02;
+
+    /// A calibration that moves by 2 um with each kelvin, which the resistances tell as they are.
+    fn two_um_per_k() -> Calibration {
+        let tabulated = crate::tabulate(&Model::from(Preset::Reconciled)).expect("it tabulates");
+        let top_k = 0.5 * TOP_UM;
+        let line = |i: usize, of: usize| top_k * i as f32 / of as f32;
+        let mut parts = *tabulated.calibration.parts();
+        parts.ambient_ratio = RATIO;
+        for actuator in &mut parts.actuators {
+            let knots = std::array::from_fn(|i| line(i, SEGMENTS));
+            actuator.shape = InverseTable::new(Micrometre(TOP_UM), knots).expect("it rises");
+            actuator.sensed_rises = SensedRises {
+                top: Kelvin(top_k),
+                knots: std::array::from_fn(|i| line(i, SENSED_RISES - 1)),
+            };
+        }
+        Calibration::new(parts).expect("a mirror can have it")
+    }
+
+    fn point(asked_um: f64, off_um: f64, rise_k: f64) -> RoomPoint {
+        RoomPoint {
+            asked_um,
+            reached_um: asked_um + off_um,
+            rise_k,
+        }
+    }
+
+    #[test]
+    fn what_is_missed_in_proportion_to_the_room_is_the_ratios() {
+        // A tenth of 2 um/K: in a room 10 K warmer 2 um, in one 5 K colder 1 um the other way.
+        let points = [
+            point(60.0, 2.0, 10.0),
+            point(120.0, 2.0, 10.0),
+            point(90.0, -1.0, -5.0),
+        ];
+        let found = with_ambient_ratio(&two_um_per_k(), &points).expect("two rooms");
+        // What f32 keeps of 1, a hundred times over for the secants of the tables.
+        assert!((found.parts().ambient_ratio - 1.12).abs() < 1e-5);
+        assert_eq!(found.parts().residual.ambient_ratio, MEASURED_RATIO);
+    }
+
+    #[test]
+    fn a_mirror_that_stays_where_it_was_keeps_its_ratio() {
+        let points = [point(60.0, 0.0, 10.0), point(120.0, 0.0, -8.0)];
+        let found = with_ambient_ratio(&two_um_per_k(), &points).expect("two rooms");
+        assert_eq!(found.parts().ambient_ratio, RATIO);
+    }
+
+    #[test]
+    fn rooms_that_are_alike_tell_nothing() {
+        let points = [point(60.0, 0.5, 2.9), point(120.0, 0.5, -1.0)];
+        let found = with_ambient_ratio(&two_um_per_k(), &points);
+        assert_eq!(found, Err(AmbientError::SameRoom(2.9)));
+    }
+
+    #[test]
+    fn resistances_that_nobody_measured_tell_nothing() {
+        let mut parts = *two_um_per_k().parts();
+        parts.ambient_ratio = 0.0;
+        let unknown = Calibration::new(parts).expect("a mirror can have it");
+        let found = with_ambient_ratio(&unknown, &[point(60.0, 2.0, 10.0)]);
+        assert_eq!(found, Err(AmbientError::Unknown));
+    }
 }

@@ -15,11 +15,14 @@ pub struct StaticPoint {
     pub reached_um: f64,
 }
 
+/// With rest they are five: fewer leave a piecewise cubic no piece of which both ends have slopes from both sides.
+const FEWEST: usize = 4;
+
 /// Why points do not correct a calibration.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CorrectionError {
     /// Too few.
-    #[error("{0} measured points are too few to correct a table; measure at least 4")]
+    #[error("{0} measured points are too few to correct a table; measure at least {FEWEST}")]
     TooFew(usize),
     /// More asked was not more reached.
     #[error(
@@ -48,7 +51,6 @@ pub fn corrected(
     calibration: &Calibration,
     points: &[StaticPoint],
 ) -> Result<Calibration, CorrectionError> {
-    const FEWEST: usize = 4;
     let mut points: Vec<_> = points.iter().filter(|p| p.asked_um > 0.0).collect();
     if points.len() < FEWEST {
         return Err(CorrectionError::TooFew(points.len()));
@@ -97,4 +99,81 @@ pub(crate) fn bent(
         *knot = rise_at.at(asked_um) as f32;
     }
     InverseTable::new(Micrometre(top_um as f32), knots).map_err(CalibrationError::from)
+}
+
+#[cfg(test)]
+mod tests {
+    use mirror_model::{Model, Preset};
+
+    use super::*;
+
+    /// Half a kelvin a micrometre, up to here.
+    const TOP_UM: f32 = 160.0;
+    const K_PER_UM: f32 = 0.5;
+    /// What f32 keeps of a hundred micrometres.
+    const F32: f32 = 1e-4;
+
+    /// A calibration whose tables are straight lines.
+    fn straight() -> Calibration {
+        let tabulated = crate::tabulate(&Model::from(Preset::Reconciled)).expect("it tabulates");
+        let knots = std::array::from_fn(|i| K_PER_UM * TOP_UM * i as f32 / SEGMENTS as f32);
+        let mut parts = *tabulated.calibration.parts();
+        for actuator in &mut parts.actuators {
+            actuator.shape = InverseTable::new(Micrometre(TOP_UM), knots).expect("it rises");
+        }
+        Calibration::new(parts).expect("a mirror can have it")
+    }
+
+    fn reached(part: f64, asked_um: &[f64]) -> Vec<StaticPoint> {
+        let point = |&asked_um: &f64| StaticPoint {
+            asked_um,
+            reached_um: part * asked_um,
+        };
+        asked_um.iter().map(point).collect()
+    }
+
+    #[test]
+    fn a_mirror_that_goes_nine_tenths_of_the_way_is_asked_for_ten_ninths() {
+        let points = reached(0.9, &[150.0, 30.0, 60.0, 100.0]);
+        let corrected = corrected(&straight(), &points).expect("it corrects");
+        let shape = &corrected.actuators()[2].shape;
+        assert!((shape.top().0 - 144.0).abs() < F32);
+        let rise = shape.temperature_rise(Micrometre(72.0));
+        assert!((rise.0 - K_PER_UM * 80.0).abs() < F32, "{rise:?}");
+    }
+
+    #[test]
+    fn a_mirror_that_is_where_it_was_asked_to_be_keeps_its_tables() {
+        let points = reached(1.0, &[40.0, 80.0, 120.0, 155.0]);
+        let corrected = corrected(&straight(), &points).expect("it corrects");
+        let (new, old) = (corrected.actuators(), straight());
+        for (new, old) in new.iter().zip(old.actuators()) {
+            let knots = new.shape.knots().iter().zip(old.shape.knots());
+            assert!(knots.into_iter().all(|(new, old)| (new - old).abs() < F32));
+        }
+    }
+
+    #[test]
+    fn three_points_are_too_few_and_rest_is_none() {
+        let mut points = reached(0.9, &[40.0, 80.0, 120.0]);
+        points.push(StaticPoint {
+            asked_um: 0.0,
+            reached_um: 0.0,
+        });
+        assert_eq!(
+            corrected(&straight(), &points),
+            Err(CorrectionError::TooFew(3))
+        );
+    }
+
+    #[test]
+    fn a_mirror_that_goes_back_when_asked_to_go_on_corrects_nothing() {
+        let mut points = reached(1.0, &[40.0, 80.0, 120.0, 150.0]);
+        points[2].reached_um = 70.0;
+        let expected = CorrectionError::NotRising {
+            from_um: 80.0,
+            to_um: 120.0,
+        };
+        assert_eq!(corrected(&straight(), &points), Err(expected));
+    }
 }

@@ -9,9 +9,11 @@ use mirror_model::effect::Active;
 
 use crate::Remaining;
 
-/// Time of a move where no resonance is known: that of the lowest in this family of mirrors.
+/// Taken for the lowest resonance where none is known (Hz): half of what the family of the paper's mirror has, so that a move is rather too
+/// slow.
 const LOWEST_RESONANCE_HZ: f64 = 500.0;
-/// Periods of the lowest resonance that a move takes.
+/// Periods of the lowest resonance that a move takes. A minimum-jerk move of n periods has a jump of its jerk at both ends, each of
+/// which rings by 60 / (2 pi n)^3 of the move: together 0.4 % at most.
 pub(crate) const PERIODS: f64 = 5.0;
 
 fn value(active: &Active, symbol: &str) -> f64 {
@@ -63,11 +65,12 @@ fn behind(poles: &[Pole], w: f64, tau: f64) -> Vec<Pole> {
         .iter()
         .map(|&(weight, time)| {
             // Two equal lags in a row have no partial fractions; a ppm apart is as good.
-            let apart = if (time - tau).abs() < 1e-6 * tau {
-                1e-6 * tau
+            let time = if (time - tau).abs() < 1e-6 * tau {
+                (1.0 + 1e-6) * tau
             } else {
-                time - tau
+                time
             };
+            let apart = time - tau;
             new_weight -= weight * w * tau / apart;
             (weight * (1.0 - w) + weight * w * time / apart, time)
         })
@@ -159,4 +162,125 @@ pub(crate) fn remaining(model: &Model) -> Vec<Remaining> {
             })
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use mirror_model::Preset;
+    use mirror_model::effect;
+
+    use super::*;
+
+    /// What f32 keeps of numbers about 1.
+    const F32: f64 = 1e-6;
+
+    fn with(id: &str, values: &[f64]) -> Model {
+        let mut model = Model::from(Preset::Paper);
+        let mut active = Active::usual(effect::find(id).expect("a built-in effect"));
+        active.values = values.to_vec();
+        model.effects = vec![active];
+        model
+    }
+
+    fn pairs<const N: usize>(lags: [Lag; N]) -> Vec<(f64, f64)> {
+        let pair = |lag: Lag| (f64::from(lag.weight), f64::from(lag.time.0));
+        lags.map(pair).to_vec()
+    }
+
+    #[track_caller]
+    fn assert_alike(found: &[(f64, f64)], expected: &[(f64, f64)]) {
+        let off = |(a, b): (&(f64, f64), &(f64, f64))| (a.0 - b.0).abs().max((a.1 - b.1).abs());
+        let worst = found.iter().zip(expected).map(off).fold(0.0, f64::max);
+        assert!(found.len() == expected.len() && worst < F32, "{found:?}");
+    }
+
+    #[test]
+    fn one_more_lag_behind_a_pole_is_in_partial_fractions() {
+        // 1 / ((1 + 2 s)(1 + s)) = 2 / (1 + 2 s) - 1 / (1 + s).
+        assert_alike(&behind(&[(1.0, 2.0)], 1.0, 1.0), &[(2.0, 2.0), (-1.0, 1.0)]);
+        assert_alike(&behind(&[(1.0, 2.0)], 0.5, 1.0), &[(1.5, 2.0), (-0.5, 1.0)]);
+        assert_alike(&behind(&[(1.0, 2.0)], 0.0, 1.0), &[(1.0, 2.0), (0.0, 1.0)]);
+    }
+
+    #[test]
+    fn two_equal_lags_in_a_row_keep_their_weight() {
+        let expanded = behind(&[(1.0, 2.0)], 1.0, 2.0);
+        // A ppm apart leaves weights of a million, whose difference is known to a billionth of that.
+        assert!((expanded.iter().map(|pole| pole.0).sum::<f64>() - 1.0).abs() < 1e-9 * 1e6);
+        assert!(expanded.iter().all(|pole| pole.0.is_finite()));
+    }
+
+    #[test]
+    fn the_lightest_pole_is_merged_with_its_neighbour_where_there_are_too_many() {
+        let poles = vec![(0.4, 10.0), (0.5, 1.0), (0.1, 3.0)];
+        let merged = pairs(lags::<2>(poles.clone(), SLOW));
+        assert_alike(&merged, &[(0.6, 0.8 / 0.6), (0.4, 10.0)]);
+        let unused = (0.0, f64::from(SLOW.0));
+        let spare = pairs(lags::<4>(poles, SLOW));
+        assert_alike(&spare, &[(0.5, 1.0), (0.1, 3.0), (0.4, 10.0), unused]);
+    }
+
+    #[test]
+    fn poles_are_parts_of_the_whole_and_divided_at_what_the_core_calls_slow() {
+        let warming_s = 3.0 * f64::from(SLOW.0);
+        let mut model = with("substrate-warming", &[0.25, warming_s]);
+        model.parameters.middle_weight = 0.0;
+        model.parameters.slow_weight = 0.0;
+        let heat = heat(&model);
+        // 1 and 0.25 are four and one fifths of both.
+        assert!((f64::from(heat.fast[0].weight) - 0.8).abs() < F32);
+        assert!((f64::from(heat.slow[0].weight) - 0.2).abs() < F32);
+        assert!((f64::from(heat.slow[0].time.0) - warming_s).abs() < F32 * warming_s);
+    }
+
+    #[test]
+    fn hysteresis_is_three_plays_up_to_its_radius() {
+        let model = with("hysteresis", &{
+            let effect = effect::find("hysteresis").expect("built in");
+            let of = |symbol: &str| if symbol == "w" { 0.03 } else { 9.0 };
+            let symbols = effect.info().parameters.iter();
+            symbols
+                .map(|parameter| of(&parameter.symbol))
+                .collect::<Vec<_>>()
+        });
+        let plays = memory(&model).plays;
+        let found: Vec<_> = plays
+            .iter()
+            .map(|play| (f64::from(play.weight), f64::from(play.radius.0)))
+            .collect();
+        assert_alike(&found[..3], &[(0.01, 3.0), (0.01, 6.0), (0.01, 9.0)]);
+        assert!(found[3..].iter().all(|play| play.0 == 0.0));
+    }
+
+    #[test]
+    fn a_move_takes_five_periods_of_the_lowest_resonance() {
+        assert_eq!(path(&Model::from(Preset::Paper)).move_time, Second(0.01));
+        let effect = effect::find("resonance").expect("built in");
+        let values: Vec<f64> = effect
+            .info()
+            .parameters
+            .iter()
+            .map(|parameter| {
+                if parameter.symbol == "f" {
+                    2000.0
+                } else {
+                    parameter.start
+                }
+            })
+            .collect();
+        let move_time = path(&with("resonance", &values)).move_time;
+        assert!((move_time.0 - 2.5e-3).abs() < 1e-9, "{move_time:?}");
+    }
+
+    #[test]
+    fn what_the_core_does_not_invert_is_told() {
+        let told = |id: &str| {
+            let values = effect::find(id).expect("built in").info().parameters.len();
+            remaining(&with(id, &vec![0.1; values])).len()
+        };
+        assert_eq!(
+            (told("creep"), told("ambient-drift"), told("sensor-gain")),
+            (0, 1, 1)
+        );
+    }
 }

@@ -24,7 +24,7 @@ mod rehearsal;
 mod residual;
 mod statics;
 
-pub use ambient::{AmbientError, RoomPoint, with_ambient_ratio};
+pub use ambient::{AmbientError, LEAST_APART_K, RoomPoint, with_ambient_ratio};
 pub use bandwidth::reached_um;
 pub use correct::{CorrectionError, StaticPoint, corrected};
 pub use file::{CalibrationFileError, from_toml, to_toml};

@@ -152,6 +152,7 @@ fn poles_resistances_and_shape_are_found() {
     let first = first();
     let refined = &*PLAIN;
     let left_um = refined.residual_rms_um;
+    // What is required of positions at rest (`docs/requirements.md`).
     assert!(left_um < 0.05, "{left_um}");
     let heat = &refined.calibration.parts().heat;
     for after_s in [0.5e-3, 1.5e-3, 5e-3, 0.02, 0.06, 0.2, 1.0, 3.0] {
@@ -160,6 +161,7 @@ fn poles_resistances_and_shape_are_found() {
             .map(|(weight, time_s)| weight * (1.0 - f64::exp(-after_s / time_s)))
             .sum();
         let said = gone(heat, after_s);
+        // Other poles may follow the same course. A third of the band of 5 % in which a step counts as arrived.
         assert!(
             (said - truth).abs() < 0.015,
             "{said} of {truth} after {after_s} s"
@@ -167,6 +169,7 @@ fn poles_resistances_and_shape_are_found() {
     }
     for (actuator, true_ohm) in refined.calibration.actuators().iter().zip(COLD_OHM) {
         let ohm = f64::from(actuator.cold_resistance.0);
+        // 0.5 % are 1.4 K by the coefficient; an uncalibrated board knows its temperatures to 11 K.
         assert!((ohm / true_ohm - 1.0).abs() < 0.005, "{ohm} of {true_ohm}");
     }
     // And a board with it goes where it is told, at places that it was not refined at.
@@ -177,6 +180,7 @@ fn poles_resistances_and_shape_are_found() {
     };
     let (before_um, after_um) = (left(&first), left(&refined.calibration));
     assert!(before_um > 1.0, "{before_um} um is too little to refine");
+    // The largest is no more than the rms may be.
     assert!(after_um < 0.05, "{after_um} um of {before_um}");
 }
 
@@ -192,6 +196,8 @@ fn a_play_is_found_and_where_there_is_none_none() {
     let (none, some) = [&*PLAIN, &with]
         .map(|refined| weight(&refined.calibration.parts().memory))
         .into();
+    // A fifteenth of what there is in the other mirror. Plays of fixed radii share one of another radius: what they do not follow
+    // of it, a third at most, is counted elsewhere.
     assert!(none < 0.002, "{none}");
     assert!((f64::from(some) / hangs - 1.0).abs() < 0.3, "{some}");
 }
@@ -209,6 +215,7 @@ fn missing_readings_change_nothing_but_their_number() {
     }
     let with_gaps = refined(&first, &gaps).expect("refined");
     let [with, without] = [&with_gaps, &*PLAIN].map(|refined| {
+        // As above.
         assert!(refined.residual_rms_um < 0.05, "{refined:?}");
         refined.calibration.actuators()[1].cold_resistance.0
     });
