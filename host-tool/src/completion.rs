@@ -1,21 +1,14 @@
 //! What a shell is told when somebody presses Tab. The script that `completions` prints asks this tool itself, so that
 //! boards, effects, faults and presets are those there are.
 
-use std::ffi::OsStr;
+pub(crate) mod candidates;
+
 use std::io;
 
 use clap::CommandFactory;
-use clap_complete::engine::{
-    ArgValueCandidates, ArgValueCompleter, CompletionCandidate, PathCompleter, ValueCompleter,
-};
 use clap_complete::env::Shells;
 use clap_complete::{CompleteEnv, Shell};
-use control_core::Limit;
-use mirror_model::Preset;
-use mirror_model::effect::built_in;
-use protection::Fault;
 
-use crate::board::find;
 use crate::cli::Arguments;
 
 /// Set to the shell's name while that asks.
@@ -37,52 +30,4 @@ pub(crate) fn script(shell: Shell) -> io::Result<String> {
         shell.write_registration(VARIABLE, NAME, NAME, NAME, &mut script)?;
     }
     Ok(String::from_utf8_lossy(&script).into_owned())
-}
-
-/// Boards that are there.
-pub(crate) fn boards() -> ArgValueCandidates {
-    ArgValueCandidates::new(|| candidates(find().into_iter().map(|board| board.name)))
-}
-
-/// Faults and limits.
-pub(crate) fn faults() -> ArgValueCandidates {
-    ArgValueCandidates::new(|| {
-        let (faults, limits) = (Fault::ALL.map(Fault::name), Limit::ALL.map(Limit::name));
-        candidates(faults.into_iter().chain(limits))
-    })
-}
-
-/// Effects, and files of one's own.
-pub(crate) fn effects() -> ArgValueCompleter {
-    let ids = || {
-        built_in()
-            .iter()
-            .map(|effect| effect.info().id.to_string())
-            .collect()
-    };
-    ArgValueCompleter::new(move |typed: &OsStr| named_or_file(ids(), typed))
-}
-
-/// Presets, and model files.
-pub(crate) fn models() -> ArgValueCompleter {
-    let names = || Preset::ALL.map(|preset| preset.name().to_owned()).into();
-    ArgValueCompleter::new(move |typed: &OsStr| named_or_file(names(), typed))
-}
-
-fn candidates<T: Into<String>>(names: impl Iterator<Item = T>) -> Vec<CompletionCandidate> {
-    names
-        .map(|name| CompletionCandidate::new(name.into()))
-        .collect()
-}
-
-/// Those of `names` that begin as is `typed`, and TOML files.
-fn named_or_file(names: Vec<String>, typed: &OsStr) -> Vec<CompletionCandidate> {
-    let typed_text = typed.to_string_lossy();
-    let meant = names
-        .into_iter()
-        .filter(|name| name.starts_with(&*typed_text));
-    let mut candidates = candidates(meant);
-    let is_toml = |path: &std::path::Path| path.extension().is_some_and(|ending| ending == "toml");
-    candidates.extend(PathCompleter::file().filter(is_toml).complete(typed));
-    candidates
 }

@@ -35,7 +35,7 @@ pub struct Surroundings {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Finding {
     /// What it is.
-    pub kind: Kind,
+    pub kind: FindingKind,
     /// What was found, in words.
     pub what: String,
     /// What to do about it.
@@ -45,7 +45,7 @@ pub struct Finding {
 /// What a finding is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Kind {
+pub enum FindingKind {
     /// A board that can be used.
     Ready,
     /// A board that another process has.
@@ -109,7 +109,7 @@ impl Surroundings {
     fn examine_usb(&self) -> Vec<Finding> {
         let Ok(devices) = UsbDevice::all(&self.sysfs) else {
             return vec![Finding {
-                kind: Kind::NoUsb,
+                kind: FindingKind::NoUsb,
                 what: "this system shows no USB bus".to_owned(),
                 remedy: Some(
                     "in a container or a virtual machine, hand the board's USB device through to it"
@@ -124,7 +124,7 @@ impl Surroundings {
             .collect();
         if boards.is_empty() && findings.is_empty() {
             findings.push(Finding {
-                kind: Kind::NothingOnUsb,
+                kind: FindingKind::NothingOnUsb,
                 what: "no driver board is on USB, nor one in its bootloader".to_owned(),
                 remedy: Some(
                     "is the board powered, and is the cable one for data? Many cables only charge. \
@@ -143,13 +143,13 @@ impl Surroundings {
             return self.examine_node(device);
         } else if device.ids == (VENDOR_ID, PRODUCT_ID) {
             (
-                Kind::Stranger,
+                FindingKind::Stranger,
                 format!("{name} has the driver board's USB identity, and is none"),
                 "nothing: that identity is one for tests, which others use too".to_owned(),
             )
         } else if device.ids == (BOOTLOADER_VENDOR_ID, BOOTLOADER_PRODUCT_ID) {
             (
-                Kind::Bootloader,
+                FindingKind::Bootloader,
                 format!("{name} is a microcontroller in its bootloader, perhaps a driver board"),
                 "give it firmware: `host-tool update FILE`; or plug it in again, without the BOOT0 \
                  jumper, to start what it has"
@@ -157,7 +157,7 @@ impl Surroundings {
             )
         } else if device.is_debugger() && !has_board {
             (
-                Kind::DebuggerOnly,
+                FindingKind::DebuggerOnly,
                 format!("{name} is a debugger, and the board's own USB is not connected"),
                 "connect the board's own USB too (PA11 and PA12 on a Nucleo), or write the firmware \
                  first: `cargo xtask flash`"
@@ -180,7 +180,7 @@ impl Surroundings {
         let name = device.describe();
         if error.kind() != io::ErrorKind::PermissionDenied {
             return Some(Finding {
-                kind: Kind::NoNode,
+                kind: FindingKind::NoNode,
                 what: format!("{name}: {} cannot be opened: {error}", node.display()),
                 remedy: Some(
                     "plug it in again; in a container, hand /dev/bus/usb through to it".to_owned(),
@@ -196,7 +196,7 @@ impl Surroundings {
             false => INSTALL_RULE.to_owned(),
         };
         Some(Finding {
-            kind: Kind::NoPermission,
+            kind: FindingKind::NoPermission,
             what: format!("{name}: you may not open {}", node.display()),
             remedy: Some(remedy),
         })
@@ -222,7 +222,7 @@ impl Surroundings {
     fn examine_folder(&self) -> Option<Finding> {
         let untrusted = check_folder(&self.boards).err()?;
         self.boards.exists().then(|| Finding {
-            kind: Kind::UntrustedFolder,
+            kind: FindingKind::UntrustedFolder,
             what: format!("emulated boards are not looked for: {untrusted}"),
             remedy: Some(format!(
                 "if the folder is yours, `chmod 700 {}`; if not, name another by MIRROR_BOARDS",
@@ -236,7 +236,7 @@ impl Surroundings {
             .filter(|path| path.extension().is_some_and(|ending| ending == "sock"))
             .filter(|path| !is_listening(path))
             .map(|path| Finding {
-                kind: Kind::DeadSocket,
+                kind: FindingKind::DeadSocket,
                 what: format!(
                     "the emulated board at {} ended without tidying up",
                     path.display()

@@ -1,5 +1,6 @@
 //! What can go wrong, in words: what happened, and what to do next.
 
+mod play;
 mod refusal;
 
 use std::io;
@@ -7,13 +8,11 @@ use std::path::PathBuf;
 
 use calibration_procedure::{Doubt, SensorError};
 use control_core::calibration::Label;
-use experiment_player::PlayError;
 use mirror_protocol::{PROTOCOL_VERSION, Refusal};
 
 use self::refusal::{fault_advice, refusal_advice, refusal_words, update_advice};
-use crate::commands::pose::TiltedPose;
 use crate::names::fault_name;
-use crate::quantity::{Frequency, Hold, Length, Span, Voltage};
+use crate::quantity::{Frequency, Hold, Length, Span, TiltedPose, Voltage};
 use crate::update::package::PackageError;
 use crate::update::target::Undecided;
 
@@ -499,37 +498,6 @@ impl ToolError {
             }
             Self::EndedBySignal { number, .. } => Self::BY_SIGNAL + number,
             _ => 1,
-        }
-    }
-}
-
-impl From<PlayError> for ToolError {
-    fn from(error: PlayError) -> Self {
-        let hz = |hz| Frequency { hz };
-        let seconds = |s| Span { s };
-        match error {
-            PlayError::TooManyPoints { count, most } => Self::TooManyPoints { count, most },
-            PlayError::Dwell { asked_s, tick_s } => Self::Dwell {
-                asked: seconds(asked_s),
-                tick: seconds(tick_s),
-            },
-            PlayError::Rate {
-                asked_hz,
-                highest_hz,
-            } => Self::Rate {
-                asked: hz(asked_hz),
-                highest: hz(highest_hz),
-            },
-            PlayError::Frequency {
-                asked_hz,
-                highest_hz,
-            } => Self::Frequency {
-                asked: hz(asked_hz),
-                highest: hz(highest_hz),
-            },
-            PlayError::Stage => Self::Defect {
-                what: "moving a stage",
-            },
         }
     }
 }

@@ -20,15 +20,15 @@ pub(crate) fn nearest<T: AsRef<str>>(
     name: &str,
     known: impl IntoIterator<Item = T>,
 ) -> Option<String> {
-    let likeness = |known: T| {
+    let similarity = |known: T| {
         (
             strsim::jaro(name, known.as_ref()),
             known.as_ref().to_owned(),
         )
     };
-    let alike = known.into_iter().map(likeness);
-    let (likeness, nearest) = alike.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (likeness > ALIKE).then_some(nearest)
+    let alike = known.into_iter().map(similarity);
+    let (similarity, nearest) = alike.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (similarity > ALIKE).then_some(nearest)
 }
 
 /// The limits that acted, as a line for people.

@@ -1,9 +1,13 @@
 //! Quantities as people write them: `120um`, `120 µm`, `0.12mm`, `1.9V`, `500ms`.
 
+mod pose;
+
 use std::fmt;
 use std::str::FromStr;
 
 use serde::Serialize;
+
+pub use pose::TiltedPose;
 
 /// The sign that typesetters use, and that people paste.
 pub const MINUS: char = '\u{2212}';
@@ -108,13 +112,13 @@ pub enum QuantityError {
 
 /// A kind of quantity: its units, each with what to multiply and to divide by to come to the first.
 /// Both are whole but for radians, so that `10us` is exactly `1e-5 s`.
-struct Kind {
+struct Notation {
     what: &'static str,
     example: &'static str,
     units: &'static [(&'static str, f64, f64)],
 }
 
-const LENGTH: Kind = Kind {
+const LENGTH: Notation = Notation {
     what: "a position",
     example: "120um",
     units: &[
@@ -126,7 +130,7 @@ const LENGTH: Kind = Kind {
         ("m", 1e6, 1.0),
     ],
 };
-const ANGLE: Kind = Kind {
+const ANGLE: Notation = Notation {
     what: "a tilt",
     example: "0.05deg",
     units: &[
@@ -138,12 +142,12 @@ const ANGLE: Kind = Kind {
         ("rad", 180.0, std::f64::consts::PI),
     ],
 };
-const VOLTAGE: Kind = Kind {
+const VOLTAGE: Notation = Notation {
     what: "a voltage",
     example: "1.9V",
     units: &[("V", 1.0, 1.0), ("v", 1.0, 1.0), ("mV", 1.0, 1e3)],
 };
-const RESISTANCE: Kind = Kind {
+const RESISTANCE: Notation = Notation {
     what: "a resistance above 0",
     example: "499ohm",
     units: &[
@@ -154,7 +158,7 @@ const RESISTANCE: Kind = Kind {
         ("kΩ", 1e3, 1.0),
     ],
 };
-const FREQUENCY: Kind = Kind {
+const FREQUENCY: Notation = Notation {
     what: "a frequency above 0",
     example: "20Hz",
     units: &[
@@ -166,7 +170,7 @@ const FREQUENCY: Kind = Kind {
 };
 /// The board's count of ticks turns over after 119 h.
 const MAX_SPAN_S: f64 = 360_000.0;
-const SPAN: Kind = Kind {
+const SPAN: Notation = Notation {
     what: "a time span up to 100 h",
     example: "500ms",
     units: &[
@@ -180,7 +184,7 @@ const SPAN: Kind = Kind {
     ],
 };
 
-impl Kind {
+impl Notation {
     fn parse(&self, text: &str) -> Result<f64, QuantityError> {
         let text = &text.trim().replace(MINUS, "-");
         let (number, unit) = split(text);

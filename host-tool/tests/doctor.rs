@@ -9,7 +9,7 @@ use std::os::unix::net::UnixListener;
 use std::path::Path;
 
 use common::{host_tool, no_boards};
-use host_tool::doctor::{Finding, Kind, Surroundings};
+use host_tool::doctor::{Finding, FindingKind, Surroundings};
 use mirror_protocol::usb::{
     BOOTLOADER_PRODUCT_ID, BOOTLOADER_VENDOR_ID, PRODUCT, PRODUCT_ID, VENDOR_ID,
 };
@@ -75,7 +75,7 @@ fn denies(node: &Path) -> io::Result<()> {
 }
 
 /// The one finding, its words, and its remedy.
-fn only(findings: Vec<Finding>) -> (Kind, String, String) {
+fn only(findings: Vec<Finding>) -> (FindingKind, String, String) {
     let [finding] = &findings[..] else {
         panic!("{findings:?}");
     };
@@ -95,13 +95,13 @@ fn without_permission_it_tells_of_the_rule_where_there_is_none() {
     let system = System::new();
     system.plug("1-2", (VENDOR_ID, PRODUCT_ID), PRODUCT);
     let (kind, what, remedy) = only(system.examine(denies));
-    assert_eq!(kind, Kind::NoPermission);
+    assert_eq!(kind, FindingKind::NoPermission);
     assert!(what.contains("0042") && what.contains("003/014"), "{what}");
     assert!(remedy.contains("70-mirror-driver.rules"), "{remedy}");
 
     fs::write(system.path("rules/70-mirror-driver.rules"), RULES).expect("a file");
     let (kind, _, remedy) = only(system.examine(denies));
-    assert_eq!(kind, Kind::NoPermission);
+    assert_eq!(kind, FindingKind::NoPermission);
     assert!(remedy.contains("plug the board in again"), "{remedy}");
 }
 
@@ -110,7 +110,7 @@ fn a_node_that_is_not_there_is_another_matter_than_permission() {
     let system = System::new();
     system.plug("1-2", (VENDOR_ID, PRODUCT_ID), PRODUCT);
     let (kind, what, _) = only(system.examine(|node| fs::File::open(node).map(drop)));
-    assert_eq!(kind, Kind::NoNode);
+    assert_eq!(kind, FindingKind::NoNode);
     assert!(what.contains("No such file"), "{what}");
 }
 
@@ -120,20 +120,25 @@ fn what_is_on_usb_instead_is_named() {
         (
             (BOOTLOADER_VENDOR_ID, BOOTLOADER_PRODUCT_ID),
             "STM32  BOOTLOADER",
-            Kind::Bootloader,
+            FindingKind::Bootloader,
             "update",
         ),
-        ((0x0483, 0x374e), "STLINK-V3", Kind::DebuggerOnly, "flash"),
+        (
+            (0x0483, 0x374e),
+            "STLINK-V3",
+            FindingKind::DebuggerOnly,
+            "flash",
+        ),
         (
             (VENDOR_ID, PRODUCT_ID),
             "A keyboard",
-            Kind::Stranger,
+            FindingKind::Stranger,
             "tests",
         ),
         (
             (0x1d6b, 0x0002),
             "xHCI Host Controller",
-            Kind::NothingOnUsb,
+            FindingKind::NothingOnUsb,
             "cable",
         ),
     ] {
@@ -161,8 +166,8 @@ fn a_system_without_usb_and_a_dead_socket_are_told() {
     drop(UnixListener::bind(system.path("boards/old.sock")).expect("a socket"));
     let _alive = UnixListener::bind(system.path("boards/alive.sock")).expect("a socket");
     let findings = system.examine(opens);
-    let kinds: Vec<Kind> = findings.iter().map(|finding| finding.kind).collect();
-    assert_eq!(kinds, [Kind::NoUsb, Kind::DeadSocket]);
+    let kinds: Vec<FindingKind> = findings.iter().map(|finding| finding.kind).collect();
+    assert_eq!(kinds, [FindingKind::NoUsb, FindingKind::DeadSocket]);
     assert!(findings[1].what.contains("old.sock"), "{findings:?}");
 }
 
@@ -173,7 +178,7 @@ fn a_folder_of_boards_that_others_write_to_is_told_and_not_looked_into() {
     drop(UnixListener::bind(system.path("boards/old.sock")).expect("a socket"));
     system.set_mode("boards", 0o770);
     let (kind, what, remedy) = only(system.examine(opens));
-    assert_eq!(kind, Kind::UntrustedFolder);
+    assert_eq!(kind, FindingKind::UntrustedFolder);
     assert!(what.contains("mode 770"), "{what}");
     assert!(remedy.contains("chmod 700"), "{remedy}");
     fs::remove_dir_all(system.path("boards")).expect("ours");

@@ -18,16 +18,14 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use tokio::time::{sleep, timeout};
 
+use super::answer::{ANSWER_TIMEOUT, Request, no_answer};
+use super::claim::{Claim, Claimed, in_use};
 use super::find::{Found, Place, is_driver_board};
-use super::owner::{Claim, Claimed, Owner, in_use};
+use super::owner::Owner;
 use super::socket;
 use super::stop_mark::StopMark;
 use crate::error::ToolError;
 use crate::verbosity::detail;
-
-/// As the protocol has it.
-pub(super) const ANSWER_TIMEOUT: Duration =
-    Duration::from_millis(mirror_protocol::ANSWER_TIMEOUT_MS);
 
 /// What a tool that renews all the time asks for. When it dies, the board ramps to zero after this.
 pub const RENEWED_LEASE: Duration = Duration::from_millis(100);
@@ -42,9 +40,6 @@ pub struct Board {
     identity: Identity,
     claim: Option<Claim>,
 }
-
-/// What a board can be asked, as an error message says it.
-pub(super) type Request = &'static str;
 
 /// A board that was looked at.
 #[derive(Debug)]
@@ -171,12 +166,12 @@ impl Board {
             .await
     }
 
-    /// Has positions make up for the surroundings, or not.
+    /// Has positions compensated for the surroundings, or not.
     ///
     /// # Errors
     /// Where the board does not answer, or refuses.
     pub async fn make_up(&self, wanted: MakeUp) -> Result<Commanded, ToolError> {
-        self.command::<MakeUpEndpoint>("make up for its surroundings", &wanted)
+        self.command::<MakeUpEndpoint>("compensate its surroundings", &wanted)
             .await
     }
 
@@ -351,13 +346,6 @@ where
                 detail: other.to_string(),
             },
         })
-}
-
-pub(super) fn no_answer(request: Request, limit: Duration) -> ToolError {
-    ToolError::NoAnswer {
-        request,
-        seconds: limit.as_secs_f64(),
-    }
 }
 
 /// Runs the client's tasks on this tool's runtime.

@@ -1,6 +1,8 @@
 //! A board, wherever it is: found, opened, greeted, asked.
 
+mod answer;
 mod calibrations;
+mod claim;
 mod fault_log;
 mod find;
 pub mod framing;

@@ -10,7 +10,8 @@ use mirror_protocol::{
 use postcard_rpc::host_client::MultiSubscription;
 use tokio::time::timeout;
 
-use super::link::{ANSWER_TIMEOUT, Board, Request, no_answer};
+use super::answer::{ANSWER_TIMEOUT, Request, no_answer};
+use super::link::Board;
 use crate::error::ToolError;
 use crate::quantity::Span;
 

@@ -15,8 +15,8 @@ use tokio::io::AsyncReadExt;
 use tokio::net::unix::pipe;
 use tokio::time::timeout;
 
+use super::answer::{ANSWER_TIMEOUT, no_answer};
 use super::find::{Found, Place, is_driver_board};
-use super::link::{ANSWER_TIMEOUT, no_answer};
 use crate::error::ToolError;
 
 /// What a stop is, of a board that takes any byte for one.

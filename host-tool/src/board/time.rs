@@ -4,7 +4,8 @@ use std::time::Duration;
 
 use tokio::time::sleep;
 
-use super::link::{ANSWER_TIMEOUT, Board};
+use super::answer::ANSWER_TIMEOUT;
+use super::link::Board;
 use crate::error::ToolError;
 use crate::quantity::Span;
 

@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use super::heading::OUTPUT;
-use crate::completion;
+use crate::completion::candidates;
 
 /// A model and what was measured.
 #[derive(Debug, Args)]
 pub struct LabInput {
     /// A model file, or a preset: paper, paper-refit, reconciled.
-    #[arg(add = completion::models())]
+    #[arg(add = candidates::models())]
     pub model: String,
     /// Measurement files, or folders of them; together they are one session.
     #[arg(required = true)]
@@ -39,7 +39,7 @@ pub enum EffectCommand {
     #[command(after_long_help = "Example:\n  host-tool effect show creep")]
     Show {
         /// Its id.
-        #[arg(add = completion::effects())]
+        #[arg(add = candidates::effects())]
         id: String,
     },
     /// Write a file to describe an effect of your own in.
@@ -55,7 +55,7 @@ pub enum EffectCommand {
     )]
     Add {
         /// Its id, or the file of an effect of your own.
-        #[arg(add = completion::effects())]
+        #[arg(add = candidates::effects())]
         effect: String,
         /// Model and measurements.
         #[command(flatten)]
@@ -70,7 +70,7 @@ pub enum EffectCommand {
     )]
     Remove {
         /// Its id.
-        #[arg(add = completion::effects())]
+        #[arg(add = candidates::effects())]
         effect: String,
         /// Model and measurements.
         #[command(flatten)]

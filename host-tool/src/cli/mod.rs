@@ -1,6 +1,7 @@
 //! The command line.
 
 pub(crate) mod defaults;
+pub(crate) mod heading;
 mod lab;
 mod measure;
 mod moving;
@@ -13,22 +14,10 @@ use clap::{Parser, Subcommand};
 use self::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
 pub use self::lab::{EffectCommand, LabInput, ModelOutput};
 pub use self::measure::{DriveExperiment, Instruments, Measure, OneFile, Plane, Reference};
-pub use self::moving::{Calibrate, CalibrateRoom, Curve, Samples, Scan};
-use crate::completion;
+pub use self::moving::{Calibrate, CalibrateRoom, Curve, Scan, ScanOutput};
+use crate::completion::candidates;
 use crate::quantity::{Angle, Hold, Length, MINUS, Resistance, Span, Voltage};
 use crate::verbosity::Verbosity;
-
-/// What the options are about, in every command's help.
-pub(crate) mod heading {
-    /// What is driven, when, and for how long.
-    pub(crate) const SIGNAL: &str = "Signal";
-    /// What is read instead of measuring, or besides.
-    pub(crate) const INPUT: &str = "Input";
-    /// What is written, and where.
-    pub(crate) const OUTPUT: &str = "Output";
-    /// Which board, and what measures beside it.
-    pub(crate) const BOARD: &str = "Board";
-}
 
 /// A negative quantity with a minus sign instead of the hyphen that would make it an option, so that
 /// `-0.1V` is told to be out of range rather than unknown.
@@ -47,7 +36,7 @@ pub fn negative_as_value(word: OsString) -> OsString {
 pub struct Arguments {
     /// The board: its serial number, an emulated board's name, or a socket's path. Without it, the
     /// only one there is.
-    #[arg(help_heading = BOARD, long, global = true, env = "MIRROR_BOARD", value_name = "NAME", add = completion::boards())]
+    #[arg(help_heading = BOARD, long, global = true, env = "MIRROR_BOARD", value_name = "NAME", add = candidates::boards())]
     pub board: Option<String>,
 
     /// The longest --hold that whoever runs this bench allows: 10min. Longer ones, and `forever`, are refused.
@@ -92,9 +81,9 @@ impl Arguments {
 /// Whether something is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Switch {
-    /// It is.
+    /// Do it.
     On,
-    /// It is not.
+    /// Do it no longer.
     Off,
 }
 
@@ -182,10 +171,10 @@ pub enum Command {
         #[arg(help_heading = OUTPUT, long)]
         force: bool,
     },
-    /// Show how warm the surroundings are, by the heaters' own resistances, and have positions make up for them, or not.
+    /// Show how warm the surroundings are, by the heaters' own resistances, and have positions compensated for them, or not.
     #[command(after_long_help = "Example:\n  host-tool room off")]
     Room {
-        /// `on`: positions make up for the surroundings, as they do after a reset; `off`: the mirror is left to them. Without
+        /// `on`: positions are compensated for the surroundings, as after a reset; `off`: the mirror is left to them. Without
         /// it nothing changes.
         #[arg(value_name = "SWITCH")]
         make_up: Option<Switch>,
@@ -241,7 +230,7 @@ pub enum Command {
         after_long_help = "Example:\n  host-tool calibrate --device mirror-7 --picture calibrate.svg"
     )]
     Calibrate(Calibrate),
-    /// Measure what a kelvin of the room is worth to this mirror: typed once, and once more where the room is at least 5 K
+    /// Measure what a kelvin of the room is worth to this mirror: typed once, and once more where the room is at least 3 K
     /// warmer or colder, it makes a calibrated board's positions right in any room.
     #[command(
         after_long_help = "Example:\n  host-tool calibrate-room mirror-7.toml room.json -o mirror-7-in-any-room.toml"
@@ -279,7 +268,7 @@ pub enum Command {
     #[command(after_long_help = "Example:\n  host-tool explain over-temperature")]
     Explain {
         /// Its name, as `status` shows it; without it, all names.
-        #[arg(add = completion::faults())]
+        #[arg(add = candidates::faults())]
         name: Option<String>,
     },
     /// Make a measurement file of a table from another program or instrument. Without -o it only shows what it would make.
@@ -367,7 +356,7 @@ pub enum Command {
         #[arg(required = true, value_name = "SESSION")]
         files: Vec<PathBuf>,
         /// A model file, or a preset: paper, paper-refit, reconciled.
-        #[arg(help_heading = INPUT, long, default_value = "paper", value_name = "MODEL", add = completion::models())]
+        #[arg(help_heading = INPUT, long, default_value = "paper", value_name = "MODEL", add = candidates::models())]
         model: String,
         /// Also try this effect of your own, a TOML file as `effect new` writes it.
         #[arg(help_heading = INPUT, long, value_name = "FILE")]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use super::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
-use crate::completion;
+use crate::completion::candidates;
 use crate::quantity::{Frequency, Length, Span};
 
 /// The waveforms of positions.
@@ -21,7 +21,7 @@ pub enum Scan {
         curve: Curve,
         /// Where the samples go.
         #[command(flatten)]
-        to: Samples,
+        to: ScanOutput,
     },
     /// Straight lines from the middle up, down and back.
     #[command(
@@ -33,7 +33,7 @@ pub enum Scan {
         curve: Curve,
         /// Where the samples go.
         #[command(flatten)]
-        to: Samples,
+        to: ScanOutput,
     },
     /// Straight lines from point to point.
     #[command(after_long_help = "Example:\n  host-tool scan csv path.csv --cycles 10")]
@@ -45,7 +45,7 @@ pub enum Scan {
         cycles: u32,
         /// Where the samples go.
         #[command(flatten)]
-        to: Samples,
+        to: ScanOutput,
     },
 }
 
@@ -68,7 +68,7 @@ pub struct Curve {
 
 /// The measurement file of a scan.
 #[derive(Debug, Args)]
-pub struct Samples {
+pub struct ScanOutput {
     /// Keep the samples in this measurement file.
     #[arg(help_heading = OUTPUT, short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
@@ -77,7 +77,7 @@ pub struct Samples {
     pub force: bool,
 }
 
-impl Samples {
+impl ScanOutput {
     /// The file, if there is to be one, and whether it may be replaced.
     pub fn file(self) -> Option<(PathBuf, bool)> {
         self.output.map(|path| (path, self.force))
@@ -88,7 +88,7 @@ impl Samples {
 #[derive(Debug, Args)]
 pub struct Calibrate {
     /// The model to start from: a file, or a preset (paper, paper-refit, reconciled).
-    #[arg(default_value = "reconciled", add = completion::models())]
+    #[arg(default_value = "reconciled", add = candidates::models())]
     pub model: String,
     /// Identify from the measurements in this folder, instead of measuring anew.
     #[arg(help_heading = INPUT, long, value_name = "FOLDER")]

@@ -7,7 +7,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use calibration::{RoomPoint, with_ambient_ratio};
+use calibration::{LEAST_APART_K, RoomPoint, with_ambient_ratio};
 use control_core::Calibration;
 use control_core::calibration::Parts;
 use mirror_protocol::{CalibrationInfo, CalibrationUse, MakeUp, Position};
@@ -35,21 +35,21 @@ const NOISE_UM: f64 = 0.05;
 /// What the sensor read in one room.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Readings {
+struct RoomReadings {
     /// Of the file.
     format: u32,
     /// The model's hash and the ambient ratio of the calibration that was in use.
     model_hash: String,
     ambient_ratio: f64,
-    points: Vec<Reading>,
+    points: Vec<RoomReading>,
 }
 
-/// Of [`Readings`].
+/// Of [`RoomReadings`].
 const FORMAT: u32 = 1;
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Reading {
+struct RoomReading {
     asked_um: f64,
     /// By the sensor, whose zero may be anywhere.
     read_um: f64,
@@ -60,10 +60,10 @@ struct Reading {
 /// What came of it.
 #[derive(Serialize)]
 #[serde(untagged)]
-enum Report {
+enum RoomReport {
     First {
         readings: PathBuf,
-        points: Vec<Reading>,
+        points: Vec<RoomReading>,
     },
     Second {
         /// The mean of what the board took the two rooms for.
@@ -89,7 +89,7 @@ pub(super) async fn run(board: &Board, ask: CalibrateRoom, json: bool) -> Result
             file: ask.calibration,
         });
     }
-    let kept = Readings::load(&ask.readings)?;
+    let kept = RoomReadings::load(&ask.readings)?;
     if let Some(kept) = &kept
         && !kept.are_under(&calibration)
     {
@@ -112,14 +112,14 @@ async fn first(
     room: &InRoom<'_>,
     calibration: &Calibration,
     file: &Path,
-) -> Result<Report, ToolError> {
+) -> Result<RoomReport, ToolError> {
     let file = NewFile::create(file.to_owned(), false)?;
     let reach_um = decimal(room.board.status().await?.max_position_um);
     let points = room
         .read(&PARTS_OF_RANGE.map(|part| part * reach_um))
         .await?;
-    let readings = Readings::under(calibration, points);
-    Ok(Report::First {
+    let readings = RoomReadings::under(calibration, points);
+    Ok(RoomReport::First {
         readings: file.write(&readings.to_json())?,
         points: readings.points,
     })
@@ -129,9 +129,9 @@ async fn first(
 async fn second(
     room: &InRoom<'_>,
     calibration: &Calibration,
-    kept: &Readings,
+    kept: &RoomReadings,
     output: Option<NewFile>,
-) -> Result<Report, ToolError> {
+) -> Result<RoomReport, ToolError> {
     let asked_um: Vec<f64> = kept.points.iter().map(|then| then.asked_um).collect();
     let now = room.read(&asked_um).await?;
     let found = with_ambient_ratio(calibration, &compared(&kept.points, &now))?;
@@ -144,7 +144,7 @@ async fn second(
     };
     let for_good = room.board.use_calibration(&found, CalibrationUse::ForGood);
     for_good.await?;
-    Ok(Report::Second {
+    Ok(RoomReport::Second {
         rise_then_k: mean_rise_k(&kept.points),
         rise_now_k: mean_rise_k(&now),
         asked_um,
@@ -162,7 +162,7 @@ async fn second(
 /// How far the mirror is from where it stood in the first room, with the calibration that is on trial.
 async fn nearer(
     room: &InRoom<'_>,
-    kept: &Readings,
+    kept: &RoomReadings,
     before_um: &[f64],
 ) -> Result<Vec<f64>, ToolError> {
     let asked_um: Vec<f64> = kept.points.iter().map(|then| then.asked_um).collect();
@@ -178,7 +178,7 @@ async fn nearer(
 }
 
 /// What was asked for in two rooms, as in one: the first room's readings are where the mirror was asked to be.
-fn compared(then: &[Reading], now: &[Reading]) -> Vec<RoomPoint> {
+fn compared(then: &[RoomReading], now: &[RoomReading]) -> Vec<RoomPoint> {
     let pairs = then.iter().zip(now);
     pairs
         .map(|(then, now)| RoomPoint {
@@ -190,7 +190,7 @@ fn compared(then: &[Reading], now: &[Reading]) -> Vec<RoomPoint> {
 }
 
 /// How far the mirror is from where it stood in the first room, at each position.
-fn off_um(then: &[Reading], now: &[Reading]) -> Vec<f64> {
+fn off_um(then: &[RoomReading], now: &[RoomReading]) -> Vec<f64> {
     let points = compared(then, now);
     points.iter().map(|p| p.reached_um - p.asked_um).collect()
 }
@@ -199,7 +199,7 @@ fn largest_um(off_um: &[f64]) -> f64 {
     off_um.iter().map(|um| um.abs()).fold(0.0, f64::max)
 }
 
-fn mean_rise_k(points: &[Reading]) -> f64 {
+fn mean_rise_k(points: &[RoomReading]) -> f64 {
     points.iter().map(|point| point.rise_k).sum::<f64>() / points.len() as f64
 }
 
@@ -219,7 +219,7 @@ struct InRoom<'a> {
 }
 
 impl<'a> InRoom<'a> {
-    /// Has the board make up for the room, whose worth is asked for.
+    /// Has the board compensate the room, whose ratio is asked for.
     async fn open(board: &'a Board, sensor: &str, settle: Span) -> Result<Self, ToolError> {
         let sensor = Sensor::at_any_time(board, sensor).await?;
         board.make_up(MakeUp { is_wanted: true }).await?;
@@ -234,7 +234,7 @@ impl<'a> InRoom<'a> {
     }
 
     /// What the sensor reads at the positions, in their order, from rest on.
-    async fn read(&self, positions_um: &[f64]) -> Result<Vec<Reading>, ToolError> {
+    async fn read(&self, positions_um: &[f64]) -> Result<Vec<RoomReading>, ToolError> {
         self.board.off().await?;
         let mut points = Vec::new();
         for _ in 0..ROUNDS {
@@ -246,7 +246,7 @@ impl<'a> InRoom<'a> {
         Ok(points)
     }
 
-    async fn read_at(&self, asked_um: f64) -> Result<Reading, ToolError> {
+    async fn read_at(&self, asked_um: f64) -> Result<RoomReading, ToolError> {
         let lease_ms = self.pace.lease_ms();
         let z_um = asked_um as f32;
         let commanded = self.board.set_position(Position { z_um, lease_ms }).await?;
@@ -259,7 +259,7 @@ impl<'a> InRoom<'a> {
             return Err(ToolError::RoomLimited { asked_um, limit });
         }
         let room = status.telemetry.room.ok_or(ToolError::RoomUnknown)?;
-        Ok(Reading {
+        Ok(RoomReading {
             asked_um,
             read_um: serial_um
                 .or(readings.sensor_z_um)
@@ -269,8 +269,8 @@ impl<'a> InRoom<'a> {
     }
 }
 
-impl Readings {
-    fn under(calibration: &Calibration, points: Vec<Reading>) -> Self {
+impl RoomReadings {
+    fn under(calibration: &Calibration, points: Vec<RoomReading>) -> Self {
         let Parts {
             origin,
             ambient_ratio,
@@ -315,7 +315,7 @@ impl Readings {
     }
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for RoomReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::First { readings, points } => {
@@ -324,7 +324,7 @@ impl fmt::Display for Report {
                 writeln!(f, "readings   {}", readings.display())?;
                 writeln!(
                     f,
-                    "next       leave sensor and mirror as they are, wait until the room is 5 K warmer or colder, \
+                    "next       leave sensor and mirror as they are, wait until the room is {LEAST_APART_K} K warmer or colder, \
                      and ask the same again"
                 )
             }
@@ -370,8 +370,8 @@ mod tests {
     use super::*;
     use std::fs;
 
-    fn at(asked_um: f64, read_um: f64, rise_k: f64) -> Reading {
-        Reading {
+    fn at(asked_um: f64, read_um: f64, rise_k: f64) -> RoomReading {
+        RoomReading {
             asked_um,
             read_um,
             rise_k,
@@ -395,8 +395,8 @@ mod tests {
     fn readings_are_kept_as_they_are_and_rubbish_is_told() {
         let folder = tempfile::tempdir().expect("a folder");
         let file = folder.path().join("room.json");
-        assert_eq!(Readings::load(&file).expect("none yet"), None);
-        let readings = Readings {
+        assert_eq!(RoomReadings::load(&file).expect("none yet"), None);
+        let readings = RoomReadings {
             format: FORMAT,
             model_hash: "00000000000000ab".into(),
             ambient_ratio: 1.02,
@@ -404,7 +404,7 @@ mod tests {
         };
         let text = readings.to_json();
         fs::write(&file, &text).expect("written");
-        assert_eq!(Readings::load(&file).expect("whole"), Some(readings));
+        assert_eq!(RoomReadings::load(&file).expect("whole"), Some(readings));
         let half = text.len() / 2;
         for (from, to, said) in [
             ("\"format\": 1", "\"format\": 2", "it has format 2, not 1"),
@@ -419,7 +419,7 @@ mod tests {
             ),
         ] {
             fs::write(&file, text.replace(from, to)).expect("written");
-            let error = Readings::load(&file).expect_err("rubbish").to_string();
+            let error = RoomReadings::load(&file).expect_err("rubbish").to_string();
             assert!(error.contains(said), "`{said}` is not in: {error}");
         }
     }

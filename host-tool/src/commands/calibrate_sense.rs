@@ -20,7 +20,7 @@ const SETTLE: Span = Span { s: 0.05 };
 const ZERO_READINGS: usize = 5;
 
 #[derive(Serialize)]
-struct Report {
+struct SenseReport {
     before: Sense,
     after: Sense,
     /// With the resistors, at 3 V: what the board read before and reads now, and what flows.
@@ -75,7 +75,7 @@ pub(super) async fn run(
     };
     board.off().await?;
     report::print(
-        &Report {
+        &SenseReport {
             before,
             after: info.sense,
             currents,
@@ -124,7 +124,7 @@ fn nominal(sense: &Sense, current_a: [f64; 4]) -> [f64; 4] {
     std::array::from_fn(|i| current_a[i] / decimal(sense.gain[i]) + decimal(sense.zero_a[i]))
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for SenseReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let ua = |amperes: [f32; 4]| row(amperes.map(|zero| decimal(zero) * 1e6), 2, "uA");
         let gain = |gain: [f32; 4]| row(gain.map(decimal), 5, "");

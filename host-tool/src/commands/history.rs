@@ -18,11 +18,11 @@ pub(super) struct History {
     /// Whether entries are kept: `kept`, `no-flash`, `worn-out`.
     storage: &'static str,
     /// The newest first.
-    entries: Vec<Entry>,
+    entries: Vec<HistoryEntry>,
 }
 
 #[derive(Serialize)]
-struct Entry {
+struct HistoryEntry {
     number: u32,
     boot: u32,
     #[serde(flatten)]
@@ -75,12 +75,12 @@ impl History {
                 LogStorage::NoFlash => "no-flash",
                 LogStorage::WornOut => "worn-out",
             },
-            entries: entries.into_iter().map(Entry::from).collect(),
+            entries: entries.into_iter().map(HistoryEntry::from).collect(),
         }
     }
 }
 
-impl From<LogEntry> for Entry {
+impl From<LogEntry> for HistoryEntry {
     fn from(entry: LogEntry) -> Self {
         let event = match LogEvent::of(&entry) {
             Some(LogEvent::Start(start)) => Event::Start(start.into()),
@@ -146,7 +146,7 @@ impl fmt::Display for History {
             "history    boot {}, trips in it: {}; {storage}",
             self.boot, self.trips
         )?;
-        for Entry { boot, event, .. } in &self.entries {
+        for HistoryEntry { boot, event, .. } in &self.entries {
             match event {
                 Event::Start(start) => writeln!(f, "boot {boot:<5} {start}")?,
                 Event::Trip(trip) => write!(f, "boot {boot:<5} {trip}")?,

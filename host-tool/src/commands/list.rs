@@ -10,12 +10,12 @@ use crate::error::ToolError;
 use crate::report;
 
 #[derive(Serialize)]
-struct List {
-    boards: Vec<Entry>,
+struct BoardList {
+    boards: Vec<ListedBoard>,
 }
 
 #[derive(Serialize)]
-struct Entry {
+struct ListedBoard {
     #[serde(flatten)]
     found: Found,
     /// What it says of itself, or why it does not.
@@ -40,18 +40,18 @@ pub(super) async fn run(json: bool) -> Result<(), ToolError> {
             Ok(Seen::InUse(owner)) => Said::Owner(owner),
             Err(error) => Said::Error(error.to_string()),
         };
-        boards.push(Entry { found, said });
+        boards.push(ListedBoard { found, said });
     }
     if boards.is_empty() && !json {
         return Err(none_found());
     }
-    report::print(&List { boards }, json);
+    report::print(&BoardList { boards }, json);
     Ok(())
 }
 
-impl fmt::Display for List {
+impl fmt::Display for BoardList {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for Entry { found, said } in &self.boards {
+        for ListedBoard { found, said } in &self.boards {
             let link = match found.place {
                 Place::Usb { .. } => "USB",
                 Place::Socket { .. } => "socket",

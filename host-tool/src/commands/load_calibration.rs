@@ -12,7 +12,7 @@ use crate::error::ToolError;
 use crate::report::{self, decimal};
 
 #[derive(Serialize)]
-struct Loaded {
+struct LoadedCalibration {
     calibration: String,
     /// The one that the board had.
     before: String,
@@ -28,7 +28,7 @@ pub(super) async fn run(board: &Board, file: &Path, json: bool) -> Result<(), To
         .use_calibration(&calibration, CalibrationUse::ForGood)
         .await?;
     let max_position_um = decimal(board.status().await?.max_position_um);
-    let report = Loaded {
+    let report = LoadedCalibration {
         calibration: calibrated_words(&loaded),
         before: calibrated_words(&before),
         max_position_um,
@@ -37,7 +37,7 @@ pub(super) async fn run(board: &Board, file: &Path, json: bool) -> Result<(), To
     Ok(())
 }
 
-impl fmt::Display for Loaded {
+impl fmt::Display for LoadedCalibration {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "calibrated {}", self.calibration)?;
         writeln!(f, "before     {}", self.before)?;

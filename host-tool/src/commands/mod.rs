@@ -14,7 +14,7 @@ mod measure;
 mod monitor;
 mod moving;
 mod off;
-pub(crate) mod pose;
+mod pose;
 mod range;
 mod record;
 mod room;
@@ -32,13 +32,13 @@ pub(crate) use uncertainty::Uncertainty;
 
 use tokio::runtime::Builder;
 
-use self::pose::TiltedPose;
 use crate::board::{Board, choose};
 use crate::cli::{Arguments, Command, LabInput, Measure, Plane};
 use crate::commands::moving::Pace;
 use crate::completion;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
+use crate::quantity::TiltedPose;
 use crate::report;
 use crate::serve;
 use diagnosis::Asked;

@@ -26,7 +26,7 @@ use crate::verbosity::note;
 use crate::working::bar;
 
 #[derive(Serialize)]
-struct Recorded {
+struct RecordReport {
     file: PathBuf,
     samples: usize,
     duration_s: f64,
@@ -80,7 +80,7 @@ pub(super) async fn run(
             expected: expected as usize,
         });
     }
-    let recorded = Recorded {
+    let recorded = RecordReport {
         file: recorder.finish(partial(&ended).as_deref())?,
         samples,
         duration_s,
@@ -249,7 +249,7 @@ fn row(sample: &Telemetry, ticks: u32, tick_hz: u32) -> Row {
     }
 }
 
-impl fmt::Display for Recorded {
+impl fmt::Display for RecordReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,

@@ -1,4 +1,4 @@
-//! `room`: what the heaters' resistances tell of the surroundings, and whether positions make up for them.
+//! `room`: what the heaters' resistances tell of the surroundings, and whether positions are compensated for them.
 
 use std::fmt;
 
@@ -19,12 +19,12 @@ pub(super) struct Room {
     /// How much more of the heat they take, as a part of it, and its standard deviation.
     loss: f64,
     loss_deviation: f64,
-    /// Whether positions make up for them.
+    /// Whether positions are compensated for them.
     is_made_up_for: bool,
 }
 
 #[derive(Serialize)]
-struct Report {
+struct SurroundingsReport {
     /// `None` where the calibration in use does not know the resistances well enough.
     room: Option<Room>,
 }
@@ -40,7 +40,7 @@ pub(super) async fn run(
         board.make_up(MakeUp { is_wanted }).await?;
     }
     let room = Room::of(&board.status().await?);
-    report::print(&Report { room }, json);
+    report::print(&SurroundingsReport { room }, json);
     Ok(())
 }
 
@@ -76,7 +76,7 @@ impl fmt::Display for Room {
         let made_up = if self.is_made_up_for { "" } else { " not" };
         write!(
             f,
-            "{:.2} ± {:.2} K {than} than at calibration, loss {:+.1} ± {:.1} %;{made_up} made up for",
+            "{:.2} ± {:.2} K {than} than at calibration, loss {:+.1} ± {:.1} %;{made_up} compensated",
             self.rise_k.abs(),
             self.deviation_k,
             100.0 * self.loss,
@@ -85,7 +85,7 @@ impl fmt::Display for Room {
     }
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for SurroundingsReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "room       {}", line(self.room.as_ref()))
     }
@@ -104,14 +104,14 @@ mod tests {
             loss_deviation: 0.002,
             is_made_up_for: true,
         };
-        let told = "10.20 ± 0.05 K warmer than at calibration, loss -1.2 ± 0.2 %; made up for";
+        let told = "10.20 ± 0.05 K warmer than at calibration, loss -1.2 ± 0.2 %; compensated";
         assert_eq!(line(Some(&warm)), told);
         let left = Room {
             rise_k: -3.0,
             is_made_up_for: false,
             ..warm
         };
-        let told = "3.00 ± 0.05 K colder than at calibration, loss -1.2 ± 0.2 %; not made up for";
+        let told = "3.00 ± 0.05 K colder than at calibration, loss -1.2 ± 0.2 %; not compensated";
         assert_eq!(line(Some(&left)), told);
         assert!(line(None).contains("`host-tool calibrate`"));
     }

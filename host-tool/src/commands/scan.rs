@@ -25,7 +25,7 @@ use crate::verbosity::note;
 const SAMPLES: u32 = 2000;
 
 #[derive(Serialize)]
-struct Report {
+struct ScanReport {
     file: Option<PathBuf>,
     samples: usize,
     duration_s: f64,
@@ -71,7 +71,7 @@ pub(super) async fn run(board: &Board, scan: Scan, json: bool) -> Result<(), Too
     }
     let rows = &measured.file.rows;
     let z = || rows.iter().filter_map(|row| row.z_um);
-    let mut report = Report {
+    let mut report = ScanReport {
         file: None,
         samples: rows.len(),
         duration_s: rows.last().map_or(0.0, |row| row.t_s),
@@ -187,7 +187,7 @@ fn read(path: &Path, tick_hz: u32) -> Result<(Vec<f64>, u32), ToolError> {
     Ok((z_um.collect(), dwell_ticks as u32))
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for ScanReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,

@@ -6,16 +6,17 @@ use calibration::PlatePose;
 use mirror_protocol::SetPose;
 use serde::Serialize;
 
-use super::pose::{PlateReport, TiltedPose, reach};
+use super::pose::{PlateReport, reach};
 use crate::board::Board;
 use crate::commands::moving::{Pace, Readings, settle_and_read};
 use crate::commands::uncertainty::Uncertainty;
 use crate::error::ToolError;
 use crate::names::{limit_names, limited_line};
+use crate::quantity::TiltedPose;
 use crate::report;
 
 #[derive(Serialize)]
-struct Report {
+struct PoseReport {
     asked: TiltedPose,
     /// Where the board has taken the plate, as it counts.
     pose: PlateReport,
@@ -54,7 +55,7 @@ pub(super) async fn run(
         .await?;
     let (readings, settled) = settle_and_read(board, &commanded, pace).await?;
     let status = board.status().await?;
-    let report = Report {
+    let report = PoseReport {
         asked,
         pose: PlateReport::from(&status.telemetry.pose),
         uncertainty: Uncertainty::from(&status.telemetry),
@@ -67,7 +68,7 @@ pub(super) async fn run(
     Ok(())
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for PoseReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "asked      {}", self.asked)?;
         writeln!(f, "pose       {}", self.pose)?;

@@ -6,7 +6,7 @@ use charts::escaped;
 use control_core::Calibration;
 use control_core::calibration::{Lag, Parts};
 
-use super::html::in_print;
+use super::print::in_print;
 use super::run::Run;
 use crate::report::decimal;
 use crate::tried::{Tried, before_and_after, figures};

@@ -6,7 +6,7 @@ use charts::escaped;
 use lab_view::{Entry, catalogue};
 use mirror_model::effect::Parameter;
 
-use super::html::in_print;
+use super::print::in_print;
 use super::run::Run;
 
 /// A slider whose range spans more than this factor moves by factors.

@@ -12,6 +12,7 @@ use mirror_model::{Model, Symbol};
 
 use super::controls::controls;
 use super::inside::packed;
+use super::print::in_print;
 use super::run::{Fit, Run};
 use crate::commands::Diagnosed;
 
@@ -340,11 +341,6 @@ fn effects(page: &mut String, fit: &Fit, fits: &[Fit]) {
             page.push_str("</tr>");
         }
     }
-}
-
-/// A unit as it is written in print.
-pub(super) fn in_print(unit: &str) -> String {
-    escaped(unit).replace("um", "µm").replace("ohm", "Ω")
 }
 
 /// A number with so many digits, without an exponent where that is readable.

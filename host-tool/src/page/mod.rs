@@ -12,6 +12,7 @@ mod controls;
 mod differences;
 mod html;
 mod inside;
+mod print;
 mod run;
 
 pub(crate) use differences::{Difference, differences};

@@ -5,6 +5,7 @@
 
 mod action;
 mod answers;
+mod boards;
 mod commands;
 mod connection;
 mod device;
@@ -15,58 +16,24 @@ mod states;
 mod takes;
 mod trace;
 
-use std::collections::BTreeMap;
 use std::fmt;
 use std::io;
 use std::net::SocketAddr;
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::Arc;
 
 use serde::Serialize;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::Semaphore;
 
-use crate::board::choose;
 use crate::error::ToolError;
 use crate::report;
-use crate::serve::device::Device;
+use crate::serve::boards::Boards;
 pub(crate) use crate::serve::reference::page as reference;
 use crate::serve::session::Session;
 
 /// Clients at a time: a bench has a few, and each takes some megabytes at most while it is sent a trace.
 const MOST_CLIENTS: usize = 32;
-
-/// The boards that clients speak to, by name.
-pub(crate) struct Boards {
-    /// The one for clients that choose none.
-    default: Option<String>,
-    /// A device goes with the last client that speaks to it, and its board is free then.
-    open: Mutex<BTreeMap<String, Weak<Device>>>,
-}
-
-impl Boards {
-    /// The board called `name`, or the one for those who choose none.
-    ///
-    /// # Errors
-    /// Where there is none.
-    fn device(&self, name: Option<&str>) -> Result<Arc<Device>, ToolError> {
-        let found = choose(name.or(self.default.as_deref()))?;
-        let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
-        open.retain(|_, device| device.strong_count() > 0);
-        if let Some(device) = open.get(&found.name).and_then(Weak::upgrade) {
-            return Ok(device);
-        }
-        let device = Arc::new(Device::new(found));
-        open.insert(device.found.name.clone(), Arc::downgrade(&device));
-        Ok(device)
-    }
-
-    /// Those that somebody speaks to.
-    fn devices(&self) -> Vec<Arc<Device>> {
-        let open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
-        open.values().filter_map(Weak::upgrade).collect()
-    }
-}
 
 #[derive(Serialize)]
 struct Listening {
@@ -102,10 +69,7 @@ pub(crate) async fn run(
             listening.port()
         );
     }
-    let boards = Arc::new(Boards {
-        default: board,
-        open: Mutex::default(),
-    });
+    let boards = Arc::new(Boards::new(board));
     let places = Arc::new(Semaphore::new(MOST_CLIENTS));
     tokio::select! {
         () = accept(&listener, &boards, &places) => {}

@@ -102,7 +102,7 @@ pub fn update(
     image: &Image,
     mut progress: impl FnMut(usize),
 ) -> Result<(), UpdateError> {
-    let mut session = Session { device };
+    let mut session = DfuSession { device };
     session.make_idle()?;
     let pages = image.bytes().len().div_ceil(PAGE_BYTES);
     for page in (Image::START..).step_by(PAGE_BYTES).take(pages) {
@@ -129,25 +129,25 @@ pub fn update(
     session.start()
 }
 
-struct Session<'a, D> {
+struct DfuSession<'a, D> {
     device: &'a mut D,
 }
 
 /// What the device says of itself.
-struct Status {
+struct DfuStatus {
     status: u8,
     pause: Duration,
     state: u8,
 }
 
-impl<D: Bootloader> Session<'_, D> {
-    fn status(&mut self) -> Result<Status, UpdateError> {
+impl<D: Bootloader> DfuSession<'_, D> {
+    fn status(&mut self) -> Result<DfuStatus, UpdateError> {
         let bytes = self.device.read(GETSTATUS, 0, 6)?;
         let [status, low, middle, high, state, ..] = bytes[..] else {
             return Err(UpdateError::Gone("its status is too short".to_owned()));
         };
         let pause_ms = u32::from_le_bytes([low, middle, high, 0]);
-        Ok(Status {
+        Ok(DfuStatus {
             status,
             pause: Duration::from_millis(pause_ms.into()),
             state,
@@ -170,7 +170,7 @@ impl<D: Bootloader> Session<'_, D> {
     fn download(&mut self, block: u16, data: &[u8], address: u32) -> Result<(), UpdateError> {
         self.device.write(DNLOAD, block, data)?;
         for _ in 0..POLLS {
-            let Status {
+            let DfuStatus {
                 status,
                 pause,
                 state,

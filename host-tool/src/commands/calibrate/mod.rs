@@ -17,7 +17,7 @@ use mirror_model::{Model, Symbol};
 use mirror_protocol::CalibrationUse;
 
 use self::bench::OnTrial;
-use self::report::{Report, Written};
+use self::report::{CalibrateReport, Written};
 use crate::board::Board;
 use crate::cli::Calibrate;
 use crate::commands::lab::warn;
@@ -204,10 +204,10 @@ fn report(
     calibrated: Calibrated,
     had: &mirror_protocol::CalibrationInfo,
     written: Written,
-) -> Report {
+) -> CalibrateReport {
     let not_inverted = not_inverted(&calibrated);
     let model = &calibrated.model;
-    Report {
+    CalibrateReport {
         device: model.provenance.device.clone().unwrap_or_default(),
         date: model.provenance.date.clone().unwrap_or_default(),
         model_hash: format!("{:016x}", calibration::model_hash(model)),

@@ -13,7 +13,7 @@ use crate::report::row;
 use crate::tried::{Figure, figures};
 
 #[derive(Serialize)]
-pub(super) struct Report {
+pub(super) struct CalibrateReport {
     pub(super) device: String,
     pub(super) date: String,
     pub(super) model_hash: String,
@@ -46,7 +46,7 @@ pub(super) struct Written {
     pub(super) trial: Option<PathBuf>,
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for CalibrateReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,

@@ -34,12 +34,12 @@ struct Edited {
 }
 
 #[derive(Serialize)]
-struct List {
+struct EffectList {
     effects: Vec<Info>,
 }
 
 #[derive(Serialize)]
-struct Shown {
+struct ShownEffect {
     #[serde(flatten)]
     effect: Info,
     forms: Vec<Form>,
@@ -53,7 +53,7 @@ struct Form {
     info: Info,
 }
 
-impl From<Arc<dyn Effect>> for Shown {
+impl From<Arc<dyn Effect>> for ShownEffect {
     fn from(effect: Arc<dyn Effect>) -> Self {
         let form = |form: Arc<dyn Effect>| Form {
             name: form.form().to_owned(),
@@ -73,11 +73,11 @@ pub(crate) fn run(command: EffectCommand, json: bool) -> Result<(), ToolError> {
                 .iter()
                 .map(|effect| effect.info().clone())
                 .collect();
-            report::print(&List { effects }, json);
+            report::print(&EffectList { effects }, json);
             Ok(())
         }
         EffectCommand::Show { id } => {
-            report::print(&Shown::from(named(&id)?), json);
+            report::print(&ShownEffect::from(named(&id)?), json);
             Ok(())
         }
         EffectCommand::New { output } => {
@@ -158,7 +158,7 @@ impl fmt::Display for Edited {
     }
 }
 
-impl fmt::Display for List {
+impl fmt::Display for EffectList {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for effect in &self.effects {
             writeln!(
@@ -173,7 +173,7 @@ impl fmt::Display for List {
     }
 }
 
-impl fmt::Display for Shown {
+impl fmt::Display for ShownEffect {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let effect = &self.effect;
         writeln!(f, "{}: {}", effect.id, effect.title)?;

@@ -18,9 +18,9 @@ const SHOWN: usize = 3;
 
 /// What became of a table.
 #[derive(Serialize)]
-struct Report {
+struct ImportReport {
     written_as: String,
-    columns: Vec<Shown>,
+    columns: Vec<ShownColumn>,
     rows: usize,
     notes: Vec<String>,
     /// The first rows of the measurement file.
@@ -30,7 +30,7 @@ struct Report {
 
 /// A column of the table.
 #[derive(Serialize)]
-struct Shown {
+struct ShownColumn {
     name: String,
     /// What it is in the measurement file; none where it is left out.
     is: Option<&'static str>,
@@ -50,7 +50,7 @@ pub(crate) fn run(
     let text = imported.file.to_string();
     let shown = |(source, name): (usize, &String)| {
         let assigned = assignments.iter().find(|a| a.source == source);
-        Shown {
+        ShownColumn {
             name: name.clone(),
             is: assigned.map(Assignment::quantity),
             conversion: assigned.map(Assignment::conversion).unwrap_or_default(),
@@ -59,7 +59,7 @@ pub(crate) fn run(
     let columns = table.names.iter().enumerate().map(shown).collect();
     let data = text.lines().filter(|line| !line.starts_with('#'));
     let preview = data.take(SHOWN + 1).map(str::to_owned).collect();
-    let report = Report {
+    let report = ImportReport {
         written_as: table.written.clone(),
         columns,
         rows: imported.file.rows.len(),
@@ -85,10 +85,10 @@ fn assignments(table: &Table, said: &[String]) -> Result<Vec<Assignment>, ToolEr
     Ok(said.iter().copied().chain(guessed).collect())
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for ImportReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}", self.written_as)?;
-        for Shown {
+        for ShownColumn {
             name,
             is,
             conversion,

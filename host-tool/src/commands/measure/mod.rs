@@ -23,7 +23,7 @@ use std::path::PathBuf;
 use experiments::{Experiment, Quantity};
 
 use self::possible::{check_drive, make_directory};
-use self::report::Report;
+use self::report::MeasureReport;
 use self::run::{Bench, Ended};
 use self::sensor::Sensor;
 use crate::board::Board;
@@ -49,7 +49,7 @@ pub(super) async fn run(
         note("this board has no position sensor: currents only, or name a --sensor");
     }
     let mut files = new_files(&asked, &experiments, instruments.force)?;
-    let mut report = Report {
+    let mut report = MeasureReport {
         measured: Vec::new(),
         dropped_samples: 0,
         interrupted: false,

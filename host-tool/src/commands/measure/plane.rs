@@ -69,7 +69,7 @@ pub(crate) async fn run(board: &Board, ask: cli::Plane, json: bool) -> Result<()
         .collect::<Result<Vec<_>, _>>()?;
 
     let interrupt = Interrupt::listen()?;
-    let mut scan = Scan {
+    let mut scan = PlateScan {
         board,
         points: points.begin().await?,
         spots,
@@ -81,7 +81,7 @@ pub(crate) async fn run(board: &Board, ask: cli::Plane, json: bool) -> Result<()
     let ended = ended.and_then(|ended| off.map(|()| ended));
 
     let partial = partial(&ended);
-    let mut report = Report {
+    let mut report = PlaneReport {
         levels: Vec::new(),
         files: Vec::new(),
         interrupted: matches!(ended, Ok(Ended::Interrupted)),
@@ -123,7 +123,7 @@ pub(crate) async fn run(board: &Board, ask: cli::Plane, json: bool) -> Result<()
 }
 
 /// A scan as it goes on.
-struct Scan<'a> {
+struct PlateScan<'a> {
     board: &'a Board,
     points: Points<'a>,
     spots: Spots,
@@ -145,7 +145,7 @@ struct Scanned {
     kept: Option<PathBuf>,
 }
 
-impl Scan<'_> {
+impl PlateScan<'_> {
     async fn perform(&mut self, volts: &[Voltage], files: Vec<NewFile>) -> Result<(), ToolError> {
         let mut keyboard = Keyboard::new();
         for (volts, file) in volts.iter().zip(files) {
@@ -244,7 +244,7 @@ fn line([x, y, z]: [f64; 3]) -> String {
 }
 
 #[derive(Serialize)]
-struct Report {
+struct PlaneReport {
     levels: Vec<Level>,
     files: Vec<PathBuf>,
     interrupted: bool,
@@ -259,7 +259,7 @@ struct Level {
     plane: Plane,
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for PlaneReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for level in &self.levels {
             write!(f, "{level}")?;

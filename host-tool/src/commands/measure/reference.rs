@@ -8,7 +8,7 @@ use super::journal::Journal;
 use super::keyboard::Keyboard;
 use super::point::Points;
 use super::possible::make_directory;
-use super::report::{MeasuredFile, Report};
+use super::report::{MeasureReport, MeasuredFile};
 use super::run::{Ended, attended, partial, whole};
 use crate::board::Board;
 use crate::cli;
@@ -32,7 +32,7 @@ pub(crate) async fn run(board: &Board, ask: cli::Reference, json: bool) -> Resul
     if let Some(partial) = partial(&ended) {
         measured.keys.set("partial", &partial);
     }
-    let mut report = Report {
+    let mut report = MeasureReport {
         measured: Vec::new(),
         dropped_samples: 0,
         interrupted: matches!(ended, Ok(Ended::Interrupted)),

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 #[derive(Serialize)]
-pub(super) struct Report {
+pub(super) struct MeasureReport {
     pub(super) measured: Vec<MeasuredFile>,
     /// Samples that found the link too slow.
     pub(super) dropped_samples: u32,
@@ -21,7 +21,7 @@ pub(super) struct MeasuredFile {
     pub(super) without_displacement: usize,
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for MeasureReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for measured in &self.measured {
             let (rows, file) = (measured.rows, measured.file.display());
