@@ -168,7 +168,8 @@ fn its_sensor_input_reads_the_virtual_mirror_in_step_with_the_tick() {
     let low_um = mean_um("low.csv");
     bench.json(&["set-z", "120um", "--settle", "300ms"]);
     let high_um = mean_um("high.csv");
-    // The factory's calibration is of another mirror, and off by some of this.
+    // The factory's calibration is of another mirror. By what the board itself says, in 95 of 100 cases 120 um is within 10.6 um and
+    // 60 um within half of that: 12 um together, and a quarter more.
     assert!(
         (high_um - low_um - 60.0).abs() < 15.0,
         "{low_um} um, {high_um} um"

@@ -173,7 +173,7 @@ fn what_is_hidden_is_found_and_added_and_nothing_else_is_named() {
     for o in of(0) {
         assert!(
             o.effects.is_empty(),
-            "{}: {:?} with nothing hidden",
+            "{}: {:?} without a hidden effect",
             o.session,
             o.effects
         );
@@ -181,6 +181,7 @@ fn what_is_hidden_is_found_and_added_and_nothing_else_is_named() {
     assert!(unlisted().all(|o| o.verdict != "none"));
     for o in outcomes.iter().filter(|o| o.verdict == "named") {
         let [before, after] = o.added.expect("what is named was added");
+        // What counts as a fall (`WORTHWHILE` of the diagnosis).
         assert!(
             (0..2).any(|channel| after[channel] < 0.98 * before[channel]),
             "{}: {} was added, and the error stayed: {before:?} became {after:?}",

@@ -77,6 +77,7 @@ fn a_fit_lowers_the_error_and_its_model_is_taken_everywhere() {
         "{fitted}"
     );
     let after = json(&["compare", &model, &files])["rms"].as_f64().unwrap();
+    // The paper's parameters are off by micrometres on another mirror, and a fit leaves a fraction of one.
     assert!(after < 0.1 * before, "{before} um became {after} um");
 }
 
@@ -129,6 +130,7 @@ fn adding_the_effect_that_is_hidden_lowers_the_error_and_removing_it_raises_it()
     };
     let edit = json(&["effect", "add", HIDDEN, "paper", &files, "-o", &with]);
     let [before, after] = errors(&edit);
+    // Five times the fall from which on one counts.
     assert!(after < 0.9 * before, "{}", edit["advice"]);
     let model = fs::read_to_string(&with).expect("a model");
     assert!(model.contains(HIDDEN));

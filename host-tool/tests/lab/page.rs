@@ -20,7 +20,7 @@ use crate::{cache, lab, refuses, session};
 /// What a page may weigh (bytes), so that it can be sent by mail.
 const LARGE: usize = 2_000_000;
 
-/// A page of the session with nothing hidden in it and of a trial, which all tests share.
+/// A page of the session with no hidden effect and of a trial, which all tests share.
 fn page() -> &'static Path {
     static PAGE: OnceLock<PathBuf> = OnceLock::new();
     PAGE.get_or_init(|| {

@@ -137,6 +137,8 @@ impl Series {
 
     /// Largest distance between the way up and the way down at the same asked position (um).
     fn loop_um(&self) -> f64 {
+        /// Parts of the range in which the errors of each way are averaged. The two ways of an ellipse are as far apart, to
+        /// 0.3 ppt, all over one in the middle.
         const BINS: usize = 40;
         let (low, high) = self.asked_range_um();
         // Sum and count of the errors, on the way down and up.
@@ -153,7 +155,7 @@ impl Series {
             let (sum, count) = ways[way][bin];
             (count > 0.0).then(|| sum / count)
         };
-        // Near the turns a bin holds too little of one way.
+        // In the tenth next to a turn one part holds readings from before the turn and after it.
         (BINS / 10..BINS - BINS / 10)
             .filter_map(|bin| Some((mean(1, bin)? - mean(0, bin)?).abs()))
             .fold(0.0, f64::max)

@@ -235,3 +235,85 @@ impl fmt::Display for Edit {
         write!(f, "{}", self.fit)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use identification::StageErrors;
+    use std::collections::BTreeMap;
+
+    use super::*;
+
+    fn errors(rms: f64, current_rms_ma: Option<f64>) -> Comparison {
+        Comparison {
+            experiments: Vec::new(),
+            unit: Unit::Micrometre,
+            stages: StageErrors::default(),
+            sentences: Vec::new(),
+            rms,
+            current_rms_ma,
+        }
+    }
+
+    fn edit(before: (f64, Option<f64>), after: (f64, Option<f64>)) -> Edit {
+        Edit {
+            before: errors(before.0, before.1),
+            after: errors(after.0, after.1),
+            fit: FitReport {
+                parameters: BTreeMap::new(),
+                correlations: Vec::new(),
+                inseparable: Vec::new(),
+                residual_rms_um: None,
+                residual_rms_ma: None,
+                thinned_rows: 0,
+            },
+            null_improvement: None,
+            advice: String::new(),
+        }
+    }
+
+    /// Mirrors that lack nothing, whose errors fall by as much in 95 of 100.
+    fn null(most: f64) -> NullImprovement {
+        let fall = Some(Fall { median: 0.0, most });
+        NullImprovement {
+            displacement: fall,
+            currents: fall,
+        }
+    }
+
+    #[test]
+    fn an_effect_that_lowers_no_error_is_left_out() {
+        // 1 % of both.
+        let said = edit((0.5, Some(0.1)), (0.495, Some(0.099))).on_adding("creep", &null(0.0));
+        assert!(said.contains("better leave it out"), "{said}");
+    }
+
+    #[test]
+    fn a_fall_counts_beyond_what_mirrors_that_lack_nothing_show() {
+        let halved = edit((0.5, Some(0.1)), (0.25, Some(0.1)));
+        let said = halved.on_adding("creep", &null(0.4));
+        assert_eq!(
+            said,
+            "with creep the error falls: from 0.500 to 0.250 um rms, that of the currents from 0.1000 to 0.1000 mA"
+        );
+        let said = halved.on_adding("creep", &null(0.6));
+        assert!(said.contains("that alone proves nothing"), "{said}");
+    }
+
+    #[test]
+    fn a_fall_of_the_currents_alone_counts_too() {
+        let said = edit((0.5, Some(0.1)), (0.5, Some(0.05))).on_adding("aging", &null(0.4));
+        assert!(said.starts_with("with aging the error falls"), "{said}");
+        assert!(!said.contains("proves nothing"), "{said}");
+    }
+
+    #[test]
+    fn an_effect_without_which_the_error_rises_is_kept() {
+        let said = edit((0.2, None), (0.5, None)).on_removing("creep");
+        assert_eq!(
+            said,
+            "without creep the error rises: from 0.200 to 0.500 um rms: better keep it"
+        );
+        let said = edit((0.2, None), (0.201, None)).on_removing("creep");
+        assert!(said.contains("does not rise"), "{said}");
+    }
+}

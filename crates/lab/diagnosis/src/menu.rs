@@ -11,10 +11,10 @@ use std::ops::Range;
 const CHIRP_HZ: [f64; 3] = [200.0, 500.0, 1000.0];
 /// Slow enough for all heat to settle on the way (Hz): a cycle is five of the slowest time constants that are known.
 const SLOW_HZ: f64 = 0.01;
-/// Cycles of a sine.
+/// Cycles of a sine: the first brings the mirror onto its loop, and two show whether it stays on it.
 const CYCLES: u32 = 3;
 
-/// The room where a session does not say how warm it was (degC).
+/// The room where a session does not say how warm it was (degC): an air-conditioned laboratory's.
 pub(crate) const ROOM_C: f64 = 22.0;
 /// What the session is called that is made once more for the currents' sake.
 const WITH_CURRENTS: &str = "with-currents";

@@ -26,7 +26,9 @@ const WORTHWHILE: f64 = 0.05;
 /// A strength is told from zero when it is so many standard errors away from it: 99.7 % of a normal distribution.
 const KNOWN: f64 = 3.0;
 
-/// What may be added, in the order of the stages, statics before dynamics.
+/// What may be added, in the order of the stages, statics before dynamics. The values to start from need only lie in the valley of
+/// the answer: of a pole or a lag one below and one above the decade in which mirrors were found to have it, of creep and hysteresis
+/// the same, the strength a usual one.
 const CANDIDATES: [Candidate; 11] = [
     Candidate::Effect("heat-loss-temperature", &[]),
     Candidate::Effect("expansion-temperature", &[]),
@@ -41,7 +43,8 @@ const CANDIDATES: [Candidate; 11] = [
     Candidate::Effect("thermal-lag", &[&[0.1, 0.003], &[0.1, 0.03]]),
 ];
 
-/// Amplitude, frequency (Hz) and quality to start from: the misfit has a valley at every few periods.
+/// Amplitude, frequency (Hz) and quality to start from: the misfit has a valley at every few periods. They are a factor of 1.4 apart,
+/// from the lowest that is plausible for such mirrors to half of what readings at 10 kHz show.
 const RESONANCES: [&[f64]; 8] = [
     &[1.0, 500.0, 15.0],
     &[1.0, 700.0, 15.0],
@@ -220,7 +223,7 @@ impl<'a> Search<'a> {
         }
         let fall = 100.0 * (1.0 - (fitted_cost / self.cost).sqrt());
         (self.best, self.cost) = (best, fitted_cost);
-        tried(true, format!("the misfit falls by {fall:.0} % with it"))
+        tried(true, format!("the rms misfit falls by {fall:.0} % with it"))
     }
 
     /// The best fit with the candidate: alone from every start, and then the best together with everything else.

@@ -7,7 +7,7 @@ use mirror_model::{ACTUATORS, Model, Symbol};
 const LEAST: f64 = 1e-12;
 /// A time constant below this is over within a control tick of 100 us, whatever it is (s).
 const SHORTEST_S: f64 = 1e-6;
-/// The longest middle time constant (s). Beams and plate follow within that (`docs/model.md`); what is slower is the chip or
+/// The longest middle time constant (s). Beams and plate follow within that (`docs/theory/model.md`); what is slower is the chip or
 /// the films, and an effect of its own.
 const LONGEST_MIDDLE_S: f64 = 0.3;
 /// A thermal pole's share of the rise: above 0, where its time constant would not show, and below 1, where the fast pole's

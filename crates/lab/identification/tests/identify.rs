@@ -77,6 +77,7 @@ fn a_step_shows_the_resonance_with_its_error_and_no_memory_that_is_not_there() {
     let (model, found) = identified(a_sweep_and_a_step(), Instruments::PositionAndCurrents);
     // `mirrors/bench.toml`: 1450 Hz, no memory, and heat that is all fast.
     let frequency = &found.parameters["resonance.f"];
+    // A move takes five periods: 1 % is a twentieth of one.
     assert!(
         (frequency.value - 1450.0).abs() < 15.0,
         "{}",
@@ -89,6 +90,7 @@ fn a_step_shows_the_resonance_with_its_error_and_no_memory_that_is_not_there() {
     );
     assert!(!verdict(&found, "a slow thermal pole").0, "{found:?}");
     assert!(model.parameters.fast_s > 1e-4 && model.parameters.fast_s < 5e-3);
+    // Twice what lumped equations are not asked to follow, 0.1 um (`docs/theory/missing-physics.md`).
     assert!(
         found.residual_rms_um.is_some_and(|rms| rms < 0.2),
         "{found:?}"
@@ -113,6 +115,7 @@ fn actuators_driven_alone_show_the_heat_that_goes_across() {
     let apart = found(&[sweep(), Experiment::single(3.5, 4, 1.0).after(5.0)]);
     // Its beams lose their heat into one ledge.
     assert!(verdict(&apart, "crosstalk").0, "{apart:?}");
+    // Three times what `calibrate` leaves of this mirror from ten times as many readings (`docs/guide/calibrate.md`).
     assert!(
         apart.residual_rms_um.is_some_and(|rms| rms < 1.0),
         "{apart:?}"
@@ -135,5 +138,6 @@ fn a_gap_and_a_channel_that_is_missing_take_nothing_from_the_rest() {
     let (_, found) = from(&session);
     assert!(found.parameters.contains_key("R0.1") && !found.parameters.contains_key("R0.2"));
     let frequency = found.parameters["resonance.f"].value;
+    // As without a gap.
     assert!((frequency - 1450.0).abs() < 15.0, "{frequency}");
 }

@@ -36,6 +36,7 @@ fn session() -> Vec<Interval> {
 
 #[test]
 fn a_long_hold_ends_in_the_steady_state() {
+    // 10 pm and 1 nA: what is left after 25 of the slowest time constants, and rounding.
     for model in [Model::from(Preset::Paper), dynamic()] {
         let steady = PistonModel {
             parameters: model.parameters,
@@ -60,6 +61,7 @@ fn halving_the_step_changes_nanometres_only() {
         .zip(z(0.03))
         .map(|(a, b)| (a.z_um - b.z_um).abs())
         .fold(0.0, f64::max);
+    // A fifth of what lumped equations are not asked to follow, 0.1 um (`docs/theory/missing-physics.md`).
     assert!(worst < 0.02, "{worst} um");
 }
 
@@ -77,8 +79,10 @@ fn every_effect_is_nothing_at_strength_0_and_something_otherwise() {
         let without = simulate(&model, &session, 0.3).unwrap();
         let id = model.effects[0].id();
         for ((w, o), p) in with.iter().zip(&without).zip(&plain) {
+            // Rounding.
             assert!((o.z_um - p.z_um).abs() < 1e-4 && w.z_um.is_finite(), "{id}");
         }
+        // Usual instruments read 10 nm and 2 uA: five and three of their standard deviations.
         let far = |a: &Output, b: &Output| {
             (a.z_um - b.z_um).abs() + 1e4 * (a.current_a[0] - b.current_a[0]).abs()
         };
@@ -105,10 +109,12 @@ fn a_resonance_rings_at_its_frequency_and_dies_away() {
         .map(|(r, p)| r.z_um - p.z_um)
         .collect();
     let crossings = off[..200].windows(2).filter(|w| w[0] * w[1] < 0.0).count();
+    // 60, and a sixth either way: the heat is on its way beneath it.
     assert!(
         (50..70).contains(&crossings),
         "{crossings} in 20 ms at 1500 Hz"
     );
+    // Rounding, a minute later.
     assert!(off[200].abs() < 1e-6);
 }
 
@@ -154,6 +160,7 @@ fn a_strong_heat_loss_comes_to_rest_in_one_long_step() {
     let p = &model.parameters;
     let ohm = p.cold_resistance_ohm * (1.0 + p.resistance_coefficient_per_k * rise);
     let heating = p.thermal_resistance_k_per_w * 3.5 * 3.5 / ohm - 8e-3 * rise * rise;
+    // A mK of some 100 K: the solver's own tolerance is a hundredth of it.
     assert!((heating - rise).abs() < 1e-3, "{heating} for {rise}");
 }
 
@@ -229,6 +236,7 @@ fn a_stage_moves_what_the_sensor_reads_and_a_slow_sensor_follows() {
         let outputs = simulate(&model, &[hold(0.0, 1.0), raised(0.1), raised(10.0)], 0.1);
         let z: Vec<_> = outputs.expect("finite").iter().map(|o| o.z_um).collect();
         assert_eq!(z[0], 0.0);
+        // As it is rounded above, 50 um times 1 - 1/e.
         assert!((z[1] - at_once).abs() < 0.05, "{id}: {z:?}");
         assert!((z[2] - in_the_end).abs() < 1e-9, "{id}: {z:?}");
     }

@@ -62,13 +62,16 @@ fn its_physics_switches_off_piece_by_piece() {
 
     let mut cold_package = paper.clone();
     cold_package.frame = None;
+    // Beams and plate follow within a tenth of a second, the package in half a one.
     assert!(shown(&cold_package).t95_ms < 0.2 * with.t95_ms);
 
     let mut still = paper.clone();
     still.motion = None;
+    // Rounding.
     assert!(shown(&still).ringing < 1e-6);
 
     let mut alike = paper;
     alike.trim = Default::default();
+    // Rounding.
     assert!(shown(&alike).tilt_x.sd_deg < 1e-9);
 }

@@ -48,3 +48,42 @@ pub(super) fn training_noise(data: &Dataset, white_noise: &DVector<f64>) -> DVec
     }
     noise
 }
+
+#[cfg(test)]
+mod tests {
+    use identification::dataset::{Channel, Observation};
+
+    use super::*;
+
+    /// Two readings at the end of each of twelve intervals.
+    fn data() -> Dataset {
+        let reading = |interval| Observation {
+            interval,
+            channel: Channel::Displacement,
+            value: 0.0,
+            noise: 0.01,
+            experiment: 0,
+            t_s: interval as f64,
+        };
+        Dataset {
+            observations: (0..24).map(|index| reading(index / 2)).collect(),
+            ..Dataset::default()
+        }
+    }
+
+    #[test]
+    fn every_other_handful_of_rows_is_held_out_with_all_its_readings() {
+        let held_out = held_out_rows(&data());
+        let rows: Vec<usize> = (0..24).filter(|&index| held_out[index]).collect();
+        assert_eq!(rows, (10..20).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn what_is_held_out_weighs_nothing_and_the_rest_as_before() {
+        let noise = training_noise(&data(), &DVector::repeat(24, 0.5));
+        assert_eq!(
+            (noise[9], noise[10], noise[19], noise[20]),
+            (0.5, 5e5, 5e5, 0.5)
+        );
+    }
+}

@@ -34,21 +34,65 @@ impl Analysis<'_> {
         })
     }
 
-    /// The highest drive up to which what is left is like noise, if it is not at all drives (V).
     fn explained_up_to(&self, left: &[f64]) -> Option<f64> {
         let highest = |volts: [f64; ACTUATORS]| volts.into_iter().fold(0.0, f64::max);
         let drives = self.data.observations.iter().map(|o| self.data.drive(o));
-        let mut readings: Vec<(f64, f64)> = drives.map(highest).zip(left.iter().copied()).collect();
-        readings.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let (mut sum, mut up_to) = (0.0, None);
-        for (index, &(volts, off)) in readings.iter().enumerate() {
-            sum += off * off;
-            let count = (index + 1) as f64;
-            let is_last_at_it = readings.get(index + 1).is_none_or(|next| next.0 > volts);
-            if is_last_at_it && index + 1 >= READINGS && sum <= LIKE_NOISE.powi(2) * count {
-                up_to = Some(volts);
-            }
+        like_noise_up_to(drives.map(highest).zip(left.iter().copied()).collect())
+    }
+}
+
+/// The highest drive up to which what is left is like noise, if it is not at all drives (V). Of each reading the highest drive
+/// (V), and what is left of it in standard deviations.
+fn like_noise_up_to(mut readings: Vec<(f64, f64)>) -> Option<f64> {
+    readings.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (mut sum, mut up_to) = (0.0, None);
+    for (index, &(volts, off)) in readings.iter().enumerate() {
+        sum += off * off;
+        let count = (index + 1) as f64;
+        let is_last_at_it = readings.get(index + 1).is_none_or(|next| next.0 > volts);
+        if is_last_at_it && index + 1 >= READINGS && sum <= LIKE_NOISE.powi(2) * count {
+            up_to = Some(volts);
         }
-        up_to.filter(|volts| readings.last().is_some_and(|last| *volts < last.0))
+    }
+    up_to.filter(|volts| readings.last().is_some_and(|last| *volts < last.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Five readings at each of these drives, which leave so much.
+    fn readings(left: &[(f64, f64)]) -> Vec<(f64, f64)> {
+        left.iter().flat_map(|&reading| [reading; 5]).collect()
+    }
+
+    #[test]
+    fn what_is_left_from_a_drive_on_is_told() {
+        let left = readings(&[(3.0, 9.0), (1.0, 1.0), (2.0, -1.0)]);
+        // At 3 V the mean square of all is (10 + 5 * 81) / 15, above 4.
+        assert_eq!(like_noise_up_to(left), Some(2.0));
+    }
+
+    #[test]
+    fn what_is_like_noise_everywhere_has_no_such_drive() {
+        assert_eq!(
+            like_noise_up_to(readings(&[(1.0, 1.0), (2.0, 1.0), (3.0, 1.9)])),
+            None
+        );
+    }
+
+    #[test]
+    fn what_is_left_everywhere_has_none_either() {
+        assert_eq!(
+            like_noise_up_to(readings(&[(1.0, 5.0), (2.0, 5.0), (3.0, 5.0)])),
+            None
+        );
+    }
+
+    #[test]
+    fn a_handful_of_readings_tells_nothing() {
+        // Five below, where ten are asked for.
+        assert_eq!(like_noise_up_to(readings(&[(1.0, 0.0), (2.0, 9.0)])), None);
+        assert_eq!(like_noise_up_to(Vec::new()), None);
     }
 }

@@ -18,3 +18,50 @@ pub(super) fn step_error(model: &Model, data: &Dataset, resolution: f64) -> Resu
         .map(|((c, f), o)| (c - f).abs() / standard_deviation(o));
     Ok(moved.fold(0.0, f64::max))
 }
+
+#[cfg(test)]
+mod tests {
+    use identification::dataset::{Channel, Observation};
+    use mirror_model::{ACTUATORS, Interval, Preset};
+
+    use super::*;
+
+    /// Held drives, each read at its end.
+    fn data(drives_v: &[f64]) -> Dataset {
+        let read = |interval| Observation {
+            interval,
+            channel: Channel::Displacement,
+            value: 0.0,
+            noise: 0.01,
+            experiment: 0,
+            t_s: interval as f64,
+        };
+        let held = |&volts: &f64| Interval::held([volts; ACTUATORS], 0.01);
+        Dataset {
+            intervals: drives_v.iter().map(held).collect(),
+            observations: (0..drives_v.len()).map(read).collect(),
+            experiments: vec!["steps".into()],
+            ..Dataset::default()
+        }
+    }
+
+    fn error(drives_v: &[f64], resolution: f64) -> f64 {
+        let mut model = Model::from(Preset::Paper);
+        // The paper's poles are at rest at once.
+        (model.parameters.fast_s, model.parameters.middle_s) = (1e-3, 0.035);
+        model.parameters.middle_weight = 0.3;
+        step_error(&model, &data(drives_v), resolution).expect("a finite answer")
+    }
+
+    #[test]
+    fn a_mirror_at_rest_is_simulated_exactly() {
+        assert_eq!(error(&[0.0; 4], 1.0), 0.0);
+    }
+
+    #[test]
+    fn a_finer_step_is_more_exact() {
+        let steps = [0.0, 2.0, 0.5, 3.0];
+        let (coarse, fine) = (error(&steps, 1.0), error(&steps, 0.25));
+        assert!(coarse > fine && fine >= 0.0, "{coarse} and {fine}");
+    }
+}

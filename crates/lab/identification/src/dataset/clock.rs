@@ -4,7 +4,7 @@ use super::{Channel, Observation};
 use measurement::MeasurementFile;
 use std::ops::Range;
 
-/// Rest at 0 V assumed between files that share no clock (s; `docs/measurement-files.md`): longer than all that the base
+/// Rest at 0 V assumed between files that share no clock (s; `docs/reference/measurement-files.md`): longer than all that the base
 /// remembers.
 const REST_S: f64 = 60.0;
 /// Files whose times overlap by more than this share no clock, whatever they say: one mirror is in one experiment at a time (s).
