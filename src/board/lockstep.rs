@@ -9,7 +9,7 @@ use super::{Board, Lockstep, Sensed};
 use crate::TICK_HZ;
 use crate::control::Control;
 
-/// Leases up to this one, 100 ms, are those of a host that renews all the time (`docs/protocol.md`).
+/// Leases up to this one, 100 ms, are those of a host that renews all the time (`docs/reference/protocol.md`).
 const SHORT_LEASE: Lease = Lease::ticks(TICK_HZ / 10);
 
 /// The processor that the firmware runs on, and its way to the plant.

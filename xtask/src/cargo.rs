@@ -7,8 +7,6 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, bail};
 
-use crate::setup;
-
 /// The microcontroller's target: both boards are a Cortex-M4F.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 
@@ -28,11 +26,21 @@ pub fn target_directory() -> PathBuf {
     env::var_os("CARGO_TARGET_DIR").map_or_else(|| workspace().join("target"), PathBuf::from)
 }
 
+/// Where a program is unpacked that the system does not have; `cargo clean` takes it away.
+pub(crate) fn unpacked() -> PathBuf {
+    target_directory().join("qemu")
+}
+
+/// Where it is started.
+pub(crate) fn unpacked_programs() -> PathBuf {
+    unpacked().join("bin")
+}
+
 /// A program, which finds the emulator that was unpacked for the workspace where the system has none.
 pub fn program(path: impl AsRef<OsStr>) -> Command {
     let mut command = Command::new(path);
     let path = env::var_os("PATH").unwrap_or_default();
-    let folders = env::split_paths(&path).chain([setup::unpacked()]);
+    let folders = env::split_paths(&path).chain([unpacked_programs()]);
     if let Ok(path) = env::join_paths(folders) {
         command.env("PATH", path);
     }

@@ -7,6 +7,7 @@ use anyhow::{Context, Result, bail};
 use object::{Object, ObjectSection, SectionKind};
 
 use crate::cargo::{TARGET, cargo, run, target_directory};
+use crate::figures;
 use crate::panics;
 use crate::setup;
 use crate::tool;
@@ -98,6 +99,7 @@ pub fn check(board: Board) -> Result<()> {
             if size.flash > FLASH_BUDGET || size.ram > RAM_BUDGET {
                 bail!("the image is over its budget");
             }
+            figures::check_image(size.flash, size.ram)?;
             panics::check(&image)
         }
         Board::Mps2 => panics::check_that_it_finds_one(&image),

@@ -5,10 +5,13 @@
 
 pub mod cargo;
 mod checks;
+#[cfg(test)]
+mod circles;
 mod copy;
 mod deny;
 mod dist;
 mod docs;
+pub mod figures;
 mod flash;
 mod hil;
 pub mod images;
@@ -18,6 +21,8 @@ mod mistakes;
 mod on_target;
 mod packages;
 mod page;
+#[cfg(test)]
+mod pages;
 mod panics;
 mod port;
 mod python;

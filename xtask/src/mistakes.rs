@@ -21,7 +21,7 @@ const PATCHES: &str = "hil/tests/mistakes/sources";
 const NOT_CAUGHT: &str = "Not caught: ";
 
 /// What looks at a flashed image, the shortest first: a program of tests, and those of them that do.
-const JUDGES: [(&str, &[&str]); 6] = [
+const EXAMINERS: [(&str, &[&str]); 6] = [
     ("tests/mistakes", &["a_start"]),
     ("tests/silicon", &[]),
     ("tests/acceptance", &[]),
@@ -48,14 +48,14 @@ pub(crate) fn fit() -> Result<()> {
 /// Where the image without a mistake fails, a patch does not fit or build, one is not found that nothing explains, or fewer than
 /// 95 of a hundred are found.
 pub(crate) fn try_all() -> Result<()> {
-    let judges = judges()?;
+    let examiners = examiners()?;
     images::build(Board::Stm32g474)?;
-    let sound = find(&judges, &images::path(Board::Stm32g474))?;
+    let sound = find(&examiners, &images::path(Board::Stm32g474))?;
     ensure!(sound.is_none(), "without any mistake: {sound:?}");
     let mistakes = build_all()?;
     let found = mistakes
         .par_iter()
-        .map(|mistake| find(&judges, &mistake.image));
+        .map(|mistake| find(&examiners, &mistake.image));
     let found = found.collect::<Result<Vec<_>>>()?;
     let (mut caught, mut missed) = (0, Vec::new());
     for (mistake, found) in mistakes.iter().zip(&found) {
@@ -124,12 +124,12 @@ fn head(patch: &str) -> (String, Option<String>) {
     (what.to_owned(), not_caught.map(str::to_owned))
 }
 
-type Judge = (TestProgram, &'static [&'static str]);
+type Examiner = (TestProgram, &'static [&'static str]);
 
 /// Programs of tests, each with the parts of the names of the tests in it that count.
-fn judges() -> Result<Vec<Judge>> {
+fn examiners() -> Result<Vec<Examiner>> {
     let mut built = test_programs::build_and_lint()?;
-    JUDGES
+    EXAMINERS
         .iter()
         .map(|(name, tests)| {
             let at = built.iter().position(|program| program.name == *name);
@@ -140,8 +140,8 @@ fn judges() -> Result<Vec<Judge>> {
 }
 
 /// The tests that fail with this image, of the first program of which any do.
-fn find(judges: &[Judge], image: &Path) -> Result<Option<String>> {
-    for (program, tests) in judges {
+fn find(examiners: &[Examiner], image: &Path) -> Result<Option<String>> {
+    for (program, tests) in examiners {
         let printed = image.with_extension("printed");
         let mut command = program.command();
         command

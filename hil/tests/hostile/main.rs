@@ -32,9 +32,9 @@ use crate::attacks::ATTACKS;
 
 const LASTS: Duration = Duration::from_secs(6);
 const LASTS_IN_FULL: Duration = Duration::from_secs(600);
-/// What an emulated tick takes on an idle machine: it goes nine times as fast as the wall's clock there (`README.md`), of
-/// which half is left for other machines.
-const TICK_TAKES: Duration = Duration::from_micros(20);
+/// What an emulated tick takes on an idle machine: it goes three times as fast as the wall's clock there
+/// (`docs/figures/board.md`).
+const TICK_TAKES: Duration = Duration::from_micros(33);
 const SLOWEST: Duration = Duration::from_secs(1);
 const SEED: u64 = 20_261_122;
 /// From one stop to the next.

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 
-use super::{CHECKSUMS, NAME, PROGRAMS, Released, VERSION};
+use super::release::{CHECKSUMS, NAME, PROGRAMS, Released, VERSION, copy};
 use crate::cargo::{answers, cargo, program, run, target_directory, workspace};
 use crate::python;
 
@@ -37,7 +37,7 @@ fn in_a_fresh_debian(released: &Released) -> Result<()> {
     fs::create_dir_all(&bench)?;
     for file in [&released.wheel, &released.debian, &workspace().join(SCRIPT)] {
         let name = file.file_name().context("it has a name")?;
-        super::copy(file, &bench.join(name))?;
+        copy(file, &bench.join(name))?;
     }
     // The clean system has no certificates; what the wheel needs besides is fetched here.
     run(python::pip()?
@@ -80,6 +80,6 @@ fn by_cargo_install(released: &Released) -> Result<()> {
         .arg(released.tree.join("lib"))
         .arg(&installed))?;
     let emulator = Path::new("bin").join(emulator);
-    super::copy(&released.tree.join(&emulator), &installed.join(&emulator))?;
+    copy(&released.tree.join(&emulator), &installed.join(&emulator))?;
     run(program(installed.join(emulator)).args(["--", "set-z", "120um"]))
 }

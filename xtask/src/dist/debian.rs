@@ -6,7 +6,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result};
 
-use super::{LICENCES, NAME, PROGRAMS, VERSION, copy, said_by, source_date};
+use super::release::{LICENCES, NAME, PROGRAMS, VERSION, copy, said_by, source_date};
 use crate::cargo::{run, workspace};
 
 /// What a shell completes by, where Debian's shells look for it.

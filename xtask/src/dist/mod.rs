@@ -6,39 +6,22 @@
 mod clean_system;
 mod debian;
 mod licences;
+mod release;
 mod sources;
 mod wheel;
 
 use std::ffi::OsString;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 
-use crate::cargo::{cargo, describe, run, target_directory, workspace};
+use self::release::{CHECKSUMS, LICENCES, NAME, PROGRAMS, Released, copy, said_by};
+use crate::cargo::{cargo, run, target_directory};
 use crate::images::{self, Board};
 use crate::sbom;
 use crate::tool;
-
-/// What everything is called that is released.
-const NAME: &str = "electrothermal-mirror";
-const VERSION: &str = env!("CARGO_PKG_VERSION");
-/// The programs in it. Each is built by itself, as `cargo install` does.
-const PROGRAMS: [&str; 2] = ["host-tool", "mirror-emulator"];
-/// What is inside, and under which licences.
-const LICENCES: &str = "licences.txt";
-const CHECKSUMS: &str = "SHA256SUMS";
-
-/// What was built, in a folder for people.
-struct Released {
-    folder: PathBuf,
-    /// The tree that wheel and Debian package are made of.
-    tree: PathBuf,
-    sources: PathBuf,
-    wheel: PathBuf,
-    debian: PathBuf,
-}
 
 /// Builds all of it; with `check` installs each on a clean system, and moves a mirror there.
 pub(crate) fn build(check: bool) -> Result<()> {
@@ -109,13 +92,6 @@ fn image_name(image: &Path) -> Result<&Path> {
     image.file_name().map(Path::new).context("it has a name")
 }
 
-/// Copies a file into a folder that is made where it is missing.
-fn copy(from: &Path, to: &Path) -> Result<()> {
-    fs::create_dir_all(to.parent().context("it lies in a folder")?)?;
-    fs::copy(from, to).with_context(|| format!("copying {}", from.display()))?;
-    Ok(())
-}
-
 /// What `sha256sum --check` reads, of the files in `folder`.
 fn checksums(folder: &Path) -> Result<String> {
     let entries = fs::read_dir(folder)?;
@@ -124,26 +100,4 @@ fn checksums(folder: &Path) -> Result<String> {
         .collect::<Result<_>>()?;
     names.sort();
     said_by(Command::new("sha256sum").args(names).current_dir(folder))
-}
-
-/// The time that packages carry: of the commit, so that the same sources make the same packages
-/// (<https://reproducible-builds.org/specs/source-date-epoch/>).
-fn source_date() -> Result<String> {
-    said_by(
-        Command::new("git")
-            .args(["log", "-1", "--format=%ct"])
-            .current_dir(workspace()),
-    )
-}
-
-/// What a program prints, without the end of its line.
-fn said_by(command: &mut Command) -> Result<String> {
-    let words = describe(command);
-    let output = command.output().with_context(|| format!("`{words}`"))?;
-    ensure!(
-        output.status.success(),
-        "`{words}`: {}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    Ok(String::from_utf8(output.stdout)?.trim_end().to_owned())
 }

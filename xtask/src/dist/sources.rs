@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, ensure};
 
-use super::{NAME, VERSION, source_date};
+use super::release::{NAME, VERSION, source_date};
 use crate::cargo::{run, workspace};
 
 /// Packs what the repository holds, as it is now, below a folder of its own name.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
-use super::source_date;
+use super::release::source_date;
 use crate::cargo::{run, workspace};
 use crate::python;
 

@@ -16,7 +16,6 @@ use crate::cargo;
 pub(crate) use browser::{BROWSER, browser};
 pub use qemu::qemu;
 pub(crate) use shells::shells;
-pub use unpack::unpacked;
 
 /// Makes sure that a target is installed.
 pub fn rust_target(target: &str) -> Result<()> {

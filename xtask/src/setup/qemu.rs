@@ -6,7 +6,7 @@ use crate::cargo::program;
 use anyhow::{Context, Result, bail};
 
 /// The emulator's program, and the package of Debian, Fedora and Arch that has it.
-pub(super) const QEMU: &str = "qemu-system-arm";
+const QEMU: &str = "qemu-system-arm";
 
 /// The first QEMU with the machine `mps2-an386` (<https://wiki.qemu.org/ChangeLog/5.2#Arm>).
 const OLDEST: Version = (5, 2);
@@ -73,7 +73,7 @@ pub fn qemu() -> Result<()> {
         eprintln!(
             "It is not installed:\n  {reason}\nUnpacking it for this workspace alone; the system stays as it is."
         );
-        unpack().context(BY_HAND)?;
+        unpack(QEMU).context(BY_HAND)?;
     }
     match present() {
         Present::Tested | Present::Untested(_) => Ok(()),

@@ -1,40 +1,30 @@
-//! The emulator without an installation: fetched by apt, unpacked in the folder of builds, and so in no other package's way.
+//! A program without an installation: fetched by apt, unpacked in the folder of builds, and so in no other package's way.
 
 use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 
 use super::apt::added;
 use super::package::{apt_command, said_in, simulation};
-use super::qemu::QEMU;
-use crate::cargo::{run, target_directory};
+use crate::cargo::{run, unpacked, unpacked_programs};
 
-/// Where the emulator is started that was unpacked.
-pub fn unpacked() -> PathBuf {
-    folder().join("bin")
-}
-
-/// `cargo clean` takes it away.
-fn folder() -> PathBuf {
-    target_directory().join("qemu")
-}
-
-/// Fetches what an installation would add, and unpacks it.
-pub(super) fn unpack() -> Result<()> {
-    let output = simulation(QEMU, &[]).output()?;
+/// Fetches what an installation of `program`, a package of that name, would add, and unpacks it.
+pub(super) fn unpack(program: &str) -> Result<()> {
+    let output = simulation(program, &[]).output()?;
     let packages = added(&said_in(&output.stdout));
     ensure!(
         !packages.is_empty(),
-        "apt does not say what {QEMU} is made of"
+        "apt does not say what {program} is made of"
     );
-    let (archives, root) = (folder().join("archives"), folder().join("root"));
-    if folder().exists() {
-        fs::remove_dir_all(folder())?;
+    let folder = unpacked();
+    let (archives, root) = (folder.join("archives"), folder.join("root"));
+    if folder.exists() {
+        fs::remove_dir_all(&folder)?;
     }
-    for made in [&archives, &root, &unpacked()] {
+    for made in [&archives, &root, &unpacked_programs()] {
         fs::create_dir_all(made).with_context(|| format!("making {}", made.display()))?;
     }
     run(apt_command("apt-get", &["download", "-qq"])
@@ -46,13 +36,13 @@ pub(super) fn unpack() -> Result<()> {
         ensure!(extract.status()?.success(), "dpkg-deb does not unpack");
     }
     fs::remove_dir_all(&archives)?;
-    let start = unpacked().join(QEMU);
-    fs::write(&start, script(&root)?)?;
+    let start = unpacked_programs().join(program);
+    fs::write(&start, script(&root.join("usr/bin").join(program), &root)?)?;
     Ok(fs::set_permissions(&start, Permissions::from_mode(0o755))?)
 }
 
-/// Becomes the emulator, with the libraries that were unpacked with it.
-fn script(root: &Path) -> Result<String> {
+/// Becomes `program`, with the libraries that were unpacked with it.
+fn script(program: &Path, root: &Path) -> Result<String> {
     let mut libraries = Vec::new();
     for folder in ["lib", "usr/lib"].map(|below| root.join(below)) {
         let entries = fs::read_dir(&folder).into_iter().flatten();
@@ -63,7 +53,7 @@ fn script(root: &Path) -> Result<String> {
     Ok(format!(
         "#!/bin/sh\nLD_LIBRARY_PATH={} exec {} \"$@\"\n",
         quoted(&libraries.to_string_lossy()),
-        quoted(&root.join("usr/bin").join(QEMU).to_string_lossy())
+        quoted(&program.to_string_lossy())
     ))
 }
 

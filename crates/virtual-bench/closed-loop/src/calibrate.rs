@@ -145,7 +145,7 @@ mod tests {
     /// `host-tool calibrate` says what it will play, and plays it by this very procedure: the core plays the same, with the
     /// same names, levels and durations, over the same range, and is calibrated by it.
     #[test]
-    #[ignore = "plays minutes of a mirror's time; `cargo xtask test --full` runs it"]
+    #[ignore = "long"]
     fn the_core_plays_what_the_procedure_says() {
         let config = MirrorConfig::paper();
         let procedure = procedure(&config, Effort::QUICK).expect("the preset has an inverse");

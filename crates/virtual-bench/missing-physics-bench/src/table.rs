@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 /// Above this the error after adding the hidden effect is not that of a mirror with nothing hidden.
 const ERROR_RATIO: f64 = 1.2;
 
-/// Markdown, a row a figure, with what the project requires of it (`docs/diagnosis.md` says why). A figure that no session
+/// Markdown, a row a figure, with what the project requires of it (`docs/requirements.md` says why). A figure that no session
 /// was for has no row.
 pub(crate) fn table(outcomes: &[Outcome]) -> String {
     let mut table = String::from("| figure | measured | required |\n|---|---|---|\n");

@@ -6,9 +6,9 @@ use anyhow::{Context, Result, ensure};
 use emulated_board::{Connected, EmulatedBoard, Emulation, Speed, private_directory};
 use virtual_mirror::MirrorConfig;
 
-use crate::figures;
 use crate::picture::{self, Reached};
 use xtask::cargo::{TARGET, cargo, workspace};
+use xtask::figures;
 use xtask::images::{self, Board};
 use xtask::setup;
 use xtask::tool;

@@ -5,7 +5,6 @@ mod coverage;
 mod diagnoses;
 mod emulate;
 mod factory;
-mod figures;
 mod hidden;
 mod on_target;
 mod package;
