@@ -117,8 +117,14 @@ pub(super) const ALLOWED: &[Allowed] = &[
     (
         Room::VirtualBench,
         "emulated-board",
-        &["board-sockets", "plant-link", "virtual-mirror"],
+        &[
+            "board-sockets",
+            "foreign-mirror",
+            "plant-link",
+            "virtual-mirror",
+        ],
     ),
+    (Room::VirtualBench, "foreign-mirror", &[]),
     (
         Room::VirtualBench,
         "silicon-twin",
@@ -205,6 +211,7 @@ pub(super) const ALLOWED: &[Allowed] = &[
             "control-core",
             "emulated-board",
             "experiments",
+            "foreign-mirror",
             "host-tool",
             "long-runs",
             "mirror-emulator",

@@ -6,15 +6,16 @@ use std::task::{Context, Poll, Waker};
 use calibration::{CorrectionError, RefineError, TabulateError, tabulate};
 use calibration_procedure::{Bench, Calibrated, Doubt, Part, Procedure, SensorError, Source};
 use control_core::Calibration;
+use emulated_board::{Device, Mirror};
 use experiment_player::PlayError;
 use experiments::Experiment;
 use experiments::calibration::Effort;
 use measurement::MeasurementFile;
 use mirror_model::{Model, Preset, Runaway};
-use virtual_mirror::{ConfigError, MirrorConfig};
+use virtual_mirror::ConfigError;
 
-use crate::TICK_S;
 use crate::player::Player;
+use crate::{Loop, TICK_S};
 
 /// Why a mirror could not be calibrated.
 #[derive(Debug, thiserror::Error)]
@@ -49,17 +50,34 @@ pub enum CalibrateError {
 ///
 /// # Errors
 /// Where one of the steps fails.
-pub fn calibrate(config: &MirrorConfig) -> Result<Calibrated, CalibrateError> {
-    Ok(follow(&procedure(config, Effort::USUAL)?, config)?.0)
+pub fn calibrate(config: &impl Device) -> Result<Calibrated, CalibrateError> {
+    Ok(calibrate_then(config, |_| ())?.0)
+}
+
+/// Calibrates it, and goes on with the mirror as it is then, under its new calibration.
+///
+/// # Errors
+/// Where one of the steps fails.
+pub fn calibrate_then<D: Device, T>(
+    config: &D,
+    then: impl FnOnce(&mut Loop<'_, D::Mirror>) -> T,
+) -> Result<(Calibrated, T), CalibrateError> {
+    let procedure = procedure(config, Effort::USUAL)?;
+    let factory = tabulate(&procedure.start)?.calibration;
+    let (mut one, mut other) = (factory, factory);
+    let mut bench = OnCore::new(config, &mut one, &mut other)?;
+    let calibrated = at_once(procedure.run(&mut bench, Source::Mirror))?;
+    bench.put_to_use(&calibrated.calibration);
+    Ok((calibrated, then(bench.player.mirror())))
 }
 
 /// What is asked of a board that comes from the factory.
-fn procedure(config: &MirrorConfig, effort: Effort) -> Result<Procedure, CalibrateError> {
+fn procedure(config: &impl Device, effort: Effort) -> Result<Procedure, CalibrateError> {
     // What the firmware is built with.
     let start = Model::from(Preset::Reconciled);
     let factory = tabulate(&start)?.calibration;
     Ok(Procedure {
-        device: config.name.clone(),
+        device: config.name().to_owned(),
         date: String::new(),
         max_v: start.parameters.drive_limit_v,
         reach_um: f64::from(factory.max_position().0),
@@ -69,34 +87,38 @@ fn procedure(config: &MirrorConfig, effort: Effort) -> Result<Procedure, Calibra
     })
 }
 
-type Played = Vec<(Part, Experiment)>;
-
-/// Follows a procedure on a board with the factory's calibration. With the outcome comes what was played.
-fn follow(
-    procedure: &Procedure,
-    config: &MirrorConfig,
-) -> Result<(Calibrated, Played), CalibrateError> {
-    let factory = tabulate(&procedure.start)?.calibration;
-    let (mut one, mut other) = (factory, factory);
-    let mut bench = OnCore {
-        player: Player::new(&mut one, config)?,
-        spare: Some(&mut other),
-        played: Vec::new(),
-    };
-    let calibrated = at_once(procedure.run(&mut bench, Source::Mirror))?;
-    Ok((calibrated, bench.played))
-}
-
 /// The control core in front of a virtual mirror, as the procedure plays it.
-struct OnCore<'a> {
-    player: Player<'a>,
+struct OnCore<'a, M> {
+    player: Player<'a, M>,
     /// Room for the calibration that is used next.
     spare: Option<&'a mut Calibration>,
     /// What was played.
     played: Vec<(Part, Experiment)>,
 }
 
-impl Bench for OnCore<'_> {
+impl<'a, M: Mirror> OnCore<'a, M> {
+    /// With the factory's calibration in `one`, and room for the next one.
+    fn new(
+        config: &impl Device<Mirror = M>,
+        one: &'a mut Calibration,
+        other: &'a mut Calibration,
+    ) -> Result<Self, CalibrateError> {
+        Ok(Self {
+            player: Player::new(one, config)?,
+            spare: Some(other),
+            played: Vec::new(),
+        })
+    }
+
+    fn put_to_use(&mut self, calibration: &Calibration) {
+        if let Some(room) = self.spare.take() {
+            room.clone_from(calibration);
+            self.spare = Some(self.player.exchange(room));
+        }
+    }
+}
+
+impl<M: Mirror> Bench for OnCore<'_, M> {
     type Error = CalibrateError;
 
     fn tick_s(&self) -> f64 {
@@ -113,10 +135,7 @@ impl Bench for OnCore<'_> {
     }
 
     async fn put_on_trial(&mut self, calibration: &Calibration) -> Result<(), CalibrateError> {
-        if let Some(room) = self.spare.take() {
-            room.clone_from(calibration);
-            self.spare = Some(self.player.exchange(room));
-        }
+        self.put_to_use(calibration);
         Ok(())
     }
 
@@ -141,6 +160,7 @@ fn at_once<T>(future: impl Future<Output = T>) -> T {
 mod tests {
     use super::*;
     use experiments::calibration::RANGE;
+    use virtual_mirror::MirrorConfig;
 
     /// `host-tool calibrate` says what it will play, and plays it by this very procedure: the core plays the same, with the
     /// same names, levels and durations, over the same range, and is calibrated by it.
@@ -149,7 +169,11 @@ mod tests {
     fn the_core_plays_what_the_procedure_says() {
         let config = MirrorConfig::paper();
         let procedure = procedure(&config, Effort::QUICK).expect("the preset has an inverse");
-        let (calibrated, played) = follow(&procedure, &config).expect("a mirror");
+        let factory = tabulate(&procedure.start).expect("rising").calibration;
+        let (mut one, mut other) = (factory, factory);
+        let mut bench = OnCore::new(&config, &mut one, &mut other).expect("a mirror");
+        let calibrated = at_once(procedure.run(&mut bench, Source::Mirror)).expect("calibrated");
+        let played = bench.played;
         let said = procedure.experiments();
         assert_eq!(played.len(), said.len());
         let first_um = f64::from(

@@ -1,7 +1,8 @@
 //! What positioning reaches, measured on a mirror.
 
 use control_core::{Calibration, Limit, Limits, Micrometre, Setpoint};
-use virtual_mirror::{ConfigError, MirrorConfig};
+use emulated_board::{Device, Mirror};
+use virtual_mirror::ConfigError;
 
 use crate::sine::Sine;
 use crate::{Loop, TICK_S, limit};
@@ -56,18 +57,19 @@ pub struct Step {
     pub limits: Limits,
 }
 
-/// Static errors from 3 um to the top or 170 um, at positions that no calibration was corrected at.
+/// Static errors from 3 um to the top or 170 um, at positions that no calibration was corrected at, of a mirror that was at rest.
 ///
 /// # Errors
 /// Where a number of `config` is out of range.
-pub fn at_rest(
-    calibration: &mut Calibration,
-    config: &MirrorConfig,
-) -> Result<Static, ConfigError> {
+pub fn at_rest(calibration: &mut Calibration, config: &impl Device) -> Result<Static, ConfigError> {
+    Ok(next_moves(&mut Loop::new(calibration, config)?))
+}
+
+/// The same from whatever a mirror has done before.
+pub fn next_moves(mirror: &mut Loop<'_, impl Mirror>) -> Static {
     const POSITIONS: u32 = 17;
     const STAY_S: f64 = 1.5;
-    let top_um = f64::from(calibration.max_position().0).min(170.0);
-    let mut mirror = Loop::new(calibration, config)?;
+    let top_um = f64::from(mirror.calibration().max_position().0).min(170.0);
     // A stride that shares no factor with their number: up and down, far and near.
     let errors: Vec<f64> = (0..POSITIONS)
         .map(|i| {
@@ -76,10 +78,10 @@ pub fn at_rest(
             mirror.hold(z_um, STAY_S) - z_um
         })
         .collect();
-    Ok(Static {
+    Static {
         rms_um: rms(&errors),
         largest_um: largest(&errors),
-    })
+    }
 }
 
 /// Steps between pairs of positions, after a second at the first.
@@ -88,7 +90,7 @@ pub fn at_rest(
 /// Where a number of `config` is out of range.
 pub fn steps(
     calibration: &mut Calibration,
-    config: &MirrorConfig,
+    config: &impl Device,
     pairs: &[(f64, f64)],
 ) -> Result<Vec<Step>, ConfigError> {
     let drive_v = f64::from(calibration.max_drive().0);
@@ -131,7 +133,7 @@ pub fn steps(
 /// Where a number of `config` is out of range.
 pub fn creep(
     calibration: &mut Calibration,
-    config: &MirrorConfig,
+    config: &impl Device,
     (from_um, to_um): (f64, f64),
 ) -> Result<f64, ConfigError> {
     let mut mirror = Loop::new(calibration, config)?;
@@ -148,7 +150,7 @@ pub fn creep(
 /// Where a number of `config` is out of range.
 pub fn loop_width(
     calibration: &mut Calibration,
-    config: &MirrorConfig,
+    config: &impl Device,
     span_um: (f64, f64),
     hz: f64,
 ) -> Result<Width, ConfigError> {
@@ -175,7 +177,7 @@ pub fn loop_width(
 /// Width of the loop that the core leaves of a sine (um), and what acted.
 fn traced(
     calibration: &mut Calibration,
-    config: &MirrorConfig,
+    config: &impl Device,
     sine: &Sine,
 ) -> Result<(f64, Limits), ConfigError> {
     let mut mirror = Loop::new(calibration, config)?;
@@ -196,7 +198,7 @@ fn traced(
 /// Where a number of `config` is out of range.
 pub fn triangle(
     calibration: &mut Calibration,
-    config: &MirrorConfig,
+    config: &impl Device,
     (low_um, high_um): (f64, f64),
     hz: f64,
 ) -> Result<f64, ConfigError> {

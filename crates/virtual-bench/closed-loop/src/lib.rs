@@ -25,7 +25,7 @@ mod sine;
 pub mod surroundings;
 pub mod uncertainty;
 
-pub use calibrate::{CalibrateError, calibrate};
+pub use calibrate::{CalibrateError, calibrate, calibrate_then};
 pub use mirror::usual_mirror;
 pub use precision::{Precision, precision};
 
@@ -34,43 +34,48 @@ use control_core::{
     AdcCode, Ampere, CHANNELS, Calibration, Controller, CurrentSense, Estimate, Limits, PwmCode,
     SenseCalibration, Setpoint, TICK, Uncertainty, Volt,
 };
-use emulated_board::Electronics;
+use emulated_board::{Device, Electronics, Mirror};
 use virtual_mirror::{ConfigError, MirrorConfig, VirtualMirror};
 
 /// Length of a tick (s).
 pub const TICK_S: f64 = TICK.0 as f64;
 
 /// Core, converters and mirror.
-pub struct Loop<'a> {
+pub struct Loop<'a, M = VirtualMirror> {
     controller: Controller<'a>,
     electronics: Electronics,
     sense: CurrentSense,
-    mirror: VirtualMirror,
+    mirror: M,
     applied: [PwmCode; CHANNELS],
     /// What the codes' mean is to be (V).
     drives: [Volt; CHANNELS],
     currents: [Ampere; CHANNELS],
 }
 
-impl<'a> Loop<'a> {
+impl<'a, M: Mirror> Loop<'a, M> {
     /// A mirror at rest on a board that uses `calibration`.
     ///
     /// # Errors
     /// Where a number of `config` is out of range.
     pub fn new(
         calibration: &'a mut Calibration,
-        config: &MirrorConfig,
+        config: &impl Device<Mirror = M>,
     ) -> Result<Self, ConfigError> {
-        let mut electronics = Electronics::new(config.seed);
-        Ok(Self {
+        Ok(Self::of(calibration, config.seed(), config.make()?))
+    }
+
+    /// A mirror as it is on a board that has just been switched on. `seed`: of the board's tolerances.
+    pub fn of(calibration: &'a mut Calibration, seed: u64, mirror: M) -> Self {
+        let mut electronics = Electronics::new(seed);
+        Self {
             controller: Controller::new(calibration),
             sense: zeroed(&mut electronics),
             electronics,
-            mirror: VirtualMirror::new(config)?,
+            mirror,
             applied: [PwmCode(0); CHANNELS],
             drives: [Volt(0.0); CHANNELS],
             currents: [Ampere(0.0); CHANNELS],
-        })
+        }
     }
 
     /// One tick; returns where the mirror is at its end (um), and what limited it.
@@ -131,14 +136,6 @@ impl<'a> Loop<'a> {
         self.controller.exchange(calibration)
     }
 
-    /// Makes the mirror what it has become with age, as warm as it is.
-    ///
-    /// # Errors
-    /// Where a number of `config` is out of range.
-    pub fn age(&mut self, config: &MirrorConfig) -> Result<(), ConfigError> {
-        self.mirror.become_mirror(config)
-    }
-
     /// Brings the mirror to a room that is so much warmer than where it was calibrated (K).
     pub fn set_ambient(&mut self, rise_k: f64) {
         self.mirror.set_ambient(rise_k);
@@ -175,13 +172,23 @@ impl<'a> Loop<'a> {
     }
 
     /// The mirror as it is now.
-    pub fn mirror(&self) -> &VirtualMirror {
+    pub fn mirror(&self) -> &M {
         &self.mirror
     }
 
     /// The calibration in use.
     pub fn calibration(&self) -> &Calibration {
         self.controller.calibration()
+    }
+}
+
+impl Loop<'_> {
+    /// Makes the mirror what it has become with age, as warm as it is.
+    ///
+    /// # Errors
+    /// Where a number of `config` is out of range.
+    pub fn age(&mut self, config: &MirrorConfig) -> Result<(), ConfigError> {
+        self.mirror.become_mirror(config)
     }
 }
 

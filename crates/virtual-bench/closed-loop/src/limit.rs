@@ -1,7 +1,8 @@
 //! The ideal-controller bound: what the mirror itself allows a controller that knows all of it.
 
 use control_core::CHANNELS;
-use virtual_mirror::{ConfigError, Effect, MirrorConfig, VirtualMirror};
+use emulated_board::{Device, Mirror};
+use virtual_mirror::ConfigError;
 
 use crate::TICK_S;
 use crate::sine::Sine;
@@ -13,7 +14,7 @@ const TRIALS: u32 = 10;
 
 /// Time in which the mirror as it is now is within 5 % of the step at the highest drive all the way up, or at none all
 /// the way down (s).
-pub(crate) fn fastest_s(now: &VirtualMirror, drive_v: f64, from_um: f64, to_um: f64) -> f64 {
+pub(crate) fn fastest_s(now: &impl Mirror, drive_v: f64, from_um: f64, to_um: f64) -> f64 {
     let mut mirror = now.clone();
     let volts = if to_um > from_um { drive_v } else { 0.0 };
     let goal = to_um - 0.05 * (to_um - from_um);
@@ -30,11 +31,7 @@ pub(crate) fn fastest_s(now: &VirtualMirror, drive_v: f64, from_um: f64, to_um: 
 ///
 /// # Errors
 /// Where a number of `config` is out of range.
-pub(crate) fn loop_um(
-    config: &MirrorConfig,
-    drive_v: f64,
-    sine: &Sine,
-) -> Result<f64, ConfigError> {
+pub(crate) fn loop_um(config: &impl Device, drive_v: f64, sine: &Sine) -> Result<f64, ConfigError> {
     Ok(sine.width_um(&followed(config, drive_v, sine)?))
 }
 
@@ -42,7 +39,7 @@ pub(crate) fn loop_um(
 ///
 /// # Errors
 /// Where a number of `config` is out of range.
-pub(crate) fn share(config: &MirrorConfig, drive_v: f64, sine: &Sine) -> Result<f64, ConfigError> {
+pub(crate) fn share(config: &impl Device, drive_v: f64, sine: &Sine) -> Result<f64, ConfigError> {
     let (mut within, mut beyond) = (0.0, 1.0);
     for _ in 0..TRIALS {
         let share = 0.5 * (within + beyond);
@@ -57,7 +54,7 @@ pub(crate) fn share(config: &MirrorConfig, drive_v: f64, sine: &Sine) -> Result<
 }
 
 /// How far the ideal controller is from a sine, tick by tick (um).
-fn followed(config: &MirrorConfig, drive_v: f64, sine: &Sine) -> Result<Vec<f64>, ConfigError> {
+fn followed(config: &impl Device, drive_v: f64, sine: &Sine) -> Result<Vec<f64>, ConfigError> {
     const REST_S: f64 = 1.0;
     const PART_S: f64 = 0.01;
     let mut mirror = IdealController::new(config, drive_v)?;
@@ -68,17 +65,15 @@ fn followed(config: &MirrorConfig, drive_v: f64, sine: &Sine) -> Result<Vec<f64>
 }
 
 /// A mirror without its resonance, which no drive of a tick holds, and the highest drive.
-struct IdealController {
-    mirror: VirtualMirror,
+struct IdealController<M> {
+    mirror: M,
     drive_v: f64,
 }
 
-impl IdealController {
-    fn new(config: &MirrorConfig, drive_v: f64) -> Result<Self, ConfigError> {
-        let mut config = config.clone().with_effect(Effect::Resonance, 0.0);
-        config.motion = None;
+impl<M: Mirror> IdealController<M> {
+    fn new(config: &impl Device<Mirror = M>, drive_v: f64) -> Result<Self, ConfigError> {
         Ok(Self {
-            mirror: VirtualMirror::new(&config)?,
+            mirror: config.without_inertia()?,
             drive_v,
         })
     }
@@ -116,6 +111,7 @@ impl IdealController {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use virtual_mirror::MirrorConfig;
 
     const DRIVE_V: f64 = 3.5;
 

@@ -4,6 +4,7 @@
 //! `experiment-player`, and what the sensor and the current senses read is their mean where the board takes a mean.
 
 use control_core::{CHANNELS, Calibration, Micrometre, PwmCode, Setpoint, Volt};
+use emulated_board::{Device, Mirror};
 use experiment_player::{Clock, Piece, PlayError, pieces, rows};
 use experiments::instruments::POSITION_NOISE_UM;
 use experiments::{Experiment, Prehold};
@@ -12,7 +13,7 @@ use mirror_protocol::{Quantity, Shape, Telemetry, Waveform};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-use virtual_mirror::{ConfigError, MirrorConfig};
+use virtual_mirror::ConfigError;
 use waveforms::{Player as WaveformPlayer, Reading, Sampler};
 
 use crate::{Loop, TICK_S};
@@ -21,23 +22,23 @@ use crate::{Loop, TICK_S};
 const TICK_HZ: u32 = (1.0 / TICK_S).round() as u32;
 
 /// A mirror on its board, with a position sensor that is read at every tick.
-pub(crate) struct Player<'a> {
-    mirror: Loop<'a>,
+pub(crate) struct Player<'a, M> {
+    mirror: Loop<'a, M>,
     noise: Normal<f64>,
     rng: ChaCha8Rng,
     /// Ticks since the session began.
     tick: u32,
 }
 
-impl<'a> Player<'a> {
+impl<'a, M: Mirror> Player<'a, M> {
     pub(crate) fn new(
         calibration: &'a mut Calibration,
-        config: &MirrorConfig,
+        config: &impl Device<Mirror = M>,
     ) -> Result<Self, ConfigError> {
         Ok(Self {
             mirror: Loop::new(calibration, config)?,
             noise: Normal::new(0.0, POSITION_NOISE_UM).expect("a positive deviation"),
-            rng: ChaCha8Rng::seed_from_u64(config.seed),
+            rng: ChaCha8Rng::seed_from_u64(config.seed()),
             tick: 0,
         })
     }
@@ -45,6 +46,11 @@ impl<'a> Player<'a> {
     /// Uses `calibration` from now on; returns the one before.
     pub(crate) fn exchange(&mut self, calibration: &'a mut Calibration) -> &'a mut Calibration {
         self.mirror.exchange(calibration)
+    }
+
+    /// The mirror on its board.
+    pub(crate) fn mirror(&mut self) -> &mut Loop<'a, M> {
+        &mut self.mirror
     }
 
     /// Plays an experiment after its rest; nothing is driven afterwards.

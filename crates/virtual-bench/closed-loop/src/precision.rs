@@ -3,9 +3,10 @@
 use std::f64::consts::TAU;
 
 use control_core::{Calibration, Micrometre, PwmCode, Setpoint};
+use emulated_board::Device;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use virtual_mirror::{ConfigError, MirrorConfig};
+use virtual_mirror::ConfigError;
 
 use crate::double::Chain;
 use crate::{Loop, TICK_S};
@@ -59,7 +60,7 @@ impl Piece {
 /// Where a number of `config` is out of range.
 pub fn precision(
     calibration: &mut Calibration,
-    config: &MirrorConfig,
+    config: &impl Device,
     seconds: f64,
     seed: u64,
 ) -> Result<Precision, ConfigError> {

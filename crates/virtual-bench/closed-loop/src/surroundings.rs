@@ -2,7 +2,8 @@
 
 use calibration::{RoomPoint, with_ambient_ratio};
 use control_core::{Calibration, Estimate, Limit, Limits, Setpoint};
-use virtual_mirror::{ConfigError, MirrorConfig};
+use emulated_board::{Device, Mirror};
+use virtual_mirror::ConfigError;
 
 use crate::{Loop, TICK_S};
 
@@ -59,7 +60,7 @@ pub(crate) fn is_held_back(limits: Limits) -> bool {
 /// Where a number of `config` is out of range.
 pub fn errors(
     calibration: &mut Calibration,
-    config: &MirrorConfig,
+    config: &impl Device,
     around: Around,
     makes_up: bool,
 ) -> Result<Vec<Reached>, ConfigError> {
@@ -77,7 +78,7 @@ pub fn errors(
 /// Where a number of `config` is out of range.
 pub fn calibrated_in_another_room(
     calibration: &Calibration,
-    config: &MirrorConfig,
+    config: &impl Device,
 ) -> Result<Calibration, ConfigError> {
     let mut found = *calibration;
     let around = Around {
@@ -116,7 +117,7 @@ pub const RECOVERED_UM: f64 = 0.5;
 /// Where a number of `config` is out of range.
 pub fn recovery(
     calibration: &mut Calibration,
-    config: &MirrorConfig,
+    config: &impl Device,
     (asked_um, rise_k): (f64, f64),
     makes_up: bool,
 ) -> Result<Recovery, ConfigError> {
@@ -137,7 +138,7 @@ pub fn recovery(
     })
 }
 
-impl Loop<'_> {
+impl<M: Mirror> Loop<'_, M> {
     fn surround(&mut self, around: Around) {
         self.set_ambient(around.rise_k);
         self.set_air_loss(around.air);

@@ -4,9 +4,10 @@ use std::fmt;
 
 use calibration::PlatePose;
 use control_core::{Calibration, Limits, Setpoint};
+use emulated_board::{Device, Mirror};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use virtual_mirror::{ConfigError, MirrorConfig};
+use virtual_mirror::ConfigError;
 
 use crate::pose::core_pose;
 use crate::surroundings::is_held_back;
@@ -122,7 +123,7 @@ impl fmt::Display for Kept {
 /// Where a number of `config` is out of range.
 pub fn random_moves(
     calibration: &mut Calibration,
-    config: &MirrorConfig,
+    config: &impl Device,
     use_: Use,
 ) -> Result<Vec<Move>, ConfigError> {
     let top_um = 0.95 * f64::from(calibration.max_position().0).min(180.0);
@@ -150,7 +151,7 @@ pub fn random_moves(
     Ok(moves)
 }
 
-fn go(mirror: &mut Loop<'_>, asked_um: f64, stay_s: f64) -> (Move, Limits) {
+fn go(mirror: &mut Loop<'_, impl Mirror>, asked_um: f64, stay_s: f64) -> (Move, Limits) {
     const READ: usize = 100;
     let setpoint = Setpoint::Position(core_pose(&PlatePose {
         z_um: asked_um,
@@ -186,6 +187,6 @@ fn go(mirror: &mut Loop<'_>, asked_um: f64, stay_s: f64) -> (Move, Limits) {
     (moved, limits)
 }
 
-fn told_um(mirror: &Loop<'_>) -> f64 {
+fn told_um(mirror: &Loop<'_, impl Mirror>) -> f64 {
     mirror.uncertainty().map_or(0.0, |told| f64::from(told.z.0))
 }

@@ -5,6 +5,7 @@ mod coverage;
 mod diagnoses;
 mod emulate;
 mod factory;
+mod foreign;
 mod hidden;
 mod on_target;
 mod package;
@@ -75,8 +76,10 @@ enum Task {
 enum Benchmark {
     /// How well the diagnosis finds what is hidden in virtual mirrors: 324 sessions a seed.
     Diagnose,
-    /// What positioning reaches on virtual mirrors.
+    /// What positioning reaches on virtual mirrors, and on foreign ones.
     Position,
+    /// What positioning reaches on mirrors of other equations than the project's own.
+    Foreign,
     /// Power cuts that a stored calibration survives, and how the flash wears.
     Store,
     /// How much of the flashed image's code the silicon twin executes.
@@ -101,7 +104,8 @@ fn run(task: Task) -> Result<ExitCode> {
         Task::Bench { what, arguments } => match what {
             None => bench::run(),
             Some(Benchmark::Diagnose) => diagnoses::count(&arguments),
-            Some(Benchmark::Position) => positions::run(),
+            Some(Benchmark::Position) => positions::run().and_then(|()| foreign::run()),
+            Some(Benchmark::Foreign) => foreign::run(),
             Some(Benchmark::Store) => bench::store(),
             Some(Benchmark::Coverage) => coverage::run(),
             Some(Benchmark::Traces) => traces::draw(),

@@ -1,0 +1,169 @@
+//! What positioning reaches on mirrors of other equations than the project's own.
+
+use std::thread;
+
+use anyhow::{Context, Result};
+use closed_loop::{Loop, calibrate_then, figures};
+use foreign_mirror::ForeignConfig;
+
+/// The move that is compared with its limit (um).
+const FAR_UM: (f64, f64) = (10.0, 155.0);
+/// Where loops and triangles are (um), and the loops' frequencies with what is required of each (um).
+const LOOP_UM: (f64, f64) = (60.0, 100.0);
+const LOOPS: [(f64, f64); 3] = [(0.1, 0.1), (1.0, 0.15), (20.0, 0.25)];
+const TRIANGLE_UM: (f64, f64) = (40.0, 80.0);
+const TRIANGLE_HZ: f64 = 20.0;
+const CREEP_UM: (f64, f64) = (20.0, 90.0);
+
+/// What was measured of one mirror.
+struct Evidence {
+    name: String,
+    /// The first moves after `calibrate`, those after the board has been reset then, and those from rest.
+    at_rest: [figures::Static; 3],
+    up: figures::Step,
+    down: figures::Step,
+    creep: f64,
+    loops: [figures::Width; LOOPS.len()],
+    triangle_um: f64,
+}
+
+/// Mirrors of seeds that nothing was developed on: the usual one, and what others may have of it.
+fn mirrors() -> Vec<ForeignConfig> {
+    let usual = |seed: u64, what: &str| {
+        let mirror = ForeignConfig::new(seed);
+        ForeignConfig {
+            name: format!("{}{what}", mirror.name),
+            ..mirror
+        }
+    };
+    vec![
+        usual(901, ""),
+        ForeignConfig {
+            resonance_hz: 300.0,
+            quality: 3.0,
+            slowness: 10.0,
+            ..usual(902, ": 300 Hz, slow")
+        },
+        ForeignConfig {
+            resonance_hz: 1000.0,
+            quality: 50.0,
+            creep: 0.05,
+            ..usual(903, ": 1 kHz, creeping")
+        },
+        ForeignConfig {
+            resonance_hz: 3000.0,
+            quality: 20.0,
+            slowness: 0.1,
+            weakness: 0.2,
+            ..usual(904, ": 3 kHz, fast, weak")
+        },
+    ]
+}
+
+/// Calibrates every mirror from what is measured of it, and prints what positioning reaches then.
+pub(crate) fn run() -> Result<()> {
+    let threads: Vec<_> = mirrors()
+        .into_iter()
+        .map(|config| thread::spawn(move || measure(config)))
+        .collect();
+    let evidence: Vec<(String, Result<Evidence>)> = threads
+        .into_iter()
+        .map(|thread| thread.join().ok().context("a measurement panicked"))
+        .collect::<Result<_>>()?;
+    let mut measured = Vec::new();
+    for (name, evidence) in evidence {
+        match evidence {
+            Ok(evidence) => measured.push(evidence),
+            Err(error) => println!("{name}: {error}"),
+        }
+    }
+    print(&measured);
+    Ok(())
+}
+
+fn measure(config: ForeignConfig) -> (String, Result<Evidence>) {
+    let name = config.name.clone();
+    (name, evidence(&config))
+}
+
+fn evidence(config: &ForeignConfig) -> Result<Evidence> {
+    let (calibrated, (first, used)) = calibrate_then(config, |mirror| {
+        (figures::next_moves(mirror), mirror.mirror().clone())
+    })?;
+    let mut calibration = calibrated.calibration;
+    let mirror = &mut calibration;
+    let reset = figures::next_moves(&mut Loop::of(mirror, config.seed, used));
+    let (low_um, high_um) = FAR_UM;
+    let pairs = [(low_um, high_um), (high_um, low_um)];
+    let [up, down] = figures::steps(mirror, config, &pairs)?
+        .try_into()
+        .ok()
+        .context("two steps were asked for")?;
+    Ok(Evidence {
+        name: config.name.clone(),
+        at_rest: [first, reset, figures::at_rest(mirror, config)?],
+        up,
+        down,
+        creep: figures::creep(mirror, config, CREEP_UM)?,
+        loops: [
+            figures::loop_width(mirror, config, LOOP_UM, LOOPS[0].0)?,
+            figures::loop_width(mirror, config, LOOP_UM, LOOPS[1].0)?,
+            figures::loop_width(mirror, config, LOOP_UM, LOOPS[2].0)?,
+        ],
+        triangle_um: figures::triangle(mirror, config, TRIANGLE_UM, TRIANGLE_HZ)?,
+    })
+}
+
+fn print(evidence: &[Evidence]) {
+    let row = |what: &str, must: &str, value: &dyn Fn(&Evidence) -> String| {
+        let values: Vec<String> = evidence.iter().map(value).collect();
+        println!("| {what} | {} | {must} |", values.join(" | "));
+    };
+    let names: Vec<&str> = evidence.iter().map(|mirror| mirror.name.as_str()).collect();
+    println!("| figure | {} | required |", names.join(" | "));
+    println!("|---|{}---|", "---|".repeat(names.len()));
+    for (i, after) in ["after `calibrate`", "after a reset", "from rest"]
+        .into_iter()
+        .enumerate()
+    {
+        let what = format!("static error of the first moves {after}, rms / largest");
+        row(&what, "0.05 / 0.15 um", &|e| {
+            let figures::Static { rms_um, largest_um } = e.at_rest[i];
+            format!("{rms_um:.3} / {largest_um:.3} um")
+        });
+    }
+    let step = |step: &figures::Step| {
+        let [t95_ms, limit_ms] = [step.t95_s, step.limit_s].map(|s| 1e3 * s);
+        format!(
+            "{t95_ms:.1} ms ({limit_ms:.1}, {:+.0} %)",
+            1e2 * (t95_ms / limit_ms - 1.0)
+        )
+    };
+    let must = "the limit and 10 %";
+    let (low, high) = FAR_UM;
+    row(&format!("t95 {low} to {high} um (limit)"), must, &|e| {
+        step(&e.up)
+    });
+    row(&format!("t95 {high} to {low} um (limit)"), must, &|e| {
+        step(&e.down)
+    });
+    row("overshoot, the larger of these", "1 %", &|e| {
+        format!("{:.2} %", 1e2 * e.up.overshoot.max(e.down.overshoot))
+    });
+    row("creep from 1 s to 30 s", "0.2 %", &|e| {
+        format!("{:.2} %", 1e2 * e.creep)
+    });
+    for (i, (hz, must)) in LOOPS.into_iter().enumerate() {
+        let what = format!("loop at {hz} Hz (ideal-controller bound where it cannot cool)");
+        row(&what, &format!("{must} um"), &|e| {
+            let width = &e.loops[i];
+            let ideal = width.cooling.map_or(String::new(), |cooling| {
+                format!(" ({:.2})", cooling.ideal_um)
+            });
+            format!("{:.2} um{ideal}", width.width_um)
+        });
+    }
+    row("20 Hz triangle of 40 um, rms error", "0.15 um", &|e| {
+        format!("{:.2} um", e.triangle_um)
+    });
+}
