@@ -1,20 +1,20 @@
 //! The control tick: converter codes in, PWM codes out.
 
+mod wire;
+
 use core::sync::atomic::Ordering;
 
 use control_core::{
-    CHANNELS, Calibration, Controller, CurrentSense, Estimate, Limit, Limits, Micrometre, PwmCode,
-    Second, SenseCalibration, Setpoint, SupplyCode, Uncertainty, Volt,
+    CHANNELS, Calibration, Controller, CurrentSense, Limit, Limits, Micrometre, PwmCode,
+    SenseCalibration, Setpoint, SupplyCode, Volt,
 };
-use mirror_protocol::{
-    ChannelState, Commanded, Health, LEASE_FOREVER_MS, Loss, Pose, Room, Telemetry,
-};
+use mirror_protocol::{Commanded, Health, Telemetry};
 use protection::{Denied, Fault, Lease, Protection, Reading};
 use waveforms::{Player, Quantity, Sampler, Shape, Stream, Waveform};
 
 use crate::board::{Board, Lockstep, Sensed};
 use crate::mailbox::{ControlSide, Order};
-use crate::{TICKS_PER_MS, watchdog};
+use crate::watchdog;
 
 /// Runs the control loop on `board`, a tick at a time, for ever.
 pub async fn run(mut board: impl Lockstep, mut control: Control) -> ! {
@@ -215,12 +215,12 @@ impl Control {
             states: self
                 .protection
                 .states(step.drives, step.limits)
-                .map(wire_state),
+                .map(wire::state),
             sensor_z_um: sensed.sensor_z.map(|z| z.0),
-            pose: wire_pose(&self.controller),
-            room: self.controller.surroundings().map(wire_room),
-            uncertainty: self.controller.uncertainty().map(wire_uncertainty),
-            settles_in_ms: self.controller.settles_in().map(whole_ms),
+            pose: wire::pose(&self.controller),
+            room: self.controller.surroundings().map(wire::room),
+            uncertainty: self.controller.uncertainty().map(wire::uncertainty),
+            settles_in_ms: self.controller.settles_in().map(wire::whole_ms),
         };
         Decided {
             codes,
@@ -357,13 +357,13 @@ impl Control {
 
     fn report(&mut self, telemetry: Telemetry, supply: SupplyCode) {
         let health = Health {
-            lease_left_ms: self.protection.lease().map(lease_ms),
+            lease_left_ms: self.protection.lease().map(wire::lease_ms),
             supply_v: supply.voltage().0,
             missed_ticks: self.missed_ticks,
             late_ticks: self.late_ticks,
             limits_since_command: self.limits_since_command.bits(),
             makes_up_for_room: self.controller.makes_up_for_surroundings(),
-            loss: self.controller.surroundings().map(wire_loss),
+            loss: self.controller.surroundings().map(wire::loss),
         };
         self.mailbox.publish(telemetry, health);
         if let Some(stream) = self.mailbox.take_stream() {
@@ -393,65 +393,6 @@ impl Control {
         self.stream = Sampler::new(stream);
         self.mailbox.begin_stream(self.tick);
     }
-}
-
-fn wire_pose(controller: &Controller<'_>) -> Pose {
-    let pose = controller.pose();
-    Pose {
-        z_um: pose.z.0,
-        tilt_rad: controller
-            .knows_tilts()
-            .then_some([pose.tilt_x.0, pose.tilt_y.0]),
-    }
-}
-
-fn wire_room(surroundings: &Estimate) -> Room {
-    // The casts saturate.
-    let hundredths = |kelvin: f32| kelvin * 100.0;
-    Room {
-        rise_ck: hundredths(surroundings.rise.0) as i16,
-        deviation_ck: hundredths(surroundings.rise_deviation.0) as u16,
-    }
-}
-
-fn wire_uncertainty(uncertainty: Uncertainty) -> mirror_protocol::Uncertainty {
-    // The casts saturate.
-    mirror_protocol::Uncertainty {
-        z_nm: (uncertainty.z.0 * 1e3) as u16,
-        tilt_urad: (uncertainty.tilt.0 * 1e6) as u16,
-    }
-}
-
-/// So many milliseconds and what is begun of another.
-fn whole_ms(time: Second) -> u16 {
-    // Of a positive number, the cast takes the fraction away, and saturates.
-    let ms = time.0 * 1e3;
-    let whole = ms as u16;
-    whole.saturating_add(u16::from(ms > f32::from(whole)))
-}
-
-fn wire_loss(surroundings: &Estimate) -> Loss {
-    Loss {
-        change: surroundings.loss,
-        deviation: surroundings.loss_deviation,
-    }
-}
-
-fn wire_state(state: protection::ChannelState) -> ChannelState {
-    match state {
-        protection::ChannelState::Off => ChannelState::Off,
-        protection::ChannelState::Starting => ChannelState::Starting,
-        protection::ChannelState::Ready => ChannelState::Ready,
-        protection::ChannelState::Driving => ChannelState::Driving,
-        protection::ChannelState::Limited => ChannelState::Limited,
-        protection::ChannelState::Tripped(fault) => ChannelState::Tripped(fault.code()),
-    }
-}
-
-fn lease_ms(lease: Lease) -> u32 {
-    lease
-        .remaining()
-        .map_or(LEASE_FOREVER_MS, |ticks| ticks / TICKS_PER_MS)
 }
 
 fn setpoint(waveform: &Waveform, value: f32) -> Setpoint {
