@@ -378,7 +378,6 @@ const CIRCLES: &[(&str, &[&str])] = &[
     ("silicon-twin", &["chip/mod", "chip/registers"]),
     ("silicon-twin", &["cpu/exceptions", "cpu/mod", "cpu/system"]),
     ("silicon-twin", &["usb_host/mod", "usb_host/raw"]),
-    ("workbench", &["story/mod", "story/table"]),
 ];
 
 #[test]

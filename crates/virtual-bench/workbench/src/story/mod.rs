@@ -9,10 +9,11 @@ mod person;
 mod table;
 #[cfg(test)]
 mod tests;
+mod told;
 
 use std::fs;
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use anyhow::{Context, Result};
 use mirror_model::Model;
@@ -20,7 +21,8 @@ use serde_json::Value;
 use xtask::cargo::target_directory;
 
 use self::mirror::HiddenIn;
-use self::person::{Move, Person, There, number, texts};
+use self::person::{Move, Person, number, texts};
+use self::told::{Chapter, Story};
 
 /// The model that the story begins with, and the one that the factory's calibration was made from.
 const START: &str = "paper";
@@ -39,90 +41,6 @@ pub(crate) struct Arguments {
     /// Tell the stories of every effect, on mirrors that nothing was developed on, and write docs/figures/story.md anew: an hour.
     #[arg(long, conflicts_with = "seed")]
     full: bool,
-}
-
-/// What was tried on the mirror with one calibration.
-struct Chapter {
-    title: String,
-    /// What the model that the board goes by leaves of the session (um, root mean square).
-    session_rms_um: f64,
-    moves: Vec<Move>,
-}
-
-impl Chapter {
-    /// How far the mirror was from where it was to be (um, root mean square).
-    fn error_rms_um(&self) -> f64 {
-        rms(self.moves.iter().filter_map(Move::error_um))
-    }
-
-    fn print(&self) {
-        println!("\n{}", self.title);
-        println!(
-            "  the model leaves {:.3} um rms of the session",
-            self.session_rms_um
-        );
-        println!("  predicted     read       was     error");
-        for moved in &self.moves {
-            let asked_um = moved.asked_um;
-            match &moved.came {
-                Ok(There { read_um, plate_um }) => println!(
-                    "  {asked_um:>9.3} {read_um:>8.3} {plate_um:>9.3} {:>+9.3} um",
-                    plate_um - asked_um
-                ),
-                Err(why) => println!("  {asked_um:>9.3} {why}"),
-            }
-        }
-        println!("  {:.3} um rms\n", self.error_rms_um());
-    }
-}
-
-/// A story that was told to its end.
-struct Story {
-    seed: u64,
-    hidden: HiddenIn,
-    verdict: String,
-    /// What the diagnosis names, the best first.
-    suspects: Vec<String>,
-    chapters: Vec<Chapter>,
-    /// Why `calibrate` left the board as it was, where its trial was worse.
-    refusal: Option<String>,
-    took: Duration,
-}
-
-impl Story {
-    /// The error of `set-z` on the board as it came, and in the end (um, root mean square), at the positions that were reached
-    /// both times.
-    fn errors_um(&self) -> Option<[f64; 2]> {
-        let (first, last) = (self.chapters.first()?, self.chapters.last()?);
-        let both: Vec<[f64; 2]> = first
-            .moves
-            .iter()
-            .filter_map(|moved| {
-                let again = last
-                    .moves
-                    .iter()
-                    .find(|again| again.asked_um == moved.asked_um)?;
-                Some([moved.error_um()?, again.error_um()?])
-            })
-            .collect();
-        Some([0, 1].map(|when| rms(both.iter().map(|errors| errors[when]))))
-    }
-
-    /// What this bench cannot better (um, root mean square).
-    fn limit_um(&self) -> f64 {
-        let moves = self
-            .chapters
-            .last()
-            .into_iter()
-            .flat_map(|last| &last.moves);
-        rms(moves.map(|moved| self.hidden.limit_um(moved.asked_um)))
-    }
-
-    /// Whether the error fell ten times, or to what this bench cannot better.
-    fn ends_well(&self) -> bool {
-        let enough = |[before, after]: [f64; 2]| after <= 0.1 * before || after <= self.limit_um();
-        self.errors_um().is_some_and(enough)
-    }
 }
 
 /// Tells a story, or all of them.
@@ -324,10 +242,4 @@ fn next_line(found: &Value) -> Option<String> {
 fn into_file(line: &str, file: &str) -> String {
     let at = line.find(" -o ").unwrap_or(line.len());
     format!("{} -o {file}", &line[..at])
-}
-
-/// Root mean square.
-fn rms(values: impl Iterator<Item = f64> + Clone) -> f64 {
-    let count = values.clone().count().max(1) as f64;
-    (values.map(|value| value * value).sum::<f64>() / count).sqrt()
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use xtask::cargo::workspace;
 
-use super::Story;
+use super::told::Story;
 
 /// Where the table of all effects stands, and what stands above it.
 const PAGE: &str = "docs/figures/story.md";
