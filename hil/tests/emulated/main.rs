@@ -1,16 +1,18 @@
 //! What can only be tried on an emulated board: a virtual mirror behind it, and a link and an
 //! emulator that misbehave.
 
+mod recordings;
+mod trouble;
+
 use std::path::PathBuf;
-use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use control_core::{Limit, Limits};
-use emulated_board::{EmulatedBoard, PlantFault, Speed};
+use emulated_board::Speed;
 use hil::{Bench, RawLink, Said};
 use mirror_protocol::{
     Drives, PROTOCOL_VERSION, Position, Refusal, SetDriveEndpoint, SetPositionEndpoint,
-    StatusEndpoint, Stream, StreamEndpoint, WireError,
+    StatusEndpoint, WireError,
 };
 use virtual_mirror::MirrorConfig;
 
@@ -185,126 +187,6 @@ fn a_killed_emulator_is_told_and_the_next_command_works() {
     assert_eq!(fresh.tool(&["set-z", "100um", "--settle", "1ms"]).code, 0);
 }
 
-/// Starts a stream of a sample every `period_ticks`, and is gone in the midst of it.
-fn stream_and_die(bench: &Bench, period_ticks: u16) {
-    let mut link = raw(bench);
-    link.greet(PROTOCOL_VERSION).unwrap().unwrap();
-    let stream = Stream {
-        period_ticks,
-        count: u32::MAX,
-        ..Stream::default()
-    };
-    let started = link.ask::<StreamEndpoint>(&stream).unwrap().unwrap();
-    started.expect("it streams");
-}
-
-#[test]
-fn a_tool_that_dies_while_streaming_leaves_the_board_ready() {
-    let bench = bench();
-    stream_and_die(&bench, 10);
-    let said = bench.tool(&["set-z", "50um", "--settle", "1ms"]);
-    assert_eq!(said.code, 0, "{}", said.err);
-}
-
-#[test]
-fn samples_of_a_dead_tool_are_not_taken_for_ones_own() {
-    let bench = bench();
-    stream_and_die(&bench, 3);
-    let words = [
-        "record",
-        "-o",
-        "second.csv",
-        "--duration",
-        "300ms",
-        "--period",
-        "10ms",
-    ];
-    assert_eq!(bench.json(&words)["samples"], 30);
-    let file = bench.measured("second.csv");
-    let steps = file.rows.windows(2).map(|pair| pair[1].t_s - pair[0].t_s);
-    assert!(
-        steps.clone().all(|step| (step - 0.01).abs() < 1e-9),
-        "{:?}",
-        steps.collect::<Vec<_>>()
-    );
-}
-
-#[test]
-fn a_recording_whose_tool_is_killed_is_read_for_what_it_has() {
-    let bench = bench();
-    let words = ["record", "-o", "cut.csv", "--duration", "1000s"];
-    let mut recording = bench.start_tool(&words);
-    // A second of the board's time, of which half a second at most may be held back.
-    let file = bench.directory().join("cut.csv");
-    while std::fs::metadata(&file).map_or(0, |file| file.len()) < 50_000 {
-        assert_eq!(recording.try_wait().expect("it is asked"), None);
-        std::thread::sleep(std::time::Duration::from_millis(10));
-    }
-    recording.kill().expect("it dies");
-    recording.wait().expect("it is gone");
-    let file = bench.measured("cut.csv");
-    let steps = file.rows.windows(2).map(|pair| pair[1].t_s - pair[0].t_s);
-    assert!(steps.clone().all(|step| (step - 0.001).abs() < 1e-9));
-    let told = format!("it was cut short after {} rows", file.rows.len());
-    let partial = file.keys.get("partial").unwrap_or_default();
-    assert!(partial.starts_with(&told), "{partial}");
-    let said = bench.tool(&["compare", "paper", "cut.csv"]).sentence();
-    assert!(said.contains(&told), "{said}");
-}
-
-#[test]
-fn a_recording_is_as_long_as_it_was_asked_to_be_or_refused() {
-    let bench = bench();
-    let slow = [
-        "record",
-        "-o",
-        "slow.csv",
-        "--duration",
-        "12s",
-        "--period",
-        "4s",
-    ];
-    assert_eq!(bench.json(&slow)["samples"], 3);
-    for (period, sentence) in [
-        (
-            "0s",
-            "samples cannot come every 0 s: the board takes 0.0001 s to 6.5535 s",
-        ),
-        ("10us", "samples cannot come every 1e-5 s"),
-        ("10s", "samples cannot come every 10 s"),
-    ] {
-        let said = bench.tool(&["record", "-o", "never.csv", "--period", period]);
-        let err = said.sentence();
-        assert_eq!(said.code, 1);
-        assert!(err.contains(sentence), "{err}");
-        assert!(!bench.directory().join("never.csv").exists());
-    }
-}
-
-#[test]
-fn a_recording_does_not_hold_what_somebody_else_drives() {
-    const HOLD_S: f64 = 20.0;
-    // Between the two commands no more of the board's time passes than of the wall's.
-    let bench = Bench::changed(|emulation| emulation.speed = Speed::Awaited);
-    bench.json(&["set-drive", "2V", "--settle", "10ms", "--hold", "20s"]);
-    bench.json(&[
-        "record",
-        "-o",
-        "held.csv",
-        "--duration",
-        "25s",
-        "--period",
-        "50ms",
-    ]);
-    let file = bench.measured("held.csv");
-    let driven = file.rows.iter().take_while(|row| row.voltage_v[0] > 0.0);
-    let held_s = driven.last().expect("it is driven at first").t_s;
-    // The hold begins once it has settled, 10 ms, and been read: 100 samples at 1 ms, and as long again for the link;
-    // then the board ramps to zero within 100 ms.
-    assert!(held_s <= HOLD_S + 0.31, "{held_s}");
-    assert_eq!(file.rows.last().expect("rows").voltage_v, [0.0; 4]);
-}
-
 /// Ticks of drive after which a tool that renews its leases of 100 ms has done so many times.
 const LEASED_TICKS: u64 = 10_000;
 /// A lease of 100 ms and, where its tool dies between two messages, the last one's way through the link.
@@ -359,74 +241,6 @@ fn what_is_held_is_held_so_long_and_no_longer() {
         status["lease"].is_null()
     });
     assert_eq!(status["limited_by"], serde_json::json!(["lease-lapsed"]));
-}
-
-/// Longer than any time-out that a board could have by the wall's clock.
-const STARVED: Duration = Duration::from_secs(6);
-
-/// Has a board that drives go through `trouble`, and expects it to drive on as if nothing had been.
-fn goes_on_through(trouble: impl FnOnce(&EmulatedBoard)) {
-    let mut bench = bench();
-    bench.json(&["set-drive", "2V", "--settle", "10ms", "--hold", "forever"]);
-    let before = bench.json(&["status"]);
-    let board = bench.emulated_board().expect("emulated");
-    trouble(board);
-    let later_s = board.simulated_s() + 0.2;
-    bench.wait_until_s(later_s);
-    let after = bench.json(&["status"]);
-    assert_eq!(
-        after["states"],
-        serde_json::json!(vec!["driving"; 4]),
-        "{after}"
-    );
-    assert_eq!(after["drive_v"], before["drive_v"], "{after}");
-    assert_eq!(after["missed_ticks"], 0, "{after}");
-    let up_s = |status: &serde_json::Value| status["up_s"].as_f64().expect("a number");
-    assert!(up_s(&after) > up_s(&before), "it was not reset: {after}");
-}
-
-#[test]
-fn a_board_without_a_processor_for_a_while_goes_on() {
-    goes_on_through(|board| {
-        board.pause().expect("it runs");
-        thread::sleep(STARVED);
-        board.resume().expect("it is there");
-    });
-}
-
-#[test]
-fn a_board_whose_plant_is_kept_from_answering_goes_on() {
-    goes_on_through(|board| board.controls().inject(Some(PlantFault::Stall)));
-}
-
-#[test]
-fn an_answer_that_nobody_asked_for_is_passed_over() {
-    goes_on_through(|board| board.controls().inject(Some(PlantFault::StaleAnswer)));
-}
-
-/// Four times as long as the emulated board's watchdog waits from one look to the next (`src/board/mps2/watchdog.rs`).
-const SEVERAL_LOOKS: Duration = Duration::from_secs(1);
-
-#[test]
-fn a_board_that_hangs_is_reset_and_can_be_cleared() {
-    let mut bench = bench();
-    bench.json(&["set-drive", "2V", "--settle", "10ms"]);
-    let board = bench.emulated_board().expect("emulated");
-    // A machine without a processor to spare must not wear the watchdog out.
-    board.pause().expect("it runs");
-    thread::sleep(SEVERAL_LOOKS);
-    board.resume().expect("it is there");
-    let before_s = board.simulated_s();
-    board.controls().inject(Some(PlantFault::Hang));
-    // It has started anew, and checked its heaters.
-    bench.wait_until_s(before_s + 0.5);
-    let status = bench.json(&["status"]);
-    assert_eq!(status["drive_v"], serde_json::json!([0.0, 0.0, 0.0, 0.0]));
-    assert!(status.to_string().contains("watchdog-reset"), "{status}");
-    bench.json(&["clear"]);
-    bench.json(&["set-drive", "2V", "--settle", "10ms"]);
-    let status = bench.json(&["status"]);
-    assert_eq!(status["missed_ticks"], 0, "{status}");
 }
 
 /// How far an idle board may be ahead of the wall's clock, and how far it may have come between two looks at it.
