@@ -161,7 +161,7 @@ pub enum DriveExperiment {
         #[command(flatten)]
         to: OneFile,
     },
-    /// Everything that a fit and a diagnosis want, in about five minutes: sweep, step, four sines, each
+    /// Everything that a fit and a diagnosis want, in about six minutes: a minute of rest, sweep, step, four sines, each
     /// actuator alone, and the sweep again.
     #[command(after_long_help = "Example:\n  host-tool measure session --ambient 22 -o session")]
     Session {

@@ -1,7 +1,14 @@
 //! From the board's samples to the rows of a measurement file.
 
 use measurement::Row;
-use mirror_protocol::Telemetry;
+use mirror_protocol::{Quantity, Shape, Telemetry};
+use waveforms::FULL_SCALE;
+
+use crate::piece::Piece;
+
+/// One code of the drive (V): 4250 counts are 4.25 V (`docs/board.md`). What is driven on average lies within one of every
+/// tick's code.
+const CODE_V: f64 = 1e-3;
 
 /// What rows samples make.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,10 +69,13 @@ impl Clock {
 ///
 /// The sensor is read as a tick begins, the currents while the tick's own voltages are driven. A row
 /// states the drive up to its time, so:
+/// - at the end of a dwell, where a sample is a mean, the voltage is the mean, too: the dwell's own, between the two codes that
+///   the board takes in turns;
 /// - at a step, a row has the voltage of before, and no currents;
 /// - along a curve the voltage is the one between two ticks, and the currents are those which the
 ///   sensed resistances have at it; where the position jumps, the voltage is the one of before.
-pub fn rows(samples: &[Telemetry], kind: RowKind, clock: &Clock) -> Vec<Row> {
+pub fn rows(samples: &[Telemetry], piece: &Piece, clock: &Clock) -> Vec<Row> {
+    let kind = piece.rows;
     samples
         .windows(2)
         .filter(|pair| {
@@ -76,7 +86,14 @@ pub fn rows(samples: &[Telemetry], kind: RowKind, clock: &Clock) -> Vec<Row> {
             let (before, now) = (&pair[0], &pair[1]);
             let mut row = clock.row(now);
             match kind {
-                RowKind::EndOfDwell => {}
+                RowKind::EndOfDwell => {
+                    let dwell = piece.held_v(now.tick.wrapping_sub(clock.first_tick));
+                    for (volts, mean) in row.voltage_v.iter_mut().zip(dwell) {
+                        *volts = mean
+                            .filter(|mean| (mean - *volts).abs() < CODE_V)
+                            .unwrap_or(*volts);
+                    }
+                }
                 RowKind::AfterSteps => {
                     if before.drive_v != now.drive_v {
                         row.voltage_v = before.drive_v.map(decimal);
@@ -109,9 +126,26 @@ pub fn rows(samples: &[Telemetry], kind: RowKind, clock: &Clock) -> Vec<Row> {
         .collect()
 }
 
+impl Piece {
+    /// What each channel is to be driven with, this many ticks after the first, where voltages step (V).
+    fn held_v(&self, ticks: u32) -> [Option<f64>; 4] {
+        let (Shape::Steps(table), Quantity::Drive { active, others_v }) =
+            (self.waveform.shape, self.waveform.quantity)
+        else {
+            return [None; 4];
+        };
+        let step = ticks / table.dwell_ticks % u32::from(table.points);
+        let share = f32::from(self.points[step as usize]) / f32::from(FULL_SCALE);
+        let volts = self.waveform.offset + self.waveform.amplitude * share;
+        active.map(|moves| Some(decimal(if moves { volts } else { others_v })))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::piece::pieces;
+    use experiments::Experiment;
 
     const CLOCK: Clock = Clock {
         tick_hz: 10_000,
@@ -130,6 +164,16 @@ mod tests {
         }
     }
 
+    /// Two dwells of a second, whose rows are made like this.
+    fn two_dwells(rows: RowKind) -> Piece {
+        let held = Experiment::held(&[1.0, 2.0], 1.0);
+        let pieces = pieces(&held, CLOCK.tick_hz).expect("playable");
+        Piece {
+            rows,
+            ..pieces[0].clone()
+        }
+    }
+
     #[test]
     fn the_last_tick_of_a_dwell_has_its_own_drive() {
         let samples = [
@@ -137,7 +181,7 @@ mod tests {
             sample(20_999, 1.0, 26.0),
             sample(30_999, 2.0, 90.0),
         ];
-        let rows = rows(&samples, RowKind::EndOfDwell, &CLOCK);
+        let rows = rows(&samples, &two_dwells(RowKind::EndOfDwell), &CLOCK);
         let told: Vec<_> = rows
             .iter()
             .map(|row| (row.t_s, row.t_global_s, row.voltage_v[0], row.z_um))
@@ -151,6 +195,23 @@ mod tests {
         );
     }
 
+    /// A mean of 1 V is made of ticks of 1 V and of 1.001 V; a board that limits a drive does not make it.
+    #[test]
+    fn a_mean_has_the_drive_s_mean_and_a_limited_drive_stays() {
+        let samples = [
+            sample(10_999, 0.0, 0.0),
+            sample(20_999, 1.001, 26.0),
+            sample(30_999, 1.9, 80.0),
+        ];
+        let made = rows(&samples, &two_dwells(RowKind::EndOfDwell), &CLOCK);
+        let drives: Vec<_> = made.iter().map(|row| row.voltage_v[2]).collect();
+        // The table has 16 bits from 1 V to 2 V.
+        assert!(
+            (drives[0] - 1.0).abs() < 2e-5 && drives[1] == 1.9,
+            "{drives:?}"
+        );
+    }
+
     #[test]
     fn at_a_step_the_drive_is_still_the_old_one() {
         let samples = [
@@ -160,7 +221,7 @@ mod tests {
             sample(11_010, 0.0, 30.0),
             sample(11_012, 0.0, 20.0),
         ];
-        let rows = rows(&samples, RowKind::AfterSteps, &CLOCK);
+        let rows = rows(&samples, &two_dwells(RowKind::AfterSteps), &CLOCK);
         let drives: Vec<_> = rows
             .iter()
             .map(|row| (row.voltage_v[0], row.current_a[0].is_some()))
@@ -175,7 +236,7 @@ mod tests {
             sample(11_000, 1.1, 26.0),
             sample(11_001, 1.3, 27.0),
         ];
-        let rows = rows(&samples, RowKind::Curve, &CLOCK);
+        let rows = rows(&samples, &two_dwells(RowKind::Curve), &CLOCK);
         let volts: Vec<f64> = rows.iter().map(|row| row.voltage_v[2]).collect();
         assert!((volts[0] - 1.05).abs() < 1e-6 && (volts[1] - 1.2).abs() < 1e-6);
         let ohms = rows[1].voltage_v[0] / rows[1].current_a[0].unwrap();

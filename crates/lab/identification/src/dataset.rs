@@ -1,6 +1,7 @@
 //! A session as the simulation sees it: pieces of drive, and what was observed at the end of which.
 
 mod clock;
+mod meters;
 
 use crate::noise::Noise;
 use crate::surroundings::Surroundings;
@@ -81,6 +82,7 @@ impl Dataset {
             data.add(file, &noise, &surroundings, &mut clock);
         }
         data.end_clock(&mut clock);
+        data.take_meter_zeros();
         if shows_one_heater(session) {
             let first = |o: &Observation| o.channel == Channel::Current(0);
             data.observations.retain(first);

@@ -93,7 +93,7 @@ impl<'a, M: Mirror> Player<'a, M> {
             let read = self.tick(setpoint(&piece.waveform, value));
             samples.add(read, steps);
         }
-        file.rows.extend(rows(&samples.taken, piece.rows, &clock));
+        file.rows.extend(rows(&samples.taken, piece, &clock));
     }
 
     fn hold(&mut self, setpoint: Setpoint, seconds: f64) {

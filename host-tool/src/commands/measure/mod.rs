@@ -20,7 +20,7 @@ mod spots;
 
 use std::path::PathBuf;
 
-use experiments::{Experiment, Quantity};
+use experiments::{Experiment, Quantity, SETTLING_S};
 
 use self::possible::{check_drive, make_directory};
 use self::report::MeasureReport;
@@ -82,11 +82,15 @@ pub(super) async fn run(
     }
 }
 
-/// What is played, after the rests that were asked for; found out to be playable before anything moves.
+/// What is played, after the rests that were asked for; found out to be playable before anything moves. A session begins when what
+/// the mirror remembers of earlier drives has faded: all that it shows counts from there.
 fn planned(asked: &DriveExperiment, tick_hz: u32) -> Result<Vec<Experiment>, ToolError> {
     let mut experiments = asked.measurement().experiments();
     if let (Some(file), [experiment]) = (asked.file(), experiments.as_mut_slice()) {
         experiment.rest_s = file.rest.s;
+    }
+    if let (DriveExperiment::Session { .. }, Some(first)) = (asked, experiments.first_mut()) {
+        first.rest_s = SETTLING_S;
     }
     for experiment in &experiments {
         experiment_player::pieces(experiment, tick_hz)?;

@@ -330,7 +330,7 @@ impl<'a> Bench<'a> {
         let mut last: Option<Telemetry> = None;
         while let Some(sample) = stream.next_of_all().await? {
             if let Some(last) = last {
-                for mut row in rows(&[last, sample], piece.rows, &clock) {
+                for mut row in rows(&[last, sample], piece, &clock) {
                     row.ambient_c = self.ambient_c;
                     file.rows.push(row);
                     row.z_um = row.z_um.filter(|_| matches!(self.sensor, Sensor::Board));
