@@ -1,18 +1,18 @@
 """The mirror, with the real tool and firmware on an emulated board."""
 
 import os
+import socket
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
 from electrothermal_mirror import InstrumentError, Mirror, Server
 
-#: What a query may take, 99 of 100 times (s): a loop at 20 Hz has 50 ms, for some ten of them.
-MOST_P99 = 5e-3
-#: Processors that are at work while that is measured: the emulator's, the tool's and this process's.
-MOST_LOAD = 3.0
+#: What a query may take, 99 of 100 times (ms): a loop at 20 Hz has 50 ms, for some ten of them.
+MOST_P99_MS = 5.0
 
 
 def test_moves_waits_and_reads(mirror: Mirror) -> None:
@@ -44,6 +44,13 @@ def test_what_the_board_does_not_know_is_no_number(mirror: Mirror) -> None:
     uncertainty = mirror.uncertainty()
     assert 0 < uncertainty.position < 30e-6 and np.isnan(uncertainty.tilt)
     assert np.isnan(mirror.room().rise)
+    pose = mirror.pose()
+    # It counts in micrometres, as 32-bit floats.
+    assert pose.position == pytest.approx(30e-6, abs=1e-11) and np.isnan(pose.tilt_x)
+    with pytest.raises(InstrumentError, match="levers"):
+        mirror.tilt(30e-6, 1e-3, 0.0)
+    mirror.tilt(31e-6, 0.0, 0.0)
+    assert mirror.pose().position == pytest.approx(31e-6, abs=1e-11)
 
 
 def test_a_trace_has_the_times_that_were_asked_for(mirror: Mirror) -> None:
@@ -110,18 +117,37 @@ def test_a_process_that_is_killed_leaves_no_tool_behind() -> None:
             time.sleep(0.01)
 
 
-def test_a_query_is_answered_soon(mirror: Mirror) -> None:
+@pytest.fixture
+def echo() -> Iterator[socket.socket]:
+    """A connection to a process that sends back what it is sent: what this machine takes for two hand-overs at this moment."""
+    program = (
+        "import socket; server = socket.create_server(('127.0.0.1', 0)); print(server.getsockname()[1], flush=True)\n"
+        "client, _ = server.accept(); client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)\n"
+        "while said := client.recv(64): client.sendall(said)"
+    )
+    process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE)
+    assert process.stdout is not None
+    with process.stdout, socket.create_connection(("127.0.0.1", int(process.stdout.readline()))) as connection:
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        yield connection
+    process.wait()
+
+
+def test_a_query_is_answered_soon(mirror: Mirror, echo: socket.socket) -> None:
     mirror.drive(1.0)
 
-    def round_trip() -> float:
+    def took(ask: Callable[[], object]) -> float:
         start = time.perf_counter()
-        mirror.currents()
+        ask()
         return time.perf_counter() - start
 
-    took = np.array([round_trip() for _ in range(2000)])
-    p99 = np.quantile(took, 0.99)
-    said = f"round trip of a query: median {np.median(took) * 1e3:.2f} ms, p99 {p99 * 1e3:.2f} ms"
-    print(f"\n{said}")
-    if os.getloadavg()[0] > MOST_LOAD:
-        pytest.skip(f"the machine has other work, which is in this too: {said}")
-    assert p99 < MOST_P99
+    def echoed() -> None:
+        echo.sendall(b"X")
+        echo.recv(64)
+
+    both = np.array([(took(mirror.currents), took(echoed)) for _ in range(2000)]) * 1e3
+    median, _ = np.median(both, axis=0)
+    p99, echo_p99 = np.quantile(both, 0.99, axis=0)
+    print(f"\nround trip of a query: median {median:.2f} ms, p99 {p99:.2f} ms; of an echo: p99 {echo_p99:.2f} ms")
+    # On a machine with other work every hand-over waits for a processor. A query takes four, to the tool, the board and back.
+    assert p99 < MOST_P99_MS + 2 * echo_p99

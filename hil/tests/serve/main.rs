@@ -1,6 +1,7 @@
 //! The board as an instrument on a socket: what one client says, what several do to each other, and what is left when they,
 //! the board or the tool go.
 
+mod calibrated;
 mod client;
 
 use std::io::Write;
@@ -76,6 +77,7 @@ fn what_is_wrong_is_said_and_nothing_moves() {
         ("SOUR:POS 120V", "-131,"),
         ("SOUR:POS", "-109,"),
         ("SOUR:POSI 1um", "-113,"),
+        ("POSE 1um,1deg,0", "-200,"),
         ("VOLT 99", "-222,"),
         ("OUTP ON", "-221,"),
         ("TRAC? 1000000,1ms", "-222,"),

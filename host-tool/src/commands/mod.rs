@@ -14,7 +14,7 @@ mod measure;
 mod monitor;
 mod moving;
 mod off;
-mod pose;
+pub(crate) mod pose;
 mod range;
 mod record;
 mod room;

@@ -2,12 +2,14 @@
 
 use std::fmt;
 
-use calibration::Reach;
+use calibration::{PlatePose, Reach};
 use control_core::calibration::{Lever, Plate};
 use control_core::{CHANNELS, Micrometre};
-use mirror_protocol::{CalibrationInfo, Pose};
+use mirror_protocol::{CalibrationInfo, Pose, SetPose};
 use serde::Serialize;
 
+use crate::error::ToolError;
+use crate::quantity::TiltedPose;
 use crate::report::decimal;
 
 /// A pose as a board tells it.
@@ -40,6 +42,38 @@ impl fmt::Display for PlateReport {
             (Some(x), Some(y)) => write!(f, "  {x:>+8.4} deg about x  {y:>+8.4} deg about y"),
             _ => f.write_str("  tilts unknown: the calibration has no levers"),
         }
+    }
+}
+
+/// A pose for a board with this calibration.
+///
+/// # Errors
+/// Where it is out of reach, or tilted and the plate's levers are not known.
+pub(crate) fn reached(
+    asked: TiltedPose,
+    calibration: &CalibrationInfo,
+) -> Result<PlatePose, ToolError> {
+    let reach = reach(calibration);
+    if !(asked.is_level() || reach.knows_tilts()) {
+        return Err(ToolError::LeversUnknown);
+    }
+    let pose = PlatePose::from(asked);
+    if !reach.contains(&pose) {
+        return Err(ToolError::PoseOutOfReach {
+            asked: Box::new(asked),
+            nearest: Box::new(reach.nearest(&pose).into()),
+        });
+    }
+    Ok(pose)
+}
+
+/// A pose as it is asked of a board.
+pub(crate) fn request(pose: PlatePose, lease_ms: u32) -> SetPose {
+    SetPose {
+        z_um: pose.z_um as f32,
+        tilt_x_rad: pose.tilt_x_rad as f32,
+        tilt_y_rad: pose.tilt_y_rad as f32,
+        lease_ms,
     }
 }
 

@@ -2,11 +2,9 @@
 
 use std::fmt;
 
-use calibration::PlatePose;
-use mirror_protocol::SetPose;
 use serde::Serialize;
 
-use super::pose::{PlateReport, reach};
+use super::pose::{PlateReport, reached, request};
 use crate::board::Board;
 use crate::commands::moving::{Pace, Readings, settle_and_read};
 use crate::commands::uncertainty::Uncertainty;
@@ -34,25 +32,8 @@ pub(super) async fn run(
     pace: Pace,
     json: bool,
 ) -> Result<(), ToolError> {
-    let reach = reach(&board.calibration().await?);
-    if !(asked.is_level() || reach.knows_tilts()) {
-        return Err(ToolError::LeversUnknown);
-    }
-    let pose = PlatePose::from(asked);
-    if !reach.contains(&pose) {
-        return Err(ToolError::PoseOutOfReach {
-            asked: Box::new(asked),
-            nearest: Box::new(reach.nearest(&pose).into()),
-        });
-    }
-    let commanded = board
-        .set_pose(SetPose {
-            z_um: pose.z_um as f32,
-            tilt_x_rad: pose.tilt_x_rad as f32,
-            tilt_y_rad: pose.tilt_y_rad as f32,
-            lease_ms: pace.lease_ms(),
-        })
-        .await?;
+    let pose = reached(asked, &board.calibration().await?)?;
+    let commanded = board.set_pose(request(pose, pace.lease_ms())).await?;
     let (readings, settled) = settle_and_read(board, &commanded, pace).await?;
     let status = board.status().await?;
     let report = PoseReport {

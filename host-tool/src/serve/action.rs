@@ -1,6 +1,6 @@
 //! What the instrument can be told and asked.
 
-use crate::quantity::{Length, Span};
+use crate::quantity::{Length, Span, TiltedPose};
 
 /// What a client says.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +19,7 @@ pub(super) enum Action {
     SelectBoard(String),
     ReleaseLock,
     SetPosition(Length),
+    SetPose(TiltedPose),
     /// In volts.
     SetDrives([f64; 4]),
     SetSettling(Span),
@@ -44,6 +45,7 @@ pub(super) enum Question {
     RequestLock,
     LockOwner,
     Position,
+    Pose,
     Drives,
     Settling,
     TraceColumns,
@@ -69,6 +71,7 @@ pub(super) enum Reading {
     SettlesIn,
     Resistances,
     Position,
+    Pose,
     Supply,
     Limits,
     Channels,

@@ -38,6 +38,12 @@ pub(super) fn read_from(reading: Reading, status: &Status) -> String {
             let sensor = sample.sensor_z_um.filter(|um| um.is_finite());
             sensor.map_or(NOT_A_NUMBER.to_owned(), |um| number(decimal(um) * 1e-6))
         }
+        Reading::Pose => {
+            let tilts = sample.pose.tilt_rad;
+            let tilt = |i: usize| tilts.map(|rad| decimal(rad[i]));
+            let z = decimal(sample.pose.z_um) * 1e-6;
+            numbers([Some(z), tilt(0), tilt(1)])
+        }
         Reading::Drives => numbers(sample.drive_v.map(|v| Some(decimal(v)))),
         Reading::Currents => numbers(sample.current_a.map(|i| Some(decimal(i)))),
         Reading::Resistances => numbers::<4>(std::array::from_fn(resistance)),

@@ -42,12 +42,22 @@ const MOVING: &[Command] = &[
     query(
         "[SOURce:]POSition?",
         Question::Position,
-        "The position that was asked for, in metres; not a number where none was.",
+        "The position that was asked for, in metres, or the piston of a pose; not a number where neither was.",
     ),
     reading(
         "[SOURce:]POSition:MAXimum?",
         Reading::MostPosition,
         "The top of the calibrated range, in metres.",
+    ),
+    command(
+        "[SOURce:]POSE",
+        Takes::Pose(Action::SetPose),
+        "Moves the plate to a piston and its tilts about x and y, and holds it likewise. Tilts without a unit are in radians; they take a calibration that knows the plate's levers.",
+    ),
+    query(
+        "[SOURce:]POSE?",
+        Question::Pose,
+        "The pose that was asked for, in metres and radians; not numbers where none was. A position is one without tilts.",
     ),
     command(
         "[SOURce:]VOLTage",
@@ -101,6 +111,11 @@ const READING: &[Command] = &[
         "MEASure:POSition?",
         Reading::Position,
         "The board's position sensor, in metres, where it has one.",
+    ),
+    reading(
+        "MEASure:POSE?",
+        Reading::Pose,
+        "Where the board has taken the plate, as it counts: the piston in metres, the tilts about x and y in radians; these are not numbers where the calibration does not know the plate's levers.",
     ),
     reading(
         "MEASure:VOLTage?",
@@ -274,7 +289,7 @@ const COMMON: &[Command] = &[
     command(
         "*RST",
         Takes::Nothing(Action::Reset),
-        "Turns the channels off where this client drives, and sets the settling time to 1 s.",
+        "Turns the channels off where this client drives, and leaves the settling time to the board.",
     ),
     query(
         "*TST?",

@@ -4,12 +4,14 @@ use std::fmt;
 use std::net::SocketAddr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use calibration::PlatePose;
 use chrono::{SecondsFormat, Utc};
-use mirror_protocol::{Commanded, Drives, Position, Refusal};
+use mirror_protocol::{Commanded, Drives, Refusal};
 use tokio::task::AbortHandle;
 use tokio::time::sleep;
 
 use crate::board::{Board, Found, RENEWED_LEASE};
+use crate::commands::pose::request;
 use crate::error::ToolError;
 use crate::quantity::Span;
 use crate::scpi::{Error, Kind, Status};
@@ -32,8 +34,8 @@ impl Client {
 /// What is driven.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Asked {
-    /// A position, in micrometres.
-    Position(f64),
+    /// A pose; a position is one without tilts.
+    Pose(PlatePose),
     /// Volts, actuator by actuator.
     Drives([f64; 4]),
 }
@@ -207,10 +209,7 @@ impl Device {
         let board = self.board().await.map_err(|error| told(&error))?;
         let lease_ms = RENEWED_LEASE.as_millis() as u32;
         let answer = match asked {
-            Asked::Position(um) => {
-                let z_um = um as f32;
-                board.set_position(Position { z_um, lease_ms }).await
-            }
+            Asked::Pose(pose) => board.set_pose(request(pose, lease_ms)).await,
             Asked::Drives(volts) => {
                 let drive_v = volts.map(|v| v as f32);
                 board.set_drive(Drives { drive_v, lease_ms }).await

@@ -28,6 +28,7 @@ pub(super) fn told(error: &ToolError) -> Error {
             ..
         } => return stopped(),
         ToolError::PositionOutOfRange { .. }
+        | ToolError::PoseOutOfReach { .. }
         | ToolError::DriveOutOfRange { .. }
         | ToolError::Period { .. } => Kind::DataOutOfRange,
         _ => Kind::Execution,

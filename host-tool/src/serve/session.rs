@@ -3,17 +3,19 @@
 use std::net::SocketAddr;
 use std::sync::Arc;
 
+use calibration::PlatePose;
 use mirror_protocol::{CalibrationInfo, Status};
 use tokio::sync::watch;
 
 use crate::board::Board;
 use crate::commands::kept_words;
+use crate::commands::pose::reached;
 use crate::error::ToolError;
-use crate::quantity::{Length, Span, Voltage};
+use crate::quantity::{Length, Span, TiltedPose, Voltage};
 use crate::report::decimal;
-use crate::scpi::{self, Error, Group, Kind, NOT_A_NUMBER, Unit, event, quoted, units};
+use crate::scpi::{self, Error, Group, Kind, Unit, event, quoted, units};
 use crate::serve::action::{Action, Question, Registers};
-use crate::serve::answers::{boards, number, numbers, read_from};
+use crate::serve::answers::{boards, numbers, read_from};
 use crate::serve::boards::Boards;
 use crate::serve::commands::read;
 use crate::serve::device::{Asked, Client, Device, Moved};
@@ -131,6 +133,7 @@ impl Session {
                 self.speak_to(device);
             }
             Action::SetPosition(z) => self.set_position(z).await?,
+            Action::SetPose(pose) => self.set_pose(pose).await?,
             Action::SetDrives(volts) => self.set_drives(volts).await?,
             Action::SetSettling(settling) => self.settling = Some(settling),
             Action::SetOutput(true) => {
@@ -223,10 +226,14 @@ impl Session {
                     .to_string()
             }
             Question::Enable(which) => group(&mut self.client.status(), which).enable.to_string(),
-            Question::Position => match self.asked()? {
-                Some(Asked::Position(um)) => number(um * 1e-6),
-                _ => NOT_A_NUMBER.to_owned(),
-            },
+            Question::Position => numbers([self.asked_pose()?.map(|pose| pose.z_um * 1e-6)]),
+            Question::Pose => {
+                let pose = self.asked_pose()?.map(|pose| {
+                    let tilts = [pose.tilt_x_rad, pose.tilt_y_rad];
+                    [pose.z_um * 1e-6, tilts[0], tilts[1]].map(Some)
+                });
+                numbers(pose.unwrap_or_default())
+            }
             Question::Drives => match self.asked()? {
                 Some(Asked::Drives(volts)) => numbers(volts.map(Some)),
                 _ => numbers([None; 4]),
@@ -270,6 +277,13 @@ impl Session {
         Ok(self.device()?.moved().map(|moved| moved.asked))
     }
 
+    fn asked_pose(&mut self) -> Result<Option<PlatePose>, Error> {
+        Ok(match self.asked()? {
+            Some(Asked::Pose(pose)) => Some(pose),
+            _ => None,
+        })
+    }
+
     async fn set_position(&mut self, z: Length) -> Result<(), Error> {
         let max = Length {
             um: decimal(self.status().await?.max_position_um),
@@ -277,7 +291,16 @@ impl Session {
         if !(0.0..=max.um).contains(&z.um) {
             return Err(told(&ToolError::PositionOutOfRange { asked: z, max }));
         }
-        self.drive(Asked::Position(z.um)).await
+        self.drive(Asked::Pose(PlatePose {
+            z_um: z.um,
+            ..PlatePose::default()
+        }))
+        .await
+    }
+
+    async fn set_pose(&mut self, asked: TiltedPose) -> Result<(), Error> {
+        let pose = reached(asked, &self.calibration().await?).map_err(|error| told(&error))?;
+        self.drive(Asked::Pose(pose)).await
     }
 
     async fn set_drives(&mut self, volts: [f64; 4]) -> Result<(), Error> {

@@ -1,6 +1,6 @@
 //! What a command takes: parameters in base units, or with a unit as people write it.
 
-use crate::quantity::{Length, QuantityError, Span, Voltage};
+use crate::quantity::{Length, QuantityError, Span, TiltedPose, Voltage};
 use crate::scpi::{Error, Kind};
 use crate::serve::action::Action;
 
@@ -8,6 +8,8 @@ use crate::serve::action::Action;
 pub(super) enum Takes {
     Nothing(Action),
     Length(fn(Length) -> Action),
+    /// Piston, and the tilts about x and y.
+    Pose(fn(TiltedPose) -> Action),
     /// One voltage for all four actuators, or one for each (V).
     Voltages(fn([f64; 4]) -> Action),
     Span(fn(Span) -> Action),
@@ -23,6 +25,7 @@ impl Takes {
         match self {
             Self::Nothing(_) => "",
             Self::Length(_) => "<length>",
+            Self::Pose(_) => "<length>,<angle>,<angle>",
             Self::Voltages(_) => "<voltage>[,<voltage>,<voltage>,<voltage>]",
             Self::Span(_) => "<time>",
             Self::CountAndSpan(_) => "<count>,<time>",
@@ -40,6 +43,11 @@ impl Takes {
         match (self, typed) {
             (Self::Nothing(action), []) => Ok(action.clone()),
             (Self::Length(action), [text]) => quantity(text, "m").map(action),
+            (Self::Pose(action), [z, x, y]) => Ok(action(TiltedPose::new(
+                quantity(z, "m")?,
+                quantity(x, "rad")?,
+                quantity(y, "rad")?,
+            ))),
             (Self::Voltages(action), [text]) => volts(text).map(|all| action([all; 4])),
             (Self::Voltages(action), [a, b, c, d]) => {
                 Ok(action([volts(a)?, volts(b)?, volts(c)?, volts(d)?]))
@@ -63,6 +71,7 @@ impl Takes {
         let most = match self {
             Self::Nothing(_) => 0,
             Self::Voltages(_) => 4,
+            Self::Pose(_) => 3,
             Self::CountAndSpan(_) => 2,
             _ => 1,
         };
@@ -153,6 +162,7 @@ mod tests {
         }
         assert_eq!(quantity("5MS", "s"), Ok(Span { s: 5e-3 }));
         let length = Takes::Length(Action::SetPosition);
+        let pose = Takes::Pose(Action::SetPose);
         let span = Takes::Span(Action::SetSettling);
         let count = Takes::CountAndSpan(Action::Trace);
         for (takes, typed, kind) in [
@@ -160,6 +170,8 @@ mod tests {
             (&length, "NAN", Kind::DataType),
             (&length, "", Kind::DataType),
             (&length, "1e400m", Kind::DataOutOfRange),
+            (&pose, "1um,2deg", Kind::MissingParameter),
+            (&pose, "1um,2deg,1V", Kind::InvalidSuffix),
             (&span, "-1s", Kind::DataOutOfRange),
             (&count, "0,1ms", Kind::DataOutOfRange),
             (&count, "1.5,1ms", Kind::DataType),

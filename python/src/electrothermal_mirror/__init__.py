@@ -5,7 +5,7 @@ Numbers are in SI units throughout: metres, volts, amperes, ohms, kelvins, secon
 
 from .instrument import Instrument, InstrumentError
 from .lab import Comparison, Diagnosis, ExperimentError, RankedEffect, compare, diagnose
-from .mirror import Calibration, Mirror, Room, Trace, Uncertainty
+from .mirror import Calibration, Mirror, Pose, Room, Trace, Uncertainty
 from .processes import EmulatedBoard, Server, ToolError, run_tool
 
 __all__ = [

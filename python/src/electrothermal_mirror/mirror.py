@@ -34,6 +34,17 @@ class Calibration:
 
 
 @dataclass(frozen=True)
+class Pose:
+    """Where the plate is."""
+
+    #: The piston, from rest and towards the substrate (m).
+    position: float
+    #: Tilts about x and y (rad); NaN where the calibration does not know the plate's levers.
+    tilt_x: float
+    tilt_y: float
+
+
+@dataclass(frozen=True)
 class Uncertainty:
     """How far the plate may be from where it is asked to be: half an interval that holds it in 95 of 100 cases."""
 
@@ -186,6 +197,16 @@ class Mirror:
         if wait:
             self.wait()
 
+    def tilt(self, position: float, tilt_x: float, tilt_y: float, wait: bool = True) -> None:
+        """Moves the plate to a piston (m) and tilts about x and y (rad); waits until it has settled.
+
+        Raises:
+            InstrumentError: as of :meth:`move`, and where the calibration does not know the plate's levers.
+        """
+        self.instrument.write(f"POSE {float(position)!r},{float(tilt_x)!r},{float(tilt_y)!r}")
+        if wait:
+            self.wait()
+
     def drive(self, *volts: float, wait: bool = True) -> None:
         """Drives the actuators with one voltage for all four, or one for each (V); waits until the mirror has settled.
 
@@ -235,8 +256,12 @@ class Mirror:
         """The board's position sensor (m); NaN where it has none."""
         return self.instrument.query_numbers("MEAS:POS?")[0]
 
+    def pose(self) -> Pose:
+        """Where the board has taken the plate, as it counts, without a sensor."""
+        return Pose(*self.instrument.query_numbers("MEAS:POSE?"))
+
     def uncertainty(self) -> Uncertainty:
-        """How far the plate may be from where it is asked to be."""
+        """How far the plate may be from there."""
         return Uncertainty(*self.instrument.query_numbers("MEAS:UNC?"))
 
     def room(self) -> Room:
