@@ -3,6 +3,7 @@
 use std::pin::pin;
 use std::time::Duration;
 
+use socket2::{SockRef, TcpKeepalive};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::net::tcp::OwnedReadHalf;
@@ -14,6 +15,10 @@ use crate::serve::session::Session;
 
 /// Before another attempt at what failed for want of something that the machine has too little of.
 pub(super) const PAUSE: Duration = Duration::from_millis(100);
+/// A client from which nothing came for so long is asked whether it is there, and taken for gone after as many questions.
+const SILENCE: Duration = Duration::from_secs(4);
+const QUESTION: Duration = Duration::from_secs(2);
+const QUESTIONS: u32 = 3;
 /// What is read at a time.
 const PIECE_BYTES: usize = 4096;
 
@@ -21,6 +26,7 @@ const PIECE_BYTES: usize = 4096;
 pub(super) async fn converse(stream: TcpStream, mut session: Session) {
     // An answer is one short packet, which is not to wait for more to come.
     let _ = stream.set_nodelay(true);
+    let _ = ask_after_silence(&stream);
     let (mut reader, mut writer) = stream.into_split();
     let mut input = Input::default();
     let (client, speaking_to) = (session.client(), session.speaking_to());
@@ -63,6 +69,21 @@ pub(super) async fn converse(stream: TcpStream, mut session: Session) {
     session.end().await;
 }
 
+/// Has the system end a connection whose other end does not answer any more: a cable that was pulled says nothing.
+///
+/// # Errors
+/// Where the system cannot.
+fn ask_after_silence(stream: &TcpStream) -> std::io::Result<()> {
+    let socket = SockRef::from(stream);
+    let keepalive = TcpKeepalive::new().with_time(SILENCE);
+    let keepalive = keepalive.with_interval(QUESTION).with_retries(QUESTIONS);
+    socket.set_tcp_keepalive(&keepalive)?;
+    // While an answer is under way nothing is asked; it is to arrive in the same time.
+    #[cfg(target_os = "linux")]
+    socket.set_tcp_user_timeout(Some(SILENCE + QUESTION * QUESTIONS))?;
+    Ok(())
+}
+
 /// Reads what has come. `false` where the client has gone.
 async fn read_once(reader: &mut OwnedReadHalf, input: &mut Input, client: &Client) -> bool {
     let mut piece = [0; PIECE_BYTES];
@@ -77,4 +98,23 @@ async fn read_once(reader: &mut OwnedReadHalf, input: &mut Input, client: &Clien
             .push(Error::new(Kind::InputBufferOverrun, said));
     }
     true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tokio::net::TcpListener;
+
+    #[tokio::test]
+    async fn the_system_asks_after_a_client_that_is_silent() {
+        let listener = TcpListener::bind("127.0.0.1:0").await.expect("a port");
+        let address = listener.local_addr().expect("an address");
+        let _client = TcpStream::connect(address).await.expect("it listens");
+        let (stream, _) = listener.accept().await.expect("a client");
+        ask_after_silence(&stream).expect("possible");
+        let socket = SockRef::from(&stream);
+        assert!(socket.keepalive().expect("known"));
+        assert_eq!(socket.tcp_keepalive_time().expect("known"), SILENCE);
+        assert_eq!(socket.tcp_keepalive_retries().expect("known"), QUESTIONS);
+    }
 }
