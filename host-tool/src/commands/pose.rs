@@ -15,7 +15,7 @@ use crate::report::decimal;
 /// A pose as a board tells it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(super) struct PlateReport {
-    z_um: f64,
+    pub(super) z_um: f64,
     /// `None` where the calibration does not know the plate's levers.
     tilt_x_deg: Option<f64>,
     tilt_y_deg: Option<f64>,

@@ -208,6 +208,13 @@ impl fmt::Display for StatusReport {
         writeln!(f, "channels   {}", self.channels())?;
         writeln!(f, "pose       {}", self.pose)?;
         writeln!(f, "uncertain  {}", self.uncertainty)?;
+        if let Some(z_um) = self.readings.sensor_z_um {
+            let off_um = z_um - self.pose.z_um;
+            writeln!(
+                f,
+                "sensor     {z_um:>9.3} um, {off_um:+.3} um from the pose"
+            )?;
+        }
         write!(f, "{}", self.readings)?;
         writeln!(
             f,
@@ -349,7 +356,7 @@ mod tests {
                     ChannelState::Tripped(1),
                     ChannelState::Driving,
                 ],
-                sensor_z_um: None,
+                sensor_z_um: Some(17.25),
                 pose: Pose {
                     z_um: 16.5,
                     tilt_rad: Some([0.5e-3, -0.25]),
