@@ -371,10 +371,6 @@ const CIRCLES: &[(&str, &[&str])] = &[
     ("mirror-firmware", &["rpc/calibrations", "rpc/mod"]),
     ("mirror-model", &["effect/heater", "effect/mod"]),
     ("mirror-model", &["effect/formula", "effect/formula/read"]),
-    (
-        "missing-physics-bench",
-        &["case", "learn", "main", "outcome", "table"],
-    ),
     ("silicon-twin", &["chip/mod", "chip/registers"]),
     ("silicon-twin", &["cpu/exceptions", "cpu/mod", "cpu/system"]),
     ("silicon-twin", &["usb_host/mod", "usb_host/raw"]),

@@ -174,6 +174,7 @@ pub(super) const ALLOWED: &[Allowed] = &[
             "diagnosis",
             "experiments",
             "identification",
+            "measurement",
             "mirror-model",
             "virtual-mirror",
             "virtual-sessions",

@@ -1,52 +1,20 @@
 //! What is hidden, in which mirror, and what is measured of it.
 
-use crate::Arguments;
+use crate::arguments::{Arguments, Instruments};
 use crate::design::Design;
-use clap::ValueEnum;
 use diagnosis::CALIBRATING;
 use experiments::Experiment;
 use identification::Dataset;
+use measurement::Session;
 use mirror_model::{Model, Preset};
 use std::fmt;
 use virtual_mirror::{ConfigError, Effect, Family, MirrorConfig};
 use virtual_sessions::measure;
 
 /// No discrepancy and no threshold was calibrated on these.
-const UNSEEN: [Family; 2] = [Family::F, Family::G];
+pub(crate) const UNSEEN: [Family; 2] = [Family::F, Family::G];
 /// Far enough for no two mirrors with nothing hidden to have the same seed.
 const APART: u64 = 500;
-
-/// What the bench reads besides the drive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Instruments {
-    /// Displacement and currents.
-    With,
-    /// Displacement only.
-    Without,
-    /// Displacement and currents, after the standard session in an oven at two temperatures and with reference steps.
-    WithOvenAndStage,
-    /// Displacement and currents of one sweep.
-    Sweep,
-    /// Currents of one sweep, as of a heater on a bench.
-    SweepOfCurrents,
-}
-
-impl Instruments {
-    /// Those that are tried unless one is asked for.
-    const USUAL: [Self; 2] = [Self::With, Self::Without];
-
-    pub(crate) fn tried(only: Option<Self>) -> Vec<Self> {
-        only.map_or(Self::USUAL.to_vec(), |only| vec![only])
-    }
-
-    /// The largest set of effects that says something.
-    pub(crate) fn set(self) -> usize {
-        match self {
-            Self::With | Self::WithOvenAndStage => 2,
-            Self::Without | Self::Sweep | Self::SweepOfCurrents => 3,
-        }
-    }
-}
 
 /// What is hidden.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -117,7 +85,7 @@ pub(crate) fn all(arguments: &Arguments) -> Vec<Case> {
 }
 
 /// Every listed effect once, with a partner from the other half of the list; other partners for another seed.
-fn pairs(seed: u64) -> Vec<(Effect, Effect)> {
+pub(crate) fn pairs(seed: u64) -> Vec<(Effect, Effect)> {
     let listed: Vec<_> = Effect::ALL
         .iter()
         .copied()
@@ -206,8 +174,13 @@ impl Case {
         config
     }
 
-    /// What is measured of a mirror.
+    /// What is measured of a mirror, as a fit takes it.
     pub(crate) fn session(&self, config: &MirrorConfig) -> Result<Dataset, ConfigError> {
+        Ok(Dataset::new(&self.measured(config)?))
+    }
+
+    /// What is measured of a mirror.
+    pub(crate) fn measured(&self, config: &MirrorConfig) -> Result<Session, ConfigError> {
         let instruments = match self.instruments {
             Instruments::Without => virtual_sessions::Instruments::Position,
             Instruments::SweepOfCurrents => virtual_sessions::Instruments::Currents,
@@ -220,7 +193,7 @@ impl Case {
             }
             _ => experiments::session(3.5),
         };
-        Ok(Dataset::new(&measure(config, &drives, instruments)?))
+        measure(config, &drives, instruments)
     }
 }
 

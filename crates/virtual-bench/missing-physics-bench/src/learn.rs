@@ -1,6 +1,7 @@
 //! The table of confusions, learned from virtual mirrors with one effect hidden.
 
-use crate::case::{Hidden, Instruments};
+use crate::arguments::Instruments;
+use crate::case::Hidden;
 use crate::outcome::Outcome;
 use diagnosis::Ranked;
 use diagnosis::confusions::{Channels, Confusions, Form, Taken};

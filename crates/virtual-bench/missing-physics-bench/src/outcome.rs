@@ -1,6 +1,7 @@
 //! What a diagnosis made of one session, beside the truth.
 
-use crate::case::{Case, Hidden, Instruments};
+use crate::arguments::Instruments;
+use crate::case::{Case, Hidden};
 use diagnosis::residual_space::{ResidualSpace, Session};
 use diagnosis::{Diagnosis, NullEnsemble, Ranked, Verdict, add, diagnose};
 use identification::fit::{Fitted, fit, fit_parameters, free_parameters};
@@ -90,6 +91,29 @@ pub(crate) fn diagnosed(
         }
     }
     Ok(outcome)
+}
+
+/// Whether a session can show what is hidden in it, of two the lesser one.
+pub(crate) fn can_show(case: &Case, cache: &Path) -> Result<bool, Box<dyn Error>> {
+    let model = case.model();
+    let plan = case.session(&case.config())?;
+    let alone = case.hidden.effects().into_iter().map(|effect| {
+        let case = match case.hidden {
+            Hidden::Two(..) => case.hiding(effect),
+            _ => *case,
+        };
+        Alone::new(&case)?.shown(&plan, &model.device, cache)
+    });
+    let shown = alone.collect::<Result<Vec<f64>, Box<dyn Error>>>()?;
+    let outcome = Outcome {
+        case: *case,
+        found: diagnose(&model, &plan, &[], Some(cache))?,
+        shown: shown.into_iter().reduce(f64::min),
+        size: None,
+        error_ratio: None,
+        both: None,
+    };
+    Ok(outcome.can_be_found())
 }
 
 /// Whether one of two effects is found, and the other after the first was added.

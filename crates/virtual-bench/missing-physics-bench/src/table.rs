@@ -1,6 +1,7 @@
 //! The figures that the diagnosis is judged by.
 
-use crate::case::{Hidden, Instruments};
+use crate::arguments::Instruments;
+use crate::case::Hidden;
 use crate::outcome::Outcome;
 use diagnosis::Verdict;
 use std::fmt::Write as _;

@@ -1,9 +1,14 @@
-//! A short form of the bench: one sweep of mirrors whose design the diagnosis is told, or not.
+//! Short forms of the bench: one sweep of mirrors whose design the diagnosis is told, or not; a data set of three sessions.
 
-use crate::case::{Case, Hidden, Instruments};
+use crate::arguments::Instruments;
+use crate::case::{Case, Hidden};
+use crate::export::{self, Exported, Split};
 use crate::outcome::{Outcome, diagnosed};
-use diagnosis::Verdict;
+use diagnosis::{CALIBRATING, Verdict};
+use measurement::Session;
+use std::fs;
 use std::path::Path;
+use std::process::Command;
 use virtual_mirror::{Effect, Family};
 
 fn outcome(hidden: Hidden, is_described: bool, cache: &Path) -> Outcome {
@@ -37,4 +42,76 @@ fn what_ignorance_hides_is_found_where_the_design_is_told() {
     );
     let nothing = outcome(Hidden::Nothing, true, folder.path());
     assert_eq!(nothing.found.verdict, Verdict::None, "{nothing}");
+}
+
+#[test]
+fn what_is_exported_tells_nothing_of_what_is_hidden_and_is_scored() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let exported = export::sessions(8601, 1);
+    for Exported { id, split, case } in &exported {
+        let is_calibrating = CALIBRATING.contains(&case.family);
+        assert_eq!(is_calibrating, *split == Split::Train, "{id}");
+    }
+    let is_chosen = |e: &Exported| ["train-001", "test-001", "test-002"].contains(&e.id.as_str());
+    let few: Vec<Exported> = exported.into_iter().filter(is_chosen).collect();
+    export::write(folder.path(), &few).expect("written");
+    let manifest = fs::read_to_string(folder.path().join("manifest.csv")).expect("text");
+    let lines: Vec<&str> = manifest.lines().collect();
+    assert_eq!(lines.len(), 4, "{manifest}");
+    assert!(lines[1].starts_with("train-001,train,20,z I1 I2 I3 I4,") && !lines[1].ends_with(','));
+    assert_eq!(lines[2], "test-001,test,20,z I1 I2 I3 I4,");
+    for exported in &few {
+        let session =
+            Session::load(&[folder.path().join("sessions").join(&exported.id)]).expect("readable");
+        let measured = exported
+            .case
+            .measured(&exported.case.config())
+            .expect("possible");
+        assert_eq!(session.files.len(), measured.files.len());
+        for (name, file) in &session.files {
+            for effect in Effect::ALL {
+                assert!(
+                    !file.to_string().contains(effect.id()),
+                    "{name} tells {effect}"
+                );
+            }
+        }
+    }
+
+    // Two answers, and what two methods might say of them.
+    let shown = [None, Some(true), Some(false)];
+    export::write_answers(folder.path(), &few, &shown).expect("written");
+    let answers = fs::read_to_string(folder.path().join("answers-test.csv")).expect("text");
+    assert_eq!(answers.lines().count(), 3, "{answers}");
+    let predictions = folder.path().join("silent.csv");
+    fs::write(&predictions, "id,verdict,probability\ntest-001,none,0.5\n").expect("written");
+    let scripts = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../benches/missing-physics");
+    let python = |words: &[&str]| {
+        Command::new("python3")
+            .arg("-B")
+            .args(words)
+            .current_dir(&scripts)
+            .output()
+    };
+    let Ok(tests) = python(&["-m", "unittest", "-q", "test_score"]) else {
+        println!("no python3: the score is not tested");
+        return;
+    };
+    assert!(
+        tests.status.success(),
+        "{}",
+        String::from_utf8_lossy(&tests.stderr)
+    );
+    let words = [
+        "score.py",
+        folder.path().to_str().expect("a path"),
+        predictions.to_str().expect("a path"),
+    ];
+    let scored = python(&words).expect("it ran before");
+    let table = String::from_utf8_lossy(&scored.stdout);
+    assert!(
+        table.contains("| answered | 50 % (1 of 2) |"),
+        "{table}{}",
+        String::from_utf8_lossy(&scored.stderr)
+    );
 }
