@@ -78,10 +78,11 @@ impl Run {
 
     fn verdict_section(&self, page: &mut String) {
         let said = Diagnosed::new(&self.found, Worths::default()).to_string();
+        let flaws = self.flaws();
         let errors = said.lines().skip(1).take_while(|line| !line.is_empty());
         let _ = write!(
             page,
-            "<section id=\"verdict\" aria-labelledby=\"verdict-h\"><h2 id=\"verdict-h\">Verdict</h2><ul>"
+            "<section id=\"verdict\" aria-labelledby=\"verdict-h\"><h2 id=\"verdict-h\">Verdict</h2>{flaws}<ul>"
         );
         for line in errors {
             let _ = write!(page, "<li>{}</li>", prose(line));
@@ -215,9 +216,17 @@ impl Run {
         page.push_str("</tbody></table></div></section>\n");
     }
 
+    /// Which files are not whole, where any is.
+    fn flaws(&self) -> String {
+        let told =
+            |flaw: &String| format!("<p role=\"note\"><strong>{}</strong></p>", escaped(flaw));
+        self.flaws.iter().map(told).collect()
+    }
+
     fn data_section(&self, page: &mut String) {
         let inside = &self.inside;
         page.push_str("<section id=\"data\" aria-labelledby=\"data-h\"><h2 id=\"data-h\">Data, and how to repeat this</h2>");
+        page.push_str(&self.flaws());
         if inside.rows_left_out > 0 {
             let _ = write!(
                 page,

@@ -35,6 +35,8 @@ pub(crate) struct Run {
     pub(super) fits: Vec<Fit>,
     pub(super) own: Vec<Arc<dyn Effect>>,
     pub(super) data: Dataset,
+    /// A sentence for each file that is not whole.
+    pub(crate) flaws: Vec<String>,
     /// That of the trial.
     pub(super) calibration: Option<Calibration>,
 }
@@ -104,6 +106,7 @@ impl Run {
             fits,
             own,
             data,
+            flaws: session.flaws(),
             calibration,
         })
     }

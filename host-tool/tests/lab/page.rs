@@ -148,6 +148,38 @@ fn what_is_no_whole_page_is_told() {
     assert!(!name.exists());
 }
 
+#[test]
+fn a_session_that_a_full_disk_cut_short_is_told_in_its_page_and_by_its_replay() {
+    let place = no_boards();
+    let files = place.path().join("cut");
+    fs::create_dir(&files).expect("a folder");
+    for entry in fs::read_dir(session("")).expect("a session") {
+        let path = entry.expect("an entry").path();
+        let text = fs::read_to_string(&path).expect("text");
+        let name = path.file_name().expect("a name");
+        // The last line, which says how many rows there are, was not written any more.
+        let text = match name == "sweep.csv" {
+            true => format!("# ends_with=rows\n{text}"),
+            false => text,
+        };
+        fs::write(files.join(name), text).expect("written");
+    }
+    let page = place.path().join("cut.html");
+    let (files, name) = (files.to_string_lossy(), page.to_string_lossy());
+    let said = lab(&["report", &files, "-o", &name]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let html = fs::read_to_string(&page).expect("a page");
+    const FLAW: &str = "is not whole, and is read for what it has: it was cut short after ";
+    for section in ["id=\"verdict\"", "id=\"data\""] {
+        let (_, section) = html.split_once(section).expect("a section");
+        let (section, _) = section.split_once("</section>").expect("its end");
+        assert!(section.contains(FLAW), "{section:.2000}");
+    }
+    let said = lab(&["replay", &name]);
+    assert_eq!(said.code, 0, "{}", said.out);
+    assert!(said.sentence().contains(FLAW), "{}", said.err);
+}
+
 /// A page whose inside somebody changed.
 fn changed(html: &str, change: impl FnOnce(&mut Value)) -> String {
     let (head, rest) = html.split_once("id=\"inside\">").expect("data");

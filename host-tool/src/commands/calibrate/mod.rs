@@ -39,7 +39,7 @@ pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(),
     let source = match &ask.from {
         Some(folder) => {
             let session = Session::load(&[folder])?;
-            warn(&session);
+            warn(&session.flaws());
             Source::Files(session)
         }
         None => Source::Mirror,

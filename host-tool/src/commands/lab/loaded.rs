@@ -39,13 +39,13 @@ pub(super) fn model_and_session(input: &LabInput) -> Result<(Model, Session), To
         cold_ohm: model.parameters.cold_resistance_ohm,
     };
     let session = Session::load_of(&input.files, &device)?;
-    warn(&session);
+    warn(&session.flaws());
     Ok((model, session))
 }
 
 /// Tells which files are not whole.
-pub(crate) fn warn(session: &Session) {
-    for flaw in session.flaws() {
+pub(crate) fn warn(flaws: &[String]) {
+    for flaw in flaws {
         eprintln!("warning: {flaw}");
     }
 }

@@ -8,7 +8,7 @@ use lab_view::{MeasuredText, Opening};
 use measurement::Session;
 use serde::Serialize;
 
-use super::loaded::{cache_directory, model_and_session, own_effect};
+use super::loaded::{cache_directory, model_and_session, own_effect, warn};
 use crate::cli::LabInput;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
@@ -146,6 +146,7 @@ pub(crate) fn replay(page: &Path, json: bool) -> Result<(), ToolError> {
         )
     });
     let run = run.map_err(|error| error.of(page))?;
+    warn(&run.flaws);
     let (compared, differences) = differences(&inside, &run.inside);
     let count = differences.iter().filter(|d| !d.is_rounding()).count();
     let replayed = Replayed {
