@@ -3,11 +3,29 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use clap::CommandFactory;
 use clap_markdown::MarkdownOptions;
 use host_tool::cli::Arguments;
 
 fn project() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+#[test]
+fn the_page_of_commands_has_each() {
+    let page = project().join("docs/reference/commands.md");
+    let text = fs::read_to_string(page).expect("the page of commands");
+    let arguments = Arguments::command();
+    let commands = arguments
+        .get_subcommands()
+        .map(|command| command.get_name());
+    let lost: Vec<&str> = commands
+        .filter(|name| !text.contains(&format!("`{name}`")))
+        .collect();
+    assert!(
+        lost.is_empty(),
+        "not in docs/reference/commands.md: {lost:?}"
+    );
 }
 
 /// Stands above what the tool says of its own options.

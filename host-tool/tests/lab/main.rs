@@ -10,6 +10,7 @@ mod hidden;
 mod import;
 mod page;
 mod readme;
+mod shown;
 mod trial;
 
 use std::fs;

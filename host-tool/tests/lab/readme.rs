@@ -4,20 +4,19 @@
 //! `MIRROR_WRITE_PAGES=1 cargo test -p host-tool --test lab readme` writes today's numbers into the pages, where their words
 //! are today's already. Look at what it changes.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use tempfile::TempDir;
 
 use crate::common::no_boards;
 use crate::lab;
+use crate::shown::{INDENT, alike, blocks, number, pages, project};
 
 /// All of this is computed from files that ship, with seeds that ship: it repeats. Another processor's mathematics may turn
 /// the rounding of a number's last printed digit, so it may be off by so many of its units.
 const LAST_DIGIT: f64 = 1.0;
-/// What shown lines begin with.
-const INDENT: &str = "    ";
 /// Writes today's numbers into the pages.
 const WRITE: &str = "MIRROR_WRITE_PAGES";
 
@@ -25,44 +24,6 @@ const WRITE: &str = "MIRROR_WRITE_PAGES";
 struct Shown {
     command: Vec<String>,
     lines: Vec<(usize, String)>,
-}
-
-fn project() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
-
-/// The README and everything below `docs`.
-fn pages() -> BTreeSet<PathBuf> {
-    let mut pages = BTreeSet::from([project().join("README.md")]);
-    let mut folders = vec![project().join("docs")];
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).expect("a folder") {
-            let path = entry.expect("an entry").path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|end| end == "md") {
-                pages.insert(path);
-            }
-        }
-    }
-    pages
-}
-
-/// The indented blocks of a page: lines with no prose between them, each with its number.
-fn blocks(page: &str) -> Vec<Vec<(usize, &str)>> {
-    let mut blocks = vec![Vec::new()];
-    for (number, line) in page.lines().enumerate() {
-        match line.strip_prefix(INDENT) {
-            Some(shown) => blocks
-                .last_mut()
-                .expect("one at least")
-                .push((number, shown)),
-            None if line.is_empty() => {}
-            None => blocks.push(Vec::new()),
-        }
-    }
-    blocks.retain(|block| !block.is_empty());
-    blocks
 }
 
 /// The commands of a page that need no board, in blocks of such commands only.
@@ -91,27 +52,6 @@ fn shown(page: &str) -> Vec<Shown> {
         }
     }
     shown
-}
-
-/// A line's words without the little pictures.
-fn words(line: &str) -> Vec<&str> {
-    line.split(|c: char| c.is_whitespace() || "(),;".contains(c))
-        .filter(|word| word.is_ascii() && !word.is_empty())
-        .collect()
-}
-
-/// Whether two lines say the same: words alike, and numbers where `same` says so.
-fn alike(shown: &str, said: &str, same: impl Fn(&str, &str) -> bool) -> bool {
-    let (shown, said) = (words(shown), words(said));
-    let same_word = |(a, b): (&&str, &&str)| match (number(a), number(b)) {
-        (Some(_), Some(_)) => same(a, b),
-        _ => a == b,
-    };
-    shown.len() == said.len() && shown.iter().zip(&said).all(same_word)
-}
-
-fn number(word: &str) -> Option<f64> {
-    word.trim_end_matches('%').parse().ok()
 }
 
 /// Whether two numbers are printed with as many digits, and are the same to the last of them.
