@@ -1,5 +1,5 @@
 //! A board that another tool has: who that is, is told without waiting for it; who waits for it does not drive after a
-//! stop; and a recording says what came in between.
+//! stop; a recording says what came in between; and what is interrupted says what it leaves.
 
 use std::io::{BufRead, BufReader};
 use std::process::Child;
@@ -169,4 +169,65 @@ fn a_recording_says_that_the_board_was_stopped() {
     let driven = |row: &Row| row.voltage_v != [0.0; 4];
     assert!(driven(&file.rows[0]));
     assert!(!driven(file.rows.last().expect("rows")));
+}
+
+/// Interrupts a tool once it drives, and returns what it said.
+fn interrupted(bench: &Bench, words: &[&str]) -> Said {
+    // What was observed of earlier drives is forgotten.
+    bench.controls().inject(None);
+    let tool = bench.start_tool(words);
+    // A second of the board's: the tool has its answer by then, and hears Ctrl-C.
+    bench.wait_until_driven(10_000);
+    interrupt(&tool);
+    let said = Said::from(tool);
+    assert_eq!(said.code, 130, "{}", said.err);
+    said
+}
+
+#[test]
+fn a_move_that_is_interrupted_says_that_the_mirror_is_held_and_a_scan_turns_it_off() {
+    let bench = Bench::emulated(MirrorConfig::bench());
+    let said = interrupted(
+        &bench,
+        &["set-z", "60um", "--settle", "1h", "--hold", "600s"],
+    );
+    let sentence = said.sentence();
+    for word in [
+        "driven on: held for 600 s at most, then ramped to zero",
+        "host-tool off",
+    ] {
+        assert!(sentence.contains(word), "{sentence}");
+    }
+    let driven = bench.json(&["status"]);
+    assert_eq!(driven["states"][0], "driving", "{driven}");
+    // It is healthy: there is nothing to clear, and it is driven on.
+    bench.json(&["clear"]);
+    let driven = bench.json(&["status"]);
+    assert_eq!(driven["states"][0], "driving", "{driven}");
+    assert!(
+        driven["drive_v"][0].as_f64().expect("volts") > 0.5,
+        "{driven}"
+    );
+
+    bench.json(&["off"]);
+    bench.wait("it is driven on", |bench| {
+        bench.controls().observed().came_to_zero
+    });
+    let scan = [
+        "scan",
+        "sine",
+        "--offset",
+        "60um",
+        "--amplitude",
+        "20um",
+        "--frequency",
+        "5Hz",
+        "--cycles",
+        "100000",
+    ];
+    interrupted(&bench, &scan);
+    bench.wait("it is driven on", |bench| {
+        bench.controls().observed().came_to_zero
+    });
+    assert!(bench.is_off());
 }

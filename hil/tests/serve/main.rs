@@ -140,7 +140,11 @@ fn the_outputs_are_off_once_the_client_is_gone_however_it_goes() {
     serving.bench.wait_until_driven(100);
     flooding.kill().expect("it dies");
     flooding.wait().expect("it is gone");
+    let killed_s = serving.bench.simulated_s();
     serving.wait_for_zero();
+    let took_s = serving.bench.simulated_s() - killed_s;
+    println!("off {took_s:.3} s after the client was killed");
+    assert!(took_s < 0.2, "{took_s} s");
     assert!(serving.bench.is_off(), "and the board is free");
 }
 
@@ -276,6 +280,9 @@ fn a_fault_is_named_and_cleared_and_a_board_that_is_gone_is_found_again() {
     {
         assert!(start.elapsed() < PATIENCE);
     }
+    // The same client drives it, as if nothing had happened.
+    assert_eq!(client.ask("VOLT 2V;*OPC?;:OUTP?"), "1;1");
+    client.is_content();
 }
 
 #[test]
