@@ -7,9 +7,10 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::sync::Arc;
 
 use experiments::Measurement;
-use mirror_model::effect::{Active, find};
+use mirror_model::effect::{Active, Effect, find, forms};
 use mirror_model::{Model, Runaway, Symbol};
 use serde::Serialize;
 
@@ -45,7 +46,8 @@ const CANDIDATES: [Candidate; 11] = [
 
 /// Amplitude, frequency (Hz) and quality to start from: the misfit has a valley at every few periods. They are a factor of 1.4 apart,
 /// from the lowest that is plausible for such mirrors to half of what readings at 10 kHz show.
-const RESONANCES: [&[f64]; 8] = [
+const RESONANCES: [&[f64]; 9] = [
+    &[1.0, 350.0, 15.0],
     &[1.0, 500.0, 15.0],
     &[1.0, 700.0, 15.0],
     &[1.0, 1000.0, 15.0],
@@ -278,17 +280,21 @@ impl Candidate {
                     return None;
                 }
                 let index = model.effects.len();
-                let mut usual = model.clone();
-                usual.effects.push(Active::usual(find(id)?));
-                let count = usual.effects[index].values.len();
+                let first = find(id)?;
+                let usual = |form: Arc<dyn Effect>| {
+                    let mut with = model.clone();
+                    with.effects.push(Active::usual(form));
+                    with
+                };
                 let start = |values: &&[f64]| {
-                    let mut with = usual.clone();
+                    let mut with = usual(first.clone());
                     with.effects[index].values = values.to_vec();
                     with
                 };
+                let count = first.info().parameters.len();
                 let mut starts: Vec<Model> = values.iter().map(start).collect();
                 if starts.is_empty() {
-                    starts.push(usual);
+                    starts.extend(forms(&first).into_iter().map(usual));
                 }
                 let parameters = (0..count).map(|value| FreeParameter::Effect(index, value));
                 Some((starts, parameters.collect()))
@@ -297,10 +303,12 @@ impl Candidate {
     }
 
     /// Those of its parameters whose range is a matter of taste. The share of the opposite actuator's heat is one at most, as where
-    /// all actuators heat a common frame.
+    /// all actuators heat a common frame; how much rings is told as more or less than all of it where the poles round the heat's beginning,
+    /// and its frequency is told all the same.
     fn unbounded(self, added: &[FreeParameter]) -> &[FreeParameter] {
         match self {
             Self::Effect("crosstalk", _) => &added[..1],
+            Self::Effect("resonance", _) => &added[1..],
             _ => added,
         }
     }
