@@ -9,7 +9,7 @@ use measurement::Session;
 use mirror_model::Model;
 
 use crate::bench::{Bench, Part};
-use crate::doubt::Doubt;
+use crate::doubt::{Doubt, Left};
 use crate::refine;
 use crate::screened::Screened;
 use crate::screening::ReadingCounts;
@@ -119,11 +119,7 @@ impl Procedure {
         };
         let after = Trial::run(&mut bench, Part::After, &self.effort, top_um).await?;
         let promised_rms_um = refined.as_ref().map(Refined::rest_rms_um);
-        Doubt::of(
-            before.figures().rest_rms_um,
-            after.figures().rest_rms_um,
-            promised_rms_um,
-        )?;
+        Doubt::of(&left(&before), &left(&after), promised_rms_um)?;
         let calibration = with_piston_residual(&calibration, after.figures().rest_rms_um)
             .map_err(TabulateError::from)?;
         Ok(Calibrated {
@@ -163,5 +159,15 @@ impl Procedure {
         model.provenance.date = Some(self.date.clone());
         model.parameters.drive_limit_v = self.max_v;
         Ok((model, identified))
+    }
+}
+
+fn left(trial: &Trial) -> Left {
+    let figures = trial.figures();
+    Left {
+        rest_rms_um: figures.rest_rms_um,
+        overshoot_percent: figures.overshoot_percent,
+        loop_um: figures.loop_um,
+        triangle_rms_um: figures.triangle_rms_um,
     }
 }
