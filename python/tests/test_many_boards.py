@@ -26,7 +26,8 @@ Bench = tuple[Server, dict[str, EmulatedBoard]]
 def bench() -> Iterator[Bench]:
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="mirror-boards-")))
-        boards = {name: stack.enter_context(EmulatedBoard(name, folder)) for name in NAMES}
+        # With the wall's clock: four that are as fast as they can take all of a machine.
+        boards = {name: stack.enter_context(EmulatedBoard(name, folder, speed=1)) for name in NAMES}
         yield stack.enter_context(Server(boards=folder)), boards
 
 
@@ -105,6 +106,20 @@ def ioc(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     finally:
         process.terminate()
         process.wait()
+
+
+def test_an_ioc_that_others_reach_says_so() -> None:
+    with socket.socket() as nobody:
+        nobody.bind(("127.0.0.1", 0))
+        port = str(nobody.getsockname()[1])
+        words = ["-m", "electrothermal_mirror.drivers.epics", "--port", port, "--interface"]
+        said = {
+            interface: subprocess.run([sys.executable, *words, interface], capture_output=True, text=True, check=False).stderr
+            for interface in ("0.0.0.0", "127.0.0.1")
+        }
+    assert "without a password" in said["0.0.0.0"] and "without a password" not in said["127.0.0.1"]
+    # Nobody listens there, so it goes no further.
+    assert all("ConnectionRefusedError" in one for one in said.values())
 
 
 def test_an_ioc_serves_four_boards_and_tells_that_one_has_died(bench: Bench, ioc: None) -> None:

@@ -3,6 +3,7 @@
 Numbers are in SI units throughout: metres, volts, amperes, ohms, kelvins, seconds.
 """
 
+from .files import Model, Parameter, fit, session
 from .instrument import Instrument, InstrumentError
 from .lab import Comparison, Diagnosis, ExperimentError, RankedEffect, compare, diagnose
 from .mirror import Calibration, Mirror, Pose, Room, Trace, Uncertainty
@@ -17,6 +18,9 @@ __all__ = [
     "Instrument",
     "InstrumentError",
     "Mirror",
+    "Model",
+    "Parameter",
+    "Pose",
     "RankedEffect",
     "Room",
     "Server",
@@ -25,5 +29,7 @@ __all__ = [
     "Uncertainty",
     "compare",
     "diagnose",
+    "fit",
     "run_tool",
+    "session",
 ]

@@ -128,8 +128,10 @@ class EmulatedBoard(_Process):
     that starts one.
     """
 
-    def __init__(self, name: str = "emulated", boards: Path | None = None) -> None:
+    def __init__(self, name: str = "emulated", boards: Path | None = None, speed: int | None = None) -> None:
         """Builds what is not built, and starts it; in the folder ``boards`` with others, or in one of its own.
+
+        Its clock goes ``speed`` times as fast as the wall's, 1 to 1000; without that as fast as it can while somebody is connected.
 
         Raises:
             ToolError: where it does not start.
@@ -143,6 +145,7 @@ class EmulatedBoard(_Process):
         self.boards = boards
         words = shlex.split(os.environ.get("MIRROR_EMULATE") or _program("mirror-emulator") or "cargo xtask emulate")
         words += ["--board", "host", "--name", name]
+        words += ["--speed", str(speed)] if speed else []
         try:
             super().__init__(words, _among(self.boards), os.environ.get("MIRROR_SOURCES"))
         except OSError as error:

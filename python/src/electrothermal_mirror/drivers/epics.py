@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import sys
+from ipaddress import ip_address
 from typing import Any
 
 from caproto import AlarmSeverity, AlarmStatus, CaprotoRuntimeError
@@ -109,6 +111,12 @@ def main() -> None:
         help="the address of this machine to listen on (%(default)s); whoever reaches it drives the mirrors",
     )
     asked = parser.parse_args()
+    if not ip_address(asked.interface).is_loopback:
+        print(
+            f"warning: whoever reaches this machine at {asked.interface} drives the mirrors, without a password; "
+            "without --interface only this machine is let in",
+            file=sys.stderr,
+        )
     run(records((asked.host, asked.port), asked.prefix), interfaces=[asked.interface], log_pv_names=True)
 
 
