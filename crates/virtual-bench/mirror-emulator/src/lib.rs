@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{self, Command, ExitCode};
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use board_on_host::BoardOnHost;
 use board_sockets::boards_directory;
 use emulated_board::{Connected, Controls, EmulatedBoard, Emulation, Speed, private_directory};
@@ -39,6 +39,10 @@ pub struct Arguments {
     /// How much warmer the mirror's room is than where it was calibrated: `10` or `10K`.
     #[arg(long, value_name = "KELVIN", value_parser = kelvin, allow_hyphen_values = true)]
     room: Option<f64>,
+    /// Keep the board's flash in this file, made where it is missing: its calibration and its fault log outlive it. Of the board
+    /// in QEMU.
+    #[arg(long, value_name = "FILE")]
+    flash: Option<PathBuf>,
     /// Print the firmware's log at the end.
     #[arg(long)]
     log: bool,
@@ -190,6 +194,10 @@ fn start(
     image: impl FnOnce(&str) -> Result<PathBuf>,
     boards_directory: PathBuf,
 ) -> Result<Running> {
+    ensure!(
+        arguments.flash.is_none() || arguments.board == Emulator::Mps2,
+        "only the board in QEMU (`--board mps2`) keeps its flash in a file; leave --flash out"
+    );
     let mirror = match &arguments.mirror {
         Some(path) => MirrorConfig::from_file(path)?,
         None => MirrorConfig::bench(),
@@ -210,7 +218,7 @@ fn start(
             connected,
             boards_directory,
             name,
-            flash: None,
+            flash: arguments.flash.clone(),
             speed,
             has_monitor: false,
         })?),
@@ -323,6 +331,24 @@ fn parse<const N: usize>(words: &[String]) -> Option<[f64; N]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_keeps_no_flash_says_so() {
+        #[derive(clap::Parser)]
+        struct Line {
+            #[command(flatten)]
+            arguments: Arguments,
+        }
+        let words = ["emulate", "--board", "host", "--flash", "board.flash"];
+        let Line { arguments } = clap::Parser::parse_from(words);
+        let refused = start(
+            &arguments,
+            |_| unreachable!("nothing is started"),
+            "/".into(),
+        );
+        let said = refused.err().expect("it keeps none").to_string();
+        assert!(said.contains("--board mps2"), "{said}");
+    }
 
     #[test]
     fn a_room_is_so_many_kelvins_that_a_board_may_be_in() {
