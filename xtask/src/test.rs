@@ -107,7 +107,7 @@ pub(crate) fn run_all(full: bool) -> Result<()> {
     setup::qemu()?;
     let browser = full.then(setup::browser).transpose()?;
     if full {
-        setup::shells()?;
+        setup::programs(&setup::SHELLS)?;
     }
     let start = Instant::now();
     let mut gate = Gate::default();

@@ -4,11 +4,12 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 
 use super::release::{CHECKSUMS, NAME, PROGRAMS, Released, VERSION, copy};
-use crate::cargo::{answers, cargo, program, run, target_directory, workspace};
+use crate::cargo::{cargo, program, run, target_directory, workspace};
 use crate::python;
+use crate::setup;
 
 /// What is typed on the clean system.
 const SCRIPT: &str = "packaging/try-packages.sh";
@@ -26,10 +27,7 @@ pub(super) fn try_all(released: &Released) -> Result<()> {
 
 /// Installs Debian package and wheel in a Debian in which nothing else is, as its script says.
 fn in_a_fresh_debian(released: &Released) -> Result<()> {
-    ensure!(
-        answers(DEBIAN, "--version"),
-        "{DEBIAN} is missing, which makes a clean system to install packages on: `apt-get install {DEBIAN}`"
-    );
+    setup::programs(&[DEBIAN])?;
     let bench = target_directory().join("dist/bench");
     if bench.exists() {
         fs::remove_dir_all(&bench)?;

@@ -3,8 +3,8 @@
 mod apt;
 mod browser;
 mod package;
+mod programs;
 mod qemu;
-mod shells;
 mod unpack;
 
 use std::process::Command;
@@ -14,8 +14,8 @@ use anyhow::{Context, Result};
 use crate::cargo;
 
 pub(crate) use browser::{BROWSER, browser};
+pub(crate) use programs::{SHELLS, programs};
 pub use qemu::qemu;
-pub(crate) use shells::shells;
 
 /// Makes sure that a target is installed.
 pub fn rust_target(target: &str) -> Result<()> {
