@@ -373,7 +373,6 @@ const CIRCLES: &[(&str, &[&str])] = &[
     ("mirror-model", &["effect/formula", "effect/formula/read"]),
     ("silicon-twin", &["chip/mod", "chip/registers"]),
     ("silicon-twin", &["cpu/exceptions", "cpu/mod", "cpu/system"]),
-    ("silicon-twin", &["usb_host/mod", "usb_host/raw"]),
 ];
 
 #[test]

@@ -109,6 +109,26 @@ fn bus_s(bytes: usize) -> f64 {
 }
 
 impl UsbHost {
+    /// Queues a transaction, before all that a good host has to do.
+    pub fn transact_raw(&mut self, raw: Raw) {
+        self.raw.push_back(raw);
+    }
+
+    /// Whether all of them have taken place.
+    pub fn has_transacted(&self) -> bool {
+        self.raw.is_empty()
+    }
+
+    /// The next packets of both bulk endpoints are data 0, as after a halt that was cleared.
+    pub fn begin_with_data_0(&mut self) {
+        self.toggles = [false; 2];
+    }
+
+    /// The device's address.
+    pub fn address(&self) -> u8 {
+        self.address
+    }
+
     /// What the device says of itself, once it is configured.
     pub fn device(&self) -> Option<&Device> {
         self.enumeration.device()
@@ -263,7 +283,7 @@ impl UsbHost {
     /// One transaction: control transfers first, then bulk in both directions by turns.
     fn transact(&mut self, usb: &mut Usb, now_s: f64) {
         if let Some(raw) = self.raw.pop_front() {
-            let bytes = Self::carry_raw(usb, &raw);
+            let bytes = raw::carry(usb, &raw);
             self.until_s = now_s + bus_s(bytes);
             return;
         }

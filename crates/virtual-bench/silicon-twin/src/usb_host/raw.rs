@@ -1,6 +1,5 @@
 //! Transactions one by one, as no good host would make them.
 
-use super::UsbHost;
 use crate::chip::usb::Usb;
 
 /// What a host that keeps no rule does on the bus.
@@ -18,45 +17,23 @@ pub enum Raw {
     In(u8, u8),
 }
 
-impl UsbHost {
-    /// Queues a transaction, before all that a good host has to do.
-    pub fn transact_raw(&mut self, raw: Raw) {
-        self.raw.push_back(raw);
-    }
-
-    /// Whether all of them have taken place.
-    pub fn has_transacted(&self) -> bool {
-        self.raw.is_empty()
-    }
-
-    /// The next packets of both bulk endpoints are data 0, as after a halt that was cleared.
-    pub fn begin_with_data_0(&mut self) {
-        self.toggles = [false; 2];
-    }
-
-    /// The device's address.
-    pub fn address(&self) -> u8 {
-        self.address
-    }
-
-    /// Carries one out; how many bytes took the bus.
-    pub(super) fn carry_raw(usb: &mut Usb, raw: &Raw) -> usize {
-        // Whatever the device answers, this host does not care.
-        match raw {
-            Raw::Reset => usb.bus_reset(),
-            Raw::Idle => usb.idle(),
-            Raw::Setup(address, packet) => {
-                let _ = usb.setup(*address, *packet);
-            }
-            Raw::Out(address, endpoint, packet, toggle) => {
-                let _ = usb.send(*address, *endpoint, packet, *toggle);
-                return packet.len();
-            }
-            Raw::In(address, endpoint) => {
-                let fetched = usb.fetch(*address, *endpoint);
-                return fetched.map_or(0, |(packet, _)| packet.len());
-            }
+/// Carries one out; how many bytes took the bus.
+pub(super) fn carry(usb: &mut Usb, raw: &Raw) -> usize {
+    // Whatever the device answers, this host does not care.
+    match raw {
+        Raw::Reset => usb.bus_reset(),
+        Raw::Idle => usb.idle(),
+        Raw::Setup(address, packet) => {
+            let _ = usb.setup(*address, *packet);
         }
-        8
+        Raw::Out(address, endpoint, packet, toggle) => {
+            let _ = usb.send(*address, *endpoint, packet, *toggle);
+            return packet.len();
+        }
+        Raw::In(address, endpoint) => {
+            let fetched = usb.fetch(*address, *endpoint);
+            return fetched.map_or(0, |(packet, _)| packet.len());
+        }
     }
+    8
 }
