@@ -24,7 +24,7 @@ impl Analysis<'_> {
         if others.is_empty() {
             return None;
         }
-        let enough = (ALIKE * best.score).min(best.score - 2.0 * PRICE);
+        let enough = hardly_less_than(best.score);
         let alike = others.into_par_iter().filter(|form| {
             let score = self.score_of(candidate, form);
             score.is_some_and(|score| score > enough)
@@ -54,5 +54,22 @@ impl Analysis<'_> {
             Some(found.score)
         });
         fits.max_by(f64::total_cmp)
+    }
+}
+
+/// Above this a score cannot be told from the best one.
+fn hardly_less_than(best: f64) -> f64 {
+    (ALIKE * best).min(best - 2.0 * PRICE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_share_of_a_high_score_and_two_parameters_of_a_low_one_tell_nothing() {
+        assert_eq!(PRICE, 6.0);
+        assert_eq!(hardly_less_than(1000.0), 920.0);
+        assert_eq!(hardly_less_than(100.0), 88.0);
     }
 }
