@@ -9,5 +9,5 @@
 mod piece;
 mod rows;
 
-pub use piece::{Piece, PlayError, pieces, ticks};
-pub use rows::{Clock, RowKind, decimal, rows};
+pub use piece::{Piece, PlayError, RowKind, pieces, ticks};
+pub use rows::{Clock, decimal, rows};

@@ -5,7 +5,21 @@ use experiments::{Experiment, Quantity, Reading, Run, SLOWING, Signal};
 use mirror_protocol::{POINTS, Shape, Stream, Table, Waveform};
 use waveforms::{FULL_SCALE, Pacer, Player};
 
-use crate::rows::RowKind;
+/// What rows samples make.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RowKind {
+    /// Of the last tick of every dwell, or of equal parts of it.
+    EndOfDwell,
+    /// Of a drive that steps.
+    AfterSteps,
+    /// Along a smooth drive, or the drives that the board makes of a position.
+    Curve,
+    /// Along the drives that the board makes of positions that jump.
+    Jumps {
+        /// From jump to jump.
+        dwell_ticks: u32,
+    },
+}
 
 /// A waveform that the board plays by itself, and what it samples meanwhile.
 #[derive(Clone, Debug)]

@@ -4,27 +4,11 @@ use measurement::Row;
 use mirror_protocol::{Quantity, Shape, Telemetry};
 use waveforms::FULL_SCALE;
 
-use crate::piece::Piece;
+use crate::piece::{Piece, RowKind};
 
 /// One code of the drive (V): 4250 counts are 4.25 V (`docs/board.md`). What is driven on average lies within one of every
 /// tick's code.
 const CODE_V: f64 = 1e-3;
-
-/// What rows samples make.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RowKind {
-    /// Of the last tick of every dwell, or of equal parts of it.
-    EndOfDwell,
-    /// Of a drive that steps.
-    AfterSteps,
-    /// Along a smooth drive, or the drives that the board makes of a position.
-    Curve,
-    /// Along the drives that the board makes of positions that jump.
-    Jumps {
-        /// From jump to jump.
-        dwell_ticks: u32,
-    },
-}
 
 /// The number that the board meant: the shortest decimal that is this `f32`, without the digits that a wider type would
 /// show behind it.
