@@ -346,6 +346,12 @@ pub enum Command {
         /// Also say which further measurement would show most: takes some minutes the first time.
         #[arg(help_heading = OUTPUT, long)]
         measurements: bool,
+        /// Where no known effect explains what is left and a formula is proposed, write it to this file, as `effect add` takes it.
+        #[arg(help_heading = OUTPUT, long, value_name = "FILE")]
+        propose: Option<PathBuf>,
+        /// Replace the file if it exists.
+        #[arg(help_heading = OUTPUT, long)]
+        force: bool,
     },
     /// Write all of it into one page for a browser: curves, verdict with its evidence, effects to switch, and the data.
     #[command(

@@ -173,12 +173,15 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             effect,
             facts,
             measurements,
+            propose,
+            force,
         } => {
             let asked = Asked {
                 facts,
                 measurements,
             };
-            lab::diagnose(&lab, &effect, asked, json)
+            let propose = propose.map(|path| NewFile::create(path, force));
+            lab::diagnose(&lab, &effect, asked, propose.transpose()?, json)
         }
         Command::Report {
             files,

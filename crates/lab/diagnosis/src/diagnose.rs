@@ -2,8 +2,8 @@
 
 mod explain;
 mod form;
-mod held_out;
 mod one_heater;
+mod propose;
 mod ranking;
 mod remainder;
 mod step_error;
@@ -12,13 +12,13 @@ mod worth;
 
 use crate::candidate::{Candidate, Operating};
 use crate::confusions::Channels;
+use crate::held_out::{HeldOut, training_noise};
 use crate::null_distribution::{LeftOutFamily, NullDistribution};
 use crate::null_ensemble::{MEMBERS, NullEnsemble, coordinates};
 use crate::null_improvement::NullImprovement;
 use crate::quantile::{quantile, sorted};
 use crate::report::{Asked, Diagnosis, Rms, Worths};
 use crate::residual_space::{BaseOnly, ResidualSpace, Session, Training, Vector};
-use held_out::training_noise;
 use identification::Unit;
 use identification::dataset::{self, Dataset, Observation};
 use identification::fit::{Fitted, fit, fit_parameters, free_parameters};
@@ -28,7 +28,7 @@ use mirror_model::effect::{Active, Effect, built_in, forms};
 use mirror_model::{Model, Runaway};
 use nalgebra::DVector;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use worth::Now;
 
 /// The base moves so often at most where fits with an effect lead to a better one without it.
@@ -166,6 +166,8 @@ struct Analysis<'a> {
     data: &'a Dataset,
     ensemble: &'a NullEnsemble,
     null: NullDistribution,
+    /// The null ensemble's mirrors, each family in the space of the others.
+    left_out: Vec<LeftOutFamily>,
     fitted: Fitted,
     /// Predictions of the fitted base (um, A).
     base: Vec<f64>,
@@ -176,6 +178,8 @@ struct Analysis<'a> {
     residual: Vector<Session>,
     /// What neither base nor discrepancy explains of it.
     misfit: f64,
+    /// What the base leaves on rows held out, once it was asked for.
+    held_out: OnceLock<Option<HeldOut>>,
 }
 
 impl<'a> Analysis<'a> {
@@ -202,12 +206,14 @@ impl<'a> Analysis<'a> {
             ensemble,
             null: NullDistribution::new(&left_out, is_cramped(data), &mut candidates),
             base,
+            left_out,
             training: ResidualSpace::of_all(&jacobian, &of_training),
             base_only: ResidualSpace::of_base(&jacobian),
             misfit: residual.norm_squared(),
             residual,
             session,
             fitted,
+            held_out: OnceLock::new(),
         };
         Ok((analysis, candidates))
     }

@@ -7,7 +7,8 @@
 //! 2. [`residual_space`]: generalised least squares in which base and discrepancy are free;
 //! 3. `candidate`: every effect in that space;
 //! 4. `null_distribution`: the scores that mirrors of a family left out stay below;
-//! 5. [`diagnose`](diagnose()): a verdict, a ranking, and what to measure next.
+//! 5. [`diagnose`](diagnose()): a verdict, a ranking, and what to measure next;
+//! 6. `whereabouts`: where it is, without a list of effects; `formula_search`: the smallest formula that does the same.
 //!
 //! Only `null_ensemble/families` knows the virtual mirror. Model and virtual mirror share nothing.
 
@@ -15,6 +16,8 @@ mod candidate;
 pub mod confusions;
 mod diagnose;
 mod edit;
+mod formula_search;
+mod held_out;
 mod menu;
 mod next;
 mod null_distribution;
@@ -24,6 +27,7 @@ mod proposal;
 mod quantile;
 mod report;
 pub mod residual_space;
+mod whereabouts;
 mod words;
 
 pub use diagnose::{diagnose, diagnose_with_worths};
@@ -34,6 +38,7 @@ pub use null_ensemble::{MEMBERS, NullEnsemble};
 pub use null_improvement::{Fall, NullImprovement};
 pub use proposal::{Next, NextMeasurement, Proposal};
 pub use report::{
-    Asked, BeforeAfter, Diagnosis, Form, Means, Ranked, Remainder, Rms, Shown, Verdict, Worth,
-    Worths,
+    Asked, BeforeAfter, Diagnosis, Form, Means, ProposedForm, Ranked, Remainder, Rms, Shown,
+    Verdict, Worth, Worths,
 };
+pub use whereabouts::{Driver, Located, Place, Sharpness, StageConfidence, Whereabouts, shares};

@@ -26,6 +26,8 @@ const FORM: f64 = 0.3;
 pub(crate) struct NullDistribution {
     /// Their misfits, in order.
     misfits: Vec<f64>,
+    /// What each score counts for at least.
+    least: f64,
 }
 
 impl NullDistribution {
@@ -37,7 +39,11 @@ impl NullDistribution {
         candidates: &mut [Candidate],
     ) -> Self {
         let misfits: Vec<f64> = families.iter().flat_map(LeftOutFamily::misfits).collect();
-        let null = Self::of(&misfits);
+        let least = if cramped { FLOOR } else { 0.0 };
+        let null = Self {
+            least,
+            ..Self::of(&misfits)
+        };
         let scores: Vec<Vec<f64>> = candidates
             .par_iter()
             .map(|candidate| {
@@ -48,8 +54,7 @@ impl NullDistribution {
                     .collect()
             })
             .collect();
-        let least = if cramped { FLOOR } else { 0.0 };
-        let thresholds = thresholds::of(&scores, least).into_iter().zip(scores);
+        let thresholds = null.thresholds(&scores).into_iter().zip(scores);
         for (candidate, (threshold, null_scores)) in candidates.iter_mut().zip(thresholds) {
             candidate.threshold = threshold;
             candidate.null_scores = null_scores;
@@ -60,7 +65,14 @@ impl NullDistribution {
     fn of(misfits: &[f64]) -> Self {
         Self {
             misfits: sorted(misfits.iter().copied()),
+            least: 0.0,
         }
+    }
+
+    /// A threshold for each kind of score, of which each mirror has one (`scores[kind][mirror]`), such that in 95 of 100 no score
+    /// of any kind is above.
+    pub(crate) fn thresholds(&self, scores: &[Vec<f64>]) -> Vec<f64> {
+        thresholds::of(scores, self.least)
     }
 
     /// The median misfit.

@@ -2,6 +2,7 @@
 
 use crate::null_improvement::NullImprovement;
 use crate::proposal::{NextMeasurement, Proposal};
+use crate::whereabouts::Whereabouts;
 use identification::{Estimate, Unit};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -191,6 +192,25 @@ pub struct Ranked {
     pub why: String,
 }
 
+/// A formula for what no known effect explains. It is no name: something behaves like it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ProposedForm {
+    /// What its file calls it.
+    pub effect: String,
+    /// The effect file, as `effect add` takes it.
+    pub text: String,
+    /// The same in a sentence.
+    pub sentence: String,
+    /// How much of the misfit it explains, less the price of its parameters.
+    pub score: f64,
+    /// The score of the best formula that mirrors which lack nothing stay below in 95 of 100 cases.
+    pub threshold: f64,
+    /// Errors without it, and with it and everything fitted together.
+    pub error_rms: BeforeAfter,
+    /// The same on readings held out of the fit.
+    pub held_out_rms: BeforeAfter,
+}
+
 /// A diagnosis.
 #[derive(Clone, Debug, Serialize)]
 pub struct Diagnosis {
@@ -214,6 +234,10 @@ pub struct Diagnosis {
     pub infeasible: Vec<String>,
     /// All effects that change a reading, best first.
     pub ranking: Vec<Ranked>,
+    /// Where it is, without a list of effects; none where nothing is missing, or no place is above its threshold.
+    pub whereabouts: Option<Whereabouts>,
+    /// A form for what no known effect explains, where one is good enough.
+    pub proposal: Option<ProposedForm>,
     /// What would separate the rivals.
     pub next_measurement: Option<NextMeasurement>,
 }

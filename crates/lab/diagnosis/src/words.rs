@@ -3,6 +3,7 @@
 mod worth;
 
 use crate::report::{BeforeAfter, Diagnosis, Form, Ranked, Remainder, Rms, Verdict};
+use crate::whereabouts::{Located, StageConfidence};
 use identification::Estimate;
 use mirror_model::effect::find;
 use std::fmt;
@@ -46,7 +47,7 @@ impl fmt::Display for Diagnosis {
         if self.verdict == Verdict::None {
             self.limits(f)?;
         }
-        Ok(())
+        self.place(f)
     }
 }
 
@@ -125,6 +126,53 @@ impl Diagnosis {
             writeln!(f, "  {}: {form}{}", ranked.effect, ranked.why)?;
         }
         Ok(())
+    }
+
+    /// Where it is without the list, and what it behaves like.
+    fn place(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some(found) = &self.whereabouts else {
+            return Ok(());
+        };
+        let likely = found.likely();
+        let stages: Vec<String> = likely.iter().map(StageConfidence::to_string).collect();
+        let places = found.best_of(&likely);
+        let said = places
+            .first()
+            .map_or(String::new(), |place| format!(": {}", place.place));
+        writeln!(
+            f,
+            "\n  without the list, where it is: {}{said}",
+            stages.join(", ")
+        )?;
+        if self.verdict != Verdict::Unknown {
+            return Ok(());
+        }
+        for Located {
+            place,
+            score,
+            threshold,
+            ..
+        } in places
+        {
+            writeln!(
+                f,
+                "    {place} (score {score:.0}, threshold {threshold:.0})"
+            )?;
+        }
+        let Some(proposal) = &self.proposal else {
+            return Ok(());
+        };
+        let BeforeAfter {
+            before,
+            after,
+            unit,
+        } = proposal.error_rms;
+        let [held_before, held_after] = [proposal.held_out_rms.before, proposal.held_out_rms.after];
+        writeln!(f, "  no known effect; {}", proposal.sentence)?;
+        writeln!(
+            f,
+            "    error {before:.3} {unit} rms, with it {after:.3}; on readings held out {held_before:.3}, with it {held_after:.3}"
+        )
     }
 
     /// What these data would have shown.
@@ -244,7 +292,10 @@ impl fmt::Display for Ranked {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::ProposedForm;
+    use crate::whereabouts::{Driver, Place, Whereabouts};
     use identification::Unit;
+    use mirror_model::effect::{Acts, Stage};
     use std::collections::BTreeMap;
 
     fn error(unit: Unit) -> BeforeAfter {
@@ -289,6 +340,8 @@ mod tests {
                 unit: Unit::Milliampere,
             },
             remainder: None,
+            whereabouts: None,
+            proposal: None,
             error_rms: error(Unit::Milliampere),
             misfit: 2.0,
             solver_error: 0.0,
@@ -345,6 +398,54 @@ mod tests {
         found.infeasible = vec!["radiation".into()];
         let told = "not tried, since the model runs away with them: radiation";
         assert!(found.to_string().contains(told), "{found}");
+    }
+
+    #[test]
+    fn where_it_is_is_told_with_what_it_behaves_like() {
+        let mut found = diagnosis(Verdict::Unknown, &[]);
+        let place = Place {
+            acts: Acts::Resistance,
+            driver: Driver::Exposure,
+        };
+        let stage = |stage, confidence| StageConfidence {
+            stage,
+            score: 1e3,
+            confidence,
+        };
+        found.whereabouts = Some(Whereabouts {
+            stages: vec![
+                stage(Stage::Resistance, 0.88),
+                stage(Stage::Drive, 0.08),
+                stage(Stage::Heat, 0.04),
+            ],
+            places: vec![Located {
+                stage: place.stage(),
+                place,
+                score: 1e3,
+                threshold: 64.0,
+            }],
+        });
+        found.proposal = Some(ProposedForm {
+            effect: "proposed-resistance".into(),
+            text: String::new(),
+            sentence: "the resistance x behaves as x * (1 + 2.0e-4 * s)".into(),
+            score: 900.0,
+            threshold: 70.0,
+            error_rms: error(Unit::Milliampere),
+            held_out_rms: error(Unit::Milliampere),
+        });
+        let said = found.to_string();
+        let expected = "  without the list, where it is: resistance 88 %, drive 8 %: the resistance varies with how long it was how hot\n    \
+                        the resistance varies with how long it was how hot (score 1000, threshold 64)\n  \
+                        no known effect; the resistance x behaves as x * (1 + 2.0e-4 * s)\n    \
+                        error 0.400 mA rms, with it 0.200; on readings held out 0.400, with it 0.200\n";
+        assert!(said.ends_with(expected), "{said}");
+        // Of what is named, the places are not listed.
+        let named = Diagnosis {
+            verdict: Verdict::Named,
+            ..found
+        };
+        assert!(!named.to_string().contains("threshold 64"), "{named}");
     }
 
     #[test]

@@ -45,6 +45,12 @@ impl<'a> Diagnosed<'a> {
 impl fmt::Display for Diagnosed<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.found)?;
+        if self.found.proposal.is_some() {
+            writeln!(
+                f,
+                "    to keep it: `--propose FILE` writes it as an effect file, `host-tool effect add FILE` adds it"
+            )?;
+        }
         if let (Some(command), Some(next)) = (&self.next_command, &self.found.next_measurement) {
             writeln!(f, "\nMeasure next: {command}\n  {}", next.why)?;
         }

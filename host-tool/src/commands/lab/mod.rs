@@ -82,6 +82,7 @@ pub(super) fn diagnose(
     input: &LabInput,
     own: &[PathBuf],
     asked: Asked,
+    propose: Option<NewFile>,
     json: bool,
 ) -> Result<(), ToolError> {
     let lab = Loaded::load(input)?;
@@ -95,5 +96,13 @@ pub(super) fn diagnose(
         diagnosis::diagnose_with_worths(&lab.model, &lab.data, &own, Some(&cache), asked)
     })?;
     printed::print(&Diagnosed::new(&found, worths), json);
+    match (propose, &found.proposal) {
+        (Some(file), Some(proposal)) => {
+            let written = file.write(&proposal.text)?;
+            note(format_args!("proposed in {}", written.display()));
+        }
+        (Some(_), None) => note("no formula is proposed, and none is written"),
+        (None, _) => {}
+    }
     Ok(())
 }

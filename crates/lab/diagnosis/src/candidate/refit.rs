@@ -1,6 +1,7 @@
 //! Base and effect fitted together, since a strong effect moves the base further than its slopes reach.
 
 use super::{Explanation, PRICE, moved};
+use crate::held_out::HeldOut;
 use crate::null_ensemble::coordinates;
 use crate::residual_space::{AroundRefit, Kind, ResidualSpace, Session, Vector};
 use identification::dataset::Dataset;
@@ -9,6 +10,7 @@ use identification::prediction::jacobian;
 use mirror_model::Model;
 use mirror_model::effect::Active;
 use nalgebra::{DMatrix, DVector};
+use std::sync::OnceLock;
 
 /// A ridge for a parameter that nothing depends on.
 const RIDGE: f64 = 1e-6;
@@ -23,6 +25,8 @@ pub(crate) struct Refit {
     pub(crate) space: ResidualSpace<AroundRefit>,
     /// What is left, in that space.
     pub(crate) left: Vector<AroundRefit>,
+    /// What is left on rows held out, once it was asked for.
+    pub(crate) held_out: OnceLock<Option<HeldOut>>,
 }
 
 /// An effect as a fit together with the base finds it.
@@ -96,6 +100,7 @@ pub(crate) fn refit(
         fitted,
         space,
         left,
+        held_out: OnceLock::new(),
     };
     Some((explanation, refit))
 }

@@ -1,9 +1,9 @@
 //! Every effect's place: its score, its size, what it is worth on rows held out and where nothing is missing.
 
-use super::held_out::{held_out_rms, held_out_rows};
 use super::{Analysis, rms};
 use crate::candidate::{Candidate, Explanation};
 use crate::confusions::confusions;
+use crate::held_out::{HeldOut, held_out_rows};
 use crate::null_improvement::{NullImprovement, null_improvement};
 use crate::report::{BeforeAfter, Ranked, WORTHWHILE};
 use crate::residual_space::{Session, Training, Vector};
@@ -126,10 +126,14 @@ impl Analysis<'_> {
         unit: Unit,
     ) -> BeforeAfter {
         let fitted = candidate.refit.as_ref().and_then(|refit| {
-            let of_rest = |fitted| held_out_rms(fitted, self.data, unit);
+            let [before, after] = [
+                (&self.held_out, &self.fitted),
+                (&refit.held_out, &refit.fitted),
+            ]
+            .map(|(known, fitted)| *known.get_or_init(|| HeldOut::of(fitted, self.data)));
             Some(BeforeAfter {
-                before: of_rest(&self.fitted)?,
-                after: of_rest(&refit.fitted)?,
+                before: before?.rms(unit),
+                after: after?.rms(unit),
                 unit,
             })
         });

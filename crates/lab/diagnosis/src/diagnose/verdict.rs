@@ -56,6 +56,7 @@ impl Analysis<'_> {
             .par_iter()
             .filter_map(|candidate| self.ranked(candidate, &evident))
             .collect();
+        let (whereabouts, proposal) = self.whereabouts(verdict)?;
         let is_blind = 2 * invisible.len() > candidates.len();
         let error = self.rms(&self.fitted.standardised(self.data), self.unit());
         Ok(Diagnosis {
@@ -71,6 +72,8 @@ impl Analysis<'_> {
                 |best| best.error_rms,
             ),
             remainder,
+            whereabouts,
+            proposal,
             misfit: self.misfit / self.null.median(),
             solver_error: step_error(&self.fitted.model, self.data, RESOLUTION)?,
             next_measurement: self.next_measurement(&named, verdict == Verdict::None && is_blind),

@@ -2,7 +2,10 @@
 
 use crate::candidate::Candidate;
 use crate::null_ensemble::families::CALIBRATING;
-use crate::residual_space::{AllRows, ModelDiscrepancy, OtherFamilies, ResidualSpace, Vector};
+use crate::residual_space::{
+    AllRows, ModelDiscrepancy, OtherFamilies, ResidualSpace, Session, Vector,
+};
+use crate::whereabouts::{Normal, gram};
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -55,6 +58,15 @@ impl LeftOutFamily {
     /// A candidate's scores in its mirrors, 0 where it explains nothing.
     pub(crate) fn scores(&self, candidate: &Candidate) -> Vec<f64> {
         candidate.scores(&self.residuals, &self.space)
+    }
+
+    /// The normal equations of directions' amplitudes for each of its mirrors.
+    pub(crate) fn normals(&self, directions: &[Vector<Session>]) -> Vec<Normal> {
+        let here = directions.iter().map(|d| self.space.import(d));
+        let here: Vec<Vector<OtherFamilies>> = here.collect();
+        let gram = gram(&here);
+        let mirrors = self.residuals.iter();
+        mirrors.map(|r| Normal::onto(&gram, &here, r)).collect()
     }
 }
 

@@ -12,34 +12,49 @@ const HANDFUL: usize = 5;
 const WEIGHTLESS: f64 = 1e6;
 
 /// Whether each row is held out.
-pub(super) fn held_out_rows(data: &Dataset) -> Vec<bool> {
+pub(crate) fn held_out_rows(data: &Dataset) -> Vec<bool> {
     let rows = data.observations.iter();
     rows.map(|o| o.interval / HANDFUL % 2 == 1).collect()
 }
 
-/// The root mean square on the rows held out where a fit is repeated, from where it ended, on the others; 0 where nothing was
-/// measured in this unit, and none where it has no answer.
-pub(super) fn held_out_rms(fitted: &Fitted, data: &Dataset, unit: Unit) -> Option<f64> {
-    let part = |wanted: bool| {
-        let mut part = data.clone();
-        let mut is_held_out = held_out_rows(data).into_iter();
-        part.observations
-            .retain(|_| is_held_out.next() == Some(wanted));
-        part
-    };
-    let (kept, rest) = (part(false), part(true));
-    let again = fit_parameters(&fitted.model, &kept, &kept.values(), &fitted.free).ok()?;
-    let predicted = predict(&again.model, &rest).ok()?;
-    let read = rest.observations.iter();
-    let left = read.zip(predicted).map(|(o, p)| (o.value - p, o));
-    Some(match unit {
-        Unit::Micrometre => rms(left, true).unwrap_or(0.0),
-        Unit::Milliampere => 1e3 * rms(left, false).unwrap_or(0.0),
-    })
+/// Root mean squares on the rows held out, 0 where nothing was measured in a unit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct HeldOut {
+    micrometres: f64,
+    milliamperes: f64,
+}
+
+impl HeldOut {
+    /// Where a fit is repeated, from where it ended, on the other rows; none where it has no answer.
+    pub(crate) fn of(fitted: &Fitted, data: &Dataset) -> Option<Self> {
+        let part = |wanted: bool| {
+            let mut part = data.clone();
+            let mut is_held_out = held_out_rows(data).into_iter();
+            part.observations
+                .retain(|_| is_held_out.next() == Some(wanted));
+            part
+        };
+        let (kept, rest) = (part(false), part(true));
+        let again = fit_parameters(&fitted.model, &kept, &kept.values(), &fitted.free).ok()?;
+        let predicted = predict(&again.model, &rest).ok()?;
+        let read = rest.observations.iter();
+        let left = || read.clone().zip(&predicted).map(|(o, p)| (o.value - p, o));
+        Some(Self {
+            micrometres: rms(left(), true).unwrap_or(0.0),
+            milliamperes: 1e3 * rms(left(), false).unwrap_or(0.0),
+        })
+    }
+
+    pub(crate) fn rms(self, unit: Unit) -> f64 {
+        match unit {
+            Unit::Micrometre => self.micrometres,
+            Unit::Milliampere => self.milliamperes,
+        }
+    }
 }
 
 /// The noise of each row where those held out weigh nothing.
-pub(super) fn training_noise(data: &Dataset, white_noise: &DVector<f64>) -> DVector<f64> {
+pub(crate) fn training_noise(data: &Dataset, white_noise: &DVector<f64>) -> DVector<f64> {
     let mut noise = white_noise.clone();
     for (deviation, is_held_out) in noise.iter_mut().zip(held_out_rows(data)) {
         if is_held_out {
