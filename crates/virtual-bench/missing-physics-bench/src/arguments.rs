@@ -38,6 +38,10 @@ pub(crate) struct Arguments {
     /// choose the mirrors that are tested on.
     #[arg(long, value_name = "DIR")]
     pub(crate) export: Option<PathBuf>,
+    /// Counts how often the stage is found to which what is hidden belongs, on another author's mirror too; `--learn` then
+    /// writes the table of confidences.
+    #[arg(long)]
+    pub(crate) whereabouts: bool,
     /// Where null ensembles are kept.
     #[arg(long, default_value = "target/diagnosis-cache")]
     pub(crate) cache: PathBuf,

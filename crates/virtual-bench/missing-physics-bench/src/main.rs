@@ -8,10 +8,12 @@ mod case;
 mod design;
 mod export;
 mod learn;
+mod other_mirror;
 mod outcome;
 mod table;
 #[cfg(test)]
 mod tests;
+mod whereabouts;
 
 use arguments::Arguments;
 use clap::Parser;
@@ -29,6 +31,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             arguments.seeds,
             &arguments.cache,
         );
+    }
+    if arguments.whereabouts {
+        return whereabouts::run(&arguments);
     }
     let cases = case::all(&arguments);
     // Before many sessions at once would each miss their ensemble.

@@ -3,9 +3,13 @@
 use crate::arguments::Instruments;
 use crate::case::{Case, Hidden};
 use crate::export::{self, Exported, Split};
+use crate::other_mirror::{Law, OtherMirror};
 use crate::outcome::{Outcome, diagnosed};
+use diagnosis::diagnose;
 use diagnosis::{CALIBRATING, Verdict};
 use measurement::Session;
+use mirror_model::effect::Stage;
+use mirror_model::{Model, Preset};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -114,4 +118,31 @@ fn what_is_exported_tells_nothing_of_what_is_hidden_and_is_scored() {
         "{table}{}",
         String::from_utf8_lossy(&scored.stderr)
     );
+}
+
+#[test]
+fn a_law_that_no_list_has_is_placed_on_another_author_s_mirror_and_nothing_where_nothing_is() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let found = |law| {
+        let mirror = OtherMirror { law, seed: 12 };
+        let session = mirror
+            .session(&experiments::session(3.5))
+            .expect("possible");
+        diagnose(
+            &Model::from(Preset::Paper),
+            &session,
+            &[],
+            Some(folder.path()),
+        )
+        .expect("finite")
+    };
+    let nothing = found(None);
+    assert_eq!(nothing.verdict, Verdict::None, "{nothing}");
+    assert_eq!(nothing.whereabouts, None);
+    assert_eq!(nothing.proposal, None);
+    let onset = found(Some((Law::FlowOnset, 1.0)));
+    let places = onset.whereabouts.as_ref().expect("a place");
+    assert_eq!(places.stages[0].stage, Stage::Heat, "{onset}");
+    let sum: f64 = places.stages.iter().map(|stage| stage.confidence).sum();
+    assert!((sum - 1.0).abs() < 1e-12, "{sum}");
 }
