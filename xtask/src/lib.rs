@@ -25,7 +25,7 @@ mod page;
 mod pages;
 mod panics;
 mod port;
-mod python;
+pub mod python;
 mod sbom;
 pub mod setup;
 #[cfg(test)]

@@ -8,6 +8,8 @@ use anyhow::{Context, Result, bail};
 use crate::cargo::{program, run, target_directory, workspace};
 use crate::tool;
 
+/// The package's environment.
+const NAME: &str = "python";
 /// What tests and types are checked by, and frames are made by.
 const CHECKS: [&str; 4] = ["pytest>=8", "mypy>=1.11", "pandas>=2", "pandas-stubs"];
 /// The frameworks that there are drivers for, and what executes the notebook: a minute or more to install.
@@ -27,7 +29,7 @@ const FRAMEWORKS: [&str; 10] = [
 /// Installs the package and tests it; with `full` its drivers too, in their frameworks.
 pub(crate) fn check(full: bool) -> Result<()> {
     tool::build()?;
-    let environment = environment()?;
+    let environment = environment(NAME)?;
     let package = workspace().join("python");
     let mut install = pip()?;
     install
@@ -60,12 +62,15 @@ pub(crate) fn check(full: bool) -> Result<()> {
 
 /// The environment's pip.
 pub(crate) fn pip() -> Result<Command> {
-    Ok(Command::new(environment()?.join("bin/pip")))
+    Ok(Command::new(environment(NAME)?.join("bin/pip")))
 }
 
-/// The environment, made where it is missing.
-fn environment() -> Result<PathBuf> {
-    let folder = target_directory().join("python");
+/// An environment of this name below `target`, made where it is missing.
+///
+/// # Errors
+/// Without Python 3.11 or its module `venv`, in words that say what to install.
+pub fn environment(name: &str) -> Result<PathBuf> {
+    let folder = target_directory().join(name);
     if folder.join("bin/pip").exists() {
         return Ok(folder);
     }

@@ -7,6 +7,7 @@ mod emulate;
 mod factory;
 mod foreign;
 mod hidden;
+mod missing_physics;
 mod on_target;
 mod package;
 mod picture;
@@ -76,6 +77,8 @@ enum Task {
 enum Benchmark {
     /// How well the diagnosis finds what is hidden in virtual mirrors: 324 sessions a seed.
     Diagnose,
+    /// What other people's methods find in the same mirrors: a data set, and one score for all.
+    MissingPhysics,
     /// What positioning reaches on virtual mirrors, and on foreign ones.
     Position,
     /// What positioning reaches on mirrors of other equations than the project's own.
@@ -104,6 +107,7 @@ fn run(task: Task) -> Result<ExitCode> {
         Task::Bench { what, arguments } => match what {
             None => bench::run(),
             Some(Benchmark::Diagnose) => diagnoses::count(&arguments),
+            Some(Benchmark::MissingPhysics) => missing_physics::compare(&arguments),
             Some(Benchmark::Position) => positions::run().and_then(|()| foreign::run()),
             Some(Benchmark::Foreign) => foreign::run(),
             Some(Benchmark::Store) => bench::store(),
