@@ -87,11 +87,12 @@ impl BoardOnHost {
         let plant = Plant::new(&serving.connected)?;
         let socket = claim_socket(&serving.boards_directory, &serving.name)?;
         let controls = plant.controls();
+        let link = ToolLink::listen(&socket)?;
         let shared = Arc::<Shared>::default();
         let bench = Bench {
             plant,
-            pace: Pace::new(serving.speed, &socket),
-            link: ToolLink::listen(&socket)?,
+            pace: Pace::by(serving.speed, link.traffic()),
+            link,
             stops: StopFifos::beside(&socket)?,
             shared: Arc::clone(&shared),
         };

@@ -139,7 +139,7 @@ impl EmulatedBoard {
         let progress = Arc::new(Progress::default());
         let log = Log::default();
         let controls = plant.controls();
-        let pace = Pace::new(emulation.speed, &socket);
+        let pace = Pace::at(emulation.speed, &socket);
         let ticks = Arc::clone(&progress);
         run_plant(plant, fifos, together, pace, ticks, log.clone());
         let complaints = collect_log(&mut qemu, table, log.clone());

@@ -25,7 +25,7 @@ pub use electronics::{Electronics, Rail, is_over_voltage};
 pub use faults::{Observed, PlantFault, Upset};
 pub use logs::{LogError, LogTable};
 pub use mirror::{Device, Mirror};
-pub use pace::{NoSpeed, Pace, Speed};
+pub use pace::{NoSpeed, Pace, Speed, Traffic};
 pub use plant::{Connected, Load, Plant, Progress};
 pub use qemu::{MACHINE_ARGUMENTS, QEMU};
 pub use stack::Stack;

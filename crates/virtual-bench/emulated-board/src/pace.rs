@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -22,6 +23,9 @@ const BEHIND: Duration = Duration::from_millis(100);
 const QUIET_TICKS: u16 = 200;
 /// From one look for a tool to the next: less than a person notices, and a look takes some 0.1 ms.
 const TOOL_LOOK: Duration = Duration::from_millis(50);
+/// A tool that waits for the board asks for its time every 20 ms, or is sent samples. One to which and from which nothing
+/// has gone for so long computes, and the processor is its.
+const COMPUTES: Duration = Duration::from_secs(1);
 
 /// Where Linux tells which sockets are connected.
 const SOCKETS: &str = "/proc/net/unix";
@@ -32,7 +36,7 @@ const LISTENS: &str = "01";
 /// How fast an emulated board's clock goes, beside the wall's.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Speed {
-    /// As fast as it can while a tool is connected, for it waits, and with the wall's while none is.
+    /// As fast as it can while a tool waits for it, and with the wall's while none does.
     #[default]
     Awaited,
     /// As fast as it can.
@@ -67,27 +71,89 @@ impl FromStr for Speed {
     }
 }
 
+/// When something last went between a board and a tool.
+#[derive(Clone, Debug, Default)]
+pub struct Traffic(Arc<Mutex<Option<Instant>>>);
+
+impl Traffic {
+    /// Something does.
+    pub(crate) fn passes(&self) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(Instant::now());
+    }
+
+    fn is_recent(&self) -> bool {
+        let last = *self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        last.is_some_and(|last| last.elapsed() < COMPUTES)
+    }
+}
+
+/// How a board knows that a tool waits for it.
+#[derive(Debug)]
+enum Tool {
+    /// One is connected to this socket, at the last look: what goes through is the emulator's, and nobody else sees it.
+    At {
+        socket: PathBuf,
+        looked: Option<Duration>,
+        is_connected: bool,
+    },
+    /// Something has just passed.
+    By(Traffic),
+}
+
+impl Tool {
+    fn waits(&mut self, now: Duration) -> bool {
+        match self {
+            Self::At {
+                socket,
+                looked,
+                is_connected,
+            } => {
+                if looked.is_none_or(|looked| now > looked + TOOL_LOOK) {
+                    *looked = Some(now);
+                    *is_connected = has_connection(socket);
+                }
+                *is_connected
+            }
+            Self::By(traffic) => traffic.is_recent(),
+        }
+    }
+}
+
 /// Keeps a board's clock at its speed.
 #[derive(Debug)]
 pub struct Pace {
     course: Course,
     start: Instant,
-    socket: PathBuf,
-    looked: Option<Duration>,
-    has_tool: bool,
+    tool: Tool,
+    /// As far as anybody has looked.
+    is_awaited: bool,
     /// Since the last look at the wall's clock.
     ticks: u32,
 }
 
 impl Pace {
-    /// Of the board that tools reach through `socket`.
-    pub fn new(speed: Speed, socket: &Path) -> Self {
+    /// Of a board in an emulator that tools reach through `socket`.
+    pub(crate) fn at(speed: Speed, socket: &Path) -> Self {
+        let socket = socket.to_owned();
+        let tool = Tool::At {
+            socket,
+            looked: None,
+            is_connected: false,
+        };
+        Self::new(speed, tool)
+    }
+
+    /// Of a board whose exchanges with tools are seen.
+    pub fn by(speed: Speed, traffic: Traffic) -> Self {
+        Self::new(speed, Tool::By(traffic))
+    }
+
+    fn new(speed: Speed, tool: Tool) -> Self {
         Self {
             course: Course::new(speed),
             start: Instant::now(),
-            socket: socket.to_owned(),
-            looked: None,
-            has_tool: false,
+            tool,
+            is_awaited: true,
             ticks: 0,
         }
     }
@@ -107,7 +173,7 @@ impl Pace {
 
     /// An idle board may be left alone: waits for as long as that lasts, and returns how many ticks it is.
     pub(crate) fn leave_alone(&mut self) -> u16 {
-        if self.course.speed != Speed::Awaited || self.has_tool || self.looked.is_none() {
+        if self.course.speed != Speed::Awaited || self.is_awaited {
             return 0;
         }
         self.wait(QUIET_TICKS.into());
@@ -117,11 +183,8 @@ impl Pace {
     /// Waits for as long as the board is ahead after so many ticks more.
     fn wait(&mut self, ticks: u32) {
         let now = self.start.elapsed();
-        if self.looked.is_none_or(|looked| now > looked + TOOL_LOOK) {
-            self.looked = Some(now);
-            self.has_tool = is_connected(&self.socket);
-        }
-        let ahead = self.course.ahead(ticks, now, self.has_tool);
+        self.is_awaited = self.tool.waits(now);
+        let ahead = self.course.ahead(ticks, now, self.is_awaited);
         if !ahead.is_zero() {
             thread::sleep(ahead);
         }
@@ -141,11 +204,11 @@ impl Course {
         Self { speed, due: None }
     }
 
-    /// How long to wait after so many ticks more, at `now` by the wall; with a tool connected, or not.
-    fn ahead(&mut self, ticks: u32, now: Duration, has_tool: bool) -> Duration {
+    /// How long to wait after so many ticks more, at `now` by the wall; with a tool that waits, or without.
+    fn ahead(&mut self, ticks: u32, now: Duration, is_awaited: bool) -> Duration {
         let times = match self.speed {
             Speed::Fastest => None,
-            Speed::Awaited if has_tool => None,
+            Speed::Awaited if is_awaited => None,
             Speed::Awaited => Some(1.0),
             Speed::Times(times) => Some(times),
         };
@@ -164,7 +227,7 @@ impl Course {
 
 /// Whether a tool is connected to `socket`, or waits for its turn: only the system knows, for QEMU takes the
 /// connections.
-fn is_connected(socket: &Path) -> bool {
+fn has_connection(socket: &Path) -> bool {
     let sockets = fs::read_to_string(SOCKETS).unwrap_or_default();
     let name = format!(" {}", socket.display());
     sockets
@@ -245,15 +308,27 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("with a space.sock");
         let listener = UnixListener::bind(&path).expect("a socket");
-        assert!(!is_connected(&path));
+        assert!(!has_connection(&path));
         let tool = UnixStream::connect(&path).expect("it listens");
-        assert!(is_connected(&path), "it waits for its turn");
+        assert!(has_connection(&path), "it waits for its turn");
         let taken = listener.accept().expect("a tool");
-        assert!(is_connected(&path));
-        assert!(!is_connected(&folder.path().join("space.sock")));
+        assert!(has_connection(&path));
+        assert!(!has_connection(&folder.path().join("space.sock")));
         drop(tool);
         drop(taken);
-        assert!(!is_connected(&path));
+        assert!(!has_connection(&path));
+    }
+
+    #[test]
+    fn a_tool_that_computes_is_not_waiting() {
+        let traffic = Traffic::default();
+        let mut tool = Tool::By(traffic.clone());
+        assert!(!tool.waits(Duration::ZERO), "nobody has come");
+        traffic.passes();
+        assert!(tool.waits(Duration::ZERO));
+        let before = Instant::now().checked_sub(COMPUTES);
+        *traffic.0.lock().expect("nobody panics") = before;
+        assert!(!tool.waits(Duration::ZERO));
     }
 
     #[test]

@@ -6,6 +6,8 @@ use std::os::unix::fs::PermissionsExt;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::Path;
 
+use crate::pace::Traffic;
+
 /// Longest frame that is waited for; longer ones are noise.
 const MAX_BYTES: usize = 4096;
 
@@ -16,6 +18,7 @@ pub struct ToolLink {
     tool: Option<UnixStream>,
     arrived: Vec<u8>,
     to_send: Vec<u8>,
+    traffic: Traffic,
 }
 
 impl ToolLink {
@@ -32,7 +35,13 @@ impl ToolLink {
             tool: None,
             arrived: Vec::new(),
             to_send: Vec::new(),
+            traffic: Traffic::default(),
         })
+    }
+
+    /// When something goes through it.
+    pub fn traffic(&self) -> Traffic {
+        self.traffic.clone()
     }
 
     /// Whether a tool is connected. One at a time: others wait until it has gone.
@@ -98,7 +107,10 @@ impl ToolLink {
         };
         while !self.to_send.is_empty() {
             match tool.write(&self.to_send) {
-                Ok(sent) => drop(self.to_send.drain(..sent)),
+                Ok(sent) => {
+                    self.traffic.passes();
+                    self.to_send.drain(..sent);
+                }
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => break,
                 Err(error) => return Err(error),
             }
@@ -115,7 +127,10 @@ impl ToolLink {
         loop {
             match tool.read(&mut bytes) {
                 Ok(0) => return Err(io::ErrorKind::UnexpectedEof.into()),
-                Ok(got) => self.arrived.extend(&bytes[..got]),
+                Ok(got) => {
+                    self.traffic.passes();
+                    self.arrived.extend(&bytes[..got]);
+                }
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => return Ok(()),
                 Err(error) => return Err(error),
             }

@@ -33,7 +33,7 @@ pub struct Arguments {
     #[arg(long)]
     name: Option<String>,
     /// How fast its clock goes: `max`, or so many times as fast as the wall's, 1 to 1000. Without it, as fast as it
-    /// can while a host tool is connected, and with the wall's otherwise.
+    /// can while a host tool waits for it, and with the wall's otherwise.
     #[arg(long, value_name = "N|max")]
     speed: Option<Speed>,
     /// How much warmer the mirror's room is than where it was calibrated: `10` or `10K`.

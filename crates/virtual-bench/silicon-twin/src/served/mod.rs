@@ -142,14 +142,15 @@ impl ServedTwin {
         let twin = Twin::new(image, Board::new(&serving.connected)?)?;
         let socket = claim_socket(&serving.boards_directory, &serving.name)?;
         let controls = twin.chip.board.controls().clone();
+        let link = ToolLink::listen(&socket)?;
         let (acts, to_do) = channel();
         let worker = Worker {
             twin,
             to_do,
             log_at,
-            link: ToolLink::listen(&socket)?,
+            pace: Pace::by(serving.speed, link.traffic()),
+            link,
             stops: Stops::beside(&socket)?,
-            pace: Pace::new(serving.speed, &socket),
             shared: Arc::default(),
         };
         let shared = Arc::clone(&worker.shared);
