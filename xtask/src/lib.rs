@@ -113,9 +113,9 @@ enum Task {
         #[arg(long)]
         open: bool,
     },
-    /// Install the Python package into target/python, check its types, and test it on an emulated board.
+    /// Install the Python package into target/python, check its types, and test it and its drivers on emulated boards.
     Python {
-        /// Its drivers too, in QCoDeS, pymeasure and bluesky.
+        /// The notebook too, which takes minutes.
         #[arg(long)]
         full: bool,
     },

@@ -1,4 +1,5 @@
-//! The Python package: installed into an environment of its own, checked by mypy, and tested on an emulated board.
+//! The Python package: installed into an environment of its own, checked by mypy, and tested on emulated boards, its drivers in
+//! their frameworks.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -6,14 +7,18 @@ use std::process::Command;
 use anyhow::{Context, Result, bail};
 
 use crate::cargo::{program, run, target_directory, workspace};
+use crate::checks::{self, Check};
 use crate::tool;
 
 /// The package's environment.
 const NAME: &str = "python";
-/// What tests and types are checked by, and frames are made by.
-const CHECKS: [&str; 4] = ["pytest>=8", "mypy>=1.11", "pandas>=2", "pandas-stubs"];
-/// The frameworks that there are drivers for, and what executes the notebook: a minute or more to install.
-const FRAMEWORKS: [&str; 10] = [
+/// What its tests need besides: what tests and types are checked by, frames are made by, and the notebook is executed by, and the
+/// frameworks that there are drivers for.
+const FOR_TESTS: [&str; 14] = [
+    "pytest>=8",
+    "mypy>=1.11",
+    "pandas>=2",
+    "pandas-stubs",
     "qcodes>=0.46",
     "pymeasure>=0.15",
     "pyvisa-py>=0.7",
@@ -25,39 +30,76 @@ const FRAMEWORKS: [&str; 10] = [
     "nbclient>=0.10",
     "nbformat>=5.10",
 ];
+/// Its tests, in parts that may run beside each other, the longest first.
+const PARTS: [(&str, &[&str]); 3] = [
+    ("the notebook", &["tests/test_notebook.py"]),
+    ("four boards", &["tests/test_many_boards.py"]),
+    (
+        "the Python package and its drivers",
+        &[
+            "tests/test_drivers.py",
+            "tests/test_instrument.py",
+            "tests/test_lab.py",
+            "tests/test_mirror.py",
+            "tests/test_pages.py",
+        ],
+    ),
+];
 
-/// Installs the package and tests it; with `full` its drivers too, in their frameworks.
-pub(crate) fn check(full: bool) -> Result<()> {
-    tool::build()?;
-    let environment = environment(NAME)?;
-    let package = workspace().join("python");
+/// Installs the package, and what its tests need: some 45 s of a processor, mostly unpacking.
+pub(crate) fn install() -> Result<()> {
     let mut install = pip()?;
     install
         .args(["install", "--quiet", "--editable"])
-        .arg(&package);
-    install.args(CHECKS);
-    if full {
-        install.args(FRAMEWORKS);
-    }
-    run(&mut install)
-        .context("what the tests need comes from the package index; is there a network?")?;
-    let mut types = Command::new(environment.join("bin/mypy"));
-    run(types.current_dir(&package))?;
-    let mut tests = program(environment.join("bin/pytest"));
-    tests
-        .args(["-rs", "--capture=tee-sys"])
-        .current_dir(&package);
-    tests.env("MIRROR_HOST_TOOL", tool::command().get_program());
-    let emulate = tool::workbench();
-    tests.env(
-        "MIRROR_EMULATE",
-        format!("'{}' emulate", Path::new(emulate.get_program()).display()),
-    );
-    tests.env("MIRROR_SOURCES", workspace());
-    if full {
-        tests.env(long_runs::VARIABLE, "1");
-    }
-    run(&mut tests)
+        .arg(package());
+    run(install.args(FOR_TESTS))
+        .context("what the tests need comes from the package index; is there a network?")
+}
+
+/// Types and tests of the package that was installed, with the tools that are built; what is long only where all is tested.
+pub(crate) fn checks(is_full: bool) -> Result<Vec<Check>> {
+    let bin = environment(NAME)?.join("bin");
+    let check = |name: &str, program: &str| {
+        let mut command = program_in_package(bin.join(program));
+        command
+            .env("MIRROR_HOST_TOOL", tool::command().get_program())
+            .env("MIRROR_EMULATE", emulate())
+            .env("MIRROR_SOURCES", workspace());
+        if is_full {
+            command.env(long_runs::VARIABLE, "1");
+        }
+        Check::new(name.to_owned(), command)
+    };
+    let tests = PARTS.into_iter().map(|(name, files)| {
+        let mut check = check(name, "pytest");
+        check.command.args(["-rs", "--capture=tee-sys"]).args(files);
+        check
+    });
+    let types = check("types of the Python package", "mypy");
+    Ok(tests.chain([types]).collect())
+}
+
+/// Installs the package and tests it.
+pub(crate) fn check(is_full: bool) -> Result<()> {
+    tool::build()?;
+    install()?;
+    checks::run(checks(is_full)?).map(drop)
+}
+
+fn package() -> PathBuf {
+    workspace().join("python")
+}
+
+fn program_in_package(path: PathBuf) -> Command {
+    let mut command = program(path);
+    command.current_dir(package());
+    command
+}
+
+/// The command that starts an emulated board.
+fn emulate() -> String {
+    let workbench = tool::workbench();
+    format!("'{}' emulate", Path::new(workbench.get_program()).display())
 }
 
 /// The environment's pip.

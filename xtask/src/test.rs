@@ -7,7 +7,7 @@ use std::ffi::OsStr;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 
 use crate::cargo::{ON_HOST, TARGET, cargo, run};
 use crate::checks::{self, Check};
@@ -41,6 +41,15 @@ const EMULATOR: &str = "MIRROR_EMULATOR";
 /// Programs of tests that run once more, on silicon twins.
 const ON_THE_TWIN: [&str; 3] = ["tests/acceptance", "tests/faults", "tests/stack"];
 const TWIN: &str = "g474";
+
+/// Tests that take a minute and more each, begun before all else: whole stories, which go to a processor each. The first is in
+/// every gate.
+const STORIES: [&str; 3] = [
+    "story::tests::seed_9320",
+    "story::tests::seed_9321",
+    "story::tests::seed_9322",
+];
+const STORYTELLER: &str = "workbench";
 
 /// Programs that test the tool, and want of a board no more than that it is fast: they run on boards on this machine.
 const OF_THE_TOOL: [&str; 10] = [
@@ -140,17 +149,18 @@ pub(crate) fn run_all(full: bool) -> Result<()> {
         )?;
         gate.step("drivers' mistakes", mistakes::try_all)?;
         gate.step("fuzzing", || fuzz(&[]))?;
-        gate.step("the Python package and its drivers", || python::check(true))?;
         gate.step("packages, on a clean system", || dist::build(true))?;
     }
     gate.print(start.elapsed());
     Ok(())
 }
 
-/// Builds for the host and for the target at once: the last stage of an image keeps one processor only.
+/// Builds for the host and for the target at once: the last stage of an image keeps one processor only. Meanwhile what the Python
+/// package is tested with comes over the network.
 fn build(gate: &mut Gate) -> Result<Built> {
-    let (on_host, on_target) = gate.step("builds, and their lints", || {
+    let (on_host, on_target, for_python) = gate.step("builds, and their lints", || {
         thread::scope(|scope| {
+            let for_python = scope.spawn(|| timed(python::install));
             let on_target = scope.spawn(|| {
                 timed(|| {
                     images::build(Board::Stm32g474)?;
@@ -159,9 +169,13 @@ fn build(gate: &mut Gate) -> Result<Built> {
             });
             let on_host = timed(test_programs::build_and_lint);
             let on_target = on_target.join().expect("it does not panic");
-            Ok((on_host, on_target))
+            let for_python = for_python.join().expect("it does not panic");
+            Ok((on_host, on_target, for_python))
         })
     })?;
+    let (installed, took) = for_python;
+    installed?;
+    gate.passed.push(("  for Python".to_owned(), took));
     let mut kept = |name: &str, (built, took): (Result<Vec<TestProgram>>, Duration)| {
         gate.passed.push((format!("  for the {name}"), took));
         built.with_context(|| format!("build for the {name}"))
@@ -183,10 +197,11 @@ fn checks(built: &Built, browser: Option<&OsStr>) -> Result<Vec<Check>> {
     };
     let mut programs: Vec<&TestProgram> = built.on_host.iter().collect();
     programs.sort_by_key(place);
-    let mut checks: Vec<Check> = programs
-        .iter()
-        .map(|program| on_host(program, browser))
-        .collect();
+    let is_full = browser.is_some();
+    let mut checks = stories(&programs, is_full)?;
+    checks.extend(python::checks(is_full)?);
+    let before = checks.len();
+    checks.extend(programs.iter().map(|program| on_host(program, browser)));
     checks.extend(built.on_target.iter().map(on_target::check));
     for name in ON_THE_TWIN {
         let program = programs.iter().find(|program| program.name == name);
@@ -194,13 +209,37 @@ fn checks(built: &Built, browser: Option<&OsStr>) -> Result<Vec<Check>> {
         let mut check = on_host(program, browser);
         check.name.push_str(", on the silicon twin");
         check.command.env(EMULATOR, TWIN);
-        checks.insert(LONGEST.len(), check);
+        checks.insert(before + LONGEST.len(), check);
     }
     Ok(checks)
 }
 
+/// Each story by itself; the program that tells them leaves them out.
+fn stories(programs: &[&TestProgram], is_full: bool) -> Result<Vec<Check>> {
+    let teller = programs
+        .iter()
+        .find(|program| program.package == STORYTELLER);
+    let teller = teller.with_context(|| format!("{STORYTELLER} was not built"))?;
+    let told = if is_full { &STORIES[..] } else { &STORIES[..1] };
+    let stories = told.iter().map(|name| {
+        let mut check = Check::new((*name).to_owned(), teller.command());
+        check.command.args(["--exact", name, "--include-ignored"]);
+        check.verdict = |output| {
+            let said = String::from_utf8_lossy(&output.stdout);
+            ensure!(output.status.success(), "{}", output.status);
+            ensure!(said.contains("1 passed"), "there is no such test");
+            Ok(())
+        };
+        check
+    });
+    Ok(stories.collect())
+}
+
 fn on_host(program: &TestProgram, browser: Option<&OsStr>) -> Check {
     let mut command = program.command();
+    if program.package == STORYTELLER {
+        command.args(STORIES.iter().flat_map(|name| ["--skip", name]));
+    }
     if program.package == hil::PACKAGE && OF_THE_TOOL.contains(&program.name.as_str()) {
         command.env(EMULATOR, THIS_MACHINE);
     }

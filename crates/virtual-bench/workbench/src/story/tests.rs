@@ -2,35 +2,37 @@
 
 use super::*;
 
-/// Seeds that hide a wrong sensor, memory and heat.
-const SHORT: [u64; 3] = [15, 5, 13];
-/// The error must fall so many times, or to the limit. Ten times are asked for; a mirror with hysteresis has reached five, which
-/// docs/figures/story.md tells.
-const LEAST: f64 = 4.0;
-
-/// A story that is told to its end, where there is a page.
-fn ended(seed: u64, root: &Path) -> Story {
-    let story = tell(seed, root);
+/// Tells a story to its end: there is a page, and the error has fallen ten times, or to the limit. The gate tells one of
+/// those that take the least, and three with `--full`; `cargo xtask story --full` all, docs/figures/story.md.
+fn ends_well(seed: u64) {
+    let root = tempfile::tempdir().expect("a folder");
+    let story = tell(seed, root.path());
     let story = story
         .unwrap_or_else(|error| panic!("{error:#}; is the tool built? `cargo build -p host-tool`"));
-    let page = fs::read_to_string(root.join(seed.to_string()).join(PAGE)).expect("a page");
-    assert!(page.contains(&story.verdict), "seed {seed}");
-    story
+    let page = root.path().join(seed.to_string()).join(PAGE);
+    let page = fs::read_to_string(page).expect("a page");
+    assert!(page.contains(&story.verdict), "{}", story.verdict);
+    assert!(story.ends_well(), "{}", table::row(&story));
 }
 
+/// The film's expansion grows with its temperature.
+#[test]
+fn seed_9320() {
+    ends_well(9320);
+}
+
+/// The bench's position sensor has another gain than it says.
 #[test]
 #[ignore = "long"]
-fn the_error_falls_or_is_at_the_limit() {
-    let root = tempfile::tempdir().expect("a folder");
-    for seed in SHORT {
-        let story = ended(seed, root.path());
-        let [before, after] = story.errors_um().expect("it was moved");
-        assert!(
-            after <= before / LEAST || after <= story.limit_um(),
-            "{}",
-            table::row(&story)
-        );
-    }
+fn seed_9321() {
+    ends_well(9321);
+}
+
+/// Heat goes through the gap below the mirror.
+#[test]
+#[ignore = "long"]
+fn seed_9322() {
+    ends_well(9322);
 }
 
 #[test]
