@@ -85,6 +85,18 @@ def test_a_plan_over_four_boards_bears_that_one_dies(bench: Bench) -> None:
         assert read[-1] == pytest.approx([60e-6] * 3, abs=UNCALIBRATED)
 
 
+def answers() -> bool:
+    """Whether the IOC does: a client whose first question nobody hears asks again after half of its patience only."""
+    from caproto import CaprotoError
+    from caproto.sync.client import read
+
+    try:
+        read(f"LAB:{NAMES[0]}:STATE", timeout=1)
+    except (CaprotoError, OSError):
+        return False
+    return True
+
+
 @pytest.fixture
 def ioc(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """A soft IOC over the four boards, on this machine only and on a port of its own."""
@@ -102,6 +114,7 @@ def ioc(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     words = ["-m", "electrothermal_mirror.drivers.epics", "--prefix", "LAB:", "--host", host, "--port", str(server_port)]
     process = subprocess.Popen([sys.executable, *words], env=os.environ)
     try:
+        waits_for(answers)
         yield
     finally:
         process.terminate()
