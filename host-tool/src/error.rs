@@ -422,7 +422,7 @@ pub enum ToolError {
     ))]
     Runaway(#[from] mirror_model::Runaway),
 
-    #[error("there is no fault or limit `{name}`{}", did_you_mean(nearest.as_deref()))]
+    #[error("there is no fault, limit or word of a diagnosis `{name}`{}", did_you_mean(nearest.as_deref()))]
     #[diagnostic(help("`host-tool explain` shows those there are"))]
     NoSuchFault {
         name: String,

@@ -264,11 +264,13 @@ pub enum Command {
         #[arg(help_heading = OUTPUT, long)]
         reference: bool,
     },
-    /// Explain a fault or a limit: what it is, its cause, and its remedy.
-    #[command(after_long_help = "Example:\n  host-tool explain over-temperature")]
+    /// Explain a fault or a limit: what it is, its cause, and its remedy; or a word of a diagnosis.
+    #[command(
+        after_long_help = "Examples:\n  host-tool explain over-temperature\n  host-tool explain score"
+    )]
     Explain {
-        /// Its name, as `status` shows it; without it, all names.
-        #[arg(add = candidates::faults())]
+        /// Its name, as `status` or `diagnose` shows it; without it, all names.
+        #[arg(add = candidates::explained())]
         name: Option<String>,
     },
     /// Make a measurement file of a table from another program or instrument. Without -o it only shows what it would make.

@@ -1,4 +1,5 @@
-//! `explain`: what a fault or a limit is, its cause, and its remedy. The pages are those of the docs.
+//! `explain`: what a fault or a limit is, its cause and its remedy, or what a word of a diagnosis says. The pages are those of
+//! the docs.
 
 use std::fmt;
 
@@ -7,6 +8,7 @@ use serde::Serialize;
 use crate::error::ToolError;
 use crate::names::nearest;
 use crate::report;
+use crate::terms::TERMS;
 
 /// The pages of these names in `docs/faults`.
 macro_rules! pages {
@@ -15,8 +17,8 @@ macro_rules! pages {
     };
 }
 
-/// Name and page, by name.
-const PAGES: [(&str, &str); 27] = pages![
+/// Faults and limits: name and page, by name.
+const FAULTS: [(&str, &str); 27] = pages![
     "calibration-bad",
     "calibration-drifted",
     "calibration-outdated",
@@ -46,6 +48,11 @@ const PAGES: [(&str, &str); 27] = pages![
     "watchdog-reset",
 ];
 
+/// All pages.
+fn pages() -> impl Iterator<Item = (&'static str, &'static str)> {
+    FAULTS.into_iter().chain(TERMS)
+}
+
 #[derive(Serialize)]
 struct Explanation {
     name: &'static str,
@@ -55,14 +62,19 @@ struct Explanation {
 /// Prints the page of `name`, or the names that there are.
 pub(super) fn run(name: Option<&str>, json: bool) -> Result<(), ToolError> {
     let Some(name) = name else {
-        let names = PAGES.map(|(name, _)| name).to_vec();
-        report::print(&Names { names }, json);
+        let names = pages().map(|(name, _)| name);
+        report::print(
+            &Names {
+                names: names.collect(),
+            },
+            json,
+        );
         return Ok(());
     };
-    let found = PAGES.into_iter().find(|(known, _)| *known == name);
+    let found = pages().find(|(known, _)| *known == name);
     let (name, page) = found.ok_or_else(|| ToolError::NoSuchFault {
         name: name.to_owned(),
-        nearest: nearest(name, PAGES.iter().map(|(name, _)| name)),
+        nearest: nearest(name, pages().map(|(name, _)| name)),
     })?;
     report::print(&Explanation { name, page }, json);
     Ok(())
@@ -70,7 +82,7 @@ pub(super) fn run(name: Option<&str>, json: bool) -> Result<(), ToolError> {
 
 /// What has happened where a fault or a limit of this name is told: the first sentence of its page.
 pub(super) fn sentence(name: &str) -> Option<String> {
-    let (_, page) = PAGES.into_iter().find(|(known, _)| *known == name)?;
+    let (_, page) = FAULTS.into_iter().find(|(known, _)| *known == name)?;
     let told = page.split("\n\n").nth(1)?.replace('\n', " ");
     let ends = [". ", "; ", ": "]
         .into_iter()
@@ -99,6 +111,7 @@ impl fmt::Display for Explanation {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::terms::terms;
     use control_core::Limit;
     use protection::Fault;
     use std::collections::BTreeSet;
@@ -109,20 +122,40 @@ mod tests {
         let faults = Fault::ALL.map(Fault::name);
         let limits = Limit::ALL.map(Limit::name);
         let named: BTreeSet<&str> = faults.into_iter().chain(limits).collect();
-        let explained: BTreeSet<&str> = PAGES.iter().map(|(name, _)| *name).collect();
+        let explained: BTreeSet<&str> = FAULTS.iter().map(|(name, _)| *name).collect();
         assert_eq!(named, explained);
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/faults");
-        let files: BTreeSet<String> = std::fs::read_dir(folder)
+        assert_eq!(
+            pages_in("faults"),
+            named.into_iter().map(String::from).collect()
+        );
+    }
+
+    /// The names of the pages in a folder of `docs`.
+    fn pages_in(folder: &str) -> BTreeSet<String> {
+        let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
+        std::fs::read_dir(docs.join(folder))
             .expect("the folder of the pages")
             .map(|file| file.expect("a file").path())
             .filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned()))
-            .collect();
-        assert_eq!(files, named.iter().map(|name| (*name).to_owned()).collect());
+            .collect()
+    }
+
+    #[test]
+    fn every_word_of_a_diagnosis_has_a_page_that_begins_with_what_it_is_and_ends_with_its_source() {
+        assert_eq!(pages_in("terms"), terms().map(String::from).collect());
+        for (name, page) in TERMS {
+            let parts: Vec<&str> = page.split("\n\n").collect();
+            assert_eq!(parts[0], format!("# {name}"));
+            assert!(
+                parts.len() == 4 && parts[3].starts_with("Source: "),
+                "{name}"
+            );
+        }
     }
 
     #[test]
     fn every_page_begins_with_a_sentence_for_one_line() {
-        for (name, _) in PAGES {
+        for (name, _) in FAULTS {
             let sentence = sentence(name).expect(name);
             assert!(
                 sentence.len() > 15 && !sentence.contains('\n'),
@@ -134,7 +167,7 @@ mod tests {
 
     #[test]
     fn every_page_tells_what_happened_its_cause_and_its_remedy() {
-        for (name, page) in PAGES {
+        for (name, page) in FAULTS {
             let mut parts = page.split("\n\n");
             assert_eq!(parts.next(), Some(format!("# {name}").as_str()));
             let (what, rest) = page[name.len() + 4..]

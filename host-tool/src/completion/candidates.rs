@@ -11,17 +11,18 @@ use mirror_model::effect::built_in;
 use protection::Fault;
 
 use crate::board::find;
+use crate::terms::terms;
 
 /// Boards that are there.
 pub(crate) fn boards() -> ArgValueCandidates {
     ArgValueCandidates::new(|| candidates(find().into_iter().map(|board| board.name)))
 }
 
-/// Faults and limits.
-pub(crate) fn faults() -> ArgValueCandidates {
+/// What can be explained.
+pub(crate) fn explained() -> ArgValueCandidates {
     ArgValueCandidates::new(|| {
         let (faults, limits) = (Fault::ALL.map(Fault::name), Limit::ALL.map(Limit::name));
-        candidates(faults.into_iter().chain(limits))
+        candidates(faults.into_iter().chain(limits).chain(terms()))
     })
 }
 

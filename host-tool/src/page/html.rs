@@ -170,7 +170,7 @@ impl Run {
                 escaped(&ranked.effect),
                 ranked.score,
                 ranked.threshold,
-                100.0 * ranked.probability,
+                100.0 * ranked.weight,
                 ranked.error_rms.after,
                 ranked.held_out_rms.after,
                 escaped(&ranked.why)

@@ -53,8 +53,8 @@ class RankedEffect:
     score: float
     #: The score above which mirrors that lack nothing hardly come.
     threshold: float
-    #: That it is this one, among those that are known.
-    probability: float
+    #: Its share of the evidence among the effects above their thresholds and their rivals, 0 to 1.
+    weight: float
     #: What speaks for it or against it, in words.
     why: str | None
 
@@ -71,10 +71,10 @@ class Diagnosis:
 
     def _repr_html_(self) -> str:
         rows = (
-            f"<tr><td>{escape(one.effect)}</td><td>{one.score:.1f}</td><td>{one.probability:.2f}</td></tr>"
+            f"<tr><td>{escape(one.effect)}</td><td>{one.score:.1f}</td><td>{one.weight:.2f}</td></tr>"
             for one in self.ranking[:5]
         )
-        head = "<tr><th>effect</th><th>score</th><th>probability</th></tr>"
+        head = "<tr><th>effect</th><th>score</th><th>weight</th></tr>"
         named = escape(", ".join(self.effects)) or "no effect"
         return f"<p>{self.verdict}: {named}</p><table>{head}{''.join(rows)}</table>"
 
@@ -108,4 +108,4 @@ def _name(effect: Any) -> str:
 
 
 def _ranked(one: Any) -> RankedEffect:
-    return RankedEffect(one["effect"], one["score"], one["threshold"], one["probability"], one.get("why"))
+    return RankedEffect(one["effect"], one["score"], one["threshold"], one["weight"], one.get("why"))

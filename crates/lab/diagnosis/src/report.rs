@@ -168,8 +168,8 @@ pub struct Ranked {
     /// Its scores in the mirrors of the null ensemble, from which the threshold comes. Not for `--json`.
     #[serde(skip)]
     pub null_scores: Vec<f64>,
-    /// Its Akaike weight among the effects above their thresholds.
-    pub probability: f64,
+    /// Its Akaike weight among the effects above their thresholds and their rivals, 0 to 1.
+    pub weight: f64,
     /// The strength above which it would have been seen, in the unit of its first parameter; none if never.
     pub detection_limit: Option<f64>,
     /// On rows held out of the fit of its strength, what is left without it and with it, where base and discrepancy are fitted to

@@ -255,13 +255,13 @@ impl fmt::Display for Ranked {
             effect,
             score,
             threshold,
-            probability,
+            weight,
             ..
         } = self;
         write!(
             f,
             "{effect:<22} {score:>9.1} {threshold:>9.1} {:>5.0}% {:>9.3} {:>9.3} ",
-            100.0 * probability,
+            100.0 * weight,
             self.error_rms.after,
             self.held_out_rms.after
         )?;
@@ -318,7 +318,7 @@ mod tests {
             score,
             threshold: 48.0,
             null_scores: vec![],
-            probability: 1.0,
+            weight: 1.0,
             detection_limit: Some(0.01),
             held_out_rms: error(Unit::Milliampere),
             error_rms: error(Unit::Milliampere),

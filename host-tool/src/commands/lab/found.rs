@@ -7,6 +7,7 @@ use identification::Identification;
 use serde::Serialize;
 
 use crate::command_line::{measure_line, next_line, proposal_line};
+use crate::terms::terms;
 
 /// An identification as the tool says it.
 #[derive(Serialize)]
@@ -51,6 +52,12 @@ impl fmt::Display for Diagnosed<'_> {
                 "    to keep it: `--propose FILE` writes it as an effect file, `host-tool effect add FILE` adds it"
             )?;
         }
+        let terms: Vec<&str> = terms().collect();
+        writeln!(
+            f,
+            "  `host-tool explain NAME` tells what a column or a line says: {}",
+            terms.join(", ")
+        )?;
         if let (Some(command), Some(next)) = (&self.next_command, &self.found.next_measurement) {
             writeln!(f, "\nMeasure next: {command}\n  {}", next.why)?;
         }

@@ -28,7 +28,7 @@ impl Analysis<'_> {
             score: explanation.score,
             threshold: candidate.threshold,
             null_scores: candidate.null_scores.clone(),
-            probability: if is_evident {
+            weight: if is_evident {
                 akaike_weight(explanation.score, scores, widening)
             } else {
                 0.0
