@@ -251,6 +251,7 @@ mod tests {
             sentences: Vec::new(),
             rms,
             current_rms_ma,
+            thinned_rows: 0,
         }
     }
 
@@ -265,6 +266,7 @@ mod tests {
                 residual_rms_um: None,
                 residual_rms_ma: None,
                 thinned_rows: 0,
+                notes: vec![],
             },
             null_improvement: None,
             advice: String::new(),

@@ -232,6 +232,10 @@ pub struct Diagnosis {
     pub invisible: Vec<String>,
     /// Effects with which the model runs away, whatever their form.
     pub infeasible: Vec<String>,
+    /// Rows that were left out because they were more than a diagnosis needs.
+    pub thinned_rows: usize,
+    /// Sentences on what was done to the readings before.
+    pub notes: Vec<String>,
     /// All effects that change a reading, best first.
     pub ranking: Vec<Ranked>,
     /// Where it is, without a list of effects; none where nothing is missing, or no place is above its threshold.

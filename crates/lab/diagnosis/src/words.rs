@@ -47,7 +47,10 @@ impl fmt::Display for Diagnosis {
         if self.verdict == Verdict::None {
             self.limits(f)?;
         }
-        self.place(f)
+        self.place(f)?;
+        self.notes
+            .iter()
+            .try_for_each(|note| writeln!(f, "  {note}"))
     }
 }
 
@@ -349,6 +352,8 @@ mod tests {
             infeasible: vec![],
             ranking: vec![ranked("creep", 100.0), ranked("hysteresis", 30.0)],
             next_measurement: None,
+            thinned_rows: 0,
+            notes: vec![],
         }
     }
 

@@ -2,6 +2,7 @@
 
 mod clock;
 mod meters;
+mod thin;
 
 use crate::noise::Noise;
 use crate::surroundings::Surroundings;
@@ -9,12 +10,8 @@ use clock::Clock;
 pub use clock::OwnZero;
 use measurement::{MeasurementFile, Row, Session};
 use mirror_model::{ACTUATORS, Interval, Output};
+pub use thin::{Thinned, thinned};
 
-/// A file with more rows is thinned: a fit simulates each of them some hundred times.
-const DENSE_ROWS: usize = 1500;
-/// Rows that are kept of a held drive lie apart by this ratio of the time since its jump, 24 a decade: what poles do there is
-/// smooth in the logarithm of time.
-const THINNING: f64 = 1.1;
 /// How long the drive of a settled reading was on (s): time constants that a base may have without being fitted, some seconds,
 /// are over.
 const SETTLED_S: f64 = 100.0;
@@ -57,8 +54,10 @@ pub struct Dataset {
     pub observations: Vec<Observation>,
     /// The experiments' names, made unique.
     pub experiments: Vec<String>,
-    /// Rows of the files that were dropped because the drive was sampled densely.
+    /// Rows of the files that were dropped because they were more than a fit needs.
     pub thinned_rows: usize,
+    /// Sentences on what was done to the readings before they are compared with a model.
+    pub notes: Vec<String>,
     /// The first known temperature of the surroundings, which cold resistances and the displacement's zero belong to (degC).
     pub first_ambient_c: Option<f64>,
     /// Experiments whose displacements count from a zero of their own.
@@ -68,12 +67,20 @@ pub struct Dataset {
 }
 
 impl Dataset {
-    /// Of a session.
+    /// Of a session, [`thinned`] where it is dense.
     pub fn new(session: &Session) -> Self {
+        let Thinned {
+            session,
+            rows_left_out,
+            notes,
+        } = thinned(session);
+        let session = session.as_ref();
         let surroundings = Surroundings::of(session);
         let mut data = Self {
             first_ambient_c: surroundings.first_c(),
             is_steady: session.files.iter().all(|(_, file)| file.keys.is_steady()),
+            thinned_rows: rows_left_out,
+            notes,
             ..Self::default()
         };
         let noise = Noise::of(session);
@@ -235,10 +242,8 @@ impl Dataset {
         self.hold(0.0, start - hold_s - clock.end_s, around(0));
         self.hold(hold_v, hold_s, around(0));
         let interpolated = file.keys.drive_is_interpolated();
-        let kept = thin(file, interpolated);
-        self.thinned_rows += file.rows.len() - kept.len();
         let (mut t, mut global, mut from_v) = (0.0_f64.min(first.t_s), start, [hold_v; ACTUATORS]);
-        for (row, around) in kept.iter().map(|&index| (&file.rows[index], around(index))) {
+        for (row, around) in file.rows.iter().zip((0..).map(around)) {
             let dwell = row.t_s - t;
             let on_clock = row.t_global_s.map(|global| clock.origin_s + global);
             let row_global = on_clock.unwrap_or(global + dwell);
@@ -278,11 +283,11 @@ impl Dataset {
             });
         };
         if let Some(z) = row.z_um {
-            push(Channel::Displacement, z, noise.of_displacement(file));
+            push(Channel::Displacement, z, noise.of_displacement(file, row));
         }
         for (actuator, current) in row.current_a.iter().enumerate() {
             if let Some(current) = current {
-                let noise = noise.of_current(actuator, *current);
+                let noise = noise.of_current(actuator, file, row);
                 push(Channel::Current(actuator), *current, noise);
             }
         }
@@ -343,50 +348,6 @@ fn pick(output: &Output, channel: Channel) -> f64 {
         Channel::Displacement => output.z_um,
         Channel::Current(actuator) => output.current_a[actuator],
     }
-}
-
-/// A session without the rows that a [`Dataset`] of it drops. Of what is left nothing is dropped any more.
-pub fn thinned(mut session: Session) -> Session {
-    for (_, file) in &mut session.files {
-        if !file.keys.is_steady() {
-            let kept = thin(file, file.keys.drive_is_interpolated());
-            file.rows = kept.into_iter().map(|index| file.rows[index]).collect();
-        }
-    }
-    session
-}
-
-/// The rows of a file that are worth simulating: all of a small one; of a dense one those next to a jump of the drive or
-/// of the stage, and others ever further apart.
-fn thin(file: &MeasurementFile, interpolated: bool) -> Vec<usize> {
-    let rows = &file.rows;
-    if rows.len() <= DENSE_ROWS {
-        return (0..rows.len()).collect();
-    }
-    if interpolated {
-        let stride = rows.len().div_ceil(DENSE_ROWS);
-        return (0..rows.len()).step_by(stride).collect();
-    }
-    let (mut kept, mut jumped_at, mut next) = (Vec::new(), rows[0].t_s, 0.0);
-    for (index, row) in rows.iter().enumerate() {
-        let moves = |before: &Row| {
-            (row.voltage_v, row.reference_um) != (before.voltage_v, before.reference_um)
-        };
-        let jumps = index > 0 && moves(&rows[index - 1]);
-        if jumps {
-            jumped_at = rows[index - 1].t_s;
-            next = 0.0;
-            if kept.last() != Some(&(index - 1)) {
-                kept.push(index - 1);
-            }
-        }
-        let since = row.t_s - jumped_at;
-        if since >= next || index + 1 == rows.len() {
-            kept.push(index);
-            next = since * THINNING;
-        }
-    }
-    kept
 }
 
 #[cfg(test)]

@@ -35,8 +35,10 @@ pub struct FitReport {
     pub residual_rms_um: Option<f64>,
     /// Root mean square of what is left of the currents, if they were measured.
     pub residual_rms_ma: Option<f64>,
-    /// Rows left out because the drive was sampled densely.
+    /// Rows that were left out because they were more than a fit needs.
     pub thinned_rows: usize,
+    /// Sentences on what was done to the readings before.
+    pub notes: Vec<String>,
 }
 
 /// Fits a model to a session and reports. The model comes back with standard errors and provenance.
@@ -72,6 +74,7 @@ pub fn report(
         residual_rms_um: fitted.displacement_rms_um(data),
         residual_rms_ma: fitted.current_rms_ma(data),
         thinned_rows: data.thinned_rows,
+        notes: data.notes.clone(),
     };
     let from = fitted.model.preset.name();
     let provenance = &mut fitted.model.provenance;
@@ -298,14 +301,9 @@ impl fmt::Display for FitReport {
         if let Some(rms) = self.residual_rms_ma {
             writeln!(f, "  left of the currents: {rms:.4} mA rms")?;
         }
-        if self.thinned_rows > 0 {
-            writeln!(
-                f,
-                "  {} rows of dense files were left out; steps were kept",
-                self.thinned_rows
-            )?;
-        }
-        Ok(())
+        self.notes
+            .iter()
+            .try_for_each(|note| writeln!(f, "  {note}"))
     }
 }
 

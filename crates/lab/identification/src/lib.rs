@@ -24,7 +24,7 @@ pub mod prediction;
 mod surroundings;
 
 pub use compare::{
-    Comparison, ExperimentError, StageErrors, StagePoint, compare, compare_predicted,
+    Comparison, ExperimentError, StageErrors, StagePoint, compare, compare_predicted, jumps,
 };
 pub use dataset::Dataset;
 pub use estimate::{Estimate, Unit};

@@ -2,7 +2,8 @@
 
 mod bench;
 
-use measurement::{MeasurementFile, Row, Session};
+use measurement::held::{DIFFERENCE, MEDIAN_OF_NORMAL};
+use measurement::{CurrentNoise, MeasurementFile, Row, Session};
 use mirror_model::ACTUATORS;
 
 /// White noise of the displacement where a file does not say `noise_z_nm`: that of a laser displacement sensor, and of the
@@ -11,40 +12,26 @@ const DEFAULT_DISPLACEMENT_UM: f64 = 0.02;
 /// Noise of a current reading of the driver board (`docs/board.md`), constant, and as a part of the reading.
 const CURRENT_A: f64 = 2e-6;
 const CURRENT_RATIO: f64 = 1e-4;
-/// Fourth differences of even rows: they cancel any cubic, and a mirror is that smooth over five rows, and noise is not.
-const DIFFERENCE: [f64; 5] = [1.0, -4.0, 6.0, -4.0, 1.0];
 /// Rows are even whose steps of time differ by less than this share.
 const EVEN: f64 = 0.01;
 /// Fewer differences than this say nothing: their median is then off by a fifth or more.
 const ENOUGH: usize = 40;
-/// The median magnitude of normal numbers, in standard deviations: the normal distribution's third quartile.
-const MEDIAN_OF_NORMAL: f64 = 0.6745;
 
 /// The noise of a session's readings.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Noise {
     /// How many times noisier than usual, 1 or more.
     displacement: f64,
-    current: [Current; ACTUATORS],
+    current: [CurrentNoise; ACTUATORS],
+    /// What rounded readings of the voltage may be off by, one standard deviation (V).
+    rounding_v: f64,
 }
 
-/// Noise of a current: constant, and in proportion.
-#[derive(Clone, Copy, Debug)]
-struct Current {
-    constant_a: f64,
-    ratio: f64,
-}
-
-impl Current {
-    const USUAL: Self = Self {
-        constant_a: CURRENT_A,
-        ratio: CURRENT_RATIO,
-    };
-
-    fn at(&self, current_a: f64) -> f64 {
-        self.constant_a.hypot(self.ratio * current_a)
-    }
-}
+/// Noise of a current where nobody says otherwise.
+const USUAL: CurrentNoise = CurrentNoise {
+    constant_a: CURRENT_A,
+    ratio: CURRENT_RATIO,
+};
 
 impl Noise {
     pub(crate) fn of(session: &Session) -> Self {
@@ -64,20 +51,26 @@ impl Noise {
             .files
             .iter()
             .all(|(_, file)| file.rows.iter().all(|row| row.z_um.is_none()));
+        let rounding_v = if heaters {
+            bench::rounding_v(session)
+        } else {
+            0.0
+        };
         Self {
             displacement: times(&|file, row| match said_um(file) {
                 None => Some([row.z_um?, DEFAULT_DISPLACEMENT_UM]),
                 Some(_) => None,
             }),
+            rounding_v,
             current: std::array::from_fn(|actuator| {
                 if heaters {
-                    return bench::current(session, actuator);
+                    return bench::current(session, actuator, rounding_v);
                 }
                 let times = times(&|_, row| {
                     let current = row.current_a[actuator]?;
-                    Some([current, Current::USUAL.at(current)])
+                    Some([current, USUAL.at(current)])
                 });
-                Current {
+                CurrentNoise {
                     constant_a: times * CURRENT_A,
                     ratio: times * CURRENT_RATIO,
                 }
@@ -85,14 +78,60 @@ impl Noise {
         }
     }
 
-    /// White noise of a file's displacements, one standard deviation (um).
-    pub(crate) fn of_displacement(&self, file: &MeasurementFile) -> f64 {
+    /// Noise of a row's displacement, one standard deviation (um). What the drive may be off by is part of it: a displacement
+    /// grows as the square of the drive, more or less.
+    pub(crate) fn of_displacement(&self, file: &MeasurementFile, row: &Row) -> f64 {
+        let highest_v = row.voltage_v.into_iter().fold(0.0, f64::max);
+        let slope = match row.z_um {
+            Some(z_um) if highest_v > 0.0 => 2.0 * z_um / highest_v,
+            _ => 0.0,
+        };
+        self.white_um(file).hypot(slope * self.of_drive(file))
+    }
+
+    /// Noise of a row's reading of an actuator's current, one standard deviation (A). What the drive may be off by is part of it:
+    /// a current grows in proportion to the drive, or less where the heater warms.
+    pub(crate) fn of_current(&self, actuator: usize, file: &MeasurementFile, row: &Row) -> f64 {
+        let current_a = row.current_a[actuator].unwrap_or(0.0);
+        let slope = match row.voltage_v[actuator] {
+            0.0 => 0.0,
+            volts => current_a / volts,
+        };
+        self.white(actuator, file)
+            .at(current_a)
+            .hypot(slope * self.of_drive(file))
+    }
+
+    /// States in a session's files what it takes for their noise, where they do not say it.
+    pub(crate) fn is_stated_in(&self, session: &mut Session) {
+        for (_, file) in &mut session.files {
+            let currents = (0..ACTUATORS).map(|actuator| self.white(actuator, file));
+            let worst = currents.reduce(|a, b| CurrentNoise {
+                constant_a: a.constant_a.max(b.constant_a),
+                ratio: a.ratio.max(b.ratio),
+            });
+            let nanometres = 1e3 * self.white_um(file);
+            file.keys.set("noise_z_nm", &format!("{nanometres:?}"));
+            if let Some(worst) = worst.filter(|_| file.keys.current_noise().is_none()) {
+                file.keys.set_current_noise(worst);
+            }
+            let millivolts = 1e3 * self.of_drive(file);
+            file.keys.set("noise_V_mV", &format!("{millivolts:?}"));
+        }
+    }
+
+    fn white_um(&self, file: &MeasurementFile) -> f64 {
         said_um(file).unwrap_or(self.displacement * DEFAULT_DISPLACEMENT_UM)
     }
 
-    /// White noise of a reading of an actuator's current, one standard deviation (A).
-    pub(crate) fn of_current(&self, actuator: usize, current_a: f64) -> f64 {
-        self.current[actuator].at(current_a)
+    fn white(&self, actuator: usize, file: &MeasurementFile) -> CurrentNoise {
+        let said = file.keys.current_noise();
+        said.unwrap_or(self.current[actuator])
+    }
+
+    /// One standard deviation (V).
+    fn of_drive(&self, file: &MeasurementFile) -> f64 {
+        file.keys.drive_noise_v().unwrap_or(self.rounding_v)
     }
 }
 
@@ -161,37 +200,66 @@ mod tests {
         }
     }
 
+    /// Noise of the second row's displacement (um), and of a current of 0 A.
+    fn noise(session: &Session) -> (f64, impl Fn(usize) -> f64 + use<>) {
+        let (noise, file) = (Noise::of(session), session.files[0].1.clone());
+        let idle = |actuator| Row {
+            current_a: std::array::from_fn(|a| (a == actuator).then_some(0.0)),
+            ..Row::default()
+        };
+        let z = noise.of_displacement(&file, &file.rows[1]);
+        (z, move |actuator| {
+            noise.of_current(actuator, &file, &idle(actuator))
+        })
+    }
+
     #[test]
     fn readings_that_are_noisier_than_usual_are_believed() {
         let session = sine(0.1, 6e-6);
-        let noise = Noise::of(&session);
-        let file = &session.files[0].1;
-        assert!((noise.of_displacement(file) / 0.1 - 1.0).abs() < 0.2);
-        assert!((noise.of_current(0, 0.0) / 6e-6 - 1.0).abs() < 0.2);
-        assert_eq!(noise.of_current(1, 0.0), 2e-6);
+        let (z_um, current_a) = noise(&session);
+        assert!((z_um / 0.1 - 1.0).abs() < 0.2);
+        assert!((current_a(0) / 6e-6 - 1.0).abs() < 0.2);
+        assert_eq!(current_a(1), 2e-6);
     }
 
     #[test]
     fn readings_that_are_quieter_than_usual_are_not() {
         let session = sine(0.001, 1e-7);
-        let noise = Noise::of(&session);
-        assert_eq!(noise.of_displacement(&session.files[0].1), 0.02);
-        assert_eq!(noise.of_current(0, 0.0), 2e-6);
+        let (z_um, current_a) = noise(&session);
+        assert_eq!((z_um, current_a(0)), (0.02, 2e-6));
     }
 
     #[test]
     fn what_a_file_says_is_believed() {
         let mut session = sine(0.1, 6e-6);
-        session.files[0].1.keys.set("noise_z_nm", "30");
-        let noise = Noise::of(&session);
-        assert_eq!(noise.of_displacement(&session.files[0].1), 0.03);
+        for (key, value) in [
+            ("noise_z_nm", "30"),
+            ("noise_I_uA", "5"),
+            ("noise_V_mV", "10"),
+        ] {
+            session.files[0].1.keys.set(key, value);
+        }
+        let (z_um, current_a) = noise(&session);
+        // Nothing is driven, so that nothing follows from what the drive may be off by.
+        assert_eq!(z_um, 0.03);
+        assert!((current_a(0) - 5e-6).abs() < 1e-15);
+        session.files[0].1.rows[1] = Row {
+            voltage_v: [2.0; ACTUATORS],
+            z_um: Some(4.0),
+            current_a: [Some(3e-3); ACTUATORS],
+            ..Row::default()
+        };
+        let (noise, file) = (Noise::of(&session), &session.files[0].1);
+        let row = &file.rows[1];
+        // 10 mV of 2 V: 1 % of the displacement, as its square; 0.5 % of the current. 30 and 40 nm are 50.
+        assert!((noise.of_displacement(file, row) - 0.05).abs() < 1e-12);
+        assert!((noise.of_current(0, file, row) - 15e-6_f64.hypot(5e-6)).abs() < 1e-12);
     }
 
     #[test]
     fn a_few_rows_say_nothing() {
         let mut session = sine(0.1, 6e-6);
         session.files[0].1.rows.truncate(30);
-        let noise = Noise::of(&session);
-        assert_eq!(noise.of_displacement(&session.files[0].1), 0.02);
+        assert_eq!(noise(&session).0, 0.02);
     }
 }

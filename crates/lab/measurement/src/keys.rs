@@ -1,5 +1,21 @@
 //! The `# key=value` comments of a file.
 
+/// White noise of a current, one standard deviation: its parts add as squares.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurrentNoise {
+    /// What is the same at every current.
+    pub constant_a: f64,
+    /// What is in proportion to the current.
+    pub ratio: f64,
+}
+
+impl CurrentNoise {
+    /// Of a reading.
+    pub fn at(&self, current_a: f64) -> f64 {
+        self.constant_a.hypot(self.ratio * current_a)
+    }
+}
+
 /// Keys and values in the order in which they were written. Any key is kept; the known ones have accessors.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Keys(Vec<(String, String)>);
@@ -44,6 +60,27 @@ impl Keys {
         self.number("noise_z_nm").map(|nm| nm * 1e-3)
     }
 
+    /// White noise of the currents (`noise_I_uA`, `noise_I_ratio`).
+    pub fn current_noise(&self) -> Option<CurrentNoise> {
+        let constant_a = self.number("noise_I_uA").map(|ua| ua * 1e-6);
+        let ratio = self.number("noise_I_ratio");
+        (constant_a.is_some() || ratio.is_some()).then(|| CurrentNoise {
+            constant_a: constant_a.unwrap_or(0.0),
+            ratio: ratio.unwrap_or(0.0),
+        })
+    }
+
+    /// States the white noise of the currents.
+    pub fn set_current_noise(&mut self, noise: CurrentNoise) {
+        self.set("noise_I_uA", &format!("{:?}", 1e6 * noise.constant_a));
+        self.set("noise_I_ratio", &format!("{:?}", noise.ratio));
+    }
+
+    /// How far the drives that are stated may be from those that were, one standard deviation (`noise_V_mV`).
+    pub fn drive_noise_v(&self) -> Option<f64> {
+        self.number("noise_V_mV").map(|mv| mv * 1e-3)
+    }
+
     /// The drive that was held just before t_s = 0, and for how long (`prehold_V`, `prehold_s`); otherwise 0 V.
     pub fn prehold(&self) -> Option<(f64, f64)> {
         Some((self.number("prehold_V")?, self.number("prehold_s")?))
@@ -55,11 +92,11 @@ impl Keys {
         self.get("session")
     }
 
-    /// Whether the drive runs straight from row to row (`drive=` says sine, or that a controller made it for a position)
-    /// rather than being held.
+    /// Whether the drive runs straight from row to row (`drive=` says sine or ramp, or that a controller made it for a
+    /// position) rather than being held.
     pub fn drive_is_interpolated(&self) -> bool {
-        self.get("drive")
-            .is_some_and(|drive| drive.contains("sin") || drive == "position")
+        let runs = |drive: &str| drive.contains("sin") || matches!(drive, "position" | "ramp");
+        self.get("drive").is_some_and(runs)
     }
 
     /// Whether each row is a reading of its own, made when everything had settled (`steady`): then its time and the order of
@@ -79,7 +116,15 @@ impl Keys {
 }
 
 /// Keys whose value must be a number that is not negative.
-pub(crate) const NUMERIC: [&str; 4] = ["noise_z_nm", "prehold_V", "prehold_s", "R0_ohm"];
+pub(crate) const NUMERIC: [&str; 7] = [
+    "noise_z_nm",
+    "noise_I_uA",
+    "noise_I_ratio",
+    "noise_V_mV",
+    "prehold_V",
+    "prehold_s",
+    "R0_ohm",
+];
 
 pub(crate) fn is_key(text: &str) -> bool {
     !text.is_empty() && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')

@@ -111,6 +111,53 @@ fn a_column_twice_is_asked_about() {
     assert!(said.to_string().contains("would both be V_V"), "{said}");
 }
 
+#[test]
+fn quotation_marks_thousands_and_clock_times_are_read() {
+    let text = b"Time,\"Voltage, set (mV)\",\"z (nm)\"\n23:59:58.5,0,0\n23:59:59.5,\"1,000.0\",\"26,100.0\"\n00:00:00.5,\"2,000.0\",\"90,400.0\"\n";
+    let table = Table::read(text).expect("a table");
+    assert_eq!(table.names[1], "Voltage, set (mV)");
+    assert!(table.written.contains("thousands"), "{}", table.written);
+    let volts = Assignment::parse("V=2:mV", &table).expect("a column");
+    let assignments = [guesses(&table), vec![volts]].concat();
+    let imported = import(&table, &assignments, false).expect("a measurement");
+    let t_s: Vec<_> = imported.file.rows.iter().map(|row| row.t_s).collect();
+    assert_eq!(t_s, [0.0, 1.0, 2.0]);
+    assert_eq!(imported.file.rows[2].z_um, Some(90.4));
+    assert_eq!(imported.file.rows[1].voltage_v, [1.0; 4]);
+    assert!(
+        says(&imported, "times of the clock"),
+        "{:?}",
+        imported.notes
+    );
+}
+
+#[test]
+fn a_decimal_comma_is_not_taken_for_thousands() {
+    let table = Table::read(b"V;z\n0,100;1,234\n0,200;2,345\n0,300;3,456\n").expect("a table");
+    assert_eq!(table.rows[0], [Some(0.1), Some(1.234)]);
+    let table = Table::read(b"V\tz\n1.000,5\t1,234\n2.000,5\t2,345\n").expect("a table");
+    assert_eq!(table.rows[0], [Some(1000.5), Some(1.234)]);
+}
+
+#[test]
+fn a_drive_that_was_read_off_is_settled_at_its_holds() {
+    let sample = |row: usize| {
+        let volts = row / 50;
+        // A jitter that repeats after 7 rows.
+        let jitter = 1e-3 * [0.0, 1.7, -1.1, 0.6, -1.9, 1.2, -0.4][row % 7];
+        format!(
+            "{},{},{}\n",
+            0.1 * row as f64,
+            volts as f64 + jitter,
+            10 * volts
+        )
+    };
+    let text: String = (0..200).map(sample).collect();
+    let imported = guessed(format!("t,V,z\n{text}").as_bytes(), true);
+    assert_eq!(imported.file.rows.len(), 4);
+    assert!(says(&imported, "jitters"), "{:?}", imported.notes);
+}
+
 proptest! {
     #[test]
     fn no_bytes_make_the_reader_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {

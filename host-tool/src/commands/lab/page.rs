@@ -3,6 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use identification::dataset::{Thinned, thinned};
 use input_file::MOST_WRITTEN;
 use lab_view::{MeasuredText, Opening};
 use measurement::Session;
@@ -19,8 +20,6 @@ use crate::working::while_working;
 
 const WORKING: &str =
     "fitting, trying every effect, and mirrors that lack nothing (kept for the next time)";
-/// A session of more rows is thinned before it goes into a page, as a fit would thin it anyway.
-const MOST_ROWS: usize = 20_000;
 /// What a page should stay below (bytes), so that it can be sent by mail and opens at once.
 const LARGE: usize = 2_000_000;
 
@@ -46,7 +45,11 @@ pub(crate) fn report(
 ) -> Result<(), ToolError> {
     let (model, session) = model_and_session(input)?;
     let tried = trial.map(Tried::load).transpose()?;
-    let (session, rows_left_out) = thinned(session);
+    let Thinned {
+        session,
+        rows_left_out,
+        ..
+    } = thinned(&session);
     let text = |path: &PathBuf| {
         own_effect(path)?;
         Ok(input_file::read_text(path, MOST_WRITTEN)?)
@@ -73,20 +76,6 @@ pub(crate) fn report(
         eprintln!("warning: the page is large; a session of fewer files makes a smaller one");
     }
     Ok(())
-}
-
-/// The session as it goes into a page, and how many rows that leaves out.
-fn thinned(session: Session) -> (Session, usize) {
-    let rows = |session: &Session| -> usize {
-        session.files.iter().map(|(_, file)| file.rows.len()).sum()
-    };
-    let all = rows(&session);
-    if all <= MOST_ROWS {
-        return (session, 0);
-    }
-    let thinned = identification::dataset::thinned(session);
-    let left_out = all - rows(&thinned);
-    (thinned, left_out)
 }
 
 fn texts(session: &Session) -> Vec<MeasuredText> {

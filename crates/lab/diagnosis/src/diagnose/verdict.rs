@@ -7,6 +7,7 @@ use crate::confusions::confusions;
 use crate::next;
 use crate::proposal::NextMeasurement;
 use crate::report::{BeforeAfter, Diagnosis, Verdict};
+use identification::jumps;
 use identification::prediction::RESOLUTION;
 use mirror_model::Runaway;
 use rayon::prelude::*;
@@ -84,7 +85,19 @@ impl Analysis<'_> {
                 .map(|c| c.id().to_owned())
                 .collect(),
             ranking,
+            thinned_rows: self.data.thinned_rows,
+            notes: self.notes(verdict),
         })
+    }
+
+    /// What was done to the readings, and where nothing explains them, which of them a meter may have spoilt.
+    fn notes(&self, verdict: Verdict) -> Vec<String> {
+        let mut notes = match verdict {
+            Verdict::Unknown => jumps(self.data, &self.base),
+            _ => Vec::new(),
+        };
+        notes.extend(self.data.notes.iter().cloned());
+        notes
     }
 
     fn next_measurement(&self, named: &[&Candidate], is_blind: bool) -> Option<NextMeasurement> {

@@ -61,6 +61,7 @@ impl Conditions {
             is_steady,
             experiments: _,
             thinned_rows: _,
+            notes: _,
             first_ambient_c: _,
         } = &self.data;
         hash.count(usize::from(*is_steady));

@@ -1,6 +1,7 @@
 //! Where a model fails a session: per experiment, per stage of the chain, and in sentences.
 
 mod history;
+mod jump;
 mod ladder;
 mod lag;
 mod reading;
@@ -14,6 +15,7 @@ use reading::{Reading, SURE, highest, off, rms};
 use serde::Serialize;
 use std::fmt;
 
+pub use jump::jumps;
 pub use stages::{StageErrors, StagePoint};
 
 /// Columns of the course of an error, what the table leaves of a line of 120 in a terminal.
@@ -57,6 +59,8 @@ pub struct Comparison {
     pub rms: f64,
     /// Root mean square of the currents' error over the whole session, where they were measured.
     pub current_rms_ma: Option<f64>,
+    /// Rows that were left out because they were more than a fit needs.
+    pub thinned_rows: usize,
 }
 
 /// Compares a model, as it is, with a session.
@@ -64,10 +68,14 @@ pub struct Comparison {
 /// # Errors
 /// [`Runaway`] if the model has no finite answer.
 pub fn compare(model: &Model, data: &Dataset) -> Result<Comparison, Runaway> {
-    Ok(compare_predicted(model, data, &predict(model, data)?))
+    let predicted = predict(model, data)?;
+    let mut comparison = compare_predicted(model, data, &predicted);
+    comparison.sentences.extend(jump::jumps(data, &predicted));
+    Ok(comparison)
 }
 
-/// The same where the model's predictions are known.
+/// The same where the model's predictions are known, without the jumps of meters, which are looked for in what the user measured
+/// against the user's own model.
 pub fn compare_predicted(model: &Model, data: &Dataset, predicted: &[f64]) -> Comparison {
     let unit = if data.has_displacement() {
         Unit::Micrometre
@@ -88,6 +96,7 @@ pub fn compare_predicted(model: &Model, data: &Dataset, predicted: &[f64]) -> Co
     sentences.extend(history::sentences(data, &readings, unit));
     sentences.extend(lag::sentences(data, &readings, unit));
     sentences.extend(stages.sentences());
+    sentences.extend(data.notes.iter().cloned());
     let current_rms_ma = current_rms_ma(data, predicted, |_| true);
     Comparison {
         rms: match current_rms_ma {
@@ -99,6 +108,7 @@ pub fn compare_predicted(model: &Model, data: &Dataset, predicted: &[f64]) -> Co
         stages,
         sentences,
         current_rms_ma,
+        thinned_rows: data.thinned_rows,
     }
 }
 

@@ -149,12 +149,161 @@ fn a_thinned_session_is_the_same_to_a_fit_and_is_thinned_once() {
             text += &format!("{t_s},{volts},{}\n", 20.0 * volts);
         }
         let all = session(&text);
-        let less = thinned(all.clone());
+        let less = thinned(&all).session.into_owned();
         let [of_all, of_less] = [&all, &less].map(Dataset::new);
-        assert!(less.files[0].1.rows.len() <= DENSE_ROWS, "{drive}");
+        assert!(less.files[0].1.rows.len() <= thin::DENSE_ROWS, "{drive}");
         assert_eq!(of_all.intervals, of_less.intervals, "{drive}");
         assert_eq!(of_all.values(), of_less.values());
         assert_eq!(of_all.thinned_rows, 20_000 - less.files[0].1.rows.len());
         assert_eq!(of_less.thinned_rows, 0);
+        let noises = |data: &Dataset| {
+            data.observations
+                .iter()
+                .map(|o| o.noise)
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(noises(&of_all), noises(&of_less));
     }
+}
+
+/// A million rows of stairs up and down with a displacement, their drive read off a meter that jitters so.
+fn stairs(jitter_v: f64) -> Session {
+    let mut state = 1u64;
+    let mut uniform = || {
+        // Knuth's MMIX generator.
+        state = state
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+    };
+    let rows = (0..1_000_000).map(|index| {
+        let volts = f64::from([0, 1, 2, 3, 2, 1, 0, 2][index / 125_000]);
+        Row {
+            t_s: 1e-4 * index as f64,
+            // Uniform numbers have a standard deviation of 1 / sqrt(12).
+            voltage_v: [volts + jitter_v * 12f64.sqrt() * uniform(); ACTUATORS],
+            z_um: Some(20.0 * volts * volts + 0.07 * uniform()),
+            ..Row::default()
+        }
+    });
+    let file = MeasurementFile {
+        rows: rows.collect(),
+        ..MeasurementFile::default()
+    };
+    Session {
+        files: vec![("stairs.csv".into(), file)],
+    }
+}
+
+#[test]
+fn a_drive_that_jitters_is_thinned_as_a_clean_one() {
+    let [clean, jitters] = [0.0, 5e-3].map(|jitter_v| Dataset::new(&stairs(jitter_v)));
+    assert_eq!(
+        clean.notes.len() + 1,
+        jitters.notes.len(),
+        "{:?}",
+        jitters.notes
+    );
+    assert!(
+        jitters.notes[0].contains("jitters by 5."),
+        "{}",
+        jitters.notes[0]
+    );
+    assert!(
+        clean.observations.len() < 2000,
+        "{}",
+        clean.observations.len()
+    );
+    assert_eq!(clean.observations.len(), jitters.observations.len());
+    for (a, b) in clean.intervals.iter().zip(&jitters.intervals) {
+        assert_eq!(a.duration_s, b.duration_s);
+        // 5 mV over the root of 125 000, six times.
+        assert!((a.to_v[0] - b.to_v[0]).abs() < 1e-4);
+    }
+}
+
+#[test]
+fn dense_settled_readings_are_means_of_their_drives() {
+    let rows = (0..60_000).map(|index| Row {
+        voltage_v: [0.1 * (index % 30) as f64; ACTUATORS],
+        z_um: Some((index % 30) as f64 + if index % 60 < 30 { 0.3 } else { -0.3 }),
+        ..Row::default()
+    });
+    let mut file = MeasurementFile {
+        rows: rows.collect(),
+        ..MeasurementFile::default()
+    };
+    file.rows
+        .sort_by(|a, b| a.voltage_v[0].total_cmp(&b.voltage_v[0]));
+    file.keys.set("steady", "yes");
+    let data = Dataset::new(&Session {
+        files: vec![("steady.csv".into(), file)],
+    });
+    assert_eq!(data.observations.len(), 30);
+    assert!((data.observations[7].value - 7.0).abs() < 1e-9);
+    assert!(data.notes[0].contains("of 60000 rows"), "{:?}", data.notes);
+}
+
+#[test]
+fn a_drive_that_moves_all_the_time_keeps_its_course() {
+    let sine = |index: usize| 2.0 + (1e-4 * index as f64 * std::f64::consts::TAU * 50.0).sin();
+    let ramp = |index: usize| 1e-5 * index as f64;
+    for (drive, is_whole) in [(&sine as &dyn Fn(usize) -> f64, false), (&ramp, true)] {
+        let rows = (0..200_000).map(|index| Row {
+            t_s: 1e-4 * index as f64,
+            voltage_v: [drive(index); ACTUATORS],
+            z_um: Some(0.0),
+            ..Row::default()
+        });
+        let file = MeasurementFile {
+            rows: rows.collect(),
+            ..MeasurementFile::default()
+        };
+        let data = Dataset::new(&Session {
+            files: vec![("moves.csv".into(), file)],
+        });
+        assert!(
+            data.intervals.len() <= thin::DENSE_ROWS,
+            "{}",
+            data.intervals.len()
+        );
+        let mut t_s = 0.0;
+        for interval in &data.intervals[1..] {
+            t_s += interval.duration_s;
+            let volts = drive((1e4 * t_s).round() as usize);
+            // Where an interval ends the drive is what was read there.
+            assert!((interval.to_v[0] - volts).abs() < 1e-3, "at {t_s} s");
+        }
+        assert_eq!(t_s > 19.0, is_whole, "{t_s}");
+    }
+}
+
+#[test]
+fn a_session_of_many_files_has_no_more_readings_than_are_worth_it() {
+    let file = |_| {
+        let row = |index: usize| Row {
+            t_s: index as f64,
+            voltage_v: [(index / 10) as f64 * 0.02; ACTUATORS],
+            z_um: Some(index as f64),
+            current_a: [Some(1e-3); ACTUATORS],
+            ..Row::default()
+        };
+        let file = MeasurementFile {
+            rows: (0..1400).map(row).collect(),
+            ..MeasurementFile::default()
+        };
+        ("many.csv".into(), file)
+    };
+    let session = Session {
+        files: (0..10).map(file).collect(),
+    };
+    let data = Dataset::new(&session);
+    assert!(
+        data.observations.len() <= 20_000,
+        "{}",
+        data.observations.len()
+    );
+    assert!(data.observations.len() > 15_000);
+    // Every drive is still there.
+    assert!(data.intervals.len() >= 14_000);
 }

@@ -6,12 +6,16 @@
 //! 3. [`import`]: rows, with what was noticed and done on the way in sentences.
 
 mod assignment;
+mod cell;
+mod lost;
 mod table;
 
 pub use assignment::{Assignment, guesses};
 pub use table::Table;
 
 use crate::column::Column;
+use crate::held::held;
+use crate::settled::{Settled, mean};
 use crate::{MeasurementFile, Row};
 use miette::Diagnostic;
 use thiserror::Error;
@@ -26,7 +30,8 @@ pub struct ImportError {
 }
 
 impl ImportError {
-    fn new(message: impl Into<String>, help: impl Into<String>) -> Self {
+    /// What is wrong, and what to do.
+    pub fn new(message: impl Into<String>, help: impl Into<String>) -> Self {
         Self {
             message: message.into(),
             help: help.into(),
@@ -43,8 +48,8 @@ pub struct Imported {
     pub notes: Vec<String>,
 }
 
-/// The measurement in a table. With `settled` every run of rows at one drive is one settled reading, their mean; the spread of a
-/// displacement about it becomes its noise.
+/// The measurement in a table. With `settled` every run of rows at one drive is one settled reading, their mean; the spread of
+/// displacements and currents about it becomes their noise.
 ///
 /// # Errors
 /// Where no column is a drive, a quantity stands in two columns, or fewer than two rows are left.
@@ -56,21 +61,23 @@ pub fn import(
     check(table, assignments)?;
     let mut notes = Vec::new();
     let mut rows = rows(table, assignments, &mut notes);
+    lost::readings(&mut rows, &mut notes);
     let mut file = MeasurementFile::default();
     let is_timed = assignments.iter().any(|a| a.column == Column::Time);
     if settled {
-        let (means, noise_um) = means(&rows);
+        rows = steadied(rows, &mut notes);
+        let settled = Settled::of(rows.chunk_by(|a, b| a.voltage_v == b.voltage_v));
         notes.push(format!(
             "{} rows are {} settled readings, means over equal drives",
             rows.len(),
-            means.len()
+            settled.rows.len()
         ));
-        if let Some(um) = noise_um {
-            file.keys.set("noise_z_nm", &format!("{:.3}", 1e3 * um));
-        }
-        rows = means;
+        rows = settled.states_in(&mut file.keys);
     } else if is_timed {
         rows = at_their_times(rows, &mut notes);
+    }
+    if is_on_a_clock(table, assignments) {
+        count_from_the_first(&mut rows, &mut notes);
     }
     if settled || !is_timed {
         file.keys.set("steady", "yes");
@@ -87,6 +94,17 @@ pub fn import(
     }
     file.rows = rows;
     Ok(Imported { file, notes })
+}
+
+/// The drives of these rows as they were held, where they were read off a meter.
+fn steadied(mut rows: Vec<Row>, notes: &mut Vec<String>) -> Vec<Row> {
+    let Some(held) = held(&rows) else {
+        return rows;
+    };
+    let drives = rows.iter_mut().zip(&held.volts);
+    drives.for_each(|(row, volts)| row.voltage_v = *volts);
+    notes.push(held.sentence());
+    rows
 }
 
 fn check(table: &Table, assignments: &[Assignment]) -> Result<(), ImportError> {
@@ -144,7 +162,21 @@ fn rows(table: &Table, assignments: &[Assignment], notes: &mut Vec<String>) -> V
     rows
 }
 
-/// Rows of the same instant become one; time counts from the first, and is brought into order.
+fn is_on_a_clock(table: &Table, assignments: &[Assignment]) -> bool {
+    let mut times = assignments.iter().filter(|a| a.column == Column::Time);
+    times.any(|time| table.clocks.contains(&time.source))
+}
+
+/// Dates and clock times become seconds from the first.
+fn count_from_the_first(rows: &mut [Row], notes: &mut Vec<String>) {
+    let Some(first_s) = rows.first().map(|row| row.t_s) else {
+        return;
+    };
+    rows.iter_mut().for_each(|row| row.t_s -= first_s);
+    notes.push("the times of the clock count from the first row's".into());
+}
+
+/// Rows of the same instant become one, and are brought into the order of time.
 fn at_their_times(mut rows: Vec<Row>, notes: &mut Vec<String>) -> Vec<Row> {
     if !rows.is_sorted_by(|a, b| a.t_s <= b.t_s) {
         notes.push("the rows are brought into the order of their times".into());
@@ -158,44 +190,6 @@ fn at_their_times(mut rows: Vec<Row>, notes: &mut Vec<String>) -> Vec<Row> {
         ));
     }
     instants
-}
-
-/// Means over runs of equal drives, and the standard error of such a mean's displacement, pooled (um).
-fn means(rows: &[Row]) -> (Vec<Row>, Option<f64>) {
-    let runs: Vec<&[Row]> = rows.chunk_by(|a, b| a.voltage_v == b.voltage_v).collect();
-    let (mut squares, mut freedom, mut samples, mut count) = (0.0, 0usize, 0usize, 0usize);
-    for run in &runs {
-        let z: Vec<f64> = run.iter().filter_map(|row| row.z_um).collect();
-        if z.len() > 1 {
-            let middle = z.iter().sum::<f64>() / z.len() as f64;
-            squares += z.iter().map(|z| (z - middle).powi(2)).sum::<f64>();
-            freedom += z.len() - 1;
-            samples += z.len();
-            count += 1;
-        }
-    }
-    let a_mean = samples as f64 / count.max(1) as f64;
-    let noise_um =
-        (freedom > 0 && squares > 0.0).then(|| (squares / freedom as f64 / a_mean).sqrt());
-    (runs.into_iter().map(mean).collect(), noise_um)
-}
-
-/// The mean of rows, of what each of them has.
-fn mean(rows: &[Row]) -> Row {
-    let of = |value: &dyn Fn(&Row) -> Option<f64>| {
-        let values: Vec<f64> = rows.iter().filter_map(value).collect();
-        (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
-    };
-    Row {
-        t_s: rows[0].t_s,
-        voltage_v: std::array::from_fn(|actuator| {
-            of(&|row| Some(row.voltage_v[actuator])).unwrap_or_default()
-        }),
-        current_a: std::array::from_fn(|actuator| of(&|row| row.current_a[actuator])),
-        z_um: of(&|row| row.z_um),
-        ambient_c: of(&|row| row.ambient_c),
-        ..rows[0]
-    }
 }
 
 /// Displacements count from the first one at 0 V; one that falls with the drive is told.

@@ -1,6 +1,8 @@
 //! A text as named columns of numbers.
 
 use super::ImportError;
+use super::cell::{Cell, Numbers};
+use std::borrow::Cow;
 
 /// Delimiters in the order in which they are preferred where a line splits alike: a comma may be a decimal one.
 const DELIMITERS: [char; 4] = ['\t', ';', ',', ' '];
@@ -14,6 +16,8 @@ pub struct Table {
     pub names: Vec<String>,
     /// The rows; `None` where a cell holds no number.
     pub rows: Vec<Vec<Option<f64>>>,
+    /// Columns, by their places, that hold dates or clock times: in seconds since some day.
+    pub clocks: Vec<usize>,
     /// How the text is written, in words.
     pub written: String,
 }
@@ -22,12 +26,16 @@ pub struct Table {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Style {
     delimiter: char,
-    decimal_comma: bool,
+    numbers: Numbers,
 }
+
+/// Times of a day go on from the day before where they fall by more than this (s).
+const HALF_A_DAY_S: f64 = 43_200.0;
 
 impl Table {
     /// Reads a text of unknown style: UTF-8, UTF-16 with its mark, or Latin-1; tabs, semicolons, commas or blanks between cells;
-    /// points or commas in numbers. Lines that begin with `#` or `%` are comments, and lines before the table are passed over.
+    /// points or commas in numbers, and thousands in groups; dates and clock times. What stands between quotation marks is one cell. Lines
+    /// that begin with `#` or `%` are comments, and lines before the table are passed over.
     ///
     /// # Errors
     /// Where no two lines have as many cells, two or more, with numbers in them.
@@ -44,23 +52,54 @@ impl Table {
         let width = style.width(&lines);
         let first = lines
             .iter()
-            .position(|line| style.numbers(line) >= 2 && style.cells(line).len() == width)
+            .position(|line| style.filled(line) >= 2 && style.cells(line).len() == width)
             .unwrap_or(0);
         let header = first.checked_sub(1).map(|above| style.cells(lines[above]));
         let names = match header.filter(|cells| cells.len() == width) {
-            Some(cells) => cells.into_iter().map(str::to_owned).collect(),
+            Some(cells) => cells.into_iter().map(String::from).collect(),
             None => (1..=width).map(|number| number.to_string()).collect(),
         };
-        let rows = lines[first..].iter().map(|line| {
+        let mut clocks = vec![Clock::default(); width];
+        let row = |line: &&str| {
             let cells = style.cells(line);
-            let cell = |index: usize| style.number(cells.get(index)?);
-            (0..width).map(cell).collect()
-        });
+            let filled = clocks.iter_mut().enumerate();
+            filled
+                .map(|(column, clock)| Some(clock.number(style.numbers.cell(cells.get(column)?)?)))
+                .collect()
+        };
+        let rows = lines[first..].iter().map(row).collect();
+        let is_clock = |column: &usize| clocks[*column].is_one;
         Ok(Self {
             names,
-            rows: rows.collect(),
+            rows,
+            clocks: (0..width).filter(is_clock).collect(),
             written: format!("{encoding}, {}", style.words()),
         })
+    }
+}
+
+/// Whether a column tells dates or clock times, and how many days ago it began.
+#[derive(Clone, Default)]
+struct Clock {
+    is_one: bool,
+    before_s: f64,
+    days_s: f64,
+}
+
+impl Clock {
+    /// The next cell as a number.
+    fn number(&mut self, cell: Cell) -> f64 {
+        self.is_one |= !matches!(cell, Cell::Number(_));
+        match cell {
+            Cell::Number(number) | Cell::Instant(number) => number,
+            Cell::Clock(seconds) => {
+                if seconds < self.before_s - HALF_A_DAY_S {
+                    self.days_s += 2.0 * HALF_A_DAY_S;
+                }
+                self.before_s = seconds;
+                self.days_s + seconds
+            }
+        }
     }
 }
 
@@ -85,24 +124,33 @@ fn decoded(bytes: &[u8]) -> (String, &'static str) {
 impl Style {
     /// The style in which most cells of the first lines are numbers, in lines of equal width.
     fn of(lines: &[&str]) -> Option<Self> {
-        let styles = DELIMITERS.iter().flat_map(|&delimiter| {
-            [false, true].map(|decimal_comma| Self {
-                delimiter,
-                decimal_comma,
+        let styles = [false, true].into_iter().flat_map(|grouped| {
+            DELIMITERS.into_iter().flat_map(move |delimiter| {
+                [false, true].map(|decimal_comma| Self {
+                    delimiter,
+                    numbers: Numbers {
+                        decimal_comma,
+                        grouped,
+                    },
+                })
             })
         });
         let told = &lines[..lines.len().min(TELLING)];
-        let numbers = |style: &Self| {
+        let mut best: Option<(isize, Self)> = None;
+        let sound = |style: &Self| !(style.delimiter == ',' && style.numbers.decimal_comma);
+        for style in styles.filter(sound) {
             let width = style.width(told);
             let whole = told.iter().filter(|line| style.cells(line).len() == width);
-            whole.map(|line| style.numbers(line)).sum::<usize>()
-        };
-        let mut best: Option<(usize, Self)> = None;
-        for style in styles.filter(|style| !(style.delimiter == ',' && style.decimal_comma)) {
-            let found = numbers(&style);
-            let is_table = style.width(told) >= 2 && found >= 4;
-            if is_table && best.is_none_or(|(most, _)| found > most) {
-                best = Some((found, style));
+            let (mut filled, mut spoilt) = (0, 0);
+            for line in whole {
+                filled += style.filled(line);
+                spoilt += style.spoilt(line);
+            }
+            // What a style makes no number of speaks against it: 0,1;0,2 is three cells with commas between them.
+            let better = filled as isize - spoilt as isize;
+            let is_table = width >= 2 && filled >= 4;
+            if is_table && best.is_none_or(|(most, _)| better > most) {
+                best = Some((better, style));
             }
         }
         best.map(|(_, style)| style)
@@ -116,33 +164,53 @@ impl Style {
         widths.get(widths.len() / 2).copied().unwrap_or(0)
     }
 
-    fn cells(self, line: &str) -> Vec<&str> {
-        let cells: Vec<&str> = if self.delimiter == ' ' {
-            line.split_whitespace().collect()
-        } else {
-            line.split(self.delimiter).collect()
-        };
+    fn cells(self, line: &str) -> Vec<Cow<'_, str>> {
+        if self.delimiter == ' ' {
+            return line
+                .split_whitespace()
+                .map(bare)
+                .map(Cow::Borrowed)
+                .collect();
+        }
+        if !line.contains('"') {
+            return line
+                .split(self.delimiter)
+                .map(bare)
+                .map(Cow::Borrowed)
+                .collect();
+        }
+        // Quotation marks hold a cell together, two of them are one (RFC 4180).
+        let (mut cells, mut cell, mut is_quoted) = (Vec::new(), String::new(), false);
+        let mut letters = line.chars().peekable();
+        while let Some(letter) = letters.next() {
+            match letter {
+                '"' if is_quoted && letters.peek() == Some(&'"') => {
+                    letters.next();
+                    cell.push('"');
+                }
+                '"' => is_quoted = !is_quoted,
+                letter if letter == self.delimiter && !is_quoted => {
+                    cells.push(Cow::Owned(std::mem::take(&mut cell).trim().to_owned()));
+                }
+                letter => cell.push(letter),
+            }
+        }
+        cells.push(Cow::Owned(cell.trim().to_owned()));
         cells
-            .into_iter()
-            .map(|cell| cell.trim().trim_matches('"').trim())
-            .collect()
     }
 
-    fn number(self, cell: &str) -> Option<f64> {
-        let number: f64 = if self.decimal_comma {
-            cell.replace(',', ".").parse().ok()?
-        } else {
-            cell.parse().ok()?
-        };
-        number.is_finite().then_some(number)
-    }
-
-    fn numbers(self, line: &str) -> usize {
+    /// How many cells of a line hold a number.
+    fn filled(self, line: &str) -> usize {
         let cells = self.cells(line);
-        cells
-            .iter()
-            .filter(|cell| self.number(cell).is_some())
-            .count()
+        let is_filled = |cell: &&Cow<'_, str>| self.numbers.cell(cell).is_some();
+        cells.iter().filter(is_filled).count()
+    }
+
+    /// How many cells of a line hold something else.
+    fn spoilt(self, line: &str) -> usize {
+        let cells = self.cells(line);
+        let filled = cells.iter().filter(|cell| !cell.is_empty()).count();
+        filled - self.filled(line)
     }
 
     fn words(self) -> String {
@@ -152,11 +220,21 @@ impl Style {
             ',' => "commas",
             _ => "blanks",
         };
-        let decimal = if self.decimal_comma {
+        let decimal = if self.numbers.decimal_comma {
             ", decimal commas"
         } else {
             ""
         };
-        format!("{between} between cells{decimal}")
+        let grouped = if self.numbers.grouped {
+            ", thousands in groups"
+        } else {
+            ""
+        };
+        format!("{between} between cells{decimal}{grouped}")
     }
+}
+
+/// A cell without blanks and quotation marks around it.
+fn bare(cell: &str) -> &str {
+    cell.trim().trim_matches('"').trim()
 }

@@ -1,0 +1,201 @@
+//! A cell of a table as a number: decimal commas, thousands separators, dates and clock times.
+
+/// Separators of thousands: commas or points, as the decimal sign is the other; apostrophes; blanks that do not break a line.
+const THOUSANDS: [char; 5] = [',', '.', '\'', '\u{a0}', '\u{202f}'];
+
+/// How numbers are written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Numbers {
+    pub(super) decimal_comma: bool,
+    /// Digits before the decimal sign stand in groups of three.
+    pub(super) grouped: bool,
+}
+
+/// What a cell holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Cell {
+    Number(f64),
+    /// A date and a time (s).
+    Instant(f64),
+    /// A time of some day (s).
+    Clock(f64),
+}
+
+impl Numbers {
+    /// The cell's content, where it is any of these.
+    pub(super) fn cell(self, text: &str) -> Option<Cell> {
+        self.number(text)
+            .map(Cell::Number)
+            .or_else(|| self.instant(text))
+    }
+
+    fn number(self, text: &str) -> Option<f64> {
+        let number: f64 = match self {
+            Self {
+                decimal_comma: false,
+                grouped: false,
+            } => text.parse().ok()?,
+            Self {
+                decimal_comma: true,
+                grouped: false,
+            } => text.replace(',', ".").parse().ok()?,
+            _ => self.ungrouped(text)?.parse().ok()?,
+        };
+        number.is_finite().then_some(number)
+    }
+
+    /// `1,234.5` as `1234.5`; `None` where groups are not of three digits.
+    fn ungrouped(self, text: &str) -> Option<String> {
+        let decimal = if self.decimal_comma { ',' } else { '.' };
+        let (whole, rest) = match text.split_once(decimal) {
+            Some((whole, rest)) => (whole, Some(rest)),
+            None => (text, None),
+        };
+        let is_separator = |c: char| c != decimal && THOUSANDS.contains(&c);
+        let mut groups = whole.split(is_separator);
+        let first = groups.next()?;
+        let mut digits = first.to_owned();
+        let sizes = first.trim_start_matches(['+', '-']).len();
+        for group in groups {
+            if !(1..=3).contains(&sizes)
+                || group.len() != 3
+                || !group.bytes().all(|b| b.is_ascii_digit())
+            {
+                return None;
+            }
+            digits += group;
+        }
+        Some(match rest {
+            Some(rest) => format!("{digits}.{rest}"),
+            None => digits,
+        })
+    }
+
+    /// `2026-11-24T13:05:00.25`, `24.11.2026 13:05:00`, `11/24/2026 1:05:00 PM`, `13:05:00,25` and the like.
+    fn instant(self, text: &str) -> Option<Cell> {
+        let text = text.trim_end_matches('Z');
+        if !text.contains(':') || text.len() > 40 {
+            return None;
+        }
+        let (date, clock) = match text.split_once(['T', ' ']) {
+            Some((date, clock)) if date.contains(['-', '/', '.']) => (Some(date), clock.trim()),
+            _ => (None, text),
+        };
+        let seconds = clock_s(clock)?;
+        match date {
+            Some(date) => Some(Cell::Instant(day(date)? * 86_400.0 + seconds)),
+            None => Some(Cell::Clock(seconds)),
+        }
+    }
+}
+
+/// A time of a day, its hours from 0 to 23 or with AM and PM (s).
+fn clock_s(text: &str) -> Option<f64> {
+    let upper = text.to_ascii_uppercase();
+    let (time, half) = match (upper.strip_suffix("AM"), upper.strip_suffix("PM")) {
+        (Some(time), _) => (time.trim(), Some(0)),
+        (_, Some(time)) => (time.trim(), Some(12)),
+        _ => (upper.as_str(), None),
+    };
+    let mut parts = time.split(':');
+    let hours: u32 = parts.next()?.parse().ok()?;
+    let minutes: u32 = parts.next()?.parse().ok()?;
+    let seconds: f64 = parts.next().unwrap_or("0").replace(',', ".").parse().ok()?;
+    let hours = half.map_or(hours, |half| hours % 12 + half);
+    let is_time = hours < 24 && minutes < 60 && (0.0..61.0).contains(&seconds);
+    (is_time && parts.next().is_none()).then(|| f64::from(3600 * hours + 60 * minutes) + seconds)
+}
+
+/// Days since the first of March of the year 0: `2026-11-24`, `24.11.2026`, `11/24/2026`.
+fn day(text: &str) -> Option<f64> {
+    let separator = text.chars().find(|c| !c.is_ascii_digit())?;
+    let parts: Vec<i64> = text
+        .split(separator)
+        .map(str::parse)
+        .collect::<Result<_, _>>()
+        .ok()?;
+    let parts: [i64; 3] = parts.try_into().ok()?;
+    let [year, month, day] = match (parts, separator) {
+        ([year, month, day], _) if year > 31 => [year, month, day],
+        ([month, day, year], '/') => [year, month, day],
+        ([day, month, year], _) => [year, month, day],
+    };
+    if !(1..=12).contains(&month) || !(1..=31).contains(&day) || !(0..=9999).contains(&year) {
+        return None;
+    }
+    // The year begins in March, so that leap days end it (E. G. Richards, Mapping Time, 1998, chapter 25).
+    let (year, month) = if month > 2 {
+        (year, month - 3)
+    } else {
+        (year - 1, month + 9)
+    };
+    let leap_days = year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400);
+    Some((365 * year + leap_days + (153 * month + 2) / 5 + day - 1) as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLAIN: Numbers = Numbers {
+        decimal_comma: false,
+        grouped: false,
+    };
+
+    #[test]
+    fn thousands_are_told_from_decimals() {
+        let grouped = Numbers {
+            grouped: true,
+            ..PLAIN
+        };
+        for (text, number) in [
+            ("1,234.5", Some(1234.5)),
+            ("-12,345,678", Some(-12_345_678.0)),
+            ("1'234", Some(1234.0)),
+            ("1,23", None),
+            ("1234,567", None),
+        ] {
+            assert_eq!(grouped.cell(text), number.map(Cell::Number), "{text}");
+        }
+        let german = Numbers {
+            decimal_comma: true,
+            grouped: true,
+        };
+        assert_eq!(german.cell("1.234,5"), Some(Cell::Number(1234.5)));
+    }
+
+    #[test]
+    fn dates_and_clocks_are_seconds() {
+        let Some(Cell::Instant(noon)) = PLAIN.cell("2026-11-24T12:00:00") else {
+            panic!("an instant")
+        };
+        for (text, after_s) in [
+            ("2026-11-24 12:00:01.5", 1.5),
+            ("24.11.2026 12:00:00", 0.0),
+            ("11/24/2026 12:00:00 PM", 0.0),
+            ("11/25/2026 1:00:00 AM", 13.0 * 3600.0),
+            ("2027-03-01T12:00:00Z", 97.0 * 86_400.0),
+            ("2024-02-29T12:00:00", -999.0 * 86_400.0),
+        ] {
+            assert_eq!(
+                PLAIN.cell(text),
+                Some(Cell::Instant(noon + after_s)),
+                "{text}"
+            );
+        }
+        assert_eq!(
+            PLAIN.cell("13:05:00,25"),
+            Some(Cell::Clock(13.0 * 3600.0 + 300.25))
+        );
+        for text in [
+            "25:00",
+            "12:61",
+            "a:b",
+            "1:2:3:4",
+            "2026-13-01T00:00:00",
+            ":",
+        ] {
+            assert_eq!(PLAIN.cell(text), None, "{text}");
+        }
+    }
+}
