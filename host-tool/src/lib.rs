@@ -22,6 +22,7 @@ mod recording;
 mod report;
 mod scpi;
 mod serve;
+mod tables;
 mod terms;
 mod tried;
 pub mod update;

@@ -278,7 +278,7 @@ pub enum Command {
         after_long_help = "Example:\n  host-tool import scope.csv --column z=height:nm:-1 -o sweep.csv"
     )]
     Import {
-        /// The table: CSV or other text, with whatever delimiter, decimal sign and encoding.
+        /// The table: CSV or other text, with whatever delimiter, decimal sign and encoding; a spreadsheet; NumPy's .npy or .npz.
         file: PathBuf,
         /// What a column is, where its name does not say it: QUANTITY=NAME:UNIT:FACTOR, unit and factor as needed, or the
         /// column's number for its name. Quantities are t, V or V1 to V4, I or I1 to I4, z, T_ambient, tilt_x, tilt_y, reference.

@@ -10,6 +10,7 @@ use serde::Serialize;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::report;
+use crate::tables;
 
 /// The most of a table that is read (bytes): a million rows of a dozen columns.
 const MOST: u64 = 200 * MB;
@@ -44,7 +45,7 @@ pub(crate) fn run(
     output: Option<NewFile>,
     json: bool,
 ) -> Result<(), ToolError> {
-    let table = Table::read(&input_file::read(file, MOST)?)?;
+    let table = tables::table(file, &input_file::read(file, MOST)?)?;
     let assignments = assignments(&table, columns)?;
     let imported = import(&table, &assignments, settled)?;
     let text = imported.file.to_string();
