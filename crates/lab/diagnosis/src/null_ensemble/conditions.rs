@@ -15,6 +15,12 @@ use sha2::{Digest, Sha256};
 /// the weights of the fits by 3 %.
 const LEAST_NOISE_UM: f64 = 0.025;
 
+/// After a rest of so long (s) a mirror that lacks nothing has forgotten what it was driven with: the slowest of the families' time
+/// constants are tenths of a second. `a_rest_is_a_rest` holds it.
+const FORGOTTEN_S: f64 = 4.0;
+/// Such a rest is as long as between files that share no clock (s).
+const REST_S: f64 = 60.0;
+
 /// A session's dataset without its readings, and its mirror.
 #[derive(Clone, Debug)]
 pub(super) struct Conditions {
@@ -25,7 +31,7 @@ pub(super) struct Conditions {
 impl Conditions {
     /// Those of a session of this device, its drives scaled as its mirrors are driven.
     pub(super) fn of(session: &Dataset, device: &Device, scaling: &DriveScaling) -> Self {
-        let scaled = scaling.driven(session);
+        let scaled = rested(scaling.driven(session));
         let observations: Vec<Observation> = scaled.observations.iter().map(unread).collect();
         let own_zeros = scaled.own_zeros.iter().map(|zero| zero.unread()).collect();
         Self {
@@ -78,6 +84,30 @@ impl Conditions {
         hash.device(&self.device);
         hash.0.finalize().into()
     }
+}
+
+/// Between the files of a session lies as much time as a host took to go on. So that sessions of one kind share an ensemble, every
+/// rest in which nothing was read is rounded: a long one to [`REST_S`], a short one to a power of two.
+fn rested(mut data: Dataset) -> Dataset {
+    let mut is_read = vec![false; data.intervals.len()];
+    data.observations
+        .iter()
+        .for_each(|o| is_read[o.interval] = true);
+    let unread = data
+        .intervals
+        .iter_mut()
+        .zip(is_read)
+        .filter(|(_, is_read)| !is_read);
+    for (interval, _) in unread {
+        if [interval.from_v, interval.to_v] != [[0.0; ACTUATORS]; 2] {
+            continue;
+        }
+        interval.duration_s = match interval.duration_s {
+            long_s if long_s >= FORGOTTEN_S => REST_S,
+            short_s => short_s.log2().round().exp2(),
+        };
+    }
+    data
 }
 
 /// What was observed and when, its noise to the nearest power of two, and nothing of what was read.
@@ -237,6 +267,22 @@ mod tests {
         let [a, b] = [&one, &other]
             .map(|data| Conditions::of(data, &Device::default(), &DriveScaling::of(data)));
         assert_eq!(format!("{:?}", a.data), format!("{:?}", b.data));
+    }
+
+    #[test]
+    fn sessions_share_an_ensemble_however_long_a_host_took_between_their_files() {
+        let paused = |pause_s: f64| {
+            let mut data = session([0.0, 0.0, 40.0, 2e-3], 0.02);
+            data.intervals
+                .insert(1, Interval::held([0.0; ACTUATORS], pause_s));
+            data.observations[2..]
+                .iter_mut()
+                .for_each(|o| o.interval = 2);
+            key(&data)
+        };
+        assert_eq!(paused(4.1), paused(7.9));
+        assert_eq!(paused(0.45), paused(0.55));
+        assert_ne!(paused(0.5), paused(5.0));
     }
 
     #[test]

@@ -81,3 +81,40 @@ fn what_is_expected_of_a_mirror_follows_from_its_fitted_parameters() {
     // A discrepancy that is known better hides less.
     assert!(conditional > unconditional, "{conditional} {unconditional}");
 }
+
+#[test]
+fn a_rest_is_a_rest() {
+    // After a step a rest, then a step again: what is left of the first one is all that a longer rest changes.
+    let members = CALIBRATING.len();
+    let rested = |rest_s: f64| {
+        let step =
+            || (0..30).map(|sample| Interval::held([3.0; ACTUATORS], 1e-3 * f64::from(1 + sample)));
+        let mut data = probe();
+        data.intervals = step()
+            .chain([Interval::held([0.0; ACTUATORS], rest_s)])
+            .chain(step())
+            .collect();
+        data.observations = (0..data.intervals.len())
+            .filter(|interval| *interval != 30)
+            .map(|interval| Observation {
+                interval,
+                channel: Channel::Displacement,
+                value: 0.0,
+                noise: 0.03,
+                experiment: 0,
+                t_s: 0.0,
+            })
+            .collect();
+        let values = fitted(&data, &Device::default(), members).expect("no mirror runs away");
+        let rows = values.len() / members;
+        let left = values
+            .chunks(rows)
+            .flat_map(|mirror| &mirror[..data.observations.len()]);
+        left.map(|left| f64::from(*left)).collect::<Vec<f64>>()
+    };
+    let [short, long] = [4.0, 60.0].map(rested);
+    let squares: f64 = short.iter().zip(&long).map(|(a, b)| (a - b).powi(2)).sum();
+    let apart_um = (squares / short.len() as f64).sqrt();
+    // A tenth of what a fit trusts the lumped model to, 0.1 um.
+    assert!(apart_um < 0.01, "{apart_um} um");
+}
