@@ -40,6 +40,7 @@ pub fn main() -> ExitCode {
     let arguments = cli::Arguments::parse_from(std::env::args_os().map(cli::negative_as_value));
     let json = arguments.json;
     arguments.verbosity().use_it();
+    working::show_where_it_is();
     match commands::run(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

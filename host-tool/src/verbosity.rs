@@ -10,7 +10,7 @@ pub(crate) enum Verbosity {
     Quiet,
     /// Progress and notes.
     Usual,
-    /// What the board is asked, too, and how long it took: `--verbose`.
+    /// What the board is asked, too, and how long it took, and which step a computation is at: `--verbose`.
     Verbose,
 }
 

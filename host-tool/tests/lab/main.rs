@@ -8,6 +8,7 @@ mod common;
 mod heaters;
 mod hidden;
 mod import;
+mod many_rows;
 mod page;
 mod readme;
 mod shown;

@@ -23,7 +23,7 @@ use identification::Unit;
 use identification::dataset::{self, Dataset, Observation};
 use identification::fit::{Fitted, fit, fit_parameters, free_parameters};
 use identification::heater;
-use identification::prediction::{jacobian, predict, standard_deviation, white_noise};
+use identification::prediction::{jacobian, predict, simulations, standard_deviation, white_noise};
 use mirror_model::effect::{Active, Effect, built_in, forms};
 use mirror_model::{Model, Runaway};
 use nalgebra::DVector;
@@ -65,10 +65,18 @@ pub fn diagnose_with_worths(
     cache: Option<&Path>,
     asked: Asked,
 ) -> Result<(Diagnosis, Worths), Runaway> {
+    let begun = simulations();
     let ensemble = NullEnsemble::new(data, &model.device, cache)?;
     let effects = suited(data, own);
+    let drawn = simulations();
     let (analysis, candidates) = shown(model, data, &ensemble, &effects)?;
+    log::info!("weighing {} effects", candidates.len());
     let found = analysis.conclude(&candidates)?;
+    log::info!(
+        "simulations of the session: {} for the null ensemble, {} for the diagnosis",
+        drawn - begun,
+        simulations() - drawn
+    );
     let now = Now {
         analysis: &analysis,
         effects: &effects,
@@ -147,7 +155,13 @@ fn explained<'a>(
     ensemble: &'a NullEnsemble,
     effects: &[Arc<dyn Effect>],
 ) -> Result<(Analysis<'a>, Vec<Candidate>), Runaway> {
+    log::info!("fitting the base to {} readings", data.observations.len());
+    let before = simulations();
     let mut fitted = fit(model, data)?;
+    log::info!(
+        "the base is fitted, with {} simulations",
+        simulations() - before
+    );
     let mut moves = 0;
     loop {
         let (analysis, mut candidates) = Analysis::new(data, fitted, ensemble, effects)?;

@@ -23,6 +23,7 @@ mod next;
 mod null_distribution;
 mod null_ensemble;
 mod null_improvement;
+mod progress;
 mod proposal;
 mod quantile;
 mod report;

@@ -11,6 +11,7 @@ pub(crate) mod families;
 mod fitting;
 pub(crate) mod unknowns;
 
+use crate::progress::Count;
 use crate::residual_space::ModelDiscrepancy;
 use cache::{Key, Shape, cached};
 use conditions::Conditions;
@@ -94,9 +95,10 @@ pub(crate) fn coordinates(model: &Model, data: &Dataset) -> Vec<f64> {
 /// What the base leaves of each virtual mirror (um, A) and the coordinates of its parameters, one mirror after the other. A pure
 /// function of the conditions.
 fn fitted(conditions: &Dataset, device: &Device, members: usize) -> Result<Vec<f32>, Runaway> {
+    let drawn = Count::of("null ensemble: mirrors drawn", members);
     let mirrors: Vec<Vec<f64>> = (0..members as u64)
         .into_par_iter()
-        .map(|seed| families::observe(conditions, device, seed))
+        .map(|seed| drawn.after(families::observe(conditions, device, seed)))
         .collect();
     // What a fit trusts a current to depends on its size: on the mean mirror's.
     let weighed = conditions.with_values(&mean(&mirrors));

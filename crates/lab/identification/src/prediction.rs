@@ -5,6 +5,7 @@ use crate::parameter::FreeParameter;
 use mirror_model::{Model, Runaway, simulate};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Step control of the simulation, in units of the time since the last jump (see `simulate`). Each diagnosis halves it
 /// once and reports what that changes (`solver_error`).
@@ -42,11 +43,20 @@ pub fn white_noise(data: &Dataset) -> DVector<f64> {
     standardised(data.observations.iter().map(|o| o.noise), data)
 }
 
+/// Simulations that this process has made of datasets.
+static SIMULATIONS: AtomicUsize = AtomicUsize::new(0);
+
+/// How many simulations of a dataset this process has made: what fits and diagnoses are made of.
+pub fn simulations() -> usize {
+    SIMULATIONS.load(Ordering::Relaxed)
+}
+
 /// A model's predictions of a dataset's observations, in um and A.
 ///
 /// # Errors
 /// [`Runaway`] if the model has no finite answer.
 pub fn predict(model: &Model, data: &Dataset) -> Result<Vec<f64>, Runaway> {
+    SIMULATIONS.fetch_add(1, Ordering::Relaxed);
     let outputs = simulate(model, &data.intervals, RESOLUTION);
     let outputs = outputs.map_err(|runaway| Runaway {
         reading: data.first_reading_after(runaway.t_s),

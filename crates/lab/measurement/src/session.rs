@@ -4,7 +4,8 @@ use crate::parse::MOST_ROWS;
 use crate::plausibility::Device;
 use crate::{InputError, MeasurementFile};
 use input_file::{MB, ReadError};
-use std::io::BufReader;
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 /// The most of a file (bytes): [`MOST_ROWS`] of every column, as the tool writes them, take 450 MB.
@@ -129,7 +130,49 @@ fn read(path: &Path, device: &Device, most_rows: usize) -> Result<MeasurementFil
             most_mb: MOST_OF_A_FILE as f64 / MB as f64,
         });
     }
-    MeasurementFile::read(&name, BufReader::new(file), device, most_rows)
+    let source = Told::new(file, &name, size);
+    MeasurementFile::read(&name, BufReader::new(source), device, most_rows)
+}
+
+/// A file that tells through the `log` facade how much of it has been read, where it is large.
+struct Told<'a> {
+    file: File,
+    name: &'a str,
+    size: u64,
+    read: u64,
+}
+
+impl<'a> Told<'a> {
+    /// Each time that so much more has been read (bytes).
+    const STEP: u64 = 5 * MB;
+
+    fn new(file: File, name: &'a str, size: u64) -> Self {
+        Self {
+            file,
+            name,
+            size,
+            read: 0,
+        }
+    }
+}
+
+impl Read for Told<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let arrived = self.file.read(buffer)?;
+        let before = self.read;
+        self.read += arrived as u64;
+        if before / Self::STEP != self.read / Self::STEP {
+            let (read, size) = (self.read / MB, self.size / MB);
+            log::info!("{read} of {size} MB of `{}` read", self.name);
+        }
+        Ok(arrived)
+    }
+}
+
+impl Seek for Told<'_> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.file.seek(to)
+    }
 }
 
 fn csv_files(path: &Path) -> Result<Vec<PathBuf>, InputError> {

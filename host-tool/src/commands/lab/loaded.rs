@@ -11,6 +11,7 @@ use mirror_model::effect::{Effect, Formula};
 
 use crate::cli::LabInput;
 use crate::error::ToolError;
+use crate::working::while_working;
 
 /// A model, and a session as it sees it.
 pub(super) struct Loaded {
@@ -38,7 +39,7 @@ pub(super) fn model_and_session(input: &LabInput) -> Result<(Model, Session), To
         highest_v: model.parameters.drive_limit_v,
         cold_ohm: model.parameters.cold_resistance_ohm,
     };
-    let session = Session::load_of(&input.files, &device)?;
+    let session = while_working("reading", false, || Session::load_of(&input.files, &device))?;
     warn(&session.flaws());
     Ok((model, session))
 }

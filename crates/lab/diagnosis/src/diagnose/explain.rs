@@ -3,6 +3,7 @@
 
 use super::{Analysis, best_first};
 use crate::candidate::{Candidate, refine, refit, scan};
+use crate::progress::Count;
 use identification::base::{identifiable, restarts};
 use identification::fit::{Fitted, fit_parameters};
 use mirror_model::Model;
@@ -26,8 +27,9 @@ const GAIN: f64 = 1e-3;
 impl Analysis<'_> {
     /// Gives every candidate that changes a reading its explanation.
     pub(super) fn explain(&self, candidates: &mut [Candidate]) {
+        let tried = Count::of("effects tried", candidates.len());
         candidates.par_iter_mut().for_each(|candidate| {
-            candidate.explanation = scan(&candidate.directions, &self.residual);
+            candidate.explanation = tried.after(scan(&candidate.directions, &self.residual));
         });
         // Four heaters with all of a mirror's experiments are too many readings for that.
         if self.data.is_one_heater() {
@@ -103,7 +105,9 @@ impl Analysis<'_> {
 
     /// Replaces explanations by better ones, fitted together with the base from these starts.
     fn refit_from(&self, starts: &[Model], candidates: &mut [Candidate]) {
+        let fitted = Count::of("effects fitted together with the base", candidates.len());
         candidates.par_iter_mut().for_each(|candidate| {
+            fitted.after(());
             let Some(so_far) = &candidate.explanation else {
                 return;
             };

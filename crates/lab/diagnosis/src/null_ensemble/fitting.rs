@@ -4,6 +4,7 @@
 //! steps with Broyden's rank-one updates (C. G. Broyden, Math. Comp. 19 (1965) 577-593), and a new Jacobian only now and
 //! then. That is a third of the price of a fit of its own from the paper's parameters.
 
+use crate::progress::Count;
 use identification::base::{identifiable, seeds, with_own_resistances};
 use identification::dataset::Dataset;
 use identification::parameter::{BaseParameter, FreeParameter};
@@ -46,6 +47,7 @@ pub(super) fn fits(data: &Dataset, mirrors: &[Vec<f64>]) -> Result<Vec<Fit>, Run
     let base = Base::of(data);
     let first = base.fitted(&mirrors[0])?;
     let slopes = jacobian(&first.model, data, &base.parameters)?;
+    let fitted = Count::of("null ensemble: mirrors fitted", mirrors.len());
     let mut fits: Vec<_> = mirrors
         .par_iter()
         .map(|values| {
@@ -53,7 +55,7 @@ pub(super) fn fits(data: &Dataset, mirrors: &[Vec<f64>]) -> Result<Vec<Fit>, Run
                 model: with_own_resistances(&first.model, &data.with_values(values)),
                 slopes: slopes.clone(),
             };
-            base.followed(start, values)
+            fitted.after(base.followed(start, values))
         })
         .collect();
     let mut worst: Vec<usize> = (0..fits.len()).collect();
