@@ -13,6 +13,7 @@ pub(crate) use refine::refine;
 pub(crate) use refit::{Refit, refit};
 
 use crate::null_distribution::MARGIN;
+use crate::quantile::below;
 use crate::residual_space::{Kind, OtherFamilies, ResidualSpace, Session, Vector};
 use mirror_model::effect::{Active, Effect};
 use nalgebra::DVector;
@@ -144,6 +145,13 @@ impl Candidate {
         let limit = amplitude / strongest.sqrt() * strength.start.abs();
         let is_plausible = limit <= strength.high.max(-strength.low);
         (strongest > LEAST_WEIGHT && is_plausible).then_some(limit)
+    }
+
+    /// How likely a session is to show it at its usual strength: its amplitude there is off by one standard deviation of the
+    /// normal distribution, and is to exceed that of the threshold.
+    pub(crate) fn probability_shown(&self) -> f64 {
+        let amplitude = self.strongest().max(0.0).sqrt();
+        below(amplitude - self.threshold.max(0.0).sqrt())
     }
 
     /// How well it explains a residual of a space with the session's covariance.

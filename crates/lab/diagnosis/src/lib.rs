@@ -39,7 +39,7 @@ pub use null_ensemble::{MEMBERS, NullEnsemble};
 pub use null_improvement::{Fall, NullImprovement};
 pub use proposal::{Next, NextMeasurement, Proposal};
 pub use report::{
-    Asked, BeforeAfter, Diagnosis, Form, Means, ProposedForm, Ranked, Remainder, Rms, Shown,
+    Asked, BeforeAfter, Diagnosis, Form, Means, ProposedForm, Ranked, Remainder, Right, Rms, Shown,
     Verdict, Worth, Worths,
 };
 pub use whereabouts::{Driver, Located, Place, Sharpness, StageConfidence, Whereabouts, shares};

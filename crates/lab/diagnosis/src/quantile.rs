@@ -18,9 +18,21 @@ pub(crate) fn sorted(values: impl IntoIterator<Item = f64>) -> Vec<f64> {
     values
 }
 
+/// The part of normal numbers that is less than so many standard deviations above their mean.
+pub(crate) fn below(deviations: f64) -> f64 {
+    0.5 * libm::erfc(-deviations * std::f64::consts::FRAC_1_SQRT_2)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn normal_numbers_are_below() {
+        for (deviations, part) in [(0.0, 0.5), (1.644_853_627, 0.95), (-1.0, 0.158_655_254)] {
+            assert!((below(deviations) - part).abs() < 1e-9, "{deviations}");
+        }
+    }
 
     #[test]
     fn quantiles_are_those_of_definition_7() {

@@ -115,19 +115,32 @@ pub struct Worth {
     pub shows: Vec<Shown>,
     /// How many times as far apart the suspects would be whose predictions differ least, where there are several.
     pub tells_apart: Option<f64>,
+    /// How likely the verdict is right, now and then.
+    pub right: Right,
 }
 
 impl Worth {
-    /// The more, the better: effects that it shows first, then how far it tells suspects apart.
+    /// The more, the better: by how much likelier a right verdict becomes.
     pub(crate) fn rank(&self) -> f64 {
-        let apart = self.tells_apart.unwrap_or(0.0);
-        self.shows.len() as f64 + apart / (1.0 + apart)
+        self.right.then - self.right.now
     }
 
     /// Whether it shows anything, or tells suspects apart half as far again.
     pub fn is_some(&self) -> bool {
         !self.shows.is_empty() || self.tells_apart.is_some_and(|times| times >= APART)
     }
+}
+
+/// How likely a verdict is right, of what the suspects are: where there are several, that it tells the two that differ least; else
+/// that it shows an effect of usual size, in the mean over all.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Right {
+    /// The two suspects.
+    pub between: Option<[String; 2]>,
+    /// By this session.
+    pub now: f64,
+    /// By the one that would be.
+    pub then: f64,
 }
 
 /// An effect that would be shown.

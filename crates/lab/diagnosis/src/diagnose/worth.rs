@@ -6,7 +6,8 @@ use crate::candidate::Candidate;
 use crate::menu::{Offer, offers};
 use crate::null_ensemble::NullEnsemble;
 use crate::null_ensemble::unknowns::{Unknown, unknowns};
-use crate::report::{Asked, Means, Shown, Worth, Worths};
+use crate::quantile::below;
+use crate::report::{Asked, Means, Right, Shown, Worth, Worths};
 use identification::dataset::Dataset;
 use identification::fit::fit;
 use identification::prediction::{predict, standardised};
@@ -85,14 +86,28 @@ impl Now<'_> {
         let fitted = fit(&self.analysis.fitted.model, data)?;
         let (known, then) = Analysis::new(data, fitted, &ensemble, self.effects)?;
         let apart = |analysis| least_difference(analysis, &self.suspects());
-        let tells_apart = apart(self.analysis)
-            .zip(apart(&known))
-            .map(|(now, then)| (then / now.max(f64::MIN_POSITIVE)).sqrt());
+        let (now, after) = (apart(self.analysis), apart(&known));
+        let both = now.as_ref().zip(after.as_ref());
+        let tells_apart =
+            both.map(|(now, then)| then.deviations / now.deviations.max(f64::MIN_POSITIVE));
+        let right = match both {
+            Some((now, after)) => Right {
+                between: Some(after.between.clone()),
+                now: now.probability_told(),
+                then: after.probability_told(),
+            },
+            None => Right {
+                between: None,
+                now: probability_shown(self.candidates),
+                then: probability_shown(&then),
+            },
+        };
         Ok(Worth {
             means,
             what,
             shows: shown(self.candidates, &then),
             tells_apart,
+            right,
         })
     }
 
@@ -119,24 +134,53 @@ fn sorted(mut worths: Vec<Worth>) -> Vec<Worth> {
     worths
 }
 
-/// The square of the least difference between two of these effects, as far as an analysis sees it.
-fn least_difference(analysis: &Analysis<'_>, suspects: &[Active]) -> Option<f64> {
+/// Two effects, and how far their predictions differ as an analysis sees it, in standard deviations.
+struct Difference {
+    between: [String; 2],
+    deviations: f64,
+}
+
+impl Difference {
+    /// How likely the one that is nature's fits better: readings lie one standard deviation of the normal distribution off along the
+    /// difference, and nature's fits better until they are beyond its middle.
+    fn probability_told(&self) -> f64 {
+        below(0.5 * self.deviations)
+    }
+}
+
+/// The least difference between two of these effects.
+fn least_difference(analysis: &Analysis<'_>, suspects: &[Active]) -> Option<Difference> {
     let with = |active: &Active| {
         let mut model = analysis.fitted.model.clone();
         model.effects.push(active.clone());
-        predict(&model, analysis.data).ok()
+        Some((active.id().to_owned(), predict(&model, analysis.data).ok()?))
     };
-    let predicted: Vec<Vec<f64>> = suspects.iter().filter_map(with).collect();
-    let pairs = predicted.iter().enumerate().flat_map(|(index, one)| {
-        let others = predicted[index + 1..].iter();
-        others.map(move |other| one.iter().zip(other).map(|(a, b)| a - b))
-    });
-    pairs
-        .map(|difference| {
-            let difference = standardised(difference, analysis.data);
-            analysis.session.vector(&difference).norm_squared()
-        })
-        .reduce(f64::min)
+    let predicted: Vec<(String, Vec<f64>)> = suspects.iter().filter_map(with).collect();
+    let differences = predicted
+        .iter()
+        .enumerate()
+        .flat_map(|(index, (one, at_one))| {
+            predicted[index + 1..].iter().map(move |(other, at_other)| {
+                let difference = at_one.iter().zip(at_other).map(|(a, b)| a - b);
+                let difference = standardised(difference, analysis.data);
+                Difference {
+                    between: [one.clone(), other.clone()],
+                    deviations: analysis
+                        .session
+                        .vector(&difference)
+                        .norm_squared()
+                        .max(0.0)
+                        .sqrt(),
+                }
+            })
+        });
+    differences.min_by(|a, b| a.deviations.total_cmp(&b.deviations))
+}
+
+/// How likely a session is to show an effect of usual size, in the mean over these.
+fn probability_shown(candidates: &[Candidate]) -> f64 {
+    let sum: f64 = candidates.iter().map(Candidate::probability_shown).sum();
+    sum / candidates.len().max(1) as f64
 }
 
 /// Effects that are not seen at their usual strength now, and then are, or at [`HALF`] of the strength that it takes now.

@@ -1,7 +1,7 @@
 //! What a fact of the mirror or a measurement would be worth, in words.
 
 use super::size;
-use crate::report::{Shown, Worth};
+use crate::report::{Right, Shown, Worth};
 use std::fmt;
 
 impl fmt::Display for Worth {
@@ -18,7 +18,18 @@ impl fmt::Display for Worth {
                 "{and} would set the suspects {times:.1} times as far apart"
             )?;
         }
-        Ok(())
+        let Right { between, now, then } = &self.right;
+        let [now, then] = [now, then].map(|part| 100.0 * part);
+        match between {
+            Some([one, other]) => write!(
+                f,
+                "; it decides between {one} and {other} in {then:.0} of 100, this session in {now:.0}"
+            ),
+            None => write!(
+                f,
+                "; an effect of usual size is then seen in {then:.0} of 100, in this session in {now:.0}"
+            ),
+        }
     }
 }
 
@@ -57,9 +68,14 @@ mod tests {
                 then: 0.01,
             }],
             tells_apart: Some(3.0),
+            right: Right {
+                between: Some(["creep".into(), "hysteresis".into()]),
+                now: 0.61,
+                then: 0.97,
+            },
         };
         let told = "the resistance of the leads within 2 ohm would show creep (c beyond 1.00 %, now 2.00 %) and would set the \
-                    suspects 3.0 times as far apart";
+                    suspects 3.0 times as far apart; it decides between creep and hysteresis in 97 of 100, this session in 61";
         assert_eq!(worth.to_string(), told);
         assert!(worth.is_some());
     }
