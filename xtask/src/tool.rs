@@ -22,6 +22,18 @@ pub fn command() -> Command {
     program("host-tool")
 }
 
+/// The tool as people have it, built by this.
+pub fn released() -> Result<Command> {
+    cargo::run(&mut cargo(&[
+        "build",
+        "--release",
+        "--package",
+        "host-tool",
+    ]))?;
+    let built = target_directory().join("release").join("host-tool");
+    Ok(cargo::program(built))
+}
+
 /// The workbench, once it is built.
 pub fn workbench() -> Command {
     program("workbench")
