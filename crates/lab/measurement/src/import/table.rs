@@ -206,11 +206,14 @@ impl Style {
         cells.iter().filter(is_filled).count()
     }
 
-    /// How many cells of a line hold something else.
+    /// How many cells of a line hold something else beside numbers; of a header none.
     fn spoilt(self, line: &str) -> usize {
         let cells = self.cells(line);
-        let filled = cells.iter().filter(|cell| !cell.is_empty()).count();
-        filled - self.filled(line)
+        let said = cells.iter().filter(|cell| !cell.is_empty()).count();
+        match self.filled(line) {
+            0 => 0,
+            filled => said - filled,
+        }
     }
 
     fn words(self) -> String {
