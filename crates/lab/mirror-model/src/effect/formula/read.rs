@@ -161,6 +161,14 @@ impl Reader<'_> {
                     p.symbol.span(),
                 ));
             }
+            if p.start == 0.0 {
+                let message = format!("{} starts at 0", p.symbol.get_ref());
+                return Err(self.wrong(
+                    &message,
+                    "write its usual size as the start: fits count in it",
+                    p.symbol.span(),
+                ));
+            }
         }
         for symbol in parameters
             .iter()

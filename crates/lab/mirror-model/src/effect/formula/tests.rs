@@ -32,6 +32,19 @@ fn numbers_may_have_exponents() {
     assert_eq!(effect.output(&[0.2], 10.0, &[], &Moment::default()), 30.0);
 }
 
+/// A fit counts a parameter in its start.
+#[test]
+fn a_parameter_that_starts_at_nothing_is_refused() {
+    let text = format!(
+        "{HEAD}formula = \"x * (1 + q)\"\n{}",
+        Q.replace("0.1", "0.0")
+    );
+    let error = Formula::parse("mine.toml", &text)
+        .err()
+        .expect("it is refused");
+    assert!(error.message.contains("starts at 0"), "{}", error.message);
+}
+
 #[test]
 fn a_state_relaxes() {
     let text = format!(
