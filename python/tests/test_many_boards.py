@@ -86,12 +86,15 @@ def test_a_plan_over_four_boards_bears_that_one_dies(bench: Bench) -> None:
 
 
 def answers() -> bool:
-    """Whether the IOC does: a client whose first question nobody hears asks again after half of its patience only."""
+    """Whether the IOC does: a client whose first question nobody hears asks again after half of its patience only.
+
+    No client here starts a repeater: it would listen on all interfaces, and outlive the test.
+    """
     from caproto import CaprotoError
     from caproto.sync.client import read
 
     try:
-        read(f"LAB:{NAMES[0]}:STATE", timeout=1)
+        read(f"LAB:{NAMES[0]}:STATE", timeout=1, repeater=False)
     except (CaprotoError, OSError):
         return False
     return True
@@ -140,7 +143,7 @@ def test_an_ioc_serves_four_boards_and_tells_that_one_has_died(bench: Bench, ioc
     from caproto.sync.client import read, write
 
     def reading(name: str) -> tuple[float, AlarmSeverity]:
-        answer = read(f"LAB:{name}:SENSOR", timeout=PATIENCE, data_type="time")
+        answer = read(f"LAB:{name}:SENSOR", timeout=PATIENCE, data_type="time", repeater=False)
         return float(answer.data[0]), AlarmSeverity(answer.metadata.severity)
 
     def is_there(position: float, name: str) -> bool:
@@ -149,18 +152,18 @@ def test_an_ioc_serves_four_boards_and_tells_that_one_has_died(bench: Bench, ioc
 
     targets = dict(zip(NAMES, (20e-6, 40e-6, 60e-6, 80e-6), strict=True))
     for name, position in targets.items():
-        write(f"LAB:{name}:POSITION", position, notify=True, timeout=PATIENCE)
+        write(f"LAB:{name}:POSITION", position, notify=True, timeout=PATIENCE, repeater=False)
     for name, position in targets.items():
         waits_for(lambda name=name, position=position: is_there(position, name))
 
     bench[1]["south"].kill()
     waits_for(lambda: reading("south")[1] is AlarmSeverity.INVALID_ALARM)
     with pytest.raises(CaprotoError):
-        write("LAB:south:POSITION", 10e-6, notify=True, timeout=PATIENCE)
+        write("LAB:south:POSITION", 10e-6, notify=True, timeout=PATIENCE, repeater=False)
     # The others are still where they were, and move.
     for name in set(NAMES) - {"south"}:
         assert is_there(targets[name], name)
-    write("LAB:west:POSITION", 30e-6, notify=True, timeout=PATIENCE)
+    write("LAB:west:POSITION", 30e-6, notify=True, timeout=PATIENCE, repeater=False)
     waits_for(lambda: is_there(30e-6, "west"))
     with pytest.raises(CaprotoError):
-        write("LAB:west:POSITION", 1.0, notify=True, timeout=PATIENCE)
+        write("LAB:west:POSITION", 1.0, notify=True, timeout=PATIENCE, repeater=False)
