@@ -231,8 +231,7 @@ impl<'a> Controller<'a> {
         } else if actuator == (round + 1) % CHANNELS {
             self.foresee_arrival(actuator);
         } else if actuator == (round + 2) % CHANNELS {
-            let is_true = self.sense_limits == Limits::NONE;
-            self.budget.combine(&self.plate, self.path.now(), is_true);
+            self.budget.combine(&self.plate, self.path.now());
         }
     }
 
