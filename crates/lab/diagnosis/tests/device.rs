@@ -96,7 +96,8 @@ plate_thickness = { value = 150.0, unit = "um", tolerance = 50.0, source = "draw
     keys.sort_unstable();
     assert_eq!(keys, ["leads", "segments"], "of what is not stated");
     for pair in worths.windows(2) {
-        assert!(pair[0].shows.len() >= pair[1].shows.len(), "{worths:?}");
+        let [gain, next] = [0, 1].map(|at| pair[at].right.then - pair[at].right.now);
+        assert!(gain >= next, "{worths:?}");
     }
     // What leads add to a resistance looks like a curvature of the heater's own. A layout shows in the fitted parameters.
     let shown_by = |wanted: &str| {

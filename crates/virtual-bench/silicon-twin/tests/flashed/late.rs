@@ -50,6 +50,7 @@ fn a_drive_that_comes_too_late_is_told_as_late_however_late_it_is() {
     driven.twin.run_for(0.01).expect("it runs");
     let before = common::status(&mut driven).health;
     assert_eq!((before.late_ticks, before.missed_ticks), (0, 0));
+    let mut usual_us = None;
     for cycles in 0.. {
         let mut tool = driven.clone();
         tool.twin.chip.board.move_to_own_bench();
@@ -68,7 +69,10 @@ fn a_drive_that_comes_too_late_is_told_as_late_however_late_it_is() {
         assert_eq!(late_ticks > 0, is_late, "{took_us} us");
         assert_eq!(missed_ticks > 0, took_us > TWO_TICKS_US, "{took_us} us");
         let latency_us = latency / CYCLES_PER_US;
-        assert!(latency_us < LATENCY_US, "{latency_us} of {took_us} us");
+        // What the loop itself masks takes as many times as long as the loop does.
+        let usual_us = *usual_us.get_or_insert(took_us);
+        let allowed_us = LATENCY_US * took_us / usual_us;
+        assert!(latency_us < allowed_us, "{latency_us} of {took_us} us");
         if took_us > TWO_TICKS_US {
             break;
         }
