@@ -15,11 +15,12 @@ use sha2::{Digest, Sha256};
 /// the weights of the fits by 3 %.
 const LEAST_NOISE_UM: f64 = 0.025;
 
-/// After a rest of so long (s) a mirror that lacks nothing has forgotten what it was driven with: the slowest of the families' time
-/// constants are tenths of a second. `a_rest_is_a_rest` holds it.
-const FORGOTTEN_S: f64 = 4.0;
+/// After a rest of so long (s) a mirror that lacks nothing has forgotten what it was driven with, but for 10 nm in the slowest of the
+/// ensemble's, whose last time constant is 2.5 s: `a_rest_is_a_rest`. The sensor's wander, 20 nm over half a minute, remembers
+/// no drive; that it counts as another one after such a rest leaves the ensemble a little wider than the session's.
+pub(super) const FORGOTTEN_S: f64 = 4.0;
 /// Such a rest is as long as between files that share no clock (s).
-const REST_S: f64 = 60.0;
+pub(super) const REST_S: f64 = 60.0;
 
 /// A session's dataset without its readings, and its mirror.
 #[derive(Clone, Debug)]

@@ -29,8 +29,17 @@ const STAGE_RATIO: f64 = 1e-3;
 /// What a virtual mirror shows at a dataset's observations (um, A): no white noise, but the sensor's wander and the errors of
 /// the current channels' gains, of thermometer and stage. The seed's remainder chooses the family.
 pub(super) fn observe(data: &Dataset, device: &Device, seed: u64) -> Vec<f64> {
-    let (config, mut mirror) = member(device, seed);
-    let mut sensor = Sensor::new(&config);
+    let (config, mirror) = member(device, seed);
+    observe_with(data, mirror, Sensor::new(&config), seed)
+}
+
+/// The same of this mirror by this sensor.
+pub(super) fn observe_with(
+    data: &Dataset,
+    mut mirror: VirtualMirror,
+    mut sensor: Sensor,
+    seed: u64,
+) -> Vec<f64> {
     let mut around = Surroundings::new(seed);
     let meters = Meters::draw(data, seed);
     let mut readings: Vec<Option<Reading>> = vec![None; data.intervals.len()];
