@@ -1,5 +1,7 @@
 //! One actuator: from the displacement that its shape must give to volts, and what its current tells.
 
+use core::hint::cold_path;
+
 use fpu::sqrt;
 
 use crate::calibration::{ActuatorCalibration, Parts};
@@ -8,6 +10,7 @@ use crate::drive::{Quantiser, highest_code};
 use crate::heat::{HeatInverse, HeatState};
 use crate::lag::rate;
 use crate::limits::{Limit, Limits};
+use crate::memory::MemoryState;
 use crate::resistance::{ActuatorSense, Correction, PROBE_DRIVE, Thermometer};
 use crate::settling::{Decay, Way};
 use crate::surroundings::Evidence;
@@ -54,6 +57,7 @@ pub(crate) struct Rails {
 #[derive(Clone, Debug)]
 pub(crate) struct Actuator {
     gains: Gains,
+    pub(crate) memory: MemoryState,
     pub(crate) heat: HeatState,
     /// The temperature rise at the start of this tick.
     rise: Kelvin,
@@ -108,9 +112,10 @@ impl Rails {
 
 impl Actuator {
     /// An actuator at rest.
-    pub(crate) fn new(actuator: &ActuatorCalibration) -> Self {
+    pub(crate) fn new(actuator: &ActuatorCalibration, memory: MemoryState) -> Self {
         Self {
             gains: Gains::new(actuator),
+            memory,
             heat: HeatState::default(),
             rise: Kelvin(0.0),
             lag: 0.0,
@@ -166,19 +171,20 @@ impl Actuator {
         let mut heating = heat.heating(&self.heat, aim);
         let mut power = self.gains.power(heating, aim);
         let resistance = self.resistance();
-        let square = power.0 * resistance.0;
+        let mut square = power.0 * resistance.0;
         let allowed = rails.allow(square) && power.0 <= rails.power;
         if allowed {
-            self.rise = heat.advance(&mut self.heat, heating);
+            self.rise = aim;
             self.lag *= rails.catch_up_pole;
-            Volt(sqrt(square))
         } else {
-            let drive = rails.limit(&mut power, resistance, limits);
+            cold_path();
+            square = rails.limit(&mut power, resistance, limits);
             heating = self.gains.heating(power, self.rise);
-            self.rise = heat.advance(&mut self.heat, heating);
+            self.rise = heat.rise(&self.heat, heating);
             self.lag = (target.0 - self.rise.0) * rails.catch_up_pole;
-            drive
         }
+        heat.advance(&mut self.heat, heating);
+        Volt(sqrt(square))
     }
 
     /// A tick at `drive`, as far as it is allowed.
@@ -265,8 +271,8 @@ impl Rails {
         above(square) <= above(self.squared_drive)
     }
 
-    /// Holds `power` to what can be driven, and names what could not.
-    fn limit(&self, power: &mut Watt, resistance: Ohm, limits: &mut Limits) -> Volt {
+    /// Holds `power` to what can be driven, and names what could not; returns the square of that drive.
+    fn limit(&self, power: &mut Watt, resistance: Ohm, limits: &mut Limits) -> f32 {
         // Not so for NaN.
         let is_above_least = power.0 * resistance.0 > self.least_square;
         if !is_above_least {
@@ -274,7 +280,7 @@ impl Rails {
                 limits.insert(Limit::Cooling);
             }
             *power = Watt(self.least_square / resistance.0);
-            return Volt(sqrt(self.least_square));
+            return self.least_square;
         }
         if power.0 > self.power {
             limits.insert(Limit::PowerHigh);
@@ -284,8 +290,8 @@ impl Rails {
         if square > self.squared_drive {
             limits.insert(Limit::DriveHigh);
             *power = Watt(self.squared_drive / resistance.0);
-            return Volt(self.drive);
+            return self.squared_drive;
         }
-        Volt(sqrt(square))
+        square
     }
 }

@@ -8,7 +8,7 @@ use crate::design::TICK;
 use crate::heat::HeatInverse;
 use crate::lag::TURNS;
 use crate::limits::{Limit, Limits};
-use crate::memory::{MemoryInverse, MemoryState, TURNS as MEMORY_TURNS};
+use crate::memory::{MemoryInverse, TURNS as MEMORY_TURNS};
 use crate::path::Path;
 use crate::plate::{PlateInverse, Pose};
 use crate::resistance::ActuatorSense;
@@ -74,24 +74,25 @@ pub struct Step {
 #[repr(C)]
 pub struct Controller<'a> {
     actuators: [Actuator; CHANNELS],
-    remembered: [MemoryState; CHANNELS],
     heat: HeatInverse,
     rails: Rails,
-    plate: PlateInverse,
-    path: Path,
-    memory: MemoryInverse,
-    calibration: &'a mut Calibration,
     /// The displacement that no actuator goes beyond, and what limits one there.
     highest: Micrometre,
     highest_limits: Limits,
+    /// What came of it. It is lent and not given, for it is as much to copy as an actuator is to compute.
+    step: Step,
+    /// The rises that positions ask for in the room of the calibration.
+    asked: [Kelvin; CHANNELS],
+    path: Path,
+    surroundings: Surroundings,
+    plate: PlateInverse,
+    memory: MemoryInverse,
+    calibration: &'a mut Calibration,
     /// Where the path leads, and what limited that.
     target: Pose,
     target_limits: Limits,
     /// What limits by what the currents told.
     sense_limits: Limits,
-    surroundings: Surroundings,
-    /// The rises that positions ask for in the room of the calibration.
-    asked: [Kelvin; CHANNELS],
     /// Where each actuator was when it was looked at last, while voltages are asked for.
     seen: [f32; CHANNELS],
     /// Counts the turns of what is not done at every tick: one actuator's at a time.
@@ -103,8 +104,6 @@ pub struct Controller<'a> {
     arrivals: [f32; CHANNELS],
     /// Ticks since the path was there, as far as they are counted.
     since_arrival: u16,
-    /// What came of it. It is lent and not given, for it is as much to copy as an actuator is to compute.
-    step: Step,
 }
 
 impl<'a> Controller<'a> {
@@ -116,7 +115,10 @@ impl<'a> Controller<'a> {
         let (highest, highest_limits) = highest(parts);
         Self {
             heat: HeatInverse::new(&parts.heat),
-            actuators: parts.actuators.each_ref().map(Actuator::new),
+            actuators: parts
+                .actuators
+                .each_ref()
+                .map(|actuator| Actuator::new(actuator, memory.at_rest())),
             rails: Rails::new(parts),
             surroundings: Surroundings::new(parts),
             asked: Default::default(),
@@ -127,7 +129,6 @@ impl<'a> Controller<'a> {
             target_limits: Limits::NONE,
             sense_limits: Limits::NONE,
             path: Path::new(&parts.path),
-            remembered: core::array::from_fn(|_| memory.at_rest()),
             budget: Budget::new(&parts.residual, &memory),
             memory,
             seen: Default::default(),
@@ -182,11 +183,10 @@ impl<'a> Controller<'a> {
     /// of a micrometre, a fifth of what the core's arithmetic may be off by (`docs/requirements.md`).
     pub fn is_at_rest(&self) -> bool {
         const LEAST: f32 = 1e-3;
-        let actuators = self.actuators.iter();
-        let mut heat = actuators.map(|actuator| HeatInverse::is_at_rest(&actuator.heat, LEAST));
-        let mut remembered = self.remembered.iter();
-        heat.all(|is_at_rest| is_at_rest)
-            && remembered.all(|state| self.memory.is_at_rest(state, LEAST))
+        self.actuators.iter().all(|actuator| {
+            HeatInverse::is_at_rest(&actuator.heat, LEAST)
+                && self.memory.is_at_rest(&actuator.memory, LEAST)
+        })
     }
 
     /// Whether the calibration knows the plate's levers; without them [`Self::pose`] has no tilts.
@@ -224,7 +224,7 @@ impl<'a> Controller<'a> {
             false => self.since_arrival.saturating_add(1),
         };
         let (actuator, round) = (self.turn % CHANNELS, self.turn / CHANNELS);
-        let state = &self.remembered[actuator];
+        let state = &self.actuators[actuator].memory;
         self.budget.remember((actuator, round), &self.memory, state);
         if actuator == round {
             self.foresee_warmth(actuator);
@@ -255,7 +255,7 @@ impl<'a> Controller<'a> {
         };
         let shape = &self.calibration.actuators()[actuator].shape;
         let place = Micrometre(self.path.target()[actuator]);
-        let x = self.remembered[actuator].displacement(place);
+        let x = self.actuators[actuator].memory.displacement(place);
         let x = if x.0 > self.highest.0 {
             self.highest
         } else {
@@ -283,9 +283,9 @@ impl<'a> Controller<'a> {
         self.listen(&applied, &currents);
         let step = &mut self.step;
         step.limits = self.sense_limits;
-        match setpoint {
-            Setpoint::Off => self.drive([Volt(0.0); CHANNELS]),
-            Setpoint::Drive(drives) => self.drive(drives),
+        let drives = match setpoint {
+            Setpoint::Off => Some([Volt(0.0); CHANNELS]),
+            Setpoint::Drive(drives) => Some(drives),
             Setpoint::Position(pose) => {
                 if pose != self.target {
                     self.target = pose;
@@ -295,14 +295,18 @@ impl<'a> Controller<'a> {
                 }
                 step.limits = step.limits.union(self.target_limits);
                 self.path.advance();
-                self.go_on();
+                None
             }
             Setpoint::Track(pose) => {
                 let positions = self.plate.positions(&pose, &mut step.limits);
                 self.target = NOWHERE;
                 self.path.follow(&positions);
-                self.go_on();
+                None
             }
+        };
+        match drives {
+            Some(drives) => self.drive(drives),
+            None => self.go_on(),
         }
         self.heat
             .advance_slow(&mut self.actuators[self.turn % CHANNELS].heat);
@@ -348,18 +352,21 @@ impl<'a> Controller<'a> {
     }
 
     /// All four actuators to where the path is.
+    #[inline(always)]
     fn go_on(&mut self) {
         let step = &mut self.step;
         let positions = self.path.now();
         let turn = self.turn % CHANNELS;
-        let state = &mut self.remembered[turn];
+        let state = &mut self.actuators[turn].memory;
         self.memory
             .advance(state, self.turn / CHANNELS, Micrometre(positions[turn]));
         let calibrations = self.calibration.actuators();
+        // Numbers of all four, in registers.
+        let (heat, rails, highest) = (self.heat.clone(), self.rails.clone(), self.highest);
         for (i, actuator) in self.actuators.iter_mut().enumerate() {
-            let mut x = self.remembered[i].displacement(Micrometre(positions[i]));
-            if x.0 > self.highest.0 {
-                x = self.highest;
+            let mut x = actuator.memory.displacement(Micrometre(positions[i]));
+            if x.0 > highest.0 {
+                x = highest;
                 step.limits = step.limits.union(self.highest_limits);
             }
             let asked = calibrations[i].shape.going_on_straight(x);
@@ -373,9 +380,9 @@ impl<'a> Controller<'a> {
                 }
                 target = Kelvin(0.0);
             }
-            let drive = actuator.heat_to(target, &self.heat, &self.rails, &mut step.limits);
+            let drive = actuator.heat_to(target, &heat, &rails, &mut step.limits);
             step.drives[i] = drive;
-            step.codes[i] = actuator.code(drive, &self.rails);
+            step.codes[i] = actuator.code(drive, &rails);
         }
     }
 
@@ -391,12 +398,13 @@ impl<'a> Controller<'a> {
         // Hysteresis and creep are a few percent of a position; that this one is before them is a few
         // percent of that.
         self.memory
-            .advance(&mut self.remembered[turn], self.turn / CHANNELS, seen);
+            .advance(&mut self.actuators[turn].memory, self.turn / CHANNELS, seen);
         let step = &mut self.step;
+        let (heat, rails) = (self.heat.clone(), self.rails.clone());
         for (i, actuator) in self.actuators.iter_mut().enumerate() {
-            let drive = actuator.drive(drives[i], &self.heat, &self.rails, &mut step.limits);
+            let drive = actuator.drive(drives[i], &heat, &rails, &mut step.limits);
             step.drives[i] = drive;
-            step.codes[i] = actuator.code(drive, &self.rails);
+            step.codes[i] = actuator.code(drive, &rails);
         }
     }
 }

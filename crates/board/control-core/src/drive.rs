@@ -4,18 +4,25 @@
 //! (a first-order sigma-delta modulator), so that the codes' mean is the drive asked for, and the
 //! mirror, whose fastest time constant is several ticks, sees the mean.
 
+use core::hint::cold_path;
+
 use crate::codes::{PWM_COUNTS_PER_VOLT as COUNTS, PwmCode};
 use crate::design::{HIGHEST_DRIVE, PWM_PERIOD_COUNTS};
 use crate::units::Volt;
 
-/// Leak of the fed-back error. A drive of whole counts is none quite in f32, and what it lacks must not add up to a
-/// count: f32 is off by at most 2^-13 counts below 4096, which this leak keeps below 0.13 counts. It takes at most
+/// Bits of a count's fraction: f32 has no more of a drive.
+const FRACTION_BITS: u32 = 16;
+const WHOLE: i32 = 1 << FRACTION_BITS;
+/// The rounding error in a code that is not rounded: half a count, so that whole counts stay whole.
+const HALF: i32 = WHOLE / 2;
+/// Bits of the fed-back error's leak. A drive of whole counts is none quite in f32, and what it lacks must not add up to a
+/// count: f32 is off by at most 2^-13 counts below 4096, which this leak, 2^-10, keeps below 0.13 counts. It takes at most
 /// 0.001 x 0.5 counts from a tick's mean: 0.5 uV.
-const LEAK: f32 = 0.999;
+const LEAK_BITS: u32 = 10;
 
-/// The quantiser of one channel; its state is the last rounding error, in counts.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Quantiser(f32);
+/// The quantiser of one channel; its state is the last rounding error and half a count, in fractions of a count.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Quantiser(i32);
 
 /// The highest code that does not drive more than `bound`, nor more than the board's design allows.
 pub(crate) fn highest_code(bound: Volt) -> u16 {
@@ -24,18 +31,27 @@ pub(crate) fn highest_code(bound: Volt) -> u16 {
     code(bound).min(code(HIGHEST_DRIVE))
 }
 
+impl Default for Quantiser {
+    fn default() -> Self {
+        Self(HALF)
+    }
+}
+
 impl Quantiser {
     /// The code for `drive`, at least 0 V; 0 V is code 0.
+    #[inline(always)]
     pub(crate) fn code(&mut self, drive: Volt, highest: u16) -> PwmCode {
-        let counts = drive.0 * COUNTS + self.0;
         // The cast saturates, and takes NaN to 0.
-        let code = (counts + 0.5) as u32;
-        if drive.0 > 0.0 && code <= u32::from(highest) {
-            self.0 = (counts - code as f32) * LEAK;
-            return PwmCode(code as u16);
+        let counts = ((drive.0 * (COUNTS * WHOLE as f32)) as i32).saturating_add(self.0);
+        let code = counts >> FRACTION_BITS;
+        if code as u32 > u32::from(highest) {
+            cold_path();
+            self.0 = HALF;
+            return PwmCode(if code < 0 { 0 } else { highest });
         }
-        self.0 = 0.0;
-        PwmCode(if drive.0 > 0.0 { highest } else { 0 })
+        let error = counts & (WHOLE - 1);
+        self.0 = error - ((error - HALF) >> LEAK_BITS);
+        PwmCode(code as u16)
     }
 }
 

@@ -58,15 +58,20 @@ impl HeatInverse {
         all.all(|at| at.abs() < least)
     }
 
+    /// Temperature rise at the end of a tick with this heating.
+    pub(crate) fn rise(&self, state: &HeatState, heating: Kelvin) -> Kelvin {
+        Kelvin(state.free_response + self.input_gain * heating.0)
+    }
+
     /// A tick with the heating that was really there; returns the temperature rise at its end.
     #[inline(always)]
     pub(crate) fn advance(&self, state: &mut HeatState, heating: Kelvin) -> Kelvin {
-        let rise = state.free_response + self.input_gain * heating.0;
+        let rise = self.rise(state, heating);
         state.heating += heating.0;
         let lags = self.fast.iter().zip(&mut state.fast);
         let fast = lags.map(|(lag, at)| lag.advance(at, heating.0));
         state.free_response = fast.fold(state.slow_sum, |sum, at| sum + at);
-        Kelvin(rise)
+        rise
     }
 
     /// What the fast poles have still to bring at the heating of the last ticks, just before the slow ones' turn.

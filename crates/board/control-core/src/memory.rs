@@ -35,9 +35,10 @@ pub(crate) struct MemoryInverse {
 pub(crate) struct MemoryState {
     plays: [f32; PLAYS],
     creep: [SlowState; LAGS],
-    /// Position and displacement at its last turn, and how the one changes with the other.
+    /// Position at its last turn.
     position: f32,
-    displacement: f32,
+    /// The tangent there: displacement at position 0, and how it changes with the position.
+    offset: f32,
     slope: f32,
 }
 
@@ -79,7 +80,7 @@ impl MemoryInverse {
             plays: [0.0; PLAYS],
             creep: Default::default(),
             position: 0.0,
-            displacement: 0.0,
+            offset: 0.0,
             slope: self.gain,
         }
     }
@@ -135,7 +136,7 @@ impl MemoryInverse {
             }
             x += play.weight * *held;
         }
-        state.displacement = x;
+        state.offset = x - slope * z.0;
         state.slope = slope;
     }
 }
@@ -150,7 +151,7 @@ impl MemoryState {
     /// The displacement for which the actuator will be at `z`.
     #[inline(always)]
     pub(crate) fn displacement(&self, z: Micrometre) -> Micrometre {
-        Micrometre(self.displacement + self.slope * (z.0 - self.position))
+        Micrometre(self.offset + self.slope * z.0)
     }
 }
 

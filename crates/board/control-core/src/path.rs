@@ -19,9 +19,65 @@ pub(crate) struct Path {
     target: [f32; CHANNELS],
     /// Part of the move that is done; 1 at the target.
     done: f32,
-    /// Position less target, in powers of `done`.
-    courses: [[f32; 6]; CHANNELS],
+    courses: [Course; CHANNELS],
     now: [f32; CHANNELS],
+}
+
+/// How one actuator's move began, counted from its target, in micrometres and moves.
+#[derive(Clone, Copy, Debug, Default)]
+struct Course {
+    away: f32,
+    speed: f32,
+    acceleration: f32,
+}
+
+/// What each of these three is worth at one moment of every move: Hermite's polynomials of fifth order that end at rest, or a
+/// derivative of them.
+struct Hermite {
+    away: f32,
+    speed: f32,
+    acceleration: f32,
+}
+
+impl Hermite {
+    /// Where the move is when this part of it is done, and exactly 0 at its end.
+    #[inline(always)]
+    fn place(done: f32) -> Self {
+        let rest = if done < 1.0 { 1.0 - done } else { 0.0 };
+        let cube = rest * rest * rest;
+        let speed = cube * done;
+        Self {
+            away: cube + speed * (3.0 + 6.0 * done),
+            speed: speed + speed * (3.0 * done),
+            acceleration: speed * (0.5 * done),
+        }
+    }
+
+    /// How fast it is.
+    fn speed(done: f32) -> Self {
+        let square = (1.0 - done) * (1.0 - done);
+        Self {
+            away: -30.0 * done * done * square,
+            speed: (1.0 + done * (2.0 - 15.0 * done)) * square,
+            acceleration: done * (1.0 - 2.5 * done) * square,
+        }
+    }
+
+    /// How fast that changes.
+    fn acceleration(done: f32) -> Self {
+        let rest = 1.0 - done;
+        Self {
+            away: -60.0 * done * rest * (1.0 - 2.0 * done),
+            speed: -12.0 * done * rest * (3.0 - 5.0 * done),
+            acceleration: rest * (1.0 - done * (8.0 - 10.0 * done)),
+        }
+    }
+
+    #[inline(always)]
+    fn from(&self, start: f32, course: &Course) -> f32 {
+        let from = start + self.away * course.away;
+        from + self.speed * course.speed + self.acceleration * course.acceleration
+    }
 }
 
 impl Path {
@@ -57,11 +113,10 @@ impl Path {
     pub(crate) fn advance(&mut self) {
         if self.done < 1.0 {
             self.done += self.pace;
-            let s = self.done;
-            let places = self.now.iter_mut().zip(&self.target).zip(&self.courses);
-            for ((now, target), [a, b, c, d, e, f]) in places {
-                let away = a + s * (b + s * (c + s * (d + s * (e + s * f))));
-                *now = target + if s < 1.0 { away } else { 0.0 };
+            let place = Hermite::place(self.done);
+            let actuators = self.now.iter_mut().zip(&self.target).zip(&self.courses);
+            for ((now, target), course) in actuators {
+                *now = place.from(*target, course);
             }
         }
     }
@@ -75,27 +130,15 @@ impl Path {
 
     /// A move of full length to `target`, from the present positions, speeds and accelerations.
     pub(crate) fn plan(&mut self, target: &[f32; CHANNELS]) {
-        let s = self.done;
+        // A move that is done is at rest.
+        let done = if self.done < 1.0 { self.done } else { 1.0 };
+        let (speed, acceleration) = (Hermite::speed(done), Hermite::acceleration(done));
         for ((course, now), target) in self.courses.iter_mut().zip(&self.now).zip(target) {
-            let [_, b, c, d, e, f] = *course;
-            // Per move, not per second; a move that is done is at rest.
-            let (speed, curve) = if s < 1.0 {
-                (
-                    b + s * (2.0 * c + s * (3.0 * d + s * (4.0 * e + s * 5.0 * f))),
-                    c + s * (3.0 * d + s * (6.0 * e + s * 10.0 * f)),
-                )
-            } else {
-                (0.0, 0.0)
+            *course = Course {
+                away: now - target,
+                speed: speed.from(0.0, course),
+                acceleration: acceleration.from(0.0, course),
             };
-            let away = now - target;
-            *course = [
-                away,
-                speed,
-                curve,
-                -10.0 * away - 6.0 * speed - 3.0 * curve,
-                15.0 * away + 8.0 * speed + 3.0 * curve,
-                -6.0 * away - 3.0 * speed - curve,
-            ];
         }
         self.target = *target;
         self.done = 0.0;

@@ -98,9 +98,10 @@ impl InverseTable {
     #[inline(always)]
     pub(crate) fn going_on_straight(&self, z: Micrometre) -> Kelvin {
         let place = z.0 * self.segments_per_um;
-        // The cast takes what is below zero, and NaN, to 0.
-        let segment = (place as usize).min(SEGMENTS - 1);
-        let (low, high) = (self.knots[segment], self.knots[segment + 1]);
+        // The cast takes NaN to 0.
+        let segment = (place as i32).clamp(0, SEGMENTS as i32 - 1);
+        let knot = segment as usize;
+        let (low, high) = (self.knots[knot], self.knots[knot + 1]);
         Kelvin(low + (place - segment as f32) * (high - low))
     }
 
@@ -115,8 +116,10 @@ impl InverseTable {
         let above = self.knots.partition_point(|knot| *knot <= rise.0);
         let segment = above.saturating_sub(1).min(SEGMENTS - 1);
         let (low, high) = (self.knots[segment], self.knots[segment + 1]);
-        #[expect(clippy::manual_clamp, reason = "`clamp` would let NaN through")]
-        let fraction = ((rise.0 - low) / (high - low)).max(0.0).min(1.0);
+        let fraction = (rise.0 - low) / (high - low);
+        // NaN becomes 0 here.
+        let fraction = if fraction > 0.0 { fraction } else { 0.0 };
+        let fraction = if fraction < 1.0 { fraction } else { 1.0 };
         Micrometre((segment as f32 + fraction) / self.segments_per_um)
     }
 }

@@ -101,8 +101,14 @@ pub(crate) struct Evidence {
 }
 
 /// The filter, and what is made up for.
+// What every tick reads comes first, as in the controller.
 #[derive(Clone, Debug)]
+#[repr(C)]
 pub(crate) struct Surroundings {
+    /// Kelvins of its stages that each actuator is to be less warm, near rest.
+    offsets: [f32; CHANNELS],
+    /// By what each target grows, for the loss.
+    scales: [f32; CHANNELS],
     references: [Reference; CHANNELS],
     /// Kelvins of a heater that one of the surroundings is worth; 0: they are not made up for.
     ratio: f32,
@@ -116,10 +122,6 @@ pub(crate) struct Surroundings {
     /// Ticks since room and loss are told apart, as far as they are counted.
     apart_since: u16,
     is_probing: bool,
-    /// Kelvins of its stages that each actuator is to be less warm, near rest.
-    offsets: [f32; CHANNELS],
-    /// By what each target grows, for the loss.
-    scales: [f32; CHANNELS],
     estimate: Estimate,
 }
 

@@ -8,15 +8,25 @@
 extern crate std;
 
 /// Correctly rounded square root; NaN below zero.
-// A function of one instruction, because inline assembly takes no floating-point registers on
-// targets with single precision only. SAFETY: the hard-float ABI passes `x` and the result in s0;
-// VSQRT.F32 touches no memory and raises no trap on the M4F (ARMv7-M Architecture Reference
-// Manual, A7.7.255).
+// By way of a core register, because inline assembly takes no floating-point registers on targets with single precision only.
+// SAFETY: VSQRT.F32 touches no memory and raises no trap on the M4F (ARMv7-M Architecture Reference Manual, A7.7.255), and the
+// one register that is used beside the operand is named.
 #[cfg(target_abi = "eabihf")]
 #[allow(unsafe_code)]
-#[unsafe(naked)]
-pub extern "C" fn sqrt(x: f32) -> f32 {
-    core::arch::naked_asm!(".fpu fpv4-sp-d16", "vsqrt.f32 s0, s0", "bx lr")
+#[inline(always)]
+pub fn sqrt(x: f32) -> f32 {
+    let mut bits = x.to_bits();
+    unsafe {
+        core::arch::asm!(
+            "vmov s15, {bits}",
+            "vsqrt.f32 s15, s15",
+            "vmov {bits}, s15",
+            bits = inout(reg) bits,
+            out("s15") _,
+            options(pure, nomem, nostack, preserves_flags),
+        );
+    }
+    f32::from_bits(bits)
 }
 
 /// Correctly rounded square root; NaN below zero.

@@ -32,9 +32,9 @@ fn a_controller_at_rest_is_the_same_however_long_it_has_been() {
         waited += 1;
         assert!(waited < 1000, "it never comes to rest");
     }
-    let (memory, actuators) = (controller.remembered.clone(), controller.actuators.clone());
+    let actuators = controller.actuators.clone();
     let soon = follow(&mut controller, there, 5_000);
-    (controller.remembered, controller.actuators) = (memory, actuators);
+    controller.actuators = actuators;
     follow(&mut controller, Setpoint::Off, 10 * TEN_SECONDS);
     let late = follow(&mut controller, there, 5_000);
     // 1 um is some 10 mV there, and what is left is 2 nm at most of creep and heat.
