@@ -24,8 +24,13 @@ fn value(active: &Active, symbol: &str) -> f64 {
         .map_or(0.0, |(_, value)| *value)
 }
 
+/// An effect, in the form that the core inverts.
 fn find<'a>(model: &'a Model, id: &str) -> Option<&'a Active> {
-    model.effects.iter().find(|active| active.id() == id)
+    let mut inverted = model
+        .effects
+        .iter()
+        .filter(|active| active.effect.is_inverted());
+    inverted.find(|active| active.id() == id)
 }
 
 /// A weight and a time constant (s).
@@ -126,7 +131,9 @@ pub(crate) fn memory(model: &Model) -> Memory {
 
 /// How long a move takes.
 pub(crate) fn path(model: &Model) -> Path {
-    let hz = find(model, "resonance").map_or(LOWEST_RESONANCE_HZ, |active| value(active, "f"));
+    let mut effects = model.effects.iter();
+    let resonance = effects.find(|active| active.id() == "resonance");
+    let hz = resonance.map_or(LOWEST_RESONANCE_HZ, |active| value(active, "f"));
     Path {
         move_time: Second((PERIODS / hz) as f32),
     }
@@ -136,7 +143,6 @@ pub(crate) fn path(model: &Model) -> Path {
 pub(crate) fn remaining(model: &Model) -> Vec<Remaining> {
     let because = |active: &Active| -> Option<&'static str> {
         Some(match active.id() {
-            "hysteresis" | "creep" | "substrate-warming" | "thermal-lag" => return None,
             "ambient-drift" => {
                 "the board knows neither the clock nor the room; calibrate when the room is another"
             }
@@ -149,8 +155,9 @@ pub(crate) fn remaining(model: &Model) -> Vec<Remaining> {
             "sensor-offset" | "sensor-gain" | "sensor-nonlinearity" | "sensor-lag" => {
                 "it is the sensor's, and the mirror goes where it should"
             }
-            _ if active.effect.states() > 0 => "it is inverted at rest; its memory is not",
-            _ => return None,
+            _ if active.effect.is_inverted() => return None,
+            "hysteresis" => "it is inverted as play operators only",
+            _ => "it is inverted at rest; its memory is not",
         })
     };
     let effects = model.effects.iter();
@@ -270,6 +277,25 @@ mod tests {
             .collect();
         let move_time = path(&with("resonance", &values)).move_time;
         assert!((move_time.0 - 2.5e-3).abs() < 1e-9, "{move_time:?}");
+    }
+
+    #[test]
+    fn of_two_forms_the_core_takes_the_one_that_it_inverts() {
+        let effect = effect::find("hysteresis").expect("built in");
+        let found = effect::forms(&effect).into_iter().map(|form| {
+            let mut model = Model::from(Preset::Paper);
+            let name = form.form().to_owned();
+            model.effects = vec![Active::usual(form)];
+            let plays = memory(&model).plays;
+            (name, plays[0].weight > 0.0, remaining(&model).len())
+        });
+        let expected = [
+            ("play", true, 0),
+            ("dahl", false, 1),
+            ("bouc-wen", false, 1),
+        ];
+        let expected = expected.map(|(name, plays, left)| (name.to_owned(), plays, left));
+        assert_eq!(found.collect::<Vec<_>>(), expected);
     }
 
     #[test]

@@ -161,10 +161,12 @@ pub struct Shown {
 /// The form of an effect that nature has in several.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Form {
-    /// The best one.
+    /// The best one; of those that cannot be told apart, the one that the control core inverts.
     pub name: String,
     /// Others that cannot be told from it.
     pub alike: Vec<String>,
+    /// The one that the control core inverts, where that is another one and fits clearly less.
+    pub inverted: Option<String>,
 }
 
 /// One effect's place in the ranking.

@@ -220,14 +220,19 @@ fn mostly(effect: &str, remainder: &Remainder) -> String {
 
 /// "its form is air, which these data do not tell from linear; "
 fn said_of_form(form: &Form) -> String {
-    let Form { name, alike } = form;
-    match &alike[..] {
-        [] => format!("its form is {name}; "),
-        alike => format!(
-            "its form is {name}, which these data do not tell from {}; ",
-            alike.join(", ")
-        ),
-    }
+    let Form {
+        name,
+        alike,
+        inverted,
+    } = form;
+    let told = match &alike[..] {
+        [] => String::new(),
+        alike => format!(", which these data do not tell from {}", alike.join(", ")),
+    };
+    let inverted = inverted.as_ref().map_or_else(String::new, |inverted| {
+        format!(" (the board inverts {inverted} only, which fits clearly less)")
+    });
+    format!("its form is {name}{told}{inverted}; ")
 }
 
 /// A size with its unit; parts of a whole in percent.
@@ -461,6 +466,22 @@ mod tests {
             "{said}"
         );
         assert!(said.contains("0.300 mA rms in the median mirror"), "{said}");
+    }
+
+    #[test]
+    fn a_form_is_told_with_those_like_it_and_with_the_one_that_the_board_inverts() {
+        let said = |name: &str, alike: &[&str], inverted: Option<&str>| {
+            said_of_form(&Form {
+                name: name.into(),
+                alike: alike.iter().map(|&form| form.into()).collect(),
+                inverted: inverted.map(Into::into),
+            })
+        };
+        assert_eq!(said("pole", &[], None), "its form is pole; ");
+        assert_eq!(
+            said("dahl", &["bouc-wen"], Some("play")),
+            "its form is dahl, which these data do not tell from bouc-wen (the board inverts play only, which fits clearly less); "
+        );
     }
 
     #[test]

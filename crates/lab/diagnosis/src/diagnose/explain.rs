@@ -42,6 +42,10 @@ impl Analysis<'_> {
         }
         self.refine(candidates);
         self.refit(candidates);
+        let above = candidates
+            .par_iter_mut()
+            .filter(|c| c.is_above_its_threshold());
+        above.for_each(|candidate| self.prefer_inverted(candidate));
     }
 
     fn refine(&self, candidates: &mut [Candidate]) {

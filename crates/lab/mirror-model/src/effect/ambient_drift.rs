@@ -1,5 +1,7 @@
 //! Room or chip carrier settle to another temperature during a session.
 
+mod simple;
+
 use super::{Acts, Effect, Info, Moment, Parameter, Stage, parameter};
 use std::borrow::Cow;
 use std::f64::consts::TAU;
@@ -28,9 +30,24 @@ static INFO: Info = Info {
     source: Cow::Borrowed("1.8 um/K"),
 };
 
+static OTHERS: [&dyn Effect; 4] = [
+    &simple::SETTLING,
+    &simple::RAMP,
+    &simple::STEP,
+    &simple::SWING,
+];
+
 impl Effect for AmbientDrift {
     fn info(&self) -> &Info {
         &INFO
+    }
+
+    fn form(&self) -> &str {
+        "settling-and-swing"
+    }
+
+    fn other_forms(&self) -> &'static [&'static dyn Effect] {
+        &OTHERS
     }
 
     fn is_of_time(&self) -> bool {

@@ -33,6 +33,10 @@ impl Effect for Creep {
         x + p[0] * (state[0] + state[1] + state[2]) / 3.0
     }
 
+    fn is_inverted(&self) -> bool {
+        true
+    }
+
     fn states(&self) -> usize {
         3
     }

@@ -1,5 +1,7 @@
 //! Heat flows through the plate and the air from one actuator to another.
 
+mod lagged;
+
 use super::{Acts, Effect, Info, Moment, Parameter, Stage, parameter};
 use std::borrow::Cow;
 
@@ -24,9 +26,19 @@ static INFO: Info = Info {
     source: Cow::Borrowed("1 to 10 % through plate and frame"),
 };
 
+static OTHERS: [&dyn Effect; 3] = [&lagged::FRAME, &lagged::NEIGHBOURS, &lagged::PLATE];
+
 impl Effect for Crosstalk {
     fn info(&self) -> &Info {
         &INFO
+    }
+
+    fn form(&self) -> &str {
+        "at-once"
+    }
+
+    fn other_forms(&self) -> &'static [&'static dyn Effect] {
+        &OTHERS
     }
 
     fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {

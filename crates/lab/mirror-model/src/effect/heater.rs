@@ -80,6 +80,9 @@ impl Effect for Suited {
     fn is_of_time(&self) -> bool {
         self.effect.is_of_time()
     }
+    fn is_inverted(&self) -> bool {
+        self.effect.is_inverted()
+    }
     fn definition(&self) -> Option<&str> {
         self.effect.definition()
     }

@@ -1,6 +1,8 @@
 //! Rate-independent hysteresis, as of friction: Prandtl-Ishlinskii play operators (Kuhnen, Modeling, identification and
 //! compensation of complex hysteretic nonlinearities, 2003).
 
+mod friction;
+
 use super::{Acts, Effect, Info, Moment, Parameter, Stage, Step, parameter};
 use std::borrow::Cow;
 
@@ -33,14 +35,28 @@ fn play(state: f64, input: f64, radius: f64) -> f64 {
     state.clamp(input - radius, input + radius)
 }
 
+static OTHERS: [&dyn Effect; 2] = [&friction::DAHL, &friction::BOUC_WEN];
+
 impl Effect for Hysteresis {
     fn info(&self) -> &Info {
         &INFO
     }
 
+    fn form(&self) -> &str {
+        "play"
+    }
+
+    fn other_forms(&self) -> &'static [&'static dyn Effect] {
+        &OTHERS
+    }
+
     fn output(&self, p: &[f64], x: f64, state: &[f64], _: &Moment) -> f64 {
         let plays: f64 = (0..3).map(|k| play(state[k], x, radius(p, k))).sum();
         x + p[0] * (plays / 3.0 - x)
+    }
+
+    fn is_inverted(&self) -> bool {
+        true
     }
 
     fn states(&self) -> usize {

@@ -76,6 +76,11 @@ pub trait Effect: Send + Sync {
         self.states() > 0
     }
 
+    /// Whether the control core inverts it: by its tables what time has no part in, and by a stage in time what one is made for.
+    fn is_inverted(&self) -> bool {
+        !self.is_of_time()
+    }
+
     /// The text that it was read from, if it is a user's formula.
     fn definition(&self) -> Option<&str> {
         None

@@ -29,6 +29,9 @@ pub struct Moment {
     pub curvature_per_k: f64,
     /// Displacement of this actuator, or of the centre for an effect on the whole mirror (um).
     pub z_um: f64,
+    /// How long the step is that ends at this moment, while the states are still those of its begin; 0 where they are of now (s).
+    /// What comes back to the heat within a step asks for it, so that heat and states agree at the step's end.
+    pub step_s: f64,
 }
 
 /// One step of the simulation, as an effect with memory sees it.
@@ -48,6 +51,18 @@ impl Step {
     /// Where a first-order lag of time constant `tau_s` that was at `x` is after the step; exact for a straight input.
     pub fn relax(&self, x: f64, tau_s: f64) -> f64 {
         relax(x, tau_s, self.from, self.to, self.duration_s)
+    }
+}
+
+impl Moment {
+    /// Where a first-order lag of time constant `tau_s` is now, that was at `x` where its states are of, at an input that has run
+    /// straight from `from` to `to` since.
+    pub(super) fn lagged(&self, x: f64, tau_s: f64, from: f64, to: f64) -> f64 {
+        if self.step_s > 0.0 {
+            relax(x, tau_s, from, to, self.step_s)
+        } else {
+            x
+        }
     }
 }
 

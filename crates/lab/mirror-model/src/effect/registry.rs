@@ -57,6 +57,9 @@ impl Effect for BuiltIn {
     fn is_of_time(&self) -> bool {
         self.0.is_of_time()
     }
+    fn is_inverted(&self) -> bool {
+        self.0.is_inverted()
+    }
     fn strengths_in(&self, heater: &Heater) -> Option<Strengths> {
         self.0.strengths_in(heater)
     }

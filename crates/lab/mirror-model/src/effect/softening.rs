@@ -1,5 +1,8 @@
 //! Once strained beyond its yield point the aluminium does not come back: a ratchet.
 
+mod creep;
+mod stiffness;
+
 use super::{Acts, Effect, Info, Moment, Parameter, Stage, Step, parameter};
 use std::borrow::Cow;
 
@@ -30,9 +33,19 @@ static INFO: Info = Info {
     source: Cow::Borrowed("relaxation of Al films above some 80 degC"),
 };
 
+static OTHERS: [&dyn Effect; 2] = [&creep::ActivatedCreep, &stiffness::LostStiffness];
+
 impl Effect for Softening {
     fn info(&self) -> &Info {
         &INFO
+    }
+
+    fn form(&self) -> &str {
+        "ratchet"
+    }
+
+    fn other_forms(&self) -> &'static [&'static dyn Effect] {
+        &OTHERS
     }
 
     fn output(&self, p: &[f64], x: f64, state: &[f64], m: &Moment) -> f64 {

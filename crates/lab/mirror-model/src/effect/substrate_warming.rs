@@ -31,6 +31,10 @@ impl Effect for SubstrateWarming {
         x + state[0]
     }
 
+    fn is_inverted(&self) -> bool {
+        true
+    }
+
     fn states(&self) -> usize {
         1
     }

@@ -1,5 +1,7 @@
 //! A part of the heat arrives later.
 
+mod air;
+
 use super::{Acts, Effect, Info, Moment, Parameter, Stage, Step, parameter};
 use std::borrow::Cow;
 
@@ -22,13 +24,27 @@ static INFO: Info = Info {
     source: Cow::Borrowed("distributed heat looks like this: alone it is no missing physics"),
 };
 
+static OTHERS: [&dyn Effect; 1] = [&air::StagnantAir];
+
 impl Effect for ThermalLag {
     fn info(&self) -> &Info {
         &INFO
     }
 
+    fn form(&self) -> &str {
+        "pole"
+    }
+
+    fn other_forms(&self) -> &'static [&'static dyn Effect] {
+        &OTHERS
+    }
+
     fn output(&self, p: &[f64], x: f64, state: &[f64], _: &Moment) -> f64 {
         x + p[0] * (state[0] - x)
+    }
+
+    fn is_inverted(&self) -> bool {
+        true
     }
 
     fn states(&self) -> usize {

@@ -225,6 +225,7 @@ impl<'a> Simulation<'a> {
                 let guess = actuator.heating_k;
                 actuator.now.t_s = self.t_s;
                 actuator.now.ambient_k = self.ambient_k;
+                actuator.now.step_s = h;
                 actuator.now.total_power_w = powers_w.iter().sum();
                 actuator.now.opposite_power_w = powers_w[(index + ACTUATORS / 2) % ACTUATORS];
                 let (start_k, heating) = &start[index];
@@ -246,8 +247,9 @@ impl<'a> Simulation<'a> {
             }
         }
         if h > 0.0 {
-            for (index, actuator) in self.actuators.iter().enumerate() {
+            for (index, actuator) in self.actuators.iter_mut().enumerate() {
                 let raw = actuator.raw_temperature();
+                actuator.now.step_s = 0.0;
                 advance(
                     &mut self.effects,
                     &[Acts::Voltage, Acts::Resistance, Acts::Heating],
