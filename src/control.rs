@@ -12,18 +12,9 @@ use mirror_protocol::{Commanded, Health, Telemetry};
 use protection::{Denied, Fault, Lease, Protection, Reading};
 use waveforms::{Player, Quantity, Sampler, Shape, Stream, Waveform};
 
-use crate::board::{Board, Lockstep, Sensed};
+use crate::board::{Board, Sensed};
 use crate::mailbox::{ControlSide, Order};
 use crate::watchdog;
-
-/// Runs the control loop on `board`, a tick at a time, for ever.
-pub async fn run(mut board: impl Lockstep, mut control: Control) -> ! {
-    loop {
-        let sensed = board.sense(&control).await;
-        control.be_quiet(board.quiet_ticks(), sensed);
-        control.tick_on(&mut board, sensed);
-    }
-}
 
 /// Samples so long after the last that told the uncertainty tell it again: one in a millisecond, and the core finds it in 1.6.
 const UNCERTAINTY_TICKS: u32 = 10;
@@ -111,7 +102,7 @@ impl Control {
 
     /// An idle board was left alone for so many ticks, in which it read this. Where they would change nothing they are only
     /// counted.
-    fn be_quiet(&mut self, ticks: u16, sensed: Sensed) {
+    pub fn be_quiet(&mut self, ticks: u16, sensed: Sensed) {
         if self.is_idle() && self.controller.is_at_rest() {
             self.count(ticks.into());
             self.controller.rest(ticks);

@@ -4,11 +4,11 @@
 
 use embassy_executor::Spawner;
 use mirror_firmware::board::BoardFlash;
-use mirror_firmware::board::lockstep::LockstepBoard;
+use mirror_firmware::board::lockstep::{self, LockstepBoard};
 use mirror_firmware::board::mps2::{PlantFifos, link, origin, stop_fifos, watchdog};
 use mirror_firmware::startup::{Memory, start};
 use mirror_firmware::watchdog::guard;
-use mirror_firmware::{control, mailbox, rpc};
+use mirror_firmware::{mailbox, rpc};
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) -> ! {
@@ -29,7 +29,7 @@ async fn main(_spawner: Spawner) -> ! {
     watchdog::start();
     let guard = guard(watchdog::feed);
     embassy_futures::join::join4(
-        control::run(LockstepBoard::new(plant), control),
+        lockstep::run(LockstepBoard::new(plant), control),
         serve,
         stop,
         guard,

@@ -5,9 +5,18 @@ use embassy_futures::yield_now;
 use plant_link::{Converters, Pins};
 use protection::Lease;
 
-use super::{Board, Lockstep, Sensed};
+use super::{Board, Sensed};
 use crate::TICK_HZ;
 use crate::control::Control;
+
+/// Runs the control loop on a board in lockstep, a tick at a time, for ever.
+pub async fn run<L: PlantLink>(mut board: LockstepBoard<L>, mut control: Control) -> ! {
+    loop {
+        let sensed = board.sense(&control).await;
+        control.be_quiet(board.quiet_ticks, sensed);
+        control.tick_on(&mut board, sensed);
+    }
+}
 
 /// Leases up to this one, 100 ms, are those of a host that renews all the time (`docs/reference/protocol.md`).
 const SHORT_LEASE: Lease = Lease::ticks(TICK_HZ / 10);
@@ -97,7 +106,9 @@ impl<L: PlantLink> Board for LockstepBoard<L> {
     }
 }
 
-impl<L: PlantLink> Lockstep for LockstepBoard<L> {
+impl<L: PlantLink> LockstepBoard<L> {
+    /// Waits for the next control tick and returns what the converters read during the one that just ended. Time can wait for
+    /// the host; `control` tells whether it should.
     async fn sense(&mut self, control: &Control) -> Sensed {
         yield_now().await;
         // Simulated time waits for the host rather than losing samples.
@@ -120,9 +131,5 @@ impl<L: PlantLink> Lockstep for LockstepBoard<L> {
             is_over_voltage: converters.is_over_voltage,
             sensor_z: converters.sensor_z().map(Micrometre),
         }
-    }
-
-    fn quiet_ticks(&self) -> u16 {
-        self.quiet_ticks
     }
 }

@@ -16,7 +16,6 @@ pub use mps2::{flash::BoardFlash, link::LinkTx};
 #[cfg(feature = "board-stm32g474")]
 pub use stm32g474::{flash::BoardFlash, link::LinkTx};
 
-use crate::control::Control;
 use control_core::{AdcCode, CHANNELS, Micrometre, PwmCode, SupplyCode};
 use mirror_protocol::OptionBytes;
 
@@ -44,18 +43,6 @@ pub trait Board {
     /// Disables the outputs of all four channels and switches their stages' supply off until the next [`Self::drive`]:
     /// more than code 0, for a channel whose compare value does not act, and for a stage that does not follow.
     fn disable(&mut self);
-}
-
-/// A board whose control ticks are waited for, in turns with the link.
-pub trait Lockstep: Board {
-    /// Waits for the next control tick and returns what the converters read during the one that
-    /// just ended. Where time can wait for the host, `control` tells whether it should.
-    fn sense(&mut self, control: &Control) -> impl Future<Output = Sensed>;
-
-    /// Control ticks before the one that was just sensed in which an idle board was left alone. They read the same.
-    fn quiet_ticks(&self) -> u16 {
-        0
-    }
 }
 
 /// What the converters read during one control tick.

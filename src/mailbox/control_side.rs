@@ -6,7 +6,7 @@ use control_core::{Calibration, SenseCalibration};
 use mirror_protocol::{Commanded, Health, Stream, Telemetry};
 use protection::Denied;
 
-use super::{Mailbox, Order, Play, Trip};
+use super::slots::{Mailbox, Order, Play, Trip};
 
 /// The mailbox as the control loop sees it. There is one of it.
 pub struct ControlSide(pub(super) &'static Mailbox);

@@ -9,7 +9,7 @@ use mirror_protocol::{ChannelState, Commanded, Health, Stream, Telemetry, Teleme
 use protection::{Denied, Lease};
 use waveforms::Player;
 
-use super::{Mailbox, Order, Trip};
+use super::slots::{Mailbox, Order, Trip};
 
 /// A tick lasts 0.1 ms, and a check of the heaters 2.5 ms; a loop that has not answered after twenty times that has stopped.
 const TICK_TIMEOUT: Duration = Duration::from_millis(50);

@@ -2,15 +2,15 @@
 
 use core::fmt::Write;
 
-use control_core::{Ampere, Calibration, SenseCalibration};
+use control_core::{Ampere, SenseCalibration};
 use mirror_protocol::{
-    CalibrationChunk, CalibrationInfo, CalibrationQuery, CalibrationReadReply, CalibrationRefusal,
-    CalibrationReply, CalibrationUse, CalibrationUseReply, CalibrationWriteReply, Kept, Lever,
-    Refusal, Sense, SenseReply, Sentence,
+    CalibrationChunk, CalibrationQuery, CalibrationReadReply, CalibrationRefusal, CalibrationReply,
+    CalibrationUse, CalibrationUseReply, CalibrationWriteReply, Kept, Refusal, Sense, SenseReply,
+    Sentence,
 };
 use postcard_rpc::header::VarHeader;
 
-use super::{Session, text};
+use super::session::{Session, info};
 use crate::calibration::UploadError;
 use crate::mailbox::Order;
 
@@ -77,31 +77,6 @@ pub(super) async fn revert_calibration(
     let settled = settled.map_err(|_| Refusal::ControlStopped)?;
     session.calibration = info(&settled, session.keeper.kept());
     Ok(session.calibration.clone())
-}
-
-pub(super) fn info(calibration: &Calibration, kept: Kept) -> CalibrationInfo {
-    let origin = &calibration.parts().origin;
-    CalibrationInfo {
-        device: text(origin.device.as_str()),
-        date: text(origin.date.as_str()),
-        model_hash: origin.model_hash,
-        max_position_um: calibration.max_position().0,
-        max_drive_v: calibration.max_drive().0,
-        cold_resistance_ohm: calibration
-            .actuators()
-            .each_ref()
-            .map(|channel| channel.cold_resistance.0),
-        tcr_per_k: calibration
-            .actuators()
-            .each_ref()
-            .map(|channel| channel.tcr.0),
-        levers: calibration.parts().plate.levers.map(|lever| Lever {
-            x_um: lever.x.0,
-            y_um: lever.y.0,
-            warp: lever.warp,
-        }),
-        kept,
-    }
 }
 
 pub(super) fn sense(session: &mut Session, _header: VarHeader, (): ()) -> SenseReply {

@@ -1,123 +1,41 @@
 //! From frames to commands: the endpoints of `mirror-protocol`, and their answers.
 
 mod calibrations;
+mod session;
 
 use core::cell::RefCell;
 use core::sync::atomic::Ordering;
 
-use control_core::{Calibration, Micrometre, Pose, Radian, Setpoint, Volt};
+use control_core::{Micrometre, Pose, Radian, Setpoint, Volt};
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
 use mirror_protocol::{
-    CalibrationEndpoint, CalibrationInfo, CalibrationReadEndpoint, CalibrationRevertEndpoint,
+    CalibrationEndpoint, CalibrationReadEndpoint, CalibrationRevertEndpoint,
     CalibrationUseEndpoint, CalibrationWriteEndpoint, ClearEndpoint, CommandReply, Drives,
     ENDPOINTS, EnterBootloaderEndpoint, EnterBootloaderReply, FaultLogEndpoint, FaultLogReply,
     Hello, HelloEndpoint, Identity, LEASE_FOREVER_MS, LoadPointsEndpoint, LoadReply, LogQuery,
-    MAX_FRAME_BYTES, MakeUp, MakeUpEndpoint, OffEndpoint, OptionBytes, PROTOCOL_VERSION, Play,
-    PlayEndpoint, Points, Position, Refusal, RenewEndpoint, Renewal, SenseEndpoint, Sentence,
-    SetDriveEndpoint, SetPose, SetPoseEndpoint, SetPositionEndpoint, SetSenseEndpoint, Status,
-    StatusEndpoint, StatusReply, Stream, StreamEndpoint, StreamReply, Streaming, TOPICS_IN,
-    TOPICS_OUT, TelemetryTopic, Text,
+    MAX_FRAME_BYTES, MakeUp, MakeUpEndpoint, OffEndpoint, PROTOCOL_VERSION, Play, PlayEndpoint,
+    Points, Position, Refusal, RenewEndpoint, Renewal, SenseEndpoint, SetDriveEndpoint, SetPose,
+    SetPoseEndpoint, SetPositionEndpoint, SetSenseEndpoint, Status, StatusEndpoint, StatusReply,
+    Stream, StreamEndpoint, StreamReply, Streaming, TOPICS_IN, TOPICS_OUT, TelemetryTopic,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarSeq};
 use postcard_rpc::server::{Dispatch, Sender, Server, WireRx};
-use protection::{Denied, Lease};
+use protection::Lease;
 use static_cell::ConstStaticCell;
 use waveforms::Player;
 
 use self::calibrations::{
-    calibration, info, read_calibration, revert_calibration, sense, set_sense, use_calibration,
+    calibration, read_calibration, revert_calibration, sense, set_sense, use_calibration,
     write_calibration,
 };
-use crate::board::{Board, LinkTx};
-use crate::calibration::Upload;
+pub use self::session::Session;
+use self::session::{refusal, text};
+use crate::board::LinkTx;
 use crate::fault_log::{FaultLog, LONG_RUN};
-use crate::keeper::Keeper;
-use crate::mailbox::{Failure, LinkSide, Order};
+use crate::mailbox::{LinkSide, Order};
 use crate::{TICK_HZ, TICKS_PER_MS, watchdog};
-
-/// What the endpoints know and remember.
-pub struct Session {
-    board: &'static str,
-    is_emulated: bool,
-    mailbox: LinkSide,
-    calibration: CalibrationInfo,
-    upload: Upload,
-    keeper: Keeper,
-    fault_log: &'static RefCell<FaultLog>,
-    /// Why the firmware stopped before this start.
-    last_stop: Sentence,
-    option_bytes: Option<OptionBytes>,
-    bootloader: Option<fn() -> !>,
-    /// Protocol version of the tool that greeted last.
-    tool: Option<u16>,
-    /// Stops that were before that greeting.
-    stops: u32,
-}
-
-impl Session {
-    /// A session before any greeting.
-    pub fn new<B: Board>(
-        mailbox: LinkSide,
-        calibration: &Calibration,
-        upload: Upload,
-        keeper: Keeper,
-        fault_log: &'static RefCell<FaultLog>,
-    ) -> Self {
-        Self {
-            board: B::NAME,
-            is_emulated: B::IS_EMULATED,
-            mailbox,
-            calibration: info(calibration, keeper.kept()),
-            upload,
-            keeper,
-            fault_log,
-            last_stop: Sentence::new(),
-            option_bytes: B::option_bytes(),
-            bootloader: B::BOOTLOADER,
-            tool: None,
-            stops: 0,
-        }
-    }
-
-    /// Tells with every status why the firmware stopped before this start.
-    #[must_use]
-    pub fn after(self, last_stop: Sentence) -> Self {
-        Self { last_stop, ..self }
-    }
-
-    fn check_version(&self) -> Result<(), Refusal> {
-        match self.tool {
-            Some(PROTOCOL_VERSION) => Ok(()),
-            Some(tool) => Err(Refusal::ProtocolVersion {
-                board: PROTOCOL_VERSION,
-                tool,
-            }),
-            None => Err(Refusal::NoHello),
-        }
-    }
-
-    /// A tool that drove while somebody stopped the board does not go on: it ends, or greets and begins anew.
-    fn check_may_drive(&self) -> Result<(), Refusal> {
-        self.check_version()?;
-        if self.stops == self.mailbox.stops() {
-            Ok(())
-        } else {
-            Err(Refusal::NoHello)
-        }
-    }
-
-    async fn drive(&self, order: Order) -> CommandReply {
-        self.check_may_drive()?;
-        self.order(order).await
-    }
-
-    async fn order(&self, order: Order) -> CommandReply {
-        self.check_version()?;
-        self.mailbox.order(order).await.map_err(refusal)
-    }
-}
 
 define_dispatch! {
     app: Endpoints;
@@ -293,18 +211,6 @@ fn check_period(stream: &Stream) -> Result<(), Refusal> {
     }
 }
 
-fn refusal(failure: Failure) -> Refusal {
-    match failure {
-        Failure::ControlStopped => Refusal::ControlStopped,
-        Failure::Cooling => Refusal::Cooling,
-        Failure::Stopped => Refusal::NoHello,
-        Failure::Denied(Denied::NoLease) => Refusal::NoLease,
-        Failure::Denied(Denied::Tripped(fault)) => Refusal::Tripped {
-            fault: fault.code(),
-        },
-    }
-}
-
 /// The lease of so many milliseconds; what would be too many ticks to count does not end.
 fn lease(ms: u32) -> Lease {
     match ms.checked_mul(TICKS_PER_MS) {
@@ -319,17 +225,6 @@ fn check_numbers(values: &[f32]) -> Result<(), Refusal> {
     } else {
         Err(Refusal::NotANumber)
     }
-}
-
-/// `text` as far as it fits.
-fn text(text: &str) -> Text {
-    let mut short = Text::new();
-    for character in text.chars() {
-        if short.push(character).is_err() {
-            break;
-        }
-    }
-    short
 }
 
 /// Holds a frame while it is received. On USB the longest frame is followed by an empty packet, for

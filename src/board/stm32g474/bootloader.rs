@@ -10,8 +10,6 @@ use core::mem::MaybeUninit;
 use cortex_m::peripheral::SCB;
 use embassy_stm32::pac;
 
-use super::converters::turn_outputs_off;
-
 /// Where the ROM begins, with its vectors.
 const ROM: *const u32 = 0x1fff_0000 as *const u32;
 
@@ -24,8 +22,8 @@ const REQUESTED: u32 = 0x626f_6f74;
 #[unsafe(link_section = ".uninit.BOOTLOADER_REQUEST")]
 static mut REQUEST: MaybeUninit<u32> = MaybeUninit::uninit();
 
-/// Leaves for the bootloader. The outputs are disabled first, and stay so.
-pub fn enter() -> ! {
+/// Leaves for the bootloader. The outputs are turned off first, and stay so.
+pub(super) fn enter(turn_outputs_off: fn()) -> ! {
     cortex_m::interrupt::disable();
     turn_outputs_off();
     // SAFETY: nothing else touches it, and interrupts are off.

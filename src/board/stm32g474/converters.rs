@@ -191,7 +191,7 @@ pub(super) fn turn_outputs_off() {
 impl Board for Converters {
     const NAME: &'static str = "STM32G474RE driver board";
     const IS_EMULATED: bool = false;
-    const BOOTLOADER: Option<fn() -> !> = Some(super::bootloader::enter);
+    const BOOTLOADER: Option<fn() -> !> = Some(|| super::bootloader::enter(turn_outputs_off));
 
     fn option_bytes() -> Option<OptionBytes> {
         let options = pac::FLASH.optr().read();

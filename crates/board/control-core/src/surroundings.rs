@@ -26,14 +26,13 @@ use crate::units::{Ampere, Kelvin};
 
 mod drift;
 mod filter;
+mod period;
 mod reference;
 
 use drift::{Drift, Innovation};
 use filter::{FARTHEST, Filter};
+pub(crate) use period::PERIOD;
 use reference::Reference;
-
-/// Ticks from one update to the next: each actuator is read once in that time.
-pub(crate) const PERIOD: usize = 16;
 
 /// Noise of a current reading: 1.2 steps of a 12-bit conversion and its rounding, in the mean of 16, are 0.95 uA (`codes.rs`;
 /// the emulated board's converter).

@@ -7,8 +7,6 @@ use control_core::{Micrometre, Second};
 use mirror_model::Model;
 use mirror_model::effect::Active;
 
-use crate::Remaining;
-
 /// Taken for the lowest resonance where none is known (Hz): half of what the family of the paper's mirror has, so that a move is rather too
 /// slow.
 const LOWEST_RESONANCE_HZ: f64 = 500.0;
@@ -137,6 +135,15 @@ pub(crate) fn path(model: &Model) -> Path {
     Path {
         move_time: Second((PERIODS / hz) as f32),
     }
+}
+
+/// An effect that the core does not invert, or not wholly.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Remaining {
+    /// Its id.
+    pub effect: String,
+    /// What becomes of it.
+    pub because: &'static str,
 }
 
 /// What the core does not invert.

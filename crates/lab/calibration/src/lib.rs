@@ -16,6 +16,7 @@ mod bandwidth;
 mod correct;
 mod curve;
 mod dynamics;
+mod error;
 mod file;
 mod pose;
 mod reach;
@@ -27,6 +28,8 @@ mod statics;
 pub use ambient::{AmbientError, LEAST_APART_K, RoomPoint, with_ambient_ratio};
 pub use bandwidth::reached_um;
 pub use correct::{CorrectionError, StaticPoint, corrected};
+pub use dynamics::Remaining;
+pub use error::TabulateError;
 pub use file::{CalibrationFileError, from_toml, to_toml};
 pub use pose::{PoseError, PosePoint, Posed, posed, poses_to_measure};
 pub use reach::{PlatePose, Reach};
@@ -35,8 +38,8 @@ pub use rehearsal::{Left, Rehearsal, rehearse};
 pub use residual::with_piston_residual;
 
 use control_core::calibration::{Bounds, Label, Origin, Parts, Plate};
-use control_core::{Calibration, CalibrationError, Kelvin, Volt, Watt};
-use mirror_model::{ACTUATORS, Model, Runaway};
+use control_core::{Calibration, Kelvin, Volt, Watt};
+use mirror_model::Model;
 
 use crate::residual::UNTRIED;
 
@@ -50,39 +53,6 @@ pub struct Tabulated {
     pub calibration: Calibration,
     /// The effects of the model that the core does not invert, or not wholly.
     pub remaining: Vec<Remaining>,
-}
-
-/// An effect that the core does not invert, or not wholly.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct Remaining {
-    /// Its id.
-    pub effect: String,
-    /// What becomes of it.
-    pub because: &'static str,
-}
-
-/// Why a model gives no calibration.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum TabulateError {
-    /// Simulating it at rest ends nowhere.
-    #[error(transparent)]
-    Runaway(#[from] Runaway),
-    /// More drive does not mean more displacement.
-    #[error(
-        "the model cannot be inverted: from {from_v:.3} to {to_v:.3} V its displacement does not rise"
-    )]
-    NotRising {
-        /// The lower drive.
-        from_v: f64,
-        /// The higher drive.
-        to_v: f64,
-    },
-    /// The numbers are beyond what a board takes.
-    #[error("the model gives no calibration: {0}")]
-    Calibration(#[from] CalibrationError),
-    /// The name of device or date is too long.
-    #[error("'{0}' is too long for a calibration, which holds {max} bytes of it", max = Label::CAPACITY)]
-    Label(String),
 }
 
 /// The calibration that inverts `model` from rest to what its highest drive reaches.
@@ -142,10 +112,4 @@ fn origin(model: &Model) -> Result<Origin, TabulateError> {
         date: label(&model.provenance.date)?,
         model_hash: model_hash(model),
     })
-}
-
-/// Whether the four actuators have the same parameters.
-fn are_alike(model: &Model) -> bool {
-    let first = model.actuator(0);
-    (1..ACTUATORS).all(|index| model.actuator(index) == first)
 }

@@ -8,7 +8,7 @@ use mirror_model::effect::Acts;
 use mirror_model::{ACTUATORS, Interval, Model, simulate};
 
 use crate::curve::Curve;
-use crate::{TabulateError, are_alike};
+use crate::error::TabulateError;
 
 /// Drives at which the model is taken to rest. So many leave less than a nanometre between them (`tests/inverse.rs`).
 const DRIVES: usize = 256;
@@ -149,4 +149,10 @@ fn line(points: impl Iterator<Item = (f64, f64)> + Clone) -> (f64, f64) {
     let (xx, xy) = (sum(|p| p.0 * p.0) - x * x, sum(|p| p.0 * p.1) - x * y);
     let slope = xy / xx;
     (y - slope * x, slope)
+}
+
+/// Whether the four actuators have the same parameters.
+fn are_alike(model: &Model) -> bool {
+    let first = model.actuator(0);
+    (1..ACTUATORS).all(|index| model.actuator(index) == first)
 }

@@ -1,5 +1,6 @@
 //! Which physics is missing, said only when mirrors that lack nothing would not look the same.
 
+mod analysis;
 mod explain;
 mod form;
 mod one_heater;
@@ -10,25 +11,18 @@ mod step_error;
 mod verdict;
 mod worth;
 
-use crate::candidate::{Candidate, Operating};
-use crate::confusions::Channels;
-use crate::held_out::{HeldOut, training_noise};
-use crate::null_distribution::{LeftOutFamily, NullDistribution};
-use crate::null_ensemble::{MEMBERS, NullEnsemble, coordinates};
+use crate::candidate::Candidate;
+use crate::null_ensemble::NullEnsemble;
 use crate::null_improvement::NullImprovement;
-use crate::quantile::{quantile, sorted};
-use crate::report::{Asked, Diagnosis, Rms, Worths};
-use crate::residual_space::{BaseOnly, ResidualSpace, Session, Training, Vector};
-use identification::Unit;
-use identification::dataset::{self, Dataset, Observation};
+use crate::report::{Asked, Diagnosis, Worths};
+use analysis::{Analysis, best_first};
+use identification::dataset::Dataset;
 use identification::fit::{Fitted, fit, fit_parameters, free_parameters};
-use identification::heater;
-use identification::prediction::{jacobian, predict, simulations, standard_deviation, white_noise};
-use mirror_model::effect::{Active, Effect, built_in, forms};
+use identification::prediction::simulations;
+use mirror_model::effect::{Active, Effect, built_in};
 use mirror_model::{Model, Runaway};
-use nalgebra::DVector;
 use std::path::Path;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 use worth::Now;
 
 /// The base moves so often at most where fits with an effect lead to a better one without it.
@@ -173,156 +167,4 @@ fn explained<'a>(
         }
         moves += 1;
     }
-}
-
-/// Everything that one session's candidates are judged with.
-struct Analysis<'a> {
-    data: &'a Dataset,
-    ensemble: &'a NullEnsemble,
-    null: NullDistribution,
-    /// The null ensemble's mirrors, each family in the space of the others.
-    left_out: Vec<LeftOutFamily>,
-    fitted: Fitted,
-    /// Predictions of the fitted base (um, A).
-    base: Vec<f64>,
-    session: ResidualSpace<Session>,
-    training: ResidualSpace<Training>,
-    base_only: ResidualSpace<BaseOnly>,
-    /// What the base leaves of the session.
-    residual: Vector<Session>,
-    /// What neither base nor discrepancy explains of it.
-    misfit: f64,
-    /// What the base leaves on rows held out, once it was asked for.
-    held_out: OnceLock<Option<HeldOut>>,
-}
-
-impl<'a> Analysis<'a> {
-    /// The analysis, and what is tried in it.
-    fn new(
-        data: &'a Dataset,
-        fitted: Fitted,
-        ensemble: &'a NullEnsemble,
-        effects: &[Arc<dyn Effect>],
-    ) -> Result<(Self, Vec<Candidate>), Runaway> {
-        let jacobian = jacobian(&fitted.model, data, &fitted.free)?;
-        let white = white_noise(data);
-        let discrepancy = Arc::new(ensemble.discrepancy(&white));
-        let kept = training_noise(data, &white);
-        let of_training = Arc::new(ensemble.discrepancy(&kept));
-        let session = ResidualSpace::of_all(&jacobian, &discrepancy);
-        let base = predict(&fitted.model, data)?;
-        let mut candidates = candidates(&fitted, data, &base, effects, &session);
-        let left_out = LeftOutFamily::all(&jacobian, &discrepancy, &white);
-        let at = coordinates(&fitted.model, data);
-        let residual = session.residual(&fitted.standardised(data), &at);
-        let analysis = Self {
-            data,
-            ensemble,
-            null: NullDistribution::new(&left_out, is_cramped(data), &mut candidates),
-            base,
-            left_out,
-            training: ResidualSpace::of_all(&jacobian, &of_training),
-            base_only: ResidualSpace::of_base(&jacobian),
-            misfit: residual.norm_squared(),
-            residual,
-            session,
-            fitted,
-            held_out: OnceLock::new(),
-        };
-        Ok((analysis, candidates))
-    }
-
-    fn operating(&self) -> Operating<'_> {
-        Operating {
-            model: &self.fitted.model,
-            data: self.data,
-            base: &self.base,
-        }
-    }
-
-    fn channels(&self) -> Channels {
-        Channels::of(self.data)
-    }
-
-    /// The unit of the session's errors: the displacement's, or where none was measured the currents'.
-    fn unit(&self) -> Unit {
-        if self.data.has_displacement() {
-            Unit::Micrometre
-        } else {
-            Unit::Milliampere
-        }
-    }
-
-    /// Root mean square of a standardised residual over the readings of a unit.
-    fn rms(&self, standardised: &DVector<f64>, unit: Unit) -> Rms {
-        let rows = standardised.iter().copied();
-        rms(rows.zip(&self.data.observations), unit)
-    }
-
-    /// What the base leaves of the median mirror of the null ensemble.
-    fn discrepancy_rms(&self) -> Rms {
-        let unit = self.unit();
-        let columns = self.ensemble.residuals().column_iter();
-        let sizes = sorted(columns.map(|column| self.rms(&column.into_owned(), unit).value));
-        Rms {
-            value: quantile(&sizes, 0.5),
-            unit,
-        }
-    }
-}
-
-/// Those of these effects that the model has not, with what each would change; in a heater on a bench at the strengths that
-/// are plausible there.
-fn candidates(
-    fitted: &Fitted,
-    data: &Dataset,
-    base: &[f64],
-    effects: &[Arc<dyn Effect>],
-    space: &ResidualSpace<Session>,
-) -> Vec<Candidate> {
-    let heater = heater::heater(&fitted.model, data);
-    let unbent = heater.is_some().then(|| heater::unbent(&fitted.model));
-    let at = Operating {
-        model: unbent.as_ref().unwrap_or(&fitted.model),
-        data,
-        base,
-    };
-    let is_present = |effect: &Arc<dyn Effect>| {
-        let mut present = fitted.model.effects.iter();
-        present.any(|active| active.id() == effect.info().id)
-    };
-    let suited = |effect: Arc<dyn Effect>| match &heater {
-        Some(heater) => heater.suits(&effect),
-        None => effect,
-    };
-    effects
-        .iter()
-        .filter(|effect| !is_present(effect))
-        .map(|effect| {
-            let forms = forms(effect).into_iter().map(suited);
-            let directions = forms.flat_map(|form| at.directions(&form, space));
-            let directions = directions.collect();
-            Candidate::new(suited(effect.clone()), directions)
-        })
-        .collect()
-}
-
-/// Whether virtual mirrors tell little of how large scores may be: their residuals span all readings, or they stand for heaters
-/// on a bench.
-fn is_cramped(data: &Dataset) -> bool {
-    data.observations.len() <= MEMBERS || data.is_of_heaters()
-}
-
-fn best_first(candidates: &mut [Candidate]) {
-    candidates.sort_by(|a, b| b.score().total_cmp(&a.score()));
-}
-
-/// Root mean square of standardised numbers over the readings of a unit, 0 where there are none.
-fn rms<'o>(standardised: impl Iterator<Item = (f64, &'o Observation)>, unit: Unit) -> Rms {
-    let numbers = standardised.map(|(value, o)| (value * standard_deviation(o), o));
-    let value = match unit {
-        Unit::Micrometre => dataset::rms(numbers, true).unwrap_or(0.0),
-        Unit::Milliampere => 1e3 * dataset::rms(numbers, false).unwrap_or(0.0),
-    };
-    Rms { value, unit }
 }

@@ -2,6 +2,7 @@
 
 mod clock;
 mod meters;
+mod observation;
 mod thin;
 
 use crate::noise::Noise;
@@ -10,6 +11,7 @@ use clock::Clock;
 pub use clock::OwnZero;
 use measurement::{MeasurementFile, Row, Session};
 use mirror_model::{ACTUATORS, Interval, Output};
+pub use observation::{Channel, Observation};
 pub use thin::{Thinned, thinned};
 
 /// How long the drive of a settled reading was on (s): time constants that a base may have without being fitted, some seconds,
@@ -17,33 +19,6 @@ pub use thin::{Thinned, thinned};
 const SETTLED_S: f64 = 100.0;
 /// A pause that is shorter is rounding of the times (s).
 const NO_TIME_S: f64 = 1e-6;
-
-/// What is observed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Channel {
-    /// The displacement.
-    Displacement,
-    /// The current of an actuator, from 0.
-    Current(usize),
-}
-
-/// One number that was measured.
-#[derive(Clone, Copy, Debug)]
-pub struct Observation {
-    /// Index of the interval at whose end it was measured.
-    pub interval: usize,
-    /// What it is of.
-    pub channel: Channel,
-    /// The number, in um or A.
-    pub value: f64,
-    /// Its white noise, one standard deviation.
-    pub noise: f64,
-    /// Index of its experiment in [`Dataset::experiments`].
-    pub experiment: usize,
-    /// Time from its file's start.
-    pub t_s: f64,
-}
 
 /// Drives and observations of a session.
 #[derive(Clone, Debug, Default)]

@@ -1,19 +1,15 @@
 //! The white noise of readings: what a file says, or else what such instruments have, or more where the readings show more.
 
 mod bench;
+mod even;
+mod usual;
 
+use even::is_even;
 use measurement::held::{DIFFERENCE, MEDIAN_OF_NORMAL};
 use measurement::{CurrentNoise, MeasurementFile, Row, Session};
 use mirror_model::ACTUATORS;
+use usual::{DISPLACEMENT_UM, USUAL};
 
-/// White noise of the displacement where a file does not say `noise_z_nm`: that of a laser displacement sensor, and of the
-/// virtual bench's (`virtual-sessions`).
-const DEFAULT_DISPLACEMENT_UM: f64 = 0.02;
-/// Noise of a current reading of the driver board (`docs/board.md`), constant, and as a part of the reading.
-const CURRENT_A: f64 = 2e-6;
-const CURRENT_RATIO: f64 = 1e-4;
-/// Rows are even whose steps of time differ by less than this share.
-const EVEN: f64 = 0.01;
 /// Fewer differences than this say nothing: their median is then off by a fifth or more.
 const ENOUGH: usize = 40;
 
@@ -26,12 +22,6 @@ pub(crate) struct Noise {
     /// What rounded readings of the voltage may be off by, one standard deviation (V).
     rounding_v: f64,
 }
-
-/// Noise of a current where nobody says otherwise.
-const USUAL: CurrentNoise = CurrentNoise {
-    constant_a: CURRENT_A,
-    ratio: CURRENT_RATIO,
-};
 
 impl Noise {
     pub(crate) fn of(session: &Session) -> Self {
@@ -58,7 +48,7 @@ impl Noise {
         };
         Self {
             displacement: times(&|file, row| match said_um(file) {
-                None => Some([row.z_um?, DEFAULT_DISPLACEMENT_UM]),
+                None => Some([row.z_um?, DISPLACEMENT_UM]),
                 Some(_) => None,
             }),
             rounding_v,
@@ -71,8 +61,8 @@ impl Noise {
                     Some([current, USUAL.at(current)])
                 });
                 CurrentNoise {
-                    constant_a: times * CURRENT_A,
-                    ratio: times * CURRENT_RATIO,
+                    constant_a: times * USUAL.constant_a,
+                    ratio: times * USUAL.ratio,
                 }
             }),
         }
@@ -121,7 +111,7 @@ impl Noise {
     }
 
     fn white_um(&self, file: &MeasurementFile) -> f64 {
-        said_um(file).unwrap_or(self.displacement * DEFAULT_DISPLACEMENT_UM)
+        said_um(file).unwrap_or(self.displacement * DISPLACEMENT_UM)
     }
 
     fn white(&self, actuator: usize, file: &MeasurementFile) -> CurrentNoise {
@@ -155,13 +145,6 @@ fn roughness(rows: &[Row], reading: impl Fn(&Row) -> Option<[f64; 2]>) -> Vec<f6
             Some(difference.abs() / (gain * noise))
         })
         .collect()
-}
-
-fn is_even(rows: &[Row]) -> bool {
-    let steps = || rows.windows(2).map(|pair| pair[1].t_s - pair[0].t_s);
-    let longest = steps().fold(0.0, f64::max);
-    let shortest = steps().fold(f64::INFINITY, f64::min);
-    shortest > (1.0 - EVEN) * longest
 }
 
 #[cfg(test)]

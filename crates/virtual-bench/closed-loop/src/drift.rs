@@ -6,7 +6,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use virtual_mirror::{ConfigError, MirrorConfig};
 
-use crate::pose::core_pose;
+use crate::core_pose;
 use crate::{Loop, TICK_S};
 
 /// Parts of the range at which an ageing mirror is used, again and again.

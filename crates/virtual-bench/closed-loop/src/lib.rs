@@ -31,8 +31,8 @@ pub use precision::{Precision, precision};
 
 use calibration::PlatePose;
 use control_core::{
-    AdcCode, Ampere, CHANNELS, Calibration, Controller, CurrentSense, Estimate, Limits, PwmCode,
-    SenseCalibration, Setpoint, TICK, Uncertainty, Volt,
+    AdcCode, Ampere, CHANNELS, Calibration, Controller, CurrentSense, Estimate, Limits, Micrometre,
+    Pose, PwmCode, Radian, SenseCalibration, Setpoint, TICK, Uncertainty, Volt,
 };
 use emulated_board::{Device, Electronics, Mirror};
 use virtual_mirror::{ConfigError, MirrorConfig, VirtualMirror};
@@ -109,7 +109,7 @@ impl<'a, M: Mirror> Loop<'a, M> {
     /// Goes to a pose and stays for so long; returns the pose of the plate then, as the mean of the last 10 ms.
     pub fn hold_pose(&mut self, asked: &PlatePose, seconds: f64) -> PlatePose {
         const READ: usize = 100;
-        let setpoint = Setpoint::Position(pose::core_pose(asked));
+        let setpoint = Setpoint::Position(core_pose(asked));
         let ticks = (seconds / TICK_S).round() as usize;
         let share = 1.0 / READ.min(ticks) as f64;
         let mut mean = PlatePose::default();
@@ -189,6 +189,15 @@ impl Loop<'_> {
     /// Where a number of `config` is out of range.
     pub fn age(&mut self, config: &MirrorConfig) -> Result<(), ConfigError> {
         self.mirror.become_mirror(config)
+    }
+}
+
+/// A pose in the core's numbers.
+fn core_pose(pose: &PlatePose) -> Pose {
+    Pose {
+        z: Micrometre(pose.z_um as f32),
+        tilt_x: Radian(pose.tilt_x_rad as f32),
+        tilt_y: Radian(pose.tilt_y_rad as f32),
     }
 }
 

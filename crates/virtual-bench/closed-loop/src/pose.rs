@@ -2,12 +2,12 @@
 
 use calibration::{PlatePose, PoseError, PosePoint, Posed, Reach, posed, poses_to_measure};
 use control_core::calibration::{Parts, Plate};
-use control_core::{Calibration, Micrometre, Pose, Radian, Setpoint};
+use control_core::{Calibration, Micrometre, Setpoint};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use virtual_mirror::{ConfigError, MirrorConfig, Reading, Sensor};
 
-use crate::{Loop, TICK_S};
+use crate::{Loop, TICK_S, core_pose};
 
 /// A pose is held so long before it is read (s): as positions are that correct tables.
 const HELD_S: f64 = 2.0;
@@ -206,12 +206,4 @@ pub fn pose_errors(
         tilt_rms_deg: rms(tilt).to_degrees(),
         tilt_largest_deg: largest.to_degrees(),
     })
-}
-
-pub(crate) fn core_pose(pose: &PlatePose) -> Pose {
-    Pose {
-        z: Micrometre(pose.z_um as f32),
-        tilt_x: Radian(pose.tilt_x_rad as f32),
-        tilt_y: Radian(pose.tilt_y_rad as f32),
-    }
 }

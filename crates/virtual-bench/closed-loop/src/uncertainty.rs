@@ -9,7 +9,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use virtual_mirror::ConfigError;
 
-use crate::pose::core_pose;
+use crate::core_pose;
 use crate::surroundings::is_held_back;
 use crate::{Loop, TICK_S};
 

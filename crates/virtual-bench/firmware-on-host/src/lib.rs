@@ -12,13 +12,14 @@ use control_core::{AdcCode, Ampere, PwmCode, SupplyCode};
 use embassy_futures::join::join3;
 use mirror_firmware::board::host::link::{Opened, Storage};
 use mirror_firmware::board::host::{HostBoard, Plant, PlantCall};
+use mirror_firmware::board::lockstep;
 use mirror_firmware::flash::FLASH_BYTES;
 use mirror_firmware::keeper::RECORD_BYTES;
 use mirror_firmware::mailbox::Mailbox;
 use mirror_firmware::origin::Origin;
 use mirror_firmware::resets::Resets;
 use mirror_firmware::startup::{Memory, start};
-use mirror_firmware::{control, rpc, usb};
+use mirror_firmware::{rpc, usb};
 use mirror_protocol::{
     Hello, HelloEndpoint, MAX_FRAME_BYTES, PROTOCOL_VERSION, ResetCause, WireError,
 };
@@ -81,7 +82,7 @@ pub fn power_up(flash: &SharedFlash, plant: Plant) -> (impl Future + use<>, Host
     let board = HostBoard::new(PlantCall::new(plant));
     let firmware = async move {
         join3(
-            control::run(board, control),
+            lockstep::run(board, control),
             device.run(),
             rpc::serve(tx, rx, received, session),
         )

@@ -5,52 +5,17 @@
 //! [`residual`], and the CRC-32 (as in Ethernet) of all that. Formats 3 to 5 are read too: 5 does not say what it leaves unknown, 4 knows
 //! nothing of surroundings either, 3 has no levers either.
 
+use super::layout::{
+    BYTES, FORMAT, MAGIC, WITHOUT_LEVERS, WITHOUT_RESIDUAL, WITHOUT_SURROUNDINGS, record_bytes,
+};
 use super::{ActuatorCalibration, Bounds, Heat, Memory, Parts, Path, Plate};
 use super::{Calibration, CalibrationError, Field, Label, Origin, Problem};
-use super::{FAST_POLES, LAGS, PLAYS, Residual, SENSED_RISES, SLOW_POLES, SensedRises};
+use super::{Residual, SensedRises};
 use crate::CHANNELS;
 use crate::shape::{InverseTable, KNOTS};
 use crate::units::{Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Volt, Watt};
 
-/// The version of this layout and of what the numbers mean.
-pub(super) const FORMAT: u16 = 6;
-/// The one that does not say what it leaves unknown.
-const WITHOUT_RESIDUAL: u16 = 5;
-/// The one that knows nothing of surroundings.
-const WITHOUT_SURROUNDINGS: u16 = 4;
-/// The one without levers.
-const WITHOUT_LEVERS: u16 = 3;
-
-const MAGIC: [u8; 4] = *b"EMCA";
 const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
-
-const ACTUATOR_NUMBERS: usize = 5 + KNOTS;
-const SHARED_NUMBERS: usize = 2 * (FAST_POLES + SLOW_POLES + PLAYS + LAGS) + 5;
-const LEVER_NUMBERS: usize = 3 * CHANNELS;
-const SURROUNDINGS_NUMBERS: usize = CHANNELS * (1 + SENSED_RISES) + 1;
-const RESIDUAL_NUMBERS: usize = 4;
-const HEAD: usize = MAGIC.len() + 2 + 2 * Label::CAPACITY + 8;
-
-/// Bytes of a calibration.
-pub const BYTES: usize = BYTES_WITHOUT_RESIDUAL + 4 * RESIDUAL_NUMBERS;
-const BYTES_WITHOUT_RESIDUAL: usize = BYTES_WITHOUT_SURROUNDINGS + 4 * SURROUNDINGS_NUMBERS;
-const BYTES_WITHOUT_SURROUNDINGS: usize = BYTES_WITHOUT_LEVERS + 4 * LEVER_NUMBERS;
-const BYTES_WITHOUT_LEVERS: usize = HEAD + 4 * (CHANNELS * ACTUATOR_NUMBERS + SHARED_NUMBERS) + 4;
-
-/// How many bytes a calibration has that begins like this; those of the present format where it is of none.
-pub fn record_bytes(bytes: &[u8]) -> usize {
-    let format = bytes.get(MAGIC.len()..MAGIC.len() + 2);
-    let is_of = |of: u16| format == Some(&of.to_le_bytes());
-    if is_of(WITHOUT_LEVERS) {
-        BYTES_WITHOUT_LEVERS
-    } else if is_of(WITHOUT_SURROUNDINGS) {
-        BYTES_WITHOUT_SURROUNDINGS
-    } else if is_of(WITHOUT_RESIDUAL) {
-        BYTES_WITHOUT_RESIDUAL
-    } else {
-        BYTES
-    }
-}
 
 impl Calibration {
     /// As bytes.
@@ -246,6 +211,9 @@ impl Reader<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::layout::{
+        BYTES_WITHOUT_LEVERS, BYTES_WITHOUT_RESIDUAL, BYTES_WITHOUT_SURROUNDINGS, HEAD,
+    };
     use super::super::tests::parts;
     use super::*;
     use proptest::prelude::*;

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::bytes::{BYTES, FORMAT};
+use super::layout::{BYTES, FORMAT};
 use crate::shape::TableError;
 
 /// A number of a calibration, by the name that its file uses.

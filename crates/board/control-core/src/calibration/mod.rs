@@ -6,12 +6,13 @@
 
 mod bytes;
 mod error;
+mod layout;
 mod origin;
 mod plausible;
 mod stages;
 
-pub use bytes::{BYTES, record_bytes};
 pub use error::{CalibrationError, Field, Problem};
+pub use layout::{BYTES, record_bytes};
 pub use origin::{Label, Origin};
 pub use stages::{
     ActuatorCalibration, Bounds, FAST_POLES, Heat, LAGS, Lag, Lever, Memory, PLAYS, Path, Plate,

@@ -4,7 +4,7 @@
 //! on telling, is its own: its resistance, its temperature coefficient or its way of losing heat has changed. Its innovations,
 //! normalised by their deviation, have a mean then, which a two-sided cumulative sum finds [Page 1954].
 
-use super::PERIOD;
+use super::period::PERIOD;
 use crate::CHANNELS;
 use crate::design::TICK;
 use crate::units::Kelvin;

@@ -11,6 +11,7 @@
 //! - `heat`, `linear`, `resistance`: the stages forward;
 //! - `unknowns`, `fit`: what is sought, and how; `tables`: the outcome.
 
+mod error;
 mod fit;
 mod heat;
 mod linear;
@@ -23,9 +24,10 @@ mod unknowns;
 
 use control_core::calibration::{Parts, SensedRises};
 use control_core::shape::SEGMENTS;
-use control_core::{Calibration, CalibrationError, Kelvin, Ohm, PerKelvin};
+use control_core::{Calibration, Kelvin, Ohm, PerKelvin};
 use measurement::Session;
 
+pub use self::error::RefineError;
 use self::fit::{Fit, Fitted};
 use self::tables::Bend;
 use self::timeline::Timeline;
@@ -58,24 +60,6 @@ impl Refined {
     pub fn rest_rms_um(&self) -> f64 {
         self.residual_rms_um.hypot(noise::HELD_UM)
     }
-}
-
-/// Why nothing was refined.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum RefineError {
-    /// Too few readings.
-    #[error(
-        "{0} readings of displacement under a known heating are too few to refine a calibration; record the currents, measure steps, read densely"
-    )]
-    TooFew(usize),
-    /// Nothing follows the readings.
-    #[error(
-        "no stages follow what was measured; look whether the sensor sees the mirror, and whether currents were recorded"
-    )]
-    NoFit,
-    /// The bent table is none.
-    #[error("the refined calibration cannot be used: {0}")]
-    Calibration(#[from] CalibrationError),
 }
 
 /// `calibration` with its stages refined by a session.

@@ -3,7 +3,7 @@
 use control_core::shape::{KNOTS, SEGMENTS};
 use control_core::{ActuatorCalibration, CalibrationError, InverseTable, Micrometre};
 
-use super::RefineError;
+use super::error::RefineError;
 use super::heat::HeatLoss;
 use super::linear::LinearStages;
 use crate::curve::Curve;

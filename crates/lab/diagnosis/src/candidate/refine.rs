@@ -3,7 +3,8 @@
 //! The lab's solver minimises a Euclidean sum of squares. This one minimises `<r, r>` of a residual space, whose products of
 //! a few slopes are cheap and whose residuals, written out, would have a row more for each member of the ensemble.
 
-use super::{Explanation, Operating, PRICE, moved};
+use super::Operating;
+use super::explanation::{Explanation, PRICE, moved};
 use crate::residual_space::{ResidualSpace, Session, Vector};
 use mirror_model::effect::Active;
 use nalgebra::{DMatrix, DVector};

@@ -1,6 +1,6 @@
 //! Base and effect fitted together, since a strong effect moves the base further than its slopes reach.
 
-use super::{Explanation, PRICE, moved};
+use super::explanation::{Explanation, PRICE, moved};
 use crate::held_out::HeldOut;
 use crate::null_ensemble::coordinates;
 use crate::residual_space::{AroundRefit, Kind, ResidualSpace, Session, Vector};

@@ -7,6 +7,7 @@ use identification::prediction::{jacobian, predict};
 use mirror_model::effect::find;
 use mirror_model::{ACTUATORS, Interval, Model, Preset};
 use nalgebra::DMatrix;
+use nalgebra::DVector;
 
 /// A candidate of this effect with this score, above its threshold.
 pub(crate) fn scored(id: &str, score: f64) -> Candidate {

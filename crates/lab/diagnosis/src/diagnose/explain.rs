@@ -1,7 +1,7 @@
 //! Every candidate's best explanation: all are scanned, those worth it are refined, and the best are fitted together with the
 //! base.
 
-use super::{Analysis, best_first};
+use super::analysis::{Analysis, best_first};
 use crate::candidate::{Candidate, refine, refit, scan};
 use crate::progress::Count;
 use identification::base::{identifiable, restarts};

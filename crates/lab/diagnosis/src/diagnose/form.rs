@@ -1,6 +1,6 @@
 //! Which form of an effect it is that explains a session, and which others would as well.
 
-use super::Analysis;
+use super::analysis::Analysis;
 use crate::candidate::{Candidate, Explanation, PRICE, Refit, refit, scan};
 use crate::report::Form;
 use crate::residual_space::Session;

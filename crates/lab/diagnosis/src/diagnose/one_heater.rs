@@ -2,7 +2,7 @@
 //! together with the base. What the base can do as well, as a film's TCR where nothing but the heater is a thermometer,
 //! lowers no misfit then.
 
-use super::Analysis;
+use super::analysis::Analysis;
 use crate::candidate::{Candidate, Explanation, Refit, refit};
 use crate::residual_space::Session;
 use identification::heater;

@@ -1,7 +1,7 @@
 //! Where something is missing, without a list of effects; and a form for what no known effect explains: the best of the drafted
 //! formulas, fitted together with the base as effects are.
 
-use super::Analysis;
+use super::analysis::Analysis;
 use crate::candidate::{Candidate, Explanation, PRICE, refine, refit};
 use crate::formula_search::{Draft, drafts, effect, id, sentence};
 use crate::report::{ProposedForm, Verdict};

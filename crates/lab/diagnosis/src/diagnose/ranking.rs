@@ -1,6 +1,6 @@
 //! Every effect's place: its score, its size, what it is worth on rows held out and where nothing is missing.
 
-use super::{Analysis, rms};
+use super::analysis::{Analysis, rms};
 use crate::candidate::{Candidate, Explanation};
 use crate::confusions::confusions;
 use crate::held_out::{HeldOut, held_out_rows};

@@ -1,6 +1,6 @@
 //! An effect that takes most of the error and leaves a part of it: what is left, and from which drive on.
 
-use super::Analysis;
+use super::analysis::Analysis;
 use crate::candidate::Candidate;
 use crate::report::{Remainder, Rms};
 use identification::Unit;

@@ -1,6 +1,6 @@
 //! The verdict: which effects are above their thresholds, which of them are rivals, and whether they explain the misfit.
 
-use super::Analysis;
+use super::analysis::Analysis;
 use super::step_error::step_error;
 use crate::candidate::Candidate;
 use crate::confusions::confusions;

@@ -1,7 +1,7 @@
 //! What a fact of the mirror would be worth that its model file does not state, and what another measurement: the session is
 //! looked at with the null ensemble of a mirror of which it is known, or of a session that goes on with it.
 
-use super::Analysis;
+use super::analysis::Analysis;
 use crate::candidate::Candidate;
 use crate::menu::{Offer, offers};
 use crate::null_ensemble::NullEnsemble;

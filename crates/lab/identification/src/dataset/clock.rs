@@ -1,6 +1,6 @@
 //! Which files of a session share a clock, and what that means for the displacement's zero.
 
-use super::{Channel, Observation};
+use super::observation::{Channel, Observation};
 use measurement::MeasurementFile;
 use std::ops::Range;
 

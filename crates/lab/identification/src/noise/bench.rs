@@ -1,6 +1,7 @@
 //! Noise of the meters at a heater on a bench, which may be any: read off what no smooth curve of the voltage can follow.
 
-use super::{USUAL, is_even};
+use super::even::is_even;
+use super::usual::USUAL;
 use measurement::held::{DIFFERENCE, MEDIAN_OF_NORMAL};
 use measurement::{ACTUATORS, CurrentNoise, Row, Session};
 

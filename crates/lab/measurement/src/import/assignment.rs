@@ -1,6 +1,7 @@
 //! Which column of a table is which quantity, in which unit.
 
-use super::{ImportError, Table};
+use super::error::ImportError;
+use super::table::Table;
 use crate::column::{COLUMNS, Column};
 
 /// A column of a table as a quantity.

@@ -7,37 +7,18 @@
 
 mod assignment;
 mod cell;
+mod error;
 mod lost;
 mod table;
 
 pub use assignment::{Assignment, guesses};
+pub use error::ImportError;
 pub use table::Table;
 
 use crate::column::Column;
 use crate::held::held;
 use crate::settled::{Settled, mean};
 use crate::{MeasurementFile, Row};
-use miette::Diagnostic;
-use thiserror::Error;
-
-/// Why a table is no measurement.
-#[derive(Debug, Error, Diagnostic, PartialEq)]
-#[error("{message}")]
-#[diagnostic(help("{help}"))]
-pub struct ImportError {
-    message: String,
-    help: String,
-}
-
-impl ImportError {
-    /// What is wrong, and what to do.
-    pub fn new(message: impl Into<String>, help: impl Into<String>) -> Self {
-        Self {
-            message: message.into(),
-            help: help.into(),
-        }
-    }
-}
 
 /// A measurement, and what was noticed and done on the way.
 #[derive(Debug)]

@@ -1,7 +1,7 @@
 //! A text as named columns of numbers.
 
-use super::ImportError;
 use super::cell::{Cell, Numbers};
+use super::error::ImportError;
 use std::borrow::Cow;
 
 /// Delimiters in the order in which they are preferred where a line splits alike: a comma may be a decimal one.

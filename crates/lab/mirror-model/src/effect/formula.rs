@@ -28,7 +28,6 @@ use exmex::{Express, FlatEx};
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use thiserror::Error;
 
-use self::read::Reader;
 use super::{Effect, Info, Moment, Step};
 
 /// What a formula may use besides its parameters and states.
@@ -75,15 +74,6 @@ impl Expression {
 }
 
 impl Formula {
-    /// Reads an effect's text; `name` is what errors call it.
-    ///
-    /// # Errors
-    /// [`FormulaError`], pointing at the place, for a syntax error, an unknown variable, or a formula that changes
-    /// something at strength 0.
-    pub fn parse(name: &str, text: &str) -> Result<Self, FormulaError> {
-        Reader { name, text }.formula()
-    }
-
     fn values(parameters: &[f64], input: f64, state: &[f64], m: &Moment) -> Vec<f64> {
         let chain = [
             input,

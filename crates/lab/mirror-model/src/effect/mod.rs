@@ -38,6 +38,7 @@ mod series_resistance;
 mod size;
 mod softening;
 mod substrate_warming;
+mod suited;
 mod thermal_lag;
 
 pub use formula::{Formula, FormulaError};

@@ -9,6 +9,7 @@ mod gpio;
 pub(crate) mod interrupt;
 mod iwdg;
 pub mod memory;
+mod mistake;
 mod pins;
 mod pwr;
 mod rcc;
@@ -21,8 +22,8 @@ mod timer;
 mod trace;
 pub mod usb;
 
+pub use mistake::Mistake;
 pub use rcc::Reset;
-pub use registers::Mistake;
 pub use time::Clock;
 pub(crate) use time::NEVER;
 pub(crate) use timer::Output;

@@ -9,17 +9,6 @@ use super::usb::Usb;
 use super::{Chip, address, rcc};
 use crate::names;
 
-/// A mistake that a driver could have: in a register it writes other bits, wherever it writes it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Mistake {
-    /// The register's address.
-    pub address: u32,
-    /// The bits that are written otherwise.
-    pub bits: u32,
-    /// What they are written as; no write at all where there is none.
-    pub value: Option<u32>,
-}
-
 impl Chip {
     /// The core's clock after what was written, where it may have it.
     fn follow_clock(&mut self) -> Access {

@@ -8,6 +8,7 @@ pub mod bus;
 pub mod decode;
 mod exceptions;
 mod execute;
+mod fault;
 mod float;
 pub mod instruction;
 mod memory;
@@ -20,13 +21,16 @@ mod system;
 mod tests;
 
 pub use bus::{Abort, Bus};
-pub use exceptions::Fault;
-pub(crate) use exceptions::NMI;
+pub use fault::Fault;
+pub(crate) use fault::NMI;
 pub use system::System;
 
 pub(crate) const SP: usize = 13;
 pub(crate) const LR: usize = 14;
 pub(crate) const PC: usize = 15;
+
+/// Cycles from the end of a handler back to what it interrupted (Cortex-M4 TRM, section 3.9).
+const RETURN_CYCLES: u32 = 10;
 
 /// Why the processor does not go on, in the model or in truth.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -209,7 +213,7 @@ impl Cpu {
         let handled = self.ipsr;
         match self.execute_next(bus) {
             Ok(cycles) if self.ipsr == handled => Ok(cycles),
-            Ok(_) => Ok(exceptions::RETURN_CYCLES),
+            Ok(_) => Ok(RETURN_CYCLES),
             Err(trap) => self.trapped(bus, trap),
         }
     }

@@ -2,7 +2,7 @@
 
 use super::instruction::{Flags, LongProduct, Product};
 use super::{Cpu, Executed, Trap};
-use crate::cpu::exceptions::Fault;
+use crate::cpu::fault::Fault;
 
 /// A half-word with its sign.
 fn half(value: u32, top: bool) -> i64 {

@@ -2,7 +2,7 @@
 
 mod registers;
 
-use super::exceptions::{FIRST_INTERRUPT, Fault, HARD_FAULT, IDLE, NMI, SUPERVISOR_CALL};
+use super::fault::{FIRST_INTERRUPT, Fault, HARD_FAULT, IDLE, NMI, SUPERVISOR_CALL};
 
 /// HFSR.FORCED: a fault that could not be handled as what it is.
 const FORCED: u32 = 1 << 30;

@@ -49,14 +49,25 @@ struct StoredState {
     rate: toml::Spanned<String>,
 }
 
+impl Formula {
+    /// Reads an effect's text; `name` is what errors call it.
+    ///
+    /// # Errors
+    /// [`FormulaError`], pointing at the place, for a syntax error, an unknown variable, or a formula that changes
+    /// something at strength 0.
+    pub fn parse(name: &str, text: &str) -> Result<Self, FormulaError> {
+        Reader { name, text }.formula()
+    }
+}
+
 /// An effect's text, and what errors call it.
-pub(super) struct Reader<'a> {
-    pub(super) name: &'a str,
-    pub(super) text: &'a str,
+struct Reader<'a> {
+    name: &'a str,
+    text: &'a str,
 }
 
 impl Reader<'_> {
-    pub(super) fn formula(&self) -> Result<Formula, FormulaError> {
+    fn formula(&self) -> Result<Formula, FormulaError> {
         let stored: Stored = toml::from_str(self.text).map_err(|error| {
             self.wrong(
                 error.message(),

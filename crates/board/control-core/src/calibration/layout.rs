@@ -1,0 +1,47 @@
+//! How many bytes a calibration has, in each of the formats that are read.
+
+use super::origin::Label;
+use super::stages::{FAST_POLES, LAGS, PLAYS, SENSED_RISES, SLOW_POLES};
+use crate::CHANNELS;
+use crate::shape::KNOTS;
+
+/// The version of this layout and of what the numbers mean.
+pub(super) const FORMAT: u16 = 6;
+/// The one that does not say what it leaves unknown.
+pub(super) const WITHOUT_RESIDUAL: u16 = 5;
+/// The one that knows nothing of surroundings.
+pub(super) const WITHOUT_SURROUNDINGS: u16 = 4;
+/// The one without levers.
+pub(super) const WITHOUT_LEVERS: u16 = 3;
+
+pub(super) const MAGIC: [u8; 4] = *b"EMCA";
+
+const ACTUATOR_NUMBERS: usize = 5 + KNOTS;
+const SHARED_NUMBERS: usize = 2 * (FAST_POLES + SLOW_POLES + PLAYS + LAGS) + 5;
+const LEVER_NUMBERS: usize = 3 * CHANNELS;
+const SURROUNDINGS_NUMBERS: usize = CHANNELS * (1 + SENSED_RISES) + 1;
+const RESIDUAL_NUMBERS: usize = 4;
+pub(super) const HEAD: usize = MAGIC.len() + 2 + 2 * Label::CAPACITY + 8;
+
+/// Bytes of a calibration.
+pub const BYTES: usize = BYTES_WITHOUT_RESIDUAL + 4 * RESIDUAL_NUMBERS;
+pub(super) const BYTES_WITHOUT_RESIDUAL: usize =
+    BYTES_WITHOUT_SURROUNDINGS + 4 * SURROUNDINGS_NUMBERS;
+pub(super) const BYTES_WITHOUT_SURROUNDINGS: usize = BYTES_WITHOUT_LEVERS + 4 * LEVER_NUMBERS;
+pub(super) const BYTES_WITHOUT_LEVERS: usize =
+    HEAD + 4 * (CHANNELS * ACTUATOR_NUMBERS + SHARED_NUMBERS) + 4;
+
+/// How many bytes a calibration has that begins like this; those of the present format where it is of none.
+pub fn record_bytes(bytes: &[u8]) -> usize {
+    let format = bytes.get(MAGIC.len()..MAGIC.len() + 2);
+    let is_of = |of: u16| format == Some(&of.to_le_bytes());
+    if is_of(WITHOUT_LEVERS) {
+        BYTES_WITHOUT_LEVERS
+    } else if is_of(WITHOUT_SURROUNDINGS) {
+        BYTES_WITHOUT_SURROUNDINGS
+    } else if is_of(WITHOUT_RESIDUAL) {
+        BYTES_WITHOUT_RESIDUAL
+    } else {
+        BYTES
+    }
+}
