@@ -1,8 +1,9 @@
 //! A calibration uploaded over USB, and what a board comes up with after its power was cut.
 
+use crate::erased;
 use control_core::Calibration;
 use control_core::calibration::{BYTES, Label, Parts};
-use firmware_on_host::{FLASH_PAGES, with_client};
+use firmware_on_host::with_client;
 use mirror_firmware::factory;
 use mirror_firmware::flash::LOG_BYTES;
 use mirror_protocol::{
@@ -12,11 +13,7 @@ use mirror_protocol::{
 };
 use postcard_rpc::host_client::HostClient;
 use protection::Fault;
-use simulated_flash::{HalfWords, PAGE_BYTES, SharedFlash, SimulatedFlash, WORD_BYTES};
-
-fn erased() -> SharedFlash {
-    SharedFlash::new(SimulatedFlash::new(FLASH_PAGES, HalfWords::Flicker, 3))
-}
+use simulated_flash::{PAGE_BYTES, SharedFlash, WORD_BYTES};
 
 fn of_device(device: &str) -> Calibration {
     let mut parts: Parts = *factory::calibration().parts();

@@ -1,9 +1,10 @@
 //! The fault log through the whole firmware: what a board says of its starts and trips after its power was cut, on a flash
 //! that is sound, worn, or full of garbage.
 
+use crate::erased;
 use embedded_storage::nor_flash::NorFlash;
 use fault_log::Log;
-use firmware_on_host::{FLASH_PAGES, connect, enumerate, with_board_on, with_client};
+use firmware_on_host::{connect, enumerate, with_board_on, with_client};
 use mirror_firmware::flash::LOG_BYTES;
 use mirror_protocol::{
     CalibrationEndpoint, ClearEndpoint, FaultLogEndpoint, Kept, LogEntry, LogEvent, LogPage,
@@ -11,15 +12,11 @@ use mirror_protocol::{
 };
 use postcard_rpc::host_client::HostClient;
 use protection::Fault;
-use simulated_flash::{HalfWords, PAGE_BYTES, SharedFlash, SimulatedFlash};
+use simulated_flash::{PAGE_BYTES, SharedFlash};
 
 /// Entries of 128 bytes.
 const SLOTS: usize = LOG_BYTES / 128;
 const IN_A_PAGE: usize = PAGE_BYTES / 128;
-
-fn erased() -> SharedFlash {
-    SharedFlash::new(SimulatedFlash::new(FLASH_PAGES, HalfWords::Flicker, 3))
-}
 
 async fn page(client: &HostClient<WireError>, most: u32) -> Result<LogPage, Refusal> {
     let query = LogQuery { most };
