@@ -46,11 +46,12 @@ const PARTS: [(&str, &[&str]); 3] = [
     ),
 ];
 
-/// Installs the package, and what its tests need: some 45 s of a processor, mostly unpacking.
+/// Installs the package, and what its tests need: some 20 s of a processor, mostly unpacking. Python compiles what the tests
+/// import, and not all that there is, which takes 30 s more.
 pub(crate) fn install() -> Result<()> {
     let mut install = pip()?;
     install
-        .args(["install", "--quiet", "--editable"])
+        .args(["install", "--quiet", "--no-compile", "--editable"])
         .arg(package());
     run(install.args(FOR_TESTS))
         .context("what the tests need comes from the package index; is there a network?")
