@@ -1,7 +1,6 @@
 //! The pages of `docs` as a book for a browser, with a search that needs no network: made by mdBook of what the repository
 //! holds, which has no page in mdBook's own format.
 
-mod browser;
 mod contents;
 mod links;
 mod search;

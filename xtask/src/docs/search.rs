@@ -6,8 +6,8 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::{Result, ensure};
+use headless_browser::Browser;
 
-use super::browser::Browser;
 use super::links::pages_below;
 use crate::cargo::target_directory;
 
@@ -39,7 +39,7 @@ pub(super) fn check(browser: &OsStr, book: &Path) -> Result<()> {
 fn try_out(browser: &mut Browser, book: &Path) -> Result<()> {
     let count = open_all(browser, book)?;
     println!("{count} pages open in a browser, with all their pictures");
-    let first = address(&book.join("index.html"))?;
+    let first = book.join("index.html");
     let found = search(browser, &first, WORD)?;
     ensure!(!found.is_empty(), "the search finds no page for {WORD}");
     browser.open(&found[0])?;
@@ -63,7 +63,7 @@ fn open_all(browser: &mut Browser, book: &Path) -> Result<usize> {
     let mut pages = Vec::new();
     pages_below(book, &mut pages)?;
     for page in &pages {
-        browser.open(&address(page)?)?;
+        browser.open_file(page)?;
         let lost = browser.value(
             "[...document.images].filter((image) => !image.naturalWidth).map((image) => image.src).join(' ')",
         )?;
@@ -73,14 +73,14 @@ fn open_all(browser: &mut Browser, book: &Path) -> Result<usize> {
 }
 
 /// The addresses that a search for `word` leads to, as a reader would search.
-fn search(browser: &mut Browser, first: &str, word: &str) -> Result<Vec<String>> {
-    browser.open(first)?;
-    browser.press(SEARCH_KEY)?;
+fn search(browser: &mut Browser, first: &Path, word: &str) -> Result<Vec<String>> {
+    browser.open_file(first)?;
+    browser.types(SEARCH_KEY)?;
     // The index is loaded when it is first needed, and what is found is said in words.
-    browser.value(&until("document.activeElement?.id === 'mdbook-searchbar'"))?;
-    browser.press(word)?;
+    browser.wait_until("document.activeElement?.id === 'mdbook-searchbar'")?;
+    browser.types(word)?;
     let said = "document.getElementById('mdbook-searchresults-header').innerText";
-    browser.value(&until(&format!("{said}.includes('{word}')")))?;
+    browser.wait_until(&format!("{said}.includes('{word}')"))?;
     let found = browser.value(&format!(
         "[...document.querySelectorAll('{RESULTS}')].map((link) => link.href)"
     ))?;
@@ -88,27 +88,4 @@ fn search(browser: &mut Browser, first: &str, word: &str) -> Result<Vec<String>>
     Ok(found
         .filter_map(|link| link.as_str().map(str::to_owned))
         .collect())
-}
-
-/// A promise that something becomes true within 10 s; a reader has left by then.
-fn until(condition: &str) -> String {
-    format!(
-        "new Promise((done, fail) => {{
-           const end = performance.now() + 10_000;
-           const look = () => {condition} ? done() : performance.now() > end ? fail(new Error({condition:?})) : setTimeout(look, 20);
-           look();
-         }})"
-    )
-}
-
-/// A file's address, without anything that would need to be escaped.
-fn address(page: &Path) -> Result<String> {
-    let path = page.canonicalize()?;
-    let path = path.to_string_lossy();
-    ensure!(
-        path.chars()
-            .all(|c| c.is_ascii_graphic() && !matches!(c, '%' | '?' | '#')),
-        "{path} cannot be written as an address; build in another folder"
-    );
-    Ok(format!("file://{path}"))
 }

@@ -191,6 +191,7 @@ pub(super) const ALLOWED: &[Allowed] = &[
             "virtual-mirror",
         ],
     ),
+    (Room::VirtualBench, "headless-browser", &[]),
     (Room::VirtualBench, "long-runs", &[]),
     (Room::VirtualBench, "plant-link", &[]),
     (Room::VirtualBench, "simulated-flash", &[]),
@@ -273,5 +274,5 @@ pub(super) const ALLOWED: &[Allowed] = &[
             "waveforms",
         ],
     ),
-    (Room::Program, "xtask", &["long-runs"]),
+    (Room::Program, "xtask", &["headless-browser", "long-runs"]),
 ];

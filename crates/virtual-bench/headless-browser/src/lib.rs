@@ -1,4 +1,4 @@
-//! A browser without a window, asked by the Chrome DevTools Protocol over a pipe
+//! A browser without a window, in which tests look at pages as their readers do. It is asked by the Chrome DevTools Protocol over a pipe
 //! (<https://chromedevtools.github.io/devtools-protocol>).
 
 use std::ffi::OsStr;
@@ -6,23 +6,34 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use serde_json::{Value, json};
 
 /// A Chromium reads questions from its file 3 and writes answers to its file 4, each ended by a zero byte.
 const START: &str = r#"exec "$0" "$@" 3<&0 4>&1 </dev/null >/dev/null 2>&1"#;
 
 /// A browser with one page, which ends with this.
-pub(super) struct Browser {
+pub struct Browser {
     program: Child,
     to: ChildStdin,
     from: BufReader<ChildStdout>,
     asked: u64,
     session: Value,
     /// What pages complained of, and what they fetched that is no file.
-    pub(super) complaints: Vec<String>,
+    pub complaints: Vec<String>,
     /// Pages that have loaded.
     loaded: usize,
+}
+
+/// A key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Key {
+    /// To the next control.
+    Tab,
+    /// Turns a switch.
+    Space,
+    /// Moves a slider.
+    Right,
 }
 
 impl Drop for Browser {
@@ -33,8 +44,11 @@ impl Drop for Browser {
 }
 
 impl Browser {
-    /// Starts `program`, which keeps what it remembers in `profile`.
-    pub(super) fn start(program: &OsStr, profile: &Path) -> Result<Self> {
+    /// Starts `program`, a Chromium, which keeps what it remembers in `profile`.
+    ///
+    /// # Errors
+    /// Where it does not run, or answers otherwise than a Chromium.
+    pub fn start(program: &OsStr, profile: &Path) -> Result<Self> {
         let mut started = Command::new("sh")
             .args(["-c", START])
             .arg(program)
@@ -66,7 +80,10 @@ impl Browser {
     }
 
     /// Opens an address, and waits until it has loaded.
-    pub(super) fn open(&mut self, address: &str) -> Result<()> {
+    ///
+    /// # Errors
+    /// Where it does not open.
+    pub fn open(&mut self, address: &str) -> Result<()> {
         let before = self.loaded;
         let opened = self.ask("Page.navigate", json!({ "url": address }))?;
         if let Some(error) = opened["errorText"].as_str() {
@@ -79,19 +96,81 @@ impl Browser {
         Ok(())
     }
 
+    /// Opens a file.
+    ///
+    /// # Errors
+    /// Where it does not open, or its path has what an address would have to escape.
+    pub fn open_file(&mut self, file: &Path) -> Result<()> {
+        let path = file.canonicalize()?;
+        let path = path.to_string_lossy();
+        let is_plain = |c: char| c.is_ascii_graphic() && !matches!(c, '%' | '?' | '#');
+        ensure!(
+            path.chars().all(is_plain),
+            "{path} cannot be written as an address; take another folder"
+        );
+        self.open(&format!("file://{path}"))
+    }
+
+    /// Waits until a condition holds, for 60 s: of a machine that is busy with other tests.
+    ///
+    /// # Errors
+    /// Where it does not come to hold.
+    pub fn wait_until(&mut self, condition: &str) -> Result<()> {
+        self.value(&format!(
+            "new Promise((done, fail) => {{
+               const end = performance.now() + 60_000;
+               const look = () => {condition} ? done() : performance.now() > end ? fail(new Error({condition:?})) : setTimeout(look, 5);
+               look();
+             }})"
+        ))?;
+        Ok(())
+    }
+
     /// Types a word, key by key.
-    pub(super) fn press(&mut self, keys: &str) -> Result<()> {
-        for key in keys.chars() {
-            let down = json!({"type": "keyDown", "key": key, "text": key});
-            self.ask("Input.dispatchKeyEvent", down)?;
-            let up = json!({"type": "keyUp", "key": key});
-            self.ask("Input.dispatchKeyEvent", up)?;
+    ///
+    /// # Errors
+    /// Where the browser has ended.
+    pub fn types(&mut self, word: &str) -> Result<()> {
+        for key in word.chars() {
+            self.strike(json!({"key": key, "text": key}))?;
+        }
+        Ok(())
+    }
+
+    /// Presses a key that types nothing or a blank, which has a name and a number
+    /// (<https://www.w3.org/TR/uievents-code>; the numbers are those of Windows).
+    ///
+    /// # Errors
+    /// Where the browser has ended.
+    pub fn press(&mut self, key: Key) -> Result<()> {
+        let (name, number, text) = match key {
+            Key::Tab => ("Tab", 9, ""),
+            Key::Space => ("Space", 32, " "),
+            Key::Right => ("ArrowRight", 39, ""),
+        };
+        let key = if text.is_empty() { name } else { text };
+        self.strike(
+            json!({"key": key, "code": name, "windowsVirtualKeyCode": number, "text": text}),
+        )
+    }
+
+    fn strike(&mut self, key: Value) -> Result<()> {
+        for kind in ["keyDown", "keyUp"] {
+            let mut event = key.clone();
+            event["type"] = kind.into();
+            if kind == "keyUp" {
+                event["text"] = "".into();
+            }
+            self.ask("Input.dispatchKeyEvent", event)?;
         }
         Ok(())
     }
 
     /// The value of a JavaScript expression, waited for where it is a promise.
-    pub(super) fn value(&mut self, expression: &str) -> Result<Value> {
+    ///
+    /// # Errors
+    /// What it throws.
+    pub fn value(&mut self, expression: &str) -> Result<Value> {
         let evaluate =
             json!({"expression": expression, "awaitPromise": true, "returnByValue": true});
         let mut answer = self.ask("Runtime.evaluate", evaluate)?;
@@ -102,7 +181,11 @@ impl Browser {
         Ok(answer["result"]["value"].take())
     }
 
-    fn ask(&mut self, method: &str, parameters: Value) -> Result<Value> {
+    /// Asks for whatever the protocol has.
+    ///
+    /// # Errors
+    /// Where the browser refuses it.
+    pub fn ask(&mut self, method: &str, parameters: Value) -> Result<Value> {
         self.asked += 1;
         let mut question = json!({"id": self.asked, "method": method, "params": parameters});
         if !self.session.is_null() {
