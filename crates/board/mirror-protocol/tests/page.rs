@@ -182,9 +182,8 @@ fn typed(what: &Type) -> String {
 
 /// A type, with the way to what is said of it.
 fn linked(name: &str) -> String {
-    let inner = name.trim_start_matches("Option<").trim_end_matches('>');
-    let inner = inner.trim_start_matches('[');
-    let inner = inner.split([';', ']']).next().unwrap_or_default();
+    let inner = name.trim_start_matches('[').trim_start_matches("Option<");
+    let inner = inner.split([';', ']', '>']).next().unwrap_or_default();
     let is_ours = inner.starts_with(|first: char| first.is_ascii_uppercase());
     match (name, is_ours) {
         ("()", _) => String::new(),
