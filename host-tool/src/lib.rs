@@ -22,6 +22,7 @@ mod recording;
 mod report;
 mod scpi;
 mod serve;
+mod system;
 mod tables;
 mod terms;
 mod tried;

@@ -1,13 +1,13 @@
 //! Output files: found out to be writable before the work begins, and whole or not there at all.
 
-use std::fs::{self, File, Permissions};
+use std::fs::{self, File};
 use std::io::{self, Write};
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
-use tempfile::{Builder, NamedTempFile};
+use tempfile::NamedTempFile;
 
 use crate::error::ToolError;
+use crate::system::any_file;
 
 /// A file that can be written, found out before the work begins. What had its name keeps it
 /// until the new content is whole.
@@ -29,7 +29,7 @@ impl NewFile {
         let directory = path
             .parent()
             .filter(|parent| !parent.as_os_str().is_empty());
-        match draft(directory.unwrap_or(Path::new("."))) {
+        match any_file().tempfile_in(directory.unwrap_or(Path::new("."))) {
             Ok(draft) => Ok(Self {
                 path,
                 replace,
@@ -142,12 +142,4 @@ impl GrowingFile {
             }),
         }
     }
-}
-
-/// A file without a name that is seen, with the permissions that any new file has.
-fn draft(directory: &Path) -> io::Result<NamedTempFile> {
-    let permissions = Permissions::from_mode(0o666);
-    Builder::new()
-        .permissions(permissions)
-        .tempfile_in(directory)
 }

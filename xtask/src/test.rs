@@ -138,7 +138,10 @@ pub(crate) fn run_all(full: bool) -> Result<()> {
     )?;
     gate.step("real boards", hil::name_real_boards)?;
     if full {
-        gate.step("the tool for macOS, as far as a compiler tells", macos)?;
+        gate.step(
+            "the tool for macOS and Windows, as far as a compiler tells",
+            other_systems,
+        )?;
         gate.step("documentation, and the examples in it", documentation)?;
         gate.step("the book, its links and its search", || {
             docs::build(true, false)
@@ -263,16 +266,18 @@ pub(crate) fn fuzz(arguments: &[String]) -> Result<()> {
     run(cargo(&fuzzer).args(arguments))
 }
 
-fn macos() -> Result<()> {
-    const TARGET: &str = "aarch64-apple-darwin";
-    setup::rust_target(TARGET)?;
-    run(&mut cargo(&[
-        "check",
-        "--package",
-        "host-tool",
-        "--target",
-        TARGET,
-    ]))
+fn other_systems() -> Result<()> {
+    for target in ["aarch64-apple-darwin", "x86_64-pc-windows-gnu"] {
+        setup::rust_target(target)?;
+        run(&mut cargo(&[
+            "check",
+            "--package",
+            "host-tool",
+            "--target",
+            target,
+        ]))?;
+    }
+    Ok(())
 }
 
 fn documentation() -> Result<()> {

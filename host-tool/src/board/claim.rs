@@ -10,9 +10,10 @@ use tokio::time::{Instant, sleep};
 
 use super::answer::ANSWER_TIMEOUT;
 use super::find::Found;
-use super::owner::{Owner, options, place, read};
+use super::owner::{Owner, place, read};
 use super::stop_mark::StopMark;
 use crate::error::ToolError;
+use crate::system::private_file;
 use crate::verbosity::note;
 
 /// From one look at the lock to the next.
@@ -113,7 +114,7 @@ pub(super) fn in_use(found: &Found, owner: Option<&Owner>) -> ToolError {
 }
 
 fn attempt(path: &Path) -> io::Result<Attempt> {
-    let mut file = options().create(true).truncate(false).open(path)?;
+    let mut file = private_file().create(true).truncate(false).open(path)?;
     match file.try_lock() {
         Ok(()) => {
             let owner = serde_json::to_string(&Owner::this_process())?;

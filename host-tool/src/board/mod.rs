@@ -4,15 +4,25 @@ mod answer;
 mod calibrations;
 mod claim;
 mod fault_log;
+#[cfg(unix)]
+mod fifo;
 mod find;
 pub mod framing;
 mod link;
+#[cfg(not(unix))]
+mod missing;
 mod owner;
+#[cfg(unix)]
+mod request;
 mod samples;
+#[cfg(unix)]
 mod socket;
 mod stop;
 mod stop_mark;
 mod time;
+
+#[cfg(not(unix))]
+use missing::{self as fifo, self as request, self as socket};
 
 pub(crate) use find::none_found;
 pub use find::{Found, Place, choose, find};

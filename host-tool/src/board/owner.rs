@@ -4,15 +4,14 @@ use std::ffi::OsString;
 use std::fmt;
 use std::fs::{self, File, TryLockError};
 use std::io::{Read, Seek};
-use std::os::unix::fs::OpenOptionsExt;
 use std::path::PathBuf;
 
 use board_sockets::{boards_directory, make_folder};
 use chrono::{SecondsFormat, Utc};
-use rustix::fs::OFlags;
 use serde::{Deserialize, Serialize};
 
 use super::find::{Found, Place};
+use crate::system::private_file;
 
 /// A command line is told so far: it must fit a line of a terminal, with the rest of the sentence.
 const COMMAND_CHARACTERS: usize = 60;
@@ -67,7 +66,7 @@ fn printable(text: &str) -> String {
 
 /// Who has the board at this moment, if it is somebody who says so.
 pub fn owner(found: &Found) -> Option<Owner> {
-    let mut file = options().write(false).open(place(found)?).ok()?;
+    let mut file = private_file().write(false).open(place(found)?).ok()?;
     match file.try_lock_shared() {
         Err(TryLockError::WouldBlock) => read(&mut file),
         _ => None,
@@ -84,15 +83,6 @@ pub(super) fn place(found: &Found) -> Option<PathBuf> {
             Some(directory.join(format!("{serial}.lock")))
         }
     }
-}
-
-/// Another's link in the place of the file is not followed.
-pub(super) fn options() -> fs::OpenOptions {
-    let mut options = File::options();
-    let flags = OFlags::NOFOLLOW.bits();
-    options.read(true).write(true).mode(0o600);
-    options.custom_flags(flags.cast_signed());
-    options
 }
 
 pub(super) fn read(file: &mut File) -> Option<Owner> {

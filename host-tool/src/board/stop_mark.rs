@@ -4,8 +4,9 @@
 use std::io::{Read, Write};
 
 use super::find::Found;
-use super::owner::{FILE_BYTES, Owner, options, place};
+use super::owner::{FILE_BYTES, Owner, place};
 use crate::error::ToolError;
+use crate::system::private_file;
 
 /// The last stop that a tool knows of when it is started.
 #[derive(Debug)]
@@ -18,7 +19,7 @@ pub fn announce_stop(found: &Found) {
     let Some(path) = place(found).map(|lock| lock.with_extension("stopped")) else {
         return;
     };
-    let file = options().create(true).truncate(true).open(path);
+    let file = private_file().create(true).truncate(true).open(path);
     if let (Ok(mut file), Ok(text)) = (file, serde_json::to_vec(&Owner::this_process())) {
         let _ = file.write_all(&text);
     }
@@ -29,7 +30,7 @@ impl StopMark {
     pub(super) fn read(found: &Found) -> Self {
         let read = || {
             let path = place(found)?.with_extension("stopped");
-            let file = options().write(false).open(path).ok()?;
+            let file = private_file().write(false).open(path).ok()?;
             let mut bytes = Vec::new();
             file.take(FILE_BYTES).read_to_end(&mut bytes).ok()?;
             Some(bytes)

@@ -2,9 +2,7 @@
 //! told to by whoever told it.
 
 use std::fmt;
-use std::fs::File;
 use std::io;
-use std::os::fd::AsFd;
 use std::path::PathBuf;
 
 use indicatif::ProgressStyle;
@@ -22,6 +20,7 @@ use crate::new_file::NewFile;
 use crate::quantity::Span;
 use crate::recording::{Recording, Rows};
 use crate::report::{self, decimal};
+use crate::system::standard_output;
 use crate::verbosity::note;
 use crate::working::bar;
 
@@ -126,7 +125,7 @@ impl Recorder {
     }
 
     fn to_standard_output(identity: &Identity) -> Result<Self, ToolError> {
-        let output = io::stdout().as_fd().try_clone_to_owned().map(File::from);
+        let output = standard_output();
         let rows = output.and_then(|output| Rows::begin(output, &keys(identity), &like()));
         let rows = rows.map_err(|source| cut_short(0, source))?;
         Ok(Self::of(Sink::StandardOutput(rows), identity))

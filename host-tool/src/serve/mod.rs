@@ -23,7 +23,6 @@ use std::sync::Arc;
 
 use serde::Serialize;
 use tokio::net::{TcpListener, TcpStream};
-use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::Semaphore;
 
 use crate::error::ToolError;
@@ -31,6 +30,7 @@ use crate::report;
 use crate::serve::boards::Boards;
 pub(crate) use crate::serve::reference::page as reference;
 use crate::serve::session::Session;
+use crate::system::terminated;
 
 /// Clients at a time: a bench has a few, and each takes some megabytes at most while it is sent a trace.
 const MOST_CLIENTS: usize = 32;
@@ -60,7 +60,7 @@ pub(crate) async fn run(
     };
     let listener = TcpListener::bind(listen).await.map_err(cannot_listen)?;
     let listening = listener.local_addr().map_err(cannot_listen)?;
-    let mut told_to_end = signal(SignalKind::terminate()).map_err(ToolError::Runtime)?;
+    let told_to_end = terminated().map_err(ToolError::Runtime)?;
     report::print(&Listening { listening }, json);
     if !listening.ip().is_loopback() {
         eprintln!(
@@ -74,7 +74,7 @@ pub(crate) async fn run(
     tokio::select! {
         () = accept(&listener, &boards, &places) => {}
         _ = tokio::signal::ctrl_c() => {}
-        _ = told_to_end.recv() => {}
+        () = told_to_end => {}
         () = end_of_input(), if end_with_input => {}
     }
     for device in boards.devices() {

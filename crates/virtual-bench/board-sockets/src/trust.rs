@@ -1,54 +1,15 @@
 //! Whether other users could stand behind a socket, or have put it there.
 
 use std::fs::{self, DirBuilder, Metadata};
-use std::io;
 use std::os::unix::fs::{DirBuilderExt, FileTypeExt, MetadataExt, PermissionsExt};
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+use crate::untrusted::{Untrusted, unseen};
 
 /// Read, write and search for the user, nothing for anybody else.
 const PRIVATE: u32 = 0o700;
 /// Write for the group or for everybody.
 const WRITABLE_BY_OTHERS: u32 = 0o022;
-
-/// Why a socket, or the folder that it is in, is not trusted.
-#[derive(Debug, thiserror::Error)]
-pub enum Untrusted {
-    /// It could lead anywhere.
-    #[error("{} is a symbolic link", .0.display())]
-    Link(PathBuf),
-    /// It is something else.
-    #[error("{} is no {wanted}", path.display())]
-    Kind {
-        /// What it should be.
-        wanted: &'static str,
-        /// Where.
-        path: PathBuf,
-    },
-    /// It belongs to another user.
-    #[error("{} belongs to another user, number {owner}", path.display())]
-    Foreign {
-        /// Whose it is.
-        owner: u32,
-        /// Where.
-        path: PathBuf,
-    },
-    /// Other users may write to it.
-    #[error("other users may write to {} (mode {mode:03o})", path.display())]
-    Writable {
-        /// Its mode.
-        mode: u32,
-        /// Where.
-        path: PathBuf,
-    },
-    /// The system does not tell.
-    #[error("{}: {error}", path.display())]
-    Unseen {
-        /// What it said.
-        error: io::Error,
-        /// Where.
-        path: PathBuf,
-    },
-}
 
 /// Number of the user that this process acts for.
 pub(crate) fn user() -> u32 {
@@ -117,19 +78,13 @@ fn check(
     }
 }
 
-fn unseen(path: &Path, error: io::Error) -> Untrusted {
-    Untrusted::Unseen {
-        error,
-        path: path.to_owned(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::fs::Permissions;
     use std::os::unix::fs::{chown, symlink};
     use std::os::unix::net::UnixListener;
+    use std::path::PathBuf;
     use tempfile::TempDir;
 
     /// `nobody`, or any other user that is not root.

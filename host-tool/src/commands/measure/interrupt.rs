@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::Notify;
 
 use crate::error::ToolError;
+use crate::system::Interrupts;
 
 /// Hears Ctrl-C for as long as the tool runs, and keeps one that comes while nobody waits for it.
 #[derive(Clone)]
@@ -15,10 +15,10 @@ impl Interrupt {
     /// From now on Ctrl-C no longer ends the tool by itself.
     pub(super) fn listen() -> Result<Self, ToolError> {
         let interrupt = Self(Arc::new(Notify::new()));
-        let mut signals = signal(SignalKind::interrupt()).map_err(ToolError::Runtime)?;
+        let mut interrupts = Interrupts::listen().map_err(ToolError::Runtime)?;
         let told = interrupt.clone();
         tokio::spawn(async move {
-            while signals.recv().await.is_some() {
+            while interrupts.next().await {
                 told.0.notify_one();
             }
         });

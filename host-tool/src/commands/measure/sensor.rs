@@ -1,7 +1,6 @@
 //! Where displacements come from: the board's own sensor input, a serial sensor, or a recording.
 
 use std::fs;
-use std::os::unix::fs::FileTypeExt;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -13,6 +12,7 @@ use super::serial::{self, Arriving};
 use crate::board::Board;
 use crate::commands::moving::read;
 use crate::error::ToolError;
+use crate::system::{is_device, serial_device};
 
 /// A position sensor.
 pub(crate) enum Sensor {
@@ -47,13 +47,13 @@ impl Sensor {
         };
         let path = PathBuf::from(path);
         let kind = fs::metadata(&path).map(|metadata| metadata.file_type());
-        if !kind.is_ok_and(|kind| kind.is_char_device() || kind.is_fifo()) {
+        if !kind.is_ok_and(is_device) {
             let path = PathBuf::from(name);
             return Ok(Self::Recording { path, began: false });
         }
         let baud = baud.map(str::parse).transpose();
         let baud = baud.map_err(|_| cannot_read(&path, "its speed is no number of baud"))?;
-        let device = serial::device(&path, baud).map_err(|error| cannot_read(&path, error))?;
+        let device = serial_device(&path, baud).map_err(|error| cannot_read(&path, error))?;
         Ok(Self::Serial {
             path,
             arriving: serial::listen(device, Instant::now),

@@ -1,14 +1,10 @@
 //! A serial sensor: lines of micrometres, each with the time at which it arrived.
 
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, IsTerminal, Read};
-use std::path::Path;
+use std::io::{BufRead, BufReader, Read};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::Instant;
-
-use rustix::fs::{Mode, OFlags, open};
-use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
 use super::readings::finite;
 
@@ -17,24 +13,6 @@ const MOST_OF_A_LINE: u64 = 1024;
 
 /// Readings as they arrive (um).
 pub(super) type Arriving = Receiver<(Instant, f64)>;
-
-/// Opens a serial device, or a FIFO, at a speed of so many baud; without one it keeps its own.
-///
-/// A terminal is made to hand on what arrives as it is: nothing is echoed to the sensor, no character is a signal, and the
-/// device does not become the terminal that this process belongs to.
-pub(super) fn device(path: &Path, baud: Option<u32>) -> io::Result<File> {
-    let flags = OFlags::RDONLY | OFlags::NOCTTY | OFlags::CLOEXEC;
-    let device = File::from(open(path, flags, Mode::empty())?);
-    if device.is_terminal() {
-        let mut modes = tcgetattr(&device)?;
-        modes.make_raw();
-        if let Some(baud) = baud {
-            modes.set_speed(baud)?;
-        }
-        tcsetattr(&device, OptionalActions::Flush, &modes)?;
-    }
-    Ok(device)
-}
 
 /// Reads `device` in a thread of its own for as long as somebody listens; `clock` tells the time of each reading.
 pub(super) fn listen(device: File, clock: impl Fn() -> Instant + Send + 'static) -> Arriving {
@@ -59,13 +37,14 @@ pub(super) fn listen(device: File, clock: impl Fn() -> Instant + Send + 'static)
     arriving
 }
 
-#[cfg(test)]
+#[cfg(all(test, unix))]
 mod tests {
     use super::*;
     use crate::commands::measure::readings::merge;
+    use crate::system::serial_device as device;
     use measurement::{MeasurementFile, Row};
     use rustix::pty::{OpenptFlags, openpt, ptsname, unlockpt};
-    use rustix::termios::{LocalModes, OutputModes};
+    use rustix::termios::{LocalModes, OutputModes, tcgetattr};
     use std::io::{Seek, Write};
     use std::path::PathBuf;
     use std::sync::atomic::{AtomicU32, Ordering};

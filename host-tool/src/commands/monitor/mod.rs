@@ -19,7 +19,6 @@ use std::time::Duration;
 
 use ratatui::crossterm::event::Event;
 use serde::Serialize;
-use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::Notify;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio::time::{MissedTickBehavior, interval, sleep};
@@ -34,6 +33,7 @@ use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::quantity::Span;
 use crate::report;
+use crate::system::ended_by_signal;
 
 /// From one frame to the next: 20 a second look continuous, and cost little.
 const FRAME: Duration = Duration::from_millis(50);
@@ -97,7 +97,9 @@ pub(super) async fn run(
         let mut screen = Screen::open()?;
         tokio::select! {
             ended = view.converse(&mut screen, screen::events(), send) => ended,
-            ended = ended_by_signal() => ended,
+            ended = ended_by_signal() => {
+                ended.map(|(name, number)| Ended::Signal(name, number)).map_err(ToolError::Runtime)
+            }
             Err(error) = view.watch(&mut stream) => Err(error),
             Err(error) = view.look() => Err(error),
             Err(error) = driver.carry_out(orders) => Err(error),
@@ -298,19 +300,6 @@ fn free_name(path: &Path) -> PathBuf {
     names
         .find(|name| !name.exists())
         .unwrap_or_else(|| path.to_owned())
-}
-
-/// Waits for a signal that ends the tool.
-async fn ended_by_signal() -> Result<Ended, ToolError> {
-    let listen = |kind| signal(kind).map_err(ToolError::Runtime);
-    let mut interrupt = listen(SignalKind::interrupt())?;
-    let mut terminate = listen(SignalKind::terminate())?;
-    let mut hang_up = listen(SignalKind::hangup())?;
-    tokio::select! {
-        _ = interrupt.recv() => Ok(Ended::Signal("SIGINT", 2)),
-        _ = terminate.recv() => Ok(Ended::Signal("SIGTERM", 15)),
-        _ = hang_up.recv() => Ok(Ended::Signal("SIGHUP", 1)),
-    }
 }
 
 impl fmt::Display for Watched {
