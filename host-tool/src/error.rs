@@ -283,6 +283,12 @@ pub enum ToolError {
     #[diagnostic(help("`host-tool off` turns its channels off"))]
     StillDriven { hold: String },
 
+    #[error(
+        "interrupted before the board answered; where it took the command, it is driven: {hold}"
+    )]
+    #[diagnostic(help("`host-tool off` turns its channels off"))]
+    PerhapsDriven { hold: String },
+
     #[error("{reason}; the board could not be told to go back to the calibration that it had")]
     #[diagnostic(help(
         "turn the board off and on, or begin `host-tool calibrate` again: either brings it back"
@@ -493,9 +499,10 @@ impl ToolError {
     /// What the tool ends with.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Interrupted | Self::RecordingInterrupted | Self::StillDriven { .. } => {
-                Self::BY_INTERRUPT
-            }
+            Self::Interrupted
+            | Self::RecordingInterrupted
+            | Self::StillDriven { .. }
+            | Self::PerhapsDriven { .. } => Self::BY_INTERRUPT,
             Self::EndedBySignal { number, .. } => Self::BY_SIGNAL + number,
             _ => 1,
         }

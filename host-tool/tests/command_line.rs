@@ -7,6 +7,9 @@ mod fake_board;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::Duration;
 
 use common::{Said, host_tool, no_boards};
 use fake_board::{Fake, fake_board};
@@ -158,6 +161,37 @@ fn what_is_said_beside_the_report_is_as_much_as_one_asks_for() {
     let said = new("quiet.toml", &["--quiet"]);
     assert_eq!((said.code, said.err.as_str()), (0, ""));
     assert_eq!(new("both.toml", &["-q", "-v"]).code, 2);
+}
+
+#[test]
+fn a_move_that_is_interrupted_before_it_is_answered_says_that_the_board_may_be_driven() {
+    for words in [&["set-z", "60um"][..], &["set-drive", "1V"]] {
+        let boards = no_boards();
+        fake_board(boards.path(), "fake", Fake::Deaf);
+        let tool = Command::new(env!("CARGO_BIN_EXE_host-tool"))
+            .args(words)
+            .args(["--hold", "60s"])
+            .env("MIRROR_BOARDS", boards.path())
+            .env_remove("MIRROR_BOARD")
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the tool runs");
+        while !boards.path().join("fake.asked").exists() {
+            thread::sleep(Duration::from_millis(1));
+        }
+        let id = tool.id().to_string();
+        let sent = Command::new("kill").args(["-INT", &id]).status();
+        assert!(sent.expect("`kill` runs").success());
+        let said = tool.wait_with_output().expect("it ends");
+        // A shell says 130 of it.
+        assert_eq!(said.status.code(), Some(130), "{words:?}: {said:?}");
+        let told = String::from_utf8_lossy(&said.stderr);
+        let told = told.split_whitespace().collect::<Vec<_>>().join(" ");
+        for word in ["before the board answered", "60 s", "host-tool off"] {
+            assert!(told.contains(word), "{words:?}: {told}");
+        }
+    }
 }
 
 #[test]

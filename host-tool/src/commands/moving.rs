@@ -74,6 +74,17 @@ impl Pace {
     }
 }
 
+/// The answer to a command that drives. Who interrupts it before it comes is told that the board may have taken the command.
+pub(super) async fn answered(
+    command: impl Future<Output = Result<Commanded, ToolError>>,
+    pace: Pace,
+) -> Result<Commanded, ToolError> {
+    tokio::select! {
+        commanded = command => commanded,
+        _ = ctrl_c() => Err(ToolError::PerhapsDriven { hold: pace.words() }),
+    }
+}
+
 /// Lets the mirror settle after `commanded` for at least so long, then reads it. With the readings
 /// comes how long it had.
 pub(super) async fn settle_and_read(

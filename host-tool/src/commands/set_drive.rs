@@ -6,7 +6,7 @@ use mirror_protocol::Drives;
 use serde::Serialize;
 
 use crate::board::Board;
-use crate::commands::moving::{Pace, Readings, settle_and_read};
+use crate::commands::moving::{Pace, Readings, answered, settle_and_read};
 use crate::error::ToolError;
 use crate::names::{limit_names, limited_line};
 use crate::quantity::Voltage;
@@ -47,12 +47,11 @@ pub(super) async fn run(
         return Err(ToolError::DriveOutOfRange { asked, max });
     }
     let asked_v = drives.map(|drive| drive.v);
-    let commanded = board
-        .set_drive(Drives {
-            drive_v: asked_v.map(|v| v as f32),
-            lease_ms: pace.lease_ms(),
-        })
-        .await?;
+    let drives = Drives {
+        drive_v: asked_v.map(|v| v as f32),
+        lease_ms: pace.lease_ms(),
+    };
+    let commanded = answered(board.set_drive(drives), pace).await?;
     let (readings, _) = settle_and_read(board, &commanded, pace).await?;
     let limited_by = limit_names(commanded.limits);
     report::print(

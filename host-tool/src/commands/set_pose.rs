@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::pose::{PlateReport, reached, request};
 use crate::board::Board;
-use crate::commands::moving::{Pace, Readings, settle_and_read};
+use crate::commands::moving::{Pace, Readings, answered, settle_and_read};
 use crate::commands::uncertainty::Uncertainty;
 use crate::error::ToolError;
 use crate::names::{limit_names, limited_line};
@@ -33,7 +33,7 @@ pub(super) async fn run(
     json: bool,
 ) -> Result<(), ToolError> {
     let pose = reached(asked, &board.calibration().await?)?;
-    let commanded = board.set_pose(request(pose, pace.lease_ms())).await?;
+    let commanded = answered(board.set_pose(request(pose, pace.lease_ms())), pace).await?;
     let (readings, settled) = settle_and_read(board, &commanded, pace).await?;
     let status = board.status().await?;
     let report = PoseReport {

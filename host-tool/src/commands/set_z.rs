@@ -6,7 +6,7 @@ use mirror_protocol::Position;
 use serde::Serialize;
 
 use crate::board::Board;
-use crate::commands::moving::{Pace, Readings, settle_and_read};
+use crate::commands::moving::{Pace, Readings, answered, settle_and_read};
 use crate::commands::uncertainty::Uncertainty;
 use crate::error::ToolError;
 use crate::names::{limit_names, limited_line};
@@ -35,12 +35,11 @@ pub(super) async fn run(board: &Board, z: Length, pace: Pace, json: bool) -> Res
     if !(0.0..=max.um).contains(&z.um) {
         return Err(ToolError::PositionOutOfRange { asked: z, max });
     }
-    let commanded = board
-        .set_position(Position {
-            z_um: z.um as f32,
-            lease_ms: pace.lease_ms(),
-        })
-        .await?;
+    let position = Position {
+        z_um: z.um as f32,
+        lease_ms: pace.lease_ms(),
+    };
+    let commanded = answered(board.set_position(position), pace).await?;
     let (readings, settled) = settle_and_read(board, &commanded, pace).await?;
     let status = board.status().await?;
     let report = SetZ {
