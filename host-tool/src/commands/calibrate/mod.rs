@@ -11,6 +11,7 @@ use calibration::to_toml;
 use calibration_procedure::{Calibrated, Part, Procedure, Source};
 use charts::sheet;
 use control_core::calibration::Label;
+use experiments::Experiment;
 use experiments::calibration::Effort;
 use measurement::Session;
 use mirror_model::{Model, Symbol};
@@ -56,11 +57,14 @@ pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(),
         keep: ask.keep.as_deref(),
         force: ask.force,
     };
-    on_trial.bench.say(&time_words(&procedure, &source));
+    let played = played(&procedure, &source);
+    on_trial.bench.say(&time_words(&played));
     if matches!(source, Source::Files(_)) {
         let rest_s = Effort::USUAL.cooling_s;
         on_trial.bench.count_from_rest(rest_s).await?;
     }
+    let experiments: Vec<Experiment> = played.into_iter().map(|(_, played)| played).collect();
+    on_trial.bench.plan(&experiments);
     let calibrated = procedure.run(&mut on_trial, source).await;
     let kept = match calibrated {
         Ok(calibrated) => keep(board, &calibrated).await.map(|()| calibrated),
@@ -156,21 +160,25 @@ fn device(board: &Board, name: Option<String>) -> Result<String, ToolError> {
 }
 
 /// How long it takes.
-fn time_words(procedure: &Procedure, source: &Source) -> String {
-    let played = procedure.experiments();
+fn time_words(played: &[(Part, Experiment)]) -> String {
     let minutes = |part: Part| {
         let of_it = played.iter().filter(|(of, _)| *of == part);
         of_it.map(|(_, played)| played.duration_s()).sum::<f64>() / 60.0
     };
-    let measuring = match source {
-        Source::Files(_) => 0.0,
-        Source::Mirror => minutes(Part::Session),
-    };
-    let (refining, trying) = (minutes(Part::Refining), minutes(Part::Before));
+    let (measuring, refining) = (minutes(Part::Session), minutes(Part::Refining));
+    let trying = minutes(Part::Before);
     format!(
         "takes {:.0} min of the board's time: {measuring:.1} to measure, {refining:.1} to refine, twice {trying:.1} to try",
         measuring + refining + 2.0 * trying
     )
+}
+
+/// What will be played: a session that was measured before is not.
+fn played(procedure: &Procedure, source: &Source) -> Vec<(Part, Experiment)> {
+    let is_measured = matches!(source, Source::Mirror);
+    let mut played = procedure.experiments();
+    played.retain(|(part, _)| *part != Part::Session || is_measured);
+    played
 }
 
 /// The calibration that was on trial is used from now on.

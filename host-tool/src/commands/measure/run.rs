@@ -129,7 +129,7 @@ impl<'a> Bench<'a> {
     }
 
     /// These experiments are to come, and none between them: how much is left is told for all of them.
-    pub(super) fn plan(&mut self, experiments: &[Experiment]) {
+    pub(crate) fn plan(&mut self, experiments: &[Experiment]) {
         self.progress.plan(experiments);
     }
 
