@@ -56,3 +56,74 @@ pub(super) fn events() -> UnboundedReceiver<Event> {
     });
     events
 }
+
+#[cfg(all(test, unix))]
+mod tests {
+    use std::fs::File;
+    use std::io::Read;
+    use std::process::{Command, Stdio};
+
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+    use rustix::termios::tcgetattr;
+
+    use super::*;
+
+    /// How a terminal is told to show what it showed before (xterm's control sequences, 1049).
+    const OTHER_SCREEN: &str = "\x1b[?1049h";
+    const OWN_SCREEN: &str = "\x1b[?1049l";
+    const SAID: &str = "a defect, on purpose";
+
+    /// Has the test below, run once more in a pseudo terminal, panic there.
+    const PANICS: &str = "MIRROR_TEST_PANICS";
+
+    #[test]
+    fn a_panic_gives_the_terminal_back_before_it_says_anything() {
+        if std::env::var_os(PANICS).is_some() {
+            let _screen = Screen::open().expect("a terminal");
+            panic!("{SAID}");
+        }
+        let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a pseudo terminal");
+        grantpt(&master).expect("it is ours");
+        unlockpt(&master).expect("it is ours");
+        let name = ptsname(&master, Vec::new()).expect("it has a name");
+        let name = name.into_string().expect("text");
+        let open = || File::options().read(true).write(true).open(&name);
+        let terminal = open().expect("it opens");
+        let before = tcgetattr(&terminal).expect("a terminal");
+        let end = || Stdio::from(terminal.try_clone().expect("one more"));
+        let mut tool = Command::new(std::env::current_exe().expect("this program"))
+            .args(["--exact", "--nocapture"])
+            .arg("commands::monitor::screen::tests::a_panic_gives_the_terminal_back_before_it_says_anything")
+            .env(PANICS, "1")
+            .env("RUST_BACKTRACE", "0")
+            .env("TERM", "xterm")
+            .stdin(end())
+            .stdout(end())
+            .stderr(end())
+            .spawn()
+            .expect("this program runs");
+        assert!(
+            !tool.wait().expect("it ends").success(),
+            "it has not panicked"
+        );
+        let after = tcgetattr(&terminal).expect("a terminal");
+        assert_eq!(
+            (before.local_modes, before.input_modes, before.output_modes),
+            (after.local_modes, after.input_modes, after.output_modes)
+        );
+        // Of the terminal's ends only this one is left: what was written is read, and then there is an error.
+        drop(terminal);
+        let (mut shown, mut bytes) = (String::new(), [0; 4096]);
+        let mut master = File::from(master);
+        while let Ok(length @ 1..) = master.read(&mut bytes) {
+            shown += &String::from_utf8_lossy(&bytes[..length]);
+        }
+        let place = |what: &str| {
+            shown
+                .find(what)
+                .unwrap_or_else(|| panic!("no {what:?} in {shown:?}"))
+        };
+        assert!(place(OTHER_SCREEN) < place(OWN_SCREEN), "{shown:?}");
+        assert!(place(OWN_SCREEN) < place(SAID), "{shown:?}");
+    }
+}
