@@ -150,6 +150,7 @@ impl Bench {
             connected: Connected::Mirror(Box::new(mirror)),
             boards_directory: directory.path().to_owned(),
             name: "emulated".to_owned(),
+            flash: None,
             speed: Speed::Fastest,
         };
         let board = BoardOnHost::start(&serving).unwrap_or_else(|error| panic!("{error}"));

@@ -5,6 +5,7 @@
 //! processor: no image, no stack, no interrupts, nothing that resets it. In return it is several times as fast as a board in
 //! QEMU, and needs nothing that is not in this program.
 
+mod kept_flash;
 mod usb_host;
 
 use std::path::{Path, PathBuf};
@@ -19,9 +20,9 @@ use emulated_board::{
     Connected, Controls, Pace, Plant, Progress, Speed, StartError, StopFifos, ToolLink,
     claim_socket,
 };
-use firmware_on_host::{FLASH_PAGES, power_up};
-use simulated_flash::{HalfWords, SharedFlash, SimulatedFlash};
+use firmware_on_host::power_up;
 
+use crate::kept_flash::KeptFlash;
 use crate::usb_host::UsbHost;
 
 /// By then a board has checked its heaters, twice with a pause of a quarter of a second.
@@ -40,6 +41,8 @@ pub struct Serving {
     pub boards_directory: PathBuf,
     /// The board's name among those of that directory.
     pub name: String,
+    /// The file that is its flash, made where it is missing; without one its flash is erased.
+    pub flash: Option<PathBuf>,
     /// How fast its clock goes.
     pub speed: Speed,
 }
@@ -94,6 +97,7 @@ impl BoardOnHost {
             pace: Pace::by(serving.speed, link.traffic()),
             link,
             stops: StopFifos::beside(&socket)?,
+            kept: KeptFlash::open(serving.flash.as_deref())?,
             shared: Arc::clone(&shared),
         };
         let thread = thread::Builder::new()
@@ -160,6 +164,7 @@ struct Bench {
     pace: Pace,
     link: ToolLink,
     stops: StopFifos,
+    kept: KeptFlash,
     shared: Arc<Shared>,
 }
 
@@ -171,12 +176,12 @@ impl Bench {
             mut pace,
             link,
             stops,
+            mut kept,
             shared,
         } = self;
         let asked = Arc::clone(&shared);
         let exchange = move |pins| plant.exchange(&pins, &mut pace, &asked.progress);
-        let flash = SimulatedFlash::new(FLASH_PAGES, HalfWords::Settle, 0);
-        let (firmware, bus) = power_up(&SharedFlash::new(flash), Box::new(exchange));
+        let (firmware, bus) = power_up(&kept.flash, Box::new(exchange));
         let mut firmware = pin!(firmware);
         let mut host = pin!(UsbHost { bus, link, stops }.run(&shared.is_known));
         // Both look again at whatever they wait for each time they are polled.
@@ -184,6 +189,10 @@ impl Bench {
         while !shared.ends.load(Ordering::Relaxed) {
             let _ = firmware.as_mut().poll(&mut context);
             let _ = host.as_mut().poll(&mut context);
+            if let Err(error) = kept.keep() {
+                eprintln!("the board's flash cannot be kept: {error}");
+                return;
+            }
         }
     }
 }

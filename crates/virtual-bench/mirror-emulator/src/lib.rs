@@ -39,8 +39,8 @@ pub struct Arguments {
     /// How much warmer the mirror's room is than where it was calibrated: `10` or `10K`.
     #[arg(long, value_name = "KELVIN", value_parser = kelvin, allow_hyphen_values = true)]
     room: Option<f64>,
-    /// Keep the board's flash in this file, made where it is missing: its calibration and its fault log outlive it. Of the board
-    /// in QEMU.
+    /// Keep the board's flash in this file, made where it is missing: its calibration and its fault log outlive it. The silicon
+    /// twin keeps none.
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
     /// Print the firmware's log at the end.
@@ -195,8 +195,8 @@ fn start(
     boards_directory: PathBuf,
 ) -> Result<Running> {
     ensure!(
-        arguments.flash.is_none() || arguments.board == Emulator::Mps2,
-        "only the board in QEMU (`--board mps2`) keeps its flash in a file; leave --flash out"
+        arguments.flash.is_none() || arguments.board != Emulator::G474,
+        "the silicon twin keeps its flash in no file; leave --flash out, or take `--board host` or `--board mps2`"
     );
     let mirror = match &arguments.mirror {
         Some(path) => MirrorConfig::from_file(path)?,
@@ -226,6 +226,7 @@ fn start(
             connected,
             boards_directory,
             name,
+            flash: arguments.flash.clone(),
             speed,
         })?),
         Emulator::G474 => Running::G474(ServedTwin::start(&Serving {
@@ -339,7 +340,7 @@ mod tests {
             #[command(flatten)]
             arguments: Arguments,
         }
-        let words = ["emulate", "--board", "host", "--flash", "board.flash"];
+        let words = ["emulate", "--board", "g474", "--flash", "board.flash"];
         let Line { arguments } = clap::Parser::parse_from(words);
         let refused = start(
             &arguments,
@@ -347,7 +348,7 @@ mod tests {
             "/".into(),
         );
         let said = refused.err().expect("it keeps none").to_string();
-        assert!(said.contains("--board mps2"), "{said}");
+        assert!(said.contains("--board host"), "{said}");
     }
 
     #[test]

@@ -68,9 +68,16 @@ pub enum FlashError {
 impl SimulatedFlash {
     /// An erased flash; the seed draws what half-written words read as.
     pub fn new(pages: usize, words: HalfWords, seed: u64) -> Self {
+        Self::holding(vec![ERASED; pages * PAGE_BYTES], words, seed)
+    }
+
+    /// A flash that holds these bytes, of whole pages: what is behind the last of them is left out.
+    pub fn holding(mut bytes: Vec<u8>, words: HalfWords, seed: u64) -> Self {
+        let pages = bytes.len() / PAGE_BYTES;
+        bytes.truncate(pages * PAGE_BYTES);
         Self {
-            bytes: vec![ERASED; pages * PAGE_BYTES],
-            is_unsound: vec![false; pages * PAGE_BYTES / WORD_BYTES],
+            is_unsound: vec![false; bytes.len() / WORD_BYTES],
+            bytes,
             erase_counts: vec![0; pages],
             operations: 0,
             power: Power::On,
@@ -117,6 +124,11 @@ impl SimulatedFlash {
     /// Beyond the end.
     pub fn flip(&mut self, bit: usize) {
         self.bytes[bit / 8] ^= 1 << (bit % 8);
+    }
+
+    /// What it holds.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
     }
 
     /// Writes of a word and erasures of a page so far.

@@ -66,6 +66,7 @@ impl Person {
             connected: Connected::Mirror(Box::new(mirror.clone())),
             boards_directory: sockets.path().to_owned(),
             name: "story".to_owned(),
+            flash: None,
             speed: Speed::Awaited,
         })?;
         Ok(Self {
