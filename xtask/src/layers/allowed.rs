@@ -216,6 +216,7 @@ pub(super) const ALLOWED: &[Allowed] = &[
             "foreign-mirror",
             "host-tool",
             "long-runs",
+            "measurement",
             "mirror-emulator",
             "mirror-model",
             "mirror-protocol",

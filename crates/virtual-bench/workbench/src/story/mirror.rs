@@ -62,19 +62,22 @@ impl HiddenIn {
         bail!("no mirror of seed {seed} is one for this board; take another seed")
     }
 
-    /// How far from `z_um` a mirror is (um) that somebody has brought there who knows all of it, and where it is by its sensor
-    /// only: what the sensor is off by, and what wanders in it.
+    /// How far from `z_um` above its rest a mirror is (um) that somebody has brought there who knows all of it, and where it is by
+    /// its sensor only: what the sensor, zeroed at rest, is off by, and what wanders in it.
     pub(super) fn limit_um(&self, z_um: f64) -> f64 {
         let mut exact = self.config.clone();
         exact.sensor.position_noise_nm = 0.0;
         exact.sensor.wander_nm = 0.0;
-        let there = State {
-            z_um,
-            seen_z_um: z_um,
-            ..State::default()
+        let read_um = |z_um| {
+            let there = State {
+                z_um,
+                seen_z_um: z_um,
+                ..State::default()
+            };
+            Sensor::new(&exact).read(&there, 0.0).z_um
         };
-        let read_um = Sensor::new(&exact).read(&there, 0.0).z_um;
-        (read_um - z_um).abs() + DEVIATIONS * 1e-3 * self.config.sensor.wander_nm
+        let off_um = read_um(z_um) - read_um(0.0) - z_um;
+        off_um.abs() + DEVIATIONS * 1e-3 * self.config.sensor.wander_nm
     }
 }
 
@@ -111,7 +114,10 @@ mod tests {
         // 1 % of scale; the sensor of a drawn mirror wanders by 20 nm.
         let limit_um = hiding(Effect::SensorGain).limit_um(120.0);
         assert!((limit_um - (1.2 + 0.06)).abs() < 1e-9, "{limit_um}");
-        let limit_um = hiding(Effect::Hysteresis).limit_um(120.0);
-        assert!((limit_um - 0.06).abs() < 1e-9, "{limit_um}");
+        // An offset is gone once the sensor is zeroed.
+        for effect in [Effect::Hysteresis, Effect::SensorOffset] {
+            let limit_um = hiding(effect).limit_um(120.0);
+            assert!((limit_um - 0.06).abs() < 1e-9, "{limit_um}");
+        }
     }
 }

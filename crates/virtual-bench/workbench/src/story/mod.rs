@@ -21,7 +21,7 @@ use serde_json::Value;
 use xtask::cargo::target_directory;
 
 use self::mirror::HiddenIn;
-use self::person::{Move, Person, number, texts};
+use self::person::{Move, Person, There, number, texts};
 use self::told::{Chapter, Story};
 
 /// The model that the story begins with, and the one that the factory's calibration was made from.
@@ -30,7 +30,7 @@ const FACTORY: &str = "reconciled";
 /// Measurements that are made because a diagnosis asks for them, one after the other.
 const MORE: usize = 2;
 /// The mirrors of the table in the docs: as many as there are effects, each with another one. Nothing was developed on them.
-const FIRST_OF_ALL: u64 = 9301;
+const FIRST_OF_ALL: u64 = 9331;
 
 /// Which story, and where it goes.
 #[derive(clap::Args)]
@@ -74,13 +74,18 @@ fn tell(seed: u64, root: &Path) -> Result<Story> {
     }
     fs::create_dir_all(&folder)?;
     let hidden = HiddenIn::draw(seed)?;
+    let person = Person::sit_down(&hidden.config, &folder)?;
+    let rest = person.rests()?;
     let mut plot = Plot {
-        person: Person::sit_down(&hidden.config, &folder)?,
+        person,
+        first_rest: rest,
+        rest,
         chapters: Vec::new(),
     };
-    let as_it_came = plot.person.moves_it()?;
-    plot.measure()?;
+    let as_it_came = plot.person.moves_it(rest)?;
+    let rest = plot.measure()?;
     plot.chapter("The board as the factory left it", FACTORY, as_it_came)?;
+    plot.rest = rest;
     plot.know_the_model()?;
     let (verdict, suspects) = plot.diagnose()?;
     plot.add(&suspects)?;
@@ -107,6 +112,10 @@ fn tell(seed: u64, root: &Path) -> Result<Story> {
 /// A story as far as it has been told.
 struct Plot {
     person: Person,
+    /// Where the mirror rested before it was ever driven.
+    first_rest: There,
+    /// What the positions of the calibration in use count from.
+    rest: There,
     chapters: Vec<Chapter>,
 }
 
@@ -118,12 +127,14 @@ const PAGE: &str = "report.html";
 const TRIAL: &str = "trial.json";
 
 impl Plot {
-    fn measure(&self) -> Result<()> {
+    /// Measures a session, and returns where the mirror rested before.
+    fn measure(&self) -> Result<There> {
+        let rest = self.person.rests()?;
         let room = self.person.thermometer();
         self.person.types(&format!(
             "host-tool measure session --ambient {room} -o {SESSION}"
         ))?;
-        Ok(())
+        Ok(rest)
     }
 
     /// Tells what was tried with the calibration in use, which `model` was inverted for.
@@ -134,6 +145,7 @@ impl Plot {
         let chapter = Chapter {
             title: title.to_owned(),
             session_rms_um: number(&compared, "rms")?,
+            rest_um: self.rest.from(self.first_rest).plate_um,
             moves,
         };
         chapter.print();
@@ -160,7 +172,7 @@ impl Plot {
         )?;
         self.person
             .types(&format!("host-tool load-calibration {inverse}"))?;
-        let moves = self.person.moves_it()?;
+        let moves = self.person.moves_it(self.rest)?;
         self.chapter(title, model, moves)
     }
 
@@ -201,18 +213,22 @@ impl Plot {
     /// Calibrates the board; returns why it was left as it was, where the new calibration's trial was worse.
     fn calibrate(&mut self) -> Result<Option<String>> {
         let identified = "identified.toml";
+        let rest = self.person.rests()?;
         let calibrated = self.person.types(&format!(
             "host-tool calibrate {BETTER} --from {SESSION} --quick --trial {TRIAL} --model-output {identified}"
         ));
         let refusal = calibrated.err().map(|error| error.root_cause().to_string());
         let (title, model) = match &refusal {
-            None => ("Calibrated", identified),
+            None => {
+                self.rest = rest;
+                ("Calibrated", identified)
+            }
             Some(why) => {
                 println!("{why}");
                 ("As before: calibrate kept no worse calibration", BETTER)
             }
         };
-        let moves = self.person.moves_it()?;
+        let moves = self.person.moves_it(self.rest)?;
         self.chapter(title, model, moves)?;
         Ok(refusal)
     }

@@ -1,6 +1,7 @@
 //! A person at a bench with an emulated board: types commands, moves stage and oven when asked, and looks at the mirror
 //! itself, which nobody can at a real bench.
 
+use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
@@ -9,6 +10,7 @@ use std::thread;
 use anyhow::{Context, Result, ensure};
 use board_on_host::{BoardOnHost, Serving};
 use emulated_board::{Connected, Speed};
+use measurement::MeasurementFile;
 use serde_json::Value;
 use tempfile::TempDir;
 use virtual_mirror::MirrorConfig;
@@ -18,6 +20,8 @@ use xtask::tool;
 const POSITIONS_UM: [f64; 4] = [20.0, 60.0, 120.0, 160.0];
 /// The mirror has so long to get there.
 const SETTLE: &str = "2s";
+/// The mirror is left alone for so long before it is said where it rests.
+const REST: &str = "10s";
 /// How the tool asks for the stage to be moved; a height in micrometres follows.
 const TO_THE_STAGE: &str = "move the stage to ";
 
@@ -30,13 +34,24 @@ pub(super) struct Move {
     pub(super) came: Result<There, String>,
 }
 
-/// Where a mirror was after a move.
-#[derive(Clone, Copy, Debug)]
+/// Where a mirror is. After a move it counts from where the mirror rested when displacements began to count that the calibration
+/// in use was made from: a position is one from rest, and no sensor that was zeroed then knows of an earlier one.
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct There {
-    /// Where the bench's sensor saw it (um).
+    /// Where the bench's sensor sees it (um).
     pub(super) read_um: f64,
-    /// Where it was (um).
+    /// Where it is (um).
     pub(super) plate_um: f64,
+}
+
+impl There {
+    /// The same, counted from `rest`.
+    pub(super) fn from(self, rest: Self) -> Self {
+        Self {
+            read_um: self.read_um - rest.read_um,
+            plate_um: self.plate_um - rest.plate_um,
+        }
+    }
 }
 
 impl Move {
@@ -145,20 +160,41 @@ impl Person {
         Ok(report)
     }
 
-    /// Moves the mirror to every position that the board reaches, then turns it off.
+    /// Leaves the mirror alone, and returns where it rests: by the middle of what the sensor reads meanwhile, and where it is at last.
+    ///
+    /// # Errors
+    /// Where a command fails, or there is no sensor.
+    pub(super) fn rests(&self) -> Result<There> {
+        const FILE: &str = "rest.csv";
+        self.types(&format!(
+            "host-tool record --duration {REST} --period 10ms --force -o {FILE}"
+        ))?;
+        let file = MeasurementFile::parse(FILE, &fs::read_to_string(self.path(FILE))?)?;
+        let read: Vec<f64> = file.rows.iter().filter_map(|row| row.z_um).collect();
+        ensure!(!read.is_empty(), "no sensor sees the mirror");
+        Ok(There {
+            read_um: measurement::median(read),
+            plate_um: self.board.controls().plate_um(),
+        })
+    }
+
+    /// Moves the mirror to every position that the board reaches, then turns it off. Positions count from `rest`.
     ///
     /// # Errors
     /// Where a command fails.
-    pub(super) fn moves_it(&self) -> Result<Vec<Move>> {
+    pub(super) fn moves_it(&self, rest: There) -> Result<Vec<Move>> {
         let top_um = number(&self.types("host-tool status")?, "max_position_um")?;
         let mut moves = Vec::new();
         for asked_um in POSITIONS_UM.into_iter().filter(|um| *um <= top_um) {
             let line = format!("host-tool set-z {asked_um}um --settle {SETTLE}");
             let came = match self.types(&line) {
-                Ok(moved) => Ok(There {
-                    read_um: number(&moved, "sensor_z_um")?,
-                    plate_um: self.board.controls().plate_um(),
-                }),
+                Ok(moved) => {
+                    let there = There {
+                        read_um: number(&moved, "sensor_z_um")?,
+                        plate_um: self.board.controls().plate_um(),
+                    };
+                    Ok(there.from(rest))
+                }
                 // A calibration that is far off makes the mirror too hot, which turns the board off.
                 Err(error) => {
                     self.types("host-tool clear")?;

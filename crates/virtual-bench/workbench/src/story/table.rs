@@ -19,22 +19,25 @@ commands are those that a user has. The virtual mirrors share no equation with t
 which, with other seeds, the thresholds of the diagnosis come, too: mirrors of the other families are too hot for this board, or do
 not come so far. What a verdict is worth on layouts that it never saw [was measured apart](diagnosis.md).
 
-- *As it came* to *calibrated*: how far the mirror was from 20, 60, 120 and 160 um when `set-z` said so, root mean square, by
-  where the mirror was and not by its sensor. First the board as the factory left it; then with the inverse of the fitted model;
+- *As it came* to *calibrated*: how far the mirror was from 20, 60, 120 and 160 um above its rest when `set-z` said so, root mean
+  square, by where the mirror was and not by its sensor. First the board as the factory left it; then with the inverse of the fitted model;
   of the model with the first suspect added; after `calibrate --quick`. Where the board turned itself off on the way, which a
   calibration for another mirror lets happen, the position is left out. *Calibration refused*: `calibrate` found in its own trial
   that the new calibration was worse, and left the board as it was.
+- *Rest*: where the mirror rested when it was calibrated, beside where it did before it was ever driven. A position counts from where
+  the mirror rested when the measurements began that its calibration was made from: a sensor is zeroed there, and knows of nothing
+  before. What the rest does after that is an error as any other.
 - *Falls*: from the first to the last, at the positions that were reached both times.
-- *Limit*: what the position sensor itself is off by at these positions, which nobody can better who has no other, and three
-  standard deviations of what wanders in it.
+- *Limit*: what the position sensor, zeroed at rest, is off by at these positions, which nobody can better who has no other, and
+  three standard deviations of what wanders in it.
 - *s*: how long the story took, on a machine that others used too.
 
 An error that neither fell ten times nor to the limit is said to fall short.
 ";
 
 /// The table's first lines.
-pub(super) const HEADING: &str = "| seed | hidden | verdict | as it came, um | fitted | with the suspect | calibrated | falls | limit, um | s |\n\
-                                  |---|---|---|---|---|---|---|---|---|---|";
+pub(super) const HEADING: &str = "| seed | hidden | verdict | as it came, um | fitted | with the suspect | calibrated | rest, um | falls | limit, um | s |\n\
+                                  |---|---|---|---|---|---|---|---|---|---|---|";
 
 /// What came of a story.
 pub(super) fn row(story: &Story) -> String {
@@ -48,9 +51,10 @@ pub(super) fn row(story: &Story) -> String {
         errors.insert(2, "-".to_owned());
     }
     let verdict = [&[story.verdict.clone()][..], &story.suspects].concat();
+    let rest_um = story.chapters.last().map_or(0.0, |last| last.rest_um);
     let [before, after] = story.errors_um().unwrap_or([f64::NAN; 2]);
     format!(
-        "| {} | {} | {} | {} | {:.0} times{} | {:.3} | {:.0} |",
+        "| {} | {} | {} | {} | {rest_um:+.3} | {:.0} times{} | {:.3} | {:.0} |",
         story.seed,
         story.hidden.effect,
         verdict.join(" "),

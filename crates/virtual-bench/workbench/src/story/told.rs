@@ -10,6 +10,8 @@ pub(super) struct Chapter {
     pub(super) title: String,
     /// What the model that the board goes by leaves of the session (um, root mean square).
     pub(super) session_rms_um: f64,
+    /// How far the rest that its positions count from is from where the mirror rested before it was ever driven (um).
+    pub(super) rest_um: f64,
     pub(super) moves: Vec<Move>,
 }
 
@@ -24,6 +26,10 @@ impl Chapter {
         println!(
             "  the model leaves {:.3} um rms of the session",
             self.session_rms_um
+        );
+        println!(
+            "  from rest, which is {:+.3} um from where it was at first",
+            self.rest_um
         );
         println!("  predicted     read       was     error");
         for moved in &self.moves {
