@@ -25,6 +25,8 @@ mod page;
 mod pages;
 mod panics;
 mod port;
+#[cfg(test)]
+mod profiles;
 pub mod python;
 mod sbom;
 pub mod setup;
