@@ -3,6 +3,7 @@
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
+use std::time::Instant;
 
 use serde_json::Value;
 
@@ -64,6 +65,30 @@ fn diagnosed(recording: &str) -> (Value, Said) {
     let said = lab(&words);
     assert_eq!(said.code, 0, "{}", said.err);
     (serde_json::from_str(&said.out).expect("JSON"), said)
+}
+
+/// A page must not be larger: it is sent to colleagues.
+const PAGE_BYTES: u64 = 2_000_000;
+
+#[test]
+#[ignore = "long"]
+fn a_page_of_a_million_rows_is_small_and_says_what_it_left_out() {
+    let place = no_boards();
+    let [file, page] = ["stairs.csv", "report.html"].map(|name| place.path().join(name));
+    fs::write(&file, recording(0.0)).expect("written");
+    let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/heaters/lamp.toml");
+    let [file, model, page_name] = [&file, &model, &page].map(|path| path.to_string_lossy());
+    let start = Instant::now();
+    let said = lab(&["report", &file, "--model", &model, "-o", &page_name]);
+    println!("{ROWS} rows: {:.0} s", start.elapsed().as_secs_f64());
+    assert_eq!(said.code, 0, "{}", said.err);
+    let bytes = fs::metadata(&page).expect("a page").len();
+    println!("{bytes} bytes");
+    assert!(bytes < PAGE_BYTES, "{bytes}");
+    let told = "rows of dense sampling are left out";
+    let text = fs::read_to_string(&page).expect("text");
+    assert!(text.contains(told), "the page does not tell");
+    assert!(said.out.contains(told), "{}", said.out);
 }
 
 #[test]
