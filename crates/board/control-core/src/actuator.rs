@@ -7,7 +7,7 @@ use fpu::sqrt;
 use crate::calibration::{ActuatorCalibration, Parts};
 use crate::codes::PwmCode;
 use crate::drive::{Quantiser, highest_code};
-use crate::heat::{HeatInverse, HeatState};
+use crate::heat::{HeatInverse, HeatState, SharedHeat};
 use crate::lag::rate;
 use crate::limits::{Limit, Limits};
 use crate::memory::MemoryState;
@@ -142,20 +142,20 @@ impl Actuator {
         &self,
         sense: &ActuatorSense,
         current: Ampere,
-        heat: &HeatInverse,
+        (heat, shared): (&HeatInverse, &SharedHeat),
     ) -> Option<Evidence> {
         self.correction.is_plausible().then(|| Evidence {
             sensed: sense.temperature_rise,
             rise: self.rise,
-            unsettled: self.unsettled(heat),
+            unsettled: self.unsettled(heat, shared),
             held_back: Kelvin(self.lag),
             current,
         })
     }
 
     /// What its quick poles have still to bring, just before the slow poles' turn.
-    pub(crate) fn unsettled(&self, heat: &HeatInverse) -> Kelvin {
-        heat.unsettled(&self.heat, self.rise)
+    pub(crate) fn unsettled(&self, heat: &HeatInverse, shared: &SharedHeat) -> Kelvin {
+        heat.unsettled(&self.heat, shared, self.rise)
     }
 
     /// The drive of a tick that ends at the temperature rise `target`, or as near as the bounds allow and catching up does.
@@ -216,7 +216,7 @@ impl Actuator {
         target: Kelvin,
         near: Kelvin,
         rails: &Rails,
-        decay: &Decay,
+        (decay, shared): (&Decay, &SharedHeat),
     ) -> f32 {
         let is_to_cool = target.0 < self.rise.0;
         let power = match is_to_cool {
@@ -230,7 +230,7 @@ impl Actuator {
             // The loss grows with the rise: at the target it is least on the way down, and most on the way up.
             heating: self.gains.heating(power, target),
         };
-        decay.ticks(&self.heat, &way)
+        decay.ticks(self.heat.parts(shared), &way)
     }
 
     /// Temperature rise now.

@@ -5,7 +5,7 @@ use crate::actuator::{Actuator, Rails, catch_up_time};
 use crate::calibration::{Calibration, Parts};
 use crate::codes::PwmCode;
 use crate::design::TICK;
-use crate::heat::HeatInverse;
+use crate::heat::{HeatInverse, SharedHeat};
 use crate::lag::TURNS;
 use crate::limits::{Limit, Limits};
 use crate::memory::{MemoryInverse, TURNS as MEMORY_TURNS};
@@ -85,6 +85,8 @@ pub struct Controller<'a> {
     asked: [Kelvin; CHANNELS],
     path: Path,
     surroundings: Surroundings,
+    /// What the four share of their heat.
+    shared: SharedHeat,
     plate: PlateInverse,
     memory: MemoryInverse,
     calibration: &'a mut Calibration,
@@ -115,6 +117,7 @@ impl<'a> Controller<'a> {
         let (highest, highest_limits) = highest(parts);
         Self {
             heat: HeatInverse::new(&parts.heat),
+            shared: SharedHeat::default(),
             actuators: parts
                 .actuators
                 .each_ref()
@@ -184,7 +187,7 @@ impl<'a> Controller<'a> {
     pub fn is_at_rest(&self) -> bool {
         const LEAST: f32 = 1e-3;
         self.actuators.iter().all(|actuator| {
-            HeatInverse::is_at_rest(&actuator.heat, LEAST)
+            HeatInverse::is_at_rest(&actuator.heat, &self.shared, LEAST)
                 && self.memory.is_at_rest(&actuator.memory, LEAST)
         })
     }
@@ -242,7 +245,7 @@ impl<'a> Controller<'a> {
         let asked = shape.temperature_rise(place);
         let ratio = self.budget.ambient_ratio();
         let surroundings = self.surroundings.uncertainty(actuator, asked, ratio);
-        let to_come = self.actuators[actuator].unsettled(&self.heat);
+        let to_come = self.actuators[actuator].unsettled(&self.heat, &self.shared);
         let um_per_kelvin = 1.0 / shape.slope(place);
         let micrometres = |kelvin: Kelvin| Micrometre(kelvin.0 * um_per_kelvin);
         self.budget
@@ -266,8 +269,8 @@ impl<'a> Controller<'a> {
             .target(actuator, shape.going_on_straight(x));
         let target = Kelvin(if target.0 > 0.0 { target.0 } else { 0.0 });
         let near = Kelvin(near.0 * shape.slope(place));
-        self.arrivals[actuator] =
-            self.actuators[actuator].arrival(target, near, &self.rails, &self.decay);
+        let heat = (&self.decay, &self.shared);
+        self.arrivals[actuator] = self.actuators[actuator].arrival(target, near, &self.rails, heat);
     }
 
     /// One control tick.
@@ -308,8 +311,9 @@ impl<'a> Controller<'a> {
             Some(drives) => self.drive(drives),
             None => self.go_on(),
         }
-        self.heat
-            .advance_slow(&mut self.actuators[self.turn % CHANNELS].heat);
+        let turn = self.turn % CHANNELS;
+        let state = &mut self.actuators[turn].heat;
+        self.heat.advance_slow(state, &mut self.shared, turn);
         self.turn = (self.turn + 1) % MEMORY_TURNS;
         &self.step
     }
@@ -337,7 +341,8 @@ impl<'a> Controller<'a> {
         if actuator == round
             && let Some(sense) = &self.step.sense[actuator]
         {
-            let evidence = self.actuators[actuator].evidence(sense, current, &self.heat);
+            let evidence =
+                self.actuators[actuator].evidence(sense, current, (&self.heat, &self.shared));
             if let Some(evidence) = evidence {
                 self.surroundings.read(actuator, &evidence);
             }

@@ -81,9 +81,14 @@ impl SlowLag {
         self.weight * input - state.value
     }
 
+    /// How far it goes in a turn at this input.
+    pub(crate) fn step(&self, state: &SlowState, input: f32) -> f32 {
+        self.rate * self.left(state, input)
+    }
+
     /// A turn with the mean of the input since the last one.
     pub(crate) fn advance(&self, state: &mut SlowState, input: f32) {
-        let step = self.rate * self.left(state, input) + state.remainder;
+        let step = self.step(state, input) + state.remainder;
         let value = state.value + step;
         state.remainder = step - (value - state.value);
         state.value = value;

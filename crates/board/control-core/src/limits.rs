@@ -67,6 +67,12 @@ impl Limits {
             .filter(move |limit| self.contains(*limit))
     }
 
+    /// Whether any but those that only tell of the calibration acted: the mirror may not be where it was asked to be.
+    pub fn hold_back(self) -> bool {
+        let mut acting = self.iter();
+        acting.any(|limit| limit != Limit::CalibrationDrifted)
+    }
+
     /// The limits of both.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
@@ -121,6 +127,15 @@ mod tests {
                 limit.into_iter().collect::<Vec<_>>()
             );
         }
+    }
+
+    #[test]
+    fn a_heater_that_has_drifted_holds_nothing_back() {
+        let mut limits = Limits::NONE;
+        limits.insert(Limit::CalibrationDrifted);
+        assert!(!limits.hold_back());
+        limits.insert(Limit::Cooling);
+        assert!(limits.hold_back());
     }
 
     #[test]

@@ -6,7 +6,6 @@
 
 use crate::calibration::{FAST_POLES, Heat};
 use crate::design::TICK;
-use crate::heat::HeatState;
 use crate::lag::QuickLag;
 use crate::units::{Kelvin, Second};
 
@@ -57,7 +56,8 @@ impl Decay {
     }
 
     /// Ticks until an actuator is near enough to where it is to be, to within three.
-    pub(crate) fn ticks(&self, state: &HeatState, way: &Way) -> f32 {
+    /// `fast` are the free responses of the fast poles one tick ahead, `slow` what the slow ones bring.
+    pub(crate) fn ticks(&self, (fast, slow): ([f32; FAST_POLES], f32), way: &Way) -> f32 {
         let apart = way.from.0 - way.to.0;
         let near = if way.near.0 > NEAREST.0 {
             way.near.0
@@ -70,7 +70,6 @@ impl Decay {
             return 0.0;
         }
         let ends = self.weights.map(|weight| weight * way.heating.0);
-        let (fast, slow) = state.parts();
         let mut left: [f32; FAST_POLES] = core::array::from_fn(|pole| fast[pole] - ends[pole]);
         let end = slow + ends.iter().sum::<f32>();
         let has_passed = |sum: f32| (sum > way.to.0) != (apart > 0.0);
@@ -106,7 +105,7 @@ impl Decay {
 mod tests {
     use super::*;
     use crate::calibration::tests::parts;
-    use crate::heat::HeatInverse;
+    use crate::heat::{HeatInverse, HeatState, SharedHeat};
     use crate::lag::TURNS;
     use proptest::prelude::*;
 
@@ -114,7 +113,7 @@ mod tests {
         /// The tick at which free cooling, or a heating that stays, passes a temperature, against the lags themselves.
         #[test]
         fn the_tick_of_passing_is_found(start in 20.0_f32..100.0, share in 0.05_f32..0.9, up: bool) {
-            let heat = Heat { slow: Heat::INSTANT.slow, fast: {
+            let heat = Heat { slow: Heat::INSTANT.slow, shared: Heat::INSTANT.shared, fast: {
                 let mut fast = parts().heat.fast;
                 fast[2].weight = 0.2;
                 fast
@@ -125,18 +124,18 @@ mod tests {
             for tick in 0..20_000 {
                 rise = inverse.advance(&mut state, Kelvin(start));
                 if tick % TURNS == 3 {
-                    inverse.advance_slow(&mut state);
+                    inverse.advance_slow(&mut state, &mut SharedHeat::default(), 0);
                 }
             }
             let heating = Kelvin(if up { 2.0 * start } else { 0.0 });
             let to = Kelvin(if up { start * (1.0 + share) } else { start * (1.0 - share) });
             let way = Way { from: rise, to, near: Kelvin(1e-3), heating };
-            let foreseen = Decay::new(&heat, Second(0.0)).ticks(&state, &way);
+            let foreseen = Decay::new(&heat, Second(0.0)).ticks(state.parts(&SharedHeat::default()), &way);
             let mut passed = 0;
             while (rise.0 > to.0) != up && passed < 20_000 {
                 rise = inverse.advance(&mut state, heating);
                 if passed % TURNS == 3 {
-                    inverse.advance_slow(&mut state);
+                    inverse.advance_slow(&mut state, &mut SharedHeat::default(), 0);
                 }
                 passed += 1;
             }
@@ -150,7 +149,7 @@ mod tests {
         fn any_bit_pattern_is_answered(bits in proptest::array::uniform4(any::<u32>())) {
             let [from, to, near, heating] = bits.map(|bits| Kelvin(f32::from_bits(bits)));
             let way = Way { from, to, near, heating };
-            let ticks = Decay::new(&parts().heat, Second(2e-3)).ticks(&HeatState::default(), &way);
+            let ticks = Decay::new(&parts().heat, Second(2e-3)).ticks(Default::default(), &way);
             prop_assert!(ticks >= 0.0 || !(from.0.is_finite() && heating.0.is_finite()));
         }
     }
@@ -164,6 +163,6 @@ mod tests {
             near: Kelvin(0.1),
             heating: Kelvin(30.0),
         };
-        assert_eq!(decay.ticks(&HeatState::default(), &way), NEVER);
+        assert_eq!(decay.ticks(Default::default(), &way), NEVER);
     }
 }

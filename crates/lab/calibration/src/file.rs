@@ -12,7 +12,7 @@
 //! ambient_ratio = 1.02 # kelvins of a heater that one of the surroundings is worth; without it these are not compensated
 //! residual = { piston_um = 0.03, part = 0.0, apart = 0.03, ambient_ratio = 0.05 } # standard uncertainties; none where nobody knows them
 //! fast_poles = [{ weight = 0.6, time_s = 0.001 }, { weight = 0.34, time_s = 0.035 }]
-//! slow_poles = [{ weight = 0.06, time_s = 4.7 }]
+//! slow_poles = [{ weight = 0.06, time_s = 4.7, shared = 0.9 }] # shared: the part that the mean heating of all four drives
 //! plays = [{ weight = 0.01, radius_um = 4.0 }]
 //! creep = [{ weight = 0.003, time_s = 5.0 }]
 //! levers = [{ x_um = 480.0, y_um = 0.0, warp = 1.0 }, ...] # of the four actuators; none where nobody knows them
@@ -31,8 +31,8 @@
 use std::sync::Arc;
 
 use control_core::calibration::{
-    Bounds, Heat, Label, Lag, Lever, Memory, Origin, Parts, Path, Plate, Play, Residual,
-    SENSED_RISES, SensedRises,
+    Bounds, FAST_POLES, Heat, Label, Lag, Lever, Memory, Origin, Parts, Path, Plate, Play,
+    Residual, SENSED_RISES, SensedRises,
 };
 use control_core::shape::KNOTS;
 use control_core::{
@@ -85,9 +85,9 @@ struct Stored {
     max_drive_v: f64,
     max_power_w: f64,
     max_rise_k: f64,
-    fast_poles: Vec<StoredLag>,
+    fast_poles: Vec<StoredPole>,
     #[serde(default)]
-    slow_poles: Vec<StoredLag>,
+    slow_poles: Vec<StoredPole>,
     #[serde(default)]
     plays: Vec<StoredPlay>,
     #[serde(default)]
@@ -108,6 +108,15 @@ struct Stored {
 struct StoredLag {
     weight: f64,
     time_s: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredPole {
+    weight: f64,
+    time_s: f64,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    shared: f64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -161,6 +170,15 @@ pub fn to_toml(calibration: &Calibration) -> String {
         })
         .collect()
     };
+    let poles = |lags: &[Lag], shared: &[f32]| -> Vec<StoredPole> {
+        let used = lags.iter().zip(shared).filter(|(lag, _)| lag.weight != 0.0);
+        used.map(|(lag, shared)| StoredPole {
+            weight: decimal(lag.weight),
+            time_s: decimal(lag.time.0),
+            shared: decimal(*shared),
+        })
+        .collect()
+    };
     let plays = p.memory.plays.iter().filter(|play| play.weight != 0.0);
     let stored = Stored {
         format: FORMAT,
@@ -171,8 +189,8 @@ pub fn to_toml(calibration: &Calibration) -> String {
         max_drive_v: decimal(p.bounds.drive.0),
         max_power_w: decimal(p.bounds.power.0),
         max_rise_k: decimal(p.bounds.rise.0),
-        fast_poles: lags(&p.heat.fast),
-        slow_poles: lags(&p.heat.slow),
+        fast_poles: poles(&p.heat.fast, &p.heat.shared[..FAST_POLES]),
+        slow_poles: poles(&p.heat.slow, &p.heat.shared[FAST_POLES..]),
         plays: plays
             .map(|play| StoredPlay {
                 weight: decimal(play.weight),
@@ -286,14 +304,20 @@ impl Stored {
             "fast_poles",
             &mut heat.fast,
             &self.fast_poles,
-            StoredLag::read,
+            StoredPole::read,
         )?;
         fill(
             "slow_poles",
             &mut heat.slow,
             &self.slow_poles,
-            StoredLag::read,
+            StoredPole::read,
         )?;
+        let (fast, slow) = heat.shared.split_at_mut(FAST_POLES);
+        for (parts, stored) in [(fast, &self.fast_poles), (slow, &self.slow_poles)] {
+            for (part, pole) in parts.iter_mut().zip(stored) {
+                *part = pole.shared as f32;
+            }
+        }
         let mut memory = Memory::NONE;
         fill("plays", &mut memory.plays, &self.plays, StoredPlay::read)?;
         let widest = self.plays.last().map_or(0.0, |play| play.radius_um);
@@ -389,6 +413,15 @@ impl StoredLag {
     }
 }
 
+impl StoredPole {
+    fn read(&self) -> Lag {
+        Lag {
+            weight: self.weight as f32,
+            time: Second(self.time_s as f32),
+        }
+    }
+}
+
 impl StoredLever {
     fn read(&self) -> Lever {
         Lever {
@@ -421,6 +454,10 @@ fn fill<T, S>(what: &str, places: &mut [T], list: &[S], read: fn(&S) -> T) -> Re
         *place = read(stored);
     }
     Ok(())
+}
+
+fn is_zero(number: &f64) -> bool {
+    *number == 0.0
 }
 
 /// `value` as a person would write it: 0.1 and not 0.100000001.

@@ -18,6 +18,7 @@ use actuator::Actuator;
 use apart::Apart;
 use hysteresis::{Hysteresis, TURNS};
 use path::Path;
+use poles::Shared;
 use table::hottest_um;
 
 /// The chain from positions to volts.
@@ -26,6 +27,7 @@ pub(crate) struct Chain {
     paths: [Path; CHANNELS],
     memories: [Hysteresis; CHANNELS],
     actuators: [Actuator; CHANNELS],
+    shared: Shared,
     top_um: f64,
     hottest_um: f64,
     turn: usize,
@@ -42,6 +44,7 @@ impl Chain {
             actuators: parts
                 .actuators
                 .map(|actuator| Actuator::new(actuator, parts)),
+            shared: Shared::new(&parts.heat),
             top_um: f64::from(calibration.max_position().0),
             hottest_um: hottest_um(parts),
             turn: 0,
@@ -70,7 +73,7 @@ impl Chain {
                 }
                 Setpoint::Off | Setpoint::Drive(_) => panic!("no position"),
             };
-            if i == self.turn % CHANNELS {
+            if i == turn {
                 self.memories[i].turn(self.turn / CHANNELS, z);
             }
             let x = self.memories[i].displacement(z).min(self.hottest_um);
@@ -78,7 +81,8 @@ impl Chain {
             apart.drive_um = apart.drive_um.max(one.drive_um);
             apart.mirror_um = apart.mirror_um.max(one.mirror_um);
         }
-        self.actuators[self.turn % CHANNELS].relax_slow();
+        let actuator = &mut self.actuators[turn];
+        actuator.relax_slow(self.shared.turn(turn, actuator.heating()));
         self.turn = (self.turn + 1) % TURNS;
         apart
     }

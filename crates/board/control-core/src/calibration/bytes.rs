@@ -1,12 +1,13 @@
 //! A calibration as bytes: what is uploaded and stored.
 //!
 //! Little endian, without padding: the letters `EMCA`, the format (u16), device and date (48 bytes
-//! each), the model's hash (u64), the numbers (f32) in the order of [`numbers`], [`levers`], [`surroundings`] and
-//! [`residual`], and the CRC-32 (as in Ethernet) of all that. Formats 3 to 5 are read too: 5 does not say what it leaves unknown, 4 knows
-//! nothing of surroundings either, 3 has no levers either.
+//! each), the model's hash (u64), the numbers (f32) in the order of [`numbers`], [`levers`], [`surroundings`],
+//! [`residual`] and [`shared`], and the CRC-32 (as in Ethernet) of all that. Formats 3 to 6 are read too: 6 has no heat that the actuators
+//! share, 5 does not say what it leaves unknown either, 4 knows nothing of surroundings either, 3 has no levers either.
 
 use super::layout::{
-    BYTES, FORMAT, MAGIC, WITHOUT_LEVERS, WITHOUT_RESIDUAL, WITHOUT_SURROUNDINGS, record_bytes,
+    BYTES, FORMAT, MAGIC, WITHOUT_LEVERS, WITHOUT_RESIDUAL, WITHOUT_SHARED, WITHOUT_SURROUNDINGS,
+    record_bytes,
 };
 use super::{ActuatorCalibration, Bounds, Heat, Memory, Parts, Path, Plate};
 use super::{Calibration, CalibrationError, Field, Label, Origin, Problem};
@@ -50,6 +51,7 @@ impl Calibration {
             &mut parts.residual,
             &mut |number| put(&number.to_le_bytes()),
         );
+        shared(&mut parts.heat, &mut |number| put(&number.to_le_bytes()));
         let end = BYTES - 4;
         let checksum = CRC.checksum(&bytes[..end]);
         bytes[end..].copy_from_slice(&checksum.to_le_bytes());
@@ -102,6 +104,11 @@ impl Calibration {
         }
         if format > WITHOUT_RESIDUAL {
             residual(&mut parts.residual, &mut |number| {
+                *number = f32::from_le_bytes(reader.take().unwrap_or_default());
+            });
+        }
+        if format > WITHOUT_SHARED {
+            shared(&mut parts.heat, &mut |number| {
                 *number = f32::from_le_bytes(reader.take().unwrap_or_default());
             });
         }
@@ -199,6 +206,11 @@ fn residual(residual: &mut Residual, visit: &mut dyn FnMut(&mut f32)) {
     visit(&mut residual.ambient_ratio);
 }
 
+/// What the actuators share of their heat, in the order of its bytes.
+fn shared(heat: &mut Heat, visit: &mut dyn FnMut(&mut f32)) {
+    heat.shared.iter_mut().for_each(visit);
+}
+
 struct Reader<'a>(&'a [u8]);
 
 impl Reader<'_> {
@@ -211,8 +223,10 @@ impl Reader<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::POLES;
     use super::super::layout::{
-        BYTES_WITHOUT_LEVERS, BYTES_WITHOUT_RESIDUAL, BYTES_WITHOUT_SURROUNDINGS, HEAD,
+        BYTES_WITHOUT_LEVERS, BYTES_WITHOUT_RESIDUAL, BYTES_WITHOUT_SHARED,
+        BYTES_WITHOUT_SURROUNDINGS, HEAD,
     };
     use super::super::tests::parts;
     use super::*;
@@ -247,7 +261,8 @@ mod tests {
             (BYTES_WITHOUT_LEVERS, parts().bounds.rise.0),
             (BYTES_WITHOUT_SURROUNDINGS, last.warp),
             (BYTES_WITHOUT_RESIDUAL, parts().ambient_ratio),
-            (BYTES, parts().residual.ambient_ratio),
+            (BYTES_WITHOUT_SHARED, parts().residual.ambient_ratio),
+            (BYTES, parts().heat.shared[POLES - 1]),
         ] {
             assert_eq!(bytes()[last_of(length)], number.to_le_bytes());
         }
@@ -255,9 +270,14 @@ mod tests {
 
     #[test]
     fn a_calibration_of_a_format_before_lacks_what_came_later() {
+        let without_shared = {
+            let mut parts = parts();
+            parts.heat.shared = Heat::INSTANT.shared;
+            parts
+        };
         let without_residual = Parts {
             residual: Residual::UNKNOWN,
-            ..parts()
+            ..without_shared
         };
         let mut without_surroundings = without_residual;
         surroundings(&mut without_surroundings, &mut |number| *number = 0.0);
@@ -266,6 +286,7 @@ mod tests {
             ..without_surroundings
         };
         for (format, length, expected) in [
+            (WITHOUT_SHARED, BYTES_WITHOUT_SHARED, without_shared),
             (WITHOUT_RESIDUAL, BYTES_WITHOUT_RESIDUAL, without_residual),
             (
                 WITHOUT_SURROUNDINGS,
@@ -294,8 +315,8 @@ mod tests {
     #[test]
     fn another_format_is_named() {
         let mut other = bytes();
-        other[4..6].copy_from_slice(&7_u16.to_le_bytes());
-        let refused = Err(CalibrationError::Format { format: 7 });
+        other[4..6].copy_from_slice(&8_u16.to_le_bytes());
+        let refused = Err(CalibrationError::Format { format: 8 });
         assert_eq!(Calibration::from_bytes(&signed(other)), refused);
     }
 

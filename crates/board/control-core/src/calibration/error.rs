@@ -22,6 +22,7 @@ pub enum Field {
     SensedTop,
     FastPole,
     SlowPole,
+    SharedPart,
     Play,
     Release,
     Creep,
@@ -50,6 +51,7 @@ impl Field {
             Self::SensedTop => "sensed_top_k",
             Self::FastPole => "fast_poles",
             Self::SlowPole => "slow_poles",
+            Self::SharedPart => "shared",
             Self::Play => "plays",
             Self::Release => "release_s",
             Self::Creep => "creep",
@@ -71,6 +73,7 @@ impl Field {
                 | Self::SensedRise
                 | Self::FastPole
                 | Self::SlowPole
+                | Self::SharedPart
                 | Self::Play
                 | Self::Creep
                 | Self::Lever

@@ -1,12 +1,14 @@
 //! How many bytes a calibration has, in each of the formats that are read.
 
 use super::origin::Label;
-use super::stages::{FAST_POLES, LAGS, PLAYS, SENSED_RISES, SLOW_POLES};
+use super::stages::{FAST_POLES, LAGS, PLAYS, POLES, SENSED_RISES, SLOW_POLES};
 use crate::CHANNELS;
 use crate::shape::KNOTS;
 
 /// The version of this layout and of what the numbers mean.
-pub(super) const FORMAT: u16 = 6;
+pub(super) const FORMAT: u16 = 7;
+/// The one without heat that the actuators share.
+pub(super) const WITHOUT_SHARED: u16 = 6;
 /// The one that does not say what it leaves unknown.
 pub(super) const WITHOUT_RESIDUAL: u16 = 5;
 /// The one that knows nothing of surroundings.
@@ -21,10 +23,12 @@ const SHARED_NUMBERS: usize = 2 * (FAST_POLES + SLOW_POLES + PLAYS + LAGS) + 5;
 const LEVER_NUMBERS: usize = 3 * CHANNELS;
 const SURROUNDINGS_NUMBERS: usize = CHANNELS * (1 + SENSED_RISES) + 1;
 const RESIDUAL_NUMBERS: usize = 4;
+const SHARED_PARTS: usize = POLES;
 pub(super) const HEAD: usize = MAGIC.len() + 2 + 2 * Label::CAPACITY + 8;
 
 /// Bytes of a calibration.
-pub const BYTES: usize = BYTES_WITHOUT_RESIDUAL + 4 * RESIDUAL_NUMBERS;
+pub const BYTES: usize = BYTES_WITHOUT_SHARED + 4 * SHARED_PARTS;
+pub(super) const BYTES_WITHOUT_SHARED: usize = BYTES_WITHOUT_RESIDUAL + 4 * RESIDUAL_NUMBERS;
 pub(super) const BYTES_WITHOUT_RESIDUAL: usize =
     BYTES_WITHOUT_SURROUNDINGS + 4 * SURROUNDINGS_NUMBERS;
 pub(super) const BYTES_WITHOUT_SURROUNDINGS: usize = BYTES_WITHOUT_LEVERS + 4 * LEVER_NUMBERS;
@@ -41,6 +45,8 @@ pub fn record_bytes(bytes: &[u8]) -> usize {
         BYTES_WITHOUT_SURROUNDINGS
     } else if is_of(WITHOUT_RESIDUAL) {
         BYTES_WITHOUT_RESIDUAL
+    } else if is_of(WITHOUT_SHARED) {
+        BYTES_WITHOUT_SHARED
     } else {
         BYTES
     }

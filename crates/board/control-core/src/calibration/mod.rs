@@ -15,8 +15,8 @@ pub use error::{CalibrationError, Field, Problem};
 pub use layout::{BYTES, record_bytes};
 pub use origin::{Label, Origin};
 pub use stages::{
-    ActuatorCalibration, Bounds, FAST_POLES, Heat, LAGS, Lag, Lever, Memory, PLAYS, Path, Plate,
-    Play, Residual, SENSED_RISES, SLOW, SLOW_POLES, SensedRises,
+    ActuatorCalibration, Bounds, FAST_POLES, Heat, LAGS, Lag, Lever, Memory, PLAYS, POLES, Path,
+    Plate, Play, Residual, SENSED_RISES, SLOW, SLOW_POLES, SensedRises,
 };
 
 use crate::CHANNELS;
@@ -124,6 +124,7 @@ pub(crate) mod tests {
             heat: Heat {
                 fast: [lag(0.5, 1e-3), lag(0.3, 35e-3), lag(0.1, 0.2)],
                 slow: [lag(0.06, 4.0), lag(0.04, 20.0)],
+                shared: [0.0, 0.5, 0.25, 0.75, 1.0],
             },
             memory: Memory {
                 plays: [

@@ -4,7 +4,7 @@ use core::ops::RangeInclusive;
 
 use super::{ActuatorCalibration, Bounds, Heat, Memory, Parts, Plate, Residual};
 use super::{CalibrationError, Field, Problem};
-use super::{Lag, Play, SLOW};
+use super::{FAST_POLES, Lag, Play, SLOW};
 use crate::design::{COLD_RESISTANCES_OHM, HIGHEST_DRIVE, HIGHEST_POWER_W, TCRS_PER_K};
 use crate::plate::across;
 use crate::units::Second;
@@ -13,6 +13,11 @@ use crate::units::Second;
 const WEIGHT_TOLERANCE: f32 = 1e-3;
 /// Creep that is faster than this is none.
 const FASTEST_CREEP: Second = Second(0.01);
+/// The fastest pole that actuators may share: the core looks at what they share every 0.4 ms (`heat.rs`), and no chip frame is faster;
+/// that of the paper's mirror takes 33 ms.
+const FASTEST_SHARED: Second = Second(0.01);
+/// The least weight of the fast poles: what is slow has been left out of the table's temperature when little is fast.
+const LEAST_FAST: f32 = 0.05;
 /// Temperature rises that a resistance may tell (K): no more than the stages' own may be (`max_rise_k`), and a little below none, by
 /// a line that was fitted elsewhere.
 const SENSED_RISES_K: RangeInclusive<f32> = -20.0..=5e3;
@@ -86,9 +91,20 @@ impl Heat {
         check_lags(Field::SlowPole, &self.slow, 0.0..=0.95, SLOW.0..=1e4)?;
         let weights = |lags: &[Lag]| lags.iter().map(|lag| lag.weight).sum::<f32>();
         let fast = weights(&self.fast);
-        // What is slow has been left out of the table's temperature when little is fast.
-        if (fast + weights(&self.slow) - 1.0).abs() > WEIGHT_TOLERANCE || fast < 0.05 {
+        if (fast + weights(&self.slow) - 1.0).abs() > WEIGHT_TOLERANCE || fast < LEAST_FAST {
             return Err(CalibrationError::number(Field::FastPole, 0, Problem::Sum));
+        }
+        let mut own_fast = fast;
+        for (i, (part, lag)) in self.shared.into_iter().zip(self.poles()).enumerate() {
+            let is_shared = i > 0 && lag.time.0 >= FASTEST_SHARED.0;
+            let most = if is_shared { 1.0 } else { 0.0 };
+            check(Field::SharedPart, i, part, 0.0..=most)?;
+            if i < FAST_POLES {
+                own_fast -= part * lag.weight;
+            }
+        }
+        if own_fast < LEAST_FAST {
+            return Err(CalibrationError::number(Field::SharedPart, 0, Problem::Sum));
         }
         Ok(())
     }
@@ -252,6 +268,8 @@ mod tests {
             20 => (&mut p.ambient_ratio, Field::AmbientRatio),
             21 => (&mut p.residual.piston.0, Field::Residual),
             22 => (&mut p.residual.apart, Field::Residual),
+            23 => (&mut p.heat.shared[0], Field::SharedPart),
+            24 => (&mut p.heat.shared[3], Field::SharedPart),
             _ => (&mut p.bounds.rise.0, Field::MaxRise),
         };
         *number = bad;
@@ -261,7 +279,7 @@ mod tests {
     proptest! {
         #[test]
         fn a_number_that_is_off_is_named(
-            which in 0_usize..23,
+            which in 0_usize..25,
             bad in prop_oneof![Just(f32::NAN), Just(f32::INFINITY), Just(-1.0e6), Just(1e9)],
         ) {
             let (parts, field) = number_off(which, bad);
@@ -325,6 +343,18 @@ mod tests {
             let refused = CalibrationError::number(field, 0, Problem::Sum);
             assert_eq!(Calibration::new(parts), Err(refused));
         }
+        // What only one fast pole does on its own, and that one hardly.
+        let mut shared = parts();
+        shared.heat.fast[0].weight = 0.02;
+        shared.heat.fast[1].weight = 0.78;
+        shared.heat.shared = [0.0, 1.0, 1.0, 0.0, 0.0];
+        let refused = CalibrationError::number(Field::SharedPart, 0, Problem::Sum);
+        assert_eq!(Calibration::new(shared), Err(refused));
+        // A beam's pole is its own.
+        let mut quick = parts();
+        quick.heat.fast[1].time = Second(5e-3);
+        let refused = CalibrationError::number(Field::SharedPart, 1, Problem::OutOfRange);
+        assert_eq!(Calibration::new(quick), Err(refused));
         let mut radii = parts();
         radii.memory.plays[2].radius = Micrometre(5.0);
         let refused = CalibrationError::number(Field::Play, 2, Problem::NotRising);

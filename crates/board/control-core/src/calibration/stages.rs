@@ -8,6 +8,8 @@ use crate::units::{Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Vo
 pub const FAST_POLES: usize = 3;
 /// Thermal poles that are slow enough to be advanced now and then.
 pub const SLOW_POLES: usize = 2;
+/// All of them, the fast ones first.
+pub const POLES: usize = FAST_POLES + SLOW_POLES;
 /// Play operators of the hysteresis.
 pub const PLAYS: usize = 4;
 /// Lags of the creep.
@@ -63,6 +65,9 @@ pub struct Heat {
     pub fast: [Lag; FAST_POLES],
     /// Time constants from [`SLOW`] on.
     pub slow: [Lag; SLOW_POLES],
+    /// Part of each, the fast ones first, that the mean heating of all four actuators drives, as that of the frame they stand on;
+    /// the rest is driven by the actuator's own. Of the first, which is the beam's, 0.
+    pub shared: [f32; POLES],
 }
 
 /// A play operator with its weight: a part of the motion that follows only when pulled by more than
@@ -182,8 +187,19 @@ impl Heat {
                 weight: 0.0,
                 time: SLOW,
             }; SLOW_POLES],
+            shared: [0.0; POLES],
         }
     };
+
+    /// All poles, the fast ones first.
+    pub fn poles(&self) -> [Lag; POLES] {
+        let mut poles = [Lag::NONE; POLES];
+        let lags = self.fast.iter().chain(&self.slow);
+        for (pole, lag) in poles.iter_mut().zip(lags) {
+            *pole = *lag;
+        }
+        poles
+    }
 }
 
 impl Lag {

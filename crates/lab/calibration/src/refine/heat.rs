@@ -19,10 +19,10 @@ pub(super) struct FosterNetwork {
 
 /// What an actuator's power holds at rest: `rise (1 + growth rise) = k_per_w power`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct HeatLoss {
-    pub(super) k_per_w: f64,
+pub(crate) struct HeatLoss {
+    pub(crate) k_per_w: f64,
     /// In 1/K.
-    pub(super) growth: f64,
+    pub(crate) growth: f64,
 }
 
 impl FosterNetwork {
@@ -53,6 +53,7 @@ impl FosterNetwork {
                     ..slow
                 }
             }),
+            shared: Heat::INSTANT.shared,
         }
     }
 
@@ -166,12 +167,12 @@ impl SampledLag {
 
 impl HeatLoss {
     /// The heating that holds a rise: the rise that its power would hold without growth (K).
-    pub(super) fn heating(&self, rise: f64) -> f64 {
+    pub(crate) fn heating(&self, rise: f64) -> f64 {
         rise * (1.0 + self.growth * rise)
     }
 
     /// The rise that a heating holds (K).
-    pub(super) fn rise(&self, heating: f64) -> f64 {
+    pub(crate) fn rise(&self, heating: f64) -> f64 {
         let root = (1.0 + 4.0 * self.growth * heating).max(0.0).sqrt();
         2.0 * heating / (1.0 + root)
     }

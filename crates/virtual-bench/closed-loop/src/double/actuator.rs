@@ -104,8 +104,14 @@ impl Actuator {
         }
     }
 
-    pub(super) fn relax_slow(&mut self) {
-        self.poles.relax_slow();
-        self.twin.poles.relax_slow();
+    /// Mean heating since the last turn.
+    pub(super) fn heating(&self) -> f64 {
+        self.poles.heating()
+    }
+
+    /// The twin takes what is shared as it is: of what two drives differ by, a quarter goes round there.
+    pub(super) fn relax_slow(&mut self, shared: f64) {
+        self.poles.relax_slow(shared);
+        self.twin.poles.relax_slow(shared);
     }
 }

@@ -1,6 +1,7 @@
 //! First-order low-passes, and the Foster network of thermal poles that they make.
 
-use control_core::calibration::{FAST_POLES, Heat, Lag, SLOW_POLES};
+use control_core::CHANNELS;
+use control_core::calibration::{FAST_POLES, Heat, Lag, POLES, SLOW_POLES};
 
 use crate::TICK_S;
 
@@ -16,14 +17,29 @@ pub(super) struct Pole {
     pub(super) at: f64,
 }
 
-/// The thermal poles of one actuator.
+/// The thermal poles of one actuator, each without the part that the mean heating of all four drives.
 #[derive(Clone, Debug)]
 pub(super) struct Poles {
     fast: [Pole; FAST_POLES],
     slow: [Pole; SLOW_POLES],
+    /// What that part was told to be at the last turn.
+    shared: f64,
     /// Heating since the slow ones' turn.
     heating: f64,
 }
+
+/// The parts that the mean heating of all four drives: of every pole but the first, one of which has its turn in each tick.
+#[derive(Clone, Debug)]
+pub(super) struct Shared {
+    poles: [Pole; POLES - 1],
+    /// Where each will be so many ticks later: what is made of heating is told as late.
+    told: [f64; POLES - 1],
+    heating: f64,
+    turns: f64,
+}
+
+/// How late, in ticks.
+const LATE: f64 = 6.0;
 
 /// What is left of a distance after so many ticks: the pole in the z plane of a low-pass with this time constant.
 pub(super) fn pole(time_s: f64, ticks: usize) -> f64 {
@@ -55,9 +71,11 @@ impl Pole {
 
 impl Poles {
     pub(super) fn new(heat: &Heat) -> Self {
+        let own = |k: usize, ticks| Pole::new(weighed(heat, k, 1.0 - heat.shared[k]), ticks);
         Self {
-            fast: heat.fast.map(|lag| Pole::new(lag, 1)),
-            slow: heat.slow.map(|lag| Pole::new(lag, TURNS)),
+            fast: std::array::from_fn(|k| own(k, 1)),
+            slow: std::array::from_fn(|k| own(FAST_POLES + k, TURNS)),
+            shared: 0.0,
             heating: 0.0,
         }
     }
@@ -65,7 +83,7 @@ impl Poles {
     /// The temperature rise after a tick with `heating`.
     pub(super) fn after(&self, heating: f64) -> f64 {
         let fast: f64 = self.fast.iter().map(|pole| pole.after(heating)).sum();
-        fast + self.slow.iter().map(|pole| pole.at).sum::<f64>()
+        fast + self.slow.iter().map(|pole| pole.at).sum::<f64>() + self.shared
     }
 
     /// The heating after which it is `target`: the rise is linear in it.
@@ -84,11 +102,51 @@ impl Poles {
         rise
     }
 
-    pub(super) fn relax_slow(&mut self) {
-        let mean = self.heating / TURNS as f64;
+    /// Mean heating since the last turn.
+    pub(super) fn heating(&self) -> f64 {
+        self.heating / TURNS as f64
+    }
+
+    pub(super) fn relax_slow(&mut self, shared: f64) {
+        let mean = self.heating();
         for pole in &mut self.slow {
             pole.relax(mean);
         }
+        self.shared = shared;
         self.heating = 0.0;
+    }
+}
+
+impl Shared {
+    pub(super) fn new(heat: &Heat) -> Self {
+        let shared = |k: usize| Pole::new(weighed(heat, k + 1, heat.shared[k + 1]), TURNS);
+        Self {
+            poles: std::array::from_fn(shared),
+            told: [0.0; POLES - 1],
+            heating: 0.0,
+            turns: 0.0,
+        }
+    }
+
+    /// The turn of one pole, and of the actuator with this mean heating; returns what all actuators share then.
+    pub(super) fn turn(&mut self, turn: usize, mean: f64) -> f64 {
+        let pole = &mut self.poles[turn];
+        pole.relax(self.heating);
+        self.told[turn] = pole.at + LATE / TURNS as f64 * (pole.after(self.heating) - pole.at);
+        self.turns += mean;
+        if turn + 1 == CHANNELS {
+            self.heating = self.turns / CHANNELS as f64;
+            self.turns = 0.0;
+        }
+        self.told.iter().sum()
+    }
+}
+
+/// A part of a pole.
+fn weighed(heat: &Heat, k: usize, part: f32) -> Lag {
+    let lag = heat.poles()[k];
+    Lag {
+        weight: part * lag.weight,
+        ..lag
     }
 }
