@@ -7,7 +7,7 @@
 //! - [`rehearse`] tells what a board with such a calibration would leave along a standard path;
 //! - [`with_piston_residual`] notes what a calibration left where it was tried, for the uncertainty of positions;
 //! - [`with_ambient_ratio`] finds what a kelvin of the surroundings is worth, where the mirror rested in others;
-//! - [`posed`] finds levers and each actuator's own table in poses that were measured at rest;
+//! - [`posed`] finds levers, each actuator's own table and what they share of their heat in poses that were measured;
 //! - [`Reach`] tells which poses a plate reaches;
 //! - [`to_toml`], [`from_toml`] are the file that people read.
 
@@ -31,7 +31,10 @@ pub use correct::{CorrectionError, StaticPoint, corrected};
 pub use dynamics::Remaining;
 pub use error::TabulateError;
 pub use file::{CalibrationFileError, from_toml, to_toml};
-pub use pose::{PoseError, PosePoint, Posed, posed, poses_to_measure};
+pub use pose::{
+    COURSE_S, PoseError, PosePoint, Posed, SpotHeights, along_a_course, posed, poses_over_spots,
+    poses_to_measure, with_assumed_levers,
+};
 pub use reach::{PlatePose, Reach};
 pub use refine::{RefineError, Refined, refined};
 pub use rehearsal::{Left, Rehearsal, rehearse};

@@ -43,7 +43,8 @@ fn measured(calibration: &Calibration) -> Vec<PosePoint> {
     let reach = Reach::new(calibration.parts().plate, top_um);
     let point = |asked: PlatePose| PosePoint {
         asked,
-        reached: plate_reaches(asked_um(calibration, &asked)),
+        held_s: 2.0,
+        reached: Some(plate_reaches(asked_um(calibration, &asked))),
     };
     poses_to_measure(&reach, top_um)
         .into_iter()
@@ -112,13 +113,18 @@ fn what_does_not_fit_a_plate_is_refused_in_words() {
         Err(PoseError::NoLevers)
     );
     let mut gap = good.clone();
-    gap[4].reached.tilt_y_rad = f64::NAN;
+    gap[4].reached = Some(PlatePose {
+        tilt_y_rad: f64::NAN,
+        ..PlatePose::default()
+    });
     assert_eq!(posed(&before, &gap), Err(PoseError::NotFinite(5)));
     // Tilts of another mirror, or in another order.
     let mut other = good.clone();
     let count = other.len();
-    for i in 0..count {
-        other[i].reached.tilt_x_rad = good[(7 * i + 3) % count].reached.tilt_x_rad;
+    for (i, point) in other.iter_mut().enumerate() {
+        let [mut here, there] = [i, (7 * i + 3) % count].map(|k| good[k].reached.expect("read"));
+        here.tilt_x_rad = there.tilt_x_rad;
+        point.reached = Some(here);
     }
     let refused = posed(&before, &other);
     assert!(

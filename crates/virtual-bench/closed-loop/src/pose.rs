@@ -1,8 +1,10 @@
 //! Poses: a calibration of them on a mirror with an instrument that reads piston and tilts, and what they reach.
 
-use calibration::{PlatePose, PoseError, PosePoint, Posed, Reach, posed, poses_to_measure};
-use control_core::calibration::{Parts, Plate};
-use control_core::{Calibration, Micrometre, Setpoint};
+use calibration::{
+    COURSE_S, PlatePose, PoseError, PosePoint, Posed, Reach, along_a_course, posed,
+    poses_to_measure, with_assumed_levers,
+};
+use control_core::{Calibration, Limits, Micrometre, Setpoint};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use virtual_mirror::{ConfigError, MirrorConfig, Reading, Sensor};
@@ -13,8 +15,8 @@ use crate::{Loop, TICK_S, core_pose};
 const HELD_S: f64 = 2.0;
 /// Readings of which the mean is taken, one a tick.
 const READINGS: usize = 100;
-/// Lever that is assumed until it is measured (um): that of plates of half a millimetre.
-const ASSUMED_LEVER: Micrometre = Micrometre(500.0);
+/// From one reading on the way to the next (s): 25 in a period of the course.
+const COURSE_STEP_S: f64 = 2e-3;
 
 /// Why poses could not be calibrated.
 #[derive(Debug, thiserror::Error)]
@@ -47,6 +49,8 @@ pub struct PoseErrors {
     pub tilt_rms_deg: f64,
     /// The largest of the tilts' (deg).
     pub tilt_largest_deg: f64,
+    /// Poses that a limit held elsewhere, by name, which are not counted.
+    pub limited: usize,
 }
 
 /// `calibration` with levers and each actuator's own tables, from poses that are measured under it, and once more under what
@@ -60,7 +64,7 @@ pub fn calibrate_pose(
     rounds: usize,
 ) -> Result<Posed, PoseCalibrationError> {
     let mut found = Posed {
-        calibration: assumed(calibration),
+        calibration: with_assumed_levers(calibration),
         piston_rms_um: f64::NAN,
         tilt_rms_rad: f64::NAN,
     };
@@ -69,19 +73,6 @@ pub fn calibrate_pose(
         found = posed(&found.calibration, &points)?;
     }
     Ok(found)
-}
-
-/// With levers to begin with, where there are none.
-fn assumed(calibration: &Calibration) -> Calibration {
-    let parts = calibration.parts();
-    if parts.plate.is_known() {
-        return *calibration;
-    }
-    Calibration::new(Parts {
-        plate: Plate::cross(ASSUMED_LEVER),
-        ..*parts
-    })
-    .expect("levers of a square plate are levers")
 }
 
 fn reach(calibration: &Calibration) -> (Reach, f64) {
@@ -97,32 +88,79 @@ fn measured(
     let (reach, top_um) = reach(calibration);
     let mut used = *calibration;
     let mut mirror = Loop::new(&mut used, config)?;
+    // Heat of a neighbour that the calibration does not know yet would be taken for a warm room.
+    mirror.make_up_for_surroundings(false);
     let mut sensor = Sensor::new(config);
-    let point = |asked: PlatePose| {
-        mirror.hold_pose(&asked, HELD_S);
-        let mut sum = Reading::default();
-        for _ in 0..READINGS {
-            mirror.tick(Setpoint::Position(core_pose(&asked)));
-            let read = sensor.read(&mirror.mirror().state(), TICK_S);
-            sum.z_um += read.z_um;
-            sum.tilt_x_deg += read.tilt_x_deg;
-            sum.tilt_y_deg += read.tilt_y_deg;
-        }
-        let mean = |sum: f64| sum / READINGS as f64;
-        PosePoint {
-            asked,
-            reached: PlatePose {
-                z_um: mean(sum.z_um),
-                tilt_x_rad: mean(sum.tilt_x_deg).to_radians(),
-                // The virtual mirror counts this one left-handed.
-                tilt_y_rad: -mean(sum.tilt_y_deg).to_radians(),
-            },
-        }
-    };
-    Ok(poses_to_measure(&reach, top_um)
+    let mut points: Vec<_> = poses_to_measure(&reach, top_um)
         .into_iter()
-        .map(point)
-        .collect())
+        .map(|asked| {
+            mirror.hold_pose(&asked, HELD_S);
+            let setpoint = Setpoint::Position(core_pose(&asked));
+            let mut read = Readings::default();
+            for _ in 0..READINGS {
+                read.tick(&mut mirror, &mut sensor, setpoint);
+            }
+            PosePoint {
+                asked,
+                held_s: HELD_S + READINGS as f64 * TICK_S,
+                reached: read.mean(),
+            }
+        })
+        .collect();
+    // From where the course begins.
+    let begin = along_a_course(&reach, top_um, 0.0);
+    mirror.hold_pose(&begin, HELD_S);
+    points.push(PosePoint {
+        asked: begin,
+        held_s: HELD_S,
+        reached: None,
+    });
+    for step in 1..=(COURSE_S / COURSE_STEP_S).round() as usize {
+        let mut read = Readings::default();
+        let mut asked = begin;
+        for tick in 1..=(COURSE_STEP_S / TICK_S).round() as usize {
+            let t_s = (step - 1) as f64 * COURSE_STEP_S + tick as f64 * TICK_S;
+            asked = along_a_course(&reach, top_um, t_s);
+            read = Readings::default();
+            read.tick(&mut mirror, &mut sensor, Setpoint::Track(core_pose(&asked)));
+        }
+        points.push(PosePoint {
+            asked,
+            held_s: COURSE_STEP_S,
+            reached: read.mean(),
+        });
+    }
+    Ok(points)
+}
+
+/// What an instrument read in a row, as long as no limit acted.
+#[derive(Default)]
+struct Readings {
+    sum: Reading,
+    count: f64,
+    limits: Limits,
+}
+
+impl Readings {
+    fn tick(&mut self, mirror: &mut Loop, sensor: &mut Sensor, setpoint: Setpoint) {
+        let (_, limits) = mirror.tick(setpoint);
+        let read = sensor.read(&mirror.mirror().state(), TICK_S);
+        self.sum.z_um += read.z_um;
+        self.sum.tilt_x_deg += read.tilt_x_deg;
+        self.sum.tilt_y_deg += read.tilt_y_deg;
+        self.count += 1.0;
+        self.limits = self.limits.union(limits);
+    }
+
+    fn mean(&self) -> Option<PlatePose> {
+        let mean = |sum: f64| sum / self.count;
+        (!self.limits.hold_back()).then(|| PlatePose {
+            z_um: mean(self.sum.z_um),
+            tilt_x_rad: mean(self.sum.tilt_x_deg).to_radians(),
+            // The virtual mirror counts this one left-handed.
+            tilt_y_rad: -mean(self.sum.tilt_y_deg).to_radians(),
+        })
+    }
 }
 
 /// The tilts of a mirror that is asked to be level, at rest from 0 to 170 um, or to the top of its range.
@@ -150,6 +188,39 @@ pub fn level_tilts(
         }
     };
     Ok((0..positions).map(at).collect())
+}
+
+/// The tilts of a mirror that is asked to be level along the third period of a sine of its piston.
+///
+/// # Errors
+/// Where a number of `config` is out of range.
+pub fn tilts_along_a_sine(
+    calibration: &Calibration,
+    config: &MirrorConfig,
+    (low_um, high_um): (f64, f64),
+    hz: f64,
+) -> Result<(Vec<Tilts>, Limits), ConfigError> {
+    let mut used = *calibration;
+    let mut mirror = Loop::new(&mut used, config)?;
+    mirror.hold(low_um, HELD_S);
+    let period = (1.0 / (hz * TICK_S)).round() as usize;
+    let mut limits = Limits::NONE;
+    let mut tilts = Vec::with_capacity(period);
+    for tick in 1..=3 * period {
+        let phase = std::f64::consts::TAU * tick as f64 / period as f64;
+        let z_um = 0.5 * (low_um + high_um) - 0.5 * (high_um - low_um) * phase.cos();
+        let (_, acted) = mirror.tick(Setpoint::track(Micrometre(z_um as f32)));
+        limits = limits.union(acted);
+        if tick > 2 * period {
+            let state = mirror.mirror().state();
+            tilts.push(Tilts {
+                z_um,
+                x_deg: state.tilt_x_deg,
+                y_deg: -state.tilt_y_deg,
+            });
+        }
+    }
+    Ok((tilts, limits))
 }
 
 /// From the lowest to the highest of each tilt, the larger of the two (deg).
@@ -181,6 +252,7 @@ pub fn pose_errors(
     let mut mirror = Loop::new(&mut used, config)?;
     let mut rng = ChaCha8Rng::seed_from_u64(config.seed);
     let (mut piston, mut tilt, mut largest) = (0.0, 0.0, 0.0_f64);
+    let mut limited = 0;
     for _ in 0..poses {
         let z_um = rng.random_range(0.03..1.0) * top_um;
         let (sine, cosine) = rng.random_range(0.0..std::f64::consts::TAU).sin_cos();
@@ -191,6 +263,11 @@ pub fn pose_errors(
             tilt_y_rad: rad * sine,
         };
         let reached = mirror.hold_pose(&asked, HELD_S);
+        let (_, limits) = mirror.tick(Setpoint::Position(core_pose(&asked)));
+        if limits.hold_back() {
+            limited += 1;
+            continue;
+        }
         piston += (reached.z_um - asked.z_um).powi(2);
         for off in [
             reached.tilt_x_rad - asked.tilt_x_rad,
@@ -200,10 +277,11 @@ pub fn pose_errors(
             largest = largest.max(off.abs());
         }
     }
-    let rms = |sum: f64| (sum / poses as f64).sqrt();
+    let rms = |sum: f64| (sum / (poses - limited) as f64).sqrt();
     Ok(PoseErrors {
         piston_rms_um: rms(piston),
         tilt_rms_deg: rms(tilt).to_degrees(),
         tilt_largest_deg: largest.to_degrees(),
+        limited,
     })
 }

@@ -88,7 +88,7 @@ pub(super) struct LinearStages {
 }
 
 /// The bend's terms at a share of the range: Chebyshev polynomials, each times the share, so that each is 0 at rest.
-fn bend_terms(share: f64) -> [f64; BENDS] {
+pub(crate) fn bend_terms<const N: usize>(share: f64) -> [f64; N] {
     let s = 2.0 * share - 1.0;
     let (mut before, mut now) = (1.0, s);
     std::array::from_fn(|k| {
@@ -102,7 +102,7 @@ fn bend_terms(share: f64) -> [f64; BENDS] {
 
 /// What each term adds to a displacement at a place of the tables (um).
 fn terms(top_um: f64, place_um: f64, memory: &[f64; PLAYS + LAGS]) -> [f64; TERMS] {
-    let bends = bend_terms(place_um / top_um);
+    let bends: [f64; BENDS] = bend_terms(place_um / top_um);
     std::array::from_fn(|k| {
         if k < BENDS {
             top_um * bends[k]
@@ -171,7 +171,7 @@ impl LinearStages {
 
     /// The displacement that the shape gives at a place of the tables (um).
     pub(super) fn shape(&self, place_um: f64) -> f64 {
-        let bends = bend_terms(place_um / self.top_um);
+        let bends: [f64; BENDS] = bend_terms(place_um / self.top_um);
         place_um + self.top_um * product(&self.bends, &bends)
     }
 

@@ -28,6 +28,9 @@ use control_core::{Calibration, Kelvin, Ohm, PerKelvin};
 use measurement::Session;
 
 pub use self::error::RefineError;
+pub(crate) use self::heat::HeatLoss;
+pub(crate) use self::linear::bend_terms;
+
 use self::fit::{Fit, Fitted};
 use self::tables::Bend;
 use self::timeline::Timeline;

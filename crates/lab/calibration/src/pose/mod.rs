@@ -1,0 +1,284 @@
+//! Levers, and each actuator's own shape, from poses that were measured.
+//!
+//! With small angles the three coordinates of a rigid plate are sums of what each actuator adds:
+//!
+//! ```text
+//! (z, tilt_x, tilt_y) = sum over i of share_i * f_i(d_i)
+//! ```
+//!
+//! `d_i` is the position at which the table of actuator i says what it is warm, `f_i` the one that it took, a smooth bend of it, and
+//! `share_i` what it moves the plate by. How warm it is follows from what was asked before, by the poles of the calibration; how much of
+//! each pole the four actuators share, and how the loss of each grows, is sought with the rest, all of it by least squares with a prior.
+//! Positions are counted so that a level plate has all four actuators where it is itself, which leaves one scale, along the warp. Only
+//! poses with a warp show it, and only they depend on it; levers are exact up to that scale.
+//!
+//! - `point`: what was measured;
+//! - `history`: from what was asked to how warm the actuators were;
+//! - `fit`: what is sought, and how;
+//! - `stages`: what of an actuator's stages changes with it;
+//! - `spots`: poses from a displacement sensor whose spot is moved.
+
+mod fit;
+mod history;
+mod point;
+mod spots;
+mod stages;
+
+pub use self::point::{PoseError, PosePoint};
+pub use self::spots::{SpotHeights, poses_over_spots};
+
+use std::f64::consts::SQRT_2;
+
+use control_core::calibration::{Lever, Parts, Plate, Residual};
+use control_core::shape::SEGMENTS;
+use control_core::{CHANNELS, Calibration, Micrometre};
+use nalgebra::{Matrix3, Matrix3x4, Vector4};
+
+use self::fit::{Fit, Found};
+use self::history::positions_um;
+use self::point::FEWEST;
+use self::stages::Changed;
+use crate::correct::bent;
+use crate::curve::Curve;
+use crate::reach::{PlatePose, Reach};
+use crate::residual::LEAST_UM;
+
+/// A calibration that leaves more than this of the range follows no plate: a tenth of what the factory's leaves.
+const FOLLOWS: f64 = 0.01;
+
+/// A calibration with levers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Posed {
+    /// What a board needs.
+    pub calibration: Calibration,
+    /// Root mean square of what it leaves of the pistons (um).
+    pub piston_rms_um: f64,
+    /// And of the tilts (rad).
+    pub tilt_rms_rad: f64,
+}
+
+/// Poses that tell levers and shapes: level ones all over the range, and tilts to both sides about both axes, the largest ones
+/// near rest with a warp. Neighbours in time lie far apart, so that no drift looks like a shape.
+pub fn poses_to_measure(reach: &Reach, top_um: f64) -> Vec<PlatePose> {
+    const LEVELS: usize = 12;
+    const STRIDE: usize = 5;
+    /// Parts of the largest tilt there is.
+    const PARTS: [f64; 3] = [0.15, 0.45, 0.8];
+    let mut poses = Vec::new();
+    for step in 0..LEVELS {
+        let z_um = top_um * (1 + step * STRIDE % LEVELS) as f64 / (LEVELS + 1) as f64;
+        poses.push(PlatePose {
+            z_um,
+            ..PlatePose::default()
+        });
+        for (turn, sign) in [(0, 1.0), (1, 1.0), (0, -1.0), (1, -1.0)] {
+            let part = PARTS[(step + turn) % PARTS.len()];
+            let direction = [(sign, 0.0), (0.0, sign)][turn];
+            let rad = part * reach.largest_tilt_rad(z_um, direction);
+            poses.push(PlatePose {
+                z_um,
+                tilt_x_rad: rad * direction.0,
+                tilt_y_rad: rad * direction.1,
+            });
+        }
+    }
+    poses
+}
+
+/// Lever that is assumed until it is measured (um): that of plates of half a millimetre.
+const ASSUMED_LEVER: Micrometre = Micrometre(500.0);
+
+/// With levers to begin with, where there are none: those of a square plate of half a millimetre.
+pub fn with_assumed_levers(calibration: &Calibration) -> Calibration {
+    let parts = calibration.parts();
+    if parts.plate.is_known() {
+        return *calibration;
+    }
+    Calibration::new(Parts {
+        plate: Plate::cross(ASSUMED_LEVER),
+        ..*parts
+    })
+    .expect("levers of a square plate are levers")
+}
+
+/// How long [`along_a_course`] takes (s).
+pub const COURSE_S: f64 = 0.8;
+
+/// Poses on the way that tell what each actuator loses besides, and which poles all four share: after so many seconds, first along a
+/// sine of the piston and then along a circle of the tilts, both at 20 Hz and small enough that a heater can cool as fast.
+pub fn along_a_course(reach: &Reach, top_um: f64, t_s: f64) -> PlatePose {
+    const HZ: f64 = 20.0;
+    /// Of the range: 10 um, as bench `position` finds that usual mirrors can.
+    const MIDDLE: f64 = 0.45;
+    const PART: f64 = 0.06;
+    let phase = std::f64::consts::TAU * HZ * t_s;
+    let z_um = MIDDLE * top_um;
+    if t_s < 0.5 * COURSE_S {
+        return PlatePose {
+            z_um: z_um + PART * top_um * phase.sin(),
+            ..PlatePose::default()
+        };
+    }
+    let rad = PART / MIDDLE * reach.largest_tilt_rad(z_um, (1.0, 0.0));
+    PlatePose {
+        z_um,
+        tilt_x_rad: rad * phase.sin(),
+        tilt_y_rad: rad * (1.0 - phase.cos()),
+    }
+}
+
+/// `calibration` with levers, and tables of each actuator's own, so that what was reached is what will be asked for.
+///
+/// # Errors
+/// Where there are too few points, or no plate moves like this.
+pub fn posed(calibration: &Calibration, points: &[PosePoint]) -> Result<Posed, PoseError> {
+    let parts = calibration.parts();
+    if !parts.plate.is_known() {
+        return Err(PoseError::NoLevers);
+    }
+    let rests = points.iter().filter(|point| point.is_rest()).count();
+    if rests < FEWEST {
+        return Err(PoseError::TooFew(rests));
+    }
+    let is_finite = |point: &PosePoint| {
+        let numbers = |pose: PlatePose| [pose.z_um, pose.tilt_x_rad, pose.tilt_y_rad];
+        let asked = numbers(point.asked).into_iter();
+        let mut all = asked.chain(point.reached.into_iter().flat_map(numbers));
+        all.all(f64::is_finite) && point.held_s.is_finite()
+    };
+    if let Some(bad) = points.iter().position(|point| !is_finite(point)) {
+        return Err(PoseError::NotFinite(bad + 1));
+    }
+    let fit = Fit::new(parts, points);
+    let found = fit.best().ok_or(PoseError::NoPlate { left_um: f64::NAN })?;
+    let (piston_um, tilts_um) = fit.rms_um(&found);
+    let left_um = (piston_um * piston_um + 2.0 * tilts_um * tilts_um).sqrt();
+    // Not so for NaN.
+    let follows = left_um <= FOLLOWS * fit.top_um;
+    if !follows {
+        return Err(PoseError::NoPlate { left_um });
+    }
+    let outcome = Outcome {
+        parts,
+        fit: &fit,
+        found: &found,
+    };
+    Ok(Posed {
+        calibration: outcome.calibration(points)?,
+        piston_rms_um: piston_um,
+        tilt_rms_rad: tilts_um / fit.lever_um,
+    })
+}
+
+/// The calibration that a plate makes.
+struct Outcome<'a> {
+    parts: &'a Parts,
+    fit: &'a Fit,
+    found: &'a Found,
+}
+
+impl Outcome<'_> {
+    fn calibration(&self, points: &[PosePoint]) -> Result<Calibration, PoseError> {
+        let (piston_um, tilts_um) = self.fit.rms_um(self.found);
+        let no_plate = PoseError::NoPlate { left_um: piston_um };
+        let plate = self.plate().ok_or(no_plate)?;
+        let places: Vec<f64> = (0..=SEGMENTS)
+            .map(|step| step as f64 / SEGMENTS as f64)
+            .collect();
+        let counted = self.counted(&places)?;
+        let top_um = (0..CHANNELS)
+            .map(|i| counted.at(self.found.shape_um(i, 1.0, self.fit.top_um)))
+            .fold(f64::INFINITY, f64::min);
+        let mut actuators = self.parts.actuators;
+        let changed = Changed::new(self.parts, &self.fit.tables, &self.found.more_shared);
+        for (i, actuator) in actuators.iter_mut().enumerate() {
+            let asked_um = places.iter().map(|place| place * self.fit.top_um);
+            let taken = |place: &f64| counted.at(self.found.shape_um(i, *place, self.fit.top_um));
+            let asked_at = Curve::new(places.iter().map(taken).collect(), asked_um.collect())
+                .map_err(|_| PoseError::NotRising(i + 1))?;
+            actuator.shape = bent(actuator, top_um, &asked_at)?;
+            *actuator = changed.stages(actuator, i, self.found.more_growth[i])?;
+        }
+        let mut heat = self.parts.heat;
+        for (part, more) in heat.shared.iter_mut().zip(self.found.more_shared) {
+            *part = (f64::from(*part) + more).clamp(0.0, 1.0) as f32;
+        }
+        let hottest = actuators.iter().map(|it| it.shape.knots()[SEGMENTS]);
+        let mut bounds = self.parts.bounds;
+        bounds.rise.0 = hottest.fold(bounds.rise.0, f32::max);
+        Ok(Calibration::new(Parts {
+            actuators,
+            heat,
+            plate,
+            bounds,
+            residual: self.residual((piston_um, tilts_um), points),
+            ..*self.parts
+        })?)
+    }
+
+    /// From what was found of a level plate's piston to what it is counted as (um). Where the piston was tried before, its curve is known
+    /// better than by these poses, and stays.
+    fn counted(&self, places: &[f64]) -> Result<Curve, PoseError> {
+        let top_um = self.fit.top_um;
+        let found: Vec<f64> = places
+            .iter()
+            .map(|place| self.found.piston_um(*place, top_um))
+            .collect();
+        let counted = match is_tried(&self.parts.residual) {
+            true => places.iter().map(|place| place * top_um).collect(),
+            false => found.clone(),
+        };
+        Curve::new(found, counted).map_err(|_| PoseError::NotRising(1))
+    }
+
+    /// What is unknown of a plate whose poses leave this. The difference of two actuators tilts it, each with half of it.
+    fn residual(&self, (piston_um, tilts_um): (f64, f64), points: &[PosePoint]) -> Residual {
+        let before = &self.parts.residual;
+        let asked = points
+            .iter()
+            .flat_map(|point| positions_um(&self.parts.plate, self.fit.top_um, &point.asked));
+        let squares: f64 = asked.map(|um| um * um).sum();
+        let asked_um = (squares / (points.len() * CHANNELS) as f64).sqrt();
+        let piston = match is_tried(before) {
+            true => before.piston,
+            false => Micrometre(piston_um.max(LEAST_UM) as f32),
+        };
+        Residual {
+            piston,
+            part: 0.0,
+            apart: (SQRT_2 * tilts_um / asked_um) as f32,
+            ..*before
+        }
+    }
+
+    fn plate(&self) -> Option<Plate> {
+        let shares = &self.found.shares;
+        let square: Matrix3<f64> = shares * shares.transpose();
+        let levers = shares.transpose() * square.try_inverse()?;
+        let warp = warp(shares);
+        let mut plate = Plate::UNKNOWN;
+        for (i, lever) in plate.levers.iter_mut().enumerate() {
+            *lever = Lever {
+                x: Micrometre((-levers[(i, 2)] * self.fit.lever_um) as f32),
+                y: Micrometre((levers[(i, 1)] * self.fit.lever_um) as f32),
+                warp: warp[i] as f32,
+            };
+        }
+        Some(plate)
+    }
+}
+
+/// Whether somebody has tried its piston.
+fn is_tried(residual: &Residual) -> bool {
+    residual.is_known() && residual.part == 0.0
+}
+
+/// The direction of the actuators' positions that does not move the plate, its largest part 1.
+fn warp(shares: &Matrix3x4<f64>) -> Vector4<f64> {
+    let minor = |skipped: usize| {
+        let sign = if skipped.is_multiple_of(2) { 1.0 } else { -1.0 };
+        sign * shares.remove_column(skipped).determinant()
+    };
+    let warp = Vector4::new(minor(0), minor(1), minor(2), minor(3));
+    warp / warp[warp.iamax()]
+}

@@ -1,0 +1,69 @@
+//! A pose that was measured, and why poses do not make a calibration.
+
+use control_core::CalibrationError;
+
+use crate::reach::PlatePose;
+
+/// Fewer poses at rest than this leave the unknowns open: they are 48, from three numbers a pose.
+pub(super) const FEWEST: usize = 16;
+/// What was asked for so long is a rest (s): ten moves.
+const REST_S: f64 = 0.05;
+
+/// A pose that was asked of the core under a calibration, and the one that the plate had then.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PosePoint {
+    /// What was asked for.
+    pub asked: PlatePose,
+    /// For how long, until it was measured (s). The first was asked of a mirror at rest, each of the others right after the one before.
+    pub held_s: f64,
+    /// What was measured; `None` where nothing was, or a limit held the plate elsewhere.
+    pub reached: Option<PlatePose>,
+}
+
+impl PosePoint {
+    /// Whether it was measured at rest.
+    pub(crate) fn is_rest(&self) -> bool {
+        self.reached.is_some() && self.held_s >= REST_S
+    }
+}
+
+/// Why poses do not make a calibration.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PoseError {
+    /// Too few.
+    #[error("{0} measured poses are too few to find levers and shapes; measure at least {FEWEST}")]
+    TooFew(usize),
+    /// The calibration that they were asked under has no levers, not even rough ones.
+    #[error("the calibration under which the poses were asked for has no levers")]
+    NoLevers,
+    /// A number of a pose is not finite.
+    #[error("pose {0} of those measured has a number that is not finite")]
+    NotFinite(usize),
+    /// They do not tell two tilts.
+    #[error(
+        "the spots lie on a line, or are fewer than three; move the sensor's spot to three corners of the plate"
+    )]
+    SpotsOnALine,
+    /// The heights of more than three spots are on no plane.
+    #[error(
+        "the plate would be bent: {left_um:.2} um are left of the heights above its spots; were they where they are said to be?"
+    )]
+    NotRigid {
+        /// Root mean square of what is left (um).
+        left_um: f64,
+    },
+    /// No plate that four actuators carry moves like this.
+    #[error(
+        "no plate follows what was measured: {left_um:.2} um are left; were the tilts measured on this mirror, and the sensor's spot where it is said to be?"
+    )]
+    NoPlate {
+        /// Root mean square of what is left at an actuator (um).
+        left_um: f64,
+    },
+    /// More asked was not more reached.
+    #[error("actuator {0} does not go further when it is asked to")]
+    NotRising(usize),
+    /// The numbers are beyond what a board takes.
+    #[error("the poses give no calibration: {0}")]
+    Calibration(#[from] CalibrationError),
+}
