@@ -334,6 +334,41 @@ pub enum ToolError {
     #[diagnostic(help("nothing was changed; the readings of the first room are kept"))]
     Ambient(#[from] calibration::AmbientError),
 
+    #[error("{} does not hold what a sensor read at poses: {reason}", file.display())]
+    #[diagnostic(help("name another folder, or remove the file: its spot is read again then"))]
+    PoseReadings { file: PathBuf, reason: String },
+
+    #[error("{} is no table of poses: {reason}", file.display())]
+    #[diagnostic(help(
+        "write the columns asked_z_um, asked_tilt_x_deg, asked_tilt_y_deg, held_s, z_um, tilt_x_deg, tilt_y_deg, a pose a row"
+    ))]
+    PoseTable { file: PathBuf, reason: String },
+
+    #[error("the sensor did not see the plate under the spot at x {x} um, y {y} um: {reason}")]
+    #[diagnostic(help(
+        "look whether it is on, on the plate and within its range; remove that spot's file and ask again"
+    ))]
+    PoseSensor { x: f64, y: f64, reason: String },
+
+    #[error(
+        "the same pose was read {drifted_um:.2} um apart at the beginning and at the end of a spot"
+    )]
+    #[diagnostic(help(
+        "did sensor or mirror move? Let both warm up, and ask again; the spots before are kept"
+    ))]
+    PoseDrift { drifted_um: f64 },
+
+    #[error(
+        "the plate was {before_um:.3} um rms from where it was asked to be under the last spot, and {after_um:.3} um with what was \
+         found; the board has the calibration of before"
+    )]
+    #[diagnostic(help("was the spot moved since? Begin again with another folder"))]
+    PoseNotBetter { before_um: f64, after_um: f64 },
+
+    #[error(transparent)]
+    #[diagnostic(help("nothing was changed; the spots that were read are kept"))]
+    Pose(#[from] calibration::PoseError),
+
     #[error("'{name}' is too long for a calibration, which holds {max} bytes of it", max = Label::CAPACITY)]
     #[diagnostic(help("choose a shorter name with --device"))]
     Name { name: String },

@@ -14,7 +14,7 @@ use clap::{Parser, Subcommand};
 use self::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
 pub use self::lab::{EffectCommand, LabInput, ModelOutput};
 pub use self::measure::{DriveExperiment, Instruments, Measure, OneFile, Plane, Reference};
-pub use self::moving::{Calibrate, CalibrateRoom, Curve, Scan, ScanOutput};
+pub use self::moving::{Calibrate, CalibratePose, CalibrateRoom, Curve, Scan, ScanOutput};
 use crate::completion::candidates;
 use crate::quantity::{Angle, Hold, Length, MINUS, Resistance, Span, Voltage};
 use crate::verbosity::Verbosity;
@@ -230,6 +230,12 @@ pub enum Command {
         after_long_help = "Example:\n  host-tool calibrate --device mirror-7 --picture calibrate.svg"
     )]
     Calibrate(Calibrate),
+    /// Teach a calibrated board to tilt: poses are read under at least three spots of the sensor, which a person moves when asked, or by
+    /// an instrument of two axes. A spot that is whole is kept; called again, it goes on with the next one.
+    #[command(
+        after_long_help = "Example:\n  host-tool calibrate-pose mirror-7.toml spots --spots corners.csv -o mirror-7-with-tilts.toml"
+    )]
+    CalibratePose(CalibratePose),
     /// Measure what a kelvin of the room is worth to this mirror: typed once, and once more where the room is at least 3 K
     /// warmer or colder, it makes a calibrated board's positions right in any room.
     #[command(

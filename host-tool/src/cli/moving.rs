@@ -1,4 +1,4 @@
-//! `scan`, `calibrate` and `calibrate-room`: what moves the mirror for long.
+//! `scan`, `calibrate`, `calibrate-pose` and `calibrate-room`: what moves the mirror for long.
 
 use std::path::PathBuf;
 
@@ -123,6 +123,37 @@ pub struct Calibrate {
     #[arg(help_heading = BOARD, long, default_value = "0ms", value_name = "TIME")]
     pub sensor_lag: Span,
     /// Replace files that exist.
+    #[arg(help_heading = OUTPUT, long)]
+    pub force: bool,
+}
+
+/// `calibrate-pose`
+#[derive(Debug, Args)]
+pub struct CalibratePose {
+    /// The calibration that the board uses, as `calibrate -o` wrote it.
+    pub calibration: PathBuf,
+    /// Folder that keeps what was read under each spot, for the next call too.
+    #[arg(default_value = "pose-spots")]
+    pub session: PathBuf,
+    /// Where the sensor's spot goes on the plate: lines of x and y in micrometres from its centre, at least three, not on a line.
+    /// Without it they are asked for.
+    #[arg(help_heading = INPUT, long, value_name = "FILE")]
+    pub spots: Option<PathBuf>,
+    /// What an instrument of two axes has read instead, under assumed levers or those of the calibration: a table with the columns
+    /// asked_z_um, asked_tilt_x_deg, asked_tilt_y_deg, held_s, z_um, tilt_x_deg, tilt_y_deg. Nothing is moved.
+    #[arg(help_heading = INPUT, long, value_name = "FILE", conflicts_with = "spots")]
+    pub from: Option<PathBuf>,
+    /// Also write the calibration that comes of it to this file.
+    #[arg(help_heading = OUTPUT, short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// How long to let the plate settle in each pose.
+    #[arg(help_heading = SIGNAL, long, default_value = "2s", value_name = "TIME")]
+    pub settle: Span,
+    /// Where displacements come from: `board`, or a serial sensor such as /dev/ttyACM0 or
+    /// /dev/ttyUSB0@115200.
+    #[arg(help_heading = BOARD, long, default_value = "board", value_name = "SENSOR")]
+    pub sensor: String,
+    /// Replace the file of -o if it exists.
     #[arg(help_heading = OUTPUT, long)]
     pub force: bool,
 }

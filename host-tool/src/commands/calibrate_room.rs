@@ -204,7 +204,7 @@ fn mean_rise_k(points: &[RoomReading]) -> f64 {
 }
 
 /// Whether what a board says of its calibration is so of this one.
-fn is_in_use(info: &CalibrationInfo, calibration: &Calibration) -> bool {
+pub(super) fn is_in_use(info: &CalibrationInfo, calibration: &Calibration) -> bool {
     let parts = calibration.parts();
     info.model_hash == parts.origin.model_hash
         && info.device.as_str() == parts.origin.device.as_str()

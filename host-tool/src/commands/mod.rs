@@ -1,6 +1,7 @@
 //! The commands, one file each.
 
 mod calibrate;
+mod calibrate_pose;
 mod calibrate_room;
 mod calibrate_sense;
 mod doctor;
@@ -142,6 +143,7 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         Command::LoadCalibration { file } => {
             load_calibration::run(&open().await?, &file, json).await
         }
+        Command::CalibratePose(ask) => calibrate_pose::run(&open().await?, ask, json).await,
         Command::CalibrateRoom(ask) => calibrate_room::run(&open().await?, ask, json).await,
         Command::CalibrateSense { resistor } => {
             calibrate_sense::run(&open().await?, resistor, json).await

@@ -7,10 +7,11 @@ mod report;
 
 use std::path::PathBuf;
 
-use calibration::to_toml;
+use calibration::{to_toml, with_assumed_levers};
 use calibration_procedure::{Calibrated, Part, Procedure, Source};
 use charts::sheet;
 use control_core::calibration::Label;
+use control_core::{CHANNELS, Calibration, PlateInverse};
 use experiments::Experiment;
 use experiments::calibration::Effort;
 use measurement::Session;
@@ -208,6 +209,17 @@ fn not_inverted(calibrated: &Calibrated) -> Vec<String> {
         .collect()
 }
 
+/// How far a level plate may tilt in the middle of its range (95 %), with the levers of a square plate.
+fn tilt_uncertainty_deg(calibration: &Calibration) -> f64 {
+    const COVERAGE: f64 = 1.96;
+    let assumed = with_assumed_levers(calibration);
+    let parts = assumed.parts();
+    let middle_um = 0.5 * assumed.max_position().0;
+    let plate = PlateInverse::new(&parts.plate, assumed.max_position());
+    let deviation = plate.tilt_deviation(&[parts.residual.apart * middle_um; CHANNELS]);
+    COVERAGE * decimal(deviation.0).to_degrees()
+}
+
 fn report(
     calibrated: Calibrated,
     had: &mirror_protocol::CalibrationInfo,
@@ -226,6 +238,7 @@ fn report(
         }),
         not_inverted,
         refined_rms_um: calibrated.refined_rms_um,
+        tilt_uncertainty_deg: tilt_uncertainty_deg(&calibrated.calibration),
         readings: calibrated.readings,
         calibrated_before: status::calibrated_words(had),
         before: calibrated.before.figures(),

@@ -27,6 +27,9 @@ pub(super) struct CalibrateReport {
     /// What the stages that were refined leave of the displacement on the way, root mean square; only a sensor that is read at
     /// every tick tells.
     pub(super) refined_rms_um: Option<f64>,
+    /// How far a plate that is asked to be level may tilt in the middle of its range, by what the currents and a square plate of half a
+    /// millimetre tell (95 %): a sensor at one spot tells no tilt.
+    pub(super) tilt_uncertainty_deg: f64,
     /// What the sensor read on the way, and what of it bore no weight.
     pub(super) readings: ReadingCounts,
     /// The calibration that the board had before.
@@ -82,6 +85,11 @@ impl fmt::Display for CalibrateReport {
                 "left by the refined stages while moving: {left:.3} um rms"
             )?;
         }
+        writeln!(
+            f,
+            "tilt       not measured, for one spot tells none: a level plate may tilt by ±{:.1} deg; `host-tool calibrate-pose` measures it",
+            self.tilt_uncertainty_deg
+        )?;
         let counts = &self.readings;
         if counts.without_weight() > 0 {
             writeln!(

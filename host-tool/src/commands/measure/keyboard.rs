@@ -8,11 +8,11 @@ use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 use crate::error::ToolError;
 
 /// The standard input, line by line.
-pub(super) struct Keyboard(UnboundedReceiver<String>);
+pub(crate) struct Keyboard(UnboundedReceiver<String>);
 
 impl Keyboard {
     /// Reads in a thread of its own, which ends with the tool: what waits for a key cannot be called off.
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let (send, lines) = unbounded_channel();
         thread::spawn(move || {
             for line in io::stdin().lines().map_while(Result::ok) {
@@ -25,7 +25,7 @@ impl Keyboard {
     }
 
     /// Asks, and waits for the answer.
-    pub(super) async fn ask(&mut self, question: &str) -> Result<String, ToolError> {
+    pub(crate) async fn ask(&mut self, question: &str) -> Result<String, ToolError> {
         eprintln!("{question}");
         self.0.recv().await.ok_or(ToolError::InputEnded)
     }

@@ -3,11 +3,11 @@
 pub(crate) mod header;
 mod interrupt;
 mod journal;
-mod keyboard;
+pub(crate) mod keyboard;
 mod lag;
 pub(super) mod plane;
 mod point;
-mod possible;
+pub(crate) mod possible;
 mod progress;
 pub(crate) mod readings;
 pub(super) mod reference;
@@ -16,7 +16,7 @@ mod rest;
 pub(crate) mod run;
 pub(crate) mod sensor;
 mod serial;
-mod spots;
+pub(crate) mod spots;
 
 use std::path::PathBuf;
 

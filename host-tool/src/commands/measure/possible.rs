@@ -7,7 +7,7 @@ use crate::error::ToolError;
 use crate::quantity::Voltage;
 
 /// The directory is there, or is made.
-pub(super) fn make_directory(path: &Path) -> Result<(), ToolError> {
+pub(crate) fn make_directory(path: &Path) -> Result<(), ToolError> {
     fs::create_dir_all(path).map_err(|source| ToolError::Write {
         path: path.to_owned(),
         source,

@@ -9,10 +9,10 @@ use super::readings::finite;
 use crate::error::ToolError;
 
 /// A point on the plate, from its centre (um).
-pub(super) type Spot = [f64; 2];
+pub(crate) type Spot = [f64; 2];
 
 /// The points of a scan.
-pub(super) struct Spots {
+pub(crate) struct Spots {
     known: Vec<Spot>,
     /// More come from the keyboard.
     open: bool,
@@ -20,7 +20,7 @@ pub(super) struct Spots {
 
 impl Spots {
     /// Those of a file, or, without one, those that will be typed.
-    pub(super) fn new(path: Option<&Path>) -> Result<Self, ToolError> {
+    pub(crate) fn new(path: Option<&Path>) -> Result<Self, ToolError> {
         let Some(path) = path else {
             return Ok(Self {
                 known: Vec::new(),
@@ -44,7 +44,7 @@ impl Spots {
     }
 
     /// Has the spot moved to the point `index`, and waits until it is there; `None` after the last one.
-    pub(super) async fn reach(
+    pub(crate) async fn reach(
         &mut self,
         index: usize,
         keyboard: &mut Keyboard,

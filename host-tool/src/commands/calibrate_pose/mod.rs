@@ -1,0 +1,237 @@
+//! `calibrate-pose`: levers and each actuator's own shape, from poses that a displacement sensor sees under three spots or more, one after
+//! the other, or that an instrument of two axes has read.
+//!
+//! At each spot the plate goes through the same poses. A spot's file is written when it is whole, so that another call goes on with
+//! the next one.
+
+mod readings;
+mod report;
+
+use calibration::{
+    PlatePose, PosePoint, Posed, Reach, posed, poses_over_spots, poses_to_measure,
+    with_assumed_levers,
+};
+use control_core::{Calibration, Limits};
+use experiments::calibration::RANGE;
+use mirror_protocol::{CalibrationUse, MakeUp, SetPose};
+
+use self::readings::{AtPose, Session, Spot, table};
+use self::report::Report;
+use super::calibrate::fall_back;
+use super::calibrate_room::is_in_use;
+use super::measure::keyboard::Keyboard;
+use super::measure::possible::make_directory;
+use super::measure::sensor::Sensor;
+use super::measure::spots::Spots;
+use super::moving::{Pace, settle_and_read};
+use crate::board::Board;
+use crate::cli::CalibratePose;
+use crate::error::ToolError;
+use crate::new_file::NewFile;
+use crate::quantity::{Hold, Span};
+use crate::report::{self as reports, decimal};
+use crate::verbosity::note;
+
+/// A sensor's zero and the mirror together may go so far while a spot is read (um): it is taken out as a straight line of time.
+const DRIFT_UM: f64 = 0.5;
+/// Every so many of the poses are tried under the new calibration: a dozen.
+const TRIED: usize = 5;
+
+/// Measures spot after spot, or takes what an instrument has read, and keeps the calibration where the mirror follows it better.
+pub(super) async fn run(board: &Board, ask: CalibratePose, json: bool) -> Result<(), ToolError> {
+    let text = input_file::read_text(&ask.calibration, input_file::MOST_WRITTEN)?;
+    let calibration = calibration::from_toml(&ask.calibration.display().to_string(), &text)?;
+    if !is_in_use(&board.calibration().await?, &calibration) {
+        return Err(ToolError::OtherCalibration {
+            file: ask.calibration,
+        });
+    }
+    let output = ask.output.map(|path| NewFile::create(path, ask.force));
+    let output = output.transpose()?;
+    if let Some(file) = ask.from {
+        let points = table(&file)?;
+        let found = posed(&with_assumed_levers(&calibration), &points)?;
+        let report = Report::of_a_file(&found, points.len());
+        return keep(board, &found, output, report, json).await;
+    }
+    let begin = with_assumed_levers(&calibration);
+    let plate = OnPlate::new(board, &begin, &ask.sensor, ask.settle).await?;
+    let spots = Spots::new(ask.spots.as_deref())?;
+    make_directory(&ask.session)?;
+    let mut session = Session::load(&ask.session, &plate.poses)?;
+    // Heat of a neighbour that the calibration does not know yet would be taken for a warm room.
+    let is_wanted = board.status().await?.health.makes_up_for_room;
+    board.make_up(MakeUp { is_wanted: false }).await?;
+    let measured = plate.measure(&mut session, spots).await;
+    board.make_up(MakeUp { is_wanted }).await?;
+    let (found, report) = match measured {
+        Ok(measured) => measured,
+        Err(error) => return Err(fall_back(board, error).await),
+    };
+    keep(board, &found, output, report, json).await
+}
+
+/// Uses what was found for good, and says so.
+async fn keep(
+    board: &Board,
+    found: &Posed,
+    output: Option<NewFile>,
+    mut report: Report,
+    json: bool,
+) -> Result<(), ToolError> {
+    let calibration = &found.calibration;
+    let for_good = board.use_calibration(calibration, CalibrationUse::ForGood);
+    for_good.await?;
+    board.off().await?;
+    report.calibration = output
+        .map(|file| file.write(&calibration::to_toml(calibration)))
+        .transpose()?;
+    reports::print(&report, json);
+    Ok(())
+}
+
+/// A board under a calibration with levers, a sensor on its mirror, and the poses that are asked for.
+struct OnPlate<'a> {
+    board: &'a Board,
+    begin: &'a Calibration,
+    sensor: Sensor,
+    pace: Pace,
+    poses: Vec<PlatePose>,
+}
+
+impl<'a> OnPlate<'a> {
+    async fn new(
+        board: &'a Board,
+        begin: &'a Calibration,
+        sensor: &str,
+        settle: Span,
+    ) -> Result<Self, ToolError> {
+        let top_um = RANGE * decimal(begin.max_position().0);
+        let reach = Reach::new(begin.parts().plate, top_um);
+        let reference = PlatePose {
+            z_um: 0.5 * top_um,
+            ..PlatePose::default()
+        };
+        let mut poses = vec![reference];
+        poses.extend(poses_to_measure(&reach, top_um));
+        poses.push(reference);
+        Ok(Self {
+            board,
+            begin,
+            sensor: Sensor::at_any_time(board, sensor).await?,
+            pace: Pace {
+                settle,
+                hold: Hold::For(Span { s: 1.0 }),
+            },
+            poses,
+        })
+    }
+
+    /// Reads the spots that are not read yet, finds the plate, and tries what was found at the last spot.
+    async fn measure(
+        &self,
+        session: &mut Session,
+        mut spots: Spots,
+    ) -> Result<(Posed, Report), ToolError> {
+        let on_trial = self
+            .board
+            .use_calibration(self.begin, CalibrationUse::OnTrial);
+        on_trial.await?;
+        let minutes = self.poses.len() as f64 * (self.pace.settle.s + 0.2) / 60.0;
+        note(format!(
+            "{} poses at each spot, {minutes:.0} min; at least three spots, not on a line",
+            self.poses.len()
+        ));
+        let mut keyboard = Keyboard::new();
+        while let Some(at_um) = spots.reach(session.spots.len(), &mut keyboard).await? {
+            let read = self.read(&self.poses).await?;
+            session.keep(Spot::new(at_um, read))?;
+        }
+        let found = posed(self.begin, &self.points(session)?)?;
+        let last = session
+            .spots
+            .last()
+            .ok_or(calibration::PoseError::SpotsOnALine)?;
+        let tried: Vec<PlatePose> = self.poses.iter().copied().step_by(TRIED).collect();
+        let before_um = last.off_um(&self.poses);
+        let on_trial = self
+            .board
+            .use_calibration(&found.calibration, CalibrationUse::OnTrial);
+        on_trial.await?;
+        let after_um = Spot::new(last.at_um, self.read(&tried).await?).off_um(&tried);
+        // Not so for NaN.
+        let is_better = after_um < before_um;
+        if !is_better {
+            return Err(ToolError::PoseNotBetter {
+                before_um,
+                after_um,
+            });
+        }
+        let report = Report::of_spots(&found, session, (before_um, after_um));
+        Ok((found, report))
+    }
+
+    /// What was asked, and the poses that the heights above all spots tell.
+    fn points(&self, session: &Session) -> Result<Vec<PosePoint>, ToolError> {
+        let heights: Vec<_> = session.spots.iter().map(Spot::heights).collect();
+        for spot in &session.spots {
+            spot.check(&self.poses)?;
+        }
+        let reached = poses_over_spots(&heights)?;
+        let points = self.poses.iter().zip(reached).enumerate();
+        Ok(points
+            .map(|(pose, (asked, reached))| PosePoint {
+                asked: *asked,
+                held_s: session.held_s(pose),
+                reached: (!session.is_limited(pose)).then_some(reached),
+            })
+            .collect())
+    }
+
+    /// Heights of the plate under the sensor's spot at the poses, from rest, less what drifted meanwhile.
+    async fn read(&self, poses: &[PlatePose]) -> Result<Vec<AtPose>, ToolError> {
+        let off = self.board.off().await?;
+        self.board.wait(off.tick, self.pace.settle).await?;
+        let rest_um = self.read_sensor(None).await?;
+        let mut read = Vec::with_capacity(poses.len());
+        for pose in poses {
+            let mut at = self.read_at(pose).await?;
+            at.z_um -= rest_um;
+            read.push(at);
+        }
+        self.board.off().await?;
+        if poses.first() == poses.last() {
+            let drifted_um = readings::without_drift(&mut read);
+            if drifted_um.abs() > DRIFT_UM {
+                return Err(ToolError::PoseDrift { drifted_um });
+            }
+        }
+        Ok(read)
+    }
+
+    async fn read_at(&self, pose: &PlatePose) -> Result<AtPose, ToolError> {
+        let asked = SetPose {
+            z_um: pose.z_um as f32,
+            tilt_x_rad: pose.tilt_x_rad as f32,
+            tilt_y_rad: pose.tilt_y_rad as f32,
+            lease_ms: self.pace.lease_ms(),
+        };
+        let commanded = self.board.set_pose(asked).await?;
+        let (readings, held) = settle_and_read(self.board, &commanded, self.pace).await?;
+        let limits = self.board.status().await?.telemetry.limits;
+        Ok(AtPose {
+            z_um: self.read_sensor(readings.sensor_z_um).await?,
+            held_s: held.s,
+            is_limited: Limits::from_bits(limits).hold_back(),
+        })
+    }
+
+    /// What a serial sensor reads, or the board's, unless that was read already.
+    async fn read_sensor(&self, read_um: Option<f64>) -> Result<f64, ToolError> {
+        let um = match (self.sensor.read_now().await?, read_um) {
+            (Some(um), _) | (None, Some(um)) => Some(um),
+            (None, None) => super::moving::read(self.board).await?.0.sensor_z_um,
+        };
+        um.ok_or(ToolError::NoSensor)
+    }
+}

@@ -1,0 +1,356 @@
+//! What a sensor read at poses: spot by spot, or as an instrument of two axes has it.
+
+use std::path::{Path, PathBuf};
+
+use calibration::{PlatePose, PosePoint, SpotHeights};
+use serde::{Deserialize, Serialize};
+
+use crate::error::ToolError;
+use crate::new_file::NewFile;
+
+/// Of the files.
+const FORMAT: u32 = 1;
+/// A sensor that sees less than this part of what the plate was moved by is off, or not on the plate.
+const SEEN: f64 = 0.5;
+/// Readings that are the same to this (um) though poses are not are at the end of a sensor's range; its noise is more.
+const SAME_UM: f64 = 1e-4;
+/// Poses are so far apart (um).
+const APART_UM: f64 = 1.0;
+
+/// One reading of the sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct AtPose {
+    /// From rest under the same spot (um).
+    pub(super) z_um: f64,
+    /// After so long (s).
+    pub(super) held_s: f64,
+    /// A limit held the plate elsewhere.
+    pub(super) is_limited: bool,
+}
+
+/// What was read under one spot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Spot {
+    format: u32,
+    /// From the plate's centre (um).
+    pub(super) at_um: [f64; 2],
+    /// Piston (um) and tilts (rad) that were asked for.
+    asked: Vec<[f64; 3]>,
+    read: Vec<AtPose>,
+}
+
+/// The spots that are whole.
+#[derive(Debug)]
+pub(super) struct Session {
+    folder: PathBuf,
+    asked: Vec<[f64; 3]>,
+    pub(super) spots: Vec<Spot>,
+}
+
+impl Spot {
+    pub(super) fn new(at_um: [f64; 2], read: Vec<AtPose>) -> Self {
+        Self {
+            format: FORMAT,
+            at_um,
+            asked: Vec::new(),
+            read,
+        }
+    }
+
+    pub(super) fn heights(&self) -> SpotHeights {
+        SpotHeights {
+            at_um: self.at_um,
+            z_um: self.read.iter().map(|at| at.z_um).collect(),
+        }
+    }
+
+    /// How high a plate at `pose` is above the spot (um).
+    fn height_um(&self, pose: &PlatePose) -> f64 {
+        let [x, y] = self.at_um;
+        pose.z_um + y * pose.tilt_x_rad - x * pose.tilt_y_rad
+    }
+
+    /// How far the plate was from where it was asked to be under the spot, where no limit held it (um, root mean square).
+    pub(super) fn off_um(&self, poses: &[PlatePose]) -> f64 {
+        let pairs = self.read.iter().zip(poses);
+        let off: Vec<f64> = pairs
+            .filter(|(at, _)| !at.is_limited)
+            .map(|(at, pose)| at.z_um - self.height_um(pose))
+            .collect();
+        let squares: f64 = off.iter().map(|um| um * um).sum();
+        (squares / off.len() as f64).sqrt()
+    }
+
+    /// Whether a sensor that was on and within its range read this.
+    pub(super) fn check(&self, poses: &[PlatePose]) -> Result<(), ToolError> {
+        let range = |um: &mut dyn Iterator<Item = f64>| {
+            um.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), um| {
+                (low.min(um), high.max(um))
+            })
+        };
+        let read = range(&mut self.read.iter().map(|at| at.z_um));
+        let asked = range(&mut poses.iter().map(|pose| self.height_um(pose)));
+        let bad = |reason: String| {
+            let [x, y] = self.at_um;
+            Err(ToolError::PoseSensor { x, y, reason })
+        };
+        for end in [read.0, read.1] {
+            let pairs = self.read.iter().zip(poses);
+            let there = pairs.filter(|(at, _)| (at.z_um - end).abs() < SAME_UM);
+            let heights = range(&mut there.map(|(_, pose)| self.height_um(pose)));
+            // A sensor that reads the same everywhere is off.
+            if heights.1 - heights.0 > APART_UM && read.1 - read.0 > SAME_UM {
+                return bad(format!(
+                    "it is at the end of its range, {end:.2} um from rest"
+                ));
+            }
+        }
+        // Not so for NaN.
+        let is_seen = read.1 - read.0 > SEEN * (asked.1 - asked.0);
+        if !is_seen {
+            return bad(format!(
+                "it saw {:.2} um of a plate that was moved by {:.1} um",
+                read.1 - read.0,
+                asked.1 - asked.0
+            ));
+        }
+        Ok(())
+    }
+}
+
+impl Session {
+    /// The spots that earlier calls have left in a folder, under the same poses.
+    pub(super) fn load(folder: &Path, poses: &[PlatePose]) -> Result<Self, ToolError> {
+        let asked = poses
+            .iter()
+            .map(|pose| [pose.z_um, pose.tilt_x_rad, pose.tilt_y_rad])
+            .collect();
+        let mut session = Self {
+            folder: folder.to_owned(),
+            asked,
+            spots: Vec::new(),
+        };
+        loop {
+            let file = spot_file(folder, session.spots.len() + 1);
+            if !file.exists() {
+                return Ok(session);
+            }
+            let spot = session.read(&file)?;
+            session.spots.push(spot);
+        }
+    }
+
+    fn read(&self, file: &Path) -> Result<Spot, ToolError> {
+        let text = input_file::read_text(file, input_file::MOST_WRITTEN)?;
+        let bad = |reason: String| ToolError::PoseReadings {
+            file: file.to_owned(),
+            reason,
+        };
+        let spot: Spot = serde_json::from_str(&text).map_err(|error| bad(error.to_string()))?;
+        if spot.format != FORMAT {
+            return Err(bad(format!("it has format {}, not {FORMAT}", spot.format)));
+        }
+        if spot.asked != self.asked || spot.read.len() != self.asked.len() {
+            return Err(bad(
+                "it was read at the poses of another calibration, or of another mirror".into(),
+            ));
+        }
+        Ok(spot)
+    }
+
+    /// Keeps a spot that is whole.
+    pub(super) fn keep(&mut self, mut spot: Spot) -> Result<(), ToolError> {
+        spot.asked.clone_from(&self.asked);
+        let file = NewFile::create(spot_file(&self.folder, self.spots.len() + 1), false)?;
+        file.write(&serde_json::to_string_pretty(&spot).expect("plain data"))?;
+        self.spots.push(spot);
+        Ok(())
+    }
+
+    /// How long a pose was held, in the mean of the spots (s).
+    pub(super) fn held_s(&self, pose: usize) -> f64 {
+        let held = self.spots.iter().map(|spot| spot.read[pose].held_s);
+        held.sum::<f64>() / self.spots.len() as f64
+    }
+
+    pub(super) fn is_limited(&self, pose: usize) -> bool {
+        self.spots.iter().any(|spot| spot.read[pose].is_limited)
+    }
+}
+
+/// Where a spot's file is.
+fn spot_file(folder: &Path, number: usize) -> PathBuf {
+    folder.join(format!("spot-{number}.json"))
+}
+
+/// Takes a straight line of time out of readings that begin and end at the same pose; returns what it went by (um).
+pub(super) fn without_drift(read: &mut [AtPose]) -> f64 {
+    let (Some(first), Some(last)) = (read.first(), read.last()) else {
+        return 0.0;
+    };
+    let drifted_um = last.z_um - first.z_um;
+    let intervals = read.len().saturating_sub(1).max(1) as f64;
+    for (i, at) in read.iter_mut().enumerate() {
+        at.z_um -= drifted_um * i as f64 / intervals;
+    }
+    drifted_um
+}
+
+/// Columns of a table: what was asked for, for how long, and what an instrument read.
+const COLUMNS: [&str; 7] = [
+    "asked_z_um",
+    "asked_tilt_x_deg",
+    "asked_tilt_y_deg",
+    "held_s",
+    "z_um",
+    "tilt_x_deg",
+    "tilt_y_deg",
+];
+
+/// The poses of a table with these columns in any order, row after row. A row without a reading was held only.
+pub(super) fn table(file: &Path) -> Result<Vec<PosePoint>, ToolError> {
+    let text = input_file::read_text(file, input_file::MOST_MADE)?;
+    parsed(&text).map_err(|reason| ToolError::PoseTable {
+        file: file.to_owned(),
+        reason,
+    })
+}
+
+fn parsed(text: &str) -> Result<Vec<PosePoint>, String> {
+    let is_content = |line: &&str| !line.trim().is_empty() && !line.starts_with('#');
+    let mut lines = text.lines().filter(is_content);
+    let header: Vec<&str> = lines
+        .next()
+        .unwrap_or_default()
+        .split(',')
+        .map(str::trim)
+        .collect();
+    let mut places = [0; COLUMNS.len()];
+    for (place, name) in places.iter_mut().zip(COLUMNS) {
+        let found = header.iter().position(|column| *column == name);
+        *place = found.ok_or_else(|| format!("it has no column {name}"))?;
+    }
+    let mut points = Vec::new();
+    for line in lines {
+        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
+        let number = |column: usize| -> Result<f64, String> {
+            let cell = cells.get(places[column]).copied().unwrap_or_default();
+            let number = cell.parse().ok().filter(|number: &f64| number.is_finite());
+            number
+                .ok_or_else(|| format!("`{cell}` in `{line}` is no number for {}", COLUMNS[column]))
+        };
+        let pose = |first: usize, second: usize, third: usize| {
+            Ok::<_, String>(PlatePose {
+                z_um: number(first)?,
+                tilt_x_rad: number(second)?.to_radians(),
+                tilt_y_rad: number(third)?.to_radians(),
+            })
+        };
+        let is_read = (4..7).any(|column| {
+            cells
+                .get(places[column])
+                .is_some_and(|cell| !cell.is_empty())
+        });
+        points.push(PosePoint {
+            asked: pose(0, 1, 2)?,
+            held_s: number(3)?.max(0.0),
+            reached: is_read.then(|| pose(4, 5, 6)).transpose()?,
+        });
+    }
+    Ok(points)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn poses() -> Vec<PlatePose> {
+        let at = |z_um: f64, tilt_x_rad: f64| PlatePose {
+            z_um,
+            tilt_x_rad,
+            tilt_y_rad: 0.0,
+        };
+        vec![at(60.0, 0.0), at(20.0, 0.0), at(100.0, 0.01), at(60.0, 0.0)]
+    }
+
+    fn at(z_um: f64) -> AtPose {
+        AtPose {
+            z_um,
+            held_s: 2.0,
+            is_limited: false,
+        }
+    }
+
+    #[test]
+    fn drift_goes_out_as_a_straight_line() {
+        let mut read = [60.0, 20.1, 101.2, 60.3].map(at);
+        assert!((without_drift(&mut read) - 0.3).abs() < 1e-9);
+        for (read, expected) in read.iter().zip([60.0, 20.0, 101.0, 60.0]) {
+            assert!((read.z_um - expected).abs() < 1e-9, "{read:?}");
+        }
+    }
+
+    #[test]
+    fn a_sensor_that_is_off_or_at_its_end_is_told() {
+        let said = |z_um: [f64; 4]| {
+            let spot = Spot::new([0.0, 100.0], z_um.map(at).to_vec());
+            spot.check(&poses()).map_err(|error| error.to_string())
+        };
+        assert_eq!(said([60.0, 20.0, 101.0, 60.3]), Ok(()));
+        assert!(
+            said([0.01, 0.0, 0.02, 0.01])
+                .expect_err("off")
+                .contains("it saw 0.02 um")
+        );
+        assert!(said([f64::NAN; 4]).is_err());
+        let clipped = said([60.0, 20.0, 60.0, 60.0]).expect_err("clipped");
+        assert!(clipped.contains("end of its range"), "{clipped}");
+    }
+
+    #[test]
+    fn spots_are_kept_for_the_next_call_and_those_of_another_mirror_are_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut session = Session::load(folder.path(), &poses()).expect("empty");
+        let spot = Spot::new([0.0, 100.0], [60.0, 20.0, 101.0, 60.3].map(at).to_vec());
+        session.keep(spot).expect("written");
+        let again = Session::load(folder.path(), &poses()).expect("whole");
+        assert_eq!(again.spots, session.spots);
+        let mut other = poses();
+        other[1].z_um += 1.0;
+        let refused = Session::load(folder.path(), &other).expect_err("another");
+        assert!(refused.to_string().contains("another mirror"), "{refused}");
+        let file = spot_file(folder.path(), 1);
+        let whole = std::fs::read_to_string(&file).expect("written");
+        std::fs::write(&file, &whole[..whole.len() / 2]).expect("written");
+        assert!(Session::load(folder.path(), &poses()).is_err());
+    }
+
+    #[test]
+    fn a_table_has_its_columns_in_any_order() {
+        let header =
+            "held_s,asked_z_um,asked_tilt_x_deg,asked_tilt_y_deg,z_um,tilt_y_deg,tilt_x_deg";
+        let points = parsed(&format!(
+            "# an autocollimator\n{header}\n2,60,0,0.5,60.1,0.4,0.1\n1,20,0,0,,,\n"
+        ));
+        let points = points.expect("a table");
+        assert_eq!(points.len(), 2);
+        assert!((points[0].reached.expect("read").tilt_y_rad.to_degrees() - 0.4).abs() < 1e-12);
+        assert_eq!(points[1].reached, None);
+        for (text, said) in [
+            ("asked_z_um\n1\n", "no column asked_tilt_x_deg"),
+            (
+                &format!("{header}\n2,60,0,x,60,0,0\n"),
+                "no number for asked_tilt_y_deg",
+            ),
+            (
+                &format!("{header}\n2,60,0,0,60,nan,0\n"),
+                "no number for tilt_y_deg",
+            ),
+        ] {
+            let error = parsed(text).expect_err("no table");
+            assert!(error.contains(said), "{error}");
+        }
+    }
+}
