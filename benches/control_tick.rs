@@ -42,6 +42,7 @@ fn main() -> ! {
     clock.clear_current();
     clock.enable_counter();
 
+    let mut other = everything_on(factory::calibration());
     let mut calibration = everything_on(factory::calibration());
     let mut controller = Controller::new(&mut calibration);
     let (applied, currents) = (
@@ -77,6 +78,16 @@ fn main() -> ! {
     report("control core: one step at given voltages", || {
         black_box(controller.step(black_box(drive), black_box(applied), black_box(currents)));
     });
+
+    controller.begin_exchange(&mut other);
+    let mut longest = 0;
+    while controller.is_exchanging() {
+        let stage = counts(1, || {
+            black_box(controller.exchange_on());
+        });
+        longest = longest.max(stage);
+    }
+    tell("control core: the longest stage of an exchange", longest, 1);
 
     static CALIBRATION: StaticCell<Calibration> = StaticCell::new();
     let calibration = CALIBRATION.init(everything_on(factory::calibration()));
@@ -168,18 +179,22 @@ fn heaters(codes: [PwmCode; CHANNELS]) -> Sensed {
 
 fn report(name: &str, mut tick: impl FnMut()) {
     tick();
-    let empty = counts(|| {
+    let empty = counts(REPETITIONS, || {
         black_box(());
     });
-    let counted = counts(&mut tick) - empty;
-    let instructions = counted * 5 / COUNTS_PER_5_INSTRUCTIONS / REPETITIONS;
+    let counted = counts(REPETITIONS, &mut tick) - empty;
+    tell(name, counted, REPETITIONS);
+}
+
+fn tell(name: &str, counted: u32, repetitions: u32) {
+    let instructions = counted * 5 / COUNTS_PER_5_INSTRUCTIONS / repetitions;
     defmt::println!("{=str}: {=u32} instructions", name, instructions);
 }
 
 /// SysTick's counts while `tick` runs again and again. It counts down.
-fn counts(mut tick: impl FnMut()) -> u32 {
+fn counts(repetitions: u32, mut tick: impl FnMut()) -> u32 {
     let start = SYST::get_current();
-    for _ in 0..REPETITIONS {
+    for _ in 0..repetitions {
         tick();
     }
     start.wrapping_sub(SYST::get_current()) & SYSTICK_TOP

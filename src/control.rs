@@ -5,8 +5,8 @@ mod wire;
 use core::sync::atomic::Ordering;
 
 use control_core::{
-    CHANNELS, Calibration, Controller, CurrentSense, Limit, Limits, Micrometre, PwmCode,
-    SenseCalibration, Setpoint, SupplyCode, Volt,
+    CHANNELS, Controller, CurrentSense, Limit, Limits, Micrometre, PwmCode, SenseCalibration,
+    Setpoint, SupplyCode, Volt,
 };
 use mirror_protocol::{Commanded, Health, Telemetry};
 use protection::{Denied, Fault, Lease, Protection, Reading};
@@ -25,8 +25,6 @@ pub struct Control {
     /// What the protection goes by.
     watched_sense: CurrentSense,
     controller: Controller<'static>,
-    /// A calibration that the protection goes by, and the controller from the next tick on.
-    next_calibration: Option<&'static mut Calibration>,
     protection: Protection,
     mailbox: ControlSide,
     setpoint: Setpoint,
@@ -70,7 +68,6 @@ impl Control {
             watched_sense: CurrentSense::new(&sense.with_designed_gain()),
             protection: Protection::new(controller.calibration()),
             controller,
-            next_calibration: None,
             mailbox,
             setpoint: Setpoint::Off,
             player: None,
@@ -119,7 +116,7 @@ impl Control {
             && self.player.is_none()
             && self.stream.is_over()
             && !self.is_unconfirmed
-            && self.next_calibration.is_none()
+            && !self.controller.is_exchanging()
             && !self.protection.is_starting()
             && self.applied == [PwmCode(0); CHANNELS]
     }
@@ -233,18 +230,18 @@ impl Control {
         self.exchange();
     }
 
-    /// Takes another calibration, of which much is computed: after what this tick has to drive, and in two ticks. In the one
-    /// between them the protection lets nothing be driven but the heaters' check.
+    /// Takes another calibration, of which much is computed: after what this tick has to drive, and a stage in each of the next ticks. Until
+    /// then the protection lets nothing be driven but the heaters' check.
     fn exchange(&mut self) {
-        if let Some(calibration) = self.next_calibration.take() {
-            let before = self.controller.exchange(calibration);
-            self.mailbox.return_calibration(before);
-        }
-        if let Some(calibration) = self.mailbox.take_calibration() {
+        if self.controller.is_exchanging() {
+            if let Some(before) = self.controller.exchange_on() {
+                self.mailbox.return_calibration(before);
+            }
+        } else if let Some(calibration) = self.mailbox.take_calibration() {
             // Drives computed under another calibration mean nothing.
             self.follow(Setpoint::Off);
             self.protection.recalibrate(calibration);
-            self.next_calibration = Some(calibration);
+            self.controller.begin_exchange(calibration);
         }
         if let Some(sense) = self.mailbox.take_sense() {
             self.sense = CurrentSense::new(&sense);

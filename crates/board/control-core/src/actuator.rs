@@ -125,6 +125,14 @@ impl Actuator {
         }
     }
 
+    /// Goes on as warm and with what it remembers, as another calibration describes it.
+    pub(crate) fn recalibrate(&mut self, actuator: &ActuatorCalibration) {
+        self.gains = Gains::new(actuator);
+        self.expected = actuator.cold_resistance;
+        self.correction = Correction::NONE;
+        self.lag = 0.0;
+    }
+
     /// What the current of the tick that ended tells, in the actuator's turn, which also corrects the resistance from now on.
     pub(crate) fn sense(&mut self, applied: Volt, current: Ampere) -> Option<ActuatorSense> {
         let sense = self.gains.thermometer.read(applied, current)?;

@@ -8,7 +8,7 @@ use crate::design::TICK;
 use crate::heat::{HeatInverse, SharedHeat};
 use crate::lag::TURNS;
 use crate::limits::{Limit, Limits};
-use crate::memory::{MemoryInverse, TURNS as MEMORY_TURNS};
+use crate::memory::{MemoryInverse, Successors, TURNS as MEMORY_TURNS};
 use crate::path::Path;
 use crate::plate::{PlateInverse, Pose};
 use crate::resistance::ActuatorSense;
@@ -16,6 +16,8 @@ use crate::settling::{Decay, NEVER};
 use crate::surroundings::{Estimate, PERIOD, Surroundings};
 use crate::uncertainty::{Budget, Uncertainty};
 use crate::units::{Ampere, Kelvin, Micrometre, Radian, Second, Volt};
+
+mod exchange;
 
 /// What the controller is asked to do.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -106,6 +108,17 @@ pub struct Controller<'a> {
     arrivals: [f32; CHANNELS],
     /// Ticks since the path was there, as far as they are counted.
     since_arrival: u16,
+    next: Option<Next<'a>>,
+}
+
+/// A calibration that takes the place of the one in use.
+#[derive(Debug)]
+struct Next<'a> {
+    calibration: &'a mut Calibration,
+    /// What is exchanged already: stages, and of the memory each actuator's.
+    exchanged: usize,
+    /// The memory before, while actuators have still to inherit it.
+    memory: Option<(MemoryInverse, Successors)>,
 }
 
 impl<'a> Controller<'a> {
@@ -139,6 +152,7 @@ impl<'a> Controller<'a> {
             decay: Decay::new(&parts.heat, catch_up_time(parts)),
             arrivals: Default::default(),
             since_arrival: 0,
+            next: None,
             step: Step::default(),
             calibration,
         }
@@ -147,14 +161,6 @@ impl<'a> Controller<'a> {
     /// The calibration in use.
     pub fn calibration(&self) -> &Calibration {
         self.calibration
-    }
-
-    /// Inverts `calibration` from now on, and returns the one before. The history under that one means
-    /// nothing now: the mirror is taken to be at rest.
-    pub fn exchange(&mut self, calibration: &'a mut Calibration) -> &'a mut Calibration {
-        let before = core::mem::replace(self, Self::new(calibration));
-        self.surroundings.inherit(&before.surroundings);
-        before.calibration
     }
 
     /// What the resistances tell of the surroundings; `None` under a calibration that does not know them.
@@ -402,8 +408,10 @@ impl<'a> Controller<'a> {
         self.path.follow(&self.seen);
         // Hysteresis and creep are a few percent of a position; that this one is before them is a few
         // percent of that.
-        self.memory
-            .advance(&mut self.actuators[turn].memory, self.turn / CHANNELS, seen);
+        if !self.is_exchanging() {
+            let state = &mut self.actuators[turn].memory;
+            self.memory.advance(state, self.turn / CHANNELS, seen);
+        }
         let step = &mut self.step;
         let (heat, rails) = (self.heat.clone(), self.rails.clone());
         for (i, actuator) in self.actuators.iter_mut().enumerate() {

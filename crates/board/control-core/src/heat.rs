@@ -91,6 +91,36 @@ impl HeatInverse {
         Kelvin((target.0 - state.free_response) * self.per_input_gain)
     }
 
+    /// Temperatures of an actuator that was followed with other poles: each has warmed as far as the one in its place.
+    pub(crate) fn inherit(
+        &self,
+        shared: &SharedHeat,
+        (before, state): (&Self, &HeatState),
+    ) -> HeatState {
+        let mut inherited = HeatState {
+            fast: core::array::from_fn(|k| self.fast[k].inherit(&before.fast[k], state.fast[k])),
+            slow: core::array::from_fn(|k| self.slow[k].inherit(&before.slow[k], &state.slow[k])),
+            heating: state.heating,
+            ..HeatState::default()
+        };
+        inherited.slow_sum = shared.sum + inherited.slow.iter().map(|lag| lag.value).sum::<f32>();
+        inherited.free_response = inherited.fast.iter().sum::<f32>() + inherited.slow_sum;
+        inherited
+    }
+
+    /// What four actuators share that were followed with other poles, the same way.
+    pub(crate) fn inherit_shared(&self, before: &Self, shared: &SharedHeat) -> SharedHeat {
+        let lags = self.shared.each_ref();
+        let ahead: [f32; SHARED_POLES] =
+            core::array::from_fn(|k| shared.ahead[k] * lags[k].part(&before.shared[k]));
+        SharedHeat {
+            lags: core::array::from_fn(|k| lags[k].inherit(&before.shared[k], &shared.lags[k])),
+            ahead,
+            sum: ahead.iter().sum(),
+            ..shared.clone()
+        }
+    }
+
     /// Whether every lag is less than so far from zero (K).
     pub(crate) fn is_at_rest(state: &HeatState, shared: &SharedHeat, least: f32) -> bool {
         let slow = state.slow.iter().chain(&shared.lags);

@@ -21,6 +21,11 @@ pub(crate) fn rate(time: Second, ticks: usize) -> f32 {
     }
 }
 
+/// By how much what one number has made is more than what another has; nothing where that is nothing.
+pub(crate) fn ratio(new: f32, before: f32) -> f32 {
+    if before == 0.0 { 0.0 } else { new / before }
+}
+
 /// A quick lag. Its state is its free response one tick ahead: where it will be without input.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct QuickLag {
@@ -42,6 +47,15 @@ impl QuickLag {
     /// Pole of the sampled lag.
     pub(crate) fn pole(&self) -> f32 {
         self.pole
+    }
+
+    /// Free response in the state of one that followed the same input with another weight.
+    pub(crate) fn inherit(&self, before: &Self, free_response: f32) -> f32 {
+        free_response * ratio(self.weight(), before.weight())
+    }
+
+    fn weight(&self) -> f32 {
+        self.input_gain / (1.0 - self.pole)
     }
 
     /// A tick with `input`; returns the new state, which is `free_response`.
@@ -76,6 +90,11 @@ impl SlowLag {
         }
     }
 
+    /// Part of the way that it goes from turn to turn.
+    pub(crate) fn rate(&self) -> f32 {
+        self.rate
+    }
+
     /// How far it has still to go at this input.
     pub(crate) fn left(&self, state: &SlowState, input: f32) -> f32 {
         self.weight * input - state.value
@@ -84,6 +103,19 @@ impl SlowLag {
     /// How far it goes in a turn at this input.
     pub(crate) fn step(&self, state: &SlowState, input: f32) -> f32 {
         self.rate * self.left(state, input)
+    }
+
+    /// Where it is in the state of one that followed the same input with another weight. A weight of none knows no input.
+    pub(crate) fn inherit(&self, before: &Self, state: &SlowState) -> SlowState {
+        SlowState {
+            value: state.value * self.part(before),
+            remainder: 0.0,
+        }
+    }
+
+    /// Its weight as a part of another's.
+    pub(crate) fn part(&self, before: &Self) -> f32 {
+        ratio(self.weight, before.weight)
     }
 
     /// A turn with the mean of the input since the last one.

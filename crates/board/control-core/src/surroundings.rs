@@ -171,9 +171,9 @@ impl Surroundings {
         };
     }
 
-    /// Makes up for them as the one before did.
-    pub(crate) fn inherit(&mut self, before: &Self) {
-        self.make_up(before.is_used);
+    /// Whether they are to be made up for, where they are known.
+    pub(crate) fn is_wanted(&self) -> bool {
+        self.is_used
     }
 
     /// So many ticks pass in which nothing is read.

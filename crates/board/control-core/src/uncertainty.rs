@@ -54,7 +54,7 @@ struct Contributions {
 /// The uncertainty budget.
 #[derive(Clone, Debug)]
 pub(crate) struct Budget {
-    residual: Residual,
+    pub(crate) residual: Residual,
     spans: [[Span; PLAYS]; CHANNELS],
     contributions: [Contributions; CHANNELS],
     told: Uncertainty,
@@ -92,6 +92,26 @@ impl Budget {
         }
     }
 
+    /// One actuator's play operators may be where they might be before, in the same part of their radii. `is` and `was`: where it is
+    /// without creep under `memory`, and under the one before (um).
+    pub(crate) fn inherit(
+        &mut self,
+        actuator: usize,
+        (memory, is): (&MemoryInverse, f32),
+        (before, was): (&MemoryInverse, f32),
+    ) {
+        for (play, span) in self.spans[actuator % CHANNELS].iter_mut().enumerate() {
+            let ((radius, _), (radius_before, _)) = (memory.play(play), before.play(play));
+            if radius_before > 0.0 {
+                let part = radius / radius_before;
+                span.low = is + part * (span.low - was);
+                span.high = is + part * (span.high - was);
+            } else {
+                (span.low, span.high) = (is - radius, is + radius);
+            }
+        }
+    }
+
     /// Where each actuator's play operators may be (um).
     #[cfg(test)]
     pub(crate) fn spans(&self) -> [[(f32, f32); PLAYS]; CHANNELS] {
@@ -126,7 +146,7 @@ impl Budget {
         let (actuator, play) = (actuator % CHANNELS, play % PLAYS);
         let spans = &mut self.spans[actuator];
         let (radius, _) = memory.play(play);
-        spans[play].pull(state.before_creep(), radius, memory.release());
+        spans[play].pull(memory.before_creep(state), radius, memory.release());
         let half_widths = spans.iter().enumerate().map(|(play, span)| {
             let (_, weight) = memory.play(play);
             0.5 * weight.abs() * (span.high - span.low)

@@ -1,0 +1,123 @@
+//! Another calibration in the place of the one in use, stage after stage.
+//!
+//! The mirror stays as warm as it is and remembers what it does, so each stage goes on from where it was with other numbers. All of it takes
+//! longer than a tick has, so one stage at a time is exchanged while nothing is driven.
+
+use super::{Controller, NOWHERE, Next, highest};
+use crate::CHANNELS;
+use crate::actuator::{Rails, catch_up_time};
+use crate::calibration::{Calibration, Parts};
+use crate::heat::HeatInverse;
+use crate::limits::Limits;
+use crate::memory::{MemoryInverse, Successors};
+use crate::path::Path;
+use crate::plate::PlateInverse;
+use crate::settling::Decay;
+use crate::surroundings::Surroundings;
+
+/// What is exchanged before the memory's actuators, and with them.
+const BEFORE_ACTUATORS: usize = 5;
+const WITH_ACTUATORS: usize = BEFORE_ACTUATORS + CHANNELS;
+
+impl<'a> Controller<'a> {
+    /// Inverts `calibration` from now on, and returns the one before.
+    pub fn exchange(&mut self, calibration: &'a mut Calibration) -> &'a mut Calibration {
+        self.begin_exchange(calibration);
+        loop {
+            if let Some(before) = self.exchange_on() {
+                return before;
+            }
+        }
+    }
+
+    /// Begins to exchange the calibration for another one. Nothing is to be driven until [`Self::exchange_on`] is through with it.
+    pub fn begin_exchange(&mut self, calibration: &'a mut Calibration) {
+        self.next = Some(Next {
+            calibration,
+            exchanged: 0,
+            memory: None,
+        });
+    }
+
+    /// Whether a calibration is being exchanged.
+    pub fn is_exchanging(&self) -> bool {
+        self.next.is_some()
+    }
+
+    /// Exchanges a stage, or what one actuator remembers, in fewer instructions than a step takes; returns the calibration before once all of them are.
+    pub fn exchange_on(&mut self) -> Option<&'a mut Calibration> {
+        let mut next = self.next.take()?;
+        let parts = next.calibration.parts();
+        match next.exchanged {
+            0 => self.exchange_heat(parts),
+            1 => self.exchange_bounds(parts),
+            2 => self.exchange_surroundings(parts),
+            3 => self.exchange_shapes(parts),
+            4 => next.memory = Some(self.exchange_memory(parts)),
+            BEFORE_ACTUATORS..WITH_ACTUATORS => {
+                if let Some((before, successors)) = &next.memory {
+                    self.inherit_memory(next.exchanged - BEFORE_ACTUATORS, before, successors);
+                }
+            }
+            _ => {
+                self.exchange_plate(parts);
+                return Some(core::mem::replace(&mut self.calibration, next.calibration));
+            }
+        }
+        next.exchanged += 1;
+        self.next = Some(next);
+        None
+    }
+
+    fn exchange_heat(&mut self, parts: &Parts) {
+        let before = core::mem::replace(&mut self.heat, HeatInverse::new(&parts.heat));
+        self.shared = self.heat.inherit_shared(&before, &self.shared);
+        for actuator in &mut self.actuators {
+            actuator.heat = self.heat.inherit(&self.shared, (&before, &actuator.heat));
+        }
+    }
+
+    fn exchange_bounds(&mut self, parts: &Parts) {
+        self.rails = Rails::new(parts);
+        self.decay = Decay::new(&parts.heat, catch_up_time(parts));
+    }
+
+    /// The memory before, which each actuator has still to inherit; until then none is advanced.
+    fn exchange_memory(&mut self, parts: &Parts) -> (MemoryInverse, Successors) {
+        self.budget.residual = parts.residual;
+        let before = core::mem::replace(&mut self.memory, MemoryInverse::new(&parts.memory));
+        let successors = self.memory.successors(&before);
+        (before, successors)
+    }
+
+    fn inherit_memory(&mut self, actuator: usize, before: &MemoryInverse, from: &Successors) {
+        let state = &mut self.actuators[actuator % CHANNELS].memory;
+        let was = before.before_creep(state);
+        *state = self.memory.inherit(from, (before, state));
+        let is = self.memory.before_creep(state);
+        self.budget
+            .inherit(actuator, (&self.memory, is), (before, was));
+    }
+
+    fn exchange_surroundings(&mut self, parts: &Parts) {
+        let is_used = self.surroundings.is_wanted();
+        self.surroundings = Surroundings::new(parts);
+        self.surroundings.make_up(is_used);
+        self.sense_limits = Limits::NONE;
+    }
+
+    fn exchange_shapes(&mut self, parts: &Parts) {
+        for (actuator, calibration) in self.actuators.iter_mut().zip(&parts.actuators) {
+            actuator.recalibrate(calibration);
+        }
+        (self.highest, self.highest_limits) = highest(parts);
+    }
+
+    fn exchange_plate(&mut self, parts: &Parts) {
+        self.plate = PlateInverse::new(&parts.plate, parts.actuators[0].shape.top());
+        let now = *self.path.now();
+        self.path = Path::new(&parts.path);
+        self.path.follow(&now);
+        self.target = NOWHERE;
+    }
+}
