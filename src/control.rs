@@ -16,8 +16,8 @@ use crate::board::{Board, Sensed};
 use crate::mailbox::{ControlSide, Order};
 use crate::watchdog;
 
-/// Samples so long after the last that told the uncertainty tell it again: one in a millisecond, and the core finds it in 1.6.
-const UNCERTAINTY_TICKS: u32 = 10;
+/// Samples so long after the last that told the uncertainty tell it again: the core takes as long to find it.
+const UNCERTAINTY_TICKS: u32 = 16;
 
 /// The state from one tick to the next.
 pub struct Control {

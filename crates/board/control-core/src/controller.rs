@@ -240,7 +240,8 @@ impl<'a> Controller<'a> {
         } else if actuator == (round + 1) % CHANNELS {
             self.foresee_arrival(actuator);
         } else if actuator == (round + 2) % CHANNELS {
-            self.budget.combine(&self.plate, self.path.now());
+            let is_true = self.sense_limits == Limits::NONE;
+            self.budget.combine(&self.plate, self.path.now(), is_true);
         }
     }
 

@@ -1,8 +1,8 @@
 //! How far the plate may be from where it is asked to be.
 //!
-//! Five things are not known, and do not depend on each other: what calibration left, what the surroundings may be beyond what the
-//! resistances tell, what the play operators held before the controller began to follow them, and the heat and the creep that are
-//! still to come.
+//! Six things are not known, and do not depend on each other: what calibration left, what the surroundings may be beyond what the
+//! resistances tell, what the play operators held before the controller began to follow them, the heat and the creep that are
+//! still to come, and what a heater has become whose resistance is unknown or tells otherwise than at calibration.
 //! Each is a standard uncertainty in micrometres; their root sum of squares (the combined standard uncertainty), times a coverage
 //! factor, is told [JCGM 100:2008, 5.1.2 and 6.2.1].
 //!
@@ -22,6 +22,9 @@ const COVERAGE: f32 = 1.96;
 const OF_CREEP: f32 = 0.3;
 /// The same of the heat that the fast poles have still to bring.
 const OF_HEAT: f32 = 0.1;
+/// A heater that drifts is told before the plate is further off than this (um; `closed-loop`, test `drift`). One that
+/// was told, or that shows no resistance to tell by, may be as far off either way.
+const DRIFTED: Micrometre = Micrometre(1.0);
 /// Standard deviation of what lies anywhere in an interval, per half of its width: 1 / sqrt(3) [JCGM 100:2008, 4.3.7].
 const RECTANGULAR: f32 = 0.577_35;
 
@@ -164,8 +167,18 @@ impl Budget {
     }
 
     /// All of it, where the actuators are at these positions (um). What is unknown of all four alike moves the plate; what one
-    /// actuator does apart from the others tilts it.
-    pub(crate) fn combine(&mut self, plate: &PlateInverse, positions: &[f32; CHANNELS]) {
+    /// actuator does apart from the others tilts it. `is_true`: every resistance tells what it told at calibration.
+    pub(crate) fn combine(
+        &mut self,
+        plate: &PlateInverse,
+        positions: &[f32; CHANNELS],
+        is_true: bool,
+    ) {
+        let drifted = if is_true {
+            0.0
+        } else {
+            RECTANGULAR * DRIFTED.0
+        };
         let of = |contribution: fn(&Contributions) -> f32| {
             plate.pose(&self.contributions.each_ref().map(contribution))
         };
@@ -183,10 +196,12 @@ impl Budget {
             of(|it| it.creep).z.0,
             of(|it| it.heat).z.0,
             of(|it| it.surroundings).z.0,
+            drifted,
         ];
         let alone = |actuator: usize| {
             let one = &self.contributions[actuator];
-            root_sum_square(&[apart * positions[actuator], one.plays, one.creep, one.heat])
+            let apart = apart * positions[actuator];
+            root_sum_square(&[apart, one.plays, one.creep, one.heat, drifted])
         };
         let tilt = plate.tilt_deviation(&core::array::from_fn(alone));
         let Pose { tilt_x, tilt_y, .. } = of(|it| it.surroundings);

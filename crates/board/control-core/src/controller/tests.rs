@@ -350,6 +350,32 @@ fn what_the_mirror_remembers_is_known_once_it_was_moved_all_the_way() {
     assert_eq!(uncertain_um(&mut one, 5.0), 0.0);
 }
 
+/// Currents of a heater of 100 ohm, of which nothing can be told.
+#[test]
+fn what_no_resistance_vouches_for_may_be_a_micrometre_off() {
+    let told_um = |ohm: f32| {
+        let mut one = controller(parts());
+        let mut drives = NOTHING.0;
+        for _ in 0..5_000 {
+            let currents = drives.map(|drive| Ampere(drive.0 / ohm));
+            drives = one
+                .step(Setpoint::position(Micrometre(80.0)), drives, currents)
+                .drives;
+            one.foresee();
+        }
+        let is_unknown = one.step.limits.contains(Limit::ResistanceUnknown);
+        (one.uncertainty().expect("it is known").z.0, is_unknown)
+    };
+    let ((silent_um, is_silent), (wrong_um, is_wrong)) = (told_um(f32::INFINITY), told_um(100.0));
+    assert!(!is_silent && is_wrong);
+    // 1.96 times 1 um over the root of 3.
+    let more_um = (wrong_um * wrong_um - silent_um * silent_um).sqrt();
+    assert!(
+        (more_um - 1.96 / 3.0_f32.sqrt()).abs() < 0.05,
+        "{silent_um} and {wrong_um}"
+    );
+}
+
 /// A move of nothing but its path, and one that has to wait until heat has flowed off.
 #[test]
 fn a_move_is_settled_when_its_path_is_over_and_the_heat_is_there() {
