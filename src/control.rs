@@ -5,12 +5,12 @@ mod wire;
 use core::sync::atomic::Ordering;
 
 use control_core::{
-    CHANNELS, Controller, CurrentSense, Limit, Limits, Micrometre, PwmCode, SenseCalibration,
-    Setpoint, SupplyCode, Volt,
+    CHANNELS, Controller, CurrentSense, Limit, Limits, Micrometre, Pose, PwmCode, Radian,
+    SenseCalibration, Setpoint, SupplyCode, Volt,
 };
 use mirror_protocol::{Commanded, Health, Telemetry};
 use protection::{Denied, Fault, Lease, Protection, Reading};
-use waveforms::{Player, Quantity, Sampler, Shape, Stream, Waveform};
+use waveforms::{Played, Player, Quantity, Sampler, Shape, Stream, Trigger, Waveform};
 
 use crate::board::{Board, Sensed};
 use crate::mailbox::{ControlSide, Order};
@@ -45,11 +45,17 @@ pub struct Control {
     stream: Sampler,
     /// The tick of the last sample that told the uncertainty.
     uncertainty_told: u32,
+    /// What begins as the codes of `applied` are driven.
+    trigger: Trigger,
+    /// What has begun since the last sample.
+    untold: Trigger,
 }
 
 /// What a tick decides.
 struct Decided {
     codes: [PwmCode; CHANNELS],
+    /// What begins with them.
+    trigger: Trigger,
     telemetry: Telemetry,
     supply: SupplyCode,
     /// What was wanted before.
@@ -82,6 +88,8 @@ impl Control {
             late_ticks: 0,
             stream: Sampler::default(),
             uncertainty_told: 0,
+            trigger: Trigger::NONE,
+            untold: Trigger::NONE,
         }
     }
 
@@ -132,7 +140,7 @@ impl Control {
         let decided = self.decide(sensed);
         // What the next tick waits for comes before what the host waits for.
         let is_in_time = match self.protection.powers_stages() {
-            true => board.drive(decided.codes),
+            true => board.drive(decided.codes, decided.trigger),
             false => {
                 board.disable();
                 true
@@ -171,7 +179,7 @@ impl Control {
         self.count(sensed.missed_ticks.into());
         let last = self.setpoint;
         self.take_orders();
-        self.play();
+        let trigger = self.play();
 
         let applied = self.applied.map(PwmCode::drive);
         let currents = self.sense.currents(sensed.currents);
@@ -209,9 +217,11 @@ impl Control {
             room: self.controller.surroundings().map(wire::room),
             uncertainty: self.controller.uncertainty().map(wire::uncertainty),
             settles_in_ms: self.controller.settles_in().map(wire::whole_ms),
+            trigger: self.trigger,
         };
         Decided {
             codes,
+            trigger,
             telemetry,
             supply: sensed.supply,
             last,
@@ -224,6 +234,7 @@ impl Control {
         self.report(decided.telemetry, decided.supply);
         self.controller.foresee();
         self.applied = decided.codes;
+        self.trigger = decided.trigger;
         self.stepped = self.setpoint != decided.last;
         self.tick = self.tick.wrapping_add(1);
         watchdog::CONTROL.store(true, Ordering::Relaxed);
@@ -304,23 +315,24 @@ impl Control {
         self.awaited = None;
     }
 
-    /// The waveform's next value, where one plays.
-    fn play(&mut self) {
+    /// The waveform's next value, where one plays; what begins with it.
+    fn play(&mut self) -> Trigger {
         let Some(player) = &mut self.player else {
-            return;
+            return Trigger::NONE;
         };
         if self.protection.is_starting() {
-            return;
+            return Trigger::NONE;
         }
         if player.is_over() && player.waveform().ends_off {
             self.follow(Setpoint::Off);
-            return;
+            return Trigger::NONE;
         }
-        let value = player.next(|index| self.mailbox.point(index));
-        self.setpoint = setpoint(player.waveform(), value);
+        let played = player.next(|index| self.mailbox.point(index));
+        self.setpoint = setpoint(player.waveform(), &played);
         if let Some(stream) = self.awaited.take() {
             self.begin_stream(stream);
         }
+        played.trigger
     }
 
     /// Answers orders that have been carried out, or can no longer be.
@@ -357,6 +369,7 @@ impl Control {
         if let Some(stream) = self.mailbox.take_stream() {
             self.begin_stream(stream);
         }
+        self.untold = self.untold.with(telemetry.trigger);
         let reading = waveforms::Reading {
             current_a: telemetry.current_a,
             sensor_z_um: telemetry.sensor_z_um,
@@ -372,6 +385,7 @@ impl Control {
                 settles_in_ms: telemetry.settles_in_ms.filter(|_| is_told),
                 current_a: sample.current_a,
                 sensor_z_um: sample.sensor_z_um,
+                trigger: core::mem::take(&mut self.untold),
                 ..telemetry
             });
         }
@@ -383,13 +397,22 @@ impl Control {
     }
 }
 
-fn setpoint(waveform: &Waveform, value: f32) -> Setpoint {
-    match (waveform.quantity, waveform.shape) {
+fn setpoint(waveform: &Waveform, played: &Played) -> Setpoint {
+    let value = played.value;
+    if let Quantity::Drive { active, others_v } = waveform.quantity {
+        let drive = |is_active| Volt(if is_active { value } else { others_v });
+        return Setpoint::Drive(active.map(drive));
+    }
+    // A position has no tilts.
+    let [tilt_x, tilt_y] = played.tilts.map(Radian);
+    let pose = Pose {
+        z: Micrometre(value),
+        tilt_x,
+        tilt_y,
+    };
+    match waveform.shape {
         // Steps need a path, anything else is one.
-        (Quantity::Position, Shape::Steps(_)) => Setpoint::position(Micrometre(value)),
-        (Quantity::Position, _) => Setpoint::track(Micrometre(value)),
-        (Quantity::Drive { active, others_v }, _) => {
-            Setpoint::Drive(active.map(|is_active| Volt(if is_active { value } else { others_v })))
-        }
+        Shape::Steps(_) => Setpoint::Position(pose),
+        Shape::Sine { .. } | Shape::Triangle { .. } | Shape::Lines(_) => Setpoint::Track(pose),
     }
 }

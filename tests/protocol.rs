@@ -25,7 +25,9 @@ mod tests {
     use protection::{Denied, Fault, Lease};
     use serde::{Serialize, de::DeserializeOwned};
     use static_cell::StaticCell;
-    use waveforms::{FULL_SCALE, POINTS, Player, Quantity, Shape, Table, Waveform};
+    use waveforms::{
+        FULL_SCALE, POINTS, Player, Quantity, Shape, Table, Trigger, Triggers, Waveform,
+    };
 
     fn comes_back<T: Serialize + DeserializeOwned + PartialEq + core::fmt::Debug>(message: T) {
         let mut frame = [0; MAX_FRAME_BYTES];
@@ -44,6 +46,7 @@ mod tests {
                 tilt_urad: 350,
             }),
             settles_in_ms: Some(3),
+            trigger: Trigger::LINE,
             tick: u32::MAX,
             drive_v: [0.0, 1.9, 3.5, 1e-3],
             current_a: [5e-3; CHANNELS],
@@ -290,7 +293,7 @@ mod tests {
         const IS_EMULATED: bool = true;
         const BOOTLOADER: Option<fn() -> !> = None;
 
-        fn drive(&mut self, _codes: [PwmCode; CHANNELS]) -> bool {
+        fn drive(&mut self, _codes: [PwmCode; CHANNELS], _trigger: Trigger) -> bool {
             false
         }
 
@@ -366,6 +369,7 @@ mod tests {
             amplitude: 1.0,
             cycles: 1,
             ends_off: true,
+            triggers: Triggers::default(),
         };
         let stream = Stream {
             period_ticks: 100,

@@ -10,7 +10,7 @@ use mirror_protocol::{
     CHUNK_POINTS, CalibrationChunk, CalibrationEndpoint, CalibrationUse, CalibrationUseEndpoint,
     CalibrationWriteEndpoint, Chunk, LEASE_FOREVER_MS, LoadPointsEndpoint, PROTOCOL_VERSION, Play,
     PlayEndpoint, Points, Position, Quantity, Sense, SenseEndpoint, SetPositionEndpoint,
-    SetSenseEndpoint, Shape, StatusEndpoint, Stream, Waveform,
+    SetSenseEndpoint, Shape, StatusEndpoint, Stream, Triggers, Waveform,
 };
 
 /// Of the stack, at most.
@@ -54,6 +54,7 @@ fn work(link: &mut RawLink, calibration: &[u8; BYTES]) {
             amplitude: 70.0,
             cycles: u32::MAX,
             ends_off: true,
+            triggers: Triggers::default(),
         },
         stream: Stream {
             period_ticks: 1,

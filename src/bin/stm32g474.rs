@@ -37,6 +37,8 @@ async fn main(spawner: Spawner) {
         sensor: p.PB2,
         over_voltage: p.PB12,
         load_switch: p.PC12,
+        line: p.PB5,
+        frame: p.PB7,
     };
     let converters = Converters::new(p.TIM1, (p.ADC1, p.ADC2), pins);
     let memory = Memory::of_the_image();

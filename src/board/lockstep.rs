@@ -2,6 +2,7 @@
 
 use control_core::{AdcCode, CHANNELS, Micrometre, PwmCode, SupplyCode};
 use embassy_futures::yield_now;
+use mirror_protocol::Trigger;
 use plant_link::{Converters, Pins};
 use protection::Lease;
 
@@ -68,12 +69,13 @@ impl<L: PlantLink> LockstepBoard<L> {
     }
 
     /// Ends the tick with these pins.
-    fn set(&mut self, codes: [PwmCode; CHANNELS], enable: bool) {
+    fn set(&mut self, codes: [PwmCode; CHANNELS], enable: bool, trigger: Trigger) {
         self.pins = Pins {
             tick: self.pins.tick.wrapping_add(1),
             compare: codes.map(|code| code.0),
             outputs_enabled: enable,
             stages_supplied: enable,
+            trigger: trigger.bits(),
             is_idle: self.is_idle,
         };
         self.link.send(self.pins);
@@ -96,13 +98,13 @@ impl<L: PlantLink> Board for LockstepBoard<L> {
     const IS_EMULATED: bool = true;
     const BOOTLOADER: Option<fn() -> !> = None;
 
-    fn drive(&mut self, codes: [PwmCode; CHANNELS]) -> bool {
-        self.set(codes, true);
+    fn drive(&mut self, codes: [PwmCode; CHANNELS], trigger: Trigger) -> bool {
+        self.set(codes, true, trigger);
         true
     }
 
     fn disable(&mut self) {
-        self.set([PwmCode(0); CHANNELS], false);
+        self.set([PwmCode(0); CHANNELS], false, Trigger::NONE);
     }
 }
 

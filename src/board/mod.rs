@@ -17,7 +17,7 @@ pub use mps2::{flash::BoardFlash, link::LinkTx};
 pub use stm32g474::{flash::BoardFlash, link::LinkTx};
 
 use control_core::{AdcCode, CHANNELS, Micrometre, PwmCode, SupplyCode};
-use mirror_protocol::OptionBytes;
+use mirror_protocol::{OptionBytes, Trigger};
 
 /// A board as the control loop sees it.
 pub trait Board {
@@ -35,10 +35,10 @@ pub trait Board {
         None
     }
 
-    /// Drives the four channels from the next tick on; whether that came before the tick began. What comes later is
+    /// Drives the four channels from the next tick on, in which the trigger pins tell what begins then; whether that came before the tick began. What comes later is
     /// driven a tick late, and maybe not on all channels at once. After [`Self::disable`] it switches the output stages'
     /// supply on and enables the outputs: zero is to be driven until the supply is there.
-    fn drive(&mut self, codes: [PwmCode; CHANNELS]) -> bool;
+    fn drive(&mut self, codes: [PwmCode; CHANNELS], trigger: Trigger) -> bool;
 
     /// Disables the outputs of all four channels and switches their stages' supply off until the next [`Self::drive`]:
     /// more than code 0, for a channel whose compare value does not act, and for a stage that does not follow.

@@ -8,7 +8,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use mirror_protocol::{ChannelState, Commanded, Health, Pose, Stream, Telemetry};
 use protection::{Denied, Lease};
-use waveforms::{POINTS, Player};
+use waveforms::{POINTS, Player, Trigger};
 
 use crate::exchange::{Queue, Slot};
 
@@ -107,6 +107,7 @@ impl Mailbox {
                 room: None,
                 uncertainty: None,
                 settles_in_ms: None,
+                trigger: Trigger::NONE,
             })),
             health: Mutex::new(Cell::new(Health {
                 lease_left_ms: None,

@@ -8,7 +8,7 @@ use hil::RawLink;
 use mirror_protocol::{
     CalibrationChunk, CalibrationWriteEndpoint, ChannelState, Chunk, FaultLogEndpoint,
     LEASE_FOREVER_MS, LoadPointsEndpoint, LogEvent, LogQuery, PROTOCOL_VERSION, Play, PlayEndpoint,
-    Points, Quantity, Refusal, Shape, Status, StatusEndpoint, Stream, Waveform,
+    Points, Quantity, Refusal, Shape, Status, StatusEndpoint, Stream, Triggers, Waveform,
 };
 use protection::Fault;
 use waveforms::{FULL_SCALE, Table};
@@ -100,6 +100,7 @@ fn play_shape(
             amplitude,
             cycles: u32::MAX,
             ends_off: true,
+            triggers: Triggers::default(),
         },
         stream: Stream {
             period_ticks: 1,

@@ -14,7 +14,8 @@ use mirror_protocol::{
     CalibrationWriteEndpoint, Chunk, ClearEndpoint, Drives, EnterBootloaderEndpoint,
     FaultLogEndpoint, Hello, HelloEndpoint, LoadPointsEndpoint, LogQuery, Play, PlayEndpoint,
     Points, Position, Quantity, RenewEndpoint, Renewal, Sense, SetDriveEndpoint,
-    SetPositionEndpoint, SetSenseEndpoint, Shape, StatusEndpoint, Stream, StreamEndpoint, Waveform,
+    SetPositionEndpoint, SetSenseEndpoint, Shape, StatusEndpoint, Stream, StreamEndpoint, Triggers,
+    Waveform,
 };
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -253,6 +254,10 @@ fn any_request(link: &mut RawLink, rng: &mut ChaCha8Rng) -> Vec<u8> {
                 amplitude: number,
                 cycles: rng.random_range(0..3),
                 ends_off: rng.random(),
+                triggers: Triggers {
+                    frames: rng.random(),
+                    lines: rng.random(),
+                },
             },
             stream,
             lease_ms,

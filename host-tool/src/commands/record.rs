@@ -184,6 +184,9 @@ fn like() -> Row {
         current_a: [Some(0.0); 4],
         z_um: Some(0.0),
         asked_um: Some(0.0),
+        asked_tilt_x_deg: Some(0.0),
+        asked_tilt_y_deg: Some(0.0),
+        trigger: Some(0),
         uncertainty_um: Some(0.0),
         ..Row::default()
     }
@@ -237,12 +240,17 @@ fn keys(identity: &Identity) -> Keys {
 }
 
 fn row(sample: &Telemetry, ticks: u32, tick_hz: u32) -> Row {
+    let tilts_rad = sample.pose.tilt_rad;
+    let tilt_deg = |axis: usize| tilts_rad.map(|rad| decimal(rad[axis]).to_degrees());
     Row {
         t_s: f64::from(ticks) / f64::from(tick_hz),
         voltage_v: sample.drive_v.map(decimal),
         current_a: sample.current_a.map(|current| Some(decimal(current))),
         z_um: sample.sensor_z_um.map(decimal),
         asked_um: Some(decimal(sample.pose.z_um)),
+        asked_tilt_x_deg: tilt_deg(0),
+        asked_tilt_y_deg: tilt_deg(1),
+        trigger: Some(sample.trigger.bits()),
         uncertainty_um: Uncertainty::from(sample).z_um,
         ..Row::default()
     }

@@ -350,6 +350,7 @@ mod tests {
                     tilt_urad: 350,
                 }),
                 settles_in_ms: Some(3),
+                trigger: mirror_protocol::Trigger::NONE,
                 states: [
                     ChannelState::Driving,
                     ChannelState::Driving,

@@ -29,6 +29,9 @@ impl From<PlayError> for ToolError {
                 asked: hz(asked_hz),
                 highest: hz(highest_hz),
             },
+            PlayError::Tilts => Self::Defect {
+                what: "tilts beside another signal",
+            },
             PlayError::Stage => Self::Defect {
                 what: "moving a stage",
             },

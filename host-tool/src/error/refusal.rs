@@ -46,6 +46,7 @@ fn flaw_words(flaw: Flaw) -> &'static str {
         Flaw::NoCycles => "has no cycles",
         Flaw::Points => "has too few points or too many",
         Flaw::NoDwell => "has points that last no time",
+        Flaw::Triggers => "has lines or frames that begin more often than the board can tell",
     }
 }
 

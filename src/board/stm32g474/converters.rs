@@ -9,6 +9,7 @@
 #![expect(unsafe_code, reason = "interrupts are enabled and entered")]
 
 use core::cell::Cell;
+use core::sync::atomic::{AtomicU32, Ordering};
 
 use control_core::design::{PWM_PERIOD_COUNTS, PWM_PERIODS_PER_TICK};
 use control_core::{AdcCode, CHANNELS, PwmCode, SensorCode, SupplyCode};
@@ -17,7 +18,7 @@ use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::timer::vals::{Mms2, Ossi};
 use embassy_stm32::peripherals::{
-    ADC1, ADC2, PA0, PA1, PB0, PB1, PB2, PB12, PC0, PC1, PC2, PC3, PC5, PC12, TIM1,
+    ADC1, ADC2, PA0, PA1, PB0, PB1, PB2, PB5, PB7, PB12, PC0, PC1, PC2, PC3, PC5, PC12, TIM1,
 };
 use embassy_stm32::timer::low_level::{
     BreakInputPolarity, CountingMode, FilterValue, OutputCompareMode, Timer,
@@ -31,7 +32,7 @@ use static_cell::StaticCell;
 
 use crate::board::{Board, Sensed};
 use crate::control::Control;
-use mirror_protocol::OptionBytes;
+use mirror_protocol::{OptionBytes, Trigger};
 use protection::Punctuality;
 
 /// 16-fold oversampling without shift, so that 12 bits become 16 (RM0440, ADC_CFGR2).
@@ -79,6 +80,10 @@ pub struct ConverterPins {
     pub over_voltage: Peri<'static, PB12>,
     /// High: the stages have their supply.
     pub load_switch: Peri<'static, PC12>,
+    /// High in the tick in which a waveform's line begins.
+    pub line: Peri<'static, PB5>,
+    /// High in the tick in which a waveform's frame begins.
+    pub frame: Peri<'static, PB7>,
 }
 
 /// PWM and current sense.
@@ -87,6 +92,7 @@ pub struct Converters {
     load_switch: Output<'static>,
     are_disabled: bool,
     _over_voltage: Flex<'static>,
+    _triggers: [Output<'static>; 2],
     _outputs: Outputs,
     _currents: InjectedAdc<'static, ADC1, CHANNELS>,
     _supply_and_sensor: InjectedAdc<'static, ADC2, 2>,
@@ -133,6 +139,10 @@ impl Converters {
         let currents = adc1.setup_injected_conversions(sense, triggers::TIM1_TRGO2, edge, true);
         Self {
             _over_voltage: break_input(pins.over_voltage),
+            _triggers: [
+                Output::new(pins.line, Level::Low, Speed::Low),
+                Output::new(pins.frame, Level::Low, Speed::Low),
+            ],
             timer: configure_pwm(timer),
             load_switch: Output::new(pins.load_switch, Level::Low, Speed::Low),
             are_disabled: true,
@@ -181,6 +191,19 @@ fn configure_pwm(timer: Peri<'static, TIM1>) -> Timer<'static, TIM1> {
     timer
 }
 
+/// What the next tick writes to GPIOB's set and reset register (RM0440, GPIOx_BSRR), for the trigger pins.
+static TRIGGER_PINS: AtomicU32 = AtomicU32::new(0);
+
+/// Sets the trigger pins of what begins with the next tick, and resets the others.
+fn tell_next_tick(trigger: Trigger) {
+    const LINE: u32 = 1 << 5;
+    const FRAME: u32 = 1 << 7;
+    // Of a pin that is both set and reset, setting counts.
+    let pin = |begins: Trigger, pin: u32| if trigger.has(begins) { pin } else { 0 };
+    let set = pin(Trigger::LINE, LINE) | pin(Trigger::FRAME, FRAME);
+    TRIGGER_PINS.store((LINE | FRAME) << 16 | set, Ordering::Relaxed);
+}
+
 /// Turns the outputs off in the registers themselves, whoever has them: first what acts on all four at once (RM0440,
 /// TIMx_BDTR: MOE), then the stages' supply (`ConverterPins::load_switch`).
 pub(super) fn turn_outputs_off() {
@@ -202,7 +225,8 @@ impl Board for Converters {
         })
     }
 
-    fn drive(&mut self, codes: [PwmCode; CHANNELS]) -> bool {
+    fn drive(&mut self, codes: [PwmCode; CHANNELS], trigger: Trigger) -> bool {
+        tell_next_tick(trigger);
         for (channel, code) in OUTPUTS.into_iter().zip(codes) {
             self.timer.set_compare_value(channel, code.0);
         }
@@ -223,6 +247,7 @@ impl Board for Converters {
     fn disable(&mut self) {
         turn_outputs_off();
         self.are_disabled = true;
+        tell_next_tick(Trigger::NONE);
         for channel in OUTPUTS {
             self.timer.set_compare_value(channel, 0);
         }
@@ -231,6 +256,10 @@ impl Board for Converters {
 
 #[embassy_stm32::interrupt]
 fn ADC1_2() {
+    // First, so that the pins move at the same time in every tick.
+    pac::GPIOB
+        .bsrr()
+        .write(|w| w.0 = TRIGGER_PINS.load(Ordering::Relaxed));
     let currents = core::array::from_fn(|rank| AdcCode(pac::ADC1.jdr(rank).read().jdata()));
     let supply = SupplyCode(pac::ADC2.jdr(0).read().jdata());
     let sensor = SensorCode(pac::ADC2.jdr(1).read().jdata());

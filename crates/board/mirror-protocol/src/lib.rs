@@ -29,10 +29,13 @@ pub use messages::{
     Renewal, Room, Sense, SenseInfo, Sentence, SetPose, Status, Streaming, Telemetry,
     TelemetryBatch, Uncertainty,
 };
-pub use waveforms::{Flaw, POINTS, Quantity, Shape, Stream, Table, Waveform};
+pub use waveforms::{
+    Curve, Flaw, POINTS, POSE_POINTS, Quantity, Shape, Stream, Table, Tilt, Trigger, Triggers,
+    Waveform,
+};
 
 /// The version of everything in this crate but the greeting. Raised with every change on the wire.
-pub const PROTOCOL_VERSION: u16 = 10;
+pub const PROTOCOL_VERSION: u16 = 11;
 
 /// How long a tool waits for an answer. A board answers within a control tick and the link's time; this is for busy
 /// machines with an emulated board on them.

@@ -3,7 +3,7 @@
 use crate::Text;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
-use waveforms::{Flaw, Stream, Waveform};
+use waveforms::{Flaw, Stream, Trigger, Waveform};
 
 /// Ask for a piston position.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
@@ -227,6 +227,8 @@ pub struct Telemetry {
     /// How long until the plate is where it is asked to be, to within that; 0: it is settled. `None` where no position is asked for,
     /// and where a bound holds an actuator back for ever.
     pub settles_in_ms: Option<u16>,
+    /// What of a waveform began in the tick, as its pins told. In a sample, in any tick since the one before.
+    pub trigger: Trigger,
 }
 
 /// Half the width of an interval that holds a value in 95 of 100 cases (`control_core::Uncertainty`).

@@ -6,7 +6,7 @@ use mirror_protocol::{
     Excerpt, FaultLogReply, Health, Hello, Identity, LOG_FORMAT, LogBytes, LogEntry, LogEvent,
     LogPage, LogStorage, Loss, MAX_FRAME_BYTES, OptionBytes, Play, Points, Pose, Position, Refusal,
     Renewal, ResetCause, Room, Sentence, StartEvent, Status, StatusReply, Stream, Telemetry,
-    TelemetryBatch, Text, TripEvent, Uncertainty,
+    TelemetryBatch, Text, Trigger, TripEvent, Uncertainty,
 };
 use proptest::prelude::*;
 use serde::Serialize;
@@ -113,6 +113,7 @@ fn telemetry() -> impl Strategy<Value = Telemetry> {
                 uncertainty,
                 settles_in_ms,
             )| Telemetry {
+                trigger: Trigger::from_bits(limits as u8),
                 settles_in_ms,
                 uncertainty: uncertainty.map(|(z_nm, tilt_urad)| Uncertainty { z_nm, tilt_urad }),
                 room: room.map(|(rise_ck, deviation_ck)| Room {
@@ -273,6 +274,7 @@ fn as_many_of_the_longest_samples_as_travel_together_fit_a_frame_and_no_more() {
             tilt_urad: u16::MAX,
         }),
         settles_in_ms: Some(u16::MAX),
+        trigger: Trigger::FRAME.with(Trigger::LINE),
     };
     let batch: TelemetryBatch = [longest; BATCH_SAMPLES].into_iter().collect();
     let bytes = postcard::to_stdvec(&batch).unwrap();

@@ -13,7 +13,10 @@ mod sampler;
 mod sampling;
 mod waveform;
 
-pub use player::Player;
+pub use player::{Played, Player};
 pub use sampler::{Reading, Sampler};
 pub use sampling::{Due, Pacer, Stream};
-pub use waveform::{FULL_SCALE, Flaw, POINTS, Quantity, Shape, Table, Waveform};
+pub use waveform::{
+    Curve, FULL_SCALE, Flaw, POINTS, POSE_POINTS, Quantity, Shape, Table, Tilt, Trigger, Triggers,
+    Waveform,
+};

@@ -2,7 +2,7 @@
 
 use core::f32::consts::FRAC_PI_2;
 
-use crate::waveform::{FULL_SCALE, Flaw, Shape, Table, Waveform};
+use crate::waveform::{Curve, FULL_SCALE, Flaw, Quantity, Shape, Table, Tilt, Trigger, Waveform};
 
 /// Plays a waveform.
 ///
@@ -16,9 +16,40 @@ pub struct Player {
     /// Of sines and triangles: the place in the cycle, a whole turn being 2^32.
     phase: u32,
     phase_step: u32,
+    /// What begins with the next tick.
+    due: Trigger,
+    /// The place in the frame and in the line, and how far a tick goes in them.
+    courses: [Course; 2],
     /// Of tables: the point, and the ticks since it began.
     point: u16,
     ticks: u32,
+}
+
+/// What a waveform is in one tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Played {
+    /// Of the waveform's quantity; of a pose, the piston.
+    pub value: f32,
+    /// Rotations about x and y of a pose (rad); 0 where it is none.
+    pub tilts: [f32; 2],
+    /// What begins with it.
+    pub trigger: Trigger,
+}
+
+/// The place in what begins again and again, a whole one being 2^32.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Course {
+    place: u32,
+    step: u32,
+}
+
+impl Course {
+    /// A tick passes; whether another one begins with the next.
+    fn pass(&mut self) -> bool {
+        let (place, begins) = self.place.overflowing_add(self.step);
+        self.place = place;
+        begins
+    }
 }
 
 impl Player {
@@ -35,11 +66,23 @@ impl Player {
             }
             Shape::Steps(_) | Shape::Lines(_) => 0,
         };
+        let begins = |count: u16, trigger: Trigger| match count {
+            0 => Trigger::NONE,
+            _ => trigger,
+        };
+        let (frames, lines) = (waveform.triggers.frames, waveform.triggers.lines);
+        let course = |count: u16| Course {
+            place: 0,
+            // At most half a turn: the waveform is checked.
+            step: phase_step.wrapping_mul(count.into()),
+        };
         Ok(Self {
             waveform,
             cycles_left: waveform.cycles,
             phase: phase_step / 2,
             phase_step,
+            due: begins(frames, Trigger::FRAME).with(begins(lines, Trigger::LINE)),
+            courses: [course(frames), course(lines)],
             point: 0,
             ticks: 0,
         })
@@ -55,44 +98,90 @@ impl Player {
         self.cycles_left == 0
     }
 
-    /// The value of the next tick. `point` tells the board's points by their index.
-    pub fn next(&mut self, point: impl Fn(usize) -> i16) -> f32 {
-        let shape = match self.waveform.shape {
+    /// The next tick. `point` tells the board's points by their index.
+    pub fn next(&mut self, point: impl Fn(usize) -> i16) -> Played {
+        let trigger = core::mem::take(&mut self.due);
+        let [shape, x, y] = match self.waveform.shape {
             Shape::Sine { .. } => self.turn(sine),
             Shape::Triangle { .. } => self.turn(|quarters| quarters),
             Shape::Steps(table) => self.step(table, point),
             Shape::Lines(table) => self.line(table, point),
         };
-        self.waveform.offset + self.waveform.amplitude * shape
+        let tilts = match &self.waveform.quantity {
+            Quantity::Pose {
+                tilts: [about_x, about_y],
+            } => [
+                about_x.offset + about_x.amplitude * x,
+                about_y.offset + about_y.amplitude * y,
+            ],
+            Quantity::Position | Quantity::Drive { .. } => [0.0; 2],
+        };
+        Played {
+            value: self.waveform.offset + self.waveform.amplitude * shape,
+            tilts,
+            trigger,
+        }
     }
 
-    fn turn(&mut self, shape: impl Fn(f32) -> f32) -> f32 {
+    fn turn(&mut self, shape: impl Fn(f32) -> f32) -> [f32; 3] {
         if self.is_over() {
-            return 0.0;
+            return self.of_pose(|tilt| tilt.at_turn(0), 0.0);
         }
-        let value = shape(folded(self.phase));
-        let (phase, turned) = self.phase.overflowing_add(self.phase_step);
+        let phase = self.phase;
+        let shares = self.of_pose(|tilt| tilt.at_turn(phase), shape(folded(phase)));
+        let (phase, turned) = phase.overflowing_add(self.phase_step);
         self.phase = phase;
         self.cycles_left -= u32::from(turned);
-        value
+        let [frame, line] = &mut self.courses;
+        for (course, trigger) in [(frame, Trigger::FRAME), (line, Trigger::LINE)] {
+            if course.pass() {
+                self.due = self.due.with(trigger);
+            }
+        }
+        if self.is_over() {
+            self.due = Trigger::NONE;
+        }
+        shares
     }
 
-    fn step(&mut self, table: Table, point: impl Fn(usize) -> i16) -> f32 {
-        let value = share(point(usize::from(self.point)));
+    /// The piston's share of its amplitude, and each tilt's.
+    fn of_pose(&self, share: impl Fn(&Tilt) -> f32, piston: f32) -> [f32; 3] {
+        match &self.waveform.quantity {
+            Quantity::Pose { tilts: [x, y] } => [piston, share(x), share(y)],
+            Quantity::Position | Quantity::Drive { .. } => [piston, 0.0, 0.0],
+        }
+    }
+
+    /// The shares that a table has in its columns, `at` telling that of the column which begins at an index.
+    fn of_columns(&self, table: Table, at: impl Fn(usize) -> f32) -> [f32; 3] {
+        let column = usize::from(table.points);
+        match self.waveform.quantity {
+            Quantity::Pose { .. } => [at(0), at(column), at(2 * column)],
+            Quantity::Position | Quantity::Drive { .. } => [at(0), 0.0, 0.0],
+        }
+    }
+
+    fn step(&mut self, table: Table, point: impl Fn(usize) -> i16) -> [f32; 3] {
+        let index = usize::from(self.point);
+        let shares = self.of_columns(table, |column| share(point(column + index)));
         self.pass(table, table.points);
-        value
+        shares
     }
 
-    fn line(&mut self, table: Table, point: impl Fn(usize) -> i16) -> f32 {
+    fn line(&mut self, table: Table, point: impl Fn(usize) -> i16) -> [f32; 3] {
         let last = usize::from(table.points) - 1;
         if self.is_over() {
-            return share(point(last));
+            return self.of_columns(table, |column| share(point(column + last)));
         }
-        let from = share(point(usize::from(self.point)));
-        let to = share(point(usize::from(self.point) + 1));
+        let index = usize::from(self.point);
         let part = (self.ticks as f32 + 0.5) / table.dwell_ticks as f32;
+        let shares = self.of_columns(table, |column| {
+            let from = share(point(column + index));
+            let to = share(point(column + index + 1));
+            from + part * (to - from)
+        });
         self.pass(table, table.points - 1);
-        from + part * (to - from)
+        shares
     }
 
     /// A tick passes in a table with so many dwells; at the end the last one stays.
@@ -112,6 +201,21 @@ impl Player {
         self.cycles_left -= 1;
         if !self.is_over() {
             self.point = 0;
+            if self.waveform.triggers.frames > 0 {
+                self.due = Trigger::FRAME;
+            }
+        }
+    }
+}
+
+impl Tilt {
+    /// Its share of the amplitude at a place in the waveform's cycle, a whole one being 2^32.
+    fn at_turn(&self, phase: u32) -> f32 {
+        let start = u32::from(self.start) << 16;
+        let place = phase.wrapping_mul(self.turns.into()).wrapping_add(start);
+        match self.curve {
+            Curve::Sine => sine(folded(place)),
+            Curve::Triangle => folded(place),
         }
     }
 }
@@ -144,7 +248,7 @@ fn sine(quarters: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::waveform::{POINTS, Quantity};
+    use crate::waveform::{POINTS, POSE_POINTS, Triggers};
     use proptest::prelude::*;
     use std::vec::Vec;
 
@@ -158,6 +262,7 @@ mod tests {
             amplitude,
             cycles,
             ends_off: false,
+            triggers: Triggers::default(),
         }
     }
 
@@ -165,11 +270,11 @@ mod tests {
         let mut player = Player::new(waveform, TICK_HZ).expect("playable");
         let mut values = Vec::new();
         while !player.is_over() {
-            values.push(player.next(|i| points[i]));
+            values.push(player.next(|i| points[i]).value);
         }
-        let last = player.next(|i| points[i]);
+        let last = player.next(|i| points[i]).value;
         values.push(last);
-        assert_eq!(player.next(|i| points[i]), last, "it stays");
+        assert_eq!(player.next(|i| points[i]).value, last, "it stays");
         values
     }
 
@@ -260,12 +365,164 @@ mod tests {
             let stored = [12_345_i16; POINTS];
             if let Ok(mut player) = Player::new(waveform(shape, offset, amplitude, cycles), TICK_HZ) {
                 for _ in 0..100 {
-                    let value = player.next(|i| stored[i]);
+                    let value = player.next(|i| stored[i]).value;
                     let reach = amplitude.abs() * 1.000_01;
                     prop_assert!(value >= offset - reach && value <= offset + reach, "{value}");
                 }
             }
         }
+    }
+
+    const RASTER: Waveform = Waveform {
+        quantity: Quantity::Pose {
+            tilts: [
+                Tilt {
+                    offset: 0.01,
+                    amplitude: 0.02,
+                    curve: Curve::Triangle,
+                    turns: 8,
+                    start: 3 << 14,
+                },
+                Tilt {
+                    offset: 0.0,
+                    amplitude: 0.03,
+                    curve: Curve::Sine,
+                    turns: 3,
+                    start: 1 << 14,
+                },
+            ],
+        },
+        shape: Shape::Sine { frequency_hz: 2.0 },
+        offset: 80.0,
+        amplitude: 0.0,
+        cycles: 2,
+        ends_off: true,
+        triggers: Triggers {
+            frames: 2,
+            lines: 16,
+        },
+    };
+
+    #[test]
+    fn tilts_turn_with_the_cycle_and_triggers_tell_where_frames_and_lines_begin() {
+        let mut player = Player::new(RASTER, TICK_HZ).expect("playable");
+        let (mut frames, mut lines) = (Vec::new(), Vec::new());
+        // A cycle of half a second is 5000 ticks.
+        for tick in 0..10_000_u32 {
+            assert!(!player.is_over());
+            let played = player.next(|_| 0);
+            let cycles = (f64::from(tick) + 0.5) / 5000.0;
+            let quarters = 4.0 * (8.0 * cycles + 0.75 + 0.25).fract();
+            let x = 0.01 + 0.02 * (1.0 - (quarters - 2.0).abs());
+            let y = 0.03 * (std::f64::consts::TAU * (3.0 * cycles + 0.25)).sin();
+            for (tilt, exact) in played.tilts.into_iter().zip([x, y]) {
+                // The phase of a turn is cut off at 2^-32 of a cycle in each tick.
+                assert!(
+                    (f64::from(tilt) - exact).abs() < 3e-6,
+                    "{tick}: {tilt} for {exact}"
+                );
+            }
+            assert_eq!(played.value, 80.0);
+            if played.trigger.has(Trigger::FRAME) {
+                frames.push(tick);
+            }
+            if played.trigger.has(Trigger::LINE) {
+                lines.push(tick);
+            }
+        }
+        // The step's last bit makes a beginning late by a tick at most.
+        let near = |ticks: &[u32], period: f64| {
+            let due = ticks.iter().zip(0_u32..);
+            for (tick, count) in due {
+                assert!((0.0..=1.0).contains(&(f64::from(*tick) - f64::from(count) * period)));
+            }
+        };
+        assert_eq!((frames.len(), lines.len()), (4, 32));
+        near(&frames, 2500.0);
+        near(&lines, 312.5);
+    }
+
+    #[test]
+    fn a_table_of_poses_has_three_columns_and_a_frame_a_cycle() {
+        let points = [0, FULL_SCALE, FULL_SCALE, 0, 0, -FULL_SCALE];
+        let table = Table {
+            points: 2,
+            dwell_ticks: 4,
+        };
+        let poses = Waveform {
+            shape: Shape::Lines(table),
+            amplitude: 10.0,
+            triggers: Triggers {
+                frames: 1,
+                lines: 0,
+            },
+            ..RASTER
+        };
+        let mut player = Player::new(poses, TICK_HZ).expect("playable");
+        for tick in 0..8 {
+            let played = player.next(|i| points[i]);
+            let part = ((tick % 4) as f32 + 0.5) / 4.0;
+            assert!((played.value - (80.0 + 10.0 * part)).abs() < 1e-4);
+            assert!((played.tilts[0] - (0.01 + 0.02 * (1.0 - part))).abs() < 1e-6);
+            assert!((played.tilts[1] + 0.03 * part).abs() < 1e-6);
+            assert_eq!(played.trigger.has(Trigger::FRAME), tick % 4 == 0);
+        }
+        assert!(player.is_over());
+        let end = player.next(|i| points[i]);
+        assert_eq!((end.trigger, end.value), (Trigger::NONE, 90.0));
+        assert!((end.tilts[1] + 0.03).abs() < 1e-6);
+    }
+
+    #[test]
+    fn poses_that_cannot_be_played_are_named() {
+        let flaw = |waveform| Player::new(waveform, TICK_HZ).expect_err("unplayable");
+        let table = |points| {
+            Shape::Lines(Table {
+                points,
+                dwell_ticks: 1,
+            })
+        };
+        let many = POSE_POINTS as u16 + 1;
+        let of_table = Waveform {
+            shape: table(many),
+            triggers: Triggers::default(),
+            ..RASTER
+        };
+        assert_eq!(flaw(of_table), Flaw::Points);
+        assert_eq!(
+            flaw(Waveform {
+                shape: table(2),
+                ..RASTER
+            }),
+            Flaw::Triggers
+        );
+        let often = Triggers {
+            frames: 1,
+            lines: 2501,
+        };
+        assert_eq!(
+            flaw(Waveform {
+                triggers: often,
+                ..RASTER
+            }),
+            Flaw::Triggers
+        );
+        let tilts = |tilt| Waveform {
+            quantity: Quantity::Pose {
+                tilts: [Tilt::default(), tilt],
+            },
+            ..RASTER
+        };
+        let fast = Tilt {
+            turns: 1251,
+            ..Tilt::default()
+        };
+        assert_eq!(flaw(tilts(fast)), Flaw::Frequency);
+        let none = Tilt {
+            offset: f32::NAN,
+            ..Tilt::default()
+        };
+        assert_eq!(flaw(tilts(none)), Flaw::NotANumber);
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! One waveform of an experiment as the board plays it, and which of its ticks are sampled.
 
 use experiments::instruments::MEAN_S;
-use experiments::{Experiment, Quantity, Reading, Run, SLOWING, Signal};
-use mirror_protocol::{POINTS, Shape, Stream, Table, Waveform};
+use experiments::{Experiment, Quantity, Reading, Run, SLOWING, Signal, Tilt};
+use mirror_protocol::{Curve, POINTS, POSE_POINTS, Shape, Stream, Table, Triggers, Waveform};
 use waveforms::{FULL_SCALE, Pacer, Player};
 
 /// What rows samples make.
@@ -71,6 +71,9 @@ pub enum PlayError {
         /// A quarter of the ticks (Hz).
         highest_hz: f64,
     },
+    /// A tilt goes another way through the cycle than the piston: one has a table, the other has none or a shorter one.
+    #[error("a tilt with a table needs a position for each of its values, and one without none")]
+    Tilts,
     /// It moves a stage.
     #[error("no board moves a stage")]
     Stage,
@@ -176,9 +179,10 @@ impl Piece {
         let (mut count, mut last, mut stepped) = (0, None, false);
         while !player.is_over() {
             count += u32::from(pacer.tick(stepped).sample);
-            let value = player.next(|index| self.points[index]);
-            stepped = last != Some(value);
-            last = Some(value);
+            let played = player.next(|index| self.points[index]);
+            let value = Some((played.value, played.tilts));
+            stepped = last != value;
+            last = value;
         }
         count
     }
@@ -188,11 +192,15 @@ impl Piece {
 fn waveform(run: &Run, tick_hz: u32) -> Result<(Waveform, Vec<i16>), PlayError> {
     let (low, high) = run.signal.range();
     let (offset, amplitude) = ((low + high) / 2.0, (high - low) / 2.0);
+    let most = match run.tilts {
+        Some(_) => POSE_POINTS,
+        None => POINTS,
+    };
     let table = |values: &[f64], dwell_s: f64| {
-        if values.len() > POINTS {
+        if values.len() > most {
             return Err(PlayError::TooManyPoints {
                 count: values.len(),
-                most: POINTS,
+                most,
             });
         }
         let dwell_ticks = (dwell_s * f64::from(tick_hz)).round();
@@ -234,22 +242,83 @@ fn waveform(run: &Run, tick_hz: u32) -> Result<(Waveform, Vec<i16>), PlayError> 
             (Shape::Triangle { frequency_hz }, wave.mean, wave.amplitude)
         }
     };
-    let points = match &run.signal {
+    let mut points: Vec<i16> = match &run.signal {
         Signal::Steps { values, .. } | Signal::Lines { values, .. } => values
             .iter()
             .map(|v| point(*v, offset, amplitude))
             .collect(),
         Signal::Sine(_) | Signal::Triangle(_) => Vec::new(),
     };
+    let quantity = match &run.tilts {
+        Some(tilts) => mirror_protocol::Quantity::Pose {
+            tilts: [
+                tilt(&tilts[0], &run.signal, tick_hz, &mut points)?,
+                tilt(&tilts[1], &run.signal, tick_hz, &mut points)?,
+            ],
+        },
+        None => quantity(run.quantity)?,
+    };
     let waveform = Waveform {
-        quantity: quantity(run.quantity)?,
+        quantity,
         shape,
         offset: offset as f32,
         amplitude: amplitude as f32,
         cycles: run.cycles,
         ends_off: true,
+        triggers: Triggers {
+            frames: run.begins.frames,
+            lines: run.begins.lines,
+        },
     };
     Ok((waveform, points))
+}
+
+/// A tilt beside a signal of the piston, with its column of the table where there is one.
+fn tilt(
+    tilt: &Tilt,
+    signal: &Signal,
+    tick_hz: u32,
+    points: &mut Vec<i16>,
+) -> Result<mirror_protocol::Tilt, PlayError> {
+    let turning = matches!(signal, Signal::Sine(_) | Signal::Triangle(_));
+    let (curve, turns) = match tilt {
+        Tilt::Sine(turns) => (Curve::Sine, turns),
+        Tilt::Triangle(turns) => (Curve::Triangle, turns),
+        Tilt::Lines(values) => {
+            let is_beside = matches!(signal, Signal::Steps { values: z_um, .. }
+                | Signal::Lines { values: z_um, .. } if z_um.len() == values.len());
+            if !is_beside {
+                return Err(PlayError::Tilts);
+            }
+            let (low, high) = tilt.range();
+            let (offset, amplitude) = ((low + high) / 2.0, (high - low) / 2.0);
+            points.extend(values.iter().map(|v| point(*v, offset, amplitude)));
+            return Ok(mirror_protocol::Tilt {
+                offset: offset as f32,
+                amplitude: amplitude as f32,
+                ..mirror_protocol::Tilt::default()
+            });
+        }
+    };
+    if !turning {
+        return Err(PlayError::Tilts);
+    }
+    let asked_hz = f64::from(turns.per_cycle) / signal.period_s();
+    let highest_hz = f64::from(tick_hz) / 4.0;
+    if asked_hz > highest_hz {
+        return Err(PlayError::Frequency {
+            asked_hz,
+            highest_hz,
+        });
+    }
+    Ok(mirror_protocol::Tilt {
+        offset: turns.mean as f32,
+        amplitude: turns.amplitude as f32,
+        curve,
+        turns: turns.per_cycle,
+        // A whole turn is none.
+        start: (turns.start.rem_euclid(1.0) * 65_536.0).round() as u32 as u16,
+    })
 }
 
 fn quantity(quantity: Quantity) -> Result<mirror_protocol::Quantity, PlayError> {
@@ -300,7 +369,7 @@ pub fn ticks(waveform: &Waveform, tick_hz: u32) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use experiments::{calibration, session};
+    use experiments::{Turns, Wave, calibration, session};
 
     const TICK_HZ: u32 = 10_000;
 
@@ -309,7 +378,7 @@ mod tests {
         let mut player = Player::new(piece.waveform, TICK_HZ).expect("playable");
         let mut values = Vec::new();
         while !player.is_over() {
-            values.push(player.next(|index| piece.points[index]).into());
+            values.push(player.next(|index| piece.points[index]).value.into());
         }
         values
     }
@@ -344,6 +413,59 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Tilts too, of both kinds.
+    #[test]
+    fn a_board_plays_the_tilts_beside_the_piston() {
+        let turns = |start| Turns {
+            mean: 0.001,
+            amplitude: 0.002,
+            per_cycle: 3,
+            start,
+        };
+        let wave = Wave {
+            mean: 80.0,
+            amplitude: 5.0,
+            frequency_hz: 2.0,
+        };
+        let turning = Run {
+            tilts: Some([Tilt::Sine(turns(0.25)), Tilt::Triangle(turns(0.75))]),
+            ..Run::along(Signal::Triangle(wave), 2)
+        };
+        let lines = Signal::Lines {
+            values: vec![60.0, 80.0, 70.0],
+            dwell_s: 0.1,
+        };
+        let along = |x: Vec<f64>| Run {
+            tilts: Some([Tilt::Lines(x), Tilt::Lines(vec![0.0; 3])]),
+            ..Run::along(lines.clone(), 2)
+        };
+        for run in [turning, along(vec![0.001, -0.002, 0.003])] {
+            let experiment = Experiment::scan("scan", run.clone(), 100);
+            let piece = &pieces(&experiment, TICK_HZ).expect("playable")[0];
+            let mut player = Player::new(piece.waveform, TICK_HZ).expect("playable");
+            let mut tick = 0.0;
+            while !player.is_over() {
+                let played = player.next(|index| piece.points[index]);
+                let asked = run.tilts_at((tick + 0.5) / f64::from(TICK_HZ));
+                for (tilt, asked) in played.tilts.into_iter().zip(asked) {
+                    // A table has 16 bits from end to end, and f32 and its sine a few bits fewer than 24.
+                    assert!(
+                        (f64::from(tilt) - asked).abs() < 2e-7,
+                        "{tick}: {tilt} for {asked}"
+                    );
+                }
+                tick += 1.0;
+            }
+        }
+        let told = |run| pieces(&Experiment::scan("scan", run, 100), TICK_HZ).map(drop);
+        assert_eq!(told(along(vec![0.0; 2])), Err(PlayError::Tilts));
+        let beside_a_table = Run {
+            tilts: Some([Tilt::Sine(turns(0.0)), Tilt::Sine(turns(0.0))]),
+            ..Run::along(lines.clone(), 1)
+        };
+        assert_eq!(told(beside_a_table), Err(PlayError::Tilts));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! From the board's samples to the rows of a measurement file.
 
 use measurement::Row;
-use mirror_protocol::{Quantity, Shape, Telemetry};
+use mirror_protocol::{Quantity, Shape, Telemetry, Triggers};
 use waveforms::FULL_SCALE;
 
 use crate::piece::{Piece, RowKind};
@@ -56,10 +56,12 @@ impl Clock {
 /// - at the end of a dwell, where a sample is a mean, the voltage is the mean, too: the dwell's own, between the two codes that
 ///   the board takes in turns;
 /// - at a step, a row has the voltage of before, and no currents;
+/// - what of a waveform with triggers began since the row before is in every row;
 /// - along a curve the voltage is the one between two ticks, and the currents are those which the
 ///   sensed resistances have at it; where the position jumps, the voltage is the one of before.
 pub fn rows(samples: &[Telemetry], piece: &Piece, clock: &Clock) -> Vec<Row> {
     let kind = piece.rows;
+    let tells_triggers = piece.waveform.triggers != Triggers::default();
     samples
         .windows(2)
         .filter(|pair| {
@@ -69,6 +71,7 @@ pub fn rows(samples: &[Telemetry], piece: &Piece, clock: &Clock) -> Vec<Row> {
         .map(|pair| {
             let (before, now) = (&pair[0], &pair[1]);
             let mut row = clock.row(now);
+            row.trigger = tells_triggers.then(|| now.trigger.bits());
             match kind {
                 RowKind::EndOfDwell => {
                     let dwell = piece.held_v(now.tick.wrapping_sub(clock.first_tick));

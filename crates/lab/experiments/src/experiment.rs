@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use crate::instruments::SENSE_BIAS_V;
 use crate::reading::Reading;
+use crate::tilt::{Beginnings, Tilt, between, span};
 
 /// How many actuators a mirror has.
 pub const ACTUATORS: usize = 4;
@@ -52,6 +53,10 @@ pub struct Run {
     pub signal: Signal,
     /// How often, at least once.
     pub cycles: u32,
+    /// How the plate tilts about x and y while a position moves; where it says nothing, it is level.
+    pub tilts: Option<[Tilt; 2]>,
+    /// What begins in each cycle.
+    pub begins: Beginnings,
 }
 
 /// What a signal moves.
@@ -142,26 +147,14 @@ impl Signal {
                 let place = cycles.rem_euclid(1.0) * values.len() as f64;
                 values.get(place as usize).copied().unwrap_or(f64::NAN)
             }
-            Self::Lines { values, .. } => {
-                let place = cycles.rem_euclid(1.0) * values.len().saturating_sub(1) as f64;
-                match values.get(place as usize..) {
-                    Some([from, to, ..]) => from + place.fract() * (to - from),
-                    Some([last]) => *last,
-                    _ => f64::NAN,
-                }
-            }
+            Self::Lines { values, .. } => between(values, cycles),
         }
     }
 
     /// The lowest and the highest value.
     pub fn range(&self) -> (f64, f64) {
         match self {
-            Self::Steps { values, .. } | Self::Lines { values, .. } => {
-                let none = (f64::INFINITY, f64::NEG_INFINITY);
-                values.iter().fold(none, |(low, high), value| {
-                    (low.min(*value), high.max(*value))
-                })
-            }
+            Self::Steps { values, .. } | Self::Lines { values, .. } => span(values),
             Self::Sine(wave) | Self::Triangle(wave) => {
                 let reach = wave.amplitude.abs();
                 (wave.mean - reach, wave.mean + reach)
@@ -192,7 +185,24 @@ impl Run {
             quantity,
             signal,
             cycles: 1,
+            tilts: None,
+            begins: Beginnings::default(),
         }
+    }
+
+    /// Positions along a signal (um).
+    pub fn along(signal: Signal, cycles: u32) -> Self {
+        Self {
+            cycles,
+            ..Self::new(Quantity::Position, signal)
+        }
+    }
+
+    /// Tilts about x and y so long after its start (rad).
+    pub fn tilts_at(&self, t_s: f64) -> [f64; 2] {
+        let cycles = t_s / self.signal.period_s();
+        let at = |tilts: &[Tilt; 2]| tilts.each_ref().map(|tilt| tilt.at(cycles));
+        self.tilts.as_ref().map_or([0.0; 2], at)
     }
 
     /// How long it takes, without the rest before it (s).
@@ -306,10 +316,11 @@ impl Experiment {
 
     /// Positions along a signal (um), read evenly at most so often in its whole length.
     pub fn along(name: &str, signal: Signal, cycles: u32, readings: u32) -> Self {
-        let run = Run {
-            cycles,
-            ..Run::new(Quantity::Position, signal)
-        };
+        Self::scan(name, Run::along(signal, cycles), readings)
+    }
+
+    /// A run, read evenly at most so often in its whole length.
+    pub fn scan(name: &str, run: Run, readings: u32) -> Self {
         Self::new(name, Reading::Evenly { readings }, vec![run])
     }
 

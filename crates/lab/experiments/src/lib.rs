@@ -16,9 +16,11 @@ pub mod instruments;
 mod measurement;
 mod reading;
 mod session;
+mod tilt;
 
 pub use dwell::Dwell;
 pub use experiment::{ACTUATORS, Experiment, Prehold, Quantity, Run, Signal, Wave};
 pub use measurement::Measurement;
 pub use reading::{Reading, SLOWING};
 pub use session::{OVEN_K, SETTLING_S, session, session_in_common, with_oven_and_reference};
+pub use tilt::{Beginnings, Tilt, Turns};

@@ -31,10 +31,16 @@ pub enum Column {
     Asked,
     /// `z_uncertainty_um`.
     Uncertainty,
+    /// `tilt_x_asked_deg`.
+    AskedTiltX,
+    /// `tilt_y_asked_deg`.
+    AskedTiltY,
+    /// `trigger`.
+    Trigger,
 }
 
 /// Every column with its name, in the order in which files are written.
-pub const COLUMNS: [(&str, Column); 19] = [
+pub const COLUMNS: [(&str, Column); 22] = [
     ("t_global_s", Column::GlobalTime),
     ("t_s", Column::Time),
     ("V_V", Column::VoltageOfAll),
@@ -54,6 +60,9 @@ pub const COLUMNS: [(&str, Column); 19] = [
     ("reference_um", Column::Reference),
     ("z_asked_um", Column::Asked),
     ("z_uncertainty_um", Column::Uncertainty),
+    ("tilt_x_asked_deg", Column::AskedTiltX),
+    ("tilt_y_asked_deg", Column::AskedTiltY),
+    ("trigger", Column::Trigger),
 ];
 
 impl Column {
@@ -95,6 +104,9 @@ impl Column {
             Self::Reference => row.reference_um = Some(value),
             Self::Asked => row.asked_um = Some(value),
             Self::Uncertainty => row.uncertainty_um = Some(value),
+            Self::AskedTiltX => row.asked_tilt_x_deg = Some(value),
+            Self::AskedTiltY => row.asked_tilt_y_deg = Some(value),
+            Self::Trigger => row.trigger = Some(value as u8),
         }
     }
 
@@ -112,6 +124,9 @@ impl Column {
             Self::Reference => row.reference_um,
             Self::Asked => row.asked_um,
             Self::Uncertainty => row.uncertainty_um,
+            Self::AskedTiltX => row.asked_tilt_x_deg,
+            Self::AskedTiltY => row.asked_tilt_y_deg,
+            Self::Trigger => row.trigger.map(f64::from),
             Self::VoltageOfAll | Self::CurrentOfEach => None,
         }
     }

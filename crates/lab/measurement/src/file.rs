@@ -44,6 +44,12 @@ pub struct Row {
     /// Half the width of the interval about [`Self::asked_um`] that holds the mirror in 95 of 100 cases, by what the controller
     /// knows.
     pub uncertainty_um: Option<f64>,
+    /// Rotation about the x axis that a controller was asked for.
+    pub asked_tilt_x_deg: Option<f64>,
+    /// Rotation about the y axis that a controller was asked for.
+    pub asked_tilt_y_deg: Option<f64>,
+    /// What has begun since the row before, as bits: 1 a frame, 2 a line.
+    pub trigger: Option<u8>,
 }
 
 impl MeasurementFile {

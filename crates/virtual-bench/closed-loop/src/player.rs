@@ -3,7 +3,7 @@
 //! It plays as the firmware does: the waveforms, the ticks that are sampled and the rows that they make are those of
 //! `experiment-player`, and what the sensor and the current senses read is their mean where the board takes a mean.
 
-use control_core::{CHANNELS, Calibration, Micrometre, PwmCode, Setpoint, Volt};
+use control_core::{CHANNELS, Calibration, Micrometre, Pose, PwmCode, Radian, Setpoint, Volt};
 use emulated_board::{Device, Mirror};
 use experiment_player::{Clock, Piece, PlayError, pieces, rows};
 use experiments::instruments::POSITION_NOISE_UM;
@@ -14,7 +14,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use virtual_mirror::ConfigError;
-use waveforms::{Player as WaveformPlayer, Reading, Sampler};
+use waveforms::{Played, Player as WaveformPlayer, Reading, Sampler};
 
 use crate::{Loop, TICK_S};
 
@@ -88,9 +88,10 @@ impl<'a, M: Mirror> Player<'a, M> {
         };
         let mut asked = None;
         while !player.is_over() {
-            let value = player.next(|index| piece.points[index]);
-            let steps = asked.replace(value) != Some(value);
-            let read = self.tick(setpoint(&piece.waveform, value));
+            let played = player.next(|index| piece.points[index]);
+            let wanted = setpoint(&piece.waveform, &played);
+            let steps = asked.replace(wanted) != Some(wanted);
+            let read = self.tick(wanted);
             samples.add(read, steps);
         }
         file.rows.extend(rows(&samples.taken, piece, &clock));
@@ -159,14 +160,22 @@ impl Samples {
     }
 }
 
-/// What a waveform's value asks of the core: steps need a path, anything else is one.
-fn setpoint(waveform: &Waveform, value: f32) -> Setpoint {
-    match (waveform.quantity, waveform.shape) {
-        (Quantity::Position, Shape::Steps(_)) => Setpoint::position(Micrometre(value)),
-        (Quantity::Position, _) => Setpoint::track(Micrometre(value)),
-        (Quantity::Drive { active, others_v }, _) => {
-            Setpoint::Drive(active.map(|is_active| Volt(if is_active { value } else { others_v })))
-        }
+/// What a waveform asks of the core: steps need a path, anything else is one.
+fn setpoint(waveform: &Waveform, played: &Played) -> Setpoint {
+    let value = played.value;
+    if let Quantity::Drive { active, others_v } = waveform.quantity {
+        let drive = |is_active| Volt(if is_active { value } else { others_v });
+        return Setpoint::Drive(active.map(drive));
+    }
+    let [tilt_x, tilt_y] = played.tilts.map(Radian);
+    let pose = Pose {
+        z: Micrometre(value),
+        tilt_x,
+        tilt_y,
+    };
+    match waveform.shape {
+        Shape::Steps(_) => Setpoint::Position(pose),
+        Shape::Sine { .. } | Shape::Triangle { .. } | Shape::Lines(_) => Setpoint::Track(pose),
     }
 }
 

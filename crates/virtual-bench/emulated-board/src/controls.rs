@@ -14,6 +14,16 @@ struct State {
     surroundings: Surroundings,
     /// Where the plate's centre is (um).
     plate_um: f64,
+    triggers: Counted,
+}
+
+/// What a counter at the trigger pins has counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counted {
+    /// Frames that began.
+    pub frames: u64,
+    /// Lines that began.
+    pub lines: u64,
 }
 
 /// What is around the mirror.
@@ -92,6 +102,19 @@ impl Controls {
         let mut state = self.state();
         state.injected.observe(drive_v, connected.hottest_k);
         state.plate_um = connected.z_um;
+    }
+
+    /// What the trigger pins have told since the board was switched on.
+    pub fn triggers(&self) -> Counted {
+        self.state().triggers
+    }
+
+    /// For who simulates the bench, once a tick: what the trigger pins tell ([`plant_link::Pins::trigger`]). They fall between two
+    /// beginnings.
+    pub fn count_triggers(&self, bits: u8) {
+        let triggers = &mut self.state().triggers;
+        triggers.frames += u64::from(bits & 1);
+        triggers.lines += u64::from(bits >> 1 & 1);
     }
 
     fn state(&self) -> MutexGuard<'_, State> {

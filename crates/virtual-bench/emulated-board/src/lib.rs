@@ -20,7 +20,7 @@ mod stop_fifos;
 mod tool_link;
 
 pub use board::{EmulatedBoard, Emulation, StartError, claim_socket, private_directory};
-pub use controls::{Controls, Surroundings};
+pub use controls::{Controls, Counted, Surroundings};
 pub use electronics::{Electronics, Rail, is_over_voltage};
 pub use faults::{Observed, PlantFault, Upset};
 pub use logs::{LogError, LogTable};

@@ -167,6 +167,7 @@ impl Plant {
             false => 0,
         };
         self.load.advance([0.0; 4], quiet_ticks);
+        self.controls.count_triggers(pins.trigger);
         let (fault, age_ticks) = self.controls.fault_of_this_tick();
         if fault == Some(PlantFault::Vacuum) && age_ticks == 0 {
             self.load.leave_the_air();

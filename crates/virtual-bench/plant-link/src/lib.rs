@@ -35,6 +35,8 @@ pub struct Pins {
     pub outputs_enabled: bool,
     /// Whether the load switch gives the output stages their supply.
     pub stages_supplied: bool,
+    /// What the trigger pins tell: bit 0 a frame that begins, bit 1 a line.
+    pub trigger: u8,
     /// Whether the board drives nothing, wants nothing and is asked for nothing: it may be left alone for a while.
     pub is_idle: bool,
 }
@@ -76,7 +78,7 @@ pub mod upset {
 
 impl Pins {
     /// Length on the link.
-    pub const BYTES: usize = 15;
+    pub const BYTES: usize = 16;
 
     /// As bytes, little-endian.
     pub fn to_bytes(self) -> [u8; Self::BYTES] {
@@ -86,6 +88,7 @@ impl Pins {
         bytes[12] = self.outputs_enabled.into();
         bytes[13] = self.is_idle.into();
         bytes[14] = self.stages_supplied.into();
+        bytes[15] = self.trigger;
         bytes
     }
 
@@ -97,6 +100,7 @@ impl Pins {
             outputs_enabled: bytes[12] != 0,
             is_idle: bytes[13] != 0,
             stages_supplied: bytes[14] != 0,
+            trigger: bytes[15],
         }
     }
 }
@@ -164,7 +168,7 @@ mod tests {
     proptest! {
         #[test]
         fn a_tick_comes_back_whole(outputs_enabled: bool, stages_supplied: bool, is_over_voltage: bool, is_idle: bool, quiet_ticks: u16, tick: u32, quad: [u16; 4], sensor_z_nm: i32, supply: u16, upset: u8, missed_ticks: u16) {
-            let pins = Pins { tick, compare: quad, outputs_enabled, stages_supplied, is_idle };
+            let pins = Pins { tick, compare: quad, outputs_enabled, stages_supplied, trigger: upset, is_idle };
             prop_assert_eq!(Pins::from_bytes(&pins.to_bytes()), pins);
             let converters = Converters { tick, current: quad, sensor_z_nm, supply, is_over_voltage, upset, missed_ticks, quiet_ticks };
             prop_assert_eq!(Converters::from_bytes(&converters.to_bytes()), converters);

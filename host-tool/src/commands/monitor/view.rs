@@ -408,6 +408,7 @@ mod tests {
             let mut state = moving();
             let told = mirror_protocol::Uncertainty { z_nm: limits, tilt_urad: limits };
             state.take(&Telemetry {
+                trigger: mirror_protocol::Trigger::from_bits(fault),
                 room: None,
                 uncertainty: Some(told),
                 settles_in_ms: Some(told.z_nm),

@@ -246,8 +246,9 @@ fn conversion(column: Column, unit: &str) -> Option<(f64, f64)> {
         Column::VoltageOfAll | Column::Voltage(_) => "V",
         Column::CurrentOfEach | Column::Current(_) => "A",
         Column::Displacement | Column::Reference | Column::Asked | Column::Uncertainty => "um",
-        Column::TiltX | Column::TiltY => "deg",
+        Column::TiltX | Column::TiltY | Column::AskedTiltX | Column::AskedTiltY => "deg",
         Column::Ambient => "C",
+        Column::Trigger => return None,
     };
     let mut units = UNITS.iter();
     let found = units.find(|(known, to, ..)| *known == unit && *to == of_column);

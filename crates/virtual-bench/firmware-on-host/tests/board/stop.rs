@@ -7,7 +7,7 @@ use mirror_protocol::usb::STOP_REQUEST;
 use mirror_protocol::{
     Drives, Hello, HelloEndpoint, OffEndpoint, PROTOCOL_VERSION, Play, PlayEndpoint, Quantity,
     Refusal, RenewEndpoint, Renewal, SetDriveEndpoint, Shape, StatusEndpoint, Stream,
-    StreamEndpoint, Telemetry, Waveform, WireError,
+    StreamEndpoint, Telemetry, Triggers, Waveform, WireError,
 };
 use postcard_rpc::host_client::HostClient;
 use virtual_usb::{ControlRequest, HostSide};
@@ -49,6 +49,7 @@ async fn play(client: &Client) -> Result<(), Refusal> {
             amplitude: 0.5,
             cycles: u32::MAX,
             ends_off: true,
+            triggers: Triggers::default(),
         },
         stream,
         lease_ms: 60_000,
