@@ -231,7 +231,9 @@ pub enum ToolError {
     InputEnded,
 
     #[error("{} is no waveform: {reason}", path.display())]
-    #[diagnostic(help("write lines of seconds and micrometres: `0.5,12.3`"))]
+    #[diagnostic(help(
+        "write lines of seconds and micrometres: `0.5,12.3`; or a header t_s,z_um,tilt_x_deg,tilt_y_deg, and lines such as `0.5,80,0.02,-0.01`"
+    ))]
     Waveform { path: PathBuf, reason: String },
 
     #[error("`{address}` cannot be listened on: {source}")]

@@ -14,7 +14,9 @@ use clap::{Parser, Subcommand};
 use self::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
 pub use self::lab::{EffectCommand, LabInput, ModelOutput};
 pub use self::measure::{DriveExperiment, Instruments, Measure, OneFile, Plane, Reference};
-pub use self::moving::{Calibrate, CalibratePose, CalibrateRoom, Curve, Scan, ScanOutput};
+pub use self::moving::{
+    Calibrate, CalibratePose, CalibrateRoom, Curve, Frame, Scan, ScanOutput, TiltCurve,
+};
 use crate::completion::candidates;
 use crate::quantity::{Angle, Hold, Length, MINUS, Resistance, Span, Voltage};
 use crate::verbosity::Verbosity;
@@ -220,7 +222,7 @@ pub enum Command {
     /// Measure the mirror with one of the paper's experiments; the channels are off afterwards.
     #[command(subcommand)]
     Measure(Measure),
-    /// Move the mirror along a sine, a triangle or a waveform of your own; the channels are off
+    /// Move the mirror along a sine, a triangle, a figure of tilts or a waveform of your own; the channels are off
     /// afterwards.
     #[command(subcommand)]
     Scan(Scan),

@@ -6,9 +6,9 @@ use clap::{Args, Subcommand};
 
 use super::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
 use crate::completion::candidates;
-use crate::quantity::{Frequency, Length, Span};
+use crate::quantity::{Angle, Frequency, Length, Span};
 
-/// The waveforms of positions.
+/// The waveforms of positions and poses.
 #[derive(Debug, Subcommand)]
 pub enum Scan {
     /// A sine from its middle upwards.
@@ -19,6 +19,9 @@ pub enum Scan {
         /// Its numbers.
         #[command(flatten)]
         curve: Curve,
+        /// Tilts in step with it.
+        #[command(flatten)]
+        tilts: TiltCurve,
         /// Where the samples go.
         #[command(flatten)]
         to: ScanOutput,
@@ -31,14 +34,79 @@ pub enum Scan {
         /// Its numbers.
         #[command(flatten)]
         curve: Curve,
+        /// Tilts in step with it.
+        #[command(flatten)]
+        tilts: TiltCurve,
         /// Where the samples go.
         #[command(flatten)]
         to: ScanOutput,
     },
-    /// Straight lines from point to point.
-    #[command(after_long_help = "Example:\n  host-tool scan csv path.csv --cycles 10")]
+    /// The plate's normal along a cone: both tilts as sines, a quarter of a turn apart.
+    #[command(
+        after_long_help = "Example:\n  host-tool scan circle --offset 80um --radius 0.05deg --frequency 5Hz"
+    )]
+    Circle {
+        /// Its piston and pace.
+        #[command(flatten)]
+        frame: Frame,
+        /// Of the circle.
+        #[arg(help_heading = SIGNAL, long)]
+        radius: Angle,
+        /// Where the samples go.
+        #[command(flatten)]
+        to: ScanOutput,
+    },
+    /// Both tilts as sines with whole turns in a frame: a Lissajous figure.
+    #[command(
+        after_long_help = "Example:\n  host-tool scan lissajous --tilt-x 0.05deg --tilt-y 0.05deg --turns-x 3 --turns-y 4 --frequency 1Hz"
+    )]
+    Lissajous {
+        /// Its piston and pace.
+        #[command(flatten)]
+        frame: Frame,
+        /// Amplitude of the tilt about x.
+        #[arg(help_heading = SIGNAL, long)]
+        tilt_x: Angle,
+        /// Amplitude of the tilt about y.
+        #[arg(help_heading = SIGNAL, long)]
+        tilt_y: Angle,
+        /// Turns about x in a frame.
+        #[arg(help_heading = SIGNAL, long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=1000))]
+        turns_x: u16,
+        /// Turns about y in a frame.
+        #[arg(help_heading = SIGNAL, long, default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..=1000))]
+        turns_y: u16,
+        /// Where the samples go.
+        #[command(flatten)]
+        to: ScanOutput,
+    },
+    /// Lines about x, to and fro, while the plate turns slowly about y: up in one frame, down in the next.
+    #[command(
+        after_long_help = "Example:\n  host-tool scan raster --tilt-x 0.05deg --tilt-y 0.05deg --lines 64 --frequency 0.5Hz -o raster.csv"
+    )]
+    Raster {
+        /// Its piston and pace; a cycle is two frames.
+        #[command(flatten)]
+        frame: Frame,
+        /// Half of a line, a tilt about x.
+        #[arg(help_heading = SIGNAL, long)]
+        tilt_x: Angle,
+        /// Half of a frame, a tilt about y.
+        #[arg(help_heading = SIGNAL, long)]
+        tilt_y: Angle,
+        /// Lines in a frame.
+        #[arg(help_heading = SIGNAL, long, default_value_t = 32, value_parser = clap::value_parser!(u16).range(1..=1000))]
+        lines: u16,
+        /// Where the samples go.
+        #[command(flatten)]
+        to: ScanOutput,
+    },
+    /// Straight lines from point to point, or from pose to pose.
+    #[command(
+        after_long_help = "Examples:\n  host-tool scan csv path.csv --cycles 10\n  host-tool scan csv poses.csv -o scan.csv"
+    )]
     Csv {
-        /// Lines of seconds and micrometres.
+        /// Lines of seconds and micrometres; with a header, columns t_s, z_um, tilt_x_deg (or tip_deg), tilt_y_deg (or tilt_deg).
         file: PathBuf,
         /// How often it is gone through.
         #[arg(help_heading = SIGNAL, long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
@@ -47,6 +115,37 @@ pub enum Scan {
         #[command(flatten)]
         to: ScanOutput,
     },
+}
+
+/// Tilts that go up and down with the piston.
+#[derive(Debug, Args)]
+pub struct TiltCurve {
+    /// Amplitude of the tilt about x, beside the piston's.
+    #[arg(help_heading = SIGNAL, long, default_value = "0deg", allow_hyphen_values = true)]
+    pub tilt_x: Angle,
+    /// Amplitude of the tilt about y.
+    #[arg(help_heading = SIGNAL, long, default_value = "0deg", allow_hyphen_values = true)]
+    pub tilt_y: Angle,
+    /// Middle of the tilt about x.
+    #[arg(help_heading = SIGNAL, long, default_value = "0deg", allow_hyphen_values = true)]
+    pub middle_x: Angle,
+    /// Middle of the tilt about y.
+    #[arg(help_heading = SIGNAL, long, default_value = "0deg", allow_hyphen_values = true)]
+    pub middle_y: Angle,
+}
+
+/// A figure of tilts, at a piston that is held.
+#[derive(Debug, Args)]
+pub struct Frame {
+    /// The piston.
+    #[arg(help_heading = SIGNAL, long, default_value = "80um")]
+    pub offset: Length,
+    /// Frames a second.
+    #[arg(help_heading = SIGNAL, long, default_value = "1Hz")]
+    pub frequency: Frequency,
+    /// How often it is gone through.
+    #[arg(help_heading = SIGNAL, long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub cycles: u32,
 }
 
 /// A waveform that repeats.

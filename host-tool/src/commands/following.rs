@@ -10,21 +10,73 @@ use serde::Serialize;
 const MOST_LAG: f64 = 0.5;
 const LAG_STEPS: u32 = 200;
 /// A span of less than this part of what was asked is told as not followed: 3 dB, where a bandwidth ends by convention.
-pub(super) const FOLLOWED: f64 = std::f64::consts::FRAC_1_SQRT_2;
+const FOLLOWED: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// What was asked and what was reached along a signal.
+/// What was asked of one axis and what was reached along a signal, in the axis' own unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Followed {
+    /// Lowest and highest value that was asked for.
+    pub(super) asked: [f64; 2],
+    /// Lowest and highest value that was reached.
+    pub(super) reached: [f64; 2],
+    /// Reached less asked, in the mean.
+    pub(super) mean_error: f64,
+    /// The same about its mean (root mean square).
+    pub(super) rms_error: f64,
+    /// How late the mirror was: the shift of what was asked that leaves the least error (s).
+    pub(super) lag_s: f64,
+}
+
+/// The same of the piston, as it is told.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(super) struct Following {
-    /// Lowest and highest position that was asked for (um).
     asked_um: [f64; 2],
-    /// Lowest and highest position that was reached (um).
     reached_um: [f64; 2],
-    /// Reached less asked, in the mean (um).
     mean_error_um: f64,
-    /// The same about its mean (um, root mean square).
     rms_error_um: f64,
-    /// How late the mirror was: the shift of what was asked that leaves the least error (s).
     lag_s: f64,
+}
+
+impl Followed {
+    /// Of times (s) and what was reached at them, against what was `asked` of the time and repeats itself after `period_s`; `None`
+    /// where nothing was read.
+    pub(super) fn of(
+        points: &[(f64, f64)],
+        asked: impl Fn(f64) -> f64,
+        period_s: f64,
+    ) -> Option<Self> {
+        if points.is_empty() {
+            return None;
+        }
+        let errors = |lag_s: f64| {
+            let error = |(t_s, reached): &(f64, f64)| reached - asked(t_s - lag_s);
+            mean_and_rms(points.iter().map(error))
+        };
+        let lags_s = (0..=LAG_STEPS)
+            .map(|step| MOST_LAG * period_s * f64::from(step) / f64::from(LAG_STEPS));
+        let lag_s = lags_s.min_by(|a, b| errors(*a).1.total_cmp(&errors(*b).1))?;
+        let (mean_error, rms_error) = errors(0.0);
+        Some(Self {
+            asked: range(points.iter().map(|(t_s, _)| asked(*t_s))),
+            reached: range(points.iter().map(|(_, reached)| *reached)),
+            mean_error,
+            rms_error,
+            lag_s,
+        })
+    }
+}
+
+/// The lowest and the highest.
+pub(super) fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
+        [low.min(value), high.max(value)]
+    })
+}
+
+/// Whether a mirror that comes from one value to another goes hardly as far as it is asked to.
+pub(super) fn falls_short(asked: [f64; 2], reached: [f64; 2]) -> bool {
+    let span = |[low, high]: [f64; 2]| high - low;
+    span(reached) < FOLLOWED * span(asked)
 }
 
 impl Following {
@@ -35,37 +87,19 @@ impl Following {
             .filter(|row| row.t_s >= from_s)
             .filter_map(|row| Some((row.t_s - 0.5 * tick_s, row.z_um?)))
             .collect();
-        if points.is_empty() {
-            return None;
-        }
-        let range = |um: &dyn Fn(&(f64, f64)) -> f64| {
-            let none = [f64::INFINITY, f64::NEG_INFINITY];
-            points
-                .iter()
-                .map(um)
-                .fold(none, |[low, high], um| [low.min(um), high.max(um)])
-        };
-        let errors = |lag_s: f64| {
-            let error = |(t_s, z_um): &(f64, f64)| z_um - signal.at(t_s - lag_s);
-            mean_and_rms(points.iter().map(error))
-        };
-        let lags_s = (0..=LAG_STEPS)
-            .map(|step| MOST_LAG * signal.period_s() * f64::from(step) / f64::from(LAG_STEPS));
-        let lag_s = lags_s.min_by(|a, b| errors(*a).1.total_cmp(&errors(*b).1))?;
-        let (mean_error_um, rms_error_um) = errors(0.0);
+        let followed = Followed::of(&points, |t_s| signal.at(t_s), signal.period_s())?;
         Some(Self {
-            asked_um: range(&|(t_s, _)| signal.at(*t_s)),
-            reached_um: range(&|(_, z_um)| *z_um),
-            mean_error_um,
-            rms_error_um,
-            lag_s,
+            asked_um: followed.asked,
+            reached_um: followed.reached,
+            mean_error_um: followed.mean_error,
+            rms_error_um: followed.rms_error,
+            lag_s: followed.lag_s,
         })
     }
 
     /// Whether the mirror went hardly as far as it was asked to.
     pub(super) fn falls_short(&self) -> bool {
-        let span = |[low, high]: [f64; 2]| high - low;
-        span(self.reached_um) < FOLLOWED * span(self.asked_um)
+        falls_short(self.asked_um, self.reached_um)
     }
 }
 

@@ -78,7 +78,7 @@ pub(crate) fn request(pose: PlatePose, lease_ms: u32) -> SetPose {
 }
 
 /// What the mirror reaches under the calibration in use.
-pub(super) fn reach(calibration: &CalibrationInfo) -> Reach {
+pub(in crate::commands) fn reach(calibration: &CalibrationInfo) -> Reach {
     let levers: [Lever; CHANNELS] = calibration.levers.map(|lever| Lever {
         x: Micrometre(lever.x_um),
         y: Micrometre(lever.y_um),

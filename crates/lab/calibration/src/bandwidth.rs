@@ -4,9 +4,10 @@
 use std::f64::consts::{PI, TAU};
 
 use control_core::calibration::{ActuatorCalibration, FAST_POLES, Heat, Lag};
-use control_core::{CHANNELS, Calibration, Kelvin, Micrometre, TICK};
+use control_core::{CHANNELS, Calibration, Kelvin, Limits, Micrometre, PlateInverse, Pose, TICK};
 use nalgebra::Complex;
 
+use crate::PlatePose;
 use crate::dynamics::PERIODS;
 
 /// Steps of one period at most; those of a long one are longer than a tick.
@@ -14,48 +15,53 @@ const MOST_STEPS: f64 = 20_000.0;
 /// Time constants after which a fast pole is taken for settled: e^-5 is 0.7 %.
 const SETTLED: f64 = 5.0;
 
-/// The lowest and highest position (um) that a mirror of this calibration comes to along `asked_um`, of the time (s), once
-/// that has repeated itself for a while after `period_s`. Hysteresis and creep are left out, and that a plate rings.
-pub fn reached_um(
+/// Where a mirror of this calibration comes to along `asked`, of the time (s), in the ticks of one `period_s`, once that has
+/// repeated itself for a while: times (s) and poses. Hysteresis and creep are left out, and that a plate rings.
+pub fn reached(
     calibration: &Calibration,
-    asked_um: impl Fn(f64) -> f64,
+    asked: impl Fn(f64) -> PlatePose,
     period_s: f64,
-) -> [f64; 2] {
+) -> Vec<(f64, PlatePose)> {
     let parts = calibration.parts();
     let steps = (period_s / f64::from(TICK.0))
         .round()
         .clamp(1.0, MOST_STEPS);
     let step_s = period_s / steps;
-    let asked: Vec<f64> = (1..=steps as usize)
-        .map(|step| asked_um(step as f64 * step_s))
+    let plate = PlateInverse::new(&parts.plate, calibration.max_position());
+    let asked_um: Vec<[f64; CHANNELS]> = (1..=steps as usize)
+        .map(|step| {
+            let pose = Pose::from(asked(step as f64 * step_s));
+            let mut limits = Limits::NONE;
+            plate.positions(&pose, &mut limits).map(f64::from)
+        })
         .collect();
     let longest_s = parts.heat.fast.iter().map(|lag| f64::from(lag.time.0));
     let settled_s = SETTLED * longest_s.fold(0.0, f64::max);
     let cycles = (settled_s / period_s).ceil() as usize;
-    let mut actuators: [Heated; CHANNELS] = calibration
-        .actuators()
-        .each_ref()
-        .map(|actuator| Heated::along(&asked, actuator, &parts.heat, step_s));
     let most_v = f64::from(parts.bounds.drive.0);
     let resonance_hz = PERIODS / f64::from(parts.path.move_time.0);
-    let mut plate = Plate::at_rest(asked[asked.len() - 1], resonance_hz, step_s);
-    let mut step = |um: &f64| {
-        let reached = actuators
-            .iter_mut()
-            .map(|actuator| actuator.step(*um, most_v));
-        plate.step(reached.sum::<f64>() / CHANNELS as f64)
+    let mut actuators: [_; CHANNELS] = std::array::from_fn(|i| {
+        let own: Vec<f64> = asked_um.iter().map(|um| um[i]).collect();
+        let heated = Heated::along(&own, &calibration.actuators()[i], &parts.heat, step_s);
+        (
+            heated,
+            Plate::at_rest(own[own.len() - 1], resonance_hz, step_s),
+        )
+    });
+    let mut step = |um: &[f64; CHANNELS]| {
+        let mut reached_um = [0.0; CHANNELS];
+        for (i, (heated, plate)) in actuators.iter_mut().enumerate() {
+            reached_um[i] = plate.step(heated.step(um[i], most_v)) as f32;
+        }
+        PlatePose::from(plate.pose(&reached_um))
     };
     for _ in 0..cycles {
-        asked.iter().for_each(|um| {
+        asked_um.iter().for_each(|um| {
             step(um);
         });
     }
-    asked
-        .iter()
-        .map(step)
-        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], um| {
-            [low.min(um), high.max(um)]
-        })
+    let times = (1..).map(|count: u32| f64::from(count) * step_s);
+    times.zip(asked_um.iter().map(step)).collect()
 }
 
 /// One actuator on the way.
@@ -123,7 +129,7 @@ impl<'a> Heated<'a> {
     }
 }
 
-/// The plate on its springs as far as it follows: of the second order, and damped so that it is flat up to its resonance
+/// The plate on its springs, under one of its actuators, as far as it follows: of the second order, and damped so that it is flat up to its resonance
 /// (Butterworth). A real one rings there, which no calibration tells.
 struct Plate {
     /// Half of the displacement, with its phase (um).
@@ -185,8 +191,13 @@ mod tests {
 
     fn span_um(calibration: &Calibration, amplitude_um: f64, frequency_hz: f64) -> f64 {
         let sine = |t_s: f64| 80.0 + amplitude_um * (TAU * frequency_hz * t_s).sin();
-        let [low, high] = reached_um(calibration, sine, 1.0 / frequency_hz);
-        high - low
+        let level = |t_s: f64| PlatePose {
+            z_um: sine(t_s),
+            ..PlatePose::default()
+        };
+        let along = reached(calibration, level, 1.0 / frequency_hz);
+        let z_um = || along.iter().map(|(_, pose)| pose.z_um);
+        z_um().fold(f64::MIN, f64::max) - z_um().fold(f64::MAX, f64::min)
     }
 
     #[test]
@@ -199,6 +210,30 @@ mod tests {
                 (span_um / (2.0 * amplitude_um) - 1.0).abs() < 0.01,
                 "{span_um} um at {frequency_hz} Hz"
             );
+        }
+    }
+
+    #[test]
+    fn a_slow_tilt_is_reached_beside_the_piston() {
+        let parts = Parts {
+            plate: control_core::calibration::Plate::cross(Micrometre(480.0)),
+            ..*with_pole(10e-3).parts()
+        };
+        let calibration = Calibration::new(parts).expect("levers only");
+        let asked = |t_s: f64| PlatePose {
+            z_um: 80.0,
+            tilt_x_rad: 0.02 * (TAU * 5.0 * t_s).sin(),
+            tilt_y_rad: 0.01,
+        };
+        for (t_s, pose) in reached(&calibration, asked, 0.2) {
+            let asked = asked(t_s);
+            // The plate's own lag at 5 Hz below 500 Hz turns the sine by some 1.4 % of a radian.
+            assert!(
+                (pose.tilt_x_rad - asked.tilt_x_rad).abs() < 0.02 * 0.02,
+                "{pose:?}"
+            );
+            assert!((pose.tilt_y_rad - 0.01).abs() < 1e-5, "{pose:?}");
+            assert!((pose.z_um - 80.0).abs() < 1e-2, "{pose:?}");
         }
     }
 

@@ -26,7 +26,7 @@ mod residual;
 mod statics;
 
 pub use ambient::{AmbientError, LEAST_APART_K, RoomPoint, with_ambient_ratio};
-pub use bandwidth::reached_um;
+pub use bandwidth::reached;
 pub use correct::{CorrectionError, StaticPoint, corrected};
 pub use dynamics::Remaining;
 pub use error::TabulateError;

@@ -1,7 +1,7 @@
 //! Which poses a mirror reaches.
 
-use control_core::CHANNELS;
 use control_core::calibration::Plate;
+use control_core::{CHANNELS, Micrometre, Pose, Radian};
 
 /// Piston (um) and tilts about x and y (rad) of a plate, in f64.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -12,6 +12,26 @@ pub struct PlatePose {
     pub tilt_x_rad: f64,
     /// Right-handed: z falls along x.
     pub tilt_y_rad: f64,
+}
+
+impl From<PlatePose> for Pose {
+    fn from(pose: PlatePose) -> Self {
+        Self {
+            z: Micrometre(pose.z_um as f32),
+            tilt_x: Radian(pose.tilt_x_rad as f32),
+            tilt_y: Radian(pose.tilt_y_rad as f32),
+        }
+    }
+}
+
+impl From<Pose> for PlatePose {
+    fn from(pose: Pose) -> Self {
+        Self {
+            z_um: pose.z.0.into(),
+            tilt_x_rad: pose.tilt_x.0.into(),
+            tilt_y_rad: pose.tilt_y.0.into(),
+        }
+    }
 }
 
 /// The poses that a plate reaches: those for which a warp takes all four actuators into their range.
@@ -131,7 +151,7 @@ impl Reach {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use control_core::{Limits, Micrometre, PlateInverse, Pose, Radian};
+    use control_core::{Limits, PlateInverse};
     use proptest::prelude::*;
 
     const TOP_UM: f64 = 170.0;
@@ -153,12 +173,8 @@ mod tests {
     /// What the core that drives the board names.
     fn limits(plate: &Plate, pose: &PlatePose) -> Limits {
         let mut limits = Limits::NONE;
-        let pose = Pose {
-            z: Micrometre(pose.z_um as f32),
-            tilt_x: Radian(pose.tilt_x_rad as f32),
-            tilt_y: Radian(pose.tilt_y_rad as f32),
-        };
-        PlateInverse::new(plate, Micrometre(TOP_UM as f32)).positions(&pose, &mut limits);
+        let inverse = PlateInverse::new(plate, Micrometre(TOP_UM as f32));
+        inverse.positions(&Pose::from(*pose), &mut limits);
         limits
     }
 

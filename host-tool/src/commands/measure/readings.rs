@@ -2,7 +2,7 @@
 
 use measurement::MeasurementFile;
 
-pub(super) fn finite(text: &str) -> Option<f64> {
+pub(crate) fn finite(text: &str) -> Option<f64> {
     text.trim()
         .parse()
         .ok()

@@ -1,0 +1,229 @@
+//! `scan`: positions and poses along a sine, a triangle, a circle, a figure, a raster or a table of one's own, played by the board.
+
+mod path;
+mod table;
+
+use std::fmt;
+use std::path::PathBuf;
+
+use calibration::PlatePose;
+use control_core::{Limit, Limits};
+use experiments::{Beginnings, Experiment, Run, Signal};
+use mirror_protocol::Kept;
+use serde::Serialize;
+
+use self::path::{Planned, TiltReport};
+use crate::board::Board;
+use crate::cli::Scan;
+use crate::commands::following::{Following, falls_short, range};
+use crate::commands::measure::run::{Bench, Ended, whole};
+use crate::commands::measure::sensor::Sensor;
+use crate::error::ToolError;
+use crate::names::{limit_names, limited_line};
+use crate::new_file::NewFile;
+use crate::report;
+use crate::verbosity::note;
+
+/// Samples of a scan, evenly over its length.
+const SAMPLES: u32 = 2000;
+/// Samples in a line at least, so that a row tells one beginning, and at most so many in all.
+const SAMPLES_PER_LINE: u32 = 4;
+const MOST_SAMPLES: u32 = 500_000;
+
+#[derive(Serialize)]
+struct ScanReport {
+    file: Option<PathBuf>,
+    samples: usize,
+    duration_s: f64,
+    lowest_um: Option<f64>,
+    highest_um: Option<f64>,
+    /// The lowest and highest position that the mirror was to come to, by the board's calibration; `None` where that is on trial.
+    expected_um: Option<[f64; 2]>,
+    /// What was asked and reached, after the first of several cycles; `None` without a sensor.
+    following: Option<Following>,
+    /// About x and y, where tilts were asked for.
+    tilts: Option<[TiltReport; 2]>,
+    /// Frames and lines that began, as far as samples tell.
+    frames: usize,
+    lines: usize,
+    limited_by: Vec<&'static str>,
+    interrupted: bool,
+}
+
+/// Scans, and leaves the channels off.
+pub(super) async fn run(board: &Board, scan: Scan, json: bool) -> Result<(), ToolError> {
+    let tick_hz = board.identity().tick_hz;
+    let Planned { name, run, output } = path::planned(scan, tick_hz)?;
+    path::check_reach(&run, &board.calibration().await?)?;
+    let experiment = Experiment::scan(name, run.clone(), samples(run.begins, run.cycles));
+    experiment_player::pieces(&experiment, tick_hz)?;
+    let file = output
+        .map(|(path, force)| NewFile::create(path, force))
+        .transpose()?;
+    let (signal, cycles) = (&run.signal, run.cycles);
+    let expected = expected(board, &run).await?;
+    let expected_um = expected
+        .as_ref()
+        .map(|poses| range(poses.iter().map(|(_, pose)| pose.z_um)));
+    if let Some(warning) = expected_um.and_then(|expected_um| short_of(signal, expected_um)) {
+        note(warning);
+    }
+    let tilts = TiltReport::both(&run, expected.as_deref());
+    if let Some(warning) = tilts.iter().flatten().find_map(TiltReport::short_of) {
+        note(warning);
+    }
+    let mut bench = Bench::open(board, Sensor::Board, None, json).await?;
+    let mut measured = bench.measure(&experiment).await;
+    bench.close();
+    let tick_s = 1.0 / f64::from(tick_hz);
+    for row in &mut measured.file.rows {
+        let t_s = (row.t_s - 0.5 * tick_s).max(0.0);
+        row.asked_um = Some(signal.at(t_s));
+        if run.tilts.is_some() {
+            let [x, y] = run.tilts_at(t_s).map(f64::to_degrees);
+            (row.asked_tilt_x_deg, row.asked_tilt_y_deg) = (Some(x), Some(y));
+        }
+    }
+    let rows = &measured.file.rows;
+    let began = |bit: u8| {
+        rows.iter()
+            .filter(move |row| row.trigger.is_some_and(|bits| bits & bit != 0))
+    };
+    let z = || rows.iter().filter_map(|row| row.z_um);
+    let mut report = ScanReport {
+        file: None,
+        samples: rows.len(),
+        duration_s: rows.last().map_or(0.0, |row| row.t_s),
+        lowest_um: z().min_by(f64::total_cmp),
+        highest_um: z().max_by(f64::total_cmp),
+        expected_um,
+        following: Following::of(signal, rows, jump_s(signal, cycles), tick_s),
+        tilts,
+        frames: began(1).count(),
+        lines: began(2).count(),
+        limited_by: limit_names(acted(&measured.limits, cycles).bits()),
+        interrupted: matches!(measured.ended, Ok(Ended::Interrupted)),
+    };
+    if let Some(file) = file.filter(|_| !rows.is_empty()) {
+        report.file = Some(file.write(&measured.file.to_string())?);
+    }
+    report::print(&report, json);
+    whole(measured.ended)
+}
+
+/// How often a scan with these beginnings in each of its cycles is sampled.
+fn samples(begins: Beginnings, cycles: u32) -> u32 {
+    let most = u32::from(begins.frames.max(begins.lines));
+    let of_lines = most.saturating_mul(cycles).saturating_mul(SAMPLES_PER_LINE);
+    of_lines.clamp(SAMPLES, MOST_SAMPLES)
+}
+
+/// Where the mirror will come by the calibration in use, in one cycle; `None` where that is on trial, and the board tells the one
+/// before.
+async fn expected(board: &Board, run: &Run) -> Result<Option<Vec<(f64, PlatePose)>>, ToolError> {
+    if board.calibration().await?.kept == Kept::OnTrial {
+        return Ok(None);
+    }
+    let calibration = board.settled_calibration().await?;
+    Ok(calibration.map(|calibration| {
+        calibration::reached(
+            &calibration,
+            |t_s| path::pose(run, t_s),
+            run.signal.period_s(),
+        )
+    }))
+}
+
+/// Says so where the mirror will hardly go as far as it is asked to.
+fn short_of(signal: &Signal, [low_um, high_um]: [f64; 2]) -> Option<String> {
+    let (lowest_um, highest_um) = signal.range();
+    falls_short([lowest_um, highest_um], [low_um, high_um]).then(|| {
+        format!(
+            "beyond the mirror's bandwidth: asked for {lowest_um:.3} to {highest_um:.3} um, it will come to {low_um:.3} to \
+             {high_um:.3} um by its heat and its plate; slow it down"
+        )
+    })
+}
+
+/// How long the jump from rest counts (s): the first of several cycles.
+fn jump_s(signal: &Signal, cycles: u32) -> f64 {
+    if cycles > 1 { signal.period_s() } else { 0.0 }
+}
+
+/// The limits that acted on the way; the first of several cycles begins with a jump from rest, and does not count.
+fn acted(limits: &[Limits], cycles: u32) -> Limits {
+    let first = if cycles > 1 {
+        limits.len().div_ceil(cycles as usize)
+    } else {
+        0
+    };
+    let all = limits.iter().skip(first);
+    all.fold(Limits::NONE, |all, limits| all.union(*limits))
+}
+
+impl fmt::Display for ScanReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "scanned    {:.3} s, {} samples",
+            self.duration_s, self.samples
+        )?;
+        if let Some(following) = &self.following {
+            write!(f, "{following}")?;
+        }
+        for (about, tilt) in ["x", "y"].iter().zip(self.tilts.iter().flatten()) {
+            writeln!(f, "tilt {about}     {tilt}")?;
+        }
+        if self.lines > 0 {
+            writeln!(f, "triggers   {} frames, {} lines", self.frames, self.lines)?;
+        }
+        writeln!(f, "{}", limited_line(&self.limited_by))?;
+        if self.limited_by.contains(&Limit::Cooling.name()) {
+            writeln!(
+                f,
+                "           it falls faster than the mirror cools: raise its lower end or slow it down"
+            )?;
+        }
+        if self
+            .following
+            .is_some_and(|following| following.falls_short())
+        {
+            writeln!(
+                f,
+                "           it moves less than 0.7 of what was asked: beyond its bandwidth, so slow it down"
+            )?;
+        }
+        if let Some(file) = &self.file {
+            writeln!(f, "kept       in {}", file.display())?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_jump_that_a_scan_begins_with_is_not_its_limit() {
+        let mut jump = Limits::NONE;
+        jump.insert(Limit::DriveHigh);
+        let mut fall = Limits::NONE;
+        fall.insert(Limit::Cooling);
+        let mut limits = vec![Limits::NONE; 11];
+        limits[0] = jump;
+        assert_eq!(acted(&limits, 3), Limits::NONE);
+        assert_eq!(acted(&limits, 1), jump);
+        limits[4] = fall;
+        assert_eq!(acted(&limits, 3), fall);
+        assert_eq!(acted(&[], 3), Limits::NONE);
+    }
+
+    #[test]
+    fn every_line_has_some_samples() {
+        let lines = |lines| Beginnings { frames: 2, lines };
+        assert_eq!(samples(lines(0), 3), SAMPLES);
+        assert_eq!(samples(lines(1000), 3), 12_000);
+        assert_eq!(samples(lines(u16::MAX), u32::MAX), MOST_SAMPLES);
+    }
+}
