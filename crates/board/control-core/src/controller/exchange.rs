@@ -44,7 +44,8 @@ impl<'a> Controller<'a> {
         self.next.is_some()
     }
 
-    /// Exchanges a stage, or what one actuator remembers, in fewer instructions than a step takes; returns the calibration before once all of them are.
+    /// Exchanges a stage, or what one actuator remembers, which a tick has room for in the place of a step
+    /// (`docs/figures/control-tick.md`); returns the calibration before once all of them are.
     pub fn exchange_on(&mut self) -> Option<&'a mut Calibration> {
         let mut next = self.next.take()?;
         let parts = next.calibration.parts();
