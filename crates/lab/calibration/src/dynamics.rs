@@ -159,6 +159,9 @@ pub(crate) fn remaining(model: &Model) -> Vec<Remaining> {
                 "moves are long enough not to make it ring, but what shakes the mirror still does"
             }
             "crosstalk" => "it is inverted where all four actuators are driven alike",
+            "electrostatic-pull" if !active.effect.is_inverted() => {
+                "it moves the plate as a whole, which the actuators' tables do not"
+            }
             "electrostatic-pull" => "it is inverted at rest; it acts at once, and heat later",
             "sensor-offset" | "sensor-gain" | "sensor-nonlinearity" | "sensor-lag" => {
                 "it is the sensor's, and the mirror goes where it should"

@@ -49,7 +49,8 @@ impl Analysis<'_> {
         let fitted: Vec<(&Draft, Candidate)> = fitted.collect();
         let (draft, candidate) = fitted
             .into_iter()
-            .filter(|tried| worth(tried) > threshold && self.has_an_effect(&tried.1))
+            .filter(|tried| worth(tried) > threshold)
+            .filter(|tried| self.has_an_effect(&tried.1) && self.is_shown_on_others(&tried.1))
             .max_by(|a, b| worth(a).total_cmp(&worth(b)))?;
         let explanation = candidate.explanation.as_ref()?;
         let values = &candidate

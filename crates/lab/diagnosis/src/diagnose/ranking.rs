@@ -14,6 +14,8 @@ use std::collections::BTreeMap;
 /// Effects whose scores are within this factor of each other are look-alikes.
 const LOOK_ALIKE: f64 = 2.0;
 
+const UNITS: [Unit; 2] = [Unit::Micrometre, Unit::Milliampere];
+
 impl Analysis<'_> {
     /// An effect's place, if it changes a reading. `evident` are the effects above their thresholds and the rivals of the best of them.
     pub(super) fn ranked(&self, candidate: &Candidate, evident: &[&Candidate]) -> Option<Ranked> {
@@ -46,21 +48,25 @@ impl Analysis<'_> {
         })
     }
 
-    /// Whether there is something to name: a strength that is not zero, an error that it lowers, on rows held out too.
+    /// Whether there is something to name, as far as the fitted rows say: a strength that is not zero, an error that it lowers.
     pub(super) fn has_an_effect(&self, candidate: &Candidate) -> bool {
         let Some(explanation) = &candidate.explanation else {
             return false;
         };
-        let units = [Unit::Micrometre, Unit::Milliampere];
         let lowers = |unit| {
             let errors = self.before_and_after(candidate, explanation, unit);
             errors.fall() >= WORTHWHILE
         };
-        explanation.is_told_from_zero(self.widening(explanation))
-            && units.into_iter().any(lowers)
-            && units
-                .into_iter()
-                .any(|unit| self.held_out(candidate, explanation, unit).fall() > 0.0)
+        explanation.is_told_from_zero(self.widening(explanation)) && UNITS.into_iter().any(lowers)
+    }
+
+    /// Whether it lowers an error on rows held out too.
+    pub(super) fn is_shown_on_others(&self, candidate: &Candidate) -> bool {
+        let Some(explanation) = &candidate.explanation else {
+            return false;
+        };
+        let falls = |unit| self.held_out(candidate, explanation, unit).fall() > 0.0;
+        UNITS.into_iter().any(falls)
     }
 
     /// How many times larger than the median null mirror's the amplitude is that an effect leaves, 1 or more: its standard

@@ -23,10 +23,10 @@ impl Analysis<'_> {
         let invisible = candidates.iter().filter(|c| c.detection_limit().is_none());
         let invisible: Vec<String> = invisible.map(|c| c.id().to_owned()).collect();
         let explained = candidates.iter().filter(|c| c.explanation.is_some());
-        let with_effect: Vec<&Candidate> = explained
+        let (with_effect, refused): (Vec<&Candidate>, Vec<&Candidate>) = explained
             .clone()
             .filter(|candidate| candidate.is_plausible() && self.has_an_effect(candidate))
-            .collect();
+            .partition(|candidate| self.is_shown_on_others(candidate));
         let share = |candidate: &str, best: &str| {
             confusions().rival_share(self.channels(), candidate, best)
         };
@@ -34,6 +34,7 @@ impl Analysis<'_> {
             let refit = candidate.refit.as_ref()?;
             Some(refit.fitted.cost(self.data))
         });
+        let rivals = unless_refused(rivals, &refused);
         let is_evident =
             |c: &&Candidate| c.is_above_its_threshold() || rivals.iter().any(|r| r.id() == c.id());
         let evident: Vec<&Candidate> = with_effect.into_iter().filter(is_evident).collect();
@@ -165,6 +166,17 @@ fn rivals<'c>(
     candidates.iter().filter(is_rival).copied().collect()
 }
 
+/// The rivals, or none where one explains more than all of them whose error does not fall on rows held out: what the best of
+/// them shows there is then no more than chance.
+fn unless_refused<'c>(rivals: Vec<&'c Candidate>, refused: &[&Candidate]) -> Vec<&'c Candidate> {
+    let above = refused.iter().filter(|c| c.is_above_its_threshold());
+    let most = above.map(|c| c.score()).fold(0.0, f64::max);
+    match rivals.first() {
+        Some(best) if best.score() >= most => rivals,
+        _ => Vec::new(),
+    }
+}
+
 /// The outcome, from the number of rivals, whether they explain the misfit, and whether the misfit is more than mirrors
 /// that lack nothing show.
 fn verdict(rivals: usize, is_explained: bool, is_exceeded: bool) -> Verdict {
@@ -216,6 +228,23 @@ mod tests {
         let found = rivals(&all, learned, |_| None);
         assert_eq!(ids(&found), ["creep", "hysteresis", "sensor-lag"]);
         assert!(rivals(&[], |_, _| 0.92, |_| None).is_empty());
+    }
+
+    #[test]
+    fn what_was_refused_leaves_its_name_to_nobody_below() {
+        let refused = [scored("quadratic-tcr", 64.0)];
+        let refused: Vec<_> = refused.iter().collect();
+        let below = [scored("film-tcr", 38.0)];
+        let above = [scored("creep", 70.0)];
+        assert!(unless_refused(below.iter().collect(), &refused).is_empty());
+        assert_eq!(
+            ids(&unless_refused(above.iter().collect(), &refused)),
+            ["creep"]
+        );
+        assert_eq!(
+            ids(&unless_refused(below.iter().collect(), &[])),
+            ["film-tcr"]
+        );
     }
 
     #[test]

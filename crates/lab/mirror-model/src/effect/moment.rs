@@ -7,6 +7,8 @@ pub struct Moment {
     pub t_s: f64,
     /// Voltage at the driver (V).
     pub voltage_v: f64,
+    /// Mean square of the voltages at all four drivers (V^2).
+    pub mean_square_v2: f64,
     /// Resistance of the heater (ohm).
     pub resistance_ohm: f64,
     /// R0 (1 + xi dT) split: the cold resistance (ohm).

@@ -206,6 +206,8 @@ impl<'a> Simulation<'a> {
     /// changes.
     fn heat(&mut self, voltage_v: [f64; ACTUATORS], h: f64) {
         let poles = poles(&self.actuators, h);
+        let mean_square_v2 =
+            voltage_v.map(|volts| volts * volts).iter().sum::<f64>() / ACTUATORS as f64;
         let start: [_; ACTUATORS] = std::array::from_fn(|i| {
             let actuator = &self.actuators[i];
             (actuator.poles_k, actuator.heating_k)
@@ -226,6 +228,7 @@ impl<'a> Simulation<'a> {
                 actuator.now.t_s = self.t_s;
                 actuator.now.ambient_k = self.ambient_k;
                 actuator.now.step_s = h;
+                actuator.now.mean_square_v2 = mean_square_v2;
                 actuator.now.total_power_w = powers_w.iter().sum();
                 actuator.now.opposite_power_w = powers_w[(index + ACTUATORS / 2) % ACTUATORS];
                 let (start_k, heating) = &start[index];

@@ -99,6 +99,7 @@ mod tests {
     const MOMENT: Moment = Moment {
         t_s: 0.0,
         voltage_v: 0.0,
+        mean_square_v2: 0.0,
         resistance_ohm: 0.0,
         cold_resistance_ohm: 0.0,
         grown_resistance_ohm: 0.0,
