@@ -296,7 +296,7 @@ impl Control {
             Order::Renew(lease) => self.protection.renew(lease)?,
             Order::Off => self.follow(Setpoint::Off),
             // A sound board goes on with what it does.
-            Order::MakeUp(is_wanted) => self.controller.make_up_for_surroundings(is_wanted),
+            Order::Compensate(is_wanted) => self.controller.compensate_surroundings(is_wanted),
             Order::Clear if self.protection.first_cause().is_none() => {}
             Order::Clear => {
                 self.protection.clear();
@@ -362,7 +362,7 @@ impl Control {
             missed_ticks: self.missed_ticks,
             late_ticks: self.late_ticks,
             limits_since_command: self.limits_since_command.bits(),
-            makes_up_for_room: self.controller.makes_up_for_surroundings(),
+            compensates_room: self.controller.compensates_surroundings(),
             loss: self.controller.surroundings().map(wire::loss),
         };
         self.mailbox.publish(telemetry, health);

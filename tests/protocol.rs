@@ -100,7 +100,7 @@ mod tests {
                 missed_ticks: 0,
                 late_ticks: 0,
                 limits_since_command: 0xfff,
-                makes_up_for_room: true,
+                compensates_room: true,
                 loss: Some(Loss {
                     change: -0.2,
                     deviation: 0.1,

@@ -144,14 +144,17 @@ fn goes_there_in_a_warmer_room(bench: &Bench, ambient_c: f64) {
     let left_um = errors_um("off");
     // Some 1.8 um for each kelvin (docs/requirements.md), a third less where a mirror is small.
     assert!(left_um.iter().all(|um| *um > 1.2 * WARMER_K), "{left_um:?}");
-    let made_up_um = errors_um("on");
+    let compensated_um = errors_um("on");
     // What is required of any room.
-    assert!(made_up_um.iter().all(|um| um.abs() < 0.5), "{made_up_um:?}");
+    assert!(
+        compensated_um.iter().all(|um| um.abs() < 0.5),
+        "{compensated_um:?}"
+    );
     let told = bench.json(&["status"])["uncertainty"].clone();
     let (z_um, settles_in_s) = (told["z_um"].as_f64(), told["settles_in_s"].as_f64());
     // 80 um was asked last; no interval of 9 K is wider than what nobody knows of their worth, a tenth of 16 um twice.
     assert!(
-        made_up_um[2].abs() < z_um.expect("known") && z_um < Some(4.0),
+        compensated_um[2].abs() < z_um.expect("known") && z_um < Some(4.0),
         "{told}"
     );
     assert_eq!(settles_in_s, Some(0.0), "{told}");

@@ -29,8 +29,8 @@ pub enum Order {
     Renew(Lease),
     /// Forget the faults.
     Clear,
-    /// Make up for the surroundings in positions, or leave the mirror to them.
-    MakeUp(bool),
+    /// Compensate the surroundings in positions, or leave the mirror to them.
+    Compensate(bool),
 }
 
 /// The tick in which the board tripped.
@@ -115,7 +115,7 @@ impl Mailbox {
                 missed_ticks: 0,
                 late_ticks: 0,
                 limits_since_command: 0,
-                makes_up_for_room: false,
+                compensates_room: false,
                 loss: None,
             })),
             samples: Queue::new(),

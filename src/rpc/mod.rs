@@ -11,13 +11,14 @@ use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
 use mirror_protocol::{
     CalibrationEndpoint, CalibrationReadEndpoint, CalibrationRevertEndpoint,
-    CalibrationUseEndpoint, CalibrationWriteEndpoint, ClearEndpoint, CommandReply, Drives,
-    ENDPOINTS, EnterBootloaderEndpoint, EnterBootloaderReply, FaultLogEndpoint, FaultLogReply,
-    Hello, HelloEndpoint, Identity, LEASE_FOREVER_MS, LoadPointsEndpoint, LoadReply, LogQuery,
-    MAX_FRAME_BYTES, MakeUp, MakeUpEndpoint, OffEndpoint, PROTOCOL_VERSION, Play, PlayEndpoint,
-    Points, Position, Refusal, RenewEndpoint, Renewal, SenseEndpoint, SetDriveEndpoint, SetPose,
-    SetPoseEndpoint, SetPositionEndpoint, SetSenseEndpoint, Status, StatusEndpoint, StatusReply,
-    Stream, StreamEndpoint, StreamReply, Streaming, TOPICS_IN, TOPICS_OUT, TelemetryTopic,
+    CalibrationUseEndpoint, CalibrationWriteEndpoint, ClearEndpoint, CommandReply, Compensate,
+    CompensateEndpoint, Drives, ENDPOINTS, EnterBootloaderEndpoint, EnterBootloaderReply,
+    FaultLogEndpoint, FaultLogReply, Hello, HelloEndpoint, Identity, LEASE_FOREVER_MS,
+    LoadPointsEndpoint, LoadReply, LogQuery, MAX_FRAME_BYTES, OffEndpoint, PROTOCOL_VERSION, Play,
+    PlayEndpoint, Points, Position, Refusal, RenewEndpoint, Renewal, SenseEndpoint,
+    SetDriveEndpoint, SetPose, SetPoseEndpoint, SetPositionEndpoint, SetSenseEndpoint, Status,
+    StatusEndpoint, StatusReply, Stream, StreamEndpoint, StreamReply, Streaming, TOPICS_IN,
+    TOPICS_OUT, TelemetryTopic,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarSeq};
@@ -57,7 +58,7 @@ define_dispatch! {
         | EnterBootloaderEndpoint | async | enter_bootloader |
         | RenewEndpoint       | async    | renew        |
         | ClearEndpoint       | async    | clear        |
-        | MakeUpEndpoint      | async    | make_up      |
+        | CompensateEndpoint  | async    | compensate   |
         | StreamEndpoint      | async    | stream       |
         | CalibrationEndpoint | blocking | calibration  |
         | CalibrationReadEndpoint | blocking | read_calibration |
@@ -164,8 +165,8 @@ async fn clear(session: &mut Session, _header: VarHeader, (): ()) -> CommandRepl
     session.order(Order::Clear).await
 }
 
-async fn make_up(session: &mut Session, _header: VarHeader, asked: MakeUp) -> CommandReply {
-    session.order(Order::MakeUp(asked.is_wanted)).await
+async fn compensate(session: &mut Session, _header: VarHeader, asked: Compensate) -> CommandReply {
+    session.order(Order::Compensate(asked.is_wanted)).await
 }
 
 async fn stream(session: &mut Session, _header: VarHeader, stream: Stream) -> StreamReply {

@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 
 use board_sockets::{Untrusted, check_socket};
 use mirror_protocol::{
-    ClearEndpoint, CommandReply, Commanded, Drives, ERROR_PATH, EnterBootloaderEndpoint, Hello,
-    HelloEndpoint, Identity, MakeUp, MakeUpEndpoint, OffEndpoint, PROTOCOL_VERSION, Position,
-    Refusal, RenewEndpoint, Renewal, SetDriveEndpoint, SetPose, SetPoseEndpoint,
+    ClearEndpoint, CommandReply, Commanded, Compensate, CompensateEndpoint, Drives, ERROR_PATH,
+    EnterBootloaderEndpoint, Hello, HelloEndpoint, Identity, OffEndpoint, PROTOCOL_VERSION,
+    Position, Refusal, RenewEndpoint, Renewal, SetDriveEndpoint, SetPose, SetPoseEndpoint,
     SetPositionEndpoint, Status, StatusEndpoint, WireError,
 };
 use postcard_rpc::Endpoint;
@@ -170,8 +170,8 @@ impl Board {
     ///
     /// # Errors
     /// Where the board does not answer, or refuses.
-    pub async fn make_up(&self, wanted: MakeUp) -> Result<Commanded, ToolError> {
-        self.command::<MakeUpEndpoint>("compensate its surroundings", &wanted)
+    pub async fn compensate(&self, wanted: Compensate) -> Result<Commanded, ToolError> {
+        self.command::<CompensateEndpoint>("compensate its surroundings", &wanted)
             .await
     }
 

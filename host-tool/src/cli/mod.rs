@@ -179,7 +179,7 @@ pub enum Command {
         /// `on`: positions are compensated for the surroundings, as after a reset; `off`: the mirror is left to them. Without
         /// it nothing changes.
         #[arg(value_name = "SWITCH")]
-        make_up: Option<Switch>,
+        compensate: Option<Switch>,
     },
     /// Drive the actuators with these voltages.
     #[command(after_long_help = "Example:\n  host-tool set-drive 1.9V 1.9V 1.8V 1.9V --settle 2s")]

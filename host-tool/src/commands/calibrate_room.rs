@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use calibration::{LEAST_APART_K, RoomPoint, with_ambient_ratio};
 use control_core::Calibration;
 use control_core::calibration::Parts;
-use mirror_protocol::{CalibrationInfo, CalibrationUse, MakeUp, Position};
+use mirror_protocol::{CalibrationInfo, CalibrationUse, Compensate, Position};
 use serde::{Deserialize, Serialize};
 
 use super::calibrate::fall_back;
@@ -222,7 +222,7 @@ impl<'a> InRoom<'a> {
     /// Has the board compensate the room, whose ratio is asked for.
     async fn open(board: &'a Board, sensor: &str, settle: Span) -> Result<Self, ToolError> {
         let sensor = Sensor::at_any_time(board, sensor).await?;
-        board.make_up(MakeUp { is_wanted: true }).await?;
+        board.compensate(Compensate { is_wanted: true }).await?;
         Ok(Self {
             board,
             sensor,

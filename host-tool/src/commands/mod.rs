@@ -79,7 +79,7 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             let pose = TiltedPose::new(z, tilt_x, tilt_y);
             set_pose::run(&open().await?, pose, pace, json).await
         }
-        Command::Room { make_up } => room::run(&open().await?, make_up, json).await,
+        Command::Room { compensate } => room::run(&open().await?, compensate, json).await,
         Command::Range { picture, force } => range::run(&open().await?, picture, force, json).await,
         Command::SetDrive {
             drives,

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use mirror_protocol::{MakeUp, Status};
+use mirror_protocol::{Compensate, Status};
 use serde::Serialize;
 
 use crate::board::Board;
@@ -20,7 +20,7 @@ pub(super) struct Room {
     loss: f64,
     loss_deviation: f64,
     /// Whether positions are compensated for them.
-    is_made_up_for: bool,
+    is_compensated: bool,
 }
 
 #[derive(Serialize)]
@@ -37,7 +37,7 @@ pub(super) async fn run(
 ) -> Result<(), ToolError> {
     if let Some(switch) = switch {
         let is_wanted = switch == Switch::On;
-        board.make_up(MakeUp { is_wanted }).await?;
+        board.compensate(Compensate { is_wanted }).await?;
     }
     let room = Room::of(&board.status().await?);
     report::print(&SurroundingsReport { room }, json);
@@ -53,7 +53,7 @@ impl Room {
             deviation_k: f64::from(room.deviation_ck) / 100.0,
             loss: decimal(loss.change),
             loss_deviation: decimal(loss.deviation),
-            is_made_up_for: status.health.makes_up_for_room,
+            is_compensated: status.health.compensates_room,
         })
     }
 }
@@ -73,10 +73,10 @@ impl fmt::Display for Room {
         } else {
             "warmer"
         };
-        let made_up = if self.is_made_up_for { "" } else { " not" };
+        let not = if self.is_compensated { "" } else { " not" };
         write!(
             f,
-            "{:.2} ± {:.2} K {than} than at calibration, loss {:+.1} ± {:.1} %;{made_up} compensated",
+            "{:.2} ± {:.2} K {than} than at calibration, loss {:+.1} ± {:.1} %;{not} compensated",
             self.rise_k.abs(),
             self.deviation_k,
             100.0 * self.loss,
@@ -102,13 +102,13 @@ mod tests {
             deviation_k: 0.05,
             loss: -0.012,
             loss_deviation: 0.002,
-            is_made_up_for: true,
+            is_compensated: true,
         };
         let told = "10.20 ± 0.05 K warmer than at calibration, loss -1.2 ± 0.2 %; compensated";
         assert_eq!(line(Some(&warm)), told);
         let left = Room {
             rise_k: -3.0,
-            is_made_up_for: false,
+            is_compensated: false,
             ..warm
         };
         let told = "3.00 ± 0.05 K colder than at calibration, loss -1.2 ± 0.2 %; not compensated";

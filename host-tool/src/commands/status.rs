@@ -373,7 +373,7 @@ mod tests {
                 missed_ticks: 2,
                 late_ticks: 3,
                 limits_since_command: 0,
-                makes_up_for_room: true,
+                compensates_room: true,
                 loss: Some(mirror_protocol::Loss {
                     change: 0.012,
                     deviation: 0.002,

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use charts::{Strip, Strips, escaped};
-use diagnosis::{MEMBERS, Ranked, Worths};
+use diagnosis::{ExpectedGains, MEMBERS, Ranked};
 use lab_view::View;
 use mirror_model::parameter::TABLE;
 use mirror_model::{Model, Symbol};
@@ -77,7 +77,7 @@ impl Run {
     }
 
     fn verdict_section(&self, page: &mut String) {
-        let said = Diagnosed::new(&self.found, Worths::default()).to_string();
+        let said = Diagnosed::new(&self.found, ExpectedGains::default()).to_string();
         let flaws = self.flaws();
         let errors = said.lines().skip(1).take_while(|line| !line.is_empty());
         let _ = write!(

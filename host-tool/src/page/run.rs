@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use control_core::Calibration;
-use diagnosis::{Diagnosis, EditError, Worths, add, diagnose};
+use diagnosis::{Diagnosis, EditError, ExpectedGains, add, diagnose};
 use identification::{Comparison, Dataset, compare, fit_and_report};
 use lab_view::{Chosen, Opening};
 use mirror_model::effect::{Effect, Formula, find};
@@ -181,8 +181,7 @@ fn results(found: &Diagnosis, fits: &[Fit], tried: Option<&Tried>) -> Value {
         .iter()
         .map(|fit| (fit.name.clone(), json!(fit.compared)));
     let compared: serde_json::Map<_, _> = compared.collect();
-    let mut results =
-        json!({ "diagnosis": Diagnosed::new(found, Worths::default()), "comparisons": compared });
+    let mut results = json!({ "diagnosis": Diagnosed::new(found, ExpectedGains::default()), "comparisons": compared });
     if let Some(Tried { before, after, .. }) = tried {
         results["trial"] = json!({ "before": before.figures(), "after": after.figures() });
     }

@@ -9,7 +9,7 @@ use crate::heat::{HeatInverse, SharedHeat};
 use crate::lag::TURNS;
 use crate::limits::{Limit, Limits};
 use crate::memory::{MemoryInverse, Successors, TURNS as MEMORY_TURNS};
-use crate::path::Path;
+use crate::path::PathPlanner;
 use crate::plate::{PlateInverse, Pose};
 use crate::resistance::ActuatorSense;
 use crate::settling::{Decay, NEVER};
@@ -85,7 +85,7 @@ pub struct Controller<'a> {
     step: Step,
     /// The rises that positions ask for in the room of the calibration.
     asked: [Kelvin; CHANNELS],
-    path: Path,
+    path: PathPlanner,
     surroundings: Surroundings,
     /// What the four share of their heat.
     shared: SharedHeat,
@@ -144,7 +144,7 @@ impl<'a> Controller<'a> {
             target: NOWHERE,
             target_limits: Limits::NONE,
             sense_limits: Limits::NONE,
-            path: Path::new(&parts.path),
+            path: PathPlanner::new(&parts.path),
             budget: Budget::new(&parts.residual, &memory),
             memory,
             seen: Default::default(),
@@ -173,14 +173,14 @@ impl<'a> Controller<'a> {
         self.surroundings.drift()
     }
 
-    /// Whether the surroundings are made up for in positions.
-    pub fn makes_up_for_surroundings(&self) -> bool {
+    /// Whether the surroundings are compensated in positions.
+    pub fn compensates_surroundings(&self) -> bool {
         self.surroundings.is_used()
     }
 
-    /// Makes up for the surroundings in positions from now on, or leaves the mirror to them.
-    pub fn make_up_for_surroundings(&mut self, is_used: bool) {
-        self.surroundings.make_up(is_used);
+    /// Compensates the surroundings in positions from now on, or leaves the mirror to them.
+    pub fn compensate_surroundings(&mut self, is_used: bool) {
+        self.surroundings.compensate(is_used);
     }
 
     /// So many ticks pass in which nothing is driven and nothing sensed.

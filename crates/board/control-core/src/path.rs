@@ -8,12 +8,12 @@
 //! trajectory too, and a way between two poses within reach stays within reach.
 
 use crate::CHANNELS;
-use crate::calibration::Path as PathCalibration;
+use crate::calibration::Path;
 use crate::design::TICK;
 
 /// Where the actuators are asked to be (um), tick by tick.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Path {
+pub(crate) struct PathPlanner {
     /// Part of a move that a tick takes.
     pace: f32,
     target: [f32; CHANNELS],
@@ -80,8 +80,8 @@ impl Hermite {
     }
 }
 
-impl Path {
-    pub(crate) fn new(calibration: &PathCalibration) -> Self {
+impl PathPlanner {
+    pub(crate) fn new(calibration: &Path) -> Self {
         let ticks = (calibration.move_time.0 / TICK.0).max(1.0);
         Self {
             pace: 1.0 / ticks,
@@ -154,7 +154,7 @@ mod tests {
 
     const TICKS: usize = 60;
 
-    fn toward(path: &mut Path, target: &[f32; CHANNELS]) -> [f32; CHANNELS] {
+    fn toward(path: &mut PathPlanner, target: &[f32; CHANNELS]) -> [f32; CHANNELS] {
         if *target != path.target {
             path.plan(target);
         }
@@ -163,12 +163,12 @@ mod tests {
     }
 
     /// The next position of one actuator.
-    fn one(path: &mut Path, target: f32) -> f32 {
+    fn one(path: &mut PathPlanner, target: f32) -> f32 {
         toward(path, &[target, 0.0, 0.0, 0.0])[0]
     }
 
-    fn path() -> Path {
-        Path::new(&PathCalibration {
+    fn path() -> PathPlanner {
+        PathPlanner::new(&Path {
             move_time: Second(6e-3),
         })
     }
@@ -188,7 +188,7 @@ mod tests {
 
     #[test]
     fn without_time_it_is_there_at_once() {
-        let mut path = Path::new(&PathCalibration {
+        let mut path = PathPlanner::new(&Path {
             move_time: Second(0.0),
         });
         assert_eq!(one(&mut path, 42.0), 42.0);

@@ -16,7 +16,7 @@
 //! apart yet as their covariance. One room is around all four actuators and one air takes their heat, so they share both
 //! states, and readings of all four go into one update.
 //!
-//! What it finds is made up for in the stages' target. The surroundings bend an actuator as `ambient_ratio` kelvins of its
+//! What it finds is compensated in the stages' target. The surroundings bend an actuator as `ambient_ratio` kelvins of its
 //! heater, so that much less is asked of the power, and more by what the loss has grown.
 
 use crate::CHANNELS;
@@ -40,7 +40,7 @@ const NOISE: Ampere = Ampere(1e-6);
 /// What a resistance and the stages are apart at rest in the room of the calibration, beyond that (K): what a straight line
 /// with a bend leaves of heaters that are not warm evenly (`closed-loop`, test `surroundings`).
 const UNMODELLED: Kelvin = Kelvin(0.03);
-/// Where half of a difference is made up for (K). Curves that were measured in one session are off by up to 0.15 K at rest in
+/// Where half of a difference is compensated (K). Curves that were measured in one session are off by up to 0.15 K at rest in
 /// their own room, 0.2 um, where positions are right without them (the same test).
 const CURVES: Kelvin = Kelvin(0.3);
 /// Standard deviation of that error: half of the most.
@@ -62,7 +62,7 @@ const TOLD_APART: Kelvin = Kelvin(0.3);
 /// Ticks in which a new position has told the surroundings: they are at a jump's new place in 20 ms (`closed-loop`, test
 /// `surroundings`).
 const LEARNT: u16 = 200;
-/// Targets nearer to where the surroundings alone hold the mirror are not made up for the loss, which takes nothing there.
+/// Targets nearer to where the surroundings alone hold the mirror are not compensated for the loss, which takes nothing there.
 const NEAR_REST: Kelvin = Kelvin(2.0);
 /// A loss of half or twice the heat takes a target no further.
 const SCALES: (f32, f32) = (0.4, 2.5);
@@ -99,7 +99,7 @@ pub(crate) struct Evidence {
     pub(crate) current: Ampere,
 }
 
-/// The filter, and what is made up for.
+/// The filter, and what is compensated.
 // What every tick reads comes first, as in the controller.
 #[derive(Clone, Debug)]
 #[repr(C)]
@@ -109,7 +109,7 @@ pub(crate) struct Surroundings {
     /// By what each target grows, for the loss.
     scales: [f32; CHANNELS],
     references: [Reference; CHANNELS],
-    /// Kelvins of a heater that one of the surroundings is worth; 0: they are not made up for.
+    /// Kelvins of a heater that one of the surroundings is worth; 0: they are not compensated.
     ratio: f32,
     is_used: bool,
     /// Kelvins of the films' platinum for each that the resistances tell.
@@ -171,7 +171,7 @@ impl Surroundings {
         };
     }
 
-    /// Whether they are to be made up for, where they are known.
+    /// Whether they are to be compensated, where they are known.
     pub(crate) fn is_wanted(&self) -> bool {
         self.is_used
     }
@@ -187,13 +187,13 @@ impl Surroundings {
         self.ratio > 0.0
     }
 
-    /// Whether they are made up for.
+    /// Whether they are compensated.
     pub(crate) fn is_used(&self) -> bool {
         self.is_used && self.is_known()
     }
 
-    /// Makes up for them from now on, or does not.
-    pub(crate) fn make_up(&mut self, is_used: bool) {
+    /// Compensates them from now on, or does not.
+    pub(crate) fn compensate(&mut self, is_used: bool) {
         self.is_used = is_used;
         self.offsets = [0.0; CHANNELS];
         self.scales = [1.0; CHANNELS];
@@ -270,17 +270,17 @@ impl Surroundings {
         let reference = &self.references[actuator];
         let variance = if self.is_used() {
             let heating = reference.heating(asked);
-            let made_up = self.filter.room - self.filter.loss * heating;
-            let counted = beyond_the_curves(made_up);
-            // What is not made up for may be the curves' own error, and what is made up for has it.
-            let left = made_up - counted;
-            let curves = if made_up == 0.0 {
+            let compensated = self.filter.room - self.filter.loss * heating;
+            let counted = beyond_the_curves(compensated);
+            // What is not compensated may be the curves' own error, and what is compensated has it.
+            let left = compensated - counted;
+            let curves = if compensated == 0.0 {
                 0.0
             } else {
-                CURVES_DEVIATION.0 * counted / made_up
+                CURVES_DEVIATION.0 * counted / compensated
             };
             let worth = ratio * self.filter.room;
-            let order = FIRST_ORDER * made_up;
+            let order = FIRST_ORDER * compensated;
             self.filter.gains(heating, 0.0).variance
                 + left * left
                 + curves * curves

@@ -9,8 +9,8 @@ use postcard_rpc::{TopicDirection, endpoints, topics};
 
 use crate::{
     CalibrationChunk, CalibrationInfo, CalibrationQuery, CalibrationRefusal, CalibrationUse,
-    Commanded, Drives, Hello, Identity, LogPage, LogQuery, MakeUp, Play, Points, Position, Refusal,
-    Renewal, Sense, SenseInfo, SetPose, Status, Stream, Streaming, TelemetryBatch,
+    Commanded, Compensate, Drives, Hello, Identity, LogPage, LogQuery, Play, Points, Position,
+    Refusal, Renewal, Sense, SenseInfo, SetPose, Status, Stream, Streaming, TelemetryBatch,
 };
 
 /// Answer to a command that changes the drives.
@@ -61,7 +61,7 @@ endpoints! {
     // Clears what has tripped, and checks the heaters anew; a healthy board drives on.
     | ClearEndpoint       | ()        | CommandReply | "mirror/clear"        |
     // Has positions compensated for the surroundings, or not.
-    | MakeUpEndpoint      | MakeUp    | CommandReply | "mirror/make-up"      |
+    | CompensateEndpoint  | Compensate | CommandReply | "mirror/compensate"  |
     // Sends samples from now on; they come as `mirror/telemetry`.
     | StreamEndpoint      | Stream    | StreamReply  | "mirror/stream"       |
     // Tells the calibration in use.

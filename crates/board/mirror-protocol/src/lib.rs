@@ -24,8 +24,8 @@ pub use fault_log::{
 pub use identity::{Hello, Identity, Text};
 pub use messages::{
     BATCH_SAMPLES, CHUNK_POINTS, CalibrationChunk, CalibrationInfo, CalibrationQuery,
-    CalibrationRefusal, CalibrationUse, ChannelState, Chunk, Commanded, Drives, Health, Kept,
-    LEASE_FOREVER_MS, Lever, Loss, MakeUp, OptionBytes, Play, Points, Pose, Position, Refusal,
+    CalibrationRefusal, CalibrationUse, ChannelState, Chunk, Commanded, Compensate, Drives, Health,
+    Kept, LEASE_FOREVER_MS, Lever, Loss, OptionBytes, Play, Points, Pose, Position, Refusal,
     Renewal, Room, Sense, SenseInfo, Sentence, SetPose, Status, Streaming, Telemetry,
     TelemetryBatch, Uncertainty,
 };

@@ -156,8 +156,8 @@ pub struct Health {
     /// Bits of the limits that have acted since the last command (`control_core::Limits`): on the way to a
     /// position too, where [`Telemetry::limits`] has forgotten them.
     pub limits_since_command: u16,
-    /// Whether positions make up for the surroundings.
-    pub makes_up_for_room: bool,
+    /// Whether positions compensate the surroundings.
+    pub compensates_room: bool,
     /// What the surroundings take of the heat beyond what they took at calibration, as a part of that; `None` where the
     /// calibration cannot tell.
     pub loss: Option<Loss>,
@@ -181,9 +181,9 @@ pub struct Loss {
     pub deviation: f32,
 }
 
-/// Ask the board to make up for its surroundings in positions, or to leave the mirror to them. It does so after a reset.
+/// Ask the board to compensate its surroundings in positions, or to leave the mirror to them. It does so after a reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
-pub struct MakeUp {
+pub struct Compensate {
     /// Whether it shall.
     pub is_wanted: bool,
 }

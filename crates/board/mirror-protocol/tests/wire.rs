@@ -41,7 +41,7 @@ fn health() -> impl Strategy<Value = Health> {
             missed_ticks,
             late_ticks: missed_ticks / 2,
             limits_since_command: 0xfff,
-            makes_up_for_room: true,
+            compensates_room: true,
             loss: Some(Loss {
                 change: -0.2,
                 deviation: 0.1,

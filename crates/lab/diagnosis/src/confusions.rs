@@ -52,7 +52,7 @@ pub struct Taken {
 
 /// How far the size of an effect is off.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Form {
+pub struct SizeError {
     /// What was measured.
     pub channels: Channels,
     /// The effect.
@@ -68,7 +68,7 @@ pub struct Confusions {
     /// What was taken for what.
     pub taken: Vec<Taken>,
     /// How far sizes were off.
-    pub form: Vec<Form>,
+    pub form: Vec<SizeError>,
 }
 
 /// The table that ships.
@@ -136,7 +136,7 @@ mod tests {
 
     #[test]
     fn a_size_is_known_as_well_as_the_table_says_and_no_better_than_to_a_tenth() {
-        let form = |effect: &str, share| Form {
+        let form = |effect: &str, share| SizeError {
             channels: Channels::Both,
             effect: effect.into(),
             share,

@@ -1,6 +1,7 @@
 //! Which physics is missing, said only when mirrors that lack nothing would not look the same.
 
 mod analysis;
+mod expected_gain;
 mod explain;
 mod form;
 mod one_heater;
@@ -9,13 +10,13 @@ mod ranking;
 mod remainder;
 mod step_error;
 mod verdict;
-mod worth;
 
 use crate::candidate::Candidate;
 use crate::null_ensemble::NullEnsemble;
 use crate::null_improvement::NullImprovement;
-use crate::report::{Asked, Diagnosis, Worths};
+use crate::report::{Asked, Diagnosis, ExpectedGains};
 use analysis::{Analysis, best_first};
+use expected_gain::Now;
 use identification::dataset::Dataset;
 use identification::fit::{Fitted, fit, fit_parameters, free_parameters};
 use identification::prediction::simulations;
@@ -23,7 +24,6 @@ use mirror_model::effect::{Active, Effect, built_in};
 use mirror_model::{Model, Runaway};
 use std::path::Path;
 use std::sync::Arc;
-use worth::Now;
 
 /// The base moves so often at most where fits with an effect lead to a better one without it.
 const MOVES: usize = 3;
@@ -43,7 +43,7 @@ pub fn diagnose(
     own: &[Arc<dyn Effect>],
     cache: Option<&Path>,
 ) -> Result<Diagnosis, Runaway> {
-    let (found, _) = diagnose_with_worths(model, data, own, cache, Asked::default())?;
+    let (found, _) = diagnose_with_gains(model, data, own, cache, Asked::default())?;
     Ok(found)
 }
 
@@ -52,13 +52,13 @@ pub fn diagnose(
 ///
 /// # Errors
 /// As [`diagnose`].
-pub fn diagnose_with_worths(
+pub fn diagnose_with_gains(
     model: &Model,
     data: &Dataset,
     own: &[Arc<dyn Effect>],
     cache: Option<&Path>,
     asked: Asked,
-) -> Result<(Diagnosis, Worths), Runaway> {
+) -> Result<(Diagnosis, ExpectedGains), Runaway> {
     let begun = simulations();
     let ensemble = NullEnsemble::new(data, &model.device, cache)?;
     let effects = suited(data, own);
@@ -78,8 +78,8 @@ pub fn diagnose_with_worths(
         named: &found.effects,
         cache,
     };
-    let worths = now.worths(asked)?;
-    Ok((found, worths))
+    let gains = now.gains(asked)?;
+    Ok((found, gains))
 }
 
 /// The effects that are tried.

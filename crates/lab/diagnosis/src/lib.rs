@@ -31,7 +31,7 @@ pub mod residual_space;
 mod whereabouts;
 mod words;
 
-pub use diagnose::{diagnose, diagnose_with_worths};
+pub use diagnose::{diagnose, diagnose_with_gains};
 pub use edit::{Changed, Edit, EditError, add, remove};
 pub use menu::proposals;
 pub use null_ensemble::families::CALIBRATING;
@@ -39,7 +39,7 @@ pub use null_ensemble::{MEMBERS, NullEnsemble};
 pub use null_improvement::{Fall, NullImprovement};
 pub use proposal::{Next, NextMeasurement, Proposal};
 pub use report::{
-    Asked, BeforeAfter, Diagnosis, Form, Means, ProposedForm, Ranked, Remainder, Right, Rms, Shown,
-    Verdict, Worth, Worths,
+    Asked, BeforeAfter, Diagnosis, ExpectedGain, ExpectedGains, Form, Means, ProposedForm, Ranked,
+    Remainder, Right, Rms, Shown, Verdict,
 };
 pub use whereabouts::{Driver, Located, Place, Sharpness, StageConfidence, Whereabouts, shares};

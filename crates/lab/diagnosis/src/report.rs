@@ -72,7 +72,7 @@ pub struct Remainder {
     pub up_to_v: Option<f64>,
 }
 
-/// Which worths a diagnosis is to tell besides.
+/// Which gains a diagnosis is to tell besides.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Asked {
     /// Those of facts of the mirror.
@@ -81,15 +81,15 @@ pub struct Asked {
     pub measurements: bool,
 }
 
-/// The worths that were asked for, the most first.
+/// The gains that were asked for, the most first.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Worths {
+pub struct ExpectedGains {
     /// Of every fact that the model file does not state of the mirror.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub facts: Option<Vec<Worth>>,
+    pub facts: Option<Vec<ExpectedGain>>,
     /// Of every measurement that could be made besides.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub measurements: Option<Vec<Worth>>,
+    pub measurements: Option<Vec<ExpectedGain>>,
 }
 
 /// By what more would be seen.
@@ -105,7 +105,7 @@ pub enum Means {
 
 /// What it would be worth to know or to measure something.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Worth {
+pub struct ExpectedGain {
     /// What to find out.
     #[serde(flatten)]
     pub means: Means,
@@ -119,7 +119,7 @@ pub struct Worth {
     pub right: Right,
 }
 
-impl Worth {
+impl ExpectedGain {
     /// The more, the better: by how much likelier a right verdict becomes.
     pub(crate) fn rank(&self) -> f64 {
         self.right.then - self.right.now

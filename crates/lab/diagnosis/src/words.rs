@@ -1,6 +1,6 @@
 //! A diagnosis in words.
 
-mod worth;
+mod expected_gain;
 
 use crate::report::{BeforeAfter, Diagnosis, Form, Ranked, Remainder, Rms, Verdict};
 use crate::whereabouts::{Located, StageConfidence};

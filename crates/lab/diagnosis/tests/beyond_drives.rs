@@ -1,6 +1,6 @@
 //! What no drive shows, an oven or a reference step does: mirrors from a family that no threshold was calibrated on.
 
-use diagnosis::{Asked, Means, Verdict, diagnose, diagnose_with_worths};
+use diagnosis::{Asked, Means, Verdict, diagnose, diagnose_with_gains};
 use experiments::Experiment;
 use identification::Dataset;
 use measurement::Session;
@@ -114,20 +114,20 @@ fn what_a_measurement_would_show_is_told_before_it_is_made() {
         ..Asked::default()
     };
     let paper = Model::from(Preset::Paper);
-    let (found, worths) = diagnose_with_worths(&paper, &data, &[], None, asked).expect("finite");
+    let (found, gains) = diagnose_with_gains(&paper, &data, &[], None, asked).expect("finite");
     assert_eq!(found.verdict, Verdict::None);
-    let worths = worths.measurements.expect("they were asked for");
+    let gains = gains.measurements.expect("they were asked for");
     let shown_by = |name: &str| -> Vec<&str> {
         let is_of_name = |means: &Means| match means {
             Means::Measurement(proposal) => proposal.name == Some(name),
             Means::Fact(_) => panic!("nobody asked for facts"),
         };
-        let worth = worths.iter().find(|worth| is_of_name(&worth.means));
+        let worth = gains.iter().find(|worth| is_of_name(&worth.means));
         let shows = &worth.expect("it is offered").shows;
         shows.iter().map(|shown| shown.effect.as_str()).collect()
     };
-    assert!(shown_by("oven").contains(&"film-tcr"), "{worths:?}");
+    assert!(shown_by("oven").contains(&"film-tcr"), "{gains:?}");
     let by_steps = shown_by("reference");
-    assert!(by_steps.contains(&"sensor-gain"), "{worths:?}");
-    assert!(!by_steps.contains(&"film-tcr"), "{worths:?}");
+    assert!(by_steps.contains(&"sensor-gain"), "{gains:?}");
+    assert!(!by_steps.contains(&"film-tcr"), "{gains:?}");
 }

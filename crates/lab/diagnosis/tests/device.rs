@@ -1,6 +1,6 @@
 //! What a model file states of the mirror narrows what a diagnosis takes for possible, and stays in the file.
 
-use diagnosis::{Asked, Diagnosis, Means, Worth, add, diagnose, diagnose_with_worths};
+use diagnosis::{Asked, Diagnosis, ExpectedGain, Means, add, diagnose, diagnose_with_gains};
 use experiments::Experiment;
 use identification::{Dataset, fit_and_report};
 use mirror_model::effect::find;
@@ -79,37 +79,37 @@ plate_thickness = { value = 150.0, unit = "um", tolerance = 50.0, source = "draw
         facts: true,
         ..Asked::default()
     };
-    let (found, worths) = diagnose_with_worths(&model, &data, &[], cache, asked).expect("finite");
-    assert!(worths.measurements.is_none(), "nobody asked");
-    let worths = worths.facts.expect("they were asked for");
+    let (found, gains) = diagnose_with_gains(&model, &data, &[], cache, asked).expect("finite");
+    assert!(gains.measurements.is_none(), "nobody asked");
+    let gains = gains.facts.expect("they were asked for");
     let alone = diagnosed(&model, &data, folder.path());
     assert_eq!(
         format!("{found:?}"),
         format!("{alone:?}"),
         "the same verdict"
     );
-    let key = |worth: &Worth| match &worth.means {
+    let key = |worth: &ExpectedGain| match &worth.means {
         Means::Fact(key) => key.clone(),
         Means::Measurement(_) => panic!("{worth:?}"),
     };
-    let mut keys: Vec<_> = worths.iter().map(key).collect();
+    let mut keys: Vec<_> = gains.iter().map(key).collect();
     keys.sort_unstable();
     assert_eq!(keys, ["leads", "segments"], "of what is not stated");
-    for pair in worths.windows(2) {
+    for pair in gains.windows(2) {
         let [gain, next] = [0, 1].map(|at| pair[at].right.then - pair[at].right.now);
-        assert!(gain >= next, "{worths:?}");
+        assert!(gain >= next, "{gains:?}");
     }
     // What leads add to a resistance looks like a curvature of the heater's own. A layout shows in the fitted parameters.
     let shown_by = |wanted: &str| {
-        let of_key = worths.iter().find(|worth| key(worth) == wanted);
+        let of_key = gains.iter().find(|worth| key(worth) == wanted);
         let shows = of_key.map_or(&[][..], |worth| &worth.shows);
         shows
             .iter()
             .map(|shown| shown.effect.as_str())
             .collect::<Vec<_>>()
     };
-    assert!(shown_by("leads").contains(&"quadratic-tcr"), "{worths:?}");
-    for shown in worths.iter().flat_map(|worth| &worth.shows) {
+    assert!(shown_by("leads").contains(&"quadratic-tcr"), "{gains:?}");
+    for shown in gains.iter().flat_map(|worth| &worth.shows) {
         let ranked = found.ranking.iter().find(|r| r.effect == shown.effect);
         let now = ranked.and_then(|r| r.detection_limit);
         assert_eq!(now, shown.now, "as the verdict has it");

@@ -146,9 +146,9 @@ impl<'a, M: Mirror> Loop<'a, M> {
         self.mirror.set_air_loss(factor);
     }
 
-    /// Makes up for the surroundings from now on, or leaves the mirror to them.
-    pub fn make_up_for_surroundings(&mut self, is_used: bool) {
-        self.controller.make_up_for_surroundings(is_used);
+    /// Compensates the surroundings from now on, or leaves the mirror to them.
+    pub fn compensate_surroundings(&mut self, is_used: bool) {
+        self.controller.compensate_surroundings(is_used);
     }
 
     /// What the core knows of the surroundings.

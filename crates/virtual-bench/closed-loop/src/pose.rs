@@ -89,7 +89,7 @@ fn measured(
     let mut used = *calibration;
     let mut mirror = Loop::new(&mut used, config)?;
     // Heat of a neighbour that the calibration does not know yet would be taken for a warm room.
-    mirror.make_up_for_surroundings(false);
+    mirror.compensate_surroundings(false);
     let mut sensor = Sensor::new(config);
     let mut points: Vec<_> = poses_to_measure(&reach, top_um)
         .into_iter()

@@ -69,7 +69,7 @@ pub fn precision(
     let top_um = f64::from(calibration.max_position().0);
     let mut mirror = Loop::new(calibration, config)?;
     // The chain in f64 knows no surroundings.
-    mirror.make_up_for_surroundings(false);
+    mirror.compensate_surroundings(false);
     let mut worst = Precision::default();
     let mut left = (seconds / TICK_S) as usize;
     while left > 0 {

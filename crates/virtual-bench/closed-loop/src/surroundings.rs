@@ -62,11 +62,11 @@ pub fn errors(
     calibration: &mut Calibration,
     config: &impl Device,
     around: Around,
-    makes_up: bool,
+    compensates: bool,
 ) -> Result<Vec<Reached>, ConfigError> {
     let top_um = f64::from(calibration.max_position().0);
     let mut mirror = Loop::new(calibration, config)?;
-    mirror.make_up_for_surroundings(makes_up);
+    mirror.compensate_surroundings(compensates);
     mirror.surround(around);
     let positions = POSITIONS_UM.into_iter().filter(|um| *um < top_um);
     Ok(positions.map(|um| mirror.reach(um)).collect())
@@ -119,10 +119,10 @@ pub fn recovery(
     calibration: &mut Calibration,
     config: &impl Device,
     (asked_um, rise_k): (f64, f64),
-    makes_up: bool,
+    compensates: bool,
 ) -> Result<Recovery, ConfigError> {
     let mut mirror = Loop::new(calibration, config)?;
-    mirror.make_up_for_surroundings(makes_up);
+    mirror.compensate_surroundings(compensates);
     for z_um in [0.3 * asked_um, asked_um] {
         mirror.hold(z_um, STAY_S);
     }

@@ -1,4 +1,4 @@
-//! Other surroundings than those of the calibration, told by the heaters' resistances and made up for.
+//! Other surroundings than those of the calibration, told by the heaters' resistances and compensated.
 //!
 //! The mirrors are of physics that share nothing with the core (`virtual-mirror`), calibrated by what was measured of them.
 
@@ -34,18 +34,18 @@ fn around(rise_k: f64, air: f64) -> Around {
 
 #[test]
 #[ignore = "long"]
-fn a_room_is_told_and_made_up_for() {
+fn a_room_is_told_and_compensated() {
     let config = mirror();
     let first = calibrate(&config).expect("a mirror").calibration;
     let mut calibration = calibrated_in_another_room(&first, &config).expect("a mirror");
     println!("ambient ratio {:.4}", calibration.parts().ambient_ratio);
     for rise_k in ROOMS_K {
-        let mut reach = |makes_up| {
-            errors(&mut calibration, &config, around(rise_k, 1.0), makes_up).expect("a mirror")
+        let mut reach = |compensates| {
+            errors(&mut calibration, &config, around(rise_k, 1.0), compensates).expect("a mirror")
         };
         let (off, on) = (reach(false), reach(true));
         let (off_um, on_um) = (largest_um(&off), largest_um(&on));
-        println!("{rise_k} K: {off_um:.2} um, made up for {on_um:.2} um");
+        println!("{rise_k} K: {off_um:.2} um, compensated {on_um:.2} um");
         assert!(on_um < 0.5, "{on:?}");
         // Some 1.8 um for each kelvin.
         assert!(off_um > 1.2 * rise_k.abs(), "{off:?}");
@@ -99,10 +99,10 @@ fn motion_in_the_room_of_the_calibration_is_no_room() {
         let top_um = f64::from(calibration.max_position().0);
         let asked = course(5, top_um);
         let mut told = (0.0_f64, 0.0_f64);
-        let runs = [false, true].map(|makes_up| {
+        let runs = [false, true].map(|compensates| {
             let mut calibration = calibration;
             let mut moved = Loop::new(&mut calibration, &config).expect("a mirror");
-            moved.make_up_for_surroundings(makes_up);
+            moved.compensate_surroundings(compensates);
             let mut at = Vec::new();
             for setpoint in &asked {
                 at.push(moved.tick(*setpoint).0);
@@ -114,7 +114,7 @@ fn motion_in_the_room_of_the_calibration_is_no_room() {
         });
         let pairs = runs[0].iter().zip(&runs[1]);
         let mut apart: Vec<f64> = pairs
-            .map(|(left, made_up)| (left - made_up).abs())
+            .map(|(left, compensated)| (left - compensated).abs())
             .collect();
         apart.sort_by(f64::total_cmp);
         let part = |share: f64| apart[((apart.len() - 1) as f64 * share) as usize];

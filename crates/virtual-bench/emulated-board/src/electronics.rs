@@ -113,7 +113,7 @@ impl Electronics {
     }
 
     /// Voltage that a compare value puts on an actuator, behind filter and buffer. The shunt lies
-    /// within the buffer's feedback, so its drop is made up for.
+    /// within the buffer's feedback, so its drop is compensated.
     pub fn drive_v(&self, compare: u16) -> f64 {
         self.stage_v((f64::from(compare) / PWM_PERIOD_COUNTS).min(1.0))
     }

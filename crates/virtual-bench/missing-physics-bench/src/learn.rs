@@ -4,7 +4,7 @@ use crate::arguments::Instruments;
 use crate::case::Hidden;
 use crate::outcome::Outcome;
 use diagnosis::Ranked;
-use diagnosis::confusions::{Channels, Confusions, Form, Taken};
+use diagnosis::confusions::{Channels, Confusions, SizeError, Taken};
 use std::collections::BTreeMap;
 
 /// A hidden effect with less of the best score than this was not seen, rather than taken for another.
@@ -61,7 +61,7 @@ fn taken(outcomes: &[Outcome]) -> Vec<Taken> {
 }
 
 /// How far sizes were off beyond what their readings explain.
-fn forms(outcomes: &[Outcome]) -> Vec<Form> {
+fn forms(outcomes: &[Outcome]) -> Vec<SizeError> {
     let mut off: BTreeMap<(Channels, String), Vec<f64>> = BTreeMap::new();
     for outcome in outcomes {
         if let (Some(hidden), Some(size)) = (hidden(outcome), &outcome.size)
@@ -71,7 +71,7 @@ fn forms(outcomes: &[Outcome]) -> Vec<Form> {
             of_this.push(size.off());
         }
     }
-    let named = |((channels, effect), off): (_, Vec<f64>)| Form {
+    let named = |((channels, effect), off): (_, Vec<f64>)| SizeError {
         channels,
         effect,
         share: rounded(

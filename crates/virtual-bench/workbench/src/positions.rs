@@ -30,9 +30,9 @@ struct Evidence {
 /// What is reached in other surroundings.
 struct Room {
     around: Around,
-    /// Largest error where the mirror is left to them, and where they are made up for (um).
+    /// Largest error where the mirror is left to them, and where they are compensated (um).
     left_um: f64,
-    made_up_um: f64,
+    compensated_um: f64,
     /// The same after what a room is worth was measured in another one.
     known_um: f64,
 }
@@ -119,7 +119,7 @@ fn rooms(calibration: &mut Calibration, config: &MirrorConfig) -> Result<Vec<Roo
         measured.push(Room {
             around,
             left_um: worst_um(&surroundings::errors(calibration, config, around, false)?),
-            made_up_um: worst_um(&surroundings::errors(calibration, config, around, true)?),
+            compensated_um: worst_um(&surroundings::errors(calibration, config, around, true)?),
             known_um: worst_um(&surroundings::errors(&mut known, config, around, true)?),
         });
     }
@@ -204,13 +204,13 @@ fn print(evidence: &[Evidence], uncompensated: &PaperNumbers) {
                 "0.3 um",
             ),
         };
-        let what = format!("{what}: largest error left to it / made up for / ratio measured");
+        let what = format!("{what}: largest error left to it / compensated / ratio measured");
         row(&what, "-".into(), must, &|e| {
             let room = &e.rooms[i];
             debug_assert_eq!(room.around, around);
             format!(
                 "{:.2} / {:.2} / {:.2} um",
-                room.left_um, room.made_up_um, room.known_um
+                room.left_um, room.compensated_um, room.known_um
             )
         });
     }

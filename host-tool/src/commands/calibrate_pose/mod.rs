@@ -13,7 +13,7 @@ use calibration::{
 };
 use control_core::{Calibration, Limits};
 use experiments::calibration::RANGE;
-use mirror_protocol::{CalibrationUse, MakeUp, SetPose};
+use mirror_protocol::{CalibrationUse, Compensate, SetPose};
 
 use self::readings::{AtPose, Session, Spot, table};
 use self::report::Report;
@@ -60,10 +60,10 @@ pub(super) async fn run(board: &Board, ask: CalibratePose, json: bool) -> Result
     make_directory(&ask.session)?;
     let mut session = Session::load(&ask.session, &plate.poses)?;
     // Heat of a neighbour that the calibration does not know yet would be taken for a warm room.
-    let is_wanted = board.status().await?.health.makes_up_for_room;
-    board.make_up(MakeUp { is_wanted: false }).await?;
+    let is_wanted = board.status().await?.health.compensates_room;
+    board.compensate(Compensate { is_wanted: false }).await?;
     let measured = plate.measure(&mut session, spots).await;
-    board.make_up(MakeUp { is_wanted }).await?;
+    board.compensate(Compensate { is_wanted }).await?;
     let (found, report) = match measured {
         Ok(measured) => measured,
         Err(error) => return Err(fall_back(board, error).await),

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use diagnosis::{Diagnosis, Means, Worth, Worths};
+use diagnosis::{Diagnosis, ExpectedGain, ExpectedGains, Means};
 use identification::Identification;
 use serde::Serialize;
 
@@ -29,16 +29,16 @@ pub(crate) struct Diagnosed<'a> {
     next_command: Option<String>,
     /// What more would be worth, where that was asked for.
     #[serde(flatten)]
-    worths: Worths,
+    gains: ExpectedGains,
 }
 
 impl<'a> Diagnosed<'a> {
-    pub(crate) fn new(found: &'a Diagnosis, worths: Worths) -> Self {
+    pub(crate) fn new(found: &'a Diagnosis, gains: ExpectedGains) -> Self {
         let next = found.next_measurement.as_ref();
         Self {
             found,
             next_command: next.map(|next| next_line(&next.how)),
-            worths,
+            gains,
         }
     }
 }
@@ -61,12 +61,12 @@ impl fmt::Display for Diagnosed<'_> {
         if let (Some(command), Some(next)) = (&self.next_command, &self.found.next_measurement) {
             writeln!(f, "\nMeasure next: {command}\n  {}", next.why)?;
         }
-        if let Some(facts) = &self.worths.facts {
+        if let Some(facts) = &self.gains.facts {
             let heading = "Find out of the mirror, what helps most first:";
             let none = "No fact of the mirror alone would show more";
             list(f, facts, heading, none)?;
         }
-        if let Some(measurements) = &self.worths.measurements {
+        if let Some(measurements) = &self.gains.measurements {
             let heading = "Measure besides, what helps most first:";
             let none = "No measurement of this board and its bench alone would show more";
             list(f, measurements, heading, none)?;
@@ -75,9 +75,14 @@ impl fmt::Display for Diagnosed<'_> {
     }
 }
 
-/// Those worths that are any, each with how it is had.
-fn list(f: &mut fmt::Formatter<'_>, worths: &[Worth], heading: &str, none: &str) -> fmt::Result {
-    let mut worthwhile = worths.iter().filter(|worth| worth.is_some()).peekable();
+/// Those gains that are any, each with how it is had.
+fn list(
+    f: &mut fmt::Formatter<'_>,
+    gains: &[ExpectedGain],
+    heading: &str,
+    none: &str,
+) -> fmt::Result {
+    let mut worthwhile = gains.iter().filter(|worth| worth.is_some()).peekable();
     if worthwhile.peek().is_none() {
         return writeln!(f, "\n{none}");
     }

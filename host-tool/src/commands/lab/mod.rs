@@ -92,10 +92,10 @@ pub(super) fn diagnose(
         .collect::<Result<Vec<_>, _>>()?;
     let cache = cache_directory();
     let what = "trying every effect, and mirrors that lack nothing (kept for the next time)";
-    let (found, worths) = while_working(what, json, || {
-        diagnosis::diagnose_with_worths(&lab.model, &lab.data, &own, Some(&cache), asked)
+    let (found, gains) = while_working(what, json, || {
+        diagnosis::diagnose_with_gains(&lab.model, &lab.data, &own, Some(&cache), asked)
     })?;
-    printed::print(&Diagnosed::new(&found, worths), json);
+    printed::print(&Diagnosed::new(&found, gains), json);
     match (propose, &found.proposal) {
         (Some(file), Some(proposal)) => {
             let written = file.write(&proposal.text)?;

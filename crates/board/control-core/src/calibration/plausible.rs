@@ -22,7 +22,7 @@ const LEAST_FAST: f32 = 0.05;
 /// a line that was fitted elsewhere.
 const SENSED_RISES_K: RangeInclusive<f32> = -20.0..=5e3;
 /// What one kelvin of the surroundings may be worth, in kelvins of a heater: a beam whose heater is on one half only bends
-/// twice as much with the whole; one that does not move with the room has nothing to be made up for.
+/// twice as much with the whole; one that does not move with the room has nothing to be compensated.
 const AMBIENT_RATIOS: RangeInclusive<f32> = 0.0..=3.0;
 
 impl Parts {

@@ -10,7 +10,7 @@ use crate::calibration::{Calibration, Parts};
 use crate::heat::HeatInverse;
 use crate::limits::Limits;
 use crate::memory::{MemoryInverse, Successors};
-use crate::path::Path;
+use crate::path::PathPlanner;
 use crate::plate::PlateInverse;
 use crate::settling::Decay;
 use crate::surroundings::Surroundings;
@@ -103,7 +103,7 @@ impl<'a> Controller<'a> {
     fn exchange_surroundings(&mut self, parts: &Parts) {
         let is_used = self.surroundings.is_wanted();
         self.surroundings = Surroundings::new(parts);
-        self.surroundings.make_up(is_used);
+        self.surroundings.compensate(is_used);
         self.sense_limits = Limits::NONE;
     }
 
@@ -117,7 +117,7 @@ impl<'a> Controller<'a> {
     fn exchange_plate(&mut self, parts: &Parts) {
         self.plate = PlateInverse::new(&parts.plate, parts.actuators[0].shape.top());
         let now = *self.path.now();
-        self.path = Path::new(&parts.path);
+        self.path = PathPlanner::new(&parts.path);
         self.path.follow(&now);
         self.target = NOWHERE;
     }

@@ -197,7 +197,7 @@ fn power_and_temperature_are_limited_by_name() {
 #[test]
 fn a_mirror_that_cannot_cool_faster_says_so() {
     let mut controller = controller(parts());
-    controller.make_up_for_surroundings(false);
+    controller.compensate_surroundings(false);
     let mut last = |z: f32, ticks: usize| {
         let tick = |_| *controller.step(Setpoint::position(Micrometre(z)), NOTHING.0, NOTHING.1);
         (0..ticks).map(tick).last().expect("ticks")
@@ -338,7 +338,7 @@ fn what_the_mirror_remembers_is_known_once_it_was_moved_all_the_way() {
         },
         ..parts()
     });
-    one.make_up_for_surroundings(true);
+    one.compensate_surroundings(true);
     let uncertain_um = |controller: &mut Controller<'_>, z: f32| {
         follow(controller, Setpoint::position(Micrometre(z)), 400);
         let [plays, ..] = controller.budget.spans();

@@ -40,7 +40,7 @@ pub(super) struct Filter {
 }
 
 /// Covariances of the states with what is measured, and its variance.
-pub(super) struct Gains {
+pub(super) struct CrossCovariance {
     room: f32,
     loss: f32,
     pub(super) variance: f32,
@@ -102,10 +102,10 @@ impl Filter {
         is_off
     }
 
-    pub(super) fn gains(&self, heating: f32, variance: f32) -> Gains {
+    pub(super) fn gains(&self, heating: f32, variance: f32) -> CrossCovariance {
         let room = self.room_room - heating * self.room_loss;
         let loss = self.room_loss - heating * self.loss_loss;
-        Gains {
+        CrossCovariance {
             room,
             loss,
             variance: room - heating * loss + variance,

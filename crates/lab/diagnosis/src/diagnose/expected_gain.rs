@@ -7,7 +7,7 @@ use crate::menu::{Offer, offers};
 use crate::null_ensemble::NullEnsemble;
 use crate::null_ensemble::unknowns::{Unknown, unknowns};
 use crate::quantile::below;
-use crate::report::{Asked, Means, Right, Shown, Worth, Worths};
+use crate::report::{Asked, ExpectedGain, ExpectedGains, Means, Right, Shown};
 use identification::dataset::Dataset;
 use identification::fit::fit;
 use identification::prediction::{predict, standardised};
@@ -33,7 +33,7 @@ pub(super) struct Now<'a> {
 impl Now<'_> {
     /// What is asked for. A heater on a bench is no mirror: of what is stated only its leads count, and no usual means tells
     /// those; and of settled readings nobody knows what was driven in between.
-    pub(super) fn worths(&self, asked: Asked) -> Result<Worths, Runaway> {
+    pub(super) fn gains(&self, asked: Asked) -> Result<ExpectedGains, Runaway> {
         let data = self.analysis.data;
         let facts = asked.facts.then(|| match data.is_of_heaters() {
             true => Ok(Vec::new()),
@@ -46,42 +46,42 @@ impl Now<'_> {
                     true => Ok(Vec::new()),
                     false => self.of_measurements(),
                 });
-        Ok(Worths {
+        Ok(ExpectedGains {
             facts: facts.transpose()?,
             measurements: measurements.transpose()?,
         })
     }
 
-    /// The worth of everything that could still be stated of the mirror, the most first.
-    fn of_facts(&self) -> Result<Vec<Worth>, Runaway> {
+    /// What is gained by everything that could still be stated of the mirror, the most first.
+    fn of_facts(&self) -> Result<Vec<ExpectedGain>, Runaway> {
         let unknowns = unknowns(&self.analysis.fitted.model.device).into_iter();
-        let worth = |unknown: Unknown| {
+        let gain = |unknown: Unknown| {
             let means = Means::Fact(unknown.key.to_owned());
-            self.worth(means, unknown.what, self.analysis.data, &unknown.device)
+            self.gain(means, unknown.what, self.analysis.data, &unknown.device)
         };
-        unknowns.map(worth).collect::<Result<_, _>>().map(sorted)
+        unknowns.map(gain).collect::<Result<_, _>>().map(sorted)
     }
 
-    /// The worth of every measurement that the board and its bench can make after this session, the most first.
-    fn of_measurements(&self) -> Result<Vec<Worth>, Runaway> {
+    /// What is gained by every measurement that the board and its bench can make after this session, the most first.
+    fn of_measurements(&self) -> Result<Vec<ExpectedGain>, Runaway> {
         let model = &self.analysis.fitted.model;
-        let worth = |offer: Offer| {
+        let gain = |offer: Offer| {
             let longer = foretold(model, offer.after(self.analysis.data))?;
             let means = Means::Measurement(offer.proposal);
-            self.worth(means, offer.what.to_owned(), &longer, &model.device)
+            self.gain(means, offer.what.to_owned(), &longer, &model.device)
         };
         let offers = offers(self.analysis.data).into_iter();
-        offers.map(worth).collect::<Result<_, _>>().map(sorted)
+        offers.map(gain).collect::<Result<_, _>>().map(sorted)
     }
 
     /// What is gained where this is the session, and this is known of the mirror.
-    fn worth(
+    fn gain(
         &self,
         means: Means,
         what: String,
         data: &Dataset,
         device: &Device,
-    ) -> Result<Worth, Runaway> {
+    ) -> Result<ExpectedGain, Runaway> {
         let ensemble = NullEnsemble::new(data, device, self.cache)?;
         let fitted = fit(&self.analysis.fitted.model, data)?;
         let (known, then) = Analysis::new(data, fitted, &ensemble, self.effects)?;
@@ -102,7 +102,7 @@ impl Now<'_> {
                 then: probability_shown(&then),
             },
         };
-        Ok(Worth {
+        Ok(ExpectedGain {
             means,
             what,
             shows: shown(self.candidates, &then),
@@ -129,9 +129,9 @@ fn foretold(model: &Model, (mut data, read): (Dataset, usize)) -> Result<Dataset
     Ok(data)
 }
 
-fn sorted(mut worths: Vec<Worth>) -> Vec<Worth> {
-    worths.sort_by(|a, b| b.rank().total_cmp(&a.rank()));
-    worths
+fn sorted(mut gains: Vec<ExpectedGain>) -> Vec<ExpectedGain> {
+    gains.sort_by(|a, b| b.rank().total_cmp(&a.rank()));
+    gains
 }
 
 /// Two effects, and how far their predictions differ as an analysis sees it, in standard deviations.

@@ -1,10 +1,10 @@
 //! What a fact of the mirror or a measurement would be worth, in words.
 
 use super::size;
-use crate::report::{Right, Shown, Worth};
+use crate::report::{ExpectedGain, Right, Shown};
 use std::fmt;
 
-impl fmt::Display for Worth {
+impl fmt::Display for ExpectedGain {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.what)?;
         if !self.shows.is_empty() {
@@ -57,7 +57,7 @@ mod tests {
 
     #[test]
     fn what_is_gained_is_told() {
-        let worth = Worth {
+        let gain = ExpectedGain {
             means: Means::Fact("leads".into()),
             what: "the resistance of the leads within 2 ohm".into(),
             shows: vec![Shown {
@@ -76,7 +76,7 @@ mod tests {
         };
         let told = "the resistance of the leads within 2 ohm would show creep (c beyond 1.00 %, now 2.00 %) and would set the \
                     suspects 3.0 times as far apart; it decides between creep and hysteresis in 97 of 100, this session in 61";
-        assert_eq!(worth.to_string(), told);
-        assert!(worth.is_some());
+        assert_eq!(gain.to_string(), told);
+        assert!(gain.is_some());
     }
 }
