@@ -327,6 +327,9 @@ fn too_many_rows() -> Complaint {
     )
 }
 
+/// What a trigger can be: bits of frame and line.
+const TRIGGERS: [f64; 4] = [0.0, 1.0, 2.0, 3.0];
+
 fn number(column: Column, text: &str) -> Result<f64, Complaint> {
     let name = COLUMNS
         .iter()
@@ -350,12 +353,26 @@ fn number(column: Column, text: &str) -> Result<f64, Complaint> {
             "leave a cell empty where nothing was measured",
         ));
     }
+    if column == Column::Trigger && !TRIGGERS.contains(&value) {
+        return Err(Complaint::new(
+            format!("{name} is '{text}'"),
+            "it is 0, 1 where a frame begins, 2 where a line does, or 3 where both do",
+        ));
+    }
     Ok(value)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_trigger_is_of_a_frame_and_a_line() {
+        assert_eq!(number(Column::Trigger, "3").ok(), Some(3.0));
+        for text in ["4", "-1", "1.5", "300"] {
+            assert!(number(Column::Trigger, text).is_err(), "{text}");
+        }
+    }
 
     #[test]
     fn a_row_takes_what_the_limit_counts_with() {

@@ -108,6 +108,9 @@ fn row() -> impl Strategy<Value = Row> {
                     reference_um,
                     asked_um: reference_um.map(|um| 0.5 * um),
                     uncertainty_um: reference_um.map(|um| 0.01 * um.abs()),
+                    asked_tilt_x_deg: tilt_x_deg.map(|deg| 0.5 * deg),
+                    asked_tilt_y_deg: tilt_y_deg.map(|deg| -deg),
+                    trigger: reference_um.map(|um| um as u8 % 4),
                 }
             },
         )
