@@ -17,13 +17,13 @@ use object::{
 };
 use rustc_demangle::demangle;
 
-/// The interrupts of the control tick, the ways out when the firmware cannot go on, the core, and what wakes the link.
+/// The interrupts of the control tick, the ways out when the firmware cannot go on, the control loop, and what wakes the link.
 const ROOTS: [&str; 6] = [
     "ADC1_2",
     "UART5",
     "HardFault",
     "NonMaskableInt",
-    "control_core::controller::Controller::",
+    "mirror_firmware::control::Control::",
     "embassy_executor::raw::waker::",
 ];
 

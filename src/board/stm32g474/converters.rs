@@ -226,12 +226,12 @@ impl Board for Converters {
     }
 
     fn drive(&mut self, codes: [PwmCode; CHANNELS], trigger: Trigger) -> bool {
-        tell_next_tick(trigger);
         for (channel, code) in OUTPUTS.into_iter().zip(codes) {
             self.timer.set_compare_value(channel, code.0);
         }
         // The next update takes the new values over, all or, in the midst of them, some.
         let is_in_time = !has_next_tick_begun();
+        tell_next_tick(trigger);
         // Only after `disable`: what the comparators disabled is not undone here.
         if core::mem::take(&mut self.are_disabled) {
             self.load_switch.set_high();
