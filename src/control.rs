@@ -5,7 +5,7 @@ mod wire;
 use core::sync::atomic::Ordering;
 
 use control_core::{
-    CHANNELS, Controller, CurrentSense, Limit, Limits, Micrometre, Pose, PwmCode, Radian,
+    Ampere, CHANNELS, Controller, CurrentSense, Limit, Limits, Micrometre, Pose, PwmCode, Radian,
     SenseCalibration, Setpoint, SupplyCode, Volt,
 };
 use mirror_protocol::{Commanded, Health, Telemetry};
@@ -56,7 +56,9 @@ struct Decided {
     codes: [PwmCode; CHANNELS],
     /// What begins with them.
     trigger: Trigger,
-    telemetry: Telemetry,
+    limits: Limits,
+    currents: [Ampere; CHANNELS],
+    sensor_z: Option<Micrometre>,
     supply: SupplyCode,
     /// What was wanted before.
     last: Setpoint,
@@ -193,45 +195,51 @@ impl Control {
         let allowed = self.protection.tick(self.setpoint, applied, &reading);
         watchdog::PROTECTION.store(true, Ordering::Relaxed);
         let step = self.controller.step(allowed, applied, currents);
-        let codes = step.codes;
-        let mut limits = step.limits;
+        let (codes, mut limits) = (step.codes, step.limits);
         if self.protection.has_lapsed() {
             limits.insert(Limit::LeaseLapsed);
         }
         self.limits_since_command = self.limits_since_command.union(limits);
-
-        let telemetry = Telemetry {
-            tick: self.tick,
-            drive_v: applied.map(|drive| drive.0),
-            current_a: currents.map(|current| current.0),
-            temperature_k: step
-                .sense
-                .map(|channel| channel.map(|channel| channel.temperature_rise.0)),
-            limits: limits.bits(),
-            states: self
-                .protection
-                .states(step.drives, step.limits)
-                .map(wire::state),
-            sensor_z_um: sensed.sensor_z.map(|z| z.0),
-            pose: wire::pose(&self.controller),
-            room: self.controller.surroundings().map(wire::room),
-            uncertainty: self.controller.uncertainty().map(wire::uncertainty),
-            settles_in_ms: self.controller.settles_in().map(wire::whole_ms),
-            trigger: self.trigger,
-        };
         Decided {
             codes,
             trigger,
-            telemetry,
+            limits,
+            currents,
+            sensor_z: sensed.sensor_z,
             supply: sensed.supply,
             last,
         }
     }
 
+    /// What the host is told of this tick.
+    fn telemetry(&self, decided: &Decided) -> Telemetry {
+        let step = self.controller.latest();
+        Telemetry {
+            tick: self.tick,
+            drive_v: self.applied.map(|code| code.drive().0),
+            current_a: decided.currents.map(|current| current.0),
+            temperature_k: step
+                .sense
+                .map(|channel| channel.map(|channel| channel.temperature_rise.0)),
+            limits: decided.limits.bits(),
+            states: self
+                .protection
+                .states(step.drives, step.limits)
+                .map(wire::state),
+            sensor_z_um: decided.sensor_z.map(|z| z.0),
+            pose: wire::pose(&self.controller),
+            room: self.controller.surroundings().map(wire::room),
+            uncertainty: self.controller.uncertainty().map(wire::uncertainty),
+            settles_in_ms: self.controller.settles_in().map(wire::whole_ms),
+            trigger: self.trigger,
+        }
+    }
+
     /// Tells the host what was decided, which is driven from now on.
     fn tell(&mut self, decided: Decided) {
-        self.answer(decided.codes, &decided.telemetry);
-        self.report(decided.telemetry, decided.supply);
+        let telemetry = self.telemetry(&decided);
+        self.answer(decided.codes, &telemetry);
+        self.report(telemetry, decided.supply);
         self.controller.foresee();
         self.applied = decided.codes;
         self.trigger = decided.trigger;

@@ -280,6 +280,11 @@ impl<'a> Controller<'a> {
         self.arrivals[actuator] = self.actuators[actuator].arrival(target, near, &self.rails, heat);
     }
 
+    /// What the last step decided.
+    pub fn latest(&self) -> &Step {
+        &self.step
+    }
+
     /// One control tick.
     ///
     /// `applied` are the voltages that were driven while `currents` were sensed. Every input is
