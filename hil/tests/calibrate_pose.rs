@@ -83,6 +83,7 @@ fn tilts_deg(bench: &Bench, words: &[&str]) -> [f64; 2] {
 }
 
 #[test]
+#[ignore = "long"]
 fn a_mirror_that_was_read_under_three_spots_tilts_as_it_is_asked_to() {
     let bench = bench();
     // Two spots, and the person goes home.
