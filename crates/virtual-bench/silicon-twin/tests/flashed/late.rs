@@ -66,10 +66,13 @@ fn a_drive_that_comes_too_late_is_told_as_late_however_late_it_is() {
         } = common::status(&mut tool).health;
         let is_late = written / CYCLES_PER_US >= NEXT_UPDATE_US;
         assert_eq!(late_ticks > 0, is_late, "{took_us} us");
-        assert_eq!(missed_ticks > 0, took_us > TWO_TICKS_US, "{took_us} us");
+        // The loop begins as late as what masks interrupts lets it, and counts from there.
+        if took_us.abs_diff(TWO_TICKS_US) > LATENCY_US {
+            assert_eq!(missed_ticks > 0, took_us > TWO_TICKS_US, "{took_us} us");
+        }
         let latency_us = latency / CYCLES_PER_US;
         assert!(latency_us < LATENCY_US, "{latency_us} of {took_us} us");
-        if took_us > TWO_TICKS_US {
+        if took_us > TWO_TICKS_US + LATENCY_US {
             break;
         }
     }
