@@ -104,9 +104,7 @@ pub(crate) fn cases() -> Vec<Case> {
 fn on_a_channel(list: &mut List, channel: usize) {
     use Fault as F;
     use PlantFault as P;
-    // What opens in the midst of the heaters' check leaves its mean some current, as of a heater that is hot.
-    let opens = &[F::OpenHeater, F::OverTemperature];
-    list.breaks(P::OpenHeater(channel), opens, AT_ONCE);
+    list.breaks(P::OpenHeater(channel), &[F::OpenHeater], AT_ONCE);
     list.breaks(P::ShortCircuit(channel), &[F::ShortCircuit], AT_ONCE);
     list.breaks(P::Bridge(channel, 220), DOES_NOT_FOLLOW, AT_ONCE);
     list.breaks(P::Bridge(channel, 560), DOES_NOT_FOLLOW, AT_ITS_TOP);
@@ -123,7 +121,7 @@ fn on_a_channel(list: &mut List, channel: usize) {
     ];
     list.breaks(P::FrozenSense(channel), frozen, ONCE_IT_MOVES);
     list.breaks(P::StageGain(channel, 150), DOES_NOT_FOLLOW, AT_ITS_TOP);
-    list.breaks(P::StageGain(channel, 0), opens, AT_ONCE);
+    list.breaks(P::StageGain(channel, 0), &[F::OpenHeater], AT_ONCE);
     list.breaks(P::SenseGain(channel, 150), DOES_NOT_FOLLOW, AT_ITS_TOP);
     let reads_hot = &[F::OverTemperature, F::ImplausibleSense, F::OpenHeater];
     list.breaks(P::SenseGain(channel, 50), reads_hot, AT_ITS_TOP);
