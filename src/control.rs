@@ -5,12 +5,12 @@ mod wire;
 use core::sync::atomic::Ordering;
 
 use control_core::{
-    Ampere, CHANNELS, Controller, CurrentSense, Limit, Limits, Micrometre, Pose, PwmCode, Radian,
+    Ampere, CHANNELS, Controller, CurrentSense, Limit, Limits, Micrometre, PwmCode,
     SenseCalibration, Setpoint, SupplyCode, Volt,
 };
 use mirror_protocol::{Commanded, Health, Telemetry};
 use protection::{Denied, Fault, Lease, Protection, Reading};
-use waveforms::{Played, Player, Quantity, Sampler, Shape, Stream, Trigger, Waveform};
+use waveforms::{Player, Sampler, Stream, Trigger};
 
 use crate::board::{Board, Sensed};
 use crate::mailbox::{ControlSide, Order};
@@ -336,7 +336,7 @@ impl Control {
             return Trigger::NONE;
         }
         let played = player.next(|index| self.mailbox.point(index));
-        self.setpoint = setpoint(player.waveform(), &played);
+        self.setpoint = player.waveform().setpoint(&played);
         if let Some(stream) = self.awaited.take() {
             self.begin_stream(stream);
         }
@@ -402,25 +402,5 @@ impl Control {
     fn begin_stream(&mut self, stream: Stream) {
         self.stream = Sampler::new(stream);
         self.mailbox.begin_stream(self.tick);
-    }
-}
-
-fn setpoint(waveform: &Waveform, played: &Played) -> Setpoint {
-    let value = played.value;
-    if let Quantity::Drive { active, others_v } = waveform.quantity {
-        let drive = |is_active| Volt(if is_active { value } else { others_v });
-        return Setpoint::Drive(active.map(drive));
-    }
-    // A position has no tilts.
-    let [tilt_x, tilt_y] = played.tilts.map(Radian);
-    let pose = Pose {
-        z: Micrometre(value),
-        tilt_x,
-        tilt_y,
-    };
-    match waveform.shape {
-        // Steps need a path, anything else is one.
-        Shape::Steps(_) => Setpoint::Position(pose),
-        Shape::Sine { .. } | Shape::Triangle { .. } | Shape::Lines(_) => Setpoint::Track(pose),
     }
 }

@@ -35,7 +35,7 @@ pub(super) const ALLOWED: &[Allowed] = &[
     (Room::Board, "fpu", &[]),
     (Room::Board, "mirror-protocol", &["waveforms"]),
     (Room::Board, "protection", &["control-core"]),
-    (Room::Board, "waveforms", &[]),
+    (Room::Board, "waveforms", &["control-core"]),
     (
         Room::Lab,
         "calibration",

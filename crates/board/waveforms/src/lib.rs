@@ -11,6 +11,7 @@ mod mean;
 mod player;
 mod sampler;
 mod sampling;
+mod setpoint;
 mod waveform;
 
 pub use player::{Played, Player};

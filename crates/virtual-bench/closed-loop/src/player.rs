@@ -3,18 +3,18 @@
 //! It plays as the firmware does: the waveforms, the ticks that are sampled and the rows that they make are those of
 //! `experiment-player`, and what the sensor and the current senses read is their mean where the board takes a mean.
 
-use control_core::{CHANNELS, Calibration, Micrometre, Pose, PwmCode, Radian, Setpoint, Volt};
+use control_core::{CHANNELS, Calibration, PwmCode, Setpoint, Volt};
 use emulated_board::{Device, Mirror};
 use experiment_player::{Clock, Piece, PlayError, pieces, rows};
 use experiments::instruments::POSITION_NOISE_UM;
 use experiments::{Experiment, Prehold};
 use measurement::MeasurementFile;
-use mirror_protocol::{Quantity, Shape, Telemetry, Waveform};
+use mirror_protocol::Telemetry;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use virtual_mirror::ConfigError;
-use waveforms::{Played, Player as WaveformPlayer, Reading, Sampler};
+use waveforms::{Player as WaveformPlayer, Reading, Sampler};
 
 use crate::{Loop, TICK_S};
 
@@ -89,7 +89,7 @@ impl<'a, M: Mirror> Player<'a, M> {
         let mut asked = None;
         while !player.is_over() {
             let played = player.next(|index| piece.points[index]);
-            let wanted = setpoint(&piece.waveform, &played);
+            let wanted = piece.waveform.setpoint(&played);
             let steps = asked.replace(wanted) != Some(wanted);
             let read = self.tick(wanted);
             samples.add(read, steps);
@@ -157,25 +157,6 @@ impl Samples {
                 ..read
             });
         }
-    }
-}
-
-/// What a waveform asks of the core: steps need a path, anything else is one.
-fn setpoint(waveform: &Waveform, played: &Played) -> Setpoint {
-    let value = played.value;
-    if let Quantity::Drive { active, others_v } = waveform.quantity {
-        let drive = |is_active| Volt(if is_active { value } else { others_v });
-        return Setpoint::Drive(active.map(drive));
-    }
-    let [tilt_x, tilt_y] = played.tilts.map(Radian);
-    let pose = Pose {
-        z: Micrometre(value),
-        tilt_x,
-        tilt_y,
-    };
-    match waveform.shape {
-        Shape::Steps(_) => Setpoint::Position(pose),
-        Shape::Sine { .. } | Shape::Triangle { .. } | Shape::Lines(_) => Setpoint::Track(pose),
     }
 }
 
