@@ -13,15 +13,20 @@ pub trait Problem {
     /// How each residual (row) changes with each parameter (column) at a point with residuals `here`; `None` where that has
     /// no answer.
     ///
-    /// Unless a problem knows better (derivatives, steps of its own, columns in parallel) these are forward differences.
+    /// Unless a problem knows better (derivatives, columns in parallel) these are forward differences.
     fn jacobian(
         &self,
         parameters: &DVector<f64>,
         here: &DVector<f64>,
         bounds: &Bounds,
     ) -> Option<DMatrix<f64>> {
-        let step = DifferenceStep::FORWARD;
+        let step = self.difference_step();
         forward_differences(|at| self.residuals(at), parameters, here, bounds, step)
+    }
+
+    /// The step of those differences.
+    fn difference_step(&self) -> DifferenceStep {
+        DifferenceStep::FORWARD
     }
 }
 

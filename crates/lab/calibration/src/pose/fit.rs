@@ -2,10 +2,8 @@
 
 use control_core::calibration::{Lag, POLES, Parts};
 use control_core::{CHANNELS, Micrometre, PlateInverse, Pose};
-use least_squares::{
-    Bounds, DifferenceStep, Options, Prior, Problem, forward_differences, minimise,
-};
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x4, Vector3, Vector4};
+use least_squares::{Bounds, DifferenceStep, Options, Prior, Problem, minimise};
+use nalgebra::{DVector, Matrix3, Matrix3x4, Vector3, Vector4};
 
 use super::history::{Place, Table, places, tables};
 use super::point::PosePoint;
@@ -224,14 +222,8 @@ impl Problem for Fit {
         left.iter().all(|it| it.is_finite()).then_some(left)
     }
 
-    fn jacobian(
-        &self,
-        at: &DVector<f64>,
-        here: &DVector<f64>,
-        bounds: &Bounds,
-    ) -> Option<DMatrix<f64>> {
-        let step = DifferenceStep::Absolute(DIFFERENCE);
-        forward_differences(|there| self.residuals(there), at, here, bounds, step)
+    fn difference_step(&self) -> DifferenceStep {
+        DifferenceStep::Absolute(DIFFERENCE)
     }
 }
 

@@ -3,8 +3,8 @@
 
 use control_core::CHANNELS;
 use control_core::calibration::{Parts, SensedRises};
-use least_squares::{Bounds, DifferenceStep, Options, Problem, forward_differences, minimise};
-use nalgebra::{DMatrix, DVector};
+use least_squares::{DifferenceStep, Options, Problem, minimise};
+use nalgebra::DVector;
 
 use super::heat::HeatLoss;
 use super::linear::{Displacements, LinearStages, MemoryTerms};
@@ -203,13 +203,7 @@ impl Problem for Projection<'_> {
         Some(DVector::from_vec(residuals))
     }
 
-    fn jacobian(
-        &self,
-        at: &DVector<f64>,
-        here: &DVector<f64>,
-        bounds: &Bounds,
-    ) -> Option<DMatrix<f64>> {
-        let step = DifferenceStep::Absolute(DIFFERENCE);
-        forward_differences(|there| self.residuals(there), at, here, bounds, step)
+    fn difference_step(&self) -> DifferenceStep {
+        DifferenceStep::Absolute(DIFFERENCE)
     }
 }
