@@ -1,6 +1,6 @@
 //! A calibration uploaded over USB, and what a board comes up with after its power was cut.
 
-use crate::erased;
+use crate::{erased, with_a_bad_calibration};
 use control_core::Calibration;
 use control_core::calibration::{BYTES, Label, Parts};
 use firmware_on_host::with_client;
@@ -266,13 +266,7 @@ fn after_a_power_cut_at_any_operation_the_old_or_the_new_sense_is_in_use_and_the
 
 #[test]
 fn a_bad_one_falls_back_to_the_factorys_and_the_board_says_so() {
-    use embedded_storage::nor_flash::NorFlash;
-    let flash = erased();
-    let garbage = [0x5a; PAGE_BYTES];
-    flash
-        .lock()
-        .write(LOG_BYTES as u32, &garbage)
-        .expect("erased");
+    let flash = with_a_bad_calibration();
     let info = found(&flash);
     assert_eq!(info.kept, Kept::FactoryAsStoredIsBad);
     assert_eq!(info.device, found(&erased()).device);

@@ -1,7 +1,7 @@
 //! The fault log through the whole firmware: what a board says of its starts and trips after its power was cut, on a flash
 //! that is sound, worn, or full of garbage.
 
-use crate::erased;
+use crate::{erased, with_a_bad_calibration};
 use embedded_storage::nor_flash::NorFlash;
 use fault_log::Log;
 use firmware_on_host::{connect, enumerate, with_board_on, with_client};
@@ -71,12 +71,7 @@ fn every_start_has_a_number_and_a_cause() {
 
 #[test]
 fn a_trip_is_there_after_the_next_start_with_what_the_board_drove() {
-    let flash = erased();
-    let garbage = [0x5a; PAGE_BYTES];
-    flash
-        .lock()
-        .write(LOG_BYTES as u32, &garbage)
-        .expect("erased");
+    let flash = with_a_bad_calibration();
     let bad = Some(Fault::CalibrationBad.code());
     for boot in 1..=2 {
         let (page, entries) = started(&flash);
