@@ -8,6 +8,8 @@ use std::f64::consts::TAU;
 
 pub(super) struct AmbientDrift;
 
+// D, tau and T as in the forms of their own (`simple.rs`), T and tau between theirs. Both swings are counted in parts of D, and
+// may be ten times what settles: a choice, for a room that swings and hardly settles.
 static PARAMETERS: [Parameter; 5] = [
     parameter("D", "K", 1.0, -15.0, 15.0),
     parameter("tau", "s", 200.0, 30.0, 3000.0),

@@ -5,6 +5,9 @@ use std::borrow::Cow;
 
 pub(super) struct Creep;
 
+// The paper saw creep for 30 s: 25 s is the slowest of the three lags at the start. tau from 0.2 s, whose fastest lag of 40 ms
+// is that of a thermal pole, to 60 s, whose slowest, 300 s, is ten times what the paper saw. A hundredth of the stroke of 173.7
+// um is 1.7 um; a fifth is a choice, far beyond what could be called creep.
 static PARAMETERS: [Parameter; 2] = [
     parameter("c", "1", 0.01, 0.0, 0.2),
     parameter("tau", "s", 5.0, 0.2, 60.0),

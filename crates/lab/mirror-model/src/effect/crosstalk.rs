@@ -7,6 +7,8 @@ use std::borrow::Cow;
 
 pub(super) struct Crosstalk;
 
+// At most three times the 10 % of the source. The opposite actuator is farther away than a neighbour, so it gets no more than
+// that one; half is a choice to start at.
 static PARAMETERS: [Parameter; 2] = [
     parameter("k", "1", 0.02, 0.0, 0.3),
     parameter("o", "1", 0.5, 0.0, 1.0),

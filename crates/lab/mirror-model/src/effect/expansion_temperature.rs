@@ -5,6 +5,7 @@ use std::borrow::Cow;
 
 pub(super) struct ExpansionTemperature;
 
+// From nothing to three times the largest of the source.
 static PARAMETERS: [Parameter; 1] = [parameter("c", "1/K", 5e-4, 0.0, 3e-3)];
 
 static INFO: Info = Info {

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 
 pub(super) struct FilmTcr;
 
+// 1 - s is the film's part of the bulk's coefficient; the third of the source is s = 0.67.
 static PARAMETERS: [Parameter; 1] = [parameter("s", "1", 0.2, 0.0, 0.7)];
 
 static INFO: Info = Info {

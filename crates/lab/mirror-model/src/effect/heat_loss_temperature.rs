@@ -80,13 +80,14 @@ const fn info(
     }
 }
 
+// From nothing to two and a half times the largest of the source; the loss at 100 K is doubled there.
 static LINEAR_STRENGTH: [Parameter; 1] = [parameter("g", "1/K", 1e-3, 0.0, 1e-2)];
 static LINEAR: Info = info(
     "P' = P - g dT^2/R_T",
     "air conducts better when hot: g 2e-3 to 4e-3 /K",
     &LINEAR_STRENGTH,
 );
-// A conductivity of the hot end all along takes twice what the integral does.
+// All of the loss through air is 1. A conductivity of the hot end all along takes twice what the integral does; twice that at most.
 static THROUGH_AIR_STRENGTH: [Parameter; 1] = [parameter("s", "1", 1.0, 0.0, 4.0)];
 static THROUGH_AIR: Info = info(
     "P' = P - s (T0/1.8 ((T/T0)^1.8 - 1) - dT)/R_T",
@@ -100,6 +101,8 @@ static FREE_CONVECTION: Info = info(
     "laminar free convection, h as dT^0.25 (Incropera and DeWitt, section 9.6)",
     &FREE_CONVECTION_STRENGTH,
 );
+// All of the loss through silicon is 1; half as much again where it conducts worse than the power law says. Half of it to start
+// at.
 static THROUGH_SILICON_STRENGTH: [Parameter; 1] = [parameter("s", "1", 0.5, 0.0, 1.5)];
 static THROUGH_SILICON: Info = info(
     "P' = P + s (dT - T0/0.3 (1 - (T0/T)^0.3))/R_T",

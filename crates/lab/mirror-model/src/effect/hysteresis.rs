@@ -8,6 +8,9 @@ use std::borrow::Cow;
 
 pub(super) struct Hysteresis;
 
+// Once all plays follow, the loop is 4/3 w r high at its middle (twice the held back mean radius of 2r/3), which starts at 0.27
+// um, a sixth of the paper's loop of 1.6 um at 0.1 Hz. The ends are choices: a radius of 60 um is a third of the paper's 173.7
+// um, and one of 0.5 um turns within a step of any sweep.
 static PARAMETERS: [Parameter; 2] = [
     parameter("w", "1", 0.02, 0.0, 0.3),
     parameter("r", "um", 10.0, 0.5, 60.0),

@@ -28,6 +28,8 @@ mod moment;
 mod numerals;
 mod quadratic_tcr;
 mod radiation;
+#[cfg(test)]
+mod ranges;
 mod registry;
 mod resonance;
 mod sensor_gain;

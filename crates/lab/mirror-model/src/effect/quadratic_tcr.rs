@@ -5,6 +5,7 @@ use std::borrow::Cow;
 
 pub(super) struct QuadraticTcr;
 
+// From none to four times platinum's.
 static PARAMETERS: [Parameter; 1] = [parameter("b", "1/K^2", -5.8e-7, -2.5e-6, 0.0)];
 
 static INFO: Info = Info {

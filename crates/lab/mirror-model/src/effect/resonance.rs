@@ -5,7 +5,9 @@ use std::borrow::Cow;
 
 pub(super) struct Resonance;
 
-// Sessions are read every 0.2 ms at best, and show what is faster as if it were slower. A broad line is a start for narrow
+// Sessions are read every 0.2 ms at best, and show what is faster as if it were slower: 2500 Hz is the Nyquist frequency. 200 Hz is
+// well below the family's lowest. a is 1 where the whole plate rings, 1.5 for what a spot off its centre may see of a tilt. Q up to
+// 300, a choice. A broad line is a start for narrow
 // ones, too; from a narrow one a broad one is not found.
 static PARAMETERS: [Parameter; 3] = [
     parameter("a", "1", 1.0, 0.0, 1.5),

@@ -5,6 +5,8 @@ use std::borrow::Cow;
 
 pub(super) struct SensorLag;
 
+// 0.3 s is a meter that averages over fifteen periods of 50 Hz mains, a choice; slower readings are taken one by one, and
+// nobody would step a drive faster. The two lags can be exchanged, so the second is the shorter one.
 static PARAMETERS: [Parameter; 2] = [
     parameter("tau", "s", 1e-3, 0.0, 0.3),
     parameter("r", "1", 0.5, 0.0, 1.0),

@@ -6,6 +6,9 @@ use std::f64::consts::TAU;
 
 pub(super) struct SensorNonlinearity;
 
+// n is the error of the slope: of 0.01 and 200 um the waves are 0.3 um, 0.2 % of the paper's range; of 0.15 they are 4.8 um,
+// nearly three times the 1 % of the source. Waves of 40 um are the shortest that steps of 7.5 um (0.1 V at 75 um/V) show; of
+// 800 um the range is a quarter, a bend without a wave. m, which turns the sine's phase to any, up to that of a bend alone.
 static PARAMETERS: [Parameter; 3] = [
     parameter("n", "1", 0.01, -0.15, 0.15),
     parameter("L", "um", 200.0, 40.0, 800.0),

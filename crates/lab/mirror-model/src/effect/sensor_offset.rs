@@ -5,6 +5,7 @@ use std::borrow::Cow;
 
 pub(super) struct SensorOffset;
 
+// Half a micrometre is 50 times the resolution of the paper's sensor; 10 um are 4 % of its range, +-250 um. A choice.
 static PARAMETERS: [Parameter; 1] = [parameter("z0", "um", 0.5, -10.0, 10.0)];
 
 static INFO: Info = Info {

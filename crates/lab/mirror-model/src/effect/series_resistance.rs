@@ -5,6 +5,7 @@ use std::borrow::Cow;
 
 pub(super) struct SeriesResistance;
 
+// A quarter more than the largest of the source.
 static PARAMETERS: [Parameter; 1] = [parameter("R_s", "ohm", 5.0, 0.0, 25.0)];
 
 static INFO: Info = Info {

@@ -28,8 +28,8 @@ pub(super) static PLATE: Way = Way {
     power_w: |m| m.opposite_power_w,
 };
 
-// Of the power of each actuator at the other end. Beams follow in milliseconds, a frame of silicon in tenths of a second, and
-// the package, which is slower, is the substrate's warming.
+// Of the power of each actuator at the other end; at most three times the 10 % of the source. Beams follow in milliseconds, a
+// frame of silicon in tenths of a second, and the package, which is slower, is the substrate's warming.
 static PARAMETERS: [Parameter; 2] = [
     parameter("k", "1", 0.02, 0.0, 0.3),
     parameter("tau", "s", 0.01, 1e-3, 0.5),

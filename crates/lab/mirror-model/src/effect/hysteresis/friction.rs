@@ -35,8 +35,8 @@ pub(super) static BOUC_WEN: Friction = Friction {
     },
 };
 
-// The paper's loop at 0.1 Hz is 1.6 um wide, twice the height; 6 um are 4 % of the span. It turns round within a part of the
-// stroke.
+// The paper's loop at 0.1 Hz is 1.6 um high, which is twice a; 6 um are 3.5 % of its 173.7 um either way. L as the plays' radius: a
+// turn is over within a part of the stroke, here a fourteenth.
 static PARAMETERS: [Parameter; 2] = [
     parameter("a", "um", 0.8, 0.0, 6.0),
     parameter("L", "um", 12.0, 1.0, 60.0),
