@@ -1,4 +1,8 @@
 //! What numbers a mirror can have.
+//!
+//! Three kinds: what the board's design allows (`design.rs`); what the stages' inverses need, so that none divides by next to
+//! nothing; and all others, which keep out what is no mirror's, as a unit mixed up by a factor of a thousand or a bit that has flipped.
+//! The last are choices, of whole powers of ten where one will do, with what each was reckoned from.
 
 use core::ops::RangeInclusive;
 
@@ -7,23 +11,54 @@ use super::{CalibrationError, Field, Problem};
 use super::{FAST_POLES, Lag, Play, SLOW};
 use crate::design::{COLD_RESISTANCES_OHM, HIGHEST_DRIVE, HIGHEST_POWER_W, TCRS_PER_K};
 use crate::plate::across;
-use crate::units::Second;
+use crate::units::{Second, Volt};
 
-/// How far the fast and slow poles' weights may add up to something else than 1.
+/// K/W. The paper's actuator has 5.7e3; the highest is over a thousand times that, and the lowest would warm by 0.4 mK at the highest
+/// power, which is no heater.
+const THERMAL_RESISTANCES_K_PER_W: RangeInclusive<f32> = 1e-2..=1e7;
+/// 1/K. Air makes a loss grow by 2e-3 to 4e-3 (the effect `heat-loss-temperature`): 25 times that at most. Where it falls, the power still
+/// rises with the temperature, 1 + 2 g dT > 0, up to twice [`HOTTEST_RISE`].
+const LOSS_GROWTHS_PER_K: RangeInclusive<f32> = -1e-3..=1e-1;
+/// What a stage may call a temperature rise (K). No heater is hotter than [`HOTTEST_RISE`], but displacement and resistance tell
+/// temperatures only up to a factor ([`TCRS_PER_K`]): of four, which is 900 K, and five times that.
+const RISES_K: RangeInclusive<f32> = 1e-1..=5e3;
+/// Temperature rises that a resistance may tell (K): no more than the stages' own may be, and a little below none, by a line that was
+/// fitted elsewhere.
+const SENSED_RISES_K: RangeInclusive<f32> = -20.0..=*RISES_K.end();
+
+/// How far the fast and slow poles' weights may add up to something else than 1: far above the rounding of five weights, and a tenth
+/// of a percent of the displacement.
 const WEIGHT_TOLERANCE: f32 = 1e-3;
-/// Creep that is faster than this is none.
-const FASTEST_CREEP: Second = Second(0.01);
+/// The least weight of the fast poles: what is slow has been left out of the table's temperature when little is fast, and the inverse
+/// divides by it. A choice: 19 times as much slow as fast, and no mirror known is near it.
+const LEAST_FAST: f32 = 0.05;
+/// The slowest pole (s): some hundred times the 14 s that the paper's loops and t95 allow for, three hours.
+const SLOWEST_POLE: Second = Second(1e4);
 /// The fastest pole that actuators may share: the core looks at what they share every 0.4 ms (`heat.rs`), and no chip frame is faster;
 /// that of the paper's mirror takes 33 ms.
 const FASTEST_SHARED: Second = Second(0.01);
-/// The least weight of the fast poles: what is slow has been left out of the table's temperature when little is fast.
-const LEAST_FAST: f32 = 0.05;
-/// Temperature rises that a resistance may tell (K): no more than the stages' own may be (`max_rise_k`), and a little below none, by
-/// a line that was fitted elsewhere.
-const SENSED_RISES_K: RangeInclusive<f32> = -20.0..=5e3;
+
+/// Creep that is faster than this is none: beams themselves follow their heat in that time (the paper's middle pole is 33 ms).
+const FASTEST_CREEP: Second = Second(0.01);
+/// Nor is any slower (s), or let go by friction: a day.
+const SLOWEST_MEMORY: Second = Second(1e5);
+/// A lag's part of the creep: all of them together are at most a fifth in the effect `creep`; either way, since lags that stand for
+/// another law may have both signs.
+const CREEP_WEIGHTS: RangeInclusive<f32> = -0.2..=0.2;
+/// The least part of a motion that follows at once: the inverse of the plays divides by it, and asks for ten times the way at a turn.
+const LEAST_AT_ONCE: f32 = 0.1;
+/// A length that is no part of a mirror's motion (um): a centimetre, over fifty times the paper's 173.7 um.
+const LONGEST_MOTION_UM: f32 = 1e4;
+
+/// How long a move may take (s): five periods of a resonance of 5 Hz, a fortieth of the lowest that the effect `resonance` knows.
+const LONGEST_MOVE: Second = Second(1.0);
 /// What one kelvin of the surroundings may be worth, in kelvins of a heater: a beam whose heater is on one half only bends
-/// twice as much with the whole; one that does not move with the room has nothing to be compensated.
+/// twice as much with the whole, and half as much again; one that does not move with the room has nothing to be compensated.
 const AMBIENT_RATIOS: RangeInclusive<f32> = 0.0..=3.0;
+/// The lowest bound of a drive, one code of it (V), and of a power (W): less than a ten-thousandth of the 22.6 mW that the paper's
+/// actuator takes at 3.5 V. Bounds below these would hold every drive at nothing.
+const LEAST_DRIVE: Volt = Volt(1e-3);
+const LEAST_POWER_W: f32 = 1e-6;
 
 impl Parts {
     /// Names the first number that no mirror can have.
@@ -38,7 +73,12 @@ impl Parts {
         self.heat.check()?;
         self.memory.check()?;
         self.plate.check()?;
-        check(Field::MoveTime, 0, self.path.move_time.0, 0.0..=1.0)?;
+        check(
+            Field::MoveTime,
+            0,
+            self.path.move_time.0,
+            0.0..=LONGEST_MOVE.0,
+        )?;
         check(Field::AmbientRatio, 0, self.ambient_ratio, AMBIENT_RATIOS)?;
         if self.ambient_ratio > 0.0 {
             for (i, actuator) in self.actuators.iter().enumerate() {
@@ -61,16 +101,16 @@ impl ActuatorCalibration {
             Field::ThermalResistance,
             0,
             self.thermal_resistance.0,
-            1e-2..=1e7,
+            THERMAL_RESISTANCES_K_PER_W,
         )?;
-        check(Field::LossGrowth, 0, self.loss_growth.0, -1e-3..=1e-1)
+        check(Field::LossGrowth, 0, self.loss_growth.0, LOSS_GROWTHS_PER_K)
     }
 }
 
 impl ActuatorCalibration {
     /// A heater that tells its temperature tells more where it is hotter.
     fn check_sensed_rises(&self) -> Result<(), CalibrationError> {
-        check(Field::SensedTop, 0, self.sensed_rises.top.0, 1e-1..=5e3)?;
+        check(Field::SensedTop, 0, self.sensed_rises.top.0, RISES_K)?;
         for (i, pair) in self.sensed_rises.knots.windows(2).enumerate() {
             if let [low, high] = *pair {
                 let error = |problem| CalibrationError::number(Field::SensedRise, i + 1, problem);
@@ -88,7 +128,12 @@ impl ActuatorCalibration {
 impl Heat {
     fn check(&self) -> Result<(), CalibrationError> {
         check_lags(Field::FastPole, &self.fast, 0.0..=1.0, 0.0..=SLOW.0)?;
-        check_lags(Field::SlowPole, &self.slow, 0.0..=0.95, SLOW.0..=1e4)?;
+        check_lags(
+            Field::SlowPole,
+            &self.slow,
+            0.0..=1.0 - LEAST_FAST,
+            SLOW.0..=SLOWEST_POLE.0,
+        )?;
         let weights = |lags: &[Lag]| lags.iter().map(|lag| lag.weight).sum::<f32>();
         let fast = weights(&self.fast);
         if (fast + weights(&self.slow) - 1.0).abs() > WEIGHT_TOLERANCE || fast < LEAST_FAST {
@@ -115,25 +160,31 @@ impl Memory {
         let mut at_once = 1.0;
         let mut last_um = 0.0;
         for (i, Play { weight, radius }) in self.plays.into_iter().enumerate() {
-            check(Field::Play, i, weight, 0.0..=0.9)?;
-            check(Field::Play, i, radius.0, 0.0..=1e4)?;
+            check(Field::Play, i, weight, 0.0..=1.0 - LEAST_AT_ONCE)?;
+            check(Field::Play, i, radius.0, 0.0..=LONGEST_MOTION_UM)?;
             if radius.0 < last_um {
                 return Err(CalibrationError::number(Field::Play, i, Problem::NotRising));
             }
             last_um = radius.0;
             at_once -= weight;
         }
-        if at_once < 0.1 {
+        if at_once < LEAST_AT_ONCE {
             return Err(CalibrationError::number(Field::Play, 0, Problem::Sum));
         }
-        check(Field::Release, 0, self.release.0, 0.0..=1e5)?;
-        check_lags(Field::Creep, &self.creep, -0.2..=0.2, FASTEST_CREEP.0..=1e5)
+        check(Field::Release, 0, self.release.0, 0.0..=SLOWEST_MEMORY.0)?;
+        check_lags(
+            Field::Creep,
+            &self.creep,
+            CREEP_WEIGHTS,
+            FASTEST_CREEP.0..=SLOWEST_MEMORY.0,
+        )
     }
 }
 
-/// No mirror plate has a longer lever (um): MEMS mirrors are millimetres wide.
+/// No mirror plate has a longer lever (um): MEMS mirrors are millimetres wide, and this is ten centimetres.
 const LONGEST_LEVER_UM: f32 = 1e5;
-/// The least volume that levers and warp span, as a part of that of a square plate: 1 in 10 is far from any layout.
+/// The least volume that levers and warp span, as a part of that of a square plate: 1 in 10 is far from any layout, a choice; the inverse of
+/// the plate divides by it.
 const LEAST_SPANNED: f32 = 0.1;
 
 impl Plate {
@@ -169,7 +220,7 @@ impl Plate {
 impl Residual {
     /// No mirror is off by more than a range, no part by more than the whole.
     fn check(&self) -> Result<(), CalibrationError> {
-        check(Field::Residual, 0, self.piston.0, 0.0..=1e4)?;
+        check(Field::Residual, 0, self.piston.0, 0.0..=LONGEST_MOTION_UM)?;
         let parts = [self.part, self.apart, self.ambient_ratio];
         for (i, part) in parts.into_iter().enumerate() {
             check(Field::Residual, i + 1, part, 0.0..=1.0)?;
@@ -180,9 +231,17 @@ impl Residual {
 
 impl Bounds {
     fn check(&self) -> Result<(), CalibrationError> {
-        check_board(Field::MaxDrive, self.drive.0, 1e-3..=HIGHEST_DRIVE.0)?;
-        check_board(Field::MaxPower, self.power.0, 1e-6..=HIGHEST_POWER_W)?;
-        check(Field::MaxRise, 0, self.rise.0, 1e-1..=5e3)
+        check_board(
+            Field::MaxDrive,
+            self.drive.0,
+            LEAST_DRIVE.0..=HIGHEST_DRIVE.0,
+        )?;
+        check_board(
+            Field::MaxPower,
+            self.power.0,
+            LEAST_POWER_W..=HIGHEST_POWER_W,
+        )?;
+        check(Field::MaxRise, 0, self.rise.0, RISES_K)
     }
 }
 

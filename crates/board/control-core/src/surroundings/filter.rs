@@ -2,26 +2,29 @@
 
 use crate::units::Kelvin;
 
-/// How fast a room drifts by itself, as a random walk (K in a root second): a kelvin in ten minutes.
+/// How fast a room drifts by itself, as a random walk (K in a root second): a kelvin in ten minutes, 0.04 times the root of 600 s. A choice.
 const ROOM_WALK: f32 = 0.04;
 /// The same of the relative loss: a tenth of the room's, at a heater that is 60 K warm; only air that begins to flow is faster,
 /// and that is a jump.
 const LOSS_WALK: f32 = 7e-5;
 /// What is known of a room before anything was sensed, or after a jump (K): 10 to 40 degC around a laboratory's 22.
 const ROOM_PRIOR: Kelvin = Kelvin(15.0);
-/// The same of the loss: 10 %.
+/// The same of the loss: 10 %, half of the fifth by which air is required to be borne (docs/requirements.md).
 const LOSS_PRIOR: f32 = 0.1;
-/// An update that is off by more standard deviations than this is none, or a jump.
+/// An update that is off by more standard deviations than this is none, or a jump: noise is once in 1.7 million updates, three quarters
+/// of an hour, and four in succession never.
 const JUMP: f32 = 5.0;
 /// So is one that is off by more than this, however little was known before (K): no room is that far off at a glance, and a single
 /// reading that is wrong must not take the range away.
 const FAR: Kelvin = Kelvin(10.0);
-/// So many of them in succession are a jump.
+/// So many of them in succession are a jump: of 6.4 ms, a choice. A glitch is shorter, and the estimate is to be at its new place within
+/// 20 ms (docs/theory/surroundings.md).
 const UPDATES_TO_JUMP: u8 = 4;
 /// Surroundings beyond this bear no bimorph, or are no surroundings but a sense that is wrong (K): from -40 to 85 degC, the
 /// industrial range, around a laboratory's 22.
 pub(super) const FARTHEST: Kelvin = Kelvin(63.0);
-/// A loss beyond this is no air, but a vacuum or a heater that is damaged.
+/// A loss beyond this is no air, but a vacuum or a heater that is damaged: two and a half times the fifth that air is required to be borne
+/// by (docs/requirements.md).
 pub(super) const LARGEST_LOSS: f32 = 0.5;
 
 /// The states and their covariance.
@@ -119,7 +122,8 @@ impl Filter {
         self.room_loss = 0.0;
     }
 
-    /// What rounding may have taken of the covariance: it stays that of two quantities.
+    /// What rounding may have taken of the covariance: it stays that of two quantities, with deviations of at least 1 mK and 0.003 %, a
+    /// tenth and less of what a reading resolves.
     fn keep_positive(&mut self) {
         const LEAST: (f32, f32) = (1e-6, 1e-9);
         self.room_room = if self.room_room > LEAST.0 {
