@@ -51,7 +51,7 @@ const STORIES: [&str; 3] = [
 const STORYTELLER: &str = "workbench";
 
 /// Programs that test the tool, and want of a board no more than that it is fast: they run on boards on this machine.
-const OF_THE_TOOL: [&str; 10] = [
+const OF_THE_TOOL: [&str; 11] = [
     "tests/beyond_drives",
     "tests/calibrate",
     "tests/completion",
@@ -61,6 +61,7 @@ const OF_THE_TOOL: [&str; 10] = [
     "tests/monitor",
     "tests/pose",
     "tests/room",
+    "tests/scan",
     "tests/serve",
 ];
 const THIS_MACHINE: &str = "host";

@@ -20,6 +20,9 @@ const LAST_DIGIT: f64 = 1.0;
 /// Writes today's numbers into the pages.
 const WRITE: &str = "MIRROR_WRITE_PAGES";
 
+/// Commands with this option search for a formula, a quarter of a minute each: they run where what is long is asked for.
+const LONG: &str = "--propose";
+
 /// A command, and the lines that a page shows of its output, each with its number in the page.
 struct Shown {
     command: Vec<String>,
@@ -119,7 +122,10 @@ fn the_pages_show_what_the_tool_prints() {
     for path in pages() {
         let page = fs::read_to_string(&path).expect("a page");
         let mut today: Vec<String> = page.lines().map(String::from).collect();
-        for Shown { command, lines } in shown(&page) {
+        let has_time = |shown: &Shown| {
+            long_runs::are_asked_for() || !shown.command.iter().any(|word| word == LONG)
+        };
+        for Shown { command, lines } in shown(&page).into_iter().filter(has_time) {
             let out = terminal.run(&command);
             let mut printed = out.lines();
             for (number, line) in lines {

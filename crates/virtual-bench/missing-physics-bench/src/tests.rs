@@ -28,6 +28,7 @@ fn outcome(hidden: Hidden, is_described: bool, cache: &Path) -> Outcome {
 }
 
 #[test]
+#[ignore = "long"]
 fn what_ignorance_hides_is_found_where_the_design_is_told() {
     let folder = tempfile::tempdir().expect("a folder");
     let hidden = Hidden::One(Effect::QuadraticTcr, 1.0);
