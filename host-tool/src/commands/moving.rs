@@ -68,7 +68,10 @@ impl Pace {
     /// The same within a sentence.
     fn words(&self) -> String {
         match self.hold {
-            Hold::For(hold) => format!("held for {hold} at most, then ramped to zero"),
+            Hold::For(_) => {
+                let lease_s = f64::from(self.lease_ms()) / 1e3;
+                format!("held for {lease_s:.0} s at most, then ramped to zero")
+            }
             Hold::Forever => "held until told otherwise".to_owned(),
         }
     }
