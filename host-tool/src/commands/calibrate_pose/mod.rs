@@ -19,11 +19,12 @@ use self::readings::{AtPose, Session, Spot, table};
 use self::report::Report;
 use super::calibrate::fall_back;
 use super::calibrate_room::is_in_use;
+use super::measure::interrupt::Interrupt;
 use super::measure::keyboard::Keyboard;
 use super::measure::possible::make_directory;
 use super::measure::sensor::Sensor;
 use super::measure::spots::Spots;
-use super::moving::{Pace, settle_and_read};
+use super::moving::{self, Pace};
 use crate::board::Board;
 use crate::cli::CalibratePose;
 use crate::error::ToolError;
@@ -62,13 +63,16 @@ pub(super) async fn run(board: &Board, ask: CalibratePose, json: bool) -> Result
     // Heat of a neighbour that the calibration does not know yet would be taken for a warm room.
     let is_wanted = board.status().await?.health.compensates_room;
     board.compensate(Compensate { is_wanted: false }).await?;
-    let measured = plate.measure(&mut session, spots).await;
-    board.compensate(Compensate { is_wanted }).await?;
-    let (found, report) = match measured {
-        Ok(measured) => measured,
-        Err(error) => return Err(fall_back(board, error).await),
+    let interrupt = Interrupt::listen()?;
+    let measured = tokio::select! {
+        measured = plate.measure(&mut session, spots) => measured,
+        () = interrupt.comes() => Err(ToolError::Interrupted),
     };
-    keep(board, &found, output, report, json).await
+    board.compensate(Compensate { is_wanted }).await?;
+    match measured {
+        Ok((found, report)) => keep(board, &found, output, report, json).await,
+        Err(error) => Err(fall_back(board, error).await),
+    }
 }
 
 /// Uses what was found for good, and says so.
@@ -217,11 +221,12 @@ impl<'a> OnPlate<'a> {
             lease_ms: self.pace.lease_ms(),
         };
         let commanded = self.board.set_pose(asked).await?;
-        let (readings, held) = settle_and_read(self.board, &commanded, self.pace).await?;
+        self.board.wait(commanded.tick, self.pace.settle).await?;
+        let (readings, tick) = moving::read(self.board).await?;
         let limits = self.board.status().await?.telemetry.limits;
         Ok(AtPose {
             z_um: self.read_sensor(readings.sensor_z_um).await?,
-            held_s: held.s,
+            held_s: self.board.span(commanded.tick, tick).s,
             is_limited: Limits::from_bits(limits).hold_back(),
         })
     }
@@ -230,7 +235,7 @@ impl<'a> OnPlate<'a> {
     async fn read_sensor(&self, read_um: Option<f64>) -> Result<f64, ToolError> {
         let um = match (self.sensor.read_now().await?, read_um) {
             (Some(um), _) | (None, Some(um)) => Some(um),
-            (None, None) => super::moving::read(self.board).await?.0.sensor_z_um,
+            (None, None) => moving::read(self.board).await?.0.sensor_z_um,
         };
         um.ok_or(ToolError::NoSensor)
     }

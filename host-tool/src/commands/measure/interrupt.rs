@@ -9,11 +9,11 @@ use crate::system::Interrupts;
 
 /// Hears Ctrl-C for as long as the tool runs, and keeps one that comes while nobody waits for it.
 #[derive(Clone)]
-pub(super) struct Interrupt(Arc<Notify>);
+pub(crate) struct Interrupt(Arc<Notify>);
 
 impl Interrupt {
     /// From now on Ctrl-C no longer ends the tool by itself.
-    pub(super) fn listen() -> Result<Self, ToolError> {
+    pub(crate) fn listen() -> Result<Self, ToolError> {
         let interrupt = Self(Arc::new(Notify::new()));
         let mut interrupts = Interrupts::listen().map_err(ToolError::Runtime)?;
         let told = interrupt.clone();
@@ -26,7 +26,7 @@ impl Interrupt {
     }
 
     /// Waits for it.
-    pub(super) async fn comes(&self) {
+    pub(crate) async fn comes(&self) {
         self.0.notified().await;
     }
 }

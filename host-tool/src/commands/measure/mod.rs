@@ -1,7 +1,7 @@
 //! `measure`: the paper's experiments on any board, as measurement files.
 
 pub(crate) mod header;
-mod interrupt;
+pub(crate) mod interrupt;
 mod journal;
 pub(crate) mod keyboard;
 mod lag;
