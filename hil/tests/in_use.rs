@@ -193,7 +193,7 @@ fn a_move_that_is_interrupted_says_that_the_mirror_is_held_and_a_scan_turns_it_o
     );
     let sentence = said.sentence();
     for word in [
-        "driven on: held for 4200 s at most, then ramped to zero",
+        "driven on: held for 4201 s at most, then ramped to zero",
         "host-tool off",
     ] {
         assert!(sentence.contains(word), "{sentence}");

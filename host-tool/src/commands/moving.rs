@@ -69,8 +69,8 @@ impl Pace {
     fn words(&self) -> String {
         match self.hold {
             Hold::For(_) => {
-                let lease_s = f64::from(self.lease_ms()) / 1e3;
-                format!("held for {lease_s:.0} s at most, then ramped to zero")
+                let lease_s = self.lease_ms().div_ceil(1000);
+                format!("held for {lease_s} s at most, then ramped to zero")
             }
             Hold::Forever => "held until told otherwise".to_owned(),
         }
