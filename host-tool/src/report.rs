@@ -71,11 +71,37 @@ pub(crate) fn row(values: [f64; 4], decimals: usize, unit: &str) -> String {
     row_of_known(values.map(Some), decimals, unit)
 }
 
+/// A number with so many decimals, and no sign where none of its digits tells one.
+fn fixed(value: f64, decimals: usize) -> String {
+    let digits = format!("{value:.decimals$}");
+    match digits.strip_prefix('-') {
+        Some(unsigned) if unsigned.chars().all(|c| matches!(c, '0' | '.')) => unsigned.to_owned(),
+        _ => digits,
+    }
+}
+
 /// Four numbers in a row, with a dash where one is not known. Rows of any unit stand in line.
 pub(crate) fn row_of_known(values: [Option<f64>; 4], decimals: usize, unit: &str) -> String {
     let cell = |value: Option<f64>| match value {
-        Some(value) => format!("{value:>9.decimals$} {unit:<2}"),
+        Some(value) => format!("{:>9} {unit:<2}", fixed(value, decimals)),
         None => format!("{:>9}   ", "-"),
     };
     values.map(cell).join("").trim_end().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_zero_has_no_sign() {
+        assert_eq!(fixed(-0.0004, 3), "0.000");
+        assert_eq!(fixed(-0.0, 0), "0");
+        assert_eq!(fixed(-0.0006, 3), "-0.001");
+        assert_eq!(fixed(-10.0, 1), "-10.0");
+        assert_eq!(
+            row([-1e-5, 1.0, 0.0, -2.0], 3, "mA").matches('-').count(),
+            1
+        );
+    }
 }

@@ -177,20 +177,23 @@ impl fmt::Display for ScanReport {
         if self.lines > 0 {
             writeln!(f, "triggers   {} frames, {} lines", self.frames, self.lines)?;
         }
-        writeln!(f, "{}", limited_line(&self.limited_by))?;
+        let falls_short = self
+            .following
+            .is_some_and(|following| following.falls_short());
+        match self.limited_by.is_empty() && falls_short {
+            true => writeln!(f, "limited    by the mirror's bandwidth")?,
+            false => writeln!(f, "{}", limited_line(&self.limited_by))?,
+        }
         if self.limited_by.contains(&Limit::Cooling.name()) {
             writeln!(
                 f,
                 "           it falls faster than the mirror cools: raise its lower end or slow it down"
             )?;
         }
-        if self
-            .following
-            .is_some_and(|following| following.falls_short())
-        {
+        if falls_short {
             writeln!(
                 f,
-                "           it moves less than 0.7 of what was asked: beyond its bandwidth, so slow it down"
+                "           it moves less than 0.7 of what was asked: slow it down"
             )?;
         }
         if let Some(file) = &self.file {
