@@ -17,6 +17,10 @@ const CALIBRATION: f64 = 0.02;
 /// Surroundings that a mirror is measured in, a climate chamber's range (degC), and what looks like them in kelvins.
 const AMBIENT_C: RangeInclusive<f64> = -80.0..=200.0;
 const KELVINS: RangeInclusive<f64> = 200.0..=475.0;
+/// No heater on a bench takes more: some times the largest current of a bench supply (A).
+const MOST_A: f64 = 1e3;
+/// No measurement is longer: 30 years (s).
+const LONGEST_S: f64 = 1e9;
 /// From so many readings on their correlation with the drive tells whether it moves what they read. Noise alone comes to
 /// more than so many times the correlation's standard deviation, 1 over the root of their number, once in a million files.
 const TELLING_READINGS: usize = 30;
@@ -50,6 +54,8 @@ pub(crate) fn check(file: &MeasurementFile, device: &Device) -> Option<Finding> 
     voltage_in_millivolts(file)
         .or_else(|| voltage_beyond(file, device.highest_v))
         .or_else(|| (0..ACTUATORS).find_map(|actuator| current(file, actuator, device.cold_ohm)))
+        .or_else(|| current_beyond(file))
+        .or_else(|| time_beyond(file))
         .or_else(|| displacement_unit(file))
         .or_else(|| reference_unit(file))
         .or_else(|| ambient(file))
@@ -130,6 +136,33 @@ fn current(file: &MeasurementFile, actuator: usize, cold_ohm: f64) -> Option<Fin
         }
     }
     None
+}
+
+fn current_beyond(file: &MeasurementFile) -> Option<Finding> {
+    let columns = (0..ACTUATORS).map(Column::Current);
+    let (column, (row, current)) = columns
+        .filter_map(|column| Some((column, largest(file, column)?)))
+        .find(|(_, (_, current))| current.abs() > MOST_A)?;
+    let complaint = Complaint::new(
+        format!("no heater takes a current of {current:e} A"),
+        "currents are in A; leave the cell empty where none was read",
+    );
+    Some((row, column, complaint))
+}
+
+fn time_beyond(file: &MeasurementFile) -> Option<Finding> {
+    let (row, column, seconds) = [Column::Time, Column::GlobalTime]
+        .into_iter()
+        .filter_map(|column| {
+            let (row, seconds) = largest(file, column)?;
+            Some((row, column, seconds))
+        })
+        .find(|(_, _, seconds)| seconds.abs() > LONGEST_S)?;
+    let complaint = Complaint::new(
+        format!("a time of {seconds:e} s is longer than any measurement"),
+        "times are in s from the file's start; a date or a counter's ticks are none",
+    );
+    Some((row, column, complaint))
 }
 
 fn displacement_unit(file: &MeasurementFile) -> Option<Finding> {

@@ -164,6 +164,30 @@ fn other_units() {
 }
 
 #[test]
+fn what_no_bench_has_is_refused() {
+    refuses(
+        "t_s,V_V,I_A\n0,1,3e-3\n1,2,1e300\n2,3,9e-3\n",
+        "no heater takes a current of 1e300 A",
+        "1e300",
+    );
+    refuses(
+        "V_V,I1_A,I2_A\n1,3e-3,3e-3\n2,6e-3,-2e3\n3,9e-3,9e-3\n",
+        "no heater takes a current of -2e3 A",
+        "-2e3",
+    );
+    refuses(
+        "t_s,V_V,z_um\n0,0,0\n1e300,1,90\n",
+        "longer than any measurement",
+        "1e300",
+    );
+    let decade = "t_s,V_V,I_A\n0,1,3e-3\n3e8,2,6e-3\n";
+    assert!(MeasurementFile::parse("decade.csv", decade).is_ok());
+    // A short circuit of a bench supply.
+    let heavy = "t_s,V_V,I_A\n0,1,200\n1,2,400\n";
+    assert!(MeasurementFile::parse("heavy.csv", heavy).is_ok());
+}
+
+#[test]
 fn surroundings_and_references() {
     let with = |column: &str, value: &str| format!("t_s,V_V,{column}\n0,0,\n1,0.1,{value}\n");
     refuses(
