@@ -122,6 +122,7 @@ fn what_is_exported_tells_nothing_of_what_is_hidden_and_is_scored() {
 }
 
 #[test]
+#[ignore = "long"]
 fn a_law_that_no_list_has_is_placed_on_another_author_s_mirror_and_nothing_where_nothing_is() {
     let folder = tempfile::tempdir().expect("a folder");
     let found = |law| {
