@@ -188,7 +188,7 @@ fn a_move_that_is_interrupted_before_it_is_answered_says_that_the_board_may_be_d
         assert_eq!(said.status.code(), Some(130), "{words:?}: {said:?}");
         let told = String::from_utf8_lossy(&said.stderr);
         let told = told.split_whitespace().collect::<Vec<_>>().join(" ");
-        for word in ["before the board answered", "61 s", "host-tool off"] {
+        for word in ["before the board answered", "62 s", "host-tool off"] {
             assert!(told.contains(word), "{words:?}: {told}");
         }
     }

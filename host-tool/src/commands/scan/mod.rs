@@ -161,6 +161,14 @@ fn acted(limits: &[Limits], cycles: u32) -> Limits {
     all.fold(Limits::NONE, |all, limits| all.union(*limits))
 }
 
+/// What held the scan back, as a line for people: limits of the board's that acted, or else the mirror, where it falls short.
+fn limited(by: &[&str], falls_short: bool) -> String {
+    match by.is_empty() && falls_short {
+        true => limited_line(&["by the mirror's bandwidth"]),
+        false => limited_line(by),
+    }
+}
+
 impl fmt::Display for ScanReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
@@ -180,10 +188,7 @@ impl fmt::Display for ScanReport {
         let falls_short = self
             .following
             .is_some_and(|following| following.falls_short());
-        match self.limited_by.is_empty() && falls_short {
-            true => writeln!(f, "limited    by the mirror's bandwidth")?,
-            false => writeln!(f, "{}", limited_line(&self.limited_by))?,
-        }
+        writeln!(f, "{}", limited(&self.limited_by, falls_short))?;
         if self.limited_by.contains(&Limit::Cooling.name()) {
             writeln!(
                 f,
@@ -220,6 +225,13 @@ mod tests {
         limits[4] = fall;
         assert_eq!(acted(&limits, 3), fall);
         assert_eq!(acted(&[], 3), Limits::NONE);
+    }
+
+    #[test]
+    fn what_the_board_does_not_hold_back_the_mirror_may() {
+        assert_eq!(limited(&[], false), "limited    by nothing");
+        assert_eq!(limited(&[], true), "limited    by the mirror's bandwidth");
+        assert_eq!(limited(&["cooling"], true), "limited    cooling");
     }
 
     #[test]
