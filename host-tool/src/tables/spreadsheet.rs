@@ -1,6 +1,7 @@
 //! Spreadsheets: the first sheet that holds a table.
 
 use std::io::Cursor;
+use std::panic;
 
 use calamine::{Data, Range, Reader, Sheets, open_workbook_auto_from_rs};
 use measurement::import::{ImportError, Table};
@@ -10,12 +11,19 @@ const SECONDS_OF_A_DAY: f64 = 86_400.0;
 
 /// The first sheet's table.
 pub(super) fn table(bytes: &[u8]) -> Result<Table, ImportError> {
-    let not_one = |reason: String| {
-        ImportError::new(
-            format!("this is no spreadsheet that can be read: {reason}"),
-            "save the sheet as CSV, and import that",
-        )
-    };
+    // The reader panics at some spoilt files, as at a cell's name that is too long.
+    panic::catch_unwind(|| first_table(bytes))
+        .unwrap_or_else(|_| Err(not_one("it is damaged".to_owned())))
+}
+
+fn not_one(reason: String) -> ImportError {
+    ImportError::new(
+        format!("this is no spreadsheet that can be read: {reason}"),
+        "save the sheet as CSV, and import that",
+    )
+}
+
+fn first_table(bytes: &[u8]) -> Result<Table, ImportError> {
     let mut book: Sheets<_> = open_workbook_auto_from_rs(Cursor::new(bytes))
         .map_err(|error| not_one(error.to_string()))?;
     let names = book.sheet_names();
@@ -121,6 +129,12 @@ mod tests {
         assert_eq!(table.rows[1], [Some(1000.0), Some(26100.5)]);
         assert_eq!(table.rows[2], [Some(2000.0), None]);
         assert_eq!(table.written, "the sheet 'Sweep', of 2 sheets");
+    }
+
+    #[test]
+    fn a_cell_whose_name_is_too_long_is_an_error() {
+        let book = workbook("<row r=\"1\"><c r=\"ZZZZZZZZZZZZ1\"><v>1</v></c></row>");
+        assert!(table(&book).is_err());
     }
 
     #[test]
