@@ -17,9 +17,9 @@ const CALIBRATION: f64 = 0.02;
 /// Surroundings that a mirror is measured in, a climate chamber's range (degC), and what looks like them in kelvins.
 const AMBIENT_C: RangeInclusive<f64> = -80.0..=200.0;
 const KELVINS: RangeInclusive<f64> = 200.0..=475.0;
-/// No heater on a bench takes more: some times the largest current of a bench supply (A).
+/// No heater on a bench takes more (A): a choice, above what a supply on a bench gives.
 const MOST_A: f64 = 1e3;
-/// No measurement is longer: 30 years (s).
+/// No measurement is longer (s): 30 years, a choice; seconds since 1970 are more.
 const LONGEST_S: f64 = 1e9;
 /// From so many readings on their correlation with the drive tells whether it moves what they read. Noise alone comes to
 /// more than so many times the correlation's standard deviation, 1 over the root of their number, once in a million files.
@@ -140,29 +140,34 @@ fn current(file: &MeasurementFile, actuator: usize, cold_ohm: f64) -> Option<Fin
 
 fn current_beyond(file: &MeasurementFile) -> Option<Finding> {
     let columns = (0..ACTUATORS).map(Column::Current);
-    let (column, (row, current)) = columns
-        .filter_map(|column| Some((column, largest(file, column)?)))
-        .find(|(_, (_, current))| current.abs() > MOST_A)?;
+    let (row, column, amperes) = beyond(file, columns, MOST_A)?;
     let complaint = Complaint::new(
-        format!("no heater takes a current of {current:e} A"),
+        format!("no heater takes a current of {amperes:e} A"),
         "currents are in A; leave the cell empty where none was read",
     );
     Some((row, column, complaint))
 }
 
 fn time_beyond(file: &MeasurementFile) -> Option<Finding> {
-    let (row, column, seconds) = [Column::Time, Column::GlobalTime]
-        .into_iter()
-        .filter_map(|column| {
-            let (row, seconds) = largest(file, column)?;
-            Some((row, column, seconds))
-        })
-        .find(|(_, _, seconds)| seconds.abs() > LONGEST_S)?;
+    let columns = [Column::Time, Column::GlobalTime];
+    let (row, column, seconds) = beyond(file, columns, LONGEST_S)?;
     let complaint = Complaint::new(
         format!("a time of {seconds:e} s is longer than any measurement"),
         "times are in s from the file's start; a date or a counter's ticks are none",
     );
     Some((row, column, complaint))
+}
+
+/// The row and largest value of the first of these columns that is beyond `most`, either way.
+fn beyond(
+    file: &MeasurementFile,
+    columns: impl IntoIterator<Item = Column>,
+    most: f64,
+) -> Option<(usize, Column, f64)> {
+    columns.into_iter().find_map(|column| {
+        let (row, value) = largest(file, column)?;
+        (value.abs() > most).then_some((row, column, value))
+    })
 }
 
 fn displacement_unit(file: &MeasurementFile) -> Option<Finding> {
