@@ -1,5 +1,5 @@
-//! The sessions of `data/hidden`, asked about as a user asks: compare, diagnose, add what is named, compare again. Every sixteenth of
-//! them, and all where a long run asks for what is long.
+//! The sessions of `data/hidden`, asked about as a user asks: compare, diagnose, add what is named, compare again. Every twelfth of
+//! them, with nothing, one effect, and two hidden, and all where a long run asks for what is long.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -76,7 +76,7 @@ fn strings(list: &Value) -> Vec<String> {
 }
 
 /// Of the sessions, where not all are asked about.
-const SHORT_STEP: usize = 16;
+const SHORT_STEP: usize = 12;
 
 /// Sessions with what is hidden in them.
 fn sessions() -> VecDeque<(PathBuf, Vec<String>)> {
@@ -143,6 +143,7 @@ fn what_is_hidden_is_found_and_added_and_nothing_else_is_named() {
         );
     }
     let of = |count: usize| outcomes.iter().filter(move |o| o.hidden.len() == count);
+    assert!((0..=2).all(|count| of(count).count() > 0));
     let is_listed = |o: &&Outcome| listed.contains(&o.hidden[0]);
     let found = of(1)
         .filter(is_listed)

@@ -29,6 +29,12 @@ struct Shown {
     lines: Vec<(usize, String)>,
 }
 
+impl Shown {
+    fn is_run(&self) -> bool {
+        long_runs::are_asked_for() || !self.command.iter().any(|word| word == LONG)
+    }
+}
+
 /// The commands of a page that need no board, in blocks of such commands only.
 fn shown(page: &str) -> Vec<Shown> {
     let needs_a_board =
@@ -122,10 +128,7 @@ fn the_pages_show_what_the_tool_prints() {
     for path in pages() {
         let page = fs::read_to_string(&path).expect("a page");
         let mut today: Vec<String> = page.lines().map(String::from).collect();
-        let has_time = |shown: &Shown| {
-            long_runs::are_asked_for() || !shown.command.iter().any(|word| word == LONG)
-        };
-        for Shown { command, lines } in shown(&page).into_iter().filter(has_time) {
+        for Shown { command, lines } in shown(&page).into_iter().filter(Shown::is_run) {
             let out = terminal.run(&command);
             let mut printed = out.lines();
             for (number, line) in lines {
