@@ -32,13 +32,13 @@ const WEIGHT_TOLERANCE: f32 = 1e-3;
 /// The least weight of the fast poles: what is slow has been left out of the table's temperature when little is fast, and the inverse
 /// divides by it. A choice: 19 times as much slow as fast, and no mirror known is near it.
 const LEAST_FAST: f32 = 0.05;
-/// The slowest pole (s): some hundred times the 14 s that the paper's loops and t95 allow for, three hours.
+/// The slowest pole (s): some 700 times the 14 s that the paper's loops and t95 allow for, a choice.
 const SLOWEST_POLE: Second = Second(1e4);
 /// The fastest pole that actuators may share: the core looks at what they share every 0.4 ms (`heat.rs`), and no chip frame is faster;
 /// that of the paper's mirror takes 33 ms.
 const FASTEST_SHARED: Second = Second(0.01);
 
-/// Creep that is faster than this is none: beams themselves follow their heat in that time (the paper's middle pole is 33 ms).
+/// Creep that is faster than this is none: a third of the paper's middle pole of 33 ms, a choice.
 const FASTEST_CREEP: Second = Second(0.01);
 /// Nor is any slower (s), or let go by friction: a day.
 const SLOWEST_MEMORY: Second = Second(1e5);

@@ -96,8 +96,8 @@ pub struct Info {
 
 /// A parameter of an effect.
 ///
-/// A range keeps a fit away from what is no such effect, or cannot be told from nothing; it decides nothing else, and is as wide as its
-/// source allows, or wider. Each says beside it where it comes from, and which of its ends are choices.
+/// A range keeps a fit away from what is no such effect, or cannot be told from nothing; it decides nothing else, and is as
+/// wide as its source allows, or wider. Each says beside it where it comes from, and which of its ends are choices.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct Parameter {
     /// Its symbol.

@@ -6,9 +6,8 @@ use std::borrow::Cow;
 pub(super) struct Resonance;
 
 // Sessions are read every 0.2 ms at best, and show what is faster as if it were slower: 2500 Hz is the Nyquist frequency. 200 Hz is
-// well below the family's lowest. a is 1 where the whole plate rings, 1.5 for what a spot off its centre may see of a tilt. Q up to
-// 300, a choice. A broad line is a start for narrow
-// ones, too; from a narrow one a broad one is not found.
+// well below the family's lowest. a is 1 where the whole plate rings; its 1.5, and Q up to 300, are choices. A broad line is a start
+// for narrow ones, too; from a narrow one a broad one is not found.
 static PARAMETERS: [Parameter; 3] = [
     parameter("a", "1", 1.0, 0.0, 1.5),
     parameter("f", "Hz", 1500.0, 200.0, 2500.0),

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 pub(super) struct SubstrateWarming;
 
-// w to six times the 7 % of the source, and tau over what a pole of seconds may be: a chip on its package in tenths of a
+// w to nearly six times the 7 % of the source, and tau over what a pole of seconds may be: a chip on its package in tenths of a
 // second, the package in minutes. Both ends are choices; between them are the 2 to 14 s that the paper's loops and t95 leave
 // for a slow pole.
 static PARAMETERS: [Parameter; 2] = [

@@ -7,7 +7,7 @@ use std::borrow::Cow;
 
 pub(super) struct ThermalLag;
 
-// The paper's loops and t95 ask for a pole of 33 to 39 ms with a weight of 0.29 to 0.43, half as much again at most; a tenth of
+// The paper's loops and t95 ask for a pole of 33 to 39 ms with a weight of 0.29 to 0.43; 0.6 is a choice. A tenth of
 // a millisecond is a control tick, and what takes more than a second is the substrate.
 static PARAMETERS: [Parameter; 2] = [
     parameter("w", "1", 0.1, 0.0, 0.6),
