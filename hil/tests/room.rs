@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use hil::Bench;
+use hil::{Bench, Said, interrupt};
 use serde_json::Value;
 use virtual_mirror::{Family, MirrorConfig};
 
@@ -68,6 +68,21 @@ fn what_a_kelvin_is_worth_is_measured_in_two_rooms_and_holds_in_a_third() {
     let errors_um = errors_um(&bench);
     println!("7 K colder: {errors_um:.2?} um");
     assert!(errors_um.iter().all(|um| um.abs() < 0.5), "{errors_um:?}");
+}
+
+#[test]
+fn one_that_is_interrupted_turns_the_mirror_off_and_keeps_nothing() {
+    let (bench, _) = bench();
+    bench.controls().inject(None);
+    let tool = bench.start_tool(&["calibrate-room", FILE, "room.json", "--settle", "1h"]);
+    bench.wait_until_driven(10_000);
+    interrupt(&tool);
+    let said = Said::from(tool);
+    assert_eq!(said.code, 130, "{}", said.err);
+    let sentence = said.sentence();
+    assert!(sentence.contains("channels are off"), "{sentence}");
+    assert!(bench.is_off());
+    assert!(!bench.directory().join("room.json").exists());
 }
 
 #[test]

@@ -14,8 +14,9 @@ use mirror_protocol::{CalibrationInfo, CalibrationUse, Compensate, Position};
 use serde::{Deserialize, Serialize};
 
 use super::calibrate::fall_back;
+use super::measure::interrupt::Interrupt;
 use super::measure::sensor::Sensor;
-use super::moving::{Pace, settle_and_read};
+use super::moving::{Pace, read_settled};
 use crate::board::Board;
 use crate::cli::CalibrateRoom;
 use crate::error::ToolError;
@@ -216,12 +217,14 @@ struct InRoom<'a> {
     board: &'a Board,
     sensor: Sensor,
     pace: Pace,
+    interrupt: Interrupt,
 }
 
 impl<'a> InRoom<'a> {
     /// Has the board compensate the room, whose ratio is asked for.
     async fn open(board: &'a Board, sensor: &str, settle: Span) -> Result<Self, ToolError> {
         let sensor = Sensor::at_any_time(board, sensor).await?;
+        let interrupt = Interrupt::listen()?;
         board.compensate(Compensate { is_wanted: true }).await?;
         Ok(Self {
             board,
@@ -230,11 +233,16 @@ impl<'a> InRoom<'a> {
                 settle,
                 hold: Hold::For(Span { s: 1.0 }),
             },
+            interrupt,
         })
     }
 
     /// What the sensor reads at the positions, in their order, from rest on.
     async fn read(&self, positions_um: &[f64]) -> Result<Vec<RoomReading>, ToolError> {
+        self.interrupt.or(self.read_all(positions_um)).await
+    }
+
+    async fn read_all(&self, positions_um: &[f64]) -> Result<Vec<RoomReading>, ToolError> {
         self.board.off().await?;
         let mut points = Vec::new();
         for _ in 0..ROUNDS {
@@ -250,7 +258,7 @@ impl<'a> InRoom<'a> {
         let lease_ms = self.pace.lease_ms();
         let z_um = asked_um as f32;
         let commanded = self.board.set_position(Position { z_um, lease_ms }).await?;
-        let (readings, _) = settle_and_read(self.board, &commanded, self.pace).await?;
+        let (readings, _) = read_settled(self.board, &commanded, self.pace.settle).await?;
         let serial_um = self.sensor.read_now().await?;
         let status = self.board.status().await?;
         // What held it back on its way is over.

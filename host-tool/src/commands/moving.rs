@@ -88,21 +88,29 @@ pub(super) async fn answered(
     }
 }
 
-/// Lets the mirror settle after `commanded` for at least so long, then reads it. With the readings
-/// comes how long it had.
+/// As [`read_settled`], for a command that ends by it. Who interrupts it is told that the board drives on.
+///
+/// From then on Ctrl-C no longer ends the tool by itself: one that goes on listens by an `Interrupt` of its own.
 pub(super) async fn settle_and_read(
     board: &Board,
     commanded: &Commanded,
     pace: Pace,
 ) -> Result<(Readings, Span), ToolError> {
-    let settled = async {
-        board.wait(commanded.tick, pace.settle).await?;
-        read(board).await
-    };
-    let (readings, tick) = tokio::select! {
-        read = settled => read?,
-        _ = ctrl_c() => return Err(ToolError::StillDriven { hold: pace.words() }),
-    };
+    tokio::select! {
+        read = read_settled(board, commanded, pace.settle) => read,
+        _ = ctrl_c() => Err(ToolError::StillDriven { hold: pace.words() }),
+    }
+}
+
+/// Lets the mirror settle after `commanded` for at least so long, then reads it. With the readings
+/// comes how long it had.
+pub(super) async fn read_settled(
+    board: &Board,
+    commanded: &Commanded,
+    settle: Span,
+) -> Result<(Readings, Span), ToolError> {
+    board.wait(commanded.tick, settle).await?;
+    let (readings, tick) = read(board).await?;
     Ok((readings, board.span(commanded.tick, tick)))
 }
 

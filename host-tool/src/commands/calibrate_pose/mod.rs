@@ -60,14 +60,11 @@ pub(super) async fn run(board: &Board, ask: CalibratePose, json: bool) -> Result
     let spots = Spots::new(ask.spots.as_deref())?;
     make_directory(&ask.session)?;
     let mut session = Session::load(&ask.session, &plate.poses)?;
+    let interrupt = Interrupt::listen()?;
     // Heat of a neighbour that the calibration does not know yet would be taken for a warm room.
     let is_wanted = board.status().await?.health.compensates_room;
     board.compensate(Compensate { is_wanted: false }).await?;
-    let interrupt = Interrupt::listen()?;
-    let measured = tokio::select! {
-        measured = plate.measure(&mut session, spots) => measured,
-        () = interrupt.comes() => Err(ToolError::Interrupted),
-    };
+    let measured = interrupt.or(plate.measure(&mut session, spots)).await;
     board.compensate(Compensate { is_wanted }).await?;
     match measured {
         Ok((found, report)) => keep(board, &found, output, report, json).await,
@@ -221,12 +218,12 @@ impl<'a> OnPlate<'a> {
             lease_ms: self.pace.lease_ms(),
         };
         let commanded = self.board.set_pose(asked).await?;
-        self.board.wait(commanded.tick, self.pace.settle).await?;
-        let (readings, tick) = moving::read(self.board).await?;
+        let (readings, held) =
+            moving::read_settled(self.board, &commanded, self.pace.settle).await?;
         let limits = self.board.status().await?.telemetry.limits;
         Ok(AtPose {
             z_um: self.read_sensor(readings.sensor_z_um).await?,
-            held_s: self.board.span(commanded.tick, tick).s,
+            held_s: held.s,
             is_limited: Limits::from_bits(limits).hold_back(),
         })
     }

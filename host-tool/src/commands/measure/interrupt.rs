@@ -25,8 +25,22 @@ impl Interrupt {
         Ok(interrupt)
     }
 
+    /// What comes of `work`.
+    ///
+    /// # Errors
+    /// [`ToolError::Interrupted`] where Ctrl-C comes before `work` is done, which then ends where it is.
+    pub(crate) async fn or<T>(
+        &self,
+        work: impl Future<Output = Result<T, ToolError>>,
+    ) -> Result<T, ToolError> {
+        tokio::select! {
+            done = work => done,
+            () = self.comes() => Err(ToolError::Interrupted),
+        }
+    }
+
     /// Waits for it.
-    pub(crate) async fn comes(&self) {
+    pub(super) async fn comes(&self) {
         self.0.notified().await;
     }
 }

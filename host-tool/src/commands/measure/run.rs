@@ -226,10 +226,8 @@ impl<'a> Bench<'a> {
         });
         self.progress.clear();
         let spinner = spinner(what, self.quiet);
-        let done = tokio::select! {
-            done = done => done.map_err(|_| ToolError::Defect { what }),
-            () = self.interrupt.comes() => Err(ToolError::Interrupted),
-        };
+        let done = async { done.await.map_err(|_| ToolError::Defect { what }) };
+        let done = self.interrupt.or(done).await;
         spinner.finish_and_clear();
         done
     }
