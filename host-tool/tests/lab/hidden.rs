@@ -1,4 +1,4 @@
-//! The sessions of `data/hidden`, asked about as a user asks: compare, diagnose, add what is named, compare again. Every twelfth of
+//! The sessions of `data/hidden`, asked about as a user asks: compare, diagnose, add what is named, compare again. Every ninth of
 //! them, with nothing, one effect, and two hidden, and all where a long run asks for what is long.
 
 use std::collections::VecDeque;
@@ -76,7 +76,7 @@ fn strings(list: &Value) -> Vec<String> {
 }
 
 /// Of the sessions, where not all are asked about.
-const SHORT_STEP: usize = 12;
+const SHORT_STEP: usize = 9;
 
 /// Sessions with what is hidden in them.
 fn sessions() -> VecDeque<(PathBuf, Vec<String>)> {
