@@ -1,6 +1,6 @@
 //! What a fact of the mirror or a measurement would be worth, in words.
 
-use super::size;
+use super::numbers::size;
 use crate::report::{ExpectedGain, Right, Shown};
 use std::fmt;
 

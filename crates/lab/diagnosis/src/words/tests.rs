@@ -1,0 +1,182 @@
+use super::*;
+use crate::report::ProposedForm;
+use crate::whereabouts::{Driver, Located, Place, StageConfidence, Whereabouts};
+use identification::{Estimate, Unit};
+use mirror_model::effect::{Acts, Stage};
+use std::collections::BTreeMap;
+
+fn error(unit: Unit) -> BeforeAfter {
+    BeforeAfter {
+        before: 0.4,
+        after: 0.2,
+        unit,
+    }
+}
+
+fn ranked(effect: &str, score: f64) -> Ranked {
+    let value = Estimate {
+        value: 0.0267,
+        standard_error: Some(0.0027),
+        unit: "1".into(),
+    };
+    Ranked {
+        effect: effect.into(),
+        form: None,
+        score,
+        threshold: 48.0,
+        null_scores: vec![],
+        weight: 1.0,
+        detection_limit: Some(0.01),
+        held_out_rms: error(Unit::Milliampere),
+        error_rms: error(Unit::Milliampere),
+        current_rms: None,
+        null_improvement: None,
+        plausible: true,
+        parameters: BTreeMap::from([("c".into(), value)]),
+        look_alikes: vec![],
+        why: "for a reason".into(),
+    }
+}
+
+fn diagnosis(verdict: Verdict, effects: &[&str]) -> Diagnosis {
+    Diagnosis {
+        verdict,
+        effects: effects.iter().map(|&id| id.into()).collect(),
+        discrepancy_rms: Rms {
+            value: 0.3,
+            unit: Unit::Milliampere,
+        },
+        remainder: None,
+        whereabouts: None,
+        proposal: None,
+        error_rms: error(Unit::Milliampere),
+        misfit: 2.0,
+        solver_error: 0.0,
+        invisible: vec!["radiation".into()],
+        infeasible: vec![],
+        ranking: vec![ranked("creep", 100.0), ranked("hysteresis", 30.0)],
+        next_measurement: None,
+        thinned_rows: 0,
+        notes: vec![],
+    }
+}
+
+#[test]
+fn a_diagnosis_begins_with_its_verdict() {
+    for (verdict, effects, first) in [
+        (Verdict::Named, &["creep"][..], "Missing: creep"),
+        (
+            Verdict::Ambiguous,
+            &["creep", "hysteresis"],
+            "Missing: one of creep, hysteresis; these data cannot tell which",
+        ),
+        (
+            Verdict::Unknown,
+            &[],
+            "Something is missing, and none of the known effects explains it",
+        ),
+        (
+            Verdict::None,
+            &[],
+            "Nothing is missing: what is left is noise and the model's discrepancy",
+        ),
+    ] {
+        let said = diagnosis(verdict, effects).to_string();
+        assert_eq!(said.lines().next(), Some(first));
+    }
+    let mut blind = diagnosis(Verdict::None, &[]);
+    blind.invisible.push("crosstalk".into());
+    assert!(blind.to_string().starts_with("These data cannot tell"));
+}
+
+#[test]
+fn what_takes_most_of_the_error_is_told_with_where_it_does_not() {
+    let mut found = diagnosis(Verdict::Named, &["radiation"]);
+    found.remainder = Some(Remainder {
+        rms: found.discrepancy_rms,
+        up_to_v: Some(9.0),
+    });
+    let said = found.to_string();
+    let first =
+        "Missing: mostly radiation, up to 9.00 V; something else above, which leaves 0.300 mA rms";
+    assert_eq!(said.lines().next(), Some(first));
+}
+
+#[test]
+fn what_the_model_runs_away_with_is_told() {
+    let mut found = diagnosis(Verdict::None, &[]);
+    found.infeasible = vec!["radiation".into()];
+    let told = "not tried, since the model runs away with them: radiation";
+    assert!(found.to_string().contains(told), "{found}");
+}
+
+#[test]
+fn where_it_is_is_told_with_what_it_behaves_like() {
+    let mut found = diagnosis(Verdict::Unknown, &[]);
+    let place = Place {
+        acts: Acts::Resistance,
+        driver: Driver::Exposure,
+    };
+    let stage = |stage, confidence| StageConfidence {
+        stage,
+        score: 1e3,
+        confidence,
+    };
+    found.whereabouts = Some(Whereabouts {
+        stages: vec![
+            stage(Stage::Resistance, 0.88),
+            stage(Stage::Drive, 0.08),
+            stage(Stage::Heat, 0.04),
+        ],
+        places: vec![Located {
+            stage: place.stage(),
+            place,
+            score: 1e3,
+            threshold: 64.0,
+        }],
+    });
+    found.proposal = Some(ProposedForm {
+        effect: "proposed-resistance".into(),
+        text: String::new(),
+        sentence: "the resistance x behaves as x * (1 + 2.0e-4 * s)".into(),
+        score: 900.0,
+        threshold: 70.0,
+        error_rms: error(Unit::Milliampere),
+        held_out_rms: error(Unit::Milliampere),
+    });
+    let said = found.to_string();
+    let expected = "  without the list, where it is: resistance 88 %, drive 8 %: the resistance varies with how long it was how hot\n    \
+                    the resistance varies with how long it was how hot (score 1000, threshold 64)\n  \
+                    no known effect; the resistance x behaves as x * (1 + 2.0e-4 * s)\n    \
+                    error 0.400 mA rms, with it 0.200; on readings held out 0.400, with it 0.200\n";
+    assert!(said.ends_with(expected), "{said}");
+    // Of what is named, the places are not listed.
+    let named = Diagnosis {
+        verdict: Verdict::Named,
+        ..found
+    };
+    assert!(!named.to_string().contains("threshold 64"), "{named}");
+}
+
+#[test]
+fn errors_carry_their_unit() {
+    let said = diagnosis(Verdict::Named, &["creep"]).to_string();
+    assert!(
+        said.contains("error 0.400 mA rms, with creep added 0.200 mA"),
+        "{said}"
+    );
+    assert!(said.contains("0.300 mA rms in the median mirror"), "{said}");
+}
+
+#[test]
+fn limits_are_told_where_nothing_is_missing() {
+    let said = diagnosis(Verdict::None, &[]).to_string();
+    assert!(
+        said.contains("I would have seen creep (c beyond 1.00 %)"),
+        "{said}"
+    );
+    assert!(
+        said.contains("invisible in these data, at any plausible size: radiation"),
+        "{said}"
+    );
+}
