@@ -12,6 +12,7 @@ mod player;
 mod sampler;
 mod sampling;
 mod setpoint;
+mod turn;
 mod waveform;
 
 pub use player::{Played, Player};
