@@ -8,6 +8,8 @@
 
 mod piece;
 mod rows;
+mod waveform;
 
-pub use piece::{Piece, PlayError, RowKind, pieces, ticks};
+pub use piece::{Piece, RowKind, pieces};
 pub use rows::{Clock, decimal, rows};
+pub use waveform::{PlayError, ticks};
