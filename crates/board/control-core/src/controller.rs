@@ -4,7 +4,6 @@ use crate::CHANNELS;
 use crate::actuator::{Actuator, Rails, catch_up_time};
 use crate::calibration::{Calibration, Parts};
 use crate::codes::PwmCode;
-use crate::design::TICK;
 use crate::heat::{HeatInverse, SharedHeat};
 use crate::lag::TURNS;
 use crate::limits::{Limit, Limits};
@@ -12,12 +11,13 @@ use crate::memory::{MemoryInverse, Successors, TURNS as MEMORY_TURNS};
 use crate::path::PathPlanner;
 use crate::plate::{PlateInverse, Pose};
 use crate::resistance::ActuatorSense;
-use crate::settling::{Decay, NEVER};
+use crate::settling::Decay;
 use crate::surroundings::{Estimate, PERIOD, Surroundings};
-use crate::uncertainty::{Budget, Uncertainty};
-use crate::units::{Ampere, Kelvin, Micrometre, Radian, Second, Volt};
+use crate::uncertainty::Budget;
+use crate::units::{Ampere, Kelvin, Micrometre, Radian, Volt};
 
 mod exchange;
+mod foresight;
 
 /// What the controller is asked to do.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -207,77 +207,6 @@ impl<'a> Controller<'a> {
     /// where they take it, to within its memory.
     pub fn pose(&self) -> Pose {
         self.plate.pose(self.path.now())
-    }
-
-    /// How far the plate may be from [`Self::pose`] once it is settled, with 95 % confidence; `None` under a calibration that does not
-    /// say what it leaves unknown.
-    pub fn uncertainty(&self) -> Option<Uncertainty> {
-        self.budget.uncertainty()
-    }
-
-    /// How long it will take until the plate has come to where it stays, to within what calibration left; 0: it is settled. `None` where
-    /// no position is asked for, where the bounds hold an actuator for ever, and under a calibration that nobody has tried.
-    pub fn settles_in(&self) -> Option<Second> {
-        let is_asked = !self.target.z.0.is_nan() && self.budget.near().is_some();
-        let longest = |longest: f32, ticks: &f32| if *ticks > longest { *ticks } else { longest };
-        let path = self.path.ticks_left();
-        let learning = self.surroundings.ticks_to_learn(self.since_arrival);
-        let ticks = self.arrivals.iter().fold(path + learning, longest);
-        (is_asked && ticks < NEVER).then_some(Second(ticks * TICK.0))
-    }
-
-    /// Finds out what no drive depends on, [`Self::uncertainty`] and [`Self::settles_in`]: a piece after each step, all of it in 16.
-    pub fn foresee(&mut self) {
-        self.since_arrival = match self.path.ticks_left() > 0.0 {
-            true => 0,
-            false => self.since_arrival.saturating_add(1),
-        };
-        let (actuator, round) = (self.turn % CHANNELS, self.turn / CHANNELS);
-        let state = &self.actuators[actuator].memory;
-        self.budget.remember((actuator, round), &self.memory, state);
-        if actuator == round {
-            self.foresee_warmth(actuator);
-        } else if actuator == (round + 1) % CHANNELS {
-            self.foresee_arrival(actuator);
-        } else if actuator == (round + 2) % CHANNELS {
-            let is_true = self.sense_limits == Limits::NONE;
-            self.budget.combine(&self.plate, self.path.now(), is_true);
-        }
-    }
-
-    /// Just before the actuator's slow poles have their turn.
-    fn foresee_warmth(&mut self, actuator: usize) {
-        let shape = &self.calibration.actuators()[actuator].shape;
-        let place = Micrometre(self.path.now()[actuator]);
-        let asked = shape.temperature_rise(place);
-        let ratio = self.budget.ambient_ratio();
-        let surroundings = self.surroundings.uncertainty(actuator, asked, ratio);
-        let to_come = self.actuators[actuator].unsettled(&self.heat, &self.shared);
-        let um_per_kelvin = 1.0 / shape.slope(place);
-        let micrometres = |kelvin: Kelvin| Micrometre(kelvin.0 * um_per_kelvin);
-        self.budget
-            .warm(actuator, micrometres(surroundings), micrometres(to_come));
-    }
-
-    fn foresee_arrival(&mut self, actuator: usize) {
-        let Some(near) = self.budget.near() else {
-            return;
-        };
-        let shape = &self.calibration.actuators()[actuator].shape;
-        let place = Micrometre(self.path.target()[actuator]);
-        let x = self.actuators[actuator].memory.displacement(place);
-        let x = if x.0 > self.highest.0 {
-            self.highest
-        } else {
-            x
-        };
-        let target = self
-            .surroundings
-            .target(actuator, shape.going_on_straight(x));
-        let target = Kelvin(if target.0 > 0.0 { target.0 } else { 0.0 });
-        let near = Kelvin(near.0 * shape.slope(place));
-        let heat = (&self.decay, &self.shared);
-        self.arrivals[actuator] = self.actuators[actuator].arrival(target, near, &self.rails, heat);
     }
 
     /// What the last step decided.

@@ -62,9 +62,11 @@ const TOLD_APART: Kelvin = Kelvin(0.3);
 /// Ticks in which a new position has told the surroundings: they are at a jump's new place in 20 ms (`closed-loop`, test
 /// `surroundings`).
 const LEARNT: u16 = 200;
-/// Targets nearer to where the surroundings alone hold the mirror are not compensated for the loss, which takes nothing there.
+/// Targets nearer to where the surroundings alone hold the mirror are not compensated for the loss, which takes hardly anything
+/// there: the 0.15 K by which curves are off (see above) would be taken for a loss of 8 % and more.
 const NEAR_REST: Kelvin = Kelvin(2.0);
-/// A loss of half or twice the heat takes a target no further.
+/// What a target may be scaled by. A loss of half the heat, the largest that is followed (`filter.rs`), takes a rise to half or
+/// to twice of what it is; a quarter beyond that is for the bend of the curves.
 const SCALES: (f32, f32) = (0.4, 2.5);
 /// The standard deviation of the surroundings from which on an actuator at rest is probed, and until which (K): 0.5 K are
 /// some 0.9 um.
