@@ -31,6 +31,7 @@ fn every_published_number_is_within_a_tenth() {
         pairs.push(("a loop", published.width_um, shown.width_um));
     }
     for (what, published, shown) in pairs {
+        // What is published has two or three digits; the rest of the tenth is the project's choice.
         assert!(
             (shown / published - 1.0).abs() < 0.1,
             "{what}: published {published}, virtual {shown}"
@@ -43,7 +44,8 @@ fn every_published_number_is_within_a_tenth() {
         "{:?}",
         shown.loops
     );
-    assert!((0.02..0.4).contains(&shown.ringing), "{}", shown.ringing);
+    // The paper shows it without a number: more than the width of its lines, 2 %, and less than half of the step.
+    assert!((0.02..0.5).contains(&shown.ringing), "{}", shown.ringing);
 }
 
 #[test]
@@ -57,6 +59,7 @@ fn its_physics_switches_off_piece_by_piece() {
     let without_friction = shown(&paper.clone().with_effect(Effect::Hysteresis, 0.0));
     assert!(without_friction.loops[0].width_um < with.loops[0].width_um);
 
+    // A loss that grows with the temperature is what takes the model's 222 um down to 174: more than a tenth.
     let linear_loss = shown(&paper.clone().with_effect(Effect::HeatLossTemperature, 0.0));
     assert!(linear_loss.z_3v5_um > 1.1 * with.z_3v5_um);
 
