@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use hil::Bench;
-use host_tool::board::{Board, RENEWED_LEASE, choose};
+use host_tool::board::{Board, RENEWED_LEASE_MS, choose};
 use mirror_protocol::Drives;
 use serde_json::Value;
 
@@ -248,7 +248,7 @@ fn a_host_that_is_lost_leaves_no_drive_behind() {
         let board = open(&bench).await;
         let drives = Drives {
             drive_v: [2.0; 4],
-            lease_ms: RENEWED_LEASE.as_millis() as u32,
+            lease_ms: RENEWED_LEASE_MS,
         };
         let commanded = board.set_drive(drives).await.expect("it drives");
         assert_eq!(

@@ -1,5 +1,9 @@
 //! What can go wrong, in words: what happened, and what to do next.
 
+mod beyond_board;
+mod input;
+mod not_improved;
+mod output;
 mod play;
 mod refusal;
 
@@ -10,9 +14,13 @@ use calibration_procedure::{Doubt, SensorError};
 use control_core::calibration::Label;
 use mirror_protocol::{PROTOCOL_VERSION, Refusal};
 
+pub use self::beyond_board::BeyondBoard;
+pub use self::input::UnusableInput;
+pub use self::not_improved::NotImproved;
+pub use self::output::OutputError;
 use self::refusal::{fault_advice, refusal_advice, refusal_words, update_advice};
 use crate::names::fault_name;
-use crate::quantity::{Frequency, Hold, Length, Span, TiltedPose, Voltage};
+use crate::quantity::Hold;
 use crate::update::package::PackageError;
 use crate::update::target::Undecided;
 
@@ -143,70 +151,6 @@ pub enum ToolError {
     #[diagnostic(help("reset the board, or restart its emulator"))]
     ControlStopped,
 
-    #[error("{asked} is beyond the range of this board, 0 to {max}; nothing was moved")]
-    #[diagnostic(help("ask for a position within the range"))]
-    PositionOutOfRange { asked: Length, max: Length },
-
-    #[error("{asked} is out of reach of this mirror; nothing was moved")]
-    #[diagnostic(help(
-        "the nearest pose that can be reached is {nearest}; `host-tool range` shows all of them"
-    ))]
-    PoseOutOfReach {
-        asked: Box<TiltedPose>,
-        nearest: Box<TiltedPose>,
-    },
-
-    #[error(
-        "no tilt can be asked for: the calibration in use does not know the plate's levers; nothing was moved"
-    )]
-    #[diagnostic(help(
-        "write where the actuators act on the plate as `levers` into a calibration file, and `host-tool load-calibration` it; \
-         piston motion needs no levers: `host-tool set-z`"
-    ))]
-    LeversUnknown,
-
-    #[error("{asked} is beyond what this board drives, 0 to {max}; nothing was changed")]
-    #[diagnostic(help("ask for voltages within the limits"))]
-    DriveOutOfRange { asked: Voltage, max: Voltage },
-
-    #[error("a mirror has four actuators, and {count} voltages were given; nothing was changed")]
-    #[diagnostic(help("give one voltage for all four actuators, or one for each of them"))]
-    DriveCount { count: usize },
-
-    #[error("samples cannot come every {asked}: the board takes {tick} to {longest}")]
-    #[diagnostic(help("ask for another --period"))]
-    Period {
-        asked: Span,
-        tick: Span,
-        longest: Span,
-    },
-
-    #[error("{asked} is more samples than the board counts in one stream")]
-    #[diagnostic(help("ask for a shorter --duration, or a longer --period"))]
-    TooManySamples { asked: f64 },
-
-    #[error("{asked} is not a rate that this board samples at: at most {highest}")]
-    #[diagnostic(help("ask for another --rate; the board samples every whole number of ticks"))]
-    Rate {
-        asked: Frequency,
-        highest: Frequency,
-    },
-
-    #[error("a sine of {asked} cannot be played: above 0 Hz, and at most {highest}")]
-    #[diagnostic(help("ask for another --frequency"))]
-    Frequency {
-        asked: Frequency,
-        highest: Frequency,
-    },
-
-    #[error("a board keeps {most} points, and this takes {count}")]
-    #[diagnostic(help("ask for fewer steps, or for fewer points"))]
-    TooManyPoints { count: usize, most: usize },
-
-    #[error("a dwell of {asked} is not possible: from one control tick, {tick}, to 100 h")]
-    #[diagnostic(help("ask for another --dwell or --hold"))]
-    Dwell { asked: Span, tick: Span },
-
     #[error("the sensor at {} cannot be read: {reason}", path.display())]
     #[diagnostic(help(
         "a serial sensor sends lines of micrometres (`/dev/ttyUSB0@115200` sets its speed); a recording has \
@@ -214,27 +158,11 @@ pub enum ToolError {
     ))]
     Sensor { path: PathBuf, reason: String },
 
-    #[error("{} is no scan of a plate: {reason}", path.display())]
-    #[diagnostic(help("write lines of x, y and z in micrometres: `-50,25,101.2`"))]
-    Scan { path: PathBuf, reason: String },
-
-    #[error("{} is no list of points on a plate: {reason}", path.display())]
-    #[diagnostic(help(
-        "write lines of x and y in micrometres: `-50,25`, such as 5 by 5 points over 100 um"
-    ))]
-    Spots { path: PathBuf, reason: String },
-
     #[error("the input ended before the scan was complete; channels are off")]
     #[diagnostic(help(
         "answer every question with Enter, or give as many lines on the standard input"
     ))]
     InputEnded,
-
-    #[error("{} is no waveform: {reason}", path.display())]
-    #[diagnostic(help(
-        "write lines of seconds and micrometres: `0.5,12.3`; or a header t_s,z_um,tilt_x_deg,tilt_y_deg, and lines such as `0.5,80,0.02,-0.01`"
-    ))]
-    Waveform { path: PathBuf, reason: String },
 
     #[error("`{address}` cannot be listened on: {source}")]
     #[diagnostic(help(
@@ -297,75 +225,9 @@ pub enum ToolError {
     ))]
     TrialLeft { reason: String },
 
-    #[error("{} is not the calibration that the board uses", file.display())]
-    #[diagnostic(help(
-        "`host-tool status` tells which one it uses; `host-tool load-calibration {}` has it use this one", file.display()
-    ))]
-    OtherCalibration { file: PathBuf },
-
-    #[error("{} was read under another calibration", file.display())]
-    #[diagnostic(help(
-        "name another file, and read both rooms under the one that the board uses now"
-    ))]
-    OtherRoomReadings { file: PathBuf },
-
-    #[error("{} does not hold what a sensor read in a room: {reason}", file.display())]
-    #[diagnostic(help("name a file that is not there yet: it is written in the first room"))]
-    RoomReadings { file: PathBuf, reason: String },
-
-    #[error("{asked_um:.1} um is limited here: {limit}")]
-    #[diagnostic(help("`host-tool explain {limit}` says what that is; nothing was changed"))]
-    RoomLimited { asked_um: f64, limit: &'static str },
-
-    #[error("the board does not tell its room")]
-    #[diagnostic(help(
-        "run `host-tool calibrate`, which measures the heaters' resistances; nothing was changed"
-    ))]
-    RoomUnknown,
-
-    #[error(
-        "the mirror was up to {before_um:.2} um from where it stood in the first room, and {after_um:.2} um with what was found; \
-         the board has the calibration of before"
-    )]
-    #[diagnostic(help(
-        "did mirror or sensor move between the rooms, or the room while it was read? Begin again with another file"
-    ))]
-    RoomNotBetter { before_um: f64, after_um: f64 },
-
     #[error(transparent)]
     #[diagnostic(help("nothing was changed; the readings of the first room are kept"))]
     Ambient(#[from] calibration::AmbientError),
-
-    #[error("{} does not hold what a sensor read at poses: {reason}", file.display())]
-    #[diagnostic(help("name another folder, or remove the file: its spot is read again then"))]
-    PoseReadings { file: PathBuf, reason: String },
-
-    #[error("{} is no table of poses: {reason}", file.display())]
-    #[diagnostic(help(
-        "write the columns asked_z_um, asked_tilt_x_deg, asked_tilt_y_deg, held_s, z_um, tilt_x_deg, tilt_y_deg, a pose a row"
-    ))]
-    PoseTable { file: PathBuf, reason: String },
-
-    #[error("the sensor did not see the plate under the spot at x {x} um, y {y} um: {reason}")]
-    #[diagnostic(help(
-        "look whether it is on, on the plate and within its range; remove that spot's file and ask again"
-    ))]
-    PoseSensor { x: f64, y: f64, reason: String },
-
-    #[error(
-        "the same pose was read {drifted_um:.2} um apart at the beginning and at the end of a spot"
-    )]
-    #[diagnostic(help(
-        "did sensor or mirror move? Let both warm up, and ask again; the spots before are kept"
-    ))]
-    PoseDrift { drifted_um: f64 },
-
-    #[error(
-        "the plate was {before_um:.3} um rms from where it was asked to be under the last spot, and {after_um:.3} um with what was \
-         found; the board has the calibration of before"
-    )]
-    #[diagnostic(help("was the spot moved since? Begin again with another folder"))]
-    PoseNotBetter { before_um: f64, after_um: f64 },
 
     #[error(transparent)]
     #[diagnostic(help("nothing was changed; the spots that were read are kept"))]
@@ -408,28 +270,6 @@ pub enum ToolError {
     #[error("this board has no position sensor")]
     #[diagnostic(help("name yours: --sensor /dev/ttyACM0, or --sensor FILE for a recording"))]
     NoSensor,
-
-    #[error("{} is there and is not a file", path.display())]
-    #[diagnostic(help("choose the name of a file"))]
-    NotAFile { path: PathBuf },
-
-    #[error("{} already exists", path.display())]
-    #[diagnostic(help("choose another name, or replace it with --force"))]
-    FileExists { path: PathBuf },
-
-    #[error("{} cannot be written: {source}", path.display())]
-    #[diagnostic(help("choose a file in a directory that exists and that you may write to"))]
-    Write { path: PathBuf, source: io::Error },
-
-    #[error("{} cannot be written any further: {source}. It holds {rows} rows or more", path.display())]
-    #[diagnostic(help(
-        "what it holds can be read, with a warning that it was cut short; make room on the disk before the next one"
-    ))]
-    CutShort {
-        path: PathBuf,
-        rows: usize,
-        source: io::Error,
-    },
 
     #[error("{received} of {expected} samples arrived")]
     #[diagnostic(help("the samples that arrived were kept; a longer --period eases the link"))]
@@ -482,22 +322,6 @@ pub enum ToolError {
     #[diagnostic(transparent)]
     File(#[from] input_file::ReadError),
 
-    #[error("{} would hold SVG under a name that says otherwise", path.display())]
-    #[diagnostic(help(
-        "name it .svg; browsers show it, and `rsvg-convert` makes other formats of it"
-    ))]
-    PictureName { path: PathBuf },
-
-    #[error("{} is no whole report: {reason}", path.display())]
-    #[diagnostic(help(
-        "write it again with `host-tool report`, or fetch it again from whoever sent it"
-    ))]
-    NotAReport { path: PathBuf, reason: String },
-
-    #[error("{} is no trial of a calibration: {reason}", path.display())]
-    #[diagnostic(help("`host-tool calibrate --trial FILE` writes one"))]
-    NotATrial { path: PathBuf, reason: String },
-
     #[error("{} says other than this run: {count} of what it holds came out otherwise", path.display())]
     #[diagnostic(help(
         "{}",
@@ -516,6 +340,22 @@ pub enum ToolError {
     #[error("the tool's own runtime does not start: {0}")]
     #[diagnostic(help("is the system out of memory or file handles?"))]
     Runtime(io::Error),
+
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    BeyondBoard(#[from] BeyondBoard),
+
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    UnusableInput(#[from] UnusableInput),
+
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Output(#[from] OutputError),
+
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    NotImproved(#[from] NotImproved),
 }
 
 fn did_you_mean(nearest: Option<&str>) -> String {
@@ -530,7 +370,13 @@ impl ToolError {
 
     /// What scripts know it by.
     pub fn code(&self) -> &'static str {
-        self.into()
+        match self {
+            Self::BeyondBoard(error) => error.into(),
+            Self::UnusableInput(error) => error.into(),
+            Self::Output(error) => error.into(),
+            Self::NotImproved(error) => error.into(),
+            other => other.into(),
+        }
     }
 
     /// What the tool ends with.

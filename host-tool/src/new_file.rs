@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-use crate::error::ToolError;
+use crate::error::OutputError;
 use crate::system::any_file;
 
 /// A file that can be written, found out before the work begins. What had its name keeps it
@@ -19,12 +19,12 @@ pub(crate) struct NewFile {
 
 impl NewFile {
     /// A file at `path`; one that is there already is kept, unless it may be replaced.
-    pub(crate) fn create(path: PathBuf, replace: bool) -> Result<Self, ToolError> {
+    pub(crate) fn create(path: PathBuf, replace: bool) -> Result<Self, OutputError> {
         if path.exists() && !path.is_file() {
-            return Err(ToolError::NotAFile { path });
+            return Err(OutputError::NotAFile { path });
         }
         if path.exists() && !replace {
-            return Err(ToolError::FileExists { path });
+            return Err(OutputError::FileExists { path });
         }
         let directory = path
             .parent()
@@ -35,22 +35,22 @@ impl NewFile {
                 replace,
                 draft,
             }),
-            Err(source) => Err(ToolError::Write { path, source }),
+            Err(source) => Err(OutputError::Write { path, source }),
         }
     }
 
     /// A picture, whose name must not say that it is of another format than SVG.
-    pub(crate) fn picture(path: PathBuf, replace: bool) -> Result<Self, ToolError> {
+    pub(crate) fn picture(path: PathBuf, replace: bool) -> Result<Self, OutputError> {
         match path.extension() {
             Some(extension) if !extension.eq_ignore_ascii_case("svg") => {
-                Err(ToolError::PictureName { path })
+                Err(OutputError::PictureName { path })
             }
             _ => Self::create(path, replace),
         }
     }
 
     /// Gives the file its content and its name.
-    pub(crate) fn write(mut self, text: &str) -> Result<PathBuf, ToolError> {
+    pub(crate) fn write(mut self, text: &str) -> Result<PathBuf, OutputError> {
         let written = self.draft.write_all(text.as_bytes()).and_then(|()| {
             let kept = if self.replace {
                 self.draft.persist(&self.path)
@@ -61,7 +61,7 @@ impl NewFile {
         });
         match written {
             Ok(_) => Ok(self.path),
-            Err(source) => Err(ToolError::Write {
+            Err(source) => Err(OutputError::Write {
                 path: self.path,
                 source,
             }),
@@ -81,7 +81,7 @@ pub(crate) struct GrowingFile {
 impl NewFile {
     /// Gives the file a name before it has its content: its own, or, where a file has it that is to be replaced, that with
     /// `.new` behind it.
-    pub(crate) fn grow(self) -> Result<(GrowingFile, File), ToolError> {
+    pub(crate) fn grow(self) -> Result<(GrowingFile, File), OutputError> {
         let beside = self.path.exists().then(|| {
             let mut name = self.path.clone().into_os_string();
             name.push(".new");
@@ -94,11 +94,11 @@ impl NewFile {
         match self.draft.persist_noclobber(growing.name()) {
             Ok(file) => Ok((growing, file)),
             Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => {
-                Err(ToolError::FileExists {
+                Err(OutputError::FileExists {
                     path: growing.name().to_owned(),
                 })
             }
-            Err(error) => Err(ToolError::Write {
+            Err(error) => Err(OutputError::Write {
                 path: growing.name().to_owned(),
                 source: error.error,
             }),
@@ -113,18 +113,18 @@ impl GrowingFile {
     }
 
     /// Takes it away.
-    pub(crate) fn discard(&self) -> Result<(), ToolError> {
-        fs::remove_file(self.name()).map_err(|source| ToolError::Write {
+    pub(crate) fn discard(&self) -> Result<(), OutputError> {
+        fs::remove_file(self.name()).map_err(|source| OutputError::Write {
             path: self.name().to_owned(),
             source,
         })
     }
 
     /// Puts a whole file with this text at the name that it has in the end, and takes it away.
-    pub(crate) fn replace(&self, text: &str) -> Result<PathBuf, ToolError> {
+    pub(crate) fn replace(&self, text: &str) -> Result<PathBuf, OutputError> {
         let path = NewFile::create(self.path.clone(), true)?.write(text)?;
         if let Some(beside) = &self.beside {
-            fs::remove_file(beside).map_err(|source| ToolError::Write {
+            fs::remove_file(beside).map_err(|source| OutputError::Write {
                 path: beside.clone(),
                 source,
             })?;
@@ -133,10 +133,10 @@ impl GrowingFile {
     }
 
     /// Gives it the name that it has in the end.
-    pub(crate) fn finish(self) -> Result<PathBuf, ToolError> {
+    pub(crate) fn finish(self) -> Result<PathBuf, OutputError> {
         match self.beside.map(|beside| fs::rename(beside, &self.path)) {
             None | Some(Ok(())) => Ok(self.path),
-            Some(Err(source)) => Err(ToolError::Write {
+            Some(Err(source)) => Err(OutputError::Write {
                 path: self.path,
                 source,
             }),

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use measurement::{Keys, Row, Writer};
 
-use crate::error::ToolError;
+use crate::error::OutputError;
 use crate::new_file::{GrowingFile, NewFile};
 
 /// What is lost at most when this process is killed (s of the board's time), where samples come as often.
@@ -21,11 +21,11 @@ pub(crate) struct Recording {
 
 impl Recording {
     /// Gives the file its name and its beginning. Its rows may have what `like` has.
-    pub(crate) fn begin(file: NewFile, keys: &Keys, like: &Row) -> Result<Self, ToolError> {
+    pub(crate) fn begin(file: NewFile, keys: &Keys, like: &Row) -> Result<Self, OutputError> {
         let (file, output) = file.grow()?;
         match Rows::begin(output, keys, like) {
             Ok(rows) => Ok(Self { file, rows }),
-            Err(source) => Err(ToolError::Write {
+            Err(source) => Err(OutputError::Write {
                 path: file.name().to_owned(),
                 source,
             }),
@@ -33,24 +33,24 @@ impl Recording {
     }
 
     /// Appends a row, which is in the file by the time a row of half a second later is appended.
-    pub(crate) fn append(&mut self, row: &Row) -> Result<(), ToolError> {
+    pub(crate) fn append(&mut self, row: &Row) -> Result<(), OutputError> {
         let appended = self.rows.append(row);
         appended.map_err(|source| cut_short(&self.file, self.rows.safe, source))
     }
 
     /// Takes the file away.
-    pub(crate) fn discard(self) -> Result<(), ToolError> {
+    pub(crate) fn discard(self) -> Result<(), OutputError> {
         self.file.discard()
     }
 
     /// Puts a whole file in the place of this one, at its name in the end.
-    pub(crate) fn replace(mut self, text: &str) -> Result<PathBuf, ToolError> {
+    pub(crate) fn replace(mut self, text: &str) -> Result<PathBuf, OutputError> {
         // Where there is no room for the whole one, this one holds every row.
         if self.rows.writer.flush().is_ok() {
             self.rows.safe = self.rows.writer.rows();
         }
         match self.file.replace(text) {
-            Err(ToolError::Write { source, .. }) => {
+            Err(OutputError::Write { source, .. }) => {
                 Err(cut_short(&self.file, self.rows.safe, source))
             }
             replaced => replaced,
@@ -58,7 +58,7 @@ impl Recording {
     }
 
     /// Ends the file, and gives it its name; `partial` says why the measurement is not whole.
-    pub(crate) fn finish(self, partial: Option<&str>) -> Result<PathBuf, ToolError> {
+    pub(crate) fn finish(self, partial: Option<&str>) -> Result<PathBuf, OutputError> {
         let safe = self.rows.safe;
         match self.rows.finish(partial) {
             Ok(()) => self.file.finish(),
@@ -67,8 +67,8 @@ impl Recording {
     }
 }
 
-fn cut_short(file: &GrowingFile, rows: usize, source: io::Error) -> ToolError {
-    ToolError::CutShort {
+fn cut_short(file: &GrowingFile, rows: usize, source: io::Error) -> OutputError {
+    OutputError::CutShort {
         path: file.name().to_owned(),
         rows,
         source,

@@ -10,7 +10,7 @@ use input_file::MOST_MADE;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use self::picture::before_and_after;
-use crate::error::ToolError;
+use crate::error::{ToolError, UnusableInput};
 
 /// The format that this tool writes and reads.
 const FORMAT: u32 = 1;
@@ -83,9 +83,11 @@ impl Tried {
             let tried: Self = serde_json::from_value(json).map_err(|error| error.to_string())?;
             tried.calibration().map(|_| tried)
         };
-        read().map_err(|reason| ToolError::NotATrial {
-            path: path.to_owned(),
-            reason,
+        read().map_err(|reason| {
+            ToolError::from(UnusableInput::NotATrial {
+                path: path.to_owned(),
+                reason,
+            })
         })
     }
 

@@ -28,7 +28,9 @@ use crate::error::ToolError;
 use crate::verbosity::detail;
 
 /// What a tool that renews all the time asks for. When it dies, the board ramps to zero after this.
-pub const RENEWED_LEASE: Duration = Duration::from_millis(100);
+const RENEWED_LEASE: Duration = Duration::from_millis(100);
+/// The same as it is asked for (ms).
+pub const RENEWED_LEASE_MS: u32 = RENEWED_LEASE.as_millis() as u32;
 
 /// Requests under way.
 const QUEUED_REQUESTS: usize = 8;
@@ -227,7 +229,7 @@ impl Board {
     /// Where the board does not answer, or drives nothing.
     pub async fn renew(&self) -> Result<Commanded, ToolError> {
         let renewal = Renewal {
-            lease_ms: RENEWED_LEASE.as_millis() as u32,
+            lease_ms: RENEWED_LEASE_MS,
         };
         self.command::<RenewEndpoint>("go on", &renewal).await
     }

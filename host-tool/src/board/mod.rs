@@ -12,6 +12,7 @@ mod link;
 #[cfg(not(unix))]
 mod missing;
 mod owner;
+mod range;
 #[cfg(unix)]
 mod request;
 mod samples;
@@ -19,6 +20,8 @@ mod samples;
 mod socket;
 mod stop;
 mod stop_mark;
+#[cfg(test)]
+pub(crate) mod tests;
 mod time;
 
 #[cfg(not(unix))]
@@ -26,8 +29,9 @@ use missing::{self as fifo, self as request, self as socket};
 
 pub(crate) use find::none_found;
 pub use find::{Found, Place, choose, find};
-pub use link::{Board, RENEWED_LEASE, Seen};
+pub use link::{Board, RENEWED_LEASE_MS, Seen};
 pub use owner::{Owner, owner};
+pub(crate) use range::{check_drives, check_position};
 pub use samples::Samples;
 pub use stop::stop;
 pub use stop_mark::announce_stop;

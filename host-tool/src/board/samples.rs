@@ -12,7 +12,7 @@ use tokio::time::timeout;
 
 use super::answer::{ANSWER_TIMEOUT, Request, no_answer};
 use super::link::Board;
-use crate::error::ToolError;
+use crate::error::{BeyondBoard, ToolError};
 use crate::quantity::Span;
 
 /// Batches of samples that may wait while the tool does something else.
@@ -42,11 +42,12 @@ impl Board {
             Ok(ticks as u16)
         } else {
             let (tick, longest) = (self.span(0, 1), self.span(0, u16::MAX.into()));
-            Err(ToolError::Period {
+            Err(BeyondBoard::Period {
                 asked: period,
                 tick,
                 longest,
-            })
+            }
+            .into())
         }
     }
 

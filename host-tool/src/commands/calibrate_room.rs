@@ -10,16 +10,17 @@ use std::path::{Path, PathBuf};
 use calibration::{LEAST_APART_K, RoomPoint, with_ambient_ratio};
 use control_core::Calibration;
 use control_core::calibration::Parts;
-use mirror_protocol::{CalibrationInfo, CalibrationUse, Compensate, Position};
+use mirror_protocol::{CalibrationUse, Compensate, Position};
 use serde::{Deserialize, Serialize};
 
 use super::calibrate::fall_back;
+use super::calibration_file::load_in_use;
 use super::measure::interrupt::Interrupt;
 use super::measure::sensor::Sensor;
 use super::moving::{Pace, read_settled};
 use crate::board::Board;
 use crate::cli::CalibrateRoom;
-use crate::error::ToolError;
+use crate::error::{NotImproved, ToolError, UnusableInput};
 use crate::names::limit_names;
 use crate::new_file::NewFile;
 use crate::quantity::{Hold, Span};
@@ -83,18 +84,12 @@ enum RoomReport {
 
 /// Reads the positions, and keeps what was read or compares it with what was kept.
 pub(super) async fn run(board: &Board, ask: CalibrateRoom, json: bool) -> Result<(), ToolError> {
-    let text = input_file::read_text(&ask.calibration, input_file::MOST_WRITTEN)?;
-    let calibration = calibration::from_toml(&ask.calibration.display().to_string(), &text)?;
-    if !is_in_use(&board.calibration().await?, &calibration) {
-        return Err(ToolError::OtherCalibration {
-            file: ask.calibration,
-        });
-    }
+    let calibration = load_in_use(board, &ask.calibration).await?;
     let kept = RoomReadings::load(&ask.readings)?;
     if let Some(kept) = &kept
         && !kept.are_under(&calibration)
     {
-        return Err(ToolError::OtherRoomReadings { file: ask.readings });
+        return Err(UnusableInput::OtherRoomReadings { file: ask.readings }.into());
     }
     let output = ask.output.map(|path| NewFile::create(path, ask.force));
     let output = output.transpose()?;
@@ -170,10 +165,11 @@ async fn nearer(
     let after_um = off_um(&kept.points, &room.read(&asked_um).await?);
     let [before, after] = [before_um, &after_um].map(largest_um);
     if after > before + NOISE_UM {
-        return Err(ToolError::RoomNotBetter {
+        return Err(NotImproved::RoomNotBetter {
             before_um: before,
             after_um: after,
-        });
+        }
+        .into());
     }
     Ok(after_um)
 }
@@ -202,14 +198,6 @@ fn largest_um(off_um: &[f64]) -> f64 {
 
 fn mean_rise_k(points: &[RoomReading]) -> f64 {
     points.iter().map(|point| point.rise_k).sum::<f64>() / points.len() as f64
-}
-
-/// Whether what a board says of its calibration is so of this one.
-pub(super) fn is_in_use(info: &CalibrationInfo, calibration: &Calibration) -> bool {
-    let parts = calibration.parts();
-    info.model_hash == parts.origin.model_hash
-        && info.device.as_str() == parts.origin.device.as_str()
-        && info.date.as_str() == parts.origin.date.as_str()
 }
 
 /// A board in a room, with a sensor on its mirror.
@@ -264,9 +252,9 @@ impl<'a> InRoom<'a> {
         // What held it back on its way is over.
         let limits = limit_names(status.telemetry.limits);
         if let Some(limit) = limits.first() {
-            return Err(ToolError::RoomLimited { asked_um, limit });
+            return Err(NotImproved::RoomLimited { asked_um, limit }.into());
         }
-        let room = status.telemetry.room.ok_or(ToolError::RoomUnknown)?;
+        let room = status.telemetry.room.ok_or(NotImproved::RoomUnknown)?;
         Ok(RoomReading {
             asked_um,
             read_um: serial_um
@@ -304,9 +292,11 @@ impl RoomReadings {
             return Ok(None);
         }
         let text = input_file::read_text(file, input_file::MOST_WRITTEN)?;
-        let bad = |reason: String| ToolError::RoomReadings {
-            file: file.to_owned(),
-            reason,
+        let bad = |reason: String| {
+            ToolError::from(UnusableInput::RoomReadings {
+                file: file.to_owned(),
+                reason,
+            })
         };
         let read: Self = serde_json::from_str(&text).map_err(|error| bad(error.to_string()))?;
         if read.format != FORMAT {

@@ -6,6 +6,7 @@ use std::path::Path;
 use mirror_protocol::CalibrationUse;
 use serde::Serialize;
 
+use super::calibration_file;
 use crate::board::Board;
 use crate::commands::status::calibrated_words;
 use crate::error::ToolError;
@@ -21,8 +22,7 @@ struct LoadedCalibration {
 
 /// Reads the file before it asks anything of the board, which keeps what it has unless it takes the new one.
 pub(super) async fn run(board: &Board, file: &Path, json: bool) -> Result<(), ToolError> {
-    let text = input_file::read_text(file, input_file::MOST_WRITTEN)?;
-    let calibration = calibration::from_toml(&file.display().to_string(), &text)?;
+    let calibration = calibration_file::load(file)?;
     let before = board.calibration().await?;
     let loaded = board
         .use_calibration(&calibration, CalibrationUse::ForGood)

@@ -4,6 +4,7 @@ mod calibrate;
 mod calibrate_pose;
 mod calibrate_room;
 mod calibrate_sense;
+mod calibration_file;
 mod doctor;
 mod explain;
 mod following;

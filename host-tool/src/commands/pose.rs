@@ -8,7 +8,7 @@ use control_core::{CHANNELS, Micrometre};
 use mirror_protocol::{CalibrationInfo, Pose, SetPose};
 use serde::Serialize;
 
-use crate::error::ToolError;
+use crate::error::BeyondBoard;
 use crate::quantity::TiltedPose;
 use crate::report::decimal;
 
@@ -52,14 +52,14 @@ impl fmt::Display for PlateReport {
 pub(crate) fn reached(
     asked: TiltedPose,
     calibration: &CalibrationInfo,
-) -> Result<PlatePose, ToolError> {
+) -> Result<PlatePose, BeyondBoard> {
     let reach = reach(calibration);
     if !(asked.is_level() || reach.knows_tilts()) {
-        return Err(ToolError::LeversUnknown);
+        return Err(BeyondBoard::LeversUnknown);
     }
     let pose = PlatePose::from(asked);
     if !reach.contains(&pose) {
-        return Err(ToolError::PoseOutOfReach {
+        return Err(BeyondBoard::PoseOutOfReach {
             asked: Box::new(asked),
             nearest: Box::new(reach.nearest(&pose).into()),
         });

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::pose::reach;
 use crate::board::Board;
-use crate::error::ToolError;
+use crate::error::{BeyondBoard, ToolError};
 use crate::new_file::NewFile;
 use crate::report::{self, decimal};
 
@@ -49,7 +49,7 @@ pub(super) async fn run(
     let reach = reach(&calibration);
     let top_um = decimal(calibration.max_position_um);
     if picture.is_some() && !reach.knows_tilts() {
-        return Err(ToolError::LeversUnknown);
+        return Err(BeyondBoard::LeversUnknown.into());
     }
     let file = picture.map(|path| NewFile::picture(path, force));
     let file = file.transpose()?;

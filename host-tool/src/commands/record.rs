@@ -15,7 +15,7 @@ use crate::board::{Board, Samples};
 use crate::commands::measure::run::{Ended, partial};
 use crate::commands::moving::check_states;
 use crate::commands::uncertainty::Uncertainty;
-use crate::error::ToolError;
+use crate::error::{BeyondBoard, OutputError, ToolError};
 use crate::new_file::NewFile;
 use crate::quantity::Span;
 use crate::recording::{Recording, Rows};
@@ -45,7 +45,7 @@ pub(super) async fn run(
     let period = board.span(0, period_ticks.into());
     let asked = (duration.s / period.s).round().max(1.0);
     if asked > f64::from(u32::MAX) {
-        return Err(ToolError::TooManySamples { asked });
+        return Err(BeyondBoard::TooManySamples { asked }.into());
     }
     let expected = asked as u32;
     let stops = board.status().await?.stops;
@@ -57,7 +57,7 @@ pub(super) async fn run(
     };
     let mut ended = collect(board, &mut stream, expected, &mut recorder, json).await;
     let (samples, duration_s) = (recorder.samples, recorder.last_s);
-    if let Err(ToolError::CutShort { source, .. }) = &ended {
+    if let Err(ToolError::Output(OutputError::CutShort { source, .. })) = &ended {
         // The board would send on to nobody; the reason to stop is told in any case.
         let _ = board.stop_stream().await;
         let has_seen_enough = is_piped && source.kind() == io::ErrorKind::BrokenPipe;
@@ -119,12 +119,12 @@ pub(super) struct Recorder {
 
 impl Recorder {
     /// Gives the file its name and its beginning.
-    pub(super) fn begin(identity: &Identity, file: NewFile) -> Result<Self, ToolError> {
+    pub(super) fn begin(identity: &Identity, file: NewFile) -> Result<Self, OutputError> {
         let recording = Recording::begin(file, &keys(identity), &like())?;
         Ok(Self::of(Sink::File(recording), identity))
     }
 
-    fn to_standard_output(identity: &Identity) -> Result<Self, ToolError> {
+    fn to_standard_output(identity: &Identity) -> Result<Self, OutputError> {
         let output = standard_output();
         let rows = output.and_then(|output| Rows::begin(output, &keys(identity), &like()));
         let rows = rows.map_err(|source| cut_short(0, source))?;
@@ -142,7 +142,7 @@ impl Recorder {
     }
 
     /// Ends the file; `partial` says why it is not whole.
-    pub(super) fn finish(self, partial: Option<&str>) -> Result<PathBuf, ToolError> {
+    pub(super) fn finish(self, partial: Option<&str>) -> Result<PathBuf, OutputError> {
         match self.sink {
             Sink::File(recording) => recording.finish(partial),
             Sink::StandardOutput(rows) => {
@@ -154,7 +154,7 @@ impl Recorder {
         }
     }
 
-    pub(super) fn append(&mut self, sample: &Telemetry) -> Result<(), ToolError> {
+    pub(super) fn append(&mut self, sample: &Telemetry) -> Result<(), OutputError> {
         let first = *self.first_tick.get_or_insert(sample.tick);
         let row = row(sample, sample.tick.wrapping_sub(first), self.tick_hz);
         match &mut self.sink {
@@ -170,8 +170,8 @@ impl Recorder {
     }
 }
 
-fn cut_short(rows: usize, source: io::Error) -> ToolError {
-    ToolError::CutShort {
+fn cut_short(rows: usize, source: io::Error) -> OutputError {
+    OutputError::CutShort {
         path: STANDARD_OUTPUT.into(),
         rows,
         source,

@@ -5,12 +5,12 @@ use std::fmt;
 use mirror_protocol::Drives;
 use serde::Serialize;
 
-use crate::board::Board;
+use crate::board::{Board, check_drives};
 use crate::commands::moving::{Pace, Readings, answered, settle_and_read};
-use crate::error::ToolError;
+use crate::error::{BeyondBoard, ToolError};
 use crate::names::{limit_names, limited_line};
 use crate::quantity::Voltage;
-use crate::report::{self, decimal, row};
+use crate::report::{self, row};
 
 #[derive(Serialize)]
 struct SetDrive {
@@ -25,9 +25,10 @@ pub(super) fn for_all_actuators(drives: &[Voltage]) -> Result<[Voltage; 4], Tool
     match *drives {
         [all] => Ok([all; 4]),
         [a, b, c, d] => Ok([a, b, c, d]),
-        _ => Err(ToolError::DriveCount {
+        _ => Err(BeyondBoard::DriveCount {
             count: drives.len(),
-        }),
+        }
+        .into()),
     }
 }
 
@@ -37,15 +38,7 @@ pub(super) async fn run(
     pace: Pace,
     json: bool,
 ) -> Result<(), ToolError> {
-    let max = Voltage {
-        v: decimal(board.status().await?.max_drive_v),
-    };
-    let outside = drives
-        .into_iter()
-        .find(|drive| !(0.0..=max.v).contains(&drive.v));
-    if let Some(asked) = outside {
-        return Err(ToolError::DriveOutOfRange { asked, max });
-    }
+    check_drives(drives, &board.status().await?)?;
     let asked_v = drives.map(|drive| drive.v);
     let drives = Drives {
         drive_v: asked_v.map(|v| v as f32),

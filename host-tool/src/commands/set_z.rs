@@ -5,13 +5,13 @@ use std::fmt;
 use mirror_protocol::Position;
 use serde::Serialize;
 
-use crate::board::Board;
+use crate::board::{Board, check_position};
 use crate::commands::moving::{Pace, Readings, answered, settle_and_read};
 use crate::commands::uncertainty::Uncertainty;
 use crate::error::ToolError;
 use crate::names::{limit_names, limited_line};
 use crate::quantity::Length;
-use crate::report::{self, decimal};
+use crate::report;
 
 #[derive(Serialize)]
 struct SetZ {
@@ -29,12 +29,7 @@ struct SetZ {
 }
 
 pub(super) async fn run(board: &Board, z: Length, pace: Pace, json: bool) -> Result<(), ToolError> {
-    let max = Length {
-        um: decimal(board.status().await?.max_position_um),
-    };
-    if !(0.0..=max.um).contains(&z.um) {
-        return Err(ToolError::PositionOutOfRange { asked: z, max });
-    }
+    check_position(z, &board.status().await?)?;
     let position = Position {
         z_um: z.um as f32,
         lease_ms: pace.lease_ms(),

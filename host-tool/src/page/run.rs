@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use super::inside::{FittedModel, Inside};
 use crate::commands::Diagnosed;
-use crate::error::ToolError;
+use crate::error::{ToolError, UnusableInput};
 use crate::tried::Tried;
 
 /// A model is fitted with each of so many effects that may be missing, the best ones.
@@ -53,10 +53,10 @@ impl RunError {
     /// Of this page.
     pub(crate) fn of(self, path: &Path) -> ToolError {
         match self {
-            Self::Opening(reason) => ToolError::NotAReport {
+            Self::Opening(reason) => ToolError::from(UnusableInput::NotAReport {
                 path: path.to_owned(),
                 reason,
-            },
+            }),
             Self::Tool(error) => *error,
         }
     }

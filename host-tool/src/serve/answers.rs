@@ -85,20 +85,8 @@ pub(super) fn numbers<const N: usize>(values: [Option<f64>; N]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mirror_protocol::{Health, Room, Telemetry};
-
-    fn status(telemetry: Telemetry) -> Status {
-        Status {
-            telemetry,
-            health: Health::default(),
-            max_position_um: 170.0,
-            max_drive_v: 3.5,
-            dropped_samples: 0,
-            stops: 0,
-            last_stop: mirror_protocol::Sentence::default(),
-            option_bytes: None,
-        }
-    }
+    use crate::board::tests::status;
+    use mirror_protocol::{Room, Telemetry};
 
     #[test]
     fn a_room_is_two_numbers_and_none_where_it_is_not_known() {

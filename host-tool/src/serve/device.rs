@@ -10,7 +10,7 @@ use mirror_protocol::{Commanded, Drives, Refusal};
 use tokio::task::AbortHandle;
 use tokio::time::sleep;
 
-use crate::board::{Board, Found, RENEWED_LEASE};
+use crate::board::{Board, Found, RENEWED_LEASE_MS};
 use crate::commands::pose::request;
 use crate::error::ToolError;
 use crate::quantity::Span;
@@ -207,7 +207,7 @@ impl Device {
     ) -> Result<(), Error> {
         self.take(client)?;
         let board = self.board().await.map_err(|error| told(&error))?;
-        let lease_ms = RENEWED_LEASE.as_millis() as u32;
+        let lease_ms = RENEWED_LEASE_MS;
         let answer = match asked {
             Asked::Pose(pose) => board.set_pose(request(pose, lease_ms)).await,
             Asked::Drives(volts) => {

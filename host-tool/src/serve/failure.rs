@@ -3,7 +3,7 @@
 use miette::Diagnostic;
 use mirror_protocol::Refusal;
 
-use crate::error::ToolError;
+use crate::error::{BeyondBoard, ToolError};
 use crate::scpi::{Error, Kind};
 
 /// What happened, and what to do next.
@@ -27,10 +27,12 @@ pub(super) fn told(error: &ToolError) -> Error {
             refusal: Refusal::NoHello,
             ..
         } => return stopped(),
-        ToolError::PositionOutOfRange { .. }
-        | ToolError::PoseOutOfReach { .. }
-        | ToolError::DriveOutOfRange { .. }
-        | ToolError::Period { .. } => Kind::DataOutOfRange,
+        ToolError::BeyondBoard(
+            BeyondBoard::PositionOutOfRange { .. }
+            | BeyondBoard::PoseOutOfReach { .. }
+            | BeyondBoard::DriveOutOfRange { .. }
+            | BeyondBoard::Period { .. },
+        ) => Kind::DataOutOfRange,
         _ => Kind::Execution,
     };
     let advice = match error {

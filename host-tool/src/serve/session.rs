@@ -7,12 +7,11 @@ use calibration::PlatePose;
 use mirror_protocol::{CalibrationInfo, Status};
 use tokio::sync::watch;
 
-use crate::board::Board;
+use crate::board::{Board, check_drives, check_position};
 use crate::commands::kept_words;
 use crate::commands::pose::reached;
-use crate::error::ToolError;
+use crate::error::{BeyondBoard, ToolError};
 use crate::quantity::{Length, Span, TiltedPose, Voltage};
-use crate::report::decimal;
 use crate::scpi::{self, Error, Group, Kind, Unit, event, quoted, units};
 use crate::serve::action::{Action, Question, Registers};
 use crate::serve::answers::{boards, numbers, read_from};
@@ -285,12 +284,7 @@ impl Session {
     }
 
     async fn set_position(&mut self, z: Length) -> Result<(), Error> {
-        let max = Length {
-            um: decimal(self.status().await?.max_position_um),
-        };
-        if !(0.0..=max.um).contains(&z.um) {
-            return Err(told(&ToolError::PositionOutOfRange { asked: z, max }));
-        }
+        check_position(z, &self.status().await?).map_err(beyond)?;
         self.drive(Asked::Pose(PlatePose {
             z_um: z.um,
             ..PlatePose::default()
@@ -299,19 +293,13 @@ impl Session {
     }
 
     async fn set_pose(&mut self, asked: TiltedPose) -> Result<(), Error> {
-        let pose = reached(asked, &self.calibration().await?).map_err(|error| told(&error))?;
+        let pose = reached(asked, &self.calibration().await?).map_err(beyond)?;
         self.drive(Asked::Pose(pose)).await
     }
 
     async fn set_drives(&mut self, volts: [f64; 4]) -> Result<(), Error> {
-        let max = Voltage {
-            v: decimal(self.status().await?.max_drive_v),
-        };
-        let outside = volts.into_iter().find(|v| !(0.0..=max.v).contains(v));
-        if let Some(v) = outside {
-            let asked = Voltage { v };
-            return Err(told(&ToolError::DriveOutOfRange { asked, max }));
-        }
+        let asked = volts.map(|v| Voltage { v });
+        check_drives(asked, &self.status().await?).map_err(beyond)?;
         self.drive(Asked::Drives(volts)).await
     }
 
@@ -412,6 +400,10 @@ impl Session {
             Err(TraceError::Tool(error)) => device.heard(&board, Err(error)).await,
         }
     }
+}
+
+fn beyond(error: BeyondBoard) -> Error {
+    told(&error.into())
 }
 
 fn group(status: &mut scpi::Status, which: Registers) -> &mut Group {

@@ -10,7 +10,7 @@ use mirror_protocol::CalibrationUse;
 
 use crate::board::Board;
 use crate::commands::measure::run::{Bench, Ended};
-use crate::error::ToolError;
+use crate::error::{OutputError, ToolError};
 use crate::new_file::NewFile;
 
 /// A board that is being calibrated.
@@ -25,11 +25,11 @@ pub(super) struct OnTrial<'a> {
 
 impl OnTrial<'_> {
     /// The file in which a measurement is kept, found out to be writable before anything moves.
-    fn kept(&self, part: Part, experiment: &Experiment) -> Result<Option<NewFile>, ToolError> {
+    fn kept(&self, part: Part, experiment: &Experiment) -> Result<Option<NewFile>, OutputError> {
         let Some(folder) = self.keep.filter(|_| part == Part::Session) else {
             return Ok(None);
         };
-        std::fs::create_dir_all(folder).map_err(|source| ToolError::Write {
+        std::fs::create_dir_all(folder).map_err(|source| OutputError::Write {
             path: folder.to_owned(),
             source,
         })?;

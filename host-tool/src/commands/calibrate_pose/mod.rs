@@ -18,7 +18,7 @@ use mirror_protocol::{CalibrationUse, Compensate, SetPose};
 use self::readings::{AtPose, Session, Spot, table};
 use self::report::Report;
 use super::calibrate::fall_back;
-use super::calibrate_room::is_in_use;
+use super::calibration_file::load_in_use;
 use super::measure::interrupt::Interrupt;
 use super::measure::keyboard::Keyboard;
 use super::measure::possible::make_directory;
@@ -27,7 +27,7 @@ use super::measure::spots::Spots;
 use super::moving::{self, Pace};
 use crate::board::Board;
 use crate::cli::CalibratePose;
-use crate::error::ToolError;
+use crate::error::{NotImproved, ToolError};
 use crate::new_file::NewFile;
 use crate::quantity::{Hold, Span};
 use crate::report::{self as reports, decimal};
@@ -40,13 +40,7 @@ const TRIED: usize = 5;
 
 /// Measures spot after spot, or takes what an instrument has read, and keeps the calibration where the mirror follows it better.
 pub(super) async fn run(board: &Board, ask: CalibratePose, json: bool) -> Result<(), ToolError> {
-    let text = input_file::read_text(&ask.calibration, input_file::MOST_WRITTEN)?;
-    let calibration = calibration::from_toml(&ask.calibration.display().to_string(), &text)?;
-    if !is_in_use(&board.calibration().await?, &calibration) {
-        return Err(ToolError::OtherCalibration {
-            file: ask.calibration,
-        });
-    }
+    let calibration = load_in_use(board, &ask.calibration).await?;
     let output = ask.output.map(|path| NewFile::create(path, ask.force));
     let output = output.transpose()?;
     if let Some(file) = ask.from {
@@ -163,10 +157,11 @@ impl<'a> OnPlate<'a> {
         // Not so for NaN.
         let is_better = after_um < before_um;
         if !is_better {
-            return Err(ToolError::PoseNotBetter {
+            return Err(NotImproved::PoseNotBetter {
                 before_um,
                 after_um,
-            });
+            }
+            .into());
         }
         let report = Report::of_spots(&found, session, (before_um, after_um));
         Ok((found, report))
@@ -204,7 +199,7 @@ impl<'a> OnPlate<'a> {
         if poses.first() == poses.last() {
             let drifted_um = readings::without_drift(&mut read);
             if drifted_um.abs() > DRIFT_UM {
-                return Err(ToolError::PoseDrift { drifted_um });
+                return Err(NotImproved::PoseDrift { drifted_um }.into());
             }
         }
         Ok(read)

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use calibration::{PlatePose, PosePoint, SpotHeights};
 use serde::{Deserialize, Serialize};
 
-use crate::error::ToolError;
+use crate::error::{NotImproved, ToolError, UnusableInput};
 use crate::new_file::NewFile;
 
 /// Of the files.
@@ -94,7 +94,7 @@ impl Spot {
         let asked = range(&mut poses.iter().map(|pose| self.height_um(pose)));
         let bad = |reason: String| {
             let [x, y] = self.at_um;
-            Err(ToolError::PoseSensor { x, y, reason })
+            Err(NotImproved::PoseSensor { x, y, reason }.into())
         };
         for end in [read.0, read.1] {
             let pairs = self.read.iter().zip(poses);
@@ -144,9 +144,11 @@ impl Session {
 
     fn read(&self, file: &Path) -> Result<Spot, ToolError> {
         let text = input_file::read_text(file, input_file::MOST_WRITTEN)?;
-        let bad = |reason: String| ToolError::PoseReadings {
-            file: file.to_owned(),
-            reason,
+        let bad = |reason: String| {
+            ToolError::from(UnusableInput::PoseReadings {
+                file: file.to_owned(),
+                reason,
+            })
         };
         let spot: Spot = serde_json::from_str(&text).map_err(|error| bad(error.to_string()))?;
         if spot.format != FORMAT {
@@ -212,9 +214,11 @@ const COLUMNS: [&str; 7] = [
 /// The poses of a table with these columns in any order, row after row. A row without a reading was held only.
 pub(super) fn table(file: &Path) -> Result<Vec<PosePoint>, ToolError> {
     let text = input_file::read_text(file, input_file::MOST_MADE)?;
-    parsed(&text).map_err(|reason| ToolError::PoseTable {
-        file: file.to_owned(),
-        reason,
+    parsed(&text).map_err(|reason| {
+        ToolError::from(UnusableInput::PoseTable {
+            file: file.to_owned(),
+            reason,
+        })
     })
 }
 

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::loaded::{cache_directory, model_and_session, own_effect, warn};
 use crate::cli::LabInput;
-use crate::error::ToolError;
+use crate::error::{ToolError, UnusableInput};
 use crate::new_file::NewFile;
 use crate::page::{Difference, Inside, Run, differences};
 use crate::report as printed;
@@ -121,7 +121,7 @@ struct Replayed {
 /// `replay`: the run of a page once more.
 pub(crate) fn replay(page: &Path, json: bool) -> Result<(), ToolError> {
     let bytes = input_file::read(page, input_file::MOST_MADE)?;
-    let not_whole = |reason| ToolError::NotAReport {
+    let not_whole = |reason| UnusableInput::NotAReport {
         path: page.to_owned(),
         reason,
     };

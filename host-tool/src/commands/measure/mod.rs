@@ -28,7 +28,7 @@ use self::run::{Bench, Ended};
 use self::sensor::Sensor;
 use crate::board::Board;
 use crate::cli::DriveExperiment;
-use crate::error::ToolError;
+use crate::error::{OutputError, ToolError};
 use crate::new_file::NewFile;
 use crate::quantity::Voltage;
 use crate::report::{decimal, print};
@@ -103,7 +103,7 @@ fn new_files(
     asked: &DriveExperiment,
     experiments: &[Experiment],
     force: bool,
-) -> Result<Vec<NewFile>, ToolError> {
+) -> Result<Vec<NewFile>, OutputError> {
     let default = |experiment: &Experiment| PathBuf::from(format!("{}.csv", experiment.name));
     let paths: Vec<PathBuf> = match asked {
         DriveExperiment::Session { output, .. } => {

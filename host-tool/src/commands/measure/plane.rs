@@ -19,7 +19,7 @@ use super::run::{Ended, LEASE_MS, attended, partial, whole};
 use super::spots::{Spots, parse};
 use crate::board::Board;
 use crate::cli;
-use crate::error::ToolError;
+use crate::error::{OutputError, ToolError, UnusableInput};
 use crate::new_file::{GrowingFile, NewFile};
 use crate::quantity::{Span, Voltage};
 use crate::report::{self, decimal};
@@ -27,9 +27,11 @@ use crate::report::{self, decimal};
 /// Reads a scan and prints the plane through it.
 pub(crate) fn of_file(path: &Path, json: bool) -> Result<(), ToolError> {
     let text = input_file::read_text(path, input_file::MOST_MADE)?;
-    let unusable = |reason: String| ToolError::Scan {
-        path: path.to_owned(),
-        reason,
+    let unusable = |reason: String| {
+        ToolError::from(UnusableInput::Scan {
+            path: path.to_owned(),
+            reason,
+        })
     };
     let points = parse(&text).map_err(unusable)?;
     let plane = Plane::through(&points).ok_or_else(|| unusable(no_plane(points.len())))?;
@@ -114,10 +116,11 @@ pub(crate) async fn run(board: &Board, ask: cli::Plane, json: bool) -> Result<()
     }
     report::print(&report, json);
     match ended {
-        Ok(Ended::Complete) if report.levels.len() < ask.volts.len() => Err(ToolError::Scan {
+        Ok(Ended::Complete) if report.levels.len() < ask.volts.len() => Err(UnusableInput::Scan {
             path: scan_name(1),
             reason: no_plane(scan.levels[0].points.len()),
-        }),
+        }
+        .into()),
         other => whole(other),
     }
 }
@@ -207,21 +210,21 @@ impl Scanned {
         Ok(this)
     }
 
-    fn append(&mut self, point: [f64; 3]) -> Result<(), ToolError> {
+    fn append(&mut self, point: [f64; 3]) -> Result<(), OutputError> {
         self.points.push(point);
         self.write(&line(point))
     }
 
-    fn write(&mut self, text: &str) -> Result<(), ToolError> {
+    fn write(&mut self, text: &str) -> Result<(), OutputError> {
         let written = self.output.write_all(text.as_bytes());
-        written.map_err(|source| ToolError::Write {
+        written.map_err(|source| OutputError::Write {
             path: self.file.name().to_owned(),
             source,
         })
     }
 
     /// Leaves a file that `measure plane --from` reads, where there is a point; `partial` says why it is not whole.
-    fn finish(&mut self, partial: Option<&str>) -> Result<(), ToolError> {
+    fn finish(&mut self, partial: Option<&str>) -> Result<(), OutputError> {
         if self.kept.is_some() {
             return Ok(());
         }

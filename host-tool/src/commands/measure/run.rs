@@ -17,8 +17,8 @@ use super::progress::Progress;
 use super::report::MeasuredFile;
 use super::rest::{Zero, noise_um};
 use super::sensor::Sensor;
-use crate::board::{Board, RENEWED_LEASE};
-use crate::error::ToolError;
+use crate::board::{Board, RENEWED_LEASE_MS};
+use crate::error::{OutputError, ToolError};
 use crate::new_file::NewFile;
 use crate::quantity::Span;
 use crate::working::spinner;
@@ -28,7 +28,7 @@ const NOISE_READINGS: u32 = 100;
 const NOISE_PERIOD: Span = Span { s: 1e-3 };
 
 /// A board left alone while it measures ramps to zero after this.
-pub(super) const LEASE_MS: u32 = RENEWED_LEASE.as_millis() as u32;
+pub(super) const LEASE_MS: u32 = RENEWED_LEASE_MS;
 
 /// A board with its instruments, for as long as a session lasts.
 pub(crate) struct Bench<'a> {
@@ -148,9 +148,13 @@ impl<'a> Bench<'a> {
         // Without any, currents alone were measured.
         let without_displacement = if unread < rows { unread } else { 0 };
         match (recording, ended) {
-            (Some(_), Err(error @ ToolError::CutShort { .. })) => (None, Err(error)),
+            (Some(_), Err(error @ ToolError::Output(OutputError::CutShort { .. }))) => {
+                (None, Err(error))
+            }
             // A file without rows would be no measurement.
-            (Some(recording), ended) if rows == 0 => (None, recording.discard().and(ended)),
+            (Some(recording), ended) if rows == 0 => {
+                (None, recording.discard().map_err(Into::into).and(ended))
+            }
             (Some(recording), ended) => match recording.replace(&file.to_string()) {
                 Ok(file) => {
                     let measured = MeasuredFile {
@@ -160,7 +164,7 @@ impl<'a> Bench<'a> {
                     };
                     (Some(measured), ended)
                 }
-                Err(error) => (None, Err(error)),
+                Err(error) => (None, Err(error.into())),
             },
             (None, ended) => (None, ended),
         }

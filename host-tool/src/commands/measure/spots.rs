@@ -6,7 +6,7 @@ use measurement::Plane;
 
 use super::keyboard::Keyboard;
 use super::readings::finite;
-use crate::error::ToolError;
+use crate::error::{ToolError, UnusableInput};
 
 /// A point on the plate, from its centre (um).
 pub(crate) type Spot = [f64; 2];
@@ -28,9 +28,11 @@ impl Spots {
             });
         };
         let text = input_file::read_text(path, input_file::MOST_MADE)?;
-        let unusable = |reason: String| ToolError::Spots {
-            path: path.to_owned(),
-            reason,
+        let unusable = |reason: String| {
+            ToolError::from(UnusableInput::Spots {
+                path: path.to_owned(),
+                reason,
+            })
         };
         let known: Vec<Spot> = parse(&text).map_err(unusable)?;
         let flat: Vec<_> = known.iter().map(|&[x, y]| [x, y, 0.0]).collect();

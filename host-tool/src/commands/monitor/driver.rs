@@ -9,7 +9,7 @@ use tokio::sync::mpsc::UnboundedReceiver;
 use tokio::time::sleep;
 
 use super::state::{Order, State};
-use crate::board::{Board, Found, RENEWED_LEASE, announce_stop, stop};
+use crate::board::{Board, Found, RENEWED_LEASE_MS, announce_stop, stop};
 use crate::error::ToolError;
 
 /// Who drives the board for a view.
@@ -68,7 +68,7 @@ impl Driver<'_> {
     async fn move_to(&self, um: f64) -> Result<(), ToolError> {
         let position = Position {
             z_um: um as f32,
-            lease_ms: RENEWED_LEASE.as_millis() as u32,
+            lease_ms: RENEWED_LEASE_MS,
         };
         self.board.set_position(position).await?;
         self.is_driving.set(true);

@@ -29,7 +29,7 @@ use self::screen::Screen;
 use self::state::{Order, Recorded, State};
 use super::record::Recorder;
 use crate::board::{Board, Samples, choose};
-use crate::error::ToolError;
+use crate::error::{OutputError, ToolError};
 use crate::new_file::NewFile;
 use crate::quantity::Span;
 use crate::report;
@@ -256,7 +256,7 @@ impl Recordings {
     }
 
     /// Begins a recording, or ends the one that there is; a file that cannot be written is told.
-    fn toggle(&mut self, board: &Board, state: &mut State) -> Result<(), ToolError> {
+    fn toggle(&mut self, board: &Board, state: &mut State) -> Result<(), OutputError> {
         if let Some(recorder) = self.now.take() {
             let file = recorder.finish(None)?;
             state.notice = format!("recorded in {}", file.display());
@@ -278,7 +278,7 @@ impl Recordings {
     }
 
     /// Ends the recording that there is; returns all files.
-    fn finish(mut self) -> Result<Vec<PathBuf>, ToolError> {
+    fn finish(mut self) -> Result<Vec<PathBuf>, OutputError> {
         if let Some(recorder) = self.now.take() {
             self.done.push(recorder.finish(None)?);
         }

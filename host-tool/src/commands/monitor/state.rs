@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use mirror_protocol::{ChannelState, LEASE_FOREVER_MS, Status, Telemetry};
 
 use super::keys::Key;
-use crate::error::ToolError;
+use crate::board::check_position;
 use crate::names::fault_name;
-use crate::quantity::Length;
+use crate::quantity::{Length, QuantityError};
 use crate::report::decimal;
 
 /// The recent past that is drawn (s of the board's time): a few of the slowest time constants of a mirror in air.
@@ -193,15 +193,17 @@ impl State {
         } else {
             format!("{entry}um")
         };
-        let max = Length { um: self.max_um() };
-        match text.parse::<Length>() {
-            Ok(asked) if (0.0..=max.um).contains(&asked.um) => Some(Order::Move(asked.um)),
-            Ok(asked) => {
-                self.notice = ToolError::PositionOutOfRange { asked, max }.to_string();
-                None
-            }
-            Err(error) => {
-                self.notice = error.to_string();
+        let asked: Result<Length, String> = text
+            .parse()
+            .map_err(|error: QuantityError| error.to_string());
+        let within = asked.and_then(|asked| {
+            let within = check_position(asked, &self.status);
+            within.map_err(|error| error.to_string()).map(|()| asked)
+        });
+        match within {
+            Ok(asked) => Some(Order::Move(asked.um)),
+            Err(why) => {
+                self.notice = why;
                 None
             }
         }
@@ -247,23 +249,14 @@ impl State {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mirror_protocol::{Health, Pose, Sentence};
+    use crate::board::tests::status;
+    use mirror_protocol::Pose;
     use proptest::prelude::*;
 
     const PERIOD_TICKS: u16 = 100;
 
     fn at_rest() -> State {
-        let status = Status {
-            telemetry: Telemetry::default(),
-            health: Health::default(),
-            max_position_um: 170.0,
-            max_drive_v: 3.5,
-            dropped_samples: 0,
-            stops: 0,
-            last_stop: Sentence::default(),
-            option_bytes: None,
-        };
-        State::new("a", 10_000, PERIOD_TICKS, status)
+        State::new("a", 10_000, PERIOD_TICKS, status(Telemetry::default()))
     }
 
     fn typed(state: &mut State, text: &str) -> Option<Order> {

@@ -280,17 +280,12 @@ mod tests {
 
     fn status(telemetry: Telemetry) -> Status {
         Status {
-            telemetry,
             health: Health {
                 lease_left_ms: Some(100),
                 ..Health::default()
             },
             max_position_um: 173.7,
-            max_drive_v: 3.5,
-            dropped_samples: 0,
-            stops: 0,
-            last_stop: mirror_protocol::Sentence::default(),
-            option_bytes: None,
+            ..crate::board::tests::status(telemetry)
         }
     }
 

@@ -12,7 +12,7 @@ use super::table::{self, Sampled};
 use crate::cli::{Curve, Frame, Scan, TiltCurve};
 use crate::commands::following::{Followed, falls_short};
 use crate::commands::pose::reach;
-use crate::error::ToolError;
+use crate::error::{BeyondBoard, ToolError};
 use crate::quantity::{Angle, Length};
 use crate::report::decimal;
 use crate::verbosity::note;
@@ -186,12 +186,12 @@ pub(super) fn pose(run: &Run, t_s: f64) -> PlatePose {
 ///
 /// # Errors
 /// The pose that is farthest out of reach, with the nearest that can be reached.
-pub(super) fn check_reach(run: &Run, calibration: &CalibrationInfo) -> Result<(), ToolError> {
+pub(super) fn check_reach(run: &Run, calibration: &CalibrationInfo) -> Result<(), BeyondBoard> {
     let max_um = decimal(calibration.max_position_um);
     let (lowest_um, highest_um) = run.signal.range();
     for um in [lowest_um, highest_um] {
         if !(-1e-3..=max_um + 1e-3).contains(&um) {
-            return Err(ToolError::PositionOutOfRange {
+            return Err(BeyondBoard::PositionOutOfRange {
                 asked: Length { um },
                 max: Length { um: max_um },
             });
@@ -202,7 +202,7 @@ pub(super) fn check_reach(run: &Run, calibration: &CalibrationInfo) -> Result<()
     }
     let reach = reach(calibration);
     if !reach.knows_tilts() {
-        return Err(ToolError::LeversUnknown);
+        return Err(BeyondBoard::LeversUnknown);
     }
     let missed = |pose: &PlatePose| {
         let nearest = reach.nearest(pose);
@@ -213,7 +213,7 @@ pub(super) fn check_reach(run: &Run, calibration: &CalibrationInfo) -> Result<()
         .max_by(|a, b| missed(a).total_cmp(&missed(b)));
     match farthest {
         None => Ok(()),
-        Some(pose) => Err(ToolError::PoseOutOfReach {
+        Some(pose) => Err(BeyondBoard::PoseOutOfReach {
             asked: Box::new(pose.into()),
             nearest: Box::new(reach.nearest(&pose).into()),
         }),
@@ -347,7 +347,7 @@ mod tests {
         // Near rest a tilt of 2 z over a lever is reached, about one axis at a time: 20 um are 4.77 degrees.
         assert!(check_reach(&circle(20.0, 2.0), &calibration()).is_ok());
         let said = check_reach(&circle(20.0, 5.5), &calibration()).expect_err("too far");
-        let ToolError::PoseOutOfReach { asked, nearest } = said else {
+        let BeyondBoard::PoseOutOfReach { asked, nearest } = said else {
             panic!("{said}");
         };
         let (asked, nearest) = (PlatePose::from(*asked), PlatePose::from(*nearest));
@@ -360,10 +360,10 @@ mod tests {
         unknown.levers = [Lever::default(); 4];
         assert!(matches!(
             check_reach(&circle(85.0, 1.0), &unknown),
-            Err(ToolError::LeversUnknown)
+            Err(BeyondBoard::LeversUnknown)
         ));
         let high = check_reach(&circle(171.0, 0.0), &calibration());
-        assert!(matches!(high, Err(ToolError::PositionOutOfRange { .. })));
+        assert!(matches!(high, Err(BeyondBoard::PositionOutOfRange { .. })));
     }
 
     #[test]

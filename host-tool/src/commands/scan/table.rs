@@ -5,7 +5,7 @@ use std::path::Path;
 use mirror_protocol::{POINTS, POSE_POINTS};
 
 use crate::commands::measure::readings::finite;
-use crate::error::ToolError;
+use crate::error::{ToolError, UnusableInput};
 
 /// What a table's columns may be called, and what they hold. The tilt about x is elsewhere called tip.
 const COLUMNS: [(&str, Column); 6] = [
@@ -44,9 +44,11 @@ pub(super) struct Sampled {
 /// A table's poses, on a board with so many ticks a second.
 pub(super) fn read(path: &Path, tick_hz: u32) -> Result<Sampled, ToolError> {
     let text = input_file::read_text(path, input_file::MOST_MADE)?;
-    let unusable = |reason: String| ToolError::Waveform {
-        path: path.to_owned(),
-        reason,
+    let unusable = |reason: String| {
+        ToolError::from(UnusableInput::Waveform {
+            path: path.to_owned(),
+            reason,
+        })
     };
     let (rows, is_tilted) = parse(&text).map_err(unusable)?;
     sample(&rows, is_tilted, tick_hz).map_err(|reason| unusable(reason.into()))

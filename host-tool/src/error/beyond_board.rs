@@ -1,0 +1,73 @@
+//! What is asked for and no board, or not this one, can do.
+
+use crate::quantity::{Frequency, Length, Span, TiltedPose, Voltage};
+
+/// What is asked for and no board, or not this one, can do. It was not asked to.
+#[derive(Debug, thiserror::Error, miette::Diagnostic, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case")]
+#[expect(missing_docs, reason = "each message says what its fields are")]
+pub enum BeyondBoard {
+    #[error("{asked} is beyond the range of this board, 0 to {max}; nothing was moved")]
+    #[diagnostic(help("ask for a position within the range"))]
+    PositionOutOfRange { asked: Length, max: Length },
+
+    #[error("{asked} is out of reach of this mirror; nothing was moved")]
+    #[diagnostic(help(
+        "the nearest pose that can be reached is {nearest}; `host-tool range` shows all of them"
+    ))]
+    PoseOutOfReach {
+        asked: Box<TiltedPose>,
+        nearest: Box<TiltedPose>,
+    },
+
+    #[error(
+        "no tilt can be asked for: the calibration in use does not know the plate's levers; nothing was moved"
+    )]
+    #[diagnostic(help(
+        "write where the actuators act on the plate as `levers` into a calibration file, and `host-tool load-calibration` it; \
+         piston motion needs no levers: `host-tool set-z`"
+    ))]
+    LeversUnknown,
+
+    #[error("{asked} is beyond what this board drives, 0 to {max}; nothing was changed")]
+    #[diagnostic(help("ask for voltages within the limits"))]
+    DriveOutOfRange { asked: Voltage, max: Voltage },
+
+    #[error("a mirror has four actuators, and {count} voltages were given; nothing was changed")]
+    #[diagnostic(help("give one voltage for all four actuators, or one for each of them"))]
+    DriveCount { count: usize },
+
+    #[error("samples cannot come every {asked}: the board takes {tick} to {longest}")]
+    #[diagnostic(help("ask for another --period"))]
+    Period {
+        asked: Span,
+        tick: Span,
+        longest: Span,
+    },
+
+    #[error("{asked} is more samples than the board counts in one stream")]
+    #[diagnostic(help("ask for a shorter --duration, or a longer --period"))]
+    TooManySamples { asked: f64 },
+
+    #[error("{asked} is not a rate that this board samples at: at most {highest}")]
+    #[diagnostic(help("ask for another --rate; the board samples every whole number of ticks"))]
+    Rate {
+        asked: Frequency,
+        highest: Frequency,
+    },
+
+    #[error("a sine of {asked} cannot be played: above 0 Hz, and at most {highest}")]
+    #[diagnostic(help("ask for another --frequency"))]
+    Frequency {
+        asked: Frequency,
+        highest: Frequency,
+    },
+
+    #[error("a board keeps {most} points, and this takes {count}")]
+    #[diagnostic(help("ask for fewer steps, or for fewer points"))]
+    TooManyPoints { count: usize, most: usize },
+
+    #[error("a dwell of {asked} is not possible: from one control tick, {tick}, to 100 h")]
+    #[diagnostic(help("ask for another --dwell or --hold"))]
+    Dwell { asked: Span, tick: Span },
+}

@@ -1,0 +1,61 @@
+//! What a file that a command reads is not.
+
+use std::path::PathBuf;
+
+/// What a file that a command reads is not.
+#[derive(Debug, thiserror::Error, miette::Diagnostic, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case")]
+#[expect(missing_docs, reason = "each message says what its fields are")]
+pub enum UnusableInput {
+    #[error("{} is no scan of a plate: {reason}", path.display())]
+    #[diagnostic(help("write lines of x, y and z in micrometres: `-50,25,101.2`"))]
+    Scan { path: PathBuf, reason: String },
+
+    #[error("{} is no list of points on a plate: {reason}", path.display())]
+    #[diagnostic(help(
+        "write lines of x and y in micrometres: `-50,25`, such as 5 by 5 points over 100 um"
+    ))]
+    Spots { path: PathBuf, reason: String },
+
+    #[error("{} is no waveform: {reason}", path.display())]
+    #[diagnostic(help(
+        "write lines of seconds and micrometres: `0.5,12.3`; or a header t_s,z_um,tilt_x_deg,tilt_y_deg, and lines such as `0.5,80,0.02,-0.01`"
+    ))]
+    Waveform { path: PathBuf, reason: String },
+
+    #[error("{} is not the calibration that the board uses", file.display())]
+    #[diagnostic(help(
+        "`host-tool status` tells which one it uses; `host-tool load-calibration {}` has it use this one", file.display()
+    ))]
+    OtherCalibration { file: PathBuf },
+
+    #[error("{} was read under another calibration", file.display())]
+    #[diagnostic(help(
+        "name another file, and read both rooms under the one that the board uses now"
+    ))]
+    OtherRoomReadings { file: PathBuf },
+
+    #[error("{} does not hold what a sensor read in a room: {reason}", file.display())]
+    #[diagnostic(help("name a file that is not there yet: it is written in the first room"))]
+    RoomReadings { file: PathBuf, reason: String },
+
+    #[error("{} does not hold what a sensor read at poses: {reason}", file.display())]
+    #[diagnostic(help("name another folder, or remove the file: its spot is read again then"))]
+    PoseReadings { file: PathBuf, reason: String },
+
+    #[error("{} is no table of poses: {reason}", file.display())]
+    #[diagnostic(help(
+        "write the columns asked_z_um, asked_tilt_x_deg, asked_tilt_y_deg, held_s, z_um, tilt_x_deg, tilt_y_deg, a pose a row"
+    ))]
+    PoseTable { file: PathBuf, reason: String },
+
+    #[error("{} is no whole report: {reason}", path.display())]
+    #[diagnostic(help(
+        "write it again with `host-tool report`, or fetch it again from whoever sent it"
+    ))]
+    NotAReport { path: PathBuf, reason: String },
+
+    #[error("{} is no trial of a calibration: {reason}", path.display())]
+    #[diagnostic(help("`host-tool calibrate --trial FILE` writes one"))]
+    NotATrial { path: PathBuf, reason: String },
+}

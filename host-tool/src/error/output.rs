@@ -1,0 +1,38 @@
+//! Why a file is not written, or not to its end.
+
+use std::io;
+use std::path::PathBuf;
+
+/// Why a file is not written, or not to its end.
+#[derive(Debug, thiserror::Error, miette::Diagnostic, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case")]
+#[expect(missing_docs, reason = "each message says what its fields are")]
+pub enum OutputError {
+    #[error("{} is there and is not a file", path.display())]
+    #[diagnostic(help("choose the name of a file"))]
+    NotAFile { path: PathBuf },
+
+    #[error("{} already exists", path.display())]
+    #[diagnostic(help("choose another name, or replace it with --force"))]
+    FileExists { path: PathBuf },
+
+    #[error("{} cannot be written: {source}", path.display())]
+    #[diagnostic(help("choose a file in a directory that exists and that you may write to"))]
+    Write { path: PathBuf, source: io::Error },
+
+    #[error("{} cannot be written any further: {source}. It holds {rows} rows or more", path.display())]
+    #[diagnostic(help(
+        "what it holds can be read, with a warning that it was cut short; make room on the disk before the next one"
+    ))]
+    CutShort {
+        path: PathBuf,
+        rows: usize,
+        source: io::Error,
+    },
+
+    #[error("{} would hold SVG under a name that says otherwise", path.display())]
+    #[diagnostic(help(
+        "name it .svg; browsers show it, and `rsvg-convert` makes other formats of it"
+    ))]
+    PictureName { path: PathBuf },
+}
