@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand};
 
 use self::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
-pub use self::lab::{EffectCommand, LabInput, ModelOutput};
+pub use self::lab::{Compare, Diagnose, EffectCommand, Import, LabInput, ModelOutput, Report};
 pub use self::measure::{DriveExperiment, Instruments, Measure, OneFile, Plane, Reference};
 pub use self::moving::{
     Calibrate, CalibratePose, CalibrateRoom, Curve, Frame, Scan, ScanOutput, TiltCurve,
@@ -285,23 +285,7 @@ pub enum Command {
     #[command(
         after_long_help = "Example:\n  host-tool import scope.csv --column z=height:nm:-1 -o sweep.csv"
     )]
-    Import {
-        /// The table: CSV or other text, with whatever delimiter, decimal sign and encoding; a spreadsheet; NumPy's .npy or .npz.
-        file: PathBuf,
-        /// What a column is, where its name does not say it: QUANTITY=NAME:UNIT:FACTOR, unit and factor as needed, or the
-        /// column's number for its name. Quantities are t, V or V1 to V4, I or I1 to I4, z, T_ambient, tilt_x, tilt_y, reference.
-        #[arg(help_heading = INPUT, long, value_name = "ASSIGNMENT")]
-        column: Vec<String>,
-        /// Rows at one drive are samples of one settled reading: take their mean, and leave times out.
-        #[arg(help_heading = INPUT, long)]
-        settled: bool,
-        /// The measurement file to write.
-        #[arg(help_heading = OUTPUT, short, long, value_name = "FILE")]
-        output: Option<PathBuf>,
-        /// Replace the file if it exists.
-        #[arg(help_heading = OUTPUT, long)]
-        force: bool,
-    },
+    Import(Import),
     /// Fit a model's parameters to measurements.
     #[command(after_long_help = "Example:\n  host-tool fit paper session -o fitted.toml")]
     Fit {
@@ -329,64 +313,15 @@ pub enum Command {
     #[command(
         after_long_help = "Example:\n  host-tool compare fitted.toml session --picture compare.svg"
     )]
-    Compare {
-        /// Model and measurements.
-        #[command(flatten)]
-        lab: LabInput,
-        /// Draw measured and modelled curves and what is left between them, as SVG.
-        #[arg(help_heading = OUTPUT, long, value_name = "FILE")]
-        picture: Option<PathBuf>,
-        /// Replace the picture if it exists.
-        #[arg(help_heading = OUTPUT, long)]
-        force: bool,
-    },
+    Compare(Compare),
     /// Say which physical effect a model lacks, or that these data cannot tell and what would.
     #[command(after_long_help = "Example:\n  host-tool diagnose fitted.toml session")]
-    Diagnose {
-        /// Model and measurements.
-        #[command(flatten)]
-        lab: LabInput,
-        /// Also try this effect of your own, a TOML file as `effect new` writes it.
-        #[arg(help_heading = INPUT, long, value_name = "FILE")]
-        effect: Vec<PathBuf>,
-        /// Also say which fact of the mirror, stated in `[device]` of the model file, would show most: takes some minutes the first
-        /// time.
-        #[arg(help_heading = OUTPUT, long)]
-        facts: bool,
-        /// Also say which further measurement would show most: takes some minutes the first time.
-        #[arg(help_heading = OUTPUT, long)]
-        measurements: bool,
-        /// Where no known effect explains what is left and a formula is proposed, write it to this file, as `effect add` takes it.
-        #[arg(help_heading = OUTPUT, long, value_name = "FILE")]
-        propose: Option<PathBuf>,
-        /// Replace the file if it exists.
-        #[arg(help_heading = OUTPUT, long)]
-        force: bool,
-    },
+    Diagnose(Diagnose),
     /// Write all of it into one page for a browser: curves, verdict with its evidence, effects to switch, and the data.
     #[command(
         after_long_help = "Example:\n  host-tool report session --model fitted.toml -o report.html"
     )]
-    Report {
-        /// Measurement files, or folders of them; together they are one session.
-        #[arg(required = true, value_name = "SESSION")]
-        files: Vec<PathBuf>,
-        /// A model file, or a preset: paper, paper-refit, reconciled.
-        #[arg(help_heading = INPUT, long, default_value = "paper", value_name = "MODEL", add = candidates::models())]
-        model: String,
-        /// Also try this effect of your own, a TOML file as `effect new` writes it.
-        #[arg(help_heading = INPUT, long, value_name = "FILE")]
-        effect: Vec<PathBuf>,
-        /// Also show the board, its calibration and what it reached before and after: a file that `calibrate --trial` wrote.
-        #[arg(help_heading = INPUT, long, value_name = "FILE")]
-        trial: Option<PathBuf>,
-        /// The page to write.
-        #[arg(help_heading = OUTPUT, short, long, value_name = "FILE")]
-        output: PathBuf,
-        /// Replace the page if it exists.
-        #[arg(help_heading = OUTPUT, long)]
-        force: bool,
-    },
+    Report(Report),
     /// Repeat the run that a page of `report` shows, from what is inside it, and say whether it comes out the same.
     #[command(after_long_help = "Example:\n  host-tool replay report.html")]
     Replay {
@@ -405,59 +340,4 @@ pub enum Command {
 }
 
 #[cfg(test)]
-mod tests {
-    use clap::CommandFactory;
-
-    use super::*;
-
-    /// Every command that has none below it, by its words.
-    fn leaves(command: &clap::Command) -> Vec<&clap::Command> {
-        if command.get_subcommands().next().is_none() {
-            return vec![command];
-        }
-        command.get_subcommands().flat_map(leaves).collect()
-    }
-
-    #[test]
-    fn every_command_s_long_help_has_an_example_that_is_one_of_it() {
-        let all = Arguments::command();
-        let leaves = leaves(&all);
-        assert!(leaves.len() > 30, "{} commands", leaves.len());
-        for command in leaves {
-            let name = command.get_name();
-            let help = command
-                .get_after_long_help()
-                .unwrap_or_default()
-                .to_string();
-            let example = help
-                .lines()
-                .find_map(|line| line.strip_prefix("  host-tool "));
-            let example = example.unwrap_or_else(|| panic!("{name} has no example"));
-            assert!(
-                example.split(' ').any(|word| word == name),
-                "{name}: {example}"
-            );
-            let words = std::iter::once("host-tool").chain(example.split(' '));
-            let words = words.map(|word| negative_as_value(word.into()));
-            let parsed = Arguments::try_parse_from(words);
-            assert!(parsed.is_ok(), "{example}: {}", parsed.unwrap_err());
-        }
-    }
-
-    #[test]
-    fn every_option_stands_under_a_heading() {
-        let all = Arguments::command();
-        for command in leaves(&all) {
-            for option in command.get_arguments().filter(|arg| !arg.is_positional()) {
-                let (name, option_name) = (command.get_name(), option.get_id());
-                let heading = option.get_help_heading();
-                assert!(
-                    heading.is_some_and(
-                        |heading| ["Signal", "Input", "Output", "Board"].contains(&heading)
-                    ),
-                    "{name} --{option_name} is under {heading:?}"
-                );
-            }
-        }
-    }
-}
+mod tests;

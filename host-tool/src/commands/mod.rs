@@ -35,7 +35,7 @@ pub(crate) use uncertainty::Uncertainty;
 use tokio::runtime::Builder;
 
 use crate::board::{Board, choose};
-use crate::cli::{Arguments, Command, LabInput, Measure, Plane};
+use crate::cli::{Arguments, Command, Measure, Plane};
 use crate::commands::moving::Pace;
 use crate::completion;
 use crate::error::ToolError;
@@ -43,7 +43,6 @@ use crate::new_file::NewFile;
 use crate::quantity::TiltedPose;
 use crate::report;
 use crate::serve;
-use diagnosis::Asked;
 
 /// Carries out one command.
 pub(crate) fn run(arguments: Arguments) -> Result<(), ToolError> {
@@ -149,54 +148,12 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         Command::CalibrateSense { resistor } => {
             calibrate_sense::run(&open().await?, resistor, json).await
         }
-        Command::Import {
-            file,
-            column,
-            settled,
-            output,
-            force,
-        } => {
-            let output = output
-                .map(|path| NewFile::create(path, force))
-                .transpose()?;
-            lab::import(&file, &column, settled, output, json)
-        }
+        Command::Import(ask) => lab::import(ask, json),
         Command::Fit { lab, output } => lab::fit(&lab, output, json),
         Command::Identify { lab, output } => lab::identify(&lab, output, json),
-        Command::Compare {
-            lab,
-            picture,
-            force,
-        } => {
-            let picture = picture.map(|path| NewFile::picture(path, force));
-            lab::compare(&lab, picture.transpose()?, json)
-        }
-        Command::Diagnose {
-            lab,
-            effect,
-            facts,
-            measurements,
-            propose,
-            force,
-        } => {
-            let asked = Asked {
-                facts,
-                measurements,
-            };
-            let propose = propose.map(|path| NewFile::create(path, force));
-            lab::diagnose(&lab, &effect, asked, propose.transpose()?, json)
-        }
-        Command::Report {
-            files,
-            model,
-            effect,
-            trial,
-            output,
-            force,
-        } => {
-            let input = LabInput { model, files };
-            lab::report(&input, &effect, trial.as_deref(), output, force, json)
-        }
+        Command::Compare(ask) => lab::compare(ask, json),
+        Command::Diagnose(ask) => lab::diagnose(ask, json),
+        Command::Report(ask) => lab::report(ask, json),
         Command::Replay { page } => lab::replay(&page, json),
         Command::Effect(command) => lab::effect(command, json),
         Command::Completions { shell } => {

@@ -1,12 +1,13 @@
 //! `import`: a table of another program or instrument as a measurement file.
 
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use input_file::MB;
 use measurement::import::{Assignment, Table, guesses, import};
 use serde::Serialize;
 
+use crate::cli::Import;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::report;
@@ -38,16 +39,12 @@ struct ShownColumn {
     conversion: String,
 }
 
-pub(crate) fn run(
-    file: &Path,
-    columns: &[String],
-    settled: bool,
-    output: Option<NewFile>,
-    json: bool,
-) -> Result<(), ToolError> {
-    let table = tables::table(file, &input_file::read(file, MOST)?)?;
-    let assignments = assignments(&table, columns)?;
-    let imported = import(&table, &assignments, settled)?;
+pub(crate) fn run(ask: Import, json: bool) -> Result<(), ToolError> {
+    let output = ask.output.map(|path| NewFile::create(path, ask.force));
+    let output = output.transpose()?;
+    let table = tables::table(&ask.file, &input_file::read(&ask.file, MOST)?)?;
+    let assignments = assignments(&table, &ask.column)?;
+    let imported = import(&table, &assignments, ask.settled)?;
     let text = imported.file.to_string();
     let shown = |(source, name): (usize, &String)| {
         let assigned = assignments.iter().find(|a| a.source == source);

@@ -8,8 +8,6 @@ mod page;
 mod picture;
 mod positioning;
 
-use std::path::PathBuf;
-
 use diagnosis::Asked;
 use identification::prediction::predict;
 use lab_view::Curves;
@@ -22,7 +20,7 @@ pub(super) use page::{replay, report};
 
 pub(crate) use self::found::Diagnosed;
 use self::loaded::{Loaded, cache_directory, own_effect};
-use crate::cli::{LabInput, ModelOutput};
+use crate::cli::{Compare, Diagnose, LabInput, ModelOutput};
 use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::report as printed;
@@ -54,12 +52,10 @@ pub(super) fn identify(input: &LabInput, output: ModelOutput, json: bool) -> Res
 }
 
 /// `compare`: where the model fails, as it is.
-pub(super) fn compare(
-    input: &LabInput,
-    picture: Option<NewFile>,
-    json: bool,
-) -> Result<(), ToolError> {
-    let lab = Loaded::load(input)?;
+pub(super) fn compare(ask: Compare, json: bool) -> Result<(), ToolError> {
+    let picture = ask.picture.map(|path| NewFile::picture(path, ask.force));
+    let picture = picture.transpose()?;
+    let lab = Loaded::load(&ask.lab)?;
     let comparison = identification::compare(&lab.model, &lab.data)?;
     printed::print(&comparison, json);
     if json && picture.is_none() {
@@ -78,18 +74,16 @@ pub(super) fn compare(
 }
 
 /// `diagnose`: which effect is missing.
-pub(super) fn diagnose(
-    input: &LabInput,
-    own: &[PathBuf],
-    asked: Asked,
-    propose: Option<NewFile>,
-    json: bool,
-) -> Result<(), ToolError> {
-    let lab = Loaded::load(input)?;
-    let own = own
-        .iter()
-        .map(|path| own_effect(path))
-        .collect::<Result<Vec<_>, _>>()?;
+pub(super) fn diagnose(ask: Diagnose, json: bool) -> Result<(), ToolError> {
+    let propose = ask.propose.map(|path| NewFile::create(path, ask.force));
+    let propose = propose.transpose()?;
+    let lab = Loaded::load(&ask.lab)?;
+    let own = ask.effect.iter().map(|path| own_effect(path));
+    let own = own.collect::<Result<Vec<_>, _>>()?;
+    let asked = Asked {
+        facts: ask.facts,
+        measurements: ask.measurements,
+    };
     let cache = cache_directory();
     let what = "trying every effect, and mirrors that lack nothing (kept for the next time)";
     let (found, gains) = while_working(what, json, || {

@@ -10,7 +10,7 @@ use measurement::Session;
 use serde::Serialize;
 
 use super::loaded::{cache_directory, model_and_session, own_effect, warn};
-use crate::cli::LabInput;
+use crate::cli::{LabInput, Report};
 use crate::error::{ToolError, UnusableInput};
 use crate::new_file::NewFile;
 use crate::page::{Difference, Inside, Run, differences};
@@ -35,16 +35,13 @@ struct Written {
 }
 
 /// `report`: everything about a session in one page.
-pub(crate) fn report(
-    input: &LabInput,
-    own: &[PathBuf],
-    trial: Option<&Path>,
-    output: PathBuf,
-    force: bool,
-    json: bool,
-) -> Result<(), ToolError> {
-    let (model, session) = model_and_session(input)?;
-    let tried = trial.map(Tried::load).transpose()?;
+pub(crate) fn report(ask: Report, json: bool) -> Result<(), ToolError> {
+    let input = LabInput {
+        model: ask.model,
+        files: ask.files,
+    };
+    let (model, session) = model_and_session(&input)?;
+    let tried = ask.trial.as_deref().map(Tried::load).transpose()?;
     let Thinned {
         session,
         rows_left_out,
@@ -57,13 +54,17 @@ pub(crate) fn report(
     let opening = Opening {
         model: model.to_toml(),
         files: texts(&session),
-        own_effects: own.iter().map(text).collect::<Result<_, ToolError>>()?,
+        own_effects: ask
+            .effect
+            .iter()
+            .map(text)
+            .collect::<Result<_, ToolError>>()?,
     };
-    let file = NewFile::create(output.clone(), force)?;
+    let file = NewFile::create(ask.output.clone(), ask.force)?;
     let run = while_working(WORKING, json, || {
         Run::carry_out(opening, rows_left_out, tried, &cache_directory())
     });
-    let run = run.map_err(|error| error.of(&output))?;
+    let run = run.map_err(|error| error.of(&ask.output))?;
     let html = run.to_html();
     let written = Written {
         page: file.write(&html)?,
