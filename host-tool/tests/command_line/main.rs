@@ -1,12 +1,14 @@
 //! What people type wrongly, and boards that are not there or not well: one clear sentence each,
 //! what to do next, a code other than 0, and nothing written.
 
+mod boards;
+#[path = "../common/mod.rs"]
 mod common;
+mod completion;
+#[path = "../fake_board/mod.rs"]
 mod fake_board;
 
 use std::fs;
-use std::os::unix::fs::PermissionsExt;
-use std::path::Path;
 use std::process::{Command, Stdio};
 use std::thread;
 use std::time::Duration;
@@ -119,23 +121,6 @@ fn five_drives() {
 }
 
 #[test]
-fn no_board() {
-    let boards = no_boards();
-    for words in [&["status"][..], &["list"], &["set-z", "120um"], &["off"]] {
-        fails_with(
-            &host_tool(boards.path(), words),
-            "no board was found",
-            "connect a driver board by USB, or try everything without one: `cargo xtask emulate`",
-        );
-    }
-    let said = host_tool(boards.path(), &["list", "--json"]);
-    assert_eq!(
-        (said.code, said.out.as_str()),
-        (0, "{\"format\":1,\"boards\":[]}\n")
-    );
-}
-
-#[test]
 fn what_is_said_beside_the_report_is_as_much_as_one_asks_for() {
     let boards = no_boards();
     fake_board(boards.path(), "fake", Fake::HangsUp);
@@ -195,132 +180,6 @@ fn a_move_that_is_interrupted_before_it_is_answered_says_that_the_board_may_be_d
 }
 
 #[test]
-fn two_boards() {
-    let boards = no_boards();
-    fake_board(boards.path(), "left", Fake::Silent);
-    fake_board(boards.path(), "right", Fake::Greets(PROTOCOL_VERSION + 1));
-    fails_with(
-        &host_tool(boards.path(), &["off"]),
-        "there are several boards: left, right",
-        "choose one with --board NAME",
-    );
-    fails_with(
-        &host_tool(boards.path(), &["--board", "middle", "off"]),
-        "there is no board `middle`; found: left, right",
-        "name one of them",
-    );
-}
-
-#[test]
-fn a_socket_that_nobody_listens_on() {
-    let boards = no_boards();
-    let path = boards.path().join("gone.sock");
-    fs::write(&path, "").expect("a file");
-    fails_with(
-        &host_tool(boards.path(), &["status"]),
-        "no board was found",
-        "connect",
-    );
-    fails_with(
-        &host_tool(
-            boards.path(),
-            &["--board", &path.to_string_lossy(), "status"],
-        ),
-        "cannot be opened",
-        "is it still there",
-    );
-}
-
-#[test]
-fn a_board_that_other_users_could_have_put_there_is_not_greeted() {
-    let boards = no_boards();
-    fake_board(boards.path(), "open", Fake::Greets(PROTOCOL_VERSION));
-    let path = boards.path().join("open.sock");
-    let set_mode = |path: &Path, mode| {
-        fs::set_permissions(path, fs::Permissions::from_mode(mode)).expect("ours");
-    };
-    set_mode(boards.path(), 0o777);
-    let by_path = path.to_string_lossy();
-    for words in [
-        &["status"][..],
-        &["list"],
-        &["--board", "open", "status"],
-        &["--board", &by_path, "status"],
-    ] {
-        let sentence = format!("other users may write to {}", boards.path().display());
-        fails_with(&host_tool(boards.path(), words), &sentence, "`chmod 700`");
-    }
-    let said = host_tool(boards.path(), &["doctor"]);
-    assert!(
-        said.out.contains("emulated boards are not looked for"),
-        "{}",
-        said.out
-    );
-
-    set_mode(boards.path(), 0o700);
-    set_mode(&path, 0o666);
-    let sentence = format!("other users may write to {by_path}");
-    fails_with(
-        &host_tool(boards.path(), &["status"]),
-        &sentence,
-        "`chmod 700`",
-    );
-}
-
-#[test]
-fn a_board_of_another_protocol_version() {
-    let boards = no_boards();
-    fake_board(boards.path(), "newer", Fake::Greets(PROTOCOL_VERSION + 1));
-    fake_board(boards.path(), "older", Fake::Greets(PROTOCOL_VERSION - 1));
-    fails_with(
-        &host_tool(boards.path(), &["--board", "newer", "set-z", "120um"]),
-        &format!(
-            "the board speaks protocol version {}, this tool version {PROTOCOL_VERSION}",
-            PROTOCOL_VERSION + 1
-        ),
-        "update this tool",
-    );
-    fails_with(
-        &host_tool(boards.path(), &["--board", "older", "set-z", "120um"]),
-        &format!("the board speaks protocol version {}", PROTOCOL_VERSION - 1),
-        "update the board's firmware: `cargo xtask flash`",
-    );
-}
-
-#[test]
-fn a_board_that_never_answers() {
-    let boards = no_boards();
-    fake_board(boards.path(), "mute", Fake::Silent);
-    fails_with(
-        &host_tool(boards.path(), &["status"]),
-        "the board did not answer in 10 s when asked to introduce itself",
-        "is another program connected to it?",
-    );
-}
-
-#[test]
-fn a_board_that_goes_away() {
-    let boards = no_boards();
-    fake_board(boards.path(), "leaving", Fake::HangsUp);
-    fails_with(
-        &host_tool(boards.path(), &["status"]),
-        "the connection to the board was lost while asking it to tell its status",
-        "it was unplugged, reset, or its emulator ended",
-    );
-}
-
-#[test]
-fn noise_before_an_answer_is_passed_over() {
-    let boards = no_boards();
-    fake_board(boards.path(), "noisy", Fake::Noisy);
-    fails_with(
-        &host_tool(boards.path(), &["status"]),
-        "lost while asking it to tell its status",
-        "it was unplugged",
-    );
-}
-
-#[test]
 fn an_output_file_that_cannot_be_written() {
     let boards = no_boards();
     fails_with(
@@ -375,91 +234,4 @@ fn a_recording_that_does_not_begin_leaves_no_file() {
         "unplugged",
     );
     assert!(!path.exists());
-}
-
-#[test]
-fn completions_are_for_the_shell() {
-    let boards = no_boards();
-    let said = host_tool(boards.path(), &["completions", "bash"]);
-    assert_eq!(said.code, 0);
-    assert!(said.out.contains("complete -o nospace"), "{}", said.out);
-}
-
-/// What bash offers after this line, of which the last word is being typed.
-fn completed(boards: &Path, line: &str) -> Vec<String> {
-    let tool = Path::new(env!("CARGO_BIN_EXE_host-tool"));
-    let folder = tool.parent().expect("a folder").to_string_lossy();
-    // As bash calls the function that the script registers, with the words of the line.
-    let script = format!(
-        "PATH={folder}:$PATH; source <(host-tool completions bash)
-         complete -p host-tool > /dev/null
-         COMP_WORDS=({line}); [[ '{line}' == *' ' ]] && COMP_WORDS+=('')
-         COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); COMP_TYPE=9
-         _clap_complete_host_tool host-tool \"${{COMP_WORDS[COMP_CWORD]}}\"; printf '%s\\n' \"${{COMPREPLY[@]}}\""
-    );
-    let said = std::process::Command::new("bash")
-        .args(["-c", &script])
-        .env("MIRROR_BOARDS", boards)
-        .env_remove("MIRROR_BOARD")
-        .current_dir(boards)
-        .output()
-        .expect("bash runs");
-    let offered = String::from_utf8_lossy(&said.stdout).into_owned();
-    assert!(
-        said.stderr.is_empty(),
-        "{}",
-        String::from_utf8_lossy(&said.stderr)
-    );
-    offered
-        .lines()
-        .map(|name| name.trim_end().to_owned())
-        .collect()
-}
-
-#[test]
-fn bash_completes_commands_at_all_levels_and_what_there_is() {
-    let boards = no_boards();
-    std::fs::write(boards.path().join("mine.toml"), "").expect("a file");
-    std::fs::write(boards.path().join("mine.csv"), "").expect("a file");
-    fake_board(boards.path(), "bench-a", Fake::HangsUp);
-    for (line, offered) in [
-        ("host-tool set-p", &["set-pose"][..]),
-        ("host-tool measure st", &["step"]),
-        ("host-tool measure step --ho", &["--hold"]),
-        (
-            "host-tool explain over-",
-            &["over-temperature", "over-current"],
-        ),
-        ("host-tool effect show cre", &["creep"]),
-        ("host-tool effect add mi", &["mine.toml"]),
-        ("host-tool compare paper-", &["paper-refit"]),
-        ("host-tool --board ben", &["bench-a"]),
-    ] {
-        let found = completed(boards.path(), line);
-        for name in offered {
-            assert!(found.iter().any(|one| one == name), "{line}: {found:?}");
-        }
-        assert!(
-            !found.iter().any(|one| one == "mine.csv"),
-            "{line}: {found:?}"
-        );
-    }
-}
-
-#[test]
-fn a_reader_that_has_seen_enough_is_no_failure() {
-    let mut tool = std::process::Command::new(env!("CARGO_BIN_EXE_host-tool"))
-        .args(["completions", "zsh"])
-        .stdout(std::process::Stdio::piped())
-        .stderr(std::process::Stdio::piped())
-        .spawn()
-        .expect("the tool runs");
-    drop(tool.stdout.take());
-    let output = tool.wait_with_output().expect("it ends");
-    assert!(output.status.success());
-    assert!(
-        output.stderr.is_empty(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
 }
