@@ -23,9 +23,17 @@ pub use terminal::Terminal;
 /// # Panics
 /// Where it has ended.
 pub fn interrupt(tool: &std::process::Child) {
+    signal(tool, "INT");
+}
+
+/// Sends a tool the signal of this name.
+///
+/// # Panics
+/// Where it has ended.
+pub fn signal(tool: &std::process::Child, name: &str) {
     let id = tool.id().to_string();
-    let interrupted = std::process::Command::new("kill")
-        .args(["-INT", &id])
+    let sent = std::process::Command::new("kill")
+        .args(["-s", name, &id])
         .status();
-    assert!(interrupted.expect("`kill` runs").success(), "it has ended");
+    assert!(sent.expect("`kill` runs").success(), "it has ended");
 }

@@ -1,12 +1,12 @@
-//! A board that another tool has: who that is, is told without waiting for it; who waits for it does not drive after a
-//! stop; a recording says what came in between; and what is interrupted says what it leaves.
+//! A board that another tool has: it is read through that tool, and whose it is, is told without waiting; who waits for it
+//! does not drive after a stop; a recording says what came in between; and what is interrupted says what it leaves.
 
 use std::io::{BufRead, BufReader};
 use std::process::Child;
 use std::time::{Duration, Instant};
 
 use emulated_board::PlantFault;
-use hil::{Bench, Said, interrupt};
+use hil::{Bench, Said, interrupt, signal};
 use measurement::Row;
 use serde_json::Value;
 use virtual_mirror::MirrorConfig;
@@ -42,31 +42,71 @@ fn at_once(bench: &Bench, words: &[&str]) -> Said {
 }
 
 #[test]
-fn who_only_looks_is_told_at_once_who_has_the_board_and_since_when() {
+fn who_only_looks_reads_a_board_in_use_and_is_told_whose_it_is_and_since_when() {
     let (bench, first, owner) = in_use();
-    for words in [
-        &["status"][..],
-        &["--board", "emulated", "status", "--history"],
-        &["list"],
-        &["doctor"],
+    for (words, value) in [
+        (&["status"][..], "channels   all driving"),
+        (
+            &["--board", "emulated", "status", "--history"],
+            "channels   all driving",
+        ),
+        (&["list"], "firmware"),
+        (&["doctor"], "firmware"),
     ] {
         let said = at_once(&bench, words);
-        let is_answered = words == ["list"];
-        assert_eq!(said.code, i32::from(!is_answered), "{words:?}: {said:?}");
-        assert!(said.out.contains(&owner), "{words:?}: {}", said.out);
+        // Nobody else can use it now.
+        let is_ready = words != ["doctor"];
+        assert_eq!(said.code, i32::from(!is_ready), "{words:?}: {said:?}");
+        for told in [&owner, value] {
+            assert!(said.out.contains(told), "{words:?}: {}", said.out);
+        }
+    }
+    for words in [&["range"][..], &["room"]] {
+        assert_eq!(at_once(&bench, words).code, 0, "{words:?}");
     }
     let status: Value =
         serde_json::from_str(&at_once(&bench, &["status", "--json"]).out).expect("JSON");
     assert_eq!(status["owner"]["process"], first.id());
-    let name = status["board"]["name"].as_str().expect("a name");
-    assert!(name.ends_with("emulated.sock"), "{status}");
+    assert_eq!(status["is_in_use"], true);
+    assert!(
+        status["drive_v"][0].as_f64().expect("volts") > 1.0,
+        "{status}"
+    );
     let list = bench.json(&["list"]);
-    assert_eq!(list["boards"][0]["owner"]["process"], first.id());
+    let listed = &list["boards"][0];
+    assert_eq!(listed["owner"]["process"], first.id());
+    assert_eq!(listed["identity"], status["identity"]);
 
+    // Killed, it leaves the socket on which it answered.
     end(first);
     let alone = bench.tool(&["status"]);
     assert_eq!(alone.code, 0, "{}", alone.err);
-    assert!(!alone.out.contains("owner"), "{}", alone.out);
+    assert!(!alone.out.contains("host-tool set-z"), "{}", alone.out);
+}
+
+#[test]
+fn who_has_a_board_and_hangs_is_named() {
+    let (bench, first, _) = in_use();
+    let owner = format!("(process {}), since 2", first.id());
+    signal(&first, "STOP");
+    for words in [&["status"][..], &["list"], &["doctor"], &["range"]] {
+        let said = at_once(&bench, words);
+        assert_eq!(
+            said.code,
+            i32::from(words != ["list"]),
+            "{words:?}: {said:?}"
+        );
+        let told = said.out.clone() + &said.sentence();
+        assert!(told.contains(&owner), "{words:?}: {said:?}");
+    }
+    let status = at_once(&bench, &["status", "--json"]);
+    let status: Value = serde_json::from_str(&status.out).expect("JSON");
+    assert_eq!(status["owner"]["process"], first.id());
+    let name = status["board"]["name"].as_str().expect("a name");
+    assert!(name.ends_with("emulated.sock"), "{status}");
+    signal(&first, "CONT");
+    bench.wait_for_status("read again", |status| status["is_in_use"] == true);
+    end(first);
 }
 
 /// Starts a tool that waits for the board; it has said so when this returns.
@@ -150,6 +190,30 @@ fn a_recording_ends_with_the_fault_that_tripped_the_board_and_its_file_is_whole(
     assert!(text.ends_with(&last), "it has its end");
     // The board sends on to nobody.
     assert_eq!(bench.tool(&["status"]).code, 0);
+}
+
+#[test]
+fn a_recording_that_others_look_through_loses_nothing() {
+    let look = |bench: &mut Bench, tool: &Child| {
+        let bench = &*bench;
+        let look = || {
+            let status = bench.json(&["status"]);
+            assert_eq!(status["owner"]["process"], tool.id(), "{status}");
+        };
+        // Two at once, several times.
+        std::thread::scope(|looks| {
+            for _ in 0..2 {
+                looks.spawn(|| (0..3).for_each(|_| look()));
+            }
+        });
+        interrupt(tool);
+    };
+    let (bench, said) = record_while(look);
+    assert_eq!(said.code, 130, "{}", said.err);
+    let times = bench.measured("r.csv").rows;
+    let steps = times.windows(2).map(|row| row[1].t_s - row[0].t_s);
+    // Times are written to a microsecond.
+    assert!(steps.into_iter().all(|step_s| (step_s - 1e-3).abs() < 2e-6));
 }
 
 #[test]

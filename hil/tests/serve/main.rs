@@ -180,10 +180,14 @@ fn one_client_drives_and_the_others_read() {
     );
     assert_eq!(second.ask("SYST:LOCK:REQ?"), "0");
     assert!(second.ask("SYST:LOCK:OWN?").contains(&address.to_string()));
-    // Other tools are told, and do not wait; their `off` gets through.
-    let said = serving.bench.tool(&["status"]);
-    assert_eq!(said.code, 1);
-    assert!(said.out.contains("host-tool serve"), "{}", said.out);
+    // Other tools read through it, and are told whose the board is.
+    let status = serving.bench.json(&["status"]);
+    let owner = status["owner"]["command"].as_str().expect("an owner");
+    assert!(owner.starts_with("host-tool serve"), "{status}");
+    assert!(
+        status["drive_v"][0].as_f64().expect("volts") > 1.9,
+        "{status}"
+    );
     // Both go on with what they do.
     assert!(first.numbers("MEAS:VOLT?")[0] > 1.9);
     first.say("SYST:LOCK:REL");
@@ -346,9 +350,11 @@ fn one_tool_serves_many_boards_and_lets_go_of_each_with_its_last_client() {
         "nobody drives that one"
     );
     assert!(first.numbers("MEAS:VOLT?")[0] > 1.9);
-    assert_eq!(other.tool(&["status"]).code, 1, "it is in use");
+    let status = other.json(&["status"]);
+    assert_eq!(status["is_in_use"], true, "{status}");
+    assert_eq!(status["states"][0], "driving", "{status}");
     drop(second);
-    let is_free = |bench: &Bench| bench.tool(&["status"]).code == 0;
+    let is_free = |bench: &Bench| bench.json(&["status"])["is_in_use"] == false;
     other.wait("it is kept without a client", is_free);
     assert!(other.is_off());
     first.is_content();

@@ -9,9 +9,10 @@ use mirror_protocol::{
 };
 
 use super::link::Board;
+use super::view::View;
 use crate::error::ToolError;
 
-impl Board {
+impl View {
     /// The calibration in use.
     ///
     /// # Errors
@@ -42,6 +43,18 @@ impl Board {
         }
     }
 
+    /// What the current sense is taken to be off by.
+    ///
+    /// # Errors
+    /// Where the board does not answer, or refuses.
+    pub async fn sense(&self) -> Result<SenseInfo, ToolError> {
+        let request = "tell its current sense";
+        let reply = self.ask::<SenseEndpoint>(request, &()).await?;
+        self.granted(request, reply)
+    }
+}
+
+impl Board {
     /// Uploads `calibration` and has the board use it, for good or on trial, which turns all channels off.
     ///
     /// # Errors
@@ -80,16 +93,6 @@ impl Board {
     pub async fn revert_calibration(&self) -> Result<CalibrationInfo, ToolError> {
         let request = "go back to its calibration";
         let reply = self.ask::<CalibrationRevertEndpoint>(request, &()).await?;
-        self.granted(request, reply)
-    }
-
-    /// What the current sense is taken to be off by.
-    ///
-    /// # Errors
-    /// Where the board does not answer, or refuses.
-    pub async fn sense(&self) -> Result<SenseInfo, ToolError> {
-        let request = "tell its current sense";
-        let reply = self.ask::<SenseEndpoint>(request, &()).await?;
         self.granted(request, reply)
     }
 

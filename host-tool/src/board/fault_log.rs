@@ -2,10 +2,10 @@
 
 use mirror_protocol::{FaultLogEndpoint, LogEntry, LogPage, LogQuery};
 
-use super::link::Board;
+use super::view::View;
 use crate::error::ToolError;
 
-impl Board {
+impl View {
     /// The fault log: what is known besides its entries, and the entries, the newest first.
     ///
     /// # Errors

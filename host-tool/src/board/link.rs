@@ -1,55 +1,50 @@
-//! An open board: requests with time-outs.
+//! An open board: what is commanded.
 
 use std::convert::Infallible;
-use std::time::{Duration, Instant};
+use std::ops::Deref;
+use std::time::Duration;
 
 use board_sockets::{Untrusted, check_socket};
 use mirror_protocol::{
-    ClearEndpoint, CommandReply, Commanded, Compensate, CompensateEndpoint, Drives, ERROR_PATH,
-    EnterBootloaderEndpoint, Hello, HelloEndpoint, Identity, OffEndpoint, PROTOCOL_VERSION,
-    Position, Refusal, RenewEndpoint, Renewal, SetDriveEndpoint, SetPose, SetPoseEndpoint,
-    SetPositionEndpoint, Status, StatusEndpoint, WireError,
+    ClearEndpoint, CommandReply, Commanded, Compensate, CompensateEndpoint, Drives,
+    EnterBootloaderEndpoint, OffEndpoint, Position, Refusal, RenewEndpoint, Renewal,
+    SetDriveEndpoint, SetPose, SetPoseEndpoint, SetPositionEndpoint,
 };
 use postcard_rpc::Endpoint;
-use postcard_rpc::header::VarSeqKind;
-use postcard_rpc::host_client::{HostClient, HostErr, WireSpawn};
 use postcard_rpc::postcard_schema::Schema;
 use serde::Serialize;
-use serde::de::DeserializeOwned;
-use tokio::time::{sleep, timeout};
+use tokio::time::sleep;
 
-use super::answer::{ANSWER_TIMEOUT, Request, no_answer};
-use super::claim::{Claim, Claimed, in_use};
-use super::find::{Found, Place, is_driver_board};
+use super::answer::Request;
+use super::claim::Claim;
+use super::find::{Found, Place};
 use super::owner::Owner;
-use super::socket;
+use super::stand_in::StandIn;
 use super::stop_mark::StopMark;
+use super::view::View;
 use crate::error::ToolError;
-use crate::verbosity::detail;
 
 /// What a tool that renews all the time asks for. When it dies, the board ramps to zero after this.
 const RENEWED_LEASE: Duration = Duration::from_millis(100);
 /// The same as it is asked for (ms).
 pub const RENEWED_LEASE_MS: u32 = RENEWED_LEASE.as_millis() as u32;
 
-/// Requests under way.
-const QUEUED_REQUESTS: usize = 8;
-
-/// An open board.
+/// An open board, which is this process's own until it is dropped; meanwhile others look at it through this process.
 #[derive(Debug)]
 pub struct Board {
-    client: HostClient<WireError>,
-    identity: Identity,
+    view: View,
+    _stand_in: Option<StandIn>,
+    /// Let go of last.
     claim: Option<Claim>,
 }
 
-/// A board that was looked at.
-#[derive(Debug)]
-pub enum Seen {
-    /// It answers, and is this process's own until it is dropped.
-    Open(Box<Board>),
-    /// Another process has it.
-    InUse(Owner),
+/// What can be read of a board can be read of one that is open.
+impl Deref for Board {
+    type Target = View;
+
+    fn deref(&self) -> &View {
+        &self.view
+    }
 }
 
 impl Board {
@@ -68,68 +63,14 @@ impl Board {
         Ok(board)
     }
 
-    /// Opens a board to ask it something, and waits for nobody who has it for longer than a moment.
-    ///
-    /// # Errors
-    /// As of [`Self::open`]; where another has it who does not say who it is.
-    pub async fn look(found: &Found) -> Result<Seen, ToolError> {
-        check_place(found)?;
-        match Claim::at_a_glance(found).await {
-            Claimed::Ours(claim) => Ok(Seen::Open(Box::new(Self::greet(found, claim).await?))),
-            Claimed::Anothers(Some(owner)) => Ok(Seen::InUse(owner)),
-            Claimed::Anothers(None) => Err(in_use(found, None)),
-        }
-    }
-
-    /// Opens a board for good where nobody else has it for longer than a moment.
-    ///
-    /// # Errors
-    /// As of [`Self::open`], at once.
-    pub async fn open_if_free(found: &Found) -> Result<Self, ToolError> {
-        let mark = StopMark::read(found);
-        match Self::look(found).await? {
-            Seen::Open(board) => {
-                mark.check(found)?;
-                Ok(*board)
-            }
-            Seen::InUse(owner) => Err(in_use(found, Some(&owner))),
-        }
-    }
-
-    async fn greet(found: &Found, claim: Option<Claim>) -> Result<Self, ToolError> {
-        let cannot_open = |reason: String| ToolError::Open {
-            board: found.name.clone(),
-            reason,
-        };
-        let client = match &found.place {
-            Place::Usb { serial } => HostClient::try_new_raw_nusb(
-                |device| is_driver_board(device) && device.serial_number() == Some(serial),
-                ERROR_PATH,
-                QUEUED_REQUESTS,
-                VarSeqKind::Seq2,
-            )
-            .map_err(cannot_open)?,
-            Place::Socket { path } => {
-                let wire = timeout(ANSWER_TIMEOUT, socket::connect(path)).await;
-                let (tx, rx) = wire
-                    .map_err(|_| no_answer("connect", ANSWER_TIMEOUT))?
-                    .map_err(|error| cannot_open(error.to_string()))?;
-                let sequence = VarSeqKind::Seq2;
-                HostClient::new_with_wire(tx, rx, Tasks, sequence, ERROR_PATH, QUEUED_REQUESTS)
-            }
-        };
-        let identity = introduce(&client).await?;
-        if identity.protocol_version == PROTOCOL_VERSION {
-            Ok(Self {
-                client,
-                identity,
-                claim,
-            })
-        } else {
-            Err(ToolError::ProtocolVersion {
-                board: identity.protocol_version,
-            })
-        }
+    pub(super) async fn greet(found: &Found, claim: Option<Claim>) -> Result<Self, ToolError> {
+        let view = View::greet(found).await?;
+        let is_ours = claim.is_some();
+        Ok(Self {
+            _stand_in: is_ours.then(|| StandIn::begin(found, &view)).flatten(),
+            view,
+            claim,
+        })
     }
 
     /// Greets the board once more, after which it can be driven again although it was stopped.
@@ -137,26 +78,12 @@ impl Board {
     /// # Errors
     /// Where it does not answer.
     pub async fn greet_again(&self) -> Result<(), ToolError> {
-        introduce(&self.client).await.map(drop)
-    }
-
-    /// Who the board is.
-    pub fn identity(&self) -> &Identity {
-        &self.identity
+        self.view.introduce().await.map(drop)
     }
 
     /// Who had the board when it was opened, and was waited for.
     pub fn waited_for(&self) -> Option<&Owner> {
         self.claim.as_ref()?.before.as_ref()
-    }
-
-    /// What the board is doing.
-    ///
-    /// # Errors
-    /// Where it does not answer, or refuses.
-    pub async fn status(&self) -> Result<Status, ToolError> {
-        let request = "tell its status";
-        self.granted(request, self.ask::<StatusEndpoint>(request, &()).await?)
     }
 
     /// Moves the mirror.
@@ -254,25 +181,8 @@ impl Board {
 
     /// From one renewal of a [`RENEWED_LEASE`] to the next. The time of an emulated board runs several times faster.
     pub fn renewal_period(&self) -> Duration {
-        let often = if self.identity.is_emulated { 20 } else { 4 };
+        let often = if self.identity().is_emulated { 20 } else { 4 };
         RENEWED_LEASE / often
-    }
-
-    pub(super) fn client(&self) -> &HostClient<WireError> {
-        &self.client
-    }
-
-    pub(super) async fn ask<E>(
-        &self,
-        request: Request,
-        message: &E::Request,
-    ) -> Result<E::Response, ToolError>
-    where
-        E: Endpoint,
-        E::Request: Serialize + Schema,
-        E::Response: DeserializeOwned + Schema,
-    {
-        ask::<E>(&self.client, request, message).await
     }
 
     async fn command<E>(
@@ -286,75 +196,15 @@ impl Board {
     {
         self.granted(request, self.ask::<E>(request, message).await?)
     }
-
-    pub(super) fn granted<T>(
-        &self,
-        request: Request,
-        reply: Result<T, Refusal>,
-    ) -> Result<T, ToolError> {
-        reply.map_err(|refusal| ToolError::Refused { request, refusal })
-    }
-}
-
-/// The tasks that carry the link would go on otherwise, and the link would stay open.
-impl Drop for Board {
-    fn drop(&mut self) {
-        self.client.close();
-    }
 }
 
 /// Makes sure that nobody else could have put a socket there. Where there is none, connecting fails and says so.
-fn check_place(found: &Found) -> Result<(), Untrusted> {
+pub(super) fn check_place(found: &Found) -> Result<(), Untrusted> {
     let Place::Socket { path } = &found.place else {
         return Ok(());
     };
     match check_socket(path) {
         Err(Untrusted::Unseen { .. } | Untrusted::Kind { .. }) => Ok(()),
         checked => checked,
-    }
-}
-
-async fn introduce(client: &HostClient<WireError>) -> Result<Identity, ToolError> {
-    let hello = Hello {
-        protocol_version: PROTOCOL_VERSION,
-    };
-    ask::<HelloEndpoint>(client, "introduce itself", &hello).await
-}
-
-async fn ask<E>(
-    client: &HostClient<WireError>,
-    request: Request,
-    message: &E::Request,
-) -> Result<E::Response, ToolError>
-where
-    E: Endpoint,
-    E::Request: Serialize + Schema,
-    E::Response: DeserializeOwned + Schema,
-{
-    let begun = Instant::now();
-    let answer = timeout(ANSWER_TIMEOUT, client.send_resp::<E>(message)).await;
-    let took_ms = 1e3 * begun.elapsed().as_secs_f64();
-    detail(format_args!("{}: {took_ms:.1} ms", E::PATH));
-    answer
-        .map_err(|_| no_answer(request, ANSWER_TIMEOUT))?
-        .map_err(|error| match error {
-            HostErr::Closed => ToolError::LinkLost { request },
-            HostErr::Wire(error) => ToolError::NotUnderstood {
-                request,
-                detail: format!("{error:?}"),
-            },
-            other => ToolError::NotUnderstood {
-                request,
-                detail: other.to_string(),
-            },
-        })
-}
-
-/// Runs the client's tasks on this tool's runtime.
-struct Tasks;
-
-impl WireSpawn for Tasks {
-    fn spawn(&mut self, task: impl Future<Output = ()> + Send + 'static) {
-        drop(tokio::spawn(task));
     }
 }

@@ -9,6 +9,7 @@ mod fifo;
 mod find;
 pub mod framing;
 mod link;
+mod look;
 #[cfg(not(unix))]
 mod missing;
 mod owner;
@@ -18,20 +19,25 @@ mod request;
 mod samples;
 #[cfg(unix)]
 mod socket;
+#[cfg(unix)]
+mod stand_in;
 mod stop;
 mod stop_mark;
 #[cfg(test)]
 pub(crate) mod tests;
 mod time;
+mod view;
 
 #[cfg(not(unix))]
-use missing::{self as fifo, self as request, self as socket};
+use missing::{self as fifo, self as request, self as socket, self as stand_in};
 
 pub(crate) use find::none_found;
 pub use find::{Found, Place, choose, find};
-pub use link::{Board, RENEWED_LEASE_MS, Seen};
+pub use link::{Board, RENEWED_LEASE_MS};
+pub use look::Seen;
 pub use owner::{Owner, owner};
 pub(crate) use range::{check_drives, check_position};
 pub use samples::Samples;
 pub use stop::stop;
 pub use stop_mark::announce_stop;
+pub use view::View;

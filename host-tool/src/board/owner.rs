@@ -85,6 +85,11 @@ pub(super) fn place(found: &Found) -> Option<PathBuf> {
     }
 }
 
+/// Where who has the board answers those who look at it.
+pub(super) fn look_socket(found: &Found) -> Option<PathBuf> {
+    Some(place(found)?.with_extension("look"))
+}
+
 pub(super) fn read(file: &mut File) -> Option<Owner> {
     let mut text = String::new();
     file.rewind().ok()?;

@@ -3,9 +3,10 @@
 use std::fmt;
 
 use miette::Diagnostic;
+use mirror_protocol::Identity;
 use serde::Serialize;
 
-use crate::board::{Board, Found, Seen, find};
+use crate::board::{Board, Found, Owner, find};
 use crate::doctor::{Finding, FindingKind, Surroundings};
 use crate::error::ToolError;
 use crate::option_bytes::option_flaws;
@@ -49,47 +50,58 @@ pub(super) async fn run(json: bool) -> Result<(), ToolError> {
 }
 
 async fn greet(found: &Found) -> Vec<Finding> {
+    let name = &found.name;
     let not_answering = |error: ToolError| Finding {
         kind: FindingKind::NotAnswering,
-        what: format!("{}: {error}", found.name),
+        what: format!("{name}: {error}"),
         remedy: error.help().map(|help| help.to_string()),
     };
-    let board = match Board::look(found).await {
-        Ok(Seen::Open(board)) => board,
-        Ok(Seen::InUse(owner)) => {
-            return vec![Finding {
-                kind: FindingKind::InUse,
-                what: format!("{}: in use by {owner}", found.name),
-                remedy: Some(
-                    "wait until that has ended, or end it with Ctrl-C where it runs; `host-tool off` turns the \
-                     channels off whoever has the board"
-                        .to_owned(),
-                ),
-            }];
-        }
+    let seen = match Board::look(found).await {
+        Ok(seen) => seen,
         Err(error) => return vec![not_answering(error)],
     };
-    let status = match board.status().await {
+    let view = match (seen.view(found), seen.owner()) {
+        (Ok(view), _) => view,
+        (Err(_), Some(owner)) => return vec![in_use(&format!("{name}:"), owner)],
+        (Err(error), None) => return vec![not_answering(error)],
+    };
+    let status = match view.status().await {
         Ok(status) => status,
         Err(error) => return vec![not_answering(error)],
     };
-    let ready = Finding {
+    let Identity {
+        board,
+        firmware_version,
+        ..
+    } = view.identity();
+    let board = format!("{name}: {board}, firmware {firmware_version},");
+    let ready = || Finding {
         kind: FindingKind::Ready,
-        what: format!(
-            "{}: {}, firmware {}, is ready",
-            found.name,
-            board.identity().board,
-            board.identity().firmware_version
-        ),
+        what: format!("{board} is ready"),
         remedy: None,
     };
+    let answers = seen
+        .owner()
+        .map_or_else(ready, |owner| in_use(&board, owner));
     let flaws = status.option_bytes.iter().flat_map(option_flaws);
     let flaws = flaws.map(|flaw| Finding {
         kind: FindingKind::OptionBytes,
         what: format!("{}: {}", found.name, flaw.what),
         remedy: Some(flaw.remedy),
     });
-    std::iter::once(ready).chain(flaws).collect()
+    std::iter::once(answers).chain(flaws).collect()
+}
+
+fn in_use(board: &str, owner: &Owner) -> Finding {
+    Finding {
+        kind: FindingKind::InUse,
+        what: format!("{board} in use by {owner}"),
+        remedy: Some(
+            "wait until that has ended, or end it with Ctrl-C where it runs; `host-tool off` turns the \
+             channels off whoever has the board"
+                .to_owned(),
+        ),
+    }
 }
 
 impl fmt::Display for Findings {

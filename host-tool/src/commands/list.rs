@@ -18,29 +18,28 @@ struct BoardList {
 struct ListedBoard {
     #[serde(flatten)]
     found: Found,
-    /// What it says of itself, or why it does not.
-    #[serde(flatten)]
-    said: Said,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "lowercase")]
-enum Said {
-    Identity(Identity),
+    /// What it says of itself.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    identity: Option<Identity>,
     /// Another process has it.
-    Owner(Owner),
-    Error(String),
+    #[serde(skip_serializing_if = "Option::is_none")]
+    owner: Option<Owner>,
+    /// Why it says nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<String>,
 }
 
 pub(super) async fn run(json: bool) -> Result<(), ToolError> {
     let mut boards = Vec::new();
     for found in find() {
-        let said = match Board::look(&found).await {
-            Ok(Seen::Open(board)) => Said::Identity(board.identity().clone()),
-            Ok(Seen::InUse(owner)) => Said::Owner(owner),
-            Err(error) => Said::Error(error.to_string()),
-        };
-        boards.push(ListedBoard { found, said });
+        let seen = Board::look(&found).await;
+        let view = seen.as_ref().ok().and_then(|seen| seen.view(&found).ok());
+        boards.push(ListedBoard {
+            identity: view.map(|view| view.identity().clone()),
+            owner: seen.as_ref().ok().and_then(Seen::owner).cloned(),
+            error: seen.as_ref().err().map(ToString::to_string),
+            found,
+        });
     }
     if boards.is_empty() && !json {
         return Err(none_found());
@@ -51,22 +50,26 @@ pub(super) async fn run(json: bool) -> Result<(), ToolError> {
 
 impl fmt::Display for BoardList {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for ListedBoard { found, said } in &self.boards {
-            let link = match found.place {
+        for board in &self.boards {
+            let link = match board.found.place {
                 Place::Usb { .. } => "USB",
                 Place::Socket { .. } => "socket",
             };
-            match said {
-                Said::Identity(identity) => writeln!(
-                    f,
-                    "{:<26} {link:<7} {}, firmware {} ({})",
-                    found.name, identity.board, identity.firmware_version, identity.build
-                )?,
-                Said::Owner(owner) => {
-                    writeln!(f, "{:<26} {link:<7} in use by {owner}", found.name)?;
-                }
-                Said::Error(error) => writeln!(f, "{:<26} {link:<7} {error}", found.name)?,
-            }
+            let identity = board.identity.as_ref().map(|identity| {
+                format!(
+                    "{}, firmware {} ({})",
+                    identity.board, identity.firmware_version, identity.build
+                )
+            });
+            let owner = board
+                .owner
+                .as_ref()
+                .map(|owner| format!("in use by {owner}"));
+            let said: Vec<String> = [identity, owner, board.error.clone()]
+                .into_iter()
+                .flatten()
+                .collect();
+            writeln!(f, "{:<26} {link:<7} {}", board.found.name, said.join(", "))?;
         }
         Ok(())
     }

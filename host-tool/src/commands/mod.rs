@@ -46,7 +46,11 @@ use crate::serve;
 
 /// Carries out one command.
 pub(crate) fn run(arguments: Arguments) -> Result<(), ToolError> {
-    let runtime = Builder::new_current_thread().enable_all().build();
+    let runtime = Builder::new_multi_thread()
+        // The link, and whoever looks at the board, are served while a command computes.
+        .worker_threads(1)
+        .enable_all()
+        .build();
     runtime
         .map_err(ToolError::Runtime)?
         .block_on(dispatch(arguments))
@@ -54,16 +58,15 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), ToolError> {
 
 async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
     let json = arguments.json;
-    let open = async || Board::open(&choose(arguments.board.as_deref())?).await;
+    let chosen = || choose(arguments.board.as_deref());
+    let open = async || Board::open(&chosen()?).await;
     match arguments.command {
         Command::List => list::run(json).await,
         Command::Doctor => doctor::run(json).await,
         Command::Update { firmware } => {
             update::run(&firmware, arguments.board.as_deref(), json).await
         }
-        Command::Status { history } => {
-            status::look(&choose(arguments.board.as_deref())?, history, json).await
-        }
+        Command::Status { history } => status::look(&chosen()?, history, json).await,
         Command::SetZ { z, settle, hold } => {
             let pace = Pace::new(settle, hold, arguments.longest_hold)?;
             set_z::run(&open().await?, z, pace, json).await
@@ -79,8 +82,18 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             let pose = TiltedPose::new(z, tilt_x, tilt_y);
             set_pose::run(&open().await?, pose, pace, json).await
         }
-        Command::Room { compensate } => room::run(&open().await?, compensate, json).await,
-        Command::Range { picture, force } => range::run(&open().await?, picture, force, json).await,
+        Command::Room { compensate: None } => {
+            let found = chosen()?;
+            room::show(Board::look(&found).await?.view(&found)?, json).await
+        }
+        Command::Room {
+            compensate: Some(switch),
+        } => room::switch(&open().await?, switch, json).await,
+        Command::Range { picture, force } => {
+            let found = chosen()?;
+            let seen = Board::look(&found).await?;
+            range::run(seen.view(&found)?, picture, force, json).await
+        }
         Command::SetDrive {
             drives,
             settle,
@@ -91,7 +104,7 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             set_drive::run(&open().await?, drives, pace, json).await
         }
         Command::Clear => status::clear(&open().await?, json).await,
-        Command::Off => off::run(&choose(arguments.board.as_deref())?, json).await,
+        Command::Off => off::run(&chosen()?, json).await,
         Command::Record {
             output,
             duration,

@@ -9,7 +9,7 @@ use charts::{Look, Panel, Series, sheet};
 use serde::Serialize;
 
 use super::pose::reach;
-use crate::board::Board;
+use crate::board::View;
 use crate::error::{BeyondBoard, ToolError};
 use crate::new_file::NewFile;
 use crate::report::{self, decimal};
@@ -40,7 +40,7 @@ struct Tilt {
 }
 
 pub(super) async fn run(
-    board: &Board,
+    board: &View,
     picture: Option<PathBuf>,
     force: bool,
     json: bool,

@@ -5,7 +5,7 @@ use std::fmt;
 use mirror_protocol::{Compensate, Status};
 use serde::Serialize;
 
-use crate::board::Board;
+use crate::board::{Board, View};
 use crate::cli::Switch;
 use crate::error::ToolError;
 use crate::report::{self, decimal};
@@ -29,16 +29,15 @@ struct SurroundingsReport {
     room: Option<Room>,
 }
 
-/// Shows the room, after switching what is made of it where that is asked for.
-pub(super) async fn run(
-    board: &Board,
-    switch: Option<Switch>,
-    json: bool,
-) -> Result<(), ToolError> {
-    if let Some(switch) = switch {
-        let is_wanted = switch == Switch::On;
-        board.compensate(Compensate { is_wanted }).await?;
-    }
+/// Switches whether positions are compensated, and shows the room.
+pub(super) async fn switch(board: &Board, switch: Switch, json: bool) -> Result<(), ToolError> {
+    let is_wanted = switch == Switch::On;
+    board.compensate(Compensate { is_wanted }).await?;
+    show(board, json).await
+}
+
+/// Shows the room.
+pub(super) async fn show(board: &View, json: bool) -> Result<(), ToolError> {
     let room = Room::of(&board.status().await?);
     report::print(&SurroundingsReport { room }, json);
     Ok(())

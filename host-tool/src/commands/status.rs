@@ -8,7 +8,7 @@ use mirror_protocol::{
 };
 use serde::{Serialize, Serializer};
 
-use crate::board::{Board, Found, Owner, Seen};
+use crate::board::{Board, Found, Owner, Seen, View};
 use crate::commands::history::History;
 use crate::commands::moving::Readings;
 use crate::commands::pose::PlateReport;
@@ -22,8 +22,10 @@ use crate::report::{self, decimal, row, row_of_known};
 #[derive(Serialize)]
 struct StatusReport {
     identity: Identity,
-    /// Who had the board when it was asked, and has let go of it since.
+    /// Another process that has the board, or had it when it was asked and has let go of it since.
     owner: Option<Owner>,
+    /// Whether it has it still.
+    is_in_use: bool,
     #[serde(with = "CalibrationReport")]
     calibration: CalibrationInfo,
     up_s: f64,
@@ -90,10 +92,12 @@ enum LeaseLeft {
 /// Lets the board forget its faults, and shows what it does then.
 pub(super) async fn clear(board: &Board, json: bool) -> Result<(), ToolError> {
     board.clear().await?;
-    run(board, false, json).await
+    let report = StatusReport::read(board, false).await?;
+    report::print(&report, json);
+    Ok(())
 }
 
-/// What can be known of a board that another process has.
+/// What can be known of a board that another process has, who does not answer.
 #[derive(Serialize)]
 struct InUse<'a> {
     board: &'a Found,
@@ -108,39 +112,44 @@ impl fmt::Display for InUse<'_> {
     }
 }
 
-/// Shows the board's status, or who has it.
+/// Shows the board's status, through who has it where that is another process; or who that is, where it does not answer.
 pub(super) async fn look(found: &Found, history: bool, json: bool) -> Result<(), ToolError> {
-    match Board::look(found).await? {
-        Seen::Open(board) => run(&board, history, json).await,
-        Seen::InUse(owner) => {
-            let in_use = ToolError::InUse {
-                board: found.name.clone(),
-                owner: owner.to_string(),
-            };
-            let board = found;
+    let seen = Board::look(found).await?;
+    let view = match (seen.view(found), &seen) {
+        (Err(in_use), Seen::InUse(owner)) => {
+            let (board, owner) = (found, owner.clone());
             report::print(&InUse { board, owner }, json);
-            Err(in_use)
+            return Err(in_use);
+        }
+        (view, _) => view?,
+    };
+    let mut report = StatusReport::read(view, history).await?;
+    match &seen {
+        Seen::Open(board) => report.owner = board.waited_for().cloned(),
+        Seen::Through(_, owner) | Seen::InUse(owner) => {
+            report.owner = Some(owner.clone());
+            report.is_in_use = true;
         }
     }
-}
-
-async fn run(board: &Board, history: bool, json: bool) -> Result<(), ToolError> {
-    let status = board.status().await?;
-    let calibration = board.calibration().await?;
-    let history = match history {
-        true => Some(History::new(board.fault_log().await?)),
-        false => None,
-    };
-    let report = StatusReport {
-        history,
-        owner: board.waited_for().cloned(),
-        ..StatusReport::new(board.identity().clone(), calibration, &status)
-    };
     report::print(&report, json);
     Ok(())
 }
 
 impl StatusReport {
+    /// What a board tells, with its fault log where that is wanted.
+    async fn read(board: &View, history: bool) -> Result<Self, ToolError> {
+        let status = board.status().await?;
+        let calibration = board.calibration().await?;
+        let history = match history {
+            true => Some(History::new(board.fault_log().await?)),
+            false => None,
+        };
+        Ok(Self {
+            history,
+            ..Self::new(board.identity().clone(), calibration, &status)
+        })
+    }
+
     /// One word where all channels do the same.
     fn channels(&self) -> String {
         if self.states.iter().all(|state| *state == self.states[0]) {
@@ -160,6 +169,7 @@ impl StatusReport {
             up_s: f64::from(status.telemetry.tick) / f64::from(identity.tick_hz),
             identity,
             owner: None,
+            is_in_use: false,
             calibration,
             readings,
             pose: PlateReport::from(&status.telemetry.pose),
@@ -193,8 +203,10 @@ impl fmt::Display for StatusReport {
             "firmware   {} ({}), protocol {}, {} control ticks/s",
             identity.firmware_version, identity.build, identity.protocol_version, identity.tick_hz
         )?;
-        if let Some(owner) = &self.owner {
-            writeln!(f, "owner      {owner}, until just now")?;
+        match &self.owner {
+            Some(owner) if self.is_in_use => writeln!(f, "in use     by {owner}")?,
+            Some(owner) => writeln!(f, "owner      {owner}, until just now")?,
+            None => {}
         }
         writeln!(f, "up         {:.1} s", self.up_s)?;
         writeln!(f, "calibrated {}", calibrated_words(&self.calibration))?;
@@ -400,16 +412,22 @@ mod tests {
             command: "host-tool record".to_owned(),
             since: "2026-11-21T14:05:00Z".to_owned(),
         };
-        let report = StatusReport {
+        let mut report = StatusReport {
             owner: Some(waited_for),
             ..report
         };
         let line =
             "owner      `host-tool record` (process 7), since 2026-11-21T14:05:00Z, until just now";
-        assert!(
-            report.to_string().lines().any(|told| told == line),
-            "{report}"
-        );
+        let tells = |report: &StatusReport, line: &str| {
+            assert!(
+                report.to_string().lines().any(|told| told == line),
+                "{report}"
+            );
+        };
+        tells(&report, line);
+        report.is_in_use = true;
+        let line = "in use     by `host-tool record` (process 7), since 2026-11-21T14:05:00Z";
+        tells(&report, line);
         let json = serde_json::to_value(&report).expect("JSON");
         assert_eq!(json["calibration"]["model_hash"], "0000000000000007");
         let factorys = CalibrationInfo {
