@@ -18,7 +18,7 @@ const MOST_EXACT: u64 = 1 << 53;
 const NAMED: [&str; 1] = ["parameters"];
 
 /// On the board, and then on a session that ships, in the order in which they are typed.
-const COMMANDS: [&str; 28] = [
+const COMMANDS: [&str; 29] = [
     "list",
     "status",
     "status --history",
@@ -33,6 +33,7 @@ const COMMANDS: [&str; 28] = [
     "calibrate-sense",
     "load-calibration factory.toml",
     "load-calibration nowhere.toml",
+    "set-z 3",
     "explain",
     "explain over-temperature",
     "import table.csv",

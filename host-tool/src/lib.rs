@@ -38,7 +38,11 @@ use clap::Parser;
 /// code other than 0.
 pub fn main() -> ExitCode {
     completion::answer();
-    let arguments = cli::Arguments::parse_from(std::env::args_os().map(cli::negative_as_value));
+    let words = || std::env::args_os().map(cli::negative_as_value);
+    let arguments = match cli::Arguments::try_parse_from(words()) {
+        Ok(arguments) => arguments,
+        Err(error) => return failure::of_usage(&error, words()),
+    };
     let json = arguments.json;
     arguments.verbosity().use_it();
     working::show_where_it_is();
