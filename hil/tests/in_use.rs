@@ -5,7 +5,7 @@ use std::io::{BufRead, BufReader};
 use std::process::Child;
 use std::time::{Duration, Instant};
 
-use emulated_board::PlantFault;
+use emulated_board::{PlantFault, Speed};
 use hil::{Bench, Said, interrupt, signal};
 use measurement::Row;
 use serde_json::Value;
@@ -294,4 +294,24 @@ fn a_move_that_is_interrupted_says_that_the_mirror_is_held_and_a_scan_turns_it_o
         bench.controls().observed().came_to_zero
     });
     assert!(bench.is_off());
+}
+
+#[test]
+fn a_calibration_of_the_sense_that_is_interrupted_leaves_the_one_of_before() {
+    // Driving takes 0.6 s of the board's time, and here of the wall's.
+    let bench = Bench::changed(|emulation| emulation.speed = Speed::Times(1.0));
+    let tool = bench.start_tool(&["calibrate-sense", "--resistor", "499ohm"]);
+    bench.wait_until_driven(1);
+    interrupt(&tool);
+    let said = Said::from(tool);
+    assert_eq!(said.code, 130, "{}", said.err);
+    assert!(said.sentence().contains("channels are off"), "{}", said.err);
+    bench.wait("it is driven on", |bench| {
+        bench.controls().observed().came_to_zero
+    });
+    let again = bench.json(&["calibrate-sense"]);
+    assert_eq!(
+        again["before"]["zero_a"],
+        serde_json::json!([0.0, 0.0, 0.0, 0.0])
+    );
 }

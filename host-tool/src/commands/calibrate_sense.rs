@@ -6,16 +6,19 @@ use mirror_protocol::{Drives, Kept, Sense};
 use serde::Serialize;
 
 use crate::board::Board;
-use crate::commands::moving::{Pace, Readings, settle_and_read};
+use crate::commands::measure::interrupt::Interrupt;
+use crate::commands::moving::read_settled;
 use crate::commands::status::kept_words;
 use crate::error::ToolError;
-use crate::quantity::{Hold, Resistance, Span};
+use crate::quantity::{Resistance, Span};
 use crate::report::{self, decimal, row};
 
 /// Voltages at which the gain is read, up to 6 mA in 499 ohm. The zero is known by then.
 const DRIVES_V: [f32; 3] = [1.0, 2.0, 3.0];
 /// The output filter is long at rest by then.
 const SETTLE: Span = Span { s: 0.05 };
+/// Settling and reading take a quarter of a second; a tool that dies leaves the drive for a second more.
+const LEASE_MS: u32 = 1_250;
 /// Readings of 0.1 s that make the zero: it is worth more than a point of the gain.
 const ZERO_READINGS: usize = 5;
 
@@ -35,55 +38,67 @@ struct Currents {
     flows_a: f64,
 }
 
-/// Finds the zero of each channel; with a known resistor on each, the gain too.
+/// Finds the zero of each channel; with a known resistor on each, the gain too. Where it is interrupted, the board reads as before.
 pub(super) async fn run(
     board: &Board,
     resistor: Option<Resistance>,
     json: bool,
 ) -> Result<(), ToolError> {
+    let interrupt = Interrupt::listen()?;
     let before = board.sense().await?.sense;
-    let zeroed = zero(board).await?;
-    let (info, currents) = match resistor {
-        None => (zeroed, None),
-        Some(resistor) => {
-            let mut read = Vec::new();
-            for drive_v in DRIVES_V {
-                read.push(nominal(&zeroed.sense, driven(board, drive_v).await?));
-            }
-            let gain = std::array::from_fn(|i| {
-                let beyond_zero = |k: usize| read[k][i] - decimal(zeroed.sense.zero_a[i]);
-                let flows = |k: usize| decimal(DRIVES_V[k]) / resistor.ohm;
-                let sum = |of: &dyn Fn(usize) -> f64| (0..DRIVES_V.len()).map(of).sum::<f64>();
-                let gain = sum(&|k| flows(k) * beyond_zero(k)) / sum(&|k| beyond_zero(k).powi(2));
-                gain as f32
-            });
-            let sense = Sense {
-                gain,
-                ..zeroed.sense
-            };
-            let info = board.set_sense(&sense).await?;
-            let top = DRIVES_V.len() - 1;
-            let as_before =
-                |i: usize| (read[top][i] - decimal(before.zero_a[i])) * decimal(before.gain[i]);
-            let currents = Currents {
-                before_a: std::array::from_fn(as_before),
-                after_a: driven(board, DRIVES_V[top]).await?,
-                flows_a: decimal(DRIVES_V[top]) / resistor.ohm,
-            };
-            (info, Some(currents))
-        }
-    };
+    let found = interrupt.or(find(board, before, resistor)).await;
+    if matches!(found, Err(ToolError::Interrupted)) {
+        // By this the channels are off, too.
+        board.set_sense(&before).await?;
+    }
+    let report = found?;
     board.off().await?;
-    report::print(
-        &SenseReport {
-            before,
-            after: info.sense,
-            currents,
-            kept: info.kept,
-        },
-        json,
-    );
+    report::print(&report, json);
     Ok(())
+}
+
+async fn find(
+    board: &Board,
+    before: Sense,
+    resistor: Option<Resistance>,
+) -> Result<SenseReport, ToolError> {
+    let zeroed = zero(board).await?;
+    let Some(resistor) = resistor else {
+        return Ok(SenseReport {
+            before,
+            after: zeroed.sense,
+            currents: None,
+            kept: zeroed.kept,
+        });
+    };
+    let mut read = Vec::new();
+    for drive_v in DRIVES_V {
+        read.push(nominal(&zeroed.sense, driven(board, drive_v).await?));
+    }
+    let gain = std::array::from_fn(|i| {
+        let beyond_zero = |k: usize| read[k][i] - decimal(zeroed.sense.zero_a[i]);
+        let flows = |k: usize| decimal(DRIVES_V[k]) / resistor.ohm;
+        let sum = |of: &dyn Fn(usize) -> f64| (0..DRIVES_V.len()).map(of).sum::<f64>();
+        let gain = sum(&|k| flows(k) * beyond_zero(k)) / sum(&|k| beyond_zero(k).powi(2));
+        gain as f32
+    });
+    let sense = Sense {
+        gain,
+        ..zeroed.sense
+    };
+    let info = board.set_sense(&sense).await?;
+    let top = DRIVES_V.len() - 1;
+    let as_before = |i: usize| (read[top][i] - decimal(before.zero_a[i])) * decimal(before.gain[i]);
+    Ok(SenseReport {
+        before,
+        after: info.sense,
+        currents: Some(Currents {
+            before_a: std::array::from_fn(as_before),
+            after_a: driven(board, DRIVES_V[top]).await?,
+            flows_a: decimal(DRIVES_V[top]) / resistor.ohm,
+        }),
+        kept: info.kept,
+    })
 }
 
 /// Turns the channels off and has the board take what it reads then for zero. A mirror may be connected.
@@ -92,7 +107,7 @@ pub(super) async fn zero(board: &Board) -> Result<mirror_protocol::SenseInfo, To
     let commanded = board.off().await?;
     let mut sum_a = [0.0; 4];
     for _ in 0..ZERO_READINGS {
-        let (readings, _) = settle_and_read(board, &commanded, PACE).await?;
+        let (readings, _) = read_settled(board, &commanded, SETTLE).await?;
         let read = nominal(&in_use, readings.current_a);
         sum_a = std::array::from_fn(|i| sum_a[i] + read[i]);
     }
@@ -103,19 +118,14 @@ pub(super) async fn zero(board: &Board) -> Result<mirror_protocol::SenseInfo, To
     board.set_sense(&sense).await
 }
 
-const PACE: Pace = Pace {
-    settle: SETTLE,
-    hold: Hold::For(Span { s: 1.0 }),
-};
-
 /// The currents that are read at `drive_v` on all channels.
 async fn driven(board: &Board, drive_v: f32) -> Result<[f64; 4], ToolError> {
     let drives = Drives {
         drive_v: [drive_v; 4],
-        lease_ms: PACE.lease_ms(),
+        lease_ms: LEASE_MS,
     };
     let commanded = board.set_drive(drives).await?;
-    let (readings, _): (Readings, _) = settle_and_read(board, &commanded, PACE).await?;
+    let (readings, _) = read_settled(board, &commanded, SETTLE).await?;
     Ok(readings.current_a)
 }
 

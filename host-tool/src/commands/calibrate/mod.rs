@@ -24,6 +24,7 @@ use crate::board::Board;
 use crate::cli::Calibrate;
 use crate::commands::lab::warn;
 use crate::commands::measure::header::today;
+use crate::commands::measure::interrupt::Interrupt;
 use crate::commands::measure::run::Bench;
 use crate::commands::measure::sensor::Sensor;
 use crate::commands::{calibrate_sense, status};
@@ -49,7 +50,9 @@ pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(),
     // A tool that was killed may have left one on trial.
     let had = board.revert_calibration().await?;
     // Small currents tell the cold resistance, and an offset would be part of it.
-    calibrate_sense::zero(board).await?;
+    Interrupt::listen()?
+        .or(calibrate_sense::zero(board))
+        .await?;
     let mut on_trial = OnTrial {
         bench: Bench::open(board, sensor, None, json)
             .await?
