@@ -66,6 +66,14 @@ pub(crate) fn write(text: &str) {
     }
 }
 
+/// So many of a thing.
+pub(crate) fn counted(count: usize, thing: &str) -> String {
+    match count {
+        1 => format!("1 {thing}"),
+        _ => format!("{count} {thing}s"),
+    }
+}
+
 /// Four numbers in a row, with their unit.
 pub(crate) fn row(values: [f64; 4], decimals: usize, unit: &str) -> String {
     row_of_known(values.map(Some), decimals, unit)
@@ -92,6 +100,12 @@ pub(crate) fn row_of_known(values: [Option<f64>; 4], decimals: usize, unit: &str
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_is_not_told_as_many() {
+        let told = [0, 1, 2].map(|count| counted(count, "sample"));
+        assert_eq!(told, ["0 samples", "1 sample", "2 samples"]);
+    }
 
     #[test]
     fn a_zero_has_no_sign() {

@@ -9,9 +9,9 @@ use indicatif::ProgressStyle;
 use measurement::{Keys, Row};
 use mirror_protocol::{ChannelState, Identity, Telemetry};
 use serde::Serialize;
-use tokio::signal::ctrl_c;
 
 use crate::board::{Board, Samples};
+use crate::commands::measure::interrupt::Interrupt;
 use crate::commands::measure::run::{Ended, partial};
 use crate::commands::moving::check_states;
 use crate::commands::uncertainty::Uncertainty;
@@ -19,7 +19,7 @@ use crate::error::{BeyondBoard, OutputError, ToolError};
 use crate::new_file::NewFile;
 use crate::quantity::Span;
 use crate::recording::{Recording, Rows};
-use crate::report::{self, decimal};
+use crate::report::{self, counted, decimal};
 use crate::system::standard_output;
 use crate::verbosity::note;
 use crate::working::bar;
@@ -28,6 +28,8 @@ use crate::working::bar;
 struct RecordReport {
     file: PathBuf,
     samples: usize,
+    /// Those that the link was too slow for.
+    lost: usize,
     duration_s: f64,
     /// Whether somebody stopped the board meanwhile.
     stopped: bool,
@@ -41,6 +43,7 @@ pub(super) async fn run(
     period: Span,
     json: bool,
 ) -> Result<(), ToolError> {
+    let interrupt = Interrupt::listen()?;
     let period_ticks = board.period_ticks(period)?;
     let period = board.span(0, period_ticks.into());
     let asked = (duration.s / period.s).round().max(1.0);
@@ -55,7 +58,11 @@ pub(super) async fn run(
         Some(file) => Recorder::begin(board.identity(), file)?,
         None => Recorder::to_standard_output(board.identity())?,
     };
-    let mut ended = collect(board, &mut stream, expected, &mut recorder, json).await;
+    let collected = collect(&mut stream, expected, &mut recorder, json);
+    let mut ended = match interrupt.or(collected).await {
+        Err(ToolError::Interrupted) => board.stop_stream().await.map(|()| Ended::Interrupted),
+        collected => collected.map(|()| Ended::Complete),
+    };
     let (samples, duration_s) = (recorder.samples, recorder.last_s);
     if let Err(ToolError::Output(OutputError::CutShort { source, .. })) = &ended {
         // The board would send on to nobody; the reason to stop is told in any case.
@@ -71,19 +78,29 @@ pub(super) async fn run(
         // It would send on to nobody; the fault is what is told in any case.
         let _ = board.stop_stream().await;
     }
-    let after = board.status().await;
-    // The board is well, so what is missing was lost on the way.
-    if matches!(ended, Err(ToolError::NoAnswer { .. })) && after.is_ok() {
-        ended = Err(ToolError::SamplesLost {
-            received: samples,
-            expected: expected as usize,
-        });
+    let (mut stopped, lost) = (false, (expected as usize).saturating_sub(samples));
+    let is_short =
+        lost > 0 && matches!(ended, Ok(Ended::Complete) | Err(ToolError::NoAnswer { .. }));
+    match board.status().await {
+        Ok(status) => {
+            stopped = status.stops != stops;
+            // The board is well, so what is missing was lost on the way.
+            if is_short {
+                ended = Err(ToolError::SamplesLost {
+                    received: samples,
+                    expected: expected as usize,
+                });
+            }
+        }
+        Err(error) if is_short => ended = Err(error),
+        Err(_) => {}
     }
     let recorded = RecordReport {
         file: recorder.finish(partial(&ended).as_deref())?,
         samples,
+        lost: if is_short { lost } else { 0 },
         duration_s,
-        stopped: after.is_ok_and(|status| status.stops != stops),
+        stopped,
     };
     match is_piped {
         true => note(recorded.to_string().trim_end()),
@@ -192,39 +209,29 @@ fn like() -> Row {
     }
 }
 
-/// Samples until there are enough, or somebody presses Ctrl-C; those that arrived are kept whatever
-/// happens.
+/// Samples until there are enough; those that arrived are kept whatever happens.
 async fn collect(
-    board: &Board,
     stream: &mut Samples,
     expected: u32,
     recorder: &mut Recorder,
     quiet: bool,
-) -> Result<Ended, ToolError> {
+) -> Result<(), ToolError> {
     let bar = bar(expected.into(), quiet);
     let style =
         ProgressStyle::with_template("recording {wide_bar} {pos}/{len} samples, {eta} left");
     bar.set_style(style.expect("a fixed template"));
     let mut is_sound = false;
-    let receive = async {
-        for _ in 0..expected {
-            let sample = stream.next().await?;
-            recorder.append(&sample)?;
-            bar.inc(1);
-            if is_sound {
-                check_states(&sample.states)?;
-            }
-            // One that has tripped before goes on as it is.
-            is_sound = !has_tripped(&sample);
+    while let Some(sample) = stream.next_of_all().await? {
+        recorder.append(&sample)?;
+        bar.inc(1);
+        if is_sound {
+            check_states(&sample.states)?;
         }
-        Ok(Ended::Complete)
-    };
-    let ended = tokio::select! {
-        ended = receive => ended,
-        _ = ctrl_c() => board.stop_stream().await.map(|()| Ended::Interrupted),
-    };
+        // One that has tripped before goes on as it is.
+        is_sound = !has_tripped(&sample);
+    }
     bar.finish_and_clear();
-    ended
+    Ok(())
 }
 
 fn has_tripped(sample: &Telemetry) -> bool {
@@ -260,11 +267,23 @@ impl fmt::Display for RecordReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "recorded   {} samples of {} s in {}",
-            self.samples,
+            "recorded   {} of {} s in {}",
+            counted(self.samples, "sample"),
             self.duration_s,
             self.file.display()
         )?;
+        if self.lost > 0 {
+            let besides = if self.stopped {
+                ", which carried the stop besides"
+            } else {
+                ""
+            };
+            let lost = counted(self.lost, "sample");
+            writeln!(
+                f,
+                "lost       {lost}, too many for the link{besides}; each row has its own sample's time"
+            )?;
+        }
         match self.stopped {
             true => writeln!(
                 f,
@@ -272,5 +291,28 @@ impl fmt::Display for RecordReport {
             ),
             false => Ok(()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_link_lost_is_told() {
+        let mut report = RecordReport {
+            file: "r.csv".into(),
+            samples: 1,
+            lost: 0,
+            duration_s: 0.0,
+            stopped: false,
+        };
+        assert_eq!(report.to_string(), "recorded   1 sample of 0 s in r.csv\n");
+        (report.samples, report.lost, report.stopped) = (19_990, 10, true);
+        let lost = "lost       10 samples, too many for the link, which carried the stop besides; each row";
+        assert!(report.to_string().contains(lost), "{report}");
+        (report.lost, report.stopped) = (1, false);
+        let lost = "lost       1 sample, too many for the link; each row";
+        assert!(report.to_string().contains(lost), "{report}");
     }
 }
