@@ -85,7 +85,7 @@ impl Run {
             "<section id=\"verdict\" aria-labelledby=\"verdict-h\"><h2 id=\"verdict-h\">Verdict</h2>{flaws}<ul>"
         );
         for line in errors {
-            let _ = write!(page, "<li>{}</li>", prose(line));
+            let _ = write!(page, "<li>{}</li>", sentence(line));
         }
         page.push_str("</ul>");
         if let Some((_, next)) = said.split_once("\nMeasure next: ") {
@@ -375,6 +375,26 @@ fn prose(line: &str) -> String {
     escaped(&words)
 }
 
+/// A line as a sentence, in which no number stands apart from its unit.
+fn sentence(line: &str) -> String {
+    let words = prose(line);
+    let mut letters = words.chars();
+    let first = letters.next().map(char::to_uppercase);
+    let begun: String = first.into_iter().flatten().chain(letters).collect();
+    let mut told = String::new();
+    for word in begun.split(' ') {
+        let is_after_number = told.ends_with(|last: char| last.is_ascii_digit());
+        let is_unit = matches!(word.trim_end_matches([',', ';']), "%" | "µm" | "mA");
+        told += match (told.is_empty(), is_after_number && is_unit) {
+            (true, _) => "",
+            (false, true) => "\u{a0}",
+            (false, false) => " ",
+        };
+        told += word;
+    }
+    told + "."
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -391,11 +411,14 @@ mod tests {
     }
 
     #[test]
-    fn units_and_lines_are_written_as_in_print() {
-        assert_eq!([in_print("um/V^2"), in_print("ohm")], ["µm/V^2", "Ω"]);
+    fn lines_are_written_as_in_print() {
         assert_eq!(
             prose("  error 0.5 um rms & more"),
             "error 0.5 µm rms &amp; more"
+        );
+        assert_eq!(
+            sentence("  error 0.5 um rms, then 3 %; of 4 as % and um"),
+            "Error 0.5\u{a0}µm rms, then 3\u{a0}%; of 4 as % and µm."
         );
     }
 }

@@ -3,6 +3,11 @@ const $ = (selector, within = document) => [...within.querySelectorAll(selector)
 const byId = (id) => document.getElementById(id);
 const began = performance.now();
 
+/** A number as it stands in print: −5.80×10⁻⁷. */
+const inPrint = (digits) => digits
+  .replace(/e(-?)\+?(\d+)$/, (_, sign, power) => `×10${sign && '⁻'}${[...power].map((digit) => '⁰¹²³⁴⁵⁶⁷⁸⁹'[digit]).join('')}`)
+  .replace('-', '\u2212');
+
 async function unpacked(id) {
   const bytes = Uint8Array.from(atob(byId(id).textContent), (c) => c.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'));
@@ -51,7 +56,7 @@ class Slider {
   say() {
     const size = Math.abs(this.exact);
     const digits = size !== 0 && (size < 1e-3 || size >= 1e5) ? this.exact.toExponential(2) : Number(this.exact.toPrecision(3)).toString();
-    this.output.textContent = `${digits} ${this.input.dataset.unit}`.replace('-', '\u2212').trim();
+    this.output.textContent = `${inPrint(digits)} ${this.input.dataset.unit}`.trim();
     this.input.setAttribute('aria-valuetext', this.output.textContent);
   }
 }
