@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{self, Command, ExitCode};
 use std::time::Instant;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, anyhow, ensure};
 use board_on_host::BoardOnHost;
 use board_sockets::boards_directory;
 use emulated_board::{Connected, Controls, EmulatedBoard, Emulation, Speed, private_directory};
@@ -18,6 +18,18 @@ use crate::terminal::Terminal;
 
 /// What a shell says of a process that Ctrl-C ended: 128 and the signal's number.
 const INTERRUPTED: i32 = 130;
+
+/// What went wrong and why, in a line: a cause that what stands before it says already is not said again.
+pub fn told(error: &anyhow::Error) -> String {
+    error.chain().fold(String::new(), |told, cause| {
+        let cause = cause.to_string();
+        match told.is_empty() {
+            true => cause,
+            false if told.contains(&cause) => told,
+            false => format!("{told}: {cause}"),
+        }
+    })
+}
 
 /// An emulated board, and what to do with it.
 #[derive(clap::Args)]
@@ -283,7 +295,12 @@ fn carry_out(words: &[String], host_tool: &Path, board: &Running) -> Result<Exit
         .args(words)
         .env("MIRROR_BOARD", board.socket())
         .status()
-        .with_context(|| format!("{} does not run", host_tool.display()))?;
+        .map_err(|error| {
+            anyhow!(
+                "{} does not run, {error}: unpack the package whole, or install it anew",
+                host_tool.display()
+            )
+        })?;
     Ok(ExitCode::from(status.code().map_or(1, |code| code as u8)))
 }
 
@@ -331,6 +348,8 @@ fn parse<const N: usize>(words: &[String]) -> Option<[f64; N]> {
 
 #[cfg(test)]
 mod tests {
+    use emulated_board::StartError;
+
     use super::*;
 
     #[test]
@@ -349,6 +368,18 @@ mod tests {
         );
         let said = refused.err().expect("it keeps none").to_string();
         assert!(said.contains("--board host"), "{said}");
+    }
+
+    #[test]
+    fn a_cause_is_told_once() {
+        let cause = || std::io::Error::from_raw_os_error(2);
+        let error = anyhow::Error::from(StartError::Files(cause()));
+        assert_eq!(told(&error), error.to_string());
+        let error = anyhow::Error::from(cause()).context("the tool does not run");
+        assert_eq!(
+            told(&error),
+            "the tool does not run: No such file or directory (os error 2)"
+        );
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, ensure};
 use clap::Parser;
-use mirror_emulator::Arguments;
+use mirror_emulator::{Arguments, told};
 
 /// The folder of the images, counted from the one above that of this program: `/usr` of a system, or a Python environment.
 const IMAGES: &str = "lib/electrothermal-mirror";
@@ -22,7 +22,7 @@ struct CommandLine {
 fn main() -> ExitCode {
     let CommandLine { arguments } = CommandLine::parse();
     run(&arguments).unwrap_or_else(|error| {
-        eprintln!("error: {error:#}");
+        eprintln!("error: {}", told(&error));
         ExitCode::FAILURE
     })
 }
@@ -44,7 +44,8 @@ fn image(folder: &Path, name: &str) -> Result<PathBuf> {
     let image = folder.with_file_name("").join(IMAGES).join(name);
     ensure!(
         image.is_file(),
-        "the firmware's image {} is missing: install the package anew, or use `cargo xtask emulate` in the project's sources",
+        "the firmware's image {} is missing: unpack the package whole, with its folder lib, or install it anew; `--board host` \
+         needs no image",
         image.display()
     );
     Ok(image)

@@ -95,7 +95,7 @@ enum Benchmark {
 
 fn main() -> ExitCode {
     run(Arguments::parse().task).unwrap_or_else(|error| {
-        eprintln!("error: {error:#}");
+        eprintln!("error: {}", mirror_emulator::told(&error));
         ExitCode::FAILURE
     })
 }
