@@ -1,5 +1,6 @@
 //! An emulated board for a person: one command of the host tool against it, or a terminal to type them in.
 
+mod around;
 mod terminal;
 
 use std::fs;
@@ -14,6 +15,7 @@ use emulated_board::{Connected, Controls, EmulatedBoard, Emulation, Speed, priva
 use silicon_twin::served::{ServedTwin, Serving};
 use virtual_mirror::MirrorConfig;
 
+use crate::around::Around;
 use crate::terminal::Terminal;
 
 /// What a shell says of a process that Ctrl-C ended: 128 and the signal's number.
@@ -131,34 +133,6 @@ impl Running {
             Self::Host(board) => board.controls(),
             Self::G474(twin) => twin.controls(),
         }
-    }
-
-    /// Moves what is around the mirror, where `words` ask for that; whether they do.
-    fn surround(&self, words: &[String]) -> bool {
-        let (Some(what), numbers) = (words.first(), &words[words.len().min(1)..]) else {
-            return false;
-        };
-        let controls = self.controls();
-        match what.as_str() {
-            "spot" => match parse(numbers) {
-                Some(at_um) => controls.move_spot(at_um),
-                None => println!("`spot X Y`: two numbers of micrometres from the plate's centre"),
-            },
-            "stage" => match parse(numbers) {
-                Some([um]) => controls.move_stage(um),
-                None => println!("`stage UM`: a number of micrometres, towards the substrate"),
-            },
-            "oven" => match parse(numbers) {
-                Some([celsius]) => controls.set_oven(celsius),
-                None => println!("`oven CELSIUS`: a number of degrees"),
-            },
-            "air" => match parse(numbers) {
-                Some([factor]) => controls.set_air(factor),
-                None => println!("`air FACTOR`: how many times the heat the air takes"),
-            },
-            _ => return false,
-        }
-        true
     }
 }
 
@@ -325,12 +299,16 @@ fn converse(board: &mut Running, host_tool: &Path) -> Result<ExitCode> {
     );
     let mut terminal = Terminal::open()?;
     while let Some(words) = terminal.read()? {
-        match words.first().map(String::as_str) {
-            None => {}
-            Some("quit" | "exit") => break,
-            Some(_) if board.surround(&words) => {}
+        match (words.first().map(String::as_str), Around::asked(&words)) {
+            (None, _) => {}
+            (Some("quit" | "exit"), _) => break,
+            (_, Some(Ok(around))) => {
+                around.bring(board.controls());
+                println!("{around}");
+            }
+            (_, Some(Err(how))) => println!("{how}"),
             // What went wrong has been said; the next command may go better.
-            Some(_) => drop(terminal.meanwhile(|| carry_out(&words, host_tool, board))?),
+            _ => drop(terminal.meanwhile(|| carry_out(&words, host_tool, board))?),
         }
         if let Some(reason) = board.end()? {
             print_log(board);
@@ -338,12 +316,6 @@ fn converse(board: &mut Running, host_tool: &Path) -> Result<ExitCode> {
         }
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// So many numbers.
-fn parse<const N: usize>(words: &[String]) -> Option<[f64; N]> {
-    let numbers: Option<Vec<f64>> = words.iter().map(|word| word.parse().ok()).collect();
-    numbers?.try_into().ok()
 }
 
 #[cfg(test)]

@@ -9,10 +9,11 @@ use rustyline::error::ReadlineError;
 
 const PROMPT: &str = "host-tool> ";
 
-/// Units that a person may set apart from their number.
-const UNITS: [&str; 16] = [
-    "nm", "um", "\u{b5}m", "\u{3bc}m", "mm", "V", "mV", "Hz", "kHz", "us", "ms", "s", "min", "h",
-    "ohm", "deg",
+/// Units that a person may set apart from their number: those of the host tool's quantities, and of the oven.
+const UNITS: [&str; 30] = [
+    "um", "\u{b5}m", "\u{3bc}m", "nm", "mm", "m", "deg", "\u{b0}", "mdeg", "mrad", "urad", "rad",
+    "V", "v", "mV", "ohm", "Ohm", "\u{3a9}", "kohm", "k\u{3a9}", "Hz", "hz", "mHz", "kHz", "s",
+    "ms", "us", "min", "h", "degC",
 ];
 
 /// A command runs, and Ctrl-C is meant for it.
@@ -105,6 +106,11 @@ mod tests {
                 vec!["set-z", "120um", "--hold", "2s"],
             ),
             ("host-tool set-z 0.12 mm", vec!["set-z", "0.12mm"]),
+            (
+                "set-pose 120 um 1 mrad -2 mdeg",
+                vec!["set-pose", "120um", "1mrad", "-2mdeg"],
+            ),
+            ("spot 10 um -20 um", vec!["spot", "10um", "-20um"]),
             ("record -o 'a file.csv'", vec!["record", "-o", "a file.csv"]),
             (
                 "set-drive 1 V 2 V 1.5 V 0 V",
