@@ -7,6 +7,9 @@ use std::path::{Path, PathBuf};
 use firmware_on_host::FLASH_PAGES;
 use simulated_flash::{HalfWords, PAGE_BYTES, SharedFlash, SimulatedFlash};
 
+/// What a flash holds, and its file.
+pub(crate) const FLASH_BYTES: usize = FLASH_PAGES * PAGE_BYTES;
+
 /// The board's flash, and the file that it is kept in, if it is.
 pub(crate) struct KeptFlash {
     pub(crate) flash: SharedFlash,
@@ -24,7 +27,7 @@ impl KeptFlash {
         let flash = match file {
             Some(file) if file.exists() => {
                 let bytes = fs::read(file)?;
-                if bytes.len() != FLASH_PAGES * PAGE_BYTES {
+                if bytes.len() != FLASH_BYTES {
                     let what = format!("{} is no flash of this board", file.display());
                     return Err(io::Error::new(io::ErrorKind::InvalidData, what));
                 }

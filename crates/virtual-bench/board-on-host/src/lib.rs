@@ -18,11 +18,11 @@ use std::time::{Duration, Instant};
 
 use emulated_board::{
     Connected, Controls, Pace, Plant, Progress, Speed, StartError, StopFifos, ToolLink,
-    claim_socket,
+    check_flash, claim_socket,
 };
 use firmware_on_host::power_up;
 
-use crate::kept_flash::KeptFlash;
+use crate::kept_flash::{FLASH_BYTES, KeptFlash};
 use crate::usb_host::UsbHost;
 
 /// By then a board has checked its heaters, twice with a pause of a quarter of a second.
@@ -87,6 +87,9 @@ impl BoardOnHost {
     /// # Errors
     /// Where a number of the mirror is out of range, or its socket cannot be placed; nothing is left running then.
     pub fn start(serving: &Serving) -> Result<Self, ServeError> {
+        if let Some(file) = &serving.flash {
+            check_flash(file, FLASH_BYTES)?;
+        }
         let plant = Plant::new(&serving.connected)?;
         let socket = claim_socket(&serving.boards_directory, &serving.name)?;
         let controls = plant.controls();

@@ -1,10 +1,9 @@
 //! One emulated board: its process, its plant, its log.
 
 use std::ffi::OsStr;
-use std::fs::{self, File, Permissions};
+use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader};
 use std::os::unix::ffi::OsStrExt;
-use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ExitStatus};
 use std::sync::mpsc::{Receiver, channel};
@@ -12,18 +11,20 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use board_sockets::{Untrusted, is_listening, make_folder, stop_fifos};
+use board_sockets::stop_fifos;
 use rustix::fs::{CWD, Mode, mkfifoat};
 use rustix::process::{Pid, Signal, kill_process};
 use rustix::thread::{CpuSet, sched_setaffinity};
 use tempfile::TempDir;
 
 use crate::controls::Controls;
-use crate::logs::{LogError, LogTable};
+use crate::logs::LogTable;
 use crate::pace::{Pace, Speed};
+use crate::place::{claim_socket, place_flash, private_directory, remove};
 use crate::plant::{Connected, Plant, Progress};
-use crate::qemu::{self, QEMU};
+use crate::qemu;
 use crate::stack::Stack;
+use crate::start_error::StartError;
 
 /// How long QEMU may take to offer its socket: it takes a second, and machines have stood still for 20. That it has ended is
 /// noticed at once.
@@ -63,48 +64,6 @@ pub struct EmulatedBoard {
     controls: Controls,
     log: Log,
     directory: TempDir,
-}
-
-/// Why an emulated board does not start.
-#[derive(Debug, thiserror::Error)]
-pub enum StartError {
-    /// The image is missing or unreadable.
-    #[error("the firmware image {path} cannot be read: {source}")]
-    Image {
-        /// The image.
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// The image carries no log table.
-    #[error(transparent)]
-    Log(#[from] LogError),
-    /// The mirror's description has a number out of range.
-    #[error(transparent)]
-    Mirror(#[from] virtual_mirror::ConfigError),
-    /// The shell that becomes QEMU is not there.
-    #[error("the emulator cannot be started: {0}")]
-    Qemu(io::Error),
-    /// QEMU is not there.
-    #[error(
-        "{QEMU}, the emulator, is not installed; Debian and Ubuntu: `apt-get install {QEMU}`, Fedora: `dnf install {QEMU}`, Arch: \
-         `pacman -S {QEMU}`"
-    )]
-    NoQemu,
-    /// Another board has that name.
-    #[error("an emulated board named {0} is already running")]
-    NameTaken(String),
-    /// QEMU ended or hung before its socket was there.
-    #[error("the emulator did not come up: {0}")]
-    NotUp(String),
-    /// The folder of the boards' sockets.
-    #[error(
-        "emulated boards are not placed there: {0}; `chmod 700` it, or name another by MIRROR_BOARDS"
-    )]
-    Folder(#[from] Untrusted),
-    /// Directory, FIFO or socket.
-    #[error("the emulated board's files cannot be made: {0}")]
-    Files(#[from] io::Error),
 }
 
 impl EmulatedBoard {
@@ -276,64 +235,6 @@ impl Drop for EmulatedBoard {
         for fifo in stop_fifos(&self.socket) {
             let _ = fs::remove_file(fifo);
         }
-    }
-}
-
-/// Where Linux keeps files in memory. A board's time stands still while it writes its flash, and a disk that is busy with
-/// something else would keep it from answering for a minute.
-const IN_MEMORY: &str = "/dev/shm";
-
-/// A new directory that nobody else can look into, whatever the umask; it goes when it is dropped. In memory, where the
-/// system has such a place.
-///
-/// # Errors
-/// Where the system makes none.
-pub fn private_directory() -> io::Result<TempDir> {
-    let make_in = |folder: &Path| {
-        tempfile::Builder::new()
-            .prefix("emulated-board-")
-            .permissions(Permissions::from_mode(0o700))
-            .tempdir_in(folder)
-    };
-    make_in(Path::new(IN_MEMORY)).or_else(|_| make_in(&std::env::temp_dir()))
-}
-
-/// The path of a socket that nobody uses, for a board of this name; one that was left behind is removed.
-///
-/// # Errors
-/// Where another board has the name, or the folder is not to be trusted.
-pub fn claim_socket(directory: &Path, name: &str) -> Result<PathBuf, StartError> {
-    make_folder(directory)?;
-    // The emulator works in another directory.
-    let socket = fs::canonicalize(directory)?.join(format!("{name}.sock"));
-    if is_listening(&socket) {
-        return Err(StartError::NameTaken(name.to_owned()));
-    }
-    remove(&socket)?;
-    Ok(socket)
-}
-
-/// Removes a file that was left behind, if there is one.
-fn remove(path: &Path) -> io::Result<()> {
-    match fs::remove_file(path) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-        _ => Ok(()),
-    }
-}
-
-/// Gives the board its flash: the file `flash`, or one of its own.
-fn place_flash(directory: &Path, flash: Option<&Path>) -> io::Result<()> {
-    let place = directory.join(OsStr::from_bytes(plant_link::FLASH.to_bytes()));
-    let file = flash.unwrap_or(&place);
-    if !file.exists() {
-        fs::write(
-            file,
-            vec![plant_link::FLASH_ERASED; plant_link::FLASH_BYTES],
-        )?;
-    }
-    match flash {
-        Some(file) => symlink(fs::canonicalize(file)?, place),
-        None => Ok(()),
     }
 }
 
