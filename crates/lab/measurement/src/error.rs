@@ -95,8 +95,26 @@ impl Excerpt {
     pub(crate) fn new(name: &str, line: &Line) -> Self {
         Self {
             name: name.to_owned(),
-            line: line.clone(),
+            line: Line {
+                text: printable(&line.text),
+                ..line.clone()
+            },
         }
+    }
+}
+
+/// A text as a terminal can show it without doing what it says.
+pub(crate) fn printable(text: &str) -> String {
+    text.chars().map(shown).collect()
+}
+
+/// In as many bytes, so that places stay what they are.
+fn shown(character: char) -> char {
+    match (character, character.len_utf8()) {
+        ('\t', _) => character,
+        (control, 1) if control.is_control() => '.',
+        (control, _) if control.is_control() => '\u{b7}',
+        _ => character,
     }
 }
 
@@ -125,5 +143,27 @@ impl SourceCode for Excerpt {
             found.column(),
             found.line_count(),
         )))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_shown_of_a_file_does_nothing_to_a_terminal() {
+        let text = "a\t\u{1b}[2J\u{9b}1mµ";
+        let line = Line {
+            text: text.to_owned(),
+            start: 10,
+            number: 3,
+            ended: true,
+        };
+        let excerpt = Excerpt::new("a.csv", &line);
+        let span = SourceSpan::new(10.into(), text.len());
+        let found = excerpt.read_span(&span, 0, 0).expect("it is in the line");
+        let said = std::str::from_utf8(found.data()).expect("text");
+        assert_eq!(said, "a\t.[2J\u{b7}1mµ");
+        assert_eq!(said.len(), text.len());
     }
 }

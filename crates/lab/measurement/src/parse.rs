@@ -1,7 +1,7 @@
 //! From text to rows, line by line. Every error points at its cell.
 
 use crate::column::{COLUMNS, Column, suggestion};
-use crate::error::{Complaint, Excerpt};
+use crate::error::{Complaint, Excerpt, printable};
 use crate::header::{is_timeless, missing};
 use crate::keys::{NUMERIC, is_key};
 use crate::lines::{Line, LineError, Lines, MOST_OF_A_LINE};
@@ -289,7 +289,7 @@ impl<R: BufRead + Seek> Parser<'_, R> {
         InputError::Content {
             file: self.name.into(),
             line: line.number.max(1),
-            message: complaint.message,
+            message: printable(&complaint.message),
             help: complaint.help,
             text: Arc::new(Excerpt::new(self.name, line)),
             place: place.into(),
