@@ -88,6 +88,14 @@ pub enum QuantityError {
         /// The usual unit.
         unit: &'static str,
     },
+    /// Its decimal sign is a comma.
+    #[error("`{text}` has a decimal comma; write {point}")]
+    Comma {
+        /// What was written.
+        text: String,
+        /// The same with a point.
+        point: String,
+    },
     /// The unit belongs to something else, or to nothing.
     #[error("`{unit}` is not a unit of {what}; use one of {known}")]
     WrongUnit {
@@ -200,12 +208,22 @@ impl Notation {
                 unit: self.units[0].0,
             });
         }
+        if unit
+            .strip_prefix(',')
+            .is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
+        {
+            return Err(QuantityError::Comma {
+                text: text.to_owned(),
+                point: text.replacen(',', ".", 1),
+            });
+        }
         let Some((_, times, over)) = self.units.iter().find(|(known, ..)| *known == unit) else {
             return Err(self.wrong_unit(unit));
         };
         let value = number * times / over;
         if value.is_finite() {
-            Ok(value)
+            // A zero has no sign.
+            Ok(value + 0.0)
         } else {
             Err(self.unusable(text))
         }

@@ -105,7 +105,9 @@ where
         let kind = match error {
             QuantityError::WrongUnit { .. } => Kind::InvalidSuffix,
             QuantityError::Unusable { .. } => Kind::DataOutOfRange,
-            QuantityError::NoNumber { .. } | QuantityError::NoUnit { .. } => Kind::DataType,
+            QuantityError::NoNumber { .. }
+            | QuantityError::NoUnit { .. }
+            | QuantityError::Comma { .. } => Kind::DataType,
         };
         Error::new(kind, error.to_string())
     })
