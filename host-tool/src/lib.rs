@@ -33,11 +33,14 @@ mod working;
 use std::process::ExitCode;
 
 use clap::Parser;
+use miette::MietteHandlerOpts;
+use textwrap::{WordSeparator, WordSplitter};
 
 /// Runs the tool with the arguments of this process; every failure is told in words and ends in a
 /// code other than 0.
 pub fn main() -> ExitCode {
     completion::answer();
+    tell_failures();
     let words = || std::env::args_os().map(cli::negative_as_value);
     let arguments = match cli::Arguments::try_parse_from(words()) {
         Ok(arguments) => arguments,
@@ -57,4 +60,16 @@ pub fn main() -> ExitCode {
             ExitCode::from(exit_code)
         }
     }
+}
+
+/// Failures are told in lines in which paths and commands stay whole, so that they can be copied. Each says its cause in its own
+/// words: the list of causes that would follow says it again.
+fn tell_failures() {
+    let lines = MietteHandlerOpts::new()
+        .without_cause_chain()
+        .word_separator(WordSeparator::AsciiSpace)
+        .word_splitter(WordSplitter::NoHyphenation)
+        .break_words(false);
+    // There is one tool in a process; a second one would set the same.
+    let _ = miette::set_hook(Box::new(move |_| Box::new(lines.clone().build())));
 }

@@ -23,6 +23,7 @@ fn fails_with(said: &Said, sentence: &str, advice: &str) {
     assert!(err.contains(sentence), "`{sentence}` is not in: {err}");
     assert!(err.contains(advice), "`{advice}` is not in: {err}");
     assert!(said.out.is_empty(), "{}", said.out);
+    assert!(!err.contains("╰─▶"), "a cause is told twice: {err}");
     assert!(
         !err.contains("panicked") && !err.contains("stack backtrace"),
         "{err}"
