@@ -305,11 +305,19 @@ pub enum ToolError {
     ))]
     Runaway(#[from] mirror_model::Runaway),
 
-    #[error("there is no fault, limit or word of a diagnosis `{name}`{}", did_you_mean(nearest.as_deref()))]
+    #[error("there is no fault, limit, effect or word of a diagnosis `{name}`{}", did_you_mean(nearest.as_deref()))]
     #[diagnostic(help("`host-tool explain` shows those there are"))]
     NoSuchFault {
         name: String,
         nearest: Option<String>,
+    },
+
+    #[error("there is no model `{name}`{}", did_you_mean(nearest.as_deref()))]
+    #[diagnostic(help("use a preset ({presets}) or the path of a model file"))]
+    NoSuchModel {
+        name: String,
+        nearest: Option<String>,
+        presets: String,
     },
 
     #[error("there is no effect `{id}`{}", did_you_mean(nearest.as_deref()))]

@@ -272,7 +272,7 @@ pub enum Command {
         #[arg(help_heading = OUTPUT, long)]
         reference: bool,
     },
-    /// Explain a fault or a limit: what it is, its cause, and its remedy; or a word of a diagnosis.
+    /// Explain a fault or a limit: what it is, its cause, and its remedy; or an effect, or a word of a diagnosis.
     #[command(
         after_long_help = "Examples:\n  host-tool explain over-temperature\n  host-tool explain score"
     )]

@@ -1,10 +1,12 @@
-//! `explain`: what a fault or a limit is, its cause and its remedy, or what a word of a diagnosis says. The pages are those of
-//! the docs.
+//! `explain`: what a fault or a limit is, its cause and its remedy, or what an effect or a word of a diagnosis says. The pages
+//! are those of the docs; an effect's is what `effect show` prints.
 
 use std::fmt;
 
+use mirror_model::effect::built_in;
 use serde::Serialize;
 
+use crate::commands::lab::shown_effect;
 use crate::error::ToolError;
 use crate::names::nearest;
 use crate::report;
@@ -53,28 +55,33 @@ fn pages() -> impl Iterator<Item = (&'static str, &'static str)> {
     FAULTS.into_iter().chain(TERMS)
 }
 
+/// What has a page, and after it all effects.
+fn names() -> Vec<String> {
+    let effects = built_in().into_iter();
+    let effects = effects.map(|effect| effect.info().id.to_string());
+    let pages = pages().map(|(name, _)| name.to_owned());
+    pages.chain(effects).collect()
+}
+
 #[derive(Serialize)]
 struct Explanation {
-    name: &'static str,
-    page: &'static str,
+    name: String,
+    page: String,
 }
 
 /// Prints the page of `name`, or the names that there are.
 pub(super) fn run(name: Option<&str>, json: bool) -> Result<(), ToolError> {
     let Some(name) = name else {
-        let names = pages().map(|(name, _)| name);
-        report::print(
-            &Names {
-                names: names.collect(),
-            },
-            json,
-        );
+        report::print(&Names { names: names() }, json);
         return Ok(());
     };
-    let found = pages().find(|(known, _)| *known == name);
-    let (name, page) = found.ok_or_else(|| ToolError::NoSuchFault {
-        name: name.to_owned(),
-        nearest: nearest(name, pages().map(|(name, _)| name)),
+    let page = pages().find(|(known, _)| *known == name);
+    let page = page.map(|(_, page)| page.to_owned());
+    let page = page.or_else(|| shown_effect(name));
+    let name = name.to_owned();
+    let page = page.ok_or_else(|| ToolError::NoSuchFault {
+        nearest: nearest(&name, names()),
+        name: name.clone(),
     })?;
     report::print(&Explanation { name, page }, json);
     Ok(())
@@ -93,7 +100,7 @@ pub(super) fn sentence(name: &str) -> Option<String> {
 
 #[derive(Serialize)]
 struct Names {
-    names: Vec<&'static str>,
+    names: Vec<String>,
 }
 
 impl fmt::Display for Names {
@@ -104,7 +111,7 @@ impl fmt::Display for Names {
 
 impl fmt::Display for Explanation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.page)
+        f.write_str(&self.page)
     }
 }
 
@@ -138,6 +145,17 @@ mod tests {
             .map(|file| file.expect("a file").path())
             .filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned()))
             .collect()
+    }
+
+    #[test]
+    fn an_effect_is_explained_and_no_name_has_two_meanings() {
+        let names = names();
+        let different: BTreeSet<&String> = names.iter().collect();
+        assert_eq!(names.len(), different.len());
+        assert_eq!(nearest("creeep", names).as_deref(), Some("creep"));
+        let page = shown_effect("creep").expect("an effect");
+        assert!(page.contains("equation"), "{page}");
+        assert_eq!(shown_effect("creeep"), None);
     }
 
     #[test]

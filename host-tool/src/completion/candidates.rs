@@ -22,19 +22,19 @@ pub(crate) fn boards() -> ArgValueCandidates {
 pub(crate) fn explained() -> ArgValueCandidates {
     ArgValueCandidates::new(|| {
         let (faults, limits) = (Fault::ALL.map(Fault::name), Limit::ALL.map(Limit::name));
-        candidates(faults.into_iter().chain(limits).chain(terms()))
+        let names = faults.into_iter().chain(limits).chain(terms());
+        candidates(names.map(str::to_owned).chain(effect_ids()))
     })
 }
 
 /// Effects, and files of one's own.
 pub(crate) fn effects() -> ArgValueCompleter {
-    let ids = || {
-        built_in()
-            .iter()
-            .map(|effect| effect.info().id.to_string())
-            .collect()
-    };
-    ArgValueCompleter::new(move |typed: &OsStr| named_or_file(ids(), typed))
+    ArgValueCompleter::new(move |typed: &OsStr| named_or_file(effect_ids().collect(), typed))
+}
+
+fn effect_ids() -> impl Iterator<Item = String> {
+    let effects = built_in().into_iter();
+    effects.map(|effect| effect.info().id.to_string())
 }
 
 /// Presets, and model files.

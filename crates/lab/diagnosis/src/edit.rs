@@ -24,8 +24,14 @@ pub enum EditError {
     #[diagnostic(help("refit it with `host-tool fit`, or remove it first"))]
     Present(String),
     /// It does not have it.
-    #[error("the model has no effect '{0}'")]
-    Absent(String),
+    #[error("the model has no effect '{id}'")]
+    #[diagnostic(help("it has {}", if has.is_empty() { "none" } else { has }))]
+    Absent {
+        /// What was asked for.
+        id: String,
+        /// Those that it has.
+        has: String,
+    },
     /// The changed model has no finite answer.
     #[error(transparent)]
     Runaway(#[from] Runaway),
@@ -99,7 +105,11 @@ pub fn remove(
     let mut without = model.clone();
     without.effects.retain(|active| active.id() != id);
     if without.effects.len() == model.effects.len() {
-        return Err(EditError::Absent(id.into()));
+        let has: Vec<&str> = model.effects.iter().map(|active| active.id()).collect();
+        return Err(EditError::Absent {
+            id: id.into(),
+            has: has.join(", "),
+        });
     }
     let mut changed = change(fit(model, data)?, fit(&without, data)?, data, files)?;
     changed.edit.advice = changed.edit.on_removing(id);

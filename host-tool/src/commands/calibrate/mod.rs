@@ -15,14 +15,14 @@ use control_core::{CHANNELS, Calibration, PlateInverse};
 use experiments::Experiment;
 use experiments::calibration::Effort;
 use measurement::Session;
-use mirror_model::{Model, Symbol};
+use mirror_model::Symbol;
 use mirror_protocol::CalibrationUse;
 
 use self::bench::OnTrial;
 use self::report::{CalibrateReport, Written};
 use crate::board::Board;
 use crate::cli::Calibrate;
-use crate::commands::lab::warn;
+use crate::commands::lab::{model, warn};
 use crate::commands::measure::header::today;
 use crate::commands::measure::interrupt::Interrupt;
 use crate::commands::measure::run::Bench;
@@ -133,7 +133,7 @@ async fn procedure(
     ask: &Calibrate,
     sensor: &Sensor,
 ) -> Result<Procedure, ToolError> {
-    let start = Model::load(&ask.model)?;
+    let start = model(&ask.model)?;
     let device = device(board, ask.device.clone())?;
     let status = board.status().await?;
     if !sensor.is_there(board).await? {

@@ -148,6 +148,11 @@ fn named(id: &str) -> Result<Arc<dyn Effect>, ToolError> {
     })
 }
 
+/// What `effect show` prints of a built-in effect.
+pub(in crate::commands) fn shown_effect(id: &str) -> Option<String> {
+    find(id).map(|effect| ShownEffect::from(effect).to_string())
+}
+
 impl fmt::Display for Edited {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.edit)?;

@@ -6,11 +6,12 @@ use std::sync::Arc;
 use identification::Dataset;
 use input_file::MOST_WRITTEN;
 use measurement::{Device, Session};
-use mirror_model::Model;
 use mirror_model::effect::{Effect, Formula};
+use mirror_model::{Model, ModelFileError, Preset};
 
 use crate::cli::LabInput;
 use crate::error::ToolError;
+use crate::names::nearest;
 use crate::working::while_working;
 
 /// A model, and a session as it sees it.
@@ -34,7 +35,7 @@ impl Loaded {
 
 /// A model, and the session that is measured on what it describes.
 pub(super) fn model_and_session(input: &LabInput) -> Result<(Model, Session), ToolError> {
-    let model = Model::load(&input.model)?;
+    let model = model(&input.model)?;
     let device = Device {
         highest_v: model.parameters.drive_limit_v,
         cold_ohm: model.parameters.cold_resistance_ohm,
@@ -42,6 +43,24 @@ pub(super) fn model_and_session(input: &LabInput) -> Result<(Model, Session), To
     let session = while_working("reading", false, || Session::load_of(&input.files, &device))?;
     warn(&session.flaws());
     Ok((model, session))
+}
+
+/// The preset of this name, or else the model in the file of this path.
+///
+/// # Errors
+/// Where there is neither, or the file holds no model.
+pub(crate) fn model(name_or_path: &str) -> Result<Model, ToolError> {
+    Model::load(name_or_path).map_err(|error| match error {
+        ModelFileError::NotFound { name } => {
+            let presets = Preset::ALL.map(Preset::name);
+            ToolError::NoSuchModel {
+                nearest: nearest(&name, presets),
+                name,
+                presets: presets.join(", "),
+            }
+        }
+        error => error.into(),
+    })
 }
 
 /// Tells which files are not whole.
@@ -68,4 +87,22 @@ pub(super) fn cache_directory() -> PathBuf {
         .or_else(home)
         .unwrap_or_else(std::env::temp_dir)
         .join("mirror-diagnosis")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_model_that_is_not_there_is_told_with_the_preset_that_is_meant() {
+        for (name, told) in [
+            ("pape", "there is no model `pape`; did you mean `paper`?"),
+            ("papr-refit", "did you mean `paper-refit`?"),
+            ("fitted.toml", "there is no model `fitted.toml`"),
+        ] {
+            let said = model(name).expect_err(name).to_string();
+            assert!(said.ends_with(told), "{said}");
+        }
+        assert!(model("paper").is_ok());
+    }
 }

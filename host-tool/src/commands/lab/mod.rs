@@ -12,10 +12,10 @@ use diagnosis::Asked;
 use identification::prediction::predict;
 use lab_view::Curves;
 
-pub(super) use effects::run as effect;
+pub(super) use effects::{run as effect, shown_effect};
 pub(super) use found::Identified;
 pub(super) use import::run as import;
-pub(super) use loaded::warn;
+pub(super) use loaded::{model, warn};
 pub(super) use page::{replay, report};
 
 pub(crate) use self::found::Diagnosed;
