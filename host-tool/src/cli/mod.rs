@@ -15,7 +15,8 @@ use self::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
 pub use self::lab::{Compare, Diagnose, EffectCommand, Import, LabInput, ModelOutput, Report};
 pub use self::measure::{DriveExperiment, Instruments, Measure, OneFile, Plane, Reference};
 pub use self::moving::{
-    Calibrate, CalibratePose, CalibrateRoom, Curve, Frame, Scan, ScanOutput, TiltCurve,
+    Calibrate, CalibratePose, CalibrateRoom, Curve, DisplacementSensor, Frame, Scan, ScanOutput,
+    TiltCurve,
 };
 use crate::completion::candidates;
 use crate::quantity::{Angle, Hold, Length, MINUS, Resistance, Span, Voltage};

@@ -183,6 +183,15 @@ impl ScanOutput {
     }
 }
 
+/// What a calibration reads displacements by.
+#[derive(Debug, Args)]
+pub struct DisplacementSensor {
+    /// Where displacements come from: `board`, or a serial sensor such as /dev/ttyACM0 or
+    /// /dev/ttyUSB0@115200.
+    #[arg(help_heading = BOARD, long, default_value = "board", value_name = "SENSOR")]
+    pub sensor: String,
+}
+
 /// What a calibration takes, and leaves.
 #[derive(Debug, Args)]
 pub struct Calibrate {
@@ -213,10 +222,9 @@ pub struct Calibrate {
     /// What to call the mirror; without it, as the board is called.
     #[arg(help_heading = BOARD, long, value_name = "NAME")]
     pub device: Option<String>,
-    /// Where displacements come from: `board`, or a serial sensor such as /dev/ttyACM0 or
-    /// /dev/ttyUSB0@115200.
-    #[arg(help_heading = BOARD, long, default_value = "board", value_name = "SENSOR")]
-    pub sensor: String,
+    /// What reads displacements.
+    #[command(flatten)]
+    pub displacements: DisplacementSensor,
     /// How late that sensor tells what it reads; it is taken out of the displacements. The mirror's own lag looks the same,
     /// so name what the sensor's maker states.
     #[arg(help_heading = BOARD, long, default_value = "0ms", value_name = "TIME")]
@@ -248,10 +256,9 @@ pub struct CalibratePose {
     /// How long to let the plate settle in each pose.
     #[arg(help_heading = SIGNAL, long, default_value = "2s", value_name = "TIME")]
     pub settle: Span,
-    /// Where displacements come from: `board`, or a serial sensor such as /dev/ttyACM0 or
-    /// /dev/ttyUSB0@115200.
-    #[arg(help_heading = BOARD, long, default_value = "board", value_name = "SENSOR")]
-    pub sensor: String,
+    /// What reads displacements.
+    #[command(flatten)]
+    pub displacements: DisplacementSensor,
     /// Replace the file of -o if it exists.
     #[arg(help_heading = OUTPUT, long)]
     pub force: bool,
@@ -270,10 +277,9 @@ pub struct CalibrateRoom {
     /// How long to let the mirror settle at each position.
     #[arg(help_heading = SIGNAL, long, default_value = "2s", value_name = "TIME")]
     pub settle: Span,
-    /// Where displacements come from: `board`, or a serial sensor such as /dev/ttyACM0 or
-    /// /dev/ttyUSB0@115200.
-    #[arg(help_heading = BOARD, long, default_value = "board", value_name = "SENSOR")]
-    pub sensor: String,
+    /// What reads displacements.
+    #[command(flatten)]
+    pub displacements: DisplacementSensor,
     /// Replace the file of -o if it exists.
     #[arg(help_heading = OUTPUT, long)]
     pub force: bool,

@@ -93,7 +93,7 @@ pub(super) async fn run(board: &Board, ask: CalibrateRoom, json: bool) -> Result
     }
     let output = ask.output.map(|path| NewFile::create(path, ask.force));
     let output = output.transpose()?;
-    let room = InRoom::open(board, &ask.sensor, ask.settle).await?;
+    let room = InRoom::open(board, &ask.displacements.sensor, ask.settle).await?;
     let report = match kept {
         None => first(&room, &calibration, &ask.readings).await,
         Some(kept) => second(&room, &calibration, &kept, output).await,

@@ -37,7 +37,7 @@ use crate::tried::{Tried, before_and_after};
 /// board has the one of before again, and its channels are off.
 pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(), ToolError> {
     let outputs = Outputs::create(&ask)?;
-    let sensor = Sensor::open(&ask.sensor)?;
+    let sensor = Sensor::open(&ask.displacements.sensor)?;
     let procedure = procedure(board, &ask, &sensor).await?;
     let source = match &ask.from {
         Some(folder) => {

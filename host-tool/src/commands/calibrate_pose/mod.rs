@@ -50,7 +50,7 @@ pub(super) async fn run(board: &Board, ask: CalibratePose, json: bool) -> Result
         return keep(board, &found, output, report, json).await;
     }
     let begin = with_assumed_levers(&calibration);
-    let plate = OnPlate::new(board, &begin, &ask.sensor, ask.settle).await?;
+    let plate = OnPlate::new(board, &begin, &ask.displacements.sensor, ask.settle).await?;
     let spots = Spots::new(ask.spots.as_deref())?;
     make_directory(&ask.session)?;
     let mut session = Session::load(&ask.session, &plate.poses)?;
