@@ -18,7 +18,7 @@ const MOST_EXACT: u64 = 1 << 53;
 const NAMED: [&str; 1] = ["parameters"];
 
 /// On the board, and then on a session that ships, in the order in which they are typed.
-const COMMANDS: [&str; 29] = [
+const COMMANDS: [&str; 30] = [
     "list",
     "status",
     "status --history",
@@ -43,6 +43,7 @@ const COMMANDS: [&str; 29] = [
     "diagnose paper SESSION",
     "effect list",
     "effect show hysteresis",
+    "effect new -o mine.toml",
     "effect add hysteresis paper SESSION -o better.toml",
     "effect remove hysteresis better.toml SESSION -o without.toml",
     "identify reconciled SESSION -o identified.toml",

@@ -26,6 +26,11 @@ impl NewFile {
         if path.exists() && !replace {
             return Err(OutputError::FileExists { path });
         }
+        // What would be a file for the draft and a folder for the system fails now, and not once the work is done.
+        if path.as_os_str().as_encoded_bytes().ends_with(b"/") {
+            let source = io::ErrorKind::NotADirectory.into();
+            return Err(OutputError::Write { path, source });
+        }
         let directory = path
             .parent()
             .filter(|parent| !parent.as_os_str().is_empty());
@@ -35,7 +40,10 @@ impl NewFile {
                 replace,
                 draft,
             }),
-            Err(source) => Err(OutputError::Write { path, source }),
+            Err(error) => Err(OutputError::Write {
+                path,
+                source: without_draft(error),
+            }),
         }
     }
 
@@ -66,6 +74,14 @@ impl NewFile {
                 source,
             }),
         }
+    }
+}
+
+/// What the system said, without the draft's name, which nobody knows: `tempfile` puts it behind.
+fn without_draft(error: io::Error) -> io::Error {
+    match error.to_string().split_once(" at path ") {
+        Some((told, _)) => io::Error::new(error.kind(), told),
+        None => error,
     }
 }
 

@@ -129,6 +129,9 @@ pub enum EffectCommand {
         /// The file to write.
         #[arg(help_heading = OUTPUT, short, long, value_name = "FILE")]
         output: PathBuf,
+        /// Replace the file if it exists.
+        #[arg(help_heading = OUTPUT, long)]
+        force: bool,
     },
     /// Add one to a model, refit, and print the error before and after.
     #[command(

@@ -12,6 +12,10 @@ pub enum OutputError {
     #[diagnostic(help("choose the name of a file"))]
     NotAFile { path: PathBuf },
 
+    #[error("{} is there and is not a folder", path.display())]
+    #[diagnostic(help("choose the name of a folder; one that is not there is made"))]
+    NotAFolder { path: PathBuf },
+
     #[error("{} already exists", path.display())]
     #[diagnostic(help("choose another name, or replace it with --force"))]
     FileExists { path: PathBuf },

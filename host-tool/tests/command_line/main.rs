@@ -185,7 +185,12 @@ fn an_output_file_that_cannot_be_written() {
     let boards = no_boards();
     fails_with(
         &host_tool(boards.path(), &["record", "-o", "/no/such/place/a.csv"]),
-        "/no/such/place/a.csv cannot be written",
+        "/no/such/place/a.csv cannot be written: No such file or directory (os error 2) help: choose",
+        "choose a file in a directory that exists",
+    );
+    fails_with(
+        &host_tool(boards.path(), &["effect", "new", "-o", "a.toml/"]),
+        "a.toml/ cannot be written: not a directory",
         "choose a file in a directory that exists",
     );
     fails_with(

@@ -9,6 +9,7 @@ use measurement::MeasurementFile;
 use mirror_protocol::CalibrationUse;
 
 use crate::board::Board;
+use crate::commands::measure::possible::make_directory;
 use crate::commands::measure::run::{Bench, Ended};
 use crate::error::{OutputError, ToolError};
 use crate::new_file::NewFile;
@@ -29,10 +30,7 @@ impl OnTrial<'_> {
         let Some(folder) = self.keep.filter(|_| part == Part::Session) else {
             return Ok(None);
         };
-        std::fs::create_dir_all(folder).map_err(|source| OutputError::Write {
-            path: folder.to_owned(),
-            source,
-        })?;
+        make_directory(folder)?;
         let path = folder.join(format!("{}.csv", experiment.name));
         NewFile::create(path, self.force).map(Some)
     }

@@ -1,7 +1,7 @@
 //! `effect`: what there is, and adding it to a model or taking it out.
 
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use diagnosis::{Edit, add, remove};
@@ -31,6 +31,12 @@ struct Edited {
     /// None of a heater on a bench, which positions nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     positioning: Option<Positioning>,
+}
+
+/// An effect of one's own that was begun.
+#[derive(Serialize)]
+struct Begun {
+    effect: PathBuf,
 }
 
 #[derive(Serialize)]
@@ -80,12 +86,15 @@ pub(crate) fn run(command: EffectCommand, json: bool) -> Result<(), ToolError> {
             report::print(&ShownEffect::from(named(&id)?), json);
             Ok(())
         }
-        EffectCommand::New { output } => {
-            let written = NewFile::create(output, false)?.write(TEMPLATE)?;
+        EffectCommand::New { output, force } => {
+            let effect = NewFile::create(output, force)?.write(TEMPLATE)?;
             note(format_args!(
                 "written to {}; change it, and try it with `effect add`",
-                written.display()
+                effect.display()
             ));
+            if json {
+                report::write(&report::line(&Begun { effect }));
+            }
             Ok(())
         }
         EffectCommand::Add {
