@@ -205,7 +205,7 @@ fn what_cannot_be_scanned_is_told_before_anything_is_driven() {
                 "--frequency",
                 "100Hz",
             ],
-            "a sine of 50000 Hz cannot be played",
+            "a wave of 50000 Hz cannot be played",
         ),
     ] {
         let refused = bench.tool(words);

@@ -1,5 +1,6 @@
 //! `measure`: what can be measured, and with what.
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
@@ -11,7 +12,7 @@ use super::defaults::{
     STEP_TO, SWEEP_STEPS,
 };
 use super::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
-use crate::quantity::{Frequency, Length, Span, Voltage};
+use crate::quantity::{Frequency, Length, MINUS, Span, Voltage};
 
 /// What can be measured.
 #[derive(Debug, Subcommand)]
@@ -191,6 +192,22 @@ pub struct OneFile {
     pub instruments: Instruments,
 }
 
+/// Surroundings of a mirror (degC): from liquid nitrogen to the films' deposition, beyond any oven that a bench has.
+const SURROUNDINGS_C: RangeInclusive<f64> = -196.0..=300.0;
+
+/// So many degrees, with or without their unit.
+fn celsius(text: &str) -> Result<f64, String> {
+    let written = text.replace(MINUS, "-");
+    let number = written.strip_suffix("degC").unwrap_or(&written).trim();
+    let celsius = number.parse().ok();
+    // Not so for NaN.
+    let celsius = celsius.filter(|celsius| SURROUNDINGS_C.contains(celsius));
+    celsius.ok_or_else(|| {
+        let (low, high) = SURROUNDINGS_C.into_inner();
+        format!("write degrees from {low} to {high}: 22.5")
+    })
+}
+
 /// What measures besides the board's currents.
 #[derive(Debug, Args)]
 pub struct Instruments {
@@ -204,7 +221,7 @@ pub struct Instruments {
     #[arg(help_heading = BOARD, long, default_value = "0ms", value_name = "TIME")]
     pub sensor_lag: Span,
     /// Temperature of the room or oven in degrees Celsius, for the files.
-    #[arg(help_heading = BOARD, long = "ambient", value_name = "CELSIUS")]
+    #[arg(help_heading = BOARD, long = "ambient", value_name = "CELSIUS", value_parser = celsius)]
     pub ambient_c: Option<f64>,
     /// Replace files that exist.
     #[arg(help_heading = OUTPUT, long)]

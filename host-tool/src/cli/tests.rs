@@ -52,3 +52,21 @@ fn every_option_stands_under_a_heading() {
         }
     }
 }
+
+#[test]
+fn surroundings_are_degrees_that_a_mirror_may_be_in() {
+    let ambient = |celsius: &str| {
+        let words = ["host-tool", "measure", "sweep", "--ambient", celsius];
+        let words = words.map(|word| negative_as_value(word.into()));
+        match Arguments::try_parse_from(words).ok()?.command {
+            Command::Measure(Measure::Experiment(asked)) => asked.instruments().ambient_c,
+            other => panic!("{other:?}"),
+        }
+    };
+    for (celsius, read) in [("22.5", 22.5), ("-40", -40.0), ("85degC", 85.0)] {
+        assert_eq!(ambient(celsius), Some(read));
+    }
+    for celsius in ["nan", "inf", "1e9", "-300", "22K", "warm", ""] {
+        assert_eq!(ambient(celsius), None, "{celsius}");
+    }
+}

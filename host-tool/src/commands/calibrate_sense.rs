@@ -1,6 +1,7 @@
 //! `calibrate-sense`: what the board's current sense is off by, from its zero and from one known resistor.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 
 use mirror_protocol::{Drives, Kept, Sense};
 use serde::Serialize;
@@ -9,10 +10,12 @@ use crate::board::Board;
 use crate::commands::measure::interrupt::Interrupt;
 use crate::commands::moving::read_settled;
 use crate::commands::status::kept_words;
-use crate::error::ToolError;
+use crate::error::{BeyondBoard, ToolError};
 use crate::quantity::{Resistance, Span};
 use crate::report::{self, decimal, row};
 
+/// What flows in these at the voltages below is within the sense's range, and well above its noise.
+const RESISTORS_OHM: RangeInclusive<f64> = 300.0..=1000.0;
 /// Voltages at which the gain is read, up to 6 mA in 499 ohm. The zero is known by then.
 const DRIVES_V: [f32; 3] = [1.0, 2.0, 3.0];
 /// The output filter is long at rest by then.
@@ -44,6 +47,9 @@ pub(super) async fn run(
     resistor: Option<Resistance>,
     json: bool,
 ) -> Result<(), ToolError> {
+    if let Some(asked) = resistor.filter(|asked| !RESISTORS_OHM.contains(&asked.ohm)) {
+        return Err(BeyondBoard::Resistor { asked }.into());
+    }
     let interrupt = Interrupt::listen()?;
     let before = board.sense().await?.sense;
     let found = interrupt.or(find(board, before, resistor)).await;

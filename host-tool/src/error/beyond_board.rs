@@ -1,6 +1,6 @@
 //! What is asked for and no board, or not this one, can do.
 
-use crate::quantity::{Frequency, Length, Span, TiltedPose, Voltage};
+use crate::quantity::{Frequency, Length, Resistance, Span, TiltedPose, Voltage};
 
 /// What is asked for and no board, or not this one, can do. It was not asked to.
 #[derive(Debug, thiserror::Error, miette::Diagnostic, strum::IntoStaticStr)]
@@ -56,12 +56,22 @@ pub enum BeyondBoard {
         highest: Frequency,
     },
 
-    #[error("a sine of {asked} cannot be played: above 0 Hz, and at most {highest}")]
+    #[error(
+        "a wave of {asked} cannot be played: a cycle takes 100 h at most, and {highest} is the highest"
+    )]
     #[diagnostic(help("ask for another --frequency"))]
     Frequency {
         asked: Frequency,
         highest: Frequency,
     },
+
+    #[error(
+        "{asked} is no resistor that tells a current sense's gain: 300 to 1000 ohm; nothing was changed"
+    )]
+    #[diagnostic(help(
+        "connect such a resistor to each channel, in the mirror's place, and name its value"
+    ))]
+    Resistor { asked: Resistance },
 
     #[error("a board keeps {most} points, and this takes {count}")]
     #[diagnostic(help("ask for fewer steps, or for fewer points"))]

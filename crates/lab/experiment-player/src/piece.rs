@@ -308,6 +308,12 @@ mod tests {
                 highest_hz: 2500.0
             })
         );
+        // A cycle in 11 days, and one in 28 h.
+        let is_refused = |hz| {
+            let told = told(Experiment::sine(1.0, 0.5, hz, 1));
+            matches!(told, Err(PlayError::Frequency { .. }))
+        };
+        assert_eq!([1e-6, 1e-5].map(is_refused), [true, false]);
         assert_eq!(
             told(Experiment::reference(&[0.0], 1.0)),
             Err(PlayError::Stage)

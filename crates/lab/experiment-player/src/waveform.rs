@@ -4,6 +4,9 @@ use experiments::{Quantity, Run, Signal, Tilt};
 use mirror_protocol::{Curve, POINTS, POSE_POINTS, Shape, Table, Triggers, Waveform};
 use waveforms::FULL_SCALE;
 
+/// The longest cycle of a wave (s): 100 h, as of a value that is held; four fifths of what a board's ticks count.
+const LONGEST_CYCLE_S: f64 = 360_000.0;
+
 /// Why a board cannot play an experiment.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PlayError {
@@ -31,8 +34,10 @@ pub enum PlayError {
         /// Every tick (Hz).
         highest_hz: f64,
     },
-    /// It moves faster than a board can.
-    #[error("a board moves at {highest_hz} Hz at most, and not at {asked_hz} Hz")]
+    /// It moves faster than a board can, or a cycle of it hardly ever ends.
+    #[error(
+        "a board moves at {highest_hz} Hz at most, a cycle in {LONGEST_CYCLE_S} s at least, and not at {asked_hz} Hz"
+    )]
     Frequency {
         /// What was asked for (Hz).
         asked_hz: f64,
@@ -76,7 +81,7 @@ pub(crate) fn waveform(run: &Run, tick_hz: u32) -> Result<(Waveform, Vec<i16>), 
     };
     let frequency = |asked_hz: f64| {
         let highest_hz = f64::from(tick_hz) / 4.0;
-        if asked_hz > 0.0 && asked_hz <= highest_hz {
+        if (1.0 / LONGEST_CYCLE_S..=highest_hz).contains(&asked_hz) {
             Ok(asked_hz as f32)
         } else {
             Err(PlayError::Frequency {

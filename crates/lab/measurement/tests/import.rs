@@ -58,6 +58,8 @@ fn a_user_says_what_no_name_says() {
         ("z=height", "no column 'height'"),
         ("z=3:mV", "no unit of z"),
         ("z=3:nm:up", "not a factor"),
+        ("z=3:nm:nan", "not a factor"),
+        ("z=3:nm:0", "not a factor"),
     ] {
         let said = Assignment::parse(wrong, &table).unwrap_err().to_string();
         assert!(said.contains(words), "{wrong}: {said}");

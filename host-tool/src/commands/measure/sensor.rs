@@ -13,6 +13,7 @@ use crate::board::Board;
 use crate::commands::moving::read;
 use crate::error::ToolError;
 use crate::system::{is_device, serial_device};
+use crate::verbosity::note;
 
 /// A position sensor.
 pub(crate) enum Sensor {
@@ -49,6 +50,11 @@ impl Sensor {
         let kind = fs::metadata(&path).map(|metadata| metadata.file_type());
         if !kind.is_ok_and(is_device) {
             let path = PathBuf::from(name);
+            if !path.exists() {
+                note(format_args!(
+                    "{name} is not there yet; it is read once the measurement is done"
+                ));
+            }
             return Ok(Self::Recording { path, began: false });
         }
         let baud = baud.map(str::parse).transpose();

@@ -147,9 +147,12 @@ impl Assignment {
             None => (1.0, 0.0),
         };
         let times: f64 = match parts.next() {
-            Some(factor) => factor
-                .parse()
-                .map_err(|_| ImportError::new(format!("'{factor}' is not a factor"), form))?,
+            Some(factor) => {
+                let times = factor.parse().ok();
+                let times = times.filter(|times: &f64| times.is_finite() && *times != 0.0);
+                times
+                    .ok_or_else(|| ImportError::new(format!("'{factor}' is not a factor"), form))?
+            }
             None => 1.0,
         };
         Ok(Self {
