@@ -2,8 +2,11 @@
 //!
 //! It is the lab's own fitter on the lab's own effects. The base begins with one thermal pole and no memory. Each
 //! candidate, a further pole or an effect that a controller can invert, is fitted together with everything before it, and
-//! stays only if the data support it: the misfit falls by more than chance, and its size is known from zero. What does not
-//! stay is told with the reason, and no number is invented for it.
+//! stays only if the data support it: the misfit falls by more than chance, and its size is known from zero. It must be known in the end
+//! too, beside what came later: stepwise regression, forward and backward (Efroymson 1960). What does not stay is told with the reason,
+//! and no number is invented for it.
+
+mod backward;
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -79,6 +82,13 @@ struct Pole {
     time: Symbol,
 }
 
+impl Pole {
+    /// Its weight and its time constant.
+    fn parameters(self) -> [FreeParameter; 2] {
+        [self.weight, self.time].map(|symbol| FreeParameter::Base(BaseParameter::Shared(symbol)))
+    }
+}
+
 #[derive(Clone, Copy)]
 enum Candidate {
     /// With weights and time constants (s) to start from.
@@ -98,6 +108,16 @@ pub struct Tried {
     pub because: String,
     /// What would show it, where these data could not.
     pub shown_by: Option<Measurement>,
+}
+
+impl Tried {
+    fn was_kept(&self) -> bool {
+        self.kept
+    }
+
+    fn was_refused(&self) -> bool {
+        !self.kept
+    }
 }
 
 /// What an identification found.
@@ -124,16 +144,10 @@ pub fn identify(
 ) -> Result<(Model, Identification), Runaway> {
     let mut search = Search::new(start, data)?;
     let mut verdicts = CANDIDATES.map(|candidate| search.consider(candidate));
-    // What came later may have uncovered what came earlier.
-    for (candidate, verdict) in CANDIDATES.into_iter().zip(&mut verdicts) {
-        if let Some(again) = verdict
-            .as_ref()
-            .filter(|tried| !tried.kept)
-            .and_then(|_| search.consider(candidate))
-        {
-            *verdict = Some(again);
-        }
-    }
+    // What came later may have taken the place of what came earlier, or uncovered it.
+    search.revise(&mut verdicts, Tried::was_kept, Search::reconsider);
+    search.revise(&mut verdicts, Tried::was_refused, Search::consider);
+    search.revise(&mut verdicts, Tried::was_kept, Search::reconsider);
     let mut fitted = search.best;
     let covariance = note_errors(&mut fitted, data)?;
     let report = Identification {
@@ -208,24 +222,47 @@ impl<'a> Search<'a> {
         if fitted_cost > (1.0 - WORTHWHILE) * self.cost {
             return tried(false, "the misfit does not fall with it".into());
         }
-        let pressed = |parameter: &&FreeParameter| parameter.is_at_its_limit(&best.model);
-        if let Some(parameter) = candidate.unbounded(&added).iter().find(pressed) {
-            let because = format!(
-                "{} runs to the end of its range",
-                parameter.name(&best.model)
-            );
-            return tried(false, because);
-        }
-        let Some((value, error)) = strength_of(&best, added[0], self.data) else {
-            return tried(false, "no fit with it has a finite answer".into());
-        };
-        if value.abs() < KNOWN * error {
-            let because = format!("its size, {value:.2e} +- {error:.1e}, cannot be told from zero");
+        if let Some(because) = self.doubt(&best, candidate, &added) {
             return tried(false, because);
         }
         let fall = 100.0 * (1.0 - (fitted_cost / self.cost).sqrt());
         (self.best, self.cost) = (best, fitted_cost);
         tried(true, format!("the rms misfit falls by {fall:.0} % with it"))
+    }
+
+    /// Looks again at those candidates of which this was found.
+    fn revise(
+        &mut self,
+        verdicts: &mut [Option<Tried>],
+        which: fn(&Tried) -> bool,
+        look: fn(&mut Self, Candidate) -> Option<Tried>,
+    ) {
+        for (candidate, verdict) in CANDIDATES.into_iter().zip(verdicts) {
+            if verdict.as_ref().is_some_and(which)
+                && let Some(again) = look(self, candidate)
+            {
+                *verdict = Some(again);
+            }
+        }
+    }
+
+    /// Why a fit does not tell a candidate that it has, if it does not.
+    fn doubt(
+        &self,
+        best: &Fitted,
+        candidate: Candidate,
+        added: &[FreeParameter],
+    ) -> Option<String> {
+        let pressed = |parameter: &&FreeParameter| parameter.is_at_its_limit(&best.model);
+        if let Some(parameter) = candidate.unbounded(added).iter().find(pressed) {
+            let name = parameter.name(&best.model);
+            return Some(format!("{name} runs to the end of its range"));
+        }
+        let Some((value, error)) = strength_of(best, added[0], self.data) else {
+            return Some("no fit with it has a finite answer".into());
+        };
+        (value.abs() < KNOWN * error)
+            .then(|| format!("its size, {value:.2e} +- {error:.1e}, cannot be told from zero"))
     }
 
     /// The best fit with the candidate: alone from every start, and then the best together with everything else.
@@ -271,9 +308,10 @@ impl Candidate {
                     }
                     with
                 };
-                let parameters = [pole.weight, pole.time]
-                    .map(|symbol| FreeParameter::Base(BaseParameter::Shared(symbol)));
-                Some((sizes.iter().map(start).collect(), parameters.to_vec()))
+                Some((
+                    sizes.iter().map(start).collect(),
+                    pole.parameters().to_vec(),
+                ))
             }
             Self::Effect(id, values) => {
                 if model.effects.iter().any(|active| active.id() == id) {
