@@ -86,6 +86,11 @@ fn tilts_deg(bench: &Bench, words: &[&str]) -> [f64; 2] {
 #[ignore = "long"]
 fn a_mirror_that_was_read_under_three_spots_tilts_as_it_is_asked_to() {
     let bench = bench();
+    // In its own room the mirror stays at rest where it is asked to.
+    bench.json(&["set-z", "0um", "--settle", "1s"]);
+    let rest_um = bench.controls().plate_um();
+    // Curves of resistances are off by up to 0.15 K at rest (docs/theory/surroundings.md), of which hardly anything is compensated.
+    assert!(rest_um.abs() < 0.05, "{rest_um} um");
     // Two spots, and the person goes home.
     let mut tool = bench.talk_to_tool(&WORDS);
     let err = move_spots(&bench, &mut tool, 2);
@@ -111,13 +116,15 @@ fn a_mirror_that_was_read_under_three_spots_tilts_as_it_is_asked_to() {
     let um = |name: &str| report[name].as_f64().expect("a number");
     assert!(um("after_um") < 0.2 * um("before_um"), "{report}");
 
-    for words in [
-        ["set-pose", "70um", "0.5deg", "-0.3deg"],
-        ["set-pose", "110um", "0deg", "0deg"],
+    for (pose, settle) in [
+        (["70um", "0.5deg", "-0.3deg"], "500ms"),
+        (["110um", "0deg", "0deg"], "500ms"),
+        (["70um", "0.5deg", "-0.3deg"], "10s"),
     ] {
+        let words = [&["set-pose"], &pose[..], &["--settle", settle]].concat();
         let found = tilts_deg(&bench, &words);
-        println!("{words:?}: {found:?}");
-        for (found, asked) in found.into_iter().zip([words[2], words[3]]) {
+        println!("{words:?}: {found:?}, {}", bench.json(&["room"]));
+        for (found, asked) in found.into_iter().zip([pose[1], pose[2]]) {
             let asked: f64 = asked.trim_end_matches("deg").parse().expect("a number");
             // A sensor of 20 nm, in the mean of a hundred readings and from spot to spot, at 200 um: 0.001 deg; settled for half a
             // second only, creep and the slow pole leave some hundredths of a micrometre.
