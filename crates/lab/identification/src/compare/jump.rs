@@ -25,9 +25,11 @@ pub fn jumps(data: &Dataset, predicted: &[f64]) -> Vec<String> {
     let mut sentences = Vec::new();
     for experiment in 0..data.experiments.len() {
         for actuator in 0..mirror_model::ACTUATORS {
+            // Where nothing is driven no current is predicted, and what a meter reads there is its zero.
             let is_of_it = |(o, modelled): &&(&Observation, f64)| {
                 o.experiment == experiment
                     && o.channel == Channel::Current(actuator)
+                    && *modelled != 0.0
                     && o.value / modelled > 0.0
             };
             let readings: Vec<_> = seen.iter().filter(is_of_it).copied().collect();
@@ -127,6 +129,14 @@ mod tests {
             said[0].contains("jumps by +0.8") || said[0].contains("jumps by +0.7"),
             "{said:?}"
         );
+    }
+
+    #[test]
+    fn what_a_meter_reads_without_a_drive_is_no_jump() {
+        let (mut data, mut predicted) = sweep(40, 99, 0.0, 1e-5);
+        data.observations[39].value = 3e-7;
+        predicted[39] = 0.0;
+        assert_eq!(jumps(&data, &predicted), [""; 0]);
     }
 
     #[test]
