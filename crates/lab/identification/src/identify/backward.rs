@@ -5,7 +5,8 @@
 
 use mirror_model::Model;
 
-use super::{Candidate, Search, Tried};
+use super::candidate::Candidate;
+use super::{Search, Tried};
 use crate::fit::{Fitted, fit_parameters};
 use crate::parameter::FreeParameter;
 
@@ -76,7 +77,7 @@ mod tests {
     use virtual_mirror::MirrorConfig;
     use virtual_sessions::{Instruments, measure};
 
-    use super::super::{CANDIDATES, SLOW};
+    use super::super::candidate::{CANDIDATES, SLOW};
     use super::*;
     use crate::Dataset;
 
