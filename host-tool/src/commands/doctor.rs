@@ -6,7 +6,7 @@ use miette::Diagnostic;
 use mirror_protocol::Identity;
 use serde::Serialize;
 
-use crate::board::{Board, Found, Owner, find};
+use crate::board::{Board, Found, Owner, Seen, View, find};
 use crate::doctor::{Finding, FindingKind, Surroundings};
 use crate::error::ToolError;
 use crate::option_bytes::option_flaws;
@@ -60,10 +60,10 @@ async fn greet(found: &Found) -> Vec<Finding> {
         Ok(seen) => seen,
         Err(error) => return vec![not_answering(error)],
     };
-    let view = match (seen.view(found), seen.owner()) {
-        (Ok(view), _) => view,
-        (Err(_), Some(owner)) => return vec![in_use(&format!("{name}:"), owner)],
-        (Err(error), None) => return vec![not_answering(error)],
+    let view: &View = match &seen {
+        Seen::Open(board) => board,
+        Seen::Through(view, _) => view,
+        Seen::InUse(owner) => return vec![in_use(&format!("{name}:"), owner)],
     };
     let status = match view.status().await {
         Ok(status) => status,

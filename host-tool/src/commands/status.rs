@@ -115,22 +115,16 @@ impl fmt::Display for InUse<'_> {
 /// Shows the board's status, through who has it where that is another process; or who that is, where it does not answer.
 pub(super) async fn look(found: &Found, history: bool, json: bool) -> Result<(), ToolError> {
     let seen = Board::look(found).await?;
-    let view = match (seen.view(found), &seen) {
-        (Err(in_use), Seen::InUse(owner)) => {
-            let (board, owner) = (found, owner.clone());
-            report::print(&InUse { board, owner }, json);
-            return Err(in_use);
-        }
-        (view, _) => view?,
-    };
-    let mut report = StatusReport::read(view, history).await?;
-    match &seen {
-        Seen::Open(board) => report.owner = board.waited_for().cloned(),
-        Seen::Through(_, owner) | Seen::InUse(owner) => {
-            report.owner = Some(owner.clone());
-            report.is_in_use = true;
-        }
+    if let Seen::InUse(owner) = &seen {
+        let (board, owner) = (found, owner.clone());
+        report::print(&InUse { board, owner }, json);
     }
+    let mut report = StatusReport::read(seen.view(found)?, history).await?;
+    report.is_in_use = seen.owner().is_some();
+    report.owner = match &seen {
+        Seen::Open(board) => board.waited_for().cloned(),
+        _ => seen.owner().cloned(),
+    };
     report::print(&report, json);
     Ok(())
 }
