@@ -66,24 +66,13 @@ pub(crate) fn training_noise(data: &Dataset, white_noise: &DVector<f64>) -> DVec
 
 #[cfg(test)]
 mod tests {
-    use identification::dataset::{Channel, Observation};
+    use identification::dataset::Channel;
 
     use super::*;
 
     /// Two readings at the end of each of twelve intervals.
     fn data() -> Dataset {
-        let reading = |interval| Observation {
-            interval,
-            channel: Channel::Displacement,
-            value: 0.0,
-            noise: 0.01,
-            experiment: 0,
-            t_s: interval as f64,
-        };
-        Dataset {
-            observations: (0..24).map(|index| reading(index / 2)).collect(),
-            ..Dataset::default()
-        }
+        Dataset::driven([(1.0, 1.0); 12]).read_at_each(&[(Channel::Displacement, 0.01); 2])
     }
 
     #[test]

@@ -100,7 +100,7 @@ fn fitted(conditions: &Dataset, device: &Device, members: usize) -> Result<Vec<f
         .into_par_iter()
         .map(|seed| drawn.after(families::observe(conditions, device, seed)))
         .collect();
-    // What a fit trusts a current to depends on its size: on the mean mirror's.
+    // The standard deviation of a current depends on its size: the mean mirror's.
     let weighed = conditions.with_values(&mean(&mirrors));
     let fits = fitting::fits(&weighed, &mirrors)?;
     let deviations: Vec<f64> = weighed

@@ -114,26 +114,12 @@ impl Errors {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use identification::dataset::{Channel, Observation};
+    use identification::dataset::Channel;
     use mirror_model::effect::{Active, find};
-    use mirror_model::{ACTUATORS, Interval};
 
     /// Four displacements, each as uncertain.
     fn data() -> Dataset {
-        Dataset {
-            intervals: vec![Interval::held([1.0; ACTUATORS], 1.0); 4],
-            observations: (0..4)
-                .map(|interval| Observation {
-                    interval,
-                    channel: Channel::Displacement,
-                    value: 0.0,
-                    noise: 0.02,
-                    experiment: 0,
-                    t_s: interval as f64,
-                })
-                .collect(),
-            ..Dataset::default()
-        }
+        Dataset::driven([(1.0, 1.0); 4]).read_at_each(&[(Channel::Displacement, 0.02)])
     }
 
     #[test]

@@ -66,7 +66,7 @@ pub enum TrainingRows {}
 #[derive(Clone, Copy, Debug)]
 pub enum RowsAlike {}
 
-/// The space that a session is judged in: base and discrepancy of the whole ensemble are free.
+/// The space of a session's scores: base and discrepancy of the whole ensemble are free.
 #[derive(Clone, Copy, Debug)]
 pub enum Session {}
 /// The same with the discrepancy of all families of mirrors but one.

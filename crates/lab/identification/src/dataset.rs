@@ -308,7 +308,7 @@ pub fn rms<'o>(
     (count > 0).then(|| (sum / count as f64).sqrt())
 }
 
-/// Whether no displacement was measured, and all four actuators read the same in every row: one heater, and not four witnesses.
+/// Whether no displacement was measured, and all four actuators read the same in every row: one heater, which counts once.
 fn shows_one_heater(session: &Session) -> bool {
     let mut rows = session.files.iter().flat_map(|(_, file)| &file.rows);
     rows.all(|row| {
@@ -325,7 +325,6 @@ fn pick(output: &Output, channel: Channel) -> f64 {
     }
 }
 
-#[cfg(test)]
 mod made;
 #[cfg(test)]
 mod tests;

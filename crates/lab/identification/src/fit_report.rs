@@ -84,7 +84,7 @@ pub fn report(
     Ok((fitted.model, report))
 }
 
-/// Of the coordinates. Scaled up where the residual is larger than trusted, so that a wrong model's errors are honest.
+/// Of the coordinates. Scaled up by the reduced chi-square where that is above one, so that a wrong model's errors are not too small.
 fn covariance(slopes: &DMatrix<f64>, fitted: &Fitted, data: &Dataset) -> DMatrix<f64> {
     let squares = fitted.cost(data);
     let freedom = data

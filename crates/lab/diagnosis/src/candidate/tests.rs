@@ -1,11 +1,11 @@
 use super::*;
 use crate::residual_space::{BaseOnly, ModelDiscrepancy};
 use direction::forms;
-use identification::dataset::{Channel, Dataset, Observation};
+use identification::dataset::{Channel, Dataset};
 use identification::fit::fit;
 use identification::prediction::{jacobian, predict};
 use mirror_model::effect::find;
-use mirror_model::{ACTUATORS, Interval, Model, Preset};
+use mirror_model::{Model, Preset};
 use nalgebra::DMatrix;
 use nalgebra::DVector;
 
@@ -141,29 +141,9 @@ fn a_detection_limit_is_the_strength_whose_score_is_needed() {
 /// Displacement and a current at levels that go up and down.
 fn data() -> Dataset {
     let levels = (0..=14).chain((0..14).rev());
-    let intervals: Vec<_> = levels
-        .map(|level| Interval::held([0.25 * f64::from(level); ACTUATORS], 1.0))
-        .collect();
-    let observation = |interval, channel, noise| Observation {
-        interval,
-        channel,
-        value: 0.0,
-        noise,
-        experiment: 0,
-        t_s: interval as f64,
-    };
-    Dataset {
-        observations: (0..intervals.len())
-            .flat_map(|i| {
-                [
-                    observation(i, Channel::Displacement, 0.02),
-                    observation(i, Channel::Current(0), 2e-6),
-                ]
-            })
-            .collect(),
-        intervals,
-        ..Dataset::default()
-    }
+    let held = levels.map(|level| (0.25 * f64::from(level), 1.0));
+    Dataset::driven(held)
+        .read_at_each(&[(Channel::Displacement, 0.02), (Channel::Current(0), 2e-6)])
 }
 
 #[test]

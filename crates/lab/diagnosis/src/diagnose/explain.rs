@@ -63,16 +63,7 @@ impl Analysis<'_> {
     /// best of all from other time constants: where the base is fitted without an effect may lie far from where the effect is
     /// seen.
     fn refit(&self, candidates: &mut [Candidate]) {
-        best_first(candidates);
-        let Some(best) = candidates.first().map(Candidate::score) else {
-            return;
-        };
-        let is_worth = |candidate: &Candidate| {
-            let score = candidate.score();
-            score > WORTH_REFITTING * best && score > OF_ITS_THRESHOLD * candidate.threshold
-        };
-        candidates.sort_by_key(|candidate| !is_worth(candidate));
-        let worth = candidates.partition_point(is_worth).min(REFITTED);
+        let worth = worth_refitting(candidates);
         let fitted = std::slice::from_ref(&self.fitted.model);
         self.refit_from(fitted, &mut candidates[..worth]);
         if !self.is_explained(candidates) {
@@ -126,5 +117,105 @@ impl Analysis<'_> {
                 candidate.refit = Some(refit);
             }
         });
+    }
+}
+
+/// Puts those first that are worth a fit together with the base, and counts them.
+fn worth_refitting(candidates: &mut [Candidate]) -> usize {
+    best_first(candidates);
+    let best = candidates.first().map_or(0.0, Candidate::score);
+    let is_worth = |candidate: &Candidate| {
+        let score = candidate.score();
+        score > WORTH_REFITTING * best && score > OF_ITS_THRESHOLD * candidate.threshold
+    };
+    candidates.sort_by_key(|candidate| !is_worth(candidate));
+    candidates.partition_point(is_worth).min(REFITTED)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::candidate::scored;
+    use crate::null_ensemble::NullEnsemble;
+    use identification::dataset::{Channel, Dataset};
+    use identification::fit::{fit, fit_parameters};
+    use identification::prediction::predict;
+    use mirror_model::effect::{Active, find};
+    use mirror_model::{Preset, Symbol};
+
+    /// Up and down again, displacement and a current read at each level, of this model.
+    fn session(truth: &Model) -> Dataset {
+        let levels = (0..=14).chain((0..14).rev());
+        let held = levels.map(|level| (0.25 * f64::from(level), 1.0));
+        let channels = [(Channel::Displacement, 0.02), (Channel::Current(0), 2e-6)];
+        let data = Dataset::driven(held).read_at_each(&channels);
+        data.with_values(&predict(truth, &data).expect("an answer"))
+    }
+
+    fn ensemble(data: &Dataset) -> NullEnsemble {
+        NullEnsemble::new(data, &Default::default(), None).expect("an ensemble")
+    }
+
+    #[test]
+    fn what_is_worth_a_fit_is_near_the_best_and_half_of_what_it_needs() {
+        let with_threshold = |threshold: f64, mut candidate: Candidate| {
+            candidate.threshold = threshold;
+            candidate
+        };
+        let mut candidates = vec![
+            scored("radiation", 39.0),
+            with_threshold(100.0, scored("creep", 45.0)),
+            with_threshold(100.0, scored("softening", 51.0)),
+            scored("hysteresis", 100.0),
+        ];
+        assert_eq!(worth_refitting(&mut candidates), 2);
+        let ids: Vec<_> = candidates.iter().map(Candidate::id).collect();
+        assert_eq!(ids, ["hysteresis", "softening", "creep", "radiation"]);
+        let mut alike: Vec<_> = (0..REFITTED + 2).map(|_| scored("creep", 7.0)).collect();
+        assert_eq!(worth_refitting(&mut alike), REFITTED);
+        assert_eq!(worth_refitting(&mut []), 0);
+    }
+
+    #[test]
+    fn an_effect_is_explained_by_the_strength_that_made_the_readings() {
+        let mut truth = Model::from(Preset::Reconciled);
+        let effect = find("softening").expect("an effect");
+        let mut hidden = Active::usual(effect.clone());
+        hidden.values[0] *= 1.4;
+        truth.effects.push(hidden.clone());
+        let data = session(&truth);
+        let fitted = fit(&Model::from(Preset::Reconciled), &data).expect("an answer");
+        let ensemble = ensemble(&data);
+        let (analysis, mut candidates) =
+            Analysis::new(&data, fitted, &ensemble, &[effect]).expect("an answer");
+        analysis.explain(&mut candidates);
+        let found = candidates[0].explanation.as_ref().expect("it shows");
+        let off = found.active.values[0] - hidden.values[0];
+        // Two standard errors of what the readings leave open; it is off by six tenths of one.
+        assert!(off.abs() < 2.0 * found.slope_error, "{off} of {hidden:?}");
+        // The base was fitted as well as it can be.
+        assert!(analysis.better_base(&candidates).is_none());
+    }
+
+    #[test]
+    fn a_base_that_a_fit_with_an_effect_leads_to_is_better_than_one_that_was_not_found() {
+        let truth = Model::from(Preset::Reconciled);
+        let data = session(&truth);
+        let found = fit(&truth, &data).expect("an answer");
+        let mut stuck = truth.clone();
+        let off = 1.2 * truth.parameters.get(Symbol::CurvatureCoefficient);
+        stuck.parameters.set(Symbol::CurvatureCoefficient, off);
+        let mut not_found = fit_parameters(&stuck, &data, &data.values(), &[]).expect("an answer");
+        not_found.free.clone_from(&found.free);
+        let ensemble = ensemble(&data);
+        let usual = Active::usual(find("softening").expect("an effect"));
+        let (analysis, _) = Analysis::new(&data, not_found, &ensemble, &[]).expect("an answer");
+        let (_, refit) =
+            refit(&usual, &truth, &data, &analysis.session, analysis.misfit).expect("an answer");
+        let mut candidate = scored("softening", 100.0);
+        candidate.refit = Some(refit);
+        let better = analysis.better_base(&[candidate]).expect("there is one");
+        // The readings are the model's own: nothing is left, to where a fit ends.
+        assert!(better.cost(&data) < 1e-3 * analysis.fitted.cost(&data));
     }
 }

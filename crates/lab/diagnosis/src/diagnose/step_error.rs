@@ -21,28 +21,15 @@ pub(super) fn step_error(model: &Model, data: &Dataset, resolution: f64) -> Resu
 
 #[cfg(test)]
 mod tests {
-    use identification::dataset::{Channel, Observation};
-    use mirror_model::{ACTUATORS, Interval, Preset};
+    use identification::dataset::Channel;
+    use mirror_model::Preset;
 
     use super::*;
 
     /// Held drives, each read at its end.
     fn data(drives_v: &[f64]) -> Dataset {
-        let read = |interval| Observation {
-            interval,
-            channel: Channel::Displacement,
-            value: 0.0,
-            noise: 0.01,
-            experiment: 0,
-            t_s: interval as f64,
-        };
-        let held = |&volts: &f64| Interval::held([volts; ACTUATORS], 0.01);
-        Dataset {
-            intervals: drives_v.iter().map(held).collect(),
-            observations: (0..drives_v.len()).map(read).collect(),
-            experiments: vec!["steps".into()],
-            ..Dataset::default()
-        }
+        let held = drives_v.iter().map(|&volts| (volts, 0.01));
+        Dataset::driven(held).read_at_each(&[(Channel::Displacement, 0.01)])
     }
 
     fn error(drives_v: &[f64], resolution: f64) -> f64 {

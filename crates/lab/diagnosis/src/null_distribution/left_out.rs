@@ -37,10 +37,10 @@ impl LeftOutFamily {
         (0..families)
             .into_par_iter()
             .map(|family| {
-                let (judged, spanning): (Vec<_>, Vec<_>) =
+                let (scored, spanning): (Vec<_>, Vec<_>) =
                     (0..discrepancy.members()).partition(|member| member % families == family);
                 let space = ResidualSpace::new(jacobian, discrepancy, spanning);
-                let residuals = judged
+                let residuals = scored
                     .iter()
                     .zip(&noises)
                     .map(|(&member, noise)| space.residual_of(member, noise))
@@ -83,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_family_is_judged_by_the_others() {
+    fn a_family_is_scored_by_the_others() {
         // Each family has a direction of its own, so that the others explain nothing of it.
         let families = CALIBRATING.len();
         let rows = families + 1;

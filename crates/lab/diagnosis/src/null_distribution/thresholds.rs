@@ -131,7 +131,7 @@ mod tests {
     #[test]
     fn what_is_like_the_discrepancy_of_many_needs_no_more_than_the_largest_score() {
         // Of a hundred mirrors three show the first effect, by 900, and three others the second, by 30 to 32. Five may exceed
-        // a limit. Judged by their own scores alone the effects would need 900 and 31.
+        // a limit. By their own scores alone the effects would need 900 and 31.
         let first: Vec<f64> = (0..100).map(|n| if n < 3 { 900.0 } else { 0.0 }).collect();
         let second = (0..100).map(|n| if n > 96 { f64::from(n - 67) } else { 0.0 });
         let thresholds = of(&[first, second.collect()], 0.0);

@@ -89,8 +89,7 @@ impl DriveScaling {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use identification::dataset::{Channel, Observation};
-    use mirror_model::{ACTUATORS, Interval};
+    use identification::dataset::Channel;
 
     /// A heater of `cold_ohm` that grows by `growth` at 5 V, in proportion to its power.
     fn heater(cold_ohm: f64, growth: f64) -> Dataset {
@@ -101,25 +100,10 @@ mod tests {
             let k = growth / hottest_w;
             0.5 * cold_ohm * (1.0 + (1.0 + 4.0 * k * v * v / cold_ohm).sqrt())
         };
-        Dataset {
-            intervals: volts
-                .iter()
-                .map(|&v| Interval::held([v; ACTUATORS], 1.0))
-                .collect(),
-            observations: volts
-                .iter()
-                .enumerate()
-                .map(|(interval, &v)| Observation {
-                    interval,
-                    channel: Channel::Current(0),
-                    value: v / ohm_at(v),
-                    noise: 1e-7,
-                    experiment: 0,
-                    t_s: interval as f64,
-                })
-                .collect(),
-            ..Dataset::default()
-        }
+        let driven = Dataset::driven(volts.iter().map(|&v| (v, 1.0)));
+        volts.iter().enumerate().fold(driven, |data, (index, &v)| {
+            data.reading(index, Channel::Current(0), v / ohm_at(v), 1e-7)
+        })
     }
 
     #[test]

@@ -215,26 +215,10 @@ fn draw_mirror(seed: u64, device: &Device) -> MirrorConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use identification::dataset::Observation;
-    use mirror_model::{ACTUATORS, Interval};
 
     fn data(channels: &[Channel]) -> Dataset {
-        let intervals = [0.0, 3.0].map(|v| Interval::held([v; ACTUATORS], 1.0));
-        let observation = |interval, channel| Observation {
-            interval,
-            channel,
-            value: 0.0,
-            noise: 1e-3,
-            experiment: 0,
-            t_s: interval as f64,
-        };
-        Dataset {
-            observations: (0..2)
-                .flat_map(|interval| channels.iter().map(move |&c| observation(interval, c)))
-                .collect(),
-            intervals: intervals.to_vec(),
-            ..Dataset::default()
-        }
+        let channels: Vec<_> = channels.iter().map(|&channel| (channel, 1e-3)).collect();
+        Dataset::driven([(0.0, 1.0), (3.0, 1.0)]).read_at_each(&channels)
     }
 
     #[test]

@@ -190,36 +190,15 @@ fn step(slopes: &DMatrix<f64>, left: &DVector<f64>, damping: f64) -> Option<DVec
 #[cfg(test)]
 mod tests {
     use super::*;
-    use identification::dataset::{Channel, Observation};
-    use mirror_model::{ACTUATORS, Interval, Symbol};
+    use identification::dataset::Channel;
+    use mirror_model::{ACTUATORS, Symbol};
 
     /// Displacement and currents at eight levels.
     fn data() -> Dataset {
-        let channels = (0..ACTUATORS)
-            .map(Channel::Current)
-            .chain([Channel::Displacement]);
-        Dataset {
-            intervals: (0..8)
-                .map(|level| Interval::held([0.5 * f64::from(level); ACTUATORS], 1.0))
-                .collect(),
-            observations: (0..8)
-                .flat_map(|interval| {
-                    channels.clone().map(move |channel| Observation {
-                        interval,
-                        channel,
-                        value: 0.0,
-                        noise: if channel == Channel::Displacement {
-                            0.02
-                        } else {
-                            2e-6
-                        },
-                        experiment: 0,
-                        t_s: interval as f64,
-                    })
-                })
-                .collect(),
-            ..Dataset::default()
-        }
+        let currents = (0..ACTUATORS).map(|actuator| (Channel::Current(actuator), 2e-6));
+        let channels: Vec<_> = currents.chain([(Channel::Displacement, 0.02)]).collect();
+        let levels = (0..8).map(|level| (0.5 * f64::from(level), 1.0));
+        Dataset::driven(levels).read_at_each(&channels)
     }
 
     #[test]
