@@ -233,7 +233,7 @@ pub enum Command {
         after_long_help = "Example:\n  host-tool calibrate --device mirror-7 --picture calibrate.svg"
     )]
     Calibrate(Calibrate),
-    /// Teach a calibrated board to tilt: poses are read under at least three spots of the sensor, which a person moves when asked, or by
+    /// Calibrate the tilts of a calibrated board: poses are read under at least three spots of the sensor, which a person moves when asked, or by
     /// an instrument of two axes. A spot that is whole is kept; called again, it goes on with the next one.
     #[command(
         after_long_help = "Example:\n  host-tool calibrate-pose mirror-7.toml spots --spots corners.csv -o mirror-7-with-tilts.toml"
