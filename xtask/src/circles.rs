@@ -199,6 +199,13 @@ impl Modules {
     }
 }
 
+/// What a source uses, tests left out: each path as it is written.
+pub(crate) fn used(source: &str) -> Vec<Vec<String>> {
+    let mut content = Content::default();
+    content.visit_file(&syn::parse_file(source).expect("a file that compiles can be read"));
+    content.used
+}
+
 fn reached_from<'a>(
     file: &'a str,
     uses: &BTreeMap<&'a str, BTreeSet<&'a str>>,
@@ -308,7 +315,7 @@ fn paths_in(tokens: &str) -> Vec<Written> {
 }
 
 /// Whether an item is there only when tests are built.
-fn is_for_tests(attributes: &[Attribute]) -> bool {
+pub(crate) fn is_for_tests(attributes: &[Attribute]) -> bool {
     attributes.iter().any(|attribute| {
         let told = match &attribute.meta {
             syn::Meta::List(list) if list.path.is_ident("cfg") => list.tokens.to_string(),
@@ -318,7 +325,7 @@ fn is_for_tests(attributes: &[Attribute]) -> bool {
     })
 }
 
-fn attributes(item: &Item) -> &[Attribute] {
+pub(crate) fn attributes(item: &Item) -> &[Attribute] {
     match item {
         Item::Const(it) => &it.attrs,
         Item::Enum(it) => &it.attrs,

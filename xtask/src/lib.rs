@@ -3,6 +3,8 @@
 //! What builds, checks and tests is here. What plays with an emulated board or with virtual mirrors is in the `workbench`,
 //! which this builds and starts: nobody waits for the lab to be built who wants to know how a task is called.
 
+#[cfg(test)]
+mod calibration;
 pub mod cargo;
 mod checks;
 #[cfg(test)]
@@ -18,6 +20,8 @@ pub mod images;
 #[cfg(test)]
 mod layers;
 mod mistakes;
+#[cfg(test)]
+mod names;
 mod on_target;
 mod packages;
 mod page;
@@ -32,9 +36,13 @@ mod sbom;
 pub mod setup;
 #[cfg(test)]
 mod sharing;
+#[cfg(test)]
+mod sources;
 mod test;
 mod test_programs;
 pub mod tool;
+#[cfg(test)]
+mod units;
 
 use std::path::PathBuf;
 use std::process::ExitCode;

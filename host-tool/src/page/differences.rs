@@ -44,7 +44,7 @@ impl fmt::Display for Difference {
 
 /// How many numbers and words were compared, and those that differ: of the results and the models.
 pub(crate) fn differences(page: &Inside, now: &Inside) -> (usize, Vec<Difference>) {
-    let mut found = Found::default();
+    let mut found = Compared::default();
     found.compare("", &page.results, &now.results);
     let models = |inside: &Inside| -> Value {
         let models = inside.models.iter().map(|model| {
@@ -68,12 +68,12 @@ fn toml_words(text: &str) -> Value {
 }
 
 #[derive(Default)]
-struct Found {
+struct Compared {
     compared: usize,
     differences: Vec<Difference>,
 }
 
-impl Found {
+impl Compared {
     fn compare(&mut self, what: &str, page: &Value, now: &Value) {
         let below = |name: &str| match what {
             "" => name.to_owned(),
@@ -115,7 +115,7 @@ mod tests {
     use serde_json::json;
 
     fn compared(page: &Value, now: &Value) -> (usize, Vec<Difference>) {
-        let mut found = Found::default();
+        let mut found = Compared::default();
         found.compare("", page, now);
         (found.compared, found.differences)
     }

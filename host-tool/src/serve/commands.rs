@@ -5,7 +5,7 @@ use crate::serve::action::{Action, Question, Reading, Registers};
 use crate::serve::takes::Takes;
 
 /// A line of the table.
-pub(super) struct Command {
+pub(super) struct ScpiCommand {
     /// The header with its optional parts in brackets; what must be typed in capitals.
     pub(super) header: &'static str,
     /// What it takes, and does with it.
@@ -14,26 +14,26 @@ pub(super) struct Command {
     pub(super) help: &'static str,
 }
 
-const fn command(header: &'static str, takes: Takes, help: &'static str) -> Command {
-    Command {
+const fn command(header: &'static str, takes: Takes, help: &'static str) -> ScpiCommand {
+    ScpiCommand {
         header,
         takes,
         help,
     }
 }
 
-const fn query(header: &'static str, question: Question, help: &'static str) -> Command {
+const fn query(header: &'static str, question: Question, help: &'static str) -> ScpiCommand {
     command(header, Takes::Nothing(Action::Ask(question)), help)
 }
 
-const fn reading(header: &'static str, reading: Reading, help: &'static str) -> Command {
+const fn reading(header: &'static str, reading: Reading, help: &'static str) -> ScpiCommand {
     query(header, Question::Read(reading), help)
 }
 
 /// A chapter of the reference, and its commands.
-pub(super) type Chapter = (&'static str, &'static [Command]);
+pub(super) type Chapter = (&'static str, &'static [ScpiCommand]);
 
-const MOVING: &[Command] = &[
+const MOVING: &[ScpiCommand] = &[
     command(
         "[SOURce:]POSition",
         Takes::Length(Action::SetPosition),
@@ -106,7 +106,7 @@ const MOVING: &[Command] = &[
     ),
 ];
 
-const READING: &[Command] = &[
+const READING: &[ScpiCommand] = &[
     reading(
         "MEASure:POSition?",
         Reading::Position,
@@ -174,7 +174,7 @@ const READING: &[Command] = &[
     ),
 ];
 
-const SHARING: &[Command] = &[
+const SHARING: &[ScpiCommand] = &[
     command(
         "SYSTem:BOARd",
         Takes::Text(Action::SelectBoard),
@@ -222,7 +222,7 @@ const SHARING: &[Command] = &[
     ),
 ];
 
-const STATUS: &[Command] = &[
+const STATUS: &[ScpiCommand] = &[
     reading(
         "STATus:CHANnels?",
         Reading::Channels,
@@ -280,7 +280,7 @@ const STATUS: &[Command] = &[
     ),
 ];
 
-const COMMON: &[Command] = &[
+const COMMON: &[ScpiCommand] = &[
     query(
         "*IDN?",
         Question::Identify,

@@ -50,7 +50,7 @@ pub(super) struct Moved {
 }
 
 /// Who drives.
-struct Driver {
+struct DrivingClient {
     client: Arc<Client>,
     since: String,
     moved: Option<Moved>,
@@ -58,7 +58,7 @@ struct Driver {
     keeper: Option<AbortHandle>,
 }
 
-impl Drop for Driver {
+impl Drop for DrivingClient {
     fn drop(&mut self) {
         if let Some(keeper) = &self.keeper {
             keeper.abort();
@@ -66,7 +66,7 @@ impl Drop for Driver {
     }
 }
 
-impl fmt::Display for Driver {
+impl fmt::Display for DrivingClient {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} since {}", self.client.address, self.since)
     }
@@ -78,7 +78,7 @@ pub(super) struct Device {
     link: tokio::sync::Mutex<Option<Arc<Board>>>,
     /// A board sends one stream at a time.
     pub(super) tracing: tokio::sync::Mutex<()>,
-    driver: Mutex<Option<Driver>>,
+    driver: Mutex<Option<DrivingClient>>,
     /// How often the board was stopped beside this process: each client that was there has to say that it goes on.
     stops: Mutex<u32>,
 }
@@ -140,7 +140,7 @@ impl Device {
 
     /// Who drives, and since when.
     pub(super) fn driver(&self) -> Option<String> {
-        lock(&self.driver).as_ref().map(Driver::to_string)
+        lock(&self.driver).as_ref().map(DrivingClient::to_string)
     }
 
     /// Whether `client` drives.
@@ -174,7 +174,7 @@ impl Device {
                 Err(Error::new(Kind::CommandProtected, said))
             }
             None => {
-                *driver = Some(Driver {
+                *driver = Some(DrivingClient {
                     client: client.clone(),
                     since: Utc::now().to_rfc3339_opts(SecondsFormat::Secs, true),
                     moved: None,

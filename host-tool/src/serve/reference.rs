@@ -5,7 +5,7 @@ use std::fmt::Write;
 use control_core::Limit;
 
 use crate::scpi::Kind;
-use crate::serve::commands::{CHAPTERS, Command};
+use crate::serve::commands::{CHAPTERS, ScpiCommand};
 use crate::serve::states::{OPERATION, QUESTIONABLE};
 use crate::serve::trace::COLUMNS;
 
@@ -49,7 +49,7 @@ pub(crate) fn page() -> String {
     page
 }
 
-fn typed(command: &Command) -> String {
+fn typed(command: &ScpiCommand) -> String {
     let typed = format!("{} {}", command.header, command.takes.told());
     typed.trim_end().replace('|', "\\|")
 }

@@ -94,7 +94,7 @@ struct Array {
 
 /// A number as an array stores it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Kind {
+struct NumberKind {
     /// `f`, `i`, `u` or `b`.
     letter: u8,
     size: usize,
@@ -150,7 +150,7 @@ impl Array {
 /// More columns than this are no measurement of a mirror.
 const MOST_COLUMNS: usize = 1000;
 
-impl Kind {
+impl NumberKind {
     /// Of a type string such as `<f8`.
     fn read(text: &str) -> Option<Self> {
         let bytes = text.as_bytes();
@@ -220,7 +220,7 @@ fn shape(header: &str) -> Option<Vec<usize>> {
 }
 
 /// Names and kinds of an item's numbers.
-fn fields(header: &str) -> Result<Vec<(Option<String>, Kind)>, ImportError> {
+fn fields(header: &str) -> Result<Vec<(Option<String>, NumberKind)>, ImportError> {
     let of = value(header, "descr").unwrap_or_default();
     let unknown = |kind: &str| {
         refused(format!(
@@ -236,7 +236,7 @@ fn fields(header: &str) -> Result<Vec<(Option<String>, Kind)>, ImportError> {
         let words = quoted(list);
         let pairs = words
             .chunks_exact(2)
-            .map(|pair| match Kind::read(&pair[1]) {
+            .map(|pair| match NumberKind::read(&pair[1]) {
                 Some(kind) => Ok((Some(pair[0].clone()), kind)),
                 None => Err(unknown(&pair[1])),
             });
@@ -244,7 +244,7 @@ fn fields(header: &str) -> Result<Vec<(Option<String>, Kind)>, ImportError> {
     }
     let words = quoted(of);
     let kind = words.first().map_or("", String::as_str);
-    match Kind::read(kind) {
+    match NumberKind::read(kind) {
         Some(kind) => Ok(vec![(None, kind)]),
         None => Err(unknown(kind)),
     }

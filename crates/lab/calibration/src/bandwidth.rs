@@ -42,7 +42,7 @@ pub fn reached(
     let resonance_hz = PERIODS / f64::from(parts.path.move_time.0);
     let mut actuators: [_; CHANNELS] = std::array::from_fn(|i| {
         let own: Vec<f64> = asked_um.iter().map(|um| um[i]).collect();
-        let heated = Heated::along(&own, &calibration.actuators()[i], &parts.heat, step_s);
+        let heated = HeatedActuator::along(&own, &calibration.actuators()[i], &parts.heat, step_s);
         (
             heated,
             Plate::at_rest(own[own.len() - 1], resonance_hz, step_s),
@@ -65,7 +65,7 @@ pub fn reached(
 }
 
 /// One actuator on the way.
-struct Heated<'a> {
+struct HeatedActuator<'a> {
     actuator: &'a ActuatorCalibration,
     weights: [f64; FAST_POLES],
     /// Part of the way that each fast pole goes in a step.
@@ -75,7 +75,7 @@ struct Heated<'a> {
     slow_k: f64,
 }
 
-impl<'a> Heated<'a> {
+impl<'a> HeatedActuator<'a> {
     /// At rest in the middle of what is asked.
     fn along(asked: &[f64], actuator: &'a ActuatorCalibration, heat: &Heat, step_s: f64) -> Self {
         let rises = asked.iter().map(|&um| rise_k(actuator, um));
@@ -269,7 +269,7 @@ mod tests {
         let actuator = &calibration.actuators()[0];
         // At rest at 80 um the on time's part is the rise over the heating of the highest drive.
         let (rise, most_v) = (rise_k(actuator, 80.0), f64::from(calibration.max_drive().0));
-        let heated = Heated::along(&[80.0], actuator, &calibration.parts().heat, 1e-4);
+        let heated = HeatedActuator::along(&[80.0], actuator, &calibration.parts().heat, 1e-4);
         let most_k = heated.most_k(rise, most_v);
         let part = rise / most_k;
         let slope_um_k = 1.0 / (rise_k(actuator, 80.5) - rise_k(actuator, 79.5));

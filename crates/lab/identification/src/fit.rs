@@ -78,14 +78,14 @@ impl Fitted {
 }
 
 /// Numbers in the place of a dataset's own, and a model to fit to them.
-struct Readings<'a> {
+struct FittedReadings<'a> {
     start: &'a Model,
     data: &'a Dataset,
     values: &'a [f64],
     parameters: &'a [FreeParameter],
 }
 
-impl Readings<'_> {
+impl FittedReadings<'_> {
     fn model(&self, coordinates: &DVector<f64>) -> Model {
         let mut model = self.start.clone();
         for (parameter, &coordinate) in self.parameters.iter().zip(coordinates.iter()) {
@@ -120,7 +120,7 @@ impl Readings<'_> {
     }
 }
 
-impl Problem for Readings<'_> {
+impl Problem for FittedReadings<'_> {
     fn residuals(&self, at: &DVector<f64>) -> Option<DVector<f64>> {
         let predicted = predict(&self.model(at), self.data).ok()?;
         let residuals = predicted.iter().zip(self.values).map(|(p, v)| p - v);
@@ -228,7 +228,7 @@ fn minimised(
     parameters: &[FreeParameter],
     tolerance: f64,
 ) -> Result<Fitted, Runaway> {
-    let readings = Readings {
+    let readings = FittedReadings {
         start,
         data,
         values,

@@ -46,12 +46,12 @@ pub struct Load(LoadKind);
 
 #[derive(Clone, Debug)]
 enum LoadKind {
-    Mirror(Box<Mirror>),
+    Mirror(Box<MirrorLoad>),
     Resistors([f64; 4]),
 }
 
 #[derive(Clone, Debug)]
-struct Mirror {
+struct MirrorLoad {
     mirror: VirtualMirror,
     sensor: Sensor,
     /// How warm its room is (degC).
@@ -260,7 +260,7 @@ impl Load {
     /// Where a number of a mirror is out of range.
     pub fn new(connected: &Connected) -> Result<Self, virtual_mirror::ConfigError> {
         let kind = match connected {
-            Connected::Mirror(config) => LoadKind::Mirror(Box::new(Mirror {
+            Connected::Mirror(config) => LoadKind::Mirror(Box::new(MirrorLoad {
                 mirror: VirtualMirror::new(config)?,
                 sensor: Sensor::new(config),
                 room_c: config.ambient_c,

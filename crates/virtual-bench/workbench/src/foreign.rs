@@ -16,7 +16,7 @@ const TRIANGLE_HZ: f64 = 20.0;
 const CREEP_UM: (f64, f64) = (20.0, 90.0);
 
 /// What was measured of one mirror.
-struct Evidence {
+struct ForeignEvidence {
     name: String,
     /// The first moves after `calibrate`, those after the board has been reset then, and those from rest.
     at_rest: [figures::Static; 3],
@@ -66,7 +66,7 @@ pub(crate) fn run() -> Result<()> {
         .into_iter()
         .map(|config| thread::spawn(move || measure(config)))
         .collect();
-    let evidence: Vec<(String, Result<Evidence>)> = threads
+    let evidence: Vec<(String, Result<ForeignEvidence>)> = threads
         .into_iter()
         .map(|thread| thread.join().ok().context("a measurement panicked"))
         .collect::<Result<_>>()?;
@@ -81,12 +81,12 @@ pub(crate) fn run() -> Result<()> {
     Ok(())
 }
 
-fn measure(config: ForeignConfig) -> (String, Result<Evidence>) {
+fn measure(config: ForeignConfig) -> (String, Result<ForeignEvidence>) {
     let name = config.name.clone();
     (name, evidence(&config))
 }
 
-fn evidence(config: &ForeignConfig) -> Result<Evidence> {
+fn evidence(config: &ForeignConfig) -> Result<ForeignEvidence> {
     let (calibrated, (first, used)) = calibrate_then(config, |mirror| {
         (figures::next_moves(mirror), mirror.mirror().clone())
     })?;
@@ -99,7 +99,7 @@ fn evidence(config: &ForeignConfig) -> Result<Evidence> {
         .try_into()
         .ok()
         .context("two steps were asked for")?;
-    Ok(Evidence {
+    Ok(ForeignEvidence {
         name: config.name.clone(),
         at_rest: [first, reset, figures::at_rest(mirror, config)?],
         up,
@@ -114,8 +114,8 @@ fn evidence(config: &ForeignConfig) -> Result<Evidence> {
     })
 }
 
-fn print(evidence: &[Evidence]) {
-    let row = |what: &str, must: &str, value: &dyn Fn(&Evidence) -> String| {
+fn print(evidence: &[ForeignEvidence]) {
+    let row = |what: &str, must: &str, value: &dyn Fn(&ForeignEvidence) -> String| {
         let values: Vec<String> = evidence.iter().map(value).collect();
         println!("| {what} | {} | {must} |", values.join(" | "));
     };

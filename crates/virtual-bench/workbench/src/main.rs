@@ -45,7 +45,7 @@ enum Task {
         arguments: Vec<String>,
     },
     /// Tell the whole story on a mirror with something hidden in it: measure, diagnose, calibrate, move.
-    Story(story::Arguments),
+    Story(story::StoryArguments),
     /// Write the sessions of data/hidden anew.
     HideEffects,
     /// Write anew what a board has until it is calibrated: the table of the reconciled model.

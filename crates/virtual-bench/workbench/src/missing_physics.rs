@@ -28,7 +28,7 @@ enum Method {
 /// Compares methods on a data set of hidden effects.
 #[derive(Parser)]
 #[command(bin_name = "cargo xtask bench missing-physics --")]
-struct Arguments {
+struct MethodArguments {
     /// Only these methods.
     #[arg(long, value_enum, value_delimiter = ',')]
     methods: Vec<Method>,
@@ -46,7 +46,7 @@ struct Arguments {
 /// Exports the sessions, makes the environment, runs the methods and prints their figures. All is written below `target`.
 pub(crate) fn compare(words: &[String]) -> Result<()> {
     let name = "cargo xtask bench missing-physics --".to_owned();
-    let mut arguments = Arguments::parse_from(std::iter::once(&name).chain(words));
+    let mut arguments = MethodArguments::parse_from(std::iter::once(&name).chain(words));
     if arguments.methods.is_empty() {
         arguments.methods = Method::value_variants().to_vec();
     }

@@ -15,8 +15,8 @@ use control_core::{Calibration, Limits};
 use experiments::calibration::RANGE;
 use mirror_protocol::{CalibrationUse, Compensate, SetPose};
 
-use self::readings::{AtPose, Session, Spot, table};
-use self::report::Report;
+use self::readings::{AtPose, PoseSession, Spot, table};
+use self::report::CalibratePoseReport;
 use super::calibrate::fall_back;
 use super::calibration_file::load_in_use;
 use super::measure::interrupt::Interrupt;
@@ -46,14 +46,14 @@ pub(super) async fn run(board: &Board, ask: CalibratePose, json: bool) -> Result
     if let Some(file) = ask.from {
         let points = table(&file)?;
         let found = posed(&with_assumed_levers(&calibration), &points)?;
-        let report = Report::of_a_file(&found, points.len());
+        let report = CalibratePoseReport::of_a_file(&found, points.len());
         return keep(board, &found, output, report, json).await;
     }
     let begin = with_assumed_levers(&calibration);
     let plate = OnPlate::new(board, &begin, &ask.displacements.sensor, ask.settle).await?;
     let spots = Spots::new(ask.spots.as_deref())?;
     make_directory(&ask.session)?;
-    let mut session = Session::load(&ask.session, &plate.poses)?;
+    let mut session = PoseSession::load(&ask.session, &plate.poses)?;
     let interrupt = Interrupt::listen()?;
     // Heat of a neighbour that the calibration does not know yet would be taken for a warm room.
     let is_wanted = board.status().await?.health.compensates_room;
@@ -71,7 +71,7 @@ async fn keep(
     board: &Board,
     found: &Posed,
     output: Option<NewFile>,
-    mut report: Report,
+    mut report: CalibratePoseReport,
     json: bool,
 ) -> Result<(), ToolError> {
     let calibration = &found.calibration;
@@ -125,9 +125,9 @@ impl<'a> OnPlate<'a> {
     /// Reads the spots that are not read yet, finds the plate, and tries what was found at the last spot.
     async fn measure(
         &self,
-        session: &mut Session,
+        session: &mut PoseSession,
         mut spots: Spots,
-    ) -> Result<(Posed, Report), ToolError> {
+    ) -> Result<(Posed, CalibratePoseReport), ToolError> {
         let on_trial = self
             .board
             .use_calibration(self.begin, CalibrationUse::OnTrial);
@@ -163,12 +163,12 @@ impl<'a> OnPlate<'a> {
             }
             .into());
         }
-        let report = Report::of_spots(&found, session, (before_um, after_um));
+        let report = CalibratePoseReport::of_spots(&found, session, (before_um, after_um));
         Ok((found, report))
     }
 
     /// What was asked, and the poses that the heights above all spots tell.
-    fn points(&self, session: &Session) -> Result<Vec<PosePoint>, ToolError> {
+    fn points(&self, session: &PoseSession) -> Result<Vec<PosePoint>, ToolError> {
         let heights: Vec<_> = session.spots.iter().map(Spot::heights).collect();
         for spot in &session.spots {
             spot.check(&self.poses)?;

@@ -43,7 +43,7 @@ pub(super) struct Spot {
 
 /// The spots that are whole.
 #[derive(Debug)]
-pub(super) struct Session {
+pub(super) struct PoseSession {
     folder: PathBuf,
     asked: Vec<[f64; 3]>,
     pub(super) spots: Vec<Spot>,
@@ -120,7 +120,7 @@ impl Spot {
     }
 }
 
-impl Session {
+impl PoseSession {
     /// The spots that earlier calls have left in a folder, under the same poses.
     pub(super) fn load(folder: &Path, poses: &[PlatePose]) -> Result<Self, ToolError> {
         let asked = poses
@@ -316,19 +316,19 @@ mod tests {
     #[test]
     fn spots_are_kept_for_the_next_call_and_those_of_another_mirror_are_refused() {
         let folder = tempfile::tempdir().expect("a folder");
-        let mut session = Session::load(folder.path(), &poses()).expect("empty");
+        let mut session = PoseSession::load(folder.path(), &poses()).expect("empty");
         let spot = Spot::new([0.0, 100.0], [60.0, 20.0, 101.0, 60.3].map(at).to_vec());
         session.keep(spot).expect("written");
-        let again = Session::load(folder.path(), &poses()).expect("whole");
+        let again = PoseSession::load(folder.path(), &poses()).expect("whole");
         assert_eq!(again.spots, session.spots);
         let mut other = poses();
         other[1].z_um += 1.0;
-        let refused = Session::load(folder.path(), &other).expect_err("another");
+        let refused = PoseSession::load(folder.path(), &other).expect_err("another");
         assert!(refused.to_string().contains("another mirror"), "{refused}");
         let file = spot_file(folder.path(), 1);
         let whole = std::fs::read_to_string(&file).expect("written");
         std::fs::write(&file, &whole[..whole.len() / 2]).expect("written");
-        assert!(Session::load(folder.path(), &poses()).is_err());
+        assert!(PoseSession::load(folder.path(), &poses()).is_err());
     }
 
     #[test]

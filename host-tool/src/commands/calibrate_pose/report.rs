@@ -6,11 +6,11 @@ use std::path::PathBuf;
 use calibration::Posed;
 use serde::Serialize;
 
-use super::readings::Session;
+use super::readings::PoseSession;
 use crate::report::decimal;
 
 #[derive(Serialize)]
-pub(super) struct Report {
+pub(super) struct CalibratePoseReport {
     /// Spots of the sensor that were read; none where an instrument of two axes was.
     spots: usize,
     poses: usize,
@@ -28,8 +28,8 @@ pub(super) struct Report {
     pub(super) calibration: Option<PathBuf>,
 }
 
-impl Report {
-    pub(super) fn of_spots(found: &Posed, session: &Session, tried_um: (f64, f64)) -> Self {
+impl CalibratePoseReport {
+    pub(super) fn of_spots(found: &Posed, session: &PoseSession, tried_um: (f64, f64)) -> Self {
         let poses = session
             .spots
             .first()
@@ -61,7 +61,7 @@ impl Report {
     }
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for CalibratePoseReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.spots {
             0 => writeln!(f, "measured   {} poses", self.poses)?,

@@ -24,7 +24,7 @@ const WORKING: &str =
 const LARGE: usize = 2_000_000;
 
 #[derive(Serialize)]
-struct Written {
+struct WrittenPage {
     /// The page.
     page: PathBuf,
     bytes: usize,
@@ -66,7 +66,7 @@ pub(crate) fn report(ask: Report, json: bool) -> Result<(), ToolError> {
     });
     let run = run.map_err(|error| error.of(&ask.output))?;
     let html = run.to_html();
-    let written = Written {
+    let written = WrittenPage {
         page: file.write(&html)?,
         bytes: html.len(),
         verdict: run.verdict(),
@@ -87,7 +87,7 @@ fn texts(session: &Session) -> Vec<MeasuredText> {
     session.files.iter().map(text).collect()
 }
 
-impl fmt::Display for Written {
+impl fmt::Display for WrittenPage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}", self.verdict)?;
         if self.rows_left_out > 0 {

@@ -51,7 +51,7 @@ struct Watched {
 
 /// How a view ended.
 #[derive(Clone, Copy)]
-enum Ended {
+enum ViewEnded {
     Quit,
     Signal(&'static str, u8),
 }
@@ -77,7 +77,7 @@ pub(super) async fn run(
         period_ticks,
         status,
     ));
-    let view = View {
+    let view = LiveView {
         board: &board,
         state: &state,
         recordings: RefCell::new(Recordings::new(output)),
@@ -98,7 +98,7 @@ pub(super) async fn run(
         tokio::select! {
             ended = view.converse(&mut screen, screen::events(), send) => ended,
             ended = ended_by_signal() => {
-                ended.map(|(name, number)| Ended::Signal(name, number)).map_err(ToolError::Runtime)
+                ended.map(|(name, number)| ViewEnded::Signal(name, number)).map_err(ToolError::Runtime)
             }
             Err(error) = view.watch(&mut stream) => Err(error),
             Err(error) = view.look() => Err(error),
@@ -116,8 +116,8 @@ pub(super) async fn run(
     };
     report::print(&watched, json);
     match ended? {
-        Ended::Quit => Ok(()),
-        Ended::Signal(signal, number) => Err(ToolError::EndedBySignal {
+        ViewEnded::Quit => Ok(()),
+        ViewEnded::Signal(signal, number) => Err(ToolError::EndedBySignal {
             signal,
             number,
             outputs: outputs(turned_off),
@@ -142,7 +142,7 @@ fn outputs(turned_off: bool) -> &'static str {
 }
 
 /// What is shown, and what a key does besides driving.
-struct View<'a> {
+struct LiveView<'a> {
     board: &'a Board,
     state: &'a RefCell<State>,
     recordings: RefCell<Recordings>,
@@ -150,21 +150,21 @@ struct View<'a> {
     stop: Notify,
 }
 
-impl View<'_> {
+impl LiveView<'_> {
     /// Draws frames and reads keys until one ends the view.
     async fn converse(
         &self,
         screen: &mut Screen,
         mut events: UnboundedReceiver<Event>,
         orders: UnboundedSender<Order>,
-    ) -> Result<Ended, ToolError> {
+    ) -> Result<ViewEnded, ToolError> {
         let mut frames = interval(FRAME);
         frames.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             tokio::select! {
                 event = events.recv() => {
                     let Some(event) = event else {
-                        return Ok(Ended::Signal("the end of its terminal", 1));
+                        return Ok(ViewEnded::Signal("the end of its terminal", 1));
                     };
                     if let Some(ended) = self.hear(&event, &orders)? {
                         return Ok(ended);
@@ -181,7 +181,7 @@ impl View<'_> {
         &self,
         event: &Event,
         orders: &UnboundedSender<Order>,
-    ) -> Result<Option<Ended>, ToolError> {
+    ) -> Result<Option<ViewEnded>, ToolError> {
         let Event::Key(key) = event else {
             return Ok(None);
         };
@@ -192,8 +192,8 @@ impl View<'_> {
         };
         match order {
             Order::Stop => self.stop.notify_one(),
-            Order::Quit => return Ok(Some(Ended::Quit)),
-            Order::Interrupt => return Ok(Some(Ended::Signal("Ctrl-C", 2))),
+            Order::Quit => return Ok(Some(ViewEnded::Quit)),
+            Order::Interrupt => return Ok(Some(ViewEnded::Signal("Ctrl-C", 2))),
             Order::Record => self
                 .recordings
                 .borrow_mut()

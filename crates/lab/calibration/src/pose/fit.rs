@@ -35,7 +35,7 @@ const TOLERANCE: f64 = 1e-9;
 const MOST_EVALUATIONS: usize = 60;
 
 /// What was measured, under a calibration.
-pub(super) struct Fit {
+pub(super) struct PlateFit {
     pub(super) top_um: f64,
     /// Mean distance of the levers from the centre under the former calibration (um). Tilts are multiplied by it, so that all three
     /// coordinates are in micrometres.
@@ -64,7 +64,7 @@ pub(super) struct Found {
     pub(super) more_growth: [f64; CHANNELS],
 }
 
-impl Fit {
+impl PlateFit {
     pub(super) fn new(parts: &Parts, points: &[PosePoint]) -> Self {
         let top = parts.actuators[0].shape.top();
         let plate = PlateInverse::new(&parts.plate, top);
@@ -208,7 +208,7 @@ impl Fit {
     }
 }
 
-impl Problem for Fit {
+impl Problem for PlateFit {
     fn residuals(&self, coordinates: &DVector<f64>) -> Option<DVector<f64>> {
         let found = self.found(coordinates);
         let points = self.places.iter().zip(&self.reached_um);

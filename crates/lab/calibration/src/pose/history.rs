@@ -89,7 +89,7 @@ pub(super) fn positions_um(plate: &Plate, top_um: f64, pose: &PlatePose) -> Each
 /// Where the actuators were at each point.
 pub(super) fn places(parts: &Parts, points: &[PosePoint]) -> Vec<[Place; CHANNELS]> {
     let tables = tables(parts);
-    let mut heat = Heated::new(parts);
+    let mut heat = HeatedPoles::new(parts);
     let mut places = Vec::with_capacity(points.len());
     for point in points {
         let positions = positions_um(&parts.plate, tables[0].top_um, &point.asked);
@@ -106,7 +106,7 @@ pub(super) fn places(parts: &Parts, points: &[PosePoint]) -> Vec<[Place; CHANNEL
 }
 
 /// The poles of a calibration, and how warm the four actuators made them.
-struct Heated {
+struct HeatedPoles {
     poles: [Pole; POLES],
     growth: Each,
 }
@@ -132,7 +132,7 @@ impl Pole {
     }
 }
 
-impl Heated {
+impl HeatedPoles {
     fn new(parts: &Parts) -> Self {
         let (poles, shared) = (parts.heat.poles(), parts.heat.shared);
         Self {

@@ -34,7 +34,7 @@ use control_core::shape::SEGMENTS;
 use control_core::{CHANNELS, Calibration, Micrometre};
 use nalgebra::{Matrix3, Matrix3x4, Vector4};
 
-use self::fit::{Fit, Found};
+use self::fit::{Found, PlateFit};
 use self::history::positions_um;
 use self::point::FEWEST;
 use self::stages::Changed;
@@ -149,7 +149,7 @@ pub fn posed(calibration: &Calibration, points: &[PosePoint]) -> Result<Posed, P
     if let Some(bad) = points.iter().position(|point| !is_finite(point)) {
         return Err(PoseError::NotFinite(bad + 1));
     }
-    let fit = Fit::new(parts, points);
+    let fit = PlateFit::new(parts, points);
     let found = fit.best().ok_or(PoseError::NoPlate { left_um: f64::NAN })?;
     let (piston_um, tilts_um) = fit.rms_um(&found);
     let left_um = (piston_um * piston_um + 2.0 * tilts_um * tilts_um).sqrt();
@@ -173,7 +173,7 @@ pub fn posed(calibration: &Calibration, points: &[PosePoint]) -> Result<Posed, P
 /// The calibration that a plate makes.
 struct Outcome<'a> {
     parts: &'a Parts,
-    fit: &'a Fit,
+    fit: &'a PlateFit,
     found: &'a Found,
 }
 

@@ -25,7 +25,7 @@ const MOST_EVALUATIONS: usize = 150;
 const DIFFERENCE: f64 = 1e-4;
 
 /// What was measured, and the calibration that it was measured under.
-pub(super) struct Fit<'a> {
+pub(super) struct StagesFit<'a> {
     timeline: &'a Timeline,
     /// Where the tables end.
     pub(super) top_um: f64,
@@ -46,7 +46,7 @@ pub(super) struct Fitted {
     pub(super) residual_rms_um: f64,
 }
 
-impl<'a> Fit<'a> {
+impl<'a> StagesFit<'a> {
     pub(super) fn new(parts: &Parts, timeline: &'a Timeline) -> Self {
         let losses = parts.actuators.each_ref().map(|actuator| HeatLoss {
             k_per_w: f64::from(actuator.thermal_resistance.0),
@@ -191,7 +191,7 @@ impl<'a> Fit<'a> {
 
 /// The residuals as a function of the nonlinear unknowns alone.
 struct Projection<'a> {
-    fit: &'a Fit<'a>,
+    fit: &'a StagesFit<'a>,
     estimate: &'a Displacements,
 }
 

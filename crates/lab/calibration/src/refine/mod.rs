@@ -31,7 +31,7 @@ pub use self::error::RefineError;
 pub(crate) use self::heat::HeatLoss;
 pub(crate) use self::linear::bend_terms;
 
-use self::fit::{Fit, Fitted};
+use self::fit::{Fitted, StagesFit};
 use self::tables::Bend;
 use self::timeline::Timeline;
 use self::unknowns::Unknowns;
@@ -79,7 +79,7 @@ pub fn refined(calibration: &Calibration, session: &Session) -> Result<Refined, 
     if readings < FEWEST {
         return Err(RefineError::TooFew(readings));
     }
-    let fit = Fit::new(parts, &timeline);
+    let fit = StagesFit::new(parts, &timeline);
     let fitted = fit
         .best(Unknowns::starts(&parts.heat))
         .filter(|fitted| fitted.residual_rms_um < FOLLOWS * fit.top_um)
@@ -91,7 +91,7 @@ pub fn refined(calibration: &Calibration, session: &Session) -> Result<Refined, 
 }
 
 /// The calibration that fitted stages make.
-fn refined_parts(parts: &Parts, fit: &Fit, fitted: &Fitted) -> Result<Parts, RefineError> {
+fn refined_parts(parts: &Parts, fit: &StagesFit, fitted: &Fitted) -> Result<Parts, RefineError> {
     let bend = Bend::of(&fitted.linear, fit.top_um)?;
     let mut actuators = parts.actuators;
     let losses = fit.losses.iter().zip(&fitted.losses);

@@ -45,7 +45,7 @@ pub struct StagePoint {
 }
 
 /// One steady instant with all actuators at one drive, means over the actuators whose currents were measured.
-struct Point {
+struct SteadyPoint {
     voltage: f64,
     /// Measured and modelled.
     ohm: [f64; 2],
@@ -60,10 +60,10 @@ pub(super) fn stages(model: &Model, data: &Dataset, predicted: &[f64]) -> StageE
     };
     let p = &piston.parameters;
     let ohm_per_kelvin = p.cold_resistance_ohm * p.resistance_coefficient_per_k;
-    let kelvin = |point: &Point| {
+    let kelvin = |point: &SteadyPoint| {
         (point.ohm[1] / p.cold_resistance_ohm - 1.0) / p.resistance_coefficient_per_k
     };
-    let um_per_kelvin = |point: &Point| {
+    let um_per_kelvin = |point: &SteadyPoint| {
         piston.displacement_um(kelvin(point) + 0.5) - piston.displacement_um(kelvin(point) - 0.5)
     };
     let (mut stage_points, mut heat_um, mut cold) = (Vec::new(), Vec::new(), Vec::new());
@@ -131,8 +131,8 @@ fn thirds(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     }
 }
 
-fn points(data: &Dataset, predicted: &[f64]) -> Vec<Point> {
-    let mut points: Vec<Point> = Vec::new();
+fn points(data: &Dataset, predicted: &[f64]) -> Vec<SteadyPoint> {
+    let mut points: Vec<SteadyPoint> = Vec::new();
     let seen: Vec<_> = data.observations.iter().zip(predicted).collect();
     for row in seen.chunk_by(|a, b| a.0.interval == b.0.interval) {
         let interval = &data.intervals[row[0].0.interval];
@@ -158,7 +158,7 @@ fn points(data: &Dataset, predicted: &[f64]) -> Vec<Point> {
                 .sum::<f64>()
                 / currents.len() as f64
         };
-        points.push(Point {
+        points.push(SteadyPoint {
             voltage,
             current_in_noise: in_noise.fold(f64::INFINITY, f64::min),
             ohm: [mean(&|measured, _| measured), mean(&|_, modelled| modelled)],

@@ -34,7 +34,7 @@ mod write;
 use crate::{Model, Preset};
 pub use error::ModelFileError;
 use input_file::MOST_WRITTEN;
-use reader::Reader;
+use reader::ModelReader;
 use std::path::Path;
 
 impl Model {
@@ -60,7 +60,7 @@ impl Model {
     /// # Errors
     /// [`ModelFileError::Content`], pointing at the place.
     pub fn parse(name: &str, text: &str) -> Result<Self, ModelFileError> {
-        Reader { name, text }.model()
+        ModelReader { name, text }.model()
     }
 }
 

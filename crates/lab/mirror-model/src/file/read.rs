@@ -2,7 +2,7 @@
 
 use super::error::{FORMAT, ModelFileError, preset_names};
 use super::read_device::StoredDevice;
-use super::reader::Reader;
+use super::reader::ModelReader;
 use crate::effect::{self, Active, Effect, Formula};
 use crate::parameter::{Entry, TABLE};
 use crate::{ACTUATORS, Measured, Model, Preset, Provenance, Symbol};
@@ -62,7 +62,7 @@ enum StoredMeasured {
     Of { value: f64, error: f64 },
 }
 
-impl Reader<'_> {
+impl ModelReader<'_> {
     pub(super) fn model(&self) -> Result<Model, ModelFileError> {
         let stored: StoredModel = toml::from_str(self.text).map_err(|error| {
             let help = "the format is described in docs/reference/model-files.md".into();

@@ -1,7 +1,7 @@
 //! The table `[device]`: what is known of the mirror.
 
 use super::error::ModelFileError;
-use super::reader::Reader;
+use super::reader::ModelReader;
 use crate::device::{Device, Fact, Film, Quantity, Segment};
 use crate::{Model, Symbol};
 use serde::Deserialize;
@@ -50,7 +50,7 @@ struct StoredFilm {
     thickness: StoredFact,
 }
 
-impl Reader<'_> {
+impl ModelReader<'_> {
     /// What a file states of the mirror whose model it is.
     pub(super) fn device(
         &self,

@@ -4,12 +4,12 @@ use super::error::ModelFileError;
 use miette::NamedSource;
 use std::sync::Arc;
 
-pub(super) struct Reader<'a> {
+pub(super) struct ModelReader<'a> {
     pub(super) name: &'a str,
     pub(super) text: &'a str,
 }
 
-impl Reader<'_> {
+impl ModelReader<'_> {
     pub(super) fn wrong(
         &self,
         message: String,

@@ -34,7 +34,7 @@ const IDLE_S: f64 = 3e-3;
 const BULK_BYTES: usize = 64;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Bus {
+enum BusState {
     /// Nothing is plugged in, or the cable is out.
     Empty,
     /// A device showed itself, and is waited for to be steady.
@@ -51,7 +51,7 @@ enum Bus {
 #[derive(Clone, Debug)]
 pub struct UsbHost {
     is_plugged: bool,
-    bus: Bus,
+    bus: BusState,
     /// When the present state of the bus, or the present transaction, ends (s).
     until_s: f64,
     /// When a bus without traffic counts as suspended.
@@ -80,7 +80,7 @@ impl Default for UsbHost {
     fn default() -> Self {
         Self {
             is_plugged: true,
-            bus: Bus::Empty,
+            bus: BusState::Empty,
             until_s: 0.0,
             idle_s: f64::INFINITY,
             frame: 0,
@@ -156,7 +156,7 @@ impl UsbHost {
     pub fn start_over(&mut self, clock: &Clock) {
         let now_s = clock.seconds();
         *self = Self {
-            bus: Bus::Debounce,
+            bus: BusState::Debounce,
             until_s: now_s,
             idle_s: f64::INFINITY,
             is_plugged: self.is_plugged,
@@ -167,15 +167,15 @@ impl UsbHost {
 
     /// Stops all traffic, as a computer that sleeps.
     pub fn suspend(&mut self, clock: &Clock) {
-        if self.bus == Bus::Running {
-            self.bus = Bus::Suspended;
+        if self.bus == BusState::Running {
+            self.bus = BusState::Suspended;
             self.idle_s = clock.seconds() + IDLE_S;
         }
     }
 
     /// Takes it up again.
     pub fn resume(&mut self, clock: &Clock) {
-        if self.bus == Bus::Suspended {
+        if self.bus == BusState::Suspended {
             self.run(clock.seconds());
         }
     }
@@ -222,14 +222,14 @@ impl UsbHost {
     /// The cycle in which the host does something next.
     pub(crate) fn next_event(&self, usb: &Usb, clock: &Clock) -> u64 {
         let at_s = match self.bus {
-            Bus::Empty if self.is_plugged && usb.is_attached() => return clock.cycles,
-            _ if self.is_plugged != usb.is_attached() && self.bus != Bus::Empty => {
+            BusState::Empty if self.is_plugged && usb.is_attached() => return clock.cycles,
+            _ if self.is_plugged != usb.is_attached() && self.bus != BusState::Empty => {
                 return clock.cycles;
             }
-            Bus::Empty => return NEVER,
-            Bus::Suspended | Bus::Debounce => self.idle_s.min(self.until_s),
-            Bus::Reset => self.until_s,
-            Bus::Running => self.until_s.min(self.next_frame_s),
+            BusState::Empty => return NEVER,
+            BusState::Suspended | BusState::Debounce => self.idle_s.min(self.until_s),
+            BusState::Reset => self.until_s,
+            BusState::Running => self.until_s.min(self.next_frame_s),
         };
         match at_s.is_finite() {
             true => clock.cycle_at(at_s),
@@ -239,7 +239,7 @@ impl UsbHost {
 
     /// Does what is due.
     pub(crate) fn happen(&mut self, usb: &mut Usb, now_s: f64) {
-        if self.bus != Bus::Empty && !usb.is_attached() {
+        if self.bus != BusState::Empty && !usb.is_attached() {
             let is_plugged = self.is_plugged;
             *self = Self {
                 is_plugged,
@@ -248,34 +248,34 @@ impl UsbHost {
             return;
         }
         match self.bus {
-            Bus::Empty => {
-                self.bus = Bus::Debounce;
+            BusState::Empty => {
+                self.bus = BusState::Debounce;
                 (self.until_s, self.idle_s) = (now_s + DEBOUNCE_S, now_s + IDLE_S);
             }
-            Bus::Debounce | Bus::Suspended if now_s >= self.idle_s => {
+            BusState::Debounce | BusState::Suspended if now_s >= self.idle_s => {
                 usb.idle();
                 self.idle_s = f64::INFINITY;
             }
-            Bus::Debounce => self.reset(usb, now_s),
-            Bus::Suspended => self.until_s = f64::INFINITY,
-            Bus::Reset => self.run(now_s + RECOVERY_S),
-            Bus::Running if now_s >= self.next_frame_s => {
+            BusState::Debounce => self.reset(usb, now_s),
+            BusState::Suspended => self.until_s = f64::INFINITY,
+            BusState::Reset => self.run(now_s + RECOVERY_S),
+            BusState::Running if now_s >= self.next_frame_s => {
                 self.frame += 1;
                 usb.start_of_frame(self.frame);
                 self.next_frame_s += FRAME_S;
             }
-            Bus::Running => self.transact(usb, now_s),
+            BusState::Running => self.transact(usb, now_s),
         }
     }
 
     fn run(&mut self, from_s: f64) {
-        self.bus = Bus::Running;
+        self.bus = BusState::Running;
         (self.next_frame_s, self.until_s) = (from_s, from_s);
     }
 
     fn reset(&mut self, usb: &mut Usb, now_s: f64) {
         usb.bus_reset();
-        self.bus = Bus::Reset;
+        self.bus = BusState::Reset;
         (self.until_s, self.idle_s) = (now_s + RESET_S, f64::INFINITY);
         (self.address, self.toggles) = (0, [false; 2]);
     }
@@ -290,7 +290,7 @@ impl UsbHost {
         if self.transfer.is_none() {
             self.begin_transfer(usb, now_s);
         }
-        if self.bus != Bus::Running || self.until_s > now_s {
+        if self.bus != BusState::Running || self.until_s > now_s {
             return;
         }
         let (bytes, waits) = match self.transfer.take() {
@@ -340,7 +340,7 @@ impl UsbHost {
 
     fn fail(&mut self, why: String) {
         self.failure = Some(why);
-        self.bus = Bus::Suspended;
+        self.bus = BusState::Suspended;
         (self.until_s, self.idle_s) = (f64::INFINITY, f64::INFINITY);
     }
 

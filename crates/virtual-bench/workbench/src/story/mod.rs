@@ -34,7 +34,7 @@ const FIRST_OF_ALL: u64 = 9331;
 
 /// Which story, and where it goes.
 #[derive(clap::Args)]
-pub(crate) struct Arguments {
+pub(crate) struct StoryArguments {
     /// Which mirror, and what is hidden in it: any number.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -44,7 +44,7 @@ pub(crate) struct Arguments {
 }
 
 /// Tells a story, or all of them.
-pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: &StoryArguments) -> Result<()> {
     let root = target_directory().join("story");
     if !arguments.full {
         let story = tell(arguments.seed, &root)?;

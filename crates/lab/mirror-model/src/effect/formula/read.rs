@@ -56,17 +56,17 @@ impl Formula {
     /// [`FormulaError`], pointing at the place, for a syntax error, an unknown variable, or a formula that changes
     /// something at strength 0.
     pub fn parse(name: &str, text: &str) -> Result<Self, FormulaError> {
-        Reader { name, text }.formula()
+        FormulaReader { name, text }.formula()
     }
 }
 
 /// An effect's text, and what errors call it.
-struct Reader<'a> {
+struct FormulaReader<'a> {
     name: &'a str,
     text: &'a str,
 }
 
-impl Reader<'_> {
+impl FormulaReader<'_> {
     fn formula(&self) -> Result<Formula, FormulaError> {
         let stored: Stored = toml::from_str(self.text).map_err(|error| {
             self.wrong(
