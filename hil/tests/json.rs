@@ -63,8 +63,7 @@ fn the_page_says_what_is_printed() {
     fs::write(place("table.csv"), table).expect("written");
     let session = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/hidden/06");
 
-    // The tool's own tests diagnose sessions with the same drives.
-    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("lab");
+    let cache = shared_cache::of_the_tool().unwrap_or_else(|| place("cache"));
     let mut told = String::new();
     for command in COMMANDS {
         let line = command.replace("SESSION", &session.to_string_lossy());

@@ -4,12 +4,15 @@
 //! to say; so is all that runs on the emulated board. What is flashed is built by the compiler alone.
 
 use std::ffi::OsStr;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::PathBuf;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
 
-use crate::cargo::{ON_HOST, TARGET, cargo, run};
+use crate::cargo::{ON_HOST, TARGET, cargo, run, target_directory};
 use crate::checks::{self, Check};
 use crate::deny;
 use crate::dist;
@@ -65,6 +68,9 @@ const OF_THE_TOOL: [&str; 11] = [
     "tests/serve",
 ];
 const THIS_MACHINE: &str = "host";
+
+/// What the tool is told by where it keeps null ensembles.
+const OF_THE_TOOL_S_CACHE: &str = "XDG_CACHE_HOME";
 
 /// Programs of tests that take less are not told one by one.
 const TOLD: Duration = Duration::from_secs(5);
@@ -132,6 +138,7 @@ pub(crate) fn run_all(full: bool) -> Result<()> {
             images::check(Board::Mps2)
         },
     )?;
+    empty_cache()?;
     gate.run(
         "tests on the host, on the target, on emulated boards and on the silicon twin",
         checks(&built, browser.as_deref())?,
@@ -217,7 +224,26 @@ fn checks(built: &Built, browser: Option<&OsStr>) -> Result<Vec<Check>> {
         check.command.env(EMULATOR, TWIN);
         checks.insert(before + LONGEST.len(), check);
     }
+    for Check { command, .. } in &mut checks {
+        command.env(shared_cache::VARIABLE, cache());
+        command.env(OF_THE_TOOL_S_CACHE, cache());
+    }
     Ok(checks)
+}
+
+/// Where the tests of a run keep what others need, too.
+fn cache() -> PathBuf {
+    target_directory().join("tests-cache")
+}
+
+/// What a run before left there may be of other mirrors and other fits.
+fn empty_cache() -> Result<()> {
+    match fs::remove_dir_all(cache()) {
+        Err(error) if error.kind() != ErrorKind::NotFound => {
+            Err(error).with_context(|| format!("{} cannot be emptied", cache().display()))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Each story by itself; the program that tells them leaves them out.

@@ -32,13 +32,22 @@ fn session(hidden: &str) -> PathBuf {
     directory.join(line.split_once(' ').expect("name and answer").0)
 }
 
-/// A cache for all tests of one run, with what the sessions of `data/hidden` share.
+/// A folder for all tests of one run, empty at first.
+fn place() -> &'static Path {
+    static PLACE: OnceLock<PathBuf> = OnceLock::new();
+    PLACE.get_or_init(|| {
+        let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("lab");
+        let _ = fs::remove_dir_all(&place);
+        fs::create_dir_all(&place).expect("a folder");
+        place
+    })
+}
+
+/// A cache for all of them, with what the sessions of `data/hidden` share.
 fn cache() -> &'static Path {
     static CACHE: OnceLock<PathBuf> = OnceLock::new();
     CACHE.get_or_init(|| {
-        let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("lab");
-        // A run before this may have had other mirrors.
-        let _ = fs::remove_dir_all(&cache);
+        let cache = shared_cache::of_the_tool().unwrap_or_else(|| place().join("cache"));
         let files = session("");
         let words = ["diagnose", "paper", &files.to_string_lossy()];
         let said = host_tool_with(&cache, &words, &[("XDG_CACHE_HOME", &cache)]);

@@ -15,7 +15,7 @@ use wasmi::{Engine, Instance, Linker, Memory, Module, Store, TypedFunc};
 
 use crate::common::no_boards;
 use crate::trial::{trial, written};
-use crate::{cache, lab, refuses, session};
+use crate::{lab, place, refuses, session};
 
 /// What a page may weigh (bytes), so that it can be sent by mail.
 const LARGE: usize = 2_000_000;
@@ -24,9 +24,9 @@ const LARGE: usize = 2_000_000;
 fn page() -> &'static Path {
     static PAGE: OnceLock<PathBuf> = OnceLock::new();
     PAGE.get_or_init(|| {
-        let page = cache().join("report.html");
+        let page = place().join("report.html");
         let (files, name) = (session(""), page.to_string_lossy());
-        let trial = written(&trial(3.0, 0.03), cache());
+        let trial = written(&trial(3.0, 0.03), place());
         let trial = trial.to_string_lossy();
         let words = ["report", &files.to_string_lossy(), "--trial", &trial];
         let said = lab(&[&words[..], &["-o", &name]].concat());

@@ -194,6 +194,7 @@ pub(super) const ALLOWED: &[Allowed] = &[
     (Room::VirtualBench, "headless-browser", &[]),
     (Room::VirtualBench, "long-runs", &[]),
     (Room::VirtualBench, "plant-link", &[]),
+    (Room::VirtualBench, "shared-cache", &[]),
     (Room::VirtualBench, "simulated-flash", &[]),
     (Room::VirtualBench, "virtual-mirror", &[]),
     (
@@ -275,5 +276,9 @@ pub(super) const ALLOWED: &[Allowed] = &[
             "waveforms",
         ],
     ),
-    (Room::Program, "xtask", &["headless-browser", "long-runs"]),
+    (
+        Room::Program,
+        "xtask",
+        &["headless-browser", "long-runs", "shared-cache"],
+    ),
 ];

@@ -5,6 +5,7 @@ use experiments::Experiment;
 use identification::Dataset;
 use measurement::Session;
 use mirror_model::{Model, Preset};
+use shared_cache::null_ensembles as cache;
 use virtual_mirror::{Effect, Family, MirrorConfig};
 use virtual_sessions::{Instruments, measure};
 
@@ -26,7 +27,7 @@ fn measured(config: &MirrorConfig, experiments: Vec<Experiment>) -> Session {
 
 fn found(session: &Session) -> (Verdict, Vec<String>) {
     let paper = Model::from(Preset::Paper);
-    let found = diagnose(&paper, &Dataset::new(session), &[], None).expect("finite");
+    let found = diagnose(&paper, &Dataset::new(session), &[], cache().as_deref()).expect("finite");
     (found.verdict, found.effects)
 }
 
@@ -114,7 +115,8 @@ fn what_a_measurement_would_show_is_told_before_it_is_made() {
         ..Asked::default()
     };
     let paper = Model::from(Preset::Paper);
-    let (found, gains) = diagnose_with_gains(&paper, &data, &[], None, asked).expect("finite");
+    let (found, gains) =
+        diagnose_with_gains(&paper, &data, &[], cache().as_deref(), asked).expect("finite");
     assert_eq!(found.verdict, Verdict::None);
     let gains = gains.measurements.expect("they were asked for");
     let shown_by = |name: &str| -> Vec<&str> {

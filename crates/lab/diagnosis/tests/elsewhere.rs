@@ -8,7 +8,8 @@ use measurement::{Device, MeasurementFile, Session};
 use mirror_model::effect::find;
 use mirror_model::{Model, Symbol};
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 const ROOM_K: f64 = 295.0;
 
@@ -184,7 +185,11 @@ fn is_honest(found: &Diagnosis) {
 
 /// Sessions with the same drives share their virtual mirrors.
 fn cache() -> &'static Path {
-    Path::new(concat!(env!("CARGO_TARGET_TMPDIR"), "/elsewhere"))
+    static CACHE: OnceLock<PathBuf> = OnceLock::new();
+    CACHE.get_or_init(|| {
+        let fresh = || tempfile::tempdir().expect("a folder").keep();
+        shared_cache::null_ensembles().unwrap_or_else(fresh)
+    })
 }
 
 fn diagnosed(model: &Model, data: &Dataset) -> Diagnosis {
