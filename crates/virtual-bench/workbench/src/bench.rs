@@ -71,12 +71,17 @@ pub(crate) fn store() -> Result<()> {
         .context("cargo does not run")?;
     let said = String::from_utf8_lossy(&output.stdout);
     ensure!(output.status.success(), "the store's tests failed: {said}");
-    let is_figure = |line: &&str| line.contains(" power cuts, ") || line.contains(" updates: ");
-    // The test runner prints its dots into the same lines.
-    for line in said.lines().filter(is_figure) {
-        println!("{}", line.trim_start_matches('.'));
+    for figure in figures_of_the_store(&said) {
+        println!("{figure}");
     }
     Ok(())
+}
+
+/// The lines that tell what was counted. The test runner prints its dots into them.
+fn figures_of_the_store(said: &str) -> impl Iterator<Item = &str> {
+    let is_figure = |line: &&str| line.contains(" power cuts, ") || line.contains(" updates: ");
+    let lines = said.lines().filter(is_figure);
+    lines.map(|line| line.trim_start_matches('.'))
 }
 
 /// Instructions of the control tick, as `benches/control_tick.rs` counts and names them.
@@ -105,16 +110,22 @@ fn instructions() -> Result<Vec<(String, String)>> {
         "the control tick was not counted: {said}{}",
         String::from_utf8_lossy(&output.stderr)
     );
-    let counts: Vec<_> = said
-        .lines()
-        .filter_map(|line| line.split_once(' ')?.1.rsplit_once(": "))
-        .map(|(what, count)| (what.to_owned(), count.to_owned()))
-        .collect();
+    let counts = counts(&said);
     ensure!(
         !counts.is_empty(),
         "the benchmark printed no counts: {said}"
     );
     Ok(counts)
+}
+
+/// What each line of the benchmark counts, behind the time at which it was said, and how often.
+fn counts(said: &str) -> Vec<(String, String)> {
+    let counts = said
+        .lines()
+        .filter_map(|line| line.split_once(' ')?.1.rsplit_once(": "));
+    counts
+        .map(|(what, count)| (what.to_owned(), count.to_owned()))
+        .collect()
 }
 
 /// Simulated seconds a second.
@@ -149,4 +160,40 @@ fn summary(reached: &[Reached]) -> (f64, f64) {
         .map(|point| point.error_um.abs())
         .fold(0.0, f64::max);
     ((squares / reached.len() as f64).sqrt(), worst)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_benchmark_counts_is_read_and_the_rest_of_what_it_says_is_not() {
+        let said = "0.000012 control core: one step: 876 instructions\n0.034125 protection alone: 893 instructions\ndone\n";
+        let expected = [
+            ("control core: one step", "876 instructions"),
+            ("protection alone", "893 instructions"),
+        ];
+        let expected = expected.map(|(what, count)| (what.to_owned(), count.to_owned()));
+        assert_eq!(counts(said), expected);
+    }
+
+    #[test]
+    fn the_store_s_figures_are_found_among_the_runner_s_dots() {
+        let said = "running 3 tests\n..12 power cuts, none lost\n.1000 updates: 3 erased\ntest result: ok\n";
+        let figures: Vec<&str> = figures_of_the_store(said).collect();
+        assert_eq!(
+            figures,
+            ["12 power cuts, none lost", "1000 updates: 3 erased"]
+        );
+    }
+
+    #[test]
+    fn a_summary_is_root_mean_square_and_largest() {
+        let at = |error_um| Reached {
+            asked_um: 0.0,
+            error_um,
+        };
+        // (9 + 16) / 2.
+        assert_eq!(summary(&[at(3.0), at(-4.0)]), (12.5_f64.sqrt(), 4.0));
+    }
 }
