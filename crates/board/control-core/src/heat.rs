@@ -272,6 +272,7 @@ mod tests {
                     inverse.advance_slow(&mut state, &mut SharedHeat::default(), 0);
                 }
                 let reached = mirror.step(f64::from(heating.0), turn);
+                // Sums in f32: some forty roundings of 100 K.
                 prop_assert!((reached - f64::from(target)).abs() < 5e-4, "{reached} for {target}");
             }
         }
@@ -292,6 +293,7 @@ mod tests {
             }
             let heating = inverse.heating(&state, Kelvin(target));
             let reached = mirror.step(f64::from(heating.0), false);
+            // As above.
             prop_assert!((reached - f64::from(target)).abs() < 5e-4, "{reached} for {target}");
         }
     }

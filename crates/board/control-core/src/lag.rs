@@ -162,6 +162,7 @@ mod tests {
             }
             let value = free_response + lag.input_gain * input;
             let exact = f64::from(input) * (1.0 - (-0.1001 / f64::from(time)).exp());
+            // A thousand roundings of f32 of one sign.
             prop_assert!((f64::from(value) - exact).abs() < 1e-4 * (1.0 + f64::from(input).abs()));
         }
     }

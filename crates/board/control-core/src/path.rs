@@ -177,6 +177,7 @@ mod tests {
     fn arrives_in_the_time_of_a_move_and_stays() {
         let mut path = path();
         let way: Vec<f32> = (0..2 * TICKS).map(|_| one(&mut path, 100.0)).collect();
+        // A thousandth of the move: rounding of a polynomial of fifth order in f32, times ten.
         assert!(
             (way[TICKS / 2 - 1] - 50.0).abs() < 0.1,
             "half way in half the time"

@@ -170,6 +170,7 @@ mod tests {
         fn reads_the_same_forward(table in rising_table(), part in 0.0_f32..1.0) {
             let z = part * table.top().0;
             let back = table.position(table.temperature_rise(Micrometre(z))).0;
+            // Rounding of the rise, divided by the slope of the flattest segment.
             prop_assert!((back - z).abs() < 1e-3 * table.top().0.max(1.0), "{back} for {z}");
         }
 

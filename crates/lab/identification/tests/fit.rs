@@ -86,6 +86,7 @@ fn a_sweep_with_both_says_nothing_of_times() {
     );
 }
 
+/// To where a fit without noise ends: a step that gains less than a millionth, of a parameter with the prior's pull.
 fn approx(value: f64, truth: f64) {
     assert!((value / truth - 1.0).abs() < 1e-3, "{value} is not {truth}");
 }

@@ -259,6 +259,7 @@ mod tests {
     #[test]
     fn a_hold_is_its_mean_and_the_jitter_is_known() {
         let found = held(&rows(stairs, 1600, 4e-3)).expect("holds");
+        // The deviation of 1600 numbers is known to 1 / sqrt(2 * 1600), 2 %: five of these.
         assert!(
             (found.jitter_v / 4e-3 - 1.0).abs() < 0.1,
             "{}",

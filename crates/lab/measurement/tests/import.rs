@@ -182,6 +182,7 @@ proptest! {
         let table = Table::read(format!("V{delimiter}z\n{text}").as_bytes()).unwrap();
         prop_assert_eq!(&table.names, &["V", "z"]);
         for ((v, z), row) in rows.iter().zip(&table.rows) {
+            // Three decimals were written.
             prop_assert!((row[0].unwrap() - v).abs() < 1e-3 && (row[1].unwrap() - z).abs() < 1e-3);
         }
     }

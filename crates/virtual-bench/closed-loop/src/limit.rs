@@ -134,6 +134,7 @@ mod tests {
         assert!(open > 1.0, "{open} um");
         assert!((0.05..0.95).contains(&share), "{share}");
         let closed = loop_um(&config, DRIVE_V, &fast.upper(share)).expect("a mirror");
+        // Up and down each as far off the sine as the share lets it.
         assert!(closed < 2.0 * ABOVE_UM, "{closed} um");
         let more = loop_um(&config, DRIVE_V, &fast.upper(1.1 * share)).expect("a mirror");
         assert!(more > ABOVE_UM, "{more} um");

@@ -46,6 +46,7 @@ fn a_room_is_told_and_compensated() {
         let (off, on) = (reach(false), reach(true));
         let (off_um, on_um) = (largest_um(&off), largest_um(&on));
         println!("{rise_k} K: {off_um:.2} um, compensated {on_um:.2} um");
+        // docs/requirements.md, in any room.
         assert!(on_um < 0.5, "{on:?}");
         // Some 1.8 um for each kelvin.
         assert!(off_um > 1.2 * rise_k.abs(), "{off:?}");
@@ -66,6 +67,7 @@ fn a_step_is_recovered_from(calibration: &mut Calibration, config: &MirrorConfig
             "{step:?}: within {RECOVERED_UM} um after {:.4} s",
             recovered.within_s
         );
+        // The filter is at a jump's new place within 20 ms (docs/theory/surroundings.md): five times that.
         assert!(recovered.within_s < 0.1);
     }
 }

@@ -188,6 +188,7 @@ mod tests {
             .sum::<f64>()
             / 1e3;
         let expected = 32768.0 + 65536.0 / 101.0;
+        // A gain of 0.3 % and an offset of 40 uV of 62 mV, 0.06 %: five deviations.
         assert!((mean / expected - 1.0).abs() < 15e-3, "{mean}");
         assert_eq!(electronics.sense_code(3, 1.0), 65520, "saturated");
     }

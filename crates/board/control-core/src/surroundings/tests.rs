@@ -87,6 +87,7 @@ fn one_glitch_is_no_jump_and_a_jump_is_followed() {
     follow(&mut filter, &evidence(10.0, 0.0, 0.0), 300);
     let before = filter.estimate().copied();
     follow(&mut filter, &evidence(10.0, 20.0, 0.0), 1);
+    // A glitch is not used. What is left is the filter's own deviation after two positions, below 0.1 K.
     assert!((filter.estimate().expect("known").rise.0).abs() < 0.1);
     follow(&mut filter, &evidence(10.0, 0.0, 0.0), 1);
     assert!(filter.estimate().expect("known").rise.0 - before.expect("known").rise.0 < 0.1);
@@ -121,6 +122,7 @@ proptest! {
         }
         let held = evidence(f64::from(target.0), room, loss);
         let bends = f64::from(held.sensed.0) + (f64::from(filter.ratio) - 1.0) * room;
+        // What two terms of a series leave out: `FIRST_ORDER`.
         prop_assert!((bends - rise).abs() < 0.02 * rise, "{bends} for {rise}");
     }
 

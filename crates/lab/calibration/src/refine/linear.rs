@@ -309,6 +309,7 @@ mod tests {
                 .collect::<Vec<_>>()
         };
         let with = fitted(&mirror(0.02)).memory(NEVER_S);
+        // Ten times what the prior's pull leaves of memory above.
         assert!((with.plays[1].weight - 0.02).abs() < 1e-4, "{with:?}");
         assert!(with.plays[0].weight < 1e-4 && with.plays[2].weight < 1e-4);
         // A mirror that runs ahead where play would hold it back.

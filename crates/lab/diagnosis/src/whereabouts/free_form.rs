@@ -98,6 +98,7 @@ mod tests {
     fn a_direction_that_explains_nothing_is_not_paid_for_in_full() {
         let one = normal(&[1e4], &[1e3]).score();
         let with_a_weak_one = normal(&[1e4, 1e-2], &[1e3, 0.0]).score();
+        // Not paid for in full: 6 for each degree of freedom, of which it has next to none.
         assert!(
             (one - with_a_weak_one).abs() < 0.5,
             "{one} {with_a_weak_one}"
