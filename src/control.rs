@@ -371,6 +371,7 @@ impl Control {
             late_ticks: self.late_ticks,
             limits_since_command: self.limits_since_command.bits(),
             compensates_room: self.controller.compensates_surroundings(),
+            lowest_position_um: self.controller.lowest().0,
             loss: self.controller.surroundings().map(wire::loss),
         };
         self.mailbox.publish(telemetry, health);

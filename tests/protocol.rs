@@ -101,6 +101,7 @@ mod tests {
                 late_ticks: 0,
                 limits_since_command: 0xfff,
                 compensates_room: true,
+                lowest_position_um: 18.25,
                 loss: Some(Loss {
                     change: -0.2,
                     deviation: 0.1,

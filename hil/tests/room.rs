@@ -118,3 +118,43 @@ fn readings_that_cannot_be_compared_are_told_and_change_nothing() {
     refused(&["calibrate-room", FILE, "room.json"], "room-warm");
     assert!(!place("room.json").exists());
 }
+
+#[test]
+fn in_a_warm_room_the_range_begins_where_the_mirror_rests() {
+    let (bench, ambient_c) = bench();
+    let lowest_um = || {
+        let range = bench.json(&["range"]);
+        range["lowest_position_um"].as_f64().expect("a number")
+    };
+    assert_eq!(lowest_um(), 0.0);
+    bench.controls().set_oven(ambient_c + 8.0);
+    errors_um(&bench);
+    // What is required of any room (docs/requirements.md), of some 1.8 um/K.
+    let lowest = lowest_um();
+    let asked = format!("{lowest:.3}um");
+    bench.json(&["set-z", &asked, "--settle", "1s"]);
+    let off_um = bench.controls().plate_um() - lowest;
+    assert!(lowest > 10.0 && off_um.abs() < 0.5, "{lowest} um, {off_um}");
+    let refused = bench.tool(&["set-z", "5um"]);
+    assert_eq!(refused.code, 1, "{}", refused.out);
+    let said = refused.sentence();
+    assert!(said.contains("rests at"), "{said}");
+    let refused = bench.tool(&[
+        "scan",
+        "sine",
+        "--offset",
+        "20um",
+        "--amplitude",
+        "15um",
+        "--frequency",
+        "5Hz",
+    ]);
+    assert!(refused.sentence().contains("rests at"), "{}", refused.err);
+    // A heater that is asked for no power leaves it there.
+    bench.json(&["set-z", &asked, "--settle", "1s"]);
+    let resting_um = bench.controls().plate_um();
+    bench.json(&["off"]);
+    bench.wait("the plate rests", |bench| {
+        (bench.controls().plate_um() - resting_um).abs() < 0.5
+    });
+}

@@ -116,6 +116,7 @@ impl Mailbox {
                 late_ticks: 0,
                 limits_since_command: 0,
                 compensates_room: false,
+                lowest_position_um: 0.0,
                 loss: None,
             })),
             samples: Queue::new(),

@@ -5,9 +5,10 @@ use std::fmt;
 use calibration::{PlatePose, Reach};
 use control_core::calibration::{Lever, Plate};
 use control_core::{CHANNELS, Micrometre};
-use mirror_protocol::{CalibrationInfo, Pose, SetPose};
+use mirror_protocol::{CalibrationInfo, Health, Pose, SetPose};
 use serde::Serialize;
 
+use crate::board::lowest_um;
 use crate::error::BeyondBoard;
 use crate::quantity::TiltedPose;
 use crate::report::decimal;
@@ -45,15 +46,11 @@ impl fmt::Display for PlateReport {
     }
 }
 
-/// A pose for a board with this calibration.
+/// A pose for a mirror with this reach.
 ///
 /// # Errors
 /// Where it is out of reach, or tilted and the plate's levers are not known.
-pub(crate) fn reached(
-    asked: TiltedPose,
-    calibration: &CalibrationInfo,
-) -> Result<PlatePose, BeyondBoard> {
-    let reach = reach(calibration);
+pub(crate) fn reached(asked: TiltedPose, reach: &Reach) -> Result<PlatePose, BeyondBoard> {
     if !(asked.is_level() || reach.knows_tilts()) {
         return Err(BeyondBoard::LeversUnknown);
     }
@@ -77,12 +74,20 @@ pub(crate) fn request(pose: PlatePose, lease_ms: u32) -> SetPose {
     }
 }
 
-/// What the mirror reaches under the calibration in use.
-pub(in crate::commands) fn reach(calibration: &CalibrationInfo) -> Reach {
+/// Where a range begins, as in `0 to 170.0 um`.
+pub(super) fn from_um(low_um: f64) -> String {
+    match low_um > 0.0 {
+        true => format!("{low_um:.1}"),
+        false => "0".to_owned(),
+    }
+}
+
+/// What the mirror reaches under the calibration in use, in its present surroundings.
+pub(crate) fn reach(calibration: &CalibrationInfo, health: &Health) -> Reach {
     let levers: [Lever; CHANNELS] = calibration.levers.map(|lever| Lever {
         x: Micrometre(lever.x_um),
         y: Micrometre(lever.y_um),
         warp: lever.warp,
     });
-    Reach::new(Plate { levers }, decimal(calibration.max_position_um))
+    Reach::new(Plate { levers }, decimal(calibration.max_position_um)).above(lowest_um(health))
 }

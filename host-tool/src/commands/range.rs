@@ -8,11 +8,12 @@ use calibration::Reach;
 use charts::{Look, Panel, Series, sheet};
 use serde::Serialize;
 
-use super::pose::reach;
+use super::pose::{from_um, reach};
+use super::room::{self, Room};
 use crate::board::View;
 use crate::error::{BeyondBoard, ToolError};
 use crate::new_file::NewFile;
-use crate::report::{self, decimal};
+use crate::report;
 
 /// Tilts that are told, besides none, as parts of the largest.
 const TILTS: u32 = 8;
@@ -23,7 +24,11 @@ const OUTLINES: [f64; 3] = [0.1, 0.25, 0.5];
 
 #[derive(Serialize)]
 struct Range {
+    /// Where the mirror rests in its present surroundings: a heater cannot cool.
+    lowest_position_um: f64,
     max_position_um: f64,
+    /// `None` where the calibration cannot tell.
+    room: Option<Room>,
     /// `None` where the calibration does not know the plate's levers.
     tilts: Option<Vec<Tilt>>,
     picture: Option<PathBuf>,
@@ -45,28 +50,37 @@ pub(super) async fn run(
     force: bool,
     json: bool,
 ) -> Result<(), ToolError> {
-    let calibration = board.calibration().await?;
-    let reach = reach(&calibration);
-    let top_um = decimal(calibration.max_position_um);
+    let status = board.status().await?;
+    let reach = reach(&board.calibration().await?, &status.health);
     if picture.is_some() && !reach.knows_tilts() {
         return Err(BeyondBoard::LeversUnknown.into());
     }
     let file = picture.map(|path| NewFile::picture(path, force));
     let file = file.transpose()?;
-    let mut range = Range {
-        max_position_um: top_um,
-        tilts: reach.knows_tilts().then(|| tilts(&reach, top_um)),
-        picture: None,
-    };
+    let mut range = Range::of(&reach, Room::of(&status));
     if let Some(file) = file {
-        range.picture = Some(file.write(&draw(&reach, top_um))?);
+        range.picture = Some(file.write(&draw(&reach))?);
     }
     report::print(&range, json);
     Ok(())
 }
 
-fn tilts(reach: &Reach, top_um: f64) -> Vec<Tilt> {
-    let middle = |direction| reach.largest_tilt_rad(0.5 * top_um, direction);
+impl Range {
+    fn of(reach: &Reach, room: Option<Room>) -> Self {
+        let (lowest_position_um, max_position_um) = reach.level_um();
+        Self {
+            lowest_position_um,
+            max_position_um,
+            room,
+            tilts: reach.knows_tilts().then(|| tilts(reach)),
+            picture: None,
+        }
+    }
+}
+
+fn tilts(reach: &Reach) -> Vec<Tilt> {
+    let (low_um, top_um) = reach.level_um();
+    let middle = |direction| reach.largest_tilt_rad(0.5 * (low_um + top_um), direction);
     let most_rad = middle((1.0, 0.0)).max(middle((0.0, 1.0)));
     let tilt = |step: u32| {
         let rad = most_rad * f64::from(step) / f64::from(TILTS);
@@ -84,11 +98,13 @@ fn tilts(reach: &Reach, top_um: f64) -> Vec<Tilt> {
     (0..=TILTS).map(tilt).collect()
 }
 
-fn draw(reach: &Reach, top_um: f64) -> String {
+fn draw(reach: &Reach) -> String {
+    let (low_um, top_um) = reach.level_um();
+    let place_um = |part: f64| low_um + part * (top_um - low_um);
     let of_direction = |about: &str, direction: (f64, f64)| {
         let side = |sign: f64| -> Vec<(f64, f64)> {
             let at = |step: u32| {
-                let z_um = top_um * f64::from(step) / f64::from(POINTS);
+                let z_um = place_um(f64::from(step) / f64::from(POINTS));
                 let rad = reach.largest_tilt_rad(z_um, (sign * direction.0, sign * direction.1));
                 (z_um, sign * rad.to_degrees())
             };
@@ -107,10 +123,10 @@ fn draw(reach: &Reach, top_um: f64) -> String {
     let outline = |(number, part): (usize, f64)| {
         let at = |step: u32| {
             let (sine, cosine) = (TAU * f64::from(step) / f64::from(POINTS)).sin_cos();
-            let rad = reach.largest_tilt_rad(part * top_um, (cosine, sine));
+            let rad = reach.largest_tilt_rad(place_um(part), (cosine, sine));
             (rad.to_degrees() * cosine, rad.to_degrees() * sine)
         };
-        let name = format!("at {:.0} µm", part * top_um);
+        let name = format!("at {:.0} µm", place_um(part));
         line(number, name, (0..=POINTS).map(at).collect())
     };
     let outlines = Panel {
@@ -135,7 +151,11 @@ fn line(number: usize, name: String, points: Vec<(f64, f64)>) -> Series {
 
 impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "piston     0 to {:.1} um", self.max_position_um)?;
+        let lowest = from_um(self.lowest_position_um);
+        writeln!(f, "piston     {lowest} to {:.1} um", self.max_position_um)?;
+        if self.lowest_position_um > 0.0 {
+            writeln!(f, "room       {}", room::line(self.room.as_ref()))?;
+        }
         let Some(tilts) = &self.tilts else {
             return writeln!(
                 f,
@@ -173,16 +193,22 @@ mod tests {
     fn is_printed_as_in_the_golden_file() {
         let top_um = 170.0;
         let reach = Reach::new(Plate::cross(Micrometre(480.0)), top_um);
-        let range = Range {
-            max_position_um: top_um,
-            tilts: Some(tilts(&reach, top_um)),
-            picture: None,
-        };
         assert_eq!(
-            range.to_string(),
+            Range::of(&reach, None).to_string(),
             include_str!("../../tests/golden/range.txt")
         );
-        let svg = draw(&reach, top_um);
+        let svg = draw(&reach);
         assert!(svg.contains("largest tilts about y"), "{svg}");
+    }
+
+    #[test]
+    fn in_a_warm_room_it_begins_where_the_mirror_rests() {
+        let reach = Reach::new(Plate::cross(Micrometre(480.0)), 170.0).above(18.3);
+        let told = Range::of(&reach, None).to_string();
+        assert!(
+            told.starts_with("piston     18.3 to 170.0 um\nroom "),
+            "{told}"
+        );
+        assert!(told.contains("18.3 to  170.0 um"), "{told}");
     }
 }

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::pose::{PlateReport, reached, request};
+use super::pose::{PlateReport, reach, reached, request};
 use crate::board::Board;
 use crate::commands::moving::{Pace, Readings, answered, settle_and_read};
 use crate::commands::uncertainty::Uncertainty;
@@ -32,7 +32,8 @@ pub(super) async fn run(
     pace: Pace,
     json: bool,
 ) -> Result<(), ToolError> {
-    let pose = reached(asked, &board.calibration().await?)?;
+    let reach = reach(&board.calibration().await?, &board.status().await?.health);
+    let pose = reached(asked, &reach)?;
     let commanded = answered(board.set_pose(request(pose, pace.lease_ms())), pace).await?;
     let (readings, settled) = settle_and_read(board, &commanded, pace).await?;
     let status = board.status().await?;

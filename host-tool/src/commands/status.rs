@@ -8,10 +8,10 @@ use mirror_protocol::{
 };
 use serde::{Serialize, Serializer};
 
-use crate::board::{Board, Found, Owner, Seen, View};
+use crate::board::{Board, Found, Owner, Seen, View, level_um};
 use crate::commands::history::History;
 use crate::commands::moving::Readings;
-use crate::commands::pose::PlateReport;
+use crate::commands::pose::{PlateReport, from_um};
 use crate::commands::room::{self, Room};
 use crate::commands::uncertainty::Uncertainty;
 use crate::error::ToolError;
@@ -48,6 +48,8 @@ struct StatusReport {
     /// What is known of the surroundings; `None` where the calibration cannot tell.
     room: Option<Room>,
     supply_v: f64,
+    /// Where the mirror rests in its present surroundings: a heater cannot cool.
+    lowest_position_um: f64,
     max_position_um: f64,
     max_drive_v: f64,
     missed_ticks: u32,
@@ -180,6 +182,7 @@ impl StatusReport {
             late_ticks: status.health.late_ticks,
             option_bytes: status.option_bytes,
             last_stop: status.last_stop.as_str().to_owned(),
+            lowest_position_um: level_um(status).0,
             max_position_um: decimal(status.max_position_um),
             max_drive_v: decimal(status.max_drive_v),
             dropped_samples: status.dropped_samples,
@@ -206,8 +209,10 @@ impl fmt::Display for StatusReport {
         writeln!(f, "calibrated {}", calibrated_words(&self.calibration))?;
         writeln!(
             f,
-            "range      0 to {:.1} um, 0 to {:.2} V",
-            self.max_position_um, self.max_drive_v
+            "range      {} to {:.1} um, 0 to {:.2} V",
+            from_um(self.lowest_position_um),
+            self.max_position_um,
+            self.max_drive_v
         )?;
         writeln!(f, "room       {}", room::line(self.room.as_ref()))?;
         writeln!(f, "supply     {:.2} V", self.supply_v)?;
@@ -380,6 +385,7 @@ mod tests {
                 late_ticks: 3,
                 limits_since_command: 0,
                 compensates_room: true,
+                lowest_position_um: 12.3,
                 loss: Some(mirror_protocol::Loss {
                     change: 0.012,
                     deviation: 0.002,

@@ -11,6 +11,14 @@ pub enum BeyondBoard {
     #[diagnostic(help("ask for a position within the range"))]
     PositionOutOfRange { asked: Length, max: Length },
 
+    #[error(
+        "{asked} is out of reach: the mirror rests at {lowest} in this room, which is warmer than at calibration; nothing was moved"
+    )]
+    #[diagnostic(help(
+        "a heater cannot cool: the nearest position that can be reached is {lowest}; `host-tool explain room-warm`"
+    ))]
+    PositionBelowRoom { asked: Length, lowest: Length },
+
     #[error("{asked} is out of reach of this mirror; nothing was moved")]
     #[diagnostic(help(
         "the nearest pose that can be reached is {nearest}; `host-tool range` shows all of them"

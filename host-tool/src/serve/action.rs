@@ -61,6 +61,7 @@ pub(super) enum Question {
 pub(super) enum Reading {
     IsDriven,
     HasTripped,
+    LeastPosition,
     MostPosition,
     MostDrive,
     Drives,

@@ -2,7 +2,7 @@
 
 use mirror_protocol::Status;
 
-use crate::board::find;
+use crate::board::{find, level_um};
 use crate::commands::Uncertainty;
 use crate::names::{limit_names, state_name};
 use crate::report::decimal;
@@ -31,6 +31,7 @@ pub(super) fn read_from(reading: Reading, status: &Status) -> String {
     match reading {
         Reading::IsDriven => u8::from(is_driven(status)).to_string(),
         Reading::HasTripped => u8::from(has_tripped(status)).to_string(),
+        Reading::LeastPosition => number(level_um(status).0 * 1e-6),
         Reading::MostPosition => number(decimal(status.max_position_um) * 1e-6),
         Reading::MostDrive => number(decimal(status.max_drive_v)),
         Reading::Supply => number(decimal(status.health.supply_v)),

@@ -45,6 +45,11 @@ const MOVING: &[ScpiCommand] = &[
         "The position that was asked for, in metres, or the piston of a pose; not a number where neither was.",
     ),
     reading(
+        "[SOURce:]POSition:MINimum?",
+        Reading::LeastPosition,
+        "Where the range begins in the present room, in metres: 0, or where the mirror rests in one that is warmer than at calibration.",
+    ),
+    reading(
         "[SOURce:]POSition:MAXimum?",
         Reading::MostPosition,
         "The top of the calibrated range, in metres.",

@@ -31,6 +31,7 @@ pub(super) fn told(error: &ToolError) -> Error {
             BeyondBoard::PositionOutOfRange { .. }
             | BeyondBoard::PoseOutOfReach { .. }
             | BeyondBoard::DriveOutOfRange { .. }
+            | BeyondBoard::PositionBelowRoom { .. }
             | BeyondBoard::Period { .. },
         ) => Kind::DataOutOfRange,
         _ => Kind::Execution,

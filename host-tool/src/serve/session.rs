@@ -9,7 +9,7 @@ use tokio::sync::watch;
 
 use crate::board::{Board, check_drives, check_position};
 use crate::commands::kept_words;
-use crate::commands::pose::reached;
+use crate::commands::pose::{reach, reached};
 use crate::error::{BeyondBoard, ToolError};
 use crate::quantity::{Length, Span, TiltedPose, Voltage};
 use crate::scpi::{self, Error, Group, Kind, Unit, event, quoted, units};
@@ -293,7 +293,8 @@ impl Session {
     }
 
     async fn set_pose(&mut self, asked: TiltedPose) -> Result<(), Error> {
-        let pose = reached(asked, &self.calibration().await?).map_err(beyond)?;
+        let reach = reach(&self.calibration().await?, &self.status().await?.health);
+        let pose = reached(asked, &reach).map_err(beyond)?;
         self.drive(Asked::Pose(pose)).await
     }
 

@@ -106,6 +106,8 @@ pub struct Controller<'a> {
     decay: Decay,
     /// Ticks that each actuator still needs.
     arrivals: [f32; CHANNELS],
+    /// Where the surroundings alone hold each actuator.
+    lowest: [Micrometre; CHANNELS],
     /// Ticks since the path was there, as far as they are counted.
     since_arrival: u16,
     next: Option<Next<'a>>,
@@ -151,6 +153,7 @@ impl<'a> Controller<'a> {
             turn: 0,
             decay: Decay::new(&parts.heat, catch_up_time(parts)),
             arrivals: Default::default(),
+            lowest: [Micrometre(0.0); CHANNELS],
             since_arrival: 0,
             next: None,
             step: Step::default(),

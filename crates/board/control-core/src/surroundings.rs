@@ -207,6 +207,12 @@ impl Surroundings {
         Kelvin((rise.0 - self.offsets[actuator]) * self.scales[actuator])
     }
 
+    /// The rise at which an actuator bends as the surroundings bend it alone: a heater, which cannot cool, takes it no lower. 0 where
+    /// they are not warmer, or not compensated.
+    pub(crate) fn lowest(&self, actuator: usize) -> Kelvin {
+        Kelvin(self.offsets[actuator])
+    }
+
     /// Evidence that a heater has drifted, as a part of what is told.
     pub(crate) fn drift(&self) -> f32 {
         self.drift.evidence()

@@ -35,7 +35,7 @@ pub use waveforms::{
 };
 
 /// The version of everything in this crate but the greeting. Raised with every change on the wire.
-pub const PROTOCOL_VERSION: u16 = 11;
+pub const PROTOCOL_VERSION: u16 = 12;
 
 /// How long a tool waits for an answer. A board answers within a control tick and the link's time; this is for busy
 /// machines with an emulated board on them.

@@ -158,6 +158,9 @@ pub struct Health {
     pub limits_since_command: u16,
     /// Whether positions compensate the surroundings.
     pub compensates_room: bool,
+    /// Where the range begins: the surroundings alone hold the mirror there, and a heater cannot cool. 0 where they are not warmer than at
+    /// calibration, or not compensated.
+    pub lowest_position_um: f32,
     /// What the surroundings take of the heat beyond what they took at calibration, as a part of that; `None` where the
     /// calibration cannot tell.
     pub loss: Option<Loss>,

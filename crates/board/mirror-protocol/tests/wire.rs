@@ -42,6 +42,7 @@ fn health() -> impl Strategy<Value = Health> {
             late_ticks: missed_ticks / 2,
             limits_since_command: 0xfff,
             compensates_room: true,
+            lowest_position_um: 18.25,
             loss: Some(Loss {
                 change: -0.2,
                 deviation: 0.1,

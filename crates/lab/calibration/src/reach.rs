@@ -38,7 +38,8 @@ impl From<Pose> for PlatePose {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
     plate: Plate,
-    /// Top of the actuators' range (um).
+    /// Ends of the actuators' range (um).
+    low_um: f64,
     top_um: f64,
 }
 
@@ -48,7 +49,24 @@ const ROUNDING_UM: f64 = 1e-4;
 impl Reach {
     /// What a plate reaches whose actuators go from 0 to `top_um`.
     pub fn new(plate: Plate, top_um: f64) -> Self {
-        Self { plate, top_um }
+        Self {
+            plate,
+            low_um: 0.0,
+            top_um,
+        }
+    }
+
+    /// What it reaches where its surroundings alone hold the actuators at `low_um`, and heaters cannot cool.
+    pub fn above(self, low_um: f64) -> Self {
+        Self {
+            low_um: low_um.clamp(0.0, self.top_um),
+            ..self
+        }
+    }
+
+    /// From the lowest to the highest piston of a level plate (um).
+    pub fn level_um(&self) -> (f64, f64) {
+        (self.low_um, self.top_um)
     }
 
     /// Whether the levers are known, and with them any tilt.
@@ -58,13 +76,13 @@ impl Reach {
 
     /// Whether `pose` is reached.
     pub fn contains(&self, pose: &PlatePose) -> bool {
-        (0.0..=self.top_um).contains(&pose.z_um) && self.share(pose) == 1.0
+        (self.low_um..=self.top_um).contains(&pose.z_um) && self.share(pose) == 1.0
     }
 
     /// The nearest pose with the same piston, or the end of the range that is nearer to it, and tilts in the same direction.
     pub fn nearest(&self, pose: &PlatePose) -> PlatePose {
         let level = PlatePose {
-            z_um: pose.z_um.clamp(0.0, self.top_um),
+            z_um: pose.z_um.clamp(self.low_um, self.top_um),
             ..*pose
         };
         let share = self.share(&level);
@@ -116,15 +134,15 @@ impl Reach {
         for ((lever, start), step) in self.plate.levers.iter().zip(start).zip(step) {
             let warp = f64::from(lever.warp);
             if warp == 0.0 {
-                inequalities.extend([(step, self.top_um - start), (-step, start)]);
+                inequalities.extend([(step, self.top_um - start), (-step, start - self.low_um)]);
                 continue;
             }
-            let at_rest = (-start / warp, -step / warp);
+            let at_low = ((self.low_um - start) / warp, -step / warp);
             let at_top = ((self.top_um - start) / warp, -step / warp);
             let (low, high) = if warp > 0.0 {
-                (at_rest, at_top)
+                (at_low, at_top)
             } else {
-                (at_top, at_rest)
+                (at_top, at_low)
             };
             lower.push(low);
             upper.push(high);
@@ -215,6 +233,24 @@ mod tests {
             prop_assert!(low <= z_um && z_um <= high);
             let beyond = at(1.001).is_some_and(|(low, high)| low <= z_um && z_um <= high);
             prop_assert!(!beyond);
+        }
+    }
+
+    proptest! {
+        /// A plate whose actuators begin higher is one of a shorter range that is held higher.
+        #[test]
+        fn surroundings_that_hold_the_plate_take_its_lower_end(
+            plate in plate(), low_um in 0.0..60.0, z_um in 0.0..170.0, angle in 0.0..6.3_f64,
+        ) {
+            let warm = Reach::new(plate, TOP_UM).above(low_um);
+            let shorter = Reach::new(plate, TOP_UM - low_um);
+            let direction = (angle.cos(), angle.sin());
+            let most = warm.largest_tilt_rad(z_um, direction);
+            // Rounding of positions over a lever.
+            prop_assert!((most - shorter.largest_tilt_rad(z_um - low_um, direction)).abs() < 1e-9);
+            let asked = PlatePose { z_um, tilt_x_rad: 0.01, tilt_y_rad: 0.0 };
+            prop_assert!(warm.nearest(&asked).z_um >= low_um);
+            prop_assert!(!warm.contains(&asked) || Reach::new(plate, TOP_UM).contains(&asked));
         }
     }
 

@@ -18,6 +18,7 @@ use crate::cli::Scan;
 use crate::commands::following::{Following, falls_short, range};
 use crate::commands::measure::run::{Bench, Ended, whole};
 use crate::commands::measure::sensor::Sensor;
+use crate::commands::pose::reach;
 use crate::error::ToolError;
 use crate::names::{limit_names, limited_line};
 use crate::new_file::NewFile;
@@ -54,7 +55,8 @@ struct ScanReport {
 pub(super) async fn run(board: &Board, scan: Scan, json: bool) -> Result<(), ToolError> {
     let tick_hz = board.identity().tick_hz;
     let Planned { name, run, output } = path::planned(scan, tick_hz)?;
-    path::check_reach(&run, &board.calibration().await?)?;
+    let reach = reach(&board.calibration().await?, &board.status().await?.health);
+    path::check_reach(&run, &reach)?;
     let experiment = Experiment::scan(name, run.clone(), samples(run.begins, run.cycles));
     experiment_player::pieces(&experiment, tick_hz)?;
     let file = output

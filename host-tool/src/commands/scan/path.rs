@@ -3,18 +3,16 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use calibration::PlatePose;
+use calibration::{PlatePose, Reach};
 use experiments::{Beginnings, Run, Signal, Tilt, Turns, Wave};
-use mirror_protocol::CalibrationInfo;
 use serde::Serialize;
 
 use super::table::{self, Sampled};
+use crate::board::check_piston;
 use crate::cli::{Curve, Frame, Scan, TiltCurve};
 use crate::commands::following::{Followed, falls_short};
-use crate::commands::pose::reach;
 use crate::error::{BeyondBoard, ToolError};
 use crate::quantity::{Angle, Length};
-use crate::report::decimal;
 use crate::verbosity::note;
 
 /// Poses of a turn that are held against what the mirror reaches: straight lines between them pass by a sine's top by
@@ -182,25 +180,24 @@ pub(super) fn pose(run: &Run, t_s: f64) -> PlatePose {
     }
 }
 
-/// Whether a mirror of this calibration reaches everything that is asked for.
+/// Whether a mirror of this reach comes to everything that is asked for.
 ///
 /// # Errors
 /// The pose that is farthest out of reach, with the nearest that can be reached.
-pub(super) fn check_reach(run: &Run, calibration: &CalibrationInfo) -> Result<(), BeyondBoard> {
-    let max_um = decimal(calibration.max_position_um);
+pub(super) fn check_reach(run: &Run, reach: &Reach) -> Result<(), BeyondBoard> {
+    /// What a signal's arithmetic may leave at its ends (um).
+    const ROUNDING_UM: f64 = 1e-3;
+    let (low_um, high_um) = reach.level_um();
     let (lowest_um, highest_um) = run.signal.range();
+    let is_at = |um: f64| move |end: &f64| (um - end).abs() < ROUNDING_UM;
     for um in [lowest_um, highest_um] {
-        if !(-1e-3..=max_um + 1e-3).contains(&um) {
-            return Err(BeyondBoard::PositionOutOfRange {
-                asked: Length { um },
-                max: Length { um: max_um },
-            });
+        if ![low_um, high_um].iter().any(is_at(um)) {
+            check_piston(Length { um }, (low_um, high_um))?;
         }
     }
     if run.tilts.is_none() {
         return Ok(());
     }
-    let reach = reach(calibration);
     if !reach.knows_tilts() {
         return Err(BeyondBoard::LeversUnknown);
     }
@@ -308,26 +305,10 @@ mod tests {
     use super::*;
     use control_core::Micrometre;
     use control_core::calibration::Plate;
-    use mirror_protocol::Lever;
 
     /// Of a plate with levers of 480 um.
-    fn calibration() -> CalibrationInfo {
-        let levers = Plate::cross(Micrometre(480.0)).levers.map(|lever| Lever {
-            x_um: lever.x.0,
-            y_um: lever.y.0,
-            warp: lever.warp,
-        });
-        CalibrationInfo {
-            device: Default::default(),
-            date: Default::default(),
-            model_hash: 0,
-            max_position_um: 170.0,
-            max_drive_v: 3.5,
-            cold_resistance_ohm: [360.0; 4],
-            tcr_per_k: [3e-3; 4],
-            levers,
-            kept: mirror_protocol::Kept::Yes,
-        }
+    fn plate() -> Reach {
+        Reach::new(Plate::cross(Micrometre(480.0)), 170.0)
     }
 
     fn circle(offset_um: f64, radius_deg: f64) -> Run {
@@ -343,10 +324,10 @@ mod tests {
 
     #[test]
     fn a_path_out_of_reach_is_told_by_its_farthest_pose_and_the_nearest_to_that() {
-        assert!(check_reach(&circle(85.0, 5.0), &calibration()).is_ok());
+        assert!(check_reach(&circle(85.0, 5.0), &plate()).is_ok());
         // Near rest a tilt of 2 z over a lever is reached, about one axis at a time: 20 um are 4.77 degrees.
-        assert!(check_reach(&circle(20.0, 2.0), &calibration()).is_ok());
-        let said = check_reach(&circle(20.0, 5.5), &calibration()).expect_err("too far");
+        assert!(check_reach(&circle(20.0, 2.0), &plate()).is_ok());
+        let said = check_reach(&circle(20.0, 5.5), &plate()).expect_err("too far");
         let BeyondBoard::PoseOutOfReach { asked, nearest } = said else {
             panic!("{said}");
         };
@@ -356,14 +337,24 @@ mod tests {
             (tilt(&asked) - 5.5).abs() < 1e-6 && tilt(&nearest) < 4.78,
             "{asked:?} {nearest:?}"
         );
-        let mut unknown = calibration();
-        unknown.levers = [Lever::default(); 4];
+        let unknown = Reach::new(Plate::UNKNOWN, 170.0);
         assert!(matches!(
             check_reach(&circle(85.0, 1.0), &unknown),
             Err(BeyondBoard::LeversUnknown)
         ));
-        let high = check_reach(&circle(171.0, 0.0), &calibration());
+        let high = check_reach(&circle(171.0, 0.0), &plate());
         assert!(matches!(high, Err(BeyondBoard::PositionOutOfRange { .. })));
+    }
+
+    #[test]
+    fn in_a_warm_room_a_path_begins_where_the_mirror_rests() {
+        let warm = plate().above(30.0);
+        assert!(check_reach(&circle(85.0, 5.0), &warm).is_ok());
+        let low = check_reach(&circle(20.0, 0.0), &warm);
+        assert!(matches!(low, Err(BeyondBoard::PositionBelowRoom { .. })));
+        assert!(check_reach(&circle(35.0, 2.0), &warm).is_err());
+        assert!(check_reach(&circle(35.0, 2.0), &plate()).is_ok());
+        assert!(check_reach(&circle(30.0, 0.0), &warm).is_ok());
     }
 
     #[test]
@@ -381,6 +372,6 @@ mod tests {
                 1,
             )
         };
-        assert!(check_reach(&run, &calibration()).is_err());
+        assert!(check_reach(&run, &plate()).is_err());
     }
 }

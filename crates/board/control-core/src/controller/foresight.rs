@@ -15,6 +15,14 @@ impl Controller<'_> {
         self.budget.uncertainty()
     }
 
+    /// The lowest position of a level plate: where the surroundings alone hold the actuator that they bend most, for a heater cannot cool.
+    /// 0 where they are not warmer than at calibration, or not compensated.
+    pub fn lowest(&self) -> Micrometre {
+        let higher =
+            |lowest: Micrometre, at: &Micrometre| if at.0 > lowest.0 { *at } else { lowest };
+        self.lowest.iter().fold(Micrometre(0.0), higher)
+    }
+
     /// How long it will take until the plate has come to where it stays, to within what calibration left; 0: it is settled. `None` where
     /// no position is asked for, where the bounds hold an actuator for ever, and under a calibration that nobody has tried.
     pub fn settles_in(&self) -> Option<Second> {
@@ -26,7 +34,7 @@ impl Controller<'_> {
         (is_asked && ticks < NEVER).then_some(Second(ticks * TICK.0))
     }
 
-    /// Finds out what no drive depends on, [`Self::uncertainty`] and [`Self::settles_in`]: a piece after each step, all of it in 16.
+    /// Finds out what no drive depends on, [`Self::uncertainty`], [`Self::lowest`] and [`Self::settles_in`]: a piece after each step, all of it in 16.
     pub fn foresee(&mut self) {
         self.since_arrival = match self.path.ticks_left() > 0.0 {
             true => 0,
@@ -53,6 +61,7 @@ impl Controller<'_> {
         let ratio = self.budget.ambient_ratio();
         let surroundings = self.surroundings.uncertainty(actuator, asked, ratio);
         let to_come = self.actuators[actuator].unsettled(&self.heat, &self.shared);
+        self.lowest[actuator] = shape.position(self.surroundings.lowest(actuator));
         let um_per_kelvin = 1.0 / shape.slope(place);
         let micrometres = |kelvin: Kelvin| Micrometre(kelvin.0 * um_per_kelvin);
         self.budget

@@ -305,3 +305,19 @@ fn no_hour_of_ordinary_use_is_drift() {
     std::println!("{alarms} alarms in {hours} h, {nearest:.2} of one at most");
     assert_eq!(alarms, 0);
 }
+
+#[test]
+fn a_warm_room_holds_an_actuator_where_no_power_is_asked_for() {
+    let mut filter = filter();
+    for rise in [20.0, 60.0, 20.0, 60.0] {
+        follow(&mut filter, &evidence(rise, 8.0, 0.0), 300);
+    }
+    for actuator in 0..CHANNELS {
+        let lowest = filter.lowest(actuator);
+        // A kelvin of the room is about one of the stages.
+        assert!(lowest.0 > 6.0 && lowest.0 < 10.0, "{lowest:?}");
+        assert_eq!(filter.target(actuator, lowest).0, 0.0);
+    }
+    filter.compensate(false);
+    assert_eq!(filter.lowest(0).0, 0.0);
+}
