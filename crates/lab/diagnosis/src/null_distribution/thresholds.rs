@@ -10,15 +10,20 @@ use crate::quantile::sorted;
 /// Effects differ in how like the discrepancy they are. What is like that of no mirror needs no more than its own scores, what
 /// is like that of many no more than the largest score of any effect. Each has the lower of the two limits, both so far up that
 /// the mirrors which exceed either, with whichever effect, are no more than the family-wise error rate allows.
+///
+/// A score below which no threshold lies is no evidence against any: no mirror stands out by it.
 pub(super) fn of(scores: &[Vec<f64>], least: f64) -> Vec<f64> {
-    let null = NullScores::of(scores);
+    let least = least.max((FLOOR.sqrt() - MARGIN).powi(2));
+    let counted = |of: &Vec<f64>| of.iter().map(|score| score.max(least)).collect();
+    let counted: Vec<Vec<f64>> = scores.iter().map(counted).collect();
+    let null = NullScores::of(&counted);
     let allowed = ((1.0 - CONFIDENCE) * null.mirrors() as f64) as usize;
     let keeps_the_rate = |limits: &Vec<f64>| null.exceeding(limits) <= allowed;
     let limits = (0..=allowed).rev().map(|count| null.limits(count));
     let limits = limits.into_iter().find(keeps_the_rate);
-    let threshold = |limit: f64| (limit.max(least).sqrt() + MARGIN).powi(2).max(FLOOR);
+    let threshold = |limit: f64| (limit.max(least).sqrt() + MARGIN).powi(2);
     limits
-        .unwrap_or(vec![0.0; scores.len()])
+        .unwrap_or(vec![least; scores.len()])
         .into_iter()
         .map(threshold)
         .collect()
@@ -116,6 +121,20 @@ mod tests {
         assert_close(&of(&small, 0.0), &[FLOOR; 2]);
         assert_close(&of(&small, FLOOR), &[by_hand(FLOOR); 2]);
         assert_close(&of(&[vec![]], 0.0), &[FLOOR]);
+    }
+
+    #[test]
+    fn scores_below_every_threshold_raise_no_other() {
+        // Five of a hundred mirrors show the first effect, as many as may. Twenty more show a trace of an effect each.
+        let first: Vec<f64> = (0..100).map(|n| if n < 5 { 900.0 } else { 0.0 }).collect();
+        let trace = |mirror: u8| -> Vec<f64> {
+            (0..100)
+                .map(|n| f64::from(5 * u8::from(n == mirror)))
+                .collect()
+        };
+        let traces = (20..40).map(trace);
+        let scores: Vec<Vec<f64>> = std::iter::once(first).chain(traces).collect();
+        assert_close(&of(&scores, 0.0), &[FLOOR; 21]);
     }
 
     #[test]
