@@ -1,14 +1,15 @@
-//! A mirror by another author: fins in a chain of cells, integrated by the classical Runge-Kutta method, with laws at every stage
-//! that no list of effects has. It shares nothing with the virtual mirror or the model but the experiments that are driven.
+//! A mirror by another author: fins in a chain of cells, integrated by the classical Runge-Kutta method, with laws at every stage,
+//! most of which no list of effects has. It shares nothing with the virtual mirror or the model but the experiments that are driven.
 
 use experiments::Experiment;
 use identification::Dataset;
 use mirror_model::effect::Stage;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use std::error::Error;
 use std::f64::consts::TAU;
 use std::fmt;
-use virtual_mirror::{ConfigError, MirrorConfig};
+use virtual_mirror::MirrorConfig;
 use virtual_sessions::{Instruments, measure};
 
 const ACTUATORS: usize = 4;
@@ -17,7 +18,7 @@ const CELLS: usize = 5;
 /// Longest step (s): the fastest mode of a beam's chain decays with 1e4 /s, where Runge-Kutta's method is stable up to 2.8e-4 s.
 const STEP_S: f64 = 2e-4;
 
-/// What this mirror does that no list has; each says its law where it acts.
+/// What this mirror may do; each says its law where it acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Law {
     /// The drivers' common supply has a resistance.
@@ -56,6 +57,15 @@ impl Law {
         Self::WarmSensor,
     ];
 
+    /// The listed effect that it is a form of.
+    pub(crate) fn is_a(self) -> Option<&'static str> {
+        match self {
+            Self::SupplySag => Some("supply-sag"),
+            Self::SqueezeFilm => Some("squeeze-film"),
+            _ => None,
+        }
+    }
+
     /// The stage that it belongs to.
     pub(crate) fn stage(self) -> Stage {
         match self {
@@ -74,7 +84,7 @@ impl Law {
 /// One mirror of this kind.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OtherMirror {
-    /// What it has, and how strong: 1 is a size that a session shows.
+    /// What it has, and how strong: 1 is a size that happens.
     pub(crate) law: Option<(Law, f64)>,
     pub(crate) seed: u64,
 }
@@ -123,7 +133,10 @@ struct Running {
 
 impl OtherMirror {
     /// A session on it, by the bench's usual instruments.
-    pub(crate) fn session(&self, drives: &[Experiment]) -> Result<Dataset, ConfigError> {
+    ///
+    /// # Errors
+    /// Where it runs away, as a leak that heats itself does.
+    pub(crate) fn session(&self, drives: &[Experiment]) -> Result<Dataset, Box<dyn Error>> {
         // The files' frame: keys, clocks and drives.
         let mut session = measure(
             &MirrorConfig::bench(),
@@ -151,7 +164,11 @@ impl OtherMirror {
                 };
                 running.run(from, dwell.to_v, dwell.duration_s);
                 last = dwell.to_v;
-                row.z_um = Some(running.read_um() + noise_um * normal(&mut rng));
+                let z_um = running.read_um();
+                if !z_um.is_finite() {
+                    return Err(format!("{self} runs away at {:.1} s", running.time_s).into());
+                }
+                row.z_um = Some(z_um + noise_um * normal(&mut rng));
                 let currents = running.currents(dwell.to_v);
                 // As good an ammeter as the bench's: 2 uA and 1e-4.
                 row.current_a = currents

@@ -49,10 +49,12 @@ impl Mirror {
     }
 
     fn is_listed(&self) -> bool {
-        let Self::Virtual(case) = self else {
-            return false;
-        };
-        matches!(case.hidden, Hidden::One(effect, _) if effect.is_listed())
+        match self {
+            Self::Virtual(case) => {
+                matches!(case.hidden, Hidden::One(effect, _) if effect.is_listed())
+            }
+            Self::Other(mirror) => mirror.law.is_some_and(|(law, _)| law.is_a().is_some()),
+        }
     }
 
     fn session(&self) -> Result<Dataset, Box<dyn Error>> {
@@ -112,6 +114,9 @@ impl fmt::Display for Place {
         let Some(whereabouts) = &found.whereabouts else {
             return Ok(());
         };
+        if let Some(best) = found.ranking.first() {
+            write!(f, "\n    {best}\n    ")?;
+        }
         for stage in whereabouts.stages.iter().take(5) {
             write!(f, ", {stage} ({:.0})", stage.score)?;
         }
@@ -259,7 +264,9 @@ fn figures(found: &[Place]) -> String {
     let is_other = |place: &Place| matches!(place.mirror, Mirror::Other(_));
     let hides = |place: &Place| place.mirror.stage().is_some();
     let is_unknown = |place: &Place| place.found.verdict == Verdict::Unknown;
-    row("virtual mirrors, listed effects", &|p| p.mirror.is_listed());
+    row("virtual mirrors, listed effects", &|p| {
+        !is_other(p) && p.mirror.is_listed()
+    });
     row("virtual mirrors, effects not in the list", &|p| {
         hides(p) && !is_other(p) && !p.mirror.is_listed()
     });

@@ -39,8 +39,10 @@ mod sensor_offset;
 mod series_resistance;
 mod size;
 mod softening;
+mod squeeze_film;
 mod substrate_warming;
 mod suited;
+mod supply_sag;
 mod thermal_lag;
 
 pub use formula::{Formula, FormulaError};
@@ -151,7 +153,7 @@ impl fmt::Debug for Active {
 mod tests {
     use super::*;
 
-    const IDS: [&str; 22] = [
+    const IDS: [&str; 24] = [
         "heat-loss-temperature",
         "radiation",
         "gap-heat-loss",
@@ -162,6 +164,7 @@ mod tests {
         "quadratic-tcr",
         "film-tcr",
         "series-resistance",
+        "supply-sag",
         "expansion-temperature",
         "electrostatic-pull",
         "end-stop",
@@ -170,6 +173,7 @@ mod tests {
         "hysteresis",
         "creep",
         "resonance",
+        "squeeze-film",
         "sensor-offset",
         "sensor-gain",
         "sensor-nonlinearity",

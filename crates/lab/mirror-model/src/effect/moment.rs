@@ -21,6 +21,8 @@ pub struct Moment {
     pub total_power_w: f64,
     /// Power of the actuator across the mirror; they are numbered around it (W).
     pub opposite_power_w: f64,
+    /// Currents of the other three (A).
+    pub others_current_a: f64,
     /// R_T of this actuator (K/W).
     pub thermal_resistance_k_per_w: f64,
     /// Temperature rise, with that of the surroundings (K).

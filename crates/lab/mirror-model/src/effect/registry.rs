@@ -5,13 +5,14 @@ use super::{
     electrostatic_pull, end_stop, expansion_temperature, film_tcr, gap_heat_loss,
     heat_loss_temperature, hysteresis, initial_curl, quadratic_tcr, radiation, resonance,
     sensor_gain, sensor_lag, sensor_nonlinearity, sensor_offset, series_resistance, softening,
-    substrate_warming, thermal_lag,
+    squeeze_film, substrate_warming, supply_sag, thermal_lag,
 };
 use std::sync::Arc;
 
 /// The built-in effects, in the order of the chain.
-static BUILT_IN: [&dyn Effect; 22] = [
+static BUILT_IN: [&dyn Effect; 24] = [
     &series_resistance::SeriesResistance,
+    &supply_sag::SupplySag,
     &film_tcr::FilmTcr,
     &quadratic_tcr::QuadraticTcr,
     &heat_loss_temperature::HEAT_LOSS_TEMPERATURE,
@@ -29,6 +30,7 @@ static BUILT_IN: [&dyn Effect; 22] = [
     &hysteresis::Hysteresis,
     &creep::Creep,
     &resonance::Resonance,
+    &squeeze_film::SqueezeFilm,
     &sensor_offset::SensorOffset,
     &sensor_gain::SensorGain,
     &sensor_nonlinearity::SensorNonlinearity,

@@ -221,6 +221,7 @@ impl<'a> Simulation<'a> {
                 .actuators
                 .each_ref()
                 .map(|actuator| actuator.now.power_w);
+            let currents_a = self.actuators.each_ref().map(|actuator| actuator.current_a);
             let (mut moved_k, mut off_k): (f64, f64) = (0.0, 0.0);
             for (index, actuator) in self.actuators.iter_mut().enumerate() {
                 let before_k = actuator.now.temperature_rise_k;
@@ -230,6 +231,7 @@ impl<'a> Simulation<'a> {
                 actuator.now.step_s = h;
                 actuator.now.mean_square_v2 = mean_square_v2;
                 actuator.now.total_power_w = powers_w.iter().sum();
+                actuator.now.others_current_a = currents_a.iter().sum::<f64>() - currents_a[index];
                 actuator.now.opposite_power_w = powers_w[(index + ACTUATORS / 2) % ACTUATORS];
                 let (start_k, heating) = &start[index];
                 if h > 0.0 {

@@ -105,6 +105,7 @@ mod tests {
         grown_resistance_ohm: 0.0,
         power_w: 1e-3,
         total_power_w: 15e-3,
+        others_current_a: 0.0,
         opposite_power_w: 4e-3,
         thermal_resistance_k_per_w: 1e4,
         temperature_rise_k: 0.0,
