@@ -12,7 +12,7 @@ mod refit;
 pub(crate) use direction::{Direction, Operating};
 pub(crate) use explanation::{Explanation, PRICE};
 pub(crate) use refine::refine;
-pub(crate) use refit::{Refit, refit};
+pub(crate) use refit::{Found, Refit, refit};
 
 use crate::null_distribution::MARGIN;
 use crate::quantile::below;

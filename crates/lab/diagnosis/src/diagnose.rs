@@ -63,9 +63,9 @@ pub fn diagnose_with_gains(
     let ensemble = NullEnsemble::new(data, &model.device, cache)?;
     let effects = suited(data, own);
     let drawn = simulations();
-    let (analysis, candidates) = shown(model, data, &ensemble, &effects)?;
+    let (analysis, mut candidates) = shown(model, data, &ensemble, &effects)?;
     log::info!("weighing {} effects", candidates.len());
-    let found = analysis.conclude(&candidates)?;
+    let found = analysis.conclude(&mut candidates)?;
     log::info!(
         "simulations of the session: {} for the null ensemble, {} for the diagnosis",
         drawn - begun,
@@ -121,7 +121,8 @@ pub(crate) fn with_effect(
     ensemble: &NullEnsemble,
 ) -> Result<WithEffect, Runaway> {
     let (analysis, mut candidates) = explained(model, data, ensemble, &[effect])?;
-    let candidate = candidates.pop().expect("the one that was asked for");
+    let mut candidate = candidates.pop().expect("the one that was asked for");
+    analysis.choose_form(&mut candidate);
     let null_improvement = analysis.null_improvement(&candidate);
     let with = match candidate.refit {
         Some(refit) => refit.fitted,

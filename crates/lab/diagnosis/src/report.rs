@@ -174,7 +174,7 @@ pub struct Form {
 pub struct Ranked {
     /// Its id.
     pub effect: String,
-    /// Its form, where it is above its threshold and has several.
+    /// Its form, where it is named and has several.
     pub form: Option<Form>,
     /// How much of the misfit it explains beyond base and discrepancy, less the price of its parameters.
     pub score: f64,

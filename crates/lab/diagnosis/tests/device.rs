@@ -99,7 +99,7 @@ plate_thickness = { value = 150.0, unit = "um", tolerance = 50.0, source = "draw
         let [gain, next] = [0, 1].map(|at| pair[at].right.then - pair[at].right.now);
         assert!(gain >= next, "{gains:?}");
     }
-    // What leads add to a resistance looks like a curvature of the heater's own. A layout shows in the fitted parameters.
+    // Who knows the leads sees a resistance that is not theirs. A layout shows in the fitted parameters.
     let shown_by = |wanted: &str| {
         let of_key = gains.iter().find(|worth| key(worth) == wanted);
         let shows = of_key.map_or(&[][..], |worth| &worth.shows);
@@ -108,7 +108,10 @@ plate_thickness = { value = 150.0, unit = "um", tolerance = 50.0, source = "draw
             .map(|shown| shown.effect.as_str())
             .collect::<Vec<_>>()
     };
-    assert!(shown_by("leads").contains(&"quadratic-tcr"), "{gains:?}");
+    assert!(
+        shown_by("leads").contains(&"series-resistance"),
+        "{gains:?}"
+    );
     for shown in gains.iter().flat_map(|worth| &worth.shows) {
         let ranked = found.ranking.iter().find(|r| r.effect == shown.effect);
         let now = ranked.and_then(|r| r.detection_limit);

@@ -5,7 +5,7 @@ use crate::dataset::{Dataset, Observation, rms};
 use crate::heater;
 use crate::parameter::{BaseParameter, FreeParameter, misfit_of_measured};
 use crate::prediction::{jacobian, predict, slopes, standard_deviation, standardised};
-use least_squares::{Bounds, Options, Prior, Problem, minimise};
+use least_squares::{Bounds, JacobianUpdates, Options, Prior, Problem, minimise};
 use mirror_model::{ACTUATORS, Model, Runaway, Symbol};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -13,10 +13,8 @@ use rayon::prelude::*;
 /// Standard deviation of the prior of every coordinate, about the start: a factor of 20 for a base parameter. It keeps what the
 /// data do not determine where it was, and weighs nothing against hundreds of readings.
 const PRIOR: f64 = 3.0;
-/// A fit ends where a step lowers the sum of squares, or moves, by no more than this share: of several starts, and of the best
-/// one, whose figures are printed to four digits.
-const ROUGH: f64 = 1e-3;
-const FINE: f64 = 1e-6;
+/// Steps between two computations of the Jacobian, which takes as many simulations as there are parameters.
+const REFRESH: usize = 6;
 /// A fit evaluates its model so often at most, times one more than its parameters: what has not ended by then creeps along a
 /// valley that the data do not determine.
 const EVALUATIONS: usize = 12;
@@ -25,6 +23,25 @@ const COOLER: [f64; 3] = [0.1, 0.01, 1e-3];
 /// A time constant is not known to a factor of e where all standardised residuals together change by less than this with its
 /// logarithm: its standard error is above 1.
 const IDLE: f64 = 1.0;
+
+/// How closely a fit approaches the least sum of squares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Precision {
+    /// Enough to tell which of several starts, or of several effects, leads furthest.
+    Rough,
+    /// What is printed repeats to four digits.
+    Fine,
+}
+
+impl Precision {
+    /// A fit ends where a step lowers the sum of squares, or moves, by no more than this share.
+    fn tolerance(self) -> f64 {
+        match self {
+            Self::Rough => 1e-4,
+            Self::Fine => 1e-6,
+        }
+    }
+}
 
 /// The parameters that a session can identify in a model, with those of its effects. A time constant of 0 is none.
 pub fn free_parameters(model: &Model, data: &Dataset) -> Vec<FreeParameter> {
@@ -144,10 +161,13 @@ pub fn fit(model: &Model, data: &Dataset) -> Result<Fitted, Runaway> {
     let model = heater::suited(model, data);
     let starts = seeds(&model, &identifiable(data), data);
     let parameters = free_parameters(&starts[0], data);
-    let fitted = best_fit(&starts, data, &data.values(), &parameters).or_else(|runaway| {
-        let cooler: Vec<Model> = starts.iter().flat_map(cooler).collect();
-        best_fit(&cooler, data, &data.values(), &parameters).map_err(|_| runaway)
-    })?;
+    let fitted = best_fit(&starts, data, &data.values(), &parameters, Precision::Fine).or_else(
+        |runaway| {
+            let cooler: Vec<Model> = starts.iter().flat_map(cooler).collect();
+            best_fit(&cooler, data, &data.values(), &parameters, Precision::Fine)
+                .map_err(|_| runaway)
+        },
+    )?;
     without_idle_time(fitted, &model, data)
 }
 
@@ -185,7 +205,7 @@ fn without_idle_time(mut fitted: Fitted, model: &Model, data: &Dataset) -> Resul
     Ok(fitted)
 }
 
-/// The best of the fits from several starts.
+/// The best of the fits from several starts: all of them roughly, the best one as closely as is asked for.
 ///
 /// # Errors
 /// As [`fit`], if no start leads anywhere.
@@ -194,10 +214,14 @@ pub fn best_fit(
     data: &Dataset,
     values: &[f64],
     parameters: &[FreeParameter],
+    precision: Precision,
 ) -> Result<Fitted, Runaway> {
+    if let [start] = starts {
+        return minimised(start, data, values, parameters, precision);
+    }
     let fits: Vec<_> = starts
         .par_iter()
-        .map(|start| minimised(start, data, values, parameters, ROUGH))
+        .map(|start| minimised(start, data, values, parameters, Precision::Rough))
         .collect();
     let cost = |fit: &Result<Fitted, Runaway>| {
         fit.as_ref()
@@ -205,7 +229,10 @@ pub fn best_fit(
     };
     let best = fits.into_iter().min_by(|a, b| cost(a).total_cmp(&cost(b)));
     let best = best.expect("a fit has at least one start")?;
-    minimised(&best.model, data, values, parameters, FINE)
+    match precision {
+        Precision::Rough => Ok(best),
+        Precision::Fine => minimised(&best.model, data, values, parameters, precision),
+    }
 }
 
 /// Fits chosen parameters of a model to numbers in the place of a dataset's own, from one start.
@@ -218,7 +245,7 @@ pub fn fit_parameters(
     values: &[f64],
     parameters: &[FreeParameter],
 ) -> Result<Fitted, Runaway> {
-    minimised(start, data, values, parameters, FINE)
+    minimised(start, data, values, parameters, Precision::Fine)
 }
 
 fn minimised(
@@ -226,7 +253,34 @@ fn minimised(
     data: &Dataset,
     values: &[f64],
     parameters: &[FreeParameter],
-    tolerance: f64,
+    precision: Precision,
+) -> Result<Fitted, Runaway> {
+    minimised_beside(None, start, data, values, parameters, precision)
+}
+
+/// Roughly the same as [`fit_parameters`] of one start, where derivatives of standardised predictions are known from a model close
+/// by, as of many fits to the same drives. It ends where the derivatives of its own model lead no further.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_beside(
+    jacobian: &DMatrix<f64>,
+    start: &Model,
+    data: &Dataset,
+    values: &[f64],
+    parameters: &[FreeParameter],
+) -> Result<Fitted, Runaway> {
+    let jacobian = Some(jacobian.clone());
+    minimised_beside(jacobian, start, data, values, parameters, Precision::Rough)
+}
+
+fn minimised_beside(
+    first_jacobian: Option<DMatrix<f64>>,
+    start: &Model,
+    data: &Dataset,
+    values: &[f64],
+    parameters: &[FreeParameter],
+    precision: Precision,
 ) -> Result<Fitted, Runaway> {
     let readings = FittedReadings {
         start,
@@ -239,8 +293,10 @@ fn minimised(
     let options = Options {
         prior: Some(readings.prior(&first)),
         bounds: Some(bounds),
-        cost_tolerance: tolerance,
-        step_tolerance: tolerance,
+        updates: JacobianUpdates::Secant { refresh: REFRESH },
+        first_jacobian,
+        cost_tolerance: precision.tolerance(),
+        step_tolerance: precision.tolerance(),
         max_evaluations: EVALUATIONS * (parameters.len() + 1),
         ..Options::default()
     };
@@ -321,7 +377,8 @@ mod tests {
         let values = data.values();
         assert!(predict(&melts, &data).is_err(), "it melts");
         assert!(fit_parameters(&melts, &data, &values, &[COLD]).is_err());
-        let fitted = best_fit(&[melts, cold], &data, &values, &[COLD]).expect("the other");
+        let fitted =
+            best_fit(&[melts, cold], &data, &values, &[COLD], Precision::Fine).expect("the other");
         assert!(fitted.model.parameters.thermal_resistance_k_per_w < 1e12);
     }
 

@@ -5,7 +5,7 @@ use crate::held_out::HeldOut;
 use crate::null_ensemble::coordinates;
 use crate::residual_space::{AroundRefit, Kind, ResidualSpace, Session, Vector};
 use identification::dataset::Dataset;
-use identification::fit::{Fitted, fit_parameters, free_parameters};
+use identification::fit::{Fitted, Precision, best_fit, free_parameters};
 use identification::prediction::jacobian;
 use mirror_model::Model;
 use mirror_model::effect::Active;
@@ -19,6 +19,8 @@ const BOUND: f64 = 1e-12;
 
 /// Base and effect fitted together.
 pub(crate) struct Refit {
+    /// How closely.
+    pub(crate) precision: Precision,
     /// The fit.
     pub(crate) fitted: Fitted,
     /// The space around the new fit.
@@ -53,19 +55,22 @@ impl Found {
     }
 }
 
-/// An effect after the fit of base and effect together from this model, with one more step of the effect's parameters in the
-/// space around that fit, where the discrepancy is free. `misfit` is the base's alone.
+/// An effect after the best fit of base and effect together from these models, with one more step of the effect's parameters in
+/// the space around that fit, where the discrepancy is free. `misfit` is the base's alone.
 pub(crate) fn refit(
     start: &Active,
-    model: &Model,
+    models: &[Model],
     data: &Dataset,
     space: &ResidualSpace<Session>,
     misfit: f64,
+    precision: Precision,
 ) -> Option<(Found, Refit)> {
-    let mut with = model.clone();
-    with.effects.push(start.clone());
-    let all = free_parameters(&with, data);
-    let fitted = fit_parameters(&with, data, &data.values(), &all).ok()?;
+    let mut with = models.to_vec();
+    for model in &mut with {
+        model.effects.push(start.clone());
+    }
+    let all = free_parameters(with.first()?, data);
+    let fitted = best_fit(&with, data, &data.values(), &all, precision).ok()?;
     let slopes = jacobian(&fitted.model, data, &all).ok()?;
     let count = start.values.len();
     let base = all.len() - count;
@@ -97,6 +102,7 @@ pub(crate) fn refit(
         active,
     };
     let refit = Refit {
+        precision,
         fitted,
         space,
         left,

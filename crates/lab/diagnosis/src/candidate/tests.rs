@@ -2,7 +2,7 @@ use super::*;
 use crate::residual_space::{BaseOnly, ModelDiscrepancy};
 use direction::forms;
 use identification::dataset::{Channel, Dataset};
-use identification::fit::fit;
+use identification::fit::{Precision, fit};
 use identification::prediction::{jacobian, predict};
 use mirror_model::effect::find;
 use mirror_model::{Model, Preset};
@@ -171,7 +171,15 @@ fn refining_and_refitting_find_the_values_that_made_the_readings() {
     let refined = refine(&scanned, at, &residual, &space);
     assert!(refined.score >= scanned.score);
     let misfit = residual.norm_squared();
-    let (refitted, refit) = refit(&refined.active, &fitted.model, &data, &space, misfit).unwrap();
+    let (refitted, refit) = refit(
+        &refined.active,
+        std::slice::from_ref(&fitted.model),
+        &data,
+        &space,
+        misfit,
+        Precision::Fine,
+    )
+    .unwrap();
     let refitted = refitted.explanation(refined.change);
     let off = refitted.active.values[0] / hidden.values[0] - 1.0;
     // A fit ends where a step gains less than a millionth of the sum of squares.

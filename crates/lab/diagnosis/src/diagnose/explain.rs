@@ -2,11 +2,12 @@
 //! base.
 
 use super::analysis::{Analysis, best_first};
-use crate::candidate::{Candidate, refine, refit, scan};
+use crate::candidate::{Candidate, Found, Refit, refine, refit, scan};
 use crate::progress::Count;
 use identification::base::{identifiable, restarts};
-use identification::fit::{Fitted, fit_parameters};
+use identification::fit::{Fitted, Precision, fit_parameters};
 use mirror_model::Model;
+use mirror_model::effect::Active;
 use rayon::prelude::*;
 
 /// Candidates that are refined: those whose scanned score is this share of the best. This and the following were set by what
@@ -42,10 +43,6 @@ impl Analysis<'_> {
         }
         self.refine(candidates);
         self.refit(candidates);
-        let above = candidates
-            .par_iter_mut()
-            .filter(|c| c.is_above_its_threshold());
-        above.for_each(|candidate| self.prefer_inverted(candidate));
     }
 
     fn refine(&self, candidates: &mut [Candidate]) {
@@ -65,16 +62,32 @@ impl Analysis<'_> {
     fn refit(&self, candidates: &mut [Candidate]) {
         let worth = worth_refitting(candidates);
         let fitted = std::slice::from_ref(&self.fitted.model);
-        self.refit_from(fitted, &mut candidates[..worth]);
-        if !self.is_explained(candidates) {
-            self.refit_from(fitted, &mut candidates[worth..]);
+        self.refit_from(fitted, &mut candidates[..worth], Precision::Fine);
+        if self.is_explained(candidates) {
+            return;
         }
+        self.refit_from(fitted, &mut candidates[worth..], Precision::Rough);
         if !self.is_explained(candidates) {
             best_first(candidates);
             let restarted = RESTARTED.min(candidates.len());
             let starts = restarts(&self.fitted.model, &identifiable(self.data), self.data);
-            self.refit_from(&starts, &mut candidates[..restarted]);
+            self.refit_from(&starts, &mut candidates[..restarted], Precision::Rough);
         }
+        self.fit_closely(candidates);
+    }
+
+    /// Fits those to the end that explain most and were fitted roughly.
+    fn fit_closely(&self, candidates: &mut [Candidate]) {
+        best_first(candidates);
+        let best = REFITTED.min(candidates.len());
+        candidates[..best].par_iter_mut().for_each(|candidate| {
+            let rough = candidate.refit.as_ref();
+            if let Some(rough) = rough.filter(|refit| refit.precision == Precision::Rough) {
+                let mut start = rough.fitted.model.clone();
+                start.effects.pop();
+                self.refit_one(&[start], candidate, Precision::Fine);
+            }
+        });
     }
 
     /// A better fit of the base than the one that candidates were tried around, found where the fit with one of them leads: what
@@ -99,24 +112,41 @@ impl Analysis<'_> {
     }
 
     /// Replaces explanations by better ones, fitted together with the base from these starts.
-    fn refit_from(&self, starts: &[Model], candidates: &mut [Candidate]) {
+    fn refit_from(&self, starts: &[Model], candidates: &mut [Candidate], precision: Precision) {
         let fitted = Count::of("effects fitted together with the base", candidates.len());
         candidates.par_iter_mut().for_each(|candidate| {
+            self.refit_one(starts, candidate, precision);
             fitted.after(());
-            let Some(so_far) = &candidate.explanation else {
-                return;
-            };
-            let active = &so_far.active;
-            let refits = starts
-                .par_iter()
-                .filter_map(|model| refit(active, model, self.data, &self.session, self.misfit));
-            let best = refits.max_by(|(a, _), (b, _)| a.score.total_cmp(&b.score));
-            // A fit in the ordinary sense may end elsewhere than the best in the session's space.
-            if let Some((best, refit)) = best.filter(|(best, _)| best.score > so_far.score) {
-                candidate.explanation = Some(best.explanation(so_far.change.clone()));
-                candidate.refit = Some(refit);
-            }
         });
+    }
+
+    fn refit_one(&self, starts: &[Model], candidate: &mut Candidate, precision: Precision) {
+        let Some(so_far) = &candidate.explanation else {
+            return;
+        };
+        let best = self.refitted(&so_far.active, starts, precision);
+        // A fit in the ordinary sense may end elsewhere than the best in the session's space.
+        if let Some((best, refit)) = best.filter(|(best, _)| best.score > so_far.score) {
+            candidate.explanation = Some(best.explanation(so_far.change.clone()));
+            candidate.refit = Some(refit);
+        }
+    }
+
+    /// An effect fitted together with the base from these starts.
+    pub(super) fn refitted(
+        &self,
+        active: &Active,
+        starts: &[Model],
+        precision: Precision,
+    ) -> Option<(Found, Refit)> {
+        refit(
+            active,
+            starts,
+            self.data,
+            &self.session,
+            self.misfit,
+            precision,
+        )
     }
 }
 
@@ -210,8 +240,9 @@ mod tests {
         let ensemble = ensemble(&data);
         let usual = Active::usual(find("softening").expect("an effect"));
         let (analysis, _) = Analysis::new(&data, not_found, &ensemble, &[]).expect("an answer");
-        let (_, refit) =
-            refit(&usual, &truth, &data, &analysis.session, analysis.misfit).expect("an answer");
+        let (_, refit) = analysis
+            .refitted(&usual, &[truth], Precision::Fine)
+            .expect("an answer");
         let mut candidate = scored("softening", 100.0);
         candidate.refit = Some(refit);
         let better = analysis.better_base(&[candidate]).expect("there is one");

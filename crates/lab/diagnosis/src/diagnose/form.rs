@@ -1,9 +1,10 @@
 //! Which form of an effect it is that explains a session, and which others would as well.
 
 use super::analysis::Analysis;
-use crate::candidate::{Candidate, Explanation, PRICE, Refit, refit, scan};
+use crate::candidate::{Candidate, Explanation, PRICE, Refit, scan};
 use crate::report::Form;
 use crate::residual_space::Session;
+use identification::fit::Precision;
 use mirror_model::effect::{Active, Effect, forms};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -13,44 +14,50 @@ use std::sync::Arc;
 const ALIKE: f64 = 0.92;
 
 impl Analysis<'_> {
-    /// The best form of a candidate, and those that cannot be told from it; none where there is one form only.
-    pub(super) fn form(&self, candidate: &Candidate) -> Option<Form> {
-        let best = candidate.explanation.as_ref()?;
+    /// Takes, of the forms of an effect that cannot be told from the best one, one that the control core inverts: what a model has
+    /// is what the board can take out. Says which form it is then; none where there is one form only.
+    pub(super) fn choose_form(&self, candidate: &mut Candidate) -> Option<Form> {
+        let best = candidate.explanation.clone()?;
         let others = other_forms(candidate);
         if others.is_empty() {
             return None;
         }
-        let alike = others.par_iter().filter(|form| {
-            let other = self.in_form(candidate, form.form());
-            other.is_some_and(|(other, _)| self.is_as_good(&other, best))
-        });
-        let alike: Vec<String> = alike.map(|form| form.form().to_owned()).collect();
-        let inverted = others.iter().find(|form| form.is_inverted());
-        let inverted = inverted.filter(|_| !best.active.effect.is_inverted());
-        Some(Form {
-            name: best.active.effect.form().to_owned(),
-            alike,
-            inverted: inverted.map(|form| form.form().to_owned()),
-        })
-    }
-
-    /// Takes, of forms that cannot be told apart, the one that the control core inverts: what a model has is what the board can
-    /// take out.
-    pub(super) fn prefer_inverted(&self, candidate: &mut Candidate) {
-        let Some(best) = &candidate.explanation else {
-            return;
-        };
-        if best.active.effect.is_inverted() {
-            return;
+        let is_alike = |(other, _): &(Explanation<Session>, Refit)| self.is_as_good(other, &best);
+        let alike: Vec<_> = others
+            .par_iter()
+            .filter_map(|form| self.in_form(candidate, form.form()).filter(is_alike))
+            .collect();
+        let mut alike_names: Vec<String> = alike.iter().map(|(e, _)| name(e)).collect();
+        let is_inverted = |e: &Explanation<Session>| e.active.effect.is_inverted();
+        if is_inverted(&best) {
+            return Some(Form {
+                name: name(&best),
+                alike: alike_names,
+                inverted: None,
+            });
         }
-        let others = other_forms(candidate);
-        let inverted = others.iter().filter(|form| form.is_inverted());
-        let fits = inverted.filter_map(|form| self.in_form(candidate, form.form()));
-        let alike = fits.filter(|(other, _)| self.is_as_good(other, best));
-        let preferred = alike.max_by(|(a, _), (b, _)| a.score.total_cmp(&b.score));
-        if let Some((explanation, refit)) = preferred {
-            candidate.explanation = Some(explanation);
-            candidate.refit = Some(refit);
+        let inverted = alike.into_iter().filter(|(e, _)| is_inverted(e));
+        match inverted.max_by(|(a, _), (b, _)| a.score.total_cmp(&b.score)) {
+            Some((explanation, refit)) => {
+                let chosen = name(&explanation);
+                alike_names.retain(|other| *other != chosen);
+                alike_names.insert(0, name(&best));
+                candidate.explanation = Some(explanation);
+                candidate.refit = Some(refit);
+                Some(Form {
+                    name: chosen,
+                    alike: alike_names,
+                    inverted: None,
+                })
+            }
+            None => Some(Form {
+                name: name(&best),
+                alike: alike_names,
+                inverted: others
+                    .iter()
+                    .find(|form| form.is_inverted())
+                    .map(|form| form.form().to_owned()),
+            }),
         }
     }
 
@@ -78,12 +85,13 @@ impl Analysis<'_> {
             }
             None => vec![self.fitted.model.clone()],
         };
-        let fits = starts
-            .iter()
-            .filter_map(|model| refit(&active, model, self.data, &self.session, self.misfit));
-        let (found, refit) = fits.max_by(|(a, _), (b, _)| a.score.total_cmp(&b.score))?;
+        let (found, refit) = self.refitted(&active, &starts, Precision::Fine)?;
         Some((found.explanation(change), refit))
     }
+}
+
+fn name(explanation: &Explanation<Session>) -> String {
+    explanation.active.effect.form().to_owned()
 }
 
 /// The forms of an effect that do not explain a session best.

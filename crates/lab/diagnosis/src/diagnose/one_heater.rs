@@ -3,8 +3,9 @@
 //! lowers no misfit then.
 
 use super::analysis::Analysis;
-use crate::candidate::{Candidate, Explanation, Refit, refit};
+use crate::candidate::{Candidate, Explanation, Refit};
 use crate::residual_space::Session;
+use identification::fit::Precision;
 use identification::heater;
 use mirror_model::Model;
 use mirror_model::effect::{Active, forms};
@@ -30,7 +31,7 @@ impl Analysis<'_> {
             .collect();
         let fits = starts.into_par_iter().filter_map(|mut start: Model| {
             let from = start.effects.pop()?;
-            refit(&from, &start, self.data, &self.session, self.misfit)
+            self.refitted(&from, &[start], Precision::Fine)
         });
         let left = |refit: &Refit| refit.fitted.cost(self.data);
         let (found, mut refit) = fits.min_by(|(_, a), (_, b)| left(a).total_cmp(&left(b)))?;

@@ -2,25 +2,35 @@
 //! formulas, fitted together with the base as effects are.
 
 use super::analysis::Analysis;
-use crate::candidate::{Candidate, Explanation, PRICE, refine, refit};
+use crate::candidate::{Candidate, Explanation, PRICE, refine};
 use crate::formula_search::{Draft, drafts, effect, id, sentence};
-use crate::report::{ProposedForm, Verdict};
+use crate::progress::Count;
+use crate::report::ProposedForm;
 use crate::residual_space::Session;
-use crate::whereabouts::{self, Reach, Searched, Sharpness, Whereabouts};
+use crate::whereabouts::{self, Located, Reach, Searched, Sharpness, Whereabouts};
+use identification::fit::Precision;
 use mirror_model::Runaway;
 use mirror_model::effect::{Active, Formula};
 use rayon::prelude::*;
 use std::sync::Arc;
 
+/// The places that were searched, the best first.
+pub(super) struct Search {
+    reach: Reach,
+    searched: Vec<Searched>,
+}
+
+impl Search {
+    /// The place where a free-form function explains most, if there is any.
+    pub(super) fn best(&self) -> Option<&Located> {
+        self.searched.first().map(|s| &s.located)
+    }
+}
+
 impl Analysis<'_> {
-    /// Where something is missing, if anything is; and where no known effect explains it, a form for it.
-    pub(super) fn whereabouts(
-        &self,
-        verdict: Verdict,
-    ) -> Result<(Option<Whereabouts>, Option<ProposedForm>), Runaway> {
-        if verdict == Verdict::None {
-            return Ok((None, None));
-        }
+    /// Searches all places where something may be missing.
+    pub(super) fn search(&self) -> Result<Search, Runaway> {
+        log::info!("searching where it is, without the list of effects");
         let at = self.operating();
         let (reach, searched) = whereabouts::search(
             at,
@@ -29,20 +39,23 @@ impl Analysis<'_> {
             &self.left_out,
             &self.null,
         )?;
+        Ok(Search { reach, searched })
+    }
+
+    /// Where something is missing, if anything is.
+    pub(super) fn whereabouts(&self, search: &Search) -> Option<Whereabouts> {
         let sharpness = Sharpness::shipped().with(self.channels());
-        let told = whereabouts::conclude(&searched, sharpness);
-        let is_unknown = verdict == Verdict::Unknown;
-        let proposed = is_unknown.then(|| self.proposed(&reach, &searched));
-        Ok((told, proposed.flatten()))
+        whereabouts::conclude(&search.searched, sharpness)
     }
 
     /// The formula that explains most of a session after its price, where mirrors that lack nothing have none as good, and the
     /// error falls with it, on readings held out too.
-    fn proposed(&self, reach: &Reach, searched: &[Searched]) -> Option<ProposedForm> {
-        let (drafts, threshold) = drafts(searched, reach, &self.null);
+    pub(super) fn proposed(&self, search: &Search) -> Option<ProposedForm> {
+        let (drafts, threshold) = drafts(&search.searched, &search.reach, &self.null);
+        let count = Count::of("formulas fitted", drafts.len());
         let fitted = drafts
             .par_iter()
-            .filter_map(|draft| Some((draft, self.tried(draft, threshold)?)));
+            .filter_map(|draft| Some((draft, count.after(self.tried(draft, threshold))?)));
         let worth = |(draft, candidate): &(&Draft, Candidate)| {
             candidate.score() - PRICE * draft.law.operators() as f64
         };
@@ -86,8 +99,8 @@ impl Analysis<'_> {
             active,
         };
         let refined = refine(&start, self.operating(), &self.residual, &self.session);
-        let from = &self.fitted.model;
-        let (found, refit) = refit(&refined.active, from, self.data, &self.session, self.misfit)?;
+        let from = std::slice::from_ref(&self.fitted.model);
+        let (found, refit) = self.refitted(&refined.active, from, Precision::Fine)?;
         Some(Candidate {
             threshold,
             explanation: Some(found.explanation(refined.change)),

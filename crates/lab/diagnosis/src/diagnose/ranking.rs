@@ -5,7 +5,7 @@ use crate::candidate::{Candidate, Explanation};
 use crate::confusions::confusions;
 use crate::held_out::{HeldOut, held_out_rows};
 use crate::null_improvement::{NullImprovement, null_improvement};
-use crate::report::{BeforeAfter, Ranked, WORTHWHILE};
+use crate::report::{BeforeAfter, Form, Ranked, WORTHWHILE};
 use crate::residual_space::{Session, Training, Vector};
 use identification::{Estimate, Unit};
 use nalgebra::DVector;
@@ -18,7 +18,12 @@ const UNITS: [Unit; 2] = [Unit::Micrometre, Unit::Milliampere];
 
 impl Analysis<'_> {
     /// An effect's place, if it changes a reading. `evident` are the effects above their thresholds and the rivals of the best of them.
-    pub(super) fn ranked(&self, candidate: &Candidate, evident: &[&Candidate]) -> Option<Ranked> {
+    pub(super) fn ranked(
+        &self,
+        candidate: &Candidate,
+        form: Option<Form>,
+        evident: &[&Candidate],
+    ) -> Option<Ranked> {
         let explanation = candidate.explanation.as_ref()?;
         let widening = self.widening(explanation);
         let is_evident = evident.iter().any(|other| other.id() == candidate.id());
@@ -26,7 +31,7 @@ impl Analysis<'_> {
         let look_alikes = look_alikes(candidate, evident);
         Some(Ranked {
             effect: candidate.id().to_owned(),
-            form: is_evident.then(|| self.form(candidate)).flatten(),
+            form,
             score: explanation.score,
             threshold: candidate.threshold,
             null_scores: candidate.null_scores.clone(),
