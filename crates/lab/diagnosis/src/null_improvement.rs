@@ -39,9 +39,10 @@ impl fmt::Display for NullImprovement {
             .iter()
             .filter_map(|(of, fall)| {
                 let Fall { median, most } = (*fall)?;
-                let percent = [median, most].map(|part| 100.0 * part);
+                // A rise that is too small to be told has no sign.
+                let percent = [median, most].map(|part| (100.0 * part).round() + 0.0);
                 Some(format!(
-                    "{of}by {:.0} % in the median, {:.0} % at most in 95 of 100",
+                    "{of}by {} % in the median, {} % at most in 95 of 100",
                     percent[0], percent[1]
                 ))
             })
@@ -150,5 +151,22 @@ mod tests {
             "{fall:?}"
         );
         assert_eq!(found.currents, None);
+    }
+
+    #[test]
+    fn what_rounds_to_zero_has_no_sign() {
+        let fall = Fall {
+            median: -0.001,
+            most: 0.004,
+        };
+        let told = NullImprovement {
+            displacement: Some(fall),
+            currents: None,
+        };
+        let told = told.to_string();
+        assert!(
+            told.ends_with("by 0 % in the median, 0 % at most in 95 of 100"),
+            "{told}"
+        );
     }
 }
