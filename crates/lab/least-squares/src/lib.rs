@@ -10,6 +10,7 @@
 mod bounds;
 mod differences;
 mod linear;
+mod linear_model;
 mod minimise;
 mod problem;
 mod solution;
