@@ -1,4 +1,4 @@
-//! How units are written in print.
+//! How units, numbers and the tool's lines are written in print.
 
 use charts::escaped;
 
@@ -35,6 +35,49 @@ fn superscript(character: char) -> Option<char> {
     }
 }
 
+/// A number with so many digits, without an exponent where that is readable.
+pub(super) fn number(value: f64, digits: usize) -> String {
+    let magnitude = value.abs().log10().floor();
+    if value == 0.0 {
+        "0".into()
+    } else if (-4.0..6.0).contains(&magnitude) {
+        let decimals = (digits as f64 - 1.0 - magnitude).max(0.0) as usize;
+        let text = format!("{value:.decimals$}");
+        match text.contains('.') {
+            true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+            false => text,
+        }
+    } else {
+        format!("{value:.prec$e}", prec = digits - 1)
+    }
+}
+
+/// A line of the tool as a sentence of the page.
+pub(super) fn prose(line: &str) -> String {
+    let words = line.trim().replace(" um", " µm");
+    escaped(&words)
+}
+
+/// A line as a sentence, in which no number stands apart from its unit.
+pub(super) fn sentence(line: &str) -> String {
+    let words = prose(line);
+    let mut letters = words.chars();
+    let first = letters.next().map(char::to_uppercase);
+    let begun: String = first.into_iter().flatten().chain(letters).collect();
+    let mut told = String::new();
+    for word in begun.split(' ') {
+        let is_after_number = told.ends_with(|last: char| last.is_ascii_digit());
+        let is_unit = matches!(word.trim_end_matches([',', ';']), "%" | "µm" | "mA");
+        told += match (told.is_empty(), is_after_number && is_unit) {
+            (true, _) => "",
+            (false, true) => "\u{a0}",
+            (false, false) => " ",
+        };
+        told += word;
+    }
+    told + "."
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -57,5 +100,27 @@ mod tests {
         ] {
             assert_eq!(in_print(unit), printed, "{unit}");
         }
+    }
+
+    #[test]
+    fn numbers_have_as_many_digits_as_are_asked_for() {
+        let said = [376.8612, 0.00392, 0.0, 1.0e-14, 8423.0, -0.5].map(|value| number(value, 5));
+        assert_eq!(
+            said,
+            ["376.86", "0.00392", "0", "1.0000e-14", "8423", "-0.5"]
+        );
+        assert_eq!(number(0.078005, 2), "0.078");
+    }
+
+    #[test]
+    fn lines_are_written_as_in_print() {
+        assert_eq!(
+            prose("  error 0.5 um rms & more"),
+            "error 0.5 µm rms &amp; more"
+        );
+        assert_eq!(
+            sentence("  error 0.5 um rms, then 3 %; of 4 as % and um"),
+            "Error 0.5\u{a0}µm rms, then 3\u{a0}%; of 4 as % and µm."
+        );
     }
 }

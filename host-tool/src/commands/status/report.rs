@@ -1,4 +1,4 @@
-//! `status`: who the board is and what it is doing. `clear`: the same once its faults are forgotten.
+//! What is told of a board: who it is and what it is doing.
 
 use std::fmt;
 
@@ -8,7 +8,7 @@ use mirror_protocol::{
 };
 use serde::{Serialize, Serializer};
 
-use crate::board::{Board, Found, Owner, Seen, View, level_um};
+use crate::board::{Owner, View, level_um};
 use crate::commands::history::History;
 use crate::commands::moving::Readings;
 use crate::commands::pose::{PlateReport, from_um};
@@ -17,15 +17,16 @@ use crate::commands::uncertainty::Uncertainty;
 use crate::error::ToolError;
 use crate::names::{limit_names, limited_line, state_name};
 use crate::option_bytes::option_flaws;
-use crate::report::{self, decimal, row, row_of_known};
+use crate::report::{decimal, row, row_of_known};
 
+/// A board's status.
 #[derive(Serialize)]
-struct StatusReport {
+pub(super) struct StatusReport {
     identity: Identity,
     /// Another process that has the board, or had it when it was asked and has let go of it since.
-    owner: Option<Owner>,
+    pub(super) owner: Option<Owner>,
     /// Whether it has it still.
-    is_in_use: bool,
+    pub(super) is_in_use: bool,
     #[serde(with = "CalibrationReport")]
     calibration: CalibrationInfo,
     up_s: f64,
@@ -91,49 +92,9 @@ enum LeaseLeft {
     Forever,
 }
 
-/// Lets the board forget its faults, and shows what it does then.
-pub(super) async fn clear(board: &Board, json: bool) -> Result<(), ToolError> {
-    board.clear().await?;
-    let report = StatusReport::read(board, false).await?;
-    report::print(&report, json);
-    Ok(())
-}
-
-/// What can be known of a board that another process has, who does not answer.
-#[derive(Serialize)]
-struct InUse<'a> {
-    board: &'a Found,
-    /// Who has it.
-    owner: Owner,
-}
-
-impl fmt::Display for InUse<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "board      {}", self.board.name)?;
-        writeln!(f, "owner      {}", self.owner)
-    }
-}
-
-/// Shows the board's status, through who has it where that is another process; or who that is, where it does not answer.
-pub(super) async fn look(found: &Found, history: bool, json: bool) -> Result<(), ToolError> {
-    let seen = Board::look(found).await?;
-    if let Seen::InUse(owner) = &seen {
-        let (board, owner) = (found, owner.clone());
-        report::print(&InUse { board, owner }, json);
-    }
-    let mut report = StatusReport::read(seen.view(found)?, history).await?;
-    report.is_in_use = seen.owner().is_some();
-    report.owner = match &seen {
-        Seen::Open(board) => board.waited_for().cloned(),
-        _ => seen.owner().cloned(),
-    };
-    report::print(&report, json);
-    Ok(())
-}
-
 impl StatusReport {
     /// What a board tells, with its fault log where that is wanted.
-    async fn read(board: &View, history: bool) -> Result<Self, ToolError> {
+    pub(super) async fn read(board: &View, history: bool) -> Result<Self, ToolError> {
         let status = board.status().await?;
         let calibration = board.calibration().await?;
         let history = match history {
@@ -282,7 +243,7 @@ impl fmt::Display for StatusReport {
 
 /// By how much a rise is off where the cold resistance is the factory's, and off by its tolerance: dT = (R / R0 - 1) / xi,
 /// and so (1 + xi dT) / xi for the whole of R0. `None` where the cold resistance was measured.
-pub(super) fn uncertainty_k(
+pub(crate) fn uncertainty_k(
     calibration: &CalibrationInfo,
     rises_k: [Option<f64>; 4],
 ) -> Option<[f64; 4]> {
@@ -296,7 +257,7 @@ pub(super) fn uncertainty_k(
 }
 
 /// Of which device and day a calibration is, and whether it is kept.
-pub(super) fn calibrated_words(calibration: &CalibrationInfo) -> String {
+pub(crate) fn calibrated_words(calibration: &CalibrationInfo) -> String {
     let CalibrationInfo { device, date, .. } = calibration;
     let kept = kept_words(calibration.kept);
     // The factory's is of no device, and of no day.
@@ -323,124 +284,4 @@ pub(crate) fn kept_words(kept: Kept) -> &'static str {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use mirror_protocol::{ChannelState, Health, Pose, Sentence, Telemetry};
-
-    #[test]
-    fn is_printed_as_in_the_golden_file() {
-        let text = |text| Text::try_from(text).expect("short");
-        let identity = Identity {
-            protocol_version: 1,
-            firmware_version: text("0.1.0"),
-            build: text("a396533"),
-            board: text("STM32G474RE driver board"),
-            is_emulated: false,
-            tick_hz: 10_000,
-        };
-        let calibration = CalibrationInfo {
-            device: text("mirror 7"),
-            date: text("2026-11-21"),
-            model_hash: 7,
-            max_position_um: 173.7,
-            max_drive_v: 3.5,
-            cold_resistance_ohm: [361.25, 358.0, 360.0, 362.5],
-            tcr_per_k: [3.92e-3; 4],
-            levers: [Lever::default(); 4],
-            kept: Kept::Yes,
-        };
-        let status = Status {
-            telemetry: Telemetry {
-                tick: 123_456,
-                drive_v: [1.9, 0.2, 0.0, 0.2],
-                current_a: [4.43e-3, 0.554e-3, 0.0, 0.549e-3],
-                temperature_k: [Some(48.8), Some(0.7), None, Some(3.0)],
-                limits: 0,
-                uncertainty: Some(mirror_protocol::Uncertainty {
-                    z_nm: 412,
-                    tilt_urad: 350,
-                }),
-                settles_in_ms: Some(3),
-                trigger: mirror_protocol::Trigger::NONE,
-                states: [
-                    ChannelState::Driving,
-                    ChannelState::Driving,
-                    ChannelState::Tripped(1),
-                    ChannelState::Driving,
-                ],
-                sensor_z_um: Some(17.25),
-                pose: Pose {
-                    z_um: 16.5,
-                    tilt_rad: Some([0.5e-3, -0.25]),
-                },
-                room: Some(mirror_protocol::Room {
-                    rise_ck: 1020,
-                    deviation_ck: 5,
-                }),
-            },
-            health: Health {
-                lease_left_ms: Some(598_765),
-                supply_v: 5.004,
-                missed_ticks: 2,
-                late_ticks: 3,
-                limits_since_command: 0,
-                compensates_room: true,
-                lowest_position_um: 12.3,
-                loss: Some(mirror_protocol::Loss {
-                    change: 0.012,
-                    deviation: 0.002,
-                }),
-            },
-            max_position_um: 173.7,
-            max_drive_v: 3.5,
-            dropped_samples: 7,
-            stops: 0,
-            last_stop: Sentence::try_from("panicked at src/control.rs:1:1").expect("short"),
-            option_bytes: Some(OptionBytes {
-                brown_out_level: 0,
-                boots_by_pin: true,
-                is_dual_bank: true,
-            }),
-        };
-        let report = StatusReport::new(identity.clone(), calibration.clone(), &status);
-        assert_eq!(
-            report.to_string(),
-            include_str!("../../tests/golden/status.txt")
-        );
-        let waited_for = Owner {
-            process: 7,
-            command: "host-tool record".to_owned(),
-            since: "2026-11-21T14:05:00Z".to_owned(),
-        };
-        let mut report = StatusReport {
-            owner: Some(waited_for),
-            ..report
-        };
-        let line =
-            "owner      `host-tool record` (process 7), since 2026-11-21T14:05:00Z, until just now";
-        let tells = |report: &StatusReport, line: &str| {
-            assert!(
-                report.to_string().lines().any(|told| told == line),
-                "{report}"
-            );
-        };
-        tells(&report, line);
-        report.is_in_use = true;
-        let line = "in use     by `host-tool record` (process 7), since 2026-11-21T14:05:00Z";
-        tells(&report, line);
-        let json = serde_json::to_value(&report).expect("JSON");
-        assert_eq!(json["calibration"]["model_hash"], "0000000000000007");
-        let factorys = CalibrationInfo {
-            kept: Kept::Factory,
-            cold_resistance_ohm: [360.0; 4],
-            ..calibration
-        };
-        let report = StatusReport::new(identity, factorys, &status);
-        // 15 of 360 ohm are 10.6 K cold, and in proportion to the resistance when it is warm.
-        let uncertainty_k = report.uncertainty_k.expect("nothing was measured");
-        assert!((uncertainty_k[0] - 12.66).abs() < 0.01, "{uncertainty_k:?}");
-        assert!((uncertainty_k[2] - 10.63).abs() < 0.01, "{uncertainty_k:?}");
-        let line = "known to 15 ohm, so temperatures to 12.7 K, until";
-        assert!(report.to_string().contains(line), "{report}");
-    }
-}
+mod tests;
