@@ -5,6 +5,7 @@ mod fault_log;
 mod stop;
 mod uploads;
 mod usb;
+mod usb_frames;
 
 use embedded_storage::nor_flash::NorFlash;
 use firmware_on_host::FLASH_PAGES;
