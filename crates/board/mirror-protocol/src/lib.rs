@@ -11,11 +11,16 @@
 #[cfg(test)]
 extern crate std;
 
+mod calibration;
 mod endpoints;
 mod fault_log;
 mod identity;
 mod messages;
 
+pub use calibration::{
+    CalibrationChunk, CalibrationInfo, CalibrationQuery, CalibrationRefusal, CalibrationUse, Chunk,
+    Kept, Lever, Sense, SenseInfo,
+};
 pub use endpoints::*;
 pub use fault_log::{
     Excerpt, LOG_FORMAT, LogBytes, LogEntry, LogEvent, LogPage, LogQuery, LogStorage, ResetCause,
@@ -23,11 +28,9 @@ pub use fault_log::{
 };
 pub use identity::{Hello, Identity, Text};
 pub use messages::{
-    BATCH_SAMPLES, CHUNK_POINTS, CalibrationChunk, CalibrationInfo, CalibrationQuery,
-    CalibrationRefusal, CalibrationUse, ChannelState, Chunk, Commanded, Compensate, Drives, Health,
-    Kept, LEASE_FOREVER_MS, Lever, Loss, OptionBytes, Play, Points, Pose, Position, Refusal,
-    Renewal, Room, Sense, SenseInfo, Sentence, SetPose, Status, Streaming, Telemetry,
-    TelemetryBatch, Uncertainty,
+    BATCH_SAMPLES, CHUNK_POINTS, ChannelState, Commanded, Compensate, Drives, Health,
+    LEASE_FOREVER_MS, Loss, OptionBytes, Play, Points, Pose, Position, Refusal, Renewal, Room,
+    Sentence, SetPose, Status, Streaming, Telemetry, TelemetryBatch, Uncertainty,
 };
 pub use waveforms::{
     Curve, Flaw, POINTS, POSE_POINTS, Quantity, Shape, Stream, Table, Tilt, Trigger, Triggers,

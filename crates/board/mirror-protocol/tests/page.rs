@@ -10,7 +10,8 @@ use syn::{Attribute, Expr, Fields, GenericArgument, Item, Lit, Meta, PathArgumen
 
 const ENDPOINTS: &str = include_str!("../src/endpoints.rs");
 /// Where messages are defined.
-const SOURCES: [&str; 5] = [
+const SOURCES: [&str; 6] = [
+    include_str!("../src/calibration.rs"),
     include_str!("../src/identity.rs"),
     include_str!("../src/messages.rs"),
     include_str!("../src/fault_log.rs"),
