@@ -6,11 +6,13 @@
 mod allowed;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
 
 use anyhow::{Context, Result};
 use serde_json::Value;
 
 use self::allowed::{ALLOWED, Allowed, Room};
+use crate::cargo::workspace;
 use crate::packages::{list, metadata, text};
 
 /// A package of this workspace.
@@ -139,6 +141,28 @@ fn member(directory: &str, uses: &[&str]) -> Member {
 fn the_workspace_keeps_to_the_list() {
     let members = Packages::read().expect("cargo tells the graph").members;
     assert_eq!(violations(&members, ALLOWED), [""; 0]);
+}
+
+/// Where the architecture says that the model and the virtual mirror meet.
+#[test]
+fn whoever_uses_both_mirrors_is_named_in_the_architecture() {
+    let page = workspace().join("docs/developing/architecture.md");
+    let page = fs::read_to_string(page).expect("the architecture");
+    let (_, table) = page
+        .split_once("| where | how they meet |\n")
+        .expect("a table");
+    let (table, _) = table.split_once("\n\n").expect("it ends");
+    let members = Packages::read().expect("cargo tells the graph").members;
+    let meets = |member: &&Member| {
+        let used = ["mirror-model", "virtual-mirror"];
+        used.iter().all(|name| member.uses.contains(*name))
+    };
+    let meeting: Vec<&Member> = members.iter().filter(meets).collect();
+    assert!(meeting.len() > 2, "{meeting:?}");
+    for member in meeting {
+        let named = format!("`{}`", member.directory);
+        assert!(table.contains(&named), "{named} is not in the table");
+    }
 }
 
 #[test]

@@ -254,6 +254,28 @@ fn the_architecture_lists_every_crate() {
     assert!(lost.is_empty(), "not in the list of parts: {lost:?}");
 }
 
+/// The names that a page sets off in the block after a sentence, one a line.
+fn names_after<'a>(page: &'a str, sentence: &str) -> Vec<&'a str> {
+    let (_, after) = page.split_once(sentence).expect("the sentence");
+    let block = after.lines().skip_while(|line| !line.starts_with("    "));
+    block
+        .take_while(|line| line.starts_with("    "))
+        .filter_map(|line| line.split_whitespace().next())
+        .collect()
+}
+
+#[test]
+fn the_core_s_stages_lie_in_files_of_their_names() {
+    let page = workspace().join("docs/developing/architecture.md");
+    let text = fs::read_to_string(page).expect("the architecture");
+    let stages = names_after(&text, "The core's stages lie in files of their names");
+    assert!(stages.len() > 5, "{stages:?}");
+    let folder = workspace().join("crates/board/control-core/src");
+    for stage in stages {
+        assert!(folder.join(format!("{stage}.rs")).exists(), "{stage}");
+    }
+}
+
 #[test]
 fn the_readme_is_short() {
     let readme = fs::read_to_string(workspace().join("README.md")).expect("the README");

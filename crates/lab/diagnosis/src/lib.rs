@@ -23,6 +23,8 @@ mod next;
 mod null_distribution;
 mod null_ensemble;
 mod null_improvement;
+#[cfg(test)]
+mod pages;
 mod progress;
 mod proposal;
 mod quantile;

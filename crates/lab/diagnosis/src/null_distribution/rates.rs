@@ -5,7 +5,7 @@
 pub(super) const CONFIDENCE: f64 = 0.95;
 /// No score below this is evidence, however small the null scores are: a real mirror comes from no family. Five standard
 /// deviations.
-pub(super) const FLOOR: f64 = 25.0;
+pub(crate) const FLOOR: f64 = 25.0;
 /// A quantile of some hundreds of scores is known to a standard deviation or so: an amplitude, the root of a score, must
 /// exceed it by the one-sided 95 % quantile of a normal distribution.
 pub(crate) const MARGIN: f64 = 1.64;

@@ -89,3 +89,34 @@ pub fn forms(effect: &Arc<dyn Effect>) -> Vec<Arc<dyn Effect>> {
     let others = others.map(|&form| Arc::new(BuiltIn(form)) as Arc<dyn Effect>);
     std::iter::once(effect.clone()).chain(others).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The page that lists them for whoever writes a model file.
+    #[test]
+    fn the_page_of_model_files_has_every_effect_with_its_stage_and_forms() {
+        let page = include_str!("../../../../../docs/reference/model-files.md");
+        for effect in built_in() {
+            let id = format!("`{}`", effect.info().id);
+            let row = page.lines().find(|line| {
+                let mut cells = line.split(" | ");
+                line.starts_with("| `") && cells.next().is_some_and(|ids| ids.contains(&id))
+            });
+            let row = row.unwrap_or_else(|| panic!("no row has {id}"));
+            assert!(
+                row.contains(&format!(" | {} |", effect.info().stage)),
+                "{row}"
+            );
+            let forms = forms(&effect);
+            for form in forms.iter().filter(|_| forms.len() > 1) {
+                assert!(
+                    row.contains(&format!("`{}`", form.form())),
+                    "{}: {row}",
+                    form.form()
+                );
+            }
+        }
+    }
+}
