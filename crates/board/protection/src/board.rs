@@ -12,7 +12,7 @@ const TICKS_TO_TRIP: u8 = 3;
 
 /// A missed tick weighs as much as so many good ones.
 const MISSED_TICK: u16 = 100;
-/// Five missed ticks within a few milliseconds, or one in fifty for long.
+/// Five missed ticks on end, six within 10 ms, or more than one in a hundred for long.
 const TOO_MANY: u16 = 5 * MISSED_TICK;
 
 /// The watch over comparators, supply and ticks.
