@@ -1,7 +1,10 @@
 //! Poses on mirrors that nothing was developed on: tilt along the piston, and poses that are asked for.
 
-use calibration::tabulate;
-use closed_loop::pose::{calibrate_pose, level_tilts, peak_to_peak_deg, pose_errors};
+use calibration::{tabulate, with_assumed_levers};
+use closed_loop::pose::{
+    calibrate_pose, level_tilts, peak_to_peak_deg, pose_errors, tilts_along_a_sine,
+};
+use closed_loop::{calibrate, figures};
 use control_core::Calibration;
 use mirror_model::{Model, Preset};
 use virtual_mirror::{Family, MirrorConfig};
@@ -42,4 +45,33 @@ fn a_mirror_of_uneven_actuators_is_level_along_its_piston_and_goes_where_it_is_a
         "{before} deg before are hardly scatter"
     );
     assert!(errors.tilt_rms_deg <= 0.005, "{errors:?}");
+}
+
+/// After its piston was calibrated, the paper's mirror, whose actuators differ most and share a frame that warms. What is required is
+/// not reached there (docs/theory/pose.md, which has what is printed).
+#[test]
+#[ignore = "long"]
+fn the_mirror_whose_actuators_differ_most_is_ten_times_as_level() {
+    let config = MirrorConfig::paper();
+    let piston = calibrate(&config).expect("calibrated").calibration;
+    let posed = calibrate_pose(&piston, &config, 2).expect("a plate");
+    println!(
+        "left: {:.4} um, {:.5} deg",
+        posed.piston_rms_um,
+        posed.tilt_rms_rad.to_degrees()
+    );
+    let figures = [with_assumed_levers(&piston), posed.calibration].map(|mut calibration| {
+        let level = level_tilts(&calibration, &config, 6).expect("a mirror");
+        let sine = tilts_along_a_sine(&calibration, &config, (60.0, 100.0), 20.0);
+        let (sine, _) = sine.expect("a mirror");
+        let level = peak_to_peak_deg(&level);
+        println!(
+            "tilt along the piston {level:.4} deg, along 20 Hz {:.4} deg; {:?}; {:?}",
+            peak_to_peak_deg(&sine),
+            pose_errors(&calibration, &config, 20, 0.8).expect("a mirror"),
+            figures::at_rest(&mut calibration, &config).expect("a mirror"),
+        );
+        level
+    });
+    assert!(10.0 * figures[1] < figures[0], "{figures:?}");
 }
