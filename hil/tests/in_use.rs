@@ -3,7 +3,7 @@
 
 use std::io::{BufRead, BufReader};
 use std::process::Child;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use emulated_board::{PlantFault, Speed};
 use hil::{Bench, Said, interrupt, signal};
@@ -11,9 +11,8 @@ use measurement::Row;
 use serde_json::Value;
 use virtual_mirror::MirrorConfig;
 
-/// A tool waits for another this long. Who does not wait has answered within half of it, however loaded the machine; on
-/// an idle one it takes 0.4 s, which is printed.
-const WAITS: Duration = Duration::from_millis(mirror_protocol::ANSWER_TIMEOUT_MS);
+/// What a tool says at once that waits for another.
+const WAITS: &str = "waiting for the board";
 
 /// A bench whose board a tool has that drives it, and how that tool is told.
 fn in_use() -> (Bench, Child, String) {
@@ -32,12 +31,12 @@ fn end(mut tool: Child) {
     tool.wait().expect("it is gone");
 }
 
-/// What a tool said that did not wait.
+/// What a tool said that did not wait. How long it took, which depends on the machine, is printed: 0.4 s on an idle one.
 fn at_once(bench: &Bench, words: &[&str]) -> Said {
     let start = Instant::now();
     let said = bench.tool(words);
     println!("{words:?}: {:.2} s", start.elapsed().as_secs_f64());
-    assert!(start.elapsed() < WAITS / 2, "{words:?}: {said:?}");
+    assert!(!said.err.contains(WAITS), "{words:?}: {said:?}");
     said
 }
 
@@ -124,6 +123,7 @@ fn who_waits_for_a_board_gets_it_and_says_whom_it_waits_for() {
     let (bench, first, owner) = in_use();
     let words = ["set-z", "50um", "--settle", "1ms"];
     let (second, told) = start_waiting(&bench, &words);
+    assert!(told.starts_with(WAITS), "{told}");
     assert!(told.contains(&format!("it is in use by {owner}")), "{told}");
     end(first);
     assert_eq!(Said::from(second).code, 0);

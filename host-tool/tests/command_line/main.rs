@@ -154,7 +154,7 @@ fn a_move_that_is_interrupted_before_it_is_answered_says_that_the_board_may_be_d
     for words in [&["set-z", "60um"][..], &["set-drive", "1V"]] {
         let boards = no_boards();
         fake_board(boards.path(), "fake", Fake::Deaf);
-        let tool = Command::new(env!("CARGO_BIN_EXE_host-tool"))
+        let mut tool = Command::new(env!("CARGO_BIN_EXE_host-tool"))
             .args(words)
             .args(["--hold", "60s"])
             .env("MIRROR_BOARDS", boards.path())
@@ -164,6 +164,8 @@ fn a_move_that_is_interrupted_before_it_is_answered_says_that_the_board_may_be_d
             .spawn()
             .expect("the tool runs");
         while !boards.path().join("fake.asked").exists() {
+            let ended = tool.try_wait().expect("it is ours");
+            assert_eq!(ended, None, "it asks before it ends");
             thread::sleep(Duration::from_millis(1));
         }
         let id = tool.id().to_string();
