@@ -216,6 +216,7 @@ mod tests {
         let (confirmed, codes) =
             carry_out((link, &mut control), order, START_TICKS + 15, sound).await;
         let confirmed = confirmed.expect("the heaters are sound");
+        // In one of the 15 ticks that went by.
         assert!(confirmed.tick.abs_diff(START_TICKS) < 15, "{confirmed:?}");
         assert!(codes[0].0 > 1000, "{codes:?}");
         // The heaters were cold then, and took less voltage for the same power.
@@ -330,6 +331,7 @@ mod tests {
         let telemetry = link.latest();
         let rise = telemetry.temperature_k[0].expect("the drive is large enough to tell");
         assert!((telemetry.current_a[0] - 5e-3).abs() < 1e-6);
+        // Five steps of the converter: 0.19 uA of 5 mA is 0.011 K.
         assert!(
             (rise - (400.0 / 360.0 - 1.0) / 3.92e-3).abs() < 0.05,
             "{rise}"

@@ -53,6 +53,7 @@ fn a_stage_s_steps_are_read_with_the_sensor_s_gain() {
     assert_eq!(read[0], (Some(0.0), Some(0.0)));
     for (reference_um, z_um) in read {
         let off = z_um.unwrap() - 1.03 * reference_um.unwrap();
+        // Two readings, of 20 nm of noise and as much of wander each.
         assert!(off.abs() < 0.1, "{z_um:?} at {reference_um:?}");
     }
     assert!(file.keys.session().is_some());
@@ -85,6 +86,7 @@ fn an_oven_shows_in_the_resistance_and_its_file_belongs_to_the_session() {
     let oven_ohm = cold(&bench, "62", "oven.csv");
     let per_kelvin = (oven_ohm / room_ohm - 1.0) / 40.0;
     let tcr = MirrorConfig::bench().heater.tcr_per_k;
+    // A sense that nobody calibrated is off by some uA of 1 mA, and the oven makes 16 % of the resistance.
     assert!(
         (per_kelvin / tcr - 1.0).abs() < 0.1,
         "{per_kelvin} for {tcr}"

@@ -114,6 +114,7 @@ fn a_mirror_that_was_read_under_three_spots_tilts_as_it_is_asked_to() {
     println!("{report}");
     assert_eq!(report["spots"], 3);
     let um = |name: &str| report[name].as_f64().expect("a number");
+    // Before, it is all that the actuators differ by; after, noise and what the fit cannot follow.
     assert!(um("after_um") < 0.2 * um("before_um"), "{report}");
 
     for (pose, settle) in [

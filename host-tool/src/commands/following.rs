@@ -171,6 +171,7 @@ mod tests {
             let lag_s = part / frequency_hz;
             let late = |signal: &Signal, t_s: f64| Some(signal.at(t_s - lag_s) + off_um);
             let following = followed(frequency_hz, late).expect("it was read");
+            // A row more or less, of two hundred, of a sine of 50 um near its middle.
             prop_assert!((following.mean_error_um - off_um).abs() < 0.1);
             // Two sines so far apart in phase: the chord between them, over the root of 2.
             let rms_um = 2.0_f64.sqrt() * 50.0 * (std::f64::consts::PI * part).sin();

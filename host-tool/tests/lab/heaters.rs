@@ -69,8 +69,9 @@ fn what_a_heater_lacks_is_named_and_nothing_else_and_the_error_falls() {
         let with = with.display().to_string();
         let edit = json(&["effect", "add", missing, &model, &readings, "-o", &with]);
         let rms = |when: &str| edit[when]["rms"].as_f64().expect("an error");
+        // Noise, and what the real form and the model's differ by, leave 4 % at most.
         assert!(
-            rms("after") < 0.3 * rms("before"),
+            rms("after") < 0.1 * rms("before"),
             "{name}: {}",
             edit["advice"]
         );
@@ -79,6 +80,7 @@ fn what_a_heater_lacks_is_named_and_nothing_else_and_the_error_falls() {
         let again = again.display().to_string();
         json(&["fit", &with, &readings, "-o", &again]);
         let refitted = json(&["compare", &again, &readings]);
+        // The same minimum from another start, and a tenth of a microampere where hardly anything is left.
         assert!(refitted["rms"].as_f64().expect("an error") < 1.1 * rms("after") + 1e-4);
     }
 }
@@ -104,8 +106,9 @@ fn a_fit_says_what_voltage_and_current_tell_of_a_heater() {
         let near = |parameter: &str, truth: f64| {
             let value = fitted["parameters"][parameter]["value"].as_f64();
             let value = value.unwrap_or_else(|| panic!("{name}: no {parameter} in {fitted}"));
+            // Twice what an ammeter's offset makes of the growth of one of them, 1.1 %.
             assert!(
-                (value / truth - 1.0).abs() < 0.05,
+                (value / truth - 1.0).abs() < 0.022,
                 "{name}: {parameter} {value}, {truth}"
             );
         };

@@ -231,6 +231,7 @@ mod tests {
             let share = (now[0] - from[0]) / (to[0] - from[0]);
             for i in 1..3 {
                 let other = (now[i] - from[i]) / (to[i] - from[i]);
+                // Less than a nanometre of a way of 60 um.
                 assert!((share - other).abs() < 1e-5, "{share} and {other}");
             }
             assert_eq!(now[3], 40.0);

@@ -163,6 +163,7 @@ mod tests {
         fn passes_through_its_knots(table in rising_table(), knot in 0..KNOTS) {
             let z = table.top().0 * knot as f32 / SEGMENTS as f32;
             let error = table.temperature_rise(Micrometre(z)).0 - table.knots[knot];
+            // A millikelvin is a nanometre; f32 keeps 6e-5 K of the hottest, 640 K.
             prop_assert!(error.abs() < 1e-3, "{error}");
         }
 

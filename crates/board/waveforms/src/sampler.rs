@@ -103,6 +103,7 @@ mod tests {
                     sensor_z_um: read_um(tick),
                 };
                 let sample = sampler.tick(reading, false)?;
+                // Two hundred roundings of a sum in f32, 6e-8 of it each.
                 assert!(
                     sample
                         .current_a

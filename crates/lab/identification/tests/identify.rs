@@ -89,6 +89,7 @@ fn a_step_shows_the_resonance_with_its_error_and_no_memory_that_is_not_there() {
         "{found:?}"
     );
     assert!(!verdict(&found, "a slow thermal pole").0, "{found:?}");
+    // Of the order of a millisecond, as beams of a quarter of a millimetre have it.
     assert!(model.parameters.fast_s > 1e-4 && model.parameters.fast_s < 5e-3);
     // Twice what lumped equations are not asked to follow, 0.1 um (`docs/theory/missing-physics.md`).
     assert!(

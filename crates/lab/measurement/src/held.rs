@@ -315,6 +315,7 @@ mod tests {
         let steps: Vec<usize> = (1..1600)
             .filter(|&row| found.volts[row] != found.volts[row - 1])
             .collect();
+        // At one and a half standard deviations the place of a step is told to a few rows.
         assert!(
             matches!(steps[..], [step] if step.abs_diff(800) < 10),
             "{steps:?}"

@@ -86,6 +86,7 @@ mod tests {
             &point(3.5, 173.7),
         )
         .unwrap();
+        // To the digit that is given.
         assert_abs_diff_eq!(found.value, 4077.4, epsilon = 0.1);
         // The displacement is nearly in proportion to it: 10 nm of 173.7 um are 0.23 K/W, less what saturates.
         assert!(found.standard_error > 0.23 && found.standard_error < 1.0);
@@ -109,6 +110,7 @@ mod tests {
             let point = point(volts, model.displacement_at_voltage_um(volts));
             let start = Parameters { curvature_coefficient: beta, ..Parameters::PAPER };
             let found = identify(Symbol::ThermalResistance, &start, &point).unwrap();
+            // The displacement is known to rounding, and a bracketed root to the place where its sign changes.
             prop_assert!((found.value - truth).abs() < 1e-6 * truth);
             let start = Parameters { thermal_resistance_k_per_w: truth, ..Parameters::PAPER };
             let found = identify(Symbol::CurvatureCoefficient, &start, &point).unwrap();

@@ -193,6 +193,7 @@ mod tests {
 
     #[test]
     fn the_papers_own_parameters_give_222_um_and_not_its_173_7() {
+        // To the digits of the table.
         for (voltage, rise, resistance, power, z) in TABLE {
             let state = PAPER.state_at_voltage(voltage);
             assert_abs_diff_eq!(state.temperature_rise_k, rise, epsilon = 0.01);

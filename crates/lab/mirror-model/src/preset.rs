@@ -98,6 +98,7 @@ mod tests {
 
     #[test]
     fn the_refitted_presets_reach_the_published_displacement() {
+        // To the digits that are given; what was fitted to is met to rounding.
         assert_abs_diff_eq!(z(Preset::Paper, 3.5), 222.39, epsilon = 0.01);
         assert_abs_diff_eq!(z(Preset::PaperRefit, 3.5), 173.7, epsilon = 1e-9);
         assert_abs_diff_eq!(z(Preset::Reconciled, 3.5), 173.7, epsilon = 1e-9);
@@ -105,6 +106,7 @@ mod tests {
 
     #[test]
     fn the_readings_differ_where_the_paper_reports_its_largest_error() {
+        // To the digits that are given.
         assert_abs_diff_eq!(z(Preset::PaperRefit, 1.9), 63.17, epsilon = 0.01);
         assert_abs_diff_eq!(z(Preset::Reconciled, 1.9), 65.6, epsilon = 0.05);
         assert_abs_diff_eq!(

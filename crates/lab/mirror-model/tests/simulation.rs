@@ -268,6 +268,7 @@ fn a_filament_s_heat_is_in_balance_however_little_it_conducts() {
                     output.temperature_rise_k[0],
                 );
                 let lost = rise / thermal_resistance + 1e-13 * radiated(rise);
+                // A fixed point is met to 1e-5 K, which 100 K/W make 1e-7 W.
                 assert!(
                     (lost - power).abs() < 1e-4 * power.max(1e-3),
                     "R_T {thermal_resistance}, tau {tau_s}, {} V: {rise} K, {power} W in, {lost} W out",

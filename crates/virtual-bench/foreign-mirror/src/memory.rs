@@ -82,6 +82,7 @@ mod tests {
     fn creep_ends_where_the_springs_hold_it() {
         let mut creep = Creep::new(0.01, [0.3, 3.0, 30.0]);
         assert!((creep.follow(1.0, 0.0) - 1.0).abs() < 1e-12);
+        // The digits of 1 - exp(-1) and 1 - exp(-1/10).
         assert!((creep.follow(1.0, 3.0) - 1.0 - 0.01 * (1.0 + 0.632_121 + 0.095_163)).abs() < 1e-6);
         assert!((creep.follow(1.0, 1e4) - 1.03).abs() < 1e-12);
     }

@@ -163,6 +163,7 @@ fn a_long_dwell_settles_where_ticks_do() {
     }
     let mut dwelt = mirror(&config);
     dwelt.advance([1.9; 4], 4.0);
+    // A nanometre.
     approx::assert_abs_diff_eq!(ticked.state().z_um, dwelt.state().z_um, epsilon = 1e-3);
 }
 
@@ -215,12 +216,14 @@ fn an_oven_shows_the_heater_s_coefficient_and_leaves_a_resting_mirror_at_its_tem
         approx::assert_relative_eq!(
             warm / cold - 1.0,
             40.0 * config.heater.tcr_per_k,
+            // Five times what the actuators' coefficients are spread by (`bench.toml`).
             max_relative = 0.02
         );
         assert!(
             warm_um - cold_um > 10.0,
             "{effect:?}: {cold_um} to {warm_um} um"
         );
+        // 10 mV across 300 ohm and more are 0.3 uW, times some 6 K/mW.
         assert!(
             mirror.state().hottest_k < 0.01,
             "{effect:?}: {:?}",
@@ -307,6 +310,7 @@ fn air_that_takes_more_cools_a_driven_mirror_and_no_cold_one() {
     approx::assert_abs_diff_eq!(again.z_um, before.z_um, epsilon = 1e-4);
     mirror.set_air_loss(1.2);
     let cold = rests(&mut mirror, 0.0);
+    // Nothing is left after 100 s.
     assert!(cold.z_um.abs() < 1e-6 && cold.hottest_k < 1e-6, "{cold:?}");
 }
 

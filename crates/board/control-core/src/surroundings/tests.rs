@@ -142,6 +142,7 @@ proptest! {
         follow(&mut filter, &evidence(40.0, 3.0, 0.0), 20);
         follow(&mut filter, &any, ticks);
         let estimate = *filter.estimate().expect("known");
+        // The film's kelvins are the calibration's to a percent.
         prop_assert!(estimate.rise.0.abs() <= 1.01 * FARTHEST.0);
         prop_assert!(estimate.loss.abs() <= LARGEST_LOSS);
         prop_assert!(estimate.rise_deviation.0 >= 0.0 && estimate.loss_deviation >= 0.0);

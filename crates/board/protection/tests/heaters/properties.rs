@@ -56,6 +56,7 @@ proptest! {
         for _ in 0..1000 {
             let drive = bench.tick(wanted)[0].0;
             prop_assert!(bench.protection.has_lapsed());
+            // 4 mV a tick, and a code of 1 mV.
             prop_assert!(drive <= before && before - drive < 5e-3);
             before = drive;
         }

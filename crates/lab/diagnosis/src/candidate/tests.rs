@@ -59,6 +59,7 @@ fn a_scan_is_linear_least_squares_of_the_strength() {
     let p = &found.active.effect.info().parameters[0];
     let times = (3.0_f64).clamp(p.low / usual, p.high / usual);
     let drop = 2.0 * times * 12.0 - times * times * 4.0;
+    // The ridge leaves 1e-9 of what the base takes up.
     assert!(
         (found.active.values[0] / usual - times).abs() < 1e-6,
         "{:?}",

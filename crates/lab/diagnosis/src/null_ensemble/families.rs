@@ -230,7 +230,7 @@ mod tests {
                 panic!("four observations");
             };
             assert_eq!(rest_um, 0.0);
-            assert!(rest_a.abs() < 1e-6, "{rest_a}");
+            assert_eq!(rest_a, 0.0);
             assert!(driven_um > 1.0 && driven_a > 1e-3, "{driven_um} {driven_a}");
         }
     }

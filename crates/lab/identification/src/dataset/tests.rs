@@ -130,6 +130,7 @@ fn dense_files_keep_their_steps() {
     );
     for step in 1..5 {
         let after = f64::from(step) * 20.0;
+        // Two of its rows.
         assert!(
             data.observations
                 .iter()

@@ -230,6 +230,7 @@ mod tests {
             for ((x, rate), source) in x.rows().iter().zip(rate.rows()).zip(source.rows()) {
                 for actuator in 0..4 {
                     let left = s * x.0[actuator] - rate.0[actuator];
+                    // Rounding of terms of 1e5 and more, of which the difference is of order 1.
                     approx::assert_abs_diff_eq!(left, source.0[actuator], epsilon = 1e-7);
                 }
             }

@@ -25,6 +25,7 @@ fn a_calibration_that_is_exchanged_for_itself_changes_nothing() {
         .flatten()
         .zip(spans_then.into_iter().flatten())
     {
+        // A nanometre here, too.
         assert!((low - other_low).abs() + (high - other_high).abs() < 1e-3);
     }
 }
