@@ -25,7 +25,7 @@ pub const DRIVE_FULL_SCALE: Volt = Volt(4.25);
 
 /// Shunt in the return of each actuator.
 pub const SHUNT: Ohm = Ohm(10.0);
-/// Gain of the amplifier behind the shunt.
+/// Gain of the amplifier behind the shunt: the converter's range then ends at 12.4 mA, just above the 12.3 mA that can flow.
 pub const SENSE_GAIN: f32 = 26.4;
 /// The amplifier's output at no current: 3.3 V by a divider of 100 to 1. It keeps zero, less the
 /// offsets of amplifier and converter and their noise, within the converter's range.
@@ -34,7 +34,7 @@ pub const SENSE_PEDESTAL: Volt = Volt(LOGIC_SUPPLY.0 / 101.0);
 pub const SENSE_OFFSET: Volt = Volt(40e-6);
 /// What a board's current sense may be off by, before it is calibrated: half a millivolt at the shunt.
 pub const SENSE_ZERO_TOLERANCE: Ampere = Ampere(500e-6 / SHUNT.0);
-/// Tolerances of shunt, amplifier and reference together, with a wide margin.
+/// Tolerances of shunt, amplifier and reference together, 0.3 % (docs/board.md), with a wide margin: a choice.
 pub const SENSE_GAIN_TOLERANCE: f32 = 0.05;
 /// Codes of a converter: 12 bits, oversampled 16 times.
 pub const ADC_CODES: f32 = 65536.0;

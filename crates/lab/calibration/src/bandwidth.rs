@@ -10,7 +10,7 @@ use nalgebra::Complex;
 use crate::PlatePose;
 use crate::dynamics::PERIODS;
 
-/// Steps of one period at most; those of a long one are longer than a tick.
+/// Steps of one period at most; those of a long one are longer than a tick. A choice: 0.02 degrees of a turn each.
 const MOST_STEPS: f64 = 20_000.0;
 /// Time constants after which a fast pole is taken for settled: e^-5 is 0.7 %.
 const SETTLED: f64 = 5.0;

@@ -48,7 +48,7 @@ const FAR: usize = 30;
 /// Part of the range from one far place to the next, up and down: the golden section visits all of it evenly (Knuth, The
 /// Art of Computer Programming 3, section 6.4).
 const STRIDE: f64 = 0.618_033_988_75;
-/// Where it begins, as a share of the range.
+/// Where it begins, as a share of the range: in its middle.
 const BEGIN: f64 = 0.5;
 /// Near jumps, as shares of the range, in turn: the sizes at which the hysteresis operators' thresholds lie.
 const NEAR: [f64; 6] = [0.02, -0.03, 0.06, -0.1, 0.15, -0.05];
@@ -63,7 +63,7 @@ const SINE_CYCLES: u32 = 6;
 /// The share of their length in which the mirror is still on its way there from rest.
 pub const ON_ITS_WAY: f64 = 1.0 / 3.0;
 const SINE_READINGS: u32 = 600;
-/// Time at 0 V before each (s).
+/// Time at 0 V before each (s): four of the slowest time constants of usual mirrors, 0.5 s.
 const SINE_AFTER_S: f64 = 2.0;
 
 /// Positions that the tables are corrected at, evenly over the range.
@@ -71,9 +71,9 @@ pub const POINTS: usize = 33;
 /// From one of them to the next that is measured: the way jumps about as in use, where what the mirror remembers of the
 /// way does not always point to the same side. It and [`POINTS`] have no common divisor, so that all are visited.
 const POINT_STRIDE: usize = 14;
-/// A position is held so long before it is read (s).
+/// A position is held so long before it is read (s): four of the slowest time constants of usual mirrors, 0.5 s.
 const POINT_DWELL_S: f64 = 2.0;
-/// Time at 0 V before these (s).
+/// Time at 0 V before these (s): twenty of those.
 const POINTS_AFTER_S: f64 = 10.0;
 
 /// Where a trial rests, as shares of the range: positions that no table was made from, 0.3 % of the

@@ -13,7 +13,7 @@ pub const ACTUATORS: usize = 4;
 const READINGS_PER_CYCLE: u32 = 100;
 /// The mean of a sine is held so long before it (s), so that the mirror is warm: 10 of its slowest time constants.
 const PREHOLD_S: f64 = 5.0;
-/// Between two actuators that are heated alone the mirror cools so long (s).
+/// Between two actuators that are heated alone the mirror cools so long (s): four of them.
 const BETWEEN_ACTUATORS_S: f64 = 2.0;
 
 /// One experiment: one measurement file.

@@ -8,7 +8,7 @@ pub const POSITION_NOISE_UM: f64 = 0.02;
 /// what a bench picks up.
 pub const CURRENT_NOISE_A: f64 = 2e-6;
 
-/// The part of it that is in proportion to the current.
+/// The part of it that is in proportion to the current: what a meter's last digit of five is, a choice.
 pub const CURRENT_NOISE_RATIO: f64 = 1e-4;
 
 /// A reading at the end of a dwell is the mean over so long (s), or over a quarter of the dwell: a period of the mains.

@@ -17,7 +17,7 @@ const STEP_RATE_HZ: f64 = 5e3;
 
 /// Highest drive (V) and steps of a sweep that heats next to nothing: 0.4 mW, 0.4 K.
 pub(crate) const COLD_SWEEP: (f64, u32) = (0.4, 8);
-/// How much warmer an oven is than the room (K), in turn.
+/// How much warmer an oven is than the room (K), in turn: what any oven holds, and every film bears.
 pub const OVEN_K: [f64; 2] = [20.0, 40.0];
 /// Surroundings take so long to be what a thermometer says (s).
 pub const SETTLING_S: f64 = 60.0;

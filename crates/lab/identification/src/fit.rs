@@ -18,7 +18,7 @@ const REFRESH: usize = 6;
 /// A fit evaluates its model so often at most, times one more than its parameters: what has not ended by then creeps along a
 /// valley that the data do not determine.
 const EVALUATIONS: usize = 12;
-/// Where every start runs away, parts of its heating that fits start from.
+/// Where every start runs away, parts of its heating that fits start from: three decades, a choice.
 const COOLER: [f64; 3] = [0.1, 0.01, 1e-3];
 /// A time constant is not known to a factor of e where all standardised residuals together change by less than this with its
 /// logarithm: its standard error is above 1.

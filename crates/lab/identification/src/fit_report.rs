@@ -17,7 +17,7 @@ const STRONG: f64 = 0.95;
 /// A direction whose information is this share of the best known one's is not known at all: forward differences give slopes to
 /// some 1e-4, and information is their square.
 const UNKNOWN: f64 = 1e-7;
-/// Parameters of which so much lies in unknown directions are named.
+/// Parameters of which so much lies in unknown directions are named: a choice.
 const TAKES_PART: f64 = 0.1;
 /// A parameter that is not known to this part of itself has no meaningful value.
 const MEANINGLESS: f64 = 1.0;

@@ -23,7 +23,7 @@ pub struct Identified {
     pub standard_error: f64,
 }
 
-/// By how much a bracket grows, up and down, until the root is inside.
+/// By how much a bracket grows, up and down, until the root is inside: little enough for the nearest one, a choice.
 const GROWTH: f64 = 1.2;
 
 /// The value of a parameter, the closest one to its start, at which the model is at a measured point; `None` where it is not

@@ -17,7 +17,7 @@ pub const LAGS: usize = 4;
 /// Knots of the temperature rise that a resistance tells. Straight lines between 17 leave a hundredth of a kelvin of the
 /// paper's mirror, whose resistance bends most.
 pub const SENSED_RISES: usize = 17;
-/// What counts as slow: time constants from here on.
+/// What counts as slow: lags that go 0.2 % of what is left to go in four ticks, and less.
 pub const SLOW: Second = Second(0.25);
 
 /// The stages' numbers of one actuator.

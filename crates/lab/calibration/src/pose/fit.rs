@@ -23,14 +23,15 @@ const GROWTH_PER_K: f64 = 5e-4;
 const LEAST_GROWTH_PER_K: f64 = -1e-3;
 /// A pole may be shared from here on (s): the core takes no faster ones.
 const FASTEST_SHARED_S: f64 = 0.01;
-/// A pole of less weight tells nothing of what shares it.
+/// A pole of less weight, 0.3 um of the range, tells nothing of what shares it: a choice.
 const LEAST_WEIGHT: f64 = 2e-3;
-/// What instruments and stages leave of a coordinate at rest (um), and on the way, where a plate rings.
+/// What instruments and stages leave of a coordinate at rest (um), a sensor's 20 nm, and on the way, where a plate rings: a twentieth of
+/// the course.
 const AT_REST_UM: f64 = 0.02;
 const ON_THE_WAY_UM: f64 = 0.5;
 /// Difference step, in standard deviations: far above rounding, and far below one.
 const DIFFERENCE: f64 = 1e-5;
-/// A fit ends where a step gains, or moves, no more than this share.
+/// A fit ends where a step gains, or moves, no more than this share: a choice, far below what noise leaves open.
 const TOLERANCE: f64 = 1e-9;
 const MOST_EVALUATIONS: usize = 60;
 

@@ -62,7 +62,7 @@ pub struct Posed {
 pub fn poses_to_measure(reach: &Reach, top_um: f64) -> Vec<PlatePose> {
     const LEVELS: usize = 12;
     const STRIDE: usize = 5;
-    /// Parts of the largest tilt there is.
+    /// Parts of the largest tilt there is, and none of its end, where limits act: a choice.
     const PARTS: [f64; 3] = [0.15, 0.45, 0.8];
     let mut poses = Vec::new();
     for step in 0..LEVELS {
@@ -101,7 +101,7 @@ pub fn with_assumed_levers(calibration: &Calibration) -> Calibration {
     .expect("levers of a square plate are levers")
 }
 
-/// How long [`along_a_course`] takes (s).
+/// How long [`along_a_course`] takes (s): sixteen of its periods.
 pub const COURSE_S: f64 = 0.8;
 
 /// Poses on the way that tell what each actuator loses besides, and which poles all four share: after so many seconds, first along a

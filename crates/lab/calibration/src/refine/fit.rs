@@ -17,7 +17,7 @@ use crate::curve::Curve;
 /// How often memory's own input is brought up to date with what was found. Memory is some percent of the displacement, so its
 /// error falls by as much each time, and the third is of the order of the noise.
 const ROUNDS: usize = 3;
-/// A fit ends where a step gains, or moves, no more than this share.
+/// A fit ends where a step gains, or moves, no more than this share: a choice, far below what noise leaves open.
 const TOLERANCE: f64 = 1e-6;
 /// Evaluations of a fit: a dozen steps for each of the twelve unknowns.
 const MOST_EVALUATIONS: usize = 150;

@@ -29,7 +29,7 @@ const NOISE_K: f64 = 0.1;
 const UNSETTLED: f64 = 10.0;
 /// Standard deviation that second differences from knot to knot may have (K): resistances of the paper's mirror bend by 0.2 K.
 const BEND_K: f64 = 0.5;
-/// A curve whose slope is less than this part of a straight line's tells no temperature.
+/// A curve whose slope is less than this part of a straight line's tells no temperature: its readings count for a fifth. A choice.
 const LEAST_SLOPE: f64 = 0.2;
 
 /// The curve through readings up to the rise `top_k`; `None` where they show none that rises.

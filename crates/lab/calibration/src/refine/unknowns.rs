@@ -25,7 +25,7 @@ const GROWTH_PER_K: (f64, f64) = (0.0, 0.1);
 const GROWTH_UNIT: f64 = 1e-3;
 /// Fastest and slowest release of the play operators (s): two moves, and never within a session.
 const RELEASE_S: (f64, f64) = (0.02, 1e4);
-/// Where it starts (s).
+/// Where it starts (s): the drive's rounding loosens friction within half a second (docs/theory/identification.md).
 const USUAL_RELEASE_S: f64 = 1.0;
 /// Standard deviation of all coordinates around the start: a factor of 20 either way, and 0.003 / K of growth. It keeps what
 /// the data do not determine, and the scale of the weights.

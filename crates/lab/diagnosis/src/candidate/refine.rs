@@ -13,11 +13,12 @@ use nalgebra::{DMatrix, DVector};
 const ROUNDS: usize = 8;
 /// A round that gains less than this, of scores of 25 and more, is the last.
 const ENOUGH: f64 = 0.1;
-/// Damping in parts of the normal matrix's diagonal at first, and how it changes after a good and a bad step.
+/// Damping in parts of the normal matrix's diagonal at first, and how it changes after a good and a bad step (Marquardt 1963, who has 10
+/// for both).
 const DAMPING: f64 = 1e-3;
 const EASED: f64 = 0.1;
 const TIGHTENED: f64 = 30.0;
-/// A ridge for a parameter that nothing depends on.
+/// A ridge for a parameter that nothing depends on: far above the rounding of a double, far below what readings tell.
 const RIDGE: f64 = 1e-9;
 /// Difference step in parts of a parameter's usual size: above the noise of the simulation's step control.
 const DIFFERENCE: f64 = 0.02;

@@ -12,7 +12,7 @@ use mirror_model::effect::Active;
 use nalgebra::{DMatrix, DVector};
 use std::sync::OnceLock;
 
-/// A ridge for a parameter that nothing depends on.
+/// A ridge for a parameter that nothing depends on: far above the rounding of a double, far below what readings tell.
 const RIDGE: f64 = 1e-6;
 /// A step that ends further from where it was aimed than this has met a bound: rounding.
 const BOUND: f64 = 1e-12;

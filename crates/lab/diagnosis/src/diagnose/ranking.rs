@@ -11,7 +11,7 @@ use identification::{Estimate, Unit};
 use nalgebra::DVector;
 use std::collections::BTreeMap;
 
-/// Effects whose scores are within this factor of each other are look-alikes.
+/// Effects whose scores are within this factor of each other are look-alikes, for people: a choice.
 const LOOK_ALIKE: f64 = 2.0;
 
 const UNITS: [Unit; 2] = [Unit::Micrometre, Unit::Milliampere];

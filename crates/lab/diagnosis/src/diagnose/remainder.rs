@@ -6,7 +6,7 @@ use crate::report::{Remainder, Rms};
 use identification::Unit;
 use mirror_model::ACTUATORS;
 
-/// An effect takes most of an error that falls by this part of itself or more.
+/// An effect takes most of an error that falls by this part of itself or more: a choice, for people.
 const MOST: f64 = 0.8;
 /// Up to a drive the effect explains the readings where these are left by no more than so many standard deviations, root mean
 /// square; and there are so many of them.

@@ -5,7 +5,7 @@ use crate::Unit;
 use crate::dataset::Dataset;
 use mirror_model::ACTUATORS;
 
-/// A drive held for so long is taken as steady.
+/// A drive held for so long (s) is taken as steady: some ten of the time constants of usual mirrors, tens of milliseconds.
 pub(super) const STEADY_S: f64 = 0.5;
 /// Fewer steps up say nothing of a form.
 const STEPS: usize = 5;

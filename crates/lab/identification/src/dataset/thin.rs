@@ -18,7 +18,7 @@ const THINNING: f64 = 1.1;
 /// Straight lines between the rows that are kept of a moving drive are off by this part of its range at most (root mean square):
 /// what a sine of 20 rows a period leaves.
 const STRAIGHT: f64 = 0.01;
-/// Rows that end before this part of a file are its beginning only.
+/// Rows that end before this part of a file are its beginning only: a choice.
 const BEGINNING: f64 = 0.9;
 
 /// A session of which nothing needs to be left out any more.

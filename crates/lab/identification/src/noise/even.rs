@@ -2,7 +2,7 @@
 
 use measurement::Row;
 
-/// Rows are even whose steps of time differ by less than this share.
+/// Rows are even whose steps of time differ by less than this share: times are written with three digits and more.
 const EVEN: f64 = 0.01;
 
 /// Whether all steps of time are alike.

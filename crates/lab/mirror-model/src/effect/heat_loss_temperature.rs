@@ -18,7 +18,7 @@ const ROOM_K: f64 = 295.0;
 const AIR: f64 = 0.8;
 /// The power of the temperature difference that free convection's coefficient grows with: laminar, ibidem, section 9.6.
 const CONVECTION: f64 = 0.25;
-/// A temperature rise that free convection's strength is counted at (K).
+/// A temperature rise that free convection's strength is counted at (K): about the paper's mirror's at high drives.
 const CONVECTION_K: f64 = 100.0;
 /// Conductivity of silicon above the room as a negative power of the absolute temperature: C. Glassbrenner and G. Slack,
 /// Phys. Rev. 134 (1964) A1058, 300 to 1000 K.

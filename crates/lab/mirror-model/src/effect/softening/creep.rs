@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 pub(super) struct ActivatedCreep;
 
-/// Temperature rise at which the rate is counted (K).
+/// Temperature rise at which the rate is counted (K): about the paper's mirror's at high drives.
 const COUNTED_K: f64 = 100.0;
 /// Rates beyond this many e-folds from the counted one are held there: a mirror that is this hot has long yielded.
 const E_FOLDS: f64 = 20.0;
