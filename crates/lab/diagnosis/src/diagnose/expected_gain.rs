@@ -202,3 +202,73 @@ fn shown(now: &[Candidate], then: &[Candidate]) -> Vec<Shown> {
     });
     shown.collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::candidate::{Direction, scored};
+    use crate::residual_space::{ModelDiscrepancy, ResidualSpace, Session};
+    use nalgebra::{DMatrix, DVector};
+
+    /// The one-sided 95 % quantile of a normal distribution.
+    const QUANTILE: f64 = 1.644_854;
+
+    /// Softening that at its usual strength changes the only reading by so many standard deviations; it must score 25.
+    fn showing(deviations: f64) -> Candidate {
+        let none = DMatrix::zeros(1, 0);
+        let discrepancy = Arc::new(ModelDiscrepancy::new(&none, &DVector::repeat(1, 1.0)));
+        let space: ResidualSpace<Session> = ResidualSpace::of_all(&none, &discrepancy);
+        let candidate = scored("softening", 0.0);
+        let direction = Direction {
+            active: Active::usual(candidate.effect.clone()),
+            change: space.vector(&DVector::repeat(1, deviations)),
+        };
+        Candidate {
+            directions: vec![direction],
+            threshold: 25.0,
+            ..candidate
+        }
+    }
+
+    #[test]
+    fn the_nearer_two_effects_are_the_less_surely_the_right_one_fits_better() {
+        let told = |deviations| {
+            let difference = Difference {
+                between: ["creep".into(), "hysteresis".into()],
+                deviations,
+            };
+            difference.probability_told()
+        };
+        assert_eq!(told(0.0), 0.5);
+        // The quantile's digits.
+        assert!((told(2.0 * QUANTILE) - 0.95).abs() < 1e-6);
+    }
+
+    #[test]
+    fn an_effect_as_large_as_its_threshold_is_shown_in_half_of_all_cases() {
+        let effects = [showing(5.0), showing(5.0 + QUANTILE)];
+        // The quantile's digits.
+        assert!((probability_shown(&effects[..1]) - 0.5).abs() < 1e-6);
+        assert!((probability_shown(&effects) - 0.5 * (0.5 + 0.95)).abs() < 1e-6);
+        assert_eq!(probability_shown(&[]), 0.0);
+    }
+
+    #[test]
+    fn what_is_seen_at_its_usual_strength_then_and_not_now_is_shown() {
+        let usual = showing(1.0).effect.info().parameters[0].start.abs();
+        let gained = |now, then| shown(&[showing(now)], &[showing(then)]);
+        let [gain] = &gained(6.0, 7.0)[..] else {
+            panic!("it is shown");
+        };
+        assert_eq!(gain.effect, "softening");
+        // An amplitude of 5 and its margin of 1.64, at 7 for the usual strength.
+        assert!(
+            (gain.then / usual - 6.64 / 7.0).abs() < 1e-9,
+            "{}",
+            gain.then
+        );
+        assert!(gained(7.0, 9.0).is_empty(), "it is seen now, too");
+        assert!(gained(5.0, 6.0).is_empty(), "it is not seen then either");
+        assert_eq!(gained(3.0, 6.5).len(), 1, "half of what it takes now");
+    }
+}
