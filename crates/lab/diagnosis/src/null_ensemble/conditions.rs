@@ -224,6 +224,7 @@ impl Hash {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use identification::dataset::OwnZero;
     use mirror_model::device::Film;
 
     /// Two levels, displacement and one current read at each.
@@ -273,7 +274,7 @@ mod tests {
     #[test]
     fn whatever_an_ensemble_depends_on_changes_its_key() {
         let data = session([0.0, 0.0, 40.0, 2e-3], 0.02);
-        let changes: [fn(&mut Dataset); 9] = [
+        let changes: [fn(&mut Dataset); 12] = [
             |data| data.intervals[1].duration_s = 2.0,
             |data| data.intervals[1].from_v[2] = 1.0,
             |data| data.intervals[1].to_v[3] = 1.0,
@@ -283,6 +284,12 @@ mod tests {
             |data| data.observations[3].interval = 0,
             |data| data.observations[2].noise = 0.2,
             |data| data.observations.truncate(3),
+            |data| data.observations[3].experiment = 1,
+            |data| data.is_steady = true,
+            |data| {
+                let zero = OwnZero::new(0..1, &data.observations);
+                data.own_zeros.push(zero);
+            },
         ];
         for (index, change) in changes.into_iter().enumerate() {
             let mut changed = data.clone();
