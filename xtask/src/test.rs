@@ -29,13 +29,13 @@ use crate::test_programs::{self, TestProgram};
 /// Programs of tests that take the longest, begun in this order, so that no processor waits at the end.
 const LONGEST: [&str; 8] = [
     "tests/lab",
-    "tests/small_session",
-    "tests/calibrate",
-    "tests/mistakes",
-    "tests/faults",
-    "tests/beyond_drives",
-    "tests/cache",
+    "tests/elsewhere",
+    "tests/refine",
+    "tests/json",
+    "tests/scan",
     "tests/emulated",
+    "tests/flashed",
+    "tests/device",
 ];
 
 /// What the checks of [`hil::PACKAGE`] are told to run boards on, where that is not QEMU.
