@@ -81,12 +81,12 @@ impl Arguments {
     }
 }
 
-/// Whether something is done.
+/// Whether positions are compensated for the surroundings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Switch {
-    /// Do it.
+    /// Compensate positions.
     On,
-    /// Do it no longer.
+    /// Leave the mirror to the surroundings.
     Off,
 }
 
