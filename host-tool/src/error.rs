@@ -13,6 +13,7 @@ use std::path::PathBuf;
 use calibration_procedure::{Doubt, SensorError};
 use control_core::calibration::Label;
 use mirror_protocol::{PROTOCOL_VERSION, Refusal};
+use quantities::Hold;
 
 pub use self::beyond_board::BeyondBoard;
 pub use self::input::UnusableInput;
@@ -20,7 +21,6 @@ pub use self::not_improved::NotImproved;
 pub use self::output::OutputError;
 use self::refusal::{fault_advice, refusal_advice, refusal_words, update_advice};
 use crate::names::fault_name;
-use crate::quantity::Hold;
 use crate::update::package::PackageError;
 use crate::update::target::Undecided;
 

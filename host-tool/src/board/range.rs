@@ -1,9 +1,9 @@
 //! What a board is asked for lies within its range, to the last digit. Nothing is asked of it where it does not.
 
 use mirror_protocol::{Health, Status};
+use quantities::{Length, Voltage};
 
 use crate::error::BeyondBoard;
-use crate::quantity::{Length, Voltage};
 use crate::report::decimal;
 
 /// Whether a board in this state reaches a position.

@@ -8,12 +8,12 @@ use mirror_protocol::{
     Telemetry, TelemetryBatch, TelemetryTopic,
 };
 use postcard_rpc::host_client::MultiSubscription;
+use quantities::Span;
 use tokio::time::timeout;
 
 use super::answer::{ANSWER_TIMEOUT, Request, no_answer};
 use super::link::Board;
 use crate::error::{BeyondBoard, ToolError};
-use crate::quantity::Span;
 
 /// Batches of samples that may wait while the tool does something else.
 const QUEUED_BATCHES: usize = 65536;

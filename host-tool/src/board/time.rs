@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
+use quantities::Span;
 use tokio::time::sleep;
 
 use super::answer::ANSWER_TIMEOUT;
 use super::link::Board;
 use crate::error::ToolError;
-use crate::quantity::Span;
 
 impl Board {
     /// The board's time from one control tick to a later one.

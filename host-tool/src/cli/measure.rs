@@ -4,6 +4,7 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
+use quantities::{Frequency, Length, Span, Temperature, Voltage, in_unit};
 
 use experiments::Measurement;
 
@@ -12,7 +13,6 @@ use super::defaults::{
     STEP_TO, SWEEP_STEPS,
 };
 use super::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
-use crate::quantity::{Frequency, Length, MINUS, Span, Voltage};
 
 /// What can be measured.
 #[derive(Debug, Subcommand)]
@@ -197,11 +197,8 @@ const SURROUNDINGS_C: RangeInclusive<f64> = -196.0..=300.0;
 
 /// So many degrees, with or without their unit.
 fn celsius(text: &str) -> Result<f64, String> {
-    let written = text.replace(MINUS, "-");
-    let number = written.strip_suffix("degC").unwrap_or(&written).trim();
-    let celsius = number.parse().ok();
-    // Not so for NaN.
-    let celsius = celsius.filter(|celsius| SURROUNDINGS_C.contains(celsius));
+    let celsius = in_unit(text, "degC").map(|Temperature { celsius }| celsius);
+    let celsius = celsius.ok().filter(|c| SURROUNDINGS_C.contains(c));
     celsius.ok_or_else(|| {
         let (low, high) = SURROUNDINGS_C.into_inner();
         format!("write degrees from {low} to {high}: 22.5")

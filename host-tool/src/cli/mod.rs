@@ -10,6 +10,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
+use quantities::{Angle, Hold, Length, MINUS, Resistance, Span, Voltage};
 
 use self::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
 pub use self::lab::{Compare, Diagnose, EffectCommand, Import, LabInput, ModelOutput, Report};
@@ -19,7 +20,6 @@ pub use self::moving::{
     TiltCurve,
 };
 use crate::completion::candidates;
-use crate::quantity::{Angle, Hold, Length, MINUS, Resistance, Span, Voltage};
 use crate::verbosity::Verbosity;
 
 /// A negative quantity with a minus sign instead of the hyphen that would make it an option, so that

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
+use quantities::{Angle, Frequency, Length, Span};
 
 use super::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
 use crate::completion::candidates;
-use crate::quantity::{Angle, Frequency, Length, Span};
 
 /// The waveforms of positions and poses.
 #[derive(Debug, Subcommand)]

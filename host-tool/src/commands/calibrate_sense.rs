@@ -4,6 +4,7 @@ use std::fmt;
 use std::ops::RangeInclusive;
 
 use mirror_protocol::{Drives, Kept, Sense};
+use quantities::{Resistance, Span};
 use serde::Serialize;
 
 use crate::board::Board;
@@ -11,7 +12,6 @@ use crate::commands::measure::interrupt::Interrupt;
 use crate::commands::moving::read_settled;
 use crate::commands::status::kept_words;
 use crate::error::{BeyondBoard, ToolError};
-use crate::quantity::{Resistance, Span};
 use crate::report::{self, decimal, row};
 
 /// What flows in these at the voltages below is within the sense's range, and well above its noise.

@@ -40,9 +40,9 @@ use crate::commands::moving::Pace;
 use crate::completion;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
-use crate::quantity::TiltedPose;
 use crate::report;
 use crate::serve;
+use crate::tilted_pose::TiltedPose;
 
 /// Carries out one command.
 pub(crate) fn run(arguments: Arguments) -> Result<(), ToolError> {

@@ -3,13 +3,13 @@
 use std::fmt;
 
 use mirror_protocol::{ChannelState, Commanded, LEASE_FOREVER_MS, Telemetry};
+use quantities::{Hold, Span};
 use serde::Serialize;
 use tokio::signal::ctrl_c;
 
 use crate::board::Board;
 use crate::error::ToolError;
 
-use crate::quantity::{Hold, Span};
 use crate::report::{decimal, row, row_of_known};
 
 /// Readings are the mean of so many samples, a millisecond apart.

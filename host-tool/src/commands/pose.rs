@@ -10,8 +10,8 @@ use serde::Serialize;
 
 use crate::board::lowest_um;
 use crate::error::BeyondBoard;
-use crate::quantity::TiltedPose;
 use crate::report::decimal;
+use crate::tilted_pose::TiltedPose;
 
 /// A pose as a board tells it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use indicatif::ProgressStyle;
 use measurement::{Keys, Row};
 use mirror_protocol::{ChannelState, Identity, Telemetry};
+use quantities::Span;
 use serde::Serialize;
 
 use crate::board::{Board, Samples};
@@ -17,7 +18,6 @@ use crate::commands::moving::check_states;
 use crate::commands::uncertainty::Uncertainty;
 use crate::error::{BeyondBoard, OutputError, ToolError};
 use crate::new_file::NewFile;
-use crate::quantity::Span;
 use crate::recording::{Recording, Rows};
 use crate::report::{self, counted, decimal};
 use crate::system::standard_output;

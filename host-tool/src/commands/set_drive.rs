@@ -3,13 +3,13 @@
 use std::fmt;
 
 use mirror_protocol::Drives;
+use quantities::Voltage;
 use serde::Serialize;
 
 use crate::board::{Board, check_drives};
 use crate::commands::moving::{Pace, Readings, answered, settle_and_read};
 use crate::error::{BeyondBoard, ToolError};
 use crate::names::{limit_names, limited_line};
-use crate::quantity::Voltage;
 use crate::report::{self, row};
 
 #[derive(Serialize)]

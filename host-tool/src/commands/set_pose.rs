@@ -10,8 +10,8 @@ use crate::commands::moving::{Pace, Readings, answered, settle_and_read};
 use crate::commands::uncertainty::Uncertainty;
 use crate::error::ToolError;
 use crate::names::{limit_names, limited_line};
-use crate::quantity::TiltedPose;
 use crate::report;
+use crate::tilted_pose::TiltedPose;
 
 #[derive(Serialize)]
 struct PoseReport {

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use mirror_protocol::Position;
+use quantities::Length;
 use serde::Serialize;
 
 use crate::board::{Board, check_position};
@@ -10,7 +11,6 @@ use crate::commands::moving::{Pace, Readings, answered, settle_and_read};
 use crate::commands::uncertainty::Uncertainty;
 use crate::error::ToolError;
 use crate::names::{limit_names, limited_line};
-use crate::quantity::Length;
 use crate::report;
 
 #[derive(Serialize)]

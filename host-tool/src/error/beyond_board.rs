@@ -1,6 +1,8 @@
 //! What is asked for and no board, or not this one, can do.
 
-use crate::quantity::{Frequency, Length, Resistance, Span, TiltedPose, Voltage};
+use quantities::{Frequency, Length, Resistance, Span, Voltage};
+
+use crate::tilted_pose::TiltedPose;
 
 /// What is asked for and no board, or not this one, can do. It was not asked to.
 #[derive(Debug, thiserror::Error, miette::Diagnostic, strum::IntoStaticStr)]

@@ -1,9 +1,9 @@
 //! Experiments that a board cannot play.
 
 use experiment_player::PlayError;
+use quantities::{Frequency, Span};
 
 use super::{BeyondBoard, ToolError};
-use crate::quantity::{Frequency, Span};
 
 impl From<PlayError> for ToolError {
     fn from(error: PlayError) -> Self {

@@ -1,6 +1,8 @@
 //! What the instrument can be told and asked.
 
-use crate::quantity::{Length, Span, TiltedPose};
+use quantities::{Length, Span};
+
+use crate::tilted_pose::TiltedPose;
 
 /// What a client says.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,13 +7,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use calibration::PlatePose;
 use chrono::{SecondsFormat, Utc};
 use mirror_protocol::{Commanded, Drives, Refusal};
+use quantities::Span;
 use tokio::task::AbortHandle;
 use tokio::time::sleep;
 
 use crate::board::{Board, Found, RENEWED_LEASE_MS};
 use crate::commands::pose::request;
 use crate::error::ToolError;
-use crate::quantity::Span;
 use crate::scpi::{Error, Kind, Status};
 use crate::serve::failure::told;
 

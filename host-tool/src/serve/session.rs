@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use calibration::PlatePose;
 use mirror_protocol::{CalibrationInfo, Status};
+use quantities::{Length, Span, Voltage};
 use tokio::sync::watch;
 
 use crate::board::{Board, check_drives, check_position};
 use crate::commands::kept_words;
 use crate::commands::pose::{reach, reached};
 use crate::error::{BeyondBoard, ToolError};
-use crate::quantity::{Length, Span, TiltedPose, Voltage};
 use crate::scpi::{self, Error, Group, Kind, Unit, event, quoted, units};
 use crate::serve::action::{Action, Question, Registers};
 use crate::serve::answers::{boards, numbers, read_from};
@@ -21,6 +21,7 @@ use crate::serve::device::{Asked, Client, Device, Moved};
 use crate::serve::failure::{stopped, told};
 use crate::serve::states::{has_tripped, is_own, is_settling, operation, questionable, settles_in};
 use crate::serve::trace::{self, COLUMNS, TraceError};
+use crate::tilted_pose::TiltedPose;
 
 /// The board that a session speaks to, once it has spoken to one.
 type SpeakingTo = Option<Arc<Device>>;

@@ -2,9 +2,9 @@
 
 use control_core::Limits;
 use mirror_protocol::{ChannelState, Kept, Status};
+use quantities::Span;
 
 use crate::board::Board;
-use crate::quantity::Span;
 use crate::serve::device::Moved;
 
 /// A register's bits, and what each means.

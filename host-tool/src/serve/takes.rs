@@ -1,8 +1,10 @@
 //! What a command takes: parameters in base units, or with a unit as people write it.
 
-use crate::quantity::{Length, QuantityError, Span, TiltedPose, Voltage};
+use quantities::{Length, QuantityError, Span, Voltage, in_unit};
+
 use crate::scpi::{Error, Kind};
 use crate::serve::action::Action;
+use crate::tilted_pose::TiltedPose;
 
 /// The parameters of a command, and what is said with them.
 pub(super) enum Takes {
@@ -96,11 +98,8 @@ fn quantity<Q>(text: &str, base_unit: &str) -> Result<Q, Error>
 where
     Q: std::str::FromStr<Err = QuantityError>,
 {
-    let parse = |text: &str| match text.parse::<Q>() {
-        Err(QuantityError::NoUnit { .. }) => format!("{text} {base_unit}").parse(),
-        parsed => parsed,
-    };
-    let parsed = parse(text).or_else(|error| parse(&text.to_lowercase()).map_err(|_| error));
+    let read = |text: &str| in_unit(text, base_unit);
+    let parsed = read(text).or_else(|error| read(&text.to_lowercase()).map_err(|_| error));
     parsed.map_err(|error| {
         let kind = match error {
             QuantityError::WrongUnit { .. } => Kind::InvalidSuffix,

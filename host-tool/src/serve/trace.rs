@@ -1,10 +1,10 @@
 //! Samples as a block of definite length (IEEE 488.2, 8.7.9).
 
 use mirror_protocol::Telemetry;
+use quantities::Span;
 
 use crate::board::Board;
 use crate::error::ToolError;
-use crate::quantity::Span;
 use crate::scpi::{Error, Kind};
 
 /// Samples of one trace: four megabytes of rows, and as many as wait in this tool while it is busy.

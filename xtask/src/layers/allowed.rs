@@ -96,6 +96,7 @@ pub(super) const ALLOWED: &[Allowed] = &[
     (Room::Lab, "least-squares", &[]),
     (Room::Lab, "measurement", &["input-file"]),
     (Room::Lab, "mirror-model", &["input-file"]),
+    (Room::Lab, "quantities", &[]),
     (Room::VirtualBench, "board-sockets", &[]),
     (
         Room::VirtualBench,
@@ -187,6 +188,7 @@ pub(super) const ALLOWED: &[Allowed] = &[
             "board-on-host",
             "board-sockets",
             "emulated-board",
+            "quantities",
             "silicon-twin",
             "virtual-mirror",
         ],
@@ -259,6 +261,7 @@ pub(super) const ALLOWED: &[Allowed] = &[
             "mirror-model",
             "mirror-protocol",
             "protection",
+            "quantities",
         ],
     ),
     (

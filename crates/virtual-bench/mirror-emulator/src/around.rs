@@ -3,6 +3,7 @@
 use std::fmt;
 
 use emulated_board::Controls;
+use quantities::{Length, Temperature, in_unit};
 
 /// The travel of spot and stage either way (um): twenty times a plate's side.
 const TRAVEL_UM: f64 = 10_000.0;
@@ -10,17 +11,6 @@ const TRAVEL_UM: f64 = 10_000.0;
 const OVEN_C: [f64; 2] = [-40.0, 85.0];
 /// How many times its heat the air may take: none is a vacuum, ten times a strong wind.
 const AIR: [f64; 2] = [0.0, 10.0];
-
-const MICROMETRES: [(&str, f64); 6] = [
-    ("nm", 1e-3),
-    ("um", 1.0),
-    ("\u{b5}m", 1.0),
-    ("\u{3bc}m", 1.0),
-    ("mm", 1e3),
-    ("", 1.0),
-];
-const CELSIUS: [(&str, f64); 2] = [("degC", 1.0), ("", 1.0)];
-const TIMES: [(&str, f64); 1] = [("", 1.0)];
 
 /// One thing, and where it is brought.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,19 +36,19 @@ impl Around {
         let far = "in micrometres, at most 10 mm either way";
         let (asked, how) = match what.as_str() {
             "spot" => (
-                numbers(values, &MICROMETRES, travel).map(Self::Spot),
+                within(travel, values, micrometres).map(Self::Spot),
                 format!("`spot X Y`: from the plate's centre, {far}"),
             ),
             "stage" => (
-                numbers(values, &MICROMETRES, travel).map(|[um]| Self::Stage(um)),
+                within(travel, values, micrometres).map(|[um]| Self::Stage(um)),
                 format!("`stage UM`: towards the substrate, {far}"),
             ),
             "oven" => (
-                numbers(values, &CELSIUS, OVEN_C).map(|[celsius]| Self::Oven(celsius)),
+                within(OVEN_C, values, celsius).map(|[celsius]| Self::Oven(celsius)),
                 "`oven CELSIUS`: from -40 to 85 degrees".to_owned(),
             ),
             "air" => (
-                numbers(values, &TIMES, AIR).map(|[factor]| Self::Air(factor)),
+                within(AIR, values, |times| times.parse().ok()).map(|[factor]| Self::Air(factor)),
                 "`air FACTOR`: how many times its heat the air takes, from 0 to 10".to_owned(),
             ),
             _ => return None,
@@ -88,23 +78,28 @@ impl fmt::Display for Around {
     }
 }
 
-/// So many numbers between these bounds, with or without one of these units, each in parts of the first's.
-fn numbers<const N: usize>(
-    words: &[String],
-    units: &[(&str, f64)],
+/// So many numbers between these bounds, each as `read` reads it.
+fn within<const N: usize>(
     [low, high]: [f64; 2],
+    words: &[String],
+    read: impl Fn(&str) -> Option<f64>,
 ) -> Option<[f64; N]> {
-    let number = |word: &String| {
-        let of_unit = |(unit, factor): &(&str, f64)| {
-            let number: f64 = word.strip_suffix(unit)?.trim().parse().ok()?;
-            Some(number * factor)
-        };
-        // Not so for NaN.
-        let is_possible = |number: &f64| (low..=high).contains(number);
-        units.iter().find_map(of_unit).filter(is_possible)
-    };
-    let numbers: Option<Vec<f64>> = words.iter().map(number).collect();
+    // Not so for NaN.
+    let is_possible = |number: &f64| (low..=high).contains(number);
+    let numbers: Option<Vec<f64>> = words
+        .iter()
+        .map(|word| read(word).filter(is_possible))
+        .collect();
     numbers?.try_into().ok()
+}
+
+fn micrometres(word: &str) -> Option<f64> {
+    in_unit(word, "um").ok().map(|Length { um }| um)
+}
+
+fn celsius(word: &str) -> Option<f64> {
+    let read = in_unit(word, "degC").ok();
+    read.map(|Temperature { celsius }| celsius)
 }
 
 #[cfg(test)]
@@ -124,6 +119,11 @@ mod tests {
                 "the spot is at x 10 um, y -20 um of the plate",
             ),
             ("stage 0.005mm", "the stage is 5 um from where it was first"),
+            (
+                "stage 10mm",
+                "the stage is 10000 um from where it was first",
+            ),
+            ("oven 85", "the oven goes to 85 degC"),
             ("oven -40degC", "the oven goes to -40 degC"),
             ("air 0", "the air takes 0 times its heat"),
         ] {
@@ -142,14 +142,16 @@ mod tests {
             "spot 1 2 3",
             "spot 1V 2V",
             "stage 1e308",
-            "stage 11mm",
+            "stage 10.001mm",
+            "stage -10.001mm",
             "stage um",
             "oven 1e9",
-            "oven 86",
+            "oven 85.1",
+            "oven -40.1degC",
             "oven 22K",
             "air -1",
             "air nan",
-            "air 11",
+            "air 10.1",
             "air 2um",
         ] {
             let how = asked(line).expect(line).expect_err(line);

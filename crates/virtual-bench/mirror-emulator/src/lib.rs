@@ -12,6 +12,7 @@ use anyhow::{Result, anyhow, ensure};
 use board_on_host::BoardOnHost;
 use board_sockets::boards_directory;
 use emulated_board::{Connected, Controls, EmulatedBoard, Emulation, Speed, private_directory};
+use quantities::{TemperatureRise, in_unit};
 use silicon_twin::served::{ServedTwin, Serving};
 use virtual_mirror::MirrorConfig;
 
@@ -234,13 +235,9 @@ const FARTHEST_K: f64 = 63.0;
 
 /// So many kelvins, with or without their unit.
 fn kelvin(text: &str) -> Result<f64, String> {
-    let number = text.strip_suffix('K').unwrap_or(text).trim();
-    let kelvin: f64 = number
-        .parse()
-        .map_err(|_| format!("'{text}' is no number of kelvins: 10 or 10K"))?;
-    // Not so for NaN.
-    let is_a_room = kelvin.abs() <= FARTHEST_K;
-    is_a_room.then_some(kelvin).ok_or_else(|| {
+    let TemperatureRise { k } = in_unit(text, "K").map_err(|error| error.to_string())?;
+    let is_a_room = k.abs() <= FARTHEST_K;
+    is_a_room.then_some(k).ok_or_else(|| {
         format!("no board is used in such a room: at most {FARTHEST_K} K warmer or colder")
     })
 }
@@ -356,10 +353,10 @@ mod tests {
 
     #[test]
     fn a_room_is_so_many_kelvins_that_a_board_may_be_in() {
-        for (text, expected) in [("10", 10.0), ("-12K", -12.0), ("9.5 K", 9.5)] {
+        for (text, expected) in [("10", 10.0), ("-12K", -12.0), ("9.5 K", 9.5), ("63", 63.0)] {
             assert_eq!(kelvin(text), Ok(expected));
         }
-        for text in ["warm", "nan", "inf", "-400K", "64", ""] {
+        for text in ["warm", "nan", "inf", "-400K", "63.1", "10degC", ""] {
             assert!(kelvin(text).is_err(), "{text}");
         }
     }

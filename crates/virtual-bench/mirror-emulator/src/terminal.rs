@@ -4,17 +4,11 @@ use std::io::{self, BufRead, IsTerminal};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Result;
+use quantities::is_unit;
 use rustyline::DefaultEditor;
 use rustyline::error::ReadlineError;
 
 const PROMPT: &str = "host-tool> ";
-
-/// Units that a person may set apart from their number: those of the host tool's quantities, and of the oven.
-const UNITS: [&str; 30] = [
-    "um", "\u{b5}m", "\u{3bc}m", "nm", "mm", "m", "deg", "\u{b0}", "mdeg", "mrad", "urad", "rad",
-    "V", "v", "mV", "ohm", "Ohm", "\u{3a9}", "kohm", "k\u{3a9}", "Hz", "hz", "mHz", "kHz", "s",
-    "ms", "us", "min", "h", "degC",
-];
 
 /// A command runs, and Ctrl-C is meant for it.
 static RUNS_COMMAND: AtomicBool = AtomicBool::new(false);
@@ -82,7 +76,7 @@ impl Terminal {
 fn words(line: &str) -> Option<Vec<String>> {
     let mut words: Vec<String> = Vec::new();
     for word in shlex::split(line)? {
-        let is_unit = UNITS.contains(&word.as_str());
+        let is_unit = is_unit(&word);
         match words.last_mut() {
             Some(number) if is_unit && number.parse::<f64>().is_ok() => number.push_str(&word),
             // What the book shows is often copied with the tool's name.
@@ -111,6 +105,11 @@ mod tests {
                 vec!["set-pose", "120um", "1mrad", "-2mdeg"],
             ),
             ("spot 10 um -20 um", vec!["spot", "10um", "-20um"]),
+            ("oven 30 °C", vec!["oven", "30°C"]),
+            (
+                "record --period 500 µs",
+                vec!["record", "--period", "500µs"],
+            ),
             ("record -o 'a file.csv'", vec!["record", "-o", "a file.csv"]),
             (
                 "set-drive 1 V 2 V 1.5 V 0 V",

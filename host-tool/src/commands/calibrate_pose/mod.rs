@@ -14,6 +14,7 @@ use calibration::{
 use control_core::{Calibration, Limits};
 use experiments::calibration::RANGE;
 use mirror_protocol::{CalibrationUse, Compensate, SetPose};
+use quantities::{Hold, Span};
 
 use self::readings::{AtPose, PoseSession, Spot, table};
 use self::report::CalibratePoseReport;
@@ -29,7 +30,6 @@ use crate::board::Board;
 use crate::cli::CalibratePose;
 use crate::error::{NotImproved, ToolError};
 use crate::new_file::NewFile;
-use crate::quantity::{Hold, Span};
 use crate::report::{self as reports, decimal};
 use crate::verbosity::note;
 

@@ -12,6 +12,7 @@ use std::path::Path;
 use calibration::with_ambient_ratio;
 use control_core::Calibration;
 use mirror_protocol::{CalibrationUse, Compensate, Position};
+use quantities::{Hold, Span};
 
 use self::readings::{RoomReading, RoomReadings, compared, largest_um, mean_rise_k, off_um};
 use self::report::RoomReport;
@@ -25,7 +26,6 @@ use crate::cli::CalibrateRoom;
 use crate::error::{NotImproved, ToolError, UnusableInput};
 use crate::names::limit_names;
 use crate::new_file::NewFile;
-use crate::quantity::{Hold, Span};
 use crate::report::{decimal, print};
 
 /// Of the range: where a room 20 K warmer leaves the lowest within reach, and one 20 K colder the highest.

@@ -21,6 +21,7 @@ pub(crate) mod spots;
 use std::path::PathBuf;
 
 use experiments::{Experiment, Quantity, SETTLING_S};
+use quantities::Voltage;
 
 use self::possible::{check_drive, make_directory};
 use self::report::MeasureReport;
@@ -30,7 +31,6 @@ use crate::board::Board;
 use crate::cli::DriveExperiment;
 use crate::error::{OutputError, ToolError};
 use crate::new_file::NewFile;
-use crate::quantity::Voltage;
 use crate::report::{decimal, print};
 use crate::verbosity::note;
 

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use measurement::Plane;
 use measurement::Row;
 use mirror_protocol::Drives;
+use quantities::{Span, Voltage};
 use serde::Serialize;
 
 use super::header::header;
@@ -21,7 +22,6 @@ use crate::board::Board;
 use crate::cli;
 use crate::error::{OutputError, ToolError, UnusableInput};
 use crate::new_file::{GrowingFile, NewFile};
-use crate::quantity::{Span, Voltage};
 use crate::report::{self, decimal};
 
 /// Reads a scan and prints the plane through it.

@@ -3,8 +3,9 @@
 use std::fs;
 use std::path::Path;
 
+use quantities::Voltage;
+
 use crate::error::{BeyondBoard, OutputError};
-use crate::quantity::Voltage;
 
 /// The directory is there, or is made.
 pub(crate) fn make_directory(path: &Path) -> Result<(), OutputError> {

@@ -7,6 +7,7 @@ use experiment_player::{Clock, Piece, pieces, rows};
 use experiments::{Experiment, Prehold};
 use measurement::{MeasurementFile, Row};
 use mirror_protocol::{Drives, Play, Telemetry};
+use quantities::Span;
 use tokio::sync::oneshot;
 
 use super::header::{header, now};
@@ -20,7 +21,6 @@ use super::sensor::Sensor;
 use crate::board::{Board, RENEWED_LEASE_MS};
 use crate::error::{OutputError, ToolError};
 use crate::new_file::NewFile;
-use crate::quantity::Span;
 use crate::working::spinner;
 
 /// The sensor's noise is taken from so many readings at rest, a millisecond apart.

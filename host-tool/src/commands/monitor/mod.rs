@@ -17,6 +17,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use quantities::Span;
 use ratatui::crossterm::event::Event;
 use serde::Serialize;
 use tokio::sync::Notify;
@@ -31,7 +32,6 @@ use super::record::Recorder;
 use crate::board::{Board, Samples, choose};
 use crate::error::{OutputError, ToolError};
 use crate::new_file::NewFile;
-use crate::quantity::Span;
 use crate::report;
 use crate::system::ended_by_signal;
 

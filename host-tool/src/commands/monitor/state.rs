@@ -4,11 +4,11 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 
 use mirror_protocol::{ChannelState, LEASE_FOREVER_MS, Status, Telemetry};
+use quantities::{Length, QuantityError};
 
 use super::keys::Key;
 use crate::board::check_position;
 use crate::names::fault_name;
-use crate::quantity::{Length, QuantityError};
 use crate::report::decimal;
 
 /// The recent past that is drawn (s of the board's time): a few of the slowest time constants of a mirror in air.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use calibration::{PlatePose, Reach};
 use experiments::{Beginnings, Run, Signal, Tilt, Turns, Wave};
+use quantities::{Angle, Length};
 use serde::Serialize;
 
 use super::table::{self, Sampled};
@@ -12,7 +13,6 @@ use crate::board::check_piston;
 use crate::cli::{Curve, Frame, Scan, TiltCurve};
 use crate::commands::following::{Followed, falls_short};
 use crate::error::{BeyondBoard, ToolError};
-use crate::quantity::{Angle, Length};
 use crate::verbosity::note;
 
 /// Poses of a turn that are held against what the mirror reaches: straight lines between them pass by a sine's top by
@@ -315,7 +315,7 @@ mod tests {
         let radius = Angle { deg: radius_deg };
         let frame = Frame {
             offset: Length { um: offset_um },
-            frequency: crate::quantity::Frequency { hz: 5.0 },
+            frequency: quantities::Frequency { hz: 5.0 },
             cycles: 2,
         };
         let tilt = |start| Tilt::Sine(turns(Angle { deg: 0.0 }, radius, 1, start));

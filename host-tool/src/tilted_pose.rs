@@ -3,9 +3,8 @@
 use std::fmt;
 
 use calibration::PlatePose;
+use quantities::{Angle, Length};
 use serde::Serialize;
-
-use super::{Angle, Length};
 
 /// A pose that is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

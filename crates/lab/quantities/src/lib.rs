@@ -1,16 +1,14 @@
-//! Quantities as people write them: `120um`, `120 µm`, `0.12mm`, `1.9V`, `500ms`.
+//! Quantities as people write them: `120um`, `120 µm`, `0.12mm`, `1.9V`, `500ms`; on a command line, at a prompt, to an instrument.
 
-mod pose;
+mod notation;
 
 use std::fmt;
 use std::str::FromStr;
 
 use serde::Serialize;
 
-pub use pose::TiltedPose;
-
-/// The sign that typesetters use, and that people paste.
-pub const MINUS: char = '\u{2212}';
+use notation::Notation;
+pub use notation::{MINUS, QuantityError};
 
 /// A position or displacement.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize)]
@@ -60,6 +58,20 @@ pub struct Span {
     pub s: f64,
 }
 
+/// A temperature.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct Temperature {
+    /// In degrees Celsius.
+    pub celsius: f64,
+}
+
+/// How much warmer something is than something else.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct TemperatureRise {
+    /// In kelvins.
+    pub k: f64,
+}
+
 /// How long a command holds once the mirror has settled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Hold {
@@ -67,63 +79,6 @@ pub enum Hold {
     For(Span),
     /// Until something else is asked.
     Forever,
-}
-
-/// Why a text is not the quantity that was expected.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum QuantityError {
-    /// There is no number at its start.
-    #[error("`{text}` does not start with a number; write for example {example}")]
-    NoNumber {
-        /// What was written.
-        text: String,
-        /// What would be right.
-        example: &'static str,
-    },
-    /// There is nothing behind the number.
-    #[error("`{text}` has no unit; write for example {text}{unit}")]
-    NoUnit {
-        /// What was written.
-        text: String,
-        /// The usual unit.
-        unit: &'static str,
-    },
-    /// Its decimal sign is a comma.
-    #[error("`{text}` has a decimal comma; write {point}")]
-    Comma {
-        /// What was written.
-        text: String,
-        /// The same with a point.
-        point: String,
-    },
-    /// The unit belongs to something else, or to nothing.
-    #[error("`{unit}` is not a unit of {what}; use one of {known}")]
-    WrongUnit {
-        /// The unit that was written.
-        unit: String,
-        /// What is measured.
-        what: &'static str,
-        /// The units that are.
-        known: String,
-    },
-    /// The number cannot be used.
-    #[error("`{text}` is not {what} that can be used; write for example {example}")]
-    Unusable {
-        /// What was written.
-        text: String,
-        /// What is measured.
-        what: &'static str,
-        /// What would be right.
-        example: &'static str,
-    },
-}
-
-/// A kind of quantity: its units, each with what to multiply and to divide by to come to the first.
-/// Both are whole but for radians, so that `10us` is exactly `1e-5 s`.
-struct Notation {
-    what: &'static str,
-    example: &'static str,
-    units: &'static [(&'static str, f64, f64)],
 }
 
 const LENGTH: Notation = Notation {
@@ -176,6 +131,16 @@ const FREQUENCY: Notation = Notation {
         ("kHz", 1e3, 1.0),
     ],
 };
+const TEMPERATURE: Notation = Notation {
+    what: "a temperature",
+    example: "22.5degC",
+    units: &[("degC", 1.0, 1.0), ("°C", 1.0, 1.0)],
+};
+const TEMPERATURE_RISE: Notation = Notation {
+    what: "a temperature difference",
+    example: "10K",
+    units: &[("K", 1.0, 1.0), ("mK", 1.0, 1e3)],
+};
 /// The board's count of ticks turns over after 119 h.
 const MAX_SPAN_S: f64 = 360_000.0;
 const SPAN: Notation = Notation {
@@ -192,75 +157,35 @@ const SPAN: Notation = Notation {
     ],
 };
 
-impl Notation {
-    fn parse(&self, text: &str) -> Result<f64, QuantityError> {
-        let text = &text.trim().replace(MINUS, "-");
-        let (number, unit) = split(text);
-        let Ok(number) = number.parse::<f64>() else {
-            return Err(QuantityError::NoNumber {
-                text: text.to_owned(),
-                example: self.example,
-            });
-        };
-        if unit.is_empty() {
-            return Err(QuantityError::NoUnit {
-                text: text.to_owned(),
-                unit: self.units[0].0,
-            });
-        }
-        if unit
-            .strip_prefix(',')
-            .is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
-        {
-            return Err(QuantityError::Comma {
-                text: text.to_owned(),
-                point: text.replacen(',', ".", 1),
-            });
-        }
-        let Some((_, times, over)) = self.units.iter().find(|(known, ..)| *known == unit) else {
-            return Err(self.wrong_unit(unit));
-        };
-        let value = number * times / over;
-        if value.is_finite() {
-            // A zero has no sign.
-            Ok(value + 0.0)
-        } else {
-            Err(self.unusable(text))
-        }
-    }
+const ALL: [&Notation; 8] = [
+    &LENGTH,
+    &ANGLE,
+    &VOLTAGE,
+    &RESISTANCE,
+    &FREQUENCY,
+    &TEMPERATURE,
+    &TEMPERATURE_RISE,
+    &SPAN,
+];
 
-    fn wrong_unit(&self, unit: &str) -> QuantityError {
-        let known: Vec<&str> = self.units.iter().map(|(known, ..)| *known).collect();
-        QuantityError::WrongUnit {
-            unit: unit.to_owned(),
-            what: self.what,
-            known: known.join(", "),
-        }
-    }
-
-    fn unusable(&self, text: &str) -> QuantityError {
-        QuantityError::Unusable {
-            text: text.to_owned(),
-            what: self.what,
-            example: self.example,
-        }
-    }
+/// Whether `word` is a unit of any of these quantities.
+pub fn is_unit(word: &str) -> bool {
+    let units = ALL.iter().flat_map(|notation| notation.units);
+    units.into_iter().any(|(unit, ..)| *unit == word)
 }
 
-/// Number and unit: the number is as long as it can be, an exponent only where digits follow.
-fn split(text: &str) -> (&str, &str) {
-    let end = (1..=text.len())
-        .rev()
-        .filter(|end| text.is_char_boundary(*end))
-        .find(|end| is_number(&text[..*end]))
-        .unwrap_or(0);
-    (&text[..end], text[end..].trim_start())
-}
-
-/// Digits and signs only: Rust also takes `inf` and `nan` for numbers.
-fn is_number(text: &str) -> bool {
-    let allowed = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | 'e' | 'E');
-    text.chars().all(allowed) && text.parse::<f64>().is_ok()
+/// The quantity that `text` is, in `unit` where it names none.
+///
+/// # Errors
+/// Where it is no such quantity.
+pub fn in_unit<Q>(text: &str, unit: &str) -> Result<Q, QuantityError>
+where
+    Q: FromStr<Err = QuantityError>,
+{
+    match text.parse() {
+        Err(QuantityError::NoUnit { text, .. }) => format!("{text} {unit}").parse(),
+        parsed => parsed,
+    }
 }
 
 impl FromStr for Length {
@@ -323,6 +248,22 @@ impl FromStr for Span {
         } else {
             Ok(Self { s })
         }
+    }
+}
+
+impl FromStr for Temperature {
+    type Err = QuantityError;
+
+    fn from_str(text: &str) -> Result<Self, QuantityError> {
+        TEMPERATURE.parse(text).map(|celsius| Self { celsius })
+    }
+}
+
+impl FromStr for TemperatureRise {
+    type Err = QuantityError;
+
+    fn from_str(text: &str) -> Result<Self, QuantityError> {
+        TEMPERATURE_RISE.parse(text).map(|k| Self { k })
     }
 }
 

@@ -41,10 +41,34 @@ fn reads_what_people_write() {
         assert!((text.parse::<Resistance>().unwrap().ohm - 499.0).abs() < 1e-9);
     }
     assert!("0ohm".parse::<Resistance>().is_err());
+    for text in ["22.5degC", "22.5 °C"] {
+        assert_eq!(text.parse(), Ok(Temperature { celsius: 22.5 }));
+    }
+    assert_eq!("-10 K".parse(), Ok(TemperatureRise { k: -10.0 }));
     assert_eq!("1min".parse::<Span>().unwrap().s, 60.0);
     assert_eq!("forever".parse(), Ok(Hold::Forever));
     assert_eq!("2s".parse(), Ok(Hold::For(Span { s: 2.0 })));
     assert!("for ever".parse::<Hold>().is_err());
+}
+
+#[test]
+fn a_number_alone_is_in_the_unit_that_is_usual_there() {
+    assert_eq!(in_unit("120", "um"), Ok(Length { um: 120.0 }));
+    assert_eq!(in_unit(" 1e-4", "m"), Ok(Length { um: 100.0 }));
+    assert_eq!(in_unit("120 nm", "um"), Ok(Length { um: 0.12 }));
+    for text in ["1,5", "1V", "nan", "inf", "", "um"] {
+        assert!(in_unit::<Length>(text, "um").is_err(), "{text}");
+    }
+}
+
+#[test]
+fn every_unit_is_known_and_no_other_word() {
+    for unit in ["um", "μm", "°", "V", "kΩ", "kHz", "degC", "K", "µs", "h"] {
+        assert!(is_unit(unit), "{unit}");
+    }
+    for word in ["", "120um", "UM", "sine"] {
+        assert!(!is_unit(word), "{word}");
+    }
 }
 
 #[test]
