@@ -4,16 +4,16 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use tempfile::NamedTempFile;
+use tempfile::{Builder, NamedTempFile};
 
 use crate::error::OutputError;
-use crate::system::any_file;
 
 /// A file that can be written, found out before the work begins. What had its name keeps it
 /// until the new content is whole.
 pub(crate) struct NewFile {
     path: PathBuf,
     replace: bool,
+    /// Written to as the file that it is, whose errors do not name the draft, which nobody knows.
     draft: NamedTempFile,
 }
 
@@ -34,16 +34,14 @@ impl NewFile {
         let directory = path
             .parent()
             .filter(|parent| !parent.as_os_str().is_empty());
-        match any_file().tempfile_in(directory.unwrap_or(Path::new("."))) {
+        let directory = directory.unwrap_or(Path::new("."));
+        match Builder::new().make_in(directory, |name| File::create_new(name)) {
             Ok(draft) => Ok(Self {
                 path,
                 replace,
                 draft,
             }),
-            Err(error) => Err(OutputError::Write {
-                path,
-                source: without_draft(error),
-            }),
+            Err(source) => Err(OutputError::Write { path, source }),
         }
     }
 
@@ -59,7 +57,8 @@ impl NewFile {
 
     /// Gives the file its content and its name.
     pub(crate) fn write(mut self, text: &str) -> Result<PathBuf, OutputError> {
-        let written = self.draft.write_all(text.as_bytes()).and_then(|()| {
+        let content = self.draft.as_file_mut().write_all(text.as_bytes());
+        let written = content.and_then(|()| {
             let kept = if self.replace {
                 self.draft.persist(&self.path)
             } else {
@@ -74,14 +73,6 @@ impl NewFile {
                 source,
             }),
         }
-    }
-}
-
-/// What the system said, without the draft's name, which nobody knows: `tempfile` puts it behind.
-fn without_draft(error: io::Error) -> io::Error {
-    match error.to_string().split_once(" at path ") {
-        Some((told, _)) => io::Error::new(error.kind(), told),
-        None => error,
     }
 }
 
@@ -157,5 +148,54 @@ impl GrowingFile {
                 source,
             }),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What goes wrong is told as the system tells it, and of the file that was asked for.
+    fn tells(error: &OutputError, asked: &Path, system: &io::Error) {
+        let OutputError::Write { path, source } = error else {
+            panic!("{error}");
+        };
+        assert_eq!(path, asked);
+        assert_eq!(source.to_string(), system.to_string());
+    }
+
+    #[test]
+    fn no_error_names_the_draft() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let asked = folder.path().join("missing").join("page.html");
+        let error = NewFile::create(asked.clone(), false).err();
+        let missing = fs::metadata(&asked).expect_err("it is not there");
+        tells(&error.expect("no such folder"), &asked, &missing);
+
+        let asked = folder.path().join("page.html");
+        let mut file = NewFile::create(asked.clone(), false).expect("it can be written");
+        let read_only = File::open(file.draft.path()).expect("it is there");
+        let refused = (&read_only).write(b"x").expect_err("for reading only");
+        *file.draft.as_file_mut() = read_only;
+        tells(
+            &file.write("x").expect_err("for reading only"),
+            &asked,
+            &refused,
+        );
+        assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 0);
+    }
+
+    #[test]
+    fn others_may_do_with_it_what_they_may_do_with_any_new_file() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let any = File::create_new(folder.path().join("any")).expect("a file");
+        let file = NewFile::create(folder.path().join("page.html"), false).expect("a file");
+        let written = file.write("x").expect("it is written");
+        let permissions =
+            |metadata: io::Result<fs::Metadata>| metadata.expect("it is there").permissions();
+        assert_eq!(
+            permissions(fs::metadata(written)),
+            permissions(any.metadata())
+        );
     }
 }

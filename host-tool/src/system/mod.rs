@@ -7,11 +7,11 @@ mod windows;
 
 #[cfg(unix)]
 pub(crate) use unix::{
-    Interrupts, any_file, ended_by_signal, is_device, private_file, serial_device, standard_output,
+    Interrupts, ended_by_signal, is_device, private_file, serial_device, standard_output,
     terminated,
 };
 #[cfg(not(unix))]
 pub(crate) use windows::{
-    Interrupts, any_file, ended_by_signal, is_device, private_file, serial_device, standard_output,
+    Interrupts, ended_by_signal, is_device, private_file, serial_device, standard_output,
     terminated,
 };

@@ -1,14 +1,13 @@
 //! Linux and macOS.
 
-use std::fs::{File, FileType, OpenOptions, Permissions};
+use std::fs::{File, FileType, OpenOptions};
 use std::io::{self, IsTerminal};
 use std::os::fd::AsFd;
-use std::os::unix::fs::{FileTypeExt, OpenOptionsExt, PermissionsExt};
+use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::path::Path;
 
 use rustix::fs::{Mode, OFlags, open};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
-use tempfile::Builder;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
 /// Ctrl-C, which no longer ends the process by itself.
@@ -53,13 +52,6 @@ pub(crate) fn private_file() -> OpenOptions {
     options.read(true).write(true).mode(0o600);
     options.custom_flags(flags.cast_signed());
     options
-}
-
-/// A temporary file with the permissions that any new file has.
-pub(crate) fn any_file() -> Builder<'static, 'static> {
-    let mut builder = Builder::new();
-    builder.permissions(Permissions::from_mode(0o666));
-    builder
 }
 
 /// The standard output as a file, in which no line waits for its end.

@@ -6,7 +6,6 @@ use std::io;
 use std::os::windows::io::AsHandle;
 use std::path::Path;
 
-use tempfile::Builder;
 use tokio::signal::windows::{CtrlBreak, CtrlC, ctrl_break, ctrl_c, ctrl_close};
 
 /// Ctrl-C, which no longer ends the process by itself.
@@ -47,11 +46,6 @@ pub(crate) fn private_file() -> OpenOptions {
     let mut options = File::options();
     options.read(true).write(true);
     options
-}
-
-/// A temporary file with the permissions that any new file has.
-pub(crate) fn any_file() -> Builder<'static, 'static> {
-    Builder::new()
 }
 
 /// The standard output as a file, in which no line waits for its end.
