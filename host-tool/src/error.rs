@@ -291,9 +291,12 @@ pub enum ToolError {
     #[diagnostic(transparent)]
     Formula(#[from] mirror_model::effect::FormulaError),
 
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Import(#[from] measurement::import::ImportError),
+    #[error("{}: {reason}", file.display())]
+    #[diagnostic(forward(reason))]
+    Import {
+        file: PathBuf,
+        reason: measurement::import::ImportError,
+    },
 
     #[error(transparent)]
     #[diagnostic(transparent)]

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use input_file::MB;
-use measurement::import::{Assignment, Table, guesses, import};
+use measurement::import::{Assignment, ImportError, Table, guesses, import};
 use serde::Serialize;
 
 use crate::cli::Import;
@@ -42,9 +42,14 @@ struct ShownColumn {
 pub(crate) fn run(ask: Import, json: bool) -> Result<(), ToolError> {
     let output = ask.output.map(|path| NewFile::create(path, ask.force));
     let output = output.transpose()?;
-    let table = tables::table(&ask.file, &input_file::read(&ask.file, MOST)?)?;
-    let assignments = assignments(&table, &ask.column)?;
-    let imported = import(&table, &assignments, ask.settled)?;
+    let bytes = input_file::read(&ask.file, MOST)?;
+    let of_file = |reason| ToolError::Import {
+        file: ask.file.clone(),
+        reason,
+    };
+    let table = tables::table(&ask.file, &bytes).map_err(of_file)?;
+    let assignments = assignments(&table, &ask.column).map_err(of_file)?;
+    let imported = import(&table, &assignments, ask.settled).map_err(of_file)?;
     let text = imported.file.to_string();
     let shown = |(source, name): (usize, &String)| {
         let assigned = assignments.iter().find(|a| a.source == source);
@@ -70,7 +75,7 @@ pub(crate) fn run(ask: Import, json: bool) -> Result<(), ToolError> {
 }
 
 /// What the user says of the columns, and of the others what their names say.
-fn assignments(table: &Table, said: &[String]) -> Result<Vec<Assignment>, ToolError> {
+fn assignments(table: &Table, said: &[String]) -> Result<Vec<Assignment>, ImportError> {
     let said: Vec<Assignment> = said
         .iter()
         .map(|text| Assignment::parse(text, table))
