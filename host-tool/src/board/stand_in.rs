@@ -310,6 +310,20 @@ mod tests {
         assert!(matches!(seen, Ok(Seen::Open(_))), "{seen:?}");
     }
 
+    #[tokio::test]
+    async fn a_link_is_closed_where_the_greeting_fails() {
+        let (_folder, found, _) = place();
+        // It answers who comes next once who was there has gone.
+        fake(socket(&found), PROTOCOL_VERSION + 1);
+        for _ in 0..2 {
+            let greeted = View::greet(&found).await;
+            assert!(
+                matches!(greeted, Err(ToolError::ProtocolVersion { .. })),
+                "{greeted:?}"
+            );
+        }
+    }
+
     #[tokio::test(flavor = "multi_thread", worker_threads = 1)]
     async fn who_sends_rubbish_is_sent_away_and_who_stalls_keeps_nobody_waiting() {
         let (_folder, found, look) = place();

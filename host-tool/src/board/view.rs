@@ -27,8 +27,18 @@ const QUEUED_REQUESTS: usize = 8;
 /// A board that was greeted, and can be read.
 #[derive(Debug)]
 pub struct View {
-    client: HostClient<WireError>,
+    link: Link,
     identity: Identity,
+}
+
+/// A link to a board, closed when nobody has it any more: the tasks that carry it would go on otherwise, and it would stay open.
+#[derive(Debug)]
+struct Link(HostClient<WireError>);
+
+impl Drop for Link {
+    fn drop(&mut self) {
+        self.0.close();
+    }
 }
 
 impl View {
@@ -47,7 +57,7 @@ impl View {
             .map_err(|reason| cannot_open(found, reason))?,
             Place::Socket { path } => on_socket(found, path).await?,
         };
-        Self::introduced(client).await
+        Self::introduced(Link(client)).await
     }
 
     /// The same, on a socket on which somebody answers in the board's place.
@@ -55,13 +65,13 @@ impl View {
     /// # Errors
     /// As of [`Self::greet`].
     pub(super) async fn greet_stand_in(found: &Found, socket: &Path) -> Result<Self, ToolError> {
-        Self::introduced(on_socket(found, socket).await?).await
+        Self::introduced(Link(on_socket(found, socket).await?)).await
     }
 
-    async fn introduced(client: HostClient<WireError>) -> Result<Self, ToolError> {
-        let identity = introduce(&client).await?;
+    async fn introduced(link: Link) -> Result<Self, ToolError> {
+        let identity = introduce(&link.0).await?;
         if identity.protocol_version == PROTOCOL_VERSION {
-            Ok(Self { client, identity })
+            Ok(Self { link, identity })
         } else {
             Err(ToolError::ProtocolVersion {
                 board: identity.protocol_version,
@@ -71,7 +81,7 @@ impl View {
 
     /// Greets once more.
     pub(super) async fn introduce(&self) -> Result<Identity, ToolError> {
-        introduce(&self.client).await
+        introduce(self.client()).await
     }
 
     /// Who the board is.
@@ -89,7 +99,7 @@ impl View {
     }
 
     pub(super) fn client(&self) -> &HostClient<WireError> {
-        &self.client
+        &self.link.0
     }
 
     pub(super) async fn ask<E>(
@@ -102,7 +112,7 @@ impl View {
         E::Request: Serialize + Schema,
         E::Response: DeserializeOwned + Schema,
     {
-        ask::<E>(&self.client, request, message).await
+        ask::<E>(self.client(), request, message).await
     }
 
     pub(super) fn granted<T>(
@@ -111,13 +121,6 @@ impl View {
         reply: Result<T, Refusal>,
     ) -> Result<T, ToolError> {
         reply.map_err(|refusal| ToolError::Refused { request, refusal })
-    }
-}
-
-/// The tasks that carry the link would go on otherwise, and the link would stay open.
-impl Drop for View {
-    fn drop(&mut self) {
-        self.client.close();
     }
 }
 
