@@ -315,3 +315,25 @@ fn a_calibration_of_the_sense_that_is_interrupted_leaves_the_one_of_before() {
         serde_json::json!([0.0, 0.0, 0.0, 0.0])
     );
 }
+
+#[test]
+fn a_calibration_that_is_interrupted_before_it_is_loaded_leaves_the_one_of_before() {
+    // A board of which nobody took the zero has it taken first, which here takes 0.8 s of the wall's clock.
+    let bench = Bench::changed(|emulation| emulation.speed = Speed::Times(1.0));
+    let model = mirror_model::Model::from(mirror_model::Preset::Reconciled);
+    let other = calibration::tabulate(&model).expect("it has an inverse");
+    let other = calibration::to_toml(&other.calibration);
+    std::fs::write(bench.directory().join("other.toml"), other).expect("written");
+    bench.json(&["set-drive", "1V", "--settle", "1ms", "--hold", "forever"]);
+    bench.wait_until_driven(1);
+    let tool = bench.start_tool(&["load-calibration", "other.toml"]);
+    bench.wait("its channels are not turned off for that", |bench| {
+        bench.controls().observed().came_to_zero
+    });
+    interrupt(&tool);
+    let said = Said::from(tool);
+    assert_eq!(said.code, 130, "{}", said.err);
+    assert!(said.sentence().contains("channels are off"), "{}", said.err);
+    let loaded = bench.json(&["load-calibration", "other.toml"]);
+    assert_eq!(loaded["before"], "as the factory left it");
+}

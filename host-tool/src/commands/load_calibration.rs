@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::calibration_file;
 use crate::board::Board;
 use crate::commands::calibrate_sense;
+use crate::commands::measure::interrupt::Interrupt;
 use crate::commands::status::calibrated_words;
 use crate::error::ToolError;
 use crate::report::{self, decimal};
@@ -25,7 +26,10 @@ struct LoadedCalibration {
 pub(super) async fn run(board: &Board, file: &Path, json: bool) -> Result<(), ToolError> {
     let calibration = calibration_file::load(file)?;
     let before = board.calibration().await?;
-    calibrate_sense::zero_once(board).await?;
+    // What comes after is short, and done whole.
+    Interrupt::listen()?
+        .or(calibrate_sense::zero_once(board))
+        .await?;
     let loaded = board
         .use_calibration(&calibration, CalibrationUse::ForGood)
         .await?;
