@@ -141,6 +141,27 @@ fn a_sensor_of_ones_own_is_merged_by_time() {
 }
 
 #[test]
+fn a_recording_that_is_not_there_yet_is_told_at_once_and_read_at_the_end() {
+    // As fast as a real one, or the measurement is over before a busy machine comes to writing the recording.
+    let bench = Bench::changed(|emulation| emulation.speed = Speed::Times(1.0));
+    let held = ["measure", "held", "1V", "--dwell", "3s", "--rest", "0s"];
+    let words = [&held[..], &["--sensor", "laser.csv"]].concat();
+    let mut tool = bench.start_tool(&words);
+    let mut said = BufReader::new(tool.stderr.take().expect("it is piped")).lines();
+    let first = said.next().expect("a line").expect("text");
+    assert!(first.contains("laser.csv is not there yet"), "{first}");
+    std::fs::write(bench.directory().join("laser.csv"), "-10,-200\n10,200\n").expect("written");
+    let later: Vec<String> = said.map_while(Result::ok).collect();
+    let ended = tool.wait().expect("it ends");
+    assert!(ended.success(), "{later:?}");
+    for row in &bench.measured("held.csv").rows {
+        // 20 micrometres a second.
+        let z_um = row.z_um.expect("it was read");
+        assert!((z_um - 20.0 * row.t_s).abs() < 1e-6, "{row:?}");
+    }
+}
+
+#[test]
 fn ctrl_c_leaves_the_channels_off_and_what_was_measured() {
     // As fast as a real one, or the 72 s of the sweep are over before a busy machine comes to interrupting it.
     let bench = Bench::changed(|emulation| emulation.speed = Speed::Times(1.0));

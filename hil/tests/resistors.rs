@@ -109,6 +109,25 @@ fn a_wrong_resistor_is_told_and_changes_no_gain() {
     assert_eq!(report["before"]["gain"], report["after"]["gain"]);
 }
 
+#[test]
+fn a_resistor_that_tells_no_gain_is_refused_before_anything_changes() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let Some((bench, _)) = Bench::on_resistors(&directory.path().join("flash")) else {
+        return;
+    };
+    let known = &bench.json(&["calibrate-sense"])["after"];
+    for ohm in ["299ohm", "1.001kohm"] {
+        let said = bench.tool(&["calibrate-sense", "--resistor", ohm]);
+        assert_eq!(said.code, 1, "{said:?}");
+        let sentence = said.sentence();
+        assert!(
+            sentence.contains("300 to 1000 ohm; nothing was changed"),
+            "{sentence}"
+        );
+    }
+    assert_eq!(&bench.json(&["calibrate-sense"])["before"], known);
+}
+
 /// What the output filter's two poles at 2 kHz (docs/board.md) leave of an edge after so long is a hundredth. The board in
 /// QEMU has no such filter.
 const FILTER_SETTLES_S: f64 = 0.55e-3;

@@ -158,6 +158,7 @@ fn a_page_lives_in_a_browser() {
     switches_change_curves_and_number(&mut page);
     page.open(&path);
     keys_do_what_a_mouse_does(&mut page);
+    sliders_tell_their_values_as_in_print(&mut page);
     assert_eq!(
         page.browser.complaints,
         Vec::<String>::new(),
@@ -228,6 +229,58 @@ fn keys_do_what_a_mouse_does(page: &mut Opened) {
     page.changes("its size by arrows", |page| {
         (0..50).for_each(|_| page.press(Key::Right));
     });
+}
+
+/// At either end of every slider: with a minus sign and powers of ten, and to the three digits that are shown the end itself.
+fn sliders_tell_their_values_as_in_print(page: &mut Opened) {
+    let told = page.value(
+        "[...document.querySelectorAll('.effect input[type=range]')].flatMap((slider) =>
+           [[0, 'low'], [1000, 'high']].map(([at, end]) => {
+             slider.value = at;
+             slider.dispatchEvent(new Event('input'));
+             const { unit } = slider.dataset;
+             return [Number(slider.dataset[end]), unit, slider.nextElementSibling.textContent, slider.ariaValueText];
+           }))",
+    );
+    let told = told.as_array().expect("sliders");
+    let (mut below, mut powers) = (0, 0);
+    for slider in told {
+        let [end, unit, shown, spoken] = [0, 1, 2, 3].map(|index| &slider[index]);
+        let (unit, shown) = (unit.as_str().expect("text"), shown.as_str().expect("text"));
+        assert_eq!(spoken, shown);
+        let number = shown.strip_suffix(unit).map(str::trim_end);
+        let number = number.unwrap_or_else(|| panic!("`{shown}` is not in {unit}"));
+        let is_of_print =
+            |c: char| c.is_ascii_digit() || "\u{2212}.×⁻".contains(c) || POWERS.contains(c);
+        assert!(number.chars().all(is_of_print), "`{shown}`");
+        below += usize::from(number.contains('\u{2212}'));
+        powers += usize::from(number.contains('×'));
+        let end = end.as_f64().expect("a number");
+        // The third digit of four is rounded: half of one in a hundred at most.
+        assert!(
+            (read(number) - end).abs() <= 5e-3 * end.abs(),
+            "`{shown}` is {end}"
+        );
+    }
+    assert!(
+        below > 0 && powers > 0,
+        "{below} and {powers} of {}",
+        told.len()
+    );
+}
+
+const POWERS: &str = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+
+/// The number that stands in print.
+fn read(printed: &str) -> f64 {
+    let digit = |c: char| match POWERS.chars().position(|power| power == c) {
+        Some(digit) => char::from_digit(digit as u32, 10).expect("one digit"),
+        None if matches!(c, '⁻' | '\u{2212}') => '-',
+        None => c,
+    };
+    let digits: String = printed.replace("×10", "e").chars().map(digit).collect();
+    let number = digits.parse();
+    number.unwrap_or_else(|_| panic!("`{printed}` is no number"))
 }
 
 /// What a screen reader has to say of controls, charts, tables and headings.
