@@ -165,10 +165,7 @@ pub enum ToolError {
     InputEnded,
 
     #[error("`{address}` cannot be listened on: {source}")]
-    #[diagnostic(help(
-        "is another `host-tool serve` or another program on that port? Choose one with --listen 127.0.0.1:PORT; \
-         port 0 is any that is free"
-    ))]
+    #[diagnostic(help("{}", listen_help(source.kind())))]
     Listen { address: String, source: io::Error },
 
     #[error("interrupted; the recording holds what came, and the board goes on with what it does")]
@@ -367,6 +364,22 @@ pub enum ToolError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     NotImproved(#[from] NotImproved),
+}
+
+fn listen_help(kind: io::ErrorKind) -> &'static str {
+    match kind {
+        io::ErrorKind::AddrInUse => {
+            "is another `host-tool serve` or another program on that port? Choose one with --listen 127.0.0.1:PORT; \
+             port 0 is any that is free"
+        }
+        io::ErrorKind::AddrNotAvailable => {
+            "this machine has no such address: 127.0.0.1 is reached by itself alone, and 0.0.0.0 is all that it has"
+        }
+        io::ErrorKind::PermissionDenied => {
+            "ports below 1024 are the system's on most machines; choose one above"
+        }
+        _ => "write an address of this machine and a port: --listen 127.0.0.1:5025",
+    }
 }
 
 fn did_you_mean(nearest: Option<&str>) -> String {

@@ -48,7 +48,7 @@ pub enum BeyondBoard {
     DriveCount { count: usize },
 
     #[error("samples cannot come every {asked}: the board takes {tick} to {longest}")]
-    #[diagnostic(help("ask for another --period"))]
+    #[diagnostic(help("ask for another period"))]
     Period {
         asked: Span,
         tick: Span,

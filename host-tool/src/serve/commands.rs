@@ -323,7 +323,7 @@ const COMMON: &[ScpiCommand] = &[
     ),
     command(
         "*ESE",
-        Takes::Register(Action::SetEventEnable),
+        Takes::StandardRegister(Action::SetEventEnable),
         "Which standard events count in the status byte.",
     ),
     query("*ESE?", Question::EventEnable, "That."),
@@ -334,7 +334,7 @@ const COMMON: &[ScpiCommand] = &[
     ),
     command(
         "*SRE",
-        Takes::Register(Action::SetServiceEnable),
+        Takes::StandardRegister(Action::SetServiceEnable),
         "Which bits of the status byte ask for service.",
     ),
     query("*SRE?", Question::ServiceEnable, "That."),

@@ -156,8 +156,8 @@ impl Session {
                 self.awaits_complete = false;
                 self.client.status().clear();
             }
-            Action::SetEventEnable(mask) => self.client.status().event_enable = mask as u8,
-            Action::SetServiceEnable(mask) => self.client.status().set_service_enable(mask as u8),
+            Action::SetEventEnable(mask) => self.client.status().event_enable = mask,
+            Action::SetServiceEnable(mask) => self.client.status().set_service_enable(mask),
             Action::SetEnable(which, mask) => group(&mut self.client.status(), which).enable = mask,
             Action::Preset => {
                 for which in [Registers::Questionable, Registers::Operation] {

@@ -17,6 +17,8 @@ pub(super) enum Takes {
     Span(fn(Span) -> Action),
     CountAndSpan(fn(u32, Span) -> Action),
     Register(fn(u16) -> Action),
+    /// One of the standard registers, which have half as many bits (IEEE 488.2, 11).
+    StandardRegister(fn(u8) -> Action),
     Boolean(fn(bool) -> Action),
     Text(fn(String) -> Action),
 }
@@ -31,7 +33,7 @@ impl Takes {
             Self::Voltages(_) => "<voltage>[,<voltage>,<voltage>,<voltage>]",
             Self::Span(_) => "<time>",
             Self::CountAndSpan(_) => "<count>,<time>",
-            Self::Register(_) => "<mask>",
+            Self::Register(_) | Self::StandardRegister(_) => "<mask>",
             Self::Boolean(_) => "{ON|OFF}",
             Self::Text(_) => "<string>",
         }
@@ -62,6 +64,10 @@ impl Takes {
             (Self::Register(action), [text]) => {
                 let mask = whole(text, "a mask from 0 to 65535", 0, u16::MAX.into())?;
                 Ok(action(mask as u16))
+            }
+            (Self::StandardRegister(action), [text]) => {
+                let mask = whole(text, "a mask from 0 to 255", 0, u8::MAX.into())?;
+                Ok(action(mask as u8))
             }
             (Self::Boolean(action), [text]) => boolean(text).map(action),
             (Self::Text(action), [text]) => string(text).map(action),
@@ -151,6 +157,7 @@ fn string(text: &str) -> Result<String, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::serve::action::Registers;
     use proptest::prelude::*;
 
     #[test]
@@ -166,6 +173,7 @@ mod tests {
         let pose = Takes::Pose(Action::SetPose);
         let span = Takes::Span(Action::SetSettling);
         let count = Takes::CountAndSpan(Action::Trace);
+        let questionable = Takes::Register(|mask| Action::SetEnable(Registers::Questionable, mask));
         for (takes, typed, kind) in [
             (&length, "120V", Kind::InvalidSuffix),
             (&length, "NAN", Kind::DataType),
@@ -176,9 +184,10 @@ mod tests {
             (&span, "-1s", Kind::DataOutOfRange),
             (&count, "0,1ms", Kind::DataOutOfRange),
             (&count, "1.5,1ms", Kind::DataType),
+            (&questionable, "65536", Kind::DataOutOfRange),
             (
-                &Takes::Register(Action::SetEventEnable),
-                "65536",
+                &Takes::StandardRegister(Action::SetEventEnable),
+                "256",
                 Kind::DataOutOfRange,
             ),
             (&Takes::Boolean(Action::SetOutput), "MAYBE", Kind::DataType),

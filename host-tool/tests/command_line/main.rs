@@ -243,3 +243,20 @@ fn a_recording_that_does_not_begin_leaves_no_file() {
     );
     assert!(!path.exists());
 }
+
+#[test]
+fn an_address_that_cannot_be_listened_on_is_told_with_its_remedy() {
+    let boards = no_boards();
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let taken = taken.local_addr().expect("bound").to_string();
+    for (address, advice) in [
+        (taken.as_str(), "port 0 is any that is free"),
+        // Of the block that is for documentation (RFC 5737).
+        ("192.0.2.1:0", "this machine has no such address"),
+        ("5025", "--listen 127.0.0.1:5025"),
+    ] {
+        let said = host_tool(boards.path(), &["serve", "--listen", address]);
+        let sentence = format!("`{address}` cannot be listened on");
+        fails_with(&said, &sentence, advice);
+    }
+}
