@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 
 use mirror_protocol::{ChannelState, LEASE_FOREVER_MS, Status, Telemetry};
-use quantities::{Length, QuantityError};
+use quantities::in_unit;
 
 use super::keys::Key;
 use crate::board::check_position;
@@ -187,15 +187,7 @@ impl State {
 
     /// The move to a position as it was typed; micrometres where it has no unit.
     fn read(&mut self, entry: &str) -> Option<Order> {
-        let has_unit = !entry.ends_with(|last: char| last.is_ascii_digit() || last == '.');
-        let text = if has_unit {
-            entry.to_owned()
-        } else {
-            format!("{entry}um")
-        };
-        let asked: Result<Length, String> = text
-            .parse()
-            .map_err(|error: QuantityError| error.to_string());
+        let asked = in_unit(entry, "um").map_err(|error| error.to_string());
         let within = asked.and_then(|asked| {
             let within = check_position(asked, &self.status);
             within.map_err(|error| error.to_string()).map(|()| asked)

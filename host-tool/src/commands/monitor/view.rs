@@ -15,6 +15,8 @@ use crate::commands::{Uncertainty, explain};
 use crate::names::{limit_names, state_name};
 use crate::report::{decimal, row, row_of_known};
 
+/// What was missed and lost stands in one line, count by count, from so many columns on.
+const COUNTS: u16 = 80;
 /// Four numbers with their unit stand beside their name from so many columns on.
 const WIDE: u16 = 60;
 /// Four numbers without it.
@@ -63,25 +65,54 @@ fn foot(state: &State, area: Rect) -> Vec<Line<'static>> {
         "" => state.notice.clone(),
         entry => format!("go to {entry}_"),
     };
-    let health = &state.status.health;
-    let lost = format!(
-        "ticks      {} missed, {} late; samples lost: {} on the way, {} by the board",
-        health.missed_ticks, health.late_ticks, state.lost, state.status.dropped_samples
-    );
     if area.height < 3 {
         return Vec::new();
     }
     let mut foot = vec![Line::from(notice)];
     if area.height >= 8 {
         foot.push(Line::styled(
-            keys::HELP,
+            keys_that_fit(area.width),
             Style::new().add_modifier(Modifier::DIM),
         ));
     }
     if area.height >= 12 {
-        foot.insert(0, Line::from(lost));
+        foot.splice(..0, counts(state, area.width));
     }
     foot
+}
+
+/// The keys and what they do, whole ones only.
+fn keys_that_fit(columns: u16) -> String {
+    let mut fitting: Vec<&str> = Vec::new();
+    for key in keys::HELP.split("  ") {
+        fitting.push(key);
+        if fitting.join("  ").len() > columns.into() {
+            fitting.pop();
+        }
+    }
+    fitting.join("  ")
+}
+
+/// What was missed and lost; in sums where there is no room for more, as a count that is cut off is another one.
+fn counts(state: &State, columns: u16) -> Vec<Line<'static>> {
+    let (health, on_the_way) = (&state.status.health, state.lost);
+    let (missed, late) = (health.missed_ticks, health.late_ticks);
+    let by_board = state.status.dropped_samples;
+    if columns >= COUNTS {
+        return vec![Line::from(format!(
+            "ticks      {missed} missed, {late} late; samples lost: {on_the_way} on the way, {by_board} by the board"
+        ))];
+    }
+    let ticks = u64::from(missed) + u64::from(late);
+    let samples = on_the_way + u64::from(by_board);
+    if columns >= MEDIUM {
+        let told = format!("{ticks} ticks, {samples} samples");
+        return vec![named("lost", &told, columns)];
+    }
+    vec![
+        named("ticks", &format!("{ticks} late"), columns),
+        named("samples", &format!("{samples} lost"), columns),
+    ]
 }
 
 /// The numbers, the most important first.
@@ -333,7 +364,7 @@ mod tests {
     #[test]
     fn frames_are_as_in_the_golden_files() {
         let mut state = moving();
-        for (columns, rows) in [(80, 24), (40, 12), (20, 10)] {
+        for (columns, rows) in [(80, 24), (40, 12), (20, 10), (20, 24)] {
             let name = format!("monitor-{columns}x{rows}.txt");
             assert_is_golden(&name, &frame(&state, columns, rows));
         }
@@ -347,6 +378,23 @@ mod tests {
         state.status.health.lease_left_ms = None;
         state.recorded = None;
         assert_is_golden("monitor-tripped.txt", &frame(&state, 80, 24));
+    }
+
+    #[test]
+    fn no_count_and_no_key_is_cut_off_in_a_narrow_terminal() {
+        let mut state = moving();
+        state.status.health.missed_ticks = 12_345;
+        state.lost = 67_890;
+        for columns in 20..100 {
+            let shown = frame(&state, columns, 24);
+            assert!(shown.contains("12345") && shown.contains("6789"), "{shown}");
+            let keys = shown.lines().last().expect("the keys");
+            assert!(
+                keys.split("  ")
+                    .all(|key| keys::HELP.split("  ").any(|whole| whole == key)),
+                "{keys}"
+            );
+        }
     }
 
     #[test]
