@@ -298,6 +298,21 @@ fn a_scan_beyond_the_bandwidth_is_told_before_it_is_driven() {
         (0.5..2.0).contains(&(expected_um / reached_um)),
         "{expected_um} expected, {reached_um} um reached"
     );
+    // What is told leaves the first step out, too; a mirror that drifts on by a half of what it moves would be another.
+    let told = report["following"]["reached_um"].as_array();
+    let told_um = span(
+        &told
+            .expect("two ends")
+            .iter()
+            .filter_map(serde_json::Value::as_f64)
+            .collect::<Vec<_>>(),
+    );
+    assert!(
+        (1.0..1.5).contains(&(told_um / reached_um)),
+        "{told_um} um told, {reached_um} um reached"
+    );
+    let said = bench.tool(&["scan", "sine", "--frequency", "2kHz", "--cycles", "400"]);
+    assert!(said.out.contains("by the mirror's bandwidth"), "{said:?}");
     assert!(!scan("2kHz", "40", &["-q"]).err.contains(warning));
 }
 

@@ -40,7 +40,7 @@ struct ScanReport {
     highest_um: Option<f64>,
     /// The lowest and highest position that the mirror was to come to, by the board's calibration; `None` where that is on trial.
     expected_um: Option<[f64; 2]>,
-    /// What was asked and reached, after the first of several cycles; `None` without a sensor.
+    /// What was asked and reached, after the jump that several cycles begin with; `None` without a sensor.
     following: Option<Following>,
     /// About x and y, where tilts were asked for.
     tilts: Option<[TiltReport; 2]>,
@@ -92,6 +92,7 @@ pub(super) async fn run(board: &Board, scan: Scan, json: bool) -> Result<(), Too
             .filter(move |row| row.trigger.is_some_and(|bits| bits & bit != 0))
     };
     let z = || rows.iter().filter_map(|row| row.z_um);
+    let jump = jump_cycles(cycles, signal.period_s());
     let mut report = ScanReport {
         file: None,
         samples: rows.len(),
@@ -99,11 +100,11 @@ pub(super) async fn run(board: &Board, scan: Scan, json: bool) -> Result<(), Too
         lowest_um: z().min_by(f64::total_cmp),
         highest_um: z().max_by(f64::total_cmp),
         expected_um,
-        following: Following::of(signal, rows, jump_s(signal, cycles), tick_s),
+        following: Following::of(signal, rows, f64::from(jump) * signal.period_s(), tick_s),
         tilts,
         frames: began(1).count(),
         lines: began(2).count(),
-        limited_by: limit_names(acted(&measured.limits, cycles).bits()),
+        limited_by: limit_names(acted(&measured.limits, jump, cycles).bits()),
         interrupted: matches!(measured.ended, Ok(Ended::Interrupted)),
     };
     if let Some(file) = file.filter(|_| !rows.is_empty()) {
@@ -147,18 +148,20 @@ fn short_of(signal: &Signal, [low_um, high_um]: [f64; 2]) -> Option<String> {
     })
 }
 
-/// How long the jump from rest counts (s): the first of several cycles.
-fn jump_s(signal: &Signal, cycles: u32) -> f64 {
-    if cycles > 1 { signal.period_s() } else { 0.0 }
+/// A step has come to 95 % after so long on a board as the factory left it (s; "step, time to 95 %" of docs/guide/calibrate.md).
+const STEP_S: f64 = 0.1;
+
+/// How many cycles a scan takes to come from rest to where it goes round, and do not count: as many as a step takes, at least one
+/// and at most half of them, where there are several.
+fn jump_cycles(cycles: u32, period_s: f64) -> u32 {
+    let step = (STEP_S / period_s).ceil() as u32;
+    let most = (cycles / 2).max(1);
+    step.clamp(1, most).min(cycles.saturating_sub(1))
 }
 
-/// The limits that acted on the way; the first of several cycles begins with a jump from rest, and does not count.
-fn acted(limits: &[Limits], cycles: u32) -> Limits {
-    let first = if cycles > 1 {
-        limits.len().div_ceil(cycles as usize)
-    } else {
-        0
-    };
+/// The limits that acted on the way, after the first `jump` of all `cycles`.
+fn acted(limits: &[Limits], jump: u32, cycles: u32) -> Limits {
+    let first = (limits.len() * jump as usize).div_ceil(cycles as usize);
     let all = limits.iter().skip(first);
     all.fold(Limits::NONE, |all, limits| all.union(*limits))
 }
@@ -222,11 +225,26 @@ mod tests {
         fall.insert(Limit::Cooling);
         let mut limits = vec![Limits::NONE; 11];
         limits[0] = jump;
-        assert_eq!(acted(&limits, 3), Limits::NONE);
-        assert_eq!(acted(&limits, 1), jump);
+        assert_eq!(acted(&limits, 1, 3), Limits::NONE);
+        assert_eq!(acted(&limits, 0, 1), jump);
         limits[4] = fall;
-        assert_eq!(acted(&limits, 3), fall);
-        assert_eq!(acted(&[], 3), Limits::NONE);
+        assert_eq!(acted(&limits, 1, 3), fall);
+        assert_eq!(acted(&[], 1, 3), Limits::NONE);
+    }
+
+    #[test]
+    fn a_jump_takes_as_long_as_a_step_and_leaves_half_of_the_scan() {
+        for (cycles, period_s, jump) in [
+            (1, 1.0, 0),
+            (2, 1.0, 1),
+            (10, 1.0, 1),
+            (10, 0.04, 3),
+            (200, 5e-4, 100),
+            (3, 5e-4, 1),
+            (u32::MAX, 1e-300, u32::MAX / 2),
+        ] {
+            assert_eq!(jump_cycles(cycles, period_s), jump, "{cycles}");
+        }
     }
 
     #[test]
