@@ -3,6 +3,7 @@
 use std::thread;
 
 use anyhow::{Context, Result};
+use clap::Parser;
 use closed_loop::{Loop, calibrate_then, figures};
 use foreign_mirror::ForeignConfig;
 
@@ -14,12 +15,27 @@ const LOOPS: [(f64, f64); 3] = [(0.1, 0.1), (1.0, 0.15), (20.0, 0.25)];
 const TRIANGLE_UM: (f64, f64) = (40.0, 80.0);
 const TRIANGLE_HZ: f64 = 20.0;
 const CREEP_UM: (f64, f64) = (20.0, 90.0);
+/// How long it stays at the ends of a way over the whole range (s).
+const STAY_S: f64 = 1.0;
+
+/// Which mirrors are measured.
+#[derive(Parser)]
+#[command(name = "cargo xtask bench foreign --", no_binary_name = true)]
+struct ForeignArguments {
+    /// Seed of the first of the four; those of the others follow. Nothing was developed on 901 to 904.
+    #[arg(long, default_value_t = 901)]
+    first_seed: u64,
+    /// Only these of the four, by number.
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..=4))]
+    only: Vec<u64>,
+}
 
 /// What was measured of one mirror.
 struct ForeignEvidence {
     name: String,
-    /// The first moves after `calibrate`, those after the board has been reset then, and those from rest.
-    at_rest: [figures::Static; 3],
+    /// The first moves after `calibrate`, those after the board has been reset then, those after a reset and a way over the whole range,
+    /// and those from rest.
+    at_rest: [figures::Static; 4],
     up: figures::Step,
     down: figures::Step,
     creep: f64,
@@ -27,44 +43,46 @@ struct ForeignEvidence {
     triangle_um: f64,
 }
 
-/// Mirrors of seeds that nothing was developed on: the usual one, and what others may have of it.
-fn mirrors() -> Vec<ForeignConfig> {
-    let usual = |seed: u64, what: &str| {
-        let mirror = ForeignConfig::new(seed);
+/// The usual mirror, and what others may have of it, by seeds from this one on.
+fn mirrors(first_seed: u64) -> [ForeignConfig; 4] {
+    let usual = |number: u64, what: &str| {
+        let mirror = ForeignConfig::new(first_seed + number);
         ForeignConfig {
             name: format!("{}{what}", mirror.name),
             ..mirror
         }
     };
-    vec![
-        usual(901, ""),
+    [
+        usual(0, ""),
         ForeignConfig {
             resonance_hz: 300.0,
             quality: 3.0,
             slowness: 10.0,
-            ..usual(902, ": 300 Hz, slow")
+            ..usual(1, ": 300 Hz, slow")
         },
         ForeignConfig {
             resonance_hz: 1000.0,
             quality: 50.0,
             creep: 0.05,
-            ..usual(903, ": 1 kHz, creeping")
+            ..usual(2, ": 1 kHz, creeping")
         },
         ForeignConfig {
             resonance_hz: 3000.0,
             quality: 20.0,
             slowness: 0.1,
             weakness: 0.2,
-            ..usual(904, ": 3 kHz, fast, weak")
+            ..usual(3, ": 3 kHz, fast, weak")
         },
     ]
 }
 
 /// Calibrates every mirror from what is measured of it, and prints what positioning reaches then.
-pub(crate) fn run() -> Result<()> {
-    let threads: Vec<_> = mirrors()
-        .into_iter()
-        .map(|config| thread::spawn(move || measure(config)))
+pub(crate) fn run(arguments: &[String]) -> Result<()> {
+    let ForeignArguments { first_seed, only } = ForeignArguments::try_parse_from(arguments)?;
+    let chosen = (1..).zip(mirrors(first_seed));
+    let chosen = chosen.filter(|(number, _)| only.is_empty() || only.contains(number));
+    let threads: Vec<_> = chosen
+        .map(|(_, config)| thread::spawn(move || measure(config)))
         .collect();
     let evidence: Vec<(String, Result<ForeignEvidence>)> = threads
         .into_iter()
@@ -92,7 +110,13 @@ fn evidence(config: &ForeignConfig) -> Result<ForeignEvidence> {
     })?;
     let mut calibration = calibrated.calibration;
     let mirror = &mut calibration;
-    let reset = figures::next_moves(&mut Loop::of(mirror, config.seed, used));
+    let reset = figures::next_moves(&mut Loop::of(mirror, config.seed, used.clone()));
+    let mut over_the_range = Loop::of(mirror, config.seed, used);
+    let top_um = f64::from(over_the_range.calibration().max_position().0);
+    for z_um in [top_um, 0.0] {
+        over_the_range.hold(z_um, STAY_S);
+    }
+    let swept = figures::next_moves(&mut over_the_range);
     let (low_um, high_um) = FAR_UM;
     let pairs = [(low_um, high_um), (high_um, low_um)];
     let [up, down] = figures::steps(mirror, config, &pairs)?
@@ -101,7 +125,7 @@ fn evidence(config: &ForeignConfig) -> Result<ForeignEvidence> {
         .context("two steps were asked for")?;
     Ok(ForeignEvidence {
         name: config.name.clone(),
-        at_rest: [first, reset, figures::at_rest(mirror, config)?],
+        at_rest: [first, reset, swept, figures::at_rest(mirror, config)?],
         up,
         down,
         creep: figures::creep(mirror, config, CREEP_UM)?,
@@ -122,10 +146,13 @@ fn print(evidence: &[ForeignEvidence]) {
     let names: Vec<&str> = evidence.iter().map(|mirror| mirror.name.as_str()).collect();
     println!("| figure | {} | required |", names.join(" | "));
     println!("|---|{}---|", "---|".repeat(names.len()));
-    for (i, after) in ["after `calibrate`", "after a reset", "from rest"]
-        .into_iter()
-        .enumerate()
-    {
+    let moves = [
+        "after `calibrate`",
+        "after a reset",
+        "after a reset and a way to the top and back",
+        "from rest",
+    ];
+    for (i, after) in moves.into_iter().enumerate() {
         let what = format!("static error of the first moves {after}, rms / largest");
         row(&what, "0.05 / 0.15 um", &|e| {
             let figures::Static { rms_um, largest_um } = e.at_rest[i];
