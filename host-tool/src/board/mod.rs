@@ -36,7 +36,9 @@ pub use find::{Found, Place, choose, find};
 pub use link::{Board, RENEWED_LEASE_MS};
 pub use look::Seen;
 pub use owner::{Owner, owner};
-pub(crate) use range::{check_drives, check_piston, check_position, level_um, lowest_um};
+pub(crate) use range::{
+    check_drives, check_piston, check_position, hardly_below, level_um, lowest_um,
+};
 pub use samples::Samples;
 pub use stop::stop;
 pub use stop_mark::announce_stop;

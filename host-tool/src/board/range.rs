@@ -1,10 +1,15 @@
 //! What a board is asked for lies within its range, to the last digit. Nothing is asked of it where it does not.
 
+use calibration::Reach;
 use mirror_protocol::{Health, Status};
 use quantities::{Length, Voltage};
 
 use crate::error::BeyondBoard;
 use crate::report::decimal;
+
+/// So far (um) may what is asked for lie below where the mirror rests in the present room: so far off a position may be in any room
+/// (`docs/requirements.md`), and what a board knows of its room is never the same twice. The board takes it to where it rests.
+const BELOW_REST_UM: f64 = 0.5;
 
 /// Whether a board in this state reaches a position.
 ///
@@ -17,7 +22,7 @@ pub(crate) fn check_position(asked: Length, status: &Status) -> Result<(), Beyon
 /// Whether a position lies between where a level plate rests in the present room and its highest position (um).
 ///
 /// # Errors
-/// Where it does not.
+/// Where it does not, by more than half a micrometre at the lower end.
 pub(crate) fn check_piston(
     asked: Length,
     (low_um, high_um): (f64, f64),
@@ -26,10 +31,16 @@ pub(crate) fn check_piston(
     if !(0.0..=high_um).contains(&asked.um) {
         return Err(BeyondBoard::PositionOutOfRange { asked, max });
     }
-    match asked.um < low_um {
+    match asked.um < low_um - BELOW_REST_UM {
         true => Err(BeyondBoard::PositionBelowRoom { asked, lowest }),
         false => Ok(()),
     }
+}
+
+/// What a mirror of this reach is asked for without a word: what it reaches, and what is hardly below where it rests.
+pub(crate) fn hardly_below(reach: &Reach) -> Reach {
+    let (low_um, _) = reach.level_um();
+    reach.above(low_um - BELOW_REST_UM)
 }
 
 /// From the lowest to the highest position of a level plate under the calibration in use, in the present room (um).
@@ -37,12 +48,10 @@ pub(crate) fn level_um(status: &Status) -> (f64, f64) {
     (lowest_um(&status.health), decimal(status.max_position_um))
 }
 
-/// Where the range begins, as the board knows its room (um). What is not far from rest is not refused: so far off a position may be in
-/// any room (`docs/requirements.md`).
+/// Where the range begins, as the board knows its room (um); at rest where that is as good.
 pub(crate) fn lowest_um(health: &Health) -> f64 {
-    const ALLOWED_UM: f64 = 0.5;
     match decimal(health.lowest_position_um) {
-        um if um > ALLOWED_UM => um,
+        um if um > BELOW_REST_UM => um,
         _ => 0.0,
     }
 }
@@ -82,7 +91,9 @@ mod tests {
         warm.health.lowest_position_um = 18.25;
         let told = check_position(Length { um: 5.0 }, &warm).expect_err("a heater cannot cool");
         assert!(told.to_string().contains("rests at 18.25 um"), "{told}");
-        assert!(check_position(Length { um: 18.25 }, &warm).is_ok());
+        // Half a micrometre below is as good as there.
+        assert!(check_position(Length { um: 17.76 }, &warm).is_ok());
+        assert!(check_position(Length { um: 17.74 }, &warm).is_err());
         // What a position may be off by in any room.
         warm.health.lowest_position_um = 0.4;
         assert!(check_position(Length { um: 0.0 }, &warm).is_ok());

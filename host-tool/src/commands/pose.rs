@@ -8,7 +8,7 @@ use control_core::{CHANNELS, Micrometre};
 use mirror_protocol::{CalibrationInfo, Health, Pose, SetPose};
 use serde::Serialize;
 
-use crate::board::lowest_um;
+use crate::board::{hardly_below, lowest_um};
 use crate::error::BeyondBoard;
 use crate::report::decimal;
 use crate::tilted_pose::TiltedPose;
@@ -55,7 +55,7 @@ pub(crate) fn reached(asked: TiltedPose, reach: &Reach) -> Result<PlatePose, Bey
         return Err(BeyondBoard::LeversUnknown);
     }
     let pose = PlatePose::from(asked);
-    if !reach.contains(&pose) {
+    if !hardly_below(reach).contains(&pose) {
         return Err(BeyondBoard::PoseOutOfReach {
             asked: Box::new(asked),
             nearest: Box::new(reach.nearest(&pose).into()),
