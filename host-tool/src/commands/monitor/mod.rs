@@ -1,11 +1,13 @@
 //! `monitor`: a live view of the board in the terminal, with keys that drive it.
 //!
-//! `keys` says what a key means, `state` what is known and what a key asks for, `view` and `chart` what that looks like.
+//! `keys` says what a key means, `state` what is known and what a key asks for, `lines`, `chart` and `view` what
+//! that looks like.
 //! `driver` does with the board what was asked, `screen` is the terminal, and this file lets all of them run side by side.
 
 mod chart;
 mod driver;
 mod keys;
+mod lines;
 mod plotjuggler;
 mod screen;
 mod state;
