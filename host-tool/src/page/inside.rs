@@ -83,7 +83,11 @@ impl Inside {
     pub(crate) fn read(page: &[u8]) -> Result<Self, String> {
         let page = std::str::from_utf8(page).map_err(|_| "it is not text")?;
         let (_, rest) = page.split_once(OPEN).ok_or("it holds no session")?;
-        let (packed, _) = rest.split_once(CLOSE).ok_or("it ends in the middle")?;
+        let (packed, later) = rest.split_once(CLOSE).ok_or("it ends in the middle")?;
+        // What lies behind is what a browser computes with.
+        if !later.trim_end().ends_with("</html>") {
+            return Err("it ends in the middle".into());
+        }
         let packed = STANDARD
             .decode(packed)
             .map_err(|_| "its session is damaged")?;
@@ -154,7 +158,7 @@ mod tests {
         let page = format!("<html>{}</html>", inside().to_element());
         let said = |page: &str| Inside::read(page.as_bytes()).expect_err("not whole");
         assert!(said("<html></html>").contains("holds no session"));
-        for cut in [60, 200] {
+        for cut in [60, 200, page.len() - "</html>".len()] {
             assert!(said(&page[..cut]).contains("ends in the middle"));
         }
         // A byte of the compressed data, far from both ends.
@@ -169,6 +173,7 @@ mod tests {
         );
         let mut newer = inside();
         newer.format = 9;
-        assert!(said(&newer.to_element()).contains("format 9"));
+        let newer = format!("{}</html>", newer.to_element());
+        assert!(said(&newer).contains("format 9"));
     }
 }
