@@ -260,8 +260,13 @@ pub(crate) fn uncertainty_k(
 pub(crate) fn calibrated_words(calibration: &CalibrationInfo) -> String {
     let CalibrationInfo { device, date, .. } = calibration;
     let kept = kept_words(calibration.kept);
-    // The factory's is of no device, and of no day.
-    let mut words = vec![device.as_str(), date.as_str(), kept];
+    let device = match (device.as_str(), calibration.kept) {
+        // The factory's is of no device, and of no day.
+        ("", Kept::Factory | Kept::FactoryAsStoredIsBad) => "",
+        ("", _) => "an unnamed mirror",
+        (named, _) => named,
+    };
+    let mut words = vec![device, date.as_str(), kept];
     words.retain(|word| !word.is_empty());
     words.join(", ")
 }

@@ -1,18 +1,12 @@
 use super::*;
 use mirror_protocol::{ChannelState, Health, Pose, Sentence, Telemetry};
 
-#[test]
-fn is_printed_as_in_the_golden_file() {
-    let text = |text| Text::try_from(text).expect("short");
-    let identity = Identity {
-        protocol_version: 1,
-        firmware_version: text("0.1.0"),
-        build: text("a396533"),
-        board: text("STM32G474RE driver board"),
-        is_emulated: false,
-        tick_hz: 10_000,
-    };
-    let calibration = CalibrationInfo {
+fn text(text: &str) -> Text {
+    Text::try_from(text).expect("short")
+}
+
+fn calibration() -> CalibrationInfo {
+    CalibrationInfo {
         device: text("mirror 7"),
         date: text("2026-11-21"),
         model_hash: 7,
@@ -22,7 +16,38 @@ fn is_printed_as_in_the_golden_file() {
         tcr_per_k: [3.92e-3; 4],
         levers: [Lever::default(); 4],
         kept: Kept::Yes,
+    }
+}
+
+#[test]
+fn a_calibration_is_told_by_its_mirror_and_the_factorys_by_none() {
+    let of = |device: &str, date: &str, kept| {
+        calibrated_words(&CalibrationInfo {
+            device: text(device),
+            date: text(date),
+            kept,
+            ..calibration()
+        })
     };
+    assert_eq!(
+        of("mirror 7", "2026-11-21", Kept::Yes),
+        "mirror 7, 2026-11-21, kept in flash"
+    );
+    assert_eq!(of("", "", Kept::Yes), "an unnamed mirror, kept in flash");
+    assert_eq!(of("", "", Kept::Factory), "as the factory left it");
+}
+
+#[test]
+fn is_printed_as_in_the_golden_file() {
+    let identity = Identity {
+        protocol_version: 1,
+        firmware_version: text("0.1.0"),
+        build: text("a396533"),
+        board: text("STM32G474RE driver board"),
+        is_emulated: false,
+        tick_hz: 10_000,
+    };
+    let calibration = calibration();
     let status = Status {
         telemetry: Telemetry {
             tick: 123_456,
