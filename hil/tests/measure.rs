@@ -144,8 +144,8 @@ fn a_sensor_of_ones_own_is_merged_by_time() {
 fn a_recording_that_is_not_there_yet_is_told_at_once_and_read_at_the_end() {
     // As fast as a real one, or the measurement is over before a busy machine comes to writing the recording.
     let bench = Bench::changed(|emulation| emulation.speed = Speed::Times(1.0));
-    let held = ["measure", "held", "1V", "--dwell", "3s", "--rest", "0s"];
-    let words = [&held[..], &["--sensor", "laser.csv"]].concat();
+    let held = ["measure", "held", "1V", "2V", "--dwell", "2s"];
+    let words = [&held[..], &["--rest", "0s", "--sensor", "laser.csv"]].concat();
     let mut tool = bench.start_tool(&words);
     let mut said = BufReader::new(tool.stderr.take().expect("it is piped")).lines();
     let first = said.next().expect("a line").expect("text");
