@@ -208,7 +208,7 @@ fn a_serial_sensor_that_sends_no_number_is_named() {
     let bench = Bench::new();
     let (sensor, name) = pseudo_terminal();
     let tool = bench.start_tool(&[
-        "measure", "held", "1V", "--dwell", "50ms", "--rest", "0s", "--sensor", &name,
+        "measure", "held", "1V", "2V", "--dwell", "50ms", "--rest", "0s", "--sensor", &name,
     ]);
     let said = send(sensor, tool, "laser off\n");
     assert_ne!(said.code, 0);

@@ -152,8 +152,8 @@ pub enum DriveExperiment {
     /// These voltages on all actuators, one after the other, read at the end of each.
     #[command(after_long_help = "Example:\n  host-tool measure held 0V 1V 2V 1V 0V --dwell 2s")]
     Held {
-        /// The voltages.
-        #[arg(required = true)]
+        /// The voltages, two at least: a file of one row is no measurement.
+        #[arg(required = true, num_args = 2..)]
         volts: Vec<Voltage>,
         /// How long each is held.
         #[arg(help_heading = SIGNAL, long, default_value = DWELL)]

@@ -245,6 +245,16 @@ fn a_recording_that_does_not_begin_leaves_no_file() {
 }
 
 #[test]
+fn one_voltage_makes_no_measurement() {
+    let boards = no_boards();
+    fails_with(
+        &host_tool(boards.path(), &["measure", "held", "1V"]),
+        "only 1 was provided",
+        "--help",
+    );
+}
+
+#[test]
 fn an_address_that_cannot_be_listened_on_is_told_with_its_remedy() {
     let boards = no_boards();
     let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
