@@ -54,12 +54,12 @@ pub(super) fn row(story: &Story) -> String {
     let rest_um = story.chapters.last().map_or(0.0, |last| last.rest_um);
     let [before, after] = story.errors_um().unwrap_or([f64::NAN; 2]);
     format!(
-        "| {} | {} | {} | {} | {rest_um:+.3} | {:.0} times{} | {:.3} | {:.0} |",
+        "| {} | {} | {} | {} | {rest_um:+.3} | {} times{} | {:.3} | {:.0} |",
         story.seed,
         story.hidden.effect,
         verdict.join(" "),
         errors.join(" | "),
-        before / after,
+        times(before / after),
         match (story.ends_well(), &story.refusal) {
             (true, _) => "",
             (false, None) => ": falls short",
@@ -68,6 +68,20 @@ pub(super) fn row(story: &Story) -> String {
         story.limit_um(),
         story.took.as_secs_f64(),
     )
+}
+
+/// How many times the error fell: less than ten is never told as ten.
+fn times(fell: f64) -> String {
+    match fell < 10.0 {
+        true => format!("{:.1}", (10.0 * fell).floor() / 10.0),
+        false => format!("{fell:.0}"),
+    }
+}
+
+#[test]
+fn less_than_ten_times_is_not_told_as_ten() {
+    let told = [9.57, 9.99, 10.0, 608.6].map(times);
+    assert_eq!(told, ["9.5", "9.9", "10", "609"]);
 }
 
 /// Writes the page with these rows, and returns where.
