@@ -134,6 +134,10 @@ impl Column {
 
 /// What to write instead of a column name that is not known: the same quantity in the file's own unit.
 pub fn suggestion(unknown: &str) -> String {
+    if unknown.contains([';', '\t']) {
+        return "this is another program's table; `host-tool import` makes a measurement file of it"
+            .into();
+    }
     let quantity = unknown.to_ascii_lowercase();
     let starts = |prefixes: &[&str]| prefixes.iter().any(|prefix| quantity.starts_with(prefix));
     let meant = if starts(&["tilt_x", "theta_x", "rx"]) {
@@ -161,5 +165,7 @@ pub fn suggestion(unknown: &str) -> String {
             known.join(", ")
         );
     };
-    format!("if it is that quantity, call it {meant}, and convert its values")
+    format!(
+        "if it is that quantity, call it {meant}, and convert its values, as `host-tool import` does"
+    )
 }

@@ -236,3 +236,14 @@ fn files_that_are_not_there() {
         Err(InputError::NoFiles { .. })
     ));
 }
+
+#[test]
+fn a_table_of_another_program_is_told_how_it_is_taken() {
+    let taken = measurement::column::suggestion("Zeit;U / V;z / \u{b5}m");
+    assert!(
+        taken.contains("`host-tool import` makes a measurement file of it"),
+        "{taken}"
+    );
+    let other_unit = measurement::column::suggestion("z_nm");
+    assert!(other_unit.contains("z_um"), "{other_unit}");
+}

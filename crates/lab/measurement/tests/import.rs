@@ -75,7 +75,7 @@ fn gaps_repeated_times_and_a_sign_are_noticed() {
     let z: Vec<_> = imported.file.rows.iter().map(|row| row.z_um).collect();
     assert_eq!(z, [Some(0.0), Some(-11.0), Some(-40.0)]);
     for words in [
-        "1 rows without",
+        "1 row without a time or a drive is left out",
         "order of their times",
         "share their time",
         "falls with the drive",

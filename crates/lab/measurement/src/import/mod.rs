@@ -136,9 +136,11 @@ fn rows(table: &Table, assignments: &[Assignment], notes: &mut Vec<String>) -> V
     let rows: Vec<Row> = table.rows.iter().filter_map(row).collect();
     let lacking = table.rows.len() - rows.len();
     if lacking > 0 {
-        notes.push(format!(
-            "{lacking} rows without a time or a drive are left out"
-        ));
+        let rows = match lacking {
+            1 => "1 row without a time or a drive is".to_owned(),
+            _ => format!("{lacking} rows without a time or a drive are"),
+        };
+        notes.push(format!("{rows} left out"));
     }
     rows
 }
