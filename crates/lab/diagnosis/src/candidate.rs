@@ -41,6 +41,14 @@ pub(crate) struct Candidate {
     pub(crate) explanation: Option<Explanation<Session>>,
     /// What is left when base and effect are fitted together, where that was done.
     pub(crate) refit: Option<Refit>,
+    /// The same in the other ones of its forms, once they were fitted.
+    pub(crate) other_forms: Option<Vec<InForm>>,
+}
+
+/// An effect in one of its forms, fitted together with the base.
+pub(crate) struct InForm {
+    pub(crate) explanation: Explanation<Session>,
+    pub(crate) refit: Refit,
 }
 
 impl Candidate {
@@ -53,11 +61,19 @@ impl Candidate {
             null_scores: Vec::new(),
             explanation: None,
             refit: None,
+            other_forms: None,
         }
     }
 
     pub(crate) fn id(&self) -> &str {
         &self.effect.info().id
+    }
+
+    /// Takes one of its forms.
+    pub(crate) fn take(&mut self, form: InForm) {
+        let InForm { explanation, refit } = form;
+        self.explanation = Some(explanation);
+        self.refit = Some(refit);
     }
 
     /// Its score, 0 where it explains nothing.

@@ -164,7 +164,10 @@ fn explained<'a>(
         best_first(&mut candidates);
         match analysis.better_base(&candidates).filter(|_| moves < MOVES) {
             Some(better) => fitted = better,
-            None => return Ok((analysis, candidates)),
+            None => {
+                analysis.fit_leading_forms(&mut candidates);
+                return Ok((analysis, candidates));
+            }
         }
         moves += 1;
     }

@@ -1,7 +1,7 @@
 //! Which form of an effect it is that explains a session, and which others would as well.
 
-use super::analysis::Analysis;
-use crate::candidate::{Candidate, Explanation, PRICE, Refit, scan};
+use super::analysis::{Analysis, best_first};
+use crate::candidate::{Candidate, Explanation, InForm, PRICE, scan};
 use crate::report::Form;
 use crate::residual_space::Session;
 use identification::fit::Precision;
@@ -9,56 +9,83 @@ use mirror_model::effect::{Active, Effect, forms};
 use rayon::prelude::*;
 use std::sync::Arc;
 
+/// Of the best score: candidates above their thresholds and this are fitted in all of their forms. As `explain.rs` has it for fits
+/// together with the base.
+const LEADING: f64 = 0.4;
 /// A form whose score is this share of the best one's, or is less by no more than two parameters' price, cannot be told from
 /// it: as rivals are.
 const ALIKE: f64 = 0.92;
 
 impl Analysis<'_> {
+    /// Fits each candidate that leads in all of its forms, and has it in the one that explains most: the form whose slopes explain
+    /// most may not be it.
+    pub(super) fn fit_leading_forms(&self, candidates: &mut [Candidate]) {
+        let most = candidates.iter().map(Candidate::score).fold(0.0, f64::max);
+        let leads = |c: &&mut Candidate| c.is_above_its_threshold() && c.score() > LEADING * most;
+        let leading = candidates.par_iter_mut().filter(leads);
+        leading.for_each(|candidate| self.fit_forms(candidate));
+        best_first(candidates);
+    }
+
+    /// Fits a candidate in all of its forms, if that was not done yet, and has it in the one that explains most.
+    fn fit_forms(&self, candidate: &mut Candidate) {
+        if candidate.other_forms.is_some() {
+            return;
+        }
+        let others = other_forms(candidate);
+        let fitted = others.par_iter();
+        let fitted = fitted.filter_map(|form| self.in_form(candidate, form.form()));
+        let mut fitted: Vec<InForm> = fitted.collect();
+        best_form_first(&mut fitted);
+        let is_better = |best: &InForm| best.explanation.score > candidate.score();
+        if fitted.first().is_some_and(is_better) {
+            let so_far = candidate.explanation.take().zip(candidate.refit.take());
+            candidate.take(fitted.remove(0));
+            fitted.extend(so_far.map(|(explanation, refit)| InForm { explanation, refit }));
+            best_form_first(&mut fitted);
+        }
+        candidate.other_forms = Some(fitted);
+    }
+
     /// Takes, of the forms of an effect that cannot be told from the best one, one that the control core inverts: what a model has
     /// is what the board can take out. Says which form it is then; none where there is one form only.
     pub(super) fn choose_form(&self, candidate: &mut Candidate) -> Option<Form> {
-        let best = candidate.explanation.clone()?;
-        let others = other_forms(candidate);
-        if others.is_empty() {
+        if forms(&candidate.effect).len() < 2 {
             return None;
         }
-        let is_alike = |(other, _): &(Explanation<Session>, Refit)| self.is_as_good(other, &best);
-        let alike: Vec<_> = others
-            .par_iter()
-            .filter_map(|form| self.in_form(candidate, form.form()).filter(is_alike))
-            .collect();
-        let mut alike_names: Vec<String> = alike.iter().map(|(e, _)| name(e)).collect();
+        self.fit_forms(candidate);
+        let best = candidate.explanation.clone()?;
+        let others = candidate.other_forms.take()?;
+        let is_alike = |other: &InForm| self.is_as_good(&other.explanation, &best);
+        let (mut alike, worse): (Vec<_>, Vec<_>) = others.into_iter().partition(is_alike);
         let is_inverted = |e: &Explanation<Session>| e.active.effect.is_inverted();
-        if is_inverted(&best) {
-            return Some(Form {
-                name: name(&best),
-                alike: alike_names,
+        let names = |of: &[InForm]| of.iter().map(|other| name(&other.explanation)).collect();
+        let chosen = match is_inverted(&best) {
+            true => None,
+            false => alike
+                .iter()
+                .position(|other| is_inverted(&other.explanation)),
+        };
+        if let Some(chosen) = chosen {
+            let chosen = alike.remove(chosen);
+            let mut alike: Vec<String> = names(&alike);
+            alike.insert(0, name(&best));
+            let form = Form {
+                name: name(&chosen.explanation),
+                alike,
                 inverted: None,
-            });
+            };
+            candidate.take(chosen);
+            return Some(form);
         }
-        let inverted = alike.into_iter().filter(|(e, _)| is_inverted(e));
-        match inverted.max_by(|(a, _), (b, _)| a.score.total_cmp(&b.score)) {
-            Some((explanation, refit)) => {
-                let chosen = name(&explanation);
-                alike_names.retain(|other| *other != chosen);
-                alike_names.insert(0, name(&best));
-                candidate.explanation = Some(explanation);
-                candidate.refit = Some(refit);
-                Some(Form {
-                    name: chosen,
-                    alike: alike_names,
-                    inverted: None,
-                })
-            }
-            None => Some(Form {
-                name: name(&best),
-                alike: alike_names,
-                inverted: others
-                    .iter()
-                    .find(|form| form.is_inverted())
-                    .map(|form| form.form().to_owned()),
-            }),
-        }
+        let inverted = worse
+            .iter()
+            .find(|other| !is_inverted(&best) && is_inverted(&other.explanation));
+        Some(Form {
+            name: name(&best),
+            alike: names(&alike),
+            inverted: inverted.map(|other| name(&other.explanation)),
+        })
     }
 
     /// Whether a form cannot be told from a better one: by its score, and by whether it explains what the other explains.
@@ -68,7 +95,7 @@ impl Analysis<'_> {
     }
 
     /// A candidate in one of its forms, fitted together with the base.
-    fn in_form(&self, candidate: &Candidate, form: &str) -> Option<(Explanation<Session>, Refit)> {
+    fn in_form(&self, candidate: &Candidate, form: &str) -> Option<InForm> {
         let directions: Vec<_> = candidate.directions_of(form).cloned().collect();
         let scanned = scan(&directions, &self.residual);
         let usual = || {
@@ -86,8 +113,15 @@ impl Analysis<'_> {
             None => vec![self.fitted.model.clone()],
         };
         let (found, refit) = self.refitted(&active, &starts, Precision::Fine)?;
-        Some((found.explanation(change), refit))
+        Some(InForm {
+            explanation: found.explanation(change),
+            refit,
+        })
     }
+}
+
+fn best_form_first(forms: &mut [InForm]) {
+    forms.sort_by(|a, b| b.explanation.score.total_cmp(&a.explanation.score));
 }
 
 fn name(explanation: &Explanation<Session>) -> String {
@@ -113,6 +147,50 @@ fn hardly_less_than(best: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::null_ensemble::NullEnsemble;
+    use identification::dataset::{Channel, Dataset};
+    use identification::fit::fit;
+    use identification::prediction::predict;
+    use mirror_model::effect::find;
+    use mirror_model::{Model, Preset};
+
+    #[test]
+    fn a_leading_candidate_gets_the_form_that_made_the_readings() {
+        let effect = find("heat-loss-temperature").expect("an effect");
+        let all = forms(&effect);
+        // Of its forms the one that is steepest where the heater is coldest, three times as strong as usual.
+        let hidden = all.iter().find(|form| form.form() == "convection");
+        let hidden = hidden.expect("a form");
+        let mut active = Active::usual(hidden.clone());
+        active.values[0] *= 3.0;
+        let mut truth = Model::from(Preset::Reconciled);
+        truth.effects.push(active);
+        let levels = (0..=14).map(|level| (0.25 * f64::from(level), 1.0));
+        let channels = [(Channel::Displacement, 0.02), (Channel::Current(0), 2e-6)];
+        let data = Dataset::driven(levels).read_at_each(&channels);
+        let data = data.with_values(&predict(&truth, &data).expect("an answer"));
+        let fitted = fit(&Model::from(Preset::Reconciled), &data).expect("an answer");
+        let ensemble = NullEnsemble::new(&data, &Default::default(), None).expect("an ensemble");
+        let effects = std::slice::from_ref(&effect);
+        let (analysis, mut candidates) =
+            Analysis::new(&data, fitted, &ensemble, effects).expect("an answer");
+        let first = analysis.in_form(&candidates[0], all[0].form());
+        candidates[0].take(first.expect("it explains something"));
+        candidates[0].threshold = 0.0;
+        analysis.fit_leading_forms(&mut candidates);
+        let [candidate] = &candidates[..] else {
+            panic!("one");
+        };
+        let best = candidate.explanation.as_ref().expect("it shows");
+        assert_eq!(best.active.effect.form(), hidden.form());
+        let others = candidate.other_forms.as_ref().expect("they were fitted");
+        assert!(
+            others
+                .iter()
+                .all(|other| other.explanation.score < best.score)
+        );
+        assert_eq!(others.len(), all.len() - 1);
+    }
 
     #[test]
     fn a_share_of_a_high_score_and_two_parameters_of_a_low_one_tell_nothing() {
