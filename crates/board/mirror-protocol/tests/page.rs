@@ -37,6 +37,16 @@ fn the_page_has_every_endpoint_and_message() {
     );
 }
 
+#[test]
+fn every_link_leads_to_a_message() {
+    let page = made();
+    let names: Vec<String> = messages().into_keys().map(|n| n.to_lowercase()).collect();
+    let links = page.split("](#").skip(1);
+    for link in links.filter_map(|rest| rest.split(')').next()) {
+        assert!(names.iter().any(|name| name == link), "#{link}");
+    }
+}
+
 /// Endpoints, topics and messages.
 fn made() -> String {
     let answers = answers();
@@ -137,6 +147,10 @@ fn message(item: Item) -> Option<(String, String)> {
     }
     let mut text = format!("\n### {name}\n\n{}\n", said(attributes));
     match &item {
+        Item::Struct(item) if matches!(item.fields, Fields::Unnamed(_)) => {
+            let inner = item.fields.iter().map(|field| linked(&typed(&field.ty)));
+            let _ = writeln!(text, "\n{}", inner.collect::<Vec<_>>().join(", "));
+        }
         Item::Struct(item) => {
             text += "\n| field | type | |\n|---|---|---|\n";
             for field in &item.fields {
