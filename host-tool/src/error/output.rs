@@ -21,7 +21,7 @@ pub enum OutputError {
     FileExists { path: PathBuf },
 
     #[error("{} cannot be written: {source}", path.display())]
-    #[diagnostic(help("choose a file in a directory that exists and that you may write to"))]
+    #[diagnostic(help("{}", remedy(source.kind())))]
     Write { path: PathBuf, source: io::Error },
 
     #[error("{} cannot be written any further: {source}. It holds {rows} rows or more", path.display())]
@@ -39,4 +39,31 @@ pub enum OutputError {
         "name it .svg; browsers show it, and `rsvg-convert` makes other formats of it"
     ))]
     PictureName { path: PathBuf },
+}
+
+fn remedy(kind: io::ErrorKind) -> &'static str {
+    match kind {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            "make room on the disk, or choose a file on another one"
+        }
+        _ => "choose a file in a directory that exists and that you may write to",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use miette::Diagnostic;
+
+    use super::*;
+
+    #[test]
+    fn a_full_disk_has_another_remedy_than_a_wrong_name() {
+        let help = |kind: io::ErrorKind| {
+            let (path, source) = (PathBuf::from("page.html"), kind.into());
+            let error = OutputError::Write { path, source };
+            error.help().expect("what to do").to_string()
+        };
+        assert!(help(io::ErrorKind::StorageFull).contains("make room"));
+        assert!(help(io::ErrorKind::NotFound).contains("a directory that exists"));
+    }
 }
