@@ -1,8 +1,11 @@
 //! The live view's lines: what is known of the board in words and numbers, as wide as the terminal lets them be.
 
+use std::iter;
+
 use mirror_protocol::{Pose, Room};
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::Line;
+use textwrap::{Options, WordSplitter};
 
 use super::state::State;
 use crate::commands::{Uncertainty, explain};
@@ -22,8 +25,8 @@ const ALARM: Style = Style::new().fg(Color::Red).add_modifier(Modifier::BOLD);
 pub(super) fn body(state: &State, columns: u16) -> Vec<Line<'static>> {
     let mut lines = title(state, columns);
     lines.extend(position(state, columns));
-    lines.push(channels(state, columns));
-    lines.push(named("limited", &limits(state), columns));
+    lines.extend(channels(state, columns));
+    lines.extend(wrapped("limited", &limits(state), columns));
     lines.extend(actuators(state, columns).map(Line::from));
     lines.extend(
         state
@@ -36,8 +39,25 @@ pub(super) fn body(state: &State, columns: u16) -> Vec<Line<'static>> {
 
 /// A name and what is told of it.
 fn named(name: &str, told: &str, columns: u16) -> Line<'static> {
-    let name_columns = if columns >= MEDIUM { 10 } else { 8 };
+    let name_columns = name_columns(columns);
     Line::from(format!("{name:<name_columns$} {told}"))
+}
+
+/// A name and the words that are told of it, all of them, in as many lines as they take.
+fn wrapped(name: &str, told: &str, columns: u16) -> Vec<Line<'static>> {
+    let room = usize::from(columns).saturating_sub(name_columns(columns) + 1);
+    // Names of faults have hyphens, and are not parted there.
+    let whole = Options::new(room.max(1)).word_splitter(WordSplitter::NoHyphenation);
+    let lines = textwrap::wrap(told, whole).into_iter();
+    let names = iter::once(name).chain(iter::repeat(""));
+    let named = names
+        .zip(lines)
+        .map(|(name, line)| named(name, &line, columns));
+    named.collect()
+}
+
+fn name_columns(columns: u16) -> usize {
+    if columns >= MEDIUM { 10 } else { 8 }
 }
 
 fn title(state: &State, columns: u16) -> Vec<Line<'static>> {
@@ -94,20 +114,21 @@ fn position(state: &State, columns: u16) -> Vec<Line<'static>> {
     lines
 }
 
-fn channels(state: &State, columns: u16) -> Line<'static> {
+fn channels(state: &State, columns: u16) -> Vec<Line<'static>> {
     if let Some((channel, fault)) = state.tripped() {
         let told = match explain::sentence(fault) {
             Some(sentence) => format!("{channel} tripped: {fault} ({sentence})"),
             None => format!("{channel} tripped: {fault}"),
         };
-        return named("channels", &told, columns).style(ALARM);
+        let lines = wrapped("channels", &told, columns).into_iter();
+        return lines.map(|line| line.style(ALARM)).collect();
     }
     let states = state.latest.states.map(state_name);
     let told = match states.iter().all(|one| *one == states[0]) {
         true => format!("all {}", states[0]),
         false => states.join(", "),
     };
-    named("channels", &told, columns)
+    wrapped("channels", &told, columns)
 }
 
 fn limits(state: &State) -> String {

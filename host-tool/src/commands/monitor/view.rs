@@ -216,6 +216,19 @@ mod tests {
     }
 
     #[test]
+    fn a_fault_is_told_whole_in_any_terminal() {
+        let mut state = moving();
+        state.latest.states[1] = ChannelState::Tripped(Fault::OpenHeater.code());
+        for columns in 20..100 {
+            let shown = frame(&state, columns, 40);
+            let words: Vec<&str> = shown.split_whitespace().collect();
+            let told =
+                "2 tripped: open-heater (A heater is driven and no current flows through it)";
+            assert!(words.join(" ").contains(told), "{shown}");
+        }
+    }
+
+    #[test]
     fn a_limit_is_told_with_what_it_means() {
         let mut state = moving();
         let mut limits = Limits::NONE;
