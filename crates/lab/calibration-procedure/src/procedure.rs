@@ -110,14 +110,15 @@ impl Procedure {
         let tabulated = tabulate(&model)?;
         let first = tabulated.calibration;
         let top_um = RANGE * self.reach_um.min(f64::from(first.max_position().0));
-        let before = Trial::run(&mut bench, Part::Before, &self.effort, top_um).await?;
+        let before =
+            Trial::run(&mut bench, Part::Before, &self.effort, (top_um, self.max_v)).await?;
         let (calibration, refined) = if self.reads_every_tick {
             let refined = refine::by_moves(&mut bench, &self.effort, first).await?;
             (refined.calibration, Some(refined))
         } else {
             (refine::by_rests(&mut bench, first).await?, None)
         };
-        let after = Trial::run(&mut bench, Part::After, &self.effort, top_um).await?;
+        let after = Trial::run(&mut bench, Part::After, &self.effort, (top_um, self.max_v)).await?;
         let promised_rms_um = refined.as_ref().map(Refined::rest_rms_um);
         Doubt::of(&left(&before), &left(&after), promised_rms_um)?;
         let calibration = with_piston_residual(&calibration, after.figures().rest_rms_um)

@@ -2,12 +2,16 @@
 
 use experiments::Experiment;
 use experiments::calibration::{self as played, Effort};
+use measurement::{MeasurementFile, Row};
 use serde::{Deserialize, Serialize};
 
 use crate::bench::{Bench, Part};
 
 /// A step has arrived where it stays within this part of it.
 const ARRIVED: f64 = 0.05;
+
+/// A drive so near to the highest is at it (V): two codes, between which it is dithered.
+const DRIVE_STEP_V: f64 = 2e-3;
 
 /// One reading of a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,8 +34,12 @@ pub struct Series {
 /// What a board reached of what it was asked.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
-    /// Positions at rest.
+    /// Positions at rest, but for those at which a drive was at its highest: what is not reached there is the board's limit, and says
+    /// nothing of the calibration.
     pub rest: Series,
+    /// How many those were.
+    #[serde(default)]
+    pub rests_at_the_highest_drive: usize,
     /// A step upwards; its times count from the step.
     pub step: Series,
     /// Where the step begins (um).
@@ -51,6 +59,8 @@ pub struct Figures {
     pub rest_rms_um: f64,
     /// Error at rest, the largest (um).
     pub rest_largest_um: f64,
+    /// Positions at rest that the highest drive did not reach, which do not count.
+    pub rests_at_the_highest_drive: usize,
     /// Until z stays within 5 % of the step (ms).
     pub t95_ms: f64,
     /// Beyond the target, in per cent of the step.
@@ -80,9 +90,14 @@ impl Series {
         experiment: &Experiment,
     ) -> Result<Self, B::Error> {
         let file = bench.measure(part, experiment).await?;
+        Ok(Self::of(&file, experiment, bench.tick_s()))
+    }
+
+    /// What a file says of an experiment of positions.
+    fn of(file: &MeasurementFile, experiment: &Experiment, tick_s: f64) -> Self {
         let signal = experiment.runs.first().map(|run| &run.signal);
         // A row is read as its tick begins: where the tick before was asked to end.
-        let since_s = 0.5 * bench.tick_s();
+        let since_s = 0.5 * tick_s;
         let points = file
             .rows
             .iter()
@@ -95,7 +110,7 @@ impl Series {
                 })
             })
             .collect();
-        Ok(Self { points })
+        Self { points }
     }
 
     /// The part of it later than so long after its start (s), which its times count from.
@@ -163,16 +178,18 @@ impl Series {
 }
 
 impl Trial {
-    /// Tries the calibration in use up to `top_um`.
+    /// Tries the calibration in use up to `top_um` on a board that drives up to `max_v`.
     pub(crate) async fn run<B: Bench>(
         bench: &mut B,
         part: Part,
         effort: &Effort,
-        top_um: f64,
+        (top_um, max_v): (f64, f64),
     ) -> Result<Self, B::Error> {
         let played = played::Trial::new(effort, top_um);
         let period_s = |experiment: &Experiment| experiment.runs[0].signal.period_s();
-        let rest = Series::measure(bench, part, &played.rest).await?;
+        let rests = bench.measure(part, &played.rest).await?;
+        let (rest, rests_at_the_highest_drive) =
+            at_rest(rests, max_v, &played.rest, bench.tick_s());
         let step = Series::measure(bench, part, &played.step).await?;
         let step_from_um = played.step.runs[0].signal.at(0.0);
         let mut after_a_cycle = Vec::new();
@@ -184,6 +201,7 @@ impl Trial {
             <[Series; 3]>::try_from(after_a_cycle).expect("three were played");
         Ok(Self {
             rest,
+            rests_at_the_highest_drive,
             step: step.after(effort.hold_s),
             step_from_um,
             slow_sine,
@@ -212,6 +230,7 @@ impl Trial {
         Figures {
             rest_rms_um: self.rest.rms_um(),
             rest_largest_um: self.rest.largest_um(),
+            rests_at_the_highest_drive: self.rests_at_the_highest_drive,
             t95_ms: 1e3 * time_s,
             overshoot_percent: 100.0 * overshoot,
             slow_loop_um: self.slow_sine.loop_um(),
@@ -238,9 +257,68 @@ impl Trial {
     }
 }
 
+/// What was reached at rest, without the positions that the highest drive did not reach, and how many those were. Under a calibration
+/// of which they are the most it is the calibration's doing, and they count.
+fn at_rest(
+    mut rests: MeasurementFile,
+    max_v: f64,
+    experiment: &Experiment,
+    tick_s: f64,
+) -> (Series, usize) {
+    let all = Series::of(&rests, experiment, tick_s);
+    let at_the_highest = |row: &Row| row.voltage_v.iter().any(|v| *v > max_v - DRIVE_STEP_V);
+    rests.rows.retain(|row| !at_the_highest(row));
+    let mut reached = Series::of(&rests, experiment, tick_s);
+    let missing = all.points.len() - reached.points.len();
+    if missing > reached.points.len() {
+        return (all, 0);
+    }
+    // What is beyond where it should be was not kept from it.
+    let beyond = |point: &&Point| point.error_um() > 0.0 && !reached.points.contains(point);
+    let beyond: Vec<Point> = all.points.iter().filter(beyond).copied().collect();
+    let missing = missing - beyond.len();
+    reached.points.extend(beyond);
+    (reached, missing)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A mirror 0.1 um short everywhere, and 5 um where the drive is at its highest.
+    #[test]
+    fn what_the_highest_drive_does_not_reach_says_nothing_of_a_calibration() {
+        let positions = [40.0, 160.0, 80.0, 120.0];
+        let experiment = Experiment::positions("rest", &positions, 1.0);
+        let file = |highest: &[usize]| MeasurementFile {
+            rows: positions
+                .iter()
+                .enumerate()
+                .map(|(index, um)| Row {
+                    t_s: index as f64 + 0.99,
+                    voltage_v: [if highest.contains(&index) { 3.5 } else { 2.0 }; 4],
+                    z_um: Some(um - if highest.contains(&index) { 5.0 } else { 0.1 }),
+                    ..Row::default()
+                })
+                .collect(),
+            ..MeasurementFile::default()
+        };
+        let left = |highest: &[usize]| {
+            let (series, missing) = at_rest(file(highest), 3.5, &experiment, 1e-4);
+            (series.largest_um(), missing)
+        };
+        let (largest_um, missing) = left(&[1]);
+        assert!(
+            (largest_um - 0.1).abs() < 1e-9 && missing == 1,
+            "{largest_um}"
+        );
+        // A calibration that asks for the highest drive nearly everywhere.
+        let (largest_um, missing) = left(&[0, 1, 3]);
+        assert!(
+            (largest_um - 5.0).abs() < 1e-9 && missing == 0,
+            "{largest_um}"
+        );
+    }
 
     fn series(points: impl IntoIterator<Item = (f64, f64, f64)>) -> Series {
         let point = |(t_s, asked_um, reached_um)| Point {
@@ -264,6 +342,7 @@ mod tests {
         });
         let trial = Trial {
             rest: series([(1.0, 10.0, 10.3), (2.0, 20.0, 19.6)]),
+            rests_at_the_highest_drive: 0,
             step: series(step.map(|t| (t, 100.0, lag(t)))),
             step_from_um: 20.0,
             slow_sine: series([(1.0, 1.0, 1.0), (2.0, 2.0, 2.0), (3.0, 3.0, 3.0)]),

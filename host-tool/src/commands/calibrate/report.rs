@@ -90,6 +90,13 @@ impl fmt::Display for CalibrateReport {
             "tilt       not measured, for one spot tells none: a level plate may tilt by ±{:.1} deg; `host-tool calibrate-pose` measures it",
             self.tilt_uncertainty_deg
         )?;
+        let beyond = self.after.rests_at_the_highest_drive;
+        if beyond > 0 {
+            writeln!(
+                f,
+                "top        {beyond} of the positions at rest took more than the highest drive, for the mirror had not warmed through: they do not count"
+            )?;
+        }
         let counts = &self.readings;
         if counts.without_weight() > 0 {
             writeln!(
