@@ -147,6 +147,12 @@ pub enum Command {
         #[arg(help_heading = SIGNAL, long, default_value = "10min")]
         hold: Hold,
     },
+    /// Move the mirror to its highest position and back, so that the board knows what it remembers.
+    ///
+    /// A board that has just started knows nothing of the way that the mirror has come, and friction holds the mirror where that way
+    /// has left it. Once it has been over its whole range the board knows.
+    #[command(after_long_help = "Example:\n  host-tool condition")]
+    Condition,
     /// Move the plate to a pose, piston and tilts, and print what it took.
     #[command(after_long_help = "Example:\n  host-tool set-pose 120um 0.05deg -0.02deg")]
     SetPose {

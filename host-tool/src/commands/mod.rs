@@ -5,6 +5,7 @@ mod calibrate_pose;
 mod calibrate_room;
 mod calibrate_sense;
 mod calibration_file;
+mod condition;
 mod doctor;
 mod explain;
 mod following;
@@ -71,6 +72,7 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             let pace = Pace::new(settle, hold, arguments.longest_hold)?;
             set_z::run(&open().await?, z, pace, json).await
         }
+        Command::Condition => condition::run(&open().await?, arguments.longest_hold, json).await,
         Command::SetPose {
             z,
             tilt_x,

@@ -66,7 +66,7 @@ impl Pace {
     }
 
     /// The same within a sentence.
-    fn words(&self) -> String {
+    pub(super) fn words(&self) -> String {
         match self.hold {
             Hold::For(_) => {
                 let lease_s = self.lease_ms().div_ceil(1000);
