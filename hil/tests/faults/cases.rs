@@ -139,6 +139,8 @@ fn on_the_board(list: &mut List) {
     list.breaks(P::StoppedConverters, stopped, ONCE_IT_MOVES);
     list.breaks(P::NoSensor, &[], u64::MAX);
     list.breaks(P::PatchySensor, &[], u64::MAX);
+    list.breaks(P::ClippedSensor, &[], u64::MAX);
+    list.breaks(P::LateSensor, &[], u64::MAX);
     list.breaks(P::MissedTicks, &[F::TickOverrun], AT_ONCE);
     list.breaks(P::SlowClock, &[F::TickOverrun], AT_ONCE);
     list.add(Case::of(Trouble::WornFlash, &[], u64::MAX));
@@ -273,7 +275,12 @@ impl Trouble {
             Self::Link(_)
                 | Self::Calibration(..)
                 | Self::WornFlash
-                | Self::Breaks(PlantFault::NoSensor | PlantFault::PatchySensor)
+                | Self::Breaks(
+                    PlantFault::NoSensor
+                        | PlantFault::PatchySensor
+                        | PlantFault::ClippedSensor
+                        | PlantFault::LateSensor
+                )
         )
     }
 }

@@ -30,6 +30,9 @@ const SKIPPED_TICKS: u16 = 10;
 const LOST_TICKS: u32 = 250;
 const OFF_TICKS: u32 = 1000;
 const OFF_UM: f64 = 40.0;
+/// Where the range of a sensor ends (um), and how late a late one is, in ticks.
+const CLIPPED_UM: f64 = 100.0;
+pub(crate) const LATE_TICKS: usize = 20;
 /// How long a busy machine keeps a board waiting: longer than any time-out of the firmware's own, by the wall.
 const STALL: Duration = Duration::from_secs(6);
 
@@ -60,6 +63,10 @@ pub enum PlantFault {
     NoSensor,
     /// The position sensor loses one reading in 250, and one in 1000 is 40 um off: specks on the plate.
     PatchySensor,
+    /// The position sensor's range ends at 100 um.
+    ClippedSensor,
+    /// The position sensor reads where the plate was 2 ms before.
+    LateSensor,
     /// The supply of the output stages falls to 4.1 V.
     WeakSupply,
     /// It rises to 5.8 V.
@@ -235,7 +242,7 @@ impl PlantFault {
                     ..*before
                 }
             }
-            Self::NoSensor | Self::PatchySensor => {
+            Self::NoSensor | Self::PatchySensor | Self::ClippedSensor => {
                 let um = self.sensor_um(f64::from(sound.sensor_z_nm) * 1e-3, age_ticks);
                 sound.sensor_z_nm = um.map_or(NO_READING, |um| (um * 1e3).round() as i32);
             }
@@ -251,6 +258,7 @@ impl PlantFault {
     pub fn sensor_um(self, sound_um: f64, age_ticks: u32) -> Option<f64> {
         match self {
             Self::NoSensor => None,
+            Self::ClippedSensor => Some(sound_um.min(CLIPPED_UM)),
             Self::PatchySensor if age_ticks.is_multiple_of(LOST_TICKS) => None,
             // Between two that are lost.
             Self::PatchySensor if age_ticks % OFF_TICKS == LOST_TICKS / 2 => {

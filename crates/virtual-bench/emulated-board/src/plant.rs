@@ -1,5 +1,6 @@
 //! The plant: electronics with a virtual mirror or known resistors on them, answering the board tick by tick.
 
+use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{self, Read, Write};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -11,7 +12,7 @@ use virtual_mirror::{MirrorConfig, Sensor, State, VirtualMirror};
 
 use crate::controls::{Controls, Surroundings};
 use crate::electronics::{Comparators, Electronics, Rail};
-use crate::faults::{PlantFault, in_vacuum};
+use crate::faults::{LATE_TICKS, PlantFault, in_vacuum};
 use crate::pace::Pace;
 
 /// Length of a control tick.
@@ -29,6 +30,8 @@ pub struct Plant {
     load: Load,
     controls: Controls,
     before: Converters,
+    /// What the position sensor read in the last ticks (nm).
+    sensor_past_nm: VecDeque<i32>,
 }
 
 /// What is connected to an emulated board.
@@ -114,6 +117,7 @@ impl Plant {
             load: Load::new(connected)?,
             controls: Controls::default(),
             before: Converters::default(),
+            sensor_past_nm: VecDeque::new(),
         })
     }
 
@@ -178,9 +182,17 @@ impl Plant {
         self.rail.advance(pins.stages_supplied, source_v, passed_s);
         let mut read = self.convert(pins.tick, drive_v, heated_v, fault);
         read.quiet_ticks = quiet_ticks;
+        let sound_nm = read.sensor_z_nm;
         if let Some(fault) = fault {
             read.supply = self.electronics.supply_code(source_v);
             read = fault.converters(read, &self.before, age_ticks);
+        }
+        self.sensor_past_nm.push_back(sound_nm);
+        if self.sensor_past_nm.len() > LATE_TICKS {
+            let late_nm = self.sensor_past_nm.pop_front();
+            if fault == Some(PlantFault::LateSensor) {
+                read.sensor_z_nm = late_nm.unwrap_or(sound_nm);
+            }
         }
         self.before = read;
         thread::sleep(fault.map_or(Duration::ZERO, |fault| fault.stall(age_ticks)));
