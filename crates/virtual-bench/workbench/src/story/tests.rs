@@ -49,6 +49,14 @@ fn a_command_line_writes_into_the_file_of_the_story() {
 }
 
 #[test]
+fn what_is_measured_besides_says_at_which_temperature() {
+    let step = "host-tool measure step -o a.csv";
+    assert_eq!(in_a_room(step, "19.2"), format!("{step} --ambient 19.2"));
+    let oven = "host-tool measure sweep --ambient 62 -o a.csv";
+    assert_eq!(in_a_room(oven, "19.2"), oven);
+}
+
+#[test]
 fn what_only_a_book_tells_is_not_measured() {
     let found = serde_json::json!({ "next_command": "host-tool effect show radiation" });
     assert_eq!(next_line(&found), None);
