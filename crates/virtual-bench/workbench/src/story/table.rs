@@ -51,7 +51,9 @@ pub(super) fn row(story: &Story) -> String {
         errors.insert(2, "-".to_owned());
     }
     let verdict = [&[story.verdict.clone()][..], &story.suspects].concat();
+    // As it is printed; what rounds to zero has no sign.
     let rest_um = story.chapters.last().map_or(0.0, |last| last.rest_um);
+    let rest_um = (1e3 * rest_um).round() / 1e3 + 0.0;
     let [before, after] = story.errors_um().unwrap_or([f64::NAN; 2]);
     format!(
         "| {} | {} | {} | {} | {rest_um:+.3} | {} times{} | {:.3} | {:.0} |",
