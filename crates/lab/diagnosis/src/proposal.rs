@@ -12,6 +12,21 @@ pub struct NextMeasurement {
     pub how: Next,
 }
 
+impl NextMeasurement {
+    /// The same beside a session that tells the room's temperature (degC), which a measurement without one is not compared with.
+    pub(crate) fn in_the_room(mut self, room_c: Option<f64>) -> Self {
+        if let (Next::Measure(proposal), Some(room_c)) = (&mut self.how, room_c)
+            && proposal.ambient_c.is_none()
+        {
+            proposal.ambient_c = Some(room_c);
+            self.why += &format!(
+                "; tell the room's temperature then, as the session does, which began at {room_c} degC"
+            );
+        }
+        self
+    }
+}
+
 /// What to do next.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -36,5 +51,27 @@ pub struct Proposal {
 impl From<Proposal> for Next {
     fn from(proposal: Proposal) -> Self {
         Self::Measure(proposal)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn beside_a_session_that_tells_its_room_a_measurement_tells_it_too() {
+        let next = |ambient_c| NextMeasurement {
+            why: "a step".to_owned(),
+            how: Next::Measure(Proposal {
+                measurement: Measurement::Session { max_v: 3.5 },
+                ambient_c,
+                name: None,
+            }),
+        };
+        let told = next(None).in_the_room(Some(22.5));
+        assert!(told.why.ends_with("began at 22.5 degC"), "{}", told.why);
+        assert_eq!(told.how, next(Some(22.5)).how);
+        assert_eq!(next(None).in_the_room(None), next(None));
+        assert_eq!(next(Some(62.0)).in_the_room(Some(22.5)), next(Some(62.0)));
     }
 }

@@ -194,7 +194,7 @@ impl Analysis<'_> {
     }
 
     fn next_measurement(&self, named: &[&Candidate], is_blind: bool) -> Option<NextMeasurement> {
-        if named.len() > 1 {
+        let next = if named.len() > 1 {
             let rivals = named.iter().filter_map(|c| c.explanation.as_ref());
             let rivals: Vec<_> = rivals.map(|e| e.active.clone()).collect();
             next::choose(&self.fitted.model, self.data, &rivals)
@@ -202,7 +202,8 @@ impl Analysis<'_> {
             next::more(self.data)
         } else {
             None
-        }
+        };
+        next.map(|next| next.in_the_room(self.data.first_ambient_c))
     }
 
     /// The score of an effect, or of it and a second one, that leaves no more than what mirrors that lack nothing leave.

@@ -192,8 +192,7 @@ impl Plot {
             };
             println!("To tell them apart: {}", found["next_measurement"]["why"]);
             let file = format!("next-{more}.csv");
-            let line = in_a_room(&into_file(&line, &file), &self.person.thermometer());
-            self.person.types(&line)?;
+            self.person.types(&into_file(&line, &file))?;
             measured = format!("{measured} {file}");
         }
         unreachable!("it returns before it has measured so often")
@@ -253,15 +252,6 @@ fn next_line(found: &Value) -> Option<String> {
     let line = found["next_command"].as_str()?;
     let can = line.starts_with("host-tool measure ");
     can.then(|| line.to_owned())
-}
-
-/// The same measurement with the room's temperature, where it is made in no oven: the session says its own, and is compared with what
-/// says it too.
-fn in_a_room(line: &str, room_c: &str) -> String {
-    match line.contains("--ambient") {
-        true => line.to_owned(),
-        false => format!("{line} --ambient {room_c}"),
-    }
 }
 
 /// A command line that writes into `file`, wherever it would have written.

@@ -2,8 +2,8 @@
 
 use super::*;
 
-/// Tells a story to its end: there is a page, and the error has fallen ten times, or to the limit. The gate tells one of
-/// those that take the least, and three with `--full`; `cargo xtask story --full` all, docs/figures/story.md.
+/// Tells a story to its end: there is a page, and the error has fallen ten times, or to the limit. The gate tells three with
+/// `--full`; `cargo xtask story --full` tells all, docs/figures/story.md.
 fn ends_well(seed: u64) {
     let root = tempfile::tempdir().expect("a folder");
     let story = tell(seed, root.path());
@@ -46,14 +46,6 @@ fn a_command_line_writes_into_the_file_of_the_story() {
     ] {
         assert_eq!(into_file(line, "a.csv"), into);
     }
-}
-
-#[test]
-fn what_is_measured_besides_says_at_which_temperature() {
-    let step = "host-tool measure step -o a.csv";
-    assert_eq!(in_a_room(step, "19.2"), format!("{step} --ambient 19.2"));
-    let oven = "host-tool measure sweep --ambient 62 -o a.csv";
-    assert_eq!(in_a_room(oven, "19.2"), oven);
 }
 
 #[test]
