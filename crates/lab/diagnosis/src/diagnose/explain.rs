@@ -14,8 +14,8 @@ use rayon::prelude::*;
 /// they cost and by the figures of `cargo xtask bench diagnose`.
 const WORTH_REFINING: f64 = 0.25;
 /// Candidates that are fitted together with the base: those whose refined score is this share of the best, and half of what
-/// they need, so many at most.
-const WORTH_REFITTING: f64 = 0.4;
+/// they need, so many at most. So near to the best a candidate is fitted in all of its forms, too.
+pub(super) const WORTH_REFITTING: f64 = 0.4;
 const OF_ITS_THRESHOLD: f64 = 0.5;
 const REFITTED: usize = 5;
 /// Where none explains the misfit, so many are fitted from other time constants too.

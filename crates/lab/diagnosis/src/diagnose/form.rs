@@ -1,6 +1,7 @@
 //! Which form of an effect it is that explains a session, and which others would as well.
 
 use super::analysis::{Analysis, best_first};
+use super::explain::WORTH_REFITTING;
 use crate::candidate::{Candidate, Explanation, InForm, PRICE, scan};
 use crate::report::Form;
 use crate::residual_space::Session;
@@ -9,9 +10,6 @@ use mirror_model::effect::{Active, Effect, forms};
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Of the best score: candidates above their thresholds and this are fitted in all of their forms. As `explain.rs` has it for fits
-/// together with the base.
-const LEADING: f64 = 0.4;
 /// A form whose score is this share of the best one's, or is less by no more than two parameters' price, cannot be told from
 /// it: as rivals are.
 const ALIKE: f64 = 0.92;
@@ -21,7 +19,8 @@ impl Analysis<'_> {
     /// most may not be it.
     pub(super) fn fit_leading_forms(&self, candidates: &mut [Candidate]) {
         let most = candidates.iter().map(Candidate::score).fold(0.0, f64::max);
-        let leads = |c: &&mut Candidate| c.is_above_its_threshold() && c.score() > LEADING * most;
+        let leads =
+            |c: &&mut Candidate| c.is_above_its_threshold() && c.score() > WORTH_REFITTING * most;
         let leading = candidates.par_iter_mut().filter(leads);
         leading.for_each(|candidate| self.fit_forms(candidate));
         best_first(candidates);
