@@ -342,6 +342,7 @@ impl<'a> Controller<'a> {
         let shape = &self.calibration.actuators()[turn].shape;
         let seen = shape.position(self.actuators[turn].rise());
         self.seen[turn] = seen.0;
+        self.asked[turn] = self.actuators[turn].rise();
         self.target = NOWHERE;
         self.path.follow(&self.seen);
         // Hysteresis and creep are a few percent of a position; that this one is before them is a few

@@ -25,11 +25,13 @@ use crate::design::{FILM_TCR_PER_K, TICK};
 use crate::units::{Ampere, Kelvin};
 
 mod drift;
+pub mod excursion;
 mod filter;
 mod period;
 mod reference;
 
 use drift::{Drift, Innovation};
+use excursion::Excursion;
 use filter::{FARTHEST, Filter};
 pub(crate) use period::PERIOD;
 use reference::Reference;
@@ -111,6 +113,7 @@ pub(crate) struct Surroundings {
     /// By what each target grows, for the loss.
     scales: [f32; CHANNELS],
     references: [Reference; CHANNELS],
+    excursions: [Excursion; CHANNELS],
     /// Kelvins of a heater that one of the surroundings is worth; 0: they are not compensated.
     ratio: f32,
     is_used: bool,
@@ -118,6 +121,8 @@ pub(crate) struct Surroundings {
     kelvin: f32,
     filter: Filter,
     batch: Batch,
+    /// What the readings of all four were off by in the mean, after the last update (K).
+    common: f32,
     drift: Drift,
     has_drifted: bool,
     /// Ticks since room and loss are told apart, as far as they are counted.
@@ -134,17 +139,21 @@ struct Batch {
     heating: f32,
     growth: f32,
     variance: f32,
+    /// What the variance grows by where errors stay from update to update.
+    lasting: f32,
 }
 
 impl Surroundings {
     pub(crate) fn new(parts: &Parts) -> Self {
         let mut unknown = Self {
             references: parts.actuators.each_ref().map(Reference::new),
+            excursions: Default::default(),
             ratio: parts.ambient_ratio,
             is_used: true,
             kelvin: platinum_kelvin(parts),
             filter: Filter::new(),
             batch: Batch::default(),
+            common: 0.0,
             drift: Drift::default(),
             has_drifted: false,
             apart_since: 0,
@@ -251,20 +260,25 @@ impl Surroundings {
         let lag = UNSETTLED * unsettled.0;
         let measured = apart * sensitivity;
         let (heating, growth) = (reference.heating(rise), reference.room_growth());
-        let variance = (noise * noise + lag * lag) * sensitivity * sensitivity;
+        let square = sensitivity * sensitivity;
+        let excursion = self.excursions[actuator].variance();
+        let variance = (noise * noise + lag * lag + excursion) * square;
         self.batch.readings += 1.0;
         self.batch.measured += measured;
         self.batch.heating += heating;
         self.batch.growth += growth;
         self.batch.variance += variance;
+        self.batch.lasting += excursion * square;
         if self.drift.watches(actuator) {
             let taken = self.filter.loss * heating;
             let order = FIRST_ORDER * measured;
             // Where it goes beyond what was measured, its curve is a guess; and while room and loss are not told apart, actuators
             // at different heat are off by different parts of both.
             let unlike = order * order + held_back.0 * held_back.0 + self.filter.room_room;
+            // What all four are off by is a room or a loss that the filter still follows, or what is left of a move.
+            let expected = self.filter.expected(heating, growth) + self.common;
             self.drift.watch(&Innovation {
-                off: measured - (self.filter.room * (1.0 + growth * self.filter.room) - taken),
+                off: measured - expected,
                 variance: self.filter.gains(heating, variance + unlike).variance,
                 room: self.filter.room,
                 taken,
@@ -279,7 +293,8 @@ impl Surroundings {
         let variance = if self.is_used() {
             let heating = reference.heating(asked);
             let compensated = self.filter.room - self.filter.loss * heating;
-            let counted = beyond_the_curves(compensated);
+            let unknown = self.filter.gains(heating, 0.0).variance;
+            let counted = beyond_the_curves(compensated, unknown);
             // What is not compensated may be the curves' own error, and what is compensated has it.
             let left = compensated - counted;
             let curves = if compensated == 0.0 {
@@ -289,11 +304,7 @@ impl Surroundings {
             };
             let worth = ratio * self.filter.room;
             let order = FIRST_ORDER * compensated;
-            self.filter.gains(heating, 0.0).variance
-                + left * left
-                + curves * curves
-                + worth * worth
-                + order * order
+            unknown + left * left + curves * curves + worth * worth + order * order
         } else if self.is_known() {
             self.filter.room * self.filter.room + self.filter.room_room
         } else {
@@ -322,8 +333,11 @@ impl Surroundings {
     }
 
     /// Brings one actuator's target nearer to where it bends as at the rise `asked` in the room of the calibration. Where the
-    /// actuator is on its way there does not count: a step from there would take the bend of its curve for the surroundings'.
+    /// actuator is on its way there does not count: a step from there would take the bend of its curve for the surroundings'. Once in
+    /// every [`PERIOD`].
     pub(crate) fn follow(&mut self, actuator: usize, asked: Kelvin) {
+        // What compensates another room is no move.
+        self.excursions[actuator].pass(asked);
         let rise = self.target(actuator, asked);
         let reference = &self.references[actuator];
         let from_rest = asked.0 - self.offsets[actuator];
@@ -340,7 +354,8 @@ impl Surroundings {
         let apart =
             (room - self.filter.loss * reference.heating(rise)) / reference.sensitivity(halfway);
         let target = rise.0 + (wanted - there - apart) / slope;
-        let target = asked.0 + beyond_the_curves(target - asked.0);
+        let unknown = self.filter.gains(reference.heating(asked), 0.0).variance;
+        let target = asked.0 + beyond_the_curves(target - asked.0, unknown);
         let (least, most) = SCALES;
         let scale = target / from_rest;
         self.scales[actuator] = if scale > most {
@@ -364,15 +379,20 @@ impl Surroundings {
             let variance =
                 batch.variance * part * part + UNMODELLED.0 * UNMODELLED.0 + order * order;
             let (heating, growth) = (batch.heating * part, batch.growth * part);
-            if self.filter.measure(measured, heating, growth, variance) {
+            let lasting = excursion::AS_NOISE * batch.lasting * part * part;
+            if self
+                .filter
+                .measure(measured, (heating, growth), (variance, lasting))
+            {
                 self.drift.jumped();
             }
+            self.common = measured - self.filter.expected(heating, growth);
         }
         let (until, from) = PROBED;
         let probed = if self.is_probing { until } else { from };
         self.is_probing = self.is_used() && self.filter.room_room > probed * probed;
         if self.is_used() {
-            let bent = self.ratio * beyond_the_curves(self.filter.room);
+            let bent = self.ratio * beyond_the_curves(self.filter.room, self.filter.room_room);
             for (offset, reference) in self.offsets.iter_mut().zip(&self.references) {
                 *offset = bent * reference.per_first_slope;
             }
@@ -398,14 +418,16 @@ fn platinum_kelvin(parts: &Parts) -> f32 {
     kelvin.sum::<f32>() / CHANNELS as f32
 }
 
-/// As much of a difference (K) as is not the curves' own error: hardly any of a tenth of a kelvin, all but a hundredth of one.
-fn beyond_the_curves(kelvin: f32) -> f32 {
-    const OWN: f32 = CURVES.0 * CURVES.0 * CURVES.0 * CURVES.0;
+/// As much of a difference (K) as is neither the curves' own error nor chance, by the difference's variance (K^2): of what is known,
+/// hardly any of a tenth of a kelvin, all but a hundredth of one. The room of the calibration is the likelier one while little is known.
+fn beyond_the_curves(kelvin: f32, unknown: f32) -> f32 {
+    let own = CURVES.0 * CURVES.0 + unknown;
+    let own = own * own;
     let square = kelvin * kelvin;
     let fourth = square * square;
     // What is too large for f32, or no number, is all of it.
     if fourth < 1e6 {
-        kelvin * fourth / (fourth + OWN)
+        kelvin * fourth / (fourth + own)
     } else {
         kelvin
     }

@@ -71,19 +71,25 @@ impl Filter {
         self.loss_loss = if loss < MOST.1 { loss } else { MOST.1 };
     }
 
-    /// `measured` = room (1 + growth room) - loss x heating, with this variance. Returns whether the states have jumped.
+    /// What the states make a measurement, room (1 + growth room) - loss x heating (K).
+    pub(super) fn expected(&self, heating: f32, growth: f32) -> f32 {
+        self.room * (1.0 + growth * self.room) - self.loss * heating
+    }
+
+    /// Takes a measurement with its variance, and what errors that stay from update to update add to that: they make it no further off, and
+    /// tell less. Returns whether the states have jumped.
     pub(super) fn measure(
         &mut self,
         measured: f32,
-        heating: f32,
-        growth: f32,
-        variance: f32,
+        (heating, growth): (f32, f32),
+        (variance, lasting): (f32, f32),
     ) -> bool {
-        let bent = growth * self.room;
-        let off = measured - (self.room * (1.0 + bent) - self.loss * heating);
+        let off = measured - self.expected(heating, growth);
         // As if it were the room itself that was measured.
-        let slope = 1.0 + 2.0 * bent;
-        let (off, heating, variance) = (off / slope, heating / slope, variance / (slope * slope));
+        let slope = 1.0 + 2.0 * growth * self.room;
+        let square = slope * slope;
+        let (off, heating) = (off / slope, heating / slope);
+        let (variance, lasting) = (variance / square, lasting / square);
         let mut gains = self.gains(heating, variance);
         let is_off = off * off > JUMP * JUMP * gains.variance || off.abs() > FAR.0;
         if is_off {
@@ -95,6 +101,7 @@ impl Filter {
             gains = self.gains(heating, variance);
         }
         self.jumps = 0;
+        gains.variance += lasting;
         let (room, loss) = (gains.room / gains.variance, gains.loss / gains.variance);
         self.room = within(self.room + room * off, FARTHEST.0);
         self.loss = within(self.loss + loss * off, LARGEST_LOSS);

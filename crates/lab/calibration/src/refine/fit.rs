@@ -162,11 +162,15 @@ impl<'a> StagesFit<'a> {
         let rises = network.rises_unsettled(&self.timeline.steps, &fitted.losses);
         std::array::from_fn(|channel| {
             let line = lines[channel]?;
+            let mut excursion = sensed::Excursion::default();
             let read = |(step, rises): (&TimeStep, &[(f64, f64); CHANNELS])| {
-                let ((rise, unsettled), read) = (rises[channel], step.sensed[channel]?);
+                let (rise, unsettled) = rises[channel];
+                let moved = excursion.moved(rise, step.duration_s);
+                let read = step.sensed[channel]?;
                 Some(sensed::Reading {
                     rise,
                     unsettled,
+                    moved,
                     sensed: (read.ohm - line.cold_ohm) / line.ohm_per_k,
                     volts: read.volts,
                 })

@@ -6,6 +6,7 @@
 
 use control_core::Kelvin;
 use control_core::calibration::{SENSED_RISES, SensedRises};
+use control_core::surroundings::excursion::{APART, SETTLES};
 use nalgebra::{SMatrix, SVector};
 
 /// A reading of a resistance, and what the stages tell beside it.
@@ -15,6 +16,8 @@ pub(super) struct Reading {
     pub(super) rise: f64,
     /// What the fast poles have still to bring (K).
     pub(super) unsettled: f64,
+    /// How far the stages' rise has moved of late (K).
+    pub(super) moved: f64,
     /// Temperature rise that the resistance tells, by its line (K).
     pub(super) sensed: f64,
     /// The voltage that it was read at (V).
@@ -24,13 +27,32 @@ pub(super) struct Reading {
 /// Standard deviation of a reading at 1 V (K): 1 uA of 3 mA, by the 300 K that double a resistance.
 const NOISE_K: f64 = 0.1;
 /// Part of what the fast poles have still to bring by which heater and stages may be apart meanwhile: they see the same poles with
-/// other weights. It counts ten times here, so that only where the mirror rests counts: what moves up is off to one side, and no
-/// mean takes that away.
-const UNSETTLED: f64 = 10.0;
+/// other weights.
+const UNSETTLED: f64 = 1.0;
+/// Both that and what plate and frame leave after a move count ten times here, so that only where the mirror rests counts: what moves up is
+/// off to one side, and no mean takes that away.
+const NOT_AT_REST: f64 = 10.0;
 /// Standard deviation that second differences from knot to knot may have (K): resistances of the paper's mirror bend by 0.2 K.
 const BEND_K: f64 = 0.5;
 /// A curve whose slope is less than this part of a straight line's tells no temperature: its readings count for a fifth. A choice.
 const LEAST_SLOPE: f64 = 0.2;
+
+/// How far an actuator has moved of late, as the core counts it from update to update, over steps of any length.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Excursion {
+    mean: f64,
+    range: f64,
+}
+
+impl Excursion {
+    /// How far it has moved of late (K) once it is at `rise` (K) after so long (s).
+    pub(super) fn moved(&mut self, rise: f64, duration_s: f64) -> f64 {
+        let kept = (-duration_s / f64::from(SETTLES.0)).exp();
+        self.mean = rise + (self.mean - rise) * kept;
+        self.range = (self.range * kept).max((rise - self.mean).abs());
+        self.range
+    }
+}
 
 /// The curve through readings up to the rise `top_k`; `None` where they show none that rises.
 pub(super) fn through(readings: impl Iterator<Item = Reading>, top_k: f64) -> Option<SensedRises> {
@@ -41,7 +63,8 @@ pub(super) fn through(readings: impl Iterator<Item = Reading>, top_k: f64) -> Op
         let place = (reading.rise / step_k).max(0.0);
         let segment = (place as usize).min(SENSED_RISES - 2);
         let high = place - segment as f64;
-        let noise_k = (NOISE_K / reading.volts).hypot(UNSETTLED * reading.unsettled);
+        let apart_k = (UNSETTLED * reading.unsettled).hypot(f64::from(APART) * reading.moved);
+        let noise_k = (NOISE_K / reading.volts).hypot(NOT_AT_REST * apart_k);
         let weight = noise_k.powi(-2);
         for (i, share) in [(segment, 1.0 - high), (segment + 1, high)] {
             right[i] += weight * share * reading.sensed;
@@ -74,6 +97,7 @@ mod tests {
         Reading {
             rise,
             unsettled: 0.0,
+            moved: 0.0,
             sensed,
             volts: 2.0,
         }
@@ -87,7 +111,12 @@ mod tests {
             unsettled: 500.0,
             ..reading(2.0 * f64::from(i), 60.0)
         });
-        let curve = through(at_rest.chain(moving), 100.0).expect("it rises");
+        // A move away from zero, which the frame has not followed yet.
+        let moved = (0..=50).map(|i| Reading {
+            moved: 100.0,
+            ..reading(2.0 * f64::from(i), 0.99 * bent(2.0 * f64::from(i)))
+        });
+        let curve = through(at_rest.chain(moving).chain(moved), 100.0).expect("it rises");
         for (i, knot) in curve.knots.iter().enumerate() {
             let exact = bent(100.0 * i as f64 / 16.0);
             // A segment of 6.25 K bends by 0.02 K.
@@ -96,6 +125,18 @@ mod tests {
                 "{knot} for {exact}"
             );
         }
+    }
+
+    #[test]
+    fn a_move_counts_less_and_less() {
+        let mut excursion = Excursion::default();
+        assert!((excursion.moved(50.0, 0.0) - 50.0).abs() < 1e-9);
+        // In one step, or in many.
+        let at_once = Excursion::moved(&mut excursion.clone(), 50.0, 0.6);
+        let mut in_steps = 0.0;
+        (0..60).for_each(|_| in_steps = excursion.moved(50.0, 0.01));
+        assert!((at_once / (50.0 * f64::exp(-2.0)) - 1.0).abs() < 1e-6);
+        assert!((at_once - in_steps).abs() < 1e-6);
     }
 
     #[test]
