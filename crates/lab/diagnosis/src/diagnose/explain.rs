@@ -43,6 +43,7 @@ impl Analysis<'_> {
         }
         self.refine(candidates);
         self.refit(candidates);
+        self.fit_near_ones_from_elsewhere(candidates);
     }
 
     fn refine(&self, candidates: &mut [Candidate]) {
@@ -88,6 +89,21 @@ impl Analysis<'_> {
                 self.refit_one(&[start], candidate, Precision::Fine);
             }
         });
+    }
+
+    /// Fits those near the best from other time constants where fits together with the base found less than slopes told: they had stopped in
+    /// a local minimum, and another effect may explain what they would.
+    fn fit_near_ones_from_elsewhere(&self, candidates: &mut [Candidate]) {
+        let worth = worth_refitting(candidates);
+        let near = &mut candidates[..worth];
+        near.sort_by_key(|candidate| candidate.refit.is_some());
+        let stuck = near.partition_point(|candidate| candidate.refit.is_none());
+        if stuck == 0 {
+            return;
+        }
+        let starts = restarts(&self.fitted.model, &identifiable(self.data), self.data);
+        self.refit_from(&starts, &mut near[..stuck], Precision::Fine);
+        best_first(candidates);
     }
 
     /// A better fit of the base than the one that candidates were tried around, found where the fit with one of them leads: what
@@ -225,6 +241,24 @@ mod tests {
         assert!(off.abs() < 2.0 * found.slope_error, "{off} of {hidden:?}");
         // The base was fitted as well as it can be.
         assert!(analysis.better_base(&candidates).is_none());
+    }
+
+    #[test]
+    fn one_that_is_near_the_best_and_was_not_fitted_is_fitted_from_other_time_constants() {
+        let mut truth = Model::from(Preset::Reconciled);
+        let effect = find("softening").expect("an effect");
+        truth.effects.push(Active::usual(effect.clone()));
+        let data = session(&truth);
+        let fitted = fit(&Model::from(Preset::Reconciled), &data).expect("an answer");
+        let ensemble = ensemble(&data);
+        let (analysis, mut candidates) =
+            Analysis::new(&data, fitted, &ensemble, &[effect]).expect("an answer");
+        candidates[0].explanation = scan(&candidates[0].directions, &analysis.residual);
+        candidates[0].threshold = 1.0;
+        let scanned = candidates[0].score();
+        analysis.fit_near_ones_from_elsewhere(&mut candidates);
+        assert!(candidates[0].refit.is_some());
+        assert!(candidates[0].score() > scanned);
     }
 
     #[test]

@@ -146,7 +146,8 @@ impl Analysis<'_> {
     }
 
     /// Whether the rivals are named: where they explain the misfit, and no free-form function at some place explains clearly more,
-    /// which would be a form that no effect has; or where one of them takes most of the error.
+    /// which would be a form that no effect has, unless the first of them and a second effect explain more than any function at one
+    /// place, which is what two effects do; or where one of them takes most of the error.
     fn judged(&self, rivals: &[&Candidate], candidates: &[Candidate]) -> Result<Judged, Runaway> {
         let explained = rivals
             .first()
@@ -159,8 +160,14 @@ impl Analysis<'_> {
         let is_searched = explained.is_some() || remainder.is_some() || is_exceeded;
         let search = is_searched.then(|| self.search()).transpose()?;
         let best = search.as_ref().and_then(Search::best);
-        let better = best.filter(|best| explained.is_some_and(|s| s < least_beside(best.score)));
-        let refusal = rivals.first().zip(explained).zip(better);
+        let first = rivals.first().zip(explained);
+        let better = best.filter(|any_form| {
+            first.is_some_and(|(effect, score)| {
+                score < least_beside(any_form.score)
+                    && self.with_second(effect, candidates) < any_form.score
+            })
+        });
+        let refusal = first.zip(better);
         let refusal = refusal.map(|((effect, score), better)| {
             let percent = 100.0 * score / better.score;
             format!(
@@ -209,11 +216,14 @@ impl Analysis<'_> {
     /// The score of an effect, or of it and a second one, that leaves no more than what mirrors that lack nothing leave.
     fn explained_by(&self, best: &Candidate, candidates: &[Candidate]) -> Option<f64> {
         let explains = |score: &f64| self.null.explains(self.misfit, *score);
-        let alone = best.score();
-        let with_second = || alone + self.second(best, candidates);
-        Some(alone)
+        Some(best.score())
             .filter(explains)
-            .or_else(|| Some(with_second()).filter(explains))
+            .or_else(|| Some(self.with_second(best, candidates)).filter(explains))
+    }
+
+    /// The score of an effect, and of the best second one beside it.
+    fn with_second(&self, best: &Candidate, candidates: &[Candidate]) -> f64 {
+        best.score() + self.second(best, candidates)
     }
 
     /// The best score of another effect in what the first one leaves, where it counts: two effects may be missing.
