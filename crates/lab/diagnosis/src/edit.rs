@@ -25,7 +25,7 @@ pub enum EditError {
     Present(String),
     /// It does not have it.
     #[error("the model has no effect '{id}'")]
-    #[diagnostic(help("it has {}", if has.is_empty() { "none" } else { has }))]
+    #[diagnostic(help("it has {}", if has.is_empty() { "none, so there is nothing to remove" } else { has }))]
     Absent {
         /// What was asked for.
         id: String,

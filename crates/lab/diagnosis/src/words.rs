@@ -53,7 +53,11 @@ impl fmt::Display for Diagnosis {
 
 impl Diagnosis {
     fn errors(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let best = self.ranking.first();
+        // Where nothing is missing, an effect that is added fits noise only, and an error with it would read as a find.
+        let best = self
+            .ranking
+            .first()
+            .filter(|_| self.verdict != Verdict::None);
         let BeforeAfter {
             before,
             after,

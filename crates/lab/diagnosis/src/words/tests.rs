@@ -168,6 +168,24 @@ fn errors_carry_their_unit() {
     assert!(said.contains("0.300 mA rms in the median mirror"), "{said}");
 }
 
+/// What is added where nothing is missing fits noise, and is no find.
+#[test]
+fn no_effect_is_told_as_added_where_nothing_is_missing() {
+    let mut found = diagnosis(Verdict::None, &[]);
+    found.ranking[0].current_rms = Some(error(Unit::Milliampere));
+    let said = found.to_string();
+    let errors: Vec<&str> = said
+        .lines()
+        .filter(|line| line.starts_with("  error ") || line.starts_with("  of the currents "))
+        .collect();
+    assert_eq!(errors, ["  error 0.400 mA rms"], "{said}");
+    found.verdict = Verdict::Unknown;
+    assert!(
+        found.to_string().contains("with creep added"),
+        "it is evidence there: {found}"
+    );
+}
+
 #[test]
 fn limits_are_told_where_nothing_is_missing() {
     let said = diagnosis(Verdict::None, &[]).to_string();
