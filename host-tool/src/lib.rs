@@ -41,10 +41,10 @@ use textwrap::{WordSeparator, WordSplitter};
 pub fn main() -> ExitCode {
     completion::answer();
     tell_failures();
-    let words = || std::env::args_os().map(cli::negative_as_value);
-    let arguments = match cli::Arguments::try_parse_from(words()) {
+    let words = cli::words(std::env::args_os());
+    let arguments = match cli::Arguments::try_parse_from(&words) {
         Ok(arguments) => arguments,
-        Err(error) => return failure::of_usage(&error, words()),
+        Err(error) => return failure::of_usage(&error, words.into_iter()),
     };
     let json = arguments.json;
     arguments.verbosity().use_it();

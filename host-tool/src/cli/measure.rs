@@ -13,6 +13,7 @@ use super::defaults::{
     STEP_TO, SWEEP_STEPS,
 };
 use super::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
+use super::whole::whole;
 
 /// What can be measured.
 #[derive(Debug, Subcommand)]
@@ -84,13 +85,13 @@ pub enum DriveExperiment {
         #[arg(help_heading = SIGNAL, long, default_value = MAX)]
         max: Voltage,
         /// Steps up, and as many down.
-        #[arg(help_heading = SIGNAL, long, default_value_t = SWEEP_STEPS, value_parser = clap::value_parser!(u32).range(1..=255))]
+        #[arg(help_heading = SIGNAL, long, default_value_t = SWEEP_STEPS, value_parser = whole(1..=255_u32))]
         steps: u32,
         /// How long each step is held.
         #[arg(help_heading = SIGNAL, long, default_value = DWELL)]
         dwell: Span,
         /// How often up and down.
-        #[arg(help_heading = SIGNAL, long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
+        #[arg(help_heading = SIGNAL, long, default_value_t = 1, value_parser = whole(1..=1000_u32))]
         repeat: u32,
         /// Where it goes.
         #[command(flatten)]
@@ -127,7 +128,7 @@ pub enum DriveExperiment {
         #[arg(help_heading = SIGNAL, long, default_value = FREQUENCY)]
         frequency: Frequency,
         /// How many.
-        #[arg(help_heading = SIGNAL, long, default_value_t = CYCLES, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+        #[arg(help_heading = SIGNAL, long, default_value_t = CYCLES, value_parser = whole(1..=1_000_000_u32))]
         cycles: u32,
         /// Where it goes.
         #[command(flatten)]
@@ -140,7 +141,7 @@ pub enum DriveExperiment {
         #[arg(help_heading = SIGNAL, long, default_value = MAX)]
         max: Voltage,
         /// Steps up.
-        #[arg(help_heading = SIGNAL, long, default_value_t = SINGLE_STEPS, value_parser = clap::value_parser!(u32).range(1..=255))]
+        #[arg(help_heading = SIGNAL, long, default_value_t = SINGLE_STEPS, value_parser = whole(1..=255_u32))]
         steps: u32,
         /// How long each step is held.
         #[arg(help_heading = SIGNAL, long, default_value = DWELL)]

@@ -5,12 +5,13 @@ pub(crate) mod heading;
 mod lab;
 mod measure;
 mod moving;
+mod whole;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
-use quantities::{Angle, Hold, Length, MINUS, Resistance, Span, Voltage};
+use quantities::{Angle, Hold, Length, MINUS, Resistance, Span, Voltage, is_unit_of};
 
 use self::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
 pub use self::lab::{Compare, Diagnose, EffectCommand, Import, LabInput, ModelOutput, Report};
@@ -24,13 +25,30 @@ use crate::verbosity::Verbosity;
 
 /// A negative quantity with a minus sign instead of the hyphen that would make it an option, so that
 /// `-0.1V` is told to be out of range rather than unknown.
-pub fn negative_as_value(word: OsString) -> OsString {
+fn negative_as_value(word: OsString) -> OsString {
     match word.to_str().and_then(|text| text.strip_prefix('-')) {
         Some(rest) if rest.starts_with(|c: char| c.is_ascii_digit() || c == '.') => {
             format!("{MINUS}{rest}").into()
         }
         _ => word,
     }
+}
+
+/// The words of a command line as they are meant: negative quantities are values, and a unit belongs to the number that a person
+/// set it apart from.
+pub fn words(typed: impl Iterator<Item = OsString>) -> Vec<OsString> {
+    let mut words: Vec<OsString> = Vec::new();
+    for word in typed.map(negative_as_value) {
+        let is_unit = |number: &OsString| match (number.to_str(), word.to_str()) {
+            (Some(number), Some(word)) => is_unit_of(number, word),
+            _ => false,
+        };
+        match words.last_mut() {
+            Some(number) if is_unit(number) => number.push(&word),
+            _ => words.push(word),
+        }
+    }
+    words
 }
 
 /// Bench tool for electrothermal MEMS mirrors on the driver board.

@@ -6,6 +6,7 @@ use clap::{Args, Subcommand};
 use quantities::{Angle, Frequency, Length, Span};
 
 use super::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
+use super::whole::whole;
 use crate::completion::candidates;
 
 /// The waveforms of positions and poses.
@@ -71,10 +72,10 @@ pub enum Scan {
         #[arg(help_heading = SIGNAL, long)]
         tilt_y: Angle,
         /// Turns about x in a frame.
-        #[arg(help_heading = SIGNAL, long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=1000))]
+        #[arg(help_heading = SIGNAL, long, default_value_t = 3, value_parser = whole(1..=1000_u16))]
         turns_x: u16,
         /// Turns about y in a frame.
-        #[arg(help_heading = SIGNAL, long, default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..=1000))]
+        #[arg(help_heading = SIGNAL, long, default_value_t = 4, value_parser = whole(1..=1000_u16))]
         turns_y: u16,
         /// Where the samples go.
         #[command(flatten)]
@@ -95,7 +96,7 @@ pub enum Scan {
         #[arg(help_heading = SIGNAL, long)]
         tilt_y: Angle,
         /// Lines in a frame.
-        #[arg(help_heading = SIGNAL, long, default_value_t = 32, value_parser = clap::value_parser!(u16).range(1..=1000))]
+        #[arg(help_heading = SIGNAL, long, default_value_t = 32, value_parser = whole(1..=1000_u16))]
         lines: u16,
         /// Where the samples go.
         #[command(flatten)]
@@ -109,7 +110,7 @@ pub enum Scan {
         /// Lines of seconds and micrometres; with a header, columns t_s, z_um, tilt_x_deg (or tip_deg), tilt_y_deg (or tilt_deg).
         file: PathBuf,
         /// How often it is gone through.
-        #[arg(help_heading = SIGNAL, long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+        #[arg(help_heading = SIGNAL, long, default_value_t = 1, value_parser = whole(1..=1_000_000_u32))]
         cycles: u32,
         /// Where the samples go.
         #[command(flatten)]
@@ -144,7 +145,7 @@ pub struct Frame {
     #[arg(help_heading = SIGNAL, long, default_value = "1Hz")]
     pub frequency: Frequency,
     /// How often it is gone through.
-    #[arg(help_heading = SIGNAL, long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(help_heading = SIGNAL, long, default_value_t = 3, value_parser = whole(1..=1_000_000_u32))]
     pub cycles: u32,
 }
 
@@ -161,7 +162,7 @@ pub struct Curve {
     #[arg(help_heading = SIGNAL, long, default_value = "1Hz")]
     pub frequency: Frequency,
     /// How many.
-    #[arg(help_heading = SIGNAL, long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(help_heading = SIGNAL, long, default_value_t = 3, value_parser = whole(1..=1_000_000_u32))]
     pub cycles: u32,
 }
 

@@ -30,7 +30,7 @@ fn every_command_s_long_help_has_an_example_that_is_one_of_it() {
             "{name}: {example}"
         );
         let words = std::iter::once("host-tool").chain(example.split(' '));
-        let words = words.map(|word| negative_as_value(word.into()));
+        let words = super::words(words.map(Into::into));
         let parsed = Arguments::try_parse_from(words);
         assert!(parsed.is_ok(), "{example}: {}", parsed.unwrap_err());
     }
@@ -57,7 +57,7 @@ fn every_option_stands_under_a_heading() {
 fn surroundings_are_degrees_that_a_mirror_may_be_in() {
     let ambient = |celsius: &str| {
         let words = ["host-tool", "measure", "sweep", "--ambient", celsius];
-        let words = words.map(|word| negative_as_value(word.into()));
+        let words = super::words(words.into_iter().map(Into::into));
         match Arguments::try_parse_from(words).ok()?.command {
             Command::Measure(Measure::Experiment(asked)) => asked.instruments().ambient_c,
             other => panic!("{other:?}"),

@@ -53,6 +53,38 @@ fn quantities_that_are_none() {
     );
 }
 
+/// As people write them, and as the terminal of an emulated board takes them.
+#[test]
+fn a_unit_may_stand_apart_from_its_number() {
+    let boards = no_boards();
+    for line in [
+        "set-z 120 um --hold 2 s",
+        "set-drive 1 V 2 V 1.5 V 0 V",
+        "set-pose 60 um 0.5 deg -0.3 deg",
+    ] {
+        let words: Vec<&str> = line.split(' ').collect();
+        fails_with(
+            &host_tool(boards.path(), &words),
+            "no board was found",
+            "connect",
+        );
+    }
+}
+
+#[test]
+fn counts_that_are_none() {
+    let boards = no_boards();
+    for (count, told) in [
+        ("-1", "`-1` is no whole number from 1 to 1000000"),
+        ("0", "`0` is no whole number from 1 to 1000000"),
+        ("2.5", "`2.5` is no whole number"),
+        ("many", "`many` is no whole number"),
+    ] {
+        let words = ["scan", "sine", "--frequency", "5Hz", "--cycles", count];
+        fails_with(&host_tool(boards.path(), &words), told, "--help");
+    }
+}
+
 #[test]
 fn a_hold_that_is_longer_than_the_bench_allows() {
     let boards = no_boards();

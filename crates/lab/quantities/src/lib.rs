@@ -168,8 +168,13 @@ const ALL: [&Notation; 8] = [
     &SPAN,
 ];
 
+/// Whether `word` is the unit of the number before it, from which a person set it apart: `120 um`.
+pub fn is_unit_of(number: &str, word: &str) -> bool {
+    is_unit(word) && number.replace(MINUS, "-").parse::<f64>().is_ok()
+}
+
 /// Whether `word` is a unit of any of these quantities.
-pub fn is_unit(word: &str) -> bool {
+fn is_unit(word: &str) -> bool {
     let units = ALL.iter().flat_map(|notation| notation.units);
     units.into_iter().any(|(unit, ..)| *unit == word)
 }

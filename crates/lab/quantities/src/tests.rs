@@ -69,6 +69,12 @@ fn every_unit_is_known_and_no_other_word() {
     for word in ["", "120um", "UM", "sine"] {
         assert!(!is_unit(word), "{word}");
     }
+    for number in ["120", "-0.5", "−2", "1e3"] {
+        assert!(is_unit_of(number, "um"), "{number}");
+    }
+    for number in ["", "set-z", "120um", "--cycles"] {
+        assert!(!is_unit_of(number, "um"), "{number}");
+    }
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::io::{self, BufRead, IsTerminal};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Result;
-use quantities::is_unit;
+use quantities::is_unit_of;
 use rustyline::DefaultEditor;
 use rustyline::error::ReadlineError;
 
@@ -76,9 +76,8 @@ impl Terminal {
 fn words(line: &str) -> Option<Vec<String>> {
     let mut words: Vec<String> = Vec::new();
     for word in shlex::split(line)? {
-        let is_unit = is_unit(&word);
         match words.last_mut() {
-            Some(number) if is_unit && number.parse::<f64>().is_ok() => number.push_str(&word),
+            Some(number) if is_unit_of(number, &word) => number.push_str(&word),
             // What the book shows is often copied with the tool's name.
             None if word == "host-tool" => {}
             _ => words.push(word),
