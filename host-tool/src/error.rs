@@ -71,9 +71,13 @@ pub enum ToolError {
     #[diagnostic(help("do what is said above, and ask again"))]
     NoBoardReady,
 
-    #[error("there is no board `{name}`; found: {found}")]
+    #[error("there is no board `{name}`; found: {found}{}", did_you_mean(nearest.as_deref()))]
     #[diagnostic(help("name one of them, or leave out --board and MIRROR_BOARD"))]
-    NoSuchBoard { name: String, found: String },
+    NoSuchBoard {
+        name: String,
+        found: String,
+        nearest: Option<String>,
+    },
 
     #[error("there are several boards: {found}")]
     #[diagnostic(help("choose one with --board NAME, or set MIRROR_BOARD"))]
@@ -401,6 +405,22 @@ impl ToolError {
             Self::NotImproved(error) => error.into(),
             other => other.into(),
         }
+    }
+
+    /// Whether the board is not there, or not in a state to be asked anything: it may be there again later.
+    pub(crate) fn is_of_missing_board(&self) -> bool {
+        matches!(
+            self,
+            Self::NoBoard
+                | Self::NoSuchBoard { .. }
+                | Self::SeveralBoards { .. }
+                | Self::Open { .. }
+                | Self::Untrusted(_)
+                | Self::LinkLost { .. }
+                | Self::NoAnswer { .. }
+                | Self::ControlStopped
+                | Self::ProtocolVersion { .. }
+        )
     }
 
     /// What the tool ends with.

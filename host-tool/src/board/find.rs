@@ -9,6 +9,7 @@ use nusb::DeviceInfo;
 use serde::Serialize;
 
 use crate::error::ToolError;
+use crate::names::nearest;
 
 /// A board that is there.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -75,6 +76,7 @@ pub fn choose(name: Option<&str>) -> Result<Found, ToolError> {
                     names.join(", ")
                 };
                 missing(ToolError::NoSuchBoard {
+                    nearest: nearest(name, &names),
                     name: name.to_owned(),
                     found,
                 })

@@ -199,12 +199,17 @@ impl Board {
 }
 
 /// Makes sure that nobody else could have put a socket there. Where there is none, connecting fails and says so.
-pub(super) fn check_place(found: &Found) -> Result<(), Untrusted> {
+pub(super) fn check_place(found: &Found) -> Result<(), ToolError> {
     let Place::Socket { path } = &found.place else {
         return Ok(());
     };
     match check_socket(path) {
-        Err(Untrusted::Unseen { .. } | Untrusted::Kind { .. }) => Ok(()),
-        checked => checked,
+        Err(Untrusted::Unseen { .. }) => Ok(()),
+        // A file that is no board's gets no lock beside it.
+        Err(Untrusted::Kind { .. }) => Err(ToolError::Open {
+            board: found.name.clone(),
+            reason: "it is no board's socket".to_owned(),
+        }),
+        checked => Ok(checked?),
     }
 }

@@ -42,6 +42,11 @@ fn two_boards() {
         "there is no board `middle`; found: left, right",
         "name one of them",
     );
+    fails_with(
+        &host_tool(boards.path(), &["--board", "rigth", "off"]),
+        "there is no board `rigth`; found: left, right; did you mean `right`?",
+        "name one of them",
+    );
 }
 
 #[test]
@@ -59,9 +64,11 @@ fn a_socket_that_nobody_listens_on() {
             boards.path(),
             &["--board", &path.to_string_lossy(), "status"],
         ),
-        "cannot be opened",
+        "cannot be opened: it is no board's socket",
         "is it still there",
     );
+    let left = fs::read_dir(boards.path()).expect("a folder").count();
+    assert_eq!(left, 1, "it leaves no lock beside what is no board's");
 }
 
 #[test]

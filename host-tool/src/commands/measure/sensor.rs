@@ -12,6 +12,7 @@ use super::serial::{self, Arriving};
 use crate::board::Board;
 use crate::commands::moving::read;
 use crate::error::ToolError;
+use crate::names::nearest;
 use crate::system::{is_device, serial_device};
 use crate::verbosity::note;
 
@@ -27,6 +28,25 @@ pub(crate) enum Sensor {
     },
     /// Lines of seconds and micrometres, written by something else while the experiment runs.
     Recording { path: PathBuf, began: bool },
+}
+
+/// Where serial devices are, which are there before anything is measured or not at all.
+const DEVICES: &str = "/dev/";
+
+/// Why no recording will ever have this name: what is a device's, a folder's or a misspelt one's.
+fn never_a_recording(name: &str, has_speed: bool) -> Option<String> {
+    let path = Path::new(name);
+    if path.is_dir() {
+        return Some("it is a folder".to_owned());
+    }
+    if path.exists() {
+        return None;
+    }
+    if path.starts_with(DEVICES) || has_speed {
+        return Some("there is no such device; is it plugged in?".to_owned());
+    }
+    let near = nearest(name, [BOARD]).filter(|_| path.extension().is_none());
+    near.map(|name| format!("there is no such file; did you mean `{name}`?"))
 }
 
 /// A serial sensor that is asked for its reading now tells the mean of so many, and is given up after so long a silence.
@@ -49,6 +69,9 @@ impl Sensor {
         let path = PathBuf::from(path);
         let kind = fs::metadata(&path).map(|metadata| metadata.file_type());
         if !kind.is_ok_and(is_device) {
+            if let Some(reason) = never_a_recording(name, baud.is_some()) {
+                return Err(cannot_read(Path::new(name), reason));
+            }
             let path = PathBuf::from(name);
             if !path.exists() {
                 note(format_args!(
@@ -179,6 +202,26 @@ pub(super) fn cannot_read(path: &Path, reason: impl ToString) -> ToolError {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A measurement takes minutes, and nothing would be read at its end.
+    #[test]
+    fn what_will_be_no_recording_is_refused_before_anything_is_measured() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let of_a_name = folder.path().to_string_lossy();
+        for (name, told) in [
+            ("/dev/ttyMISSING0", "no such device"),
+            ("/dev/ttyMISSING0@115200", "no such device"),
+            ("laser@115200", "no such device"),
+            (&*of_a_name, "it is a folder"),
+            ("bord", "did you mean `board`?"),
+        ] {
+            let said = Sensor::open(name).err().expect("refused").to_string();
+            assert!(said.contains(told), "{name}: {said}");
+        }
+        for later in ["readings.csv", "to/come", "blackboard.csv"] {
+            assert!(Sensor::open(later).is_ok(), "{later}");
+        }
+    }
 
     #[test]
     fn a_serial_sensor_is_read_from_now_on() {
