@@ -1,5 +1,6 @@
 //! Output files: found out to be writable before the work begins, and whole or not there at all.
 
+use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -9,12 +10,10 @@ use tempfile::{Builder, NamedTempFile};
 use crate::error::OutputError;
 
 /// A file that can be written, found out before the work begins. What had its name keeps it
-/// until the new content is whole.
+/// until the new content is whole. Nothing is there meanwhile: work that a signal ends leaves nothing behind.
 pub(crate) struct NewFile {
     path: PathBuf,
     replace: bool,
-    /// Written to as the file that it is, whose errors do not name the draft, which nobody knows.
-    draft: NamedTempFile,
 }
 
 impl NewFile {
@@ -31,16 +30,8 @@ impl NewFile {
             let source = io::ErrorKind::NotADirectory.into();
             return Err(OutputError::Write { path, source });
         }
-        let directory = path
-            .parent()
-            .filter(|parent| !parent.as_os_str().is_empty());
-        let directory = directory.unwrap_or(Path::new("."));
-        match Builder::new().make_in(directory, |name| File::create_new(name)) {
-            Ok(draft) => Ok(Self {
-                path,
-                replace,
-                draft,
-            }),
+        match draft(&path) {
+            Ok(_) => Ok(Self { path, replace }),
             Err(source) => Err(OutputError::Write { path, source }),
         }
     }
@@ -55,25 +46,57 @@ impl NewFile {
         }
     }
 
+    /// A page for a browser, which shows one only under a name that says so.
+    pub(crate) fn page(path: PathBuf, replace: bool) -> Result<Self, OutputError> {
+        let is_html = |extension: &OsStr| {
+            ["html", "htm"]
+                .iter()
+                .any(|one| extension.eq_ignore_ascii_case(one))
+        };
+        match path.extension() {
+            Some(extension) if is_html(extension) => Self::create(path, replace),
+            _ if path.is_dir() => Err(OutputError::NotAFile { path }),
+            _ => Err(OutputError::PageName { path }),
+        }
+    }
+
     /// Gives the file its content and its name.
-    pub(crate) fn write(mut self, text: &str) -> Result<PathBuf, OutputError> {
-        let content = self.draft.as_file_mut().write_all(text.as_bytes());
-        let written = content.and_then(|()| {
-            let kept = if self.replace {
-                self.draft.persist(&self.path)
-            } else {
-                self.draft.persist_noclobber(&self.path)
+    pub(crate) fn write(self, text: &str) -> Result<PathBuf, OutputError> {
+        let draft = draft(&self.path);
+        self.write_by(draft, text)
+    }
+
+    fn write_by(
+        self,
+        draft: io::Result<NamedTempFile>,
+        text: &str,
+    ) -> Result<PathBuf, OutputError> {
+        let written = draft.and_then(|mut draft| {
+            // As the file that it is, whose errors do not name the draft, which nobody knows.
+            draft.as_file_mut().write_all(text.as_bytes())?;
+            let kept = match self.replace {
+                true => draft.persist(&self.path),
+                false => draft.persist_noclobber(&self.path),
             };
-            kept.map_err(|error| error.error)
+            kept.map(drop).map_err(|error| error.error)
         });
         match written {
-            Ok(_) => Ok(self.path),
+            Ok(()) => Ok(self.path),
             Err(source) => Err(OutputError::Write {
                 path: self.path,
                 source,
             }),
         }
     }
+}
+
+/// An empty file beside `path`, which goes again unless it is given that name.
+fn draft(path: &Path) -> io::Result<NamedTempFile> {
+    let directory = path
+        .parent()
+        .filter(|parent| !parent.as_os_str().is_empty());
+    let directory = directory.unwrap_or(Path::new("."));
+    Builder::new().make_in(directory, |name| File::create_new(name))
 }
 
 /// A file that has a name while its content grows, so that what is there outlives this process.
@@ -89,6 +112,10 @@ impl NewFile {
     /// Gives the file a name before it has its content: its own, or, where a file has it that is to be replaced, that with
     /// `.new` behind it.
     pub(crate) fn grow(self) -> Result<(GrowingFile, File), OutputError> {
+        let draft = draft(&self.path).map_err(|source| OutputError::Write {
+            path: self.path.clone(),
+            source,
+        })?;
         let beside = self.path.exists().then(|| {
             let mut name = self.path.clone().into_os_string();
             name.push(".new");
@@ -98,7 +125,7 @@ impl NewFile {
             path: self.path,
             beside,
         };
-        match self.draft.persist_noclobber(growing.name()) {
+        match draft.persist_noclobber(growing.name()) {
             Ok(file) => Ok((growing, file)),
             Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => {
                 Err(OutputError::FileExists {
@@ -165,6 +192,20 @@ mod tests {
     }
 
     #[test]
+    fn a_page_has_a_name_that_browsers_show() {
+        let folder = tempfile::tempdir().expect("a folder");
+        for name in ["report.html", "REPORT.HTM"] {
+            assert!(NewFile::page(folder.path().join(name), false).is_ok());
+        }
+        for name in ["report.txt", "report", "report.pdf"] {
+            let said = NewFile::page(folder.path().join(name), false).err();
+            assert!(matches!(said, Some(OutputError::PageName { .. })), "{name}");
+        }
+        let itself = NewFile::page(folder.path().to_owned(), false).err();
+        assert!(matches!(itself, Some(OutputError::NotAFile { .. })));
+    }
+
+    #[test]
     fn no_error_names_the_draft() {
         let folder = tempfile::tempdir().expect("a folder");
         let asked = folder.path().join("missing").join("page.html");
@@ -173,16 +214,28 @@ mod tests {
         tells(&error.expect("no such folder"), &asked, &missing);
 
         let asked = folder.path().join("page.html");
-        let mut file = NewFile::create(asked.clone(), false).expect("it can be written");
-        let read_only = File::open(file.draft.path()).expect("it is there");
+        let file = NewFile::create(asked.clone(), false).expect("it can be written");
+        let mut draft = draft(&asked).expect("it can be written");
+        let read_only = File::open(draft.path()).expect("it is there");
         let refused = (&read_only).write(b"x").expect_err("for reading only");
-        *file.draft.as_file_mut() = read_only;
+        *draft.as_file_mut() = read_only;
         tells(
-            &file.write("x").expect_err("for reading only"),
+            &file.write_by(Ok(draft), "x").expect_err("for reading only"),
             &asked,
             &refused,
         );
         assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 0);
+    }
+
+    /// A signal that ends the tool while it computes would leave behind whatever is there then.
+    #[test]
+    fn before_it_is_written_nothing_is_there() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = NewFile::create(folder.path().join("page.html"), false).expect("a file");
+        let count = || fs::read_dir(folder.path()).expect("a folder").count();
+        assert_eq!(count(), 0);
+        file.write("x").expect("it is written");
+        assert_eq!(count(), 1);
     }
 
     #[test]

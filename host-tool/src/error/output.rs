@@ -39,6 +39,10 @@ pub enum OutputError {
         "name it .svg; browsers show it, and `rsvg-convert` makes other formats of it"
     ))]
     PictureName { path: PathBuf },
+
+    #[error("{} would hold a page that no browser shows under that name", path.display())]
+    #[diagnostic(help("name it .html"))]
+    PageName { path: PathBuf },
 }
 
 fn remedy(kind: io::ErrorKind) -> &'static str {
