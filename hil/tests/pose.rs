@@ -43,6 +43,14 @@ fn a_pose_turns_the_plate_and_one_out_of_reach_is_refused_with_the_nearest() {
         unknown.err
     );
     assert!(bench.json(&["range"])["tilts"].is_null());
+    for (picture, told) in [
+        ("range.svg", "there are no tilts to draw"),
+        ("range.png", "under a name that says otherwise"),
+    ] {
+        let said = bench.tool(&["range", "--picture", picture]).sentence();
+        assert!(said.contains(told), "{said}");
+        assert!(!said.contains("moved"), "nothing was asked to move: {said}");
+    }
 
     let file = bench.directory().join("levers.toml");
     std::fs::write(&file, with_levers(&config)).expect("written");

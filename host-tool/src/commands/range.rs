@@ -52,11 +52,11 @@ pub(super) async fn run(
 ) -> Result<(), ToolError> {
     let status = board.status().await?;
     let reach = reach(&board.calibration().await?, &status.health);
-    if picture.is_some() && !reach.knows_tilts() {
-        return Err(BeyondBoard::LeversUnknown.into());
-    }
     let file = picture.map(|path| NewFile::picture(path, force));
     let file = file.transpose()?;
+    if file.is_some() && !reach.knows_tilts() {
+        return Err(BeyondBoard::NoTiltsToDraw.into());
+    }
     let mut range = Range::of(&reach, Room::of(&status));
     if let Some(file) = file {
         range.picture = Some(file.write(&draw(&reach))?);

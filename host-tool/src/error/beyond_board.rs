@@ -39,6 +39,12 @@ pub enum BeyondBoard {
     ))]
     LeversUnknown,
 
+    #[error("there are no tilts to draw: the calibration in use does not know the plate's levers")]
+    #[diagnostic(help(
+        "`host-tool range` without --picture tells which positions are reached; `host-tool calibrate-pose` measures the levers"
+    ))]
+    NoTiltsToDraw,
+
     #[error("{asked} is beyond what this board drives, 0 to {max}; nothing was changed")]
     #[diagnostic(help("ask for voltages within the limits"))]
     DriveOutOfRange { asked: Voltage, max: Voltage },
