@@ -270,6 +270,8 @@ fn a_scan_beyond_the_bandwidth_is_told_before_it_is_driven() {
     let slow = scan("20Hz", "3", &[]);
     assert_eq!(slow.code, 0, "{}", slow.err);
     assert!(!slow.err.contains(warning), "{}", slow.err);
+    let report: serde_json::Value = serde_json::from_str(&slow.out).expect("JSON");
+    assert_eq!(report["limited_by"], serde_json::json!([]));
 
     let fast = scan("2kHz", "400", &[]);
     assert!(fast.err.contains(warning), "{}", fast.err);
@@ -280,6 +282,7 @@ fn a_scan_beyond_the_bandwidth_is_told_before_it_is_driven() {
         high - low
     };
     let report: serde_json::Value = serde_json::from_str(&fast.out).expect("JSON");
+    assert_eq!(report["limited_by"], serde_json::json!(["bandwidth"]));
     let ends = report["expected_um"].as_array().expect("two ends").iter();
     let expected_um = span(
         &ends

@@ -12,6 +12,9 @@ pub(crate) fn limit_names(bits: u16) -> Vec<&'static str> {
         .collect()
 }
 
+/// What the mirror's own limit is called beside those of the board.
+pub(crate) const BANDWIDTH: &str = "bandwidth";
+
 /// Names less alike than this (Jaro's similarity) are not meant, as clap has it for its own.
 const ALIKE: f64 = 0.7;
 

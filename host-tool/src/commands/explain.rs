@@ -19,8 +19,9 @@ macro_rules! pages {
     };
 }
 
-/// Faults and limits: name and page, by name.
-const FAULTS: [(&str, &str); 27] = pages![
+/// Faults and limits, those of the board and the mirror's own: name and page, by name.
+const FAULTS: [(&str, &str); 28] = pages![
+    "bandwidth",
     "calibration-bad",
     "calibration-drifted",
     "calibration-outdated",
@@ -118,6 +119,7 @@ impl fmt::Display for Explanation {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::names::BANDWIDTH;
     use crate::terms::terms;
     use control_core::Limit;
     use protection::Fault;
@@ -128,6 +130,7 @@ mod tests {
     fn every_fault_and_limit_has_a_page_and_every_page_is_of_one() {
         let faults = Fault::ALL.map(Fault::name);
         let limits = Limit::ALL.map(Limit::name);
+        let limits = limits.into_iter().chain([BANDWIDTH]);
         let named: BTreeSet<&str> = faults.into_iter().chain(limits).collect();
         let explained: BTreeSet<&str> = FAULTS.iter().map(|(name, _)| *name).collect();
         assert_eq!(named, explained);

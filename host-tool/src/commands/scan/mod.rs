@@ -20,7 +20,7 @@ use crate::commands::measure::run::{Bench, Ended, whole};
 use crate::commands::measure::sensor::Sensor;
 use crate::commands::pose::reach;
 use crate::error::ToolError;
-use crate::names::{limit_names, limited_line};
+use crate::names::{BANDWIDTH, limit_names, limited_line};
 use crate::new_file::NewFile;
 use crate::report;
 use crate::verbosity::note;
@@ -93,6 +93,9 @@ pub(super) async fn run(board: &Board, scan: Scan, json: bool) -> Result<(), Too
     };
     let z = || rows.iter().filter_map(|row| row.z_um);
     let jump = jump_cycles(cycles, signal.period_s());
+    let following = Following::of(signal, rows, f64::from(jump) * signal.period_s(), tick_s);
+    let falls_short = following.is_some_and(|following| following.falls_short());
+    let acted = limit_names(acted(&measured.limits, jump, cycles).bits());
     let mut report = ScanReport {
         file: None,
         samples: rows.len(),
@@ -100,11 +103,11 @@ pub(super) async fn run(board: &Board, scan: Scan, json: bool) -> Result<(), Too
         lowest_um: z().min_by(f64::total_cmp),
         highest_um: z().max_by(f64::total_cmp),
         expected_um,
-        following: Following::of(signal, rows, f64::from(jump) * signal.period_s(), tick_s),
+        following,
         tilts,
         frames: began(1).count(),
         lines: began(2).count(),
-        limited_by: limit_names(acted(&measured.limits, jump, cycles).bits()),
+        limited_by: limited_by(acted, falls_short),
         interrupted: matches!(measured.ended, Ok(Ended::Interrupted)),
     };
     if let Some(file) = file.filter(|_| !rows.is_empty()) {
@@ -166,11 +169,19 @@ fn acted(limits: &[Limits], jump: u32, cycles: u32) -> Limits {
     all.fold(Limits::NONE, |all, limits| all.union(*limits))
 }
 
-/// What held the scan back, as a line for people: limits of the board's that acted, or else the mirror, where it falls short.
-fn limited(by: &[&str], falls_short: bool) -> String {
-    match by.is_empty() && falls_short {
-        true => limited_line(&["by the mirror's bandwidth"]),
-        false => limited_line(by),
+/// What held the scan back: limits of the board's that `acted`, or else the mirror, where it falls short.
+fn limited_by(acted: Vec<&'static str>, falls_short: bool) -> Vec<&'static str> {
+    match acted.is_empty() && falls_short {
+        true => vec![BANDWIDTH],
+        false => acted,
+    }
+}
+
+/// The same as a line for people.
+fn limited(by: &[&str]) -> String {
+    match by {
+        [BANDWIDTH] => limited_line(&["by the mirror's bandwidth"]),
+        by => limited_line(by),
     }
 }
 
@@ -193,7 +204,7 @@ impl fmt::Display for ScanReport {
         let falls_short = self
             .following
             .is_some_and(|following| following.falls_short());
-        writeln!(f, "{}", limited(&self.limited_by, falls_short))?;
+        writeln!(f, "{}", limited(&self.limited_by))?;
         if self.limited_by.contains(&Limit::Cooling.name()) {
             writeln!(
                 f,
@@ -249,9 +260,15 @@ mod tests {
 
     #[test]
     fn what_the_board_does_not_hold_back_the_mirror_may() {
-        assert_eq!(limited(&[], false), "limited    by nothing");
-        assert_eq!(limited(&[], true), "limited    by the mirror's bandwidth");
-        assert_eq!(limited(&["cooling"], true), "limited    cooling");
+        for (acted, falls_short, by, told) in [
+            (vec![], false, vec![], "by nothing"),
+            (vec![], true, vec!["bandwidth"], "by the mirror's bandwidth"),
+            (vec!["cooling"], true, vec!["cooling"], "cooling"),
+        ] {
+            let limited_by = limited_by(acted, falls_short);
+            assert_eq!(limited_by, by);
+            assert_eq!(limited(&limited_by), format!("limited    {told}"));
+        }
     }
 
     #[test]
