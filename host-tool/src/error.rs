@@ -1,6 +1,7 @@
 //! What can go wrong, in words: what happened, and what to do next.
 
 mod beyond_board;
+mod doubt;
 mod input;
 mod not_improved;
 mod output;
@@ -16,6 +17,7 @@ use mirror_protocol::{PROTOCOL_VERSION, Refusal};
 use quantities::Hold;
 
 pub use self::beyond_board::BeyondBoard;
+use self::doubt::doubt_advice;
 pub use self::input::UnusableInput;
 pub use self::not_improved::NotImproved;
 pub use self::output::OutputError;
@@ -263,9 +265,7 @@ pub enum ToolError {
     SensorReadings(#[from] SensorError),
 
     #[error("{0}; the board has the one before")]
-    #[diagnostic(help(
-        "look at what the sensor reads with `host-tool record`, then calibrate again without --quick; if it stays, `host-tool compare` shows what the model lacks"
-    ))]
+    #[diagnostic(help("{}", doubt_advice(_0)))]
     Doubt(#[from] Doubt),
 
     #[error("this board has no position sensor")]
