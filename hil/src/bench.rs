@@ -241,6 +241,12 @@ impl Bench {
         }
     }
 
+    /// Ends the board in QEMU, as one that is unplugged.
+    pub fn kill_board(&mut self) {
+        let board = self.emulated_board().expect("emulated");
+        board.kill().expect("it dies");
+    }
+
     pub(crate) fn emulator(&self) -> &Emulator {
         self.emulator.as_ref().expect("emulated")
     }

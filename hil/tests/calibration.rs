@@ -146,11 +146,7 @@ fn it_is_still_there_after_the_power_was_cut() {
     assert_eq!(in_use(&bench).kept, Kept::Factory);
     let used = upload(&mut link(&bench), &calibration().to_bytes()).expect("it is good");
     assert_eq!(used.kept, Kept::Yes);
-    bench
-        .emulated_board()
-        .expect("emulated")
-        .kill()
-        .expect("it dies");
+    bench.kill_board();
     drop(bench);
     assert_eq!(in_use(&board()), used);
 

@@ -3,7 +3,7 @@
 
 use std::io::{BufRead, BufReader};
 use std::process::Child;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use emulated_board::{PlantFault, Speed};
 use hil::{Bench, Said, interrupt, signal};
@@ -13,6 +13,9 @@ use virtual_mirror::MirrorConfig;
 
 /// What a tool says at once that waits for another.
 const WAITS: &str = "waiting for the board";
+
+/// A board whose time is the same after so long stands: it takes ticks of 0.1 ms several times as fast as the wall's clock.
+const STANDS: Duration = Duration::from_millis(200);
 
 /// A bench whose board a tool has that drives it, and how that tool is told.
 fn in_use() -> (Bench, Child, String) {
@@ -210,10 +213,50 @@ fn a_recording_that_others_look_through_loses_nothing() {
     };
     let (bench, said) = record_while(look);
     assert_eq!(said.code, 130, "{}", said.err);
-    let times = bench.measured("r.csv").rows;
-    let steps = times.windows(2).map(|row| row[1].t_s - row[0].t_s);
+    assert_whole(&bench);
+}
+
+/// Of a tool that gets no processor for a while, an emulated board waits: its time stands rather than that a sample is lost.
+#[test]
+fn a_recording_of_a_tool_that_stands_still_for_a_while_loses_nothing() {
+    let stand_still = |bench: &mut Bench, tool: &Child| {
+        for _ in 0..3 {
+            signal(tool, "STOP");
+            wait_until_it_stands(bench);
+            signal(tool, "CONT");
+            let now_s = bench.simulated_s();
+            bench.wait_until_s(now_s + 0.5);
+        }
+        // A stop waits for no tool.
+        signal(tool, "STOP");
+        wait_until_it_stands(bench);
+        bench.json(&["off"]);
+        signal(tool, "CONT");
+        interrupt(tool);
+    };
+    let (bench, said) = record_while(stand_still);
+    assert_eq!(said.code, 130, "{}", said.err);
+    assert_whole(&bench);
+}
+
+/// Waits until the board's time stands, since nobody takes its samples.
+fn wait_until_it_stands(bench: &Bench) {
+    let mut before_s = f64::NEG_INFINITY;
+    bench.wait("its time does not stand", |bench| {
+        std::thread::sleep(STANDS);
+        let now_s = bench.simulated_s();
+        std::mem::replace(&mut before_s, now_s) == now_s
+    });
+}
+
+/// No sample of the recording is missing.
+fn assert_whole(bench: &Bench) {
+    let rows = bench.measured("r.csv").rows;
+    let is_next = |pair: &[Row]| (pair[1].t_s - pair[0].t_s - 1e-3).abs() < 2e-6;
     // Times are written to a microsecond.
-    assert!(steps.into_iter().all(|step_s| (step_s - 1e-3).abs() < 2e-6));
+    let gap = rows.windows(2).find(|pair| !is_next(pair));
+    let gap = gap.map(|pair| [pair[0].t_s, pair[1].t_s]);
+    assert_eq!(gap, None, "of {} samples", rows.len());
 }
 
 #[test]

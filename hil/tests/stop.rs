@@ -192,8 +192,7 @@ fn the_ways_to_a_board_are_one_board_and_lead_nowhere_once_it_is_gone() {
     let boards = list["boards"].as_array().expect("a list");
     let names: Vec<&Value> = boards.iter().map(|board| &board["name"]).collect();
     assert_eq!(names, ["emulated"]);
-    let board = bench.emulated_board().expect("emulated");
-    board.kill().expect("it dies");
+    bench.kill_board();
     let said = bench.tool(&["off"]);
     assert_eq!(said.code, 1);
     assert!(said.sentence().contains("cannot be opened"), "{}", said.err);

@@ -166,11 +166,7 @@ fn a_killed_emulator_is_told_and_the_next_command_works() {
     let mut bench = bench();
     let waiting = bench.start_tool(&["set-z", "100um", "--settle", "1h"]);
     bench.wait_until_driven(1);
-    bench
-        .emulated_board()
-        .expect("emulated")
-        .kill()
-        .expect("it dies");
+    bench.kill_board();
     let said = Said::from(waiting);
     assert_eq!(said.code, 1);
     assert!(

@@ -5,7 +5,7 @@ use std::net::UdpSocket;
 use std::num::NonZero;
 use std::process::Command;
 
-use emulated_board::Speed;
+use emulated_board::{EmulatedBoard, Speed};
 use hil::{Bench, Terminal, interrupt};
 use serde_json::{Value, json};
 
@@ -169,6 +169,66 @@ fn any_size_is_shown_and_what_this_view_did_not_drive_goes_on() {
     assert!(terminal.is_restored());
     let status = bench.json(&["status"]);
     assert_eq!(status["states"][0], "driving", "{status}");
+}
+
+/// A board as it is unplugged and plugged in again.
+#[test]
+fn a_board_that_is_gone_is_told_and_shown_again_when_it_is_back() {
+    let mut emulation = None;
+    let mut bench = Bench::changed(|new| {
+        new.speed = Speed::Times(1.0);
+        emulation = Some(new.clone());
+    });
+    let mut terminal = driving(&bench);
+    terminal.types("r");
+    terminal.wait_for(&bench, "REC ");
+    let now_s = bench.simulated_s();
+    bench.wait_until_s(now_s + 0.2);
+    bench.kill_board();
+    for told in [
+        "board      gone: it was unplugged",
+        "the view goes on by itself",
+        "recorded in monitor.csv",
+    ] {
+        terminal.wait_for(&bench, told);
+    }
+    let recorded = bench.measured("monitor.csv");
+    assert!(
+        recorded.keys.get("partial").is_some(),
+        "it says why it ends"
+    );
+    terminal.types("+");
+    terminal.wait_for(&bench, "needs the board");
+    assert!(
+        !terminal.text().contains("driven from here"),
+        "{}",
+        terminal.text()
+    );
+
+    let again = EmulatedBoard::start(&emulation.expect("it was started"));
+    let _again = again.expect("it is there again");
+    terminal.wait_for(&bench, "the board is back");
+    terminal.wait_for(&bench, "not driven");
+    // What was typed meanwhile is not done.
+    terminal.wait_for(&bench, "all ready");
+    terminal.types("40\r");
+    terminal.wait_for(&bench, "asked 40.000 um, pose 40.000 ±");
+    terminal.types("q");
+    assert_eq!(terminal.wait(), Some(0));
+    terminal.wait_for(&bench, "outputs    channels are off");
+    assert!(terminal.is_restored(), "{}", terminal.text());
+}
+
+#[test]
+fn a_view_whose_board_is_gone_can_be_left() {
+    let mut bench = bench();
+    let mut terminal = driving(&bench);
+    bench.kill_board();
+    terminal.wait_for(&bench, "gone: it was unplugged");
+    terminal.types("q");
+    assert_eq!(terminal.wait(), Some(0));
+    terminal.wait_for(&bench, "outputs    the board is gone");
+    assert!(terminal.is_restored(), "{}", terminal.text());
 }
 
 #[test]

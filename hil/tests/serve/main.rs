@@ -271,8 +271,7 @@ fn a_fault_is_named_and_cleared_and_a_board_that_is_gone_is_found_again() {
     client.say("OUTP:PROT:CLE");
     assert_eq!(client.ask("OUTP:PROT:TRIP?"), "0");
 
-    let board = serving.bench.emulated_board().expect("emulated");
-    board.kill().expect("it dies");
+    serving.bench.kill_board();
     client.say("*CLS;:MEAS:CURR?");
     let said = client.error();
     assert!(said.starts_with("-241,"), "{said}");

@@ -14,6 +14,7 @@ mod look;
 mod missing;
 mod owner;
 mod range;
+mod reconnect;
 #[cfg(unix)]
 mod request;
 mod samples;
@@ -39,6 +40,7 @@ pub use owner::{Owner, owner};
 pub(crate) use range::{
     check_drives, check_piston, check_position, hardly_below, level_um, lowest_um,
 };
+pub(crate) use reconnect::Reconnecting;
 pub use samples::Samples;
 pub use stop::stop;
 pub use stop_mark::announce_stop;

@@ -36,7 +36,7 @@ impl Boards {
             return Ok(device);
         }
         let device = Arc::new(Device::new(found));
-        open.insert(device.found.name.clone(), Arc::downgrade(&device));
+        open.insert(device.found().name.clone(), Arc::downgrade(&device));
         Ok(device)
     }
 

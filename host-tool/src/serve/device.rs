@@ -11,7 +11,7 @@ use quantities::Span;
 use tokio::task::AbortHandle;
 use tokio::time::sleep;
 
-use crate::board::{Board, Found, RENEWED_LEASE_MS};
+use crate::board::{Board, Found, RENEWED_LEASE_MS, Reconnecting};
 use crate::commands::pose::request;
 use crate::error::ToolError;
 use crate::scpi::{Error, Kind, Status};
@@ -74,8 +74,7 @@ impl fmt::Display for DrivingClient {
 
 /// A board that clients share.
 pub(super) struct Device {
-    pub(super) found: Found,
-    link: tokio::sync::Mutex<Option<Arc<Board>>>,
+    link: Reconnecting,
     /// A board sends one stream at a time.
     pub(super) tracing: tokio::sync::Mutex<()>,
     driver: Mutex<Option<DrivingClient>>,
@@ -91,26 +90,24 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 impl Device {
     pub(super) fn new(found: Found) -> Self {
         Self {
-            found,
-            link: tokio::sync::Mutex::default(),
+            link: Reconnecting::new(found),
             tracing: tokio::sync::Mutex::default(),
             driver: Mutex::default(),
             stops: Mutex::default(),
         }
     }
 
+    /// Where the board is found.
+    pub(super) fn found(&self) -> &Found {
+        self.link.found()
+    }
+
     /// The board, opened where it is not.
     ///
     /// # Errors
-    /// Where it is not there, another process has it, or it does not answer.
+    /// As of [`Reconnecting::board`].
     pub(super) async fn board(&self) -> Result<Arc<Board>, ToolError> {
-        let mut link = self.link.lock().await;
-        if let Some(board) = &*link {
-            return Ok(board.clone());
-        }
-        let board = Arc::new(Board::open_if_free(&self.found).await?);
-        *link = Some(board.clone());
-        Ok(board)
+        self.link.board().await
     }
 
     /// What comes of asking `board`. Where it is gone it is opened anew the next time.
@@ -122,19 +119,9 @@ impl Device {
         match answer {
             Ok(answer) => Ok(answer),
             Err(error) => {
-                let error = told(&error);
-                if error.kind == Kind::HardwareMissing {
-                    self.forget(board).await;
-                }
-                Err(error)
+                self.link.is_gone(board, &error).await;
+                Err(told(&error))
             }
-        }
-    }
-
-    async fn forget(&self, board: &Arc<Board>) {
-        let mut link = self.link.lock().await;
-        if link.as_ref().is_some_and(|open| Arc::ptr_eq(open, board)) {
-            *link = None;
         }
     }
 
@@ -319,7 +306,7 @@ impl Device {
     /// Where the board does not answer: it ramps to zero by itself.
     pub(super) async fn end(&self) -> Result<(), Error> {
         let had_driver = lock(&self.driver).take().is_some();
-        let board = self.link.lock().await.clone();
+        let board = self.link.opened().await;
         match board.filter(|_| had_driver) {
             Some(board) => {
                 let answer = board.off().await;

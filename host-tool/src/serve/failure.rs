@@ -9,15 +9,7 @@ use crate::scpi::{Error, Kind};
 /// What happened, and what to do next.
 pub(super) fn told(error: &ToolError) -> Error {
     let kind = match error {
-        ToolError::NoBoard
-        | ToolError::NoSuchBoard { .. }
-        | ToolError::SeveralBoards { .. }
-        | ToolError::Open { .. }
-        | ToolError::Untrusted(_)
-        | ToolError::LinkLost { .. }
-        | ToolError::NoAnswer { .. }
-        | ToolError::ControlStopped
-        | ToolError::ProtocolVersion { .. } => Kind::HardwareMissing,
+        missing if missing.is_of_missing_board() => Kind::HardwareMissing,
         ToolError::Tripped { .. }
         | ToolError::Refused {
             refusal: Refusal::Tripped { .. } | Refusal::NoLease,

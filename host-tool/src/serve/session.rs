@@ -179,7 +179,7 @@ impl Session {
             Question::Settling => numbers([self.settling.map(|settling| settling.s)]),
             Question::TraceColumns => quoted(&COLUMNS.map(|(name, _)| name).join(",")),
             Question::Boards => boards(),
-            Question::Board => quoted(&self.device()?.found.name),
+            Question::Board => quoted(&self.device()?.found().name),
             Question::LockOwner => {
                 let driver = self.device()?.driver();
                 driver.map_or("NONE".to_owned(), |driver| quoted(&driver))
@@ -243,7 +243,7 @@ impl Session {
     }
 
     async fn identify(&mut self) -> Result<String, Error> {
-        let name = self.device()?.found.name.clone();
+        let name = self.device()?.found().name.clone();
         let identity = self.ask(async |board| Ok(board.identity().clone())).await?;
         let fields = [
             "host-tool",

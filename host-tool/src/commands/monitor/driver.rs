@@ -30,7 +30,7 @@ impl Driver<'_> {
     /// Where it does not.
     pub(super) async fn carry_out(
         &self,
-        mut orders: UnboundedReceiver<Order>,
+        orders: &mut UnboundedReceiver<Order>,
     ) -> Result<Infallible, ToolError> {
         loop {
             tokio::select! {
@@ -41,7 +41,7 @@ impl Driver<'_> {
                     self.turn_off().await?;
                     self.let_go("stopped: channels are off");
                 }
-                done = self.step(&mut orders) => done?,
+                done = self.step(orders) => done?,
             }
         }
     }

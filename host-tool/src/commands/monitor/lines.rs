@@ -24,6 +24,10 @@ const ALARM: Style = Style::new().fg(Color::Red).add_modifier(Modifier::BOLD);
 /// The numbers, the most important first.
 pub(super) fn body(state: &State, columns: u16) -> Vec<Line<'static>> {
     let mut lines = title(state, columns);
+    if let Some(gone) = &state.gone {
+        let told = wrapped("board", gone, columns).into_iter();
+        lines.extend(told.map(|line| line.style(ALARM)));
+    }
     lines.extend(position(state, columns));
     lines.extend(channels(state, columns));
     lines.extend(wrapped("limited", &limits(state), columns));
@@ -72,6 +76,12 @@ fn title(state: &State, columns: u16) -> Vec<Line<'static>> {
         )
     });
     if columns >= WIDE {
+        if state.gone.is_some() {
+            return vec![Line::styled(
+                format!("{board}, then gone; shown as it was"),
+                TITLE,
+            )];
+        }
         let driven = driven.map_or("not driven".to_owned(), |driver| format!("driven {driver}"));
         let parts: Vec<String> = [board, driven].into_iter().chain(recorded).collect();
         return vec![Line::styled(parts.join("  "), TITLE)];

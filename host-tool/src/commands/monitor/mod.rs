@@ -17,8 +17,10 @@ use std::cell::{Cell, RefCell};
 use std::convert::Infallible;
 use std::fmt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
+use mirror_protocol::Identity;
 use quantities::Span;
 use ratatui::crossterm::event::Event;
 use serde::Serialize;
@@ -31,7 +33,7 @@ use self::plotjuggler::Receiver;
 use self::screen::Screen;
 use self::state::{Order, Recorded, State};
 use super::record::Recorder;
-use crate::board::{Board, Samples, choose};
+use crate::board::{Board, Reconnecting, Samples, choose};
 use crate::error::{OutputError, ToolError};
 use crate::new_file::NewFile;
 use crate::report;
@@ -39,7 +41,7 @@ use crate::system::ended_by_signal;
 
 /// From one frame to the next: 20 a second look continuous, and cost little.
 const FRAME: Duration = Duration::from_millis(50);
-/// From one question about the board's health to the next.
+/// From one question about the board's health to the next, and where it is gone, from one look for it to the next.
 const LOOK: Duration = Duration::from_millis(200);
 
 #[derive(Serialize)]
@@ -49,7 +51,12 @@ struct Watched {
     recorded: Vec<PathBuf>,
     /// Whether this view drove the mirror, and has turned the channels off.
     turned_off: bool,
+    /// Whether the board was gone when the view ended.
+    gone: bool,
 }
+
+/// Why a recording ends with its board.
+const GONE: &str = "the board was gone";
 
 /// How a view ended.
 #[derive(Clone, Copy)]
@@ -72,28 +79,22 @@ pub(super) async fn run(
     let board = Board::open(&found).await?;
     let period_ticks = board.period_ticks(period)?;
     let status = board.status().await?;
-    let tick_hz = board.identity().tick_hz;
+    let identity = board.identity().clone();
     let state = RefCell::new(State::new(
         short(&found.name),
-        tick_hz,
+        identity.tick_hz,
         period_ticks,
         status,
     ));
     let view = LiveView {
-        board: &board,
+        link: Reconnecting::open(found, board),
+        identity: RefCell::new(identity),
+        period,
         state: &state,
         recordings: RefCell::new(Recordings::new(output)),
         receiver,
         stop: Notify::new(),
     };
-    let driver = Driver {
-        board: &board,
-        found: &found,
-        state: &state,
-        stop: &view.stop,
-        is_driving: Cell::new(false),
-    };
-    let mut stream = board.stream(period_ticks, u32::MAX).await?;
     let (send, orders) = unbounded_channel();
     let ended = {
         let mut screen = Screen::open()?;
@@ -102,19 +103,19 @@ pub(super) async fn run(
             ended = ended_by_signal() => {
                 ended.map(|(name, number)| ViewEnded::Signal(name, number)).map_err(ToolError::Runtime)
             }
-            Err(error) = view.watch(&mut stream) => Err(error),
-            Err(error) = view.look() => Err(error),
-            Err(error) = driver.carry_out(orders) => Err(error),
+            Err(error) = view.go_on(orders) => Err(error),
         }
     };
     let turned_off = view.leave().await;
     let recorded = view.recordings.into_inner().finish()?;
     let state = state.into_inner();
+    let gone = state.gone.is_some();
     let watched = Watched {
         samples: state.samples,
         samples_lost: state.lost,
         recorded,
         turned_off,
+        gone,
     };
     report::print(&watched, json);
     match ended? {
@@ -122,7 +123,7 @@ pub(super) async fn run(
         ViewEnded::Signal(signal, number) => Err(ToolError::EndedBySignal {
             signal,
             number,
-            outputs: outputs(turned_off),
+            outputs: outputs(turned_off, gone),
         }),
     }
 }
@@ -136,16 +137,21 @@ fn short(name: &str) -> &str {
 }
 
 /// What became of the channels, in words.
-fn outputs(turned_off: bool) -> &'static str {
-    match turned_off {
-        true => "channels are off",
-        false => "this drove nothing, and the board goes on with what it does",
+fn outputs(turned_off: bool, gone: bool) -> &'static str {
+    match (turned_off, gone) {
+        (true, _) => "channels are off",
+        (false, true) => "the board is gone; what this drove it ramps to zero by itself",
+        (false, false) => "this drove nothing, and the board goes on with what it does",
     }
 }
 
 /// What is shown, and what a key does besides driving.
 struct LiveView<'a> {
-    board: &'a Board,
+    link: Reconnecting,
+    /// Of the board as it was opened last.
+    identity: RefCell<Identity>,
+    /// From one sample to the next.
+    period: Span,
     state: &'a RefCell<State>,
     recordings: RefCell<Recordings>,
     receiver: Option<Receiver>,
@@ -199,10 +205,70 @@ impl LiveView<'_> {
             Order::Record => self
                 .recordings
                 .borrow_mut()
-                .toggle(self.board, &mut state)?,
+                .toggle(&self.identity.borrow(), &mut state)?,
             Order::Move(_) | Order::Clear => drop(orders.send(order)),
         }
         Ok(None)
+    }
+
+    /// Goes on with the board for as long as it is there, and once it is gone, when it is there again.
+    async fn go_on(&self, mut orders: UnboundedReceiver<Order>) -> Result<Infallible, ToolError> {
+        loop {
+            let board = self.opened().await;
+            // What was asked of a board that is gone is not done once it is back.
+            while orders.try_recv().is_ok() {}
+            let Err(error) = self.attend(&board, &mut orders).await;
+            if !self.link.is_gone(&board, &error).await {
+                return Err(error);
+            }
+            self.lose()?;
+        }
+    }
+
+    /// The board, which where it is gone is looked for until it is there.
+    async fn opened(&self) -> Arc<Board> {
+        loop {
+            match self.link.board().await {
+                Ok(board) => return board,
+                Err(error) => self.state.borrow_mut().misses(&error),
+            }
+            sleep(LOOK).await;
+        }
+    }
+
+    /// Shows and drives one that is there.
+    async fn attend(
+        &self,
+        board: &Arc<Board>,
+        orders: &mut UnboundedReceiver<Order>,
+    ) -> Result<Infallible, ToolError> {
+        let period_ticks = board.period_ticks(self.period)?;
+        let status = board.status().await?;
+        let mut stream = board.stream(period_ticks, u32::MAX).await?;
+        let identity = board.identity().clone();
+        self.state
+            .borrow_mut()
+            .finds(identity.tick_hz, period_ticks, status);
+        self.identity.replace(identity);
+        let driver = Driver {
+            board,
+            found: self.link.found(),
+            state: self.state,
+            stop: &self.stop,
+            is_driving: Cell::new(false),
+        };
+        tokio::select! {
+            ended = self.watch(&mut stream) => ended,
+            ended = self.look(board) => ended,
+            ended = driver.carry_out(orders) => ended,
+        }
+    }
+
+    /// The board is gone: what is recorded ends with it, for another one's time begins anew.
+    fn lose(&self) -> Result<(), OutputError> {
+        let mut state = self.state.borrow_mut();
+        state.loses();
+        self.recordings.borrow_mut().end(&mut state, Some(GONE))
     }
 
     /// Takes samples for as long as they come.
@@ -221,22 +287,25 @@ impl LiveView<'_> {
     }
 
     /// Asks the board now and then how it is.
-    async fn look(&self) -> Result<Infallible, ToolError> {
+    async fn look(&self, board: &Board) -> Result<Infallible, ToolError> {
         loop {
             sleep(LOOK).await;
-            let status = self.board.status().await?;
+            let status = board.status().await?;
             self.state.borrow_mut().status = status;
         }
     }
 
     /// Leaves the board: quiet, and with its channels off where this view drove them. Whether it did.
     async fn leave(&self) -> bool {
+        let Some(board) = self.link.opened().await else {
+            return false;
+        };
         let has_driven = self.state.borrow().has_driven;
         // A board that does not answer ramps to zero by itself.
         if has_driven {
-            let _ = self.board.off().await;
+            let _ = board.off().await;
         }
-        let _ = self.board.stop_stream().await;
+        let _ = board.stop_stream().await;
         has_driven
     }
 }
@@ -258,23 +327,30 @@ impl Recordings {
     }
 
     /// Begins a recording, or ends the one that there is; a file that cannot be written is told.
-    fn toggle(&mut self, board: &Board, state: &mut State) -> Result<(), OutputError> {
-        if let Some(recorder) = self.now.take() {
-            let file = recorder.finish(None)?;
-            state.notice = format!("recorded in {}", file.display());
-            state.recorded = None;
-            self.done.push(file);
-            return Ok(());
+    fn toggle(&mut self, identity: &Identity, state: &mut State) -> Result<(), OutputError> {
+        if self.now.is_some() {
+            return self.end(state, None);
         }
         let file = free_name(&self.output);
-        let begun = NewFile::create(file.clone(), false)
-            .and_then(|new| Recorder::begin(board.identity(), new));
+        let begun =
+            NewFile::create(file.clone(), false).and_then(|new| Recorder::begin(identity, new));
         match begun {
             Ok(recorder) => {
                 self.now = Some(recorder);
                 state.recorded = Some(Recorded { file, samples: 0 });
             }
             Err(error) => state.notice = error.to_string(),
+        }
+        Ok(())
+    }
+
+    /// Ends the recording, if there is one; `partial` says why it is not whole.
+    fn end(&mut self, state: &mut State, partial: Option<&str>) -> Result<(), OutputError> {
+        if let Some(recorder) = self.now.take() {
+            let file = recorder.finish(partial)?;
+            state.notice = format!("recorded in {}", file.display());
+            state.recorded = None;
+            self.done.push(file);
         }
         Ok(())
     }
@@ -314,7 +390,7 @@ impl fmt::Display for Watched {
         for file in &self.recorded {
             writeln!(f, "recorded   in {}", file.display())?;
         }
-        writeln!(f, "outputs    {}", outputs(self.turned_off))
+        writeln!(f, "outputs    {}", outputs(self.turned_off, self.gone))
     }
 }
 

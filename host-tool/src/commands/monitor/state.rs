@@ -8,6 +8,7 @@ use quantities::in_unit;
 
 use super::keys::Key;
 use crate::board::check_position;
+use crate::error::ToolError;
 use crate::names::fault_name;
 use crate::report::decimal;
 
@@ -32,6 +33,11 @@ pub(super) enum Order {
     /// The same, by Ctrl-C.
     Interrupt,
 }
+
+/// What became of a board that is gone, and what to do: the same whatever was asked of it when it went.
+const GONE: &str = "gone: it was unplugged, reset, or its emulator ended. Plug it in, or start it again: the view goes on by itself";
+/// What a key says that needs a board where there is none.
+const NO_BOARD: &str = "that needs the board, which is gone; q quits";
 
 /// One moment of the past.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,8 +68,12 @@ pub(super) struct State {
     period_ticks: u16,
     /// Asked of the board now and then.
     pub(super) status: Status,
+    /// Where the board is gone, that it is and what to do; all else is what was known last.
+    pub(super) gone: Option<String>,
     pub(super) latest: Telemetry,
     pub(super) past: VecDeque<Point>,
+    /// Whether the latest sample is one of the stream that there is, so that the next one tells what is lost between.
+    is_streaming: bool,
     /// Samples that have come, and those missing between them.
     pub(super) samples: u64,
     pub(super) lost: u64,
@@ -86,6 +96,8 @@ impl State {
             period_ticks,
             latest: status.telemetry,
             status,
+            gone: None,
+            is_streaming: false,
             past: VecDeque::new(),
             samples: 0,
             lost: 0,
@@ -107,12 +119,42 @@ impl State {
         f64::from(self.latest.tick.wrapping_sub(tick)) / f64::from(self.tick_hz)
     }
 
+    /// The board is gone.
+    pub(super) fn loses(&mut self) {
+        self.gone = Some(GONE.to_owned());
+        self.is_streaming = false;
+        self.lets_go("");
+    }
+
+    /// The board is still gone, or is there and cannot be opened.
+    pub(super) fn misses(&mut self, error: &ToolError) {
+        // That it cannot be reached is known.
+        let is_absent = matches!(error, ToolError::Open { .. } | ToolError::LinkLost { .. });
+        self.gone = Some(match is_absent {
+            true => GONE.to_owned(),
+            false => format!("not shown: {error}"),
+        });
+    }
+
+    /// The board is there, perhaps again; then it counts anew, and what came before is no past of it.
+    pub(super) fn finds(&mut self, tick_hz: u32, period_ticks: u16, status: Status) {
+        if self.gone.take().is_some() {
+            "the board is back".clone_into(&mut self.notice);
+        }
+        (self.tick_hz, self.period_ticks) = (tick_hz, period_ticks);
+        self.latest = status.telemetry;
+        self.status = status;
+        self.past.clear();
+        self.is_streaming = false;
+    }
+
     /// Takes a sample.
     pub(super) fn take(&mut self, sample: &Telemetry) {
-        if self.samples > 0 {
+        if self.is_streaming {
             let ticks = sample.tick.wrapping_sub(self.latest.tick);
             self.lost += u64::from((ticks / u32::from(self.period_ticks)).saturating_sub(1));
         }
+        self.is_streaming = true;
         self.samples += 1;
         self.latest = *sample;
         if let Some(recorded) = &mut self.recorded {
@@ -143,6 +185,11 @@ impl State {
     /// What a key asks for, if it is more than a change of the view's own.
     pub(super) fn press(&mut self, key: Key) -> Option<Order> {
         let order = self.order(key);
+        let needs_board = !matches!(order, None | Some(Order::Quit | Order::Interrupt));
+        if self.gone.is_some() && needs_board {
+            NO_BOARD.clone_into(&mut self.notice);
+            return None;
+        }
         if let Some(Order::Move(um)) = order {
             self.asked_um = Some(um);
             self.has_driven = true;
@@ -320,6 +367,65 @@ mod tests {
         state.status.health.lease_left_ms = Some(LEASE_FOREVER_MS);
         let told = state.driver().expect("something is driven");
         assert!(told.contains("until told otherwise"), "{told}");
+    }
+
+    #[test]
+    fn without_a_board_keys_that_need_one_say_so_and_the_others_go_on() {
+        let mut state = at_rest();
+        state.drives(60.0);
+        state.loses();
+        assert_eq!(state.asked_um, None, "nothing is driven from here");
+        let told = state.gone.clone().expect("it is told");
+        for word in ["gone", "unplugged", "Plug it in", "by itself"] {
+            assert!(told.contains(word), "{told}");
+        }
+        for key in [
+            Key::Nudge(1.0),
+            Key::Hold,
+            Key::Stop,
+            Key::Clear,
+            Key::Record,
+        ] {
+            state.notice.clear();
+            assert_eq!(state.press(key), None, "{key:?}");
+            assert_eq!(state.notice, NO_BOARD, "{key:?}");
+        }
+        assert_eq!(typed(&mut state, "60"), None);
+        assert!(!state.has_driven);
+        assert_eq!(state.press(Key::Quit), Some(Order::Quit));
+        assert_eq!(state.press(Key::Interrupt), Some(Order::Interrupt));
+
+        let another = ToolError::InUse {
+            board: "a".to_owned(),
+            owner: "another tool".to_owned(),
+        };
+        state.misses(&another);
+        let told = state.gone.clone().expect("it is told");
+        assert!(told.contains("in use by another tool"), "{told}");
+
+        state.finds(10_000, PERIOD_TICKS, status(Telemetry::default()));
+        assert_eq!(
+            (&state.gone, state.notice.as_str()),
+            (&None, "the board is back")
+        );
+        assert_eq!(typed(&mut state, "60"), Some(Order::Move(60.0)));
+    }
+
+    #[test]
+    fn a_board_that_is_back_has_lost_nothing_and_has_no_past() {
+        let mut state = at_rest();
+        let at = |tick| Telemetry {
+            tick,
+            ..Telemetry::default()
+        };
+        state.take(&at(1_000_000));
+        state.loses();
+        state.finds(10_000, PERIOD_TICKS, status(at(100)));
+        assert!(state.past.is_empty());
+        state.take(&at(5_000));
+        assert_eq!((state.samples, state.lost), (2, 0));
+        state.take(&at(5_200));
+        assert_eq!(state.lost, 1);
     }
 
     proptest! {

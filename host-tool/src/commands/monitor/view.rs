@@ -216,6 +216,19 @@ mod tests {
     }
 
     #[test]
+    fn a_board_that_is_gone_is_told_whole_in_any_terminal() {
+        let mut state = moving();
+        state.loses();
+        for columns in 20..100 {
+            let shown = frame(&state, columns, 40);
+            let words: Vec<&str> = shown.split_whitespace().collect();
+            let told = "gone: it was unplugged, reset, or its emulator ended. Plug it in, or start it again: the view goes on by itself";
+            assert!(words.join(" ").contains(told), "{shown}");
+            assert!(!shown.contains("driven from here"), "{shown}");
+        }
+    }
+
+    #[test]
     fn a_fault_is_told_whole_in_any_terminal() {
         let mut state = moving();
         state.latest.states[1] = ChannelState::Tripped(Fault::OpenHeater.code());
