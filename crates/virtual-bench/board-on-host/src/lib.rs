@@ -23,7 +23,7 @@ use emulated_board::{
 use firmware_on_host::power_up;
 
 use crate::kept_flash::{FLASH_BYTES, KeptFlash};
-use crate::usb_host::UsbHost;
+use crate::usb_host::{HostTime, UsbHost};
 
 /// By then a board has checked its heaters, twice with a pause of a quarter of a second.
 const CHECKED_S: f64 = 0.26;
@@ -186,11 +186,15 @@ impl Bench {
         let exchange = move |pins| plant.exchange(&pins, &mut pace, &asked.progress);
         let (firmware, bus) = power_up(&kept.flash, Box::new(exchange));
         let mut firmware = pin!(firmware);
-        let mut host = pin!(UsbHost { bus, link, stops }.run(&shared.is_known));
+        let time = HostTime::default();
+        let mut host = pin!(UsbHost { bus, link, stops }.run(&shared.is_known, &time));
         // Both look again at whatever they wait for each time they are polled.
         let mut context = Context::from_waker(Waker::noop());
         while !shared.ends.load(Ordering::Relaxed) {
-            let _ = firmware.as_mut().poll(&mut context);
+            match time.stands() {
+                true => thread::sleep(LOOK),
+                false => drop(firmware.as_mut().poll(&mut context)),
+            }
             let _ = host.as_mut().poll(&mut context);
             if let Err(error) = kept.keep() {
                 eprintln!("the board's flash cannot be kept: {error}");

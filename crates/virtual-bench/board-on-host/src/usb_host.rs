@@ -1,5 +1,6 @@
 //! The host at the board's bus: carries frames between tools and device, and stops.
 
+use std::cell::Cell;
 use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,6 +21,22 @@ const LOOK_POLLS: u32 = 4;
 const TO_DEVICE: u8 = 0x40;
 const TO_HOST: u8 = 0xc0;
 
+/// Whether the board's time stands. A tool that gets no processor takes no frames, and the device, which waits for a host for some
+/// milliseconds of its time, would give up samples and answers: an emulated board waits for its tool rather than losing them. A
+/// stop waits for nobody.
+#[derive(Debug, Default)]
+pub(crate) struct HostTime {
+    has_no_room: Cell<bool>,
+    is_stopping: Cell<bool>,
+}
+
+impl HostTime {
+    /// Whether the board is to be left alone until the tool takes frames again.
+    pub(crate) fn stands(&self) -> bool {
+        self.has_no_room.get() && !self.is_stopping.get()
+    }
+}
+
 /// A host in front of the bus, and behind it a tool's socket and the FIFOs of stops.
 pub(crate) struct UsbHost {
     pub(crate) bus: HostSide,
@@ -29,21 +46,26 @@ pub(crate) struct UsbHost {
 
 impl UsbHost {
     /// Comes to know the device, then serves for ever. A device that refuses is none, and is not served.
-    pub(crate) async fn run(self, is_known: &AtomicBool) {
+    pub(crate) async fn run(self, is_known: &AtomicBool, time: &HostTime) {
         let Self { bus, link, stops } = self;
         let Ok(device) = enumerate(&bus).await else {
             return;
         };
         is_known.store(true, Ordering::Relaxed);
         join(
-            carry_frames(&bus, Tool::at(link), &device),
-            carry_stops(&bus, stops),
+            carry_frames(&bus, Tool::at(link), &device, time),
+            carry_stops(&bus, stops, time),
         )
         .await;
     }
 }
 
-async fn carry_frames(bus: &HostSide, mut tool: Tool, device: &Device) -> Infallible {
+async fn carry_frames(
+    bus: &HostSide,
+    mut tool: Tool,
+    device: &Device,
+    time: &HostTime,
+) -> Infallible {
     let (out, in_) = device.endpoints;
     let mut polls = 0_u32;
     loop {
@@ -62,20 +84,27 @@ async fn carry_frames(bus: &HostSide, mut tool: Tool, device: &Device) -> Infall
         {
             tool.take(&packet);
         }
+        let has_no_room = tool.link.is_connected() && !tool.link.has_room();
+        time.has_no_room.set(has_no_room);
         polls = polls.wrapping_add(1);
         yield_now().await;
     }
 }
 
-async fn carry_stops(bus: &HostSide, mut stops: StopFifos) -> Infallible {
+async fn carry_stops(bus: &HostSide, mut stops: StopFifos, time: &HostTime) -> Infallible {
     loop {
         for _ in 0..LOOK_POLLS {
             yield_now().await;
         }
         let marks = stops.take();
-        if !marks.is_empty() && stop(bus).await.is_ok() {
+        if marks.is_empty() {
+            continue;
+        }
+        time.is_stopping.set(true);
+        if stop(bus).await.is_ok() {
             stops.tell(&marks);
         }
+        time.is_stopping.set(false);
     }
 }
 
