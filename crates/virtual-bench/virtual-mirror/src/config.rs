@@ -255,6 +255,14 @@ pub enum ConfigError {
     /// Not TOML, or a key is missing, unknown or of the wrong kind.
     #[error("not a mirror file: {0}")]
     Syntax(#[from] toml::de::Error),
+    /// The same, of a file.
+    #[error("{path} is no mirror file: {source}")]
+    SyntaxOf {
+        /// Where it is.
+        path: String,
+        /// What is wrong, and where.
+        source: toml::de::Error,
+    },
     /// A number is outside of what a mirror can have.
     #[error("{key} is {value}, but must be {range}")]
     Range {
@@ -311,7 +319,13 @@ impl MirrorConfig {
                 source,
             }),
             Ok(length) if length as u64 > MOST_BYTES => Err(ConfigError::TooLarge { path: name() }),
-            Ok(_) => Self::from_toml(&text),
+            Ok(_) => Self::from_toml(&text).map_err(|error| match error {
+                ConfigError::Syntax(source) => ConfigError::SyntaxOf {
+                    path: name(),
+                    source,
+                },
+                other => other,
+            }),
         }
     }
 
@@ -338,6 +352,10 @@ mod tests {
     fn a_file_without_an_end_is_told_before_it_takes_the_memory() {
         let zeros = MirrorConfig::from_file("/dev/zero").expect_err("no mirror");
         assert!(matches!(zeros, ConfigError::TooLarge { .. }), "{zeros}");
+        let page = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
+        let said = MirrorConfig::from_file(page).expect_err("no mirror");
+        let said = said.to_string();
+        assert!(said.contains("/Cargo.toml is no mirror file"), "{said}");
         let folder = MirrorConfig::from_file("/").expect_err("no mirror");
         assert!(matches!(folder, ConfigError::Read { .. }), "{folder}");
     }
