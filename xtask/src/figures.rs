@@ -190,4 +190,35 @@ mod tests {
         let text = "| whole tick | 1547 instructions |\nIt takes 364 instructions, some instructions more.";
         assert_eq!(counts_in(text), ["1547 instructions", "364 instructions"]);
     }
+
+    /// The board's design has two poles in its output filter; each text that says how late they are says what they make.
+    #[test]
+    fn every_text_says_the_same_lag_of_the_output_filter() {
+        let design = read("crates/board/control-core/src/design.rs");
+        let (_, corner) = design
+            .split_once("OUTPUT_FILTER_HZ: f32 = ")
+            .expect("the corner");
+        let (corner_hz, _) = corner.split_once(';').expect("a number");
+        let corner_hz: f64 = corner_hz.parse().expect("a number");
+        let lag_ms = 1e3 * 2.0 / (std::f64::consts::TAU * corner_hz);
+        for (page, before) in [
+            ("docs/board.md", "2 / (2 pi 2 kHz) = "),
+            ("docs/developing/architecture.md", "2/(2 pi 2 kHz) = "),
+            (
+                "crates/virtual-bench/closed-loop/src/lib.rs",
+                "2 / (2 pi 2 kHz) = ",
+            ),
+            (
+                "crates/board/control-core/src/resistance.rs",
+                "two poles of the output filter, ",
+            ),
+        ] {
+            let text = read(page).replace("//!", " ").replace("///", " ");
+            let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+            let (_, said) = text.split_once(before).expect(page);
+            let (said, _) = said.split_once(" ms").expect(page);
+            let digits = said.len() - said.find('.').expect("decimals") - 1;
+            assert_eq!(said, format!("{lag_ms:.digits$}"), "{page}");
+        }
+    }
 }
