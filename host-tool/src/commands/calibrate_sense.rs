@@ -8,7 +8,7 @@ use quantities::{Resistance, Span};
 use serde::Serialize;
 
 use crate::board::Board;
-use crate::commands::measure::interrupt::Interrupt;
+use crate::commands::interrupt::Interrupt;
 use crate::commands::moving::read_settled;
 use crate::commands::status::kept_words;
 use crate::error::{BeyondBoard, ToolError};

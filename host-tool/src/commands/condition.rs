@@ -8,10 +8,9 @@ use std::fmt;
 use mirror_protocol::{Position, Status};
 use quantities::{Hold, Span};
 use serde::Serialize;
-use tokio::signal::ctrl_c;
 
 use crate::board::{Board, level_um};
-use crate::commands::moving::{Pace, answered, read_settled};
+use crate::commands::moving::{Move, Pace};
 use crate::commands::uncertainty::Uncertainty;
 use crate::error::ToolError;
 use crate::names::{limit_names, limited_line};
@@ -62,11 +61,9 @@ async fn go(board: &Board, z_um: f64, pace: Pace) -> Result<(), ToolError> {
         z_um: z_um as f32,
         lease_ms: pace.lease_ms(),
     };
-    let commanded = answered(board.set_position(position), pace).await?;
-    tokio::select! {
-        read = read_settled(board, &commanded, pace.settle) => read.map(|_| ()),
-        _ = ctrl_c() => Err(ToolError::StillDriven { hold: pace.words() }),
-    }
+    let moving = Move::begin(board, pace)?;
+    let commanded = moving.answered(board.set_position(position)).await?;
+    moving.settle_and_read(&commanded).await.map(drop)
 }
 
 impl fmt::Display for Condition {

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::calibration_file;
 use crate::board::Board;
 use crate::commands::calibrate_sense;
-use crate::commands::measure::interrupt::Interrupt;
+use crate::commands::interrupt::Interrupt;
 use crate::commands::status::calibrated_words;
 use crate::error::ToolError;
 use crate::report::{self, decimal};

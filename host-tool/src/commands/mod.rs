@@ -10,6 +10,7 @@ mod doctor;
 mod explain;
 mod following;
 mod history;
+pub(crate) mod interrupt;
 mod lab;
 mod list;
 mod load_calibration;

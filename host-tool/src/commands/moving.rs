@@ -5,9 +5,9 @@ use std::fmt;
 use mirror_protocol::{ChannelState, Commanded, LEASE_FOREVER_MS, Telemetry};
 use quantities::{Hold, Span};
 use serde::Serialize;
-use tokio::signal::ctrl_c;
 
 use crate::board::Board;
+use crate::commands::interrupt::Interrupt;
 use crate::error::ToolError;
 
 use crate::report::{decimal, row, row_of_known};
@@ -77,28 +77,45 @@ impl Pace {
     }
 }
 
-/// The answer to a command that drives. Who interrupts it before it comes is told that the board may have taken the command.
-pub(super) async fn answered(
-    command: impl Future<Output = Result<Commanded, ToolError>>,
+/// A command that drives: it hears Ctrl-C before the board is asked, and says what the board goes on with.
+pub(super) struct Move<'a> {
+    board: &'a Board,
     pace: Pace,
-) -> Result<Commanded, ToolError> {
-    tokio::select! {
-        commanded = command => commanded,
-        _ = ctrl_c() => Err(ToolError::PerhapsDriven { hold: pace.words() }),
-    }
+    interrupt: Interrupt,
 }
 
-/// As [`read_settled`], for a command that ends by it. Who interrupts it is told that the board drives on.
-///
-/// From then on Ctrl-C no longer ends the tool by itself: one that goes on listens by an `Interrupt` of its own.
-pub(super) async fn settle_and_read(
-    board: &Board,
-    commanded: &Commanded,
-    pace: Pace,
-) -> Result<(Readings, Span), ToolError> {
-    tokio::select! {
-        read = read_settled(board, commanded, pace.settle) => read,
-        _ = ctrl_c() => Err(ToolError::StillDriven { hold: pace.words() }),
+impl<'a> Move<'a> {
+    /// From now on Ctrl-C no longer ends the tool by itself.
+    pub(super) fn begin(board: &'a Board, pace: Pace) -> Result<Self, ToolError> {
+        let interrupt = Interrupt::listen()?;
+        Ok(Self {
+            board,
+            pace,
+            interrupt,
+        })
+    }
+
+    /// The answer to `command`. Who interrupts it before it comes is told that the board may have taken the command.
+    pub(super) async fn answered(
+        &self,
+        command: impl Future<Output = Result<Commanded, ToolError>>,
+    ) -> Result<Commanded, ToolError> {
+        let hold = self.pace.words();
+        self.interrupt
+            .or_else(command, || ToolError::PerhapsDriven { hold })
+            .await
+    }
+
+    /// As [`read_settled`], for a command that ends by it. Who interrupts it is told that the board drives on.
+    pub(super) async fn settle_and_read(
+        &self,
+        commanded: &Commanded,
+    ) -> Result<(Readings, Span), ToolError> {
+        let read = read_settled(self.board, commanded, self.pace.settle);
+        let hold = self.pace.words();
+        self.interrupt
+            .or_else(read, || ToolError::StillDriven { hold })
+            .await
     }
 }
 

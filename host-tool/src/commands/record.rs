@@ -12,7 +12,7 @@ use quantities::Span;
 use serde::Serialize;
 
 use crate::board::{Board, Samples};
-use crate::commands::measure::interrupt::Interrupt;
+use crate::commands::interrupt::Interrupt;
 use crate::commands::measure::run::{Ended, partial};
 use crate::commands::moving::check_states;
 use crate::commands::uncertainty::Uncertainty;

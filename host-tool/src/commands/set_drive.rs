@@ -7,7 +7,7 @@ use quantities::Voltage;
 use serde::Serialize;
 
 use crate::board::{Board, check_drives};
-use crate::commands::moving::{Pace, Readings, answered, settle_and_read};
+use crate::commands::moving::{Move, Pace, Readings};
 use crate::error::{BeyondBoard, ToolError};
 use crate::names::{limit_names, limited_line};
 use crate::report::{self, row};
@@ -44,8 +44,9 @@ pub(super) async fn run(
         drive_v: asked_v.map(|v| v as f32),
         lease_ms: pace.lease_ms(),
     };
-    let commanded = answered(board.set_drive(drives), pace).await?;
-    let (readings, _) = settle_and_read(board, &commanded, pace).await?;
+    let moving = Move::begin(board, pace)?;
+    let commanded = moving.answered(board.set_drive(drives)).await?;
+    let (readings, _) = moving.settle_and_read(&commanded).await?;
     let limited_by = limit_names(commanded.limits);
     report::print(
         &SetDrive {

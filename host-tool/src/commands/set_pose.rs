@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::pose::{PlateReport, reach, reached, request};
 use crate::board::Board;
-use crate::commands::moving::{Pace, Readings, answered, settle_and_read};
+use crate::commands::moving::{Move, Pace, Readings};
 use crate::commands::uncertainty::Uncertainty;
 use crate::error::ToolError;
 use crate::names::{limit_names, limited_line};
@@ -34,8 +34,11 @@ pub(super) async fn run(
 ) -> Result<(), ToolError> {
     let reach = reach(&board.calibration().await?, &board.status().await?.health);
     let pose = reached(asked, &reach)?;
-    let commanded = answered(board.set_pose(request(pose, pace.lease_ms())), pace).await?;
-    let (readings, settled) = settle_and_read(board, &commanded, pace).await?;
+    let moving = Move::begin(board, pace)?;
+    let commanded = moving
+        .answered(board.set_pose(request(pose, pace.lease_ms())))
+        .await?;
+    let (readings, settled) = moving.settle_and_read(&commanded).await?;
     let status = board.status().await?;
     let report = PoseReport {
         asked,

@@ -7,7 +7,7 @@ use quantities::Length;
 use serde::Serialize;
 
 use crate::board::{Board, check_position};
-use crate::commands::moving::{Pace, Readings, answered, settle_and_read};
+use crate::commands::moving::{Move, Pace, Readings};
 use crate::commands::uncertainty::Uncertainty;
 use crate::error::ToolError;
 use crate::names::{limit_names, limited_line};
@@ -34,8 +34,9 @@ pub(super) async fn run(board: &Board, z: Length, pace: Pace, json: bool) -> Res
         z_um: z.um as f32,
         lease_ms: pace.lease_ms(),
     };
-    let commanded = answered(board.set_position(position), pace).await?;
-    let (readings, settled) = settle_and_read(board, &commanded, pace).await?;
+    let moving = Move::begin(board, pace)?;
+    let commanded = moving.answered(board.set_position(position)).await?;
+    let (readings, settled) = moving.settle_and_read(&commanded).await?;
     let status = board.status().await?;
     let report = SetZ {
         asked_um: z.um,

@@ -20,7 +20,7 @@ use self::readings::{AtPose, PoseSession, Spot, table};
 use self::report::CalibratePoseReport;
 use super::calibrate::fall_back;
 use super::calibration_file::load_in_use;
-use super::measure::interrupt::Interrupt;
+use super::interrupt::Interrupt;
 use super::measure::keyboard::Keyboard;
 use super::measure::possible::make_directory;
 use super::measure::sensor::Sensor;

@@ -18,7 +18,7 @@ use self::readings::{RoomReading, RoomReadings, compared, largest_um, mean_rise_
 use self::report::RoomReport;
 use super::calibrate::fall_back;
 use super::calibration_file::load_in_use;
-use super::measure::interrupt::Interrupt;
+use super::interrupt::Interrupt;
 use super::measure::sensor::Sensor;
 use super::moving::{Pace, read_settled};
 use crate::board::Board;

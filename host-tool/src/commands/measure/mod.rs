@@ -1,7 +1,6 @@
 //! `measure`: the paper's experiments on any board, as measurement files.
 
 pub(crate) mod header;
-pub(crate) mod interrupt;
 mod journal;
 pub(crate) mod keyboard;
 mod lag;

@@ -12,7 +12,6 @@ use quantities::{Span, Voltage};
 use serde::Serialize;
 
 use super::header::header;
-use super::interrupt::Interrupt;
 use super::keyboard::Keyboard;
 use super::point::Points;
 use super::possible::{check_drive, make_directory};
@@ -20,6 +19,7 @@ use super::run::{Ended, LEASE_MS, attended, partial, whole};
 use super::spots::{Spots, parse};
 use crate::board::Board;
 use crate::cli;
+use crate::commands::interrupt::Interrupt;
 use crate::error::{OutputError, ToolError, UnusableInput};
 use crate::new_file::{GrowingFile, NewFile};
 use crate::report::{self, decimal};

@@ -3,7 +3,6 @@
 use measurement::{MeasurementFile, Row};
 
 use super::header::header;
-use super::interrupt::Interrupt;
 use super::journal::Journal;
 use super::keyboard::Keyboard;
 use super::point::Points;
@@ -12,6 +11,7 @@ use super::report::{MeasureReport, MeasuredFile};
 use super::run::{Ended, attended, partial, whole};
 use crate::board::Board;
 use crate::cli;
+use crate::commands::interrupt::Interrupt;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::report;

@@ -11,7 +11,6 @@ use quantities::Span;
 use tokio::sync::oneshot;
 
 use super::header::{header, now};
-use super::interrupt::Interrupt;
 use super::journal::Journal;
 use super::lag;
 use super::progress::Progress;
@@ -19,6 +18,7 @@ use super::report::MeasuredFile;
 use super::rest::{Zero, noise_um};
 use super::sensor::Sensor;
 use crate::board::{Board, RENEWED_LEASE_MS};
+use crate::commands::interrupt::Interrupt;
 use crate::error::{OutputError, ToolError};
 use crate::new_file::NewFile;
 use crate::working::spinner;

@@ -33,14 +33,23 @@ impl Interrupt {
         &self,
         work: impl Future<Output = Result<T, ToolError>>,
     ) -> Result<T, ToolError> {
+        self.or_else(work, || ToolError::Interrupted).await
+    }
+
+    /// What comes of `work`, or `interrupted` where Ctrl-C comes before it is done, which then ends where it is.
+    pub(crate) async fn or_else<T>(
+        &self,
+        work: impl Future<Output = Result<T, ToolError>>,
+        interrupted: impl FnOnce() -> ToolError,
+    ) -> Result<T, ToolError> {
         tokio::select! {
             done = work => done,
-            () = self.comes() => Err(ToolError::Interrupted),
+            () = self.comes() => Err(interrupted()),
         }
     }
 
     /// Waits for it.
-    pub(super) async fn comes(&self) {
+    pub(crate) async fn comes(&self) {
         self.0.notified().await;
     }
 }
