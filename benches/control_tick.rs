@@ -7,10 +7,10 @@
 
 use core::hint::black_box;
 
-use control_core::calibration::{Heat, Lag, Memory, Parts, Path, Plate, Play};
+use control_core::calibration::{Heat, Lag, Memory, Parts, Path, Plate, Play, Resonance};
 use control_core::{
-    AdcCode, Ampere, CHANNELS, Calibration, Controller, CurrentSense, Micrometre, Pose, PwmCode,
-    Radian, Second, SenseCalibration, Setpoint, SupplyCode, Volt,
+    AdcCode, Ampere, CHANNELS, Calibration, Controller, CurrentSense, Hertz, Micrometre, Pose,
+    PwmCode, Radian, Second, SenseCalibration, Setpoint, SupplyCode, Volt,
 };
 use cortex_m::Peripherals;
 use cortex_m::peripheral::SYST;
@@ -159,6 +159,10 @@ fn everything_on(factory: Calibration) -> Calibration {
         plate: Plate::cross(Micrometre(480.0)),
         path: Path {
             move_time: Second(6e-3),
+            resonance: Resonance {
+                frequency: Hertz(700.0),
+                quality: 30.0,
+            },
         },
         ..*factory.parts()
     };

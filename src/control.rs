@@ -282,6 +282,7 @@ impl Control {
                 Ok(()) => {
                     // Until the heaters are checked.
                     self.follow(Setpoint::Drive([Volt(0.0); CHANNELS]));
+                    let player = player.leading(self.controller.track_delay_ticks());
                     (self.player, self.awaited) = (Some(player), Some(stream));
                 }
                 Err(denied) => self.mailbox.deny_play(denied),

@@ -13,6 +13,7 @@ use super::defaults::{
     STEP_TO, SWEEP_STEPS,
 };
 use super::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
+use super::some::some;
 use super::whole::whole;
 
 /// What can be measured.
@@ -82,7 +83,7 @@ pub enum DriveExperiment {
     )]
     Sweep {
         /// Highest drive.
-        #[arg(help_heading = SIGNAL, long, default_value = MAX)]
+        #[arg(help_heading = SIGNAL, long, default_value = MAX, value_parser = some(|max: &Voltage| max.v))]
         max: Voltage,
         /// Steps up, and as many down.
         #[arg(help_heading = SIGNAL, long, default_value_t = SWEEP_STEPS, value_parser = whole(1..=255_u32))]
@@ -138,7 +139,7 @@ pub enum DriveExperiment {
     #[command(after_long_help = "Example:\n  host-tool measure single --max 2V")]
     Single {
         /// Highest drive.
-        #[arg(help_heading = SIGNAL, long, default_value = MAX)]
+        #[arg(help_heading = SIGNAL, long, default_value = MAX, value_parser = some(|max: &Voltage| max.v))]
         max: Voltage,
         /// Steps up.
         #[arg(help_heading = SIGNAL, long, default_value_t = SINGLE_STEPS, value_parser = whole(1..=255_u32))]
@@ -171,7 +172,7 @@ pub enum DriveExperiment {
         #[arg(help_heading = OUTPUT, short, long, value_name = "FOLDER")]
         output: PathBuf,
         /// Highest drive.
-        #[arg(help_heading = SIGNAL, long, default_value = MAX)]
+        #[arg(help_heading = SIGNAL, long, default_value = MAX, value_parser = some(|max: &Voltage| max.v))]
         max: Voltage,
         /// What measures.
         #[command(flatten)]

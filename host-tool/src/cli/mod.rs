@@ -5,6 +5,7 @@ pub(crate) mod heading;
 mod lab;
 mod measure;
 mod moving;
+mod some;
 mod whole;
 
 use std::ffi::OsString;
@@ -20,6 +21,7 @@ pub use self::moving::{
     Calibrate, CalibratePose, CalibrateRoom, Curve, DisplacementSensor, Frame, Scan, ScanOutput,
     TiltCurve,
 };
+use self::some::some;
 use crate::completion::candidates;
 use crate::verbosity::Verbosity;
 
@@ -235,7 +237,7 @@ pub enum Command {
         #[arg(help_heading = OUTPUT, short, long)]
         output: PathBuf,
         /// How long, in the board's time.
-        #[arg(help_heading = SIGNAL, long, default_value = "1s")]
+        #[arg(help_heading = SIGNAL, long, default_value = "1s", value_parser = some(|span: &Span| span.s))]
         duration: Span,
         /// From one sample to the next.
         #[arg(help_heading = SIGNAL, long, default_value = "1ms")]

@@ -143,6 +143,19 @@ fn numbers(parts: &Parts, page: &mut String) {
     );
     let move_time = format!("{:.1} ms", 1e3 * parts.path.move_time.0);
     row("path", move_time, "", "of a move where no limit acts");
+    let resonance = &parts.path.resonance;
+    if resonance.is_known() {
+        let told = format!(
+            "{:.1} Hz, Q {:.1}",
+            resonance.frequency.0, resonance.quality
+        );
+        row(
+            "path",
+            told,
+            "",
+            "resonance that it leads the plate through",
+        );
+    }
     page.push_str("</tbody></table></div>");
 }
 

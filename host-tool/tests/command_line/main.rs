@@ -86,6 +86,19 @@ fn counts_that_are_none() {
 }
 
 #[test]
+fn what_would_measure_nothing() {
+    let boards = no_boards();
+    for words in [
+        &["record", "-o", "a.csv", "--duration", "0s"][..],
+        &["measure", "sweep", "--max", "0V"],
+        &["measure", "single", "--max", "0V"],
+    ] {
+        let said = host_tool(boards.path(), words);
+        fails_with(&said, "is none, and nothing would be measured", "--help");
+    }
+}
+
+#[test]
 fn a_hold_that_is_longer_than_the_bench_allows() {
     let boards = no_boards();
     for (hold, command) in [

@@ -209,7 +209,12 @@ impl<'a> Controller<'a> {
     /// Where the plate is on its way: where it is asked to be at the end of the last tick, or, while voltages are asked for,
     /// where they take it, to within its memory.
     pub fn pose(&self) -> Pose {
-        self.plate.pose(self.path.now())
+        self.plate.pose(&self.path.place())
+    }
+
+    /// Ticks by which a way comes late that is tracked ([`Setpoint::Track`]): who knows what comes asks for it so much ahead.
+    pub fn track_delay_ticks(&self) -> f32 {
+        self.path.delay_ticks()
     }
 
     /// What the last step decided.
@@ -344,7 +349,7 @@ impl<'a> Controller<'a> {
         self.seen[turn] = seen.0;
         self.asked[turn] = self.actuators[turn].rise();
         self.target = NOWHERE;
-        self.path.follow(&self.seen);
+        self.path.be(&self.seen);
         // Hysteresis and creep are a few percent of a position; that this one is before them is a few
         // percent of that.
         if !self.is_exchanging() {

@@ -42,6 +42,7 @@ pub mod plate;
 pub mod resistance;
 mod settling;
 pub mod shape;
+mod shaper;
 pub mod surroundings;
 mod uncertainty;
 pub mod units;
@@ -58,7 +59,7 @@ pub use shape::InverseTable;
 pub use surroundings::Estimate;
 pub use uncertainty::Uncertainty;
 pub use units::{
-    Ampere, Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Radian, Second, Volt, Watt,
+    Ampere, Hertz, Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Radian, Second, Volt, Watt,
 };
 
 /// Channels of the board, each of which drives one actuator of the mirror.

@@ -66,3 +66,8 @@ unit!(
     Second,
     "s"
 );
+unit!(
+    /// Frequency.
+    Hertz,
+    "Hz"
+);

@@ -22,6 +22,9 @@ pub struct Player {
     /// Of tables: the point, and the ticks since it began.
     point: u16,
     ticks: u32,
+    /// How far what is told is ahead: ticks, and the same in the cycle of a sine or a triangle.
+    lead_ticks: f32,
+    lead: u32,
 }
 
 /// What a waveform is in one tick.
@@ -64,7 +67,21 @@ impl Player {
             courses: [course(frames), course(lines)],
             point: 0,
             ticks: 0,
+            lead_ticks: 0.0,
+            lead: 0,
         })
+    }
+
+    /// The same, told so many ticks ahead, for who follows positions so much later. What begins, and when all is over, is not told ahead;
+    /// drives and steps are not.
+    pub fn leading(mut self, ticks: f32) -> Self {
+        let is_followed = !matches!(self.waveform.quantity, Quantity::Drive { .. });
+        if is_followed && ticks > 0.0 {
+            self.lead_ticks = ticks;
+            // In f64, as the step itself; whole cycles are none.
+            self.lead = (f64::from(ticks) * f64::from(self.phase_step)) as u64 as u32;
+        }
+        self
     }
 
     /// What is played.
@@ -106,9 +123,13 @@ impl Player {
         if self.is_over() {
             return self.of_pose(|tilt| tilt.at_turn(0), 0.0);
         }
-        let phase = self.phase;
+        // The last cycle ends in the middle, and nothing is ahead of that.
+        let phase = match self.phase.overflowing_add(self.lead) {
+            (_, true) if self.cycles_left == 1 => 0,
+            (phase, _) => phase,
+        };
         let shares = self.of_pose(|tilt| tilt.at_turn(phase), shape(folded(phase)));
-        let (phase, turned) = phase.overflowing_add(self.phase_step);
+        let (phase, turned) = self.phase.overflowing_add(self.phase_step);
         self.phase = phase;
         self.cycles_left -= u32::from(turned);
         let [frame, line] = &mut self.courses;
@@ -152,8 +173,15 @@ impl Player {
         if self.is_over() {
             return self.of_columns(table, |column| share(point(column + last)));
         }
-        let index = usize::from(self.point);
-        let part = (self.ticks as f32 + 0.5) / table.dwell_ticks as f32;
+        let lines = (self.ticks as f32 + 0.5 + self.lead_ticks) / table.dwell_ticks as f32;
+        let ahead = lines as usize;
+        let index = usize::from(self.point) + ahead;
+        // What is ahead of the last line is the first of the next cycle, where there is one.
+        let cycles = index.checked_div(last).unwrap_or_default();
+        let (index, part) = match cycles < self.cycles_left as usize {
+            true => (index - cycles * last, lines - ahead as f32),
+            false => (last - 1, 1.0),
+        };
         let shares = self.of_columns(table, |column| {
             let from = share(point(column + index));
             let to = share(point(column + index + 1));

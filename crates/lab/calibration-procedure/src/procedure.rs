@@ -1,6 +1,8 @@
 //! The steps of a calibration, one after the other.
 
-use calibration::{Refined, Remaining, TabulateError, tabulate, with_piston_residual};
+use calibration::{
+    Refined, Remaining, TabulateError, ringing, tabulate, with_piston_residual, with_resonance,
+};
 use control_core::Calibration;
 use experiments::calibration::{self as played, Effort, RANGE};
 use experiments::{Experiment, session_in_common};
@@ -85,7 +87,9 @@ impl Procedure {
         } else {
             vec![played::rests(top_um); refine::ROUNDS]
         };
+        let ringing = self.reads_every_tick.then(|| played::ringing(self.max_v));
         part(Part::Session, session_in_common(self.max_v))
+            .chain(part(Part::Session, ringing.into_iter().collect()))
             .chain(part(Part::Before, trial()))
             .chain(part(Part::Refining, refining))
             .chain(part(Part::After, trial()))
@@ -102,13 +106,21 @@ impl Procedure {
         source: Source,
     ) -> Result<Calibrated, B::Error> {
         let mut bench = Screened::new(bench);
-        let session = match source {
-            Source::Files(session) => session,
+        let (session, jumps) = match source {
+            Source::Files(session) => (session.clone(), session),
             Source::Mirror => self.measure_session(&mut bench).await?,
         };
         let (model, identified) = self.identify(&mut bench, session).await?;
+        let resonance = bench
+            .compute("listening to the plate", move || ringing(&jumps))
+            .await?;
         let tabulated = tabulate(&model)?;
-        let first = tabulated.calibration;
+        let first = match resonance {
+            Some(heard) => {
+                with_resonance(&tabulated.calibration, heard).map_err(TabulateError::from)?
+            }
+            None => tabulated.calibration,
+        };
         let top_um = RANGE * self.reach_um.min(f64::from(first.max_position().0));
         let before =
             Trial::run(&mut bench, Part::Before, &self.effort, (top_um, self.max_v)).await?;
@@ -135,14 +147,23 @@ impl Procedure {
         })
     }
 
-    async fn measure_session<B: Bench>(&self, bench: &mut B) -> Result<Session, B::Error> {
-        let mut session = Session::default();
+    /// The session that identifies the mirror, and jumps that it rings after.
+    async fn measure_session<B: Bench>(
+        &self,
+        bench: &mut B,
+    ) -> Result<(Session, Session), B::Error> {
+        let [mut session, mut jumps] = [Session::default(), Session::default()];
         for experiment in session_in_common(self.max_v) {
             let file = bench.measure(Part::Session, &experiment).await?;
             let name = format!("{}.csv", experiment.name);
             session.files.push((name, file));
         }
-        Ok(session)
+        if self.reads_every_tick {
+            let ringing = played::ringing(self.max_v);
+            let file = bench.measure(Part::Session, &ringing).await?;
+            jumps.files.push((ringing.name, file));
+        }
+        Ok((session, jumps))
     }
 
     async fn identify<B: Bench>(

@@ -8,7 +8,7 @@ use control_core::{CHANNELS, Calibration, Kelvin, Limits, Micrometre, PlateInver
 use nalgebra::Complex;
 
 use crate::PlatePose;
-use crate::dynamics::PERIODS;
+use crate::dynamics::lowest_resonance_hz;
 
 /// Steps of one period at most; those of a long one are longer than a tick. A choice: 0.02 degrees of a turn each.
 const MOST_STEPS: f64 = 20_000.0;
@@ -39,7 +39,7 @@ pub fn reached(
     let settled_s = SETTLED * longest_s.fold(0.0, f64::max);
     let cycles = (settled_s / period_s).ceil() as usize;
     let most_v = f64::from(parts.bounds.drive.0);
-    let resonance_hz = PERIODS / f64::from(parts.path.move_time.0);
+    let resonance_hz = lowest_resonance_hz(&parts.path);
     let mut actuators: [_; CHANNELS] = std::array::from_fn(|i| {
         let own: Vec<f64> = asked_um.iter().map(|um| um[i]).collect();
         let heated = HeatedActuator::along(&own, &calibration.actuators()[i], &parts.heat, step_s);
@@ -167,7 +167,7 @@ fn rise_k(actuator: &ActuatorCalibration, um: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use control_core::Second;
-    use control_core::calibration::{Parts, Path};
+    use control_core::calibration::{Parts, Path, Resonance};
     use mirror_model::Model;
 
     use super::*;
@@ -183,6 +183,7 @@ mod tests {
             path: Path {
                 // A plate too fast to matter.
                 move_time: Second(1e-3),
+                resonance: Resonance::UNKNOWN,
             },
             ..*tabulated.calibration.parts()
         };

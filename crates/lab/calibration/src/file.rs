@@ -6,6 +6,7 @@
 //! date = "2026-11-21"
 //! model_hash = "0123456789abcdef"
 //! move_time_s = 0.007
+//! resonance = { frequency_hz = 950.0, quality = 30.0 } # of the plate; none where nobody knows it
 //! max_drive_v = 3.5
 //! max_power_w = 0.034
 //! max_rise_k = 136.0

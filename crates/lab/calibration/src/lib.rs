@@ -4,6 +4,7 @@
 //!   invert. It tells which effects are left;
 //! - [`corrected`] bends the tables by what was measured at rest, where the model's curve is not the
 //!   mirror's;
+//! - [`ringing`] finds the plate's resonance in how it rings, and [`with_resonance`] leads moves through it;
 //! - [`rehearse`] tells what a board with such a calibration would leave along a standard path;
 //! - [`with_piston_residual`] notes what a calibration left where it was tried, for the uncertainty of positions;
 //! - [`with_ambient_ratio`] finds what a kelvin of the surroundings is worth, where the mirror rested in others;
@@ -23,6 +24,7 @@ mod reach;
 mod refine;
 mod rehearsal;
 mod residual;
+mod ringing;
 mod statics;
 
 pub use ambient::{AmbientError, LEAST_APART_K, RoomPoint, with_ambient_ratio};
@@ -39,6 +41,7 @@ pub use reach::{PlatePose, Reach};
 pub use refine::{RefineError, Refined, refined};
 pub use rehearsal::{Left, Rehearsal, rehearse};
 pub use residual::with_piston_residual;
+pub use ringing::{ringing, with_resonance};
 
 use control_core::calibration::{Bounds, Label, Origin, Parts, Plate};
 use control_core::{Calibration, Kelvin, Volt, Watt};

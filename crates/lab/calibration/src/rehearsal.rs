@@ -67,16 +67,18 @@ fn moved(mirror: &Model, mut calibration: Calibration) -> Result<Left, Runaway> 
     let mut applied = [PwmCode(0); CHANNELS];
     let mut currents = [Ampere(0.0); CHANNELS];
     let (mut squares, mut largest_um, mut ticks) = (0.0, 0.0_f64, 0usize);
-    for part in path() {
-        let asked_um = part * top_um;
-        let setpoint = Setpoint::track(Micrometre(asked_um as f32));
+    let path: Vec<f64> = path().collect();
+    let ahead = f64::from(controller.track_delay_ticks());
+    for (tick, part) in path.iter().enumerate() {
+        let setpoint =
+            Setpoint::track(Micrometre((at(&path, tick as f64 + ahead) * top_um) as f32));
         applied = controller
             .step(setpoint, applied.map(PwmCode::drive), currents)
             .codes;
         let volts: [f64; ACTUATORS] = applied.map(|code| f64::from(code.drive().0));
         let output = simulation.run(&Interval::held(volts, f64::from(TICK.0)))?;
         currents = output.current_a.map(|ampere| Ampere(ampere as f32));
-        let off_um = output.z_um - asked_um;
+        let off_um = output.z_um - part * top_um;
         squares += off_um * off_um;
         largest_um = largest_um.max(off_um.abs());
         ticks += 1;
@@ -104,6 +106,13 @@ fn path() -> impl Iterator<Item = f64> {
             .map(move |t| middle + amplitude * (std::f64::consts::TAU * hz * t).sin())
     });
     moves.chain(sines)
+}
+
+/// The path at a time between ticks; it stays at its end.
+fn at(path: &[f64], tick: f64) -> f64 {
+    let last = path.len() - 1;
+    let (before, after) = ((tick as usize).min(last), (tick as usize + 1).min(last));
+    path[before] + tick.fract() * (path[after] - path[before])
 }
 
 /// The minimum-jerk trajectory from 0 to 1 (Flash and Hogan 1985).

@@ -18,6 +18,8 @@ R0 = { value = 360.0, unit = "ohm", actuators = [358.0, 361.0, 362.0, 364.0] }
 id = "hysteresis"
 [[effects]]
 id = "creep"
+[[effects]]
+id = "resonance"
 [provenance]
 device = "mirror 7"
 date = "2026-11-21"
@@ -58,6 +60,12 @@ fn one_field_off_at_a_time_is_refused_by_name() {
         ),
         ("model_hash = \"", "model_hash = \"x", "model_hash"),
         ("move_time_s = ", "move_time_s = 1", "move_time_s"),
+        (
+            "frequency_hz = ",
+            "frequency_hz = 9",
+            "resonance.frequency_hz",
+        ),
+        ("quality = ", "quality = -", "resonance.quality"),
         ("max_drive_v = 3.5", "max_drive_v = -3.5", "max_drive_v"),
         ("max_drive_v = 3.5", "max_drive_v = \"3.5\"", "string"),
         ("max_power_w = ", "max_power_w = nan #", "max_power_w"),

@@ -43,6 +43,12 @@ impl Effort {
     };
 }
 
+/// The plate is heard after a jump to this part of the highest drive (V) and one back, each held so long (s), after a rest of four of the
+/// slowest time constants of usual mirrors.
+const RINGING_SHARE: f64 = 0.6;
+const RINGING_S: f64 = 0.06;
+const RINGING_AFTER_S: f64 = 2.0;
+
 /// Far jumps, each followed by a near one.
 const FAR: usize = 30;
 /// Part of the range from one far place to the next, up and down: the golden section visits all of it evenly (Knuth, The
@@ -91,6 +97,13 @@ const TRIED_SINE: (f64, f64) = (0.5, 0.12);
 const TRIED_TRIANGLE: (f64, f64) = (0.35, 0.115);
 /// Readings along a signal of a trial.
 const TRIED_READINGS: u32 = 1500;
+
+/// Jumps of a drive up to `max_v` that the plate rings after, read as fast as the board can.
+pub fn ringing(max_v: f64) -> Experiment {
+    Experiment::step(RINGING_SHARE * max_v, RINGING_S, f64::INFINITY)
+        .named("ringing")
+        .after(RINGING_AFTER_S)
+}
 
 /// What refines a calibration that reaches up to `top_um`, where a sensor is read at every tick: jumps all over the range,
 /// and sines.

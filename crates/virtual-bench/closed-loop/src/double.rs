@@ -39,7 +39,7 @@ impl Chain {
         let parts = calibration.parts();
         Self {
             levers: parts.plate.levers,
-            paths: std::array::from_fn(|_| Path::new(f64::from(parts.path.move_time.0))),
+            paths: std::array::from_fn(|_| Path::new(&parts.path)),
             memories: std::array::from_fn(|_| Hysteresis::new(&parts.memory)),
             actuators: parts
                 .actuators

@@ -183,7 +183,8 @@ fn traced(
     let mut mirror = Loop::new(calibration, config)?;
     mirror.hold(sine.low_um, 1.0);
     let mut limits = Limits::NONE;
-    let errors = sine.errors_um(|asked_um| {
+    let ahead = mirror.track_delay_ticks().into();
+    let errors = sine.errors_um(ahead, |asked_um| {
         let (z, acted) = mirror.tick(Setpoint::track(Micrometre(asked_um as f32)));
         limits = limits.union(acted);
         z
@@ -205,11 +206,15 @@ pub fn triangle(
     let mut mirror = Loop::new(calibration, config)?;
     mirror.hold(low_um, 1.0);
     let period = (1.0 / (hz * TICK_S)).round() as usize;
+    let ahead = f64::from(mirror.track_delay_ticks());
+    let at = |tick: f64| {
+        let part = (tick / period as f64).fract();
+        low_um + (high_um - low_um) * (1.0 - (2.0 * part - 1.0).abs())
+    };
     let errors: Vec<f64> = (1..=6 * period)
         .map(|tick| {
-            let part = (tick % period) as f64 / period as f64;
-            let asked = low_um + (high_um - low_um) * (1.0 - (2.0 * part - 1.0).abs());
-            mirror.tick(Setpoint::track(Micrometre(asked as f32))).0 - asked
+            let asked = mirror.tick(Setpoint::track(Micrometre(at(tick as f64 + ahead) as f32)));
+            asked.0 - at(tick as f64)
         })
         .skip(2 * period)
         .collect();

@@ -96,6 +96,11 @@ impl<'a, M: Mirror> Loop<'a, M> {
         (self.mirror.state().z_um, limits)
     }
 
+    /// Ticks by which a way that is tracked comes late.
+    pub fn track_delay_ticks(&self) -> f32 {
+        self.controller.track_delay_ticks()
+    }
+
     /// Goes to `z_um` and stays for so long; returns where the mirror is then (um), as the mean of the last
     /// 10 ms.
     pub fn hold(&mut self, z_um: f64, seconds: f64) -> f64 {

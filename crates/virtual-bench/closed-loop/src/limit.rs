@@ -61,7 +61,7 @@ fn followed(config: &impl Device, drive_v: f64, sine: &Sine) -> Result<Vec<f64>,
     for _ in 0..(REST_S / PART_S) as usize {
         mirror.reach(sine.low_um, PART_S);
     }
-    Ok(sine.errors_um(|asked_um| mirror.reach(asked_um, TICK_S)))
+    Ok(sine.errors_um(0.0, |asked_um| mirror.reach(asked_um, TICK_S)))
 }
 
 /// A mirror without its resonance, which no drive of a tick holds, and the highest drive.

@@ -76,7 +76,8 @@ impl<'a, M: Mirror> Player<'a, M> {
 
     /// Plays a piece and appends its rows.
     fn play_piece(&mut self, piece: &Piece, passed_s: f64, file: &mut MeasurementFile) {
-        let mut player = WaveformPlayer::new(piece.waveform, TICK_HZ).expect("pieces are playable");
+        let player = WaveformPlayer::new(piece.waveform, TICK_HZ).expect("pieces are playable");
+        let mut player = player.leading(self.mirror.track_delay_ticks());
         // The first sample is from before the waveform; it gives no row, and what is driven then is what was.
         let mut samples = Samples::new(piece);
         samples.add(self.before(), false);

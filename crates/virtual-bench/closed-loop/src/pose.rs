@@ -207,9 +207,13 @@ pub fn tilts_along_a_sine(
     let mut limits = Limits::NONE;
     let mut tilts = Vec::with_capacity(period);
     for tick in 1..=3 * period {
-        let phase = std::f64::consts::TAU * tick as f64 / period as f64;
-        let z_um = 0.5 * (low_um + high_um) - 0.5 * (high_um - low_um) * phase.cos();
-        let (_, acted) = mirror.tick(Setpoint::track(Micrometre(z_um as f32)));
+        let at = |tick: f64| {
+            let phase = std::f64::consts::TAU * tick / period as f64;
+            0.5 * (low_um + high_um) - 0.5 * (high_um - low_um) * phase.cos()
+        };
+        let (z_um, ahead) = (at(tick as f64), f64::from(mirror.track_delay_ticks()));
+        let asked = Micrometre(at(tick as f64 + ahead) as f32);
+        let (_, acted) = mirror.tick(Setpoint::track(asked));
         limits = limits.union(acted);
         if tick > 2 * period {
             let state = mirror.mirror().state();

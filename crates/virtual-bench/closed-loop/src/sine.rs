@@ -34,15 +34,15 @@ impl Sine {
     }
 
     /// How far from it the mirror is in its third period (um), from the upper end's tick before it to its own: `tick`
-    /// tells where the mirror is at the end of a tick (um) that ends at the position asked for (um).
-    pub(crate) fn errors_um(&self, mut tick: impl FnMut(f64) -> f64) -> Vec<f64> {
+    /// tells where the mirror is at the end of a tick (um) in which the position so many ticks ahead is asked for (um).
+    pub(crate) fn errors_um(&self, ahead: f64, mut tick: impl FnMut(f64) -> f64) -> Vec<f64> {
         let (middle, half) = (
             0.5 * (self.low_um + self.high_um),
             0.5 * (self.high_um - self.low_um),
         );
+        let place = |at: f64| middle - half * (TAU * at / self.period as f64).cos();
         (1..=PERIODS * self.period)
-            .map(|at| middle - half * (TAU * at as f64 / self.period as f64).cos())
-            .map(|asked| tick(asked) - asked)
+            .map(|at| tick(place(at as f64 + ahead)) - place(at as f64))
             .skip((PERIODS - 1) * self.period - 1)
             .collect()
     }

@@ -2,16 +2,17 @@
 //!
 //! Little endian, without padding: the letters `EMCA`, the format (u16), device and date (48 bytes
 //! each), the model's hash (u64), the numbers (f32) in the order of [`numbers`], [`levers`], [`surroundings`],
-//! [`residual`] and [`shared`], and the CRC-32 (as in Ethernet) of all that. Formats 3 to 6 are read too: 6 has no heat that the actuators
-//! share, 5 does not say what it leaves unknown either, 4 knows nothing of surroundings either, 3 has no levers either.
+//! [`residual`], [`shared`] and [`resonance`], and the CRC-32 (as in Ethernet) of all that. Formats 3 to 7 are read too: 7 has no
+//! resonance, 6 no heat that the actuators share either, 5 does not say what it leaves unknown either, 4 knows nothing of surroundings
+//! either, 3 has no levers either.
 
 use super::layout::{
-    BYTES, FORMAT, MAGIC, WITHOUT_LEVERS, WITHOUT_RESIDUAL, WITHOUT_SHARED, WITHOUT_SURROUNDINGS,
-    record_bytes,
+    BYTES, FORMAT, MAGIC, WITHOUT_LEVERS, WITHOUT_RESIDUAL, WITHOUT_RESONANCE, WITHOUT_SHARED,
+    WITHOUT_SURROUNDINGS, record_bytes,
 };
 use super::{ActuatorCalibration, Bounds, Heat, Memory, Parts, Path, Plate};
 use super::{Calibration, CalibrationError, Field, Label, Origin, Problem};
-use super::{Residual, SensedRises};
+use super::{Residual, Resonance, SensedRises};
 use crate::CHANNELS;
 use crate::shape::{InverseTable, KNOTS};
 use crate::units::{Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Volt, Watt};
@@ -52,6 +53,9 @@ impl Calibration {
             &mut |number| put(&number.to_le_bytes()),
         );
         shared(&mut parts.heat, &mut |number| put(&number.to_le_bytes()));
+        resonance(&mut parts.path.resonance, &mut |number| {
+            put(&number.to_le_bytes())
+        });
         let end = BYTES - 4;
         let checksum = CRC.checksum(&bytes[..end]);
         bytes[end..].copy_from_slice(&checksum.to_le_bytes());
@@ -112,6 +116,11 @@ impl Calibration {
                 *number = f32::from_le_bytes(reader.take().unwrap_or_default());
             });
         }
+        if format > WITHOUT_RESONANCE {
+            resonance(&mut parts.path.resonance, &mut |number| {
+                *number = f32::from_le_bytes(reader.take().unwrap_or_default());
+            });
+        }
         for (actuator, (top, knots)) in tables.into_iter().enumerate() {
             parts.actuators[actuator].shape = InverseTable::new(top, knots)
                 .map_err(|error| CalibrationError::from(error).of_actuator(actuator))?;
@@ -140,6 +149,7 @@ const BLANK: Parts = Parts {
     plate: Plate::UNKNOWN,
     path: Path {
         move_time: Second(0.0),
+        resonance: Resonance::UNKNOWN,
     },
     bounds: Bounds {
         drive: Volt(0.0),
@@ -211,6 +221,12 @@ fn shared(heat: &mut Heat, visit: &mut dyn FnMut(&mut f32)) {
     heat.shared.iter_mut().for_each(visit);
 }
 
+/// The resonance, in the order of its bytes.
+fn resonance(resonance: &mut Resonance, visit: &mut dyn FnMut(&mut f32)) {
+    visit(&mut resonance.frequency.0);
+    visit(&mut resonance.quality);
+}
+
 struct Reader<'a>(&'a [u8]);
 
 impl Reader<'_> {
@@ -225,8 +241,8 @@ impl Reader<'_> {
 mod tests {
     use super::super::POLES;
     use super::super::layout::{
-        BYTES_WITHOUT_LEVERS, BYTES_WITHOUT_RESIDUAL, BYTES_WITHOUT_SHARED,
-        BYTES_WITHOUT_SURROUNDINGS, HEAD,
+        BYTES_WITHOUT_LEVERS, BYTES_WITHOUT_RESIDUAL, BYTES_WITHOUT_RESONANCE,
+        BYTES_WITHOUT_SHARED, BYTES_WITHOUT_SURROUNDINGS, HEAD,
     };
     use super::super::tests::parts;
     use super::*;
@@ -262,7 +278,8 @@ mod tests {
             (BYTES_WITHOUT_SURROUNDINGS, last.warp),
             (BYTES_WITHOUT_RESIDUAL, parts().ambient_ratio),
             (BYTES_WITHOUT_SHARED, parts().residual.ambient_ratio),
-            (BYTES, parts().heat.shared[POLES - 1]),
+            (BYTES_WITHOUT_RESONANCE, parts().heat.shared[POLES - 1]),
+            (BYTES, parts().path.resonance.quality),
         ] {
             assert_eq!(bytes()[last_of(length)], number.to_le_bytes());
         }
@@ -270,8 +287,13 @@ mod tests {
 
     #[test]
     fn a_calibration_of_a_format_before_lacks_what_came_later() {
-        let without_shared = {
+        let without_resonance = {
             let mut parts = parts();
+            parts.path.resonance = Resonance::UNKNOWN;
+            parts
+        };
+        let without_shared = {
+            let mut parts = without_resonance;
             parts.heat.shared = Heat::INSTANT.shared;
             parts
         };
@@ -286,6 +308,11 @@ mod tests {
             ..without_surroundings
         };
         for (format, length, expected) in [
+            (
+                WITHOUT_RESONANCE,
+                BYTES_WITHOUT_RESONANCE,
+                without_resonance,
+            ),
             (WITHOUT_SHARED, BYTES_WITHOUT_SHARED, without_shared),
             (WITHOUT_RESIDUAL, BYTES_WITHOUT_RESIDUAL, without_residual),
             (
@@ -315,8 +342,8 @@ mod tests {
     #[test]
     fn another_format_is_named() {
         let mut other = bytes();
-        other[4..6].copy_from_slice(&8_u16.to_le_bytes());
-        let refused = Err(CalibrationError::Format { format: 8 });
+        other[4..6].copy_from_slice(&9_u16.to_le_bytes());
+        let refused = Err(CalibrationError::Format { format: 9 });
         assert_eq!(Calibration::from_bytes(&signed(other)), refused);
     }
 

@@ -16,7 +16,7 @@ pub use layout::{BYTES, record_bytes};
 pub use origin::{Label, Origin};
 pub use stages::{
     ActuatorCalibration, Bounds, FAST_POLES, Heat, LAGS, Lag, Lever, Memory, PLAYS, POLES, Path,
-    Plate, Play, Residual, SENSED_RISES, SLOW, SLOW_POLES, SensedRises,
+    Plate, Play, Residual, Resonance, SENSED_RISES, SLOW, SLOW_POLES, SensedRises,
 };
 
 use crate::CHANNELS;
@@ -87,7 +87,7 @@ impl Calibration {
 pub(crate) mod tests {
     use super::*;
     use crate::shape::{InverseTable, KNOTS};
-    use crate::units::{Kelvin, KelvinPerWatt, Ohm, PerKelvin, Second, Watt};
+    use crate::units::{Hertz, Kelvin, KelvinPerWatt, Ohm, PerKelvin, Second, Watt};
 
     pub(crate) fn actuator(top_um: f32, top_k: f32) -> ActuatorCalibration {
         let knots = core::array::from_fn(|i| top_k * i as f32 / (KNOTS - 1) as f32);
@@ -144,6 +144,10 @@ pub(crate) mod tests {
             plate: Plate::cross(Micrometre(480.0)),
             path: Path {
                 move_time: Second(6e-3),
+                resonance: Resonance {
+                    frequency: Hertz(700.0),
+                    quality: 30.0,
+                },
             },
             bounds: Bounds {
                 drive: Volt(3.5),

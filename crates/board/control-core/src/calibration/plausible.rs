@@ -6,7 +6,7 @@
 
 use core::ops::RangeInclusive;
 
-use super::{ActuatorCalibration, Bounds, Heat, Memory, Parts, Plate, Residual};
+use super::{ActuatorCalibration, Bounds, Heat, Memory, Parts, Plate, Residual, Resonance};
 use super::{CalibrationError, Field, Problem};
 use super::{FAST_POLES, Lag, Play, SLOW};
 use crate::design::{COLD_RESISTANCES_OHM, HIGHEST_DRIVE, HIGHEST_POWER_W, TCRS_PER_K};
@@ -52,6 +52,8 @@ const LONGEST_MOTION_UM: f32 = 1e4;
 
 /// How long a move may take (s): five periods of a resonance of 5 Hz, a fortieth of the lowest that the effect `resonance` knows.
 const LONGEST_MOVE: Second = Second(1.0);
+/// Their quality factors: what is damped more than critically does not ring, and MEMS mirrors in air stay below the highest.
+const QUALITIES: RangeInclusive<f32> = 0.5..=1e4;
 /// What one kelvin of the surroundings may be worth, in kelvins of a heater: a beam whose heater is on one half only bends
 /// twice as much with the whole, and half as much again; one that does not move with the room has nothing to be compensated.
 const AMBIENT_RATIOS: RangeInclusive<f32> = 0.0..=3.0;
@@ -79,6 +81,7 @@ impl Parts {
             self.path.move_time.0,
             0.0..=LONGEST_MOVE.0,
         )?;
+        self.path.resonance.check()?;
         check(Field::AmbientRatio, 0, self.ambient_ratio, AMBIENT_RATIOS)?;
         if self.ambient_ratio > 0.0 {
             for (i, actuator) in self.actuators.iter().enumerate() {
@@ -89,6 +92,21 @@ impl Parts {
         }
         self.residual.check()?;
         self.bounds.check()
+    }
+}
+
+impl Resonance {
+    /// Frequencies that a way is shaped for (Hz): half a period of the lowest lasts no longer than the shaper remembers (`shaper.rs`), and
+    /// a period of the highest has two ticks.
+    pub const SHAPED_HZ: RangeInclusive<f32> = 165.0..=5e3;
+
+    fn check(&self) -> Result<(), CalibrationError> {
+        let frequency = Field::ResonanceFrequency;
+        if self.frequency.0 == 0.0 {
+            return check(Field::ResonanceQuality, 0, self.quality, 0.0..=0.0);
+        }
+        check(frequency, 0, self.frequency.0, Self::SHAPED_HZ)?;
+        check(Field::ResonanceQuality, 0, self.quality, QUALITIES)
     }
 }
 
@@ -321,6 +339,8 @@ mod tests {
             17 => (&mut p.plate.levers[2].y.0, Field::Lever),
             18 => (&mut p.plate.levers[1].warp, Field::Lever),
             13 => (&mut p.path.move_time.0, Field::MoveTime),
+            25 => (&mut p.path.resonance.frequency.0, Field::ResonanceFrequency),
+            26 => (&mut p.path.resonance.quality, Field::ResonanceQuality),
             14 => (&mut p.bounds.drive.0, Field::MaxDrive),
             15 => (&mut p.bounds.power.0, Field::MaxPower),
             19 => (&mut p.actuators[1].sensed_rises.knots[7], Field::SensedRise),
@@ -338,7 +358,7 @@ mod tests {
     proptest! {
         #[test]
         fn a_number_that_is_off_is_named(
-            which in 0_usize..25,
+            which in 0_usize..27,
             bad in prop_oneof![Just(f32::NAN), Just(f32::INFINITY), Just(-1.0e6), Just(1e9)],
         ) {
             let (parts, field) = number_off(which, bad);

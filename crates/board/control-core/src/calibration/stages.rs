@@ -2,7 +2,7 @@
 
 use crate::CHANNELS;
 use crate::shape::InverseTable;
-use crate::units::{Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Volt, Watt};
+use crate::units::{Hertz, Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Volt, Watt};
 
 /// Thermal poles that are advanced at every control tick.
 pub const FAST_POLES: usize = 3;
@@ -115,12 +115,23 @@ pub struct Plate {
     pub levers: [Lever; CHANNELS],
 }
 
+/// The plate on its springs, at its lowest resonance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Resonance {
+    /// Its frequency without damping; 0 where none is known.
+    pub frequency: Hertz,
+    /// Its quality factor: half the inverse of the damping ratio.
+    pub quality: f32,
+}
+
 /// How the mirror goes to a new position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Path {
-    /// How long a move takes where no limit acts. Five periods of the lowest resonance leave less than
+    /// How long a move takes where no limit acts. Without a known resonance, five periods of the lowest one leave less than
     /// half a percent of the step as ringing.
     pub move_time: Second,
+    /// What the way leads the plate through without ringing.
+    pub resonance: Resonance,
 }
 
 /// What protects the mirror, actuator by actuator.
@@ -160,6 +171,19 @@ impl Residual {
     /// Whether somebody has.
     pub fn is_known(&self) -> bool {
         self.piston.0 > 0.0
+    }
+}
+
+impl Resonance {
+    /// One that nobody has found.
+    pub const UNKNOWN: Self = Self {
+        frequency: Hertz(0.0),
+        quality: 0.0,
+    };
+
+    /// Whether somebody has.
+    pub fn is_known(&self) -> bool {
+        self.frequency.0 > 0.0
     }
 }
 

@@ -116,9 +116,9 @@ impl<'a> Controller<'a> {
 
     fn exchange_plate(&mut self, parts: &Parts) {
         self.plate = PlateInverse::new(&parts.plate, parts.actuators[0].shape.top());
-        let now = *self.path.now();
+        let place = self.path.place();
         self.path = PathPlanner::new(&parts.path);
-        self.path.follow(&now);
+        self.path.be(&place);
         self.target = NOWHERE;
     }
 }

@@ -1,6 +1,8 @@
 use super::*;
 use crate::calibration::tests::parts;
-use crate::calibration::{ActuatorCalibration, Heat, Memory, Residual, SensedRises};
+use crate::calibration::{
+    ActuatorCalibration, Heat, Memory, Path, Residual, Resonance, SensedRises,
+};
 use crate::shape::{InverseTable, KNOTS};
 use crate::units::{Kelvin, KelvinPerWatt, Ohm, PerKelvin, Second};
 use proptest::prelude::*;
@@ -62,6 +64,10 @@ fn static_parts() -> Parts {
         actuators: [actuator; CHANNELS],
         heat: Heat::INSTANT,
         memory: Memory::NONE,
+        path: Path {
+            resonance: Resonance::UNKNOWN,
+            ..parts().path
+        },
         ambient_ratio: 0.0,
         ..parts()
     }

@@ -20,6 +20,9 @@ const FAR: Kelvin = Kelvin(10.0);
 /// So many of them in succession are a jump: of 6.4 ms, a choice. A glitch is shorter, and the estimate is to be at its new place within
 /// 20 ms (docs/theory/surroundings.md).
 const UPDATES_TO_JUMP: u8 = 4;
+/// Positions whose heating differs by less are one place, with one error of the curves (K): half of what a knot of the resistances' curves is
+/// from the next one, for 17 of them up to a hundred kelvins. A choice.
+const ONE_PLACE: f32 = 3.0;
 /// Surroundings beyond this bear no bimorph, or are no surroundings but a sense that is wrong (K): from -40 to 85 degC, the
 /// industrial range, around a laboratory's 22.
 pub(super) const FARTHEST: Kelvin = Kelvin(63.0);
@@ -38,6 +41,8 @@ pub(super) struct Filter {
     pub(super) room_room: f32,
     room_loss: f32,
     pub(super) loss_loss: f32,
+    /// The heating at the place where the mirror is (K).
+    place: f32,
     /// Updates in succession that were far off.
     jumps: u8,
 }
@@ -58,6 +63,7 @@ impl Filter {
             room_room: ROOM_PRIOR.0 * ROOM_PRIOR.0,
             room_loss: 0.0,
             loss_loss: LOSS_PRIOR * LOSS_PRIOR,
+            place: 0.0,
             jumps: 0,
         }
     }
@@ -78,17 +84,23 @@ impl Filter {
 
     /// Takes a measurement with its variance, and what errors that stay from update to update add to that: they make it no further off, and
     /// tell less. Returns whether the states have jumped.
+    ///
+    /// All readings of one place have one error of the curves, whatever the heating is off by there, so that they tell nothing of how room and loss
+    /// divide what they have in common: gains are those of the place.
     pub(super) fn measure(
         &mut self,
         measured: f32,
         (heating, growth): (f32, f32),
         (variance, lasting): (f32, f32),
     ) -> bool {
+        if (heating - self.place).abs() > ONE_PLACE {
+            self.place = heating;
+        }
         let off = measured - self.expected(heating, growth);
         // As if it were the room itself that was measured.
         let slope = 1.0 + 2.0 * growth * self.room;
         let square = slope * slope;
-        let (off, heating) = (off / slope, heating / slope);
+        let (off, heating) = (off / slope, self.place / slope);
         let (variance, lasting) = (variance / square, lasting / square);
         let mut gains = self.gains(heating, variance);
         let is_off = off * off > JUMP * JUMP * gains.variance || off.abs() > FAR.0;
@@ -143,8 +155,18 @@ impl Filter {
         } else {
             LEAST.1
         };
-        let most = 0.999 * fpu::sqrt(self.room_room * self.loss_loss);
-        self.room_loss = within(self.room_loss, most);
+        // What the two have in common is told to a hundred-thousandth of the room at most. Were the covariance cut instead, each update would tell a
+        // little of how they divide, and thousands of them nearly all.
+        let least = self.room_loss * self.room_loss / (0.99998 * self.loss_loss);
+        if least.is_finite() {
+            self.room_room = if self.room_room > least {
+                self.room_room
+            } else {
+                least
+            };
+        } else {
+            self.room_loss = 0.0;
+        }
     }
 }
 

@@ -96,6 +96,27 @@ fn one_glitch_is_no_jump_and_a_jump_is_followed() {
     assert!((filter.estimate().expect("known").rise.0 - 20.0).abs() < 1.0);
 }
 
+/// A mirror that stands still tells what room and loss have in common, and by no number of readings how they divide it.
+#[test]
+fn one_place_does_not_tell_a_room_from_a_loss() {
+    let mut filter = filter();
+    // The curve is off by 0.2 K, and where the heating trembles by a kelvin by a little more.
+    for it in 0..10_000_u32 {
+        let tremble = f64::from(it % 2);
+        follow(
+            &mut filter,
+            &evidence(12.0 + tremble, 0.2 + 0.05 * tremble, 0.0),
+            1,
+        );
+    }
+    let told = filter.estimate().expect("known");
+    assert!(
+        told.rise.0.abs() < 0.3 && told.loss.abs() < 0.02,
+        "{told:?}"
+    );
+    assert!(told.loss_deviation > 0.09, "{told:?}");
+}
+
 /// What heat of plate and frame leaves of a resistance after a move is no room, but for what is there where the mirror rests.
 #[test]
 fn what_a_move_leaves_is_no_room() {

@@ -1,7 +1,7 @@
 //! The mirror that all these tests are about.
 
 use control_core::calibration::{
-    Bounds, Heat, Label, Memory, Origin, Parts, Path, Plate, Residual, SensedRises,
+    Bounds, Heat, Label, Memory, Origin, Parts, Path, Plate, Residual, Resonance, SensedRises,
 };
 use control_core::{
     ActuatorCalibration, CHANNELS, InverseTable, Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin,
@@ -32,6 +32,7 @@ pub(crate) fn parts(cold_ohm: f32, tcr: f32, drive_v: f32, rise_k: f32) -> Parts
         memory: Memory::NONE,
         path: Path {
             move_time: Second(0.0),
+            resonance: Resonance::UNKNOWN,
         },
         bounds: Bounds {
             drive: Volt(drive_v),

@@ -196,6 +196,76 @@ fn tilts_turn_with_the_cycle_and_triggers_tell_where_frames_and_lines_begin() {
 }
 
 #[test]
+fn what_leads_is_told_earlier_and_begins_and_ends_as_before() {
+    let points: Vec<i16> = (0..9).map(|k| 1000 * (k % 4)).collect();
+    let table = Table {
+        points: 9,
+        dwell_ticks: 10,
+    };
+    let lead = 7;
+    for shape in [
+        Shape::Sine {
+            frequency_hz: 125.0,
+        },
+        Shape::Triangle {
+            frequency_hz: 125.0,
+        },
+        Shape::Lines(table),
+    ] {
+        let waveform = waveform(shape, 80.0, 40.0, 2);
+        let player = || Player::new(waveform, TICK_HZ).expect("playable");
+        let (mut plain, mut led) = (player(), player().leading(lead as f32));
+        let [plain, led] = [&mut plain, &mut led].map(|player| {
+            let mut values = Vec::new();
+            while !player.is_over() {
+                values.push(player.next(|i| points[i]).value);
+            }
+            values
+        });
+        assert_eq!(plain.len(), led.len());
+        for (later, now) in plain[lead..].iter().zip(&led) {
+            // A ten-millionth of the amplitude for each tick of the lead, which f32 keeps.
+            assert!((later - now).abs() < 1e-3, "{shape:?}: {now} for {later}");
+        }
+        // The middle, and the last point: both are the offset.
+        let end = 80.0;
+        let last = led.len() - lead;
+        assert!(led[last..].iter().all(|value| (value - end).abs() < 1e-3));
+    }
+}
+
+#[test]
+fn drives_and_steps_are_not_led() {
+    let table = Table {
+        points: 2,
+        dwell_ticks: 10,
+    };
+    let drive = Quantity::Drive {
+        active: [true; 4],
+        others_v: 0.0,
+    };
+    let steps = waveform(Shape::Steps(table), 1.0, 1.0, 1);
+    let sine = Waveform {
+        quantity: drive,
+        ..waveform(
+            Shape::Sine {
+                frequency_hz: 125.0,
+            },
+            1.0,
+            1.0,
+            1,
+        )
+    };
+    for waveform in [steps, sine] {
+        let player = || Player::new(waveform, TICK_HZ).expect("playable");
+        let (mut plain, mut led) = (player(), player().leading(7.0));
+        for _ in 0..20 {
+            assert_eq!(plain.next(|i| i as i16), led.next(|i| i as i16));
+        }
+    }
+}
+
+#[test]
 fn a_table_of_poses_has_three_columns_and_a_frame_a_cycle() {
     let points = [0, FULL_SCALE, FULL_SCALE, 0, 0, -FULL_SCALE];
     let table = Table {

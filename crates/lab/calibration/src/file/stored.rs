@@ -2,11 +2,11 @@
 
 use control_core::calibration::{
     Bounds, FAST_POLES, Heat, Label, Lag, Lever, Memory, Origin, Parts, Path, Plate, Play,
-    Residual, SENSED_RISES, SensedRises,
+    Residual, Resonance, SENSED_RISES, SensedRises,
 };
 use control_core::shape::KNOTS;
 use control_core::{
-    ActuatorCalibration, CHANNELS, Calibration, CalibrationError, InverseTable, Kelvin,
+    ActuatorCalibration, CHANNELS, Calibration, CalibrationError, Hertz, InverseTable, Kelvin,
     KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Volt, Watt,
 };
 use serde::{Deserialize, Serialize};
@@ -23,6 +23,8 @@ pub(super) struct Stored {
     date: String,
     model_hash: String,
     move_time_s: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    resonance: Option<StoredResonance>,
     max_drive_v: f64,
     max_power_w: f64,
     max_rise_k: f64,
@@ -42,6 +44,13 @@ pub(super) struct Stored {
     #[serde(default)]
     residual: Option<StoredResidual>,
     actuators: Vec<StoredActuator>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredResonance {
+    frequency_hz: f64,
+    quality: f64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -127,6 +136,10 @@ impl From<&Calibration> for Stored {
             date: p.origin.date.as_str().to_owned(),
             model_hash: format!("{:016x}", p.origin.model_hash),
             move_time_s: decimal(p.path.move_time.0),
+            resonance: p.path.resonance.is_known().then(|| StoredResonance {
+                frequency_hz: decimal(p.path.resonance.frequency.0),
+                quality: decimal(p.path.resonance.quality),
+            }),
             max_drive_v: decimal(p.bounds.drive.0),
             max_power_w: decimal(p.bounds.power.0),
             max_rise_k: decimal(p.bounds.rise.0),
@@ -262,6 +275,13 @@ impl Stored {
             plate: self.plate()?,
             path: Path {
                 move_time: Second(self.move_time_s as f32),
+                resonance: match &self.resonance {
+                    Some(stored) => Resonance {
+                        frequency: Hertz(stored.frequency_hz as f32),
+                        quality: stored.quality as f32,
+                    },
+                    None => Resonance::UNKNOWN,
+                },
             },
             bounds: Bounds {
                 drive: Volt(self.max_drive_v as f32),

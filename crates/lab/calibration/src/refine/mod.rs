@@ -74,7 +74,7 @@ impl Refined {
 /// Where too little was measured, or no stages follow it.
 pub fn refined(calibration: &Calibration, session: &Session) -> Result<Refined, RefineError> {
     let parts = calibration.parts();
-    let timeline = Timeline::of(session, f64::from(parts.path.move_time.0));
+    let timeline = Timeline::of(session, &parts.path);
     let readings = timeline.readings();
     if readings < FEWEST {
         return Err(RefineError::TooFew(readings));

@@ -5,6 +5,9 @@
 //! below are orders of magnitude. What they lead to is measured on five virtual mirrors by
 //! `cargo xtask bench position`.
 
+use std::f64::consts::PI;
+
+use control_core::calibration::{Path, Resonance};
 use experiments::instruments::POSITION_NOISE_UM;
 
 /// Along a smooth drive (um): as much as the readings' own noise; less would not make the sum smaller by much.
@@ -14,11 +17,13 @@ const SMOOTH_UM: f64 = POSITION_NOISE_UM;
 pub(super) const HELD_UM: f64 = 0.15;
 /// Ringing after a jump of the drive (um): a tenth of a range of 100 um.
 const RINGING_UM: f64 = 10.0;
-/// Moves in which the ringing falls to 1/e. That takes Q / pi periods, and a move five: this is a resonance of Q = 31.
+/// Moves in which the ringing falls to 1/e where no resonance is known. That takes Q / pi periods, and such a move five: this is a resonance
+/// of Q = 31.
 const RINGING_MOVES: f64 = 2.0;
 /// Distributed heat after a move (um): a few poles leave a part at every time scale, 1 % of a range of 100 um, which falls as
-/// the inverse of the time.
+/// the inverse of the time, from so long on (s): that of a move where no resonance is known.
 const LAGGING_UM: f64 = 1.0;
+const LAGGING_S: f64 = 0.01;
 
 /// What a file says of the drive and of the noise.
 #[derive(Clone, Copy, Debug)]
@@ -27,19 +32,27 @@ pub(super) struct Noise {
     pub(super) reading_um: f64,
     /// Whether the drive is smooth between the rows, or held and then jumps.
     pub(super) is_smooth: bool,
-    /// How long a move takes (s).
-    pub(super) move_s: f64,
+    /// In which time ringing falls to 1/e (s).
+    pub(super) ringing_s: f64,
+}
+
+/// In which time a mirror that goes to a new position like this rings no more than 1/e of what it did (s).
+pub(super) fn ringing_s(path: &Path) -> f64 {
+    let Resonance { frequency, quality } = path.resonance;
+    match path.resonance.is_known() {
+        true => f64::from(quality) / (PI * f64::from(frequency.0)),
+        false => RINGING_MOVES * f64::from(path.move_time.0),
+    }
 }
 
 impl Noise {
     /// One standard deviation (um) of what a reading differs from the stages by, so long after the last jump (s) of the drive
     /// or of the position.
     pub(super) fn standard_deviation_um(&self, since_jump_s: f64) -> f64 {
-        let moves = since_jump_s / self.move_s;
         let (discrepancy, transient) = if self.is_smooth {
-            (SMOOTH_UM, LAGGING_UM / (1.0 + moves))
+            (SMOOTH_UM, LAGGING_UM / (1.0 + since_jump_s / LAGGING_S))
         } else {
-            (HELD_UM, RINGING_UM * (-moves / RINGING_MOVES).exp())
+            (HELD_UM, RINGING_UM * (-since_jump_s / self.ringing_s).exp())
         };
         self.reading_um.hypot(discrepancy).hypot(transient)
     }
@@ -52,7 +65,7 @@ mod tests {
     const SMOOTH: Noise = Noise {
         reading_um: 0.0,
         is_smooth: true,
-        move_s: 0.01,
+        ringing_s: 0.02,
     };
 
     #[test]
@@ -61,7 +74,7 @@ mod tests {
             reading_um: 0.15,
             ..SMOOTH
         };
-        // Long after everything: 0.15 and 0.02 um; with a transient of 1 / (1 + 4) um after four moves.
+        // Long after everything: 0.15 and 0.02 um; with a transient of 1 / (1 + 4) um after 40 ms.
         assert!((noisy.standard_deviation_um(1e9) - 0.0229_f64.sqrt()).abs() < 1e-9);
         assert!((noisy.standard_deviation_um(0.04) - 0.0629_f64.sqrt()).abs() < 1e-12);
     }
@@ -72,7 +85,7 @@ mod tests {
             is_smooth: false,
             ..SMOOTH
         };
-        let at = |moves: f64| held.standard_deviation_um(moves * held.move_s);
+        let at = |moves: f64| held.standard_deviation_um(0.5 * moves * held.ringing_s);
         assert!((at(0.0) - RINGING_UM.hypot(HELD_UM)).abs() < 1e-12);
         // Two moves later the ringing has fallen to 1/e.
         assert!((at(2.0) - (RINGING_UM / std::f64::consts::E).hypot(HELD_UM)).abs() < 1e-12);

@@ -1,10 +1,11 @@
 //! A session as time steps: what heats the mirror in each, and what is read at its end.
 
 use control_core::CHANNELS;
+use control_core::calibration::Path;
 use experiments::instruments::POSITION_NOISE_UM;
 use measurement::{MeasurementFile, Row, Session};
 
-use super::noise::Noise;
+use super::noise::{Noise, ringing_s};
 
 /// Rest at 0 V assumed between files that share no clock (s): about what it takes to begin the next experiment by hand.
 const REST_S: f64 = 60.0;
@@ -54,8 +55,8 @@ pub(super) struct Timeline {
 }
 
 impl Timeline {
-    /// The session of a mirror whose moves take `move_s`.
-    pub(super) fn of(session: &Session, move_s: f64) -> Self {
+    /// The session of a mirror that goes to a new position like this.
+    pub(super) fn of(session: &Session, path: &Path) -> Self {
         let mut timeline = Self::default();
         let mut clock_s = 0.0;
         for (_, file) in &session.files {
@@ -70,7 +71,7 @@ impl Timeline {
                 duration_s: (start_s - held_s - clock_s).max(0.0),
                 ..TimeStep::default()
             });
-            let mut reader = Reader::new(&mut timeline.steps, file, move_s);
+            let mut reader = Reader::new(&mut timeline.steps, file, path);
             reader.hold(first, held_v, held_s);
             clock_s = start_s + reader.read(held_v);
         }
@@ -95,14 +96,14 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn new(steps: &'a mut Vec<TimeStep>, file: &'a MeasurementFile, move_s: f64) -> Self {
+    fn new(steps: &'a mut Vec<TimeStep>, file: &'a MeasurementFile, path: &Path) -> Self {
         let noise = Noise {
             reading_um: file
                 .keys
                 .displacement_noise_um()
                 .unwrap_or(POSITION_NOISE_UM),
             is_smooth: file.keys.drive_is_interpolated(),
-            move_s,
+            ringing_s: ringing_s(path),
         };
         Self {
             steps,
@@ -219,6 +220,7 @@ impl<'a> Reader<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dynamics::path_of;
 
     /// A row at a drive of all four, into 400 ohm.
     fn row(t_s: f64, volts: f64) -> Row {
@@ -238,7 +240,7 @@ mod tests {
         }
         file.rows = rows;
         let files = vec![("moves.csv".into(), file)];
-        Timeline::of(&Session { files }, 0.01)
+        Timeline::of(&Session { files }, &path_of(None))
     }
 
     #[test]
