@@ -93,6 +93,16 @@ fn course(seed: u64, top_um: f64) -> Vec<Setpoint> {
     asked
 }
 
+/// A mirror so near to what is asked (um) is where it was to be, to within its own move.
+const NEAR_UM: f64 = 1.0;
+
+fn asked_um(setpoint: &Setpoint) -> f64 {
+    match setpoint {
+        Setpoint::Position(pose) | Setpoint::Track(pose) => pose.z.0.into(),
+        Setpoint::Off | Setpoint::Drive(_) => 0.0,
+    }
+}
+
 #[test]
 #[ignore = "long"]
 fn motion_in_the_room_of_the_calibration_is_no_room() {
@@ -114,10 +124,13 @@ fn motion_in_the_room_of_the_calibration_is_no_room() {
             }
             at
         });
-        let pairs = runs[0].iter().zip(&runs[1]);
+        // Where the mirror cannot cool as fast as is asked it is tens of micrometres off, and no position is reached.
+        let pairs = runs[0].iter().zip(&runs[1]).zip(&asked);
         let mut apart: Vec<f64> = pairs
-            .map(|(left, compensated)| (left - compensated).abs())
+            .filter(|((left, _), asked)| (*left - asked_um(asked)).abs() < NEAR_UM)
+            .map(|((left, compensated), _)| (left - compensated).abs())
             .collect();
+        assert!(apart.len() > asked.len() / 2, "most of the way is followed");
         apart.sort_by(f64::total_cmp);
         let part = |share: f64| apart[((apart.len() - 1) as f64 * share) as usize];
         println!(
