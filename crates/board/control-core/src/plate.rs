@@ -6,6 +6,9 @@
 //! four are within their range without one. Where they are not, the smallest warp that brings them back makes every pose
 //! possible that any drives can reach (direct allocation, Durham 1993).
 
+use core::array;
+use core::hint::cold_path;
+
 use crate::CHANNELS;
 use crate::calibration::{Lever, Plate};
 use crate::limits::{Limit, Limits};
@@ -37,14 +40,15 @@ pub struct PlateInverse {
     shares: [[f32; CHANNELS]; 3],
 }
 
-/// The warps that keep an actuator within its range: `least - per_um position` to `most - per_um position`.
+/// The warps that bring an actuator at the plate's position to the ends of its range: `to_rest - per_um position` and
+/// `to_top - per_um position`.
 #[derive(Clone, Copy, Debug)]
 struct Warp {
     /// Warp per position, 1 / the actuator's part in it; 0 where it has none.
     per_um: f32,
-    /// Bounds at position 0, narrower by what rounding takes; infinite where it has no part in it.
-    least: f32,
-    most: f32,
+    /// From position 0, to within the range by what rounding takes.
+    to_rest: f32,
+    to_top: f32,
 }
 
 /// Part of the range that rounding takes: some bits of f32, at four times the range.
@@ -87,16 +91,21 @@ impl PlateInverse {
         let Pose { z, tilt_x, tilt_y } = *pose;
         let at = |lever: &Lever| z.0 + lever.y.0 * tilt_x.0 - lever.x.0 * tilt_y.0;
         let mut positions = self.levers.each_ref().map(at);
-        if !self.is_known && (tilt_x.0 != 0.0 || tilt_y.0 != 0.0) {
-            limits.insert(Limit::TiltUnknown);
-        }
-        if !self.are_within(&positions) {
-            match self.is_known {
-                true => self.warp(&mut positions, limits),
-                false => self.limit(&mut positions, limits),
-            }
+        if !self.is_known {
+            self.without_levers(pose, &mut positions, limits);
+        } else if !self.are_within(&positions) {
+            self.warp(&mut positions, limits);
         }
         positions
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn without_levers(&self, pose: &Pose, positions: &mut [f32; CHANNELS], limits: &mut Limits) {
+        if pose.tilt_x.0 != 0.0 || pose.tilt_y.0 != 0.0 {
+            limits.insert(Limit::TiltUnknown);
+        }
+        self.limit(positions, limits);
     }
 
     /// The pose in which actuators at `positions` (um) hold the plate.
@@ -126,37 +135,50 @@ impl PlateInverse {
 
     #[inline(always)]
     fn are_within(&self, positions: &[f32; CHANNELS]) -> bool {
-        // As bits, what is below zero or no number is above every number.
-        let bits = positions.map(f32::to_bits);
-        bits.into_iter().all(|bits| bits <= self.top.to_bits())
+        positions.iter().all(|position| self.is_within(*position))
     }
 
-    /// Brings all `positions` into the range by the warp nearest to none.
+    #[inline(always)]
+    fn is_within(&self, position: f32) -> bool {
+        // As bits, what is below zero or no number is above every number.
+        position.to_bits() <= self.top.to_bits()
+    }
+
+    /// Brings all `positions` into the range by the warp nearest to none: that which one of them needs.
     #[inline(always)]
     fn warp(&self, positions: &mut [f32; CHANNELS], limits: &mut Limits) {
-        let (mut least, mut most) = (-self.most_warp, self.most_warp);
+        let mut most_needed = 0.0_f32;
         for (position, warp) in positions.iter().zip(&self.warps) {
-            let low = warp.least - position * warp.per_um;
-            let high = warp.most - position * warp.per_um;
-            least = if low > least { low } else { least };
-            most = if high < most { high } else { most };
-        }
-        // Where none is needed for positions that are not in the range, they are no numbers.
-        let is_needed = least > 0.0 || most < 0.0;
-        if is_needed && least <= most {
-            let warp = if least > 0.0 { least } else { most };
-            for (position, lever) in positions.iter_mut().zip(&self.levers) {
-                *position += warp * lever.warp;
+            if !self.is_within(*position) {
+                cold_path();
+                let needed = warp.to_end(*position) - position * warp.per_um;
+                if needed.abs() > most_needed.abs() {
+                    most_needed = needed;
+                }
             }
+        }
+        let warped = array::from_fn(|i| positions[i] + most_needed * self.levers[i].warp);
+        if most_needed.abs() <= self.most_warp && self.are_within(&warped) {
+            *positions = warped;
         } else {
-            self.limit_warped(positions, 0.5 * (least + most), limits);
+            self.limit_warped(positions, limits);
         }
     }
 
-    /// No warp brings all of them into the range, and this one brings them nearest.
+    /// No warp brings all of them into the range: the one that brings them nearest, and a limit.
     #[cold]
     #[inline(never)]
-    fn limit_warped(&self, positions: &mut [f32; CHANNELS], warp: f32, limits: &mut Limits) {
+    fn limit_warped(&self, positions: &mut [f32; CHANNELS], limits: &mut Limits) {
+        let (mut least, mut most) = (-self.most_warp, self.most_warp);
+        for (position, warp) in positions.iter().zip(&self.warps) {
+            if warp.per_um != 0.0 {
+                let to_zero = position * warp.per_um;
+                let (to_rest, to_top) = (warp.to_rest - to_zero, warp.to_top - to_zero);
+                least = least.max(to_rest.min(to_top));
+                most = most.min(to_rest.max(to_top));
+            }
+        }
+        let warp = 0.5 * (least + most);
         // No warp brings back what is infinitely far.
         if warp.is_finite() {
             for (position, lever) in positions.iter_mut().zip(&self.levers) {
@@ -195,19 +217,24 @@ impl PlateInverse {
 
 impl Warp {
     fn new(lever: &Lever, top: Micrometre) -> Self {
-        if lever.warp == 0.0 {
-            return Self {
-                per_um: 0.0,
-                least: f32::NEG_INFINITY,
-                most: f32::INFINITY,
-            };
-        }
-        let per_um = 1.0 / lever.warp;
-        let (to_rest, to_top) = (ROUNDING * top.0 * per_um, (1.0 - ROUNDING) * top.0 * per_um);
+        let per_um = if lever.warp == 0.0 {
+            0.0
+        } else {
+            1.0 / lever.warp
+        };
         Self {
             per_um,
-            least: to_rest.min(to_top),
-            most: to_rest.max(to_top),
+            to_rest: ROUNDING * top.0 * per_um,
+            to_top: (1.0 - ROUNDING) * top.0 * per_um,
+        }
+    }
+
+    /// To the end of the range that is nearer to this position, which is out of it.
+    fn to_end(self, position: f32) -> f32 {
+        if position < 0.0 {
+            self.to_rest
+        } else {
+            self.to_top
         }
     }
 }
