@@ -4,7 +4,7 @@ use core::hint::cold_path;
 
 use fpu::sqrt;
 
-use crate::calibration::{ActuatorCalibration, Parts};
+use crate::calibration::{ActuatorCalibration, Parts, Path};
 use crate::codes::PwmCode;
 use crate::drive::{Quantiser, highest_code};
 use crate::heat::{HeatInverse, HeatState, SharedHeat};
@@ -19,14 +19,23 @@ use crate::units::{Ampere, Kelvin, Ohm, Second, Volt, Watt};
 /// Part of the highest power by which a power may be below zero unnoticed: it is rounding at rest.
 const NO_POWER: f32 = 2e-3;
 
-/// Time constant with which an actuator catches up that a bound has held back, as part of a move. It slows down as it comes
-/// nearer; if it stopped at once the mirror would ring. A move takes five periods of the resonance (`calibration`, `PERIODS`), so
-/// this is n = 5/4 of them, and what was held back rings by 1 / sqrt(1 + (2 pi n)^2) of itself, an eighth.
-const CATCHING_UP: f32 = 0.25;
+/// Time constant with which an actuator catches up that a bound has held back, in periods of the resonance. It slows down as it comes
+/// nearer; if it stopped at once the mirror would ring. After n = 5/4 of them what was held back rings by 1 / sqrt(1 + (2 pi n)^2) of
+/// itself, an eighth.
+const CATCHING_UP: f32 = 1.25;
+/// Periods of a resonance that is not known in a move (`calibration`, `PERIODS`).
+const PERIODS: f32 = 5.0;
 
 /// That time constant.
 pub(crate) fn catch_up_time(parts: &Parts) -> Second {
-    Second(CATCHING_UP * parts.path.move_time.0)
+    let Path {
+        move_time,
+        resonance,
+    } = &parts.path;
+    Second(match resonance.is_known() {
+        true => CATCHING_UP / resonance.frequency.0,
+        false => CATCHING_UP / PERIODS * move_time.0,
+    })
 }
 
 /// Numbers of one actuator, ready for use.

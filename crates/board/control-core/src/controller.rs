@@ -12,6 +12,7 @@ use crate::path::PathPlanner;
 use crate::plate::{PlateInverse, Pose};
 use crate::resistance::ActuatorSense;
 use crate::settling::Decay;
+use crate::shaper::Shaper;
 use crate::surroundings::{Estimate, PERIOD, Surroundings};
 use crate::uncertainty::Budget;
 use crate::units::{Ampere, Kelvin, Micrometre, Radian, Volt};
@@ -101,6 +102,8 @@ pub struct Controller<'a> {
     seen: [f32; CHANNELS],
     /// Counts the turns of what is not done at every tick: one actuator's at a time.
     turn: usize,
+    /// For ways that are tracked.
+    shaper: Shaper,
     /// What is not known of where the plate is.
     budget: Budget,
     decay: Decay,
@@ -155,6 +158,7 @@ impl<'a> Controller<'a> {
             arrivals: Default::default(),
             lowest: [Micrometre(0.0); CHANNELS],
             since_arrival: 0,
+            shaper: Shaper::new(&parts.path.resonance),
             next: None,
             step: Step::default(),
             calibration,
@@ -214,7 +218,7 @@ impl<'a> Controller<'a> {
 
     /// Ticks by which a way comes late that is tracked ([`Setpoint::Track`]): who knows what comes asks for it so much ahead.
     pub fn track_delay_ticks(&self) -> f32 {
-        self.path.delay_ticks()
+        self.shaper.delay_ticks()
     }
 
     /// What the last step decided.
@@ -235,24 +239,26 @@ impl<'a> Controller<'a> {
         self.listen(&applied, &currents);
         let step = &mut self.step;
         step.limits = self.sense_limits;
-        let drives = match setpoint {
-            Setpoint::Off => Some([Volt(0.0); CHANNELS]),
+        let drives = match &setpoint {
+            Setpoint::Off => Some(&[Volt(0.0); CHANNELS]),
             Setpoint::Drive(drives) => Some(drives),
             Setpoint::Position(pose) => {
-                if pose != self.target {
-                    self.target = pose;
+                if *pose != self.target {
+                    self.target = *pose;
                     self.target_limits = Limits::NONE;
-                    let target = self.plate.positions(&pose, &mut self.target_limits);
+                    let target = self.plate.positions(pose, &mut self.target_limits);
                     self.path.plan(&target);
+                    self.shaper.forget();
                 }
                 step.limits = step.limits.union(self.target_limits);
                 self.path.advance();
                 None
             }
             Setpoint::Track(pose) => {
-                let positions = self.plate.positions(&pose, &mut step.limits);
-                self.target = NOWHERE;
-                self.path.follow(&positions);
+                let positions = self.plate.positions(pose, &mut step.limits);
+                self.target.z = NOWHERE.z;
+                let now = self.path.follow();
+                self.shaper.shape(&positions, now);
                 None
             }
         };
@@ -341,7 +347,7 @@ impl<'a> Controller<'a> {
     }
 
     /// Voltages, and the mirror followed to where they take it.
-    fn drive(&mut self, drives: [Volt; CHANNELS]) {
+    fn drive(&mut self, drives: &[Volt; CHANNELS]) {
         // One actuator a tick: reading a table forward is slow, and the mirror is slower.
         let turn = self.turn % CHANNELS;
         let shape = &self.calibration.actuators()[turn].shape;
@@ -349,7 +355,8 @@ impl<'a> Controller<'a> {
         self.seen[turn] = seen.0;
         self.asked[turn] = self.actuators[turn].rise();
         self.target = NOWHERE;
-        self.path.be(&self.seen);
+        *self.path.follow() = self.seen;
+        self.shaper.forget();
         // Hysteresis and creep are a few percent of a position; that this one is before them is a few
         // percent of that.
         if !self.is_exchanging() {

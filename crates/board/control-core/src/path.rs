@@ -16,7 +16,6 @@ use core::f32::consts::PI;
 use crate::CHANNELS;
 use crate::calibration::{Path, Resonance};
 use crate::design::TICK;
-use crate::shaper::Shaper;
 
 /// Where the actuators are asked to be (um), tick by tick.
 #[derive(Clone, Debug, Default)]
@@ -29,9 +28,8 @@ pub(crate) struct PathPlanner {
     courses: [Course; CHANNELS],
     /// What they are asked for, so that the plate is where it is to be.
     now: [f32; CHANNELS],
-    lead: Lead,
-    /// For ways that others give.
-    shaper: Shaper,
+    /// What a move asks for, as its beginning is worth.
+    asked: Asked,
 }
 
 /// What speed and acceleration of the way, per move and per move squared, add to what is asked for.
@@ -71,9 +69,61 @@ struct Hermite {
     acceleration: f32,
 }
 
+/// A polynomial of fifth order without a constant: what is left of a move is its variable, and nothing is left at its end.
+#[derive(Clone, Copy, Debug, Default)]
+struct Quintic([f32; 5]);
+
+impl Quintic {
+    /// `place` and its derivatives by the part of the move that is done, which `lead` adds. `place` begins with the cube.
+    fn led([cube, fourth, fifth]: [f32; 3], lead: &Lead) -> Self {
+        let place = [0.0, 0.0, 0.0, cube, fourth, fifth, 0.0, 0.0];
+        Self(core::array::from_fn(|k| {
+            let power = k + 1;
+            // What is left falls as what is done grows.
+            let speed = -((power + 1) as f32) * place[power + 1];
+            let acceleration = ((power + 2) * (power + 1)) as f32 * place[power + 2];
+            place[power] + lead.speed * speed + lead.acceleration * acceleration
+        }))
+    }
+
+    #[inline(always)]
+    fn at(&self, rest: f32) -> f32 {
+        let [first, second, third, fourth, fifth] = self.0;
+        rest * (first + rest * (second + rest * (third + rest * (fourth + rest * fifth))))
+    }
+}
+
+/// [`Hermite`] of what is asked for, which leads the place.
+#[derive(Clone, Copy, Debug, Default)]
+struct Asked {
+    away: Quintic,
+    speed: Quintic,
+    acceleration: Quintic,
+}
+
+impl Asked {
+    /// The polynomials of [`Hermite::place`], in powers of what is left.
+    fn new(lead: &Lead) -> Self {
+        Self {
+            away: Quintic::led([10.0, -15.0, 6.0], lead),
+            speed: Quintic::led([4.0, -7.0, 3.0], lead),
+            acceleration: Quintic::led([0.5, -1.0, 0.5], lead),
+        }
+    }
+
+    #[inline(always)]
+    fn at(&self, done: f32) -> Hermite {
+        let rest = if done < 1.0 { 1.0 - done } else { 0.0 };
+        Hermite {
+            away: self.away.at(rest),
+            speed: self.speed.at(rest),
+            acceleration: self.acceleration.at(rest),
+        }
+    }
+}
+
 impl Hermite {
     /// Where the move is when this part of it is done, and exactly 0 at its end.
-    #[inline(always)]
     fn place(done: f32) -> Self {
         let rest = if done < 1.0 { 1.0 - done } else { 0.0 };
         let cube = rest * rest * rest;
@@ -82,26 +132,6 @@ impl Hermite {
             away: cube + speed * (3.0 + 6.0 * done),
             speed: speed + speed * (3.0 * done),
             acceleration: speed * (0.5 * done),
-        }
-    }
-
-    /// What is asked for when this part of it is done, which `lead` is ahead of the place, and exactly 0 at its end.
-    #[inline(always)]
-    fn asked(done: f32, lead: &Lead) -> Self {
-        let done = if done < 1.0 { done } else { 1.0 };
-        let (place, speed) = (Self::place(done), Self::speed(done));
-        let acceleration = Self::acceleration(done);
-        let led = |place: f32, speed: f32, acceleration: f32| {
-            place + lead.speed * speed + lead.acceleration * acceleration
-        };
-        Self {
-            away: led(place.away, speed.away, acceleration.away),
-            speed: led(place.speed, speed.speed, acceleration.speed),
-            acceleration: led(
-                place.acceleration,
-                speed.acceleration,
-                acceleration.acceleration,
-            ),
         }
     }
 
@@ -138,8 +168,7 @@ impl PathPlanner {
         Self {
             pace: 1.0 / ticks,
             done: 1.0,
-            lead: Lead::new(&calibration.resonance, ticks),
-            shaper: Shaper::new(&calibration.resonance),
+            asked: Asked::new(&Lead::new(&calibration.resonance, ticks)),
             ..Self::default()
         }
     }
@@ -158,14 +187,12 @@ impl PathPlanner {
         core::array::from_fn(|i| place.from(self.target[i], &self.courses[i]))
     }
 
-    /// Ticks by which a way that is followed comes late: it is to be told so much ahead.
-    pub(crate) fn delay_ticks(&self) -> f32 {
-        self.shaper.delay_ticks()
-    }
-
     /// Where the way leads.
     pub(crate) fn target(&self) -> &[f32; CHANNELS] {
-        &self.target
+        match self.done < 1.0 {
+            true => &self.target,
+            false => &self.now,
+        }
     }
 
     /// Ticks until it is there.
@@ -181,7 +208,7 @@ impl PathPlanner {
     pub(crate) fn advance(&mut self) {
         if self.done < 1.0 {
             self.done += self.pace;
-            let place = Hermite::asked(self.done, &self.lead);
+            let place = self.asked.at(self.done);
             let actuators = self.now.iter_mut().zip(&self.target).zip(&self.courses);
             for ((now, target), course) in actuators {
                 *now = place.from(*target, course);
@@ -189,27 +216,14 @@ impl PathPlanner {
         }
     }
 
-    /// Follows a way that others give, shaped so that the plate does not ring at its corners.
-    pub(crate) fn follow(&mut self, positions: &[f32; CHANNELS]) {
-        let shaped = self.shaper.shape(&self.now, positions);
-        self.stay(&shaped);
-    }
-
-    /// Is where the mirror is that is driven otherwise.
-    pub(crate) fn be(&mut self, positions: &[f32; CHANNELS]) {
-        self.shaper.forget();
-        self.stay(positions);
-    }
-
-    fn stay(&mut self, positions: &[f32; CHANNELS]) {
-        self.now = *positions;
-        self.target = *positions;
+    /// Follows positions that are a way already, or the mirror where it is driven otherwise: these are to be what is returned.
+    pub(crate) fn follow(&mut self) -> &mut [f32; CHANNELS] {
         self.done = 1.0;
+        &mut self.now
     }
 
     /// A move of full length to `target`, from the present positions, speeds and accelerations.
     pub(crate) fn plan(&mut self, target: &[f32; CHANNELS]) {
-        self.shaper.forget();
         let place = self.place();
         // A move that is done is at rest.
         let done = if self.done < 1.0 { self.done } else { 1.0 };
@@ -354,7 +368,7 @@ mod tests {
     fn all_coordinates_of_a_plate_take_the_same_share_of_their_way() {
         let mut path = path();
         let (from, to) = ([10.0, 60.0, 90.0, 40.0], [80.0, 120.0, 20.0, 40.0]);
-        path.be(&from);
+        *path.follow() = from;
         for _ in 0..TICKS {
             let now = toward(&mut path, &to);
             let share = (now[0] - from[0]) / (to[0] - from[0]);

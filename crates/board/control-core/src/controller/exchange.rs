@@ -13,10 +13,11 @@ use crate::memory::{MemoryInverse, Successors};
 use crate::path::PathPlanner;
 use crate::plate::PlateInverse;
 use crate::settling::Decay;
+use crate::shaper::Shaper;
 use crate::surroundings::Surroundings;
 
 /// What is exchanged before the memory's actuators, and with them.
-const BEFORE_ACTUATORS: usize = 5;
+const BEFORE_ACTUATORS: usize = 6;
 const WITH_ACTUATORS: usize = BEFORE_ACTUATORS + CHANNELS;
 
 impl<'a> Controller<'a> {
@@ -54,7 +55,8 @@ impl<'a> Controller<'a> {
             1 => self.exchange_bounds(parts),
             2 => self.exchange_surroundings(parts),
             3 => self.exchange_shapes(parts),
-            4 => next.memory = Some(self.exchange_memory(parts)),
+            4 => self.shaper = Shaper::new(&parts.path.resonance),
+            5 => next.memory = Some(self.exchange_memory(parts)),
             BEFORE_ACTUATORS..WITH_ACTUATORS => {
                 if let Some((before, successors)) = &next.memory {
                     self.inherit_memory(next.exchanged - BEFORE_ACTUATORS, before, successors);
@@ -118,7 +120,7 @@ impl<'a> Controller<'a> {
         self.plate = PlateInverse::new(&parts.plate, parts.actuators[0].shape.top());
         let place = self.path.place();
         self.path = PathPlanner::new(&parts.path);
-        self.path.be(&place);
+        *self.path.follow() = place;
         self.target = NOWHERE;
     }
 }

@@ -1,6 +1,6 @@
 //! One actuator: from its displacement to the temperature rise, the power and the volts.
 
-use control_core::calibration::{ActuatorCalibration, Parts};
+use control_core::calibration::{ActuatorCalibration, Parts, Path};
 use control_core::resistance::MIN_SENSE_DRIVE;
 use control_core::{Ampere, Volt};
 
@@ -14,8 +14,17 @@ const NO_CURRENT_A: f32 = 1e-6;
 const PLAUSIBLE: f64 = 0.25;
 /// Part of the way to a new reading that the correction goes.
 const PACE: f64 = 0.25;
-/// Time constant with which an actuator catches up that a bound has held back, as part of a move.
-const CATCHING_UP: f64 = 0.25;
+/// Time constant with which an actuator catches up that a bound has held back, in periods of the resonance, and as part of a move where
+/// none is known.
+const CATCHING_UP: (f64, f64) = (1.25, 0.25);
+
+fn catch_up_s(path: &Path) -> f64 {
+    let (periods, part) = CATCHING_UP;
+    match path.resonance.is_known() {
+        true => periods / f64::from(path.resonance.frequency.0),
+        false => part * f64::from(path.move_time.0),
+    }
+}
 
 /// One actuator.
 pub(super) struct Actuator {
@@ -49,7 +58,7 @@ impl Actuator {
             power_limit_w: f64::from(parts.bounds.power.0),
             rise: 0.0,
             shortfall: 0.0,
-            pole: pole(CATCHING_UP * f64::from(parts.path.move_time.0), 1),
+            pole: pole(catch_up_s(&parts.path), 1),
             expected_ohm: f64::from(calibration.cold_resistance.0),
             correction: 1.0,
             twin: Twin {
