@@ -43,8 +43,9 @@ const NOISE: Ampere = Ampere(1e-6);
 /// with a bend leaves of heaters that are not warm evenly (`closed-loop`, test `surroundings`).
 const UNMODELLED: Kelvin = Kelvin(0.03);
 /// Where half of a difference is compensated (K). Curves that were measured in one session are off by up to 0.25 K at rest in
-/// their own room, 0.4 um, where positions are right without them (the same test).
-const CURVES: Kelvin = Kelvin(0.4);
+/// their own room, 0.4 um, where positions are right without them (the same test). Of a room no more than 0.57 of it is left (see
+/// `beyond_the_curves`), 0.44 um of the 0.5 um that one may leave (docs/requirements.md).
+const CURVES: Kelvin = Kelvin(0.43);
 /// Standard deviation of that error: half of the most.
 const CURVES_DEVIATION: Kelvin = Kelvin(0.12);
 /// How far a room may be from that of the calibration where no resistance tells it: an air-conditioned laboratory is within 6 K
