@@ -184,6 +184,12 @@ pub enum ToolError {
     ))]
     Interrupted,
 
+    #[error("interrupted before it was done; no file is written")]
+    #[diagnostic(help(
+        "the same command begins anew; null ensembles that it drew are kept for the next time"
+    ))]
+    WorkInterrupted,
+
     #[error("--json and `-o -` both want the standard output")]
     #[diagnostic(help(
         "leave one of them out; without --json, what was recorded is told on standard error"
@@ -428,6 +434,7 @@ impl ToolError {
         match self {
             Self::Interrupted
             | Self::RecordingInterrupted
+            | Self::WorkInterrupted
             | Self::StillDriven { .. }
             | Self::PerhapsDriven { .. } => Self::BY_INTERRUPT,
             Self::EndedBySignal { number, .. } => Self::BY_SIGNAL + number,

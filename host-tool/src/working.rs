@@ -55,6 +55,13 @@ pub(crate) fn while_working<T>(what: &'static str, quiet: bool, work: impl FnOnc
     done
 }
 
+/// Nothing moves on the screen any more.
+pub(crate) fn end() {
+    if let Some(moving) = MOVING.lock().ok().and_then(|mut moving| moving.take()) {
+        moving.finish_and_clear();
+    }
+}
+
 fn move_on(moving: Option<ProgressBar>) {
     if let Ok(mut at) = MOVING.lock() {
         *at = moving;

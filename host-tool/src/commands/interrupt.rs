@@ -1,11 +1,30 @@
 //! Ctrl-C, heard at any time.
 
+use std::process;
 use std::sync::Arc;
 
 use tokio::sync::Notify;
 
 use crate::error::ToolError;
 use crate::system::Interrupts;
+use crate::{tell, working};
+
+/// Computes: Ctrl-C ends the tool at any moment, in words.
+pub(super) fn computed<T>(
+    json: bool,
+    work: impl FnOnce() -> Result<T, ToolError>,
+) -> Result<T, ToolError> {
+    let mut interrupts = Interrupts::listen().map_err(ToolError::Runtime)?;
+    let heard = tokio::spawn(async move {
+        if interrupts.next().await {
+            working::end();
+            process::exit(tell(ToolError::WorkInterrupted, json).into());
+        }
+    });
+    let done = work();
+    heard.abort();
+    done
+}
 
 /// Hears Ctrl-C for as long as the tool runs, and keeps one that comes while nobody waits for it.
 #[derive(Clone)]

@@ -38,6 +38,7 @@ use tokio::runtime::Builder;
 
 use crate::board::{Board, choose};
 use crate::cli::{Arguments, Command, Measure, Plane};
+use crate::commands::interrupt::computed;
 use crate::commands::moving::Pace;
 use crate::completion;
 use crate::error::ToolError;
@@ -164,14 +165,14 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         Command::CalibrateSense { resistor } => {
             calibrate_sense::run(&open().await?, resistor, json).await
         }
-        Command::Import(ask) => lab::import(ask, json),
-        Command::Fit { lab, output } => lab::fit(&lab, output, json),
-        Command::Identify { lab, output } => lab::identify(&lab, output, json),
-        Command::Compare(ask) => lab::compare(ask, json),
-        Command::Diagnose(ask) => lab::diagnose(ask, json),
-        Command::Report(ask) => lab::report(ask, json),
-        Command::Replay { page } => lab::replay(&page, json),
-        Command::Effect(command) => lab::effect(command, json),
+        Command::Import(ask) => computed(json, || lab::import(ask, json)),
+        Command::Fit { lab, output } => computed(json, || lab::fit(&lab, output, json)),
+        Command::Identify { lab, output } => computed(json, || lab::identify(&lab, output, json)),
+        Command::Compare(ask) => computed(json, || lab::compare(ask, json)),
+        Command::Diagnose(ask) => computed(json, || lab::diagnose(ask, json)),
+        Command::Report(ask) => computed(json, || lab::report(ask, json)),
+        Command::Replay { page } => computed(json, || lab::replay(&page, json)),
+        Command::Effect(command) => computed(json, || lab::effect(command, json)),
         Command::Completions { shell } => {
             report::write(&completion::script(shell).map_err(ToolError::Runtime)?);
             Ok(())

@@ -15,7 +15,9 @@ mod shown;
 mod trial;
 
 use std::fs;
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 
 use common::{Said, host_tool, host_tool_with, no_boards};
@@ -90,6 +92,36 @@ fn a_fit_lowers_the_error_and_its_model_is_taken_everywhere() {
     let after = json(&["compare", &model, &files])["rms"].as_f64().unwrap();
     // The paper's parameters are off by micrometres on another mirror, and a fit leaves a fraction of one.
     assert!(after < 0.1 * before, "{before} um became {after} um");
+}
+
+#[test]
+fn work_that_is_interrupted_says_so_and_leaves_no_file() {
+    let place = no_boards();
+    let (files, proposed) = (session(""), place.path().join("proposed.toml"));
+    let mut tool = Command::new(env!("CARGO_BIN_EXE_host-tool"))
+        .args(["--verbose", "diagnose", "paper"])
+        .args([&*files.to_string_lossy(), "--propose"])
+        .arg(&proposed)
+        .env("MIRROR_BOARDS", place.path())
+        .env("NO_COLOR", "1")
+        // Nothing is kept there yet, so that it is at work for long.
+        .env("XDG_CACHE_HOME", place.path())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the tool runs");
+    let mut said = BufReader::new(tool.stderr.take().expect("piped"));
+    let mut told = String::new();
+    said.read_line(&mut told).expect("it says where it is");
+    let id = tool.id().to_string();
+    let sent = Command::new("kill").args(["-INT", &id]).status();
+    assert!(sent.expect("`kill` runs").success());
+    said.read_to_string(&mut told).expect("text");
+    let ended = tool.wait_with_output().expect("it ends");
+    // A shell says 130 of it.
+    assert_eq!(ended.status.code(), Some(130), "{told}");
+    assert!(told.contains("interrupted before it was done"), "{told}");
+    assert!(!proposed.exists() && ended.stdout.is_empty());
 }
 
 #[test]
