@@ -178,8 +178,9 @@ fn a_room_that_jumps_as_the_mirror_moves_is_followed_and_no_drift() {
 #[test]
 fn what_is_not_known_is_hardly_compensated() {
     let half = beyond_the_curves(4.0, 16.0);
-    // The curves' own 0.3 K add 1.1 % to the square of the 4 K.
-    assert!((half / 2.0 - 1.0).abs() < 0.01, "{half}");
+    // By as much as the curves' own error adds to the square of the 4 K it is less, to first order.
+    let curves = CURVES.0 * CURVES.0 / 16.0;
+    assert!((half / 2.0 - 1.0 + curves).abs() < 0.05 * curves, "{half}");
     assert!(beyond_the_curves(1.0, 225.0) < 1e-4);
     assert!(beyond_the_curves(15.0, 1e-4) > 14.99);
 }
