@@ -117,6 +117,19 @@ fn one_place_does_not_tell_a_room_from_a_loss() {
     assert!(told.loss_deviation > 0.09, "{told:?}");
 }
 
+/// Nor where what they have in common wanders, by which the room counts a little more and a little less.
+#[test]
+fn what_wanders_at_one_place_does_not_tell_them_apart_either() {
+    let mut filter = filter();
+    for it in 0..20_000_u32 {
+        let wander = 0.3 * (f64::from(it) / 500.0).sin();
+        follow(&mut filter, &evidence(85.0, wander, 0.0), 1);
+    }
+    let told = filter.estimate().expect("known");
+    assert!(told.rise.0.abs() < 0.6, "{told:?}");
+    assert!(told.loss_deviation > 0.08, "{told:?}");
+}
+
 /// What heat of plate and frame leaves of a resistance after a move is no room, but for what is there where the mirror rests.
 #[test]
 fn what_a_move_leaves_is_no_room() {
