@@ -36,8 +36,8 @@ fn negative_as_value(word: OsString) -> OsString {
     }
 }
 
-/// The words of a command line as they are meant: negative quantities are values, and a unit belongs to the number that a person
-/// set it apart from.
+/// The words of a command line as they are meant: negative quantities are values, a unit belongs to the number that a person
+/// set it apart from, and `help NAME` is `NAME --help`, of which a name that is mistyped is told its neighbour.
 pub fn words(typed: impl Iterator<Item = OsString>) -> Vec<OsString> {
     let mut words: Vec<OsString> = Vec::new();
     for word in typed.map(negative_as_value) {
@@ -49,6 +49,10 @@ pub fn words(typed: impl Iterator<Item = OsString>) -> Vec<OsString> {
             Some(number) if is_unit(number) => number.push(&word),
             _ => words.push(word),
         }
+    }
+    if words.len() > 2 && words[1] == "help" {
+        words.remove(1);
+        words.push("--help".into());
     }
     words
 }

@@ -72,6 +72,22 @@ fn a_unit_may_stand_apart_from_its_number() {
 }
 
 #[test]
+fn help_for_a_name_that_is_mistyped_names_its_neighbour() {
+    let boards = no_boards();
+    for (words, neighbour) in [
+        (["help", "moniter"].as_slice(), "'monitor'"),
+        (&["help", "measure", "sesion"], "'session'"),
+    ] {
+        let said = host_tool(boards.path(), words);
+        assert_eq!(said.code, 2, "{words:?}");
+        assert!(said.sentence().contains(neighbour), "{}", said.err);
+    }
+    let said = host_tool(boards.path(), &["help", "set-z"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert_eq!(said.out, host_tool(boards.path(), &["set-z", "--help"]).out);
+}
+
+#[test]
 fn counts_that_are_none() {
     let boards = no_boards();
     for (count, told) in [
