@@ -11,6 +11,7 @@ mod missing_physics;
 mod on_target;
 mod package;
 mod picture;
+mod poses;
 mod positions;
 mod story;
 mod traces;
