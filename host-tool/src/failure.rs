@@ -26,8 +26,18 @@ struct Failure {
     help: Option<String>,
 }
 
+/// Tells a failure, and returns the code in which it ends.
+pub(crate) fn tell(error: ToolError, json: bool) -> u8 {
+    let exit_code = error.exit_code();
+    if json && !report::has_report() {
+        report::write(&line(&error));
+    }
+    eprintln!("{:?}", miette::Report::new(error));
+    exit_code
+}
+
 /// The line.
-pub(crate) fn line(error: &ToolError) -> String {
+fn line(error: &ToolError) -> String {
     let failure = Failure {
         code: error.code(),
         message: error.to_string(),

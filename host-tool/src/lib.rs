@@ -51,18 +51,8 @@ pub fn main() -> ExitCode {
     working::show_where_it_is();
     match commands::run(arguments) {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => ExitCode::from(tell(error, json)),
+        Err(error) => ExitCode::from(failure::tell(error, json)),
     }
-}
-
-/// Tells a failure, and returns the code in which it ends.
-fn tell(error: error::ToolError, json: bool) -> u8 {
-    let exit_code = error.exit_code();
-    if json && !report::has_report() {
-        report::write(&failure::line(&error));
-    }
-    eprintln!("{:?}", miette::Report::new(error));
-    exit_code
 }
 
 /// Failures are told in lines in which paths and commands stay whole, so that they can be copied. Each says its cause in its own

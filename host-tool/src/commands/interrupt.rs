@@ -7,7 +7,7 @@ use tokio::sync::Notify;
 
 use crate::error::ToolError;
 use crate::system::Interrupts;
-use crate::{tell, working};
+use crate::{failure, working};
 
 /// Computes: Ctrl-C ends the tool at any moment, in words.
 pub(super) fn computed<T>(
@@ -18,7 +18,7 @@ pub(super) fn computed<T>(
     let heard = tokio::spawn(async move {
         if interrupts.next().await {
             working::end();
-            process::exit(tell(ToolError::WorkInterrupted, json).into());
+            process::exit(failure::tell(ToolError::WorkInterrupted, json).into());
         }
     });
     let done = work();
