@@ -26,7 +26,7 @@ pub mod surroundings;
 pub mod uncertainty;
 
 pub use calibrate::{CalibrateError, calibrate, calibrate_then};
-pub use mirror::usual_mirror;
+pub use mirror::{scattered, usual_mirror};
 pub use precision::{Precision, precision};
 
 use calibration::PlatePose;

@@ -2,6 +2,16 @@
 
 use virtual_mirror::{Effect, Family, MirrorConfig};
 
+/// Scatter of a mirror's actuators in their loss and their curvature, as docs/requirements.md has it (standard deviation).
+const SCATTER: f64 = 0.03;
+
+/// The mirror with that scatter.
+pub fn scattered(mut config: MirrorConfig) -> MirrorConfig {
+    config.spread.air_loss = SCATTER;
+    config.spread.bend = SCATTER;
+    config
+}
+
 /// A mirror of a family, with what usual ones have: the loss, substrate, memory and resonance that the paper's has beyond the
 /// layout.
 pub fn usual_mirror(family: Family, seed: u64) -> MirrorConfig {

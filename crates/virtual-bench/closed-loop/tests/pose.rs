@@ -4,18 +4,10 @@ use calibration::{tabulate, with_assumed_levers};
 use closed_loop::pose::{
     calibrate_pose, level_tilts, peak_to_peak_deg, pose_errors, tilts_along_a_sine,
 };
-use closed_loop::{calibrate, figures};
+use closed_loop::{calibrate, figures, scattered};
 use control_core::Calibration;
 use mirror_model::{Model, Preset};
 use virtual_mirror::{Family, MirrorConfig};
-
-/// Every actuator drawn with 3 % of scatter in loss and curvature.
-fn scattered(family: Family, seed: u64) -> MirrorConfig {
-    let mut config = MirrorConfig::draw(family, seed);
-    config.spread.air_loss = 0.03;
-    config.spread.bend = 0.03;
-    config
-}
 
 fn factory() -> Calibration {
     let model = Model::from(Preset::Reconciled);
@@ -26,7 +18,7 @@ fn factory() -> Calibration {
 /// tenth of a micrometre at an edge.
 #[test]
 fn a_mirror_of_uneven_actuators_is_level_along_its_piston_and_goes_where_it_is_asked() {
-    let config = scattered(Family::F, 4711);
+    let config = scattered(MirrorConfig::draw(Family::F, 4711));
     let before = level_tilts(&factory(), &config, 6).expect("a mirror");
     let posed = calibrate_pose(&factory(), &config, 2).expect("a plate");
     println!(

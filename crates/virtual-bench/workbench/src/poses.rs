@@ -2,15 +2,13 @@
 
 use anyhow::Result;
 use calibration::with_assumed_levers;
-use closed_loop::calibrate;
 use closed_loop::pose::{
     PoseErrors, calibrate_pose, level_tilts, peak_to_peak_deg, pose_errors, tilts_along_a_sine,
 };
+use closed_loop::{calibrate, scattered};
 use control_core::Calibration;
 use virtual_mirror::MirrorConfig;
 
-/// Actuators of one mirror differ by this much in their loss and their curvature (standard deviation), as docs/requirements.md has it.
-const SCATTER: f64 = 0.03;
 /// Rounds of measuring poses, as `host-tool calibrate-pose` makes them.
 const ROUNDS: usize = 2;
 /// Level positions from rest to the top, and random poses, with tilts up to a part of the largest.
@@ -38,11 +36,11 @@ pub(crate) struct Poses {
 impl Poses {
     /// Of the mirror of `config` with more scatter; the paper's has its own.
     pub(crate) fn measure(config: &MirrorConfig) -> Result<Self> {
-        let mut config = config.clone();
-        if config.name != MirrorConfig::paper().name {
-            config.spread.air_loss = SCATTER;
-            config.spread.bend = SCATTER;
-        }
+        let is_the_papers = config.name == MirrorConfig::paper().name;
+        let config = match is_the_papers {
+            true => config.clone(),
+            false => scattered(config.clone()),
+        };
         let piston = calibrate(&config)?.calibration;
         let posed = calibrate_pose(&piston, &config, ROUNDS)?.calibration;
         Ok(Self {
