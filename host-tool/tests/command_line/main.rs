@@ -7,6 +7,8 @@ mod common;
 mod completion;
 #[path = "../fake_board/mod.rs"]
 mod fake_board;
+#[path = "../common/interrupt.rs"]
+mod interrupt;
 
 use std::fs;
 use std::process::{Command, Stdio};
@@ -15,6 +17,7 @@ use std::time::Duration;
 
 use common::{Said, host_tool, no_boards};
 use fake_board::{Fake, fake_board};
+use interrupt::interrupt;
 use mirror_protocol::PROTOCOL_VERSION;
 
 fn fails_with(said: &Said, sentence: &str, advice: &str) {
@@ -229,9 +232,7 @@ fn a_move_that_is_interrupted_before_it_is_answered_says_that_the_board_may_be_d
             assert_eq!(ended, None, "it asks before it ends");
             thread::sleep(Duration::from_millis(1));
         }
-        let id = tool.id().to_string();
-        let sent = Command::new("kill").args(["-INT", &id]).status();
-        assert!(sent.expect("`kill` runs").success());
+        interrupt(&tool);
         let said = tool.wait_with_output().expect("it ends");
         // A shell says 130 of it.
         assert_eq!(said.status.code(), Some(130), "{words:?}: {said:?}");

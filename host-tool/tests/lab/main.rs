@@ -8,6 +8,8 @@ mod common;
 mod heaters;
 mod hidden;
 mod import;
+#[path = "../common/interrupt.rs"]
+mod interrupt;
 mod many_rows;
 mod page;
 mod readme;
@@ -21,6 +23,7 @@ use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 
 use common::{Said, host_tool, host_tool_with, no_boards};
+use interrupt::interrupt;
 use serde_json::Value;
 
 /// A session that ships, by what the answers say is hidden in it.
@@ -113,9 +116,7 @@ fn work_that_is_interrupted_says_so_and_leaves_no_file() {
     let mut said = BufReader::new(tool.stderr.take().expect("piped"));
     let mut told = String::new();
     said.read_line(&mut told).expect("it says where it is");
-    let id = tool.id().to_string();
-    let sent = Command::new("kill").args(["-INT", &id]).status();
-    assert!(sent.expect("`kill` runs").success());
+    interrupt(&tool);
     said.read_to_string(&mut told).expect("text");
     let ended = tool.wait_with_output().expect("it ends");
     // A shell says 130 of it.
