@@ -19,6 +19,7 @@ use mirror_firmware::board::Sensed;
 use mirror_firmware::control::Control;
 use mirror_firmware::factory;
 use mirror_firmware::mailbox::{self, Order};
+use mirror_firmware::retained::Keep;
 use mirror_protocol::ChannelState;
 use protection::{Lease, Protection, Reading};
 use semihosting::process::ExitCode;
@@ -93,10 +94,12 @@ fn main() -> ! {
     let calibration = CALIBRATION.init(everything_on(factory::calibration()));
     let mut protection = Protection::new(calibration);
     let (link, control_side) = mailbox::take();
+    static RETAINED: Keep = Keep::empty();
     let mut control = Control::new(
         Controller::new(calibration),
         &SenseCalibration::DESIGNED,
         control_side,
+        &RETAINED,
     );
     link.post(Order::Drive(z, Lease::FOREVER));
     let mut sensed = heaters([PwmCode(0); CHANNELS]);

@@ -14,6 +14,7 @@ use waveforms::{Player, Sampler, Stream, Trigger};
 
 use crate::board::{Board, Sensed};
 use crate::mailbox::{ControlSide, Order};
+use crate::retained::{KEPT_EVERY, Keep};
 use crate::watchdog;
 
 /// Samples so long after the last that told the uncertainty tell it again: the core takes as long to find it.
@@ -25,6 +26,10 @@ pub struct Control {
     /// What the protection goes by.
     watched_sense: CurrentSense,
     controller: Controller<'static>,
+    retained: &'static Keep,
+    /// The tick in which an actuator's states were kept last, and whose come next.
+    kept: u32,
+    next_kept: usize,
     protection: Protection,
     mailbox: ControlSide,
     setpoint: Setpoint,
@@ -70,12 +75,16 @@ impl Control {
         controller: Controller<'static>,
         sense: &SenseCalibration,
         mailbox: ControlSide,
+        retained: &'static Keep,
     ) -> Self {
         Self {
             sense: CurrentSense::new(sense),
             watched_sense: CurrentSense::new(&sense.with_designed_gain()),
             protection: Protection::new(controller.calibration()),
             controller,
+            retained,
+            kept: 0,
+            next_kept: 0,
             mailbox,
             setpoint: Setpoint::Off,
             player: None,
@@ -247,6 +256,17 @@ impl Control {
         self.tick = self.tick.wrapping_add(1);
         watchdog::CONTROL.store(true, Ordering::Relaxed);
         self.exchange();
+        self.keep();
+    }
+
+    /// Keeps what is to outlive a reset, one actuator's now and then; nothing of a controller that is between two calibrations.
+    fn keep(&mut self) {
+        if self.tick.wrapping_sub(self.kept) >= KEPT_EVERY && !self.controller.is_exchanging() {
+            self.kept = self.tick;
+            let retained = self.controller.retained(self.next_kept);
+            self.retained.keep(self.next_kept, &retained);
+            self.next_kept = (self.next_kept + 1) % CHANNELS;
+        }
     }
 
     /// Takes another calibration, of which much is computed: after what this tick has to drive, and a stage in each of the next ticks. Until

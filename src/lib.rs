@@ -29,6 +29,7 @@ pub mod last_stop;
 pub mod mailbox;
 pub mod origin;
 pub mod resets;
+pub mod retained;
 pub mod rpc;
 pub mod startup;
 #[cfg(any(feature = "board-stm32g474", feature = "board-host"))]

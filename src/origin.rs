@@ -4,6 +4,7 @@ use mirror_protocol::{ResetCause, Sentence};
 use protection::Fault;
 
 use crate::resets::Resets;
+use crate::retained::Keep;
 
 /// Why the firmware stopped before this start.
 pub struct LastStop {
@@ -21,4 +22,6 @@ pub struct Origin {
     pub last_stop: Option<LastStop>,
     /// The starts before it.
     pub resets: &'static Resets,
+    /// Keeps the controller's slow states across a reset.
+    pub retained: &'static Keep,
 }

@@ -3,6 +3,7 @@
 use core::cell::RefCell;
 
 use control_core::{Calibration, Controller};
+use mirror_protocol::ResetCause;
 use static_cell::{ConstStaticCell, StaticCell};
 
 use crate::board::{Board, BoardFlash};
@@ -67,7 +68,13 @@ pub fn start<B: Board>(
     let spare = (memory.spare)(*calibration);
     let upload = Upload::new(memory.uploaded, spare, (memory.settled)(*calibration));
     let mut session = Session::new::<B>(link, calibration, upload, keeper, fault_log);
-    let mut control = Control::new(Controller::new(calibration), &sense, control_loop);
+    let mut controller = Controller::new(calibration);
+    if origin.cause != ResetCause::Power
+        && let Some(retained) = origin.retained.kept()
+    {
+        controller.recall(&retained);
+    }
+    let mut control = Control::new(controller, &sense, control_loop, origin.retained);
     if let Some(fault) = bad_calibration {
         control.trip(fault);
     }

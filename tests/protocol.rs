@@ -17,6 +17,7 @@ mod tests {
     use mirror_firmware::control::Control;
     use mirror_firmware::factory;
     use mirror_firmware::mailbox::{self, Failure, LinkSide, Order, QUEUED_SAMPLES};
+    use mirror_firmware::retained::{KEPT_EVERY, Keep};
     use mirror_protocol::{
         ChannelState, CommandReply, Commanded, Drives, Health, Hello, LEASE_FOREVER_MS, Loss,
         MAX_FRAME_BYTES, OptionBytes, Pose, Position, Refusal, Renewal, Room, Sentence, Status,
@@ -148,6 +149,9 @@ mod tests {
         }
     }
 
+    /// What outlives a reset of it.
+    static RETAINED: Keep = Keep::empty();
+
     /// A control loop under the factory's calibration, and the link's side of its mailbox.
     fn control() -> (LinkSide, Control) {
         static CALIBRATION: StaticCell<Calibration> = StaticCell::new();
@@ -157,6 +161,7 @@ mod tests {
             Controller::new(calibration),
             &SenseCalibration::DESIGNED,
             side,
+            &RETAINED,
         );
         (link, control)
     }
@@ -188,6 +193,20 @@ mod tests {
             supply: SupplyCode::from_millivolt(5000),
             ..Sensed::default()
         }
+    }
+
+    /// Wants `setpoint` and lets `ticks` pass with sound heaters; what was driven last. A test that awaits nothing takes less of RAM.
+    fn driven(
+        (link, control): (LinkSide, &mut Control),
+        setpoint: Setpoint,
+        ticks: u32,
+    ) -> [PwmCode; CHANNELS] {
+        link.post(Order::Drive(setpoint, Lease::FOREVER));
+        let mut codes = [PwmCode(0); CHANNELS];
+        for _ in 0..ticks {
+            codes = control.tick(sound(codes));
+        }
+        codes
     }
 
     /// Gives `order` and lets `ticks` pass with `board` behind the pins; what was driven last.
@@ -226,6 +245,17 @@ mod tests {
         let order = Order::Drive(Setpoint::track(Micrometre(50.0)), Lease::FOREVER);
         let (confirmed, lower) = carry_out((link, &mut control), order, 1, |_| sound(codes)).await;
         assert!(confirmed.is_ok() && lower[0].0 < codes[0].0, "{lower:?}");
+    }
+
+    #[test]
+    fn what_the_mirror_remembers_outlives_a_reset() {
+        let (link, mut control) = control();
+        assert!(RETAINED.kept().is_none());
+        let there = Setpoint::position(Micrometre(50.0));
+        driven((link, &mut control), there, START_TICKS + 5 * KEPT_EVERY);
+        let kept = RETAINED.kept().expect("it is whole");
+        let mut words = kept.iter().flat_map(|actuator| actuator.to_words());
+        assert!(words.any(|word| word != 0));
     }
 
     #[test]
@@ -319,10 +349,10 @@ mod tests {
     }
 
     #[test]
-    async fn codes_become_currents_and_temperatures() {
+    fn codes_become_currents_and_temperatures() {
         let (link, mut control) = control();
-        let order = Order::Drive(Setpoint::Drive([Volt(2.0); CHANNELS]), Lease::FOREVER);
-        let (_, codes) = carry_out((link, &mut control), order, START_TICKS + 15, sound).await;
+        let drive = Setpoint::Drive([Volt(2.0); CHANNELS]);
+        let codes = driven((link, &mut control), drive, START_TICKS + 15);
         // 2 V through 400 ohm are 5 mA: 26214 steps of 0.19 uA, above a zero at 649.
         control.tick(Sensed {
             currents: [AdcCode(26_214 + 649); CHANNELS],

@@ -16,6 +16,7 @@ use super::watchdog;
 use crate::last_stop;
 use crate::origin::{LastStop, Origin};
 use crate::resets::Resets;
+use crate::retained::Keep;
 
 /// Whether there is a plant. At its reset the plant gets zero drive with the first tick.
 pub(super) static HAS_PLANT: AtomicBool = AtomicBool::new(false);
@@ -48,6 +49,7 @@ pub fn origin() -> Origin {
         cause,
         last_stop,
         resets,
+        retained: Keep::of_the_image(),
     }
 }
 

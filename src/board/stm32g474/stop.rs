@@ -14,6 +14,7 @@ use super::converters::turn_outputs_off;
 use crate::last_stop;
 use crate::origin::{LastStop, Origin};
 use crate::resets::Resets;
+use crate::retained::Keep;
 
 /// Turns the four outputs off, keeps the reason, and starts anew.
 pub(super) fn stop(fault: Fault, reason: fmt::Arguments<'_>) -> ! {
@@ -47,6 +48,7 @@ pub fn origin() -> Origin {
         cause,
         last_stop,
         resets: Resets::of_the_image(),
+        retained: Keep::of_the_image(),
     }
 }
 

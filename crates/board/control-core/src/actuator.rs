@@ -135,6 +135,13 @@ impl Actuator {
         }
     }
 
+    /// Begins as warm as this, and with what it remembers.
+    pub(crate) fn begin(&mut self, heat: HeatState, memory: MemoryState) {
+        self.rise = heat.free_response();
+        self.heat = heat;
+        self.memory = memory;
+    }
+
     /// Goes on as warm and with what it remembers, as another calibration describes it.
     pub(crate) fn recalibrate(&mut self, actuator: &ActuatorCalibration) {
         self.gains = Gains::new(actuator);

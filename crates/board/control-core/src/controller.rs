@@ -19,6 +19,9 @@ use crate::units::{Ampere, Kelvin, Micrometre, Radian, Volt};
 
 mod exchange;
 mod foresight;
+mod retained;
+
+pub use retained::Retained;
 
 /// What the controller is asked to do.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -193,6 +196,9 @@ impl<'a> Controller<'a> {
     /// So many ticks pass in which nothing is driven and nothing sensed.
     pub fn rest(&mut self, ticks: u16) {
         self.surroundings.rest(ticks);
+        for actuator in &mut self.actuators {
+            self.memory.rest(&mut actuator.memory, ticks);
+        }
     }
 
     /// Whether zero drive changes nothing any more: what is left of heat and memory is below a thousandth of a kelvin and

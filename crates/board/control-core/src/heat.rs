@@ -57,6 +57,8 @@ pub(crate) struct SharedHeat {
 
 /// All poles but the first, one in each turn.
 const SHARED_POLES: usize = POLES - 1;
+/// The fast ones of them.
+const SHARED_FAST: usize = FAST_POLES - 1;
 
 /// Ticks by which what is shared is told ahead: the heating that drives it is some ticks old, and what an actuator takes of it in its turn
 /// it keeps for [`TURNS`] ticks. Of whole ticks this one leaves the least error along a sine (test `what_is_shared_is_followed_in_turns`).
@@ -103,8 +105,7 @@ impl HeatInverse {
             heating: state.heating,
             ..HeatState::default()
         };
-        inherited.slow_sum = shared.sum + inherited.slow.iter().map(|lag| lag.value).sum::<f32>();
-        inherited.free_response = inherited.fast.iter().sum::<f32>() + inherited.slow_sum;
+        inherited.sum_up(shared);
         inherited
     }
 
@@ -178,7 +179,7 @@ impl HeatInverse {
         if turn + 1 == SHARED_POLES {
             shared.heating = shared.gathered * (1.0 / CHANNELS as f32);
             shared.gathered = 0.0;
-            let lags = self.shared.iter().zip(&shared.lags).take(FAST_POLES - 1);
+            let lags = self.shared.iter().zip(&shared.lags).take(SHARED_FAST);
             let left = lags.map(|(lag, at)| lag.left(at, shared.heating));
             shared.unsettled = left.sum();
         }
@@ -186,6 +187,32 @@ impl HeatInverse {
 }
 
 impl HeatState {
+    /// An actuator whose slow poles are where they were, and whose others have cooled.
+    pub(crate) fn cooled(slow: [f32; SLOW_POLES], shared: &SharedHeat) -> Self {
+        let mut state = Self {
+            slow: slow.map(SlowState::at),
+            ..Self::default()
+        };
+        state.sum_up(shared);
+        state
+    }
+
+    /// Its own part of the slow poles (K).
+    pub(crate) fn slow(&self) -> [f32; SLOW_POLES] {
+        self.slow.map(|lag| lag.value)
+    }
+
+    /// The temperature rise without heating.
+    pub(crate) fn free_response(&self) -> Kelvin {
+        Kelvin(self.free_response)
+    }
+
+    /// What all its lags bring together, once they have been set.
+    fn sum_up(&mut self, shared: &SharedHeat) {
+        self.slow_sum = shared.sum + self.slow.iter().map(|lag| lag.value).sum::<f32>();
+        self.free_response = self.fast.iter().sum::<f32>() + self.slow_sum;
+    }
+
     /// Free responses of the fast poles one tick ahead, with what of them is shared, and what the slow ones bring.
     pub(crate) fn parts(&self, shared: &SharedHeat) -> ([f32; FAST_POLES], f32) {
         let [_, quick @ ..] = self.fast;
@@ -196,6 +223,25 @@ impl HeatState {
             shared_fast += shared.value;
         }
         (fast, self.slow_sum - shared_fast)
+    }
+}
+
+impl SharedHeat {
+    /// What four actuators share whose slow poles are where they were, and whose others have cooled.
+    pub(crate) fn cooled(slow: [f32; SLOW_POLES]) -> Self {
+        let mut shared = Self::default();
+        let lags = shared.lags.iter_mut().zip(&mut shared.ahead);
+        for ((lag, ahead), at) in lags.skip(SHARED_FAST).zip(slow) {
+            *lag = SlowState::at(at);
+            *ahead = at;
+        }
+        shared.sum = shared.ahead.iter().sum();
+        shared
+    }
+
+    /// What is shared of the slow poles (K).
+    pub(crate) fn slow(&self) -> [f32; SLOW_POLES] {
+        core::array::from_fn(|pole| self.lags[SHARED_FAST + pole].value)
     }
 }
 

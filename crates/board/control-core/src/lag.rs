@@ -81,6 +81,16 @@ pub(crate) struct SlowState {
     remainder: f32,
 }
 
+impl SlowState {
+    /// One that is here.
+    pub(crate) fn at(value: f32) -> Self {
+        Self {
+            value,
+            remainder: 0.0,
+        }
+    }
+}
+
 impl SlowLag {
     /// One that has its turn every so many ticks.
     pub(crate) fn new(lag: &Lag, ticks: usize) -> Self {
@@ -107,10 +117,7 @@ impl SlowLag {
 
     /// Where it is in the state of one that followed the same input with another weight. A weight of none knows no input.
     pub(crate) fn inherit(&self, before: &Self, state: &SlowState) -> SlowState {
-        SlowState {
-            value: state.value * self.part(before),
-            remainder: 0.0,
-        }
+        SlowState::at(state.value * self.part(before))
     }
 
     /// Its weight as a part of another's.

@@ -49,7 +49,7 @@ pub mod units;
 
 pub use calibration::{ActuatorCalibration, Calibration, CalibrationError};
 pub use codes::{AdcCode, PwmCode, SensorCode, SupplyCode};
-pub use controller::{Controller, Setpoint, Step};
+pub use controller::{Controller, Retained, Setpoint, Step};
 pub use current::{CurrentSense, SenseCalibration};
 pub use design::TICK;
 pub use limits::{Limit, Limits};

@@ -8,6 +8,7 @@ use crate::CHANNELS;
 use crate::calibration::{LAGS, Lag, Memory as MemoryCalibration, PLAYS};
 use crate::lag::{SlowLag, SlowState, rate};
 use crate::units::Micrometre;
+use libm::{logf, powf};
 
 /// Ticks from one turn of a lag, or of a play operator that lets go, to the next: one of each actuator has its turn when the
 /// actuator has.
@@ -44,11 +45,21 @@ pub(crate) struct MemoryState {
     slope: f32,
 }
 
-/// Lags and plays of another inverse, each the nearest to one of this.
+/// What of another inverse each lag and play of this goes on with: the two lags between whose times its own lies, and the play of about its
+/// radius.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Successors {
-    creep: [usize; LAGS],
+    creep: [Between; LAGS],
     plays: [usize; PLAYS],
+}
+
+/// A place between two lags, on a logarithmic scale of their times.
+#[derive(Clone, Copy, Debug)]
+struct Between {
+    slower: usize,
+    quicker: usize,
+    /// Part of the way from the slower one to the quicker.
+    part: f32,
 }
 
 impl MemoryInverse {
@@ -97,17 +108,29 @@ impl MemoryInverse {
         }
     }
 
-    /// Which lags and plays of the one before are the nearest to these.
+    /// An actuator that has cooled, and remembers this.
+    pub(crate) fn cooled(&self, plays: [f32; PLAYS], creep: [f32; LAGS]) -> MemoryState {
+        let mut state = MemoryState {
+            plays,
+            creep: creep.map(SlowState::at),
+            ..self.at_rest()
+        };
+        let before_creep = self.before_creep(&state);
+        self.pull(&mut state, before_creep);
+        state
+    }
+
+    /// Which lags and plays of the one before these go on with.
     pub(crate) fn successors(&self, before: &Self) -> Successors {
         let rates = before.creep.each_ref().map(SlowLag::rate);
         let radii = before.plays.map(|play| play.radius);
         Successors {
-            creep: self.creep.each_ref().map(|lag| nearest(lag.rate(), &rates)),
+            creep: self.creep.each_ref().map(|lag| between(lag.rate(), &rates)),
             plays: self.plays.map(|play| nearest(play.radius, &radii)),
         }
     }
 
-    /// What an actuator that was followed with other numbers remembers: each lag is where the one of about its time was, and each play
+    /// What an actuator that was followed with other numbers remembers: each lag is where one of its time would have been, and each play
     /// holds back the same part of its radius as the one of about that.
     pub(crate) fn inherit(
         &self,
@@ -115,7 +138,7 @@ impl MemoryInverse {
         (before, state): (&Self, &MemoryState),
     ) -> MemoryState {
         let mut inherited = MemoryState {
-            creep: from.creep.map(|lag| state.creep[lag % LAGS]),
+            creep: from.creep.map(|place| place.of(&state.creep)),
             position: state.position,
             ..self.at_rest()
         };
@@ -173,6 +196,15 @@ impl MemoryInverse {
         creep.chain(plays).all(|left| left.abs() < least)
     }
 
+    /// So many ticks pass in which it lies where it rests: lags go back there, those of no weight too, which another calibration may give
+    /// some.
+    pub(crate) fn rest(&self, state: &mut MemoryState, ticks: u16) {
+        let turns = f32::from(ticks) / TURNS as f32;
+        for (lag, at) in self.creep.iter().zip(&mut state.creep) {
+            *at = SlowState::at(at.value * powf(1.0 - lag.rate(), turns));
+        }
+    }
+
     /// An actuator's turn, at `z`: the plays are pulled along, and those of number `turn`, play and lag, have theirs.
     pub(crate) fn advance(&self, state: &mut MemoryState, turn: usize, z: Micrometre) {
         let turn = turn % LAGS;
@@ -205,6 +237,44 @@ impl MemoryInverse {
     }
 }
 
+impl Between {
+    /// Where a lag there would be.
+    fn of(&self, lags: &[SlowState; LAGS]) -> SlowState {
+        let [slower, quicker] = [self.slower, self.quicker].map(|lag| lags[lag % LAGS].value);
+        SlowState::at(slower + self.part * (quicker - slower))
+    }
+}
+
+/// The nearest slower and the nearest quicker of several lags, by their rates; twice the same where there is none on one side.
+fn between(rate: f32, among: &[f32; LAGS]) -> Between {
+    let (mut slower, mut quicker) = (None, None);
+    for (i, other) in among.iter().copied().enumerate() {
+        if other <= rate && slower.is_none_or(|(_, best)| other > best) {
+            slower = Some((i, other));
+        }
+        if other >= rate && quicker.is_none_or(|(_, best)| other < best) {
+            quicker = Some((i, other));
+        }
+    }
+    let (slow, quick) = (slower.or(quicker), quicker.or(slower));
+    let (Some((slower, slow)), Some((quicker, quick))) = (slow, quick) else {
+        return Between {
+            slower: 0,
+            quicker: 0,
+            part: 0.0,
+        };
+    };
+    let part = match quick > slow && slow > 0.0 {
+        true => logf(rate / slow) / logf(quick / slow),
+        false => 0.0,
+    };
+    Between {
+        slower,
+        quicker,
+        part,
+    }
+}
+
 /// Which of several numbers is the least times larger or smaller than this one.
 fn nearest<const N: usize>(number: f32, among: &[f32; N]) -> usize {
     let (mut nearest, mut least) = (0, f32::INFINITY);
@@ -222,6 +292,11 @@ fn nearest<const N: usize>(number: f32, among: &[f32; N]) -> usize {
 }
 
 impl MemoryState {
+    /// What its play operators hold, and its lags (um).
+    pub(crate) fn held(&self) -> ([f32; PLAYS], [f32; LAGS]) {
+        (self.plays, self.creep.map(|lag| lag.value))
+    }
+
     /// The displacement for which the actuator will be at `z`.
     #[inline(always)]
     pub(crate) fn displacement(&self, z: Micrometre) -> Micrometre {
@@ -379,6 +454,38 @@ mod tests {
         // A creep of 1.1 % has been led by what it is itself of another: 1e-4 of 100 um.
         assert!(apart(&inherited) < 0.01, "{}", apart(&inherited));
         assert!(apart(&anew) > 0.1, "{}", apart(&anew));
+    }
+
+    #[test]
+    fn a_lag_goes_on_between_those_of_its_neighbouring_times() {
+        let among = [1e-4, 1e-2, 1e-3, 1e-1];
+        let lags = [1.0, 3.0, 2.0, 4.0].map(SlowState::at);
+        let at = |rate: f32| between(rate, &among).of(&lags).value;
+        // On a logarithmic scale: half way is the geometric mean.
+        for (rate, expected) in [(1e-3, 2.0), (3.162_277_7e-3, 2.5), (1e-5, 1.0), (0.5, 4.0)] {
+            assert!((at(rate) - expected).abs() < 1e-5, "{} at {rate}", at(rate));
+        }
+        // Lags that are all at once.
+        assert_eq!(between(1.0, &[1.0; LAGS]).of(&lags).value, 1.0);
+    }
+
+    #[test]
+    fn a_rest_is_as_long_as_the_turns_that_it_leaves_out() {
+        let inverse = MemoryInverse::new(&parts().memory);
+        let mut turned = inverse.at_rest();
+        (0..4_000).for_each(|turn| inverse.advance(&mut turned, turn, Micrometre(90.0)));
+        turned.plays = [0.0; PLAYS];
+        let mut rested = turned.clone();
+        (0..4_000).for_each(|turn| inverse.advance(&mut turned, turn, Micrometre(0.0)));
+        inverse.rest(&mut rested, (4_000 * CHANNELS) as u16);
+        for (one, other) in turned.creep.iter().zip(&rested.creep) {
+            // Lags pull each other by their weights, 1 % in all, while they have their turns.
+            assert!(
+                (one.value - other.value).abs() < 0.02 * 90.0,
+                "{one:?} and {other:?}"
+            );
+            assert!(other.value > 0.0);
+        }
     }
 
     #[test]

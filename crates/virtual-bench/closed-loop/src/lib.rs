@@ -32,7 +32,7 @@ pub use precision::{Precision, precision};
 use calibration::PlatePose;
 use control_core::{
     AdcCode, Ampere, CHANNELS, Calibration, Controller, CurrentSense, Estimate, Limits, Micrometre,
-    Pose, PwmCode, Radian, SenseCalibration, Setpoint, TICK, Uncertainty, Volt,
+    Pose, PwmCode, Radian, Retained, SenseCalibration, Setpoint, TICK, Uncertainty, Volt,
 };
 use emulated_board::{Device, Electronics, Mirror};
 use virtual_mirror::{ConfigError, MirrorConfig, VirtualMirror};
@@ -76,6 +76,16 @@ impl<'a, M: Mirror> Loop<'a, M> {
             drives: [Volt(0.0); CHANNELS],
             currents: [Ampere(0.0); CHANNELS],
         }
+    }
+
+    /// What the board retains across a reset.
+    pub fn retained(&self) -> [Retained; CHANNELS] {
+        std::array::from_fn(|actuator| self.controller.retained(actuator))
+    }
+
+    /// Goes on with what the board retained; to be called before the first tick.
+    pub fn recall(&mut self, retained: &[Retained; CHANNELS]) {
+        self.controller.recall(retained);
     }
 
     /// One tick; returns where the mirror is at its end (um), and what limited it.

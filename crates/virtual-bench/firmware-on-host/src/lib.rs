@@ -18,6 +18,7 @@ use mirror_firmware::keeper::RECORD_BYTES;
 use mirror_firmware::mailbox::Mailbox;
 use mirror_firmware::origin::Origin;
 use mirror_firmware::resets::Resets;
+use mirror_firmware::retained::Keep;
 use mirror_firmware::startup::{Memory, start};
 use mirror_firmware::{rpc, usb};
 use mirror_protocol::{
@@ -77,6 +78,7 @@ pub fn power_up(flash: &SharedFlash, plant: Plant) -> (impl Future + use<>, Host
         cause: ResetCause::Power,
         last_stop: None,
         resets: Box::leak(Box::new(Resets::default())),
+        retained: Box::leak(Box::new(Keep::empty())),
     };
     let (session, control) = start::<HostBoard>(Some(flash.clone()), memory, origin, mailbox);
     let board = HostBoard::new(PlantCall::new(plant));

@@ -5,6 +5,7 @@ use std::thread;
 use anyhow::{Context, Result};
 use clap::Parser;
 use closed_loop::{Loop, calibrate_then, figures};
+use control_core::CHANNELS;
 use foreign_mirror::ForeignConfig;
 
 /// The move that is compared with its limit (um).
@@ -17,6 +18,8 @@ const TRIANGLE_HZ: f64 = 20.0;
 const CREEP_UM: (f64, f64) = (20.0, 90.0);
 /// How long it stays at the ends of a way over the whole range (s).
 const STAY_S: f64 = 1.0;
+/// From a reset, or from when the power is back, to the first tick (s).
+const START_S: f64 = 0.1;
 
 /// Which mirrors are measured.
 #[derive(Parser)]
@@ -33,9 +36,9 @@ struct ForeignArguments {
 /// What was measured of one mirror.
 struct ForeignEvidence {
     name: String,
-    /// The first moves after `calibrate`, those after the board has been reset then, those after a reset and a way over the whole range,
-    /// and those from rest.
-    at_rest: [figures::Static; 4],
+    /// The first moves after `calibrate`, those after a reset then, those after the board's power was gone then, those after that and a
+    /// way over the whole range, and those from rest.
+    at_rest: [figures::Static; 5],
     up: figures::Step,
     down: figures::Step,
     creep: f64,
@@ -105,12 +108,18 @@ fn measure(config: ForeignConfig) -> (String, Result<ForeignEvidence>) {
 }
 
 fn evidence(config: &ForeignConfig) -> Result<ForeignEvidence> {
-    let (calibrated, (first, used)) = calibrate_then(config, |mirror| {
-        (figures::next_moves(mirror), mirror.mirror().clone())
+    let (calibrated, (first, mut used, retained)) = calibrate_then(config, |mirror| {
+        let first = figures::next_moves(mirror);
+        let used = mirror.mirror().clone();
+        (first, used, mirror.retained())
     })?;
     let mut calibration = calibrated.calibration;
     let mirror = &mut calibration;
-    let reset = figures::next_moves(&mut Loop::of(mirror, config.seed, used.clone()));
+    used.step([0.0; CHANNELS], START_S);
+    let mut reset = Loop::of(mirror, config.seed, used.clone());
+    reset.recall(&retained);
+    let reset = figures::next_moves(&mut reset);
+    let powered = figures::next_moves(&mut Loop::of(mirror, config.seed, used.clone()));
     let mut over_the_range = Loop::of(mirror, config.seed, used);
     let top_um = f64::from(over_the_range.calibration().max_position().0);
     for z_um in [top_um, 0.0] {
@@ -125,7 +134,13 @@ fn evidence(config: &ForeignConfig) -> Result<ForeignEvidence> {
         .context("two steps were asked for")?;
     Ok(ForeignEvidence {
         name: config.name.clone(),
-        at_rest: [first, reset, swept, figures::at_rest(mirror, config)?],
+        at_rest: [
+            first,
+            reset,
+            powered,
+            swept,
+            figures::at_rest(mirror, config)?,
+        ],
         up,
         down,
         creep: figures::creep(mirror, config, CREEP_UM)?,
@@ -149,7 +164,8 @@ fn print(evidence: &[ForeignEvidence]) {
     let moves = [
         "after `calibrate`",
         "after a reset",
-        "after a reset and a way to the top and back",
+        "after the power was gone",
+        "after that and a way to the top and back",
         "from rest",
     ];
     for (i, after) in moves.into_iter().enumerate() {

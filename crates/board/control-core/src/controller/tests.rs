@@ -11,6 +11,7 @@ use std::vec::Vec;
 
 mod exchange;
 mod foresight;
+mod retained;
 
 /// Ticks of ten seconds.
 const TEN_SECONDS: u32 = 100_000;
