@@ -130,7 +130,15 @@ impl Procedure {
         } else {
             (refine::by_rests(&mut bench, first).await?, None)
         };
-        let after = Trial::run(&mut bench, Part::After, &self.effort, (top_um, self.max_v)).await?;
+        // What creeps far goes less far at once.
+        let reached_um = top_um.min(RANGE * f64::from(calibration.max_position().0));
+        let after = Trial::run(
+            &mut bench,
+            Part::After,
+            &self.effort,
+            (reached_um, self.max_v),
+        )
+        .await?;
         let promised_rms_um = refined.as_ref().map(Refined::rest_rms_um);
         Doubt::of(&left(&before), &left(&after), promised_rms_um)?;
         let calibration = with_piston_residual(&calibration, after.figures().rest_rms_um)

@@ -1,9 +1,7 @@
 //! The model in time: which of its stages the core inverts, and how.
 
-use control_core::calibration::{
-    FAST_POLES, Heat, LAGS, Lag, Memory, Path, Play, Resonance, SLOW, SLOW_POLES,
-};
-use control_core::{Hertz, Micrometre, Second};
+use control_core::calibration::{FAST_POLES, Heat, Lag, Path, Resonance, SLOW, SLOW_POLES};
+use control_core::{Hertz, Second};
 use mirror_model::Model;
 use mirror_model::effect::Active;
 
@@ -17,7 +15,7 @@ const PERIODS: f64 = 5.0;
 /// (`control_core::path`).
 const PERIODS_LED: f64 = 2.5;
 
-fn value(active: &Active, symbol: &str) -> f64 {
+pub(crate) fn value(active: &Active, symbol: &str) -> f64 {
     let parameters = active.effect.info().parameters.iter();
     parameters
         .zip(&active.values)
@@ -26,7 +24,7 @@ fn value(active: &Active, symbol: &str) -> f64 {
 }
 
 /// An effect, in the form that the core inverts.
-fn find<'a>(model: &'a Model, id: &str) -> Option<&'a Active> {
+pub(crate) fn find<'a>(model: &'a Model, id: &str) -> Option<&'a Active> {
     let mut inverted = model
         .effects
         .iter()
@@ -35,7 +33,7 @@ fn find<'a>(model: &'a Model, id: &str) -> Option<&'a Active> {
 }
 
 /// A weight and a time constant (s).
-type Pole = (f64, f64);
+pub(crate) type Pole = (f64, f64);
 
 /// The thermal poles, as parts of the whole.
 pub(crate) fn heat(model: &Model) -> Heat {
@@ -90,7 +88,7 @@ fn behind(poles: &[Pole], w: f64, tau: f64) -> Vec<Pole> {
 }
 
 /// So many lags: the lightest is merged with its neighbour in time as long as there are too many.
-fn lags<const N: usize>(mut poles: Vec<Pole>, unused: Second) -> [Lag; N] {
+pub(crate) fn lags<const N: usize>(mut poles: Vec<Pole>, unused: Second) -> [Lag; N] {
     poles.sort_by(|a, b| a.1.total_cmp(&b.1));
     while poles.len() > N {
         let lightest = (0..poles.len())
@@ -114,24 +112,6 @@ fn lags<const N: usize>(mut poles: Vec<Pole>, unused: Second) -> [Lag; N] {
             },
         )
     })
-}
-
-/// Hysteresis and creep.
-pub(crate) fn memory(model: &Model) -> Memory {
-    let mut memory = Memory::NONE;
-    if let Some(hysteresis) = find(model, "hysteresis") {
-        let (w, r) = (value(hysteresis, "w"), value(hysteresis, "r"));
-        memory.plays = std::array::from_fn(|k| Play {
-            weight: if k < 3 { (w / 3.0) as f32 } else { 0.0 },
-            radius: Micrometre((r * (k.min(2) + 1) as f64 / 3.0) as f32),
-        });
-    }
-    if let Some(creep) = find(model, "creep") {
-        let (c, tau) = (value(creep, "c"), value(creep, "tau"));
-        let elements = [0.2, 1.0, 5.0].map(|factor| (c / 3.0, factor * tau));
-        memory.creep = lags::<LAGS>(elements.to_vec(), SLOW);
-    }
-    memory
 }
 
 /// How the mirror of a model goes to a new position.
@@ -345,25 +325,6 @@ mod tests {
     }
 
     #[test]
-    fn hysteresis_is_three_plays_up_to_its_radius() {
-        let model = with("hysteresis", &{
-            let effect = effect::find("hysteresis").expect("built in");
-            let of = |symbol: &str| if symbol == "w" { 0.03 } else { 9.0 };
-            let symbols = effect.info().parameters.iter();
-            symbols
-                .map(|parameter| of(&parameter.symbol))
-                .collect::<Vec<_>>()
-        });
-        let plays = memory(&model).plays;
-        let found: Vec<_> = plays
-            .iter()
-            .map(|play| (f64::from(play.weight), f64::from(play.radius.0)))
-            .collect();
-        assert_alike(&found[..3], &[(0.01, 3.0), (0.01, 6.0), (0.01, 9.0)]);
-        assert!(found[3..].iter().all(|play| play.0 == 0.0));
-    }
-
-    #[test]
     fn a_move_takes_five_periods_of_the_lowest_resonance_and_half_of_them_of_a_known_one() {
         assert_eq!(path(&Model::from(Preset::Paper)).move_time, Second(0.01));
         let effect = effect::find("resonance").expect("built in");
@@ -385,25 +346,6 @@ mod tests {
         } = path(&with("resonance", &values));
         assert!((move_time.0 - 1.25e-3).abs() < 1e-9, "{move_time:?}");
         assert_eq!(resonance.frequency, Hertz(2000.0));
-    }
-
-    #[test]
-    fn of_two_forms_the_core_takes_the_one_that_it_inverts() {
-        let effect = effect::find("hysteresis").expect("built in");
-        let found = effect::forms(&effect).into_iter().map(|form| {
-            let mut model = Model::from(Preset::Paper);
-            let name = form.form().to_owned();
-            model.effects = vec![Active::usual(form)];
-            let plays = memory(&model).plays;
-            (name, plays[0].weight > 0.0, remaining(&model).len())
-        });
-        let expected = [
-            ("play", true, 0),
-            ("dahl", false, 1),
-            ("bouc-wen", false, 1),
-        ];
-        let expected = expected.map(|(name, plays, left)| (name.to_owned(), plays, left));
-        assert_eq!(found.collect::<Vec<_>>(), expected);
     }
 
     #[test]

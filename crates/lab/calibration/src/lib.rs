@@ -19,6 +19,7 @@ mod curve;
 mod dynamics;
 mod error;
 mod file;
+mod memory;
 mod pose;
 mod reach;
 mod refine;
@@ -82,9 +83,9 @@ pub fn tabulate(model: &Model) -> Result<Tabulated, TabulateError> {
         .fold(0.0, f32::max);
     let calibration = Calibration::new(Parts {
         origin: origin(model)?,
-        actuators,
         heat: dynamics::heat(model),
-        memory: dynamics::memory(model),
+        memory: memory::memory(model, actuators[0].shape.top().0.into()),
+        actuators,
         // A model of the piston knows no plate.
         plate: Plate::UNKNOWN,
         path: dynamics::path(model),

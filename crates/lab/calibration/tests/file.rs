@@ -77,7 +77,7 @@ fn one_field_off_at_a_time_is_refused_by_name() {
         ),
         ("time_s = 4.7", "time_s = -4.7", "slow_poles[0]"),
         ("radius_um = 10", "radius_um = 1", "plays[2]"),
-        ("time_s = 25", "time_s = 0", "creep[2]"),
+        ("time_s = 25", "time_s = 0", "creep[3]"),
         (
             "cold_resistance_ohm = ",
             "cold_resistance_ohm = -",

@@ -112,13 +112,15 @@ struct StoredActuator {
 impl From<&Calibration> for Stored {
     fn from(calibration: &Calibration) -> Self {
         let p = calibration.parts();
+        // Without weight, too, where it is followed.
         let lags = |lags: &[Lag]| -> Vec<StoredLag> {
-            let used = lags.iter().filter(|lag| lag.weight != 0.0);
-            used.map(|lag| StoredLag {
-                weight: decimal(lag.weight),
-                time_s: decimal(lag.time.0),
-            })
-            .collect()
+            let followed = lags.iter().filter(|lag| **lag != Memory::NONE.creep[0]);
+            followed
+                .map(|lag| StoredLag {
+                    weight: decimal(lag.weight),
+                    time_s: decimal(lag.time.0),
+                })
+                .collect()
         };
         let poles = |lags: &[Lag], shared: &[f32]| -> Vec<StoredPole> {
             let used = lags.iter().zip(shared).filter(|(lag, _)| lag.weight != 0.0);
@@ -129,7 +131,7 @@ impl From<&Calibration> for Stored {
             })
             .collect()
         };
-        let plays = p.memory.plays.iter().filter(|play| play.weight != 0.0);
+        let plays = p.memory.plays.iter().filter(|play| play.radius.0 > 0.0);
         Self {
             format: FORMAT,
             device: p.origin.device.as_str().to_owned(),

@@ -7,6 +7,7 @@ use least_squares::{DifferenceStep, Options, Problem, minimise};
 use nalgebra::DVector;
 
 use super::heat::HeatLoss;
+use super::heaters;
 use super::linear::{Displacements, LinearStages, MemoryTerms};
 use super::resistance::Line;
 use super::sensed;
@@ -15,8 +16,8 @@ use super::unknowns::Unknowns;
 use crate::curve::Curve;
 
 /// How often memory's own input is brought up to date with what was found. Memory is some percent of the displacement, so its
-/// error falls by as much each time, and the third is of the order of the noise.
-const ROUNDS: usize = 3;
+/// error falls by as much each time: where creep comes to 15 % the fourth changes the sum of squares by a thousandth.
+const ROUNDS: usize = 4;
 /// A fit ends where a step gains, or moves, no more than this share: a choice, far below what noise leaves open.
 const TOLERANCE: f64 = 1e-6;
 /// Evaluations of a fit: a dozen steps for each of the twelve unknowns.
@@ -44,6 +45,23 @@ pub(super) struct Fitted {
     cost: f64,
     /// Root mean square of the residuals, weighted by their variances.
     pub(super) residual_rms_um: f64,
+}
+
+/// Temperature rises of the actuators, and what their fast poles have still to bring (K).
+type Rises = [(f64, f64); CHANNELS];
+
+/// The stages forward, at the end of every time step.
+struct Forward {
+    rises: Vec<Rises>,
+    places_um: Vec<f64>,
+    memory: MemoryTerms,
+    linear: LinearStages,
+}
+
+impl Forward {
+    fn displacements_um(&self) -> impl Iterator<Item = f64> {
+        self.linear.predict(&self.places_um, &self.memory)
+    }
 }
 
 impl<'a> StagesFit<'a> {
@@ -77,7 +95,8 @@ impl<'a> StagesFit<'a> {
             ..Options::default()
         };
         let mut at = start.coordinates();
-        let mut estimate = Displacements::without_memory(&self.places_um(&start));
+        let rises = self.rises(&start);
+        let mut estimate = Displacements::without_memory(&self.places_um(&start, &rises));
         let mut fitted = None;
         for _ in 0..ROUNDS {
             let projection = Projection {
@@ -86,9 +105,16 @@ impl<'a> StagesFit<'a> {
             };
             at = minimise(&projection, &at, &options).ok()?.parameters;
             let unknowns = Unknowns::at(&at);
-            let (places, memory, linear) = self.stages(&unknowns, &estimate)?;
-            let (cost, residual_rms_um) = self.misfit(linear.predict(&places, &memory));
-            estimate = linear.displacements(&places, &memory);
+            let forward = self.forward(&unknowns, &estimate)?;
+            let cost = self.residuals(&forward).iter().map(|r| r * r).sum();
+            let residual_rms_um = self.weighted_rms_um(&forward);
+            let Forward {
+                places_um,
+                memory,
+                linear,
+                ..
+            } = forward;
+            estimate = linear.displacements(&places_um, &memory);
             fitted = Some(Fitted {
                 losses: unknowns.losses(&self.losses),
                 unknowns,
@@ -100,55 +126,65 @@ impl<'a> StagesFit<'a> {
         fitted
     }
 
-    /// The mean place of the four actuators in the tables as they were, at the end of every time step (um).
-    fn places_um(&self, unknowns: &Unknowns) -> Vec<f64> {
+    /// The actuators' rises at the end of every time step, and what their fast poles have still to bring then (K).
+    fn rises(&self, unknowns: &Unknowns) -> Vec<Rises> {
         let losses = unknowns.losses(&self.losses);
-        let rises = unknowns.network.rises(&self.timeline.steps, &losses);
-        let mean = |rises: [f64; CHANNELS]| {
+        let network = &unknowns.network;
+        network.rises_unsettled(&self.timeline.steps, &losses)
+    }
+
+    /// The mean place of the four actuators in the tables as they were, at the end of every time step (um).
+    fn places_um(&self, unknowns: &Unknowns, rises: &[Rises]) -> Vec<f64> {
+        let losses = unknowns.losses(&self.losses);
+        let mean = |rises: &Rises| {
             let place = |channel: usize| {
                 // The rise of the same heating under the loss that the table was made with.
-                let heating = losses[channel].heating(rises[channel]);
+                let heating = losses[channel].heating(rises[channel].0);
                 self.shapes[channel].at(self.losses[channel].rise(heating))
             };
             (0..CHANNELS).map(place).sum::<f64>() / CHANNELS as f64
         };
-        rises.into_iter().map(mean).collect()
+        rises.iter().map(mean).collect()
     }
 
-    /// The linear stages that are best with these unknowns, and what they act on.
-    fn stages(
-        &self,
-        unknowns: &Unknowns,
-        estimate: &Displacements,
-    ) -> Option<(Vec<f64>, MemoryTerms, LinearStages)> {
+    /// The stages forward with these unknowns and the linear stages that are best with them.
+    fn forward(&self, unknowns: &Unknowns, estimate: &Displacements) -> Option<Forward> {
         let steps = &self.timeline.steps;
-        let places = self.places_um(unknowns);
-        let memory = MemoryTerms::new(steps, self.top_um, unknowns.release_s, estimate);
-        let linear = LinearStages::fit(steps, self.top_um, &places, &memory)?;
-        Some((places, memory, linear))
+        let rises = self.rises(unknowns);
+        let places_um = self.places_um(unknowns, &rises);
+        let memory = MemoryTerms::new(steps, self.top_um, unknowns, estimate);
+        let linear = LinearStages::fit(steps, self.top_um, &places_um, &memory)?;
+        Some(Forward {
+            rises,
+            places_um,
+            memory,
+            linear,
+        })
     }
 
-    /// The standardised residuals of all readings, predicted less measured.
-    fn residuals(&self, predicted: impl Iterator<Item = f64>) -> Vec<f64> {
-        let steps = self.timeline.steps.iter().zip(predicted);
-        steps
-            .filter_map(|(step, z_um)| {
-                let read = step.displacement?;
-                Some((z_um - read.z_um) / read.standard_deviation_um)
-            })
-            .collect()
+    /// The standardised residuals of all readings, predicted less measured: of the displacement, and of the resistances.
+    fn residuals(&self, forward: &Forward) -> Vec<f64> {
+        let steps = self.timeline.steps.iter().zip(forward.displacements_um());
+        let displacement = steps.filter_map(|(step, z_um)| {
+            let read = step.displacement?;
+            Some((z_um - read.z_um) / read.standard_deviation_um)
+        });
+        let resistances = heaters::residuals(&self.timeline.steps, &forward.rises);
+        displacement.chain(resistances).collect()
     }
 
-    /// The sum of squares of the standardised residuals, and the weighted root mean square in um.
-    fn misfit(&self, predicted: impl Iterator<Item = f64>) -> (f64, f64) {
-        let cost: f64 = self.residuals(predicted).iter().map(|r| r * r).sum();
-        let readings = self
-            .timeline
-            .steps
-            .iter()
-            .filter_map(|step| step.displacement);
-        let weights: f64 = readings.map(|r| r.standard_deviation_um.powi(-2)).sum();
-        (cost, (cost / weights).sqrt())
+    /// Root mean square of what is left of the displacement, weighted by the readings' variances (um).
+    fn weighted_rms_um(&self, forward: &Forward) -> f64 {
+        let steps = self.timeline.steps.iter().zip(forward.displacements_um());
+        let (mut squares, mut weights) = (0.0, 0.0);
+        for (step, z_um) in steps {
+            if let Some(read) = step.displacement {
+                let weight = read.standard_deviation_um.powi(-2);
+                squares += weight * (z_um - read.z_um).powi(2);
+                weights += weight;
+            }
+        }
+        (squares / weights).sqrt()
     }
 
     /// What each actuator's resistance, read by its line, tells where the mirror rests, up to these rises (K).
@@ -202,9 +238,8 @@ struct Projection<'a> {
 impl Problem for Projection<'_> {
     fn residuals(&self, coordinates: &DVector<f64>) -> Option<DVector<f64>> {
         let unknowns = Unknowns::at(coordinates);
-        let (places, memory, linear) = self.fit.stages(&unknowns, self.estimate)?;
-        let residuals = self.fit.residuals(linear.predict(&places, &memory));
-        Some(DVector::from_vec(residuals))
+        let forward = self.fit.forward(&unknowns, self.estimate)?;
+        Some(DVector::from_vec(self.fit.residuals(&forward)))
     }
 
     fn difference_step(&self) -> DifferenceStep {

@@ -1,5 +1,5 @@
 //! Shape and memory, forward, and linear in what is sought: a bend of the tables' curve, the weights of play operators of
-//! fixed radii (Prandtl-Ishlinskii), the weights of creep of fixed time constants (Kelvin-Voigt).
+//! fixed radii (Prandtl-Ishlinskii), the weights of creep (Kelvin-Voigt).
 
 use control_core::calibration::{LAGS, Lag, Memory, PLAYS, Play};
 use control_core::{Micrometre, Second};
@@ -8,16 +8,15 @@ use nalgebra::{DMatrix, DVector};
 
 use super::heat::SampledLag;
 use super::timeline::TimeStep;
+use super::unknowns::Unknowns;
+use crate::memory::RADII;
 
 /// Terms of the bend: Chebyshev polynomials up to the tenth order. What a table's curve is off is smooth.
 const BENDS: usize = 11;
-/// Radii of the play operators as shares of the range: about a factor of two apart, as the near jumps of
-/// `experiments::calibration` are.
-const RADII: [f64; PLAYS] = [0.012, 0.03, 0.06, 0.12];
-/// Time constants of the creep (s): a factor of five apart, from the slowest move to the longest rest of a session.
-const CREEP_S: [f64; LAGS] = [0.3, 1.5, 7.0, 35.0];
+/// Of memory: the weights of play operators and of creep.
+const MEMORY: usize = PLAYS + LAGS;
 /// All that is sought.
-const TERMS: usize = BENDS + PLAYS + LAGS;
+const TERMS: usize = BENDS + MEMORY;
 /// How large the terms are before anything has been measured, one standard deviation: a bend as a share of the range, as far
 /// as models at rest were off (`docs/figures/positioning.md`, before a calibration); a weight, as much as creep and hysteresis
 /// of thin films have. What the data do not determine stays small.
@@ -44,21 +43,24 @@ impl Displacements {
 ///
 /// Both depend on the displacement that they are driven by, which depends on them. So they follow an earlier estimate of it,
 /// and the fit is repeated with its own outcome.
-pub(super) struct MemoryTerms(Vec<[f64; PLAYS + LAGS]>);
+pub(super) struct MemoryTerms(Vec<[f64; MEMORY]>);
 
 impl MemoryTerms {
     pub(super) fn new(
         steps: &[TimeStep],
         top_um: f64,
-        release_s: f64,
+        unknowns: &Unknowns,
         estimate: &Displacements,
     ) -> Self {
+        let Unknowns {
+            release_s, creep_s, ..
+        } = *unknowns;
         let mut plays = [0.0_f64; PLAYS];
         let mut lags = [0.0; LAGS];
         let mut y_before = 0.0;
         let inputs = estimate.shape_um.iter().zip(&estimate.behind_plays_um);
         let rows = steps.iter().zip(inputs).map(|(step, (&x, &y))| {
-            let mut row = [0.0; PLAYS + LAGS];
+            let mut row = [0.0; MEMORY];
             let kept = (-step.duration_s / release_s).exp();
             for (k, play) in plays.iter_mut().enumerate() {
                 let radius = RADII[k] * top_um;
@@ -67,7 +69,7 @@ impl MemoryTerms {
             }
             for (k, lag) in lags.iter_mut().enumerate() {
                 if step.duration_s > 0.0 {
-                    *lag = SampledLag::new(CREEP_S[k], step.duration_s).after(*lag, y_before, y);
+                    *lag = SampledLag::new(creep_s[k], step.duration_s).after(*lag, y_before, y);
                 }
                 row[PLAYS + k] = *lag;
             }
@@ -83,8 +85,7 @@ impl MemoryTerms {
 pub(super) struct LinearStages {
     top_um: f64,
     bends: [f64; BENDS],
-    plays: [f64; PLAYS],
-    creep: [f64; LAGS],
+    memory: [f64; MEMORY],
 }
 
 /// The bend's terms at a share of the range: Chebyshev polynomials, each times the share, so that each is 0 at rest.
@@ -101,7 +102,7 @@ pub(crate) fn bend_terms<const N: usize>(share: f64) -> [f64; N] {
 }
 
 /// What each term adds to a displacement at a place of the tables (um).
-fn terms(top_um: f64, place_um: f64, memory: &[f64; PLAYS + LAGS]) -> [f64; TERMS] {
+fn terms(top_um: f64, place_um: f64, memory: &[f64; MEMORY]) -> [f64; TERMS] {
     let bends: [f64; BENDS] = bend_terms(place_um / top_um);
     std::array::from_fn(|k| {
         if k < BENDS {
@@ -146,14 +147,13 @@ impl LinearStages {
         normal.fill_upper_triangle_with_lower_triangle();
         let (factor, right) = normal_factor(normal, &right)?;
         let free = [(f64::NEG_INFINITY, f64::INFINITY); BENDS];
-        let not_negative = [(0.0, f64::INFINITY); PLAYS + LAGS];
+        let not_negative = [(0.0, f64::INFINITY); MEMORY];
         let bounds = Bounds::new(free.into_iter().chain(not_negative));
         let solution = bounded(&factor, &right, &bounds)?;
         Some(Self {
             top_um,
             bends: std::array::from_fn(|k| solution[k]),
-            plays: std::array::from_fn(|k| solution[BENDS + k]),
-            creep: std::array::from_fn(|k| solution[BENDS + PLAYS + k]),
+            memory: std::array::from_fn(|k| solution[BENDS + k]),
         })
     }
 
@@ -163,10 +163,8 @@ impl LinearStages {
         places_um: &'a [f64],
         memory: &'a MemoryTerms,
     ) -> impl Iterator<Item = f64> + 'a {
-        places_um.iter().zip(&memory.0).map(|(&place, row)| {
-            let (plays, creep) = row.split_at(PLAYS);
-            self.shape(place) + product(&self.plays, plays) + product(&self.creep, creep)
-        })
+        let rows = places_um.iter().zip(&memory.0);
+        rows.map(|(&place, row)| self.shape(place) + product(&self.memory, row))
     }
 
     /// The displacement that the shape gives at a place of the tables (um).
@@ -181,7 +179,7 @@ impl LinearStages {
         let behind_plays_um = shape_um
             .iter()
             .zip(&memory.0)
-            .map(|(x, row)| x + product(&self.plays, &row[..PLAYS]))
+            .map(|(x, row)| x + product(&self.memory[..PLAYS], &row[..PLAYS]))
             .collect();
         Displacements {
             shape_um,
@@ -190,16 +188,16 @@ impl LinearStages {
     }
 
     /// The core's stage `memory`.
-    pub(super) fn memory(&self, release_s: f64) -> Memory {
+    pub(super) fn memory(&self, unknowns: &Unknowns) -> Memory {
         Memory {
             plays: std::array::from_fn(|k| Play {
-                weight: self.plays[k] as f32,
+                weight: self.memory[k] as f32,
                 radius: Micrometre((RADII[k] * self.top_um) as f32),
             }),
-            release: Second(release_s as f32),
+            release: Second(unknowns.release_s as f32),
             creep: std::array::from_fn(|k| Lag {
-                weight: self.creep[k] as f32,
-                time: Second(CREEP_S[k] as f32),
+                weight: self.memory[PLAYS + k] as f32,
+                time: Second(unknowns.creep_s[k] as f32),
             }),
         }
     }
@@ -213,10 +211,21 @@ fn product(a: &[f64], b: &[f64]) -> f64 {
 mod tests {
     use super::super::timeline::Displacement;
     use super::*;
+    use control_core::calibration::Heat;
 
     const TOP_UM: f64 = 100.0;
+    /// What enters nonlinearly, with play operators that let go in this time (s).
+    fn unknowns(release_s: f64) -> Unknowns {
+        Unknowns {
+            release_s,
+            ..Unknowns::starts(&Heat::INSTANT)[0]
+        }
+    }
+
     /// Slow enough that the play operators keep what they hold.
-    const NEVER_S: f64 = 1e12;
+    fn keeping() -> Unknowns {
+        unknowns(1e12)
+    }
 
     /// Up, down and up again through the range, in steps of 1 um and 1 s.
     fn places() -> Vec<f64> {
@@ -243,7 +252,7 @@ mod tests {
     fn fitted(z_um: &[f64]) -> LinearStages {
         let (places, steps) = (places(), read(z_um));
         let estimate = Displacements::without_memory(&places);
-        let memory = MemoryTerms::new(&steps, TOP_UM, NEVER_S, &estimate);
+        let memory = MemoryTerms::new(&steps, TOP_UM, &keeping(), &estimate);
         LinearStages::fit(&steps, TOP_UM, &places, &memory).unwrap()
     }
 
@@ -253,14 +262,11 @@ mod tests {
         let steps = read(&places);
         let estimate = Displacements::without_memory(&places);
         let held_back = |release_s: f64| {
-            let terms = MemoryTerms::new(&steps, TOP_UM, release_s, &estimate);
+            let terms = MemoryTerms::new(&steps, TOP_UM, &unknowns(release_s), &estimate);
             [100, 105, 106, 112, 180].map(|step| terms.0[step][1])
         };
         // Radius 3 um: behind it on the way up, it stays from 100 to 94 um, and is as far ahead of it on the way down.
-        for (held, expected) in held_back(NEVER_S)
-            .into_iter()
-            .zip([-3.0, 2.0, 3.0, 3.0, 3.0])
-        {
+        for (held, expected) in held_back(1e12).into_iter().zip([-3.0, 2.0, 3.0, 3.0, 3.0]) {
             assert!((held - expected).abs() < 1e-9, "{held} is not {expected}");
         }
         // What lets go at once holds nothing back.
@@ -271,7 +277,7 @@ mod tests {
     fn creep_follows_with_its_time_constant() {
         let places = vec![10.0; 8];
         let estimate = Displacements::without_memory(&places);
-        let terms = MemoryTerms::new(&read(&places), TOP_UM, NEVER_S, &estimate);
+        let terms = MemoryTerms::new(&read(&places), TOP_UM, &keeping(), &estimate);
         // After a ramp in the first second it goes on by the pole exp(-1 s / 7 s).
         let missing = |step: usize| 10.0 - terms.0[step][PLAYS + 2];
         for step in 1..8 {
@@ -294,7 +300,7 @@ mod tests {
         }
         assert_eq!(found.shape(0.0), 0.0);
         // The prior's pull, of one part in a million, is all that is left for memory.
-        let memory = found.memory(NEVER_S);
+        let memory = found.memory(&keeping());
         assert!(memory.plays.iter().all(|play| play.weight < 1e-5));
     }
 
@@ -303,17 +309,17 @@ mod tests {
         let mirror = |weight: f64| {
             let places = places();
             let estimate = Displacements::without_memory(&places);
-            let memory = MemoryTerms::new(&read(&places), TOP_UM, NEVER_S, &estimate);
+            let memory = MemoryTerms::new(&read(&places), TOP_UM, &keeping(), &estimate);
             let rows = places.iter().zip(&memory.0);
             rows.map(|(place, row)| place + weight * row[1])
                 .collect::<Vec<_>>()
         };
-        let with = fitted(&mirror(0.02)).memory(NEVER_S);
+        let with = fitted(&mirror(0.02)).memory(&keeping());
         // Ten times what the prior's pull leaves of memory above.
         assert!((with.plays[1].weight - 0.02).abs() < 1e-4, "{with:?}");
         assert!(with.plays[0].weight < 1e-4 && with.plays[2].weight < 1e-4);
         // A mirror that runs ahead where play would hold it back.
-        let ahead = fitted(&mirror(-0.02)).memory(NEVER_S);
+        let ahead = fitted(&mirror(-0.02)).memory(&keeping());
         assert!(ahead.plays.iter().all(|play| play.weight >= 0.0));
         assert_eq!(ahead.plays[1].weight, 0.0);
     }

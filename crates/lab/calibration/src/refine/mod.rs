@@ -1,19 +1,21 @@
 //! A calibration's stages refined by what a mirror did.
 //!
 //! The model says which physics there is, with few numbers; the core's stages hold more than these, and a mirror of
-//! distributed heat and several memories has more. Thermal poles, the growth of the heat loss and the release of the play
-//! operators are fitted to the displacement by damped least squares, beginning with the model's; in each of their trials the
-//! rest follows by linear least squares: a smooth bend of the tables, play operators and creep. Heating is the power that the
-//! currents show, so memory is not taken for heat; what they show of resistance makes the actuators' own lines. Play operators
-//! let go while nothing moves: a drive that trembles by its own rounding loosens friction.
+//! distributed heat and several memories has more. Thermal poles, the growth of the heat loss, the times of creep and the release
+//! of the play operators are fitted by damped least squares, beginning with the model's; in each of their trials the rest follows
+//! by linear least squares: a smooth bend of the tables, play operators and creep. Heating is the power that the currents show, and
+//! a slow pole warms the heaters as well, which creep does not: both the displacement and the resistances are fitted, so that
+//! neither is taken for the other. What the currents show of resistance also makes the actuators' own lines. Play operators let go
+//! while nothing moves: a drive that trembles by its own rounding loosens friction.
 //!
 //! - `timeline`: the session as time steps; `noise`: how exactly each reading can be followed;
-//! - `heat`, `linear`, `resistance`: the stages forward;
+//! - `heat`, `linear`, `resistance`: the stages forward; `heaters`: what resistances tell of the poles;
 //! - `unknowns`, `fit`: what is sought, and how; `tables`: the outcome.
 
 mod error;
 mod fit;
 mod heat;
+mod heaters;
 mod linear;
 mod noise;
 mod resistance;
@@ -36,7 +38,7 @@ use self::tables::Bend;
 use self::timeline::Timeline;
 use self::unknowns::Unknowns;
 
-/// Fewer readings than this refine nothing: ten for each of the unknowns, twelve nonlinear ones and eight weights of memory.
+/// Fewer readings than this refine nothing: eight for each of the unknowns, sixteen nonlinear ones and eight weights of memory.
 const FEWEST: usize = 200;
 /// Stages that leave more than this part of the range follow nothing: a calibrated mirror is followed forty times closer
 /// (`docs/figures/positioning.md`).
@@ -122,7 +124,7 @@ fn refined_parts(parts: &Parts, fit: &StagesFit, fitted: &Fitted) -> Result<Part
     Ok(Parts {
         actuators,
         heat: fitted.unknowns.network.heat(),
-        memory: fitted.linear.memory(fitted.unknowns.release_s),
+        memory: fitted.linear.memory(&fitted.unknowns),
         bounds,
         ambient_ratio: if is_known { USUAL_AMBIENT_RATIO } else { 0.0 },
         ..*parts

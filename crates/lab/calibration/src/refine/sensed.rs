@@ -35,7 +35,7 @@ const NOT_AT_REST: f64 = 10.0;
 /// Standard deviation that second differences from knot to knot may have (K): resistances of the paper's mirror bend by 0.2 K.
 const BEND_K: f64 = 0.5;
 /// A curve whose slope is less than this part of a straight line's tells no temperature: its readings count for a fifth. A choice.
-const LEAST_SLOPE: f64 = 0.2;
+pub(super) const LEAST_SLOPE: f64 = 0.2;
 
 /// How far an actuator has moved of late, as the core counts it from update to update, over steps of any length.
 #[derive(Clone, Copy, Default)]
@@ -54,6 +54,16 @@ impl Excursion {
     }
 }
 
+/// By how much heater and stages may be apart (K), with what the fast poles have still to bring and how far the rise has moved of late (K).
+pub(super) fn apart_k(unsettled: f64, moved: f64) -> f64 {
+    (UNSETTLED * unsettled).hypot(f64::from(APART) * moved)
+}
+
+/// Standard deviation (K) of a reading at a voltage, of a heater that may be so far apart from the stages (K).
+pub(super) fn noise_k(volts: f64, apart_k: f64) -> f64 {
+    (NOISE_K / volts).hypot(apart_k)
+}
+
 /// The curve through readings up to the rise `top_k`; `None` where they show none that rises.
 pub(super) fn through(readings: impl Iterator<Item = Reading>, top_k: f64) -> Option<SensedRises> {
     type Square = SMatrix<f64, SENSED_RISES, SENSED_RISES>;
@@ -63,9 +73,8 @@ pub(super) fn through(readings: impl Iterator<Item = Reading>, top_k: f64) -> Op
         let place = (reading.rise / step_k).max(0.0);
         let segment = (place as usize).min(SENSED_RISES - 2);
         let high = place - segment as f64;
-        let apart_k = (UNSETTLED * reading.unsettled).hypot(f64::from(APART) * reading.moved);
-        let noise_k = (NOISE_K / reading.volts).hypot(NOT_AT_REST * apart_k);
-        let weight = noise_k.powi(-2);
+        let apart_k = NOT_AT_REST * apart_k(reading.unsettled, reading.moved);
+        let weight = noise_k(reading.volts, apart_k).powi(-2);
         for (i, share) in [(segment, 1.0 - high), (segment + 1, high)] {
             right[i] += weight * share * reading.sensed;
             for (j, other) in [(segment, 1.0 - high), (segment + 1, high)] {

@@ -1,10 +1,11 @@
 //! What enters the stages nonlinearly, by name, and as the coordinates that a fit moves.
 
-use control_core::calibration::{FAST_POLES, Heat, SLOW};
+use control_core::calibration::{FAST_POLES, Heat, LAGS, SLOW};
 use least_squares::{Bounds, Prior};
 use nalgebra::DVector;
 
 use super::heat::{FosterNetwork, HeatLoss, POLES};
+use crate::memory::CREEP_S;
 
 /// Weights and times (s) where a fit starts besides the model's own poles: a mirror in its package. Bimorphs take 1 ms (the
 /// paper); the frame of the virtual mirror `paper.toml` 43.7 uJ/K over 1.31 mW/K, which is 0.03 s, and its package 31.9 mJ/K
@@ -27,6 +28,9 @@ const GROWTH_UNIT: f64 = 1e-3;
 const RELEASE_S: (f64, f64) = (0.02, 1e4);
 /// Where it starts (s): the drive's rounding loosens friction within half a second (docs/theory/identification.md).
 const USUAL_RELEASE_S: f64 = 1.0;
+/// The usual time constants of creep, where they start, are a factor of five apart; each stays within its own fifth, so that no two are
+/// the same.
+const CREEP_APART: f64 = 5.0;
 /// Standard deviation of all coordinates around the start: a factor of 20 either way, and 0.003 / K of growth. It keeps what
 /// the data do not determine, and the scale of the weights.
 const PRIOR: f64 = 3.0;
@@ -40,6 +44,8 @@ pub(super) struct Unknowns {
     pub(super) added_growth_per_k: f64,
     /// Time in which the play operators let go (s).
     pub(super) release_s: f64,
+    /// Time constants of creep (s).
+    pub(super) creep_s: [f64; LAGS],
 }
 
 impl Unknowns {
@@ -49,14 +55,20 @@ impl Unknowns {
             network: completed(&network),
             added_growth_per_k: 0.0,
             release_s: USUAL_RELEASE_S,
+            creep_s: CREEP_S,
         })
     }
 
-    /// As a fit moves them: logarithms of times and weights, the growth in its unit, the logarithm of the release.
+    /// As a fit moves them: logarithms of times and weights, the growth in its unit, the logarithms of the release and of the
+    /// times of creep.
     pub(super) fn coordinates(&self) -> DVector<f64> {
         let poles = self.network.time_s.iter().chain(&self.network.weight);
-        let last = [self.added_growth_per_k / GROWTH_UNIT, self.release_s.ln()];
-        DVector::from_iterator(2 * POLES + 2, poles.map(|x| x.ln()).chain(last))
+        let growth = self.added_growth_per_k / GROWTH_UNIT;
+        let memory = std::iter::once(&self.release_s).chain(&self.creep_s);
+        let logarithms = |values: f64| values.ln();
+        let all = poles.copied().map(logarithms).chain([growth]);
+        let all = all.chain(memory.copied().map(logarithms));
+        DVector::from_iterator(2 * POLES + 2 + LAGS, all)
     }
 
     /// From such coordinates.
@@ -73,6 +85,7 @@ impl Unknowns {
             },
             added_growth_per_k: next() * GROWTH_UNIT,
             release_s: next().exp(),
+            creep_s: std::array::from_fn(|_| next().exp()),
         }
     }
 
@@ -94,7 +107,10 @@ impl Unknowns {
             (GROWTH_PER_K.1 - least).max(0.0) / GROWTH_UNIT,
         );
         let release = (RELEASE_S.0.ln(), RELEASE_S.1.ln());
-        Bounds::new(times.chain([LN_WEIGHT; POLES]).chain([growth, release]))
+        let half_ln = 0.5 * CREEP_APART.ln();
+        let creep = CREEP_S.map(|usual_s| (usual_s.ln() - half_ln, usual_s.ln() + half_ln));
+        let network = times.chain([LN_WEIGHT; POLES]);
+        Bounds::new(network.chain([growth, release]).chain(creep))
     }
 
     /// What is known of the coordinates before anything was measured.
@@ -140,6 +156,7 @@ mod tests {
             },
             added_growth_per_k: -5e-4,
             release_s: 2.0,
+            creep_s: [0.2, 2.0, 6.0, 40.0],
         };
         let coordinates = unknowns.coordinates();
         let back = Unknowns::at(&coordinates);
@@ -156,6 +173,9 @@ mod tests {
         }
         assert!((back.added_growth_per_k + 5e-4).abs() < 1e-15);
         assert!((back.release_s - 2.0).abs() < 1e-12);
+        for (back, creep_s) in back.creep_s.into_iter().zip(unknowns.creep_s) {
+            assert!((back / creep_s - 1.0).abs() < 1e-12);
+        }
     }
 
     #[test]
