@@ -194,8 +194,7 @@ impl<'a> StagesFit<'a> {
         lines: &[Option<Line>; CHANNELS],
         tops_k: [f64; CHANNELS],
     ) -> [Option<SensedRises>; CHANNELS] {
-        let network = &fitted.unknowns.network;
-        let rises = network.rises_unsettled(&self.timeline.steps, &fitted.losses);
+        let rises = self.rises(&fitted.unknowns);
         std::array::from_fn(|channel| {
             let line = lines[channel]?;
             let mut excursion = sensed::Excursion::default();
