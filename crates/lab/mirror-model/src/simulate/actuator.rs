@@ -75,6 +75,36 @@ impl Actuator {
             / self.now.resistance_ohm
     }
 
+    /// The heating at the end of a step of `h` at which power and temperature agree (K), where no effect acts between them. With
+    /// R = R0 (1 + xi dT), and dT = free + gain H, heating H = R_T V^2 / R is the root of R0 xi gain H^2 + R0 (1 + xi free) H = R_T V^2
+    /// that a rising drive comes to (eqs. 3 and 4). `None` where there is none: a heater that conducts ever better runs away.
+    pub(super) fn agreed_heating(
+        &self,
+        poles: &[Pole; POLES],
+        voltage_v: f64,
+        ambient_k: f64,
+        h: f64,
+    ) -> Option<f64> {
+        let p = &self.parameters;
+        let (mut free_k, mut gain) = (ambient_k + self.raw_temperature(), 0.0);
+        if h > 0.0 {
+            free_k = ambient_k;
+            for ((weight, pole), x) in self.weights.iter().zip(poles).zip(self.poles_k) {
+                free_k += weight * pole.after(x, self.heating_k, 0.0);
+                gain += weight * pole.end_gain;
+            }
+        }
+        let xi = p.resistance_coefficient_per_k;
+        let without_ohm = p.cold_resistance_ohm * (1.0 + xi * free_k);
+        let growth_ohm_per_k = p.cold_resistance_ohm * xi * gain;
+        let full = p.thermal_resistance_k_per_w * voltage_v * voltage_v;
+        let square = without_ohm * without_ohm + 4.0 * growth_ohm_per_k * full;
+        let heating_k = 2.0 * full / (without_ohm + square.sqrt());
+        let is_root =
+            without_ohm >= LEAST_OHM && without_ohm + growth_ohm_per_k * heating_k >= LEAST_OHM;
+        is_root.then_some(heating_k)
+    }
+
     /// The temperature rise by the poles alone, before effects (K).
     pub(super) fn raw_temperature(&self) -> f64 {
         self.weights

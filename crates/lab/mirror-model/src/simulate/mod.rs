@@ -2,22 +2,16 @@
 
 mod actuator;
 mod fixed_point;
+mod heat;
 mod pole;
 mod running;
 
 use crate::effect::Acts;
 use crate::{ACTUATORS, Deflection, Model};
-use actuator::{Actuator, poles};
-use fixed_point::Secant;
+use actuator::Actuator;
 use running::{Running, advance, change};
 use thiserror::Error;
 
-/// Rounds that the fixed point of power and temperature takes at most (secants need about five), and at most where a step was
-/// taken back.
-const ROUNDS: usize = 12;
-const MORE_ROUNDS: usize = 40;
-/// Temperatures that agree so well are the same (K): 10 pm of z at the 1 um/K of such mirrors.
-const SAME_K: f64 = 1e-5;
 /// A temperature rise beyond this is a runaway (K). It lies above what a resistance that grows with temperature settles at for
 /// any drive of a heater on a bench, so that a model of a heater that is far too hot can still be compared and fitted: with
 /// `R0 (1 + xi T) T = R_T V^2`, 1 ohm at 230 V with 1e-3 /K and the paper's `R_T` comes to 6e5 K.
@@ -185,10 +179,13 @@ impl<'a> Simulation<'a> {
             }
             self.t_s += h;
             self.heat(voltage, h);
-            self.shape(h);
+            done_s += h;
+            // Without effects the shape remembers nothing of the way.
+            if !self.effects.is_empty() || done_s >= interval.duration_s {
+                self.shape(h);
+            }
             self.check()?;
             self.since_jump_s += h;
-            done_s += h;
         }
         self.last_v = interval.to_v;
         Ok(self.output())
@@ -199,79 +196,6 @@ impl<'a> Simulation<'a> {
             self.resolution * (self.since_jump_s + self.fastest_s)
         } else {
             interval_s * (2.0 * self.resolution).min(1.0)
-        }
-    }
-
-    /// Moves the temperatures on by `h`, so that power and temperature agree at its end. With `h` = 0 only the power
-    /// changes.
-    fn heat(&mut self, voltage_v: [f64; ACTUATORS], h: f64) {
-        let poles = poles(&self.actuators, h);
-        let mean_square_v2 =
-            voltage_v.map(|volts| volts * volts).iter().sum::<f64>() / ACTUATORS as f64;
-        let start: [_; ACTUATORS] = std::array::from_fn(|i| {
-            let actuator = &self.actuators[i];
-            (actuator.poles_k, actuator.heating_k)
-        });
-        let mut secants: [_; ACTUATORS] = std::array::from_fn(|i| {
-            let from = (h > 0.0).then(|| self.actuators[i].raw_temperature());
-            Secant::new(self.actuators[i].slope(&poles[i]), from)
-        });
-        for round in 1..=MORE_ROUNDS {
-            let powers_w = self
-                .actuators
-                .each_ref()
-                .map(|actuator| actuator.now.power_w);
-            let currents_a = self.actuators.each_ref().map(|actuator| actuator.current_a);
-            let (mut moved_k, mut off_k): (f64, f64) = (0.0, 0.0);
-            for (index, actuator) in self.actuators.iter_mut().enumerate() {
-                let before_k = actuator.now.temperature_rise_k;
-                let guess = actuator.heating_k;
-                actuator.now.t_s = self.t_s;
-                actuator.now.ambient_k = self.ambient_k;
-                actuator.now.step_s = h;
-                actuator.now.mean_square_v2 = mean_square_v2;
-                actuator.now.total_power_w = powers_w.iter().sum();
-                actuator.now.others_current_a = currents_a.iter().sum::<f64>() - currents_a[index];
-                actuator.now.opposite_power_w = powers_w[(index + ACTUATORS / 2) % ACTUATORS];
-                let (start_k, heating) = &start[index];
-                if h > 0.0 {
-                    let heating_now = actuator.heating_k;
-                    actuator.poles_k = std::array::from_fn(|k| {
-                        poles[index][k].after(start_k[k], *heating, heating_now)
-                    });
-                }
-                actuator.electrical(index, voltage_v[index], &self.effects);
-                moved_k = moved_k.max((actuator.now.temperature_rise_k - before_k).abs());
-                off_k = off_k.max((actuator.heating_k - guess).abs());
-                actuator.heating_k = secants[index].next(guess, actuator.heating_k);
-            }
-            // Without effects no actuator waits for what the others' powers come to.
-            let is_found = off_k < SAME_K && (moved_k < SAME_K || self.effects.is_empty());
-            if is_found || (round >= ROUNDS && !secants.iter().any(|s| s.has_retreated)) {
-                break;
-            }
-        }
-        if h > 0.0 {
-            for (index, actuator) in self.actuators.iter_mut().enumerate() {
-                let raw = actuator.raw_temperature();
-                actuator.now.step_s = 0.0;
-                advance(
-                    &mut self.effects,
-                    &[Acts::Voltage, Acts::Resistance, Acts::Heating],
-                    index,
-                    actuator.heating_k,
-                    &actuator.now,
-                    h,
-                );
-                advance(
-                    &mut self.effects,
-                    &[Acts::Temperature],
-                    index,
-                    raw,
-                    &actuator.now,
-                    h,
-                );
-            }
         }
     }
 
