@@ -26,7 +26,8 @@ pub fn standard_deviation(observation: &Observation) -> f64 {
         Channel::Displacement => DISCREPANCY_UM,
         Channel::Current(_) => DISCREPANCY_RATIO * observation.value.abs(),
     };
-    observation.noise.hypot(discrepancy)
+    // A million times in a diagnosis, where the exact `hypot` takes a tenth of it.
+    (observation.noise * observation.noise + discrepancy * discrepancy).sqrt()
 }
 
 /// Numbers like a dataset's observations, in um and A, in standard deviations.

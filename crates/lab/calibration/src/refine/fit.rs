@@ -18,8 +18,10 @@ use crate::curve::Curve;
 /// How often memory's own input is brought up to date with what was found. Memory is some percent of the displacement, so its
 /// error falls by as much each time: where creep comes to 15 % the fourth changes the sum of squares by a thousandth.
 const ROUNDS: usize = 4;
-/// A fit ends where a step gains, or moves, no more than this share: a choice, far below what noise leaves open.
+/// A fit ends where a step gains, or moves, no more than this share: a choice, far below what noise leaves open. As long as memory's
+/// input is off by more, so may the fit be.
 const TOLERANCE: f64 = 1e-6;
+const ROUGH: f64 = 1e-4;
 /// Evaluations of a fit: a dozen steps for each of the twelve unknowns.
 const MOST_EVALUATIONS: usize = 150;
 /// Difference step of a coordinate: far above the rounding of thousands of time steps, and far below one.
@@ -86,11 +88,11 @@ impl<'a> StagesFit<'a> {
 
     /// The best stages near a start.
     fn from(&self, start: Unknowns) -> Option<Fitted> {
-        let options = Options {
+        let options = |tolerance: f64| Options {
             bounds: Some(Unknowns::bounds(&self.losses)),
             prior: Some(start.prior()),
-            cost_tolerance: TOLERANCE,
-            step_tolerance: TOLERANCE,
+            cost_tolerance: tolerance,
+            step_tolerance: tolerance,
             max_evaluations: MOST_EVALUATIONS,
             ..Options::default()
         };
@@ -98,12 +100,15 @@ impl<'a> StagesFit<'a> {
         let rises = self.rises(&start);
         let mut estimate = Displacements::without_memory(&self.places_um(&start, &rises));
         let mut fitted = None;
-        for _ in 0..ROUNDS {
+        for round in 1..=ROUNDS {
+            let tolerance = if round < ROUNDS { ROUGH } else { TOLERANCE };
             let projection = Projection {
                 fit: self,
                 estimate: &estimate,
             };
-            at = minimise(&projection, &at, &options).ok()?.parameters;
+            at = minimise(&projection, &at, &options(tolerance))
+                .ok()?
+                .parameters;
             let unknowns = Unknowns::at(&at);
             let forward = self.forward(&unknowns, &estimate)?;
             let cost = self.residuals(&forward).iter().map(|r| r * r).sum();

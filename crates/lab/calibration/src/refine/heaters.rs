@@ -6,7 +6,7 @@
 use control_core::CHANNELS;
 use nalgebra::{Matrix3, Vector3};
 
-use super::sensed::{Excursion, LEAST_SLOPE, apart_k, noise_k};
+use super::sensed::{Excursion, LEAST_SLOPE, apart_k2, noise_k2};
 use super::timeline::TimeStep;
 
 /// By how much a heater may tell another course than its actuator's beam besides (K): as little as two readings at 1 V tell. A residual of
@@ -54,7 +54,7 @@ fn readings(
         Some(OhmReading {
             rise: rise / UNIT_K,
             ohm: read.ohm,
-            weight: noise_k(read.volts, apart_k(unsettled, moved).hypot(APART_K)).powi(-2),
+            weight: (noise_k2(read.volts) + apart_k2(unsettled, moved) + APART_K * APART_K).recip(),
         })
     };
     steps.iter().zip(rises).filter_map(read).collect()

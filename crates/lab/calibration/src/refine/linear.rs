@@ -124,7 +124,7 @@ impl LinearStages {
         places_um: &[f64],
         memory: &MemoryTerms,
     ) -> Option<Self> {
-        let mut normal = DMatrix::<f64>::zeros(TERMS, TERMS);
+        let mut normal = [[0.0; TERMS]; TERMS];
         let mut right = DVector::<f64>::zeros(TERMS);
         for ((step, &place), row) in steps.iter().zip(places_um).zip(&memory.0) {
             let Some(reading) = step.displacement else {
@@ -133,18 +133,18 @@ impl LinearStages {
             let sigma = reading.standard_deviation_um;
             let row = terms(top_um, place, row).map(|term| term / sigma);
             let missing = (reading.z_um - place) / sigma;
-            for i in 0..TERMS {
+            for (i, column) in normal.iter_mut().enumerate() {
                 right[i] += row[i] * missing;
-                for j in 0..=i {
-                    normal[(i, j)] += row[i] * row[j];
+                for (sum, term) in column.iter_mut().zip(row) {
+                    *sum += row[i] * term;
                 }
             }
         }
-        for i in 0..TERMS {
+        for (i, column) in normal.iter_mut().enumerate() {
             let size: f64 = if i < BENDS { BEND } else { WEIGHT };
-            normal[(i, i)] += size.powi(-2);
+            column[i] += size.powi(-2);
         }
-        normal.fill_upper_triangle_with_lower_triangle();
+        let normal = DMatrix::from_fn(TERMS, TERMS, |i, j| normal[j][i]);
         let (factor, right) = normal_factor(normal, &right)?;
         let free = [(f64::NEG_INFINITY, f64::INFINITY); BENDS];
         let not_negative = [(0.0, f64::INFINITY); MEMORY];

@@ -54,14 +54,15 @@ impl Excursion {
     }
 }
 
-/// By how much heater and stages may be apart (K), with what the fast poles have still to bring and how far the rise has moved of late (K).
-pub(super) fn apart_k(unsettled: f64, moved: f64) -> f64 {
-    (UNSETTLED * unsettled).hypot(f64::from(APART) * moved)
+/// Variance by which heater and stages may be apart (K2), with what the fast poles have still to bring and how far the rise has moved
+/// of late (K).
+pub(super) fn apart_k2(unsettled: f64, moved: f64) -> f64 {
+    (UNSETTLED * unsettled).powi(2) + (f64::from(APART) * moved).powi(2)
 }
 
-/// Standard deviation (K) of a reading at a voltage, of a heater that may be so far apart from the stages (K).
-pub(super) fn noise_k(volts: f64, apart_k: f64) -> f64 {
-    (NOISE_K / volts).hypot(apart_k)
+/// Variance of a reading at a voltage (K2).
+pub(super) fn noise_k2(volts: f64) -> f64 {
+    (NOISE_K / volts).powi(2)
 }
 
 /// The curve through readings up to the rise `top_k`; `None` where they show none that rises.
@@ -73,8 +74,8 @@ pub(super) fn through(readings: impl Iterator<Item = Reading>, top_k: f64) -> Op
         let place = (reading.rise / step_k).max(0.0);
         let segment = (place as usize).min(SENSED_RISES - 2);
         let high = place - segment as f64;
-        let apart_k = NOT_AT_REST * apart_k(reading.unsettled, reading.moved);
-        let weight = noise_k(reading.volts, apart_k).powi(-2);
+        let apart_k2 = NOT_AT_REST.powi(2) * apart_k2(reading.unsettled, reading.moved);
+        let weight = (noise_k2(reading.volts) + apart_k2).recip();
         for (i, share) in [(segment, 1.0 - high), (segment + 1, high)] {
             right[i] += weight * share * reading.sensed;
             for (j, other) in [(segment, 1.0 - high), (segment + 1, high)] {
