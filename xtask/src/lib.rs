@@ -141,6 +141,8 @@ enum Task {
     HideEffects,
     /// Write anew what a board has until it is calibrated: the table of the reconciled model.
     TabulateFactory,
+    /// Make the null ensemble of the standard session anew, which ships with the diagnosis.
+    TabulateEnsemble,
     /// Write anew what the diagnosis knows of effects that are taken for each other: 480 sessions, some twenty minutes.
     LearnConfusions,
     /// Write the firmware to a connected driver board, with probe-rs.
@@ -203,6 +205,7 @@ fn run(task: Task) -> Result<ExitCode> {
         Task::LearnConfusions => workbench("learn-confusions", &[]),
         Task::HideEffects => workbench("hide-effects", &[]),
         Task::TabulateFactory => workbench("tabulate-factory", &[]),
+        Task::TabulateEnsemble => workbench("tabulate-ensemble", &[]),
         Task::Flash { log } => flash::run_probe(log).map(|()| ExitCode::SUCCESS),
         Task::RunOnTarget { words } => {
             setup::qemu()?;

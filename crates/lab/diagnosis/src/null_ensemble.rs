@@ -13,7 +13,7 @@ pub(crate) mod unknowns;
 
 use crate::progress::Count;
 use crate::residual_space::ModelDiscrepancy;
-use cache::{Key, Shape, cached};
+use cache::{Key, Shape, cached, file_of};
 use conditions::Conditions;
 use drive_scaling::DriveScaling;
 use families::CALIBRATING;
@@ -36,6 +36,13 @@ use std::sync::LazyLock;
 /// percent points, sqrt(0.05 * 0.95 / 240).
 pub const MEMBERS: usize = 240;
 const _: () = assert!(MEMBERS.is_multiple_of(CALIBRATING.len()));
+/// A step of what is left, in parts of the reading's noise: rounding to it adds 0.9 % of that. Machines whose sines differ in the last
+/// digit have the same steps, and so the same ensemble.
+const NOISE_STEP: f64 = 1.0 / 32.0;
+/// Noise below this is taken for this (A, um): no meter of a bench tells a nanoampere of milliamperes.
+const LEAST_NOISE: f64 = 1e-9;
+/// A step of a coordinate, a logarithm: 0.0015 % of a parameter, far below what any session leaves open of one.
+const COORDINATE_STEP: f64 = 1.0 / 65_536.0;
 
 /// The residuals of the base fitted to virtual mirrors that lack nothing.
 #[derive(Clone, Debug)]
@@ -55,24 +62,31 @@ impl NullEnsemble {
     pub fn new(data: &Dataset, device: &Device, cache: Option<&Path>) -> Result<Self, Runaway> {
         let scaling = DriveScaling::of(data);
         let conditions = Conditions::of(data, device, &scaling);
-        let readings = data.observations.len();
-        let parameters = identifiable(conditions.data()).len();
-        let shape = Shape {
-            rows: readings + parameters,
-            members: MEMBERS,
-        };
-        let key = conditions.key(&PROGRAM);
-        let values = cached(cache, &key, shape, || {
-            fitted(conditions.data(), conditions.device(), shape.members)
+        let rows = Rows::of(conditions.data());
+        let (key, shape) = (key(&conditions), rows.shape());
+        let steps = cached(cache, &key, shape, || {
+            fitted(conditions.data(), conditions.device(), &rows, MEMBERS)
         })?;
-        let values = values.into_iter().map(f64::from).collect();
-        let fitted = DMatrix::from_vec(shape.rows, shape.members, values);
+        let (readings, parameters) = (rows.readings(), rows.parameters);
+        let fitted = rows.values(&steps);
         // A heater on a bench has parameters that no mirror has.
         let comparable = if data.is_of_heaters() { 0 } else { parameters };
         Ok(Self {
             residuals: as_read(fitted.rows(0, readings).into_owned(), data, scaling),
             coordinates: fitted.rows(readings, comparable).into_owned(),
         })
+    }
+
+    /// The file that the ensemble of a session is kept in, for [`cache`] to ship.
+    ///
+    /// # Errors
+    /// [`Runaway`] as for [`Self::new`], and what the packing says.
+    pub fn file(data: &Dataset) -> Result<Vec<u8>, Box<dyn std::error::Error + Send + Sync>> {
+        let device = Device::default();
+        let conditions = Conditions::of(data, &device, &DriveScaling::of(data));
+        let rows = Rows::of(conditions.data());
+        let steps = fitted(conditions.data(), &device, &rows, MEMBERS)?;
+        Ok(file_of(&key(&conditions), rows.shape(), &steps)?)
     }
 
     /// Standardised as the session is, one mirror a column.
@@ -92,9 +106,88 @@ pub(crate) fn coordinates(model: &Model, data: &Dataset) -> Vec<f64> {
     free.map(|parameter| parameter.coordinate(model)).collect()
 }
 
-/// What the base leaves of each virtual mirror (um, A) and the coordinates of its parameters, one mirror after the other. A pure
+fn key(conditions: &Conditions) -> Key {
+    Key {
+        program: *PROGRAM,
+        conditions: conditions.hash(),
+    }
+}
+
+/// What is kept of a mirror: what the base leaves of it (um, A), and the coordinates of its parameters, as whole steps.
+struct Rows {
+    /// The observations in their order here: of one channel after those of another, for from one reading of a channel to the next little
+    /// changes.
+    order: Vec<usize>,
+    /// The step of each observation, in the order of the observations.
+    steps: Vec<f64>,
+    parameters: usize,
+}
+
+impl Rows {
+    fn of(conditions: &Dataset) -> Self {
+        let observations = &conditions.observations;
+        let mut order: Vec<usize> = (0..observations.len()).collect();
+        order.sort_by_key(|&row| match observations[row].channel {
+            Channel::Displacement => 0,
+            Channel::Current(actuator) => 1 + actuator,
+        });
+        Self {
+            order,
+            steps: observations
+                .iter()
+                .map(|o| NOISE_STEP * o.noise.max(LEAST_NOISE))
+                .collect(),
+            parameters: identifiable(conditions).len(),
+        }
+    }
+
+    fn readings(&self) -> usize {
+        self.order.len()
+    }
+
+    fn shape(&self) -> Shape {
+        Shape {
+            rows: self.readings() + self.parameters,
+            members: MEMBERS,
+        }
+    }
+
+    /// One mirror's residuals (um, A), in the order of the observations, and coordinates as steps.
+    fn steps<'a>(
+        &'a self,
+        left: &'a [f64],
+        coordinates: &'a [f64],
+    ) -> impl Iterator<Item = i32> + 'a {
+        let left = self.order.iter().map(|&row| left[row] / self.steps[row]);
+        let coordinates = coordinates.iter().map(|at| at / COORDINATE_STEP);
+        left.chain(coordinates).map(|steps| steps.round() as i32)
+    }
+
+    /// The numbers that steps of all mirrors stand for, one mirror a column.
+    fn values(&self, steps: &[i32]) -> DMatrix<f64> {
+        let shape = self.shape();
+        let mut values = DMatrix::zeros(shape.rows, shape.members);
+        for (mut mirror, steps) in values.column_iter_mut().zip(steps.chunks_exact(shape.rows)) {
+            let (left, coordinates) = steps.split_at(self.readings());
+            for (&row, &steps) in self.order.iter().zip(left) {
+                mirror[row] = self.steps[row] * f64::from(steps);
+            }
+            for (index, &steps) in coordinates.iter().enumerate() {
+                mirror[self.readings() + index] = COORDINATE_STEP * f64::from(steps);
+            }
+        }
+        values
+    }
+}
+
+/// What the base leaves of each virtual mirror and the coordinates of its parameters, one mirror after the other, as steps. A pure
 /// function of the conditions.
-fn fitted(conditions: &Dataset, device: &Device, members: usize) -> Result<Vec<f32>, Runaway> {
+fn fitted(
+    conditions: &Dataset,
+    device: &Device,
+    rows: &Rows,
+    members: usize,
+) -> Result<Vec<i32>, Runaway> {
     let drawn = Count::of("null ensemble: mirrors drawn", members);
     let mirrors: Vec<Vec<f64>> = (0..members as u64)
         .into_par_iter()
@@ -108,14 +201,16 @@ fn fitted(conditions: &Dataset, device: &Device, members: usize) -> Result<Vec<f
         .iter()
         .map(standard_deviation)
         .collect();
-    let numbers = fits.iter().flat_map(|Fit { left, coordinates }| {
-        let left = left
+    let mut steps = Vec::with_capacity(fits.len() * rows.shape().rows);
+    for Fit { left, coordinates } in &fits {
+        let left: Vec<f64> = left
             .iter()
             .zip(&deviations)
-            .map(|(left, deviation)| left * deviation);
-        left.chain(coordinates.iter().copied())
-    });
-    Ok(numbers.map(|number| number as f32).collect())
+            .map(|(left, deviation)| left * deviation)
+            .collect();
+        steps.extend(rows.steps(&left, coordinates));
+    }
+    Ok(steps)
 }
 
 fn mean(mirrors: &[Vec<f64>]) -> Vec<f64> {
@@ -152,10 +247,11 @@ fn zero_noise_um(data: &Dataset) -> f64 {
 
 /// What this program makes of one virtual mirror of each family in a short session: where virtual mirror, model or fit
 /// change, this does, and an old cache is not taken for a new one.
-static PROGRAM: LazyLock<Key> = LazyLock::new(|| {
-    let mut hash = Sha256::new();
-    for value in fitted(&probe(), &Device::default(), CALIBRATING.len()).unwrap_or_default() {
-        hash.update(value.to_le_bytes());
+static PROGRAM: LazyLock<[u8; 32]> = LazyLock::new(|| {
+    let (probe, mut hash) = (probe(), Sha256::new());
+    let rows = Rows::of(&probe);
+    for steps in fitted(&probe, &Device::default(), &rows, CALIBRATING.len()).unwrap_or_default() {
+        hash.update(steps.to_le_bytes());
     }
     hash.finalize().into()
 });

@@ -13,6 +13,7 @@ mod package;
 mod picture;
 mod poses;
 mod positions;
+mod standard_session;
 mod story;
 mod traces;
 mod twin_speed;
@@ -51,6 +52,8 @@ enum Task {
     HideEffects,
     /// Write anew what a board has until it is calibrated: the table of the reconciled model.
     TabulateFactory,
+    /// Write anew the null ensemble of the standard session: a minute.
+    TabulateEnsemble,
     /// Write anew what the diagnosis knows of effects that are taken for each other: 480 sessions, some twenty minutes.
     LearnConfusions,
     /// Write what `host-tool update` takes beside an ELF of the driver board's firmware.
@@ -119,6 +122,7 @@ fn run(task: Task) -> Result<ExitCode> {
         Task::Story(arguments) => story::run(&arguments),
         Task::HideEffects => hidden::write(),
         Task::TabulateFactory => factory::write(),
+        Task::TabulateEnsemble => standard_session::write(),
         Task::LearnConfusions => diagnoses::learn(),
         Task::Package { elf } => package::write(&elf),
         Task::Man { folder } => package::write_manual(&folder),

@@ -4,7 +4,6 @@
 //! The ensemble is computed from [`Conditions`] alone, and its key is the hash of all that is in them. So a session has the
 //! same ensemble whether another session of the same kind left it in the cache or nobody did.
 
-use super::cache::Key;
 use super::drive_scaling::DriveScaling;
 use identification::dataset::{Channel, Dataset, Observation};
 use mirror_model::device::{Fact, Quantity, Segment};
@@ -16,11 +15,13 @@ use sha2::{Digest, Sha256};
 const LEAST_NOISE_UM: f64 = 0.025;
 
 /// After a rest of so long (s) a mirror that lacks nothing has forgotten what it was driven with, but for 10 nm in the slowest of the
-/// ensemble's, whose last time constant is 2.5 s: `a_rest_is_a_rest`. The sensor's wander, 20 nm over half a minute, remembers
+/// ensemble's, whose last time constant is 2.5 s: `a_rest_is_a_rest_whatever_is_held`. The sensor's wander, 20 nm over half a minute, remembers
 /// no drive; that it counts as another one after such a rest leaves the ensemble a little wider than the session's.
 pub(super) const FORGOTTEN_S: f64 = 4.0;
 /// Such a rest is as long as between files that share no clock (s).
 pub(super) const REST_S: f64 = 60.0;
+/// Two clocks may be apart by this part: a rest of a second is one of a second for both.
+const CLOCK: f64 = 0.01;
 
 /// A session's dataset without its readings, and its mirror.
 #[derive(Clone, Debug)]
@@ -57,10 +58,9 @@ impl Conditions {
         &self.device
     }
 
-    /// The SHA-256 of everything in them, after what the program makes of virtual mirrors.
-    pub(super) fn key(&self, program: &Key) -> Key {
+    /// The SHA-256 of everything in them.
+    pub(super) fn hash(&self) -> [u8; 32] {
         let mut hash = Hash::default();
-        hash.0.update(program);
         let Dataset {
             intervals,
             observations,
@@ -87,26 +87,24 @@ impl Conditions {
     }
 }
 
-/// Between the files of a session lies as much time as a host took to go on. So that sessions of one kind share an ensemble, every
-/// rest in which nothing was read is rounded: a long one to [`REST_S`], a short one to a power of two.
+/// Between the files of a session lies as much time as a host took to go on. So that sessions of one kind share an ensemble, what a drive
+/// is held for until it no longer matters what was before is rounded to [`REST_S`], and a shorter rest, where nothing was read at its
+/// end, down to a power of two: a host makes rests longer.
 fn rested(mut data: Dataset) -> Dataset {
     let mut is_read = vec![false; data.intervals.len()];
     data.observations
         .iter()
         .for_each(|o| is_read[o.interval] = true);
-    let unread = data
-        .intervals
-        .iter_mut()
-        .zip(is_read)
-        .filter(|(_, is_read)| !is_read);
-    for (interval, _) in unread {
-        if [interval.from_v, interval.to_v] != [[0.0; ACTUATORS]; 2] {
-            continue;
+    for (interval, is_read) in data.intervals.iter_mut().zip(is_read) {
+        let is_held = interval.from_v == interval.to_v;
+        let is_rest = is_held && interval.to_v == [0.0; ACTUATORS] && !is_read;
+        match interval.duration_s {
+            long_s if is_held && long_s >= FORGOTTEN_S => interval.duration_s = REST_S,
+            short_s if is_rest => {
+                interval.duration_s = (short_s * (1.0 + CLOCK)).log2().floor().exp2();
+            }
+            _ => {}
         }
-        interval.duration_s = match interval.duration_s {
-            long_s if long_s >= FORGOTTEN_S => REST_S,
-            short_s => short_s.log2().round().exp2(),
-        };
     }
     data
 }
@@ -237,12 +235,12 @@ mod tests {
         read.with_values(&values)
     }
 
-    fn key(data: &Dataset) -> Key {
+    fn key(data: &Dataset) -> [u8; 32] {
         described(data, &Device::default())
     }
 
-    fn described(data: &Dataset, device: &Device) -> Key {
-        Conditions::of(data, device, &DriveScaling::of(data)).key(&[0; 32])
+    fn described(data: &Dataset, device: &Device) -> [u8; 32] {
+        Conditions::of(data, device, &DriveScaling::of(data)).hash()
     }
 
     #[test]
@@ -267,7 +265,18 @@ mod tests {
             key(&data)
         };
         assert_eq!(paused(4.1), paused(7.9));
-        assert_eq!(paused(0.45), paused(0.55));
+        // What is read where a drive is held is the beginning of the next file.
+        let read_after = |index: usize, held_s: f64| {
+            let mut data = session([0.0, 0.0, 40.0, 2e-3], 0.02);
+            data.intervals[index].duration_s = held_s;
+            key(&data)
+        };
+        for index in [0, 1] {
+            assert_eq!(read_after(index, 4.1), read_after(index, 7.9));
+            assert_ne!(read_after(index, 0.6), read_after(index, 0.5));
+        }
+        assert_eq!(paused(0.5), paused(0.9));
+        assert_eq!(paused(1.0), paused(0.999));
         assert_ne!(paused(0.5), paused(5.0));
     }
 
@@ -351,12 +360,5 @@ mod tests {
         for (index, key) in keys.iter().enumerate() {
             assert!(!keys[..index].contains(key), "key {index}");
         }
-    }
-
-    #[test]
-    fn another_program_has_other_ensembles() {
-        let data = session([0.0; 4], 0.02);
-        let conditions = Conditions::of(&data, &Device::default(), &DriveScaling::of(&data));
-        assert_ne!(conditions.key(&[0; 32]), conditions.key(&[1; 32]));
     }
 }

@@ -21,7 +21,8 @@ use serde_json::Value;
 use xtask::cargo::target_directory;
 
 use self::mirror::HiddenIn;
-use self::person::{Move, Person, There, number, texts};
+pub(crate) use self::person::Person;
+use self::person::{Move, There, number, texts};
 use self::told::{Chapter, Story};
 
 /// The model that the story begins with, and the one that the factory's calibration was made from.

@@ -63,7 +63,7 @@ impl Move {
 }
 
 /// Who tries a mirror on a board.
-pub(super) struct Person {
+pub(crate) struct Person {
     board: BoardOnHost,
     room_c: f64,
     folder: PathBuf,
@@ -75,7 +75,7 @@ impl Person {
     ///
     /// # Errors
     /// Where the board does not start.
-    pub(super) fn sit_down(mirror: &MirrorConfig, folder: &Path) -> Result<Self> {
+    pub(crate) fn sit_down(mirror: &MirrorConfig, folder: &Path) -> Result<Self> {
         let sockets = emulated_board::private_directory()?;
         let board = BoardOnHost::start(&Serving {
             connected: Connected::Mirror(Box::new(mirror.clone())),
@@ -103,7 +103,7 @@ impl Person {
     }
 
     /// The file or folder of this name in the folder of the story.
-    pub(super) fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.join(name)
     }
 
@@ -112,7 +112,7 @@ impl Person {
     ///
     /// # Errors
     /// Where the command fails: with its own words.
-    pub(super) fn types(&self, line: &str) -> Result<Value> {
+    pub(crate) fn types(&self, line: &str) -> Result<Value> {
         println!("$ {line}");
         let words: Vec<&str> = line.split(' ').skip(1).collect();
         if let Some(at) = words.iter().position(|word| *word == "--ambient") {
