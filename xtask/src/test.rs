@@ -45,7 +45,7 @@ const EMULATOR: &str = "MIRROR_EMULATOR";
 const ON_THE_TWIN: [&str; 3] = ["tests/acceptance", "tests/faults", "tests/stack"];
 const TWIN: &str = "g474";
 
-/// Tests that take a minute and more each, begun before all else with `full`: whole stories, which go to a processor each.
+/// Tests that take a minute and more each, begun before all else: whole stories, which go to a processor each.
 const STORIES: [&str; 3] = [
     "story::tests::seed_9320",
     "story::tests::seed_9321",
@@ -206,12 +206,8 @@ fn checks(built: &Built, browser: Option<&OsStr>) -> Result<Vec<Check>> {
     };
     let mut programs: Vec<&TestProgram> = built.on_host.iter().collect();
     programs.sort_by_key(place);
-    let is_full = browser.is_some();
-    let mut checks = match is_full {
-        true => stories(&programs)?,
-        false => Vec::new(),
-    };
-    checks.extend(python::checks(is_full)?);
+    let mut checks = stories(&programs)?;
+    checks.extend(python::checks(browser.is_some())?);
     let before = checks.len();
     checks.extend(programs.iter().map(|program| on_host(program, browser)));
     checks.extend(built.on_target.iter().map(on_target::check));
@@ -253,7 +249,7 @@ fn stories(programs: &[&TestProgram]) -> Result<Vec<Check>> {
     let teller = teller.with_context(|| format!("{STORYTELLER} was not built"))?;
     let stories = STORIES.iter().map(|name| {
         let mut check = Check::new((*name).to_owned(), teller.command());
-        check.command.args(["--exact", name, "--include-ignored"]);
+        check.command.args(["--exact", name]);
         check.verdict = |output| {
             let said = String::from_utf8_lossy(&output.stdout);
             ensure!(output.status.success(), "{}", output.status);

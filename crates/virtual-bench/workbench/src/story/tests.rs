@@ -2,8 +2,8 @@
 
 use super::*;
 
-/// Tells a story to its end: there is a page, and the error has fallen ten times, or to the limit. The gate tells three with
-/// `--full`; `cargo xtask story --full` tells all, docs/figures/story.md.
+/// Tells a story to its end: there is a page, and the error has fallen ten times, or to the limit. The gate tells three;
+/// `cargo xtask story --full` tells all, docs/figures/story.md.
 fn ends_well(seed: u64) {
     let root = tempfile::tempdir().expect("a folder");
     let story = tell(seed, root.path());
@@ -23,14 +23,12 @@ fn seed_9320() {
 
 /// The bench's position sensor has another gain than it says.
 #[test]
-#[ignore = "long"]
 fn seed_9321() {
     ends_well(9321);
 }
 
 /// Heat goes through the gap below the mirror.
 #[test]
-#[ignore = "long"]
 fn seed_9322() {
     ends_well(9322);
 }
