@@ -148,6 +148,7 @@ fn everything_on(factory: Calibration) -> Calibration {
             fast: [lag(0.5, 1e-3), lag(0.3, 35e-3), lag(0.1, 0.2)],
             slow: [lag(0.06, 4.0), lag(0.04, 20.0)],
             shared: [0.0, 0.9, 0.9, 0.9, 0.9],
+            beam_lag: Second(5e-4),
         },
         memory: Memory {
             plays: [play(3.0), play(6.0), play(12.0), play(24.0)],

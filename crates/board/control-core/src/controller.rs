@@ -4,6 +4,7 @@ use crate::CHANNELS;
 use crate::actuator::{Actuator, Rails, catch_up_time};
 use crate::calibration::{Calibration, Parts};
 use crate::codes::PwmCode;
+use crate::design::TICK;
 use crate::heat::{HeatInverse, SharedHeat};
 use crate::lag::TURNS;
 use crate::limits::{Limit, Limits};
@@ -87,7 +88,7 @@ pub struct Controller<'a> {
     highest_limits: Limits,
     /// What came of it. It is lent and not given, for it is as much to copy as an actuator is to compute.
     step: Step,
-    /// The rises that positions ask for in the room of the calibration.
+    /// The rises of the beams that positions ask for in the room of the calibration.
     asked: [Kelvin; CHANNELS],
     path: PathPlanner,
     surroundings: Surroundings,
@@ -224,7 +225,8 @@ impl<'a> Controller<'a> {
 
     /// Ticks by which a way comes late that is tracked ([`Setpoint::Track`]): who knows what comes asks for it so much ahead.
     pub fn track_delay_ticks(&self) -> f32 {
-        self.shaper.delay_ticks()
+        let plate = self.calibration.parts().path.resonance.delay();
+        self.shaper.delay_ticks() + plate.0 / TICK.0
     }
 
     /// What the last step decided.
@@ -336,11 +338,12 @@ impl<'a> Controller<'a> {
                 step.limits = step.limits.union(self.highest_limits);
             }
             let asked = calibrations[i].shape.going_on_straight(x);
+            let heater = heat.heater(asked, self.asked[i]);
             self.asked[i] = asked;
-            let mut target = self.surroundings.target(i, asked);
+            let mut target = self.surroundings.target(i, heater);
             if target.0 < 0.0 {
-                // What the surroundings take away, and not a memory that leads below rest.
-                let at_rest = if asked.0 < 0.0 { asked.0 } else { 0.0 };
+                // What the surroundings take away, and neither a memory that leads below rest nor a heater that is ahead.
+                let at_rest = if heater.0 < 0.0 { heater.0 } else { 0.0 };
                 if target.0 < at_rest - UNNOTICED.0 {
                     step.limits.insert(Limit::RoomWarm);
                 }

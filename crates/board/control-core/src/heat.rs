@@ -7,9 +7,12 @@
 //! A part of a pole may be driven by the mean heating of all four actuators, as that of the frame they stand on. It is slow against a
 //! tick, so what the four have in common is brought up to date pole by pole, told ahead by as much as it is late, and taken into each
 //! actuator's turn; with that the four are inverted apart, and their coupling needs no inverse of its own.
+//!
+//! The poles tell the heater's temperature. The beam follows it with a lag of its own, so on its way the heater is asked to be ahead.
 
 use crate::CHANNELS;
 use crate::calibration::{FAST_POLES, Heat, Lag, POLES, SLOW_POLES};
+use crate::design::TICK;
 use crate::lag::{QuickLag, SlowLag, SlowState, TURNS};
 use crate::units::Kelvin;
 
@@ -24,6 +27,8 @@ pub(crate) struct HeatInverse {
     per_input_gain: f32,
     /// Weight of the actuator's own part of the fast poles together.
     fast_weight: f32,
+    /// Time constant with which a beam follows its heater, in ticks.
+    beam_lag: f32,
 }
 
 /// Temperatures of the lags of one actuator.
@@ -84,7 +89,14 @@ impl HeatInverse {
             input_gain,
             per_input_gain: 1.0 / input_gain,
             fast_weight: own_fast.iter().map(|lag| lag.weight).sum(),
+            beam_lag: heat.beam_lag.0 / TICK.0,
         }
+    }
+
+    /// The rise of a heater whose beam goes from `before` to `beam` in a tick: with the difference for the slope, the inverse of its lag.
+    #[inline(always)]
+    pub(crate) fn heater(&self, beam: Kelvin, before: Kelvin) -> Kelvin {
+        Kelvin(beam.0 + self.beam_lag * (beam.0 - before.0))
     }
 
     /// The heating for which the temperature rise is `target` after the next tick: what power at rest
@@ -370,6 +382,7 @@ mod tests {
                 },
             ],
             shared: [0.0, 1.0, 0.0, 0.8, 0.0],
+            beam_lag: Second(0.0),
         };
         let inverse = HeatInverse::new(&heat);
         let mut states: [HeatState; CHANNELS] = Default::default();
@@ -408,6 +421,27 @@ mod tests {
         }
         // What is shared goes by up to 0.03 K in a tick here, and is told once in four.
         assert!(worst < 0.1, "{worst} K");
+    }
+
+    /// A beam behind its heater along a smooth way, as f64 follows a heater that warms straight within each tick.
+    #[test]
+    fn a_heater_that_is_led_takes_its_beam_along_the_way() {
+        const TICKS: usize = 70;
+        let inverse = HeatInverse::new(&parts().heat);
+        let lag = f64::from(parts().heat.beam_lag.0) / 1e-4;
+        let (pole, mean) = ((-1.0 / lag).exp(), lag * -(-1.0 / lag).exp_m1());
+        let (mut asked, mut heater, mut beam) = (Kelvin(0.0), 0.0, 0.0);
+        for tick in 1..=2 * TICKS {
+            let done = (tick as f64 / TICKS as f64).min(1.0);
+            let next = Kelvin((100.0 * done.powi(3) * (10.0 - done * (15.0 - 6.0 * done))) as f32);
+            let led = f64::from(inverse.heater(next, asked).0);
+            beam = pole * beam + (mean - pole) * heater + (1.0 - mean) * led;
+            (heater, asked) = (led, next);
+            // The slope's difference is half a tick old: lag / 2 of the second difference, at most 5.8 of 100 K in 70 ticks squared.
+            let most = 0.5 * lag * 5.8 * 100.0 / (TICKS as f64).powi(2);
+            assert!((beam - f64::from(next.0)).abs() < most, "tick {tick}");
+        }
+        assert!((beam - 100.0).abs() < 1e-3);
     }
 
     #[test]

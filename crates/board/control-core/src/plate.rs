@@ -93,8 +93,8 @@ impl PlateInverse {
         let mut positions = self.levers.each_ref().map(at);
         if !self.is_known {
             self.without_levers(pose, &mut positions, limits);
-        } else if !self.are_within(&positions) {
-            self.warp(&mut positions, limits);
+        } else if let Some(warp) = self.needed_warp(&positions) {
+            self.warp(warp, &mut positions, limits);
         }
         positions
     }
@@ -144,21 +144,30 @@ impl PlateInverse {
         position.to_bits() <= self.top.to_bits()
     }
 
-    /// Brings all `positions` into the range by the warp nearest to none: that which one of them needs.
+    /// The warp nearest to none that brings one of `positions` into the range that needs most; `None` where all are within it.
     #[inline(always)]
-    fn warp(&self, positions: &mut [f32; CHANNELS], limits: &mut Limits) {
-        let mut most_needed = 0.0_f32;
+    fn needed_warp(&self, positions: &[f32; CHANNELS]) -> Option<f32> {
+        let mut most_needed = None;
         for (position, warp) in positions.iter().zip(&self.warps) {
             if !self.is_within(*position) {
                 cold_path();
                 let needed = warp.to_end(*position) - position * warp.per_um;
-                if needed.abs() > most_needed.abs() {
-                    most_needed = needed;
-                }
+                let most = most_needed.unwrap_or(0.0_f32);
+                most_needed = Some(if needed.abs() > most.abs() {
+                    needed
+                } else {
+                    most
+                });
             }
         }
-        let warped = array::from_fn(|i| positions[i] + most_needed * self.levers[i].warp);
-        if most_needed.abs() <= self.most_warp && self.are_within(&warped) {
+        most_needed
+    }
+
+    /// Brings all `positions` into the range by the `needed` warp.
+    #[inline(always)]
+    fn warp(&self, needed: f32, positions: &mut [f32; CHANNELS], limits: &mut Limits) {
+        let warped = array::from_fn(|i| positions[i] + needed * self.levers[i].warp);
+        if needed.abs() <= self.most_warp && self.are_within(&warped) {
             *positions = warped;
         } else {
             self.limit_warped(positions, limits);

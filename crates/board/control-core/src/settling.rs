@@ -24,6 +24,8 @@ pub(crate) struct Decay {
     weights: [f32; FAST_POLES],
     /// Time constant of catching up, in ticks.
     catch_up: f32,
+    /// Ticks by which a beam comes after its heater.
+    beam_lag: f32,
 }
 
 /// The way that an actuator has before it.
@@ -52,6 +54,7 @@ impl Decay {
             powers,
             weights: heat.fast.map(|lag| lag.weight),
             catch_up: catch_up.0 / TICK.0,
+            beam_lag: heat.beam_lag.0 / TICK.0,
         }
     }
 
@@ -97,7 +100,7 @@ impl Decay {
         } else {
             0.0
         };
-        ticks as f32 + catching_up
+        ticks as f32 + catching_up + self.beam_lag
     }
 }
 
@@ -113,11 +116,9 @@ mod tests {
         /// The tick at which free cooling, or a heating that stays, passes a temperature, against the lags themselves.
         #[test]
         fn the_tick_of_passing_is_found(start in 20.0_f32..100.0, share in 0.05_f32..0.9, up: bool) {
-            let heat = Heat { slow: Heat::INSTANT.slow, shared: Heat::INSTANT.shared, fast: {
-                let mut fast = parts().heat.fast;
-                fast[2].weight = 0.2;
-                fast
-            } };
+            let mut fast = parts().heat.fast;
+            fast[2].weight = 0.2;
+            let heat = Heat { fast, ..Heat::INSTANT };
             let inverse = HeatInverse::new(&heat);
             let mut state = HeatState::default();
             let mut rise = Kelvin(0.0);

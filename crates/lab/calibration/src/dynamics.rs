@@ -59,7 +59,7 @@ pub(crate) fn heat(model: &Model) -> Heat {
     Heat {
         fast: lags::<FAST_POLES>(fast, Second(0.0)),
         slow: lags::<SLOW_POLES>(slow, SLOW),
-        shared: Heat::INSTANT.shared,
+        ..Heat::INSTANT
     }
 }
 

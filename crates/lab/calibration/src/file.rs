@@ -6,6 +6,7 @@
 //! date = "2026-11-21"
 //! model_hash = "0123456789abcdef"
 //! move_time_s = 0.007
+//! beam_lag_s = 0.0002 # with which the beams follow their heaters
 //! resonance = { frequency_hz = 950.0, quality = 30.0 } # of the plate; none where nobody knows it
 //! max_drive_v = 3.5
 //! max_power_w = 0.034

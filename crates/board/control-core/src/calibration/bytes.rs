@@ -2,13 +2,13 @@
 //!
 //! Little endian, without padding: the letters `EMCA`, the format (u16), device and date (48 bytes
 //! each), the model's hash (u64), the numbers (f32) in the order of [`numbers`], [`levers`], [`surroundings`],
-//! [`residual`], [`shared`] and [`resonance`], and the CRC-32 (as in Ethernet) of all that. Formats 3 to 7 are read too: 7 has no
-//! resonance, 6 no heat that the actuators share either, 5 does not say what it leaves unknown either, 4 knows nothing of surroundings
+//! [`residual`], [`shared`] and [`resonance`], the beams' lag, and the CRC-32 (as in Ethernet) of all that. Formats 3 to 8 are read
+//! too: 8 has no lag of beams, 7 no resonance either, 6 no heat that the actuators share either, 5 does not say what it leaves unknown either, 4 knows nothing of surroundings
 //! either, 3 has no levers either.
 
 use super::layout::{
-    BYTES, FORMAT, MAGIC, WITHOUT_LEVERS, WITHOUT_RESIDUAL, WITHOUT_RESONANCE, WITHOUT_SHARED,
-    WITHOUT_SURROUNDINGS, record_bytes,
+    BYTES, FORMAT, MAGIC, WITHOUT_LAG, WITHOUT_LEVERS, WITHOUT_RESIDUAL, WITHOUT_RESONANCE,
+    WITHOUT_SHARED, WITHOUT_SURROUNDINGS, record_bytes,
 };
 use super::{ActuatorCalibration, Bounds, Heat, Memory, Parts, Path, Plate};
 use super::{Calibration, CalibrationError, Field, Label, Origin, Problem};
@@ -56,6 +56,7 @@ impl Calibration {
         resonance(&mut parts.path.resonance, &mut |number| {
             put(&number.to_le_bytes())
         });
+        put(&parts.heat.beam_lag.0.to_le_bytes());
         let end = BYTES - 4;
         let checksum = CRC.checksum(&bytes[..end]);
         bytes[end..].copy_from_slice(&checksum.to_le_bytes());
@@ -120,6 +121,9 @@ impl Calibration {
             resonance(&mut parts.path.resonance, &mut |number| {
                 *number = f32::from_le_bytes(reader.take().unwrap_or_default());
             });
+        }
+        if format > WITHOUT_LAG {
+            parts.heat.beam_lag = Second(f32::from_le_bytes(reader.take().unwrap_or_default()));
         }
         for (actuator, (top, knots)) in tables.into_iter().enumerate() {
             parts.actuators[actuator].shape = InverseTable::new(top, knots)
@@ -241,7 +245,7 @@ impl Reader<'_> {
 mod tests {
     use super::super::POLES;
     use super::super::layout::{
-        BYTES_WITHOUT_LEVERS, BYTES_WITHOUT_RESIDUAL, BYTES_WITHOUT_RESONANCE,
+        BYTES_WITHOUT_LAG, BYTES_WITHOUT_LEVERS, BYTES_WITHOUT_RESIDUAL, BYTES_WITHOUT_RESONANCE,
         BYTES_WITHOUT_SHARED, BYTES_WITHOUT_SURROUNDINGS, HEAD,
     };
     use super::super::tests::parts;
@@ -279,7 +283,8 @@ mod tests {
             (BYTES_WITHOUT_RESIDUAL, parts().ambient_ratio),
             (BYTES_WITHOUT_SHARED, parts().residual.ambient_ratio),
             (BYTES_WITHOUT_RESONANCE, parts().heat.shared[POLES - 1]),
-            (BYTES, parts().path.resonance.quality),
+            (BYTES_WITHOUT_LAG, parts().path.resonance.quality),
+            (BYTES, parts().heat.beam_lag.0),
         ] {
             assert_eq!(bytes()[last_of(length)], number.to_le_bytes());
         }
@@ -287,8 +292,13 @@ mod tests {
 
     #[test]
     fn a_calibration_of_a_format_before_lacks_what_came_later() {
-        let without_resonance = {
+        let without_lag = {
             let mut parts = parts();
+            parts.heat.beam_lag = Second(0.0);
+            parts
+        };
+        let without_resonance = {
+            let mut parts = without_lag;
             parts.path.resonance = Resonance::UNKNOWN;
             parts
         };
@@ -308,6 +318,7 @@ mod tests {
             ..without_surroundings
         };
         for (format, length, expected) in [
+            (WITHOUT_LAG, BYTES_WITHOUT_LAG, without_lag),
             (
                 WITHOUT_RESONANCE,
                 BYTES_WITHOUT_RESONANCE,
@@ -342,8 +353,8 @@ mod tests {
     #[test]
     fn another_format_is_named() {
         let mut other = bytes();
-        other[4..6].copy_from_slice(&9_u16.to_le_bytes());
-        let refused = Err(CalibrationError::Format { format: 9 });
+        other[4..6].copy_from_slice(&10_u16.to_le_bytes());
+        let refused = Err(CalibrationError::Format { format: 10 });
         assert_eq!(Calibration::from_bytes(&signed(other)), refused);
     }
 

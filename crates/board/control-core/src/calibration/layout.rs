@@ -6,7 +6,9 @@ use crate::CHANNELS;
 use crate::shape::KNOTS;
 
 /// The version of this layout and of what the numbers mean.
-pub(super) const FORMAT: u16 = 8;
+pub(super) const FORMAT: u16 = 9;
+/// The one without a lag of the beams.
+pub(super) const WITHOUT_LAG: u16 = 8;
 /// The one without a resonance.
 pub(super) const WITHOUT_RESONANCE: u16 = 7;
 /// The one without heat that the actuators share.
@@ -27,10 +29,12 @@ const SURROUNDINGS_NUMBERS: usize = CHANNELS * (1 + SENSED_RISES) + 1;
 const RESIDUAL_NUMBERS: usize = 4;
 const SHARED_PARTS: usize = POLES;
 const RESONANCE_NUMBERS: usize = 2;
+const LAG_NUMBERS: usize = 1;
 pub(super) const HEAD: usize = MAGIC.len() + 2 + 2 * Label::CAPACITY + 8;
 
 /// Bytes of a calibration.
-pub const BYTES: usize = BYTES_WITHOUT_RESONANCE + 4 * RESONANCE_NUMBERS;
+pub const BYTES: usize = BYTES_WITHOUT_LAG + 4 * LAG_NUMBERS;
+pub(super) const BYTES_WITHOUT_LAG: usize = BYTES_WITHOUT_RESONANCE + 4 * RESONANCE_NUMBERS;
 pub(super) const BYTES_WITHOUT_RESONANCE: usize = BYTES_WITHOUT_SHARED + 4 * SHARED_PARTS;
 pub(super) const BYTES_WITHOUT_SHARED: usize = BYTES_WITHOUT_RESIDUAL + 4 * RESIDUAL_NUMBERS;
 pub(super) const BYTES_WITHOUT_RESIDUAL: usize =
@@ -53,6 +57,8 @@ pub fn record_bytes(bytes: &[u8]) -> usize {
         BYTES_WITHOUT_SHARED
     } else if is_of(WITHOUT_RESONANCE) {
         BYTES_WITHOUT_RESONANCE
+    } else if is_of(WITHOUT_LAG) {
+        BYTES_WITHOUT_LAG
     } else {
         BYTES
     }

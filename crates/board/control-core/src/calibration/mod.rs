@@ -125,6 +125,7 @@ pub(crate) mod tests {
                 fast: [lag(0.5, 1e-3), lag(0.3, 35e-3), lag(0.1, 0.2)],
                 slow: [lag(0.06, 4.0), lag(0.04, 20.0)],
                 shared: [0.0, 0.5, 0.25, 0.75, 1.0],
+                beam_lag: Second(3e-4),
             },
             memory: Memory {
                 plays: [

@@ -52,6 +52,8 @@ const LONGEST_MOTION_UM: f32 = 1e4;
 
 /// How long a move may take (s): five periods of a resonance of 5 Hz, a fortieth of the lowest that the effect `resonance` knows.
 const LONGEST_MOVE: Second = Second(1.0);
+/// How slowly a beam may follow its heater (s). Led by 200 ticks, the rounding of 300 K in f32 grows to 6 mK, a hundredth of a micrometre.
+const LONGEST_BEAM_LAG: Second = Second(0.02);
 /// Their quality factors: what is damped more than critically does not ring, and MEMS mirrors in air stay below the highest.
 const QUALITIES: RangeInclusive<f32> = 0.5..=1e4;
 /// What one kelvin of the surroundings may be worth, in kelvins of a heater: a beam whose heater is on one half only bends
@@ -81,6 +83,8 @@ impl Parts {
             self.path.move_time.0,
             0.0..=LONGEST_MOVE.0,
         )?;
+        let beam_lag = self.heat.beam_lag.0;
+        check(Field::BeamLag, 0, beam_lag, 0.0..=LONGEST_BEAM_LAG.0)?;
         self.path.resonance.check()?;
         check(Field::AmbientRatio, 0, self.ambient_ratio, AMBIENT_RATIOS)?;
         if self.ambient_ratio > 0.0 {
@@ -341,6 +345,7 @@ mod tests {
             13 => (&mut p.path.move_time.0, Field::MoveTime),
             25 => (&mut p.path.resonance.frequency.0, Field::ResonanceFrequency),
             26 => (&mut p.path.resonance.quality, Field::ResonanceQuality),
+            27 => (&mut p.heat.beam_lag.0, Field::BeamLag),
             14 => (&mut p.bounds.drive.0, Field::MaxDrive),
             15 => (&mut p.bounds.power.0, Field::MaxPower),
             19 => (&mut p.actuators[1].sensed_rises.knots[7], Field::SensedRise),

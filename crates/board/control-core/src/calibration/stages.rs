@@ -1,5 +1,7 @@
 //! The stages' numbers, and what some of them say forward.
 
+use core::f32::consts::PI;
+
 use crate::CHANNELS;
 use crate::shape::InverseTable;
 use crate::units::{Hertz, Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Volt, Watt};
@@ -68,6 +70,9 @@ pub struct Heat {
     /// Part of each, the fast ones first, that the mean heating of all four actuators drives, as that of the frame they stand on;
     /// the rest is driven by the actuator's own. Of the first, which is the beam's, 0.
     pub shared: [f32; POLES],
+    /// Time constant with which the beam follows its heater, whose temperature rise the poles tell: heat is on its way from one to
+    /// the other. 0: it is as warm at once.
+    pub beam_lag: Second,
 }
 
 /// A play operator with its weight: a part of the motion that follows only when pulled by more than
@@ -185,6 +190,14 @@ impl Resonance {
     pub fn is_known(&self) -> bool {
         self.frequency.0 > 0.0
     }
+
+    /// How much later than its actuators the plate is on a steady way, 1 / (w Q); 0 where nobody knows.
+    pub fn delay(&self) -> Second {
+        Second(match self.is_known() {
+            true => 1.0 / (2.0 * PI * self.frequency.0 * self.quality),
+            false => 0.0,
+        })
+    }
 }
 
 impl SensedRises {
@@ -212,6 +225,7 @@ impl Heat {
                 time: SLOW,
             }; SLOW_POLES],
             shared: [0.0; POLES],
+            beam_lag: Second(0.0),
         }
     };
 

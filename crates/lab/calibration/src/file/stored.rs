@@ -23,6 +23,8 @@ pub(super) struct Stored {
     date: String,
     model_hash: String,
     move_time_s: f64,
+    #[serde(default)]
+    beam_lag_s: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     resonance: Option<StoredResonance>,
     max_drive_v: f64,
@@ -138,6 +140,7 @@ impl From<&Calibration> for Stored {
             date: p.origin.date.as_str().to_owned(),
             model_hash: format!("{:016x}", p.origin.model_hash),
             move_time_s: decimal(p.path.move_time.0),
+            beam_lag_s: decimal(p.heat.beam_lag.0),
             resonance: p.path.resonance.is_known().then(|| StoredResonance {
                 frequency_hz: decimal(p.path.resonance.frequency.0),
                 quality: decimal(p.path.resonance.quality),
@@ -236,7 +239,10 @@ impl Stored {
         if self.actuators.len() != 4 {
             return Err(format!("it has {} actuators, not 4", self.actuators.len()));
         }
-        let mut heat = Heat::INSTANT;
+        let mut heat = Heat {
+            beam_lag: Second(self.beam_lag_s as f32),
+            ..Heat::INSTANT
+        };
         heat.fast[0].weight = 0.0;
         fill(
             "fast_poles",

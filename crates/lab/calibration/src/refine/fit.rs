@@ -2,17 +2,17 @@
 //! enter nonlinearly, the others are the solution of a linear problem.
 
 use control_core::CHANNELS;
-use control_core::calibration::{Parts, SensedRises};
+use control_core::calibration::{Parts, Resonance, SensedRises};
 use least_squares::{DifferenceStep, Options, Problem, minimise};
 use nalgebra::DVector;
 
-use super::heat::HeatLoss;
+use super::heat::{HeatLoss, SampledLag};
 use super::heaters;
 use super::linear::{Displacements, LinearStages, MemoryTerms};
 use super::resistance::Line;
-use super::sensed;
 use super::timeline::{TimeStep, Timeline};
 use super::unknowns::Unknowns;
+use super::{sensed, springs};
 use crate::curve::Curve;
 
 /// How often memory's own input is brought up to date with what was found. Memory is some percent of the displacement, so its
@@ -22,7 +22,7 @@ const ROUNDS: usize = 4;
 /// input is off by more, so may the fit be.
 const TOLERANCE: f64 = 1e-6;
 const ROUGH: f64 = 1e-4;
-/// Evaluations of a fit: a dozen steps for each of the twelve unknowns.
+/// Evaluations of a fit: seven steps for each of the 21 unknowns.
 const MOST_EVALUATIONS: usize = 150;
 /// Difference step of a coordinate: far above the rounding of thousands of time steps, and far below one.
 const DIFFERENCE: f64 = 1e-4;
@@ -36,6 +36,8 @@ pub(super) struct StagesFit<'a> {
     pub(super) losses: [HeatLoss; CHANNELS],
     /// The tables read forward: temperature rise (K) to displacement (um).
     shapes: [Curve; CHANNELS],
+    /// What the plate does on its springs.
+    resonance: Resonance,
 }
 
 /// The stages that were found.
@@ -49,8 +51,14 @@ pub(super) struct Fitted {
     pub(super) residual_rms_um: f64,
 }
 
-/// Temperature rises of the actuators, and what their fast poles have still to bring (K).
+/// Temperature rises of the beams, and what their heaters and fast poles have still to bring (K).
 type Rises = [(f64, f64); CHANNELS];
+
+/// What a round of the fit takes as known from the one before: readings without the plate's own motion, and what drives memory.
+struct Estimate {
+    held: Vec<TimeStep>,
+    memory: Displacements,
+}
 
 /// The stages forward, at the end of every time step.
 struct Forward {
@@ -77,6 +85,7 @@ impl<'a> StagesFit<'a> {
             top_um: f64::from(parts.actuators[0].shape.top().0),
             losses,
             shapes: parts.actuators.each_ref().map(super::tables::forward),
+            resonance: parts.path.resonance,
         }
     }
 
@@ -97,8 +106,11 @@ impl<'a> StagesFit<'a> {
             ..Options::default()
         };
         let mut at = start.coordinates();
-        let rises = self.rises(&start);
-        let mut estimate = Displacements::without_memory(&self.places_um(&start, &rises));
+        let places_um = self.places_um(&start, &self.rises(&start));
+        let mut estimate = Estimate {
+            held: self.held(&places_um),
+            memory: Displacements::without_memory(&places_um),
+        };
         let mut fitted = None;
         for round in 1..=ROUNDS {
             let tolerance = if round < ROUNDS { ROUGH } else { TOLERANCE };
@@ -111,15 +123,23 @@ impl<'a> StagesFit<'a> {
                 .parameters;
             let unknowns = Unknowns::at(&at);
             let forward = self.forward(&unknowns, &estimate)?;
-            let cost = self.residuals(&forward).iter().map(|r| r * r).sum();
-            let residual_rms_um = self.weighted_rms_um(&forward);
+            let cost = self
+                .residuals(&estimate.held, &forward)
+                .iter()
+                .map(|r| r * r)
+                .sum();
+            let residual_rms_um = weighted_rms_um(&estimate.held, &forward);
             let Forward {
                 places_um,
                 memory,
                 linear,
                 ..
             } = forward;
-            estimate = linear.displacements(&places_um, &memory);
+            let now_um: Vec<f64> = linear.predict(&places_um, &memory).collect();
+            estimate = Estimate {
+                held: self.held(&now_um),
+                memory: linear.displacements(&places_um, &memory),
+            };
             fitted = Some(Fitted {
                 losses: unknowns.losses(&self.losses),
                 unknowns,
@@ -131,11 +151,38 @@ impl<'a> StagesFit<'a> {
         fitted
     }
 
-    /// The actuators' rises at the end of every time step, and what their fast poles have still to bring then (K).
+    /// The time steps, whose readings are without what the plate on its springs adds where its actuators hold it so (um).
+    fn held(&self, held_um: &[f64]) -> Vec<TimeStep> {
+        let mut steps = self.timeline.steps.clone();
+        let added = springs::added_um(&self.resonance, &steps, held_um.iter().copied());
+        for (step, added_um) in steps.iter_mut().zip(added) {
+            if let Some(read) = &mut step.displacement {
+                read.z_um -= added_um;
+            }
+        }
+        steps
+    }
+
+    /// The rises of the beams, which follow their heaters, at the end of every time step, and what these and their fast poles have still to
+    /// bring then (K).
     fn rises(&self, unknowns: &Unknowns) -> Vec<Rises> {
+        let steps = &self.timeline.steps;
         let losses = unknowns.losses(&self.losses);
-        let network = &unknowns.network;
-        network.rises_unsettled(&self.timeline.steps, &losses)
+        let mut rises = unknowns.network.rises_unsettled(steps, &losses);
+        let (mut before, mut beams) = ([0.0; CHANNELS], [0.0; CHANNELS]);
+        for (step, rises) in steps.iter().zip(&mut rises) {
+            let sampled = SampledLag::new(unknowns.beam_lag_s, step.duration_s);
+            for (channel, (rise, unsettled)) in rises.iter_mut().enumerate() {
+                let heater = *rise;
+                if step.duration_s > 0.0 {
+                    beams[channel] = sampled.after(beams[channel], before[channel], heater);
+                    before[channel] = heater;
+                }
+                *rise = beams[channel];
+                *unsettled += heater - beams[channel];
+            }
+        }
+        rises
     }
 
     /// The mean place of the four actuators in the tables as they were, at the end of every time step (um).
@@ -153,11 +200,11 @@ impl<'a> StagesFit<'a> {
     }
 
     /// The stages forward with these unknowns and the linear stages that are best with them.
-    fn forward(&self, unknowns: &Unknowns, estimate: &Displacements) -> Option<Forward> {
-        let steps = &self.timeline.steps;
+    fn forward(&self, unknowns: &Unknowns, estimate: &Estimate) -> Option<Forward> {
+        let steps = &estimate.held;
         let rises = self.rises(unknowns);
         let places_um = self.places_um(unknowns, &rises);
-        let memory = MemoryTerms::new(steps, self.top_um, unknowns, estimate);
+        let memory = MemoryTerms::new(steps, self.top_um, unknowns, &estimate.memory);
         let linear = LinearStages::fit(steps, self.top_um, &places_um, &memory)?;
         Some(Forward {
             rises,
@@ -168,28 +215,14 @@ impl<'a> StagesFit<'a> {
     }
 
     /// The standardised residuals of all readings, predicted less measured: of the displacement, and of the resistances.
-    fn residuals(&self, forward: &Forward) -> Vec<f64> {
-        let steps = self.timeline.steps.iter().zip(forward.displacements_um());
+    fn residuals(&self, held: &[TimeStep], forward: &Forward) -> Vec<f64> {
+        let steps = held.iter().zip(forward.displacements_um());
         let displacement = steps.filter_map(|(step, z_um)| {
             let read = step.displacement?;
             Some((z_um - read.z_um) / read.standard_deviation_um)
         });
-        let resistances = heaters::residuals(&self.timeline.steps, &forward.rises);
+        let resistances = heaters::residuals(held, &forward.rises);
         displacement.chain(resistances).collect()
-    }
-
-    /// Root mean square of what is left of the displacement, weighted by the readings' variances (um).
-    fn weighted_rms_um(&self, forward: &Forward) -> f64 {
-        let steps = self.timeline.steps.iter().zip(forward.displacements_um());
-        let (mut squares, mut weights) = (0.0, 0.0);
-        for (step, z_um) in steps {
-            if let Some(read) = step.displacement {
-                let weight = read.standard_deviation_um.powi(-2);
-                squares += weight * (z_um - read.z_um).powi(2);
-                weights += weight;
-            }
-        }
-        (squares / weights).sqrt()
     }
 
     /// What each actuator's resistance, read by its line, tells where the mirror rests, up to these rises (K).
@@ -233,17 +266,32 @@ impl<'a> StagesFit<'a> {
     }
 }
 
+/// Root mean square of what is left of the displacement, weighted by the readings' variances (um).
+fn weighted_rms_um(held: &[TimeStep], forward: &Forward) -> f64 {
+    let steps = held.iter().zip(forward.displacements_um());
+    let (mut squares, mut weights) = (0.0, 0.0);
+    for (step, z_um) in steps {
+        if let Some(read) = step.displacement {
+            let weight = read.standard_deviation_um.powi(-2);
+            squares += weight * (z_um - read.z_um).powi(2);
+            weights += weight;
+        }
+    }
+    (squares / weights).sqrt()
+}
+
 /// The residuals as a function of the nonlinear unknowns alone.
 struct Projection<'a> {
     fit: &'a StagesFit<'a>,
-    estimate: &'a Displacements,
+    estimate: &'a Estimate,
 }
 
 impl Problem for Projection<'_> {
     fn residuals(&self, coordinates: &DVector<f64>) -> Option<DVector<f64>> {
         let unknowns = Unknowns::at(coordinates);
         let forward = self.fit.forward(&unknowns, self.estimate)?;
-        Some(DVector::from_vec(self.fit.residuals(&forward)))
+        let residuals = self.fit.residuals(&self.estimate.held, &forward);
+        Some(DVector::from_vec(residuals))
     }
 
     fn difference_step(&self) -> DifferenceStep {

@@ -53,7 +53,7 @@ impl FosterNetwork {
                     ..slow
                 }
             }),
-            shared: Heat::INSTANT.shared,
+            ..Heat::INSTANT
         }
     }
 

@@ -1,5 +1,5 @@
 //! Shape and memory, forward, and linear in what is sought: a bend of the tables' curve, the weights of play operators of
-//! fixed radii (Prandtl-Ishlinskii), the weights of creep (Kelvin-Voigt).
+//! given radii (Prandtl-Ishlinskii), the weights of creep (Kelvin-Voigt).
 
 use control_core::calibration::{LAGS, Lag, Memory, PLAYS, Play};
 use control_core::{Micrometre, Second};
@@ -9,7 +9,6 @@ use nalgebra::{DMatrix, DVector};
 use super::heat::SampledLag;
 use super::timeline::TimeStep;
 use super::unknowns::Unknowns;
-use crate::memory::RADII;
 
 /// Terms of the bend: Chebyshev polynomials up to the tenth order. What a table's curve is off is smooth.
 const BENDS: usize = 11;
@@ -53,7 +52,10 @@ impl MemoryTerms {
         estimate: &Displacements,
     ) -> Self {
         let Unknowns {
-            release_s, creep_s, ..
+            release_s,
+            creep_s,
+            radii,
+            ..
         } = *unknowns;
         let mut plays = [0.0_f64; PLAYS];
         let mut lags = [0.0; LAGS];
@@ -63,7 +65,7 @@ impl MemoryTerms {
             let mut row = [0.0; MEMORY];
             let kept = (-step.duration_s / release_s).exp();
             for (k, play) in plays.iter_mut().enumerate() {
-                let radius = RADII[k] * top_um;
+                let radius = radii[k] * top_um;
                 *play = (x + (*play - x) * kept).clamp(x - radius, x + radius);
                 row[k] = *play - x;
             }
@@ -192,7 +194,7 @@ impl LinearStages {
         Memory {
             plays: std::array::from_fn(|k| Play {
                 weight: self.memory[k] as f32,
-                radius: Micrometre((RADII[k] * self.top_um) as f32),
+                radius: Micrometre((unknowns.radii[k] * self.top_um) as f32),
             }),
             release: Second(unknowns.release_s as f32),
             creep: std::array::from_fn(|k| Lag {

@@ -20,13 +20,14 @@ mod linear;
 mod noise;
 mod resistance;
 mod sensed;
+mod springs;
 mod tables;
 mod timeline;
 mod unknowns;
 
-use control_core::calibration::{Parts, SensedRises};
+use control_core::calibration::{Heat, Parts, SensedRises};
 use control_core::shape::SEGMENTS;
-use control_core::{Calibration, Kelvin, Ohm, PerKelvin};
+use control_core::{Calibration, Kelvin, Ohm, PerKelvin, Second};
 use measurement::Session;
 
 pub use self::error::RefineError;
@@ -123,7 +124,10 @@ fn refined_parts(parts: &Parts, fit: &StagesFit, fitted: &Fitted) -> Result<Part
     bounds.rise = Kelvin(hottest as f32);
     Ok(Parts {
         actuators,
-        heat: fitted.unknowns.network.heat(),
+        heat: Heat {
+            beam_lag: Second(fitted.unknowns.beam_lag_s as f32),
+            ..fitted.unknowns.network.heat()
+        },
         memory: fitted.linear.memory(&fitted.unknowns),
         bounds,
         ambient_ratio: if is_known { USUAL_AMBIENT_RATIO } else { 0.0 },

@@ -1,11 +1,11 @@
 //! What enters the stages nonlinearly, by name, and as the coordinates that a fit moves.
 
-use control_core::calibration::{FAST_POLES, Heat, LAGS, SLOW};
+use control_core::calibration::{FAST_POLES, Heat, LAGS, PLAYS, SLOW};
 use least_squares::{Bounds, Prior};
 use nalgebra::DVector;
 
 use super::heat::{FosterNetwork, HeatLoss, POLES};
-use crate::memory::CREEP_S;
+use crate::memory::{CREEP_S, RADII};
 
 /// Weights and times (s) where a fit starts besides the model's own poles: a mirror in its package. Bimorphs take 1 ms (the
 /// paper); the frame of the virtual mirror `paper.toml` 43.7 uJ/K over 1.31 mW/K, which is 0.03 s, and its package 31.9 mJ/K
@@ -31,6 +31,12 @@ const USUAL_RELEASE_S: f64 = 1.0;
 /// The usual time constants of creep, where they start, are a factor of five apart; each stays within its own fifth, so that no two are
 /// the same.
 const CREEP_APART: f64 = 5.0;
+/// So are the usual radii of play operators a factor of two.
+const RADII_APART: f64 = 2.0;
+/// Shortest and longest lag of the beams (s): a tenth of a tick, and twice that of the usual foreign mirror (`bench foreign`, seed 901). A
+/// longer one and a fast pole nearly cancel each other, and a mirror whose beams take a millisecond rests 0.2 um off. Where it starts: a tick.
+const BEAM_LAG_S: (f64, f64) = (1e-5, 3e-4);
+const USUAL_BEAM_LAG_S: f64 = 1e-4;
 /// Standard deviation of all coordinates around the start: a factor of 20 either way, and 0.003 / K of growth. It keeps what
 /// the data do not determine, and the scale of the weights.
 const PRIOR: f64 = 3.0;
@@ -40,12 +46,16 @@ const PRIOR: f64 = 3.0;
 pub(super) struct Unknowns {
     /// Thermal poles; the weights count relative to each other.
     pub(super) network: FosterNetwork,
+    /// Time constant with which the beams follow their heaters (s).
+    pub(super) beam_lag_s: f64,
     /// What is added to the growth of every actuator's heat loss (1/K).
     pub(super) added_growth_per_k: f64,
     /// Time in which the play operators let go (s).
     pub(super) release_s: f64,
     /// Time constants of creep (s).
     pub(super) creep_s: [f64; LAGS],
+    /// Radii of the play operators, as shares of the range.
+    pub(super) radii: [f64; PLAYS],
 }
 
 impl Unknowns {
@@ -53,22 +63,27 @@ impl Unknowns {
     pub(super) fn starts(heat: &Heat) -> [Self; 2] {
         [FosterNetwork::of(heat), USUAL].map(|network| Self {
             network: completed(&network),
+            beam_lag_s: USUAL_BEAM_LAG_S,
             added_growth_per_k: 0.0,
             release_s: USUAL_RELEASE_S,
             creep_s: CREEP_S,
+            radii: RADII,
         })
     }
 
-    /// As a fit moves them: logarithms of times and weights, the growth in its unit, the logarithms of the release and of the
-    /// times of creep.
+    /// As a fit moves them: logarithms of times and weights, the growth in its unit, the logarithms of the lag, of the release, of the
+    /// times of creep and of the radii.
     pub(super) fn coordinates(&self) -> DVector<f64> {
         let poles = self.network.time_s.iter().chain(&self.network.weight);
         let growth = self.added_growth_per_k / GROWTH_UNIT;
-        let memory = std::iter::once(&self.release_s).chain(&self.creep_s);
+        let memory = [&self.beam_lag_s, &self.release_s]
+            .into_iter()
+            .chain(&self.creep_s)
+            .chain(&self.radii);
         let logarithms = |values: f64| values.ln();
         let all = poles.copied().map(logarithms).chain([growth]);
         let all = all.chain(memory.copied().map(logarithms));
-        DVector::from_iterator(2 * POLES + 2 + LAGS, all)
+        DVector::from_iterator(2 * POLES + 3 + LAGS + PLAYS, all)
     }
 
     /// From such coordinates.
@@ -84,8 +99,10 @@ impl Unknowns {
                 time_s,
             },
             added_growth_per_k: next() * GROWTH_UNIT,
+            beam_lag_s: next().exp(),
             release_s: next().exp(),
             creep_s: std::array::from_fn(|_| next().exp()),
+            radii: std::array::from_fn(|_| next().exp()),
         }
     }
 
@@ -106,11 +123,20 @@ impl Unknowns {
             (GROWTH_PER_K.0 - most) / GROWTH_UNIT,
             (GROWTH_PER_K.1 - least).max(0.0) / GROWTH_UNIT,
         );
-        let release = (RELEASE_S.0.ln(), RELEASE_S.1.ln());
-        let half_ln = 0.5 * CREEP_APART.ln();
-        let creep = CREEP_S.map(|usual_s| (usual_s.ln() - half_ln, usual_s.ln() + half_ln));
+        let logarithms = |(least, most): (f64, f64)| (least.ln(), most.ln());
+        let memory = [BEAM_LAG_S, RELEASE_S].map(logarithms);
+        let about =
+            |usual: f64, apart: f64| (usual.ln() - 0.5 * apart.ln(), usual.ln() + 0.5 * apart.ln());
+        let creep = CREEP_S.map(|usual_s| about(usual_s, CREEP_APART));
+        let radii = RADII.map(|usual| about(usual, RADII_APART));
         let network = times.chain([LN_WEIGHT; POLES]);
-        Bounds::new(network.chain([growth, release]).chain(creep))
+        Bounds::new(
+            network
+                .chain([growth])
+                .chain(memory)
+                .chain(creep)
+                .chain(radii),
+        )
     }
 
     /// What is known of the coordinates before anything was measured.
@@ -155,8 +181,10 @@ mod tests {
                 ..USUAL
             },
             added_growth_per_k: -5e-4,
+            beam_lag_s: 3e-4,
             release_s: 2.0,
             creep_s: [0.2, 2.0, 6.0, 40.0],
+            radii: [0.01, 0.03, 0.07, 0.15],
         };
         let coordinates = unknowns.coordinates();
         let back = Unknowns::at(&coordinates);
@@ -172,9 +200,13 @@ mod tests {
             ));
         }
         assert!((back.added_growth_per_k + 5e-4).abs() < 1e-15);
+        assert!((back.beam_lag_s - 3e-4).abs() < 1e-15);
         assert!((back.release_s - 2.0).abs() < 1e-12);
         for (back, creep_s) in back.creep_s.into_iter().zip(unknowns.creep_s) {
             assert!((back / creep_s - 1.0).abs() < 1e-12);
+        }
+        for (back, radius) in back.radii.into_iter().zip(unknowns.radii) {
+            assert!((back / radius - 1.0).abs() < 1e-12);
         }
     }
 

@@ -5,7 +5,7 @@ use control_core::resistance::MIN_SENSE_DRIVE;
 use control_core::{Ampere, Volt};
 
 use super::apart::Apart;
-use super::poles::{Poles, pole};
+use super::poles::{Beam, Poles, pole};
 use super::table::{position_um, resistance_ohm, rest_um, rise_k};
 
 /// A current that is none (A).
@@ -30,6 +30,9 @@ fn catch_up_s(path: &Path) -> f64 {
 pub(super) struct Actuator {
     calibration: ActuatorCalibration,
     poles: Poles,
+    beam: Beam,
+    /// Where the beam was to be at the end of the last tick (K).
+    asked: f64,
     drive_limit_v: f64,
     power_limit_w: f64,
     rise: f64,
@@ -46,12 +49,13 @@ pub(super) struct Actuator {
 #[derive(Clone, Debug)]
 struct Twin {
     poles: Poles,
+    beam: Beam,
     rise: f64,
 }
 
 impl Actuator {
     pub(super) fn new(calibration: ActuatorCalibration, parts: &Parts) -> Self {
-        let poles = Poles::new(&parts.heat);
+        let (poles, beam) = (Poles::new(&parts.heat), Beam::new(&parts.heat));
         Self {
             calibration,
             drive_limit_v: f64::from(parts.bounds.drive.0),
@@ -63,9 +67,12 @@ impl Actuator {
             correction: 1.0,
             twin: Twin {
                 poles: poles.clone(),
+                beam: beam.clone(),
                 rise: 0.0,
             },
             poles,
+            beam,
+            asked: 0.0,
         }
     }
 
@@ -84,7 +91,10 @@ impl Actuator {
 
     /// A tick that is to end at the displacement `x_um`, beside the drive of the core.
     pub(super) fn heat_to(&mut self, x_um: f64, core_v: f64) -> Apart {
-        let target = rise_k(&self.calibration, x_um);
+        let beam = rise_k(&self.calibration, x_um);
+        // A heater cannot cool.
+        let target = (beam + self.beam.lag_ticks * (beam - self.asked)).max(0.0);
+        self.asked = beam;
         self.expected_ohm = resistance_ohm(&self.calibration, self.rise);
         let ohm = self.expected_ohm * self.correction;
         let r_t = f64::from(self.calibration.thermal_resistance.0);
@@ -105,11 +115,12 @@ impl Actuator {
         let more_w = (core_v * core_v - drive_v * drive_v) / ohm;
         let twin = &mut self.twin;
         twin.rise = twin.poles.tick(heating + more_w * r_t);
+        let (twin, own) = (twin.beam.follow(twin.rise), self.beam.follow(self.rise));
         let place = |rise| position_um(&self.calibration, rise);
         Apart {
             drive_um: (rest_um(&self.calibration, core_v) - rest_um(&self.calibration, drive_v))
                 .abs(),
-            mirror_um: (place(twin.rise) - place(self.rise)).abs(),
+            mirror_um: (place(twin) - place(own)).abs(),
         }
     }
 

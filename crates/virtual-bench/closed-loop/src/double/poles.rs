@@ -17,6 +17,14 @@ pub(super) struct Pole {
     pub(super) at: f64,
 }
 
+/// A beam behind its heater: a low-pass whose input goes straight in every tick.
+#[derive(Clone, Debug)]
+pub(super) struct Beam {
+    pub(super) lag_ticks: f64,
+    heater: f64,
+    pub(super) rise: f64,
+}
+
 /// The thermal poles of one actuator, each without the part that the mean heating of all four drives.
 #[derive(Clone, Debug)]
 pub(super) struct Poles {
@@ -66,6 +74,27 @@ impl Pole {
     pub(super) fn after(&self, input: f64) -> f64 {
         let goal = self.weight * input;
         goal + (self.at - goal) * self.pole
+    }
+}
+
+impl Beam {
+    pub(super) fn new(heat: &Heat) -> Self {
+        Self {
+            lag_ticks: f64::from(heat.beam_lag.0) / TICK_S,
+            heater: 0.0,
+            rise: 0.0,
+        }
+    }
+
+    /// A tick at whose end the heater is at `heater`; returns the beam's rise then.
+    pub(super) fn follow(&mut self, heater: f64) -> f64 {
+        // The ramp's own answer is the ramp, late by the lag; what is off it decays.
+        let slope = heater - self.heater;
+        let late = |at: f64| at - self.lag_ticks * slope;
+        let left = pole(self.lag_ticks * TICK_S, 1);
+        self.rise = late(heater) + left * (self.rise - late(self.heater));
+        self.heater = heater;
+        self.rise
     }
 }
 
