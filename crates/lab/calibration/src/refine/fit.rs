@@ -171,15 +171,15 @@ impl<'a> StagesFit<'a> {
         let mut rises = unknowns.network.rises_unsettled(steps, &losses);
         let (mut before, mut beams) = ([0.0; CHANNELS], [0.0; CHANNELS]);
         for (step, rises) in steps.iter().zip(&mut rises) {
-            let sampled = SampledLag::new(unknowns.beam_lag_s, step.duration_s);
-            for (channel, (rise, unsettled)) in rises.iter_mut().enumerate() {
-                let heater = *rise;
-                if step.duration_s > 0.0 {
-                    beams[channel] = sampled.after(beams[channel], before[channel], heater);
-                    before[channel] = heater;
-                }
-                *rise = beams[channel];
-                *unsettled += heater - beams[channel];
+            let heaters = rises.map(|(rise, _)| rise);
+            if step.duration_s > 0.0 {
+                let lag = SampledLag::new(unknowns.beam_lag_s, step.duration_s);
+                beams = std::array::from_fn(|i| lag.after(beams[i], before[i], heaters[i]));
+                before = heaters;
+            }
+            for ((rise, unsettled), beam) in rises.iter_mut().zip(beams) {
+                *unsettled += *rise - beam;
+                *rise = beam;
             }
         }
         rises

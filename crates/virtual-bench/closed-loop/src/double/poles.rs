@@ -21,8 +21,10 @@ pub(super) struct Pole {
 #[derive(Clone, Debug)]
 pub(super) struct Beam {
     pub(super) lag_ticks: f64,
+    /// What a tick leaves of a distance.
+    pole: f64,
     heater: f64,
-    pub(super) rise: f64,
+    rise: f64,
 }
 
 /// The thermal poles of one actuator, each without the part that the mean heating of all four drives.
@@ -81,6 +83,7 @@ impl Beam {
     pub(super) fn new(heat: &Heat) -> Self {
         Self {
             lag_ticks: f64::from(heat.beam_lag.0) / TICK_S,
+            pole: pole(f64::from(heat.beam_lag.0), 1),
             heater: 0.0,
             rise: 0.0,
         }
@@ -91,8 +94,7 @@ impl Beam {
         // The ramp's own answer is the ramp, late by the lag; what is off it decays.
         let slope = heater - self.heater;
         let late = |at: f64| at - self.lag_ticks * slope;
-        let left = pole(self.lag_ticks * TICK_S, 1);
-        self.rise = late(heater) + left * (self.rise - late(self.heater));
+        self.rise = late(heater) + self.pole * (self.rise - late(self.heater));
         self.heater = heater;
         self.rise
     }
