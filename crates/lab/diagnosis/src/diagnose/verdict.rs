@@ -125,9 +125,12 @@ impl Analysis<'_> {
     }
 
     fn suspects<'c>(&self, candidates: &'c [Candidate]) -> Suspects<'c> {
-        let (with_effect, refused): (Vec<&Candidate>, Vec<&Candidate>) = candidates
+        let (plausible, at_an_end): (Vec<&Candidate>, Vec<&Candidate>) = candidates
             .iter()
-            .filter(|candidate| candidate.is_plausible() && self.has_an_effect(candidate))
+            .filter(|candidate| self.has_an_effect(candidate))
+            .partition(|candidate| candidate.is_plausible());
+        let (with_effect, refused): (Vec<&Candidate>, Vec<&Candidate>) = plausible
+            .into_iter()
             .partition(|candidate| self.is_shown_on_others(candidate));
         let share = |candidate: &str, best: &str| {
             confusions().rival_share(self.channels(), candidate, best)
@@ -137,6 +140,7 @@ impl Analysis<'_> {
             Some(refit.fitted.cost(self.data))
         });
         let rivals = unless_refused(rivals, &refused);
+        let rivals = unless_exceeded(rivals, &at_an_end);
         let is_evident =
             |c: &&Candidate| c.is_above_its_threshold() || rivals.iter().any(|r| r.id() == c.id());
         Suspects {
@@ -290,6 +294,16 @@ fn unless_refused<'c>(rivals: Vec<&'c Candidate>, refused: &[&Candidate]) -> Vec
     }
 }
 
+/// The rivals, or none where an effect that would have to be greater than any mirror has explains clearly more than the best of them.
+fn unless_exceeded<'c>(rivals: Vec<&'c Candidate>, at_an_end: &[&Candidate]) -> Vec<&'c Candidate> {
+    let above = at_an_end.iter().filter(|c| c.score() > c.threshold);
+    let most = above.map(|c| c.score()).fold(0.0, f64::max);
+    match rivals.first() {
+        Some(best) if best.score() >= least_beside(most) => rivals,
+        _ => Vec::new(),
+    }
+}
+
 /// The outcome, from the number of rivals, whether they explain the misfit, and whether the misfit is more than mirrors
 /// that lack nothing show.
 fn verdict(rivals: usize, is_explained: bool, is_exceeded: bool) -> Verdict {
@@ -360,6 +374,16 @@ mod tests {
             ids(&unless_refused(below.iter().collect(), &[])),
             ["film-tcr"]
         );
+    }
+
+    #[test]
+    fn what_explains_more_at_an_end_of_its_range_leaves_its_name_to_nobody_below() {
+        let most = [scored("heat-loss-temperature", 1000.0)];
+        let most: Vec<_> = most.iter().collect();
+        let [far_below, near] = [scored("end-stop", 560.0), scored("radiation", 960.0)];
+        assert!(unless_exceeded(vec![&far_below], &most).is_empty());
+        assert_eq!(ids(&unless_exceeded(vec![&near], &most)), ["radiation"]);
+        assert_eq!(ids(&unless_exceeded(vec![&far_below], &[])), ["end-stop"]);
     }
 
     #[test]
