@@ -61,10 +61,17 @@ const NEAR: [f64; 6] = [0.02, -0.03, 0.06, -0.1, 0.15, -0.05];
 /// How long each is held (s): ten of the slowest time constants that a board inverts.
 const JUMP_S: f64 = 2.0;
 
-/// Sines of positions (Hz), for what jumps do not tell: heat and friction while the mirror keeps moving.
-const SINES_HZ: [f64; 4] = [1.0, 5.0, 20.0, 100.0];
-/// Their middle and amplitude, as shares of the range: in its lower half, where a mirror cools fast enough.
-const SINE: (f64, f64) = (0.25, 0.12);
+/// Sines of positions, frequency (Hz) and amplitude as a share of the range, for what jumps do not tell: heat and friction while the mirror
+/// keeps moving. The last is as fast as a move of 2 ms, and so small that a mirror cools fast enough which takes 8 ms over half of its range.
+const SINES: [(f64, f64); 5] = [
+    (1.0, 0.12),
+    (5.0, 0.12),
+    (20.0, 0.12),
+    (100.0, 0.12),
+    (250.0, 0.02),
+];
+/// Their middle, as a share of the range: in its lower half, where a mirror cools fast enough.
+const SINES_MIDDLE: f64 = 0.25;
 const SINE_CYCLES: u32 = 6;
 /// The share of their length in which the mirror is still on its way there from rest.
 pub const ON_ITS_WAY: f64 = 1.0 / 3.0;
@@ -113,12 +120,12 @@ pub fn moves(effort: &Effort, top_um: f64) -> Vec<Experiment> {
         .map(|share| share * top_um)
         .collect();
     let jumps = Experiment::jumps("moves", &positions, JUMP_S).after(effort.jumps_after_s);
-    let sine = |hz: f64| {
-        let signal = Signal::Sine(wave(SINE, top_um, hz));
+    let sine = |(hz, amplitude): (f64, f64)| {
+        let signal = Signal::Sine(wave((SINES_MIDDLE, amplitude), top_um, hz));
         Experiment::along(&format!("moves_{hz}"), signal, SINE_CYCLES, SINE_READINGS)
             .after(SINE_AFTER_S)
     };
-    std::iter::once(jumps).chain(SINES_HZ.map(sine)).collect()
+    std::iter::once(jumps).chain(SINES.map(sine)).collect()
 }
 
 /// What corrects the tables of a calibration that reaches up to `top_um`, where a sensor is read at rest. There and back:

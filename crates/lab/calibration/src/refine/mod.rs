@@ -35,6 +35,7 @@ pub(crate) use self::heat::HeatLoss;
 pub(crate) use self::linear::bend_terms;
 
 use self::fit::{Fitted, StagesFit};
+use self::noise::Lagging;
 use self::tables::Bend;
 use self::timeline::Timeline;
 use self::unknowns::Unknowns;
@@ -77,14 +78,19 @@ impl Refined {
 /// Where too little was measured, or no stages follow it.
 pub fn refined(calibration: &Calibration, session: &Session) -> Result<Refined, RefineError> {
     let parts = calibration.parts();
-    let timeline = Timeline::of(session, &parts.path);
-    let readings = timeline.readings();
+    let usual = Timeline::of(session, &parts.path, Lagging::USUAL);
+    let large = Timeline::of(session, &parts.path, Lagging::LARGE);
+    let readings = usual.readings();
     if readings < FEWEST {
         return Err(RefineError::TooFew(readings));
     }
-    let fit = StagesFit::new(parts, &timeline);
-    let fitted = fit
-        .best(Unknowns::starts(&parts.heat))
+    let mut fit = StagesFit::new(parts, &usual);
+    let mut fitted = fit.best(Unknowns::starts(&parts.heat));
+    if !fitted.as_ref().is_some_and(Fitted::follows) {
+        fit = StagesFit::new(parts, &large);
+        fitted = fit.best(Unknowns::starts(&parts.heat));
+    }
+    let fitted = fitted
         .filter(|fitted| fitted.residual_rms_um < FOLLOWS * fit.top_um)
         .ok_or(RefineError::NoFit)?;
     Ok(Refined {

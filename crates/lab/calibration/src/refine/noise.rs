@@ -20,10 +20,31 @@ const RINGING_UM: f64 = 10.0;
 /// Moves in which the ringing falls to 1/e where no resonance is known. That takes Q / pi periods, and such a move five: this is a resonance
 /// of Q = 31.
 const RINGING_MOVES: f64 = 2.0;
-/// Distributed heat after a move (um): a few poles leave a part at every time scale, 1 % of a range of 100 um, which falls as
-/// the inverse of the time, from so long on (s): that of a move where no resonance is known.
-const LAGGING_UM: f64 = 1.0;
+/// From so long after a move on (s) what lags behind falls as the inverse of the time: that of a move where no resonance is known.
 const LAGGING_S: f64 = 0.01;
+
+/// What the stages leave just after a move: distributed heat, of which a few poles leave a part at every time scale.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lagging {
+    /// As a share of the move.
+    share: f64,
+    /// Besides (um).
+    um: f64,
+}
+
+impl Lagging {
+    /// Of a mirror that the stages follow: 1 % of a move, and what friction lets go meanwhile.
+    pub(super) const USUAL: Self = Self {
+        share: 0.01,
+        um: 0.2,
+    };
+    /// Of one that they do not follow, which creeps by 15 % or whose beams lag by a millisecond: 1 % of a range of 100 um after every
+    /// move, so that fast ways do not bend what the stages can follow.
+    pub(super) const LARGE: Self = Self {
+        share: 0.0,
+        um: 1.0,
+    };
+}
 
 /// What a file says of the drive and of the noise.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +55,8 @@ pub(super) struct Noise {
     pub(super) is_smooth: bool,
     /// In which time ringing falls to 1/e (s).
     pub(super) ringing_s: f64,
+    /// What lags behind after a move.
+    pub(super) lagging: Lagging,
 }
 
 /// In which time a mirror that goes to a new position like this rings no more than 1/e of what it did (s).
@@ -47,10 +70,11 @@ pub(super) fn ringing_s(path: &Path) -> f64 {
 
 impl Noise {
     /// One standard deviation (um) of what a reading differs from the stages by, so long after the last jump (s) of the drive
-    /// or of the position.
-    pub(super) fn standard_deviation_um(&self, since_jump_s: f64) -> f64 {
+    /// or of the position, where the mirror has moved so far since (um).
+    pub(super) fn standard_deviation_um(&self, since_jump_s: f64, moved_um: f64) -> f64 {
         let (discrepancy, transient) = if self.is_smooth {
-            (SMOOTH_UM, LAGGING_UM / (1.0 + since_jump_s / LAGGING_S))
+            let lagging_um = self.lagging.um + self.lagging.share * moved_um;
+            (SMOOTH_UM, lagging_um / (1.0 + since_jump_s / LAGGING_S))
         } else {
             (HELD_UM, RINGING_UM * (-since_jump_s / self.ringing_s).exp())
         };
@@ -66,6 +90,7 @@ mod tests {
         reading_um: 0.0,
         is_smooth: true,
         ringing_s: 0.02,
+        lagging: Lagging::USUAL,
     };
 
     #[test]
@@ -74,9 +99,9 @@ mod tests {
             reading_um: 0.15,
             ..SMOOTH
         };
-        // Long after everything: 0.15 and 0.02 um; with a transient of 1 / (1 + 4) um after 40 ms.
-        assert!((noisy.standard_deviation_um(1e9) - 0.0229_f64.sqrt()).abs() < 1e-9);
-        assert!((noisy.standard_deviation_um(0.04) - 0.0629_f64.sqrt()).abs() < 1e-12);
+        // Long after everything: 0.15 and 0.02 um; with a transient of (0.2 + 0.8) / (1 + 4) um 40 ms after a move of 80 um.
+        assert!((noisy.standard_deviation_um(1e9, 0.0) - 0.0229_f64.sqrt()).abs() < 1e-9);
+        assert!((noisy.standard_deviation_um(0.04, 80.0) - 0.0629_f64.sqrt()).abs() < 1e-12);
     }
 
     #[test]
@@ -85,7 +110,7 @@ mod tests {
             is_smooth: false,
             ..SMOOTH
         };
-        let at = |moves: f64| held.standard_deviation_um(0.5 * moves * held.ringing_s);
+        let at = |moves: f64| held.standard_deviation_um(0.5 * moves * held.ringing_s, 80.0);
         assert!((at(0.0) - RINGING_UM.hypot(HELD_UM)).abs() < 1e-12);
         // Two moves later the ringing has fallen to 1/e.
         assert!((at(2.0) - (RINGING_UM / std::f64::consts::E).hypot(HELD_UM)).abs() < 1e-12);

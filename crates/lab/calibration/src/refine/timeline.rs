@@ -5,7 +5,7 @@ use control_core::calibration::Path;
 use experiments::instruments::POSITION_NOISE_UM;
 use measurement::{MeasurementFile, Row, Session};
 
-use super::noise::{Noise, ringing_s};
+use super::noise::{Lagging, Noise, ringing_s};
 
 /// Rest at 0 V assumed between files that share no clock (s): about what it takes to begin the next experiment by hand.
 const REST_S: f64 = 60.0;
@@ -55,8 +55,8 @@ pub(super) struct Timeline {
 }
 
 impl Timeline {
-    /// The session of a mirror that goes to a new position like this.
-    pub(super) fn of(session: &Session, path: &Path) -> Self {
+    /// The session of a mirror that goes to a new position like this, and lags behind by so much.
+    pub(super) fn of(session: &Session, path: &Path, lagging: Lagging) -> Self {
         let mut timeline = Self::default();
         let mut clock_s = 0.0;
         for (_, file) in &session.files {
@@ -71,7 +71,7 @@ impl Timeline {
                 duration_s: (start_s - held_s - clock_s).max(0.0),
                 ..TimeStep::default()
             });
-            let mut reader = Reader::new(&mut timeline.steps, file, path);
+            let mut reader = Reader::new(&mut timeline.steps, file, (path, lagging));
             reader.hold(first, held_v, held_s);
             clock_s = start_s + reader.read(held_v);
         }
@@ -93,10 +93,17 @@ struct Reader<'a> {
     /// The last resistance that was read, since the actuator was last without drive.
     resistance_ohm: [Option<f64>; CHANNELS],
     since_jump_s: f64,
+    /// Where the mirror was read last, and where before the last jump (um).
+    last_um: f64,
+    jumped_from_um: f64,
 }
 
 impl<'a> Reader<'a> {
-    fn new(steps: &'a mut Vec<TimeStep>, file: &'a MeasurementFile, path: &Path) -> Self {
+    fn new(
+        steps: &'a mut Vec<TimeStep>,
+        file: &'a MeasurementFile,
+        (path, lagging): (&Path, Lagging),
+    ) -> Self {
         let noise = Noise {
             reading_um: file
                 .keys
@@ -104,13 +111,17 @@ impl<'a> Reader<'a> {
                 .unwrap_or(POSITION_NOISE_UM),
             is_smooth: file.keys.drive_is_interpolated(),
             ringing_s: ringing_s(path),
+            lagging,
         };
+        let first_um = file.rows.iter().find_map(|row| row.z_um).unwrap_or(0.0);
         Self {
             steps,
             file,
             noise,
             resistance_ohm: [None; CHANNELS],
             since_jump_s: 0.0,
+            last_um: first_um,
+            jumped_from_um: first_um,
         }
     }
 
@@ -144,11 +155,12 @@ impl<'a> Reader<'a> {
     fn step(&mut self, row: &Row, duration_s: f64, volts: [f64; CHANNELS], denser: bool) {
         let is_smooth = self.noise.is_smooth;
         let jumps = !is_smooth && row.voltage_v != volts;
-        self.since_jump_s = if jumps || denser {
-            duration_s
-        } else {
-            self.since_jump_s + duration_s
-        };
+        if jumps || denser {
+            self.since_jump_s = 0.0;
+            self.jumped_from_um = self.last_um;
+        }
+        self.since_jump_s += duration_s;
+        self.last_um = row.z_um.unwrap_or(self.last_um);
         let start_v = if is_smooth && !denser {
             volts
         } else {
@@ -162,7 +174,10 @@ impl<'a> Reader<'a> {
         let sensed = self.sense(row);
         let to_w = self.power(row.voltage_v);
         let is_followed = !missed && self.heating_is_known(row);
-        let standard_deviation_um = self.noise.standard_deviation_um(self.since_jump_s);
+        let moved_um = (self.last_um - self.jumped_from_um).abs();
+        let standard_deviation_um = self
+            .noise
+            .standard_deviation_um(self.since_jump_s, moved_um);
         let displacement = row.z_um.filter(|_| is_followed).map(|z_um| Displacement {
             z_um,
             standard_deviation_um,
@@ -240,7 +255,7 @@ mod tests {
         }
         file.rows = rows;
         let files = vec![("moves.csv".into(), file)];
-        Timeline::of(&Session { files }, &path_of(None))
+        Timeline::of(&Session { files }, &path_of(None), Lagging::USUAL)
     }
 
     #[test]
