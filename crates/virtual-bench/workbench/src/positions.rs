@@ -1,4 +1,4 @@
-//! What positioning reaches on mirrors that the project was not developed on.
+//! What positioning reaches on the paper's mirror, and on four that are drawn from families.
 
 use std::thread;
 
@@ -60,8 +60,7 @@ const SURROUNDINGS: [Around; 6] = {
     ]
 };
 
-/// Mirrors of the families, with what the paper's has beyond them; none was looked at in development but
-/// the paper's own.
+/// Mirrors of the families, with what the paper's has beyond them.
 fn mirrors() -> Vec<MirrorConfig> {
     let drawn = [
         (Family::C, 741),
