@@ -62,7 +62,7 @@ const NEAR: [f64; 6] = [0.02, -0.03, 0.06, -0.1, 0.15, -0.05];
 const JUMP_S: f64 = 2.0;
 
 /// Sines of positions, frequency (Hz) and amplitude as a share of the range, for what jumps do not tell: heat and friction while the mirror
-/// keeps moving. The last is as fast as a move of 2 ms, and so small that a mirror cools fast enough which takes 8 ms over half of its range.
+/// keeps moving. The last is as fast as a move of 2 ms, and so small that a mirror cools fast enough which takes 16 ms over half of its range.
 const SINES: [(f64, f64); 5] = [
     (1.0, 0.12),
     (5.0, 0.12),

@@ -22,8 +22,8 @@ const ROUNDS: usize = 4;
 /// input is off by more, so may the fit be.
 const TOLERANCE: f64 = 1e-6;
 const ROUGH: f64 = 1e-4;
-/// A mirror is followed where the mean square of the displacement's standardised residuals is less than this, some two deviations. Of usual and of fast
-/// mirrors no file has 5.4 but the first 10 ms of the fastest sine (`bench position`, seeds 741 and 744; `bench foreign`, 901 and 904);
+/// A mirror is followed where the mean square of the displacement's standardised residuals is less than this: some two deviations. Of
+/// usual and of fast mirrors no file has 5.4 but the first 10 ms of the fastest sine (`bench position`, seeds 741 and 744; `bench foreign`, 901 and 904);
 /// where one is slow or creeps by 15 % (902 and 903) 25 were measured.
 const FOLLOWED: f64 = 5.0;
 /// Evaluations of a fit: seven steps for each of the 21 unknowns.
@@ -32,8 +32,8 @@ const MOST_EVALUATIONS: usize = 150;
 const DIFFERENCE: f64 = 1e-4;
 
 /// What was measured, and the calibration that it was measured under.
-pub(super) struct StagesFit<'a> {
-    timeline: &'a Timeline,
+pub(super) struct StagesFit {
+    timeline: Timeline,
     /// Where the tables end.
     pub(super) top_um: f64,
     /// The heat losses that the tables were made with.
@@ -87,8 +87,8 @@ impl Forward {
     }
 }
 
-impl<'a> StagesFit<'a> {
-    pub(super) fn new(parts: &Parts, timeline: &'a Timeline) -> Self {
+impl StagesFit {
+    pub(super) fn new(parts: &Parts, timeline: Timeline) -> Self {
         let losses = parts.actuators.each_ref().map(|actuator| HeatLoss {
             k_per_w: f64::from(actuator.thermal_resistance.0),
             growth: f64::from(actuator.loss_growth.0),
@@ -296,7 +296,7 @@ fn weighted_rms_um(held: &[TimeStep], forward: &Forward) -> f64 {
 
 /// The residuals as a function of the nonlinear unknowns alone.
 struct Projection<'a> {
-    fit: &'a StagesFit<'a>,
+    fit: &'a StagesFit,
     estimate: &'a Estimate,
 }
 

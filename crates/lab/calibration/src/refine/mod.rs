@@ -78,17 +78,19 @@ impl Refined {
 /// Where too little was measured, or no stages follow it.
 pub fn refined(calibration: &Calibration, session: &Session) -> Result<Refined, RefineError> {
     let parts = calibration.parts();
-    let usual = Timeline::of(session, &parts.path, Lagging::USUAL);
-    let large = Timeline::of(session, &parts.path, Lagging::LARGE);
-    let readings = usual.readings();
-    if readings < FEWEST {
-        return Err(RefineError::TooFew(readings));
-    }
-    let mut fit = StagesFit::new(parts, &usual);
-    let mut fitted = fit.best(Unknowns::starts(&parts.heat));
+    let best = |lagging| {
+        let timeline = Timeline::of(session, &parts.path, lagging);
+        let readings = timeline.readings();
+        if readings < FEWEST {
+            return Err(RefineError::TooFew(readings));
+        }
+        let fit = StagesFit::new(parts, timeline);
+        let fitted = fit.best(Unknowns::starts(&parts.heat));
+        Ok((fit, fitted))
+    };
+    let (mut fit, mut fitted) = best(Lagging::USUAL)?;
     if !fitted.as_ref().is_some_and(Fitted::follows) {
-        fit = StagesFit::new(parts, &large);
-        fitted = fit.best(Unknowns::starts(&parts.heat));
+        (fit, fitted) = best(Lagging::LARGE)?;
     }
     let fitted = fitted
         .filter(|fitted| fitted.residual_rms_um < FOLLOWS * fit.top_um)

@@ -139,8 +139,10 @@ impl Analysis<'_> {
             let refit = candidate.refit.as_ref()?;
             Some(refit.fitted.cost(self.data))
         });
-        let rivals = unless_refused(rivals, &refused);
-        let rivals = unless_exceeded(rivals, &at_an_end);
+        // Of one whose error does not fall on rows held out, what the best of the rivals shows there is no more than chance.
+        let rivals = unless_below(rivals, &refused, |most| most);
+        // One that would have to be greater than any mirror has is as a function of any form.
+        let rivals = unless_below(rivals, &at_an_end, least_beside);
         let is_evident =
             |c: &&Candidate| c.is_above_its_threshold() || rivals.iter().any(|r| r.id() == c.id());
         Suspects {
@@ -283,23 +285,17 @@ fn rivals<'c>(
     candidates.iter().filter(is_rival).copied().collect()
 }
 
-/// The rivals, or none where one explains more than all of them whose error does not fall on rows held out: what the best of
-/// them shows there is then no more than chance.
-fn unless_refused<'c>(rivals: Vec<&'c Candidate>, refused: &[&Candidate]) -> Vec<&'c Candidate> {
-    let above = refused.iter().filter(|c| c.is_above_its_threshold());
+/// The rivals, or none where the best of them scores less than the `least` beside the best of others that are above their thresholds and may
+/// not be named.
+fn unless_below<'c>(
+    rivals: Vec<&'c Candidate>,
+    others: &[&Candidate],
+    least: impl Fn(f64) -> f64,
+) -> Vec<&'c Candidate> {
+    let above = others.iter().filter(|c| c.score() > c.threshold);
     let most = above.map(|c| c.score()).fold(0.0, f64::max);
     match rivals.first() {
-        Some(best) if best.score() >= most => rivals,
-        _ => Vec::new(),
-    }
-}
-
-/// The rivals, or none where an effect that would have to be greater than any mirror has explains clearly more than the best of them.
-fn unless_exceeded<'c>(rivals: Vec<&'c Candidate>, at_an_end: &[&Candidate]) -> Vec<&'c Candidate> {
-    let above = at_an_end.iter().filter(|c| c.score() > c.threshold);
-    let most = above.map(|c| c.score()).fold(0.0, f64::max);
-    match rivals.first() {
-        Some(best) if best.score() >= least_beside(most) => rivals,
+        Some(best) if best.score() >= least(most) => rivals,
         _ => Vec::new(),
     }
 }
@@ -365,13 +361,13 @@ mod tests {
         let refused: Vec<_> = refused.iter().collect();
         let below = [scored("film-tcr", 38.0)];
         let above = [scored("creep", 70.0)];
-        assert!(unless_refused(below.iter().collect(), &refused).is_empty());
+        assert!(unless_below(below.iter().collect(), &refused, |most| most).is_empty());
         assert_eq!(
-            ids(&unless_refused(above.iter().collect(), &refused)),
+            ids(&unless_below(above.iter().collect(), &refused, |most| most)),
             ["creep"]
         );
         assert_eq!(
-            ids(&unless_refused(below.iter().collect(), &[])),
+            ids(&unless_below(below.iter().collect(), &[], |most| most)),
             ["film-tcr"]
         );
     }
@@ -381,9 +377,15 @@ mod tests {
         let most = [scored("heat-loss-temperature", 1000.0)];
         let most: Vec<_> = most.iter().collect();
         let [far_below, near] = [scored("end-stop", 560.0), scored("radiation", 960.0)];
-        assert!(unless_exceeded(vec![&far_below], &most).is_empty());
-        assert_eq!(ids(&unless_exceeded(vec![&near], &most)), ["radiation"]);
-        assert_eq!(ids(&unless_exceeded(vec![&far_below], &[])), ["end-stop"]);
+        assert!(unless_below(vec![&far_below], &most, least_beside).is_empty());
+        assert_eq!(
+            ids(&unless_below(vec![&near], &most, least_beside)),
+            ["radiation"]
+        );
+        assert_eq!(
+            ids(&unless_below(vec![&far_below], &[], least_beside)),
+            ["end-stop"]
+        );
     }
 
     #[test]
