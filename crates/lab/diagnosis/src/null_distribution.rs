@@ -88,7 +88,12 @@ impl NullDistribution {
     /// Whether effects that lower a misfit by `score` leave no more than what mirrors that lack nothing leave, and what the
     /// effects' forms may be off by.
     pub(crate) fn explains(&self, misfit: f64, score: f64) -> bool {
-        unexplained(misfit, score) <= quantile(&self.misfits, ORDINARY)
+        self.is_ordinary(unexplained(misfit, score))
+    }
+
+    /// Whether a misfit is no more than what most mirrors that lack nothing show.
+    pub(crate) fn is_ordinary(&self, misfit: f64) -> bool {
+        misfit <= quantile(&self.misfits, ORDINARY)
     }
 
     /// A score that counts: none, where so much is left that the effect would not be named.
@@ -132,6 +137,8 @@ mod tests {
         assert!(null.explains(221.0, 100.0));
         assert!(!null.explains(221.5, 100.0));
         assert!(null.explains(91.0, 0.0));
+        // Its form aside, it leaves 121.
+        assert!(null.is_ordinary(91.0) && !null.is_ordinary(221.0 - 100.0));
     }
 
     #[test]

@@ -57,14 +57,15 @@ impl Analysis<'_> {
         });
     }
 
-    /// Fits the best candidates together with the base. Where none of them explains the misfit, all the others too, and the
-    /// best of all from other time constants: where the base is fitted without an effect may lie far from where the effect is
-    /// seen.
+    /// Fits the best candidates together with the base. Where each leaves more than mirrors that lack nothing, all the others too: where
+    /// the base is fitted without an effect may lie far from where the effect is seen, and slopes do not reach so far. Where none of
+    /// all explains the misfit, the best from other time constants as well.
     fn refit(&self, candidates: &mut [Candidate]) {
         let worth = worth_refitting(candidates);
         let fitted = std::slice::from_ref(&self.fitted.model);
         self.refit_from(fitted, &mut candidates[..worth], Precision::Fine);
-        if self.is_explained(candidates) {
+        let is_whole = |c: &Candidate| self.null.is_ordinary(self.misfit - c.score().max(0.0));
+        if candidates.iter().any(is_whole) {
             return;
         }
         self.refit_from(fitted, &mut candidates[worth..], Precision::Rough);
