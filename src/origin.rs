@@ -22,6 +22,6 @@ pub struct Origin {
     pub last_stop: Option<LastStop>,
     /// The starts before it.
     pub resets: &'static Resets,
-    /// Keeps the controller's slow states across a reset.
+    /// Keeps the controller's states across a reset.
     pub retained: &'static Keep,
 }

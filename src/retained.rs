@@ -1,5 +1,5 @@
-//! What the controller's slow states are, in memory that a reset leaves as it is: the mirror goes on as warm as it is, and remembers
-//! what it did.
+//! What the controller's states are, in memory that a reset leaves as it is: the mirror goes on as warm as it is, and remembers what it
+//! did.
 
 #![cfg_attr(
     target_os = "none",
@@ -10,9 +10,9 @@ use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use control_core::{CHANNELS, Retained};
 
-/// One actuator's states are kept every so many ticks, so that none is older than 0.1 s, a third of the quickest lag of the creep. All at
-/// once would take 6 us more of a tick, which has none to spare beside USB (`hil/tests/silicon.rs`).
-pub const KEPT_EVERY: u32 = 256;
+/// One actuator's states are kept every so many ticks, so that none is older than 13 ms. All at once would
+/// take 6 us more of a tick, which has none to spare beside USB (`hil/tests/silicon.rs`).
+pub const KEPT_EVERY: u32 = 32;
 
 /// Tells states from what memory holds at power-on.
 const MAGIC: u32 = 0x2e7a_14ed;
@@ -34,7 +34,7 @@ struct KeptActuator {
 }
 
 /// Behind it are the reason of the last stop and the counts of resets.
-const _: () = assert!(size_of::<Keep>() <= 256);
+const _: () = assert!(size_of::<Keep>() <= 320);
 
 /// Rotated and multiplied, word by word: what is half written does not fit (Knuth, The Art of Computer Programming 3, section 6.4,
 /// has the multiplier).

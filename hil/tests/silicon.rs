@@ -3,6 +3,7 @@
 
 use std::fs;
 
+use control_core::design::START_TICKS;
 use emulated_board::{Connected, PlantFault};
 use hil::Bench;
 use silicon_twin::board::Board;
@@ -122,6 +123,17 @@ fn a_fault_turns_the_outputs_off_at_once_and_the_program_starts_anew() {
     // The exception's entry, and what the handler writes first.
     assert!(took_us < 1.0, "{took_us} us");
     println!("outputs off {took_us:.2} us after a fault");
+    let (off_s, ticks) = (twin.seconds(), twin.chip.trace.ticks());
+    twin.run_until(|twin| twin.chip.trace.ticks() != ticks)
+        .unwrap_or_else(|failure| panic!("{failure}"));
+    let undriven_ticks = (twin.seconds() - off_s) * 1e4;
+    println!("{undriven_ticks:.0} ticks without drive");
+    // What the control core takes for it, to a tenth: 1 ms, in which the fastest pole of a mirror has not yet cooled.
+    let expected = f64::from(START_TICKS);
+    assert!(
+        (undriven_ticks - expected).abs() < 0.1 * expected,
+        "{undriven_ticks} ticks, {expected} expected"
+    );
     run(&mut twin, START_S);
     assert_eq!(twin.resets(), [Reset::Power, Reset::Software]);
     assert!(twin.chip.watchdog_feeds() > 0, "it has come up again");

@@ -61,7 +61,7 @@ pub(crate) struct SharedHeat {
 }
 
 /// All poles but the first, one in each turn.
-const SHARED_POLES: usize = POLES - 1;
+pub(crate) const SHARED_POLES: usize = POLES - 1;
 /// The fast ones of them.
 const SHARED_FAST: usize = FAST_POLES - 1;
 
@@ -199,19 +199,22 @@ impl HeatInverse {
 }
 
 impl HeatState {
-    /// An actuator whose slow poles are where they were, and whose others have cooled.
-    pub(crate) fn cooled(slow: [f32; SLOW_POLES], shared: &SharedHeat) -> Self {
+    /// An actuator whose poles are here (K), the fast ones first.
+    pub(crate) fn of(poles: [f32; POLES], shared: &SharedHeat) -> Self {
         let mut state = Self {
-            slow: slow.map(SlowState::at),
+            fast: core::array::from_fn(|pole| poles[pole]),
+            slow: core::array::from_fn(|pole| SlowState::at(poles[FAST_POLES + pole])),
             ..Self::default()
         };
         state.sum_up(shared);
         state
     }
 
-    /// Its own part of the slow poles (K).
-    pub(crate) fn slow(&self) -> [f32; SLOW_POLES] {
-        self.slow.map(|lag| lag.value)
+    /// Where its own part of the poles is (K), the fast ones first.
+    pub(crate) fn held(&self) -> [f32; POLES] {
+        let slow = self.slow.map(|lag| lag.value);
+        let mut poles = self.fast.into_iter().chain(slow);
+        core::array::from_fn(|_| poles.next().unwrap_or_default())
     }
 
     /// The temperature rise without heating.
@@ -239,21 +242,19 @@ impl HeatState {
 }
 
 impl SharedHeat {
-    /// What four actuators share whose slow poles are where they were, and whose others have cooled.
-    pub(crate) fn cooled(slow: [f32; SLOW_POLES]) -> Self {
-        let mut shared = Self::default();
-        let lags = shared.lags.iter_mut().zip(&mut shared.ahead);
-        for ((lag, ahead), at) in lags.skip(SHARED_FAST).zip(slow) {
-            *lag = SlowState::at(at);
-            *ahead = at;
+    /// What four actuators share whose poles are here (K), all but the first.
+    pub(crate) fn of(poles: [f32; SHARED_POLES]) -> Self {
+        Self {
+            lags: poles.map(SlowState::at),
+            ahead: poles,
+            sum: poles.iter().sum(),
+            ..Self::default()
         }
-        shared.sum = shared.ahead.iter().sum();
-        shared
     }
 
-    /// What is shared of the slow poles (K).
-    pub(crate) fn slow(&self) -> [f32; SLOW_POLES] {
-        core::array::from_fn(|pole| self.lags[SHARED_FAST + pole].value)
+    /// What is shared of the poles (K), all but the first.
+    pub(crate) fn held(&self) -> [f32; SHARED_POLES] {
+        self.lags.map(|lag| lag.value)
     }
 }
 

@@ -108,11 +108,17 @@ impl MemoryInverse {
         }
     }
 
-    /// An actuator that has cooled, and remembers this.
-    pub(crate) fn cooled(&self, plays: [f32; PLAYS], creep: [f32; LAGS]) -> MemoryState {
+    /// An actuator that is here, and remembers this.
+    pub(crate) fn of(
+        &self,
+        plays: [f32; PLAYS],
+        creep: [f32; LAGS],
+        position: Micrometre,
+    ) -> MemoryState {
         let mut state = MemoryState {
             plays,
             creep: creep.map(SlowState::at),
+            position: position.0,
             ..self.at_rest()
         };
         let before_creep = self.before_creep(&state);

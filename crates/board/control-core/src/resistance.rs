@@ -23,7 +23,7 @@ pub struct ActuatorSense {
 }
 
 /// The drive that shows a resistance where none is asked for: above [`MIN_SENSE_DRIVE`] by more than its rounding to codes.
-pub(crate) const PROBE_DRIVE: Volt = Volt(0.11);
+pub const PROBE_DRIVE: Volt = Volt(0.11);
 
 /// A heater read as its own thermometer: dT = (R / R0 - 1) / xi.
 #[derive(Clone, Debug)]

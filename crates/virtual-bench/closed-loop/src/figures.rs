@@ -1,5 +1,6 @@
 //! What positioning reaches, measured on a mirror.
 
+use control_core::resistance::PROBE_DRIVE;
 use control_core::{Calibration, Limit, Limits, Micrometre, Setpoint};
 use emulated_board::{Device, Mirror};
 use virtual_mirror::ConfigError;
@@ -38,6 +39,8 @@ pub struct Static {
     pub rms_um: f64,
     /// Largest.
     pub largest_um: f64,
+    /// Positions at which the mirror was still too warm with no more driven than a probe, and the board said so; no error is counted there.
+    pub too_warm: usize,
 }
 
 /// A step from one position to another.
@@ -72,16 +75,26 @@ pub fn next_moves(mirror: &mut Loop<'_, impl Mirror>) -> Static {
     let top_um = f64::from(mirror.calibration().max_position().0).min(170.0);
     // A stride that shares no factor with their number: up and down, far and near.
     let errors: Vec<f64> = (0..POSITIONS)
-        .map(|i| {
+        .filter_map(|i| {
             let place = f64::from(i * 5 % POSITIONS) + 0.37;
             let z_um = top_um * place / f64::from(POSITIONS);
-            mirror.hold(z_um, STAY_S) - z_um
+            let error_um = mirror.hold(z_um, STAY_S) - z_um;
+            (!is_too_warm(mirror, z_um)).then_some(error_um)
         })
         .collect();
     Static {
         rms_um: rms(&errors),
         largest_um: largest(&errors),
+        too_warm: POSITIONS as usize - errors.len(),
     }
+}
+
+/// Whether the next tick drives no more than what a probe does, and the board says that the mirror is still too warm for `z_um`: heaters
+/// cannot cool.
+fn is_too_warm(mirror: &mut Loop<'_, impl Mirror>, z_um: f64) -> bool {
+    let (_, limits) = mirror.tick(Setpoint::position(Micrometre(z_um as f32)));
+    let least_v = f64::from(PROBE_DRIVE.0);
+    limits.contains(Limit::Cooling) && mirror.drive_v().iter().all(|&v| v <= least_v)
 }
 
 /// Steps between pairs of positions, after a second at the first.

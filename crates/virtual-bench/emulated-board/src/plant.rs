@@ -21,6 +21,10 @@ const TICK_S: f64 = 1e-4;
 /// Supply of the output stages.
 const SUPPLY_V: f64 = 5.0;
 
+/// Ticks in which a board that was reset drives nothing, until it has started anew: 10 ms, as the driver board
+/// (`hil/tests/silicon.rs`).
+const START_TICKS: u16 = 100;
+
 /// What is behind the board's pins.
 #[derive(Clone, Debug)]
 pub struct Plant {
@@ -171,6 +175,9 @@ impl Plant {
             false => 0,
         };
         self.load.advance([0.0; 4], quiet_ticks);
+        if pins.tick < self.before.tick {
+            self.load.advance([0.0; 4], START_TICKS);
+        }
         self.controls.count_triggers(pins.trigger);
         let (fault, age_ticks) = self.controls.fault_of_this_tick();
         if fault == Some(PlantFault::Vacuum) && age_ticks == 0 {

@@ -1,27 +1,29 @@
 //! What outlives a reset of the board.
 //!
-//! The mirror stays as warm as it is and remembers what it did, so a controller that begins anew goes on with the slow states of the one
-//! before. Quick ones are gone by then: a board without a program drives nothing.
+//! The mirror stays as warm as it is and remembers what it did, so a controller that begins anew goes on with the states of the one
+//! before, which have cooled meanwhile: a board without a program drives nothing.
 
-use super::Controller;
+use super::{Controller, Setpoint};
 use crate::CHANNELS;
-use crate::calibration::{LAGS, PLAYS, SLOW_POLES};
-use crate::heat::{HeatState, SharedHeat};
+use crate::calibration::{LAGS, PLAYS, POLES};
+use crate::design::START_TICKS;
+use crate::heat::{HeatState, SHARED_POLES, SharedHeat};
+use crate::units::{Ampere, Volt};
 
-/// The slow states of an actuator, and of what all four share.
+/// The states of an actuator, and of what all four share.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Retained {
     /// What the play operators of its memory hold, and the lags of its creep (um).
     plays: [f32; PLAYS],
     creep: [f32; LAGS],
-    /// Its own part of the slow poles, and what all four share of them (K).
-    slow: [f32; SLOW_POLES],
-    shared: [f32; SLOW_POLES],
+    /// Its own part of the thermal poles, and what all four share of them (K).
+    heat: [f32; POLES],
+    shared: [f32; SHARED_POLES],
 }
 
 impl Retained {
     /// How many words it takes.
-    pub const WORDS: usize = PLAYS + LAGS + 2 * SLOW_POLES;
+    pub const WORDS: usize = PLAYS + LAGS + POLES + SHARED_POLES;
 
     /// No number of it is greater than this (um, K): no mirror goes so far, or is so warm.
     const MOST: f32 = 1e4;
@@ -29,7 +31,7 @@ impl Retained {
     /// As words of memory.
     pub fn to_words(&self) -> [u32; Self::WORDS] {
         let memory = self.plays.iter().chain(&self.creep);
-        let values = memory.chain(&self.slow).chain(&self.shared);
+        let values = memory.chain(&self.heat).chain(&self.shared);
         let mut words = [0; Self::WORDS];
         for (word, value) in words.iter_mut().zip(values) {
             *word = value.to_bits();
@@ -45,7 +47,7 @@ impl Retained {
         is_plausible.then(|| Self {
             plays: core::array::from_fn(|_| next()),
             creep: core::array::from_fn(|_| next()),
-            slow: core::array::from_fn(|_| next()),
+            heat: core::array::from_fn(|_| next()),
             shared: core::array::from_fn(|_| next()),
         })
     }
@@ -59,18 +61,29 @@ impl Controller<'_> {
         Retained {
             plays,
             creep,
-            slow: state.heat.slow(),
-            shared: self.shared.slow(),
+            heat: state.heat.held(),
+            shared: self.shared.held(),
         }
     }
 
-    /// Goes on with the slow states of a controller that was reset: the mirror has cooled as far as its quick poles do. To be called
-    /// before the first step.
+    /// Goes on with the states of a controller that was reset, after the ticks of a start, in which nothing is driven. To be called before
+    /// the first step.
     pub fn recall(&mut self, retained: &[Retained; CHANNELS]) {
-        self.shared = SharedHeat::cooled(retained[0].shared);
-        for (actuator, kept) in self.actuators.iter_mut().zip(retained) {
-            let heat = HeatState::cooled(kept.slow, &self.shared);
-            actuator.begin(heat, self.memory.cooled(kept.plays, kept.creep));
+        self.shared = SharedHeat::of(retained[0].shared);
+        let actuators = self.calibration.actuators();
+        let states = self.actuators.iter_mut().zip(actuators).zip(retained);
+        for ((state, actuator), kept) in states {
+            let heat = HeatState::of(kept.heat, &self.shared);
+            let position = actuator.shape.position(heat.free_response());
+            let memory = self.memory.of(kept.plays, kept.creep, position);
+            state.begin(heat, memory);
+        }
+        for _ in 0..START_TICKS {
+            self.step(
+                Setpoint::Off,
+                [Volt(0.0); CHANNELS],
+                [Ampere(0.0); CHANNELS],
+            );
         }
     }
 }
