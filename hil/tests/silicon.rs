@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use control_core::design::START_TICKS;
+use control_core::design::UNDRIVEN_TICKS;
 use emulated_board::{Connected, PlantFault};
 use hil::Bench;
 use silicon_twin::board::Board;
@@ -129,7 +129,7 @@ fn a_fault_turns_the_outputs_off_at_once_and_the_program_starts_anew() {
     let undriven_ticks = (twin.seconds() - off_s) * 1e4;
     println!("{undriven_ticks:.0} ticks without drive");
     // What the control core takes for it, to a tenth: 1 ms, in which the fastest pole of a mirror has not yet cooled.
-    let expected = f64::from(START_TICKS);
+    let expected = f64::from(UNDRIVEN_TICKS);
     assert!(
         (undriven_ticks - expected).abs() < 0.1 * expected,
         "{undriven_ticks} ticks, {expected} expected"

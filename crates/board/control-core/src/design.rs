@@ -18,7 +18,7 @@ pub const PWM_PERIODS_PER_TICK: u16 = 4;
 pub const TICK: Second =
     Second(PWM_PERIOD_COUNTS as f32 * PWM_PERIODS_PER_TICK as f32 / PWM_CLOCK_HZ as f32);
 /// Ticks from a reset to the first one, in which nothing is driven (`hil/tests/silicon.rs` measures it).
-pub const START_TICKS: u16 = 100;
+pub const UNDRIVEN_TICKS: u16 = 100;
 
 /// Supply of the microcontroller, which is the PWM's amplitude and the converters' reference.
 pub const LOGIC_SUPPLY: Volt = Volt(3.3);

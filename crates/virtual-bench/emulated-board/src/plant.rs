@@ -23,7 +23,7 @@ const SUPPLY_V: f64 = 5.0;
 
 /// Ticks in which a board that was reset drives nothing, until it has started anew: 10 ms, as the driver board
 /// (`hil/tests/silicon.rs`).
-const START_TICKS: u16 = 100;
+const UNDRIVEN_TICKS: u16 = 100;
 
 /// What is behind the board's pins.
 #[derive(Clone, Debug)]
@@ -176,7 +176,7 @@ impl Plant {
         };
         self.load.advance([0.0; 4], quiet_ticks);
         if pins.tick < self.before.tick {
-            self.load.advance([0.0; 4], START_TICKS);
+            self.load.advance([0.0; 4], UNDRIVEN_TICKS);
         }
         self.controls.count_triggers(pins.trigger);
         let (fault, age_ticks) = self.controls.fault_of_this_tick();

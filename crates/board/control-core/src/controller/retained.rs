@@ -6,7 +6,7 @@
 use super::{Controller, Setpoint};
 use crate::CHANNELS;
 use crate::calibration::{LAGS, PLAYS, POLES};
-use crate::design::START_TICKS;
+use crate::design::UNDRIVEN_TICKS;
 use crate::heat::{HeatState, SHARED_POLES, SharedHeat};
 use crate::units::{Ampere, Volt};
 
@@ -78,7 +78,7 @@ impl Controller<'_> {
             let memory = self.memory.of(kept.plays, kept.creep, position);
             state.begin(heat, memory);
         }
-        for _ in 0..START_TICKS {
+        for _ in 0..UNDRIVEN_TICKS {
             self.step(
                 Setpoint::Off,
                 [Volt(0.0); CHANNELS],

@@ -1,6 +1,6 @@
 use super::*;
 use crate::controller::Retained;
-use crate::design::START_TICKS;
+use crate::design::UNDRIVEN_TICKS;
 
 /// A controller that went up and rested, and one that was reset then, both without drive for the ticks of a start.
 fn reset(is_recalled: bool) -> [Controller<'static>; 2] {
@@ -16,7 +16,7 @@ fn reset(is_recalled: bool) -> [Controller<'static>; 2] {
         let words = before.retained(actuator).to_words();
         Retained::from_words(&words).expect("a mirror's")
     });
-    for _ in 0..START_TICKS {
+    for _ in 0..UNDRIVEN_TICKS {
         before.step(Setpoint::Off, NOTHING.0, NOTHING.1);
     }
     if is_recalled {
