@@ -10,9 +10,10 @@ use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use control_core::{CHANNELS, Retained};
 
-/// One actuator's states are kept every so many ticks, so that none is older than 13 ms. All at once would
-/// take 6 us more of a tick, which has none to spare beside USB (`hil/tests/silicon.rs`).
-pub const KEPT_EVERY: u32 = 32;
+/// One actuator's states are kept every so many ticks, so that none is older than 0.1 s: a mirror that has stood still is as warm then. All
+/// at once would take some 6 us more of a tick, and once in 32 ticks loses samples of every tick (`hil/tests/acceptance.rs`, on the twin):
+/// there is no time to spare beside USB.
+pub const KEPT_EVERY: u32 = 256;
 
 /// Tells states from what memory holds at power-on.
 const MAGIC: u32 = 0x2e7a_14ed;

@@ -43,6 +43,16 @@ pub struct Static {
     pub too_warm: usize,
 }
 
+impl Static {
+    /// How many positions do not count, where any, to be put behind an error.
+    pub fn left_out(&self) -> String {
+        match self.too_warm {
+            0 => String::new(),
+            count => format!(", {count} too warm"),
+        }
+    }
+}
+
 /// A step from one position to another.
 #[derive(Clone, Copy, Debug)]
 pub struct Step {

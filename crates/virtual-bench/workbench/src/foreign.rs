@@ -174,16 +174,9 @@ fn print(evidence: &[ForeignEvidence]) {
     for (i, after) in moves.into_iter().enumerate() {
         let what = format!("static error of the first moves {after}, rms / largest");
         row(&what, "0.05 / 0.15 um", &|e| {
-            let figures::Static {
-                rms_um,
-                largest_um,
-                too_warm,
-            } = e.at_rest[i];
-            let cannot = match too_warm {
-                0 => String::new(),
-                _ => format!(", {too_warm} too warm"),
-            };
-            format!("{rms_um:.3} / {largest_um:.3} um{cannot}")
+            let at_rest = &e.at_rest[i];
+            let (rms_um, largest_um) = (at_rest.rms_um, at_rest.largest_um);
+            format!("{rms_um:.3} / {largest_um:.3} um{}", at_rest.left_out())
         });
     }
     let step = |step: &figures::Step| {

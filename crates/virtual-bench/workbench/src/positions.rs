@@ -172,7 +172,7 @@ fn print(evidence: &[Evidence], uncompensated: &PaperNumbers) {
         format!("{:.3} um", e.at_rest.rms_um)
     });
     row("static error, largest", "-".into(), "0.15 um", &|e| {
-        format!("{:.3} um", e.at_rest.largest_um)
+        format!("{:.3} um{}", e.at_rest.largest_um, e.at_rest.left_out())
     });
     for i in 0..evidence.first().map_or(0, |first| first.steps.len()) {
         let step = &evidence[0].steps[i];
