@@ -10,7 +10,7 @@ use core::hint::black_box;
 use control_core::calibration::{Heat, Lag, Memory, Parts, Path, Plate, Play, Resonance};
 use control_core::{
     AdcCode, Ampere, CHANNELS, Calibration, Controller, CurrentSense, Hertz, Micrometre, Pose,
-    PwmCode, Radian, Second, SenseCalibration, Setpoint, SupplyCode, Volt,
+    PwmCode, Radian, Second, SecondPerKelvin, SenseCalibration, Setpoint, SupplyCode, Volt,
 };
 use cortex_m::Peripherals;
 use cortex_m::peripheral::SYST;
@@ -149,6 +149,7 @@ fn everything_on(factory: Calibration) -> Calibration {
             slow: [lag(0.06, 4.0), lag(0.04, 20.0)],
             shared: [0.0, 0.9, 0.9, 0.9, 0.9],
             beam_lag: Second(5e-4),
+            time_growth: SecondPerKelvin(2e-6),
         },
         memory: Memory {
             plays: [play(3.0), play(6.0), play(12.0), play(24.0)],

@@ -67,11 +67,11 @@ fn a_good_one_is_used_and_a_bad_one_is_not() {
     damaged[500] ^= 1;
     let short = &calibration().to_bytes()[..2000];
     let mut other = calibration().to_bytes();
-    other[4] = 10;
+    other[4] = 11;
     for (bytes, named) in [
         (&damaged[..], "checksum"),
         (short, "it has 2000 bytes"),
-        (&other[..], "format 10"),
+        (&other[..], "format 11"),
     ] {
         let said = upload(&mut link, bytes).expect_err(named);
         assert!(said.contains(named), "{said}");

@@ -194,7 +194,8 @@ impl Actuator {
     ) -> Volt {
         let aim = Kelvin(target.0 - self.lag);
         let mut heating = heat.heating(&self.heat, aim);
-        let mut power = self.gains.power(heating, aim);
+        let stored = heat.stored(self.rise, aim);
+        let mut power = self.gains.power(Kelvin(heating.0 + stored.0), aim);
         let resistance = self.resistance();
         let mut square = power.0 * resistance.0;
         let allowed = rails.allow(square) && power.0 <= rails.power;
@@ -204,7 +205,7 @@ impl Actuator {
         } else {
             cold_path();
             square = rails.limit(&mut power, resistance, limits);
-            heating = self.gains.heating(power, self.rise);
+            heating = self.heating(power, heat);
             self.rise = heat.rise(&self.heat, heating);
             self.lag = (target.0 - self.rise.0) * rails.catch_up_pole;
         }
@@ -223,10 +224,17 @@ impl Actuator {
         let highest = (rails.drive, Limit::DriveHigh);
         let drive = Volt(limits.clamp(drive.0, (0.0, Limit::DriveLow), highest));
         let power = Watt(drive.0 * drive.0 / self.resistance().0);
-        let heating = self.gains.heating(power, self.rise);
+        let heating = self.heating(power, heat);
         self.rise = heat.advance(&mut self.heat, heating);
         self.lag = 0.0;
         drive
+    }
+
+    /// What a power is to the poles from now on.
+    #[inline(always)]
+    fn heating(&self, power: Watt, heat: &HeatInverse) -> Kelvin {
+        let heating = self.gains.heating(power, self.rise);
+        heat.unstored(&self.heat, heating, self.rise)
     }
 
     /// The code for `drive`.

@@ -9,6 +9,7 @@
 //! actuator's turn; with that the four are inverted apart, and their coupling needs no inverse of its own.
 //!
 //! The poles tell the heater's temperature. The beam follows it with a lag of its own, so on its way the heater is asked to be ahead.
+//! Time constants may grow with the rise: on its way an actuator then takes besides what a growing heat capacity would store.
 
 use crate::CHANNELS;
 use crate::calibration::{FAST_POLES, Heat, Lag, POLES, SLOW_POLES};
@@ -29,6 +30,9 @@ pub(crate) struct HeatInverse {
     fast_weight: f32,
     /// Time constant with which a beam follows its heater, in ticks.
     beam_lag: f32,
+    /// The heating that is stored for each square kelvin by which the rise's square changes in a tick (1/K): half of what the time constants
+    /// grow by with a kelvin, in ticks.
+    stored_per_k2: f32,
 }
 
 /// Temperatures of the lags of one actuator.
@@ -90,6 +94,7 @@ impl HeatInverse {
             per_input_gain: 1.0 / input_gain,
             fast_weight: own_fast.iter().map(|lag| lag.weight).sum(),
             beam_lag: heat.beam_lag.0 / TICK.0,
+            stored_per_k2: 0.5 * heat.time_growth.0 / TICK.0,
         }
     }
 
@@ -103,6 +108,22 @@ impl HeatInverse {
     /// would make in the end.
     pub(crate) fn heating(&self, state: &HeatState, target: Kelvin) -> Kelvin {
         Kelvin((target.0 - state.free_response) * self.per_input_gain)
+    }
+
+    /// The heating that an actuator stores besides on its way from one rise to another in a tick.
+    #[inline(always)]
+    pub(crate) fn stored(&self, from: Kelvin, to: Kelvin) -> Kelvin {
+        Kelvin(self.stored_per_k2 * (to.0 * to.0 - from.0 * from.0))
+    }
+
+    /// What of a heating goes to the poles, at a rise `from`. How much is stored depends on the rise that comes of it: a step of the secant
+    /// method from where nothing is.
+    #[inline(always)]
+    pub(crate) fn unstored(&self, state: &HeatState, heating: Kelvin, from: Kelvin) -> Kelvin {
+        let unslowed = self.rise(state, heating);
+        let per_k = self.stored_per_k2 * (unslowed.0 + from.0);
+        let way = unslowed.0 - from.0;
+        Kelvin(heating.0 - per_k * way / (1.0 + self.input_gain * per_k))
     }
 
     /// Temperatures of an actuator that was followed with other poles: each has warmed as far as the one in its place.
@@ -265,7 +286,7 @@ const _: () = assert!(SHARED_POLES == TURNS && CHANNELS == TURNS);
 mod tests {
     use super::*;
     use crate::calibration::tests::parts;
-    use crate::units::Second;
+    use crate::units::{Second, SecondPerKelvin};
     use proptest::prelude::*;
 
     /// Heat of which nothing is shared.
@@ -383,7 +404,7 @@ mod tests {
                 },
             ],
             shared: [0.0, 1.0, 0.0, 0.8, 0.0],
-            beam_lag: Second(0.0),
+            ..Heat::INSTANT
         };
         let inverse = HeatInverse::new(&heat);
         let mut states: [HeatState; CHANNELS] = Default::default();
@@ -443,6 +464,43 @@ mod tests {
             assert!((beam - f64::from(next.0)).abs() < most, "tick {tick}");
         }
         assert!((beam - 100.0).abs() < 1e-3);
+    }
+
+    /// A heater along a smooth way, whose time constant grows by half over it, as f64 follows it in hundredths of a tick.
+    #[test]
+    fn a_heater_that_slows_as_it_warms_is_where_it_is_asked_to_be() {
+        const TICKS: usize = 70;
+        const SUBSTEPS: usize = 100;
+        let (time_s, growth_s_k) = (2e-3, 1e-5);
+        let mut heat = Heat {
+            time_growth: SecondPerKelvin(growth_s_k as f32),
+            ..Heat::INSTANT
+        };
+        heat.fast[0].time = Second(time_s as f32);
+        let inverse = HeatInverse::new(&heat);
+        let (mut state, mut core, mut mirror) = (HeatState::default(), Kelvin(0.0), 0.0_f64);
+        for tick in 1..=2 * TICKS {
+            let done = (tick as f64 / TICKS as f64).min(1.0);
+            let asked = Kelvin((100.0 * done.powi(3) * (10.0 - done * (15.0 - 6.0 * done))) as f32);
+            let heating = inverse.heating(&state, asked);
+            let whole = Kelvin(heating.0 + inverse.stored(core, asked).0);
+            let found = inverse.unstored(&state, whole, core);
+            // Of what the square of a tick's way stores, 0.05 / K of 2.7 K, a step of the secant method leaves the part by which storing slows
+            // the way: a quarter, 2 x 0.05 x 0.05 x 64 of itself and one.
+            assert!((found.0 - heating.0).abs() < 0.09, "{found} for {heating}");
+            inverse.advance(&mut state, heating);
+            core = asked;
+            for _ in 0..SUBSTEPS {
+                let slope = (f64::from(whole.0) - mirror) / (time_s + growth_s_k * mirror);
+                mirror += slope * 1e-4 / SUBSTEPS as f64;
+            }
+            // Within a tick the heating is held and the rise is not straight: a tick over twice the time constant of a tick's way.
+            let most = 2.7 * 1e-4 / (2.0 * time_s);
+            assert!(
+                (mirror - f64::from(asked.0)).abs() < most,
+                "tick {tick}: {mirror} for {asked}"
+            );
+        }
     }
 
     #[test]

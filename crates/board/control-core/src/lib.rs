@@ -59,7 +59,8 @@ pub use shape::InverseTable;
 pub use surroundings::Estimate;
 pub use uncertainty::Uncertainty;
 pub use units::{
-    Ampere, Hertz, Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Radian, Second, Volt, Watt,
+    Ampere, Hertz, Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Radian, Second,
+    SecondPerKelvin, Volt, Watt,
 };
 
 /// Channels of the board, each of which drives one actuator of the mirror.

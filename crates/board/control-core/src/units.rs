@@ -67,6 +67,11 @@ unit!(
     "s"
 );
 unit!(
+    /// What a time constant grows by with the temperature.
+    SecondPerKelvin,
+    "s/K"
+);
+unit!(
     /// Frequency.
     Hertz,
     "Hz"

@@ -71,6 +71,8 @@ struct HeatedActuator<'a> {
     /// Part of the way that each fast pole goes in a step.
     rates: [f64; FAST_POLES],
     fast_k: [f64; FAST_POLES],
+    /// What is stored for each square kelvin by which the rise's square changes in a step (1/K).
+    stored_per_k2: f64,
     /// What the slow poles bring, which is the same all along a period.
     slow_k: f64,
 }
@@ -91,6 +93,7 @@ impl<'a> HeatedActuator<'a> {
             weights,
             rates: heat.fast.each_ref().map(rate),
             fast_k: weights.map(|weight| weight * mean_k),
+            stored_per_k2: 0.5 * f64::from(heat.time_growth.0) / step_s,
             slow_k: mean_k * heat.slow.iter().map(weight).sum::<f64>(),
         }
     }
@@ -110,8 +113,15 @@ impl<'a> HeatedActuator<'a> {
             .map(|(k, rate)| k * (1.0 - rate))
             .sum();
         let now_k = self.slow_k + self.fast_k.iter().sum::<f64>();
-        let wanted_k = (rise_k(self.actuator, asked_um) - self.slow_k - free) / gain;
-        let heating_k = wanted_k.clamp(0.0, self.most_k(now_k, most_v));
+        let asked_k = rise_k(self.actuator, asked_um);
+        let wanted_k = (asked_k - self.slow_k - free) / gain;
+        let lost_k = f64::from(self.actuator.loss_growth.0) * now_k * now_k;
+        let stored_k = self.stored_per_k2 * (asked_k * asked_k - now_k * now_k);
+        let power_k = wanted_k + lost_k + stored_k;
+        let driven_k = power_k.clamp(0.0, self.most_k(now_k, most_v));
+        // What is kept from it by a bound, less what is stored by as much less of a way.
+        let slope = 1.0 + gain * self.stored_per_k2 * (asked_k + now_k);
+        let heating_k = wanted_k + (driven_k - power_k) / slope;
         for ((k, weight), rate) in self.fast_k.iter_mut().zip(self.weights).zip(self.rates) {
             *k += rate * (weight * heating_k - *k);
         }
@@ -119,13 +129,11 @@ impl<'a> HeatedActuator<'a> {
         f64::from(self.actuator.shape.position(rise).0)
     }
 
-    /// The heating of the highest drive at a temperature rise: dT (1 + g dT) / R_T = V^2 / R.
+    /// What the power of the highest drive at a temperature rise would hold without any growth of the loss (K).
     fn most_k(&self, rise_k: f64, most_v: f64) -> f64 {
         let ohm = f64::from(self.actuator.resistance(Kelvin(rise_k as f32)).0);
         let resistance_k_w = f64::from(self.actuator.thermal_resistance.0);
-        let growth = f64::from(self.actuator.loss_growth.0);
-        let straight_k = resistance_k_w * most_v * most_v / ohm;
-        2.0 * straight_k / (1.0 + (1.0 + 4.0 * growth * straight_k).sqrt())
+        resistance_k_w * most_v * most_v / ohm
     }
 }
 
@@ -268,11 +276,11 @@ mod tests {
         let calibration = with_pole(time_s as f32);
         let span_um = span_um(&calibration, 40.0, frequency_hz);
         let actuator = &calibration.actuators()[0];
-        // At rest at 80 um the on time's part is the rise over the heating of the highest drive.
+        // At rest at 80 um the on time's part is the power there over that of the highest drive, by either's heating without growth.
         let (rise, most_v) = (rise_k(actuator, 80.0), f64::from(calibration.max_drive().0));
         let heated = HeatedActuator::along(&[80.0], actuator, &calibration.parts().heat, 1e-4);
         let most_k = heated.most_k(rise, most_v);
-        let part = rise / most_k;
+        let part = rise * (1.0 + f64::from(actuator.loss_growth.0) * rise) / most_k;
         let slope_um_k = 1.0 / (rise_k(actuator, 80.5) - rise_k(actuator, 79.5));
         let bound_um = slope_um_k * most_k * part * (1.0 - part) / (frequency_hz * time_s);
         // It is asked to be on for the half of each period, a little less than what moves it most, about a mean of its own.

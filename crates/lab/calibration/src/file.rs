@@ -7,6 +7,7 @@
 //! model_hash = "0123456789abcdef"
 //! move_time_s = 0.007
 //! beam_lag_s = 0.0002 # with which the beams follow their heaters
+//! time_growth_s_per_k = 0.000002 # by which the time constants grow with the rise
 //! resonance = { frequency_hz = 950.0, quality = 30.0 } # of the plate; none where nobody knows it
 //! max_drive_v = 3.5
 //! max_power_w = 0.034

@@ -21,10 +21,13 @@ const XI_PER_K: f64 = 3.7e-3;
 /// Temperature rise per power at rest (K/W).
 const K_PER_W: f64 = 6000.0;
 
-/// A mirror of three poles in every actuator, beams that follow its heaters, and one play in which a part of its motion hangs.
+/// A mirror of three poles in every actuator, of which the fastest may slow down as it warms, beams that follow its heaters, and one play in which a part
+/// of its motion hangs.
 #[derive(Default)]
 struct Mirror {
     lags_k: [[f64; POLES.len()]; CHANNELS],
+    /// Growth of the fastest one's heat capacity (1/K).
+    capacity_growth_per_k: f64,
     beams_k: [f64; CHANNELS],
     /// Time constant with which the beams follow (s); 0: at once.
     beam_lag_s: f64,
@@ -49,8 +52,11 @@ impl Mirror {
         for _ in 0..PARTS {
             for (actuator, volts) in volts.into_iter().enumerate() {
                 let heating_k = K_PER_W * volts * self.current_a(actuator, volts);
-                for (lag, (_, time_s)) in self.lags_k[actuator].iter_mut().zip(POLES) {
-                    *lag += step_s / time_s * (heating_k - *lag);
+                let growth = self.capacity_growth_per_k * self.rise_k(actuator);
+                let capacities = [1.0 + growth, 1.0, 1.0];
+                let lags = self.lags_k[actuator].iter_mut().zip(POLES);
+                for ((lag, (_, time_s)), capacity) in lags.zip(capacities) {
+                    *lag += step_s / (capacity * time_s) * (heating_k - *lag);
                 }
                 let ahead_k = self.rise_k(actuator) - self.beams_k[actuator];
                 self.beams_k[actuator] += step_s / self.beam_lag_s.max(step_s) * ahead_k;
@@ -221,6 +227,25 @@ fn beams_that_follow_their_heaters_are_found() {
     let tolerance_s = 0.5 * TICK_S;
     assert!(beam_lag_s(&PLAIN) < tolerance_s);
     assert!((beam_lag_s(&late) - 2e-4).abs() < tolerance_s, "{late:?}");
+}
+
+#[test]
+fn a_heat_capacity_that_grows_is_found() {
+    let growth_per_k = 5e-3;
+    let growing = found(&mut Mirror {
+        capacity_growth_per_k: growth_per_k,
+        ..Mirror::default()
+    });
+    let time_growth = |refined: &Refined| f64::from(refined.calibration.parts().heat.time_growth.0);
+    // What the fastest pole, of this weight, takes besides, in the kelvins of the stages.
+    let (weight, time_s) = POLES[0];
+    let kelvin = f64::from(growing.calibration.actuators()[0].thermal_resistance.0) / K_PER_W;
+    let expected = growth_per_k * time_s / (weight * kelvin);
+    // While the fastest is on its way the next, of half its weight, has gone a 27th of its own: 2 % of what is stored; the rest is what
+    // the stages' rise is bent by.
+    let off = time_growth(&growing) / expected - 1.0;
+    assert!(off.abs() < 0.1, "{off}");
+    assert!(time_growth(&PLAIN).abs() < 0.1 * expected);
 }
 
 #[test]

@@ -2,20 +2,22 @@
 //!
 //! Little endian, without padding: the letters `EMCA`, the format (u16), device and date (48 bytes
 //! each), the model's hash (u64), the numbers (f32) in the order of [`numbers`], [`levers`], [`surroundings`],
-//! [`residual`], [`shared`] and [`resonance`], the beams' lag, and the CRC-32 (as in Ethernet) of all that. Formats 3 to 8 are read
-//! too: 8 has no lag of beams, 7 no resonance either, 6 no heat that the actuators share either, 5 does not say what it leaves unknown either, 4 knows nothing of surroundings
+//! [`residual`], [`shared`] and [`resonance`], the beams' lag, the growth of the time constants, and the CRC-32 (as in Ethernet) of all
+//! that. Formats 3 to 9 are read too: 9 has no time constants that grow, 8 no lag of beams either, 7 no resonance either, 6 no heat that the actuators share either, 5 does not say what it leaves unknown either, 4 knows nothing of surroundings
 //! either, 3 has no levers either.
 
 use super::layout::{
     BYTES, FORMAT, MAGIC, WITHOUT_LAG, WITHOUT_LEVERS, WITHOUT_RESIDUAL, WITHOUT_RESONANCE,
-    WITHOUT_SHARED, WITHOUT_SURROUNDINGS, record_bytes,
+    WITHOUT_SHARED, WITHOUT_SURROUNDINGS, WITHOUT_TIME_GROWTH, record_bytes,
 };
 use super::{ActuatorCalibration, Bounds, Heat, Memory, Parts, Path, Plate};
 use super::{Calibration, CalibrationError, Field, Label, Origin, Problem};
 use super::{Residual, Resonance, SensedRises};
 use crate::CHANNELS;
 use crate::shape::{InverseTable, KNOTS};
-use crate::units::{Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Volt, Watt};
+use crate::units::{
+    Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, SecondPerKelvin, Volt, Watt,
+};
 
 const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
@@ -57,6 +59,7 @@ impl Calibration {
             put(&number.to_le_bytes())
         });
         put(&parts.heat.beam_lag.0.to_le_bytes());
+        put(&parts.heat.time_growth.0.to_le_bytes());
         let end = BYTES - 4;
         let checksum = CRC.checksum(&bytes[..end]);
         bytes[end..].copy_from_slice(&checksum.to_le_bytes());
@@ -124,6 +127,10 @@ impl Calibration {
         }
         if format > WITHOUT_LAG {
             parts.heat.beam_lag = Second(f32::from_le_bytes(reader.take().unwrap_or_default()));
+        }
+        if format > WITHOUT_TIME_GROWTH {
+            let growth = f32::from_le_bytes(reader.take().unwrap_or_default());
+            parts.heat.time_growth = SecondPerKelvin(growth);
         }
         for (actuator, (top, knots)) in tables.into_iter().enumerate() {
             parts.actuators[actuator].shape = InverseTable::new(top, knots)
@@ -246,7 +253,7 @@ mod tests {
     use super::super::POLES;
     use super::super::layout::{
         BYTES_WITHOUT_LAG, BYTES_WITHOUT_LEVERS, BYTES_WITHOUT_RESIDUAL, BYTES_WITHOUT_RESONANCE,
-        BYTES_WITHOUT_SHARED, BYTES_WITHOUT_SURROUNDINGS, HEAD,
+        BYTES_WITHOUT_SHARED, BYTES_WITHOUT_SURROUNDINGS, BYTES_WITHOUT_TIME_GROWTH, HEAD,
     };
     use super::super::tests::parts;
     use super::*;
@@ -284,7 +291,8 @@ mod tests {
             (BYTES_WITHOUT_SHARED, parts().residual.ambient_ratio),
             (BYTES_WITHOUT_RESONANCE, parts().heat.shared[POLES - 1]),
             (BYTES_WITHOUT_LAG, parts().path.resonance.quality),
-            (BYTES, parts().heat.beam_lag.0),
+            (BYTES_WITHOUT_TIME_GROWTH, parts().heat.beam_lag.0),
+            (BYTES, parts().heat.time_growth.0),
         ] {
             assert_eq!(bytes()[last_of(length)], number.to_le_bytes());
         }
@@ -292,8 +300,13 @@ mod tests {
 
     #[test]
     fn a_calibration_of_a_format_before_lacks_what_came_later() {
-        let without_lag = {
+        let without_time_growth = {
             let mut parts = parts();
+            parts.heat.time_growth = SecondPerKelvin(0.0);
+            parts
+        };
+        let without_lag = {
+            let mut parts = without_time_growth;
             parts.heat.beam_lag = Second(0.0);
             parts
         };
@@ -318,6 +331,11 @@ mod tests {
             ..without_surroundings
         };
         for (format, length, expected) in [
+            (
+                WITHOUT_TIME_GROWTH,
+                BYTES_WITHOUT_TIME_GROWTH,
+                without_time_growth,
+            ),
             (WITHOUT_LAG, BYTES_WITHOUT_LAG, without_lag),
             (
                 WITHOUT_RESONANCE,
@@ -353,8 +371,8 @@ mod tests {
     #[test]
     fn another_format_is_named() {
         let mut other = bytes();
-        other[4..6].copy_from_slice(&10_u16.to_le_bytes());
-        let refused = Err(CalibrationError::Format { format: 10 });
+        other[4..6].copy_from_slice(&11_u16.to_le_bytes());
+        let refused = Err(CalibrationError::Format { format: 11 });
         assert_eq!(Calibration::from_bytes(&signed(other)), refused);
     }
 

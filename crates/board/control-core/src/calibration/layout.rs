@@ -6,7 +6,9 @@ use crate::CHANNELS;
 use crate::shape::KNOTS;
 
 /// The version of this layout and of what the numbers mean.
-pub(super) const FORMAT: u16 = 9;
+pub(super) const FORMAT: u16 = 10;
+/// The one whose time constants do not grow.
+pub(super) const WITHOUT_TIME_GROWTH: u16 = 9;
 /// The one without a lag of the beams.
 pub(super) const WITHOUT_LAG: u16 = 8;
 /// The one without a resonance.
@@ -30,10 +32,12 @@ const RESIDUAL_NUMBERS: usize = 4;
 const SHARED_PARTS: usize = POLES;
 const RESONANCE_NUMBERS: usize = 2;
 const LAG_NUMBERS: usize = 1;
+const TIME_GROWTH_NUMBERS: usize = 1;
 pub(super) const HEAD: usize = MAGIC.len() + 2 + 2 * Label::CAPACITY + 8;
 
 /// Bytes of a calibration.
-pub const BYTES: usize = BYTES_WITHOUT_LAG + 4 * LAG_NUMBERS;
+pub const BYTES: usize = BYTES_WITHOUT_TIME_GROWTH + 4 * TIME_GROWTH_NUMBERS;
+pub(super) const BYTES_WITHOUT_TIME_GROWTH: usize = BYTES_WITHOUT_LAG + 4 * LAG_NUMBERS;
 pub(super) const BYTES_WITHOUT_LAG: usize = BYTES_WITHOUT_RESONANCE + 4 * RESONANCE_NUMBERS;
 pub(super) const BYTES_WITHOUT_RESONANCE: usize = BYTES_WITHOUT_SHARED + 4 * SHARED_PARTS;
 pub(super) const BYTES_WITHOUT_SHARED: usize = BYTES_WITHOUT_RESIDUAL + 4 * RESIDUAL_NUMBERS;
@@ -59,6 +63,8 @@ pub fn record_bytes(bytes: &[u8]) -> usize {
         BYTES_WITHOUT_RESONANCE
     } else if is_of(WITHOUT_LAG) {
         BYTES_WITHOUT_LAG
+    } else if is_of(WITHOUT_TIME_GROWTH) {
+        BYTES_WITHOUT_TIME_GROWTH
     } else {
         BYTES
     }

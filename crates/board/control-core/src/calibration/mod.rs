@@ -87,7 +87,9 @@ impl Calibration {
 pub(crate) mod tests {
     use super::*;
     use crate::shape::{InverseTable, KNOTS};
-    use crate::units::{Hertz, Kelvin, KelvinPerWatt, Ohm, PerKelvin, Second, Watt};
+    use crate::units::{
+        Hertz, Kelvin, KelvinPerWatt, Ohm, PerKelvin, Second, SecondPerKelvin, Watt,
+    };
 
     pub(crate) fn actuator(top_um: f32, top_k: f32) -> ActuatorCalibration {
         let knots = core::array::from_fn(|i| top_k * i as f32 / (KNOTS - 1) as f32);
@@ -126,6 +128,7 @@ pub(crate) mod tests {
                 slow: [lag(0.06, 4.0), lag(0.04, 20.0)],
                 shared: [0.0, 0.5, 0.25, 0.75, 1.0],
                 beam_lag: Second(3e-4),
+                time_growth: SecondPerKelvin(2e-6),
             },
             memory: Memory {
                 plays: [

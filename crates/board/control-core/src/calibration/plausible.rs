@@ -54,7 +54,10 @@ const LONGEST_MOTION_UM: f32 = 1e4;
 const LONGEST_MOVE: Second = Second(1.0);
 /// How slowly a beam may follow its heater (s). Led by 200 ticks, the rounding of 300 K in f32 grows to 6 mK, a hundredth of a micrometre.
 const LONGEST_BEAM_LAG: Second = Second(0.02);
-/// Their quality factors: what is damped more than critically does not ring, and MEMS mirrors in air stay below the highest.
+/// How much the time constants may have grown by at the highest rise, as a part of what a step's beginning tells of them: some of each
+/// must be left there, and ten times is more than any loss or heat capacity makes of them over the widest range.
+const TIME_GROWTHS: RangeInclusive<f32> = -0.9..=10.0;
+/// Quality factors of resonances: what is damped more than critically does not ring, and MEMS mirrors in air stay below the highest.
 const QUALITIES: RangeInclusive<f32> = 0.5..=1e4;
 /// What one kelvin of the surroundings may be worth, in kelvins of a heater: a beam whose heater is on one half only bends
 /// twice as much with the whole, and half as much again; one that does not move with the room has nothing to be compensated.
@@ -95,7 +98,17 @@ impl Parts {
             }
         }
         self.residual.check()?;
-        self.bounds.check()
+        self.bounds.check()?;
+        self.check_time_growth()
+    }
+
+    /// What follows at once has no time constant that could grow.
+    fn check_time_growth(&self) -> Result<(), CalibrationError> {
+        let used = self.heat.fast.iter().filter(|lag| lag.weight > 0.0);
+        let initial_rate: f32 = used.map(|lag| lag.weight / lag.time.0).sum();
+        let per_k = 1.0 / (initial_rate * self.bounds.rise.0);
+        let range = TIME_GROWTHS.start() * per_k..=TIME_GROWTHS.end() * per_k;
+        check(Field::TimeGrowth, 0, self.heat.time_growth.0, range)
     }
 }
 
@@ -346,6 +359,7 @@ mod tests {
             25 => (&mut p.path.resonance.frequency.0, Field::ResonanceFrequency),
             26 => (&mut p.path.resonance.quality, Field::ResonanceQuality),
             27 => (&mut p.heat.beam_lag.0, Field::BeamLag),
+            28 => (&mut p.heat.time_growth.0, Field::TimeGrowth),
             14 => (&mut p.bounds.drive.0, Field::MaxDrive),
             15 => (&mut p.bounds.power.0, Field::MaxPower),
             19 => (&mut p.actuators[1].sensed_rises.knots[7], Field::SensedRise),
@@ -363,7 +377,7 @@ mod tests {
     proptest! {
         #[test]
         fn a_number_that_is_off_is_named(
-            which in 0_usize..27,
+            which in 0_usize..29,
             bad in prop_oneof![Just(f32::NAN), Just(f32::INFINITY), Just(-1.0e6), Just(1e9)],
         ) {
             let (parts, field) = number_off(which, bad);
@@ -443,6 +457,20 @@ mod tests {
         radii.memory.plays[2].radius = Micrometre(5.0);
         let refused = CalibrationError::number(Field::Play, 2, Problem::NotRising);
         assert_eq!(Calibration::new(radii), Err(refused));
+    }
+
+    #[test]
+    fn time_constants_neither_vanish_nor_grow_where_there_are_none() {
+        let growing = |heat: Heat, growth_s_per_k: f32| {
+            let mut parts = parts();
+            parts.heat = heat;
+            parts.heat.time_growth.0 = growth_s_per_k;
+            Calibration::new(parts)
+        };
+        let refused = CalibrationError::number(Field::TimeGrowth, 0, Problem::OutOfRange);
+        assert_eq!(growing(parts().heat, -1e-3), Err(refused));
+        assert!(growing(Heat::INSTANT, 0.0).is_ok());
+        assert_eq!(growing(Heat::INSTANT, 1e-6), Err(refused));
     }
 
     #[test]

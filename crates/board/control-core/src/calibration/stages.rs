@@ -4,7 +4,9 @@ use core::f32::consts::PI;
 
 use crate::CHANNELS;
 use crate::shape::InverseTable;
-use crate::units::{Hertz, Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Volt, Watt};
+use crate::units::{
+    Hertz, Kelvin, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, SecondPerKelvin, Volt, Watt,
+};
 
 /// Thermal poles that are advanced at every control tick.
 pub const FAST_POLES: usize = 3;
@@ -73,6 +75,9 @@ pub struct Heat {
     /// Time constant with which the beam follows its heater, whose temperature rise the poles tell: heat is on its way from one to
     /// the other. 0: it is as warm at once.
     pub beam_lag: Second,
+    /// What the time constants grow by for each kelvin of the rise, as under a heat capacity that grows: on its way the heater takes
+    /// besides, in kelvins of heating, this times rise times slope. Below zero a warm actuator is quicker.
+    pub time_growth: SecondPerKelvin,
 }
 
 /// A play operator with its weight: a part of the motion that follows only when pulled by more than
@@ -226,6 +231,7 @@ impl Heat {
             }; SLOW_POLES],
             shared: [0.0; POLES],
             beam_lag: Second(0.0),
+            time_growth: SecondPerKelvin(0.0),
         }
     };
 

@@ -7,7 +7,7 @@ use control_core::calibration::{
 use control_core::shape::KNOTS;
 use control_core::{
     ActuatorCalibration, CHANNELS, Calibration, CalibrationError, Hertz, InverseTable, Kelvin,
-    KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, Volt, Watt,
+    KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, SecondPerKelvin, Volt, Watt,
 };
 use serde::{Deserialize, Serialize};
 
@@ -25,6 +25,8 @@ pub(super) struct Stored {
     move_time_s: f64,
     #[serde(default)]
     beam_lag_s: f64,
+    #[serde(default)]
+    time_growth_s_per_k: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     resonance: Option<StoredResonance>,
     max_drive_v: f64,
@@ -141,6 +143,7 @@ impl From<&Calibration> for Stored {
             model_hash: format!("{:016x}", p.origin.model_hash),
             move_time_s: decimal(p.path.move_time.0),
             beam_lag_s: decimal(p.heat.beam_lag.0),
+            time_growth_s_per_k: decimal(p.heat.time_growth.0),
             resonance: p.path.resonance.is_known().then(|| StoredResonance {
                 frequency_hz: decimal(p.path.resonance.frequency.0),
                 quality: decimal(p.path.resonance.quality),
@@ -241,6 +244,7 @@ impl Stored {
         }
         let mut heat = Heat {
             beam_lag: Second(self.beam_lag_s as f32),
+            time_growth: SecondPerKelvin(self.time_growth_s_per_k as f32),
             ..Heat::INSTANT
         };
         heat.fast[0].weight = 0.0;

@@ -2,8 +2,8 @@
 //! network of thermal poles (Foster 1924, JESD51-14).
 
 use control_core::CHANNELS;
-use control_core::Second;
 use control_core::calibration::{FAST_POLES, Heat, Lag, SLOW, SLOW_POLES};
+use control_core::{Second, SecondPerKelvin};
 
 use super::timeline::TimeStep;
 
@@ -15,6 +15,8 @@ pub(super) const POLES: usize = FAST_POLES + SLOW_POLES;
 pub(super) struct FosterNetwork {
     pub(super) weight: [f64; POLES],
     pub(super) time_s: [f64; POLES],
+    /// What the time constants grow by for each kelvin of the rise (s/K).
+    pub(super) time_growth_s_per_k: f64,
 }
 
 /// What an actuator's power holds at rest: `rise (1 + growth rise) = k_per_w power`.
@@ -31,6 +33,7 @@ impl FosterNetwork {
         let mut network = Self {
             weight: [0.0; POLES],
             time_s: [0.0; POLES],
+            time_growth_s_per_k: f64::from(heat.time_growth.0),
         };
         for (pole, lag) in all().enumerate() {
             network.weight[pole] = f64::from(lag.weight);
@@ -53,8 +56,18 @@ impl FosterNetwork {
                     ..slow
                 }
             }),
+            time_growth: SecondPerKelvin(self.time_growth_s_per_k as f32),
             ..Heat::INSTANT
         }
+    }
+
+    /// The time (s) in which a step of the heating would be over if it went on as it begins.
+    pub(super) fn initial_time_s(&self) -> f64 {
+        let rates = self.weight.iter().zip(self.time_s);
+        rates
+            .map(|(weight, time_s)| weight / time_s)
+            .sum::<f64>()
+            .recip()
     }
 
     /// The temperature rises of all actuators at the end of every time step (K).
@@ -95,10 +108,15 @@ impl FosterNetwork {
                 let sampled = self
                     .time_s
                     .map(|time_s| SampledLag::new(time_s, step.duration_s));
+                let stored_per_k2 = 0.5 * self.time_growth_s_per_k / step.duration_s;
                 for (channel, loss) in losses.iter().enumerate() {
+                    let taken = Taken {
+                        loss,
+                        stored_per_k2,
+                    };
                     let power_w = (step.from_w[channel], step.to_w[channel]);
                     let state = &mut states[channel];
-                    let rise = self.advance(state, rises[channel], &sampled, loss, power_w);
+                    let rise = self.advance(state, rises[channel], &sampled, &taken, power_w);
                     let input = loss.k_per_w * power_w.1 - loss.growth * rise * rise;
                     told[channel] = tell(rise, state, input);
                     rises[channel] = rise;
@@ -111,32 +129,46 @@ impl FosterNetwork {
 
     /// One actuator through one time step; returns its rise at the end.
     ///
-    /// The network's input is the heating less what the growing loss takes of it, `k_per_w power - growth rise^2`. With the
-    /// free response and the input's start known, the rise at the end solves
-    /// `rise = driven - gain growth rise^2`: the root that is 0 at rest.
+    /// The network's input is the heating less what the growing loss takes of it, `k_per_w power - growth rise^2`, and less what is
+    /// stored all along the step, the time growth's half times the change of `rise^2` over the step's duration. With the free response
+    /// and the input's start known, the rise at the end solves `rise = driven - square rise^2`: the root that is 0 at rest.
     fn advance(
         &self,
         states: &mut [f64; POLES],
         rise: f64,
         sampled: &[SampledLag; POLES],
-        loss: &HeatLoss,
+        Taken {
+            loss,
+            stored_per_k2,
+        }: &Taken,
         (from_w, to_w): (f64, f64),
     ) -> f64 {
         let input_start = loss.k_per_w * from_w - loss.growth * rise * rise;
-        let (mut free_response, mut gain) = (0.0, 0.0);
+        let (mut free_response, mut gain, mut gain_held) = (0.0, 0.0, 0.0);
         for ((lag, weight), state) in sampled.iter().zip(self.weight).zip(states.iter()) {
             free_response += weight * (lag.pole * state + lag.gain_start * input_start);
             gain += weight * lag.gain_end;
+            gain_held += weight * (lag.gain_start + lag.gain_end);
         }
-        let driven = free_response + gain * loss.k_per_w * to_w;
-        let root = (1.0 + 4.0 * loss.growth * gain * driven).max(0.0).sqrt();
-        let rise = 2.0 * driven / (1.0 + root);
-        let input_end = loss.k_per_w * to_w - loss.growth * rise * rise;
+        let given_back = gain_held * stored_per_k2 * rise * rise;
+        let driven = free_response + gain * loss.k_per_w * to_w + given_back;
+        let square = gain * loss.growth + gain_held * stored_per_k2;
+        let root = (1.0 + 4.0 * square * driven).max(0.0).sqrt();
+        let end = 2.0 * driven / (1.0 + root);
+        let stored = stored_per_k2 * (end * end - rise * rise);
+        let input_end = loss.k_per_w * to_w - loss.growth * end * end;
         for (lag, state) in sampled.iter().zip(states) {
-            *state = lag.after(*state, input_start, input_end);
+            *state = lag.after(*state, input_start - stored, input_end - stored);
         }
-        rise
+        end
     }
+}
+
+/// What takes of an actuator's heating before it comes to the poles, in one time step.
+struct Taken<'a> {
+    loss: &'a HeatLoss,
+    /// What is stored for each square kelvin by which the rise's square changes (1/K).
+    stored_per_k2: f64,
 }
 
 /// A first-order lag over one time step whose input runs straight (first-order hold; Astrom and Wittenmark 1997).
@@ -185,6 +217,7 @@ mod tests {
     const NETWORK: FosterNetwork = FosterNetwork {
         weight: [0.6, 0.3, 0.0, 0.0, 0.1],
         time_s: [1e-3, 0.03, 0.1, 0.5, 4.0],
+        time_growth_s_per_k: 0.0,
     };
 
     fn losses(growth: f64) -> [HeatLoss; CHANNELS] {
@@ -230,6 +263,31 @@ mod tests {
         // One that is far faster than the step is where its input is, one that is far slower stays.
         assert!((SampledLag::new(1e-9, 1.0).after(5.0, 0.0, 7.0) - 7.0).abs() < 1e-7);
         assert!((SampledLag::new(1e9, 1.0).after(5.0, 0.0, 7.0) - 5.0).abs() < 1e-7);
+    }
+
+    #[test]
+    fn what_grows_with_the_rise_is_followed_as_in_steps_a_hundred_times_shorter() {
+        // One pole: (time + growth rise) slope = heating - rise - loss growth rise^2, by Euler's method.
+        let (time_s, time_growth) = (5e-3, 4e-5);
+        let network = FosterNetwork {
+            weight: [1.0, 0.0, 0.0, 0.0, 0.0],
+            time_s: [time_s, 0.03, 0.1, 0.5, 4.0],
+            time_growth_s_per_k: time_growth,
+        };
+        assert!((network.initial_time_s() - time_s).abs() < 1e-12);
+        let rises = network.rises(&vec![held(1e-4, 0.02); 200], &losses(2e-3));
+        let mut exact = 0.0_f64;
+        for rise in rises {
+            for _ in 0..100 {
+                let heating = 120.0 - exact - 2e-3 * exact * exact;
+                exact += 1e-6 * heating / (time_s + time_growth * exact);
+            }
+            // A step is 1/50 of the time constant, and what is stored is taken evenly along it: second order, of 100 K.
+            assert!(
+                (rise[0] - exact).abs() < 100.0 * 0.02_f64.powi(2),
+                "{rise:?} for {exact}"
+            );
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! A calibration's stages refined by what a mirror did.
 //!
 //! The model says which physics there is, with few numbers; the core's stages hold more than these, and a mirror of
-//! distributed heat and several memories has more. Thermal poles, the growth of the heat loss, the times of creep and the release
+//! distributed heat and several memories has more. Thermal poles, the growth of the heat loss and of the time constants, the times of creep and the release
 //! of the play operators are fitted by damped least squares, beginning with the model's; in each of their trials the rest follows
 //! by linear least squares: a smooth bend of the tables, play operators and creep. Heating is the power that the currents show, and
 //! a slow pole warms the heaters as well, which creep does not: both the displacement and the resistances are fitted, so that
@@ -40,8 +40,8 @@ use self::tables::Bend;
 use self::timeline::Timeline;
 use self::unknowns::Unknowns;
 
-/// Fewer readings than this refine nothing: eight for each of the unknowns, sixteen nonlinear ones and eight weights of memory.
-const FEWEST: usize = 200;
+/// Fewer readings than this refine nothing: eight for each of the unknowns, 22 nonlinear ones and eight weights of memory.
+const FEWEST: usize = 240;
 /// Stages that leave more than this part of the range follow nothing: a calibrated mirror is followed forty times closer
 /// (`docs/figures/positioning.md`).
 const FOLLOWS: f64 = 0.02;
@@ -84,7 +84,8 @@ pub fn refined(calibration: &Calibration, session: &Session) -> Result<Refined, 
         if readings < FEWEST {
             return Err(RefineError::TooFew(readings));
         }
-        let fit = StagesFit::new(parts, timeline);
+        let slow = Timeline::of(session, &parts.path, Lagging::LARGE);
+        let fit = StagesFit::new(parts, timeline, slow);
         let fitted = fit.best(Unknowns::starts(&parts.heat));
         Ok((fit, fitted))
     };

@@ -33,10 +33,11 @@ pub(super) struct Lagging {
 }
 
 impl Lagging {
-    /// Of a mirror that the stages follow: 1 % of a move, and what friction lets go meanwhile.
+    /// Of a mirror that the stages follow: 0.2 % of a move, and what friction lets go meanwhile. Chosen by steps and sines of the mirrors
+    /// that `docs/figures/positioning.md` names.
     pub(super) const USUAL: Self = Self {
-        share: 0.01,
-        um: 0.2,
+        share: 0.002,
+        um: 0.03,
     };
     /// Of one that they do not follow, which creeps by 15 % or whose beams lag by a millisecond: 1 % of a range of 100 um after every
     /// move, so that fast ways do not bend what the stages can follow.
@@ -99,9 +100,9 @@ mod tests {
             reading_um: 0.15,
             ..SMOOTH
         };
-        // Long after everything: 0.15 and 0.02 um; with a transient of (0.2 + 0.8) / (1 + 4) um 40 ms after a move of 80 um.
+        // Long after everything: 0.15 and 0.02 um; with a transient of (0.03 + 0.27) / (1 + 2) um 20 ms after a move of 135 um.
         assert!((noisy.standard_deviation_um(1e9, 0.0) - 0.0229_f64.sqrt()).abs() < 1e-9);
-        assert!((noisy.standard_deviation_um(0.04, 80.0) - 0.0629_f64.sqrt()).abs() < 1e-12);
+        assert!((noisy.standard_deviation_um(0.02, 135.0) - 0.0329_f64.sqrt()).abs() < 1e-12);
     }
 
     #[test]

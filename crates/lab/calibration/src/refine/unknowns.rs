@@ -13,6 +13,7 @@ use crate::memory::{CREEP_S, RADII};
 const USUAL: FosterNetwork = FosterNetwork {
     weight: [0.5, 0.3, 0.1, 0.01, 0.05],
     time_s: [1e-3, 0.03, 0.15, 0.7, 4.0],
+    time_growth_s_per_k: 0.0,
 };
 /// The weight that a pole starts with of which the model knows nothing: little, and enough to have a slope.
 const UNKNOWN: f64 = 5e-3;
@@ -22,8 +23,12 @@ const POLE_S: (f64, f64) = (1e-4, 60.0);
 const LN_WEIGHT: (f64, f64) = (-20.0, 20.0);
 /// Growth of the heat loss (1/K): none, and a loss that is doubled at 10 K.
 const GROWTH_PER_K: (f64, f64) = (0.0, 0.1);
-/// Unit in which its change is fitted (1/K): about what air and radiation make (the file format's example has 0.0012 / K).
-const GROWTH_UNIT: f64 = 1e-3;
+/// Growth of the time constants over what a step's beginning tells of them (1/K): a rise of 150 K leaves a quarter of them, or makes them
+/// four times as long. Under free convection the loss grows ever less, which a fit says as loss and time constants that both grow (0.014/K,
+/// `bench foreign`, seed 901).
+const TIME_GROWTH_PER_K: (f64, f64) = (-5e-3, 2e-2);
+/// Unit in which their changes are fitted (1/K): about what air and radiation make (the file format's example has 0.0012 / K).
+const GROWTH_UNIT_PER_K: f64 = 1e-3;
 /// Fastest and slowest release of the play operators (s): two moves, and never within a session.
 const RELEASE_S: (f64, f64) = (0.02, 1e4);
 /// Where it starts (s): the drive's rounding loosens friction within half a second (docs/theory/identification.md).
@@ -71,19 +76,21 @@ impl Unknowns {
         })
     }
 
-    /// As a fit moves them: logarithms of times and weights, the growth in its unit, the logarithms of the lag, of the release, of the
+    /// As a fit moves them: logarithms of times and weights, the growths in their unit, the logarithms of the lag, of the release, of the
     /// times of creep and of the radii.
     pub(super) fn coordinates(&self) -> DVector<f64> {
         let poles = self.network.time_s.iter().chain(&self.network.weight);
-        let growth = self.added_growth_per_k / GROWTH_UNIT;
+        let time_growth_per_k = self.network.time_growth_s_per_k / self.network.initial_time_s();
+        let growths = [self.added_growth_per_k, time_growth_per_k];
+        let growths = growths.map(|per_k| per_k / GROWTH_UNIT_PER_K);
         let memory = [&self.beam_lag_s, &self.release_s]
             .into_iter()
             .chain(&self.creep_s)
             .chain(&self.radii);
         let logarithms = |values: f64| values.ln();
-        let all = poles.copied().map(logarithms).chain([growth]);
+        let all = poles.copied().map(logarithms).chain(growths);
         let all = all.chain(memory.copied().map(logarithms));
-        DVector::from_iterator(2 * POLES + 3 + LAGS + PLAYS, all)
+        DVector::from_iterator(2 * POLES + 4 + LAGS + PLAYS, all)
     }
 
     /// From such coordinates.
@@ -93,12 +100,16 @@ impl Unknowns {
         let time_s = std::array::from_fn(|_| next().exp());
         let weight: [f64; POLES] = std::array::from_fn(|_| next().exp());
         let whole: f64 = weight.iter().sum();
+        let mut network = FosterNetwork {
+            weight: weight.map(|weight| weight / whole),
+            time_s,
+            time_growth_s_per_k: 0.0,
+        };
+        let added_growth_per_k = next() * GROWTH_UNIT_PER_K;
+        network.time_growth_s_per_k = next() * GROWTH_UNIT_PER_K * network.initial_time_s();
         Self {
-            network: FosterNetwork {
-                weight: weight.map(|weight| weight / whole),
-                time_s,
-            },
-            added_growth_per_k: next() * GROWTH_UNIT,
+            network,
+            added_growth_per_k,
             beam_lag_s: next().exp(),
             release_s: next().exp(),
             creep_s: std::array::from_fn(|_| next().exp()),
@@ -120,8 +131,12 @@ impl Unknowns {
         let least = growths().fold(f64::INFINITY, f64::min);
         let most = growths().fold(0.0, f64::max);
         let growth = (
-            (GROWTH_PER_K.0 - most) / GROWTH_UNIT,
-            (GROWTH_PER_K.1 - least).max(0.0) / GROWTH_UNIT,
+            (GROWTH_PER_K.0 - most) / GROWTH_UNIT_PER_K,
+            (GROWTH_PER_K.1 - least).max(0.0) / GROWTH_UNIT_PER_K,
+        );
+        let time_growth = (
+            TIME_GROWTH_PER_K.0 / GROWTH_UNIT_PER_K,
+            TIME_GROWTH_PER_K.1 / GROWTH_UNIT_PER_K,
         );
         let logarithms = |(least, most): (f64, f64)| (least.ln(), most.ln());
         let memory = [BEAM_LAG_S, RELEASE_S].map(logarithms);
@@ -132,7 +147,7 @@ impl Unknowns {
         let network = times.chain([LN_WEIGHT; POLES]);
         Bounds::new(
             network
-                .chain([growth])
+                .chain([growth, time_growth])
                 .chain(memory)
                 .chain(creep)
                 .chain(radii),
@@ -178,6 +193,7 @@ mod tests {
         let unknowns = Unknowns {
             network: FosterNetwork {
                 weight: [0.4, 0.3, 0.2, 0.06, 0.04],
+                time_growth_s_per_k: 2e-6,
                 ..USUAL
             },
             added_growth_per_k: -5e-4,
@@ -200,6 +216,7 @@ mod tests {
             ));
         }
         assert!((back.added_growth_per_k + 5e-4).abs() < 1e-15);
+        assert!((back.network.time_growth_s_per_k - 2e-6).abs() < 1e-15);
         assert!((back.beam_lag_s - 3e-4).abs() < 1e-15);
         assert!((back.release_s - 2.0).abs() < 1e-12);
         for (back, creep_s) in back.creep_s.into_iter().zip(unknowns.creep_s) {

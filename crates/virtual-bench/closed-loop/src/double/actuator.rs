@@ -7,6 +7,7 @@ use control_core::{Ampere, Volt};
 use super::apart::Apart;
 use super::poles::{Beam, Poles, pole};
 use super::table::{position_um, resistance_ohm, rest_um, rise_k};
+use crate::TICK_S;
 
 /// A current that is none (A).
 const NO_CURRENT_A: f32 = 1e-6;
@@ -33,6 +34,8 @@ pub(super) struct Actuator {
     beam: Beam,
     /// Where the beam was to be at the end of the last tick (K).
     asked: f64,
+    /// Half of what the time constants grow by with a kelvin, in ticks.
+    half_time_growth: f64,
     drive_limit_v: f64,
     power_limit_w: f64,
     rise: f64,
@@ -58,6 +61,7 @@ impl Actuator {
         let (poles, beam) = (Poles::new(&parts.heat), Beam::new(&parts.heat));
         Self {
             calibration,
+            half_time_growth: 0.5 * f64::from(parts.heat.time_growth.0) / TICK_S,
             drive_limit_v: f64::from(parts.bounds.drive.0),
             power_limit_w: f64::from(parts.bounds.power.0),
             rise: 0.0,
@@ -101,11 +105,13 @@ impl Actuator {
         let growth = f64::from(self.calibration.loss_growth.0);
         let aim = target - self.shortfall;
         let mut heating = self.poles.inverse(aim);
-        let asked_w = (heating + growth * aim * aim) / r_t;
+        let stored = self.half_time_growth * (aim * aim - self.rise * self.rise);
+        let asked_w = (heating + stored + growth * aim * aim) / r_t;
         let most_w = self.power_limit_w.min(self.drive_limit_v.powi(2) / ohm);
         let power_w = asked_w.clamp(0.0, most_w);
         if power_w != asked_w {
             heating = power_w * r_t - growth * self.rise * self.rise;
+            heating -= self.stored(heating);
         }
         let drive_v = (power_w * ohm).sqrt();
         self.rise = self.poles.tick(heating);
@@ -122,6 +128,14 @@ impl Actuator {
                 .abs(),
             mirror_um: (place(twin) - place(own)).abs(),
         }
+    }
+
+    /// What a growing heat capacity takes of a heating, by one step of the secant method.
+    fn stored(&self, heating: f64) -> f64 {
+        let from = self.rise;
+        let (without, per_heating) = (self.poles.after(heating), self.poles.gain());
+        let per_k = self.half_time_growth * (without + from);
+        per_k * (without - from) / (1.0 + per_heating * per_k)
     }
 
     /// Mean heating since the last turn.

@@ -119,8 +119,12 @@ impl Poles {
 
     /// The heating after which it is `target`: the rise is linear in it.
     pub(super) fn inverse(&self, target: f64) -> f64 {
-        let free_response = self.after(0.0);
-        (target - free_response) / (self.after(1.0) - free_response)
+        (target - self.after(0.0)) / self.gain()
+    }
+
+    /// What a tick makes of a heating.
+    pub(super) fn gain(&self) -> f64 {
+        self.after(1.0) - self.after(0.0)
     }
 
     /// A tick; returns the rise at its end.
