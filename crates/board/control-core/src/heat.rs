@@ -73,6 +73,10 @@ const SHARED_FAST: usize = FAST_POLES - 1;
 /// it keeps for [`TURNS`] ticks. Of whole ticks this one leaves the least error along a sine (test `what_is_shared_is_followed_in_turns`).
 const AHEAD: f32 = 6.0;
 
+/// What time constants may have grown by at the least, over what they are without any rise (`TIME_GROWTHS` in `plausible.rs`). A drive may
+/// heat beyond the rise for which that was checked, and a time constant that is none left would be divided by.
+const LEAST_SLOWING: f32 = -0.9;
+
 impl HeatInverse {
     pub(crate) fn new(heat: &Heat) -> Self {
         let poles = heat.poles();
@@ -121,9 +125,14 @@ impl HeatInverse {
     #[inline(always)]
     pub(crate) fn unstored(&self, state: &HeatState, heating: Kelvin, from: Kelvin) -> Kelvin {
         let unslowed = self.rise(state, heating);
-        let per_k = self.stored_per_k2 * (unslowed.0 + from.0);
-        let way = unslowed.0 - from.0;
-        Kelvin(heating.0 - per_k * way / (1.0 + self.input_gain * per_k))
+        let slowing = self.input_gain * self.stored_per_k2 * (unslowed.0 + from.0);
+        let slowing = if slowing > LEAST_SLOWING {
+            slowing
+        } else {
+            LEAST_SLOWING
+        };
+        let stored = (unslowed.0 - from.0) * slowing / (1.0 + slowing);
+        Kelvin(heating.0 - stored * self.per_input_gain)
     }
 
     /// Temperatures of an actuator that was followed with other poles: each has warmed as far as the one in its place.
@@ -354,6 +363,22 @@ mod tests {
                 let reached = mirror.step(f64::from(heating.0), turn);
                 // Sums in f32: some forty roundings of 100 K.
                 prop_assert!((reached - f64::from(target)).abs() < 5e-4, "{reached} for {target}");
+            }
+        }
+
+        /// Whatever is driven and however the time constants change, also beyond what a calibration was checked for.
+        #[test]
+        fn any_heating_leaves_a_temperature(
+            growth_s_per_k in -1e-3_f32..1e-3,
+            driven in proptest::collection::vec(0.0_f32..1e4, 1..300),
+        ) {
+            let heat = Heat { time_growth: SecondPerKelvin(growth_s_per_k), ..apart() };
+            let inverse = HeatInverse::new(&heat);
+            let (mut state, mut rise) = (HeatState::default(), Kelvin(0.0));
+            for heating in driven {
+                let left = inverse.unstored(&state, Kelvin(heating), rise);
+                rise = inverse.advance(&mut state, left);
+                prop_assert!(rise.0.is_finite() && rise.0.abs() < 1e6, "{rise}");
             }
         }
 
