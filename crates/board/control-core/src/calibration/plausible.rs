@@ -10,6 +10,7 @@ use super::{ActuatorCalibration, Bounds, Heat, Memory, Parts, Plate, Residual, R
 use super::{CalibrationError, Field, Problem};
 use super::{FAST_POLES, Lag, Play, SLOW};
 use crate::design::{COLD_RESISTANCES_OHM, HIGHEST_DRIVE, HIGHEST_POWER_W, TCRS_PER_K};
+use crate::heat::LEAST_SLOWING;
 use crate::plate::across;
 use crate::units::{Second, Volt};
 
@@ -54,9 +55,9 @@ const LONGEST_MOTION_UM: f32 = 1e4;
 const LONGEST_MOVE: Second = Second(1.0);
 /// How slowly a beam may follow its heater (s). Led by 200 ticks, the rounding of 300 K in f32 grows to 6 mK, a hundredth of a micrometre.
 const LONGEST_BEAM_LAG: Second = Second(0.02);
-/// How much the time constants may have grown by at the highest rise, as a part of what a step's beginning tells of them: some of each
-/// must be left there, and ten times is more than any loss or heat capacity makes of them over the widest range.
-const TIME_GROWTHS: RangeInclusive<f32> = -0.9..=10.0;
+/// How much the time constants may have grown by at the highest rise, as a part of what a step's beginning tells of them: ten times is
+/// more than any loss or heat capacity makes of them over the widest range.
+const TIME_GROWTHS: RangeInclusive<f32> = LEAST_SLOWING..=10.0;
 /// Quality factors of resonances: what is damped more than critically does not ring, and MEMS mirrors in air stay below the highest.
 const QUALITIES: RangeInclusive<f32> = 0.5..=1e4;
 /// What one kelvin of the surroundings may be worth, in kelvins of a heater: a beam whose heater is on one half only bends

@@ -1,0 +1,241 @@
+use super::*;
+use crate::calibration::tests::parts;
+use crate::units::{Second, SecondPerKelvin};
+use proptest::prelude::*;
+
+/// Heat of which nothing is shared.
+fn apart() -> Heat {
+    Heat {
+        shared: Heat::INSTANT.shared,
+        ..parts().heat
+    }
+}
+
+/// The lags forward, in f64, with the slow ones' turns.
+struct Forward {
+    heat: Heat,
+    fast: [f64; FAST_POLES],
+    slow: [f64; SLOW_POLES],
+    heating: f64,
+}
+
+impl Forward {
+    fn new() -> Self {
+        Self {
+            heat: apart(),
+            fast: [0.0; FAST_POLES],
+            slow: [0.0; SLOW_POLES],
+            heating: 0.0,
+        }
+    }
+
+    /// A tick, and the slow lags' turn after it.
+    fn step(&mut self, heating: f64, turn: bool) -> f64 {
+        let relax = |lag: &crate::calibration::Lag, at: &mut f64, input: f64, ticks: f64| {
+            let goal = f64::from(lag.weight) * input;
+            *at = goal + (*at - goal) * (-1e-4 * ticks / f64::from(lag.time.0)).exp();
+        };
+        let rested: f64 = self.slow.iter().sum();
+        for (lag, at) in self.heat.fast.iter().zip(&mut self.fast) {
+            relax(lag, at, heating, 1.0);
+        }
+        self.heating += heating;
+        if turn {
+            for (lag, at) in self.heat.slow.iter().zip(&mut self.slow) {
+                relax(lag, at, self.heating / TURNS as f64, TURNS as f64);
+            }
+            self.heating = 0.0;
+        }
+        rested + self.fast.iter().sum::<f64>()
+    }
+}
+
+proptest! {
+    #[test]
+    fn the_inverse_is_exact_along_any_course(
+        course in proptest::collection::vec(0.0_f32..100.0, 1..100),
+    ) {
+        let inverse = HeatInverse::new(&apart());
+        let mut state = HeatState::default();
+        let mut mirror = Forward::new();
+        for (tick, target) in course.into_iter().enumerate() {
+            let turn = tick % TURNS == 3;
+            let heating = inverse.heating(&state, Kelvin(target));
+            inverse.advance(&mut state, heating);
+            if turn {
+                inverse.advance_slow(&mut state, &mut SharedHeat::default(), 0);
+            }
+            let reached = mirror.step(f64::from(heating.0), turn);
+            // Sums in f32: some forty roundings of 100 K.
+            prop_assert!((reached - f64::from(target)).abs() < 5e-4, "{reached} for {target}");
+        }
+    }
+
+    /// Whatever is driven and however the time constants change, also beyond what a calibration was checked for.
+    #[test]
+    fn any_heating_leaves_a_temperature(
+        growth_s_per_k in -1e-3_f32..1e-3,
+        driven in proptest::collection::vec(0.0_f32..1e4, 1..300),
+    ) {
+        let heat = Heat { time_growth: SecondPerKelvin(growth_s_per_k), ..apart() };
+        let inverse = HeatInverse::new(&heat);
+        let (mut state, mut rise) = (HeatState::default(), Kelvin(0.0));
+        for heating in driven {
+            let left = inverse.unstored(&state, Kelvin(heating), rise);
+            rise = inverse.advance(&mut state, left);
+            prop_assert!(rise.0.is_finite() && rise.0.abs() < 1e6, "{rise}");
+        }
+    }
+
+    /// Whatever a limit made of the heating before, the next tick that it leaves free is exact.
+    #[test]
+    fn nothing_winds_up_behind_a_limit(
+        limited in proptest::collection::vec(0.0_f32..120.0, 0..300),
+        target in 0.0_f32..100.0,
+    ) {
+        let inverse = HeatInverse::new(&apart());
+        let mut state = HeatState::default();
+        let mut mirror = Forward::new();
+        for heating in limited {
+            inverse.advance(&mut state, Kelvin(heating));
+            inverse.advance_slow(&mut state, &mut SharedHeat::default(), 0);
+            mirror.step(f64::from(heating), true);
+        }
+        let heating = inverse.heating(&state, Kelvin(target));
+        let reached = mirror.step(f64::from(heating.0), false);
+        // As above.
+        prop_assert!((reached - f64::from(target)).abs() < 5e-4, "{reached} for {target}");
+    }
+}
+
+/// What four actuators share, along a sine of each at 20 Hz, against the lags in f64 that the mean heating drives at every tick.
+#[test]
+fn what_is_shared_is_followed_in_turns() {
+    let heat = Heat {
+        fast: [
+            Lag {
+                weight: 0.6,
+                time: Second(1e-3),
+            },
+            Lag {
+                weight: 0.3,
+                time: Second(33e-3),
+            },
+            Lag::NONE,
+        ],
+        slow: [
+            Lag {
+                weight: 0.1,
+                time: Second(4.7),
+            },
+            Lag {
+                weight: 0.0,
+                time: Second(1.0),
+            },
+        ],
+        shared: [0.0, 1.0, 0.0, 0.8, 0.0],
+        ..Heat::INSTANT
+    };
+    let inverse = HeatInverse::new(&heat);
+    let mut states: [HeatState; CHANNELS] = Default::default();
+    let mut shared = SharedHeat::default();
+    let (mut fast, mut slow) = (0.0_f64, 0.0_f64);
+    let mut own = [[0.0_f64; 2]; CHANNELS];
+    let mut worst = 0.0_f64;
+    let relax = |at: &mut f64, goal: f64, time: f64| {
+        *at = goal + (*at - goal) * (-1e-4 / time).exp();
+    };
+    for tick in 0..40_000_usize {
+        let phase = core::f64::consts::TAU * 20.0 * 1e-4 * tick as f64;
+        let swing = 20.0 * libm::sin(phase);
+        let targets: [f64; CHANNELS] =
+            core::array::from_fn(|i| 60.0 + (0.5 + 0.25 * i as f64) * swing);
+        let mut heatings = [0.0; CHANNELS];
+        for i in 0..CHANNELS {
+            let heating = inverse.heating(&states[i], Kelvin(targets[i] as f32));
+            inverse.advance(&mut states[i], heating);
+            heatings[i] = f64::from(heating.0);
+        }
+        let turn = tick % TURNS;
+        inverse.advance_slow(&mut states[turn], &mut shared, turn);
+        let mean = heatings.iter().sum::<f64>() / CHANNELS as f64;
+        relax(&mut fast, 0.3 * mean, 33e-3);
+        relax(&mut slow, 0.08 * mean, 4.7);
+        for i in 0..CHANNELS {
+            relax(&mut own[i][0], 0.6 * heatings[i], 1e-3);
+            relax(&mut own[i][1], 0.02 * heatings[i], 4.7);
+            let rise = own[i][0] + own[i][1] + fast + slow;
+            // After the first jump from rest.
+            if tick > 1000 {
+                worst = worst.max((rise - targets[i]).abs());
+            }
+        }
+    }
+    // What is shared goes by up to 0.03 K in a tick here, and is told once in four.
+    assert!(worst < 0.1, "{worst} K");
+}
+
+/// A beam behind its heater along a smooth way, as f64 follows a heater that warms straight within each tick.
+#[test]
+fn a_heater_that_is_led_takes_its_beam_along_the_way() {
+    const TICKS: usize = 70;
+    let inverse = HeatInverse::new(&parts().heat);
+    let lag = f64::from(parts().heat.beam_lag.0) / 1e-4;
+    let (pole, mean) = ((-1.0 / lag).exp(), lag * -(-1.0 / lag).exp_m1());
+    let (mut asked, mut heater, mut beam) = (Kelvin(0.0), 0.0, 0.0);
+    for tick in 1..=2 * TICKS {
+        let done = (tick as f64 / TICKS as f64).min(1.0);
+        let next = Kelvin((100.0 * done.powi(3) * (10.0 - done * (15.0 - 6.0 * done))) as f32);
+        let led = f64::from(inverse.heater(next, asked).0);
+        beam = pole * beam + (mean - pole) * heater + (1.0 - mean) * led;
+        (heater, asked) = (led, next);
+        // The slope's difference is half a tick old: lag / 2 of the second difference, at most 5.8 of 100 K in 70 ticks squared.
+        let most = 0.5 * lag * 5.8 * 100.0 / (TICKS as f64).powi(2);
+        assert!((beam - f64::from(next.0)).abs() < most, "tick {tick}");
+    }
+    assert!((beam - 100.0).abs() < 1e-3);
+}
+
+/// A heater along a smooth way, whose time constant grows by half over it, as f64 follows it in hundredths of a tick.
+#[test]
+fn a_heater_that_slows_as_it_warms_is_where_it_is_asked_to_be() {
+    const TICKS: usize = 70;
+    const SUBSTEPS: usize = 100;
+    let (time_s, growth_s_k) = (2e-3, 1e-5);
+    let mut heat = Heat {
+        time_growth: SecondPerKelvin(growth_s_k as f32),
+        ..Heat::INSTANT
+    };
+    heat.fast[0].time = Second(time_s as f32);
+    let inverse = HeatInverse::new(&heat);
+    let (mut state, mut core, mut mirror) = (HeatState::default(), Kelvin(0.0), 0.0_f64);
+    for tick in 1..=2 * TICKS {
+        let done = (tick as f64 / TICKS as f64).min(1.0);
+        let asked = Kelvin((100.0 * done.powi(3) * (10.0 - done * (15.0 - 6.0 * done))) as f32);
+        let heating = inverse.heating(&state, asked);
+        let whole = Kelvin(heating.0 + inverse.stored(core, asked).0);
+        let found = inverse.unstored(&state, whole, core);
+        // Of what the square of a tick's way stores, 0.05 / K of 2.7 K, a step of the secant method leaves the part by which storing slows
+        // the way: a quarter, 2 x 0.05 x 0.05 x 64 of itself and one.
+        assert!((found.0 - heating.0).abs() < 0.09, "{found} for {heating}");
+        inverse.advance(&mut state, heating);
+        core = asked;
+        for _ in 0..SUBSTEPS {
+            let slope = (f64::from(whole.0) - mirror) / (time_s + growth_s_k * mirror);
+            mirror += slope * 1e-4 / SUBSTEPS as f64;
+        }
+        // Within a tick the heating is held and the rise is not straight: a tick over twice the time constant of a tick's way.
+        let most = 2.7 * 1e-4 / (2.0 * time_s);
+        assert!(
+            (mirror - f64::from(asked.0)).abs() < most,
+            "tick {tick}: {mirror} for {asked}"
+        );
+    }
+}
+
+#[test]
+fn without_poles_heating_is_temperature() {
+    let inverse = HeatInverse::new(&Heat::INSTANT);
+    let state = HeatState::default();
+    assert_eq!(inverse.heating(&state, Kelvin(42.0)), Kelvin(42.0));
+}
