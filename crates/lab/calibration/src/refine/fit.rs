@@ -1,12 +1,15 @@
 //! The fit of all stages to a session, by variable projection (Golub and Pereyra 1973): in every trial of the unknowns that
 //! enter nonlinearly, the others are the solution of a linear problem.
 
+use std::cell::RefCell;
+use std::rc::Rc;
+
 use control_core::CHANNELS;
 use control_core::calibration::{Parts, Resonance, SensedRises};
 use least_squares::{DifferenceStep, Options, Problem, minimise};
 use nalgebra::DVector;
 
-use super::heat::{HeatLoss, SampledLag};
+use super::heat::{HeatLoss, Lags};
 use super::heaters;
 use super::linear::{Displacements, LinearStages, MemoryTerms};
 use super::resistance::Line;
@@ -75,17 +78,49 @@ struct Estimate {
     memory: Displacements,
 }
 
-/// The stages forward, at the end of every time step.
-struct Forward {
-    rises: Vec<Rises>,
+/// The thermal stages forward, at the end of every time step.
+struct Heated {
     places_um: Vec<f64>,
-    memory: MemoryTerms,
+    /// Standardised residuals of the resistances.
+    resistances: Vec<f64>,
+}
+
+/// All stages forward, at the end of every time step.
+struct Forward {
+    heated: Rc<Heated>,
+    memory: Rc<MemoryTerms>,
     linear: LinearStages,
 }
 
 impl Forward {
     fn displacements_um(&self) -> impl Iterator<Item = f64> {
-        self.linear.predict(&self.places_um, &self.memory)
+        self.linear.predict(&self.heated.places_um, &self.memory)
+    }
+}
+
+/// What was computed last, and of which unknowns: most columns of a Jacobian change either heat or memory.
+#[derive(Default)]
+struct Last {
+    heated: Option<(Unknowns, Rc<Heated>)>,
+    memory: Option<(Unknowns, Rc<MemoryTerms>)>,
+}
+
+impl Last {
+    /// What was kept, if it is of unknowns alike in what it depends on; else what `compute` makes.
+    fn or_compute<T>(
+        kept: &mut Option<(Unknowns, Rc<T>)>,
+        unknowns: &Unknowns,
+        are_alike: impl Fn(&Unknowns, &Unknowns) -> bool,
+        compute: impl FnOnce() -> T,
+    ) -> Rc<T> {
+        if let Some((of, known)) = kept
+            && are_alike(of, unknowns)
+        {
+            return known.clone();
+        }
+        let computed = Rc::new(compute());
+        *kept = Some((*unknowns, computed.clone()));
+        computed
     }
 }
 
@@ -133,34 +168,35 @@ impl StagesFit {
             let projection = Projection {
                 fit: self,
                 estimate: &estimate,
+                last: RefCell::default(),
             };
             at = minimise(&projection, &at, &options(tolerance))
                 .ok()?
                 .parameters;
             let unknowns = Unknowns::at(&at);
-            let forward = self.forward(&unknowns, &estimate)?;
-            let residuals = self.residuals(&estimate.held, &forward);
+            let forward = projection.forward(&unknowns)?;
+            let residuals = residuals(&estimate.held, &forward);
             let squares = |residuals: &[f64]| residuals.iter().map(|r| r * r).sum::<f64>();
             let cost = squares(&residuals);
             let readings = self.timeline.readings();
             let mean_square = squares(&residuals[..readings]) / readings as f64;
             let residual_rms_um = weighted_rms_um(&estimate.held, &forward);
             let Forward {
-                places_um,
+                heated,
                 memory,
                 linear,
-                ..
             } = forward;
-            let now_um: Vec<f64> = linear.predict(&places_um, &memory).collect();
+            let places_um = &heated.places_um;
+            let now_um: Vec<f64> = linear.predict(places_um, &memory).collect();
             estimate = Estimate {
                 held: self.held(&self.timeline, &now_um),
-                memory: linear.displacements(&places_um, &memory),
+                memory: linear.displacements(places_um, &memory),
             };
             let held = self.held(&self.slow, &now_um);
             fitted = Some(Fitted {
                 losses: unknowns.losses(&self.losses),
                 unknowns,
-                linear: LinearStages::fit(&held, self.top_um, &places_um, &memory)?,
+                linear: LinearStages::fit(&held, self.top_um, places_um, &memory)?,
                 cost,
                 mean_square,
                 residual_rms_um,
@@ -188,10 +224,11 @@ impl StagesFit {
         let losses = unknowns.losses(&self.losses);
         let mut rises = unknowns.network.rises_unsettled(steps, &losses);
         let (mut before, mut beams) = ([0.0; CHANNELS], [0.0; CHANNELS]);
+        let mut lags = Lags::of([unknowns.beam_lag_s]);
         for (step, rises) in steps.iter().zip(&mut rises) {
             let heaters = rises.map(|(rise, _)| rise);
             if step.duration_s > 0.0 {
-                let lag = SampledLag::new(unknowns.beam_lag_s, step.duration_s);
+                let [lag] = lags.over(step.duration_s);
                 beams = std::array::from_fn(|i| lag.after(beams[i], before[i], heaters[i]));
                 before = heaters;
             }
@@ -215,32 +252,6 @@ impl StagesFit {
             (0..CHANNELS).map(place).sum::<f64>() / CHANNELS as f64
         };
         rises.iter().map(mean).collect()
-    }
-
-    /// The stages forward with these unknowns and the linear stages that are best with them.
-    fn forward(&self, unknowns: &Unknowns, estimate: &Estimate) -> Option<Forward> {
-        let steps = &estimate.held;
-        let rises = self.rises(unknowns);
-        let places_um = self.places_um(unknowns, &rises);
-        let memory = MemoryTerms::new(steps, self.top_um, unknowns, &estimate.memory);
-        let linear = LinearStages::fit(steps, self.top_um, &places_um, &memory)?;
-        Some(Forward {
-            rises,
-            places_um,
-            memory,
-            linear,
-        })
-    }
-
-    /// The standardised residuals of all readings, predicted less measured: of the displacement, and of the resistances.
-    fn residuals(&self, held: &[TimeStep], forward: &Forward) -> Vec<f64> {
-        let steps = held.iter().zip(forward.displacements_um());
-        let displacement = steps.filter_map(|(step, z_um)| {
-            let read = step.displacement?;
-            Some((z_um - read.z_um) / read.standard_deviation_um)
-        });
-        let resistances = heaters::residuals(held, &forward.rises);
-        displacement.chain(resistances).collect()
     }
 
     /// What each actuator's resistance, read by its line, tells where the mirror rests, up to these rises (K).
@@ -284,6 +295,17 @@ impl StagesFit {
     }
 }
 
+/// The standardised residuals of all readings, predicted less measured: of the displacement, and of the resistances.
+fn residuals(held: &[TimeStep], forward: &Forward) -> Vec<f64> {
+    let steps = held.iter().zip(forward.displacements_um());
+    let displacement = steps.filter_map(|(step, z_um)| {
+        let read = step.displacement?;
+        Some((z_um - read.z_um) / read.standard_deviation_um)
+    });
+    let resistances = forward.heated.resistances.iter().copied();
+    displacement.chain(resistances).collect()
+}
+
 /// Root mean square of what is left of the displacement, weighted by the readings' variances (um).
 fn weighted_rms_um(held: &[TimeStep], forward: &Forward) -> f64 {
     let steps = held.iter().zip(forward.displacements_um());
@@ -302,14 +324,42 @@ fn weighted_rms_um(held: &[TimeStep], forward: &Forward) -> f64 {
 struct Projection<'a> {
     fit: &'a StagesFit,
     estimate: &'a Estimate,
+    last: RefCell<Last>,
+}
+
+impl Projection<'_> {
+    /// The stages forward with these unknowns and the linear stages that are best with them.
+    fn forward(&self, unknowns: &Unknowns) -> Option<Forward> {
+        let Estimate { held, memory } = self.estimate;
+        let top_um = self.fit.top_um;
+        let mut last = self.last.borrow_mut();
+        let Last {
+            heated: heated_last,
+            memory: memory_last,
+        } = &mut *last;
+        let heated = Last::or_compute(heated_last, unknowns, Unknowns::heats_like, || {
+            let rises = self.fit.rises(unknowns);
+            Heated {
+                places_um: self.fit.places_um(unknowns, &rises),
+                resistances: heaters::residuals(held, &rises),
+            }
+        });
+        let memory = Last::or_compute(memory_last, unknowns, Unknowns::remembers_like, || {
+            MemoryTerms::new(held, top_um, unknowns, memory)
+        });
+        let linear = LinearStages::fit(held, top_um, &heated.places_um, &memory)?;
+        Some(Forward {
+            heated,
+            memory,
+            linear,
+        })
+    }
 }
 
 impl Problem for Projection<'_> {
     fn residuals(&self, coordinates: &DVector<f64>) -> Option<DVector<f64>> {
-        let unknowns = Unknowns::at(coordinates);
-        let forward = self.fit.forward(&unknowns, self.estimate)?;
-        let residuals = self.fit.residuals(&self.estimate.held, &forward);
-        Some(DVector::from_vec(residuals))
+        let forward = self.forward(&Unknowns::at(coordinates))?;
+        Some(DVector::from_vec(residuals(&self.estimate.held, &forward)))
     }
 
     fn difference_step(&self) -> DifferenceStep {

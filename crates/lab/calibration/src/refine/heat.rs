@@ -7,6 +7,11 @@ use control_core::{Second, SecondPerKelvin};
 
 use super::timeline::TimeStep;
 
+/// The length that lags are sampled at first (s): a control tick's.
+const USUAL_STEP_S: f64 = 1e-4;
+/// Time steps are alike that differ by no more than this part: a hundred seconds of ticks are rounded to 1e-10 of a tick.
+const ALIKE: f64 = 1e-9;
+
 /// Thermal poles, the fast ones first.
 pub(super) const POLES: usize = FAST_POLES + SLOW_POLES;
 
@@ -103,11 +108,10 @@ impl FosterNetwork {
         let mut states = [[0.0; POLES]; CHANNELS];
         let mut rises = [0.0; CHANNELS];
         let mut told = [T::default(); CHANNELS];
+        let mut lags = Lags::of(self.time_s);
         let advance = |step: &TimeStep| {
             if step.duration_s > 0.0 {
-                let sampled = self
-                    .time_s
-                    .map(|time_s| SampledLag::new(time_s, step.duration_s));
+                let sampled = lags.over(step.duration_s);
                 let stored_per_k2 = 0.5 * self.time_growth_s_per_k / step.duration_s;
                 for (channel, loss) in losses.iter().enumerate() {
                     let taken = Taken {
@@ -116,7 +120,7 @@ impl FosterNetwork {
                     };
                     let power_w = (step.from_w[channel], step.to_w[channel]);
                     let state = &mut states[channel];
-                    let rise = self.advance(state, rises[channel], &sampled, &taken, power_w);
+                    let rise = self.advance(state, rises[channel], sampled, &taken, power_w);
                     let input = loss.k_per_w * power_w.1 - loss.growth * rise * rise;
                     told[channel] = tell(rise, state, input);
                     rises[channel] = rise;
@@ -180,6 +184,35 @@ pub(super) struct SampledLag {
     gain_end: f64,
 }
 
+/// First-order lags that are sampled anew only where a time step is of another length than the one before: most of a drive's rows come
+/// evenly.
+pub(super) struct Lags<const N: usize> {
+    time_s: [f64; N],
+    step_s: f64,
+    sampled: [SampledLag; N],
+}
+
+impl<const N: usize> Lags<N> {
+    /// Lags of these time constants (s).
+    pub(super) fn of(time_s: [f64; N]) -> Self {
+        let step_s = USUAL_STEP_S;
+        Self {
+            time_s,
+            step_s,
+            sampled: time_s.map(|time_s| SampledLag::new(time_s, step_s)),
+        }
+    }
+
+    /// Over a time step so long.
+    pub(super) fn over(&mut self, step_s: f64) -> &[SampledLag; N] {
+        if (step_s - self.step_s).abs() > ALIKE * self.step_s {
+            self.step_s = step_s;
+            self.sampled = self.time_s.map(|time_s| SampledLag::new(time_s, step_s));
+        }
+        &self.sampled
+    }
+}
+
 impl SampledLag {
     pub(super) fn new(time_s: f64, step_s: f64) -> Self {
         let rate = -(-step_s / time_s).exp_m1();
@@ -189,6 +222,11 @@ impl SampledLag {
             gain_start: mean - (1.0 - rate),
             gain_end: 1.0 - mean,
         }
+    }
+
+    /// What is left of a state without an input.
+    pub(super) fn pole(&self) -> f64 {
+        self.pole
     }
 
     /// The lag's state at the step's end.
@@ -252,6 +290,17 @@ mod tests {
                 (rise[2] - 60.0 * exact).abs() < 1e-10,
                 "{rise:?} at {t_s} s"
             );
+        }
+    }
+
+    #[test]
+    fn lags_are_those_of_every_step_whatever_came_before() {
+        let mut lags = Lags::of([1e-3, 0.5]);
+        for step_s in [1e-4, 1e-4, 0.02, 0.02 + 1e-6, 1e-4] {
+            for (lag, time_s) in lags.over(step_s).iter().zip([1e-3, 0.5]) {
+                let exact = SampledLag::new(time_s, step_s);
+                assert_eq!(lag.after(1.0, 2.0, 3.0), exact.after(1.0, 2.0, 3.0));
+            }
         }
     }
 

@@ -6,7 +6,7 @@ use control_core::{Micrometre, Second};
 use least_squares::{Bounds, bounded, normal_factor};
 use nalgebra::{DMatrix, DVector};
 
-use super::heat::SampledLag;
+use super::heat::Lags;
 use super::timeline::TimeStep;
 use super::unknowns::Unknowns;
 
@@ -58,23 +58,24 @@ impl MemoryTerms {
             ..
         } = *unknowns;
         let mut plays = [0.0_f64; PLAYS];
-        let mut lags = [0.0; LAGS];
+        let mut crept = [0.0; LAGS];
+        let (mut releases, mut creeps) = (Lags::of([release_s]), Lags::of(creep_s));
         let mut y_before = 0.0;
         let inputs = estimate.shape_um.iter().zip(&estimate.behind_plays_um);
         let rows = steps.iter().zip(inputs).map(|(step, (&x, &y))| {
             let mut row = [0.0; MEMORY];
-            let kept = (-step.duration_s / release_s).exp();
+            let [release] = releases.over(step.duration_s);
             for (k, play) in plays.iter_mut().enumerate() {
                 let radius = radii[k] * top_um;
-                *play = (x + (*play - x) * kept).clamp(x - radius, x + radius);
+                *play = (x + (*play - x) * release.pole()).clamp(x - radius, x + radius);
                 row[k] = *play - x;
             }
-            for (k, lag) in lags.iter_mut().enumerate() {
-                if step.duration_s > 0.0 {
-                    *lag = SampledLag::new(creep_s[k], step.duration_s).after(*lag, y_before, y);
+            if step.duration_s > 0.0 {
+                for (state, lag) in crept.iter_mut().zip(creeps.over(step.duration_s)) {
+                    *state = lag.after(*state, y_before, y);
                 }
-                row[PLAYS + k] = *lag;
             }
+            row[PLAYS..].copy_from_slice(&crept);
             y_before = y;
             row
         });

@@ -93,6 +93,18 @@ impl Unknowns {
         DVector::from_iterator(2 * POLES + 4 + LAGS + PLAYS, all)
     }
 
+    /// Whether these heat a mirror as the others do.
+    pub(super) fn heats_like(&self, others: &Self) -> bool {
+        let heat = |of: &Self| (of.network, of.beam_lag_s, of.added_growth_per_k);
+        heat(self) == heat(others)
+    }
+
+    /// Whether a mirror remembers with these as with the others.
+    pub(super) fn remembers_like(&self, others: &Self) -> bool {
+        let memory = |of: &Self| (of.release_s, of.creep_s, of.radii);
+        memory(self) == memory(others)
+    }
+
     /// From such coordinates.
     pub(super) fn at(coordinates: &DVector<f64>) -> Self {
         let mut values = coordinates.iter().copied();
@@ -187,6 +199,23 @@ mod tests {
     use super::*;
     use control_core::Second;
     use control_core::calibration::Lag;
+
+    #[test]
+    fn every_coordinate_belongs_to_heat_or_to_memory() {
+        let [start, _] = Unknowns::starts(&Heat::INSTANT);
+        let at = start.coordinates();
+        let before = Unknowns::at(&at);
+        assert!(before.heats_like(&before) && before.remembers_like(&before));
+        for index in 0..at.len() {
+            let mut moved = at.clone();
+            moved[index] += 1e-4;
+            let moved = Unknowns::at(&moved);
+            assert!(
+                before.heats_like(&moved) != before.remembers_like(&moved),
+                "{index}"
+            );
+        }
+    }
 
     #[test]
     fn coordinates_name_the_unknowns_and_lead_back_to_them() {

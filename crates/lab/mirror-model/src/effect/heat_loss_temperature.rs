@@ -16,9 +16,8 @@ const ROOM_K: f64 = 295.0;
 /// Conductivity of air as a power of the absolute temperature: Incropera and DeWitt, Fundamentals of Heat and Mass Transfer,
 /// table A.4, 300 to 1000 K.
 const AIR: f64 = 0.8;
-/// The power of the temperature difference that free convection's coefficient grows with: laminar, ibidem, section 9.6.
-const CONVECTION: f64 = 0.25;
-/// A temperature rise that free convection's strength is counted at (K): about the paper's mirror's at high drives.
+/// A temperature rise that free convection's strength is counted at (K): about the paper's mirror's at high drives. Its coefficient grows
+/// with the fourth root of the temperature difference: laminar, ibidem, section 9.6.
 const CONVECTION_K: f64 = 100.0;
 /// Conductivity of silicon above the room as a negative power of the absolute temperature: C. Glassbrenner and G. Slack,
 /// Phys. Rev. 134 (1964) A1058, 300 to 1000 K.
@@ -45,7 +44,7 @@ static BY_AIR: HeatLossTemperature = HeatLossTemperature {
 static BY_CONVECTION: HeatLossTemperature = HeatLossTemperature {
     form: "convection",
     info: &FREE_CONVECTION,
-    beyond_k: |rise_k| rise_k * (rise_k.abs() / CONVECTION_K).powf(CONVECTION),
+    beyond_k: |rise_k| rise_k * (rise_k.abs() / CONVECTION_K).sqrt().sqrt(),
     others: &[],
 };
 
