@@ -233,6 +233,10 @@ impl Effect for Probe {
         }
     }
 
+    fn looks_at_displacement(&self) -> bool {
+        matches!(self.place.driver, Driver::Position | Driver::Rate)
+    }
+
     fn states(&self) -> usize {
         let remembers = matches!(
             self.place.driver,

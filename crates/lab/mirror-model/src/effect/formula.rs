@@ -104,6 +104,10 @@ impl Effect for Formula {
         &self.info
     }
 
+    fn looks_at_displacement(&self) -> bool {
+        true
+    }
+
     fn output(&self, parameters: &[f64], input: f64, state: &[f64], moment: &Moment) -> f64 {
         self.output
             .eval(&Self::values(parameters, input, state, moment))

@@ -31,6 +31,10 @@ impl Effect for GapHeatLoss {
         &INFO
     }
 
+    fn looks_at_displacement(&self) -> bool {
+        true
+    }
+
     fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
         let z = m.z_um.clamp(0.0, 0.95 * p[1]);
         x - p[0] * (m.temperature_rise_k - m.ambient_k) * z / (p[1] - z)

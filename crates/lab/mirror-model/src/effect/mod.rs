@@ -76,6 +76,11 @@ pub trait Effect: Send + Sync {
         0
     }
 
+    /// Whether it depends on where the mirror is, beside the quantity that it acts on.
+    fn looks_at_displacement(&self) -> bool {
+        false
+    }
+
     /// Whether time or history enter: readings that are settled, in whatever order they were made, show nothing of it.
     fn is_of_time(&self) -> bool {
         self.states() > 0

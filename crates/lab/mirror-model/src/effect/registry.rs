@@ -56,6 +56,9 @@ impl Effect for BuiltIn {
     fn states(&self) -> usize {
         self.0.states()
     }
+    fn looks_at_displacement(&self) -> bool {
+        self.0.looks_at_displacement()
+    }
     fn is_of_time(&self) -> bool {
         self.0.is_of_time()
     }

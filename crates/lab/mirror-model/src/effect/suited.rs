@@ -51,6 +51,9 @@ impl Effect for Suited {
     fn other_forms(&self) -> &'static [&'static dyn Effect] {
         self.effect.other_forms()
     }
+    fn looks_at_displacement(&self) -> bool {
+        self.effect.looks_at_displacement()
+    }
     fn is_of_time(&self) -> bool {
         self.effect.is_of_time()
     }

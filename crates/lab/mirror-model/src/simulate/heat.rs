@@ -4,17 +4,10 @@ use super::Simulation;
 use super::actuator::{POLES, poles};
 use super::fixed_point::Secant;
 use super::pole::Pole;
-use super::running::advance;
+use super::running::{Running, advance};
 use crate::ACTUATORS;
 use crate::effect::Acts;
 
-/// What lies between power and temperature: effects on it are part of where the two agree.
-const ON_THE_WAY: [Acts; 4] = [
-    Acts::Voltage,
-    Acts::Resistance,
-    Acts::Heating,
-    Acts::Temperature,
-];
 /// Rounds that the fixed point of power and temperature takes at most (secants need about five), and at most where a step was
 /// taken back.
 const ROUNDS: usize = 12;
@@ -27,10 +20,7 @@ impl Simulation<'_> {
     /// changes.
     pub(super) fn heat(&mut self, voltage_v: [f64; ACTUATORS], h: f64) {
         let poles = poles(&self.actuators, h);
-        let is_changed = self
-            .effects
-            .iter()
-            .any(|running| ON_THE_WAY.contains(&running.acts));
+        let is_changed = self.effects.iter().any(Running::is_on_the_way);
         if is_changed || !self.agree_at_once(voltage_v, &poles, h) {
             self.agree_in_rounds(voltage_v, &poles, h);
         }

@@ -99,6 +99,8 @@ pub fn simulate(
 pub struct Simulation<'a> {
     actuators: [Actuator; ACTUATORS],
     effects: Vec<Running<'a>>,
+    /// Whether anything depends on where the mirror was on the way to a reading.
+    way_matters: bool,
     resolution: f64,
     fastest_s: f64,
     t_s: f64,
@@ -115,7 +117,7 @@ pub struct Simulation<'a> {
 impl<'a> Simulation<'a> {
     /// A model at rest; for `resolution` see [`simulate`].
     pub fn new(model: &'a Model, resolution: f64) -> Self {
-        let effects = model.effects.iter().map(Running::new).collect();
+        let effects: Vec<Running> = model.effects.iter().map(Running::new).collect();
         let actuators =
             std::array::from_fn(|index| Actuator::new(model.actuator(index).parameters));
         let fastest_s = actuators
@@ -125,6 +127,7 @@ impl<'a> Simulation<'a> {
             .max(1e-5);
         let mut simulation = Self {
             actuators,
+            way_matters: effects.iter().any(Running::sees_the_way),
             effects,
             resolution,
             fastest_s,
@@ -180,8 +183,7 @@ impl<'a> Simulation<'a> {
             self.t_s += h;
             self.heat(voltage, h);
             done_s += h;
-            // Without effects the shape remembers nothing of the way.
-            if !self.effects.is_empty() || done_s >= interval.duration_s {
+            if self.way_matters || done_s >= interval.duration_s {
                 self.shape(h);
             }
             self.check()?;

@@ -3,6 +3,14 @@
 use crate::ACTUATORS;
 use crate::effect::{Active, Acts, Moment, Step};
 
+/// What lies between power and temperature: effects on it are part of where the two agree.
+const ON_THE_WAY: [Acts; 4] = [
+    Acts::Voltage,
+    Acts::Resistance,
+    Acts::Heating,
+    Acts::Temperature,
+];
+
 /// An effect with its states and last inputs, by actuator; one of each where it acts on the whole mirror.
 pub(super) struct Running<'a> {
     pub(super) active: &'a Active,
@@ -25,6 +33,17 @@ impl<'a> Running<'a> {
             states,
             inputs: vec![f64::NAN; count],
         }
+    }
+
+    /// Whether it lies on the way from power to temperature, and back.
+    pub(super) fn is_on_the_way(&self) -> bool {
+        ON_THE_WAY.contains(&self.acts)
+    }
+
+    /// Whether it depends on the displacements that the mirror came along, or remembers them.
+    pub(super) fn sees_the_way(&self) -> bool {
+        let effect = &self.active.effect;
+        effect.looks_at_displacement() || effect.states() > 0 && !self.is_on_the_way()
     }
 }
 
@@ -80,5 +99,26 @@ pub(super) fn advance(
         }
         r.inputs[actuator] = value;
         value = effect.output(values, value, &r.states[actuator], moment);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effect::find;
+
+    #[test]
+    fn only_what_remembers_a_displacement_or_looks_at_it_sees_the_way() {
+        for (id, sees) in [
+            ("creep", true),
+            ("resonance", true),
+            ("gap-heat-loss", true),
+            ("sensor-gain", false),
+            ("thermal-lag", false),
+            ("radiation", false),
+        ] {
+            let active = Active::usual(find(id).expect("built in"));
+            assert_eq!(Running::new(&active).sees_the_way(), sees, "{id}");
+        }
     }
 }
