@@ -45,10 +45,10 @@ pub(crate) struct Candidate {
     pub(crate) other_forms: Option<Vec<InForm>>,
 }
 
-/// An effect in one of its forms, fitted together with the base.
+/// An effect in one of its forms, and what is left when it and the base are fitted together, where that explains more.
 pub(crate) struct InForm {
     pub(crate) explanation: Explanation<Session>,
-    pub(crate) refit: Refit,
+    pub(crate) refit: Option<Refit>,
 }
 
 impl Candidate {
@@ -73,7 +73,7 @@ impl Candidate {
     pub(crate) fn take(&mut self, form: InForm) {
         let InForm { explanation, refit } = form;
         self.explanation = Some(explanation);
-        self.refit = Some(refit);
+        self.refit = refit;
     }
 
     /// Its score, 0 where it explains nothing.
@@ -159,7 +159,8 @@ impl Candidate {
     }
 }
 
-fn is_plausible(active: &Active) -> bool {
+/// Whether a strength lies inside its plausible range, and at no end of it.
+pub(crate) fn is_plausible(active: &Active) -> bool {
     let (p, value) = (&active.effect.info().parameters[0], active.values[0]);
     let margin = AT_THE_END * (p.high - p.low);
     let is_some = value.abs() > AT_THE_END * p.start.abs();

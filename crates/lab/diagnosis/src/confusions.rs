@@ -9,7 +9,7 @@ use std::sync::LazyLock;
 
 /// A candidate whose score is this share of the best one's is a rival, whatever the table says: forms that differ by so much
 /// are no evidence. Set by the wrong names that `cargo xtask bench diagnose` counts.
-const RIVAL_SHARE: f64 = 0.92;
+pub(crate) const RIVAL_SHARE: f64 = 0.92;
 /// An effect's size, in the candidate's terms, is known no better than to this share (one standard deviation). Set by the
 /// intervals that `cargo xtask bench diagnose` counts.
 const FORM: f64 = 0.1;
@@ -72,7 +72,7 @@ pub struct Confusions {
 }
 
 /// The table that ships.
-pub(crate) fn confusions() -> &'static Confusions {
+pub fn confusions() -> &'static Confusions {
     static TABLE: LazyLock<Confusions> = LazyLock::new(|| {
         toml::from_str(include_str!("confusions.toml")).expect("the table that ships is tested")
     });

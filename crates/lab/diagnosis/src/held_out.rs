@@ -1,7 +1,7 @@
 //! Rows that are held out of the fit of a strength, to tell what an effect is worth where it was not fitted.
 
 use identification::Unit;
-use identification::dataset::{Dataset, rms};
+use identification::dataset::{Channel, Dataset, Observation, rms};
 use identification::fit::{Fitted, fit_parameters};
 use identification::prediction::predict;
 use nalgebra::DVector;
@@ -11,10 +11,25 @@ const HANDFUL: usize = 5;
 /// Rows held out get their noise times this, so that they weigh nothing: 1e-12 of what they would.
 const WEIGHTLESS: f64 = 1e6;
 
+/// What is told from chance is so many standard errors away from it: 95 % of a normal distribution.
+const TOLD: f64 = 2.0;
+
 /// Whether each row is held out.
 pub(crate) fn held_out_rows(data: &Dataset) -> Vec<bool> {
     let rows = data.observations.iter();
     rows.map(|o| o.interval / HANDFUL % 2 == 1).collect()
+}
+
+/// The least fall of an error on the rows held out, in parts of itself, that is no chance: two standard errors of a root mean square, which
+/// of n readings is known to 1 / sqrt(2 n).
+pub(crate) fn told_on_held_out(data: &Dataset, unit: Unit) -> f64 {
+    let rows = data.observations.iter().zip(held_out_rows(data));
+    let of_unit =
+        |o: &Observation| (o.channel == Channel::Displacement) == (unit == Unit::Micrometre);
+    let count = rows
+        .filter(|(o, is_held_out)| *is_held_out && of_unit(o))
+        .count();
+    TOLD / (2.0 * count as f64).sqrt()
 }
 
 /// Root mean squares on the rows held out, 0 where nothing was measured in a unit.
@@ -66,8 +81,6 @@ pub(crate) fn training_noise(data: &Dataset, white_noise: &DVector<f64>) -> DVec
 
 #[cfg(test)]
 mod tests {
-    use identification::dataset::Channel;
-
     use super::*;
 
     /// Two readings at the end of each of twelve intervals.
@@ -80,6 +93,14 @@ mod tests {
         let held_out = held_out_rows(&data());
         let rows: Vec<usize> = (0..24).filter(|&index| held_out[index]).collect();
         assert_eq!(rows, (10..20).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn what_ten_held_out_readings_tell_is_two_of_their_standard_errors() {
+        let told = told_on_held_out(&data(), Unit::Micrometre);
+        assert!((told - 2.0 / 20.0_f64.sqrt()).abs() < 1e-12, "{told}");
+        // Where none are of that unit, nothing tells anything.
+        assert_eq!(told_on_held_out(&data(), Unit::Milliampere), f64::INFINITY);
     }
 
     #[test]

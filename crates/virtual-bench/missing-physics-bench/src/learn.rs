@@ -4,7 +4,7 @@ use crate::arguments::Instruments;
 use crate::case::Hidden;
 use crate::outcome::Outcome;
 use diagnosis::Ranked;
-use diagnosis::confusions::{Channels, Confusions, SizeError, Taken};
+use diagnosis::confusions::{Channels, Confusions, SizeError, Taken, confusions};
 use std::collections::BTreeMap;
 
 /// A hidden effect with less of the best score than this was not seen, rather than taken for another.
@@ -13,14 +13,14 @@ const MISTAKEN: f64 = 0.5;
 const SIZES: usize = 4;
 const CLEARLY: f64 = 4.0;
 
-/// The table as TOML.
+/// The table as TOML. How far sizes are off of which these sessions tell too little stays as it was.
 ///
 /// # Errors
 /// If TOML has no word for it.
 pub(crate) fn table(outcomes: &[Outcome]) -> Result<String, toml::ser::Error> {
     let table = Confusions {
         taken: taken(outcomes),
-        form: forms(outcomes),
+        form: with_known(forms(outcomes), &confusions().form),
     };
     let head =
         "# Made by `cargo xtask learn-confusions`, from mirrors of the calibrating families.\n\n";
@@ -85,6 +85,15 @@ fn forms(outcomes: &[Outcome]) -> Vec<SizeError> {
         .collect()
 }
 
+/// Those that were learned, and of the known ones the others.
+fn with_known(learned: Vec<SizeError>, known: &[SizeError]) -> Vec<SizeError> {
+    let key = |form: &SizeError| (form.channels, form.effect.clone());
+    let known = known.iter().map(|form| (key(form), form.clone()));
+    let mut all: BTreeMap<_, _> = known.collect();
+    all.extend(learned.into_iter().map(|form| (key(&form), form)));
+    all.into_values().collect()
+}
+
 fn hidden(outcome: &Outcome) -> Option<String> {
     match outcome.case.hidden {
         Hidden::One(effect, _) => Some(effect.is_a().to_owned()),
@@ -103,4 +112,25 @@ fn channels(outcome: &Outcome) -> Channels {
 /// To whole percents.
 fn rounded(share: f64, to: impl Fn(f64) -> f64) -> f64 {
     to(100.0 * share) / 100.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_learned_anew_replaces_what_was_known_and_nothing_else() {
+        let form = |effect: &str, share| SizeError {
+            channels: Channels::Both,
+            effect: effect.to_owned(),
+            share,
+        };
+        let known = [form("creep", 0.05), form("gap-heat-loss", 0.87)];
+        let all = with_known(vec![form("softening", 0.1), form("creep", 0.06)], &known);
+        let shares: Vec<_> = all.iter().map(|f| (f.effect.as_str(), f.share)).collect();
+        assert_eq!(
+            shares,
+            [("creep", 0.06), ("gap-heat-loss", 0.87), ("softening", 0.1)]
+        );
+    }
 }

@@ -14,8 +14,9 @@ use xtask::tool;
 
 /// Seeds of mirrors that nobody developed on.
 const FIRST_SEED: &str = "7201";
-/// The first seed of the mirrors that the table of confusions is made from, and how many seeds.
-const LEARNED_FROM: [&str; 2] = ["3001", "2"];
+/// The first seed of the mirrors that the table of confusions is made from, how many seeds, and the displacement's noise (nm): half an
+/// hour.
+const LEARNED_FROM: [&str; 3] = ["3001", "2", "20"];
 const TABLE: &str = "crates/lab/diagnosis/src/confusions.toml";
 /// Diagnoses with warm caches, of which the median is told.
 const WARM: usize = 5;
@@ -41,8 +42,10 @@ pub(crate) fn count(arguments: &[String]) -> Result<()> {
 
 /// Hides effects in mirrors of the calibrating families, and writes what was taken for what.
 pub(crate) fn learn() -> Result<()> {
-    let [first, seeds] = LEARNED_FROM;
-    run(tool::missing_physics().args(["--learn", TABLE, "--first-seed", first, "--seeds", seeds]))
+    let [first, seeds, noise] = LEARNED_FROM;
+    let mut learning = tool::missing_physics();
+    learning.args(["--learn", TABLE, "--first-seed", first]);
+    run(learning.args(["--seeds", seeds, "--noises", noise]))
 }
 
 /// What a user of a release build waits for a diagnosis of a standard session, with cold and with warm caches.

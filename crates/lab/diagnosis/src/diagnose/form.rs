@@ -2,11 +2,11 @@
 
 use super::analysis::{Analysis, best_first};
 use super::explain::WORTH_REFITTING;
-use crate::candidate::{Candidate, Explanation, InForm, PRICE, scan};
+use crate::candidate::{Candidate, Explanation, InForm, PRICE, is_plausible, refine, scan};
 use crate::report::Form;
 use crate::residual_space::Session;
 use identification::fit::Precision;
-use mirror_model::effect::{Active, Effect, forms};
+use mirror_model::effect::{Effect, forms};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -16,17 +16,17 @@ const ALIKE: f64 = 0.92;
 
 impl Analysis<'_> {
     /// Fits each candidate that leads in all of its forms, and has it in the one that explains most: the form whose slopes explain
-    /// most may not be it.
+    /// most may not be it, least of all where it ends at an end of its range.
     pub(super) fn fit_leading_forms(&self, candidates: &mut [Candidate]) {
         let most = candidates.iter().map(Candidate::score).fold(0.0, f64::max);
-        let leads =
-            |c: &&mut Candidate| c.is_above_its_threshold() && c.score() > WORTH_REFITTING * most;
+        let leads = |c: &&mut Candidate| c.score() > c.threshold.max(WORTH_REFITTING * most);
         let leading = candidates.par_iter_mut().filter(leads);
         leading.for_each(|candidate| self.fit_forms(candidate));
         best_first(candidates);
     }
 
-    /// Fits a candidate in all of its forms, if that was not done yet, and has it in the one that explains most.
+    /// Fits a candidate in all of its forms, if that was not done yet, and has it in the one that explains most; where that would have to
+    /// be greater than any mirror has, in one that would not and cannot be told from it.
     fn fit_forms(&self, candidate: &mut Candidate) {
         if candidate.other_forms.is_some() {
             return;
@@ -35,13 +35,16 @@ impl Analysis<'_> {
         let fitted = others.par_iter();
         let fitted = fitted.filter_map(|form| self.in_form(candidate, form.form()));
         let mut fitted: Vec<InForm> = fitted.collect();
-        best_form_first(&mut fitted);
-        let is_better = |best: &InForm| best.explanation.score > candidate.score();
-        if fitted.first().is_some_and(is_better) {
-            let so_far = candidate.explanation.take().zip(candidate.refit.take());
-            candidate.take(fitted.remove(0));
-            fitted.extend(so_far.map(|(explanation, refit)| InForm { explanation, refit }));
-            best_form_first(&mut fitted);
+        let (so_far, refit) = (candidate.explanation.take(), candidate.refit.take());
+        fitted.extend(so_far.map(|explanation| InForm { explanation, refit }));
+        fitted.sort_by(|a, b| b.explanation.score.total_cmp(&a.explanation.score));
+        if let Some(best) = fitted.first() {
+            let least = hardly_less_than(best.explanation.score);
+            let may_be = |form: &InForm| {
+                form.explanation.score > least && is_plausible(&form.explanation.active)
+            };
+            let chosen = fitted.iter().position(may_be).unwrap_or(0);
+            candidate.take(fitted.remove(chosen));
         }
         candidate.other_forms = Some(fitted);
     }
@@ -93,16 +96,9 @@ impl Analysis<'_> {
         form.score > hardly_less_than(best.score) && (explains(form) || !explains(best))
     }
 
-    /// A candidate in one of its forms, fitted together with the base.
+    /// A candidate in one of its forms, refined and fitted together with the base, as every candidate is.
     fn in_form(&self, candidate: &Candidate, form: &str) -> Option<InForm> {
-        let directions: Vec<_> = candidate.directions_of(form).cloned().collect();
-        let scanned = scan(&directions, &self.residual);
-        let usual = || {
-            let first = directions.first()?;
-            Some((first.active.clone(), first.change.clone()))
-        };
-        let scanned = scanned.map(|e| (e.active, e.change));
-        let (active, change): (Active, _) = scanned.or_else(usual)?;
+        let start = self.refined_in_form(candidate, form)?;
         let starts = match &candidate.refit {
             Some(with_best) => {
                 let mut model = with_best.fitted.model.clone();
@@ -111,16 +107,38 @@ impl Analysis<'_> {
             }
             None => vec![self.fitted.model.clone()],
         };
-        let (found, refit) = self.refitted(&active, &starts, Precision::Fine)?;
-        Some(InForm {
-            explanation: found.explanation(change),
-            refit,
+        Some(
+            match self.refitted(&start.active, &starts, Precision::Fine) {
+                Some((found, refit)) if found.score > start.score => InForm {
+                    explanation: found.explanation(start.change),
+                    refit: Some(refit),
+                },
+                _ => InForm {
+                    explanation: start,
+                    refit: None,
+                },
+            },
+        )
+    }
+
+    /// A form's explanation from where it is scanned best, or from its usual size where that changes hardly anything.
+    fn refined_in_form(&self, candidate: &Candidate, form: &str) -> Option<Explanation<Session>> {
+        let directions: Vec<_> = candidate.directions_of(form).cloned().collect();
+        let usual = || {
+            directions.first().map(|first| Explanation {
+                active: first.active.clone(),
+                score: f64::NEG_INFINITY,
+                change: first.change.clone(),
+                slope_error: f64::INFINITY,
+            })
+        };
+        let start = scan(&directions, &self.residual).or_else(usual)?;
+        Some(match self.data.is_one_heater() {
+            // Slopes of the base do not reach as far.
+            true => start,
+            false => refine(&start, self.operating(), &self.residual, &self.session),
         })
     }
-}
-
-fn best_form_first(forms: &mut [InForm]) {
-    forms.sort_by(|a, b| b.explanation.score.total_cmp(&a.explanation.score));
 }
 
 fn name(explanation: &Explanation<Session>) -> String {
@@ -150,7 +168,7 @@ mod tests {
     use identification::dataset::{Channel, Dataset};
     use identification::fit::fit;
     use identification::prediction::predict;
-    use mirror_model::effect::find;
+    use mirror_model::effect::{Active, find};
     use mirror_model::{Model, Preset};
 
     #[test]

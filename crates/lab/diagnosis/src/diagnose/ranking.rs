@@ -3,7 +3,7 @@
 use super::analysis::{Analysis, rms};
 use crate::candidate::{Candidate, Explanation};
 use crate::confusions::confusions;
-use crate::held_out::{HeldOut, held_out_rows};
+use crate::held_out::{HeldOut, held_out_rows, told_on_held_out};
 use crate::null_improvement::{NullImprovement, null_improvement};
 use crate::report::{BeforeAfter, Form, Ranked, WORTHWHILE};
 use crate::residual_space::{Session, Training, Vector};
@@ -53,14 +53,17 @@ impl Analysis<'_> {
         })
     }
 
-    /// Whether there is something to name, as far as the fitted rows say: a strength that is not zero, an error that it lowers.
+    /// Whether there is something to name: a strength that is not zero, and an error that it lowers. Where much of an error is the model's
+    /// discrepancy, what is left beside that on rows held out tells.
     pub(super) fn has_an_effect(&self, candidate: &Candidate) -> bool {
         let Some(explanation) = &candidate.explanation else {
             return false;
         };
         let lowers = |unit| {
-            let errors = self.before_and_after(candidate, explanation, unit);
-            errors.fall() >= WORTHWHILE
+            let fall = self.before_and_after(candidate, explanation, unit).fall();
+            let told = || told_on_held_out(self.data, unit);
+            fall >= WORTHWHILE
+                || fall > 0.0 && self.held_out(candidate, explanation, unit).fall() >= told()
         };
         explanation.is_told_from_zero(self.widening(explanation)) && UNITS.into_iter().any(lowers)
     }

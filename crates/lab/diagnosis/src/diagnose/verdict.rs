@@ -4,7 +4,7 @@ use super::analysis::{Analysis, best_first};
 use super::propose::Search;
 use super::step_error::step_error;
 use crate::candidate::Candidate;
-use crate::confusions::confusions;
+use crate::confusions::{RIVAL_SHARE, confusions};
 use crate::next;
 use crate::proposal::NextMeasurement;
 use crate::report::{BeforeAfter, Diagnosis, Form, Remainder, Verdict};
@@ -141,8 +141,8 @@ impl Analysis<'_> {
         });
         // Of one whose error does not fall on rows held out, what the best of the rivals shows there is no more than chance.
         let rivals = unless_below(rivals, &refused, |most| most);
-        // One that would have to be greater than any mirror has is as a function of any form.
-        let rivals = unless_below(rivals, &at_an_end, least_beside);
+        // What is no rival of one that would have to be greater than any mirror has, is not named beside it.
+        let rivals = unless_below(rivals, &at_an_end, least_of_a_rival);
         let is_evident =
             |c: &&Candidate| c.is_above_its_threshold() || rivals.iter().any(|r| r.id() == c.id());
         Suspects {
@@ -252,7 +252,16 @@ impl Analysis<'_> {
 
 /// The least score of an effect that is named, where a function of any form scores so much.
 fn least_beside(any_form: f64) -> f64 {
-    (OF_ANY_FORM * any_form).min(any_form - RIVAL_MARGIN)
+    least_of(OF_ANY_FORM, any_form)
+}
+
+/// The least score of a rival of what scores so much.
+fn least_of_a_rival(top: f64) -> f64 {
+    least_of(RIVAL_SHARE, top)
+}
+
+fn least_of(share: f64, top: f64) -> f64 {
+    (share * top).min(top - RIVAL_MARGIN)
 }
 
 fn ids(candidates: &[&Candidate]) -> Vec<String> {
@@ -279,7 +288,7 @@ fn rivals<'c>(
             let leaves = left(candidate).zip(least);
             leaves.is_some_and(|(left, least)| left < FAR_SMALLER * least)
         };
-        candidate.score() > (share * top).min(top - RIVAL_MARGIN)
+        candidate.score() > least_of(share, top)
             || candidate.is_above_its_threshold() && leaves_far_less()
     };
     candidates.iter().filter(is_rival).copied().collect()
@@ -376,14 +385,14 @@ mod tests {
     fn what_explains_more_at_an_end_of_its_range_leaves_its_name_to_nobody_below() {
         let most = [scored("heat-loss-temperature", 1000.0)];
         let most: Vec<_> = most.iter().collect();
-        let [far_below, near] = [scored("end-stop", 560.0), scored("radiation", 960.0)];
-        assert!(unless_below(vec![&far_below], &most, least_beside).is_empty());
+        let [far_below, near] = [scored("end-stop", 560.0), scored("radiation", 930.0)];
+        assert!(unless_below(vec![&far_below], &most, least_of_a_rival).is_empty());
         assert_eq!(
-            ids(&unless_below(vec![&near], &most, least_beside)),
+            ids(&unless_below(vec![&near], &most, least_of_a_rival)),
             ["radiation"]
         );
         assert_eq!(
-            ids(&unless_below(vec![&far_below], &[], least_beside)),
+            ids(&unless_below(vec![&far_below], &[], least_of_a_rival)),
             ["end-stop"]
         );
     }
