@@ -9,8 +9,8 @@
 //! while nothing moves: a drive that trembles by its own rounding loosens friction.
 //!
 //! - `timeline`: the session as time steps; `noise`: how exactly each reading can be followed;
-//! - `heat`, `linear`, `resistance`: the stages forward; `heaters`: what resistances tell of the poles;
-//! - `unknowns`, `fit`: what is sought, and how; `tables`: the outcome.
+//! - `heat`, `thermal`, `linear`, `resistance`: the stages forward; `heaters`: what resistances tell of the poles;
+//! - `unknowns`, `projection`, `fit`: what is sought, and how; `tables`: the outcome.
 
 mod error;
 mod fit;
@@ -18,10 +18,12 @@ mod heat;
 mod heaters;
 mod linear;
 mod noise;
+mod projection;
 mod resistance;
 mod sensed;
 mod springs;
 mod tables;
+mod thermal;
 mod timeline;
 mod unknowns;
 
@@ -94,7 +96,7 @@ pub fn refined(calibration: &Calibration, session: &Session) -> Result<Refined, 
         (fit, fitted) = best(Lagging::LARGE)?;
     }
     let fitted = fitted
-        .filter(|fitted| fitted.residual_rms_um < FOLLOWS * fit.top_um)
+        .filter(|fitted| fitted.residual_rms_um < FOLLOWS * fit.thermal.top_um)
         .ok_or(RefineError::NoFit)?;
     Ok(Refined {
         calibration: Calibration::new(refined_parts(parts, &fit, &fitted)?)?,
@@ -104,9 +106,9 @@ pub fn refined(calibration: &Calibration, session: &Session) -> Result<Refined, 
 
 /// The calibration that fitted stages make.
 fn refined_parts(parts: &Parts, fit: &StagesFit, fitted: &Fitted) -> Result<Parts, RefineError> {
-    let bend = Bend::of(&fitted.linear, fit.top_um)?;
+    let bend = Bend::of(&fitted.linear, fit.thermal.top_um)?;
     let mut actuators = parts.actuators;
-    let losses = fit.losses.iter().zip(&fitted.losses);
+    let losses = fit.thermal.losses.iter().zip(&fitted.losses);
     let resistances = fit.resistances(fitted);
     for ((actuator, (before, after)), line) in actuators.iter_mut().zip(losses).zip(&resistances) {
         actuator.shape = bend.table(actuator, before, after)?;
@@ -125,7 +127,7 @@ fn refined_parts(parts: &Parts, fit: &StagesFit, fitted: &Fitted) -> Result<Part
         actuator.sensed_rises = sensed.unwrap_or(SensedRises::UNKNOWN);
     }
     // The same heating as before is allowed.
-    let losses = fit.losses.iter().zip(&fitted.losses);
+    let losses = fit.thermal.losses.iter().zip(&fitted.losses);
     let hottest = losses
         .map(|(before, after)| after.rise(before.heating(f64::from(parts.bounds.rise.0))))
         .fold(0.0, f64::max);
