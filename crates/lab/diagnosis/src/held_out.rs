@@ -1,5 +1,6 @@
 //! Rows that are held out of the fit of a strength, to tell what an effect is worth where it was not fitted.
 
+use crate::quantile::TOLD;
 use identification::Unit;
 use identification::dataset::{Channel, Dataset, Observation, rms};
 use identification::fit::{Fitted, fit_parameters};
@@ -10,9 +11,6 @@ use nalgebra::DVector;
 const HANDFUL: usize = 5;
 /// Rows held out get their noise times this, so that they weigh nothing: 1e-12 of what they would.
 const WEIGHTLESS: f64 = 1e6;
-
-/// What is told from chance is so many standard errors away from it: 95 % of a normal distribution.
-const TOLD: f64 = 2.0;
 
 /// Whether each row is held out.
 pub(crate) fn held_out_rows(data: &Dataset) -> Vec<bool> {

@@ -1,5 +1,8 @@
 //! Quantiles of samples.
 
+/// What is so many standard errors away from zero is told from it: 95 % of a normal distribution.
+pub(crate) const TOLD: f64 = 2.0;
+
 /// The value that this share of sorted values stays below: linear between the order statistics, definition 7 of R. Hyndman and
 /// Y. Fan, "Sample quantiles in statistical packages", Am. Stat. 50 (1996) 361-365.
 ///

@@ -146,6 +146,7 @@ impl StagesFit {
         lines: &[Option<Line>; CHANNELS],
         tops_k: [f64; CHANNELS],
     ) -> [Option<SensedRises>; CHANNELS] {
+        let steps = &self.thermal.timeline.steps;
         let rises = self.thermal.rises(&fitted.unknowns);
         std::array::from_fn(|channel| {
             let line = lines[channel]?;
@@ -162,13 +163,7 @@ impl StagesFit {
                     volts: read.volts,
                 })
             };
-            let readings = self
-                .thermal
-                .timeline
-                .steps
-                .iter()
-                .zip(&rises)
-                .filter_map(read);
+            let readings = steps.iter().zip(&rises).filter_map(read);
             sensed::through(readings, tops_k[channel])
         })
     }

@@ -184,6 +184,28 @@ pub(super) struct SampledLag {
     gain_end: f64,
 }
 
+impl SampledLag {
+    fn new(time_s: f64, step_s: f64) -> Self {
+        let rate = -(-step_s / time_s).exp_m1();
+        let mean = rate * time_s / step_s;
+        Self {
+            pole: 1.0 - rate,
+            gain_start: mean - (1.0 - rate),
+            gain_end: 1.0 - mean,
+        }
+    }
+
+    /// What is left of a state without an input.
+    pub(super) fn pole(&self) -> f64 {
+        self.pole
+    }
+
+    /// The lag's state at the step's end.
+    pub(super) fn after(&self, state: f64, from: f64, to: f64) -> f64 {
+        self.pole * state + self.gain_start * from + self.gain_end * to
+    }
+}
+
 /// First-order lags that are sampled anew only where a time step is of another length than the one before: most of a drive's rows come
 /// evenly.
 pub(super) struct Lags<const N: usize> {
@@ -210,28 +232,6 @@ impl<const N: usize> Lags<N> {
             self.sampled = self.time_s.map(|time_s| SampledLag::new(time_s, step_s));
         }
         &self.sampled
-    }
-}
-
-impl SampledLag {
-    pub(super) fn new(time_s: f64, step_s: f64) -> Self {
-        let rate = -(-step_s / time_s).exp_m1();
-        let mean = rate * time_s / step_s;
-        Self {
-            pole: 1.0 - rate,
-            gain_start: mean - (1.0 - rate),
-            gain_end: 1.0 - mean,
-        }
-    }
-
-    /// What is left of a state without an input.
-    pub(super) fn pole(&self) -> f64 {
-        self.pole
-    }
-
-    /// The lag's state at the step's end.
-    pub(super) fn after(&self, state: f64, from: f64, to: f64) -> f64 {
-        self.pole * state + self.gain_start * from + self.gain_end * to
     }
 }
 

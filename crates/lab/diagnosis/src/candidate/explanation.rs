@@ -1,5 +1,6 @@
 //! How an effect explains a misfit: its values, what that is worth, and what it changes.
 
+use crate::quantile::TOLD;
 use crate::residual_space::{Kind, Vector};
 use mirror_model::effect::Active;
 use nalgebra::DVector;
@@ -8,8 +9,6 @@ use nalgebra::DVector;
 /// Multimodel Inference" (2002), section 2.2), since the best of many starts of a form is taken; BIC's for 400 readings
 /// (ln 400 = 6).
 pub(crate) const PRICE: f64 = 6.0;
-/// A strength is told from zero where it is so many standard errors away from it: 95 % of a normal distribution.
-const TOLD: f64 = 2.0;
 
 /// How well an effect explains a misfit.
 #[derive(Clone)]
