@@ -88,6 +88,12 @@ impl Confusions {
         taken.map(|taken| taken.share).fold(RIVAL_SHARE, f64::min)
     }
 
+    /// Whether one effect was taken for another.
+    pub(crate) fn is_taken(&self, channels: Channels, hidden: &str, best: &str) -> bool {
+        let mut taken = self.taken.iter();
+        taken.any(|t| t.channels == channels && t.hidden == hidden && t.best == best)
+    }
+
     /// The share of an effect's size that its form may be off by, one standard deviation.
     pub(crate) fn form(&self, channels: Channels, effect: &str) -> f64 {
         let mut forms = self.form.iter();
@@ -132,6 +138,9 @@ mod tests {
             share(Channels::Displacement, "creep", "hysteresis"),
             RIVAL_SHARE
         );
+        assert!(table.is_taken(Channels::Both, "creep", "hysteresis"));
+        assert!(!table.is_taken(Channels::Both, "hysteresis", "creep"));
+        assert!(!table.is_taken(Channels::Displacement, "creep", "hysteresis"));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 mod clock;
 mod meters;
 mod observation;
+mod sign;
 mod thin;
 
 use crate::noise::Noise;
@@ -69,7 +70,21 @@ impl Dataset {
             let first = |o: &Observation| o.channel == Channel::Current(0);
             data.observations.retain(first);
         }
+        data.notes
+            .extend(sign::turned(&data.driven_displacements()));
         data
+    }
+
+    /// Every displacement after the mean square of the drives at it (V^2, um).
+    fn driven_displacements(&self) -> Vec<(f64, f64)> {
+        let of_displacements = self.observations.iter();
+        of_displacements
+            .filter(|o| o.channel == Channel::Displacement)
+            .map(|o| {
+                let squares = self.drive(o).map(|volts| volts * volts);
+                (squares.iter().sum::<f64>() / ACTUATORS as f64, o.value)
+            })
+            .collect()
     }
 
     /// What a simulation's outputs say of each observation.

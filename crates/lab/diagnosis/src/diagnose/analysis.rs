@@ -14,7 +14,7 @@ use identification::fit::Fitted;
 use identification::heater;
 use identification::prediction::{jacobian, predict, standard_deviation, white_noise};
 use mirror_model::Runaway;
-use mirror_model::effect::{Effect, forms};
+use mirror_model::effect::{Active, Effect, find, forms};
 use nalgebra::DVector;
 use std::sync::{Arc, OnceLock};
 
@@ -26,6 +26,8 @@ pub(super) struct Analysis<'a> {
     /// The null ensemble's mirrors, each family in the space of the others.
     pub(super) left_out: Vec<LeftOutFamily>,
     pub(super) fitted: Fitted,
+    /// What the effects that the model has would change in their other forms, which are nature's as well.
+    pub(super) present: Vec<Candidate>,
     /// Predictions of the fitted base (um, A).
     pub(super) base: Vec<f64>,
     pub(super) session: ResidualSpace<Session>,
@@ -55,6 +57,7 @@ impl<'a> Analysis<'a> {
         let session = ResidualSpace::of_all(&jacobian, &discrepancy);
         let base = predict(&fitted.model, data)?;
         let mut candidates = candidates(&fitted, data, &base, effects, &session);
+        let present = present(&fitted, data, &base, &session);
         let left_out = LeftOutFamily::all(&jacobian, &discrepancy, &white);
         let at = coordinates(&fitted.model, data);
         let residual = session.residual(&fitted.standardised(data), &at);
@@ -63,6 +66,7 @@ impl<'a> Analysis<'a> {
             ensemble,
             null: NullDistribution::new(&left_out, is_cramped(data), &mut candidates),
             base,
+            present,
             left_out,
             training: ResidualSpace::of_all(&jacobian, &of_training),
             base_only: ResidualSpace::of_base(&jacobian),
@@ -104,11 +108,20 @@ impl<'a> Analysis<'a> {
 
     /// What the base leaves of the median mirror of the null ensemble.
     pub(super) fn discrepancy_rms(&self) -> Rms {
+        self.discrepancy_at(0.5)
+    }
+
+    /// What it leaves of the worst one.
+    pub(super) fn greatest_discrepancy(&self) -> Rms {
+        self.discrepancy_at(1.0)
+    }
+
+    fn discrepancy_at(&self, share: f64) -> Rms {
         let unit = self.unit();
         let columns = self.ensemble.residuals().column_iter();
         let sizes = sorted(columns.map(|column| self.rms(&column.into_owned(), unit).value));
         Rms {
-            value: quantile(&sizes, 0.5),
+            value: quantile(&sizes, share),
             unit,
         }
     }
@@ -148,6 +161,25 @@ fn candidates(
             Candidate::new(suited(effect.clone()), directions)
         })
         .collect()
+}
+
+/// The effects that the model has, each with what it would change in its other forms.
+fn present(
+    fitted: &Fitted,
+    data: &Dataset,
+    base: &[f64],
+    space: &ResidualSpace<Session>,
+) -> Vec<Candidate> {
+    let model = &fitted.model;
+    let at = Operating { model, data, base };
+    let of = |active: &Active| {
+        let listed = find(active.id())?;
+        let mut others = forms(&listed);
+        others.retain(|form| form.form() != active.effect.form());
+        let directions = others.iter().flat_map(|form| at.directions(form, space));
+        Some(Candidate::new(listed, directions.collect()))
+    };
+    model.effects.iter().filter_map(of).collect()
 }
 
 /// Whether virtual mirrors tell little of how large scores may be: their residuals span all readings, or they stand for heaters

@@ -3,6 +3,7 @@
 
 use super::analysis::{Analysis, best_first};
 use crate::candidate::{Candidate, Found, Refit, refine, refit, scan};
+use crate::confusions::confusions;
 use crate::progress::Count;
 use identification::base::{identifiable, restarts};
 use identification::fit::{Fitted, Precision, fit_parameters};
@@ -44,6 +45,7 @@ impl Analysis<'_> {
         self.refine(candidates);
         self.refit(candidates);
         self.fit_near_ones_from_elsewhere(candidates);
+        self.fit_the_best_from_elsewhere(candidates);
     }
 
     fn refine(&self, candidates: &mut [Candidate]) {
@@ -64,8 +66,7 @@ impl Analysis<'_> {
         let worth = worth_refitting(candidates);
         let fitted = std::slice::from_ref(&self.fitted.model);
         self.refit_from(fitted, &mut candidates[..worth], Precision::Fine);
-        let is_whole = |c: &Candidate| self.null.is_ordinary(self.misfit - c.score().max(0.0));
-        if candidates.iter().any(is_whole) {
+        if self.is_whole(candidates) {
             return;
         }
         self.refit_from(fitted, &mut candidates[worth..], Precision::Rough);
@@ -107,6 +108,25 @@ impl Analysis<'_> {
         best_first(candidates);
     }
 
+    /// Where the best leaves more than mirrors that lack nothing, fits it from other time constants, and what is known to be taken for it: a
+    /// sensor's lag moves the base's own so far that the fit beside it stops where the film that is squeezed explains more.
+    fn fit_the_best_from_elsewhere(&self, candidates: &mut [Candidate]) {
+        if self.is_whole(candidates) {
+            return;
+        }
+        let Some(best) = candidates.first().map(|best| best.id().to_owned()) else {
+            return;
+        };
+        let may_be_it = |candidate: &&mut Candidate| {
+            let id = candidate.id();
+            id == best || confusions().is_taken(self.channels(), id, &best)
+        };
+        let starts = restarts(&self.fitted.model, &identifiable(self.data), self.data);
+        let suspects = candidates.par_iter_mut().filter(may_be_it);
+        suspects.for_each(|candidate| self.refit_one(&starts, candidate, Precision::Fine));
+        best_first(candidates);
+    }
+
     /// A better fit of the base than the one that candidates were tried around, found where the fit with one of them leads: what
     /// it gains is the base's, and no effect's.
     pub(super) fn better_base(&self, candidates: &[Candidate]) -> Option<Fitted> {
@@ -121,6 +141,14 @@ impl Analysis<'_> {
                 fit_parameters(&start, self.data, &self.data.values(), &self.fitted.free).ok()
             })
             .find(|better| better.cost(self.data) < (1.0 - GAIN) * cost)
+    }
+
+    /// Whether one of these leaves no more than mirrors that lack nothing.
+    fn is_whole(&self, candidates: &[Candidate]) -> bool {
+        let mut left = candidates
+            .iter()
+            .map(|candidate| self.misfit - candidate.score().max(0.0));
+        left.any(|left| self.null.is_ordinary(left))
     }
 
     fn is_explained(&self, candidates: &[Candidate]) -> bool {

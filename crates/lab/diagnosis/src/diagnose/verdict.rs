@@ -8,6 +8,7 @@ use crate::confusions::{RIVAL_SHARE, confusions};
 use crate::next;
 use crate::proposal::NextMeasurement;
 use crate::report::{BeforeAfter, Diagnosis, Form, Remainder, Verdict};
+use identification::fit::Precision;
 use identification::jumps;
 use identification::prediction::RESOLUTION;
 use mirror_model::Runaway;
@@ -18,6 +19,9 @@ use std::collections::BTreeMap;
 const RIVAL_MARGIN: f64 = 12.0;
 /// A sum of squares is far smaller below this part of another: errors of three quarters.
 const FAR_SMALLER: f64 = 0.5;
+
+/// A model that leaves so many times what the worst mirror that lacks nothing leaves does not follow at all: a choice.
+const FOLLOWS: f64 = 10.0;
 
 /// An effect that is named scores this share of what a function of any form scores at the best place: nature's form is hardly the
 /// candidate's. Set by `cargo xtask bench diagnose -- --whereabouts`, in which effects had 0.98 and more, and laws that no list
@@ -58,6 +62,7 @@ impl Analysis<'_> {
         };
         let evident = ids(&evident);
         let forms = self.choose_forms(candidates, &named);
+        self.fit_named(candidates, &named);
         let of = |ids: &[String]| -> Vec<&Candidate> {
             let is_one = |c: &&Candidate| ids.iter().any(|id| id == c.id());
             candidates.iter().filter(is_one).collect()
@@ -76,6 +81,8 @@ impl Analysis<'_> {
         let invisible = candidates.iter().filter(|c| c.detection_limit().is_none());
         let invisible: Vec<String> = invisible.map(|c| c.id().to_owned()).collect();
         let is_blind = 2 * invisible.len() > candidates.len();
+        let unnamed = (verdict == Verdict::None).then(|| self.why_not_named(candidates));
+        let unnamed = unnamed.flatten();
         let error = self.rms(&self.fitted.standardised(self.data), self.unit());
         Ok(Diagnosis {
             verdict,
@@ -104,7 +111,11 @@ impl Analysis<'_> {
                 .collect(),
             ranking,
             thinned_rows: self.data.thinned_rows,
-            notes: refusal.into_iter().chain(self.notes(verdict)).collect(),
+            notes: refusal
+                .into_iter()
+                .chain(self.notes(verdict))
+                .chain(unnamed)
+                .collect(),
         })
     }
 
@@ -124,12 +135,31 @@ impl Analysis<'_> {
         forms
     }
 
+    /// Fits what is named together with the base where slopes alone explained more: what is told of its errors is what a model has that the
+    /// effect is added to.
+    fn fit_named(&self, candidates: &mut [Candidate], named: &[String]) {
+        let unfitted = candidates
+            .par_iter_mut()
+            .filter(|c| c.refit.is_none() && named.iter().any(|id| id == c.id()));
+        unfitted.for_each(|candidate| {
+            let Some(explanation) = &candidate.explanation else {
+                return;
+            };
+            let start = std::slice::from_ref(&self.fitted.model);
+            let fitted = self.refitted(&explanation.active, start, Precision::Fine);
+            candidate.refit = fitted.map(|(_, refit)| refit);
+        });
+    }
+
     fn suspects<'c>(&self, candidates: &'c [Candidate]) -> Suspects<'c> {
-        let (plausible, at_an_end): (Vec<&Candidate>, Vec<&Candidate>) = candidates
+        type Two<'c> = (Vec<&'c Candidate>, Vec<&'c Candidate>);
+        let (effective, idle): Two = candidates
             .iter()
-            .filter(|candidate| self.has_an_effect(candidate))
+            .partition(|candidate| self.has_an_effect(candidate));
+        let (plausible, at_an_end): Two = effective
+            .into_iter()
             .partition(|candidate| candidate.is_plausible());
-        let (with_effect, refused): (Vec<&Candidate>, Vec<&Candidate>) = plausible
+        let (with_effect, refused): Two = plausible
             .into_iter()
             .partition(|candidate| self.is_shown_on_others(candidate));
         let share = |candidate: &str, best: &str| {
@@ -139,12 +169,19 @@ impl Analysis<'_> {
             let refit = candidate.refit.as_ref()?;
             Some(refit.fitted.cost(self.data))
         });
-        // Of one whose error does not fall on rows held out, what the best of the rivals shows there is no more than chance.
-        let rivals = unless_below(rivals, &refused, |most| most);
+        // Beside one that scores more and lowers no error on rows held out, what the best of the rivals scores is no more than chance; beside one
+        // that lowers none at all, where mirrors that lack nothing leave as much.
+        let mut chance = refused;
+        if !self.null.is_exceeded_by(self.misfit) {
+            chance.extend(idle);
+        }
+        let rivals = unless_below(rivals, &chance, |most| most);
         // What is no rival of one that would have to be greater than any mirror has, is not named beside it.
         let rivals = unless_below(rivals, &at_an_end, least_of_a_rival);
-        let is_evident =
-            |c: &&Candidate| c.is_above_its_threshold() || rivals.iter().any(|r| r.id() == c.id());
+        let is_evident = |c: &&Candidate| {
+            let is_rival = rivals.iter().any(|r| r.id() == c.id());
+            is_rival || !rivals.is_empty() && c.is_above_its_threshold()
+        };
         Suspects {
             evident: with_effect.into_iter().filter(is_evident).collect(),
             rivals,
@@ -162,7 +199,7 @@ impl Analysis<'_> {
             [alone] if explained.is_none() => self.remainder_of(alone),
             _ => None,
         };
-        let is_exceeded = self.null.is_exceeded_by(self.misfit);
+        let is_exceeded = self.null.is_exceeded_by(self.misfit) || !self.follows();
         let is_searched = explained.is_some() || remainder.is_some() || is_exceeded;
         let search = is_searched.then(|| self.search()).transpose()?;
         let best = search.as_ref().and_then(Search::best);
@@ -196,14 +233,48 @@ impl Analysis<'_> {
         })
     }
 
+    /// Whether the base without an effect follows the readings about as well as mirrors that lack nothing let it. Where it does not, its fit has
+    /// stopped where its own slopes explain what is left, whatever that is.
+    fn follows(&self) -> bool {
+        if !self.data.has_displacement() {
+            return true;
+        }
+        self.rms(&self.fitted.standardised(self.data), self.unit())
+            .value
+            <= FOLLOWS * self.greatest_discrepancy().value
+    }
+
     /// What was done to the readings, and where nothing explains them, which of them a meter may have spoilt.
     fn notes(&self, verdict: Verdict) -> Vec<String> {
         let mut notes = match verdict {
             Verdict::Unknown => jumps(self.data, &self.base),
             _ => Vec::new(),
         };
+        if !self.follows() {
+            let greatest = self.greatest_discrepancy();
+            notes.push(format!(
+                "the model follows these readings nowhere near as well as any mirror that lacks nothing, of which the worst leaves {:.3} {} rms",
+                greatest.value, greatest.unit
+            ));
+        }
         notes.extend(self.data.notes.iter().cloned());
         notes
+    }
+
+    /// Why nothing is named though the first of these scores more than mirrors that lack nothing.
+    fn why_not_named(&self, candidates: &[Candidate]) -> Option<String> {
+        let best = candidates.first().filter(|c| c.score() > c.threshold)?;
+        let reason = if !self.has_an_effect(best) {
+            "with it the error does not fall"
+        } else if !best.is_plausible() {
+            "it would have to be greater than any mirror has"
+        } else {
+            "with it the error does not fall on readings held out"
+        };
+        Some(format!(
+            "{} scores more than its threshold and is not named: {reason}",
+            best.id()
+        ))
     }
 
     fn next_measurement(&self, named: &[&Candidate], is_blind: bool) -> Option<NextMeasurement> {
@@ -232,7 +303,8 @@ impl Analysis<'_> {
         best.score() + self.second(best, candidates)
     }
 
-    /// The best score of another effect in what the first one leaves, where it counts: two effects may be missing.
+    /// The best score of another effect in what the first one leaves, where it counts: two effects may be missing. What the model's
+    /// own effects leave because their forms are others counts as well.
     fn second(&self, best: &Candidate, candidates: &[Candidate]) -> f64 {
         let left = best
             .explanation
@@ -242,11 +314,10 @@ impl Analysis<'_> {
             Some(refit) => Some(other.scanned(&refit.left, &refit.space)?.score),
             None => Some(other.scanned(left.as_ref()?, &self.session)?.score),
         };
-        candidates
-            .par_iter()
-            .filter(|other| other.id() != best.id())
-            .filter_map(|other| score(other).filter(|score| *score > other.threshold))
-            .reduce(|| 0.0, f64::max)
+        let others = candidates.par_iter().filter(|c| c.id() != best.id());
+        let missing = others.filter_map(|c| score(c).filter(|score| *score > c.threshold));
+        let present = self.present.par_iter().filter_map(score);
+        missing.chain(present).reduce(|| 0.0, f64::max)
     }
 }
 
