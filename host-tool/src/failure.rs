@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use crate::error::ToolError;
 use crate::report;
+use crate::verbosity::say;
 
 #[derive(Serialize)]
 struct Line {
@@ -32,7 +33,7 @@ pub(crate) fn tell(error: ToolError, json: bool) -> u8 {
     if json && !report::has_report() {
         report::write(&line(&error));
     }
-    eprintln!("{:?}", miette::Report::new(error));
+    say(format_args!("{:?}", miette::Report::new(error)));
     exit_code
 }
 

@@ -16,6 +16,25 @@ pub(crate) struct NewFile {
     replace: bool,
 }
 
+/// Files that one command makes must have names of their own: the second would be refused, or replace the first, once the work is
+/// done.
+///
+/// # Errors
+/// Where two are the same.
+pub(crate) fn apart(paths: &[&Option<PathBuf>]) -> Result<(), OutputError> {
+    let asked: Vec<&PathBuf> = paths.iter().copied().flatten().collect();
+    let same = asked
+        .iter()
+        .enumerate()
+        .find(|(index, path)| asked[..*index].contains(path));
+    match same {
+        Some((_, path)) => Err(OutputError::SameName {
+            path: (*path).clone(),
+        }),
+        None => Ok(()),
+    }
+}
+
 impl NewFile {
     /// A file at `path`; one that is there already is kept, unless it may be replaced.
     pub(crate) fn create(path: PathBuf, replace: bool) -> Result<Self, OutputError> {

@@ -60,7 +60,7 @@ pub(crate) fn write(text: &str) {
         Ok(()) => {}
         Err(error) if error.kind() == ErrorKind::BrokenPipe => std::process::exit(0),
         Err(error) => {
-            eprintln!("standard output cannot be written: {error}");
+            crate::verbosity::say(format_args!("standard output cannot be written: {error}"));
             std::process::exit(1);
         }
     }

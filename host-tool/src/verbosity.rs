@@ -1,6 +1,7 @@
 //! How much the tool says on standard error while it works. Failures, warnings and questions are said in any case.
 
 use std::fmt::Display;
+use std::io::Write as _;
 use std::sync::atomic::{AtomicU8, Ordering};
 
 /// From the least to the most.
@@ -29,16 +30,21 @@ impl Verbosity {
     }
 }
 
+/// Says something in any case. Where standard error is closed, as by a reader that has seen enough, nobody hears it.
+pub(crate) fn say(words: impl Display) {
+    let _ = writeln!(std::io::stderr(), "{words}");
+}
+
 /// Says something that is good to know.
 pub(crate) fn note(words: impl Display) {
     if Verbosity::Usual.is_wanted() {
-        eprintln!("{words}");
+        say(words);
     }
 }
 
 /// Says what was done in detail.
 pub(crate) fn detail(words: impl Display) {
     if Verbosity::Verbose.is_wanted() {
-        eprintln!("{words}");
+        say(words);
     }
 }

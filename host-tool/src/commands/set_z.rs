@@ -95,6 +95,7 @@ mod tests {
                 z_um: Some(0.412),
                 tilt_deg: None,
                 settles_in_s: Some(0.0),
+                cools: false,
             },
             sensor_is_virtual: true,
             error_um: Some(-0.3819),

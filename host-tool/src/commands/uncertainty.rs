@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use control_core::{Limit, Limits};
 use mirror_protocol::Telemetry;
 use serde::Serialize;
 
@@ -16,6 +17,9 @@ pub(crate) struct Uncertainty {
     /// Until the plate has settled; 0: it has. `None` where no position is asked for, where a limit keeps it away, and where
     /// the calibration was never tried on the mirror.
     pub(crate) settles_in_s: Option<f64>,
+    /// The mirror comes down no faster than it cools, and nobody can tell when it will be there.
+    #[serde(skip)]
+    pub(crate) cools: bool,
 }
 
 impl From<&Telemetry> for Uncertainty {
@@ -26,6 +30,7 @@ impl From<&Telemetry> for Uncertainty {
             z_um: told.map(|told| f64::from(told.z_nm) * 1e-3),
             tilt_deg: tilt.map(|told| (f64::from(told.tilt_urad) * 1e-6).to_degrees()),
             settles_in_s: sample.settles_in_ms.map(|ms| f64::from(ms) * 1e-3),
+            cools: Limits::from_bits(sample.limits).contains(Limit::Cooling),
         }
     }
 }
@@ -58,6 +63,9 @@ impl fmt::Display for Uncertainty {
         f.write_str(" either way in 95 of 100 cases")?;
         match self.settling() {
             Some(settling) => write!(f, "; {settling}"),
+            None if self.cools => f.write_str(
+                " once it has cooled, which nobody can tell when; until then it is higher",
+            ),
             None => Ok(()),
         }
     }
@@ -78,6 +86,14 @@ mod tests {
             tilt_urad: 35,
         });
         assert_eq!(line(&sample), "    0.084 um either way in 95 of 100 cases");
+        let mut limits = Limits::from_bits(0);
+        limits.insert(Limit::Cooling);
+        sample.limits = limits.bits();
+        assert!(
+            line(&sample).ends_with(
+                "once it has cooled, which nobody can tell when; until then it is higher"
+            )
+        );
         sample.settles_in_ms = Some(12);
         sample.pose = Pose {
             z_um: 120.0,

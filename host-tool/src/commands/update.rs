@@ -15,6 +15,7 @@ use crate::update::dfuse;
 use crate::update::package::Package;
 use crate::update::target::{self, InBootloader, Target};
 use crate::update::{UsbBootloader, bootloaders};
+use crate::verbosity::say;
 use crate::working::bar;
 
 /// How long a board may take to show up in its bootloader.
@@ -87,10 +88,10 @@ async fn enter_bootloader(
     let board = Board::open(&choose(Some(name))?).await?;
     let running = &board.identity().firmware_version;
     if !json && is_older(&package.version, running) {
-        eprintln!(
+        say(format_args!(
             "the board runs firmware {running}; {} is older",
             package.version
-        );
+        ));
     }
     board.enter_bootloader().await?;
     let pause = Duration::from_millis(100);

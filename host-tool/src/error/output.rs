@@ -20,6 +20,10 @@ pub enum OutputError {
     #[diagnostic(help("choose another name, or replace it with --force"))]
     FileExists { path: PathBuf },
 
+    #[error("{} is named twice, for two files that this makes", path.display())]
+    #[diagnostic(help("give each a name of its own"))]
+    SameName { path: PathBuf },
+
     #[error("{} cannot be written: {source}", path.display())]
     #[diagnostic(help("{}", remedy(source.kind())))]
     Write { path: PathBuf, source: io::Error },

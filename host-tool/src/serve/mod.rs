@@ -31,6 +31,7 @@ use crate::serve::boards::Boards;
 pub(crate) use crate::serve::reference::page as reference;
 use crate::serve::session::Session;
 use crate::system::terminated;
+use crate::verbosity::say;
 
 /// Clients at a time: a bench has a few, and each takes some megabytes at most while it is sent a trace.
 const MOST_CLIENTS: usize = 32;
@@ -63,11 +64,11 @@ pub(crate) async fn run(
     let told_to_end = terminated().map_err(ToolError::Runtime)?;
     report::print(&Listening { listening }, json);
     if !listening.ip().is_loopback() {
-        eprintln!(
+        say(format_args!(
             "warning: whoever reaches this machine at {listening} drives the mirror, without a password; \
              --listen 127.0.0.1:{} lets in this machine only",
             listening.port()
-        );
+        ));
     }
     let boards = Arc::new(Boards::new(board));
     let places = Arc::new(Semaphore::new(MOST_CLIENTS));

@@ -22,6 +22,9 @@ pub const MOST_WRITTEN: u64 = MB;
 /// (some minutes at 10 kHz, in lines of 16 bytes), a firmware image with all that a debugger needs.
 pub const MOST_MADE: u64 = 64 * MB;
 
+/// What some editors and spreadsheets begin a text with, and nobody sees.
+pub const BYTE_ORDER_MARK: char = '\u{feff}';
+
 /// Why a file cannot be read.
 #[derive(Debug, Error, Diagnostic)]
 pub enum ReadError {
@@ -104,9 +107,13 @@ pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, ReadError> {
 /// # Errors
 /// Those of [`read`], and [`ReadError::NotText`].
 pub fn read_text(path: &Path, most: u64) -> Result<String, ReadError> {
-    String::from_utf8(read(path, most)?).map_err(|error| ReadError::NotText {
+    let text = String::from_utf8(read(path, most)?).map_err(|error| ReadError::NotText {
         path: path.display().to_string(),
         at: error.utf8_error().valid_up_to(),
+    })?;
+    Ok(match text.strip_prefix(BYTE_ORDER_MARK) {
+        Some(text) => text.to_owned(),
+        None => text,
     })
 }
 
@@ -179,6 +186,14 @@ mod tests {
                 said(&path)
             );
         }
+    }
+
+    #[test]
+    fn a_byte_order_mark_is_no_part_of_a_text() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("points.csv");
+        fs::write(&path, "\u{feff}t_s,z_um\n\u{feff}").unwrap();
+        assert_eq!(read_text(&path, MOST_MADE).unwrap(), "t_s,z_um\n\u{feff}");
     }
 
     #[test]

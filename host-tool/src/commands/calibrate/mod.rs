@@ -29,7 +29,7 @@ use crate::commands::measure::run::Bench;
 use crate::commands::measure::sensor::Sensor;
 use crate::commands::{calibrate_sense, status};
 use crate::error::ToolError;
-use crate::new_file::NewFile;
+use crate::new_file::{NewFile, apart};
 use crate::report::{decimal, print};
 use crate::tried::{Tried, before_and_after};
 
@@ -63,10 +63,7 @@ pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(),
     };
     let played = played(&procedure, &source);
     on_trial.bench.say(&time_words(&played));
-    if matches!(source, Source::Files(_)) {
-        let rest_s = Effort::USUAL.cooling_s;
-        on_trial.bench.count_from_rest(rest_s).await?;
-    }
+    on_trial.bench.count_from_rest().await?;
     let experiments: Vec<Experiment> = played.into_iter().map(|(_, played)| played).collect();
     on_trial.bench.plan(&experiments);
     let calibrated = procedure.run(&mut on_trial, source).await;
@@ -97,6 +94,7 @@ struct Outputs {
 
 impl Outputs {
     fn create(ask: &Calibrate) -> Result<Self, ToolError> {
+        apart(&[&ask.output, &ask.model_output, &ask.picture, &ask.trial])?;
         let create = |path: PathBuf| NewFile::create(path, ask.force);
         let picture = |path: PathBuf| NewFile::picture(path, ask.force);
         Ok(Self {
@@ -167,7 +165,7 @@ fn device(board: &Board, name: Option<String>) -> Result<String, ToolError> {
 fn time_words(played: &[(Part, Experiment)]) -> String {
     let minutes = |part: Part| {
         let of_it = played.iter().filter(|(of, _)| *of == part);
-        of_it.map(|(_, played)| played.duration_s()).sum::<f64>() / 60.0
+        of_it.fold(0.0, |sum, (_, played)| sum + played.duration_s()) / 60.0
     };
     let (measuring, refining) = (minutes(Part::Session), minutes(Part::Refining));
     let trying = minutes(Part::Before);

@@ -12,6 +12,7 @@ use mirror_model::{Model, ModelFileError, Preset};
 use crate::cli::LabInput;
 use crate::error::ToolError;
 use crate::names::nearest;
+use crate::verbosity::say;
 use crate::working::while_working;
 
 /// A model, and a session as it sees it.
@@ -66,7 +67,7 @@ pub(crate) fn model(name_or_path: &str) -> Result<Model, ToolError> {
 /// Tells which files are not whole.
 pub(crate) fn warn(flaws: &[String]) {
     for flaw in flaws {
-        eprintln!("warning: {flaw}");
+        say(format_args!("warning: {flaw}"));
     }
 }
 

@@ -16,6 +16,7 @@ use crate::new_file::NewFile;
 use crate::page::{Difference, Inside, Run, differences};
 use crate::report as printed;
 use crate::tried::Tried;
+use crate::verbosity::say;
 use crate::working::while_working;
 
 const WORKING: &str =
@@ -74,7 +75,9 @@ pub(crate) fn report(ask: Report, json: bool) -> Result<(), ToolError> {
     };
     printed::print(&written, json);
     if written.bytes > LARGE {
-        eprintln!("warning: the page is large; a session of fewer files makes a smaller one");
+        say(format_args!(
+            "warning: the page is large; a session of fewer files makes a smaller one"
+        ));
     }
     Ok(())
 }

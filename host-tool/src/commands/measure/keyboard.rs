@@ -6,6 +6,7 @@ use std::thread;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use crate::error::ToolError;
+use crate::verbosity::say;
 
 /// The standard input, line by line.
 pub(crate) struct Keyboard(UnboundedReceiver<String>);
@@ -26,7 +27,7 @@ impl Keyboard {
 
     /// Asks, and waits for the answer.
     pub(crate) async fn ask(&mut self, question: &str) -> Result<String, ToolError> {
-        eprintln!("{question}");
+        say(question);
         self.0.recv().await.ok_or(ToolError::InputEnded)
     }
 }

@@ -23,6 +23,7 @@ use crate::commands::interrupt::Interrupt;
 use crate::error::{OutputError, ToolError, UnusableInput};
 use crate::new_file::{GrowingFile, NewFile};
 use crate::report::{self, decimal};
+use crate::verbosity::say;
 
 /// Reads a scan and prints the plane through it.
 pub(crate) fn of_file(path: &Path, json: bool) -> Result<(), ToolError> {
@@ -158,7 +159,7 @@ impl PlateScan<'_> {
                 lease_ms: LEASE_MS,
             };
             let held = self.board.set_drive(drives).await?;
-            eprintln!("at {volts} on all actuators");
+            say(format_args!("at {volts} on all actuators"));
             self.board.wait(held.tick, self.settle).await?;
             self.scan(&mut keyboard).await?;
         }

@@ -1,9 +1,16 @@
-//! What a sensor reads of a mirror at rest: its zero, and its noise.
+//! What a sensor reads of a mirror at rest: its zero, its noise, and whether it lies still.
 
 use measurement::{MeasurementFile, Row};
 
 /// From the median of a normal distribution's absolute values to its standard deviation.
 const NORMAL: f64 = 1.4826;
+
+/// A mirror at rest moves from one look to the next by no more than this (um), a tenth of what a calibration leaves of it at most
+/// (`docs/requirements.md`), or than so many standard errors of the two medians' difference.
+const STILL_UM: f64 = 0.02;
+const CHANCE: f64 = 3.0;
+/// The standard error of a median over that of a mean, of a normal distribution: sqrt(pi / 2).
+const OF_A_MEDIAN: f64 = 1.2533;
 
 /// Where a sensor stands while the mirror is at rest.
 #[derive(Debug, Default)]
@@ -54,6 +61,16 @@ pub(super) fn noise_um(readings: &[f64]) -> Option<f64> {
     })
 }
 
+/// How far the mirror moved from one look to the next (um), and whether that is none to speak of; `None` where a look saw nothing.
+pub(super) fn moved(before: &[f64], now: &[f64]) -> Option<(f64, bool)> {
+    let (noise_before, noise_now) = (noise_um(before)?, noise_um(now)?);
+    let moved_um = measurement::median(now.to_vec()) - measurement::median(before.to_vec());
+    let square = |noise: f64, readings: &[f64]| noise * noise / readings.len() as f64;
+    let error_um = (square(noise_before, before) + square(noise_now, now)).sqrt();
+    let is_still = moved_um.abs() <= STILL_UM.max(CHANCE * OF_A_MEDIAN * error_um);
+    Some((moved_um, is_still))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -97,6 +114,24 @@ mod tests {
     fn no_drive_in_mid_experiment_is_no_rest() {
         let z_um = counted(&[&[2.0, 0.0, 2.0], &[1.0]]);
         assert_eq!(z_um, [vec![7.0, 5.0, 7.0], vec![6.0]]);
+    }
+
+    #[test]
+    fn a_mirror_lies_still_where_nothing_but_noise_moves_it() {
+        let look = |at_um: f64, noise_um: f64| -> Vec<f64> {
+            let scatter =
+                |index: i32| noise_um * 1.732 * (f64::from(index * 37 % 101) / 50.0 - 1.0);
+            (0..101).map(|index| at_um + scatter(index)).collect()
+        };
+        let is_still = |um, noise_um| moved(&look(2.0, noise_um), &look(2.0 - um, noise_um));
+        assert_eq!(is_still(0.019, 0.0).map(|(_, still)| still), Some(true));
+        assert_eq!(is_still(0.03, 0.02).map(|(_, still)| still), Some(false));
+        // 100 nm of noise hide 30 nm: three standard errors of two medians are 53 nm.
+        assert_eq!(is_still(0.03, 0.1).map(|(_, still)| still), Some(true));
+        assert_eq!(is_still(0.08, 0.1).map(|(_, still)| still), Some(false));
+        let (moved_um, _) = is_still(1.0, 0.02).expect("it was seen");
+        assert!((moved_um + 1.0).abs() < 1e-12);
+        assert_eq!(moved(&[], &look(0.0, 0.02)), None);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::thread;
 
 use control_core::Limits;
 use experiment_player::{Clock, Piece, pieces, rows};
-use experiments::{Experiment, Prehold};
+use experiments::{Experiment, Prehold, SETTLING_S};
 use measurement::{MeasurementFile, Row};
 use mirror_protocol::{Drives, Play, Telemetry};
 use quantities::Span;
@@ -15,7 +15,7 @@ use super::journal::Journal;
 use super::lag;
 use super::progress::Progress;
 use super::report::MeasuredFile;
-use super::rest::{Zero, noise_um};
+use super::rest::{Zero, moved, noise_um};
 use super::sensor::Sensor;
 use crate::board::{Board, RENEWED_LEASE_MS};
 use crate::commands::interrupt::Interrupt;
@@ -26,6 +26,10 @@ use crate::working::spinner;
 /// The sensor's noise is taken from so many readings at rest, a millisecond apart.
 const NOISE_READINGS: u32 = 100;
 const NOISE_PERIOD: Span = Span { s: 1e-3 };
+
+/// While the mirror comes to rest its sensor is looked at so often, every 5 s: in that time what is left of the slowest known heat falls
+/// by half.
+const LOOKS: u32 = 12;
 
 /// A board left alone while it measures ramps to zero after this.
 pub(super) const LEASE_MS: u32 = RENEWED_LEASE_MS;
@@ -371,14 +375,42 @@ impl<'a> Bench<'a> {
         Ok(read.map(f64::from).collect())
     }
 
-    /// Lets displacements count from what the board's sensor reads after so long a rest (s). Without it they count from the
-    /// first reading at rest of an experiment, and one of positions has none.
-    pub(crate) async fn count_from_rest(&mut self, rest_s: f64) -> Result<(), ToolError> {
+    /// Lets the mirror come to rest, and displacements count from there: until the board's sensor tells the same twice, and for
+    /// [`SETTLING_S`] at most. Of another sensor nobody knows what it reads now, so it takes that long, and displacements count from
+    /// the first reading at rest of an experiment.
+    pub(crate) async fn count_from_rest(&mut self) -> Result<(), ToolError> {
         let off = self.board.off().await?;
-        self.board.wait(off.tick, Span { s: rest_s }).await?;
-        let read = self.sensor_um().await?;
+        self.say("letting the mirror come to rest");
+        if !matches!(self.sensor, Sensor::Board) {
+            return self.rest(off.tick, SETTLING_S).await;
+        }
+        let mut read = self.sensor_um().await?;
+        let mut last = None;
+        for look in 1..=LOOKS {
+            let rested_s = SETTLING_S * f64::from(look) / f64::from(LOOKS);
+            self.rest(off.tick, rested_s).await?;
+            let now = self.sensor_um().await?;
+            last = moved(&read, &now);
+            read = now;
+            if last.is_some_and(|(_, is_still)| is_still) {
+                break;
+            }
+        }
+        if let Some((moved_um, false)) = last {
+            let span_s = SETTLING_S / f64::from(LOOKS);
+            self.say(&format!(
+                "the mirror still moves, by {moved_um:+.3} um in {span_s:.0} s: it creeps, or the room does not stand still; \
+                 displacements count from here"
+            ));
+        }
         self.zero.um = (!read.is_empty()).then(|| measurement::median(read));
         Ok(())
+    }
+
+    /// Waits with all channels off until so long after a tick, or for Ctrl-C.
+    async fn rest(&self, tick: u32, seconds: f64) -> Result<(), ToolError> {
+        let rested = self.board.wait(tick, Span { s: seconds });
+        self.interrupt.or(rested).await
     }
 
     async fn wait(&self, tick: u32, seconds: f64) -> Result<(), ToolError> {

@@ -59,11 +59,11 @@ fn parse(text: &str) -> Result<(Vec<Row>, bool), String> {
     let mut columns = vec![Column::Time, Column::Piston];
     let mut rows: Vec<Row> = Vec::new();
     let mut is_begun = false;
-    for (number, line) in (1..).zip(text.lines()) {
-        if line.trim().is_empty() || line.starts_with('#') {
+    for (number, line) in (1..).zip(text.lines().map(str::trim)) {
+        if line.is_empty() || line.starts_with('#') {
             continue;
         }
-        let is_header = !is_begun && line.starts_with(|c: char| c.is_ascii_alphabetic());
+        let is_header = !is_begun && is_header(line);
         is_begun = true;
         if is_header {
             columns = header(line)?;
@@ -79,9 +79,15 @@ fn parse(text: &str) -> Result<(Vec<Row>, bool), String> {
     Ok((rows, is_tilted))
 }
 
+/// Whether a first line names columns: a spreadsheet may have put the names into quotes.
+fn is_header(line: &str) -> bool {
+    line.trim_start_matches('"')
+        .starts_with(|c: char| c.is_ascii_alphabetic())
+}
+
 fn header(line: &str) -> Result<Vec<Column>, String> {
     let mut columns = Vec::new();
-    for name in line.split(',').map(str::trim) {
+    for name in cells(line) {
         let Some((_, column)) = COLUMNS.iter().find(|(known, _)| *known == name) else {
             let known = COLUMNS.map(|(name, _)| name).join(", ");
             return Err(format!("there is no column `{name}`; there are {known}"));
@@ -99,8 +105,13 @@ fn header(line: &str) -> Result<Vec<Column>, String> {
     Ok(columns)
 }
 
+/// The cells of a line, without the quotes that a spreadsheet may have put around them.
+fn cells(line: &str) -> impl Iterator<Item = &str> {
+    line.split(',').map(|cell| cell.trim().trim_matches('"'))
+}
+
 fn row(columns: &[Column], line: &str) -> Result<Row, String> {
-    let cells: Vec<&str> = line.split(',').map(str::trim).collect();
+    let cells: Vec<&str> = cells(line).collect();
     if cells.len() != columns.len() {
         let (count, needed) = (cells.len(), columns.len());
         return Err(format!("it has {count} cells, and {needed} are needed"));
@@ -179,6 +190,19 @@ mod tests {
     fn sampled(text: &str) -> Result<Sampled, String> {
         let (rows, is_tilted) = parse(text)?;
         sample(&rows, is_tilted, 10_000).map_err(str::to_owned)
+    }
+
+    #[test]
+    fn a_spreadsheet_may_quote_and_indent() {
+        let plain = parse("t_s,z_um\n0,1\n0.5,2\n").expect("a table");
+        assert_eq!(
+            parse("\"t_s\",\"z_um\"\n\"0\",\"1\"\n0.5,2\n").as_ref(),
+            Ok(&plain)
+        );
+        assert_eq!(
+            parse("  t_s , z_um \r\n 0 , 1\r\n 0.5,2 \n").as_ref(),
+            Ok(&plain)
+        );
     }
 
     #[test]

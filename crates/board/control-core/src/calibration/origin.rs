@@ -13,7 +13,7 @@ impl Label {
     /// No text.
     pub const EMPTY: Self = Self([0; Self::CAPACITY]);
 
-    /// `text`, or `None` where it is too long or holds a zero.
+    /// `text`, or `None` where it is too long or holds a character that does something to a terminal and shows nothing.
     pub const fn new(text: &str) -> Option<Self> {
         let text = text.as_bytes();
         if text.len() > Self::CAPACITY {
@@ -22,7 +22,7 @@ impl Label {
         let mut bytes = [0; Self::CAPACITY];
         let mut i = 0;
         while i < text.len() {
-            if text[i] == 0 {
+            if text[i].is_ascii_control() {
                 return None;
             }
             bytes[i] = text[i];

@@ -233,7 +233,7 @@ impl Stored {
         }
         let label = |what: &str, text: &str| {
             let max = Label::CAPACITY;
-            Label::new(text).ok_or_else(|| format!("{what} is longer than {max} bytes"))
+            Label::new(text).ok_or_else(|| format!("{what} is longer than {max} bytes, or holds a line break or another control character"))
         };
         let [Ok(a), Ok(b), Ok(c), Ok(d)] = std::array::from_fn(|i| self.actuator(i)) else {
             let first = (0..4).find_map(|i| self.actuator(i).err());
