@@ -37,6 +37,8 @@ fn a_calibrated_board_goes_where_it_is_asked() {
     bench.controls().move_stage(40.0);
     // What the sensor loses or sees wrongly bears no weight, and is counted.
     bench.controls().inject(Some(PlantFault::PatchySensor));
+    // It is still on its way down from what was asked for before.
+    bench.json(&["set-z", "120um", "--settle", "5s"]);
     let report = bench.json(&[
         "calibrate",
         "--quick",
