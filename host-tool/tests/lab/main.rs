@@ -97,6 +97,29 @@ fn a_fit_lowers_the_error_and_its_model_is_taken_everywhere() {
     assert!(after < 0.1 * before, "{before} um became {after} um");
 }
 
+/// The mirror with nothing hidden, and a sensor that was mounted the other way round.
+#[test]
+fn a_turned_sign_is_no_mirror_that_lacks_nothing() {
+    let place = no_boards();
+    let mut turned = measurement::Session::load(&[session("")]).expect("a session");
+    let files = turned.files.iter_mut();
+    let rows = files.flat_map(|(_, file)| &mut file.rows);
+    for z_um in rows.filter_map(|row| row.z_um.as_mut()) {
+        *z_um = -*z_um;
+    }
+    for (name, file) in turned.files {
+        let file_name = Path::new(&name).file_name().expect("a file");
+        fs::write(place.path().join(file_name), file.to_string()).expect("written");
+    }
+    let files = place.path().to_string_lossy();
+    let found = json(&["diagnose", "paper", &files]);
+    assert_eq!(found["verdict"], "unknown", "{found}");
+    for command in ["compare", "diagnose"] {
+        let said = lab(&[command, "paper", &files]);
+        assert!(said.out.contains("is their sign turned?"), "{}", said.out);
+    }
+}
+
 #[test]
 fn work_that_is_interrupted_says_so_and_leaves_no_file() {
     let place = no_boards();

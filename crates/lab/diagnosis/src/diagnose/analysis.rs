@@ -111,9 +111,9 @@ impl<'a> Analysis<'a> {
         self.discrepancy_at(0.5)
     }
 
-    /// What it leaves of the worst one.
-    pub(super) fn greatest_discrepancy(&self) -> Rms {
-        self.discrepancy_at(1.0)
+    /// What it leaves of 95 of 100 at most.
+    pub(super) fn large_discrepancy(&self) -> Rms {
+        self.discrepancy_at(0.95)
     }
 
     fn discrepancy_at(&self, share: f64) -> Rms {

@@ -20,7 +20,7 @@ const RIVAL_MARGIN: f64 = 12.0;
 /// A sum of squares is far smaller below this part of another: errors of three quarters.
 const FAR_SMALLER: f64 = 0.5;
 
-/// A model that leaves so many times what the worst mirror that lacks nothing leaves does not follow at all: a choice.
+/// A model that leaves so many times what is left of 95 in 100 mirrors that lack nothing does not follow at all: a choice.
 const FOLLOWS: f64 = 10.0;
 
 /// An effect that is named scores this share of what a function of any form scores at the best place: nature's form is hardly the
@@ -192,11 +192,10 @@ impl Analysis<'_> {
     /// which would be a form that no effect has, unless the first of them and a second effect explain more than any function at one
     /// place, which is what two effects do; or where one of them takes most of the error.
     fn judged(&self, rivals: &[&Candidate], candidates: &[Candidate]) -> Result<Judged, Runaway> {
-        let explained = rivals
-            .first()
-            .and_then(|best| self.explained_by(best, candidates));
+        let best = rivals.first().filter(|best| self.follows_with(best));
+        let explained = best.and_then(|best| self.explained_by(best, candidates));
         let remainder = match rivals {
-            [alone] if explained.is_none() => self.remainder_of(alone),
+            [alone] if best.is_some() && explained.is_none() => self.remainder_of(alone),
             _ => None,
         };
         let is_exceeded = self.null.is_exceeded_by(self.misfit) || !self.follows();
@@ -236,12 +235,21 @@ impl Analysis<'_> {
     /// Whether the base without an effect follows the readings about as well as mirrors that lack nothing let it. Where it does not, its fit has
     /// stopped where its own slopes explain what is left, whatever that is.
     fn follows(&self) -> bool {
-        if !self.data.has_displacement() {
-            return true;
-        }
-        self.rms(&self.fitted.standardised(self.data), self.unit())
-            .value
-            <= FOLLOWS * self.greatest_discrepancy().value
+        let error = self.rms(&self.fitted.standardised(self.data), self.unit());
+        self.is_followed(error.value)
+    }
+
+    /// The same with an effect.
+    fn follows_with(&self, candidate: &Candidate) -> bool {
+        let explanation = candidate.explanation.as_ref();
+        explanation.is_some_and(|explanation| {
+            let errors = self.before_and_after(candidate, explanation, self.unit());
+            self.is_followed(errors.after)
+        })
+    }
+
+    fn is_followed(&self, error: f64) -> bool {
+        !self.data.has_displacement() || error <= FOLLOWS * self.large_discrepancy().value
     }
 
     /// What was done to the readings, and where nothing explains them, which of them a meter may have spoilt.
@@ -251,10 +259,10 @@ impl Analysis<'_> {
             _ => Vec::new(),
         };
         if !self.follows() {
-            let greatest = self.greatest_discrepancy();
+            let large = self.large_discrepancy();
             notes.push(format!(
-                "the model follows these readings nowhere near as well as any mirror that lacks nothing, of which the worst leaves {:.3} {} rms",
-                greatest.value, greatest.unit
+                "the model follows these readings nowhere near as well as mirrors that lack nothing, of which 95 in 100 leave {:.3} {} rms at most",
+                large.value, large.unit
             ));
         }
         notes.extend(self.data.notes.iter().cloned());
