@@ -242,7 +242,7 @@ pub enum ToolError {
     #[diagnostic(help("nothing was changed; the spots that were read are kept"))]
     Pose(#[from] calibration::PoseError),
 
-    #[error("'{name}' is too long for a calibration, which holds {max} bytes of it", max = Label::CAPACITY)]
+    #[error("'{name}' is too long for a calibration, which holds {max} bytes of it, or has a control character", max = Label::CAPACITY)]
     #[diagnostic(help("choose a shorter name with --device"))]
     Name { name: String },
 

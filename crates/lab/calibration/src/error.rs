@@ -23,7 +23,7 @@ pub enum TabulateError {
     /// The numbers are beyond what a board takes.
     #[error("the model gives no calibration: {0}")]
     Calibration(#[from] CalibrationError),
-    /// The name of device or date is too long.
-    #[error("'{0}' is too long for a calibration, which holds {max} bytes of it", max = Label::CAPACITY)]
+    /// The name of device or date is too long, or has a control character.
+    #[error("'{0}' is too long for a calibration, which holds {max} bytes of it, or has a control character", max = Label::CAPACITY)]
     Label(String),
 }

@@ -3,12 +3,14 @@
 mod analysis;
 mod expected_gain;
 mod explain;
+mod follows;
 mod form;
 mod one_heater;
 mod propose;
 mod ranking;
 mod remainder;
 mod step_error;
+mod suspects;
 mod verdict;
 
 use crate::candidate::Candidate;

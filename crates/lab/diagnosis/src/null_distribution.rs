@@ -8,11 +8,10 @@ mod rates;
 mod thresholds;
 
 pub(crate) use left_out::LeftOutFamily;
-pub(crate) use rates::{FLOOR, MARGIN};
+pub(crate) use rates::{CONFIDENCE, FLOOR, MARGIN};
 
 use crate::candidate::Candidate;
 use crate::quantile::{quantile, sorted};
-use rates::CONFIDENCE;
 use rayon::prelude::*;
 
 /// What an effect leaves, beyond what its form may, must be no more than what this share of the null mirrors leave: the space

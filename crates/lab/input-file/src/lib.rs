@@ -23,7 +23,7 @@ pub const MOST_WRITTEN: u64 = MB;
 pub const MOST_MADE: u64 = 64 * MB;
 
 /// What some editors and spreadsheets begin a text with, and nobody sees.
-pub const BYTE_ORDER_MARK: char = '\u{feff}';
+pub const BYTE_ORDER_MARK: &str = "\u{feff}";
 
 /// Why a file cannot be read.
 #[derive(Debug, Error, Diagnostic)]

@@ -1,13 +1,11 @@
 //! A file line by line, no line longer than a limit.
 
+use input_file::BYTE_ORDER_MARK;
 use std::io::{self, BufRead};
 use std::ops::Range;
 
 /// The longest line (bytes): a row of every column takes 450, and a comment is a paragraph.
 pub(crate) const MOST_OF_A_LINE: usize = 64 * 1024;
-
-/// What some spreadsheets put before a text.
-const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 
 /// A line without its end.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -115,7 +113,7 @@ impl<R: BufRead> Lines<R> {
 
     /// The line of these bytes, and whether they are text.
     fn line(&mut self, start: usize, bytes: &[u8], ended: bool) -> (Line, bool) {
-        let mark = match bytes.strip_prefix(BYTE_ORDER_MARK) {
+        let mark = match bytes.strip_prefix(BYTE_ORDER_MARK.as_bytes()) {
             Some(_) if start == 0 => BYTE_ORDER_MARK.len(),
             _ => 0,
         };

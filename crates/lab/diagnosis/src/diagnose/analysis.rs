@@ -3,7 +3,7 @@
 use crate::candidate::{Candidate, Operating};
 use crate::confusions::Channels;
 use crate::held_out::{HeldOut, training_noise};
-use crate::null_distribution::{LeftOutFamily, NullDistribution};
+use crate::null_distribution::{CONFIDENCE, LeftOutFamily, NullDistribution};
 use crate::null_ensemble::{MEMBERS, NullEnsemble, coordinates};
 use crate::quantile::{quantile, sorted};
 use crate::report::Rms;
@@ -39,6 +39,8 @@ pub(super) struct Analysis<'a> {
     pub(super) misfit: f64,
     /// What the base leaves on rows held out, once it was asked for.
     pub(super) held_out: OnceLock<Option<HeldOut>>,
+    /// What it leaves of the null ensemble's mirrors (root mean squares), in order, once it was asked for.
+    discrepancies: OnceLock<Vec<f64>>,
 }
 
 impl<'a> Analysis<'a> {
@@ -75,6 +77,7 @@ impl<'a> Analysis<'a> {
             session,
             fitted,
             held_out: OnceLock::new(),
+            discrepancies: OnceLock::new(),
         };
         Ok((analysis, candidates))
     }
@@ -113,15 +116,17 @@ impl<'a> Analysis<'a> {
 
     /// What it leaves of 95 of 100 at most.
     pub(super) fn large_discrepancy(&self) -> Rms {
-        self.discrepancy_at(0.95)
+        self.discrepancy_at(CONFIDENCE)
     }
 
     fn discrepancy_at(&self, share: f64) -> Rms {
         let unit = self.unit();
-        let columns = self.ensemble.residuals().column_iter();
-        let sizes = sorted(columns.map(|column| self.rms(&column.into_owned(), unit).value));
+        let sizes = self.discrepancies.get_or_init(|| {
+            let columns = self.ensemble.residuals().column_iter();
+            sorted(columns.map(|column| self.rms(&column.into_owned(), unit).value))
+        });
         Rms {
-            value: quantile(&sizes, share),
+            value: quantile(sizes, share),
             unit,
         }
     }

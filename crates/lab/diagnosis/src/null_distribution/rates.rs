@@ -2,7 +2,7 @@
 
 /// The share of mirrors that lack nothing which stays without a named effect, whichever effect is tried: a family-wise error
 /// rate of 5 %.
-pub(super) const CONFIDENCE: f64 = 0.95;
+pub(crate) const CONFIDENCE: f64 = 0.95;
 /// No score below this is evidence, however small the null scores are: a real mirror comes from no family. Five standard
 /// deviations.
 pub(crate) const FLOOR: f64 = 25.0;
