@@ -9,7 +9,7 @@ mod explanation;
 mod refine;
 mod refit;
 
-pub(crate) use direction::{Direction, Operating};
+pub(crate) use direction::{Direction, Operating, from_all_starts};
 pub(crate) use explanation::{Explanation, PRICE};
 pub(crate) use refine::refine;
 pub(crate) use refit::{Found, Refit, refit};

@@ -5,6 +5,7 @@ mod expected_gain;
 mod explain;
 mod follows;
 mod form;
+mod form_error;
 mod one_heater;
 mod propose;
 mod ranking;

@@ -2,12 +2,13 @@
 //!
 //! A standardised residual is `r = J d + U a + e`. `J` are the derivatives of the base's predictions and `d` is free (a flat
 //! prior); the columns of `U` are the residuals of the null ensemble ([`ModelDiscrepancy`]), less what follows from the base's
-//! fitted parameters where these are known, and `a ~ N(0, W^2)`; `e` is white noise. With `V = cov(e) + U W^2 U'` the inner product of the space is
+//! fitted parameters where these are known, and `a ~ N(0, W^2)`; `e` is white noise. Where the model has effects, what their forms may be
+//! off by are more columns, `F`, whose coefficients are `N(0, 1)`. With `V = cov(e) + F F' + U W^2 U'` the inner product of the space is
 //!
 //! `<r, s> = r' (V^-1 - V^-1 J (J' V^-1 J)^-1 J' V^-1) s`.
 //!
 //! `<r, r>` is the misfit that neither base nor discrepancy explains, and a direction `g` explains `<g, r>^2 / <g, g>` of
-//! it. `V` is never formed: by Woodbury's identity only the normal matrix of `[J, U W]` is factorised.
+//! it. `V` is never formed: by Woodbury's identity only the normal matrix of `[J, F, U W]` is factorised.
 //!
 //! Sources: M. Kennedy and A. O'Hagan, "Bayesian calibration of computer models", J. R. Stat. Soc. B 63 (2001) 425-464 (the
 //! discrepancy as a random function); C. Rasmussen and C. Williams, "Gaussian Processes for Machine Learning" (2006),
@@ -104,9 +105,9 @@ pub struct ResidualSpace<K: Kind> {
     discrepancy: Arc<ModelDiscrepancy<K::Rows>>,
     /// What some members of the ensemble span of it.
     spanned: Arc<Spanned>,
-    /// Derivatives of the base's predictions over the white noise.
+    /// Derivatives of the base's predictions over the white noise, and what the forms of the model's effects may be off by.
     base: DMatrix<f64>,
-    /// The factor of `[J, U W]' [J, U W]` and the priors' precision.
+    /// The factor of `[J, F, U W]' [J, F, U W]` and the priors' precision.
     normal: Cholesky<f64, Dyn>,
 }
 
@@ -136,8 +137,13 @@ impl<K: Kind> ResidualSpace<K> {
         discrepancy: Arc<ModelDiscrepancy<K::Rows>>,
         spanned: Arc<Spanned>,
     ) -> Self {
-        let base = discrepancy.over_noise(jacobian);
-        let normal = normal_matrix(&base, &discrepancy, &spanned);
+        let free = jacobian.ncols();
+        let forms = discrepancy.forms();
+        let mut base = discrepancy
+            .over_noise(jacobian)
+            .insert_columns(free, forms.ncols(), 0.0);
+        base.columns_mut(free, forms.ncols()).copy_from(forms);
+        let normal = normal_matrix(&base, free, &discrepancy, &spanned);
         Self {
             discrepancy,
             spanned,
@@ -216,7 +222,7 @@ impl<K: Kind> ResidualSpace<K> {
             .times_noise(&(&vector.whitened.over_noise - explained))
     }
 
-    /// Euclidean products with the columns of `[J, U W]`.
+    /// Euclidean products with the columns of `[J, F, U W]`.
     fn onto_free(&self, whitened: &Whitened<K::Rows>) -> DVector<f64> {
         let onto_base = self.base.tr_mul(&whitened.over_noise);
         let onto_spanned = self.spanned.span.tr_mul(&whitened.onto_members);
@@ -236,27 +242,28 @@ impl ResidualSpace<BaseOnly> {
     }
 }
 
-/// `[J, U W]' [J, U W]` with the precision of the priors: none of the base's parameters beyond a ridge, 1 of the
-/// discrepancy's coefficients.
+/// `[J, F, U W]' [J, F, U W]` with the precision of the priors: none of the base's parameters, the first `free` columns, beyond a ridge,
+/// 1 of all other coefficients.
 fn normal_matrix<R>(
     base: &DMatrix<f64>,
+    free: usize,
     discrepancy: &ModelDiscrepancy<R>,
     spanned: &Spanned,
 ) -> DMatrix<f64> {
-    let (free, spanning) = (base.ncols(), spanned.span.ncols());
+    let (own, spanning) = (base.ncols(), spanned.span.ncols());
     let across = discrepancy.onto_members(base) * &spanned.span;
-    let mut normal = DMatrix::zeros(free + spanning, free + spanning);
+    let mut normal = DMatrix::zeros(own + spanning, own + spanning);
     normal
-        .view_mut((0, 0), (free, free))
+        .view_mut((0, 0), (own, own))
         .copy_from(&base.tr_mul(base));
     normal
-        .view_mut((0, free), (free, spanning))
+        .view_mut((0, own), (own, spanning))
         .copy_from(&across);
     normal
-        .view_mut((free, 0), (spanning, free))
+        .view_mut((own, 0), (spanning, own))
         .copy_from(&across.transpose());
     normal
-        .view_mut((free, free), (spanning, spanning))
+        .view_mut((own, own), (spanning, spanning))
         .copy_from(&spanned.gram);
     for index in 0..normal.nrows() {
         normal[(index, index)] += if index < free {

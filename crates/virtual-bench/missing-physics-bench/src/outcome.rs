@@ -3,7 +3,7 @@
 use crate::arguments::Instruments;
 use crate::case::{Case, Hidden};
 use diagnosis::residual_space::{ResidualSpace, Session};
-use diagnosis::{Diagnosis, NullEnsemble, Ranked, Verdict, add, diagnose};
+use diagnosis::{Changed, Diagnosis, NullEnsemble, Ranked, Verdict, add, diagnose};
 use identification::fit::{Fitted, fit, fit_parameters, free_parameters};
 use identification::prediction::{jacobian, predict, white_noise};
 use identification::{Dataset, fit_and_report};
@@ -31,6 +31,8 @@ pub(crate) struct Outcome {
     pub(crate) error_ratio: Option<f64>,
     /// Of two hidden effects: whether both were found in two rounds.
     pub(crate) both: Option<bool>,
+    /// Of a hidden effect that was found and added: what a second round names.
+    pub(crate) second: Option<Vec<String>>,
 }
 
 /// The size of an effect, in its first parameter's unit.
@@ -68,6 +70,7 @@ pub(crate) fn diagnosed(
         size: None,
         error_ratio: None,
         both: None,
+        second: None,
     };
     match case.hidden {
         Hidden::Nothing => {}
@@ -79,7 +82,10 @@ pub(crate) fn diagnosed(
             if outcome.found.effects.iter().any(|id| id == effect.is_a()) {
                 outcome.size = Some(alone.size(outcome.ranked(effect), effect)?);
                 if strength == 1.0 && case.instruments == Instruments::With && !to_learn {
-                    outcome.error_ratio = Some(error_ratio(case, effect, &plan, cache)?);
+                    let added = add(&model, listed(effect), &plan, &[], Some(cache))?;
+                    outcome.error_ratio = Some(error_ratio(case, &added)?);
+                    let again = diagnose(&added.after, &plan, &[], Some(cache))?;
+                    outcome.second = Some(again.effects);
                 }
             }
         }
@@ -112,6 +118,7 @@ pub(crate) fn can_show(case: &Case, cache: &Path) -> Result<bool, Box<dyn Error>
         size: None,
         error_ratio: None,
         both: None,
+        second: None,
     };
     Ok(outcome.can_be_found())
 }
@@ -142,18 +149,11 @@ fn listed(effect: Effect) -> std::sync::Arc<dyn mirror_model::effect::Effect> {
     find(effect.is_a()).expect("a listed effect is built in")
 }
 
-/// Adds an effect as a user would; its error over that of the same mirror with nothing hidden, both fitted.
-fn error_ratio(
-    case: &Case,
-    effect: Effect,
-    plan: &Dataset,
-    cache: &Path,
-) -> Result<f64, Box<dyn Error>> {
-    let model = case.model();
-    let edit = add(&model, listed(effect), plan, &[], Some(cache))?.edit;
+/// The error after the hidden effect was added, over that of the same mirror with nothing hidden, both fitted.
+fn error_ratio(case: &Case, added: &Changed) -> Result<f64, Box<dyn Error>> {
     let lacking_nothing = case.session(&case.lacking_nothing())?;
-    let (_, of_nothing) = fit_and_report(&model, &lacking_nothing, &[])?;
-    Ok(edit.after.rms / of_nothing.residual_rms_um.unwrap_or(f64::NAN))
+    let (_, of_nothing) = fit_and_report(&case.model(), &lacking_nothing, &[])?;
+    Ok(added.edit.after.rms / of_nothing.residual_rms_um.unwrap_or(f64::NAN))
 }
 
 /// What the hidden effect alone does to a session: no noise, and no error of the model.
@@ -341,6 +341,10 @@ impl fmt::Display for Outcome {
         }
         if let Some(ratio) = self.error_ratio {
             write!(f, ", error {ratio:.2} times that with nothing hidden")?;
+        }
+        match self.second.as_deref() {
+            Some([]) | None => {}
+            Some(second) => write!(f, ", then {} which is not there", second.join(" "))?,
         }
         match self.both {
             Some(true) => write!(f, ", then the other"),

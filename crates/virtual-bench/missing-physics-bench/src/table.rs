@@ -142,6 +142,14 @@ pub(crate) fn table(outcomes: &[Outcome]) -> String {
             .collect(),
         "-",
     );
+    row(
+        "true effect found and added: a second round names none",
+        outcomes
+            .iter()
+            .filter_map(|o| Some(o.second.as_ref()?.is_empty()))
+            .collect(),
+        "-",
+    );
     let mut ratios: Vec<f64> = outcomes.iter().filter_map(|o| o.error_ratio).collect();
     ratios.sort_by(f64::total_cmp);
     if let (Some(median), Some(worst)) = (ratios.get(ratios.len() / 2), ratios.last()) {

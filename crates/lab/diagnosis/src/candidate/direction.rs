@@ -69,7 +69,7 @@ impl Operating<'_> {
         Direction<K>: Send,
         ResidualSpace<K>: Sync,
     {
-        forms(effect)
+        from_all_starts(effect)
             .into_par_iter()
             .filter_map(|active| {
                 let change = space.vector(&self.change(&active).ok()?);
@@ -92,7 +92,7 @@ impl Operating<'_> {
 }
 
 /// The usual strength with every combination of starts of the other parameters.
-pub(super) fn forms(effect: &Arc<dyn Effect>) -> Vec<Active> {
+pub(crate) fn from_all_starts(effect: &Arc<dyn Effect>) -> Vec<Active> {
     let parameters = effect.info().parameters.clone();
     let mut forms = vec![Active::usual(effect.clone())];
     for (index, parameter) in parameters.iter().enumerate().skip(1) {

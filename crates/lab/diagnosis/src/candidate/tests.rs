@@ -1,6 +1,6 @@
 use super::*;
 use crate::residual_space::{BaseOnly, ModelDiscrepancy};
-use direction::forms;
+use direction::from_all_starts;
 use identification::dataset::{Channel, Dataset};
 use identification::fit::{Precision, fit};
 use identification::prediction::{jacobian, predict};
@@ -96,7 +96,7 @@ fn what_changes_no_reading_explains_none() {
 fn a_form_is_tried_between_its_bounds() {
     for (id, count) in [("sensor-offset", 1), ("creep", 8), ("resonance", 32)] {
         let effect = find(id).expect("an effect");
-        let tried = forms(&effect);
+        let tried = from_all_starts(&effect);
         let parameters = &effect.info().parameters;
         assert_eq!(
             tried.len(),

@@ -1,5 +1,6 @@
 //! What one session's candidates are judged with.
 
+use super::form_error::form_errors;
 use crate::candidate::{Candidate, Operating};
 use crate::confusions::Channels;
 use crate::held_out::{HeldOut, training_noise};
@@ -14,7 +15,7 @@ use identification::fit::Fitted;
 use identification::heater;
 use identification::prediction::{jacobian, predict, standard_deviation, white_noise};
 use mirror_model::Runaway;
-use mirror_model::effect::{Active, Effect, find, forms};
+use mirror_model::effect::{Effect, forms};
 use nalgebra::DVector;
 use std::sync::{Arc, OnceLock};
 
@@ -26,8 +27,6 @@ pub(super) struct Analysis<'a> {
     /// The null ensemble's mirrors, each family in the space of the others.
     pub(super) left_out: Vec<LeftOutFamily>,
     pub(super) fitted: Fitted,
-    /// What the effects that the model has would change in their other forms, which are nature's as well.
-    pub(super) present: Vec<Candidate>,
     /// Predictions of the fitted base (um, A).
     pub(super) base: Vec<f64>,
     pub(super) session: ResidualSpace<Session>,
@@ -53,13 +52,13 @@ impl<'a> Analysis<'a> {
     ) -> Result<(Self, Vec<Candidate>), Runaway> {
         let jacobian = jacobian(&fitted.model, data, &fitted.free)?;
         let white = white_noise(data);
-        let discrepancy = Arc::new(ensemble.discrepancy(&white));
-        let kept = training_noise(data, &white);
-        let of_training = Arc::new(ensemble.discrepancy(&kept));
-        let session = ResidualSpace::of_all(&jacobian, &discrepancy);
         let base = predict(&fitted.model, data)?;
+        let forms = form_errors(&fitted.model, data, &base);
+        let discrepancy = Arc::new(ensemble.discrepancy(&white).with_forms(&forms));
+        let kept = training_noise(data, &white);
+        let of_training = Arc::new(ensemble.discrepancy(&kept).with_forms(&forms));
+        let session = ResidualSpace::of_all(&jacobian, &discrepancy);
         let mut candidates = candidates(&fitted, data, &base, effects, &session);
-        let present = present(&fitted, data, &base, &session);
         let left_out = LeftOutFamily::all(&jacobian, &discrepancy, &white);
         let at = coordinates(&fitted.model, data);
         let residual = session.residual(&fitted.standardised(data), &at);
@@ -68,7 +67,6 @@ impl<'a> Analysis<'a> {
             ensemble,
             null: NullDistribution::new(&left_out, is_cramped(data), &mut candidates),
             base,
-            present,
             left_out,
             training: ResidualSpace::of_all(&jacobian, &of_training),
             base_only: ResidualSpace::of_base(&jacobian),
@@ -166,25 +164,6 @@ fn candidates(
             Candidate::new(suited(effect.clone()), directions)
         })
         .collect()
-}
-
-/// The effects that the model has, each with what it would change in its other forms.
-fn present(
-    fitted: &Fitted,
-    data: &Dataset,
-    base: &[f64],
-    space: &ResidualSpace<Session>,
-) -> Vec<Candidate> {
-    let model = &fitted.model;
-    let at = Operating { model, data, base };
-    let of = |active: &Active| {
-        let listed = find(active.id())?;
-        let mut others = forms(&listed);
-        others.retain(|form| form.form() != active.effect.form());
-        let directions = others.iter().flat_map(|form| at.directions(form, space));
-        Some(Candidate::new(listed, directions.collect()))
-    };
-    model.effects.iter().filter_map(of).collect()
 }
 
 /// Whether virtual mirrors tell little of how large scores may be: their residuals span all readings, or they stand for heaters

@@ -238,8 +238,7 @@ impl Analysis<'_> {
         best.score() + self.second(best, candidates)
     }
 
-    /// The best score of another effect in what the first one leaves, where it counts: two effects may be missing. What the model's
-    /// own effects leave because their forms are others counts as well.
+    /// The best score of another effect in what the first one leaves, where it counts: two effects may be missing.
     fn second(&self, best: &Candidate, candidates: &[Candidate]) -> f64 {
         let left = best
             .explanation
@@ -251,8 +250,7 @@ impl Analysis<'_> {
         };
         let others = candidates.par_iter().filter(|c| c.id() != best.id());
         let missing = others.filter_map(|c| score(c).filter(|score| *score > c.threshold));
-        let present = self.present.par_iter().filter_map(score);
-        missing.chain(present).reduce(|| 0.0, f64::max)
+        missing.reduce(|| 0.0, f64::max)
     }
 }
 

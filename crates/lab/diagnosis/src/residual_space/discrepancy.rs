@@ -23,6 +23,8 @@ pub struct ModelDiscrepancy<R> {
     /// The coordinates of the base's parameters as fitted to each member, one member a column. Without rows where nothing is
     /// expected from them.
     coordinates: DMatrix<f64>,
+    /// What the forms of the effects that the model has may be off by, over the noise, each by one standard deviation.
+    forms: DMatrix<f64>,
     rows: PhantomData<fn() -> R>,
 }
 
@@ -56,10 +58,23 @@ impl<R> ModelDiscrepancy<R> {
         Self {
             inverse_noise,
             gram: gram(&members),
+            forms: DMatrix::zeros(members.nrows(), 0),
             members,
             coordinates: coordinates.clone(),
             rows: PhantomData,
         }
+    }
+
+    /// The same where the forms of the model's effects may be off as well: standardised, each column by one standard deviation.
+    pub fn with_forms(self, standardised: &DMatrix<f64>) -> Self {
+        Self {
+            forms: self.over_noise(standardised),
+            ..self
+        }
+    }
+
+    pub(super) fn forms(&self) -> &DMatrix<f64> {
+        &self.forms
     }
 
     /// How many members the ensemble has.

@@ -98,3 +98,21 @@ fn one_mirror_that_is_fitted_badly_explains_little() {
     assert!((misfit(5.0) / by_hand(5.0) - 1.0).abs() < 1e-9);
     assert!((misfit(5000.0) / by_hand(2.0 * 5.0) - 1.0).abs() < 1e-9);
 }
+
+#[test]
+fn what_a_form_may_be_off_by_costs_its_prior() {
+    // J = e1, a form that may be off by 3 e2, noise 1: V = diag(1, 1 + 9, 1), and e1 is free.
+    let jacobian = DMatrix::from_column_slice(3, 1, &[1.0, 0.0, 0.0]);
+    let form = DMatrix::from_column_slice(3, 1, &[0.0, 3.0, 0.0]);
+    let none = ModelDiscrepancy::new(&DMatrix::zeros(3, 0), &DVector::repeat(3, 1.0));
+    let discrepancy = Arc::new(none.with_forms(&form));
+    let space: ResidualSpace<Session> = ResidualSpace::new(&jacobian, &discrepancy, Vec::new());
+    let residual = space.vector(&DVector::from_vec(vec![7.0, 5.0, 2.0]));
+    // The ridge leaves 1e-9 of the base's 49.
+    assert!((residual.norm_squared() - (25.0 / 10.0 + 4.0)).abs() < 1e-7);
+    // Around another fit it is the same.
+    let around: ResidualSpace<AroundRefit> =
+        space.around(&DMatrix::from_column_slice(3, 1, &[0.0, 0.0, 1.0]));
+    let moved = around.import(&residual);
+    assert!((moved.norm_squared() - (49.0 + 25.0 / 10.0)).abs() < 1e-7);
+}

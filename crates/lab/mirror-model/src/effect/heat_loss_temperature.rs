@@ -27,7 +27,7 @@ pub(super) static HEAT_LOSS_TEMPERATURE: HeatLossTemperature = HeatLossTemperatu
     form: "linear",
     info: &LINEAR,
     beyond_k: |rise_k| rise_k * rise_k,
-    others: &[&BY_AIR, &BY_CONVECTION, &BY_SILICON],
+    others: &[&BY_AIR, &BY_CONVECTION, &BY_SILICON, &CONVEX],
 };
 
 static BY_AIR: HeatLossTemperature = HeatLossTemperature {
@@ -56,6 +56,13 @@ static BY_SILICON: HeatLossTemperature = HeatLossTemperature {
         let ratio = (1.0 + rise_k / ROOM_K).max(f64::MIN_POSITIVE);
         ROOM_K / power * (ratio.powf(power) - 1.0) - rise_k
     },
+    others: &[],
+};
+
+static CONVEX: HeatLossTemperature = HeatLossTemperature {
+    form: "convex",
+    info: &TO_SECOND_ORDER,
+    beyond_k: |rise_k| rise_k.powi(3),
     others: &[],
 };
 
@@ -107,6 +114,13 @@ static THROUGH_SILICON: Info = info(
     "P' = P + s (dT - T0/0.3 (1 - (T0/T)^0.3))/R_T",
     "conduction through silicon, k as T^-1.3 (Glassbrenner and Slack 1964)",
     &THROUGH_SILICON_STRENGTH,
+);
+// Like the linear one: the loss at 100 K is doubled at the most.
+static TO_SECOND_ORDER_STRENGTH: [Parameter; 1] = [parameter("q", "1/K^2", 1e-5, 0.0, 1e-4)];
+static TO_SECOND_ORDER: Info = info(
+    "P' = P - q dT^3/R_T",
+    "whatever begins late: a conductivity's Taylor series to the second order without the first",
+    &TO_SECOND_ORDER_STRENGTH,
 );
 
 impl Effect for HeatLossTemperature {
