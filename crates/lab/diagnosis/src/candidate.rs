@@ -15,9 +15,10 @@ pub(crate) use refine::refine;
 pub(crate) use refit::{Found, Refit, refit};
 
 use crate::null_distribution::MARGIN;
-use crate::quantile::below;
+use crate::quantile::{below, quantile, sorted};
 use crate::residual_space::{Kind, OtherFamilies, ResidualSpace, Session, Vector};
 use mirror_model::effect::{Active, Effect};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// A direction whose change is smaller than this shows nothing: 3 % of one reading's standard deviation, squared.
@@ -117,14 +118,29 @@ impl Candidate {
         self.directions.iter().filter(of_form)
     }
 
-    /// The strength above which it would be seen in 95 of 100 cases, in its unit; `None` where no plausible one is.
+    /// The strength above which it would be seen in 95 of 100 cases, in its unit, at half of the time constants, frequencies and places that it
+    /// may have; in the form that shows least, of those that count in this unit. `None` where no plausible one is.
     pub(crate) fn detection_limit(&self) -> Option<f64> {
         let strength = &self.effect.info().parameters[0];
-        let strongest = self.strongest();
         let amplitude = self.threshold.max(0.0).sqrt() + MARGIN;
-        let limit = amplitude / strongest.sqrt() * strength.start.abs();
-        let is_plausible = limit <= strength.high.max(-strength.low);
-        (strongest > LEAST_WEIGHT && is_plausible).then_some(limit)
+        let mut of_forms: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+        for direction in &self.directions {
+            let Active { effect, values, .. } = &direction.active;
+            if effect.info().parameters[0].unit == strength.unit {
+                let weight = direction.change.norm_squared().max(0.0);
+                let limit = if weight > LEAST_WEIGHT {
+                    amplitude / weight.sqrt() * values[0].abs()
+                } else {
+                    f64::MAX
+                };
+                of_forms.entry(effect.form()).or_default().push(limit);
+            }
+        }
+        let medians = of_forms
+            .into_values()
+            .map(|limits| quantile(&sorted(limits), 0.5));
+        let limit = medians.reduce(f64::max)?;
+        (limit <= strength.high.max(-strength.low)).then_some(limit)
     }
 
     /// How likely a session is to show it at its usual strength: its amplitude there is off by one standard deviation of the

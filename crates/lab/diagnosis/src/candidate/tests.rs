@@ -139,6 +139,41 @@ fn a_detection_limit_is_the_strength_whose_score_is_needed() {
     assert_eq!(candidate.detection_limit(), None);
 }
 
+#[test]
+fn a_detection_limit_holds_at_half_of_the_starts_of_the_form_that_shows_least() {
+    let listed = find("crosstalk").expect("an effect");
+    let of_form = |form: &str| {
+        let all = mirror_model::effect::forms(&listed);
+        all.into_iter().find(|f| f.form() == form).expect("a form")
+    };
+    let space: ResidualSpace<Session> = ResidualSpace::new(
+        &DMatrix::zeros(1, 0),
+        &Arc::new(ModelDiscrepancy::new(
+            &DMatrix::zeros(1, 0),
+            &DVector::repeat(1, 1.0),
+        )),
+        vec![],
+    );
+    let direction = |form: &str, size: f64| Direction {
+        active: Active::usual(of_form(form)),
+        change: space.vector(&DVector::repeat(1, size)),
+    };
+    let mut candidate = scored("crosstalk", 0.0);
+    candidate.threshold = 25.0;
+    let usual = 0.02;
+    let limit = |candidate: &Candidate| candidate.detection_limit().unwrap() / usual;
+    // Of three starts of one form the second counts; at one, nothing shows.
+    candidate.directions = [0.0, 20.0, 80.0]
+        .map(|size| direction("plate", size))
+        .into();
+    assert!((limit(&candidate) - (5.0 + MARGIN) / 20.0).abs() < 1e-12);
+    // A form that shows less counts in its place, one that shows more does not.
+    candidate.directions.push(direction("frame", 40.0));
+    assert!((limit(&candidate) - (5.0 + MARGIN) / 20.0).abs() < 1e-12);
+    candidate.directions.push(direction("neighbours", 10.0));
+    assert!((limit(&candidate) - (5.0 + MARGIN) / 10.0).abs() < 1e-12);
+}
+
 /// Displacement and a current at levels that go up and down.
 fn data() -> Dataset {
     let levels = (0..=14).chain((0..14).rev());

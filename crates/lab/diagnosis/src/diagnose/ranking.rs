@@ -63,7 +63,8 @@ impl Analysis<'_> {
             let fall = self.before_and_after(candidate, explanation, unit).fall();
             let told = || told_on_held_out(self.data, unit);
             fall >= WORTHWHILE
-                || fall > 0.0 && self.held_out(candidate, explanation, unit).fall() >= told()
+                || fall > -WORTHWHILE
+                    && self.held_out(candidate, explanation, unit).fall() >= told()
         };
         explanation.is_told_from_zero(self.widening(explanation)) && UNITS.into_iter().any(lowers)
     }

@@ -33,6 +33,9 @@ struct Judged {
 impl Analysis<'_> {
     /// The verdict, with what it rests on, from candidates with the best first. What is named gets the form that a model is to have.
     pub(super) fn conclude(&self, candidates: &mut [Candidate]) -> Result<Diagnosis, Runaway> {
+        self.fit_where(candidates, |candidate| {
+            candidate.score() > candidate.threshold
+        });
         let Suspects { rivals, evident } = self.suspects(candidates);
         let Judged {
             verdict,
@@ -46,7 +49,9 @@ impl Analysis<'_> {
         };
         let evident = ids(&evident);
         let forms = self.choose_forms(candidates, &named);
-        self.fit_named(candidates, &named);
+        self.fit_where(candidates, |candidate| {
+            named.iter().any(|id| id == candidate.id())
+        });
         let of = |ids: &[String]| -> Vec<&Candidate> {
             let is_one = |c: &&Candidate| ids.iter().any(|id| id == c.id());
             candidates.iter().filter(is_one).collect()
@@ -65,7 +70,8 @@ impl Analysis<'_> {
         let invisible = candidates.iter().filter(|c| c.detection_limit().is_none());
         let invisible: Vec<String> = invisible.map(|c| c.id().to_owned()).collect();
         let is_blind = 2 * invisible.len() > candidates.len();
-        let unnamed = (verdict == Verdict::None).then(|| self.why_not_named(candidates));
+        let is_unsaid = verdict == Verdict::None && refusal.is_none();
+        let unnamed = is_unsaid.then(|| self.why_not_named(candidates));
         let unnamed = unnamed.flatten();
         let error = self.rms(&self.fitted.standardised(self.data), self.unit());
         Ok(Diagnosis {
@@ -119,12 +125,16 @@ impl Analysis<'_> {
         forms
     }
 
-    /// Fits what is named together with the base where slopes alone explained more: what is told of its errors is what a model has that the
+    /// Fits candidates together with the base where slopes alone explained more: what is told of its errors is what a model has that the
     /// effect is added to.
-    fn fit_named(&self, candidates: &mut [Candidate], named: &[String]) {
+    fn fit_where(
+        &self,
+        candidates: &mut [Candidate],
+        is_wanted: impl Fn(&Candidate) -> bool + Sync,
+    ) {
         let unfitted = candidates
             .par_iter_mut()
-            .filter(|c| c.refit.is_none() && named.iter().any(|id| id == c.id()));
+            .filter(|c| c.refit.is_none() && is_wanted(c));
         unfitted.for_each(|candidate| {
             let Some(explanation) = &candidate.explanation else {
                 return;
@@ -160,7 +170,7 @@ impl Analysis<'_> {
         let refusal = refusal.map(|((effect, score), better)| {
             let percent = 100.0 * score / better.score;
             format!(
-                "{} comes near it, and explains {percent:.0} % of what is explained where {}, by a function of any form",
+                "{} comes nearest and is not named: it explains {percent:.0} % of what a function of any form explains where {}",
                 effect.id(),
                 better.place
             )
@@ -175,7 +185,7 @@ impl Analysis<'_> {
             verdict,
             remainder,
             search: search.filter(|_| verdict != Verdict::None),
-            refusal: refusal.filter(|_| verdict == Verdict::Unknown),
+            refusal,
         })
     }
 

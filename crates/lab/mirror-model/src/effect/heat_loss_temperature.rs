@@ -1,6 +1,6 @@
 //! Heat is not lost in proportion to the temperature: air conducts and convects better when hot, silicon worse.
 
-use super::{Acts, Effect, Info, Moment, Parameter, Stage, parameter};
+use super::{Acts, Effect, Heater, Info, Moment, Parameter, Stage, Strengths, parameter};
 use std::borrow::Cow;
 
 /// One law of loss: what is lost beyond a loss in proportion, with the same slope at the start, for a strength of 1 (K).
@@ -115,7 +115,8 @@ static THROUGH_SILICON: Info = info(
     "conduction through silicon, k as T^-1.3 (Glassbrenner and Slack 1964)",
     &THROUGH_SILICON_STRENGTH,
 );
-// Like the linear one: the loss at 100 K is doubled at the most.
+// Like the linear one: the loss at 100 K, and where a heater on a bench is hottest, is doubled at the most. Without that end it does in every
+// lamp what radiation does.
 static TO_SECOND_ORDER_STRENGTH: [Parameter; 1] = [parameter("q", "1/K^2", 1e-5, 0.0, 1e-4)];
 static TO_SECOND_ORDER: Info = info(
     "P' = P - q dT^3/R_T",
@@ -134,6 +135,15 @@ impl Effect for HeatLossTemperature {
 
     fn other_forms(&self) -> &'static [&'static dyn Effect] {
         self.others
+    }
+
+    fn strengths_in(&self, heater: &Heater) -> Option<Strengths> {
+        let doubled = heater.least_rise_k.powi(-2);
+        (self.form == CONVEX.form).then_some(Strengths {
+            usual: 0.1 * doubled,
+            low: 0.0,
+            high: doubled,
+        })
     }
 
     fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
