@@ -12,9 +12,10 @@ use std::borrow::Cow;
 pub(super) const DENSE_ROWS: usize = 1500;
 /// A session has so many readings at most: what is computed with 240 virtual mirrors of each takes 40 MB then.
 const MOST_READINGS: usize = 20_000;
-/// Rows that are kept of a held drive lie apart by this ratio of the time since its jump, 24 a decade: what poles do there is
-/// smooth in the logarithm of time.
-const THINNING: f64 = 1.1;
+/// Rows that are kept of a held drive lie apart by one of these ratios of the time since its jump, from 24 to 4 a decade: what poles do there
+/// is smooth in the logarithm of time. The first with which no more rows are kept than a diagnosis simulates in a minute.
+const THINNING: [f64; 4] = [1.1, 1.2, 1.4, 1.8];
+const MOST_HELD: usize = 5000;
 /// Straight lines between the rows that are kept of a moving drive are off by this part of its range at most (root mean square):
 /// what a sine of 20 rows a period leaves.
 const STRAIGHT: f64 = 0.01;
@@ -127,11 +128,16 @@ fn thin(file: &MeasurementFile) -> MeasurementFile {
     } else if keys.drive_is_interpolated() {
         straight(&file.rows)
     } else {
-        let kept = about_jumps(&file.rows);
+        let mut kept = about_jumps(&file.rows, THINNING[0]);
         if kept.len() > file.rows.len() / 2 && kept.len() > DENSE_ROWS {
             keys.set("drive", "ramp");
             straight(&file.rows)
         } else {
+            for ratio in &THINNING[1..] {
+                if kept.len() > MOST_HELD {
+                    kept = about_jumps(&file.rows, *ratio);
+                }
+            }
             kept
         }
     };
@@ -173,8 +179,8 @@ fn binned(rows: &[Row]) -> Settled {
     }))
 }
 
-/// Those next to a jump of the drive or of the stage, and others ever further apart.
-fn about_jumps(rows: &[Row]) -> Vec<Row> {
+/// Those next to a jump of the drive or of the stage, and others ever further apart, by this ratio of the time since.
+fn about_jumps(rows: &[Row], ratio: f64) -> Vec<Row> {
     let (mut kept, mut jumped_at, mut next) = (Vec::new(), rows[0].t_s, 0.0);
     for (index, row) in rows.iter().enumerate() {
         let moves = |before: &Row| {
@@ -191,7 +197,7 @@ fn about_jumps(rows: &[Row]) -> Vec<Row> {
         let since = row.t_s - jumped_at;
         if since >= next || index + 1 == rows.len() {
             kept.push(index);
-            next = since * THINNING;
+            next = since * ratio;
         }
     }
     kept.into_iter().map(|index| rows[index]).collect()
