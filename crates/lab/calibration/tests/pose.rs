@@ -1,8 +1,8 @@
 //! Levers and shapes from poses, of a plate that is known.
 
 use calibration::{PlatePose, PoseError, PosePoint, Reach, posed, poses_to_measure, tabulate};
-use control_core::calibration::{Parts, Plate};
-use control_core::{CHANNELS, Calibration, Limits, Micrometre, PlateInverse, Pose, Radian};
+use control_core::calibration::{Lag, Parts, Plate};
+use control_core::{CHANNELS, Calibration, Limits, Micrometre, PlateInverse, Pose, Radian, Second};
 use mirror_model::{Model, Preset};
 
 fn calibration(lever_um: f32) -> Calibration {
@@ -97,6 +97,79 @@ fn a_plate_on_uneven_actuators_is_found() {
             "{reached:?} for {asked:?}"
         );
     }
+}
+
+/// Hysteresis holds a mirror that was moved off its rest, where the sensor's zero was taken.
+#[test]
+fn an_instrument_whose_zero_is_not_at_rest_tells_the_same_plate() {
+    let before = calibration(500.0);
+    let points = measured(&before);
+    let zero = PlatePose {
+        z_um: 0.4,
+        tilt_x_rad: 6e-4,
+        tilt_y_rad: -3e-4,
+    };
+    let off = points.iter().map(|point| PosePoint {
+        reached: point.reached.map(|pose| PlatePose {
+            z_um: pose.z_um - zero.z_um,
+            tilt_x_rad: pose.tilt_x_rad - zero.tilt_x_rad,
+            tilt_y_rad: pose.tilt_y_rad - zero.tilt_y_rad,
+        }),
+        ..*point
+    });
+    let found = posed(&before, &off.collect::<Vec<_>>()).expect("a plate");
+    let level = posed(&before, &points).expect("a plate");
+    // A tenth of what the zero is off by: the lowest poses lie above rest by a thirteenth of the range, and curves go on below them.
+    assert!((found.zero.z_um - zero.z_um).abs() < 0.04, "{found:?}");
+    assert!(
+        (found.zero.tilt_x_rad - zero.tilt_x_rad).abs() < 6e-5,
+        "{found:?}"
+    );
+    assert!(
+        (found.zero.tilt_y_rad - zero.tilt_y_rad).abs() < 6e-5,
+        "{found:?}"
+    );
+    let plates = [found, level].map(|posed| posed.calibration.parts().plate);
+    for (one, other) in plates[0].levers.iter().zip(&plates[1].levers) {
+        // A percent of a lever of 300 um.
+        assert!(
+            (one.x.0 - other.x.0).hypot(one.y.0 - other.y.0) < 3.0,
+            "{plates:?}"
+        );
+    }
+}
+
+/// Where an actuator rests depends on where it came from.
+#[test]
+fn hysteresis_is_taken_neither_for_shared_heat_nor_for_growing_losses() {
+    const FRICTION_UM: f64 = 0.15;
+    let lag = |weight, s| Lag {
+        weight,
+        time: Second(s),
+    };
+    let mut parts = *calibration(500.0).parts();
+    parts.heat.fast = [lag(0.5, 6e-4), lag(0.43, 0.036), lag(0.0, 0.0)];
+    parts.heat.slow = [lag(0.07, 5.0), lag(0.0, 5.0)];
+    let before = Calibration::new(parts).expect("the paper's poles");
+    let mut points = measured(&before);
+    let mut was_um = [0.0; CHANNELS];
+    for point in &mut points {
+        let at_um = asked_um(&before, &point.asked);
+        let held =
+            std::array::from_fn(|i| at_um[i] - FRICTION_UM * (at_um[i] - was_um[i]).signum());
+        point.reached = Some(plate_reaches(held));
+        was_um = at_um;
+    }
+    let found = posed(&before, &points).expect("a plate").calibration;
+    let shared: f32 = found.parts().heat.shared.iter().sum();
+    let growths = found
+        .actuators()
+        .each_ref()
+        .map(|it| it.loss_growth.0.abs());
+    let growth = growths.iter().sum::<f32>() / CHANNELS as f32;
+    // Nothing is shared, and no loss grows. Friction of a thousandth of the range leaves both open: a percent of a pole, and 3 % of a loss at
+    // 100 K.
+    assert!(shared < 0.01 && growth < 3e-4, "{shared}, {growths:?}");
 }
 
 #[test]

@@ -67,6 +67,7 @@ pub fn calibrate_pose(
         calibration: with_assumed_levers(calibration),
         piston_rms_um: f64::NAN,
         tilt_rms_rad: f64::NAN,
+        zero: PlatePose::default(),
     };
     for _ in 0..rounds {
         let points = measured(&found.calibration, config)?;

@@ -8,7 +8,8 @@
 //!
 //! `d_i` is the position at which the table of actuator i says what it is warm, `f_i` the one that it took, a smooth bend of it, and
 //! `share_i` what it moves the plate by. How warm it is follows from what was asked before, by the poles of the calibration; how much of
-//! each pole the four actuators share, and how the loss of each grows, is sought with the rest, all of it by least squares with a prior.
+//! each pole the four actuators share, how the loss of each grows, and the pose at which the instrument has its zero are sought with the
+//! rest, all of it by least squares with a prior.
 //! Positions are counted so that a level plate has all four actuators where it is itself, which leaves one scale, along the warp. Only
 //! poses with a warp show it, and only they depend on it; levers are exact up to that scale.
 //!
@@ -55,6 +56,16 @@ pub struct Posed {
     pub piston_rms_um: f64,
     /// And of the tilts (rad).
     pub tilt_rms_rad: f64,
+    /// The pose at which what was measured is zero: the rest that it counts from, of a mirror that was moved.
+    pub zero: PlatePose,
+}
+
+impl Posed {
+    /// What it promises of the plate's height above a spot, x and y from its centre in um (um, root mean square).
+    pub fn promised_rms_um(&self, [x_um, y_um]: [f64; 2]) -> f64 {
+        self.piston_rms_um
+            .hypot(x_um.hypot(y_um) * self.tilt_rms_rad)
+    }
 }
 
 /// Poses that tell levers and shapes: level ones all over the range, and tilts to both sides about both axes, the largest ones
@@ -149,7 +160,7 @@ pub fn posed(calibration: &Calibration, points: &[PosePoint]) -> Result<Posed, P
     if let Some(bad) = points.iter().position(|point| !is_finite(point)) {
         return Err(PoseError::NotFinite(bad + 1));
     }
-    let fit = PlateFit::new(parts, points);
+    let mut fit = PlateFit::new(parts, points);
     let found = fit.best().ok_or(PoseError::NoPlate { left_um: f64::NAN })?;
     let (piston_um, tilts_um) = fit.rms_um(&found);
     let left_um = (piston_um * piston_um + 2.0 * tilts_um * tilts_um).sqrt();
@@ -167,6 +178,11 @@ pub fn posed(calibration: &Calibration, points: &[PosePoint]) -> Result<Posed, P
         calibration: outcome.calibration(points)?,
         piston_rms_um: piston_um,
         tilt_rms_rad: tilts_um / fit.lever_um,
+        zero: PlatePose {
+            z_um: found.zero_um.x,
+            tilt_x_rad: found.zero_um.y / fit.lever_um,
+            tilt_y_rad: found.zero_um.z / fit.lever_um,
+        },
     })
 }
 
