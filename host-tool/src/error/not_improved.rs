@@ -44,4 +44,18 @@ pub enum NotImproved {
     )]
     #[diagnostic(help("was the spot moved since? Begin again with another folder"))]
     PoseNotBetter { before_um: f64, after_um: f64 },
+
+    #[error(
+        "with what was found the plate was {after_um:.3} um rms from where it was asked to be under the last spot, where \
+         {promised_um:.3} um were promised, and {before_um:.3} um before; the board has the calibration of before"
+    )]
+    #[diagnostic(help(
+        "was the sensor or the spot moved since? Begin again with another folder, and a longer --settle: what still creeps or warms \
+         is taken for the plate's"
+    ))]
+    PosePromiseBroken {
+        before_um: f64,
+        after_um: f64,
+        promised_um: f64,
+    },
 }

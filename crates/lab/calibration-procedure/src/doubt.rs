@@ -5,7 +5,7 @@
 const BY_CHANCE: f64 = 2.5;
 /// Errors at rest of so many times what the residuals promise are no chance: eight positions come to 1.6 times in one of a
 /// hundred (chi-squared), and positions that were not refined at may be twice as far off.
-const BROKEN_PROMISE: f64 = 3.0;
+pub const BROKEN_PROMISE: f64 = 3.0;
 /// What moves may leave however good the calibration before was, figure by figure: what is required of positioning
 /// (`docs/requirements.md`).
 const OVERSHOOT_PERCENT: f64 = 1.0;

@@ -20,7 +20,7 @@ mod screening;
 mod trial;
 
 pub use bench::{Bench, Part};
-pub use doubt::Doubt;
+pub use doubt::{BROKEN_PROMISE, Doubt};
 pub use procedure::{Calibrated, Procedure, Source};
 pub use screening::{ReadingCounts, SensorError};
 pub use trial::{Figures, Point, Series, Trial};

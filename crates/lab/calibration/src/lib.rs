@@ -7,6 +7,7 @@
 //! - [`ringing`] finds the plate's resonance in how it rings, and [`with_resonance`] leads moves through it;
 //! - [`rehearse`] tells what a board with such a calibration would leave along a standard path;
 //! - [`with_piston_residual`] notes what a calibration left where it was tried, for the uncertainty of positions;
+//! - [`with_broken_promise`] notes that it left more than it promised;
 //! - [`with_ambient_ratio`] finds what a kelvin of the surroundings is worth, where the mirror rested in others;
 //! - [`posed`] finds levers, each actuator's own table and what they share of their heat in poses that were measured;
 //! - [`Reach`] tells which poses a plate reaches;
@@ -41,7 +42,7 @@ pub use pose::{
 pub use reach::{PlatePose, Reach};
 pub use refine::{RefineError, Refined, refined};
 pub use rehearsal::{Left, Rehearsal, rehearse};
-pub use residual::with_piston_residual;
+pub use residual::{with_broken_promise, with_piston_residual};
 pub use ringing::{ringing, with_resonance};
 
 use control_core::calibration::{Bounds, Label, Origin, Parts, Plate};

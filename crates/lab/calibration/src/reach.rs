@@ -14,6 +14,13 @@ pub struct PlatePose {
     pub tilt_y_rad: f64,
 }
 
+impl PlatePose {
+    /// How high the plate is above a spot, x and y from its centre in um (um).
+    pub fn height_um(&self, [x_um, y_um]: [f64; 2]) -> f64 {
+        self.z_um + y_um * self.tilt_x_rad - x_um * self.tilt_y_rad
+    }
+}
+
 impl From<PlatePose> for Pose {
     fn from(pose: PlatePose) -> Self {
         Self {

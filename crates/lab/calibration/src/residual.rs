@@ -39,3 +39,42 @@ pub fn with_piston_residual(
         ..*parts
     })
 }
+
+/// `calibration`, which left so many times what it promises where it was tried. One that left less promises no less.
+///
+/// # Errors
+/// Where that is no number that a mirror can have.
+pub fn with_broken_promise(
+    calibration: &Calibration,
+    times: f64,
+) -> Result<Calibration, CalibrationError> {
+    let parts = calibration.parts();
+    let times = times.max(1.0) as f32;
+    Calibration::new(Parts {
+        residual: Residual {
+            piston: Micrometre(times * parts.residual.piston.0),
+            apart: times * parts.residual.apart,
+            ..parts.residual
+        },
+        ..*parts
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mirror_model::{Model, Preset};
+
+    #[test]
+    fn a_promise_that_was_broken_is_made_larger_and_one_that_was_kept_stays() {
+        let tabulated = crate::tabulate(&Model::from(Preset::Reconciled)).expect("it tabulates");
+        let residual = |times| {
+            let noted = with_broken_promise(&tabulated.calibration, times);
+            noted.expect("a mirror can have it").parts().residual
+        };
+        assert_eq!(residual(0.5), UNTRIED);
+        let broken = residual(2.0);
+        assert_eq!(broken.piston.0, 2.0 * UNTRIED.piston.0);
+        assert_eq!(broken.apart, 2.0 * UNTRIED.apart);
+    }
+}

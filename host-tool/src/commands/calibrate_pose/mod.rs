@@ -6,10 +6,11 @@
 
 mod readings;
 mod report;
+mod trial;
 
 use calibration::{
-    PlatePose, PosePoint, Posed, Reach, posed, poses_over_spots, poses_to_measure,
-    with_assumed_levers,
+    PlatePose, PoseError, PosePoint, Posed, Reach, posed, poses_over_spots, poses_to_measure,
+    with_assumed_levers, with_broken_promise,
 };
 use control_core::{Calibration, Limits};
 use experiments::calibration::RANGE;
@@ -18,11 +19,13 @@ use quantities::{Hold, Span};
 
 use self::readings::{AtPose, PoseSession, Spot, table};
 use self::report::CalibratePoseReport;
+use self::trial::{Trial, tried};
 use super::calibrate::fall_back;
 use super::calibration_file::load_in_use;
 use super::interrupt::Interrupt;
 use super::measure::keyboard::Keyboard;
 use super::measure::possible::make_directory;
+use super::measure::rested::Rested;
 use super::measure::sensor::Sensor;
 use super::measure::spots::Spots;
 use super::moving::{self, Pace};
@@ -35,8 +38,6 @@ use crate::verbosity::note;
 
 /// A sensor's zero and the mirror together may go so far while a spot is read (um): it is taken out as a straight line of time.
 const DRIFT_UM: f64 = 0.5;
-/// Every so many of the poses are tried under the new calibration: a dozen.
-const TRIED: usize = 5;
 
 /// Measures spot after spot, or takes what an instrument has read, and keeps the calibration where the mirror follows it better.
 pub(super) async fn run(board: &Board, ask: CalibratePose, json: bool) -> Result<(), ToolError> {
@@ -143,27 +144,22 @@ impl<'a> OnPlate<'a> {
             session.keep(Spot::new(at_um, read))?;
         }
         let found = posed(self.begin, &self.points(session)?)?;
-        let last = session
-            .spots
-            .last()
-            .ok_or(calibration::PoseError::SpotsOnALine)?;
-        let tried: Vec<PlatePose> = self.poses.iter().copied().step_by(TRIED).collect();
-        let before_um = last.off_um(&self.poses);
+        let last = session.spots.last().ok_or(PoseError::SpotsOnALine)?;
+        let poses = tried(&self.poses);
         let on_trial = self
             .board
             .use_calibration(&found.calibration, CalibrationUse::OnTrial);
         on_trial.await?;
-        let after_um = Spot::new(last.at_um, self.read(&tried).await?).off_um(&tried);
-        // Not so for NaN.
-        let is_better = after_um < before_um;
-        if !is_better {
-            return Err(NotImproved::PoseNotBetter {
-                before_um,
-                after_um,
-            }
-            .into());
-        }
-        let report = CalibratePoseReport::of_spots(&found, session, (before_um, after_um));
+        let before = last.with_read(tried(&last.read));
+        let after = last.with_read(self.read(&poses).await?);
+        let trial = Trial::new(&poses, (&before, &after), &found);
+        trial.check()?;
+        let report = CalibratePoseReport::of_spots(&found, session, &trial);
+        let calibration = with_broken_promise(&found.calibration, trial.times_promised());
+        let found = Posed {
+            calibration: calibration.map_err(PoseError::from)?,
+            ..found
+        };
         Ok((found, report))
     }
 
@@ -186,8 +182,11 @@ impl<'a> OnPlate<'a> {
 
     /// Heights of the plate under the sensor's spot at the poses, from rest, less what drifted meanwhile.
     async fn read(&self, poses: &[PlatePose]) -> Result<Vec<AtPose>, ToolError> {
-        let off = self.board.off().await?;
-        self.board.wait(off.tick, self.pace.settle).await?;
+        note("letting the mirror come to rest");
+        let rested = Rested::wait_for(self.board, &self.sensor).await?;
+        if let Some(unrest) = rested.unrest() {
+            note(unrest);
+        }
         let rest_um = self.read_sensor(None).await?;
         let mut read = Vec::with_capacity(poses.len());
         for pose in poses {

@@ -38,7 +38,7 @@ pub(super) struct Spot {
     pub(super) at_um: [f64; 2],
     /// Piston (um) and tilts (rad) that were asked for.
     asked: Vec<[f64; 3]>,
-    read: Vec<AtPose>,
+    pub(super) read: Vec<AtPose>,
 }
 
 /// The spots that are whole.
@@ -66,18 +66,19 @@ impl Spot {
         }
     }
 
-    /// How high a plate at `pose` is above the spot (um).
-    fn height_um(&self, pose: &PlatePose) -> f64 {
-        let [x, y] = self.at_um;
-        pose.z_um + y * pose.tilt_x_rad - x * pose.tilt_y_rad
+    /// The same spot with some of what was read under it.
+    pub(super) fn with_read(&self, read: Vec<AtPose>) -> Self {
+        Self::new(self.at_um, read)
     }
 
-    /// How far the plate was from where it was asked to be under the spot, where no limit held it (um, root mean square).
-    pub(super) fn off_um(&self, poses: &[PlatePose]) -> f64 {
+    /// How far the plate was from where it was asked to be under the spot, where no limit held it (um, root mean square). Readings count from
+    /// `zero`.
+    pub(super) fn off_um(&self, poses: &[PlatePose], zero: &PlatePose) -> f64 {
+        let zero_um = zero.height_um(self.at_um);
         let pairs = self.read.iter().zip(poses);
         let off: Vec<f64> = pairs
             .filter(|(at, _)| !at.is_limited)
-            .map(|(at, pose)| at.z_um - self.height_um(pose))
+            .map(|(at, pose)| zero_um + at.z_um - pose.height_um(self.at_um))
             .collect();
         let squares: f64 = off.iter().map(|um| um * um).sum();
         (squares / off.len() as f64).sqrt()
@@ -91,7 +92,7 @@ impl Spot {
             })
         };
         let read = range(&mut self.read.iter().map(|at| at.z_um));
-        let asked = range(&mut poses.iter().map(|pose| self.height_um(pose)));
+        let asked = range(&mut poses.iter().map(|pose| pose.height_um(self.at_um)));
         let bad = |reason: String| {
             let [x, y] = self.at_um;
             Err(NotImproved::PoseSensor { x, y, reason }.into())
@@ -99,7 +100,7 @@ impl Spot {
         for end in [read.0, read.1] {
             let pairs = self.read.iter().zip(poses);
             let there = pairs.filter(|(at, _)| (at.z_um - end).abs() < SAME_UM);
-            let heights = range(&mut there.map(|(_, pose)| self.height_um(pose)));
+            let heights = range(&mut there.map(|(_, pose)| pose.height_um(self.at_um)));
             // A sensor that reads the same everywhere is off.
             if heights.1 - heights.0 > APART_UM && read.1 - read.0 > SAME_UM {
                 return bad(format!(

@@ -7,6 +7,7 @@ use calibration::Posed;
 use serde::Serialize;
 
 use super::readings::PoseSession;
+use super::trial::Trial;
 use crate::report::decimal;
 
 #[derive(Serialize)]
@@ -29,15 +30,15 @@ pub(super) struct CalibratePoseReport {
 }
 
 impl CalibratePoseReport {
-    pub(super) fn of_spots(found: &Posed, session: &PoseSession, tried_um: (f64, f64)) -> Self {
+    pub(super) fn of_spots(found: &Posed, session: &PoseSession, trial: &Trial) -> Self {
         let poses = session
             .spots
             .first()
             .map_or(0, |spot| spot.heights().z_um.len());
         Self {
             spots: session.spots.len(),
-            before_um: Some(tried_um.0),
-            after_um: Some(tried_um.1),
+            before_um: Some(trial.before_um),
+            after_um: Some(trial.after_um),
             ..Self::of_a_file(found, poses)
         }
     }

@@ -12,6 +12,7 @@ pub(crate) mod readings;
 pub(super) mod reference;
 mod report;
 mod rest;
+pub(crate) mod rested;
 pub(crate) mod run;
 pub(crate) mod sensor;
 mod serial;
