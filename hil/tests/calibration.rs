@@ -7,8 +7,9 @@ use control_core::Calibration;
 use hil::{Bench, RawLink};
 use mirror_model::{Model, Symbol};
 use mirror_protocol::{
-    CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal, CalibrationUse,
-    CalibrationUseEndpoint, CalibrationWriteEndpoint, Chunk, Kept, PROTOCOL_VERSION, Refusal,
+    CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal,
+    CalibrationRevertEndpoint, CalibrationUse, CalibrationUseEndpoint, CalibrationWriteEndpoint,
+    Chunk, Kept, PROTOCOL_VERSION, Refusal,
 };
 use virtual_mirror::MirrorConfig;
 
@@ -37,15 +38,20 @@ fn write(link: &mut RawLink, offset: usize, piece: &[u8]) -> Result<(), Refusal>
         .unwrap()
 }
 
-/// What is in use after an upload, or what is said of it.
+/// What is in use after an upload for good, or what is said of it.
 fn upload(link: &mut RawLink, bytes: &[u8]) -> Result<CalibrationInfo, String> {
+    upload_for(CalibrationUse::ForGood, link, bytes)
+}
+
+fn upload_for(
+    usage: CalibrationUse,
+    link: &mut RawLink,
+    bytes: &[u8],
+) -> Result<CalibrationInfo, String> {
     for (i, piece) in bytes.chunks(192).enumerate() {
         write(link, 192 * i, piece).expect("pieces follow each other");
     }
-    let used = link
-        .ask::<CalibrationUseEndpoint>(&CalibrationUse::ForGood)
-        .unwrap()
-        .unwrap();
+    let used = link.ask::<CalibrationUseEndpoint>(&usage).unwrap().unwrap();
     used.map_err(|refusal| match refusal {
         CalibrationRefusal::Unusable(said) => said.as_str().to_owned(),
         CalibrationRefusal::Refused(refusal) => format!("{refusal:?}"),
@@ -114,6 +120,32 @@ fn a_file_is_loaded_and_one_that_cannot_be_used_changes_nothing() {
         let status = bench.json(&["status"]);
         assert_eq!(status["calibration"]["device"], "mirror 7", "{status}");
     }
+}
+
+/// As `calibrate` leaves it that is killed in its trial.
+#[test]
+fn one_that_is_left_on_trial_is_told_whoever_moves_the_mirror() {
+    let bench = Bench::emulated(MirrorConfig::bench());
+    let moved = || {
+        let said = bench.tool(&["set-z", "50um", "--settle", "10ms", "--quiet"]);
+        assert_eq!(said.code, 0, "{}", said.err);
+        said.err
+    };
+    assert!(!moved().contains("on trial"));
+    let bytes = calibration().to_bytes();
+    upload_for(CalibrationUse::OnTrial, &mut link(&bench), &bytes).expect("it is good");
+    let warned = moved();
+    for words in ["mirror 7", "on trial", "a reset", "`host-tool calibrate`"] {
+        assert!(warned.contains(words), "{warned}");
+    }
+    let status = bench.tool(&["status"]).out;
+    assert!(status.contains("on trial: a reset or"), "{status}");
+    link(&bench)
+        .ask::<CalibrationRevertEndpoint>(&())
+        .unwrap()
+        .unwrap()
+        .expect("it goes back");
+    assert!(!moved().contains("on trial"));
 }
 
 #[test]

@@ -18,6 +18,7 @@ mod measure;
 mod monitor;
 mod moving;
 mod off;
+mod on_trial;
 pub(crate) mod pose;
 mod range;
 mod record;
@@ -63,6 +64,11 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
     let json = arguments.json;
     let chosen = || choose(arguments.board.as_deref());
     let open = async || Board::open(&chosen()?).await;
+    let open_to_move = async || {
+        let board = open().await?;
+        on_trial::warn(&board).await?;
+        Ok::<_, ToolError>(board)
+    };
     match arguments.command {
         Command::List => list::run(json).await,
         Command::Doctor => doctor::run(json).await,
@@ -72,9 +78,11 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         Command::Status { history } => status::look(&chosen()?, history, json).await,
         Command::SetZ { z, settle, hold } => {
             let pace = Pace::new(settle, hold, arguments.longest_hold)?;
-            set_z::run(&open().await?, z, pace, json).await
+            set_z::run(&open_to_move().await?, z, pace, json).await
         }
-        Command::Condition => condition::run(&open().await?, arguments.longest_hold, json).await,
+        Command::Condition => {
+            condition::run(&open_to_move().await?, arguments.longest_hold, json).await
+        }
         Command::SetPose {
             z,
             tilt_x,
@@ -84,7 +92,7 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         } => {
             let pace = Pace::new(settle, hold, arguments.longest_hold)?;
             let pose = TiltedPose::new(z, tilt_x, tilt_y);
-            set_pose::run(&open().await?, pose, pace, json).await
+            set_pose::run(&open_to_move().await?, pose, pace, json).await
         }
         Command::Room { compensate: None } => {
             let found = chosen()?;
@@ -155,7 +163,7 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         Command::Measure(Measure::Experiment(asked)) => {
             measure::run(&open().await?, asked, json).await
         }
-        Command::Scan(scan) => scan::run(&open().await?, scan, json).await,
+        Command::Scan(scan) => scan::run(&open_to_move().await?, scan, json).await,
         Command::Calibrate(ask) => calibrate::run(&open().await?, ask, json).await,
         Command::LoadCalibration { file } => {
             load_calibration::run(&open().await?, &file, json).await
