@@ -17,8 +17,8 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use emulated_board::{
-    Connected, Controls, Pace, Plant, Progress, Speed, StartError, StopFifos, ToolLink,
-    check_flash, claim_socket,
+    Connected, Controls, FlashClaim, Pace, Plant, Progress, Speed, StartError, StopFifos, ToolLink,
+    claim_socket,
 };
 use firmware_on_host::power_up;
 
@@ -79,6 +79,8 @@ pub struct BoardOnHost {
     thread: Option<JoinHandle<()>>,
     controls: Controls,
     socket: PathBuf,
+    /// Given back when the thread has ended.
+    _flash: Option<FlashClaim>,
 }
 
 impl BoardOnHost {
@@ -87,9 +89,9 @@ impl BoardOnHost {
     /// # Errors
     /// Where a number of the mirror is out of range, or its socket cannot be placed; nothing is left running then.
     pub fn start(serving: &Serving) -> Result<Self, ServeError> {
-        if let Some(file) = &serving.flash {
-            check_flash(file, FLASH_BYTES)?;
-        }
+        let flash = serving.flash.as_deref();
+        let flash = flash.map(|file| FlashClaim::take(file, FLASH_BYTES));
+        let flash = flash.transpose()?;
         let plant = Plant::new(&serving.connected)?;
         let socket = claim_socket(&serving.boards_directory, &serving.name)?;
         let controls = plant.controls();
@@ -111,6 +113,7 @@ impl BoardOnHost {
             thread: Some(thread),
             controls,
             socket,
+            _flash: flash,
         };
         board.wait_until_checked()?;
         Ok(board)

@@ -20,7 +20,7 @@ use tempfile::TempDir;
 use crate::controls::Controls;
 use crate::logs::LogTable;
 use crate::pace::{Pace, Speed};
-use crate::place::{claim_socket, place_flash, private_directory, remove};
+use crate::place::{FlashClaim, claim_socket, place_flash, private_directory, remove};
 use crate::plant::{Connected, Plant, Progress};
 use crate::qemu;
 use crate::stack::Stack;
@@ -64,6 +64,7 @@ pub struct EmulatedBoard {
     controls: Controls,
     log: Log,
     directory: TempDir,
+    _flash: Option<FlashClaim>,
 }
 
 impl EmulatedBoard {
@@ -89,7 +90,7 @@ impl EmulatedBoard {
         for fifo in fifos.iter().chain(&stop) {
             mkfifoat(CWD, fifo, Mode::RUSR | Mode::WUSR).map_err(io::Error::from)?;
         }
-        place_flash(directory.path(), emulation.flash.as_deref())?;
+        let flash = place_flash(directory.path(), emulation.flash.as_deref())?;
         let mut qemu = qemu::command(&image, directory.path(), &socket, emulation.has_monitor)
             .spawn()
             .map_err(StartError::Qemu)?;
@@ -111,6 +112,7 @@ impl EmulatedBoard {
             controls,
             log,
             directory,
+            _flash: flash,
         };
         board.wait_for_socket(&complaints)?;
         Ok(board)

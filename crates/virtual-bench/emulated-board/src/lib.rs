@@ -28,7 +28,7 @@ pub use faults::{Observed, PlantFault, Upset};
 pub use logs::{LogError, LogTable};
 pub use mirror::{Device, Mirror};
 pub use pace::{NoSpeed, Pace, Speed, Traffic};
-pub use place::{check_flash, claim_socket, private_directory};
+pub use place::{FlashClaim, claim_socket, private_directory};
 pub use plant::{Connected, Load, Plant, Progress};
 pub use qemu::{MACHINE_ARGUMENTS, QEMU};
 pub use stack::Stack;

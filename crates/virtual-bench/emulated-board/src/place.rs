@@ -1,7 +1,7 @@
 //! Where a board's files lie: its socket, its flash, and what goes with it.
 
 use std::ffi::OsStr;
-use std::fs::{self, Permissions};
+use std::fs::{self, File, Permissions, TryLockError};
 use std::io;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{PermissionsExt, symlink};
@@ -74,11 +74,13 @@ pub(crate) fn remove(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Gives the board its flash: the file `flash`, or one of its own.
-pub(crate) fn place_flash(directory: &Path, flash: Option<&Path>) -> Result<(), StartError> {
-    if let Some(file) = flash {
-        check_flash(file, plant_link::FLASH_BYTES)?;
-    }
+/// Gives the board its flash: the file `flash`, which is claimed, or one of its own.
+pub(crate) fn place_flash(
+    directory: &Path,
+    flash: Option<&Path>,
+) -> Result<Option<FlashClaim>, StartError> {
+    let claim = flash.map(|file| FlashClaim::take(file, plant_link::FLASH_BYTES));
+    let claim = claim.transpose()?;
     let place = directory.join(OsStr::from_bytes(plant_link::FLASH.to_bytes()));
     let file = flash.unwrap_or(&place);
     if !file.exists() {
@@ -87,9 +89,43 @@ pub(crate) fn place_flash(directory: &Path, flash: Option<&Path>) -> Result<(), 
             vec![plant_link::FLASH_ERASED; plant_link::FLASH_BYTES],
         )?;
     }
-    match flash {
-        Some(file) => Ok(symlink(fs::canonicalize(file)?, place)?),
-        None => Ok(()),
+    if let Some(file) = flash {
+        symlink(fs::canonicalize(file)?, place)?;
+    }
+    Ok(claim)
+}
+
+/// A file that is one board's flash until this is dropped, or the process that has it ends: two boards would overwrite each other's
+/// calibration and fault log.
+#[derive(Debug)]
+pub struct FlashClaim {
+    _lock: File,
+}
+
+impl FlashClaim {
+    /// Claims a file as a flash of so many bytes, before anything is written to it. What is locked is a file beside it, since a flash that is
+    /// written becomes another file.
+    ///
+    /// # Errors
+    /// Where it is something else, or another board's flash.
+    pub fn take(file: &Path, bytes: usize) -> Result<Self, StartError> {
+        check_flash(file, bytes)?;
+        let mut beside = fs::canonicalize(file)
+            .unwrap_or_else(|_| file.to_owned())
+            .into_os_string();
+        beside.push(".lock");
+        let refused = |reason: String| StartError::Flash {
+            path: file.to_owned(),
+            reason,
+        };
+        let lock = File::create(&beside).map_err(|error| refused(error.to_string()))?;
+        match lock.try_lock() {
+            Ok(()) => Ok(Self { _lock: lock }),
+            Err(TryLockError::WouldBlock) => Err(refused(
+                "another board that runs has it; end that one, or name another file".to_owned(),
+            )),
+            Err(TryLockError::Error(error)) => Err(refused(error.to_string())),
+        }
     }
 }
 
@@ -97,7 +133,7 @@ pub(crate) fn place_flash(directory: &Path, flash: Option<&Path>) -> Result<(), 
 ///
 /// # Errors
 /// Where it is something else.
-pub fn check_flash(file: &Path, bytes: usize) -> Result<(), StartError> {
+fn check_flash(file: &Path, bytes: usize) -> Result<(), StartError> {
     let reason = match fs::metadata(file) {
         Ok(found) if !found.is_file() => "it is there and is no file".to_owned(),
         Ok(found) if found.len() != bytes as u64 => format!(
@@ -148,6 +184,25 @@ mod tests {
             let said = check_flash(Path::new(path), 4).expect_err(path).to_string();
             assert!(said.contains(path) && said.contains(reason), "{said}");
         }
+    }
+
+    #[test]
+    fn a_flash_is_one_board_s_until_it_ends() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("bench.flash");
+        let first = FlashClaim::take(&file, 4).expect("nobody has it");
+        let other_name = folder.path().join("link.flash");
+        fs::write(&file, [0xff; 4]).expect("ours");
+        symlink(&file, &other_name).expect("ours");
+        for name in [&file, &other_name] {
+            let said = FlashClaim::take(name, 4).expect_err("it is taken");
+            assert!(
+                said.to_string().contains("another board that runs"),
+                "{said}"
+            );
+        }
+        drop(first);
+        FlashClaim::take(&other_name, 4).expect("it is free again");
     }
 
     #[test]
