@@ -1,7 +1,8 @@
 //! Calibration files: read again as they were written, refused one field off at a time.
 
 use calibration::{from_toml, tabulate, to_toml};
-use control_core::Calibration;
+use control_core::calibration::{Parts, Plate};
+use control_core::{Calibration, Micrometre};
 use mirror_model::Model;
 
 const MODEL: &str = r#"
@@ -112,4 +113,23 @@ fn an_actuator_that_is_missing_is_missed() {
     let last = text.rfind("[[actuators]]").expect("four of them");
     let said = from_toml("mirror.toml", &text[..last]).expect_err("three actuators");
     assert!(said.to_string().contains("3 actuators"), "{said}");
+}
+
+/// A plate of half a millimetre whose levers were written in another unit by hand.
+#[test]
+fn levers_of_another_unit_are_refused_with_what_levers_may_be() {
+    let levers = Calibration::new(Parts {
+        plate: Plate::cross(Micrometre(212.5)),
+        ..*calibration().parts()
+    });
+    let text = to_toml(&levers.expect("a plate"));
+    from_toml("mirror.toml", &text).expect("micrometres");
+    for other in ["0.0002125", "0.2125", "212500.0"] {
+        let spoiled = text.replace("212.5", other);
+        assert_ne!(spoiled, text);
+        let refused = from_toml("mirror.toml", &spoiled).expect_err(other);
+        let said = refused.to_string();
+        assert!(said.contains("levers[0]"), "{said}");
+        assert!(said.contains("1 to 100000 um"), "{said}");
+    }
 }

@@ -1,5 +1,7 @@
 //! A calibration as its file holds it: quantities by their names in TOML, lists as long as they are used.
 
+use std::ops::RangeInclusive;
+
 use control_core::calibration::{
     Bounds, FAST_POLES, Heat, Label, Lag, Lever, Memory, Origin, Parts, Path, Plate, Play,
     Residual, Resonance, SENSED_RISES, SensedRises,
@@ -10,6 +12,10 @@ use control_core::{
     KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second, SecondPerKelvin, Volt, Watt,
 };
 use serde::{Deserialize, Serialize};
+
+/// How long levers are (um). MEMS mirrors are millimetres wide, the paper's half a millimetre: the ends are far from any, and keep out levers
+/// in metres, millimetres and nanometres.
+const LEVERS_UM: RangeInclusive<f32> = 1.0..=1e5;
 
 /// The version of the format that this crate reads and writes.
 const FORMAT: u32 = 1;
@@ -312,7 +318,15 @@ impl Stored {
     fn plate(&self) -> Result<Plate, String> {
         let levers: Vec<Lever> = self.levers.iter().map(StoredLever::read).collect();
         match <[Lever; CHANNELS]>::try_from(levers) {
-            Ok(levers) => Ok(Plate { levers }),
+            Ok(levers) => match levers.iter().position(|lever| !is_a_lever(lever)) {
+                None => Ok(Plate { levers }),
+                Some(index) => Err(format!(
+                    "levers[{index}] is {:e} um long, and an actuator acts {} to {} um from the plate's centre; x_um and y_um are in micrometres",
+                    length_um(&levers[index]),
+                    LEVERS_UM.start(),
+                    LEVERS_UM.end()
+                )),
+            },
             Err(none) if none.is_empty() => Ok(Plate::UNKNOWN),
             Err(some) => Err(format!("it has {} levers, not {CHANNELS}", some.len())),
         }
@@ -375,6 +389,15 @@ impl StoredPole {
             time: Second(self.time_s as f32),
         }
     }
+}
+
+fn length_um(lever: &Lever) -> f32 {
+    lever.x.0.hypot(lever.y.0)
+}
+
+/// Not so for NaN. Levers that are all nothing are none ([`Plate::UNKNOWN`]).
+fn is_a_lever(lever: &Lever) -> bool {
+    LEVERS_UM.contains(&length_um(lever))
 }
 
 impl StoredLever {
