@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use calibration::{PlatePose, PosePoint, SpotHeights};
 use serde::{Deserialize, Serialize};
 
+use crate::commands::measure::spots::possible;
 use crate::error::{NotImproved, ToolError, UnusableInput};
 use crate::new_file::NewFile;
 
@@ -215,7 +216,13 @@ const COLUMNS: [&str; 7] = [
 /// The poses of a table with these columns in any order, row after row. A row without a reading was held only.
 pub(super) fn table(file: &Path) -> Result<Vec<PosePoint>, ToolError> {
     let text = input_file::read_text(file, input_file::MOST_MADE)?;
-    parsed(&text).map_err(|reason| {
+    let points = parsed(&text).and_then(|points| {
+        let pistons = points
+            .iter()
+            .map(|point| [point.asked.z_um, point.reached.unwrap_or_default().z_um]);
+        possible(&pistons.collect::<Vec<_>>()).map(|()| points)
+    });
+    points.map_err(|reason| {
         ToolError::from(UnusableInput::PoseTable {
             file: file.to_owned(),
             reason,

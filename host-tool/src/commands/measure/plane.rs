@@ -16,7 +16,7 @@ use super::keyboard::Keyboard;
 use super::point::Points;
 use super::possible::{check_drive, make_directory};
 use super::run::{Ended, LEASE_MS, attended, partial, whole};
-use super::spots::{Spots, parse};
+use super::spots::{Spots, parse, possible};
 use crate::board::Board;
 use crate::cli;
 use crate::commands::interrupt::Interrupt;
@@ -35,6 +35,7 @@ pub(crate) fn of_file(path: &Path, json: bool) -> Result<(), ToolError> {
         })
     };
     let points = parse(&text).map_err(unusable)?;
+    possible(&points).map_err(unusable)?;
     let plane = Plane::through(&points).ok_or_else(|| unusable(no_plane(points.len())))?;
     let report = Level {
         drive_v: None,

@@ -7,9 +7,14 @@ use measurement::Plane;
 use super::keyboard::Keyboard;
 use super::readings::finite;
 use crate::error::{ToolError, UnusableInput};
+use crate::verbosity::say;
 
 /// A point on the plate, from its centre (um).
 pub(crate) type Spot = [f64; 2];
+
+/// No plate of these mirrors is so wide, and no sensor that sees one so far from it (um): a centimetre, as a calibration's longest motion
+/// (`control_core`, `plausible.rs`). The paper's plate has half a millimetre.
+const LONGEST_UM: f64 = 1e4;
 
 /// The points of a scan.
 pub(crate) struct Spots {
@@ -35,6 +40,7 @@ impl Spots {
             })
         };
         let known: Vec<Spot> = parse(&text).map_err(unusable)?;
+        possible(&known).map_err(unusable)?;
         let flat: Vec<_> = known.iter().map(|&[x, y]| [x, y, 0.0]).collect();
         match Plane::through(&flat) {
             Some(_) => Ok(Self { known, open: false }),
@@ -66,8 +72,13 @@ impl Spots {
                 // From now on they are the same at every voltage.
                 self.open = false;
             } else if let Some(spot) = numbers(&answer) {
-                self.known.push(spot);
-                return Ok(Some(spot));
+                match possible(&[spot]) {
+                    Ok(()) => {
+                        self.known.push(spot);
+                        return Ok(Some(spot));
+                    }
+                    Err(reason) => say(reason),
+                }
             }
         }
         Ok(None)
@@ -87,6 +98,19 @@ pub(super) fn parse<const N: usize>(text: &str) -> Result<Vec<[f64; N]>, String>
         found.push(numbers(line).ok_or_else(bad)?);
     }
     Ok(found)
+}
+
+/// Names the first length that is no plate's and no sensor's.
+pub(crate) fn possible<const N: usize>(points: &[[f64; N]]) -> Result<(), String> {
+    let lengths = (1..)
+        .zip(points)
+        .flat_map(|(number, point)| point.iter().map(move |um| (number, um)));
+    match lengths.into_iter().find(|(_, um)| um.abs() > LONGEST_UM) {
+        None => Ok(()),
+        Some((number, um)) => Err(format!(
+            "point {number} has {um} um, more than the {LONGEST_UM} um that a plate or its sensor may be away; it looks like nm: divide by 1000"
+        )),
+    }
 }
 
 /// Numbers between commas or blanks, exactly so many.
@@ -113,6 +137,15 @@ mod tests {
         }
         assert_eq!(parse("# a scan\nx,y,z\n1,2,3\n"), Ok(vec![[1.0, 2.0, 3.0]]));
         assert_eq!(parse("-50 25\n"), Ok(vec![[-50.0, 25.0]]));
+    }
+
+    #[test]
+    fn nanometres_are_told_by_their_size() {
+        let said = possible(&[[-50.0, 25.0, 101.2], [50.0, 25.0, 120_000.0]]).expect_err("nm");
+        assert!(said.starts_with("point 2 has 120000 um"), "{said}");
+        assert!(said.ends_with("it looks like nm: divide by 1000"), "{said}");
+        // A stage and a sensor's own zero are within it.
+        assert_eq!(possible(&[[-250.0, 250.0, 9_900.0]]), Ok(()));
     }
 
     proptest! {
