@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use control_core::Calibration;
 use control_core::design::COLD_RESISTANCE_TOLERANCE;
 use mirror_protocol::{
     CalibrationInfo, Identity, Kept, LEASE_FOREVER_MS, Lever, OptionBytes, Status, Text,
@@ -43,6 +44,9 @@ pub(super) struct StatusReport {
     lease: Option<LeaseLeft>,
     /// V / I of each heater, where it is driven enough to tell.
     resistance_ohm: [Option<f64>; 4],
+    /// Of each heater without any rise: what it told at calibration, where the board keeps a calibration that knows that, and else where the
+    /// straight line begins by which temperatures are read.
+    cold_ohm: [f64; 4],
     /// What that is worth in temperature: how far the rises may be off for want of a cold resistance that was
     /// measured; `None` where it was.
     uncertainty_k: Option<[f64; 4]>,
@@ -97,12 +101,18 @@ impl StatusReport {
     pub(super) async fn read(board: &View, history: bool) -> Result<Self, ToolError> {
         let status = board.status().await?;
         let calibration = board.calibration().await?;
+        let settled = match calibration.kept {
+            Kept::Yes => board.settled_calibration().await?,
+            _ => None,
+        };
+        let begins_ohm = calibration.cold_resistance_ohm.map(decimal);
         let history = match history {
             true => Some(History::new(board.fault_log().await?)),
             false => None,
         };
         Ok(Self {
             history,
+            cold_ohm: settled.as_ref().map_or(begins_ohm, cold_ohm),
             ..Self::new(board.identity().clone(), calibration, &status)
         })
     }
@@ -123,6 +133,7 @@ impl StatusReport {
         Self {
             resistance_ohm: std::array::from_fn(resistance),
             uncertainty_k: uncertainty_k(&calibration, rises),
+            cold_ohm: calibration.cold_resistance_ohm.map(decimal),
             up_s: f64::from(status.telemetry.tick) / f64::from(identity.tick_hz),
             identity,
             owner: None,
@@ -193,8 +204,7 @@ impl fmt::Display for StatusReport {
             "resistance {}",
             row_of_known(self.resistance_ohm, 1, "Ω")
         )?;
-        let cold_ohm = self.calibration.cold_resistance_ohm.map(decimal);
-        writeln!(f, "cold       {}", row(cold_ohm, 1, "Ω"))?;
+        writeln!(f, "cold       {}", row(self.cold_ohm, 1, "Ω"))?;
         if let Some(uncertainty_k) = self.uncertainty_k {
             let most = uncertainty_k.into_iter().fold(0.0, f64::max);
             writeln!(
@@ -239,6 +249,18 @@ impl fmt::Display for StatusReport {
             None => Ok(()),
         }
     }
+}
+
+/// What each heater's resistance was at calibration without any rise: R0 (1 + xi dT), with the dT that its line told then.
+fn cold_ohm(calibration: &Calibration) -> [f64; 4] {
+    calibration.actuators().each_ref().map(|actuator| {
+        let begins_ohm = decimal(actuator.cold_resistance.0);
+        let told_k = match actuator.sensed_rises.is_known() {
+            true => decimal(actuator.sensed_rises.knots[0]),
+            false => 0.0,
+        };
+        begins_ohm * (1.0 + decimal(actuator.tcr.0) * told_k)
+    })
 }
 
 /// By how much a rise is off where the cold resistance is the factory's, and off by its tolerance: dT = (R / R0 - 1) / xi,

@@ -37,6 +37,24 @@ fn a_calibration_is_told_by_its_mirror_and_the_factorys_by_none() {
     assert_eq!(of("", "", Kept::Factory), "as the factory left it");
 }
 
+/// A heater of 357 ohm whose resistance bends, and the line through it where it is hot.
+#[test]
+fn a_cold_resistance_is_what_the_heater_told_and_not_where_its_line_begins() {
+    const FILE: &str = include_str!("../../../../../hil/tests/mirror-77.toml");
+    let calibration = calibration::from_toml("mirror-77.toml", FILE).expect("a calibration");
+    let mut parts = *calibration.parts();
+    for actuator in &mut parts.actuators {
+        actuator.cold_resistance.0 = 369.0;
+        actuator.tcr.0 = 4e-3;
+        actuator.sensed_rises.knots[0] = -8.0;
+    }
+    let bent = Calibration::new(parts).expect("a mirror can have it");
+    for ohm in cold_ohm(&bent) {
+        // 369 ohm less 8 K of 4e-3 / K; numbers are f32.
+        assert!((ohm - 357.19).abs() < 0.01, "{ohm}");
+    }
+}
+
 #[test]
 fn is_printed_as_in_the_golden_file() {
     let identity = Identity {
