@@ -56,7 +56,7 @@ mod slow;
 mod state;
 mod thermal;
 
-pub use config::{ConfigError, MirrorConfig, Segment};
+pub use config::{ConfigError, MirrorConfig, MotionConfig, Segment};
 pub use effects::Effect;
 pub use family::Family;
 pub use material::{Film, Layer};

@@ -10,7 +10,7 @@ use mirror_model::Device;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use virtual_mirror::{Effect, Family, MirrorConfig, Reading, Sensor, VirtualMirror};
+use virtual_mirror::{Effect, Family, MirrorConfig, MotionConfig, Reading, Sensor, VirtualMirror};
 
 /// Families that discrepancy and thresholds are calibrated on; tests and benches use the others.
 pub const CALIBRATING: [Family; 5] = [Family::A, Family::B, Family::C, Family::D, Family::E];
@@ -18,6 +18,12 @@ pub const CALIBRATING: [Family; 5] = [Family::A, Family::B, Family::C, Family::D
 const METER_OFFSET: f64 = 5e-4;
 /// Draws that give an impossible mirror are drawn again, so many times at most.
 const DRAWS: u64 = 20;
+
+/// A mass on four springs between these frequencies moves as if it followed at once (Hz): above what the effect `resonance` may have, and up to
+/// where a lag of some microseconds shows in nothing.
+const PLATE_HZ: (f64, f64) = (3e3, 3e4);
+/// Quality factor of a plate that does not ring: the flattest response, 1/sqrt(2).
+const DAMPED_Q: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// No thermometer tells better how warm a mirror in an oven is (K, one standard deviation): a Pt100 of class A at 0 degC,
 /// IEC 60751.
@@ -205,11 +211,24 @@ fn draw_mirror(seed: u64, device: &Device) -> MirrorConfig {
     config
         .effects
         .set(Effect::SeriesResistance, rng.random_range(0.0..4.5));
+    config.motion = Some(plate_at_once(
+        PLATE_HZ.0 * (PLATE_HZ.1 / PLATE_HZ.0).powf(rng.random()),
+    ));
     config.sensor.position_noise_nm = 0.0;
     config.sensor.current_noise_ua = 0.0;
     config.sensor.current_noise_ratio = 0.0;
     described::state(&mut config, device, seed);
     config
+}
+
+/// No plate follows at once: one that the air below it damps until it does not ring is late by the time in which it would turn by a radian or
+/// so, 4 to 40 us.
+fn plate_at_once(piston_hz: f64) -> MotionConfig {
+    MotionConfig {
+        piston_hz,
+        tilt_hz: 1.3 * piston_hz,
+        q: DAMPED_Q,
+    }
 }
 
 #[cfg(test)]
