@@ -37,9 +37,11 @@ struct Judged {
 impl Analysis<'_> {
     /// The verdict, with what it rests on, from candidates with the best first. What is named gets the form that a model is to have.
     pub(super) fn conclude(&self, candidates: &mut [Candidate]) -> Result<Diagnosis, Runaway> {
-        self.fit_where(candidates, |candidate| {
-            candidate.score() > candidate.threshold
-        });
+        let best = candidates.iter().find(|c| c.score() > c.threshold);
+        let idle = best.filter(|best| !self.has_an_effect(best));
+        if let Some(idle) = idle.map(|best| best.id().to_owned()) {
+            self.fit_where(candidates, |candidate| candidate.id() == idle);
+        }
         let Suspects { rivals, evident } = self.suspects(candidates);
         let Judged {
             verdict,
