@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use control_core::Calibration;
-use mirror_protocol::CalibrationInfo;
+use mirror_protocol::{CalibrationInfo, Lever};
 
 use crate::board::Board;
 use crate::error::{ToolError, UnusableInput};
@@ -32,10 +32,64 @@ pub(super) async fn load_in_use(board: &Board, file: &Path) -> Result<Calibratio
     }
 }
 
-/// Whether what a board says of its calibration is so of this one.
+/// Whether what a board says of its calibration is so of this one. Where it comes from does not tell: one with tilts comes from where the one
+/// without them does.
 fn says(info: &CalibrationInfo, calibration: &Calibration) -> bool {
-    let origin = &calibration.parts().origin;
+    let parts = calibration.parts();
+    let origin = &parts.origin;
+    let levers = parts.plate.levers.map(|lever| Lever {
+        x_um: lever.x.0,
+        y_um: lever.y.0,
+        warp: lever.warp,
+    });
     info.model_hash == origin.model_hash
         && info.device.as_str() == origin.device.as_str()
         && info.date.as_str() == origin.date.as_str()
+        && info.levers == levers
+        && info.max_position_um == calibration.max_position().0
+        && info.tcr_per_k == parts.actuators.each_ref().map(|it| it.tcr.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use calibration::with_assumed_levers;
+    use control_core::calibration::Parts;
+    use mirror_protocol::{Kept, Text};
+
+    /// As a board tells it.
+    fn info(calibration: &Calibration) -> CalibrationInfo {
+        let parts = calibration.parts();
+        let text = |text: &str| Text::try_from(text).expect("short");
+        CalibrationInfo {
+            device: text(parts.origin.device.as_str()),
+            date: text(parts.origin.date.as_str()),
+            model_hash: parts.origin.model_hash,
+            max_position_um: calibration.max_position().0,
+            max_drive_v: calibration.max_drive().0,
+            cold_resistance_ohm: parts.actuators.each_ref().map(|it| it.cold_resistance.0),
+            tcr_per_k: parts.actuators.each_ref().map(|it| it.tcr.0),
+            levers: parts.plate.levers.map(|lever| Lever {
+                x_um: lever.x.0,
+                y_um: lever.y.0,
+                warp: lever.warp,
+            }),
+            kept: Kept::Yes,
+        }
+    }
+
+    #[test]
+    fn a_calibration_of_tilts_is_another_than_the_one_that_it_was_made_from() {
+        const FILE: &str = include_str!("../../../hil/tests/mirror-77.toml");
+        let level = calibration::from_toml("mirror-77.toml", FILE).expect("a calibration");
+        let tilting = with_assumed_levers(&level);
+        let mut parts: Parts = *tilting.parts();
+        parts.actuators[2].tcr.0 *= 1.01;
+        let again = Calibration::new(parts).expect("a mirror can have it");
+        for (one, calibration) in [level, tilting, again].iter().enumerate() {
+            for (other, used) in [level, tilting, again].iter().enumerate() {
+                assert_eq!(says(&info(used), calibration), one == other);
+            }
+        }
+    }
 }
