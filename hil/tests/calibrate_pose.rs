@@ -132,6 +132,23 @@ fn a_mirror_that_was_read_under_three_spots_tilts_as_it_is_asked_to() {
             assert!((found - asked).abs() < 0.02, "{found} for {asked}");
         }
     }
+    // All spots are kept, and the sensor has been elsewhere since.
+    bench.json(&["load-calibration", FILE]);
+    let again = WORDS.map(|word| {
+        if word == "tilting.toml" {
+            "again.toml"
+        } else {
+            word
+        }
+    });
+    let mut tool = bench.talk_to_tool(&again);
+    let err = move_spots(&bench, &mut tool, usize::MAX);
+    assert_eq!(Said::from(tool).code, 0, "{err}");
+    assert_eq!(
+        err.matches("move the spot to x 0 um, y 200 um").count(),
+        1,
+        "{err}"
+    );
     let written = fs::read_to_string(bench.directory().join("tilting.toml")).expect("written");
     let written = calibration::from_toml("tilting.toml", &written).expect("a calibration");
     assert!(written.parts().plate.is_known());

@@ -139,12 +139,20 @@ impl<'a> OnPlate<'a> {
             self.poses.len()
         ));
         let mut keyboard = Keyboard::new();
+        let kept = session.spots.len();
         while let Some(at_um) = spots.reach(session.spots.len(), &mut keyboard).await? {
             let read = self.read(&self.poses).await?;
             session.keep(Spot::new(at_um, read))?;
         }
         let found = posed(self.begin, &self.points(session)?)?;
         let last = session.spots.last().ok_or(PoseError::SpotsOnALine)?;
+        if session.spots.len() == kept {
+            // Read in an earlier call, and the sensor may be anywhere since.
+            let [x, y] = last.at_um;
+            let question =
+                format!("all points are read: move the spot to x {x} um, y {y} um, then Enter");
+            keyboard.ask(&question).await?;
+        }
         let poses = tried(&self.poses);
         let on_trial = self
             .board
