@@ -78,7 +78,9 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         Command::Status { history } => status::look(&chosen()?, history, json).await,
         Command::SetZ { z, settle, hold } => {
             let pace = Pace::new(settle, hold, arguments.longest_hold)?;
-            set_z::run(&open_to_move().await?, z, pace, json).await
+            let board = open().await?;
+            set_z::run(&board, z, pace, json).await?;
+            on_trial::warn(&board).await
         }
         Command::Condition => {
             condition::run(&open_to_move().await?, arguments.longest_hold, json).await
@@ -92,7 +94,9 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         } => {
             let pace = Pace::new(settle, hold, arguments.longest_hold)?;
             let pose = TiltedPose::new(z, tilt_x, tilt_y);
-            set_pose::run(&open_to_move().await?, pose, pace, json).await
+            let board = open().await?;
+            set_pose::run(&board, pose, pace, json).await?;
+            on_trial::warn(&board).await
         }
         Command::Room { compensate: None } => {
             let found = chosen()?;
