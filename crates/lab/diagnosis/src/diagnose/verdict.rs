@@ -37,11 +37,6 @@ struct Judged {
 impl Analysis<'_> {
     /// The verdict, with what it rests on, from candidates with the best first. What is named gets the form that a model is to have.
     pub(super) fn conclude(&self, candidates: &mut [Candidate]) -> Result<Diagnosis, Runaway> {
-        let best = candidates.iter().find(|c| c.score() > c.threshold);
-        let idle = best.filter(|best| !self.has_an_effect(best));
-        if let Some(idle) = idle.map(|best| best.id().to_owned()) {
-            self.fit_where(candidates, |candidate| candidate.id() == idle);
-        }
         let Suspects { rivals, evident } = self.suspects(candidates);
         let Judged {
             verdict,
@@ -55,9 +50,7 @@ impl Analysis<'_> {
         };
         let evident = ids(&evident);
         let forms = self.choose_forms(candidates, &named);
-        self.fit_where(candidates, |candidate| {
-            named.iter().any(|id| id == candidate.id())
-        });
+        self.fit_named(candidates, &named);
         let of = |ids: &[String]| -> Vec<&Candidate> {
             let is_one = |c: &&Candidate| ids.iter().any(|id| id == c.id());
             candidates.iter().filter(is_one).collect()
@@ -131,16 +124,12 @@ impl Analysis<'_> {
         forms
     }
 
-    /// Fits candidates together with the base where slopes alone explained more: what is told of its errors is what a model has that the
+    /// Fits what is named together with the base where slopes alone explained more: what is told of its errors is what a model has that the
     /// effect is added to.
-    fn fit_where(
-        &self,
-        candidates: &mut [Candidate],
-        is_wanted: impl Fn(&Candidate) -> bool + Sync,
-    ) {
+    fn fit_named(&self, candidates: &mut [Candidate], named: &[String]) {
         let unfitted = candidates
             .par_iter_mut()
-            .filter(|c| c.refit.is_none() && is_wanted(c));
+            .filter(|c| c.refit.is_none() && named.iter().any(|id| id == c.id()));
         unfitted.for_each(|candidate| {
             let Some(explanation) = &candidate.explanation else {
                 return;
