@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use control_core::Calibration;
+use control_core::{CHANNELS, Calibration};
 use mirror_protocol::{CalibrationInfo, Lever};
 
 use crate::board::Board;
@@ -37,17 +37,21 @@ pub(super) async fn load_in_use(board: &Board, file: &Path) -> Result<Calibratio
 fn says(info: &CalibrationInfo, calibration: &Calibration) -> bool {
     let parts = calibration.parts();
     let origin = &parts.origin;
-    let levers = parts.plate.levers.map(|lever| Lever {
-        x_um: lever.x.0,
-        y_um: lever.y.0,
-        warp: lever.warp,
-    });
     info.model_hash == origin.model_hash
         && info.device.as_str() == origin.device.as_str()
         && info.date.as_str() == origin.date.as_str()
-        && info.levers == levers
+        && info.levers == told_levers(calibration)
         && info.max_position_um == calibration.max_position().0
         && info.tcr_per_k == parts.actuators.each_ref().map(|it| it.tcr.0)
+}
+
+/// Its levers as a board tells them.
+fn told_levers(calibration: &Calibration) -> [Lever; CHANNELS] {
+    calibration.parts().plate.levers.map(|lever| Lever {
+        x_um: lever.x.0,
+        y_um: lever.y.0,
+        warp: lever.warp,
+    })
 }
 
 #[cfg(test)]
@@ -69,11 +73,7 @@ mod tests {
             max_drive_v: calibration.max_drive().0,
             cold_resistance_ohm: parts.actuators.each_ref().map(|it| it.cold_resistance.0),
             tcr_per_k: parts.actuators.each_ref().map(|it| it.tcr.0),
-            levers: parts.plate.levers.map(|lever| Lever {
-                x_um: lever.x.0,
-                y_um: lever.y.0,
-                warp: lever.warp,
-            }),
+            levers: told_levers(calibration),
             kept: Kept::Yes,
         }
     }

@@ -139,13 +139,17 @@ impl Dataset {
         self.intervals[observation.interval].to_v
     }
 
+    /// When each interval ends, from the start of the simulation (s).
+    pub fn ends_s(&self) -> impl Iterator<Item = f64> {
+        self.intervals.iter().scan(0.0, |t_s, interval| {
+            *t_s += interval.duration_s;
+            Some(*t_s)
+        })
+    }
+
     /// The first reading at or after a time from the start of the simulation, in words for people.
     pub fn first_reading_after(&self, t_s: f64) -> Option<String> {
-        let mut end_s = 0.0;
-        let running = self.intervals.iter().position(|interval| {
-            end_s += interval.duration_s;
-            end_s >= t_s
-        })?;
+        let running = self.ends_s().position(|end_s| end_s >= t_s)?;
         let reading = self.observations.iter().find(|o| o.interval >= running)?;
         let volts = self.drive(reading).into_iter().fold(0.0, f64::max);
         let experiment = &self.experiments.get(reading.experiment)?;

@@ -63,15 +63,7 @@ pub(crate) fn diagnosed(
     let model = case.model();
     let plan = case.session(&case.config())?;
     let found = diagnose(&model, &plan, &[], Some(cache))?;
-    let mut outcome = Outcome {
-        case: *case,
-        found,
-        shown: None,
-        size: None,
-        error_ratio: None,
-        both: None,
-        second: None,
-    };
+    let mut outcome = Outcome::new(case, found);
     match case.hidden {
         Hidden::Nothing => {}
         Hidden::One(effect, strength) => {
@@ -112,13 +104,8 @@ pub(crate) fn can_show(case: &Case, cache: &Path) -> Result<bool, Box<dyn Error>
     });
     let shown = alone.collect::<Result<Vec<f64>, Box<dyn Error>>>()?;
     let outcome = Outcome {
-        case: *case,
-        found: diagnose(&model, &plan, &[], Some(cache))?,
         shown: shown.into_iter().reduce(f64::min),
-        size: None,
-        error_ratio: None,
-        both: None,
-        second: None,
+        ..Outcome::new(case, diagnose(&model, &plan, &[], Some(cache))?)
     };
     Ok(outcome.can_be_found())
 }
@@ -256,6 +243,19 @@ impl Alone {
 }
 
 impl Outcome {
+    /// What was found, before anything else is known of it.
+    fn new(case: &Case, found: Diagnosis) -> Self {
+        Self {
+            case: *case,
+            found,
+            shown: None,
+            size: None,
+            error_ratio: None,
+            both: None,
+            second: None,
+        }
+    }
+
     fn ranked(&self, effect: Effect) -> &Ranked {
         let place = self
             .found

@@ -112,18 +112,17 @@ fn a_form_is_tried_between_its_bounds() {
     }
 }
 
+/// The space of one reading with unit noise, which nothing is free to explain.
+fn of_one_reading() -> ResidualSpace<Session> {
+    let none = ModelDiscrepancy::new(&DMatrix::zeros(1, 0), &DVector::repeat(1, 1.0));
+    ResidualSpace::new(&DMatrix::zeros(1, 0), &Arc::new(none), vec![])
+}
+
 #[test]
 fn a_detection_limit_is_the_strength_whose_score_is_needed() {
     let mut candidate = scored("sensor-offset", 0.0);
     assert_eq!(candidate.detection_limit(), None);
-    let space: ResidualSpace<Session> = ResidualSpace::new(
-        &DMatrix::zeros(1, 0),
-        &Arc::new(ModelDiscrepancy::new(
-            &DMatrix::zeros(1, 0),
-            &DVector::repeat(1, 1.0),
-        )),
-        vec![],
-    );
+    let space = of_one_reading();
     candidate.directions = vec![Direction {
         active: Active::usual(candidate.effect.clone()),
         change: space.vector(&DVector::repeat(1, 20.0)),
@@ -146,14 +145,7 @@ fn a_detection_limit_holds_at_half_of_the_starts_of_the_form_that_shows_least() 
         let all = mirror_model::effect::forms(&listed);
         all.into_iter().find(|f| f.form() == form).expect("a form")
     };
-    let space: ResidualSpace<Session> = ResidualSpace::new(
-        &DMatrix::zeros(1, 0),
-        &Arc::new(ModelDiscrepancy::new(
-            &DMatrix::zeros(1, 0),
-            &DVector::repeat(1, 1.0),
-        )),
-        vec![],
-    );
+    let space = of_one_reading();
     let direction = |form: &str, size: f64| Direction {
         active: Active::usual(of_form(form)),
         change: space.vector(&DVector::repeat(1, size)),

@@ -97,14 +97,7 @@ fn terms(data: &Dataset, base: &[f64]) -> Vec<DVector<f64>> {
         Channel::Displacement => about_zero(base.abs(), furthest_um),
         Channel::Current(_) => about_zero(strongest(o), highest_v),
     });
-    let ends_s: Vec<f64> = data
-        .intervals
-        .iter()
-        .scan(0.0, |t_s, interval| {
-            *t_s += interval.duration_s;
-            Some(*t_s)
-        })
-        .collect();
+    let ends_s: Vec<f64> = data.ends_s().collect();
     let last_s = ends_s.last().copied().unwrap_or(0.0);
     let time = of(&|o, _| about_zero(ends_s[o.interval], last_s));
     let squared = driven.map(|x| (3.0 * x * x - 1.0) / 2.0);
