@@ -95,6 +95,15 @@ impl Model {
         PistonModel { parameters }
     }
 
+    /// Whether no actuator feels another, and the mirror goes where their displacements take it in the mean: what changes one
+    /// actuator changes its own current, and its own share of the displacement, only.
+    pub fn has_independent_actuators(&self) -> bool {
+        self.effects.iter().all(|active| {
+            let effect = &active.effect;
+            !effect.info().acts.on_the_mirror() && !effect.looks_at_other_actuators()
+        })
+    }
+
     /// The four actuators' chains.
     pub fn actuators(&self) -> [PistonModel; ACTUATORS] {
         std::array::from_fn(|index| self.actuator(index))

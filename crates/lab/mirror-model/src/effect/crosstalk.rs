@@ -43,6 +43,10 @@ impl Effect for Crosstalk {
         &OTHERS
     }
 
+    fn looks_at_other_actuators(&self) -> bool {
+        true
+    }
+
     fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
         let neighbours_w = m.total_power_w - m.power_w - m.opposite_power_w;
         x + p[0] * m.thermal_resistance_k_per_w * (neighbours_w + p[1] * m.opposite_power_w)

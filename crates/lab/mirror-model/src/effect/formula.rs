@@ -32,8 +32,9 @@ use super::{Effect, Info, Moment, Step};
 
 /// What a formula may use besides its parameters and states.
 const VARIABLES: [&str; 9] = ["x", "t", "V", "R", "P", "P_total", "dT", "dT_room", "z"];
-/// Where the time is among them.
+/// Where the time is among them, and the power of all actuators.
 const TIME: usize = 1;
+const TOTAL_POWER: usize = 5;
 /// A state is moved on in so many parts of a simulation step at least, since its time constant is not known.
 const PARTS: usize = 4;
 
@@ -115,6 +116,11 @@ impl Effect for Formula {
 
     fn states(&self) -> usize {
         self.rates.len()
+    }
+
+    fn looks_at_other_actuators(&self) -> bool {
+        let mut expressions = self.rates.iter().chain([&self.output]);
+        expressions.any(|expression| expression.places.contains(&TOTAL_POWER))
     }
 
     fn is_of_time(&self) -> bool {

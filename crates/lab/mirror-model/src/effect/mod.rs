@@ -81,6 +81,11 @@ pub trait Effect: Send + Sync {
         false
     }
 
+    /// Whether what one actuator does depends on the powers or currents of the others.
+    fn looks_at_other_actuators(&self) -> bool {
+        false
+    }
+
     /// Whether time or history enter: readings that are settled, in whatever order they were made, show nothing of it.
     fn is_of_time(&self) -> bool {
         self.states() > 0

@@ -59,6 +59,9 @@ impl Effect for BuiltIn {
     fn looks_at_displacement(&self) -> bool {
         self.0.looks_at_displacement()
     }
+    fn looks_at_other_actuators(&self) -> bool {
+        self.0.looks_at_other_actuators()
+    }
     fn is_of_time(&self) -> bool {
         self.0.is_of_time()
     }

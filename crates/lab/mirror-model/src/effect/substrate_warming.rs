@@ -30,6 +30,10 @@ impl Effect for SubstrateWarming {
         &INFO
     }
 
+    fn looks_at_other_actuators(&self) -> bool {
+        true
+    }
+
     fn output(&self, _: &[f64], x: f64, state: &[f64], _: &Moment) -> f64 {
         x + state[0]
     }

@@ -54,6 +54,9 @@ impl Effect for Suited {
     fn looks_at_displacement(&self) -> bool {
         self.effect.looks_at_displacement()
     }
+    fn looks_at_other_actuators(&self) -> bool {
+        self.effect.looks_at_other_actuators()
+    }
     fn is_of_time(&self) -> bool {
         self.effect.is_of_time()
     }

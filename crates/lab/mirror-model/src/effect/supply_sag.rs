@@ -28,6 +28,10 @@ impl Effect for SupplySag {
         &INFO
     }
 
+    fn looks_at_other_actuators(&self) -> bool {
+        true
+    }
+
     /// A driver that is off is held at its ground.
     fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
         if x > 0.0 {

@@ -75,10 +75,10 @@ impl Actuator {
             / self.now.resistance_ohm
     }
 
-    /// The heating at the end of a step of `h` at which power and temperature agree (K), where no effect acts between them. With
-    /// R = R0 (1 + xi dT), and dT = free + gain H, heating H = R_T V^2 / R is the root of R0 xi gain H^2 + R0 (1 + xi free) H = R_T V^2
+    /// The resistance at the end of a step of `h` at which power and temperature agree (ohm), where no effect acts between them. With
+    /// R = R0 (1 + xi dT), dT = free + gain H and heating H = R_T V^2 / R it is the root of R^2 - R0 (1 + xi free) R = R0 xi gain R_T V^2
     /// that a rising drive comes to (eqs. 3 and 4). `None` where there is none: a heater that conducts ever better runs away.
-    pub(super) fn agreed_heating(
+    pub(super) fn agreed_ohm(
         &self,
         poles: &[Pole; POLES],
         voltage_v: f64,
@@ -99,10 +99,18 @@ impl Actuator {
         let growth_ohm_per_k = p.cold_resistance_ohm * xi * gain;
         let full = p.thermal_resistance_k_per_w * voltage_v * voltage_v;
         let square = without_ohm * without_ohm + 4.0 * growth_ohm_per_k * full;
-        let heating_k = 2.0 * full / (without_ohm + square.sqrt());
-        let is_root =
-            without_ohm >= LEAST_OHM && without_ohm + growth_ohm_per_k * heating_k >= LEAST_OHM;
-        is_root.then_some(heating_k)
+        let ohm = 0.5 * (without_ohm + square.sqrt());
+        (without_ohm >= LEAST_OHM && ohm >= LEAST_OHM).then_some(ohm)
+    }
+
+    /// From a resistance to current, power and heating, where no effect acts on any of them.
+    pub(super) fn at_ohm(&mut self, ohm: f64, voltage_v: f64) {
+        self.now.voltage_v = voltage_v;
+        self.now.resistance_ohm = ohm;
+        self.now.grown_resistance_ohm = ohm - self.parameters.cold_resistance_ohm;
+        self.current_a = voltage_v / ohm;
+        self.now.power_w = voltage_v * self.current_a;
+        self.heating_k = self.parameters.thermal_resistance_k_per_w * self.now.power_w;
     }
 
     /// The temperature rise by the poles alone, before effects (K).

@@ -37,9 +37,9 @@ impl Simulation<'_> {
         poles: &[[Pole; POLES]; ACTUATORS],
         h: f64,
     ) -> bool {
-        let mut heating_k = [0.0; ACTUATORS];
-        for (index, found) in heating_k.iter_mut().enumerate() {
-            let Some(heating) = self.actuators[index].agreed_heating(
+        let mut ohm = [0.0; ACTUATORS];
+        for (index, found) in ohm.iter_mut().enumerate() {
+            let Some(agreed) = self.actuators[index].agreed_ohm(
                 &poles[index],
                 voltage_v[index],
                 self.ambient_k,
@@ -47,18 +47,20 @@ impl Simulation<'_> {
             ) else {
                 return false;
             };
-            *found = heating;
+            *found = agreed;
         }
         for (index, actuator) in self.actuators.iter_mut().enumerate() {
+            let from_k = actuator.heating_k;
+            actuator.at_ohm(ohm[index], voltage_v[index]);
+            if h > 0.0 {
+                actuator.poles_k = std::array::from_fn(|k| {
+                    poles[index][k].after(actuator.poles_k[k], from_k, actuator.heating_k)
+                });
+            }
             actuator.now.t_s = self.t_s;
             actuator.now.ambient_k = self.ambient_k;
             actuator.now.step_s = 0.0;
-            if h > 0.0 {
-                actuator.poles_k = std::array::from_fn(|k| {
-                    poles[index][k].after(actuator.poles_k[k], actuator.heating_k, heating_k[index])
-                });
-            }
-            actuator.electrical(index, voltage_v[index], &self.effects);
+            actuator.now.temperature_rise_k = self.ambient_k + actuator.raw_temperature();
         }
         if !self.effects.is_empty() {
             self.look_at_the_others(voltage_v);
@@ -207,7 +209,7 @@ mod tests {
         let simulation = Simulation::new(&model, 0.3);
         let poles = poles(&simulation.actuators, 1.0);
         let heater = &simulation.actuators[0];
-        assert!(heater.agreed_heating(&poles[0], 0.5, 0.0, 1.0).is_some());
-        assert!(heater.agreed_heating(&poles[0], 10.0, 0.0, 1.0).is_none());
+        assert!(heater.agreed_ohm(&poles[0], 0.5, 0.0, 1.0).is_some());
+        assert!(heater.agreed_ohm(&poles[0], 10.0, 0.0, 1.0).is_none());
     }
 }

@@ -49,6 +49,8 @@ impl Interval {
 pub struct Output {
     /// The displacement as the sensor reads it, counted from rest, with what a stage adds.
     pub z_um: f64,
+    /// The displacement of each actuator, counted from rest; their mean moves the mirror's centre.
+    pub actuator_z_um: [f64; ACTUATORS],
     /// The current of each actuator; 0 where it is not driven.
     pub current_a: [f64; ACTUATORS],
     /// The temperature rise of each actuator, with that of its surroundings.
@@ -108,6 +110,9 @@ pub struct Simulation<'a> {
     last_v: [f64; ACTUATORS],
     ambient_k: f64,
     reference_um: f64,
+    /// Displacement of each actuator, and what it was at rest.
+    actuator_z_um: [f64; ACTUATORS],
+    actuator_rest_um: [f64; ACTUATORS],
     /// Displacement of the centre without sensor effects, and what it was at rest.
     centre_um: f64,
     rest_um: f64,
@@ -136,6 +141,8 @@ impl<'a> Simulation<'a> {
             last_v: [0.0; ACTUATORS],
             ambient_k: 0.0,
             reference_um: 0.0,
+            actuator_z_um: [0.0; ACTUATORS],
+            actuator_rest_um: [0.0; ACTUATORS],
             centre_um: 0.0,
             rest_um: 0.0,
             reading_um: 0.0,
@@ -149,6 +156,7 @@ impl<'a> Simulation<'a> {
         self.heat([0.0; ACTUATORS], 0.0);
         self.shape(0.0);
         self.rest_um = self.centre_um;
+        self.actuator_rest_um = self.actuator_z_um;
         self.shape(0.0);
     }
 
@@ -202,7 +210,6 @@ impl<'a> Simulation<'a> {
     }
 
     fn shape(&mut self, h: f64) {
-        let mut sum_um = 0.0;
         for (index, actuator) in self.actuators.iter_mut().enumerate() {
             let p = &actuator.parameters;
             let plain = Deflection::curvature_per_um(p, actuator.now.temperature_rise_k);
@@ -224,7 +231,7 @@ impl<'a> Simulation<'a> {
                 &actuator.now,
                 h,
             );
-            sum_um += change(
+            self.actuator_z_um[index] = change(
                 &self.effects,
                 Acts::Displacement,
                 index,
@@ -233,7 +240,7 @@ impl<'a> Simulation<'a> {
             );
         }
         let mut moment = self.actuators[0].now;
-        moment.z_um = sum_um / ACTUATORS as f64;
+        moment.z_um = self.actuator_z_um.iter().sum::<f64>() / ACTUATORS as f64;
         advance(
             &mut self.effects,
             &[Acts::Motion],
@@ -272,6 +279,9 @@ impl<'a> Simulation<'a> {
     fn output(&self) -> Output {
         Output {
             z_um: self.reading_um,
+            actuator_z_um: std::array::from_fn(|i| {
+                self.actuator_z_um[i] - self.actuator_rest_um[i]
+            }),
             current_a: std::array::from_fn(|i| self.actuators[i].current_a),
             temperature_rise_k: std::array::from_fn(|i| self.actuators[i].now.temperature_rise_k),
         }

@@ -73,6 +73,10 @@ impl Effect for Way {
         self.form
     }
 
+    fn looks_at_other_actuators(&self) -> bool {
+        true
+    }
+
     fn output(&self, p: &[f64], x: f64, state: &[f64], m: &Moment) -> f64 {
         let goal_k = m.thermal_resistance_k_per_w * (self.power_w)(m);
         x + p[0] * m.lagged(state[0], p[1], state[1], goal_k)
