@@ -36,8 +36,8 @@ pub use dynamics::Remaining;
 pub use error::TabulateError;
 pub use file::{CalibrationFileError, from_toml, to_toml};
 pub use pose::{
-    COURSE_S, PoseError, PosePoint, Posed, SpotHeights, along_a_course, posed, poses_over_spots,
-    poses_to_measure, with_assumed_levers,
+    COURSE_S, Drives, PoseError, PosePoint, Posed, SpotHeights, along_a_course, posed,
+    poses_over_spots, poses_to_measure, with_assumed_levers,
 };
 pub use reach::{PlatePose, Reach};
 pub use refine::{RefineError, Refined, refined};

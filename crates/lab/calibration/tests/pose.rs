@@ -1,8 +1,12 @@
 //! Levers and shapes from poses, of a plate that is known.
 
-use calibration::{PlatePose, PoseError, PosePoint, Reach, posed, poses_to_measure, tabulate};
-use control_core::calibration::{Lag, Parts, Plate};
-use control_core::{CHANNELS, Calibration, Limits, Micrometre, PlateInverse, Pose, Radian, Second};
+use calibration::{
+    Drives, PlatePose, PoseError, PosePoint, Reach, posed, poses_to_measure, tabulate,
+};
+use control_core::calibration::{Heat, Lag, Parts, Plate, SENSED_RISES, SensedRises};
+use control_core::{
+    CHANNELS, Calibration, Kelvin, Limits, Micrometre, PlateInverse, Pose, Radian, Second,
+};
 use mirror_model::{Model, Preset};
 
 fn calibration(lever_um: f32) -> Calibration {
@@ -40,13 +44,13 @@ fn asked_um(calibration: &Calibration, pose: &PlatePose) -> [f64; CHANNELS] {
 
 fn measured(calibration: &Calibration) -> Vec<PosePoint> {
     let top_um = f64::from(calibration.max_position().0);
-    let reach = Reach::new(calibration.parts().plate, top_um);
     let point = |asked: PlatePose| PosePoint {
         asked,
         held_s: 2.0,
         reached: Some(plate_reaches(asked_um(calibration, &asked))),
+        told_k: None,
     };
-    poses_to_measure(&reach, top_um)
+    poses_to_measure(calibration, top_um)
         .into_iter()
         .map(point)
         .collect()
@@ -170,6 +174,133 @@ fn hysteresis_is_taken_neither_for_shared_heat_nor_for_growing_losses() {
     // Nothing is shared, and no loss grows. Friction of a thousandth of the range leaves both open: a percent of a pole, and 3 % of a loss at
     // 100 K.
     assert!(shared < 0.01 && growth < 3e-4, "{shared}, {growths:?}");
+}
+
+/// Four actuators on a frame that is warmed by all, of which each takes another part of a watt for its own: what a power makes of them at rest,
+/// in the rises of a level plate.
+fn level_rises(shared: f64, worth: [f64; CHANNELS], powers: [f64; CHANNELS]) -> [f64; CHANNELS] {
+    let frame = |powers: [f64; CHANNELS]| {
+        let sum: f64 = worth
+            .iter()
+            .zip(powers)
+            .map(|(worth, power)| worth * power)
+            .sum();
+        shared * sum / CHANNELS as f64
+    };
+    std::array::from_fn(|i| {
+        let own = (1.0 - shared) * worth[i];
+        (own * powers[i] + frame(powers)) / (own + frame([1.0; CHANNELS]))
+    })
+}
+
+#[test]
+fn what_is_shared_and_what_a_watt_is_worth_is_found_and_what_heaters_tell_is_expected() {
+    const SHARED: f64 = 0.4;
+    const WORTH: [f64; CHANNELS] = [1.0, 1.06, 1.02, 0.92];
+    let lag = |weight, s| Lag {
+        weight,
+        time: Second(s),
+    };
+    let mut parts = *calibration(500.0).parts();
+    parts.heat.fast = [lag(0.5, 6e-4), lag(0.5, 0.03), lag(0.0, 0.0)];
+    parts.heat.slow = Heat::INSTANT.slow;
+    let top_k = parts.bounds.rise.0;
+    for actuator in &mut parts.actuators {
+        actuator.loss_growth.0 = 0.0;
+        actuator.sensed_rises = SensedRises {
+            top: Kelvin(top_k),
+            knots: std::array::from_fn(|k| 0.9 * top_k * k as f32 / (SENSED_RISES - 1) as f32),
+        };
+    }
+    parts.ambient_ratio = 1.02;
+    let before = Calibration::new(parts).expect("poles of a frame");
+    // Nothing is shared before, so the rises that poses ask for are what the powers count.
+    let rises_at = |calibration: &Calibration, pose: &PlatePose| {
+        let um = asked_um(calibration, pose);
+        std::array::from_fn(|i| {
+            let shape = &calibration.actuators()[i].shape;
+            f64::from(shape.temperature_rise(Micrometre(um[i] as f32)).0)
+        })
+    };
+    let mut points = measured(&before);
+    for point in &mut points {
+        let rises = level_rises(SHARED, WORTH, rises_at(&before, &point.asked));
+        let um = std::array::from_fn(|i| {
+            let shape = &before.actuators()[i].shape;
+            f64::from(shape.position(Kelvin(rises[i] as f32)).0)
+        });
+        point.reached = Some(plate_reaches(um));
+        point.told_k = Some(rises.map(|rise| 0.9 * rise));
+    }
+    let found = posed(&before, &points).expect("a plate").calibration;
+    let heat = &found.parts().heat;
+    let shared = f64::from(0.5 * heat.shared[1]);
+    assert!((shared - SHARED).abs() < 0.01, "{shared}");
+    let ratios: [f64; CHANNELS] = std::array::from_fn(|i| {
+        let [now, then] = [&found, &before].map(|it| it.actuators()[i].thermal_resistance.0);
+        f64::from(now / then) / WORTH[i]
+    });
+    for ratio in ratios {
+        assert!((ratio / ratios[0] - 1.0).abs() < 0.01, "{ratios:?}");
+    }
+    let asked = PlatePose {
+        z_um: 80.0,
+        tilt_x_rad: 0.05,
+        tilt_y_rad: -0.03,
+    };
+    let rises: [f64; CHANNELS] = rises_at(&found, &asked);
+    let mean = rises.iter().sum::<f64>() / CHANNELS as f64;
+    // What the core drives for these rises, as it counted power before.
+    let powers = std::array::from_fn(|i| {
+        let [now, then] = [&found, &before].map(|it| it.actuators()[i].thermal_resistance.0);
+        (rises[i] - shared * mean) / (1.0 - shared) * f64::from(then / now)
+    });
+    let told = level_rises(SHARED, WORTH, powers).map(|rise| 0.9 * rise);
+    for (i, actuator) in found.actuators().iter().enumerate() {
+        let sensed = &actuator.sensed_rises;
+        let place = rises[i] / f64::from(sensed.top.0) * (SENSED_RISES - 1) as f64;
+        let [low, high] = [place as usize, place as usize + 1].map(|k| f64::from(sensed.knots[k]));
+        let line = f64::from(actuator.tcr.0 / before.actuators()[i].tcr.0);
+        let expected = line * (low + place.fract() * (high - low));
+        // Half of what the core takes a sound curve to be off by.
+        assert!(
+            (told[i] - expected).abs() < 0.1,
+            "{told:?}, {expected} of {i}"
+        );
+    }
+}
+
+#[test]
+fn poses_that_are_asked_for_leave_every_actuator_some_power_of_its_own() {
+    let mut parts = *calibration(500.0).parts();
+    let lag = |weight, s| Lag {
+        weight,
+        time: Second(s),
+    };
+    parts.heat.fast = [lag(0.5, 6e-4), lag(0.5, 0.03), lag(0.0, 0.0)];
+    parts.heat.slow = Heat::INSTANT.slow;
+    let not_shared = Calibration::new(parts).expect("poles of a frame");
+    parts.heat.shared[1] = 0.8;
+    let shared = Calibration::new(parts).expect("shared poles");
+    let top_um = f64::from(shared.max_position().0);
+    let own = |pose: &PlatePose| {
+        let um = asked_um(&shared, pose);
+        let rises: [f32; CHANNELS] = std::array::from_fn(|i| {
+            let shape = &shared.actuators()[i].shape;
+            shape.temperature_rise(Micrometre(um[i] as f32)).0
+        });
+        let frame = 0.4 * rises.iter().sum::<f32>() / CHANNELS as f32;
+        rises.map(|rise| rise - frame)
+    };
+    let least = |poses: &[PlatePose]| poses.iter().flat_map(own).fold(f32::INFINITY, f32::min);
+    let held = poses_to_measure(&shared, top_um);
+    assert!(least(&held) > 0.0, "{}", least(&held));
+    let drives = Drives::new(shared.parts());
+    assert!(held.iter().all(|pose| drives.hold(pose)));
+    // Reach alone would have asked heaters to cool.
+    let all = poses_to_measure(&not_shared, top_um);
+    assert!(least(&all) < -5.0, "{}", least(&all));
+    assert!(!all.iter().all(|pose| drives.hold(pose)));
 }
 
 #[test]

@@ -146,6 +146,12 @@ impl<'a, M: Mirror> Loop<'a, M> {
         self.drives.map(|drive| f64::from(drive.0))
     }
 
+    /// Temperature rises that the heaters' resistances tell (K), where they tell any.
+    pub fn sensed_k(&self) -> [Option<f64>; CHANNELS] {
+        let sense = self.controller.latest().sense;
+        sense.map(|it| it.map(|it| f64::from(it.temperature_rise.0)))
+    }
+
     /// Uses `calibration` from now on, and takes the mirror to be at rest; returns the calibration before.
     pub fn exchange(&mut self, calibration: &'a mut Calibration) -> &'a mut Calibration {
         self.controller.exchange(calibration)

@@ -1,10 +1,12 @@
 //! Poses: a calibration of them on a mirror with an instrument that reads piston and tilts, and what they reach.
 
 use calibration::{
-    COURSE_S, PlatePose, PoseError, PosePoint, Posed, Reach, along_a_course, posed,
+    COURSE_S, Drives, PlatePose, PoseError, PosePoint, Posed, Reach, along_a_course, posed,
     poses_to_measure, with_assumed_levers,
 };
-use control_core::{Calibration, Limits, Micrometre, Setpoint};
+use std::array;
+
+use control_core::{CHANNELS, Calibration, Limit, Limits, Micrometre, Setpoint};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use virtual_mirror::{ConfigError, MirrorConfig, Reading, Sensor};
@@ -92,7 +94,7 @@ fn measured(
     // Heat of a neighbour that the calibration does not know yet would be taken for a warm room.
     mirror.compensate_surroundings(false);
     let mut sensor = Sensor::new(config);
-    let mut points: Vec<_> = poses_to_measure(&reach, top_um)
+    let mut points: Vec<_> = poses_to_measure(calibration, top_um)
         .into_iter()
         .map(|asked| {
             mirror.hold_pose(&asked, HELD_S);
@@ -105,6 +107,7 @@ fn measured(
                 asked,
                 held_s: HELD_S + READINGS as f64 * TICK_S,
                 reached: read.mean(),
+                told_k: read.told_k(),
             }
         })
         .collect();
@@ -115,6 +118,7 @@ fn measured(
         asked: begin,
         held_s: HELD_S,
         reached: None,
+        told_k: None,
     });
     for step in 1..=(COURSE_S / COURSE_STEP_S).round() as usize {
         let mut read = Readings::default();
@@ -129,6 +133,7 @@ fn measured(
             asked,
             held_s: COURSE_STEP_S,
             reached: read.mean(),
+            told_k: None,
         });
     }
     Ok(points)
@@ -138,6 +143,7 @@ fn measured(
 #[derive(Default)]
 struct Readings {
     sum: Reading,
+    told_k: [f64; CHANNELS],
     count: f64,
     limits: Limits,
 }
@@ -149,8 +155,16 @@ impl Readings {
         self.sum.z_um += read.z_um;
         self.sum.tilt_x_deg += read.tilt_x_deg;
         self.sum.tilt_y_deg += read.tilt_y_deg;
+        let told_k = mirror.sensed_k();
+        self.told_k = array::from_fn(|i| self.told_k[i] + told_k[i].unwrap_or(f64::NAN));
         self.count += 1.0;
         self.limits = self.limits.union(limits);
+    }
+
+    /// What the resistances told in the mean, where all of them told something each time.
+    fn told_k(&self) -> Option<[f64; CHANNELS]> {
+        let mean = self.told_k.map(|sum| sum / self.count);
+        mean.iter().all(|told| told.is_finite()).then_some(mean)
     }
 
     fn mean(&self) -> Option<PlatePose> {
@@ -259,14 +273,7 @@ pub fn pose_errors(
     let (mut piston, mut tilt, mut largest) = (0.0, 0.0, 0.0_f64);
     let mut limited = 0;
     for _ in 0..poses {
-        let z_um = rng.random_range(0.03..1.0) * top_um;
-        let (sine, cosine) = rng.random_range(0.0..std::f64::consts::TAU).sin_cos();
-        let rad = part * rng.random_range(0.0..1.0) * reach.largest_tilt_rad(z_um, (cosine, sine));
-        let asked = PlatePose {
-            z_um,
-            tilt_x_rad: rad * cosine,
-            tilt_y_rad: rad * sine,
-        };
+        let asked = random_pose(&mut rng, &reach, top_um, part);
         let reached = mirror.hold_pose(&asked, HELD_S);
         let (_, limits) = mirror.tick(Setpoint::Position(core_pose(&asked)));
         if limits.hold_back() {
@@ -289,4 +296,44 @@ pub fn pose_errors(
         tilt_largest_deg: largest.to_degrees(),
         limited,
     })
+}
+
+/// How often `calibration-drifted` is told of a mirror that has not changed, at random poses that the drives hold, one after the other, with tilts
+/// up to a part of the largest.
+///
+/// # Errors
+/// Where a number of `config` is out of range.
+pub fn alarms(
+    calibration: &Calibration,
+    config: &MirrorConfig,
+    poses: usize,
+    part: f64,
+) -> Result<usize, ConfigError> {
+    /// Twice what an evidence of three deviations takes to be told.
+    const STAY_S: f64 = 5.0;
+    let drives = Drives::new(calibration.parts());
+    let (reach, top_um) = reach(calibration);
+    let mut used = *calibration;
+    let mut mirror = Loop::new(&mut used, config)?;
+    let mut rng = ChaCha8Rng::seed_from_u64(config.seed);
+    let mut next = || random_pose(&mut rng, &reach, top_um, part);
+    let held = std::iter::repeat_with(&mut next).filter(|pose| drives.hold(pose));
+    let is_told = |asked: PlatePose| {
+        mirror.hold_pose(&asked, STAY_S);
+        let (_, limits) = mirror.tick(Setpoint::Position(core_pose(&asked)));
+        limits.contains(Limit::CalibrationDrifted)
+    };
+    Ok(held.take(poses).map(is_told).filter(|told| *told).count())
+}
+
+/// Anywhere on the pistons but next to rest, tilted any way by up to a part of the largest tilt.
+fn random_pose(rng: &mut ChaCha8Rng, reach: &Reach, top_um: f64, part: f64) -> PlatePose {
+    let z_um = rng.random_range(0.03..1.0) * top_um;
+    let (sine, cosine) = rng.random_range(0.0..std::f64::consts::TAU).sin_cos();
+    let rad = part * rng.random_range(0.0..1.0) * reach.largest_tilt_rad(z_um, (cosine, sine));
+    PlatePose {
+        z_um,
+        tilt_x_rad: rad * cosine,
+        tilt_y_rad: rad * sine,
+    }
 }

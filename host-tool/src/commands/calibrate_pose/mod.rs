@@ -9,7 +9,7 @@ mod report;
 mod trial;
 
 use calibration::{
-    PlatePose, PoseError, PosePoint, Posed, Reach, posed, poses_over_spots, poses_to_measure,
+    PlatePose, PoseError, PosePoint, Posed, posed, poses_over_spots, poses_to_measure,
     with_assumed_levers, with_broken_promise,
 };
 use control_core::{Calibration, Limits};
@@ -28,7 +28,7 @@ use super::measure::possible::make_directory;
 use super::measure::rested::Rested;
 use super::measure::sensor::Sensor;
 use super::measure::spots::Spots;
-use super::moving::{self, Pace};
+use super::moving::{self, Pace, Readings};
 use crate::board::Board;
 use crate::cli::CalibratePose;
 use crate::error::{NotImproved, ToolError};
@@ -67,6 +67,14 @@ pub(super) async fn run(board: &Board, ask: CalibratePose, json: bool) -> Result
     }
 }
 
+/// What all four resistances told (K).
+fn told_k(readings: &Readings) -> Option<[f64; 4]> {
+    let [Some(a), Some(b), Some(c), Some(d)] = readings.temperature_rise_k else {
+        return None;
+    };
+    Some([a, b, c, d])
+}
+
 /// Uses what was found for good, and says so.
 async fn keep(
     board: &Board,
@@ -103,13 +111,12 @@ impl<'a> OnPlate<'a> {
         settle: Span,
     ) -> Result<Self, ToolError> {
         let top_um = RANGE * decimal(begin.max_position().0);
-        let reach = Reach::new(begin.parts().plate, top_um);
         let reference = PlatePose {
             z_um: 0.5 * top_um,
             ..PlatePose::default()
         };
         let mut poses = vec![reference];
-        poses.extend(poses_to_measure(&reach, top_um));
+        poses.extend(poses_to_measure(begin, top_um));
         poses.push(reference);
         Ok(Self {
             board,
@@ -184,6 +191,7 @@ impl<'a> OnPlate<'a> {
                 asked: *asked,
                 held_s: session.held_s(pose),
                 reached: (!session.is_limited(pose)).then_some(reached),
+                told_k: session.told_k(pose),
             })
             .collect())
     }
@@ -227,6 +235,7 @@ impl<'a> OnPlate<'a> {
             z_um: self.read_sensor(readings.sensor_z_um).await?,
             held_s: held.s,
             is_limited: Limits::from_bits(limits).hold_back(),
+            told_k: told_k(&readings),
         })
     }
 

@@ -1,5 +1,6 @@
 //! What a sensor read at poses: spot by spot, or as an instrument of two axes has it.
 
+use std::array;
 use std::path::{Path, PathBuf};
 
 use calibration::{PlatePose, PosePoint, SpotHeights};
@@ -28,6 +29,9 @@ pub(super) struct AtPose {
     pub(super) held_s: f64,
     /// A limit held the plate elsewhere.
     pub(super) is_limited: bool,
+    /// Temperature rises that the heaters' resistances told (K), where all of them told one.
+    #[serde(default)]
+    pub(super) told_k: Option<[f64; 4]>,
 }
 
 /// What was read under one spot.
@@ -179,6 +183,16 @@ impl PoseSession {
         held.sum::<f64>() / self.spots.len() as f64
     }
 
+    /// What the resistances told at a pose in the mean of all spots (K), where they told it at each.
+    pub(super) fn told_k(&self, pose: usize) -> Option<[f64; 4]> {
+        let mut mean = [0.0; 4];
+        for spot in &self.spots {
+            let told_k = spot.read[pose].told_k?;
+            mean = array::from_fn(|i| mean[i] + told_k[i] / self.spots.len() as f64);
+        }
+        Some(mean)
+    }
+
     pub(super) fn is_limited(&self, pose: usize) -> bool {
         self.spots.iter().any(|spot| spot.read[pose].is_limited)
     }
@@ -269,6 +283,7 @@ fn parsed(text: &str) -> Result<Vec<PosePoint>, String> {
             asked: pose(0, 1, 2)?,
             held_s: number(3)?.max(0.0),
             reached: is_read.then(|| pose(4, 5, 6)).transpose()?,
+            told_k: None,
         });
     }
     Ok(points)
@@ -292,6 +307,7 @@ mod tests {
             z_um,
             held_s: 2.0,
             is_limited: false,
+            told_k: None,
         }
     }
 
@@ -329,6 +345,15 @@ mod tests {
         session.keep(spot).expect("written");
         let again = PoseSession::load(folder.path(), &poses()).expect("whole");
         assert_eq!(again.spots, session.spots);
+        // Resistances are known where each spot has them; earlier versions wrote none.
+        assert_eq!(again.told_k(1), None);
+        let heard = [60.0, 20.0, 101.0, 60.3].map(|z_um| AtPose {
+            told_k: Some([1.0, 2.0, 3.0, z_um]),
+            ..at(z_um)
+        });
+        session.spots[0].read = heard.to_vec();
+        assert_eq!(session.told_k(1), Some([1.0, 2.0, 3.0, 20.0]));
+        session.spots = again.spots;
         let mut other = poses();
         other[1].z_um += 1.0;
         let refused = PoseSession::load(folder.path(), &other).expect_err("another");

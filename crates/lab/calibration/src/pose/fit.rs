@@ -1,18 +1,23 @@
-//! The fit of a plate on four actuators to poses: shapes, shares, what the actuators share of their heat, how their losses grow, and where
-//! the instrument's zero is.
+//! The fit of a plate on four actuators to poses: shapes, shares, what the actuators share of their heat, what a watt is worth to each and how
+//! its loss grows, what resistances tell beside their curves, and where the instrument's zero is.
 
-use control_core::calibration::{Lag, POLES, Parts};
+use control_core::calibration::{Lag, Parts};
+use control_core::shape::SEGMENTS;
 use control_core::{CHANNELS, Micrometre, PlateInverse, Pose};
 use least_squares::{Bounds, DifferenceStep, Options, Prior, Problem, minimise};
 use nalgebra::{DVector, Matrix3, Matrix3x4, Vector3, Vector4};
 
-use super::history::{Place, Table, places, tables};
+use super::heat::{Each, SharedHeat, level_rises};
+use super::history::History;
 use super::point::PosePoint;
+use super::tables::{SensedCurve, Table, tables};
 use crate::reach::PlatePose;
 use crate::refine::bend_terms;
 
 /// Terms of what an actuator's shape is apart from its table. Over one that was bent by the mean of all four, that is smooth.
 const TERMS: usize = 7;
+/// Terms of what a resistance tells apart from its curve: a constant, a slope and a bend.
+const BENDS: usize = 3;
 /// Standard deviations of what is sought, before anything was measured: a term of a shape, as a part of the range (that of a table that
 /// nobody tried); a share, of which four make one piston; the shared part of a pole, which is anything from 0 to 1; the growth of the
 /// loss (1/K), of which 3 % of a loss at some 60 K make 3e-4.
@@ -42,6 +47,15 @@ const DIFFERENCE: f64 = 1e-5;
 /// A fit ends where a step gains, or moves, no more than this share: a choice, far below what noise leaves open.
 const TOLERANCE: f64 = 1e-9;
 const MOST_EVALUATIONS: usize = 60;
+/// Standard deviation of what a heater tells at rest (K): as much as the core takes the curve of a sound one to be off by
+/// (`control_core::surroundings`). That much, too, a curve of level plates may be off by, and bend, where its four heaters share another power.
+const TOLD_K: f64 = 0.2;
+/// And that of the room where poses are measured, over that of the calibration before (K): 10 to 40 degC around a laboratory's 22.
+const ROOM_K: f64 = 15.0;
+/// What a watt is worth to an actuator, as a part: what actuators differ by in their loss, twice that of a usual scatter of 3 %. Five times it
+/// is no mirror's.
+const GAIN: f64 = 0.06;
+const MOST_GAINS: f64 = 5.0;
 
 /// What was measured, under a calibration.
 pub(super) struct PlateFit {
@@ -50,16 +64,26 @@ pub(super) struct PlateFit {
     /// coordinates are in micrometres.
     pub(super) lever_um: f64,
     pub(super) tables: [Table; CHANNELS],
-    places: Vec<[Place; CHANNELS]>,
-    reached_um: Vec<Vector3<f64>>,
+    pub(super) heat: SharedHeat,
+    history: History,
+    /// What was read, in the order of the points.
+    read: Vec<Read>,
     deviations_um: Vec<f64>,
-    /// Which of them were read at rest.
-    are_rests: Vec<bool>,
     /// What each actuator's position adds to the coordinates under the former calibration (um/um).
     shares: Matrix3x4<f64>,
-    /// Poles that may be shared, and by how much they are.
-    poles: Vec<(usize, f64)>,
-    growths: [f64; CHANNELS],
+    /// Poles that may be shared.
+    poles: Vec<usize>,
+    /// What the resistances tell at equal steps of the rises; `None` where that is not known of all.
+    curves: Option<[SensedCurve; CHANNELS]>,
+}
+
+/// A point that was read.
+struct Read {
+    /// Its number.
+    point: usize,
+    reached_um: Vector3<f64>,
+    is_rest: bool,
+    told_k: Option<Each>,
 }
 
 /// What is sought.
@@ -69,10 +93,12 @@ pub(super) struct Found {
     shapes: [[f64; TERMS]; CHANNELS],
     /// What each actuator's position adds to the coordinates (um/um).
     pub(super) shares: Matrix3x4<f64>,
-    /// By how much more each pole is shared.
-    pub(super) more_shared: [f64; POLES],
-    /// By how much more each actuator's loss grows (1/K).
-    pub(super) more_growth: [f64; CHANNELS],
+    /// How they share and lose their heat.
+    pub(super) heat: SharedHeat,
+    /// By how much warmer the room was where they were read than where the curves of the resistances were (K).
+    room_k: f64,
+    /// What each resistance tells apart from its curve (K): by powers of the place from 0 up.
+    bends_k: [[f64; BENDS]; CHANNELS],
     /// The coordinates at which what was measured is zero (um).
     pub(super) zero_um: Vector3<f64>,
 }
@@ -103,50 +129,49 @@ impl PlateFit {
             let column = [z, tilt_x.0 * lever_um as f32, tilt_y.0 * lever_um as f32];
             shares.set_column(i, &Vector3::from(column.map(f64::from)));
         }
-        let poles = parts.heat.poles().into_iter().zip(parts.heat.shared);
-        let may_be_shared = |(k, (pole, shared)): (usize, (Lag, f32))| {
+        let poles = parts.heat.poles().into_iter();
+        let may_be_shared = |(k, pole): (usize, Lag)| {
             let is_a_frames = k > 0
                 && f64::from(pole.time.0) >= FASTEST_SHARED_S
                 && f64::from(pole.weight) >= LEAST_WEIGHT;
-            is_a_frames.then_some((k, f64::from(shared)))
+            is_a_frames.then_some(k)
         };
-        let deviation = |point: &PosePoint| match point.is_rest() {
+        let read: Vec<Read> = points
+            .iter()
+            .enumerate()
+            .filter_map(|(number, point)| {
+                Some(Read {
+                    point: number,
+                    reached_um: coordinates(point.reached.as_ref()?),
+                    is_rest: point.is_rest(),
+                    told_k: point.told_k.filter(|_| point.is_rest()),
+                })
+            })
+            .collect();
+        let deviation = |read: &Read| match read.is_rest {
             true => AT_REST_UM,
             false => ON_THE_WAY_UM,
         };
-        let read = |point: &PosePoint| point.reached.is_some();
-        let all = places(parts, points).into_iter().zip(points);
+        let are_known = parts.actuators.iter().all(|it| it.sensed_rises.is_known());
+        let curves = parts.actuators.each_ref().map(SensedCurve::of);
         Self {
             top_um: f64::from(top.0),
             lever_um,
             tables: tables(parts),
-            places: all
-                .filter(|(_, point)| read(point))
-                .map(|it| it.0)
-                .collect(),
-            reached_um: points
-                .iter()
-                .filter_map(|point| point.reached.as_ref().map(coordinates))
-                .collect(),
-            deviations_um: points.iter().filter(|it| read(it)).map(deviation).collect(),
-            are_rests: points
-                .iter()
-                .filter(|it| read(it))
-                .map(PosePoint::is_rest)
-                .collect(),
+            heat: SharedHeat::of(parts),
+            history: History::new(parts, points),
+            deviations_um: read.iter().map(deviation).collect(),
+            read,
             shares,
             poles: poles.enumerate().filter_map(may_be_shared).collect(),
-            growths: parts
-                .actuators
-                .each_ref()
-                .map(|actuator| f64::from(actuator.loss_growth.0)),
+            curves: are_known.then_some(curves),
         }
     }
 
     /// The best plate near the former calibration's; `None` where there is none.
     pub(super) fn best(&mut self) -> Option<Found> {
         let found = self.nearest()?;
-        if self.are_rests.contains(&false) {
+        if self.read.iter().any(|read| !read.is_rest) {
             return Some(found);
         }
         let (piston_um, tilts_um) = self.rms_um(&found);
@@ -158,23 +183,27 @@ impl PlateFit {
 
     /// The plate that leaves least of what was measured, as far from the former calibration's as that is worth.
     fn nearest(&self) -> Option<Found> {
-        let start = DVector::zeros(self.unknowns());
-        let options = Options {
-            bounds: Some(self.bounds()),
-            prior: Some(Prior::around(start.clone(), 1.0)),
-            cost_tolerance: TOLERANCE,
-            step_tolerance: TOLERANCE,
-            max_evaluations: MOST_EVALUATIONS,
-            ..Options::default()
-        };
-        let solution = minimise(self, &start, &options).ok()?;
-        let mut found = self.found(&solution.parameters);
+        let unchanged = DVector::zeros(self.unknowns());
+        let mut parameters = unchanged.clone();
+        // While shared heat is not known, losses and gains would stand for it.
+        for free in [false, true] {
+            let options = Options {
+                bounds: Some(self.bounds(free)),
+                prior: Some(Prior::around(unchanged.clone(), 1.0)),
+                cost_tolerance: TOLERANCE,
+                step_tolerance: TOLERANCE,
+                max_evaluations: MOST_EVALUATIONS,
+                ..Options::default()
+            };
+            parameters = minimise(self, &parameters, &options).ok()?.parameters;
+        }
+        let mut found = self.found(&parameters);
         found.count_from_level();
         Some(found)
     }
 
     fn unknowns(&self) -> usize {
-        CHANNELS * (TERMS + 3 + 1) + self.poles.len() + 3
+        CHANNELS * (TERMS + 3 + 1 + BENDS + 1) + self.poles.len() + 3 + 1
     }
 
     /// In standard deviations from the former calibration.
@@ -183,55 +212,101 @@ impl PlateFit {
         let mut next = || values.next().expect("as many coordinates as unknowns");
         let shapes = std::array::from_fn(|_| std::array::from_fn(|_| SHAPE * next()));
         let shares = self.shares.map(|share| share + SHARE * next());
-        let more_growth = std::array::from_fn(|_| GROWTH_PER_K * next());
-        let mut more_shared = [0.0; POLES];
-        for (k, _) in &self.poles {
-            more_shared[*k] = SHARED * next();
+        let mut heat = self.heat.clone();
+        for growth in &mut heat.growths {
+            *growth += GROWTH_PER_K * next();
         }
+        for k in &self.poles {
+            heat.shared[*k] += SHARED * next();
+        }
+        let zero_um = Vector3::from_fn(|_, _| ZERO_UM * next());
+        let room_k = ROOM_K * next();
+        let bends_k = std::array::from_fn(|_| std::array::from_fn(|_| TOLD_K * next()));
+        let more: Each = std::array::from_fn(|_| GAIN * next());
+        let mean = more.iter().sum::<f64>() / CHANNELS as f64;
+        heat.gains = more.map(|more| 1.0 + more - mean);
         Found {
             shapes,
             shares,
-            more_shared,
-            more_growth,
-            zero_um: Vector3::from_fn(|_, _| ZERO_UM * next()),
+            heat,
+            zero_um,
+            room_k,
+            bends_k,
         }
     }
 
-    /// Parts from none to all, and losses as a board takes them.
-    fn bounds(&self) -> Bounds {
-        const FREE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
-        let free = [FREE; CHANNELS * (TERMS + 3)];
-        let growth = |growth: &f64| ((LEAST_GROWTH_PER_K - growth) / GROWTH_PER_K).min(0.0);
-        let growths = self.growths.iter().map(|it| (growth(it), f64::INFINITY));
-        let parts = self
-            .poles
-            .iter()
-            .map(|(_, shared)| (-shared / SHARED, (1.0 - shared) / SHARED));
+    /// Parts from none to all, and losses as a board takes them; these, and what a watt is worth, are as before unless they are `free`.
+    fn bounds(&self, free: bool) -> Bounds {
+        const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+        /// In standard deviations: nothing.
+        const HARDLY: f64 = 1e-9;
+        let open = |low: f64, high: f64| match free {
+            true => (low, high),
+            false => (-HARDLY, HARDLY),
+        };
+        let growth = |growth: &f64| {
+            let least = ((LEAST_GROWTH_PER_K - growth) / GROWTH_PER_K).min(-HARDLY);
+            open(least, f64::INFINITY)
+        };
+        let parts = self.poles.iter().map(|k| {
+            let shared = self.heat.shared[*k];
+            (-shared / SHARED, (1.0 - shared) / SHARED)
+        });
         Bounds::new(
-            free.into_iter()
-                .chain(growths)
+            [ANY; CHANNELS * (TERMS + 3)]
+                .into_iter()
+                .chain(self.heat.growths.iter().map(growth))
                 .chain(parts)
-                .chain([FREE; 3]),
+                .chain([ANY; 3 + 1 + CHANNELS * BENDS])
+                .chain([open(-MOST_GAINS, MOST_GAINS); CHANNELS]),
         )
     }
 
-    /// What an instrument reads where the actuators take the plate by what was found.
-    fn predicted_um(&self, found: &Found, places: &[Place; CHANNELS]) -> Vector3<f64> {
+    /// Where the tables say that the actuators were at each point that was read (um).
+    fn places_um(&self, heat: &SharedHeat) -> Vec<Each> {
+        let tables = self.tables_under(heat);
+        let rises = self.history.rises(heat);
+        self.read
+            .iter()
+            .map(|read| std::array::from_fn(|i| tables[i].position_um(rises[read.point][i])))
+            .collect()
+    }
+
+    /// The tables, which keep what they say of a level plate at rest.
+    fn tables_under(&self, heat: &SharedHeat) -> [Table; CHANNELS] {
+        let before = (&self.heat, &self.tables);
+        let rises: Vec<Each> = (0..=SEGMENTS)
+            .map(|step| self.top_um * step as f64 / SEGMENTS as f64)
+            .map(|um| level_rises(before, heat, um))
+            .collect();
+        std::array::from_fn(|i| Table::new(self.top_um, rises.iter().map(|it| it[i]).collect()))
+    }
+
+    /// What an instrument reads where the tables say that the actuators are here.
+    fn predicted_um(&self, found: &Found, places_um: &Each) -> Vector3<f64> {
         let taken = std::array::from_fn::<_, CHANNELS, _>(|i| {
-            let rise = places[i].rise(&found.more_shared, found.more_growth[i]);
-            let place = self.tables[i].position_um(rise) / self.top_um;
-            found.shape_um(i, place, self.top_um)
+            found.shape_um(i, places_um[i] / self.top_um, self.top_um)
         });
         found.shares * Vector4::from(taken) - found.zero_um
     }
 
+    /// What resistances that told this at rest are off by, in deviations; none where none are known.
+    fn told_off(&self, found: &Found, read: &Read, places_um: &Each) -> Option<Each> {
+        let (told_k, curves) = (read.told_k?, self.curves.as_ref()?);
+        Some(std::array::from_fn(|i| {
+            let (told, slope) = curves[i].at(self.tables[i].rise(places_um[i]));
+            let more = found.room_k + found.told_more_k(i, places_um[i] / self.top_um);
+            (told + more - told_k[i]) / (slope * TOLD_K)
+        }))
+    }
+
     /// What is left of the coordinates at each rest (um).
-    fn left_at_rest_um(&self, found: &Found) -> impl Iterator<Item = Vector3<f64>> {
-        let points = self.places.iter().zip(&self.reached_um);
-        let rests = points.zip(&self.are_rests);
-        rests
-            .filter(|(_, is_rest)| **is_rest)
-            .map(|((places, reached), _)| reached - self.predicted_um(found, places))
+    fn left_at_rest_um(&self, found: &Found) -> Vec<Vector3<f64>> {
+        let points = self.read.iter().zip(self.places_um(&found.heat));
+        points
+            .filter(|(read, _)| read.is_rest)
+            .map(|(read, places)| read.reached_um - self.predicted_um(found, &places))
+            .collect()
     }
 
     /// Root mean squares at rest, of the piston and of the tilts (um).
@@ -249,14 +324,19 @@ impl PlateFit {
 impl Problem for PlateFit {
     fn residuals(&self, coordinates: &DVector<f64>) -> Option<DVector<f64>> {
         let found = self.found(coordinates);
-        let points = self.places.iter().zip(&self.reached_um);
-        let left = points
-            .zip(&self.deviations_um)
-            .flat_map(|((places, reached), um)| {
-                let left = (self.predicted_um(&found, places) - reached) / *um;
-                [left.x, left.y, left.z]
-            });
-        let left = DVector::from_iterator(3 * self.places.len(), left);
+        let places = self.places_um(&found.heat);
+        let points = || self.read.iter().zip(&places);
+        let mut all = Vec::with_capacity((3 + CHANNELS) * self.read.len());
+        for ((read, places), um) in points().zip(&self.deviations_um) {
+            let left = (self.predicted_um(&found, places) - read.reached_um) / *um;
+            all.extend([left.x, left.y, left.z]);
+        }
+        all.extend(
+            points()
+                .flat_map(|(read, at)| self.told_off(&found, read, at))
+                .flatten(),
+        );
+        let left = DVector::from_vec(all);
         left.iter().all(|it| it.is_finite()).then_some(left)
     }
 
@@ -271,6 +351,18 @@ impl Found {
         let terms: [f64; TERMS] = bend_terms(place);
         let products = terms.iter().zip(&self.shapes[actuator]);
         top_um * (place + products.map(|(term, part)| term * part).sum::<f64>())
+    }
+
+    /// What an actuator's resistance tells more than its curve in the same room, at a place as a part of the range (K).
+    fn told_more_k(&self, actuator: usize, place: f64) -> f64 {
+        let [constant, slope, bend] = self.bends_k[actuator];
+        constant + place * (slope + place * bend)
+    }
+
+    /// The same, less what all four have in common, which may be the room's.
+    pub(super) fn told_apart_k(&self, actuator: usize, place: f64) -> f64 {
+        let all = (0..CHANNELS).map(|i| self.told_more_k(i, place));
+        self.told_more_k(actuator, place) - all.sum::<f64>() / CHANNELS as f64
     }
 
     /// The piston where all four tables say the same place (um).

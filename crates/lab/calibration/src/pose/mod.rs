@@ -13,17 +13,21 @@
 //! Positions are counted so that a level plate has all four actuators where it is itself, which leaves one scale, along the warp. Only
 //! poses with a warp show it, and only they depend on it; levers are exact up to that scale.
 //!
+//! - `drives`: which poses the drives hold;
 //! - `point`: what was measured;
 //! - `history`: from what was asked to how warm the actuators were;
 //! - `fit`: what is sought, and how;
 //! - `stages`: what of an actuator's stages changes with it;
 //! - `spots`: poses from a displacement sensor whose spot is moved.
 
+mod drives;
 mod fit;
+mod heat;
 mod history;
 mod point;
 mod spots;
 mod stages;
+mod tables;
 
 pub use self::point::{PoseError, PosePoint};
 pub use self::spots::{SpotHeights, poses_over_spots};
@@ -35,6 +39,7 @@ use control_core::shape::SEGMENTS;
 use control_core::{CHANNELS, Calibration, Micrometre};
 use nalgebra::{Matrix3, Matrix3x4, Vector4};
 
+pub use self::drives::Drives;
 use self::fit::{Found, PlateFit};
 use self::history::positions_um;
 use self::point::FEWEST;
@@ -70,11 +75,14 @@ impl Posed {
 
 /// Poses that tell levers and shapes: level ones all over the range, and tilts to both sides about both axes, the largest ones
 /// near rest with a warp. Neighbours in time lie far apart, so that no drift looks like a shape.
-pub fn poses_to_measure(reach: &Reach, top_um: f64) -> Vec<PlatePose> {
+pub fn poses_to_measure(calibration: &Calibration, top_um: f64) -> Vec<PlatePose> {
     const LEVELS: usize = 12;
     const STRIDE: usize = 5;
     /// Parts of the largest tilt there is, and none of its end, where limits act: a choice.
     const PARTS: [f64; 3] = [0.15, 0.45, 0.8];
+    let parts = calibration.parts();
+    let reach = Reach::new(parts.plate, top_um);
+    let drives = Drives::new(parts);
     let mut poses = Vec::new();
     for step in 0..LEVELS {
         let z_um = top_um * (1 + step * STRIDE % LEVELS) as f64 / (LEVELS + 1) as f64;
@@ -85,12 +93,13 @@ pub fn poses_to_measure(reach: &Reach, top_um: f64) -> Vec<PlatePose> {
         for (turn, sign) in [(0, 1.0), (1, 1.0), (0, -1.0), (1, -1.0)] {
             let part = PARTS[(step + turn) % PARTS.len()];
             let direction = [(sign, 0.0), (0.0, sign)][turn];
-            let rad = part * reach.largest_tilt_rad(z_um, direction);
-            poses.push(PlatePose {
+            let tilted = |rad: f64| PlatePose {
                 z_um,
                 tilt_x_rad: rad * direction.0,
                 tilt_y_rad: rad * direction.1,
-            });
+            };
+            let most_rad = drives.largest_tilt_rad(reach.largest_tilt_rad(z_um, direction), tilted);
+            poses.push(tilted(part * most_rad));
         }
     }
     poses
@@ -155,7 +164,8 @@ pub fn posed(calibration: &Calibration, points: &[PosePoint]) -> Result<Posed, P
         let numbers = |pose: PlatePose| [pose.z_um, pose.tilt_x_rad, pose.tilt_y_rad];
         let asked = numbers(point.asked).into_iter();
         let mut all = asked.chain(point.reached.into_iter().flat_map(numbers));
-        all.all(f64::is_finite) && point.held_s.is_finite()
+        let told = point.told_k.iter().flatten();
+        all.all(f64::is_finite) && point.held_s.is_finite() && told.copied().all(f64::is_finite)
     };
     if let Some(bad) = points.iter().position(|point| !is_finite(point)) {
         return Err(PoseError::NotFinite(bad + 1));
@@ -206,19 +216,23 @@ impl Outcome<'_> {
             .map(|i| counted.at(self.found.shape_um(i, 1.0, self.fit.top_um)))
             .fold(f64::INFINITY, f64::min);
         let mut actuators = self.parts.actuators;
-        let changed = Changed::new(self.parts, &self.fit.tables, &self.found.more_shared);
+        let changed = Changed::new(
+            self.parts,
+            &self.fit.tables,
+            (&self.fit.heat, &self.found.heat),
+        );
         for (i, actuator) in actuators.iter_mut().enumerate() {
             let asked_um = places.iter().map(|place| place * self.fit.top_um);
             let taken = |place: &f64| counted.at(self.found.shape_um(i, *place, self.fit.top_um));
             let asked_at = Curve::new(places.iter().map(taken).collect(), asked_um.collect())
                 .map_err(|_| PoseError::NotRising(i + 1))?;
             actuator.shape = bent(actuator, top_um, &asked_at)?;
-            *actuator = changed.stages(actuator, i, self.found.more_growth[i])?;
+            *actuator = changed.stages(actuator, i, |um| {
+                self.found.told_apart_k(i, um / self.fit.top_um)
+            })?;
         }
         let mut heat = self.parts.heat;
-        for (part, more) in heat.shared.iter_mut().zip(self.found.more_shared) {
-            *part = (f64::from(*part) + more).clamp(0.0, 1.0) as f32;
-        }
+        heat.shared = self.found.heat.shared.map(|part| part as f32);
         let hottest = actuators.iter().map(|it| it.shape.knots()[SEGMENTS]);
         let mut bounds = self.parts.bounds;
         bounds.rise.0 = hottest.fold(bounds.rise.0, f32::max);

@@ -1,6 +1,6 @@
 //! A pose that was measured, and why poses do not make a calibration.
 
-use control_core::CalibrationError;
+use control_core::{CHANNELS, CalibrationError};
 
 use crate::reach::PlatePose;
 
@@ -18,6 +18,8 @@ pub struct PosePoint {
     pub held_s: f64,
     /// What was measured; `None` where nothing was, or a limit held the plate elsewhere.
     pub reached: Option<PlatePose>,
+    /// Temperature rises that the heaters' resistances told then, by the calibration's straight line (K); `None` where they told none.
+    pub told_k: Option<[f64; CHANNELS]>,
 }
 
 impl PosePoint {

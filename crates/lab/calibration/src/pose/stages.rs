@@ -1,79 +1,78 @@
-//! What of an actuator's stages changes where heat is shared otherwise, and where its loss grows otherwise: at rest the same power holds
-//! the same position, at the same resistance, and only the rise in between is another.
+//! What of an actuator's stages changes where heat is shared otherwise, and where its loss grows otherwise: on a level plate at rest the same
+//! power holds the same position, at the same resistance, and only the rise in between is another.
 
 use control_core::calibration::{Parts, SENSED_RISES, SensedRises};
 use control_core::shape::SEGMENTS;
 use control_core::{ActuatorCalibration, CHANNELS, InverseTable, Kelvin};
 
-use super::history::Table;
+use super::heat::{SharedHeat, level_rises};
 use super::point::PoseError;
+use super::tables::Table;
 use crate::curve::Curve;
-use crate::refine::HeatLoss;
 
-/// Heat that is shared otherwise than in the calibration before.
+/// Heat that is another than in the calibration before.
 pub(super) struct Changed<'a> {
     tables: &'a [Table; CHANNELS],
-    /// By how much more of a heating at rest is shared, as a part of what was not.
-    more_shared: f64,
+    before: &'a SharedHeat,
+    after: &'a SharedHeat,
+    /// By which part the rises become smaller where they are highest, in the mean of all four.
+    stretched: f64,
 }
 
 impl<'a> Changed<'a> {
-    pub(super) fn new<const POLES: usize>(
+    pub(super) fn new(
         parts: &Parts,
         tables: &'a [Table; CHANNELS],
-        more_shared: &[f64; POLES],
+        (before, after): (&'a SharedHeat, &'a SharedHeat),
     ) -> Self {
-        let poles = parts.heat.poles();
-        let weights = || poles.iter().map(|pole| f64::from(pole.weight));
-        let shared = parts.heat.shared.iter().map(|part| f64::from(*part));
-        let before: f64 = weights().zip(shared).map(|(w, part)| w * part).sum();
-        let more: f64 = weights().zip(more_shared).map(|(w, part)| w * part).sum();
-        Self {
+        let mut changed = Self {
             tables,
-            more_shared: more / (1.0 - before),
-        }
+            before,
+            after,
+            stretched: 1.0,
+        };
+        let top = |i: usize| f64::from(parts.actuators[i].shape.knots()[SEGMENTS]);
+        let stretched = (0..CHANNELS).map(|i| top(i) / changed.level_rise(i, top(i)));
+        changed.stretched = stretched.sum::<f64>() / CHANNELS as f64;
+        changed
     }
 
     /// The rise of an actuator of a level plate that rests where it was `rise` before (K).
-    fn level_rise(&self, i: usize, rise: f64, growth: f64) -> f64 {
+    fn level_rise(&self, i: usize, rise: f64) -> f64 {
         let um = self.tables[i].position_um(rise);
-        let rises = self.tables.iter().map(|table| table.rise(um));
-        let apart = rise - rises.sum::<f64>() / CHANNELS as f64;
-        rise - self.more_shared * apart / (1.0 + 2.0 * growth * rise)
+        level_rises((self.before, self.tables), self.after, um)[i]
     }
 
-    /// The stages of an actuator whose table is bent already, and whose loss grows by so much more (1/K).
+    /// The stages of an actuator whose table is bent already, and whose resistance tells so much more than its curve at a position (K, um).
     pub(super) fn stages(
         &self,
         actuator: &ActuatorCalibration,
         i: usize,
-        more_growth: f64,
+        told_apart_k: impl Fn(f64) -> f64,
     ) -> Result<ActuatorCalibration, PoseError> {
-        let loss = |growth: f64| HeatLoss {
-            k_per_w: f64::from(actuator.thermal_resistance.0),
-            growth,
-        };
-        let before = loss(f64::from(actuator.loss_growth.0));
-        let after = loss(before.growth + more_growth);
-        let by_growth = |rise: f64| after.rise(before.heating(rise));
         let mut changed = *actuator;
-        changed.loss_growth.0 = after.growth as f32;
-        let knots = actuator
-            .shape
-            .knots()
-            .map(|k| by_growth(f64::from(k)) as f32);
+        changed.loss_growth.0 = self.after.growths[i] as f32;
+        let level = |rise: f64| self.level_rise(i, rise);
+        let knots = actuator.shape.knots();
+        let knots = knots.map(|knot| match knot > 0.0 {
+            true => level(f64::from(knot)) as f32,
+            false => knot,
+        });
         changed.shape = InverseTable::new(actuator.shape.top(), knots)
             .map_err(control_core::CalibrationError::from)?;
-        let level = |rise: f64| by_growth(self.level_rise(i, rise, before.growth));
-        // The resistance is a straight line of the rise; this one has it right where it is hottest.
-        let top = f64::from(actuator.shape.knots()[SEGMENTS]);
-        let stretched = top / level(top);
-        changed.tcr.0 *= stretched as f32;
+        changed.thermal_resistance.0 *= self.after.gains[i] as f32;
+        // The resistance is a straight line of the rise; this has it nearly right where it is hottest. All four are stretched alike, for a kelvin
+        // of the room must stay the same one to all of them.
+        changed.tcr.0 *= self.stretched as f32;
         let sensed = &actuator.sensed_rises;
         if sensed.is_known() {
             let rises = (0..SENSED_RISES)
                 .map(|knot| f64::from(sensed.top.0) * knot as f64 / (SENSED_RISES - 1) as f64);
-            let told = sensed.knots.iter().map(|k| f64::from(*k) / stretched);
+            let apart = rises
+                .clone()
+                .map(|rise| told_apart_k(self.tables[i].position_um(rise)));
+            let knots = sensed.knots.iter().zip(apart);
+            let told = knots.map(|(k, apart)| (f64::from(*k) + apart) / self.stretched);
             let at = Curve::new(rises.map(level).collect(), told.collect())
                 .map_err(|_| PoseError::NotRising(i + 1))?;
             let new_top = level(f64::from(sensed.top.0));

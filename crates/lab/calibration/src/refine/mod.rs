@@ -33,7 +33,6 @@ use control_core::{Calibration, Kelvin, Ohm, PerKelvin, Second};
 use measurement::Session;
 
 pub use self::error::RefineError;
-pub(crate) use self::heat::HeatLoss;
 pub(crate) use self::linear::bend_terms;
 
 use self::fit::{Fitted, StagesFit};
