@@ -1,6 +1,7 @@
 //! Poses on mirrors that nothing was developed on: tilt along the piston, and poses that are asked for.
 
 use calibration::{tabulate, with_assumed_levers};
+use closed_loop::drift::{Ageing, Course, aged};
 use closed_loop::pose::{
     alarms, calibrate_pose, level_tilts, peak_to_peak_deg, pose_errors, tilts_along_a_sine,
 };
@@ -71,4 +72,20 @@ fn the_mirror_whose_actuators_differ_most_is_level_and_not_doubted() {
     assert!(random.tilt_rms_deg < 0.04, "{random:?}");
     let alarms = alarms(&posed.calibration, &config, 100, 0.8).expect("a mirror");
     assert_eq!(alarms, 0);
+    // One that has aged is told all the same, before its piston is off by a micrometre.
+    for (ageing, step) in [
+        (Ageing::Resistance, 1e-3),
+        (Ageing::Coefficient, -2e-3),
+        (Ageing::Loss, 2e-2),
+    ] {
+        let course = Course {
+            ageing,
+            actuator: 3,
+            step,
+            room_k: 2.0,
+        };
+        let aged = aged(&mut posed.calibration.clone(), &config, &course).expect("a mirror");
+        println!("{course:?} {aged:?}");
+        assert!(aged.told_at.is_some() && aged.error_um < 1.0, "{aged:?}");
+    }
 }
