@@ -4,7 +4,7 @@ use control_core::{CHANNELS, CalibrationError};
 
 use crate::reach::PlatePose;
 
-/// Fewer poses at rest than this leave the unknowns open: they are 48, from three numbers a pose.
+/// Fewer poses at rest than this leave too much to what was assumed: three numbers a pose, for some sixty unknowns with a prior each.
 pub(super) const FEWEST: usize = 16;
 /// What was asked for so long is a rest (s): ten moves.
 const REST_S: f64 = 0.05;

@@ -147,7 +147,13 @@ impl Effect for HeatLossTemperature {
     }
 
     fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
-        x - p[0] * ((self.beyond_k)(m.temperature_rise_k) - (self.beyond_k)(m.ambient_k))
+        // A power takes longer than all else of a step, and the room mostly stays.
+        let of_room_k = if m.ambient_k == 0.0 {
+            0.0
+        } else {
+            (self.beyond_k)(m.ambient_k)
+        };
+        x - p[0] * ((self.beyond_k)(m.temperature_rise_k) - of_room_k)
     }
 }
 
