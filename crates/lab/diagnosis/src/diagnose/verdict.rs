@@ -157,10 +157,8 @@ impl Analysis<'_> {
         let first = rivals.first().zip(explained);
         let better = best.filter(|any_form| {
             first.is_some_and(|(effect, explained)| {
-                let is_far_below = effect.score() < OF_TWO * any_form.score;
-                is_far_below
-                    || explained < least_beside(any_form.score)
-                        && self.with_second(effect, candidates) < any_form.score
+                let with_second = || self.with_second(effect, candidates);
+                falls_short(any_form.score, effect.score(), explained, with_second)
             })
         });
         let refusal = first.zip(better);
@@ -266,6 +264,18 @@ fn least_beside(any_form: f64) -> f64 {
     least_of(OF_ANY_FORM, any_form)
 }
 
+/// Whether a function of any form that scores so much has a form that no effect has: the first effect scores too little beside it, by
+/// itself, or in what `explained` the misfit and together with the best second one.
+fn falls_short(
+    any_form: f64,
+    alone: f64,
+    explained: f64,
+    with_second: impl FnOnce() -> f64,
+) -> bool {
+    let is_of_another_law = alone < OF_TWO * any_form;
+    is_of_another_law || explained < least_beside(any_form) && with_second() < any_form
+}
+
 /// The outcome, from the number of rivals, whether they explain the misfit, and whether the misfit is more than mirrors
 /// that lack nothing show.
 fn verdict(rivals: usize, is_explained: bool, is_exceeded: bool) -> Verdict {
@@ -289,6 +299,16 @@ mod tests {
         assert_eq!(verdict(2, false, false), Verdict::None);
         assert_eq!(verdict(0, false, true), Verdict::Unknown);
         assert_eq!(verdict(0, false, false), Verdict::None);
+    }
+
+    #[test]
+    fn two_effects_are_named_for_a_law_only_where_the_first_explains_most_of_it() {
+        let falls_short = |alone, explained, both| falls_short(1000.0, alone, explained, || both);
+        assert!(!falls_short(960.0, 960.0, 960.0), "its own form");
+        assert!(!falls_short(840.0, 840.0, 1100.0), "two that were there");
+        assert!(falls_short(840.0, 840.0, 990.0), "no second one");
+        // An end stop of another law, which two effects explain.
+        assert!(falls_short(640.0, 1100.0, 1100.0));
     }
 
     #[test]
