@@ -21,6 +21,7 @@ mod dynamics;
 mod error;
 mod file;
 mod memory;
+mod plate_pose;
 mod pose;
 mod reach;
 mod refine;
@@ -35,11 +36,12 @@ pub use correct::{CorrectionError, StaticPoint, corrected};
 pub use dynamics::Remaining;
 pub use error::TabulateError;
 pub use file::{CalibrationFileError, from_toml, to_toml};
+pub use plate_pose::PlatePose;
 pub use pose::{
-    COURSE_S, Drives, PoseError, PosePoint, Posed, SpotHeights, along_a_course, posed,
+    COURSE_S, Drives, KeptWarm, PoseError, PosePoint, Posed, SpotHeights, along_a_course, posed,
     poses_over_spots, poses_to_measure, with_assumed_levers,
 };
-pub use reach::{PlatePose, Reach};
+pub use reach::Reach;
 pub use refine::{RefineError, Refined, refined};
 pub use rehearsal::{Left, Rehearsal, rehearse};
 pub use residual::{with_broken_promise, with_piston_residual};

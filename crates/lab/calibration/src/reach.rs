@@ -1,54 +1,32 @@
 //! Which poses a mirror reaches.
 
+use control_core::CHANNELS;
 use control_core::calibration::Plate;
-use control_core::{CHANNELS, Micrometre, Pose, Radian};
 
-/// Piston (um) and tilts about x and y (rad) of a plate, in f64.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PlatePose {
-    /// From rest and towards the substrate.
-    pub z_um: f64,
-    /// Right-handed: z rises along y.
-    pub tilt_x_rad: f64,
-    /// Right-handed: z falls along x.
-    pub tilt_y_rad: f64,
-}
+use crate::plate_pose::PlatePose;
+use crate::pose::{Drives, KeptWarm, largest};
 
-impl PlatePose {
-    /// How high the plate is above a spot, x and y from its centre in um (um).
-    pub fn height_um(&self, [x_um, y_um]: [f64; 2]) -> f64 {
-        self.z_um + y_um * self.tilt_x_rad - x_um * self.tilt_y_rad
-    }
-}
-
-impl From<PlatePose> for Pose {
-    fn from(pose: PlatePose) -> Self {
-        Self {
-            z: Micrometre(pose.z_um as f32),
-            tilt_x: Radian(pose.tilt_x_rad as f32),
-            tilt_y: Radian(pose.tilt_y_rad as f32),
-        }
-    }
-}
-
-impl From<Pose> for PlatePose {
-    fn from(pose: Pose) -> Self {
-        Self {
-            z_um: pose.z.0.into(),
-            tilt_x_rad: pose.tilt_x.0.into(),
-            tilt_y_rad: pose.tilt_y.0.into(),
-        }
-    }
-}
-
-/// The poses that a plate reaches: those for which a warp takes all four actuators into their range.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The poses that a plate reaches: those for which a warp takes all four actuators into their range, and which the drives hold at rest,
+/// where they are known.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Reach {
     plate: Plate,
     /// Ends of the actuators' range (um).
     low_um: f64,
     top_um: f64,
+    /// Where the actuators share heat.
+    drives: Option<Drives>,
 }
+
+/// By how much the others may keep an actuator warmer than a pose asks, and it is reached all the same (K): some 0.02 um, which turns a
+/// plate on levers of 230 um by 0.0023 deg of the 0.005 deg that tilts may be off by (docs/requirements.md), and ten times what rounding to
+/// the digits that are told may take. There is no margin: of poses whose coldest heater has next to no power the paper's mirror reaches
+/// three quarters without a limit (`closed-loop`), and one that is missed is limited by name.
+const HARDLY_WARMER_K: f64 = 0.01;
+/// Bisections of a tilt or a piston that is told: to a billionth.
+const BISECTIONS: usize = 30;
+/// Pistons at which a tilt is tried.
+const PISTONS: u32 = 64;
 
 /// How far a pose may be out of reach for its rounding (um): what the core takes for none.
 const ROUNDING_UM: f64 = 1e-4;
@@ -60,6 +38,23 @@ impl Reach {
             plate,
             low_um: 0.0,
             top_um,
+            drives: None,
+        }
+    }
+
+    /// What of it these drives hold at rest. A level plate is taken to be held: positions are asked of it whatever is shared.
+    pub fn held_by(self, drives: Drives) -> Self {
+        Self {
+            drives: drives.share_heat().then_some(drives),
+            ..self
+        }
+    }
+
+    /// The same whatever the drives hold.
+    pub fn by_range(&self) -> Self {
+        Self {
+            drives: None,
+            ..self.clone()
         }
     }
 
@@ -83,35 +78,88 @@ impl Reach {
 
     /// Whether `pose` is reached.
     pub fn contains(&self, pose: &PlatePose) -> bool {
+        self.is_in_range(pose) && self.kept_warm(pose).is_none()
+    }
+
+    /// Whether the actuators' range has `pose`, whatever the drives hold.
+    fn is_in_range(&self, pose: &PlatePose) -> bool {
         (self.low_um..=self.top_um).contains(&pose.z_um) && self.share(pose) == 1.0
+    }
+
+    /// The actuator that the heat of the others keeps warmer than `pose` asks by most, if any.
+    pub fn kept_warm(&self, pose: &PlatePose) -> Option<KeptWarm> {
+        let drives = self.drives.as_ref().filter(|_| !is_level(pose))?;
+        let most = drives.kept_warm_most(pose, self.low_um);
+        (most.k > HARDLY_WARMER_K).then_some(most)
+    }
+
+    /// Whether the drives hold a pose within the range, to the last digit.
+    fn is_held(&self, pose: &PlatePose) -> bool {
+        let drives = self.drives.as_ref().filter(|_| !is_level(pose));
+        drives.is_none_or(|drives| drives.kept_warm_most(pose, self.low_um).k <= 0.0)
     }
 
     /// The nearest pose with the same piston, or the end of the range that is nearer to it, and tilts in the same direction.
     pub fn nearest(&self, pose: &PlatePose) -> PlatePose {
+        if self.contains(pose) {
+            return *pose;
+        }
         let level = PlatePose {
             z_um: pose.z_um.clamp(self.low_um, self.top_um),
             ..*pose
         };
-        let share = self.share(&level);
-        PlatePose {
+        let tilted = |share: f64| PlatePose {
             tilt_x_rad: share * pose.tilt_x_rad,
             tilt_y_rad: share * pose.tilt_y_rad,
             ..level
-        }
+        };
+        tilted(self.largest_held(self.share(&level), tilted))
     }
 
     /// From the lowest to the highest piston (um) at which these tilts are reached, if there is any.
     pub fn pistons_um(&self, tilt_x_rad: f64, tilt_y_rad: f64) -> Option<(f64, f64)> {
         let tilted = self.tilted_um(tilt_x_rad, tilt_y_rad);
-        self.interval(tilted, [1.0; CHANNELS])
+        let (low_um, high_um) = self.interval(tilted, [1.0; CHANNELS])?;
+        let at = |z_um: f64| PlatePose {
+            z_um,
+            tilt_x_rad,
+            tilt_y_rad,
+        };
+        let Some(drives) = self.drives.as_ref().filter(|_| !is_level(&at(low_um))) else {
+            return Some((low_um, high_um));
+        };
+        let kept_warm_k = |z_um: f64| drives.kept_warm_most(&at(z_um), self.low_um).k;
+        let coolest_um = least_of(kept_warm_k, (low_um, high_um));
+        let is_held = |z_um: f64| kept_warm_k(z_um) <= 0.0;
+        is_held(coolest_um).then(|| {
+            let down_um = largest(coolest_um - low_um, BISECTIONS, |um| {
+                is_held(coolest_um - um)
+            });
+            let up_um = largest(high_um - coolest_um, BISECTIONS, |um| {
+                is_held(coolest_um + um)
+            });
+            (coolest_um - down_um, coolest_um + up_um)
+        })
     }
 
     /// The largest tilt (rad) that is reached at a piston, where the tilts about x and y are in the ratio of these two.
     pub fn largest_tilt_rad(&self, z_um: f64, (along_x, along_y): (f64, f64)) -> f64 {
         let length = along_x.hypot(along_y);
-        let per_rad = self.tilted_um(along_x / length, along_y / length);
-        self.interval([z_um; CHANNELS], per_rad)
-            .map_or(0.0, |(_, most)| most.max(0.0))
+        let per_rad = (along_x / length, along_y / length);
+        let step = self.tilted_um(per_rad.0, per_rad.1);
+        let most = self
+            .interval([z_um; CHANNELS], step)
+            .map_or(0.0, |(_, most)| most.max(0.0));
+        self.largest_held(most, |rad| PlatePose {
+            z_um,
+            tilt_x_rad: rad * per_rad.0,
+            tilt_y_rad: rad * per_rad.1,
+        })
+    }
+
+    /// The largest tilt up to `most` that the drives hold.
+    fn largest_held(&self, most: f64, tilted: impl Fn(f64) -> PlatePose) -> f64 {
+        largest(most, BISECTIONS, |tilt| self.is_held(&tilted(tilt)))
     }
 
     /// The part of its tilts that a pose can have, all of them at most.
@@ -173,10 +221,36 @@ impl Reach {
     }
 }
 
+/// Where a function of one piston is least: next to the best of some, of a function that has one valley there.
+fn least_of(of: impl Fn(f64) -> f64, (low_um, high_um): (f64, f64)) -> f64 {
+    let step_um = (high_um - low_um) / f64::from(PISTONS);
+    let tried = (0..=PISTONS).map(|step| low_um + f64::from(step) * step_um);
+    let best_um = tried
+        .min_by(|a, b| of(*a).total_cmp(&of(*b)))
+        .unwrap_or(low_um);
+    let (mut low_um, mut high_um) = (
+        (best_um - step_um).max(low_um),
+        (best_um + step_um).min(high_um),
+    );
+    for _ in 0..BISECTIONS {
+        // A third from either end is left out, whichever is worse.
+        let third_um = (high_um - low_um) / 3.0;
+        match of(low_um + third_um) < of(high_um - third_um) {
+            true => high_um -= third_um,
+            false => low_um += third_um,
+        }
+    }
+    0.5 * (low_um + high_um)
+}
+
+fn is_level(pose: &PlatePose) -> bool {
+    pose.tilt_x_rad == 0.0 && pose.tilt_y_rad == 0.0
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use control_core::{Limits, PlateInverse};
+    use control_core::{Limits, Micrometre, PlateInverse, Pose};
     use proptest::prelude::*;
 
     const TOP_UM: f64 = 170.0;

@@ -311,19 +311,19 @@ pub fn alarms(
 ) -> Result<usize, ConfigError> {
     /// Twice what an evidence of three deviations takes to be told.
     const STAY_S: f64 = 5.0;
-    let drives = Drives::new(calibration.parts());
     let (reach, top_um) = reach(calibration);
+    let held = reach.clone().held_by(Drives::new(calibration.parts()));
     let mut used = *calibration;
     let mut mirror = Loop::new(&mut used, config)?;
     let mut rng = ChaCha8Rng::seed_from_u64(config.seed);
     let mut next = || random_pose(&mut rng, &reach, top_um, part);
-    let held = std::iter::repeat_with(&mut next).filter(|pose| drives.hold(pose));
+    let asked = std::iter::repeat_with(&mut next).filter(|pose| held.contains(pose));
     let is_told = |asked: PlatePose| {
         mirror.hold_pose(&asked, STAY_S);
         let (_, limits) = mirror.tick(Setpoint::Position(core_pose(&asked)));
         limits.contains(Limit::CalibrationDrifted)
     };
-    Ok(held.take(poses).map(is_told).filter(|told| *told).count())
+    Ok(asked.take(poses).map(is_told).filter(|told| *told).count())
 }
 
 /// Anywhere on the pistons but next to rest, tilted any way by up to a part of the largest tilt.

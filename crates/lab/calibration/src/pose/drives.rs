@@ -4,24 +4,33 @@
 use control_core::CHANNELS;
 use control_core::calibration::{Parts, Plate};
 
-use super::heat::SharedHeat;
+use super::heat::{Each, SharedHeat};
 use super::history::positions_um;
 use super::tables::{Table, tables};
-use crate::reach::PlatePose;
+use crate::plate_pose::PlatePose;
 
-/// Part of what is shared that an actuator's own power must be at the least: a tenth, which is more than a calibration is off by. An actuator
-/// without power tells nothing by its resistance, either.
+/// Part of what is shared that an actuator's own power must be at the least where a pose is measured: a tenth, which is more than a
+/// calibration is off by. An actuator without power tells nothing by its resistance, either.
 const LEAST_PART: f64 = 0.1;
-/// Bisections of a tilt: to a thousandth.
+/// Bisections of a tilt that is measured: to a thousandth.
 const BISECTIONS: usize = 10;
 
 /// The drives under a calibration.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Drives {
     plate: Plate,
     top_um: f64,
     tables: [Table; CHANNELS],
     heat: SharedHeat,
+}
+
+/// An actuator that the heat of the others keeps warm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KeptWarm {
+    /// Which of the four, from 0.
+    pub actuator: usize,
+    /// By how much it is warmer than a pose asks without any power of its own (K); below 0: what its own power brings.
+    pub k: f64,
 }
 
 impl Drives {
@@ -35,28 +44,61 @@ impl Drives {
         }
     }
 
-    /// Whether they hold a pose at rest.
-    pub fn hold(&self, pose: &PlatePose) -> bool {
-        let um = positions_um(&self.plate, self.top_um, pose);
-        let rises = std::array::from_fn(|i| self.tables[i].rise(um[i]));
+    /// Whether actuators share heat. Where they do not, every pose within the tables' range is held.
+    pub fn share_heat(&self) -> bool {
+        self.heat.whole_shared() > 0.0
+    }
+
+    /// Whether they hold a pose at rest with so much power of each actuator's own that it can be measured there.
+    pub fn hold_with_a_margin(&self, pose: &PlatePose) -> bool {
+        let rises = self.rises(pose);
         let least = LEAST_PART * self.heat.shared_rise(&rises);
         let powers = self.heat.powers_at_rest(&rises);
         powers.iter().all(|power| *power >= least)
     }
 
-    /// The largest of the tilts up to `most_rad` that they hold.
-    pub(super) fn largest_tilt_rad(&self, most_rad: f64, tilted: impl Fn(f64) -> PlatePose) -> f64 {
-        if self.hold(&tilted(most_rad)) {
-            return most_rad;
-        }
-        let (mut held, mut not_held) = (0.0, most_rad);
-        for _ in 0..BISECTIONS {
-            let middle = 0.5 * (held + not_held);
-            match self.hold(&tilted(middle)) {
-                true => held = middle,
-                false => not_held = middle,
-            }
-        }
-        held
+    /// The actuator that is kept warm by most at a pose that is held at rest, where the surroundings alone hold the actuators at `low_um`.
+    pub(crate) fn kept_warm_most(&self, pose: &PlatePose, low_um: f64) -> KeptWarm {
+        let rises = self.rises(pose);
+        // What the surroundings do of a rise, the heaters do not.
+        let by_room = |table: &Table| table.rise(low_um) - table.rise(0.0);
+        let heated = std::array::from_fn(|i| rises[i] - by_room(&self.tables[i]));
+        let own = 1.0 - self.heat.whole_shared();
+        let powers = self.heat.powers_at_rest(&heated).into_iter().enumerate();
+        let kept_warm = powers.map(|(actuator, power)| KeptWarm {
+            actuator,
+            k: -own * power,
+        });
+        kept_warm
+            .max_by(|a, b| a.k.total_cmp(&b.k))
+            .expect("a mirror has actuators")
     }
+
+    fn rises(&self, pose: &PlatePose) -> Each {
+        let um = positions_um(&self.plate, self.top_um, pose);
+        std::array::from_fn(|i| self.tables[i].rise(um[i]))
+    }
+
+    /// The largest of the tilts up to `most_rad` that can be measured.
+    pub(super) fn largest_tilt_rad(&self, most_rad: f64, tilted: impl Fn(f64) -> PlatePose) -> f64 {
+        largest(most_rad, BISECTIONS, |rad| {
+            self.hold_with_a_margin(&tilted(rad))
+        })
+    }
+}
+
+/// The largest number from 0, which is taken to be held, to `most` that is held, by so many bisections.
+pub(crate) fn largest(most: f64, bisections: usize, is_held: impl Fn(f64) -> bool) -> f64 {
+    if is_held(most) {
+        return most;
+    }
+    let (mut held, mut not_held) = (0.0, most);
+    for _ in 0..bisections {
+        let middle = 0.5 * (held + not_held);
+        match is_held(middle) {
+            true => held = middle,
+            false => not_held = middle,
+        }
+    }
+    held
 }

@@ -11,7 +11,7 @@ use super::heat::{Each, SharedHeat, level_rises};
 use super::history::History;
 use super::point::PosePoint;
 use super::tables::{SensedCurve, Table, tables};
-use crate::reach::PlatePose;
+use crate::plate_pose::PlatePose;
 use crate::refine::bend_terms;
 
 /// Terms of what an actuator's shape is apart from its table. Over one that was bent by the mean of all four, that is smooth.

@@ -65,7 +65,7 @@ impl SharedHeat {
     }
 
     /// Of all poles together, what is shared.
-    fn whole_shared(&self) -> f64 {
+    pub(super) fn whole_shared(&self) -> f64 {
         let products = self.weights.iter().zip(&self.shared);
         products.map(|(weight, part)| weight * part).sum()
     }

@@ -9,7 +9,7 @@ use control_core::{Limits, Micrometre, PlateInverse};
 use super::heat::{Each, Left, SharedHeat, Warmed};
 use super::point::PosePoint;
 use super::tables::tables;
-use crate::reach::PlatePose;
+use crate::plate_pose::PlatePose;
 
 /// First time step after a jump (s), and by which part of the time since then a step is longer: the heating of all poles is followed, from
 /// a beam's millisecond to a package's seconds.

@@ -39,14 +39,16 @@ use control_core::shape::SEGMENTS;
 use control_core::{CHANNELS, Calibration, Micrometre};
 use nalgebra::{Matrix3, Matrix3x4, Vector4};
 
-pub use self::drives::Drives;
+pub(crate) use self::drives::largest;
+pub use self::drives::{Drives, KeptWarm};
 use self::fit::{Found, PlateFit};
 use self::history::positions_um;
 use self::point::FEWEST;
 use self::stages::Changed;
 use crate::correct::bent;
 use crate::curve::Curve;
-use crate::reach::{PlatePose, Reach};
+use crate::plate_pose::PlatePose;
+use crate::reach::Reach;
 use crate::residual::LEAST_UM;
 
 /// A calibration that leaves more than this of the range follows no plate: a tenth of what the factory's leaves.

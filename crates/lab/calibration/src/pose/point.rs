@@ -2,7 +2,7 @@
 
 use control_core::{CHANNELS, CalibrationError};
 
-use crate::reach::PlatePose;
+use crate::plate_pose::PlatePose;
 
 /// Fewer poses at rest than this leave too much to what was assumed: three numbers a pose, for some sixty unknowns with a prior each.
 pub(super) const FEWEST: usize = 16;

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::point::PoseError;
-use crate::reach::PlatePose;
+use crate::plate_pose::PlatePose;
 
 /// Spots whose triangle is flatter than this part of its length lie on a line: a tilt across it would count some twenty times a reading's
 /// error.

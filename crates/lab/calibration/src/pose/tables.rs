@@ -5,7 +5,7 @@ use control_core::shape::SEGMENTS;
 use control_core::{ActuatorCalibration, CHANNELS};
 
 /// The temperature rise over the position.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Table {
     top_um: f64,
     knots_k: Vec<f64>,
