@@ -40,7 +40,7 @@ pub(crate) fn check_piston(
 /// What a mirror of this reach is asked for without a word: what it reaches, and what is hardly below where it rests.
 pub(crate) fn hardly_below(reach: &Reach) -> Reach {
     let (low_um, _) = reach.level_um();
-    reach.above(low_um - BELOW_REST_UM)
+    reach.clone().above(low_um - BELOW_REST_UM)
 }
 
 /// From the lowest to the highest position of a level plate under the calibration in use, in the present room (um).

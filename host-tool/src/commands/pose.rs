@@ -2,14 +2,14 @@
 
 use std::fmt;
 
-use calibration::{PlatePose, Reach};
+use calibration::{Drives, PlatePose, Reach};
 use control_core::calibration::{Lever, Plate};
 use control_core::{CHANNELS, Micrometre};
-use mirror_protocol::{CalibrationInfo, Health, Pose, SetPose};
+use mirror_protocol::{Health, Kept, Pose, SetPose};
 use serde::Serialize;
 
-use crate::board::{hardly_below, lowest_um};
-use crate::error::BeyondBoard;
+use crate::board::{View, hardly_below, lowest_um};
+use crate::error::{BeyondBoard, ToolError};
 use crate::report::decimal;
 use crate::tilted_pose::TiltedPose;
 
@@ -55,13 +55,21 @@ pub(crate) fn reached(asked: TiltedPose, reach: &Reach) -> Result<PlatePose, Bey
         return Err(BeyondBoard::LeversUnknown);
     }
     let pose = PlatePose::from(asked);
-    if !hardly_below(reach).contains(&pose) {
-        return Err(BeyondBoard::PoseOutOfReach {
-            asked: Box::new(asked),
-            nearest: Box::new(reach.nearest(&pose).into()),
-        });
+    let borne = hardly_below(reach);
+    if borne.contains(&pose) {
+        return Ok(pose);
     }
-    Ok(pose)
+    let asked = Box::new(asked);
+    let nearest = Box::new(reach.nearest(&pose).into());
+    let is_in_range = borne.by_range().contains(&pose);
+    Err(match borne.kept_warm(&pose).filter(|_| is_in_range) {
+        None => BeyondBoard::PoseOutOfReach { asked, nearest },
+        Some(kept_warm) => BeyondBoard::PoseKeptWarm {
+            asked,
+            nearest,
+            actuator: kept_warm.actuator + 1,
+        },
+    })
 }
 
 /// A pose as it is asked of a board.
@@ -82,12 +90,26 @@ pub(super) fn from_um(low_um: f64) -> String {
     }
 }
 
-/// What the mirror reaches under the calibration in use, in its present surroundings.
-pub(crate) fn reach(calibration: &CalibrationInfo, health: &Health) -> Reach {
+/// What the mirror reaches at rest under the calibration in use, in its present surroundings. What the drives hold is not known of one
+/// that is on trial: the board reads out the one before.
+///
+/// # Errors
+/// Where the board does not answer, or refuses.
+pub(crate) async fn reach(board: &View, health: &Health) -> Result<Reach, ToolError> {
+    let calibration = board.calibration().await?;
     let levers: [Lever; CHANNELS] = calibration.levers.map(|lever| Lever {
         x: Micrometre(lever.x_um),
         y: Micrometre(lever.y_um),
         warp: lever.warp,
     });
-    Reach::new(Plate { levers }, decimal(calibration.max_position_um)).above(lowest_um(health))
+    let reach =
+        Reach::new(Plate { levers }, decimal(calibration.max_position_um)).above(lowest_um(health));
+    if !reach.knows_tilts() || calibration.kept == Kept::OnTrial {
+        return Ok(reach);
+    }
+    let drives = board.settled_calibration().await?;
+    Ok(match drives {
+        Some(settled) => reach.held_by(Drives::new(settled.parts())),
+        None => reach,
+    })
 }

@@ -51,7 +51,7 @@ pub(super) async fn run(
     json: bool,
 ) -> Result<(), ToolError> {
     let status = board.status().await?;
-    let reach = reach(&board.calibration().await?, &status.health);
+    let reach = reach(board, &status.health).await?;
     let file = picture.map(|path| NewFile::picture(path, force));
     let file = file.transpose()?;
     if file.is_some() && !reach.knows_tilts() {

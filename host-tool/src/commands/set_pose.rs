@@ -32,7 +32,7 @@ pub(super) async fn run(
     pace: Pace,
     json: bool,
 ) -> Result<(), ToolError> {
-    let reach = reach(&board.calibration().await?, &board.status().await?.health);
+    let reach = reach(board, &board.status().await?.health).await?;
     let pose = reached(asked, &reach)?;
     let moving = Move::begin(board, pace)?;
     let commanded = moving

@@ -31,6 +31,18 @@ pub enum BeyondBoard {
     },
 
     #[error(
+        "{asked} is out of reach: the heat of the other actuators keeps actuator {actuator} warmer than it asks for; nothing was moved"
+    )]
+    #[diagnostic(help(
+        "a heater cannot cool: the nearest pose that can be reached is {nearest}; `host-tool range` shows all of them"
+    ))]
+    PoseKeptWarm {
+        asked: Box<TiltedPose>,
+        nearest: Box<TiltedPose>,
+        actuator: usize,
+    },
+
+    #[error(
         "no tilt can be asked for: the calibration in use does not know the plate's levers; nothing was moved"
     )]
     #[diagnostic(help(

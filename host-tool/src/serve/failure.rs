@@ -22,6 +22,7 @@ pub(super) fn told(error: &ToolError) -> Error {
         ToolError::BeyondBoard(
             BeyondBoard::PositionOutOfRange { .. }
             | BeyondBoard::PoseOutOfReach { .. }
+            | BeyondBoard::PoseKeptWarm { .. }
             | BeyondBoard::DriveOutOfRange { .. }
             | BeyondBoard::PositionBelowRoom { .. }
             | BeyondBoard::Period { .. },

@@ -294,7 +294,8 @@ impl Session {
     }
 
     async fn set_pose(&mut self, asked: TiltedPose) -> Result<(), Error> {
-        let reach = reach(&self.calibration().await?, &self.status().await?.health);
+        let health = self.status().await?.health;
+        let reach = self.ask(async |board| reach(board, &health).await).await?;
         let pose = reached(asked, &reach).map_err(beyond)?;
         self.drive(Asked::Pose(pose)).await
     }

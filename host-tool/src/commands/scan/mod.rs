@@ -1,5 +1,6 @@
 //! `scan`: positions and poses along a sine, a triangle, a circle, a figure, a raster or a table of one's own, played by the board.
 
+mod kept_warm;
 mod path;
 mod table;
 
@@ -55,14 +56,17 @@ struct ScanReport {
 pub(super) async fn run(board: &Board, scan: Scan, json: bool) -> Result<(), ToolError> {
     let tick_hz = board.identity().tick_hz;
     let Planned { name, run, output } = path::planned(scan, tick_hz)?;
-    let reach = reach(&board.calibration().await?, &board.status().await?.health);
-    path::check_reach(&run, &reach)?;
+    let reach = reach(board, &board.status().await?.health).await?;
+    path::check_reach(&run, &reach.by_range())?;
     let experiment = Experiment::scan(name, run.clone(), samples(run.begins, run.cycles));
     experiment_player::pieces(&experiment, tick_hz)?;
     let file = output
         .map(|(path, force)| NewFile::create(path, force))
         .transpose()?;
     let (signal, cycles) = (&run.signal, run.cycles);
+    if let Some(warning) = kept_warm::warning(&run, &reach) {
+        note(warning);
+    }
     let expected = expected(board, &run).await?;
     let expected_um = expected
         .as_ref()

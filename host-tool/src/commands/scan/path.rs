@@ -220,7 +220,7 @@ pub(super) fn check_reach(run: &Run, reach: &Reach) -> Result<(), BeyondBoard> {
 
 /// The poses of a cycle, near enough to each other; of a table, those at its points, between which all others lie: what is reached
 /// is convex.
-fn poses(run: &Run) -> impl Iterator<Item = PlatePose> {
+pub(super) fn poses(run: &Run) -> impl Iterator<Item = PlatePose> {
     let per_cycle = |tilt: &Tilt| match tilt {
         Tilt::Sine(turns) | Tilt::Triangle(turns) => {
             u32::from(turns.per_cycle).max(1) * POSES_PER_TURN
