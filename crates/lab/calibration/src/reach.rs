@@ -88,15 +88,21 @@ impl Reach {
 
     /// The actuator that the heat of the others keeps warmer than `pose` asks by most, if any.
     pub fn kept_warm(&self, pose: &PlatePose) -> Option<KeptWarm> {
-        let drives = self.drives.as_ref().filter(|_| !is_level(pose))?;
-        let most = drives.kept_warm_most(pose, self.low_um);
+        let most = self.kept_warm_most(pose)?;
         (most.k > HARDLY_WARMER_K).then_some(most)
+    }
+
+    /// The actuator that is kept warm by most at `pose`, or warmed least by its own power where none is; `None` where no heat is shared, and of a level plate.
+    fn kept_warm_most(&self, pose: &PlatePose) -> Option<KeptWarm> {
+        let is_level = pose.tilt_x_rad == 0.0 && pose.tilt_y_rad == 0.0;
+        let drives = self.drives.as_ref().filter(|_| !is_level)?;
+        Some(drives.kept_warm_most(pose, self.low_um))
     }
 
     /// Whether the drives hold a pose within the range, to the last digit.
     fn is_held(&self, pose: &PlatePose) -> bool {
-        let drives = self.drives.as_ref().filter(|_| !is_level(pose));
-        drives.is_none_or(|drives| drives.kept_warm_most(pose, self.low_um).k <= 0.0)
+        let most = self.kept_warm_most(pose);
+        most.is_none_or(|most| most.k <= 0.0)
     }
 
     /// The nearest pose with the same piston, or the end of the range that is nearer to it, and tilts in the same direction.
@@ -125,12 +131,12 @@ impl Reach {
             tilt_x_rad,
             tilt_y_rad,
         };
-        let Some(drives) = self.drives.as_ref().filter(|_| !is_level(&at(low_um))) else {
+        if self.kept_warm_most(&at(low_um)).is_none() {
             return Some((low_um, high_um));
-        };
-        let kept_warm_k = |z_um: f64| drives.kept_warm_most(&at(z_um), self.low_um).k;
+        }
+        let kept_warm_k = |z_um| self.kept_warm_most(&at(z_um)).map_or(0.0, |most| most.k);
         let coolest_um = least_of(kept_warm_k, (low_um, high_um));
-        let is_held = |z_um: f64| kept_warm_k(z_um) <= 0.0;
+        let is_held = |z_um| self.is_held(&at(z_um));
         is_held(coolest_um).then(|| {
             let down_um = largest(coolest_um - low_um, BISECTIONS, |um| {
                 is_held(coolest_um - um)
@@ -241,10 +247,6 @@ fn least_of(of: impl Fn(f64) -> f64, (low_um, high_um): (f64, f64)) -> f64 {
         }
     }
     0.5 * (low_um + high_um)
-}
-
-fn is_level(pose: &PlatePose) -> bool {
-    pose.tilt_x_rad == 0.0 && pose.tilt_y_rad == 0.0
 }
 
 #[cfg(test)]

@@ -1,11 +1,11 @@
 //! Poses: a calibration of them on a mirror with an instrument that reads piston and tilts, and what they reach.
 
+use std::array;
+
 use calibration::{
     COURSE_S, Drives, PlatePose, PoseError, PosePoint, Posed, Reach, along_a_course, posed,
     poses_to_measure, with_assumed_levers,
 };
-use std::array;
-
 use control_core::{CHANNELS, Calibration, Limit, Limits, Micrometre, Setpoint};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -7,7 +7,7 @@ use control_core::{CHANNELS, Micrometre, PlateInverse, Pose};
 use least_squares::{Bounds, DifferenceStep, Options, Prior, Problem, minimise};
 use nalgebra::{DVector, Matrix3, Matrix3x4, Vector3, Vector4};
 
-use super::heat::{Each, SharedHeat, level_rises};
+use super::heat::{Each, SharedHeat, level_rises, mean};
 use super::history::History;
 use super::point::PosePoint;
 use super::tables::{SensedCurve, Table, tables};
@@ -223,8 +223,8 @@ impl PlateFit {
         let room_k = ROOM_K * next();
         let bends_k = std::array::from_fn(|_| std::array::from_fn(|_| TOLD_K * next()));
         let more: Each = std::array::from_fn(|_| GAIN * next());
-        let mean = more.iter().sum::<f64>() / CHANNELS as f64;
-        heat.gains = more.map(|more| 1.0 + more - mean);
+        let in_common = mean(&more);
+        heat.gains = more.map(|more| 1.0 + more - in_common);
         Found {
             shapes,
             shares,
@@ -361,8 +361,8 @@ impl Found {
 
     /// The same, less what all four have in common, which may be the room's.
     pub(super) fn told_apart_k(&self, actuator: usize, place: f64) -> f64 {
-        let all = (0..CHANNELS).map(|i| self.told_more_k(i, place));
-        self.told_more_k(actuator, place) - all.sum::<f64>() / CHANNELS as f64
+        let all = std::array::from_fn(|i| self.told_more_k(i, place));
+        all[actuator] - mean(&all)
     }
 
     /// The piston where all four tables say the same place (um).

@@ -174,6 +174,6 @@ pub(super) fn level_rises(
     after.rises_at_rest(&before.powers_at_rest(&rises))
 }
 
-fn mean(of: &Each) -> f64 {
+pub(super) fn mean(of: &Each) -> f64 {
     of.iter().sum::<f64>() / CHANNELS as f64
 }
