@@ -152,9 +152,12 @@ impl Actuator {
 
     /// What the current of the tick that ended tells, in the actuator's turn, which also corrects the resistance from now on.
     pub(crate) fn sense(&mut self, applied: Volt, current: Ampere) -> Option<ActuatorSense> {
-        let sense = self.gains.thermometer.read(applied, current)?;
-        self.correction.update(sense.resistance.0 / self.expected.0);
-        Some(sense)
+        let sense = self.gains.thermometer.read(applied, current);
+        match &sense {
+            Some(sense) => self.correction.update(sense.resistance.0 / self.expected.0),
+            None => self.correction.rest(),
+        }
+        sense
     }
 
     /// Whether its current has told no plausible resistance for long.
@@ -169,7 +172,7 @@ impl Actuator {
         current: Ampere,
         (heat, shared): (&HeatInverse, &SharedHeat),
     ) -> Option<Evidence> {
-        self.correction.is_plausible().then(|| Evidence {
+        self.correction.tells().then(|| Evidence {
             sensed: sense.temperature_rise,
             rise: self.rise,
             unsettled: self.unsettled(heat, shared),

@@ -51,7 +51,7 @@ impl Setpoint {
     }
 }
 
-/// So much below what the surroundings hold a position may be without a word: 0.05 um of a usual mirror, its static error.
+/// So much below what the surroundings, or its memory, hold a position may be without a word: 0.05 um of a usual mirror, its static error.
 const UNNOTICED: Kelvin = Kelvin(0.03);
 
 /// The target of no path: it is no pose that is asked for twice, so the next one is planned for.
@@ -346,6 +346,10 @@ impl<'a> Controller<'a> {
                 let at_rest = if heater.0 < 0.0 { heater.0 } else { 0.0 };
                 if target.0 < at_rest - UNNOTICED.0 {
                     step.limits.insert(Limit::RoomWarm);
+                }
+                // What creep and hysteresis hold up at rest.
+                if asked.0 < -UNNOTICED.0 {
+                    step.limits.insert(Limit::Cooling);
                 }
                 target = Kelvin(0.0);
             }

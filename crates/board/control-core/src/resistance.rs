@@ -59,6 +59,8 @@ pub(crate) struct Correction {
     factor: f32,
     /// Readings in succession that were not plausible.
     implausible: u8,
+    /// Readings since the heater is driven, up to [`Self::ARRIVED`].
+    driven: u8,
 }
 
 impl Correction {
@@ -66,6 +68,7 @@ impl Correction {
     pub(crate) const NONE: Self = Self {
         factor: 1.0,
         implausible: 0,
+        driven: 0,
     };
     /// A resistance that is further from the model's is a fault or noise, or the drive of a step that is on its way through the
     /// output filter, and not warmth: the farthest surroundings that are followed, 63 K (`surroundings/filter.rs`), change a cold
@@ -75,6 +78,9 @@ impl Correction {
     /// filter, 0.16 ms, and the conversion's tick. A drive that rises from zero as the cube of time is within
     /// that of what it was then after 36 ticks, a step after three. What lasts longer is a fault or noise.
     const SETTLED: u8 = (40 / TURNS) as u8;
+    /// The third reading of a heater that was not driven before is the first that tells a temperature: it comes eight ticks after the
+    /// drive at the earliest, when the drive has arrived to 0.05 %, 0.1 K; the second may be 4 % off, 10 K.
+    const ARRIVED: u8 = 3;
     /// Part of the way to a new reading that is gone at once: the mean of some four. One reading on a drive's way through the
     /// output filter, 12 % off, makes 3 % of it.
     const PACE: f32 = 0.25;
@@ -84,9 +90,14 @@ impl Correction {
         self.factor
     }
 
-    /// Whether the last reading was plausible.
-    pub(crate) fn is_plausible(self) -> bool {
-        self.implausible == 0
+    /// Whether the last reading tells a temperature: it was plausible, and all of the drive has arrived.
+    pub(crate) fn tells(self) -> bool {
+        self.implausible == 0 && self.driven == Self::ARRIVED
+    }
+
+    /// Nothing is driven.
+    pub(crate) fn rest(&mut self) {
+        self.driven = 0;
     }
 
     /// Whether readings are not plausible, and have not been for as long as a drive may be on its way.
@@ -96,6 +107,9 @@ impl Correction {
 
     /// A reading of `ratio` times the model's resistance, once in [`TURNS`] ticks.
     pub(crate) fn update(&mut self, ratio: f32) {
+        if self.driven < Self::ARRIVED {
+            self.driven += 1;
+        }
         let off = ratio - 1.0;
         if off.abs() < Self::PLAUSIBLE {
             self.factor += Self::PACE * (ratio - self.factor);
@@ -136,6 +150,22 @@ mod tests {
                 assert!(!correction.is_unknown());
             }
             assert!((correction.factor() - 1.1).abs() < 2e-3, "{correction:?}");
+        }
+    }
+
+    #[test]
+    fn a_step_tells_a_temperature_when_all_of_it_has_arrived() {
+        for first in 1..=TURNS as u8 {
+            let mut correction = Correction::NONE;
+            for ratio in after_a_step(1.0, first) {
+                correction.update(ratio);
+                // A tenth of a kelvin of 260 K, the inverse of the films' coefficient.
+                assert!(!correction.tells() || ratio < 1.0 + 0.1 / 260.0, "{ratio}");
+            }
+            assert!(correction.tells());
+            correction.rest();
+            correction.update(1.0);
+            assert!(!correction.tells(), "another step");
         }
     }
 

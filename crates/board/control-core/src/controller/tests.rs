@@ -154,6 +154,20 @@ fn a_mirror_that_cannot_cool_faster_says_so() {
 }
 
 #[test]
+fn a_mirror_that_its_memory_holds_above_rest_says_so() {
+    let mut controller = controller(parts());
+    controller.compensate_surroundings(false);
+    let mut last = |z: f32, ticks: usize| {
+        let tick = |_| *controller.step(Setpoint::position(Micrometre(z)), NOTHING.0, NOTHING.1);
+        (0..ticks).map(tick).last().expect("ticks")
+    };
+    last(150.0, 100_000);
+    let held = last(0.0, 20_000);
+    assert!(held.limits.contains(Limit::Cooling));
+    assert_eq!(last(5.0, 20_000).limits, Limits::NONE);
+}
+
+#[test]
 fn what_a_bound_held_back_catches_up_without_a_jerk() {
     // What actuators share is told them once in four ticks, by up to 0.04 K here.
     let mut parts = parts();
@@ -231,6 +245,41 @@ fn an_implausible_current_is_named_and_not_used() {
     assert!(told);
     // A hundredth of a drive's step of 1 mV.
     assert!((applied[0].0 - (10e-3_f32 * 480.0).sqrt()).abs() < 1e-5);
+}
+
+/// What is sensed is the drive behind two poles of 2 kHz and a tick of conversion (`resistance.rs`): whichever actuator's turn it is when a
+/// drive begins, the surroundings are not told from what is still on its way.
+#[test]
+fn a_step_from_nothing_is_no_other_room() {
+    for phase in 0..PERIOD {
+        let mut controller = controller(parts());
+        let ohm = parts().actuators.map(|actuator| actuator.cold_resistance.0);
+        // 0.11 V warm a heater by less than 0.2 K.
+        let asked = |tick: usize| match (phase..phase + 24).contains(&tick) {
+            true => Volt(0.11),
+            false => Volt(0.0),
+        };
+        let mut history = [Volt(0.0); CHANNELS];
+        let mut poles = [0.0; 2];
+        for tick in 0..200 {
+            let applied = history[0];
+            let mut pole_in = history[1].0;
+            for pole in &mut poles {
+                *pole += (1.0 - (-core::f32::consts::TAU * 2e3 * 1e-4).exp()) * (pole_in - *pole);
+                pole_in = *pole;
+            }
+            let currents = ohm.map(|ohm| Ampere(pole_in / ohm));
+            controller.compensate_surroundings(false);
+            let step = controller.step(
+                Setpoint::Drive([asked(tick); CHANNELS]),
+                [applied; CHANNELS],
+                currents,
+            );
+            history = [step.drives[0], history[0], history[1], history[2]];
+        }
+        let told = *controller.surroundings().expect("known");
+        assert!(told.rise.0.abs() < 0.3, "phase {phase}: {told:?}");
+    }
 }
 
 fn any_float() -> impl Strategy<Value = f32> {
