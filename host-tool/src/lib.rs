@@ -19,6 +19,7 @@ mod page;
 mod picture;
 mod recording;
 mod report;
+mod rounding;
 mod scpi;
 mod serve;
 mod system;

@@ -6,6 +6,7 @@ use quantities::{Length, Voltage};
 
 use crate::error::BeyondBoard;
 use crate::report::decimal;
+use crate::rounding::nanometres_within;
 
 /// So far (um) may what is asked for lie below where the mirror rests in the present room: so far off a position may be in any room
 /// (`docs/requirements.md`), and what a board knows of its room is never the same twice. The board takes it to where it rests.
@@ -27,7 +28,10 @@ pub(crate) fn check_piston(
     asked: Length,
     (low_um, high_um): (f64, f64),
 ) -> Result<(), BeyondBoard> {
-    let (lowest, max) = (Length { um: low_um }, Length { um: high_um });
+    let [lowest, max] = [
+        nanometres_within(low_um, f64::ceil),
+        nanometres_within(high_um, f64::floor),
+    ];
     if !(0.0..=high_um).contains(&asked.um) {
         return Err(BeyondBoard::PositionOutOfRange { asked, max });
     }
@@ -91,6 +95,14 @@ mod tests {
         warm.health.lowest_position_um = 18.25;
         let told = check_position(Length { um: 5.0 }, &warm).expect_err("a heater cannot cool");
         assert!(told.to_string().contains("rests at 18.25 um"), "{told}");
+        warm.health.lowest_position_um = 2.669_087_4;
+        warm.max_position_um = 146.724_58;
+        for (um, end) in [(0.0, "2.67 um"), (150.0, "146.724 um")] {
+            let told = check_position(Length { um }, &warm).expect_err("beyond");
+            assert!(told.to_string().contains(end), "{told}");
+        }
+        warm = status.clone();
+        warm.health.lowest_position_um = 18.25;
         // Half a micrometre below is as good as there.
         assert!(check_position(Length { um: 17.76 }, &warm).is_ok());
         assert!(check_position(Length { um: 17.74 }, &warm).is_err());

@@ -60,7 +60,7 @@ pub(crate) fn reached(asked: TiltedPose, reach: &Reach) -> Result<PlatePose, Bey
         return Ok(pose);
     }
     let asked = Box::new(asked);
-    let nearest = Box::new(reach.nearest(&pose).into());
+    let nearest = Box::new(nearest(&pose, reach));
     let is_in_range = borne.by_range().contains(&pose);
     Err(match borne.kept_warm(&pose).filter(|_| is_in_range) {
         None => BeyondBoard::PoseOutOfReach { asked, nearest },
@@ -70,6 +70,18 @@ pub(crate) fn reached(asked: TiltedPose, reach: &Reach) -> Result<PlatePose, Bey
             actuator: kept_warm.actuator + 1,
         },
     })
+}
+
+/// The nearest pose that is reached, to the digits that are told: asked for as it is told, it is reached.
+pub(super) fn nearest(pose: &PlatePose, reach: &Reach) -> TiltedPose {
+    /// Digits by which tilts are made less, where rounding takes them out of reach.
+    const TRIED: u8 = 8;
+    let nearest = TiltedPose::from(reach.nearest(pose));
+    let level_um = reach.level_um();
+    (0..TRIED)
+        .map(|digits| nearest.told(level_um, digits))
+        .find(|told| reach.contains(&PlatePose::from(*told)))
+        .unwrap_or(nearest)
 }
 
 /// A pose as it is asked of a board.
@@ -112,4 +124,31 @@ pub(crate) async fn reach(board: &View, health: &Health) -> Result<Reach, ToolEr
         Some(settled) => reach.held_by(Drives::new(settled.parts())),
         None => reach,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Typed as it is told, the nearest pose is reached.
+        #[test]
+        fn the_nearest_pose_is_reached_as_it_is_told(
+            low_um in 0.0..60.0, top_um in 100.0..170.0, z_um in -20.0..190.0, tilt_x_rad in -0.5..0.5, tilt_y_rad in -0.5..0.5,
+        ) {
+            let reach = Reach::new(Plate::cross(Micrometre(480.0)), top_um).above(low_um);
+            let told = nearest(&PlatePose { z_um, tilt_x_rad, tilt_y_rad }, &reach).to_string();
+            let numbers: Vec<f64> = told.split(' ').filter_map(|word| word.parse().ok()).collect();
+            let [z_um, tilt_x_deg, tilt_y_deg] = numbers[..] else {
+                panic!("{told}");
+            };
+            let typed = PlatePose {
+                z_um,
+                tilt_x_rad: tilt_x_deg.to_radians(),
+                tilt_y_rad: tilt_y_deg.to_radians(),
+            };
+            prop_assert!(reach.contains(&typed), "{}", told);
+        }
+    }
 }

@@ -43,7 +43,7 @@ pub(super) async fn run(
     let report = PoseReport {
         asked,
         pose: PlateReport::from(&status.telemetry.pose),
-        uncertainty: Uncertainty::from(&status.telemetry),
+        uncertainty: Uncertainty::of_position(&status.telemetry),
         settled_s: settled.s,
         readings,
         limited_by: limit_names(status.health.limits_since_command),

@@ -43,7 +43,7 @@ pub(super) async fn run(board: &Board, z: Length, pace: Pace, json: bool) -> Res
         settled_s: settled.s,
         readings,
         limited_by: limit_names(status.health.limits_since_command),
-        uncertainty: Uncertainty::from(&status.telemetry),
+        uncertainty: Uncertainty::of_position(&status.telemetry),
         sensor_is_virtual: board.identity().is_emulated,
         error_um: readings.sensor_z_um.map(|sensor| sensor - z.um),
     };

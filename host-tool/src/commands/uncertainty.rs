@@ -36,6 +36,16 @@ impl From<&Telemetry> for Uncertainty {
 }
 
 impl Uncertainty {
+    /// The same of a position that was asked for: heaters that are not driven and do not settle are warmer than it asks, by however little.
+    pub(crate) fn of_position(sample: &Telemetry) -> Self {
+        let told = Self::from(sample);
+        let is_undriven = sample.drive_v.iter().all(|v| *v == 0.0);
+        Self {
+            cools: told.cools || (told.settles_in_s.is_none() && is_undriven),
+            ..told
+        }
+    }
+
     /// When it settles, in words.
     pub(crate) fn settling(&self) -> Option<String> {
         self.settles_in_s.map(|settles_in_s| {
@@ -86,6 +96,12 @@ mod tests {
             tilt_urad: 35,
         });
         assert_eq!(line(&sample), "    0.084 um either way in 95 of 100 cases");
+        assert!(
+            Uncertainty::of_position(&sample)
+                .to_string()
+                .ends_with("until then it is higher"),
+            "nothing is driven, and it does not settle"
+        );
         let mut limits = Limits::from_bits(0);
         limits.insert(Limit::Cooling);
         sample.limits = limits.bits();

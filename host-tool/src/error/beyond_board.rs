@@ -46,8 +46,7 @@ pub enum BeyondBoard {
         "no tilt can be asked for: the calibration in use does not know the plate's levers; nothing was moved"
     )]
     #[diagnostic(help(
-        "write where the actuators act on the plate as `levers` into a calibration file, and `host-tool load-calibration` it; \
-         piston motion needs no levers: `host-tool set-z`"
+        "`host-tool calibrate-pose` measures the levers; piston motion needs none: `host-tool set-z`"
     ))]
     LeversUnknown,
 

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use experiments::Experiment;
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
-use crate::verbosity::say;
+use crate::verbosity::note;
 use crate::working::bar;
 
 /// A bar for one experiment after the other, or for all of a plan.
@@ -70,7 +70,7 @@ impl Progress {
 
     /// Prints something above the bar.
     pub(super) fn say(&self, words: &str) {
-        self.bar.suspend(|| say(words));
+        self.bar.suspend(|| note(words));
     }
 
     /// The bar disappears until the next experiment.

@@ -7,6 +7,7 @@ use experiments::Run;
 
 use super::path::poses;
 use crate::board::hardly_below;
+use crate::commands::pose::nearest;
 use crate::tilted_pose::TiltedPose;
 
 /// The pose at which an actuator is kept warm by most, and the nearest to it that is held; `None` where all are.
@@ -22,6 +23,6 @@ pub(super) fn warning(run: &Run, reach: &Reach) -> Option<String> {
         TiltedPose::from(pose),
         most.actuator + 1,
         most.k,
-        TiltedPose::from(reach.nearest(&pose)),
+        nearest(&pose, reach),
     ))
 }

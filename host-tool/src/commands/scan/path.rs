@@ -12,6 +12,7 @@ use super::table::{self, Sampled};
 use crate::board::{check_piston, hardly_below};
 use crate::cli::{Curve, Frame, Scan, TiltCurve};
 use crate::commands::following::{Followed, falls_short};
+use crate::commands::pose::nearest;
 use crate::error::{BeyondBoard, ToolError};
 use crate::verbosity::note;
 
@@ -213,7 +214,7 @@ pub(super) fn check_reach(run: &Run, reach: &Reach) -> Result<(), BeyondBoard> {
         None => Ok(()),
         Some(pose) => Err(BeyondBoard::PoseOutOfReach {
             asked: Box::new(pose.into()),
-            nearest: Box::new(reach.nearest(&pose).into()),
+            nearest: Box::new(nearest(&pose, reach)),
         }),
     }
 }
