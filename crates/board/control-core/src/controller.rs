@@ -138,7 +138,7 @@ impl<'a> Controller<'a> {
         let memory = MemoryInverse::new(&parts.memory);
         let (highest, highest_limits) = highest(parts);
         Self {
-            heat: HeatInverse::new(&parts.heat),
+            heat: HeatInverse::new(&parts.heat, parts.shared_gains()),
             shared: SharedHeat::default(),
             actuators: parts
                 .actuators

@@ -4,7 +4,8 @@
 //! limit cut off is asked for again in the next tick, and nothing winds up (anti-windup by state
 //! feedback of the saturated input).
 //!
-//! A part of a pole may be driven by the mean heating of all four actuators, as that of the frame they stand on. It is slow against a
+//! A part of a pole may be driven by the heating of all four actuators, each in proportion to its watts, as that of the frame they stand on,
+//! which an actuator that loses more warms by more for the same rise. It is slow against a
 //! tick, so what the four have in common is brought up to date pole by pole, told ahead by as much as it is late, and taken into each
 //! actuator's turn; with that the four are inverted apart, and their coupling needs no inverse of its own.
 //!
@@ -23,6 +24,8 @@ pub(crate) struct HeatInverse {
     fast: [QuickLag; FAST_POLES],
     slow: [SlowLag; SLOW_POLES],
     shared: [SlowLag; SHARED_POLES],
+    /// What a kelvin of each actuator's heating adds to what drives them.
+    shared_gains: [f32; CHANNELS],
     /// Input gain of all poles over one tick, and its inverse.
     input_gain: f32,
     per_input_gain: f32,
@@ -56,7 +59,7 @@ pub(crate) struct SharedHeat {
     ahead: [f32; SHARED_POLES],
     /// Sum of them.
     sum: f32,
-    /// Mean heating of all four in their last turns.
+    /// What drives them: the mean of all four's heating in their last turns, by their watts.
     heating: f32,
     /// The turns so far, summed.
     gathered: f32,
@@ -78,7 +81,8 @@ const AHEAD: f32 = 6.0;
 pub(crate) const LEAST_SLOWING: f32 = -0.9;
 
 impl HeatInverse {
-    pub(crate) fn new(heat: &Heat) -> Self {
+    /// `shared_gains`: what a kelvin of each actuator's heating adds to what drives the shared poles.
+    pub(crate) fn new(heat: &Heat, shared_gains: [f32; CHANNELS]) -> Self {
         let poles = heat.poles();
         let part = |pole: usize, part: f32| Lag {
             weight: part * poles[pole].weight,
@@ -94,6 +98,7 @@ impl HeatInverse {
             shared: core::array::from_fn(|lag| {
                 SlowLag::new(&part(1 + lag, heat.shared[1 + lag]), TURNS)
             }),
+            shared_gains,
             input_gain,
             per_input_gain: 1.0 / input_gain,
             fast_weight: own_fast.iter().map(|lag| lag.weight).sum(),
@@ -208,7 +213,7 @@ impl HeatInverse {
         state.free_response += state.slow_sum - before;
     }
 
-    /// One shared lag, with the mean heating of all four; `mean` is that of the actuator whose turn it is.
+    /// One shared lag, with what drives all of them; `mean` is the heating of the actuator whose turn it is.
     #[inline(always)]
     fn advance_shared(&self, shared: &mut SharedHeat, mean: f32, turn: usize) {
         let turn = turn % SHARED_POLES;
@@ -217,9 +222,9 @@ impl HeatInverse {
         let ahead = at.value + AHEAD / TURNS as f32 * lag.step(at, shared.heating);
         shared.ahead[turn] = ahead;
         shared.sum = shared.ahead.iter().sum();
-        shared.gathered += mean;
+        shared.gathered += self.shared_gains[turn] * mean;
         if turn + 1 == SHARED_POLES {
-            shared.heating = shared.gathered * (1.0 / CHANNELS as f32);
+            shared.heating = shared.gathered;
             shared.gathered = 0.0;
             let lags = self.shared.iter().zip(&shared.lags).take(SHARED_FAST);
             let left = lags.map(|(lag, at)| lag.left(at, shared.heating));

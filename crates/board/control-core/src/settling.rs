@@ -107,6 +107,7 @@ impl Decay {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::CHANNELS;
     use crate::calibration::tests::parts;
     use crate::heat::{HeatInverse, HeatState, SharedHeat};
     use crate::lag::TURNS;
@@ -119,7 +120,7 @@ mod tests {
             let mut fast = parts().heat.fast;
             fast[2].weight = 0.2;
             let heat = Heat { fast, ..Heat::INSTANT };
-            let inverse = HeatInverse::new(&heat);
+            let inverse = HeatInverse::new(&heat, [0.25; CHANNELS]);
             let mut state = HeatState::default();
             let mut rise = Kelvin(0.0);
             for tick in 0..20_000 {

@@ -15,7 +15,7 @@
 //! ambient_ratio = 1.02 # kelvins of a heater that one of the surroundings is worth; without it these are not compensated
 //! residual = { piston_um = 0.03, part = 0.0, apart = 0.03, ambient_ratio = 0.05 } # standard uncertainties; none where nobody knows them
 //! fast_poles = [{ weight = 0.6, time_s = 0.001 }, { weight = 0.34, time_s = 0.035 }]
-//! slow_poles = [{ weight = 0.06, time_s = 4.7, shared = 0.9 }] # shared: the part that the mean heating of all four drives
+//! slow_poles = [{ weight = 0.06, time_s = 4.7, shared = 0.9 }] # shared: the part that the heating of all four drives
 //! plays = [{ weight = 0.01, radius_um = 4.0 }]
 //! creep = [{ weight = 0.003, time_s = 5.0 }]
 //! levers = [{ x_um = 480.0, y_um = 0.0, warp = 1.0 }, ...] # of the four actuators; none where nobody knows them

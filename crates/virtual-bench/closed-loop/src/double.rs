@@ -44,7 +44,7 @@ impl Chain {
             actuators: parts
                 .actuators
                 .map(|actuator| Actuator::new(actuator, parts)),
-            shared: Shared::new(&parts.heat),
+            shared: Shared::new(parts),
             top_um: f64::from(calibration.max_position().0),
             hottest_um: hottest_um(parts),
             turn: 0,

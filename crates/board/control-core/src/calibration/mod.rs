@@ -52,6 +52,19 @@ pub struct Parts {
     pub residual: Residual,
 }
 
+impl Parts {
+    /// What a kelvin of each actuator's heating adds to what drives the shared part of the poles: its watts over those of all four. What
+    /// they stand on is warmed by watts, and one that loses more takes more of them for the same rise.
+    pub fn shared_gains(&self) -> [f32; CHANNELS] {
+        let watts = self
+            .actuators
+            .each_ref()
+            .map(|actuator| 1.0 / actuator.thermal_resistance.0);
+        let sum: f32 = watts.iter().sum();
+        watts.map(|one| one / sum)
+    }
+}
+
 impl Calibration {
     /// A calibration of these parts.
     ///

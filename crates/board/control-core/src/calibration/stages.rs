@@ -69,8 +69,8 @@ pub struct Heat {
     pub fast: [Lag; FAST_POLES],
     /// Time constants from [`SLOW`] on.
     pub slow: [Lag; SLOW_POLES],
-    /// Part of each, the fast ones first, that the mean heating of all four actuators drives, as that of the frame they stand on;
-    /// the rest is driven by the actuator's own. Of the first, which is the beam's, 0.
+    /// Part of each, the fast ones first, that the heating of all four actuators drives, as that of the frame they stand on, each in
+    /// proportion to its watts; the rest is driven by the actuator's own. Of the first, which is the beam's, 0.
     pub shared: [f32; POLES],
     /// Time constant with which the beam follows its heater, whose temperature rise the poles tell: heat is on its way from one to
     /// the other. 0: it is as warm at once.

@@ -73,7 +73,10 @@ impl<'a> Controller<'a> {
     }
 
     fn exchange_heat(&mut self, parts: &Parts) {
-        let before = core::mem::replace(&mut self.heat, HeatInverse::new(&parts.heat));
+        let before = core::mem::replace(
+            &mut self.heat,
+            HeatInverse::new(&parts.heat, parts.shared_gains()),
+        );
         self.shared = self.heat.inherit_shared(&before, &self.shared);
         for actuator in &mut self.actuators {
             actuator.heat = self.heat.inherit(&self.shared, (&before, &actuator.heat));

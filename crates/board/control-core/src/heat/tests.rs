@@ -3,6 +3,9 @@ use crate::calibration::tests::parts;
 use crate::units::{Second, SecondPerKelvin};
 use proptest::prelude::*;
 
+/// Actuators that take the same power.
+const EVEN: [f32; CHANNELS] = [0.25; CHANNELS];
+
 /// Heat of which nothing is shared.
 fn apart() -> Heat {
     Heat {
@@ -55,7 +58,7 @@ proptest! {
     fn the_inverse_is_exact_along_any_course(
         course in proptest::collection::vec(0.0_f32..100.0, 1..100),
     ) {
-        let inverse = HeatInverse::new(&apart());
+        let inverse = HeatInverse::new(&apart(), EVEN);
         let mut state = HeatState::default();
         let mut mirror = Forward::new();
         for (tick, target) in course.into_iter().enumerate() {
@@ -78,7 +81,7 @@ proptest! {
         driven in proptest::collection::vec(0.0_f32..1e4, 1..300),
     ) {
         let heat = Heat { time_growth: SecondPerKelvin(growth_s_per_k), ..apart() };
-        let inverse = HeatInverse::new(&heat);
+        let inverse = HeatInverse::new(&heat, EVEN);
         let (mut state, mut rise) = (HeatState::default(), Kelvin(0.0));
         for heating in driven {
             let left = inverse.unstored(&state, Kelvin(heating), rise);
@@ -93,7 +96,7 @@ proptest! {
         limited in proptest::collection::vec(0.0_f32..120.0, 0..300),
         target in 0.0_f32..100.0,
     ) {
-        let inverse = HeatInverse::new(&apart());
+        let inverse = HeatInverse::new(&apart(), EVEN);
         let mut state = HeatState::default();
         let mut mirror = Forward::new();
         for heating in limited {
@@ -108,9 +111,11 @@ proptest! {
     }
 }
 
-/// What four actuators share, along a sine of each at 20 Hz, against the lags in f64 that the mean heating drives at every tick.
+/// What four actuators share, along a sine of each at 20 Hz, against the lags in f64 that their watts drive at every tick.
 #[test]
 fn what_is_shared_is_followed_in_turns() {
+    /// Actuators that take up to a quarter more watts for the same rise.
+    const GAINS: [f64; CHANNELS] = [0.22, 0.28, 0.24, 0.26];
     let heat = Heat {
         fast: [
             Lag {
@@ -136,7 +141,7 @@ fn what_is_shared_is_followed_in_turns() {
         shared: [0.0, 1.0, 0.0, 0.8, 0.0],
         ..Heat::INSTANT
     };
-    let inverse = HeatInverse::new(&heat);
+    let inverse = HeatInverse::new(&heat, GAINS.map(|gain| gain as f32));
     let mut states: [HeatState; CHANNELS] = Default::default();
     let mut shared = SharedHeat::default();
     let (mut fast, mut slow) = (0.0_f64, 0.0_f64);
@@ -158,7 +163,8 @@ fn what_is_shared_is_followed_in_turns() {
         }
         let turn = tick % TURNS;
         inverse.advance_slow(&mut states[turn], &mut shared, turn);
-        let mean = heatings.iter().sum::<f64>() / CHANNELS as f64;
+        let products = heatings.iter().zip(GAINS);
+        let mean: f64 = products.map(|(heating, gain)| gain * heating).sum();
         relax(&mut fast, 0.3 * mean, 33e-3);
         relax(&mut slow, 0.08 * mean, 4.7);
         for i in 0..CHANNELS {
@@ -179,7 +185,7 @@ fn what_is_shared_is_followed_in_turns() {
 #[test]
 fn a_heater_that_is_led_takes_its_beam_along_the_way() {
     const TICKS: usize = 70;
-    let inverse = HeatInverse::new(&parts().heat);
+    let inverse = HeatInverse::new(&parts().heat, EVEN);
     let lag = f64::from(parts().heat.beam_lag.0) / 1e-4;
     let (pole, mean) = ((-1.0 / lag).exp(), lag * -(-1.0 / lag).exp_m1());
     let (mut asked, mut heater, mut beam) = (Kelvin(0.0), 0.0, 0.0);
@@ -207,7 +213,7 @@ fn a_heater_that_slows_as_it_warms_is_where_it_is_asked_to_be() {
         ..Heat::INSTANT
     };
     heat.fast[0].time = Second(time_s as f32);
-    let inverse = HeatInverse::new(&heat);
+    let inverse = HeatInverse::new(&heat, EVEN);
     let (mut state, mut core, mut mirror) = (HeatState::default(), Kelvin(0.0), 0.0_f64);
     for tick in 1..=2 * TICKS {
         let done = (tick as f64 / TICKS as f64).min(1.0);
@@ -235,7 +241,7 @@ fn a_heater_that_slows_as_it_warms_is_where_it_is_asked_to_be() {
 
 #[test]
 fn without_poles_heating_is_temperature() {
-    let inverse = HeatInverse::new(&Heat::INSTANT);
+    let inverse = HeatInverse::new(&Heat::INSTANT, EVEN);
     let state = HeatState::default();
     assert_eq!(inverse.heating(&state, Kelvin(42.0)), Kelvin(42.0));
 }

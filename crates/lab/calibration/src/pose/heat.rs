@@ -8,7 +8,7 @@ use super::tables::Table;
 /// One number of each actuator.
 pub(super) type Each = [f64; CHANNELS];
 
-/// How often the mean heating is found anew from the rises that it makes. Each time what is left falls to a twentieth: the shared part of
+/// How often the shared heating is found anew from the rises that it makes. Each time what is left falls to a twentieth: the shared part of
 /// what the loss grows by with a kelvin.
 const ITERATIONS: usize = 4;
 
@@ -17,12 +17,14 @@ const ITERATIONS: usize = 4;
 pub(super) struct SharedHeat {
     pub(super) weights: [f64; POLES],
     pub(super) times_s: [f64; POLES],
-    /// Part of each pole that the mean heating of all four drives.
+    /// Part of each pole that the heating of all four drives.
     pub(super) shared: [f64; POLES],
     /// Growth of each actuator's loss (1/K).
     pub(super) growths: Each,
     /// What a watt is worth to each actuator, of what it was before.
     pub(super) gains: Each,
+    /// Watts for a kelvin of each actuator's heating before.
+    watts_per_kelvin: Each,
 }
 
 /// What is left of the distance of each pole from its end after a time step.
@@ -32,6 +34,8 @@ pub(super) type Left = [f64; POLES];
 #[derive(Clone, Debug, Default)]
 pub(super) struct Warmed {
     own: [Each; POLES],
+    /// What drives the shared part of each, followed by it.
+    shared: [f64; POLES],
 }
 
 /// A time step of the four, before anything is known of the heating in it: the rises without any (K), and what they gain with a heating of an
@@ -54,6 +58,10 @@ impl SharedHeat {
                 .each_ref()
                 .map(|actuator| f64::from(actuator.loss_growth.0)),
             gains: [1.0; CHANNELS],
+            watts_per_kelvin: parts
+                .actuators
+                .each_ref()
+                .map(|actuator| 1.0 / f64::from(actuator.thermal_resistance.0)),
         }
     }
 
@@ -72,36 +80,25 @@ impl SharedHeat {
 
     /// What is shared of rises at rest (K).
     pub(super) fn shared_rise(&self, rises: &Each) -> f64 {
-        self.whole_shared() * mean(rises)
+        self.whole_shared() * self.shared_mean(rises)
     }
 
     /// The powers, as the rises that they would hold without growth (K), at which the actuators rest at `rises`.
     pub(super) fn powers_at_rest(&self, rises: &Each) -> Each {
-        let shared = self.shared_rise(rises);
-        let own = 1.0 - self.whole_shared();
-        std::array::from_fn(|i| (rises[i] - shared) / own + self.growths[i] * rises[i] * rises[i])
+        let heating = self.own_heating(&self.rest(), rises).0;
+        std::array::from_fn(|i| heating[i] + self.growths[i] * rises[i] * rises[i])
     }
 
     /// The rises that powers hold (K).
     pub(super) fn rises_at_rest(&self, powers: &Each) -> Each {
-        let shared = self.whole_shared();
-        let rest = HeatStep {
-            free: [0.0; CHANNELS],
-            gain_own: 1.0 - shared,
-            gain_shared: shared,
-        };
-        self.rises(&rest, powers)
+        self.rises(&self.rest(), powers)
     }
 
     /// The powers during a time step at whose end the rises are these.
     pub(super) fn hold(&self, warmed: &mut Warmed, rises: &Each, left: &Left) -> Each {
         let step = self.heat_step(warmed, left);
-        let free_mean = mean(&step.free);
-        let heating_mean = (mean(rises) - free_mean) / (step.gain_own + step.gain_shared);
-        let heating: Each = std::array::from_fn(|i| {
-            (rises[i] - step.free[i] - step.gain_shared * heating_mean) / step.gain_own
-        });
-        warmed.advance(&heating, left);
+        let (heating, shared) = self.own_heating(&step, rises);
+        warmed.advance(&heating, shared, left);
         std::array::from_fn(|i| heating[i] + self.growths[i] * rises[i] * rises[i])
     }
 
@@ -109,7 +106,8 @@ impl SharedHeat {
     pub(super) fn heat(&self, warmed: &mut Warmed, powers: &Each, left: &Left) -> Each {
         let step = self.heat_step(warmed, left);
         let rises = self.rises(&step, powers);
-        warmed.advance(&self.heating(powers, &rises), left);
+        let heating = self.heating(powers, &rises);
+        warmed.advance(&heating, self.shared_mean(&heating), left);
         rises
     }
 
@@ -121,7 +119,7 @@ impl SharedHeat {
             let alone = self.weights[k] - shared;
             gain_own += alone * (1.0 - left[k]);
             gain_shared += shared * (1.0 - left[k]);
-            free_shared += shared * left[k] * mean(own);
+            free_shared += shared * left[k] * warmed.shared[k];
             for (free, at) in free.iter_mut().zip(own) {
                 *free += alone * left[k] * at;
             }
@@ -133,6 +131,32 @@ impl SharedHeat {
         }
     }
 
+    /// A rest: any time step after which nothing changes.
+    fn rest(&self) -> HeatStep {
+        let shared = self.whole_shared();
+        HeatStep {
+            free: [0.0; CHANNELS],
+            gain_own: 1.0 - shared,
+            gain_shared: shared,
+        }
+    }
+
+    /// The heating of all four that drives what they share (K): each in proportion to its watts, for a frame is warmed by those, and
+    /// not by the rise that they make of an actuator.
+    fn shared_mean(&self, heating: &Each) -> f64 {
+        let watts = |i: usize| self.watts_per_kelvin[i] / self.gains[i];
+        let sum: f64 = (0..CHANNELS).map(|i| watts(i) * heating[i]).sum();
+        sum / (0..CHANNELS).map(watts).sum::<f64>()
+    }
+
+    /// The heating of each during a time step at whose end the rises are these, and what drives the shared part meanwhile.
+    fn own_heating(&self, step: &HeatStep, rises: &Each) -> (Each, f64) {
+        let alone = std::array::from_fn(|i| rises[i] - step.free[i]);
+        let shared = self.shared_mean(&alone) / (step.gain_own + step.gain_shared);
+        let heating = alone.map(|rise| (rise - step.gain_shared * shared) / step.gain_own);
+        (heating, shared)
+    }
+
     /// Powers, less what growing losses take at these rises (K).
     fn heating(&self, powers: &Each, rises: &Each) -> Each {
         std::array::from_fn(|i| self.gains[i] * powers[i] - self.growths[i] * rises[i] * rises[i])
@@ -140,22 +164,25 @@ impl SharedHeat {
 
     fn rises(&self, step: &HeatStep, powers: &Each) -> Each {
         let mut rises = [0.0; CHANNELS];
-        let mut heating_mean = mean(&self.heating(powers, &rises));
+        let mut shared_heating = self.shared_mean(&self.heating(powers, &rises));
         for _ in 0..ITERATIONS {
             rises = std::array::from_fn(|i| {
-                let shared = step.free[i] + step.gain_shared * heating_mean;
+                let shared = step.free[i] + step.gain_shared * shared_heating;
                 let linear = shared + step.gain_own * self.gains[i] * powers[i];
                 let root = 1.0 + 4.0 * step.gain_own * self.growths[i] * linear;
                 2.0 * linear / (1.0 + root.max(0.0).sqrt())
             });
-            heating_mean = mean(&self.heating(powers, &rises));
+            shared_heating = self.shared_mean(&self.heating(powers, &rises));
         }
         rises
     }
 }
 
 impl Warmed {
-    fn advance(&mut self, heating: &Each, left: &Left) {
+    fn advance(&mut self, heating: &Each, shared: f64, left: &Left) {
+        for (at, left) in self.shared.iter_mut().zip(left) {
+            *at = shared + (*at - shared) * left;
+        }
         for (own, left) in self.own.iter_mut().zip(left) {
             for (at, to) in own.iter_mut().zip(heating) {
                 *at = to + (*at - to) * left;

@@ -1,7 +1,7 @@
 //! First-order low-passes, and the Foster network of thermal poles that they make.
 
 use control_core::CHANNELS;
-use control_core::calibration::{FAST_POLES, Heat, Lag, POLES, SLOW_POLES};
+use control_core::calibration::{FAST_POLES, Heat, Lag, POLES, Parts, SLOW_POLES};
 
 use crate::TICK_S;
 
@@ -27,7 +27,7 @@ pub(super) struct Beam {
     rise: f64,
 }
 
-/// The thermal poles of one actuator, each without the part that the mean heating of all four drives.
+/// The thermal poles of one actuator, each without the part that the watts of all four drive.
 #[derive(Clone, Debug)]
 pub(super) struct Poles {
     fast: [Pole; FAST_POLES],
@@ -38,10 +38,12 @@ pub(super) struct Poles {
     heating: f64,
 }
 
-/// The parts that the mean heating of all four drives: of every pole but the first, one of which has its turn in each tick.
+/// The parts that the watts of all four drive: of every pole but the first, one of which has its turn in each tick.
 #[derive(Clone, Debug)]
 pub(super) struct Shared {
     poles: [Pole; POLES - 1],
+    /// Of all watts that hold the four equally warm, those of each.
+    watts: [f64; CHANNELS],
     /// Where each will be so many ticks later: what is made of heating is told as late.
     told: [f64; POLES - 1],
     heating: f64,
@@ -153,10 +155,16 @@ impl Poles {
 }
 
 impl Shared {
-    pub(super) fn new(heat: &Heat) -> Self {
+    pub(super) fn new(parts: &Parts) -> Self {
+        let heat = &parts.heat;
+        let watts = parts
+            .actuators
+            .map(|it| 1.0 / f64::from(it.thermal_resistance.0));
+        let sum: f64 = watts.iter().sum();
         let shared = |k: usize| Pole::new(weighed(heat, k + 1, heat.shared[k + 1]), TURNS);
         Self {
             poles: std::array::from_fn(shared),
+            watts: watts.map(|one| one / sum),
             told: [0.0; POLES - 1],
             heating: 0.0,
             turns: 0.0,
@@ -168,9 +176,9 @@ impl Shared {
         let pole = &mut self.poles[turn];
         pole.relax(self.heating);
         self.told[turn] = pole.at + LATE / TURNS as f64 * (pole.after(self.heating) - pole.at);
-        self.turns += mean;
+        self.turns += self.watts[turn] * mean;
         if turn + 1 == CHANNELS {
-            self.heating = self.turns / CHANNELS as f64;
+            self.heating = self.turns;
             self.turns = 0.0;
         }
         self.told.iter().sum()
