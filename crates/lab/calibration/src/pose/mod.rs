@@ -80,18 +80,23 @@ impl Posed {
 pub fn poses_to_measure(calibration: &Calibration, top_um: f64) -> Vec<PlatePose> {
     const LEVELS: usize = 12;
     const STRIDE: usize = 5;
+    /// Level ones besides, as parts of the range, at whose ends the shapes would be guessed from the poses within: the low ones, to which a
+    /// mirror takes long to cool, before anything else and from above. Half and a quarter of a step between levels, and nearly the end: a choice.
+    const LOW: [f64; 2] = [0.04, 0.02];
+    const HIGH: f64 = 0.99;
     /// Parts of the largest tilt there is, and none of its end, where limits act: a choice.
     const PARTS: [f64; 3] = [0.15, 0.45, 0.8];
     let parts = calibration.parts();
     let reach = Reach::new(parts.plate, top_um);
     let drives = Drives::new(parts);
-    let mut poses = Vec::new();
+    let level = |z_um: f64| PlatePose {
+        z_um,
+        ..PlatePose::default()
+    };
+    let mut poses = Vec::from(LOW.map(|part| level(part * top_um)));
     for step in 0..LEVELS {
         let z_um = top_um * (1 + step * STRIDE % LEVELS) as f64 / (LEVELS + 1) as f64;
-        poses.push(PlatePose {
-            z_um,
-            ..PlatePose::default()
-        });
+        poses.push(level(z_um));
         for (turn, sign) in [(0, 1.0), (1, 1.0), (0, -1.0), (1, -1.0)] {
             let part = PARTS[(step + turn) % PARTS.len()];
             let direction = [(sign, 0.0), (0.0, sign)][turn];
@@ -104,6 +109,7 @@ pub fn poses_to_measure(calibration: &Calibration, top_um: f64) -> Vec<PlatePose
             poses.push(tilted(part * most_rad));
         }
     }
+    poses.push(level(HIGH * top_um));
     poses
 }
 
