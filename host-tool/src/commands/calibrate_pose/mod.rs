@@ -41,6 +41,8 @@ const DRIFT_UM: f64 = 0.5;
 
 /// Measures spot after spot, or takes what an instrument has read, and keeps the calibration where the mirror follows it better.
 pub(super) async fn run(board: &Board, ask: CalibratePose, json: bool) -> Result<(), ToolError> {
+    // A tool that was killed may have left one on trial.
+    board.revert_calibration().await?;
     let calibration = load_in_use(board, &ask.calibration).await?;
     let output = ask.output.map(|path| NewFile::create(path, ask.force));
     let output = output.transpose()?;
@@ -101,6 +103,8 @@ struct OnPlate<'a> {
     sensor: Sensor,
     pace: Pace,
     poses: Vec<PlatePose>,
+    /// The highest level pose that is asked for (um).
+    top_um: f64,
 }
 
 impl<'a> OnPlate<'a> {
@@ -127,6 +131,7 @@ impl<'a> OnPlate<'a> {
                 hold: Hold::For(Span { s: 1.0 }),
             },
             poses,
+            top_um,
         })
     }
 
@@ -198,6 +203,14 @@ impl<'a> OnPlate<'a> {
 
     /// Heights of the plate under the sensor's spot at the poses, from rest, less what drifted meanwhile.
     async fn read(&self, poses: &[PlatePose]) -> Result<Vec<AtPose>, ToolError> {
+        // Hysteresis holds a mirror off its rest by where it came from. From the top it comes to the same rest each time: rests of their own
+        // under three spots would be a tilt of all poses.
+        let top = PlatePose {
+            z_um: self.top_um,
+            ..PlatePose::default()
+        };
+        self.read_at(&top).await?;
+        self.board.off().await?;
         note("letting the mirror come to rest");
         let rested = Rested::wait_for(self.board, &self.sensor).await?;
         if let Some(unrest) = rested.unrest() {

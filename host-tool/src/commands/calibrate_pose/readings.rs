@@ -76,16 +76,16 @@ impl Spot {
         Self::new(self.at_um, read)
     }
 
-    /// How far the plate was from where it was asked to be under the spot, where no limit held it (um, root mean square). Readings count from
-    /// `zero`.
-    pub(super) fn off_um(&self, poses: &[PlatePose], zero: &PlatePose) -> f64 {
-        let zero_um = zero.height_um(self.at_um);
+    /// How far the plate was from where it was asked to be under the spot, where no limit held it (um, root mean square). The rest that readings
+    /// count from is each time another one, for hysteresis holds the plate off it: what all of them are off by is not counted.
+    pub(super) fn off_um(&self, poses: &[PlatePose]) -> f64 {
         let pairs = self.read.iter().zip(poses);
         let off: Vec<f64> = pairs
             .filter(|(at, _)| !at.is_limited)
-            .map(|(at, pose)| zero_um + at.z_um - pose.height_um(self.at_um))
+            .map(|(at, pose)| at.z_um - pose.height_um(self.at_um))
             .collect();
-        let squares: f64 = off.iter().map(|um| um * um).sum();
+        let mean_um = off.iter().sum::<f64>() / off.len() as f64;
+        let squares: f64 = off.iter().map(|um| (um - mean_um) * (um - mean_um)).sum();
         (squares / off.len() as f64).sqrt()
     }
 

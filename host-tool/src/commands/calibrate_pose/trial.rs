@@ -30,8 +30,8 @@ impl Trial {
     /// Of the same poses, read under the same spot: `before` with the levers of before, `after` with what was `found`.
     pub(super) fn new(poses: &[PlatePose], (before, after): (&Spot, &Spot), found: &Posed) -> Self {
         Self {
-            before_um: before.off_um(poses, &found.zero),
-            after_um: after.off_um(poses, &found.zero),
+            before_um: before.off_um(poses),
+            after_um: after.off_um(poses),
             promised_um: found.promised_rms_um(after.at_um),
         }
     }
