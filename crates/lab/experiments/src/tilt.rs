@@ -36,6 +36,14 @@ pub struct Beginnings {
 }
 
 impl Tilt {
+    /// How often it repeats itself in one cycle of the piston's signal.
+    pub fn per_cycle(&self) -> u32 {
+        match self {
+            Self::Sine(turns) | Self::Triangle(turns) => u32::from(turns.per_cycle).max(1),
+            Self::Lines(_) => 1,
+        }
+    }
+
     /// Its value after so many cycles of the piston's signal (rad).
     pub fn at(&self, cycles: f64) -> f64 {
         match self {

@@ -223,9 +223,7 @@ pub(super) fn check_reach(run: &Run, reach: &Reach) -> Result<(), BeyondBoard> {
 /// is convex.
 pub(super) fn poses(run: &Run) -> impl Iterator<Item = PlatePose> {
     let per_cycle = |tilt: &Tilt| match tilt {
-        Tilt::Sine(turns) | Tilt::Triangle(turns) => {
-            u32::from(turns.per_cycle).max(1) * POSES_PER_TURN
-        }
+        Tilt::Sine(_) | Tilt::Triangle(_) => tilt.per_cycle() * POSES_PER_TURN,
         Tilt::Lines(values) => values.len().saturating_sub(1) as u32,
     };
     let counts = run.tilts.iter().flatten().map(per_cycle);
@@ -264,8 +262,9 @@ impl TiltReport {
                     .collect()
             });
             let asked = |t_s: f64| run.tilts_at(t_s)[axis].to_degrees();
-            let followed =
-                points.and_then(|points| Followed::of(&points, asked, run.signal.period_s()));
+            // A lag of a whole turn is none.
+            let period_s = run.signal.period_s() / f64::from(tilts[axis].per_cycle());
+            let followed = points.and_then(|points| Followed::of(&points, asked, period_s));
             let (low, high) = tilts[axis].range();
             Self {
                 asked_deg: [low.to_degrees(), high.to_degrees()],
