@@ -58,9 +58,7 @@ fn a_pose_turns_the_plate_and_one_out_of_reach_is_refused_with_the_nearest() {
     let too_far = bench.tool(&["set-pose", "60um", "40deg", "0deg"]);
     assert_ne!(too_far.code, 0);
     assert!(
-        too_far
-            .sentence()
-            .contains("the nearest pose that can be reached"),
+        too_far.sentence().contains("the nearest pose in reach"),
         "{}",
         too_far.err
     );
@@ -104,7 +102,7 @@ fn a_pose_that_other_actuators_keep_too_warm_is_refused_and_the_nearest_is_held(
     println!("{}", too_warm.err);
     let told = too_warm.sentence();
     assert_ne!(too_warm.code, 0, "{told}");
-    assert!(told.contains("keeps actuator 4 warmer"), "{told}");
+    assert!(told.contains("keeps actuator 4 too warm"), "{told}");
     assert!(bench.is_off());
     // As a user types what is told: `40.000 um with +5.3772 deg about x and +0.0000 deg about y`.
     let (_, nearest) = told

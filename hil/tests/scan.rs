@@ -185,7 +185,7 @@ fn what_cannot_be_scanned_is_told_before_anything_is_driven() {
         ),
         (
             &["scan", "csv", "far.csv"],
-            "the nearest pose that can be reached is 60.000 um",
+            "the nearest pose in reach is 60.000 um",
         ),
         (
             &["scan", "circle", "--radius", "40deg"],

@@ -23,7 +23,7 @@ pub enum BeyondBoard {
 
     #[error("{asked} is out of reach of this mirror; nothing was moved")]
     #[diagnostic(help(
-        "the nearest pose that can be reached is {nearest}; `host-tool range` shows all of them"
+        "the nearest pose in reach is {nearest}; `host-tool range` shows all of them"
     ))]
     PoseOutOfReach {
         asked: Box<TiltedPose>,
@@ -31,10 +31,10 @@ pub enum BeyondBoard {
     },
 
     #[error(
-        "{asked} is out of reach: the heat of the other actuators keeps actuator {actuator} warmer than it asks for; nothing was moved"
+        "{asked} is out of reach: heat of the others keeps actuator {actuator} too warm for it; nothing was moved"
     )]
     #[diagnostic(help(
-        "a heater cannot cool: the nearest pose that can be reached is {nearest}; `host-tool range` shows all of them"
+        "the nearest pose in reach is {nearest}; a heater cannot cool, and `host-tool range` shows all that are"
     ))]
     PoseKeptWarm {
         asked: Box<TiltedPose>,

@@ -201,7 +201,8 @@ impl Budget {
         let alone = |actuator: usize| {
             let one = &self.contributions[actuator];
             let apart = apart * positions[actuator];
-            root_sum_square(&[apart, one.plays, one.creep, one.heat, drifted])
+            // What is left of the plate wherever it is may be left of each actuator alone.
+            root_sum_square(&[piston.0, apart, one.plays, one.creep, one.heat, drifted])
         };
         let tilt = plate.tilt_deviation(&core::array::from_fn(alone));
         let Pose { tilt_x, tilt_y, .. } = of(|it| it.surroundings);

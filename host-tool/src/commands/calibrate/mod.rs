@@ -7,11 +7,11 @@ mod report;
 
 use std::path::PathBuf;
 
-use calibration::{to_toml, with_assumed_levers};
+use calibration::to_toml;
 use calibration_procedure::{Calibrated, Part, Procedure, Source};
 use charts::sheet;
-use control_core::calibration::Label;
-use control_core::{CHANNELS, Calibration, PlateInverse};
+use control_core::calibration::{Label, Plate};
+use control_core::{CHANNELS, Calibration, Micrometre, PlateInverse};
 use experiments::Experiment;
 use experiments::calibration::Effort;
 use measurement::Session;
@@ -210,13 +210,18 @@ fn not_inverted(calibrated: &Calibrated) -> Vec<String> {
         .collect()
 }
 
-/// How far a level plate may tilt in the middle of its range (95 %), with the levers of a square plate.
+/// How far a level plate may tilt in the middle of its range (95 %), with levers of a small plate where nobody knows them.
 fn tilt_uncertainty_deg(calibration: &Calibration) -> f64 {
     const COVERAGE: f64 = 1.96;
-    let assumed = with_assumed_levers(calibration);
-    let parts = assumed.parts();
-    let middle_um = 0.5 * assumed.max_position().0;
-    let plate = PlateInverse::new(&parts.plate, assumed.max_position());
+    /// Half of a plate of half a millimetre, less the 20 um at its edge by which the actuators hold it.
+    const SHORT: Micrometre = Micrometre(230.0);
+    let parts = calibration.parts();
+    let middle_um = 0.5 * calibration.max_position().0;
+    let levers = match parts.plate.is_known() {
+        true => parts.plate,
+        false => Plate::cross(SHORT),
+    };
+    let plate = PlateInverse::new(&levers, calibration.max_position());
     let deviation = plate.tilt_deviation(&[parts.residual.apart * middle_um; CHANNELS]);
     COVERAGE * decimal(deviation.0).to_degrees()
 }
