@@ -106,7 +106,7 @@ fn a_pose_that_other_actuators_keep_too_warm_is_refused_and_the_nearest_is_held(
     assert!(bench.is_off());
     // As a user types what is told: `40.000 um with +5.3772 deg about x and +0.0000 deg about y`.
     let (_, nearest) = told
-        .split_once("can be reached is ")
+        .split_once("in reach is ")
         .expect("the nearest pose");
     let told: Vec<&str> = nearest.split_whitespace().collect();
     let typed =
