@@ -105,9 +105,7 @@ fn a_pose_that_other_actuators_keep_too_warm_is_refused_and_the_nearest_is_held(
     assert!(told.contains("keeps actuator 4 too warm"), "{told}");
     assert!(bench.is_off());
     // As a user types what is told: `40.000 um with +5.3772 deg about x and +0.0000 deg about y`.
-    let (_, nearest) = told
-        .split_once("in reach is ")
-        .expect("the nearest pose");
+    let (_, nearest) = told.split_once("in reach is ").expect("the nearest pose");
     let told: Vec<&str> = nearest.split_whitespace().collect();
     let typed =
         [(0, "um"), (3, "deg"), (8, "deg")].map(|(word, unit)| told[word].to_owned() + unit);
