@@ -50,6 +50,8 @@ const CREEP_WEIGHTS: RangeInclusive<f32> = -0.2..=0.2;
 const LEAST_AT_ONCE: f32 = 0.1;
 /// A length that is no part of a mirror's motion (um): a centimetre, over fifty times the paper's 173.7 um.
 const LONGEST_MOTION_UM: f32 = 1e4;
+/// A range that is no mirror's (um): less than a micrometre is one in another unit.
+const SHORTEST_RANGE_UM: f32 = 1.0;
 
 /// How long a move may take (s): five periods of a resonance of 5 Hz, a fortieth of the lowest that the effect `resonance` knows.
 const LONGEST_MOVE: Second = Second(1.0);
@@ -73,6 +75,9 @@ impl Parts {
     pub(super) fn check(&self) -> Result<(), CalibrationError> {
         for (i, actuator) in self.actuators.iter().enumerate() {
             actuator.check().map_err(|error| error.of_actuator(i))?;
+            let range = SHORTEST_RANGE_UM..=LONGEST_MOTION_UM;
+            check(Field::Top, 0, actuator.shape.top().0, range)
+                .map_err(|error| error.of_actuator(i))?;
             if actuator.shape.top() != self.actuators[0].shape.top() {
                 let error = CalibrationError::number(Field::Top, 0, Problem::NotTheSame);
                 return Err(error.of_actuator(i));
@@ -332,6 +337,16 @@ mod tests {
         parts.actuators[3] = actuator(150.0, 97.0);
         let refused = CalibrationError::number(Field::Top, 0, Problem::NotTheSame).of_actuator(3);
         assert_eq!(Calibration::new(parts), Err(refused));
+    }
+
+    #[test]
+    fn a_range_in_another_unit_is_refused() {
+        for top_um in [0.1467, 1e-9, 1.5e5] {
+            let mut parts = parts();
+            parts.actuators = [actuator(top_um, 97.0); crate::CHANNELS];
+            let refused = CalibrationError::number(Field::Top, 0, Problem::OutOfRange);
+            assert_eq!(Calibration::new(parts), Err(refused.of_actuator(0)));
+        }
     }
 
     /// One number off at a time, and the name under which it is refused.
