@@ -256,7 +256,7 @@ pub fn peak_to_peak_deg(tilts: &[Tilts]) -> f64 {
     spread(|tilts| tilts.x_deg).max(spread(|tilts| tilts.y_deg))
 }
 
-/// What random poses are off by at rest: all over the pistons, with tilts up to a part of the largest.
+/// What random poses that the drives hold are off by at rest: all over the pistons, with tilts up to a part of the largest.
 ///
 /// # Errors
 /// Where a number of `config` is out of range.
@@ -266,14 +266,11 @@ pub fn pose_errors(
     poses: usize,
     part: f64,
 ) -> Result<PoseErrors, ConfigError> {
-    let (reach, top_um) = reach(calibration);
     let mut used = *calibration;
     let mut mirror = Loop::new(&mut used, config)?;
-    let mut rng = ChaCha8Rng::seed_from_u64(config.seed);
     let (mut piston, mut tilt, mut largest) = (0.0, 0.0, 0.0_f64);
     let mut limited = 0;
-    for _ in 0..poses {
-        let asked = random_pose(&mut rng, &reach, top_um, part);
+    for asked in held_poses(calibration, config.seed, part).take(poses) {
         let reached = mirror.hold_pose(&asked, HELD_S);
         let (_, limits) = mirror.tick(Setpoint::Position(core_pose(&asked)));
         if limits.hold_back() {
@@ -311,19 +308,24 @@ pub fn alarms(
 ) -> Result<usize, ConfigError> {
     /// Twice what an evidence of three deviations takes to be told.
     const STAY_S: f64 = 5.0;
-    let (reach, top_um) = reach(calibration);
-    let held = reach.clone().held_by(Drives::new(calibration.parts()));
     let mut used = *calibration;
     let mut mirror = Loop::new(&mut used, config)?;
-    let mut rng = ChaCha8Rng::seed_from_u64(config.seed);
-    let mut next = || random_pose(&mut rng, &reach, top_um, part);
-    let asked = std::iter::repeat_with(&mut next).filter(|pose| held.contains(pose));
+    let asked = held_poses(calibration, config.seed, part);
     let is_told = |asked: PlatePose| {
         mirror.hold_pose(&asked, STAY_S);
         let (_, limits) = mirror.tick(Setpoint::Position(core_pose(&asked)));
         limits.contains(Limit::CalibrationDrifted)
     };
     Ok(asked.take(poses).map(is_told).filter(|told| *told).count())
+}
+
+/// Random poses that `set-pose` takes, with tilts up to a part of the largest.
+fn held_poses(calibration: &Calibration, seed: u64, part: f64) -> impl Iterator<Item = PlatePose> {
+    let (reach, top_um) = reach(calibration);
+    let held = reach.clone().held_by(Drives::new(calibration.parts()));
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    std::iter::repeat_with(move || random_pose(&mut rng, &reach, top_um, part))
+        .filter(move |pose| held.contains(pose))
 }
 
 /// Anywhere on the pistons but next to rest, tilted any way by up to a part of the largest tilt.
