@@ -103,9 +103,9 @@ impl Following {
     }
 }
 
-/// The mean, and the root mean square about it.
-fn mean_and_rms(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
-    let count = values.clone().count().max(1) as f64;
+/// The mean, and the root mean square about it; no numbers of nothing.
+pub(super) fn mean_and_rms(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    let count = values.clone().count() as f64;
     let mean = values.clone().sum::<f64>() / count;
     let squares: f64 = values.map(|value| (value - mean).powi(2)).sum();
     (mean, (squares / count).sqrt())

@@ -41,8 +41,6 @@ const DRIFT_UM: f64 = 0.5;
 
 /// Measures spot after spot, or takes what an instrument has read, and keeps the calibration where the mirror follows it better.
 pub(super) async fn run(board: &Board, ask: CalibratePose, json: bool) -> Result<(), ToolError> {
-    // A tool that was killed may have left one on trial.
-    board.revert_calibration().await?;
     let calibration = load_in_use(board, &ask.calibration).await?;
     let output = ask.output.map(|path| NewFile::create(path, ask.force));
     let output = output.transpose()?;
@@ -210,7 +208,6 @@ impl<'a> OnPlate<'a> {
             ..PlatePose::default()
         };
         self.read_at(&top).await?;
-        self.board.off().await?;
         note("letting the mirror come to rest");
         let rested = Rested::wait_for(self.board, &self.sensor).await?;
         if let Some(unrest) = rested.unrest() {

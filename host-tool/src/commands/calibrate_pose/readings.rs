@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use calibration::{PlatePose, PosePoint, SpotHeights};
 use serde::{Deserialize, Serialize};
 
+use crate::commands::following::mean_and_rms;
 use crate::commands::measure::spots::possible;
 use crate::error::{NotImproved, ToolError, UnusableInput};
 use crate::new_file::NewFile;
@@ -80,13 +81,11 @@ impl Spot {
     /// count from is each time another one, for hysteresis holds the plate off it: what all of them are off by is not counted.
     pub(super) fn off_um(&self, poses: &[PlatePose]) -> f64 {
         let pairs = self.read.iter().zip(poses);
-        let off: Vec<f64> = pairs
+        let off = pairs
             .filter(|(at, _)| !at.is_limited)
-            .map(|(at, pose)| at.z_um - pose.height_um(self.at_um))
-            .collect();
-        let mean_um = off.iter().sum::<f64>() / off.len() as f64;
-        let squares: f64 = off.iter().map(|um| (um - mean_um) * (um - mean_um)).sum();
-        (squares / off.len() as f64).sqrt()
+            .map(|(at, pose)| at.z_um - pose.height_um(self.at_um));
+        let (_, about_mean_um) = mean_and_rms(off);
+        about_mean_um
     }
 
     /// Whether a sensor that was on and within its range read this.

@@ -38,8 +38,6 @@ const NOISE_UM: f64 = 0.05;
 
 /// Reads the positions, and keeps what was read or compares it with what was kept.
 pub(super) async fn run(board: &Board, ask: CalibrateRoom, json: bool) -> Result<(), ToolError> {
-    // A tool that was killed may have left one on trial.
-    board.revert_calibration().await?;
     let calibration = load_in_use(board, &ask.calibration).await?;
     let kept = RoomReadings::load(&ask.readings)?;
     if let Some(kept) = &kept

@@ -138,14 +138,17 @@ fn power_and_temperature_are_limited_by_name() {
     assert!((rise.drives[0].0 - (6e-3_f32 * 400.0).sqrt()).abs() < 1e-5);
 }
 
+/// The last of so many steps at a position.
+fn asked_for(controller: &mut Controller<'_>, z: f32, ticks: usize) -> Step {
+    let tick = |_| *controller.step(Setpoint::position(Micrometre(z)), NOTHING.0, NOTHING.1);
+    (0..ticks).map(tick).last().expect("ticks")
+}
+
 #[test]
 fn a_mirror_that_cannot_cool_faster_says_so() {
     let mut controller = controller(parts());
     controller.compensate_surroundings(false);
-    let mut last = |z: f32, ticks: usize| {
-        let tick = |_| *controller.step(Setpoint::position(Micrometre(z)), NOTHING.0, NOTHING.1);
-        (0..ticks).map(tick).last().expect("ticks")
-    };
+    let mut last = |z, ticks| asked_for(&mut controller, z, ticks);
     last(150.0, 10_000);
     let cooling = last(10.0, 60);
     assert!(cooling.limits.contains(Limit::Cooling));
@@ -157,10 +160,7 @@ fn a_mirror_that_cannot_cool_faster_says_so() {
 fn a_mirror_that_its_memory_holds_above_rest_says_so() {
     let mut controller = controller(parts());
     controller.compensate_surroundings(false);
-    let mut last = |z: f32, ticks: usize| {
-        let tick = |_| *controller.step(Setpoint::position(Micrometre(z)), NOTHING.0, NOTHING.1);
-        (0..ticks).map(tick).last().expect("ticks")
-    };
+    let mut last = |z, ticks| asked_for(&mut controller, z, ticks);
     last(150.0, 100_000);
     let held = last(0.0, 20_000);
     assert!(held.limits.contains(Limit::Cooling));
@@ -259,11 +259,10 @@ fn a_step_from_nothing_is_no_other_room() {
             true => Volt(0.11),
             false => Volt(0.0),
         };
-        let mut history = [Volt(0.0); CHANNELS];
+        let (mut applied, mut before) = (Volt(0.0), Volt(0.0));
         let mut poles = [0.0; 2];
         for tick in 0..200 {
-            let applied = history[0];
-            let mut pole_in = history[1].0;
+            let mut pole_in = before.0;
             for pole in &mut poles {
                 *pole += (1.0 - (-core::f32::consts::TAU * 2e3 * 1e-4).exp()) * (pole_in - *pole);
                 pole_in = *pole;
@@ -275,7 +274,7 @@ fn a_step_from_nothing_is_no_other_room() {
                 [applied; CHANNELS],
                 currents,
             );
-            history = [step.drives[0], history[0], history[1], history[2]];
+            (before, applied) = (applied, step.drives[0]);
         }
         let told = *controller.surroundings().expect("known");
         assert!(told.rise.0.abs() < 0.3, "phase {phase}: {told:?}");
