@@ -96,6 +96,8 @@ impl Field {
 pub enum Problem {
     /// It is not finite, or no mirror has such a value.
     OutOfRange,
+    /// With the highest rise of temperature that the calibration allows it is none that a mirror can have.
+    AtTheHighestRise,
     /// The board's design does not allow it, whatever the mirror (`design.rs`).
     BeyondTheBoard,
     /// They do not tell a plate's two tilts from each other.
@@ -192,6 +194,9 @@ impl fmt::Display for CalibrationError {
                 }
                 f.write_str(match problem {
                     Problem::OutOfRange => " is not a value that a mirror can have",
+                    Problem::AtTheHighestRise => {
+                        " and max_rise_k are not values that a mirror can have together"
+                    }
                     Problem::BeyondTheBoard => " is beyond the limits of this board",
                     Problem::NoPlate => {
                         " and those with it do not tell the plate's tilts from each other"

@@ -114,7 +114,8 @@ impl Parts {
         let initial_rate: f32 = used.map(|lag| lag.weight / lag.time.0).sum();
         let per_k = 1.0 / (initial_rate * self.bounds.rise.0);
         let range = TIME_GROWTHS.start() * per_k..=TIME_GROWTHS.end() * per_k;
-        check(Field::TimeGrowth, 0, self.heat.time_growth.0, range)
+        let growth = self.heat.time_growth.0;
+        check_for(Problem::AtTheHighestRise, Field::TimeGrowth, growth, range)
     }
 }
 
@@ -124,11 +125,15 @@ impl Resonance {
     pub const SHAPED_HZ: RangeInclusive<f32> = 165.0..=5e3;
 
     fn check(&self) -> Result<(), CalibrationError> {
-        let frequency = Field::ResonanceFrequency;
-        if self.frequency.0 == 0.0 {
-            return check(Field::ResonanceQuality, 0, self.quality, 0.0..=0.0);
+        if *self == Self::UNKNOWN {
+            return Ok(());
         }
-        check(frequency, 0, self.frequency.0, Self::SHAPED_HZ)?;
+        check(
+            Field::ResonanceFrequency,
+            0,
+            self.frequency.0,
+            Self::SHAPED_HZ,
+        )?;
         check(Field::ResonanceQuality, 0, self.quality, QUALITIES)
     }
 }
@@ -319,7 +324,15 @@ fn check_board(
     value: f32,
     range: RangeInclusive<f32>,
 ) -> Result<(), CalibrationError> {
-    let problem = Problem::BeyondTheBoard;
+    check_for(Problem::BeyondTheBoard, field, value, range)
+}
+
+fn check_for(
+    problem: Problem,
+    field: Field,
+    value: f32,
+    range: RangeInclusive<f32>,
+) -> Result<(), CalibrationError> {
     check(field, 0, value, range).map_err(|_| CalibrationError::number(field, 0, problem))
 }
 
@@ -483,10 +496,17 @@ mod tests {
             parts.heat.time_growth.0 = growth_s_per_k;
             Calibration::new(parts)
         };
-        let refused = CalibrationError::number(Field::TimeGrowth, 0, Problem::OutOfRange);
+        let refused = CalibrationError::number(Field::TimeGrowth, 0, Problem::AtTheHighestRise);
         assert_eq!(growing(parts().heat, -1e-3), Err(refused));
         assert!(growing(Heat::INSTANT, 0.0).is_ok());
         assert_eq!(growing(Heat::INSTANT, 1e-6), Err(refused));
+    }
+
+    #[test]
+    fn a_plate_of_some_quality_rings_at_some_frequency() {
+        let (parts, field) = number_off(25, 0.0);
+        let refused = CalibrationError::number(field, 0, Problem::OutOfRange);
+        assert_eq!(Calibration::new(parts), Err(refused));
     }
 
     #[test]
