@@ -95,7 +95,7 @@ impl Suspicion {
 impl Bounds {
     /// `actuator` may be `allowed` above ambient, and its resistance at ambient is at most `lowest`.
     fn new(actuator: &ActuatorCalibration, allowed: Kelvin, lowest: Ohm) -> Self {
-        let cold = 1.0 / actuator.cold_resistance.0;
+        let cold = 1.0 / actuator.resistance_at_rest().0;
         // Resistance that is not known to the heater's own R0 reads as warmth.
         let unknown = COLD_RESISTANCE_TOLERANCE.0 * cold / actuator.tcr.0;
         let by_calibration = actuator.resistance(Kelvin(RISE_MARGIN * allowed.0 + unknown));

@@ -143,6 +143,8 @@ impl ActuatorCalibration {
         let cold_ohm = self.cold_resistance.0;
         check_board(Field::ColdResistance, cold_ohm, COLD_RESISTANCES_OHM)?;
         check_board(Field::Tcr, self.tcr.0, TCRS_PER_K)?;
+        let at_rest_ohm = self.resistance_at_rest().0;
+        check_board(Field::SensedRise, at_rest_ohm, COLD_RESISTANCES_OHM)?;
         check(
             Field::ThermalResistance,
             0,
@@ -392,6 +394,7 @@ mod tests {
             14 => (&mut p.bounds.drive.0, Field::MaxDrive),
             15 => (&mut p.bounds.power.0, Field::MaxPower),
             19 => (&mut p.actuators[1].sensed_rises.knots[7], Field::SensedRise),
+            29 => (&mut p.actuators[3].sensed_rises.knots[0], Field::SensedRise),
             20 => (&mut p.ambient_ratio, Field::AmbientRatio),
             21 => (&mut p.residual.piston.0, Field::Residual),
             22 => (&mut p.residual.apart, Field::Residual),
@@ -406,7 +409,7 @@ mod tests {
     proptest! {
         #[test]
         fn a_number_that_is_off_is_named(
-            which in 0_usize..29,
+            which in 0_usize..30,
             bad in prop_oneof![Just(f32::NAN), Just(f32::INFINITY), Just(-1.0e6), Just(1e9)],
         ) {
             let (parts, field) = number_off(which, bad);
@@ -426,6 +429,8 @@ mod tests {
             (0, 720.0, Field::ColdResistance),
             (1, 0.9e-3, Field::Tcr),
             (1, 0.1, Field::Tcr),
+            (29, 70.0, Field::SensedRise),
+            (29, -70.0, Field::SensedRise),
             (14, 3.501, Field::MaxDrive),
             (14, 1000.0, Field::MaxDrive),
             (15, 41e-3, Field::MaxPower),

@@ -306,6 +306,12 @@ impl ActuatorCalibration {
         Ohm(self.cold_resistance.0 * (1.0 + self.tcr.0 * rise.0))
     }
 
+    /// Resistance of the heater that is not heated, in the room of the calibration. R0 and xi are a line through what it has where the mirror is
+    /// used, which may begin elsewhere: by 24 ohm on virtual mirrors.
+    pub fn resistance_at_rest(&self) -> Ohm {
+        self.resistance(Kelvin(self.sensed_rises.knots[0]))
+    }
+
     /// Temperature rise at a resistance, the stage `resistance` read backwards.
     pub fn temperature_rise(&self, resistance: Ohm) -> Kelvin {
         Kelvin((resistance.0 / self.cold_resistance.0 - 1.0) / self.tcr.0)

@@ -1,11 +1,12 @@
 //! What trips, by which name and how soon; what does not.
 
 use control_core::{
-    AdcCode, Ampere, CHANNELS, Kelvin, Limits, PwmCode, Setpoint, SupplyCode, Volt,
+    AdcCode, Ampere, CHANNELS, Calibration, Kelvin, Limits, PwmCode, Setpoint, SupplyCode, Volt,
 };
 use protection::{ChannelState, Fault, Lease};
 
 use crate::bench::*;
+use crate::common::parts;
 
 #[test]
 fn heaters_that_break_while_they_are_driven_trip_within_a_millisecond() {
@@ -65,6 +66,28 @@ fn what_is_too_hot_follows_the_calibration_up_to_a_ceiling() {
         let (fault, _) = bench.warm(1, ohm_at(hot), 2.0).expect("it trips");
         assert_eq!(fault, Fault::OverTemperature, "{allowed} K allowed");
     }
+}
+
+/// The resistances of a mirror that was calibrated are a line through what warm heaters have: 336 ohm and twice platinum's
+/// coefficient, where a cold one has 360.
+#[test]
+fn a_line_that_begins_below_the_cold_heater_makes_no_hot_one_of_it() {
+    let (line_ohm, line_tcr) = (336.0, 2.0 * TCR);
+    let mut parts = parts(line_ohm, line_tcr, 3.5, 71.0);
+    for actuator in &mut parts.actuators {
+        let begins_k = (COLD / line_ohm - 1.0) / line_tcr;
+        actuator.sensed_rises.top = Kelvin(71.0);
+        actuator.sensed_rises.knots = std::array::from_fn(|i| begins_k + 4.0 * i as f32);
+    }
+    let calibration = Calibration::new(parts).expect("plausible");
+    let mut bench = Bench::of(&calibration, [COLD; CHANNELS]);
+    bench.start();
+    bench.protection.command(Lease::FOREVER).expect("no fault");
+    assert_eq!(bench.drive(2.0, 100), None);
+    let ohm_at = |rise: f32| COLD * (1.0 + TCR * rise);
+    assert_eq!(bench.warm(1, ohm_at(130.0), 2.0), None);
+    let hot = bench.warm(1, ohm_at(146.0), 2.0).expect("it trips");
+    assert_eq!(hot.0, Fault::OverTemperature);
 }
 
 #[test]
