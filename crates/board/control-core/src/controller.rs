@@ -218,7 +218,7 @@ impl<'a> Controller<'a> {
     }
 
     /// Where the plate is on its way: where it is asked to be at the end of the last tick, or, while voltages are asked for,
-    /// where they take it, to within its memory.
+    /// where they take it.
     pub fn pose(&self) -> Pose {
         self.plate.pose(&self.path.place())
     }
@@ -364,14 +364,13 @@ impl<'a> Controller<'a> {
         // One actuator a tick: reading a table forward is slow, and the mirror is slower.
         let turn = self.turn % CHANNELS;
         let shape = &self.calibration.actuators()[turn].shape;
-        let seen = shape.position(self.actuators[turn].rise());
+        let displacement = shape.position(self.actuators[turn].rise());
+        let seen = self.actuators[turn].memory.position(displacement);
         self.seen[turn] = seen.0;
         self.asked[turn] = self.actuators[turn].rise();
         self.target = NOWHERE;
         *self.path.follow() = self.seen;
         self.shaper.forget();
-        // Hysteresis and creep are a few percent of a position; that this one is before them is a few
-        // percent of that.
         if !self.is_exchanging() {
             let state = &mut self.actuators[turn].memory;
             self.memory.advance(state, self.turn / CHANNELS, seen);

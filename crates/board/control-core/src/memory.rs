@@ -308,6 +308,12 @@ impl MemoryState {
     pub(crate) fn displacement(&self, z: Micrometre) -> Micrometre {
         Micrometre(self.offset + self.slope * z.0)
     }
+
+    /// Where the actuator will be by a displacement.
+    pub(crate) fn position(&self, displacement: Micrometre) -> Micrometre {
+        // The inverse is nowhere less steep than 1: hysteresis and creep only ever hold back.
+        Micrometre((displacement.0 - self.offset) / self.slope)
+    }
 }
 
 // Every play operator has its turn when a lag of the creep has.

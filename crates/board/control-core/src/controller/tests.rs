@@ -231,6 +231,27 @@ fn a_heater_of_another_resistance_gets_the_same_power() {
     assert!((power - 10e-3).abs() < 1e-6, "{power}");
 }
 
+/// On the way up and down again, by another 10 um from where it turned.
+#[test]
+fn voltages_that_hold_a_position_take_the_mirror_there() {
+    let mut controller = controller(Parts {
+        memory: parts().memory,
+        ..static_parts()
+    });
+    let mut follow = |setpoint, ticks: usize| {
+        for _ in 0..ticks {
+            controller.step(setpoint, NOTHING.0, NOTHING.1);
+        }
+        (controller.latest().drives, controller.pose().z.0)
+    };
+    for z in [80.0, 90.0, 30.0, 20.0, 4.0] {
+        let (drives, _) = follow(Setpoint::position(Micrometre(z)), 20_000);
+        let (_, told) = follow(Setpoint::Drive(drives), 2 * PERIOD);
+        // What the core's arithmetic may be off by (docs/requirements.md).
+        assert!((told - z).abs() < 5e-3, "{told} for {z}");
+    }
+}
+
 #[test]
 fn an_implausible_current_is_named_and_not_used() {
     let mut controller = controller(static_parts());
