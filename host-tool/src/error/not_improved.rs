@@ -24,6 +24,15 @@ pub enum NotImproved {
     ))]
     RoomNotBetter { before_um: f64, after_um: f64 },
 
+    #[error(
+        "with what was found the mirror is still up to {after_um:.2} um from where it stood in the first room, so the room is not all \
+         that has moved it; the board has the calibration of before"
+    )]
+    #[diagnostic(help(
+        "did mirror or sensor move between the rooms, or the room while it was read? Begin again with another file"
+    ))]
+    RoomUnexplained { after_um: f64 },
+
     #[error("the sensor did not see the plate under the spot at x {x} um, y {y} um: {reason}")]
     #[diagnostic(help(
         "look whether it is on, on the plate and within its range; remove that spot's file and ask again"

@@ -35,10 +35,14 @@ pub enum AmbientError {
 /// So far apart two rooms must be to tell the ratio (K). Nearer ones tell it to a percent at best: 0.05 um of 1.8 um/K.
 pub const LEAST_APART_K: f64 = 3.0;
 
+/// Of what resistances tell of a room: by so much a curve may be off at one position (`control_core`'s estimate of the surroundings).
+const CURVE: f64 = 0.02;
+
 /// `calibration` with the ratio that takes the mirror to where it was asked to be, by least squares.
 ///
 /// The core asks an actuator for `(1 - ratio) rise` more than at calibration, as its resistance tells it, so what it then
-/// misses in proportion to the rise is the ratio's.
+/// misses in proportion to the rise is the ratio's. How well it is known follows from what the calibration leaves at rest, in both rooms,
+/// and from the curves, at each point for itself.
 ///
 /// # Errors
 /// Where the calibration does not know the resistances, or the points are of one room.
@@ -54,7 +58,8 @@ pub fn with_ambient_ratio(
     if farthest_k < LEAST_APART_K {
         return Err(AmbientError::SameRoom(farthest_k));
     }
-    let (mut missed, mut moved) = (0.0, 0.0);
+    let at_rest_um = 2.0_f64.sqrt() * f64::from(parts.residual.piston.0);
+    let (mut missed, mut moved, mut unsure) = (0.0, 0.0, 0.0);
     for point in points {
         let slopes = parts
             .actuators
@@ -63,11 +68,13 @@ pub fn with_ambient_ratio(
         let by_um = point.rise_k * slopes.sum::<f64>() / parts.actuators.len() as f64;
         missed += by_um * (point.reached_um - point.asked_um);
         moved += by_um * by_um;
+        unsure += (by_um * at_rest_um.hypot(CURVE * by_um)).powi(2);
     }
+    let deviation = f64::from(MEASURED_RATIO).hypot(unsure.sqrt() / moved);
     Ok(Calibration::new(Parts {
         ambient_ratio: parts.ambient_ratio + (missed / moved) as f32,
         residual: Residual {
-            ambient_ratio: MEASURED_RATIO,
+            ambient_ratio: deviation as f32,
             ..parts.residual
         },
         ..*parts
@@ -143,7 +150,26 @@ mod tests {
         let found = with_ambient_ratio(&two_um_per_k(), &points).expect("two rooms");
         // What f32 keeps of 1, a hundred times over for the secants of the tables.
         assert!((found.parts().ambient_ratio - 1.12).abs() < 1e-5);
-        assert_eq!(found.parts().residual.ambient_ratio, MEASURED_RATIO);
+    }
+
+    /// Of three points 10 K apart the curves leave 0.02 / sqrt(3), and 0.3 um at rest, twice, 0.42 of 20 um by that root.
+    #[test]
+    fn a_ratio_is_known_as_well_as_positions_and_curves_are() {
+        let points = [60.0, 90.0, 120.0].map(|um| point(um, 0.5, 10.0));
+        let deviation = |piston_um| {
+            let mut parts = *two_um_per_k().parts();
+            parts.residual.piston.0 = piston_um;
+            let calibration = Calibration::new(parts).expect("a mirror can have it");
+            let found = with_ambient_ratio(&calibration, &points).expect("two rooms");
+            f64::from(found.parts().residual.ambient_ratio)
+        };
+        // f32, and the secants of the tables.
+        let is = |told: f64, expected: f64| (told - expected).abs() < 1e-5;
+        assert!(is(deviation(0.0), 0.01_f64.hypot(0.011_547)));
+        assert!(is(
+            deviation(0.3),
+            0.01_f64.hypot(0.011_547).hypot(0.012_247)
+        ));
     }
 
     #[test]

@@ -35,6 +35,8 @@ const ROUNDS: usize = 2;
 /// By so much a room may be worse than before by the sensor's noise alone (um); what is asked of positions in any room is ten
 /// times as much (`docs/requirements.md`).
 const NOISE_UM: f64 = 0.05;
+/// A ratio that leaves more (um) is not what moved the mirror: no position in any room may be off by more (`docs/requirements.md`).
+const LEFT_UM: f64 = 0.5;
 
 /// Reads the positions, and keeps what was read or compares it with what was kept.
 pub(super) async fn run(board: &Board, ask: CalibrateRoom, json: bool) -> Result<(), ToolError> {
@@ -124,6 +126,9 @@ async fn nearer(
             after_um: after,
         }
         .into());
+    }
+    if after > LEFT_UM {
+        return Err(NotImproved::RoomUnexplained { after_um: after }.into());
     }
     Ok(after_um)
 }
