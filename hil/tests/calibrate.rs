@@ -230,6 +230,18 @@ fn what_is_cut_short_leaves_the_calibration_of_before() {
 }
 
 #[test]
+#[ignore = "long"]
+fn a_sensor_that_is_touched_meanwhile_keeps_nothing() {
+    let config = MirrorConfig::draw(Family::B, 77);
+    let bench = Bench::emulated(config.clone());
+    session(&config, &bench.directory().join("session"));
+    let begun = on_trial(&bench);
+    bench.controls().move_stage(2.0);
+    let said = gave_up(&bench, begun);
+    assert!(said.contains("mirror or sensor have moved"), "{said}");
+}
+
+#[test]
 fn without_a_usable_session_the_board_keeps_its_calibration() {
     let bench = Bench::emulated(MirrorConfig::bench());
     let range = || bench.json(&["status"])["max_position_um"].clone();

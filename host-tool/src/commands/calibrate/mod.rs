@@ -16,7 +16,6 @@ use experiments::Experiment;
 use experiments::calibration::Effort;
 use measurement::Session;
 use mirror_model::Symbol;
-use mirror_protocol::CalibrationUse;
 
 use self::bench::OnTrial;
 use self::report::{CalibrateReport, Written};
@@ -68,7 +67,10 @@ pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(),
     on_trial.bench.plan(&experiments);
     let calibrated = procedure.run(&mut on_trial, source).await;
     let kept = match calibrated {
-        Ok(calibrated) => keep(board, &calibrated).await.map(|()| calibrated),
+        Ok(calibrated) => {
+            let for_good = on_trial.keep(&calibrated.calibration).await;
+            for_good.map(|()| calibrated)
+        }
         Err(error) => Err(error),
     };
     on_trial.bench.close();
@@ -181,14 +183,6 @@ fn played(procedure: &Procedure, source: &Source) -> Vec<(Part, Experiment)> {
     let mut played = procedure.experiments();
     played.retain(|(part, _)| *part != Part::Session || is_measured);
     played
-}
-
-/// The calibration that was on trial is used from now on.
-async fn keep(board: &Board, calibrated: &Calibrated) -> Result<(), ToolError> {
-    board
-        .use_calibration(&calibrated.calibration, CalibrationUse::ForGood)
-        .await?;
-    Ok(())
 }
 
 /// After `error` the channels are off, and the board has the calibration of before.

@@ -41,6 +41,8 @@ pub(crate) struct Bench<'a> {
     started_tick: u32,
     /// Where the board's own sensor stood when the session first read it at rest.
     zero: Zero,
+    /// What the board's own sensor read before each experiment (um).
+    rests_um: Vec<f64>,
     progress: Progress,
     quiet: bool,
     interrupt: Interrupt,
@@ -113,6 +115,7 @@ impl<'a> Bench<'a> {
             session_tick: off.tick,
             started_tick: off.tick,
             zero: Zero::default(),
+            rests_um: Vec::new(),
             progress: Progress::new(quiet),
             quiet,
             interrupt: Interrupt::listen()?,
@@ -272,6 +275,7 @@ impl<'a> Bench<'a> {
             file.keys.set("noise_z_nm", &format!("{noise_nm:.2}"));
         }
         self.wait(off.tick, experiment.rest_s).await?;
+        self.note_rest().await?;
         if matches!(self.sensor, Sensor::Board) && self.zero.um.is_none() {
             self.count_from_here().await?;
         }
