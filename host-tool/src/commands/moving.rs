@@ -16,6 +16,10 @@ use crate::report::{decimal, row, row_of_known};
 const READING_SAMPLES: u32 = 100;
 const READING_PERIOD: Span = Span { s: 1e-3 };
 
+/// How long the board holds a position of several that are read one after the other. A tool that others keep waiting on a busy machine is in
+/// time for the next one, and a tool that was killed leaves the mirror driven for no longer.
+pub(super) const UNTIL_THE_NEXT: Hold = Hold::For(Span { s: 10.0 });
+
 /// What was read while the mirror stood.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct Readings {

@@ -15,7 +15,7 @@ use calibration::{
 use control_core::{Calibration, Limits};
 use experiments::calibration::RANGE;
 use mirror_protocol::{CalibrationUse, Compensate, SetPose};
-use quantities::{Hold, Span};
+use quantities::Span;
 
 use self::readings::{AtPose, PoseSession, Spot, table};
 use self::report::CalibratePoseReport;
@@ -28,7 +28,7 @@ use super::measure::possible::make_directory;
 use super::measure::rested::Rested;
 use super::measure::sensor::Sensor;
 use super::measure::spots::Spots;
-use super::moving::{self, Pace, Readings};
+use super::moving::{self, Pace, Readings, UNTIL_THE_NEXT};
 use crate::board::Board;
 use crate::cli::CalibratePose;
 use crate::error::{NotImproved, ToolError};
@@ -126,7 +126,7 @@ impl<'a> OnPlate<'a> {
             sensor: Sensor::at_any_time(board, sensor).await?,
             pace: Pace {
                 settle,
-                hold: Hold::For(Span { s: 1.0 }),
+                hold: UNTIL_THE_NEXT,
             },
             poses,
             top_um,

@@ -12,7 +12,7 @@ use std::path::Path;
 use calibration::with_ambient_ratio;
 use control_core::Calibration;
 use mirror_protocol::{CalibrationUse, Compensate, Position};
-use quantities::{Hold, Span};
+use quantities::Span;
 
 use self::readings::{RoomReading, RoomReadings, compared, largest_um, mean_rise_k, off_um};
 use self::report::RoomReport;
@@ -20,7 +20,7 @@ use super::calibrate::fall_back;
 use super::calibration_file::load_in_use;
 use super::interrupt::Interrupt;
 use super::measure::sensor::Sensor;
-use super::moving::{Pace, read_settled};
+use super::moving::{Pace, UNTIL_THE_NEXT, read_settled};
 use crate::board::Board;
 use crate::cli::CalibrateRoom;
 use crate::error::{NotImproved, ToolError, UnusableInput};
@@ -35,8 +35,8 @@ const ROUNDS: usize = 2;
 /// By so much a room may be worse than before by the sensor's noise alone (um); what is asked of positions in any room is ten
 /// times as much (`docs/requirements.md`).
 const NOISE_UM: f64 = 0.05;
-/// A ratio that leaves more (um) is not what moved the mirror: no position in any room may be off by more (`docs/requirements.md`).
-const LEFT_UM: f64 = 0.5;
+/// In any room a position may be off by so much (um; `docs/requirements.md`). A ratio that leaves more is not what has moved the mirror.
+const ANY_ROOM_UM: f64 = 0.5;
 
 /// Reads the positions, and keeps what was read or compares it with what was kept.
 pub(super) async fn run(board: &Board, ask: CalibrateRoom, json: bool) -> Result<(), ToolError> {
@@ -119,18 +119,22 @@ async fn nearer(
 ) -> Result<Vec<f64>, ToolError> {
     let asked_um: Vec<f64> = kept.points.iter().map(|then| then.asked_um).collect();
     let after_um = off_um(&kept.points, &room.read(&asked_um).await?);
-    let [before, after] = [before_um, &after_um].map(largest_um);
-    if after > before + NOISE_UM {
-        return Err(NotImproved::RoomNotBetter {
-            before_um: before,
-            after_um: after,
-        }
-        .into());
-    }
-    if after > LEFT_UM {
-        return Err(NotImproved::RoomUnexplained { after_um: after }.into());
-    }
+    is_nearer(largest_um(before_um), largest_um(&after_um))?;
     Ok(after_um)
+}
+
+/// Whether what was found has brought the mirror to where it stood.
+fn is_nearer(before_um: f64, after_um: f64) -> Result<(), NotImproved> {
+    if after_um > before_um + NOISE_UM {
+        return Err(NotImproved::RoomNotBetter {
+            before_um,
+            after_um,
+        });
+    }
+    if after_um > ANY_ROOM_UM {
+        return Err(NotImproved::RoomUnexplained { after_um });
+    }
+    Ok(())
 }
 
 /// A board in a room, with a sensor on its mirror.
@@ -152,7 +156,7 @@ impl<'a> InRoom<'a> {
             sensor,
             pace: Pace {
                 settle,
-                hold: Hold::For(Span { s: 1.0 }),
+                hold: UNTIL_THE_NEXT,
             },
             interrupt,
         })
@@ -195,5 +199,26 @@ impl<'a> InRoom<'a> {
                 .ok_or(ToolError::NoSensor)?,
             rise_k: f64::from(room.rise_ck) / 100.0,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ratio_is_kept_where_it_explains_what_has_moved_the_mirror() {
+        assert!(is_nearer(1.8, 0.2).is_ok());
+        assert!(is_nearer(0.02, 0.06).is_ok());
+        let refused = |before_um, after_um| is_nearer(before_um, after_um).expect_err("not kept");
+        assert!(matches!(
+            refused(0.06, 0.21),
+            NotImproved::RoomNotBetter { .. }
+        ));
+        // A sensor that has moved by 3 um.
+        assert!(matches!(
+            refused(2.6, 0.95),
+            NotImproved::RoomUnexplained { .. }
+        ));
     }
 }

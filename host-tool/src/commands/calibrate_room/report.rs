@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use calibration::LEAST_APART_K;
 use serde::Serialize;
 
+use super::ANY_ROOM_UM;
 use super::readings::{RoomReading, mean_rise_k};
 
 /// What came of it.
@@ -69,10 +70,22 @@ impl fmt::Display for RoomReport {
                 if let Some(file) = calibration {
                     writeln!(f, "written    {}", file.display())?;
                 }
-                Ok(())
+                match mean(before_um) {
+                    um if um.abs() > ANY_ROOM_UM => writeln!(
+                        f,
+                        "beware     a sensor that has moved by {um:+.2} um between the rooms looks the same: back in the first one, see whether it \
+                         reads as before, by `host-tool set-z {:.0}um`",
+                        asked_um.first().copied().unwrap_or(0.0)
+                    ),
+                    _ => Ok(()),
+                }
             }
         }
     }
+}
+
+fn mean(um: &[f64]) -> f64 {
+    um.iter().sum::<f64>() / um.len() as f64
 }
 
 /// Lengths as a row of a report.
