@@ -239,7 +239,9 @@ pub enum ToolError {
     Ambient(#[from] calibration::AmbientError),
 
     #[error(transparent)]
-    #[diagnostic(help("nothing was changed; the spots that were read are kept"))]
+    #[diagnostic(help(
+        "nothing was changed. Spots that were read are kept: remove the file of one that was read at another place than it says, and ask again"
+    ))]
     Pose(#[from] calibration::PoseError),
 
     #[error("'{name}' is too long for a calibration, which holds {max} bytes of it, or has a control character", max = Label::CAPACITY)]

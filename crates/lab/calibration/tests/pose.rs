@@ -2,6 +2,7 @@
 
 use calibration::{
     Drives, PlatePose, PoseError, PosePoint, Reach, posed, poses_to_measure, tabulate,
+    with_piston_residual,
 };
 use control_core::calibration::{Heat, Lag, Parts, Plate, SENSED_RISES, SensedRises};
 use control_core::{
@@ -293,6 +294,7 @@ fn poses_that_are_asked_for_leave_every_actuator_some_power_of_its_own() {
 fn what_does_not_fit_a_plate_is_refused_in_words() {
     let before = calibration(500.0);
     let good = measured(&before);
+    let tried = with_piston_residual(&before, 0.05).expect("a mirror can have it");
     assert_eq!(posed(&before, &good[..10]), Err(PoseError::TooFew(10)));
     let unknown = Calibration::new(Parts {
         plate: Plate::UNKNOWN,
@@ -308,6 +310,27 @@ fn what_does_not_fit_a_plate_is_refused_in_words() {
         ..PlatePose::default()
     });
     assert_eq!(posed(&before, &gap), Err(PoseError::NotFinite(5)));
+    let with = |change: &dyn Fn(&mut PosePoint)| {
+        let mut points = good.clone();
+        points.iter_mut().for_each(change);
+        posed(&tried, &points).expect_err("no plate of a mirror")
+    };
+    let reached =
+        |change: fn(&mut PlatePose)| with(&|point| change(point.reached.as_mut().expect("read")));
+    let low = with(&|point| point.asked.z_um /= 1e3);
+    assert!(matches!(low, PoseError::TooLow { .. }), "{low:?}");
+    let one = with(&|point| point.asked.tilt_y_rad = 0.0);
+    assert_eq!(one, PoseError::OneAxis);
+    let radians = reached(|it| {
+        it.tilt_x_rad = it.tilt_x_rad.to_radians();
+        it.tilt_y_rad = it.tilt_y_rad.to_radians();
+    });
+    assert!(matches!(radians, PoseError::Lever { .. }), "{radians:?}");
+    let farther = reached(|it| it.z_um *= 1.2);
+    assert!(
+        matches!(farther, PoseError::OtherPiston { .. }),
+        "{farther:?}"
+    );
     // Tilts of another mirror, or in another order.
     let mut other = good.clone();
     let count = other.len();

@@ -6,6 +6,7 @@
 
 mod readings;
 mod report;
+mod table;
 mod trial;
 
 use calibration::{
@@ -17,8 +18,9 @@ use experiments::calibration::RANGE;
 use mirror_protocol::{CalibrationUse, Compensate, SetPose};
 use quantities::Span;
 
-use self::readings::{AtPose, PoseSession, Spot, table};
+use self::readings::{AtPose, PoseSession, Spot};
 use self::report::CalibratePoseReport;
+use self::table::table;
 use self::trial::{Trial, tried};
 use super::calibrate::fall_back;
 use super::calibration_file::load_in_use;

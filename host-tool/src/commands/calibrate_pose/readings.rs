@@ -1,13 +1,12 @@
-//! What a sensor read at poses: spot by spot, or as an instrument of two axes has it.
+//! What a sensor read at poses, spot by spot.
 
 use std::array;
 use std::path::{Path, PathBuf};
 
-use calibration::{PlatePose, PosePoint, SpotHeights};
+use calibration::{PlatePose, SpotHeights};
 use serde::{Deserialize, Serialize};
 
 use crate::commands::following::mean_and_rms;
-use crate::commands::measure::spots::possible;
 use crate::error::{NotImproved, ToolError, UnusableInput};
 use crate::new_file::NewFile;
 
@@ -215,79 +214,6 @@ pub(super) fn without_drift(read: &mut [AtPose]) -> f64 {
     drifted_um
 }
 
-/// Columns of a table: what was asked for, for how long, and what an instrument read.
-const COLUMNS: [&str; 7] = [
-    "asked_z_um",
-    "asked_tilt_x_deg",
-    "asked_tilt_y_deg",
-    "held_s",
-    "z_um",
-    "tilt_x_deg",
-    "tilt_y_deg",
-];
-
-/// The poses of a table with these columns in any order, row after row. A row without a reading was held only.
-pub(super) fn table(file: &Path) -> Result<Vec<PosePoint>, ToolError> {
-    let text = input_file::read_text(file, input_file::MOST_MADE)?;
-    let points = parsed(&text).and_then(|points| {
-        let pistons = points
-            .iter()
-            .map(|point| [point.asked.z_um, point.reached.unwrap_or_default().z_um]);
-        possible(&pistons.collect::<Vec<_>>()).map(|()| points)
-    });
-    points.map_err(|reason| {
-        ToolError::from(UnusableInput::PoseTable {
-            file: file.to_owned(),
-            reason,
-        })
-    })
-}
-
-fn parsed(text: &str) -> Result<Vec<PosePoint>, String> {
-    let is_content = |line: &&str| !line.trim().is_empty() && !line.starts_with('#');
-    let mut lines = text.lines().filter(is_content);
-    let header: Vec<&str> = lines
-        .next()
-        .unwrap_or_default()
-        .split(',')
-        .map(str::trim)
-        .collect();
-    let mut places = [0; COLUMNS.len()];
-    for (place, name) in places.iter_mut().zip(COLUMNS) {
-        let found = header.iter().position(|column| *column == name);
-        *place = found.ok_or_else(|| format!("it has no column {name}"))?;
-    }
-    let mut points = Vec::new();
-    for line in lines {
-        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
-        let number = |column: usize| -> Result<f64, String> {
-            let cell = cells.get(places[column]).copied().unwrap_or_default();
-            let number = cell.parse().ok().filter(|number: &f64| number.is_finite());
-            number
-                .ok_or_else(|| format!("`{cell}` in `{line}` is no number for {}", COLUMNS[column]))
-        };
-        let pose = |first: usize, second: usize, third: usize| {
-            Ok::<_, String>(PlatePose {
-                z_um: number(first)?,
-                tilt_x_rad: number(second)?.to_radians(),
-                tilt_y_rad: number(third)?.to_radians(),
-            })
-        };
-        let is_read = (4..7).any(|column| {
-            cells
-                .get(places[column])
-                .is_some_and(|cell| !cell.is_empty())
-        });
-        points.push(PosePoint {
-            asked: pose(0, 1, 2)?,
-            held_s: number(3)?.max(0.0),
-            reached: is_read.then(|| pose(4, 5, 6)).transpose()?,
-            told_k: None,
-        });
-    }
-    Ok(points)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -361,32 +287,5 @@ mod tests {
         let whole = std::fs::read_to_string(&file).expect("written");
         std::fs::write(&file, &whole[..whole.len() / 2]).expect("written");
         assert!(PoseSession::load(folder.path(), &poses()).is_err());
-    }
-
-    #[test]
-    fn a_table_has_its_columns_in_any_order() {
-        let header =
-            "held_s,asked_z_um,asked_tilt_x_deg,asked_tilt_y_deg,z_um,tilt_y_deg,tilt_x_deg";
-        let points = parsed(&format!(
-            "# an autocollimator\n{header}\n2,60,0,0.5,60.1,0.4,0.1\n1,20,0,0,,,\n"
-        ));
-        let points = points.expect("a table");
-        assert_eq!(points.len(), 2);
-        assert!((points[0].reached.expect("read").tilt_y_rad.to_degrees() - 0.4).abs() < 1e-12);
-        assert_eq!(points[1].reached, None);
-        for (text, said) in [
-            ("asked_z_um\n1\n", "no column asked_tilt_x_deg"),
-            (
-                &format!("{header}\n2,60,0,x,60,0,0\n"),
-                "no number for asked_tilt_y_deg",
-            ),
-            (
-                &format!("{header}\n2,60,0,0,60,nan,0\n"),
-                "no number for tilt_y_deg",
-            ),
-        ] {
-            let error = parsed(text).expect_err("no table");
-            assert!(error.contains(said), "{error}");
-        }
     }
 }

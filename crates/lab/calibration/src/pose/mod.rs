@@ -18,12 +18,14 @@
 //! - `history`: from what was asked to how warm the actuators were;
 //! - `fit`: what is sought, and how;
 //! - `stages`: what of an actuator's stages changes with it;
+//! - `plausible`: which poses tell a plate, and which plate a mirror can have;
 //! - `spots`: poses from a displacement sensor whose spot is moved.
 
 mod drives;
 mod fit;
 mod heat;
 mod history;
+mod plausible;
 mod point;
 mod spots;
 mod stages;
@@ -178,6 +180,7 @@ pub fn posed(calibration: &Calibration, points: &[PosePoint]) -> Result<Posed, P
     if let Some(bad) = points.iter().position(|point| !is_finite(point)) {
         return Err(PoseError::NotFinite(bad + 1));
     }
+    plausible::check_asked(points, f64::from(calibration.max_position().0))?;
     let mut fit = PlateFit::new(parts, points);
     let found = fit.best().ok_or(PoseError::NoPlate { left_um: f64::NAN })?;
     let (piston_um, tilts_um) = fit.rms_um(&found);
@@ -216,9 +219,12 @@ impl Outcome<'_> {
         let (piston_um, tilts_um) = self.fit.rms_um(self.found);
         let no_plate = PoseError::NoPlate { left_um: piston_um };
         let plate = self.plate().ok_or(no_plate)?;
+        plausible::check_plate(&plate)?;
         let places: Vec<f64> = (0..=SEGMENTS)
             .map(|step| step as f64 / SEGMENTS as f64)
             .collect();
+        let is_tried = is_tried(&self.parts.residual);
+        plausible::check_piston(self.found, self.fit.top_um, &places, is_tried)?;
         let counted = self.counted(&places)?;
         let top_um = (0..CHANNELS)
             .map(|i| counted.at(self.found.shape_um(i, 1.0, self.fit.top_um)))

@@ -41,6 +41,46 @@ pub enum PoseError {
     /// A number of a pose is not finite.
     #[error("pose {0} of those measured has a number that is not finite")]
     NotFinite(usize),
+    /// They leave the upper half of the range to be guessed.
+    #[error(
+        "the highest pose that was asked for is {highest_um:.3} um of {top_um:.1}; poses are in micrometres and degrees, and reach at least \
+         half of the range"
+    )]
+    TooLow {
+        /// The highest that was measured at rest (um).
+        highest_um: f64,
+        /// The range of the calibration (um).
+        top_um: f64,
+    },
+    /// They tell one lever only, or none.
+    #[error("the poses tilt about one axis only, or not at all; ask for tilts about x and about y")]
+    OneAxis,
+    /// An actuator would act where no mirror has one.
+    #[error(
+        "actuator {actuator} would act {um:.0} um from the plate's centre; are tilts in degrees, and spots in micrometres?"
+    )]
+    Lever {
+        /// From 1.
+        actuator: usize,
+        /// How far from the centre (um).
+        um: f64,
+    },
+    /// One actuator would bend the plate less than half as much as another.
+    #[error(
+        "actuator {0} would carry much less of the plate than the others; were two spots mixed up, or is the instrument's zero not the plate at rest?"
+    )]
+    Lopsided(usize),
+    /// Heights that are not those of the calibration's trial.
+    #[error(
+        "the poses put a level plate at {found_um:.1} um where the calibration, which was tried, has it at {had_um:.1} um; were they measured \
+         on this mirror, in micrometres from its rest?"
+    )]
+    OtherPiston {
+        /// By the poses (um).
+        found_um: f64,
+        /// By the calibration (um).
+        had_um: f64,
+    },
     /// They do not tell two tilts.
     #[error(
         "the spots lie on a line, or are fewer than three; move the sensor's spot to three corners of the plate"
