@@ -11,7 +11,7 @@ mod refusal;
 use std::io;
 use std::path::PathBuf;
 
-use calibration_procedure::{Doubt, SensorError};
+use calibration_procedure::{Doubt, SensorError, TravelError};
 use control_core::calibration::Label;
 use mirror_protocol::{PROTOCOL_VERSION, Refusal};
 use quantities::Hold;
@@ -271,6 +271,13 @@ pub enum ToolError {
         "look at what it reads with `host-tool record`: is its spot on the plate, and its range as long as the mirror's? The board has the calibration of before"
     ))]
     SensorReadings(#[from] SensorError),
+
+    #[error(transparent)]
+    #[diagnostic(help(
+        "have it count upwards and in micrometres, with its spot on the plate and its range as long as the mirror's, and calibrate again. \
+         The board has the calibration of before"
+    ))]
+    SensorTravel(#[from] TravelError),
 
     #[error("{0}; the board has the one before")]
     #[diagnostic(help("{}", doubt_advice(_0)))]

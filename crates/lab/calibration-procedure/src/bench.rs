@@ -8,6 +8,7 @@ use mirror_model::Runaway;
 
 use crate::doubt::Doubt;
 use crate::screening::SensorError;
+use crate::travel::TravelError;
 
 /// What an experiment is played for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,6 +31,7 @@ pub trait Bench {
         + From<RefineError>
         + From<CorrectionError>
         + From<SensorError>
+        + From<TravelError>
         + From<Doubt>;
 
     /// One control tick (s).

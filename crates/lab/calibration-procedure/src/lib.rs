@@ -17,10 +17,12 @@ mod procedure;
 mod refine;
 mod screened;
 mod screening;
+mod travel;
 mod trial;
 
 pub use bench::{Bench, Part};
 pub use doubt::{BROKEN_PROMISE, Doubt};
 pub use procedure::{Calibrated, Procedure, Source};
 pub use screening::{ReadingCounts, SensorError};
+pub use travel::TravelError;
 pub use trial::{Figures, Point, Series, Trial};

@@ -15,6 +15,7 @@ use crate::doubt::{Doubt, Left};
 use crate::refine;
 use crate::screened::Screened;
 use crate::screening::ReadingCounts;
+use crate::travel;
 use crate::trial::Trial;
 
 /// What is to be calibrated, and how.
@@ -110,6 +111,7 @@ impl Procedure {
             Source::Files(session) => (session.clone(), session),
             Source::Mirror => self.measure_session(&mut bench).await?,
         };
+        travel::check(&session, self.reach_um)?;
         let (model, identified) = self.identify(&mut bench, session).await?;
         let resonance = bench
             .compute("listening to the plate", move || ringing(&jumps))

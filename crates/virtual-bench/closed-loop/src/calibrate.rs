@@ -4,7 +4,9 @@ use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
 use calibration::{CorrectionError, RefineError, TabulateError, tabulate};
-use calibration_procedure::{Bench, Calibrated, Doubt, Part, Procedure, SensorError, Source};
+use calibration_procedure::{
+    Bench, Calibrated, Doubt, Part, Procedure, SensorError, Source, TravelError,
+};
 use control_core::Calibration;
 use emulated_board::{Device, Mirror};
 use experiment_player::PlayError;
@@ -41,6 +43,9 @@ pub enum CalibrateError {
     /// Its sensor hardly reads anything.
     #[error(transparent)]
     Sensor(#[from] SensorError),
+    /// Its readings are no mirror's.
+    #[error(transparent)]
+    Travel(#[from] TravelError),
     /// What came out is not to be kept.
     #[error(transparent)]
     Doubt(#[from] Doubt),
