@@ -21,7 +21,7 @@ pub(super) fn room(surroundings: &Estimate) -> Room {
     let hundredths = |kelvin: f32| kelvin * 100.0;
     Room {
         rise_ck: hundredths(surroundings.rise.0) as i16,
-        deviation_ck: hundredths(surroundings.rise_deviation.0) as u16,
+        deviation_ck: hundredths(surroundings.thermometer_deviation().0) as u16,
     }
 }
 

@@ -81,12 +81,26 @@ const PROBED: (f32, f32) = (0.1, 0.5);
 pub struct Estimate {
     /// Their temperature over that at calibration.
     pub rise: Kelvin,
-    /// Its standard deviation.
+    /// Its standard deviation, of kelvins that are those of a film of the usual coefficient.
     pub rise_deviation: Kelvin,
     /// Relative change of the loss to them.
     pub loss: f32,
     /// Its standard deviation.
     pub loss_deviation: f32,
+}
+
+/// Part of a room by which it is unknown in kelvins, since nobody has measured the coefficient of its films: those of the paper's four
+/// actuators are up to 5 % from its Table 1 (`virtual-mirror`, `paper.toml`). Positions do not depend on it.
+const UNMEASURED_FILM: f32 = 0.05;
+
+impl Estimate {
+    /// Standard deviation of the rise as a thermometer would tell it.
+    pub fn thermometer_deviation(&self) -> Kelvin {
+        let (of_the_rise, of_the_film) = (self.rise_deviation.0, UNMEASURED_FILM * self.rise.0);
+        Kelvin(fpu::sqrt(
+            of_the_rise * of_the_rise + of_the_film * of_the_film,
+        ))
+    }
 }
 
 /// One actuator's reading: its thermometer against its stages.

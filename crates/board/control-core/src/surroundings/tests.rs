@@ -257,6 +257,18 @@ proptest! {
     }
 }
 
+#[test]
+fn a_room_in_kelvins_is_known_as_well_as_the_coefficient_of_the_films() {
+    let of = |rise, deviation| Estimate {
+        rise: Kelvin(rise),
+        rise_deviation: Kelvin(deviation),
+        ..Estimate::default()
+    };
+    assert_eq!(of(0.0, 0.2).thermometer_deviation().0, 0.2);
+    let cold = of(-8.0, 0.3).thermometer_deviation().0;
+    assert!((cold - 0.5).abs() < 1e-6, "{cold}");
+}
+
 /// The room and the air change as far as they may, and one heater of its own; what is told then.
 #[test]
 fn one_heater_that_tells_otherwise_is_told_and_not_what_all_tell() {
