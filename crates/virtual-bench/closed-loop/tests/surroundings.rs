@@ -124,25 +124,30 @@ fn motion_in_the_room_of_the_calibration_is_no_room() {
             }
             at
         });
-        // Where the mirror cannot cool as fast as is asked it is tens of micrometres off, and no position is reached.
-        let pairs = runs[0].iter().zip(&runs[1]).zip(&asked);
-        let mut apart: Vec<f64> = pairs
-            .filter(|((left, _), asked)| (*left - asked_um(asked)).abs() < NEAR_UM)
-            .map(|((left, compensated), _)| (left - compensated).abs())
-            .collect();
-        assert!(apart.len() > asked.len() / 2, "most of the way is followed");
-        apart.sort_by(f64::total_cmp);
-        let part = |share: f64| apart[((apart.len() - 1) as f64 * share) as usize];
-        println!(
-            "room {:.2} K, loss {:.3}; apart {:.3} um in the median, {:.3} um in 99 of 100 ticks, {:.3} um at most",
-            told.0,
-            told.1,
-            part(0.5),
-            part(0.99),
-            part(1.0)
-        );
-        // What a position may be off by at rest (docs/requirements.md). A move that begins before anything was told of the
-        // room is off by more for its first milliseconds.
-        assert!(part(0.99) < 0.15);
+        println!("room {:.2} K, loss {:.3}", told.0, told.1);
+        // What a position may be off by at rest, and the loop of a sine of 20 Hz (docs/requirements.md). A move that begins before anything
+        // was told of the room is off by more for its first milliseconds.
+        let is_way = |setpoint: &Setpoint| matches!(setpoint, Setpoint::Track(_));
+        for (is_wanted, limit_um) in [(false, 0.15), (true, 0.25)] {
+            let ticks = runs[0].iter().zip(&runs[1]).zip(&asked);
+            // Where the mirror cannot cool as fast as is asked it is tens of micrometres off, and no position is reached.
+            let near = ticks.filter(|((left, _), asked)| {
+                is_way(asked) == is_wanted && (*left - asked_um(asked)).abs() < NEAR_UM
+            });
+            let mut apart: Vec<f64> = near
+                .map(|((left, compensated), _)| (left - compensated).abs())
+                .collect();
+            let of_these = asked.iter().filter(|asked| is_way(asked) == is_wanted);
+            assert!(apart.len() > of_these.count() / 2, "most of it is followed");
+            apart.sort_by(f64::total_cmp);
+            let part = |share: f64| apart[((apart.len() - 1) as f64 * share) as usize];
+            println!(
+                "way {is_wanted}: apart {:.3} um in the median, {:.3} um in 99 of 100 ticks, {:.3} um at most",
+                part(0.5),
+                part(0.99),
+                part(1.0)
+            );
+            assert!(part(0.99) < limit_um);
+        }
     }
 }
