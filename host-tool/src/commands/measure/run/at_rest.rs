@@ -31,11 +31,12 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// Keeps what the board's sensor reads of a mirror that has rested before an experiment.
+    /// Keeps what the sensor reads, where it is the board's, of a mirror that has rested before an experiment.
     pub(super) async fn note_rest(&mut self) -> Result<(), ToolError> {
-        let read = sensor_um(self.board).await?;
-        if !read.is_empty() {
-            self.rests_um.push(measurement::median(read));
+        if matches!(self.sensor, Sensor::Board) {
+            let read = sensor_um(self.board).await?;
+            self.rests_um
+                .extend((!read.is_empty()).then(|| measurement::median(read)));
         }
         Ok(())
     }
@@ -43,10 +44,12 @@ impl Bench<'_> {
     /// By how much the mirror at rest has moved since it came back from the first experiment, as the board's sensor sees it (um): from a
     /// rest that its way led to, not from one that may have had none. `None` without such a sensor.
     pub(crate) async fn rest_moved_um(&self) -> Result<Option<f64>, ToolError> {
+        let Some(from_um) = self.rests_um.get(1) else {
+            return Ok(None);
+        };
         let rested = Rested::wait_for(self.board, &self.sensor);
         let rested = self.interrupt.or(rested).await?;
-        let came_back = self.rests_um.get(1);
-        Ok(rested.zero_um().zip(came_back).map(|(um, from)| um - from))
+        Ok(rested.zero_um().map(|um| um - from_um))
     }
 
     /// Lets displacements count from what the board's sensor reads now, where the mirror lies still: the first row of an experiment may be read
