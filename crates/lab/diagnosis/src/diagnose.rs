@@ -15,7 +15,7 @@ mod suspects;
 mod verdict;
 
 use crate::candidate::Candidate;
-use crate::null_ensemble::NullEnsemble;
+use crate::null_ensemble::{Misdescribed, NullEnsemble};
 use crate::null_improvement::NullImprovement;
 use crate::report::{Asked, Diagnosis, ExpectedGains};
 use analysis::{Analysis, best_first};
@@ -24,7 +24,7 @@ use identification::dataset::Dataset;
 use identification::fit::{Fitted, fit, fit_parameters, free_parameters};
 use identification::prediction::simulations;
 use mirror_model::effect::{Active, Effect, built_in};
-use mirror_model::{Model, Runaway};
+use mirror_model::{Device, Model, Runaway};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -63,14 +63,21 @@ pub fn diagnose_with_gains(
     asked: Asked,
 ) -> Result<(Diagnosis, ExpectedGains), Runaway> {
     let begun = simulations();
-    let ensemble = NullEnsemble::new(data, &model.device, cache)?;
+    let Begun {
+        fitted,
+        ensemble,
+        misdescribed,
+    } = Begun::new(model, data, cache)?;
     let effects = suited(data, own);
     let drawn = simulations();
-    let (analysis, mut candidates) = shown(model, data, &ensemble, &effects)?;
+    let (analysis, mut candidates) = shown(fitted, data, &ensemble, &effects)?;
     log::info!("weighing {} effects", candidates.len());
-    let found = analysis.conclude(&mut candidates)?;
+    let mut found = analysis.conclude(&mut candidates)?;
+    found
+        .notes
+        .splice(0..0, misdescribed.map(|it| it.to_string()));
     log::info!(
-        "simulations of the session: {} for the null ensemble, {} for the diagnosis",
+        "simulations of the session: {} for the base and the null ensemble, {} for the diagnosis",
         drawn - begun,
         simulations() - drawn
     );
@@ -85,6 +92,44 @@ pub fn diagnose_with_gains(
     Ok((found, gains))
 }
 
+/// A session's base, and the mirrors that it is held against.
+pub(crate) struct Begun {
+    fitted: Fitted,
+    ensemble: NullEnsemble,
+    /// Why they are not those that the model's file describes.
+    misdescribed: Option<Misdescribed>,
+}
+
+impl Begun {
+    /// With all mirrors, where the session's is none of those that are described.
+    pub(crate) fn new(
+        model: &Model,
+        data: &Dataset,
+        cache: Option<&Path>,
+    ) -> Result<Self, Runaway> {
+        log::info!("fitting the base to {} readings", data.observations.len());
+        let before = simulations();
+        let mut fitted = fit(model, data)?;
+        log::info!(
+            "the base is fitted, with {} simulations",
+            simulations() - before
+        );
+        let mut ensemble = NullEnsemble::new(data, &model.device, cache)?;
+        let is_described = model.device != Device::default();
+        let misdescribed = ensemble.misdescribed(&fitted.model, data);
+        let misdescribed = misdescribed.filter(|_| is_described);
+        if misdescribed.is_some() {
+            fitted.model.device = Device::default();
+            ensemble = NullEnsemble::new(data, &fitted.model.device, cache)?;
+        }
+        Ok(Self {
+            fitted,
+            ensemble,
+            misdescribed,
+        })
+    }
+}
+
 /// The effects that are tried.
 fn suited(data: &Dataset, own: &[Arc<dyn Effect>]) -> Vec<Arc<dyn Effect>> {
     let mut effects = [&built_in(), own].concat();
@@ -94,12 +139,12 @@ fn suited(data: &Dataset, own: &[Arc<dyn Effect>]) -> Vec<Arc<dyn Effect>> {
 
 /// [`explained`], of a heater on a bench without what its currents could not show.
 fn shown<'a>(
-    model: &Model,
+    fitted: Fitted,
     data: &'a Dataset,
     ensemble: &'a NullEnsemble,
     effects: &[Arc<dyn Effect>],
 ) -> Result<(Analysis<'a>, Vec<Candidate>), Runaway> {
-    let (analysis, mut candidates) = explained(model, data, ensemble, effects)?;
+    let (analysis, mut candidates) = explained(fitted, data, ensemble, effects)?;
     if data.is_of_heaters() {
         candidates.retain(|candidate| candidate.shows() || candidate.is_infeasible());
     }
@@ -121,9 +166,12 @@ pub(crate) fn with_effect(
     model: &Model,
     effect: Arc<dyn Effect>,
     data: &Dataset,
-    ensemble: &NullEnsemble,
+    cache: Option<&Path>,
 ) -> Result<WithEffect, Runaway> {
-    let (analysis, mut candidates) = explained(model, data, ensemble, &[effect])?;
+    let Begun {
+        fitted, ensemble, ..
+    } = Begun::new(model, data, cache)?;
+    let (analysis, mut candidates) = explained(fitted, data, &ensemble, &[effect])?;
     let mut candidate = candidates.pop().expect("the one that was asked for");
     analysis.choose_form(&mut candidate);
     let null_improvement = analysis.null_improvement(&candidate);
@@ -138,9 +186,17 @@ pub(crate) fn with_effect(
             fit_parameters(&start, data, &data.values(), &all)?
         }
     };
+    // What the owner has described stays in the file, also where no such mirror was measured.
+    let described = |fitted: Fitted| Fitted {
+        model: Model {
+            device: model.device.clone(),
+            ..fitted.model
+        },
+        ..fitted
+    };
     Ok(WithEffect {
-        without: analysis.fitted,
-        with,
+        without: described(analysis.fitted),
+        with: described(with),
         null_improvement,
     })
 }
@@ -148,18 +204,11 @@ pub(crate) fn with_effect(
 /// The analysis around the fitted base, with these effects tried and explained, the best first. Where fits with one of them lead
 /// to a better base, that is the base.
 fn explained<'a>(
-    model: &Model,
+    mut fitted: Fitted,
     data: &'a Dataset,
     ensemble: &'a NullEnsemble,
     effects: &[Arc<dyn Effect>],
 ) -> Result<(Analysis<'a>, Vec<Candidate>), Runaway> {
-    log::info!("fitting the base to {} readings", data.observations.len());
-    let before = simulations();
-    let mut fitted = fit(model, data)?;
-    log::info!(
-        "the base is fitted, with {} simulations",
-        simulations() - before
-    );
     let mut moves = 0;
     loop {
         let (analysis, mut candidates) = Analysis::new(data, fitted, ensemble, effects)?;

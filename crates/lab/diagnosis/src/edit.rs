@@ -1,7 +1,6 @@
 //! Adding an effect to a model, or taking it away, with the errors before and after.
 
 use crate::diagnose::with_effect;
-use crate::null_ensemble::NullEnsemble;
 use crate::null_improvement::{Fall, NullImprovement};
 use crate::report::{BeforeAfter, WORTHWHILE};
 use identification::dataset::Dataset;
@@ -77,8 +76,7 @@ pub fn add(
     if model.effects.iter().any(|active| active.id() == id) {
         return Err(EditError::Present(id));
     }
-    let ensemble = NullEnsemble::new(data, &model.device, cache)?;
-    let added = with_effect(model, effect, data, &ensemble)?;
+    let added = with_effect(model, effect, data, cache)?;
     let fitted_numbers = added.with.free.len();
     let mut changed = change(added.without, added.with, data, files)?;
     let read = data.observations.iter();
@@ -180,11 +178,15 @@ impl Edit {
         }
         let most = |fall: Option<Fall>| fall.map_or(0.0, |fall| fall.most);
         let displacement = null.displacement.or(null.currents);
+        let error = match falls[0] < WORTHWHILE {
+            true => "error of the currents",
+            false => "error",
+        };
         if falls[0] > most(displacement) || falls[1] > most(null.currents) {
-            format!("with {id} the error falls: {course}")
+            format!("with {id} the {error} falls: {course}")
         } else {
             format!(
-                "with {id} the error falls: {course}; that alone proves nothing, it falls as much where nothing is missing"
+                "with {id} the {error} falls: {course}; that alone proves nothing, it falls as much where nothing is missing"
             )
         }
     }
@@ -314,7 +316,10 @@ mod tests {
     #[test]
     fn a_fall_of_the_currents_alone_counts_too() {
         let said = edit((0.5, Some(0.1)), (0.5, Some(0.05))).on_adding("aging", &null(0.4));
-        assert!(said.starts_with("with aging the error falls"), "{said}");
+        assert!(
+            said.starts_with("with aging the error of the currents falls"),
+            "{said}"
+        );
         assert!(!said.contains("proves nothing"), "{said}");
     }
 

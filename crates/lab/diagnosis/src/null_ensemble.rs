@@ -6,6 +6,7 @@
 
 mod cache;
 mod conditions;
+mod description;
 mod drive_scaling;
 pub(crate) mod families;
 mod fitting;
@@ -15,6 +16,7 @@ use crate::progress::Count;
 use crate::residual_space::ModelDiscrepancy;
 use cache::{Key, Shape, cached, file_of};
 use conditions::Conditions;
+pub(crate) use description::Misdescribed;
 use drive_scaling::DriveScaling;
 use families::CALIBRATING;
 use fitting::Fit;

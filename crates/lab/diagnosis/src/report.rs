@@ -207,6 +207,12 @@ pub struct Ranked {
     pub why: String,
 }
 
+/// The best of the effects that are named, or of all where none is.
+pub(crate) fn leading<'a>(ranking: &'a [Ranked], named: &[String]) -> Option<&'a Ranked> {
+    let is_named = |ranked: &&Ranked| named.contains(&ranked.effect);
+    ranking.iter().find(is_named).or(ranking.first())
+}
+
 /// A formula for what no known effect explains. It is no name: something behaves like it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ProposedForm {
@@ -237,7 +243,7 @@ pub struct Diagnosis {
     pub discrepancy_rms: Rms,
     /// Where an effect is named that takes most of the error and leaves a part: what is left.
     pub remainder: Option<Remainder>,
-    /// The error, without and with the best effect.
+    /// The error, without and with the best of the effects that are named, or of all where none is.
     pub error_rms: BeforeAfter,
     /// Misfit beyond base and discrepancy, over the median one of mirrors that lack nothing (1: like them).
     pub misfit: f64,

@@ -7,7 +7,7 @@ mod whereabouts;
 
 pub(crate) use self::numbers::digits;
 use self::numbers::size;
-use crate::report::{BeforeAfter, Diagnosis, Ranked, Remainder, Rms, Verdict};
+use crate::report::{BeforeAfter, Diagnosis, Ranked, Remainder, Rms, Verdict, leading};
 use mirror_model::effect::find;
 use std::fmt;
 
@@ -54,10 +54,8 @@ impl fmt::Display for Diagnosis {
 impl Diagnosis {
     fn errors(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // Where nothing is missing, an effect that is added fits noise only, and an error with it would read as a find.
-        let best = self
-            .ranking
-            .first()
-            .filter(|_| self.verdict != Verdict::None);
+        let best = leading(&self.ranking, &self.effects);
+        let best = best.filter(|_| self.verdict != Verdict::None);
         let BeforeAfter {
             before,
             after,

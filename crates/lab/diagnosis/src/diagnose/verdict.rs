@@ -7,7 +7,7 @@ use super::suspects::{Suspects, ids, least_of};
 use crate::candidate::Candidate;
 use crate::next;
 use crate::proposal::NextMeasurement;
-use crate::report::{BeforeAfter, Diagnosis, Form, Remainder, Verdict};
+use crate::report::{BeforeAfter, Diagnosis, Form, Remainder, Verdict, leading};
 use identification::fit::Precision;
 use identification::jumps;
 use identification::prediction::RESOLUTION;
@@ -76,7 +76,7 @@ impl Analysis<'_> {
         Ok(Diagnosis {
             verdict,
             discrepancy_rms: self.discrepancy_rms(),
-            error_rms: ranking.first().map_or(
+            error_rms: leading(&ranking, &named).map_or(
                 BeforeAfter {
                     before: error.value,
                     after: error.value,

@@ -1,6 +1,7 @@
 use super::conditions::{FORGOTTEN_S, REST_S};
 use super::*;
 use crate::residual_space::{AllRows, ResidualSpace, Session};
+use mirror_model::{Preset, Symbol};
 use std::sync::Arc;
 use virtual_mirror::Sensor;
 
@@ -122,4 +123,29 @@ fn a_rest_is_a_rest_whatever_is_held() {
         // Half of the noise of these readings, in the slowest of all mirrors. Measured: 0.0103 um at rest.
         assert!(worst_um < 0.015, "{worst_um} um");
     }
+}
+
+/// Mirrors within 5 % of the paper's model, one way and the other.
+#[test]
+fn a_mirror_that_no_description_draws_is_told_by_how_far_its_beams_bend() {
+    let data = session(1.0, 0.02);
+    let paper = Model::from(Preset::Reconciled);
+    let at = coordinates(&paper, &data);
+    let ensemble = NullEnsemble {
+        residuals: DMatrix::zeros(data.observations.len(), 2),
+        coordinates: DMatrix::from_fn(at.len(), 2, |row, member| at[row] + [-0.05, 0.05][member]),
+    };
+    let told = |symbol: Symbol, times: f64| {
+        let mut model = paper.clone();
+        let value = times * model.parameters.get(symbol);
+        model.parameters.set(symbol, value);
+        let misdescribed = ensemble.misdescribed(&model, &data);
+        misdescribed.map(|it| it.to_string())
+    };
+    assert_eq!(told(Symbol::CurvatureCoefficient, 1.055), None);
+    let twice = told(Symbol::CurvatureCoefficient, 2.0).expect("another mirror");
+    assert!(twice.contains("beta_b as fitted is 1.90 times"), "{twice}");
+    assert!(told(Symbol::ThermalResistance, 0.7).is_some());
+    // A second pole that a missing effect has taken up is no other mirror's.
+    assert_eq!(told(Symbol::MiddleTime, 10.0), None);
 }
