@@ -75,7 +75,7 @@ fn of_columns(
     let row = |index: usize| {
         let cells = columns.iter().map(|column| column[index]);
         cells
-            .map(|value| value.is_finite().then_some(value))
+            .map(|value| (!value.is_nan()).then_some(value))
             .collect()
     };
     Ok(Table {

@@ -29,6 +29,7 @@ impl Numbers {
             .or_else(|| self.instant(text))
     }
 
+    /// An infinity is a number.
     fn number(self, text: &str) -> Option<f64> {
         let number: f64 = match self {
             Self {
@@ -41,7 +42,7 @@ impl Numbers {
             } => text.replace(',', ".").parse().ok()?,
             _ => self.ungrouped(text)?.parse().ok()?,
         };
-        number.is_finite().then_some(number)
+        (!number.is_nan()).then_some(number)
     }
 
     /// `1,234.5` as `1234.5`; `None` where groups are not of three digits.

@@ -9,6 +9,7 @@ mod assignment;
 mod cell;
 mod error;
 mod lost;
+mod overflow;
 mod table;
 
 pub use assignment::{Assignment, guesses};
@@ -125,7 +126,8 @@ fn rows(table: &Table, assignments: &[Assignment], notes: &mut Vec<String>) -> V
     let row = |cells: &Vec<Option<f64>>| {
         let mut row = Row::default();
         for assignment in assignments {
-            match cells[assignment.source] {
+            let cell = cells[assignment.source];
+            match cell.filter(|number| !overflow::is_one(*number)) {
                 Some(number) => assignment.column.store(&mut row, assignment.value(number)),
                 None if assignment.column.may_be_empty() => {}
                 None => return None,
@@ -134,6 +136,7 @@ fn rows(table: &Table, assignments: &[Assignment], notes: &mut Vec<String>) -> V
         Some(row)
     };
     let rows: Vec<Row> = table.rows.iter().filter_map(row).collect();
+    notes.extend(overflow::sentences(table, assignments));
     let lacking = table.rows.len() - rows.len();
     if lacking > 0 {
         let rows = match lacking {

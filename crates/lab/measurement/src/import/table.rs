@@ -14,7 +14,7 @@ const TELLING: usize = 200;
 pub struct Table {
     /// The columns' names; their numbers where the text has no header.
     pub names: Vec<String>,
-    /// The rows; `None` where a cell holds no number.
+    /// The rows; `None` where a cell holds no number. An infinity is one.
     pub rows: Vec<Vec<Option<f64>>>,
     /// Columns, by their places, that hold dates or clock times: in seconds since some day.
     pub clocks: Vec<usize>,
