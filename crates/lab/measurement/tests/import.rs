@@ -44,12 +44,12 @@ fn utf_16_tabs_and_blanks() {
 
 #[test]
 fn a_user_says_what_no_name_says() {
-    let table = Table::read(b"0.1,1.0,-40\n0.2,2.0,-2500\n0.3,0,7\n").expect("a table");
+    let table = Table::read(b"0.1,0,7\n0.2,1.0,-40\n0.3,2.0,-2500\n").expect("a table");
     assert_eq!(table.names, ["1", "2", "3"]);
     let said = ["t=1", "V=2:V", "z=3:nm:-1"].map(|text| Assignment::parse(text, &table).unwrap());
     let imported = import(&table, &said, false).unwrap();
     // 2500 nm upwards at 2 V, and 7 nm downwards at rest.
-    let z = imported.file.rows[1].z_um.unwrap();
+    let z = imported.file.rows[2].z_um.unwrap();
     assert!((z - 2.507).abs() < 1e-12, "{z}");
     assert!(says(&imported, "z counts from its first reading at 0 V"));
     for (wrong, words) in [

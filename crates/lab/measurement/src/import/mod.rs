@@ -10,6 +10,7 @@ mod cell;
 mod error;
 mod lost;
 mod overflow;
+mod rest;
 mod table;
 
 pub use assignment::{Assignment, guesses};
@@ -64,7 +65,8 @@ pub fn import(
     if settled || !is_timed {
         file.keys.set("steady", "yes");
     }
-    count_from_rest(&mut rows, &mut notes);
+    rest::count_from(&mut rows, settled || !is_timed, &mut notes);
+    notes.extend(falling(&rows));
     if rows.len() < 2 {
         return Err(ImportError::new(
             format!(
@@ -178,38 +180,15 @@ fn at_their_times(mut rows: Vec<Row>, notes: &mut Vec<String>) -> Vec<Row> {
     instants
 }
 
-/// Displacements count from the first one at 0 V; one that falls with the drive is told.
-fn count_from_rest(rows: &mut [Row], notes: &mut Vec<String>) {
-    let rest = rows
-        .iter()
-        .filter(|row| row.voltage_v.iter().all(|volts| *volts == 0.0))
-        .find_map(|row| row.z_um);
-    match rest {
-        Some(0.0) => {}
-        Some(rest_um) => {
-            for z_um in rows.iter_mut().filter_map(|row| row.z_um.as_mut()) {
-                *z_um -= rest_um;
-            }
-            notes.push(format!(
-                "z counts from its first reading at 0 V, which was {rest_um} um"
-            ));
-        }
-        None if rows.iter().any(|row| row.z_um.is_some()) => notes.push(
-            "no displacement was read at 0 V: z is taken to count from there all the same".into(),
-        ),
-        None => {}
-    }
+/// Of a displacement that falls with the drive.
+fn falling(rows: &[Row]) -> Option<String> {
     let highest = |row: &&Row| row.voltage_v.into_iter().fold(0.0, f64::max);
     let read = rows.iter().filter(|row| row.z_um.is_some());
-    let driven = read.max_by(|a, b| highest(a).total_cmp(&highest(b)));
-    if driven
-        .and_then(|row| row.z_um)
-        .is_some_and(|z_um| z_um < 0.0)
-    {
-        notes.push(
-            "z falls with the drive, and is to grow towards the substrate: if the sensor counts the other way, say \
-             --column z=NAME:UNIT:-1"
-                .into(),
-        );
-    }
+    let driven = read.max_by(|a, b| highest(a).total_cmp(&highest(b)))?;
+    driven.z_um.filter(|z_um| *z_um < 0.0)?;
+    Some(
+        "z falls with the drive, and is to grow towards the substrate: if the sensor counts the other way, say \
+         --column z=NAME:UNIT:-1"
+            .into(),
+    )
 }
