@@ -1,7 +1,10 @@
 //! Which column of a table is which quantity, in which unit.
 
 use super::error::ImportError;
+use super::heading::Heading;
+use super::quantity;
 use super::table::Table;
+use super::unit::{self, Unit};
 use crate::column::{COLUMNS, Column};
 
 /// A column of a table as a quantity.
@@ -11,100 +14,33 @@ pub struct Assignment {
     pub source: usize,
     /// What it is.
     pub column: Column,
-    /// What its numbers are multiplied with, after this is added to them.
-    factor: f64,
-    added: f64,
+    /// The unit that its numbers are taken in; the measurement file's where none is known.
+    unit: Option<Unit>,
+    /// The unit that its heading states.
+    stated: Option<Unit>,
+    /// What numbers are multiplied with besides.
+    times: f64,
 }
 
-/// Names that people give to quantities, in lower case.
-const NAMES: [(&str, Column); 42] = [
-    ("t", Column::Time),
-    ("t_s", Column::Time),
-    ("time", Column::Time),
-    ("zeit", Column::Time),
-    ("elapsed", Column::Time),
-    ("timestamp", Column::Time),
-    ("v", Column::VoltageOfAll),
-    ("u", Column::VoltageOfAll),
-    ("volt", Column::VoltageOfAll),
-    ("volts", Column::VoltageOfAll),
-    ("voltage", Column::VoltageOfAll),
-    ("spannung", Column::VoltageOfAll),
-    ("drive", Column::VoltageOfAll),
-    ("bias", Column::VoltageOfAll),
-    ("v1", Column::Voltage(0)),
-    ("v2", Column::Voltage(1)),
-    ("v3", Column::Voltage(2)),
-    ("v4", Column::Voltage(3)),
-    ("i", Column::CurrentOfEach),
-    ("amps", Column::CurrentOfEach),
-    ("current", Column::CurrentOfEach),
-    ("strom", Column::CurrentOfEach),
-    ("i1", Column::Current(0)),
-    ("i2", Column::Current(1)),
-    ("i3", Column::Current(2)),
-    ("i4", Column::Current(3)),
-    ("z", Column::Displacement),
-    ("d", Column::Displacement),
-    ("height", Column::Displacement),
-    ("displacement", Column::Displacement),
-    ("deflection", Column::Displacement),
-    ("position", Column::Displacement),
-    ("weg", Column::Displacement),
-    ("hub", Column::Displacement),
-    ("t_ambient", Column::Ambient),
-    ("ambient", Column::Ambient),
-    ("temperature", Column::Ambient),
-    ("temp", Column::Ambient),
-    ("temperatur", Column::Ambient),
-    ("tilt_x", Column::TiltX),
-    ("tilt_y", Column::TiltY),
-    ("reference", Column::Reference),
-];
-
-/// Units with what their numbers are multiplied with to be in the measurement file's, after something is added.
-const UNITS: [(&str, &str, f64, f64); 25] = [
-    ("s", "s", 1.0, 0.0),
-    ("sec", "s", 1.0, 0.0),
-    ("ms", "s", 1e-3, 0.0),
-    ("us", "s", 1e-6, 0.0),
-    ("min", "s", 60.0, 0.0),
-    ("h", "s", 3600.0, 0.0),
-    ("v", "V", 1.0, 0.0),
-    ("mv", "V", 1e-3, 0.0),
-    ("kv", "V", 1e3, 0.0),
-    ("a", "A", 1.0, 0.0),
-    ("ma", "A", 1e-3, 0.0),
-    ("ua", "A", 1e-6, 0.0),
-    ("na", "A", 1e-9, 0.0),
-    ("m", "um", 1e6, 0.0),
-    ("cm", "um", 1e4, 0.0),
-    ("mm", "um", 1e3, 0.0),
-    ("um", "um", 1.0, 0.0),
-    ("nm", "um", 1e-3, 0.0),
-    ("pm", "um", 1e-6, 0.0),
-    ("deg", "deg", 1.0, 0.0),
-    ("rad", "deg", 180.0 / std::f64::consts::PI, 0.0),
-    ("mrad", "deg", 0.18 / std::f64::consts::PI, 0.0),
-    ("c", "C", 1.0, 0.0),
-    ("degc", "C", 1.0, 0.0),
-    ("k", "C", 1.0, -273.15),
-];
-
-/// The quantities that the names of a table's columns say, with their units: `Voltage (mV)`, `I [mA]`, `t/s`, `height_nm`.
+/// The quantities that the headings of a table's columns say, with their units: `Voltage (mV)`, `I [mA]`, `t/s`, `height_nm`.
 pub fn guesses(table: &Table) -> Vec<Assignment> {
     let guess = |(source, name): (usize, &String)| {
-        let (quantity, unit) = parts(name);
-        let column = known(&quantity)?;
-        let (factor, added) = match unit {
-            Some(unit) => conversion(column, &unit)?,
-            None => (1.0, 0.0),
-        };
+        let heading = Heading::read(name);
+        // A unit in brackets and nothing else names its quantity without them.
+        let bare = heading.quantity.trim_matches(['(', ')', '[', ']']);
+        let column = quantity::named(bare)?;
+        let stated = heading.unit.map(Unit::read);
+        // What has a unit of something else is something else.
+        if stated.is_some_and(|unit| unit.is_none_or(|unit| !unit.is_of(column))) {
+            return None;
+        }
+        let stated = stated.flatten();
         Some(Assignment {
             source,
             column,
-            factor,
-            added,
+            unit: stated,
+            stated,
+            times: 1.0,
         })
     };
     table.names.iter().enumerate().filter_map(guess).collect()
@@ -112,7 +48,7 @@ pub fn guesses(table: &Table) -> Vec<Assignment> {
 
 impl Assignment {
     /// What a user says: `QUANTITY=NAME`, `QUANTITY=NAME:UNIT` or `QUANTITY=NAME:UNIT:FACTOR`, as `z=height:nm:-1`. The name
-    /// may be the column's number, counted from 1.
+    /// may be the column's number, counted from 1. Where no unit is said it is the one that the heading states.
     ///
     /// # Errors
     /// Where one of the parts is not known.
@@ -121,7 +57,7 @@ impl Assignment {
         let (quantity, rest) = text
             .split_once('=')
             .ok_or_else(|| ImportError::new(format!("'{text}' assigns nothing"), form))?;
-        let column = known(&quantity.trim().to_lowercase()).ok_or_else(|| {
+        let column = quantity::said(quantity.trim()).ok_or_else(|| {
             ImportError::new(
                 format!("there is no quantity '{quantity}'"),
                 "quantities are t, V or V1 to V4, I or I1 to I4, z, T_ambient, tilt_x, tilt_y, reference",
@@ -135,16 +71,21 @@ impl Assignment {
                 format!("its columns are {}", table.names.join(", ")),
             )
         })?;
-        let unit = parts.next().map(plain).filter(|unit| !unit.is_empty());
-        let unit = unit.or_else(|| self::parts(&table.names[source]).1);
-        let (scale, added) = match unit {
-            Some(unit) => conversion(column, &unit).ok_or_else(|| {
+        let heading = Heading::read(&table.names[source]);
+        let written = parts.next().filter(|unit| !unit.is_empty());
+        let read = |text: &str| Unit::read(text).filter(|unit| unit.is_of(column));
+        let stated = heading.unit.and_then(read);
+        let unit = match written.or(heading.unit.filter(|_| !heading.is_bare_unit())) {
+            Some(unit) => Some(read(unit).ok_or_else(|| {
                 ImportError::new(
                     format!("'{unit}' is no unit of {quantity}"),
-                    "units are s ms us min h, V mV kV, A mA uA nA, m cm mm um nm pm, deg rad mrad, C K",
+                    format!(
+                        "{}; say it behind the column: {quantity}={name}:UNIT",
+                        unit::CHOICE
+                    ),
                 )
-            })?,
-            None => (1.0, 0.0),
+            })?),
+            None => stated,
         };
         let times: f64 = match parts.next() {
             Some(factor) => {
@@ -158,14 +99,23 @@ impl Assignment {
         Ok(Self {
             source,
             column,
-            factor: scale * times,
-            added,
+            unit,
+            stated,
+            times,
         })
     }
 
     /// A number of the table in the unit of the measurement file.
     pub(super) fn value(&self, number: f64) -> f64 {
-        self.factor * (number + self.added)
+        self.factor() * (number + self.added())
+    }
+
+    fn factor(&self) -> f64 {
+        self.times * self.unit.map_or(1.0, |unit| unit.factor)
+    }
+
+    fn added(&self) -> f64 {
+        self.unit.map_or(0.0, |unit| unit.added)
     }
 
     /// The name of the quantity in measurement files.
@@ -176,23 +126,32 @@ impl Assignment {
             .map_or("", |(name, _)| name)
     }
 
-    /// What is done to the numbers, in words; empty where nothing is.
+    /// What is done to the numbers, in words, and what the heading has to do with it; empty where nothing is done.
     pub fn conversion(&self) -> String {
-        let added = match self.added {
+        let added = match self.added() {
             0.0 => String::new(),
             added => format!("{added:+}, "),
         };
-        if self.factor == 1.0 && added.is_empty() {
-            return String::new();
+        let is_plain = self.factor() == 1.0 && added.is_empty();
+        let done = match is_plain {
+            true => String::new(),
+            false => format!("{added}times {}", self.factor()),
+        };
+        match self.stated {
+            Some(stated) if self.unit != self.stated => {
+                format!("{done}, though its heading says {}", stated.name)
+            }
+            Some(stated) if !is_plain => format!("{done}, as its heading says {}", stated.name),
+            _ => done,
         }
-        format!("{added}times {}", self.factor)
     }
 }
 
 fn place(name: &str, table: &Table) -> Option<usize> {
     let named = table.names.iter().position(|known| known == name);
     let alone = || {
-        let is_it = |known: &String| parts(known).0 == name.to_lowercase();
+        let is_it =
+            |known: &String| quantity::key(Heading::read(known).quantity) == quantity::key(name);
         table.names.iter().position(is_it)
     };
     let numbered = || {
@@ -204,56 +163,49 @@ fn place(name: &str, table: &Table) -> Option<usize> {
     named.or_else(alone).or_else(numbered)
 }
 
-fn known(quantity: &str) -> Option<Column> {
-    let named = NAMES.iter().find(|(name, _)| *name == quantity);
-    named.map(|&(_, column)| column)
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// A unit in letters that everybody can write.
-fn plain(unit: &str) -> String {
-    unit.trim()
-        .replace(['µ', 'μ'], "u")
-        .replace("°", "deg")
-        .to_lowercase()
-}
+    fn table(heading: &str) -> Table {
+        Table::read(format!("{heading}\n0;0;0\n1;2;3\n2;3;4\n").as_bytes()).expect("a table")
+    }
 
-/// Quantity and unit of a column's name.
-fn parts(name: &str) -> (String, Option<String>) {
-    let name = name.trim();
-    let quantity = |text: &str| text.trim().to_lowercase().replace(' ', "_");
-    for (open, close) in [('(', ')'), ('[', ']')] {
-        if let Some((before, after)) = name.split_once(open) {
-            let unit = after.trim_end().trim_end_matches(close);
-            return (quantity(before), Some(plain(unit)));
+    #[test]
+    fn a_column_that_a_user_maps_has_the_unit_of_its_heading() {
+        for (heading, text, factor, words) in [
+            (
+                "x;V;mA",
+                "I1=3",
+                1e-3,
+                "times 0.001, as its heading says mA",
+            ),
+            (
+                "x;V;Sensor [nm]",
+                "z=3",
+                1e-3,
+                "times 0.001, as its heading says nm",
+            ),
+            (
+                "x;V;Sensor [nm]",
+                "z=Sensor:mm",
+                1e3,
+                "times 1000, though its heading says nm",
+            ),
+            ("x;V;Sensor (set) (um)", "z=sensor (set)", 1.0, ""),
+            ("x;V;h", "z=h", 1.0, ""),
+        ] {
+            let said = Assignment::parse(text, &table(heading)).expect(text);
+            assert_eq!(
+                (said.value(1.0), said.conversion().as_str()),
+                (factor, words),
+                "{text}"
+            );
         }
+        let unknown = Assignment::parse("z=3", &table("x;V;Sensor [inch]")).expect_err("inch");
+        assert!(
+            unknown.to_string().contains("'inch' is no unit of z"),
+            "{unknown}"
+        );
     }
-    if let Some((before, unit)) = name.split_once('/') {
-        return (quantity(before), Some(plain(unit)));
-    }
-    match name.rsplit_once(['_', ' ']) {
-        Some((before, unit)) if is_unit(&plain(unit)) && known(&quantity(before)).is_some() => {
-            (quantity(before), Some(plain(unit)))
-        }
-        _ => (quantity(name), None),
-    }
-}
-
-fn is_unit(unit: &str) -> bool {
-    UNITS.iter().any(|(known, ..)| *known == unit)
-}
-
-/// Factor and addend from a unit to the column's own.
-fn conversion(column: Column, unit: &str) -> Option<(f64, f64)> {
-    let of_column = match column {
-        Column::Time | Column::GlobalTime => "s",
-        Column::VoltageOfAll | Column::Voltage(_) => "V",
-        Column::CurrentOfEach | Column::Current(_) => "A",
-        Column::Displacement | Column::Reference | Column::Asked | Column::Uncertainty => "um",
-        Column::TiltX | Column::TiltY | Column::AskedTiltX | Column::AskedTiltY => "deg",
-        Column::Ambient => "C",
-        Column::Trigger => return None,
-    };
-    let mut units = UNITS.iter();
-    let found = units.find(|(known, to, ..)| *known == unit && *to == of_column);
-    found.map(|&(_, _, factor, added)| (factor, added))
 }

@@ -8,10 +8,13 @@
 mod assignment;
 mod cell;
 mod error;
+mod heading;
 mod lost;
 mod overflow;
+mod quantity;
 mod rest;
 mod table;
+mod unit;
 
 pub use assignment::{Assignment, guesses};
 pub use error::ImportError;

@@ -1,0 +1,126 @@
+//! Names that people give to quantities.
+
+use crate::column::{COLUMNS, Column};
+
+/// In lower case, with `_` between words.
+const NAMES: [(&str, Column); 50] = [
+    ("t", Column::Time),
+    ("t_s", Column::Time),
+    ("time", Column::Time),
+    ("zeit", Column::Time),
+    ("elapsed", Column::Time),
+    ("timestamp", Column::Time),
+    ("zeitstempel", Column::Time),
+    ("s", Column::Time),
+    ("ms", Column::Time),
+    ("us", Column::Time),
+    ("v", Column::VoltageOfAll),
+    ("u", Column::VoltageOfAll),
+    ("mv", Column::VoltageOfAll),
+    ("volt", Column::VoltageOfAll),
+    ("volts", Column::VoltageOfAll),
+    ("voltage", Column::VoltageOfAll),
+    ("spannung", Column::VoltageOfAll),
+    ("drive", Column::VoltageOfAll),
+    ("bias", Column::VoltageOfAll),
+    ("i", Column::CurrentOfEach),
+    ("ma", Column::CurrentOfEach),
+    ("ua", Column::CurrentOfEach),
+    ("amps", Column::CurrentOfEach),
+    ("current", Column::CurrentOfEach),
+    ("strom", Column::CurrentOfEach),
+    ("z", Column::Displacement),
+    ("d", Column::Displacement),
+    ("um", Column::Displacement),
+    ("nm", Column::Displacement),
+    ("height", Column::Displacement),
+    ("höhe", Column::Displacement),
+    ("hoehe", Column::Displacement),
+    ("displacement", Column::Displacement),
+    ("deflection", Column::Displacement),
+    ("position", Column::Displacement),
+    ("weg", Column::Displacement),
+    ("hub", Column::Displacement),
+    ("auslenkung", Column::Displacement),
+    ("verschiebung", Column::Displacement),
+    ("t_ambient", Column::Ambient),
+    ("ambient", Column::Ambient),
+    ("temperature", Column::Ambient),
+    ("temp", Column::Ambient),
+    ("temperatur", Column::Ambient),
+    ("raumtemperatur", Column::Ambient),
+    ("tilt_x", Column::TiltX),
+    ("tilt_y", Column::TiltY),
+    ("kippung_x", Column::TiltX),
+    ("kippung_y", Column::TiltY),
+    ("reference", Column::Reference),
+];
+
+/// What may stand between a quantity and its actuator's number: `Voltage CH1`, `Strom Kanal 2`.
+const CHANNELS: [&str; 4] = ["_ch", "_channel", "_kanal", "_actuator"];
+
+/// The quantity of this name; with a number from 1 to 4 behind it, that of one actuator.
+pub(super) fn named(name: &str) -> Option<Column> {
+    let name = key(name);
+    let whole = NAMES.iter().find(|(known, _)| *known == name);
+    whole.map(|&(_, column)| column).or_else(|| of_one(&name))
+}
+
+/// The quantity that a user says, who may say it as measurement files do.
+pub(super) fn said(name: &str) -> Option<Column> {
+    let mut columns = COLUMNS.iter().filter(|(_, c)| *c != Column::Trigger);
+    let in_files = columns.find(|(known, _)| known.eq_ignore_ascii_case(name));
+    named(name).or(in_files.map(|&(_, column)| column))
+}
+
+/// A name to compare by.
+pub(super) fn key(name: &str) -> String {
+    let words: Vec<&str> = name.split([' ', '_']).filter(|w| !w.is_empty()).collect();
+    words.join("_").to_lowercase()
+}
+
+fn of_one(name: &str) -> Option<Column> {
+    let number = name.chars().last()?.to_digit(10)?;
+    let actuator = number.checked_sub(1).filter(|&index| index < 4)? as usize;
+    let all = name[..name.len() - 1].trim_end_matches('_');
+    let mut channels = CHANNELS.iter();
+    let quantity = channels.find_map(|channel| all.strip_suffix(channel));
+    match named(quantity.unwrap_or(all))? {
+        Column::VoltageOfAll => Some(Column::Voltage(actuator)),
+        Column::CurrentOfEach => Some(Column::Current(actuator)),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantities_of_one_actuator_are_told_by_their_number() {
+        for (name, column) in [
+            ("U1", Some(Column::Voltage(0))),
+            ("Spannung 2", Some(Column::Voltage(1))),
+            ("Voltage CH3", Some(Column::Voltage(2))),
+            ("Strom Kanal 4", Some(Column::Current(3))),
+            ("i_1", Some(Column::Current(0))),
+            ("Höhe", Some(Column::Displacement)),
+            ("HÖHE", Some(Column::Displacement)),
+            ("V5", None),
+            ("V12", None),
+            ("z1", None),
+            ("1", None),
+            ("CH1", None),
+            ("", None),
+        ] {
+            assert_eq!(named(name), column, "{name}");
+        }
+    }
+
+    #[test]
+    fn a_user_may_say_the_name_that_files_have() {
+        for (name, column) in COLUMNS.iter().filter(|(_, c)| *c != Column::Trigger) {
+            assert_eq!(said(name), Some(*column), "{name}");
+        }
+    }
+}
