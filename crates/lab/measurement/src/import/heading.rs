@@ -28,6 +28,49 @@ impl<'h> Heading<'h> {
     }
 }
 
+/// Headings of a table from the lines above it, the nearest first: one line, or names above units. A unit goes behind its name
+/// in brackets, and a name stands for the columns right of it that have none, as a merged cell does.
+pub(super) fn headings<S: AsRef<str>>(nearest: &[S], above: Option<&[S]>) -> Vec<String> {
+    let texts = |cells: &[S]| -> Vec<String> {
+        cells
+            .iter()
+            .map(|cell| cell.as_ref().trim().to_owned())
+            .collect()
+    };
+    let units = texts(nearest);
+    let Some(names) = above.map(texts).filter(|names| are_names(names, &units)) else {
+        return units;
+    };
+    let mut last = String::new();
+    let both = names.into_iter().zip(units).map(|(name, unit)| {
+        if !name.is_empty() {
+            last.clone_from(&name);
+        }
+        match Unit::read(&unit) {
+            _ if unit.is_empty() => name,
+            Some(_) if Heading::read(&last).unit.is_some() => last.clone(),
+            Some(_) => format!("{last} ({})", unit.trim_matches(['(', ')', '[', ']'])),
+            None => format!("{last} {unit}"),
+        }
+    });
+    both.collect()
+}
+
+/// Whether the line below has a unit in each of its cells, in some nothing else, and the line above names for these.
+fn are_names(names: &[String], units: &[String]) -> bool {
+    let filled = |cells: &[String]| cells.iter().filter(|cell| !cell.is_empty()).count();
+    let has_unit = |cell: &&String| {
+        Heading::read(cell)
+            .unit
+            .is_some_and(|u| Unit::read(u).is_some())
+    };
+    let first_bare = units.iter().position(|cell| Unit::read(cell).is_some());
+    let is_under_a_name =
+        first_bare.is_some_and(|first| names[..=first].iter().any(|name| !name.is_empty()));
+    let said = units.iter().filter(|cell| !cell.is_empty());
+    is_under_a_name && filled(names) >= 2 && said.clone().filter(has_unit).count() == said.count()
+}
+
 fn parts(heading: &str) -> Option<(&str, Option<&str>)> {
     for (open, close) in [('(', ')'), ('[', ']')] {
         let inside = heading.strip_suffix(close);
@@ -48,6 +91,32 @@ fn parts(heading: &str) -> Option<(&str, Option<&str>)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_stand_above_units() {
+        let lines = |above: &str, nearest: &str| {
+            let cells = |line: &str| -> Vec<String> { line.split(',').map(String::from).collect() };
+            headings(&cells(nearest), Some(&cells(above))).join(",")
+        };
+        for (above, nearest, both) in [
+            (
+                "Time,Voltage CH1,No",
+                "us,[mV],",
+                "Time (us),Voltage CH1 (mV),No",
+            ),
+            ("Time,U1 [V]", "s,V", "Time (s),U1 [V]"),
+            (
+                "Time,Voltage,,z",
+                "s,CH1 (V),CH2 (V),um",
+                "Time (s),Voltage CH1 (V),Voltage CH2 (V),z (um)",
+            ),
+            ("Mirror M7,,", "s,V,um", "s,V,um"),
+            ("Operator,Jo,", "t,V,um", "t,V,um"),
+            ("Operator,Jo,", "t (s),U (V),z (um)", "t (s),U (V),z (um)"),
+        ] {
+            assert_eq!(lines(above, nearest), both);
+        }
+    }
 
     #[test]
     fn headings_have_a_quantity_and_a_unit() {

@@ -2,6 +2,7 @@
 
 use super::cell::{Cell, Numbers};
 use super::error::ImportError;
+use super::heading::headings;
 use std::borrow::Cow;
 
 /// Delimiters in the order in which they are preferred where a line splits alike: a comma may be a decimal one.
@@ -12,7 +13,8 @@ const TELLING: usize = 200;
 /// Named columns of numbers, as a text has them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    /// The columns' names; their numbers where the text has no header.
+    /// The columns' names, with their units in brackets where those stand in a line of their own; their numbers where the text has
+    /// no header.
     pub names: Vec<String>,
     /// The rows; `None` where a cell holds no number. An infinity is one.
     pub rows: Vec<Vec<Option<f64>>>,
@@ -54,9 +56,12 @@ impl Table {
             .iter()
             .position(|line| style.filled(line) >= 2 && style.cells(line).len() == width)
             .unwrap_or(0);
-        let header = first.checked_sub(1).map(|above| style.cells(lines[above]));
-        let names = match header.filter(|cells| cells.len() == width) {
-            Some(cells) => cells.into_iter().map(String::from).collect(),
+        let header = |lines_above: usize| {
+            let cells = style.cells(lines[first.checked_sub(lines_above)?]);
+            (cells.len() == width).then_some(cells)
+        };
+        let names = match header(1) {
+            Some(nearest) => headings(&nearest, header(2).as_deref()),
             None => (1..=width).map(|number| number.to_string()).collect(),
         };
         let mut clocks = vec![Clock::default(); width];
