@@ -110,7 +110,36 @@ fn samples_of_a_step_are_one_reading_with_the_spread_of_their_mean() {
 fn a_column_twice_is_asked_about() {
     let table = Table::read(b"V,voltage,z\n1,1,3\n2,2,9\n").expect("a table");
     let said = import(&table, &guesses(&table), false).unwrap_err();
-    assert!(said.to_string().contains("would both be V_V"), "{said}");
+    assert!(
+        said.to_string()
+            .contains("1 'V', 2 'voltage' would all be V_V"),
+        "{said}"
+    );
+}
+
+#[test]
+fn an_oscilloscope_s_names_and_units_are_two_lines() {
+    let text = "Time,Voltage CH1,Voltage CH2,Position,Current CH1\nus,V,mV,um,mA\n0,0,0,0,0\n200,1,2000,3,4\n";
+    let imported = guessed(text.as_bytes(), false);
+    let row = &imported.file.rows[1];
+    assert!((row.t_s - 2e-4).abs() < 1e-15 && !imported.file.keys.is_steady());
+    assert_eq!(row.voltage_v, [1.0, 2.0, 0.0, 0.0]);
+    assert_eq!((row.z_um, row.current_a[0]), (Some(3.0), Some(4e-3)));
+}
+
+#[test]
+fn a_time_that_no_heading_names_is_asked_about() {
+    let imported = guessed(b"x;V;z\n0;0;0\n1;1;3\n", false);
+    assert!(says(&imported, "--column t=1:ms"), "{:?}", imported.notes);
+    let table = Table::read(b"V;z;z\n0;0;0\n1;1;3\n").expect("a table");
+    let said = Assignment::parse("z=z", &table).unwrap_err().to_string();
+    assert!(said.contains("2 columns are called 'z'"), "{said}");
+    let said = [Assignment::parse("V1=1", &table).unwrap()];
+    assert!(
+        Assignment::with_guesses(&said, &table)[1..]
+            .iter()
+            .all(|a| a.source > 0)
+    );
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use input_file::MB;
-use measurement::import::{Assignment, ImportError, Table, guesses, import};
+use measurement::import::{Assignment, ImportError, Table, import};
 use serde::Serialize;
 
 use crate::cli::Import;
@@ -80,25 +80,25 @@ fn assignments(table: &Table, said: &[String]) -> Result<Vec<Assignment>, Import
         .iter()
         .map(|text| Assignment::parse(text, table))
         .collect::<Result<_, _>>()?;
-    let is_free = |guess: &Assignment| {
-        let clashes = |a: &Assignment| a.source == guess.source || a.column == guess.column;
-        !said.iter().any(clashes)
-    };
-    let guessed = guesses(table).into_iter().filter(is_free);
-    Ok(said.iter().copied().chain(guessed).collect())
+    Ok(Assignment::with_guesses(&said, table))
 }
 
 impl fmt::Display for ImportReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}", self.written_as)?;
-        for ShownColumn {
-            name,
-            is,
-            conversion,
-        } in &self.columns
-        {
+        for (index, column) in self.columns.iter().enumerate() {
+            let ShownColumn {
+                name,
+                is,
+                conversion,
+            } = column;
             let is = is.unwrap_or("left out; --column says what it is");
-            writeln!(f, "  {:<20} {is} {conversion}", format!("'{name}'"))?;
+            let number = index + 1;
+            writeln!(
+                f,
+                "  {number:>2} {:<20} {is} {conversion}",
+                format!("'{name}'")
+            )?;
         }
         writeln!(f, "{} rows:", self.rows)?;
         for line in &self.preview {

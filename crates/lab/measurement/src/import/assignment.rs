@@ -65,12 +65,7 @@ impl Assignment {
         })?;
         let mut parts = rest.split(':').map(str::trim);
         let name = parts.next().unwrap_or_default();
-        let source = place(name, table).ok_or_else(|| {
-            ImportError::new(
-                format!("the table has no column '{name}'"),
-                format!("its columns are {}", table.names.join(", ")),
-            )
-        })?;
+        let source = place(name, table)?;
         let heading = Heading::read(&table.names[source]);
         let written = parts.next().filter(|unit| !unit.is_empty());
         let read = |text: &str| Unit::read(text).filter(|unit| unit.is_of(column));
@@ -103,6 +98,21 @@ impl Assignment {
             stated,
             times,
         })
+    }
+
+    /// What a user says of columns, and of the others what their headings say. Where one actuator's column is said, a heading that
+    /// names all of them says nothing, and the other way round.
+    pub fn with_guesses(said: &[Self], table: &Table) -> Vec<Self> {
+        let is_free = |guess: &Self| {
+            let clashes = |a: &Self| {
+                let is_part =
+                    a.column.of_all() == guess.column || guess.column.of_all() == a.column;
+                a.source == guess.source || a.column == guess.column || is_part
+            };
+            !said.iter().any(clashes)
+        };
+        let guessed = guesses(table).into_iter().filter(is_free);
+        said.iter().copied().chain(guessed).collect()
     }
 
     /// A number of the table in the unit of the measurement file.
@@ -147,20 +157,41 @@ impl Assignment {
     }
 }
 
-fn place(name: &str, table: &Table) -> Option<usize> {
-    let named = table.names.iter().position(|known| known == name);
-    let alone = || {
-        let is_it =
-            |known: &String| quantity::key(Heading::read(known).quantity) == quantity::key(name);
-        table.names.iter().position(is_it)
+/// The column of this number or name.
+fn place(name: &str, table: &Table) -> Result<usize, ImportError> {
+    let number = name.parse().ok();
+    if let Some(number) = number.filter(|number| (1..=table.names.len()).contains(number)) {
+        return Ok(number - 1);
+    }
+    let places = |is_it: &dyn Fn(&String) -> bool| -> Vec<usize> {
+        let names = table.names.iter().enumerate();
+        names
+            .filter(|(_, known)| is_it(known))
+            .map(|(place, _)| place)
+            .collect()
     };
-    let numbered = || {
-        let number: usize = name.parse().ok()?;
-        (1..=table.names.len())
-            .contains(&number)
-            .then(|| number - 1)
-    };
-    named.or_else(alone).or_else(numbered)
+    let mut found = places(&|known| known == name);
+    if found.is_empty() {
+        found =
+            places(&|known| quantity::key(Heading::read(known).quantity) == quantity::key(name));
+    }
+    match found[..] {
+        [source] => Ok(source),
+        [] => Err(ImportError::new(
+            format!("the table has no column '{name}'"),
+            format!("its columns are {}", table.names.join(", ")),
+        )),
+        [..] => {
+            let numbers: Vec<String> = found.iter().map(|place| (place + 1).to_string()).collect();
+            Err(ImportError::new(
+                format!("{} columns are called '{name}'", found.len()),
+                format!(
+                    "say which one by its number for its name: {}",
+                    numbers.join(", ")
+                ),
+            ))
+        }
+    }
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 //! 2. [`Assignment`]: which of them is which quantity, in which unit, guessed from its name or said by the user;
 //! 3. [`import`]: rows, with what was noticed and done on the way in sentences.
 
+mod advice;
 mod assignment;
 mod cell;
 mod error;
@@ -68,6 +69,13 @@ pub fn import(
     if settled || !is_timed {
         file.keys.set("steady", "yes");
     }
+    if !settled && !is_timed && assignments.len() < table.names.len() {
+        notes.push(
+            "no column is a time, so each row is taken for a settled reading: if a column that is left out is the time, say which, \
+             like --column t=1:ms"
+                .into(),
+        );
+    }
     rest::count_from(&mut rows, settled || !is_timed, &mut notes);
     notes.extend(falling(&rows));
     if rows.len() < 2 {
@@ -96,34 +104,15 @@ fn steadied(mut rows: Vec<Row>, notes: &mut Vec<String>) -> Vec<Row> {
 
 fn check(table: &Table, assignments: &[Assignment]) -> Result<(), ImportError> {
     for (index, one) in assignments.iter().enumerate() {
-        if let Some(other) = assignments[..index].iter().find(|o| o.column == one.column) {
-            let names = [other, one].map(|a| table.names[a.source].as_str());
-            return Err(ImportError::new(
-                format!(
-                    "the columns '{}' and '{}' would both be {}",
-                    names[0],
-                    names[1],
-                    one.quantity()
-                ),
-                format!(
-                    "say which one is: --column {}='{}'",
-                    one.quantity(),
-                    names[0]
-                ),
-            ));
+        if assignments[..index].iter().any(|o| o.column == one.column) {
+            return Err(advice::twice(table, assignments, one.column));
         }
     }
     let is_drive = |a: &Assignment| matches!(a.column, Column::VoltageOfAll | Column::Voltage(_));
     if assignments.iter().any(is_drive) {
         return Ok(());
     }
-    Err(ImportError::new(
-        format!(
-            "none of the columns {} is a voltage",
-            table.names.join(", ")
-        ),
-        "say which one is, with its unit: --column V=NAME:mV",
-    ))
+    Err(advice::no_voltage(table))
 }
 
 /// The rows that have all that a row needs.
