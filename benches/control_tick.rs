@@ -143,7 +143,7 @@ fn everything_on(factory: Calibration) -> Calibration {
         weight: 0.005,
         radius: Micrometre(radius),
     };
-    let parts = Parts {
+    let mut parts = Parts {
         heat: Heat {
             fast: [lag(0.5, 1e-3), lag(0.3, 35e-3), lag(0.1, 0.2)],
             slow: [lag(0.06, 4.0), lag(0.04, 20.0)],
@@ -171,6 +171,9 @@ fn everything_on(factory: Calibration) -> Calibration {
         },
         ..*factory.parts()
     };
+    for (actuator, slower_s) in parts.actuators.iter_mut().zip([5e-5, -5e-5, 1e-4, -1e-4]) {
+        actuator.slower_by = Second(slower_s);
+    }
     match Calibration::new(parts) {
         Ok(calibration) => calibration,
         Err(_) => ExitCode::FAILURE.exit_process(),

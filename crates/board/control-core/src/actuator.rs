@@ -6,6 +6,7 @@ use fpu::sqrt;
 
 use crate::calibration::{ActuatorCalibration, Parts, Path};
 use crate::codes::PwmCode;
+use crate::design::TICK;
 use crate::drive::{Quantiser, highest_code};
 use crate::heat::{HeatInverse, HeatState, SharedHeat};
 use crate::lag::rate;
@@ -41,9 +42,10 @@ pub(crate) fn catch_up_time(parts: &Parts) -> Second {
 /// Numbers of one actuator, ready for use.
 #[derive(Clone, Debug)]
 struct Gains {
-    thermal_resistance: f32,
     watt_per_kelvin: f32,
     loss_growth: f32,
+    /// By so many ticks it is slower than the poles say.
+    slower: f32,
     cold_ohm: f32,
     ohm_per_kelvin: f32,
     thermometer: Thermometer,
@@ -82,9 +84,9 @@ pub(crate) struct Actuator {
 impl Gains {
     fn new(actuator: &ActuatorCalibration) -> Self {
         Self {
-            thermal_resistance: actuator.thermal_resistance.0,
             watt_per_kelvin: 1.0 / actuator.thermal_resistance.0,
             loss_growth: actuator.loss_growth.0,
+            slower: actuator.slower_by.0 / TICK.0,
             cold_ohm: actuator.cold_resistance.0,
             ohm_per_kelvin: actuator.cold_resistance.0 * actuator.tcr.0,
             thermometer: Thermometer::new(actuator),
@@ -101,7 +103,7 @@ impl Gains {
     }
 
     fn heating(&self, power: Watt, rise: Kelvin) -> Kelvin {
-        Kelvin(power.0 * self.thermal_resistance - self.loss_growth * rise.0 * rise.0)
+        Kelvin(power.0 / self.watt_per_kelvin - self.loss_growth * rise.0 * rise.0)
     }
 }
 
@@ -197,7 +199,7 @@ impl Actuator {
     ) -> Volt {
         let aim = Kelvin(target.0 - self.lag);
         let mut heating = heat.heating(&self.heat, aim);
-        let stored = heat.stored(self.rise, aim);
+        let stored = heat.stored(self.gains.slower, self.rise, aim);
         let mut power = self.gains.power(Kelvin(heating.0 + stored.0), aim);
         let resistance = self.resistance();
         let mut square = power.0 * resistance.0;
@@ -208,8 +210,7 @@ impl Actuator {
         } else {
             cold_path();
             square = rails.limit(&mut power, resistance, limits);
-            heating = self.heating(power, heat);
-            self.rise = heat.rise(&self.heat, heating);
+            (heating, self.rise) = self.heating(power, heat);
             self.lag = (target.0 - self.rise.0) * rails.catch_up_pole;
         }
         heat.advance(&mut self.heat, heating);
@@ -227,17 +228,18 @@ impl Actuator {
         let highest = (rails.drive, Limit::DriveHigh);
         let drive = Volt(limits.clamp(drive.0, (0.0, Limit::DriveLow), highest));
         let power = Watt(drive.0 * drive.0 / self.resistance().0);
-        let heating = self.heating(power, heat);
-        self.rise = heat.advance(&mut self.heat, heating);
+        let (heating, rise) = self.heating(power, heat);
+        heat.advance(&mut self.heat, heating);
+        self.rise = rise;
         self.lag = 0.0;
         drive
     }
 
-    /// What a power is to the poles from now on.
+    /// What a power is to the poles from now on, and the rise that it makes in a tick.
     #[inline(always)]
-    fn heating(&self, power: Watt, heat: &HeatInverse) -> Kelvin {
+    fn heating(&self, power: Watt, heat: &HeatInverse) -> (Kelvin, Kelvin) {
         let heating = self.gains.heating(power, self.rise);
-        heat.unstored(&self.heat, heating, self.rise)
+        heat.unstored(self.gains.slower, &self.heat, heating, self.rise)
     }
 
     /// The code for `drive`.

@@ -10,7 +10,8 @@
 //! actuator's turn; with that the four are inverted apart, and their coupling needs no inverse of its own.
 //!
 //! The poles tell the heater's temperature. The beam follows it with a lag of its own, so on its way the heater is asked to be ahead.
-//! Time constants may grow with the rise: on its way an actuator then takes besides what a growing heat capacity would store.
+//! Time constants may grow with the rise, and be longer for one actuator than for the others: on its way it then takes besides what a
+//! growing or larger heat capacity would store.
 
 use crate::CHANNELS;
 use crate::calibration::{FAST_POLES, Heat, Lag, POLES, SLOW_POLES};
@@ -119,25 +120,32 @@ impl HeatInverse {
         Kelvin((target.0 - state.free_response) * self.per_input_gain)
     }
 
-    /// The heating that an actuator stores besides on its way from one rise to another in a tick.
+    /// The heating that an actuator which is `slower` by so many ticks stores besides on its way from one rise to another in a tick.
     #[inline(always)]
-    pub(crate) fn stored(&self, from: Kelvin, to: Kelvin) -> Kelvin {
-        Kelvin(self.stored_per_k2 * (to.0 * to.0 - from.0 * from.0))
+    pub(crate) fn stored(&self, slower: f32, from: Kelvin, to: Kelvin) -> Kelvin {
+        Kelvin((to.0 - from.0) * (slower + self.stored_per_k2 * (to.0 + from.0)))
     }
 
-    /// What of a heating goes to the poles, at a rise `from`. How much is stored depends on the rise that comes of it: a step of the secant
-    /// method from where nothing is.
+    /// What of a heating goes to the poles, at a rise `from`, and the rise at the end of the tick. How much is stored depends on that: a step of
+    /// the secant method from where nothing is.
     #[inline(always)]
-    pub(crate) fn unstored(&self, state: &HeatState, heating: Kelvin, from: Kelvin) -> Kelvin {
+    pub(crate) fn unstored(
+        &self,
+        slower: f32,
+        state: &HeatState,
+        heating: Kelvin,
+        from: Kelvin,
+    ) -> (Kelvin, Kelvin) {
         let unslowed = self.rise(state, heating);
-        let slowing = self.input_gain * self.stored_per_k2 * (unslowed.0 + from.0);
-        let slowing = if slowing > LEAST_SLOWING {
-            slowing
-        } else {
-            LEAST_SLOWING
-        };
-        let stored = (unslowed.0 - from.0) * slowing / (1.0 + slowing);
-        Kelvin(heating.0 - stored * self.per_input_gain)
+        let slower = slower + self.stored_per_k2 * (unslowed.0 + from.0);
+        let mut slowed = 1.0 + self.input_gain * slower;
+        // Not so for NaN.
+        let is_plausible = slowed > 1.0 + LEAST_SLOWING;
+        if !is_plausible {
+            slowed = 1.0 + LEAST_SLOWING;
+        }
+        let rise = Kelvin(from.0 + (unslowed.0 - from.0) / slowed);
+        (self.heating(state, rise), rise)
     }
 
     /// Temperatures of an actuator that was followed with other poles: each has warmed as far as the one in its place.

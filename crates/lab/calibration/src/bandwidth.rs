@@ -71,6 +71,8 @@ struct HeatedActuator<'a> {
     /// Part of the way that each fast pole goes in a step.
     rates: [f64; FAST_POLES],
     fast_k: [f64; FAST_POLES],
+    /// By how many steps it is slower than the poles say.
+    slower: f64,
     /// What is stored for each square kelvin by which the rise's square changes in a step (1/K).
     stored_per_k2: f64,
     /// What the slow poles bring, which is the same all along a period.
@@ -93,6 +95,7 @@ impl<'a> HeatedActuator<'a> {
             weights,
             rates: heat.fast.each_ref().map(rate),
             fast_k: weights.map(|weight| weight * mean_k),
+            slower: f64::from(actuator.slower_by.0) / step_s,
             stored_per_k2: 0.5 * f64::from(heat.time_growth.0) / step_s,
             slow_k: mean_k * heat.slow.iter().map(weight).sum::<f64>(),
         }
@@ -116,11 +119,12 @@ impl<'a> HeatedActuator<'a> {
         let asked_k = rise_k(self.actuator, asked_um);
         let wanted_k = (asked_k - self.slow_k - free) / gain;
         let lost_k = f64::from(self.actuator.loss_growth.0) * now_k * now_k;
-        let stored_k = self.stored_per_k2 * (asked_k * asked_k - now_k * now_k);
+        let stored_per_k = self.slower + self.stored_per_k2 * (asked_k + now_k);
+        let stored_k = stored_per_k * (asked_k - now_k);
         let power_k = wanted_k + lost_k + stored_k;
         let driven_k = power_k.clamp(0.0, self.most_k(now_k, most_v));
         // What is kept from it by a bound, less what is stored by as much less of a way.
-        let slope = 1.0 + gain * self.stored_per_k2 * (asked_k + now_k);
+        let slope = 1.0 + gain * stored_per_k;
         let heating_k = wanted_k + (driven_k - power_k) / slope;
         for ((k, weight), rate) in self.fast_k.iter_mut().zip(self.weights).zip(self.rates) {
             *k += rate * (weight * heating_k - *k);

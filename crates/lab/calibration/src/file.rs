@@ -25,6 +25,7 @@
 //! tcr_per_k = 0.00392
 //! thermal_resistance_k_per_w = 5712.0
 //! loss_growth_per_k = 0.0012
+//! slower_by_s = -0.00006 # than the poles say; nothing where poses have not told it
 //! top_um = 173.7
 //! temperature_rise_k = [0.0, 0.78, ...] # 129 of them, at equal steps of z from 0 to top_um
 //! sensed_top_k = 105.0

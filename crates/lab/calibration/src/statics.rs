@@ -3,7 +3,9 @@
 use control_core::CalibrationError;
 use control_core::calibration::SensedRises;
 use control_core::shape::{KNOTS, SEGMENTS};
-use control_core::{ActuatorCalibration, InverseTable, KelvinPerWatt, Micrometre, Ohm, PerKelvin};
+use control_core::{
+    ActuatorCalibration, InverseTable, KelvinPerWatt, Micrometre, Ohm, PerKelvin, Second,
+};
 use mirror_model::effect::Acts;
 use mirror_model::{ACTUATORS, Interval, Model, simulate};
 
@@ -119,6 +121,7 @@ impl Actuator {
             tcr: PerKelvin((ohm_per_k / cold_ohm) as f32),
             thermal_resistance: KelvinPerWatt((1.0 / w_per_k) as f32),
             loss_growth: PerKelvin((w_per_k2 / w_per_k) as f32),
+            slower_by: Second(0.0),
             shape: InverseTable::STRAIGHT,
             sensed_rises: SensedRises::UNKNOWN,
         }

@@ -2,13 +2,13 @@
 //!
 //! Little endian, without padding: the letters `EMCA`, the format (u16), device and date (48 bytes
 //! each), the model's hash (u64), the numbers (f32) in the order of [`numbers`], [`levers`], [`surroundings`],
-//! [`residual`], [`shared`] and [`resonance`], the beams' lag, the growth of the time constants, and the CRC-32 (as in Ethernet) of all
-//! that. Formats 3 to 9 are read too: 9 has no time constants that grow, 8 no lag of beams either, 7 no resonance either, 6 no heat that the actuators share either, 5 does not say what it leaves unknown either, 4 knows nothing of surroundings
+//! [`residual`], [`shared`] and [`resonance`], the beams' lag, the growth of the time constants, by how much each actuator is slower, and
+//! the CRC-32 (as in Ethernet) of all that. Formats 3 to 10 are read too: in 10 no actuator is slower, 9 has no time constants that grow either, 8 no lag of beams either, 7 no resonance either, 6 no heat that the actuators share either, 5 does not say what it leaves unknown either, 4 knows nothing of surroundings
 //! either, 3 has no levers either.
 
 use super::layout::{
     BYTES, FORMAT, MAGIC, WITHOUT_LAG, WITHOUT_LEVERS, WITHOUT_RESIDUAL, WITHOUT_RESONANCE,
-    WITHOUT_SHARED, WITHOUT_SURROUNDINGS, WITHOUT_TIME_GROWTH, record_bytes,
+    WITHOUT_SHARED, WITHOUT_SLOWER, WITHOUT_SURROUNDINGS, WITHOUT_TIME_GROWTH, record_bytes,
 };
 use super::{ActuatorCalibration, Bounds, Heat, Memory, Parts, Path, Plate};
 use super::{Calibration, CalibrationError, Field, Label, Origin, Problem};
@@ -60,6 +60,9 @@ impl Calibration {
         });
         put(&parts.heat.beam_lag.0.to_le_bytes());
         put(&parts.heat.time_growth.0.to_le_bytes());
+        for actuator in &parts.actuators {
+            put(&actuator.slower_by.0.to_le_bytes());
+        }
         let end = BYTES - 4;
         let checksum = CRC.checksum(&bytes[..end]);
         bytes[end..].copy_from_slice(&checksum.to_le_bytes());
@@ -132,6 +135,11 @@ impl Calibration {
             let growth = f32::from_le_bytes(reader.take().unwrap_or_default());
             parts.heat.time_growth = SecondPerKelvin(growth);
         }
+        if format > WITHOUT_SLOWER {
+            for actuator in &mut parts.actuators {
+                actuator.slower_by = Second(f32::from_le_bytes(reader.take().unwrap_or_default()));
+            }
+        }
         for (actuator, (top, knots)) in tables.into_iter().enumerate() {
             parts.actuators[actuator].shape = InverseTable::new(top, knots)
                 .map_err(|error| CalibrationError::from(error).of_actuator(actuator))?;
@@ -152,6 +160,7 @@ const BLANK: Parts = Parts {
         tcr: PerKelvin(0.0),
         thermal_resistance: KelvinPerWatt(0.0),
         loss_growth: PerKelvin(0.0),
+        slower_by: Second(0.0),
         shape: InverseTable::STRAIGHT,
         sensed_rises: SensedRises::UNKNOWN,
     }; CHANNELS],
@@ -253,7 +262,8 @@ mod tests {
     use super::super::POLES;
     use super::super::layout::{
         BYTES_WITHOUT_LAG, BYTES_WITHOUT_LEVERS, BYTES_WITHOUT_RESIDUAL, BYTES_WITHOUT_RESONANCE,
-        BYTES_WITHOUT_SHARED, BYTES_WITHOUT_SURROUNDINGS, BYTES_WITHOUT_TIME_GROWTH, HEAD,
+        BYTES_WITHOUT_SHARED, BYTES_WITHOUT_SLOWER, BYTES_WITHOUT_SURROUNDINGS,
+        BYTES_WITHOUT_TIME_GROWTH, HEAD,
     };
     use super::super::tests::parts;
     use super::*;
@@ -292,7 +302,8 @@ mod tests {
             (BYTES_WITHOUT_RESONANCE, parts().heat.shared[POLES - 1]),
             (BYTES_WITHOUT_LAG, parts().path.resonance.quality),
             (BYTES_WITHOUT_TIME_GROWTH, parts().heat.beam_lag.0),
-            (BYTES, parts().heat.time_growth.0),
+            (BYTES_WITHOUT_SLOWER, parts().heat.time_growth.0),
+            (BYTES, parts().actuators[CHANNELS - 1].slower_by.0),
         ] {
             assert_eq!(bytes()[last_of(length)], number.to_le_bytes());
         }
@@ -300,8 +311,15 @@ mod tests {
 
     #[test]
     fn a_calibration_of_a_format_before_lacks_what_came_later() {
-        let without_time_growth = {
+        let without_slower = {
             let mut parts = parts();
+            for actuator in &mut parts.actuators {
+                actuator.slower_by = Second(0.0);
+            }
+            parts
+        };
+        let without_time_growth = {
+            let mut parts = without_slower;
             parts.heat.time_growth = SecondPerKelvin(0.0);
             parts
         };
@@ -331,6 +349,7 @@ mod tests {
             ..without_surroundings
         };
         for (format, length, expected) in [
+            (WITHOUT_SLOWER, BYTES_WITHOUT_SLOWER, without_slower),
             (
                 WITHOUT_TIME_GROWTH,
                 BYTES_WITHOUT_TIME_GROWTH,
@@ -371,8 +390,8 @@ mod tests {
     #[test]
     fn another_format_is_named() {
         let mut other = bytes();
-        other[4..6].copy_from_slice(&11_u16.to_le_bytes());
-        let refused = Err(CalibrationError::Format { format: 11 });
+        other[4..6].copy_from_slice(&12_u16.to_le_bytes());
+        let refused = Err(CalibrationError::Format { format: 12 });
         assert_eq!(Calibration::from_bytes(&signed(other)), refused);
     }
 

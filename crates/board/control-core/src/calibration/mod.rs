@@ -111,6 +111,7 @@ pub(crate) mod tests {
             tcr: PerKelvin(3.92e-3),
             thermal_resistance: KelvinPerWatt(5700.0),
             loss_growth: PerKelvin(2e-3),
+            slower_by: Second(0.0),
             shape: InverseTable::new(Micrometre(top_um), knots).expect("rising"),
             sensed_rises: SensedRises {
                 top: Kelvin(top_k),
@@ -135,7 +136,10 @@ pub(crate) mod tests {
                 date: Label::new("2026-11-21").expect("short"),
                 model_hash: 0x0123_4567_89ab_cdef,
             },
-            actuators: [actuator(170.0, 97.0); CHANNELS],
+            actuators: [-5e-5, 5e-5, 0.0, 1e-4].map(|slower_s| ActuatorCalibration {
+                slower_by: Second(slower_s),
+                ..actuator(170.0, 97.0)
+            }),
             heat: Heat {
                 fast: [lag(0.5, 1e-3), lag(0.3, 35e-3), lag(0.1, 0.2)],
                 slow: [lag(0.06, 4.0), lag(0.04, 20.0)],

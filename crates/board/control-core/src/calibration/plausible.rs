@@ -105,17 +105,32 @@ impl Parts {
         }
         self.residual.check()?;
         self.bounds.check()?;
-        self.check_time_growth()
+        self.check_slowness()
     }
 
-    /// What follows at once has no time constant that could grow.
-    fn check_time_growth(&self) -> Result<(), CalibrationError> {
+    /// What follows at once has no time constant that could grow, or be another than that of the other actuators.
+    fn check_slowness(&self) -> Result<(), CalibrationError> {
         let used = self.heat.fast.iter().filter(|lag| lag.weight > 0.0);
         let initial_rate: f32 = used.map(|lag| lag.weight / lag.time.0).sum();
-        let per_k = 1.0 / (initial_rate * self.bounds.rise.0);
-        let range = TIME_GROWTHS.start() * per_k..=TIME_GROWTHS.end() * per_k;
+        let allowed = |unit: f32| TIME_GROWTHS.start() * unit..=TIME_GROWTHS.end() * unit;
+        let initial_s = 1.0 / initial_rate;
         let growth = self.heat.time_growth.0;
-        check_for(Problem::AtTheHighestRise, Field::TimeGrowth, growth, range)
+        let growths = allowed(initial_s / self.bounds.rise.0);
+        check_for(
+            Problem::AtTheHighestRise,
+            Field::TimeGrowth,
+            growth,
+            growths,
+        )?;
+        for (i, actuator) in self.actuators.iter().enumerate() {
+            let cold = actuator.slower_by.0;
+            let hot = cold + growth * self.bounds.rise.0;
+            for slower in [cold, hot] {
+                check(Field::SlowerBy, 0, slower, allowed(initial_s))
+                    .map_err(|error| error.of_actuator(i))?;
+            }
+        }
+        Ok(())
     }
 }
 
@@ -391,10 +406,11 @@ mod tests {
             26 => (&mut p.path.resonance.quality, Field::ResonanceQuality),
             27 => (&mut p.heat.beam_lag.0, Field::BeamLag),
             28 => (&mut p.heat.time_growth.0, Field::TimeGrowth),
+            29 => (&mut p.actuators[3].slower_by.0, Field::SlowerBy),
             14 => (&mut p.bounds.drive.0, Field::MaxDrive),
             15 => (&mut p.bounds.power.0, Field::MaxPower),
             19 => (&mut p.actuators[1].sensed_rises.knots[7], Field::SensedRise),
-            29 => (&mut p.actuators[3].sensed_rises.knots[0], Field::SensedRise),
+            30 => (&mut p.actuators[3].sensed_rises.knots[0], Field::SensedRise),
             20 => (&mut p.ambient_ratio, Field::AmbientRatio),
             21 => (&mut p.residual.piston.0, Field::Residual),
             22 => (&mut p.residual.apart, Field::Residual),
@@ -409,7 +425,7 @@ mod tests {
     proptest! {
         #[test]
         fn a_number_that_is_off_is_named(
-            which in 0_usize..30,
+            which in 0_usize..31,
             bad in prop_oneof![Just(f32::NAN), Just(f32::INFINITY), Just(-1.0e6), Just(1e9)],
         ) {
             let (parts, field) = number_off(which, bad);
@@ -429,8 +445,8 @@ mod tests {
             (0, 720.0, Field::ColdResistance),
             (1, 0.9e-3, Field::Tcr),
             (1, 0.1, Field::Tcr),
-            (29, 70.0, Field::SensedRise),
-            (29, -70.0, Field::SensedRise),
+            (30, 70.0, Field::SensedRise),
+            (30, -70.0, Field::SensedRise),
             (14, 3.501, Field::MaxDrive),
             (14, 1000.0, Field::MaxDrive),
             (15, 41e-3, Field::MaxPower),
@@ -497,6 +513,7 @@ mod tests {
     fn time_constants_neither_vanish_nor_grow_where_there_are_none() {
         let growing = |heat: Heat, growth_s_per_k: f32| {
             let mut parts = parts();
+            parts.actuators = [actuator(170.0, 97.0); crate::CHANNELS];
             parts.heat = heat;
             parts.heat.time_growth.0 = growth_s_per_k;
             Calibration::new(parts)
@@ -515,9 +532,24 @@ mod tests {
     }
 
     #[test]
+    fn no_actuator_is_so_quick_that_nothing_is_left_of_its_time_constants() {
+        let quicker = |slower_by_s: f32, growth_s_per_k: f32| {
+            let mut parts = parts();
+            parts.actuators[1].slower_by.0 = slower_by_s;
+            parts.heat.time_growth.0 = growth_s_per_k;
+            Calibration::new(parts)
+        };
+        // A step begins as with a time constant of 2 ms, and 130 K take 1.3 ms of it.
+        assert!(quicker(-1e-3, 0.0).is_ok() && quicker(0.0, -1e-5).is_ok());
+        let refused = CalibrationError::number(Field::SlowerBy, 0, Problem::OutOfRange);
+        assert_eq!(quicker(-1e-3, -1e-5), Err(refused.of_actuator(1)));
+    }
+
+    #[test]
     fn what_is_not_there_is_allowed() {
         let mut empty = parts();
         empty.heat = Heat::INSTANT;
+        empty.actuators = [actuator(170.0, 97.0); crate::CHANNELS];
         empty.memory = Memory::NONE;
         assert!(Calibration::new(empty).is_ok());
     }

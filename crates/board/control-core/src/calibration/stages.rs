@@ -36,6 +36,9 @@ pub struct ActuatorCalibration {
     /// By how much the heat loss grows with the temperature rise, g: the power that holds dT is
     /// dT (1 + g dT) / R_T.
     pub loss_growth: PerKelvin,
+    /// By how much it is slower than the poles of all four say: on its way it takes besides, in kelvins of heating, this times the slope.
+    /// Below zero it is quicker, as one is that loses more at the same heat capacity.
+    pub slower_by: Second,
     /// Position to temperature rise. All four tables have the same top.
     pub shape: InverseTable,
     /// What the resistance tells where the mirror rests in the surroundings of the calibration.

@@ -1,5 +1,5 @@
 use super::*;
-use crate::calibration::tests::parts;
+use crate::calibration::tests::{actuator, parts};
 use crate::calibration::{
     ActuatorCalibration, Heat, Memory, Path, Residual, Resonance, SensedRises,
 };
@@ -54,6 +54,7 @@ fn static_parts() -> Parts {
         tcr: PerKelvin(0.004),
         thermal_resistance: KelvinPerWatt(5000.0),
         loss_growth: PerKelvin(0.0),
+        slower_by: Second(0.0),
         shape: InverseTable::new(
             Micrometre(100.0),
             core::array::from_fn(|i| 100.0 * i as f32 / (KNOTS - 1) as f32),

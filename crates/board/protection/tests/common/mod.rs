@@ -16,6 +16,7 @@ pub(crate) fn parts(cold_ohm: f32, tcr: f32, drive_v: f32, rise_k: f32) -> Parts
         tcr: PerKelvin(tcr),
         thermal_resistance: KelvinPerWatt(5700.0),
         loss_growth: PerKelvin(0.0),
+        slower_by: Second(0.0),
         shape: InverseTable::new(Micrometre(170.0), std::array::from_fn(|i| i as f32))
             .expect("rising"),
         sensed_rises: SensedRises::UNKNOWN,

@@ -111,6 +111,8 @@ struct StoredActuator {
     tcr_per_k: f64,
     thermal_resistance_k_per_w: f64,
     loss_growth_per_k: f64,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    slower_by_s: f64,
     top_um: f64,
     temperature_rise_k: Vec<f64>,
     #[serde(default)]
@@ -220,6 +222,7 @@ impl From<&ActuatorCalibration> for StoredActuator {
             tcr_per_k: decimal(actuator.tcr.0),
             thermal_resistance_k_per_w: decimal(actuator.thermal_resistance.0),
             loss_growth_per_k: decimal(actuator.loss_growth.0),
+            slower_by_s: decimal(actuator.slower_by.0),
             top_um: decimal(actuator.shape.top().0),
             temperature_rise_k: actuator.shape.knots().map(decimal).to_vec(),
             sensed_top_k: decimal(actuator.sensed_rises.top.0),
@@ -367,6 +370,7 @@ impl Stored {
             tcr: PerKelvin(actuator.tcr_per_k as f32),
             thermal_resistance: KelvinPerWatt(actuator.thermal_resistance_k_per_w as f32),
             loss_growth: PerKelvin(actuator.loss_growth_per_k as f32),
+            slower_by: Second(actuator.slower_by_s as f32),
             shape,
             sensed_rises,
         })

@@ -53,8 +53,8 @@ const MOST_EVALUATIONS: usize = 60;
 const TOLD_K: f64 = 0.2;
 /// And that of the room where poses are measured, over that of the calibration before (K): 10 to 40 degC around a laboratory's 22.
 const ROOM_K: f64 = 15.0;
-/// What a watt is worth to an actuator, as a part: what actuators differ by in their loss, twice that of a usual scatter of 3 %. Five times it
-/// is no mirror's.
+/// What a watt is worth to an actuator, and how slow it is, as a part: what actuators differ by in their loss, twice that of a usual scatter of
+/// 3 %. Five times it is no mirror's.
 const GAIN: f64 = 0.06;
 const MOST_GAINS: f64 = 5.0;
 
@@ -72,6 +72,8 @@ pub(super) struct PlateFit {
     deviations_um: Vec<f64>,
     /// What each actuator's position adds to the coordinates under the former calibration (um/um).
     shares: Matrix3x4<f64>,
+    /// The time constant with which a step of all own poles begins (s).
+    initial_time_s: f64,
     /// Poles that may be shared.
     poles: Vec<usize>,
     /// What the resistances tell at equal steps of the rises; `None` where that is not known of all.
@@ -159,6 +161,7 @@ impl PlateFit {
             top_um: f64::from(top.0),
             lever_um,
             tables: tables(parts),
+            initial_time_s: SharedHeat::of(parts).initial_time_s(),
             heat: SharedHeat::of(parts),
             history: History::new(parts, points),
             deviations_um: read.iter().map(deviation).collect(),
@@ -204,7 +207,7 @@ impl PlateFit {
     }
 
     fn unknowns(&self) -> usize {
-        CHANNELS * (TERMS + 3 + 1 + BENDS + 1) + self.poles.len() + 3 + 1
+        CHANNELS * (TERMS + 3 + 1 + BENDS + 2) + self.poles.len() + 3 + 1
     }
 
     /// In standard deviations from the former calibration.
@@ -226,6 +229,12 @@ impl PlateFit {
         let more: Each = std::array::from_fn(|_| GAIN * next());
         let in_common = mean(&more);
         heat.gains = more.map(|more| 1.0 + more - in_common);
+        // What they have in common the poles say.
+        let slower: Each = std::array::from_fn(|_| GAIN * next());
+        let in_common = mean(&slower);
+        for (slower_s, more) in heat.slower_s.iter_mut().zip(slower) {
+            *slower_s += (more - in_common) * self.initial_time_s;
+        }
         Found {
             shapes,
             shares,
@@ -236,7 +245,7 @@ impl PlateFit {
         }
     }
 
-    /// Parts from none to all, and losses as a board takes them; these, and what a watt is worth, are as before unless they are `free`.
+    /// Parts from none to all, and losses as a board takes them; these, what a watt is worth and how slow they are, are as before unless they are `free`.
     fn bounds(&self, free: bool) -> Bounds {
         const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
         /// In standard deviations: nothing.
@@ -259,7 +268,7 @@ impl PlateFit {
                 .chain(self.heat.growths.iter().map(growth))
                 .chain(parts)
                 .chain([ANY; 3 + 1 + CHANNELS * BENDS])
-                .chain([open(-MOST_GAINS, MOST_GAINS); CHANNELS]),
+                .chain([open(-MOST_GAINS, MOST_GAINS); 2 * CHANNELS]),
         )
     }
 

@@ -6,7 +6,7 @@
 use control_core::calibration::{Parts, Plate};
 use control_core::{Limits, Micrometre, PlateInverse};
 
-use super::heat::{Each, Left, SharedHeat, Warmed};
+use super::heat::{Each, SharedHeat, TimeStep, Warmed};
 use super::point::PosePoint;
 use super::tables::tables;
 use crate::plate_pose::PlatePose;
@@ -25,7 +25,7 @@ pub(super) struct History {
 
 /// A time step.
 struct Powered {
-    left: Left,
+    time: TimeStep,
     /// As the rises that they would hold without growth (K).
     powers: Each,
 }
@@ -50,9 +50,9 @@ impl History {
             let mut passed_s = 0.0;
             while passed_s < point.held_s {
                 let step_s = (point.held_s - passed_s).min(FIRST_STEP_S.max(GROWING * passed_s));
-                let left = heat.left(step_s);
-                let powers = heat.hold(&mut warmed, &rises, &left);
-                steps.push(Powered { left, powers });
+                let time = heat.time_step(step_s);
+                let powers = heat.hold(&mut warmed, &rises, &time);
+                steps.push(Powered { time, powers });
                 passed_s += step_s;
             }
             passed.push(steps.len());
@@ -66,7 +66,7 @@ impl History {
         let (mut rises, mut done) = (Each::default(), 0);
         let at = |passed: &usize| {
             for step in &self.steps[done..*passed] {
-                rises = heat.heat(&mut warmed, &step.powers, &step.left);
+                rises = heat.heat(&mut warmed, &step.powers, &step.time);
             }
             done = *passed;
             rises

@@ -52,6 +52,7 @@ impl<'a> Changed<'a> {
     ) -> Result<ActuatorCalibration, PoseError> {
         let mut changed = *actuator;
         changed.loss_growth.0 = self.after.growths[i] as f32;
+        changed.slower_by.0 = self.after.slower_s[i] as f32;
         let level = |rise: f64| self.level_rise(i, rise);
         let knots = actuator.shape.knots();
         let knots = knots.map(|knot| match knot > 0.0 {

@@ -36,6 +36,8 @@ pub(super) struct Actuator {
     asked: f64,
     /// Half of what the time constants grow by with a kelvin, in ticks.
     half_time_growth: f64,
+    /// By how many ticks it is slower than the poles say.
+    slower_ticks: f64,
     drive_limit_v: f64,
     power_limit_w: f64,
     rise: f64,
@@ -61,6 +63,7 @@ impl Actuator {
         let (poles, beam) = (Poles::new(&parts.heat), Beam::new(&parts.heat));
         Self {
             calibration,
+            slower_ticks: f64::from(calibration.slower_by.0) / TICK_S,
             half_time_growth: 0.5 * f64::from(parts.heat.time_growth.0) / TICK_S,
             drive_limit_v: f64::from(parts.bounds.drive.0),
             power_limit_w: f64::from(parts.bounds.power.0),
@@ -105,7 +108,8 @@ impl Actuator {
         let growth = f64::from(self.calibration.loss_growth.0);
         let aim = target - self.shortfall;
         let mut heating = self.poles.inverse(aim);
-        let stored = self.half_time_growth * (aim * aim - self.rise * self.rise);
+        let stored = self.slower_ticks * (aim - self.rise)
+            + self.half_time_growth * (aim * aim - self.rise * self.rise);
         let asked_w = (heating + stored + growth * aim * aim) / r_t;
         let most_w = self.power_limit_w.min(self.drive_limit_v.powi(2) / ohm);
         let power_w = asked_w.clamp(0.0, most_w);
@@ -134,7 +138,7 @@ impl Actuator {
     fn stored(&self, heating: f64) -> f64 {
         let from = self.rise;
         let (without, per_heating) = (self.poles.after(heating), self.poles.gain());
-        let per_k = self.half_time_growth * (without + from);
+        let per_k = self.slower_ticks + self.half_time_growth * (without + from);
         per_k * (without - from) / (1.0 + per_heating * per_k)
     }
 

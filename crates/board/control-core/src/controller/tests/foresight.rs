@@ -36,6 +36,7 @@ fn without_a_word_of_what_it_left_a_calibration_has_no_uncertainty() {
 #[test]
 fn what_the_mirror_remembers_is_known_once_it_was_moved_all_the_way() {
     let mut one = controller(Parts {
+        actuators: [actuator(170.0, 97.0); CHANNELS],
         heat: Heat::INSTANT,
         memory: Memory {
             creep: Memory::NONE.creep,
