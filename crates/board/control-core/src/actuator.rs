@@ -314,9 +314,7 @@ impl Rails {
         // Not so for NaN.
         let is_above_least = power.0 * resistance.0 > self.least_square;
         if !is_above_least {
-            if power.0 < self.least_power {
-                limits.insert(Limit::Cooling);
-            }
+            limits.insert_where(power.0 < self.least_power, Limit::Cooling);
             *power = Watt(self.least_square / resistance.0);
             return self.least_square;
         }

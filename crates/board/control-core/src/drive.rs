@@ -50,7 +50,7 @@ impl Quantiser {
             return PwmCode(if code < 0 { 0 } else { highest });
         }
         let error = counts & (WHOLE - 1);
-        self.0 = error - ((error - HALF) >> LEAK_BITS);
+        self.0 = error + (HALF >> LEAK_BITS) - (error >> LEAK_BITS);
         PwmCode(code as u16)
     }
 }

@@ -212,6 +212,7 @@ impl MemoryInverse {
     }
 
     /// An actuator's turn, at `z`: the plays are pulled along, and those of number `turn`, play and lag, have theirs.
+    #[inline(always)]
     pub(crate) fn advance(&self, state: &mut MemoryState, turn: usize, z: Micrometre) {
         let turn = turn % LAGS;
         state.position = z.0;

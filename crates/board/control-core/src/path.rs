@@ -222,6 +222,12 @@ impl PathPlanner {
         &mut self.now
     }
 
+    /// The same of a way that is followed already.
+    #[inline(always)]
+    pub(crate) fn go_on(&mut self) -> &mut [f32; CHANNELS] {
+        &mut self.now
+    }
+
     /// A move of full length to `target`, from the present positions, speeds and accelerations.
     pub(crate) fn plan(&mut self, target: &[f32; CHANNELS]) {
         let place = self.place();

@@ -36,6 +36,8 @@ pub struct PlateInverse {
     is_known: bool,
     /// Top of the actuators' range (um).
     top: f32,
+    /// Positions below it, as bits, need no look: up to the top, and none where the levers are unknown.
+    beyond: u32,
     /// What each actuator's position adds to z (um/um) and to the tilts (rad/um).
     shares: [[f32; CHANNELS]; 3],
 }
@@ -75,6 +77,10 @@ impl PlateInverse {
             most_warp: MOST_RANGES * top.0 / largest_part(plate),
             is_known: plate.is_known(),
             top: top.0,
+            beyond: match plate.is_known() {
+                true => top.0.to_bits() + 1,
+                false => 0,
+            },
             shares: shares(plate),
         }
     }
@@ -88,24 +94,40 @@ impl PlateInverse {
     /// goes as far as it can.
     #[inline(always)]
     pub fn positions(&self, pose: &Pose, limits: &mut Limits) -> [f32; CHANNELS] {
+        let positions = self.unwarped(pose);
+        if self.are_within(&positions) {
+            return positions;
+        }
+        if !self.is_known {
+            let [a, b, c, d] = self.without_levers(pose, limits);
+            return [a, b, c, d];
+        }
+        let warp = self.needed_warp(&positions);
+        let warped = array::from_fn(|i| positions[i] + warp * self.levers[i].warp);
+        // A pose too far for f32 has actuators out of the range under any warp.
+        if self.are_within(&warped) {
+            return warped;
+        }
+        // One by one, which leaves the others in registers.
+        let [a, b, c, d] = self.limit_warped(pose, limits);
+        [a, b, c, d]
+    }
+
+    /// Positions without a warp (um).
+    #[inline(always)]
+    fn unwarped(&self, pose: &Pose) -> [f32; CHANNELS] {
         let Pose { z, tilt_x, tilt_y } = *pose;
         let at = |lever: &Lever| z.0 + lever.y.0 * tilt_x.0 - lever.x.0 * tilt_y.0;
-        let mut positions = self.levers.each_ref().map(at);
-        if !self.is_known {
-            self.without_levers(pose, &mut positions, limits);
-        } else if let Some(warp) = self.needed_warp(&positions) {
-            self.warp(warp, &mut positions, limits);
-        }
-        positions
+        self.levers.each_ref().map(at)
     }
 
     #[cold]
     #[inline(never)]
-    fn without_levers(&self, pose: &Pose, positions: &mut [f32; CHANNELS], limits: &mut Limits) {
+    fn without_levers(&self, pose: &Pose, limits: &mut Limits) -> [f32; CHANNELS] {
         if pose.tilt_x.0 != 0.0 || pose.tilt_y.0 != 0.0 {
             limits.insert(Limit::TiltUnknown);
         }
-        self.limit(positions, limits);
+        self.limit(self.unwarped(pose), limits)
     }
 
     /// The pose in which actuators at `positions` (um) hold the plate.
@@ -141,43 +163,30 @@ impl PlateInverse {
     #[inline(always)]
     fn is_within(&self, position: f32) -> bool {
         // As bits, what is below zero or no number is above every number.
-        position.to_bits() <= self.top.to_bits()
+        position.to_bits() < self.beyond
     }
 
-    /// The warp nearest to none that brings one of `positions` into the range that needs most; `None` where all are within it.
+    /// The warp nearest to none that brings one of `positions` into the range that needs most.
     #[inline(always)]
-    fn needed_warp(&self, positions: &[f32; CHANNELS]) -> Option<f32> {
-        let mut most_needed = None;
+    fn needed_warp(&self, positions: &[f32; CHANNELS]) -> f32 {
+        let mut most = 0.0_f32;
         for (position, warp) in positions.iter().zip(&self.warps) {
             if !self.is_within(*position) {
                 cold_path();
                 let needed = warp.to_end(*position) - position * warp.per_um;
-                let most = most_needed.unwrap_or(0.0_f32);
-                most_needed = Some(if needed.abs() > most.abs() {
-                    needed
-                } else {
-                    most
-                });
+                if needed.abs() > most.abs() {
+                    most = needed;
+                }
             }
         }
-        most_needed
-    }
-
-    /// Brings all `positions` into the range by the `needed` warp.
-    #[inline(always)]
-    fn warp(&self, needed: f32, positions: &mut [f32; CHANNELS], limits: &mut Limits) {
-        let warped = array::from_fn(|i| positions[i] + needed * self.levers[i].warp);
-        if needed.abs() <= self.most_warp && self.are_within(&warped) {
-            *positions = warped;
-        } else {
-            self.limit_warped(positions, limits);
-        }
+        most
     }
 
     /// No warp brings all of them into the range: the one that brings them nearest, and a limit.
     #[cold]
     #[inline(never)]
-    fn limit_warped(&self, positions: &mut [f32; CHANNELS], limits: &mut Limits) {
+    fn limit_warped(&self, pose: &Pose, limits: &mut Limits) -> [f32; CHANNELS] {
+        let mut positions = self.unwarped(pose);
         let (mut least, mut most) = (-self.most_warp, self.most_warp);
         for (position, warp) in positions.iter().zip(&self.warps) {
             if warp.per_um != 0.0 {
@@ -194,33 +203,34 @@ impl PlateInverse {
                 *position += warp * lever.warp;
             }
         }
-        self.limit(positions, limits);
+        self.limit(positions, limits)
     }
 
     /// Each actuator as far as it can, and what limits it.
     #[cold]
     #[inline(never)]
-    fn limit(&self, positions: &mut [f32; CHANNELS], limits: &mut Limits) {
+    fn limit(&self, positions: [f32; CHANNELS], limits: &mut Limits) -> [f32; CHANNELS] {
         if positions.iter().any(|position| position.is_nan()) {
             limits.insert(Limit::NotANumber);
-            *positions = [0.0; CHANNELS];
-            return;
+            return [0.0; CHANNELS];
         }
         // What rounding leaves of a warp that just fits is no limit.
         let slack = ROUNDING * self.top;
-        for position in positions {
-            if *position < 0.0 {
-                if *position < -slack {
+        positions.map(|position| {
+            if position < 0.0 {
+                if position < -slack {
                     limits.insert(Limit::PositionLow);
                 }
-                *position = 0.0;
-            } else if *position > self.top {
-                if *position > self.top + slack {
+                0.0
+            } else if position > self.top {
+                if position > self.top + slack {
                     limits.insert(Limit::PositionHigh);
                 }
-                *position = self.top;
+                self.top
+            } else {
+                position
             }
-        }
+        })
     }
 }
 

@@ -77,14 +77,21 @@ impl Shaper {
         self.ago as f32 * (self.second + self.third) + self.third
     }
 
-    /// The way so far ends at `now`; `next` of it, shaped, takes its place.
+    /// Where the oldest is that is needed of a way that has begun and not ended.
     #[inline(always)]
-    pub(crate) fn shape(&mut self, next: &[f32; CHANNELS], now: &mut [f32; CHANNELS]) {
-        let mut oldest = self.oldest;
-        if oldest >= REMEMBERED {
-            self.begin(now);
-            oldest = 0;
-        }
+    pub(crate) fn oldest(&self) -> Option<usize> {
+        (self.oldest < REMEMBERED).then_some(self.oldest)
+    }
+
+    /// The way so far ends at `now`; `next` of it, shaped, takes its place, and that of the `oldest`.
+    #[inline(always)]
+    pub(crate) fn shape(
+        &mut self,
+        oldest: usize,
+        next: &[f32; CHANNELS],
+        now: &mut [f32; CHANNELS],
+    ) {
+        let oldest = oldest % REMEMBERED;
         let after = if oldest < self.ago { oldest + 1 } else { 0 };
         let (second, third) = (&self.past[after % REMEMBERED], &self.past[oldest]);
         for (i, now) in now.iter_mut().enumerate() {
@@ -94,11 +101,12 @@ impl Shaper {
         self.oldest = after;
     }
 
-    /// A way begins, where all was at rest.
+    /// A way begins, where all was at rest; returns where its oldest is.
     #[cold]
     #[inline(never)]
-    fn begin(&mut self, at: &[f32; CHANNELS]) {
+    pub(crate) fn begin(&mut self, at: &[f32; CHANNELS]) -> usize {
         self.past = [*at; REMEMBERED];
+        0
     }
 
     /// The way ends.
@@ -141,7 +149,8 @@ mod tests {
     /// What is asked for of one actuator.
     fn shaped(shaper: &mut Shaper, before: f32, next: f32) -> f32 {
         let mut now = [before; CHANNELS];
-        shaper.shape(&[next; CHANNELS], &mut now);
+        let oldest = shaper.oldest().unwrap_or_else(|| shaper.begin(&now));
+        shaper.shape(oldest, &[next; CHANNELS], &mut now);
         now[2]
     }
 
