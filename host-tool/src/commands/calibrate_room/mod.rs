@@ -14,7 +14,9 @@ use control_core::Calibration;
 use mirror_protocol::{CalibrationUse, Compensate, Position};
 use quantities::Span;
 
-use self::readings::{RoomReading, RoomReadings, compared, largest_um, mean_rise_k, off_um};
+use self::readings::{
+    ANY_ROOM_UM, RoomReading, RoomReadings, compared, largest_um, mean_rise_k, off_um,
+};
 use self::report::RoomReport;
 use super::calibrate::fall_back;
 use super::calibration_file::load_in_use;
@@ -35,8 +37,6 @@ const ROUNDS: usize = 2;
 /// By so much a room may be worse than before by the sensor's noise alone (um); what is asked of positions in any room is ten
 /// times as much (`docs/requirements.md`).
 const NOISE_UM: f64 = 0.05;
-/// In any room a position may be off by so much (um; `docs/requirements.md`). A ratio that leaves more is not what has moved the mirror.
-const ANY_ROOM_UM: f64 = 0.5;
 
 /// Reads the positions, and keeps what was read or compares it with what was kept.
 pub(super) async fn run(board: &Board, ask: CalibrateRoom, json: bool) -> Result<(), ToolError> {

@@ -22,6 +22,9 @@ pub(super) struct RoomReadings {
     pub(super) points: Vec<RoomReading>,
 }
 
+/// In any room a position may be off by so much (um; `docs/requirements.md`). A ratio that leaves more is not what has moved the mirror.
+pub(super) const ANY_ROOM_UM: f64 = 0.5;
+
 /// Of [`RoomReadings`].
 const FORMAT: u32 = 1;
 

@@ -6,8 +6,7 @@ use std::path::PathBuf;
 use calibration::LEAST_APART_K;
 use serde::Serialize;
 
-use super::ANY_ROOM_UM;
-use super::readings::{RoomReading, mean_rise_k};
+use super::readings::{ANY_ROOM_UM, RoomReading, mean_rise_k};
 
 /// What came of it.
 #[derive(Serialize)]

@@ -29,8 +29,8 @@ pub(super) struct SharedHeat {
     watts_per_kelvin: Each,
 }
 
-/// A time step.
-pub(super) struct TimeStep {
+/// A time step, and what it leaves of the poles.
+pub(super) struct PoleDecay {
     duration_s: f64,
     /// What is left of the distance of each pole from its end after it.
     left: [f64; POLES],
@@ -78,8 +78,8 @@ impl SharedHeat {
         }
     }
 
-    pub(super) fn time_step(&self, duration_s: f64) -> TimeStep {
-        TimeStep {
+    pub(super) fn time_step(&self, duration_s: f64) -> PoleDecay {
+        PoleDecay {
             duration_s,
             left: self.times_s.map(|time_s| match time_s > 0.0 {
                 true => (-duration_s / time_s).exp(),
@@ -118,7 +118,7 @@ impl SharedHeat {
     }
 
     /// The powers during a time step at whose end the rises are these.
-    pub(super) fn hold(&self, warmed: &mut Warmed, rises: &Each, time: &TimeStep) -> Each {
+    pub(super) fn hold(&self, warmed: &mut Warmed, rises: &Each, time: &PoleDecay) -> Each {
         let step = self.heat_step(warmed, time);
         let (heating, shared) = self.own_heating(&step, rises);
         warmed.advance(rises, (&heating, shared), time);
@@ -126,7 +126,7 @@ impl SharedHeat {
     }
 
     /// The rises at the end of a time step with these powers (K).
-    pub(super) fn heat(&self, warmed: &mut Warmed, powers: &Each, time: &TimeStep) -> Each {
+    pub(super) fn heat(&self, warmed: &mut Warmed, powers: &Each, time: &PoleDecay) -> Each {
         let step = self.heat_step(warmed, time);
         let rises = self.rises(&step, powers);
         let heating = self.heating(&step, powers, &rises);
@@ -134,7 +134,7 @@ impl SharedHeat {
         rises
     }
 
-    fn heat_step(&self, warmed: &Warmed, time: &TimeStep) -> HeatStep {
+    fn heat_step(&self, warmed: &Warmed, time: &PoleDecay) -> HeatStep {
         let left = &time.left;
         let (mut free, mut free_shared) = ([0.0; CHANNELS], 0.0);
         let (mut gain_own, mut gain_shared) = (0.0, 0.0);
@@ -223,7 +223,7 @@ impl SharedHeat {
 }
 
 impl Warmed {
-    fn advance(&mut self, rises: &Each, (heating, shared): (&Each, f64), time: &TimeStep) {
+    fn advance(&mut self, rises: &Each, (heating, shared): (&Each, f64), time: &PoleDecay) {
         self.rises = *rises;
         for (at, left) in self.shared.iter_mut().zip(&time.left) {
             *at = shared + (*at - shared) * left;

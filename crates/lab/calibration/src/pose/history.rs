@@ -6,7 +6,7 @@
 use control_core::calibration::{Parts, Plate};
 use control_core::{Limits, Micrometre, PlateInverse};
 
-use super::heat::{Each, SharedHeat, TimeStep, Warmed};
+use super::heat::{Each, PoleDecay, SharedHeat, Warmed};
 use super::point::PosePoint;
 use super::tables::tables;
 use crate::plate_pose::PlatePose;
@@ -25,7 +25,7 @@ pub(super) struct History {
 
 /// A time step.
 struct Powered {
-    time: TimeStep,
+    time: PoleDecay,
     /// As the rises that they would hold without growth (K).
     powers: Each,
 }
