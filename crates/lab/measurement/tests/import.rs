@@ -128,6 +128,19 @@ fn an_oscilloscope_s_names_and_units_are_two_lines() {
 }
 
 #[test]
+fn the_last_comment_above_a_table_has_its_names() {
+    let rows = "0 0 0\n1 1 9.5\n2 2 40\n3 0 0.1\n";
+    for above in ["# mirror 7\n# t_s V_V z_um\n", "# t_s V_V z_um\n"] {
+        let found = guessed(format!("{above}{rows}").as_bytes(), false);
+        assert_eq!(found.file.rows.len(), 4);
+        assert_eq!(found.file.rows[2].z_um, Some(40.0));
+    }
+    // What stands below is none.
+    let below = format!("{rows}# t_s V_V z_um\n");
+    assert!(Table::read(below.as_bytes()).expect("a table").names[0] == "1");
+}
+
+#[test]
 fn a_time_that_no_heading_names_is_asked_about() {
     let imported = guessed(b"x;V;z\n0;0;0\n1;1;3\n", false);
     assert!(says(&imported, "--column t=1:ms"), "{:?}", imported.notes);

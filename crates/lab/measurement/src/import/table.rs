@@ -34,17 +34,24 @@ struct Style {
 /// Times of a day go on from the day before where they fall by more than this (s).
 const HALF_A_DAY_S: f64 = 43_200.0;
 
+/// What a comment begins with.
+const COMMENT: [char; 2] = ['#', '%'];
+
 impl Table {
     /// Reads a text of unknown style: UTF-8, UTF-16 with its mark, or Latin-1; tabs, semicolons, commas or blanks between cells;
     /// points or commas in numbers, and thousands in groups; dates and clock times. What stands between quotation marks is one cell. Lines
-    /// that begin with `#` or `%` are comments, and lines before the table are passed over.
+    /// that begin with `#` or `%` are comments, of which the last one before the table may have its names, as `numpy.savetxt` writes it; other
+    /// lines before the table are passed over.
     ///
     /// # Errors
     /// Where no two lines have as many cells, two or more, with numbers in them.
     pub fn read(bytes: &[u8]) -> Result<Self, ImportError> {
         let (text, encoding) = decoded(bytes);
-        let is_told = |line: &&str| !line.trim().is_empty() && !line.starts_with(['#', '%']);
-        let lines: Vec<&str> = text.lines().filter(is_told).collect();
+        let is_said = |line: &&str| !line.trim().is_empty();
+        let (comments, lines): (Vec<&str>, Vec<&str>) = text
+            .lines()
+            .filter(is_said)
+            .partition(|line| line.starts_with(COMMENT));
         let style = Style::of(&lines).ok_or_else(|| {
             ImportError::new(
                 "this is no table of numbers",
@@ -60,9 +67,16 @@ impl Table {
             let cells = style.cells(lines[first.checked_sub(lines_above)?]);
             (cells.len() == width).then_some(cells)
         };
+        let commented = || {
+            let is_above = |line: &&&str| line.as_ptr() < lines[first].as_ptr();
+            let nearest = comments.iter().take_while(is_above).last()?;
+            let cells = style.cells(nearest.trim_start_matches(COMMENT).trim());
+            (cells.len() == width).then(|| headings(&cells, None))
+        };
         let names = match header(1) {
             Some(nearest) => headings(&nearest, header(2).as_deref()),
-            None => (1..=width).map(|number| number.to_string()).collect(),
+            None => commented()
+                .unwrap_or_else(|| (1..=width).map(|number| number.to_string()).collect()),
         };
         let mut clocks = vec![Clock::default(); width];
         let row = |line: &&str| {
