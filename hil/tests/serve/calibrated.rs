@@ -62,10 +62,20 @@ fn a_pose_is_held_and_told_and_a_wait_ends_when_the_board_foresees_it() {
     );
 
     // A position is a pose without tilts, and the heat that leaves with it takes its time.
-    client.say("POS 160um;*WAI");
-    let left_s = client.number("POS 40um;:MEAS:SETT?");
-    assert!(left_s > 0.0 && left_s < 1.0, "{left_s} s");
-    assert_eq!(client.ask("STAT:OPER:COND?"), "258", "driven, and settling");
+    // A busy machine may come to ask when it has left already.
+    let asked_on_its_way = (0..10).any(|_| {
+        client.say("POS 160um;*WAI");
+        let told = client.ask("POS 40um;:MEAS:SETT?;:STAT:OPER:COND?");
+        let (left_s, condition) = told.split_once(';').expect("two answers");
+        let left_s: f64 = left_s.parse().expect("a number");
+        assert!((0.0..1.0).contains(&left_s), "{told}");
+        // Driven, and settling.
+        left_s > 0.0 && condition == "258"
+    });
+    assert!(
+        asked_on_its_way,
+        "ten moves were over when they were asked about"
+    );
     assert_eq!(client.ask("*OPC?"), "1");
     assert_eq!(client.ask("MEAS:SETT?;:STAT:OPER:COND?"), "0E0;256");
     are_near(&client.numbers("POSE?"), [40e-6, 0.0, 0.0]);
