@@ -27,12 +27,18 @@ fn session(config: &MirrorConfig, folder: &Path) {
     }
 }
 
+/// A board with this mirror, and a session that was measured of it.
+fn with_a_session(config: &MirrorConfig) -> Bench {
+    let bench = Bench::emulated(config.clone());
+    session(config, &bench.directory().join("session"));
+    bench
+}
+
 #[test]
 #[ignore = "long"]
 fn a_calibrated_board_goes_where_it_is_asked() {
     let config = MirrorConfig::draw(Family::B, 77);
-    let bench = Bench::emulated(config.clone());
-    session(&config, &bench.directory().join("session"));
+    let bench = with_a_session(&config);
     // The sensor's zero is anywhere.
     bench.controls().move_stage(40.0);
     // What the sensor loses or sees wrongly bears no weight, and is counted.
@@ -204,9 +210,7 @@ fn board(bench: &mut Bench) -> &mut EmulatedBoard {
 #[test]
 #[ignore = "long"]
 fn what_is_cut_short_leaves_the_calibration_of_before() {
-    let config = MirrorConfig::draw(Family::B, 77);
-    let mut bench = Bench::emulated(config.clone());
-    session(&config, &bench.directory().join("session"));
+    let mut bench = with_a_session(&MirrorConfig::draw(Family::B, 77));
 
     let begun = on_trial(&bench);
     interrupt(&begun.0);
@@ -232,9 +236,7 @@ fn what_is_cut_short_leaves_the_calibration_of_before() {
 #[test]
 #[ignore = "long"]
 fn a_sensor_that_is_touched_meanwhile_keeps_nothing() {
-    let config = MirrorConfig::draw(Family::B, 77);
-    let bench = Bench::emulated(config.clone());
-    session(&config, &bench.directory().join("session"));
+    let bench = with_a_session(&MirrorConfig::draw(Family::B, 77));
     let begun = on_trial(&bench);
     bench.controls().move_stage(2.0);
     let said = gave_up(&bench, begun);

@@ -7,6 +7,7 @@ use calibration::LEAST_APART_K;
 use serde::Serialize;
 
 use super::readings::{ANY_ROOM_UM, RoomReading, mean_rise_k};
+use crate::commands::following::mean_and_rms;
 
 /// What came of it.
 #[derive(Serialize)]
@@ -69,7 +70,7 @@ impl fmt::Display for RoomReport {
                 if let Some(file) = calibration {
                     writeln!(f, "written    {}", file.display())?;
                 }
-                match mean(before_um) {
+                match mean_and_rms(before_um.iter().copied()).0 {
                     um if um.abs() > ANY_ROOM_UM => writeln!(
                         f,
                         "beware     a sensor that has moved by {um:+.2} um between the rooms looks the same: back in the first one, see whether it \
@@ -81,10 +82,6 @@ impl fmt::Display for RoomReport {
             }
         }
     }
-}
-
-fn mean(um: &[f64]) -> f64 {
-    um.iter().sum::<f64>() / um.len() as f64
 }
 
 /// Lengths as a row of a report.

@@ -18,6 +18,7 @@ use super::lag;
 use super::progress::Progress;
 use super::report::MeasuredFile;
 use super::rest::Zero;
+use super::rested::sensor_um;
 use super::sensor::Sensor;
 use crate::board::{Board, RENEWED_LEASE_MS};
 use crate::commands::interrupt::Interrupt;
@@ -275,9 +276,13 @@ impl<'a> Bench<'a> {
             file.keys.set("noise_z_nm", &format!("{noise_nm:.2}"));
         }
         self.wait(off.tick, experiment.rest_s).await?;
-        self.note_rest().await?;
-        if matches!(self.sensor, Sensor::Board) && self.zero.um.is_none() {
-            self.count_from_here().await?;
+        if matches!(self.sensor, Sensor::Board) {
+            let rest = sensor_um(board).await?;
+            if self.zero.um.is_none() {
+                self.count_from_here(&rest).await?;
+            }
+            self.rests_um
+                .extend((!rest.is_empty()).then(|| measurement::median(rest)));
         }
         let mut passed_s = 0.0;
         for (index, piece) in pieces.iter().enumerate() {

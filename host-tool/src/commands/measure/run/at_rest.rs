@@ -31,16 +31,6 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// Keeps what the sensor reads, where it is the board's, of a mirror that has rested before an experiment.
-    pub(super) async fn note_rest(&mut self) -> Result<(), ToolError> {
-        if matches!(self.sensor, Sensor::Board) {
-            let read = sensor_um(self.board).await?;
-            self.rests_um
-                .extend((!read.is_empty()).then(|| measurement::median(read)));
-        }
-        Ok(())
-    }
-
     /// By how much the mirror at rest has moved since it came back from the first experiment, as the board's sensor sees it (um): from a
     /// rest that its way led to, not from one that may have had none. `None` without such a sensor.
     pub(crate) async fn rest_moved_um(&self) -> Result<Option<f64>, ToolError> {
@@ -52,14 +42,13 @@ impl Bench<'_> {
         Ok(rested.zero_um().map(|um| um - from_um))
     }
 
-    /// Lets displacements count from what the board's sensor reads now, where the mirror lies still: the first row of an experiment may be read
-    /// when the mirror is on its way already. One that was driven until just now does not lie still.
-    pub(super) async fn count_from_here(&mut self) -> Result<(), ToolError> {
-        let before = sensor_um(self.board).await?;
+    /// Lets displacements count from what the board's sensor reads now, where the mirror lies still since it read what it did `before`: the first
+    /// row of an experiment may be read when the mirror is on its way already. One that was driven until just now does not lie still.
+    pub(super) async fn count_from_here(&mut self, before: &[f64]) -> Result<(), ToolError> {
         let tick = self.board.status().await?.telemetry.tick;
         self.board.wait(tick, STILL_FOR).await?;
         let now = sensor_um(self.board).await?;
-        match moved(&before, &now) {
+        match moved(before, &now) {
             Some((_, true)) => self.zero.um = Some(measurement::median(now)),
             Some((_, false)) => {
                 self.zero.begin(true);
