@@ -119,10 +119,12 @@ impl State {
         f64::from(self.latest.tick.wrapping_sub(tick)) / f64::from(self.tick_hz)
     }
 
-    /// The board is gone.
+    /// The board is gone. Where it is found and lost again before it answers, nothing has changed, and what was told stays.
     pub(super) fn loses(&mut self) {
-        self.gone = Some(GONE.to_owned());
         self.is_streaming = false;
+        if self.gone.replace(GONE.to_owned()).is_some() {
+            return;
+        }
         self.lets_go("");
     }
 
@@ -409,6 +411,15 @@ mod tests {
             (&None, "the board is back")
         );
         assert_eq!(typed(&mut state, "60"), Some(Order::Move(60.0)));
+    }
+
+    #[test]
+    fn a_board_that_is_lost_again_before_it_answers_clears_no_notice() {
+        let mut state = at_rest();
+        state.loses();
+        "recorded in a.csv".clone_into(&mut state.notice);
+        state.loses();
+        assert_eq!(state.notice, "recorded in a.csv");
     }
 
     #[test]
