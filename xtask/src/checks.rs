@@ -1,4 +1,4 @@
-//! Programs that must pass, run as many at a time as there are processors.
+//! Programs that must pass, run as many at a time as there are processors, and beside them what waits most of its time.
 
 use std::collections::VecDeque;
 use std::process::{Command, Output};
@@ -20,6 +20,8 @@ pub(crate) struct Check {
     pub(crate) verdict: fn(&Output) -> Result<()>,
     /// Whether it tells of tests that fail on purpose: whoever reads on would take them for failures of ours.
     pub(crate) fails_on_purpose: bool,
+    /// Whether it waits most of its time, for a board's clock or a lease: a processor would stand still meanwhile.
+    pub(crate) waits: bool,
 }
 
 impl Check {
@@ -33,6 +35,7 @@ impl Check {
                 Ok(())
             },
             fails_on_purpose: false,
+            waits: false,
         }
     }
 }
@@ -46,28 +49,40 @@ struct Ended {
     took: Duration,
 }
 
-/// Runs the checks, each on one processor: an emulated board and its mirror take turns, and so do a tool and its board.
-/// They are begun in their order; what a program says is printed once it has ended. Returns how long each took.
+/// Runs the checks, each on one processor: an emulated board and its mirror take turns, and so do a tool and its board. Those that wait
+/// go beside them, one after the other. They are begun in their order; what a program says is printed once it has ended. Returns
+/// how long each took.
 pub(crate) fn run(checks: Vec<Check>) -> Result<Vec<(String, Duration)>> {
-    let waiting = Mutex::new(VecDeque::from(checks));
-    let next = || {
-        let mut waiting = waiting.lock().unwrap_or_else(PoisonError::into_inner);
-        waiting.pop_front()
+    let (waiting, working): (VecDeque<Check>, VecDeque<Check>) =
+        checks.into_iter().partition(|check| check.waits);
+    let (waiting, working) = (Mutex::new(waiting), Mutex::new(working));
+    let first = |queue: &Mutex<VecDeque<Check>>| {
+        let mut queue = queue.lock().unwrap_or_else(PoisonError::into_inner);
+        queue.pop_front()
     };
     let (send, ended) = channel();
     let ended: Vec<Result<Ended>> = thread::scope(|scope| {
         for processor in processors() {
-            let (send, next) = (send.clone(), &next);
+            let (send, first, working, waiting) = (send.clone(), &first, &working, &waiting);
             scope.spawn(move || {
                 // Programs inherit it. Where the system does not let it, the tests are slower and nothing else.
                 let _ = sched_setaffinity(None, &processor);
-                while let Some(check) = next() {
+                while let Some(check) = first(working).or_else(|| first(waiting)) {
                     if send.send(one(check)).is_err() {
                         return;
                     }
                 }
             });
         }
+        let beside = send.clone();
+        scope.spawn(|| {
+            let beside = beside;
+            while let Some(check) = first(&waiting) {
+                if beside.send(one(check)).is_err() {
+                    return;
+                }
+            }
+        });
         drop(send);
         ended.into_iter().inspect(print).collect()
     });
@@ -146,10 +161,13 @@ mod tests {
 
     #[test]
     fn all_are_run_and_those_that_fail_are_named() {
-        let passed = run(vec![shell("one", "true"), shell("other", "true")]).expect("both pass");
+        let mut waits = shell("waits", "true");
+        waits.waits = true;
+        let checks = vec![shell("one", "true"), waits, shell("other", "true")];
+        let passed = run(checks).expect("all pass");
         let mut names: Vec<String> = passed.into_iter().map(|(name, _)| name).collect();
         names.sort();
-        assert_eq!(names, ["one", "other"]);
+        assert_eq!(names, ["one", "other", "waits"]);
         let said = run(vec![shell("bad", "exit 3"), shell("good", "true")]);
         let said = said.expect_err("one fails").to_string();
         assert!(
