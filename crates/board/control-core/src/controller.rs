@@ -137,7 +137,7 @@ impl<'a> Controller<'a> {
     /// is large and exchanged in place.
     pub fn new(calibration: &'a mut Calibration) -> Self {
         let parts = calibration.parts();
-        let memory = MemoryInverse::new(&parts.memory);
+        let memory = MemoryInverse::new(&parts.memory, parts.bounds.drive);
         let (highest, highest_limits) = highest(parts);
         Self {
             heat: HeatInverse::new(&parts.heat, parts.shared_gains()),
@@ -333,8 +333,8 @@ impl<'a> Controller<'a> {
         let positions = self.path.now();
         let turn = self.turn % CHANNELS;
         let state = &mut self.actuators[turn].memory;
-        self.memory
-            .advance(state, self.turn / CHANNELS, Micrometre(positions[turn]));
+        let place = (Micrometre(positions[turn]), self.step.drives[turn]);
+        self.memory.advance(state, self.turn / CHANNELS, place);
         // Numbers of all four, in registers.
         let (heat, rails) = (self.heat.clone(), self.rails.clone());
         let mut limits = self.step.limits;
@@ -389,7 +389,8 @@ impl<'a> Controller<'a> {
         self.shaper.forget();
         if !self.is_exchanging() {
             let state = &mut self.actuators[turn].memory;
-            self.memory.advance(state, self.turn / CHANNELS, seen);
+            let place = (seen, self.step.drives[turn]);
+            self.memory.advance(state, self.turn / CHANNELS, place);
         }
         let step = &mut self.step;
         let (heat, rails) = (self.heat.clone(), self.rails.clone());

@@ -7,7 +7,7 @@
 use crate::CHANNELS;
 use crate::calibration::{LAGS, Lag, Memory as MemoryCalibration, PLAYS};
 use crate::lag::{SlowLag, SlowState, rate};
-use crate::units::Micrometre;
+use crate::units::{Micrometre, Volt};
 use libm::{logf, powf};
 
 /// Ticks from one turn of a lag, or of a play operator that lets go, to the next: one of each actuator has its turn when the
@@ -26,8 +26,8 @@ struct InversePlay {
 pub(crate) struct MemoryInverse {
     gain: f32,
     plays: [InversePlay; PLAYS],
-    /// Part of what it holds back that a play operator lets go of from turn to turn.
-    release: f32,
+    /// Part of what it holds back that a play operator lets go of from turn to turn, by each volt of the drive.
+    release_per_volt: f32,
     /// How much of where it was led each lag holds, and the weights of that.
     creep: [SlowLag; LAGS],
     creep_weights: [f32; LAGS],
@@ -38,6 +38,8 @@ pub(crate) struct MemoryInverse {
 pub(crate) struct MemoryState {
     plays: [f32; PLAYS],
     creep: [SlowState; LAGS],
+    /// The drive at its last turn.
+    drive: Volt,
     /// Position at its last turn.
     position: f32,
     /// The tangent there: displacement at position 0, and how it changes with the position.
@@ -65,7 +67,8 @@ struct Between {
 impl MemoryInverse {
     /// The exact inverse of a Prandtl-Ishlinskii operator is another one (Kuhnen 2003), here with the
     /// weights of the play operators alone and what is left of 1 for the part without memory.
-    pub(crate) fn new(memory: &MemoryCalibration) -> Self {
+    /// `highest`: the drive that the release counts at.
+    pub(crate) fn new(memory: &MemoryCalibration, highest: Volt) -> Self {
         let mut slope = 1.0 - memory.plays.iter().map(|play| play.weight).sum::<f32>();
         let gain = 1.0 / slope;
         let mut plays = [InversePlay::default(); PLAYS];
@@ -85,8 +88,8 @@ impl MemoryInverse {
         Self {
             gain,
             plays,
-            release: if memory.release.0 > 0.0 {
-                rate(memory.release, TURNS)
+            release_per_volt: if memory.release.0 > 0.0 {
+                rate(memory.release, TURNS) / highest.0
             } else {
                 0.0
             },
@@ -102,6 +105,7 @@ impl MemoryInverse {
         MemoryState {
             plays: [0.0; PLAYS],
             creep: Default::default(),
+            drive: Volt(0.0),
             position: 0.0,
             offset: 0.0,
             slope: self.gain,
@@ -176,9 +180,11 @@ impl MemoryInverse {
         (radius, weight)
     }
 
-    /// Part of what it holds back that a play operator lets go of from turn to turn.
-    pub(crate) fn release(&self) -> f32 {
-        self.release
+    /// Part of what it holds back that a play operator lets go of from turn to turn: a drive trembles by a step of its rounding, and z, which
+    /// grows with its square, in proportion to it.
+    #[inline(always)]
+    pub(crate) fn release(&self, state: &MemoryState) -> f32 {
+        self.release_per_volt * state.drive.0
     }
 
     /// Creep that is still to come at the present position (um).
@@ -189,37 +195,40 @@ impl MemoryInverse {
             .sum()
     }
 
-    /// Whether nothing is left that fades by itself: less than this far (um). What plays hold they hold for ever, unless they
-    /// let it go.
+    /// Whether nothing is left that fades by itself where nothing is driven: less than this far (um). What plays hold they hold for ever.
     pub(crate) fn is_at_rest(&self, state: &MemoryState, least: f32) -> bool {
-        let lets_go = self.release > 0.0;
-        let creep = state.creep.iter().zip(self.creep_weights);
-        let creep = creep.map(|(lag, weight)| weight * lag.value);
-        let plays = state
-            .plays
-            .iter()
-            .map(|held| if lets_go { *held } else { 0.0 });
-        creep.chain(plays).all(|left| left.abs() < least)
+        let before_creep = self.before_creep(state);
+        let lags = self.creep.iter().zip(&state.creep).zip(self.creep_weights);
+        let mut left = lags.map(|((lag, at), weight)| weight * lag.left(at, before_creep));
+        left.all(|left| left.abs() < least)
     }
 
-    /// So many ticks pass in which it lies where it rests: lags go back there, those of no weight too, which another calibration may give
+    /// So many ticks pass in which it lies where it rests: lags go there, those of no weight too, which another calibration may give
     /// some.
     pub(crate) fn rest(&self, state: &mut MemoryState, ticks: u16) {
         let turns = f32::from(ticks) / TURNS as f32;
+        let before_creep = self.before_creep(state);
         for (lag, at) in self.creep.iter().zip(&mut state.creep) {
-            *at = SlowState::at(at.value * powf(1.0 - lag.rate(), turns));
+            let left = (at.value - before_creep) * powf(1.0 - lag.rate(), turns);
+            *at = SlowState::at(before_creep + left);
         }
     }
 
-    /// An actuator's turn, at `z`: the plays are pulled along, and those of number `turn`, play and lag, have theirs.
+    /// An actuator's turn, at `z` by a drive: the plays are pulled along, and those of number `turn`, play and lag, have theirs.
     #[inline(always)]
-    pub(crate) fn advance(&self, state: &mut MemoryState, turn: usize, z: Micrometre) {
+    pub(crate) fn advance(
+        &self,
+        state: &mut MemoryState,
+        turn: usize,
+        (z, drive): (Micrometre, Volt),
+    ) {
         let turn = turn % LAGS;
-        state.position = z.0;
+        (state.position, state.drive) = (z.0, drive);
         let before_creep = self.before_creep(state);
         self.creep[turn].advance(&mut state.creep[turn], before_creep);
+        let release = self.release(state);
         let held = &mut state.plays[turn];
-        *held += self.release * (before_creep - *held);
+        *held += release * (before_creep - *held);
         self.pull(state, before_creep);
     }
 

@@ -149,7 +149,7 @@ impl Budget {
         let (actuator, play) = (actuator % CHANNELS, play % PLAYS);
         let spans = &mut self.spans[actuator];
         let (radius, _) = memory.play(play);
-        spans[play].pull(memory.before_creep(state), radius, memory.release());
+        spans[play].pull(memory.before_creep(state), radius, memory.release(state));
         let half_widths = spans.iter().enumerate().map(|(play, span)| {
             let (_, weight) = memory.play(play);
             0.5 * weight.abs() * (span.high - span.low)

@@ -40,7 +40,7 @@ impl Chain {
         Self {
             levers: parts.plate.levers,
             paths: std::array::from_fn(|_| Path::new(&parts.path)),
-            memories: std::array::from_fn(|_| Hysteresis::new(&parts.memory)),
+            memories: std::array::from_fn(|_| Hysteresis::new(&parts.memory, parts.bounds.drive)),
             actuators: parts
                 .actuators
                 .map(|actuator| Actuator::new(actuator, parts)),
@@ -74,7 +74,7 @@ impl Chain {
                 Setpoint::Off | Setpoint::Drive(_) => panic!("no position"),
             };
             if i == turn {
-                self.memories[i].turn(self.turn / CHANNELS, z);
+                self.memories[i].turn(self.turn / CHANNELS, z, applied[i]);
             }
             let x = self.memories[i].displacement(z).min(self.hottest_um);
             let one = self.actuators[i].heat_to(x, f64::from(core.0));

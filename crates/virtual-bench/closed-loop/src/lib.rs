@@ -141,6 +141,11 @@ impl<'a, M: Mirror> Loop<'a, M> {
         mean
     }
 
+    /// Where the core says that the plate is (um).
+    pub fn told_um(&self) -> f64 {
+        f64::from(self.controller.pose().z.0)
+    }
+
     /// What is driven now, before it is rounded to codes (V).
     pub fn drive_v(&self) -> [f64; CHANNELS] {
         self.drives.map(|drive| f64::from(drive.0))

@@ -103,8 +103,8 @@ pub struct Play {
 pub struct Memory {
     /// Play operators, by rising radius.
     pub plays: [Play; PLAYS],
-    /// Time in which the play operators let go of what they hold back while nothing moves, as friction does in a mirror
-    /// whose drive trembles by its own rounding; 0: never.
+    /// Time in which the play operators let go of what they hold back while the mirror is held by the highest drive, as friction does
+    /// where that trembles by its own rounding; in proportion longer at a lower one, so that nothing is let go at rest. 0: never.
     pub release: Second,
     /// Lags of the creep.
     pub creep: [Lag; LAGS],

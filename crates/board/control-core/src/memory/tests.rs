@@ -3,6 +3,9 @@ use crate::calibration::Play;
 use crate::calibration::tests::parts;
 use proptest::prelude::*;
 
+/// The highest.
+const DRIVE: Volt = Volt(3.5);
+
 fn plays() -> impl Strategy<Value = [Play; PLAYS]> {
     proptest::array::uniform4((0.0_f32..0.1, 0.1_f32..15.0)).prop_map(|steps| {
         let mut radius = 0.0;
@@ -62,11 +65,11 @@ proptest! {
         course in proptest::collection::vec(0.0_f32..170.0, 1..60),
     ) {
         let memory = MemoryCalibration { plays, ..MemoryCalibration::NONE };
-        let inverse = MemoryInverse::new(&memory);
+        let inverse = MemoryInverse::new(&memory, DRIVE);
         let mut state = inverse.at_rest();
         let mut mirror = Forward::new(memory);
         for (turn, z) in course.into_iter().enumerate() {
-            inverse.advance(&mut state, turn, Micrometre(z));
+            inverse.advance(&mut state, turn, (Micrometre(z), DRIVE));
             let x = state.displacement(Micrometre(z));
             let reached = mirror.step(f64::from(x.0));
             // Sums in f32: some ten roundings of 170 um.
@@ -78,13 +81,13 @@ proptest! {
 #[test]
 fn creep_and_hysteresis_are_undone_together() {
     let memory = parts().memory;
-    let inverse = MemoryInverse::new(&memory);
+    let inverse = MemoryInverse::new(&memory, DRIVE);
     let mut state = inverse.at_rest();
     let mut mirror = Forward::new(memory);
     for tick in 0..200_000 {
         let z = [0.0, 160.0, 40.0, 90.0][tick / 50_000];
         if tick % CHANNELS == 0 {
-            inverse.advance(&mut state, tick / CHANNELS, Micrometre(z));
+            inverse.advance(&mut state, tick / CHANNELS, (Micrometre(z), DRIVE));
         }
         let x = state.displacement(Micrometre(z));
         let reached = mirror.step(f64::from(x.0));
@@ -98,15 +101,15 @@ fn creep_and_hysteresis_are_undone_together() {
 fn between_its_turns_an_actuator_goes_on_along_its_tangent() {
     let mut memory = parts().memory;
     memory.release = crate::units::Second(0.0);
-    let inverse = MemoryInverse::new(&memory);
+    let inverse = MemoryInverse::new(&memory, DRIVE);
     let (mut state, mut every_tick) = (inverse.at_rest(), inverse.at_rest());
     for tick in 0..5_000 {
         let angle = std::f64::consts::TAU * 20.0 * f64::from(tick) * 1e-4;
         let z = Micrometre((80.0 - 20.0 * angle.cos()) as f32);
         if tick % 4 == 0 {
-            inverse.advance(&mut state, 0, z);
+            inverse.advance(&mut state, 0, (z, DRIVE));
         }
-        inverse.advance(&mut every_tick, 0, z);
+        inverse.advance(&mut every_tick, 0, (z, DRIVE));
         // The creep of four times as many turns is another.
         every_tick.creep = state.creep;
         let apart = state.displacement(z).0 - every_tick.displacement(z).0;
@@ -125,9 +128,13 @@ fn what_was_followed_with_other_numbers_goes_on_where_it_is() {
     let mut after = before;
     after.plays.iter_mut().for_each(|play| play.radius.0 *= 0.5);
     after.creep.iter_mut().for_each(|lag| lag.weight *= 2.0);
-    let (first, second) = (MemoryInverse::new(&before), MemoryInverse::new(&after));
+    let (first, second) = (
+        MemoryInverse::new(&before, DRIVE),
+        MemoryInverse::new(&after, DRIVE),
+    );
     let way = |inverse: &MemoryInverse, state: &mut MemoryState, ticks: core::ops::Range<usize>| {
-        ticks.for_each(|tick| inverse.advance(state, tick, Micrometre(0.01 * tick as f32)));
+        ticks
+            .for_each(|tick| inverse.advance(state, tick, (Micrometre(0.01 * tick as f32), DRIVE)));
     };
     let (mut state, mut straight) = (first.at_rest(), second.at_rest());
     way(&first, &mut state, 0..10_000);
@@ -158,12 +165,13 @@ fn a_lag_goes_on_between_those_of_its_neighbouring_times() {
 
 #[test]
 fn a_rest_is_as_long_as_the_turns_that_it_leaves_out() {
-    let inverse = MemoryInverse::new(&parts().memory);
+    let inverse = MemoryInverse::new(&parts().memory, DRIVE);
     let mut turned = inverse.at_rest();
-    (0..4_000).for_each(|turn| inverse.advance(&mut turned, turn, Micrometre(90.0)));
+    (0..4_000).for_each(|turn| inverse.advance(&mut turned, turn, (Micrometre(90.0), DRIVE)));
     turned.plays = [0.0; PLAYS];
     let mut rested = turned.clone();
-    (0..4_000).for_each(|turn| inverse.advance(&mut turned, turn, Micrometre(0.0)));
+    rested.position = 0.0;
+    (0..4_000).for_each(|turn| inverse.advance(&mut turned, turn, (Micrometre(0.0), Volt(0.0))));
     inverse.rest(&mut rested, (4_000 * CHANNELS) as u16);
     for (one, other) in turned.creep.iter().zip(&rested.creep) {
         // Lags pull each other by their weights, 1 % in all, while they have their turns.
@@ -175,12 +183,43 @@ fn a_rest_is_as_long_as_the_turns_that_it_leaves_out() {
     }
 }
 
+/// Friction of 2 % at 3 um and of 1 % at 9 um holds a mirror up that comes from above: a drive loosens it within a second, and rest does not.
+#[test]
+fn what_plays_hold_is_let_go_by_a_drive_only() {
+    let mut memory = MemoryCalibration::NONE;
+    for (play, (weight, radius)) in memory.plays.iter_mut().zip([(0.02, 3.0), (0.01, 9.0)]) {
+        *play = Play {
+            weight,
+            radius: Micrometre(radius),
+        };
+    }
+    memory.release = crate::units::Second(0.1);
+    let inverse = MemoryInverse::new(&memory, DRIVE);
+    let held_um = |drive: Volt| {
+        let mut state = inverse.at_rest();
+        let cooling = (0..900).map(|step| 90.0 - 0.1 * step as f32);
+        for (turn, x) in cooling.chain([0.0; 2_500]).enumerate() {
+            let z = state.position(Micrometre(x));
+            inverse.advance(&mut state, turn, (z, drive));
+        }
+        state.position(Micrometre(0.0)).0
+    };
+    // A second of turns is ten times the release: e^-10 of what they hold is 7e-6 um.
+    assert!(held_um(DRIVE).abs() < 1e-4, "{}", held_um(DRIVE));
+    // Each holds its weight times its radius, to the second order of the weights.
+    assert!(
+        (held_um(Volt(0.0)) - 0.15).abs() < 0.03 * 0.15,
+        "{}",
+        held_um(Volt(0.0))
+    );
+}
+
 #[test]
 fn without_memory_nothing_is_changed() {
-    let inverse = MemoryInverse::new(&MemoryCalibration::NONE);
+    let inverse = MemoryInverse::new(&MemoryCalibration::NONE, DRIVE);
     let mut state = inverse.at_rest();
     for z in [0.0, 170.0, 3.3, 90.0] {
-        inverse.advance(&mut state, 0, Micrometre(z));
+        inverse.advance(&mut state, 0, (Micrometre(z), DRIVE));
         assert_eq!(state.displacement(Micrometre(z)).0, z);
     }
 }

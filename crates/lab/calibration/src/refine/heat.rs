@@ -195,11 +195,6 @@ impl SampledLag {
         }
     }
 
-    /// What is left of a state without an input.
-    pub(super) fn pole(&self) -> f64 {
-        self.pole
-    }
-
     /// The lag's state at the step's end.
     pub(super) fn after(&self, state: f64, from: f64, to: f64) -> f64 {
         self.pole * state + self.gain_start * from + self.gain_end * to

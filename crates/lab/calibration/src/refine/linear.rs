@@ -45,9 +45,10 @@ impl Displacements {
 pub(super) struct MemoryTerms(Vec<[f64; MEMORY]>);
 
 impl MemoryTerms {
+    /// `top_um`: where the tables end; `highest_v`: the drive that the release counts at.
     pub(super) fn new(
         steps: &[TimeStep],
-        top_um: f64,
+        (top_um, highest_v): (f64, f64),
         unknowns: &Unknowns,
         estimate: &Displacements,
     ) -> Self {
@@ -59,15 +60,15 @@ impl MemoryTerms {
         } = *unknowns;
         let mut plays = [0.0_f64; PLAYS];
         let mut crept = [0.0; LAGS];
-        let (mut releases, mut creeps) = (Lags::of([release_s]), Lags::of(creep_s));
+        let mut creeps = Lags::of(creep_s);
         let mut y_before = 0.0;
         let inputs = estimate.shape_um.iter().zip(&estimate.behind_plays_um);
         let rows = steps.iter().zip(inputs).map(|(step, (&x, &y))| {
             let mut row = [0.0; MEMORY];
-            let [release] = releases.over(step.duration_s);
+            let kept = (-step.duration_s / release_s * step.drive_v / highest_v).exp();
             for (k, play) in plays.iter_mut().enumerate() {
                 let radius = radii[k] * top_um;
-                *play = (x + (*play - x) * release.pole()).clamp(x - radius, x + radius);
+                *play = (x + (*play - x) * kept).clamp(x - radius, x + radius);
                 row[k] = *play - x;
             }
             if step.duration_s > 0.0 {
@@ -217,6 +218,8 @@ mod tests {
     use control_core::calibration::Heat;
 
     const TOP_UM: f64 = 100.0;
+    /// The highest.
+    const DRIVE_V: f64 = 3.5;
     /// What enters nonlinearly, with play operators that let go in this time (s).
     fn unknowns(release_s: f64) -> Unknowns {
         Unknowns {
@@ -238,10 +241,11 @@ mod tests {
         up.chain(down).chain(again).collect()
     }
 
-    /// Time steps with readings of these displacements.
+    /// Time steps of a driven mirror with readings of these displacements.
     fn read(z_um: &[f64]) -> Vec<TimeStep> {
         let step = |&z_um| TimeStep {
             duration_s: 1.0,
+            drive_v: DRIVE_V,
             displacement: Some(Displacement {
                 z_um,
                 standard_deviation_um: 0.001,
@@ -255,7 +259,7 @@ mod tests {
     fn fitted(z_um: &[f64]) -> LinearStages {
         let (places, steps) = (places(), read(z_um));
         let estimate = Displacements::without_memory(&places);
-        let memory = MemoryTerms::new(&steps, TOP_UM, &keeping(), &estimate);
+        let memory = MemoryTerms::new(&steps, (TOP_UM, DRIVE_V), &keeping(), &estimate);
         LinearStages::fit(&steps, TOP_UM, &places, &memory).unwrap()
     }
 
@@ -265,7 +269,8 @@ mod tests {
         let steps = read(&places);
         let estimate = Displacements::without_memory(&places);
         let held_back = |release_s: f64| {
-            let terms = MemoryTerms::new(&steps, TOP_UM, &unknowns(release_s), &estimate);
+            let terms =
+                MemoryTerms::new(&steps, (TOP_UM, DRIVE_V), &unknowns(release_s), &estimate);
             [100, 105, 106, 112, 180].map(|step| terms.0[step][1])
         };
         // Radius 3 um: behind it on the way up, it stays from 100 to 94 um, and is as far ahead of it on the way down.
@@ -274,13 +279,18 @@ mod tests {
         }
         // What lets go at once holds nothing back.
         assert!(held_back(1e-3).iter().all(|held| held.abs() < 1e-12));
+        // Without a drive it does not let go.
+        let mut off = steps.clone();
+        off.iter_mut().for_each(|step| step.drive_v = 0.0);
+        let terms = MemoryTerms::new(&off, (TOP_UM, DRIVE_V), &unknowns(1e-3), &estimate);
+        assert!((terms.0[112][1] - 3.0).abs() < 1e-9);
     }
 
     #[test]
     fn creep_follows_with_its_time_constant() {
         let places = vec![10.0; 8];
         let estimate = Displacements::without_memory(&places);
-        let terms = MemoryTerms::new(&read(&places), TOP_UM, &keeping(), &estimate);
+        let terms = MemoryTerms::new(&read(&places), (TOP_UM, DRIVE_V), &keeping(), &estimate);
         // After a ramp in the first second it goes on by the pole exp(-1 s / 7 s).
         let missing = |step: usize| 10.0 - terms.0[step][PLAYS + 2];
         for step in 1..8 {
@@ -312,7 +322,7 @@ mod tests {
         let mirror = |weight: f64| {
             let places = places();
             let estimate = Displacements::without_memory(&places);
-            let memory = MemoryTerms::new(&read(&places), TOP_UM, &keeping(), &estimate);
+            let memory = MemoryTerms::new(&read(&places), (TOP_UM, DRIVE_V), &keeping(), &estimate);
             let rows = places.iter().zip(&memory.0);
             rows.map(|(place, row)| place + weight * row[1])
                 .collect::<Vec<_>>()

@@ -103,7 +103,9 @@ impl<'a> Projection<'a> {
     /// The stages forward with these unknowns and the linear stages that are best with them.
     pub(super) fn forward(&self, unknowns: &Unknowns) -> Option<Forward> {
         let Estimate { held, memory } = self.estimate;
-        let top_um = self.thermal.top_um;
+        let Thermal {
+            top_um, highest_v, ..
+        } = *self.thermal;
         let mut heated = self.heated.borrow_mut();
         let heated = heated.or_compute(unknowns, Unknowns::heats_like, || {
             let rises = self.thermal.rises(unknowns);
@@ -114,7 +116,7 @@ impl<'a> Projection<'a> {
         });
         let mut terms = self.memory.borrow_mut();
         let memory = terms.or_compute(unknowns, Unknowns::remembers_like, || {
-            MemoryTerms::new(held, top_um, unknowns, memory)
+            MemoryTerms::new(held, (top_um, highest_v), unknowns, memory)
         });
         let linear = LinearStages::fit(held, top_um, &heated.places_um, &memory)?;
         Some(Forward {

@@ -16,6 +16,8 @@ pub(super) struct Thermal {
     pub(super) timeline: Timeline,
     /// Where the tables end.
     pub(super) top_um: f64,
+    /// The highest drive (V).
+    pub(super) highest_v: f64,
     /// The heat losses that the tables were made with.
     pub(super) losses: [HeatLoss; CHANNELS],
     /// The tables read forward: temperature rise (K) to displacement (um).
@@ -27,6 +29,7 @@ impl Thermal {
         Self {
             timeline,
             top_um: f64::from(parts.actuators[0].shape.top().0),
+            highest_v: f64::from(parts.bounds.drive.0),
             losses: parts.actuators.each_ref().map(|actuator| HeatLoss {
                 k_per_w: f64::from(actuator.thermal_resistance.0),
                 growth: f64::from(actuator.loss_growth.0),

@@ -23,6 +23,8 @@ const DENSER: f64 = 0.5;
 pub(super) struct TimeStep {
     /// How long it is (s).
     pub(super) duration_s: f64,
+    /// Drive of its actuators in the mean (V).
+    pub(super) drive_v: f64,
     /// Heating power of each actuator at its start and at its end, a straight line between (W).
     pub(super) from_w: [f64; CHANNELS],
     pub(super) to_w: [f64; CHANNELS],
@@ -131,6 +133,7 @@ impl<'a> Reader<'a> {
         let power = self.power([volts; CHANNELS]);
         self.steps.push(TimeStep {
             duration_s,
+            drive_v: volts,
             from_w: power,
             to_w: power,
             ..TimeStep::default()
@@ -182,8 +185,10 @@ impl<'a> Reader<'a> {
             z_um,
             standard_deviation_um,
         });
+        let drives_v = start_v.iter().chain(&row.voltage_v);
         self.steps.push(TimeStep {
             duration_s,
+            drive_v: drives_v.sum::<f64>() / (2 * CHANNELS) as f64,
             from_w,
             to_w,
             sensed: if is_followed {

@@ -1,5 +1,6 @@
 //! The memory of the displacement, inverted.
 
+use control_core::Volt;
 use control_core::calibration::{LAGS, Memory, PLAYS};
 
 use super::poles::{Pole, pole};
@@ -14,7 +15,8 @@ pub(super) struct Hysteresis {
     radius: [f64; PLAYS],
     weight: [f64; PLAYS],
     held: [f64; PLAYS],
-    release: f64,
+    /// Rate at which a play operator lets go, by each volt (1/turn).
+    release_per_volt: f64,
     creep: [Pole; LAGS],
     /// Position and displacement at the last turn, and the tangent from there.
     turned: (f64, f64, f64),
@@ -22,7 +24,7 @@ pub(super) struct Hysteresis {
 
 impl Hysteresis {
     /// The inverse of play operators is one of play operators: it has one where the virgin curve of the memory bends, and there its slope inverted.
-    pub(super) fn new(memory: &Memory) -> Self {
+    pub(super) fn new(memory: &Memory, highest: Volt) -> Self {
         let weights = memory.plays.map(|play| f64::from(play.weight));
         let radii = memory.plays.map(|play| f64::from(play.radius.0));
         let at_once = 1.0 - weights.iter().sum::<f64>();
@@ -38,10 +40,10 @@ impl Hysteresis {
             radius: std::array::from_fn(reached),
             weight: std::array::from_fn(|k| 1.0 / slope_behind(k + 1) - 1.0 / slope_behind(k)),
             held: [0.0; PLAYS],
-            release: if release_s > 0.0 {
-                pole(release_s, TURNS)
+            release_per_volt: if release_s > 0.0 {
+                (1.0 - pole(release_s, TURNS)) / f64::from(highest.0)
             } else {
-                1.0
+                0.0
             },
             creep: memory.creep.map(|lag| Pole::new(lag, TURNS)),
             turned: (0.0, 0.0, 1.0 / at_once),
@@ -54,11 +56,11 @@ impl Hysteresis {
         displacement + slope * (z - position)
     }
 
-    /// The actuator's turn, at `z`, with that of lag and play operator `k`.
-    pub(super) fn turn(&mut self, k: usize, z: f64) {
+    /// The actuator's turn, at `z`, by a drive (V), with that of lag and play operator `k`.
+    pub(super) fn turn(&mut self, k: usize, z: f64, drive: Volt) {
         let y = z - self.creep.iter().map(|pole| pole.at).sum::<f64>();
         self.creep[k].relax(y);
-        self.held[k] = y + (self.held[k] - y) * self.release;
+        self.held[k] += (y - self.held[k]) * self.release_per_volt * f64::from(drive.0);
         let (mut x, mut slope) = (self.slope * y, self.slope);
         for k in 0..PLAYS {
             let held = self.held[k].clamp(y - self.radius[k], y + self.radius[k]);
