@@ -1,6 +1,7 @@
 //! Poses of a plate, in f64.
 
 use control_core::{Micrometre, Pose, Radian};
+use experiments::Run;
 
 /// Piston (um) and tilts about x and y (rad) of a plate, in f64.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -14,6 +15,16 @@ pub struct PlatePose {
 }
 
 impl PlatePose {
+    /// The pose that a run along positions asks for so long after its start (s).
+    pub fn along(run: &Run, t_s: f64) -> Self {
+        let [tilt_x_rad, tilt_y_rad] = run.tilts_at(t_s);
+        Self {
+            z_um: run.signal.at(t_s),
+            tilt_x_rad,
+            tilt_y_rad,
+        }
+    }
+
     /// How high the plate is above a spot, x and y from its centre in um (um).
     pub fn height_um(&self, [x_um, y_um]: [f64; 2]) -> f64 {
         self.z_um + y_um * self.tilt_x_rad - x_um * self.tilt_y_rad

@@ -1,8 +1,8 @@
 //! Levers and shapes from poses, of a plate that is known.
 
 use calibration::{
-    Drives, PlatePose, PoseError, PosePoint, Reach, posed, poses_to_measure, tabulate,
-    with_piston_residual,
+    COURSE_S, COURSE_STEP_S, Drives, PlatePose, PoseError, PosePoint, Reach, along_a_course, posed,
+    poses_to_measure, tabulate, with_piston_residual,
 };
 use control_core::calibration::{Heat, Lag, Parts, Plate, SENSED_RISES, SensedRises};
 use control_core::{
@@ -133,6 +133,40 @@ fn an_instrument_whose_zero_is_not_at_rest_tells_the_same_plate() {
             (one.x.0 - other.x.0).hypot(one.y.0 - other.y.0) < 3.0,
             "{plates:?}"
         );
+    }
+}
+
+/// Its filter is a lag of all four actuators alike, which the poles have been found without.
+#[test]
+fn an_instrument_that_tells_late_is_no_slow_actuator() {
+    let before = calibration(500.0);
+    let top_um = f64::from(before.max_position().0);
+    let reach = Reach::new(before.parts().plate, top_um);
+    for late_s in [0.0, 1.5e-3] {
+        let at = |t_s: f64| along_a_course(&reach, top_um, t_s);
+        let mut points = measured(&before);
+        points.push(PosePoint {
+            asked: at(0.0),
+            held_s: 2.0,
+            reached: None,
+            told_k: None,
+        });
+        points.extend((1..=(COURSE_S / COURSE_STEP_S) as usize).map(|step| {
+            let t_s = step as f64 * COURSE_STEP_S;
+            let was = at((t_s - late_s).max(0.0));
+            PosePoint {
+                asked: at(t_s),
+                held_s: COURSE_STEP_S,
+                reached: Some(plate_reaches(asked_um(&before, &was))),
+                told_k: None,
+            }
+        }));
+        let found = posed(&before, &points).expect("a plate").calibration;
+        let actuators = found.actuators().each_ref();
+        let slower_us = actuators.map(|actuator| 1e6 * f64::from(actuator.slower_by.0));
+        println!("late by {late_s} s: slower by {slower_us:?} us");
+        // A twentieth of what the paper's differ by.
+        assert!(slower_us.iter().all(|us| us.abs() < 4.0), "{slower_us:?}");
     }
 }
 

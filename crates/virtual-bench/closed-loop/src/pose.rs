@@ -3,8 +3,8 @@
 use std::array;
 
 use calibration::{
-    COURSE_S, Drives, PlatePose, PoseError, PosePoint, Posed, Reach, along_a_course, posed,
-    poses_to_measure, with_assumed_levers,
+    COURSE_S, COURSE_STEP_S, Drives, PlatePose, PoseError, PosePoint, Posed, Reach, along_a_course,
+    posed, poses_to_measure, with_assumed_levers,
 };
 use control_core::{CHANNELS, Calibration, Limit, Limits, Micrometre, Setpoint};
 use rand::{Rng, SeedableRng};
@@ -17,8 +17,6 @@ use crate::{Loop, TICK_S, core_pose};
 const HELD_S: f64 = 2.0;
 /// Readings of which the mean is taken, one a tick.
 const READINGS: usize = 100;
-/// From one reading on the way to the next (s): 25 in a period of the course.
-const COURSE_STEP_S: f64 = 2e-3;
 
 /// Why poses could not be calibrated.
 #[derive(Debug, thiserror::Error)]

@@ -138,7 +138,7 @@ async fn expected(board: &Board, run: &Run) -> Result<Option<Vec<(f64, PlatePose
     Ok(calibration.map(|calibration| {
         calibration::reached(
             &calibration,
-            |t_s| path::pose(run, t_s),
+            |t_s| PlatePose::along(run, t_s),
             run.signal.period_s(),
         )
     }))

@@ -171,16 +171,6 @@ fn tell_missed(sampled: &Sampled) {
     }
 }
 
-/// The pose that is asked for so long after the start (s).
-pub(super) fn pose(run: &Run, t_s: f64) -> PlatePose {
-    let [tilt_x_rad, tilt_y_rad] = run.tilts_at(t_s);
-    PlatePose {
-        z_um: run.signal.at(t_s),
-        tilt_x_rad,
-        tilt_y_rad,
-    }
-}
-
 /// Whether a mirror of this reach comes to everything that is asked for.
 ///
 /// # Errors
@@ -232,7 +222,7 @@ pub(super) fn poses(run: &Run) -> impl Iterator<Item = PlatePose> {
     (0..=count).map(move |index| {
         // The end of the last line is the start of the first again.
         let part = f64::from(index) / f64::from(count);
-        pose(run, (part * period_s).min(period_s * (1.0 - f64::EPSILON)))
+        PlatePose::along(run, (part * period_s).min(period_s * (1.0 - f64::EPSILON)))
     })
 }
 

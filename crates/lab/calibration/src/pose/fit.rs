@@ -9,6 +9,7 @@ use nalgebra::{DVector, Matrix3, Matrix3x4, Vector3, Vector4};
 
 use super::heat::{Each, SharedHeat, level_rises, mean};
 use super::history::History;
+use super::late::Schedule;
 use super::point::PosePoint;
 use super::tables::{SensedCurve, Table, tables};
 use crate::plate_pose::PlatePose;
@@ -57,6 +58,9 @@ const ROOM_K: f64 = 15.0;
 /// 3 %. Five times it is no mirror's.
 const GAIN: f64 = 0.06;
 const MOST_GAINS: f64 = 5.0;
+/// By how much an instrument tells late what it reads (s): a filter of some hundred hertz, and by how much a way comes late that the core
+/// shapes for the plate's resonance.
+const LATE_S: f64 = 1e-3;
 
 /// What was measured, under a calibration.
 pub(super) struct PlateFit {
@@ -67,6 +71,7 @@ pub(super) struct PlateFit {
     pub(super) tables: [Table; CHANNELS],
     pub(super) heat: SharedHeat,
     history: History,
+    schedule: Schedule,
     /// What was read, in the order of the points.
     read: Vec<Read>,
     deviations_um: Vec<f64>,
@@ -104,6 +109,8 @@ pub(super) struct Found {
     bends_k: [[f64; BENDS]; CHANNELS],
     /// The coordinates at which what was measured is zero (um).
     pub(super) zero_um: Vector3<f64>,
+    /// By how much the instrument tells late what it reads (s).
+    late_s: f64,
 }
 
 impl PlateFit {
@@ -164,6 +171,7 @@ impl PlateFit {
             initial_time_s: SharedHeat::of(parts).initial_time_s(),
             heat: SharedHeat::of(parts),
             history: History::new(parts, points),
+            schedule: Schedule::of(points),
             deviations_um: read.iter().map(deviation).collect(),
             read,
             shares,
@@ -207,7 +215,7 @@ impl PlateFit {
     }
 
     fn unknowns(&self) -> usize {
-        CHANNELS * (TERMS + 3 + 1 + BENDS + 2) + self.poles.len() + 3 + 1
+        CHANNELS * (TERMS + 3 + 1 + BENDS + 2) + self.poles.len() + 3 + 1 + 1
     }
 
     /// In standard deviations from the former calibration.
@@ -235,6 +243,7 @@ impl PlateFit {
         for (slower_s, more) in heat.slower_s.iter_mut().zip(slower) {
             *slower_s += (more - in_common) * self.initial_time_s;
         }
+        let late_s = LATE_S * next();
         Found {
             shapes,
             shares,
@@ -242,6 +251,7 @@ impl PlateFit {
             zero_um,
             room_k,
             bends_k,
+            late_s,
         }
     }
 
@@ -268,17 +278,17 @@ impl PlateFit {
                 .chain(self.heat.growths.iter().map(growth))
                 .chain(parts)
                 .chain([ANY; 3 + 1 + CHANNELS * BENDS])
-                .chain([open(-MOST_GAINS, MOST_GAINS); 2 * CHANNELS]),
+                .chain([open(-MOST_GAINS, MOST_GAINS); 2 * CHANNELS])
+                .chain([ANY]),
         )
     }
 
-    /// Where the tables say that the actuators were at each point that was read (um).
+    /// Where the tables say that the actuators were at each point (um).
     fn places_um(&self, heat: &SharedHeat) -> Vec<Each> {
         let tables = self.tables_under(heat);
-        let rises = self.history.rises(heat);
-        self.read
-            .iter()
-            .map(|read| std::array::from_fn(|i| tables[i].position_um(rises[read.point][i])))
+        let rises = self.history.rises(heat).into_iter();
+        rises
+            .map(|rises| std::array::from_fn(|i| tables[i].position_um(rises[i])))
             .collect()
     }
 
@@ -292,12 +302,22 @@ impl PlateFit {
         std::array::from_fn(|i| Table::new(self.top_um, rises.iter().map(|it| it[i]).collect()))
     }
 
-    /// What an instrument reads where the tables say that the actuators are here.
-    fn predicted_um(&self, found: &Found, places_um: &Each) -> Vector3<f64> {
+    /// What an instrument reads at a point, where the tables say that the actuators were at these places.
+    fn predicted_um(&self, found: &Found, read: &Read, places_um: &[Each]) -> Vector3<f64> {
+        let at = |point: usize| self.plate_um(found, &places_um[point]);
+        let plate_um = match read.is_rest {
+            true => at(read.point),
+            false => self.schedule.before(read.point, found.late_s, at),
+        };
+        plate_um - found.zero_um
+    }
+
+    /// Where the plate is with the actuators at these places by their tables.
+    fn plate_um(&self, found: &Found, places_um: &Each) -> Vector3<f64> {
         let taken = std::array::from_fn::<_, CHANNELS, _>(|i| {
             found.shape_um(i, places_um[i] / self.top_um, self.top_um)
         });
-        found.shares * Vector4::from(taken) - found.zero_um
+        found.shares * Vector4::from(taken)
     }
 
     /// What resistances that told this at rest are off by, in deviations; none where none are known.
@@ -312,10 +332,10 @@ impl PlateFit {
 
     /// What is left of the coordinates at each rest (um).
     fn left_at_rest_um(&self, found: &Found) -> Vec<Vector3<f64>> {
-        let points = self.read.iter().zip(self.places_um(&found.heat));
-        points
-            .filter(|(read, _)| read.is_rest)
-            .map(|(read, places)| read.reached_um - self.predicted_um(found, &places))
+        let places = self.places_um(&found.heat);
+        let rests = self.read.iter().filter(|read| read.is_rest);
+        rests
+            .map(|read| read.reached_um - self.predicted_um(found, read, &places))
             .collect()
     }
 
@@ -335,17 +355,13 @@ impl Problem for PlateFit {
     fn residuals(&self, coordinates: &DVector<f64>) -> Option<DVector<f64>> {
         let found = self.found(coordinates);
         let places = self.places_um(&found.heat);
-        let points = || self.read.iter().zip(&places);
         let mut all = Vec::with_capacity((3 + CHANNELS) * self.read.len());
-        for ((read, places), um) in points().zip(&self.deviations_um) {
-            let left = (self.predicted_um(&found, places) - read.reached_um) / *um;
+        for (read, um) in self.read.iter().zip(&self.deviations_um) {
+            let left = (self.predicted_um(&found, read, &places) - read.reached_um) / *um;
             all.extend([left.x, left.y, left.z]);
         }
-        all.extend(
-            points()
-                .flat_map(|(read, at)| self.told_off(&found, read, at))
-                .flatten(),
-        );
+        let told_off = |read: &Read| self.told_off(&found, read, &places[read.point]);
+        all.extend(self.read.iter().filter_map(told_off).flatten());
         let left = DVector::from_vec(all);
         left.iter().all(|it| it.is_finite()).then_some(left)
     }

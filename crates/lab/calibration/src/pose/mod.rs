@@ -13,24 +13,29 @@
 //! Positions are counted so that a level plate has all four actuators where it is itself, which leaves one scale, along the warp. Only
 //! poses with a warp show it, and only they depend on it; levers are exact up to that scale.
 //!
+//! - `course`: poses on the way;
 //! - `drives`: which poses the drives hold;
 //! - `point`: what was measured;
 //! - `history`: from what was asked to how warm the actuators were;
 //! - `fit`: what is sought, and how;
+//! - `late`: where a plate on its way was when a late instrument saw it;
 //! - `stages`: what of an actuator's stages changes with it;
 //! - `plausible`: which poses tell a plate, and which plate a mirror can have;
 //! - `spots`: poses from a displacement sensor whose spot is moved.
 
+mod course;
 mod drives;
 mod fit;
 mod heat;
 mod history;
+mod late;
 mod plausible;
 mod point;
 mod spots;
 mod stages;
 mod tables;
 
+pub use self::course::{COURSE_S, COURSE_STEP_S, along_a_course, course};
 pub use self::point::{PoseError, PosePoint};
 pub use self::spots::{SpotHeights, poses_over_spots};
 
@@ -129,32 +134,6 @@ pub fn with_assumed_levers(calibration: &Calibration) -> Calibration {
         ..*parts
     })
     .expect("levers of a square plate are levers")
-}
-
-/// How long [`along_a_course`] takes (s): sixteen of its periods.
-pub const COURSE_S: f64 = 0.8;
-
-/// Poses on the way that tell what each actuator loses besides, and which poles all four share: after so many seconds, first along a
-/// sine of the piston and then along a circle of the tilts, both at 20 Hz and small enough that a heater can cool as fast.
-pub fn along_a_course(reach: &Reach, top_um: f64, t_s: f64) -> PlatePose {
-    const HZ: f64 = 20.0;
-    /// Of the range: 10 um, as bench `position` finds that usual mirrors can.
-    const MIDDLE: f64 = 0.45;
-    const PART: f64 = 0.06;
-    let phase = std::f64::consts::TAU * HZ * t_s;
-    let z_um = MIDDLE * top_um;
-    if t_s < 0.5 * COURSE_S {
-        return PlatePose {
-            z_um: z_um + PART * top_um * phase.sin(),
-            ..PlatePose::default()
-        };
-    }
-    let rad = PART / MIDDLE * reach.largest_tilt_rad(z_um, (1.0, 0.0));
-    PlatePose {
-        z_um,
-        tilt_x_rad: rad * phase.sin(),
-        tilt_y_rad: rad * (1.0 - phase.cos()),
-    }
 }
 
 /// `calibration` with levers, and tables of each actuator's own, so that what was reached is what will be asked for.

@@ -25,7 +25,12 @@ pub struct PosePoint {
 impl PosePoint {
     /// Whether it was measured at rest.
     pub(crate) fn is_rest(&self) -> bool {
-        self.reached.is_some() && self.held_s >= REST_S
+        self.reached.is_some() && self.is_long_held()
+    }
+
+    /// Whether it was asked for until the plate was at rest.
+    pub(super) fn is_long_held(&self) -> bool {
+        self.held_s >= REST_S
     }
 }
 
