@@ -1,9 +1,10 @@
 //! `calibrate-pose`: levers and each actuator's own shape, from poses that a displacement sensor sees under three spots or more, one after
 //! the other, or that an instrument of two axes has read.
 //!
-//! At each spot the plate goes through the same poses. A spot's file is written when it is whole, so that another call goes on with
-//! the next one.
+//! At each spot the plate goes through the same poses, and then along the same course. A spot's file is written when it is whole, so that
+//! another call goes on with the next one.
 
+mod course;
 mod readings;
 mod report;
 mod table;
@@ -15,9 +16,10 @@ use calibration::{
 };
 use control_core::{Calibration, Limits};
 use experiments::calibration::RANGE;
-use mirror_protocol::{CalibrationUse, Compensate, SetPose};
+use mirror_protocol::{CalibrationUse, Compensate};
 use quantities::Span;
 
+use self::course::{Course, count_reached};
 use self::readings::{AtPose, PoseSession, Spot};
 use self::report::CalibratePoseReport;
 use self::table::table;
@@ -31,6 +33,7 @@ use super::measure::rested::Rested;
 use super::measure::sensor::Sensor;
 use super::measure::spots::Spots;
 use super::moving::{self, Pace, Readings, UNTIL_THE_NEXT};
+use super::pose::request;
 use crate::board::Board;
 use crate::cli::CalibratePose;
 use crate::error::{NotImproved, ToolError};
@@ -40,6 +43,12 @@ use crate::verbosity::note;
 
 /// A sensor's zero and the mirror together may go so far while a spot is read (um): it is taken out as a straight line of time.
 const DRIFT_UM: f64 = 0.5;
+
+/// Why there is no course.
+const READ_AT_REST: &str =
+    "how fast each actuator follows is not told: it takes a sensor on the board's input";
+const BEGUN_AT_REST: &str = "how fast each actuator follows is not told: spots in this folder were read at rest only; begin with another folder to \
+     find it";
 
 /// Measures spot after spot, or takes what an instrument has read, and keeps the calibration where the mirror follows it better.
 pub(super) async fn run(board: &Board, ask: CalibratePose, json: bool) -> Result<(), ToolError> {
@@ -57,6 +66,7 @@ pub(super) async fn run(board: &Board, ask: CalibratePose, json: bool) -> Result
     let spots = Spots::new(ask.spots.as_deref())?;
     make_directory(&ask.session)?;
     let mut session = PoseSession::load(&ask.session, &plate.poses)?;
+    let plate = plate.with_the_course_of(&session);
     let interrupt = Interrupt::listen()?;
     // Heat of a neighbour that the calibration does not know yet would be taken for a warm room.
     let is_wanted = board.status().await?.health.compensates_room;
@@ -103,6 +113,8 @@ struct OnPlate<'a> {
     sensor: Sensor,
     pace: Pace,
     poses: Vec<PlatePose>,
+    /// What the board plays under each spot after them, or why it does not.
+    course: Result<Course, &'static str>,
     /// The highest level pose that is asked for (um).
     top_um: f64,
 }
@@ -122,10 +134,16 @@ impl<'a> OnPlate<'a> {
         let mut poses = vec![reference];
         poses.extend(poses_to_measure(begin, top_um));
         poses.push(reference);
+        let sensor = Sensor::at_any_time(board, sensor).await?;
+        let course = match sensor {
+            Sensor::Board => Ok(Course::new(begin, top_um, board.identity().tick_hz)?),
+            Sensor::Serial { .. } | Sensor::Recording { .. } => Err(READ_AT_REST),
+        };
         Ok(Self {
             board,
             begin,
-            sensor: Sensor::at_any_time(board, sensor).await?,
+            sensor,
+            course,
             pace: Pace {
                 settle,
                 hold: UNTIL_THE_NEXT,
@@ -133,6 +151,19 @@ impl<'a> OnPlate<'a> {
             poses,
             top_um,
         })
+    }
+
+    /// Without a course where a spot of the session was read without one.
+    fn with_the_course_of(self, session: &PoseSession) -> Self {
+        let mut spots = session.spots.iter();
+        let course = match self.course {
+            Ok(course) if !spots.all(|spot| course.is_along(&spot.course)) => Err(BEGUN_AT_REST),
+            course => course,
+        };
+        if let Err(why) = course {
+            note(why);
+        }
+        Self { course, ..self }
     }
 
     /// Reads the spots that are not read yet, finds the plate, and tries what was found at the last spot.
@@ -153,10 +184,21 @@ impl<'a> OnPlate<'a> {
         let mut keyboard = Keyboard::new();
         let kept = session.spots.len();
         while let Some(at_um) = spots.reach(session.spots.len(), &mut keyboard).await? {
-            let read = self.read(&self.poses).await?;
-            session.keep(Spot::new(at_um, read))?;
+            let (read, rest_um) = self.read(&self.poses).await?;
+            let course = match &self.course {
+                Ok(course) => course.play(self.board, &self.pace, rest_um).await?,
+                Err(_) => Vec::new(),
+            };
+            self.board.off().await?;
+            session.keep(Spot::new(at_um, read, course))?;
         }
-        let found = posed(self.begin, &self.points(session)?)?;
+        let mut points = self.points(session)?;
+        let on_the_way = self.course.as_ref().map(|course| {
+            let on_the_way = course.points(&session.spots);
+            points.extend(&on_the_way);
+            count_reached(&on_the_way)
+        });
+        let found = posed(self.begin, &points)?;
         let last = session.spots.last().ok_or(PoseError::SpotsOnALine)?;
         if session.spots.len() == kept {
             // Read in an earlier call, and the sensor may be anywhere since.
@@ -171,10 +213,16 @@ impl<'a> OnPlate<'a> {
             .use_calibration(&found.calibration, CalibrationUse::OnTrial);
         on_trial.await?;
         let before = last.with_read(tried(&last.read));
-        let after = last.with_read(self.read(&poses).await?);
+        let (after, _) = self.read(&poses).await?;
+        self.board.off().await?;
+        let after = last.with_read(after);
         let trial = Trial::new(&poses, (&before, &after), &found);
         trial.check()?;
-        let report = CalibratePoseReport::of_spots(&found, session, &trial);
+        let report = CalibratePoseReport::of_spots(
+            &found,
+            session,
+            (on_the_way.map_err(|why| *why), &trial),
+        );
         let calibration = with_broken_promise(&found.calibration, trial.times_promised());
         let found = Posed {
             calibration: calibration.map_err(PoseError::from)?,
@@ -201,8 +249,9 @@ impl<'a> OnPlate<'a> {
             .collect())
     }
 
-    /// Heights of the plate under the sensor's spot at the poses, from rest, less what drifted meanwhile.
-    async fn read(&self, poses: &[PlatePose]) -> Result<Vec<AtPose>, ToolError> {
+    /// Heights of the plate under the sensor's spot at the poses, from rest, less what drifted meanwhile, and what the sensor reads of rest
+    /// since (um). The last pose is held.
+    async fn read(&self, poses: &[PlatePose]) -> Result<(Vec<AtPose>, f64), ToolError> {
         // Hysteresis holds a mirror off its rest by where it came from. From the top it comes to the same rest each time: rests of their own
         // under three spots would be a tilt of all poses.
         let top = PlatePose {
@@ -215,30 +264,25 @@ impl<'a> OnPlate<'a> {
         if let Some(unrest) = rested.unrest() {
             note(unrest);
         }
-        let rest_um = self.read_sensor(None).await?;
+        let mut rest_um = self.read_sensor(None).await?;
         let mut read = Vec::with_capacity(poses.len());
         for pose in poses {
             let mut at = self.read_at(pose).await?;
             at.z_um -= rest_um;
             read.push(at);
         }
-        self.board.off().await?;
         if poses.first() == poses.last() {
             let drifted_um = readings::without_drift(&mut read);
             if drifted_um.abs() > DRIFT_UM {
                 return Err(NotImproved::PoseDrift { drifted_um }.into());
             }
+            rest_um += drifted_um;
         }
-        Ok(read)
+        Ok((read, rest_um))
     }
 
     async fn read_at(&self, pose: &PlatePose) -> Result<AtPose, ToolError> {
-        let asked = SetPose {
-            z_um: pose.z_um as f32,
-            tilt_x_rad: pose.tilt_x_rad as f32,
-            tilt_y_rad: pose.tilt_y_rad as f32,
-            lease_ms: self.pace.lease_ms(),
-        };
+        let asked = request(*pose, self.pace.lease_ms());
         let commanded = self.board.set_pose(asked).await?;
         let (readings, held) =
             moving::read_settled(self.board, &commanded, self.pace.settle).await?;

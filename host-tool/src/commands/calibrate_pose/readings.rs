@@ -11,7 +11,9 @@ use crate::error::{NotImproved, ToolError, UnusableInput};
 use crate::new_file::NewFile;
 
 /// Of the files.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
+/// Without the course; a session that has such files goes on without one.
+const WITHOUT_A_COURSE: u32 = 1;
 /// A sensor that sees less than this part of what the plate was moved by is off, or not on the plate.
 const SEEN: f64 = 0.5;
 /// Readings that are the same to this (um) though poses are not are at the end of a sensor's range; its noise is more.
@@ -34,6 +36,16 @@ pub(super) struct AtPose {
     pub(super) told_k: Option<[f64; 4]>,
 }
 
+/// What the sensor read along a part of the course.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct AlongPart {
+    /// The pose at which it begins was held so long before it (s).
+    pub(super) held_s: f64,
+    /// At each step, from rest under the same spot (um); `None` where nothing was read, or a limit held the plate back.
+    pub(super) z_um: Vec<Option<f64>>,
+}
+
 /// What was read under one spot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -44,6 +56,9 @@ pub(super) struct Spot {
     /// Piston (um) and tilts (rad) that were asked for.
     asked: Vec<[f64; 3]>,
     pub(super) read: Vec<AtPose>,
+    /// What was read along the parts of the course after them; empty where it was not.
+    #[serde(default)]
+    pub(super) course: Vec<AlongPart>,
 }
 
 /// The spots that are whole.
@@ -55,12 +70,13 @@ pub(super) struct PoseSession {
 }
 
 impl Spot {
-    pub(super) fn new(at_um: [f64; 2], read: Vec<AtPose>) -> Self {
+    pub(super) fn new(at_um: [f64; 2], read: Vec<AtPose>, course: Vec<AlongPart>) -> Self {
         Self {
             format: FORMAT,
             at_um,
             asked: Vec::new(),
             read,
+            course,
         }
     }
 
@@ -73,7 +89,7 @@ impl Spot {
 
     /// The same spot with some of what was read under it.
     pub(super) fn with_read(&self, read: Vec<AtPose>) -> Self {
-        Self::new(self.at_um, read)
+        Self::new(self.at_um, read, Vec::new())
     }
 
     /// How far the plate was from where it was asked to be under the spot, where no limit held it (um, root mean square). The rest that readings
@@ -89,27 +105,25 @@ impl Spot {
 
     /// Whether a sensor that was on and within its range read this.
     pub(super) fn check(&self, poses: &[PlatePose]) -> Result<(), ToolError> {
-        let range = |um: &mut dyn Iterator<Item = f64>| {
-            um.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), um| {
-                (low.min(um), high.max(um))
-            })
-        };
-        let read = range(&mut self.read.iter().map(|at| at.z_um));
-        let asked = range(&mut poses.iter().map(|pose| pose.height_um(self.at_um)));
+        let pairs: Vec<_> = self
+            .read
+            .iter()
+            .zip(poses)
+            .map(|(at, pose)| (at.z_um, pose.height_um(self.at_um)))
+            .collect();
+        let read = range(pairs.iter().map(|(um, _)| *um));
+        let asked = range(pairs.iter().map(|(_, height_um)| *height_um));
         let bad = |reason: String| {
             let [x, y] = self.at_um;
             Err(NotImproved::PoseSensor { x, y, reason }.into())
         };
-        for end in [read.0, read.1] {
-            let pairs = self.read.iter().zip(poses);
-            let there = pairs.filter(|(at, _)| (at.z_um - end).abs() < SAME_UM);
-            let heights = range(&mut there.map(|(_, pose)| pose.height_um(self.at_um)));
-            // A sensor that reads the same everywhere is off.
-            if heights.1 - heights.0 > APART_UM && read.1 - read.0 > SAME_UM {
-                return bad(format!(
-                    "it is at the end of its range, {end:.2} um from rest"
-                ));
-            }
+        // A sensor that reads the same everywhere is off.
+        if let Some(end) = range_ends(&pairs).first()
+            && !is_same(read.0, read.1)
+        {
+            return bad(format!(
+                "it is at the end of its range, {end:.2} um from rest"
+            ));
         }
         // Not so for NaN.
         let is_seen = read.1 - read.0 > SEEN * (asked.1 - asked.0);
@@ -155,7 +169,7 @@ impl PoseSession {
             })
         };
         let spot: Spot = serde_json::from_str(&text).map_err(|error| bad(error.to_string()))?;
-        if spot.format != FORMAT {
+        if ![WITHOUT_A_COURSE, FORMAT].contains(&spot.format) {
             return Err(bad(format!("it has format {}, not {FORMAT}", spot.format)));
         }
         if spot.asked != self.asked || spot.read.len() != self.asked.len() {
@@ -194,6 +208,30 @@ impl PoseSession {
     pub(super) fn is_limited(&self, pose: usize) -> bool {
         self.spots.iter().any(|spot| spot.read[pose].is_limited)
     }
+}
+
+/// Readings (um) at which a sensor stands still, its lowest or its highest, while heights are apart: of pairs of what it read and the height
+/// that was asked for.
+pub(super) fn range_ends(pairs: &[(f64, f64)]) -> Vec<f64> {
+    let (lowest, highest) = range(pairs.iter().map(|(um, _)| *um));
+    let stands_still = |end: &f64| {
+        let there = pairs.iter().filter(|(um, _)| is_same(*um, *end));
+        let (low, high) = range(there.map(|(_, height_um)| *height_um));
+        high - low > APART_UM
+    };
+    [lowest, highest].into_iter().filter(stands_still).collect()
+}
+
+/// Whether two readings are the same (um).
+pub(super) fn is_same(a: f64, b: f64) -> bool {
+    (a - b).abs() < SAME_UM
+}
+
+/// The lowest and the highest.
+fn range(of: impl Iterator<Item = f64>) -> (f64, f64) {
+    of.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), um| {
+        (low.min(um), high.max(um))
+    })
 }
 
 /// Where a spot's file is.
@@ -248,7 +286,7 @@ mod tests {
     #[test]
     fn a_sensor_that_is_off_or_at_its_end_is_told() {
         let said = |z_um: [f64; 4]| {
-            let spot = Spot::new([0.0, 100.0], z_um.map(at).to_vec());
+            let spot = Spot::new([0.0, 100.0], z_um.map(at).to_vec(), Vec::new());
             spot.check(&poses()).map_err(|error| error.to_string())
         };
         assert_eq!(said([60.0, 20.0, 101.0, 60.3]), Ok(()));
@@ -266,10 +304,21 @@ mod tests {
     fn spots_are_kept_for_the_next_call_and_those_of_another_mirror_are_refused() {
         let folder = tempfile::tempdir().expect("a folder");
         let mut session = PoseSession::load(folder.path(), &poses()).expect("empty");
-        let spot = Spot::new([0.0, 100.0], [60.0, 20.0, 101.0, 60.3].map(at).to_vec());
+        let read = [60.0, 20.0, 101.0, 60.3].map(at).to_vec();
+        let spot = Spot::new([0.0, 100.0], read, Vec::new());
         session.keep(spot).expect("written");
         let again = PoseSession::load(folder.path(), &poses()).expect("whole");
         assert_eq!(again.spots, session.spots);
+        // Earlier versions wrote no course.
+        let file = spot_file(folder.path(), 1);
+        let whole = std::fs::read_to_string(&file).expect("written");
+        let earlier = whole
+            .replace("\"format\": 2", "\"format\": 1")
+            .replace(",\n  \"course\": []", "");
+        assert!(!earlier.contains("course"), "{earlier}");
+        std::fs::write(&file, &earlier).expect("written");
+        let earlier = PoseSession::load(folder.path(), &poses()).expect("whole");
+        assert_eq!(earlier.spots[0].read, session.spots[0].read);
         // Resistances are known where each spot has them; earlier versions wrote none.
         assert_eq!(again.told_k(1), None);
         let heard = [60.0, 20.0, 101.0, 60.3].map(|z_um| AtPose {
@@ -283,8 +332,6 @@ mod tests {
         other[1].z_um += 1.0;
         let refused = PoseSession::load(folder.path(), &other).expect_err("another");
         assert!(refused.to_string().contains("another mirror"), "{refused}");
-        let file = spot_file(folder.path(), 1);
-        let whole = std::fs::read_to_string(&file).expect("written");
         std::fs::write(&file, &whole[..whole.len() / 2]).expect("written");
         assert!(PoseSession::load(folder.path(), &poses()).is_err());
     }

@@ -8,13 +8,16 @@ use serde::Serialize;
 
 use super::readings::PoseSession;
 use super::trial::Trial;
-use crate::report::decimal;
+use crate::report::{decimal, row};
 
 #[derive(Serialize)]
 pub(super) struct CalibratePoseReport {
     /// Spots of the sensor that were read; none where an instrument of two axes was.
     spots: usize,
     poses: usize,
+    /// Poses on the way besides, which tell how fast each actuator follows, or why there are none; neither where an instrument was read.
+    on_the_way: Option<usize>,
+    not_told: Option<&'static str>,
     /// What the calibration leaves of the poses that it was made of (root mean square).
     piston_rms_um: f64,
     tilt_rms_deg: f64,
@@ -24,19 +27,27 @@ pub(super) struct CalibratePoseReport {
     after_um: Option<f64>,
     /// Where the actuators act on the plate (um), and their parts in the warp.
     levers: [[f64; 3]; 4],
+    /// By how much each actuator is slower than the thermal poles say (s).
+    slower_by_s: [f64; 4],
     /// Parts of the thermal poles that all four actuators share, the fast ones first.
     shared: Vec<f64>,
     pub(super) calibration: Option<PathBuf>,
 }
 
 impl CalibratePoseReport {
-    pub(super) fn of_spots(found: &Posed, session: &PoseSession, trial: &Trial) -> Self {
+    pub(super) fn of_spots(
+        found: &Posed,
+        session: &PoseSession,
+        (on_the_way, trial): (Result<usize, &'static str>, &Trial),
+    ) -> Self {
         let poses = session
             .spots
             .first()
             .map_or(0, |spot| spot.heights().z_um.len());
         Self {
             spots: session.spots.len(),
+            on_the_way: on_the_way.ok(),
+            not_told: on_the_way.err(),
             before_um: Some(trial.before_um),
             after_um: Some(trial.after_um),
             ..Self::of_a_file(found, poses)
@@ -48,6 +59,8 @@ impl CalibratePoseReport {
         Self {
             spots: 0,
             poses,
+            on_the_way: None,
+            not_told: None,
             piston_rms_um: found.piston_rms_um,
             tilt_rms_deg: found.tilt_rms_rad.to_degrees(),
             before_um: None,
@@ -56,6 +69,10 @@ impl CalibratePoseReport {
                 .plate
                 .levers
                 .map(|lever| [lever.x.0, lever.y.0, lever.warp].map(decimal)),
+            slower_by_s: parts
+                .actuators
+                .each_ref()
+                .map(|actuator| decimal(actuator.slower_by.0)),
             shared: parts.heat.shared.map(decimal).to_vec(),
             calibration: None,
         }
@@ -72,6 +89,12 @@ impl fmt::Display for CalibratePoseReport {
                 self.poses
             )?,
         }
+        if let Some(count) = self.on_the_way {
+            writeln!(f, "on the way {count} poses")?;
+        }
+        if let Some(why) = self.not_told {
+            writeln!(f, "           {why}")?;
+        }
         writeln!(
             f,
             "left       {:.3} um and {:.4} deg rms",
@@ -83,6 +106,8 @@ impl fmt::Display for CalibratePoseReport {
                 "lever {actuator}    x {x:>8.1} um  y {y:>8.1} um  warp {warp:>+6.3}"
             )?;
         }
+        let us = self.slower_by_s.map(|s| 1e6 * s);
+        writeln!(f, "slower by  {}", row(us, 1, "us"))?;
         if let (Some(before), Some(after)) = (self.before_um, self.after_um) {
             writeln!(
                 f,
