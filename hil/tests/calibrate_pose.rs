@@ -196,7 +196,7 @@ fn a_mirror_that_rests_elsewhere_each_time_tilts_as_it_is_told_to() {
         in_fourth - in_second
     );
     // The actuator that loses most is ahead of the one that loses least, as an instrument of two axes finds in one process. What spots scatter by
-    // at rest makes a fifth of it (docs/theory/pose.md); twice that.
+    // at rest makes a quarter of it (docs/theory/pose.md); this is half as much again.
     let ratio = (fourth - second) / (in_fourth - in_second);
     assert!((ratio - 1.0).abs() < 0.4, "{ratio}");
     for pose in [
