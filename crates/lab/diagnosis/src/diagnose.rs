@@ -123,8 +123,8 @@ impl Begun {
             ensemble = NullEnsemble::new(data, &fitted.model.device, cache)?;
         }
         Ok(Self {
+            ensemble: ensemble.moving_as(&fitted.model, data),
             fitted,
-            ensemble,
             misdescribed,
         })
     }

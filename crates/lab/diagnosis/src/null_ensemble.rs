@@ -10,6 +10,7 @@ mod description;
 mod drive_scaling;
 pub(crate) mod families;
 mod fitting;
+mod motion;
 pub(crate) mod unknowns;
 
 use crate::progress::Count;

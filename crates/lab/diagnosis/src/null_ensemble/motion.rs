@@ -1,0 +1,130 @@
+//! What the plate of a model that has effects on its motion makes of what the base leaves of the null ensemble's mirrors.
+//!
+//! The base's error right after a jump of the drive is where a plate on springs begins to ring: mirrors that lack nothing but what the
+//! model has ring by it, too, for as long as the plate does.
+
+use identification::dataset::{Channel, Dataset};
+use identification::prediction::standard_deviation;
+use mirror_model::Model;
+use mirror_model::effect::{Active, Acts, Moment, Step};
+
+use super::NullEnsemble;
+
+impl NullEnsemble {
+    /// The same mirrors, with plates that move by the effects of a model.
+    pub(crate) fn moving_as(mut self, model: &Model, data: &Dataset) -> Self {
+        let effects = model.effects.iter();
+        let plates: Vec<&Active> = effects
+            .filter(|active| active.effect.info().acts == Acts::Motion)
+            .collect();
+        if plates.is_empty() {
+            return self;
+        }
+        let course = Course::of(data);
+        for mut mirror in self.residuals.column_iter_mut() {
+            for plate in &plates {
+                course.moved(plate, mirror.as_mut_slice());
+            }
+        }
+        self
+    }
+}
+
+/// Where a session reads the displacement.
+struct Course {
+    /// How long each interval lasts (s), and the row that its end is read in, with that row's standard deviation (um).
+    intervals: Vec<(f64, Option<(usize, f64)>)>,
+}
+
+impl Course {
+    fn of(data: &Dataset) -> Self {
+        let durations = data.intervals.iter().map(|interval| interval.duration_s);
+        let mut intervals: Vec<_> = durations.map(|duration_s| (duration_s, None)).collect();
+        for (row, observation) in data.observations.iter().enumerate() {
+            if observation.channel == Channel::Displacement {
+                intervals[observation.interval].1 = Some((row, standard_deviation(observation)));
+            }
+        }
+        Self { intervals }
+    }
+
+    /// Standardised residuals of a displacement that is straight between its readings, as a plate follows it.
+    fn moved(&self, plate: &Active, standardised: &mut [f64]) {
+        let mut states = vec![0.0; plate.effect.states()];
+        let mut from = 0.0;
+        for &(duration_s, read) in &self.intervals {
+            let to = read.map_or(from, |(row, deviation_um)| standardised[row] * deviation_um);
+            let moment = Moment::default();
+            if duration_s > 0.0 {
+                let step = Step {
+                    from,
+                    to,
+                    duration_s,
+                    moment,
+                };
+                plate.effect.advance(&plate.values, &mut states, &step);
+            }
+            if let Some((row, deviation_um)) = read {
+                let um = plate.effect.output(&plate.values, to, &states, &moment);
+                standardised[row] = um / deviation_um;
+            }
+            from = to;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mirror_model::effect::find;
+    use mirror_model::{ACTUATORS, Interval, Preset};
+    use nalgebra::DMatrix;
+
+    /// A model whose plate rings at 1 kHz, Q 10.
+    fn ringing() -> Model {
+        let mut plate = Active::usual(find("resonance").expect("built in"));
+        plate.values = vec![1.0, 1000.0, 10.0];
+        let mut model = Model::from(Preset::Paper);
+        model.effects.push(plate);
+        model
+    }
+
+    /// What is left of one mirror: 1 um from the first 10 us after a jump of the drive on, read every 10 us for half a period.
+    fn left() -> (NullEnsemble, Dataset) {
+        let reads = (0..50).map(|_| Interval::held([2.0; ACTUATORS], 1e-5));
+        let mut data = Dataset::driven([(0.0, 1.0)]);
+        data.intervals.extend(reads);
+        let data = data.read_at_each(&[(Channel::Displacement, 0.02)]);
+        let of = |o: &identification::dataset::Observation| match o.interval {
+            0 => 0.0,
+            _ => 1.0 / standard_deviation(o),
+        };
+        let residuals = DMatrix::from_iterator(51, 1, data.observations.iter().map(of));
+        let ensemble = NullEnsemble {
+            residuals,
+            coordinates: DMatrix::zeros(0, 1),
+        };
+        (ensemble, data)
+    }
+
+    #[test]
+    fn what_is_left_behind_a_jump_rings_with_the_plate() {
+        let (ensemble, data) = left();
+        let moved = ensemble.moving_as(&ringing(), &data);
+        let last = data.observations.last().expect("a reading");
+        let um = moved.residuals()[(50, 0)] * standard_deviation(last);
+        // Half a period after a step: 1 + exp(-pi / 2Q), less what a step that takes 10 us of 1 ms is no step, (pi / 100)^2.
+        assert!(
+            (um - 1.0 - (-std::f64::consts::PI / 20.0).exp()).abs() < 2e-3,
+            "{um}"
+        );
+    }
+
+    #[test]
+    fn without_an_effect_on_the_motion_nothing_changes() {
+        let (ensemble, data) = left();
+        let before = ensemble.residuals().clone();
+        let moved = ensemble.moving_as(&Model::from(Preset::Paper), &data);
+        assert_eq!(moved.residuals(), &before);
+    }
+}
