@@ -202,6 +202,12 @@ impl fmt::Display for ScanReport {
         for (about, tilt) in ["x", "y"].iter().zip(self.tilts.iter().flatten()) {
             writeln!(f, "tilt {about}     {tilt}")?;
         }
+        if self.tilts.is_some() {
+            writeln!(
+                f,
+                "           what calibration and room leave of the tilts comes besides, and nothing reads it: `set-pose` says how much"
+            )?;
+        }
         if self.lines > 0 {
             writeln!(f, "triggers   {} frames, {} lines", self.frames, self.lines)?;
         }

@@ -283,7 +283,7 @@ impl fmt::Display for TiltReport {
         {
             write!(
                 f,
-                ", by its heat and its plate it comes to {low:+.4} to {high:+.4} deg; {rms:.4} deg rms off, {:.2} ms late",
+                ", by its heat and its plate it comes to {low:+.4} to {high:+.4} deg, which alone is {rms:.4} deg rms off and {:.2} ms late",
                 1e3 * lag_s
             )?;
         }
