@@ -75,6 +75,11 @@ impl Controller<'_> {
         let shape = &self.calibration.actuators()[actuator].shape;
         let place = Micrometre(self.path.target()[actuator]);
         let x = self.actuators[actuator].memory.displacement(place);
+        if x.0 < -near.0 {
+            // What creep and hysteresis hold up no heater brings down.
+            self.arrivals[actuator] = NEVER;
+            return;
+        }
         let x = if x.0 > self.highest.0 {
             self.highest
         } else {

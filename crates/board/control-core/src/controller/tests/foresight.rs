@@ -125,3 +125,31 @@ fn a_move_is_settled_when_its_path_is_over_and_the_heat_is_there() {
     follow(&mut mirror, Setpoint::Off, 1);
     assert_eq!(mirror.settles_in(), None);
 }
+
+/// Friction that never lets go: from above it holds each actuator of an instant mirror up where 0 is asked for.
+#[test]
+fn what_friction_holds_up_does_not_settle() {
+    let mut one = controller(Parts {
+        actuators: [actuator(170.0, 97.0); CHANNELS],
+        heat: Heat::INSTANT,
+        memory: Memory {
+            creep: Memory::NONE.creep,
+            release: Second(0.0),
+            ..parts().memory
+        },
+        ambient_ratio: 0.0,
+        residual: Residual {
+            piston: Micrometre(1e-3),
+            ..Residual::UNKNOWN
+        },
+        ..parts()
+    });
+    let mut settles_at = |z: f32| {
+        follow(&mut one, Setpoint::position(Micrometre(z)), 2_000);
+        one.settles_in()
+    };
+    assert_eq!(settles_at(0.0), Some(Second(0.0)), "before it was moved");
+    assert_eq!(settles_at(160.0), Some(Second(0.0)));
+    assert_eq!(settles_at(0.0), None);
+    assert_eq!(settles_at(20.0), Some(Second(0.0)));
+}
