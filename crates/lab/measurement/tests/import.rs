@@ -175,6 +175,30 @@ fn quotation_marks_thousands_and_clock_times_are_read() {
     );
 }
 
+/// A cell with a date that was saved without its format.
+#[test]
+fn a_spreadsheet_s_days_are_no_seconds() {
+    let serial = |heading: &str| {
+        let row = |n: u32| format!("{:.9},{}\n", 46_350.5 + f64::from(n) / 86_400.0, n % 4);
+        let rows: String = (0..8).map(row).collect();
+        guessed(format!("{heading},V\n{rows}").as_bytes(), false)
+    };
+    let days = serial("Time");
+    for (n, row) in days.file.rows.iter().enumerate() {
+        // Nine decimals of a day are 0.1 ms.
+        assert!((row.t_s - n as f64).abs() < 1e-4, "{}", row.t_s);
+    }
+    assert!(
+        says(&days, "taken for a spreadsheet's days"),
+        "{:?}",
+        days.notes
+    );
+    // Where the unit is stated it is that, and where readings are as far apart as on a bench, too.
+    assert!((serial("Time (s)").file.rows[0].t_s - 46_350.5).abs() < 1e-9);
+    let seconds = guessed(b"Time,V\n46350.5,0\n46351.5,1\n46352.5,2\n", false);
+    assert_eq!(seconds.file.rows[0].t_s, 46_350.5);
+}
+
 #[test]
 fn a_decimal_comma_is_not_taken_for_thousands() {
     let table = Table::read(b"V;z\n0,100;1,234\n0,200;2,345\n0,300;3,456\n").expect("a table");

@@ -115,6 +115,11 @@ impl Assignment {
         said.iter().copied().chain(guessed).collect()
     }
 
+    /// Whether its heading or a user says its unit.
+    pub(super) fn has_unit(&self) -> bool {
+        self.unit.is_some()
+    }
+
     /// A number of the table in the unit of the measurement file.
     pub(super) fn value(&self, number: f64) -> f64 {
         self.factor() * (number + self.added())

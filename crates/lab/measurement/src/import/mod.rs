@@ -8,6 +8,7 @@
 mod advice;
 mod assignment;
 mod cell;
+mod days;
 mod error;
 mod heading;
 mod lost;
@@ -49,6 +50,7 @@ pub fn import(
     let mut notes = Vec::new();
     let mut rows = rows(table, assignments, &mut notes);
     lost::readings(&mut rows, &mut notes);
+    days::into_seconds(assignments, &mut rows, &mut notes);
     let mut file = MeasurementFile::default();
     let is_timed = assignments.iter().any(|a| a.column == Column::Time);
     if settled {
