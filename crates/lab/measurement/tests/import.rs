@@ -127,6 +127,19 @@ fn an_oscilloscope_s_names_and_units_are_two_lines() {
     assert_eq!((row.z_um, row.current_a[0]), (Some(3.0), Some(4e-3)));
 }
 
+/// Keysight's: what is plotted has a name, and channels have numbers.
+#[test]
+fn channels_that_are_numbers_are_no_first_row() {
+    let rows: String = (0..6)
+        .map(|n| format!("{n}.0E-03,{n},{}\n", 2 * n))
+        .collect();
+    let table = Table::read(format!("x-axis,1,2\nsecond,Volt,Volt\n{rows}").as_bytes());
+    let table = table.expect("a table");
+    assert_eq!(table.rows.len(), 6, "{:?}", table.names);
+    assert!(table.names[0].starts_with("x-axis") && table.names[2].starts_with('2'));
+    assert_eq!(table.rows[1], [Some(1e-3), Some(1.0), Some(2.0)]);
+}
+
 #[test]
 fn the_last_comment_above_a_table_has_its_names() {
     let rows = "0 0 0\n1 1 9.5\n2 2 40\n3 0 0.1\n";

@@ -59,16 +59,27 @@ impl Table {
             )
         })?;
         let width = style.width(&lines);
+        let is_whole = |line: &&str| style.cells(line).len() == width;
         let first = lines
             .iter()
-            .position(|line| style.filled(line) >= 2 && style.cells(line).len() == width)
+            .position(|line| style.filled(line) >= 2 && is_whole(line))
             .unwrap_or(0);
+        // Channels may be numbers: above a line without any they are names.
+        let are_names = |below: &&&str| is_whole(below) && style.filled(below) == 0;
+        let first = match lines.get(first + 1).filter(are_names) {
+            Some(_) => first + 2,
+            None => first,
+        };
         let header = |lines_above: usize| {
             let cells = style.cells(lines[first.checked_sub(lines_above)?]);
             (cells.len() == width).then_some(cells)
         };
         let commented = || {
-            let is_above = |line: &&&str| line.as_ptr() < lines[first].as_ptr();
+            let is_above = |line: &&&str| {
+                lines
+                    .get(first)
+                    .is_some_and(|it| line.as_ptr() < it.as_ptr())
+            };
             let nearest = comments.iter().take_while(is_above).last()?;
             let cells = style.cells(nearest.trim_start_matches(COMMENT).trim());
             (cells.len() == width).then(|| headings(&cells, None))
@@ -86,7 +97,7 @@ impl Table {
                 .map(|(column, clock)| Some(clock.number(style.numbers.cell(cells.get(column)?)?)))
                 .collect()
         };
-        let rows = lines[first..].iter().map(row).collect();
+        let rows = lines[first.min(lines.len())..].iter().map(row).collect();
         let is_clock = |column: &usize| clocks[*column].is_one;
         Ok(Self {
             names,
