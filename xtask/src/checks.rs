@@ -62,27 +62,22 @@ pub(crate) fn run(checks: Vec<Check>) -> Result<Vec<(String, Duration)>> {
     };
     let (send, ended) = channel();
     let ended: Vec<Result<Ended>> = thread::scope(|scope| {
-        for processor in processors() {
+        // One lane a processor, and one on any of them for what waits.
+        for processor in processors().into_iter().map(Some).chain([None]) {
             let (send, first, working, waiting) = (send.clone(), &first, &working, &waiting);
             scope.spawn(move || {
-                // Programs inherit it. Where the system does not let it, the tests are slower and nothing else.
-                let _ = sched_setaffinity(None, &processor);
-                while let Some(check) = first(working).or_else(|| first(waiting)) {
+                if let Some(processor) = &processor {
+                    // Programs inherit it. Where the system does not let it, the tests are slower and nothing else.
+                    let _ = sched_setaffinity(None, processor);
+                }
+                let works = || processor.and_then(|_| first(working));
+                while let Some(check) = works().or_else(|| first(waiting)) {
                     if send.send(one(check)).is_err() {
                         return;
                     }
                 }
             });
         }
-        let beside = send.clone();
-        scope.spawn(|| {
-            let beside = beside;
-            while let Some(check) = first(&waiting) {
-                if beside.send(one(check)).is_err() {
-                    return;
-                }
-            }
-        });
         drop(send);
         ended.into_iter().inspect(print).collect()
     });

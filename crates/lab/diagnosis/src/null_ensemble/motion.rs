@@ -13,17 +13,12 @@ use super::NullEnsemble;
 impl NullEnsemble {
     /// The same mirrors, with plates that move by the effects of a model.
     pub(crate) fn moving_as(mut self, model: &Model, data: &Dataset) -> Self {
-        let effects = model.effects.iter();
-        let plates: Vec<&Active> = effects
-            .filter(|active| active.effect.info().acts == Acts::Motion)
-            .collect();
-        if plates.is_empty() {
-            return self;
-        }
         let course = Course::of(data);
-        for mut mirror in self.residuals.column_iter_mut() {
-            for plate in &plates {
-                course.moved(plate, mirror.as_mut_slice());
+        let is_plate = |active: &&Active| active.effect.info().acts == Acts::Motion;
+        for plate in model.effects.iter().filter(is_plate) {
+            let still_um = course.followed(plate, &vec![0.0; data.observations.len()]);
+            for mut mirror in self.residuals.column_iter_mut() {
+                course.moved((plate, &still_um), mirror.as_mut_slice());
             }
         }
         self
@@ -48,53 +43,41 @@ impl Course {
         Self { intervals }
     }
 
-    /// Standardised residuals of a displacement that is straight between its readings, as a plate follows it: what it adds where nothing is left
-    /// is not counted, and where it has no answer they stay as they are, for a user's formula may look at more than the displacement.
-    fn moved(&self, plate: &Active, standardised: &mut [f64]) {
-        let (mut with, mut without) = (Plate::at_rest(plate), Plate::at_rest(plate));
-        let mut um = 0.0;
-        for &(duration_s, read) in &self.intervals {
-            um = read.map_or(um, |(row, deviation_um)| standardised[row] * deviation_um);
-            let moved_um = with.follow(um, duration_s) - without.follow(0.0, duration_s);
+    /// Standardised residuals of a displacement, as a plate follows it. Where it is when nothing is left does not count, and where it has no answer
+    /// they stay as they are, for a user's formula may look at more than the displacement.
+    fn moved(&self, (plate, still_um): (&Active, &[f64]), standardised: &mut [f64]) {
+        let followed_um = self.followed(plate, standardised);
+        let ends = self.intervals.iter().zip(followed_um).zip(still_um);
+        for (((_, read), followed_um), still_um) in ends {
+            let moved_um = followed_um - still_um;
             if let Some((row, deviation_um)) = read.filter(|_| moved_um.is_finite()) {
                 standardised[row] = moved_um / deviation_um;
             }
         }
     }
-}
 
-/// A plate on its way.
-struct Plate<'a> {
-    effect: &'a Active,
-    states: Vec<f64>,
-    /// Where its actuators held it last (um).
-    from: f64,
-}
-
-impl<'a> Plate<'a> {
-    fn at_rest(effect: &'a Active) -> Self {
-        Self {
-            states: vec![0.0; effect.effect.states()],
-            effect,
-            from: 0.0,
-        }
-    }
-
-    /// Where it is when its actuators have gone straight to a place in so long (um).
-    fn follow(&mut self, to: f64, duration_s: f64) -> f64 {
-        let Active { effect, values, .. } = self.effect;
+    /// Where a plate is at the end of each interval (um), whose actuators go straight from one reading of these standardised residuals to the
+    /// next.
+    fn followed(&self, plate: &Active, standardised: &[f64]) -> Vec<f64> {
+        let Active { effect, values, .. } = plate;
         let moment = Moment::default();
-        if duration_s > 0.0 {
-            let step = Step {
-                from: self.from,
-                to,
-                duration_s,
-                moment,
-            };
-            effect.advance(values, &mut self.states, &step);
-        }
-        self.from = to;
-        effect.output(values, to, &self.states, &moment)
+        let mut states = vec![0.0; effect.states()];
+        let mut from = 0.0;
+        let follow = |&(duration_s, read): &(f64, Option<(usize, f64)>)| {
+            let to = read.map_or(from, |(row, deviation_um)| standardised[row] * deviation_um);
+            if duration_s > 0.0 {
+                let step = Step {
+                    from,
+                    to,
+                    duration_s,
+                    moment,
+                };
+                effect.advance(values, &mut states, &step);
+            }
+            from = to;
+            effect.output(values, to, &states, &moment)
+        };
+        self.intervals.iter().map(follow).collect()
     }
 }
 

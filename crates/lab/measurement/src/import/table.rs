@@ -97,7 +97,7 @@ impl Table {
                 .map(|(column, clock)| Some(clock.number(style.numbers.cell(cells.get(column)?)?)))
                 .collect()
         };
-        let rows = lines[first.min(lines.len())..].iter().map(row).collect();
+        let rows = lines[first..].iter().map(row).collect();
         let is_clock = |column: &usize| clocks[*column].is_one;
         Ok(Self {
             names,

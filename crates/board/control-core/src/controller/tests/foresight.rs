@@ -31,11 +31,9 @@ fn without_a_word_of_what_it_left_a_calibration_has_no_uncertainty() {
     assert_eq!(untried.settles_in(), None);
 }
 
-/// Nothing but hysteresis is unknown of this mirror in a room that nobody asks about: once its play operators were pulled all the
-/// way they are where the controller has them.
-#[test]
-fn what_the_mirror_remembers_is_known_once_it_was_moved_all_the_way() {
-    let mut one = controller(Parts {
+/// An instant mirror of which nothing but hysteresis is unknown, which never lets go.
+fn of_friction() -> Parts {
+    Parts {
         actuators: [actuator(170.0, 97.0); CHANNELS],
         heat: Heat::INSTANT,
         memory: Memory {
@@ -48,7 +46,14 @@ fn what_the_mirror_remembers_is_known_once_it_was_moved_all_the_way() {
             ..Residual::UNKNOWN
         },
         ..parts()
-    });
+    }
+}
+
+/// Nothing but hysteresis is unknown of this mirror in a room that nobody asks about: once its play operators were pulled all the
+/// way they are where the controller has them.
+#[test]
+fn what_the_mirror_remembers_is_known_once_it_was_moved_all_the_way() {
+    let mut one = controller(of_friction());
     one.compensate_surroundings(true);
     let uncertain_um = |controller: &mut Controller<'_>, z: f32| {
         follow(controller, Setpoint::position(Micrometre(z)), 400);
@@ -130,19 +135,8 @@ fn a_move_is_settled_when_its_path_is_over_and_the_heat_is_there() {
 #[test]
 fn what_friction_holds_up_does_not_settle() {
     let mut one = controller(Parts {
-        actuators: [actuator(170.0, 97.0); CHANNELS],
-        heat: Heat::INSTANT,
-        memory: Memory {
-            creep: Memory::NONE.creep,
-            release: Second(0.0),
-            ..parts().memory
-        },
         ambient_ratio: 0.0,
-        residual: Residual {
-            piston: Micrometre(1e-3),
-            ..Residual::UNKNOWN
-        },
-        ..parts()
+        ..of_friction()
     });
     let mut settles_at = |z: f32| {
         follow(&mut one, Setpoint::position(Micrometre(z)), 2_000);
