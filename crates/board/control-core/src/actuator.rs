@@ -172,11 +172,13 @@ impl Actuator {
         &self,
         sense: &ActuatorSense,
         current: Ampere,
+        mean_rise: Kelvin,
         (heat, shared): (&HeatInverse, &SharedHeat),
     ) -> Option<Evidence> {
         self.correction.tells().then(|| Evidence {
             sensed: sense.temperature_rise,
             rise: self.rise,
+            mean_rise,
             unsettled: self.unsettled(heat, shared),
             held_back: Kelvin(self.lag),
             current,

@@ -56,6 +56,9 @@ impl Setpoint {
 /// So much below what the surroundings, or its memory, hold a position may be without a word: 0.05 um of a usual mirror, its static error.
 const UNNOTICED: Kelvin = Kelvin(0.03);
 
+/// The turn in which the surroundings are updated: one in which no actuator is read or followed.
+const UPDATE_TURN: usize = 13;
+
 /// The target of no path: it is no pose that is asked for twice, so the next one is planned for.
 const NOWHERE: Pose = Pose {
     z: Micrometre(f32::NAN),
@@ -312,16 +315,19 @@ impl<'a> Controller<'a> {
         if actuator == round
             && let Some(sense) = &self.step.sense[actuator]
         {
-            let evidence =
-                self.actuators[actuator].evidence(sense, current, (&self.heat, &self.shared));
+            let rises = self.actuators.iter().map(|actuator| actuator.rise().0);
+            let mean_rise = Kelvin(rises.sum::<f32>() / CHANNELS as f32);
+            let heat = (&self.heat, &self.shared);
+            let evidence = self.actuators[actuator].evidence(sense, current, mean_rise, heat);
             if let Some(evidence) = evidence {
                 self.surroundings.read(actuator, &evidence);
             }
         }
+        // The one that was read last, which no update has come between.
         if actuator == (round + 1) % CHANNELS {
-            self.surroundings.follow(actuator, self.asked[actuator]);
+            self.surroundings.follow(round, self.asked[round]);
         }
-        if self.turn + 1 == PERIOD {
+        if self.turn == UPDATE_TURN {
             self.surroundings.update();
             self.rails.probe(self.surroundings.is_probing());
         }
@@ -420,6 +426,11 @@ fn highest(parts: &Parts) -> (Micrometre, Limits) {
 
 // The slow lags of one actuator have their turn at every tick, and the surroundings with all of memory.
 const _: () = assert!(CHANNELS == TURNS && PERIOD == MEMORY_TURNS);
+// In the turn of the update none is read or followed.
+const _: () = {
+    let (actuator, round) = (UPDATE_TURN % CHANNELS, UPDATE_TURN / CHANNELS);
+    assert!(actuator != round && actuator != (round + 1) % CHANNELS);
+};
 
 #[cfg(test)]
 mod tests;

@@ -9,7 +9,7 @@
 //! (T_R - s(dT)) F'(T) s'(0) = a (1 + g a / s'(0)) - e q s'(0)     a: rise of the surroundings, e: relative change of the loss
 //! ```
 //!
-//! where F'(T) = (1 + 2 g dT) / s'(dT), halfway between the two temperatures.
+//! where F'(T) = (1 + 2 g dT) / s'(dT), the growth of the loss halfway between the two temperatures.
 //!
 //! to first order (`docs/theory/surroundings.md`). The same offset at any drive is the surroundings, one in proportion to the
 //! heating is the loss; a Kalman filter whose two states are random walks [Simon 2006, section 5.1] keeps what cannot be told
@@ -24,12 +24,15 @@ use crate::calibration::Parts;
 use crate::design::{FILM_TCR_PER_K, TICK};
 use crate::units::{Ampere, Kelvin};
 
+mod apart;
 mod drift;
 pub mod excursion;
 mod filter;
 mod period;
 mod reference;
+mod unknown;
 
+use apart::Apart;
 use drift::{Drift, Innovation};
 use excursion::Excursion;
 use filter::{FARTHEST, Filter};
@@ -48,9 +51,6 @@ const UNMODELLED: Kelvin = Kelvin(0.03);
 const CURVES: Kelvin = Kelvin(0.43);
 /// Standard deviation of that error: half of the most.
 const CURVES_DEVIATION: Kelvin = Kelvin(0.12);
-/// How far a room may be from that of the calibration where no resistance tells it: an air-conditioned laboratory is within 6 K
-/// in 95 of 100 cases (the project's choice).
-const LABORATORY: Kelvin = Kelvin(3.0);
 /// Part of what the fast poles have still to bring by which a resistance and the stages may be apart meanwhile: the heater
 /// and the bend see the same poles with other weights. Half of it, so that what moves hardly counts: its error is no noise, and
 /// a tenth let moves take the surroundings with them by some kelvins (the same test).
@@ -110,6 +110,8 @@ pub(crate) struct Evidence {
     pub(crate) sensed: Kelvin,
     /// Rise that the stages tell.
     pub(crate) rise: Kelvin,
+    /// And that of all four in the mean.
+    pub(crate) mean_rise: Kelvin,
     /// What the quick poles have still to bring.
     pub(crate) unsettled: Kelvin,
     /// By how much a bound holds it back.
@@ -129,9 +131,12 @@ pub(crate) struct Surroundings {
     scales: [f32; CHANNELS],
     references: [Reference; CHANNELS],
     excursions: [Excursion; CHANNELS],
+    apart: [Apart; CHANNELS],
     /// Kelvins of a heater that one of the surroundings is worth; 0: they are not compensated.
     ratio: f32,
     is_used: bool,
+    /// What a heater tells more for each kelvin by which the four are warmer in the mean.
+    crosstalk: f32,
     /// Kelvins of the films' platinum for each that the resistances tell.
     kelvin: f32,
     filter: Filter,
@@ -163,8 +168,10 @@ impl Surroundings {
         let mut unknown = Self {
             references: parts.actuators.each_ref().map(Reference::new),
             excursions: Default::default(),
+            apart: Default::default(),
             ratio: parts.ambient_ratio,
             is_used: true,
+            crosstalk: parts.sensed_crosstalk,
             kelvin: platinum_kelvin(parts),
             filter: Filter::new(),
             batch: Batch::default(),
@@ -257,20 +264,21 @@ impl Surroundings {
         let Evidence {
             sensed,
             rise,
+            mean_rise,
             unsettled,
             held_back,
             current,
         } = *evidence;
         let reference = &self.references[actuator];
         let (expected, slope) = reference.sensed(rise);
-        let apart = sensed.0 - expected;
+        let apart = sensed.0 - expected - self.crosstalk * (mean_rise.0 - rise.0);
         let halfway = Kelvin(rise.0 + 0.5 * apart / slope);
         // Not so for NaN.
         let is_possible = apart.abs() < 2.0 * FARTHEST.0;
         if !is_possible {
             return;
         }
-        let sensitivity = reference.sensitivity(halfway);
+        let sensitivity = reference.sensitivity(halfway, slope);
         let noise = NOISE.0 / current.0 * (reference.cold_kelvin + sensed.0);
         let lag = UNSETTLED * unsettled.0;
         let measured = apart * sensitivity;
@@ -284,49 +292,30 @@ impl Surroundings {
         self.batch.growth += growth;
         self.batch.variance += variance;
         self.batch.lasting += excursion * square;
+        let expected = self.filter.expected(heating, growth);
+        self.apart[actuator].read(
+            measured - expected,
+            variance + excursion::AS_NOISE * excursion * square,
+        );
         if self.drift.watches(actuator) {
-            let taken = self.filter.loss * heating;
             let order = FIRST_ORDER * measured;
             // Where it goes beyond what was measured, its curve is a guess; and while room and loss are not told apart, actuators
             // at different heat are off by different parts of both.
             let unlike = order * order + held_back.0 * held_back.0 + self.filter.room_room;
             // What all four are off by is a room or a loss that the filter still follows, or what is left of a move.
-            let expected = self.filter.expected(heating, growth) + self.common;
             self.drift.watch(&Innovation {
-                off: measured - expected,
-                variance: self.filter.gains(heating, variance + unlike).variance,
-                room: self.filter.room,
-                taken,
+                off: measured - expected - self.common,
+                variance: variance + unlike + self.usually_apart(heating),
             });
         }
     }
 
-    /// The standard uncertainty of the rise that an actuator's stages need for `asked`, where what a kelvin of the surroundings is worth
-    /// has this one.
-    pub(crate) fn uncertainty(&self, actuator: usize, asked: Kelvin, ratio: f32) -> Kelvin {
-        let reference = &self.references[actuator];
-        let variance = if self.is_used() {
-            let heating = reference.heating(asked);
-            let compensated = self.filter.room - self.filter.loss * heating;
-            let unknown = self.filter.gains(heating, 0.0).variance;
-            let counted = beyond_the_curves(compensated, unknown);
-            // What is not compensated may be the curves' own error, and what is compensated has it.
-            let left = compensated - counted;
-            let curves = if compensated == 0.0 {
-                0.0
-            } else {
-                CURVES_DEVIATION.0 * counted / compensated
-            };
-            let worth = ratio * self.filter.room;
-            let order = FIRST_ORDER * compensated;
-            unknown + left * left + curves * curves + worth * worth + order * order
-        } else if self.is_known() {
-            self.filter.room * self.filter.room + self.filter.room_room
-        } else {
-            LABORATORY.0 * LABORATORY.0
-        };
-        let slope = reference.loss_slope(asked);
-        Kelvin(fpu::sqrt(variance) / slope)
+    /// Variance of what an actuator at this heating is apart by from what the filter tells of all four (K^2).
+    fn usually_apart(&self, heating: f32) -> f32 {
+        let Filter {
+            room, loss, place, ..
+        } = self.filter;
+        self.filter.gains(heating, 0.0).variance + apart::usual(room, loss, (heating, place))
     }
 
     /// Ticks until a position that was reached so many ticks ago has told what it can, for the estimate moves the mirror while it does:
@@ -355,6 +344,11 @@ impl Surroundings {
         self.excursions[actuator].pass(asked);
         let rise = self.target(actuator, asked);
         let reference = &self.references[actuator];
+        let heating = reference.heating(rise);
+        let usual = self.usually_apart(heating);
+        let apart = &mut self.apart[actuator];
+        apart.pass(usual);
+        let (own, unknown) = (apart.counted, apart.unknown);
         let from_rest = asked.0 - self.offsets[actuator];
         if !(self.is_used() && from_rest > NEAR_REST.0) {
             self.scales[actuator] = 1.0;
@@ -365,11 +359,9 @@ impl Surroundings {
         let (there, slope) = reference.sensed(rise);
         let wanted = reference.sensed(asked).0 + (1.0 - self.ratio) * self.filter.room;
         let halfway = Kelvin(rise.0 + 0.5 * (wanted - there) / slope);
-        let room = self.filter.room * (1.0 + reference.room_growth() * self.filter.room);
-        let apart =
-            (room - self.filter.loss * reference.heating(rise)) / reference.sensitivity(halfway);
+        let of_all = self.filter.expected(heating, reference.room_growth());
+        let apart = (of_all + own) / reference.sensitivity(halfway, slope);
         let target = rise.0 + (wanted - there - apart) / slope;
-        let unknown = self.filter.gains(reference.heating(asked), 0.0).variance;
         let target = asked.0 + beyond_the_curves(target - asked.0, unknown);
         let (least, most) = SCALES;
         let scale = target / from_rest;
@@ -394,10 +386,11 @@ impl Surroundings {
             let variance =
                 batch.variance * part * part + UNMODELLED.0 * UNMODELLED.0 + order * order;
             let (heating, growth) = (batch.heating * part, batch.growth * part);
+            let of_place = CURVES_DEVIATION.0 * CURVES_DEVIATION.0 + order * order;
             let lasting = excursion::AS_NOISE * batch.lasting * part * part;
             if self
                 .filter
-                .measure(measured, (heating, growth), (variance, lasting))
+                .measure(measured, (heating, growth), (variance, lasting), of_place)
             {
                 self.drift.jumped();
             }

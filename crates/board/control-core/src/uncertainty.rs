@@ -1,7 +1,7 @@
 //! How far the plate may be from where it is asked to be.
 //!
-//! Six things are not known, and do not depend on each other: what calibration left, what the surroundings may be beyond what the
-//! resistances tell, what the play operators held before the controller began to follow them, the heat and the creep that are
+//! Seven things are not known, and do not depend on each other: what calibration left, what the surroundings may be beyond what the
+//! resistances tell, what each resistance tells of its own actuator, what the play operators held before the controller began to follow them, the heat and the creep that are
 //! still to come, and what a heater has become whose resistance is unknown or tells otherwise than at calibration.
 //! Each is a standard uncertainty in micrometres; their root sum of squares (the combined standard uncertainty), times a coverage
 //! factor, is told [JCGM 100:2008, 5.1.2 and 6.2.1].
@@ -52,6 +52,7 @@ struct Contributions {
     creep: f32,
     heat: f32,
     surroundings: f32,
+    thermometer: f32,
 }
 
 /// The uncertainty budget.
@@ -159,10 +160,15 @@ impl Budget {
         contributions.creep = OF_CREEP * memory.creep_to_come(state);
     }
 
-    /// Of one actuator the standard uncertainty by its surroundings, and what its fast poles have still to bring.
-    pub(crate) fn warm(&mut self, actuator: usize, surroundings: Micrometre, to_come: Micrometre) {
+    /// Of one actuator the standard uncertainties by its surroundings and by its thermometer, and what its fast poles have still to bring.
+    pub(crate) fn warm(
+        &mut self,
+        actuator: usize,
+        [surroundings, thermometer, to_come]: [Micrometre; 3],
+    ) {
         let contributions = &mut self.contributions[actuator % CHANNELS];
         contributions.surroundings = surroundings.0;
+        contributions.thermometer = thermometer.0;
         contributions.heat = OF_HEAT * to_come.0;
     }
 
@@ -196,13 +202,22 @@ impl Budget {
             of(|it| it.creep).z.0,
             of(|it| it.heat).z.0,
             of(|it| it.surroundings).z.0,
+            of(|it| it.thermometer).z.0,
             drifted,
         ];
         let alone = |actuator: usize| {
             let one = &self.contributions[actuator];
             let apart = apart * positions[actuator];
             // What is left of the plate wherever it is may be left of each actuator alone.
-            root_sum_square(&[piston.0, apart, one.plays, one.creep, one.heat, drifted])
+            root_sum_square(&[
+                piston.0,
+                apart,
+                one.plays,
+                one.creep,
+                one.heat,
+                one.thermometer,
+                drifted,
+            ])
         };
         let tilt = plate.tilt_deviation(&core::array::from_fn(alone));
         let Pose { tilt_x, tilt_y, .. } = of(|it| it.surroundings);

@@ -99,6 +99,7 @@ pub fn tabulate(model: &Model) -> Result<Tabulated, TabulateError> {
         },
         // No resistance was measured against its power yet.
         ambient_ratio: 0.0,
+        sensed_crosstalk: 0.0,
         residual: UNTRIED,
     })?;
     Ok(Tabulated {

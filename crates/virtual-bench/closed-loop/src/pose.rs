@@ -6,11 +6,14 @@ use calibration::{
     COURSE_S, COURSE_STEP_S, Drives, PlatePose, PoseError, PosePoint, Posed, Reach, along_a_course,
     posed, poses_to_measure, with_assumed_levers,
 };
-use control_core::{CHANNELS, Calibration, Limit, Limits, Micrometre, Setpoint};
+use control_core::{
+    CHANNELS, Calibration, Estimate, Limit, Limits, Micrometre, Setpoint, Uncertainty,
+};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use virtual_mirror::{ConfigError, MirrorConfig, Reading, Sensor};
 
+use crate::surroundings::Around;
 use crate::{Loop, TICK_S, core_pose};
 
 /// A pose is held so long before it is read (s): as positions are that correct tables.
@@ -254,43 +257,79 @@ pub fn peak_to_peak_deg(tilts: &[Tilts]) -> f64 {
     spread(|tilts| tilts.x_deg).max(spread(|tilts| tilts.y_deg))
 }
 
-/// What random poses that the drives hold are off by at rest: all over the pistons, with tilts up to a part of the largest.
+/// A random pose that was asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct ReachedPose {
+    /// Where to.
+    pub asked: PlatePose,
+    /// How far from there the plate came to rest.
+    pub off: PlatePose,
+    /// What acted in the end.
+    pub limits: Limits,
+    /// How far off the core said that it may be.
+    pub told: Option<Uncertainty>,
+    /// What the core knew of its surroundings.
+    pub known: Option<Estimate>,
+}
+
+impl ReachedPose {
+    /// Whether either tilt is off by more than the core said that it may be.
+    pub fn is_tilt_missed(&self) -> bool {
+        let told = self.told.map_or(0.0, |told| f64::from(told.tilt.0));
+        self.off.tilt_x_rad.abs().max(self.off.tilt_y_rad.abs()) > told
+    }
+}
+
+/// Random poses that the drives hold, one after the other, each held for two seconds: all over the pistons, with tilts up to a part of the
+/// largest.
 ///
 /// # Errors
 /// Where a number of `config` is out of range.
-pub fn pose_errors(
+pub fn random_poses(
     calibration: &Calibration,
     config: &MirrorConfig,
-    poses: usize,
-    part: f64,
-) -> Result<PoseErrors, ConfigError> {
+    (poses, part): (usize, f64),
+    around: Around,
+) -> Result<Vec<ReachedPose>, ConfigError> {
     let mut used = *calibration;
     let mut mirror = Loop::new(&mut used, config)?;
-    let (mut piston, mut tilt, mut largest) = (0.0, 0.0, 0.0_f64);
-    let mut limited = 0;
-    for asked in held_poses(calibration, config.seed, part).take(poses) {
+    mirror.surround(around);
+    let asked = held_poses(calibration, config.seed, part).take(poses);
+    let reached = asked.map(|asked| {
         let reached = mirror.hold_pose(&asked, HELD_S);
         let (_, limits) = mirror.tick(Setpoint::Position(core_pose(&asked)));
-        if limits.hold_back() {
-            limited += 1;
-            continue;
+        ReachedPose {
+            asked,
+            off: PlatePose {
+                z_um: reached.z_um - asked.z_um,
+                tilt_x_rad: reached.tilt_x_rad - asked.tilt_x_rad,
+                tilt_y_rad: reached.tilt_y_rad - asked.tilt_y_rad,
+            },
+            limits,
+            told: mirror.uncertainty(),
+            known: mirror.surroundings(),
         }
-        piston += (reached.z_um - asked.z_um).powi(2);
-        for off in [
-            reached.tilt_x_rad - asked.tilt_x_rad,
-            reached.tilt_y_rad - asked.tilt_y_rad,
-        ] {
-            tilt += 0.5 * off * off;
-            largest = largest.max(off.abs());
+    });
+    Ok(reached.collect())
+}
+
+impl PoseErrors {
+    /// Of those that no limit held elsewhere.
+    pub fn of(poses: &[ReachedPose]) -> Self {
+        let held: Vec<_> = poses
+            .iter()
+            .filter(|pose| !pose.limits.hold_back())
+            .map(|pose| pose.off)
+            .collect();
+        let rms = |squares: f64| (squares / held.len() as f64).sqrt();
+        let tilts = || held.iter().flat_map(|off| [off.tilt_x_rad, off.tilt_y_rad]);
+        Self {
+            piston_rms_um: rms(held.iter().map(|off| off.z_um.powi(2)).sum()),
+            tilt_rms_deg: rms(tilts().map(|off| 0.5 * off * off).sum()).to_degrees(),
+            tilt_largest_deg: tilts().map(f64::abs).fold(0.0, f64::max).to_degrees(),
+            limited: poses.len() - held.len(),
         }
     }
-    let rms = |sum: f64| (sum / (poses - limited) as f64).sqrt();
-    Ok(PoseErrors {
-        piston_rms_um: rms(piston),
-        tilt_rms_deg: rms(tilt).to_degrees(),
-        tilt_largest_deg: largest.to_degrees(),
-        limited,
-    })
 }
 
 /// How often `calibration-drifted` is told of a mirror that has not changed, at random poses that the drives hold, one after the other, with tilts

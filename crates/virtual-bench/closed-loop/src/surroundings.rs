@@ -23,6 +23,14 @@ pub struct Around {
     pub air: f64,
 }
 
+impl Around {
+    /// As at calibration.
+    pub const CALIBRATION: Self = Self {
+        rise_k: 0.0,
+        air: 1.0,
+    };
+}
+
 /// A position that was asked for there.
 #[derive(Clone, Copy, Debug)]
 pub struct Reached {
@@ -139,7 +147,7 @@ pub fn recovery(
 }
 
 impl<M: Mirror> Loop<'_, M> {
-    fn surround(&mut self, around: Around) {
+    pub(crate) fn surround(&mut self, around: Around) {
         self.set_ambient(around.rise_k);
         self.set_air_loss(around.air);
     }

@@ -3,8 +3,9 @@
 use anyhow::Result;
 use calibration::with_assumed_levers;
 use closed_loop::pose::{
-    PoseErrors, calibrate_pose, level_tilts, peak_to_peak_deg, pose_errors, tilts_along_a_sine,
+    PoseErrors, calibrate_pose, level_tilts, peak_to_peak_deg, random_poses, tilts_along_a_sine,
 };
+use closed_loop::surroundings::Around;
 use closed_loop::{calibrate, scattered};
 use control_core::Calibration;
 use virtual_mirror::MirrorConfig;
@@ -46,7 +47,12 @@ impl Poses {
         Ok(Self {
             by_piston: tilts(&with_assumed_levers(&piston), &config)?,
             by_poses: tilts(&posed, &config)?,
-            errors: pose_errors(&posed, &config, POSES, PART)?,
+            errors: PoseErrors::of(&random_poses(
+                &posed,
+                &config,
+                (POSES, PART),
+                Around::CALIBRATION,
+            )?),
         })
     }
 

@@ -2,13 +2,14 @@
 //!
 //! Little endian, without padding: the letters `EMCA`, the format (u16), device and date (48 bytes
 //! each), the model's hash (u64), the numbers (f32) in the order of [`numbers`], [`levers`], [`surroundings`],
-//! [`residual`], [`shared`] and [`resonance`], the beams' lag, the growth of the time constants, by how much each actuator is slower, and
-//! the CRC-32 (as in Ethernet) of all that. Formats 3 to 10 are read too: in 10 no actuator is slower, 9 has no time constants that grow either, 8 no lag of beams either, 7 no resonance either, 6 no heat that the actuators share either, 5 does not say what it leaves unknown either, 4 knows nothing of surroundings
+//! [`residual`], [`shared`] and [`resonance`], the beams' lag, the growth of the time constants, by how much each actuator is slower,
+//! the cross-talk that heaters see, and the CRC-32 (as in Ethernet) of all that. Formats 3 to 11 are read too: 11 has no such cross-talk, in 10 no actuator is slower either, 9 has no time constants that grow either, 8 no lag of beams either, 7 no resonance either, 6 no heat that the actuators share either, 5 does not say what it leaves unknown either, 4 knows nothing of surroundings
 //! either, 3 has no levers either.
 
 use super::layout::{
-    BYTES, FORMAT, MAGIC, WITHOUT_LAG, WITHOUT_LEVERS, WITHOUT_RESIDUAL, WITHOUT_RESONANCE,
-    WITHOUT_SHARED, WITHOUT_SLOWER, WITHOUT_SURROUNDINGS, WITHOUT_TIME_GROWTH, record_bytes,
+    BYTES, FORMAT, MAGIC, WITHOUT_CROSSTALK, WITHOUT_LAG, WITHOUT_LEVERS, WITHOUT_RESIDUAL,
+    WITHOUT_RESONANCE, WITHOUT_SHARED, WITHOUT_SLOWER, WITHOUT_SURROUNDINGS, WITHOUT_TIME_GROWTH,
+    record_bytes,
 };
 use super::{ActuatorCalibration, Bounds, Heat, Memory, Parts, Path, Plate};
 use super::{Calibration, CalibrationError, Field, Label, Origin, Problem};
@@ -63,6 +64,7 @@ impl Calibration {
         for actuator in &parts.actuators {
             put(&actuator.slower_by.0.to_le_bytes());
         }
+        put(&parts.sensed_crosstalk.to_le_bytes());
         let end = BYTES - 4;
         let checksum = CRC.checksum(&bytes[..end]);
         bytes[end..].copy_from_slice(&checksum.to_le_bytes());
@@ -140,6 +142,9 @@ impl Calibration {
                 actuator.slower_by = Second(f32::from_le_bytes(reader.take().unwrap_or_default()));
             }
         }
+        if format > WITHOUT_CROSSTALK {
+            parts.sensed_crosstalk = f32::from_le_bytes(reader.take().unwrap_or_default());
+        }
         for (actuator, (top, knots)) in tables.into_iter().enumerate() {
             parts.actuators[actuator].shape = InverseTable::new(top, knots)
                 .map_err(|error| CalibrationError::from(error).of_actuator(actuator))?;
@@ -177,6 +182,7 @@ const BLANK: Parts = Parts {
         rise: Kelvin(0.0),
     },
     ambient_ratio: 0.0,
+    sensed_crosstalk: 0.0,
     residual: Residual::UNKNOWN,
 };
 
@@ -261,9 +267,9 @@ impl Reader<'_> {
 mod tests {
     use super::super::POLES;
     use super::super::layout::{
-        BYTES_WITHOUT_LAG, BYTES_WITHOUT_LEVERS, BYTES_WITHOUT_RESIDUAL, BYTES_WITHOUT_RESONANCE,
-        BYTES_WITHOUT_SHARED, BYTES_WITHOUT_SLOWER, BYTES_WITHOUT_SURROUNDINGS,
-        BYTES_WITHOUT_TIME_GROWTH, HEAD,
+        BYTES_WITHOUT_CROSSTALK, BYTES_WITHOUT_LAG, BYTES_WITHOUT_LEVERS, BYTES_WITHOUT_RESIDUAL,
+        BYTES_WITHOUT_RESONANCE, BYTES_WITHOUT_SHARED, BYTES_WITHOUT_SLOWER,
+        BYTES_WITHOUT_SURROUNDINGS, BYTES_WITHOUT_TIME_GROWTH, HEAD,
     };
     use super::super::tests::parts;
     use super::*;
@@ -303,7 +309,11 @@ mod tests {
             (BYTES_WITHOUT_LAG, parts().path.resonance.quality),
             (BYTES_WITHOUT_TIME_GROWTH, parts().heat.beam_lag.0),
             (BYTES_WITHOUT_SLOWER, parts().heat.time_growth.0),
-            (BYTES, parts().actuators[CHANNELS - 1].slower_by.0),
+            (
+                BYTES_WITHOUT_CROSSTALK,
+                parts().actuators[CHANNELS - 1].slower_by.0,
+            ),
+            (BYTES, parts().sensed_crosstalk),
         ] {
             assert_eq!(bytes()[last_of(length)], number.to_le_bytes());
         }
@@ -311,8 +321,12 @@ mod tests {
 
     #[test]
     fn a_calibration_of_a_format_before_lacks_what_came_later() {
+        let without_crosstalk = Parts {
+            sensed_crosstalk: 0.0,
+            ..parts()
+        };
         let without_slower = {
-            let mut parts = parts();
+            let mut parts = without_crosstalk;
             for actuator in &mut parts.actuators {
                 actuator.slower_by = Second(0.0);
             }
@@ -349,6 +363,11 @@ mod tests {
             ..without_surroundings
         };
         for (format, length, expected) in [
+            (
+                WITHOUT_CROSSTALK,
+                BYTES_WITHOUT_CROSSTALK,
+                without_crosstalk,
+            ),
             (WITHOUT_SLOWER, BYTES_WITHOUT_SLOWER, without_slower),
             (
                 WITHOUT_TIME_GROWTH,
@@ -390,8 +409,8 @@ mod tests {
     #[test]
     fn another_format_is_named() {
         let mut other = bytes();
-        other[4..6].copy_from_slice(&12_u16.to_le_bytes());
-        let refused = Err(CalibrationError::Format { format: 12 });
+        other[4..6].copy_from_slice(&13_u16.to_le_bytes());
+        let refused = Err(CalibrationError::Format { format: 13 });
         assert_eq!(Calibration::from_bytes(&signed(other)), refused);
     }
 

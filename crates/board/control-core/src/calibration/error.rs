@@ -37,6 +37,7 @@ pub enum Field {
     MaxPower,
     MaxRise,
     AmbientRatio,
+    SensedCrosstalk,
     Residual,
 }
 
@@ -71,6 +72,7 @@ impl Field {
             Self::MaxPower => "max_power_w",
             Self::MaxRise => "max_rise_k",
             Self::AmbientRatio => "ambient_ratio",
+            Self::SensedCrosstalk => "sensed_crosstalk",
             Self::Residual => "residual",
         }
     }

@@ -6,7 +6,9 @@ use crate::CHANNELS;
 use crate::shape::KNOTS;
 
 /// The version of this layout and of what the numbers mean.
-pub(super) const FORMAT: u16 = 11;
+pub(super) const FORMAT: u16 = 12;
+/// The one whose heaters see the others' heat as the bend does.
+pub(super) const WITHOUT_CROSSTALK: u16 = 11;
 /// The one in which no actuator is slower than the others.
 pub(super) const WITHOUT_SLOWER: u16 = 10;
 /// The one whose time constants do not grow.
@@ -36,10 +38,12 @@ const RESONANCE_NUMBERS: usize = 2;
 const LAG_NUMBERS: usize = 1;
 const TIME_GROWTH_NUMBERS: usize = 1;
 const SLOWER_NUMBERS: usize = CHANNELS;
+const CROSSTALK_NUMBERS: usize = 1;
 pub(super) const HEAD: usize = MAGIC.len() + 2 + 2 * Label::CAPACITY + 8;
 
 /// Bytes of a calibration.
-pub const BYTES: usize = BYTES_WITHOUT_SLOWER + 4 * SLOWER_NUMBERS;
+pub const BYTES: usize = BYTES_WITHOUT_CROSSTALK + 4 * CROSSTALK_NUMBERS;
+pub(super) const BYTES_WITHOUT_CROSSTALK: usize = BYTES_WITHOUT_SLOWER + 4 * SLOWER_NUMBERS;
 pub(super) const BYTES_WITHOUT_SLOWER: usize = BYTES_WITHOUT_TIME_GROWTH + 4 * TIME_GROWTH_NUMBERS;
 pub(super) const BYTES_WITHOUT_TIME_GROWTH: usize = BYTES_WITHOUT_LAG + 4 * LAG_NUMBERS;
 pub(super) const BYTES_WITHOUT_LAG: usize = BYTES_WITHOUT_RESONANCE + 4 * RESONANCE_NUMBERS;
@@ -71,6 +75,8 @@ pub fn record_bytes(bytes: &[u8]) -> usize {
         BYTES_WITHOUT_TIME_GROWTH
     } else if is_of(WITHOUT_SLOWER) {
         BYTES_WITHOUT_SLOWER
+    } else if is_of(WITHOUT_CROSSTALK) {
+        BYTES_WITHOUT_CROSSTALK
     } else {
         BYTES
     }

@@ -48,6 +48,9 @@ pub struct Parts {
     /// How many kelvins of a heater the actuators' bend counts one kelvin of the surroundings for; 0 where the resistances
     /// are not known well enough to tell the surroundings from them (`surroundings`).
     pub ambient_ratio: f32,
+    /// What a heater's resistance tells more for each kelvin of rise by which the four are warmer in the mean than it is (K/K): the heat
+    /// of plate and frame, which it sees by other weights than the bend does. 0 where no tilted poses have told it.
+    pub sensed_crosstalk: f32,
     /// What it leaves unknown.
     pub residual: Residual,
 }
@@ -176,6 +179,7 @@ pub(crate) mod tests {
                 rise: Kelvin(130.0),
             },
             ambient_ratio: 1.02,
+            sensed_crosstalk: -0.03,
             residual: Residual {
                 piston: Micrometre(0.05),
                 part: 0.001,

@@ -65,6 +65,9 @@ const QUALITIES: RangeInclusive<f32> = 0.5..=1e4;
 /// What one kelvin of the surroundings may be worth, in kelvins of a heater: a beam whose heater is on one half only bends
 /// twice as much with the whole, and half as much again; one that does not move with the room has nothing to be compensated.
 const AMBIENT_RATIOS: RangeInclusive<f32> = 0.0..=3.0;
+/// What a heater sees of the others' heat beyond what the bend does, in kelvins for each: virtual mirrors have -0.031 to 0.005; half of it
+/// would be no thermometer of its own.
+const SENSED_CROSSTALKS: RangeInclusive<f32> = -0.5..=0.5;
 /// The lowest bound of a drive, one code of it (V), and of a power (W): less than a ten-thousandth of the 22.6 mW that the paper's
 /// actuator takes at 3.5 V. Bounds below these would hold every drive at nothing.
 const LEAST_DRIVE: Volt = Volt(1e-3);
@@ -96,6 +99,8 @@ impl Parts {
         check(Field::BeamLag, 0, beam_lag, 0.0..=LONGEST_BEAM_LAG.0)?;
         self.path.resonance.check()?;
         check(Field::AmbientRatio, 0, self.ambient_ratio, AMBIENT_RATIOS)?;
+        let crosstalk = self.sensed_crosstalk;
+        check(Field::SensedCrosstalk, 0, crosstalk, SENSED_CROSSTALKS)?;
         if self.ambient_ratio > 0.0 {
             for (i, actuator) in self.actuators.iter().enumerate() {
                 actuator

@@ -59,13 +59,15 @@ impl Controller<'_> {
         let place = Micrometre(self.path.now()[actuator]);
         let asked = shape.temperature_rise(place);
         let ratio = self.budget.ambient_ratio();
-        let surroundings = self.surroundings.uncertainty(actuator, asked, ratio);
+        let unknown = self.surroundings.uncertainty(actuator, asked, ratio);
         let to_come = self.actuators[actuator].unsettled(&self.heat, &self.shared);
         self.lowest[actuator] = shape.position(self.surroundings.lowest(actuator));
         let um_per_kelvin = 1.0 / shape.slope(place);
         let micrometres = |kelvin: Kelvin| Micrometre(kelvin.0 * um_per_kelvin);
-        self.budget
-            .warm(actuator, micrometres(surroundings), micrometres(to_come));
+        self.budget.warm(
+            actuator,
+            [unknown.of_all, unknown.own, to_come].map(micrometres),
+        );
     }
 
     fn foresee_arrival(&mut self, actuator: usize) {

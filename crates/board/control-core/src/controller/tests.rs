@@ -71,6 +71,7 @@ fn static_parts() -> Parts {
             ..parts().path
         },
         ambient_ratio: 0.0,
+        sensed_crosstalk: 0.0,
         ..parts()
     }
 }

@@ -41,9 +41,11 @@ pub(super) struct Filter {
     pub(super) room_room: f32,
     room_loss: f32,
     pub(super) loss_loss: f32,
-    /// The heating at the place where the mirror is (K), and by what a kelvin of the room counted there when it came.
-    place: f32,
+    /// The heating at the place where the mirror is (K), in the mean of all four, and by what a kelvin of the room counted there when it came.
+    pub(super) place: f32,
     slope: f32,
+    /// What an error of a kelvin that all readings of this place have has made of room (K) and loss.
+    place_error: (f32, f32),
     /// Updates in succession that were far off.
     jumps: u8,
 }
@@ -66,6 +68,7 @@ impl Filter {
             loss_loss: LOSS_PRIOR * LOSS_PRIOR,
             place: 0.0,
             slope: 1.0,
+            place_error: (0.0, 0.0),
             jumps: 0,
         }
     }
@@ -87,16 +90,19 @@ impl Filter {
     /// Takes a measurement with its variance, and what errors that stay from update to update add to that: they make it no further off, and
     /// tell less. Returns whether the states have jumped.
     ///
-    /// All readings of one place have one error of the curves, whatever the heating is off by there, so that they tell nothing of how room and loss
-    /// divide what they have in common: gains are those of the place, as it was when the mirror came there (first-estimates Jacobian; Huang,
-    /// Mourikis and Roumeliotis, IEEE ICRA 2008, 473).
+    /// All readings of one place have one error of the curves, `of_place` (its variance), whatever the heating is off by there, so that they
+    /// tell nothing of how room and loss divide what they have in common: gains are those of the place, as it was when the mirror came there
+    /// (first-estimates Jacobian; Huang, Mourikis and Roumeliotis, IEEE ICRA 2008, 473). What that error has made of the states is in their covariance
+    /// from when the mirror leaves on, for the next place has another.
     pub(super) fn measure(
         &mut self,
         measured: f32,
         (heating, growth): (f32, f32),
         (variance, lasting): (f32, f32),
+        of_place: f32,
     ) -> bool {
         if (heating - self.place).abs() > ONE_PLACE {
+            self.leave(of_place);
             self.place = heating;
             self.slope = 1.0 + 2.0 * growth * self.room;
         }
@@ -114,6 +120,7 @@ impl Filter {
                 return false;
             }
             self.forget();
+            self.place_error = (0.0, 0.0);
             // Most of what is off is the room: there a kelvin of it counts so much from now on.
             self.slope = 1.0 + 2.0 * growth * (self.room + off);
             gains = self.gains(heating, variance);
@@ -123,6 +130,9 @@ impl Filter {
         let (room, loss) = (gains.room / gains.variance, gains.loss / gains.variance);
         self.room = within(self.room + room * off, FARTHEST.0);
         self.loss = within(self.loss + loss * off, LARGEST_LOSS);
+        let unexplained = 1.0 - (self.place_error.0 - heating * self.place_error.1);
+        self.place_error.0 += room * unexplained;
+        self.place_error.1 += loss * unexplained;
         self.room_room -= room * gains.room;
         self.room_loss -= room * gains.loss;
         self.loss_loss -= loss * gains.loss;
@@ -138,6 +148,14 @@ impl Filter {
             loss,
             variance: room - heating * loss + variance,
         }
+    }
+
+    /// The mirror goes elsewhere.
+    fn leave(&mut self, of_place: f32) {
+        let (room, loss) = core::mem::take(&mut self.place_error);
+        self.room_room += of_place * room * room;
+        self.room_loss += of_place * room * loss;
+        self.loss_loss += of_place * loss * loss;
     }
 
     /// The covariance of one who knows the states as they were, and that they have jumped.

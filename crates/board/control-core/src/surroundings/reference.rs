@@ -46,9 +46,9 @@ impl Reference {
         )
     }
 
-    /// (1 + 2 g dT) s'(0) / s'(dT).
-    pub(super) fn sensitivity(&self, rise: Kelvin) -> f32 {
-        (1.0 + 2.0 * self.loss_growth * rise.0) * self.first_slope / self.sensed(rise).1
+    /// (1 + 2 g dT) s'(0) / s', where the curve is so steep.
+    pub(super) fn sensitivity(&self, rise: Kelvin, slope: f32) -> f32 {
+        (1.0 + 2.0 * self.loss_growth * rise.0) * self.first_slope / slope
     }
 
     /// g / s'(0).

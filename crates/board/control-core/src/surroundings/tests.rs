@@ -1,4 +1,5 @@
-use super::drift::{OF_LOSS, OF_ROOM, OWN};
+use super::apart::{OF_LOSS, OF_ROOM};
+use super::drift::OWN;
 use super::filter::LARGEST_LOSS;
 use super::*;
 use crate::calibration::tests::parts;
@@ -26,6 +27,7 @@ fn evidence(rise_k: f64, room: f64, loss: f64) -> Evidence {
     Evidence {
         sensed: Kelvin(low as f32),
         rise: Kelvin(rise_k as f32),
+        mean_rise: Kelvin(rise_k as f32),
         unsettled: Kelvin(0.0),
         held_back: Kelvin(0.0),
         current: Ampere(5e-3),
@@ -202,6 +204,7 @@ fn what_is_not_known_is_hardly_compensated() {
 fn a_calibration_that_does_not_know_the_resistances_tells_nothing() {
     let mut filter = Surroundings::new(&Parts {
         ambient_ratio: 0.0,
+        sensed_crosstalk: 0.0,
         ..parts()
     });
     follow(&mut filter, &evidence(60.0, 20.0, 0.0), 300);
@@ -232,11 +235,12 @@ proptest! {
 
     #[test]
     fn any_reading_leaves_finite_numbers(
-        sensed: u32, rise: u32, unsettled: u32, held_back: u32, current: u32, ticks in 1_usize..50,
+        sensed: u32, rise: u32, mean_rise: u32, unsettled: u32, held_back: u32, current: u32, ticks in 1_usize..50,
     ) {
         let any = Evidence {
             sensed: Kelvin(f32::from_bits(sensed)),
             rise: Kelvin(f32::from_bits(rise)),
+            mean_rise: Kelvin(f32::from_bits(mean_rise)),
             unsettled: Kelvin(f32::from_bits(unsettled)),
             held_back: Kelvin(f32::from_bits(held_back)),
             current: Ampere(f32::from_bits(current)),

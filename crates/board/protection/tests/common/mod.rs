@@ -41,6 +41,7 @@ pub(crate) fn parts(cold_ohm: f32, tcr: f32, drive_v: f32, rise_k: f32) -> Parts
             rise: Kelvin(rise_k),
         },
         ambient_ratio: 0.0,
+        sensed_crosstalk: 0.0,
         residual: Residual::UNKNOWN,
     }
 }

@@ -51,6 +51,8 @@ pub(super) struct Stored {
     levers: Vec<StoredLever>,
     #[serde(default)]
     ambient_ratio: f64,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    sensed_crosstalk: f64,
     #[serde(default)]
     residual: Option<StoredResidual>,
     actuators: Vec<StoredActuator>,
@@ -174,6 +176,7 @@ impl From<&Calibration> for Stored {
                 false => Vec::new(),
             },
             ambient_ratio: decimal(p.ambient_ratio),
+            sensed_crosstalk: decimal(p.sensed_crosstalk),
             residual: p
                 .residual
                 .is_known()
@@ -310,6 +313,7 @@ impl Stored {
                 rise: Kelvin(self.max_rise_k as f32),
             },
             ambient_ratio: self.ambient_ratio as f32,
+            sensed_crosstalk: self.sensed_crosstalk as f32,
             residual: match &self.residual {
                 Some(residual) => residual.read(),
                 None => Residual::UNKNOWN,

@@ -1,5 +1,5 @@
 //! The fit of a plate on four actuators to poses: shapes, shares, what the actuators share of their heat, what a watt is worth to each and how
-//! its loss grows, what resistances tell beside their curves, and where the instrument's zero is.
+//! its loss grows, what resistances tell beside their curves and of the others' heat, and where the instrument's zero is.
 
 use control_core::calibration::{Lag, Parts};
 use control_core::shape::SEGMENTS;
@@ -52,6 +52,8 @@ const MOST_EVALUATIONS: usize = 60;
 /// Standard deviation of what a heater tells at rest (K): as much as the core takes the curve of a sound one to be off by
 /// (`control_core::surroundings`). That much, too, a curve of level plates may be off by, and bend, where its four heaters share another power.
 const TOLD_K: f64 = 0.2;
+/// That of what it tells of the others' heat beyond what the bend sees of it, in kelvins for each: virtual mirrors have -0.031 to 0.005.
+const SENSED_CROSSTALK: f64 = 0.05;
 /// And that of the room where poses are measured, over that of the calibration before (K): 10 to 40 degC around a laboratory's 22.
 const ROOM_K: f64 = 15.0;
 /// What a watt is worth to an actuator, and how slow it is, as a part: what actuators differ by in their loss, twice that of a usual scatter of
@@ -79,6 +81,8 @@ pub(super) struct PlateFit {
     shares: Matrix3x4<f64>,
     /// The time constant with which a step of all own poles begins (s).
     initial_time_s: f64,
+    /// What the resistances told of the others' heat under the former calibration (K/K).
+    sensed_crosstalk: f64,
     /// Poles that may be shared.
     poles: Vec<usize>,
     /// What the resistances tell at equal steps of the rises; `None` where that is not known of all.
@@ -107,6 +111,8 @@ pub(super) struct Found {
     room_k: f64,
     /// What each resistance tells apart from its curve (K): by powers of the place from 0 up.
     bends_k: [[f64; BENDS]; CHANNELS],
+    /// What each tells more for each kelvin by which the four are warmer in the mean (K/K).
+    pub(super) sensed_crosstalk: f64,
     /// The coordinates at which what was measured is zero (um).
     pub(super) zero_um: Vector3<f64>,
     /// By how much the instrument tells late what it reads (s).
@@ -168,6 +174,7 @@ impl PlateFit {
             top_um: f64::from(top.0),
             lever_um,
             tables: tables(parts),
+            sensed_crosstalk: f64::from(parts.sensed_crosstalk),
             initial_time_s: SharedHeat::of(parts).initial_time_s(),
             heat: SharedHeat::of(parts),
             history: History::new(parts, points),
@@ -215,7 +222,7 @@ impl PlateFit {
     }
 
     fn unknowns(&self) -> usize {
-        CHANNELS * (TERMS + 3 + 1 + BENDS + 2) + self.poles.len() + 3 + 1 + 1
+        CHANNELS * (TERMS + 3 + 1 + BENDS + 2) + self.poles.len() + 3 + 1 + 1 + 1
     }
 
     /// In standard deviations from the former calibration.
@@ -244,6 +251,7 @@ impl PlateFit {
             *slower_s += (more - in_common) * self.initial_time_s;
         }
         let late_s = LATE_S * next();
+        let sensed_crosstalk = self.sensed_crosstalk + SENSED_CROSSTALK * next();
         Found {
             shapes,
             shares,
@@ -251,6 +259,7 @@ impl PlateFit {
             zero_um,
             room_k,
             bends_k,
+            sensed_crosstalk,
             late_s,
         }
     }
@@ -279,7 +288,7 @@ impl PlateFit {
                 .chain(parts)
                 .chain([ANY; 3 + 1 + CHANNELS * BENDS])
                 .chain([open(-MOST_GAINS, MOST_GAINS); 2 * CHANNELS])
-                .chain([ANY]),
+                .chain([ANY; 2]),
         )
     }
 
@@ -323,9 +332,12 @@ impl PlateFit {
     /// What resistances that told this at rest are off by, in deviations; none where none are known.
     fn told_off(&self, found: &Found, read: &Read, places_um: &Each) -> Option<Each> {
         let (told_k, curves) = (read.told_k?, self.curves.as_ref()?);
+        let rises: Each = std::array::from_fn(|i| self.tables[i].rise(places_um[i]));
+        let mean_k = mean(&rises);
         Some(std::array::from_fn(|i| {
-            let (told, slope) = curves[i].at(self.tables[i].rise(places_um[i]));
-            let more = found.room_k + found.told_more_k(i, places_um[i] / self.top_um);
+            let (told, slope) = curves[i].at(rises[i]);
+            let of_others = found.sensed_crosstalk * (mean_k - rises[i]);
+            let more = found.room_k + found.told_more_k(i, places_um[i] / self.top_um) + of_others;
             (told + more - told_k[i]) / (slope * TOLD_K)
         }))
     }

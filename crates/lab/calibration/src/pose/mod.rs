@@ -234,6 +234,7 @@ impl Outcome<'_> {
             heat,
             plate,
             bounds,
+            sensed_crosstalk: self.found.sensed_crosstalk as f32,
             residual: self.residual((piston_um, tilts_um), points),
             ..*self.parts
         })?)

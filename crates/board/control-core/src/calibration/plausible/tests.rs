@@ -55,6 +55,7 @@ fn number_off(which: usize, bad: f32) -> (Parts, Field) {
         19 => (&mut p.actuators[1].sensed_rises.knots[7], Field::SensedRise),
         30 => (&mut p.actuators[3].sensed_rises.knots[0], Field::SensedRise),
         20 => (&mut p.ambient_ratio, Field::AmbientRatio),
+        31 => (&mut p.sensed_crosstalk, Field::SensedCrosstalk),
         21 => (&mut p.residual.piston.0, Field::Residual),
         22 => (&mut p.residual.apart, Field::Residual),
         23 => (&mut p.heat.shared[0], Field::SharedPart),
@@ -68,7 +69,7 @@ fn number_off(which: usize, bad: f32) -> (Parts, Field) {
 proptest! {
     #[test]
     fn a_number_that_is_off_is_named(
-        which in 0_usize..31,
+        which in 0_usize..32,
         bad in prop_oneof![Just(f32::NAN), Just(f32::INFINITY), Just(-1.0e6), Just(1e9)],
     ) {
         let (parts, field) = number_off(which, bad);

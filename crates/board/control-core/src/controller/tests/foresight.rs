@@ -136,6 +136,7 @@ fn a_move_is_settled_when_its_path_is_over_and_the_heat_is_there() {
 fn what_friction_holds_up_does_not_settle() {
     let mut one = controller(Parts {
         ambient_ratio: 0.0,
+        sensed_crosstalk: 0.0,
         ..of_friction()
     });
     let mut settles_at = |z: f32| {

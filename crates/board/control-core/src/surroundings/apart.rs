@@ -1,0 +1,60 @@
+//! What one actuator's resistance tells beyond what the room and the air, as all four tell them, make of it.
+//!
+//! One room is around all four and one air takes their heat, but of neither do they take the same part: a frame warms one more than the
+//! other, and a draught takes more of one's heat. That part is a Gauss-Markov process [Brown and Hwang 2012, section 4.7] of a standard deviation in
+//! proportion to what the surroundings make of the actuator, so that nothing is taken for it in the room of the calibration, and a
+//! Kalman filter of one state follows it.
+
+use super::CURVES_DEVIATION;
+use super::period::PERIOD;
+use crate::design::TICK;
+use crate::units::Second;
+
+/// Part of the room's rise, of what a changed loss takes of an actuator, and of what it takes of one that is hotter than the others more than of
+/// these, by which sound actuators of one mirror are apart (standard deviations): as much as on the paper's virtual mirror, and more than on
+/// three others (`closed-loop`, test `pose`). On that one a draught tells the actuators apart by up to the whole of the last.
+pub(super) const OF_ROOM: f32 = 0.03;
+pub(super) const OF_LOSS: f32 = 0.05;
+const OF_DIFFERENCE: f32 = 0.5;
+/// For so long an actuator stays apart by the same: a pose, for the heat of its neighbours is part of it. A choice.
+const STAYS: Second = Second(1.0);
+/// Part of that which a period takes up.
+const FADES: f32 = TICK.0 * PERIOD as f32 / STAYS.0;
+/// Variance of what the curve itself is off by (K^2).
+const CURVE: f32 = CURVES_DEVIATION.0 * CURVES_DEVIATION.0;
+
+/// Variance of what an actuator at a heating is apart by, where all four are at another in the mean (K^2).
+pub(super) fn usual(room: f32, loss: f32, (heating, mean): (f32, f32)) -> f32 {
+    let of_room = OF_ROOM * room;
+    let (taken, more) = (OF_LOSS * heating, OF_DIFFERENCE * (heating - mean));
+    of_room * of_room + loss * loss * (taken * taken + more * more)
+}
+
+/// By how much one actuator is apart, in kelvins of the surroundings.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Apart {
+    mean: f32,
+    variance: f32,
+    /// What of it is not the curve's own error (K), and the variance of what that leaves unknown (K^2).
+    pub(super) counted: f32,
+    pub(super) unknown: f32,
+}
+
+impl Apart {
+    /// A reading is so far from what the room and the air make of it, which may be off by this variance.
+    pub(super) fn read(&mut self, apart: f32, variance: f32) {
+        let gain = self.variance / (self.variance + variance);
+        self.mean += gain * (apart - self.mean);
+        self.variance -= gain * self.variance;
+    }
+
+    /// A period passes, in which it is usually apart by so much (variance).
+    pub(super) fn pass(&mut self, usual: f32) {
+        self.mean -= FADES * self.mean;
+        self.variance += FADES * (usual - self.variance);
+        let part = usual / (usual + CURVE);
+        let rest = 1.0 - part;
+        self.counted = part * self.mean;
+        self.unknown = part * part * self.variance + rest * rest * usual;
+    }
+}
