@@ -7,10 +7,13 @@
 
 use core::hint::black_box;
 
-use control_core::calibration::{Heat, Lag, Memory, Parts, Path, Plate, Play, Resonance};
+use control_core::calibration::{
+    Heat, Lag, Memory, Parts, Path, Plate, Play, Resonance, SENSED_RISES, SensedRises,
+};
 use control_core::{
-    AdcCode, Ampere, CHANNELS, Calibration, Controller, CurrentSense, Hertz, Micrometre, Pose,
-    PwmCode, Radian, Second, SecondPerKelvin, SenseCalibration, Setpoint, SupplyCode, Volt,
+    ActuatorCalibration, AdcCode, Ampere, CHANNELS, Calibration, Controller, CurrentSense, Hertz,
+    Kelvin, Micrometre, Pose, PwmCode, Radian, Second, SecondPerKelvin, SenseCalibration, Setpoint,
+    SupplyCode, TICK, Volt,
 };
 use cortex_m::Peripherals;
 use cortex_m::peripheral::SYST;
@@ -45,10 +48,12 @@ fn main() -> ! {
 
     let mut other = everything_on(factory::calibration());
     let mut calibration = everything_on(factory::calibration());
+    let actuator = calibration.actuators()[0];
+    let ohm = resistance(&actuator, actuator.shape.temperature_rise(HELD));
     let mut controller = Controller::new(&mut calibration);
     let (applied, currents) = (
         black_box([Volt(2.742); CHANNELS]),
-        black_box([Ampere(5.7e-3); CHANNELS]),
+        black_box([Ampere(2.742 / ohm); CHANNELS]),
     );
     // From one end to the other for ever, so that it is always on its way.
     let mut way = (0_u32..).map(|tick| [20.0, 120.0][(tick / 64) as usize % 2]);
@@ -56,7 +61,7 @@ fn main() -> ! {
         let z = Setpoint::position(Micrometre(way.next().unwrap_or_default()));
         black_box(controller.step(black_box(z), black_box(applied), black_box(currents)));
     });
-    let z = Setpoint::position(Micrometre(120.0));
+    let z = Setpoint::position(HELD);
     report(
         "control core: one step at a position, everything on",
         || {
@@ -102,15 +107,19 @@ fn main() -> ! {
         &RETAINED,
     );
     link.post(Order::Drive(z, Lease::FOREVER));
-    let mut sensed = heaters([PwmCode(0); CHANNELS]);
+    let mut heaters = Heaters::COLD;
+    let mut sensed = heaters.sense([PwmCode(0); CHANNELS], &actuator);
     for _ in 0..TICKS_TO_SETTLE {
-        sensed = heaters(control.tick(sensed));
+        sensed = heaters.sense(control.tick(sensed), &actuator);
     }
     report("whole tick: mailbox, protection, step, telemetry", || {
         black_box(control.tick(black_box(sensed)));
     });
     if link.latest().states != [ChannelState::Driving; CHANNELS] {
-        defmt::error!("what was counted is no drive");
+        defmt::error!(
+            "what was counted is no drive: {}",
+            defmt::Debug2Format(&link.latest().states)
+        );
         ExitCode::FAILURE.exit_process()
     }
 
@@ -132,6 +141,11 @@ fn main() -> ! {
 
     ExitCode::SUCCESS.exit_process()
 }
+
+/// The position that is held.
+const HELD: Micrometre = Micrometre(120.0);
+/// Up to where resistances tell temperatures.
+const TOP: Kelvin = Kelvin(120.0);
 
 /// The factory's calibration with a mirror's dynamics: every stage has something to do.
 fn everything_on(factory: Calibration) -> Calibration {
@@ -169,10 +183,16 @@ fn everything_on(factory: Calibration) -> Calibration {
                 quality: 30.0,
             },
         },
+        ambient_ratio: 1.02,
+        sensed_crosstalk: -0.03,
         ..*factory.parts()
     };
     for (actuator, slower_s) in parts.actuators.iter_mut().zip([5e-5, -5e-5, 1e-4, -1e-4]) {
         actuator.slower_by = Second(slower_s);
+        actuator.sensed_rises = SensedRises {
+            top: TOP,
+            knots: core::array::from_fn(|knot| TOP.0 * knot as f32 / (SENSED_RISES - 1) as f32),
+        };
     }
     match Calibration::new(parts) {
         Ok(calibration) => calibration,
@@ -180,13 +200,58 @@ fn everything_on(factory: Calibration) -> Calibration {
     }
 }
 
-/// What heaters of 481 ohm make of these codes.
-fn heaters(codes: [PwmCode; CHANNELS]) -> Sensed {
-    Sensed {
-        currents: codes.map(|code| AdcCode::nearest(Ampere(code.drive().0 / 481.0))),
-        supply: SupplyCode::from_millivolt(5000),
-        ..Sensed::default()
+/// Parts of the way to what its power holds that a heater comes in a tick, by halves: with the first two time constants of the calibration.
+const QUICK: f32 = TICK.0 / 1e-3;
+const SLOW: f32 = TICK.0 / 35e-3;
+
+/// The halves of a heater's rise (K).
+#[derive(Clone, Copy)]
+struct Heater {
+    quick: f32,
+    slow: f32,
+}
+
+/// Heaters on their way to where their power holds them.
+struct Heaters {
+    heaters: [Heater; CHANNELS],
+    noise: u16,
+}
+
+impl Heaters {
+    const COLD: Self = Self {
+        heaters: [Heater {
+            quick: 0.0,
+            slow: 0.0,
+        }; CHANNELS],
+        noise: 0,
+    };
+
+    /// What they make of these codes.
+    fn sense(&mut self, codes: [PwmCode; CHANNELS], actuator: &ActuatorCalibration) -> Sensed {
+        let mut currents = [AdcCode(0); CHANNELS];
+        // A reading that never changes is a sense that is frozen.
+        self.noise = 1 - self.noise;
+        for ((current, heater), code) in currents.iter_mut().zip(&mut self.heaters).zip(codes) {
+            let drive = code.drive();
+            let rise = 0.5 * (heater.quick + heater.slow);
+            let ohm = resistance(actuator, Kelvin(rise));
+            *current = AdcCode(AdcCode::nearest(Ampere(drive.0 / ohm)).0 + self.noise);
+            let heating = actuator.thermal_resistance.0 * drive.0 * drive.0 / ohm;
+            let held = heating / (1.0 + actuator.loss_growth.0 * rise);
+            heater.quick += QUICK * (held - heater.quick);
+            heater.slow += SLOW * (held - heater.slow);
+        }
+        Sensed {
+            currents,
+            supply: SupplyCode::from_millivolt(5000),
+            ..Sensed::default()
+        }
     }
+}
+
+/// Of a heater that is so much warmer than the surroundings (ohm).
+fn resistance(actuator: &ActuatorCalibration, rise: Kelvin) -> f32 {
+    actuator.cold_resistance.0 * (1.0 + actuator.tcr.0 * rise.0)
 }
 
 fn report(name: &str, mut tick: impl FnMut()) {
