@@ -83,9 +83,20 @@ fn parts(heading: &str) -> Option<(&str, Option<&str>)> {
     if let Some((before, unit)) = heading.split_once('/') {
         return Some((before.trim(), Some(unit)));
     }
+    if let Some(channel) = channel(heading) {
+        return Some(channel);
+    }
     let (before, unit) = heading.rsplit_once(['_', ' '])?;
     let is_both = Unit::read(unit).is_some() && quantity::named(before).is_some();
     is_both.then(|| (before.trim(), Some(unit)))
+}
+
+/// A channel and its unit, as Rigol writes them together: `CH1V`.
+fn channel(heading: &str) -> Option<(&str, Option<&str>)> {
+    let number = heading.strip_prefix("CH")?;
+    let unit = number.trim_start_matches(|c: char| c.is_ascii_digit());
+    let is_both = unit.len() < number.len() && Unit::read(unit).is_some();
+    is_both.then(|| (heading[..heading.len() - unit.len()].trim(), Some(unit)))
 }
 
 #[cfg(test)]
@@ -125,6 +136,8 @@ mod tests {
             ("Spannung 1 [V]", "Spannung 1", Some("V")),
             ("Voltage (set) [V]", "Voltage (set)", Some("V")),
             ("t/s", "t", Some("s")),
+            ("CH2V", "CH2", Some("V")),
+            ("CH2", "CH2", None),
             ("height_nm", "height", Some("nm")),
             ("T_ambient", "T_ambient", None),
             ("T_ambient_C", "T_ambient", Some("C")),

@@ -10,11 +10,14 @@ mod assignment;
 mod cell;
 mod days;
 mod error;
+mod header;
 mod heading;
+mod labels;
 mod lost;
 mod overflow;
 mod quantity;
 mod rest;
+mod sampling;
 mod table;
 mod unit;
 

@@ -2,7 +2,8 @@
 
 use super::cell::{Cell, Numbers};
 use super::error::ImportError;
-use super::heading::headings;
+use super::sampling::Sampling;
+use super::{header, labels};
 use std::borrow::Cow;
 
 /// Delimiters in the order in which they are preferred where a line splits alike: a comma may be a decimal one.
@@ -40,8 +41,9 @@ const COMMENT: [char; 2] = ['#', '%'];
 impl Table {
     /// Reads a text of unknown style: UTF-8, UTF-16 with its mark, or Latin-1; tabs, semicolons, commas or blanks between cells;
     /// points or commas in numbers, and thousands in groups; dates and clock times. What stands between quotation marks is one cell. Lines
-    /// that begin with `#` or `%` are comments, of which the last one before the table may have its names, as `numpy.savetxt` writes it; other
-    /// lines before the table are passed over.
+    /// that begin with `#` or `%` are comments, of which the last one before the table that can may have its names, as
+    /// `numpy.savetxt` writes it; other lines before the table are passed over. Oscilloscopes' labels beside their samples, and times that
+    /// they state as a start and an increment, are read.
     ///
     /// # Errors
     /// Where no two lines have as many cells, two or more, with numbers in them.
@@ -51,44 +53,20 @@ impl Table {
         let (comments, lines): (Vec<&str>, Vec<&str>) = text
             .lines()
             .filter(is_said)
-            .partition(|line| line.starts_with(COMMENT));
+            .partition(|line| line.trim_start().starts_with(COMMENT));
         let style = Style::of(&lines).ok_or_else(|| {
             ImportError::new(
                 "this is no table of numbers",
                 "a table has a row a line, with commas, semicolons, tabs or blanks between its cells; of a spreadsheet, save the sheet as CSV",
             )
         })?;
-        let width = style.width(&lines);
-        let is_whole = |line: &&str| style.cells(line).len() == width;
-        let first = lines
-            .iter()
-            .position(|line| style.filled(line) >= 2 && is_whole(line))
-            .unwrap_or(0);
-        // Channels may be numbers: above a line without any they are names.
-        let are_names = |below: &&&str| is_whole(below) && style.filled(below) == 0;
-        let first = match lines.get(first + 1).filter(are_names) {
-            Some(_) => first + 2,
-            None => first,
+        let told: Vec<_> = lines.iter().take(TELLING).map(|l| style.cells(l)).collect();
+        let sampling = Sampling::find(&told, style.numbers);
+        let (first, names) = match &sampling {
+            Some(sampling) => (sampling.first, sampling.names()),
+            None => style.headed(&lines, &comments),
         };
-        let header = |lines_above: usize| {
-            let cells = style.cells(lines[first.checked_sub(lines_above)?]);
-            (cells.len() == width).then_some(cells)
-        };
-        let commented = || {
-            let is_above = |line: &&&str| {
-                lines
-                    .get(first)
-                    .is_some_and(|it| line.as_ptr() < it.as_ptr())
-            };
-            let nearest = comments.iter().take_while(is_above).last()?;
-            let cells = style.cells(nearest.trim_start_matches(COMMENT).trim());
-            (cells.len() == width).then(|| headings(&cells, None))
-        };
-        let names = match header(1) {
-            Some(nearest) => headings(&nearest, header(2).as_deref()),
-            None => commented()
-                .unwrap_or_else(|| (1..=width).map(|number| number.to_string()).collect()),
-        };
+        let width = names.len();
         let mut clocks = vec![Clock::default(); width];
         let row = |line: &&str| {
             let cells = style.cells(line);
@@ -97,13 +75,17 @@ impl Table {
                 .map(|(column, clock)| Some(clock.number(style.numbers.cell(cells.get(column)?)?)))
                 .collect()
         };
-        let rows = lines[first..].iter().map(row).collect();
+        let mut rows: Vec<_> = lines[first..].iter().map(row).collect();
+        if let Some(sampling) = &sampling {
+            sampling.time(&mut rows);
+        }
+        let times = sampling.map(|sampling| format!(", {}", sampling.words()));
         let is_clock = |column: &usize| clocks[*column].is_one;
         Ok(Self {
             names,
             rows,
             clocks: (0..width).filter(is_clock).collect(),
-            written: format!("{encoding}, {}", style.words()),
+            written: format!("{encoding}, {}{}", style.words(), times.unwrap_or_default()),
         })
     }
 }
@@ -186,12 +168,50 @@ impl Style {
         best.map(|(_, style)| style)
     }
 
+    /// Where the table begins, and what its columns are called; their numbers where nothing tells it.
+    fn headed(self, lines: &[&str], comments: &[&str]) -> (usize, Vec<String>) {
+        let width = self.width(lines);
+        let is_whole = |line: &str| self.cells(line).len() == width;
+        let is_row = |line: &&str| self.filled(line) >= 2 && is_whole(line);
+        let first = lines.iter().position(is_row).unwrap_or(0);
+        // Channels may be numbers: above a line without any they are names.
+        let are_names = |below: &&&str| is_whole(below) && self.filled(below) == 0;
+        let first = match lines.get(first + 1).filter(are_names) {
+            Some(_) => first + 2,
+            None => first,
+        };
+        let above: Vec<_> = lines[..first]
+            .iter()
+            .rev()
+            .map(|l| self.whole(l, width))
+            .collect();
+        let commented = || {
+            let table = lines.get(first)?.as_ptr();
+            let above = comments.iter().rev().skip_while(|l| l.as_ptr() > table);
+            let contents = above.map(|l| l.trim_start().trim_start_matches(COMMENT).trim());
+            header::names(&contents.map(|l| self.whole(l, width)).collect::<Vec<_>>())
+        };
+        let labelled = || {
+            let rows = lines[first..].iter().take(TELLING);
+            let rows: Vec<_> = rows.filter_map(|l| self.whole(l, width)).collect();
+            labels::names(&rows, |cell| self.numbers.cell(cell).is_some())
+        };
+        let names = header::names(&above).or_else(commented).or_else(labelled);
+        let numbers = || (1..=width).map(|number| number.to_string()).collect();
+        (first, names.unwrap_or_else(numbers))
+    }
+
     /// How many cells most lines have.
     fn width(self, lines: &[&str]) -> usize {
         let told = &lines[..lines.len().min(TELLING)];
         let mut widths: Vec<usize> = told.iter().map(|line| self.cells(line).len()).collect();
         widths.sort_unstable();
         widths.get(widths.len() / 2).copied().unwrap_or(0)
+    }
+
+    /// The cells of a line that has so many.
+    fn whole(self, line: &str, width: usize) -> Option<Vec<Cow<'_, str>>> {
+        Some(self.cells(line)).filter(|cells| cells.len() == width)
     }
 
     fn cells(self, line: &str) -> Vec<Cow<'_, str>> {

@@ -1,0 +1,28 @@
+//! The lines above a table that have the names of its columns.
+
+use super::heading::{Heading, headings};
+use super::quantity;
+use super::unit::Unit;
+use std::borrow::Cow;
+
+/// Names in the lines above a table, the nearest first, of which those that are not as wide as it are `None`: remarks may stand
+/// between. They are in the nearest line that names two columns; where none does, in the one right above the table.
+pub(super) fn names(above: &[Option<Vec<Cow<'_, str>>>]) -> Option<Vec<String>> {
+    let whole: Vec<&Vec<Cow<'_, str>>> = above.iter().flatten().collect();
+    let right_above = || above.first()?.as_ref().map(|_| 0);
+    let at = whole.iter().position(|cells| is_header(cells));
+    let at = at.or_else(right_above)?;
+    Some(headings(
+        whole[at],
+        whole.get(at + 1).map(|cells| &cells[..]),
+    ))
+}
+
+/// Whether two cells, or more, name a quantity or a unit.
+fn is_header(cells: &[Cow<'_, str>]) -> bool {
+    let is_name = |cell: &&Cow<'_, str>| {
+        let Heading { quantity, unit } = Heading::read(cell);
+        unit.is_some_and(|unit| Unit::read(unit).is_some()) || quantity::named(quantity).is_some()
+    };
+    cells.iter().filter(is_name).count() >= 2
+}
