@@ -93,6 +93,7 @@ fn a_recording_is_as_long_as_it_was_asked_to_be_or_refused() {
         ),
         ("10us", "samples cannot come every 1e-5 s"),
         ("10s", "samples cannot come every 10 s"),
+        ("0.15ms", "samples cannot come every 0.00015 s"),
     ] {
         let said = bench.tool(&["record", "-o", "never.csv", "--period", period]);
         let err = said.sentence();

@@ -82,6 +82,7 @@ fn what_is_wrong_is_said_and_nothing_moves() {
         ("OUTP ON", "-221,"),
         ("TRAC? 1000000,1ms", "-222,"),
         ("TRAC? 10,1us", "-222,"),
+        ("TRAC? 10,0.15ms", "-222,"),
         ("SYST:BOAR \"none\"", "-241,"),
         ("\u{b5}", "-102,"),
         ("SYST:BOAR \"", "-102,"),

@@ -32,23 +32,12 @@ pub struct Samples {
 }
 
 impl Board {
-    /// Control ticks in `period`, rounded, as far as a stream's period can be.
+    /// Control ticks in `period`, as far as a stream's period can be.
     ///
     /// # Errors
-    /// Where it is less than one tick, or more than 65535.
+    /// Where it is less than one tick or more than 65535, or lies between two of them.
     pub fn period_ticks(&self, period: Span) -> Result<u16, ToolError> {
-        let ticks = (period.s * f64::from(self.identity().tick_hz)).round();
-        if (1.0..=f64::from(u16::MAX)).contains(&ticks) {
-            Ok(ticks as u16)
-        } else {
-            let (tick, longest) = (self.span(0, 1), self.span(0, u16::MAX.into()));
-            Err(BeyondBoard::Period {
-                asked: period,
-                tick,
-                longest,
-            }
-            .into())
-        }
+        Ok(period_ticks(period, self.identity().tick_hz)?)
     }
 
     /// Asks for `count` samples, one every `period_ticks` control ticks.
@@ -210,6 +199,33 @@ impl Samples {
     }
 }
 
+/// A period that is so near to whole ticks, as a part of it, is they: what decimals and their arithmetic leave.
+const WHOLE: f64 = 1e-6;
+
+fn period_ticks(period: Span, tick_hz: u32) -> Result<u16, BeyondBoard> {
+    let span = |ticks: f64| Span {
+        s: ticks / f64::from(tick_hz),
+    };
+    let ticks = period.s * f64::from(tick_hz);
+    let whole = ticks.round();
+    let is_whole = (ticks - whole).abs() <= WHOLE * whole;
+    let longest = f64::from(u16::MAX);
+    match ticks {
+        _ if is_whole && (1.0..=longest).contains(&whole) => Ok(whole as u16),
+        ticks if (1.0..=longest).contains(&ticks) => Err(BeyondBoard::PartOfTick {
+            asked: period,
+            tick: span(1.0),
+            shorter: span(ticks.floor()),
+            longer: span(ticks.ceil()),
+        }),
+        _ => Err(BeyondBoard::Period {
+            asked: period,
+            tick: span(1.0),
+            longest: span(longest),
+        }),
+    }
+}
+
 /// How many of a stream's samples have come or been lost with the one that is so many ticks after its first, where `before` had
 /// until then. When those of a stream that slows down were due is not known here: it counts those that come.
 fn past(stream: &Stream, ticks: u32, before: u32) -> u32 {
@@ -222,6 +238,29 @@ fn past(stream: &Stream, ticks: u32, before: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_period_is_whole_ticks_or_the_two_next_to_it_are_named() {
+        let ticks = |s: f64| period_ticks(Span { s }, 10_000);
+        for whole in 1..=u16::MAX {
+            let decimal: f64 = format!("{:.1}e-3", 0.1 * f64::from(whole)).parse().unwrap();
+            assert_eq!(ticks(decimal).ok(), Some(whole), "{decimal}");
+        }
+        for (asked, nearest) in [
+            (0.15e-3, "0.0001 s or 0.0002 s"),
+            (0.25e-3, "0.0002 s or 0.0003 s"),
+            (1.0001e-3, "0.001 s or 0.0011 s"),
+            (6.55345, "6.5534 s or 6.5535 s"),
+        ] {
+            let refused = ticks(asked).expect_err("no whole ticks");
+            let help = miette::Diagnostic::help(&refused).expect("what to do");
+            assert_eq!(help.to_string(), format!("ask for {nearest}"));
+        }
+        for beyond in [0.0, 0.05e-3, 0.099e-3, 6.55355, f64::INFINITY, f64::NAN] {
+            let refused = ticks(beyond).expect_err("out of range");
+            assert!(matches!(refused, BeyondBoard::Period { .. }), "{refused}");
+        }
+    }
 
     #[test]
     fn samples_that_are_lost_are_past_with_the_next_that_comes() {

@@ -142,7 +142,7 @@ pub enum Command {
     /// Watch the board and move the mirror by keys, in the terminal.
     #[command(after_long_help = "Example:\n  host-tool monitor --plotjuggler")]
     Monitor {
-        /// From one sample to the next, in the board's time.
+        /// From one sample to the next, in the board's time: whole ticks of it, of 0.1 ms.
         #[arg(help_heading = SIGNAL, long, default_value = "10ms")]
         period: Span,
         /// The measurement file that `r` records to; where it exists, the next free name with a number.
@@ -243,7 +243,7 @@ pub enum Command {
         /// How long, in the board's time.
         #[arg(help_heading = SIGNAL, long, default_value = "1s", value_parser = some(|span: &Span| span.s))]
         duration: Span,
-        /// From one sample to the next.
+        /// From one sample to the next: whole ticks of the board, of 0.1 ms.
         #[arg(help_heading = SIGNAL, long, default_value = "1ms")]
         period: Span,
         /// Replace the file if it exists.

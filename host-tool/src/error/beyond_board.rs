@@ -72,6 +72,15 @@ pub enum BeyondBoard {
         longest: Span,
     },
 
+    #[error("samples cannot come every {asked}: the board takes one after whole ticks of {tick}")]
+    #[diagnostic(help("ask for {shorter} or {longer}"))]
+    PartOfTick {
+        asked: Span,
+        tick: Span,
+        shorter: Span,
+        longer: Span,
+    },
+
     #[error("{asked} is more samples than the board counts in one stream")]
     #[diagnostic(help("ask for a shorter --duration, or a longer --period"))]
     TooManySamples { asked: f64 },

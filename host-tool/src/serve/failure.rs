@@ -25,7 +25,8 @@ pub(super) fn told(error: &ToolError) -> Error {
             | BeyondBoard::PoseKeptWarm { .. }
             | BeyondBoard::DriveOutOfRange { .. }
             | BeyondBoard::PositionBelowRoom { .. }
-            | BeyondBoard::Period { .. },
+            | BeyondBoard::Period { .. }
+            | BeyondBoard::PartOfTick { .. },
         ) => Kind::DataOutOfRange,
         _ => Kind::Execution,
     };

@@ -288,7 +288,8 @@ class Mirror:
         return np.array(self.instrument.query_numbers(f"MEAS:{what}?"))
 
     def trace(self, count: int, period: float) -> Trace:
-        """``count`` samples, one every ``period`` (s); at most 65536, and 1677 s. One that is lost on the way is missing.
+        """``count`` samples, one every ``period`` (s), which is whole ticks of 0.1 ms; at most 65536, and 1677 s. One that is lost on
+        the way is missing.
 
         Raises:
             InstrumentError: where they are too many, or the board does not send them.
