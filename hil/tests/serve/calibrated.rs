@@ -2,7 +2,7 @@
 
 use calibration::{tabulate, to_toml};
 use control_core::calibration::{Parts, Plate, Residual};
-use control_core::{Calibration, Micrometre};
+use control_core::{Calibration, Micrometre, Volt};
 use emulated_board::Speed;
 use hil::Bench;
 use mirror_model::{Model, Preset};
@@ -15,11 +15,11 @@ const SLOWLY: Speed = Speed::Times(0.05);
 
 /// A bench whose board has the factory's calibration, the levers of the virtual mirror's plate, and the word of a trial: a
 /// calibration that was tried leaves no part of a displacement open.
-fn calibrated() -> Serving {
+fn calibrated(change: impl FnOnce(&mut Parts)) -> Serving {
     let bench = Bench::changed(|new| new.speed = SLOWLY);
     let lever_um = MirrorConfig::bench().plate.lever_um as f32;
     let factory = tabulate(&Model::from(Preset::Reconciled)).expect("a calibration");
-    let parts = Parts {
+    let mut parts = Parts {
         plate: Plate::cross(Micrometre(lever_um)),
         residual: Residual {
             piston: Micrometre(0.1),
@@ -28,6 +28,7 @@ fn calibrated() -> Serving {
         },
         ..*factory.calibration.parts()
     };
+    change(&mut parts);
     let file = to_toml(&Calibration::new(parts).expect("plausible"));
     std::fs::write(bench.directory().join("tried.toml"), file).expect("written");
     bench.json(&["load-calibration", "tried.toml"]);
@@ -45,7 +46,7 @@ fn are_near(told: &[f64], asked: [f64; 3]) {
 
 #[test]
 fn a_pose_is_held_and_told_and_a_wait_ends_when_the_board_foresees_it() {
-    let serving = calibrated();
+    let serving = calibrated(|_| ());
     let mut client = serving.client();
     assert!(client.number("MEAS:SETT?") > 9e37, "nothing is asked for");
     assert_eq!(client.ask("POSE 60um,0.5deg,-5mrad;*OPC?"), "1");
@@ -92,4 +93,30 @@ fn a_pose_is_held_and_told_and_a_wait_ends_when_the_board_foresees_it() {
         assert!(said.starts_with(error), "{line}: {said}");
     }
     are_near(&client.numbers("POSE?"), [40e-6, 0.0, 0.0]);
+}
+
+/// A wait that nothing but the time ends is told from one whose mirror has settled.
+#[test]
+fn a_mirror_that_a_limit_keeps_away_is_an_error_beside_the_answer() {
+    // The factory's table asks for 3.5 V at its end.
+    let serving = calibrated(|parts| parts.bounds.drive = Volt(3.0));
+    let mut client = serving.client();
+    assert_eq!(client.ask("SETT 20ms;:POS 60um;*OPC?"), "1");
+    client.is_content();
+    assert_eq!(client.ask("POS 165um;*OPC?"), "1");
+    let said = client.error();
+    assert!(
+        said.starts_with("-365,") && said.contains("drive-high keeps it away"),
+        "{said}"
+    );
+    client.is_content();
+    let unforeseen = |client: &mut super::client::Client| {
+        let condition: u16 = client.ask("STAT:QUES:COND?").parse().expect("a number");
+        condition & 1 << 12 != 0
+    };
+    assert!(unforeseen(&mut client));
+    // Voltages do not say where the mirror is to be.
+    assert_eq!(client.ask("VOLT 3V;*OPC?"), "1");
+    client.is_content();
+    assert!(!unforeseen(&mut client));
 }

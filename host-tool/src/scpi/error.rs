@@ -22,11 +22,12 @@ pub(crate) enum Kind {
     HardwareMissing,
     QueueOverflow,
     InputBufferOverrun,
+    TimeOut,
 }
 
 impl Kind {
     /// All of them, in the order of their numbers.
-    pub(crate) const ALL: [Self; 15] = [
+    pub(crate) const ALL: [Self; 16] = [
         Self::InvalidCharacter,
         Self::Syntax,
         Self::DataType,
@@ -42,6 +43,7 @@ impl Kind {
         Self::HardwareMissing,
         Self::QueueOverflow,
         Self::InputBufferOverrun,
+        Self::TimeOut,
     ];
 
     /// Its number, its name in the standard, and what it means here.
@@ -81,6 +83,11 @@ impl Kind {
                 -363,
                 "Input buffer overrun",
                 "a line was too long, or too much waited; what waited was dropped",
+            ),
+            Self::TimeOut => (
+                -365,
+                "Time out error",
+                "a wait for the mirror to settle has ended, and a limit keeps it away for good",
             ),
         }
     }

@@ -309,7 +309,7 @@ const COMMON: &[ScpiCommand] = &[
     query(
         "*OPC?",
         Question::AwaitComplete,
-        "Answers 1 once the mirror has settled after what this client asked for last.",
+        "Answers 1 once the mirror has settled after what this client asked for last, or after the time of `SOURce:SETTling` where that says it. Where a limit keeps the mirror away for good, the error -365 with the limit's name is in the queue then; where the board cannot tell when it has settled, bit 12 of `STATus:QUEStionable` is set.",
     ),
     command(
         "*WAI",

@@ -19,7 +19,9 @@ use crate::serve::boards::Boards;
 use crate::serve::commands::read;
 use crate::serve::device::{Asked, Client, Device, Moved};
 use crate::serve::failure::{stopped, told};
-use crate::serve::states::{has_tripped, is_own, is_settling, operation, questionable, settles_in};
+use crate::serve::states::{
+    has_tripped, is_own, is_settling, kept_away, operation, questionable, settles_in,
+};
 use crate::serve::trace::{self, COLUMNS, TraceError};
 use crate::tilted_pose::TiltedPose;
 
@@ -345,9 +347,18 @@ impl Session {
                 .ask(async |board| Ok(settles_in(board, &status, moved)))
                 .await?;
             if left.s == 0.0 {
-                break;
+                return self.note_kept_away(&status, moved).await;
             }
             self.ask(async |board| board.wait(tick, left).await).await?;
+        }
+        Ok(())
+    }
+
+    /// A wait ends: that a mirror stays away from where it was asked to be goes into the queue, beside the answer.
+    async fn note_kept_away(&mut self, status: &Status, moved: Moved) -> Result<(), Error> {
+        let away = self.ask(async |board| Ok(kept_away(board, status, moved)));
+        if let Some(error) = away.await? {
+            self.fail(error);
         }
         Ok(())
     }
@@ -357,18 +368,18 @@ impl Session {
         if !self.awaits_complete {
             return Ok(());
         }
-        let is_settling = match self.own_move() {
-            Some((_, moved)) => {
-                let status = self.status().await?;
-                self.ask(async |board| Ok(is_settling(board, &status, moved)))
-                    .await?
+        if let Some((_, moved)) = self.own_move() {
+            let status = self.status().await?;
+            let is_settling = self
+                .ask(async |board| Ok(is_settling(board, &status, moved)))
+                .await?;
+            if is_settling {
+                return Ok(());
             }
-            None => false,
-        };
-        if !is_settling {
-            self.awaits_complete = false;
-            self.client.status().raise(event::OPERATION_COMPLETE);
+            self.note_kept_away(&status, moved).await?;
         }
+        self.awaits_complete = false;
+        self.client.status().raise(event::OPERATION_COMPLETE);
         Ok(())
     }
 
@@ -385,9 +396,12 @@ impl Session {
             None => false,
         };
         let mut registers = self.client.status();
-        registers
-            .questionable
-            .update(questionable(&status, calibration.kept, is_stopped));
+        registers.questionable.update(questionable(
+            &status,
+            calibration.kept,
+            is_stopped,
+            device.moved(),
+        ));
         registers.operation.update(operation(&status, is_settling));
         Ok(())
     }

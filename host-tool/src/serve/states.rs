@@ -1,11 +1,12 @@
 //! What the two groups of registers say of a board.
 
-use control_core::Limits;
+use control_core::{Limit, Limits};
 use mirror_protocol::{ChannelState, Kept, Status};
 use quantities::Span;
 
 use crate::board::Board;
-use crate::serve::device::Moved;
+use crate::scpi::{Error, Kind};
+use crate::serve::device::{Asked, Moved};
 
 /// A register's bits, and what each means.
 pub(super) type Bits = &'static [(u16, &'static str)];
@@ -14,6 +15,7 @@ const CALIBRATION: u16 = 8;
 const LIMITED: u16 = 9;
 const TRIPPED: u16 = 10;
 const STOPPED: u16 = 11;
+const UNFORESEEN: u16 = 12;
 /// The register of what may not be as it should. Bit 8 is SCPI's, from 9 on they are the instrument's own (SCPI-1999, 20.3).
 pub(super) const QUESTIONABLE: Bits = &[
     (
@@ -31,6 +33,10 @@ pub(super) const QUESTIONABLE: Bits = &[
     (
         STOPPED,
         "the board was stopped beside this client, which may drive it again after `SYSTem:LOCK:REQuest?`",
+    ),
+    (
+        UNFORESEEN,
+        "the board cannot tell when the mirror has settled at the position asked for, so `*OPC?` and `*WAI` wait by time: a limit keeps it away, it cools, or the calibration was never tried on it",
     ),
 ];
 
@@ -50,7 +56,12 @@ fn bits(which: &[(u16, bool)]) -> u16 {
 }
 
 /// The questionable condition.
-pub(super) fn questionable(status: &Status, kept: Kept, is_stopped: bool) -> u16 {
+pub(super) fn questionable(
+    status: &Status,
+    kept: Kept,
+    is_stopped: bool,
+    moved: Option<Moved>,
+) -> u16 {
     bits(&[
         (CALIBRATION, !is_own(kept)),
         (
@@ -59,6 +70,10 @@ pub(super) fn questionable(status: &Status, kept: Kept, is_stopped: bool) -> u16
         ),
         (TRIPPED, has_tripped(status)),
         (STOPPED, is_stopped),
+        (
+            UNFORESEEN,
+            moved.is_some_and(|moved| is_unforeseen(status, moved)),
+        ),
     ])
 }
 
@@ -98,4 +113,32 @@ pub(super) fn settles_in(board: &Board, status: &Status, moved: Moved) -> Span {
 /// Whether the mirror is on its way after a command that drives.
 pub(super) fn is_settling(board: &Board, status: &Status, moved: Moved) -> bool {
     settles_in(board, status, moved).s > 0.0
+}
+
+/// Whether a position was asked for, and the board cannot tell when the mirror has settled there.
+fn is_unforeseen(status: &Status, moved: Moved) -> bool {
+    matches!(moved.asked, Asked::Pose(_)) && status.telemetry.settles_in_ms.is_none()
+}
+
+/// Limits that do not end by themselves.
+const FOR_GOOD: [Limit; 3] = [Limit::DriveHigh, Limit::PowerHigh, Limit::TemperatureHigh];
+
+/// That the mirror is not where the last command asked it to be, and stays away, where the board knows that.
+pub(super) fn kept_away(board: &Board, status: &Status, moved: Moved) -> Option<Error> {
+    let sample = &status.telemetry;
+    let is_tried = sample.uncertainty.is_some();
+    let acting = Limits::from_bits(sample.limits);
+    let limits = FOR_GOOD.iter().filter(|limit| acting.contains(**limit));
+    let names: Vec<&str> = limits.map(|limit| limit.name()).collect();
+    let is_so = is_tried && is_unforeseen(status, moved) && !names.is_empty();
+    is_so.then(|| {
+        let waited = board.span(moved.tick, sample.tick);
+        let said = format!(
+            "the mirror has not settled {:.1} s after the command and will not, for {} keeps it away; ask for a lower position, or see `host-tool explain {}`",
+            waited.s,
+            names.join(" and "),
+            names[0]
+        );
+        Error::new(Kind::TimeOut, said)
+    })
 }

@@ -223,7 +223,11 @@ class Mirror:
         return self.instrument.query_numbers("MEAS:SETT?")[0]
 
     def wait(self) -> None:
-        """Waits until the mirror has settled after what was asked for last."""
+        """Waits until the mirror has settled after what was asked for last.
+
+        Raises:
+            InstrumentError: where a limit keeps it away for good (-365).
+        """
         left = self.settling
         if np.isnan(left):
             left = self.settles_in()
