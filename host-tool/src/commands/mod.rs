@@ -21,6 +21,7 @@ mod off;
 mod on_trial;
 pub(crate) mod pose;
 mod range;
+mod range_end;
 mod record;
 mod room;
 mod scan;

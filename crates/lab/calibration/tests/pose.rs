@@ -70,6 +70,15 @@ fn a_plate_on_uneven_actuators_is_found() {
     );
     let after = &posed.calibration;
     let top_um = f64::from(after.max_position().0);
+    // All four took the highest drive at the end of their tables, to what two numbers leave of resistance and loss.
+    let drives_v = |calibration: &Calibration| Drives::new(calibration.parts()).at_top_v();
+    let is_highest = |v: f64| (v / f64::from(before.max_drive().0) - 1.0).abs() < 5e-3;
+    assert!(drives_v(&before).into_iter().all(is_highest));
+    // Now one does, at which the range ends.
+    let after_v = drives_v(after);
+    let most = after_v[posed.ends_range];
+    assert!(is_highest(most), "{after_v:?}");
+    assert!(after_v.iter().all(|v| *v <= most), "{after_v:?}");
     let reach = Reach::new(after.parts().plate, top_um);
     for step in 1..20 {
         let z_um = top_um * f64::from(step) / 20.0;

@@ -26,6 +26,7 @@ use crate::commands::lab::{model, warn};
 use crate::commands::measure::header::today;
 use crate::commands::measure::run::Bench;
 use crate::commands::measure::sensor::Sensor;
+use crate::commands::range_end::RangeEnd;
 use crate::commands::{calibrate_sense, status};
 use crate::error::ToolError;
 use crate::new_file::{NewFile, apart};
@@ -79,7 +80,8 @@ pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(),
             let board = board.identity().board.as_str().to_owned();
             let had_words = (board, status::calibrated_words(&had));
             let written = outputs.write(&calibrated, had_words)?;
-            print(&report(calibrated, &had, written), json);
+            let range = RangeEnd::by_drive(procedure.reach_um, &calibrated.calibration);
+            print(&report(calibrated, &had, range, written), json);
             Ok(())
         }
         Err(error) => Err(fall_back(board, error).await),
@@ -223,6 +225,7 @@ fn tilt_uncertainty_deg(calibration: &Calibration) -> f64 {
 fn report(
     calibrated: Calibrated,
     had: &mirror_protocol::CalibrationInfo,
+    range: RangeEnd,
     written: Written,
 ) -> CalibrateReport {
     let not_inverted = not_inverted(&calibrated);
@@ -239,6 +242,7 @@ fn report(
         not_inverted,
         refined_rms_um: calibrated.refined_rms_um,
         tilt_uncertainty_deg: tilt_uncertainty_deg(&calibrated.calibration),
+        range,
         readings: calibrated.readings,
         calibrated_before: status::calibrated_words(had),
         before: calibrated.before.figures(),

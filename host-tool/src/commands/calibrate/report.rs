@@ -9,6 +9,7 @@ use identification::Identification;
 use serde::Serialize;
 
 use crate::commands::lab::Identified;
+use crate::commands::range_end::RangeEnd;
 use crate::report::row;
 use crate::tried::{Figure, figures};
 
@@ -30,6 +31,7 @@ pub(super) struct CalibrateReport {
     /// How far a plate that is asked to be level may tilt in the middle of its range, by what the currents and a square plate of half a
     /// millimetre tell (95 %): a sensor at one spot tells no tilt.
     pub(super) tilt_uncertainty_deg: f64,
+    pub(super) range: RangeEnd,
     /// What the sensor read on the way, and what of it bore no weight.
     pub(super) readings: ReadingCounts,
     /// The calibration that the board had before.
@@ -85,6 +87,7 @@ impl fmt::Display for CalibrateReport {
                 "left by the refined stages while moving: {left:.3} um rms"
             )?;
         }
+        write!(f, "{}", self.range)?;
         writeln!(
             f,
             "tilt       not measured, for one spot tells none: a level plate may tilt by ±{:.1} deg; `host-tool calibrate-pose` measures it",

@@ -58,7 +58,11 @@ pub(super) async fn run(board: &Board, ask: CalibratePose, json: bool) -> Result
     if let Some(file) = ask.from {
         let points = table(&file)?;
         let found = posed(&with_assumed_levers(&calibration), &points)?;
-        let report = CalibratePoseReport::of_a_file(&found, points.len());
+        let report = CalibratePoseReport::of_a_file(
+            &found,
+            points.len(),
+            decimal(calibration.max_position().0),
+        );
         return keep(board, &found, output, report, json).await;
     }
     let begin = with_assumed_levers(&calibration);
@@ -220,6 +224,7 @@ impl<'a> OnPlate<'a> {
         trial.check()?;
         let report = CalibratePoseReport::of_spots(
             &found,
+            decimal(self.begin.max_position().0),
             session,
             (on_the_way.map_err(|why| *why), &trial),
         );

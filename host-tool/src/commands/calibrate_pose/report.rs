@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::readings::PoseSession;
 use super::trial::Trial;
+use crate::commands::range_end::RangeEnd;
 use crate::report::{decimal, row};
 
 #[derive(Serialize)]
@@ -31,12 +32,15 @@ pub(super) struct CalibratePoseReport {
     slower_by_s: [f64; 4],
     /// Parts of the thermal poles that all four actuators share, the fast ones first.
     shared: Vec<f64>,
+    range: RangeEnd,
     pub(super) calibration: Option<PathBuf>,
 }
 
 impl CalibratePoseReport {
+    /// The range of before ended at `before_um`.
     pub(super) fn of_spots(
         found: &Posed,
+        before_um: f64,
         session: &PoseSession,
         (on_the_way, trial): (Result<usize, &'static str>, &Trial),
     ) -> Self {
@@ -50,11 +54,11 @@ impl CalibratePoseReport {
             not_told: on_the_way.err(),
             before_um: Some(trial.before_um),
             after_um: Some(trial.after_um),
-            ..Self::of_a_file(found, poses)
+            ..Self::of_a_file(found, poses, before_um)
         }
     }
 
-    pub(super) fn of_a_file(found: &Posed, poses: usize) -> Self {
+    pub(super) fn of_a_file(found: &Posed, poses: usize, before_um: f64) -> Self {
         let parts = found.calibration.parts();
         Self {
             spots: 0,
@@ -74,6 +78,7 @@ impl CalibratePoseReport {
                 .each_ref()
                 .map(|actuator| decimal(actuator.slower_by.0)),
             shared: parts.heat.shared.map(decimal).to_vec(),
+            range: RangeEnd::by_actuator(before_um, &found.calibration, found.ends_range),
             calibration: None,
         }
     }
@@ -114,6 +119,7 @@ impl fmt::Display for CalibratePoseReport {
                 "tried      {before:.3} um rms before, {after:.3} um now, under the last spot"
             )?;
         }
+        write!(f, "{}", self.range)?;
         match &self.calibration {
             Some(file) => writeln!(f, "written    {}", file.display()),
             None => Ok(()),

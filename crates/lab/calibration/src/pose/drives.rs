@@ -22,6 +22,8 @@ pub struct Drives {
     top_um: f64,
     tables: [Table; CHANNELS],
     heat: SharedHeat,
+    /// Each resistance at ambient (ohm), and what a kelvin adds.
+    ohms: [(f64, f64); CHANNELS],
 }
 
 /// An actuator that the heat of the others keeps warm.
@@ -41,7 +43,23 @@ impl Drives {
             top_um: f64::from(parts.actuators[0].shape.top().0),
             tables: tables(parts),
             heat: SharedHeat::of(parts),
+            ohms: parts.actuators.each_ref().map(|actuator| {
+                let cold_ohm = f64::from(actuator.cold_resistance.0);
+                (cold_ohm, cold_ohm * f64::from(actuator.tcr.0))
+            }),
         }
+    }
+
+    /// The voltages that hold a level plate at rest at the top of the range.
+    pub fn at_top_v(&self) -> [f64; CHANNELS] {
+        let rises = self.tables.each_ref().map(|table| table.rise(self.top_um));
+        let watts = self.heat.watts(&self.heat.powers_at_rest(&rises));
+        std::array::from_fn(|i| {
+            let (cold_ohm, ohm_per_k) = self.ohms[i];
+            (watts[i] * (cold_ohm + ohm_per_k * rises[i]))
+                .max(0.0)
+                .sqrt()
+        })
     }
 
     /// Whether actuators share heat. Where they do not, every pose within the tables' range is held.

@@ -112,6 +112,11 @@ impl SharedHeat {
         self.powers(&rest, &self.own_heating(&rest, rises).0, rises)
     }
 
+    /// Powers in watts.
+    pub(super) fn watts(&self, powers: &Each) -> Each {
+        std::array::from_fn(|i| powers[i] * self.watts_per_kelvin[i])
+    }
+
     /// The rises that powers hold (K).
     pub(super) fn rises_at_rest(&self, powers: &Each) -> Each {
         self.rises(&self.rest(), powers)

@@ -72,6 +72,8 @@ pub struct Posed {
     pub tilt_rms_rad: f64,
     /// The pose at which what was measured is zero: the rest that it counts from, of a mirror that was moved.
     pub zero: PlatePose,
+    /// The actuator, from 0, that goes least far at the end of its table: there the range ends.
+    pub ends_range: usize,
 }
 
 impl Posed {
@@ -174,8 +176,10 @@ pub fn posed(calibration: &Calibration, points: &[PosePoint]) -> Result<Posed, P
         fit: &fit,
         found: &found,
     };
+    let (calibration, ends_range) = outcome.calibration(points)?;
     Ok(Posed {
-        calibration: outcome.calibration(points)?,
+        calibration,
+        ends_range,
         piston_rms_um: piston_um,
         tilt_rms_rad: tilts_um / fit.lever_um,
         zero: PlatePose {
@@ -194,7 +198,8 @@ struct Outcome<'a> {
 }
 
 impl Outcome<'_> {
-    fn calibration(&self, points: &[PosePoint]) -> Result<Calibration, PoseError> {
+    /// With the actuator that ends the range.
+    fn calibration(&self, points: &[PosePoint]) -> Result<(Calibration, usize), PoseError> {
         let (piston_um, tilts_um) = self.fit.rms_um(self.found);
         let no_plate = PoseError::NoPlate { left_um: piston_um };
         let plate = self.plate().ok_or(no_plate)?;
@@ -205,9 +210,11 @@ impl Outcome<'_> {
         let is_tried = is_tried(&self.parts.residual);
         plausible::check_piston(self.found, self.fit.top_um, &places, is_tried)?;
         let counted = self.counted(&places)?;
-        let top_um = (0..CHANNELS)
-            .map(|i| counted.at(self.found.shape_um(i, 1.0, self.fit.top_um)))
-            .fold(f64::INFINITY, f64::min);
+        let tops = (0..CHANNELS).map(|i| counted.at(self.found.shape_um(i, 1.0, self.fit.top_um)));
+        let (ends_range, top_um) = tops
+            .enumerate()
+            .min_by(|(_, a), (_, b)| a.total_cmp(b))
+            .expect("a mirror has actuators");
         let mut actuators = self.parts.actuators;
         let changed = Changed::new(
             self.parts,
@@ -229,7 +236,7 @@ impl Outcome<'_> {
         let hottest = actuators.iter().map(|it| it.shape.knots()[SEGMENTS]);
         let mut bounds = self.parts.bounds;
         bounds.rise.0 = hottest.fold(bounds.rise.0, f32::max);
-        Ok(Calibration::new(Parts {
+        let calibration = Calibration::new(Parts {
             actuators,
             heat,
             plate,
@@ -237,7 +244,8 @@ impl Outcome<'_> {
             sensed_crosstalk: self.found.sensed_crosstalk as f32,
             residual: self.residual((piston_um, tilts_um), points),
             ..*self.parts
-        })?)
+        })?;
+        Ok((calibration, ends_range))
     }
 
     /// From what was found of a level plate's piston to what it is counted as (um). Where the piston was tried before, its curve is known
