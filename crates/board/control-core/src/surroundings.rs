@@ -195,12 +195,19 @@ impl Surroundings {
 
     /// The states with their deviations, for who asks.
     fn tell(&mut self) {
-        let deviation = fpu::sqrt(self.filter.room_room + UNMODELLED.0 * UNMODELLED.0);
+        let Filter {
+            room, loss, place, ..
+        } = self.filter;
+        // What actuators are apart by is in their mean, too.
+        let of_parts = apart::usual(room, loss, (place, place)) / CHANNELS as f32;
+        let of_loss = apart::OF_LOSS * loss;
+        let unmodelled = UNMODELLED.0 * UNMODELLED.0;
+        let deviation = fpu::sqrt(self.filter.room_room + unmodelled + of_parts);
         self.estimate = Estimate {
-            rise: Kelvin(self.filter.room * self.kelvin),
+            rise: Kelvin(room * self.kelvin),
             rise_deviation: Kelvin(deviation * self.kelvin),
-            loss: self.filter.loss,
-            loss_deviation: fpu::sqrt(self.filter.loss_loss),
+            loss,
+            loss_deviation: fpu::sqrt(self.filter.loss_loss + of_loss * of_loss),
         };
     }
 

@@ -65,6 +65,15 @@ fn room_and_loss_are_told_apart_by_two_drives_and_not_by_one() {
     assert!((both.rise.0 - 8.0).abs() < 0.3, "{both:?}");
     assert!((both.loss - 0.1).abs() < 0.015, "{both:?}");
     assert!(both.rise_deviation.0 < 0.5, "{both:?}");
+    // And both are within what is told.
+    assert!(
+        (both.rise.0 - 8.0).abs() < 2.0 * both.rise_deviation.0,
+        "{both:?}"
+    );
+    assert!(
+        (both.loss - 0.1).abs() < 2.0 * both.loss_deviation,
+        "{both:?}"
+    );
 }
 
 #[test]
