@@ -119,6 +119,13 @@ impl Terminal {
         self.stands_still.store(true, Ordering::Relaxed);
     }
 
+    /// Closes it, as its window is closed: nothing is seen or typed any more, and the program hears of it.
+    pub fn close(&mut self) {
+        // Whoever reads holds it open until the program shows something more.
+        self.stands_still();
+        self.keyboard = File::open("/dev/null").expect("it is there");
+    }
+
     /// Waits until this is seen.
     pub fn wait_for(&self, bench: &Bench, text: &str) {
         bench.wait(&format!("`{text}` is not shown"), |_| {

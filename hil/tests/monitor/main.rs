@@ -125,6 +125,17 @@ fn signals_end_it_with_the_channels_off_and_the_terminal_restored() {
 }
 
 #[test]
+fn a_terminal_that_is_closed_ends_it_with_the_channels_off() {
+    let bench = bench();
+    let mut terminal = driving(&bench);
+    terminal.close();
+    let code = terminal.wait();
+    // It hears the signal of the terminal's end, or cannot draw on it, whichever is first.
+    assert!(matches!(code, Some(1 | 129)), "{code:?}");
+    assert!(bench.is_off());
+}
+
+#[test]
 fn a_stop_turns_off_and_what_was_asked_before_it_does_not_drive_after_it() {
     let bench = bench();
     let mut terminal = driving(&bench);

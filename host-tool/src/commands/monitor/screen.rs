@@ -1,6 +1,7 @@
 //! The terminal of the live view, which is left as it was however the view ends.
 
 use std::io::{self, IsTerminal};
+use std::mem::ManuallyDrop;
 use std::thread;
 
 use ratatui::DefaultTerminal;
@@ -12,7 +13,9 @@ use super::view;
 use crate::error::ToolError;
 
 /// The terminal, taken over until it is dropped; a panic gives it back before it says anything.
-pub(super) struct Screen(DefaultTerminal);
+///
+/// ratatui's own drop prints where it fails, which panics where standard error went with the terminal.
+pub(super) struct Screen(ManuallyDrop<DefaultTerminal>);
 
 /// Makes sure that there is a terminal to show a view on, and keys to hear.
 ///
@@ -27,7 +30,8 @@ pub(super) fn check() -> Result<(), ToolError> {
 
 impl Screen {
     pub(super) fn open() -> Result<Self, ToolError> {
-        ratatui::try_init().map(Self).map_err(ToolError::Terminal)
+        let terminal = ratatui::try_init().map_err(ToolError::Terminal)?;
+        Ok(Self(ManuallyDrop::new(terminal)))
     }
 
     pub(super) fn draw(&mut self, state: &State) -> Result<(), ToolError> {
@@ -40,7 +44,7 @@ impl Drop for Screen {
     fn drop(&mut self) {
         // A terminal that has gone cannot be given back.
         let _ = self.0.show_cursor();
-        ratatui::restore();
+        let _ = ratatui::try_restore();
     }
 }
 
