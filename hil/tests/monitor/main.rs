@@ -9,6 +9,9 @@ use emulated_board::{EmulatedBoard, Speed};
 use hil::{Bench, Terminal, interrupt};
 use serde_json::{Value, json};
 
+/// The arrow up, as terminals send it.
+const UP: &str = "\x1b[A";
+
 /// A board with the wall's clock, for somebody looks at it.
 fn bench() -> Bench {
     Bench::changed(|emulation| emulation.speed = Speed::Times(1.0))
@@ -34,9 +37,9 @@ fn keys_move_the_mirror_and_q_turns_it_off() {
         "{}",
         terminal.text()
     );
-    terminal.types("\x1b[A");
+    terminal.types(UP);
     terminal.wait_for(&bench, "asked 61.000 um, pose 61.000 ±");
-    terminal.types("\x1b[1;2B-");
+    terminal.types("\x1b[1;2B-1\r");
     terminal.wait_for(&bench, "asked 50.000 um, pose 50.000 ±");
     terminal.types("300\r");
     terminal.wait_for(&bench, "300 um is beyond the range");
@@ -139,12 +142,12 @@ fn a_terminal_that_is_closed_ends_it_with_the_channels_off() {
 fn a_stop_turns_off_and_what_was_asked_before_it_does_not_drive_after_it() {
     let bench = bench();
     let mut terminal = driving(&bench);
-    terminal.types("++++ ");
+    terminal.types(&format!("{UP}{UP}{UP}{UP} "));
     terminal.wait_for(&bench, "stopped: channels are off");
     terminal.wait_for(&bench, "not driven");
     terminal.wait_for(&bench, "all ready");
     // Its own stop needs no more than the next key.
-    terminal.types("+");
+    terminal.types(UP);
     terminal.wait_for(&bench, "all driving");
     terminal.types("0");
     terminal.wait_for(&bench, "stopped: channels are off");
@@ -153,7 +156,7 @@ fn a_stop_turns_off_and_what_was_asked_before_it_does_not_drive_after_it() {
     terminal.wait_for(&bench, "asked 40.000 um");
     bench.json(&["off"]);
     terminal.wait_for(&bench, "turned off by another tool");
-    terminal.types("+");
+    terminal.types(UP);
     terminal.wait_for(&bench, "not driven");
     terminal.types("c");
     terminal.wait_for(&bench, "cleared");
@@ -208,7 +211,7 @@ fn a_board_that_is_gone_is_told_and_shown_again_when_it_is_back() {
         recorded.keys.get("partial").is_some(),
         "it says why it ends"
     );
-    terminal.types("+");
+    terminal.types(UP);
     terminal.wait_for(&bench, "needs the board");
     assert!(
         !terminal.text().contains("driven from here"),

@@ -15,7 +15,7 @@ pub(super) const HELP: &str =
 pub(super) enum Key {
     /// Move by so much (um).
     Nudge(f64),
-    /// Type a position.
+    /// Type a position, or with a sign a step.
     Character(char),
     Backspace,
     Escape,
@@ -47,12 +47,9 @@ pub(super) fn read(event: &KeyEvent, is_typed: bool) -> Option<Key> {
         KeyCode::Down | KeyCode::Left => Key::Nudge(-step_um),
         KeyCode::PageUp => Key::Nudge(LONG_STEP_UM),
         KeyCode::PageDown => Key::Nudge(-LONG_STEP_UM),
-        // `+` is a shifted key on most keyboards, so shift means nothing there.
-        KeyCode::Char('+') => Key::Nudge(STEP_UM),
-        KeyCode::Char('-') => Key::Nudge(-STEP_UM),
         KeyCode::Char(' ') => Key::Stop,
         KeyCode::Char('0') if !is_typed => Key::Stop,
-        KeyCode::Char(digit @ ('0'..='9' | '.')) => Key::Character(digit),
+        KeyCode::Char(of_number @ ('0'..='9' | '.' | '+' | '-')) => Key::Character(of_number),
         KeyCode::Char(unit @ ('u' | 'µ' | 'n' | 'm')) if is_typed => Key::Character(unit),
         KeyCode::Enter => Key::Enter,
         KeyCode::Backspace => Key::Backspace,

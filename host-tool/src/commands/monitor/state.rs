@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 
 use mirror_protocol::{ChannelState, LEASE_FOREVER_MS, Status, Telemetry};
-use quantities::in_unit;
+use quantities::{Length, in_unit};
 
 use super::keys::Key;
 use crate::board::check_position;
@@ -81,7 +81,7 @@ pub(super) struct State {
     pub(super) asked_um: Option<f64>,
     /// Whether this view has ever asked the board to drive.
     pub(super) has_driven: bool,
-    /// A position that is being typed.
+    /// A position or a step that is being typed.
     pub(super) entry: String,
     /// What happened last, in words.
     pub(super) notice: String,
@@ -218,10 +218,7 @@ impl State {
                 let entry = std::mem::take(&mut self.entry);
                 (!entry.is_empty()).then(|| self.read(&entry)).flatten()
             }
-            Key::Nudge(um) => {
-                let now_um = self.asked_um.unwrap_or(self.pose_um());
-                Some(Order::Move((now_um + um).clamp(0.0, self.max_um())))
-            }
+            Key::Nudge(um) => Some(Order::Move((self.now_um() + um).clamp(0.0, self.max_um()))),
             Key::Hold => Some(Order::Move(self.pose_um().clamp(0.0, self.max_um()))),
             Key::Stop => {
                 self.entry.clear();
@@ -234,10 +231,15 @@ impl State {
         }
     }
 
-    /// The move to a position as it was typed; micrometres where it has no unit.
+    /// The move to a position as it was typed, or with a sign by that much; micrometres where it has no unit.
     fn read(&mut self, entry: &str) -> Option<Order> {
-        let asked = in_unit(entry, "um").map_err(|error| error.to_string());
-        let within = asked.and_then(|asked| {
+        let from_um = match entry.starts_with(['+', '-']) {
+            true => self.now_um(),
+            false => 0.0,
+        };
+        let typed = in_unit(entry, "um").map_err(|error| error.to_string());
+        let within = typed.and_then(|Length { um }| {
+            let asked = Length { um: from_um + um };
             let within = check_position(asked, &self.status);
             within.map_err(|error| error.to_string()).map(|()| asked)
         });
@@ -248,6 +250,11 @@ impl State {
                 None
             }
         }
+    }
+
+    /// Where a step begins: at what was asked for last, or where the plate is (um).
+    fn now_um(&self) -> f64 {
+        self.asked_um.unwrap_or(self.pose_um())
     }
 
     /// Where the plate is asked to be on its way now (um).
@@ -329,6 +336,18 @@ mod tests {
         assert_eq!(state.entry, "7");
         assert_eq!(state.press(Key::Stop), Some(Order::Stop));
         assert_eq!(state.press(Key::Enter), None, "a stop drops what was typed");
+    }
+
+    #[test]
+    fn a_number_with_a_sign_is_a_step_and_moves_nothing_before_it_is_whole() {
+        let mut state = at_rest();
+        typed(&mut state, "60");
+        assert_eq!(typed(&mut state, "-5"), Some(Order::Move(55.0)));
+        assert_eq!(typed(&mut state, "+500nm"), Some(Order::Move(55.5)));
+        for (text, told) in [("-60", "beyond the range"), ("-", "number"), ("5-", "unit")] {
+            assert_eq!(typed(&mut state, text), None);
+            assert!(state.notice.contains(told), "{text}: {}", state.notice);
+        }
     }
 
     #[test]
