@@ -1,7 +1,9 @@
 """Each driver in its real framework, on the emulated board. One whose framework is not installed is skipped, and says so."""
 
+import math
+
 import pytest
-from electrothermal_mirror import Mirror, Server
+from electrothermal_mirror import InstrumentError, Mirror, Server
 
 #: The bench mirror is off by so much at most until it is calibrated (m; docs/guide/calibrate.md, error at rest, before).
 UNCALIBRATED = 10.8e-6
@@ -14,7 +16,7 @@ def test_qcodes(served: Server) -> None:
     instrument = ElectrothermalMirror("mirror", Mirror(*served.address))
     try:
         instrument.position(60e-6)
-        assert instrument.position() == 60e-6
+        assert instrument.position() == pytest.approx(60e-6)
         assert instrument.sensor() == pytest.approx(60e-6, abs=UNCALIBRATED)
         assert instrument.currents().shape == (4,)
         assert instrument.get_idn()["vendor"] == "host-tool"
@@ -22,6 +24,11 @@ def test_qcodes(served: Server) -> None:
         assert snapshot["parameters"]["position"]["unit"] == "m"
         with pytest.raises(ValueError, match="must be between"):
             instrument.position(1.0)
+        with Mirror(*served.address) as another:
+            another.off()
+        with pytest.raises(InstrumentError, match="turned the channels off"):
+            instrument.position()
+        assert math.isnan(instrument.position())
     finally:
         instrument.close()
 
@@ -34,6 +41,10 @@ def test_pymeasure(served: Server) -> None:
     host, port = served.address
     instrument = ElectrothermalMirror(f"TCPIP::{host}::{port}::SOCKET", visa_library="@py")
     try:
+        assert math.isnan(instrument.position)
+        for asked in (500e-6, -1e-6, math.nan):
+            with pytest.raises(InstrumentError, match="range|number"):
+                instrument.position = asked
         instrument.position = 60e-6
         assert instrument.position == pytest.approx(60e-6)
         assert instrument.sensor == pytest.approx(60e-6, abs=UNCALIBRATED)
@@ -41,6 +52,8 @@ def test_pymeasure(served: Server) -> None:
         assert instrument.check_errors() == []
         instrument.write("NONSENSE")
         assert instrument.check_errors()[0][0] == -113
+        with pytest.raises(InstrumentError, match="NONSENSE"):
+            instrument.ask("NONSENSE?")
     finally:
         instrument.shutdown()
 

@@ -25,6 +25,17 @@ class InstrumentError(Exception):
         self.number = number
 
 
+def error_in(answer: str) -> InstrumentError | None:
+    """The error that ``answer`` tells, where it answers ``SYSTem:ERRor?``; its number is 0 where nothing went wrong."""
+    error = _ERROR.fullmatch(answer)
+    return InstrumentError(int(error[1]), error[2].replace('""', '"')) if error else None
+
+
+def known(number: float) -> float:
+    """``number`` as the instrument says it; NaN where it is not known."""
+    return float("nan") if number == NOT_A_NUMBER else number
+
+
 class Instrument:
     """A connection to ``host-tool serve``. Threads may share it.
 
@@ -79,9 +90,9 @@ class Instrument:
         with self._turn:
             self._send(question, wait)
             answer = self._line()
-            error = _ERROR.fullmatch(answer)
+            error = error_in(answer)
             if error:
-                raise _raised(error)
+                raise error
             self._check()
             return answer
 
@@ -91,8 +102,7 @@ class Instrument:
         Raises:
             InstrumentError: as of :meth:`query`.
         """
-        numbers = [float(number) for number in self.query(question).split(",")]
-        return [float("nan") if number == NOT_A_NUMBER else number for number in numbers]
+        return [known(float(number)) for number in self.query(question).split(",")]
 
     def query_block(self, question: str, wait: float = 0.0) -> bytes:
         """The block of bytes that answers ``question`` (IEEE 488.2, 8.7.9).
@@ -104,8 +114,8 @@ class Instrument:
             self._send(question, wait)
             first = self._read(1)
             if first != b"#":
-                error = _ERROR.fullmatch((first + self._reader.readline()).decode().strip())
-                raise _raised(error) if error else ValueError(f"{question} is not answered by a block")
+                error = error_in((first + self._reader.readline()).decode().strip())
+                raise error or ValueError(f"{question} is not answered by a block")
             digits = int(self._read(1))
             block = self._read(int(self._read(digits)))
             self._line()
@@ -120,9 +130,9 @@ class Instrument:
         self._socket.sendall(f"{message}\nSYST:ERR?\n".encode())
 
     def _check(self) -> None:
-        error = _ERROR.fullmatch(self._line())
-        if error and int(error[1]) != 0:
-            raise _raised(error)
+        error = error_in(self._line())
+        if error and error.number != 0:
+            raise error
 
     def _line(self) -> str:
         line = self._reader.readline()
@@ -135,7 +145,3 @@ class Instrument:
         if read is None or len(read) < count:
             raise ConnectionError("the instrument has closed the connection in the midst of an answer")
         return read
-
-
-def _raised(error: re.Match[str]) -> InstrumentError:
-    return InstrumentError(int(error[1]), error[2].replace('""', '"'))

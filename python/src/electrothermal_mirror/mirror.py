@@ -256,6 +256,10 @@ class Mirror:
         """The limits that have acted since the mirror was moved."""
         return self.instrument.query("STAT:LIM?").strip('"').split()
 
+    def asked(self) -> float:
+        """The position that the mirror was asked for and is held at, by whichever client (m); NaN where there is none."""
+        return self.instrument.query_numbers("POS?")[0]
+
     def position(self) -> float:
         """The board's position sensor (m); NaN where it has none."""
         return self.instrument.query_numbers("MEAS:POS?")[0]

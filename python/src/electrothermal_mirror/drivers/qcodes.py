@@ -22,8 +22,9 @@ class ElectrothermalMirror(Instrument):
             unit="m",
             label="Position",
             vals=Numbers(0.0, mirror.range),
+            get_cmd=mirror.asked,
             set_cmd=mirror.move,
-            docstring="Where the mirror was moved, from rest and towards the substrate.",
+            docstring="Where the mirror is asked to be, from rest and towards the substrate; NaN where nothing holds it.",
         )
         self.add_parameter("sensor", unit="m", label="Position sensor", get_cmd=mirror.position)
         for what, unit, measure in (
