@@ -28,7 +28,7 @@ def test_a_wait_is_as_long_as_a_client_or_the_board_says(mirror: Mirror) -> None
     mirror.move(30e-6)
     # The factory's calibration was never tried on the mirror, so the board foresees nothing.
     assert np.isnan(mirror.settles_in())
-    mirror.settling = 0.2
+    mirror.settling = np.float64(0.2)
     assert mirror.settling == 0.2
     mirror.move(31e-6)
 
@@ -56,6 +56,9 @@ def test_a_trace_has_the_times_that_were_asked_for(mirror: Mirror) -> None:
     frame = trace.to_pandas()
     assert frame.index.name == "t_s" and list(frame.columns[:2]) == ["V1_V", "V2_V"]
     assert "200 samples" in trace._repr_html_()
+    # Between two ticks no sample is taken, so none can have that time.
+    with pytest.raises(InstrumentError, match="whole ticks"):
+        mirror.trace(5, 0.15e-3)
 
 
 def test_a_scan_rises_with_what_was_asked(mirror: Mirror) -> None:

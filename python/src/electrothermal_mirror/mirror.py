@@ -185,7 +185,7 @@ class Mirror:
 
     @settling.setter
     def settling(self, seconds: float) -> None:
-        self.instrument.write(f"SETT {seconds!r}")
+        self.instrument.write(f"SETT {float(seconds)!r}")
 
     def move(self, position: float, wait: bool = True) -> None:
         """Moves the mirror to ``position`` (m), from rest and towards the substrate; waits until it has settled.
@@ -300,7 +300,7 @@ class Mirror:
         the way is missing.
 
         Raises:
-            InstrumentError: where they are too many, or the board does not send them.
+            InstrumentError: where they are too many, the period is between two ticks, or the board does not send them.
         """
         names = self.instrument.query("TRAC:COL?").strip('"').split(",")
         block = self.instrument.query_block(f"TRAC? {count},{float(period)!r}", wait=count * period)
