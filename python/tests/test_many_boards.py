@@ -10,8 +10,10 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
+import numpy as np
 import pytest
 from electrothermal_mirror import EmulatedBoard, Mirror, Server
+from electrothermal_mirror.processes import tool
 
 NAMES = ("north", "east", "south", "west")
 #: The bench mirror is off by so much at most until it is calibrated (m; docs/guide/calibrate.md, error at rest, before).
@@ -138,6 +140,42 @@ def test_an_ioc_that_others_reach_says_so() -> None:
     assert all("ConnectionRefusedError" in one for one in said.values())
 
 
+def test_an_ioc_tells_that_a_board_was_stopped_beside_it_and_clears_it(bench: Bench, ioc: None) -> None:
+    from caproto import AlarmSeverity, CaprotoError
+    from caproto.sync.client import read, write
+
+    def put(name: str, value: float) -> None:
+        write(f"LAB:north:{name}", value, notify=True, timeout=PATIENCE, repeater=False)
+
+    def shown(name: str) -> tuple[np.ndarray, AlarmSeverity]:
+        answer = read(f"LAB:north:{name}", timeout=PATIENCE, data_type="time", repeater=False)
+        return answer.data, AlarmSeverity(answer.metadata.severity)
+
+    def words(name: str) -> str:
+        # A string of so many characters is an array of them.
+        return bytes(shown(name)[0]).decode()
+
+    put("POSITION", 60e-6)
+    assert shown("POSITION") == (60e-6, AlarmSeverity.NO_ALARM)
+    off = [tool(), "--board", "north", "off"]
+    subprocess.run(off, env=os.environ | {"MIRROR_BOARDS": str(bench[1]["north"].boards)}, check=True, capture_output=True)
+    waits_for(lambda: shown("STATE")[1] is AlarmSeverity.MAJOR_ALARM)
+    waits_for(lambda: shown("POSITION")[1] is AlarmSeverity.INVALID_ALARM)
+    assert np.isnan(shown("POSITION")[0]) and "CLEAR" in words("STATE") and "host-tool off" in words("MESSAGE")
+    with pytest.raises(CaprotoError):
+        put("POSITION", 50e-6)
+    assert "host-tool off" in words("MESSAGE")
+
+    put("CLEAR", 1)
+    put("POSITION", 50e-6)
+    assert shown("POSITION")[1] is AlarmSeverity.NO_ALARM and words("MESSAGE") == ""
+    waits_for(lambda: shown("STATE")[1] is AlarmSeverity.NO_ALARM)
+    assert words("STATE") == ", ".join(["driving"] * 4)
+    put("OFF", 1)
+    waits_for(lambda: bool(np.isnan(shown("POSITION")[0])))
+    put("POSITION", 50e-6)
+
+
 def test_an_ioc_serves_four_boards_and_tells_that_one_has_died(bench: Bench, ioc: None) -> None:
     from caproto import AlarmSeverity, CaprotoError
     from caproto.sync.client import read, write
@@ -158,6 +196,8 @@ def test_an_ioc_serves_four_boards_and_tells_that_one_has_died(bench: Bench, ioc
 
     bench[1]["south"].kill()
     waits_for(lambda: reading("south")[1] is AlarmSeverity.INVALID_ALARM)
+    position = read("LAB:south:POSITION", timeout=PATIENCE, data_type="time", repeater=False)
+    assert position.metadata.severity == AlarmSeverity.INVALID_ALARM
     with pytest.raises(CaprotoError):
         write("LAB:south:POSITION", 10e-6, notify=True, timeout=PATIENCE, repeater=False)
     # The others are still where they were, and move.

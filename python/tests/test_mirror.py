@@ -67,6 +67,14 @@ def test_a_scan_rises_with_what_was_asked(mirror: Mirror) -> None:
     assert np.all(np.diff(read) > 20e-6)
 
 
+def test_one_that_is_not_to_drive_is_told_who_does(served: Server, mirror: Mirror) -> None:
+    mirror.move(30e-6)
+    assert not mirror.is_stopped
+    with Mirror(*served.address) as another, pytest.raises(InstrumentError, match="driven by 127.0.0.1"):
+        another.lock()
+    mirror.lock()
+
+
 def test_what_is_out_of_range_is_said(mirror: Mirror) -> None:
     with pytest.raises(InstrumentError, match="beyond the range") as raised:
         mirror.move(1.0)

@@ -95,6 +95,9 @@ class Trace:
         lost = "" if len(self.time) < 2 else f", every {np.median(np.diff(self.time)) * 1e3:g} ms"
         return f"<p>{len(self.time)} samples{lost}; <code>to_pandas()</code> makes a frame of them</p>"
 
+#: The bit of the questionable states that tells a stop (docs/reference/instrument.md).
+_STOPPED = 1 << 11
+
 
 class Mirror:
     """A mirror on its driver board.
@@ -240,6 +243,22 @@ class Mirror:
     def clear(self) -> None:
         """Lets the board forget its faults."""
         self.instrument.write("OUTP:PROT:CLE")
+
+    def lock(self) -> None:
+        """Asks to drive alone, and forgets errors that wait. Once the board was stopped beside this one, by ``host-tool off`` or a
+        reset, nothing else lets it drive again.
+
+        Raises:
+            InstrumentError: where another client drives.
+        """
+        if self.instrument.query("*CLS;:SYST:LOCK:REQ?") != "1":
+            owner = self.instrument.query("SYST:LOCK:OWN?").strip('"')
+            raise InstrumentError(-203, f"driven by {owner}; Mirror.off turns it off nevertheless")
+
+    @property
+    def is_stopped(self) -> bool:
+        """Whether the board was stopped beside this one, which drives it again after :meth:`lock`."""
+        return bool(int(self.instrument.query("STAT:QUES:COND?")) & _STOPPED)
 
     @property
     def is_driven(self) -> bool:

@@ -1,7 +1,8 @@
 """Mirrors as an EPICS soft IOC, for what goes past one machine: ``python -m electrothermal_mirror.drivers.epics``.
 
 Each board has the process variables of :class:`MirrorRecords` under the prefix and its own name: ``LAB:emulated:POSITION``.
-A put to ``POSITION`` that waits for its callback ends when the mirror has settled, and fails where it was not moved.
+A put to ``POSITION`` that waits for its callback ends when the mirror has settled, and fails where it was not moved; why stands in
+``MESSAGE``. Once the board was stopped beside the IOC nothing is driven before a put to ``CLEAR``.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import argparse
 import asyncio
 import sys
 from ipaddress import ip_address
+from math import isnan
 from typing import Any
 
 from caproto import AlarmSeverity, AlarmStatus, CaprotoRuntimeError
@@ -21,34 +23,58 @@ from ..mirror import Mirror
 #: From one reading of a board to the next (s).
 PERIOD = 0.2
 NAN = float("nan")
+#: The alarms of a reading that is true, of a board that does not answer, of a position that is not held, and of a stop.
+TRUE = {"status": AlarmStatus.NO_ALARM, "severity": AlarmSeverity.NO_ALARM}
+UNANSWERED = {"status": AlarmStatus.COMM, "severity": AlarmSeverity.INVALID_ALARM}
+NOT_HELD = {"status": AlarmStatus.UDF, "severity": AlarmSeverity.INVALID_ALARM}
+STOPPED = {"status": AlarmStatus.DISABLE, "severity": AlarmSeverity.MAJOR_ALARM}
 
 
 class MirrorRecords(PVGroup):  # type: ignore[misc]
-    """What EPICS sees of one mirror, in SI units. Readings of a board that does not answer are invalid, by their alarm."""
+    """What EPICS sees of one mirror, in SI units. Readings of a board that does not answer are invalid, by their alarm, and so is
+    a position that is not held."""
 
-    position = pvproperty(name="POSITION", value=0.0, units="m", precision=9, doc="Where the mirror is to be, from rest.")
+    position = pvproperty(name="POSITION", value=NAN, units="m", precision=9, doc="Where the mirror is held, from rest.")
     off = pvproperty(name="OFF", value=0, doc="A put turns the outputs off.")
+    clear = pvproperty(name="CLEAR", value=0, doc="A put lets the board be driven again after faults and stops.")
     sensor = pvproperty(name="SENSOR", value=NAN, units="m", precision=9, read_only=True, doc="The board's position sensor.")
     drives = pvproperty(name="DRIVES", value=[NAN] * 4, units="V", read_only=True, doc="What is driven.")
     currents = pvproperty(name="CURRENTS", value=[NAN] * 4, units="A", read_only=True, doc="What flows.")
     temperatures = pvproperty(name="TEMPERATURES", value=[NAN] * 4, units="K", read_only=True, doc="Heaters, above ambient.")
     state = pvproperty(name="STATE", value="", max_length=400, read_only=True, doc="What the channels do, or what is wrong.")
+    message = pvproperty(name="MESSAGE", value="", max_length=400, read_only=True, doc="What went wrong since a put went well.")
 
     def __init__(self, mirror: Mirror, reader: Mirror, prefix: str) -> None:
         """Moves ``mirror``, and reads it by another connection meanwhile, under names that begin with ``prefix``."""
         super().__init__(prefix=prefix)
         self.mirror = mirror
         self.reader = reader
+        self.is_stopped = False
+        #: Of who speaks by the connection that moves.
+        self.turn = asyncio.Lock()
 
     @position.putter
-    async def position(self, _instance: Any, value: float) -> None:
+    async def position(self, instance: Any, value: float) -> None:
         """Moves, and waits until the mirror has settled."""
-        await self._asked(self.mirror.move, float(value))
+        async with self.turn:
+            await self._asked(self._move, float(value))
+        await instance.alarm.write(**TRUE)
 
     @off.putter
     async def off(self, _instance: Any, _value: int) -> int:
-        """Turns off."""
-        await self._asked(self.mirror.off)
+        """Turns off, also while a move waits for the mirror to settle, which fails then."""
+        if self.turn.locked():
+            await self._asked(self.reader.off)
+        else:
+            async with self.turn:
+                await self._asked(self.mirror.off)
+        return 0
+
+    @clear.putter
+    async def clear(self, _instance: Any, _value: int) -> int:
+        """Lets the board forget faults, and this IOC that it was stopped."""
+        async with self.turn:
+            await self._asked(self._clear)
         return 0
 
     @state.startup
@@ -61,31 +87,57 @@ class MirrorRecords(PVGroup):  # type: ignore[misc]
                 await self._invalidate()
                 await instance.write(str(error)[:400])
             else:
-                for record, value in readings:
-                    await record.write(value, status=AlarmStatus.NO_ALARM, severity=AlarmSeverity.NO_ALARM)
+                for record, value, alarm in readings:
+                    await record.write(value, **alarm)
+                await self._look()
             await asyncio.sleep(PERIOD)
 
-    def _read(self) -> list[tuple[Any, Any]]:
+    def _read(self) -> list[tuple[Any, Any, Any]]:
         mirror = self.reader
+        doing = ", ".join(mirror.channels)
+        state = (f"stopped, and driven again after a put to CLEAR; {doing}", STOPPED) if self.is_stopped else (doing, TRUE)
         return [
-            (self.sensor, mirror.position()),
-            (self.drives, mirror.drives()),
-            (self.currents, mirror.currents()),
-            (self.temperatures, mirror.temperatures()),
-            (self.state, ", ".join(mirror.channels)),
+            (self.sensor, mirror.position(), TRUE),
+            (self.drives, mirror.drives(), TRUE),
+            (self.currents, mirror.currents(), TRUE),
+            (self.temperatures, mirror.temperatures(), TRUE),
+            (self.state, *state),
         ]
 
+    async def _look(self) -> None:
+        """Shows where the mirror is held, and what ended it; not while a put is on its way, whose answer tells that."""
+        if self.turn.locked():
+            return
+        async with self.turn:
+            try:
+                asked, self.is_stopped = await asyncio.to_thread(lambda: (self.mirror.asked(), self.mirror.is_stopped))
+            except (InstrumentError, OSError) as error:
+                await self.message.write(str(error)[:400])
+            else:
+                await self.position.write(asked, verify_value=False, **(NOT_HELD if isnan(asked) else TRUE))
+
+    def _move(self, position: float) -> None:
+        # What went wrong before is not of this move; a stop that is still to be cleared is told again.
+        self.mirror.instrument.write("*CLS")
+        self.mirror.move(position)
+
+    def _clear(self) -> None:
+        self.mirror.lock()
+        self.mirror.clear()
+        self.is_stopped = False
+
     async def _invalidate(self) -> None:
-        for record in (self.sensor, self.drives, self.currents, self.temperatures, self.state):
-            await record.alarm.write(status=AlarmStatus.COMM, severity=AlarmSeverity.INVALID_ALARM)
+        for record in (self.position, self.sensor, self.drives, self.currents, self.temperatures, self.state):
+            await record.alarm.write(**UNANSWERED)
 
     async def _asked(self, what: Any, *values: float) -> None:
         try:
             await asyncio.to_thread(what, *values)
         except (InstrumentError, OSError) as error:
-            # The client is told that its put failed; why stands in STATE.
-            await self.state.write(str(error)[:400])
+            await self.message.write(str(error)[:400])
+            # The client is told that its put failed.
             raise CaprotoRuntimeError(str(error)) from None
+        await self.message.write("")
 
 
 def records(address: tuple[str, int], prefix: str) -> dict[str, Any]:
