@@ -33,6 +33,7 @@
 //! sensed_rise_k = [0.01, 6.2, ...] # 17 of them, at equal steps of the rise from 0 to sensed_top_k; none where nobody knows them
 //! ```
 
+mod coherent;
 mod stored;
 
 use std::sync::Arc;
@@ -80,7 +81,7 @@ pub fn to_toml(calibration: &Calibration) -> String {
 /// The calibration in the text of a file called `name`.
 ///
 /// # Errors
-/// Points at the place that is wrong, or names the value that no mirror can have.
+/// Points at the place that is wrong, or names the value that no mirror can have, or not beside the others.
 pub fn from_toml(name: &str, text: &str) -> Result<Calibration, CalibrationFileError> {
     let stored: Stored = toml::from_str(text).map_err(|error| CalibrationFileError::Content {
         name: name.to_owned(),
@@ -88,8 +89,8 @@ pub fn from_toml(name: &str, text: &str) -> Result<Calibration, CalibrationFileE
         text: Arc::new(NamedSource::new(name, text.to_owned())),
         place: error.span().unwrap_or_default().into(),
     })?;
-    stored
-        .read()
+    let read = stored.read();
+    read.and_then(|calibration| coherent::check(&calibration).map(|()| calibration))
         .map_err(|message| CalibrationFileError::Value {
             name: name.to_owned(),
             message,

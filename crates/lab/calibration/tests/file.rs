@@ -107,6 +107,33 @@ fn one_field_off_at_a_time_is_refused_by_name() {
     }
 }
 
+/// Each of them is a value that some mirror may have.
+#[test]
+fn a_thermal_resistance_that_does_not_belong_to_its_table_is_refused() {
+    let original = calibration();
+    let with = |factor: f32, changed: usize| {
+        let mut parts: Parts = *original.parts();
+        for actuator in &mut parts.actuators[..changed] {
+            actuator.thermal_resistance.0 *= factor;
+        }
+        let changed = Calibration::new(parts).expect("some mirror's");
+        from_toml("mirror.toml", &to_toml(&changed)).map_err(|error| error.to_string())
+    };
+    for (factor, changed, told) in [
+        (1e-3, 1, "the board drives at most 40.000 mW"),
+        (10.0, 1, "the other actuators take about"),
+        (1e3, 4, "max_power_w is"),
+    ] {
+        let said = with(factor, changed).expect_err("no mirror");
+        for word in ["thermal_resistance_k_per_w of actuator 1", told] {
+            assert!(said.contains(word), "{said}");
+        }
+    }
+    for factor in [0.7, 1.4] {
+        with(factor, 1).expect("a mirror of unlike actuators");
+    }
+}
+
 #[test]
 fn an_actuator_that_is_missing_is_missed() {
     let text = to_toml(&calibration());
