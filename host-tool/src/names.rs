@@ -1,13 +1,24 @@
 //! What faults, limits and states are called.
 
-use control_core::Limits;
-use mirror_protocol::ChannelState;
+use control_core::{Limit, Limits};
+use mirror_protocol::{ChannelState, Status};
 use protection::Fault;
 
 /// The names of the limits that acted.
 pub(crate) fn limit_names(bits: u16) -> Vec<&'static str> {
     Limits::from_bits(bits)
         .iter()
+        .map(|limit| limit.name())
+        .collect()
+}
+
+/// The names of the limits that acted since the mirror was asked to a position. That the surroundings bend it further than that is so only
+/// where it is still so: the way there from rest may begin below.
+pub(crate) fn limits_of_position(status: &Status) -> Vec<&'static str> {
+    let acting = Limits::from_bits(status.telemetry.limits);
+    Limits::from_bits(status.health.limits_since_command)
+        .iter()
+        .filter(|limit| *limit != Limit::RoomWarm || acting.contains(*limit))
         .map(|limit| limit.name())
         .collect()
 }
@@ -64,6 +75,27 @@ pub(crate) fn fault_name(code: u8) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::board::tests::status;
+    use mirror_protocol::Telemetry;
+
+    #[test]
+    fn a_room_that_bends_the_mirror_further_only_on_the_way_is_no_limit_of_a_position() {
+        let mut warm = Limits::NONE;
+        warm.insert(Limit::RoomWarm);
+        let mut acted = warm;
+        acted.insert(Limit::Cooling);
+        let told = |acting: Limits| {
+            let limits = acting.bits();
+            let mut told = status(Telemetry {
+                limits,
+                ..Telemetry::default()
+            });
+            told.health.limits_since_command = acted.bits();
+            limits_of_position(&told)
+        };
+        assert_eq!(told(Limits::NONE), ["cooling"]);
+        assert_eq!(told(warm), ["cooling", "room-warm"]);
+    }
 
     #[test]
     fn what_is_meant_is_found_and_what_is_not_is_none() {

@@ -9,7 +9,7 @@ use crate::board::Board;
 use crate::commands::moving::{Move, Pace, Readings};
 use crate::commands::uncertainty::Uncertainty;
 use crate::error::ToolError;
-use crate::names::{limit_names, limited_line};
+use crate::names::{limited_line, limits_of_position};
 use crate::report;
 use crate::tilted_pose::TiltedPose;
 
@@ -46,7 +46,7 @@ pub(super) async fn run(
         uncertainty: Uncertainty::of_position(&status.telemetry),
         settled_s: settled.s,
         readings,
-        limited_by: limit_names(status.health.limits_since_command),
+        limited_by: limits_of_position(&status),
     };
     report::print(&report, json);
     report::say(&pace.line(), json);

@@ -10,7 +10,7 @@ use crate::board::{Board, check_position};
 use crate::commands::moving::{Move, Pace, Readings};
 use crate::commands::uncertainty::Uncertainty;
 use crate::error::ToolError;
-use crate::names::{limit_names, limited_line};
+use crate::names::{limited_line, limits_of_position};
 use crate::report;
 
 #[derive(Serialize)]
@@ -42,7 +42,7 @@ pub(super) async fn run(board: &Board, z: Length, pace: Pace, json: bool) -> Res
         asked_um: z.um,
         settled_s: settled.s,
         readings,
-        limited_by: limit_names(status.health.limits_since_command),
+        limited_by: limits_of_position(&status),
         uncertainty: Uncertainty::of_position(&status.telemetry),
         sensor_is_virtual: board.identity().is_emulated,
         error_um: readings.sensor_z_um.map(|sensor| sensor - z.um),
