@@ -150,7 +150,8 @@ fn in_a_warm_room_the_range_begins_where_the_mirror_rests() {
         "5Hz",
     ]);
     assert!(refused.sentence().contains("rests at"), "{}", refused.err);
-    // A heater that is asked for no power leaves it there.
+    // A heater that is asked for no power leaves it there, once the room is told where the heat is least.
+    let asked = format!("{:.3}um", lowest_um());
     bench.json(&["set-z", &asked, "--settle", "1s"]);
     let resting_um = bench.controls().plate_um();
     bench.json(&["off"]);
