@@ -109,11 +109,14 @@ impl Control {
         self.protection.trip(fault);
     }
 
-    /// Whether the next tick ends a lease that was granted for no longer than `short`, and neither an order that could
-    /// renew it nor a stop waits.
-    pub fn is_about_to_lapse(&self, short: Lease) -> bool {
-        let is_awaited = self.mailbox.has_order() || self.mailbox.has_stop();
-        self.protection.is_about_to_lapse(short) && !is_awaited
+    /// Whether a lease that was granted for no longer than `short` ends after `soon`, or before.
+    pub fn is_about_to_lapse(&self, short: Lease, soon: Lease) -> bool {
+        self.protection.is_about_to_lapse(short, soon)
+    }
+
+    /// Whether anything waits for the next tick.
+    pub fn is_asked(&self) -> bool {
+        self.mailbox.has_any()
     }
 
     /// An idle board was left alone for so many ticks, in which it read this. Where they would change nothing they are only

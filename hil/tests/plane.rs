@@ -1,9 +1,9 @@
 //! The plate's two angles, from a scan by a person who moves the sensor's spot from point to point.
 
 use std::io::{BufRead, BufReader, Read, Write};
-use std::process::Child;
+use std::process::{Child, ChildStderr, ChildStdin};
 
-use hil::{Bench, Said, interrupt};
+use hil::{Bench, Said, interrupt, signal};
 use measurement::Session;
 use virtual_mirror::{Family, MirrorConfig, VirtualMirror};
 
@@ -14,32 +14,56 @@ fn config() -> MirrorConfig {
 
 const GRID_UM: [f64; 3] = [-50.0, 0.0, 50.0];
 
-/// The person: wherever the tool asks for the spot it is moved to, and Enter is pressed, until `enough` points are read or the
-/// tool ends; then `stop` ends it.
-fn scan(bench: &mut Bench, tool: &mut Child, enough: usize, stop: fn(&mut Child)) -> String {
-    let mut keys = tool.stdin.take().expect("piped");
-    let mut said = BufReader::new(tool.stderr.take().expect("piped"));
-    let mut all = String::new();
-    for _ in 0..enough {
-        let mut line = String::new();
-        while !line.contains("move the spot to") {
-            line.clear();
-            if said.read_line(&mut line).expect("text") == 0 {
-                return all;
-            }
-            all += &line;
+/// A person in front of the tool.
+struct Person {
+    keys: ChildStdin,
+    said: BufReader<ChildStderr>,
+    heard: String,
+}
+
+impl Person {
+    fn at(tool: &mut Child) -> Self {
+        Self {
+            keys: tool.stdin.take().expect("piped"),
+            said: BufReader::new(tool.stderr.take().expect("piped")),
+            heard: String::new(),
         }
-        let number = |after: &str| -> f64 {
-            let (_, rest) = line.split_once(after).expect("it is named");
-            let word = rest.split_whitespace().next().expect("a number");
-            word.parse().expect("a number")
-        };
-        bench.controls().move_spot([number(" x "), number(" y ")]);
-        writeln!(keys).expect("it listens");
     }
+
+    /// Wherever the tool asks for the spot it is moved to, and Enter is pressed, until `enough` points are answered or the tool ends.
+    fn answer(&mut self, bench: &mut Bench, enough: usize) {
+        for _ in 0..enough {
+            let mut line = String::new();
+            while !line.contains("move the spot to") {
+                line.clear();
+                if self.said.read_line(&mut line).expect("text") == 0 {
+                    return;
+                }
+                self.heard += &line;
+            }
+            let number = |after: &str| -> f64 {
+                let (_, rest) = line.split_once(after).expect("it is named");
+                let word = rest.split_whitespace().next().expect("a number");
+                word.parse().expect("a number")
+            };
+            bench.controls().move_spot([number(" x "), number(" y ")]);
+            writeln!(self.keys).expect("it listens");
+        }
+    }
+
+    /// What the tool has said when it has ended.
+    fn hear_the_rest(mut self) -> String {
+        self.said.read_to_string(&mut self.heard).expect("text");
+        self.heard
+    }
+}
+
+/// Answers `enough` points; then `stop` ends the tool.
+fn scan(bench: &mut Bench, tool: &mut Child, enough: usize, stop: fn(&mut Child)) -> String {
+    let mut person = Person::at(tool);
+    person.answer(bench, enough);
     stop(tool);
-    said.read_to_string(&mut all).expect("text");
-    all
+    person.hear_the_rest()
 }
 
 fn grid(bench: &Bench) {
@@ -134,6 +158,30 @@ fn kill_9_leaves_the_points_that_were_read() {
     assert!((4..=5).contains(&points), "{part}");
     let again = bench.json(&["measure", "plane", "--from", "plane.3.xyz"]);
     assert_eq!(again["points"], points);
+}
+
+#[test]
+fn a_point_is_not_read_of_a_mirror_that_is_no_longer_driven() {
+    let mut bench = Bench::emulated(config());
+    grid(&bench);
+    let mut tool = bench.talk_to_tool(&WORDS);
+    let mut person = Person::at(&mut tool);
+    person.answer(&mut bench, 20);
+    // As a machine that sleeps: by then the lease has lapsed, and the drives have ramped to zero.
+    signal(&tool, "STOP");
+    bench.wait_until_s(bench.simulated_s() + 1.0);
+    signal(&tool, "CONT");
+    person.answer(&mut bench, 1);
+    person.hear_the_rest();
+    let said = Said::from(tool);
+    assert_eq!(said.code, 1);
+    let report: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
+    assert_eq!(report["levels"].as_array().map(Vec::len), Some(2));
+    let part = std::fs::read_to_string(bench.directory().join("plane.3.xyz")).expect("so far");
+    assert!(part.contains("did not drive what was asked"), "{part}");
+    let points = part.lines().count() - 3;
+    assert!((1..=2).contains(&points), "{part}");
+    assert!(bench.is_off());
 }
 
 #[test]

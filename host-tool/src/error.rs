@@ -153,6 +153,15 @@ pub enum ToolError {
     #[diagnostic(help("calibrate the mirror again with this version of the tool"))]
     CalibrationRefused { reason: String },
 
+    #[error(
+        "the board did not drive what was asked for when the sensor was read: {found}; that reading is not kept"
+    )]
+    #[diagnostic(help(
+        "ask for it again, and measure this point once more; what was read before stays. A board ramps to zero where the machine of this \
+         tool sleeps or has no time for it: `host-tool explain lease-lapsed` says more"
+    ))]
+    DrivenOtherwise { found: String },
+
     #[error("the board stopped counting control ticks")]
     #[diagnostic(help("reset the board, or restart its emulator"))]
     ControlStopped,

@@ -21,6 +21,9 @@ pub async fn run<L: PlantLink>(mut board: LockstepBoard<L>, mut control: Control
 
 /// Leases up to this one, 100 ms, are those of a host that renews all the time (`docs/reference/protocol.md`).
 const SHORT_LEASE: Lease = Lease::ticks(TICK_HZ / 10);
+/// Time stands for a renewal from so much before the end on, 2 ms: what was asked before it is answered by a tick, for the link takes
+/// one request after the other.
+const SOON: Lease = Lease::ticks(TICK_HZ / 500);
 
 /// The processor that the firmware runs on, and its way to the plant.
 pub trait PlantLink {
@@ -53,6 +56,8 @@ pub struct LockstepBoard<L> {
     pins: Pins,
     is_idle: bool,
     quiet_ticks: u16,
+    /// The host has not renewed the lease in its grace, which then ends.
+    is_given_up: bool,
 }
 
 impl<L: PlantLink> LockstepBoard<L> {
@@ -65,6 +70,7 @@ impl<L: PlantLink> LockstepBoard<L> {
             pins,
             is_idle: false,
             quiet_ticks: 0,
+            is_given_up: false,
         }
     }
 
@@ -83,12 +89,21 @@ impl<L: PlantLink> LockstepBoard<L> {
 
     /// A short lease ends for want of a host, and not for want of a fast one.
     async fn wait_for_renewal(&mut self, control: &Control) {
-        if control.is_about_to_lapse(SHORT_LEASE) {
-            self.link.begin_grace();
-            while control.is_about_to_lapse(SHORT_LEASE) && !self.link.is_grace_over() {
-                self.link.feed_watchdog();
-                yield_now().await;
+        if !control.is_about_to_lapse(SHORT_LEASE, SOON) {
+            self.is_given_up = false;
+            return;
+        }
+        if self.is_given_up {
+            return;
+        }
+        self.link.begin_grace();
+        while !control.is_asked() {
+            if self.link.is_grace_over() {
+                self.is_given_up = true;
+                return;
             }
+            self.link.feed_watchdog();
+            yield_now().await;
         }
     }
 }

@@ -27,9 +27,13 @@ impl ControlSide {
         self.0.order.take()
     }
 
-    /// Whether an order waits for the next tick.
-    pub(crate) fn has_order(&self) -> bool {
-        !self.0.order.is_empty()
+    /// Whether a stop, or what the link has to answer before it takes another request, waits for the next tick.
+    pub(crate) fn has_any(&self) -> bool {
+        self.has_stop()
+            || !self.0.order.is_empty()
+            || !self.0.play.is_empty()
+            || !self.0.stream.is_empty()
+            || !self.0.calibration.is_empty()
     }
 
     /// A calibration that came since the last tick.

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::board::Board;
 use crate::commands::interrupt::Interrupt;
-use crate::commands::moving::read_settled;
+use crate::commands::moving::{check_lease, read_settled};
 use crate::commands::status::kept_words;
 use crate::error::{BeyondBoard, ToolError};
 use crate::report::{self, decimal, row};
@@ -141,6 +141,7 @@ async fn driven(board: &Board, drive_v: f32) -> Result<[f64; 4], ToolError> {
     };
     let commanded = board.set_drive(drives).await?;
     let (readings, _) = read_settled(board, &commanded, SETTLE).await?;
+    check_lease(readings.limits)?;
     Ok(readings.current_a)
 }
 

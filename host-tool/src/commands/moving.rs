@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use control_core::{Limit, Limits};
 use mirror_protocol::{ChannelState, Commanded, LEASE_FOREVER_MS, Telemetry};
 use quantities::{Hold, Span};
 use serde::Serialize;
@@ -29,6 +30,9 @@ pub(super) struct Readings {
     pub(super) temperature_rise_k: [Option<f64>; 4],
     /// Position sensor on the board, which the controller never sees.
     pub(super) sensor_z_um: Option<f64>,
+    /// Those that acted meanwhile.
+    #[serde(skip)]
+    pub(super) limits: Limits,
 }
 
 /// How long to wait for the mirror, and how long the board then holds it.
@@ -145,6 +149,16 @@ pub(super) async fn read(board: &Board) -> Result<(Readings, u32), ToolError> {
     Ok((Readings::mean(&samples), samples[0].tick))
 }
 
+/// Whether the board drove on under its lease: it says so until the next command where it did not.
+pub(super) fn check_lease(limits: Limits) -> Result<(), ToolError> {
+    match limits.contains(Limit::LeaseLapsed) {
+        false => Ok(()),
+        true => Err(ToolError::DrivenOtherwise {
+            found: "it has ramped to zero, for it heard nothing of this tool in time".to_owned(),
+        }),
+    }
+}
+
 /// Whether no channel has tripped.
 pub(super) fn check_states(states: &[ChannelState; 4]) -> Result<(), ToolError> {
     for (channel, state) in (1..).zip(states) {
@@ -174,6 +188,9 @@ impl Readings {
             current_a: always(channels(&|sample, i| Some(sample.current_a[i]))),
             temperature_rise_k: channels(&|sample, i| sample.temperature_k[i]),
             sensor_z_um: mean_of_those_read(samples),
+            limits: samples.iter().fold(Limits::NONE, |limits, sample| {
+                limits.union(Limits::from_bits(sample.limits))
+            }),
         }
     }
 }

@@ -78,6 +78,7 @@ impl fmt::Display for SetZ {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use control_core::Limits;
 
     #[test]
     fn is_printed_as_in_the_golden_file() {
@@ -88,6 +89,7 @@ mod tests {
                 drive_v: [2.742; 4],
                 current_a: [5.6961e-3, 5.7902e-3, 5.7748e-3, 5.72e-3],
                 temperature_rise_k: [Some(86.04), Some(80.49), None, Some(-0.62)],
+                limits: Limits::NONE,
                 sensor_z_um: Some(119.6181),
             },
             limited_by: vec!["drive-high"],

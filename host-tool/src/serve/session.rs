@@ -410,8 +410,7 @@ impl Session {
         let device = self.device()?;
         let _alone = device.tracing.lock().await;
         let board = device.board().await.map_err(|error| told(&error))?;
-        let is_driven = device.moved().is_some();
-        match trace::take(&board, is_driven, count, period).await {
+        match trace::take(&board, count, period).await {
             Ok(block) => Ok(block),
             Err(TraceError::Scpi(error)) => Err(error),
             Err(TraceError::Tool(error)) => device.heard(&board, Err(error)).await,

@@ -40,31 +40,18 @@ pub(super) const COLUMNS: [(&str, &str); 15] = [
     ("limits", "the limits that act, as a sum"),
 ];
 
-/// Takes `count` samples, one every `period`, of a board that this process drives or does not.
+/// Takes `count` samples, one every `period`.
 ///
 /// # Errors
 /// Where they are too many, or the board does not send them.
-pub(super) async fn take(
-    board: &Board,
-    is_driven: bool,
-    count: u32,
-    period: Span,
-) -> Result<Vec<u8>, TraceError> {
+pub(super) async fn take(board: &Board, count: u32, period: Span) -> Result<Vec<u8>, TraceError> {
     let period_ticks = board.period_ticks(period)?;
     if count > MOST_ROWS || u64::from(count) * u64::from(period_ticks) > MOST_TICKS.into() {
         let longest = board.span(0, MOST_TICKS);
         let said = format!("a trace has at most {MOST_ROWS} samples and lasts at most {longest}");
         return Err(TraceError::Scpi(Error::new(Kind::DataOutOfRange, said)));
     }
-    // An emulated board whose lease is about to end waits for a renewal, but not once it is asked for something that takes
-    // a tick. What comes of the renewal is told by who renews all the time.
-    let renewal = async {
-        if is_driven {
-            let _ = board.renew().await;
-        }
-    };
-    let ((), samples) = tokio::join!(renewal, board.samples(period_ticks, count));
-    let samples = samples?;
+    let samples = board.samples(period_ticks, count).await?;
     let first_tick = samples[0].tick;
     let time_s = |sample: &Telemetry| board.span(first_tick, sample.tick).s;
     let rows = samples

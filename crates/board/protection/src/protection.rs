@@ -260,9 +260,9 @@ impl Protection {
         (self.phase == Phase::Enabled).then_some(self.lease)
     }
 
-    /// Whether the next tick ends a lease that was granted for no longer than `short`.
-    pub fn is_about_to_lapse(&self, short: Lease) -> bool {
-        self.lease() == Some(Lease(0)) && self.granted <= short
+    /// Whether a lease that was granted for no longer than `short` ends after `soon`, or before.
+    pub fn is_about_to_lapse(&self, short: Lease, soon: Lease) -> bool {
+        self.lease().is_some_and(|left| left <= soon) && self.granted <= short
     }
 
     /// What each channel is doing, where it drives `drives` and `limits` act.

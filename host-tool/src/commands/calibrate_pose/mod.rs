@@ -32,7 +32,7 @@ use super::measure::possible::make_directory;
 use super::measure::rested::Rested;
 use super::measure::sensor::Sensor;
 use super::measure::spots::Spots;
-use super::moving::{self, Pace, Readings, UNTIL_THE_NEXT};
+use super::moving::{self, Pace, Readings, UNTIL_THE_NEXT, check_lease};
 use super::pose::request;
 use crate::board::Board;
 use crate::cli::CalibratePose;
@@ -291,11 +291,14 @@ impl<'a> OnPlate<'a> {
         let commanded = self.board.set_pose(asked).await?;
         let (readings, held) =
             moving::read_settled(self.board, &commanded, self.pace.settle).await?;
-        let limits = self.board.status().await?.telemetry.limits;
+        let z_um = self.read_sensor(readings.sensor_z_um).await?;
+        let limits = Limits::from_bits(self.board.status().await?.telemetry.limits);
+        // A slow sensor may have been read for longer than the pose is held.
+        check_lease(limits)?;
         Ok(AtPose {
-            z_um: self.read_sensor(readings.sensor_z_um).await?,
+            z_um,
             held_s: held.s,
-            is_limited: Limits::from_bits(limits).hold_back(),
+            is_limited: limits.hold_back(),
             told_k: told_k(&readings),
         })
     }

@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 
 use measurement::Plane;
 use measurement::Row;
-use mirror_protocol::Drives;
 use quantities::{Span, Voltage};
 use serde::Serialize;
 
@@ -15,7 +14,7 @@ use super::header::header;
 use super::keyboard::Keyboard;
 use super::point::Points;
 use super::possible::{check_drive, make_directory};
-use super::run::{Ended, LEASE_MS, attended, partial, whole};
+use super::run::{Ended, attended, partial, whole};
 use super::spots::{Spots, parse, possible};
 use crate::board::Board;
 use crate::cli;
@@ -155,11 +154,7 @@ impl PlateScan<'_> {
         let mut keyboard = Keyboard::new();
         for (volts, file) in volts.iter().zip(files) {
             self.levels.push(Scanned::begin(volts.v, file)?);
-            let drives = Drives {
-                drive_v: [volts.v as f32; 4],
-                lease_ms: LEASE_MS,
-            };
-            let held = self.board.set_drive(drives).await?;
+            let held = self.points.drive(*volts).await?;
             say(format_args!("at {volts} on all actuators"));
             self.board.wait(held.tick, self.settle).await?;
             self.scan(&mut keyboard).await?;

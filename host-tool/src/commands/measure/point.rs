@@ -2,12 +2,19 @@
 
 use measurement::Row;
 
+use mirror_protocol::{Commanded, Drives};
+use quantities::Voltage;
+
 use super::header::now;
+use super::run::LEASE_MS;
 use super::sensor::Sensor;
 use crate::board::Board;
 use crate::cli::Instruments;
-use crate::commands::moving::read;
+use crate::commands::moving::{check_lease, read};
 use crate::error::ToolError;
+
+/// Drives are whole counts of the board's PWM, a millivolt each (`control_core`, `codes.rs`).
+const COUNT_V: f64 = 1e-3;
 
 /// A board with its instruments, asked point by point.
 pub(super) struct Points<'a> {
@@ -17,6 +24,8 @@ pub(super) struct Points<'a> {
     /// When time 0 was, and the board's tick then.
     session: String,
     begin_tick: u32,
+    /// What all actuators are to be driven by (V).
+    asked_v: f64,
 }
 
 impl<'a> Points<'a> {
@@ -31,6 +40,7 @@ impl<'a> Points<'a> {
             ambient_c: instruments.ambient_c,
             session: String::new(),
             begin_tick: 0,
+            asked_v: 0.0,
         })
     }
 
@@ -49,10 +59,22 @@ impl<'a> Points<'a> {
         &self.session
     }
 
-    /// What the sensor reads now (um), and a row with all else.
+    /// Drives all actuators, for as long as the lease is renewed.
+    pub(super) async fn drive(&mut self, asked: Voltage) -> Result<Commanded, ToolError> {
+        self.asked_v = asked.v;
+        let drives = Drives {
+            drive_v: [asked.v as f32; 4],
+            lease_ms: LEASE_MS,
+        };
+        self.board.set_drive(drives).await
+    }
+
+    /// What the sensor reads now (um), and a row with all else. Where the board does not drive what was asked for, that is no reading.
     pub(super) async fn read(&self) -> Result<(f64, Row), ToolError> {
         let serial_um = self.sensor.read_now().await?;
         let (readings, tick) = read(self.board).await?;
+        check_lease(readings.limits)?;
+        check_drives(readings.drive_v, self.asked_v)?;
         let um = serial_um
             .or(readings.sensor_z_um)
             .ok_or(ToolError::NoSensor)?;
@@ -66,5 +88,32 @@ impl<'a> Points<'a> {
             ..Row::default()
         };
         Ok((um, row))
+    }
+}
+
+/// Whether all actuators have what was asked for.
+fn check_drives(drive_v: [f64; 4], asked_v: f64) -> Result<(), ToolError> {
+    let mut drives = (1..).zip(drive_v);
+    match drives.find(|(_, drive_v)| (drive_v - asked_v).abs() > COUNT_V) {
+        None => Ok(()),
+        Some((actuator, drive_v)) => Err(ToolError::DrivenOtherwise {
+            found: format!("actuator {actuator} has {drive_v:.3} V in place of {asked_v:.3} V"),
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_that_is_driven_otherwise_is_told() {
+        assert!(check_drives([1.9996, 2.0, 2.0, 2.0004], 2.0).is_ok());
+        let said = check_drives([2.0, 2.0, 0.0, 2.0], 2.0).expect_err("told");
+        let said = said.to_string();
+        assert!(
+            said.contains("actuator 3 has 0.000 V in place of 2.000 V"),
+            "{said}"
+        );
     }
 }

@@ -22,6 +22,7 @@ use super::rested::sensor_um;
 use super::sensor::Sensor;
 use crate::board::{Board, RENEWED_LEASE_MS};
 use crate::commands::interrupt::Interrupt;
+use crate::commands::moving::check_lease;
 use crate::error::{OutputError, ToolError};
 use crate::new_file::NewFile;
 use crate::working::spinner;
@@ -341,6 +342,7 @@ impl<'a> Bench<'a> {
         };
         let mut last: Option<Telemetry> = None;
         while let Some(sample) = stream.next_of_all().await? {
+            check_lease(Limits::from_bits(sample.limits))?;
             if let Some(last) = last {
                 for mut row in rows(&[last, sample], piece, &clock) {
                     row.ambient_c = self.ambient_c;

@@ -2,6 +2,7 @@
 
 mod calibration;
 mod fault_log;
+mod lease;
 mod stop;
 mod uploads;
 mod usb;
