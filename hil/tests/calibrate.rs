@@ -244,6 +244,16 @@ fn a_sensor_that_is_touched_meanwhile_keeps_nothing() {
 }
 
 #[test]
+#[ignore = "long"]
+fn a_mirror_that_cools_for_seconds_is_calibrated_from_a_session_that_is_there() {
+    let bench = with_a_session(&MirrorConfig::paper());
+    let said = bench.tool(&["calibrate", "--quick", "--from", "session"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let told = said.sentence();
+    assert!(told.contains("without sine_0p1, sine_1,"), "{told}");
+}
+
+#[test]
 fn without_a_usable_session_the_board_keeps_its_calibration() {
     let bench = Bench::emulated(MirrorConfig::bench());
     let range = || bench.json(&["status"])["max_position_um"].clone();

@@ -6,7 +6,7 @@
 #[expect(missing_docs, reason = "each message says what its fields are")]
 pub enum NotImproved {
     #[error(
-        "at rest the sensor reads {moved_um:+.2} um from where it did after the first experiment, so mirror or sensor have moved meanwhile; \
+        "at rest the sensor reads {moved_um:+.2} um from where it did when the mirror first came to rest from a drive, so mirror or sensor have moved meanwhile; \
          the board has the calibration of before"
     )]
     #[diagnostic(help(

@@ -5,15 +5,15 @@
 mod bench;
 mod report;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use calibration::to_toml;
 use calibration_procedure::{Calibrated, Part, Procedure, Source};
 use charts::sheet;
 use control_core::calibration::{Label, Plate};
 use control_core::{CHANNELS, Calibration, Micrometre, PlateInverse};
-use experiments::Experiment;
 use experiments::calibration::Effort;
+use experiments::{Experiment, session_in_common};
 use measurement::Session;
 use mirror_model::Symbol;
 
@@ -32,6 +32,7 @@ use crate::error::ToolError;
 use crate::new_file::{NewFile, apart};
 use crate::report::{decimal, print};
 use crate::tried::{Tried, before_and_after};
+use crate::verbosity::note;
 
 /// Calibrates `board`. Until the new calibration has been tried to the end it is on trial: whatever goes wrong before, the
 /// board has the one of before again, and its channels are off.
@@ -63,6 +64,13 @@ pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(),
     };
     let played = played(&procedure, &source);
     on_trial.bench.say(&time_words(&played));
+    if let Source::Files(session) = &source {
+        if let Some(lacks) = lacks(session, procedure.max_v) {
+            note(lacks);
+        }
+        // What is played first leaves the mirror no time to come to rest, as a session does.
+        on_trial.bench.go_over_the_range(procedure.max_v).await?;
+    }
     on_trial.bench.count_from_rest().await?;
     let experiments: Vec<Experiment> = played.into_iter().map(|(_, played)| played).collect();
     on_trial.bench.plan(&experiments);
@@ -177,6 +185,22 @@ fn time_words(played: &[(Part, Experiment)]) -> String {
         "takes {:.0} min of the board's time: {measuring:.1} to measure, {refining:.1} to refine, twice {trying:.1} to try",
         measuring + refining + 2.0 * trying
     )
+}
+
+/// Which experiments of a session are not in one that was cut short, or that is another.
+fn lacks(session: &Session, max_v: f64) -> Option<String> {
+    let is_there = |name: &str| {
+        let mut files = session.files.iter();
+        files.any(|(file, _)| Path::new(file).file_stem().is_some_and(|stem| stem == name))
+    };
+    let wanted = session_in_common(max_v).into_iter().map(|one| one.name);
+    let missing: Vec<String> = wanted.filter(|name| !is_there(name)).collect();
+    (!missing.is_empty()).then(|| {
+        format!(
+            "the mirror is identified from what is there, without {}; `calibrate --keep` measures all of it",
+            missing.join(", ")
+        )
+    })
 }
 
 /// What will be played: a session that was measured before is not.
