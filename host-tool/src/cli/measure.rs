@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use quantities::{Frequency, Length, Span, Temperature, Voltage, in_unit};
+use quantities::{Frequency, Length, QuantityError, Span, Temperature, Voltage, in_unit};
 
 use experiments::Measurement;
 
@@ -207,6 +207,20 @@ fn celsius(text: &str) -> Result<f64, String> {
     })
 }
 
+/// No sensor of a mirror tells later (s): a choice.
+const LATEST_S: f64 = 10.0;
+
+/// How late a sensor may be.
+pub(super) fn lag(text: &str) -> Result<Span, String> {
+    let span: Span = text
+        .parse()
+        .map_err(|error: QuantityError| error.to_string())?;
+    match span.s <= LATEST_S {
+        true => Ok(span),
+        false => Err(format!("no sensor is later than {LATEST_S} s")),
+    }
+}
+
 /// What measures besides the board's currents.
 #[derive(Debug, Args)]
 pub struct Instruments {
@@ -217,7 +231,7 @@ pub struct Instruments {
     pub sensor: String,
     /// How late that sensor tells what it reads; it is taken out of the displacements. The mirror's own lag looks the same,
     /// so name what the sensor's maker states.
-    #[arg(help_heading = BOARD, long, default_value = "0ms", value_name = "TIME")]
+    #[arg(help_heading = BOARD, long, default_value = "0ms", value_name = "TIME", value_parser = lag)]
     pub sensor_lag: Span,
     /// Temperature of the room or oven in degrees Celsius, for the files.
     #[arg(help_heading = BOARD, long = "ambient", value_name = "CELSIUS", value_parser = celsius)]

@@ -6,6 +6,7 @@ use clap::{Args, Subcommand};
 use quantities::{Angle, Frequency, Length, Span};
 
 use super::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
+use super::measure::lag;
 use super::whole::whole;
 use crate::completion::candidates;
 
@@ -228,7 +229,7 @@ pub struct Calibrate {
     pub displacements: DisplacementSensor,
     /// How late that sensor tells what it reads; it is taken out of the displacements. The mirror's own lag looks the same,
     /// so name what the sensor's maker states.
-    #[arg(help_heading = BOARD, long, default_value = "0ms", value_name = "TIME")]
+    #[arg(help_heading = BOARD, long, default_value = "0ms", value_name = "TIME", value_parser = lag)]
     pub sensor_lag: Span,
     /// Replace files that exist.
     #[arg(help_heading = OUTPUT, long)]

@@ -141,7 +141,7 @@ impl<'a> OnPlate<'a> {
         let sensor = Sensor::at_any_time(board, sensor).await?;
         let course = match sensor {
             Sensor::Board => Ok(Course::new(begin, top_um, board.identity().tick_hz)?),
-            Sensor::Serial { .. } | Sensor::Recording { .. } => Err(READ_AT_REST),
+            Sensor::Serial(_) | Sensor::Recording { .. } => Err(READ_AT_REST),
         };
         Ok(Self {
             board,

@@ -3,7 +3,7 @@
 use measurement::Row;
 
 use mirror_protocol::{Commanded, Drives};
-use quantities::Voltage;
+use quantities::{Span, Voltage};
 
 use super::header::now;
 use super::run::LEASE_MS;
@@ -20,6 +20,8 @@ const COUNT_V: f64 = 1e-3;
 pub(super) struct Points<'a> {
     board: &'a Board,
     sensor: Sensor,
+    /// How late it tells what it reads.
+    sensor_lag: Span,
     ambient_c: Option<f64>,
     /// When time 0 was, and the board's tick then.
     session: String,
@@ -37,6 +39,7 @@ impl<'a> Points<'a> {
         Ok(Self {
             board,
             sensor: Sensor::at_any_time(board, &instruments.sensor).await?,
+            sensor_lag: instruments.sensor_lag,
             ambient_c: instruments.ambient_c,
             session: String::new(),
             begin_tick: 0,
@@ -71,6 +74,10 @@ impl<'a> Points<'a> {
 
     /// What the sensor reads now (um), and a row with all else. Where the board does not drive what was asked for, that is no reading.
     pub(super) async fn read(&self) -> Result<(f64, Row), ToolError> {
+        if self.sensor_lag.s > 0.0 {
+            let now = self.board.status().await?.telemetry.tick;
+            self.board.wait(now, self.sensor_lag).await?;
+        }
         let serial_um = self.sensor.read_now().await?;
         let (readings, tick) = read(self.board).await?;
         check_lease(readings.limits)?;

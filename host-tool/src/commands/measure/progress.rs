@@ -6,7 +6,7 @@ use std::fmt::Write;
 use experiments::Experiment;
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
-use crate::verbosity::note;
+use crate::verbosity::{note, say};
 use crate::working::bar;
 
 /// A bar for one experiment after the other, or for all of a plan.
@@ -71,6 +71,11 @@ impl Progress {
     /// Prints something above the bar.
     pub(super) fn say(&self, words: &str) {
         self.bar.suspend(|| note(words));
+    }
+
+    /// Prints something above the bar that is said in any case.
+    pub(super) fn warn(&self, words: &str) {
+        self.bar.suspend(|| say(words));
     }
 
     /// The bar disappears until the next experiment.

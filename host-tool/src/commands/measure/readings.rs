@@ -2,6 +2,15 @@
 
 use measurement::MeasurementFile;
 
+/// No plate of these mirrors is so wide, and no sensor that sees one so far from it (um): a centimetre, as a calibration's longest motion
+/// (`control_core`, `plausible.rs`). The paper's plate has half a millimetre.
+pub(super) const LONGEST_UM: f64 = 1e4;
+
+/// Whether a number may be a reading of a mirror (um). By 9.91E37 an instrument says that it has none.
+pub(super) fn is_possible(um: f64) -> bool {
+    um.abs() <= LONGEST_UM
+}
+
 pub(crate) fn finite(text: &str) -> Option<f64> {
     text.trim()
         .parse()

@@ -1,28 +1,28 @@
 //! Measures experiments on a board: rest, prehold, waveforms; samples into files.
 
 mod at_rest;
+mod playing;
 
 use std::thread;
 
 use control_core::Limits;
-use experiment_player::{Clock, Piece, pieces, rows};
+use experiment_player::{Piece, pieces};
 use experiments::{Experiment, Prehold};
-use measurement::{MeasurementFile, Row};
-use mirror_protocol::{Drives, Play, Telemetry};
+use measurement::MeasurementFile;
+use mirror_protocol::Drives;
 use quantities::Span;
 use tokio::sync::oneshot;
 
 use super::header::{header, now};
 use super::journal::Journal;
-use super::lag;
+use super::lag::Lag;
 use super::progress::Progress;
 use super::report::MeasuredFile;
 use super::rest::Zero;
 use super::rested::sensor_um;
-use super::sensor::Sensor;
+use super::sensor::{Sensor, impossible_words};
 use crate::board::{Board, RENEWED_LEASE_MS};
 use crate::commands::interrupt::Interrupt;
-use crate::commands::moving::check_lease;
 use crate::error::{OutputError, ToolError};
 use crate::new_file::NewFile;
 use crate::working::spinner;
@@ -34,8 +34,7 @@ pub(super) const LEASE_MS: u32 = RENEWED_LEASE_MS;
 pub(crate) struct Bench<'a> {
     board: &'a Board,
     sensor: Sensor,
-    /// How late the sensor tells what it reads.
-    sensor_lag: Span,
+    lag: Lag,
     ambient_c: Option<f64>,
     session: String,
     session_tick: u32,
@@ -101,6 +100,12 @@ pub(crate) fn partial(ended: &Result<Ended, ToolError>) -> Option<String> {
     }
 }
 
+/// The noise of a row's displacement, one standard deviation (um).
+fn set_noise(file: &mut MeasurementFile, noise_um: f64) {
+    file.keys
+        .set("noise_z_nm", &format!("{:.2}", 1e3 * noise_um));
+}
+
 impl<'a> Bench<'a> {
     /// Begins a session, with all channels off.
     pub(crate) async fn open(
@@ -113,7 +118,7 @@ impl<'a> Bench<'a> {
         Ok(Self {
             board,
             sensor,
-            sensor_lag: Span { s: 0.0 },
+            lag: Lag::of(Span { s: 0.0 }),
             ambient_c,
             session: now(),
             session_tick: off.tick,
@@ -131,7 +136,10 @@ impl<'a> Bench<'a> {
 
     /// With a sensor that tells so late what it reads.
     pub(crate) fn with_sensor_lag(self, sensor_lag: Span) -> Self {
-        Self { sensor_lag, ..self }
+        Self {
+            lag: Lag::of(sensor_lag),
+            ..self
+        }
     }
 
     /// These experiments are to come, and none between them: how much is left is told for all of them.
@@ -151,8 +159,9 @@ impl<'a> Bench<'a> {
         let recording = std::mem::take(&mut self.journal).into_recording();
         let rows = file.rows.len();
         let unread = file.rows.iter().filter(|row| row.z_um.is_none()).count();
-        // Without any, currents alone were measured.
-        let without_displacement = if unread < rows { unread } else { 0 };
+        // A board whose sensor has never read anything has none: currents alone were measured.
+        let has_sensor = !matches!(self.sensor, Sensor::Board) || self.zero.um.is_some();
+        let without_displacement = if has_sensor { unread } else { 0 };
         match (recording, ended) {
             (Some(_), Err(error @ ToolError::Output(OutputError::CutShort { .. }))) => {
                 (None, Err(error))
@@ -206,15 +215,18 @@ impl<'a> Bench<'a> {
         // Nothing more to lose: a board that does not answer has been told of by now.
         let off = self.board.off().await.map(drop);
         let off = off.and(self.board.stop_stream().await);
-        let read = self.sensor.read_into(&mut file);
+        let read = self.sensor.read_into(self.lag.span, &mut file);
+        if let Ok(numbers @ 1..) = read {
+            self.progress.warn(&impossible_words(numbers));
+        }
         if matches!(self.sensor, Sensor::Board) {
+            self.lag.take_out(&mut file);
             self.zero.count_from(&mut file);
         }
-        lag::take_out(self.sensor_lag.s, experiment.reading, &mut file);
         Measured {
             file,
             limits: std::mem::take(&mut self.limits),
-            ended: ended.and_then(|ended| off.and(read).map(|()| ended)),
+            ended: ended.and_then(|ended| off.and(read.map(drop)).map(|()| ended)),
         }
     }
 
@@ -276,10 +288,12 @@ impl<'a> Bench<'a> {
             let mean_ticks = pieces
                 .first()
                 .map_or(1, |piece| piece.stream.mean_ticks.max(1));
-            let noise_nm = 1e3 * noise_um / f64::from(mean_ticks).sqrt();
-            file.keys.set("noise_z_nm", &format!("{noise_nm:.2}"));
+            set_noise(file, noise_um / f64::from(mean_ticks).sqrt());
         }
         self.wait(off.tick, experiment.rest_s).await?;
+        if let Some(noise_um) = self.sensor.noise_at_rest_um() {
+            set_noise(file, noise_um);
+        }
         if matches!(self.sensor, Sensor::Board) {
             let rest = sensor_um(board).await?;
             if self.zero.um.is_none() {
@@ -313,64 +327,8 @@ impl<'a> Bench<'a> {
             // The last row is a tick before its dwell ends.
             passed_s = file.rows.last().map_or(0.0, |row| row.t_s) + board.span(0, 1).s;
         }
+        self.sensor.hear_on(self.lag.span).await;
         Ok(())
-    }
-
-    /// Plays a piece after what was held since a tick, and appends its rows.
-    async fn play(
-        &mut self,
-        piece: &Piece,
-        passed_s: f64,
-        prehold: Option<(f64, u32)>,
-        file: &mut MeasurementFile,
-    ) -> Result<(), ToolError> {
-        let play = Play {
-            waveform: piece.waveform,
-            stream: piece.stream,
-            lease_ms: LEASE_MS,
-        };
-        self.sensor.begin();
-        let (mut stream, first_tick) = self.board.play(&play).await?;
-        if let Some((volts, since)) = prehold {
-            file.keys.set("prehold_V", &volts.to_string());
-            let held = self.board.span(since, first_tick);
-            file.keys.set("prehold_s", &held.s.to_string());
-        }
-        self.journal.begin(&file.keys, &self.like())?;
-        let clock = Clock {
-            tick_hz: self.board.identity().tick_hz,
-            session_tick: self.session_tick,
-            first_tick,
-            passed_s,
-        };
-        let mut last: Option<Telemetry> = None;
-        while let Some(sample) = stream.next_of_all().await? {
-            check_lease(Limits::from_bits(sample.limits))?;
-            if let Some(last) = last {
-                for mut row in rows(&[last, sample], piece, &clock) {
-                    row.ambient_c = self.ambient_c;
-                    file.rows.push(row);
-                    row.z_um = row.z_um.filter(|_| matches!(self.sensor, Sensor::Board));
-                    self.zero.look_at(&row);
-                    self.journal.append(row, self.zero.um)?;
-                    self.limits.push(Limits::from_bits(last.limits));
-                }
-            }
-            last = Some(sample);
-            self.reach(sample.tick);
-        }
-        Ok(())
-    }
-
-    /// A row with everything that is in one before the experiment is over.
-    fn like(&self) -> Row {
-        Row {
-            t_global_s: Some(0.0),
-            current_a: [Some(0.0); 4],
-            z_um: matches!(self.sensor, Sensor::Board).then_some(0.0),
-            ambient_c: self.ambient_c,
-            ..Row::default()
-        }
     }
 
     async fn wait(&self, tick: u32, seconds: f64) -> Result<(), ToolError> {

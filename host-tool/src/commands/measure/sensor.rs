@@ -2,13 +2,13 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use measurement::MeasurementFile;
-use tokio::time::sleep;
+use quantities::Span;
 
-use super::readings::{merge, recorded};
-use super::serial::{self, Arriving};
+use super::readings::{LONGEST_UM, is_possible, merge, recorded};
+use super::serial::{Serial, cannot_read, listen};
 use crate::board::Board;
 use crate::commands::moving::read;
 use crate::error::ToolError;
@@ -21,11 +21,7 @@ pub(crate) enum Sensor {
     /// The board's, which comes with every sample.
     Board,
     /// Lines of micrometres, as they arrive.
-    Serial {
-        path: PathBuf,
-        arriving: Arriving,
-        began: Option<Instant>,
-    },
+    Serial(Serial),
     /// Lines of seconds and micrometres, written by something else while the experiment runs.
     Recording { path: PathBuf, began: bool },
 }
@@ -48,10 +44,6 @@ fn never_a_recording(name: &str, has_speed: bool) -> Option<String> {
     let near = nearest(name, [BOARD]).filter(|_| path.extension().is_none());
     near.map(|name| format!("there is no such file; did you mean `{name}`?"))
 }
-
-/// A serial sensor that is asked for its reading now tells the mean of so many, and is given up after so long a silence.
-const READINGS: usize = 20;
-const SILENCE: Duration = Duration::from_secs(5);
 
 /// What a user calls the board's own sensor.
 const BOARD: &str = "board";
@@ -83,11 +75,7 @@ impl Sensor {
         let baud = baud.map(str::parse).transpose();
         let baud = baud.map_err(|_| cannot_read(&path, "its speed is no number of baud"))?;
         let device = serial_device(&path, baud).map_err(|error| cannot_read(&path, error))?;
-        Ok(Self::Serial {
-            path,
-            arriving: serial::listen(device, Instant::now),
-            began: None,
-        })
+        Ok(Self::Serial(Serial::at(path, listen(device, Instant::now))))
     }
 
     /// The sensor that a user names, where it is there and answers at any time.
@@ -113,70 +101,56 @@ impl Sensor {
     pub(crate) async fn is_there(&self, board: &Board) -> Result<bool, ToolError> {
         match self {
             Self::Board => Ok(read(board).await?.0.sensor_z_um.is_some()),
-            Self::Serial { .. } | Self::Recording { .. } => Ok(true),
+            Self::Serial(_) | Self::Recording { .. } => Ok(true),
         }
     }
 
     /// What a serial sensor reads from now on, the mean of some readings (um); `None` of one whose readings come otherwise.
     pub(crate) async fn read_now(&self) -> Result<Option<f64>, ToolError> {
-        let Self::Serial { path, arriving, .. } = self else {
-            return Ok(None);
-        };
-        // What came before is of another place.
-        while arriving.try_recv().is_ok() {}
-        let (mut sum_um, mut count) = (0.0, 0);
-        let mut last = Instant::now();
-        while count < READINGS {
-            match arriving.try_recv() {
-                Ok((now, um)) => {
-                    sum_um += um;
-                    count += 1;
-                    last = now;
-                }
-                Err(_) if last.elapsed() > SILENCE => {
-                    return Err(cannot_read(path, "it sent no number"));
-                }
-                Err(_) => sleep(Duration::from_millis(5)).await,
-            }
+        match self {
+            Self::Serial(serial) => serial.read_now().await.map(Some),
+            Self::Board | Self::Recording { .. } => Ok(None),
         }
-        Ok(Some(sum_um / READINGS as f64))
     }
 
     /// A waveform begins now; the first one is the experiment's time 0.
     pub(super) fn begin(&mut self) {
         match self {
             Self::Board => {}
-            Self::Serial { began, .. } => {
-                began.get_or_insert_with(Instant::now);
-            }
+            Self::Serial(serial) => serial.begin(),
             Self::Recording { began, .. } => *began = true,
         }
     }
 
-    /// Puts what was sensed into the rows, counted from the reading at time 0. The next experiment
-    /// begins anew.
-    pub(super) fn read_into(&mut self, file: &mut MeasurementFile) -> Result<(), ToolError> {
-        let (path, readings) = match self {
-            Self::Board => return Ok(()),
-            Self::Serial {
-                path,
-                arriving,
-                began,
-            } => {
-                let Some(start) = began.take() else {
-                    return Ok(());
-                };
-                let since = |now: Instant| {
-                    if now >= start {
-                        (now - start).as_secs_f64()
-                    } else {
-                        -(start - now).as_secs_f64()
-                    }
-                };
-                let readings = arriving.try_iter().map(|(now, um)| (since(now), um));
-                (path, readings.collect())
-            }
-            Self::Recording { began: false, .. } => return Ok(()),
+    /// The scatter of a serial sensor as the mirror rests now, where it tells it (um).
+    pub(super) fn noise_at_rest_um(&mut self) -> Option<f64> {
+        match self {
+            Self::Serial(serial) => serial.noise_um(),
+            Self::Board | Self::Recording { .. } => None,
+        }
+    }
+
+    /// Hears a serial sensor that is so late on until it has told what it reads now, or is silent.
+    pub(super) async fn hear_on(&mut self, lag: Span) {
+        if let Self::Serial(serial) = self {
+            serial.hear_on(lag).await;
+        }
+    }
+
+    /// Puts what a sensor that is so late has sensed into the rows, counted from the reading at time 0, and tells how many of its numbers
+    /// are no readings. The next experiment begins anew.
+    pub(super) fn read_into(
+        &mut self,
+        lag: Span,
+        file: &mut MeasurementFile,
+    ) -> Result<usize, ToolError> {
+        let (path, readings): (_, Vec<_>) = match self {
+            Self::Board => return Ok(0),
+            Self::Serial(serial) => match serial.take() {
+                Some(readings) => (&serial.path, readings),
+                None => return Ok(0),
+            },
+            Self::Recording { began: false, .. } => return Ok(0),
             Self::Recording { path, began } => {
                 *began = false;
                 let text = input_file::read_text(path, input_file::MOST_MADE)?;
@@ -184,24 +158,39 @@ impl Sensor {
                 (path, readings)
             }
         };
-        if readings.is_empty() {
-            return Err(cannot_read(path, "it sent no number"));
+        let told = readings.len();
+        let possible = readings.into_iter().filter(|(_, um)| is_possible(*um));
+        let readings: Vec<_> = possible.map(|(t_s, um)| (t_s - lag.s, um)).collect();
+        match (readings.len(), told) {
+            (0, 0) => return Err(cannot_read(path, "it sent no number")),
+            (0, _) => {
+                let reason = format!("all numbers that it sent are beyond {LONGEST_UM} um");
+                return Err(cannot_read(path, reason));
+            }
+            _ => {}
         }
         merge(&readings, file);
-        Ok(())
+        if lag.s > 0.0 {
+            file.keys.set("sensor_lag_s", &lag.s.to_string());
+        }
+        Ok(told - readings.len())
     }
 }
 
-pub(super) fn cannot_read(path: &Path, reason: impl ToString) -> ToolError {
-    ToolError::Sensor {
-        path: path.to_owned(),
-        reason: reason.to_string(),
-    }
+/// What is to be said of so many numbers that are no readings.
+pub(super) fn impossible_words(numbers: usize) -> String {
+    format!(
+        "{numbers} numbers of the sensor are beyond {LONGEST_UM} um, which no mirror reaches, and count as missing: has it lost the mirror, or \
+         does it count in nm?"
+    )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use measurement::Row;
+    use std::sync::mpsc::channel;
+    use std::time::Duration;
 
     /// A measurement takes minutes, and nothing would be read at its end.
     #[test]
@@ -223,32 +212,49 @@ mod tests {
         }
     }
 
-    #[test]
-    fn a_serial_sensor_is_read_from_now_on() {
-        let (send, arriving) = std::sync::mpsc::channel();
-        let sensor = Sensor::Serial {
-            path: PathBuf::from("laser"),
-            arriving,
-            began: None,
+    /// Rows 0.1 s apart.
+    fn rows(count: u32) -> MeasurementFile {
+        let row = |index| Row {
+            t_s: 0.1 * f64::from(index),
+            ..Row::default()
         };
-        let tell = |um: f64| send.send((Instant::now(), um)).expect("it listens");
-        // From before the spot was moved.
-        tell(1e6);
-        let runtime = tokio::runtime::Builder::new_current_thread()
-            .enable_time()
-            .build()
-            .expect("a runtime");
-        let (read, ()) = runtime.block_on(async {
-            tokio::join!(sensor.read_now(), async {
-                for i in 0..READINGS {
-                    tell(i as f64);
-                }
-            })
-        });
-        let mean = (READINGS - 1) as f64 / 2.0;
-        assert_eq!(read.expect("it was told"), Some(mean));
-        let none = runtime.block_on(Sensor::Board.read_now());
-        assert_eq!(none.expect("not asked"), None);
+        MeasurementFile {
+            rows: (0..count).map(row).collect(),
+            ..MeasurementFile::default()
+        }
+    }
+
+    #[test]
+    fn what_a_late_sensor_tells_is_of_before_and_what_no_mirror_reaches_is_missing() {
+        let (send, arriving) = channel();
+        let mut sensor = Sensor::Serial(Serial::at("laser".into(), arriving));
+        sensor.begin();
+        let start = Instant::now();
+        let tell = |t_s: f64, um| {
+            let at = start + Duration::from_secs_f64(t_s);
+            send.send((at, um)).expect("it listens");
+        };
+        // 200 ms late of a mirror that moves by 10 um a second.
+        (0..60).for_each(|index| tell(0.01 * f64::from(index), 0.1 * f64::from(index - 20)));
+        for um in [9.91e37, -1e30, 12_500.0] {
+            tell(0.7, um);
+        }
+        let mut file = rows(5);
+        let lag = Span { s: 0.2 };
+        assert_eq!(sensor.read_into(lag, &mut file).expect("readings"), 3);
+        for row in &file.rows[..4] {
+            let z_um = row.z_um.expect("it was told");
+            // The rows begin a moment before `start`.
+            assert!((z_um - 10.0 * row.t_s).abs() < 0.1, "{z_um} at {}", row.t_s);
+        }
+        assert_eq!(file.rows[4].z_um, None);
+        assert_eq!(file.keys.get("sensor_lag_s"), Some("0.2"));
+
+        sensor.begin();
+        tell(1.0, 9.91e37);
+        let said = sensor.read_into(lag, &mut file).expect_err("no reading");
+        let said = said.to_string();
+        assert!(said.contains("beyond 10000 um"), "{said}");
     }
 
     #[test]

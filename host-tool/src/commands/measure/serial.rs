@@ -2,17 +2,124 @@
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use super::readings::finite;
+use quantities::Span;
+use tokio::time::sleep;
+
+use super::readings::{LONGEST_UM, finite, is_possible};
+use super::rest::noise_um;
+use crate::error::ToolError;
 
 /// The longest line of a sensor (bytes): a number takes twenty, and what is longer is passed over.
 const MOST_OF_A_LINE: u64 = 1024;
 
 /// Readings as they arrive (um).
 pub(super) type Arriving = Receiver<(Instant, f64)>;
+
+/// One that is asked for its reading now tells the mean of so many, and is given up after so long a silence.
+const READINGS: usize = 20;
+const SILENCE: Duration = Duration::from_secs(5);
+const LOOK: Duration = Duration::from_millis(5);
+/// The clocks of a board and of this machine go apart by so much in eight minutes (100 ppm).
+const CLOCKS: Duration = Duration::from_millis(50);
+/// Its noise is that of so many readings at rest at most: of the last seconds, in which the mirror hardly moves any more.
+const NOISE_READINGS: usize = 100;
+
+/// A serial sensor, and what has been heard of it since the experiment before.
+pub(crate) struct Serial {
+    pub(super) path: PathBuf,
+    arriving: Arriving,
+    heard: Vec<(Instant, f64)>,
+    /// Time 0 of the experiment.
+    began: Option<Instant>,
+}
+
+impl Serial {
+    pub(super) fn at(path: PathBuf, arriving: Arriving) -> Self {
+        Self {
+            path,
+            arriving,
+            heard: Vec::new(),
+            began: None,
+        }
+    }
+
+    /// What it reads from now on, the mean of some readings (um).
+    pub(super) async fn read_now(&self) -> Result<f64, ToolError> {
+        // What came before is of another place.
+        while self.arriving.try_recv().is_ok() {}
+        let (mut sum_um, mut count) = (0.0, 0);
+        let mut last = Instant::now();
+        while count < READINGS {
+            match self.arriving.try_recv() {
+                Ok((now, um)) if is_possible(um) => {
+                    sum_um += um;
+                    count += 1;
+                    last = now;
+                }
+                _ if last.elapsed() > SILENCE => {
+                    let reason = format!("it sent no number of at most {LONGEST_UM} um");
+                    return Err(cannot_read(&self.path, reason));
+                }
+                Ok(_) => {}
+                Err(_) => sleep(LOOK).await,
+            }
+        }
+        Ok(sum_um / READINGS as f64)
+    }
+
+    /// A waveform begins now; the first one is the experiment's time 0.
+    pub(super) fn begin(&mut self) {
+        self.began.get_or_insert_with(Instant::now);
+    }
+
+    /// Its scatter, one standard deviation, as the mirror rests now (um); `None` where too little has been heard of it, or it does not scatter.
+    pub(super) fn noise_um(&mut self) -> Option<f64> {
+        self.heard.extend(self.arriving.try_iter());
+        let last = self.heard.iter().rev().map(|(_, um)| *um);
+        let last = last.take(NOISE_READINGS).filter(|um| is_possible(*um));
+        let last: Vec<f64> = last.collect();
+        noise_um(&last).filter(|um| last.len() >= READINGS && *um > 0.0)
+    }
+
+    /// Hears it on, which is so late, until it has told what it reads now, or is silent.
+    pub(super) async fn hear_on(&mut self, lag: Span) {
+        let told = Instant::now() + Duration::from_secs_f64(lag.s) + CLOCKS;
+        while Instant::now() < told + SILENCE {
+            self.heard.extend(self.arriving.try_iter());
+            let last = self.heard.iter().rev().find(|(_, um)| is_possible(*um));
+            if last.is_some_and(|(at, _)| *at >= told) {
+                return;
+            }
+            sleep(LOOK).await;
+        }
+    }
+
+    /// Seconds of the experiment, and micrometres, as they arrived before it and in it; `None` where none has begun. The next experiment begins
+    /// anew.
+    pub(super) fn take(&mut self) -> Option<Vec<(f64, f64)>> {
+        self.heard.extend(self.arriving.try_iter());
+        let heard = std::mem::take(&mut self.heard);
+        let start = self.began.take()?;
+        let since = |now: Instant| {
+            if now >= start {
+                (now - start).as_secs_f64()
+            } else {
+                -(start - now).as_secs_f64()
+            }
+        };
+        Some(
+            heard
+                .into_iter()
+                .map(|(now, um)| (since(now), um))
+                .collect(),
+        )
+    }
+}
 
 /// Reads `device` in a thread of its own for as long as somebody listens; `clock` tells the time of each reading.
 pub(super) fn listen(device: File, clock: impl Fn() -> Instant + Send + 'static) -> Arriving {
@@ -37,6 +144,13 @@ pub(super) fn listen(device: File, clock: impl Fn() -> Instant + Send + 'static)
     arriving
 }
 
+pub(super) fn cannot_read(path: &Path, reason: impl ToString) -> ToolError {
+    ToolError::Sensor {
+        path: path.to_owned(),
+        reason: reason.to_string(),
+    }
+}
+
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;
@@ -46,9 +160,8 @@ mod tests {
     use rustix::pty::{OpenptFlags, openpt, ptsname, unlockpt};
     use rustix::termios::{LocalModes, OutputModes, tcgetattr};
     use std::io::{Seek, Write};
-    use std::path::PathBuf;
     use std::sync::atomic::{AtomicU32, Ordering};
-    use std::time::Duration;
+    use std::sync::mpsc::Sender;
 
     /// The sensor's end of a pseudo terminal, and the tool's.
     fn pseudo_terminal() -> (File, PathBuf) {
@@ -121,5 +234,69 @@ mod tests {
         );
         assert!(!modes.output_modes.contains(OutputModes::OPOST));
         assert_eq!(modes.input_speed(), 9600);
+    }
+
+    /// A sensor, and who tells what it reads.
+    fn laser() -> (Serial, Sender<(Instant, f64)>) {
+        let (send, arriving) = channel();
+        (Serial::at("laser".into(), arriving), send)
+    }
+
+    #[test]
+    fn a_serial_sensor_tells_its_own_noise_where_it_has_been_heard_for_long_enough() {
+        let (mut sensor, send) = laser();
+        let tell = |um| send.send((Instant::now(), um)).expect("it listens");
+        // An even spread of one standard deviation of 1 um, in the order of a prime's multiples.
+        let scatter = |index: i32| 1.732 * (f64::from(index * 37 % 101) / 50.0 - 1.0);
+        (0..10).for_each(|index| tell(scatter(index)));
+        assert_eq!(sensor.noise_um(), None);
+        (10..150).for_each(|index| tell(scatter(index)));
+        tell(9.91e37);
+        let um = sensor.noise_um().expect("it scatters");
+        assert!((0.5..1.5).contains(&um), "{um}");
+        (0..100).for_each(|_| tell(12.5));
+        assert_eq!(sensor.noise_um(), None, "it does not tell");
+    }
+
+    #[test]
+    fn a_serial_sensor_is_heard_until_it_has_told_the_end() {
+        let (mut sensor, send) = laser();
+        let lag = Span { s: 0.1 };
+        let end = Instant::now() + Duration::from_millis(100);
+        let teller = std::thread::spawn(move || {
+            while send.send((Instant::now(), 1.0)).is_ok() {
+                std::thread::sleep(Duration::from_millis(2));
+            }
+        });
+        runtime().block_on(sensor.hear_on(lag));
+        assert!(sensor.heard.last().is_some_and(|(at, _)| *at >= end));
+        drop(sensor);
+        teller.join().expect("it ends");
+    }
+
+    fn runtime() -> tokio::runtime::Runtime {
+        tokio::runtime::Builder::new_current_thread()
+            .enable_time()
+            .build()
+            .expect("a runtime")
+    }
+
+    #[test]
+    fn a_serial_sensor_is_read_from_now_on() {
+        let (sensor, send) = laser();
+        let tell = |um: f64| send.send((Instant::now(), um)).expect("it listens");
+        // From before the spot was moved.
+        tell(1e6);
+        let runtime = runtime();
+        let (read, ()) = runtime.block_on(async {
+            tokio::join!(sensor.read_now(), async {
+                tell(9.91e37);
+                for i in 0..READINGS {
+                    tell(i as f64);
+                }
+            })
+        });
+        let mean = (READINGS - 1) as f64 / 2.0;
+        assert_eq!(read.expect("it was told"), mean);
     }
 }

@@ -5,16 +5,12 @@ use std::path::Path;
 use measurement::Plane;
 
 use super::keyboard::Keyboard;
-use super::readings::finite;
+use super::readings::{LONGEST_UM, finite, is_possible};
 use crate::error::{ToolError, UnusableInput};
 use crate::verbosity::say;
 
 /// A point on the plate, from its centre (um).
 pub(crate) type Spot = [f64; 2];
-
-/// No plate of these mirrors is so wide, and no sensor that sees one so far from it (um): a centimetre, as a calibration's longest motion
-/// (`control_core`, `plausible.rs`). The paper's plate has half a millimetre.
-const LONGEST_UM: f64 = 1e4;
 
 /// The points of a scan.
 pub(crate) struct Spots {
@@ -105,7 +101,7 @@ pub(crate) fn possible<const N: usize>(points: &[[f64; N]]) -> Result<(), String
     let lengths = (1..)
         .zip(points)
         .flat_map(|(number, point)| point.iter().map(move |um| (number, um)));
-    match lengths.into_iter().find(|(_, um)| um.abs() > LONGEST_UM) {
+    match lengths.into_iter().find(|(_, um)| !is_possible(**um)) {
         None => Ok(()),
         Some((number, um)) => Err(format!(
             "point {number} has {um} um, more than the {LONGEST_UM} um that a plate or its sensor may be away; it looks like nm: divide by 1000"

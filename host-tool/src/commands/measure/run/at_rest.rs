@@ -15,9 +15,12 @@ const STILL_FOR: Span = Span { s: 0.3 };
 const AT_THE_TOP: Span = Span { s: 1.0 };
 
 impl Bench<'_> {
-    /// The scatter of the board's sensor at rest, one standard deviation, if it has one.
+    /// The scatter of the board's sensor at rest, one standard deviation, if it has one and is the one that is read.
     pub(super) async fn noise_um(&self) -> Result<Option<f64>, ToolError> {
-        Ok(noise_um(&sensor_um(self.board).await?))
+        match self.sensor {
+            Sensor::Board => Ok(noise_um(&sensor_um(self.board).await?)),
+            Sensor::Serial(_) | Sensor::Recording { .. } => Ok(None),
+        }
     }
 
     /// Lets the mirror come to rest, and displacements count from there: where the sensor is not the board's, from the first reading at rest
