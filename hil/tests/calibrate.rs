@@ -216,6 +216,7 @@ fn what_is_cut_short_leaves_the_calibration_of_before() {
     interrupt(&begun.0);
     let said = gave_up(&bench, begun);
     assert!(said.contains("interrupted; channels are off"), "{said}");
+    assert!(said.contains("nothing of it is kept"), "{said}");
 
     let begun = on_trial(&bench);
     bench.controls().inject(Some(PlantFault::OpenHeater(2)));

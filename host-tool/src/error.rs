@@ -193,6 +193,12 @@ pub enum ToolError {
     ))]
     Interrupted,
 
+    #[error("interrupted; channels are off")]
+    #[diagnostic(help(
+        "nothing of it is kept, and the board has the calibration that it had{next}"
+    ))]
+    InterruptedUnkept { next: &'static str },
+
     #[error("interrupted before it was done; no file is written")]
     #[diagnostic(help(
         "the same command begins anew; null ensembles that it drew are kept for the next time"
@@ -451,6 +457,7 @@ impl ToolError {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Interrupted
+            | Self::InterruptedUnkept { .. }
             | Self::RecordingInterrupted
             | Self::WorkInterrupted
             | Self::StillDriven { .. }

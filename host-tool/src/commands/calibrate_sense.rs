@@ -56,6 +56,7 @@ pub(super) async fn run(
     if matches!(found, Err(ToolError::Interrupted)) {
         // By this the channels are off, too.
         board.set_sense(&before).await?;
+        return Err(ToolError::InterruptedUnkept { next: "" });
     }
     let report = found?;
     board.off().await?;

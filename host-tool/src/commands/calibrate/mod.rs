@@ -34,9 +34,22 @@ use crate::report::{decimal, print};
 use crate::tried::{Tried, before_and_after};
 use crate::verbosity::note;
 
-/// Calibrates `board`. Until the new calibration has been tried to the end it is on trial: whatever goes wrong before, the
-/// board has the one of before again, and its channels are off.
+/// Calibrates `board`; who interrupts it is told whether anything is kept.
 pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(), ToolError> {
+    let keeps = ask.keep.is_some();
+    let next = match ask.from {
+        Some(_) => "",
+        None => "; `--keep FOLDER` keeps what is measured",
+    };
+    match calibrate(board, ask, json).await {
+        Err(ToolError::Interrupted) if !keeps => Err(ToolError::InterruptedUnkept { next }),
+        ended => ended,
+    }
+}
+
+/// Until the new calibration has been tried to the end it is on trial: whatever goes wrong before, the
+/// board has the one of before again, and its channels are off.
+async fn calibrate(board: &Board, ask: Calibrate, json: bool) -> Result<(), ToolError> {
     let outputs = Outputs::create(&ask)?;
     let sensor = Sensor::open(&ask.displacements.sensor)?;
     let procedure = procedure(board, &ask, &sensor).await?;

@@ -164,7 +164,10 @@ impl<'a> InRoom<'a> {
 
     /// What the sensor reads at the positions, in their order, from rest on.
     async fn read(&self, positions_um: &[f64]) -> Result<Vec<RoomReading>, ToolError> {
-        self.interrupt.or(self.read_all(positions_um)).await
+        let unkept = || ToolError::InterruptedUnkept { next: "" };
+        self.interrupt
+            .or_else(self.read_all(positions_um), unkept)
+            .await
     }
 
     async fn read_all(&self, positions_um: &[f64]) -> Result<Vec<RoomReading>, ToolError> {
