@@ -15,7 +15,7 @@ use super::keyboard::Keyboard;
 use super::point::Points;
 use super::possible::{check_drive, make_directory};
 use super::run::{Ended, attended, partial, whole};
-use super::spots::{Spots, parse, possible};
+use super::spots::{Spots, check_one_scan, parse, possible};
 use crate::board::Board;
 use crate::cli;
 use crate::commands::interrupt::Interrupt;
@@ -33,6 +33,7 @@ pub(crate) fn of_file(path: &Path, json: bool) -> Result<(), ToolError> {
             reason,
         })
     };
+    check_one_scan(&text).map_err(unusable)?;
     let points = parse(&text).map_err(unusable)?;
     possible(&points).map_err(unusable)?;
     let plane = Plane::through(&points).ok_or_else(|| unusable(no_plane(points.len())))?;

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use measurement::Plane;
+use quantities::Length;
 
 use super::keyboard::Keyboard;
 use super::readings::{LONGEST_UM, finite, is_possible};
@@ -81,19 +82,63 @@ impl Spots {
     }
 }
 
-/// Lines of numbers. Comments and a header are passed over.
+/// Lines of numbers, in um where a header says nothing else. Comments are passed over.
 pub(super) fn parse<const N: usize>(text: &str) -> Result<Vec<[f64; N]>, String> {
     let mut found = Vec::new();
+    let mut units_um = [1.0; N];
     for (number, line) in (1..).zip(text.lines()) {
-        let is_header = found.is_empty() && line.starts_with(|c: char| c.is_ascii_alphabetic());
-        if line.trim().is_empty() || line.starts_with('#') || is_header {
+        if line.trim().is_empty() || line.starts_with('#') {
+            continue;
+        }
+        if found.is_empty() && line.starts_with(|c: char| c.is_ascii_alphabetic()) {
+            units_um = header(line).map_err(|why| format!("line {number}, `{line}`, {why}"))?;
             continue;
         }
         let words = ["no", "one number", "two numbers", "three numbers"][N];
         let bad = || format!("line {number}, `{line}`, is not {words}");
-        found.push(numbers(line).ok_or_else(bad)?);
+        let read: [f64; N] = numbers(line).ok_or_else(bad)?;
+        found.push(std::array::from_fn(|column| {
+            read[column] * units_um[column]
+        }));
     }
     Ok(found)
+}
+
+/// The units in the names of the columns x, y and z (um), such as `x_mm` or `x [mm]`; without one it is um.
+fn header<const N: usize>(line: &str) -> Result<[f64; N], String> {
+    let axes = &["x", "y", "z"][..N];
+    let expected = || format!("does not name {} in this order", axes.join(", "));
+    let names: Vec<&str> = match line.contains(',') {
+        true => line.split(',').collect(),
+        false => line.split_whitespace().collect(),
+    };
+    let names: [&str; N] = names.try_into().map_err(|_| expected())?;
+    let mut units_um = [1.0; N];
+    for ((name, axis), unit_um) in names.into_iter().zip(axes).zip(&mut units_um) {
+        let name = name.trim().to_lowercase();
+        let rest = name.strip_prefix(axis).ok_or_else(expected)?;
+        let unit = rest.trim_matches(|c: char| !c.is_alphanumeric());
+        if !unit.is_empty() {
+            let length: Result<Length, _> = format!("1 {unit}").parse();
+            *unit_um = length
+                .map_err(|_| format!("has `{unit}`, which is no unit of length"))?
+                .um;
+        }
+    }
+    Ok(units_um)
+}
+
+/// A scan is one, at one voltage: `# V_V=` says which where the tool wrote it.
+pub(super) fn check_one_scan(text: &str) -> Result<(), String> {
+    let mut volts = text.lines().filter_map(|line| line.strip_prefix("# V_V="));
+    let first = volts.next();
+    match volts.find(|other| Some(*other) != first) {
+        None => Ok(()),
+        Some(other) => Err(format!(
+            "it holds scans at {} V and at {other} V, each of which has a plane of its own; give each a file",
+            first.unwrap_or_default()
+        )),
+    }
 }
 
 /// Names the first length that is no plate's and no sensor's.
@@ -133,6 +178,27 @@ mod tests {
         }
         assert_eq!(parse("# a scan\nx,y,z\n1,2,3\n"), Ok(vec![[1.0, 2.0, 3.0]]));
         assert_eq!(parse("-50 25\n"), Ok(vec![[-50.0, 25.0]]));
+    }
+
+    #[test]
+    fn a_header_tells_units_and_none_that_is_another_is_passed_over() {
+        let read = parse("x_mm,y_mm,z_um\n0.1,-0.2,3\n").expect("a scan");
+        assert_eq!(read, vec![[100.0, -200.0, 3.0]]);
+        assert_eq!(parse("X y_nm\n1 5000\n"), Ok(vec![[1.0, 5.0]]));
+        assert_eq!(parse("x [µm], y (mm)\n1,5\n"), Ok(vec![[1.0, 5e3]]));
+        for bad in ["x_deg,y_um", "y,x", "x,y,z", "points"] {
+            let said = parse::<2>(&format!("{bad}\n1,2\n")).expect_err("no such columns");
+            assert!(said.starts_with(&format!("line 1, `{bad}`,")), "{said}");
+        }
+    }
+
+    #[test]
+    fn two_scans_are_no_plane() {
+        let scan = |volts: &str| format!("# V_V={volts}\nx_um,y_um,z_um\n0,0,1\n");
+        assert_eq!(check_one_scan(&scan("0")), Ok(()));
+        assert_eq!(check_one_scan(&(scan("1") + &scan("1"))), Ok(()));
+        let said = check_one_scan(&(scan("0") + &scan("1"))).expect_err("two");
+        assert!(said.contains("at 0 V and at 1 V"), "{said}");
     }
 
     #[test]
