@@ -25,6 +25,7 @@ use crate::design::{FILM_TCR_PER_K, TICK};
 use crate::units::{Ampere, Kelvin};
 
 mod apart;
+mod curves;
 mod drift;
 pub mod excursion;
 mod filter;
@@ -33,6 +34,7 @@ mod reference;
 mod unknown;
 
 use apart::Apart;
+use curves::{CURVES_DEVIATION, beyond_the_curves};
 use drift::{Drift, Innovation};
 use excursion::Excursion;
 use filter::{FARTHEST, Filter};
@@ -45,12 +47,6 @@ const NOISE: Ampere = Ampere(1e-6);
 /// What a resistance and the stages are apart at rest in the room of the calibration, beyond that (K): what a straight line
 /// with a bend leaves of heaters that are not warm evenly (`closed-loop`, test `surroundings`).
 const UNMODELLED: Kelvin = Kelvin(0.03);
-/// Where half of a difference is compensated (K). Curves that were measured in one session are off by up to 0.25 K at rest in
-/// their own room, 0.4 um, where positions are right without them (the same test). Of a room no more than 0.57 of it is left (see
-/// `beyond_the_curves`), 0.44 um of the 0.5 um that one may leave (docs/requirements.md).
-const CURVES: Kelvin = Kelvin(0.43);
-/// Standard deviation of that error: half of the most.
-const CURVES_DEVIATION: Kelvin = Kelvin(0.12);
 /// Part of what the fast poles have still to bring by which a resistance and the stages may be apart meanwhile: the heater
 /// and the bend see the same poles with other weights. Half of it, so that what moves hardly counts: its error is no noise, and
 /// a tenth let moves take the surroundings with them by some kelvins (the same test).
@@ -431,21 +427,6 @@ fn platinum_kelvin(parts: &Parts) -> f32 {
         actuator.tcr.0 / (at_rest * FILM_TCR_PER_K)
     });
     kelvin.sum::<f32>() / CHANNELS as f32
-}
-
-/// As much of a difference (K) as is neither the curves' own error nor chance, by the difference's variance (K^2): of what is known,
-/// hardly any of a tenth of a kelvin, all but a hundredth of one. The room of the calibration is the likelier one while little is known.
-fn beyond_the_curves(kelvin: f32, unknown: f32) -> f32 {
-    let own = CURVES.0 * CURVES.0 + unknown;
-    let own = own * own;
-    let square = kelvin * kelvin;
-    let fourth = square * square;
-    // What is too large for f32, or no number, is all of it.
-    if fourth < 1e6 {
-        kelvin * fourth / (fourth + own)
-    } else {
-        kelvin
-    }
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@
 //! proportion to what the surroundings make of the actuator, so that nothing is taken for it in the room of the calibration, and a
 //! Kalman filter of one state follows it.
 
-use super::CURVES_DEVIATION;
+use super::curves::CURVES_DEVIATION;
 use super::period::PERIOD;
 use crate::design::TICK;
 use crate::units::Second;

@@ -1,7 +1,8 @@
 //! What is not known of the surroundings, as it acts on one actuator's stages.
 
 use super::apart::Apart;
-use super::{CURVES_DEVIATION, FIRST_ORDER, Surroundings, beyond_the_curves};
+use super::curves::{CURVES_DEVIATION, beyond_the_curves};
+use super::{FIRST_ORDER, Surroundings};
 use crate::units::Kelvin;
 
 /// How far a room may be from that of the calibration where no resistance tells it: an air-conditioned laboratory is within 6 K
