@@ -144,7 +144,11 @@ impl Bench {
         }
     }
 
-    fn on_host(mirror: MirrorConfig) -> Self {
+    /// A new board on this machine, with this mirror on it: its time goes on before a tool that stands still, as a real board's does.
+    ///
+    /// # Panics
+    /// Where it does not start.
+    pub fn on_host(mirror: MirrorConfig) -> Self {
         let directory = private_directory().expect("a directory");
         let serving = board_on_host::Serving {
             connected: Connected::Mirror(Box::new(mirror)),

@@ -162,7 +162,7 @@ fn kill_9_leaves_the_points_that_were_read() {
 
 #[test]
 fn a_point_is_not_read_of_a_mirror_that_is_no_longer_driven() {
-    let mut bench = Bench::emulated(config());
+    let mut bench = Bench::on_host(config());
     grid(&bench);
     let mut tool = bench.talk_to_tool(&WORDS);
     let mut person = Person::at(&mut tool);
