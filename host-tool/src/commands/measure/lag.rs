@@ -16,14 +16,14 @@ pub(super) struct Lag {
 
 /// From when on the samples of a waveform are no rows, and when the sensor has told all of them (ticks from its beginning).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Listening {
+pub(super) struct Tail {
     rows_end: i64,
     told: i64,
     /// So many samples more than the waveform's own are enough.
     pub(super) samples: u32,
 }
 
-impl Listening {
+impl Tail {
     /// Whether the sample at this tick is none of the waveform's own.
     pub(super) fn is_after(&self, tick: i64) -> bool {
         tick >= self.rows_end
@@ -44,13 +44,13 @@ impl Lag {
     }
 
     /// How long to listen for what is told late of this piece. At the end of a dwell the mirror rests, and what is read is what it is.
-    pub(super) fn listening(&self, piece: &Piece, tick_hz: u32) -> Option<Listening> {
+    pub(super) fn listening(&self, piece: &Piece, tick_hz: u32) -> Option<Tail> {
         if self.span.s == 0.0 || piece.rows == RowKind::EndOfDwell {
             return None;
         }
         let late = (self.span.s * f64::from(tick_hz)).ceil();
         let rows_end = ticks(&piece.waveform, tick_hz) as i64;
-        Some(Listening {
+        Some(Tail {
             rows_end,
             told: rows_end + late as i64,
             samples: (late / f64::from(piece.stream.period_ticks)).ceil() as u32 + 1,
