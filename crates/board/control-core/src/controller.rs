@@ -325,7 +325,8 @@ impl<'a> Controller<'a> {
         }
         // The one that was read last, which no update has come between.
         if actuator == (round + 1) % CHANNELS {
-            self.surroundings.follow(round, self.asked[round]);
+            let read = round % CHANNELS;
+            self.surroundings.follow(read, self.asked[read]);
         }
         if self.turn == UPDATE_TURN {
             self.surroundings.update();
