@@ -44,8 +44,11 @@ impl Apart {
     /// A reading is so far from what the room and the air make of it, which may be off by this variance.
     pub(super) fn read(&mut self, apart: f32, variance: f32) {
         let gain = self.variance / (self.variance + variance);
-        self.mean += gain * (apart - self.mean);
-        self.variance -= gain * self.variance;
+        // Not so for NaN, which would stay.
+        if gain > 0.0 && apart.is_finite() {
+            self.mean += gain * (apart - self.mean);
+            self.variance -= gain * self.variance;
+        }
     }
 
     /// A period passes, in which it is usually apart by so much (variance).
@@ -55,6 +58,72 @@ impl Apart {
         let part = usual / (usual + CURVE);
         let rest = 1.0 - part;
         self.counted = part * self.mean;
-        self.unknown = part * part * self.variance + rest * rest * usual;
+        // What is followed of it, and what is not.
+        let followed = usual - self.variance;
+        let followed = if followed > 0.0 { followed } else { 0.0 };
+        self.unknown = rest * rest * followed + self.variance;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Periods in a second.
+    const SECOND: usize = (1.0 / FADES) as usize;
+    /// Variance of a reading at 1 V, 0.1 K (`docs/theory/surroundings.md`).
+    const NOISE: f32 = 0.01;
+
+    /// A second in which its resistance tells so much, with what is usual.
+    fn a_second(apart: &mut Apart, told: f32, usual: f32) {
+        for _ in 0..SECOND {
+            apart.read(told, NOISE);
+            apart.pass(usual);
+        }
+    }
+
+    #[test]
+    fn in_the_room_of_the_calibration_nothing_is_counted() {
+        let mut apart = Apart::default();
+        // What curves are off by at most.
+        a_second(&mut apart, 0.25, usual(0.0, 0.0, (60.0, 50.0)));
+        assert_eq!((apart.counted, apart.unknown), (0.0, 0.0));
+    }
+
+    #[test]
+    fn elsewhere_it_is_followed_as_far_as_it_is_not_the_curves_own() {
+        for (usual, told) in [
+            (usual(10.0, 0.0, (60.0, 60.0)), 0.4),
+            (usual(0.0, 0.1, (90.0, 60.0)), -2.0),
+        ] {
+            let mut apart = Apart::default();
+            a_second(&mut apart, told, usual);
+            let part = usual / (usual + CURVE);
+            // A hundredth fades while it is followed.
+            assert!(
+                (apart.counted - part * told).abs() < 0.02 * told.abs(),
+                "{apart:?}"
+            );
+            // What stays unknown is the curve's share, and some of the noise.
+            let left = usual * CURVE / (usual + CURVE);
+            assert!(apart.unknown < left + NOISE, "{apart:?}, {left}");
+            // Where nothing is read any more it fades, and may be anything usual.
+            (0..5 * SECOND).for_each(|_| apart.pass(usual));
+            assert!(apart.counted.abs() < 0.01 * told.abs(), "{apart:?}");
+            assert!(apart.unknown > 0.9 * usual, "{apart:?} of {usual}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn what_was_told_does_not_keep_it_from_what_is_told_next(told: u32, variance: u32) {
+            let mut apart = Apart::default();
+            let usual = usual(10.0, 0.1, (60.0, 50.0));
+            apart.pass(usual);
+            apart.read(f32::from_bits(told).clamp(-126.0, 126.0), f32::from_bits(variance).abs());
+            (0..5).for_each(|_| a_second(&mut apart, 1.0, usual));
+            prop_assert!((apart.counted - usual / (usual + CURVE)).abs() < 0.03, "{:?}", apart);
+        }
     }
 }
