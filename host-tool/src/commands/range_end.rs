@@ -3,7 +3,7 @@
 use std::fmt;
 
 use calibration::Drives;
-use control_core::Calibration;
+use control_core::{CHANNELS, Calibration};
 use serde::Serialize;
 
 use crate::report::decimal;
@@ -28,18 +28,33 @@ pub(crate) struct RangeEnd {
 impl RangeEnd {
     /// Of a new calibration whose range ends with the actuator that takes the highest drive there.
     pub(crate) fn by_drive(before_um: f64, calibration: &Calibration) -> Self {
-        let drives = Drives::new(calibration.parts()).at_top_v();
-        let highest = (0..drives.len()).max_by(|a, b| drives[*a].total_cmp(&drives[*b]));
-        Self::by_actuator(before_um, calibration, highest.unwrap_or_default())
+        let drives_v = Drives::new(calibration.parts()).at_top_v();
+        let highest = (0..CHANNELS).max_by(|a, b| drives_v[*a].total_cmp(&drives_v[*b]));
+        Self::new(
+            before_um,
+            calibration,
+            &drives_v,
+            highest.unwrap_or_default(),
+        )
     }
 
     /// Of one whose range ends with this actuator, from 0.
     pub(crate) fn by_actuator(before_um: f64, calibration: &Calibration, actuator: usize) -> Self {
+        let drives_v = Drives::new(calibration.parts()).at_top_v();
+        Self::new(before_um, calibration, &drives_v, actuator)
+    }
+
+    fn new(
+        before_um: f64,
+        calibration: &Calibration,
+        drives_v: &[f64; CHANNELS],
+        actuator: usize,
+    ) -> Self {
         Self {
             before_um,
             after_um: decimal(calibration.max_position().0),
             actuator: actuator + 1,
-            drive_v: Drives::new(calibration.parts()).at_top_v()[actuator],
+            drive_v: drives_v[actuator],
             highest_drive_v: decimal(calibration.max_drive().0),
         }
     }

@@ -34,7 +34,7 @@ mod reference;
 mod unknown;
 
 use apart::Apart;
-use curves::{CURVES_DEVIATION, beyond_the_curves};
+use curves::{CURVES_VARIANCE, beyond_the_curves};
 use drift::{Drift, Innovation};
 use excursion::Excursion;
 use filter::{FARTHEST, Filter};
@@ -389,7 +389,7 @@ impl Surroundings {
             let variance =
                 batch.variance * part * part + UNMODELLED.0 * UNMODELLED.0 + order * order;
             let (heating, growth) = (batch.heating * part, batch.growth * part);
-            let of_place = CURVES_DEVIATION.0 * CURVES_DEVIATION.0 + order * order;
+            let of_place = CURVES_VARIANCE + order * order;
             let lasting = excursion::AS_NOISE * batch.lasting * part * part;
             if self
                 .filter

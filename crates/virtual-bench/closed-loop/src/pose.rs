@@ -289,6 +289,17 @@ impl ReachedPose {
 pub fn random_poses(
     calibration: &Calibration,
     config: &MirrorConfig,
+    poses: (usize, f64),
+    around: Around,
+) -> Result<Vec<ReachedPose>, ConfigError> {
+    held_for(HELD_S, calibration, config, poses, around)
+}
+
+/// The same, each held for so long.
+fn held_for(
+    seconds: f64,
+    calibration: &Calibration,
+    config: &MirrorConfig,
     (poses, part): (usize, f64),
     around: Around,
 ) -> Result<Vec<ReachedPose>, ConfigError> {
@@ -297,7 +308,7 @@ pub fn random_poses(
     mirror.surround(around);
     let asked = held_poses(calibration, config.seed, part).take(poses);
     let reached = asked.map(|asked| {
-        let reached = mirror.hold_pose(&asked, HELD_S);
+        let reached = mirror.hold_pose(&asked, seconds);
         let (_, limits) = mirror.tick(Setpoint::Position(core_pose(&asked)));
         ReachedPose {
             asked,
@@ -346,15 +357,10 @@ pub fn alarms(
 ) -> Result<usize, ConfigError> {
     /// Twice what an evidence of three deviations takes to be told.
     const STAY_S: f64 = 5.0;
-    let mut used = *calibration;
-    let mut mirror = Loop::new(&mut used, config)?;
-    let asked = held_poses(calibration, config.seed, part);
-    let is_told = |asked: PlatePose| {
-        mirror.hold_pose(&asked, STAY_S);
-        let (_, limits) = mirror.tick(Setpoint::Position(core_pose(&asked)));
-        limits.contains(Limit::CalibrationDrifted)
-    };
-    Ok(asked.take(poses).map(is_told).filter(|told| *told).count())
+    let around = Around::CALIBRATION;
+    let reached = held_for(STAY_S, calibration, config, (poses, part), around)?;
+    let told = |pose: &&ReachedPose| pose.limits.contains(Limit::CalibrationDrifted);
+    Ok(reached.iter().filter(told).count())
 }
 
 /// Random poses that `set-pose` takes, with tilts up to a part of the largest.

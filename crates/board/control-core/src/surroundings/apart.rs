@@ -1,11 +1,11 @@
 //! What one actuator's resistance tells beyond what the room and the air, as all four tell them, make of it.
 //!
 //! One room is around all four and one air takes their heat, but of neither do they take the same part: a frame warms one more than the
-//! other, and a draught takes more of one's heat. That part is a Gauss-Markov process [Brown and Hwang 2012, section 4.7] of a standard deviation in
+//! other, and a draught takes more of one's heat. That part is a Gauss-Markov process [Brown and Hwang 2012] of a standard deviation in
 //! proportion to what the surroundings make of the actuator, so that nothing is taken for it in the room of the calibration, and a
 //! Kalman filter of one state follows it.
 
-use super::curves::CURVES_DEVIATION;
+use super::curves::CURVES_VARIANCE;
 use super::period::PERIOD;
 use crate::design::TICK;
 use crate::units::Second;
@@ -20,8 +20,6 @@ const OF_DIFFERENCE: f32 = 0.5;
 const STAYS: Second = Second(1.0);
 /// Part of that which a period takes up.
 const FADES: f32 = TICK.0 * PERIOD as f32 / STAYS.0;
-/// Variance of what the curve itself is off by (K^2).
-const CURVE: f32 = CURVES_DEVIATION.0 * CURVES_DEVIATION.0;
 
 /// Variance of what an actuator at a heating is apart by, where all four are at another in the mean (K^2).
 pub(super) fn usual(room: f32, loss: f32, (heating, mean): (f32, f32)) -> f32 {
@@ -55,7 +53,7 @@ impl Apart {
     pub(super) fn pass(&mut self, usual: f32) {
         self.mean -= FADES * self.mean;
         self.variance += FADES * (usual - self.variance);
-        let part = usual / (usual + CURVE);
+        let part = usual / (usual + CURVES_VARIANCE);
         let rest = 1.0 - part;
         self.counted = part * self.mean;
         // What is followed of it, and what is not.
@@ -99,14 +97,14 @@ mod tests {
         ] {
             let mut apart = Apart::default();
             a_second(&mut apart, told, usual);
-            let part = usual / (usual + CURVE);
+            let part = usual / (usual + CURVES_VARIANCE);
             // A hundredth fades while it is followed.
             assert!(
                 (apart.counted - part * told).abs() < 0.02 * told.abs(),
                 "{apart:?}"
             );
             // What stays unknown is the curve's share, and some of the noise.
-            let left = usual * CURVE / (usual + CURVE);
+            let left = usual * CURVES_VARIANCE / (usual + CURVES_VARIANCE);
             assert!(apart.unknown < left + NOISE, "{apart:?}, {left}");
             // Where nothing is read any more it fades, and may be anything usual.
             (0..5 * SECOND).for_each(|_| apart.pass(usual));
@@ -123,7 +121,7 @@ mod tests {
             apart.pass(usual);
             apart.read(f32::from_bits(told).clamp(-126.0, 126.0), f32::from_bits(variance).abs());
             (0..5).for_each(|_| a_second(&mut apart, 1.0, usual));
-            prop_assert!((apart.counted - usual / (usual + CURVE)).abs() < 0.03, "{:?}", apart);
+            prop_assert!((apart.counted - usual / (usual + CURVES_VARIANCE)).abs() < 0.03, "{:?}", apart);
         }
     }
 }

@@ -8,6 +8,8 @@ use crate::units::Kelvin;
 pub(super) const CURVES: Kelvin = Kelvin(0.43);
 /// Standard deviation of that error: half of the most.
 pub(super) const CURVES_DEVIATION: Kelvin = Kelvin(0.12);
+/// And its variance (K^2).
+pub(super) const CURVES_VARIANCE: f32 = CURVES_DEVIATION.0 * CURVES_DEVIATION.0;
 
 /// As much of a difference (K) as is neither the curves' own error nor chance, by the difference's variance (K^2): of what is known,
 /// hardly any of a tenth of a kelvin, all but a hundredth of one. The room of the calibration is the likelier one while little is known.

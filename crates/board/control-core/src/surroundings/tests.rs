@@ -1,5 +1,5 @@
 use super::apart::{OF_LOSS, OF_ROOM};
-use super::curves::CURVES;
+use super::curves::{CURVES, CURVES_DEVIATION};
 use super::drift::OWN;
 use super::filter::LARGEST_LOSS;
 use super::*;

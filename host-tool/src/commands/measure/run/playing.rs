@@ -25,8 +25,11 @@ impl Bench<'_> {
             lease_ms: LEASE_MS,
         };
         let is_board = matches!(self.sensor, Sensor::Board);
-        let listening = self.lag.listening(piece, self.tick_hz());
-        let listening = listening.filter(|_| is_board);
+        let tick_hz = self.tick_hz();
+        let listening = match is_board {
+            true => self.lag.listening(piece, tick_hz),
+            false => None,
+        };
         play.stream.count += listening.map_or(0, |listening| listening.samples);
         self.sensor.begin();
         let (mut stream, first_tick) = self.board.play(&play).await?;
@@ -37,7 +40,7 @@ impl Bench<'_> {
         }
         self.journal.begin(&file.keys, &self.like())?;
         let clock = Clock {
-            tick_hz: self.board.identity().tick_hz,
+            tick_hz,
             session_tick: self.session_tick,
             first_tick,
             passed_s,
