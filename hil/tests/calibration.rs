@@ -73,11 +73,11 @@ fn a_good_one_is_used_and_a_bad_one_is_not() {
     damaged[500] ^= 1;
     let short = &calibration().to_bytes()[..2000];
     let mut other = calibration().to_bytes();
-    other[4] = 13;
+    other[4] = 14;
     for (bytes, named) in [
         (&damaged[..], "checksum"),
         (short, "it has 2000 bytes"),
-        (&other[..], "format 13"),
+        (&other[..], "format 14"),
     ] {
         let said = upload(&mut link, bytes).expect_err(named);
         assert!(said.contains(named), "{said}");

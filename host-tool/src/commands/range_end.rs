@@ -3,6 +3,7 @@
 use std::fmt;
 
 use calibration::Drives;
+use control_core::shape::SEGMENTS;
 use control_core::{CHANNELS, Calibration};
 use serde::Serialize;
 
@@ -13,83 +14,100 @@ const TOLD_UM: f64 = 2.0;
 /// An actuator takes the highest drive where it takes this part of it: resistances are refined after tables are made.
 const HIGHEST: f64 = 0.98;
 
-/// The ends of the range, and the actuator that ends it now.
+/// The ends of the range, and what ends it now.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct RangeEnd {
     before_um: f64,
     after_um: f64,
-    /// From 1.
+    /// Up to here the mirror was measured.
+    tried_um: f64,
+    /// From 1: which takes the highest drive at rest at the end of the range, on a level plate.
     actuator: usize,
-    /// What it takes at rest at the end of the range, on a level plate.
     drive_v: f64,
     highest_drive_v: f64,
+    /// From 1: which is warmest there.
+    warmest: usize,
+    rise_k: f64,
+    highest_rise_k: f64,
 }
 
 impl RangeEnd {
-    /// Of a new calibration whose range ends with the actuator that takes the highest drive there.
-    pub(crate) fn by_drive(before_um: f64, calibration: &Calibration) -> Self {
-        let drives_v = Drives::new(calibration.parts()).at_top_v();
-        let highest = (0..CHANNELS).max_by(|a, b| drives_v[*a].total_cmp(&drives_v[*b]));
-        Self::new(
-            before_um,
-            calibration,
-            &drives_v,
-            highest.unwrap_or_default(),
-        )
-    }
-
-    /// Of one whose range ends with this actuator, from 0.
-    pub(crate) fn by_actuator(before_um: f64, calibration: &Calibration, actuator: usize) -> Self {
-        let drives_v = Drives::new(calibration.parts()).at_top_v();
-        Self::new(before_um, calibration, &drives_v, actuator)
-    }
-
-    fn new(
-        before_um: f64,
-        calibration: &Calibration,
-        drives_v: &[f64; CHANNELS],
-        actuator: usize,
-    ) -> Self {
+    /// Of a new calibration; the range of the one before ended at `before_um`.
+    pub(crate) fn new(before_um: f64, calibration: &Calibration) -> Self {
+        let parts = calibration.parts();
+        let (actuator, drive_v) = highest(Drives::new(parts).at_top_v());
+        let tops = parts
+            .actuators
+            .each_ref()
+            .map(|it| it.shape.knots()[SEGMENTS]);
+        let (warmest, rise_k) = highest(tops.map(decimal));
         Self {
             before_um,
             after_um: decimal(calibration.max_position().0),
-            actuator: actuator + 1,
-            drive_v: drives_v[actuator],
+            tried_um: decimal(parts.residual.tried.0),
+            actuator,
+            drive_v,
             highest_drive_v: decimal(calibration.max_drive().0),
+            warmest,
+            rise_k,
+            highest_rise_k: decimal(parts.bounds.rise.0),
         }
     }
 }
 
-/// As a line of a report; nothing where the range has not become shorter.
+/// The actuator, from 1, that has most, and what it has.
+fn highest(each: [f64; CHANNELS]) -> (usize, f64) {
+    let all = (1..).zip(each);
+    all.max_by(|(_, a), (_, b)| a.total_cmp(b))
+        .unwrap_or_default()
+}
+
+/// As lines of a report; nothing where the range has not become shorter and was measured.
 impl fmt::Display for RangeEnd {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
             before_um,
             after_um,
+            tried_um,
             actuator,
             drive_v,
             highest_drive_v,
+            warmest,
+            rise_k,
+            highest_rise_k,
         } = self;
-        if before_um - after_um <= TOLD_UM {
-            return Ok(());
+        if before_um - after_um > TOLD_UM {
+            write!(
+                f,
+                "range      to {after_um:.1} um, before to {before_um:.1} um: "
+            )?;
+            if *drive_v >= HIGHEST * highest_drive_v {
+                writeln!(
+                    f,
+                    "actuator {actuator} takes {drive_v:.2} V there at rest, and {highest_drive_v:.2} V is the highest drive; \
+                     `host-tool set-drive {highest_drive_v}V` takes the others further, with a tilt"
+                )?;
+            } else if *rise_k >= HIGHEST * highest_rise_k {
+                writeln!(
+                    f,
+                    "actuator {warmest} is {rise_k:.0} K warm there at rest, and {highest_rise_k:.0} K is the highest rise that the calibration allows"
+                )?;
+            } else {
+                writeln!(
+                    f,
+                    "the tables end there, though no actuator takes more than {drive_v:.2} V of {highest_drive_v:.2} V; \
+                     `host-tool set-drive` goes further, and `host-tool load-calibration` with the file of before brings that range back"
+                )?;
+            }
         }
-        write!(
-            f,
-            "range      to {after_um:.1} um, before to {before_um:.1} um: "
-        )?;
-        if *drive_v >= HIGHEST * highest_drive_v {
+        if after_um - tried_um > TOLD_UM {
             writeln!(
                 f,
-                "actuator {actuator} takes {drive_v:.2} V there at rest, and {highest_drive_v:.2} V is the highest drive; \
-                 `host-tool set-drive {highest_drive_v}V` takes the others further, with a tilt"
-            )
-        } else {
-            writeln!(
-                f,
-                "the table of actuator {actuator} ends there, though it takes {drive_v:.2} V of {highest_drive_v:.2} V; \
-                 `host-tool set-drive` goes further, and `host-tool load-calibration` with the file of before brings that range back"
-            )
+                "above      {tried_um:.1} um, up to {after_um:.1} um, nothing was measured yet, and positions say so; called again, with another \
+                 folder and this calibration, it measures there too"
+            )?;
         }
+        Ok(())
     }
 }
 
@@ -102,9 +120,13 @@ mod tests {
         let end = RangeEnd {
             before_um: 173.7,
             after_um: 156.2,
+            tried_um: 156.2,
             actuator: 2,
             drive_v: 3.49,
             highest_drive_v: 3.5,
+            warmest: 3,
+            rise_k: 130.1,
+            highest_rise_k: 140.2,
         };
         let line = end.to_string();
         for words in [
@@ -119,11 +141,27 @@ mod tests {
             ..end
         };
         let line = early.to_string();
-        assert!(line.contains("table of actuator 2 ends there"), "{line}");
+        assert!(line.contains("tables end there"), "{line}");
+        let hot = RangeEnd {
+            rise_k: 140.1,
+            ..early
+        };
+        let line = hot.to_string();
+        assert!(line.contains("actuator 3 is 140 K warm"), "{line}");
         let nearly = RangeEnd {
             after_um: 172.0,
+            tried_um: 172.0,
             ..end
         };
         assert_eq!(nearly.to_string(), "");
+        let further = RangeEnd {
+            tried_um: 160.0,
+            ..nearly
+        };
+        let line = further.to_string();
+        assert!(
+            line.starts_with("above      160.0 um, up to 172.0 um"),
+            "{line}"
+        );
     }
 }

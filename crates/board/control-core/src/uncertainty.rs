@@ -131,7 +131,7 @@ impl Budget {
     /// How near to where it comes to rest the plate has settled: what calibration left. `None` under one that nobody has tried, which
     /// knows the mirror's time constants as little as its positions.
     pub(crate) fn near(&self) -> Option<Micrometre> {
-        let is_tried = self.residual.is_known() && self.residual.part == 0.0;
+        let is_tried = self.residual.is_tried();
         is_tried.then_some(Micrometre(COVERAGE * self.residual.piston.0))
     }
 
@@ -190,14 +190,15 @@ impl Budget {
         };
         let Residual {
             piston,
+            tried,
             part,
             apart,
             ..
         } = self.residual;
-        let at = plate.pose(positions).z.0;
+        let untried = |um: f32| part * (um - tried.0).max(0.0);
         let pistons = [
             piston.0,
-            part * at,
+            untried(plate.pose(positions).z.0),
             of(|it| it.plays).z.0,
             of(|it| it.creep).z.0,
             of(|it| it.heat).z.0,
@@ -207,7 +208,8 @@ impl Budget {
         ];
         let alone = |actuator: usize| {
             let one = &self.contributions[actuator];
-            let apart = apart * positions[actuator];
+            let position = positions[actuator];
+            let apart = (apart * position).max(untried(position));
             // What is left of the plate wherever it is may be left of each actuator alone.
             root_sum_square(&[
                 piston.0,

@@ -4,7 +4,7 @@ use control_core::calibration::Parts;
 use control_core::shape::{KNOTS, SEGMENTS};
 use control_core::{ActuatorCalibration, Calibration, CalibrationError, InverseTable, Micrometre};
 
-use crate::curve::Curve;
+use crate::curve::{Curve, beyond};
 
 /// A position that was asked of the core under a calibration, and where the mirror came to rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,8 +95,7 @@ pub(crate) fn bent(
     let mut knots = [0.0; KNOTS];
     for (i, knot) in knots.iter_mut().enumerate().skip(1) {
         let z_um = top_um * i as f64 / SEGMENTS as f64;
-        let asked_um = asked_at.at(z_um).min(old_top);
-        *knot = rise_at.at(asked_um) as f32;
+        *knot = beyond(|um| rise_at.at(asked_at.at(um)), asked_at.end(), z_um) as f32;
     }
     InverseTable::new(Micrometre(top_um as f32), knots).map_err(CalibrationError::from)
 }

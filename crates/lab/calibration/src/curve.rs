@@ -1,5 +1,8 @@
 //! A smooth curve through points that rise.
 
+/// Part of its range from which a function is continued, twice: a choice.
+const LAST: f64 = 0.15;
+
 /// Cubic pieces through points that rise in both coordinates; the curve rises wherever its points do.
 #[derive(Clone, Debug)]
 pub(crate) struct Curve {
@@ -38,6 +41,11 @@ impl Curve {
         Ok(Self { x, y, slope })
     }
 
+    /// Where its points end.
+    pub(crate) fn end(&self) -> f64 {
+        self.x[self.x.len() - 1]
+    }
+
     /// Its value; beyond its ends it goes on straight.
     pub(crate) fn at(&self, x: f64) -> f64 {
         let last = self.x.len() - 1;
@@ -54,6 +62,18 @@ impl Curve {
         rest * rest * ((1.0 + 2.0 * t) * self.y[i] + t * h * self.slope[i])
             + t * t * ((1.0 + 2.0 * rest) * self.y[i + 1] - rest * h * self.slope[i + 1])
     }
+}
+
+/// What a function does beyond its end, by the parabola through its last part, which its end alone, as noise has it, does not turn.
+pub(crate) fn beyond(of: impl Fn(f64) -> f64, end: f64, x: f64) -> f64 {
+    if x <= end {
+        return of(x);
+    }
+    let step = LAST * end;
+    let [last, before, first] = [0.0, 1.0, 2.0].map(|steps| of(end - steps * step));
+    let steps = (x - end) / step;
+    // Newton's backward differences.
+    last + steps * (last - before) + 0.5 * steps * (steps + 1.0) * (last - 2.0 * before + first)
 }
 
 #[cfg(test)]

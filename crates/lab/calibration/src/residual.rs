@@ -7,6 +7,7 @@ use control_core::{Calibration, CalibrationError, Micrometre};
 /// bend by 3 % unlike each other; the factory's table is off by as much, bench `position`).
 pub(crate) const UNTRIED: Residual = Residual {
     piston: Micrometre(0.3),
+    tried: Micrometre(0.0),
     part: 0.03,
     apart: 0.03,
     ambient_ratio: UNMEASURED_RATIO,
@@ -33,7 +34,8 @@ pub fn with_piston_residual(
     Calibration::new(Parts {
         residual: Residual {
             piston: Micrometre(rest_rms_um.max(LEAST_UM) as f32),
-            part: 0.0,
+            tried: calibration.max_position(),
+            part: UNTRIED.part,
             ..parts.residual
         },
         ..*parts

@@ -71,7 +71,6 @@ pub fn calibrate_pose(
         piston_rms_um: f64::NAN,
         tilt_rms_rad: f64::NAN,
         zero: PlatePose::default(),
-        ends_range: 0,
     };
     for _ in 0..rounds {
         let points = measured(&found.calibration, config)?;

@@ -101,7 +101,7 @@ async fn calibrate(board: &Board, ask: Calibrate, json: bool) -> Result<(), Tool
             let board = board.identity().board.as_str().to_owned();
             let had_words = (board, status::calibrated_words(&had));
             let written = outputs.write(&calibrated, had_words)?;
-            let range = RangeEnd::by_drive(procedure.reach_um, &calibrated.calibration);
+            let range = RangeEnd::new(procedure.reach_um, &calibrated.calibration);
             print(&report(calibrated, &had, range, written), json);
             Ok(())
         }

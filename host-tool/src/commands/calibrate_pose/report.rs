@@ -78,7 +78,7 @@ impl CalibratePoseReport {
                 .each_ref()
                 .map(|actuator| decimal(actuator.slower_by.0)),
             shared: parts.heat.shared.map(decimal).to_vec(),
-            range: RangeEnd::by_actuator(before_um, &found.calibration, found.ends_range),
+            range: RangeEnd::new(before_um, &found.calibration),
             calibration: None,
         }
     }

@@ -9,7 +9,7 @@
 use super::layout::{
     BYTES, FORMAT, MAGIC, WITHOUT_CROSSTALK, WITHOUT_LAG, WITHOUT_LEVERS, WITHOUT_RESIDUAL,
     WITHOUT_RESONANCE, WITHOUT_SHARED, WITHOUT_SLOWER, WITHOUT_SURROUNDINGS, WITHOUT_TIME_GROWTH,
-    record_bytes,
+    WITHOUT_TRIED, record_bytes,
 };
 use super::{ActuatorCalibration, Bounds, Heat, Memory, Parts, Path, Plate};
 use super::{Calibration, CalibrationError, Field, Label, Origin, Problem};
@@ -65,6 +65,7 @@ impl Calibration {
             put(&actuator.slower_by.0.to_le_bytes());
         }
         put(&parts.sensed_crosstalk.to_le_bytes());
+        put(&parts.residual.tried.0.to_le_bytes());
         let end = BYTES - 4;
         let checksum = CRC.checksum(&bytes[..end]);
         bytes[end..].copy_from_slice(&checksum.to_le_bytes());
@@ -145,6 +146,11 @@ impl Calibration {
         if format > WITHOUT_CROSSTALK {
             parts.sensed_crosstalk = f32::from_le_bytes(reader.take().unwrap_or_default());
         }
+        let (top, _) = tables[0];
+        parts.residual.tried = match format > WITHOUT_TRIED {
+            true => Micrometre(f32::from_le_bytes(reader.take().unwrap_or_default())),
+            false => parts.residual.tried_wholly_or_not(top),
+        };
         for (actuator, (top, knots)) in tables.into_iter().enumerate() {
             parts.actuators[actuator].shape = InverseTable::new(top, knots)
                 .map_err(|error| CalibrationError::from(error).of_actuator(actuator))?;
@@ -269,7 +275,7 @@ mod tests {
     use super::super::layout::{
         BYTES_WITHOUT_CROSSTALK, BYTES_WITHOUT_LAG, BYTES_WITHOUT_LEVERS, BYTES_WITHOUT_RESIDUAL,
         BYTES_WITHOUT_RESONANCE, BYTES_WITHOUT_SHARED, BYTES_WITHOUT_SLOWER,
-        BYTES_WITHOUT_SURROUNDINGS, BYTES_WITHOUT_TIME_GROWTH, HEAD,
+        BYTES_WITHOUT_SURROUNDINGS, BYTES_WITHOUT_TIME_GROWTH, BYTES_WITHOUT_TRIED, HEAD,
     };
     use super::super::tests::parts;
     use super::*;
@@ -313,7 +319,8 @@ mod tests {
                 BYTES_WITHOUT_CROSSTALK,
                 parts().actuators[CHANNELS - 1].slower_by.0,
             ),
-            (BYTES, parts().sensed_crosstalk),
+            (BYTES_WITHOUT_TRIED, parts().sensed_crosstalk),
+            (BYTES, parts().residual.tried.0),
         ] {
             assert_eq!(bytes()[last_of(length)], number.to_le_bytes());
         }
@@ -321,9 +328,14 @@ mod tests {
 
     #[test]
     fn a_calibration_of_a_format_before_lacks_what_came_later() {
+        let without_tried = {
+            let mut parts = parts();
+            parts.residual.tried = Micrometre(0.0);
+            parts
+        };
         let without_crosstalk = Parts {
             sensed_crosstalk: 0.0,
-            ..parts()
+            ..without_tried
         };
         let without_slower = {
             let mut parts = without_crosstalk;
@@ -363,6 +375,7 @@ mod tests {
             ..without_surroundings
         };
         for (format, length, expected) in [
+            (WITHOUT_TRIED, BYTES_WITHOUT_TRIED, without_tried),
             (
                 WITHOUT_CROSSTALK,
                 BYTES_WITHOUT_CROSSTALK,
@@ -407,10 +420,24 @@ mod tests {
     }
 
     #[test]
+    fn a_format_before_was_tried_wholly_where_it_leaves_no_part() {
+        let mut tried = parts();
+        tried.residual.part = 0.0;
+        let bytes = Calibration::new(tried).expect("plausible").to_bytes();
+        let mut old = bytes[..BYTES_WITHOUT_TRIED].to_vec();
+        old[4..6].copy_from_slice(&WITHOUT_TRIED.to_le_bytes());
+        let end = old.len() - 4;
+        let checksum = CRC.checksum(&old[..end]);
+        old[end..].copy_from_slice(&checksum.to_le_bytes());
+        let read = Calibration::from_bytes(&old).expect("it is one");
+        assert_eq!(read.parts().residual.tried, read.max_position());
+    }
+
+    #[test]
     fn another_format_is_named() {
         let mut other = bytes();
-        other[4..6].copy_from_slice(&13_u16.to_le_bytes());
-        let refused = Err(CalibrationError::Format { format: 13 });
+        other[4..6].copy_from_slice(&14_u16.to_le_bytes());
+        let refused = Err(CalibrationError::Format { format: 14 });
         assert_eq!(Calibration::from_bytes(&signed(other)), refused);
     }
 

@@ -39,6 +39,7 @@ pub enum Field {
     AmbientRatio,
     SensedCrosstalk,
     Residual,
+    Tried,
 }
 
 impl Field {
@@ -74,6 +75,7 @@ impl Field {
             Self::AmbientRatio => "ambient_ratio",
             Self::SensedCrosstalk => "sensed_crosstalk",
             Self::Residual => "residual",
+            Self::Tried => "residual.tried_um",
         }
     }
 

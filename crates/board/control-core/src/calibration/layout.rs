@@ -6,7 +6,9 @@ use crate::CHANNELS;
 use crate::shape::KNOTS;
 
 /// The version of this layout and of what the numbers mean.
-pub(super) const FORMAT: u16 = 12;
+pub(super) const FORMAT: u16 = 13;
+/// The one that was tried wholly or not at all.
+pub(super) const WITHOUT_TRIED: u16 = 12;
 /// The one whose heaters see the others' heat as the bend does.
 pub(super) const WITHOUT_CROSSTALK: u16 = 11;
 /// The one in which no actuator is slower than the others.
@@ -39,10 +41,12 @@ const LAG_NUMBERS: usize = 1;
 const TIME_GROWTH_NUMBERS: usize = 1;
 const SLOWER_NUMBERS: usize = CHANNELS;
 const CROSSTALK_NUMBERS: usize = 1;
+const TRIED_NUMBERS: usize = 1;
 pub(super) const HEAD: usize = MAGIC.len() + 2 + 2 * Label::CAPACITY + 8;
 
 /// Bytes of a calibration.
-pub const BYTES: usize = BYTES_WITHOUT_CROSSTALK + 4 * CROSSTALK_NUMBERS;
+pub const BYTES: usize = BYTES_WITHOUT_TRIED + 4 * TRIED_NUMBERS;
+pub(super) const BYTES_WITHOUT_TRIED: usize = BYTES_WITHOUT_CROSSTALK + 4 * CROSSTALK_NUMBERS;
 pub(super) const BYTES_WITHOUT_CROSSTALK: usize = BYTES_WITHOUT_SLOWER + 4 * SLOWER_NUMBERS;
 pub(super) const BYTES_WITHOUT_SLOWER: usize = BYTES_WITHOUT_TIME_GROWTH + 4 * TIME_GROWTH_NUMBERS;
 pub(super) const BYTES_WITHOUT_TIME_GROWTH: usize = BYTES_WITHOUT_LAG + 4 * LAG_NUMBERS;
@@ -77,6 +81,8 @@ pub fn record_bytes(bytes: &[u8]) -> usize {
         BYTES_WITHOUT_SLOWER
     } else if is_of(WITHOUT_CROSSTALK) {
         BYTES_WITHOUT_CROSSTALK
+    } else if is_of(WITHOUT_TRIED) {
+        BYTES_WITHOUT_TRIED
     } else {
         BYTES
     }

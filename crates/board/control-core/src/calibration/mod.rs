@@ -182,6 +182,7 @@ pub(crate) mod tests {
             sensed_crosstalk: -0.03,
             residual: Residual {
                 piston: Micrometre(0.05),
+                tried: Micrometre(150.0),
                 part: 0.001,
                 apart: 0.01,
                 ambient_ratio: 0.05,

@@ -289,6 +289,7 @@ impl Residual {
     /// No mirror is off by more than a range, no part by more than the whole.
     fn check(&self) -> Result<(), CalibrationError> {
         check(Field::Residual, 0, self.piston.0, 0.0..=LONGEST_MOTION_UM)?;
+        check(Field::Tried, 0, self.tried.0, 0.0..=LONGEST_MOTION_UM)?;
         let parts = [self.part, self.apart, self.ambient_ratio];
         for (i, part) in parts.into_iter().enumerate() {
             check(Field::Residual, i + 1, part, 0.0..=1.0)?;

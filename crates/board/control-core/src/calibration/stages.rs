@@ -164,7 +164,9 @@ pub struct Bounds {
 pub struct Residual {
     /// Of the piston, at any height; 0 where nobody has said, and then no position has an uncertainty.
     pub piston: Micrometre,
-    /// Of the piston besides, as a part of it.
+    /// Up to here it was tried on the mirror; 0 where nobody has.
+    pub tried: Micrometre,
+    /// Of the piston besides, as a part of what it is beyond what was tried.
     pub part: f32,
     /// Of one actuator's displacement apart from the others', as a part of it: what tilts the plate.
     pub apart: f32,
@@ -176,6 +178,7 @@ impl Residual {
     /// What nobody has said.
     pub const UNKNOWN: Self = Self {
         piston: Micrometre(0.0),
+        tried: Micrometre(0.0),
         part: 0.0,
         apart: 0.0,
         ambient_ratio: 0.0,
@@ -184,6 +187,19 @@ impl Residual {
     /// Whether somebody has.
     pub fn is_known(&self) -> bool {
         self.piston.0 > 0.0
+    }
+
+    /// Whether somebody has tried it, and may follow from that how the mirror settles.
+    pub fn is_tried(&self) -> bool {
+        self.is_known() && self.tried.0 > 0.0
+    }
+
+    /// What was tried where nothing says so, of a range up to `top`: all of it where no part is left unknown.
+    pub fn tried_wholly_or_not(&self, top: Micrometre) -> Micrometre {
+        match self.is_known() && self.part == 0.0 {
+            true => top,
+            false => Micrometre(0.0),
+        }
     }
 }
 

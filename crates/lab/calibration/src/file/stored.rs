@@ -101,6 +101,9 @@ struct StoredLever {
 #[serde(deny_unknown_fields)]
 struct StoredResidual {
     piston_um: f64,
+    /// Files of before do not say how far they were tried.
+    #[serde(default)]
+    tried_um: Option<f64>,
     part: f64,
     apart: f64,
     ambient_ratio: f64,
@@ -200,6 +203,7 @@ impl From<&Residual> for StoredResidual {
     fn from(residual: &Residual) -> Self {
         Self {
             piston_um: decimal(residual.piston.0),
+            tried_um: Some(decimal(residual.tried.0)),
             part: decimal(residual.part),
             apart: decimal(residual.apart),
             ambient_ratio: decimal(residual.ambient_ratio),
@@ -208,12 +212,21 @@ impl From<&Residual> for StoredResidual {
 }
 
 impl StoredResidual {
-    fn read(&self) -> Residual {
-        Residual {
+    /// That of a range up to `top`.
+    fn read(&self, top: Micrometre) -> Residual {
+        let residual = Residual {
             piston: Micrometre(self.piston_um as f32),
+            tried: Micrometre(0.0),
             part: self.part as f32,
             apart: self.apart as f32,
             ambient_ratio: self.ambient_ratio as f32,
+        };
+        Residual {
+            tried: match self.tried_um {
+                Some(um) => Micrometre(um as f32),
+                None => residual.tried_wholly_or_not(top),
+            },
+            ..residual
         }
     }
 }
@@ -315,7 +328,7 @@ impl Stored {
             ambient_ratio: self.ambient_ratio as f32,
             sensed_crosstalk: self.sensed_crosstalk as f32,
             residual: match &self.residual {
-                Some(residual) => residual.read(),
+                Some(residual) => residual.read(a.shape.top()),
                 None => Residual::UNKNOWN,
             },
         };

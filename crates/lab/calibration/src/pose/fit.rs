@@ -19,6 +19,9 @@ use crate::refine::bend_terms;
 const TERMS: usize = 7;
 /// Terms of what a resistance tells apart from its curve: a constant, a slope and a bend.
 const BENDS: usize = 3;
+/// How fast it tells more where its curve was only continued, over the place (K): of a tenth of the range 1 K, three times what the paper's
+/// virtual mirror tells.
+const FURTHER_K: f64 = 10.0;
 /// Standard deviations of what is sought, before anything was measured: a term of a shape, as a part of the range (that of a table that
 /// nobody tried); a share, of which four make one piston; the shared part of a pole, which is anything from 0 to 1; the growth of the
 /// loss (1/K), of which 3 % of a loss at some 60 K make 3e-4.
@@ -85,6 +88,8 @@ pub(super) struct PlateFit {
     sensed_crosstalk: f64,
     /// Poles that may be shared.
     poles: Vec<usize>,
+    /// The place up to which the calibration was tried; 1 where it was nowhere.
+    tried: f64,
     /// What the resistances tell at equal steps of the rises; `None` where that is not known of all.
     curves: Option<[SensedCurve; CHANNELS]>,
 }
@@ -111,6 +116,10 @@ pub(super) struct Found {
     room_k: f64,
     /// What each resistance tells apart from its curve (K): by powers of the place from 0 up.
     bends_k: [[f64; BENDS]; CHANNELS],
+    /// What it tells more beyond the place up to which the calibration was tried (K), by the place.
+    further_k: Each,
+    /// That place.
+    tried: f64,
     /// What each tells more for each kelvin by which the four are warmer in the mean (K/K).
     pub(super) sensed_crosstalk: f64,
     /// The coordinates at which what was measured is zero (um).
@@ -182,6 +191,10 @@ impl PlateFit {
             deviations_um: read.iter().map(deviation).collect(),
             read,
             shares,
+            tried: match parts.residual.is_tried() {
+                true => f64::from(parts.residual.tried.0 / top.0),
+                false => 1.0,
+            },
             poles: poles.enumerate().filter_map(may_be_shared).collect(),
             curves: are_known.then_some(curves),
         }
@@ -222,7 +235,7 @@ impl PlateFit {
     }
 
     fn unknowns(&self) -> usize {
-        CHANNELS * (TERMS + 3 + 1 + BENDS + 2) + self.poles.len() + 3 + 1 + 1 + 1
+        CHANNELS * (TERMS + 3 + 1 + BENDS + 1 + 2) + self.poles.len() + 3 + 1 + 1 + 1
     }
 
     /// In standard deviations from the former calibration.
@@ -241,6 +254,7 @@ impl PlateFit {
         let zero_um = Vector3::new(ZERO_UM, ZERO_TILT_UM, ZERO_TILT_UM).map(|um| um * next());
         let room_k = ROOM_K * next();
         let bends_k = std::array::from_fn(|_| std::array::from_fn(|_| TOLD_K * next()));
+        let further_k = std::array::from_fn(|_| FURTHER_K * next());
         let more: Each = std::array::from_fn(|_| GAIN * next());
         let in_common = mean(&more);
         heat.gains = more.map(|more| 1.0 + more - in_common);
@@ -259,6 +273,8 @@ impl PlateFit {
             zero_um,
             room_k,
             bends_k,
+            further_k,
+            tried: self.tried,
             sensed_crosstalk,
             late_s,
         }
@@ -286,7 +302,7 @@ impl PlateFit {
                 .into_iter()
                 .chain(self.heat.growths.iter().map(growth))
                 .chain(parts)
-                .chain([ANY; 3 + 1 + CHANNELS * BENDS])
+                .chain([ANY; 3 + 1 + CHANNELS * (BENDS + 1)])
                 .chain([open(-MOST_GAINS, MOST_GAINS); 2 * CHANNELS])
                 .chain([ANY; 2]),
         )
@@ -394,7 +410,8 @@ impl Found {
     /// What an actuator's resistance tells more than its curve in the same room, at a place as a part of the range (K).
     fn told_more_k(&self, actuator: usize, place: f64) -> f64 {
         let [constant, slope, bend] = self.bends_k[actuator];
-        constant + place * (slope + place * bend)
+        let further = self.further_k[actuator] * (place - self.tried).max(0.0);
+        constant + place * (slope + place * bend) + further
     }
 
     /// The same, less what all four have in common, which may be the room's.

@@ -18,6 +18,7 @@
 //! - `point`: what was measured;
 //! - `history`: from what was asked to how warm the actuators were;
 //! - `fit`: what is sought, and how;
+//! - `outcome`: the calibration that it makes, and where its range ends;
 //! - `late`: where a plate on its way was when a late instrument saw it;
 //! - `stages`: what of an actuator's stages changes with it;
 //! - `plausible`: which poses tell a plate, and which plate a mirror can have;
@@ -29,6 +30,7 @@ mod fit;
 mod heat;
 mod history;
 mod late;
+mod outcome;
 mod plausible;
 mod point;
 mod spots;
@@ -39,24 +41,16 @@ pub use self::course::{COURSE_S, COURSE_STEP_S, along_a_course, course};
 pub use self::point::{PoseError, PosePoint};
 pub use self::spots::{SpotHeights, poses_over_spots};
 
-use std::f64::consts::SQRT_2;
-
-use control_core::calibration::{Lever, Parts, Plate, Residual};
-use control_core::shape::SEGMENTS;
-use control_core::{CHANNELS, Calibration, Micrometre};
-use nalgebra::{Matrix3, Matrix3x4, Vector4};
+use control_core::calibration::{Parts, Plate};
+use control_core::{Calibration, Micrometre};
 
 pub(crate) use self::drives::largest;
 pub use self::drives::{Drives, KeptWarm};
-use self::fit::{Found, PlateFit};
-use self::history::positions_um;
+use self::fit::PlateFit;
+use self::outcome::Outcome;
 use self::point::FEWEST;
-use self::stages::Changed;
-use crate::correct::bent;
-use crate::curve::Curve;
 use crate::plate_pose::PlatePose;
 use crate::reach::Reach;
-use crate::residual::LEAST_UM;
 
 /// A calibration that leaves more than this of the range follows no plate: a tenth of what the factory's leaves.
 const FOLLOWS: f64 = 0.01;
@@ -72,8 +66,6 @@ pub struct Posed {
     pub tilt_rms_rad: f64,
     /// The pose at which what was measured is zero: the rest that it counts from, of a mirror that was moved.
     pub zero: PlatePose,
-    /// The actuator, from 0, that goes least far at the end of its table: there the range ends.
-    pub ends_range: usize,
 }
 
 impl Posed {
@@ -176,10 +168,8 @@ pub fn posed(calibration: &Calibration, points: &[PosePoint]) -> Result<Posed, P
         fit: &fit,
         found: &found,
     };
-    let (calibration, ends_range) = outcome.calibration(points)?;
     Ok(Posed {
-        calibration,
-        ends_range,
+        calibration: outcome.calibration(points)?,
         piston_rms_um: piston_um,
         tilt_rms_rad: tilts_um / fit.lever_um,
         zero: PlatePose {
@@ -188,129 +178,4 @@ pub fn posed(calibration: &Calibration, points: &[PosePoint]) -> Result<Posed, P
             tilt_y_rad: found.zero_um.z / fit.lever_um,
         },
     })
-}
-
-/// The calibration that a plate makes.
-struct Outcome<'a> {
-    parts: &'a Parts,
-    fit: &'a PlateFit,
-    found: &'a Found,
-}
-
-impl Outcome<'_> {
-    /// With the actuator that ends the range.
-    fn calibration(&self, points: &[PosePoint]) -> Result<(Calibration, usize), PoseError> {
-        let (piston_um, tilts_um) = self.fit.rms_um(self.found);
-        let no_plate = PoseError::NoPlate { left_um: piston_um };
-        let plate = self.plate().ok_or(no_plate)?;
-        plausible::check_plate(&plate)?;
-        let places: Vec<f64> = (0..=SEGMENTS)
-            .map(|step| step as f64 / SEGMENTS as f64)
-            .collect();
-        let is_tried = is_tried(&self.parts.residual);
-        plausible::check_piston(self.found, self.fit.top_um, &places, is_tried)?;
-        let counted = self.counted(&places)?;
-        let tops = (0..CHANNELS).map(|i| counted.at(self.found.shape_um(i, 1.0, self.fit.top_um)));
-        let (ends_range, top_um) = tops
-            .enumerate()
-            .min_by(|(_, a), (_, b)| a.total_cmp(b))
-            .expect("a mirror has actuators");
-        let mut actuators = self.parts.actuators;
-        let changed = Changed::new(
-            self.parts,
-            &self.fit.tables,
-            (&self.fit.heat, &self.found.heat),
-        );
-        for (i, actuator) in actuators.iter_mut().enumerate() {
-            let asked_um = places.iter().map(|place| place * self.fit.top_um);
-            let taken = |place: &f64| counted.at(self.found.shape_um(i, *place, self.fit.top_um));
-            let asked_at = Curve::new(places.iter().map(taken).collect(), asked_um.collect())
-                .map_err(|_| PoseError::NotRising(i + 1))?;
-            actuator.shape = bent(actuator, top_um, &asked_at)?;
-            *actuator = changed.stages(actuator, i, |um| {
-                self.found.told_apart_k(i, um / self.fit.top_um)
-            })?;
-        }
-        let mut heat = self.parts.heat;
-        heat.shared = self.found.heat.shared.map(|part| part as f32);
-        let hottest = actuators.iter().map(|it| it.shape.knots()[SEGMENTS]);
-        let mut bounds = self.parts.bounds;
-        bounds.rise.0 = hottest.fold(bounds.rise.0, f32::max);
-        let calibration = Calibration::new(Parts {
-            actuators,
-            heat,
-            plate,
-            bounds,
-            sensed_crosstalk: self.found.sensed_crosstalk as f32,
-            residual: self.residual((piston_um, tilts_um), points),
-            ..*self.parts
-        })?;
-        Ok((calibration, ends_range))
-    }
-
-    /// From what was found of a level plate's piston to what it is counted as (um). Where the piston was tried before, its curve is known
-    /// better than by these poses, and stays.
-    fn counted(&self, places: &[f64]) -> Result<Curve, PoseError> {
-        let top_um = self.fit.top_um;
-        let found: Vec<f64> = places
-            .iter()
-            .map(|place| self.found.piston_um(*place, top_um))
-            .collect();
-        let counted = match is_tried(&self.parts.residual) {
-            true => places.iter().map(|place| place * top_um).collect(),
-            false => found.clone(),
-        };
-        Curve::new(found, counted).map_err(|_| PoseError::NotRising(1))
-    }
-
-    /// What is unknown of a plate whose poses leave this. The difference of two actuators tilts it, each with half of it.
-    fn residual(&self, (piston_um, tilts_um): (f64, f64), points: &[PosePoint]) -> Residual {
-        let before = &self.parts.residual;
-        let asked = points
-            .iter()
-            .flat_map(|point| positions_um(&self.parts.plate, self.fit.top_um, &point.asked));
-        let squares: f64 = asked.map(|um| um * um).sum();
-        let asked_um = (squares / (points.len() * CHANNELS) as f64).sqrt();
-        let piston = match is_tried(before) {
-            true => before.piston,
-            false => Micrometre(piston_um.max(LEAST_UM) as f32),
-        };
-        Residual {
-            piston,
-            part: 0.0,
-            apart: (SQRT_2 * tilts_um / asked_um) as f32,
-            ..*before
-        }
-    }
-
-    fn plate(&self) -> Option<Plate> {
-        let shares = &self.found.shares;
-        let square: Matrix3<f64> = shares * shares.transpose();
-        let levers = shares.transpose() * square.try_inverse()?;
-        let warp = warp(shares);
-        let mut plate = Plate::UNKNOWN;
-        for (i, lever) in plate.levers.iter_mut().enumerate() {
-            *lever = Lever {
-                x: Micrometre((-levers[(i, 2)] * self.fit.lever_um) as f32),
-                y: Micrometre((levers[(i, 1)] * self.fit.lever_um) as f32),
-                warp: warp[i] as f32,
-            };
-        }
-        Some(plate)
-    }
-}
-
-/// Whether somebody has tried its piston.
-fn is_tried(residual: &Residual) -> bool {
-    residual.is_known() && residual.part == 0.0
-}
-
-/// The direction of the actuators' positions that does not move the plate, its largest part 1.
-fn warp(shares: &Matrix3x4<f64>) -> Vector4<f64> {
-    let minor = |skipped: usize| {
-        let sign = if skipped.is_multiple_of(2) { 1.0 } else { -1.0 };
-        sign * shares.remove_column(skipped).determinant()
-    };
-    let warp = Vector4::new(minor(0), minor(1), minor(2), minor(3));
-    warp / warp[warp.iamax()]
 }

@@ -60,20 +60,22 @@ pub(super) fn check_plate(plate: &Plate) -> Result<(), PoseError> {
     Ok(())
 }
 
-/// Whether a level plate is where the calibration has it, from the lowest place to the highest.
+/// Whether a level plate is where the calibration has it, so far as it was tried.
 pub(super) fn check_piston(
     found: &Found,
     top_um: f64,
     places: &[f64],
-    is_tried: bool,
+    tried_um: f64,
 ) -> Result<(), PoseError> {
     let apart = |place: &f64| {
         let had_um = place * top_um;
         (found.piston_um(*place, top_um), had_um)
     };
-    let far = |(found_um, had_um): &(f64, f64)| (found_um - had_um).abs() > APART * top_um;
+    let far = |(found_um, had_um): &(f64, f64)| {
+        *had_um <= tried_um && (found_um - had_um).abs() > APART * top_um
+    };
     match places.iter().map(apart).find(far) {
-        Some((found_um, had_um)) if is_tried => Err(PoseError::OtherPiston { found_um, had_um }),
-        _ => Ok(()),
+        Some((found_um, had_um)) => Err(PoseError::OtherPiston { found_um, had_um }),
+        None => Ok(()),
     }
 }

@@ -8,7 +8,7 @@ use control_core::{ActuatorCalibration, CHANNELS, InverseTable, Kelvin};
 use super::heat::{SharedHeat, level_rises};
 use super::point::PoseError;
 use super::tables::Table;
-use crate::curve::Curve;
+use crate::curve::{Curve, beyond};
 
 /// Heat that is another than in the calibration before.
 pub(super) struct Changed<'a> {
@@ -16,7 +16,7 @@ pub(super) struct Changed<'a> {
     before: &'a SharedHeat,
     after: &'a SharedHeat,
     /// By which part the rises become smaller where they are highest, in the mean of all four.
-    stretched: f64,
+    pub(super) stretched: f64,
 }
 
 impl<'a> Changed<'a> {
@@ -76,11 +76,13 @@ impl<'a> Changed<'a> {
             let told = knots.map(|(k, apart)| (f64::from(*k) + apart) / self.stretched);
             let at = Curve::new(rises.map(level).collect(), told.collect())
                 .map_err(|_| PoseError::NotRising(i + 1))?;
-            let new_top = level(f64::from(sensed.top.0));
+            let new_top =
+                level(f64::from(sensed.top.0)).max(f64::from(changed.shape.knots()[SEGMENTS]));
             changed.sensed_rises = SensedRises {
                 top: Kelvin(new_top as f32),
                 knots: std::array::from_fn(|knot| {
-                    at.at(new_top * knot as f64 / (SENSED_RISES - 1) as f64) as f32
+                    let rise = new_top * knot as f64 / (SENSED_RISES - 1) as f64;
+                    beyond(|rise| at.at(rise), at.end(), rise) as f32
                 }),
             };
         }

@@ -58,6 +58,7 @@ fn number_off(which: usize, bad: f32) -> (Parts, Field) {
         31 => (&mut p.sensed_crosstalk, Field::SensedCrosstalk),
         21 => (&mut p.residual.piston.0, Field::Residual),
         22 => (&mut p.residual.apart, Field::Residual),
+        32 => (&mut p.residual.tried.0, Field::Tried),
         23 => (&mut p.heat.shared[0], Field::SharedPart),
         24 => (&mut p.heat.shared[3], Field::SharedPart),
         _ => (&mut p.bounds.rise.0, Field::MaxRise),
@@ -69,7 +70,7 @@ fn number_off(which: usize, bad: f32) -> (Parts, Field) {
 proptest! {
     #[test]
     fn a_number_that_is_off_is_named(
-        which in 0_usize..32,
+        which in 0_usize..34,
         bad in prop_oneof![Just(f32::NAN), Just(f32::INFINITY), Just(-1.0e6), Just(1e9)],
     ) {
         let (parts, field) = number_off(which, bad);

@@ -19,6 +19,7 @@ fn without_a_word_of_what_it_left_a_calibration_has_no_uncertainty() {
     follow(&mut unknown, Setpoint::position(Micrometre(50.0)), 200);
     assert_eq!((unknown.uncertainty(), unknown.settles_in()), (None, None));
     let untried = Residual {
+        tried: Micrometre(0.0),
         part: 0.03,
         ..parts().residual
     };
@@ -43,6 +44,7 @@ fn of_friction() -> Parts {
         },
         residual: Residual {
             piston: Micrometre(1e-3),
+            tried: Micrometre(170.0),
             ..Residual::UNKNOWN
         },
         ..parts()
@@ -97,8 +99,6 @@ fn what_no_resistance_vouches_for_may_be_a_micrometre_off() {
 fn a_move_is_settled_when_its_path_is_over_and_the_heat_is_there() {
     let mut quick = parts();
     quick.ambient_ratio = 0.0;
-    // It was tried.
-    quick.residual.part = 0.0;
     let path_ticks = (quick.path.move_time.0 / TICK.0) as usize;
     let mut mirror = controller(quick);
     let settled_after = |mirror: &mut Controller<'_>, z: f32| {
