@@ -128,6 +128,13 @@ fn in_a_warm_room_the_range_begins_where_the_mirror_rests() {
     };
     assert_eq!(lowest_um(), 0.0);
     bench.controls().set_oven(ambient_c + 8.0);
+    // The board does not know of it yet, and a heater cannot cool: neither where the mirror is nor when it comes is told.
+    let warm = bench.json(&["set-z", "5um", "--settle", "1s"]);
+    let told = &warm["uncertainty"];
+    assert!(
+        told["z_um"].is_null() && told["settles_in_s"].is_null(),
+        "{warm}"
+    );
     errors_um(&bench);
     // What is required of any room (docs/requirements.md), of some 1.8 um/K.
     let lowest = lowest_um();

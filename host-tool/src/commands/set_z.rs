@@ -98,6 +98,7 @@ mod tests {
                 tilt_deg: None,
                 settles_in_s: Some(0.0),
                 cools: false,
+                is_away: false,
             },
             sensor_is_virtual: true,
             error_um: Some(-0.3819),

@@ -10,7 +10,7 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Uncertainty {
     /// Half the width of the interval that holds the piston in 95 of 100 cases; `None` where the calibration does not say what it
-    /// leaves.
+    /// leaves, and where a limit keeps the mirror away from what was asked for.
     pub(crate) z_um: Option<f64>,
     /// The same of either tilt, where the plate's levers are known.
     pub(crate) tilt_deg: Option<f64>,
@@ -20,17 +20,31 @@ pub(crate) struct Uncertainty {
     /// The mirror comes down no faster than it cools, and nobody can tell when it will be there.
     #[serde(skip)]
     pub(crate) cools: bool,
+    /// A limit keeps the mirror away for good.
+    #[serde(skip)]
+    pub(crate) is_away: bool,
 }
+
+/// Limits under which the mirror is, or will be, where it was asked to be.
+const NOT_AWAY: [Limit; 3] = [
+    Limit::Cooling,
+    Limit::ResistanceUnknown,
+    Limit::CalibrationDrifted,
+];
 
 impl From<&Telemetry> for Uncertainty {
     fn from(sample: &Telemetry) -> Self {
-        let told = sample.uncertainty;
+        let limits = Limits::from_bits(sample.limits);
+        let is_away =
+            sample.settles_in_ms.is_none() && limits.iter().any(|limit| !NOT_AWAY.contains(&limit));
+        let told = sample.uncertainty.filter(|_| !is_away);
         let tilt = told.filter(|_| sample.pose.tilt_rad.is_some());
         Self {
             z_um: told.map(|told| f64::from(told.z_nm) * 1e-3),
             tilt_deg: tilt.map(|told| (f64::from(told.tilt_urad) * 1e-6).to_degrees()),
             settles_in_s: sample.settles_in_ms.map(|ms| f64::from(ms) * 1e-3),
-            cools: Limits::from_bits(sample.limits).contains(Limit::Cooling),
+            cools: limits.contains(Limit::Cooling),
+            is_away,
         }
     }
 }
@@ -61,6 +75,9 @@ impl Uncertainty {
 /// As the line of a report.
 impl fmt::Display for Uncertainty {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.is_away {
+            return f.write_str("a limit holds the mirror elsewhere than where it was asked to be");
+        }
         let Some(z_um) = self.z_um else {
             return f.write_str(
                 "not known: the calibration does not say what it leaves; `host-tool calibrate` makes one that does",
@@ -110,6 +127,11 @@ mod tests {
                 "once it has cooled, which nobody can tell when; until then it is higher"
             )
         );
+        limits.insert(Limit::RoomWarm);
+        sample.limits = limits.bits();
+        let away = Uncertainty::from(&sample);
+        assert_eq!((away.z_um, away.tilt_deg), (None, None));
+        assert!(line(&sample).starts_with("a limit holds the mirror elsewhere"));
         sample.settles_in_ms = Some(12);
         sample.pose = Pose {
             z_um: 120.0,

@@ -90,8 +90,13 @@ impl Controller<'_> {
         let target = self
             .surroundings
             .target(actuator, shape.going_on_straight(x));
-        let target = Kelvin(if target.0 > 0.0 { target.0 } else { 0.0 });
         let near = Kelvin(near.0 * shape.slope(place));
+        if target.0 < -near.0 {
+            // What the surroundings hold up neither.
+            self.arrivals[actuator] = NEVER;
+            return;
+        }
+        let target = Kelvin(if target.0 > 0.0 { target.0 } else { 0.0 });
         let heat = (&self.decay, &self.shared);
         self.arrivals[actuator] = self.actuators[actuator].arrival(target, near, &self.rails, heat);
     }
