@@ -32,7 +32,7 @@ const GROWTH_PER_K: f64 = 5e-4;
 /// And the instrument's zero, the plate's rest when it was read (um): hysteresis leaves a mirror that was moved off the rest of one that never
 /// was, the paper's virtual mirror by 0.3 um. Its actuators come down to rest together, and are left off it alike but for what they differ by.
 const ZERO_UM: f64 = 0.5;
-const ZERO_TILT_UM: f64 = ZERO_UM * GAIN;
+pub(super) const ZERO_TILT_UM: f64 = ZERO_UM * GAIN;
 /// Least growth of a loss (1/K): what a board takes. One that falls with the rise stands for an actuator that loses less than the others.
 const LEAST_GROWTH_PER_K: f64 = -1e-3;
 /// A pole may be shared from here on (s): the core takes no faster ones.

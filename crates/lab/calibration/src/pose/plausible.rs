@@ -7,8 +7,9 @@ use std::ops::RangeInclusive;
 use control_core::calibration::{Lever, Plate};
 use nalgebra::{Matrix2, Vector2};
 
-use super::fit::Found;
+use super::fit::{Found, ZERO_TILT_UM};
 use super::point::{PoseError, PosePoint};
+use crate::plate_pose::PlatePose;
 
 /// Of the range: the highest pose must be beyond this, or the shapes above would be guessed.
 const HIGHEST: f64 = 0.5;
@@ -22,6 +23,13 @@ const DISTANCES_UM: RangeInclusive<f32> = 50.0..=5e3;
 const LEAST_WARP: f32 = 0.5;
 /// Of the range: so far poses may put a level plate from where a calibration has it that was tried. It is what 4 K of the room are worth.
 const APART: f64 = 0.05;
+
+/// In standard deviations of what hysteresis, or what is left of tilts, makes of a rest: one that is tilted by more is none, or the
+/// instrument's zero has moved since.
+const MOST_ZEROS: f64 = 5.0;
+const CHANCE: f64 = 3.0;
+/// Level poses up to here, as a part of the range, tell where a plate rests that goes on straight: each actuator's curve does so near rest.
+const LOW: f64 = 0.1;
 
 /// Whether poses reach high enough, and tilt about both axes.
 pub(super) fn check_asked(points: &[PosePoint], top_um: f64) -> Result<(), PoseError> {
@@ -58,6 +66,40 @@ pub(super) fn check_plate(plate: &Plate) -> Result<(), PoseError> {
         }
     }
     Ok(())
+}
+
+/// Whether the instrument's zero is the plate at rest: the two lowest level poses, gone on with straight, say how a plate that is not moved is
+/// tilted. `left_um`: root mean square of what is left of the tilts.
+pub(super) fn check_rest(
+    points: &[PosePoint],
+    top_um: f64,
+    lever_um: f64,
+    left_um: f64,
+) -> Result<(), PoseError> {
+    let is_level = |asked: &PlatePose| asked.tilt_x_rad == 0.0 && asked.tilt_y_rad == 0.0;
+    let is_low = |asked: &PlatePose| asked.z_um > 0.0 && asked.z_um <= LOW * top_um;
+    let mut low: Vec<_> = points
+        .iter()
+        .filter(|point| point.is_rest() && is_level(&point.asked) && is_low(&point.asked))
+        .filter_map(|point| Some((point.asked.z_um, point.reached?)))
+        .collect();
+    low.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    let [(low_um, low), (high_um, high), ..] = low[..] else {
+        return Ok(());
+    };
+    let at_rest = |low: f64, high: f64| low - (high - low) * low_um / (high_um - low_um);
+    let tilt_rad = f64::hypot(
+        at_rest(low.tilt_x_rad, high.tilt_x_rad),
+        at_rest(low.tilt_y_rad, high.tilt_y_rad),
+    );
+    let scatter = f64::hypot(high_um, low_um) / (high_um - low_um);
+    let most_um = (MOST_ZEROS * ZERO_TILT_UM).max(CHANCE * scatter * left_um);
+    match tilt_rad * lever_um > most_um {
+        true => Err(PoseError::OtherRest {
+            tilt_deg: tilt_rad.to_degrees(),
+        }),
+        false => Ok(()),
+    }
 }
 
 /// Whether a level plate is where the calibration has it, so far as it was tried.

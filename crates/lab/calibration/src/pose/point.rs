@@ -86,6 +86,15 @@ pub enum PoseError {
         /// By the calibration (um).
         had_um: f64,
     },
+    /// What the instrument took for rest is another plate.
+    #[error(
+        "counted from the rest that was read, all poses are tilted by {tilt_deg:.3} deg; did sensor, spot or mirror move after a rest was read? \
+         Measure all spots again, in another folder"
+    )]
+    OtherRest {
+        /// By how much (deg).
+        tilt_deg: f64,
+    },
     /// They do not tell two tilts.
     #[error(
         "the spots lie on a line, or are fewer than three; move the sensor's spot to three corners of the plate"
