@@ -157,6 +157,25 @@ fn in_a_warm_room_the_range_begins_where_the_mirror_rests() {
         "5Hz",
     ]);
     assert!(refused.sentence().contains("rests at"), "{}", refused.err);
+    // A scan counts from where the plate rests in the room of the calibration, and begins here where it rests in this one.
+    bench.json(&["off"]);
+    bench.wait("the plate rests", |bench| {
+        (bench.controls().plate_um() - lowest).abs() < 0.5
+    });
+    let scan = bench.json(&[
+        "scan",
+        "sine",
+        "--offset",
+        "60um",
+        "--amplitude",
+        "20um",
+        "--frequency",
+        "1Hz",
+    ]);
+    let error_um = scan["following"]["mean_error_um"]
+        .as_f64()
+        .expect("a sensor");
+    assert!(error_um.abs() < 1.0, "{scan}");
     // A heater that is asked for no power leaves it there, once the room is told where the heat is least.
     let asked = format!("{:.3}um", lowest_um());
     bench.json(&["set-z", &asked, "--settle", "1s"]);

@@ -142,6 +142,11 @@ impl<'a> Bench<'a> {
         }
     }
 
+    /// Whether displacements count from where the mirror was at rest.
+    pub(crate) fn counts_from_rest(&self) -> bool {
+        self.zero.um.is_some()
+    }
+
     /// These experiments are to come, and none between them: how much is left is told for all of them.
     pub(crate) fn plan(&mut self, experiments: &[Experiment]) {
         self.progress.plan(experiments);

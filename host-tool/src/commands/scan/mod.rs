@@ -10,11 +10,12 @@ use std::path::PathBuf;
 use calibration::PlatePose;
 use control_core::{Limit, Limits};
 use experiments::{Beginnings, Experiment, Run, Signal};
+use measurement::MeasurementFile;
 use mirror_protocol::Kept;
 use serde::Serialize;
 
 use self::path::{Planned, TiltReport};
-use crate::board::Board;
+use crate::board::{Board, lowest_um};
 use crate::cli::Scan;
 use crate::commands::following::{Following, falls_short, range};
 use crate::commands::measure::run::{Bench, Ended, whole};
@@ -80,7 +81,11 @@ pub(super) async fn run(board: &Board, scan: Scan, json: bool) -> Result<(), Too
     }
     let mut bench = Bench::open(board, Sensor::Board, None, json).await?;
     let mut measured = bench.measure(&experiment).await;
+    let counts_from_rest = bench.counts_from_rest();
     bench.close();
+    if counts_from_rest {
+        count_from_calibrated_rest(board, &mut measured.file).await;
+    }
     let tick_s = 1.0 / f64::from(tick_hz);
     for row in &mut measured.file.rows {
         let t_s = (row.t_s - 0.5 * tick_s).max(0.0);
@@ -119,6 +124,23 @@ pub(super) async fn run(board: &Board, scan: Scan, json: bool) -> Result<(), Too
     }
     report::print(&report, json);
     whole(measured.ended)
+}
+
+/// Positions count from rest in the room of the calibration. In a warmer one the mirror rests higher, by what the board knows of it once it was
+/// driven. What was measured is kept whatever the board answers.
+async fn count_from_calibrated_rest(board: &Board, file: &mut MeasurementFile) {
+    let Ok(status) = board.status().await else {
+        return;
+    };
+    let rest_um = lowest_um(&status.health);
+    if rest_um > 0.0 {
+        note(format!(
+            "the room is warmer than at calibration, and the mirror rests at {rest_um:.1} um by what the board knows of it: what was reached \
+             counts from there"
+        ));
+    }
+    let displacements = file.rows.iter_mut().filter_map(|row| row.z_um.as_mut());
+    displacements.for_each(|z_um| *z_um += rest_um);
 }
 
 /// How often a scan with these beginnings in each of its cycles is sampled.
