@@ -30,27 +30,19 @@ pub struct Pose {
 #[derive(Clone, Debug)]
 pub struct PlateInverse {
     levers: [Lever; CHANNELS],
-    warps: [Warp; CHANNELS],
+    /// Warp that moves each actuator by a micrometre: 1 / its part in it, 0 where it has none.
+    warps_per_um: [f32; CHANNELS],
     /// No reachable pose needs a larger one, and beyond it f32 is too coarse.
     most_warp: f32,
     is_known: bool,
     /// Top of the actuators' range (um).
     top: f32,
+    /// To where a warp brings actuators back (um): the ends of the range, to within it by what rounding takes.
+    ends: (f32, f32),
     /// Positions below it, as bits, need no look: up to the top, and none where the levers are unknown.
     beyond: u32,
     /// What each actuator's position adds to z (um/um) and to the tilts (rad/um).
     shares: [[f32; CHANNELS]; 3],
-}
-
-/// The warps that bring an actuator at the plate's position to the ends of its range: `to_rest - per_um position` and
-/// `to_top - per_um position`.
-#[derive(Clone, Copy, Debug)]
-struct Warp {
-    /// Warp per position, 1 / the actuator's part in it; 0 where it has none.
-    per_um: f32,
-    /// From position 0, to within the range by what rounding takes.
-    to_rest: f32,
-    to_top: f32,
 }
 
 /// Part of the range that rounding takes: some bits of f32, at four times the range.
@@ -73,10 +65,11 @@ impl PlateInverse {
     pub fn new(plate: &Plate, top: Micrometre) -> Self {
         Self {
             levers: plate.levers,
-            warps: plate.levers.map(|lever| Warp::new(&lever, top)),
+            warps_per_um: plate.levers.map(|lever| inverse_or_0(lever.warp)),
             most_warp: MOST_RANGES * top.0 / largest_part(plate),
             is_known: plate.is_known(),
             top: top.0,
+            ends: (ROUNDING * top.0, (1.0 - ROUNDING) * top.0),
             beyond: match plate.is_known() {
                 true => top.0.to_bits() + 1,
                 false => 0,
@@ -95,16 +88,11 @@ impl PlateInverse {
     #[inline(always)]
     pub fn positions(&self, pose: &Pose, limits: &mut Limits) -> [f32; CHANNELS] {
         let positions = self.unwarped(pose);
-        if self.are_within(&positions) {
+        let Some(warp) = self.needed_warp(&positions) else {
             return positions;
-        }
-        if !self.is_known {
-            let [a, b, c, d] = self.without_levers(pose, limits);
-            return [a, b, c, d];
-        }
-        let warp = self.needed_warp(&positions);
+        };
         let warped = array::from_fn(|i| positions[i] + warp * self.levers[i].warp);
-        // A pose too far for f32 has actuators out of the range under any warp.
+        // A pose too far for f32 has actuators out of the range under any warp, and one of unknown levers under none.
         if self.are_within(&warped) {
             return warped;
         }
@@ -121,8 +109,6 @@ impl PlateInverse {
         self.levers.each_ref().map(at)
     }
 
-    #[cold]
-    #[inline(never)]
     fn without_levers(&self, pose: &Pose, limits: &mut Limits) -> [f32; CHANNELS] {
         if pose.tilt_x.0 != 0.0 || pose.tilt_y.0 != 0.0 {
             limits.insert(Limit::TiltUnknown);
@@ -166,16 +152,18 @@ impl PlateInverse {
         position.to_bits() < self.beyond
     }
 
-    /// The warp nearest to none that brings one of `positions` into the range that needs most.
+    /// The warp nearest to none that brings one of `positions` into the range that needs most; `None` where all are within it.
     #[inline(always)]
-    fn needed_warp(&self, positions: &[f32; CHANNELS]) -> f32 {
-        let mut most = 0.0_f32;
-        for (position, warp) in positions.iter().zip(&self.warps) {
+    fn needed_warp(&self, positions: &[f32; CHANNELS]) -> Option<f32> {
+        let (rest, top) = self.ends;
+        let mut most = None;
+        for (position, per_um) in positions.iter().zip(&self.warps_per_um) {
             if !self.is_within(*position) {
                 cold_path();
-                let needed = warp.to_end(*position) - position * warp.per_um;
-                if needed.abs() > most.abs() {
-                    most = needed;
+                let end = if *position < 0.0 { rest } else { top };
+                let needed = (end - position) * per_um;
+                if most.is_none_or(|most: f32| needed.abs() > most.abs()) {
+                    most = Some(needed);
                 }
             }
         }
@@ -186,12 +174,15 @@ impl PlateInverse {
     #[cold]
     #[inline(never)]
     fn limit_warped(&self, pose: &Pose, limits: &mut Limits) -> [f32; CHANNELS] {
+        if !self.is_known {
+            return self.without_levers(pose, limits);
+        }
         let mut positions = self.unwarped(pose);
+        let (rest, top) = self.ends;
         let (mut least, mut most) = (-self.most_warp, self.most_warp);
-        for (position, warp) in positions.iter().zip(&self.warps) {
-            if warp.per_um != 0.0 {
-                let to_zero = position * warp.per_um;
-                let (to_rest, to_top) = (warp.to_rest - to_zero, warp.to_top - to_zero);
+        for (position, per_um) in positions.iter().zip(&self.warps_per_um) {
+            if *per_um != 0.0 {
+                let (to_rest, to_top) = ((rest - position) * per_um, (top - position) * per_um);
                 least = least.max(to_rest.min(to_top));
                 most = most.min(to_rest.max(to_top));
             }
@@ -234,28 +225,9 @@ impl PlateInverse {
     }
 }
 
-impl Warp {
-    fn new(lever: &Lever, top: Micrometre) -> Self {
-        let per_um = if lever.warp == 0.0 {
-            0.0
-        } else {
-            1.0 / lever.warp
-        };
-        Self {
-            per_um,
-            to_rest: ROUNDING * top.0 * per_um,
-            to_top: (1.0 - ROUNDING) * top.0 * per_um,
-        }
-    }
-
-    /// To the end of the range that is nearer to this position, which is out of it.
-    fn to_end(self, position: f32) -> f32 {
-        if position < 0.0 {
-            self.to_rest
-        } else {
-            self.to_top
-        }
-    }
+/// 1 / `number`, 0 where it is none.
+fn inverse_or_0(number: f32) -> f32 {
+    if number == 0.0 { 0.0 } else { 1.0 / number }
 }
 
 /// The largest part that an actuator has in the warp; 1 where the levers are unknown.
