@@ -22,6 +22,7 @@ use crate::units::{Ampere, Kelvin, Micrometre, Radian, Volt};
 
 mod exchange;
 mod foresight;
+mod listening;
 mod retained;
 
 pub use retained::Retained;
@@ -55,9 +56,6 @@ impl Setpoint {
 
 /// So much below what the surroundings, or its memory, hold a position may be without a word: 0.05 um of a usual mirror, its static error.
 const UNNOTICED: Kelvin = Kelvin(0.03);
-
-/// The turn in which the surroundings are updated: one in which no actuator is read or followed.
-const UPDATE_TURN: usize = 13;
 
 /// The target of no path: it is no pose that is asked for twice, so the next one is planned for.
 const NOWHERE: Pose = Pose {
@@ -292,48 +290,6 @@ impl<'a> Controller<'a> {
         &self.step
     }
 
-    /// What the current of the actuator whose turn it is tells of it.
-    fn listen(&mut self, applied: &[Volt; CHANNELS], currents: &[Ampere; CHANNELS]) {
-        let turn = self.turn % CHANNELS;
-        self.step.sense[turn] = self.actuators[turn].sense(applied[turn], currents[turn]);
-        self.look_around(currents[turn]);
-        if self.turn + 1 == PERIOD {
-            let mut actuators = self.actuators.iter();
-            self.sense_limits = Limits::NONE;
-            if actuators.any(Actuator::is_resistance_unknown) {
-                self.sense_limits.insert(Limit::ResistanceUnknown);
-            }
-            if self.surroundings.has_drifted() {
-                self.sense_limits.insert(Limit::CalibrationDrifted);
-            }
-        }
-    }
-
-    /// What that tells of the surroundings, and what follows from all four.
-    fn look_around(&mut self, current: Ampere) {
-        let (actuator, round) = (self.turn % CHANNELS, self.turn / CHANNELS);
-        if actuator == round
-            && let Some(sense) = &self.step.sense[actuator]
-        {
-            let rises = self.actuators.iter().map(|actuator| actuator.rise().0);
-            let mean_rise = Kelvin(rises.sum::<f32>() / CHANNELS as f32);
-            let heat = (&self.heat, &self.shared);
-            let evidence = self.actuators[actuator].evidence(sense, current, mean_rise, heat);
-            if let Some(evidence) = evidence {
-                self.surroundings.read(actuator, &evidence);
-            }
-        }
-        // The one that was read last, which no update has come between.
-        if actuator == (round + 1) % CHANNELS {
-            let read = round % CHANNELS;
-            self.surroundings.follow(read, self.asked[read]);
-        }
-        if self.turn == UPDATE_TURN {
-            self.surroundings.update();
-            self.rails.probe(self.surroundings.is_probing());
-        }
-    }
-
     /// All four actuators to where the path is.
     #[inline(always)]
     fn go_on(&mut self) {
@@ -425,13 +381,14 @@ fn highest(parts: &Parts) -> (Micrometre, Limits) {
     highest
 }
 
+/// Turns since that of the round's own actuator: in each round of the four it is another one.
+const fn turns_since_own(turn: usize) -> usize {
+    let (actuator, round) = (turn % CHANNELS, turn / CHANNELS);
+    (actuator + CHANNELS - round) % CHANNELS
+}
+
 // The slow lags of one actuator have their turn at every tick, and the surroundings with all of memory.
 const _: () = assert!(CHANNELS == TURNS && PERIOD == MEMORY_TURNS);
-// In the turn of the update none is read or followed.
-const _: () = {
-    let (actuator, round) = (UPDATE_TURN % CHANNELS, UPDATE_TURN / CHANNELS);
-    assert!(actuator != round && actuator != (round + 1) % CHANNELS);
-};
 
 #[cfg(test)]
 mod tests;

@@ -1,6 +1,6 @@
 //! What no drive depends on: how far the plate may be from where it should be, and when it will be there.
 
-use super::Controller;
+use super::{Controller, turns_since_own};
 use crate::CHANNELS;
 use crate::design::TICK;
 use crate::limits::Limits;
@@ -43,13 +43,14 @@ impl Controller<'_> {
         let (actuator, round) = (self.turn % CHANNELS, self.turn / CHANNELS);
         let state = &self.actuators[actuator].memory;
         self.budget.remember((actuator, round), &self.memory, state);
-        if actuator == round {
-            self.foresee_warmth(actuator);
-        } else if actuator == (round + 1) % CHANNELS {
-            self.foresee_arrival(actuator);
-        } else if actuator == (round + 2) % CHANNELS {
-            let is_true = self.sense_limits == Limits::NONE;
-            self.budget.combine(&self.plate, self.path.now(), is_true);
+        match turns_since_own(self.turn) {
+            0 => self.foresee_warmth(actuator),
+            1 => self.foresee_arrival(actuator),
+            2 => {
+                let is_true = self.sense_limits == Limits::NONE;
+                self.budget.combine(&self.plate, self.path.now(), is_true);
+            }
+            _ => {}
         }
     }
 

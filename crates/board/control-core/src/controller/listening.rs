@@ -1,0 +1,60 @@
+//! What the currents tell: of each actuator in its turn, and of the surroundings of all four.
+
+use super::{Controller, turns_since_own};
+use crate::CHANNELS;
+use crate::actuator::Actuator;
+use crate::limits::{Limit, Limits};
+use crate::units::{Ampere, Kelvin, Volt};
+
+/// The turn in which the surroundings are updated: one in which no actuator is read or followed.
+const UPDATE_TURN: usize = 13;
+
+impl Controller<'_> {
+    /// What the current of the actuator whose turn it is tells of it, and what follows.
+    pub(super) fn listen(&mut self, applied: &[Volt; CHANNELS], currents: &[Ampere; CHANNELS]) {
+        let actuator = self.turn % CHANNELS;
+        let (applied, current) = (applied[actuator], currents[actuator]);
+        self.step.sense[actuator] = self.actuators[actuator].sense(applied, current);
+        match turns_since_own(self.turn) {
+            0 => self.read(actuator, current),
+            // The one that was read last, which no update has come between.
+            1 => {
+                let read = (actuator + CHANNELS - 1) % CHANNELS;
+                self.surroundings.follow(read, self.asked[read]);
+            }
+            _ if self.turn == UPDATE_TURN => self.update(),
+            _ => {}
+        }
+    }
+
+    /// What its resistance tells of the surroundings.
+    fn read(&mut self, actuator: usize, current: Ampere) {
+        let Some(sense) = &self.step.sense[actuator] else {
+            return;
+        };
+        let rises = self.actuators.iter().map(|actuator| actuator.rise().0);
+        let mean_rise = Kelvin(rises.sum::<f32>() / CHANNELS as f32);
+        let heat = (&self.heat, &self.shared);
+        let evidence = self.actuators[actuator].evidence(sense, current, mean_rise, heat);
+        if let Some(evidence) = evidence {
+            self.surroundings.read(actuator, &evidence);
+        }
+    }
+
+    /// What follows from all four.
+    fn update(&mut self) {
+        self.surroundings.update();
+        self.rails.probe(self.surroundings.is_probing());
+        let mut actuators = self.actuators.iter();
+        self.sense_limits = Limits::NONE;
+        if actuators.any(Actuator::is_resistance_unknown) {
+            self.sense_limits.insert(Limit::ResistanceUnknown);
+        }
+        if self.surroundings.has_drifted() {
+            self.sense_limits.insert(Limit::CalibrationDrifted);
+        }
+    }
+}
+
+// In the turn of the update none is read or followed.
+const _: () = assert!(turns_since_own(UPDATE_TURN) > 1);
