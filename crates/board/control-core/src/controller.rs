@@ -54,7 +54,7 @@ impl Setpoint {
     }
 }
 
-/// So much below what the surroundings, or its memory, hold a position may be without a word: 0.05 um of a usual mirror, its static error.
+/// So much below rest, or bent by its surroundings, an actuator may be without a word: 0.05 um of a usual mirror, its static error.
 const UNNOTICED: Kelvin = Kelvin(0.03);
 
 /// The target of no path: it is no pose that is asked for twice, so the next one is planned for.
@@ -89,6 +89,8 @@ pub struct Controller<'a> {
     /// The displacement that no actuator goes beyond, and what limits one there.
     highest: Micrometre,
     highest_limits: Limits,
+    /// What limits one that is to be below rest: the surroundings where they bend it alone, else what creep and hysteresis hold up.
+    lowest_limits: Limits,
     /// What came of it. It is lent and not given, for it is as much to copy as an actuator is to compute.
     step: Step,
     /// The rises of the beams that positions ask for in the room of the calibration.
@@ -153,6 +155,7 @@ impl<'a> Controller<'a> {
             plate: PlateInverse::new(&parts.plate, calibration.max_position()),
             highest,
             highest_limits,
+            lowest_limits: Limits::NONE,
             target: NOWHERE,
             target_limits: Limits::NONE,
             sense_limits: Limits::NONE,
@@ -323,13 +326,8 @@ impl<'a> Controller<'a> {
         self.asked[I] = asked;
         let mut target = self.surroundings.target(I, heater);
         if target.0 < 0.0 {
-            // What the surroundings take away, and neither a memory that leads below rest nor a heater that is ahead.
-            if target.0 < -UNNOTICED.0 && target.0 < heater.0 - UNNOTICED.0 {
-                limits.insert(Limit::RoomWarm);
-            }
-            // What creep and hysteresis hold up at rest.
-            if asked.0 < -UNNOTICED.0 {
-                limits.insert(Limit::Cooling);
+            if target.0 < -UNNOTICED.0 {
+                *limits = limits.union(self.lowest_limits);
             }
             target = Kelvin(0.0);
         }

@@ -1,6 +1,6 @@
 //! What the currents tell: of each actuator in its turn, and of the surroundings of all four.
 
-use super::{Controller, turns_since_own};
+use super::{Controller, UNNOTICED, turns_since_own};
 use crate::CHANNELS;
 use crate::actuator::Actuator;
 use crate::limits::{Limit, Limits};
@@ -45,6 +45,13 @@ impl Controller<'_> {
     fn update(&mut self) {
         self.surroundings.update();
         self.rails.probe(self.surroundings.is_probing());
+        let mut lowest = (0..CHANNELS).map(|actuator| self.surroundings.lowest(actuator));
+        let are_bent = lowest.any(|lowest| lowest.0 > UNNOTICED.0);
+        self.lowest_limits = Limits::NONE;
+        self.lowest_limits.insert(match are_bent {
+            true => Limit::RoomWarm,
+            false => Limit::Cooling,
+        });
         let mut actuators = self.actuators.iter();
         self.sense_limits = Limits::NONE;
         if actuators.any(Actuator::is_resistance_unknown) {
