@@ -58,7 +58,8 @@ pub(crate) struct Rails {
     least_power: f32,
     drive: f32,
     squared_drive: f32,
-    /// The square of the least drive: zero, or what shows a resistance.
+    /// The least drive: zero, or what shows a resistance.
+    least_drive: f32,
     least_square: f32,
     highest_code: u16,
     /// Pole with which an actuator catches up.
@@ -115,6 +116,7 @@ impl Rails {
             least_power: -NO_POWER * bounds.power.0,
             drive: bounds.drive.0,
             squared_drive: bounds.drive.0 * bounds.drive.0,
+            least_drive: 0.0,
             least_square: 0.0,
             highest_code: highest_code(bounds.drive),
             catch_up_pole: 1.0 - rate(catch_up_time(parts), 1),
@@ -204,19 +206,20 @@ impl Actuator {
         let stored = heat.stored(self.gains.slower, self.rise, aim);
         let mut power = self.gains.power(Kelvin(heating.0 + stored.0), aim);
         let resistance = self.resistance();
-        let mut square = power.0 * resistance.0;
-        let allowed = rails.allow(square) && power.0 <= rails.power;
-        if allowed {
+        let square = power.0 * resistance.0;
+        let drive = if rails.allow(square) && power.0 <= rails.power {
             self.rise = aim;
             self.lag *= rails.catch_up_pole;
+            Volt(sqrt(square))
         } else {
             cold_path();
-            square = rails.limit(&mut power, resistance, limits);
+            let drive = rails.limit(&mut power, resistance, limits);
             (heating, self.rise) = self.heating(power, heat);
             self.lag = (target.0 - self.rise.0) * rails.catch_up_pole;
-        }
+            drive
+        };
         heat.advance(&mut self.heat, heating);
-        Volt(sqrt(square))
+        drive
     }
 
     /// A tick at `drive`, as far as it is allowed.
@@ -288,10 +291,8 @@ impl Actuator {
 impl Rails {
     /// Drives no less than what shows a resistance, or as little as is asked for.
     pub(crate) fn probe(&mut self, is_probing: bool) {
-        self.least_square = match is_probing {
-            true => PROBE_DRIVE.0 * PROBE_DRIVE.0,
-            false => 0.0,
-        };
+        self.least_drive = if is_probing { PROBE_DRIVE.0 } else { 0.0 };
+        self.least_square = self.least_drive * self.least_drive;
     }
 
     /// The highest power at this resistance.
@@ -311,15 +312,20 @@ impl Rails {
         above(square) <= above(self.squared_drive)
     }
 
-    /// Holds `power` to what can be driven, and names what could not; returns the square of that drive.
-    fn limit(&self, power: &mut Watt, resistance: Ohm, limits: &mut Limits) -> f32 {
-        // Not so for NaN.
-        let is_above_least = power.0 * resistance.0 > self.least_square;
-        if !is_above_least {
-            limits.insert_where(power.0 < self.least_power, Limit::Cooling);
-            *power = Watt(self.least_square / resistance.0);
-            return self.least_square;
+    /// Holds `power` to what can be driven, and names what could not; returns the drive of that.
+    fn limit(&self, power: &mut Watt, resistance: Ohm, limits: &mut Limits) -> Volt {
+        if power.0 < self.least_power {
+            limits.insert(Limit::Cooling);
+        } else if power.0 * resistance.0 > self.least_square {
+            // Not so for NaN.
+            return self.limit_high(power, resistance, limits);
         }
+        *power = Watt(self.least_square / resistance.0);
+        Volt(self.least_drive)
+    }
+
+    /// The same of a power above the least.
+    fn limit_high(&self, power: &mut Watt, resistance: Ohm, limits: &mut Limits) -> Volt {
         if power.0 > self.power {
             limits.insert(Limit::PowerHigh);
             *power = Watt(self.power);
@@ -328,8 +334,8 @@ impl Rails {
         if square > self.squared_drive {
             limits.insert(Limit::DriveHigh);
             *power = Watt(self.squared_drive / resistance.0);
-            return self.squared_drive;
+            return Volt(self.drive);
         }
-        square
+        Volt(sqrt(square))
     }
 }

@@ -104,12 +104,6 @@ impl Limits {
     pub fn insert(&mut self, limit: Limit) {
         self.0 |= 1 << limit as u16;
     }
-
-    /// Adds `limit` where it acted, without a branch.
-    #[inline(always)]
-    pub(crate) fn insert_where(&mut self, has_acted: bool, limit: Limit) {
-        self.0 |= u16::from(has_acted) << limit as u16;
-    }
 }
 
 #[cfg(test)]
