@@ -1,9 +1,11 @@
 """Each driver in its real framework, on the emulated board. One whose framework is not installed is skipped, and says so."""
 
+import asyncio
 import math
+from pathlib import Path
 
 import pytest
-from electrothermal_mirror import InstrumentError, Mirror, Server
+from electrothermal_mirror import EmulatedBoard, InstrumentError, Mirror, Server
 
 #: The bench mirror is off by so much at most until it is calibrated (m; docs/guide/calibrate.md, error at rest, before).
 UNCALIBRATED = 10.8e-6
@@ -72,3 +74,25 @@ def test_ophyd(served: Server) -> None:
     read = [document["data"]["mirror-position"] for name, document in documents if name == "event"]
     assert read == pytest.approx([20e-6, 40e-6, 60e-6], abs=UNCALIBRATED)
     assert documents[-1][1]["exit_status"] == "success"
+
+
+def test_epics_bears_that_serve_is_started_anew(tmp_path: Path) -> None:
+    pytest.importorskip("caproto")
+    from electrothermal_mirror.drivers.epics import MirrorRecords
+
+    with EmulatedBoard(boards=tmp_path) as board:
+        servers = [Server(board.name, tmp_path)]
+        records = MirrorRecords(lambda: Mirror(*servers[-1].address), "TEST:")
+        records.mirror.move(60e-6)
+        servers[0].close()
+        with pytest.raises(OSError):
+            records.reader.position()
+        # As long as none is there, it is asked for again.
+        asyncio.run(records.connect_again())
+        with Server(board.name, tmp_path) as server:
+            servers.append(server)
+            asyncio.run(records.connect_again())
+            # The one that ended has turned the mirror off.
+            assert not records.reader.is_driven
+            records.mirror.move(40e-6)
+            assert records.reader.position() == pytest.approx(40e-6, abs=UNCALIBRATED)

@@ -10,6 +10,8 @@ from __future__ import annotations
 import argparse
 import asyncio
 import sys
+from collections.abc import Callable
+from functools import partial
 from ipaddress import ip_address
 from math import isnan
 from typing import Any
@@ -44,11 +46,11 @@ class MirrorRecords(PVGroup):  # type: ignore[misc]
     state = pvproperty(name="STATE", value="", max_length=400, read_only=True, doc="What the channels do, or what is wrong.")
     message = pvproperty(name="MESSAGE", value="", max_length=400, read_only=True, doc="What went wrong since a put went well.")
 
-    def __init__(self, mirror: Mirror, reader: Mirror, prefix: str) -> None:
-        """Moves ``mirror``, and reads it by another connection meanwhile, under names that begin with ``prefix``."""
+    def __init__(self, connect: Callable[[], Mirror], prefix: str) -> None:
+        """Moves a mirror that ``connect`` gives, and reads it by another connection meanwhile, under names that begin with ``prefix``."""
         super().__init__(prefix=prefix)
-        self.mirror = mirror
-        self.reader = reader
+        self.connect = connect
+        self.mirror, self.reader = connect(), connect()
         self.is_stopped = False
         #: Of who speaks by the connection that moves.
         self.turn = asyncio.Lock()
@@ -86,11 +88,26 @@ class MirrorRecords(PVGroup):  # type: ignore[misc]
             except (InstrumentError, OSError) as error:
                 await self._invalidate()
                 await instance.write(str(error)[:400])
+                if isinstance(error, OSError):
+                    await self.connect_again()
             else:
                 for record, value, alarm in readings:
                     await record.write(value, **alarm)
                 await self._look()
             await asyncio.sleep(PERIOD)
+
+    async def connect_again(self) -> None:
+        """Connects to a ``serve`` that is there again, where it is; the one that ended has turned the mirror off."""
+        try:
+            mirror = await asyncio.to_thread(self.connect)
+            reader = await asyncio.to_thread(self.connect)
+        except (InstrumentError, OSError):
+            return
+        async with self.turn:
+            self.mirror.close()
+            self.reader.close()
+            self.mirror, self.reader = mirror, reader
+            self.is_stopped = False
 
     def _read(self) -> list[tuple[Any, Any, Any]]:
         mirror = self.reader
@@ -146,8 +163,7 @@ def records(address: tuple[str, int], prefix: str) -> dict[str, Any]:
         boards = instrument.query("SYST:BOAR:CAT?").strip('"').split('","')
     database: dict[str, Any] = {}
     for board in filter(None, boards):
-        mirror, reader = (Mirror(*address, board=board) for _ in range(2))
-        database |= MirrorRecords(mirror, reader, f"{prefix}{board}:").pvdb
+        database |= MirrorRecords(partial(Mirror, *address, board=board), f"{prefix}{board}:").pvdb
     return database
 
 
