@@ -81,6 +81,38 @@ fn a_measurement_is_stopped_and_does_not_drive_again() {
     assert!(bench.is_off());
 }
 
+/// Whoever moved the mirror is told at once, long before it would have settled, and not what was read of a mirror that rests.
+#[test]
+fn a_move_ends_with_the_stop_and_says_so() {
+    let bench = bench();
+    for words in [
+        &["set-z", "100um"][..],
+        &["set-drive", "2V"],
+        &["set-pose", "100um", "0deg", "0deg"],
+        &["set-z", "100um", "--hold", "forever", "--json"],
+    ] {
+        let moving = bench.start_tool(&[words, &["--settle", "90h"]].concat());
+        bench.wait_for_status("driven", |status| {
+            status["owner"]["process"] == moving.id() && status["states"][0] == "driving"
+        });
+        off(&bench, words[0]);
+        let said = Said::from(moving);
+        assert_eq!(said.code, 1, "{words:?}: {said:?}");
+        let sentence = said.sentence();
+        assert!(
+            sentence.contains("turned off by `host-tool off`"),
+            "{words:?}: {sentence}"
+        );
+        match words.contains(&"--json") {
+            true => {
+                let failed: Value = serde_json::from_str(&said.out).expect("JSON");
+                assert_eq!(failed["error"]["code"], "turned-off", "{failed}");
+            }
+            false => assert_eq!(said.out, "", "{words:?}"),
+        }
+    }
+}
+
 #[test]
 fn a_tool_that_hangs_while_it_records_does_not_keep_the_board_from_stopping() {
     let mut bench = bench();

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use calibration_procedure::{Doubt, SensorError, TravelError};
 use control_core::calibration::Label;
 use mirror_protocol::{PROTOCOL_VERSION, Refusal};
-use quantities::Hold;
+use quantities::{Hold, Span};
 
 pub use self::beyond_board::BeyondBoard;
 use self::doubt::doubt_advice;
@@ -36,6 +36,27 @@ pub enum ToolError {
         "ask for a shorter --hold; whoever runs the bench sets the longest by MIRROR_LONGEST_HOLD"
     ))]
     HoldTooLong { hold: Hold, longest: Hold },
+
+    #[error(
+        "--settle {settle} with --hold {hold} drives the board for longer than this bench allows, {longest}"
+    )]
+    #[diagnostic(help("{}; whoever runs the bench sets the longest by MIRROR_LONGEST_HOLD", shorter(*left)))]
+    DrivenTooLong {
+        settle: Span,
+        hold: Hold,
+        longest: Hold,
+        left: Option<Span>,
+    },
+
+    #[error("the board was turned off by `host-tool off` meanwhile, and drives nothing")]
+    #[diagnostic(help("ask again, if the mirror is to move after all"))]
+    TurnedOff,
+
+    #[error(
+        "the board had ramped to zero before the mirror was read: it was to be held for {hold}"
+    )]
+    #[diagnostic(help("ask for a longer hold: --hold 1s"))]
+    HeldTooShortly { hold: Hold },
 
     #[error("no board was found")]
     #[diagnostic(help(
@@ -414,6 +435,13 @@ fn listen_help(kind: io::ErrorKind) -> &'static str {
         }
         _ => "write an address of this machine and a port: --listen 127.0.0.1:5025",
     }
+}
+
+fn shorter(hold: Option<Span>) -> String {
+    let or_hold = hold.map_or_else(String::new, |hold| {
+        format!(", or for --hold {}s at most", hold.s)
+    });
+    format!("ask for a shorter --settle{or_hold}")
 }
 
 fn did_you_mean(nearest: Option<&str>) -> String {

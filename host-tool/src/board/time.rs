@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use mirror_protocol::Status;
 use quantities::Span;
 use tokio::time::sleep;
 
@@ -23,26 +24,26 @@ impl Board {
     /// # Errors
     /// Where the board does not answer, or its time stands still.
     pub async fn wait(&self, tick: u32, span: Span) -> Result<(), ToolError> {
-        self.wait_telling(tick, span, |_| ()).await
+        self.wait_while(tick, span, |_| Ok(())).await
     }
 
-    /// The same; `tell` is told the board's tick now and then.
+    /// The same, for as long as `look` has nothing against what the board tells of itself now and then.
     ///
     /// # Errors
-    /// As of [`Self::wait`].
-    pub async fn wait_telling(
+    /// As of [`Self::wait`], and what `look` has against it.
+    pub async fn wait_while(
         &self,
         tick: u32,
         span: Span,
-        tell: impl Fn(u32),
+        look: impl Fn(&Status) -> Result<(), ToolError>,
     ) -> Result<(), ToolError> {
         let ticks = (span.s * f64::from(self.identity().tick_hz)).round() as u32;
         let mut passed = 0;
         let mut last_progress = tokio::time::Instant::now();
         while passed < ticks {
-            let now_tick = self.status().await?.telemetry.tick;
-            tell(now_tick);
-            let now = now_tick.wrapping_sub(tick);
+            let status = self.status().await?;
+            look(&status)?;
+            let now = status.telemetry.tick.wrapping_sub(tick);
             if now != passed {
                 (passed, last_progress) = (now, tokio::time::Instant::now());
             } else if last_progress.elapsed() > ANSWER_TIMEOUT {

@@ -66,7 +66,8 @@ pub struct Arguments {
     #[arg(help_heading = BOARD, long, global = true, env = "MIRROR_BOARD", value_name = "NAME", add = candidates::boards())]
     pub board: Option<String>,
 
-    /// The longest --hold that whoever runs this bench allows: 10min. Longer ones, and `forever`, are refused.
+    /// The longest that whoever runs this bench allows a move to be driven, --settle and --hold together: 10min. What is longer, and
+    /// `forever`, is refused.
     #[arg(
         help_heading = BOARD,
         long,
@@ -167,9 +168,9 @@ pub enum Command {
         #[arg(help_heading = SIGNAL, long, default_value = "1s")]
         settle: Span,
         /// How long the board holds it after that without being told again: 2s, 1h, forever. Then it
-        /// ramps to zero.
-        #[arg(help_heading = SIGNAL, long, default_value = "10min")]
-        hold: Hold,
+        /// ramps to zero. Without it 10min, or what the bench allows.
+        #[arg(help_heading = SIGNAL, long)]
+        hold: Option<Hold>,
     },
     /// Move the mirror to its highest position and back, so that the board knows what it remembers.
     ///
@@ -190,9 +191,9 @@ pub enum Command {
         #[arg(help_heading = SIGNAL, long, default_value = "1s")]
         settle: Span,
         /// How long the board holds it after that without being told again: 2s, 1h, forever. Then it
-        /// ramps to zero.
-        #[arg(help_heading = SIGNAL, long, default_value = "10min")]
-        hold: Hold,
+        /// ramps to zero. Without it 10min, or what the bench allows.
+        #[arg(help_heading = SIGNAL, long)]
+        hold: Option<Hold>,
     },
     /// Show which poses the mirror reaches: pistons, and the tilts at each.
     #[command(after_long_help = "Example:\n  host-tool range --picture range.svg")]
@@ -222,9 +223,9 @@ pub enum Command {
         #[arg(help_heading = SIGNAL, long, default_value = "1s")]
         settle: Span,
         /// How long the board holds them after that without being told again: 2s, 1h, forever. Then
-        /// it ramps to zero.
-        #[arg(help_heading = SIGNAL, long, default_value = "10min")]
-        hold: Hold,
+        /// it ramps to zero. Without it 10min, or what the bench allows.
+        #[arg(help_heading = SIGNAL, long)]
+        hold: Option<Hold>,
     },
     /// Turn all channels off, whoever has the board.
     #[command(after_long_help = "Example:\n  host-tool off")]

@@ -31,7 +31,7 @@ struct Condition {
 }
 
 pub(super) async fn run(board: &Board, longest: Hold, json: bool) -> Result<(), ToolError> {
-    let pace = Pace::new(STAY, Hold::For(STAY), longest)?;
+    let pace = Pace::new(STAY, Some(Hold::For(STAY)), longest)?;
     let (lowest_um, top_um) = level_um(&board.status().await?);
     let went_to_um = [top_um, lowest_um];
     go(board, lowest_um, pace).await?;
@@ -61,7 +61,7 @@ async fn go(board: &Board, z_um: f64, pace: Pace) -> Result<(), ToolError> {
         z_um: z_um as f32,
         lease_ms: pace.lease_ms(),
     };
-    let moving = Move::begin(board, pace)?;
+    let moving = Move::begin(board, pace, &board.status().await?)?;
     let commanded = moving.answered(board.set_position(position)).await?;
     moving.settle_and_read(&commanded).await.map(drop)
 }

@@ -41,7 +41,7 @@ use tokio::runtime::Builder;
 use crate::board::{Board, choose};
 use crate::cli::{Arguments, Command, Measure, Plane};
 use crate::commands::interrupt::computed;
-use crate::commands::moving::Pace;
+use crate::commands::moving::{Pace, UNTIL_THE_NEXT};
 use crate::completion;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
@@ -173,8 +173,14 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         Command::LoadCalibration { file } => {
             load_calibration::run(&open().await?, &file, json).await
         }
-        Command::CalibratePose(ask) => calibrate_pose::run(&open().await?, ask, json).await,
-        Command::CalibrateRoom(ask) => calibrate_room::run(&open().await?, ask, json).await,
+        Command::CalibratePose(ask) => {
+            Pace::new(ask.settle, Some(UNTIL_THE_NEXT), arguments.longest_hold)?;
+            calibrate_pose::run(&open().await?, ask, json).await
+        }
+        Command::CalibrateRoom(ask) => {
+            Pace::new(ask.settle, Some(UNTIL_THE_NEXT), arguments.longest_hold)?;
+            calibrate_room::run(&open().await?, ask, json).await
+        }
         Command::CalibrateSense { resistor } => {
             calibrate_sense::run(&open().await?, resistor, json).await
         }

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use control_core::{Limit, Limits};
-use mirror_protocol::{ChannelState, Commanded, LEASE_FOREVER_MS, Telemetry};
+use mirror_protocol::{ChannelState, Commanded, LEASE_FOREVER_MS, Status, Telemetry};
 use quantities::{Hold, Span};
 use serde::Serialize;
 
@@ -16,6 +16,11 @@ use crate::report::{decimal, row, row_of_known};
 /// Readings are the mean of so many samples, a millisecond apart.
 const READING_SAMPLES: u32 = 100;
 const READING_PERIOD: Span = Span { s: 1e-3 };
+/// What is allowed for reading in a lease: twice as long as it takes.
+const READING_S: f64 = 2.0 * READING_SAMPLES as f64 * READING_PERIOD.s;
+
+/// A position is held for so long where nobody says for how long.
+const USUAL: Span = Span { s: 600.0 };
 
 /// How long the board holds a position of several that are read one after the other. A tool that others keep waiting on a busy machine is in
 /// time for the next one, and a tool that was killed leaves the mirror driven for no longer.
@@ -43,17 +48,38 @@ pub(super) struct Pace {
 }
 
 impl Pace {
-    /// One that holds no longer than is allowed.
+    /// One by which the board is driven no longer than is allowed, all in all. A hold that nobody names is 10 minutes, or what that
+    /// leaves of them.
     ///
     /// # Errors
-    /// Where `hold` is longer than `longest`.
-    pub(super) fn new(settle: Span, hold: Hold, longest: Hold) -> Result<Self, ToolError> {
-        match (hold, longest) {
-            (Hold::For(asked), Hold::For(allowed)) if asked.s <= allowed.s => {}
-            (_, Hold::For(_)) => return Err(ToolError::HoldTooLong { hold, longest }),
-            (_, Hold::Forever) => {}
+    /// Where `settle` and `hold` are longer than `longest`.
+    pub(super) fn new(settle: Span, hold: Option<Hold>, longest: Hold) -> Result<Self, ToolError> {
+        let usual = Hold::For(USUAL);
+        let Hold::For(allowed) = longest else {
+            let hold = hold.unwrap_or(usual);
+            return Ok(Self { settle, hold });
+        };
+        // To a millisecond, in which a lease is asked for.
+        let left_ms = ((allowed.s - settle.s - READING_S) * 1e3).round();
+        let left = Span { s: left_ms / 1e3 };
+        let hold = match hold {
+            None if left.s > 0.0 => Hold::For(Span {
+                s: left.s.min(USUAL.s),
+            }),
+            hold => hold.unwrap_or(usual),
+        };
+        match hold {
+            Hold::For(asked) if asked.s <= left.s => Ok(Self { settle, hold }),
+            Hold::For(asked) if asked.s <= allowed.s || left.s <= 0.0 => {
+                Err(ToolError::DrivenTooLong {
+                    settle,
+                    hold,
+                    longest,
+                    left: (left.s > 0.0).then_some(left),
+                })
+            }
+            _ => Err(ToolError::HoldTooLong { hold, longest }),
         }
-        Ok(Self { settle, hold })
     }
 
     /// The lease to ask for: the hold begins when the mirror has settled and been read.
@@ -61,8 +87,7 @@ impl Pace {
         let Hold::For(hold) = self.hold else {
             return LEASE_FOREVER_MS;
         };
-        let reading = 2.0 * f64::from(READING_SAMPLES) * READING_PERIOD.s;
-        ((self.settle.s + reading + hold.s) * 1e3).ceil() as u32
+        ((self.settle.s + READING_S + hold.s) * 1e3).round() as u32
     }
 
     /// What becomes of the drives, as a line for people.
@@ -89,16 +114,19 @@ impl Pace {
 pub(super) struct Move<'a> {
     board: &'a Board,
     pace: Pace,
+    /// How often the board had been stopped before.
+    stops: u32,
     interrupt: Interrupt,
 }
 
 impl<'a> Move<'a> {
-    /// From now on Ctrl-C no longer ends the tool by itself.
-    pub(super) fn begin(board: &'a Board, pace: Pace) -> Result<Self, ToolError> {
+    /// From now on Ctrl-C no longer ends the tool by itself. `status` is what the board told before it is asked to move.
+    pub(super) fn begin(board: &'a Board, pace: Pace, status: &Status) -> Result<Self, ToolError> {
         let interrupt = Interrupt::listen()?;
         Ok(Self {
             board,
             pace,
+            stops: status.stops,
             interrupt,
         })
     }
@@ -114,16 +142,43 @@ impl<'a> Move<'a> {
             .await
     }
 
-    /// As [`read_settled`], for a command that ends by it. Who interrupts it is told that the board drives on.
+    /// As [`read_settled`], for a command that ends by it, with the board's status afterwards. It ends at once where the board does not
+    /// drive what it was asked for any more. Who interrupts it is told that the board drives on.
     pub(super) async fn settle_and_read(
         &self,
         commanded: &Commanded,
-    ) -> Result<(Readings, Span), ToolError> {
-        let read = read_settled(self.board, commanded, self.pace.settle);
+    ) -> Result<(Readings, Span, Status), ToolError> {
+        let board = self.board;
+        let read = async {
+            board
+                .wait_while(commanded.tick, self.pace.settle, |status| {
+                    self.check(status)
+                })
+                .await?;
+            let read = read(board).await;
+            let status = board.status().await?;
+            self.check(&status)?;
+            let (readings, tick) = read?;
+            Ok((readings, board.span(commanded.tick, tick), status))
+        };
         let hold = self.pace.words();
         self.interrupt
             .or_else(read, || ToolError::StillDriven { hold })
             .await
+    }
+
+    /// Whether the board goes on with what it was asked for.
+    fn check(&self, status: &Status) -> Result<(), ToolError> {
+        if status.stops != self.stops {
+            return Err(ToolError::TurnedOff);
+        }
+        check_states(&status.telemetry.states)?;
+        match status.health.lease_left_ms {
+            Some(_) => Ok(()),
+            None => Err(ToolError::HeldTooShortly {
+                hold: self.pace.hold,
+            }),
+        }
     }
 }
 
@@ -221,6 +276,29 @@ impl fmt::Display for Readings {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_lease_is_longer_than_is_allowed() {
+        let span = |s| Span { s };
+        for (settle_s, hold_s, longest_s, lease_ms) in [
+            (1.0, None, 600.0, Some(600_000)),
+            (1.0, None, 3600.0, Some(601_200)),
+            (1.0, Some(598.8), 600.0, Some(600_000)),
+            (1.0, Some(598.9), 600.0, None),
+            (599.9, None, 600.0, None),
+            (7200.0, Some(5.0), 10.0, None),
+        ] {
+            let hold = hold_s.map(|s| Hold::For(span(s)));
+            let pace = Pace::new(span(settle_s), hold, Hold::For(span(longest_s)));
+            assert_eq!(
+                pace.ok().map(|pace| pace.lease_ms()),
+                lease_ms,
+                "{settle_s} s and {hold_s:?} s of {longest_s} s"
+            );
+        }
+        let forever = Pace::new(span(1.0), Some(Hold::Forever), Hold::Forever);
+        assert_eq!(forever.expect("allowed").lease_ms(), LEASE_FOREVER_MS);
+    }
 
     #[test]
     fn a_sensor_that_skips_a_sample_is_read_by_the_others() {

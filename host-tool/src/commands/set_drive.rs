@@ -38,15 +38,16 @@ pub(super) async fn run(
     pace: Pace,
     json: bool,
 ) -> Result<(), ToolError> {
-    check_drives(drives, &board.status().await?)?;
+    let before = board.status().await?;
+    check_drives(drives, &before)?;
     let asked_v = drives.map(|drive| drive.v);
     let drives = Drives {
         drive_v: asked_v.map(|v| v as f32),
         lease_ms: pace.lease_ms(),
     };
-    let moving = Move::begin(board, pace)?;
+    let moving = Move::begin(board, pace, &before)?;
     let commanded = moving.answered(board.set_drive(drives)).await?;
-    let (readings, _) = moving.settle_and_read(&commanded).await?;
+    let (readings, ..) = moving.settle_and_read(&commanded).await?;
     let limited_by = limit_names(commanded.limits);
     report::print(
         &SetDrive {

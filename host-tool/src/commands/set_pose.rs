@@ -32,14 +32,14 @@ pub(super) async fn run(
     pace: Pace,
     json: bool,
 ) -> Result<(), ToolError> {
-    let reach = reach(board, &board.status().await?.health).await?;
+    let before = board.status().await?;
+    let reach = reach(board, &before.health).await?;
     let pose = reached(asked, &reach)?;
-    let moving = Move::begin(board, pace)?;
+    let moving = Move::begin(board, pace, &before)?;
     let commanded = moving
         .answered(board.set_pose(request(pose, pace.lease_ms())))
         .await?;
-    let (readings, settled) = moving.settle_and_read(&commanded).await?;
-    let status = board.status().await?;
+    let (readings, settled, status) = moving.settle_and_read(&commanded).await?;
     let report = PoseReport {
         asked,
         pose: PlateReport::from(&status.telemetry.pose),

@@ -29,15 +29,15 @@ struct SetZ {
 }
 
 pub(super) async fn run(board: &Board, z: Length, pace: Pace, json: bool) -> Result<(), ToolError> {
-    check_position(z, &board.status().await?)?;
+    let before = board.status().await?;
+    check_position(z, &before)?;
     let position = Position {
         z_um: z.um as f32,
         lease_ms: pace.lease_ms(),
     };
-    let moving = Move::begin(board, pace)?;
+    let moving = Move::begin(board, pace, &before)?;
     let commanded = moving.answered(board.set_position(position)).await?;
-    let (readings, settled) = moving.settle_and_read(&commanded).await?;
-    let status = board.status().await?;
+    let (readings, settled, status) = moving.settle_and_read(&commanded).await?;
     let report = SetZ {
         asked_um: z.um,
         settled_s: settled.s,

@@ -74,6 +74,66 @@ fn a_unit_may_stand_apart_from_its_number() {
     }
 }
 
+/// What is driven while the mirror settles counts as well: a tool that is killed meanwhile leaves the mirror driven for both.
+#[test]
+fn no_lease_is_longer_than_the_bench_allows() {
+    let boards = no_boards();
+    let asked = |words: &str| {
+        let words: Vec<&str> = words.split(' ').collect();
+        host_tool(boards.path(), &words)
+    };
+    for move_ in ["set-z 50um", "set-drive 1V", "set-pose 50um 0deg 0deg"] {
+        for (spans, sentence, advice) in [
+            (
+                "--hold 5s --settle 2h",
+                "--settle 7200 s with --hold 5 s drives the board for longer than this bench allows, 10 s",
+                "shorter --settle",
+            ),
+            (
+                "--settle 2h",
+                "drives the board for longer than this bench allows, 10 s",
+                "shorter --settle",
+            ),
+            (
+                "--hold 8s --settle 4s",
+                "drives the board for longer than this bench allows, 10 s",
+                "--hold 5.8s at most",
+            ),
+            (
+                "--hold 11s",
+                "a hold of 11 s is longer than this bench allows, 10 s",
+                "shorter --hold",
+            ),
+            (
+                "--hold forever",
+                "is longer than this bench allows",
+                "shorter --hold",
+            ),
+        ] {
+            fails_with(
+                &asked(&format!("{move_} --longest-hold 10s {spans}")),
+                sentence,
+                advice,
+            );
+        }
+        // A hold that nobody names is as long as it may be.
+        for spans in ["--longest-hold 10s", "--longest-hold 10s --hold 8s", ""] {
+            let said = asked(format!("{move_} {spans}").trim_end());
+            fails_with(&said, "no board was found", "connect");
+        }
+    }
+    for poses in [
+        "calibrate-pose c.toml --settle 2h --longest-hold 1h",
+        "calibrate-room c.toml r.toml --settle 2h --longest-hold 1h",
+    ] {
+        fails_with(
+            &asked(poses),
+            "drives the board for longer than this bench allows, 3600 s",
+            "shorter --settle",
+        );
+    }
+}
+
 #[test]
 fn help_for_a_name_that_is_mistyped_names_its_neighbour() {
     let boards = no_boards();

@@ -9,7 +9,7 @@ use control_core::Limits;
 use experiment_player::{Piece, pieces};
 use experiments::{Experiment, Prehold};
 use measurement::MeasurementFile;
-use mirror_protocol::Drives;
+use mirror_protocol::{Drives, Status};
 use quantities::Span;
 use tokio::sync::oneshot;
 
@@ -338,9 +338,11 @@ impl<'a> Bench<'a> {
 
     async fn wait(&self, tick: u32, seconds: f64) -> Result<(), ToolError> {
         let seconds = Span { s: seconds };
-        self.board
-            .wait_telling(tick, seconds, |now| self.reach(now))
-            .await
+        let reach = |status: &Status| {
+            self.reach(status.telemetry.tick);
+            Ok(())
+        };
+        self.board.wait_while(tick, seconds, reach).await
     }
 
     fn reach(&self, tick: u32) {
