@@ -203,13 +203,73 @@ fn send(mut sensor: File, mut tool: Child, line: &str) -> Said {
     Said::from(tool)
 }
 
+/// Held voltages, read by this sensor.
+fn held_by(sensor: &str) -> Vec<&str> {
+    let held = ["measure", "held", "1V", "2V", "--dwell", "50ms"];
+    [&held[..], &["--rest", "0s", "--sensor", sensor]].concat()
+}
+
+#[test]
+fn a_recording_that_cannot_be_read_is_refused_before_anything_is_driven() {
+    let bench = Bench::new();
+    for (lines, told) in [
+        ("0,1\n0.1,x\n0.2,1\n", "line 2, `0.1,x`"),
+        ("t,z\n0,1\nt,z\n0.1,1\n", "line 3, `t,z`"),
+        ("0,1\n0.1,1\n0.05,1\n", "line 3, `0.05,1`, is not later"),
+    ] {
+        std::fs::write(bench.directory().join("laser.csv"), lines).expect("written");
+        let said = bench.tool(&held_by("laser.csv"));
+        assert_eq!(said.code, 1, "{lines}: {said:?}");
+        assert!(said.sentence().contains(told), "{}", said.err);
+        assert!(!bench.directory().join("held.csv").exists(), "{lines}");
+    }
+}
+
+/// What the board's own sensor reads is of another place.
+#[test]
+fn a_sensor_that_fails_in_the_end_leaves_rows_without_displacements() {
+    let bench = Bench::new();
+    let mut tool = bench.start_tool(&held_by("laser.csv"));
+    let mut said = BufReader::new(tool.stderr.take().expect("it is piped")).lines();
+    let first = said.next().expect("a line").expect("text");
+    assert!(first.contains("laser.csv is not there yet"), "{first}");
+    std::fs::write(bench.directory().join("laser.csv"), "0,1\n0.1;1;1\n").expect("written");
+    said.for_each(drop);
+    assert_eq!(Said::from(tool).code, 1);
+    let file = bench.measured("held.csv");
+    let partial = file.keys.get("partial").expect("it says so");
+    assert!(partial.contains("laser.csv"), "{partial}");
+    assert!(file.rows.iter().all(|row| row.z_um.is_none()));
+    assert!(file.rows.len() > 1, "currents are kept");
+}
+
+#[test]
+fn a_serial_sensor_that_sends_more_than_a_number_is_told_what_is_expected() {
+    let bench = Bench::new();
+    for (line, said_of_it) in [
+        ("0.5,12.3\n", Some("but `0.5,12.3`")),
+        ("12,3\n", Some("a line such as 12.345 is expected")),
+        ("12.3 um\n", None),
+    ] {
+        let (sensor, name) = pseudo_terminal();
+        let tool = bench.start_tool(&held_by(&name));
+        let said = send(sensor, tool, line);
+        match said_of_it {
+            Some(told) => {
+                assert_eq!(said.code, 1, "{line}: {said:?}");
+                assert!(said.sentence().contains(told), "{}", said.err);
+                assert!(!bench.directory().join("held.csv").exists(), "{line}");
+            }
+            None => assert_eq!(said.code, 0, "{line}: {said:?}"),
+        }
+    }
+}
+
 #[test]
 fn a_serial_sensor_that_sends_no_number_is_named() {
     let bench = Bench::new();
     let (sensor, name) = pseudo_terminal();
-    let tool = bench.start_tool(&[
-        "measure", "held", "1V", "2V", "--dwell", "50ms", "--rest", "0s", "--sensor", &name,
-    ]);
+    let tool = bench.start_tool(&held_by(&name));
     let said = send(sensor, tool, "laser off\n");
     assert_ne!(said.code, 0);
     assert!(

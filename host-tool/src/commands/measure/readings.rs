@@ -18,6 +18,26 @@ pub(crate) fn finite(text: &str) -> Option<f64> {
         .filter(|value: &f64| value.is_finite())
 }
 
+/// A number of micrometres as a sensor tells it, with its unit or without.
+pub(super) fn micrometres(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let number = ["um", "µm", "μm"]
+        .iter()
+        .find_map(|unit| text.strip_suffix(unit));
+    finite(number.unwrap_or(text))
+}
+
+/// The time and the reading of a line, as they are written: parted by a comma, or by a semicolon where commas are decimal.
+fn parted(line: &str) -> Option<(String, String)> {
+    let decimal = |text: &str| text.replace(',', ".");
+    match line.split_once(';') {
+        Some((t, z)) => Some((decimal(t), decimal(z))),
+        None => line
+            .split_once(',')
+            .map(|(t, z)| (t.to_owned(), z.to_owned())),
+    }
+}
+
 /// Seconds and micrometres of a text with a line for each, in the order of time. Comments and a header are passed over.
 pub(crate) fn parse(text: &str) -> Result<Vec<(f64, f64)>, String> {
     let mut readings: Vec<(f64, f64)> = Vec::new();
@@ -25,12 +45,12 @@ pub(crate) fn parse(text: &str) -> Result<Vec<(f64, f64)>, String> {
         if line.trim().is_empty() || line.starts_with('#') {
             continue;
         }
-        let pair = line
-            .split_once(',')
-            .and_then(|(t, z)| Some((finite(t)?, finite(z)?)));
+        let pair = parted(line).and_then(|(t, z)| Some((finite(&t)?, micrometres(&z)?)));
         match (pair, readings.last()) {
             (Some((t_s, _)), Some((before_s, _))) if t_s <= *before_s => {
-                return Err(format!("line {number} is not later than the one before"));
+                return Err(format!(
+                    "line {number}, `{line}`, is not later than the one before"
+                ));
             }
             (Some(pair), _) => readings.push(pair),
             (None, None) if line.starts_with(|c: char| c.is_ascii_alphabetic()) => {}
@@ -40,15 +60,17 @@ pub(crate) fn parse(text: &str) -> Result<Vec<(f64, f64)>, String> {
     Ok(readings)
 }
 
+/// Whether a sensor says by this that it has no reading: by nothing, or by a number that is none.
+pub(super) fn is_none(text: &str) -> bool {
+    let is_no_number = |text: &str| text.parse().is_ok_and(|um: f64| !um.is_finite());
+    text.trim().is_empty() || is_no_number(text.trim())
+}
+
 /// A sensor's recording: seconds and micrometres as [`parse`] reads them, without the lines in which the sensor had no
 /// reading, where there is a time and then nothing, or no finite number.
 pub(super) fn recorded(text: &str) -> Result<Vec<(f64, f64)>, String> {
-    let is_lost = |line: &&str| {
-        line.split_once(',').is_some_and(|(t, z)| {
-            let is_no_number = z.trim().parse().is_ok_and(|z: f64| !z.is_finite());
-            finite(t).is_some() && (z.trim().is_empty() || is_no_number)
-        })
-    };
+    let is_lost =
+        |line: &&str| parted(line).is_some_and(|(t, z)| finite(&t).is_some() && is_none(&z));
     // An empty line keeps the numbers of those after it.
     let read = text
         .lines()
@@ -134,12 +156,35 @@ mod tests {
     }
 
     #[test]
+    fn decimal_commas_and_units_are_read_where_they_are_clear() {
+        let text = "t;z\n-0,5;1,25\n0;nan\n1,5; 2,5 um\n2.5;-3\n";
+        assert_eq!(
+            recorded(text).unwrap(),
+            [(-0.5, 1.25), (1.5, 2.5), (2.5, -3.0)]
+        );
+        for (told, um) in [
+            ("12.3", Some(12.3)),
+            (" -12.3 um\r\n", Some(-12.3)),
+            ("1e2µm", Some(100.0)),
+            ("12.3 nm", None),
+            ("12,3", None),
+            ("0.5,12.3", None),
+            ("um", None),
+        ] {
+            assert_eq!(micrometres(told), um, "{told}");
+        }
+    }
+
+    #[test]
     fn a_recording_that_is_none_is_told_by_its_line() {
         for (text, line) in [
             ("0,1\n1\n", "line 2, `1`"),
             ("0,1\n1,nan\n", "line 2, `1,nan`"),
-            ("0,1\n0,2\n", "line 2 is not later"),
+            ("0,1\n0,2\n", "line 2, `0,2`, is not later"),
             ("t,z\n0,1\nx,y\n", "line 3, `x,y`"),
+            ("t,z\n0,1\nt,z\n1,2\n", "line 3, `t,z`"),
+            ("0;1.234,5\n", "line 1, `0;1.234,5`"),
+            ("0,5,12,3\n", "line 1, `0,5,12,3`"),
         ] {
             let said = parse(text).unwrap_err();
             assert!(said.starts_with(line), "{said}");

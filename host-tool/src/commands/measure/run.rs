@@ -221,8 +221,10 @@ impl<'a> Bench<'a> {
         let off = self.board.off().await.map(drop);
         let off = off.and(self.board.stop_stream().await);
         let read = self.sensor.read_into(self.lag.span, &mut file);
-        if let Ok(numbers @ 1..) = read {
-            self.progress.warn(&impossible_words(numbers));
+        match &read {
+            Ok(numbers @ 1..) => self.progress.warn(&impossible_words(*numbers)),
+            Err(error) if ended.is_ok() => file.keys.set("partial", &error.to_string()),
+            _ => {}
         }
         if matches!(self.sensor, Sensor::Board) {
             self.lag.take_out(&mut file);

@@ -2,13 +2,12 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use measurement::MeasurementFile;
 use quantities::Span;
 
 use super::readings::{LONGEST_UM, is_possible, merge, recorded};
-use super::serial::{Serial, cannot_read, listen};
+use super::serial::{Serial, cannot_read};
 use crate::board::Board;
 use crate::commands::moving::read;
 use crate::error::ToolError;
@@ -45,6 +44,14 @@ fn never_a_recording(name: &str, has_speed: bool) -> Option<String> {
     near.map(|name| format!("there is no such file; did you mean `{name}`?"))
 }
 
+/// Makes sure that the whole lines of a recording that is there already can be read. The last one may be on its way.
+fn check_recording(path: &Path) -> Result<(), ToolError> {
+    let text = input_file::read_text(path, input_file::MOST_MADE)?;
+    let whole = text.rfind('\n').map_or("", |end| &text[..end]);
+    let read = recorded(whole).map_err(|reason| cannot_read(path, reason));
+    read.map(drop)
+}
+
 /// What a user calls the board's own sensor.
 const BOARD: &str = "board";
 
@@ -65,17 +72,18 @@ impl Sensor {
                 return Err(cannot_read(Path::new(name), reason));
             }
             let path = PathBuf::from(name);
-            if !path.exists() {
-                note(format_args!(
+            match path.exists() {
+                true => check_recording(&path)?,
+                false => note(format_args!(
                     "{name} is not there yet; it is read once the measurement is done"
-                ));
+                )),
             }
             return Ok(Self::Recording { path, began: false });
         }
         let baud = baud.map(str::parse).transpose();
         let baud = baud.map_err(|_| cannot_read(&path, "its speed is no number of baud"))?;
         let device = serial_device(&path, baud).map_err(|error| cannot_read(&path, error))?;
-        Ok(Self::Serial(Serial::at(path, listen(device, Instant::now))))
+        Ok(Self::Serial(Serial::on(path, device)))
     }
 
     /// The sensor that a user names, where it is there and answers at any time.
@@ -94,14 +102,16 @@ impl Sensor {
         }
     }
 
-    /// Whether there is one: a single reading that the board's input skips is no reason to say that nothing is connected to it.
+    /// Whether there is one, which sends what can be read: a single reading that the board's input skips is no reason to say that nothing is
+    /// connected to it.
     ///
     /// # Errors
-    /// Where the board does not answer.
+    /// Where the board does not answer, or a serial sensor sends what is no reading.
     pub(crate) async fn is_there(&self, board: &Board) -> Result<bool, ToolError> {
         match self {
             Self::Board => Ok(read(board).await?.0.sensor_z_um.is_some()),
-            Self::Serial(_) | Self::Recording { .. } => Ok(true),
+            Self::Serial(serial) => serial.is_heard().await.map(|()| true),
+            Self::Recording { .. } => Ok(true),
         }
     }
 
@@ -190,7 +200,7 @@ mod tests {
     use super::*;
     use measurement::Row;
     use std::sync::mpsc::channel;
-    use std::time::Duration;
+    use std::time::{Duration, Instant};
 
     /// A measurement takes minutes, and nothing would be read at its end.
     #[test]

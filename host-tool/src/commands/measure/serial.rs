@@ -3,14 +3,14 @@
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use quantities::Span;
 use tokio::time::sleep;
 
-use super::readings::{LONGEST_UM, finite, is_possible};
+use super::readings::{LONGEST_UM, is_none, is_possible, micrometres};
 use super::rest::noise_um;
 use crate::error::ToolError;
 
@@ -19,6 +19,11 @@ const MOST_OF_A_LINE: u64 = 1024;
 
 /// Readings as they arrive (um).
 pub(super) type Arriving = Receiver<(Instant, f64)>;
+
+/// So many lines without a number among them are no sensor's of which only the first was cut off.
+const UNREAD_LINES: usize = 5;
+/// So much of such a line is told (characters).
+const TOLD_OF_A_LINE: usize = 40;
 
 /// One that is asked for its reading now tells the mean of so many, and is given up after so long a silence.
 const READINGS: usize = 20;
@@ -33,19 +38,59 @@ const NOISE_READINGS: usize = 100;
 pub(crate) struct Serial {
     pub(super) path: PathBuf,
     arriving: Arriving,
+    /// Lines that are no numbers.
+    unread: Receiver<String>,
     heard: Vec<(Instant, f64)>,
     /// Time 0 of the experiment.
     began: Option<Instant>,
 }
 
 impl Serial {
+    /// The sensor on a device, which is listened to from now on.
+    pub(super) fn on(path: PathBuf, device: File) -> Self {
+        let (send, unread) = channel();
+        let arriving = listen(device, Instant::now, send);
+        Self {
+            unread,
+            ..Self::at(path, arriving)
+        }
+    }
+
     pub(super) fn at(path: PathBuf, arriving: Arriving) -> Self {
         Self {
             path,
             arriving,
+            unread: channel().1,
             heard: Vec::new(),
             began: None,
         }
+    }
+
+    /// Makes sure that what it sends can be read: a number comes, or a line by which it says that it has none now.
+    ///
+    /// # Errors
+    /// Where neither does, with what comes instead.
+    pub(super) async fn is_heard(&self) -> Result<(), ToolError> {
+        let begun = Instant::now();
+        let mut lines = Vec::new();
+        while lines.len() < UNREAD_LINES && begun.elapsed() < SILENCE {
+            lines.extend(self.unread.try_iter());
+            if self.arriving.try_recv().is_ok() || lines.iter().any(|line| is_none(line)) {
+                return Ok(());
+            }
+            sleep(LOOK).await;
+        }
+        let reason = match lines.last() {
+            Some(line) => {
+                let line: String = line.chars().filter(|c| !c.is_control()).collect();
+                let line: String = line.trim().chars().take(TOLD_OF_A_LINE).collect();
+                format!(
+                    "it sent no number of micrometres but `{line}`; a line such as 12.345 is expected, and nothing else in it"
+                )
+            }
+            None => format!("it sent no line in {} s", SILENCE.as_secs()),
+        };
+        Err(cannot_read(&self.path, reason))
     }
 
     /// What it reads from now on, the mean of some readings (um).
@@ -121,8 +166,13 @@ impl Serial {
     }
 }
 
-/// Reads `device` in a thread of its own for as long as somebody listens; `clock` tells the time of each reading.
-pub(super) fn listen(device: File, clock: impl Fn() -> Instant + Send + 'static) -> Arriving {
+/// Reads `device` in a thread of its own for as long as somebody listens; `clock` tells the time of each reading. Whole lines that are no
+/// numbers go to `unread`.
+fn listen(
+    device: File,
+    clock: impl Fn() -> Instant + Send + 'static,
+    unread: Sender<String>,
+) -> Arriving {
     let (send, arriving) = channel();
     thread::spawn(move || {
         let mut device = BufReader::new(device);
@@ -134,10 +184,16 @@ pub(super) fn listen(device: File, clock: impl Fn() -> Instant + Send + 'static)
             let is_whole = line.ends_with(b"\n") && !is_rest;
             is_rest = !line.ends_with(b"\n");
             // Text that is no text, as a sensor sends it when it is switched on, is passed over like any other.
-            let um = finite(&String::from_utf8_lossy(&line)).filter(|_| is_whole);
+            let text = String::from_utf8_lossy(&line).into_owned();
             line.clear();
-            if um.is_some_and(|um| send.send((clock(), um)).is_err()) {
-                return;
+            match micrometres(&text) {
+                Some(um) if is_whole => {
+                    if send.send((clock(), um)).is_err() {
+                        return;
+                    }
+                }
+                // Nobody may ask for them any more.
+                _ => drop(unread.send(text)),
             }
         }
     });
@@ -161,7 +217,6 @@ mod tests {
     use rustix::termios::{LocalModes, OutputModes, tcgetattr};
     use std::io::{Seek, Write};
     use std::sync::atomic::{AtomicU32, Ordering};
-    use std::sync::mpsc::Sender;
 
     /// The sensor's end of a pseudo terminal, and the tool's.
     fn pseudo_terminal() -> (File, PathBuf) {
@@ -181,7 +236,7 @@ mod tests {
         let count = AtomicU32::new(0);
         let clock =
             move || start + Duration::from_millis(100) * count.fetch_add(1, Ordering::Relaxed);
-        let arriving = listen(device, clock);
+        let arriving = listen(device, clock, channel().0);
         // Noise of a sensor that is switched on, and bytes that would be signals, or the end, to a terminal.
         sensor
             .write_all(b"\xff\xfelaser on\r\n\x03\n\x04\nnan\n")
@@ -215,7 +270,7 @@ mod tests {
         recording.write_all(&vec![b'0'; 1 << 20]).unwrap();
         recording.write_all(b"\n12.5\n12.").unwrap();
         recording.rewind().unwrap();
-        let read: Vec<f64> = listen(recording, Instant::now)
+        let read: Vec<f64> = listen(recording, Instant::now, channel().0)
             .iter()
             .map(|(_, um)| um)
             .collect();
@@ -279,6 +334,31 @@ mod tests {
             .enable_time()
             .build()
             .expect("a runtime")
+    }
+
+    #[test]
+    fn what_a_serial_sensor_sends_is_tried_and_told() {
+        let heard = |sends: &str| {
+            let (mut sensor, path) = pseudo_terminal();
+            let device = device(&path, None).expect("it opens");
+            let serial = Serial::on(path, device);
+            sensor.write_all(sends.as_bytes()).expect("it is read");
+            let heard = runtime().block_on(serial.is_heard());
+            heard.map_err(|error| error.to_string())
+        };
+        for sends in [
+            "12.5\n",
+            "laser on\n12.5 um\n",
+            "nan\n",
+            "\r\n",
+            "9.91e37\n",
+        ] {
+            assert_eq!(heard(sends), Ok(()), "{sends}");
+        }
+        for line in ["0.5,12.3", "12,3", "12.3 nm", "z = 12.3"] {
+            let said = heard(&format!("{line}\n").repeat(5)).expect_err("no number");
+            assert!(said.contains(&format!("but `{line}`")), "{said}");
+        }
     }
 
     #[test]

@@ -60,8 +60,9 @@ impl Bench<'_> {
             if let Some(last) = last {
                 for mut row in rows(&[last, sample], piece, &clock) {
                     row.ambient_c = self.ambient_c;
-                    file.rows.push(row);
+                    // Another sensor's readings come once the experiment is over, and no others take their place.
                     row.z_um = row.z_um.filter(|_| is_board);
+                    file.rows.push(row);
                     self.zero.look_at(&row);
                     self.journal.append(row, self.zero.um)?;
                     self.limits.push(Limits::from_bits(last.limits));
