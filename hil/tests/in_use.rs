@@ -196,6 +196,18 @@ fn a_recording_ends_with_the_fault_that_tripped_the_board_and_its_file_is_whole(
 }
 
 #[test]
+fn a_recording_whose_file_was_removed_ends_and_says_so() {
+    let remove = |bench: &mut Bench, _: &Child| {
+        std::fs::remove_file(bench.directory().join("r.csv")).expect("it is there");
+    };
+    let (bench, said) = record_while(remove);
+    assert_eq!(said.code, 1, "{said:?}");
+    assert!(said.sentence().contains("r.csv is gone"), "{}", said.err);
+    assert!(said.out.contains("\"code\":\"gone\""), "{}", said.out);
+    assert_eq!(bench.tool(&["status"]).code, 0);
+}
+
+#[test]
 fn a_recording_that_others_look_through_loses_nothing() {
     let look = |bench: &mut Bench, tool: &Child| {
         let bench = &*bench;

@@ -1,7 +1,7 @@
 //! Output files: found out to be writable before the work begins, and whole or not there at all.
 
 use std::ffi::OsStr;
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -129,7 +129,7 @@ pub(crate) struct GrowingFile {
 
 impl NewFile {
     /// Gives the file a name before it has its content: its own, or, where a file has it that is to be replaced, that with
-    /// `.new` behind it.
+    /// `.new` behind it. Who writes such a file has it locked; one that is not is what a tool has left that was killed, and goes.
     pub(crate) fn grow(self) -> Result<(GrowingFile, File), OutputError> {
         let draft = draft(&self.path).map_err(|source| OutputError::Write {
             path: self.path.clone(),
@@ -140,10 +140,15 @@ impl NewFile {
             name.push(".new");
             PathBuf::from(name)
         });
+        if let Some(beside) = &beside {
+            remove_left(beside)?;
+        }
         let growing = GrowingFile {
             path: self.path,
             beside,
         };
+        // Where there are no locks, a file of this name is taken for another's.
+        let _ = draft.as_file().try_lock();
         match draft.persist_noclobber(growing.name()) {
             Ok(file) => Ok((growing, file)),
             Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => {
@@ -156,6 +161,26 @@ impl NewFile {
                 source: error.error,
             }),
         }
+    }
+}
+
+/// Removes a file that nobody writes any more.
+///
+/// # Errors
+/// Where somebody does, or it cannot be removed.
+fn remove_left(path: &Path) -> Result<(), OutputError> {
+    let path = path.to_owned();
+    let removed = match File::open(&path).map(|left| left.try_lock()) {
+        Ok(Ok(())) => fs::remove_file(&path),
+        Ok(Err(TryLockError::WouldBlock)) => return Err(OutputError::BeingWritten { path }),
+        Ok(Err(TryLockError::Error(_))) => return Ok(()),
+        Err(error) => Err(error),
+    };
+    match removed {
+        Err(source) if source.kind() != io::ErrorKind::NotFound => {
+            Err(OutputError::Write { path, source })
+        }
+        _ => Ok(()),
     }
 }
 
@@ -185,8 +210,21 @@ impl GrowingFile {
         Ok(path)
     }
 
+    /// Makes sure that it has its name still.
+    ///
+    /// # Errors
+    /// Where somebody has removed or renamed it.
+    pub(crate) fn stays(&self) -> Result<(), OutputError> {
+        let path = self.name().to_owned();
+        match fs::metadata(&path).map_err(|error| error.kind()) {
+            Err(io::ErrorKind::NotFound) => Err(OutputError::Gone { path }),
+            _ => Ok(()),
+        }
+    }
+
     /// Gives it the name that it has in the end.
     pub(crate) fn finish(self) -> Result<PathBuf, OutputError> {
+        self.stays()?;
         match self.beside.map(|beside| fs::rename(beside, &self.path)) {
             None | Some(Ok(())) => Ok(self.path),
             Some(Err(source)) => Err(OutputError::Write {

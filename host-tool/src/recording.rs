@@ -38,6 +38,14 @@ impl Recording {
         appended.map_err(|source| cut_short(&self.file, self.rows.safe, source))
     }
 
+    /// Makes sure that the file has its name still.
+    ///
+    /// # Errors
+    /// Where somebody has removed or renamed it.
+    pub(crate) fn stays(&self) -> Result<(), OutputError> {
+        self.file.stays()
+    }
+
     /// Takes the file away.
     pub(crate) fn discard(self) -> Result<(), OutputError> {
         self.file.discard()
@@ -159,12 +167,54 @@ mod tests {
         };
         let mut recording = begin().unwrap();
         let said = begin().expect_err("what grows is not replaced").to_string();
-        assert!(said.contains("r.csv.new already exists"), "{said}");
+        assert!(
+            said.contains("r.csv.new is being written by another tool"),
+            "{said}"
+        );
         recording.append(&row(0)).unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");
         assert_eq!(recording.finish(None).unwrap(), path);
         assert!(fs::read_to_string(&path).unwrap().ends_with("# rows=1\n"));
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    /// A tool that was killed has left it.
+    #[test]
+    fn a_file_that_nobody_writes_any_more_is_no_obstacle() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("r.csv");
+        let left = folder.path().join("r.csv.new");
+        fs::write(&path, "old").unwrap();
+        fs::write(&left, "# left").unwrap();
+        let new = NewFile::create(path.clone(), true).unwrap();
+        let mut recording = Recording::begin(new, &Keys::default(), &row(0)).unwrap();
+        recording.append(&row(0)).unwrap();
+        assert_eq!(recording.finish(None).unwrap(), path);
+        assert!(fs::read_to_string(&path).unwrap().ends_with("# rows=1\n"));
+        assert!(!left.exists());
+    }
+
+    #[test]
+    fn a_file_that_was_removed_meanwhile_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        for replaced in [false, true] {
+            let path = folder.path().join("r.csv");
+            if replaced {
+                fs::write(&path, "old").unwrap();
+            }
+            let new = NewFile::create(path, replaced).unwrap();
+            let mut recording = Recording::begin(new, &Keys::default(), &row(0)).unwrap();
+            recording.append(&row(0)).unwrap();
+            recording.stays().unwrap();
+            fs::remove_file(recording.file.name()).unwrap();
+            recording.stays().expect_err("it is gone");
+            let said = recording.finish(None).expect_err("it is gone").to_string();
+            assert!(said.contains("is gone: something removed"), "{said}");
+        }
+        assert_eq!(
+            fs::read_to_string(folder.path().join("r.csv")).unwrap(),
+            "old"
+        );
     }
 
     #[test]

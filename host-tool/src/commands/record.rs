@@ -64,14 +64,16 @@ pub(super) async fn run(
         collected => collected.map(|()| Ended::Complete),
     };
     let (samples, duration_s) = (recorder.samples, recorder.last_s);
-    if let Err(ToolError::Output(OutputError::CutShort { source, .. })) = &ended {
+    if let Err(ToolError::Output(unwritten)) = &ended {
         // The board would send on to nobody; the reason to stop is told in any case.
         let _ = board.stop_stream().await;
-        let has_seen_enough = is_piped && source.kind() == io::ErrorKind::BrokenPipe;
-        return if has_seen_enough {
-            Ok(())
-        } else {
-            ended.map(drop)
+        return match unwritten {
+            OutputError::CutShort { source, .. }
+                if is_piped && source.kind() == io::ErrorKind::BrokenPipe =>
+            {
+                Ok(())
+            }
+            _ => ended.map(drop),
         };
     }
     if let Err(ToolError::Tripped { .. }) = ended {
@@ -113,6 +115,9 @@ pub(super) async fn run(
     }
 }
 
+/// Whether a file is there still is looked at so often (s of the board's time), and at its end.
+const LOOK_S: f64 = 1.0;
+
 /// What the standard output is called where a file's name would stand.
 const STANDARD_OUTPUT: &str = "standard output";
 
@@ -132,6 +137,8 @@ pub(super) struct Recorder {
     pub(super) samples: usize,
     /// Time of the last sample.
     last_s: f64,
+    /// When the file was last seen to be there.
+    seen_s: f64,
 }
 
 impl Recorder {
@@ -155,6 +162,7 @@ impl Recorder {
             first_tick: None,
             samples: 0,
             last_s: 0.0,
+            seen_s: 0.0,
         }
     }
 
@@ -175,7 +183,13 @@ impl Recorder {
         let first = *self.first_tick.get_or_insert(sample.tick);
         let row = row(sample, sample.tick.wrapping_sub(first), self.tick_hz);
         match &mut self.sink {
-            Sink::File(recording) => recording.append(&row)?,
+            Sink::File(recording) => {
+                recording.append(&row)?;
+                if row.t_s - self.seen_s >= LOOK_S {
+                    recording.stays()?;
+                    self.seen_s = row.t_s;
+                }
+            }
             Sink::StandardOutput(rows) => {
                 let appended = rows.append(&row);
                 appended.map_err(|source| cut_short(rows.safe(), source))?;

@@ -38,6 +38,16 @@ pub enum OutputError {
         source: io::Error,
     },
 
+    #[error("{} is gone: something removed or renamed it while it was written", path.display())]
+    #[diagnostic(help(
+        "what was written into it went with it; record again, and leave the file until that ends"
+    ))]
+    Gone { path: PathBuf },
+
+    #[error("{} is being written by another tool", path.display())]
+    #[diagnostic(help("wait until that has ended, or choose another name"))]
+    BeingWritten { path: PathBuf },
+
     #[error("{} would hold SVG under a name that says otherwise", path.display())]
     #[diagnostic(help(
         "name it .svg; browsers show it, and `rsvg-convert` makes other formats of it"
