@@ -9,16 +9,33 @@ use virtual_mirror::{Effect, MirrorConfig};
 
 /// Runs the tool, and wherever it asks for a height moves the stage there and presses Enter.
 fn with_a_stage(bench: &mut Bench, words: &[&str]) -> Said {
+    with_a_stage_at(bench, words, usize::MAX, |um| um)
+}
+
+/// The same for so many heights, after which the input ends; the stage goes where `stands` says that it does when it is asked to go
+/// somewhere.
+fn with_a_stage_at(
+    bench: &mut Bench,
+    words: &[&str],
+    heights: usize,
+    stands: impl Fn(f64) -> f64,
+) -> Said {
     let mut tool = bench.talk_to_tool(words);
-    let mut keys = tool.stdin.take().expect("piped");
+    let mut keys = tool.stdin.take();
+    let mut answered = 0;
     let said = BufReader::new(tool.stderr.take().expect("piped"));
     let mut err = String::new();
     for line in said.lines() {
         let line = line.expect("text");
         if let Some((_, rest)) = line.split_once("move the stage to ") {
             let (um, _) = rest.split_once(" um").expect("a height");
-            bench.controls().move_stage(um.parse().expect("a number"));
-            writeln!(keys).expect("it listens");
+            let um = stands(um.parse().expect("a number"));
+            bench.controls().move_stage(um);
+            match &mut keys {
+                Some(keys) if answered < heights => writeln!(keys).expect("it listens"),
+                _ => drop(keys.take()),
+            }
+            answered += 1;
         }
         err += &line;
     }
@@ -57,6 +74,43 @@ fn a_stage_s_steps_are_read_with_the_sensor_s_gain() {
         assert!(off.abs() < 0.1, "{z_um:?} at {reference_um:?}");
     }
     assert!(file.keys.session().is_some());
+}
+
+/// What a mirror still moves by on its way to rest would be the sensor's.
+#[test]
+fn heights_are_read_of_a_mirror_at_rest() {
+    let mut bench = Bench::emulated(MirrorConfig::bench());
+    bench.json(&["set-z", "140um"]);
+    let said = with_a_stage(&mut bench, &HEIGHTS);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(
+        said.err.contains("letting the mirror come to rest"),
+        "{}",
+        said.err
+    );
+    for row in bench.measured("reference.csv").rows {
+        let off_um = row.z_um.expect("read") - row.reference_um.expect("asked");
+        // A mirror that was 140 um up a second ago is 1.6 um off.
+        assert!(off_um.abs() < 0.1, "{row:?}");
+    }
+}
+
+#[test]
+fn a_stage_that_is_not_moved_or_moves_the_other_way_is_told() {
+    let mut bench = Bench::emulated(MirrorConfig::bench());
+    for (stands, told) in [
+        ((|_| 0.0) as fn(f64) -> f64, "was the stage moved?"),
+        (
+            |um| -um,
+            "it moved the other way, or the sensor counts the other way",
+        ),
+        (|um| 25.4 * um, "in another unit?"),
+    ] {
+        let said = with_a_stage_at(&mut bench, &HEIGHTS, usize::MAX, stands);
+        assert_eq!(said.code, 1, "{said:?}");
+        assert!(said.err.contains(told), "{}", said.err);
+        assert!(!bench.directory().join("reference.csv").exists());
+    }
 }
 
 #[test]
@@ -104,18 +158,10 @@ fn an_oven_shows_in_the_resistance_and_its_file_belongs_to_the_session() {
 
 #[test]
 fn ctrl_d_leaves_the_heights_that_were_read() {
-    let bench = Bench::emulated(MirrorConfig::bench());
-    let mut tool = bench.talk_to_tool(&HEIGHTS);
-    let mut keys = tool.stdin.take().expect("piped");
-    keys.write_all(b"\n\n").expect("it listens");
-    drop(keys);
-    let said = Said::from(tool);
+    let mut bench = Bench::emulated(MirrorConfig::bench());
+    let said = with_a_stage_at(&mut bench, &HEIGHTS, 2, |um| um);
     assert_ne!(said.code, 0);
-    assert!(
-        said.sentence().contains("the input ended before"),
-        "{}",
-        said.err
-    );
+    assert!(said.err.contains("the input ended before"), "{}", said.err);
     let file = bench.measured("reference.csv");
     assert_eq!(file.rows.len(), 2);
     assert!(file.keys.get("partial").is_some());

@@ -183,6 +183,18 @@ pub enum ToolError {
     ))]
     DrivenOtherwise { found: String },
 
+    #[error(
+        "the sensor read {read_um:+.3} um where the stage was to have moved the mirror by {moved_um:+.3} um: {found} That reading is not kept"
+    )]
+    #[diagnostic(help(
+        "a height is how far the stage has moved the whole mirror towards the side of the substrate, where positions count to; move it there, and measure the reference again"
+    ))]
+    StageUnseen {
+        moved_um: f64,
+        read_um: f64,
+        found: &'static str,
+    },
+
     #[error("the board stopped counting control ticks")]
     #[diagnostic(help("reset the board, or restart its emulator"))]
     ControlStopped,

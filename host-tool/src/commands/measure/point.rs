@@ -6,6 +6,7 @@ use mirror_protocol::{Commanded, Drives};
 use quantities::{Span, Voltage};
 
 use super::header::now;
+use super::rested::Rested;
 use super::run::LEASE_MS;
 use super::sensor::Sensor;
 use crate::board::Board;
@@ -45,6 +46,11 @@ impl<'a> Points<'a> {
             begin_tick: 0,
             asked_v: 0.0,
         })
+    }
+
+    /// Turns all channels off and lets the mirror come to rest.
+    pub(super) async fn come_to_rest(&self) -> Result<Rested, ToolError> {
+        Rested::wait_for(self.board, &self.sensor).await
     }
 
     /// Time 0, with all channels off.

@@ -15,6 +15,13 @@ use crate::commands::interrupt::Interrupt;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
 use crate::report;
+use crate::verbosity::{note, say};
+
+/// A sensor whose gain is off by more than a half, in either direction, has not seen what the stage is said to have done; the errors that
+/// a diagnosis finds are some percent.
+const GAINS: std::ops::Range<f64> = 0.5..2.0;
+/// Steps from so much on are looked at so (um): fifty times the noise of a good sensor, 20 nm.
+const SEEN_UM: f64 = 1.0;
 
 /// Asks for each height, and reads the sensor there; nothing is driven.
 pub(crate) async fn run(board: &Board, ask: cli::Reference, json: bool) -> Result<(), ToolError> {
@@ -24,6 +31,11 @@ pub(crate) async fn run(board: &Board, ask: cli::Reference, json: bool) -> Resul
     }
     let file = NewFile::create(ask.output.clone(), ask.instruments.force)?;
     let interrupt = Interrupt::listen()?;
+    note("letting the mirror come to rest");
+    let rested = interrupt.or(points.come_to_rest()).await?;
+    if let Some(unrest) = rested.unrest() {
+        say(unrest);
+    }
     let points = points.begin().await?;
     let mut measured = header(board, "reference", points.session());
     let mut journal = Journal::new(file);
@@ -64,14 +76,15 @@ async fn climb(
     journal: &mut Journal,
 ) -> Result<(), ToolError> {
     let mut keyboard = Keyboard::new();
-    let (mut zero_um, count) = (None, ask.heights.len());
+    let (mut first, count) = (None, ask.heights.len());
     for (number, height) in (1..).zip(&ask.heights) {
         let question = format!("{number} of {count}: move the stage to {height}, then Enter");
         keyboard.ask(&question).await?;
         let arrived = board.status().await?.telemetry.tick;
         board.wait(arrived, ask.settle).await?;
         let (um, row) = points.read().await?;
-        let zero_um = *zero_um.get_or_insert(um);
+        let (from_um, zero_um) = *first.get_or_insert((height.um, um));
+        check_step(height.um - from_um, um - zero_um)?;
         let row = Row {
             z_um: Some(um),
             reference_um: Some(height.um),
@@ -85,4 +98,46 @@ async fn climb(
         });
     }
     Ok(())
+}
+
+/// Whether a sensor that reads this (um) has seen a stage move so far (um).
+fn check_step(moved_um: f64, read_um: f64) -> Result<(), ToolError> {
+    let gain = read_um / moved_um;
+    if moved_um.abs() < SEEN_UM || GAINS.contains(&gain) {
+        return Ok(());
+    }
+    let found = match gain {
+        gain if gain.abs() < GAINS.start => "was the stage moved?",
+        gain if gain < 0.0 => "it moved the other way, or the sensor counts the other way.",
+        _ => "does the stage or the sensor count in another unit?",
+    };
+    Err(ToolError::StageUnseen {
+        moved_um,
+        read_um,
+        found,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_that_the_sensor_does_not_see_is_told() {
+        for (moved_um, read_um) in [(50.0, 51.5), (-50.0, -40.0), (0.0, 3.0), (0.5, -0.2)] {
+            assert!(
+                check_step(moved_um, read_um).is_ok(),
+                "{moved_um} {read_um}"
+            );
+        }
+        for (moved_um, read_um, told) in [
+            (50.0, 0.004, "was the stage moved?"),
+            (50.0, -50.0, "the other way"),
+            (-50.0, 49.0, "the other way"),
+            (50.0, 1270.0, "another unit"),
+        ] {
+            let said = check_step(moved_um, read_um).expect_err("told").to_string();
+            assert!(said.contains(told), "{said}");
+        }
+    }
 }
