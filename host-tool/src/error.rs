@@ -163,6 +163,13 @@ pub enum ToolError {
     #[diagnostic(help("{}", fault_advice(*fault)))]
     Tripped { channel: usize, fault: u8 },
 
+    #[error("clearing has not helped: channel {channel} has turned the board off again, {}", fault_name(*fault))]
+    #[diagnostic(help(
+        "what caused it is there still: `host-tool explain {}` tells cause and remedy. Clear it once more after that",
+        fault_name(*fault)
+    ))]
+    TrippedAgain { channel: usize, fault: u8 },
+
     #[error("the board refused to {request}: {}", refusal_words(*refusal))]
     #[diagnostic(help("{}", refusal_advice(*refusal)))]
     Refused {

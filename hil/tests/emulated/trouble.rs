@@ -32,6 +32,28 @@ fn goes_on_through(trouble: impl FnOnce(&EmulatedBoard)) {
 }
 
 #[test]
+fn a_fault_whose_cause_is_there_still_is_not_cleared_and_that_is_told() {
+    let bench = bench();
+    bench.controls().inject(Some(PlantFault::OpenHeater(1)));
+    let moved = bench.tool(&["set-drive", "1V", "--settle", "1h"]);
+    assert!(moved.sentence().contains("open-heater"), "{}", moved.err);
+    for words in [&["clear"][..], &["clear", "--json"]] {
+        let said = bench.tool(words);
+        assert_eq!(said.code, 1, "{said:?}");
+        assert!(said.out.contains("tripped: open-heater"), "{}", said.out);
+        assert!(
+            said.sentence().contains(
+                "clearing has not helped: channel 2 has turned the board off again, open-heater"
+            ),
+            "{}",
+            said.err
+        );
+    }
+    bench.controls().inject(None);
+    assert_eq!(bench.tool(&["clear"]).code, 0);
+}
+
+#[test]
 fn a_board_without_a_processor_for_a_while_goes_on() {
     goes_on_through(|board| {
         board.pause().expect("it runs");

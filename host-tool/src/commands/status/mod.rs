@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use self::report::StatusReport;
 use crate::board::{Board, Found, Owner, Seen};
+use crate::commands::moving::check_states;
 use crate::error::ToolError;
 use crate::report::print;
 
@@ -15,11 +16,20 @@ pub(crate) use self::report::kept_words;
 pub(super) use self::report::{calibrated_words, uncertainty_k};
 
 /// Lets the board forget its faults, and shows what it does then.
+///
+/// # Errors
+/// Where it trips again: it checks its heaters before it says that it has forgotten.
 pub(super) async fn clear(board: &Board, json: bool) -> Result<(), ToolError> {
     board.clear().await?;
     let report = StatusReport::read(board, false).await?;
+    let states = board.status().await?.telemetry.states;
     print(&report, json);
-    Ok(())
+    match check_states(&states) {
+        Err(ToolError::Tripped { channel, fault }) => {
+            Err(ToolError::TrippedAgain { channel, fault })
+        }
+        checked => checked,
+    }
 }
 
 /// What can be known of a board that another process has, who does not answer.
