@@ -113,6 +113,27 @@ fn a_move_ends_with_the_stop_and_says_so() {
     }
 }
 
+/// How far an emulated board is by then depends on the machine; what is told is of a mirror that is held, or says that it is not any more.
+#[test]
+fn a_hold_that_is_over_before_the_mirror_is_read_is_told() {
+    let bench = bench();
+    for hold in ["0s", "50ms", "200ms", "10min"] {
+        let said = bench.tool(&["set-z", "50um", "--hold", hold, "--json"]);
+        let told: Value = serde_json::from_str(&said.out).expect("JSON");
+        match said.code {
+            0 => {
+                // Of 50 um, and a board as delivered is off by a tenth.
+                let error_um = told["error_um"].as_f64().expect("read");
+                assert!(error_um.abs() < 10.0, "{hold}: {told}");
+            }
+            _ => {
+                assert_eq!(told["error"]["code"], "held-too-shortly", "{hold}: {told}");
+                assert_ne!(hold, "10min");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_tool_that_hangs_while_it_records_does_not_keep_the_board_from_stopping() {
     let mut bench = bench();

@@ -7,6 +7,7 @@ mod not_improved;
 mod output;
 mod play;
 mod refusal;
+mod sensor;
 
 use std::io;
 use std::path::PathBuf;
@@ -22,6 +23,7 @@ pub use self::input::UnusableInput;
 pub use self::not_improved::NotImproved;
 pub use self::output::OutputError;
 use self::refusal::{fault_advice, refusal_advice, refusal_words, update_advice};
+use self::sensor::sensor_advice;
 use crate::names::fault_name;
 use crate::update::package::PackageError;
 use crate::update::target::Undecided;
@@ -314,7 +316,10 @@ pub enum ToolError {
     Tabulate(#[from] calibration::TabulateError),
 
     #[error(transparent)]
-    #[diagnostic(help("is the sensor looking at the mirror, and does the mirror move?"))]
+    #[diagnostic(help(
+        "is the sensor looking at the mirror, and does the mirror move? A room or air that changes meanwhile does this, too: calibrate again \
+         where both stay as they are"
+    ))]
     Refine(#[from] calibration::RefineError),
 
     #[error(transparent)]
@@ -322,9 +327,7 @@ pub enum ToolError {
     Correction(#[from] calibration::CorrectionError),
 
     #[error(transparent)]
-    #[diagnostic(help(
-        "look at what it reads with `host-tool record`: is its spot on the plate, and its range as long as the mirror's? The board has the calibration of before"
-    ))]
+    #[diagnostic(help("{}", sensor_advice(_0)))]
     SensorReadings(#[from] SensorError),
 
     #[error(transparent)]

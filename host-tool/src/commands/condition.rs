@@ -78,6 +78,12 @@ impl fmt::Display for Condition {
                 f,
                 "uncertain  {um:>9.3} um either way in 95 of 100 cases at the lowest position; {before_um:.3} um before"
             )?;
+            if um > before_um {
+                writeln!(
+                    f,
+                    "           more than before it went up: it still creeps and cools back from there, which passes in some minutes"
+                )?;
+            }
         }
         writeln!(f, "{}", limited_line(&self.limited_by))
     }
@@ -100,6 +106,12 @@ mod tests {
             "went to      165.200 um, and back to 0.000 um\n\
              uncertain      0.093 um either way in 95 of 100 cases at the lowest position; 0.921 um before\n\
              limited    by nothing\n"
+        );
+        report.uncertainty_um = Some(1.2);
+        assert!(
+            report
+                .to_string()
+                .contains("it still creeps and cools back from there")
         );
         report.uncertainty_um = None;
         assert!(!report.to_string().contains("uncertain"));
