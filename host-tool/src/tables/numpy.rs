@@ -82,6 +82,7 @@ fn of_columns(
         rows: (0..rows).map(row).collect(),
         names,
         clocks: Vec::new(),
+        told: Vec::new(),
         written: written.to_owned(),
     })
 }

@@ -220,6 +220,57 @@ fn a_decimal_comma_is_not_taken_for_thousands() {
     assert_eq!(table.rows[0], [Some(1000.5), Some(1.234)]);
 }
 
+/// What stands where the file's other numbers have no decimal sign separates thousands, in either writing.
+#[test]
+fn thousands_beside_decimals_of_the_other_sign() {
+    for text in [
+        "Spannung [V];Strom [mA];Hub [nm]\n0,00;0,000;0\n0,21;0,594;954\n0,43;1,179;3.789\n",
+        "Voltage [V];Current [mA];z [nm]\n0.00;0.000;0\n0.21;0.594;954\n0.43;1.179;3,789\n",
+    ] {
+        let imported = guessed(text.as_bytes(), false);
+        for (row, z_um) in imported.file.rows.iter().zip([0.0, 0.954, 3.789]) {
+            assert!((row.z_um.expect("a reading") - z_um).abs() < 1e-9);
+        }
+        let told = "789 in line 4 is read as thousands, 3789";
+        assert!(says(&imported, told), "{:?}", imported.notes);
+    }
+}
+
+#[test]
+fn a_column_of_the_other_decimal_sign_is_read_by_it() {
+    let imported = guessed(
+        b"V;I (mA);z\n0,0;0,0;0\n0,2;0,594;0.954\n0,4;1,179;3.789\n",
+        false,
+    );
+    let z: Vec<_> = imported.file.rows.iter().map(|row| row.z_um).collect();
+    assert_eq!(z, [Some(0.0), Some(0.954), Some(3.789)]);
+    let told = "'z' has decimal points, unlike the other columns";
+    assert!(says(&imported, told), "{:?}", imported.notes);
+}
+
+#[test]
+fn what_may_be_thousands_or_decimals_is_told() {
+    for text in [
+        "V;z\n0;0\n1;3.789\n2;9.541\n",
+        "V;z\n0;0\n1;3,789\n2;9,541\n",
+    ] {
+        let imported = guessed(text.as_bytes(), false);
+        assert_eq!(imported.file.rows[1].z_um, Some(3.789));
+        let told = "in line 3 is read as 3.789, and may be 3789";
+        assert!(says(&imported, told), "{:?}", imported.notes);
+    }
+    let certain = guessed(b"V;z\n0;0\n1;3,789\n2;0,541\n", false);
+    assert!(!says(&certain, "may be"), "{:?}", certain.notes);
+}
+
+#[test]
+fn cells_that_are_no_numbers_are_told_by_column_and_line() {
+    let text = b"V;z\n0,5;1,5\n\n1,0;OVER\n1,5;12.5\n2,0;---\n2,5;\n3,0;NaN\n";
+    let imported = guessed(text, false);
+    let told = "2 cells of 'z' have no number that can be read, and count as missing: 'OVER' in line 4 is the first";
+    assert!(says(&imported, told), "{:?}", imported.notes);
+}
+
 #[test]
 fn a_drive_that_was_read_off_is_settled_at_its_holds() {
     let sample = |row: usize| {

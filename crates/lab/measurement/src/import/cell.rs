@@ -39,15 +39,38 @@ impl Numbers {
             Self {
                 decimal_comma: true,
                 grouped: false,
-            } => text.replace(',', ".").parse().ok()?,
+            } if !text.contains('.') => text.replace(',', ".").parse().ok()?,
+            Self { grouped: false, .. } => return None,
             _ => self.ungrouped(text)?.parse().ok()?,
         };
         (!number.is_nan()).then_some(number)
     }
 
-    /// `1,234.5` as `1234.5`; `None` where groups are not of three digits.
+    /// The decimal sign.
+    pub(super) fn sign(self) -> char {
+        if self.decimal_comma { ',' } else { '.' }
+    }
+
+    /// What the decimal sign is called.
+    pub(super) fn decimals(self) -> &'static str {
+        if self.decimal_comma {
+            "commas"
+        } else {
+            "points"
+        }
+    }
+
+    /// Numbers with the other decimal sign, and without groups.
+    pub(super) fn with_the_other_sign(self) -> Self {
+        Self {
+            decimal_comma: !self.decimal_comma,
+            grouped: false,
+        }
+    }
+
+    /// `1,234.5` as `1234.5`; `None` where groups are not of three digits, or begin with a 0: that is before a decimal sign.
     fn ungrouped(self, text: &str) -> Option<String> {
-        let decimal = if self.decimal_comma { ',' } else { '.' };
+        let decimal = self.sign();
         let (whole, rest) = match text.split_once(decimal) {
             Some((whole, rest)) => (whole, Some(rest)),
             None => (text, None),
@@ -56,9 +79,10 @@ impl Numbers {
         let mut groups = whole.split(is_separator);
         let first = groups.next()?;
         let mut digits = first.to_owned();
-        let sizes = first.trim_start_matches(['+', '-']).len();
+        let leading = first.trim_start_matches(['+', '-']);
         for group in groups {
-            if !(1..=3).contains(&sizes)
+            if !(1..=3).contains(&leading.len())
+                || leading.starts_with('0')
                 || group.len() != 3
                 || !group.bytes().all(|b| b.is_ascii_digit())
             {
@@ -88,6 +112,17 @@ impl Numbers {
             None => Some(Cell::Clock(seconds)),
         }
     }
+}
+
+/// Whether a number's one comma or point may be a decimal sign or separate thousands: `3.789`, and neither `0.789` nor `3.78`.
+pub(super) fn is_in_doubt(text: &str) -> bool {
+    let digits = text.trim_start_matches(['+', '-']);
+    let Some((whole, rest)) = digits.split_once([',', '.']) else {
+        return false;
+    };
+    let are_digits = |part: &str| part.bytes().all(|b| b.is_ascii_digit());
+    let is_group = rest.len() == 3 && are_digits(rest);
+    is_group && (1..=3).contains(&whole.len()) && are_digits(whole) && !whole.starts_with('0')
 }
 
 /// A time of a day, its hours from 0 to 23 or with AM and PM (s).
@@ -155,6 +190,7 @@ mod tests {
             ("1'234", Some(1234.0)),
             ("1,23", None),
             ("1234,567", None),
+            ("0,567", None),
         ] {
             assert_eq!(grouped.cell(text), number.map(Cell::Number), "{text}");
         }

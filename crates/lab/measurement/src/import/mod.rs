@@ -16,6 +16,7 @@ mod labels;
 mod lost;
 mod overflow;
 mod quantity;
+mod reader;
 mod rest;
 mod sampling;
 mod table;
@@ -50,7 +51,9 @@ pub fn import(
     settled: bool,
 ) -> Result<Imported, ImportError> {
     check(table, assignments)?;
-    let mut notes = Vec::new();
+    let is_taken = |column: &usize| assignments.iter().any(|a| a.source == *column);
+    let told = table.told.iter().filter(|(column, _)| is_taken(column));
+    let mut notes: Vec<String> = told.map(|(_, sentence)| sentence.clone()).collect();
     let mut rows = rows(table, assignments, &mut notes);
     lost::readings(&mut rows, &mut notes);
     days::into_seconds(assignments, &mut rows, &mut notes);

@@ -1,7 +1,8 @@
 //! A text as named columns of numbers.
 
-use super::cell::{Cell, Numbers};
+use super::cell::Numbers;
 use super::error::ImportError;
+use super::reader::Reader;
 use super::sampling::Sampling;
 use super::{header, labels};
 use std::borrow::Cow;
@@ -21,6 +22,8 @@ pub struct Table {
     pub rows: Vec<Vec<Option<f64>>>,
     /// Columns, by their places, that hold dates or clock times: in seconds since some day.
     pub clocks: Vec<usize>,
+    /// What is to be told of columns, by their places: how cells were read that may mean two things, and which were not.
+    pub told: Vec<(usize, String)>,
     /// How the text is written, in words.
     pub written: String,
 }
@@ -31,9 +34,6 @@ struct Style {
     delimiter: char,
     numbers: Numbers,
 }
-
-/// Times of a day go on from the day before where they fall by more than this (s).
-const HALF_A_DAY_S: f64 = 43_200.0;
 
 /// What a comment begins with.
 const COMMENT: [char; 2] = ['#', '%'];
@@ -49,11 +49,12 @@ impl Table {
     /// Where no two lines have as many cells, two or more, with numbers in them.
     pub fn read(bytes: &[u8]) -> Result<Self, ImportError> {
         let (text, encoding) = decoded(bytes);
-        let is_said = |line: &&str| !line.trim().is_empty();
-        let (comments, lines): (Vec<&str>, Vec<&str>) = text
-            .lines()
-            .filter(is_said)
-            .partition(|line| line.trim_start().starts_with(COMMENT));
+        let (comments, table): (Vec<_>, Vec<_>) = (1..)
+            .zip(text.lines())
+            .filter(|(_, line)| !line.trim().is_empty())
+            .partition(|(_, line)| line.trim_start().starts_with(COMMENT));
+        let (numbers, lines): (Vec<usize>, Vec<&str>) = table.into_iter().unzip();
+        let comments: Vec<&str> = comments.into_iter().map(|(_, line)| line).collect();
         let style = Style::of(&lines).ok_or_else(|| {
             ImportError::new(
                 "this is no table of numbers",
@@ -66,52 +67,29 @@ impl Table {
             Some(sampling) => (sampling.first, sampling.names()),
             None => style.headed(&lines, &comments),
         };
-        let width = names.len();
-        let mut clocks = vec![Clock::default(); width];
-        let row = |line: &&str| {
-            let cells = style.cells(line);
-            let filled = clocks.iter_mut().enumerate();
-            filled
-                .map(|(column, clock)| Some(clock.number(style.numbers.cell(cells.get(column)?)?)))
-                .collect()
-        };
-        let mut rows: Vec<_> = lines[first..].iter().map(row).collect();
+        let numbered = numbers[first..].iter().copied().zip(&lines[first..]);
+        let (readers, mut rows) = style.columns(numbered, names.len());
+        let is_certain = readers.iter().any(Reader::is_certain);
+        let told = readers.iter().zip(&names).enumerate();
+        let told = told.flat_map(|(column, (reader, name))| {
+            let sentences = reader.sentences(name, style.numbers, is_certain);
+            sentences
+                .into_iter()
+                .map(move |sentence| (column, sentence))
+        });
+        let told = told.collect();
         if let Some(sampling) = &sampling {
             sampling.time(&mut rows);
         }
         let times = sampling.map(|sampling| format!(", {}", sampling.words()));
-        let is_clock = |column: &usize| clocks[*column].is_one;
+        let is_clock = |column: &usize| readers[*column].is_of_a_clock();
         Ok(Self {
             names,
             rows,
-            clocks: (0..width).filter(is_clock).collect(),
+            clocks: (0..readers.len()).filter(is_clock).collect(),
+            told,
             written: format!("{encoding}, {}{}", style.words(), times.unwrap_or_default()),
         })
-    }
-}
-
-/// Whether a column tells dates or clock times, and how many days ago it began.
-#[derive(Clone, Default)]
-struct Clock {
-    is_one: bool,
-    before_s: f64,
-    days_s: f64,
-}
-
-impl Clock {
-    /// The next cell as a number.
-    fn number(&mut self, cell: Cell) -> f64 {
-        self.is_one |= !matches!(cell, Cell::Number(_));
-        match cell {
-            Cell::Number(number) | Cell::Instant(number) => number,
-            Cell::Clock(seconds) => {
-                if seconds < self.before_s - HALF_A_DAY_S {
-                    self.days_s += 2.0 * HALF_A_DAY_S;
-                }
-                self.before_s = seconds;
-                self.days_s + seconds
-            }
-        }
     }
 }
 
@@ -166,6 +144,54 @@ impl Style {
             }
         }
         best.map(|(_, style)| style)
+    }
+
+    /// The first so many columns of numbered lines, and how they were read.
+    fn columns<'l>(
+        self,
+        lines: impl Iterator<Item = (usize, &'l &'l str)> + Clone,
+        width: usize,
+    ) -> (Vec<Reader>, Vec<Vec<Option<f64>>>) {
+        let mut readers = vec![Reader::new(self.numbers); width];
+        let row = |(number, line): (usize, &&str)| {
+            let cells = self.cells(line);
+            let both = readers.iter_mut().zip(&cells);
+            let mut row: Vec<_> = both
+                .map(|(reader, cell)| reader.read(cell, number))
+                .collect();
+            // A line without any number is a remark.
+            if row.iter().any(Option::is_some) {
+                let both = readers.iter_mut().zip(&cells).zip(&row);
+                let unread = both.filter(|(_, value)| value.is_none());
+                unread.for_each(|((reader, cell), _)| reader.miss(cell, number));
+            }
+            row.resize(width, None);
+            row
+        };
+        let mut rows: Vec<Vec<Option<f64>>> = lines.clone().map(row).collect();
+        for (column, reader) in readers.iter_mut().enumerate() {
+            if !reader.has_unread() {
+                continue;
+            }
+            let cells: Vec<_> = lines
+                .clone()
+                .zip(&rows)
+                .map(|((number, line), row)| {
+                    let cell = self.cells(line).into_iter().nth(column);
+                    let cell = cell.filter(|_| row.iter().any(Option::is_some));
+                    cell.map(|cell| (cell, number))
+                })
+                .collect();
+            let cells = cells
+                .iter()
+                .map(|cell| cell.as_ref().map(|(text, number)| (&**text, *number)));
+            if let Some((other, values)) = reader.with_the_other_sign(cells) {
+                *reader = other;
+                let cells = rows.iter_mut().map(|row| &mut row[column]);
+                cells.zip(values).for_each(|(cell, value)| *cell = value);
+            }
+        }
+        (readers, rows)
     }
 
     /// Where the table begins, and what its columns are called; their numbers where nothing tells it.
@@ -273,10 +299,9 @@ impl Style {
             ',' => "commas",
             _ => "blanks",
         };
-        let decimal = if self.numbers.decimal_comma {
-            ", decimal commas"
-        } else {
-            ""
+        let decimal = match self.numbers.decimal_comma {
+            true => ", decimal commas",
+            false => "",
         };
         let grouped = if self.numbers.grouped {
             ", thousands in groups"
