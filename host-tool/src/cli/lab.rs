@@ -41,6 +41,9 @@ pub struct Import {
     /// Rows at one drive are samples of one settled reading: take their mean, and leave times out.
     #[arg(help_heading = INPUT, long)]
     pub settled: bool,
+    /// Of a table that holds several runs, in each of which the time begins anew, the run of this number, from 1.
+    #[arg(help_heading = INPUT, long, value_name = "NUMBER")]
+    pub run: Option<usize>,
     /// The measurement file to write.
     #[arg(help_heading = OUTPUT, short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,

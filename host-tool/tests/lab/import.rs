@@ -46,3 +46,27 @@ fn a_table_is_shown_then_written_and_compared() {
         refuses(&["import", &table], &format!("scope.csv: {wrong}"));
     }
 }
+
+/// A sweep and its repetition, one below the other as a logger appends them.
+#[test]
+fn runs_of_one_table_are_kept_apart() {
+    let place = no_boards();
+    let path = |name: &str| place.path().join(name).display().to_string();
+    let [table, first, second] = [path("both.csv"), path("first.csv"), path("second.csv")];
+    let run = "0,0,0\n10,1,26\n20,2,90\n30,3,160\n";
+    let again = run.replace(",1,26", ",1.5,50");
+    fs::write(&table, format!("t (s),V (V),z (um)\n{run}{again}")).expect("a file");
+    refuses(
+        &["import", &table],
+        "the time begins anew in row 5 of the table, which holds 2 runs, of 4, 4 rows",
+    );
+    for (number, made, line) in [("1", &first, "10.0,1.0"), ("2", &second, "10.0,1.5")] {
+        let said = json(&["import", &table, "--run", number, "-o", made]);
+        assert_eq!(said["rows"], 4);
+        let written = fs::read_to_string(made).expect("a measurement");
+        assert!(written.contains(line), "{written}");
+    }
+    refuses(&["import", &table, "--run", "3"], "there is no run 3");
+    let both = json(&["compare", "reconciled", &first, &second]);
+    assert!(both["rms"].is_number(), "{both}");
+}

@@ -47,8 +47,11 @@ pub(crate) fn run(ask: Import, json: bool) -> Result<(), ToolError> {
         file: ask.file.clone(),
         reason,
     };
-    let table = tables::table(&ask.file, &bytes).map_err(of_file)?;
+    let mut table = tables::table(&ask.file, &bytes).map_err(of_file)?;
     let assignments = assignments(&table, &ask.column).map_err(of_file)?;
+    if let Some(run) = ask.run {
+        table = table.run(&assignments, run).map_err(of_file)?;
+    }
     let imported = import(&table, &assignments, ask.settled).map_err(of_file)?;
     let text = imported.file.to_string();
     let shown = |(source, name): (usize, &String)| {

@@ -18,6 +18,7 @@ mod overflow;
 mod quantity;
 mod reader;
 mod rest;
+mod runs;
 mod sampling;
 mod table;
 mod unit;
@@ -44,13 +45,16 @@ pub struct Imported {
 /// displacements and currents about it becomes their noise.
 ///
 /// # Errors
-/// Where no column is a drive, a quantity stands in two columns, or fewer than two rows are left.
+/// Where no column is a drive, a quantity stands in two columns, the time begins anew, or fewer than two rows are left.
 pub fn import(
     table: &Table,
     assignments: &[Assignment],
     settled: bool,
 ) -> Result<Imported, ImportError> {
     check(table, assignments)?;
+    if !settled {
+        runs::check(table, assignments)?;
+    }
     let is_taken = |column: &usize| assignments.iter().any(|a| a.source == *column);
     let told = table.told.iter().filter(|(column, _)| is_taken(column));
     let mut notes: Vec<String> = told.map(|(_, sentence)| sentence.clone()).collect();
