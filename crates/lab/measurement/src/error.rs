@@ -37,6 +37,15 @@ pub enum InputError {
         /// The folder.
         path: String,
     },
+    /// A file that would count twice.
+    #[error("'{path}' is there twice: as '{other}' too, and its rows would count twice")]
+    #[diagnostic(help("name it once, or the folder that it is in"))]
+    Twice {
+        /// The file.
+        path: String,
+        /// What it was called before.
+        other: String,
+    },
     /// Files of other surroundings in one session, one of which does not say its own.
     #[error("'{file}' does not say at which temperature it was measured, and '{other}' does")]
     #[diagnostic(help(

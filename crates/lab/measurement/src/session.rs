@@ -23,7 +23,7 @@ impl Session {
     /// Reads files, and folders with all the `.csv` files in them.
     ///
     /// # Errors
-    /// [`InputError`] for the first file that is not usable, where there is no file at all, or where one does not say how warm
+    /// [`InputError`] for the first file that is not usable, where there is no file at all, where one is there twice, or where one does not say how warm
     /// its surroundings were and another, on another clock, does.
     pub fn load<P: AsRef<Path>>(paths: &[P]) -> Result<Self, InputError> {
         Self::load_of(paths, &Device::default())
@@ -44,8 +44,17 @@ impl Session {
         most_rows: usize,
     ) -> Result<Self, InputError> {
         let (mut files, mut room) = (Vec::new(), most_rows);
+        let mut places: Vec<(PathBuf, PathBuf)> = Vec::new();
         for path in paths {
             for file in csv_files(path.as_ref())? {
+                // One that cannot be found is told when it is read.
+                if let Ok(place) = file.canonicalize() {
+                    if let Some((_, other)) = places.iter().find(|(known, _)| *known == place) {
+                        let [path, other] = [&file, other].map(|path| path.display().to_string());
+                        return Err(InputError::Twice { path, other });
+                    }
+                    places.push((place, file.clone()));
+                }
                 let (name, read) = (file.display().to_string(), read(&file, device, room)?);
                 room -= read.rows.len();
                 files.push((name, read));
@@ -202,6 +211,25 @@ fn csv_files(path: &Path) -> Result<Vec<PathBuf>, InputError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_file_does_not_count_twice() {
+        let folder = tempfile::tempdir().unwrap();
+        let [file, other] = ["a.csv", "b.csv"].map(|name| folder.path().join(name));
+        for file in [&file, &other] {
+            std::fs::write(file, "t_s,V_V\n1,0\n2,0\n").unwrap();
+        }
+        assert_eq!(Session::load(&[&file, &other]).unwrap().files.len(), 2);
+        let winding = folder.path().join(".").join("a.csv");
+        for twice in [
+            [&file, &file],
+            [&file, &winding],
+            [&folder.path().to_owned(), &file],
+        ] {
+            let said = Session::load(&twice).unwrap_err().to_string();
+            assert!(said.contains("is there twice"), "{said}");
+        }
+    }
 
     #[test]
     fn files_share_the_limit_of_rows() {
