@@ -20,6 +20,10 @@ pub enum OutputError {
     #[diagnostic(help("choose another name, or replace it with --force"))]
     FileExists { path: PathBuf },
 
+    #[error("{} is a measurement that this reads, and would be lost", path.display())]
+    #[diagnostic(help("choose another name; --force does not replace what is read"))]
+    IsRead { path: PathBuf },
+
     #[error("{} is named twice, for two files that this makes", path.display())]
     #[diagnostic(help("give each a name of its own"))]
     SameName { path: PathBuf },

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::common::no_boards;
-use crate::{lab, session};
+use crate::{lab, refuses, session};
 
 const SWEEP: &str = "t_s,V_V,z_um\n1,0,0\n2,1,26\n3,2,90\n4,3,160\n";
 const EFFECT: &str = r#"
@@ -242,5 +242,37 @@ fn effects_of_ones_own() {
         &with("x").replace("high = 1.0", "high = -1.0"),
         "q",
         "mine.toml",
+    );
+}
+
+/// A measurement cannot be made again, whatever else --force may replace.
+#[test]
+fn what_is_read_is_not_overwritten() {
+    let place = no_boards();
+    let path = |name: &str| place.path().join(name).display().to_string();
+    let [file, folder, model] = [path("sweep.csv"), path(""), path("model.toml")];
+    let text = "V (V),z (um)\n0,0\n1,26\n2,90\n3,160\n";
+    fs::write(&file, text).expect("a file");
+    let lost = "is a measurement that this reads, and would be lost";
+    refuses(&["import", &file, "-o", &file, "--force"], lost);
+    fs::write(&file, text.replace("V (V),z (um)", "V_V,z_um")).expect("a file");
+    for read in [&file, &folder] {
+        refuses(&["fit", "paper", read, "-o", &file, "--force"], lost);
+        refuses(
+            &["diagnose", "paper", read, "--propose", &file, "--force"],
+            lost,
+        );
+    }
+    refuses(&["compare", "paper", &folder, &file], "is there twice");
+    assert!(
+        fs::read_to_string(&file)
+            .expect("the file")
+            .ends_with("3,160\n")
+    );
+    // What is made of it may be replaced.
+    fs::write(&model, "").expect("a file");
+    assert_eq!(
+        lab(&["fit", "paper", &file, "-o", &model, "--force"]).code,
+        0
     );
 }

@@ -102,8 +102,9 @@ pub(crate) fn run(command: EffectCommand, json: bool) -> Result<(), ToolError> {
             lab,
             output,
         } => {
-            let (effect, lab) = (named(&effect)?, Loaded::load(&lab)?);
-            let file = NewFile::create(output.output, output.force)?;
+            let (effect, input) = (named(&effect)?, lab);
+            let lab = Loaded::load(&input)?;
+            let file = NewFile::create(output.output, output.force)?.beside(&input.files)?;
             let changed = while_working(REFITTING, json, || {
                 add(
                     &lab.model,
@@ -128,8 +129,9 @@ pub(crate) fn run(command: EffectCommand, json: bool) -> Result<(), ToolError> {
             lab,
             output,
         } => {
-            let lab = Loaded::load(&lab)?;
-            let file = NewFile::create(output.output, output.force)?;
+            let input = lab;
+            let lab = Loaded::load(&input)?;
+            let file = NewFile::create(output.output, output.force)?.beside(&input.files)?;
             let changed = while_working("refitting", json, || {
                 remove(&lab.model, &effect, &lab.data, &lab.files)
             })?;

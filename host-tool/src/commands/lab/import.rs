@@ -40,8 +40,8 @@ struct ShownColumn {
 }
 
 pub(crate) fn run(ask: Import, json: bool) -> Result<(), ToolError> {
-    let output = ask.output.map(|path| NewFile::create(path, ask.force));
-    let output = output.transpose()?;
+    let create = |path| NewFile::create(path, ask.force)?.beside(std::slice::from_ref(&ask.file));
+    let output = ask.output.map(create).transpose()?;
     let bytes = input_file::read(&ask.file, MOST)?;
     let of_file = |reason| ToolError::Import {
         file: ask.file.clone(),

@@ -30,7 +30,7 @@ use crate::working::while_working;
 /// `fit`: the parameters that the measurements can tell.
 pub(super) fn fit(input: &LabInput, output: ModelOutput, json: bool) -> Result<(), ToolError> {
     let lab = Loaded::load(input)?;
-    let file = NewFile::create(output.output, output.force)?;
+    let file = NewFile::create(output.output, output.force)?.beside(&input.files)?;
     let (model, fitted) = while_working("fitting", json, || {
         identification::fit_and_report(&lab.model, &lab.data, &lab.files)
     })?;
@@ -42,7 +42,7 @@ pub(super) fn fit(input: &LabInput, output: ModelOutput, json: bool) -> Result<(
 /// `identify`: what a calibration needs, as far as the measurements support it.
 pub(super) fn identify(input: &LabInput, output: ModelOutput, json: bool) -> Result<(), ToolError> {
     let lab = Loaded::load(input)?;
-    let file = NewFile::create(output.output, output.force)?;
+    let file = NewFile::create(output.output, output.force)?.beside(&input.files)?;
     let (model, found) = while_working("identifying", json, || {
         identification::identify(&lab.model, &lab.data, &lab.files)
     })?;
@@ -53,8 +53,8 @@ pub(super) fn identify(input: &LabInput, output: ModelOutput, json: bool) -> Res
 
 /// `compare`: where the model fails, as it is.
 pub(super) fn compare(ask: Compare, json: bool) -> Result<(), ToolError> {
-    let picture = ask.picture.map(|path| NewFile::picture(path, ask.force));
-    let picture = picture.transpose()?;
+    let create = |path| NewFile::picture(path, ask.force)?.beside(&ask.lab.files);
+    let picture = ask.picture.map(create).transpose()?;
     let lab = Loaded::load(&ask.lab)?;
     let comparison = identification::compare(&lab.model, &lab.data)?;
     printed::print(&comparison, json);
@@ -75,8 +75,8 @@ pub(super) fn compare(ask: Compare, json: bool) -> Result<(), ToolError> {
 
 /// `diagnose`: which effect is missing.
 pub(super) fn diagnose(ask: Diagnose, json: bool) -> Result<(), ToolError> {
-    let propose = ask.propose.map(|path| NewFile::create(path, ask.force));
-    let propose = propose.transpose()?;
+    let create = |path| NewFile::create(path, ask.force)?.beside(&ask.lab.files);
+    let propose = ask.propose.map(create).transpose()?;
     let lab = Loaded::load(&ask.lab)?;
     let own = ask.effect.iter().map(|path| own_effect(path));
     let own = own.collect::<Result<Vec<_>, _>>()?;

@@ -61,7 +61,7 @@ pub(crate) fn report(ask: Report, json: bool) -> Result<(), ToolError> {
             .map(text)
             .collect::<Result<_, ToolError>>()?,
     };
-    let file = NewFile::page(ask.output.clone(), ask.force)?;
+    let file = NewFile::page(ask.output.clone(), ask.force)?.beside(&input.files)?;
     let run = while_working(WORKING, json, || {
         Run::carry_out(opening, rows_left_out, tried, &cache_directory())
     });
