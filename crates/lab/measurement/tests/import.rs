@@ -272,6 +272,74 @@ fn cells_that_are_no_numbers_are_told_by_column_and_line() {
 }
 
 #[test]
+fn units_and_uncertainties_in_cells_are_read() {
+    let z = |imported: &Imported| -> Vec<_> {
+        let rows = imported.file.rows.iter();
+        rows.map(|row| row.z_um.unwrap_or(f64::NAN)).collect()
+    };
+    let units = guessed(
+        b"V (V),I (mA),z (um)\n0,0,0.0 um\n1,2.6,17.2 um\n2,4.7,70400 nm\n",
+        false,
+    );
+    assert!((z(&units)[2] - 70.4).abs() < 1e-9 && z(&units)[1] == 17.2);
+    assert!(
+        says(&units, "1 cell of 'z (um)' is in another unit"),
+        "{:?}",
+        units.notes
+    );
+    // Where no cell is a number alone, and no heading has a unit.
+    let all = guessed(b"U;Hub\n0 mV;0 nm\n1000 mV;17200 nm\n", false);
+    assert_eq!(all.file.rows[1].voltage_v, [1.0; 4]);
+    assert!((z(&all)[1] - 17.2).abs() < 1e-9);
+    let text = "V (V),z (um)\n0,~0.0\n1,17.2±0.1\n2,70.4±0.1\n";
+    let about = guessed(text.as_bytes(), false);
+    assert_eq!(z(&about), [0.0, 17.2, 70.4]);
+    assert!(
+        says(&about, "3 cells of 'z (um)' like ~0.0 in line 2"),
+        "{:?}",
+        about.notes
+    );
+    let other = guessed(b"V (V),z (um)\n0,0\n1,17 mV\n2,70\n", false);
+    assert!(says(&other, "'17 mV' in line 3"), "{:?}", other.notes);
+    let fortran = guessed(b"V (V);z (m)\n0,00;0,0000D+00\n0,21;9,5425D-07\n", false);
+    assert!((z(&fortran)[1] - 0.95425).abs() < 1e-9);
+}
+
+#[test]
+fn a_row_with_a_number_too_many_is_left_out() {
+    let text = b"V (V),I (mA),z (um)\n0,0,0.0\n1,2.6,17,2\n2,4.7,70.4,,\n3,6.1,137\n";
+    let imported = guessed(text, false);
+    assert_eq!(imported.file.rows.len(), 3);
+    let told = "1 row with more numbers than columns is left out, as line 3 with 4 cells for 3";
+    assert!(says(&imported, told), "{:?}", imported.notes);
+}
+
+#[test]
+fn a_temperature_that_follows_the_drive_is_no_room_s() {
+    let rows = "0,0,22,71.6\n1,26,40,71.6\n2,90,94,71.6\n3,160,184,71.6\n";
+    let ambient = |imported: &Imported| imported.file.rows[3].ambient_c;
+    let both = guessed(
+        format!("V,z,Temp (degC),Room T (°F)\n{rows}").as_bytes(),
+        false,
+    );
+    assert!((ambient(&both).expect("the room's") - 22.0).abs() < 1e-9);
+    let text = format!("V,z,Temp (degC),Note\n{rows}");
+    let heater = guessed(text.as_bytes(), false);
+    assert_eq!(ambient(&heater), None);
+    assert!(
+        says(&heater, "follows the drive, by 162.0 K"),
+        "{:?}",
+        heater.notes
+    );
+    // What a user calls the room is one.
+    let table = Table::read(text.as_bytes()).expect("a table");
+    let said = [Assignment::parse("T_ambient=3", &table).expect("a column")];
+    let said = Assignment::with_guesses(&said, &table);
+    let imported = import(&table, &said, false).expect("a measurement");
+    assert_eq!(ambient(&imported), Some(184.0));
+}
+
+#[test]
 fn a_drive_that_was_read_off_is_settled_at_its_holds() {
     let sample = |row: usize| {
         let volts = row / 50;

@@ -20,6 +20,8 @@ pub struct Assignment {
     stated: Option<Unit>,
     /// What numbers are multiplied with besides.
     times: f64,
+    /// Whether a user says it.
+    is_said: bool,
 }
 
 /// The quantities that the headings of a table's columns say, with their units: `Voltage (mV)`, `I [mA]`, `t/s`, `height_nm`.
@@ -41,9 +43,17 @@ pub fn guesses(table: &Table) -> Vec<Assignment> {
             unit: stated,
             stated,
             times: 1.0,
+            is_said: false,
         })
     };
-    table.names.iter().enumerate().filter_map(guess).collect()
+    let names = table.names.iter().enumerate();
+    let mut guesses: Vec<_> = names.filter_map(guess).collect();
+    // Where one temperature is the room's, another one is not.
+    let is_room = |a: &Assignment| a.column == Column::Ambient && !a.is_of_anything(table);
+    if guesses.iter().any(is_room) {
+        guesses.retain(|a| a.column != Column::Ambient || is_room(a));
+    }
+    guesses
 }
 
 impl Assignment {
@@ -97,6 +107,7 @@ impl Assignment {
             unit,
             stated,
             times,
+            is_said: true,
         })
     }
 
@@ -113,6 +124,12 @@ impl Assignment {
         };
         let guessed = guesses(table).into_iter().filter(is_free);
         said.iter().copied().chain(guessed).collect()
+    }
+
+    /// Whether it is guessed of a heading that says a temperature, and not what has it.
+    pub(super) fn is_of_anything(&self, table: &Table) -> bool {
+        let heading = Heading::read(&table.names[self.source]);
+        !self.is_said && quantity::is_of_anything(heading.quantity)
     }
 
     /// Whether its heading or a user says its unit.

@@ -29,8 +29,19 @@ impl Numbers {
             .or_else(|| self.instant(text))
     }
 
-    /// An infinity is a number.
+    /// A number, whose exponent Fortran writes with a D where it is of double precision (ISO/IEC 1539-1:2023, 13.7.2.3.3).
     fn number(self, text: &str) -> Option<f64> {
+        let with_e = || {
+            let (digits, exponent) = text.split_once(['D', 'd'])?;
+            let is_number = digits.ends_with(|c: char| c.is_ascii_digit() || c == '.' || c == ',');
+            let is_exponent = exponent.ends_with(|c: char| c.is_ascii_digit());
+            (is_number && is_exponent).then(|| format!("{digits}e{exponent}"))
+        };
+        self.with_an_e(text).or_else(|| self.with_an_e(&with_e()?))
+    }
+
+    /// An infinity is a number.
+    fn with_an_e(self, text: &str) -> Option<f64> {
         let number: f64 = match self {
             Self {
                 decimal_comma: false,
@@ -199,6 +210,19 @@ mod tests {
             grouped: true,
         };
         assert_eq!(german.cell("1.234,5"), Some(Cell::Number(1234.5)));
+    }
+
+    #[test]
+    fn an_exponent_may_be_a_d() {
+        let german = Numbers {
+            decimal_comma: true,
+            grouped: false,
+        };
+        assert_eq!(german.cell("9,5D-07"), Some(Cell::Number(9.5e-7)));
+        assert_eq!(PLAIN.cell("1.d+02"), Some(Cell::Number(100.0)));
+        for text in ["3D", "D-07", "1D-", "add1"] {
+            assert_eq!(PLAIN.cell(text), None, "{text}");
+        }
     }
 
     #[test]

@@ -12,9 +12,11 @@ mod days;
 mod error;
 mod header;
 mod heading;
+mod heated;
 mod labels;
 mod lost;
 mod overflow;
+mod qualified;
 mod quantity;
 mod reader;
 mod rest;
@@ -55,11 +57,13 @@ pub fn import(
     if !settled {
         runs::check(table, assignments)?;
     }
-    let is_taken = |column: &usize| assignments.iter().any(|a| a.source == *column);
-    let told = table.told.iter().filter(|(column, _)| is_taken(column));
+    let is_taken = |column: usize| assignments.iter().any(|a| a.source == column);
+    let told = table.told.iter();
+    let told = told.filter(|(column, _)| column.is_none_or(is_taken));
     let mut notes: Vec<String> = told.map(|(_, sentence)| sentence.clone()).collect();
     let mut rows = rows(table, assignments, &mut notes);
     lost::readings(&mut rows, &mut notes);
+    heated::temperature(table, assignments, &mut rows, &mut notes);
     days::into_seconds(assignments, &mut rows, &mut notes);
     let mut file = MeasurementFile::default();
     let is_timed = assignments.iter().any(|a| a.column == Column::Time);

@@ -3,7 +3,7 @@
 use crate::column::{COLUMNS, Column};
 
 /// In lower case, with `_` between words.
-const NAMES: [(&str, Column); 50] = [
+const NAMES: [(&str, Column); 60] = [
     ("t", Column::Time),
     ("t_s", Column::Time),
     ("time", Column::Time),
@@ -45,6 +45,16 @@ const NAMES: [(&str, Column); 50] = [
     ("verschiebung", Column::Displacement),
     ("t_ambient", Column::Ambient),
     ("ambient", Column::Ambient),
+    ("t_amb", Column::Ambient),
+    ("t_room", Column::Ambient),
+    ("room_t", Column::Ambient),
+    ("room", Column::Ambient),
+    ("room_temp", Column::Ambient),
+    ("room_temperature", Column::Ambient),
+    ("ambient_temp", Column::Ambient),
+    ("ambient_temperature", Column::Ambient),
+    ("umgebungstemperatur", Column::Ambient),
+    ("oven", Column::Ambient),
     ("temperature", Column::Ambient),
     ("temp", Column::Ambient),
     ("temperatur", Column::Ambient),
@@ -64,6 +74,14 @@ pub(super) fn named(name: &str) -> Option<Column> {
     let name = key(name);
     let whole = NAMES.iter().find(|(known, _)| *known == name);
     whole.map(|&(_, column)| column).or_else(|| of_one(&name))
+}
+
+/// Names of temperatures of anything.
+const OF_ANYTHING: [&str; 3] = ["temperature", "temp", "temperatur"];
+
+/// Whether a name says a temperature, and not what has it.
+pub(super) fn is_of_anything(name: &str) -> bool {
+    OF_ANYTHING.contains(&key(name).as_str())
 }
 
 /// The quantity that a user says, who may say it as measurement files do.

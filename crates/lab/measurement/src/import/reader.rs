@@ -1,6 +1,9 @@
 //! A column's cells one after the other, and what is to be told of them.
 
 use super::cell::{Cell, Numbers, is_in_doubt};
+use super::heading::Heading;
+use super::qualified::Qualified;
+use super::unit::Unit;
 
 /// Times of a day go on from the day before where they fall by more than this (s).
 const HALF_A_DAY_S: f64 = 43_200.0;
@@ -12,7 +15,13 @@ const NOTHING: [&str; 6] = ["nan", "n/a", "na", "null", "none", "#n/a"];
 #[derive(Clone)]
 pub(super) struct Reader {
     numbers: Numbers,
+    /// What its heading says, else the first cell that says any.
+    unit: Option<Unit>,
     clock: Clock,
+    /// Cells that say how uncertain they are.
+    uncertain: Tally,
+    /// Cells in another unit than the column's.
+    converted: Tally,
     /// Cells that hold something, and no number.
     unread: Tally,
     /// Cells of which only the file's other numbers tell that they have a separator of thousands.
@@ -31,10 +40,13 @@ struct Tally {
 }
 
 impl Reader {
-    pub(super) fn new(numbers: Numbers) -> Self {
+    pub(super) fn new(numbers: Numbers, name: &str) -> Self {
         Self {
             numbers,
+            unit: Heading::read(name).unit.and_then(Unit::read),
             clock: Clock::default(),
+            uncertain: Tally::default(),
+            converted: Tally::default(),
             unread: Tally::default(),
             thousands: Tally::default(),
             doubtful: Tally::default(),
@@ -44,7 +56,9 @@ impl Reader {
 
     /// The next cell's number.
     pub(super) fn read(&mut self, text: &str, line: usize) -> Option<f64> {
-        let cell = self.numbers.cell(text)?;
+        let Some(cell) = self.numbers.cell(text) else {
+            return self.qualified(text, line);
+        };
         if let Cell::Number(_) = cell {
             let is_doubtful = is_in_doubt(text);
             let has_sign = text.contains(self.numbers.sign());
@@ -55,6 +69,38 @@ impl Reader {
             }
         }
         Some(self.clock.number(cell))
+    }
+
+    /// A number with a unit or an uncertainty, in the column's unit; `None` where that is of something else.
+    fn qualified(&mut self, text: &str, line: usize) -> Option<f64> {
+        let Qualified {
+            number,
+            unit,
+            is_uncertain,
+        } = Qualified::read(text)?;
+        let factor = match (unit, self.unit) {
+            (Some(unit), Some(of_column)) => unit.per(of_column)?,
+            _ => 1.0,
+        };
+        let Some(Cell::Number(number)) = self.numbers.cell(number) else {
+            return None;
+        };
+        self.unit = self.unit.or(unit);
+        if is_uncertain {
+            self.uncertain.count(text, line);
+        }
+        if factor != 1.0 {
+            self.converted.count(text, line);
+        }
+        Some(number * factor)
+    }
+
+    /// Its name, with the unit that only its cells say.
+    pub(super) fn named(&self, name: &str) -> String {
+        match self.unit {
+            Some(unit) if Heading::read(name).unit.is_none() => format!("{name} ({})", unit.name),
+            _ => name.to_owned(),
+        }
     }
 
     /// Counts a cell that holds no number beside others that do.
@@ -72,9 +118,10 @@ impl Reader {
     /// is numbers then.
     pub(super) fn with_the_other_sign<'c>(
         &self,
+        name: &str,
         cells: impl Iterator<Item = Option<(&'c str, usize)>>,
     ) -> Option<(Self, Vec<Option<f64>>)> {
-        let mut other = Self::new(self.numbers.with_the_other_sign());
+        let mut other = Self::new(self.numbers.with_the_other_sign(), name);
         let read = |cell: Option<(&str, usize)>| {
             let (text, line) = cell?;
             let number = other.read(text, line);
@@ -123,6 +170,21 @@ impl Reader {
                  meant, take the separators of thousands out",
                 text.replace(',', "."),
                 text.replace([',', '.'], ""),
+            ));
+        }
+        if let Some((text, line)) = &self.uncertain.first {
+            told.push(format!(
+                "{} of '{name}' like {text} in line {line} {} taken without what they are uncertain by: noise_z_nm, noise_I_uA \
+                 and noise_V_mV in the file say that",
+                self.uncertain.words(),
+                self.uncertain.are(),
+            ));
+        }
+        if let Some((text, line)) = &self.converted.first {
+            told.push(format!(
+                "{} of '{name}' {} in another unit than the column, and converted: '{text}' in line {line}",
+                self.converted.words(),
+                self.converted.are(),
             ));
         }
         if let Some((text, line)) = &self.unread.first {

@@ -2,6 +2,7 @@
 
 use super::cell::Numbers;
 use super::error::ImportError;
+use super::qualified::Qualified;
 use super::reader::Reader;
 use super::sampling::Sampling;
 use super::{header, labels};
@@ -22,8 +23,8 @@ pub struct Table {
     pub rows: Vec<Vec<Option<f64>>>,
     /// Columns, by their places, that hold dates or clock times: in seconds since some day.
     pub clocks: Vec<usize>,
-    /// What is to be told of columns, by their places: how cells were read that may mean two things, and which were not.
-    pub told: Vec<(usize, String)>,
+    /// What is to be told of columns, by their places, or of all: how cells were read that may mean two things, and which were not.
+    pub told: Vec<(Option<usize>, String)>,
     /// How the text is written, in words.
     pub written: String,
 }
@@ -33,6 +34,8 @@ pub struct Table {
 struct Style {
     delimiter: char,
     numbers: Numbers,
+    /// Units, or how uncertain it is, stand behind a number.
+    qualified: bool,
 }
 
 /// What a comment begins with.
@@ -68,16 +71,18 @@ impl Table {
             None => style.headed(&lines, &comments),
         };
         let numbered = numbers[first..].iter().copied().zip(&lines[first..]);
-        let (readers, mut rows) = style.columns(numbered, names.len());
+        // Beside what an oscilloscope states there may be more.
+        let most = sampling.as_ref().map_or(names.len(), |_| usize::MAX);
+        let wide = style.wide(numbered.clone(), most);
+        let (readers, mut rows) = style.columns(numbered, &names, most);
         let is_certain = readers.iter().any(Reader::is_certain);
-        let told = readers.iter().zip(&names).enumerate();
-        let told = told.flat_map(|(column, (reader, name))| {
+        let mut told: Vec<_> = wide.map(|sentence| (None, sentence)).into_iter().collect();
+        for (column, (reader, name)) in readers.iter().zip(&names).enumerate() {
             let sentences = reader.sentences(name, style.numbers, is_certain);
-            sentences
-                .into_iter()
-                .map(move |sentence| (column, sentence))
-        });
-        let told = told.collect();
+            told.extend(sentences.into_iter().map(|said| (Some(column), said)));
+        }
+        let both = readers.iter().zip(&names);
+        let names = both.map(|(reader, name)| reader.named(name)).collect();
         if let Some(sampling) = &sampling {
             sampling.time(&mut rows);
         }
@@ -114,7 +119,8 @@ fn decoded(bytes: &[u8]) -> (String, &'static str) {
 impl Style {
     /// The style in which most cells of the first lines are numbers, in lines of equal width.
     fn of(lines: &[&str]) -> Option<Self> {
-        let styles = [false, true].into_iter().flat_map(|grouped| {
+        let both = [(false, false), (false, true), (true, false), (true, true)];
+        let styles = both.into_iter().flat_map(|(qualified, grouped)| {
             DELIMITERS.into_iter().flat_map(move |delimiter| {
                 [false, true].map(|decimal_comma| Self {
                     delimiter,
@@ -122,6 +128,7 @@ impl Style {
                         decimal_comma,
                         grouped,
                     },
+                    qualified,
                 })
             })
         });
@@ -139,22 +146,55 @@ impl Style {
             // What a style makes no number of speaks against it: 0,1;0,2 is three cells with commas between them.
             let better = filled as isize - spoilt as isize;
             let is_table = width >= 2 && filled >= 4;
-            if is_table && best.is_none_or(|(most, _)| better > most) {
+            // Units in a header or a remark are not those of cells.
+            let least = if style.qualified { told.len() / 2 } else { 0 } as isize;
+            if is_table && best.is_none_or(|(most, _)| better > most + least) {
                 best = Some((better, style));
             }
         }
         best.map(|(_, style)| style)
     }
 
-    /// The first so many columns of numbered lines, and how they were read.
+    /// Whether a number stands behind the last column of so many, so that cells may be those of others.
+    fn is_wide(self, cells: &[Cow<'_, str>], most: usize) -> bool {
+        let beyond = cells.get(most..).unwrap_or_default();
+        beyond.iter().any(|cell| self.is_number(cell))
+    }
+
+    /// That there are such lines.
+    fn wide<'l>(
+        self,
+        lines: impl Iterator<Item = (usize, &'l &'l str)>,
+        most: usize,
+    ) -> Option<String> {
+        let mut wide = lines.filter(|(_, line)| self.is_wide(&self.cells(line), most));
+        let (first, line) = wide.next()?;
+        let cells = self.cells(line).len();
+        let (rows, are) = match wide.count() {
+            0 => ("1 row".to_owned(), "is"),
+            others => (format!("{} rows", others + 1), "are"),
+        };
+        Some(format!(
+            "{rows} with more numbers than columns {are} left out, as line {first} with {cells} cells for {most}: which of them \
+             belong together cannot be told"
+        ))
+    }
+
+    /// The columns of numbered lines, and how they were read; nothing of lines with more than so many cells.
     fn columns<'l>(
         self,
         lines: impl Iterator<Item = (usize, &'l &'l str)> + Clone,
-        width: usize,
+        names: &[String],
+        most: usize,
     ) -> (Vec<Reader>, Vec<Vec<Option<f64>>>) {
-        let mut readers = vec![Reader::new(self.numbers); width];
+        let width = names.len();
+        let new = |name: &String| Reader::new(self.numbers, name);
+        let mut readers: Vec<Reader> = names.iter().map(new).collect();
         let row = |(number, line): (usize, &&str)| {
             let cells = self.cells(line);
+            if self.is_wide(&cells, most) {
+                return vec![None; width];
+            }
             let both = readers.iter_mut().zip(&cells);
             let mut row: Vec<_> = both
                 .map(|(reader, cell)| reader.read(cell, number))
@@ -185,7 +225,7 @@ impl Style {
             let cells = cells
                 .iter()
                 .map(|cell| cell.as_ref().map(|(text, number)| (&**text, *number)));
-            if let Some((other, values)) = reader.with_the_other_sign(cells) {
+            if let Some((other, values)) = reader.with_the_other_sign(&names[column], cells) {
                 *reader = other;
                 let cells = rows.iter_mut().map(|row| &mut row[column]);
                 cells.zip(values).for_each(|(cell, value)| *cell = value);
@@ -220,7 +260,7 @@ impl Style {
         let labelled = || {
             let rows = lines[first..].iter().take(TELLING);
             let rows: Vec<_> = rows.filter_map(|l| self.whole(l, width)).collect();
-            labels::names(&rows, |cell| self.numbers.cell(cell).is_some())
+            labels::names(&rows, |cell| self.is_number(cell))
         };
         let names = header::names(&above).or_else(commented).or_else(labelled);
         let numbers = || (1..=width).map(|number| number.to_string()).collect();
@@ -278,8 +318,13 @@ impl Style {
     /// How many cells of a line hold a number.
     fn filled(self, line: &str) -> usize {
         let cells = self.cells(line);
-        let is_filled = |cell: &&Cow<'_, str>| self.numbers.cell(cell).is_some();
-        cells.iter().filter(is_filled).count()
+        cells.iter().filter(|cell| self.is_number(cell)).count()
+    }
+
+    fn is_number(self, cell: &str) -> bool {
+        let is_plain = |text: &str| self.numbers.cell(text).is_some();
+        let qualified = || Qualified::read(cell).filter(|_| self.qualified);
+        is_plain(cell) || qualified().is_some_and(|read| is_plain(read.number))
     }
 
     /// How many cells of a line hold something else beside numbers; of a header none.

@@ -16,9 +16,9 @@ pub(super) struct Unit {
 
 /// What a user may choose from.
 pub(super) const CHOICE: &str =
-    "units are s ms us min h, V mV kV, A mA uA nA, m cm mm um nm pm, deg rad mrad, C K";
+    "units are s ms us min h, V mV kV, A mA uA nA, m cm mm um nm pm, deg rad mrad, C K degF";
 
-const UNITS: [Unit; 33] = [
+const UNITS: [Unit; 34] = [
     unit("s", "s", 1.0),
     unit("sec", "s", 1.0),
     unit("sek", "s", 1.0),
@@ -52,6 +52,10 @@ const UNITS: [Unit; 33] = [
     unit("C", "C", 1.0),
     unit("degC", "C", 1.0),
     Unit {
+        added: -32.0,
+        ..unit("degF", "C", 5.0 / 9.0)
+    },
+    Unit {
         added: -273.15,
         ..unit("K", "C", 1.0)
     },
@@ -76,6 +80,12 @@ impl Unit {
         let name = inside.unwrap_or(&text).trim();
         let mut units = UNITS.into_iter();
         units.find(|unit| unit.name.eq_ignore_ascii_case(name))
+    }
+
+    /// What its numbers are multiplied with to be in another unit; `None` where that is of something else, or counts from elsewhere.
+    pub(super) fn per(self, other: Self) -> Option<f64> {
+        let is_alike = self.of == other.of && self.added == other.added;
+        is_alike.then_some(self.factor / other.factor)
     }
 
     /// Whether a column's numbers may have it.
