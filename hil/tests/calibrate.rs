@@ -234,14 +234,46 @@ fn what_is_cut_short_leaves_the_calibration_of_before() {
     );
 }
 
+/// Wherever the first drift check is, it is moved on the way.
+#[test]
+fn a_stage_that_is_not_held_keeps_nothing() {
+    let bench = Bench::emulated(MirrorConfig::draw(Family::B, 77));
+    let mut tool = bench.start_tool(&["calibrate", "--quick"]);
+    let mut heights_um = [-2.0, 0.0].into_iter().cycle();
+    while tool.try_wait().expect("it runs here").is_none() {
+        bench
+            .controls()
+            .move_stage(heights_um.next().expect("a cycle"));
+        // Asking paces itself.
+        bench.json(&["status"]);
+    }
+    let said = BufReader::new(tool.stderr.take().expect("it is piped"));
+    let said = gave_up(&bench, (tool, said));
+    assert!(said.contains("did not stay as they were"), "{said}");
+}
+
 #[test]
 #[ignore = "long"]
-fn a_sensor_that_is_touched_meanwhile_keeps_nothing() {
-    let bench = with_a_session(&MirrorConfig::draw(Family::B, 77));
-    let begun = on_trial(&bench);
-    bench.controls().move_stage(2.0);
-    let said = gave_up(&bench, begun);
-    assert!(said.contains("mirror or sensor have moved"), "{said}");
+fn what_changes_meanwhile_keeps_nothing_and_is_called_by_its_name() {
+    let config = MirrorConfig::draw(Family::B, 77);
+    let bench = with_a_session(&config);
+    let controls = || bench.controls();
+    let changes: [(&str, &dyn Fn()); 3] = [
+        ("mirror or sensor have moved", &|| {
+            controls().move_stage(2.0)
+        }),
+        ("the air has changed", &|| controls().set_air(1.2)),
+        ("the room has changed", &|| {
+            controls().set_oven(config.ambient_c + 5.0);
+        }),
+    ];
+    for (words, change) in changes {
+        let begun = on_trial(&bench);
+        change();
+        let said = gave_up(&bench, begun);
+        assert!(said.contains(words), "{said}");
+        controls().set_air(1.0);
+    }
 }
 
 #[test]

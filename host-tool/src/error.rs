@@ -12,13 +12,13 @@ mod sensor;
 use std::io;
 use std::path::PathBuf;
 
-use calibration_procedure::{Doubt, SensorError, TravelError};
+use calibration_procedure::{Doubt, Drift, SensorError, TravelError};
 use control_core::calibration::Label;
 use mirror_protocol::{PROTOCOL_VERSION, Refusal};
 use quantities::{Hold, Span};
 
 pub use self::beyond_board::BeyondBoard;
-use self::doubt::doubt_advice;
+use self::doubt::{doubt_advice, drift_advice};
 pub use self::input::UnusableInput;
 pub use self::not_improved::NotImproved;
 pub use self::output::OutputError;
@@ -336,6 +336,10 @@ pub enum ToolError {
          The board has the calibration of before"
     ))]
     SensorTravel(#[from] TravelError),
+
+    #[error("{0}; the board has the calibration of before")]
+    #[diagnostic(help("{}", drift_advice(_0)))]
+    Drift(#[from] Drift),
 
     #[error("{0}; the board has the one before")]
     #[diagnostic(help("{}", doubt_advice(_0)))]

@@ -1,6 +1,6 @@
 //! What to do where a calibration is not kept.
 
-use calibration_procedure::Doubt;
+use calibration_procedure::{Doubt, Drift};
 
 /// What a person can look at, the likeliest first, and what to do after that.
 pub(super) fn doubt_advice(doubt: &Doubt) -> &'static str {
@@ -15,6 +15,26 @@ pub(super) fn doubt_advice(doubt: &Doubt) -> &'static str {
         Doubt::WorseThanBefore { .. } | Doubt::BrokenPromise { .. } => {
             "look at what the sensor reads with `host-tool record`, then calibrate again without --quick; if it stays, \
              `host-tool compare` shows what the model lacks"
+        }
+    }
+}
+
+/// What a person can look at where something moved meanwhile, and what to do after that.
+pub(super) fn drift_advice(drift: &Drift) -> &'static str {
+    match drift {
+        Drift::NoRest { .. } | Drift::Jump { .. } => {
+            "are sensor, stage and mirror held, and is the room still? See with `host-tool record` what the sensor reads of a mirror at rest, \
+             and calibrate again"
+        }
+        Drift::Room { .. } => {
+            "let the room and whatever warms the mirror come to rest, and calibrate again; what a kelvin is worth `host-tool calibrate-room` \
+             measures afterwards"
+        }
+        Drift::Air { .. } => {
+            "is there a draught, was the mirror's cover taken off, or the chamber pumped? Shield it, and calibrate again"
+        }
+        Drift::Moved { .. } => {
+            "was the sensor, its spot or the stage touched? Fasten them, let both come to rest, and calibrate again"
         }
     }
 }

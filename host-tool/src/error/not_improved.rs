@@ -5,15 +5,6 @@
 #[strum(serialize_all = "kebab-case")]
 #[expect(missing_docs, reason = "each message says what its fields are")]
 pub enum NotImproved {
-    #[error(
-        "at rest the sensor reads {moved_um:+.2} um from where it did when the mirror first came to rest from a drive, so mirror or sensor have moved meanwhile; \
-         the board has the calibration of before"
-    )]
-    #[diagnostic(help(
-        "was the sensor touched, or is the room changing? Let both come to rest, and calibrate again"
-    ))]
-    RestMoved { moved_um: f64 },
-
     #[error("{asked_um:.1} um is limited here: {limit}")]
     #[diagnostic(help("`host-tool explain {limit}` says what that is; nothing was changed"))]
     RoomLimited { asked_um: f64, limit: &'static str },

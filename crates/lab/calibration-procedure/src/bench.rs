@@ -7,12 +7,15 @@ use measurement::MeasurementFile;
 use mirror_model::Runaway;
 
 use crate::doubt::Doubt;
+use crate::drift::Drift;
 use crate::screening::SensorError;
 use crate::travel::TravelError;
 
 /// What an experiment is played for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
+    /// To see that nothing moves from the beginning to the end.
+    DriftCheck,
     /// To identify the mirror.
     Session,
     /// To try the calibration that the board had.
@@ -32,10 +35,14 @@ pub trait Bench {
         + From<CorrectionError>
         + From<SensorError>
         + From<TravelError>
+        + From<Drift>
         + From<Doubt>;
 
     /// One control tick (s).
     fn tick_s(&self) -> f64;
+
+    /// Lets the mirror come to rest, and displacements count from there.
+    fn count_from_rest(&mut self) -> impl Future<Output = Result<(), Self::Error>>;
 
     /// Plays an experiment under the calibration in use; all channels are off afterwards.
     fn measure(

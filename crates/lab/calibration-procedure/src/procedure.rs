@@ -12,6 +12,7 @@ use mirror_model::Model;
 
 use crate::bench::{Bench, Part};
 use crate::doubt::{Doubt, Left};
+use crate::drift_check;
 use crate::refine;
 use crate::screened::Screened;
 use crate::screening::ReadingCounts;
@@ -55,7 +56,7 @@ pub struct Calibrated {
     pub identified: Identification,
     /// Effects of the model that the board does not invert.
     pub not_inverted: Vec<Remaining>,
-    /// The refined calibration, which says what the trial left.
+    /// The refined calibration, which says what the trial left, and by how much the mirror moved meanwhile.
     pub calibration: Calibration,
     /// What the refined stages leave of the displacement (um, root mean square); only a sensor that is read at every tick
     /// tells.
@@ -64,6 +65,8 @@ pub struct Calibrated {
     pub before: Trial,
     /// The new one, as it was tried.
     pub after: Trial,
+    /// By how much the mirror moved from the beginning to the end at the same drives (um); 0 where that is no more than any mirror does.
+    pub moved_um: f64,
     /// What the sensor read, and what of it bore no weight.
     pub readings: ReadingCounts,
 }
@@ -89,11 +92,19 @@ impl Procedure {
             vec![played::rests(top_um); refine::ROUNDS]
         };
         let ringing = self.reads_every_tick.then(|| played::ringing(self.max_v));
-        part(Part::Session, session_in_common(self.max_v))
+        let check = |rest_s: f64| {
+            part(
+                Part::DriftCheck,
+                vec![played::drift_check(self.max_v).after(rest_s)],
+            )
+        };
+        check(0.0)
+            .chain(part(Part::Session, session_in_common(self.max_v)))
             .chain(part(Part::Session, ringing.into_iter().collect()))
             .chain(part(Part::Before, trial()))
             .chain(part(Part::Refining, refining))
             .chain(part(Part::After, trial()))
+            .chain(check(played::CHECKED_REST_S))
             .collect()
     }
 
@@ -107,6 +118,7 @@ impl Procedure {
         source: Source,
     ) -> Result<Calibrated, B::Error> {
         let mut bench = Screened::new(bench);
+        let first = drift_check::first(&mut bench, self.max_v, self.reach_um).await?;
         let (session, jumps) = match source {
             Source::Files(session) => (session.clone(), session),
             Source::Mirror => self.measure_session(&mut bench).await?,
@@ -117,20 +129,26 @@ impl Procedure {
             .compute("listening to the plate", move || ringing(&jumps))
             .await?;
         let tabulated = tabulate(&model)?;
-        let first = match resonance {
+        let start = match resonance {
             Some(heard) => {
                 with_resonance(&tabulated.calibration, heard).map_err(TabulateError::from)?
             }
             None => tabulated.calibration,
         };
-        let top_um = RANGE * self.reach_um.min(f64::from(first.max_position().0));
+        let top_um = RANGE * self.reach_um.min(f64::from(start.max_position().0));
         let before =
             Trial::run(&mut bench, Part::Before, &self.effort, (top_um, self.max_v)).await?;
         let (calibration, refined) = if self.reads_every_tick {
-            let refined = refine::by_moves(&mut bench, &self.effort, first).await?;
-            (refined.calibration, Some(refined))
+            match refine::by_moves(&mut bench, &self.effort, start).await? {
+                Ok(refined) => (refined.calibration, Some(refined)),
+                Err(error) => {
+                    // What moved meanwhile is the likelier reason.
+                    drift_check::moved_since(&first, &mut bench, self.max_v).await?;
+                    return Err(error.into());
+                }
+            }
         } else {
-            (refine::by_rests(&mut bench, first).await?, None)
+            (refine::by_rests(&mut bench, start).await?, None)
         };
         // What creeps far goes less far at once.
         let reached_um = top_um.min(RANGE * f64::from(calibration.max_position().0));
@@ -141,10 +159,13 @@ impl Procedure {
             (reached_um, self.max_v),
         )
         .await?;
+        let moved_um = drift_check::moved_since(&first, &mut bench, self.max_v).await?;
         let promised_rms_um = refined.as_ref().map(Refined::rest_rms_um);
         Doubt::of(&left(&before), &left(&after), promised_rms_um)?;
-        let calibration = with_piston_residual(&calibration, after.figures().rest_rms_um)
-            .map_err(TabulateError::from)?;
+        // Anywhere within what has moved, a rectangular distribution (JCGM 100:2008, 4.3.7).
+        let left_um = after.figures().rest_rms_um.hypot(moved_um / 3.0_f64.sqrt());
+        let calibration =
+            with_piston_residual(&calibration, left_um).map_err(TabulateError::from)?;
         Ok(Calibrated {
             model,
             identified,
@@ -153,6 +174,7 @@ impl Procedure {
             refined_rms_um: refined.map(|refined| refined.residual_rms_um),
             before,
             after,
+            moved_um,
             readings: bench.counts,
         })
     }

@@ -1,6 +1,6 @@
 //! From the identified mirror's tables to a calibration that is corrected by what the mirror does under it.
 
-use calibration::{Refined, StaticPoint, corrected, refined};
+use calibration::{RefineError, Refined, StaticPoint, corrected, refined};
 use control_core::Calibration;
 use experiments::Reading;
 use experiments::calibration::{self as played, Effort, ON_ITS_WAY, RANGE};
@@ -19,12 +19,12 @@ fn top_um(calibration: &Calibration) -> f64 {
 }
 
 /// Puts `calibration` on trial, moves the mirror all over its range under it, and refines it by what the mirror did. The
-/// refined one is on trial then.
+/// refined one is on trial then, if there is one.
 pub(crate) async fn by_moves<B: Bench>(
     bench: &mut B,
     effort: &Effort,
     calibration: Calibration,
-) -> Result<Refined, B::Error> {
+) -> Result<Result<Refined, RefineError>, B::Error> {
     bench.put_on_trial(&calibration).await?;
     let mut session = Session::default();
     for experiment in played::moves(effort, top_um(&calibration)) {
@@ -39,8 +39,10 @@ pub(crate) async fn by_moves<B: Bench>(
         session.files.push((name, file));
     }
     let work = move || refined(&calibration, &session);
-    let refined = bench.compute("refining", work).await??;
-    bench.put_on_trial(&refined.calibration).await?;
+    let refined = bench.compute("refining", work).await?;
+    if let Ok(refined) = &refined {
+        bench.put_on_trial(&refined.calibration).await?;
+    }
     Ok(refined)
 }
 

@@ -28,6 +28,10 @@ impl<B: Bench> Bench for Screened<'_, B> {
         self.bench.tick_s()
     }
 
+    async fn count_from_rest(&mut self) -> Result<(), B::Error> {
+        self.bench.count_from_rest().await
+    }
+
     async fn measure(
         &mut self,
         part: Part,

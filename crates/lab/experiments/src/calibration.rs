@@ -49,6 +49,17 @@ const RINGING_SHARE: f64 = 0.6;
 const RINGING_S: f64 = 0.06;
 const RINGING_AFTER_S: f64 = 2.0;
 
+/// What is measured first and last, as shares of the highest drive: at rest, at the top, half way, and hardly driven, where heaters tell the
+/// room.
+pub const CHECKED_SHARES: [f64; 4] = [0.0, 1.0, 0.5, 0.1];
+/// Each is held so long (s), as the steps of a sweep are.
+const CHECKED_S: f64 = 1.0;
+/// After them the mirror cools so long (s), four of the time constants of the paper's frame, 4.7 s; and before them, where it was driven until
+/// then.
+pub const CHECKED_REST_S: f64 = 20.0;
+/// Readings in a second of it: what jumps shows beside what settles.
+pub const CHECKED_READINGS: usize = 10;
+
 /// Far jumps, each followed by a near one.
 const FAR: usize = 30;
 /// Part of the range from one far place to the next, up and down: the golden section visits all of it evenly (Knuth, The
@@ -110,6 +121,19 @@ pub fn ringing(max_v: f64) -> Experiment {
     Experiment::step(RINGING_SHARE * max_v, RINGING_S, f64::INFINITY)
         .named("ringing")
         .after(RINGING_AFTER_S)
+}
+
+/// What is measured first and last on a board that drives up to `max_v`, so that what moves in between shows: [`CHECKED_SHARES`] and a rest.
+pub fn drift_check(max_v: f64) -> Experiment {
+    let held = |share: f64, seconds: f64| {
+        let readings = (seconds * CHECKED_READINGS as f64).round() as usize;
+        std::iter::repeat_n(share * max_v, readings)
+    };
+    let driven = CHECKED_SHARES
+        .into_iter()
+        .flat_map(|share| held(share, CHECKED_S));
+    let values: Vec<f64> = driven.chain(held(0.0, CHECKED_REST_S)).collect();
+    Experiment::held(&values, CHECKED_S / CHECKED_READINGS as f64).named("drift check")
 }
 
 /// What refines a calibration that reaches up to `top_um`, where a sensor is read at every tick: jumps all over the range,
@@ -244,6 +268,21 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn a_drift_check_begins_and_ends_at_rest() {
+        let check = drift_check(3.5);
+        // Four drives of a second, and 20 s at rest.
+        assert!((check.duration_s() - 24.0).abs() < 1e-9);
+        let dwells = check.dwells().expect("drives");
+        let volts: Vec<f64> = dwells.iter().map(|dwell| dwell.to_v[2]).collect();
+        let seconds: Vec<&[f64]> = volts.chunks(CHECKED_READINGS).collect();
+        let is_held = |second: &&[f64]| second.iter().all(|volts| *volts == second[0]);
+        assert!(seconds.iter().all(is_held));
+        let of_each: Vec<f64> = seconds.iter().map(|second| second[0]).collect();
+        assert_eq!(of_each[..4], [0.0, 3.5, 1.75, 0.1 * 3.5]);
+        assert_eq!(of_each[4..], [0.0; 20]);
     }
 
     #[test]

@@ -11,12 +11,8 @@ use mirror_protocol::CalibrationUse;
 use crate::board::Board;
 use crate::commands::measure::possible::make_directory;
 use crate::commands::measure::run::{Bench, Ended};
-use crate::error::{NotImproved, OutputError, ToolError};
+use crate::error::{OutputError, ToolError};
 use crate::new_file::NewFile;
-
-/// Where the mirror rests may move by so much (um) while it is calibrated: as far as it may be off in any room (`docs/requirements.md`), and as
-/// much for what still creeps.
-const REST_UM: f64 = 1.0;
 
 /// A board that is being calibrated.
 pub(super) struct OnTrial<'a> {
@@ -38,19 +34,6 @@ impl OnTrial<'_> {
         let path = folder.join(format!("{}.csv", experiment.name));
         NewFile::create(path, self.force).map(Some)
     }
-
-    /// The calibration that was on trial is used from now on, where mirror and sensor have stood still.
-    pub(super) async fn keep(&self, calibration: &Calibration) -> Result<(), ToolError> {
-        self.bench.say("letting the mirror come to rest");
-        if let Some(moved_um) = self.bench.rest_moved_um().await?
-            && moved_um.abs() > REST_UM
-        {
-            return Err(NotImproved::RestMoved { moved_um }.into());
-        }
-        let for_good = CalibrationUse::ForGood;
-        self.board.use_calibration(calibration, for_good).await?;
-        Ok(())
-    }
 }
 
 impl Procedures for OnTrial<'_> {
@@ -60,6 +43,10 @@ impl Procedures for OnTrial<'_> {
         1.0 / f64::from(self.bench.tick_hz())
     }
 
+    async fn count_from_rest(&mut self) -> Result<(), ToolError> {
+        self.bench.count_from_rest().await
+    }
+
     async fn measure(
         &mut self,
         part: Part,
@@ -67,7 +54,7 @@ impl Procedures for OnTrial<'_> {
     ) -> Result<MeasurementFile, ToolError> {
         let kept = self.kept(part, experiment)?;
         let shown = match part {
-            Part::Session | Part::Refining => experiment.name.clone(),
+            Part::DriftCheck | Part::Session | Part::Refining => experiment.name.clone(),
             Part::Before => format!("{}, before", experiment.name),
             Part::After => format!("{}, after", experiment.name),
         };

@@ -16,6 +16,7 @@ use experiments::calibration::Effort;
 use experiments::{Experiment, session_in_common};
 use measurement::Session;
 use mirror_model::Symbol;
+use mirror_protocol::CalibrationUse;
 
 use self::bench::OnTrial;
 use self::report::{CalibrateReport, Written};
@@ -77,21 +78,18 @@ async fn calibrate(board: &Board, ask: Calibrate, json: bool) -> Result<(), Tool
     };
     let played = played(&procedure, &source);
     on_trial.bench.say(&time_words(&played));
-    if let Source::Files(session) = &source {
-        if let Some(lacks) = lacks(session, procedure.max_v) {
-            note(lacks);
-        }
-        // What is played first leaves the mirror no time to come to rest, as a session does.
-        on_trial.bench.go_over_the_range(procedure.max_v).await?;
+    if let Source::Files(session) = &source
+        && let Some(lacks) = lacks(session, procedure.max_v)
+    {
+        note(lacks);
     }
-    on_trial.bench.count_from_rest().await?;
     let experiments: Vec<Experiment> = played.into_iter().map(|(_, played)| played).collect();
     on_trial.bench.plan(&experiments);
-    let calibrated = procedure.run(&mut on_trial, source).await;
-    let kept = match calibrated {
+    let kept = match procedure.run(&mut on_trial, source).await {
         Ok(calibrated) => {
-            let for_good = on_trial.keep(&calibrated.calibration).await;
-            for_good.map(|()| calibrated)
+            let for_good = CalibrationUse::ForGood;
+            let kept = board.use_calibration(&calibrated.calibration, for_good);
+            kept.await.map(|_| calibrated)
         }
         Err(error) => Err(error),
     };
@@ -193,10 +191,11 @@ fn time_words(played: &[(Part, Experiment)]) -> String {
         of_it.fold(0.0, |sum, (_, played)| sum + played.duration_s()) / 60.0
     };
     let (measuring, refining) = (minutes(Part::Session), minutes(Part::Refining));
-    let trying = minutes(Part::Before);
+    let (trying, checking) = (minutes(Part::Before), minutes(Part::DriftCheck));
     format!(
-        "takes {:.0} min of the board's time: {measuring:.1} to measure, {refining:.1} to refine, twice {trying:.1} to try",
-        measuring + refining + 2.0 * trying
+        "takes {:.0} min of the board's time: {measuring:.1} to measure, {refining:.1} to refine, twice {trying:.1} to try, \
+         {checking:.1} to see that nothing moves meanwhile",
+        measuring + refining + 2.0 * trying + checking
     )
 }
 
@@ -280,6 +279,7 @@ fn report(
         refined_rms_um: calibrated.refined_rms_um,
         tilt_uncertainty_deg: tilt_uncertainty_deg(&calibrated.calibration),
         range,
+        moved_um: calibrated.moved_um,
         readings: calibrated.readings,
         calibrated_before: status::calibrated_words(had),
         before: calibrated.before.figures(),

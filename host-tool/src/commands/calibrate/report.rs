@@ -32,6 +32,8 @@ pub(super) struct CalibrateReport {
     /// millimetre tell (95 %): a sensor at one spot tells no tilt.
     pub(super) tilt_uncertainty_deg: f64,
     pub(super) range: RangeEnd,
+    /// By how much the mirror moved from the beginning to the end at the same drives; 0 where that is no more than any mirror does.
+    pub(super) moved_um: f64,
     /// What the sensor read on the way, and what of it bore no weight.
     pub(super) readings: ReadingCounts,
     /// The calibration that the board had before.
@@ -98,6 +100,14 @@ impl fmt::Display for CalibrateReport {
             writeln!(
                 f,
                 "top        {beyond} of the positions at rest took more than the highest drive, for the mirror had not warmed through: they do not count"
+            )?;
+        }
+        if self.moved_um > 0.0 {
+            writeln!(
+                f,
+                "moved      by {:.2} um from the beginning to the end at the same drives: what the board tells of its positions is as much wider; \
+                 let sensor, mirror and room come to rest and calibrate again",
+                self.moved_um
             )?;
         }
         let counts = &self.readings;

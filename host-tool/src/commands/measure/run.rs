@@ -42,10 +42,6 @@ pub(crate) struct Bench<'a> {
     started_tick: u32,
     /// Where the board's own sensor stood when the session first read it at rest.
     zero: Zero,
-    /// The mirror has been driven in this session.
-    has_driven: bool,
-    /// Where the board's own sensor stood when the mirror had first come to rest from that (um).
-    rest_um: Option<f64>,
     progress: Progress,
     quiet: bool,
     interrupt: Interrupt,
@@ -124,8 +120,6 @@ impl<'a> Bench<'a> {
             session_tick: off.tick,
             started_tick: off.tick,
             zero: Zero::default(),
-            has_driven: false,
-            rest_um: None,
             progress: Progress::new(quiet),
             quiet,
             interrupt: Interrupt::listen()?,
@@ -306,9 +300,7 @@ impl<'a> Bench<'a> {
             if self.zero.um.is_none() {
                 self.count_from_here(&rest).await?;
             }
-            self.note_rest((!rest.is_empty()).then(|| measurement::median(rest)));
         }
-        self.has_driven = true;
         let mut passed_s = 0.0;
         for (index, piece) in pieces.iter().enumerate() {
             if piece.rest_s > 0.0 {

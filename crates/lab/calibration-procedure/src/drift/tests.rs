@@ -1,0 +1,134 @@
+//! Checks of a mirror that disturbances move as they do.
+
+use super::*;
+
+/// A mirror of 360 ohm in a room so much warmer (K), in air that takes so many times the heat, under a sensor that has moved by so much (um) and reads a tilt as so large a part of the way.
+fn check(warmer_k: f64, air: f64, sensor_um: f64, tilt: f64) -> DriftCheck {
+    const COLD_OHM: f64 = 360.0;
+    const LOSS_W_PER_K: f64 = 2.5e-4;
+    const UM_PER_K: f64 = 1.7;
+    let mut file = MeasurementFile::default();
+    for (drive_v, seconds) in [(0.0, 1), (3.5, 1), (1.75, 1), (0.35, 1), (0.0, 20)] {
+        // The power at a resistance that the power makes.
+        let mut rise_k = 0.0;
+        let ohm = |rise_k: f64| COLD_OHM * (1.0 + TCR_PER_K * (warmer_k + rise_k));
+        for _ in 0..50 {
+            rise_k = drive_v * drive_v / ohm(rise_k) / (air * LOSS_W_PER_K);
+        }
+        let way_um = UM_PER_K * (warmer_k + rise_k);
+        let row = Row {
+            voltage_v: [drive_v; 4],
+            current_a: [Some(drive_v / ohm(rise_k)); 4],
+            z_um: Some(sensor_um + (1.0 + tilt) * way_um),
+            ..Row::default()
+        };
+        file.rows.extend(vec![row; seconds * CHECKED_READINGS]);
+    }
+    DriftCheck::of(&file)
+}
+
+fn against(now: &DriftCheck) -> Result<f64, Drift> {
+    now.against(&check(0.0, 1.0, 0.0, 0.0))
+}
+
+#[test]
+fn what_is_as_it_was_is_told_no_wider() {
+    assert_eq!(against(&check(0.0, 1.0, 0.0, 0.0)), Ok(0.0));
+    assert_eq!(against(&check(0.0, 1.0, 0.9 * USUAL_UM, 0.0)), Ok(0.0));
+}
+
+#[test]
+fn what_has_moved_a_little_is_told_as_much_wider() {
+    let moved_um = against(&check(0.0, 1.0, -0.5, 0.0)).expect("kept");
+    assert!((moved_um - 0.5).abs() < 1e-9, "{moved_um}");
+    // Half a kelvin.
+    let moved_um = against(&check(0.5, 1.0, 0.0, 0.0)).expect("kept");
+    assert!((0.7..1.0).contains(&moved_um), "{moved_um}");
+}
+
+#[test]
+fn what_has_moved_far_is_called_by_its_name() {
+    let stage = against(&check(0.0, 1.0, 2.0, 0.0));
+    assert!(matches!(stage, Err(Drift::Moved { moved_um, .. }) if (moved_um - 2.0).abs() < 1e-9));
+    let spot = against(&check(0.0, 1.0, 0.0, 0.02));
+    assert!(matches!(spot, Err(Drift::Moved { drive_v: 3.5, moved_um }) if moved_um > 1.0));
+    for kelvins in [2.0, -5.0] {
+        let room = against(&check(kelvins, 1.0, 0.0, 0.0));
+        // A line through the heaters' power and resistance is straight to a percent.
+        assert!(
+            matches!(room, Err(Drift::Room { warmer_k, .. }) if (warmer_k / kelvins - 1.0).abs() < 0.01),
+            "{room:?}"
+        );
+    }
+    for air in [0.85, 1.02, 1.2] {
+        let air_is = against(&check(0.0, air, 0.0, 0.0));
+        let percent = 100.0 * (air - 1.0);
+        assert!(
+            matches!(air_is, Err(Drift::Air { more_percent, .. }) if (more_percent - percent).abs() < 0.1),
+            "{air_is:?}"
+        );
+    }
+}
+
+/// Sensors tell nothing now and then.
+#[test]
+fn a_reading_that_is_missing_or_wrong_is_no_matter() {
+    let z_um = |read: [Option<f64>; 5]| {
+        let rows = read.map(|z_um| Row {
+            z_um,
+            ..Row::default()
+        });
+        Level::of(&rows).z_um
+    };
+    let read = Some(2.0);
+    assert_eq!(z_um([None, None, read, None, read]), read);
+    assert_eq!(z_um([Some(9.0), read, read, Some(40.0), read]), read);
+    assert_eq!(z_um([None; 5]), None);
+}
+
+/// A check of a mirror that rests there before and after.
+fn resting(before_um: f64, after_um: f64) -> DriftCheck {
+    let mut check = check(0.0, 1.0, 0.0, 0.0);
+    check.levels[0].z_um = Some(before_um);
+    check.levels[4].z_um = Some(after_um);
+    check
+}
+
+#[test]
+fn a_rest_is_where_the_mirror_comes_back_to() {
+    for held_up_um in [0.0, 0.3, 0.8] {
+        let check = resting(0.01, held_up_um);
+        assert!(check.holds_still().is_ok() && check.comes_back());
+    }
+    let jump_um = |check: DriftCheck| match check.holds_still() {
+        Err(Drift::Jump { jump_um }) => jump_um,
+        other => panic!("{other:?}"),
+    };
+    // Nothing pulls it down.
+    assert_eq!(jump_um(resting(0.0, -0.5)), -0.5);
+    // It was moved after displacements were made to count from there.
+    assert_eq!(jump_um(resting(0.5, 0.6)), 0.5);
+    // Films that yield do so once.
+    let yields = resting(0.0, 4.0);
+    assert!(yields.holds_still().is_ok() && !yields.comes_back());
+}
+
+#[test]
+fn a_jump_shows_beside_what_settles() {
+    let jump_of = |moved_um: f64, alone_um: f64| {
+        let z_um = |reading: i32| {
+            let settles_um = 3.0 * (-0.2 * f64::from(reading)).exp();
+            let jumped_um = if reading > 30 { moved_um } else { 0.0 };
+            settles_um + jumped_um + if reading == 20 { alone_um } else { 0.0 }
+        };
+        let row = |reading| Row {
+            z_um: Some(z_um(reading)),
+            ..Row::default()
+        };
+        jump_um(&(0..200).map(row).collect::<Vec<_>>(), JUMP_UM)
+    };
+    assert_eq!(jump_of(0.0, 0.0), None);
+    assert_eq!(jump_of(0.0, 40.0), None);
+    let jump = jump_of(-0.5, 0.0).expect("seen");
+    assert!((jump + 0.5).abs() < 0.01, "{jump}");
+}
