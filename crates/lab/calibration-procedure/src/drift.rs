@@ -25,8 +25,8 @@ const SMOOTHED: usize = 5;
 const CHANCE: f64 = 4.243;
 /// So often it comes to rest anew where it does not come back: films that yield do it once.
 pub(crate) const RESTS: usize = 3;
-/// What heaters tell of another room (K) and of air that takes another part of their heat, where neither changes: the same mirrors' 0.015 K
-/// and 1.2e-4.
+/// What heaters tell of another room (K) and of air that takes another part of their heat, where neither changes: the same mirrors' 0.02 K
+/// and 1.3e-4.
 const SAME_ROOM_K: f64 = 0.1;
 const SAME_LOSS: f64 = 1e-3;
 /// Temperature coefficient of a platinum film (1/K), as the factory's model has it (`mirror-model`).
