@@ -53,7 +53,7 @@ pub enum Drift {
     },
     /// The room has changed.
     #[error(
-        "the room has changed meanwhile: without power the heaters would be {warmer_k:+.1} K warmer than at the beginning, and at {drive_v:.2} V \
+        "the room has changed meanwhile: the temperature of the heaters without power by {warmer_k:+.1} K, and at {drive_v:.2} V \
          the mirror is {moved_um:+.2} um from where it was"
     )]
     Room {
@@ -66,7 +66,7 @@ pub enum Drift {
     },
     /// The air has changed.
     #[error(
-        "the air has changed meanwhile: a kelvin takes {more_percent:+.1} % more heat from the heaters than at the beginning, and at {drive_v:.2} V the \
+        "the air has changed meanwhile: the heat that it takes for a kelvin by {more_percent:+.1} %, and at {drive_v:.2} V the \
          mirror is {moved_um:+.2} um from where it was"
     )]
     Air {
