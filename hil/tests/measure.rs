@@ -10,6 +10,7 @@ use emulated_board::Speed;
 use hil::{Bench, Said, interrupt};
 use measurement::MeasurementFile;
 use rustix::pty::{OpenptFlags, openpt, ptsname, unlockpt};
+use rustix::termios::{LocalModes, tcgetattr};
 
 #[test]
 fn a_sweep_goes_up_and_down_and_ends_off() {
@@ -194,8 +195,15 @@ fn pseudo_terminal() -> (File, String) {
     (File::from(ours), name.into_string().expect("text"))
 }
 
-/// Sends `line` again and again until the tool has ended.
+/// Sends `line` again and again until the tool has ended, once it has opened the device: it drops what came before.
 fn send(mut sensor: File, mut tool: Child, line: &str) -> Said {
+    let is_open = || {
+        let modes = tcgetattr(&sensor).expect("a terminal").local_modes;
+        !modes.contains(LocalModes::ICANON)
+    };
+    while !is_open() && tool.try_wait().expect("it is ours").is_none() {
+        thread::sleep(Duration::from_millis(1));
+    }
     while tool.try_wait().expect("it is ours").is_none() {
         sensor.write_all(line.as_bytes()).expect("it is read");
         thread::sleep(Duration::from_millis(1));

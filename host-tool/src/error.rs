@@ -40,14 +40,15 @@ pub enum ToolError {
     HoldTooLong { hold: Hold, longest: Hold },
 
     #[error(
-        "--settle {settle} with --hold {hold} drives the board for longer than this bench allows, {longest}"
+        "settling for {settle} and then holding for {hold} drives the board for longer than this bench allows, {longest}"
     )]
-    #[diagnostic(help("{}; whoever runs the bench sets the longest by MIRROR_LONGEST_HOLD", shorter(*left)))]
+    #[diagnostic(help(
+        "ask for a shorter --settle; whoever runs the bench sets the longest by MIRROR_LONGEST_HOLD"
+    ))]
     DrivenTooLong {
         settle: Span,
-        hold: Hold,
+        hold: Span,
         longest: Hold,
-        left: Option<Span>,
     },
 
     #[error("the board was turned off by `host-tool off` meanwhile, and drives nothing")]
@@ -461,13 +462,6 @@ fn listen_help(kind: io::ErrorKind) -> &'static str {
         }
         _ => "write an address of this machine and a port: --listen 127.0.0.1:5025",
     }
-}
-
-fn shorter(hold: Option<Span>) -> String {
-    let or_hold = hold.map_or_else(String::new, |hold| {
-        format!(", or for --hold {}s at most", hold.s)
-    });
-    format!("ask for a shorter --settle{or_hold}")
 }
 
 fn did_you_mean(nearest: Option<&str>) -> String {

@@ -66,8 +66,8 @@ pub struct Arguments {
     #[arg(help_heading = BOARD, long, global = true, env = "MIRROR_BOARD", value_name = "NAME", add = candidates::boards())]
     pub board: Option<String>,
 
-    /// The longest that whoever runs this bench allows a move to be driven, --settle and --hold together: 10min. What is longer, and
-    /// `forever`, is refused.
+    /// The longest that whoever runs this bench allows a move to be driven, --settle and --hold together: 10min. Longer holds, and
+    /// `forever`, are refused.
     #[arg(
         help_heading = BOARD,
         long,

@@ -41,7 +41,7 @@ use tokio::runtime::Builder;
 use crate::board::{Board, choose};
 use crate::cli::{Arguments, Command, Measure, Plane};
 use crate::commands::interrupt::computed;
-use crate::commands::moving::{Pace, UNTIL_THE_NEXT};
+use crate::commands::moving::Pace;
 use crate::completion;
 use crate::error::ToolError;
 use crate::new_file::NewFile;
@@ -174,11 +174,11 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             load_calibration::run(&open().await?, &file, json).await
         }
         Command::CalibratePose(ask) => {
-            Pace::new(ask.settle, Some(UNTIL_THE_NEXT), arguments.longest_hold)?;
+            Pace::check_next(ask.settle, arguments.longest_hold)?;
             calibrate_pose::run(&open().await?, ask, json).await
         }
         Command::CalibrateRoom(ask) => {
-            Pace::new(ask.settle, Some(UNTIL_THE_NEXT), arguments.longest_hold)?;
+            Pace::check_next(ask.settle, arguments.longest_hold)?;
             calibrate_room::run(&open().await?, ask, json).await
         }
         Command::CalibrateSense { resistor } => {

@@ -10,6 +10,7 @@ use serde::Serialize;
 use crate::board::Board;
 use crate::commands::interrupt::Interrupt;
 use crate::error::ToolError;
+use crate::verbosity::note;
 
 use crate::report::{decimal, row, row_of_known};
 
@@ -24,7 +25,8 @@ const USUAL: Span = Span { s: 600.0 };
 
 /// How long the board holds a position of several that are read one after the other. A tool that others keep waiting on a busy machine is in
 /// time for the next one, and a tool that was killed leaves the mirror driven for no longer.
-pub(super) const UNTIL_THE_NEXT: Hold = Hold::For(Span { s: 10.0 });
+pub(super) const UNTIL_THE_NEXT: Hold = Hold::For(HELD_UNTIL_THE_NEXT);
+const HELD_UNTIL_THE_NEXT: Span = Span { s: 10.0 };
 
 /// What was read while the mirror stood.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -48,37 +50,54 @@ pub(super) struct Pace {
 }
 
 impl Pace {
-    /// One by which the board is driven no longer than is allowed, all in all. A hold that nobody names is 10 minutes, or what that
-    /// leaves of them.
+    /// One by which the board is driven no longer than is allowed, all in all: what `settle` takes of that, `hold` has less. A hold that
+    /// nobody names is 10 minutes.
     ///
     /// # Errors
-    /// Where `settle` and `hold` are longer than `longest`.
+    /// Where `hold` alone is longer than `longest`, or `settle` leaves nothing of it.
     pub(super) fn new(settle: Span, hold: Option<Hold>, longest: Hold) -> Result<Self, ToolError> {
-        let usual = Hold::For(USUAL);
         let Hold::For(allowed) = longest else {
-            let hold = hold.unwrap_or(usual);
+            let hold = hold.unwrap_or(Hold::For(USUAL));
             return Ok(Self { settle, hold });
         };
-        // To a millisecond, in which a lease is asked for.
-        let left_ms = ((allowed.s - settle.s - READING_S) * 1e3).round();
-        let left = Span { s: left_ms / 1e3 };
-        let hold = match hold {
-            None if left.s > 0.0 => Hold::For(Span {
-                s: left.s.min(USUAL.s),
-            }),
-            hold => hold.unwrap_or(usual),
+        let asked = match hold {
+            None => USUAL,
+            Some(Hold::For(asked)) if asked.s <= allowed.s => asked,
+            Some(hold) => return Err(ToolError::HoldTooLong { hold, longest }),
         };
-        match hold {
-            Hold::For(asked) if asked.s <= left.s => Ok(Self { settle, hold }),
-            Hold::For(asked) if asked.s <= allowed.s || left.s <= 0.0 => {
+        let left = left_to_hold(settle, allowed);
+        if left.s <= 0.0 {
+            return Err(ToolError::DrivenTooLong {
+                settle,
+                hold: asked,
+                longest,
+            });
+        }
+        if hold.is_some() && left.s < asked.s {
+            note(format_args!(
+                "held for {left} in place of {asked}: with --settle {settle} that is the longest that this bench allows"
+            ));
+        }
+        let hold = Hold::For(Span {
+            s: asked.s.min(left.s),
+        });
+        Ok(Self { settle, hold })
+    }
+
+    /// Makes sure that the board may be driven for as long as it takes to settle and is then held for, position by position.
+    ///
+    /// # Errors
+    /// Where that is longer than `longest`.
+    pub(super) fn check_next(settle: Span, longest: Hold) -> Result<(), ToolError> {
+        match longest {
+            Hold::For(allowed) if left_to_hold(settle, allowed).s < HELD_UNTIL_THE_NEXT.s => {
                 Err(ToolError::DrivenTooLong {
                     settle,
-                    hold,
+                    hold: HELD_UNTIL_THE_NEXT,
                     longest,
-                    left: (left.s > 0.0).then_some(left),
                 })
             }
-            _ => Err(ToolError::HoldTooLong { hold, longest }),
+            _ => Ok(()),
         }
     }
 
@@ -108,6 +127,12 @@ impl Pace {
             Hold::Forever => "held until told otherwise".to_owned(),
         }
     }
+}
+
+/// What settling and reading leave of what is allowed, to a millisecond, in which a lease is asked for.
+fn left_to_hold(settle: Span, allowed: Span) -> Span {
+    let ms = ((allowed.s - settle.s - READING_S) * 1e3).round();
+    Span { s: ms / 1e3 }
 }
 
 /// A command that drives: it hears Ctrl-C before the board is asked, and says what the board goes on with.
@@ -284,7 +309,9 @@ mod tests {
             (1.0, None, 600.0, Some(600_000)),
             (1.0, None, 3600.0, Some(601_200)),
             (1.0, Some(598.8), 600.0, Some(600_000)),
-            (1.0, Some(598.9), 600.0, None),
+            (1.0, Some(600.0), 600.0, Some(600_000)),
+            (1.0, Some(600.1), 600.0, None),
+            (4.0, Some(2.0), 10.0, Some(6_200)),
             (599.9, None, 600.0, None),
             (7200.0, Some(5.0), 10.0, None),
         ] {

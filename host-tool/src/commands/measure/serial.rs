@@ -20,7 +20,7 @@ const MOST_OF_A_LINE: u64 = 1024;
 /// Readings as they arrive (um).
 pub(super) type Arriving = Receiver<(Instant, f64)>;
 
-/// So many lines without a number among them are no sensor's of which only the first was cut off.
+/// So many lines without a number among them are not what a sensor says only as it is switched on.
 const UNREAD_LINES: usize = 5;
 /// So much of such a line is told (characters).
 const TOLD_OF_A_LINE: usize = 40;
@@ -167,7 +167,7 @@ impl Serial {
 }
 
 /// Reads `device` in a thread of its own for as long as somebody listens; `clock` tells the time of each reading. Whole lines that are no
-/// numbers go to `unread`.
+/// numbers go to `unread`. The first line is passed over: it may have begun before the device was opened.
 fn listen(
     device: File,
     clock: impl Fn() -> Instant + Send + 'static,
@@ -176,7 +176,7 @@ fn listen(
     let (send, arriving) = channel();
     thread::spawn(move || {
         let mut device = BufReader::new(device);
-        let (mut line, mut is_rest) = (Vec::new(), false);
+        let (mut line, mut is_rest) = (Vec::new(), true);
         while let Ok(1..) = (&mut device)
             .take(MOST_OF_A_LINE)
             .read_until(b'\n', &mut line)
@@ -187,13 +187,14 @@ fn listen(
             let text = String::from_utf8_lossy(&line).into_owned();
             line.clear();
             match micrometres(&text) {
-                Some(um) if is_whole => {
+                _ if !is_whole => {}
+                Some(um) => {
                     if send.send((clock(), um)).is_err() {
                         return;
                     }
                 }
                 // Nobody may ask for them any more.
-                _ => drop(unread.send(text)),
+                None => drop(unread.send(text)),
             }
         }
     });
@@ -342,6 +343,8 @@ mod tests {
             let (mut sensor, path) = pseudo_terminal();
             let device = device(&path, None).expect("it opens");
             let serial = Serial::on(path, device);
+            // The end of a line that was begun before.
+            sensor.write_all(b"2.5\n").expect("it is read");
             sensor.write_all(sends.as_bytes()).expect("it is read");
             let heard = runtime().block_on(serial.is_heard());
             heard.map_err(|error| error.to_string())
