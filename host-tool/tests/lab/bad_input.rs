@@ -245,6 +245,23 @@ fn effects_of_ones_own() {
     );
 }
 
+#[test]
+fn one_operating_point_is_compared_and_nothing_is_fitted_to_it() {
+    let place = no_boards();
+    let path = |name: &str| place.path().join(name).display().to_string();
+    let [file, model, page] = [path("one.csv"), path("model.toml"), path("page.html")];
+    let rows: String = (0..30)
+        .map(|n| format!("{n},2.0,0.004692,70.386\n"))
+        .collect();
+    fs::write(&file, format!("t_s,V_V,I_A,z_um\n{rows}")).expect("a file");
+    let one = "all readings are of one operating point, 2 V";
+    refuses(&["fit", "paper", &file, "-o", &model], one);
+    refuses(&["identify", "paper", &file, "-o", &model], one);
+    refuses(&["diagnose", "paper", &file], one);
+    refuses(&["report", &file, "-o", &page], one);
+    assert_eq!(lab(&["compare", "paper", &file]).code, 0);
+}
+
 /// A measurement cannot be made again, whatever else --force may replace.
 #[test]
 fn what_is_read_is_not_overwritten() {

@@ -46,6 +46,17 @@ pub enum InputError {
         /// What it was called before.
         other: String,
     },
+    /// One drive, at which nothing moves: nothing can be fitted to it.
+    #[error(
+        "all readings are of one operating point, {drive}: no parameter and no effect can be told from it"
+    )]
+    #[diagnostic(help(
+        "measure at several drives, from 0 V to the highest, as `measure sweep` does; `compare` takes one point"
+    ))]
+    OnePoint {
+        /// Its drive.
+        drive: String,
+    },
     /// Files of other surroundings in one session, one of which does not say its own.
     #[error("'{file}' does not say at which temperature it was measured, and '{other}' does")]
     #[diagnostic(help(

@@ -20,6 +20,7 @@ pub mod held;
 pub mod import;
 mod keys;
 mod lines;
+mod one_point;
 mod parse;
 mod plane;
 pub mod plausibility;

@@ -103,7 +103,7 @@ pub(crate) fn run(command: EffectCommand, json: bool) -> Result<(), ToolError> {
             output,
         } => {
             let (effect, input) = (named(&effect)?, lab);
-            let lab = Loaded::load(&input)?;
+            let lab = Loaded::load_to_fit(&input)?;
             let file = NewFile::create(output.output, output.force)?.beside(&input.files)?;
             let changed = while_working(REFITTING, json, || {
                 add(
@@ -130,7 +130,7 @@ pub(crate) fn run(command: EffectCommand, json: bool) -> Result<(), ToolError> {
             output,
         } => {
             let input = lab;
-            let lab = Loaded::load(&input)?;
+            let lab = Loaded::load_to_fit(&input)?;
             let file = NewFile::create(output.output, output.force)?.beside(&input.files)?;
             let changed = while_working("refitting", json, || {
                 remove(&lab.model, &effect, &lab.data, &lab.files)

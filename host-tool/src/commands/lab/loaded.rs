@@ -24,13 +24,23 @@ pub(super) struct Loaded {
 
 impl Loaded {
     pub(super) fn load(input: &LabInput) -> Result<Self, ToolError> {
+        Ok(Self::new(model_and_session(input)?))
+    }
+
+    /// The same, of a session that something can be fitted to.
+    pub(super) fn load_to_fit(input: &LabInput) -> Result<Self, ToolError> {
         let (model, session) = model_and_session(input)?;
+        session.check_points()?;
+        Ok(Self::new((model, session)))
+    }
+
+    fn new((model, session): (Model, Session)) -> Self {
         let files = session.files.iter().map(|(name, _)| name.clone()).collect();
-        Ok(Self {
+        Self {
             model,
             data: Dataset::new(&session),
             files,
-        })
+        }
     }
 }
 

@@ -29,7 +29,7 @@ use crate::working::while_working;
 
 /// `fit`: the parameters that the measurements can tell.
 pub(super) fn fit(input: &LabInput, output: ModelOutput, json: bool) -> Result<(), ToolError> {
-    let lab = Loaded::load(input)?;
+    let lab = Loaded::load_to_fit(input)?;
     let file = NewFile::create(output.output, output.force)?.beside(&input.files)?;
     let (model, fitted) = while_working("fitting", json, || {
         identification::fit_and_report(&lab.model, &lab.data, &lab.files)
@@ -41,7 +41,7 @@ pub(super) fn fit(input: &LabInput, output: ModelOutput, json: bool) -> Result<(
 
 /// `identify`: what a calibration needs, as far as the measurements support it.
 pub(super) fn identify(input: &LabInput, output: ModelOutput, json: bool) -> Result<(), ToolError> {
-    let lab = Loaded::load(input)?;
+    let lab = Loaded::load_to_fit(input)?;
     let file = NewFile::create(output.output, output.force)?.beside(&input.files)?;
     let (model, found) = while_working("identifying", json, || {
         identification::identify(&lab.model, &lab.data, &lab.files)
@@ -77,7 +77,7 @@ pub(super) fn compare(ask: Compare, json: bool) -> Result<(), ToolError> {
 pub(super) fn diagnose(ask: Diagnose, json: bool) -> Result<(), ToolError> {
     let create = |path| NewFile::create(path, ask.force)?.beside(&ask.lab.files);
     let propose = ask.propose.map(create).transpose()?;
-    let lab = Loaded::load(&ask.lab)?;
+    let lab = Loaded::load_to_fit(&ask.lab)?;
     let own = ask.effect.iter().map(|path| own_effect(path));
     let own = own.collect::<Result<Vec<_>, _>>()?;
     let asked = Asked {

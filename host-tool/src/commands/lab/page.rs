@@ -42,6 +42,7 @@ pub(crate) fn report(ask: Report, json: bool) -> Result<(), ToolError> {
         files: ask.files,
     };
     let (model, session) = model_and_session(&input)?;
+    session.check_points()?;
     let tried = ask.trial.as_deref().map(Tried::load).transpose()?;
     let Thinned {
         session,
