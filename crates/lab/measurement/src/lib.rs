@@ -26,6 +26,7 @@ mod plane;
 pub mod plausibility;
 mod session;
 mod settled;
+mod stuck;
 mod wholeness;
 mod write;
 

@@ -7,7 +7,7 @@ use crate::keys::{NUMERIC, is_key};
 use crate::lines::{Line, LineError, Lines, MOST_OF_A_LINE};
 use crate::plausibility::Device;
 use crate::wholeness::Wholeness;
-use crate::{InputError, Keys, MeasurementFile, Row, plausibility};
+use crate::{InputError, Keys, MeasurementFile, Row, plausibility, stuck};
 use input_file::ReadError;
 use std::io::{BufRead, Cursor, Seek};
 use std::ops::Range;
@@ -100,7 +100,9 @@ impl<R: BufRead + Seek> Parser<'_, R> {
         if let Some(flaw) = self.wholeness.flaw(&self.file) {
             self.file.keys.set("partial", &flaw);
         }
-        if let Some((row, column, complaint)) = plausibility::check(&self.file, device) {
+        let implausible =
+            plausibility::check(&self.file, device).or_else(|| stuck::check(&self.file));
+        if let Some((row, column, complaint)) = implausible {
             return Err(self.implausible(row, column, complaint));
         }
         if self.file.keys.is_steady() {

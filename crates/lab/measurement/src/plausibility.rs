@@ -47,7 +47,7 @@ impl Default for Device {
     }
 }
 
-type Finding = (usize, Column, Complaint);
+pub(crate) type Finding = (usize, Column, Complaint);
 
 /// The first implausible thing of a file: row, column, complaint.
 pub(crate) fn check(file: &MeasurementFile, device: &Device) -> Option<Finding> {
@@ -181,7 +181,7 @@ fn displacement_unit(file: &MeasurementFile) -> Option<Finding> {
 }
 
 /// Whether the drive moves what the sensor reads: on resistors, or past the mirror, it reads its noise.
-fn moves(file: &MeasurementFile) -> bool {
+pub(crate) fn moves(file: &MeasurementFile) -> bool {
     let (heating, z): (Vec<f64>, Vec<f64>) = file
         .rows
         .iter()
