@@ -340,6 +340,13 @@ fn a_temperature_that_follows_the_drive_is_no_room_s() {
 }
 
 #[test]
+fn channels_may_count_from_0() {
+    let text = b"V0 (V),V1 (V),V2 (V),V3 (V),z (um)\n0,0,0,0,0\n1,2,3,3.5,70\n";
+    let imported = guessed(text, false);
+    assert_eq!(imported.file.rows[1].voltage_v, [1.0, 2.0, 3.0, 3.5]);
+}
+
+#[test]
 fn a_drive_that_was_read_off_is_settled_at_its_holds() {
     let sample = |row: usize| {
         let volts = row / 50;

@@ -26,11 +26,13 @@ pub struct Assignment {
 
 /// The quantities that the headings of a table's columns say, with their units: `Voltage (mV)`, `I [mA]`, `t/s`, `height_nm`.
 pub fn guesses(table: &Table) -> Vec<Assignment> {
+    let mut headings = table.names.iter().map(|name| bare(name));
+    let is_from_0 =
+        headings.any(|bare| bare.ends_with('0') && quantity::named_from(0, bare).is_some());
+    let first = if is_from_0 { 0 } else { 1 };
     let guess = |(source, name): (usize, &String)| {
         let heading = Heading::read(name);
-        // A unit in brackets and nothing else names its quantity without them.
-        let bare = heading.quantity.trim_matches(['(', ')', '[', ']']);
-        let column = quantity::named(bare)?;
+        let column = quantity::named_from(first, bare(name))?;
         let stated = heading.unit.map(Unit::read);
         // What has a unit of something else is something else.
         if stated.is_some_and(|unit| unit.is_none_or(|unit| !unit.is_of(column))) {
@@ -54,6 +56,12 @@ pub fn guesses(table: &Table) -> Vec<Assignment> {
         guesses.retain(|a| a.column != Column::Ambient || is_room(a));
     }
     guesses
+}
+
+/// The quantity of a heading. A unit in brackets and nothing else names its quantity without them.
+fn bare(heading: &str) -> &str {
+    let brackets = ['(', ')', '[', ']'];
+    Heading::read(heading).quantity.trim_matches(brackets)
 }
 
 impl Assignment {

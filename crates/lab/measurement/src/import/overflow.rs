@@ -7,9 +7,12 @@ use super::table::Table;
 /// eighth digit.
 const LEAST: f64 = 9.8e37;
 
+/// What loggers write for a reading that they lost: the value without data of Esri's ASCII raster, and with a digit more.
+const LOST: [f64; 2] = [-9999.0, -99_999.0];
+
 /// Whether a number is no reading, of whichever sign.
 pub(super) fn is_one(number: f64) -> bool {
-    number.abs() >= LEAST
+    number.abs() >= LEAST || LOST.contains(&number)
 }
 
 /// How many there are in the columns that are taken, a sentence each.
@@ -23,7 +26,7 @@ pub(super) fn sentences(table: &Table, assignments: &[Assignment]) -> Vec<String
             _ => format!("{found} readings"),
         };
         Some(format!(
-            "{readings} of {} as large as 9.9E37 or infinite, by which an instrument says that it read nothing, count as missing",
+            "{readings} of {} of -9999, or as large as 9.9E37 or infinite, by which an instrument says that it read nothing, count as missing",
             assignment.quantity()
         ))
     };
@@ -37,20 +40,23 @@ mod tests {
 
     #[test]
     fn what_an_instrument_could_not_read_is_missing_and_counted() {
-        let text = "t,V,z,I\n0,0,0,0\n1,1,9.9E37,1e-3\n2,2,-9.9E+37,inf\n3,2,9.91e37,-Infinity\n4,9.8999998e37,5,2e-3\n5,2,NaN,2e-3\n";
+        let text = "t,V,z,I\n0,0,0,0\n1,1,9.9E37,1e-3\n2,2,-9.9E+37,inf\n3,2,9.91e37,-Infinity\n4,9.8999998e37,5,2e-3\n5,2,NaN,2e-3\n6,3,-9999,4e-3\n";
         let table = Table::read(text.as_bytes()).expect("a table");
         let imported = import(&table, &guesses(&table), false).expect("a measurement");
         let z: Vec<_> = imported.file.rows.iter().map(|row| row.z_um).collect();
-        assert_eq!(z, [Some(0.0), None, None, None, None]);
+        assert_eq!(z, [Some(0.0), None, None, None, None, None]);
         let amperes: Vec<_> = imported
             .file
             .rows
             .iter()
             .map(|row| row.current_a[0])
             .collect();
-        assert_eq!(amperes, [Some(0.0), Some(1e-3), None, None, Some(2e-3)]);
+        assert_eq!(
+            amperes,
+            [Some(0.0), Some(1e-3), None, None, Some(2e-3), Some(4e-3)]
+        );
         for words in [
-            "3 readings of z_um",
+            "4 readings of z_um",
             "2 readings of I_A",
             "1 reading of V_V",
             "1 row without a time or a drive is left out",

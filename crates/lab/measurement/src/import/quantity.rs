@@ -71,9 +71,15 @@ const CHANNELS: [&str; 4] = ["_ch", "_channel", "_kanal", "_actuator"];
 
 /// The quantity of this name; with a number from 1 to 4 behind it, that of one actuator.
 pub(super) fn named(name: &str) -> Option<Column> {
+    named_from(1, name)
+}
+
+/// The same where actuators count from another number.
+pub(super) fn named_from(first: u32, name: &str) -> Option<Column> {
     let name = key(name);
     let whole = NAMES.iter().find(|(known, _)| *known == name);
-    whole.map(|&(_, column)| column).or_else(|| of_one(&name))
+    let of_all = whole.map(|&(_, column)| column);
+    of_all.or_else(|| of_one(first, &name))
 }
 
 /// Names of temperatures of anything.
@@ -97,9 +103,9 @@ pub(super) fn key(name: &str) -> String {
     words.join("_").to_lowercase()
 }
 
-fn of_one(name: &str) -> Option<Column> {
+fn of_one(first: u32, name: &str) -> Option<Column> {
     let number = name.chars().last()?.to_digit(10)?;
-    let actuator = number.checked_sub(1).filter(|&index| index < 4)? as usize;
+    let actuator = number.checked_sub(first).filter(|&index| index < 4)? as usize;
     let all = name[..name.len() - 1].trim_end_matches('_');
     let mut channels = CHANNELS.iter();
     let quantity = channels.find_map(|channel| all.strip_suffix(channel));
@@ -129,10 +135,13 @@ mod tests {
             ("z1", None),
             ("1", None),
             ("CH1", None),
+            ("V0", None),
             ("", None),
         ] {
             assert_eq!(named(name), column, "{name}");
         }
+        assert_eq!(named_from(0, "V0"), Some(Column::Voltage(0)));
+        assert_eq!(named_from(0, "Strom 3"), Some(Column::Current(3)));
     }
 
     #[test]
