@@ -1,8 +1,9 @@
 //! What to measure next: of what this board and its bench can run, where the rivals' predictions differ most.
 
 use crate::menu::{Offer, ROOM_C, beside, highest_drive_v, menu, position_noise_um, with_currents};
-use crate::proposal::{Next, NextMeasurement};
+use crate::proposal::{Next, NextMeasurement, Proposal};
 use crate::residual_space::ResidualSpace;
+use experiments::Measurement;
 use identification::base::identifiable;
 use identification::dataset::Dataset;
 use identification::parameter::FreeParameter;
@@ -103,12 +104,26 @@ fn most_telling(
         .filter(|&(_, size)| size > enough)
 }
 
-/// What to measure where a session shows next to nothing, if there is a channel that it lacks.
+/// What to measure where a session shows next to nothing: a channel that it lacks, or what it has only settled readings or one
+/// experiment of.
 pub(crate) fn more(session: &Dataset) -> Option<NextMeasurement> {
-    let with_currents = with_currents(session, highest_drive_v(session));
-    (!session.has_current()).then(|| NextMeasurement {
-        why: with_currents.what.into(),
-        how: with_currents.proposal.into(),
+    let top_v = highest_drive_v(session);
+    let with_currents = with_currents(session, top_v);
+    if !session.has_current() {
+        return Some(NextMeasurement {
+            why: with_currents.what.into(),
+            how: with_currents.proposal.into(),
+        });
+    }
+    let is_little = session.is_steady || session.experiments.len() == 1;
+    let whole = Proposal {
+        measurement: Measurement::Session { max_v: top_v },
+        ambient_c: None,
+        name: None,
+    };
+    (is_little && !session.is_of_heaters()).then(|| NextMeasurement {
+        why: "measure sweep, steps, sines and single actuators: a few readings are fitted whatever is missing".into(),
+        how: whole.into(),
     })
 }
 
@@ -134,10 +149,8 @@ fn difference(model: &Model, plan: &Dataset, first: &Active, second: &Active) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::proposal::Proposal;
-    use experiments::Measurement;
     use experiments::instruments::POSITION_NOISE_UM;
-    use identification::dataset::Channel;
+    use identification::dataset::{Channel, Observation};
     use mirror_model::effect::find;
     use mirror_model::{Preset, Symbol};
 
@@ -194,6 +207,34 @@ mod tests {
                 "{first}, {second}: {next:?}"
             );
         }
+    }
+
+    #[test]
+    fn a_few_points_are_followed_by_a_session() {
+        let sweep = menu(3.5).into_iter();
+        let mut sweep = sweep.filter(|offer| offer.what == "repeat the sweep");
+        let mut points = sweep.next().expect("on the menu").plan(POSITION_NOISE_UM);
+        let is_displacement = |o: &Observation| o.channel == Channel::Displacement;
+        points.observations.retain(is_displacement);
+        let name = |session: &Dataset| {
+            let next = more(session).expect("a measurement");
+            measurement(&next).expect("of the board").name
+        };
+        assert!(name(&points).is_some());
+        let mut current = points.observations[0];
+        current.channel = Channel::Current(0);
+        points.observations.push(current);
+        points.experiments = vec!["sweep".into()];
+        assert_eq!(name(&points), None);
+        let next = more(&points).expect("a measurement");
+        let whole = Measurement::Session { max_v: 3.5 };
+        assert_eq!(
+            measurement(&next).map(|p| p.measurement.clone()),
+            Some(whole)
+        );
+        // Of a whole session nothing is known that would show more.
+        points.experiments.push("step".into());
+        assert_eq!(more(&points), None);
     }
 
     #[test]

@@ -68,7 +68,13 @@ impl fmt::Display for Diagnosed<'_> {
         }
         if let Some(measurements) = &self.gains.measurements {
             let heading = "Measure besides, what helps most first:";
-            let none = "No measurement of this board and its bench alone would show more";
+            let none = match measurements.is_empty() {
+                true => {
+                    "What another measurement would show cannot be foretold of settled readings, or of a heater: measure a session, and \
+                     ask again"
+                }
+                false => "No measurement of this board and its bench alone would show more",
+            };
             list(f, measurements, heading, none)?;
         }
         Ok(())
