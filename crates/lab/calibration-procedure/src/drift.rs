@@ -3,7 +3,7 @@
 //! Where sensor, stage, room or air change in between, all that is measured later is of what is there then: tables, refinement and trial
 //! agree with each other, and contradict only what was measured before. So the same drives are read first and last, each time from rest.
 
-use experiments::calibration::{CHECKED_READINGS, CHECKED_SHARES};
+use experiments::calibration::{CHECKED_ALONE, CHECKED_READINGS, CHECKED_SHARES};
 use measurement::{MeasurementFile, Row, median};
 
 /// Where the mirror stands at the same drive may move by so much (um): as far as it may be off in any room (`docs/requirements.md`), and as
@@ -105,8 +105,10 @@ pub(crate) struct DriftCheck {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Level {
     drive_v: f64,
+    /// Of all four actuators.
+    is_of_all: bool,
     z_um: Option<f64>,
-    /// Of a heater, the mean of all, where there is a drive.
+    /// Of a heater, the mean of those that are driven.
     power_w: f64,
     resistance_ohm: f64,
 }
@@ -123,7 +125,7 @@ impl DriftCheck {
     /// What a file says of it.
     pub(crate) fn of(file: &MeasurementFile) -> Self {
         let chance_um = CHANCE * file.keys.displacement_noise_um().unwrap_or(0.0);
-        let driven = CHECKED_SHARES.len() * CHECKED_READINGS;
+        let driven = (CHECKED_SHARES.len() + CHECKED_ALONE) * CHECKED_READINGS;
         let (driven, at_rest) = file.rows.split_at(driven.min(file.rows.len()));
         let seconds = || driven.chunks(CHECKED_READINGS);
         let last = at_rest.chunks(CHECKED_READINGS).next_back();
@@ -219,7 +221,8 @@ impl DriftCheck {
 
     /// On the line through the least and the most that is driven.
     fn heat(&self) -> Option<Heat> {
-        let driven = || self.levels.iter().filter(|level| level.drive_v > 0.0);
+        let is_driven = |level: &&Level| level.is_of_all && level.drive_v > 0.0;
+        let driven = || self.levels.iter().filter(is_driven);
         let by_drive = |one: &&Level, other: &&Level| one.drive_v.total_cmp(&other.drive_v);
         let (low, high) = (driven().min_by(by_drive)?, driven().max_by(by_drive)?);
         let loss_w_per_ohm =
@@ -246,8 +249,14 @@ impl Level {
     fn of(rows: &[Row]) -> Self {
         let late = &rows[rows.len() / 2..];
         let z_um: Vec<f64> = late.iter().filter_map(|row| row.z_um).collect();
+        // The others show their resistance by a little where one is driven alone.
+        let is_driven = |row: &Row, drive_v: f64| {
+            let highest_v = row.voltage_v.into_iter().fold(0.0, f64::max);
+            drive_v > 0.5 * highest_v
+        };
         let currents = late.iter().flat_map(|row| {
-            let driven = row.voltage_v.into_iter().zip(row.current_a);
+            let each = row.voltage_v.into_iter().zip(row.current_a);
+            let driven = each.filter(move |(drive_v, _)| is_driven(row, *drive_v));
             driven.filter_map(|(drive_v, current_a)| Some((drive_v, current_a?)))
         });
         let currents: Vec<(f64, f64)> = currents.collect();
@@ -256,6 +265,9 @@ impl Level {
         };
         Self {
             drive_v: mean(|(drive_v, _)| *drive_v),
+            is_of_all: late
+                .iter()
+                .all(|row| row.voltage_v.iter().all(|v| is_driven(row, *v))),
             z_um: (!z_um.is_empty()).then(|| median(z_um)),
             power_w: mean(|(drive_v, current_a)| drive_v * current_a),
             resistance_ohm: mean(|(drive_v, current_a)| drive_v / current_a),

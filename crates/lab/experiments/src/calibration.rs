@@ -1,6 +1,9 @@
 //! What refines and tries a calibration: positions all over the range that the board reaches with it.
 
-use crate::experiment::{Experiment, Signal, Wave};
+use std::iter;
+
+use crate::experiment::{Experiment, Quantity, Run, Signal, Wave};
+use crate::reading::Reading;
 
 /// The part of what the highest drive reaches that is used: up there nothing is left to correct with.
 pub const RANGE: f64 = 0.99;
@@ -52,6 +55,9 @@ const RINGING_AFTER_S: f64 = 2.0;
 /// What is measured first and last, as shares of the highest drive: at rest, at the top, half way, and hardly driven, where heaters tell the
 /// room.
 pub const CHECKED_SHARES: [f64; 4] = [0.0, 1.0, 0.5, 0.1];
+/// Then so many actuators alone at the highest drive: two neighbours tilt the plate about both its axes by degrees, so that a spot which has
+/// moved reads another height.
+pub const CHECKED_ALONE: usize = 2;
 /// Each is held so long (s), as the steps of a sweep are.
 const CHECKED_S: f64 = 1.0;
 /// After them the mirror cools so long (s), four of the time constants of the paper's frame, 4.7 s; and before them, where it was driven until
@@ -123,17 +129,23 @@ pub fn ringing(max_v: f64) -> Experiment {
         .after(RINGING_AFTER_S)
 }
 
-/// What is measured first and last on a board that drives up to `max_v`, so that what moves in between shows: [`CHECKED_SHARES`] and a rest.
+/// What is measured first and last on a board that drives up to `max_v`, so that what moves in between shows: [`CHECKED_SHARES`],
+/// [`CHECKED_ALONE`] and a rest.
 pub fn drift_check(max_v: f64) -> Experiment {
     let held = |share: f64, seconds: f64| {
         let readings = (seconds * CHECKED_READINGS as f64).round() as usize;
-        std::iter::repeat_n(share * max_v, readings)
+        vec![share * max_v; readings]
     };
-    let driven = CHECKED_SHARES
-        .into_iter()
-        .flat_map(|share| held(share, CHECKED_S));
-    let values: Vec<f64> = driven.chain(held(0.0, CHECKED_REST_S)).collect();
-    Experiment::held(&values, CHECKED_S / CHECKED_READINGS as f64).named("drift check")
+    let run = |quantity: Quantity, values: Vec<f64>| {
+        let dwell_s = CHECKED_S / CHECKED_READINGS as f64;
+        Run::new(quantity, Signal::Steps { values, dwell_s })
+    };
+    let together = CHECKED_SHARES.map(|share| held(share, CHECKED_S)).concat();
+    let alone = (0..CHECKED_ALONE).map(|it| run(Quantity::alone(it), held(1.0, CHECKED_S)));
+    let runs = iter::once(run(Quantity::TOGETHER, together))
+        .chain(alone)
+        .chain([run(Quantity::TOGETHER, held(0.0, CHECKED_REST_S))]);
+    Experiment::new("drift check", Reading::EndOfDwell, runs.collect())
 }
 
 /// What refines a calibration that reaches up to `top_um`, where a sensor is read at every tick: jumps all over the range,
@@ -149,7 +161,7 @@ pub fn moves(effort: &Effort, top_um: f64) -> Vec<Experiment> {
         Experiment::along(&format!("moves_{hz}"), signal, SINE_CYCLES, SINE_READINGS)
             .after(SINE_AFTER_S)
     };
-    std::iter::once(jumps).chain(SINES.map(sine)).collect()
+    iter::once(jumps).chain(SINES.map(sine)).collect()
 }
 
 /// What corrects the tables of a calibration that reaches up to `top_um`, where a sensor is read at rest. There and back:
@@ -232,7 +244,7 @@ pub fn jump_shares() -> impl Iterator<Item = f64> {
         let far = (BEGIN + STRIDE * k as f64).fract();
         [far, near(far, NEAR[k % NEAR.len()])]
     });
-    std::iter::once(1.0).chain(places)
+    iter::once(1.0).chain(places)
 }
 
 fn wave((mean, amplitude): (f64, f64), top_um: f64, frequency_hz: f64) -> Wave {
@@ -246,6 +258,7 @@ fn wave((mean, amplitude): (f64, f64), top_um: f64, frequency_hz: f64) -> Wave {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::instruments::SENSE_BIAS_V;
 
     const TOP_UM: f64 = 170.0;
 
@@ -273,8 +286,8 @@ mod tests {
     #[test]
     fn a_drift_check_begins_and_ends_at_rest() {
         let check = drift_check(3.5);
-        // Four drives of a second, and 20 s at rest.
-        assert!((check.duration_s() - 24.0).abs() < 1e-9);
+        // Four drives and two of one actuator, of a second each, and 20 s at rest.
+        assert!((check.duration_s() - 26.0).abs() < 1e-9);
         let dwells = check.dwells().expect("drives");
         let volts: Vec<f64> = dwells.iter().map(|dwell| dwell.to_v[2]).collect();
         let seconds: Vec<&[f64]> = volts.chunks(CHECKED_READINGS).collect();
@@ -282,7 +295,11 @@ mod tests {
         assert!(seconds.iter().all(is_held));
         let of_each: Vec<f64> = seconds.iter().map(|second| second[0]).collect();
         assert_eq!(of_each[..4], [0.0, 3.5, 1.75, 0.1 * 3.5]);
-        assert_eq!(of_each[4..], [0.0; 20]);
+        // Two others alone, by which this one shows its resistance.
+        assert_eq!(of_each[4..6], [SENSE_BIAS_V; 2]);
+        assert_eq!(of_each[6..], [0.0; 20]);
+        let alone = dwells[5 * CHECKED_READINGS].to_v;
+        assert_eq!(alone[..2], [SENSE_BIAS_V, 3.5]);
     }
 
     #[test]

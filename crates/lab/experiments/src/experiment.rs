@@ -324,7 +324,7 @@ impl Experiment {
         Self::new(name, Reading::Evenly { readings }, vec![run])
     }
 
-    fn new(name: &str, reading: Reading, runs: Vec<Run>) -> Self {
+    pub(crate) fn new(name: &str, reading: Reading, runs: Vec<Run>) -> Self {
         Self {
             name: name.to_owned(),
             rest_s: 0.0,

@@ -7,19 +7,39 @@ fn check(warmer_k: f64, air: f64, sensor_um: f64, tilt: f64) -> DriftCheck {
     const COLD_OHM: f64 = 360.0;
     const LOSS_W_PER_K: f64 = 2.5e-4;
     const UM_PER_K: f64 = 1.7;
+    /// By which the others show their resistance.
+    const BIAS_V: f64 = 0.2;
     let mut file = MeasurementFile::default();
-    for (drive_v, seconds) in [(0.0, 1), (3.5, 1), (1.75, 1), (0.35, 1), (0.0, 20)] {
+    // Of an actuator alone the plate goes a quarter of the way, and tilts as much more as its half width is of its levers' length.
+    const ALONE: (f64, f64) = (0.25, 10.0);
+    let levels = [
+        (0.0, 4, 1),
+        (3.5, 4, 1),
+        (1.75, 4, 1),
+        (0.35, 4, 1),
+        (3.5, 1, 2),
+        (0.0, 4, 20),
+    ];
+    for (drive_v, driven, seconds) in levels {
         // The power at a resistance that the power makes.
         let mut rise_k = 0.0;
         let ohm = |rise_k: f64| COLD_OHM * (1.0 + TCR_PER_K * (warmer_k + rise_k));
         for _ in 0..50 {
             rise_k = drive_v * drive_v / ohm(rise_k) / (air * LOSS_W_PER_K);
         }
-        let way_um = UM_PER_K * (warmer_k + rise_k);
+        let (part, tilted) = if driven == 4 {
+            (1.0, tilt)
+        } else {
+            (ALONE.0, ALONE.1 * tilt)
+        };
+        let way_um = UM_PER_K * (warmer_k + part * rise_k);
+        let of_driven = |value: f64, of_others: f64| {
+            std::array::from_fn(|i| if i < driven { value } else { of_others })
+        };
         let row = Row {
-            voltage_v: [drive_v; 4],
-            current_a: [Some(drive_v / ohm(rise_k)); 4],
-            z_um: Some(sensor_um + (1.0 + tilt) * way_um),
+            voltage_v: of_driven(drive_v, BIAS_V),
+            current_a: of_driven(drive_v / ohm(rise_k), BIAS_V / COLD_OHM).map(Some),
+            z_um: Some(sensor_um + (1.0 + tilted) * way_um),
             ..Row::default()
         };
         file.rows.extend(vec![row; seconds * CHECKED_READINGS]);
@@ -50,8 +70,14 @@ fn what_has_moved_a_little_is_told_as_much_wider() {
 fn what_has_moved_far_is_called_by_its_name() {
     let stage = against(&check(0.0, 1.0, 2.0, 0.0));
     assert!(matches!(stage, Err(Drift::Moved { moved_um, .. }) if (moved_um - 2.0).abs() < 1e-9));
-    let spot = against(&check(0.0, 1.0, 0.0, 0.02));
-    assert!(matches!(spot, Err(Drift::Moved { drive_v: 3.5, moved_um }) if moved_um > 1.0));
+    // Less than that shows where all are driven alike.
+    for tilt in [0.02, 0.004] {
+        let spot = against(&check(0.0, 1.0, 0.0, tilt));
+        assert!(
+            matches!(spot, Err(Drift::Moved { drive_v: 3.5, moved_um }) if moved_um > 1.0),
+            "{spot:?}"
+        );
+    }
     for kelvins in [2.0, -5.0] {
         let room = against(&check(kelvins, 1.0, 0.0, 0.0));
         // A line through the heaters' power and resistance is straight to a percent.
@@ -90,7 +116,7 @@ fn a_reading_that_is_missing_or_wrong_is_no_matter() {
 fn resting(before_um: f64, after_um: f64) -> DriftCheck {
     let mut check = check(0.0, 1.0, 0.0, 0.0);
     check.levels[0].z_um = Some(before_um);
-    check.levels[4].z_um = Some(after_um);
+    check.levels[6].z_um = Some(after_um);
     check
 }
 
