@@ -22,6 +22,8 @@ const BENDS: usize = 3;
 /// How fast it tells more where its curve was only continued, over the place (K): of a tenth of the range 1 K, three times what the paper's
 /// virtual mirror tells.
 const FURTHER_K: f64 = 10.0;
+/// And the same of how much further an actuator goes there: three times the 3 % that are told of what nobody tried.
+const FURTHER: f64 = 0.1;
 /// Standard deviations of what is sought, before anything was measured: a term of a shape, as a part of the range (that of a table that
 /// nobody tried); a share, of which four make one piston; the shared part of a pole, which is anything from 0 to 1; the growth of the
 /// loss (1/K), of which 3 % of a loss at some 60 K make 3e-4.
@@ -108,6 +110,8 @@ struct Read {
 pub(super) struct Found {
     /// Coefficients of what each actuator's shape is apart from its table, as parts of the range.
     shapes: [[f64; TERMS]; CHANNELS],
+    /// By how much more it goes for each part of the range beyond what was tried.
+    further: Each,
     /// What each actuator's position adds to the coordinates (um/um).
     pub(super) shares: Matrix3x4<f64>,
     /// How they share and lose their heat.
@@ -235,7 +239,7 @@ impl PlateFit {
     }
 
     fn unknowns(&self) -> usize {
-        CHANNELS * (TERMS + 3 + 1 + BENDS + 1 + 2) + self.poles.len() + 3 + 1 + 1 + 1
+        CHANNELS * (TERMS + 3 + 1 + 1 + BENDS + 1 + 2) + self.poles.len() + 3 + 1 + 1 + 1
     }
 
     /// In standard deviations from the former calibration.
@@ -254,6 +258,7 @@ impl PlateFit {
         let zero_um = Vector3::new(ZERO_UM, ZERO_TILT_UM, ZERO_TILT_UM).map(|um| um * next());
         let room_k = ROOM_K * next();
         let bends_k = std::array::from_fn(|_| std::array::from_fn(|_| TOLD_K * next()));
+        let further = std::array::from_fn(|_| FURTHER * next());
         let further_k = std::array::from_fn(|_| FURTHER_K * next());
         let more: Each = std::array::from_fn(|_| GAIN * next());
         let in_common = mean(&more);
@@ -268,6 +273,7 @@ impl PlateFit {
         let sensed_crosstalk = self.sensed_crosstalk + SENSED_CROSSTALK * next();
         Found {
             shapes,
+            further,
             shares,
             heat,
             zero_um,
@@ -302,7 +308,7 @@ impl PlateFit {
                 .into_iter()
                 .chain(self.heat.growths.iter().map(growth))
                 .chain(parts)
-                .chain([ANY; 3 + 1 + CHANNELS * (BENDS + 1)])
+                .chain([ANY; 3 + 1 + CHANNELS * (BENDS + 2)])
                 .chain([open(-MOST_GAINS, MOST_GAINS); 2 * CHANNELS])
                 .chain([ANY; 2]),
         )
@@ -404,20 +410,29 @@ impl Found {
     pub(super) fn shape_um(&self, actuator: usize, place: f64, top_um: f64) -> f64 {
         let terms: [f64; TERMS] = bend_terms(place);
         let products = terms.iter().zip(&self.shapes[actuator]);
-        top_um * (place + products.map(|(term, part)| term * part).sum::<f64>())
+        let further = self.further[actuator] * (place - self.tried).max(0.0);
+        top_um * (place + further + products.map(|(term, part)| term * part).sum::<f64>())
     }
 
     /// What an actuator's resistance tells more than its curve in the same room, at a place as a part of the range (K).
     fn told_more_k(&self, actuator: usize, place: f64) -> f64 {
-        let [constant, slope, bend] = self.bends_k[actuator];
-        let further = self.further_k[actuator] * (place - self.tried).max(0.0);
-        constant + place * (slope + place * bend) + further
+        self.bend_k(actuator, place) + self.told_further_k(actuator, place)
     }
 
-    /// The same, less what all four have in common, which may be the room's.
+    /// The same, less what all four have in common, which may be the room's where the curves were tried.
     pub(super) fn told_apart_k(&self, actuator: usize, place: f64) -> f64 {
-        let all = std::array::from_fn(|i| self.told_more_k(i, place));
-        all[actuator] - mean(&all)
+        let all = std::array::from_fn(|i| self.bend_k(i, place));
+        all[actuator] - mean(&all) + self.told_further_k(actuator, place)
+    }
+
+    fn bend_k(&self, actuator: usize, place: f64) -> f64 {
+        let [constant, slope, bend] = self.bends_k[actuator];
+        constant + place * (slope + place * bend)
+    }
+
+    /// Where its curve was only continued.
+    fn told_further_k(&self, actuator: usize, place: f64) -> f64 {
+        self.further_k[actuator] * (place - self.tried).max(0.0)
     }
 
     /// The piston where all four tables say the same place (um).
@@ -448,5 +463,6 @@ impl Found {
         let [first, others @ ..] = &mut self.shapes[actuator];
         *first = factor * (1.0 + *first) - 1.0;
         others.iter_mut().for_each(|part| *part *= factor);
+        self.further[actuator] *= factor;
     }
 }

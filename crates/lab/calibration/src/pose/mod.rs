@@ -85,6 +85,8 @@ pub fn poses_to_measure(calibration: &Calibration, top_um: f64) -> Vec<PlatePose
     /// mirror takes long to cool, before anything else and from above. Half and a quarter of a step between levels, and nearly the end: a choice.
     const LOW: [f64; 2] = [0.04, 0.02];
     const HIGH: f64 = 0.99;
+    /// Steps from where the calibration was tried to there: as many as leave each a hundredth of the range.
+    const UNTRIED_LEVELS: usize = 8;
     /// Parts of the largest tilt there is, and none of its end, where limits act: a choice.
     const PARTS: [f64; 3] = [0.15, 0.45, 0.8];
     let parts = calibration.parts();
@@ -109,6 +111,13 @@ pub fn poses_to_measure(calibration: &Calibration, top_um: f64) -> Vec<PlatePose
             let most_rad = drives.largest_tilt_rad(reach.largest_tilt_rad(z_um, direction), tilted);
             poses.push(tilted(part * most_rad));
         }
+    }
+    let tried_um = f64::from(parts.residual.tried.0);
+    if parts.residual.is_tried() && tried_um < HIGH * top_um {
+        let steps = 1..UNTRIED_LEVELS;
+        let part = |step: usize| step as f64 / UNTRIED_LEVELS as f64;
+        let there = steps.map(|step| tried_um + part(step) * (HIGH * top_um - tried_um));
+        poses.extend(there.map(level));
     }
     poses.push(level(HIGH * top_um));
     poses
