@@ -13,8 +13,7 @@ use super::client::Serving;
 /// How fast the board's time passes by the wall's clock: a move of 50 ms is asked about on its way, on a machine with other work.
 const SLOWLY: Speed = Speed::Times(0.05);
 
-/// A bench whose board has the factory's calibration, the levers of the virtual mirror's plate, and the word of a trial: a
-/// calibration that was tried leaves no part of a displacement open.
+/// A bench whose board has the factory's calibration, the levers of the virtual mirror's plate, and the word of a trial.
 fn calibrated(change: impl FnOnce(&mut Parts)) -> Serving {
     let bench = Bench::changed(|new| new.speed = SLOWLY);
     let lever_um = MirrorConfig::bench().plate.lever_um as f32;
@@ -23,6 +22,7 @@ fn calibrated(change: impl FnOnce(&mut Parts)) -> Serving {
         plate: Plate::cross(Micrometre(lever_um)),
         residual: Residual {
             piston: Micrometre(0.1),
+            tried: factory.calibration.max_position(),
             apart: 1e-3,
             ..Residual::UNKNOWN
         },
