@@ -234,22 +234,23 @@ fn what_is_cut_short_leaves_the_calibration_of_before() {
     );
 }
 
-/// Wherever the first drift check is, it is moved on the way.
+/// It sinks within the first minute, after the first drift check at the latest.
 #[test]
+#[ignore = "long"]
 fn a_stage_that_is_not_held_keeps_nothing() {
     let bench = Bench::emulated(MirrorConfig::draw(Family::B, 77));
     let mut tool = bench.start_tool(&["calibrate", "--quick"]);
-    let mut heights_um = [-2.0, 0.0].into_iter().cycle();
-    while tool.try_wait().expect("it runs here").is_none() {
-        bench
-            .controls()
-            .move_stage(heights_um.next().expect("a cycle"));
-        // Asking paces itself.
-        bench.json(&["status"]);
-    }
+    bench.wait_for_status("driven up", |status| {
+        status["drive_v"][0].as_f64().is_some_and(|v| v > 3.0)
+    });
+    bench.controls().move_stage(-2.0);
     let said = BufReader::new(tool.stderr.take().expect("it is piped"));
     let said = gave_up(&bench, (tool, said));
-    assert!(said.contains("did not stay as they were"), "{said}");
+    let in_the_check = said.contains("did not stay as they were");
+    assert!(
+        in_the_check || said.contains("mirror or sensor have moved"),
+        "{said}"
+    );
 }
 
 #[test]

@@ -46,7 +46,7 @@ impl Curve {
         self.x[self.x.len() - 1]
     }
 
-    /// Its value; beyond its ends it goes on straight.
+    /// Its value; beyond its ends it goes on straight. NaN where `x` is.
     pub(crate) fn at(&self, x: f64) -> f64 {
         let last = self.x.len() - 1;
         if x <= self.x[0] {
@@ -55,7 +55,9 @@ impl Curve {
         if x >= self.x[last] {
             return self.y[last] + self.slope[last] * (x - self.x[last]);
         }
-        let i = self.x.partition_point(|knot| *knot <= x) - 1;
+        let Some(i) = self.x.partition_point(|knot| *knot <= x).checked_sub(1) else {
+            return x;
+        };
         let h = self.x[i + 1] - self.x[i];
         let t = (x - self.x[i]) / h;
         let rest = 1.0 - t;
@@ -91,6 +93,13 @@ mod tests {
             // A share of the range: 1e-6 of 174 um are 0.2 nm, a fiftieth of what a table may be off by (docs/requirements.md).
             assert!((curve.at(x) - (x + 0.3 * x * x)).abs() < 1e-6, "{x}");
         }
+    }
+
+    /// A fit may try a heater whose loss falls until it runs away.
+    #[test]
+    fn what_is_no_number_has_no_value() {
+        let curve = Curve::new(vec![0.0, 1.0], vec![0.0, 2.0]).expect("rising");
+        assert!(curve.at(f64::NAN).is_nan());
     }
 
     #[test]
