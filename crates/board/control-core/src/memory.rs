@@ -232,26 +232,22 @@ impl MemoryInverse {
         self.pull(state, before_creep);
     }
 
-    /// The plays are pulled along to where the actuator is, the narrowest first. Where one is not, no wider one is: each is held within the
-    /// next one's radius less its own, all but what one lets go of sooner than the other, in a round of turns.
+    /// The plays are pulled along to where the actuator is.
     #[inline(always)]
     fn pull(&self, state: &mut MemoryState, before_creep: f32) {
+        let mut x = self.gain * before_creep;
         let mut slope = self.gain;
         for (play, held) in self.plays.iter().zip(&mut state.plays) {
             let (low, high) = (before_creep - play.radius, before_creep + play.radius);
             if *held < low {
                 *held = low;
+                slope += play.weight;
             } else if *held > high {
                 *held = high;
-            } else {
-                break;
+                slope += play.weight;
             }
-            slope += play.weight;
+            x += play.weight * *held;
         }
-        let plays = self.plays.iter().zip(&state.plays);
-        let x = plays.fold(self.gain * before_creep, |x, (play, held)| {
-            x + play.weight * held
-        });
         state.offset = x - slope * state.position;
         state.slope = slope;
     }
