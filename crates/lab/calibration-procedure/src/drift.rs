@@ -3,6 +3,7 @@
 //! Where sensor, stage, room or air change in between, all that is measured later is of what is there then: tables, refinement and trial
 //! agree with each other, and contradict only what was measured before. So the same drives are read first and last, each time from rest.
 
+use control_core::design::FILM_TCR_PER_K;
 use experiments::calibration::{CHECKED_ALONE, CHECKED_READINGS, CHECKED_SHARES};
 use measurement::{MeasurementFile, Row, median};
 
@@ -24,8 +25,6 @@ pub(crate) const RESTS: usize = 3;
 /// and 1.3e-4.
 const SAME_ROOM_K: f64 = 0.1;
 const SAME_LOSS: f64 = 1e-3;
-/// Temperature coefficient of a platinum film (1/K), as the factory's model has it (`mirror-model`).
-const TCR_PER_K: f64 = 3.92e-3;
 
 /// What was measured first and last contradicts each other.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -205,7 +204,7 @@ impl DriftCheck {
     /// By how much warmer the room is (K), and what part more of the heat is lost.
     fn heat_since(&self, before: &Self) -> Option<(f64, f64)> {
         let (now, then) = (self.heat()?, before.heat()?);
-        let warmer_k = (now.cold_ohm / then.cold_ohm - 1.0) / TCR_PER_K;
+        let warmer_k = (now.cold_ohm / then.cold_ohm - 1.0) / f64::from(FILM_TCR_PER_K);
         Some((warmer_k, now.loss_w_per_ohm / then.loss_w_per_ohm - 1.0))
     }
 

@@ -52,6 +52,13 @@ pub struct Row {
     pub trigger: Option<u8>,
 }
 
+impl Row {
+    /// What the drives heat by, up to the resistance: the sum of their squares (V^2).
+    pub(crate) fn heating(&self) -> f64 {
+        self.voltage_v.iter().map(|volts| volts * volts).sum()
+    }
+}
+
 impl MeasurementFile {
     /// Whether any row has a displacement.
     pub fn has_displacement(&self) -> bool {

@@ -13,6 +13,7 @@
 //! [`InputError`] that points at the line and column; [`plausibility`] finds values in the wrong unit.
 
 pub mod column;
+mod correlation;
 mod error;
 mod file;
 mod header;
@@ -30,6 +31,7 @@ mod stuck;
 mod wholeness;
 mod write;
 
+pub use correlation::correlation;
 pub use error::{Excerpt, InputError};
 pub use file::{ACTUATORS, MeasurementFile, Row};
 pub use keys::{CurrentNoise, Keys};

@@ -5,9 +5,9 @@
 //! otherwise), strokes of tens to hundreds of micrometres at some volts.
 
 use crate::column::Column;
+use crate::correlation::correlation;
 use crate::error::Complaint;
 use crate::{ACTUATORS, MeasurementFile};
-use nalgebra::DVector;
 use std::ops::RangeInclusive;
 
 /// A drive below this tells little about a resistance or a stroke (V): some milliwatts, a micrometre.
@@ -182,22 +182,19 @@ fn displacement_unit(file: &MeasurementFile) -> Option<Finding> {
 
 /// Whether the drive moves what the sensor reads: on resistors, or past the mirror, it reads its noise.
 pub(crate) fn moves(file: &MeasurementFile) -> bool {
-    let (heating, z): (Vec<f64>, Vec<f64>) = file
+    let pairs: Vec<(f64, f64)> = file
         .rows
         .iter()
-        .filter_map(|row| Some((row.voltage_v.iter().map(|v| v * v).sum::<f64>(), row.z_um?)))
-        .unzip();
-    let is_driven = heating.iter().any(|square| *square >= 1.0);
-    if heating.len() < TELLING_READINGS {
+        .filter_map(|row| Some((row.heating(), row.z_um?)))
+        .collect();
+    let is_driven = pairs.iter().any(|(square, _)| *square >= 1.0);
+    if pairs.len() < TELLING_READINGS {
         return is_driven;
     }
-    let [heating, z] = [heating, z].map(|column| {
-        let column = DVector::from_vec(column);
-        column.add_scalar(-column.mean())
-    });
-    let correlation = heating.dot(&z) / (heating.norm() * z.norm());
     // Where nothing changes it says nothing.
-    let is_noise = correlation.abs() * (z.len() as f64).sqrt() <= TELLING_CORRELATION;
+    let is_noise = correlation(&pairs).is_some_and(|correlation| {
+        correlation.abs() * (pairs.len() as f64).sqrt() <= TELLING_CORRELATION
+    });
     is_driven && !is_noise
 }
 

@@ -26,10 +26,7 @@ pub(crate) fn check(file: &MeasurementFile) -> Option<Finding> {
 /// A displacement that stays the same, row after row, over much of the heating.
 fn frozen(file: &MeasurementFile) -> Option<Finding> {
     let rows = file.rows.iter().enumerate();
-    let read = rows.filter_map(|(index, row)| {
-        let heating = row.voltage_v.iter().map(|volts| volts * volts).sum();
-        Some((index, heating, row.z_um?))
-    });
+    let read = rows.filter_map(|(index, row)| Some((index, row.heating(), row.z_um?)));
     let read: Vec<Reading> = read.collect();
     let whole = range(&read);
     let mut runs = read.chunk_by(|a, b| a.2 == b.2);

@@ -23,7 +23,7 @@ fn check(warmer_k: f64, air: f64, sensor_um: f64, tilt: f64) -> DriftCheck {
     for (drive_v, driven, seconds) in levels {
         // The power at a resistance that the power makes.
         let mut rise_k = 0.0;
-        let ohm = |rise_k: f64| COLD_OHM * (1.0 + TCR_PER_K * (warmer_k + rise_k));
+        let ohm = |rise_k: f64| COLD_OHM * (1.0 + f64::from(FILM_TCR_PER_K) * (warmer_k + rise_k));
         for _ in 0..50 {
             rise_k = drive_v * drive_v / ohm(rise_k) / (air * LOSS_W_PER_K);
         }

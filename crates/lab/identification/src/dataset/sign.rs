@@ -1,5 +1,7 @@
 //! Displacements that were recorded the other way round.
 
+use measurement::correlation;
+
 /// Of fewer displacements nothing is said.
 const FEWEST: usize = 8;
 /// Displacements whose correlation with the mean square of the drives is below this fall where the drives rise. Of a mirror it is above 0.9, whatever
@@ -15,22 +17,6 @@ pub(super) fn turned(displacements: &[(f64, f64)]) -> Option<String> {
          `host-tool import FILE --column z=NAME:um:-1` turns it back"
             .to_owned()
     })
-}
-
-/// Pearson's coefficient; `None` where one of the two does not vary.
-fn correlation(pairs: &[(f64, f64)]) -> Option<f64> {
-    let count = pairs.len() as f64;
-    let mean = |of: fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>() / count;
-    let (x, y) = (mean(|pair| pair.0), mean(|pair| pair.1));
-    let (mut xx, mut yy, mut xy) = (0.0, 0.0, 0.0);
-    for pair in pairs {
-        let (dx, dy) = (pair.0 - x, pair.1 - y);
-        xx += dx * dx;
-        yy += dy * dy;
-        xy += dx * dy;
-    }
-    let scale = (xx * yy).sqrt();
-    (scale > 0.0).then(|| xy / scale)
 }
 
 #[cfg(test)]

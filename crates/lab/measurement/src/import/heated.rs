@@ -4,6 +4,7 @@ use super::assignment::Assignment;
 use super::table::Table;
 use crate::Row;
 use crate::column::Column;
+use crate::correlation::correlation;
 
 /// A room gets warmer by less than this while a mirror of some 0.1 W is driven (K): a choice.
 const ROOM_K: f64 = 5.0;
@@ -21,14 +22,13 @@ pub(super) fn temperature(
     let Some(ambient) = ambients.find(|a| a.is_of_anything(table)) else {
         return;
     };
-    let read = rows.iter().filter_map(|row| {
-        let square: f64 = row.voltage_v.iter().map(|volts| volts * volts).sum();
-        Some((square, row.ambient_c?))
-    });
+    let read = rows
+        .iter()
+        .filter_map(|row| Some((row.heating(), row.ambient_c?)));
     let read: Vec<(f64, f64)> = read.collect();
     let temperatures = || read.iter().map(|(_, celsius)| *celsius);
     let rise_k = temperatures().fold(f64::MIN, f64::max) - temperatures().fold(f64::MAX, f64::min);
-    if rise_k < ROOM_K || determination(&read) < FOLLOWS {
+    if rise_k < ROOM_K || correlation(&read).is_none_or(|it| it * it < FOLLOWS) {
         return;
     }
     rows.iter_mut().for_each(|row| row.ambient_c = None);
@@ -37,18 +37,4 @@ pub(super) fn temperature(
         table.names[ambient.source],
         ambient.source + 1
     ));
-}
-
-/// The square of the correlation; 0 where one of both does not change.
-fn determination(pairs: &[(f64, f64)]) -> f64 {
-    let count = pairs.len().max(1) as f64;
-    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>() / count;
-    let (x, y) = (mean(&|pair| pair.0), mean(&|pair| pair.1));
-    let both = mean(&|pair| (pair.0 - x) * (pair.1 - y));
-    let squares = mean(&|pair| (pair.0 - x).powi(2)) * mean(&|pair| (pair.1 - y).powi(2));
-    if squares > 0.0 {
-        both * both / squares
-    } else {
-        0.0
-    }
 }
