@@ -1,7 +1,5 @@
 //! One actuator: from the displacement that its shape must give to volts, and what its current tells.
 
-use core::hint::cold_path;
-
 use fpu::sqrt;
 
 use crate::calibration::{ActuatorCalibration, Parts, Path};
@@ -212,7 +210,6 @@ impl Actuator {
             self.lag *= rails.catch_up_pole;
             Volt(sqrt(square))
         } else {
-            cold_path();
             let drive = rails.limit(&mut power, resistance, limits);
             (heating, self.rise) = self.heating(power, heat);
             self.lag = (target.0 - self.rise.0) * rails.catch_up_pole;

@@ -251,11 +251,10 @@ impl<'a> Controller<'a> {
         currents: [Ampere; CHANNELS],
     ) -> &Step {
         self.listen(&applied, &currents);
-        let step = &mut self.step;
-        step.limits = self.sense_limits;
+        let mut limits = self.sense_limits;
         let drives = match &setpoint {
-            Setpoint::Off => Some(&[Volt(0.0); CHANNELS]),
-            Setpoint::Drive(drives) => Some(drives),
+            Setpoint::Off => Some([Volt(0.0); CHANNELS]),
+            Setpoint::Drive(drives) => Some(*drives),
             Setpoint::Position(pose) => {
                 if *pose != self.target {
                     self.target = *pose;
@@ -264,12 +263,14 @@ impl<'a> Controller<'a> {
                     self.path.plan(&target);
                     self.shaper.forget();
                 }
-                step.limits = step.limits.union(self.target_limits);
+                limits = limits.union(self.target_limits);
                 self.path.advance();
                 None
             }
             Setpoint::Track(pose) => {
-                let positions = self.plate.positions(pose, &mut step.limits);
+                let mut pose_limits = Limits::NONE;
+                let positions = self.plate.positions(pose, &mut pose_limits);
+                limits = limits.union(pose_limits);
                 let oldest = match self.shaper.oldest() {
                     Some(oldest) => oldest,
                     None => {
@@ -283,8 +284,8 @@ impl<'a> Controller<'a> {
             }
         };
         match drives {
-            Some(drives) => self.drive(drives),
-            None => self.go_on(),
+            Some(drives) => self.drive(&drives, limits),
+            None => self.go_on(limits),
         }
         let turn = self.turn % CHANNELS;
         let state = &mut self.actuators[turn].heat;
@@ -295,7 +296,7 @@ impl<'a> Controller<'a> {
 
     /// All four actuators to where the path is.
     #[inline(always)]
-    fn go_on(&mut self) {
+    fn go_on(&mut self, mut limits: Limits) {
         let positions = self.path.now();
         let turn = self.turn % CHANNELS;
         let state = &mut self.actuators[turn].memory;
@@ -303,7 +304,6 @@ impl<'a> Controller<'a> {
         self.memory.advance(state, self.turn / CHANNELS, place);
         // Numbers of all four, in registers.
         let (heat, rails) = (self.heat.clone(), self.rails.clone());
-        let mut limits = self.step.limits;
         self.lead::<0>(&heat, &rails, &mut limits);
         self.lead::<1>(&heat, &rails, &mut limits);
         self.lead::<2>(&heat, &rails, &mut limits);
@@ -325,10 +325,10 @@ impl<'a> Controller<'a> {
         let heater = heat.heater(asked, self.asked[I]);
         self.asked[I] = asked;
         let mut target = self.surroundings.target(I, heater);
-        if target.0 < 0.0 {
-            if target.0 < -UNNOTICED.0 {
-                *limits = limits.union(self.lowest_limits);
-            }
+        // A target less below rest is driven with nothing, too.
+        if target.0 < -UNNOTICED.0 {
+            cold_path();
+            *limits = limits.union(self.lowest_limits);
             target = Kelvin(0.0);
         }
         let drive = actuator.heat_to(target, heat, rails, limits);
@@ -337,7 +337,7 @@ impl<'a> Controller<'a> {
     }
 
     /// Voltages, and the mirror followed to where they take it.
-    fn drive(&mut self, drives: &[Volt; CHANNELS]) {
+    fn drive(&mut self, drives: &[Volt; CHANNELS], mut limits: Limits) {
         // One actuator a tick: reading a table forward is slow, and the mirror is slower.
         let turn = self.turn % CHANNELS;
         let shape = &self.calibration.actuators()[turn].shape;
@@ -356,10 +356,11 @@ impl<'a> Controller<'a> {
         let step = &mut self.step;
         let (heat, rails) = (self.heat.clone(), self.rails.clone());
         for (i, actuator) in self.actuators.iter_mut().enumerate() {
-            let drive = actuator.drive(drives[i], &heat, &rails, &mut step.limits);
+            let drive = actuator.drive(drives[i], &heat, &rails, &mut limits);
             step.drives[i] = drive;
             step.codes[i] = actuator.code(drive, &rails);
         }
+        step.limits = limits;
     }
 }
 
