@@ -7,7 +7,8 @@ use control_core::design::{
 use control_core::{ActuatorCalibration, AdcCode, Ampere, Kelvin, Ohm, Volt};
 
 use crate::fault::Fault;
-use crate::mean::{Envelope, Means, Told, higher, lower};
+use crate::mean::{Envelope, Means, higher, lower};
+use crate::told::Told;
 
 /// A heater is too hot at this part more than the highest rise that its calibration allows. The core
 /// holds positions below that one; a model of a mirror is off by some of this.
@@ -141,11 +142,13 @@ impl ChannelWatch {
     pub(crate) fn recalibrate(&mut self, actuator: &ActuatorCalibration, allowed: Kelvin) {
         self.bounds = Bounds::new(actuator, allowed, self.lowest);
         self.told = Told::new(actuator);
+        self.told.checked(self.lowest);
     }
 
-    /// Computes more of what its calibration makes of a drive, where anything is left of it.
+    /// Its turn to compute what its calibration makes of a drive, and to learn what it makes of one.
     pub(crate) fn learn(&mut self) {
-        self.told.learn();
+        let (low, _, mean) = self.means.now();
+        self.told.learn(low, mean);
     }
 
     /// One tick: `code` and `current` were sensed while `drive` was applied.
@@ -198,7 +201,8 @@ impl ChannelWatch {
     /// Is there more current than a heater can take after what it was told?
     fn check_told(&mut self) -> Option<Fault> {
         let (low, high, mean) = self.means.now();
-        if mean <= high * self.told.highest_conductance(low) + CURRENT_MARGIN.0 {
+        let least = self.told.least_resistance(low);
+        if (mean - CURRENT_MARGIN.0) * least.0 <= high {
             self.cold.contradict();
             return None;
         }
@@ -222,12 +226,13 @@ impl ChannelWatch {
     pub(crate) fn end_check(&mut self, drive: Volt) -> Result<bool, Fault> {
         let ohm = drive.0 / self.checked.0;
         let lowest = lower(ohm, self.lowest.0);
-        if lowest * self.told.of_a_cold_heater() < 1.0 {
+        if lowest < self.told.least_cold().0 {
             return Err(Fault::ImplausibleSense);
         }
         let is_cooling = ohm < COOLED * self.last.0;
         (self.last, self.lowest) = (Ohm(ohm), Ohm(lowest));
         self.bounds.limit(self.lowest);
+        self.told.checked(self.lowest);
         if ohm * self.bounds.least > 1.0 {
             return Err(Fault::OverTemperature);
         }
@@ -238,6 +243,7 @@ impl ChannelWatch {
     pub(crate) fn clear(&mut self) {
         self.last = Ohm(f32::INFINITY);
         self.means = Means::default();
+        self.told.forget();
         self.impossible = Suspicion::default();
         self.hot = Suspicion::default();
         self.cold = Suspicion::default();

@@ -22,6 +22,7 @@ mod mean;
 mod protection;
 mod punctuality;
 mod reading;
+mod told;
 
 pub use fault::Fault;
 pub use protection::{ChannelState, Denied, Lease, Protection};

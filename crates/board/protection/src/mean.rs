@@ -1,10 +1,9 @@
-//! Bounds and means of drive and current, and what the power told by the drive makes of a heater at least.
+//! Bounds and means of drive and current.
 //!
 //! A heater's resistance is the ratio of the two means as long as it is the same throughout, whatever is driven in the
 //! meantime. No drive heats without a mean, for a drive is never negative.
 
-use control_core::design::{HIGHEST_DRIVE, OUTPUT_FILTER_HZ, TICK};
-use control_core::{ActuatorCalibration, Kelvin};
+use control_core::design::{OUTPUT_FILTER_HZ, TICK};
 
 /// Part of the way that a mean goes to a new value in a tick: the mean of some eight.
 const MEAN_STEP: f32 = 1.0 / 8.0;
@@ -120,115 +119,5 @@ impl Means {
         let (low, high) = (lower(at_once, filtered), higher(at_once, filtered));
         let falls = low < STEADY * lower(self.at_once.once, self.filtered.once);
         (!falls).then(|| (low, high, self.current.without_lag()))
-    }
-}
-
-/// Segments of the table.
-const SEGMENTS: usize = 8;
-const SEGMENTS_PER_V2: f32 = SEGMENTS as f32 / (HIGHEST_DRIVE.0 * HIGHEST_DRIVE.0);
-/// Iterations of Newton's from one knot to the next, 12 to 30 K higher: each squares the part that is off.
-const ITERATIONS: usize = 3;
-
-/// Part of the rise at rest that a heater has at least: slow poles have a tenth of it, and its neighbours may be cold.
-const LEAST_PART: f32 = 0.85;
-/// How much colder it may read for other reasons: 10.6 K for an R0 that is off by 15 ohm, 10 K for a colder room, 4 K
-/// for 1.5 % of the sense.
-const COLDER: Kelvin = Kelvin(25.0);
-/// Part of the way that the least square of the drive rises in a tick. In its second a heater comes to within the slow
-/// poles of rest.
-const RISE_STEP: f32 = 1e-4;
-
-/// The most conductance that a heater can have after what it was told: it is no colder than the room, and has been heated.
-///
-/// To compute all of it for four channels takes a third of a tick on the driver board, 36 us. So it grows by a knot in two ticks,
-/// and what is not known yet is that of a heater that has not been heated: no heater conducts more. It is whole before the
-/// heaters' check is over.
-#[derive(Clone, Debug)]
-pub(crate) struct Told {
-    /// In siemens, by the square of the drive.
-    knots: [f32; SEGMENTS + 1],
-    /// How many of them are known, and the rise that the last one of them is for (K).
-    known: usize,
-    rise: f32,
-    heater: Heater,
-    /// What the square of the drive has been at least, for a second (V^2).
-    square: f32,
-}
-
-/// A heater as its calibration describes it.
-#[derive(Clone, Copy, Debug)]
-struct Heater {
-    /// Conductance at ambient (S).
-    cold: f32,
-    /// Temperature coefficient of the resistance, and the growth of the loss (1/K).
-    tcr: f32,
-    growth: f32,
-    /// Thermal resistance (K/W).
-    thermal_resistance: f32,
-}
-
-impl Heater {
-    /// The rise (K) at which as much is lost as is heated by this square of the drive (V^2), from a guess below it.
-    fn rise(&self, square: f32, guess: f32) -> f32 {
-        // R_T V^2 / R0 = dT (1 + xi dT) (1 + g dT): eq. 3 with the loss's growth.
-        let heating = self.thermal_resistance * self.cold * square;
-        let mut rise = guess;
-        for _ in 0..ITERATIONS {
-            let (ohmic, lost) = (1.0 + self.tcr * rise, 1.0 + self.growth * rise);
-            let slope = ohmic * lost + rise * (self.tcr * lost + self.growth * ohmic);
-            rise += (heating - rise * ohmic * lost) / slope;
-        }
-        rise
-    }
-
-    /// The most conductance (S) at this rise (K).
-    fn conductance(&self, rise: f32) -> f32 {
-        self.cold / (1.0 + self.tcr * (LEAST_PART * rise - COLDER.0))
-    }
-}
-
-impl Told {
-    /// Of this heater; it learns at every tick.
-    pub(crate) fn new(actuator: &ActuatorCalibration) -> Self {
-        let heater = Heater {
-            cold: 1.0 / actuator.cold_resistance.0,
-            tcr: actuator.tcr.0,
-            growth: actuator.loss_growth.0,
-            thermal_resistance: actuator.thermal_resistance.0,
-        };
-        Self {
-            knots: [heater.conductance(0.0); SEGMENTS + 1],
-            known: 1,
-            rise: 0.0,
-            heater,
-            square: 0.0,
-        }
-    }
-
-    /// One more knot, where there is any left.
-    pub(crate) fn learn(&mut self) {
-        let square = self.known as f32 / SEGMENTS_PER_V2;
-        if let Some(knot) = self.knots.get_mut(self.known) {
-            self.rise = self.heater.rise(square, self.rise);
-            *knot = self.heater.conductance(self.rise);
-            self.known += 1;
-        }
-    }
-
-    /// The most conductance (S) of a heater that has not been heated.
-    pub(crate) fn of_a_cold_heater(&self) -> f32 {
-        self.knots[0]
-    }
-
-    /// The most conductance (S) after a tick with at least this mean drive (V).
-    pub(crate) fn highest_conductance(&mut self, drive: f32) -> f32 {
-        let square = drive * drive;
-        let rising = self.square + RISE_STEP * (square - self.square);
-        self.square = if square < rising { square } else { rising };
-        let place = self.square * SEGMENTS_PER_V2;
-        // The cast takes what is no number to 0.
-        let segment = (place as usize).min(SEGMENTS - 1);
-        let (low, high) = (self.knots[segment], self.knots[segment + 1]);
-        low + (place - segment as f32) * (high - low)
     }
 }

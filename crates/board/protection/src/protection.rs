@@ -65,8 +65,8 @@ pub struct Protection {
     causes: [Option<Fault>; CHANNELS],
     /// No heater may be warm from before a reset or a trip any more.
     have_cooled: bool,
-    /// Which channels learn at this tick: the even ones, or the odd ones.
-    odd_ones_learn: bool,
+    /// Which channel learns at this tick.
+    learning: usize,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -138,7 +138,7 @@ impl Protection {
             granted: Lease(0),
             causes: [None; CHANNELS],
             have_cooled: false,
-            odd_ones_learn: false,
+            learning: 0,
         }
     }
 
@@ -281,13 +281,13 @@ impl Protection {
         let board = self.board.check(reading, self.powers_stages());
         let mut found = [board; CHANNELS];
         for (i, channel) in self.channels.iter_mut().enumerate() {
-            if (i % 2 == 1) == self.odd_ones_learn {
+            if i == self.learning {
                 channel.learn();
             }
             let heater = channel.check(applied[i], reading.codes[i], reading.currents[i]);
             found[i] = heater.or(found[i]);
         }
-        self.odd_ones_learn = !self.odd_ones_learn;
+        self.learning = (self.learning + 1) % CHANNELS;
         if let Phase::Starting { ticks_left } = self.phase {
             self.check_heaters(ticks_left, reading, &mut found);
         }

@@ -187,3 +187,57 @@ fn the_hottest_allowed_lies_above_what_the_factory_drives() {
     let mut bench = Bench::driving([top; CHANNELS], 3.5);
     assert_eq!(bench.drive(3.5, 1000), None);
 }
+
+/// A room 20 K colder than at calibration, or a heater that has 28 ohm less than its calibration says: what the check showed counts where
+/// it is hot, too. A heater that only then reads so much colder trips, and so does one that reads colder still.
+#[test]
+fn a_heater_that_is_colder_from_the_first_check_on_is_sound_when_it_is_hot() {
+    let ohm_at = |rise: f32| COLD * (1.0 + TCR * rise);
+    // 3 V for two seconds, in which the rise that they make counts.
+    let held = |cold_k: f32, hot_k: f32| {
+        let mut bench = Bench::new([ohm_at(cold_k); CHANNELS]);
+        bench.start();
+        bench.protection.command(Lease::FOREVER).expect("no fault");
+        let warmed = (0..CHANNELS).find_map(|channel| bench.warm(channel, ohm_at(hot_k), 3.0));
+        warmed
+            .or_else(|| bench.drive(3.0, 20_000))
+            .map(|(fault, _)| fault)
+    };
+    let least_k = (0..120).map(|k| k as f32).find(|k| held(0.0, *k).is_none());
+    let least_k = least_k.expect("a heater as warm as that is sound");
+    // Half of what 3 V make by the calibration, some 90 K, less 25 K, and what is left open.
+    assert!((5.0..20.0).contains(&least_k), "{least_k}");
+    for cold_k in [-5.0, -10.0, -20.0] {
+        assert_eq!(held(cold_k, least_k + cold_k + 2.0), None, "{cold_k}");
+        let colder = held(cold_k, least_k + cold_k - 5.0);
+        assert_eq!(colder, Some(Fault::ImplausibleSense), "{cold_k}");
+    }
+    // A warmer room makes nothing stricter.
+    assert_eq!(held(15.0, least_k + 1.0), None);
+}
+
+/// A mirror that loses nearly twice the heat that the factory's calibration says is sound, and once it has shown how warm it becomes, a
+/// sense that then reads it colder is none.
+#[test]
+fn what_a_heater_has_become_it_is_to_become_again() {
+    let ohm_at = |rise: f32| COLD * (1.0 + TCR * rise);
+    // By the calibration 100 K.
+    for (shown_k, sound_k) in [(48.0, 30.0), (85.0, 55.0)] {
+        let mut bench = Bench::new([COLD; CHANNELS]);
+        bench.start();
+        bench.protection.command(Lease::FOREVER).expect("no fault");
+        for channel in 0..CHANNELS {
+            assert_eq!(bench.warm(channel, ohm_at(shown_k), 3.0), None, "{shown_k}");
+        }
+        assert_eq!(bench.drive(3.0, 20_000), None, "{shown_k}");
+        bench.set_resistances(ohm_at(sound_k));
+        assert_eq!(bench.drive(3.0, 1000), None, "{shown_k}, {sound_k}");
+        // Half of the drive, and back: what is learnt on the way down, where it may still be warm, is nothing.
+        assert_eq!(bench.drive(1.5, 1000), None);
+        assert_eq!(bench.drive(3.0, 20_000), None, "{shown_k}, {sound_k}");
+        // Two seconds after the lower drive the higher one counts for nine tenths.
+        bench.set_resistances(ohm_at(0.75 * shown_k - 30.0));
+        let (fault, _) = bench.drive(3.0, 1000).expect("it is far too cold");
+        assert_eq!(fault, Fault::ImplausibleSense, "{shown_k}");
+    }
+}
