@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use board_on_host::BoardOnHost;
-use emulated_board::{Connected, EmulatedBoard, Emulation, Speed, private_directory};
+use emulated_board::{Connected, EmulatedBoard, Emulation, Speed, Surroundings, private_directory};
 use measurement::MeasurementFile;
 use silicon_twin::flashed_image;
 use silicon_twin::served::{ServedTwin, Serving};
@@ -104,6 +104,7 @@ impl Bench {
         let serving = Serving {
             image: flashed_image(),
             connected,
+            around: Surroundings::default(),
             boards_directory: directory.path().to_owned(),
             name: "twin".to_owned(),
             speed: Speed::Fastest,
@@ -152,6 +153,7 @@ impl Bench {
         let directory = private_directory().expect("a directory");
         let serving = board_on_host::Serving {
             connected: Connected::Mirror(Box::new(mirror)),
+            around: Surroundings::default(),
             boards_directory: directory.path().to_owned(),
             name: "emulated".to_owned(),
             flash: None,
@@ -201,6 +203,7 @@ impl Bench {
         let mut emulation = Emulation {
             image: target_directory().join("thumbv7em-none-eabihf/firmware/mps2"),
             connected: Connected::Mirror(Box::new(MirrorConfig::bench())),
+            around: Surroundings::default(),
             boards_directory: directory.path().to_owned(),
             name: "emulated".to_owned(),
             flash: None,

@@ -1,6 +1,6 @@
 //! What of a board's behaviour shows that its driver makes a mistake.
 
-use emulated_board::PlantFault;
+use emulated_board::{Controls, PlantFault};
 use mirror_protocol::{
     ChannelState, ClearEndpoint, Drives, Kept, LEASE_FOREVER_MS, Sense, SetDriveEndpoint,
     SetSenseEndpoint, StatusEndpoint,
@@ -156,7 +156,7 @@ fn examine_break(twin: &mut Twin) -> Result<(), String> {
     let failed = |error: AskError| error.to_string();
     let ran = |failure: Failure| failure.what;
     tool.connect().map_err(failed)?;
-    tool.twin.chip.board.move_to_own_bench();
+    tool.twin.chip.board.move_to(Controls::default());
     for is_mended in [false, true] {
         let driven = tool.ask::<SetDriveEndpoint>(&ALL_AT_ONE_VOLT);
         driven

@@ -17,8 +17,8 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use emulated_board::{
-    Connected, Controls, FlashClaim, Pace, Plant, Progress, Speed, StartError, StopFifos, ToolLink,
-    claim_socket,
+    Connected, Controls, FlashClaim, Pace, Plant, Progress, Speed, StartError, StopFifos,
+    Surroundings, ToolLink, claim_socket,
 };
 use firmware_on_host::power_up;
 
@@ -37,6 +37,8 @@ const LOOK: Duration = Duration::from_millis(1);
 pub struct Serving {
     /// What is on the board.
     pub connected: Connected,
+    /// What is around the mirror as the board starts.
+    pub around: Surroundings,
     /// Where the board's socket is placed.
     pub boards_directory: PathBuf,
     /// The board's name among those of that directory.
@@ -92,7 +94,7 @@ impl BoardOnHost {
         let flash = serving.flash.as_deref();
         let flash = flash.map(|file| FlashClaim::take(file, FLASH_BYTES));
         let flash = flash.transpose()?;
-        let plant = Plant::new(&serving.connected)?;
+        let plant = Plant::new(&serving.connected, serving.around)?;
         let socket = claim_socket(&serving.boards_directory, &serving.name)?;
         let controls = plant.controls();
         let link = ToolLink::listen(&socket)?;

@@ -17,7 +17,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use rustix::thread::{CpuSet, sched_setaffinity};
 use tempfile::TempDir;
 
-use crate::controls::Controls;
+use crate::controls::{Controls, Surroundings};
 use crate::logs::LogTable;
 use crate::pace::{Pace, Speed};
 use crate::place::{FlashClaim, claim_socket, place_flash, private_directory, remove};
@@ -40,6 +40,8 @@ pub struct Emulation {
     pub image: PathBuf,
     /// What is on the board.
     pub connected: Connected,
+    /// What is around the mirror as the board starts.
+    pub around: Surroundings,
     /// Where the board's socket is placed: [`board_sockets::boards_directory`], or a private directory.
     pub boards_directory: PathBuf,
     /// The board's name among those of that directory.
@@ -78,7 +80,7 @@ impl EmulatedBoard {
             source,
         })?;
         let table = LogTable::from_elf(&elf)?;
-        let plant = Plant::new(&emulation.connected)?;
+        let plant = Plant::new(&emulation.connected, emulation.around)?;
         let socket = claim_socket(&emulation.boards_directory, &emulation.name)?;
         let directory = private_directory()?;
         let image = fs::canonicalize(&emulation.image)?;

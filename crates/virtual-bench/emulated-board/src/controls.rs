@@ -40,6 +40,14 @@ pub struct Surroundings {
 }
 
 impl Controls {
+    /// A bench with this around the mirror, where nothing is broken.
+    pub fn around(surroundings: Surroundings) -> Self {
+        Self(Arc::new(Mutex::new(State {
+            surroundings,
+            ..State::default()
+        })))
+    }
+
     /// Lets something break from the next tick on, or with `None` be sound again (a vacuum stays).
     pub fn inject(&self, fault: Option<PlantFault>) {
         self.state().injected = Injected::after(fault, 0);

@@ -109,17 +109,20 @@ struct Tick {
 const BENCH_BOARD: u64 = 9;
 
 impl Plant {
-    /// What is connected, on a board whose tolerances are drawn from the mirror's seed too.
+    /// What is connected, with this around it, on a board whose tolerances are drawn from the mirror's seed too.
     ///
     /// # Errors
     /// Where a number of a mirror is out of range.
-    pub fn new(connected: &Connected) -> Result<Self, virtual_mirror::ConfigError> {
+    pub fn new(
+        connected: &Connected,
+        around: Surroundings,
+    ) -> Result<Self, virtual_mirror::ConfigError> {
         Ok(Self {
             electronics: Electronics::new(connected.seed()),
             rail: Rail::default(),
             comparators: Comparators::default(),
             load: Load::new(connected)?,
-            controls: Controls::default(),
+            controls: Controls::around(around),
             before: Converters::default(),
             sensor_past_nm: VecDeque::new(),
         })

@@ -11,7 +11,9 @@ use std::time::Instant;
 use anyhow::{Result, anyhow, ensure};
 use board_on_host::BoardOnHost;
 use board_sockets::boards_directory;
-use emulated_board::{Connected, Controls, EmulatedBoard, Emulation, Speed, private_directory};
+use emulated_board::{
+    Connected, Controls, EmulatedBoard, Emulation, Speed, Surroundings, private_directory,
+};
 use quantities::{TemperatureRise, in_unit};
 use silicon_twin::served::{ServedTwin, Serving};
 use virtual_mirror::MirrorConfig;
@@ -189,7 +191,10 @@ fn start(
         Some(path) => MirrorConfig::from_file(path)?,
         None => MirrorConfig::bench(),
     };
-    let oven_c = arguments.room.map(|rise_k| mirror.ambient_c + rise_k);
+    let around = Surroundings {
+        oven_c: arguments.room.map(|rise_k| mirror.ambient_c + rise_k),
+        ..Surroundings::default()
+    };
     let connected = Connected::Mirror(Box::new(mirror));
     let name = arguments.name.clone().unwrap_or_else(|| {
         let name = match arguments.board {
@@ -199,10 +204,11 @@ fn start(
         name.to_owned()
     });
     let speed = arguments.speed.unwrap_or_default();
-    let running = match arguments.board {
+    Ok(match arguments.board {
         Emulator::Mps2 => Running::Mps2(EmulatedBoard::start(&Emulation {
             image: image("mps2")?,
             connected,
+            around,
             boards_directory,
             name,
             flash: arguments.flash.clone(),
@@ -211,6 +217,7 @@ fn start(
         })?),
         Emulator::Host => Running::Host(BoardOnHost::start(&board_on_host::Serving {
             connected,
+            around,
             boards_directory,
             name,
             flash: arguments.flash.clone(),
@@ -219,15 +226,12 @@ fn start(
         Emulator::G474 => Running::G474(ServedTwin::start(&Serving {
             image: image("stm32g474")?,
             connected,
+            around,
             boards_directory,
             name,
             speed,
         })?),
-    };
-    if let Some(celsius) = oven_c {
-        running.controls().set_oven(celsius);
-    }
-    Ok(running)
+    })
 }
 
 /// How far from that of the calibration a room may be (K): from -40 to 85 degC, the industrial range, around a laboratory's 22.

@@ -146,9 +146,9 @@ impl Board {
         &self.controls
     }
 
-    /// From now on it is on a bench of its own, where nothing is broken.
-    pub fn move_to_own_bench(&mut self) {
-        self.controls = Controls::default();
+    /// From now on it is on this bench.
+    pub fn move_to(&mut self, bench: Controls) {
+        self.controls = bench;
     }
 
     /// Voltage that each stage is told.

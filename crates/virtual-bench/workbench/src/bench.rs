@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
-use emulated_board::{Connected, EmulatedBoard, Emulation, Speed, private_directory};
+use emulated_board::{Connected, EmulatedBoard, Emulation, Speed, Surroundings, private_directory};
 use virtual_mirror::MirrorConfig;
 
 use crate::picture::{self, Reached};
@@ -33,6 +33,7 @@ pub(crate) fn run() -> Result<()> {
     let board = EmulatedBoard::start(&Emulation {
         image: images::build(Board::Mps2)?,
         connected: Connected::Mirror(Box::new(MirrorConfig::bench())),
+        around: Surroundings::default(),
         boards_directory: directory.path().to_owned(),
         name: "bench".to_owned(),
         flash: None,

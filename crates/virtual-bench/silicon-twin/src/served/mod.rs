@@ -11,7 +11,8 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use emulated_board::{
-    Connected, Controls, LogError, LogTable, Pace, Speed, Stack, StartError, ToolLink, claim_socket,
+    Connected, Controls, LogError, LogTable, Pace, Speed, Stack, StartError, Surroundings,
+    ToolLink, claim_socket,
 };
 
 use crate::board::Board;
@@ -40,6 +41,8 @@ pub struct Serving {
     pub image: PathBuf,
     /// What is on the board.
     pub connected: Connected,
+    /// What is around the mirror as the board starts.
+    pub around: Surroundings,
     /// Where the board's socket is placed.
     pub boards_directory: PathBuf,
     /// The board's name among those of that directory.
@@ -139,7 +142,9 @@ impl ServedTwin {
         })?;
         let image = Image::from_elf(&elf)?;
         let log_at = image.object(rtt::SYMBOL);
-        let twin = Twin::new(image, Board::new(&serving.connected)?)?;
+        let mut board = Board::new(&serving.connected)?;
+        board.move_to(Controls::around(serving.around));
+        let twin = Twin::new(image, board)?;
         let socket = claim_socket(&serving.boards_directory, &serving.name)?;
         let controls = twin.chip.board.controls().clone();
         let link = ToolLink::listen(&socket)?;

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
-use emulated_board::Connected;
+use emulated_board::{Connected, Controls};
 use mirror_protocol::{
     CalibrationChunk, CalibrationWriteEndpoint, Chunk, Drives, LEASE_FOREVER_MS, SetDriveEndpoint,
     Status, StatusEndpoint,
@@ -49,7 +49,7 @@ pub(crate) fn twin() -> Twin {
 pub(crate) fn greeted() -> Tool {
     static GREETED: LazyLock<Tool> = LazyLock::new(greet);
     let mut tool = GREETED.clone();
-    tool.twin.chip.board.move_to_own_bench();
+    tool.twin.chip.board.move_to(Controls::default());
     tool
 }
 

@@ -1,6 +1,7 @@
 //! The comparators' line is low for a moment, as a short peak of a stage makes it, whenever in a tick that is: the outputs
 //! stay off, and it is told.
 
+use emulated_board::Controls;
 use mirror_protocol::ChannelState;
 use protection::Fault;
 use silicon_twin::tool::Tool;
@@ -35,7 +36,7 @@ fn a_peak_of_over_voltage_is_told_and_turns_off_whenever_in_a_tick_it_comes() {
     driven.twin.run_until(begins).expect("it runs");
     for after_us in (0..100).step_by(STEP_US as usize) {
         let mut tool = driven.clone();
-        tool.twin.chip.board.move_to_own_bench();
+        tool.twin.chip.board.move_to(Controls::default());
         pass(&mut tool, after_us * CYCLES_PER_US, true);
         tool.twin.chip.pull_comparators_line(true);
         pass(&mut tool, PEAK_CYCLES, false);

@@ -1,5 +1,6 @@
 //! A control loop that takes too long, as a longer calculation would make it: it is told, and keeps nothing from the conversions' end.
 
+use emulated_board::Controls;
 use mirror_protocol::Health;
 use silicon_twin::timing::{CONTROL_LOOP, Latest};
 use silicon_twin::tool::Tool;
@@ -52,7 +53,7 @@ fn a_drive_that_comes_too_late_is_told_as_late_however_late_it_is() {
     assert_eq!((before.late_ticks, before.missed_ticks), (0, 0));
     for cycles in 0.. {
         let mut tool = driven.clone();
-        tool.twin.chip.board.move_to_own_bench();
+        tool.twin.chip.board.move_to(Controls::default());
         tool.twin.timing.count_anew();
         let took_us = slow_down(&mut tool, cycles);
         tool.twin.run_for(0.01).expect("it runs");

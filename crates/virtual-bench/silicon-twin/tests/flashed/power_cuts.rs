@@ -2,7 +2,7 @@
 //! raises the NMI when it is read, and a page half erased. The image starts, and has the newest calibration that is whole,
 //! or every entry of the fault log that it had acknowledged.
 
-use emulated_board::PlantFault;
+use emulated_board::{Controls, PlantFault};
 use mirror_protocol::{
     CalibrationEndpoint, CalibrationUse, CalibrationUseEndpoint, FaultLogEndpoint, Kept, LogQuery,
 };
@@ -138,7 +138,7 @@ fn a_power_cut_while_a_trip_is_logged_hides_no_entry_of_before() {
     };
     let first = before.twin.chip.flash_operations() + 1;
     let mut whole = before.clone();
-    whole.twin.chip.board.move_to_own_bench();
+    whole.twin.chip.board.move_to(Controls::default());
     trip(&mut whole);
     whole.twin.run_for(0.1).expect("it runs");
     let operations = first..whole.twin.chip.flash_operations() + 1;
@@ -146,7 +146,7 @@ fn a_power_cut_while_a_trip_is_logged_hides_no_entry_of_before() {
     let count = operations.end - operations.start;
     let cuts = for_operations(operations, |operation| {
         let mut tool = before.clone();
-        tool.twin.chip.board.move_to_own_bench();
+        tool.twin.chip.board.move_to(Controls::default());
         assert!(cut(&mut tool, operation, trip), "operation {operation}");
         tool.twin.chip.board.controls().inject(None);
         tool.connect().unwrap_or_else(|error| panic!("{error}"));

@@ -9,7 +9,7 @@ use std::thread;
 
 use anyhow::{Context, Result, ensure};
 use board_on_host::{BoardOnHost, Serving};
-use emulated_board::{Connected, Speed};
+use emulated_board::{Connected, Speed, Surroundings};
 use measurement::MeasurementFile;
 use serde_json::Value;
 use tempfile::TempDir;
@@ -79,6 +79,7 @@ impl Person {
         let sockets = emulated_board::private_directory()?;
         let board = BoardOnHost::start(&Serving {
             connected: Connected::Mirror(Box::new(mirror.clone())),
+            around: Surroundings::default(),
             boards_directory: sockets.path().to_owned(),
             name: "story".to_owned(),
             flash: None,
