@@ -26,6 +26,9 @@ pub(super) fn drift_advice(drift: &Drift) -> &'static str {
             "are sensor, stage and mirror held, and is the room still? See with `host-tool record` what the sensor reads of a mirror at rest, \
              and calibrate again"
         }
+        Drift::OtherMirror { .. } => {
+            "give --from the folder of this mirror's session, or leave --from out: `calibrate --keep FOLDER` measures one"
+        }
         Drift::Room { .. } => {
             "let the room and whatever warms the mirror come to rest, and calibrate again; what a kelvin is worth `host-tool calibrate-room` \
              measures afterwards"

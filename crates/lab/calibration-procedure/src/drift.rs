@@ -5,7 +5,9 @@
 
 use control_core::design::FILM_TCR_PER_K;
 use experiments::calibration::{CHECKED_ALONE, CHECKED_READINGS, CHECKED_SHARES};
-use measurement::{MeasurementFile, Row, median};
+use measurement::{MeasurementFile, Row, Session, median};
+
+use crate::heaters::Heaters;
 
 /// Where the mirror stands at the same drive may move by so much (um): as far as it may be off in any room (`docs/requirements.md`), and as
 /// much for what still creeps.
@@ -26,7 +28,7 @@ pub(crate) const RESTS: usize = 3;
 const SAME_ROOM_K: f64 = 0.1;
 const SAME_LOSS: f64 = 1e-3;
 
-/// What was measured first and last contradicts each other.
+/// What was measured at different times contradicts each other.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Drift {
     /// There is no rest to count from.
@@ -36,6 +38,18 @@ pub enum Drift {
     NoRest {
         /// The last time (um).
         apart_um: f64,
+    },
+    /// A session is not of the mirror that is on the board.
+    #[error(
+        "the session is of another mirror: actuator {actuator}, as warm as here, had {there_ohm:.1} ohm there, and has {here_ohm:.1} ohm on this board"
+    )]
+    OtherMirror {
+        /// The actuator that differs most, counted from 1.
+        actuator: usize,
+        /// Its resistance in the session (ohm).
+        there_ohm: f64,
+        /// And here (ohm).
+        here_ohm: f64,
     },
     /// At the beginning, while the mirror settled.
     #[error(
@@ -89,6 +103,7 @@ pub enum Drift {
 pub(crate) struct DriftCheck {
     /// At each of its drives, and at the end.
     levels: Vec<Level>,
+    heaters: Option<Heaters>,
     /// By which two readings differ by chance (um).
     chance_um: f64,
 }
@@ -123,7 +138,27 @@ impl DriftCheck {
         let last = at_rest.chunks(CHECKED_READINGS).next_back();
         Self {
             levels: seconds().chain(last).map(Level::of).collect(),
+            heaters: Heaters::of(file.rows.iter()),
             chance_um,
+        }
+    }
+
+    /// Whether a session is of the mirror that this was read of.
+    ///
+    /// # Errors
+    /// Where its heaters have other resistances.
+    pub(crate) fn is_of_the_mirror_of(&self, session: &Session) -> Result<(), Drift> {
+        let rows = session.files.iter().flat_map(|(_, file)| &file.rows);
+        let (Some(there), Some(here)) = (Heaters::of(rows), self.heaters) else {
+            return Ok(());
+        };
+        match there.differ(&here) {
+            None => Ok(()),
+            Some((actuator, there_ohm, here_ohm)) => Err(Drift::OtherMirror {
+                actuator: actuator + 1,
+                there_ohm,
+                here_ohm,
+            }),
         }
     }
 

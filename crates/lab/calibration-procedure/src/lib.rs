@@ -17,6 +17,7 @@ mod bench;
 mod doubt;
 mod drift;
 mod drift_check;
+mod heaters;
 mod procedure;
 mod refine;
 mod screened;

@@ -124,6 +124,7 @@ impl Procedure {
             Source::Mirror => self.measure_session(&mut bench).await?,
         };
         travel::check(&session, self.reach_um)?;
+        first.is_of_the_mirror_of(&session)?;
         let (model, identified) = self.identify(&mut bench, session).await?;
         let resonance = bench
             .compute("listening to the plate", move || ringing(&jumps))
