@@ -49,8 +49,8 @@ impl NewFile {
             let source = io::ErrorKind::NotADirectory.into();
             return Err(OutputError::Write { path, source });
         }
-        match draft(&path) {
-            Ok(_) => Ok(Self { path, replace }),
+        match draft(&path).and_then(|draft| has_room(draft.as_file())) {
+            Ok(()) => Ok(Self { path, replace }),
             Err(source) => Err(OutputError::Write { path, source }),
         }
     }
@@ -126,6 +126,14 @@ impl NewFile {
     }
 }
 
+/// So much goes onto a disk before the work begins (bytes): as much as a calibration has. A full one takes an empty file nevertheless.
+const ROOM: usize = 1 << 14;
+
+/// Whether a disk has room, found out in a file that goes again.
+fn has_room(mut file: &File) -> io::Result<()> {
+    file.write_all(&[0; ROOM])
+}
+
 /// An empty file beside `path`, which goes again unless it is given that name.
 fn draft(path: &Path) -> io::Result<NamedTempFile> {
     let directory = path
@@ -152,7 +160,8 @@ impl NewFile {
             path: self.path.clone(),
             source,
         })?;
-        let beside = self.path.exists().then(|| {
+        // A file that came there since this was asked for is another tool's.
+        let beside = (self.replace && self.path.exists()).then(|| {
             let mut name = self.path.clone().into_os_string();
             name.push(".new");
             PathBuf::from(name)
@@ -310,6 +319,27 @@ mod tests {
         assert_eq!(count(), 0);
         file.write("x").expect("it is written");
         assert_eq!(count(), 1);
+    }
+
+    #[test]
+    fn a_full_disk_is_found_out_before_the_work_begins() {
+        let full = File::options().write(true).open("/dev/full");
+        let told = has_room(&full.expect("a device")).expect_err("no room");
+        assert_eq!(told.kind(), io::ErrorKind::StorageFull);
+    }
+
+    /// Both asked for it while it was not there.
+    #[test]
+    fn of_two_that_make_the_same_file_the_second_is_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("r.csv");
+        let [first, second] =
+            [(); 2].map(|()| NewFile::create(path.clone(), false).expect("it is not there"));
+        let (growing, _file) = first.grow().expect("it is not there");
+        let said = second.grow().expect_err("it is there");
+        assert!(matches!(said, OutputError::FileExists { .. }), "{said}");
+        assert_eq!(growing.finish().expect("it is the first one's"), path);
+        assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 1);
     }
 
     #[test]

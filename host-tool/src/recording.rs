@@ -23,12 +23,23 @@ impl Recording {
     /// Gives the file its name and its beginning. Its rows may have what `like` has.
     pub(crate) fn begin(file: NewFile, keys: &Keys, like: &Row) -> Result<Self, OutputError> {
         let (file, output) = file.grow()?;
+        Self::begin_in(file, output, keys, like)
+    }
+
+    fn begin_in(
+        file: GrowingFile,
+        output: File,
+        keys: &Keys,
+        like: &Row,
+    ) -> Result<Self, OutputError> {
         match Rows::begin(output, keys, like) {
             Ok(rows) => Ok(Self { file, rows }),
-            Err(source) => Err(OutputError::Write {
-                path: file.name().to_owned(),
-                source,
-            }),
+            Err(source) => {
+                // It holds nothing, and the reason is what is told.
+                let _ = file.discard();
+                let path = file.name().to_owned();
+                Err(OutputError::Write { path, source })
+            }
         }
     }
 
@@ -215,6 +226,21 @@ mod tests {
             fs::read_to_string(folder.path().join("r.csv")).unwrap(),
             "old"
         );
+    }
+
+    #[test]
+    fn a_disk_that_is_full_at_the_beginning_has_no_empty_file_in_the_end() {
+        let folder = tempfile::tempdir().unwrap();
+        let new = NewFile::create(folder.path().join("r.csv"), false).unwrap();
+        let (file, _) = new.grow().unwrap();
+        let full = File::options().write(true).open("/dev/full").unwrap();
+        let said = Recording::begin_in(file, full, &Keys::default(), &row(0));
+        let said = said.expect_err("no room").to_string();
+        assert!(
+            said.contains("r.csv cannot be written: No space left"),
+            "{said}"
+        );
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 
     #[test]

@@ -52,11 +52,19 @@ pub(super) async fn run(
     }
     let expected = asked as u32;
     let stops = board.status().await?.stops;
-    let mut stream = board.stream(period_ticks, expected).await?;
     let is_piped = file.is_none();
-    let mut recorder = match file {
-        Some(file) => Recorder::begin(board.identity(), file)?,
-        None => Recorder::to_standard_output(board.identity())?,
+    let mut stream = board.stream(period_ticks, expected).await?;
+    let recorder = match file {
+        Some(file) => Recorder::begin(board.identity(), file),
+        None => Recorder::to_standard_output(board.identity()),
+    };
+    let mut recorder = match recorder {
+        Ok(recorder) => recorder,
+        Err(unwritten) => {
+            // As below: it would send on to nobody.
+            let _ = board.stop_stream().await;
+            return Err(unwritten.into());
+        }
     };
     let collected = collect(&mut stream, expected, &mut recorder, json);
     let mut ended = match interrupt.or(collected).await {
