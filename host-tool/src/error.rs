@@ -21,7 +21,7 @@ pub use self::beyond_board::BeyondBoard;
 use self::doubt::{doubt_advice, drift_advice};
 pub use self::input::UnusableInput;
 pub use self::not_improved::NotImproved;
-pub use self::output::OutputError;
+pub use self::output::{CalibrationText, OutputError};
 use self::refusal::{fault_advice, refusal_advice, refusal_words, update_advice};
 use self::sensor::sensor_advice;
 use crate::names::fault_name;

@@ -11,6 +11,7 @@ mod explain;
 mod following;
 mod history;
 pub(crate) mod interrupt;
+mod kept_files;
 mod lab;
 mod list;
 mod load_calibration;

@@ -52,6 +52,13 @@ pub enum OutputError {
     #[diagnostic(help("wait until that has ended, or choose another name"))]
     BeingWritten { path: PathBuf },
 
+    #[error("the board keeps the new calibration, but {unwritten}")]
+    #[diagnostic(help("{}", kept_remedy(calibration)))]
+    BesidesKept {
+        unwritten: String,
+        calibration: CalibrationText,
+    },
+
     #[error("{} would hold SVG under a name that says otherwise", path.display())]
     #[diagnostic(help(
         "name it .svg; browsers show it, and `rsvg-convert` makes other formats of it"
@@ -61,6 +68,32 @@ pub enum OutputError {
     #[error("{} would hold a page that no browser shows under that name", path.display())]
     #[diagnostic(help("name it .html"))]
     PageName { path: PathBuf },
+}
+
+/// Where the text of a calibration is that the board keeps.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum CalibrationText {
+    /// Where it was asked for, if it was.
+    AsAsked,
+    /// In a file that nobody asked for.
+    Elsewhere(PathBuf),
+    /// In the board alone.
+    Nowhere,
+}
+
+fn kept_remedy(calibration: &CalibrationText) -> String {
+    match calibration {
+        CalibrationText::AsAsked => {
+            "make room on the disk before the next one; what else was asked for is done, as the report says".to_owned()
+        }
+        CalibrationText::Elsewhere(path) => format!(
+            "the calibration is in {}: make room on the disk, and move it to where it is to stay",
+            path.display()
+        ),
+        CalibrationText::Nowhere => {
+            "no command reads it back from the board: make room on the disk, and calibrate again for a file of it".to_owned()
+        }
+    }
 }
 
 fn remedy(kind: io::ErrorKind) -> &'static str {

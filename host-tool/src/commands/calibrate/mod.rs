@@ -23,13 +23,14 @@ use self::report::{CalibrateReport, Written};
 use crate::board::Board;
 use crate::cli::Calibrate;
 use crate::commands::interrupt::Interrupt;
+use crate::commands::kept_files::KeptFiles;
 use crate::commands::lab::{model, warn};
 use crate::commands::measure::header::today;
 use crate::commands::measure::run::Bench;
 use crate::commands::measure::sensor::Sensor;
 use crate::commands::range_end::RangeEnd;
 use crate::commands::{calibrate_sense, status};
-use crate::error::ToolError;
+use crate::error::{OutputError, ToolError};
 use crate::new_file::{NewFile, apart};
 use crate::report::{decimal, print};
 use crate::tried::{Tried, before_and_after};
@@ -98,10 +99,10 @@ async fn calibrate(board: &Board, ask: Calibrate, json: bool) -> Result<(), Tool
         Ok(calibrated) => {
             let board = board.identity().board.as_str().to_owned();
             let had_words = (board, status::calibrated_words(&had));
-            let written = outputs.write(&calibrated, had_words)?;
+            let (written, ended) = outputs.write(&calibrated, had_words);
             let range = RangeEnd::new(procedure.reach_um, &calibrated.calibration);
             print(&report(calibrated, &had, range, written), json);
-            Ok(())
+            Ok(ended?)
         }
         Err(error) => Err(fall_back(board, error).await),
     }
@@ -128,10 +129,13 @@ impl Outputs {
         })
     }
 
-    /// `board` is what it calls itself, and the calibration that it had.
-    fn write(self, calibrated: &Calibrated, board: (String, String)) -> Result<Written, ToolError> {
-        let write =
-            |file: Option<NewFile>, text: String| file.map(|file| file.write(&text)).transpose();
+    /// `board` is what it calls itself, and the calibration that it had. What is not written is an error for after the report.
+    fn write(
+        self,
+        calibrated: &Calibrated,
+        board: (String, String),
+    ) -> (Written, Result<(), OutputError>) {
+        let mut files = KeptFiles::new();
         let picture = sheet(&before_and_after(&calibrated.before, &calibrated.after));
         let tried = Tried::new(
             board,
@@ -139,12 +143,14 @@ impl Outputs {
             not_inverted(calibrated),
             (calibrated.before.clone(), calibrated.after.clone()),
         );
-        Ok(Written {
-            calibration: write(self.calibration, to_toml(&calibrated.calibration))?,
-            model: write(self.model, calibrated.model.to_toml())?,
-            picture: write(self.picture, picture)?,
-            trial: write(self.trial, tried.to_json())?,
-        })
+        let written = Written {
+            calibration: files
+                .write_calibration(self.calibration, &to_toml(&calibrated.calibration)),
+            model: files.write(self.model, &calibrated.model.to_toml()),
+            picture: files.write(self.picture, &picture),
+            trial: files.write(self.trial, &tried.to_json()),
+        };
+        (written, files.ended())
     }
 }
 

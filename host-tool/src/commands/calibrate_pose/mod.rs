@@ -27,6 +27,7 @@ use self::trial::{Trial, tried};
 use super::calibrate::fall_back;
 use super::calibration_file::load_in_use;
 use super::interrupt::Interrupt;
+use super::kept_files::KeptFiles;
 use super::measure::keyboard::Keyboard;
 use super::measure::possible::make_directory;
 use super::measure::rested::Rested;
@@ -103,11 +104,10 @@ async fn keep(
     let for_good = board.use_calibration(calibration, CalibrationUse::ForGood);
     for_good.await?;
     board.off().await?;
-    report.calibration = output
-        .map(|file| file.write(&calibration::to_toml(calibration)))
-        .transpose()?;
+    let mut files = KeptFiles::new();
+    report.calibration = files.write_calibration(output, &calibration::to_toml(calibration));
     reports::print(&report, json);
-    Ok(())
+    Ok(files.ended()?)
 }
 
 /// A board under a calibration with levers, a sensor on its mirror, and the poses that are asked for.

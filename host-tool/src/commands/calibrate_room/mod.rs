@@ -21,6 +21,7 @@ use self::report::RoomReport;
 use super::calibrate::fall_back;
 use super::calibration_file::load_in_use;
 use super::interrupt::Interrupt;
+use super::kept_files::KeptFiles;
 use super::measure::sensor::Sensor;
 use super::moving::{Pace, UNTIL_THE_NEXT, read_settled};
 use crate::board::Board;
@@ -50,13 +51,14 @@ pub(super) async fn run(board: &Board, ask: CalibrateRoom, json: bool) -> Result
     let output = ask.output.map(|path| NewFile::create(path, ask.force));
     let output = output.transpose()?;
     let room = InRoom::open(board, &ask.displacements.sensor, ask.settle).await?;
+    let mut files = KeptFiles::new();
     let report = match kept {
         None => first(&room, &calibration, &ask.readings).await,
-        Some(kept) => second(&room, &calibration, &kept, output).await,
+        Some(kept) => second(&room, &calibration, &kept, (output, &mut files)).await,
     };
     board.off().await?;
     print(&report?, json);
-    Ok(())
+    Ok(files.ended()?)
 }
 
 /// Keeps what is read in the first room.
@@ -82,7 +84,7 @@ async fn second(
     room: &InRoom<'_>,
     calibration: &Calibration,
     kept: &RoomReadings,
-    output: Option<NewFile>,
+    (output, files): (Option<NewFile>, &mut KeptFiles),
 ) -> Result<RoomReport, ToolError> {
     let asked_um: Vec<f64> = kept.points.iter().map(|then| then.asked_um).collect();
     let now = room.read(&asked_um).await?;
@@ -105,9 +107,7 @@ async fn second(
         ratio_before: decimal(calibration.parts().ambient_ratio),
         ratio: decimal(found.parts().ambient_ratio),
         ratio_deviation: decimal(found.parts().residual.ambient_ratio),
-        calibration: output
-            .map(|file| file.write(&calibration::to_toml(&found)))
-            .transpose()?,
+        calibration: files.write_calibration(output, &calibration::to_toml(&found)),
     })
 }
 
