@@ -165,7 +165,7 @@ const READING: &[ScpiCommand] = &[
     command(
         "TRACe[:DATA]?",
         Takes::CountAndSpan(Action::Trace),
-        "So many samples, one in each period: a block of rows of little-endian 32-bit floats. The period is whole ticks of the board, of 0.1 ms. A sample that was lost on the way is missing, which the time tells.",
+        "So many samples, at most 65536, one in each period: a block of rows of little-endian 32-bit floats. The period is whole ticks of the board, of 0.1 ms. A sample that was lost on the way is missing, which the time tells.",
     ),
     query(
         "TRACe:COLumns?",

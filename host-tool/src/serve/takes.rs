@@ -4,6 +4,7 @@ use quantities::{Length, QuantityError, Span, Voltage, in_unit};
 
 use crate::scpi::{Error, Kind};
 use crate::serve::action::Action;
+use crate::serve::trace::MOST_ROWS;
 use crate::tilted_pose::TiltedPose;
 
 /// The parameters of a command, and what is said with them.
@@ -58,7 +59,8 @@ impl Takes {
             }
             (Self::Span(action), [text]) => quantity(text, "s").map(action),
             (Self::CountAndSpan(action), [count, span]) => {
-                let count = whole(count, "a count from 1", 1, u32::MAX)?;
+                let what = format!("a count from 1 to {MOST_ROWS}");
+                let count = whole(count, &what, 1, MOST_ROWS)?;
                 Ok(action(count, quantity(span, "s")?))
             }
             (Self::Register(action), [text]) => {
@@ -120,13 +122,20 @@ where
 
 fn whole(text: &str, what: &str, least: u32, most: u32) -> Result<u32, Error> {
     let said = || format!("`{text}` is not {what}");
-    let number: u64 = text
-        .parse()
-        .map_err(|_| Error::new(Kind::DataType, said()))?;
+    let number = integer(text).ok_or_else(|| Error::new(Kind::DataType, said()))?;
     match (u64::from(least)..=u64::from(most)).contains(&number) {
         true => Ok(number as u32),
         false => Err(Error::new(Kind::DataOutOfRange, said())),
     }
+}
+
+/// A whole number, also with a point or an exponent (IEEE 488.2, 7.7.2); the largest there is where it is beyond all.
+fn integer(text: &str) -> Option<u64> {
+    let written_out = || {
+        let number: f64 = text.parse().ok()?;
+        (number >= 0.0 && number.fract() == 0.0).then_some(number as u64)
+    };
+    text.parse().ok().or_else(written_out)
 }
 
 fn boolean(text: &str) -> Result<bool, Error> {
@@ -183,7 +192,12 @@ mod tests {
             (&pose, "1um,2deg,1V", Kind::InvalidSuffix),
             (&span, "-1s", Kind::DataOutOfRange),
             (&count, "0,1ms", Kind::DataOutOfRange),
+            (&count, "65537,1ms", Kind::DataOutOfRange),
+            (&count, "1e9,1ms", Kind::DataOutOfRange),
+            (&count, "1e99,1ms", Kind::DataOutOfRange),
             (&count, "1.5,1ms", Kind::DataType),
+            (&count, "-1,1ms", Kind::DataType),
+            (&count, "inf,1ms", Kind::DataType),
             (&questionable, "65536", Kind::DataOutOfRange),
             (
                 &Takes::StandardRegister(Action::SetEventEnable),
@@ -197,6 +211,21 @@ mod tests {
             let error = takes.read("X", &typed).expect_err("wrong");
             assert_eq!(error.kind, kind, "{typed:?}: {error}");
         }
+    }
+
+    #[test]
+    fn a_count_may_have_an_exponent_and_one_that_is_too_large_is_told_with_the_largest() {
+        let count = Takes::CountAndSpan(Action::Trace);
+        let read = |typed: &str| count.read("TRAC?", &[typed.to_owned(), "1ms".to_owned()]);
+        for typed in ["1000", "1e3", "1.0E+3", "1000.0"] {
+            let read = read(typed);
+            assert!(matches!(read, Ok(Action::Trace(1000, _))), "{typed}");
+        }
+        let said = read("1e9").expect_err("too many").to_string();
+        assert!(
+            said.contains("`1e9` is not a count from 1 to 65536"),
+            "{said}"
+        );
     }
 
     proptest! {
