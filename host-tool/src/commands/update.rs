@@ -12,7 +12,7 @@ use crate::board::{Board, choose, find};
 use crate::error::ToolError;
 use crate::report;
 use crate::update::dfuse;
-use crate::update::package::Package;
+use crate::update::package::{Package, numbers};
 use crate::update::target::{self, InBootloader, Target};
 use crate::update::{UsbBootloader, bootloaders};
 use crate::verbosity::say;
@@ -105,13 +105,10 @@ async fn enter_bootloader(
     Err(ToolError::NoBootloader)
 }
 
-/// Whether a version is below another, number by number.
+/// Whether a version is below another, number by number; what is no version is not.
 fn is_older(version: &str, than: &str) -> bool {
-    let numbers = |version: &str| -> Vec<u32> {
-        let numbers = version.split('.');
-        numbers.map_while(|number| number.parse().ok()).collect()
-    };
-    numbers(version) < numbers(than)
+    let numbers = numbers(version).zip(numbers(than));
+    numbers.is_some_and(|(version, than)| version < than)
 }
 
 impl fmt::Display for Updated {
@@ -132,5 +129,7 @@ mod tests {
     fn versions_are_compared_number_by_number() {
         assert!(is_older("0.9.0", "0.10.0") && is_older("0.1.0", "1.0.0"));
         assert!(!is_older("0.10.0", "0.9.0") && !is_older("0.1.0", "0.1.0"));
+        assert!(is_older("0.1.0-rc.1", "0.2.0") && !is_older("999.0.0", "0.1.0"));
+        assert!(!is_older("not a version", "0.1.0") && !is_older("0.1.0", ""));
     }
 }

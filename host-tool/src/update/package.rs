@@ -53,6 +53,14 @@ pub enum PackageError {
         /// Which.
         board: String,
     },
+    /// What it says of its version.
+    #[error(
+        "it says that it is version `{version}`, which is none: three numbers with points between them, such as 0.1.0; build it again"
+    )]
+    Version {
+        /// What it says.
+        version: String,
+    },
     /// The image itself.
     #[error(transparent)]
     Image(#[from] ImageError),
@@ -104,10 +112,15 @@ impl Package {
             build: value("build").ok_or(PackageError::Damaged)?,
             image: Image::from_bytes(bytes.to_vec())?,
         };
-        match package.board.as_str() {
-            BOARD => Ok(package),
-            other => Err(PackageError::Board {
-                board: other.to_owned(),
+        if package.board != BOARD {
+            return Err(PackageError::Board {
+                board: package.board,
+            });
+        }
+        match numbers(&package.version) {
+            Some(_) => Ok(package),
+            None => Err(PackageError::Version {
+                version: package.version,
             }),
         }
     }
@@ -129,6 +142,14 @@ impl Package {
         }
         head
     }
+}
+
+/// The numbers of a version, whatever follows the last of them after a `-` or `+`; `None` where it is no version.
+pub(crate) fn numbers(version: &str) -> Option<[u32; 3]> {
+    let end = version.find(['-', '+']).unwrap_or(version.len());
+    let numbers = version[..end].split('.').map(|number| number.parse().ok());
+    let numbers: Vec<u32> = numbers.collect::<Option<_>>()?;
+    numbers.try_into().ok()
 }
 
 /// The lines up to the empty one, and what follows it.
@@ -199,6 +220,15 @@ mod tests {
             Package::from_bytes(b"\x7fELF\x01"),
             Err(PackageError::Stranger)
         );
+        for version in ["not a version", "1.2", "99999999999.0.0", ""] {
+            let version = version.to_owned();
+            let forged = Package {
+                version: version.clone(),
+                ..package()
+            };
+            let refused = Package::from_bytes(&forged.to_bytes());
+            assert_eq!(refused, Err(PackageError::Version { version }));
+        }
         let board = "another".to_owned();
         let other = Package {
             board: board.clone(),
