@@ -51,6 +51,12 @@ pub enum ToolError {
         longest: Hold,
     },
 
+    #[error("this scan drives the mirror for {lasts}, longer than this bench allows, {longest}")]
+    #[diagnostic(help(
+        "ask for a shorter one, by fewer --cycles for instance; whoever runs the bench sets the longest by MIRROR_LONGEST_HOLD"
+    ))]
+    ScanTooLong { lasts: Span, longest: Hold },
+
     #[error("the board was turned off by `host-tool off` meanwhile, and drives nothing")]
     #[diagnostic(help("ask again, if the mirror is to move after all"))]
     TurnedOff,

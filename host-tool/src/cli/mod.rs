@@ -66,8 +66,8 @@ pub struct Arguments {
     #[arg(help_heading = BOARD, long, global = true, env = "MIRROR_BOARD", value_name = "NAME", add = candidates::boards())]
     pub board: Option<String>,
 
-    /// The longest that whoever runs this bench allows a move to be driven, --settle and --hold together: 10min. Longer holds, and
-    /// `forever`, are refused.
+    /// The longest that whoever runs this bench allows a move to be driven, --settle and --hold together, or a scan: 10min. Longer holds
+    /// and scans, and `forever`, are refused.
     #[arg(
         help_heading = BOARD,
         long,

@@ -169,7 +169,10 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         Command::Measure(Measure::Experiment(asked)) => {
             measure::run(&open().await?, asked, json).await
         }
-        Command::Scan(scan) => scan::run(&open_to_move().await?, scan, json).await,
+        Command::Scan(scan) => {
+            let longest = arguments.longest_hold;
+            scan::run(&open_to_move().await?, scan, longest, json).await
+        }
         Command::Calibrate(ask) => calibrate::run(&open().await?, ask, json).await,
         Command::LoadCalibration { file } => {
             load_calibration::run(&open().await?, &file, json).await

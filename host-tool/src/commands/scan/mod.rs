@@ -12,6 +12,7 @@ use control_core::{Limit, Limits};
 use experiments::{Beginnings, Experiment, Run, Signal};
 use measurement::MeasurementFile;
 use mirror_protocol::Kept;
+use quantities::{Hold, Span};
 use serde::Serialize;
 
 use self::path::{Planned, TiltReport};
@@ -54,9 +55,15 @@ struct ScanReport {
 }
 
 /// Scans, and leaves the channels off.
-pub(super) async fn run(board: &Board, scan: Scan, json: bool) -> Result<(), ToolError> {
+pub(super) async fn run(
+    board: &Board,
+    scan: Scan,
+    longest: Hold,
+    json: bool,
+) -> Result<(), ToolError> {
     let tick_hz = board.identity().tick_hz;
     let Planned { name, run, output } = path::planned(scan, tick_hz)?;
+    check_length(run.duration_s(), longest)?;
     let reach = reach(board, &board.status().await?.health).await?;
     path::check_reach(&run, &reach.by_range())?;
     let experiment = Experiment::scan(name, run.clone(), samples(run.begins, run.cycles));
@@ -124,6 +131,15 @@ pub(super) async fn run(board: &Board, scan: Scan, json: bool) -> Result<(), Too
     }
     report::print(&report, json);
     whole(measured.ended)
+}
+
+/// Whether whoever runs the bench lets a mirror be driven for so long.
+fn check_length(duration_s: f64, longest: Hold) -> Result<(), ToolError> {
+    let lasts = Span { s: duration_s };
+    match longest {
+        Hold::For(allowed) if lasts.s > allowed.s => Err(ToolError::ScanTooLong { lasts, longest }),
+        _ => Ok(()),
+    }
 }
 
 /// Positions count from rest in the room of the calibration. In a warmer one the mirror rests higher, by what the board knows of it once it was
@@ -259,6 +275,19 @@ impl fmt::Display for ScanReport {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_scan_lasts_no_longer_than_a_bench_allows() {
+        let longest = Hold::For(Span { s: 10.0 });
+        assert!(check_length(10.0, longest).is_ok());
+        assert!(check_length(1e6, Hold::Forever).is_ok());
+        let said = check_length(1000.0, longest).expect_err("too long");
+        let said = said.to_string();
+        assert!(
+            said.contains("for 1000 s, longer than this bench allows, 10 s"),
+            "{said}"
+        );
+    }
 
     #[test]
     fn the_jump_that_a_scan_begins_with_is_not_its_limit() {
