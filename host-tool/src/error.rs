@@ -308,6 +308,13 @@ pub enum ToolError {
     ))]
     Pose(#[from] calibration::PoseError),
 
+    #[error(transparent)]
+    #[diagnostic(help(
+        "nothing was changed. Look whether the table has micrometres and degrees, counted from this mirror's rest about axes that the board has, \
+         and ask again"
+    ))]
+    PosesOfTable(calibration::PoseError),
+
     #[error("'{name}' is too long for a calibration, which holds {max} bytes of it, or has a control character", max = Label::CAPACITY)]
     #[diagnostic(help("choose a shorter name with --device"))]
     Name { name: String },

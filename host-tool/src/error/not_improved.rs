@@ -43,7 +43,8 @@ pub enum NotImproved {
         "the same pose was read {drifted_um:.2} um apart at the beginning and at the end of a spot"
     )]
     #[diagnostic(help(
-        "did sensor or mirror move? Let both warm up, and ask again; the spots before are kept"
+        "did sensor or mirror move, or has the room become warmer or colder? Let all three come to rest, and ask again; the spots before \
+         are kept"
     ))]
     PoseDrift { drifted_um: f64 },
 
@@ -67,4 +68,33 @@ pub enum NotImproved {
         after_um: f64,
         promised_um: f64,
     },
+}
+
+#[cfg(test)]
+mod tests {
+    use miette::Diagnostic;
+
+    use super::*;
+    use crate::error::ToolError;
+
+    fn help(error: ToolError) -> String {
+        error.help().expect("every error says it").to_string()
+    }
+
+    #[test]
+    fn a_room_that_moves_a_pose_is_among_its_causes() {
+        let said = help(NotImproved::PoseDrift { drifted_um: 1.6 }.into());
+        assert!(said.contains("has the room become warmer"), "{said}");
+    }
+
+    #[test]
+    fn what_a_table_of_poses_lacks_is_not_told_of_spots() {
+        let few = || calibration::PoseError::TooFew(3);
+        assert!(help(few().into()).contains("remove the file"));
+        let said = help(ToolError::PosesOfTable(few()));
+        assert!(
+            said.contains("the table") && !said.contains("spot"),
+            "{said}"
+        );
+    }
 }

@@ -58,7 +58,8 @@ pub(super) async fn run(board: &Board, ask: CalibratePose, json: bool) -> Result
     let output = output.transpose()?;
     if let Some(file) = ask.from {
         let points = table(&file)?;
-        let found = posed(&with_assumed_levers(&calibration), &points)?;
+        let found = posed(&with_assumed_levers(&calibration), &points);
+        let found = found.map_err(ToolError::PosesOfTable)?;
         let report = CalibratePoseReport::of_a_file(
             &found,
             points.len(),

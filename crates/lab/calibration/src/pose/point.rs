@@ -72,7 +72,7 @@ pub enum PoseError {
     },
     /// One actuator would bend the plate less than half as much as another.
     #[error(
-        "actuator {0} would carry much less of the plate than the others; were two spots mixed up, or is the instrument's zero not the plate at rest?"
+        "actuator {0} would carry much less of the plate than the others; were two spots mixed up, or, of an instrument of two axes, is one of them reversed, or its zero not the plate at rest?"
     )]
     Lopsided(usize),
     /// Heights that are not those of the calibration's trial.
