@@ -23,6 +23,7 @@ pub use self::input::UnusableInput;
 pub use self::not_improved::NotImproved;
 pub use self::output::{CalibrationText, OutputError};
 use self::refusal::{fault_advice, refusal_advice, refusal_words, update_advice};
+pub use self::sensor::SensorFault;
 use self::sensor::sensor_advice;
 use crate::names::fault_name;
 use crate::update::package::PackageError;
@@ -190,37 +191,9 @@ pub enum ToolError {
     #[diagnostic(help("calibrate the mirror again with this version of the tool"))]
     CalibrationRefused { reason: String },
 
-    #[error(
-        "the board did not drive what was asked for when the sensor was read: {found}; that reading is not kept"
-    )]
-    #[diagnostic(help(
-        "ask for it again, and measure this point once more; what was read before stays. A board ramps to zero where the machine of this \
-         tool sleeps or has no time for it: `host-tool explain lease-lapsed` says more"
-    ))]
-    DrivenOtherwise { found: String },
-
-    #[error(
-        "the sensor read {read_um:+.3} um where the stage was to have moved the mirror by {moved_um:+.3} um: {found} That reading is not kept"
-    )]
-    #[diagnostic(help(
-        "a height is how far the stage has moved the whole mirror towards the side of the substrate, where positions count to; move it there, and measure the reference again"
-    ))]
-    StageUnseen {
-        moved_um: f64,
-        read_um: f64,
-        found: &'static str,
-    },
-
     #[error("the board stopped counting control ticks")]
     #[diagnostic(help("reset the board, or restart its emulator"))]
     ControlStopped,
-
-    #[error("the sensor at {} cannot be read: {reason}", path.display())]
-    #[diagnostic(help(
-        "a serial sensor sends lines of micrometres (`/dev/ttyUSB0@115200` sets its speed); a recording has \
-         lines of seconds and micrometres, `0.5,12.3`, the experiment beginning at 0"
-    ))]
-    Sensor { path: PathBuf, reason: String },
 
     #[error("the input ended before the scan was complete; channels are off")]
     #[diagnostic(help(
@@ -359,10 +332,6 @@ pub enum ToolError {
     #[diagnostic(help("{}", doubt_advice(_0)))]
     Doubt(#[from] Doubt),
 
-    #[error("this board has no position sensor")]
-    #[diagnostic(help("name yours: --sensor /dev/ttyACM0, or --sensor FILE for a recording"))]
-    NoSensor,
-
     #[error("{received} of {expected} samples arrived")]
     #[diagnostic(help("the samples that arrived were kept; a longer --period eases the link"))]
     SamplesLost { received: usize, expected: usize },
@@ -459,6 +428,10 @@ pub enum ToolError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     NotImproved(#[from] NotImproved),
+
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    SensorFault(#[from] SensorFault),
 }
 
 fn listen_help(kind: io::ErrorKind) -> &'static str {
@@ -494,6 +467,7 @@ impl ToolError {
             Self::UnusableInput(error) => error.into(),
             Self::Output(error) => error.into(),
             Self::NotImproved(error) => error.into(),
+            Self::SensorFault(error) => error.into(),
             other => other.into(),
         }
     }

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::board::Board;
 use crate::commands::interrupt::Interrupt;
-use crate::error::ToolError;
+use crate::error::{SensorFault, ToolError};
 use crate::verbosity::note;
 
 use crate::report::{decimal, row, row_of_known};
@@ -233,9 +233,10 @@ pub(super) async fn read(board: &Board) -> Result<(Readings, u32), ToolError> {
 pub(super) fn check_lease(limits: Limits) -> Result<(), ToolError> {
     match limits.contains(Limit::LeaseLapsed) {
         false => Ok(()),
-        true => Err(ToolError::DrivenOtherwise {
+        true => Err(SensorFault::DrivenOtherwise {
             found: "it has ramped to zero, for it heard nothing of this tool in time".to_owned(),
-        }),
+        }
+        .into()),
     }
 }
 

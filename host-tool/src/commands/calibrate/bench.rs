@@ -10,8 +10,9 @@ use mirror_protocol::CalibrationUse;
 
 use crate::board::Board;
 use crate::commands::measure::possible::make_directory;
+use crate::commands::measure::readings::{Impossible, LONGEST_UM};
 use crate::commands::measure::run::{Bench, Ended};
-use crate::error::{OutputError, ToolError};
+use crate::error::{OutputError, SensorFault, ToolError};
 use crate::new_file::NewFile;
 
 /// A board that is being calibrated.
@@ -22,6 +23,8 @@ pub(super) struct OnTrial<'a> {
     pub(super) keep: Option<&'a Path>,
     /// Whether files there are replaced.
     pub(super) force: bool,
+    /// Numbers that the sensor sent last among its readings.
+    pub(super) impossible: Impossible,
 }
 
 impl OnTrial<'_> {
@@ -59,6 +62,7 @@ impl Procedures for OnTrial<'_> {
             Part::After => format!("{}, after", experiment.name),
         };
         let measured = self.bench.measure(&experiment.clone().named(&shown)).await;
+        self.impossible = measured.impossible;
         if let Some(kept) = kept {
             kept.write(&measured.file.to_string())?;
         }
@@ -83,5 +87,50 @@ impl Procedures for OnTrial<'_> {
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, ToolError> {
         self.bench.aside(what, work).await
+    }
+}
+
+/// Why a calibration fails that fails by what the sensor read. Where numbers of another unit are missing, the rest tells neither which way it
+/// counts nor how far.
+pub(super) fn by_unit(impossible: Impossible, error: ToolError) -> ToolError {
+    let is_of_sensor = matches!(
+        error,
+        ToolError::SensorTravel(_) | ToolError::SensorReadings(_) | ToolError::Drift(_)
+    );
+    match is_of_sensor && impossible.is_of_another_unit() {
+        false => error,
+        true => SensorFault::OtherUnit {
+            numbers: impossible.numbers,
+            largest_um: impossible.largest_um,
+            longest_um: LONGEST_UM,
+        }
+        .into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use calibration_procedure::TravelError;
+
+    use super::*;
+
+    #[test]
+    fn a_sensor_of_another_unit_is_not_judged_by_what_is_left_of_it() {
+        let said = |impossible, error: ToolError| by_unit(impossible, error).to_string();
+        let reversed = || ToolError::from(TravelError::Reversed(727.0));
+        let nm = Impossible::among(&[(0.0, 12_000.0), (1.0, 164_000.0)]);
+        let told = said(nm, reversed());
+        assert!(
+            told.contains("another unit than micrometres: 2 of its numbers")
+                && told.contains("up to 164000,"),
+            "{told}"
+        );
+        assert_eq!(
+            said(Impossible::NONE, reversed()),
+            reversed().to_string(),
+            "it counts the other way round"
+        );
+        let other = || ToolError::Interrupted;
+        assert_eq!(said(nm, other()), other().to_string());
     }
 }

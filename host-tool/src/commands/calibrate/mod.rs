@@ -18,7 +18,7 @@ use measurement::Session;
 use mirror_model::Symbol;
 use mirror_protocol::CalibrationUse;
 
-use self::bench::OnTrial;
+use self::bench::{OnTrial, by_unit};
 use self::report::{CalibrateReport, Written};
 use crate::board::Board;
 use crate::cli::Calibrate;
@@ -26,11 +26,12 @@ use crate::commands::interrupt::Interrupt;
 use crate::commands::kept_files::KeptFiles;
 use crate::commands::lab::{model, warn};
 use crate::commands::measure::header::today;
+use crate::commands::measure::readings::Impossible;
 use crate::commands::measure::run::Bench;
 use crate::commands::measure::sensor::Sensor;
 use crate::commands::range_end::RangeEnd;
 use crate::commands::{calibrate_sense, status};
-use crate::error::{OutputError, ToolError};
+use crate::error::{OutputError, SensorFault, ToolError};
 use crate::new_file::{NewFile, apart};
 use crate::report::{decimal, print};
 use crate::tried::{Tried, before_and_after};
@@ -53,7 +54,7 @@ pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(),
 /// board has the one of before again, and its channels are off.
 async fn calibrate(board: &Board, ask: Calibrate, json: bool) -> Result<(), ToolError> {
     let outputs = Outputs::create(&ask)?;
-    let sensor = Sensor::open(&ask.displacements.sensor)?;
+    let sensor = Sensor::open_live(&ask.displacements.sensor)?;
     let procedure = procedure(board, &ask, &sensor).await?;
     let source = match &ask.from {
         Some(folder) => {
@@ -76,6 +77,7 @@ async fn calibrate(board: &Board, ask: Calibrate, json: bool) -> Result<(), Tool
         board,
         keep: ask.keep.as_deref(),
         force: ask.force,
+        impossible: Impossible::NONE,
     };
     let played = played(&procedure, &source);
     on_trial.bench.say(&time_words(&played));
@@ -92,7 +94,7 @@ async fn calibrate(board: &Board, ask: Calibrate, json: bool) -> Result<(), Tool
             let kept = board.use_calibration(&calibrated.calibration, for_good);
             kept.await.map(|_| calibrated)
         }
-        Err(error) => Err(error),
+        Err(error) => Err(by_unit(on_trial.impossible, error)),
     };
     on_trial.bench.close();
     match kept {
@@ -164,7 +166,7 @@ async fn procedure(
     let device = device(board, ask.device.clone())?;
     let status = board.status().await?;
     if !sensor.is_there(board).await? {
-        return Err(ToolError::NoSensor);
+        return Err(SensorFault::NoSensor.into());
     }
     Ok(Procedure {
         start,

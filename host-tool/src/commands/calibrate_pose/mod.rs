@@ -37,7 +37,7 @@ use super::moving::{self, Pace, Readings, UNTIL_THE_NEXT, check_lease};
 use super::pose::request;
 use crate::board::Board;
 use crate::cli::CalibratePose;
-use crate::error::{NotImproved, ToolError};
+use crate::error::{NotImproved, SensorFault, ToolError};
 use crate::new_file::NewFile;
 use crate::report::{self as reports, decimal};
 use crate::verbosity::note;
@@ -310,6 +310,6 @@ impl<'a> OnPlate<'a> {
             (Some(um), _) | (None, Some(um)) => Some(um),
             (None, None) => moving::read(self.board).await?.0.sensor_z_um,
         };
-        um.ok_or(ToolError::NoSensor)
+        Ok(um.ok_or(SensorFault::NoSensor)?)
     }
 }

@@ -26,7 +26,7 @@ use super::measure::sensor::Sensor;
 use super::moving::{Pace, UNTIL_THE_NEXT, read_settled};
 use crate::board::Board;
 use crate::cli::CalibrateRoom;
-use crate::error::{NotImproved, ToolError, UnusableInput};
+use crate::error::{NotImproved, SensorFault, ToolError, UnusableInput};
 use crate::names::limit_names;
 use crate::new_file::NewFile;
 use crate::report::{decimal, print};
@@ -199,7 +199,7 @@ impl<'a> InRoom<'a> {
             asked_um,
             read_um: serial_um
                 .or(readings.sensor_z_um)
-                .ok_or(ToolError::NoSensor)?,
+                .ok_or(SensorFault::NoSensor)?,
             rise_k: f64::from(room.rise_ck) / 100.0,
         })
     }

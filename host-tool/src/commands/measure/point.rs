@@ -12,7 +12,7 @@ use super::sensor::Sensor;
 use crate::board::Board;
 use crate::cli::Instruments;
 use crate::commands::moving::{check_lease, read};
-use crate::error::ToolError;
+use crate::error::{SensorFault, ToolError};
 
 /// Drives are whole counts of the board's PWM, a millivolt each (`control_core`, `codes.rs`).
 const COUNT_V: f64 = 1e-3;
@@ -90,7 +90,7 @@ impl<'a> Points<'a> {
         check_drives(readings.drive_v, self.asked_v)?;
         let um = serial_um
             .or(readings.sensor_z_um)
-            .ok_or(ToolError::NoSensor)?;
+            .ok_or(SensorFault::NoSensor)?;
         let t_s = self.board.span(self.begin_tick, tick).s;
         let row = Row {
             t_s,
@@ -109,9 +109,10 @@ fn check_drives(drive_v: [f64; 4], asked_v: f64) -> Result<(), ToolError> {
     let mut drives = (1..).zip(drive_v);
     match drives.find(|(_, drive_v)| (drive_v - asked_v).abs() > COUNT_V) {
         None => Ok(()),
-        Some((actuator, drive_v)) => Err(ToolError::DrivenOtherwise {
+        Some((actuator, drive_v)) => Err(SensorFault::DrivenOtherwise {
             found: format!("actuator {actuator} has {drive_v:.3} V in place of {asked_v:.3} V"),
-        }),
+        }
+        .into()),
     }
 }
 

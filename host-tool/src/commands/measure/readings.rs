@@ -4,11 +4,47 @@ use measurement::MeasurementFile;
 
 /// No plate of these mirrors is so wide, and no sensor that sees one so far from it (um): a centimetre, as a calibration's longest motion
 /// (`control_core`, `plausible.rs`). The paper's plate has half a millimetre.
-pub(super) const LONGEST_UM: f64 = 1e4;
+pub(crate) const LONGEST_UM: f64 = 1e4;
 
 /// Whether a number may be a reading of a mirror (um). By 9.91E37 an instrument says that it has none.
 pub(super) fn is_possible(um: f64) -> bool {
     um.abs() <= LONGEST_UM
+}
+
+/// Beyond this a number stands for none, as 9.91E37 does; a centimetre in nanometres is far below.
+const NO_READING_UM: f64 = 1e9;
+
+/// Numbers of a sensor that are no readings of a mirror.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Impossible {
+    pub(crate) numbers: usize,
+    smallest_um: f64,
+    pub(crate) largest_um: f64,
+}
+
+impl Impossible {
+    pub(crate) const NONE: Self = Self {
+        numbers: 0,
+        smallest_um: f64::INFINITY,
+        largest_um: 0.0,
+    };
+
+    /// Those among the readings.
+    pub(crate) fn among(readings: &[(f64, f64)]) -> Self {
+        let sizes = readings.iter().map(|(_, um)| um.abs());
+        sizes
+            .filter(|um| !is_possible(*um))
+            .fold(Self::NONE, |found, um| Self {
+                numbers: found.numbers + 1,
+                smallest_um: found.smallest_um.min(um),
+                largest_um: found.largest_um.max(um),
+            })
+    }
+
+    /// Whether they move as a mirror does: what a sensor sends where it has lost one is the same number each time, or much larger.
+    pub(crate) fn is_of_another_unit(&self) -> bool {
+        self.smallest_um < self.largest_um && self.largest_um < NO_READING_UM
+    }
 }
 
 pub(crate) fn finite(text: &str) -> Option<f64> {
@@ -188,6 +224,28 @@ mod tests {
         ] {
             let said = parse(text).unwrap_err();
             assert!(said.starts_with(line), "{said}");
+        }
+    }
+
+    #[test]
+    fn numbers_of_another_unit_are_told_from_those_that_stand_for_none() {
+        let of = |um: &[f64]| {
+            let readings: Vec<_> = um.iter().map(|um| (0.0, *um)).collect();
+            Impossible::among(&readings)
+        };
+        // From rest to 160 um, in nm, and the other way round.
+        for sign in [1.0, -1.0] {
+            let nm = of(&[0.0, 20.0, 4e4, 1.6e5].map(|um| sign * um));
+            assert_eq!((nm.numbers, nm.largest_um), (2, 1.6e5));
+            assert!(nm.is_of_another_unit());
+        }
+        for lost in [
+            &[1.0, 2.0][..],
+            &[1.0, 9.91e37, 9.91e37],
+            &[-1e30, 9.91e37],
+            &[32_767.0, 32_767.0, 12.0],
+        ] {
+            assert!(!of(lost).is_of_another_unit(), "{lost:?}");
         }
     }
 

@@ -12,7 +12,7 @@ use super::run::{Ended, attended, partial, whole};
 use crate::board::Board;
 use crate::cli;
 use crate::commands::interrupt::Interrupt;
-use crate::error::ToolError;
+use crate::error::{SensorFault, ToolError};
 use crate::new_file::NewFile;
 use crate::report;
 use crate::verbosity::{note, say};
@@ -111,11 +111,12 @@ fn check_step(moved_um: f64, read_um: f64) -> Result<(), ToolError> {
         gain if gain < 0.0 => "it moved the other way, or the sensor counts the other way.",
         _ => "does the stage or the sensor count in another unit?",
     };
-    Err(ToolError::StageUnseen {
+    Err(SensorFault::StageUnseen {
         moved_um,
         read_um,
         found,
-    })
+    }
+    .into())
 }
 
 #[cfg(test)]

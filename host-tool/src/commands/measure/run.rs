@@ -17,6 +17,7 @@ use super::header::{header, now};
 use super::journal::Journal;
 use super::lag::Lag;
 use super::progress::Progress;
+use super::readings::Impossible;
 use super::report::MeasuredFile;
 use super::rest::Zero;
 use super::rested::sensor_um;
@@ -55,6 +56,8 @@ pub(crate) struct Measured {
     pub(crate) file: MeasurementFile,
     /// What acted in the tick of every row.
     pub(crate) limits: Vec<Limits>,
+    /// Numbers of the sensor that are none of its readings.
+    pub(crate) impossible: Impossible,
     pub(crate) ended: Result<Ended, ToolError>,
 }
 
@@ -194,6 +197,7 @@ impl<'a> Bench<'a> {
                 return Measured {
                     file,
                     limits: Vec::new(),
+                    impossible: Impossible::NONE,
                     ended: Err(error.into()),
                 };
             }
@@ -216,7 +220,10 @@ impl<'a> Bench<'a> {
         let off = off.and(self.board.stop_stream().await);
         let read = self.sensor.read_into(self.lag.span, &mut file);
         match &read {
-            Ok(numbers @ 1..) => self.progress.warn(&impossible_words(*numbers)),
+            Ok(Impossible {
+                numbers: numbers @ 1..,
+                ..
+            }) => self.progress.warn(&impossible_words(*numbers)),
             Err(error) if ended.is_ok() => file.keys.set("partial", &error.to_string()),
             _ => {}
         }
@@ -227,6 +234,7 @@ impl<'a> Bench<'a> {
         Measured {
             file,
             limits: std::mem::take(&mut self.limits),
+            impossible: *read.as_ref().unwrap_or(&Impossible::NONE),
             ended: ended.and_then(|ended| off.and(read.map(drop)).map(|()| ended)),
         }
     }

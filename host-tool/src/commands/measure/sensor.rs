@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use measurement::MeasurementFile;
 use quantities::Span;
 
-use super::readings::{LONGEST_UM, is_possible, merge, recorded};
+use super::readings::{Impossible, LONGEST_UM, is_possible, merge, recorded};
 use super::serial::{Serial, cannot_read};
 use crate::board::Board;
 use crate::commands::moving::read;
-use crate::error::ToolError;
+use crate::error::{SensorFault, ToolError};
 use crate::names::nearest;
 use crate::system::{is_device, serial_device};
 use crate::verbosity::note;
@@ -58,6 +58,19 @@ const BOARD: &str = "board";
 impl Sensor {
     /// The sensor that a user names: `board`, a serial device with its speed if it has one, or a file.
     pub(crate) fn open(name: &str) -> Result<Self, ToolError> {
+        let sensor = Self::named(name)?;
+        if let Self::Recording { path, .. } = &sensor {
+            match path.exists() {
+                true => check_recording(path)?,
+                false => note(format_args!(
+                    "{name} is not there yet; it is read once the measurement is done"
+                )),
+            }
+        }
+        Ok(sensor)
+    }
+
+    fn named(name: &str) -> Result<Self, ToolError> {
         if name == BOARD {
             return Ok(Self::Board);
         }
@@ -72,12 +85,6 @@ impl Sensor {
                 return Err(cannot_read(Path::new(name), reason));
             }
             let path = PathBuf::from(name);
-            match path.exists() {
-                true => check_recording(&path)?,
-                false => note(format_args!(
-                    "{name} is not there yet; it is read once the measurement is done"
-                )),
-            }
             return Ok(Self::Recording { path, began: false });
         }
         let baud = baud.map(str::parse).transpose();
@@ -86,19 +93,32 @@ impl Sensor {
         Ok(Self::Serial(Serial::on(path, device)))
     }
 
-    /// The sensor that a user names, where it is there and answers at any time.
+    /// The sensor that a user names, where it can be asked at any time.
     ///
     /// # Errors
-    /// Where it does not, or the board does not answer.
-    pub(crate) async fn at_any_time(board: &Board, name: &str) -> Result<Self, ToolError> {
-        let sensor = Self::open(name)?;
-        if let Self::Recording { path, .. } = &sensor {
-            let reason = "it is asked at every point, which a recording cannot answer";
-            return Err(cannot_read(path, reason));
+    /// Where it cannot, as a recording.
+    pub(crate) fn open_live(name: &str) -> Result<Self, ToolError> {
+        match Self::named(name)? {
+            Self::Recording { path, .. } => {
+                let reason = match path.exists() {
+                    true => "it is a file",
+                    false => "there is no such device",
+                };
+                Err(SensorFault::NotAtAnyTime { path, reason }.into())
+            }
+            sensor => Ok(sensor),
         }
+    }
+
+    /// The same, where it is there.
+    ///
+    /// # Errors
+    /// Where it is not, or the board does not answer.
+    pub(crate) async fn at_any_time(board: &Board, name: &str) -> Result<Self, ToolError> {
+        let sensor = Self::open_live(name)?;
         match sensor.is_there(board).await? {
             true => Ok(sensor),
-            false => Err(ToolError::NoSensor),
+            false => Err(SensorFault::NoSensor.into()),
         }
     }
 
@@ -147,20 +167,20 @@ impl Sensor {
         }
     }
 
-    /// Puts what a sensor that is so late has sensed into the rows, counted from the reading at time 0, and tells how many of its numbers
+    /// Puts what a sensor that is so late has sensed into the rows, counted from the reading at time 0, and tells which of its numbers
     /// are no readings. The next experiment begins anew.
     pub(super) fn read_into(
         &mut self,
         lag: Span,
         file: &mut MeasurementFile,
-    ) -> Result<usize, ToolError> {
+    ) -> Result<Impossible, ToolError> {
         let (path, readings): (_, Vec<_>) = match self {
-            Self::Board => return Ok(0),
+            Self::Board => return Ok(Impossible::NONE),
             Self::Serial(serial) => match serial.take() {
                 Some(readings) => (&serial.path, readings),
-                None => return Ok(0),
+                None => return Ok(Impossible::NONE),
             },
-            Self::Recording { began: false, .. } => return Ok(0),
+            Self::Recording { began: false, .. } => return Ok(Impossible::NONE),
             Self::Recording { path, began } => {
                 *began = false;
                 let text = input_file::read_text(path, input_file::MOST_MADE)?;
@@ -168,13 +188,16 @@ impl Sensor {
                 (path, readings)
             }
         };
-        let told = readings.len();
+        let (told, impossible) = (readings.len(), Impossible::among(&readings));
         let possible = readings.into_iter().filter(|(_, um)| is_possible(*um));
         let readings: Vec<_> = possible.map(|(t_s, um)| (t_s - lag.s, um)).collect();
         match (readings.len(), told) {
             (0, 0) => return Err(cannot_read(path, "it sent no number")),
             (0, _) => {
-                let reason = format!("all numbers that it sent are beyond {LONGEST_UM} um");
+                let reason = format!(
+                    "all numbers that it sent are beyond {LONGEST_UM} um, up to {:.0}: does it count in nm?",
+                    impossible.largest_um
+                );
                 return Err(cannot_read(path, reason));
             }
             _ => {}
@@ -183,7 +206,7 @@ impl Sensor {
         if lag.s > 0.0 {
             file.keys.set("sensor_lag_s", &lag.s.to_string());
         }
-        Ok(told - readings.len())
+        Ok(impossible)
     }
 }
 
@@ -222,6 +245,25 @@ mod tests {
         }
     }
 
+    /// A calibration plays many experiments, each of which begins at a time of its own.
+    #[test]
+    fn what_cannot_be_asked_at_any_time_is_refused_before_anything_is_driven() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let recording = folder.path().join("readings.csv");
+        fs::write(&recording, "0,1\n").expect("written");
+        for (name, told) in [
+            ("s_notthere", "there is no such device"),
+            (&*recording.to_string_lossy(), "it is a file"),
+        ] {
+            let said = Sensor::open_live(name).err().expect("refused").to_string();
+            assert!(
+                said.contains(told) && said.contains("at any time"),
+                "{said}"
+            );
+        }
+        assert!(matches!(Sensor::open_live("board"), Ok(Sensor::Board)));
+    }
+
     /// Rows 0.1 s apart.
     fn rows(count: u32) -> MeasurementFile {
         let row = |index| Row {
@@ -251,7 +293,8 @@ mod tests {
         }
         let mut file = rows(5);
         let lag = Span { s: 0.2 };
-        assert_eq!(sensor.read_into(lag, &mut file).expect("readings"), 3);
+        let impossible = sensor.read_into(lag, &mut file).expect("readings");
+        assert_eq!(impossible.numbers, 3);
         for row in &file.rows[..4] {
             let z_um = row.z_um.expect("it was told");
             // The rows begin a moment before `start`.

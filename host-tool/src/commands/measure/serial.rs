@@ -12,7 +12,7 @@ use tokio::time::sleep;
 
 use super::readings::{LONGEST_UM, is_none, is_possible, micrometres};
 use super::rest::noise_um;
-use crate::error::ToolError;
+use crate::error::{SensorFault, ToolError};
 
 /// The longest line of a sensor (bytes): a number takes twenty, and what is longer is passed over.
 const MOST_OF_A_LINE: u64 = 1024;
@@ -202,10 +202,8 @@ fn listen(
 }
 
 pub(super) fn cannot_read(path: &Path, reason: impl ToString) -> ToolError {
-    ToolError::Sensor {
-        path: path.to_owned(),
-        reason: reason.to_string(),
-    }
+    let (path, reason) = (path.to_owned(), reason.to_string());
+    SensorFault::Sensor { path, reason }.into()
 }
 
 #[cfg(all(test, unix))]
