@@ -63,6 +63,14 @@ def test_an_end_in_the_midst_of_an_answer_is_said() -> None:
         instrument.query_block("X?")
 
 
+def test_what_is_asked_after_the_end_is_told_that_it_was_closed() -> None:
+    with answering() as instrument:
+        instrument.close()
+        for ask in (instrument.write, instrument.query, instrument.query_block):
+            with pytest.raises(ConnectionError, match="was closed"):
+                ask("X?")
+
+
 def test_two_lines_are_not_one_message() -> None:
     with answering() as instrument, pytest.raises(ValueError, match="one line"):
         instrument.write("*RST\n*RST")

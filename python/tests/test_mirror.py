@@ -7,7 +7,8 @@ import time
 
 import numpy as np
 import pytest
-from electrothermal_mirror import InstrumentError, Mirror, Server
+from electrothermal_mirror import EmulatedBoard, InstrumentError, Mirror, Server
+from electrothermal_mirror.processes import run_tool
 
 
 def test_moves_waits_and_reads(mirror: Mirror) -> None:
@@ -73,6 +74,21 @@ def test_one_that_is_not_to_drive_is_told_who_does(served: Server, mirror: Mirro
     with Mirror(*served.address) as another, pytest.raises(InstrumentError, match="driven by 127.0.0.1"):
         another.lock()
     mirror.lock()
+
+
+def test_one_that_was_turned_off_beside_it_is_stopped_at_the_first_asking() -> None:
+    with EmulatedBoard() as board, Server(board.name, board.boards) as server, Mirror(*server.address) as mirror:
+        mirror.drive(1.0, wait=False)
+        assert not mirror.is_stopped
+        run_tool("off", boards=board.boards)
+        # What drives learns it as it goes on.
+        start = time.monotonic()
+        while not mirror.is_stopped:
+            assert time.monotonic() - start < 90, "nobody has told it"
+        assert mirror.is_stopped
+        mirror.lock()
+        assert not mirror.is_stopped
+        mirror.drive(1.0, wait=False)
 
 
 def test_what_is_out_of_range_is_said(mirror: Mirror) -> None:

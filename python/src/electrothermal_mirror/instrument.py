@@ -54,6 +54,7 @@ class Instrument:
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._reader = self._socket.makefile("rb")
         self._turn = threading.Lock()
+        self._is_closed = False
 
     def __enter__(self) -> Instrument:
         return self
@@ -67,7 +68,8 @@ class Instrument:
         self.close()
 
     def close(self) -> None:
-        """Ends the connection: what it drives is off then."""
+        """Ends the connection: what it drives is off then. Whatever is asked later raises a ``ConnectionError``."""
+        self._is_closed = True
         self._reader.close()
         self._socket.close()
 
@@ -125,6 +127,8 @@ class Instrument:
     def _send(self, message: str, wait: float = 0.0) -> None:
         if "\n" in message:
             raise ValueError("one line at a time")
+        if self._is_closed:
+            raise ConnectionError("this connection was closed, by close() or at the end of its `with`; connect anew")
         self._socket.settimeout(self._timeout + wait)
         # The question for errors is a line of its own: it is answered even where nothing else is.
         self._socket.sendall(f"{message}\nSYST:ERR?\n".encode())

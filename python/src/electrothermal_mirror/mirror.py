@@ -97,6 +97,8 @@ class Trace:
 
 #: The bit of the questionable states that tells a stop (docs/reference/instrument.md).
 _STOPPED = 1 << 11
+#: The error of one that may not drive: the board was stopped beside it, or another drives.
+_PROTECTED = -203
 
 
 class Mirror:
@@ -253,12 +255,19 @@ class Mirror:
         """
         if self.instrument.query("*CLS;:SYST:LOCK:REQ?") != "1":
             owner = self.instrument.query("SYST:LOCK:OWN?").strip('"')
-            raise InstrumentError(-203, f"driven by {owner}; Mirror.off turns it off nevertheless")
+            raise InstrumentError(_PROTECTED, f"driven by {owner}; Mirror.off turns it off nevertheless")
 
     @property
     def is_stopped(self) -> bool:
         """Whether the board was stopped beside this one, which drives it again after :meth:`lock`."""
-        return bool(int(self.instrument.query("STAT:QUES:COND?")) & _STOPPED)
+        try:
+            states = self.instrument.query("STAT:QUES:COND?")
+        except InstrumentError as error:
+            # A stop is told once as an error of whatever is asked next, which is this; what is asked here is just that.
+            if error.number != _PROTECTED:
+                raise
+            states = self.instrument.query("STAT:QUES:COND?")
+        return bool(int(states) & _STOPPED)
 
     @property
     def is_driven(self) -> bool:
