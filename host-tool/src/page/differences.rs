@@ -23,6 +23,10 @@ pub(crate) struct Difference {
 }
 
 impl Difference {
+    pub(super) fn new(what: String, page: Value, now: Value) -> Self {
+        Self { what, page, now }
+    }
+
     /// Whether only the rounding is other.
     pub(crate) fn is_rounding(&self) -> bool {
         match (self.page.as_f64(), self.now.as_f64()) {

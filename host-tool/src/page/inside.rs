@@ -108,6 +108,13 @@ impl Inside {
     }
 }
 
+/// A page before what it carries and after it; all of it before, where it carries nothing.
+pub(super) fn around(page: &str) -> [&str; 2] {
+    let (before, rest) = page.split_once(OPEN).unwrap_or((page, ""));
+    let (_, after) = rest.split_once(CLOSE).unwrap_or_default();
+    [before, after]
+}
+
 /// Compressed, as browsers unpack it.
 pub(super) fn packed(bytes: &[u8]) -> Vec<u8> {
     let mut packer = GzEncoder::new(Vec::new(), Compression::best());
@@ -151,6 +158,10 @@ mod tests {
     fn what_goes_into_a_page_comes_out_to_the_last_bit() {
         let page = format!("<html><p>{}</p></html>", inside().to_element());
         assert_eq!(Inside::read(page.as_bytes()), Ok(inside()));
+        assert_eq!(
+            around(&page).map(str::len),
+            ["<html><p>".len(), "</p></html>".len()]
+        );
     }
 
     #[test]

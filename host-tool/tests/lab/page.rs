@@ -58,6 +58,8 @@ fn a_page_stands_alone_and_is_replayed_to_the_last_bit() {
     let said = lab(&["replay", &name]);
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
     assert!(said.out.contains("to the last bit"), "{}", said.out);
+    let shown = "and so is all that the page shows";
+    assert!(said.out.contains(shown), "{}", said.out);
     refuses(
         &["report", &files.to_string_lossy(), "-o", &name],
         "already exists",
@@ -218,6 +220,19 @@ fn what_was_changed_in_a_page_is_listed() {
         said.sentence().contains("written by version 0.0.9"),
         "{}",
         said.err
+    );
+
+    // A verdict that people read, beside what it was computed from.
+    let verdict = "<h1>Nothing is missing";
+    let false_one = html.replace(verdict, "<h1>Missing: creep");
+    assert_ne!(false_one, html);
+    fs::write(&other, false_one).expect("written");
+    let said = lab(&["replay", &other.to_string_lossy()]);
+    assert_eq!(said.code, 1, "{}", said.out);
+    assert!(
+        said.out.contains("what it shows, line ") && said.out.contains("Missing: creep"),
+        "{}",
+        said.out
     );
 
     // The session itself cannot be read.

@@ -13,7 +13,7 @@ use super::loaded::{cache_directory, model_and_session, own_effect, warn};
 use crate::cli::{LabInput, Report};
 use crate::error::{ToolError, UnusableInput};
 use crate::new_file::NewFile;
-use crate::page::{Difference, Inside, Run, differences};
+use crate::page::{Difference, Inside, Run, differences, shown_otherwise};
 use crate::report as printed;
 use crate::tried::Tried;
 use crate::verbosity::say;
@@ -119,8 +119,10 @@ struct Replayed {
     version: String,
     /// Numbers and words that were compared.
     compared: usize,
-    /// Those that are not the same.
+    /// Those that are not the same, and the first place where the page shows something else.
     differences: Vec<Difference>,
+    /// Whether what the page shows was compared, too: what this version on this processor writes is the same to the last letter.
+    shown_compared: bool,
 }
 
 /// `replay`: the run of a page once more.
@@ -141,13 +143,19 @@ pub(crate) fn replay(page: &Path, json: bool) -> Result<(), ToolError> {
     });
     let run = run.map_err(|error| error.of(page))?;
     warn(&run.flaws);
-    let (compared, differences) = differences(&inside, &run.inside);
+    let (compared, mut differences) = differences(&inside, &run.inside);
+    let shown_compared = differences.is_empty() && inside.version == env!("CARGO_PKG_VERSION");
+    if shown_compared {
+        let shown = String::from_utf8_lossy(&bytes);
+        differences.extend(shown_otherwise(&shown, &run.to_html()));
+    }
     let count = differences.iter().filter(|d| !d.is_rounding()).count();
     let replayed = Replayed {
         verdict: run.verdict(),
         version: inside.version,
         compared,
         differences,
+        shown_compared,
     };
     printed::print(&replayed, json);
     match count {
@@ -169,10 +177,11 @@ impl fmt::Display for Replayed {
             .partition(|difference| difference.is_rounding());
         let compared = self.compared;
         if self.differences.is_empty() {
-            return writeln!(
+            writeln!(
                 f,
                 "  the same as in the page: all of {compared} numbers and words, to the last bit"
-            );
+            )?;
+            return self.shown(f);
         }
         if !rounding.is_empty() {
             writeln!(
@@ -182,7 +191,8 @@ impl fmt::Display for Replayed {
             )?;
         }
         if other.is_empty() {
-            return writeln!(f, "  all others are the same as in the page");
+            writeln!(f, "  all others are the same as in the page")?;
+            return self.shown(f);
         }
         writeln!(
             f,
@@ -195,6 +205,19 @@ impl fmt::Display for Replayed {
         match other.len().saturating_sub(SHOWN) {
             0 => Ok(()),
             more => writeln!(f, "    and {more} more"),
+        }
+    }
+}
+
+impl Replayed {
+    /// What is known of what the page shows, where nothing differs.
+    fn shown(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.shown_compared {
+            true => writeln!(f, "  and so is all that the page shows"),
+            false => writeln!(
+                f,
+                "  what the page shows was not compared, only what it carries: another version or processor wrote it"
+            ),
         }
     }
 }
