@@ -4,11 +4,13 @@ mod calibrations;
 mod session;
 
 use core::cell::RefCell;
+use core::hint::black_box;
 use core::sync::atomic::Ordering;
 
 use control_core::{Micrometre, Pose, Radian, Setpoint, Volt};
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
+use mirror_protocol::usb::IMAGE_MARK;
 use mirror_protocol::{
     CalibrationEndpoint, CalibrationReadEndpoint, CalibrationRevertEndpoint,
     CalibrationUseEndpoint, CalibrationWriteEndpoint, ClearEndpoint, CommandReply, Compensate,
@@ -81,13 +83,31 @@ define_dispatch! {
     };
 }
 
+/// What an image of this firmware says of itself: [`IMAGE_MARK`], version and commit.
+const IMAGE_SAYS: &str = concat!(
+    "this is mirror firmware ",
+    env!("CARGO_PKG_VERSION"),
+    " ",
+    env!("FIRMWARE_BUILD"),
+    ";"
+);
+
+/// The commit that this was built from.
+fn build() -> &'static str {
+    // A text that the compiler sees through would be in the image in pieces, or not at all.
+    let says = black_box(IMAGE_SAYS);
+    let says = says.strip_prefix(IMAGE_MARK).unwrap_or_default();
+    let (_, build) = says.split_once(' ').unwrap_or_default();
+    build.trim_end_matches(';')
+}
+
 fn hello(session: &mut Session, _header: VarHeader, hello: Hello) -> Identity {
     session.tool = Some(hello.protocol_version);
     session.stops = session.mailbox.stops();
     Identity {
         protocol_version: PROTOCOL_VERSION,
         firmware_version: text(env!("CARGO_PKG_VERSION")),
-        build: text(env!("FIRMWARE_BUILD")),
+        build: text(build()),
         board: text(session.board),
         is_emulated: session.is_emulated,
         tick_hz: TICK_HZ,

@@ -64,7 +64,7 @@ pub fn json(tool: &mut Command) -> Result<Value> {
 
 /// Has the workbench write what `host-tool update` takes beside an ELF file.
 pub(crate) fn package(elf: &Path) -> Result<()> {
-    cargo::run(workbench().arg("package").arg(elf))
+    cargo::run(workbench().args(["package", "--force"]).arg(elf))
 }
 
 /// Has the workbench write the tool's manual pages.

@@ -1,6 +1,6 @@
 //! The firmware image in an ELF file, checked before anything is erased.
 
-use mirror_protocol::usb::PRODUCT;
+use mirror_protocol::usb::{IMAGE_MARK, PRODUCT};
 use object::Endianness;
 use object::elf::{EM_ARM, PT_LOAD};
 use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
@@ -100,6 +100,16 @@ impl Image {
     /// The bytes: whole words of the flash.
     pub fn bytes(&self) -> &[u8] {
         &self.0
+    }
+
+    /// Version and commit, as the firmware within says them; `None` of one that does not.
+    pub fn says(&self) -> Option<(&str, &str)> {
+        let mark = IMAGE_MARK.as_bytes();
+        let at = self.0.windows(mark.len()).position(|part| part == mark)?;
+        let says = self.0[at + mark.len()..]
+            .split(|byte| *byte == b';')
+            .next()?;
+        std::str::from_utf8(says).ok()?.split_once(' ')
     }
 
     fn check(&self) -> Result<(), ImageError> {

@@ -58,6 +58,8 @@ pub mod usb {
     pub const PRODUCT_ID: u16 = 0x0001;
     /// Product string.
     pub const PRODUCT: &str = "Electrothermal mirror driver";
+    /// By these words version and commit are found in an image of the firmware: `0.1.0 9609c1d2;` follows.
+    pub const IMAGE_MARK: &str = "this is mirror firmware ";
     /// The microcontroller's own bootloader, which is in its ROM: vendor id of ST.
     pub const BOOTLOADER_VENDOR_ID: u16 = 0x0483;
     /// Product id of the bootloader.

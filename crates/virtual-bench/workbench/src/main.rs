@@ -60,6 +60,9 @@ enum Task {
     Package {
         /// The ELF.
         elf: PathBuf,
+        /// Replace what is there.
+        #[arg(long)]
+        force: bool,
     },
     /// Write manual pages of host-tool.
     Man {
@@ -124,7 +127,7 @@ fn run(task: Task) -> Result<ExitCode> {
         Task::TabulateFactory => factory::write(),
         Task::TabulateEnsemble => standard_session::write(),
         Task::LearnConfusions => diagnoses::learn(),
-        Task::Package { elf } => package::write(&elf),
+        Task::Package { elf, force } => package::write(&elf, force),
         Task::Man { folder } => package::write_manual(&folder),
     }?;
     Ok(ExitCode::SUCCESS)

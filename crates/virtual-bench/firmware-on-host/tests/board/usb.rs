@@ -119,6 +119,19 @@ fn what_it_does_not_know_is_stalled_and_it_goes_on() {
     });
 }
 
+/// It takes them out of what its image says of itself.
+#[test]
+fn it_says_version_and_commit() {
+    with_board(async |host| {
+        let device = enumerate(&host).await.expect("it answers");
+        let identity = greet(&connect(&host, &device)).await;
+        assert_eq!(&*identity.firmware_version, env!("CARGO_PKG_VERSION"));
+        let is_word = |text: &str| text.chars().all(char::is_alphanumeric);
+        let build = &*identity.build;
+        assert!(!build.is_empty() && is_word(build), "{build}");
+    });
+}
+
 #[test]
 fn commands_and_samples_pass_as_on_any_link() {
     with_board(async |host| {
