@@ -207,6 +207,13 @@ pub struct Ranked {
     pub why: String,
 }
 
+impl Ranked {
+    /// Whether it scores more than mirrors that lack nothing.
+    pub(crate) fn is_above(&self) -> bool {
+        self.score > self.threshold
+    }
+}
+
 /// The best of the effects that are named, or of all where none is.
 pub(crate) fn leading<'a>(ranking: &'a [Ranked], named: &[String]) -> Option<&'a Ranked> {
     let is_named = |ranked: &&Ranked| named.contains(&ranked.effect);

@@ -30,10 +30,11 @@ impl fmt::Display for Diagnosis {
                 f,
                 "These data cannot tell: most effects would not show in them"
             )?,
-            Verdict::None => writeln!(
-                f,
-                "Nothing is missing: what is left is noise and the model's discrepancy"
-            )?,
+            Verdict::None => {
+                let whole = "what is left is noise and the model's discrepancy";
+                let unnamed = self.unnamed();
+                writeln!(f, "Nothing is missing: {whole}{unnamed}")?
+            }
         }
         self.errors(f)?;
         self.candidates(f)?;
@@ -45,6 +46,12 @@ impl fmt::Display for Diagnosis {
             self.limits(f)?;
         }
         self.place(f)?;
+        if self.remainder.is_some() {
+            writeln!(
+                f,
+                "  for the rest add it, and diagnose again: `host-tool effect add {list} MODEL FILES -o NEW_MODEL`"
+            )?;
+        }
         self.notes
             .iter()
             .try_for_each(|note| writeln!(f, "  {note}"))
@@ -52,6 +59,17 @@ impl fmt::Display for Diagnosis {
 }
 
 impl Diagnosis {
+    /// Which effect scores more than its threshold where nothing is named, if one does; a note says why it is not.
+    fn unnamed(&self) -> String {
+        let above = self.ranking.iter().find(|r| r.is_above());
+        above.map_or_else(String::new, |above| {
+            format!(
+                ", though {} scores more than its threshold and is not named",
+                above.effect
+            )
+        })
+    }
+
     fn errors(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // Where nothing is missing, an effect that is added fits noise only, and an error with it would read as a find.
         let best = leading(&self.ranking, &self.effects);
@@ -114,7 +132,9 @@ impl Diagnosis {
                 ranked.effect, strength.symbol
             ))
         };
-        let seen: Vec<String> = self.ranking.iter().filter_map(limit).collect();
+        // What scores more than its threshold was seen, be it named or not.
+        let unseen = self.ranking.iter().filter(|ranked| !ranked.is_above());
+        let seen: Vec<String> = unseen.filter_map(limit).collect();
         if !seen.is_empty() {
             writeln!(f, "\n  I would have seen {}", seen.join(", "))?;
         }

@@ -318,6 +318,9 @@ impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { case, found, .. } = self;
         write!(f, "{case}: {:?} {}", found.verdict, found.effects.join(" "))?;
+        if found.remainder.is_some() {
+            write!(f, " mostly")?;
+        }
         if let Some(best) = found.ranking.first() {
             write!(
                 f,

@@ -23,6 +23,12 @@ impl Analysis<'_> {
         })
     }
 
+    /// Whether the base leaves a larger error than it does of 95 in 100 mirrors that lack nothing.
+    pub(super) fn errs_more_than_its_discrepancy(&self) -> bool {
+        let error = self.rms(&self.fitted.standardised(self.data), self.unit());
+        error.value > self.large_discrepancy().value
+    }
+
     fn is_followed(&self, error: f64) -> bool {
         !self.data.has_displacement() || error <= FOLLOWS * self.large_discrepancy().value
     }

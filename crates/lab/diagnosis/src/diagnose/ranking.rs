@@ -110,13 +110,9 @@ impl Analysis<'_> {
     fn why(&self, candidate: &Candidate, look_alikes: &[String]) -> String {
         let info = candidate.effect.info();
         let score = candidate.score();
-        let beyond = (self.misfit - self.null.median()).max(1.0);
-        let percent = 100.0 * (score / beyond).clamp(0.0, 1.0);
         let seen = if score > candidate.threshold {
-            format!(
-                "it explains {percent:.0} % of what mirrors that lack nothing would not show; {}",
-                info.shows
-            )
+            let explained = explained(score, self.misfit - self.null.median());
+            format!("{explained}; {}", info.shows)
         } else if candidate.is_plausible() {
             "mirrors that lack nothing look as much like it".to_owned()
         } else {
@@ -218,6 +214,16 @@ impl Analysis<'_> {
     }
 }
 
+/// How much of what is left `beyond` the median mirror that lacks nothing a score explains.
+fn explained(score: f64, beyond: f64) -> String {
+    if beyond <= 0.0 {
+        return "it explains more than in mirrors that lack nothing, which leave as much"
+            .to_owned();
+    }
+    let percent = 100.0 * (score / beyond).clamp(0.0, 1.0);
+    format!("it explains {percent:.0} % of what mirrors that lack nothing would not show")
+}
+
 /// The Akaike weight of a score among others (Burnham and Anderson (2002), section 2.9), which include it. Differences count
 /// in units of the widening.
 fn akaike_weight(score: f64, scores: impl Iterator<Item = f64>, widening: f64) -> f64 {
@@ -253,6 +259,14 @@ mod tests {
         assert!((all - 1.0).abs() < 1e-12);
         // Where much is left unexplained, differences tell less.
         assert!(akaike_weight(30.0, scores.into_iter(), 4.0) < weight(30.0));
+    }
+
+    #[test]
+    fn an_effect_is_no_share_of_nothing() {
+        let whole = "it explains 50 % of what mirrors that lack nothing would not show";
+        assert_eq!(explained(100.0, 200.0), whole);
+        assert!(explained(100.0, 50.0).contains(" 100 % "));
+        assert!(!explained(100.0, -50.0).contains('%'));
     }
 
     #[test]

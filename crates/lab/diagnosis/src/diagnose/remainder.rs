@@ -1,36 +1,75 @@
 //! An effect that takes most of the error and leaves a part of it: what is left, and from which drive on.
 
 use super::analysis::Analysis;
+use super::suspects::FAR_SMALLER;
 use crate::candidate::Candidate;
-use crate::report::{Remainder, Rms};
+use crate::report::Remainder;
 use identification::Unit;
+use identification::fit::Precision;
 use mirror_model::ACTUATORS;
+use rayon::prelude::*;
 
 /// An effect takes most of an error that falls by this part of itself or more: a choice, for people.
-const MOST: f64 = 0.8;
+const MOST: f64 = 0.75;
 /// Up to a drive the effect explains the readings where these are left by no more than so many standard deviations, root mean
 /// square; and there are so many of them.
 const LIKE_NOISE: f64 = 2.0;
 const READINGS: usize = 10;
 
 impl Analysis<'_> {
-    /// What is left of an effect that takes most of the error; none where it does not.
-    pub(super) fn remainder_of(&self, best: &Candidate) -> Option<Remainder> {
-        let explanation = best.explanation.as_ref()?;
-        let refit = best.refit.as_ref()?;
+    /// Whether an effect, fitted together with the base, takes most of every error, on readings held out too.
+    pub(super) fn takes_most(&self, effect: &Candidate) -> bool {
+        let Some(explanation) = effect
+            .explanation
+            .as_ref()
+            .filter(|_| effect.refit.is_some())
+        else {
+            return false;
+        };
         let falls = |unit: Unit| {
-            let errors = self.before_and_after(best, explanation, unit);
+            let errors = self.before_and_after(effect, explanation, unit);
             errors.before == 0.0 || errors.fall() >= MOST
         };
         let takes_most = [Unit::Micrometre, Unit::Milliampere].into_iter().all(falls);
-        let on_others = self.held_out(best, explanation, self.unit());
-        (takes_most && on_others.fall() >= MOST).then(|| {
-            let left = refit.fitted.standardised(self.data);
-            let Rms { value, unit } = self.rms(&left, self.unit());
-            Remainder {
-                rms: Rms { value, unit },
-                up_to_v: self.explained_up_to(left.as_slice()),
-            }
+        takes_most && self.held_out(effect, explanation, self.unit()).fall() >= MOST
+    }
+
+    /// Which of these effects takes most of the error, where none of the others leaves about as little. Of several effects at once one
+    /// that the discrepancy cannot hold scores most, be it small, and not the one that the error is of. So scores do not tell, and
+    /// neither do slopes, which miss what a strong effect does to the base. An error that mirrors that lack nothing have, too, is the
+    /// discrepancy's, of which some effect takes most in many of them.
+    pub(super) fn the_one_that_takes_most(&self, evident: &[&Candidate]) -> Option<String> {
+        if !self.errs_more_than_its_discrepancy() {
+            return None;
+        }
+        let fitted = evident.par_iter();
+        let fitted: Vec<Candidate> = fitted
+            .filter_map(|effect| self.fitted_anew(effect))
+            .collect();
+        let left = fitted.iter().filter_map(|effect| effect.refit.as_ref());
+        let left: Vec<f64> = left.map(|refit| refit.fitted.cost(self.data)).collect();
+        let one = &fitted[far_below_the_others(&left)?];
+        (self.follows_with(one) && self.takes_most(one)).then(|| one.id().to_owned())
+    }
+
+    /// The same effect fitted together with the base, whatever slopes explain.
+    fn fitted_anew(&self, effect: &Candidate) -> Option<Candidate> {
+        let explanation = effect.explanation.clone()?;
+        let start = std::slice::from_ref(&self.fitted.model);
+        let (_, refit) = self.refitted(&explanation.active, start, Precision::Fine)?;
+        Some(Candidate {
+            explanation: Some(explanation),
+            refit: Some(refit),
+            ..Candidate::new(effect.effect.clone(), Vec::new())
+        })
+    }
+
+    /// What is left of the error with an effect that takes most of it.
+    pub(super) fn left_of(&self, effect: &Candidate) -> Option<Remainder> {
+        let left = effect.refit.as_ref()?.fitted.standardised(self.data);
+        Some(Remainder {
+            rms: self.rms(&left, self.unit()),
+            up_to_v: self.explained_up_to(left.as_slice()),
         })
     }
 
@@ -39,6 +78,13 @@ impl Analysis<'_> {
         let drives = self.data.observations.iter().map(|o| self.data.drive(o));
         like_noise_up_to(drives.map(highest).zip(left.iter().copied()).collect())
     }
+}
+
+/// Which of these sums of squares is far below all others, if any is.
+fn far_below_the_others(left: &[f64]) -> Option<usize> {
+    let (least, lowest) = left.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1))?;
+    let is_above = |(index, &other): (usize, &f64)| index == least || *lowest < FAR_SMALLER * other;
+    left.iter().enumerate().all(is_above).then_some(least)
 }
 
 /// The highest drive up to which what is left is like noise, if it is not at all drives (V). Of each reading the highest drive
@@ -64,6 +110,14 @@ mod tests {
     /// Five readings at each of these drives, which leave so much.
     fn readings(left: &[(f64, f64)]) -> Vec<(f64, f64)> {
         left.iter().flat_map(|&reading| [reading; 5]).collect()
+    }
+
+    #[test]
+    fn one_takes_most_where_no_other_leaves_about_as_little() {
+        assert_eq!(far_below_the_others(&[10.0, 3.0, 7.0]), Some(1));
+        assert_eq!(far_below_the_others(&[10.0, 3.0, 5.0]), None);
+        assert_eq!(far_below_the_others(&[10.0]), Some(0));
+        assert_eq!(far_below_the_others(&[]), None);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use crate::confusions::{RIVAL_SHARE, confusions};
 /// Candidates this close to the best score are rivals however small both are: two parameters' price.
 const RIVAL_MARGIN: f64 = 12.0;
 /// A sum of squares is far smaller below this part of another: errors of three quarters.
-const FAR_SMALLER: f64 = 0.5;
+pub(super) const FAR_SMALLER: f64 = 0.5;
 
 /// The effects that may be missing.
 pub(super) struct Suspects<'c> {

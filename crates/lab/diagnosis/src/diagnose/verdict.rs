@@ -7,7 +7,8 @@ use super::suspects::{Suspects, ids, least_of};
 use crate::candidate::Candidate;
 use crate::next;
 use crate::proposal::NextMeasurement;
-use crate::report::{BeforeAfter, Diagnosis, Form, Remainder, Verdict, leading};
+use crate::report::{BeforeAfter, Diagnosis, Form, Verdict, leading};
+use crate::whereabouts::Located;
 use identification::fit::Precision;
 use identification::jumps;
 use identification::prediction::RESOLUTION;
@@ -27,7 +28,10 @@ const OF_TWO: f64 = 0.7;
 /// A verdict with what it was found with.
 struct Judged {
     verdict: Verdict,
-    remainder: Option<Remainder>,
+    /// What is named.
+    named: Vec<String>,
+    /// Whether that is named since it takes most of the error, not all that can be seen.
+    is_mostly: bool,
     /// Where it may be, if anything is missing.
     search: Option<Search>,
     /// Why the best effect is not named though it explains the misfit.
@@ -37,18 +41,23 @@ struct Judged {
 impl Analysis<'_> {
     /// The verdict, with what it rests on, from candidates with the best first. What is named gets the form that a model is to have.
     pub(super) fn conclude(&self, candidates: &mut [Candidate]) -> Result<Diagnosis, Runaway> {
-        let Suspects { rivals, evident } = self.suspects(candidates);
+        let suspects = self.suspects(candidates);
         let Judged {
             verdict,
-            remainder,
+            named,
+            is_mostly,
             search,
             refusal,
-        } = self.judged(&rivals, candidates)?;
-        let named = match verdict {
-            Verdict::Named | Verdict::Ambiguous => ids(&rivals),
-            Verdict::Unknown | Verdict::None => Vec::new(),
+        } = self.judged(&suspects, candidates)?;
+        let is_unsaid = verdict == Verdict::None && refusal.is_none();
+        let unnamed = is_unsaid.then(|| self.why_not_named(&suspects, candidates));
+        let unnamed = unnamed.flatten();
+        // Where nothing is missing nothing is evident either; what is named for the error that it takes has less of a score than others.
+        let evident = match verdict {
+            Verdict::None => Vec::new(),
+            _ if is_mostly => named.clone(),
+            _ => ids(&suspects.evident),
         };
-        let evident = ids(&evident);
         let forms = self.choose_forms(candidates, &named);
         self.fit_named(candidates, &named);
         let of = |ids: &[String]| -> Vec<&Candidate> {
@@ -69,9 +78,8 @@ impl Analysis<'_> {
         let invisible = candidates.iter().filter(|c| c.detection_limit().is_none());
         let invisible: Vec<String> = invisible.map(|c| c.id().to_owned()).collect();
         let is_blind = 2 * invisible.len() > candidates.len();
-        let is_unsaid = verdict == Verdict::None && refusal.is_none();
-        let unnamed = is_unsaid.then(|| self.why_not_named(candidates));
-        let unnamed = unnamed.flatten();
+        let of_named = of(&named);
+        let mostly = of_named.first().filter(|_| is_mostly);
         let error = self.rms(&self.fitted.standardised(self.data), self.unit());
         Ok(Diagnosis {
             verdict,
@@ -84,13 +92,13 @@ impl Analysis<'_> {
                 },
                 |best| best.error_rms,
             ),
-            remainder,
+            remainder: mostly.and_then(|mostly| self.left_of(mostly)),
             whereabouts,
             proposal,
             misfit: self.misfit / self.null.median(),
             solver_error: step_error(&self.fitted.model, self.data, RESOLUTION)?,
             next_measurement: self
-                .next_measurement(&of(&named), verdict == Verdict::None && is_blind),
+                .next_measurement(&of_named, verdict == Verdict::None && is_blind),
             effects: named,
             invisible,
             infeasible: candidates
@@ -142,43 +150,44 @@ impl Analysis<'_> {
 
     /// Whether the rivals are named: where they explain the misfit, and no free-form function at some place explains clearly more,
     /// which would be a form that no effect has, unless the first of them and a second effect explain more than any function at one
-    /// place, which is what two effects do; or where one of them takes most of the error.
-    fn judged(&self, rivals: &[&Candidate], candidates: &[Candidate]) -> Result<Judged, Runaway> {
+    /// place, which is what two effects do; or where one effect takes most of the error.
+    fn judged(&self, suspects: &Suspects, candidates: &[Candidate]) -> Result<Judged, Runaway> {
+        let rivals = &suspects.rivals;
         let best = rivals.first().filter(|best| self.follows_with(best));
         let explained = best.and_then(|best| self.explained_by(best, candidates));
-        let remainder = match rivals {
-            [alone] if best.is_some() && explained.is_none() => self.remainder_of(alone),
+        let is_exceeded = self.null.is_exceeded_by(self.misfit) || !self.follows();
+        let mostly = match &rivals[..] {
+            _ if explained.is_some() => None,
+            [alone] if best.is_some() && self.takes_most(alone) => Some(alone.id().to_owned()),
+            _ if is_exceeded => self.the_one_that_takes_most(&suspects.evident),
             _ => None,
         };
-        let is_exceeded = self.null.is_exceeded_by(self.misfit) || !self.follows();
-        let is_searched = explained.is_some() || remainder.is_some() || is_exceeded;
+        let is_searched = explained.is_some() || mostly.is_some() || is_exceeded;
         let search = is_searched.then(|| self.search()).transpose()?;
-        let best = search.as_ref().and_then(Search::best);
         let first = rivals.first().zip(explained);
-        let better = best.filter(|any_form| {
-            first.is_some_and(|(effect, explained)| {
+        let any_form = search.as_ref().and_then(Search::best);
+        let refused = first
+            .zip(any_form)
+            .filter(|((effect, explained), any_form)| {
                 let with_second = || self.with_second(effect, candidates);
-                falls_short(any_form.score, effect.score(), explained, with_second)
-            })
-        });
-        let refusal = first.zip(better);
-        let refusal = refusal.map(|((effect, _), better)| {
-            let percent = 100.0 * effect.score() / better.score;
-            format!(
-                "{} comes nearest and is not named: it explains {percent:.0} % of what a function of any form explains where {}",
-                effect.id(),
-                better.place
-            )
-        });
+                falls_short(any_form.score, effect.score(), *explained, with_second)
+            });
+        // What is evidently there, and of a form that no effect has, is missing however little is left.
+        let is_of_another_form =
+            refused.is_some_and(|(_, any_form)| any_form.score > any_form.threshold);
+        let refusal = refused.map(|((effect, _), better)| refusal(effect, better));
         let is_its_form = explained.is_some() && refusal.is_none();
         let verdict = verdict(
-            rivals.len(),
-            is_its_form || remainder.is_some(),
-            is_exceeded,
+            if mostly.is_some() { 1 } else { rivals.len() },
+            is_its_form || mostly.is_some(),
+            is_exceeded || is_of_another_form,
         );
+        let is_named = matches!(verdict, Verdict::Named | Verdict::Ambiguous);
+        let of_rivals = || if is_named { ids(rivals) } else { Vec::new() };
         Ok(Judged {
             verdict,
-            remainder,
+            is_mostly: mostly.is_some(),
+            named: mostly.map_or_else(of_rivals, |mostly| vec![mostly]),
             search: search.filter(|_| verdict != Verdict::None),
             refusal,
         })
@@ -201,15 +210,20 @@ impl Analysis<'_> {
         notes
     }
 
-    /// Why nothing is named though the first of these scores more than mirrors that lack nothing.
-    fn why_not_named(&self, candidates: &[Candidate]) -> Option<String> {
-        let best = candidates.first().filter(|c| c.score() > c.threshold)?;
+    /// Why nothing is named though one of these scores more than mirrors that lack nothing.
+    fn why_not_named(&self, suspects: &Suspects, candidates: &[Candidate]) -> Option<String> {
+        let best = candidates.iter().find(|c| c.score() > c.threshold)?;
+        let is_suspect = suspects.rivals.iter().any(|rival| rival.id() == best.id());
         let reason = if !self.has_an_effect(best) {
             "with it the error does not fall"
         } else if !best.is_plausible() {
             "it would have to be greater than any mirror has"
-        } else {
+        } else if !self.is_shown_on_others(best) {
             "with it the error does not fall on readings held out"
+        } else if is_suspect {
+            "it explains too little of what is left"
+        } else {
+            "what is above it is not named either"
         };
         Some(format!(
             "{} scores more than its threshold and is not named: {reason}",
@@ -257,6 +271,16 @@ impl Analysis<'_> {
         let missing = others.filter_map(|c| score(c).filter(|score| *score > c.threshold));
         missing.reduce(|| 0.0, f64::max)
     }
+}
+
+/// Why an effect is not named, beside the place where a function of any form explains more.
+fn refusal(effect: &Candidate, better: &Located) -> String {
+    let percent = 100.0 * effect.score() / better.score;
+    format!(
+        "{} comes nearest and is not named: it explains {percent:.0} % of what a function of any form explains where {}",
+        effect.id(),
+        better.place
+    )
 }
 
 /// The least score of an effect that is named, where a function of any form scores so much.

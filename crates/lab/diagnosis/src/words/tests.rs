@@ -78,7 +78,7 @@ fn a_diagnosis_begins_with_its_verdict() {
         (
             Verdict::None,
             &[],
-            "Nothing is missing: what is left is noise and the model's discrepancy",
+            "Nothing is missing: what is left is noise and the model's discrepancy, though creep scores more than its threshold and is not named",
         ),
     ] {
         let said = diagnosis(verdict, effects).to_string();
@@ -87,6 +87,16 @@ fn a_diagnosis_begins_with_its_verdict() {
     let mut blind = diagnosis(Verdict::None, &[]);
     blind.invisible.push("crosstalk".into());
     assert!(blind.to_string().starts_with("These data cannot tell"));
+}
+
+#[test]
+fn what_scores_more_than_its_threshold_is_not_what_would_have_been_seen() {
+    let mut found = diagnosis(Verdict::None, &[]);
+    let said = found.to_string();
+    assert!(said.contains("would have seen hysteresis (") && !said.contains("seen creep"));
+    found.ranking[0].score = 40.0;
+    let whole = "Nothing is missing: what is left is noise and the model's discrepancy";
+    assert_eq!(found.to_string().lines().next(), Some(whole));
 }
 
 #[test]
@@ -100,6 +110,7 @@ fn what_takes_most_of_the_error_is_told_with_where_it_does_not() {
     let first =
         "Missing: mostly radiation, up to 9.00 V; something else above, which leaves 0.300 mA rms";
     assert_eq!(said.lines().next(), Some(first));
+    assert!(said.contains("host-tool effect add radiation"), "{said}");
 }
 
 #[test]
@@ -189,10 +200,7 @@ fn no_effect_is_told_as_added_where_nothing_is_missing() {
 #[test]
 fn limits_are_told_where_nothing_is_missing() {
     let said = diagnosis(Verdict::None, &[]).to_string();
-    assert!(
-        said.contains("I would have seen creep (c beyond 1.00 %)"),
-        "{said}"
-    );
+    assert!(said.contains("I would have seen hysteresis ("), "{said}");
     assert!(
         said.contains("invisible in these data, at any plausible size: radiation"),
         "{said}"
