@@ -90,6 +90,29 @@ fn a_line_that_begins_below_the_cold_heater_makes_no_hot_one_of_it() {
     assert_eq!(hot.0, Fault::OverTemperature);
 }
 
+/// And one that begins above it makes no cold room an impossible one: a heater counts from what it has at rest.
+#[test]
+fn a_line_that_begins_above_the_cold_heater_leaves_room_for_a_cold_one() {
+    let (line_ohm, line_tcr) = (372.0, 0.65 * TCR);
+    let mut parts = parts(line_ohm, line_tcr, 3.5, 71.0);
+    for actuator in &mut parts.actuators {
+        let begins_k = (COLD / line_ohm - 1.0) / line_tcr;
+        actuator.sensed_rises.top = Kelvin(71.0);
+        actuator.sensed_rises.knots = std::array::from_fn(|i| begins_k + 6.0 * i as f32);
+    }
+    let calibration = Calibration::new(parts).expect("plausible");
+    // A room that is so much colder than at calibration.
+    let starts = |colder_k: f32| {
+        let mut bench = Bench::of(&calibration, [COLD * (1.0 - TCR * colder_k); CHANNELS]);
+        for _ in 0..START_TICKS {
+            bench.tick(Setpoint::Off);
+        }
+        bench.protection.first_cause()
+    };
+    assert_eq!(starts(23.0), None);
+    assert_eq!(starts(27.0), Some(Fault::ImplausibleSense));
+}
+
 #[test]
 fn current_where_nothing_is_driven_trips() {
     let mut bench = Bench::new([COLD; CHANNELS]);
