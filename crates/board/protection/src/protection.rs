@@ -6,6 +6,7 @@ use crate::board::BoardWatch;
 use crate::channel::ChannelWatch;
 use crate::fault::Fault;
 use crate::reading::Reading;
+use crate::told::TURNS;
 
 /// Drive at which heaters are checked before anything drives them: 0.83 mA, of which an offset of 12 uA is 1.5 %, and a
 /// temperature rise of at most 1.4 K.
@@ -65,7 +66,7 @@ pub struct Protection {
     causes: [Option<Fault>; CHANNELS],
     /// No heater may be warm from before a reset or a trip any more.
     have_cooled: bool,
-    /// Which channel learns at this tick.
+    /// Which channel learns at this tick, if it is one of them.
     learning: usize,
 }
 
@@ -287,7 +288,7 @@ impl Protection {
             let heater = channel.check(applied[i], reading.codes[i], reading.currents[i]);
             found[i] = heater.or(found[i]);
         }
-        self.learning = (self.learning + 1) % CHANNELS;
+        self.learning = (self.learning + 1) % TURNS;
         if let Phase::Starting { ticks_left } = self.phase {
             self.check_heaters(ticks_left, reading, &mut found);
         }

@@ -33,12 +33,14 @@ const STEADY: f32 = 0.95;
 /// Part of the way that the least square of the drive rises in a tick. In its second a heater comes to within the slow
 /// poles of rest.
 const RISE_STEP: f32 = 1e-4;
-/// The same of the highest, which falls: learning has its turn in every fourth tick.
-const FALL_STEP: f32 = 4.0 * RISE_STEP;
+/// Ticks from one turn of a channel to learn to the next.
+pub(crate) const TURNS: usize = 16;
+/// The same part of the highest, which falls, from turn to turn.
+const FALL_STEP: f32 = TURNS as f32 * RISE_STEP;
 
 /// How warm a heater is at least after what it was told: it is no colder than the room, and has been heated.
 ///
-/// To compute the table for four channels takes a third of a tick on the driver board, 36 us. So it grows by a knot in four ticks,
+/// To compute the table for four channels takes a third of a tick on the driver board, 36 us. So it grows by a knot in a turn,
 /// and what is not known yet is that of a heater that has not been heated. It is whole before the heaters' check is over.
 #[derive(Clone, Debug)]
 pub(crate) struct Told {
@@ -52,6 +54,9 @@ pub(crate) struct Told {
     cold: Ohm,
     /// Part of the calculated growth that it has shown so far.
     share: f32,
+    /// The least resistance of one that was not heated, and what the calculated growth adds to it (ohm).
+    least_ohm: f32,
+    growing_ohm: f32,
     /// What the square of the drive has been at least, and at most, for a second (V^2).
     least: f32,
     most: f32,
@@ -93,16 +98,26 @@ impl Told {
             growth: actuator.loss_growth.0,
             thermal_resistance: actuator.thermal_resistance.0,
         };
-        Self {
+        let mut told = Self {
             growth: [0.0; SEGMENTS + 1],
             known: 1,
             rise: 0.0,
             cold: heater.cold,
             heater,
             share: LEAST_SHARE,
+            least_ohm: 0.0,
+            growing_ohm: 0.0,
             least: 0.0,
             most: 0.0,
-        }
+        };
+        told.count_from_cold();
+        told
+    }
+
+    /// What it has at least, from what it has when cold and has shown.
+    fn count_from_cold(&mut self) {
+        self.least_ohm = self.cold.0 * (1.0 - LESS);
+        self.growing_ohm = self.cold.0 * LEAST_PART * self.share;
     }
 
     /// The turn in which a knot of the table is computed, or, once it is whole, it is learnt from a drive (V), as low as it may have
@@ -125,12 +140,14 @@ impl Told {
         // Not so for NaN.
         if grown > self.share * growth {
             self.share = lower(1.0, grown / growth);
+            self.count_from_cold();
         }
     }
 
     /// Nothing is learnt of it any more.
     pub(crate) fn forget(&mut self) {
         self.share = LEAST_SHARE;
+        self.count_from_cold();
     }
 
     /// The least resistance of a heater that has not been heated.
@@ -142,6 +159,7 @@ impl Told {
     /// room, has as much less where it is hot.
     pub(crate) fn checked(&mut self, lowest: Ohm) {
         self.cold = Ohm(lower(self.heater.cold.0, lowest.0));
+        self.count_from_cold();
     }
 
     /// The least resistance after a tick with at least this mean drive (V).
@@ -149,8 +167,7 @@ impl Told {
         let square = drive * drive;
         let rising = self.least + RISE_STEP * (square - self.least);
         self.least = lower(square, rising);
-        let grown = LEAST_PART * self.share * self.growth_at(self.least);
-        Ohm(self.cold.0 * (1.0 + grown - LESS))
+        Ohm(self.least_ohm + self.growing_ohm * self.growth_at(self.least))
     }
 
     /// Part by which the resistance is to grow at this square of the drive (V^2).
