@@ -41,7 +41,8 @@ const FALL_STEP: f32 = TURNS as f32 * RISE_STEP;
 /// How warm a heater is at least after what it was told: it is no colder than the room, and has been heated.
 ///
 /// To compute the table for four channels takes a third of a tick on the driver board, 36 us. So it grows by a knot in a turn,
-/// and what is not known yet is that of a heater that has not been heated. It is whole before the heaters' check is over.
+/// and what is not known yet is that of a heater that has not been heated. It is whole after 13 ms: before the heaters' check of a start is
+/// over, and long before a drive counts for what it has been for a second.
 #[derive(Clone, Debug)]
 pub(crate) struct Told {
     /// Part by which its resistance is to grow, by the square of the drive.

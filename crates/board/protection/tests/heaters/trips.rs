@@ -68,18 +68,22 @@ fn what_is_too_hot_follows_the_calibration_up_to_a_ceiling() {
     }
 }
 
-/// The resistances of a mirror that was calibrated are a line through what warm heaters have: 336 ohm and twice platinum's
-/// coefficient, where a cold one has 360.
-#[test]
-fn a_line_that_begins_below_the_cold_heater_makes_no_hot_one_of_it() {
-    let (line_ohm, line_tcr) = (336.0, 2.0 * TCR);
+/// Heaters of 360 ohm when cold, as a line describes them through what warm ones have; their curve has so many kelvins from knot to knot.
+fn along_a_line(line_ohm: f32, line_tcr: f32, step_k: f32) -> Calibration {
     let mut parts = parts(line_ohm, line_tcr, 3.5, 71.0);
     for actuator in &mut parts.actuators {
         let begins_k = (COLD / line_ohm - 1.0) / line_tcr;
         actuator.sensed_rises.top = Kelvin(71.0);
-        actuator.sensed_rises.knots = std::array::from_fn(|i| begins_k + 4.0 * i as f32);
+        actuator.sensed_rises.knots = std::array::from_fn(|i| begins_k + step_k * i as f32);
     }
-    let calibration = Calibration::new(parts).expect("plausible");
+    Calibration::new(parts).expect("plausible")
+}
+
+/// The resistances of a mirror that was calibrated are a line through what warm heaters have: 336 ohm and twice platinum's
+/// coefficient, where a cold one has 360.
+#[test]
+fn a_line_that_begins_below_the_cold_heater_makes_no_hot_one_of_it() {
+    let calibration = along_a_line(336.0, 2.0 * TCR, 4.0);
     let mut bench = Bench::of(&calibration, [COLD; CHANNELS]);
     bench.start();
     bench.protection.command(Lease::FOREVER).expect("no fault");
@@ -93,14 +97,7 @@ fn a_line_that_begins_below_the_cold_heater_makes_no_hot_one_of_it() {
 /// And one that begins above it makes no cold room an impossible one: a heater counts from what it has at rest.
 #[test]
 fn a_line_that_begins_above_the_cold_heater_leaves_room_for_a_cold_one() {
-    let (line_ohm, line_tcr) = (372.0, 0.65 * TCR);
-    let mut parts = parts(line_ohm, line_tcr, 3.5, 71.0);
-    for actuator in &mut parts.actuators {
-        let begins_k = (COLD / line_ohm - 1.0) / line_tcr;
-        actuator.sensed_rises.top = Kelvin(71.0);
-        actuator.sensed_rises.knots = std::array::from_fn(|i| begins_k + 6.0 * i as f32);
-    }
-    let calibration = Calibration::new(parts).expect("plausible");
+    let calibration = along_a_line(372.0, 0.65 * TCR, 6.0);
     // A room that is so much colder than at calibration.
     let starts = |colder_k: f32| {
         let mut bench = Bench::of(&calibration, [COLD * (1.0 - TCR * colder_k); CHANNELS]);
