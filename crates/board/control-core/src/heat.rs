@@ -148,7 +148,8 @@ impl HeatInverse {
         (self.heating(state, rise), rise)
     }
 
-    /// Temperatures of an actuator that was followed with other poles: each has warmed as far as the one in its place.
+    /// Temperatures of an actuator that was followed with other poles: each has warmed as far as the one in its place. Where that was none, as
+    /// a second slow pole that only the new calibration has, it has warmed as far as the heaviest of the slow ones.
     pub(crate) fn inherit(
         &self,
         shared: &SharedHeat,
@@ -156,7 +157,10 @@ impl HeatInverse {
     ) -> HeatState {
         let mut inherited = HeatState {
             fast: core::array::from_fn(|k| self.fast[k].inherit(&before.fast[k], state.fast[k])),
-            slow: core::array::from_fn(|k| self.slow[k].inherit(&before.slow[k], &state.slow[k])),
+            slow: core::array::from_fn(|k| {
+                let k_before = in_place_of(k, &before.slow);
+                self.slow[k].inherit(&before.slow[k_before], &state.slow[k_before])
+            }),
             heating: state.heating,
             ..HeatState::default()
         };
@@ -303,6 +307,19 @@ impl SharedHeat {
 
 // A shared lag has its turn with an actuator's.
 const _: () = assert!(SHARED_POLES == TURNS && CHANNELS == TURNS);
+
+/// Which of the lags before a new one goes on from: the one in its place, or the heaviest where that has no weight.
+fn in_place_of(place: usize, before: &[SlowLag; SLOW_POLES]) -> usize {
+    let mut from = place % SLOW_POLES;
+    if before[from].weight() == 0.0 {
+        for (other, lag) in before.iter().enumerate() {
+            if lag.weight() > before[from].weight() {
+                from = other;
+            }
+        }
+    }
+    from
+}
 
 #[cfg(test)]
 mod tests;

@@ -105,6 +105,11 @@ impl SlowLag {
         self.rate
     }
 
+    /// What it comes to for an input of one.
+    pub(crate) fn weight(&self) -> f32 {
+        self.weight
+    }
+
     /// How far it has still to go at this input.
     pub(crate) fn left(&self, state: &SlowState, input: f32) -> f32 {
         self.weight * input - state.value

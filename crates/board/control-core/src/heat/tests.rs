@@ -248,3 +248,23 @@ fn without_poles_heating_is_temperature() {
     let state = HeatState::default();
     assert_eq!(inverse.heating(&state, Kelvin(42.0)), Kelvin(42.0));
 }
+
+#[test]
+fn a_slow_pole_that_was_unknown_is_as_warm_as_the_one_that_was_known() {
+    let slow = |weights: [f32; SLOW_POLES]| Heat {
+        slow: [(weights[0], 5.0), (weights[1], 30.0)].map(|(weight, seconds)| Lag {
+            weight,
+            time: Second(seconds),
+        }),
+        ..Heat::INSTANT
+    };
+    let [before, after] =
+        [[0.04, 0.0], [0.02, 0.03]].map(|weights| HeatInverse::new(&slow(weights), EVEN));
+    // Warmed through by 50 K.
+    let mut state = HeatState::default();
+    state.slow[0] = SlowState::at(0.04 * 50.0);
+    let inherited = after.inherit(&SharedHeat::default(), (&before, &state));
+    for (lag, weight) in inherited.slow.iter().zip([0.02, 0.03]) {
+        assert!((lag.value - weight * 50.0).abs() < 1e-5, "{inherited:?}");
+    }
+}
