@@ -13,19 +13,29 @@ pub struct NextMeasurement {
 }
 
 impl NextMeasurement {
-    /// The same beside a session that tells the room's temperature (degC), which a measurement without one is not compared with.
+    /// The same beside a session that began at this temperature of the room (degC), or does not tell it. A measurement without one is not
+    /// compared with one that has it.
     pub(crate) fn in_the_room(mut self, room_c: Option<f64>) -> Self {
-        if let (Next::Measure(proposal), Some(room_c)) = (&mut self.how, room_c)
-            && proposal.ambient_c.is_none()
-        {
-            proposal.ambient_c = Some(room_c);
-            self.why += &format!(
-                "; tell the room's temperature then, as the session does, which began at {room_c} degC"
-            );
+        let Next::Measure(proposal) = &mut self.how else {
+            return self;
+        };
+        match (room_c, proposal.ambient_c) {
+            (Some(room_c), None) => {
+                proposal.ambient_c = Some(room_c);
+                self.why += &format!(
+                    "; tell the room's temperature then, as the session does, which began at {room_c} degC"
+                );
+            }
+            (None, Some(_)) => self.why = format!("{}; {SESSION_IS_TO_TELL}", self.why),
+            _ => {}
         }
         self
     }
 }
+
+/// What a session without the room's temperature takes before it is compared with a measurement that has one.
+pub(crate) const SESSION_IS_TO_TELL: &str =
+    "the session is to tell its own room first, in a column T_ambient_C in degrees Celsius";
 
 /// What to do next.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -73,5 +83,7 @@ mod tests {
         assert_eq!(told.how, next(Some(22.5)).how);
         assert_eq!(next(None).in_the_room(None), next(None));
         assert_eq!(next(Some(62.0)).in_the_room(Some(22.5)), next(Some(62.0)));
+        let oven = next(Some(62.0)).in_the_room(None);
+        assert!(oven.why.ends_with(SESSION_IS_TO_TELL), "{}", oven.why);
     }
 }

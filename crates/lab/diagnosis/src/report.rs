@@ -68,6 +68,8 @@ impl BeforeAfter {
 pub struct Remainder {
     /// Its size.
     pub rms: Rms,
+    /// Whether the named effect takes most of the error all the same.
+    pub is_the_lesser_part: bool,
     /// The highest drive up to which the effect alone explains the readings (V), where there is one.
     pub up_to_v: Option<f64>,
 }

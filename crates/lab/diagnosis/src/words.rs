@@ -17,7 +17,7 @@ impl fmt::Display for Diagnosis {
         match self.verdict {
             Verdict::Named => match &self.remainder {
                 None => writeln!(f, "Missing: {list}")?,
-                Some(remainder) => writeln!(f, "Missing: {}", mostly(&list, remainder))?,
+                Some(remainder) => writeln!(f, "Missing: {}", partly(&list, remainder))?,
             },
             Verdict::Ambiguous => {
                 writeln!(f, "Missing: one of {list}; these data cannot tell which")?
@@ -149,17 +149,17 @@ impl Diagnosis {
     }
 }
 
-/// An effect that takes most of the error, and where it does not.
-fn mostly(effect: &str, remainder: &Remainder) -> String {
+/// A named effect, and what it leaves: from which drive on, or everywhere.
+fn partly(effect: &str, remainder: &Remainder) -> String {
     let Rms { value, unit } = remainder.rms;
+    let rest = format!("which leaves {value:.3} {unit} rms");
     match remainder.up_to_v {
-        Some(volts) => format!(
-            "mostly {effect}, up to {} V; something else above, which leaves {value:.3} {unit} rms",
-            digits(volts)
-        ),
-        None => {
-            format!("mostly {effect}; something else besides, which leaves {value:.3} {unit} rms")
+        _ if !remainder.is_the_lesser_part => format!("{effect}, and something else, {rest}"),
+        Some(volts) => {
+            let volts = digits(volts);
+            format!("mostly {effect}, up to {volts} V; something else above, {rest}")
         }
+        None => format!("mostly {effect}; something else besides, {rest}"),
     }
 }
 

@@ -318,8 +318,13 @@ impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { case, found, .. } = self;
         write!(f, "{case}: {:?} {}", found.verdict, found.effects.join(" "))?;
-        if found.remainder.is_some() {
-            write!(f, " mostly")?;
+        if let Some(left) = &found.remainder {
+            let part = if left.is_the_lesser_part {
+                "mostly"
+            } else {
+                "in part"
+            };
+            write!(f, " {part}")?;
         }
         if let Some(best) = found.ranking.first() {
             write!(

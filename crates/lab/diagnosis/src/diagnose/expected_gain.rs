@@ -6,6 +6,7 @@ use crate::candidate::Candidate;
 use crate::menu::{Offer, offers};
 use crate::null_ensemble::NullEnsemble;
 use crate::null_ensemble::unknowns::{Unknown, unknowns};
+use crate::proposal::SESSION_IS_TO_TELL;
 use crate::quantile::below;
 use crate::report::{Asked, ExpectedGain, ExpectedGains, Means, Right, Shown};
 use identification::dataset::Dataset;
@@ -67,8 +68,13 @@ impl Now<'_> {
         let model = &self.analysis.fitted.model;
         let gain = |offer: Offer| {
             let longer = foretold(model, offer.after(self.analysis.data))?;
+            let is_untold = self.analysis.data.first_ambient_c.is_none();
+            let what = match offer.proposal.ambient_c {
+                Some(_) if is_untold => format!("{} ({SESSION_IS_TO_TELL})", offer.what),
+                _ => offer.what.to_owned(),
+            };
             let means = Means::Measurement(offer.proposal);
-            self.gain(means, offer.what.to_owned(), &longer, &model.device)
+            self.gain(means, what, &longer, &model.device)
         };
         let offers = offers(self.analysis.data).into_iter();
         offers.map(gain).collect::<Result<_, _>>().map(sorted)

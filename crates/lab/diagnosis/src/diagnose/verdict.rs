@@ -7,7 +7,9 @@ use super::suspects::{Suspects, ids, least_of};
 use crate::candidate::Candidate;
 use crate::next;
 use crate::proposal::NextMeasurement;
-use crate::report::{BeforeAfter, Diagnosis, Form, Verdict, leading};
+use crate::report::{
+    BeforeAfter, Diagnosis, Form, Ranked, Remainder, Verdict, WORTHWHILE, leading,
+};
 use crate::whereabouts::Located;
 use identification::fit::Precision;
 use identification::jumps;
@@ -24,6 +26,9 @@ const OF_ANY_FORM: f64 = 0.95;
 /// The first of two effects explains this share of it by itself: a law that no effect has is explained by two of them as well, of which the
 /// first had 45, 55 and 64 % (stiction, a step of the pressure, an end stop of another law). The first of two that were there had 84 % and more.
 const OF_TWO: f64 = 0.7;
+
+/// So many effects are told that take more of the error than the one that is named: those that a person would try first.
+const TOLD: usize = 3;
 
 /// A verdict with what it was found with.
 struct Judged {
@@ -79,7 +84,9 @@ impl Analysis<'_> {
         let invisible: Vec<String> = invisible.map(|c| c.id().to_owned()).collect();
         let is_blind = 2 * invisible.len() > candidates.len();
         let of_named = of(&named);
-        let mostly = of_named.first().filter(|_| is_mostly);
+        let alone = of_named.first().filter(|_| verdict == Verdict::Named);
+        let remainder = alone.and_then(|alone| self.left_of(alone, is_mostly));
+        let larger = remainder.and_then(|left| take_more(&left, &ranking));
         let error = self.rms(&self.fitted.standardised(self.data), self.unit());
         Ok(Diagnosis {
             verdict,
@@ -92,7 +99,7 @@ impl Analysis<'_> {
                 },
                 |best| best.error_rms,
             ),
-            remainder: mostly.and_then(|mostly| self.left_of(mostly)),
+            remainder,
             whereabouts,
             proposal,
             misfit: self.misfit / self.null.median(),
@@ -112,6 +119,7 @@ impl Analysis<'_> {
                 .into_iter()
                 .chain(self.notes(verdict))
                 .chain(unnamed)
+                .chain(larger)
                 .collect(),
         })
     }
@@ -281,6 +289,29 @@ fn refusal(effect: &Candidate, better: &Located) -> String {
         effect.id(),
         better.place
     )
+}
+
+/// Which other effects leave clearly less than what the one that is named for its score leaves: a score counts what the discrepancy cannot
+/// hold, be it small.
+fn take_more(left: &Remainder, ranking: &[Ranked]) -> Option<String> {
+    let much = |ranked: &&Ranked| ranked.error_rms.after < (1.0 - WORTHWHILE) * left.rms.value;
+    let mut others: Vec<&Ranked> = ranking
+        .iter()
+        .filter(|r| r.is_above())
+        .filter(much)
+        .collect();
+    others.sort_by(|a, b| a.error_rms.after.total_cmp(&b.error_rms.after));
+    let told = |ranked: &&Ranked| {
+        let BeforeAfter { after, unit, .. } = ranked.error_rms;
+        format!("{} (to {after:.3} {unit})", ranked.effect)
+    };
+    let told: Vec<String> = others.iter().take(TOLD).map(told).collect();
+    (!told.is_empty()).then(|| {
+        format!(
+            "other effects take more of the error, and one of them may be missing besides: {}",
+            told.join(", ")
+        )
+    })
 }
 
 /// The least score of an effect that is named, where a function of any form scores so much.

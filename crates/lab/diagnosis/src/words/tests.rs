@@ -104,6 +104,7 @@ fn what_takes_most_of_the_error_is_told_with_where_it_does_not() {
     let mut found = diagnosis(Verdict::Named, &["radiation"]);
     found.remainder = Some(Remainder {
         rms: found.discrepancy_rms,
+        is_the_lesser_part: true,
         up_to_v: Some(9.0),
     });
     let said = found.to_string();
@@ -111,6 +112,20 @@ fn what_takes_most_of_the_error_is_told_with_where_it_does_not() {
         "Missing: mostly radiation, up to 9.00 V; something else above, which leaves 0.300 mA rms";
     assert_eq!(said.lines().next(), Some(first));
     assert!(said.contains("host-tool effect add radiation"), "{said}");
+}
+
+#[test]
+fn what_is_named_for_its_score_and_leaves_most_of_the_error_is_not_all() {
+    let mut found = diagnosis(Verdict::Named, &["radiation"]);
+    found.remainder = Some(Remainder {
+        rms: found.discrepancy_rms,
+        is_the_lesser_part: false,
+        up_to_v: None,
+    });
+    let said = found.to_string();
+    let first = "Missing: radiation, and something else, which leaves 0.300 mA rms";
+    assert_eq!(said.lines().next(), Some(first));
+    assert!(said.contains("for the rest add it"), "{said}");
 }
 
 #[test]
