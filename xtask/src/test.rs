@@ -27,8 +27,9 @@ use crate::setup;
 use crate::test_programs::{self, TestProgram};
 
 /// Programs of tests that take the longest, begun in this order, so that no processor waits at the end.
-const LONGEST: [&str; 8] = [
+const LONGEST: [&str; 9] = [
     "tests/lab",
+    "tests/pose",
     "tests/elsewhere",
     "tests/refine",
     "tests/json",

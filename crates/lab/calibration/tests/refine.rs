@@ -217,6 +217,7 @@ fn a_play_is_found_and_where_there_is_none_none() {
 }
 
 #[test]
+#[ignore = "long"]
 fn beams_that_follow_their_heaters_are_found() {
     let late = found(&mut Mirror {
         beam_lag_s: 2e-4,
@@ -230,6 +231,7 @@ fn beams_that_follow_their_heaters_are_found() {
 }
 
 #[test]
+#[ignore = "long"]
 fn a_heat_capacity_that_grows_is_found() {
     let growth_per_k = 5e-3;
     let growing = found(&mut Mirror {
