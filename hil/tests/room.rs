@@ -70,6 +70,45 @@ fn what_a_kelvin_is_worth_is_measured_in_two_rooms_and_holds_in_a_third() {
     assert!(errors_um.iter().all(|um| um.abs() < 0.5), "{errors_um:?}");
 }
 
+/// A calibration tells its mirror in any room, and as warm as a mirror is that was held where it tilts most.
+#[test]
+fn a_calibration_is_taken_by_its_own_mirror_only() {
+    const PAPER: &str = include_str!("paper.toml");
+    let bench = Bench::emulated(MirrorConfig::paper());
+    let write = |name: &str, text: &str| {
+        fs::write(bench.directory().join(name), text).expect("written");
+    };
+    write("77.toml", CALIBRATION);
+    write("paper.toml", PAPER);
+    let room_c = MirrorConfig::paper().ambient_c;
+    for warmer_k in [0.0, 9.0] {
+        bench.controls().set_oven(room_c + warmer_k);
+        bench.json(&["load-calibration", "paper.toml"]);
+        let other = bench.tool(&["load-calibration", "77.toml"]);
+        assert_eq!(other.code, 1, "{other:?}");
+        let said = other.sentence();
+        for words in [
+            "77.toml is of another mirror",
+            "354.4, 352.4, 353.6, 351.8 ohm",
+            "the board keeps the calibration that it had",
+        ] {
+            assert!(said.contains(words), "`{words}` is not in: {said}");
+        }
+        assert!(bench.is_off());
+        let status = bench.json(&["status"]);
+        assert_eq!(status["calibration"]["device"], "paper", "{status}");
+    }
+    let tilt = ["set-drive", "3.5V", "0V", "0V", "0V", "--settle", "30s"];
+    bench.json(&tilt);
+    bench.json(&["load-calibration", "paper.toml"]);
+    bench.json(&["load-calibration", "77.toml", "--other-mirror"]);
+    let back = bench.json(&["load-calibration", "paper.toml"]);
+    assert!(
+        back["before"].as_str().expect("text").contains("77"),
+        "{back}"
+    );
+}
+
 #[test]
 fn one_that_is_interrupted_turns_the_mirror_off_and_keeps_nothing() {
     let (bench, _) = bench();

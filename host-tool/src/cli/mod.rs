@@ -281,6 +281,9 @@ pub enum Command {
     LoadCalibration {
         /// The calibration file. It holds for the mirror that it was made with.
         file: PathBuf,
+        /// Take it although the heaters on the board are another mirror's.
+        #[arg(help_heading = BOARD, long)]
+        other_mirror: bool,
     },
     /// Calibrate the board's current sense: its zero, with the mirror in place, and with a known resistor in the place of
     /// each actuator its gain; the channels are off afterwards.

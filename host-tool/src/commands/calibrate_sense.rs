@@ -135,7 +135,7 @@ pub(super) async fn zero_once(board: &Board) -> Result<(), ToolError> {
 }
 
 /// The currents that are read at `drive_v` on all channels.
-async fn driven(board: &Board, drive_v: f32) -> Result<[f64; 4], ToolError> {
+pub(super) async fn driven(board: &Board, drive_v: f32) -> Result<[f64; 4], ToolError> {
     let drives = Drives {
         drive_v: [drive_v; 4],
         lease_ms: LEASE_MS,

@@ -8,7 +8,7 @@ use control_core::shape::KNOTS;
 use mirror_protocol::CalibrationUse;
 use serde::Serialize;
 
-use super::calibration_file;
+use super::{calibration_file, same_mirror};
 use crate::board::Board;
 use crate::commands::calibrate_sense;
 use crate::commands::interrupt::Interrupt;
@@ -29,15 +29,26 @@ struct LoadedCalibration {
     max_position_um: f64,
 }
 
-/// Reads the file before it asks anything of the board, which keeps what it has unless it takes the new one.
-pub(super) async fn run(board: &Board, file: &Path, json: bool) -> Result<(), ToolError> {
+/// Reads the file before it asks anything of the board, which keeps what it has unless it takes the new one. One of another mirror it takes only
+/// where that is asked for.
+pub(super) async fn run(
+    board: &Board,
+    file: &Path,
+    other_mirror: bool,
+    json: bool,
+) -> Result<(), ToolError> {
     let calibration = calibration_file::load(file)?;
     let before = board.calibration().await?;
     let settled = board.settled_calibration().await?;
     // What comes after is short, and done whole.
-    Interrupt::listen()?
-        .or(calibrate_sense::zero_once(board))
-        .await?;
+    let interrupt = Interrupt::listen()?;
+    interrupt.or(calibrate_sense::zero_once(board)).await?;
+    if !other_mirror {
+        let checked = interrupt.or(same_mirror::check(board, file, &calibration));
+        let checked = checked.await;
+        board.off().await?;
+        checked?;
+    }
     let loaded = board
         .use_calibration(&calibration, CalibrationUse::ForGood)
         .await?;

@@ -25,6 +25,7 @@ mod range;
 mod range_end;
 mod record;
 mod room;
+mod same_mirror;
 mod scan;
 mod set_drive;
 mod set_pose;
@@ -174,8 +175,8 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             scan::run(&open_to_move().await?, scan, longest, json).await
         }
         Command::Calibrate(ask) => calibrate::run(&open().await?, ask, json).await,
-        Command::LoadCalibration { file } => {
-            load_calibration::run(&open().await?, &file, json).await
+        Command::LoadCalibration { file, other_mirror } => {
+            load_calibration::run(&open().await?, &file, other_mirror, json).await
         }
         Command::CalibratePose(ask) => {
             Pace::check_next(ask.settle, arguments.longest_hold)?;

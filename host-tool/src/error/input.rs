@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use control_core::CHANNELS;
+
 /// What a file that a command reads is not.
 #[derive(Debug, thiserror::Error, miette::Diagnostic, strum::IntoStaticStr)]
 #[strum(serialize_all = "kebab-case")]
@@ -28,6 +30,22 @@ pub enum UnusableInput {
         "`host-tool status` tells which one it uses; `host-tool load-calibration {}` has it use this one", file.display()
     ))]
     OtherCalibration { file: PathBuf },
+
+    #[error(
+        "{} is of another mirror: at rest its heaters have {} ohm, those on this board {} ohm. A room changes all four alike, and \
+         actuator {actuator} differs otherwise", file.display(), listed(*there_ohm), listed(*here_ohm)
+    )]
+    #[diagnostic(help(
+        "the board keeps the calibration that it had. Load the file of this mirror, or measure it: `host-tool calibrate`. Where \
+         it is this mirror's after all, as where another board's current sense has measured it, --other-mirror takes it"
+    ))]
+    OtherMirror {
+        file: PathBuf,
+        /// Counted from 1.
+        actuator: usize,
+        there_ohm: [f64; CHANNELS],
+        here_ohm: [f64; CHANNELS],
+    },
 
     #[error("{} was read under another calibration", file.display())]
     #[diagnostic(help(
@@ -58,4 +76,9 @@ pub enum UnusableInput {
     #[error("{} is no trial of a calibration: {reason}", path.display())]
     #[diagnostic(help("`host-tool calibrate --trial FILE` writes one"))]
     NotATrial { path: PathBuf, reason: String },
+}
+
+/// To a tenth, one after the other.
+fn listed(ohm: [f64; CHANNELS]) -> String {
+    ohm.map(|ohm| format!("{ohm:.1}")).join(", ")
 }

@@ -1,6 +1,6 @@
 //! What tells a mirror from others: by what its heaters' resistances differ from each other.
 
-use control_core::CHANNELS;
+use control_core::{CHANNELS, Calibration};
 use measurement::{Row, median};
 
 /// Rows of a drive about half the highest tell them: films there are as warm in any room, and currents are large.
@@ -11,9 +11,16 @@ const SAME: f64 = 0.01;
 
 /// Resistances of the four heaters where all have the same drive (ohm).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Heaters([f64; CHANNELS]);
+pub struct Heaters(pub [f64; CHANNELS]);
 
 impl Heaters {
+    /// At rest, as a calibration has them; nothing where it takes all four for alike, as one that nobody measured does.
+    pub fn at_rest(calibration: &Calibration) -> Option<Self> {
+        let rest = calibration.actuators().each_ref();
+        let rest = rest.map(|actuator| f64::from(actuator.resistance_at_rest().0));
+        rest.iter().any(|ohm| *ohm != rest[0]).then_some(Self(rest))
+    }
+
     /// What rows tell; nothing where none has all four currents at half the highest drive.
     pub(crate) fn of<'a>(rows: impl Iterator<Item = &'a Row> + Clone) -> Option<Self> {
         let lowest_v = |row: &Row| row.voltage_v.into_iter().fold(f64::INFINITY, f64::min);
@@ -35,7 +42,7 @@ impl Heaters {
 
     /// The actuator whose resistance differs most from the others' beyond what it does here, and its resistances there and here (ohm); nothing
     /// where both are of one mirror. The room is none of it, for it is the same for all four.
-    pub(crate) fn differ(&self, here: &Self) -> Option<(usize, f64, f64)> {
+    pub fn differ(&self, here: &Self) -> Option<(usize, f64, f64)> {
         let mean = |heaters: &Self| heaters.0.iter().sum::<f64>() / CHANNELS as f64;
         let warmer = mean(here) / mean(self);
         let apart = |i: usize| (self.0[i] * warmer / here.0[i] - 1.0).abs();
@@ -47,6 +54,8 @@ impl Heaters {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use control_core::Ohm;
+    use mirror_model::{Model, Preset};
 
     /// A sweep and back of heaters with these resistances when cold, in a room where they have so many times as much.
     fn swept(cold_ohm: [f64; CHANNELS], warmer: f64) -> Vec<Row> {
@@ -87,6 +96,28 @@ mod tests {
         let (actuator, there_ohm, here_ohm) = there.differ(&here).expect("they differ");
         assert_eq!(actuator, 3);
         assert!(there_ohm > here_ohm * 1.01, "{there_ohm}, {here_ohm}");
+    }
+
+    #[test]
+    fn a_calibration_tells_them_where_they_were_measured() {
+        let mut parts = *calibration::tabulate(&Model::from(Preset::Reconciled))
+            .expect("it has an inverse")
+            .calibration
+            .parts();
+        let at_rest = |parts| Heaters::at_rest(&Calibration::new(parts).expect("a mirror's"));
+        assert_eq!(at_rest(parts), None);
+        let cold_ohm = [357.0, 376.0, 363.0, 347.0];
+        for (actuator, cold_ohm) in parts.actuators.iter_mut().zip(cold_ohm) {
+            actuator.cold_resistance = Ohm(cold_ohm);
+        }
+        let told = at_rest(parts).expect("measured");
+        assert_eq!(told.differ(&Heaters(cold_ohm.map(f64::from))), None);
+        // The line through what it has where it is driven begins elsewhere; what it has at rest counts.
+        for actuator in &mut parts.actuators {
+            actuator.sensed_rises.knots[0] = -10.0;
+        }
+        let ohm = at_rest(parts).expect("measured").0[0];
+        assert!((ohm - 343.0).abs() < 1.0, "{ohm}");
     }
 
     #[test]

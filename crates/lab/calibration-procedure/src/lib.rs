@@ -28,6 +28,7 @@ mod trial;
 pub use bench::{Bench, Part};
 pub use doubt::{BROKEN_PROMISE, Doubt};
 pub use drift::Drift;
+pub use heaters::Heaters;
 pub use procedure::{Calibrated, Procedure, Source};
 pub use screening::{ReadingCounts, SensorError};
 pub use travel::TravelError;
