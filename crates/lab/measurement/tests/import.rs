@@ -141,6 +141,29 @@ fn channels_that_are_numbers_are_no_first_row() {
 }
 
 #[test]
+fn actuators_whose_drive_is_not_told_are_off_and_take_no_current() {
+    let text = b"t (s),V1 (V),I (mA),z (um)\n0,0,0,0\n1,1,2.7,26\n2,2,5.1,90\n";
+    let table = Table::read(text).expect("a table");
+    let refused = import(&table, &guesses(&table), false).unwrap_err();
+    let told = "through actuator 2 flow up to 5.100 mA, and no column tells what drives it";
+    assert!(refused.to_string().contains(told), "{refused}");
+    // Each of what the help says.
+    for (said, drives_v) in [("V=2", [2.0; 4]), ("I1=3", [2.0, 0.0, 0.0, 0.0])] {
+        let help = miette::Diagnostic::help(&refused).expect("what to do");
+        assert!(help.to_string().contains(&format!("--column {said}")));
+        let said = [Assignment::parse(said, &table).expect("a column")];
+        let said = Assignment::with_guesses(&said, &table);
+        let imported = import(&table, &said, false).expect("a measurement");
+        assert_eq!(imported.file.rows[2].voltage_v, drives_v);
+        let is_told = says(&imported, "actuator 2, 3, 4: each is taken for off");
+        assert_eq!(is_told, drives_v[1] == 0.0, "{:?}", imported.notes);
+    }
+    // What a meter reads where nothing is connected.
+    let offset = guessed(b"V1,V2,I1 (mA),I3 (mA)\n0,0,0,0.02\n1,0,2.7,0.02\n", false);
+    assert!(says(&offset, "actuator 3, 4: each is taken for off"));
+}
+
+#[test]
 fn the_last_comment_above_a_table_has_its_names() {
     let rows = "0 0 0\n1 1 9.5\n2 2 40\n3 0 0.1\n";
     for above in ["# mirror 7\n# t_s V_V z_um\n", "# t_s V_V z_um\n"] {

@@ -47,7 +47,8 @@ pub(super) fn no_voltage(table: &Table) -> ImportError {
               a unit other than V goes behind it, --column V=NUMBER:mV"
             .to_owned(),
         1..=ACTUATORS => format!(
-            "say which drives what: {}",
+            "say which drives what: {}{}",
+            one_of_all(&sources),
             options(Column::VoltageOfAll, &sources)
         ),
         _ => {
@@ -65,6 +66,22 @@ pub(super) fn no_voltage(table: &Table) -> ImportError {
             table.names.join(", ")
         ),
         help,
+    )
+}
+
+/// How to say that one of these drives all actuators, where there are several and fewer than actuators: one may be what was set, another what
+/// was measured of it.
+fn one_of_all(sources: &[usize]) -> String {
+    if !(2..ACTUATORS).contains(&sources.len()) {
+        return String::new();
+    }
+    let numbers = sources
+        .iter()
+        .map(|source| format!("--column V={}", source + 1));
+    let numbers: Vec<String> = numbers.collect();
+    format!(
+        "where one drives all four actuators, as the measured one beside the set one does, {}; where each drives its own, ",
+        numbers.join(" or ")
     )
 }
 
@@ -102,13 +119,17 @@ mod tests {
         let table = Table::read(text.as_bytes()).expect("a table");
         let error = import(&table, &guesses(&table), false).expect_err("not told");
         let help = error.help().expect("what to do").to_string();
-        let words: Vec<&str> = help.split_whitespace().collect();
-        let said = words.windows(2).filter(|pair| pair[0] == "--column");
-        let said: Vec<Assignment> = said
-            .map(|pair| Assignment::parse(pair[1], &table).expect(pair[1]))
-            .collect();
-        let all = Assignment::with_guesses(&said, &table);
-        import(&table, &all, false).expect("a measurement");
+        for choice in help.split([';', ',']).flat_map(|one| one.split(" or ")) {
+            let words: Vec<&str> = choice.split_whitespace().collect();
+            let said = words.windows(2).filter(|pair| pair[0] == "--column");
+            let said: Vec<Assignment> = said
+                .map(|pair| Assignment::parse(pair[1], &table).expect(pair[1]))
+                .collect();
+            if !said.is_empty() {
+                let all = Assignment::with_guesses(&said, &table);
+                import(&table, &all, false).expect("a measurement");
+            }
+        }
         help
     }
 
@@ -123,6 +144,10 @@ mod tests {
             ("V1;V1", "--column V1_V=1"),
             ("s;CH1 (V);CH2 (V);Höhe [µm]", "--column V1=2 --column V2=3"),
             ("x;y [mV]", "--column V=2"),
+            (
+                "s;V set (V);V meas (V);um",
+                "as the measured one beside the set one does, --column V=2 or --column V=3; where each drives its own, --column V1=2 --column V2=3",
+            ),
         ] {
             let help = advised(headings);
             assert!(help.ends_with(options), "{headings}: {help}");

@@ -24,6 +24,7 @@ mod runs;
 mod sampling;
 mod table;
 mod unit;
+mod untold;
 
 pub use assignment::{Assignment, guesses};
 pub use error::ImportError;
@@ -47,7 +48,8 @@ pub struct Imported {
 /// displacements and currents about it becomes their noise.
 ///
 /// # Errors
-/// Where no column is a drive, a quantity stands in two columns, the time begins anew, or fewer than two rows are left.
+/// Where no column is a drive, a current flows through an actuator whose drive no column tells, a quantity stands in two columns, the time begins
+/// anew, or fewer than two rows are left.
 pub fn import(
     table: &Table,
     assignments: &[Assignment],
@@ -62,6 +64,7 @@ pub fn import(
     let told = told.filter(|(column, _)| column.is_none_or(is_taken));
     let mut notes: Vec<String> = told.map(|(_, sentence)| sentence.clone()).collect();
     let mut rows = rows(table, assignments, &mut notes);
+    untold::drives(assignments, &rows, &mut notes)?;
     lost::readings(&mut rows, &mut notes);
     heated::temperature(table, assignments, &mut rows, &mut notes);
     days::into_seconds(assignments, &mut rows, &mut notes);
