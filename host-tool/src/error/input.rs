@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use control_core::CHANNELS;
+use quantities::Span;
 
 /// What a file that a command reads is not.
 #[derive(Debug, thiserror::Error, miette::Diagnostic, strum::IntoStaticStr)]
@@ -24,6 +25,22 @@ pub enum UnusableInput {
         "write lines of seconds and micrometres: `0.5,12.3`; or a header t_s,z_um,tilt_x_deg,tilt_y_deg, and lines such as `0.5,80,0.02,-0.01`"
     ))]
     Waveform { path: PathBuf, reason: String },
+
+    #[error(
+        "{} would be driven as another course: line {line} comes {step} after the row before, and a board plays a table in equal steps of time, \
+         of {least} here at least, by which rows are missed by up to {missed_um:.3} um and {missed_deg:.4} deg", path.display()
+    )]
+    #[diagnostic(help(
+        "put its rows at whole multiples of such a step, or play it in parts: a shorter one has shorter steps"
+    ))]
+    TooFine {
+        path: PathBuf,
+        line: usize,
+        step: Span,
+        least: Span,
+        missed_um: f64,
+        missed_deg: f64,
+    },
 
     #[error("{} is not the calibration that the board uses", file.display())]
     #[diagnostic(help(

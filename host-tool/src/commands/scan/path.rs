@@ -160,13 +160,12 @@ fn turns(middle: Angle, amplitude: Angle, per_cycle: u16, start: f64) -> Turns {
 
 /// Says how far a table is missed that has more in it than the board's has room for.
 fn tell_missed(sampled: &Sampled) {
-    // What rounding leaves, and the board's 16 bits.
     let (um, deg) = sampled.missed;
-    if um > 0.01 || deg > 1e-4 {
+    if sampled.is_missed() {
         note(format!(
-            "a board plays at most {} points of a table: straight lines between them pass by yours by up to {um:.3} um and {deg:.4} deg; \
-             play it in parts to keep all of them",
-            sampled.z_um.len()
+            "a board plays a table in equal steps of time, {} of them here: straight lines between them pass by yours by up to {um:.3} um and {deg:.4} deg; \
+             play it in parts to come closer",
+            sampled.z_um.len() - 1
         ));
     }
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use mirror_protocol::{POINTS, POSE_POINTS};
+use quantities::Span;
 
 use crate::commands::measure::readings::finite;
 use crate::error::{ToolError, UnusableInput};
@@ -39,6 +40,20 @@ pub(super) struct Sampled {
     pub(super) dwell_ticks: u32,
     /// How far the straight lines between them pass by a row of the table at most: piston (um), and either tilt (deg).
     pub(super) missed: (f64, f64),
+    /// Control ticks that are between two of them at least, for the board to have room.
+    least_ticks: u32,
+    /// The row, from 0, of which most is missed, as a part of what the table goes through.
+    worst: (usize, f64),
+}
+
+/// A table of which a larger part of its way is missed would be driven as another course. A choice.
+const OTHER_COURSE: f64 = 0.05;
+
+impl Sampled {
+    /// Whether more is missed than rounding and the board's 16 bits leave.
+    pub(super) fn is_missed(&self) -> bool {
+        self.missed.0 > 0.01 || self.missed.1 > 1e-4
+    }
 }
 
 /// A table's poses, on a board with so many ticks a second.
@@ -51,7 +66,46 @@ pub(super) fn read(path: &Path, tick_hz: u32) -> Result<Sampled, ToolError> {
         })
     };
     let (rows, is_tilted) = parse(&text).map_err(unusable)?;
-    sample(&rows, is_tilted, tick_hz).map_err(|reason| unusable(reason.into()))
+    let sampled = sample(&rows, is_tilted, tick_hz).map_err(|reason| unusable(reason.into()))?;
+    if !sampled.is_missed() || sampled.worst.1 <= OTHER_COURSE {
+        return Ok(sampled);
+    }
+    let (row, step_s) = closest(&rows, sampled.worst.0);
+    let tick = |ticks: f64| Span {
+        s: ticks / f64::from(tick_hz),
+    };
+    Err(UnusableInput::TooFine {
+        path: path.to_owned(),
+        line: line(&text, row),
+        step: tick((step_s * f64::from(tick_hz)).round()),
+        least: tick(f64::from(sampled.least_ticks)),
+        missed_um: sampled.missed.0,
+        missed_deg: sampled.missed.1,
+    }
+    .into())
+}
+
+/// Of the steps to a row and from it the shorter one (s), and the row that it leads to.
+fn closest(rows: &[Row], row: usize) -> (usize, f64) {
+    let steps = [row, row + 1].into_iter().filter_map(|to| {
+        let before = to.checked_sub(1)?;
+        Some((to, rows.get(to)?.0 - rows[before].0))
+    });
+    let shortest = steps.min_by(|(_, a), (_, b)| a.total_cmp(b));
+    shortest.unwrap_or_default()
+}
+
+/// The line, from 1, that a row, from 0, stands in.
+fn line(text: &str, row: usize) -> usize {
+    let lines = (1..).zip(text.lines().map(str::trim));
+    let mut filled = lines.filter(|(_, line)| is_filled(line)).peekable();
+    let is_headed = filled.peek().is_some_and(|(_, line)| is_header(line));
+    let mut rows = filled.skip(usize::from(is_headed));
+    rows.nth(row).map_or(0, |(number, _)| number)
+}
+
+fn is_filled(line: &str) -> bool {
+    !line.is_empty() && !line.starts_with('#')
 }
 
 /// The rows, and whether the table has tilts.
@@ -60,7 +114,7 @@ fn parse(text: &str) -> Result<(Vec<Row>, bool), String> {
     let mut rows: Vec<Row> = Vec::new();
     let mut is_begun = false;
     for (number, line) in (1..).zip(text.lines().map(str::trim)) {
-        if line.is_empty() || line.starts_with('#') {
+        if !is_filled(line) {
             continue;
         }
         let is_header = !is_begun && is_header(line);
@@ -88,7 +142,7 @@ fn is_header(line: &str) -> bool {
 fn header(line: &str) -> Result<Vec<Column>, String> {
     let mut columns = Vec::new();
     for name in cells(line) {
-        let Some((_, column)) = COLUMNS.iter().find(|(known, _)| *known == name) else {
+        let Some((_, column)) = COLUMNS.iter().find(|(known, _)| **known == name) else {
             let known = COLUMNS.map(|(name, _)| name).join(", ");
             return Err(format!("there is no column `{name}`; there are {known}"));
         };
@@ -105,20 +159,30 @@ fn header(line: &str) -> Result<Vec<Column>, String> {
     Ok(columns)
 }
 
-/// The cells of a line, without the quotes that a spreadsheet may have put around them.
-fn cells(line: &str) -> impl Iterator<Item = &str> {
-    line.split(',').map(|cell| cell.trim().trim_matches('"'))
+/// The cells of a line, without the quotes that a spreadsheet may have put around them. Where it puts semicolons between them a comma is a
+/// decimal one.
+fn cells(line: &str) -> Vec<String> {
+    let has_semicolons = line.contains(';');
+    let delimiter = if has_semicolons { ';' } else { ',' };
+    let cells = line.split(delimiter);
+    let cells = cells.map(|cell| cell.trim().trim_matches('"'));
+    cells
+        .map(|cell| match has_semicolons {
+            true => cell.replace(',', "."),
+            false => cell.to_owned(),
+        })
+        .collect()
 }
 
 fn row(columns: &[Column], line: &str) -> Result<Row, String> {
-    let cells: Vec<&str> = cells(line).collect();
+    let cells = cells(line);
     if cells.len() != columns.len() {
         let (count, needed) = (cells.len(), columns.len());
         return Err(format!("it has {count} cells, and {needed} are needed"));
     }
     let (mut t_s, mut pose) = (0.0, [0.0; 3]);
     for (column, cell) in columns.iter().zip(cells) {
-        let value = match cell {
+        let value = match cell.as_str() {
             "" => Err("a cell is empty; a waveform has no gaps".into()),
             cell => finite(cell).ok_or_else(|| format!("`{cell}` is no finite number")),
         }?;
@@ -171,6 +235,7 @@ fn sample(rows: &[Row], is_tilted: bool, tick_hz: u32) -> Result<Sampled, &'stat
     let sampled = sampled.ok_or("it is shorter than a control tick")?;
     Ok(Sampled {
         tilts_deg: sampled.tilts_deg.filter(|_| is_tilted),
+        least_ticks: densest,
         ..sampled
     })
 }
@@ -182,11 +247,16 @@ fn sampled_every(dwell_ticks: u32, rows: &[Row], ticks: f64) -> Sampled {
     let times_s =
         (0..=steps as u32).map(|step| first_s + (last_s - first_s) * f64::from(step) / steps);
     let poses: Vec<Row> = times_s.map(|t_s| (t_s, at(rows, t_s))).collect();
-    let mut missed = [0.0_f64; 3];
-    for (t_s, pose) in rows {
+    let (mut missed, mut worst) = ([0.0_f64; 3], (0, 0.0));
+    let ways = [0, 1, 2].map(|axis| way(rows, axis));
+    for (index, (t_s, pose)) in rows.iter().enumerate() {
         let played = at(&poses, *t_s);
-        for (missed, (asked, played)) in missed.iter_mut().zip(pose.iter().zip(played)) {
-            *missed = missed.max((asked - played).abs());
+        for axis in 0..3 {
+            let off = (pose[axis] - played[axis]).abs();
+            missed[axis] = missed[axis].max(off);
+            if off > worst.1 * ways[axis] {
+                worst = (index, off / ways[axis]);
+            }
         }
     }
     let column = |axis: usize| poses.iter().map(|(_, pose)| pose[axis]).collect();
@@ -194,8 +264,16 @@ fn sampled_every(dwell_ticks: u32, rows: &[Row], ticks: f64) -> Sampled {
         z_um: column(0),
         tilts_deg: Some([column(1), column(2)]),
         dwell_ticks,
+        least_ticks: dwell_ticks,
         missed: (missed[0], missed[1].max(missed[2])),
+        worst,
     }
+}
+
+/// From the lowest to the highest.
+fn way(rows: &[Row], axis: usize) -> f64 {
+    let values = || rows.iter().map(|(_, pose)| pose[axis]);
+    values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min)
 }
 
 /// On the straight line between two rows.
@@ -208,117 +286,4 @@ fn at(rows: &[Row], t_s: f64) -> [f64; 3] {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    fn sampled(text: &str) -> Result<Sampled, String> {
-        let (rows, is_tilted) = parse(text)?;
-        sample(&rows, is_tilted, 10_000).map_err(str::to_owned)
-    }
-
-    #[test]
-    fn a_spreadsheet_may_quote_and_indent() {
-        let plain = parse("t_s,z_um\n0,1\n0.5,2\n").expect("a table");
-        assert_eq!(
-            parse("\"t_s\",\"z_um\"\n\"0\",\"1\"\n0.5,2\n").as_ref(),
-            Ok(&plain)
-        );
-        assert_eq!(
-            parse("  t_s , z_um \r\n 0 , 1\r\n 0.5,2 \n").as_ref(),
-            Ok(&plain)
-        );
-    }
-
-    #[test]
-    fn a_table_that_is_no_waveform_is_told_why() {
-        for (text, reason) in [
-            ("", "fewer than two points"),
-            ("t_s,z_um\n0,1\n", "fewer than two points"),
-            ("0,1\n1\n", "line 2, `1`: it has 1 cells, and 2 are needed"),
-            ("1,1\n0,2\n", "line 2 goes back in time, from 1 s to 0 s"),
-            (
-                "0,1\n0.5,1\n0.5,2\n",
-                "line 3 has the time of the line before, 0.5 s",
-            ),
-            ("0,1\n1,nan\n", "line 2, `1,nan`: `nan` is no finite number"),
-            ("0,1\n1,1e999\n", "`1e999` is no finite number"),
-            (
-                "t_s,z_um,tip_deg,tilt_deg\n0,1,0,0\n1,1,,0\n",
-                "line 3, `1,1,,0`: a cell is empty",
-            ),
-            ("0,1,0,0\n1,1,0,0\n", "it has 4 cells, and 2 are needed"),
-            (
-                "t_s,z_um,roll\n0,1,0\n",
-                "there is no column `roll`; there are t_s, z_um, tilt_x_deg",
-            ),
-            (
-                "t_s,z_um,tip_deg,tilt_x_deg\n",
-                "`tilt_x_deg` says what another one says",
-            ),
-            ("t_s,tip_deg\n0,1\n", "it has no column `z_um`"),
-            ("0,1\n1e-6,2\n", "shorter than a control tick"),
-        ] {
-            let said = sampled(text).expect_err("unusable");
-            assert!(said.contains(reason), "{said}");
-        }
-    }
-
-    #[test]
-    fn columns_are_known_by_their_names_in_any_order() {
-        let text = "# mine\ntilt_deg,z_um,t_s,tip_deg\n0.1,60,0,-0.2\n0.3,80,0.0002,-0.4\n";
-        let found = sampled(text).expect("a waveform");
-        let [tip, tilt] = found.tilts_deg.expect("tilts");
-        assert_eq!(
-            (found.z_um, tip, tilt),
-            (
-                vec![60.0, 70.0, 80.0],
-                vec![-0.2, -0.30000000000000004, -0.4],
-                vec![0.1, 0.2, 0.3]
-            )
-        );
-        assert_eq!(found.dwell_ticks, 1);
-    }
-
-    #[test]
-    fn corners_lie_on_points_where_they_can() {
-        let found = sampled("0,40\n0.5,60\n1,40\n").expect("a waveform");
-        assert!(found.missed.0 < 1e-6, "{found:?}");
-        assert!(found.z_um.len() > 80, "{}", found.z_um.len());
-    }
-
-    #[test]
-    fn what_a_board_has_no_room_for_is_told_by_how_far_it_is_missed() {
-        // Every other of 400 rows is at the top; 170 points cannot be.
-        let rows = (0..400).map(|i| format!("{},{},0\n", f64::from(i) * 0.01, 10 * (i % 2)));
-        let found = sampled(&format!("t_s,z_um,tip_deg\n{}", rows.collect::<String>()));
-        assert!(found.expect("a waveform").missed.0 > 1.0);
-    }
-
-    proptest! {
-        #[test]
-        fn a_waveform_keeps_its_ends_and_its_length(
-            z in proptest::collection::vec(0.0_f64..170.0, 2..700), step_s in 1e-3_f64..1.0,
-        ) {
-            let text: String = z
-                .iter()
-                .enumerate()
-                .map(|(i, z)| format!("{:?},{z:?}\n", i as f64 * step_s))
-                .collect();
-            let Sampled { z_um, dwell_ticks, .. } = sampled(&text).expect("a waveform");
-            prop_assert!(z_um.len() <= POINTS);
-            prop_assert!((z_um[0] - z[0]).abs() < 1e-9);
-            prop_assert!((z_um[z_um.len() - 1] - z[z.len() - 1]).abs() < 1e-9);
-            let asked = (z.len() - 1) as f64 * step_s * 1e4;
-            let played = (z_um.len() - 1) as f64 * f64::from(dwell_ticks);
-            prop_assert!((played - asked).abs() <= f64::from(dwell_ticks), "{played} for {asked}");
-        }
-
-        #[test]
-        fn any_text_is_a_waveform_or_a_sentence(text in "[0-9a-z,.\\n# _-]{0,60}") {
-            if let Ok(found) = sampled(&text) {
-                prop_assert!(found.z_um.iter().all(|z| z.is_finite()));
-            }
-        }
-    }
-}
+mod tests;
