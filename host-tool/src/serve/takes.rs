@@ -107,7 +107,9 @@ where
     Q: std::str::FromStr<Err = QuantityError>,
 {
     let read = |text: &str| in_unit(text, base_unit);
-    let parsed = read(text).or_else(|error| read(&text.to_lowercase()).map_err(|_| error));
+    // Units are small letters but for the volt; M is milli, as of all units of SCPI but megahertz and megohm.
+    let in_usual_case = || text.to_lowercase().replace('v', "V");
+    let parsed = read(text).or_else(|error| read(&in_usual_case()).map_err(|_| error));
     parsed.map_err(|error| {
         let kind = match error {
             QuantityError::WrongUnit { .. } => Kind::InvalidSuffix,
@@ -178,6 +180,10 @@ mod tests {
             assert!((length.um - 120.0).abs() < 1e-9, "{text}");
         }
         assert_eq!(quantity("5MS", "s"), Ok(Span { s: 5e-3 }));
+        for text in ["500mV", "500MV", "500mv", "500000UV", "0.5 v", "5E-1"] {
+            let volts = volts(text).expect(text);
+            assert!((volts - 0.5).abs() < 1e-12, "{text}");
+        }
         let length = Takes::Length(Action::SetPosition);
         let pose = Takes::Pose(Action::SetPose);
         let span = Takes::Span(Action::SetSettling);

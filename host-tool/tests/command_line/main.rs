@@ -51,7 +51,7 @@ fn quantities_that_are_none() {
     }
     fails_with(
         &host_tool(boards.path(), &["set-drive", "1.9um"]),
-        "`um` is not a unit of a voltage; use one of V, v, mV",
+        "`um` is not a unit of a voltage; use one of V, v, mV, uV",
         "--help",
     );
 }

@@ -108,7 +108,12 @@ const ANGLE: Notation = Notation {
 const VOLTAGE: Notation = Notation {
     what: "a voltage",
     example: "1.9V",
-    units: &[("V", 1.0, 1.0), ("v", 1.0, 1.0), ("mV", 1.0, 1e3)],
+    units: &[
+        ("V", 1.0, 1.0),
+        ("v", 1.0, 1.0),
+        ("mV", 1.0, 1e3),
+        ("uV", 1.0, 1e6),
+    ],
 };
 const RESISTANCE: Notation = Notation {
     what: "a resistance above 0",
