@@ -25,6 +25,9 @@ pub(crate) struct Uncertainty {
     pub(crate) is_away: bool,
 }
 
+/// The highest number that a board tells stands for more as well (`mirror_protocol::Uncertainty`), and so does what rounds to it.
+const MOST_UM: f64 = 65.0;
+
 /// Limits under which the mirror is, or will be, where it was asked to be.
 const NOT_AWAY: [Limit; 3] = [
     Limit::Cooling,
@@ -83,7 +86,10 @@ impl fmt::Display for Uncertainty {
                 "not known: the calibration does not say what it leaves; `host-tool calibrate` makes one that does",
             );
         };
-        write!(f, "{z_um:>9.3} um")?;
+        match z_um < MOST_UM {
+            true => write!(f, "{z_um:>9.3} um")?,
+            false => write!(f, "more than {MOST_UM:.0} um")?,
+        }
         if let Some(tilt_deg) = self.tilt_deg {
             write!(f, ", {tilt_deg:.4} deg")?;
         }
@@ -118,6 +124,15 @@ mod tests {
                 .to_string()
                 .ends_with("until then it is higher"),
             "nothing is driven, and it does not settle"
+        );
+        let mut unknown = sample;
+        unknown.uncertainty = Some(Told {
+            z_nm: u16::MAX,
+            tilt_urad: 35,
+        });
+        assert_eq!(
+            line(&unknown),
+            "more than 65 um either way in 95 of 100 cases"
         );
         let mut limits = Limits::from_bits(0);
         limits.insert(Limit::Cooling);
