@@ -25,6 +25,15 @@ pub enum NotImproved {
     RoomNotBetter { before_um: f64, after_um: f64 },
 
     #[error(
+        "the mirror was up to {before_um:.2} um from where it stood in the first room, which is no more than the sensor's noise, and {after_um:.2} um \
+         with what was found; the board has the calibration of before"
+    )]
+    #[diagnostic(help(
+        "nothing is to be done: the calibration is as good as two such rooms can tell. Rooms that are farther apart tell more"
+    ))]
+    RoomAsGood { before_um: f64, after_um: f64 },
+
+    #[error(
         "with what was found the mirror is still up to {after_um:.2} um from where it stood in the first room, so the room is not all \
          that has moved it; the board has the calibration of before"
     )]

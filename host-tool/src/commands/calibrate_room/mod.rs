@@ -126,6 +126,12 @@ async fn nearer(
 /// Whether what was found has brought the mirror to where it stood.
 fn is_nearer(before_um: f64, after_um: f64) -> Result<(), NotImproved> {
     if after_um > before_um + NOISE_UM {
+        if before_um <= NOISE_UM {
+            return Err(NotImproved::RoomAsGood {
+                before_um,
+                after_um,
+            });
+        }
         return Err(NotImproved::RoomNotBetter {
             before_um,
             after_um,
@@ -214,6 +220,10 @@ mod tests {
         assert!(is_nearer(1.8, 0.2).is_ok());
         assert!(is_nearer(0.02, 0.06).is_ok());
         let refused = |before_um, after_um| is_nearer(before_um, after_um).expect_err("not kept");
+        assert!(matches!(
+            refused(0.02, 0.08),
+            NotImproved::RoomAsGood { .. }
+        ));
         assert!(matches!(
             refused(0.06, 0.21),
             NotImproved::RoomNotBetter { .. }
