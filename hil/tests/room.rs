@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use emulated_board::PlantFault;
 use hil::{Bench, Said, interrupt};
 use serde_json::Value;
 use virtual_mirror::{Family, MirrorConfig};
@@ -107,6 +108,23 @@ fn a_calibration_is_taken_by_its_own_mirror_only() {
         back["before"].as_str().expect("text").contains("77"),
         "{back}"
     );
+}
+
+/// What has tripped it may be a calibration of another mirror.
+#[test]
+fn a_board_that_has_tripped_takes_a_calibration_unread() {
+    let (bench, _) = bench();
+    bench.json(&["set-z", "60um", "--settle", "10ms", "--hold", "10s"]);
+    bench.controls().inject(Some(PlantFault::OpenHeater(1)));
+    bench.wait_for_status("it trips", |status| {
+        status["states"].to_string().contains("tripped")
+    });
+    bench.controls().inject(None);
+    let loaded = bench.tool(&["load-calibration", FILE]);
+    assert_eq!(loaded.code, 0, "{}", loaded.err);
+    let said = loaded.sentence();
+    assert!(said.contains("the board has turned itself off"), "{said}");
+    assert!(said.contains("`host-tool clear`"), "{said}");
 }
 
 #[test]
