@@ -55,7 +55,7 @@ const STORIES: [&str; 3] = [
 const STORYTELLER: &str = "workbench";
 
 /// Programs that test the tool, and want of a board no more than that it is fast: they run on boards on this machine.
-const OF_THE_TOOL: [&str; 10] = [
+const OF_THE_TOOL: [&str; 12] = [
     "tests/beyond_drives",
     "tests/calibrate",
     "tests/completion",
@@ -63,7 +63,9 @@ const OF_THE_TOOL: [&str; 10] = [
     "tests/json",
     "tests/measure",
     "tests/monitor",
+    "tests/plane",
     "tests/pose",
+    "tests/room",
     "tests/scan",
     "tests/serve",
 ];
