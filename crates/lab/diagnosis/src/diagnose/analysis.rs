@@ -107,6 +107,11 @@ impl<'a> Analysis<'a> {
         rms(rows.zip(&self.data.observations), unit)
     }
 
+    /// What the base leaves.
+    pub(super) fn error(&self) -> Rms {
+        self.rms(&self.fitted.standardised(self.data), self.unit())
+    }
+
     /// What the base leaves of the median mirror of the null ensemble.
     pub(super) fn discrepancy_rms(&self) -> Rms {
         self.discrepancy_at(0.5)

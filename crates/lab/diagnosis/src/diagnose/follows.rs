@@ -10,8 +10,7 @@ impl Analysis<'_> {
     /// Whether the base without an effect follows the readings about as well as mirrors that lack nothing let it. Where it does not, its fit has
     /// stopped where its own slopes explain what is left, whatever that is.
     pub(super) fn follows(&self) -> bool {
-        let error = self.rms(&self.fitted.standardised(self.data), self.unit());
-        self.is_followed(error.value)
+        self.is_followed(self.error().value)
     }
 
     /// The same with an effect.
@@ -25,8 +24,7 @@ impl Analysis<'_> {
 
     /// Whether the base leaves a larger error than it does of 95 in 100 mirrors that lack nothing.
     pub(super) fn errs_more_than_its_discrepancy(&self) -> bool {
-        let error = self.rms(&self.fitted.standardised(self.data), self.unit());
-        error.value > self.large_discrepancy().value
+        self.error().value > self.large_discrepancy().value
     }
 
     fn is_followed(&self, error: f64) -> bool {

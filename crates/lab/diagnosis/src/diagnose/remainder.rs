@@ -73,8 +73,7 @@ impl Analysis<'_> {
             is_the_lesser_part: takes_most,
             up_to_v: self.explained_up_to(standardised.as_slice()),
         };
-        let before = self.rms(&self.fitted.standardised(self.data), self.unit());
-        let is_much = left.rms.value > (1.0 - MOST) * before.value
+        let is_much = left.rms.value > (1.0 - MOST) * self.error().value
             && left.rms.value > self.large_discrepancy().value;
         (takes_most || is_much).then_some(left)
     }

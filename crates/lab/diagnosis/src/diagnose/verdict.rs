@@ -87,7 +87,7 @@ impl Analysis<'_> {
         let alone = of_named.first().filter(|_| verdict == Verdict::Named);
         let remainder = alone.and_then(|alone| self.left_of(alone, is_mostly));
         let larger = remainder.and_then(|left| take_more(&left, &ranking));
-        let error = self.rms(&self.fitted.standardised(self.data), self.unit());
+        let error = self.error();
         Ok(Diagnosis {
             verdict,
             discrepancy_rms: self.discrepancy_rms(),
