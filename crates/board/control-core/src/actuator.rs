@@ -260,8 +260,8 @@ impl Actuator {
     ) -> f32 {
         let is_to_cool = target.0 < self.rise.0;
         let power = match is_to_cool {
-            true => Watt(rails.least_square / self.gains.resistance(self.rise).0),
-            false => rails.most(self.gains.resistance(target)),
+            true => Watt(rails.least_square / self.corrected(self.gains.resistance(self.rise)).0),
+            false => rails.most(self.corrected(self.gains.resistance(target))),
         };
         let way = Way {
             from: self.rise,
@@ -281,7 +281,12 @@ impl Actuator {
     /// The resistance now, and a note of it for when its current has been sensed.
     fn resistance(&mut self) -> Ohm {
         self.expected = self.gains.resistance(self.rise);
-        Ohm(self.expected.0 * self.correction.factor())
+        self.corrected(self.expected)
+    }
+
+    /// A resistance that its stages tell, as its current shows it.
+    fn corrected(&self, expected: Ohm) -> Ohm {
+        Ohm(expected.0 * self.correction.factor())
     }
 }
 

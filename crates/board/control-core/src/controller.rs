@@ -118,6 +118,8 @@ pub struct Controller<'a> {
     decay: Decay,
     /// Ticks that each actuator still needs.
     arrivals: [f32; CHANNELS],
+    /// Whether voltages are asked for, and no position: the surroundings are not compensated then.
+    is_by_voltage: bool,
     /// Where the surroundings alone hold each actuator.
     lowest: [Micrometre; CHANNELS],
     /// Ticks since the path was there, as far as they are counted.
@@ -166,6 +168,7 @@ impl<'a> Controller<'a> {
             turn: 0,
             decay: Decay::new(&parts.heat, catch_up_time(parts)),
             arrivals: Default::default(),
+            is_by_voltage: true,
             lowest: [Micrometre(0.0); CHANNELS],
             since_arrival: 0,
             shaper: Shaper::new(&parts.path.resonance),
@@ -258,6 +261,7 @@ impl<'a> Controller<'a> {
             Setpoint::Position(pose) => {
                 if *pose != self.target {
                     self.target = *pose;
+                    self.is_by_voltage = false;
                     self.target_limits = Limits::NONE;
                     let target = self.plate.positions(pose, &mut self.target_limits);
                     self.path.plan(&target);
@@ -275,6 +279,7 @@ impl<'a> Controller<'a> {
                     Some(oldest) => oldest,
                     None => {
                         cold_path();
+                        self.is_by_voltage = false;
                         self.target.z = NOWHERE.z;
                         self.shaper.begin(self.path.follow())
                     }
@@ -346,6 +351,7 @@ impl<'a> Controller<'a> {
         self.seen[turn] = seen.0;
         self.asked[turn] = self.actuators[turn].rise();
         self.target = NOWHERE;
+        self.is_by_voltage = true;
         *self.path.follow() = self.seen;
         self.shaper.forget();
         if !self.is_exchanging() {

@@ -130,14 +130,16 @@ impl PlateInverse {
         }
     }
 
+    /// The piston's standard deviation where the actuators' positions have these (um), each its own.
+    pub fn piston_deviation(&self, deviations: &[f32; CHANNELS]) -> Micrometre {
+        let [z, _, _] = &self.shares;
+        Micrometre(fpu::sqrt(variance(z, deviations)))
+    }
+
     /// The larger of the tilts' standard deviations where the actuators' positions have these (um), each its own.
     pub fn tilt_deviation(&self, deviations: &[f32; CHANNELS]) -> Radian {
-        let variance = |shares: &[f32; CHANNELS]| -> f32 {
-            let parts = shares.iter().zip(deviations);
-            parts.map(|(share, um)| share * um * share * um).sum()
-        };
         let [_, tilt_x, tilt_y] = &self.shares;
-        let (x, y) = (variance(tilt_x), variance(tilt_y));
+        let (x, y) = (variance(tilt_x, deviations), variance(tilt_y, deviations));
         Radian(fpu::sqrt(if x > y { x } else { y }))
     }
 
@@ -223,6 +225,12 @@ impl PlateInverse {
             }
         })
     }
+}
+
+/// Variance of a sum of shares of positions that have these standard deviations, each its own.
+fn variance(shares: &[f32; CHANNELS], deviations: &[f32; CHANNELS]) -> f32 {
+    let parts = shares.iter().zip(deviations);
+    parts.map(|(share, um)| share * um * share * um).sum()
 }
 
 /// 1 / `number`, 0 where it is none.

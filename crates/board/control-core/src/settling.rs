@@ -11,6 +11,8 @@ use crate::units::{Kelvin, Second};
 
 /// Powers 1, 2, 4, ... of the poles: 2^14 ticks are 1.6 s, and no move takes longer.
 const POWERS: usize = 14;
+/// So many ticks after its path is over a move is.
+pub(crate) const LONGEST: u16 = 1 << POWERS;
 /// An actuator that is not there by then never will be: its bounds hold it.
 pub(crate) const NEVER: f32 = f32::INFINITY;
 

@@ -318,7 +318,7 @@ impl Surroundings {
         let Filter {
             room, loss, place, ..
         } = self.filter;
-        self.filter.gains(heating, 0.0).variance + apart::usual(room, loss, (heating, place))
+        self.filter.variance(heating) + apart::usual(room, loss, (heating, place))
     }
 
     /// Ticks until a position that was reached so many ticks ago has told what it can, for the estimate moves the mirror while it does:

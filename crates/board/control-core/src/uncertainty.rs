@@ -195,6 +195,7 @@ impl Budget {
             apart,
             ..
         } = self.residual;
+        let thermometers = self.contributions.each_ref().map(|it| it.thermometer);
         let untried = |um: f32| part * (um - tried.0).max(0.0);
         let pistons = [
             piston.0,
@@ -203,7 +204,7 @@ impl Budget {
             of(|it| it.creep).z.0,
             of(|it| it.heat).z.0,
             of(|it| it.surroundings).z.0,
-            of(|it| it.thermometer).z.0,
+            plate.piston_deviation(&thermometers).0,
             drifted,
         ];
         let alone = |actuator: usize| {

@@ -4,7 +4,7 @@ use super::{Controller, turns_since_own};
 use crate::CHANNELS;
 use crate::design::TICK;
 use crate::limits::Limits;
-use crate::settling::NEVER;
+use crate::settling::{LONGEST, NEVER};
 use crate::uncertainty::Uncertainty;
 use crate::units::{Kelvin, Micrometre, Second};
 
@@ -28,10 +28,13 @@ impl Controller<'_> {
     pub fn settles_in(&self) -> Option<Second> {
         let is_asked = !self.target.z.0.is_nan() && self.budget.near().is_some();
         let longest = |longest: f32, ticks: &f32| if *ticks > longest { *ticks } else { longest };
+        let arrival = self.arrivals.iter().fold(0.0, longest);
+        // Its bounds hold it short of where its poles would take it.
+        let is_held = arrival > 0.0 && self.since_arrival >= LONGEST;
         let path = self.path.ticks_left();
         let learning = self.surroundings.ticks_to_learn(self.since_arrival);
-        let ticks = self.arrivals.iter().fold(path + learning, longest);
-        (is_asked && ticks < NEVER).then_some(Second(ticks * TICK.0))
+        let ticks = longest(path + learning, &arrival);
+        (is_asked && !is_held && ticks < NEVER).then_some(Second(ticks * TICK.0))
     }
 
     /// Finds out what no drive depends on, [`Self::uncertainty`], [`Self::lowest`] and [`Self::settles_in`]: a piece after each step, all of it in 16.
@@ -59,8 +62,8 @@ impl Controller<'_> {
         let shape = &self.calibration.actuators()[actuator].shape;
         let place = Micrometre(self.path.now()[actuator]);
         let asked = shape.temperature_rise(place);
-        let ratio = self.budget.ambient_ratio();
-        let unknown = self.surroundings.uncertainty(actuator, asked, ratio);
+        let compensation = (self.budget.ambient_ratio(), !self.is_by_voltage);
+        let unknown = self.surroundings.uncertainty(actuator, asked, compensation);
         let to_come = self.actuators[actuator].unsettled(&self.heat, &self.shared);
         self.lowest[actuator] = shape.position(self.surroundings.lowest(actuator));
         let um_per_kelvin = 1.0 / shape.slope(place);

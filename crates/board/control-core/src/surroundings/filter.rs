@@ -54,7 +54,7 @@ pub(super) struct Filter {
 pub(super) struct CrossCovariance {
     room: f32,
     loss: f32,
-    pub(super) variance: f32,
+    variance: f32,
 }
 
 impl Filter {
@@ -140,7 +140,12 @@ impl Filter {
         is_off
     }
 
-    pub(super) fn gains(&self, heating: f32, variance: f32) -> CrossCovariance {
+    /// Variance of what the states make a measurement at this heating (K^2).
+    pub(super) fn variance(&self, heating: f32) -> f32 {
+        self.gains(heating, 0.0).variance
+    }
+
+    fn gains(&self, heating: f32, variance: f32) -> CrossCovariance {
         let room = self.room_room - heating * self.room_loss;
         let loss = self.room_loss - heating * self.loss_loss;
         CrossCovariance {

@@ -452,3 +452,31 @@ fn a_warm_room_holds_an_actuator_where_no_power_is_asked_for() {
     filter.compensate(false);
     assert_eq!(filter.lowest(0).0, 0.0);
 }
+
+/// Before anything is read, what may be off is what any room from 10 to 40 degC makes of it, from the first moment on.
+#[test]
+fn before_anything_is_read_a_room_may_be_any() {
+    let filter = filter();
+    let slope = filter.references[0].loss_slope(Kelvin(0.0));
+    for is_compensated in [false, true] {
+        let unknown = filter.uncertainty(0, Kelvin(0.0), (0.1, is_compensated));
+        let room = unknown.of_all.0 * slope;
+        // 15 K (`filter.rs`), and the rounding of a root.
+        assert!((room - 15.0).abs() < 1e-3, "{unknown:?}");
+    }
+}
+
+/// Where voltages are asked for nothing is compensated: a position may be off by all of the room.
+#[test]
+fn what_is_not_compensated_may_be_off_by_all_of_the_room() {
+    let mut filter = filter();
+    follow(&mut filter, &evidence(60.0, 6.0, 0.0), 300);
+    follow(&mut filter, &evidence(10.0, 6.0, 0.0), 300);
+    let of_all = |is_compensated: bool| {
+        let unknown = filter.uncertainty(0, Kelvin(0.0), (0.1, is_compensated));
+        unknown.of_all.0 * filter.references[0].loss_slope(Kelvin(0.0))
+    };
+    // Half a kelvin is what two positions leave unknown, and a tenth of the room what nobody knows of its worth.
+    assert!((5.5..6.5).contains(&of_all(false)), "{}", of_all(false));
+    assert!(of_all(true) < 1.0, "{}", of_all(true));
+}

@@ -23,17 +23,26 @@ pub(crate) struct Unknown {
 
 impl Surroundings {
     /// The standard uncertainties of the rise that an actuator's stages need for `asked`, where what a kelvin of the surroundings is worth
-    /// has this one.
-    pub(crate) fn uncertainty(&self, actuator: usize, asked: Kelvin, ratio: f32) -> Unknown {
+    /// has this one, and they are compensated if that is wanted and possible.
+    pub(crate) fn uncertainty(
+        &self,
+        actuator: usize,
+        asked: Kelvin,
+        (ratio, is_compensated): (f32, bool),
+    ) -> Unknown {
         let reference = &self.references[actuator];
-        let (of_all, own) = if self.is_used() {
-            let heating = reference.heating(asked);
+        let heating = reference.heating(asked);
+        let of_filter = self.filter.variance(heating);
+        let difference = self.filter.room - self.filter.loss * heating;
+        let (of_all, own) = if !self.is_known() {
+            (LABORATORY.0 * LABORATORY.0, 0.0)
+        } else if is_compensated && self.is_used {
             let Apart {
                 counted: own,
                 unknown,
                 ..
             } = self.apart[actuator];
-            let compensated = self.filter.room - self.filter.loss * heating + own;
+            let compensated = difference + own;
             let counted = beyond_the_curves(compensated, unknown);
             // What is not compensated may be the curves' own error, and what is compensated has it.
             let left = compensated - counted;
@@ -45,13 +54,11 @@ impl Surroundings {
             let worth = ratio * self.filter.room;
             let order = FIRST_ORDER * compensated;
             let profile = OF_PROFILE * self.filter.loss * heating;
-            let of_all = left * left + worth * worth + order * order + profile * profile;
+            let parts = [left, worth, order, profile].map(|part| part * part);
+            let of_all = of_filter + parts.iter().sum::<f32>();
             (of_all, unknown + curves * curves)
-        } else if self.is_known() {
-            let room = self.filter.room;
-            (room * room + self.filter.room_room, 0.0)
         } else {
-            (LABORATORY.0 * LABORATORY.0, 0.0)
+            (of_filter + difference * difference, 0.0)
         };
         let slope = reference.loss_slope(asked);
         Unknown {

@@ -148,3 +148,30 @@ fn what_friction_holds_up_does_not_settle() {
     assert_eq!(settles_at(0.0), None);
     assert_eq!(settles_at(20.0), Some(Second(0.0)));
 }
+
+/// Level, the actuators warm each other, and the highest drive takes them all there; tilted, the hottest stays short of what its poles say.
+#[test]
+fn what_the_bounds_hold_short_does_not_settle() {
+    let mut parts = Parts {
+        ambient_ratio: 0.0,
+        memory: Memory::NONE,
+        ..parts()
+    };
+    parts.bounds.drive = Volt(3.2);
+    let lever = parts.plate.levers[0].x.0;
+    let mut mirror = controller(parts);
+    let mut settles_at = |z: f32, highest: f32| {
+        let pose = Pose {
+            z: Micrometre(z),
+            tilt_x: Radian(0.0),
+            tilt_y: Radian((z - highest) / lever),
+        };
+        follow(&mut mirror, Setpoint::Position(pose), 60_000);
+        (mirror.settles_in(), mirror.latest().limits)
+    };
+    assert_eq!(settles_at(160.0, 160.0), (Some(Second(0.0)), Limits::NONE));
+    let (settles, limits) = settles_at(95.0, 160.0);
+    assert_eq!(settles, None);
+    assert!(limits.contains(Limit::DriveHigh), "{limits:?}");
+    assert_eq!(settles_at(95.0, 130.0), (Some(Second(0.0)), Limits::NONE));
+}
