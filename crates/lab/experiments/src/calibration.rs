@@ -13,7 +13,7 @@ pub const RANGE: f64 = 0.99;
 pub struct Effort {
     /// Positions that the mirror jumps to while the calibration is refined, at most.
     pub jumps: usize,
-    /// Time at 0 V before these (s).
+    /// Time at 0 V before these (s): creep of 40 s, the slowest of the foreign mirrors (`foreign-mirror`), goes back by nine tenths, or two thirds.
     pub jumps_after_s: f64,
     /// Positions at rest that are tried, and how long each is held before it is read (s).
     pub rests: usize,
@@ -29,7 +29,7 @@ impl Effort {
     /// What a calibration takes unless it is to be quick.
     pub const USUAL: Self = Self {
         jumps: usize::MAX,
-        jumps_after_s: 30.0,
+        jumps_after_s: 90.0,
         rests: 17,
         rest_s: 2.0,
         hold_s: 3.0,
@@ -38,7 +38,7 @@ impl Effort {
     /// Two thirds of the time, and a little coarser.
     pub const QUICK: Self = Self {
         jumps: 31,
-        jumps_after_s: 15.0,
+        jumps_after_s: 45.0,
         rests: 8,
         rest_s: 1.0,
         hold_s: 1.0,

@@ -15,6 +15,10 @@ const SENSED_V: f64 = 0.1;
 /// After a jump of the drive the resistance moves with the temperature; a row that comes later than this (s) has missed it:
 /// the fastest thermal pole of these mirrors.
 const SOON_S: f64 = 1e-3;
+/// The first time step of a drive that stays (s), the fastest thermal pole of these mirrors, and by how much each of the next is longer: half
+/// of what has passed.
+const FIRST_HELD_S: f64 = 1e-3;
+const HELD_GROW: f64 = 1.5;
 /// Where the time between rows falls to less than this part, somebody has begun to look closely: something has jumped.
 const DENSER: f64 = 0.5;
 
@@ -69,10 +73,11 @@ impl Timeline {
                 .t_global_s
                 .map_or(clock_s + REST_S, |global| global - first.t_s.max(0.0));
             let (held_v, held_s) = file.keys.prehold().unwrap_or((0.0, 0.0));
-            timeline.steps.push(TimeStep {
-                duration_s: (start_s - held_s - clock_s).max(0.0),
-                ..TimeStep::default()
-            });
+            hold(
+                &mut timeline.steps,
+                start_s - held_s - clock_s,
+                TimeStep::default(),
+            );
             let mut reader = Reader::new(&mut timeline.steps, file, (path, lagging));
             reader.hold(first, held_v, held_s);
             clock_s = start_s + reader.read(held_v);
@@ -84,6 +89,18 @@ impl Timeline {
     pub(super) fn readings(&self) -> usize {
         let read = |step: &&TimeStep| step.displacement.is_some();
         self.steps.iter().filter(read).count()
+    }
+}
+
+/// A drive that stays for so long (s), in time steps that grow with what has passed: in each of them the mirror goes about straight on.
+fn hold(steps: &mut Vec<TimeStep>, seconds: f64, held: TimeStep) {
+    let mut left_s = seconds;
+    let mut longest_s = FIRST_HELD_S;
+    while left_s > 0.0 {
+        let duration_s = left_s.min(longest_s);
+        steps.push(TimeStep { duration_s, ..held });
+        left_s -= duration_s;
+        longest_s *= HELD_GROW;
     }
 }
 
@@ -131,13 +148,13 @@ impl<'a> Reader<'a> {
     fn hold(&mut self, first: &Row, volts: f64, duration_s: f64) {
         self.sense(first);
         let power = self.power([volts; CHANNELS]);
-        self.steps.push(TimeStep {
-            duration_s,
+        let held = TimeStep {
             drive_v: volts,
             from_w: power,
             to_w: power,
             ..TimeStep::default()
-        });
+        };
+        hold(self.steps, duration_s, held);
     }
 
     /// All rows; returns how long they take (s).
@@ -284,13 +301,34 @@ mod tests {
             vec![row(0.0, 2.0)],
             &[("prehold_V", "2"), ("prehold_s", "7")],
         );
-        let [rest, prehold, first] = &held.steps[..] else {
-            panic!("{held:?}");
+        let of_power = |watts: f64| {
+            let steps = held
+                .steps
+                .iter()
+                .filter(move |step| step.to_w == [watts; 4]);
+            steps.map(|step| step.duration_s).sum::<f64>()
         };
-        // 60 s after the session's beginning, less the 7 s of the hold.
-        assert_eq!((rest.duration_s, rest.to_w), (53.0, [0.0; 4]));
-        assert_eq!((prehold.duration_s, prehold.to_w), (7.0, [0.01; 4]));
-        assert_eq!((first.duration_s, first.to_w), (0.0, [0.01; 4]));
+        // 60 s after the session's beginning, less the 7 s of the hold; the first row takes no time.
+        assert!((of_power(0.0) - 53.0).abs() < 1e-9, "{held:?}");
+        assert!((of_power(0.01) - 7.0).abs() < 1e-9, "{held:?}");
+    }
+
+    /// A mirror that falls at once is where it is held for all but a moment of it: what creeps behind goes straight on in each time step.
+    #[test]
+    fn a_drive_that_stays_is_followed_from_its_first_millisecond_on() {
+        let mut steps = Vec::new();
+        hold(&mut steps, 30.0, TimeStep::default());
+        assert_eq!(steps[0].duration_s, FIRST_HELD_S);
+        let passed_s: f64 = steps.iter().map(|step| step.duration_s).sum();
+        assert!((passed_s - 30.0).abs() < 1e-9, "{passed_s}");
+        let mut before_s = FIRST_HELD_S;
+        for step in &steps[1..] {
+            assert!(step.duration_s <= HELD_GROW * before_s, "{steps:?}");
+            before_s = step.duration_s;
+        }
+        hold(&mut steps, 0.0, TimeStep::default());
+        hold(&mut steps, -1.0, TimeStep::default());
+        assert!(steps.iter().all(|step| step.duration_s > 0.0));
     }
 
     #[test]
@@ -301,8 +339,10 @@ mod tests {
             .iter()
             .map(|s| s.displacement.is_some())
             .collect();
-        // Rest, hold, the jump at the file's beginning in no time, the late jump, and what follows it.
-        assert_eq!(read, [false, false, true, false, true]);
+        // The rest, the jump at the file's beginning in no time, the late jump, and what follows it.
+        let (rest, rows) = read.split_at(read.len() - 3);
+        assert!(rest.iter().all(|read| !read));
+        assert_eq!(rows, [true, false, true]);
     }
 
     #[test]
