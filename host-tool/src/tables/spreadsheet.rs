@@ -1,9 +1,9 @@
-//! Spreadsheets: the first sheet that holds a table.
+//! Spreadsheets: the first sheet that holds a table, one that is shown before one that is hidden.
 
 use std::io::Cursor;
 use std::panic;
 
-use calamine::{Data, Range, Reader, Sheets, open_workbook_auto_from_rs};
+use calamine::{Data, Range, Reader, SheetVisible, Sheets, open_workbook_auto_from_rs};
 use measurement::import::{ImportError, Table};
 
 /// Spreadsheets count in days.
@@ -26,31 +26,41 @@ fn not_one(reason: String) -> ImportError {
 fn first_table(bytes: &[u8]) -> Result<Table, ImportError> {
     let mut book: Sheets<_> = open_workbook_auto_from_rs(Cursor::new(bytes))
         .map_err(|error| not_one(error.to_string()))?;
-    let names = book.sheet_names();
-    for name in &names {
-        let Ok(sheet) = book.worksheet_range(name) else {
+    let mut sheets = book.sheets_metadata().to_vec();
+    sheets.sort_by_key(|sheet| sheet.visible != SheetVisible::Visible);
+    for sheet in &sheets {
+        let Ok(cells) = book.worksheet_range(&sheet.name) else {
             continue;
         };
-        if let Ok(mut table) = Table::read(text(&sheet).as_bytes()) {
-            let others = match names.len() - 1 {
-                0 => String::new(),
-                others => format!(", of {} sheets", others + 1),
+        let hidden = match sheet.visible {
+            SheetVisible::Visible => "",
+            _ => ", which is hidden",
+        };
+        let written = format!("the sheet '{}'{hidden}", sheet.name);
+        let found = Table::find(text(&cells).as_bytes()).map_err(|error| error.within(&written))?;
+        if let Some(mut table) = found {
+            let others = match sheets.len() {
+                1 => String::new(),
+                sheets => format!(", of {sheets} sheets"),
             };
-            table.written = format!("the sheet '{name}'{others}");
+            table.written = written + &others;
             return Ok(table);
         }
     }
-    let sheets = names.join(", ");
-    Err(not_one(format!("no table of numbers is in {sheets}")))
+    let names: Vec<_> = sheets.iter().map(|sheet| sheet.name.as_str()).collect();
+    let names = names.join(", ");
+    Err(not_one(format!("no table of numbers is in {names}")))
 }
 
-/// A sheet as lines of cells between tabs.
+/// A sheet as lines of cells between tabs, each line with the number of its row.
 fn text(sheet: &Range<Data>) -> String {
     let line = |row: &[Data]| {
         let cells: Vec<String> = row.iter().map(cell).collect();
         cells.join("\t") + "\n"
     };
-    sheet.rows().map(line).collect()
+    let above = sheet.start().map_or(0, |(row, _)| row as usize);
+    let lines = sheet.rows().map(line);
+    "\n".repeat(above) + &lines.collect::<String>()
 }
 
 fn cell(data: &Data) -> String {
@@ -73,14 +83,19 @@ mod tests {
     use zip::ZipWriter;
     use zip::write::SimpleFileOptions;
 
-    /// The least that is a workbook (ECMA-376, part 1): a sheet of words, and one of these rows.
+    /// A sheet of words, and one of these rows.
     fn workbook(rows: &str) -> Vec<u8> {
+        let words = "<row r=\"1\"><c r=\"A1\" t=\"inlineStr\"><is><t>Set-up</t></is></c></row>";
+        of_sheets("visible", words, rows)
+    }
+
+    /// The least that is a workbook (ECMA-376, part 1): two sheets, the first of which is in this state.
+    fn of_sheets(state: &str, notes: &str, rows: &str) -> Vec<u8> {
         let sheet = |rows: &str| {
             format!(
                 "<worksheet xmlns=\"http://schemas.openxmlformats.org/spreadsheetml/2006/main\"><sheetData>{rows}</sheetData></worksheet>"
             )
         };
-        let words = "<row r=\"1\"><c r=\"A1\" t=\"inlineStr\"><is><t>Set-up</t></is></c></row>";
         let main = "http://schemas.openxmlformats.org/spreadsheetml/2006/main";
         let relations = "http://schemas.openxmlformats.org/officeDocument/2006/relationships";
         let package = "http://schemas.openxmlformats.org/package/2006/relationships";
@@ -94,7 +109,7 @@ mod tests {
             (
                 "xl/workbook.xml",
                 format!(
-                    "<workbook xmlns=\"{main}\" xmlns:r=\"{relations}\"><sheets><sheet name=\"Notes\" sheetId=\"1\" r:id=\"r1\"/><sheet name=\"Sweep\" sheetId=\"2\" r:id=\"r2\"/></sheets></workbook>"
+                    "<workbook xmlns=\"{main}\" xmlns:r=\"{relations}\"><sheets><sheet name=\"Notes\" sheetId=\"1\" state=\"{state}\" r:id=\"r1\"/><sheet name=\"Sweep\" sheetId=\"2\" r:id=\"r2\"/></sheets></workbook>"
                 ),
             ),
             (
@@ -103,7 +118,7 @@ mod tests {
                     "<Relationships xmlns=\"{package}\"><Relationship Id=\"r1\" Type=\"{relations}/worksheet\" Target=\"worksheets/sheet1.xml\"/><Relationship Id=\"r2\" Type=\"{relations}/worksheet\" Target=\"worksheets/sheet2.xml\"/></Relationships>"
                 ),
             ),
-            ("xl/worksheets/sheet1.xml", sheet(words)),
+            ("xl/worksheets/sheet1.xml", sheet(notes)),
             ("xl/worksheets/sheet2.xml", sheet(rows)),
         ];
         let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
@@ -129,6 +144,27 @@ mod tests {
         assert_eq!(table.rows[1], [Some(1000.0), Some(26100.5)]);
         assert_eq!(table.rows[2], [Some(2000.0), None]);
         assert_eq!(table.written, "the sheet 'Sweep', of 2 sheets");
+    }
+
+    #[test]
+    fn a_hidden_sheet_is_read_where_no_other_holds_a_table() {
+        let both = table(&of_sheets("hidden", &SWEEP.replace("26100.5", "1"), SWEEP));
+        assert_eq!(both.expect("a table").rows[1][1], Some(26100.5));
+        let hidden = table(&of_sheets("hidden", SWEEP, "")).expect("a table");
+        let told = "the sheet 'Notes', which is hidden, of 2 sheets";
+        assert_eq!(hidden.written, told);
+    }
+
+    /// Another table below the first is no reason to read another sheet.
+    #[test]
+    fn a_table_that_cannot_be_read_is_told_by_its_sheet_and_row() {
+        let second = "<row r=\"7\"><c r=\"A7\" t=\"inlineStr\"><is><t>U (V)</t></is></c><c r=\"B7\" t=\"inlineStr\"><is><t>z (um)</t></is></c></row>";
+        let book = of_sheets("visible", &format!("{SWEEP}{second}"), SWEEP);
+        let refused = table(&book).expect_err("two tables").to_string();
+        assert!(
+            refused.starts_with("the sheet 'Notes': line 7 has other headings"),
+            "{refused}"
+        );
     }
 
     #[test]

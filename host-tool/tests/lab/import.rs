@@ -70,3 +70,26 @@ fn runs_of_one_table_are_kept_apart() {
     let both = json(&["compare", "reconciled", &first, &second]);
     assert!(both["rms"].is_number(), "{both}");
 }
+
+/// What a table says in other words than its first headings is not read by these.
+#[test]
+fn columns_that_headings_do_not_tell_are_asked_about() {
+    let place = no_boards();
+    let table = place.path().join("sheet.csv").display().to_string();
+    let rows = "0,0,0,0,0,0\n1,1,2,3,3.5,70\n2,1,2,3,3,66\n";
+    fs::write(&table, format!("t (s),Drive (V),,,,z (um)\n{rows}")).expect("a file");
+    refuses(&["import", &table], "5 'Drive (V)' would all be V_V");
+    let told = ["V1=2", "V2=3", "V3=4", "V4=5"].map(|said| ["--column", said]);
+    let words = [&["import", &table][..], told.as_flattened()].concat();
+    let preview = json(&words)["preview"].to_string();
+    assert!(preview.contains("1.0,1.0,2.0,3.0,3.5,70.0"), "{preview}");
+    let units = "Time,V (V),z (um)\ns,mV,um\n0,0,0\n1,1,26\n";
+    let second = "t (s),V1 (V),z (um)\n0,0,0\n1,1,26\nt (s),V2 (V),z (um)\n2,1,26\n";
+    for (text, wrong) in [
+        (units, "column 2 is headed 'V (V)', and 'mV' stands beneath"),
+        (second, "line 4 has other headings than the table above it"),
+    ] {
+        fs::write(&table, text).expect("a file");
+        refuses(&["import", &table], wrong);
+    }
+}

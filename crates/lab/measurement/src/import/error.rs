@@ -20,4 +20,10 @@ impl ImportError {
             help: help.into(),
         }
     }
+
+    /// The same of a part of a file.
+    #[must_use]
+    pub fn within(self, part: &str) -> Self {
+        Self::new(format!("{part}: {}", self.message), self.help)
+    }
 }

@@ -1,5 +1,6 @@
 //! What stands above a column: its quantity and its unit.
 
+use super::error::ImportError;
 use super::quantity;
 use super::unit::Unit;
 
@@ -31,12 +32,6 @@ impl<'h> Heading<'h> {
 /// Headings of a table from the lines above it, the nearest first: one line, or names above units. A unit goes behind its name
 /// in brackets, and a name stands for the columns right of it that have none, as a merged cell does.
 pub(super) fn headings<S: AsRef<str>>(nearest: &[S], above: Option<&[S]>) -> Vec<String> {
-    let texts = |cells: &[S]| -> Vec<String> {
-        cells
-            .iter()
-            .map(|cell| cell.as_ref().trim().to_owned())
-            .collect()
-    };
     let units = texts(nearest);
     let Some(names) = above.map(texts).filter(|names| are_names(names, &units)) else {
         return units;
@@ -48,12 +43,49 @@ pub(super) fn headings<S: AsRef<str>>(nearest: &[S], above: Option<&[S]>) -> Vec
         }
         match Unit::read(&unit) {
             _ if unit.is_empty() => name,
-            Some(_) if Heading::read(&last).unit.is_some() => last.clone(),
+            Some(_) if has_unit(&last) => last.clone(),
             Some(_) => format!("{last} ({})", unit.trim_matches(['(', ')', '[', ']'])),
             None => format!("{last} {unit}"),
         }
     });
     both.collect()
+}
+
+/// That a unit beneath a name is another one than the name has.
+pub(super) fn contradiction<S: AsRef<str>>(
+    nearest: &[S],
+    above: Option<&[S]>,
+) -> Option<ImportError> {
+    let units = texts(nearest);
+    let names = above.map(texts).filter(|names| are_names(names, &units))?;
+    let is_other = |(_, (name, below)): &(usize, (&String, &String))| {
+        if !has_unit(name) {
+            return false;
+        }
+        let units = Heading::read(name).unit.and_then(Unit::read);
+        let units = units.zip(Unit::read(below));
+        units.is_some_and(|(unit, below)| unit.per(below) != Some(1.0))
+    };
+    let mut columns = names.iter().zip(&units).enumerate();
+    let (column, (name, below)) = columns.find(is_other)?;
+    Some(ImportError::new(
+        format!(
+            "column {} is headed '{name}', and '{below}' stands beneath",
+            column + 1
+        ),
+        "delete the unit that its numbers are not in, here and in the other columns",
+    ))
+}
+
+/// Whether a name says its unit. `V` above a unit is the voltage's name.
+fn has_unit(name: &str) -> bool {
+    !name.eq_ignore_ascii_case("V") && Heading::read(name).unit.is_some()
+}
+
+/// Cells without blanks around them.
+fn texts<S: AsRef<str>>(cells: &[S]) -> Vec<String> {
+    let trimmed = cells.iter().map(|cell| cell.as_ref().trim().to_owned());
+    trimmed.collect()
 }
 
 /// Whether the line below has a unit in each of its cells, in some nothing else, and the line above names for these.
@@ -127,6 +159,22 @@ mod tests {
         ] {
             assert_eq!(lines(above, nearest), both);
         }
+    }
+
+    #[test]
+    fn a_unit_beneath_another_one_is_refused() {
+        let refused = |above: &[&str], nearest: &[&str]| {
+            contradiction(nearest, Some(above)).map(|error| error.to_string())
+        };
+        let told = "column 2 is headed 'V (V)', and 'mV' stands beneath";
+        assert_eq!(
+            refused(&["t (s)", "V (V)"], &["s", "mV"]).as_deref(),
+            Some(told)
+        );
+        for units in [["s", "volts"], ["s", ""], ["sec", "[V]"]] {
+            assert_eq!(refused(&["t (s)", "V (V)"], &units), None);
+        }
+        assert_eq!(refused(&["Time", "V"], &["s", "mV"]), None);
     }
 
     #[test]

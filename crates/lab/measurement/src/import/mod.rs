@@ -6,6 +6,7 @@
 //! 3. [`import`]: rows, with what was noticed and done on the way in sentences.
 
 mod advice;
+mod again;
 mod assignment;
 mod cell;
 mod days;
@@ -15,6 +16,7 @@ mod heading;
 mod heated;
 mod labels;
 mod lost;
+mod merged;
 mod overflow;
 mod qualified;
 mod quantity;

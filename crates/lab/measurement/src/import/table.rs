@@ -5,7 +5,7 @@ use super::error::ImportError;
 use super::qualified::Qualified;
 use super::reader::Reader;
 use super::sampling::Sampling;
-use super::{header, labels};
+use super::{again, header, labels, merged};
 use std::borrow::Cow;
 
 /// Delimiters in the order in which they are preferred where a line splits alike: a comma may be a decimal one.
@@ -49,8 +49,22 @@ impl Table {
     /// they state as a start and an increment, are read.
     ///
     /// # Errors
-    /// Where no two lines have as many cells, two or more, with numbers in them.
+    /// Where no two lines have as many cells, two or more, with numbers in them; where a unit beneath a heading contradicts it, or
+    /// headings of another table stand below.
     pub fn read(bytes: &[u8]) -> Result<Self, ImportError> {
+        Self::find(bytes)?.ok_or_else(|| {
+            ImportError::new(
+                "this is no table of numbers",
+                "a table has a row a line, with commas, semicolons, tabs or blanks between its cells; of a spreadsheet, save the sheet as CSV",
+            )
+        })
+    }
+
+    /// The same; `None` where there is no table.
+    ///
+    /// # Errors
+    /// Where a table cannot be read as one.
+    pub fn find(bytes: &[u8]) -> Result<Option<Self>, ImportError> {
         let (text, encoding) = decoded(bytes);
         let (comments, table): (Vec<_>, Vec<_>) = (1..)
             .zip(text.lines())
@@ -58,25 +72,33 @@ impl Table {
             .partition(|(_, line)| line.trim_start().starts_with(COMMENT));
         let (numbers, lines): (Vec<usize>, Vec<&str>) = table.into_iter().unzip();
         let comments: Vec<&str> = comments.into_iter().map(|(_, line)| line).collect();
-        let style = Style::of(&lines).ok_or_else(|| {
-            ImportError::new(
-                "this is no table of numbers",
-                "a table has a row a line, with commas, semicolons, tabs or blanks between its cells; of a spreadsheet, save the sheet as CSV",
-            )
-        })?;
+        let Some(style) = Style::of(&lines) else {
+            return Ok(None);
+        };
         let told: Vec<_> = lines.iter().take(TELLING).map(|l| style.cells(l)).collect();
         let sampling = Sampling::find(&told, style.numbers);
         let (first, names) = match &sampling {
             Some(sampling) => (sampling.first, sampling.names()),
-            None => style.headed(&lines, &comments),
+            None => style.headed(&lines, &comments)?,
         };
         let numbered = numbers[first..].iter().copied().zip(&lines[first..]);
         // Beside what an oscilloscope states there may be more.
         let most = sampling.as_ref().map_or(names.len(), |_| usize::MAX);
         let wide = style.wide(numbered.clone(), most);
-        let (readers, mut rows) = style.columns(numbered, &names, most);
+        let (readers, mut rows) = style.columns(numbered.clone(), &names, most);
+        let is_empty = |row: &[Option<f64>]| row.iter().all(Option::is_none);
+        let without = numbered.zip(&rows).filter(|(_, row)| is_empty(row));
+        let without = without.filter_map(|((number, line), _)| {
+            let cells = style.cells(line);
+            // Words between blanks are a sentence, unless they are as many as columns.
+            let may_be = style.delimiter != ' ' || cells.len() == names.len();
+            may_be.then_some((number, cells))
+        });
+        let above: Vec<_> = lines[..first].iter().map(|l| style.cells(l)).collect();
+        let again = again::headings(without, &above)?;
         let is_certain = readers.iter().any(Reader::is_certain);
-        let mut told: Vec<_> = wide.map(|sentence| (None, sentence)).into_iter().collect();
+        let of_all = wide.into_iter().chain(again);
+        let mut told: Vec<_> = of_all.map(|sentence| (None, sentence)).collect();
         for (column, (reader, name)) in readers.iter().zip(&names).enumerate() {
             let sentences = reader.sentences(name, style.numbers, is_certain);
             told.extend(sentences.into_iter().map(|said| (Some(column), said)));
@@ -88,13 +110,13 @@ impl Table {
         }
         let times = sampling.map(|sampling| format!(", {}", sampling.words()));
         let is_clock = |column: &usize| readers[*column].is_of_a_clock();
-        Ok(Self {
+        Ok(Some(Self {
             names,
             rows,
             clocks: (0..readers.len()).filter(is_clock).collect(),
             told,
             written: format!("{encoding}, {}{}", style.words(), times.unwrap_or_default()),
-        })
+        }))
     }
 }
 
@@ -235,7 +257,11 @@ impl Style {
     }
 
     /// Where the table begins, and what its columns are called; their numbers where nothing tells it.
-    fn headed(self, lines: &[&str], comments: &[&str]) -> (usize, Vec<String>) {
+    fn headed(
+        self,
+        lines: &[&str],
+        comments: &[&str],
+    ) -> Result<(usize, Vec<String>), ImportError> {
         let width = self.width(lines);
         let is_whole = |line: &str| self.cells(line).len() == width;
         let is_row = |line: &&str| self.filled(line) >= 2 && is_whole(line);
@@ -252,7 +278,9 @@ impl Style {
             .map(|l| self.whole(l, width))
             .collect();
         let commented = || {
-            let table = lines.get(first)?.as_ptr();
+            let Some(table) = lines.get(first).map(|line| line.as_ptr()) else {
+                return Ok(None);
+            };
             let above = comments.iter().rev().skip_while(|l| l.as_ptr() > table);
             let contents = above.map(|l| l.trim_start().trim_start_matches(COMMENT).trim());
             header::names(&contents.map(|l| self.whole(l, width)).collect::<Vec<_>>())
@@ -262,9 +290,23 @@ impl Style {
             let rows: Vec<_> = rows.filter_map(|l| self.whole(l, width)).collect();
             labels::names(&rows, |cell| self.is_number(cell))
         };
-        let names = header::names(&above).or_else(commented).or_else(labelled);
+        let names = match header::names(&above)? {
+            Some(names) => Some(names),
+            None => commented()?.or_else(labelled),
+        };
         let numbers = || (1..=width).map(|number| number.to_string()).collect();
-        (first, names.unwrap_or_else(numbers))
+        let names = names.unwrap_or_else(numbers);
+        let rows: Vec<_> = lines[first..].iter().take(TELLING).collect();
+        let holds_numbers = |column: usize| {
+            let mut cells = rows.iter().map(|line| self.cells(line));
+            cells.any(|cells| cells.get(column).is_some_and(|cell| self.is_number(cell)))
+        };
+        let begin = first.saturating_sub(1);
+        let near: Vec<_> = lines[begin..].iter().take(first - begin + 1).collect();
+        let near: Vec<_> = near.iter().map(|l| self.whole(l, width)).collect();
+        let (names, numbering) =
+            merged::spread(names, &near, |cell| self.is_number(cell), holds_numbers);
+        Ok((first.max(numbering.map_or(0, |at| begin + at + 1)), names))
     }
 
     /// How many cells most lines have.
