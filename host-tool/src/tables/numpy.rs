@@ -81,7 +81,7 @@ fn of_columns(
     Ok(Table {
         rows: (0..rows).map(row).collect(),
         names,
-        clocks: Vec::new(),
+        kinds: Vec::new(),
         told: Vec::new(),
         written: written.to_owned(),
     })

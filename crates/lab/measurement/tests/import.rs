@@ -235,6 +235,49 @@ fn a_spreadsheet_s_days_are_no_seconds() {
     assert_eq!(seconds.file.rows[0].t_s, 46_350.5);
 }
 
+/// Three rows a minute, whose instants are one.
+#[test]
+fn clocks_of_minutes_are_no_spreadsheet_s_days() {
+    for hour in [9, 11, 13, 17] {
+        let row = |n: u32| format!("{hour:02}:{:02},{n},{}\n", n / 3, 3 * n);
+        let rows: String = (0..12).map(row).collect();
+        let imported = guessed(format!("Time,V,z\n{rows}").as_bytes(), false);
+        let t_s: Vec<_> = imported.file.rows.iter().map(|row| row.t_s).collect();
+        assert_eq!(t_s, [0.0, 60.0, 120.0, 180.0]);
+    }
+}
+
+/// From the evening of the fourth of March on.
+#[test]
+fn dates_with_slashes_are_read_as_they_are_nearest() {
+    for (dates, order) in [
+        (["04/03/26", "05/03/26"], "day/month/year"),
+        (["03/04/26", "03/05/2026"], "month/day/year"),
+        (["12/03/26", "13/03/26"], "day/month/year"),
+    ] {
+        let [before, after] = dates;
+        let text = format!(
+            "Time,V,z\n{before} 23:59:59,0,0\n{after} 00:00:00,1,26\n{after} 00:00:01,2,90\n"
+        );
+        let imported = guessed(text.replace("2026", "26").as_bytes(), false);
+        let t_s: Vec<_> = imported.file.rows.iter().map(|row| row.t_s).collect();
+        assert_eq!(t_s, [0.0, 1.0, 2.0], "{dates:?}");
+        assert!(says(&imported, order), "{:?}", imported.notes);
+    }
+}
+
+#[test]
+fn a_clock_of_twelve_hours_goes_on_at_one() {
+    let imported = guessed(
+        b"Time,V,z\n12:59:58,0,0\n12:59:59,1,26\n01:00:00,2,90\n01:00:01,3,160\n",
+        false,
+    );
+    let t_s: Vec<_> = imported.file.rows.iter().map(|row| row.t_s).collect();
+    assert_eq!(t_s, [0.0, 1.0, 2.0, 3.0]);
+    let told = "'Time' goes on to 01:00:00 in line 4 as a clock of twelve hours";
+    assert!(says(&imported, told), "{:?}", imported.notes);
+}
+
 #[test]
 fn a_decimal_comma_is_not_taken_for_thousands() {
     let table = Table::read(b"V;z\n0,100;1,234\n0,200;2,345\n0,300;3,456\n").expect("a table");

@@ -69,6 +69,12 @@ pub(super) fn no_voltage(table: &Table) -> ImportError {
     )
 }
 
+/// What rows need, and what was noticed of them on the way.
+pub(super) fn of_few_rows(notes: &[String]) -> String {
+    let need = "a row needs a number for the drive, and for the time where there is one";
+    [&[need.to_owned()], notes].concat().join("; ")
+}
+
 /// How to say that one of these drives all actuators, where there are several and fewer than actuators: one may be what was set, another what
 /// was measured of it.
 fn one_of_all(sources: &[usize]) -> String {

@@ -145,6 +145,11 @@ impl Assignment {
         self.unit.is_some()
     }
 
+    /// Whether a user says what its numbers are multiplied with.
+    pub(super) fn has_factor(&self) -> bool {
+        self.times != 1.0
+    }
+
     /// A number of the table in the unit of the measurement file.
     pub(super) fn value(&self, number: f64) -> f64 {
         self.factor() * (number + self.added())

@@ -9,6 +9,8 @@ pub(super) struct Numbers {
     pub(super) decimal_comma: bool,
     /// Digits before the decimal sign stand in groups of three.
     pub(super) grouped: bool,
+    /// The day stands before the month between slashes.
+    pub(super) day_first: bool,
 }
 
 /// What a cell holds.
@@ -19,6 +21,10 @@ pub(super) enum Cell {
     Instant(f64),
     /// A time of some day (s).
     Clock(f64),
+    /// How long something took, or a time of some day as LibreOffice stores it (s).
+    Duration(f64),
+    /// Parts of a hundred.
+    Percent(f64),
 }
 
 impl Numbers {
@@ -27,6 +33,11 @@ impl Numbers {
         self.number(text)
             .map(Cell::Number)
             .or_else(|| self.instant(text))
+            .or_else(|| duration_s(text).map(Cell::Duration))
+            .or_else(|| {
+                let number = text.strip_suffix('%')?.trim_end();
+                self.number(number).map(Cell::Percent)
+            })
     }
 
     /// A number, whose exponent Fortran writes with a D where it is of double precision (ISO/IEC 1539-1:2023, 13.7.2.3.3).
@@ -46,10 +57,12 @@ impl Numbers {
             Self {
                 decimal_comma: false,
                 grouped: false,
+                ..
             } => text.parse().ok()?,
             Self {
                 decimal_comma: true,
                 grouped: false,
+                ..
             } if !text.contains('.') => text.replace(',', ".").parse().ok()?,
             Self { grouped: false, .. } => return None,
             _ => self.ungrouped(text)?.parse().ok()?,
@@ -76,6 +89,15 @@ impl Numbers {
         Self {
             decimal_comma: !self.decimal_comma,
             grouped: false,
+            ..self
+        }
+    }
+
+    /// Numbers beside dates in which the day stands first between slashes.
+    pub(super) fn with_the_day_first(self) -> Self {
+        Self {
+            day_first: true,
+            ..self
         }
     }
 
@@ -119,9 +141,32 @@ impl Numbers {
         };
         let seconds = clock_s(clock)?;
         match date {
-            Some(date) => Some(Cell::Instant(day(date)? * 86_400.0 + seconds)),
+            Some(date) => Some(Cell::Instant(self.day(date)? * 86_400.0 + seconds)),
             None => Some(Cell::Clock(seconds)),
         }
+    }
+
+    /// Days since the first of March of the year 0: `2026-11-24`, `24.11.2026`, `11/24/2026`. What can be no month between slashes is
+    /// the day.
+    fn day(self, text: &str) -> Option<f64> {
+        let separator = text.chars().find(|c| !c.is_ascii_digit())?;
+        let parts: Vec<i64> = text
+            .split(separator)
+            .map(str::parse)
+            .collect::<Result<_, _>>()
+            .ok()?;
+        let parts: [i64; 3] = parts.try_into().ok()?;
+        let [year, month, day] = match parts {
+            [year, month, day] if year > 31 => [year, month, day],
+            [one, other, year] => {
+                let is_day_first = separator != '/' || one > 12 || self.day_first && other <= 12;
+                match is_day_first {
+                    true => [year, other, one],
+                    false => [year, one, other],
+                }
+            }
+        };
+        days(year, month, day)
     }
 }
 
@@ -153,20 +198,8 @@ fn clock_s(text: &str) -> Option<f64> {
     (is_time && parts.next().is_none()).then(|| f64::from(3600 * hours + 60 * minutes) + seconds)
 }
 
-/// Days since the first of March of the year 0: `2026-11-24`, `24.11.2026`, `11/24/2026`.
-fn day(text: &str) -> Option<f64> {
-    let separator = text.chars().find(|c| !c.is_ascii_digit())?;
-    let parts: Vec<i64> = text
-        .split(separator)
-        .map(str::parse)
-        .collect::<Result<_, _>>()
-        .ok()?;
-    let parts: [i64; 3] = parts.try_into().ok()?;
-    let [year, month, day] = match (parts, separator) {
-        ([year, month, day], _) if year > 31 => [year, month, day],
-        ([month, day, year], '/') => [year, month, day],
-        ([day, month, year], _) => [year, month, day],
-    };
+/// Days from the first of March of the year 0 to a date.
+fn days(year: i64, month: i64, day: i64) -> Option<f64> {
     if !(1..=12).contains(&month) || !(1..=31).contains(&day) || !(0..=9999).contains(&year) {
         return None;
     }
@@ -180,6 +213,20 @@ fn day(text: &str) -> Option<f64> {
     Some((365 * year + leap_days + (153 * month + 2) / 5 + day - 1) as f64)
 }
 
+/// A duration of ISO 8601 in hours, minutes and seconds, as spreadsheets write it: `PT1H02M03.5S` (s).
+fn duration_s(text: &str) -> Option<f64> {
+    let mut rest = text.strip_prefix("PT").filter(|rest| !rest.is_empty())?;
+    let mut seconds = 0.0;
+    for (letter, factor) in [('H', 3600.0), ('M', 60.0), ('S', 1.0)] {
+        if let Some((number, after)) = rest.split_once(letter) {
+            let number: f64 = number.replace(',', ".").parse().ok()?;
+            seconds += factor * number;
+            rest = after;
+        }
+    }
+    (rest.is_empty() && f64::is_finite(seconds)).then_some(seconds)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -187,6 +234,7 @@ mod tests {
     const PLAIN: Numbers = Numbers {
         decimal_comma: false,
         grouped: false,
+        day_first: false,
     };
 
     #[test]
@@ -208,6 +256,7 @@ mod tests {
         let german = Numbers {
             decimal_comma: true,
             grouped: true,
+            ..PLAIN
         };
         assert_eq!(german.cell("1.234,5"), Some(Cell::Number(1234.5)));
     }
@@ -216,7 +265,7 @@ mod tests {
     fn an_exponent_may_be_a_d() {
         let german = Numbers {
             decimal_comma: true,
-            grouped: false,
+            ..PLAIN
         };
         assert_eq!(german.cell("9,5D-07"), Some(Cell::Number(9.5e-7)));
         assert_eq!(PLAIN.cell("1.d+02"), Some(Cell::Number(100.0)));
@@ -248,7 +297,13 @@ mod tests {
             PLAIN.cell("13:05:00,25"),
             Some(Cell::Clock(13.0 * 3600.0 + 300.25))
         );
+        assert_eq!(PLAIN.cell("PT1H1M2.5S"), Some(Cell::Duration(3662.5)));
+        assert_eq!(PLAIN.cell("7.5 %"), Some(Cell::Percent(7.5)));
         for text in [
+            "PT",
+            "PT1",
+            "PTnanS",
+            "%",
             "25:00",
             "12:61",
             "a:b",

@@ -9,11 +9,13 @@ mod advice;
 mod again;
 mod assignment;
 mod cell;
+mod clock;
 mod days;
 mod error;
 mod header;
 mod heading;
 mod heated;
+mod kind;
 mod labels;
 mod lost;
 mod merged;
@@ -26,10 +28,12 @@ mod runs;
 mod sampling;
 mod table;
 mod unit;
+mod unlike;
 mod untold;
 
 pub use assignment::{Assignment, guesses};
 pub use error::ImportError;
+pub use kind::{Kind, KindOfCells};
 pub use table::Table;
 
 use crate::column::Column;
@@ -58,6 +62,7 @@ pub fn import(
     settled: bool,
 ) -> Result<Imported, ImportError> {
     check(table, assignments)?;
+    unlike::check(table, assignments)?;
     if !settled {
         runs::check(table, assignments)?;
     }
@@ -69,7 +74,10 @@ pub fn import(
     untold::drives(assignments, &rows, &mut notes)?;
     lost::readings(&mut rows, &mut notes);
     heated::temperature(table, assignments, &mut rows, &mut notes);
-    days::into_seconds(assignments, &mut rows, &mut notes);
+    let is_on_a_clock = is_on_a_clock(table, assignments);
+    if !is_on_a_clock {
+        days::into_seconds(assignments, &mut rows, &mut notes);
+    }
     let mut file = MeasurementFile::default();
     let is_timed = assignments.iter().any(|a| a.column == Column::Time);
     if settled {
@@ -84,7 +92,7 @@ pub fn import(
     } else if is_timed {
         rows = at_their_times(rows, &mut notes);
     }
-    if is_on_a_clock(table, assignments) {
+    if is_on_a_clock {
         count_from_the_first(&mut rows, &mut notes);
     }
     if settled || !is_timed {
@@ -105,7 +113,7 @@ pub fn import(
                 "{} rows are left, and a measurement needs two at least",
                 rows.len()
             ),
-            "a row needs a number for the drive, and for the time where there is one",
+            advice::of_few_rows(&notes),
         ));
     }
     file.rows = rows;
@@ -164,8 +172,11 @@ fn rows(table: &Table, assignments: &[Assignment], notes: &mut Vec<String>) -> V
 }
 
 fn is_on_a_clock(table: &Table, assignments: &[Assignment]) -> bool {
-    let mut times = assignments.iter().filter(|a| a.column == Column::Time);
-    times.any(|time| table.clocks.contains(&time.source))
+    let mut clocks = table.kinds.iter().filter(|one| one.kind == Kind::Clock);
+    clocks.any(|clock| {
+        let mut times = assignments.iter().filter(|a| a.column == Column::Time);
+        times.any(|time| time.source == clock.column)
+    })
 }
 
 /// Dates and clock times become seconds from the first.

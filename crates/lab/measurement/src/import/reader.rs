@@ -1,12 +1,12 @@
 //! A column's cells one after the other, and what is to be told of them.
 
 use super::cell::{Cell, Numbers, is_in_doubt};
+use super::clock::{Clock, TimeNumber};
 use super::heading::Heading;
+use super::kind::{Kind, KindOfCells};
 use super::qualified::Qualified;
 use super::unit::Unit;
-
-/// Times of a day go on from the day before where they fall by more than this (s).
-const HALF_A_DAY_S: f64 = 43_200.0;
+use std::cmp::Ordering;
 
 /// What people and programs write where they have no number.
 const NOTHING: [&str; 6] = ["nan", "n/a", "na", "null", "none", "#n/a"];
@@ -28,8 +28,24 @@ pub(super) struct Reader {
     thousands: Tally,
     /// Cells whose decimal sign may be a separator of thousands.
     doubtful: Tally,
+    /// Cells of other kinds than numbers.
+    percent: Tally,
+    clocks: Tally,
+    durations: Tally,
+    /// Dates with slashes, in which the day or the month may stand first.
+    slashed: Tally,
+    /// Whether the other one of them makes other times of the column.
+    is_order_taken: bool,
+    /// Times that go on from the one before by a clock of twelve hours.
+    of_12_hours: Tally,
     /// Whether a cell has a decimal sign that is nothing else.
     is_certain: bool,
+}
+
+/// How far apart the least and the greatest are.
+fn span(values: &[Option<f64>]) -> f64 {
+    let known = || values.iter().flatten().copied();
+    known().fold(f64::NEG_INFINITY, f64::max) - known().fold(f64::INFINITY, f64::min)
 }
 
 /// Cells of one kind: how many, and the first with its line.
@@ -50,6 +66,12 @@ impl Reader {
             unread: Tally::default(),
             thousands: Tally::default(),
             doubtful: Tally::default(),
+            percent: Tally::default(),
+            clocks: Tally::default(),
+            durations: Tally::default(),
+            slashed: Tally::default(),
+            is_order_taken: false,
+            of_12_hours: Tally::default(),
             is_certain: false,
         }
     }
@@ -59,16 +81,32 @@ impl Reader {
         let Some(cell) = self.numbers.cell(text) else {
             return self.qualified(text, line);
         };
-        if let Cell::Number(_) = cell {
-            let is_doubtful = is_in_doubt(text);
-            let has_sign = text.contains(self.numbers.sign());
-            match is_doubtful {
-                true if has_sign => self.doubtful.count(text, line),
-                true => self.thousands.count(text, line),
-                false => self.is_certain |= has_sign,
-            }
+        match cell {
+            Cell::Number(_) => self.count_sign(text, line),
+            Cell::Percent(_) => self.percent.count(text, line),
+            Cell::Duration(_) => self.durations.count(text, line),
+            Cell::Instant(_) | Cell::Clock(_) => self.clocks.count(text, line),
         }
-        Some(self.clock.number(cell))
+        if text.contains('/') {
+            self.slashed.count(text, line);
+        }
+        let TimeNumber {
+            number,
+            is_of_12_hours,
+        } = self.clock.number(cell);
+        if is_of_12_hours {
+            self.of_12_hours.count(text, line);
+        }
+        Some(number)
+    }
+
+    fn count_sign(&mut self, text: &str, line: usize) {
+        let has_sign = text.contains(self.numbers.sign());
+        match is_in_doubt(text) {
+            true if has_sign => self.doubtful.count(text, line),
+            true => self.thousands.count(text, line),
+            false => self.is_certain |= has_sign,
+        }
     }
 
     /// A number with a unit or an uncertainty, in the column's unit; `None` where that is of something else.
@@ -114,36 +152,79 @@ impl Reader {
         }
     }
 
-    /// A column of cells, each with its line, read with the decimal sign that the file has, or with the other one where more of it
-    /// is numbers then.
-    pub(super) fn with_the_other_sign<'c>(
+    /// A column of cells, each with its line, that was read as these values, read in another way where that is better: with the other
+    /// decimal sign, where more of it is numbers then, or dates with slashes with the day first, where they are nearer to each other.
+    pub(super) fn otherwise<'c>(
         &self,
         name: &str,
+        values: Vec<Option<f64>>,
         cells: impl Iterator<Item = Option<(&'c str, usize)>>,
     ) -> Option<(Self, Vec<Option<f64>>)> {
-        let mut other = Self::new(self.numbers.with_the_other_sign(), name);
+        if self.slashed.cells == 0 {
+            let other = Self::new(self.numbers.with_the_other_sign(), name);
+            let (other, read) = other.column(cells);
+            return (other.unread.cells < self.unread.cells).then_some((other, read));
+        }
+        let other = Self::new(self.numbers.with_the_day_first(), name);
+        let (other, read) = other.column(cells);
+        let (taken, values) = match span(&read).total_cmp(&span(&values)) {
+            Ordering::Equal => return None,
+            Ordering::Less => (other, read),
+            Ordering::Greater => (self.clone(), values),
+        };
+        let taken = Self {
+            is_order_taken: true,
+            ..taken
+        };
+        Some((taken, values))
+    }
+
+    /// All of a column.
+    fn column<'c>(
+        mut self,
+        cells: impl Iterator<Item = Option<(&'c str, usize)>>,
+    ) -> (Self, Vec<Option<f64>>) {
         let read = |cell: Option<(&str, usize)>| {
             let (text, line) = cell?;
-            let number = other.read(text, line);
+            let number = self.read(text, line);
             if number.is_none() {
-                other.miss(text, line);
+                self.miss(text, line);
             }
             number
         };
         let values = cells.map(read).collect();
-        (other.unread.cells < self.unread.cells).then_some((other, values))
+        (self, values)
     }
 
-    pub(super) fn has_unread(&self) -> bool {
-        self.unread.cells > 0
+    /// Whether it may be read otherwise.
+    pub(super) fn is_in_question(&self) -> bool {
+        self.unread.cells > 0 || self.slashed.cells > 0
+    }
+
+    /// The first cell of each kind in this column of the table.
+    pub(super) fn kinds(&self, column: usize) -> impl Iterator<Item = KindOfCells> {
+        let durations = match self.clock.is_one {
+            true => Kind::Clock,
+            false => Kind::Duration,
+        };
+        let kinds = [
+            (Kind::Percent, &self.percent),
+            (Kind::Clock, &self.clocks),
+            (durations, &self.durations),
+        ];
+        kinds.into_iter().filter_map(move |(kind, tally)| {
+            let (cell, line) = tally.first.clone()?;
+            Some(KindOfCells {
+                column,
+                kind,
+                cell,
+                line,
+            })
+        })
     }
 
     pub(super) fn is_certain(&self) -> bool {
         self.is_certain
-    }
-
-    pub(super) fn is_of_a_clock(&self) -> bool {
-        self.clock.is_one
     }
 
     /// What is to be told of a column of this name in a file that is written so, whose decimal sign is certain or not.
@@ -187,13 +268,31 @@ impl Reader {
                 self.converted.are(),
             ));
         }
+        if let Some((text, line)) = self.slashed.first.as_ref().filter(|_| self.is_order_taken) {
+            let order = match self.numbers.day_first {
+                true => "day/month/year",
+                false => "month/day/year",
+            };
+            told.push(format!(
+                "dates of '{name}' like {text} in line {line} are read as {order}, by which they are nearest to each other"
+            ));
+        }
+        if let Some((text, line)) = &self.of_12_hours.first {
+            told.push(format!(
+                "'{name}' goes on to {text} in line {line} as a clock of twelve hours"
+            ));
+        }
         if let Some((text, line)) = &self.unread.first {
             told.push(format!(
-                "{} of '{name}' {} no number that can be read, and {} as missing: '{text}' in line {line}{}",
+                "{} of '{name}' {} no number that can be read, and {} as missing: '{text}' in line {line}{}{}",
                 self.unread.words(),
                 if self.unread.cells == 1 { "has" } else { "have" },
                 if self.unread.cells == 1 { "counts" } else { "count" },
                 if self.unread.cells == 1 { "" } else { " is the first" },
+                match text.starts_with('=') {
+                    true => "; a formula was saved without its result: open the sheet in its program, save it, and import it again",
+                    false => "",
+                },
             ));
         }
         told
@@ -215,30 +314,5 @@ impl Tally {
 
     fn are(&self) -> &'static str {
         if self.cells == 1 { "is" } else { "are" }
-    }
-}
-
-/// Whether a column tells dates or clock times, and how many days ago it began.
-#[derive(Clone, Default)]
-struct Clock {
-    is_one: bool,
-    before_s: f64,
-    days_s: f64,
-}
-
-impl Clock {
-    /// The next cell as a number.
-    fn number(&mut self, cell: Cell) -> f64 {
-        self.is_one |= !matches!(cell, Cell::Number(_));
-        match cell {
-            Cell::Number(number) | Cell::Instant(number) => number,
-            Cell::Clock(seconds) => {
-                if seconds < self.before_s - HALF_A_DAY_S {
-                    self.days_s += 2.0 * HALF_A_DAY_S;
-                }
-                self.before_s = seconds;
-                self.days_s + seconds
-            }
-        }
     }
 }

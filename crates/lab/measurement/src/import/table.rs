@@ -2,6 +2,7 @@
 
 use super::cell::Numbers;
 use super::error::ImportError;
+use super::kind::KindOfCells;
 use super::qualified::Qualified;
 use super::reader::Reader;
 use super::sampling::Sampling;
@@ -21,8 +22,8 @@ pub struct Table {
     pub names: Vec<String>,
     /// The rows; `None` where a cell holds no number. An infinity is one.
     pub rows: Vec<Vec<Option<f64>>>,
-    /// Columns, by their places, that hold dates or clock times: in seconds since some day.
-    pub clocks: Vec<usize>,
+    /// Where cells hold something else than plain numbers: parts of a hundred, or times, in seconds since some day.
+    pub kinds: Vec<KindOfCells>,
     /// What is to be told of columns, by their places, or of all: how cells were read that may mean two things, and which were not.
     pub told: Vec<(Option<usize>, String)>,
     /// How the text is written, in words.
@@ -109,11 +110,12 @@ impl Table {
             sampling.time(&mut rows);
         }
         let times = sampling.map(|sampling| format!(", {}", sampling.words()));
-        let is_clock = |column: &usize| readers[*column].is_of_a_clock();
+        let numbered = (0..).zip(&readers);
+        let kinds = numbered.flat_map(|(column, reader)| reader.kinds(column));
         Ok(Some(Self {
             names,
             rows,
-            clocks: (0..readers.len()).filter(is_clock).collect(),
+            kinds: kinds.collect(),
             told,
             written: format!("{encoding}, {}{}", style.words(), times.unwrap_or_default()),
         }))
@@ -149,6 +151,7 @@ impl Style {
                     numbers: Numbers {
                         decimal_comma,
                         grouped,
+                        day_first: false,
                     },
                     qualified,
                 })
@@ -232,7 +235,7 @@ impl Style {
         };
         let mut rows: Vec<Vec<Option<f64>>> = lines.clone().map(row).collect();
         for (column, reader) in readers.iter_mut().enumerate() {
-            if !reader.has_unread() {
+            if !reader.is_in_question() {
                 continue;
             }
             let cells: Vec<_> = lines
@@ -247,7 +250,8 @@ impl Style {
             let cells = cells
                 .iter()
                 .map(|cell| cell.as_ref().map(|(text, number)| (&**text, *number)));
-            if let Some((other, values)) = reader.with_the_other_sign(&names[column], cells) {
+            let values = rows.iter().map(|row| row[column]).collect();
+            if let Some((other, values)) = reader.otherwise(&names[column], values, cells) {
                 *reader = other;
                 let cells = rows.iter_mut().map(|row| &mut row[column]);
                 cells.zip(values).for_each(|(cell, value)| *cell = value);
