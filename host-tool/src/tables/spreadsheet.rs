@@ -1,13 +1,15 @@
 //! Spreadsheets: the first sheet that holds a table, one that is shown before one that is hidden.
 
+mod percent;
+mod sheet;
+
 use std::io::Cursor;
 use std::panic;
 
-use calamine::{Data, Range, Reader, SheetVisible, Sheets, open_workbook_auto_from_rs};
+use calamine::{Reader, SheetVisible, Sheets, open_workbook_auto_from_rs};
 use measurement::import::{ImportError, Table};
 
-/// Spreadsheets count in days.
-const SECONDS_OF_A_DAY: f64 = 86_400.0;
+use sheet::Sheet;
 
 /// The first sheet's table.
 pub(super) fn table(bytes: &[u8]) -> Result<Table, ImportError> {
@@ -29,7 +31,7 @@ fn first_table(bytes: &[u8]) -> Result<Table, ImportError> {
     let mut sheets = book.sheets_metadata().to_vec();
     sheets.sort_by_key(|sheet| sheet.visible != SheetVisible::Visible);
     for sheet in &sheets {
-        let Ok(cells) = book.worksheet_range(&sheet.name) else {
+        let Some(cells) = Sheet::read(bytes, &mut book, &sheet.name) else {
             continue;
         };
         let hidden = match sheet.visible {
@@ -37,7 +39,7 @@ fn first_table(bytes: &[u8]) -> Result<Table, ImportError> {
             _ => ", which is hidden",
         };
         let written = format!("the sheet '{}'{hidden}", sheet.name);
-        let found = Table::find(text(&cells).as_bytes()).map_err(|error| error.within(&written))?;
+        let found = Table::find(cells.text().as_bytes()).map_err(|error| error.within(&written))?;
         if let Some(mut table) = found {
             let others = match sheets.len() {
                 1 => String::new(),
@@ -52,32 +54,10 @@ fn first_table(bytes: &[u8]) -> Result<Table, ImportError> {
     Err(not_one(format!("no table of numbers is in {names}")))
 }
 
-/// A sheet as lines of cells between tabs, each line with the number of its row.
-fn text(sheet: &Range<Data>) -> String {
-    let line = |row: &[Data]| {
-        let cells: Vec<String> = row.iter().map(cell).collect();
-        cells.join("\t") + "\n"
-    };
-    let above = sheet.start().map_or(0, |(row, _)| row as usize);
-    let lines = sheet.rows().map(line);
-    "\n".repeat(above) + &lines.collect::<String>()
-}
-
-fn cell(data: &Data) -> String {
-    match data {
-        Data::DateTime(instant) if instant.is_datetime() => {
-            let (year, month, day, hour, minute, second, milli) = instant.to_ymd_hms_milli();
-            format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}.{milli:03}")
-        }
-        Data::DateTime(duration) => (duration.as_f64() * SECONDS_OF_A_DAY).to_string(),
-        Data::Error(_) => String::new(),
-        other => other.to_string().replace(['\t', '\n', '\r'], " "),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use measurement::import::{guesses, import};
     use proptest::prelude::*;
     use std::io::Write;
     use zip::ZipWriter;
@@ -115,9 +95,10 @@ mod tests {
             (
                 "xl/_rels/workbook.xml.rels",
                 format!(
-                    "<Relationships xmlns=\"{package}\"><Relationship Id=\"r1\" Type=\"{relations}/worksheet\" Target=\"worksheets/sheet1.xml\"/><Relationship Id=\"r2\" Type=\"{relations}/worksheet\" Target=\"worksheets/sheet2.xml\"/></Relationships>"
+                    "<Relationships xmlns=\"{package}\"><Relationship Id=\"r1\" Type=\"{relations}/worksheet\" Target=\"worksheets/sheet1.xml\"/><Relationship Id=\"r2\" Type=\"{relations}/worksheet\" Target=\"worksheets/sheet2.xml\"/><Relationship Id=\"r3\" Type=\"{relations}/styles\" Target=\"styles.xml\"/></Relationships>"
                 ),
             ),
+            ("xl/styles.xml", styles(main)),
             ("xl/worksheets/sheet1.xml", sheet(notes)),
             ("xl/worksheets/sheet2.xml", sheet(rows)),
         ];
@@ -129,6 +110,103 @@ mod tests {
             archive.write_all(text.as_bytes()).expect("written");
         }
         archive.finish().expect("whole").into_inner()
+    }
+
+    /// Formats of cells, by their places: general, percent, a time of day, a duration, a date.
+    fn styles(main: &str) -> String {
+        let formats = [0, 10, 21, 46, 22].map(|id| format!("<xf numFmtId=\"{id}\"/>"));
+        format!(
+            "<styleSheet xmlns=\"{main}\"><cellXfs count=\"5\">{}</cellXfs></styleSheet>",
+            formats.concat()
+        )
+    }
+
+    /// Columns `Time`, `V` and `z`, of cells as XML has them behind their names.
+    fn rows(cells: &[[&str; 3]]) -> String {
+        let heading = |name: &str| format!(" t=\"inlineStr\"><is><t>{name}</t></is></c>");
+        let headings = ["Time", "V", "z"].map(heading);
+        let headings = headings.each_ref().map(String::as_str);
+        let row = |(number, cells): (usize, &[&str; 3])| {
+            let cells = ["A", "B", "C"].iter().zip(cells);
+            let cells = cells.map(|(column, cell)| format!("<c r=\"{column}{number}\"{cell}"));
+            format!("<row r=\"{number}\">{}</row>", cells.collect::<String>())
+        };
+        let all = [&[headings][..], cells].concat();
+        (1..).zip(&all).map(row).collect()
+    }
+
+    fn imported(cells: &[[&str; 3]]) -> Result<(Vec<f64>, Vec<String>), ImportError> {
+        let table = table(&workbook(&rows(cells)))?;
+        let made = import(&table, &guesses(&table), false)?;
+        Ok((
+            made.file.rows.iter().map(|row| row.t_s).collect(),
+            made.notes,
+        ))
+    }
+
+    #[test]
+    fn times_of_day_go_on_over_midnight() {
+        let (t_s, _) = imported(&[
+            [
+                " s=\"2\"><v>0.999988425925926</v></c>",
+                "><v>0</v></c>",
+                "><v>0</v></c>",
+            ],
+            [" s=\"2\"><v>0</v></c>", "><v>1</v></c>", "><v>26</v></c>"],
+            [
+                " s=\"2\"><v>1.15740740740741E-05</v></c>",
+                "><v>2</v></c>",
+                "><v>90</v></c>",
+            ],
+        ])
+        .expect("a measurement");
+        assert_eq!(t_s, [0.0, 1.0, 2.0]);
+    }
+
+    #[test]
+    fn cells_of_other_kinds_are_no_volts_or_micrometres() {
+        for (cell, told) in [
+            (
+                " s=\"1\"><v>0.07</v></c>",
+                "column 2 'V' is V_V, and holds parts of a hundred in line 3: 7%",
+            ),
+            (
+                " s=\"4\"><v>46085</v></c>",
+                "holds a date or a time in line 3: 2026-03-04T00:00:00",
+            ),
+            (
+                " s=\"2\"><v>0.5</v></c>",
+                "holds a date or a time in line 3: 12:00:00",
+            ),
+            (
+                " s=\"3\"><v>0.5</v></c>",
+                "holds a duration in line 3: PT43200S",
+            ),
+        ] {
+            let refused = imported(&[
+                ["><v>0</v></c>", "><v>0</v></c>", "><v>0</v></c>"],
+                ["><v>1</v></c>", cell, "><v>1</v></c>"],
+                ["><v>2</v></c>", "><v>2</v></c>", "><v>90</v></c>"],
+            ]);
+            let refused = refused.expect_err(told).to_string();
+            assert!(refused.contains(told), "{refused}");
+        }
+    }
+
+    #[test]
+    fn formulas_without_results_are_told() {
+        let (_, notes) = imported(&[
+            ["><v>0</v></c>", "><v>0</v></c>", "><f>B2*2</f><v></v></c>"],
+            ["><v>1</v></c>", "><v>1</v></c>", "><f>B3*2</f></c>"],
+            [
+                "><v>2</v></c>",
+                "><f>1+1</f><v>2</v></c>",
+                "><f>B4*2</f><v/></c>",
+            ],
+        ])
+        .expect("a measurement");
+        let told = "3 cells of 'z' have no number that can be read, and count as missing: '=B2*2' in line 2 is the first; a formula";
+        assert!(notes.iter().any(|note| note.starts_with(told)), "{notes:?}");
     }
 
     /// A header and three rows.
