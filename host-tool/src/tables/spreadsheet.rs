@@ -112,11 +112,11 @@ mod tests {
         archive.finish().expect("whole").into_inner()
     }
 
-    /// Formats of cells, by their places: general, percent, a time of day, a duration, a date.
+    /// Formats of cells, by their places: general, percent, a time of day, a duration, a date, millimetres.
     fn styles(main: &str) -> String {
-        let formats = [0, 10, 21, 46, 22].map(|id| format!("<xf numFmtId=\"{id}\"/>"));
+        let formats = [0, 10, 21, 46, 22, 164].map(|id| format!("<xf numFmtId=\"{id}\"/>"));
         format!(
-            "<styleSheet xmlns=\"{main}\"><cellXfs count=\"5\">{}</cellXfs></styleSheet>",
+            "<styleSheet xmlns=\"{main}\"><numFmts count=\"1\"><numFmt numFmtId=\"164\" formatCode=\"0.000&quot; mm&quot;\"/></numFmts><cellXfs count=\"6\">{}</cellXfs></styleSheet>",
             formats.concat()
         )
     }
@@ -191,6 +191,15 @@ mod tests {
             let refused = refused.expect_err(told).to_string();
             assert!(refused.contains(told), "{refused}");
         }
+    }
+
+    #[test]
+    fn a_unit_in_the_format_of_cells_is_read() {
+        let z = " s=\"5\"><v>0.026</v></c>";
+        let cells = [["><v>1</v></c>", "><v>1</v></c>", z]; 3];
+        let table = table(&workbook(&rows(&cells))).expect("a table");
+        assert_eq!(table.names[2], "z (mm)");
+        assert_eq!(table.rows[0][2], Some(0.026));
     }
 
     #[test]

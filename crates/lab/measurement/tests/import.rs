@@ -267,6 +267,15 @@ fn dates_with_slashes_are_read_as_they_are_nearest() {
 }
 
 #[test]
+fn clocks_and_durations_are_seconds_whatever_the_heading_s_unit() {
+    for cells in [["0:00:00", "0:01:30"], ["PT0S", "PT1M30S"]] {
+        let text = format!("Time (min),V,z\n{},0,0\n{},1,26\n", cells[0], cells[1]);
+        let imported = guessed(text.as_bytes(), false);
+        assert!((imported.file.rows[1].t_s - 90.0).abs() < 1e-9);
+    }
+}
+
+#[test]
 fn a_clock_of_twelve_hours_goes_on_at_one() {
     let imported = guessed(
         b"Time,V,z\n12:59:58,0,0\n12:59:59,1,26\n01:00:00,2,90\n01:00:01,3,160\n",

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::io::Cursor;
 
 use calamine::{Data, ExcelDateTime, Range, Reader, Sheets, StyleRange};
+use measurement::import::is_unit;
 
 use super::percent;
 
@@ -55,10 +56,22 @@ impl Sheet {
             Data::DateTime(instant) if instant.is_datetime() => time(instant),
             Data::DateTime(duration) => format!("PT{}S", duration.as_f64() * SECONDS_OF_A_DAY),
             Data::DateTimeIso(date) if !date.contains('T') => format!("{date}T00:00:00"),
-            Data::Float(part) if self.is_percent(place) => format!("{}%", in_percent(*part)),
+            Data::Float(number) => self.number(*number, place),
+            Data::Int(number) => self.number(*number as f64, place),
             Data::Error(_) => String::new(),
             Data::Empty => self.formula(place),
             other => other.to_string().replace(['\t', '\n', '\r'], " "),
+        }
+    }
+
+    /// A number with what its cell's format writes behind it.
+    fn number(&self, number: f64, place: (u32, u32)) -> String {
+        if self.is_percent(place) {
+            return format!("{}%", in_percent(number));
+        }
+        match self.unit(place) {
+            Some(unit) => format!("{number} {unit}"),
+            None => number.to_string(),
         }
     }
 
@@ -75,14 +88,25 @@ impl Sheet {
 
     /// Whether a cell is shown a hundred times as large, with `%`.
     fn is_percent(&self, place: (u32, u32)) -> bool {
-        let style = self.styles.as_ref().and_then(|styles| styles.get(place));
-        let format = style.and_then(|style| style.number_format.as_ref());
         // What stands between quotation marks is text.
-        let is_in_format = format.is_some_and(|format| {
-            let mut outside = format.format_code.split('"').step_by(2);
+        let is_in_format = self.format(place).is_some_and(|format| {
+            let mut outside = format.split('"').step_by(2);
             outside.any(|part| part.replace("\\%", "").contains('%'))
         });
         is_in_format || self.percent.contains(&place.1)
+    }
+
+    /// The unit that a cell's format writes behind its number, as `0.00" mm"` does.
+    fn unit(&self, place: (u32, u32)) -> Option<&str> {
+        let positive = self.format(place)?.split(';').next()?;
+        let mut texts = positive.split('"').skip(1).step_by(2);
+        texts.next().map(str::trim).filter(|text| is_unit(text))
+    }
+
+    /// How a cell's number is shown (ECMA-376, part 1, 18.8.31).
+    fn format(&self, place: (u32, u32)) -> Option<&str> {
+        let style = self.styles.as_ref()?.get(place)?;
+        Some(&style.number_format.as_ref()?.format_code)
     }
 }
 

@@ -41,6 +41,11 @@ use crate::held::held;
 use crate::settled::{Settled, mean};
 use crate::{MeasurementFile, Row};
 
+/// Whether a text is a unit that is read: `mm`, `(mA)`.
+pub fn is_unit(text: &str) -> bool {
+    unit::Unit::read(text).is_some()
+}
+
 /// A measurement, and what was noticed and done on the way.
 #[derive(Debug)]
 pub struct Imported {

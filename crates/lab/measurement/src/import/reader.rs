@@ -6,6 +6,7 @@ use super::heading::Heading;
 use super::kind::{Kind, KindOfCells};
 use super::qualified::Qualified;
 use super::unit::Unit;
+use crate::column::Column;
 use std::cmp::Ordering;
 
 /// What people and programs write where they have no number.
@@ -97,7 +98,16 @@ impl Reader {
         if is_of_12_hours {
             self.of_12_hours.count(text, line);
         }
-        Some(number)
+        Some(match cell {
+            Cell::Number(_) | Cell::Percent(_) => number,
+            _ => number / self.seconds(),
+        })
+    }
+
+    /// The unit of a column of times (s).
+    fn seconds(&self) -> f64 {
+        let unit = self.unit.filter(|unit| unit.is_of(Column::Time));
+        unit.map_or(1.0, |unit| unit.factor)
     }
 
     fn count_sign(&mut self, text: &str, line: usize) {
