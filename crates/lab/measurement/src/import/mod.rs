@@ -11,6 +11,7 @@ mod assignment;
 mod cell;
 mod clock;
 mod days;
+mod encoding;
 mod error;
 mod header;
 mod heading;
