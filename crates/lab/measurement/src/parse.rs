@@ -96,10 +96,10 @@ impl<R: BufRead + Seek> Parser<'_, R> {
             }
             self.last = line;
         }
-        self.check_enough()?;
         if let Some(flaw) = self.wholeness.flaw(&self.file) {
             self.file.keys.set("partial", &flaw);
         }
+        self.check_enough()?;
         let implausible =
             plausibility::check(&self.file, device).or_else(|| stuck::check(&self.file));
         if let Some((row, column, complaint)) = implausible {
@@ -248,10 +248,16 @@ impl<R: BufRead + Seek> Parser<'_, R> {
             1 => "only one row",
             _ => return Ok(()),
         };
-        let complaint = Complaint::new(
-            format!("the file has {rows}"),
-            "a measurement needs two rows at least",
-        );
+        let complaint = match self.file.keys.get("partial") {
+            Some(why) => Complaint::new(
+                format!("the measurement was cut short, and the file has {rows}: {why}"),
+                "remove this file: the others of its folder can be used without it, and it can be measured again",
+            ),
+            None => Complaint::new(
+                format!("the file has {rows}"),
+                "a measurement needs two rows at least",
+            ),
+        };
         Err(self.error(&self.last, end..end, complaint))
     }
 

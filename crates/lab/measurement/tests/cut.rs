@@ -48,6 +48,23 @@ fn a_whole_recording_is_read_without_a_word() {
 }
 
 #[test]
+fn one_that_was_cut_before_its_second_row_says_so() {
+    let cut = "# experiment=sine\n# partial=the link was lost\nt_s,V_V,z_um\n";
+    for (row, has) in [("", "no rows"), ("0,1,2\n", "only one row")] {
+        let refused = MeasurementFile::parse("sine_0p1.csv", &[cut, row].concat()).unwrap_err();
+        let said = refused.to_string();
+        assert!(
+            said.contains("was cut short")
+                && said.contains(has)
+                && said.contains("the link was lost"),
+            "{said}"
+        );
+        let help = miette::Diagnostic::help(&refused).expect("what to do");
+        assert!(help.to_string().contains("remove this file"), "{help}");
+    }
+}
+
+#[test]
 fn rows_that_were_taken_out_are_told() {
     let text = String::from_utf8(recording(&rows(&[26.5, 27.25, 30.0]), None)).unwrap();
     let thinned: String = text
