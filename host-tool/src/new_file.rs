@@ -118,6 +118,10 @@ impl NewFile {
         });
         match written {
             Ok(()) => Ok(self.path),
+            // Another tool was done before this one.
+            Err(source) if source.kind() == io::ErrorKind::AlreadyExists => {
+                Err(OutputError::FileExists { path: self.path })
+            }
             Err(source) => Err(OutputError::Write {
                 path: self.path,
                 source,
@@ -286,6 +290,20 @@ mod tests {
         }
         let itself = NewFile::page(folder.path().to_owned(), false).err();
         assert!(matches!(itself, Some(OutputError::NotAFile { .. })));
+    }
+
+    #[test]
+    fn a_file_that_came_meanwhile_is_kept_and_told() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("proposed.toml");
+        let [first, second] = [(); 2].map(|()| NewFile::create(path.clone(), false));
+        first.expect("free").write("first").expect("written");
+        let refused = second.expect("free").write("second").expect_err("taken");
+        assert!(
+            matches!(refused, OutputError::FileExists { .. }),
+            "{refused}"
+        );
+        assert_eq!(fs::read_to_string(&path).expect("kept"), "first");
     }
 
     #[test]
