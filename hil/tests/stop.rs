@@ -128,6 +128,8 @@ fn a_hold_that_is_over_before_the_mirror_is_read_is_told() {
             }
             _ => {
                 assert_eq!(told["error"]["code"], "held-too-shortly", "{hold}: {told}");
+                let help = told["error"]["help"].as_str().expect("text");
+                assert!(help.ends_with("--hold 10s"), "{hold}: {help}");
                 assert_ne!(hold, "10min");
             }
         }

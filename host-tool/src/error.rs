@@ -65,7 +65,7 @@ pub enum ToolError {
     #[error(
         "the board had ramped to zero before the mirror was read: it was to be held for {hold}"
     )]
-    #[diagnostic(help("ask for a longer hold: --hold 1s"))]
+    #[diagnostic(help("ask for a longer hold: --hold {}s", longer_s(*hold)))]
     HeldTooShortly { hold: Hold },
 
     #[error("no board was found")]
@@ -447,6 +447,15 @@ fn listen_help(kind: io::ErrorKind) -> &'static str {
             "ports below 1024 are the system's on most machines; choose one above"
         }
         _ => "write an address of this machine and a port: --listen 127.0.0.1:5025",
+    }
+}
+
+/// A hold that is longer, and long for a busy machine (s).
+fn longer_s(hold: Hold) -> f64 {
+    const LONG_S: f64 = 10.0;
+    match hold {
+        Hold::For(hold) => LONG_S.max(2.0 * hold.s),
+        Hold::Forever => LONG_S,
     }
 }
 

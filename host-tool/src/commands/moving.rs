@@ -301,6 +301,8 @@ impl fmt::Display for Readings {
 
 #[cfg(test)]
 mod tests {
+    use miette::Diagnostic;
+
     use super::*;
 
     #[test]
@@ -326,6 +328,20 @@ mod tests {
         }
         let forever = Pace::new(span(1.0), Some(Hold::Forever), Hold::Forever);
         assert_eq!(forever.expect("allowed").lease_ms(), LEASE_FOREVER_MS);
+    }
+
+    #[test]
+    fn a_hold_that_was_too_short_is_to_be_longer() {
+        for (asked_s, help) in [
+            (0.0, "--hold 10s"),
+            (1.0, "--hold 10s"),
+            (20.0, "--hold 40s"),
+        ] {
+            let hold = Hold::For(Span { s: asked_s });
+            let error = ToolError::HeldTooShortly { hold };
+            let said = error.help().expect("what to do").to_string();
+            assert!(said.ends_with(help), "{said}");
+        }
     }
 
     #[test]
