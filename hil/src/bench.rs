@@ -150,13 +150,17 @@ impl Bench {
     /// # Panics
     /// Where it does not start.
     pub fn on_host(mirror: MirrorConfig) -> Self {
+        Self::on_host_with(Connected::Mirror(Box::new(mirror)), None)
+    }
+
+    fn on_host_with(connected: Connected, flash: Option<PathBuf>) -> Self {
         let directory = private_directory().expect("a directory");
         let serving = board_on_host::Serving {
-            connected: Connected::Mirror(Box::new(mirror)),
+            connected,
             around: Surroundings::default(),
             boards_directory: directory.path().to_owned(),
             name: "emulated".to_owned(),
-            flash: None,
+            flash,
             speed: Speed::Fastest,
         };
         let board = BoardOnHost::start(&serving).unwrap_or_else(|error| panic!("{error}"));
@@ -183,10 +187,14 @@ impl Bench {
     pub fn on_resistors(flash: &Path) -> Option<(Self, f64)> {
         if std::env::var_os("MIRROR_BOARD").is_none() {
             let connected = Connected::Resistors([RESISTORS_OHM; 4]);
-            let bench = Self::changed(|emulation| {
-                emulation.connected = connected;
-                emulation.flash = Some(flash.to_owned());
-            });
+            let flash = Some(flash.to_owned());
+            let bench = match is_on("host") {
+                true => Self::on_host_with(connected, flash),
+                false => Self::changed(|emulation| {
+                    emulation.connected = connected;
+                    emulation.flash = flash;
+                }),
+            };
             return Some((bench, RESISTORS_OHM));
         }
         let ohm = std::env::var("MIRROR_RESISTORS").ok()?;

@@ -353,7 +353,7 @@ fn a_move_that_is_interrupted_says_that_the_mirror_is_held_and_a_scan_turns_it_o
 
 #[test]
 fn a_calibration_of_the_sense_that_is_interrupted_leaves_the_one_of_before() {
-    // Driving takes 0.6 s of the board's time, and here of the wall's.
+    // Driving takes 0.5 s of the board's time, and here of the wall's.
     let bench = Bench::changed(|emulation| emulation.speed = Speed::Times(1.0));
     let tool = bench.start_tool(&["calibrate-sense", "--resistor", "499ohm"]);
     bench.wait_until_driven(1);

@@ -6,7 +6,8 @@
 
 use hil::Bench;
 use measurement::{ACTUATORS, Row};
-use serde_json::Value;
+use serde_json::{Value, json};
+use virtual_mirror::{Family, MirrorConfig};
 
 /// What a board that has never been calibrated may be off by: ten times the gain's and five times the offset's tolerance in
 /// `docs/board.md`, since a calibration mends whatever parts somebody took.
@@ -78,6 +79,10 @@ fn what_is_driven_is_sensed_and_a_calibration_of_the_sense_makes_it_exact_and_su
         "it is worth something"
     );
     let status = bench.json(&["status"]);
+    // As the board keeps them, in shorter numbers.
+    let shown = status["sense_gain"][3].as_f64().expect("a number");
+    let kept = report["after"]["gain"][3].as_f64().expect("a number");
+    assert!((shown - kept).abs() < 1e-6, "{status}");
     assert_eq!(
         status["calibration"]["kept"], "Factory",
         "the mirror's is untouched"
@@ -89,6 +94,9 @@ fn what_is_driven_is_sensed_and_a_calibration_of_the_sense_makes_it_exact_and_su
     drop(bench);
     let (bench, _) = Bench::on_resistors(&flash).expect("as before");
     loopback(&bench, ohm, AFTER);
+    let forgotten = bench.json(&["calibrate-sense", "--forget-gains"]);
+    assert_eq!(forgotten["before"]["gain"], report["after"]["gain"]);
+    assert_eq!(forgotten["after"]["gain"], json!([1.0, 1.0, 1.0, 1.0]));
 }
 
 #[test]
@@ -102,11 +110,36 @@ fn a_wrong_resistor_is_told_and_changes_no_gain() {
     assert_eq!(said.code, 1);
     let sentence = said.sentence();
     assert!(
-        sentence.contains("is there a resistor on each channel, and is it the one that was named?"),
+        sentence.contains("what is on actuator 1 is not")
+            && sentence
+                .contains("is the mirror connected still, or another resistor than was named?"),
         "{sentence}"
     );
     let report = bench.json(&["calibrate-sense"]);
     assert_eq!(report["before"]["gain"], report["after"]["gain"]);
+}
+
+/// Heaters whose resistance at one of the drives is the one that was named.
+#[test]
+fn a_mirror_that_is_connected_still_is_no_resistor() {
+    for mirror in [MirrorConfig::bench(), MirrorConfig::draw(Family::B, 77)] {
+        let bench = Bench::emulated(mirror);
+        let known = &bench.json(&["calibrate-sense"])["after"];
+        for ohm in ["440ohm", "450ohm", "460ohm", "470ohm"] {
+            let said = bench.tool(&["calibrate-sense", "--resistor", ohm]);
+            assert_eq!(said.code, 1, "{ohm}: {said:?}");
+            let sentence = said.sentence();
+            for words in [
+                "actuator 1 is no resistor but a heater that warms",
+                "nothing was changed",
+                "put the resistor in the place of each actuator",
+            ] {
+                assert!(sentence.contains(words), "{ohm}: {sentence}");
+            }
+            assert!(bench.is_off());
+        }
+        assert_eq!(&bench.json(&["calibrate-sense"])["before"], known);
+    }
 }
 
 #[test]

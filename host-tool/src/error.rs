@@ -3,6 +3,7 @@
 mod beyond_board;
 mod doubt;
 mod input;
+mod no_resistor;
 mod not_improved;
 mod output;
 mod play;
@@ -20,6 +21,7 @@ use quantities::{Hold, Span};
 pub use self::beyond_board::BeyondBoard;
 use self::doubt::{doubt_advice, drift_advice};
 pub use self::input::UnusableInput;
+pub use self::no_resistor::NoResistor;
 pub use self::not_improved::NotImproved;
 pub use self::output::{CalibrationText, OutputError};
 use self::refusal::{fault_advice, refusal_advice, refusal_words, update_advice};
@@ -427,6 +429,10 @@ pub enum ToolError {
 
     #[error(transparent)]
     #[diagnostic(transparent)]
+    NoResistor(#[from] NoResistor),
+
+    #[error(transparent)]
+    #[diagnostic(transparent)]
     NotImproved(#[from] NotImproved),
 
     #[error(transparent)]
@@ -475,6 +481,7 @@ impl ToolError {
             Self::BeyondBoard(error) => error.into(),
             Self::UnusableInput(error) => error.into(),
             Self::Output(error) => error.into(),
+            Self::NoResistor(error) => error.into(),
             Self::NotImproved(error) => error.into(),
             Self::SensorFault(error) => error.into(),
             other => other.into(),

@@ -289,9 +289,13 @@ pub enum Command {
     /// each actuator its gain; the channels are off afterwards.
     #[command(after_long_help = "Example:\n  host-tool calibrate-sense --resistor 499ohm")]
     CalibrateSense {
-        /// The resistor that is connected to each channel in place of the mirror: 499ohm. 300 to 1000 ohm.
+        /// The resistor that is connected to each channel in place of the mirror: 499ohm. 300 to 1000 ohm. What warms as a heater does, or is
+        /// off by more than a board's tolerances, is refused.
         #[arg(help_heading = BOARD, long, value_name = "RESISTANCE")]
         resistor: Option<Resistance>,
+        /// Go back to the gains of a board as designed, as the factory left it; the mirror may be in place.
+        #[arg(help_heading = BOARD, long, conflicts_with = "resistor")]
+        forget_gains: bool,
     },
     /// Be an instrument on a socket that speaks SCPI, for as long as it runs: Ctrl-C ends it.
     #[command(after_long_help = "Example:\n  host-tool serve --listen 127.0.0.1:5025")]

@@ -42,6 +42,7 @@ use tokio::runtime::Builder;
 
 use crate::board::{Board, choose};
 use crate::cli::{Arguments, Command, Measure, Plane};
+use crate::commands::calibrate_sense::Gains;
 use crate::commands::interrupt::computed;
 use crate::commands::moving::Pace;
 use crate::completion;
@@ -186,8 +187,16 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             Pace::check_next(ask.settle, arguments.longest_hold)?;
             calibrate_room::run(&open().await?, ask, json).await
         }
-        Command::CalibrateSense { resistor } => {
-            calibrate_sense::run(&open().await?, resistor, json).await
+        Command::CalibrateSense {
+            resistor,
+            forget_gains,
+        } => {
+            let gains = match (resistor, forget_gains) {
+                (Some(resistor), _) => Gains::By(resistor),
+                (None, true) => Gains::Forgotten,
+                (None, false) => Gains::Kept,
+            };
+            calibrate_sense::run(&open().await?, gains, json).await
         }
         Command::Import(ask) => computed(json, || lab::import(ask, json)),
         Command::Fit { lab, output } => computed(json, || lab::fit(&lab, output, json)),

@@ -30,6 +30,8 @@ pub(super) struct StatusReport {
     pub(super) is_in_use: bool,
     #[serde(with = "CalibrationReport")]
     calibration: CalibrationInfo,
+    /// What flows for each ampere that a board as designed reads; 1 where nobody has calibrated it.
+    sense_gain: [f64; 4],
     up_s: f64,
     #[serde(flatten)]
     readings: Readings,
@@ -106,12 +108,14 @@ impl StatusReport {
             _ => None,
         };
         let begins_ohm = calibration.cold_resistance_ohm.map(decimal);
+        let sense = board.sense().await?.sense;
         let history = match history {
             true => Some(History::new(board.fault_log().await?)),
             false => None,
         };
         Ok(Self {
             history,
+            sense_gain: sense.gain.map(decimal),
             cold_ohm: settled.as_ref().map_or(begins_ohm, cold_ohm),
             ..Self::new(board.identity().clone(), calibration, &status)
         })
@@ -139,6 +143,7 @@ impl StatusReport {
             owner: None,
             is_in_use: false,
             calibration,
+            sense_gain: [1.0; 4],
             readings,
             pose: PlateReport::from(&status.telemetry.pose),
             uncertainty: Uncertainty::from(&status.telemetry),
@@ -179,6 +184,14 @@ impl fmt::Display for StatusReport {
         }
         writeln!(f, "up         {:.1} s", self.up_s)?;
         writeln!(f, "calibrated {}", calibrated_words(&self.calibration))?;
+        if self.sense_gain != [1.0; 4] {
+            let percent = self.sense_gain.map(|gain| 100.0 * (gain - 1.0));
+            writeln!(
+                f,
+                "sense      {}  from the gains as designed",
+                row(percent, 2, "%")
+            )?;
+        }
         writeln!(
             f,
             "range      {} to {:.1} um, 0 to {:.2} V",
@@ -301,9 +314,7 @@ pub(crate) fn kept_words(kept: Kept) -> &'static str {
             "the factory's, since the stored one is bad: calibrate the board again"
         }
         Kept::No => "not kept: a reset forgets it; its flash did not take it",
-        Kept::OnTrial => {
-            "on trial: a reset or the next `host-tool calibrate` brings the one before back"
-        }
+        Kept::OnTrial => "on trial: a reset or the next tool brings the one before back",
         Kept::Outdated => {
             "the one before the newest, which has rotted: calibrate again, or `clear` to go on with this one"
         }

@@ -145,6 +145,10 @@ fn is_printed_as_in_the_golden_file() {
     report.is_in_use = true;
     let line = "in use     by `host-tool record` (process 7), since 2026-11-21T14:05:00Z";
     tells(&report, line);
+    report.sense_gain = [1.003, 0.9975, 1.0, 1.0];
+    let line =
+        "sense           0.30 %     -0.25 %      0.00 %      0.00 %  from the gains as designed";
+    tells(&report, line);
     let json = serde_json::to_value(&report).expect("JSON");
     assert_eq!(json["calibration"]["model_hash"], "0000000000000007");
     let factorys = CalibrationInfo {
