@@ -93,15 +93,17 @@ impl Upload {
         self.record
     }
 
-    /// Checks what was uploaded and has the control loop use it. On return it is in use.
+    /// Checks what was uploaded and has the control loop use it. On return it is in use, and what `of` makes of it is returned: the
+    /// calibration itself would be copied on the stack.
     ///
     /// # Errors
     /// Says what is wrong; the calibration in use is kept.
-    pub async fn put_to_use(
+    pub async fn put_to_use<T>(
         &mut self,
         mailbox: LinkSide,
         usage: CalibrationUse,
-    ) -> Result<Calibration, UploadError> {
+        of: impl FnOnce(&Calibration) -> T,
+    ) -> Result<T, UploadError> {
         let calibration =
             Calibration::from_bytes(self.bytes()).map_err(UploadError::Calibration)?;
         let next = self.spare.take().ok_or(UploadError::ControlStopped)?;
@@ -111,7 +113,7 @@ impl Upload {
         if !self.is_on_trial {
             *self.settled = calibration;
         }
-        Ok(calibration)
+        Ok(of(&calibration))
     }
 
     /// Ends a trial: the control loop uses the last one again that was put to use for good, which is returned. Where none
@@ -119,14 +121,14 @@ impl Upload {
     ///
     /// # Errors
     /// Where the control loop did not take it; the trial goes on.
-    pub async fn revert(&mut self, mailbox: LinkSide) -> Result<Calibration, UploadError> {
+    pub async fn revert(&mut self, mailbox: LinkSide) -> Result<&Calibration, UploadError> {
         if self.is_on_trial {
             let next = self.spare.take().ok_or(UploadError::ControlStopped)?;
             *next = *self.settled;
             self.exchange(mailbox, next).await?;
             self.is_on_trial = false;
         }
-        Ok(*self.settled)
+        Ok(self.settled)
     }
 
     async fn exchange(

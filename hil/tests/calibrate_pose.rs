@@ -222,6 +222,27 @@ fn a_mirror_that_rests_elsewhere_each_time_tilts_as_it_is_told_to() {
     }
 }
 
+/// It tries its calibrations without the room's compensation, which is none of the user's switches.
+#[test]
+fn one_that_is_killed_leaves_the_room_as_the_user_has_it() {
+    let bench = bench();
+    let is_compensated = || bench.json(&["room"])["room"]["is_compensated"].clone();
+    for (switch, wanted) in [("on", true), ("off", false)] {
+        bench.json(&["room", switch]);
+        let mut tool = bench.talk_to_tool(&WORDS);
+        let mut said = BufReader::new(tool.stderr.take().expect("piped")).lines();
+        let asked = said.any(|line| line.expect("text").contains("move the spot to"));
+        assert!(asked, "it is at work");
+        tool.kill().expect("it dies");
+        tool.wait().expect("it is gone");
+        assert_eq!(is_compensated(), wanted, "{switch}");
+        let status = bench.json(&["status"]);
+        assert_eq!(status["calibration"]["kept"], "Yes", "{status}");
+    }
+    let moved = bench.tool(&["set-z", "60um", "--settle", "10ms"]);
+    assert!(moved.err.contains("room is not compensated"), "{moved:?}");
+}
+
 #[test]
 fn what_tells_no_plate_is_refused_in_words_and_changes_nothing() {
     let bench = bench();

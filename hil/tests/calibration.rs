@@ -7,9 +7,8 @@ use control_core::Calibration;
 use hil::{Bench, RawLink};
 use mirror_model::{Model, Symbol};
 use mirror_protocol::{
-    CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal,
-    CalibrationRevertEndpoint, CalibrationUse, CalibrationUseEndpoint, CalibrationWriteEndpoint,
-    Chunk, Kept, PROTOCOL_VERSION, Refusal,
+    CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRefusal, CalibrationUse,
+    CalibrationUseEndpoint, CalibrationWriteEndpoint, Chunk, Kept, PROTOCOL_VERSION, Refusal,
 };
 use virtual_mirror::MirrorConfig;
 
@@ -124,28 +123,15 @@ fn a_file_is_loaded_and_one_that_cannot_be_used_changes_nothing() {
 
 /// As `calibrate` leaves it that is killed in its trial.
 #[test]
-fn one_that_is_left_on_trial_is_told_whoever_moves_the_mirror() {
+fn one_that_is_left_on_trial_gives_way_as_the_next_tool_greets() {
     let bench = Bench::emulated(MirrorConfig::bench());
-    let moved = || {
-        let said = bench.tool(&["set-z", "50um", "--settle", "10ms", "--quiet"]);
-        assert_eq!(said.code, 0, "{}", said.err);
-        said.err
-    };
-    assert!(!moved().contains("on trial"));
     let bytes = calibration().to_bytes();
-    upload_for(CalibrationUse::OnTrial, &mut link(&bench), &bytes).expect("it is good");
-    let warned = moved();
-    for words in ["mirror 7", "on trial", "a reset", "`host-tool calibrate`"] {
-        assert!(warned.contains(words), "{warned}");
-    }
-    let status = bench.tool(&["status"]).out;
-    assert!(status.contains("on trial: a reset or"), "{status}");
-    link(&bench)
-        .ask::<CalibrationRevertEndpoint>(&())
-        .unwrap()
-        .unwrap()
-        .expect("it goes back");
-    assert!(!moved().contains("on trial"));
+    let mut killed = link(&bench);
+    let used = upload_for(CalibrationUse::OnTrial, &mut killed, &bytes).expect("it is good");
+    assert_eq!(used.kept, Kept::OnTrial);
+    drop(killed);
+    let status = bench.json(&["status"]);
+    assert_eq!(status["calibration"]["kept"], "Factory", "{status}");
 }
 
 #[test]

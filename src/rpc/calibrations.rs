@@ -2,11 +2,11 @@
 
 use core::fmt::Write;
 
-use control_core::{Ampere, SenseCalibration};
+use control_core::{Ampere, Calibration, SenseCalibration};
 use mirror_protocol::{
-    CalibrationChunk, CalibrationQuery, CalibrationReadReply, CalibrationRefusal, CalibrationReply,
-    CalibrationUse, CalibrationUseReply, CalibrationWriteReply, Kept, Refusal, Sense, SenseReply,
-    Sentence,
+    CalibrationChunk, CalibrationInfo, CalibrationQuery, CalibrationReadReply, CalibrationRefusal,
+    CalibrationReply, CalibrationUse, CalibrationUseReply, CalibrationWriteReply, Kept, Refusal,
+    Sense, SenseReply, Sentence,
 };
 use postcard_rpc::header::VarHeader;
 
@@ -45,7 +45,11 @@ pub(super) async fn use_calibration(
     session
         .check_version()
         .map_err(CalibrationRefusal::Refused)?;
-    let used = session.upload.put_to_use(session.mailbox, usage).await;
+    let told = |calibration: &Calibration| info(calibration, Kept::OnTrial);
+    let used = session
+        .upload
+        .put_to_use(session.mailbox, usage, told)
+        .await;
     let used = used.map_err(|error| match error {
         UploadError::ControlStopped => CalibrationRefusal::Refused(Refusal::ControlStopped),
         UploadError::Calibration(error) => {
@@ -63,7 +67,7 @@ pub(super) async fn use_calibration(
             session.keeper.kept()
         }
     };
-    session.calibration = info(&used, kept);
+    session.calibration = CalibrationInfo { kept, ..used };
     Ok(session.calibration.clone())
 }
 
@@ -75,7 +79,7 @@ pub(super) async fn revert_calibration(
     session.check_version()?;
     let settled = session.upload.revert(session.mailbox).await;
     let settled = settled.map_err(|_| Refusal::ControlStopped)?;
-    session.calibration = info(&settled, session.keeper.kept());
+    session.calibration = info(settled, session.keeper.kept());
     Ok(session.calibration.clone())
 }
 

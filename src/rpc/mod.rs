@@ -51,7 +51,7 @@ define_dispatch! {
         list: ENDPOINTS;
         | EndpointTy          | kind     | handler      |
         | ----------          | ----     | -------      |
-        | HelloEndpoint       | blocking | hello        |
+        | HelloEndpoint       | async    | hello        |
         | StatusEndpoint      | blocking | status       |
         | SetPositionEndpoint | async    | set_position |
         | SetPoseEndpoint     | async    | set_pose     |
@@ -101,9 +101,11 @@ fn build() -> &'static str {
     build.trim_end_matches(';')
 }
 
-fn hello(session: &mut Session, _header: VarHeader, hello: Hello) -> Identity {
+async fn hello(session: &mut Session, header: VarHeader, hello: Hello) -> Identity {
     session.tool = Some(hello.protocol_version);
     session.stops = session.mailbox.stops();
+    // Of a tool that is gone. Where the control loop does not take it back, it says so to what is asked next.
+    let _ = revert_calibration(session, header, ()).await;
     Identity {
         protocol_version: PROTOCOL_VERSION,
         firmware_version: text(env!("CARGO_PKG_VERSION")),

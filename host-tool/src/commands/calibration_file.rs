@@ -17,13 +17,12 @@ pub(super) fn load(file: &Path) -> Result<Calibration, ToolError> {
     Ok(calibration::from_toml(&file.display().to_string(), &text)?)
 }
 
-/// The calibration in a file, which the board uses. One that a killed tool left on trial is taken back.
+/// The calibration in a file, which the board uses.
 ///
 /// # Errors
 /// Where it cannot be read, or the board uses another.
 pub(super) async fn load_in_use(board: &Board, file: &Path) -> Result<Calibration, ToolError> {
     let calibration = load(file)?;
-    board.revert_calibration().await?;
     match says(&board.calibration().await?, &calibration) {
         true => Ok(calibration),
         false => Err(UnusableInput::OtherCalibration {

@@ -19,7 +19,6 @@ mod measure;
 mod monitor;
 mod moving;
 mod off;
-mod on_trial;
 pub(crate) mod pose;
 mod range;
 mod range_end;
@@ -68,11 +67,6 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
     let json = arguments.json;
     let chosen = || choose(arguments.board.as_deref());
     let open = async || Board::open(&chosen()?).await;
-    let open_to_move = async || {
-        let board = open().await?;
-        on_trial::warn(&board).await?;
-        Ok::<_, ToolError>(board)
-    };
     match arguments.command {
         Command::List => list::run(json).await,
         Command::Doctor => doctor::run(json).await,
@@ -83,12 +77,9 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         Command::SetZ { z, settle, hold } => {
             let pace = Pace::new(settle, hold, arguments.longest_hold)?;
             let board = open().await?;
-            set_z::run(&board, z, pace, json).await?;
-            on_trial::warn(&board).await
+            set_z::run(&board, z, pace, json).await
         }
-        Command::Condition => {
-            condition::run(&open_to_move().await?, arguments.longest_hold, json).await
-        }
+        Command::Condition => condition::run(&open().await?, arguments.longest_hold, json).await,
         Command::SetPose {
             z,
             tilt_x,
@@ -99,8 +90,7 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
             let pace = Pace::new(settle, hold, arguments.longest_hold)?;
             let pose = TiltedPose::new(z, tilt_x, tilt_y);
             let board = open().await?;
-            set_pose::run(&board, pose, pace, json).await?;
-            on_trial::warn(&board).await
+            set_pose::run(&board, pose, pace, json).await
         }
         Command::Room { compensate: None } => {
             let found = chosen()?;
@@ -173,7 +163,7 @@ async fn dispatch(arguments: Arguments) -> Result<(), ToolError> {
         }
         Command::Scan(scan) => {
             let longest = arguments.longest_hold;
-            scan::run(&open_to_move().await?, scan, longest, json).await
+            scan::run(&open().await?, scan, longest, json).await
         }
         Command::Calibrate(ask) => calibrate::run(&open().await?, ask, json).await,
         Command::LoadCalibration { file, other_mirror } => {

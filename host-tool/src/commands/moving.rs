@@ -240,6 +240,13 @@ pub(super) fn check_lease(limits: Limits) -> Result<(), ToolError> {
     }
 }
 
+/// Says so where somebody has left the mirror to the room, which the board knows.
+pub(super) fn note_uncompensated(status: &Status) {
+    if status.telemetry.room.is_some() && !status.health.compensates_room {
+        note("the room is not compensated; `host-tool room on` has the board compensate it");
+    }
+}
+
 /// Whether no channel has tripped.
 pub(super) fn check_states(states: &[ChannelState; 4]) -> Result<(), ToolError> {
     for (channel, state) in (1..).zip(states) {

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::pose::{PlateReport, reach, reached, request};
 use crate::board::Board;
-use crate::commands::moving::{Move, Pace, Readings};
+use crate::commands::moving::{Move, Pace, Readings, note_uncompensated};
 use crate::commands::uncertainty::Uncertainty;
 use crate::error::ToolError;
 use crate::names::{limited_line, limits_of_position};
@@ -49,6 +49,7 @@ pub(super) async fn run(
         limited_by: limits_of_position(&status),
     };
     report::print(&report, json);
+    note_uncompensated(&status);
     report::say(&pace.line(), json);
     Ok(())
 }

@@ -7,7 +7,7 @@ use quantities::Length;
 use serde::Serialize;
 
 use crate::board::{Board, check_position};
-use crate::commands::moving::{Move, Pace, Readings};
+use crate::commands::moving::{Move, Pace, Readings, note_uncompensated};
 use crate::commands::uncertainty::Uncertainty;
 use crate::error::ToolError;
 use crate::names::{limited_line, limits_of_position};
@@ -48,6 +48,7 @@ pub(super) async fn run(board: &Board, z: Length, pace: Pace, json: bool) -> Res
         error_um: readings.sensor_z_um.map(|sensor| sensor - z.um),
     };
     report::print(&report, json);
+    note_uncompensated(&status);
     report::say(&pace.line(), json);
     Ok(())
 }

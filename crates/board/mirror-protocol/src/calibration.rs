@@ -30,7 +30,7 @@ pub struct CalibrationQuery {
 pub enum CalibrationUse {
     /// For good: it is kept through a reset.
     ForGood,
-    /// Until a reset or `CalibrationRevertEndpoint`, which bring back the last one that was put to use for good.
+    /// Until a reset, `CalibrationRevertEndpoint` or the next greeting, which bring back the last one that was put to use for good.
     OnTrial,
 }
 

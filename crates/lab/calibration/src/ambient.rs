@@ -81,6 +81,15 @@ pub fn with_ambient_ratio(
     })?)
 }
 
+/// `calibration` for a board that leaves the mirror to the surroundings.
+pub fn without_surroundings(calibration: &Calibration) -> Calibration {
+    Calibration::new(Parts {
+        ambient_ratio: 0.0,
+        ..*calibration.parts()
+    })
+    .expect("surroundings may be unknown")
+}
+
 /// How far an actuator moves at a position with each kelvin that its resistance tells (um/K).
 fn um_per_k(actuator: &ActuatorCalibration, um: f64) -> f64 {
     let top_um = f64::from(actuator.shape.top().0);

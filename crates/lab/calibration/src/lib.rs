@@ -30,7 +30,9 @@ mod residual;
 mod ringing;
 mod statics;
 
-pub use ambient::{AmbientError, LEAST_APART_K, RoomPoint, with_ambient_ratio};
+pub use ambient::{
+    AmbientError, LEAST_APART_K, RoomPoint, with_ambient_ratio, without_surroundings,
+};
 pub use bandwidth::reached;
 pub use correct::{CorrectionError, StaticPoint, corrected};
 pub use dynamics::Remaining;

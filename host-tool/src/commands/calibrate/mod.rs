@@ -64,8 +64,7 @@ async fn calibrate(board: &Board, ask: Calibrate, json: bool) -> Result<(), Tool
         }
         None => Source::Mirror,
     };
-    // A tool that was killed may have left one on trial.
-    let had = board.revert_calibration().await?;
+    let had = board.calibration().await?;
     // Small currents tell the cold resistance, and an offset would be part of it.
     Interrupt::listen()?
         .or(calibrate_sense::zero(board))

@@ -12,11 +12,11 @@ mod trial;
 
 use calibration::{
     PlatePose, PoseError, PosePoint, Posed, posed, poses_over_spots, poses_to_measure,
-    with_assumed_levers, with_broken_promise,
+    with_assumed_levers, with_broken_promise, without_surroundings,
 };
 use control_core::{Calibration, Limits};
 use experiments::calibration::RANGE;
-use mirror_protocol::{CalibrationUse, Compensate};
+use mirror_protocol::CalibrationUse;
 use quantities::Span;
 
 use self::course::{Course, count_reached};
@@ -74,12 +74,7 @@ pub(super) async fn run(board: &Board, ask: CalibratePose, json: bool) -> Result
     let mut session = PoseSession::load(&ask.session, &plate.poses)?;
     let plate = plate.with_the_course_of(&session);
     let interrupt = Interrupt::listen()?;
-    // Heat of a neighbour that the calibration does not know yet would be taken for a warm room.
-    let is_wanted = board.status().await?.health.compensates_room;
-    board.compensate(Compensate { is_wanted: false }).await?;
-    let measured = interrupt.or(plate.measure(&mut session, spots)).await;
-    board.compensate(Compensate { is_wanted }).await?;
-    match measured {
+    match interrupt.or(plate.measure(&mut session, spots)).await {
         Ok((found, report)) => keep(board, &found, output, report, json).await,
         Err(error) => Err(fall_back(board, error).await),
     }
@@ -177,10 +172,7 @@ impl<'a> OnPlate<'a> {
         session: &mut PoseSession,
         mut spots: Spots,
     ) -> Result<(Posed, CalibratePoseReport), ToolError> {
-        let on_trial = self
-            .board
-            .use_calibration(self.begin, CalibrationUse::OnTrial);
-        on_trial.await?;
+        self.put_on_trial(self.begin).await?;
         let minutes = self.poses.len() as f64 * (self.pace.settle.s + 0.2) / 60.0;
         note(format!(
             "{} poses at each spot, {minutes:.0} min; at least three spots, not on a line",
@@ -213,10 +205,7 @@ impl<'a> OnPlate<'a> {
             keyboard.ask(&question).await?;
         }
         let poses = tried(&self.poses);
-        let on_trial = self
-            .board
-            .use_calibration(&found.calibration, CalibrationUse::OnTrial);
-        on_trial.await?;
+        self.put_on_trial(&found.calibration).await?;
         let before = last.with_read(tried(&last.read));
         let (after, _) = self.read(&poses).await?;
         self.board.off().await?;
@@ -235,6 +224,16 @@ impl<'a> OnPlate<'a> {
             ..found
         };
         Ok((found, report))
+    }
+
+    /// As long as it is on trial the board leaves the mirror to the room: heat of a neighbour that the calibration does not know yet would be
+    /// taken for a warm one. Whatever ends the trial brings the compensation back.
+    async fn put_on_trial(&self, calibration: &Calibration) -> Result<(), ToolError> {
+        let uncompensated = without_surroundings(calibration);
+        let used = self
+            .board
+            .use_calibration(&uncompensated, CalibrationUse::OnTrial);
+        used.await.map(drop)
     }
 
     /// What was asked, and the poses that the heights above all spots tell.

@@ -11,7 +11,6 @@ use calibration::PlatePose;
 use control_core::{Limit, Limits};
 use experiments::{Beginnings, Experiment, Run, Signal};
 use measurement::MeasurementFile;
-use mirror_protocol::Kept;
 use quantities::{Hold, Span};
 use serde::Serialize;
 
@@ -166,12 +165,8 @@ fn samples(begins: Beginnings, cycles: u32) -> u32 {
     of_lines.clamp(SAMPLES, MOST_SAMPLES)
 }
 
-/// Where the mirror will come by the calibration in use, in one cycle; `None` where that is on trial, and the board tells the one
-/// before.
+/// Where the mirror will come by the calibration in use, in one cycle; `None` where the board does not tell it.
 async fn expected(board: &Board, run: &Run) -> Result<Option<Vec<(f64, PlatePose)>>, ToolError> {
-    if board.calibration().await?.kept == Kept::OnTrial {
-        return Ok(None);
-    }
     let calibration = board.settled_calibration().await?;
     Ok(calibration.map(|calibration| {
         calibration::reached(

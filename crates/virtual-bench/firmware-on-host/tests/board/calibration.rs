@@ -8,8 +8,9 @@ use mirror_firmware::factory;
 use mirror_firmware::flash::LOG_BYTES;
 use mirror_protocol::{
     CalibrationChunk, CalibrationEndpoint, CalibrationInfo, CalibrationRevertEndpoint,
-    CalibrationUse, CalibrationUseEndpoint, CalibrationWriteEndpoint, Chunk, Kept, Position,
-    Refusal, Sense, SenseEndpoint, SenseInfo, SetPositionEndpoint, SetSenseEndpoint, WireError,
+    CalibrationUse, CalibrationUseEndpoint, CalibrationWriteEndpoint, Chunk, Hello, HelloEndpoint,
+    Kept, PROTOCOL_VERSION, Position, Refusal, Sense, SenseEndpoint, SenseInfo,
+    SetPositionEndpoint, SetSenseEndpoint, WireError,
 };
 use postcard_rpc::host_client::HostClient;
 use protection::Fault;
@@ -91,6 +92,15 @@ fn one_on_trial_gives_way_to_the_one_before() {
         assert_eq!(of(revert(&client).await), old);
         // Nothing is on trial any more.
         assert_eq!(of(revert(&client).await), old);
+        put_to_use(&client, &of_device("left behind"), CalibrationUse::OnTrial).await;
+        let hello = Hello {
+            protocol_version: PROTOCOL_VERSION,
+        };
+        let greeted = client.send_resp::<HelloEndpoint>(&hello).await;
+        greeted.expect("an answer");
+        let in_use = client.send_resp::<CalibrationEndpoint>(&()).await;
+        let in_use = in_use.expect("an answer").expect("greeted");
+        assert_eq!(of(in_use), old, "the next tool greets");
         put_to_use(&client, &of_device("left alone"), CalibrationUse::OnTrial).await;
     });
     assert_eq!(of(found(&flash)), old, "after a reset");
