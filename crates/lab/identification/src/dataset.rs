@@ -147,6 +147,11 @@ impl Dataset {
         })
     }
 
+    /// How long the simulation lasts (s).
+    pub fn lasts_s(&self) -> f64 {
+        self.ends_s().last().unwrap_or(0.0)
+    }
+
     /// The first reading at or after a time from the start of the simulation, in words for people.
     pub fn first_reading_after(&self, t_s: f64) -> Option<String> {
         let running = self.ends_s().position(|end_s| end_s >= t_s)?;

@@ -7,6 +7,7 @@ use mirror_model::effect::{Active, Effect, Parameter};
 use mirror_model::{Model, Runaway};
 use nalgebra::DVector;
 use rayon::prelude::*;
+use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 /// Starts of the first parameter of an effect's form, between its bounds. Further parameters start at their usual values.
@@ -14,6 +15,9 @@ use std::sync::Arc;
 const STARTS: usize = 8;
 /// Starts of a frequency, denser: what rings is only found from within its line.
 const STARTS_OF_A_FREQUENCY: usize = 32;
+/// Starts of a period: half a cycle of the whole session apart, as far as its lines are from each other, and so many at most,
+/// from the longest on.
+const STARTS_OF_A_PERIOD: usize = 48;
 
 /// Where effects are tried: a fitted model, and what it predicts.
 #[derive(Clone, Copy)]
@@ -69,7 +73,7 @@ impl Operating<'_> {
         Direction<K>: Send,
         ResidualSpace<K>: Sync,
     {
-        from_all_starts(effect)
+        from_all_starts(effect, Some(self.data.lasts_s()))
             .into_par_iter()
             .filter_map(|active| {
                 let change = space.vector(&self.change(&active).ok()?);
@@ -91,12 +95,18 @@ impl Operating<'_> {
     }
 }
 
-/// The usual strength with every combination of starts of the other parameters.
-pub(crate) fn from_all_starts(effect: &Arc<dyn Effect>) -> Vec<Active> {
+/// The usual strength with every combination of starts of the other parameters. Of a period all that a session of `lasts_s` tells
+/// from each other; `None`: as many as of any other parameter.
+pub(crate) fn from_all_starts(effect: &Arc<dyn Effect>, lasts_s: Option<f64>) -> Vec<Active> {
+    let lasts_s = lasts_s.filter(|_| effect.is_periodic());
     let parameters = effect.info().parameters.clone();
     let mut forms = vec![Active::usual(effect.clone())];
     for (index, parameter) in parameters.iter().enumerate().skip(1) {
-        let starts = starts(index, parameter);
+        let starts = match (index, lasts_s) {
+            (1, Some(lasts_s)) => periods(parameter, lasts_s),
+            (2, Some(_)) => vec![0.0, FRAC_PI_2],
+            _ => starts(index, parameter),
+        };
         forms = forms
             .iter()
             .flat_map(|form| {
@@ -109,6 +119,20 @@ pub(crate) fn from_all_starts(effect: &Arc<dyn Effect>) -> Vec<Active> {
             .collect();
     }
     forms
+}
+
+/// The periods that a session tells from each other, within the bounds.
+fn periods(parameter: &Parameter, lasts_s: f64) -> Vec<f64> {
+    let of_half_cycles = (1..=STARTS_OF_A_PERIOD).map(|halves| 2.0 * lasts_s / halves as f64);
+    let periods = of_half_cycles.map(|period| period.min(parameter.high));
+    let mut periods: Vec<f64> = periods
+        .take_while(|period| *period >= parameter.low)
+        .collect();
+    periods.dedup();
+    if periods.is_empty() {
+        periods.push(parameter.low);
+    }
+    periods
 }
 
 /// Evenly spread between the bounds; in ratios where these are positive.

@@ -4,7 +4,7 @@ use direction::from_all_starts;
 use identification::dataset::{Channel, Dataset};
 use identification::fit::{Precision, fit};
 use identification::prediction::{jacobian, predict};
-use mirror_model::effect::find;
+use mirror_model::effect::{find, forms};
 use mirror_model::{Model, Preset};
 use nalgebra::DMatrix;
 use nalgebra::DVector;
@@ -96,7 +96,7 @@ fn what_changes_no_reading_explains_none() {
 fn a_form_is_tried_between_its_bounds() {
     for (id, count) in [("sensor-offset", 1), ("creep", 8), ("resonance", 32)] {
         let effect = find(id).expect("an effect");
-        let tried = from_all_starts(&effect);
+        let tried = from_all_starts(&effect, None);
         let parameters = &effect.info().parameters;
         assert_eq!(
             tried.len(),
@@ -110,6 +110,22 @@ fn a_form_is_tried_between_its_bounds() {
             }
         }
     }
+}
+
+#[test]
+fn periods_are_tried_half_a_cycle_apart_in_both_phases() {
+    let swing = forms(&find("ambient-drift").expect("an effect"));
+    let swing = swing.iter().find(|form| form.is_periodic());
+    let swing = swing.expect("a form that swings");
+    // Of 100 s: 200 s, 100 s, 66.7 s and on to the 10 s that are the shortest.
+    let tried = from_all_starts(swing, Some(100.0));
+    assert_eq!(tried.len(), 2 * 20);
+    assert_eq!(tried[0].values[1..], [200.0, 0.0]);
+    assert_eq!(tried[39].values[1..], [10.0, std::f64::consts::FRAC_PI_2]);
+    // A session of an hour has a longest period, and one of a second a shortest.
+    let longest = from_all_starts(swing, Some(3600.0));
+    assert_eq!(longest[0].values[1], 1500.0);
+    assert_eq!(from_all_starts(swing, Some(1.0)).len(), 2);
 }
 
 /// The space of one reading with unit noise, which nothing is free to explain.

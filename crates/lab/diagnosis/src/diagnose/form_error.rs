@@ -51,7 +51,8 @@ fn in_other_forms(present: &Active, at: Operating) -> Vec<DVector<f64>> {
     };
     let mut others = forms(&listed);
     others.retain(|form| form.form() != present.effect.form());
-    let others: Vec<Active> = others.iter().flat_map(from_all_starts).collect();
+    let starts = others.iter().flat_map(|form| from_all_starts(form, None));
+    let others: Vec<Active> = starts.collect();
     others
         .par_iter()
         .filter_map(|other| at.change(other).ok())
@@ -98,8 +99,7 @@ fn terms(data: &Dataset, base: &[f64]) -> Vec<DVector<f64>> {
         Channel::Current(_) => about_zero(strongest(o), highest_v),
     });
     let ends_s: Vec<f64> = data.ends_s().collect();
-    let last_s = ends_s.last().copied().unwrap_or(0.0);
-    let time = of(&|o, _| about_zero(ends_s[o.interval], last_s));
+    let time = of(&|o, _| about_zero(ends_s[o.interval], data.lasts_s()));
     let squared = driven.map(|x| (3.0 * x * x - 1.0) / 2.0);
     let cubed = driven.map(|x| (5.0 * x.powi(3) - 3.0 * x) / 2.0);
     let share = |actuator: usize| {

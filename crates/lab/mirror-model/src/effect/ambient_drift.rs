@@ -15,7 +15,7 @@ static PARAMETERS: [Parameter; 5] = [
     parameter("tau", "s", 200.0, 30.0, 3000.0),
     parameter("s", "1", 0.1, -10.0, 10.0),
     parameter("c", "1", 0.1, -10.0, 10.0),
-    parameter("T", "s", 200.0, 60.0, 1500.0),
+    parameter("T", "s", 200.0, 10.0, 1500.0),
 ];
 
 static INFO: Info = Info {

@@ -91,6 +91,11 @@ pub trait Effect: Send + Sync {
         self.states() > 0
     }
 
+    /// Whether it swings in time, with its second parameter as the period (s) and its third as the phase (rad).
+    fn is_periodic(&self) -> bool {
+        false
+    }
+
     /// Whether the control core inverts it: by its tables what time has no part in, and by a stage in time what one is made for.
     fn is_inverted(&self) -> bool {
         !self.is_of_time()

@@ -65,6 +65,9 @@ impl Effect for BuiltIn {
     fn is_of_time(&self) -> bool {
         self.0.is_of_time()
     }
+    fn is_periodic(&self) -> bool {
+        self.0.is_periodic()
+    }
     fn is_inverted(&self) -> bool {
         self.0.is_inverted()
     }

@@ -60,6 +60,9 @@ impl Effect for Suited {
     fn is_of_time(&self) -> bool {
         self.effect.is_of_time()
     }
+    fn is_periodic(&self) -> bool {
+        self.effect.is_periodic()
+    }
     fn is_inverted(&self) -> bool {
         self.effect.is_inverted()
     }

@@ -2,7 +2,7 @@
 
 use crate::effect::{Acts, Effect, Info, Moment, Parameter, Stage, parameter};
 use std::borrow::Cow;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// A course of the surroundings' temperature, at a time (K, s).
 pub(super) struct Course {
@@ -40,10 +40,7 @@ pub(super) static STEP: Course = Course {
 pub(super) static SWING: Course = Course {
     form: "periodic",
     info: &SWINGS,
-    rise_k: |p, t_s| {
-        let (sin, cos) = (TAU * t_s / p[1]).sin_cos();
-        p[0] * (sin + p[2] * (1.0 - cos))
-    },
+    rise_k: |p, t_s| p[0] * ((TAU * t_s / p[1] + p[2]).sin() - p[2].sin()),
 };
 
 const fn info(equation: &'static str, source: &'static str, values: &'static [Parameter]) -> Info {
@@ -63,7 +60,7 @@ const fn info(equation: &'static str, source: &'static str, values: &'static [Pa
 }
 
 // Of a session of minutes: rooms and carriers settle by some kelvins, within minutes to an hour; heating and air conditioning
-// swing every one to twenty-five minutes.
+// swing every one to twenty-five minutes, a stage that is held at a temperature every ten seconds and more.
 static SETTLING_VALUES: [Parameter; 2] = [
     parameter("D", "K", 1.0, -15.0, 15.0),
     parameter("tau", "s", 200.0, 30.0, 3000.0),
@@ -90,12 +87,12 @@ static STEPS: Info = info(
 );
 static SWING_VALUES: [Parameter; 3] = [
     parameter("D", "K", 0.2, -5.0, 5.0),
-    parameter("T", "s", 200.0, 60.0, 1500.0),
-    parameter("c", "1", 0.1, -10.0, 10.0),
+    parameter("T", "s", 200.0, 10.0, 1500.0),
+    parameter("p", "rad", 1.0, -PI, PI),
 ];
 static SWINGS: Info = info(
-    "dT' = dT + D (sin(2 pi t/T) + c (1 - cos(2 pi t/T)))",
-    "a thermostat that switches; 1.8 um/K",
+    "dT' = dT + D (sin(2 pi t/T + p) - sin p)",
+    "a thermostat that switches, a stage's own controller; 1.8 um/K",
     &SWING_VALUES,
 );
 
@@ -110,6 +107,10 @@ impl Effect for Course {
 
     fn is_of_time(&self) -> bool {
         true
+    }
+
+    fn is_periodic(&self) -> bool {
+        self.form == SWING.form
     }
 
     fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
@@ -134,12 +135,14 @@ mod tests {
             let usual: Vec<f64> = course.info.parameters.iter().map(|p| p.start).collect();
             assert!(at(course, &usual, 0.0).abs() < 1e-12, "{}", course.form);
         }
-        // 1 - 1/e of 2 K after a time constant; 3 K a kilosecond; half of 2 K at the step; a quarter of a period.
+        // 1 - 1/e of 2 K after a time constant; 3 K a kilosecond; half of 2 K at the step; a quarter of a period, from 0 and from
+        // the top on.
         let e = std::f64::consts::E;
         assert!((at(&SETTLING, &[2.0, 300.0], 300.0) - 2.0 * (1.0 - 1.0 / e)).abs() < 1e-12);
         assert!((at(&RAMP, &[3.0], 500.0) - 1.5).abs() < 1e-12);
         assert!((at(&STEP, &[2.0, 100.0], 100.0) - 1.0).abs() < 1e-12);
         assert!((at(&STEP, &[2.0, 100.0], 200.0) - 2.0).abs() < 1e-12);
-        assert!((at(&SWING, &[0.2, 200.0, 0.5], 50.0) - 0.3).abs() < 1e-12);
+        assert!((at(&SWING, &[0.2, 200.0, 0.0], 50.0) - 0.2).abs() < 1e-12);
+        assert!((at(&SWING, &[0.2, 200.0, 0.5 * PI], 50.0) + 0.2).abs() < 1e-12);
     }
 }
