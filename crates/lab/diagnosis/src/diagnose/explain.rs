@@ -151,7 +151,7 @@ impl Analysis<'_> {
         left.any(|left| self.null.is_ordinary(left))
     }
 
-    fn is_explained(&self, candidates: &[Candidate]) -> bool {
+    pub(super) fn is_explained(&self, candidates: &[Candidate]) -> bool {
         let mut scores = candidates.iter().map(Candidate::score);
         scores.any(|score| self.null.explains(self.misfit, score.max(0.0)))
     }

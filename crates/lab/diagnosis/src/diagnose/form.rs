@@ -16,10 +16,16 @@ const ALIKE: f64 = 0.92;
 
 impl Analysis<'_> {
     /// Fits each candidate that leads in all of its forms, and has it in the one that explains most: the form whose slopes explain
-    /// most may not be it, least of all where it ends at an end of its range.
+    /// most may not be it, least of all where it ends at an end of its range. Where none explains the misfit all that mirrors which lack
+    /// nothing would not show are: in a form that is not nature's a sensor's lag scored a twentieth of what a resonance did.
     pub(super) fn fit_leading_forms(&self, candidates: &mut [Candidate]) {
         let most = candidates.iter().map(Candidate::score).fold(0.0, f64::max);
-        let leads = |c: &&mut Candidate| c.score() > c.threshold.max(WORTH_REFITTING * most);
+        let worth = if self.is_explained(candidates) {
+            WORTH_REFITTING * most
+        } else {
+            0.0
+        };
+        let leads = |c: &&mut Candidate| c.score() > c.threshold.max(worth);
         let leading = candidates.par_iter_mut().filter(leads);
         leading.for_each(|candidate| self.fit_forms(candidate));
         best_first(candidates);

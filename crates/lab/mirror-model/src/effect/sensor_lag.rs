@@ -1,14 +1,16 @@
-//! The sensor averages.
+//! The sensor is late.
+
+mod past;
 
 use super::{Acts, Effect, Info, Moment, Parameter, Stage, Step, parameter};
+use past::{LONGEST_S, SEPARATES, SHOWS};
 use std::borrow::Cow;
 
 pub(super) struct SensorLag;
 
-// 0.3 s is a meter that averages over fifteen periods of 50 Hz mains, a choice; slower readings are taken one by one, and
-// nobody would step a drive faster. The two lags can be exchanged, so the second is the shorter one.
+// The two lags can be exchanged, so the second is the shorter one.
 static PARAMETERS: [Parameter; 2] = [
-    parameter("tau", "s", 1e-3, 0.0, 0.3),
+    parameter("tau", "s", 1e-3, 0.0, LONGEST_S),
     parameter("r", "1", 0.5, 0.0, 1.0),
 ];
 
@@ -19,14 +21,24 @@ static INFO: Info = Info {
     acts: Acts::Reading,
     equation: Cow::Borrowed("tau dy/dt = z - y; r tau dz'/dt = y - z'"),
     parameters: Cow::Borrowed(&PARAMETERS),
-    shows: Cow::Borrowed("z is late whatever moves it, R is not; more at higher frequency"),
-    separates: Cow::Borrowed("a reference step of a stage of known speed"),
-    source: Cow::Borrowed("averaging in the sensor's electronics"),
+    shows: SHOWS,
+    separates: SEPARATES,
+    source: Cow::Borrowed("filters in the sensor's electronics"),
 };
+
+static OTHERS: [&dyn Effect; 2] = [&past::AVERAGE, &past::DELAY];
 
 impl Effect for SensorLag {
     fn info(&self) -> &Info {
         &INFO
+    }
+
+    fn form(&self) -> &str {
+        "two-lags"
+    }
+
+    fn other_forms(&self) -> &'static [&'static dyn Effect] {
+        &OTHERS
     }
 
     fn output(&self, _: &[f64], x: f64, state: &[f64], _: &Moment) -> f64 {
