@@ -6,11 +6,11 @@ use std::borrow::Cow;
 pub(super) struct StagnantAir;
 
 // As warm as the beams it would take no heat at all; half of that is a lid. Air over a hundred micrometres follows in
-// milliseconds, over some millimetres in tenths of a second (h^2/(pi^2 a), a = 22 mm^2/s); what is slower than a second is the
-// package, and the substrate's warming.
+// milliseconds, over some millimetres in tenths of a second, over two centimetres in two seconds (h^2/(pi^2 a), a = 22 mm^2/s);
+// a polymer over a millimetre in a second (a = 0.1 mm^2/s). Ten seconds are a choice: what is slower is the package, and all four share it.
 static PARAMETERS: [Parameter; 2] = [
     parameter("w", "1", 0.1, 0.0, 0.6),
-    parameter("tau", "s", 0.1, 3e-3, 1.0),
+    parameter("tau", "s", 0.1, 3e-3, 10.0),
 ];
 
 static INFO: Info = Info {
