@@ -239,6 +239,8 @@ pub struct ProposedForm {
     pub error_rms: BeforeAfter,
     /// The same on readings held out of the fit.
     pub held_out_rms: BeforeAfter,
+    /// The same of the currents, where displacement and currents were measured: one of the two falls.
+    pub current_rms: Option<BeforeAfter>,
 }
 
 /// A diagnosis.

@@ -82,6 +82,7 @@ impl Analysis<'_> {
             threshold,
             error_rms: self.before_and_after(&candidate, explanation, self.unit()),
             held_out_rms: self.held_out(&candidate, explanation, self.unit()),
+            current_rms: self.currents_before_and_after(&candidate, explanation),
         })
     }
 

@@ -43,8 +43,7 @@ impl Analysis<'_> {
             detection_limit: candidate.detection_limit(),
             held_out_rms: self.held_out(candidate, explanation, self.unit()),
             error_rms: self.before_and_after(candidate, explanation, self.unit()),
-            current_rms: (self.data.has_displacement() && self.data.has_current())
-                .then(|| self.before_and_after(candidate, explanation, Unit::Milliampere)),
+            current_rms: self.currents_before_and_after(candidate, explanation),
             null_improvement: is_evident.then(|| self.null_improvement(candidate)),
             plausible: candidate.is_plausible(),
             parameters: self.estimates(explanation, widening),
@@ -174,6 +173,16 @@ impl Analysis<'_> {
             after: left_on_them(&(&residual - &(&change * times))),
             unit,
         }
+    }
+
+    /// Errors of the currents without an effect, and with it and everything fitted together, where displacement and currents were measured.
+    pub(super) fn currents_before_and_after(
+        &self,
+        candidate: &Candidate,
+        explanation: &Explanation<Session>,
+    ) -> Option<BeforeAfter> {
+        (self.data.has_displacement() && self.data.has_current())
+            .then(|| self.before_and_after(candidate, explanation, Unit::Milliampere))
     }
 
     /// Errors without an effect, and with it and all parameters fitted together; where that was not worth a fit, as far as

@@ -169,6 +169,7 @@ fn where_it_is_is_told_with_what_it_behaves_like() {
         threshold: 70.0,
         error_rms: error(Unit::Milliampere),
         held_out_rms: error(Unit::Milliampere),
+        current_rms: None,
     });
     let said = found.to_string();
     let expected = "  without the list, where it is: resistance 88 %, drive 8 %: the resistance varies with how long it was how hot\n    \
@@ -176,6 +177,12 @@ fn where_it_is_is_told_with_what_it_behaves_like() {
                     no known effect; the resistance x behaves as x * (1 + 2.0e-4 * s)\n    \
                     error 0.400 mA rms, with it 0.200; on readings held out 0.400, with it 0.200\n";
     assert!(said.ends_with(expected), "{said}");
+    // A law of the heaters may lower the currents' error alone.
+    if let Some(proposal) = &mut found.proposal {
+        proposal.current_rms = Some(error(Unit::Milliampere));
+    }
+    let more = "    of the currents 0.4000 mA rms, with it 0.2000\n";
+    assert!(found.to_string().ends_with(&format!("{expected}{more}")));
     // Of what is named, the places are not listed.
     let named = Diagnosis {
         verdict: Verdict::Named,

@@ -49,6 +49,14 @@ impl Diagnosis {
         writeln!(
             f,
             "    error {before:.3} {unit} rms, with it {after:.3}; on readings held out {held_before:.3}, with it {held_after:.3}"
+        )?;
+        let Some(currents) = proposal.current_rms else {
+            return Ok(());
+        };
+        writeln!(
+            f,
+            "    of the currents {:.4} {} rms, with it {:.4}",
+            currents.before, currents.unit, currents.after
         )
     }
 }
