@@ -8,8 +8,8 @@ mod thin;
 
 use crate::noise::Noise;
 use crate::surroundings::Surroundings;
-use clock::Clock;
 pub use clock::OwnZero;
+use clock::{Clock, ROUNDING_S};
 use measurement::{MeasurementFile, Row, Session};
 use mirror_model::{ACTUATORS, Interval, Output};
 pub use observation::{Channel, Observation};
@@ -246,7 +246,10 @@ impl Dataset {
             let dwell = row.t_s - t;
             let on_clock = row.t_global_s.map(|global| clock.origin_s + global);
             let row_global = on_clock.unwrap_or(global + dwell);
-            self.hold(0.0, row_global - global - dwell, around);
+            let pause = row_global - global - dwell;
+            if pause > ROUNDING_S {
+                self.hold(0.0, pause, around);
+            }
             if dwell > 0.0 {
                 let begin = if interpolated { from_v } else { row.voltage_v };
                 self.intervals.push(Interval {

@@ -14,6 +14,8 @@ use std::ops::RangeInclusive;
 const TELLING_DRIVE_V: f64 = 0.5;
 /// A voltmeter may read this part more than was driven: the tolerance of a hand-held one.
 const CALIBRATION: f64 = 0.02;
+/// A heater that takes less than this part of the current that is expected takes none: known is it within a factor of ten.
+const OPEN: f64 = 0.01;
 /// Surroundings that a mirror is measured in, a climate chamber's range (degC), and what looks like them in kelvins.
 const AMBIENT_C: RangeInclusive<f64> = -80.0..=200.0;
 const KELVINS: RangeInclusive<f64> = 200.0..=475.0;
@@ -110,6 +112,18 @@ fn current(file: &MeasurementFile, actuator: usize, cold_ohm: f64) -> Option<Fin
     let conductance = median(driven.iter().map(|&(_, siemens)| siemens).collect());
     let value = file.rows[first].current_a[actuator].unwrap_or_default();
     let found = |complaint| Some((first, Column::Current(actuator), complaint));
+    let nominal = file.keys.nominal_resistance_ohm().unwrap_or(cold_ohm);
+    if conductance.abs() * nominal < OPEN {
+        return found(Complaint::new(
+            format!(
+                "actuator {} is driven, up to {:.3} V, and carries no current",
+                actuator + 1,
+                highest_drive(file, actuator)
+            ),
+            "leave the column's cells empty if its current was not read; a heater that is open does not move the mirror: \
+             its drive is 0 V",
+        ));
+    }
     if conductance < 0.0 {
         return found(Complaint::new(
             format!(
@@ -120,7 +134,6 @@ fn current(file: &MeasurementFile, actuator: usize, cold_ohm: f64) -> Option<Fin
             "currents are positive where the voltage is; change the sign of the column",
         ));
     }
-    let nominal = file.keys.nominal_resistance_ohm().unwrap_or(cold_ohm);
     for (unit, factor) in [("mA", 1e3), ("uA", 1e6)] {
         let resistance = factor / conductance;
         if (0.1 * nominal..10.0 * nominal).contains(&resistance) {
@@ -136,6 +149,12 @@ fn current(file: &MeasurementFile, actuator: usize, cold_ohm: f64) -> Option<Fin
         }
     }
     None
+}
+
+/// The highest drive of an actuator (V).
+fn highest_drive(file: &MeasurementFile, actuator: usize) -> f64 {
+    let drives = file.rows.iter().map(|row| row.voltage_v[actuator].abs());
+    drives.fold(0.0, f64::max)
 }
 
 fn current_beyond(file: &MeasurementFile) -> Option<Finding> {

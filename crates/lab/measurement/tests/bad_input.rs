@@ -140,6 +140,17 @@ fn currents() {
         "wrong sign",
         "-2.6e-3",
     );
+    // A dead meter, and the noise of one whose heater is open.
+    refuses(
+        "t_s,V_V,I_A\n0,0,0\n1,1,0\n2,2,0\n",
+        "carries no current",
+        "0",
+    );
+    refuses(
+        "t_s,V_V,I_A\n0,0,0\n1,1,1.2e-6\n2,2,-2e-6\n3,2.5,-3e-6\n",
+        "up to 2.500 V, and carries no current",
+        "1.2e-6",
+    );
     let bench_heater = "# R0_ohm=0.4\nt_s,V_V,I_A\n0,0,0\n1,1,2.6\n2,2,4.5\n";
     assert!(MeasurementFile::parse("heater.csv", bench_heater).is_ok());
 }

@@ -7,8 +7,9 @@ use std::ops::Range;
 /// Rest at 0 V assumed between files that share no clock (s; `docs/reference/measurement-files.md`): longer than all that the base
 /// remembers.
 const REST_S: f64 = 60.0;
-/// Files whose times overlap by more than this share no clock, whatever they say: one mirror is in one experiment at a time (s).
-const OVERLAP_S: f64 = 1e-3;
+/// What is shorter is a clock's rounding, in hundredths of a second at the coarsest: no pause between two rows (s). Files whose times
+/// overlap by more share no clock, whatever they say: one mirror is in one experiment at a time.
+pub(super) const ROUNDING_S: f64 = 0.02;
 
 /// The clock of a session's files, as they are added one after the other.
 #[derive(Default)]
@@ -30,7 +31,7 @@ impl<'a> Clock<'a> {
         let continues = self.before.is_none_or(|before| file.shares_clock(before));
         let before = self.before.replace(file);
         match on_clock.map(|start| self.origin_s + start) {
-            Some(start) if continues && start > self.end_s - OVERLAP_S => (start, false),
+            Some(start) if continues && start > self.end_s - ROUNDING_S => (start, false),
             _ => {
                 let start = self.end_s + REST_S;
                 self.origin_s = start - on_clock.unwrap_or(0.0);

@@ -107,6 +107,16 @@ fn files_that_overlap_follow_one_another() {
 }
 
 #[test]
+fn a_rounded_clock_makes_no_pauses_and_a_pause_is_one() {
+    // Exact times since the experiment's start, on a clock that is written to hundredths of a second; then 0.5 s at 0 V.
+    let text = "t_global_s,t_s,V_V,z_um\n1.00,1.0042,1,20\n1.01,1.0084,1,21\n1.02,1.0126,1,22\n1.52,1.0168,1,22\n";
+    let data = Dataset::new(&session(text));
+    let held: Vec<_> = data.intervals.iter().map(|i| i.to_v[0]).collect();
+    assert_eq!(held, [1.0, 1.0, 1.0, 0.0, 1.0]);
+    assert!((data.lasts_s() - (1.0168 + 0.4958)).abs() < 1e-9);
+}
+
+#[test]
 fn dense_files_keep_their_steps() {
     let rows: Vec<_> = (0..100_000)
         .map(|i| Row {
