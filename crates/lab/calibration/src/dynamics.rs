@@ -168,9 +168,11 @@ pub(crate) fn remaining(model: &Model) -> Vec<Remaining> {
                 "it moves the plate as a whole, which the actuators' tables do not"
             }
             "electrostatic-pull" => "it is inverted at rest; it acts at once, and heat later",
-            "sensor-offset" | "sensor-gain" | "sensor-nonlinearity" | "sensor-lag" => {
-                "it is the sensor's, and the mirror goes where it should"
-            }
+            "sensor-offset"
+            | "sensor-drift"
+            | "sensor-gain"
+            | "sensor-nonlinearity"
+            | "sensor-lag" => "it is the sensor's, and the mirror goes where it should",
             _ if active.effect.is_inverted() => return None,
             "hysteresis" => "it is inverted as play operators only",
             _ => "it is inverted at rest; its memory is not",

@@ -120,8 +120,7 @@ fn current(file: &MeasurementFile, actuator: usize, cold_ohm: f64) -> Option<Fin
                 actuator + 1,
                 highest_drive(file, actuator)
             ),
-            "leave the column's cells empty if its current was not read; a heater that is open does not move the mirror: \
-             its drive is 0 V",
+            "leave the column's cells empty if its current was not read; if its heater is open, write 0 V as its drive",
         ));
     }
     if conductance < 0.0 {

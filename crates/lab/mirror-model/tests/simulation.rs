@@ -70,6 +70,8 @@ fn every_effect_is_nothing_at_strength_0_and_something_otherwise() {
     let mut session = session();
     // A step that is read fast enough to see it ring.
     session.extend([hold(2.0, 2e-4); 20]);
+    // A minute, in which what follows the clock gets somewhere.
+    session.push(hold(2.0, 60.0));
     let plain = simulate(&dynamic(), &session, 0.3).unwrap();
     for effect in built_in() {
         let mut model = dynamic();

@@ -3,7 +3,7 @@
 use crate::residual_space::{Kind, ResidualSpace, Vector};
 use identification::dataset::Dataset;
 use identification::prediction::{predict, standardised};
-use mirror_model::effect::{Active, Effect, Parameter};
+use mirror_model::effect::{Active, Effect, Parameter, Timing};
 use mirror_model::{Model, Runaway};
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -15,6 +15,10 @@ use std::sync::Arc;
 const STARTS: usize = 8;
 /// Starts of a frequency, denser: what rings is only found from within its line.
 const STARTS_OF_A_FREQUENCY: usize = 32;
+/// Starts of a length, denser too: what a stop holds back from one height on is found from near it.
+const STARTS_OF_A_LENGTH: usize = 24;
+/// Starts of a moment, evenly over the session.
+const STARTS_OF_AN_ONSET: usize = 32;
 /// Starts of a period: half a cycle of the whole session apart, as far as its lines are from each other, and so many at most,
 /// from the longest on.
 const STARTS_OF_A_PERIOD: usize = 48;
@@ -95,16 +99,17 @@ impl Operating<'_> {
     }
 }
 
-/// The usual strength with every combination of starts of the other parameters. Of a period all that a session of `lasts_s` tells
-/// from each other; `None`: as many as of any other parameter.
+/// The usual strength with every combination of starts of the other parameters. Of what a session's time has all that a session of
+/// `lasts_s` tells from each other; `None`: as many as of any other parameter.
 pub(crate) fn from_all_starts(effect: &Arc<dyn Effect>, lasts_s: Option<f64>) -> Vec<Active> {
-    let lasts_s = lasts_s.filter(|_| effect.is_periodic());
+    let timing = effect.timing().zip(lasts_s);
     let parameters = effect.info().parameters.clone();
     let mut forms = vec![Active::usual(effect.clone())];
     for (index, parameter) in parameters.iter().enumerate().skip(1) {
-        let starts = match (index, lasts_s) {
-            (1, Some(lasts_s)) => periods(parameter, lasts_s),
-            (2, Some(_)) => vec![0.0, FRAC_PI_2],
+        let starts = match (index, timing) {
+            (1, Some((Timing::Period, lasts_s))) => periods(parameter, lasts_s),
+            (2, Some((Timing::Period, _))) => vec![0.0, FRAC_PI_2],
+            (1, Some((Timing::Onset, lasts_s))) => onsets(parameter, lasts_s),
             _ => starts(index, parameter),
         };
         forms = forms
@@ -118,7 +123,17 @@ pub(crate) fn from_all_starts(effect: &Arc<dyn Effect>, lasts_s: Option<f64>) ->
             })
             .collect();
     }
+    if effect.definition().is_some() {
+        forms.push(Active::usual(effect.clone()));
+    }
     forms
+}
+
+/// Moments over a session, within the bounds.
+fn onsets(parameter: &Parameter, lasts_s: f64) -> Vec<f64> {
+    let spread = |step: usize| lasts_s * (step as f64 + 0.5) / STARTS_OF_AN_ONSET as f64;
+    let within = |t_s: f64| t_s.clamp(parameter.low, parameter.high);
+    (0..STARTS_OF_AN_ONSET).map(spread).map(within).collect()
 }
 
 /// The periods that a session tells from each other, within the bounds.
@@ -139,6 +154,7 @@ fn periods(parameter: &Parameter, lasts_s: f64) -> Vec<f64> {
 fn starts(index: usize, parameter: &Parameter) -> Vec<f64> {
     let count = match index {
         1 if parameter.unit == "Hz" => STARTS_OF_A_FREQUENCY,
+        1 if parameter.unit == "um" => STARTS_OF_A_LENGTH,
         1 => STARTS,
         _ => return vec![parameter.start],
     };

@@ -4,7 +4,7 @@ use direction::from_all_starts;
 use identification::dataset::{Channel, Dataset};
 use identification::fit::{Precision, fit};
 use identification::prediction::{jacobian, predict};
-use mirror_model::effect::{find, forms};
+use mirror_model::effect::{Timing, find, forms};
 use mirror_model::{Model, Preset};
 use nalgebra::DMatrix;
 use nalgebra::DVector;
@@ -115,7 +115,9 @@ fn a_form_is_tried_between_its_bounds() {
 #[test]
 fn periods_are_tried_half_a_cycle_apart_in_both_phases() {
     let swing = forms(&find("ambient-drift").expect("an effect"));
-    let swing = swing.iter().find(|form| form.is_periodic());
+    let swing = swing
+        .iter()
+        .find(|form| form.timing() == Some(Timing::Period));
     let swing = swing.expect("a form that swings");
     // Of 100 s: 200 s, 100 s, 66.7 s and on to the 10 s that are the shortest.
     let tried = from_all_starts(swing, Some(100.0));

@@ -6,12 +6,12 @@ use std::borrow::Cow;
 pub(super) struct EndStop;
 
 // c is 0 for nothing and 1 for a wall. h over what mirrors reach: 400 um is twice the paper's abstract, and 20 um is three
-// steps of a sweep at the top (75 um/V, 0.1 V a step). A rounding w of 0.3 um is a corner to such a sweep, a choice; 10 um lie
+// steps of a sweep at the top (75 um/V, 0.1 V a step). A rounding w of 0.03 um is a corner to any sensor; 10 um lie
 // between the first touch and the last of a plate 1 mm across that is tilted by 0.5 deg. What bends over more is no stop.
 static PARAMETERS: [Parameter; 3] = [
     parameter("c", "1", 0.3, 0.0, 1.0),
     parameter("h", "um", 120.0, 20.0, 400.0),
-    parameter("w", "um", 3.0, 0.3, 10.0),
+    parameter("w", "um", 3.0, 0.03, 10.0),
 ];
 
 static INFO: Info = Info {

@@ -71,6 +71,15 @@ impl Acts {
     }
 }
 
+/// What a parameter is in a session's time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Timing {
+    /// A period (s); the next parameter is the phase (rad).
+    Period,
+    /// When it begins (s).
+    Onset,
+}
+
 /// What is known of an effect, for people and for the fit.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct Info {

@@ -11,6 +11,7 @@ use std::fmt;
 use std::sync::Arc;
 
 mod ambient_drift;
+mod course;
 mod creep;
 mod crosstalk;
 mod electrostatic_pull;
@@ -32,6 +33,7 @@ mod radiation;
 mod ranges;
 mod registry;
 mod resonance;
+mod sensor_drift;
 mod sensor_gain;
 mod sensor_lag;
 mod sensor_nonlinearity;
@@ -47,7 +49,7 @@ mod thermal_lag;
 
 pub use formula::{Formula, FormulaError};
 pub use heater::{Heater, Strengths};
-pub use info::{Acts, Info, Parameter, Stage};
+pub use info::{Acts, Info, Parameter, Stage, Timing};
 pub use moment::{Moment, Step};
 pub use registry::{built_in, find, forms};
 
@@ -91,9 +93,9 @@ pub trait Effect: Send + Sync {
         self.states() > 0
     }
 
-    /// Whether it swings in time, with its second parameter as the period (s) and its third as the phase (rad).
-    fn is_periodic(&self) -> bool {
-        false
+    /// What its second parameter is in a session's time, where it is that.
+    fn timing(&self) -> Option<Timing> {
+        None
     }
 
     /// Whether the control core inverts it: by its tables what time has no part in, and by a stage in time what one is made for.
@@ -168,7 +170,7 @@ impl fmt::Debug for Active {
 mod tests {
     use super::*;
 
-    const IDS: [&str; 24] = [
+    const IDS: [&str; 25] = [
         "heat-loss-temperature",
         "radiation",
         "gap-heat-loss",
@@ -190,6 +192,7 @@ mod tests {
         "resonance",
         "squeeze-film",
         "sensor-offset",
+        "sensor-drift",
         "sensor-gain",
         "sensor-nonlinearity",
         "sensor-lag",

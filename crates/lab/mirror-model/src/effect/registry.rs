@@ -1,16 +1,16 @@
 //! The built-in effects.
 
 use super::{
-    Effect, Heater, Info, Moment, Step, Strengths, ambient_drift, creep, crosstalk,
+    Effect, Heater, Info, Moment, Step, Strengths, Timing, ambient_drift, creep, crosstalk,
     electrostatic_pull, end_stop, expansion_temperature, film_tcr, gap_heat_loss,
     heat_loss_temperature, hysteresis, initial_curl, quadratic_tcr, radiation, resonance,
-    sensor_gain, sensor_lag, sensor_nonlinearity, sensor_offset, series_resistance, softening,
-    squeeze_film, substrate_warming, supply_sag, thermal_lag,
+    sensor_drift, sensor_gain, sensor_lag, sensor_nonlinearity, sensor_offset, series_resistance,
+    softening, squeeze_film, substrate_warming, supply_sag, thermal_lag,
 };
 use std::sync::Arc;
 
 /// The built-in effects, in the order of the chain.
-static BUILT_IN: [&dyn Effect; 24] = [
+static BUILT_IN: [&dyn Effect; 25] = [
     &series_resistance::SeriesResistance,
     &supply_sag::SupplySag,
     &film_tcr::FilmTcr,
@@ -32,6 +32,7 @@ static BUILT_IN: [&dyn Effect; 24] = [
     &resonance::Resonance,
     &squeeze_film::SqueezeFilm,
     &sensor_offset::SensorOffset,
+    &sensor_drift::SensorDrift,
     &sensor_gain::SensorGain,
     &sensor_nonlinearity::SensorNonlinearity,
     &sensor_lag::SensorLag,
@@ -65,8 +66,8 @@ impl Effect for BuiltIn {
     fn is_of_time(&self) -> bool {
         self.0.is_of_time()
     }
-    fn is_periodic(&self) -> bool {
-        self.0.is_periodic()
+    fn timing(&self) -> Option<Timing> {
+        self.0.timing()
     }
     fn is_inverted(&self) -> bool {
         self.0.is_inverted()

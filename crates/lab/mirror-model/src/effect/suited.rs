@@ -1,6 +1,6 @@
 //! Effects in a heater that is no mirror's, with the strengths that are plausible there.
 
-use super::{Active, Effect, Heater, Info, Moment, Step, Strengths};
+use super::{Active, Effect, Heater, Info, Moment, Step, Strengths, Timing};
 use std::sync::Arc;
 
 impl Heater {
@@ -60,8 +60,8 @@ impl Effect for Suited {
     fn is_of_time(&self) -> bool {
         self.effect.is_of_time()
     }
-    fn is_periodic(&self) -> bool {
-        self.effect.is_periodic()
+    fn timing(&self) -> Option<Timing> {
+        self.effect.timing()
     }
     fn is_inverted(&self) -> bool {
         self.effect.is_inverted()

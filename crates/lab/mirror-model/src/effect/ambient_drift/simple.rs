@@ -1,46 +1,39 @@
-//! Surroundings that drift in one simple way: a form each, with the two or three parameters that it takes.
+//! Surroundings that drift in one simple way.
 
-use crate::effect::{Acts, Effect, Info, Moment, Parameter, Stage, parameter};
+use crate::effect::course::{self, Course};
+use crate::effect::{Acts, Info, Parameter, Stage, Timing, parameter};
 use std::borrow::Cow;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
-/// A course of the surroundings' temperature, at a time (K, s).
-pub(super) struct Course {
-    form: &'static str,
-    info: &'static Info,
-    rise_k: fn(&[f64], f64) -> f64,
-}
-
-/// A kilosecond (s).
-const KS: f64 = 1e3;
 /// A door that opens changes a room's air in some seconds (s).
 const OPENING_S: f64 = 5.0;
 
 pub(super) static SETTLING: Course = Course {
     form: "settling",
     info: &SETTLES,
-    rise_k: |p, t_s| p[0] * -(-t_s / p[1]).exp_m1(),
+    added: course::settling,
+    timing: None,
 };
 
 pub(super) static RAMP: Course = Course {
     form: "ramp",
     info: &RAMPS,
-    rise_k: |p, t_s| p[0] * t_s / KS,
+    added: course::ramp,
+    timing: None,
 };
 
 pub(super) static STEP: Course = Course {
     form: "step",
     info: &STEPS,
-    rise_k: |p, t_s| {
-        let since = |t_s: f64| 0.5 * (1.0 + ((t_s - p[1]) / OPENING_S).tanh());
-        p[0] * (since(t_s) - since(0.0))
-    },
+    added: |p, t_s| course::step(p, t_s, OPENING_S),
+    timing: Some(Timing::Onset),
 };
 
 pub(super) static SWING: Course = Course {
     form: "periodic",
     info: &SWINGS,
-    rise_k: |p, t_s| p[0] * ((TAU * t_s / p[1] + p[2]).sin() - p[2].sin()),
+    added: course::swing,
+    timing: Some(Timing::Period),
 };
 
 const fn info(equation: &'static str, source: &'static str, values: &'static [Parameter]) -> Info {
@@ -78,7 +71,7 @@ static RAMPS: Info = info(
 );
 static STEP_VALUES: [Parameter; 2] = [
     parameter("D", "K", 0.5, -15.0, 15.0),
-    parameter("t_0", "s", 150.0, 10.0, 2000.0),
+    parameter("t_0", "s", 150.0, 1.0, 1e4),
 ];
 static STEPS: Info = info(
     "dT' = dT + D (1 + tanh((t - t_0)/5 s))/2",
@@ -95,54 +88,3 @@ static SWINGS: Info = info(
     "a thermostat that switches, a stage's own controller; 1.8 um/K",
     &SWING_VALUES,
 );
-
-impl Effect for Course {
-    fn info(&self) -> &Info {
-        self.info
-    }
-
-    fn form(&self) -> &str {
-        self.form
-    }
-
-    fn is_of_time(&self) -> bool {
-        true
-    }
-
-    fn is_periodic(&self) -> bool {
-        self.form == SWING.form
-    }
-
-    fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
-        x + (self.rise_k)(p, m.t_s)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn courses_begin_at_nothing_and_come_to_what_they_say() {
-        let at = |course: &Course, values: &[f64], t_s: f64| {
-            let moment = Moment {
-                t_s,
-                ..Moment::default()
-            };
-            course.output(values, 10.0, &[], &moment) - 10.0
-        };
-        for course in [&SETTLING, &RAMP, &STEP, &SWING] {
-            let usual: Vec<f64> = course.info.parameters.iter().map(|p| p.start).collect();
-            assert!(at(course, &usual, 0.0).abs() < 1e-12, "{}", course.form);
-        }
-        // 1 - 1/e of 2 K after a time constant; 3 K a kilosecond; half of 2 K at the step; a quarter of a period, from 0 and from
-        // the top on.
-        let e = std::f64::consts::E;
-        assert!((at(&SETTLING, &[2.0, 300.0], 300.0) - 2.0 * (1.0 - 1.0 / e)).abs() < 1e-12);
-        assert!((at(&RAMP, &[3.0], 500.0) - 1.5).abs() < 1e-12);
-        assert!((at(&STEP, &[2.0, 100.0], 100.0) - 1.0).abs() < 1e-12);
-        assert!((at(&STEP, &[2.0, 100.0], 200.0) - 2.0).abs() < 1e-12);
-        assert!((at(&SWING, &[0.2, 200.0, 0.0], 50.0) - 0.2).abs() < 1e-12);
-        assert!((at(&SWING, &[0.2, 200.0, 0.5 * PI], 50.0) + 0.2).abs() < 1e-12);
-    }
-}
