@@ -52,8 +52,8 @@ impl Analysis<'_> {
         })
     }
 
-    /// Whether there is something to name: a strength that is not zero, and an error that it lowers. Where much of an error is the model's
-    /// discrepancy, what is left beside that on rows held out tells.
+    /// Whether there is something to name: a strength that is not zero, an error that it lowers, and none that it doubles. Where much of an error
+    /// is the model's discrepancy, what is left beside that on rows held out tells.
     pub(super) fn has_an_effect(&self, candidate: &Candidate) -> bool {
         let Some(explanation) = &candidate.explanation else {
             return false;
@@ -65,7 +65,10 @@ impl Analysis<'_> {
                 || fall > -WORTHWHILE
                     && self.held_out(candidate, explanation, unit).fall() >= told()
         };
-        explanation.is_told_from_zero(self.widening(explanation)) && UNITS.into_iter().any(lowers)
+        let doubles = |unit| self.before_and_after(candidate, explanation, unit).fall() <= -1.0;
+        explanation.is_told_from_zero(self.widening(explanation))
+            && UNITS.into_iter().any(lowers)
+            && !UNITS.into_iter().any(doubles)
     }
 
     /// Whether it lowers an error on rows held out too.

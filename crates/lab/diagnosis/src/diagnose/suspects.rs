@@ -75,7 +75,8 @@ pub(super) fn ids(candidates: &[&Candidate]) -> Vec<String> {
 /// The best of the candidates above their thresholds, and those that come near it. `share` says which part of the best one's score
 /// makes a candidate a rival, above its own threshold or not: once it is evident that something is missing, the scores alone say
 /// what. One with which `left`, the sum of squares after a fit together with the base, is far smaller is a rival whatever its
-/// score, if it is above: what the discrepancy could explain as well may be the effect.
+/// score, if it is above: what the discrepancy could explain as well may be the effect. One that comes near the best and leaves far more
+/// than another that does is none: a discrepancy of one kind, however large, costs a score little.
 fn rivals<'c>(
     candidates: &[&'c Candidate],
     share: impl Fn(&str, &str) -> f64,
@@ -85,17 +86,21 @@ fn rivals<'c>(
     let Some(best) = above.next() else {
         return Vec::new();
     };
-    let (top, least) = (best.score(), left(best));
-    let is_rival = |candidate: &&&Candidate| {
-        let share = share(candidate.id(), best.id());
-        let leaves_far_less = || {
-            let leaves = left(candidate).zip(least);
-            leaves.is_some_and(|(left, least)| left < FAR_SMALLER * least)
-        };
-        candidate.score() > least_of(share, top)
-            || candidate.is_above_its_threshold() && leaves_far_less()
+    let top = best.score();
+    let leaves_far_less = |one: &Candidate, other: &Candidate| {
+        let both = left(one).zip(left(other));
+        both.is_some_and(|(one, other)| one < FAR_SMALLER * other)
     };
-    candidates.iter().filter(is_rival).copied().collect()
+    let is_near = |c: &&Candidate| c.score() > least_of(share(c.id(), best.id()), top);
+    let near: Vec<_> = candidates.iter().copied().filter(is_near).collect();
+    let is_left_behind = |candidate: &Candidate| near.iter().any(|c| leaves_far_less(c, candidate));
+    let is_rival = |candidate: &&Candidate| {
+        if is_near(candidate) {
+            return !is_left_behind(candidate);
+        }
+        candidate.is_above_its_threshold() && leaves_far_less(candidate, best)
+    };
+    candidates.iter().copied().filter(is_rival).collect()
 }
 
 /// The rivals, or none where the best of them scores less than the `least` beside the best of others that are above their thresholds and may
@@ -189,6 +194,24 @@ mod tests {
         };
         let count = |radiation| rivals(&all, |_, _| 0.92, left(radiation)).len();
         assert_eq!([count(40.0), count(60.0)], [2, 1]);
+    }
+
+    #[test]
+    fn who_leaves_far_more_than_another_that_comes_as_near_is_no_rival() {
+        let candidates = [
+            scored("thermal-lag", 1000.0),
+            scored("substrate-warming", 990.0),
+            scored("creep", 980.0),
+        ];
+        let all: Vec<_> = candidates.iter().collect();
+        let left = |candidate: &Candidate| match candidate.id() {
+            "thermal-lag" => Some(100.0),
+            "substrate-warming" => Some(40.0),
+            // Not fitted together with the base: nobody knows.
+            _ => None,
+        };
+        let found = rivals(&all, |_, _| 0.92, left);
+        assert_eq!(ids(&found), ["substrate-warming", "creep"]);
     }
 
     #[test]
