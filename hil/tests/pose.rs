@@ -82,6 +82,13 @@ fn a_pose_turns_the_plate_and_one_out_of_reach_is_refused_with_the_nearest() {
     );
 }
 
+/// The nearest pose as a user types what is told: `40.000 um with +5.3772 deg about x and +0.0000 deg about y`.
+fn typed_nearest(told: &str) -> [String; 3] {
+    let (_, nearest) = told.split_once("in reach is ").expect("the nearest pose");
+    let told: Vec<&str> = nearest.split_whitespace().collect();
+    [(0, "um"), (3, "deg"), (8, "deg")].map(|(word, unit)| told[word].to_owned() + unit)
+}
+
 /// What `calibrate` and then `calibrate-pose` made of the paper's virtual mirror, whose actuators share a frame that warms.
 const PAPER: &str = include_str!("paper-with-tilts.toml");
 
@@ -104,11 +111,7 @@ fn a_pose_that_other_actuators_keep_too_warm_is_refused_and_the_nearest_is_held(
     assert_ne!(too_warm.code, 0, "{told}");
     assert!(told.contains("keeps actuator 4 too warm"), "{told}");
     assert!(bench.is_off());
-    // As a user types what is told: `40.000 um with +5.3772 deg about x and +0.0000 deg about y`.
-    let (_, nearest) = told.split_once("in reach is ").expect("the nearest pose");
-    let told: Vec<&str> = nearest.split_whitespace().collect();
-    let typed =
-        [(0, "um"), (3, "deg"), (8, "deg")].map(|(word, unit)| told[word].to_owned() + unit);
+    let typed = typed_nearest(&told);
     let [z, tilt_x, tilt_y] = typed.each_ref().map(String::as_str);
     let settle = ["--settle", "5s"];
     let nearest = [&["set-pose", z, tilt_x, tilt_y], &settle[..]].concat();
@@ -148,4 +151,35 @@ fn a_pose_that_other_actuators_keep_too_warm_is_refused_and_the_nearest_is_held(
     let narrow = scan("2deg");
     assert!(!narrow.err.contains("at rest"), "{}", narrow.err);
     assert!(!narrow.out.contains("cooling"), "{}", narrow.out);
+}
+
+/// The same, up to where poses beyond what was tried have taken the range since (`closed-loop`, test `pose`).
+const TO_ITS_TOP: &str = include_str!("paper-to-its-top.toml");
+
+#[test]
+fn a_pose_that_takes_more_than_the_highest_drive_is_refused_and_the_nearest_is_held() {
+    let bench = Bench::emulated(MirrorConfig::paper());
+    std::fs::write(bench.directory().join("paper.toml"), TO_ITS_TOP).expect("written");
+    bench.json(&["load-calibration", "paper.toml"]);
+    bench.json(&["room", "off"]);
+    println!("{}", bench.tool(&["range"]).out);
+
+    let too_far = bench.tool(&["set-pose", "122um", "12deg", "0deg"]);
+    println!("{}", too_far.err);
+    let told = too_far.sentence();
+    assert_ne!(too_far.code, 0, "{told}");
+    assert!(
+        told.contains("actuator 2 would take more than the highest drive"),
+        "{told}"
+    );
+    assert!(bench.is_off());
+    let nearest = typed_nearest(&told);
+    let [z, tilt_x, tilt_y] = nearest.each_ref().map(String::as_str);
+    // Until what the actuators share is warm it takes more, and the report names what has acted on the way.
+    let settled = |settle: &str| bench.json(&["set-pose", z, tilt_x, tilt_y, "--settle", settle]);
+    settled("20s");
+    let held = settled("1s");
+    println!("{held}");
+    let limits = held["limited_by"].as_array().expect("names");
+    assert!(limits.is_empty(), "{held}");
 }

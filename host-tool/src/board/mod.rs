@@ -38,7 +38,7 @@ pub use link::{Board, RENEWED_LEASE_MS};
 pub use look::Seen;
 pub use owner::{Owner, owner};
 pub(crate) use range::{
-    check_drives, check_piston, check_position, hardly_below, level_um, lowest_um,
+    check_drives, check_piston, check_position, hardly_beyond, level_um, lowest_um,
 };
 pub(crate) use reconnect::Reconnecting;
 pub use samples::Samples;

@@ -8,7 +8,8 @@ use crate::error::BeyondBoard;
 use crate::report::decimal;
 use crate::rounding::nanometres_within;
 
-/// So far (um) may what is asked for lie below where the mirror rests in the present room: so far off a position may be in any room
+/// So far (um) may what is asked for lie below where the mirror rests in the present room, and the actuators of a pose beyond what holds them
+/// there: so far off a position may be in any room
 /// (`docs/requirements.md`), and what a board knows of its room is never the same twice. The board takes it to where it rests.
 const BELOW_REST_UM: f64 = 0.5;
 
@@ -41,10 +42,9 @@ pub(crate) fn check_piston(
     }
 }
 
-/// What a mirror of this reach is asked for without a word: what it reaches, and what is hardly below where it rests.
-pub(crate) fn hardly_below(reach: &Reach) -> Reach {
-    let (low_um, _) = reach.level_um();
-    reach.clone().above(low_um - BELOW_REST_UM)
+/// What a mirror of this reach is asked for without a word: what it reaches, and what is hardly beyond that.
+pub(crate) fn hardly_beyond(reach: &Reach) -> Reach {
+    reach.clone().bearing(BELOW_REST_UM)
 }
 
 /// From the lowest to the highest position of a level plate under the calibration in use, in the present room (um).

@@ -2,13 +2,13 @@
 
 use std::fmt;
 
-use calibration::{Drives, PlatePose, Reach};
+use calibration::{Cause, Drives, PlatePose, Reach};
 use control_core::calibration::{Lever, Plate};
-use control_core::{CHANNELS, Micrometre};
-use mirror_protocol::{Health, Kept, Pose, SetPose};
+use control_core::{CHANNELS, Estimate, Kelvin, Micrometre};
+use mirror_protocol::{Kept, Pose, SetPose, Status};
 use serde::Serialize;
 
-use crate::board::{View, hardly_below, lowest_um};
+use crate::board::{View, hardly_beyond, lowest_um};
 use crate::error::{BeyondBoard, ToolError};
 use crate::report::decimal;
 use crate::tilted_pose::TiltedPose;
@@ -55,19 +55,27 @@ pub(crate) fn reached(asked: TiltedPose, reach: &Reach) -> Result<PlatePose, Bey
         return Err(BeyondBoard::LeversUnknown);
     }
     let pose = PlatePose::from(asked);
-    let borne = hardly_below(reach);
+    let borne = hardly_beyond(reach);
     if borne.contains(&pose) {
         return Ok(pose);
     }
     let asked = Box::new(asked);
     let nearest = Box::new(nearest(&pose, reach));
     let is_in_range = borne.by_range().contains(&pose);
-    Err(match borne.kept_warm(&pose).filter(|_| is_in_range) {
-        None => BeyondBoard::PoseOutOfReach { asked, nearest },
-        Some(kept_warm) => BeyondBoard::PoseKeptWarm {
+    let Some(not_held) = borne.not_held(&pose).filter(|_| is_in_range) else {
+        return Err(BeyondBoard::PoseOutOfReach { asked, nearest });
+    };
+    let actuator = not_held.actuator + 1;
+    Err(match not_held.cause {
+        Cause::KeptWarm => BeyondBoard::PoseKeptWarm {
             asked,
             nearest,
-            actuator: kept_warm.actuator + 1,
+            actuator,
+        },
+        Cause::HighestDrive => BeyondBoard::PoseBeyondDrives {
+            asked,
+            nearest,
+            actuator,
         },
     })
 }
@@ -107,22 +115,42 @@ pub(super) fn from_um(low_um: f64) -> String {
 ///
 /// # Errors
 /// Where the board does not answer, or refuses.
-pub(crate) async fn reach(board: &View, health: &Health) -> Result<Reach, ToolError> {
+pub(crate) async fn reach(board: &View, status: &Status) -> Result<Reach, ToolError> {
     let calibration = board.calibration().await?;
     let levers: [Lever; CHANNELS] = calibration.levers.map(|lever| Lever {
         x: Micrometre(lever.x_um),
         y: Micrometre(lever.y_um),
         warp: lever.warp,
     });
-    let reach =
-        Reach::new(Plate { levers }, decimal(calibration.max_position_um)).above(lowest_um(health));
-    if !reach.knows_tilts() || calibration.kept == Kept::OnTrial {
+    let reach = Reach::new(Plate { levers }, decimal(calibration.max_position_um))
+        .above(lowest_um(&status.health));
+    if calibration.kept == Kept::OnTrial {
         return Ok(reach);
     }
     let drives = board.settled_calibration().await?;
     Ok(match drives {
-        Some(settled) => reach.held_by(Drives::new(settled.parts())),
+        Some(settled) => {
+            let drives = Drives::new(settled.parts());
+            reach.held_by(match compensated(status) {
+                Some(surroundings) => drives.around(&surroundings),
+                None => drives,
+            })
+        }
         None => reach,
+    })
+}
+
+/// What a board knows of its surroundings, where it compensates them.
+fn compensated(status: &Status) -> Option<Estimate> {
+    let health = &status.health;
+    let room = status.telemetry.room.filter(|_| health.compensates_room)?;
+    let loss = health.loss?;
+    let kelvin = |hundredths: f32| Kelvin(hundredths / 100.0);
+    Some(Estimate {
+        rise: kelvin(room.rise_ck.into()),
+        rise_deviation: kelvin(room.deviation_ck.into()),
+        loss: loss.change,
+        loss_deviation: loss.deviation,
     })
 }
 

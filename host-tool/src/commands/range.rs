@@ -19,6 +19,8 @@ use crate::report;
 const TILTS: u32 = 8;
 /// Pistons along a curve of the picture, and directions along an outline.
 const POINTS: u32 = 120;
+/// Ends that the room leaves less certain than this are told to be (um): a position may be so far off in any room (docs/requirements.md).
+const TOLD_UM: f64 = 0.5;
 /// Outlines are drawn at these parts of the range.
 const OUTLINES: [f64; 3] = [0.1, 0.25, 0.5];
 
@@ -29,6 +31,8 @@ struct Range {
     max_position_um: f64,
     /// `None` where the calibration cannot tell.
     room: Option<Room>,
+    /// How far both may be from there for what is not known of the room, a standard deviation; `None` where it is not compensated.
+    ends_deviation_um: Option<f64>,
     /// `None` where the calibration does not know the plate's levers.
     tilts: Option<Vec<Tilt>>,
     picture: Option<PathBuf>,
@@ -51,7 +55,7 @@ pub(super) async fn run(
     json: bool,
 ) -> Result<(), ToolError> {
     let status = board.status().await?;
-    let reach = reach(board, &status.health).await?;
+    let reach = reach(board, &status).await?;
     let file = picture.map(|path| NewFile::picture(path, force));
     let file = file.transpose()?;
     if file.is_some() && !reach.knows_tilts() {
@@ -72,6 +76,7 @@ impl Range {
             lowest_position_um,
             max_position_um,
             room,
+            ends_deviation_um: reach.ends_deviation_um(),
             tilts: reach.knows_tilts().then(|| tilts(reach)),
             picture: None,
         }
@@ -156,6 +161,14 @@ impl fmt::Display for Range {
         if self.lowest_position_um > 0.0 {
             writeln!(f, "room       {}", room::line(self.room.as_ref()))?;
         }
+        let doubt_um = self.ends_deviation_um.filter(|um| *um > TOLD_UM);
+        if let (Some(room), Some(um)) = (&self.room, doubt_um) {
+            writeln!(
+                f,
+                "doubt      the room is not known to better than ± {:.1} K yet, so the ends are ± {um:.1} um",
+                room.deviation_k()
+            )?;
+        }
         let Some(tilts) = &self.tilts else {
             return writeln!(
                 f,
@@ -186,8 +199,10 @@ impl fmt::Display for Range {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::board::tests::status;
     use control_core::Micrometre;
     use control_core::calibration::Plate;
+    use mirror_protocol::Telemetry;
 
     #[test]
     fn is_printed_as_in_the_golden_file() {
@@ -199,6 +214,30 @@ mod tests {
         );
         let svg = draw(&reach);
         assert!(svg.contains("largest tilts about y"), "{svg}");
+    }
+
+    #[test]
+    fn what_is_not_known_of_the_room_is_told_of_its_ends() {
+        let mut status = status(Telemetry {
+            room: Some(mirror_protocol::Room {
+                rise_ck: 0,
+                deviation_ck: 1500,
+            }),
+            ..Telemetry::default()
+        });
+        status.health.loss = Some(mirror_protocol::Loss {
+            change: 0.0,
+            deviation: 0.1,
+        });
+        let reach = Reach::new(Plate::cross(Micrometre(480.0)), 170.0);
+        let told = |um: f64| {
+            let mut range = Range::of(&reach, Room::of(&status));
+            range.ends_deviation_um = Some(um);
+            range.to_string()
+        };
+        let doubt = "doubt      the room is not known to better than ± 15.0 K yet, so the ends are ± 26.8 um\n";
+        assert!(told(26.8).contains(doubt), "{}", told(26.8));
+        assert!(!told(0.4).contains("doubt"), "{}", told(0.4));
     }
 
     #[test]

@@ -44,6 +44,11 @@ pub(super) async fn show(board: &View, json: bool) -> Result<(), ToolError> {
 }
 
 impl Room {
+    /// How well its temperature is known (K).
+    pub(super) fn deviation_k(&self) -> f64 {
+        self.deviation_k
+    }
+
     /// What a status tells.
     pub(super) fn of(status: &Status) -> Option<Self> {
         let (room, loss) = (status.telemetry.room?, status.health.loss?);

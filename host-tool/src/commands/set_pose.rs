@@ -33,7 +33,7 @@ pub(super) async fn run(
     json: bool,
 ) -> Result<(), ToolError> {
     let before = board.status().await?;
-    let reach = reach(board, &before.health).await?;
+    let reach = reach(board, &before).await?;
     let pose = reached(asked, &reach)?;
     let moving = Move::begin(board, pace, &before)?;
     let commanded = moving

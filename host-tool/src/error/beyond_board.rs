@@ -43,6 +43,19 @@ pub enum BeyondBoard {
     },
 
     #[error(
+        "{asked} is out of reach: actuator {actuator} would take more than the highest drive; nothing was moved"
+    )]
+    #[diagnostic(help(
+        "the nearest pose in reach is {nearest}; with colder ones around it an actuator takes more than on a level plate, and `host-tool \
+         range` shows all that are"
+    ))]
+    PoseBeyondDrives {
+        asked: Box<TiltedPose>,
+        nearest: Box<TiltedPose>,
+        actuator: usize,
+    },
+
+    #[error(
         "no tilt can be asked for: the calibration in use does not know the plate's levers; nothing was moved"
     )]
     #[diagnostic(help(

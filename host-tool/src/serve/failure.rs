@@ -23,6 +23,7 @@ pub(super) fn told(error: &ToolError) -> Error {
             BeyondBoard::PositionOutOfRange { .. }
             | BeyondBoard::PoseOutOfReach { .. }
             | BeyondBoard::PoseKeptWarm { .. }
+            | BeyondBoard::PoseBeyondDrives { .. }
             | BeyondBoard::DriveOutOfRange { .. }
             | BeyondBoard::PositionBelowRoom { .. }
             | BeyondBoard::Period { .. }

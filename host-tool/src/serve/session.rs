@@ -296,8 +296,8 @@ impl Session {
     }
 
     async fn set_pose(&mut self, asked: TiltedPose) -> Result<(), Error> {
-        let health = self.status().await?.health;
-        let reach = self.ask(async |board| reach(board, &health).await).await?;
+        let status = self.status().await?;
+        let reach = self.ask(async |board| reach(board, &status).await).await?;
         let pose = reached(asked, &reach).map_err(beyond)?;
         self.drive(Asked::Pose(pose)).await
     }

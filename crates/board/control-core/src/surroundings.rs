@@ -34,7 +34,8 @@ mod reference;
 mod unknown;
 
 use apart::Apart;
-use curves::{CURVES_VARIANCE, beyond_the_curves};
+use curves::CURVES_VARIANCE;
+pub use curves::beyond_the_curves;
 use drift::{Drift, Innovation};
 use excursion::Excursion;
 use filter::{FARTHEST, Filter};
@@ -421,7 +422,7 @@ impl Surroundings {
 
 /// Kelvins for each that the resistances tell by R0 and xi: a refined calibration's are in proportion to what displacement and
 /// power tell, and platinum has a temperature coefficient of its own.
-fn platinum_kelvin(parts: &Parts) -> f32 {
+pub fn platinum_kelvin(parts: &Parts) -> f32 {
     let kelvin = parts.actuators.iter().map(|actuator| {
         let at_rest = 1.0 + actuator.tcr.0 * actuator.sensed_rises.knots[0];
         actuator.tcr.0 / (at_rest * FILM_TCR_PER_K)

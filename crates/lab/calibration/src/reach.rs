@@ -4,7 +4,7 @@ use control_core::CHANNELS;
 use control_core::calibration::Plate;
 
 use crate::plate_pose::PlatePose;
-use crate::pose::{Drives, KeptWarm, largest};
+use crate::pose::{Cause, Drives, NotHeld, largest};
 
 /// The poses that a plate reaches: those for which a warp takes all four actuators into their range, and which the drives hold at rest,
 /// where they are known.
@@ -14,15 +14,16 @@ pub struct Reach {
     /// Ends of the actuators' range (um).
     low_um: f64,
     top_um: f64,
-    /// Where the actuators share heat.
+    /// The highest piston of a level plate (um): lower than the actuators' range where the room takes more than they have.
+    highest_um: f64,
     drives: Option<Drives>,
 }
 
-/// By how much the others may keep an actuator warmer than a pose asks, and it is reached all the same (K): some 0.02 um, which turns a
+/// By how much an actuator may be warmer than a pose asks, or less warm, and it is reached all the same (K): some 0.02 um, which turns a
 /// plate on levers of 230 um by 0.0023 deg of the 0.005 deg that tilts may be off by (docs/requirements.md), and ten times what rounding to
-/// the digits that are told may take. There is no margin: of poses whose coldest heater has next to no power the paper's mirror reaches
-/// three quarters without a limit (`closed-loop`), and one that is missed is limited by name.
-const HARDLY_WARMER_K: f64 = 0.01;
+/// the digits that are told may take. There is no margin: of poses a fiftieth within the edge nearly all are held (`closed-loop`, test
+/// `pose`), and one that is missed is limited by name.
+const HARDLY_OFF_K: f64 = 0.01;
 /// Bisections of a tilt or a piston that is told: to a billionth.
 const BISECTIONS: usize = 30;
 /// Pistons at which a tilt is tried.
@@ -38,14 +39,28 @@ impl Reach {
             plate,
             low_um: 0.0,
             top_um,
+            highest_um: top_um,
             drives: None,
         }
     }
 
-    /// What of it these drives hold at rest. A level plate is taken to be held: positions are asked of it whatever is shared.
+    /// What of it these drives hold at rest. A level plate is taken to be held in the room of the calibration, where its tables end with what the
+    /// drives hold; in another one it goes as high as they do.
     pub fn held_by(self, drives: Drives) -> Self {
+        let level = |z_um: f64| PlatePose {
+            z_um,
+            ..PlatePose::default()
+        };
+        // The room takes so much more there than that of the calibration does.
+        let at_home = drives.clone().at_home().farthest_off(&level(self.top_um));
+        let borne_k = HARDLY_OFF_K.max(at_home.k);
+        let is_held = |z_um: f64| {
+            let off = drives.farthest_off(&level(z_um));
+            off.cause == Cause::KeptWarm || off.k <= borne_k
+        };
         Self {
-            drives: drives.share_heat().then_some(drives),
+            highest_um: largest(self.top_um, BISECTIONS, is_held),
+            drives: Some(drives),
             ..self
         }
     }
@@ -53,6 +68,7 @@ impl Reach {
     /// The same whatever the drives hold.
     pub fn by_range(&self) -> Self {
         Self {
+            highest_um: self.top_um,
             drives: None,
             ..self.clone()
         }
@@ -66,9 +82,25 @@ impl Reach {
         }
     }
 
+    /// With what is hardly beyond it, so far (um): what a board knows of its room is never the same twice.
+    pub fn bearing(self, um: f64) -> Self {
+        Self {
+            low_um: (self.low_um - um).max(0.0),
+            highest_um: (self.highest_um + um).min(self.top_um),
+            drives: self.drives.map(|drives| drives.bearing(um)),
+            ..self
+        }
+    }
+
+    /// How far its ends may be from where they are told to be, for what is not known of the room (um, standard deviation); `None` where no room
+    /// is compensated.
+    pub fn ends_deviation_um(&self) -> Option<f64> {
+        self.drives.as_ref()?.ends_deviation_um()
+    }
+
     /// From the lowest to the highest piston of a level plate (um).
     pub fn level_um(&self) -> (f64, f64) {
-        (self.low_um, self.top_um)
+        (self.low_um, self.highest_um)
     }
 
     /// Whether the levers are known, and with them any tilt.
@@ -78,31 +110,33 @@ impl Reach {
 
     /// Whether `pose` is reached.
     pub fn contains(&self, pose: &PlatePose) -> bool {
-        self.is_in_range(pose) && self.kept_warm(pose).is_none()
+        self.is_in_range(pose) && self.not_held(pose).is_none()
     }
 
     /// Whether the actuators' range has `pose`, whatever the drives hold.
     fn is_in_range(&self, pose: &PlatePose) -> bool {
-        (self.low_um..=self.top_um).contains(&pose.z_um) && self.share(pose) == 1.0
+        (self.low_um..=self.highest_um).contains(&pose.z_um) && self.share(pose) == 1.0
     }
 
-    /// The actuator that the heat of the others keeps warmer than `pose` asks by most, if any.
-    pub fn kept_warm(&self, pose: &PlatePose) -> Option<KeptWarm> {
-        let most = self.kept_warm_most(pose)?;
-        (most.k > HARDLY_WARMER_K).then_some(most)
+    /// The actuator that the drives take to where `pose` has it by least, if any.
+    pub fn not_held(&self, pose: &PlatePose) -> Option<NotHeld> {
+        let borne_k = self.drives.as_ref().map_or(0.0, Drives::borne_k);
+        let farthest = self.farthest_off(pose)?;
+        (farthest.k > HARDLY_OFF_K + borne_k).then_some(farthest)
     }
 
-    /// The actuator that is kept warm by most at `pose`, or warmed least by its own power where none is; `None` where no heat is shared, and of a level plate.
-    fn kept_warm_most(&self, pose: &PlatePose) -> Option<KeptWarm> {
+    /// The actuator that is off by most at `pose`, or nearest to it; `None` where the drives hold whatever the range has, and of a level plate.
+    fn farthest_off(&self, pose: &PlatePose) -> Option<NotHeld> {
         let is_level = pose.tilt_x_rad == 0.0 && pose.tilt_y_rad == 0.0;
-        let drives = self.drives.as_ref().filter(|_| !is_level)?;
-        Some(drives.kept_warm_most(pose, self.low_um))
+        let drives = self.drives.as_ref();
+        let drives = drives.filter(|drives| drives.may_hold_less() && !is_level)?;
+        Some(drives.farthest_off(pose))
     }
 
     /// Whether the drives hold a pose within the range, to the last digit.
     fn is_held(&self, pose: &PlatePose) -> bool {
-        let most = self.kept_warm_most(pose);
-        most.is_none_or(|most| most.k <= 0.0)
+        let farthest = self.farthest_off(pose);
+        farthest.is_none_or(|farthest| farthest.k <= 0.0)
     }
 
     /// The nearest pose with the same piston, or the end of the range that is nearer to it, and tilts in the same direction.
@@ -111,7 +145,7 @@ impl Reach {
             return *pose;
         }
         let level = PlatePose {
-            z_um: pose.z_um.clamp(self.low_um, self.top_um),
+            z_um: pose.z_um.clamp(self.low_um, self.highest_um),
             ..*pose
         };
         let tilted = |share: f64| PlatePose {
@@ -126,25 +160,25 @@ impl Reach {
     pub fn pistons_um(&self, tilt_x_rad: f64, tilt_y_rad: f64) -> Option<(f64, f64)> {
         let tilted = self.tilted_um(tilt_x_rad, tilt_y_rad);
         let (low_um, high_um) = self.interval(tilted, [1.0; CHANNELS])?;
+        let high_um = high_um.min(self.highest_um);
+        if high_um < low_um {
+            return None;
+        }
         let at = |z_um: f64| PlatePose {
             z_um,
             tilt_x_rad,
             tilt_y_rad,
         };
-        if self.kept_warm_most(&at(low_um)).is_none() {
+        if self.farthest_off(&at(low_um)).is_none() {
             return Some((low_um, high_um));
         }
-        let kept_warm_k = |z_um| self.kept_warm_most(&at(z_um)).map_or(0.0, |most| most.k);
-        let coolest_um = least_of(kept_warm_k, (low_um, high_um));
+        let off_k = |z_um| self.farthest_off(&at(z_um)).map_or(0.0, |off| off.k);
+        let best_um = least_of(off_k, (low_um, high_um));
         let is_held = |z_um| self.is_held(&at(z_um));
-        is_held(coolest_um).then(|| {
-            let down_um = largest(coolest_um - low_um, BISECTIONS, |um| {
-                is_held(coolest_um - um)
-            });
-            let up_um = largest(high_um - coolest_um, BISECTIONS, |um| {
-                is_held(coolest_um + um)
-            });
-            (coolest_um - down_um, coolest_um + up_um)
+        is_held(best_um).then(|| {
+            let down_um = largest(best_um - low_um, BISECTIONS, |um| is_held(best_um - um));
+            let up_um = largest(high_um - best_um, BISECTIONS, |um| is_held(best_um + um));
+            (best_um - down_um, best_um + up_um)
         })
     }
 

@@ -192,6 +192,11 @@ impl<'a, M: Mirror> Loop<'a, M> {
         self.controller.uncertainty()
     }
 
+    /// Where the core says that the range begins (um).
+    pub fn lowest_um(&self) -> f64 {
+        f64::from(self.controller.lowest().0)
+    }
+
     /// How long the core says that it will take until it is there (s).
     pub fn settles_in_s(&self) -> Option<f64> {
         self.controller.settles_in().map(|time| f64::from(time.0))

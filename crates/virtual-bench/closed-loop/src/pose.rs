@@ -306,22 +306,79 @@ fn held_for(
     let mut mirror = Loop::new(&mut used, config)?;
     mirror.surround(around);
     let asked = held_poses(calibration, config.seed, part).take(poses);
-    let reached = asked.map(|asked| {
-        let reached = mirror.hold_pose(&asked, seconds);
-        let (_, limits) = mirror.tick(Setpoint::Position(core_pose(&asked)));
-        ReachedPose {
-            asked,
-            off: PlatePose {
-                z_um: reached.z_um - asked.z_um,
-                tilt_x_rad: reached.tilt_x_rad - asked.tilt_x_rad,
-                tilt_y_rad: reached.tilt_y_rad - asked.tilt_y_rad,
-            },
-            limits,
-            told: mirror.uncertainty(),
-            known: mirror.surroundings(),
+    let reached = asked.map(|asked| reached_pose(&mut mirror, asked, seconds));
+    Ok(reached.collect())
+}
+
+fn reached_pose(mirror: &mut Loop, asked: PlatePose, seconds: f64) -> ReachedPose {
+    let reached = mirror.hold_pose(&asked, seconds);
+    let (_, limits) = mirror.tick(Setpoint::Position(core_pose(&asked)));
+    ReachedPose {
+        asked,
+        off: PlatePose {
+            z_um: reached.z_um - asked.z_um,
+            tilt_x_rad: reached.tilt_x_rad - asked.tilt_x_rad,
+            tilt_y_rad: reached.tilt_y_rad - asked.tilt_y_rad,
+        },
+        limits,
+        told: mirror.uncertainty(),
+        known: mirror.surroundings(),
+    }
+}
+
+/// Directions of the edge's tilts, and parts of the range of the pistons that they are about: an outline of `host-tool range` has more.
+const DIRECTIONS: usize = 12;
+const PARTS: [f64; 5] = [0.1, 0.25, 0.5, 0.75, 0.9];
+/// Poses of the edge are asked for in steps of so many: a neighbour in time is far away, and all have their turn (it divides none of their number).
+const STRIDE: usize = 23;
+
+/// Poses at a part of the largest tilts that `host-tool range` tells in these surroundings, one after the other, each held until shared heat has
+/// come to rest and creep has let go of where the mirror was before: every `every`th of those around the whole edge.
+///
+/// # Errors
+/// Where a number of `config` is out of range.
+pub fn edge_poses(
+    calibration: &Calibration,
+    config: &MirrorConfig,
+    (every, part): (usize, f64),
+    around: Around,
+) -> Result<Vec<ReachedPose>, ConfigError> {
+    /// Of a pole of 4.3 s, by which the paper's mirror shares most of its heat that is slow, 1 % is left then.
+    const STAY_S: f64 = 20.0;
+    let mut used = *calibration;
+    let mut mirror = Loop::new(&mut used, config)?;
+    mirror.surround(around);
+    let top_um = f64::from(calibration.max_position().0);
+    if around != Around::CALIBRATION {
+        // A board that has been used knows its room.
+        for part in [0.4, 0.8] {
+            mirror.hold(part * top_um, HELD_S);
+        }
+    }
+    let drives = Drives::new(calibration.parts());
+    let held = Reach::new(calibration.parts().plate, top_um)
+        .above(mirror.lowest_um())
+        .held_by(match mirror.surroundings() {
+            Some(estimate) if around != Around::CALIBRATION => drives.around(&estimate),
+            _ => drives,
+        });
+    let (low_um, high_um) = held.level_um();
+    let count = DIRECTIONS * PARTS.len();
+    let asked = (0..count).step_by(every).map(|step| {
+        let place = step * STRIDE % count;
+        let z_um = low_um + PARTS[place / DIRECTIONS] * (high_um - low_um);
+        let turn = (place % DIRECTIONS) as f64 / DIRECTIONS as f64;
+        let (sine, cosine) = (std::f64::consts::TAU * turn).sin_cos();
+        let rad = part * held.largest_tilt_rad(z_um, (cosine, sine));
+        PlatePose {
+            z_um,
+            tilt_x_rad: rad * cosine,
+            tilt_y_rad: rad * sine,
         }
     });
-    Ok(reached.collect())
+    Ok(asked
+        .map(|asked| reached_pose(&mut mirror, asked, STAY_S))
+        .collect())
 }
 
 impl PoseErrors {

@@ -1,6 +1,6 @@
 //! `scan`: positions and poses along a sine, a triangle, a circle, a figure, a raster or a table of one's own, played by the board.
 
-mod kept_warm;
+mod not_held;
 mod path;
 mod table;
 
@@ -63,7 +63,7 @@ pub(super) async fn run(
     let tick_hz = board.identity().tick_hz;
     let Planned { name, run, output } = path::planned(scan, tick_hz)?;
     check_length(run.duration_s(), longest)?;
-    let reach = reach(board, &board.status().await?.health).await?;
+    let reach = reach(board, &board.status().await?).await?;
     path::check_reach(&run, &reach.by_range())?;
     let experiment = Experiment::scan(name, run.clone(), samples(run.begins, run.cycles));
     experiment_player::pieces(&experiment, tick_hz)?;
@@ -71,7 +71,7 @@ pub(super) async fn run(
         .map(|(path, force)| NewFile::create(path, force))
         .transpose()?;
     let (signal, cycles) = (&run.signal, run.cycles);
-    if let Some(warning) = kept_warm::warning(&run, &reach) {
+    if let Some(warning) = not_held::warning(&run, &reach) {
         note(warning);
     }
     let expected = expected(board, &run).await?;

@@ -9,7 +9,7 @@ use quantities::{Angle, Length};
 use serde::Serialize;
 
 use super::table::{self, Sampled};
-use crate::board::{check_piston, hardly_below};
+use crate::board::{check_piston, hardly_beyond};
 use crate::cli::{Curve, Frame, Scan, TiltCurve};
 use crate::commands::following::{Followed, falls_short};
 use crate::commands::pose::nearest;
@@ -195,7 +195,7 @@ pub(super) fn check_reach(run: &Run, reach: &Reach) -> Result<(), BeyondBoard> {
         let nearest = reach.nearest(pose);
         (pose.tilt_x_rad - nearest.tilt_x_rad).hypot(pose.tilt_y_rad - nearest.tilt_y_rad)
     };
-    let borne = hardly_below(reach);
+    let borne = hardly_beyond(reach);
     let farthest = poses(run)
         .filter(|pose| !borne.contains(pose))
         .max_by(|a, b| missed(a).total_cmp(&missed(b)));

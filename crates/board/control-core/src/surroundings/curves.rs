@@ -13,7 +13,7 @@ pub(super) const CURVES_VARIANCE: f32 = CURVES_DEVIATION.0 * CURVES_DEVIATION.0;
 
 /// As much of a difference (K) as is neither the curves' own error nor chance, by the difference's variance (K^2): of what is known,
 /// hardly any of a tenth of a kelvin, all but a hundredth of one. The room of the calibration is the likelier one while little is known.
-pub(super) fn beyond_the_curves(kelvin: f32, unknown: f32) -> f32 {
+pub fn beyond_the_curves(kelvin: f32, unknown: f32) -> f32 {
     let own = CURVES.0 * CURVES.0 + unknown;
     let own = own * own;
     let square = kelvin * kelvin;

@@ -45,7 +45,7 @@ use control_core::calibration::{Parts, Plate};
 use control_core::{Calibration, Micrometre};
 
 pub(crate) use self::drives::largest;
-pub use self::drives::{Drives, KeptWarm};
+pub use self::drives::{Cause, Drives, NotHeld};
 use self::fit::PlateFit;
 use self::outcome::Outcome;
 use self::point::FEWEST;

@@ -43,12 +43,20 @@ pub(super) fn tables(parts: &Parts) -> [Table; CHANNELS] {
 }
 
 /// What a resistance tells over the rise of its actuator.
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct SensedCurve {
     step_k: f64,
     knots_k: Vec<f64>,
 }
 
 impl SensedCurve {
+    /// Those of a calibration that knows them.
+    pub(super) fn of_all(parts: &Parts) -> Option<[Self; CHANNELS]> {
+        let mut actuators = parts.actuators.iter();
+        let are_known = actuators.all(|actuator| actuator.sensed_rises.is_known());
+        are_known.then(|| parts.actuators.each_ref().map(Self::of))
+    }
+
     pub(super) fn of(actuator: &ActuatorCalibration) -> Self {
         let sensed = &actuator.sensed_rises;
         Self {
