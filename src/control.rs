@@ -12,6 +12,7 @@ use mirror_protocol::{Commanded, Health, Telemetry};
 use protection::{Denied, Fault, Lease, Protection, Reading};
 use waveforms::{Player, Sampler, Stream, Trigger};
 
+use crate::TICK_HZ;
 use crate::board::{Board, Sensed};
 use crate::mailbox::{ControlSide, Order};
 use crate::retained::{KEPT_EVERY, Keep};
@@ -19,6 +20,9 @@ use crate::watchdog;
 
 /// Samples so long after the last that told the uncertainty tell it again: the core takes as long to find it.
 const UNCERTAINTY_TICKS: u32 = 16;
+
+/// So often heaters are read again that may be another mirror's: after 11 s, one more than the core waits to decide by (`likeness.rs`).
+const HEATERS_ASKED_EVERY: u32 = 11 * TICK_HZ;
 
 /// The state from one tick to the next.
 pub struct Control {
@@ -50,6 +54,8 @@ pub struct Control {
     stream: Sampler,
     /// The tick of the last sample that told the uncertainty.
     uncertainty_told: u32,
+    /// The tick in which they were read last for that.
+    asked_heaters: u32,
     /// What begins as the codes of `applied` are driven.
     trigger: Trigger,
     /// What has begun since the last sample.
@@ -99,6 +105,7 @@ impl Control {
             late_ticks: 0,
             stream: Sampler::default(),
             uncertainty_told: 0,
+            asked_heaters: 0,
             trigger: Trigger::NONE,
             untold: Trigger::NONE,
         }
@@ -262,6 +269,23 @@ impl Control {
         self.keep();
     }
 
+    /// Has heaters read again that may be another mirror's, or were warm so far, while nothing else is asked of them. Now and then it is looked at.
+    #[cold]
+    fn ask_heaters(&mut self) {
+        if self.controller.asks_for_heaters()
+            && self.tick.wrapping_sub(self.asked_heaters) >= HEATERS_ASKED_EVERY
+            && self.is_idle()
+        {
+            self.check_heaters();
+        }
+    }
+
+    #[cold]
+    fn check_heaters(&mut self) {
+        self.asked_heaters = self.tick;
+        self.protection.check_again();
+    }
+
     /// Keeps what is to outlive a reset, one actuator's now and then; nothing of a controller that is between two calibrations.
     fn keep(&mut self) {
         if self.tick.wrapping_sub(self.kept) >= KEPT_EVERY && !self.controller.is_exchanging() {
@@ -269,6 +293,7 @@ impl Control {
             let retained = self.controller.retained(self.next_kept);
             self.retained.keep(self.next_kept, &retained);
             self.next_kept = (self.next_kept + 1) % CHANNELS;
+            self.ask_heaters();
         }
     }
 
@@ -278,6 +303,8 @@ impl Control {
         if self.controller.is_exchanging() {
             if let Some(before) = self.controller.exchange_on() {
                 self.mailbox.return_calibration(before);
+                // By all of the new one.
+                self.check_heaters();
             }
         } else if let Some(calibration) = self.mailbox.take_calibration() {
             // Drives computed under another calibration mean nothing.

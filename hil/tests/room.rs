@@ -110,6 +110,38 @@ fn a_calibration_is_taken_by_its_own_mirror_only() {
     );
 }
 
+/// The board itself notices it where nobody compares: a position may be anywhere at once, and `calibration-drifted` is told when heat from before
+/// would have left, at rest and in use; its own calibration ends it.
+#[test]
+fn a_board_under_another_mirrors_calibration_says_so() {
+    let (bench, _) = bench();
+    fs::write(
+        bench.directory().join("paper.toml"),
+        include_str!("paper.toml"),
+    )
+    .expect("written");
+    let width_um = |told: &Value| told["uncertainty"]["z_um"].as_f64().expect("a number");
+    let is_drifted = |told: &Value| told.to_string().contains("calibration-drifted");
+    let moved = || bench.json(&["set-z", "60um", "--settle", "1s"]);
+    let own = moved();
+    assert!(width_um(&own) < 10.0 && !is_drifted(&own), "{own}");
+    bench.json(&["off"]);
+    bench.wait_until_s(bench.simulated_s() + 5.0);
+    bench.json(&["load-calibration", "paper.toml", "--other-mirror"]);
+    let at_once = moved();
+    assert!(width_um(&at_once) > 60.0, "{at_once}");
+    bench.json(&["off"]);
+    let since_s = bench.simulated_s();
+    bench.wait_until_s(since_s + 23.0);
+    let at_rest = bench.json(&["status"]);
+    assert!(is_drifted(&at_rest), "{at_rest}");
+    let in_use = moved();
+    assert!(is_drifted(&in_use) && width_um(&in_use) > 60.0, "{in_use}");
+    bench.json(&["load-calibration", FILE]);
+    let own = moved();
+    assert!(width_um(&own) < 10.0 && !is_drifted(&own), "{own}");
+}
+
 /// What has tripped it may be a calibration of another mirror.
 #[test]
 fn a_board_that_has_tripped_takes_a_calibration_unread() {

@@ -193,6 +193,12 @@ impl<'a> Controller<'a> {
         self.surroundings.drift()
     }
 
+    /// Whether the heaters are to be read at rest, now or some seconds later: they differ from each other otherwise than at calibration, and it is
+    /// not decided yet whether that is another mirror or heat from before the start, or they were too warm for any reading so far.
+    pub fn asks_for_heaters(&self) -> bool {
+        self.surroundings.are_heaters_asked()
+    }
+
     /// Whether the surroundings are compensated in positions.
     pub fn compensates_surroundings(&self) -> bool {
         self.surroundings.is_used()

@@ -27,8 +27,10 @@ use crate::units::{Ampere, Kelvin};
 mod apart;
 mod curves;
 mod drift;
+mod evidence;
 pub mod excursion;
 mod filter;
+mod likeness;
 mod period;
 mod reference;
 mod unknown;
@@ -37,8 +39,10 @@ use apart::Apart;
 use curves::CURVES_VARIANCE;
 pub use curves::beyond_the_curves;
 use drift::{Drift, Innovation};
+pub(crate) use evidence::Evidence;
 use excursion::Excursion;
 use filter::{FARTHEST, Filter};
+use likeness::Likeness;
 pub(crate) use period::PERIOD;
 use reference::Reference;
 
@@ -100,23 +104,6 @@ impl Estimate {
     }
 }
 
-/// One actuator's reading: its thermometer against its stages.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Evidence {
-    /// Temperature that the resistance tells, over ambient at calibration.
-    pub(crate) sensed: Kelvin,
-    /// Rise that the stages tell.
-    pub(crate) rise: Kelvin,
-    /// And that of all four in the mean.
-    pub(crate) mean_rise: Kelvin,
-    /// What the quick poles have still to bring.
-    pub(crate) unsettled: Kelvin,
-    /// By how much a bound holds it back.
-    pub(crate) held_back: Kelvin,
-    /// The current that was read.
-    pub(crate) current: Ampere,
-}
-
 /// The filter, and what is compensated.
 // What every tick reads comes first, as in the controller.
 #[derive(Clone, Debug)]
@@ -142,6 +129,7 @@ pub(crate) struct Surroundings {
     common: f32,
     drift: Drift,
     has_drifted: bool,
+    likeness: Likeness,
     /// Ticks since room and loss are told apart, as far as they are counted.
     apart_since: u16,
     is_probing: bool,
@@ -175,6 +163,7 @@ impl Surroundings {
             common: 0.0,
             drift: Drift::default(),
             has_drifted: false,
+            likeness: Likeness::new(parts),
             apart_since: 0,
             is_probing: false,
             offsets: [0.0; CHANNELS],
@@ -215,6 +204,7 @@ impl Surroundings {
 
     /// So many ticks pass in which nothing is read.
     pub(crate) fn rest(&mut self, ticks: u16) {
+        self.likeness.pass(ticks);
         self.filter.walk(TICK.0 * f32::from(ticks));
         self.tell();
     }
@@ -256,6 +246,36 @@ impl Surroundings {
     /// Whether a heater tells otherwise than the others, or all of them of a loss that no air takes.
     pub(crate) fn has_drifted(&self) -> bool {
         self.has_drifted
+    }
+
+    /// Whether the heaters may be another mirror's.
+    pub(crate) fn are_heaters_doubted(&self) -> bool {
+        self.likeness.is_doubted()
+    }
+
+    /// Whether they are to be read at rest, to decide that.
+    pub(crate) fn are_heaters_asked(&self) -> bool {
+        self.likeness.is_open()
+    }
+
+    /// Whether a heater's current tells whose mirror it is.
+    pub(crate) fn is_compared(&self, current: Ampere) -> bool {
+        self.likeness.asks(current)
+    }
+
+    /// Compares what an actuator's heater tells with what it told at calibration.
+    pub(crate) fn compare(&mut self, actuator: usize, evidence: &Evidence) {
+        let reference = &self.references[actuator];
+        let (expected, apart) = self.apart(reference, evidence);
+        let more = apart / (reference.cold_kelvin + expected);
+        self.likeness.read(actuator, more, evidence);
+    }
+
+    /// What its resistance tells of an actuator at calibration, and what it tells beyond that (K).
+    fn apart(&self, reference: &Reference, evidence: &Evidence) -> (f32, f32) {
+        let (expected, _) = reference.sensed(evidence.rise);
+        let of_others = self.crosstalk * (evidence.mean_rise.0 - evidence.rise.0);
+        (expected, evidence.sensed.0 - expected - of_others)
     }
 
     /// Whether an actuator that is not driven is to be driven as little as shows its resistance.
@@ -383,6 +403,7 @@ impl Surroundings {
         let batch = core::mem::take(&mut self.batch);
         self.filter.walk(TICK.0 * PERIOD as f32);
         self.drift.turn();
+        self.likeness.pass(PERIOD as u16);
         if batch.readings > 0.0 && self.is_known() {
             let part = 1.0 / batch.readings;
             let measured = batch.measured * part;
@@ -416,7 +437,8 @@ impl Surroundings {
             false => 0,
         };
         let is_air = self.filter.loss.abs() < AIR || !self.are_told_apart();
-        self.has_drifted = self.is_known() && (self.drift.is_told() || !is_air);
+        let is_other = self.likeness.is_other();
+        self.has_drifted = self.is_known() && (self.drift.is_told() || !is_air || is_other);
     }
 }
 

@@ -25,6 +25,9 @@ const OF_HEAT: f32 = 0.1;
 /// A heater that drifts is told before the plate is further off than this (um; `closed-loop`, test `drift`). One that
 /// was told, or that shows no resistance to tell by, may be as far off either way.
 const DRIFTED: Micrometre = Micrometre(1.0);
+/// A mirror whose heaters differ from each other otherwise than at calibration may be another one (um): under another's calibration virtual mirrors were up
+/// to 51 um off (`closed-loop`, test `exchanged`).
+const OTHERS: Micrometre = Micrometre(60.0);
 /// Standard deviation of what lies anywhere in an interval, per half of its width: 1 / sqrt(3) [JCGM 100:2008, 4.3.7].
 const RECTANGULAR: f32 = 0.577_35;
 
@@ -61,6 +64,8 @@ pub(crate) struct Budget {
     pub(crate) residual: Residual,
     spans: [[Span; PLAYS]; CHANNELS],
     contributions: [Contributions; CHANNELS],
+    /// Standard uncertainty of each displacement where a heater tells otherwise than at calibration, and where none does (um).
+    drifted: [f32; 2],
     told: Uncertainty,
 }
 
@@ -92,6 +97,7 @@ impl Budget {
             residual: *residual,
             spans: [anywhere; CHANNELS],
             contributions: Default::default(),
+            drifted: [RECTANGULAR * DRIFTED.0, 0.0],
             told: Uncertainty::default(),
         }
     }
@@ -172,6 +178,14 @@ impl Budget {
         contributions.heat = OF_HEAT * to_come.0;
     }
 
+    /// Whether the mirror may be another one than the calibration's.
+    pub(crate) fn doubt(&mut self, is_doubted: bool) {
+        self.drifted = match is_doubted {
+            true => [RECTANGULAR * OTHERS.0; 2],
+            false => [RECTANGULAR * DRIFTED.0, 0.0],
+        };
+    }
+
     /// All of it, where the actuators are at these positions (um). What is unknown of all four alike moves the plate; what one
     /// actuator does apart from the others tilts it. `is_true`: every resistance tells what it told at calibration.
     pub(crate) fn combine(
@@ -180,11 +194,7 @@ impl Budget {
         positions: &[f32; CHANNELS],
         is_true: bool,
     ) {
-        let drifted = if is_true {
-            0.0
-        } else {
-            RECTANGULAR * DRIFTED.0
-        };
+        let drifted = self.drifted[usize::from(is_true)];
         let of = |contribution: fn(&Contributions) -> f32| {
             plate.pose(&self.contributions.each_ref().map(contribution))
         };

@@ -149,6 +149,11 @@ impl Protection {
         for (watch, actuator) in self.channels.iter_mut().zip(calibration.actuators()) {
             watch.recalibrate(actuator, allowed);
         }
+        self.check_again();
+    }
+
+    /// Checks the heaters again, where nothing is in the way: what is wanted waits for it.
+    pub fn check_again(&mut self) {
         if matches!(
             self.phase,
             Phase::Starting { .. } | Phase::Idle | Phase::Enabled | Phase::Lapsed

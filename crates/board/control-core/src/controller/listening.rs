@@ -4,6 +4,7 @@ use super::{Controller, UNNOTICED, turns_since_own};
 use crate::CHANNELS;
 use crate::actuator::Actuator;
 use crate::limits::{Limit, Limits};
+use crate::surroundings::Evidence;
 use crate::units::{Ampere, Kelvin, Volt};
 
 /// The turn in which the surroundings are updated: one in which no actuator is read or followed.
@@ -23,22 +24,34 @@ impl Controller<'_> {
                 self.surroundings.follow(read, self.asked[read]);
             }
             _ if self.turn == UPDATE_TURN => self.update(),
+            // Where nothing is foreseen either.
+            3 if self.surroundings.is_compared(current) => self.compare(actuator, current),
             _ => {}
         }
     }
 
     /// What its resistance tells of the surroundings.
     fn read(&mut self, actuator: usize, current: Ampere) {
-        let Some(sense) = &self.step.sense[actuator] else {
-            return;
-        };
+        if let Some(evidence) = self.evidence(actuator, current) {
+            self.surroundings.read(actuator, &evidence);
+        }
+    }
+
+    /// Whether it is the heater of the calibration's mirror.
+    fn compare(&mut self, actuator: usize, current: Ampere) {
+        if let Some(evidence) = self.evidence(actuator, current) {
+            self.surroundings.compare(actuator, &evidence);
+            self.budget.doubt(self.surroundings.are_heaters_doubted());
+        }
+    }
+
+    /// What its resistance tells, and what its stages do.
+    fn evidence(&self, actuator: usize, current: Ampere) -> Option<Evidence> {
+        let sense = self.step.sense[actuator].as_ref()?;
         let rises = self.actuators.iter().map(|actuator| actuator.rise().0);
         let mean_rise = Kelvin(rises.sum::<f32>() / CHANNELS as f32);
         let heat = (&self.heat, &self.shared);
-        let evidence = self.actuators[actuator].evidence(sense, current, mean_rise, heat);
-        if let Some(evidence) = evidence {
-            self.surroundings.read(actuator, &evidence);
-        }
+        self.actuators[actuator].evidence(sense, current, mean_rise, heat)
     }
 
     /// What follows from all four.
