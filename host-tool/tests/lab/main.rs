@@ -253,7 +253,7 @@ fn an_effect_of_ones_own_is_written_and_tried() {
 #[test]
 fn effects_are_listed_and_shown() {
     let said = lab(&["effect", "list"]);
-    assert_eq!(said.out.lines().count(), 24);
+    assert_eq!(said.out.lines().count(), 25);
     let said = lab(&["effect", "show", "creep"]);
     assert!(
         said.out.contains("equation") && said.out.contains("hold for a minute"),

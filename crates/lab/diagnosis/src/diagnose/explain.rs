@@ -3,7 +3,7 @@
 
 use super::analysis::{Analysis, best_first};
 use crate::candidate::{Candidate, Found, Refit, refine, refit, scan};
-use crate::confusions::confusions;
+use crate::confusions::{RIVAL_SHARE, confusions};
 use crate::progress::Count;
 use identification::base::{identifiable, restarts};
 use identification::fit::{Fitted, Precision, fit_parameters};
@@ -108,22 +108,30 @@ impl Analysis<'_> {
         best_first(candidates);
     }
 
-    /// Where the best leaves more than mirrors that lack nothing, fits it from other time constants, and what is known to be taken for it: a
-    /// sensor's lag moves the base's own so far that the fit beside it stops where the film that is squeezed explains more.
+    /// Fits what is known to be taken for the best from other time constants, and where the best leaves more than mirrors that lack nothing, that
+    /// too: a sensor's lag moves the base's own so far that the fit beside it stops where the film that is squeezed explains more. Each in
+    /// all of its forms: which of two whose slopes are alike was scanned best says nothing.
     fn fit_the_best_from_elsewhere(&self, candidates: &mut [Candidate]) {
-        if self.is_whole(candidates) {
-            return;
-        }
-        let Some(best) = candidates.first().map(|best| best.id().to_owned()) else {
+        let is_whole = self.is_whole(candidates);
+        let Some(best) = candidates
+            .first()
+            .filter(|best| best.score() > best.threshold)
+        else {
             return;
         };
+        let (best, top) = (best.id().to_owned(), best.score());
         let may_be_it = |candidate: &&mut Candidate| {
             let id = candidate.id();
-            id == best || confusions().is_taken(self.channels(), id, &best)
+            let is_far = candidate.score() < RIVAL_SHARE * top;
+            let is_it = id == best && !is_whole;
+            is_it || is_far && confusions().is_taken(self.channels(), id, &best)
         };
         let starts = restarts(&self.fitted.model, &identifiable(self.data), self.data);
         let suspects = candidates.par_iter_mut().filter(may_be_it);
-        suspects.for_each(|candidate| self.refit_one(&starts, candidate, Precision::Fine));
+        suspects.for_each(|candidate| {
+            self.refit_one(&starts, candidate, Precision::Fine);
+            self.refit_in_better_form(&starts, candidate);
+        });
         best_first(candidates);
     }
 

@@ -6,6 +6,7 @@ use crate::candidate::{Candidate, Explanation, InForm, PRICE, is_plausible, refi
 use crate::report::Form;
 use crate::residual_space::Session;
 use identification::fit::Precision;
+use mirror_model::Model;
 use mirror_model::effect::{Effect, forms};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -102,9 +103,19 @@ impl Analysis<'_> {
         form.score > hardly_less_than(best.score) && (explains(form) || !explains(best))
     }
 
+    /// Has a candidate in another of its forms where that explains more, fitted together with the base from these starts.
+    pub(super) fn refit_in_better_form(&self, starts: &[Model], candidate: &mut Candidate) {
+        for form in other_forms(candidate) {
+            let other = self.in_form_from(candidate, form.form(), starts);
+            let other = other.filter(|other| other.explanation.score > candidate.score());
+            if let Some(better) = other {
+                candidate.take(better);
+            }
+        }
+    }
+
     /// A candidate in one of its forms, refined and fitted together with the base, as every candidate is.
     fn in_form(&self, candidate: &Candidate, form: &str) -> Option<InForm> {
-        let start = self.refined_in_form(candidate, form)?;
         let starts = match &candidate.refit {
             Some(with_best) => {
                 let mut model = with_best.fitted.model.clone();
@@ -113,8 +124,13 @@ impl Analysis<'_> {
             }
             None => vec![self.fitted.model.clone()],
         };
+        self.in_form_from(candidate, form, &starts)
+    }
+
+    fn in_form_from(&self, candidate: &Candidate, form: &str, starts: &[Model]) -> Option<InForm> {
+        let start = self.refined_in_form(candidate, form)?;
         Some(
-            match self.refitted(&start.active, &starts, Precision::Fine) {
+            match self.refitted(&start.active, starts, Precision::Fine) {
                 Some((found, refit)) if found.score > start.score => InForm {
                     explanation: found.explanation(start.change),
                     refit: Some(refit),

@@ -1,5 +1,7 @@
 //! The expansion of aluminium grows with temperature, its modulus falls.
 
+mod above;
+
 use super::{Acts, Effect, Info, Moment, Parameter, Stage, parameter};
 use std::borrow::Cow;
 
@@ -20,9 +22,19 @@ static INFO: Info = Info {
     source: Cow::Borrowed("aluminium: c 0.5e-3 to 1e-3 /K"),
 };
 
+static OTHERS: [&dyn Effect; 1] = [&above::Above];
+
 impl Effect for ExpansionTemperature {
     fn info(&self) -> &Info {
         &INFO
+    }
+
+    fn form(&self) -> &str {
+        "linear"
+    }
+
+    fn other_forms(&self) -> &'static [&'static dyn Effect] {
+        &OTHERS
     }
 
     fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
