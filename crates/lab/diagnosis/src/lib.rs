@@ -12,6 +12,7 @@
 //!
 //! Only `null_ensemble/families` knows the virtual mirror. Model and virtual mirror share nothing.
 
+mod apart;
 mod candidate;
 pub mod confusions;
 mod diagnose;

@@ -1,5 +1,6 @@
 //! What to measure next: of what this board and its bench can run, where the rivals' predictions differ most.
 
+use crate::apart::apart;
 use crate::menu::{Offer, ROOM_C, beside, highest_drive_v, menu, position_noise_um, with_currents};
 use crate::proposal::{Next, NextMeasurement, Proposal};
 use crate::residual_space::ResidualSpace;
@@ -7,7 +8,6 @@ use experiments::Measurement;
 use identification::base::identifiable;
 use identification::dataset::Dataset;
 use identification::parameter::FreeParameter;
-use identification::prediction::{jacobian, predict, standardised};
 use mirror_model::Model;
 use mirror_model::effect::{Active, Stage};
 use rayon::prelude::*;
@@ -15,8 +15,8 @@ use rayon::prelude::*;
 /// Rivals that differ by less than this need something else than a drive: five standard deviations of one reading.
 const TELLING: f64 = 5.0;
 
-/// The experiment whose outcome differs most between the best of the rivals and any other, beyond what refitted base
-/// parameters hide. Where no drive tells, one on the bench.
+/// The experiment whose outcome differs most between the best of the rivals and any other, beyond what refitted parameters of base and
+/// rivals hide. Where no drive tells, one on the bench.
 pub(crate) fn choose(
     model: &Model,
     session: &Dataset,
@@ -127,23 +127,14 @@ pub(crate) fn more(session: &Dataset) -> Option<NextMeasurement> {
     })
 }
 
-/// How far two effects' predictions of an experiment differ beyond what the base can hide, in standard deviations of one
+/// How far two effects' predictions of an experiment differ beyond what base and effects can hide, in standard deviations of one
 /// reading.
 fn difference(model: &Model, plan: &Dataset, first: &Active, second: &Active) -> Option<f64> {
-    let with = |active: &Active| {
-        let mut model = model.clone();
-        model.effects.push(active.clone());
-        predict(&model, plan).ok()
-    };
-    let differences = with(first)?.into_iter().zip(with(second)?);
-    let difference = standardised(differences.map(|(a, b)| a - b), plan);
     let free: Vec<_> = identifiable(plan)
         .into_iter()
         .map(FreeParameter::Base)
         .collect();
-    let slopes = jacobian(model, plan, &free).ok()?;
-    let space = ResidualSpace::of_base(&slopes);
-    Some(space.vector(&difference).norm_squared().max(0.0).sqrt())
+    apart(model, plan, &free, [first, second], ResidualSpace::of_base).ok()
 }
 
 #[cfg(test)]

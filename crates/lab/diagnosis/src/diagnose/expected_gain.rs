@@ -2,6 +2,7 @@
 //! looked at with the null ensemble of a mirror of which it is known, or of a session that goes on with it.
 
 use super::analysis::Analysis;
+use crate::apart::apart;
 use crate::candidate::Candidate;
 use crate::menu::{Offer, offers};
 use crate::null_ensemble::NullEnsemble;
@@ -9,9 +10,10 @@ use crate::null_ensemble::unknowns::{Unknown, unknowns};
 use crate::proposal::SESSION_IS_TO_TELL;
 use crate::quantile::below;
 use crate::report::{Asked, ExpectedGain, ExpectedGains, Means, Right, Shown};
+use crate::residual_space::Session;
 use identification::dataset::Dataset;
-use identification::fit::fit;
-use identification::prediction::{predict, standardised};
+use identification::fit::{Fitted, fit};
+use identification::prediction::predict;
 use mirror_model::effect::{Active, Effect};
 use mirror_model::{Device, Model, Runaway};
 use std::path::Path;
@@ -154,32 +156,20 @@ impl Difference {
     }
 }
 
-/// The least difference between two of these effects.
+/// The least difference between two of these effects, whatever base and effects are fitted to.
 fn least_difference(analysis: &Analysis<'_>, suspects: &[Active]) -> Option<Difference> {
-    let with = |active: &Active| {
-        let mut model = analysis.fitted.model.clone();
-        model.effects.push(active.clone());
-        Some((active.id().to_owned(), predict(&model, analysis.data).ok()?))
-    };
-    let predicted: Vec<(String, Vec<f64>)> = suspects.iter().filter_map(with).collect();
-    let differences = predicted
-        .iter()
-        .enumerate()
-        .flat_map(|(index, (one, at_one))| {
-            predicted[index + 1..].iter().map(move |(other, at_other)| {
-                let difference = at_one.iter().zip(at_other).map(|(a, b)| a - b);
-                let difference = standardised(difference, analysis.data);
-                Difference {
-                    between: [one.clone(), other.clone()],
-                    deviations: analysis
-                        .session
-                        .vector(&difference)
-                        .norm_squared()
-                        .max(0.0)
-                        .sqrt(),
-                }
-            })
-        });
+    let Fitted { model, free, .. } = &analysis.fitted;
+    let pairs = suspects.iter().enumerate().flat_map(|(index, one)| {
+        let others = suspects[index + 1..].iter();
+        others.map(move |other| [one, other])
+    });
+    let differences = pairs.filter_map(|pair| {
+        let around = |slopes: &_| analysis.session.around::<Session>(slopes);
+        Some(Difference {
+            between: pair.map(|active| active.id().to_owned()),
+            deviations: apart(model, analysis.data, free, pair, around).ok()?,
+        })
+    });
     differences.min_by(|a, b| a.deviations.total_cmp(&b.deviations))
 }
 
