@@ -86,6 +86,7 @@ def test_one_that_was_turned_off_beside_it_is_stopped_at_the_first_asking() -> N
         while not mirror.is_stopped:
             assert time.monotonic() - start < 90, "nobody has told it"
         assert mirror.is_stopped
+        assert "host-tool off" in mirror.told_of_stop
         mirror.lock()
         assert not mirror.is_stopped
         mirror.drive(1.0, wait=False)

@@ -117,6 +117,8 @@ class Mirror:
         """
         self._started: tuple[Server | EmulatedBoard, ...] = ()
         self.instrument = Instrument(host, port)
+        #: What the board told when :attr:`is_stopped` was asked first after a stop; empty where another answer told it.
+        self.told_of_stop = ""
         if board is not None:
             quoted = board.replace('"', '""')
             try:
@@ -266,6 +268,7 @@ class Mirror:
             # A stop is told once as an error of whatever is asked next, which is this; what is asked here is just that.
             if error.number != _PROTECTED:
                 raise
+            self.told_of_stop = str(error)
             states = self.instrument.query("STAT:QUES:COND?")
         return bool(int(states) & _STOPPED)
 

@@ -131,6 +131,9 @@ class MirrorRecords(PVGroup):  # type: ignore[misc]
             except (InstrumentError, OSError) as error:
                 await self.message.write(str(error)[:400])
             else:
+                if told := self.mirror.told_of_stop:
+                    self.mirror.told_of_stop = ""
+                    await self.message.write(told[:400])
                 await self.position.write(asked, verify_value=False, **(NOT_HELD if isnan(asked) else TRUE))
 
     def _move(self, position: float) -> None:
