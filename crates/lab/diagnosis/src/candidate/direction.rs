@@ -3,7 +3,7 @@
 use crate::residual_space::{Kind, ResidualSpace, Vector};
 use identification::dataset::Dataset;
 use identification::prediction::{predict, standardised};
-use mirror_model::effect::{Active, Effect, Parameter, Timing};
+use mirror_model::effect::{Active, Effect, Moment, Parameter, Timing, constant};
 use mirror_model::{Model, Runaway};
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -77,13 +77,45 @@ impl Operating<'_> {
         Direction<K>: Send,
         ResidualSpace<K>: Sync,
     {
+        let slow = self.of_a_constant(effect);
         from_all_starts(effect, Some(self.data.lasts_s()))
             .into_par_iter()
             .filter_map(|active| {
-                let change = space.vector(&self.change(&active).ok()?);
+                let change = match &slow {
+                    Some(of_a_constant) => self.slow_change(&active, of_a_constant),
+                    None => self.change(&active).ok()?,
+                };
+                let change = space.vector(&change);
                 Some(Direction { active, change })
             })
             .collect()
+    }
+
+    /// What a constant changes in the place of an effect that follows the clock alone: such courses are slow beside the mirror, so each reading
+    /// changes by what the course is then. `None` of other effects, and where displacements are compared about a mean.
+    pub(super) fn of_a_constant(&self, effect: &Arc<dyn Effect>) -> Option<DVector<f64>> {
+        if !effect.is_course() || !self.data.own_zeros.is_empty() {
+            return None;
+        }
+        self.change(&Active::usual(constant(effect.info().acts, "1")))
+            .ok()
+    }
+
+    /// The change that an effect makes which follows the clock alone.
+    pub(super) fn slow_change(
+        &self,
+        active: &Active,
+        of_a_constant: &DVector<f64>,
+    ) -> DVector<f64> {
+        let ends_s: Vec<f64> = self.data.ends_s().collect();
+        let course = self.data.observations.iter().map(|o| {
+            let moment = Moment {
+                t_s: ends_s[o.interval],
+                ..Moment::default()
+            };
+            active.effect.output(&active.values, 0.0, &[], &moment)
+        });
+        DVector::from_iterator(self.data.observations.len(), course).component_mul(of_a_constant)
     }
 
     /// What an effect adds to the base's predictions, standardised.

@@ -130,6 +130,40 @@ fn periods_are_tried_half_a_cycle_apart_in_both_phases() {
     assert_eq!(from_all_starts(swing, Some(1.0)).len(), 2);
 }
 
+#[test]
+fn what_follows_the_clock_changes_each_reading_by_what_it_is_then() {
+    let levels = (0..=14).chain((0..14).rev());
+    let held = levels.map(|level| (0.25 * f64::from(level), 2.0));
+    let channels = [(Channel::Displacement, 0.02), (Channel::Current(0), 2e-6)];
+    let data = Dataset::driven(held).read_at_each(&channels);
+    let model = Model::from(Preset::Reconciled);
+    let base = predict(&model, &data).unwrap();
+    let at = Operating {
+        model: &model,
+        data: &data,
+        base: &base,
+    };
+    let drifts = ["ambient-drift", "sensor-drift"].map(|id| find(id).expect("an effect"));
+    for form in drifts.iter().flat_map(forms) {
+        let slow = at.of_a_constant(&form).expect("a course");
+        for active in from_all_starts(&form, Some(data.lasts_s())) {
+            let exact = at.change(&active).unwrap();
+            let off = (at.slow_change(&active, &slow) - &exact).norm();
+            // A course of 10 s is 0.1 % behind, and a heater's power follows its resistance; as much again.
+            assert!(
+                off < 0.003 * exact.norm(),
+                "{} {:?}: {off}",
+                form.form(),
+                active.values
+            );
+        }
+    }
+    assert!(
+        at.of_a_constant(&find("creep").expect("an effect"))
+            .is_none()
+    );
+}
+
 /// The space of one reading with unit noise, which nothing is free to explain.
 fn of_one_reading() -> ResidualSpace<Session> {
     let none = ModelDiscrepancy::new(&DMatrix::zeros(1, 0), &DVector::repeat(1, 1.0));

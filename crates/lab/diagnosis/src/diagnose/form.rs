@@ -17,16 +17,14 @@ const ALIKE: f64 = 0.92;
 
 impl Analysis<'_> {
     /// Fits each candidate that leads in all of its forms, and has it in the one that explains most: the form whose slopes explain
-    /// most may not be it, least of all where it ends at an end of its range. Where none explains the misfit all that mirrors which lack
-    /// nothing would not show are: in a form that is not nature's a sensor's lag scored a twentieth of what a resonance did.
+    /// most may not be it, least of all where it ends at an end of its range. Where none explains the misfit all are: in a form that is not
+    /// nature's a sensor's lag scored a twentieth of what a resonance did, or nothing.
     pub(super) fn fit_leading_forms(&self, candidates: &mut [Candidate]) {
         let most = candidates.iter().map(Candidate::score).fold(0.0, f64::max);
-        let worth = if self.is_explained(candidates) {
-            WORTH_REFITTING * most
-        } else {
-            0.0
+        let is_explained = self.is_explained(candidates);
+        let leads = |c: &&mut Candidate| {
+            !is_explained || c.score() > c.threshold.max(WORTH_REFITTING * most)
         };
-        let leads = |c: &&mut Candidate| c.score() > c.threshold.max(worth);
         let leading = candidates.par_iter_mut().filter(leads);
         leading.for_each(|candidate| self.fit_forms(candidate));
         best_first(candidates);

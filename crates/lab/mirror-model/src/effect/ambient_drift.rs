@@ -56,6 +56,10 @@ impl Effect for AmbientDrift {
         true
     }
 
+    fn is_course(&self) -> bool {
+        true
+    }
+
     fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
         let (sin, cos) = (TAU * m.t_s / p[4]).sin_cos();
         x + p[0] * (1.0 - (-m.t_s / p[1]).exp() + p[2] * sin + p[3] * (1.0 - cos))

@@ -1,8 +1,10 @@
 //! What follows the clock in one simple way: a form each, with the one to three parameters that it takes. Surroundings drift so, and a
 //! sensor's zero.
 
-use super::{Effect, Info, Moment, Timing};
+use super::{Acts, Effect, Info, Moment, Stage, Timing, parameter};
+use std::borrow::Cow;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// An effect that adds a course of its own to what it acts on.
 pub(super) struct Course {
@@ -37,6 +39,35 @@ pub(super) fn swing(p: &[f64], t_s: f64) -> f64 {
     p[0] * ((TAU * t_s / p[1] + p[2]).sin() - p[2].sin())
 }
 
+/// As much as its strength more, from the begin on.
+struct Constant(Info);
+
+/// An effect that adds as much as its strength to the quantity that it acts on, from just after the begin on: displacements count from there.
+pub fn constant(acts: Acts, unit: &'static str) -> Arc<dyn Effect> {
+    let text = || Cow::Borrowed("a constant");
+    Arc::new(Constant(Info {
+        id: text(),
+        title: text(),
+        stage: Stage::Sensor,
+        acts,
+        equation: Cow::Borrowed("x' = x + c"),
+        parameters: Cow::Owned(vec![parameter("c", unit, 1.0, 0.0, 1.0)]),
+        shows: text(),
+        separates: text(),
+        source: text(),
+    }))
+}
+
+impl Effect for Constant {
+    fn info(&self) -> &Info {
+        &self.0
+    }
+
+    fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
+        if m.t_s > 0.0 { x + p[0] } else { x }
+    }
+}
+
 impl Effect for Course {
     fn info(&self) -> &Info {
         self.info
@@ -52,6 +83,10 @@ impl Effect for Course {
 
     fn timing(&self) -> Option<Timing> {
         self.timing
+    }
+
+    fn is_course(&self) -> bool {
+        true
     }
 
     fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {

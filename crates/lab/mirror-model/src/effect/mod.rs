@@ -47,6 +47,7 @@ mod suited;
 mod supply_sag;
 mod thermal_lag;
 
+pub use course::constant;
 pub use formula::{Formula, FormulaError};
 pub use heater::{Heater, Strengths};
 pub use info::{Acts, Info, Parameter, Stage, Timing};
@@ -96,6 +97,11 @@ pub trait Effect: Send + Sync {
     /// What its second parameter is in a session's time, where it is that.
     fn timing(&self) -> Option<Timing> {
         None
+    }
+
+    /// Whether it adds what is a function of the clock alone to the quantity that it acts on.
+    fn is_course(&self) -> bool {
+        false
     }
 
     /// Whether the control core inverts it: by its tables what time has no part in, and by a stage in time what one is made for.

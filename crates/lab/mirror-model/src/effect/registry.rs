@@ -69,6 +69,9 @@ impl Effect for BuiltIn {
     fn timing(&self) -> Option<Timing> {
         self.0.timing()
     }
+    fn is_course(&self) -> bool {
+        self.0.is_course()
+    }
     fn is_inverted(&self) -> bool {
         self.0.is_inverted()
     }

@@ -86,6 +86,10 @@ impl Effect for SensorDrift {
         true
     }
 
+    fn is_course(&self) -> bool {
+        true
+    }
+
     fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
         x + course::ramp(p, m.t_s)
     }

@@ -63,6 +63,9 @@ impl Effect for Suited {
     fn timing(&self) -> Option<Timing> {
         self.effect.timing()
     }
+    fn is_course(&self) -> bool {
+        self.effect.is_course()
+    }
     fn is_inverted(&self) -> bool {
         self.effect.is_inverted()
     }
