@@ -266,16 +266,17 @@ impl Surroundings {
     /// Compares what an actuator's heater tells with what it told at calibration.
     pub(crate) fn compare(&mut self, actuator: usize, evidence: &Evidence) {
         let reference = &self.references[actuator];
-        let (expected, apart) = self.apart(reference, evidence);
+        let (expected, _, apart) = self.apart(reference, evidence);
         let more = apart / (reference.cold_kelvin + expected);
         self.likeness.read(actuator, more, evidence);
     }
 
-    /// What its resistance tells of an actuator at calibration, and what it tells beyond that (K).
-    fn apart(&self, reference: &Reference, evidence: &Evidence) -> (f32, f32) {
-        let (expected, _) = reference.sensed(evidence.rise);
+    /// What its resistance told of an actuator at calibration (K), with its slope, and what it tells beyond that (K).
+    fn apart(&self, reference: &Reference, evidence: &Evidence) -> (f32, f32, f32) {
+        let (expected, slope) = reference.sensed(evidence.rise);
         let of_others = self.crosstalk * (evidence.mean_rise.0 - evidence.rise.0);
-        (expected, evidence.sensed.0 - expected - of_others)
+        let apart = evidence.sensed.0 - expected - of_others;
+        (expected, slope, apart)
     }
 
     /// Whether an actuator that is not driven is to be driven as little as shows its resistance.
@@ -288,14 +289,13 @@ impl Surroundings {
         let Evidence {
             sensed,
             rise,
-            mean_rise,
             unsettled,
             held_back,
             current,
+            ..
         } = *evidence;
         let reference = &self.references[actuator];
-        let (expected, slope) = reference.sensed(rise);
-        let apart = sensed.0 - expected - self.crosstalk * (mean_rise.0 - rise.0);
+        let (_, slope, apart) = self.apart(reference, evidence);
         let halfway = Kelvin(rise.0 + 0.5 * apart / slope);
         // Not so for NaN.
         let is_possible = apart.abs() < 2.0 * FARTHEST.0;
