@@ -77,12 +77,12 @@ impl Operating<'_> {
         Direction<K>: Send,
         ResidualSpace<K>: Sync,
     {
-        let slow = self.of_a_constant(effect);
+        let slow = self.slow(effect);
         from_all_starts(effect, Some(self.data.lasts_s()))
             .into_par_iter()
             .filter_map(|active| {
                 let change = match &slow {
-                    Some(of_a_constant) => self.slow_change(&active, of_a_constant),
+                    Some(slow) => slow.change(&active),
                     None => self.change(&active).ok()?,
                 };
                 let change = space.vector(&change);
@@ -91,31 +91,18 @@ impl Operating<'_> {
             .collect()
     }
 
-    /// What a constant changes in the place of an effect that follows the clock alone: such courses are slow beside the mirror, so each reading
-    /// changes by what the course is then. `None` of other effects, and where displacements are compared about a mean.
-    pub(super) fn of_a_constant(&self, effect: &Arc<dyn Effect>) -> Option<DVector<f64>> {
+    /// How readings follow an effect that follows the clock alone. `None` of other effects, and where displacements are compared about a mean.
+    pub(super) fn slow(&self, effect: &Arc<dyn Effect>) -> Option<Slow> {
         if !effect.is_course() || !self.data.own_zeros.is_empty() {
             return None;
         }
-        self.change(&Active::usual(constant(effect.info().acts, "1")))
-            .ok()
-    }
-
-    /// The change that an effect makes which follows the clock alone.
-    pub(super) fn slow_change(
-        &self,
-        active: &Active,
-        of_a_constant: &DVector<f64>,
-    ) -> DVector<f64> {
         let ends_s: Vec<f64> = self.data.ends_s().collect();
-        let course = self.data.observations.iter().map(|o| {
-            let moment = Moment {
-                t_s: ends_s[o.interval],
-                ..Moment::default()
-            };
-            active.effect.output(&active.values, 0.0, &[], &moment)
-        });
-        DVector::from_iterator(self.data.observations.len(), course).component_mul(of_a_constant)
+        let read = self.data.observations.iter();
+        let of_a_constant = self.change(&Active::usual(constant(effect.info().acts)));
+        Some(Slow {
+            of_a_constant: of_a_constant.ok()?,
+            read_s: read.map(|o| ends_s[o.interval]).collect(),
+        })
     }
 
     /// What an effect adds to the base's predictions, standardised.
@@ -128,6 +115,28 @@ impl Operating<'_> {
             .zip(self.base)
             .map(|(with, without)| with - without);
         Ok(standardised(added, self.data))
+    }
+}
+
+/// What follows the clock is slow beside the mirror, so each reading changes by what the course is then.
+pub(super) struct Slow {
+    /// What a constant in the place of the effect changes, standardised.
+    of_a_constant: DVector<f64>,
+    /// When each reading is made (s).
+    read_s: Vec<f64>,
+}
+
+impl Slow {
+    /// What an effect adds to the base's predictions, standardised.
+    pub(super) fn change(&self, active: &Active) -> DVector<f64> {
+        let course = self.read_s.iter().map(|&t_s| {
+            let moment = Moment {
+                t_s,
+                ..Moment::default()
+            };
+            active.effect.output(&active.values, 0.0, &[], &moment)
+        });
+        DVector::from_iterator(self.read_s.len(), course).component_mul(&self.of_a_constant)
     }
 }
 

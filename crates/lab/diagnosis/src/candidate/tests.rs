@@ -145,10 +145,10 @@ fn what_follows_the_clock_changes_each_reading_by_what_it_is_then() {
     };
     let drifts = ["ambient-drift", "sensor-drift"].map(|id| find(id).expect("an effect"));
     for form in drifts.iter().flat_map(forms) {
-        let slow = at.of_a_constant(&form).expect("a course");
+        let slow = at.slow(&form).expect("a course");
         for active in from_all_starts(&form, Some(data.lasts_s())) {
             let exact = at.change(&active).unwrap();
-            let off = (at.slow_change(&active, &slow) - &exact).norm();
+            let off = (slow.change(&active) - &exact).norm();
             // A course of 10 s is 0.1 % behind, and a heater's power follows its resistance; as much again.
             assert!(
                 off < 0.003 * exact.norm(),
@@ -158,10 +158,7 @@ fn what_follows_the_clock_changes_each_reading_by_what_it_is_then() {
             );
         }
     }
-    assert!(
-        at.of_a_constant(&find("creep").expect("an effect"))
-            .is_none()
-    );
+    assert!(at.slow(&find("creep").expect("an effect")).is_none());
 }
 
 /// The space of one reading with unit noise, which nothing is free to explain.

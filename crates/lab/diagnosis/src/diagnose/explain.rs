@@ -126,9 +126,12 @@ impl Analysis<'_> {
             let is_it = id == best && !is_whole;
             is_it || is_far && confusions().is_taken(self.channels(), id, &best)
         };
+        let suspects: Vec<_> = candidates.iter_mut().filter(may_be_it).collect();
+        if suspects.is_empty() {
+            return;
+        }
         let starts = restarts(&self.fitted.model, &identifiable(self.data), self.data);
-        let suspects = candidates.par_iter_mut().filter(may_be_it);
-        suspects.for_each(|candidate| {
+        suspects.into_par_iter().for_each(|candidate| {
             self.refit_one(&starts, candidate, Precision::Fine);
             self.refit_in_better_form(&starts, candidate);
         });

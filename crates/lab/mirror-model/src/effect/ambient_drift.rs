@@ -2,11 +2,26 @@
 
 mod simple;
 
-use super::{Acts, Effect, Info, Moment, Parameter, Stage, parameter};
+use super::course::Course;
+use super::{Acts, Info, Parameter, Stage, parameter};
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 
-pub(super) struct AmbientDrift;
+pub(super) static AMBIENT_DRIFT: Course = Course {
+    form: "settling-and-swing",
+    info: &INFO,
+    added: |p, t_s| {
+        let (sin, cos) = (TAU * t_s / p[4]).sin_cos();
+        p[0] * (1.0 - (-t_s / p[1]).exp() + p[2] * sin + p[3] * (1.0 - cos))
+    },
+    timing: None,
+    others: &[
+        &simple::SETTLING,
+        &simple::RAMP,
+        &simple::STEP,
+        &simple::SWING,
+    ],
+};
 
 // D, tau and T as in the forms of their own (`simple.rs`), T and tau between theirs. Both swings are counted in parts of D, and
 // may be ten times what settles: a choice, for a room that swings and hardly settles.
@@ -31,37 +46,3 @@ static INFO: Info = Info {
     separates: Cow::Borrowed("the cold resistance, a thermometer"),
     source: Cow::Borrowed("1.8 um/K"),
 };
-
-static OTHERS: [&dyn Effect; 4] = [
-    &simple::SETTLING,
-    &simple::RAMP,
-    &simple::STEP,
-    &simple::SWING,
-];
-
-impl Effect for AmbientDrift {
-    fn info(&self) -> &Info {
-        &INFO
-    }
-
-    fn form(&self) -> &str {
-        "settling-and-swing"
-    }
-
-    fn other_forms(&self) -> &'static [&'static dyn Effect] {
-        &OTHERS
-    }
-
-    fn is_of_time(&self) -> bool {
-        true
-    }
-
-    fn is_course(&self) -> bool {
-        true
-    }
-
-    fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
-        let (sin, cos) = (TAU * m.t_s / p[4]).sin_cos();
-        x + p[0] * (1.0 - (-m.t_s / p[1]).exp() + p[2] * sin + p[3] * (1.0 - cos))
-    }
-}

@@ -13,6 +13,8 @@ pub(super) struct Course {
     /// What is added, at a time (s).
     pub(super) added: fn(&[f64], f64) -> f64,
     pub(super) timing: Option<Timing>,
+    /// Its other forms, of the first one.
+    pub(super) others: &'static [&'static dyn Effect],
 }
 
 /// A kilosecond (s).
@@ -43,7 +45,7 @@ pub(super) fn swing(p: &[f64], t_s: f64) -> f64 {
 struct Constant(Info);
 
 /// An effect that adds as much as its strength to the quantity that it acts on, from just after the begin on: displacements count from there.
-pub fn constant(acts: Acts, unit: &'static str) -> Arc<dyn Effect> {
+pub fn constant(acts: Acts) -> Arc<dyn Effect> {
     let text = || Cow::Borrowed("a constant");
     Arc::new(Constant(Info {
         id: text(),
@@ -51,7 +53,7 @@ pub fn constant(acts: Acts, unit: &'static str) -> Arc<dyn Effect> {
         stage: Stage::Sensor,
         acts,
         equation: Cow::Borrowed("x' = x + c"),
-        parameters: Cow::Owned(vec![parameter("c", unit, 1.0, 0.0, 1.0)]),
+        parameters: Cow::Owned(vec![parameter("c", "1", 1.0, 0.0, 1.0)]),
         shows: text(),
         separates: text(),
         source: text(),
@@ -75,6 +77,10 @@ impl Effect for Course {
 
     fn form(&self) -> &str {
         self.form
+    }
+
+    fn other_forms(&self) -> &'static [&'static dyn Effect] {
+        self.others
     }
 
     fn is_of_time(&self) -> bool {

@@ -1,5 +1,6 @@
 //! Plate or beams touch something that gives way.
 
+use super::softplus::softplus;
 use super::{Acts, Effect, Info, Moment, Parameter, Stage, parameter};
 use std::borrow::Cow;
 
@@ -34,9 +35,7 @@ impl Effect for EndStop {
     }
 
     fn output(&self, p: &[f64], x: f64, _: &[f64], _: &Moment) -> f64 {
-        let beyond = (x - p[1]) / p[2];
-        // ln(1 + exp(b)) without its overflow.
-        x - p[0] * p[2] * (beyond.max(0.0) + (-beyond.abs()).exp().ln_1p())
+        x - p[0] * p[2] * softplus((x - p[1]) / p[2])
     }
 }
 

@@ -41,6 +41,7 @@ mod sensor_offset;
 mod series_resistance;
 mod size;
 mod softening;
+mod softplus;
 mod squeeze_film;
 mod substrate_warming;
 mod suited;

@@ -1,11 +1,17 @@
 //! The sensor's zero moves during a session, and the mirror does not.
 
 use super::course::{self, Course};
-use super::{Acts, Effect, Info, Moment, Parameter, Stage, Timing, parameter};
+use super::{Acts, Info, Parameter, Stage, Timing, parameter};
 use std::borrow::Cow;
 
 /// It drifts in proportion to time; in its other forms it jumps, or warms up.
-pub(super) struct SensorDrift;
+pub(super) static SENSOR_DRIFT: Course = Course {
+    form: "ramp",
+    info: &DRIFTS,
+    added: course::ramp,
+    timing: None,
+    others: &[&JUMP, &WARM_UP],
+};
 
 /// A jump between two readings, or two files (s): sensors are read once a second where they are to settle.
 const JUMP_S: f64 = 0.3;
@@ -15,6 +21,7 @@ static JUMP: Course = Course {
     info: &JUMPS,
     added: |p, t_s| course::step(p, t_s, JUMP_S),
     timing: Some(Timing::Onset),
+    others: &[],
 };
 
 static WARM_UP: Course = Course {
@@ -22,9 +29,8 @@ static WARM_UP: Course = Course {
     info: &WARMS_UP,
     added: course::settling,
     timing: None,
+    others: &[],
 };
-
-static OTHERS: [&dyn Effect; 2] = [&JUMP, &WARM_UP];
 
 const fn info(equation: &'static str, source: &'static str, values: &'static [Parameter]) -> Info {
     Info {
@@ -68,29 +74,3 @@ static WARMS_UP: Info = info(
     "a sensor's electronics or laser that warm up",
     &WARM_UP_VALUES,
 );
-
-impl Effect for SensorDrift {
-    fn info(&self) -> &Info {
-        &DRIFTS
-    }
-
-    fn form(&self) -> &str {
-        "ramp"
-    }
-
-    fn other_forms(&self) -> &'static [&'static dyn Effect] {
-        &OTHERS
-    }
-
-    fn is_of_time(&self) -> bool {
-        true
-    }
-
-    fn is_course(&self) -> bool {
-        true
-    }
-
-    fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
-        x + course::ramp(p, m.t_s)
-    }
-}

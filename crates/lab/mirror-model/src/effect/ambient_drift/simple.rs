@@ -13,6 +13,7 @@ pub(super) static SETTLING: Course = Course {
     info: &SETTLES,
     added: course::settling,
     timing: None,
+    others: &[],
 };
 
 pub(super) static RAMP: Course = Course {
@@ -20,6 +21,7 @@ pub(super) static RAMP: Course = Course {
     info: &RAMPS,
     added: course::ramp,
     timing: None,
+    others: &[],
 };
 
 pub(super) static STEP: Course = Course {
@@ -27,6 +29,7 @@ pub(super) static STEP: Course = Course {
     info: &STEPS,
     added: |p, t_s| course::step(p, t_s, OPENING_S),
     timing: Some(Timing::Onset),
+    others: &[],
 };
 
 pub(super) static SWING: Course = Course {
@@ -34,6 +37,7 @@ pub(super) static SWING: Course = Course {
     info: &SWINGS,
     added: course::swing,
     timing: Some(Timing::Period),
+    others: &[],
 };
 
 const fn info(equation: &'static str, source: &'static str, values: &'static [Parameter]) -> Info {

@@ -1,5 +1,6 @@
 //! A film whose stiffness falls above a temperature, and comes back below it: a polymer at its glass transition, a metal that anneals no more.
 
+use crate::effect::softplus::softplus;
 use crate::effect::{Acts, Effect, Info, Moment, Parameter, Stage, parameter};
 use std::borrow::Cow;
 
@@ -39,9 +40,7 @@ impl Effect for Above {
     }
 
     fn output(&self, p: &[f64], x: f64, _: &[f64], m: &Moment) -> f64 {
-        let beyond = (m.temperature_rise_k - p[1]) / CORNER_K;
-        // ln(1 + exp(b)) without its overflow.
-        let beyond_k = CORNER_K * (beyond.max(0.0) + (-beyond.abs()).exp().ln_1p());
+        let beyond_k = CORNER_K * softplus((m.temperature_rise_k - p[1]) / CORNER_K);
         x * (1.0 + p[0] * beyond_k)
     }
 }
