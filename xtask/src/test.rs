@@ -47,11 +47,7 @@ const ON_THE_TWIN: [&str; 3] = ["tests/acceptance", "tests/faults", "tests/stack
 const TWIN: &str = "g474";
 
 /// Tests that take a minute and more each, begun before all else: whole stories, which go to a processor each.
-const STORIES: [&str; 3] = [
-    "story::tests::seed_9320",
-    "story::tests::seed_9321",
-    "story::tests::seed_9322",
-];
+const STORIES: [&str; 2] = ["story::tests::seed_9320", "story::tests::seed_9321"];
 const STORYTELLER: &str = "workbench";
 
 /// Programs that test the tool, and want of a board no more than that it is fast: they run on boards on this machine.
