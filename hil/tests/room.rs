@@ -162,6 +162,7 @@ fn a_board_that_has_tripped_takes_a_calibration_unread() {
 #[test]
 fn one_that_is_interrupted_turns_the_mirror_off_and_keeps_nothing() {
     let (bench, _) = bench();
+    bench.json(&["room", "off"]);
     let tool = bench.start_tool(&["calibrate-room", FILE, "room.json", "--settle", "1h"]);
     // Not by its drives, which are counted until they first come to zero.
     bench.wait("the plate stays at rest", |bench| {
@@ -174,6 +175,8 @@ fn one_that_is_interrupted_turns_the_mirror_off_and_keeps_nothing() {
     assert!(sentence.contains("channels are off"), "{sentence}");
     assert!(bench.is_off());
     assert!(!bench.directory().join("room.json").exists());
+    let room = &bench.json(&["room"])["room"];
+    assert_eq!(room["is_compensated"], false, "{room}");
 }
 
 #[test]

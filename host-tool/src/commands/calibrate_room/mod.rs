@@ -56,7 +56,7 @@ pub(super) async fn run(board: &Board, ask: CalibrateRoom, json: bool) -> Result
         None => first(&room, &calibration, &ask.readings).await,
         Some(kept) => second(&room, &calibration, &kept, (output, &mut files)).await,
     };
-    board.off().await?;
+    room.leave().await?;
     print(&report?, json);
     Ok(files.ended()?)
 }
@@ -149,6 +149,8 @@ struct InRoom<'a> {
     sensor: Sensor,
     pace: Pace,
     interrupt: Interrupt,
+    /// Whether the board compensated the room before.
+    was_compensated: bool,
 }
 
 impl<'a> InRoom<'a> {
@@ -156,6 +158,7 @@ impl<'a> InRoom<'a> {
     async fn open(board: &'a Board, sensor: &str, settle: Span) -> Result<Self, ToolError> {
         let sensor = Sensor::at_any_time(board, sensor).await?;
         let interrupt = Interrupt::listen()?;
+        let was_compensated = board.status().await?.health.compensates_room;
         board.compensate(Compensate { is_wanted: true }).await?;
         Ok(Self {
             board,
@@ -165,7 +168,16 @@ impl<'a> InRoom<'a> {
                 hold: UNTIL_THE_NEXT,
             },
             interrupt,
+            was_compensated,
         })
+    }
+
+    /// Turns the channels off, and has the board compensate the room where it did before.
+    async fn leave(&self) -> Result<(), ToolError> {
+        self.board.off().await?;
+        let is_wanted = self.was_compensated;
+        self.board.compensate(Compensate { is_wanted }).await?;
+        Ok(())
     }
 
     /// What the sensor reads at the positions, in their order, from rest on.
