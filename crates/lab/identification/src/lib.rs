@@ -25,6 +25,7 @@ mod surroundings;
 
 pub use compare::{
     Comparison, ExperimentError, StageErrors, StagePoint, compare, compare_predicted, jumps,
+    unlike_heaters,
 };
 pub use dataset::Dataset;
 pub use estimate::{Estimate, Unit};

@@ -12,8 +12,8 @@ use crate::report::{
 };
 use crate::whereabouts::Located;
 use identification::fit::Precision;
-use identification::jumps;
 use identification::prediction::RESOLUTION;
+use identification::{jumps, unlike_heaters};
 use mirror_model::Runaway;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -201,12 +201,13 @@ impl Analysis<'_> {
         })
     }
 
-    /// What was done to the readings, and where nothing explains them, which of them a meter may have spoilt.
+    /// What was done to the readings, which of them may be of other heaters, and where nothing explains them, which of them a meter
+    /// may have spoilt.
     fn notes(&self, verdict: Verdict) -> Vec<String> {
-        let mut notes = match verdict {
-            Verdict::Unknown => jumps(self.data, &self.base),
-            _ => Vec::new(),
-        };
+        let mut notes = unlike_heaters(self.data, &self.base);
+        if verdict == Verdict::Unknown {
+            notes.extend(jumps(self.data, &self.base));
+        }
         if !self.follows() {
             let large = self.large_discrepancy();
             notes.push(format!(

@@ -4,6 +4,7 @@ mod history;
 mod jump;
 mod ladder;
 mod lag;
+mod likeness;
 mod reading;
 mod stages;
 
@@ -16,6 +17,7 @@ use serde::Serialize;
 use std::fmt;
 
 pub use jump::jumps;
+pub use likeness::unlike_heaters;
 pub use stages::{StageErrors, StagePoint};
 
 /// Columns of the course of an error, what the table leaves of a line of 120 in a terminal.
@@ -70,7 +72,7 @@ pub struct Comparison {
 pub fn compare(model: &Model, data: &Dataset) -> Result<Comparison, Runaway> {
     let predicted = predict(model, data)?;
     let mut comparison = compare_predicted(model, data, &predicted);
-    comparison.sentences.extend(jump::jumps(data, &predicted));
+    comparison.sentences.extend(jumps(data, &predicted));
     Ok(comparison)
 }
 
