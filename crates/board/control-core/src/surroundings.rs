@@ -41,7 +41,7 @@ pub use curves::beyond_the_curves;
 use drift::{Drift, Innovation};
 pub(crate) use evidence::Evidence;
 use excursion::Excursion;
-use filter::{FARTHEST, Filter};
+use filter::{ARRIVED, FARTHEST, Filter};
 use likeness::Likeness;
 pub(crate) use period::PERIOD;
 use reference::Reference;
@@ -123,6 +123,8 @@ pub(crate) struct Surroundings {
     crosstalk: f32,
     /// Kelvins of the films' platinum for each that the resistances tell.
     kelvin: f32,
+    /// By how much the loss grows, in the mean of the actuators (1/K).
+    growth: f32,
     filter: Filter,
     batch: Batch,
     /// What the readings of all four were off by in the mean, after the last update (K).
@@ -142,16 +144,20 @@ struct Batch {
     readings: f32,
     measured: f32,
     heating: f32,
-    growth: f32,
     variance: f32,
     /// What the variance grows by where errors stay from update to update.
     lasting: f32,
+    /// What the quick poles of the actuator that was read last have still to bring (K).
+    unsettled: f32,
 }
 
 impl Surroundings {
     pub(crate) fn new(parts: &Parts) -> Self {
+        let references = parts.actuators.each_ref().map(Reference::new);
+        let growth = references.iter().map(Reference::room_growth).sum::<f32>();
         let mut unknown = Self {
-            references: parts.actuators.each_ref().map(Reference::new),
+            growth: growth / CHANNELS as f32,
+            references,
             excursions: Default::default(),
             apart: Default::default(),
             ratio: parts.ambient_ratio,
@@ -306,17 +312,17 @@ impl Surroundings {
         let noise = NOISE.0 / current.0 * (reference.cold_kelvin + sensed.0);
         let lag = UNSETTLED * unsettled.0;
         let measured = apart * sensitivity;
-        let (heating, growth) = (reference.heating(rise), reference.room_growth());
+        let heating = reference.heating(rise);
         let square = sensitivity * sensitivity;
         let excursion = self.excursions[actuator].variance();
         let variance = (noise * noise + lag * lag + excursion) * square;
         self.batch.readings += 1.0;
         self.batch.measured += measured;
         self.batch.heating += heating;
-        self.batch.growth += growth;
         self.batch.variance += variance;
+        self.batch.unsettled = unsettled.0;
         self.batch.lasting += excursion * square;
-        let expected = self.filter.expected(heating, growth);
+        let expected = self.filter.expected(heating, self.growth);
         self.apart[actuator].read(
             measured - expected,
             variance + excursion::AS_NOISE * excursion * square,
@@ -383,7 +389,7 @@ impl Surroundings {
         let (there, slope) = reference.sensed(rise);
         let wanted = reference.sensed(asked).0 + (1.0 - self.ratio) * self.filter.room;
         let halfway = Kelvin(rise.0 + 0.5 * (wanted - there) / slope);
-        let of_all = self.filter.expected(heating, reference.room_growth());
+        let of_all = self.filter.expected(heating, self.growth);
         let apart = (of_all + own) / reference.sensitivity(halfway, slope);
         let target = rise.0 + (wanted - there - apart) / slope;
         let target = asked.0 + beyond_the_curves(target - asked.0, unknown);
@@ -398,8 +404,8 @@ impl Surroundings {
         };
     }
 
-    /// The filter's update with what was read since the last one.
-    pub(crate) fn update(&mut self) {
+    /// The filter's update with what was read since the last one, where this rise is asked for in the mean of all four.
+    pub(crate) fn update(&mut self, asked: Kelvin) {
         let batch = core::mem::take(&mut self.batch);
         self.filter.walk(TICK.0 * PERIOD as f32);
         self.drift.turn();
@@ -410,12 +416,15 @@ impl Surroundings {
             let order = FIRST_ORDER * measured;
             let variance =
                 batch.variance * part * part + UNMODELLED.0 * UNMODELLED.0 + order * order;
-            let (heating, growth) = (batch.heating * part, batch.growth * part);
+            let (heating, growth) = (batch.heating * part, self.growth);
             let of_place = CURVES_VARIANCE + order * order;
             let lasting = excursion::AS_NOISE * batch.lasting * part * part;
+            if batch.unsettled.abs() < ARRIVED {
+                self.filter.arrive(asked.0, (heating, growth), of_place);
+            }
             if self
                 .filter
-                .measure(measured, (heating, growth), (variance, lasting), of_place)
+                .measure(measured, (heating, growth), (variance, lasting))
             {
                 self.drift.jumped();
             }

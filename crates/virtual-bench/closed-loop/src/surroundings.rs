@@ -152,7 +152,8 @@ impl<M: Mirror> Loop<'_, M> {
         self.set_air_loss(around.air);
     }
 
-    fn reach(&mut self, asked_um: f64) -> Reached {
+    /// Holds a position for so long that a mirror has settled, and tells where it is.
+    pub fn reach(&mut self, asked_um: f64) -> Reached {
         let error_um = self.hold(asked_um, STAY_S) - asked_um;
         let setpoint = Setpoint::position(control_core::Micrometre(asked_um as f32));
         Reached {

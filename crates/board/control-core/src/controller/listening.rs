@@ -56,7 +56,8 @@ impl Controller<'_> {
 
     /// What follows from all four.
     fn update(&mut self) {
-        self.surroundings.update();
+        let asked = self.asked.iter().map(|rise| rise.0).sum::<f32>();
+        self.surroundings.update(Kelvin(asked / CHANNELS as f32));
         self.rails.probe(self.surroundings.is_probing());
         let mut lowest = (0..CHANNELS).map(|actuator| self.surroundings.lowest(actuator));
         let are_bent = lowest.any(|lowest| lowest.0 > UNNOTICED.0);

@@ -20,9 +20,11 @@ const FAR: Kelvin = Kelvin(10.0);
 /// So many of them in succession are a jump: of 6.4 ms, a choice. A glitch is shorter, and the estimate is to be at its new place within
 /// 20 ms (docs/theory/surroundings.md).
 const UPDATES_TO_JUMP: u8 = 4;
-/// Positions whose heating differs by less are one place, with one error of the curves (K): half of what a knot of the resistances' curves is
+/// Positions whose rises differ by less are one place, with one error of the curves (K): half of what a knot of the resistances' curves is
 /// from the next one, for 17 of them up to a hundred kelvins. A choice.
 const ONE_PLACE: f32 = 3.0;
+/// An actuator has arrived where its fast poles have no more than this still to bring (K): half of what is one place.
+pub(super) const ARRIVED: f32 = 0.5 * ONE_PLACE;
 /// Surroundings beyond this bear no bimorph, or are no surroundings but a sense that is wrong (K): from -40 to 85 degC, the
 /// industrial range, around a laboratory's 22.
 pub(super) const FARTHEST: Kelvin = Kelvin(63.0);
@@ -41,7 +43,9 @@ pub(super) struct Filter {
     pub(super) room_room: f32,
     room_loss: f32,
     pub(super) loss_loss: f32,
-    /// The heating at the place where the mirror is (K), in the mean of all four, and by what a kelvin of the room counted there when it came.
+    /// The rise that was asked for at the place where the mirror is (K), in the mean of all four, the heating there and by what a kelvin of
+    /// the room counted there when it came.
+    asked: f32,
     pub(super) place: f32,
     slope: f32,
     /// What an error of a kelvin that all readings of this place have has made of room (K) and loss.
@@ -57,6 +61,14 @@ pub(super) struct CrossCovariance {
     variance: f32,
 }
 
+/// How far a reading is off, and where it was read, in kelvins of the room.
+struct AsRoom {
+    off: f32,
+    heating: f32,
+    /// By which its variances are to be divided.
+    square: f32,
+}
+
 impl Filter {
     /// One that knows of nothing but any room.
     pub(super) fn new() -> Self {
@@ -66,6 +78,7 @@ impl Filter {
             room_room: ROOM_PRIOR.0 * ROOM_PRIOR.0,
             room_loss: 0.0,
             loss_loss: LOSS_PRIOR * LOSS_PRIOR,
+            asked: 0.0,
             place: 0.0,
             slope: 1.0,
             place_error: (0.0, 0.0),
@@ -87,11 +100,23 @@ impl Filter {
         self.room * (1.0 + growth * self.room) - self.loss * heating
     }
 
+    /// The mirror is where it was asked to be. What the heating changes by while the same is asked compensates another room: that is no
+    /// other place, or a room that goes on changing would be told for a loss that makes the difference between the two.
+    ///
+    /// Errors of a place's curves have this variance (K^2).
+    pub(super) fn arrive(&mut self, asked: f32, (heating, growth): (f32, f32), of_place: f32) {
+        if (asked - self.asked).abs() > ONE_PLACE {
+            self.leave(of_place);
+            self.asked = asked;
+            self.place = heating;
+            self.slope = 1.0 + 2.0 * growth * self.room;
+        }
+    }
+
     /// Takes a measurement with its variance, and what errors that stay from update to update add to that: they make it no further off, and
     /// tell less. Returns whether the states have jumped.
     ///
-    /// All readings of one place have one error of the curves, `of_place` (its variance), whatever the heating is off by there, so that they
-    /// tell nothing of how room and loss divide what they have in common: gains are those of the place, as it was when the mirror came there
+    /// All readings of one place have one error of the curves, whatever the heating is off by there, so that they tell nothing of how room and loss divide what they have in common: gains are those of the place, as it was when the mirror came there
     /// (first-estimates Jacobian; Huang, Mourikis and Roumeliotis, IEEE ICRA 2008, 473). What that error has made of the states is in their covariance
     /// from when the mirror leaves on, for the next place has another.
     pub(super) fn measure(
@@ -99,21 +124,12 @@ impl Filter {
         measured: f32,
         (heating, growth): (f32, f32),
         (variance, lasting): (f32, f32),
-        of_place: f32,
     ) -> bool {
-        if (heating - self.place).abs() > ONE_PLACE {
-            self.leave(of_place);
-            self.place = heating;
-            self.slope = 1.0 + 2.0 * growth * self.room;
-        }
         let off = measured - self.expected(heating, growth);
-        // As if it were the room itself that was measured.
-        let slope = self.slope;
-        let square = slope * slope;
-        let (off, heating) = (off / slope, self.place / slope);
-        let (variance, lasting) = (variance / square, lasting / square);
-        let mut gains = self.gains(heating, variance);
-        let is_off = off * off > JUMP * JUMP * gains.variance || off.abs() > FAR.0;
+        let mut reading = self.as_room(off);
+        let mut gains = self.gains(reading.heating, variance / reading.square);
+        let is_off =
+            reading.off * reading.off > JUMP * JUMP * gains.variance || reading.off.abs() > FAR.0;
         if is_off {
             self.jumps += 1;
             if self.jumps < UPDATES_TO_JUMP {
@@ -121,16 +137,18 @@ impl Filter {
             }
             self.forget();
             self.place_error = (0.0, 0.0);
-            // Most of what is off is the room: there a kelvin of it counts so much from now on.
-            self.slope = 1.0 + 2.0 * growth * (self.room + off);
-            gains = self.gains(heating, variance);
+            // Most of what is off is the room: there a kelvin of it counts so much from this reading on, or the next one would tell room and loss
+            // apart by the difference.
+            self.slope = 1.0 + 2.0 * growth * (self.room + reading.off);
+            reading = self.as_room(off);
+            gains = self.gains(reading.heating, variance / reading.square);
         }
         self.jumps = 0;
-        gains.variance += lasting;
+        gains.variance += lasting / reading.square;
         let (room, loss) = (gains.room / gains.variance, gains.loss / gains.variance);
-        self.room = within(self.room + room * off, FARTHEST.0);
-        self.loss = within(self.loss + loss * off, LARGEST_LOSS);
-        let unexplained = 1.0 - (self.place_error.0 - heating * self.place_error.1);
+        self.room = within(self.room + room * reading.off, FARTHEST.0);
+        self.loss = within(self.loss + loss * reading.off, LARGEST_LOSS);
+        let unexplained = 1.0 - (self.place_error.0 - reading.heating * self.place_error.1);
         self.place_error.0 += room * unexplained;
         self.place_error.1 += loss * unexplained;
         self.room_room -= room * gains.room;
@@ -138,6 +156,15 @@ impl Filter {
         self.loss_loss -= loss * gains.loss;
         self.keep_positive();
         is_off
+    }
+
+    /// A reading that is so far off, as if it were the room itself that was measured.
+    fn as_room(&self, off: f32) -> AsRoom {
+        AsRoom {
+            off: off / self.slope,
+            heating: self.place / self.slope,
+            square: self.slope * self.slope,
+        }
     }
 
     /// Variance of what the states make a measurement at this heating (K^2).
