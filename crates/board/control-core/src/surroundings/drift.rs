@@ -24,6 +24,9 @@ const UNTOLD: f32 = 0.5 * TOLD;
 /// another room at each drive. Eight of them are a choice.
 const JUMPS: f32 = 8.0;
 const JUMPS_LET_PASS: f32 = TICK.0 * PERIOD as f32 / 10.0;
+/// Updates within which jumps are one, 0.1 s: beams follow another room by their own time constants of 5 to 50 ms, and the filter comes after
+/// them in several jumps.
+const ONE_JUMP: u8 = 64;
 
 /// One innovation of one actuator, in kelvins of the surroundings.
 #[derive(Clone, Copy, Debug)]
@@ -43,6 +46,8 @@ pub(super) struct Drift {
     told: [bool; CHANNELS],
     /// Jumps of the surroundings, less those that are let pass.
     jumps: f32,
+    /// Updates in which another jump is still the last one.
+    jumping: u8,
 }
 
 impl Drift {
@@ -58,9 +63,10 @@ impl Drift {
 
     /// The surroundings have jumped, as far as the filter can tell.
     pub(super) fn jumped(&mut self) {
-        if self.jumps < 2.0 * JUMPS {
+        if self.jumping == 0 && self.jumps < 2.0 * JUMPS {
             self.jumps += 1.0;
         }
+        self.jumping = ONE_JUMP;
     }
 
     /// The next one's turn.
@@ -68,6 +74,7 @@ impl Drift {
         self.turn = (self.turn + 1) % CHANNELS;
         if self.jumps > 0.0 {
             self.jumps -= JUMPS_LET_PASS;
+            self.jumping = self.jumping.saturating_sub(1);
         }
     }
 
@@ -154,6 +161,23 @@ mod tests {
         for _ in 0..100 {
             assert!(!ten_seconds(&mut drift, [own, apart, own, unknown]));
         }
+    }
+
+    #[test]
+    fn jumps_are_told_that_come_again_and_again_and_none_that_is_followed_in_parts() {
+        let of = |apart: usize, together: usize| {
+            let mut drift = Drift::default();
+            (0..TEN_SECONDS * CHANNELS).any(|update| {
+                if update % apart < together {
+                    drift.jumped();
+                }
+                drift.turn();
+                drift.is_told()
+            })
+        };
+        // Updates of 1.6 ms: a kelvin of an oven each second, in five parts, and moves of half a second in a vacuum.
+        assert!(!of(2000, 20));
+        assert!(of(300, 1));
     }
 
     #[test]
