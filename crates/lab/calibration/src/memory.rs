@@ -45,9 +45,12 @@ fn creep(model: &Model) -> Vec<Pole> {
     let mut poles = match find(model, "creep") {
         Some(creep) => {
             let (c, tau) = (value(creep, "c"), value(creep, "tau"));
-            [0.2, 1.0, 5.0]
-                .map(|factor| (c / 3.0, factor * tau))
-                .to_vec()
+            match creep.effect.form() {
+                "single" => vec![(c, tau)],
+                _ => [0.2, 1.0, 5.0]
+                    .map(|factor| (c / 3.0, factor * tau))
+                    .to_vec(),
+            }
         }
         None => Vec::new(),
     };
@@ -110,6 +113,12 @@ mod tests {
             assert!((lag.weight - weight).abs() < 1e-6, "{lag:?}");
             assert!((lag.time.0 - time_s).abs() < 1e-5, "{lag:?}");
         }
+        let forms = effect::forms(&effect::find("creep").expect("built in"));
+        model.effects = vec![Active::usual(forms[1].clone())];
+        let single = memory(&model, TOP_UM);
+        // 15 s is nearest to the usual 7 s.
+        assert_eq!(times_s(&single), [0.3, 1.5, 15.0, 35.0]);
+        assert_eq!(single.creep.map(|lag| lag.weight), [0.0, 0.0, 0.01, 0.0]);
         model.effects.clear();
         let unknown = memory(&model, TOP_UM);
         assert_eq!(times_s(&unknown), CREEP_S.map(|time_s| time_s as f32));

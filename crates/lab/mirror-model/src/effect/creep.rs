@@ -1,9 +1,15 @@
 //! Metal under stress flows slowly.
 
+mod single;
+
 use super::{Acts, Effect, Info, Moment, Parameter, Stage, Step, parameter};
+use single::SingleLag;
 use std::borrow::Cow;
 
 pub(super) struct Creep;
+
+const SHOWS: Cow<'static, str> = Cow::Borrowed("z goes on for seconds while R stays");
+const SEPARATES: Cow<'static, str> = Cow::Borrowed("hold for a minute: R stays, z moves");
 
 // The paper saw creep for 30 s: 25 s is the slowest of the three lags at the start. tau from 0.2 s, whose fastest lag of 40 ms
 // is that of a thermal pole, to 60 s, whose slowest, 300 s, is ten times what the paper saw. A hundredth of the stroke of 173.7
@@ -20,16 +26,26 @@ static INFO: Info = Info {
     acts: Acts::Displacement,
     equation: Cow::Borrowed("z' = z + c mean of three lags of z with tau/5, tau, 5 tau"),
     parameters: Cow::Borrowed(&PARAMETERS),
-    shows: Cow::Borrowed("z goes on for seconds while R stays"),
-    separates: Cow::Borrowed("hold for a minute: R stays, z moves"),
+    shows: SHOWS,
+    separates: SEPARATES,
     source: Cow::Borrowed(
         "Kelvin-Voigt elements, close to the logarithm of time; the paper saw it for 30 s",
     ),
 };
 
+static OTHERS: [&dyn Effect; 1] = [&SingleLag];
+
 impl Effect for Creep {
     fn info(&self) -> &Info {
         &INFO
+    }
+
+    fn form(&self) -> &str {
+        "lags"
+    }
+
+    fn other_forms(&self) -> &'static [&'static dyn Effect] {
+        &OTHERS
     }
 
     fn output(&self, p: &[f64], x: f64, state: &[f64], _: &Moment) -> f64 {
