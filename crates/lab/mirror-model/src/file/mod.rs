@@ -106,7 +106,7 @@ mod tests {
 
     #[test]
     fn effects_are_kept_with_their_values_and_definitions() {
-        let own = "id = \"own's \\\"thing\\\"\"\nstage = \"shape\"\nacts = \"displacement\"\nformula = \"x * (1 + q)\"\n\
+        let own = "id = \"own-thing\"\ntitle = \"own's \\\"thing\\\"\"\nstage = \"shape\"\nacts = \"displacement\"\nformula = \"x * (1 + q)\"\n\
                    [[parameters]]\nsymbol = \"q\"\nunit = \"1\"\nstart = 0.1\nlow = 0.0\nhigh = 1.0\n";
         let mut model = Model::from(Preset::Paper);
         for effect in effect::built_in()

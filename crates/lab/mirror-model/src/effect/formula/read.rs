@@ -10,12 +10,17 @@ use serde::Deserialize;
 use super::{Expression, Formula, FormulaError, VARIABLES};
 use crate::effect::numerals::without_exponents;
 use crate::effect::size::{MOST_PARAMETERS, MOST_PARTS, MOST_PARTS_OF_RATES, MOST_STATES, parts};
-use crate::effect::{Acts, Info, Parameter, Stage};
+use crate::effect::{Acts, Info, Parameter, Stage, find};
+
+/// An id stands in the first column of the tables; longer ones push the others out of a terminal. A choice.
+const LONGEST_ID: usize = 40;
+/// A name that says what an effect does.
+const EXAMPLE: &str = "stiffening";
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Stored {
-    id: String,
+    id: toml::Spanned<String>,
     #[serde(default)]
     title: String,
     stage: Stage,
@@ -75,6 +80,7 @@ impl FormulaReader<'_> {
                 error.span().unwrap_or(0..0),
             )
         })?;
+        self.check_id(&stored)?;
         self.check_counts(&stored)?;
         let names = self.names(&stored)?;
         self.check_parts(&stored, &names)?;
@@ -99,6 +105,27 @@ impl FormulaReader<'_> {
             )
         })?;
         Ok(formula)
+    }
+
+    /// A name that can be typed, and that no built-in effect has: what is known of that one would be taken for this one.
+    fn check_id(&self, stored: &Stored) -> Result<(), FormulaError> {
+        let id = stored.id.get_ref();
+        let is_of_a_name = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+        let (message, help) =
+            if !id.chars().all(is_of_a_name) || !(1..=LONGEST_ID).contains(&id.len()) {
+                (
+                    "an effect's id is a word of letters, digits, - and _".to_owned(),
+                    format!("choose one of at most {LONGEST_ID} of them, as in `my-{EXAMPLE}`"),
+                )
+            } else if find(id).is_some() {
+                (
+                    format!("there is a built-in effect `{id}`"),
+                    format!("choose another id, as in `my-{id}`"),
+                )
+            } else {
+                return Ok(());
+            };
+        Err(self.wrong(&message, &help, stored.id.span()))
     }
 
     /// Not more parameters and states than a fit can bear.
@@ -253,7 +280,7 @@ fn info(stored: Stored) -> Info {
         })
         .collect();
     Info {
-        id: stored.id.into(),
+        id: stored.id.into_inner().into(),
         title: stored.title.into(),
         stage: stored.stage,
         acts: stored.acts,

@@ -120,3 +120,27 @@ fn what_is_wrong_is_pointed_at() {
         "a symbol twice"
     );
 }
+
+/// What is known of a built-in effect by its id would be taken for one of the user's own.
+#[test]
+fn an_id_is_a_word_of_its_own() {
+    let said = |id: &str| {
+        let head = HEAD.replace("mine", id);
+        let read = Formula::parse("mine.toml", &format!("{head}formula = \"x + q * dT\"\n{Q}"));
+        read.err().map(|error| error.message)
+    };
+    assert_eq!(said("My_own-2"), None);
+    assert!(said("creep").is_some_and(|it| it.contains("there is a built-in effect `creep`")));
+    for id in [
+        "",
+        "../../evil",
+        "two words",
+        "two\\nlines",
+        &"l".repeat(41),
+    ] {
+        assert!(
+            said(id).is_some_and(|it| it.contains("a word of letters")),
+            "{id}"
+        );
+    }
+}
