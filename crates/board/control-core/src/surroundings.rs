@@ -419,9 +419,9 @@ impl Surroundings {
             let (heating, growth) = (batch.heating * part, self.growth);
             let of_place = CURVES_VARIANCE + order * order;
             let lasting = excursion::AS_NOISE * batch.lasting * part * part;
-            if batch.unsettled.abs() < ARRIVED {
-                self.filter.arrive(asked.0, (heating, growth), of_place);
-            }
+            let has_arrived = batch.unsettled.abs() < ARRIVED;
+            self.filter
+                .go((asked.0, has_arrived), (heating, growth), of_place);
             if self
                 .filter
                 .measure(measured, (heating, growth), (variance, lasting))

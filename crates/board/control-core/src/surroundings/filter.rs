@@ -43,8 +43,8 @@ pub(super) struct Filter {
     pub(super) room_room: f32,
     room_loss: f32,
     pub(super) loss_loss: f32,
-    /// The rise that was asked for at the place where the mirror is (K), in the mean of all four, the heating there and by what a kelvin of
-    /// the room counted there when it came.
+    /// The rise that was asked for where the mirror arrived last (K), in the mean of all four; the heating at the place where it is, and by what a
+    /// kelvin of the room counted there when it came.
     asked: f32,
     pub(super) place: f32,
     slope: f32,
@@ -100,16 +100,25 @@ impl Filter {
         self.room * (1.0 + growth * self.room) - self.loss * heating
     }
 
-    /// The mirror is where it was asked to be. What the heating changes by while the same is asked compensates another room: that is no
-    /// other place, or a room that goes on changing would be told for a loss that makes the difference between the two.
+    /// The mirror is on its way to where `asked` has it, or has arrived there. What the heating changes by while the same is asked compensates
+    /// another room: that is no other place, or a room that goes on changing would be told for a loss that makes the difference between the two.
     ///
     /// Errors of a place's curves have this variance (K^2).
-    pub(super) fn arrive(&mut self, asked: f32, (heating, growth): (f32, f32), of_place: f32) {
+    pub(super) fn go(
+        &mut self,
+        (asked, has_arrived): (f32, bool),
+        (heating, growth): (f32, f32),
+        of_place: f32,
+    ) {
         if (asked - self.asked).abs() > ONE_PLACE {
-            self.leave(of_place);
-            self.asked = asked;
-            self.place = heating;
-            self.slope = 1.0 + 2.0 * growth * self.room;
+            if has_arrived {
+                self.asked = asked;
+            }
+            if has_arrived || (heating - self.place).abs() > ONE_PLACE {
+                self.leave(of_place);
+                self.place = heating;
+                self.slope = 1.0 + 2.0 * growth * self.room;
+            }
         }
     }
 
