@@ -42,6 +42,8 @@ pub(crate) struct Candidate {
     pub(crate) explanation: Option<Explanation<Session>>,
     /// What is left when base and effect are fitted together, where that was done.
     pub(crate) refit: Option<Refit>,
+    /// Such a fit where slopes beside the discrepancy explain more: the score is theirs, but what a model with the effect leaves, only this tells.
+    pub(crate) lesser_refit: Option<Refit>,
     /// The same in the other ones of its forms, once they were fitted.
     pub(crate) other_forms: Option<Vec<InForm>>,
 }
@@ -50,6 +52,7 @@ pub(crate) struct Candidate {
 pub(crate) struct InForm {
     pub(crate) explanation: Explanation<Session>,
     pub(crate) refit: Option<Refit>,
+    pub(crate) lesser_refit: Option<Refit>,
 }
 
 impl Candidate {
@@ -62,6 +65,7 @@ impl Candidate {
             null_scores: Vec::new(),
             explanation: None,
             refit: None,
+            lesser_refit: None,
             other_forms: None,
         }
     }
@@ -72,9 +76,34 @@ impl Candidate {
 
     /// Takes one of its forms.
     pub(crate) fn take(&mut self, form: InForm) {
-        let InForm { explanation, refit } = form;
+        let InForm {
+            explanation,
+            refit,
+            lesser_refit,
+        } = form;
         self.explanation = Some(explanation);
         self.refit = refit;
+        self.lesser_refit = lesser_refit;
+    }
+
+    /// Base and effect fitted together, be it that slopes explain more.
+    pub(crate) fn together(&self) -> Option<&Refit> {
+        self.refit.as_ref().or(self.lesser_refit.as_ref())
+    }
+
+    /// Takes a fit that explains more than anything so far.
+    pub(crate) fn take_better(&mut self, explanation: Explanation<Session>, refit: Refit) {
+        self.explanation = Some(explanation);
+        self.refit = Some(refit);
+        self.lesser_refit = None;
+    }
+
+    /// Keeps a fit that explains less than slopes do, if it is the one of least `cost` of them.
+    pub(crate) fn keep_lesser(&mut self, refit: Refit, cost: impl Fn(&Refit) -> f64) {
+        let so_far = self.lesser_refit.as_ref().map_or(f64::INFINITY, &cost);
+        if self.refit.is_none() && cost(&refit) < so_far {
+            self.lesser_refit = Some(refit);
+        }
     }
 
     /// Its score, 0 where it explains nothing.

@@ -180,11 +180,16 @@ impl Analysis<'_> {
         let Some(so_far) = &candidate.explanation else {
             return;
         };
-        let best = self.refitted(&so_far.active, starts, precision);
         // A fit in the ordinary sense may end elsewhere than the best in the session's space.
-        if let Some((best, refit)) = best.filter(|(best, _)| best.score > so_far.score) {
-            candidate.explanation = Some(best.explanation(so_far.change.clone()));
-            candidate.refit = Some(refit);
+        match self.refitted(&so_far.active, starts, precision) {
+            Some((best, refit)) if best.score > so_far.score => {
+                let explanation = best.explanation(so_far.change.clone());
+                candidate.take_better(explanation, refit);
+            }
+            Some((_, refit)) => {
+                candidate.keep_lesser(refit, |refit| refit.fitted.cost(self.data));
+            }
+            None => (),
         }
     }
 

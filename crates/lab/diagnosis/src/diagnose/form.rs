@@ -40,8 +40,12 @@ impl Analysis<'_> {
         let fitted = others.par_iter();
         let fitted = fitted.filter_map(|form| self.in_form(candidate, form.form()));
         let mut fitted: Vec<InForm> = fitted.collect();
-        let (so_far, refit) = (candidate.explanation.take(), candidate.refit.take());
-        fitted.extend(so_far.map(|explanation| InForm { explanation, refit }));
+        let (refit, lesser_refit) = (candidate.refit.take(), candidate.lesser_refit.take());
+        fitted.extend(candidate.explanation.take().map(|explanation| InForm {
+            explanation,
+            refit,
+            lesser_refit,
+        }));
         fitted.sort_by(|a, b| b.explanation.score.total_cmp(&a.explanation.score));
         if let Some(best) = fitted.first() {
             let least = hardly_less_than(best.explanation.score);
@@ -132,10 +136,12 @@ impl Analysis<'_> {
                 Some((found, refit)) if found.score > start.score => InForm {
                     explanation: found.explanation(start.change),
                     refit: Some(refit),
+                    lesser_refit: None,
                 },
-                _ => InForm {
+                lesser => InForm {
                     explanation: start,
                     refit: None,
+                    lesser_refit: lesser.map(|(_, refit)| refit),
                 },
             },
         )

@@ -197,7 +197,7 @@ impl Analysis<'_> {
         unit: Unit,
     ) -> BeforeAfter {
         let before = self.fitted.standardised(self.data);
-        let after = match &candidate.refit {
+        let after = match candidate.together() {
             Some(refit) => refit.fitted.standardised(self.data),
             None => {
                 let left = |residual: &DVector<f64>| {

@@ -150,6 +150,10 @@ impl Analysis<'_> {
             let Some(explanation) = &candidate.explanation else {
                 return;
             };
+            candidate.refit = candidate.lesser_refit.take();
+            if candidate.refit.is_some() {
+                return;
+            }
             let start = std::slice::from_ref(&self.fitted.model);
             let fitted = self.refitted(&explanation.active, start, Precision::Fine);
             candidate.refit = fitted.map(|(_, refit)| refit);
