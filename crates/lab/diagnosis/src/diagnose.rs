@@ -10,6 +10,7 @@ mod one_heater;
 mod propose;
 mod ranking;
 mod remainder;
+mod rivals;
 mod step_error;
 mod suspects;
 mod verdict;

@@ -122,7 +122,8 @@ impl<'a> Analysis<'a> {
         self.discrepancy_at(CONFIDENCE)
     }
 
-    fn discrepancy_at(&self, share: f64) -> Rms {
+    /// What it leaves of such a share of them at most.
+    pub(super) fn discrepancy_at(&self, share: f64) -> Rms {
         let unit = self.unit();
         let sizes = self.discrepancies.get_or_init(|| {
             let columns = self.ensemble.residuals().column_iter();

@@ -2,7 +2,7 @@
 
 use super::analysis::Analysis;
 use crate::candidate::Candidate;
-use crate::confusions::{RIVAL_SHARE, confusions};
+use crate::confusions::RIVAL_SHARE;
 
 /// Candidates this close to the best score are rivals however small both are: two parameters' price.
 const RIVAL_MARGIN: f64 = 12.0;
@@ -30,13 +30,7 @@ impl Analysis<'_> {
         let (with_effect, refused): Two = plausible
             .into_iter()
             .partition(|candidate| self.is_shown_on_others(candidate));
-        let share = |candidate: &str, best: &str| {
-            confusions().rival_share(self.channels(), candidate, best)
-        };
-        let rivals = rivals(&with_effect, share, |candidate| {
-            let refit = candidate.refit.as_ref()?;
-            Some(refit.fitted.cost(self.data))
-        });
+        let rivals = self.rivals(&with_effect);
         // Beside one that scores more and lowers no error on rows held out, what the best of the rivals scores is no more than chance; beside one
         // that lowers none at all, where mirrors that lack nothing leave as much.
         let mut chance = refused;
@@ -72,37 +66,6 @@ pub(super) fn ids(candidates: &[&Candidate]) -> Vec<String> {
     candidates.iter().map(|c| c.id().to_owned()).collect()
 }
 
-/// The best of the candidates above their thresholds, and those that come near it. `share` says which part of the best one's score
-/// makes a candidate a rival, above its own threshold or not: once it is evident that something is missing, the scores alone say
-/// what. One with which `left`, the sum of squares after a fit together with the base, is far smaller is a rival whatever its
-/// score, if it is above: what the discrepancy could explain as well may be the effect. One that comes near the best and leaves far more
-/// than another that does is none: a discrepancy of one kind, however large, costs a score little.
-fn rivals<'c>(
-    candidates: &[&'c Candidate],
-    share: impl Fn(&str, &str) -> f64,
-    left: impl Fn(&Candidate) -> Option<f64>,
-) -> Vec<&'c Candidate> {
-    let mut above = candidates.iter().filter(|c| c.is_above_its_threshold());
-    let Some(best) = above.next() else {
-        return Vec::new();
-    };
-    let top = best.score();
-    let leaves_far_less = |one: &Candidate, other: &Candidate| {
-        let both = left(one).zip(left(other));
-        both.is_some_and(|(one, other)| one < FAR_SMALLER * other)
-    };
-    let is_near = |c: &&Candidate| c.score() > least_of(share(c.id(), best.id()), top);
-    let near: Vec<_> = candidates.iter().copied().filter(is_near).collect();
-    let is_left_behind = |candidate: &Candidate| near.iter().any(|c| leaves_far_less(c, candidate));
-    let is_rival = |candidate: &&Candidate| {
-        if is_near(candidate) {
-            return !is_left_behind(candidate);
-        }
-        candidate.is_above_its_threshold() && leaves_far_less(candidate, best)
-    };
-    candidates.iter().copied().filter(is_rival).collect()
-}
-
 /// The rivals, or none where the best of them scores less than the `least` beside the best of others that are above their thresholds and may
 /// not be named.
 fn unless_below<'c>(
@@ -122,29 +85,6 @@ fn unless_below<'c>(
 mod tests {
     use super::*;
     use crate::candidate::scored;
-
-    #[test]
-    fn rivals_come_near_the_best_score() {
-        let candidates = [
-            scored("creep", 1000.0),
-            scored("hysteresis", 930.0),
-            scored("resonance", 910.0),
-            scored("sensor-lag", 700.0),
-        ];
-        let all: Vec<_> = candidates.iter().collect();
-        assert_eq!(
-            ids(&rivals(&all, |_, _| 0.92, |_| None)),
-            ["creep", "hysteresis"]
-        );
-        // What was taken for the best one is its rival from further off.
-        let learned = |candidate: &str, best: &str| {
-            assert_eq!(best, "creep");
-            if candidate == "sensor-lag" { 0.6 } else { 0.92 }
-        };
-        let found = rivals(&all, learned, |_| None);
-        assert_eq!(ids(&found), ["creep", "hysteresis", "sensor-lag"]);
-        assert!(rivals(&[], |_, _| 0.92, |_| None).is_empty());
-    }
 
     #[test]
     fn what_was_refused_leaves_its_name_to_nobody_below() {
@@ -176,72 +116,6 @@ mod tests {
         assert_eq!(
             ids(&unless_below(vec![&far_below], &[], least_of_a_rival)),
             ["end-stop"]
-        );
-    }
-
-    #[test]
-    fn who_leaves_far_less_is_a_rival_whatever_the_score() {
-        let candidates = [
-            scored("heat-loss-temperature", 1000.0),
-            scored("radiation", 500.0),
-        ];
-        let all: Vec<_> = candidates.iter().collect();
-        let left = |radiation: f64| {
-            move |candidate: &Candidate| match candidate.id() {
-                "radiation" => Some(radiation),
-                _ => Some(100.0),
-            }
-        };
-        let count = |radiation| rivals(&all, |_, _| 0.92, left(radiation)).len();
-        assert_eq!([count(40.0), count(60.0)], [2, 1]);
-    }
-
-    #[test]
-    fn who_leaves_far_more_than_another_that_comes_as_near_is_no_rival() {
-        let candidates = [
-            scored("thermal-lag", 1000.0),
-            scored("substrate-warming", 990.0),
-            scored("creep", 980.0),
-        ];
-        let all: Vec<_> = candidates.iter().collect();
-        let left = |candidate: &Candidate| match candidate.id() {
-            "thermal-lag" => Some(100.0),
-            "substrate-warming" => Some(40.0),
-            // Not fitted together with the base: nobody knows.
-            _ => None,
-        };
-        let found = rivals(&all, |_, _| 0.92, left);
-        assert_eq!(ids(&found), ["substrate-warming", "creep"]);
-    }
-
-    #[test]
-    fn what_comes_near_is_a_rival_below_its_threshold_too() {
-        // 25 is the threshold of both; of what is below it nobody is the first.
-        let needing_25 = |id, score| Candidate {
-            threshold: 25.0,
-            ..scored(id, score)
-        };
-        let candidates = [
-            needing_25("gap-heat-loss", 27.0),
-            needing_25("radiation", 24.0),
-        ];
-        let all: Vec<_> = candidates.iter().collect();
-        assert_eq!(ids(&rivals(&all, |_, _| 0.92, |_| None)).len(), 2);
-        assert!(rivals(&all[1..], |_, _| 0.92, |_| None).is_empty());
-    }
-
-    #[test]
-    fn small_scores_are_rivals_within_a_margin() {
-        // 92 % of 50 is 46, and 12 below it is 38.
-        let candidates = [
-            scored("creep", 50.0),
-            scored("hysteresis", 39.0),
-            scored("resonance", 37.0),
-        ];
-        let all: Vec<_> = candidates.iter().collect();
-        assert_eq!(
-            ids(&rivals(&all, |_, _| 0.92, |_| None)),
-            ["creep", "hysteresis"]
         );
     }
 }
