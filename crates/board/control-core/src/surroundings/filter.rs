@@ -23,6 +23,8 @@ const UPDATES_TO_JUMP: u8 = 4;
 /// Positions whose rises differ by less are one place, with one error of the curves (K): half of what a knot of the resistances' curves is
 /// from the next one, for 17 of them up to a hundred kelvins. A choice.
 const ONE_PLACE: f32 = 3.0;
+/// What is asked at a place that the mirror passes: nothing that ever is, so that it arrives even where it was before.
+const ON_ITS_WAY: f32 = f32::INFINITY;
 /// An actuator has arrived where its fast poles have no more than this still to bring (K): half of what is one place.
 pub(super) const ARRIVED: f32 = 0.5 * ONE_PLACE;
 /// Surroundings beyond this bear no bimorph, or are no surroundings but a sense that is wrong (K): from -40 to 85 degC, the
@@ -111,10 +113,8 @@ impl Filter {
         of_place: f32,
     ) {
         if (asked - self.asked).abs() > ONE_PLACE {
-            if has_arrived {
-                self.asked = asked;
-            }
             if has_arrived || (heating - self.place).abs() > ONE_PLACE {
+                self.asked = if has_arrived { asked } else { ON_ITS_WAY };
                 self.leave(of_place);
                 self.place = heating;
                 self.slope = 1.0 + 2.0 * growth * self.room;

@@ -77,6 +77,21 @@ fn a_room_that_changes_by_and_by_at_one_place_is_no_loss() {
 }
 
 #[test]
+fn a_mirror_that_turns_round_is_where_it_was() {
+    let mut filter = filter();
+    follow(&mut filter, &evidence(60.0, 0.0, 0.0), 300);
+    let place = filter.filter.place;
+    for passed in [50.0, 40.0, 50.0] {
+        let mut on_its_way = evidence(passed, 0.0, 0.0);
+        on_its_way.unsettled = Kelvin(5.0);
+        follow(&mut filter, &on_its_way, 3);
+    }
+    assert!((filter.filter.place - place).abs() > 5.0);
+    follow(&mut filter, &evidence(60.0, 0.0, 0.0), 3);
+    assert!((filter.filter.place - place).abs() < 0.1);
+}
+
+#[test]
 fn room_and_loss_are_told_apart_by_two_drives_and_not_by_one() {
     let mut filter = filter();
     follow(&mut filter, &evidence(60.0, 8.0, 0.1), 300);
