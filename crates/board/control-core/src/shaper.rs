@@ -210,6 +210,9 @@ mod tests {
         }
     }
 
+    /// Bends of a way that are smaller are what f32 makes of it: four half steps of its last digit, 1.5e-5 at a hundred ticks and more.
+    const ROUNDING: f64 = 1e-4;
+
     /// Amplitude of what a corner at tick 100 leaves ringing, by the sum of what each bend of the way adds.
     fn ringing(way: &[f64], hz: f32, quality: f32) -> f64 {
         let damping = 0.5 / f64::from(quality);
@@ -219,7 +222,8 @@ mod tests {
         for (tick, three) in way.windows(3).enumerate() {
             let bend = three[2] - 2.0 * three[1] + three[0];
             let since = tick as f64 - 99.0;
-            let grown = (damping * omega * since).exp() * f64::from(u8::from(bend.abs() > 1e-3));
+            let grown =
+                (damping * omega * since).exp() * f64::from(u8::from(bend.abs() > ROUNDING));
             sine += bend * grown * (damped * since).sin();
             cosine += bend * grown * (damped * since).cos();
         }
