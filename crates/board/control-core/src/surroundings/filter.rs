@@ -112,13 +112,12 @@ impl Filter {
         (heating, growth): (f32, f32),
         of_place: f32,
     ) {
-        if (asked - self.asked).abs() > ONE_PLACE {
-            if has_arrived || (heating - self.place).abs() > ONE_PLACE {
-                self.asked = if has_arrived { asked } else { ON_ITS_WAY };
-                self.leave(of_place);
-                self.place = heating;
-                self.slope = 1.0 + 2.0 * growth * self.room;
-            }
+        let is_elsewhere = (asked - self.asked).abs() > ONE_PLACE;
+        if is_elsewhere && (has_arrived || (heating - self.place).abs() > ONE_PLACE) {
+            self.asked = if has_arrived { asked } else { ON_ITS_WAY };
+            self.leave(of_place);
+            self.place = heating;
+            self.slope = 1.0 + 2.0 * growth * self.room;
         }
     }
 
