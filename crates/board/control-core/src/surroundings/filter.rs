@@ -102,8 +102,9 @@ impl Filter {
         self.room * (1.0 + growth * self.room) - self.loss * heating
     }
 
-    /// The mirror is on its way to where `asked` has it, or has arrived there. What the heating changes by while the same is asked compensates
-    /// another room: that is no other place, or a room that goes on changing would be told for a loss that makes the difference between the two.
+    /// The mirror is on its way to where `asked` has it, or has arrived there. What the heating changes by while the same is asked
+    /// compensates another room: that is no other place, or a room that goes on changing would be told for a loss that makes the
+    /// difference between the two.
     ///
     /// Errors of a place's curves have this variance (K^2).
     pub(super) fn go(
@@ -124,9 +125,10 @@ impl Filter {
     /// Takes a measurement with its variance, and what errors that stay from update to update add to that: they make it no further off, and
     /// tell less. Returns whether the states have jumped.
     ///
-    /// All readings of one place have one error of the curves, whatever the heating is off by there, so that they tell nothing of how room and loss divide what they have in common: gains are those of the place, as it was when the mirror came there
-    /// (first-estimates Jacobian; Huang, Mourikis and Roumeliotis, IEEE ICRA 2008, 473). What that error has made of the states is in their covariance
-    /// from when the mirror leaves on, for the next place has another.
+    /// All readings of one place have one error of the curves, whatever the heating is off by there, so that they tell nothing of how
+    /// room and loss divide what they have in common: gains are those of the place, as it was when the mirror came there
+    /// (first-estimates Jacobian; Huang, Mourikis and Roumeliotis, IEEE ICRA 2008, 473). What that error has made of the states is in
+    /// their covariance from when the mirror leaves on, for the next place has another.
     pub(super) fn measure(
         &mut self,
         measured: f32,
@@ -145,8 +147,8 @@ impl Filter {
             }
             self.forget();
             self.place_error = (0.0, 0.0);
-            // Most of what is off is the room: there a kelvin of it counts so much from this reading on, or the next one would tell room and loss
-            // apart by the difference.
+            // Most of what is off is the room: there a kelvin of it counts so much from this reading on, or the next one would tell
+            // room and loss apart by the difference.
             self.slope = 1.0 + 2.0 * growth * (self.room + reading.off);
             reading = self.as_room(off);
             gains = self.gains(reading.heating, variance / reading.square);
