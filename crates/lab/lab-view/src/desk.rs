@@ -165,7 +165,7 @@ mod tests {
         let desk = Desk::open(&opening).unwrap();
         let creep = Chosen {
             id: "creep".into(),
-            form: String::new(),
+            form: "lags".into(),
             values: vec![0.15, 5.0],
         };
         let views = [vec![], vec![creep]].map(|on| desk.show(&opening.model, &on).unwrap());

@@ -3,13 +3,10 @@
 mod single;
 
 use super::{Acts, Effect, Info, Moment, Parameter, Stage, Step, parameter};
-use single::SingleLag;
+use single::{SEPARATES, SHOWS, SingleLag};
 use std::borrow::Cow;
 
 pub(super) struct Creep;
-
-const SHOWS: Cow<'static, str> = Cow::Borrowed("z goes on for seconds while R stays");
-const SEPARATES: Cow<'static, str> = Cow::Borrowed("hold for a minute: R stays, z moves");
 
 // The paper saw creep for 30 s: 25 s is the slowest of the three lags at the start. tau from 0.2 s, whose fastest lag of 40 ms
 // is that of a thermal pole, to 60 s, whose slowest, 300 s, is ten times what the paper saw. A hundredth of the stroke of 173.7

@@ -1,10 +1,14 @@
 //! One element that gives way slowly, as a polymer or an adhesive does.
 
-use super::{SEPARATES, SHOWS};
 use crate::effect::{Acts, Effect, Info, Moment, Parameter, Stage, Step, parameter};
 use std::borrow::Cow;
 
 pub(super) struct SingleLag;
+
+/// As of creep in any form.
+pub(super) const SHOWS: Cow<'static, str> = Cow::Borrowed("z goes on for seconds while R stays");
+pub(super) const SEPARATES: Cow<'static, str> =
+    Cow::Borrowed("hold for a minute: R stays, z moves");
 
 // c as of the three lags. What takes less than 0.2 s is a thermal pole; ten times the 30 s that the paper saw is the slowest of the
 // three.
