@@ -10,8 +10,8 @@ use crate::CHANNELS;
 use crate::calibration::Resonance;
 use crate::design::TICK;
 
-/// Ticks that are remembered: half a period of 165 Hz at Q = 1 is 35, and the place between two ticks takes one more. One that is longer, as at
-/// Q = 0.6, is not shaped: it hardly rings.
+/// Ticks that are remembered: half a period of 80 Hz at Q = 3 is 63.4, and the place between two ticks takes one more. One that is longer, as at
+/// Q = 2, is not shaped: it hardly rings.
 const REMEMBERED: usize = 64;
 
 /// A zero-vibration shaper of all four actuators.
@@ -187,8 +187,9 @@ mod tests {
         /// A plate on a spring rings after a corner of its way by three thousandths of what it would unshaped: f32 knows ways of a hundred
         /// ticks to 1e-5, and a plate that is damped has rung down to a hundredth meanwhile.
         #[test]
-        fn a_corner_leaves_no_ringing(hz in 165.0_f32..4900.0, quality in 1.0_f32..50.0) {
+        fn a_corner_leaves_no_ringing(hz in 80.0_f32..4900.0, quality in 1.0_f32..50.0) {
             let mut shaper = Shaper::new(&resonance(hz, quality));
+            prop_assume!(shaper.ago > 0);
             let ticks = 100 + 2 * REMEMBERED;
             let way = |tick: usize| if tick < 100 { 0.0 } else { (tick - 100) as f32 };
             let shaped: Vec<f64> = (0..ticks)
@@ -200,7 +201,7 @@ mod tests {
         }
 
         #[test]
-        fn a_slope_comes_late_by_what_is_said(hz in 165.0_f32..4900.0, quality in 1.0_f32..50.0) {
+        fn a_slope_comes_late_by_what_is_said(hz in 80.0_f32..4900.0, quality in 1.0_f32..50.0) {
             let mut shaper = Shaper::new(&resonance(hz, quality));
             let mut last = 0.0;
             for tick in 0..100 {

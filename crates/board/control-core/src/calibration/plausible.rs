@@ -142,7 +142,7 @@ impl Parts {
 impl Resonance {
     /// Frequencies that a way is shaped for (Hz): half a period of the lowest lasts no longer than the shaper remembers (`shaper.rs`), and
     /// a period of the highest has two ticks.
-    pub const SHAPED_HZ: RangeInclusive<f32> = 165.0..=5e3;
+    pub const SHAPED_HZ: RangeInclusive<f32> = 80.0..=5e3;
 
     fn check(&self) -> Result<(), CalibrationError> {
         if *self == Self::UNKNOWN {
