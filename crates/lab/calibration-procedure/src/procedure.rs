@@ -61,6 +61,9 @@ pub struct Calibrated {
     /// What the refined stages leave of the displacement (um, root mean square); only a sensor that is read at every tick
     /// tells.
     pub refined_rms_um: Option<f64>,
+    /// Where the mirror rests (um) from where it did at the beginning, its own memory left out: the first heat of films moves them for good. 0
+    /// where the sensor is not read at every tick.
+    pub rest_um: f64,
     /// The calibration of before, as it was tried.
     pub before: Trial,
     /// The new one, as it was tried.
@@ -172,6 +175,7 @@ impl Procedure {
             identified,
             not_inverted: tabulated.remaining,
             calibration,
+            rest_um: refined.as_ref().map_or(0.0, |refined| refined.rest_um),
             refined_rms_um: refined.map(|refined| refined.residual_rms_um),
             before,
             after,

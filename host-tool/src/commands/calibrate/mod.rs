@@ -284,6 +284,7 @@ fn report(
         }),
         not_inverted,
         refined_rms_um: calibrated.refined_rms_um,
+        rest_um: calibrated.rest_um,
         tilt_uncertainty_deg: tilt_uncertainty_deg(&calibrated.calibration),
         range,
         moved_um: calibrated.moved_um,

@@ -28,6 +28,7 @@ pub(super) struct CalibrateReport {
     /// What the stages that were refined leave of the displacement on the way, root mean square; only a sensor that is read at
     /// every tick tells.
     pub(super) refined_rms_um: Option<f64>,
+    pub(super) rest_um: f64,
     /// How far a plate that is asked to be level may tilt in the middle of its range, by what the currents and a square plate of half a
     /// millimetre tell (95 %): a sensor at one spot tells no tilt.
     pub(super) tilt_uncertainty_deg: f64,
@@ -90,6 +91,14 @@ impl fmt::Display for CalibrateReport {
             )?;
         }
         write!(f, "{}", self.range)?;
+        if self.rest_um != 0.0 {
+            writeln!(
+                f,
+                "rest       {:+.2} um from where it was before the films were hot for the first time, which positions count from: \
+                 calibrate again, and they count from where the mirror rests now",
+                self.rest_um
+            )?;
+        }
         writeln!(
             f,
             "tilt       not measured, for one spot tells none: a level plate may tilt by ±{:.1} deg; `host-tool calibrate-pose` measures it",

@@ -61,6 +61,8 @@ pub struct Refined {
     /// Root mean square of what its stages leave of the displacement (um), each reading weighted by its variance: ringing and
     /// the first moments after a jump count little.
     pub residual_rms_um: f64,
+    /// Where the mirror rests, from where it did before its films were hot for the first time (um); 0 where that is nowhere else.
+    pub rest_um: f64,
 }
 
 impl Refined {
@@ -100,6 +102,7 @@ pub fn refined(calibration: &Calibration, session: &Session) -> Result<Refined, 
     Ok(Refined {
         calibration: Calibration::new(refined_parts(parts, &fit, &fitted)?)?,
         residual_rms_um: fitted.residual_rms_um,
+        rest_um: fitted.linear.rest_um(),
     })
 }
 

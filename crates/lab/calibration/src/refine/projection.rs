@@ -8,7 +8,7 @@ use least_squares::{DifferenceStep, Problem};
 use nalgebra::DVector;
 
 use super::heaters;
-use super::linear::{Displacements, LinearStages, MemoryTerms};
+use super::linear::{Displacements, LinearStages, MemoryTerms, Rest};
 use super::thermal::Thermal;
 use super::timeline::TimeStep;
 use super::unknowns::Unknowns;
@@ -20,6 +20,7 @@ const DIFFERENCE: f64 = 1e-4;
 pub(super) struct Estimate {
     pub(super) held: Vec<TimeStep>,
     pub(super) memory: Displacements,
+    pub(super) rest: Rest,
 }
 
 /// The thermal stages forward, at the end of every time step.
@@ -102,7 +103,7 @@ impl<'a> Projection<'a> {
 
     /// The stages forward with these unknowns and the linear stages that are best with them.
     pub(super) fn forward(&self, unknowns: &Unknowns) -> Option<Forward> {
-        let Estimate { held, memory } = self.estimate;
+        let Estimate { held, memory, rest } = self.estimate;
         let Thermal {
             top_um, highest_v, ..
         } = *self.thermal;
@@ -118,7 +119,7 @@ impl<'a> Projection<'a> {
         let memory = terms.or_compute(unknowns, Unknowns::remembers_like, || {
             MemoryTerms::new(held, (top_um, highest_v), unknowns, memory)
         });
-        let linear = LinearStages::fit(held, top_um, &heated.places_um, &memory)?;
+        let linear = LinearStages::fit(held, top_um, &heated.places_um, &memory, *rest)?;
         Some(Forward {
             heated,
             memory,

@@ -1,5 +1,7 @@
 //! Tables read forward, and bent to what was found.
 
+use std::iter;
+
 use control_core::shape::{KNOTS, SEGMENTS};
 use control_core::{ActuatorCalibration, CalibrationError, InverseTable, Micrometre};
 
@@ -28,11 +30,16 @@ impl Bend {
     /// # Errors
     /// Where the bent shape does not rise.
     pub(super) fn of(linear: &LinearStages, top_um: f64) -> Result<Self, RefineError> {
-        let places: Vec<f64> = (0..KNOTS).map(|i| position(top_um, i)).collect();
-        let bent = places.iter().map(|place| linear.shape(*place)).collect();
+        let read_um = |place: f64| linear.rest_um() + linear.shape(place);
+        let places = (1..KNOTS).map(|i| position(top_um, i));
+        // What is below the sensor's zero cannot be asked for, and what is below the mirror's rest not be reached: nothing heats it at zero.
+        let above = places
+            .map(|place| (read_um(place), place))
+            .filter(|(read_um, _)| *read_um > 0.0);
+        let (read, places) = iter::once((0.0, 0.0)).chain(above).unzip();
         Ok(Self {
-            place_at: Curve::new(bent, places).map_err(|_| RefineError::NoFit)?,
-            top_um: linear.shape(top_um),
+            place_at: Curve::new(read, places).map_err(|_| RefineError::NoFit)?,
+            top_um: read_um(top_um),
         })
     }
 

@@ -38,6 +38,9 @@ const USUAL_RELEASE_S: f64 = 1.0;
 const CREEP_APART: f64 = 5.0;
 /// So are the usual radii of play operators a factor of two.
 const RADII_APART: f64 = 2.0;
+/// But the widest may be as wide as this part of the range: slip over all of a film ends nowhere before, and loops grow with the square of the
+/// way (Rayleigh).
+const WIDEST_PLAY: f64 = 0.35;
 /// Shortest and longest lag of the beams (s): a tenth of a tick, and twice that of the usual foreign mirror (`bench foreign`, seed 901). A
 /// longer one and a fast pole nearly cancel each other, and a mirror whose beams take a millisecond rests 0.2 um off. Where it starts: a tick.
 const BEAM_LAG_S: (f64, f64) = (1e-5, 3e-4);
@@ -155,7 +158,8 @@ impl Unknowns {
         let about =
             |usual: f64, apart: f64| (usual.ln() - 0.5 * apart.ln(), usual.ln() + 0.5 * apart.ln());
         let creep = CREEP_S.map(|usual_s| about(usual_s, CREEP_APART));
-        let radii = RADII.map(|usual| about(usual, RADII_APART));
+        let mut radii = RADII.map(|usual| about(usual, RADII_APART));
+        radii[PLAYS - 1].1 = WIDEST_PLAY.ln();
         let network = times.chain([LN_WEIGHT; POLES]);
         Bounds::new(
             network
