@@ -16,14 +16,13 @@ pub(crate) async fn first<B: Bench>(
     let mut before: Option<DriftCheck> = None;
     for _ in 0..RESTS {
         bench.count_from_rest().await?;
-        let check = played::drift_check(max_v);
-        let file = bench.measure(Part::DriftCheck, &check).await?;
-        let session = Session {
-            files: vec![(check.name, file)],
-        };
-        travel::check(&session, reach_um)?;
-        let check = DriftCheck::of(&session.files[0].1);
-        check.holds_still()?;
+        let check = checked(bench, max_v, reach_um).await?;
+        if check.may_relax() {
+            let again = checked(bench, max_v, reach_um).await?;
+            again.holds_still(Some(&check))?;
+            return Ok(again);
+        }
+        check.holds_still(None)?;
         if let Some(before) = &before {
             check.is_in_the_room_of(before)?;
         }
@@ -34,6 +33,20 @@ pub(crate) async fn first<B: Bench>(
     }
     let apart_um = before.and_then(|last| last.apart_um()).unwrap_or_default();
     Err(Drift::NoRest { apart_um }.into())
+}
+
+async fn checked<B: Bench>(
+    bench: &mut B,
+    max_v: f64,
+    reach_um: f64,
+) -> Result<DriftCheck, B::Error> {
+    let check = played::drift_check(max_v);
+    let file = bench.measure(Part::DriftCheck, &check).await?;
+    let session = Session {
+        files: vec![(check.name, file)],
+    };
+    travel::check(&session, reach_um)?;
+    Ok(DriftCheck::of(&session.files[0].1))
 }
 
 /// The last: by how much the mirror has moved since the first (um), 0 where it is no more than any mirror moves.
