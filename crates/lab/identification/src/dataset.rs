@@ -6,7 +6,7 @@ mod observation;
 mod sign;
 mod thin;
 
-use crate::noise::Noise;
+use crate::noise::{Noise, misstated};
 use crate::surroundings::Surroundings;
 pub use clock::OwnZero;
 use clock::{Clock, ROUNDING_S};
@@ -45,6 +45,7 @@ pub struct Dataset {
 impl Dataset {
     /// Of a session, [`thinned`] where it is dense.
     pub fn new(session: &Session) -> Self {
+        let misstated = misstated(session);
         let Thinned {
             session,
             rows_left_out,
@@ -70,21 +71,26 @@ impl Dataset {
             let first = |o: &Observation| o.channel == Channel::Current(0);
             data.observations.retain(first);
         }
-        data.notes
-            .extend(sign::turned(&data.driven_displacements()));
+        let turned = sign::turned(&data.driven_displacements());
+        data.notes.extend(turned.into_iter().chain(misstated));
         data
     }
 
-    /// Every displacement after the mean square of the drives at it (V^2, um).
-    fn driven_displacements(&self) -> Vec<(f64, f64)> {
-        let of_displacements = self.observations.iter();
-        of_displacements
-            .filter(|o| o.channel == Channel::Displacement)
-            .map(|o| {
+    /// By experiment every displacement after the mean square of the drives at it (V^2, um).
+    fn driven_displacements(&self) -> Vec<(&str, Vec<sign::Driven>)> {
+        let named = self
+            .experiments
+            .iter()
+            .map(|name| (name.as_str(), Vec::new()));
+        let mut driven: Vec<_> = named.collect();
+        for o in &self.observations {
+            if o.channel == Channel::Displacement {
                 let squares = self.drive(o).map(|volts| volts * volts);
-                (squares.iter().sum::<f64>() / ACTUATORS as f64, o.value)
-            })
-            .collect()
+                let mean = squares.iter().sum::<f64>() / ACTUATORS as f64;
+                driven[o.experiment].1.push((mean, o.value));
+            }
+        }
+        driven
     }
 
     /// What a simulation's outputs say of each observation.

@@ -13,6 +13,7 @@
 pub mod base;
 mod compare;
 pub mod dataset;
+mod digit;
 mod estimate;
 pub mod fit;
 pub mod fit_report;
@@ -25,7 +26,7 @@ mod surroundings;
 
 pub use compare::{
     Comparison, ExperimentError, StageErrors, StagePoint, compare, compare_predicted, jumps,
-    unlike_heaters,
+    unlike_heaters, wild_readings,
 };
 pub use dataset::Dataset;
 pub use estimate::{Estimate, Unit};

@@ -2,12 +2,14 @@
 
 mod bench;
 mod even;
+mod stated;
 mod usual;
 
 use even::is_even;
 use measurement::held::{DIFFERENCE, MEDIAN_OF_NORMAL};
 use measurement::{CurrentNoise, MeasurementFile, Row, Session};
 use mirror_model::ACTUATORS;
+pub(crate) use stated::misstated;
 use usual::{DISPLACEMENT_UM, USUAL};
 
 /// Fewer differences than this say nothing: their median is then off by a fifth or more.

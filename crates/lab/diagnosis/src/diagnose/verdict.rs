@@ -13,7 +13,7 @@ use crate::report::{
 use crate::whereabouts::Located;
 use identification::fit::Precision;
 use identification::prediction::RESOLUTION;
-use identification::{jumps, unlike_heaters};
+use identification::{jumps, unlike_heaters, wild_readings};
 use mirror_model::Runaway;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -205,10 +205,11 @@ impl Analysis<'_> {
         })
     }
 
-    /// What was done to the readings, which of them may be of other heaters, and where nothing explains them, which of them a meter
+    /// What was done to the readings, which of them may be of other heaters or wild, and where nothing explains them, which of them a meter
     /// may have spoilt.
     fn notes(&self, verdict: Verdict) -> Vec<String> {
         let mut notes = unlike_heaters(self.data, &self.base);
+        notes.extend(wild_readings(self.data, &self.base));
         if verdict == Verdict::Unknown {
             notes.extend(jumps(self.data, &self.base));
         }

@@ -7,6 +7,7 @@ mod lag;
 mod likeness;
 mod reading;
 mod stages;
+mod wild;
 
 use crate::Unit;
 use crate::dataset::{Channel, Dataset, Observation};
@@ -19,6 +20,7 @@ use std::fmt;
 pub use jump::jumps;
 pub use likeness::unlike_heaters;
 pub use stages::{StageErrors, StagePoint};
+pub use wild::wild_readings;
 
 /// Columns of the course of an error, what the table leaves of a line of 120 in a terminal.
 const COURSE: usize = 36;
@@ -73,11 +75,12 @@ pub fn compare(model: &Model, data: &Dataset) -> Result<Comparison, Runaway> {
     let predicted = predict(model, data)?;
     let mut comparison = compare_predicted(model, data, &predicted);
     comparison.sentences.extend(jumps(data, &predicted));
+    comparison.sentences.extend(wild_readings(data, &predicted));
     Ok(comparison)
 }
 
-/// The same where the model's predictions are known, without the jumps of meters, which are looked for in what the user measured
-/// against the user's own model.
+/// The same where the model's predictions are known, without the jumps of meters and wild readings, which are looked for in what the
+/// user measured against the user's own model.
 pub fn compare_predicted(model: &Model, data: &Dataset, predicted: &[f64]) -> Comparison {
     let unit = if data.has_displacement() {
         Unit::Micrometre
