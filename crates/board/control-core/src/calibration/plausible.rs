@@ -53,7 +53,7 @@ const LONGEST_MOTION_UM: f32 = 1e4;
 /// A range that is no mirror's (um): less than a micrometre is one in another unit.
 const SHORTEST_RANGE_UM: f32 = 1.0;
 
-/// How long a move may take (s): five periods of a resonance of 5 Hz, a fortieth of the lowest that the effect `resonance` knows.
+/// How long a move may take (s): five periods of a resonance of 5 Hz, a twelfth of the lowest that the effect `resonance` knows.
 const LONGEST_MOVE: Second = Second(1.0);
 /// How slowly a beam may follow its heater (s). Led by 200 ticks, the rounding of 300 K in f32 grows to 6 mK, a hundredth of a micrometre.
 const LONGEST_BEAM_LAG: Second = Second(0.02);

@@ -94,7 +94,7 @@ fn what_changes_no_reading_explains_none() {
 
 #[test]
 fn a_form_is_tried_between_its_bounds() {
-    for (id, count) in [("sensor-offset", 1), ("creep", 8), ("resonance", 32)] {
+    for (id, count) in [("sensor-offset", 1), ("creep", 8), ("resonance", 48)] {
         let effect = find(id).expect("an effect");
         let tried = from_all_starts(&effect, None);
         let parameters = &effect.info().parameters;

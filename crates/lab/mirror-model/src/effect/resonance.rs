@@ -5,12 +5,13 @@ use std::borrow::Cow;
 
 pub(super) struct Resonance;
 
-// Sessions are read every 0.2 ms at best, and show what is faster as if it were slower: 2500 Hz is the Nyquist frequency. 200 Hz is
-// well below the family's lowest. a is 1 where the whole plate rings; its 1.5, and Q up to 300, are choices. A broad line is a start
+// Sessions are read every 0.2 ms at best, and show what is faster as if it were slower: 2500 Hz is the Nyquist frequency. 60 Hz is
+// well below the lowest of such mirrors, 0.2 to 0.5 kHz, with a heavy plate on long beams; what is slower is told from beams that are slow by its
+// overshoot alone. a is 1 where the whole plate rings; its 1.5, and Q up to 300, are choices. A broad line is a start
 // for narrow ones, too; from a narrow one a broad one is not found.
 static PARAMETERS: [Parameter; 3] = [
     parameter("a", "1", 1.0, 0.0, 1.5),
-    parameter("f", "Hz", 1500.0, 200.0, 2500.0),
+    parameter("f", "Hz", 1500.0, 60.0, 2500.0),
     parameter("Q", "1", 5.0, 1.0, 300.0),
 ];
 
