@@ -6,6 +6,7 @@ mod explain;
 mod follows;
 mod form;
 mod form_error;
+mod notes;
 mod one_heater;
 mod propose;
 mod ranking;

@@ -1,19 +1,16 @@
 //! The verdict: which effects are above their thresholds, which of them are rivals, and whether they explain the misfit.
 
 use super::analysis::{Analysis, best_first};
+use super::notes::{beyond_any_mirror, refusal, take_more};
 use super::propose::Search;
 use super::step_error::step_error;
 use super::suspects::{Suspects, ids, least_of};
 use crate::candidate::Candidate;
 use crate::next;
 use crate::proposal::NextMeasurement;
-use crate::report::{
-    BeforeAfter, Diagnosis, Form, Ranked, Remainder, Verdict, WORTHWHILE, leading,
-};
-use crate::whereabouts::Located;
+use crate::report::{BeforeAfter, Diagnosis, Form, Verdict, leading};
 use identification::fit::Precision;
 use identification::prediction::RESOLUTION;
-use identification::{jumps, unlike_heaters, wild_readings};
 use mirror_model::Runaway;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -26,9 +23,6 @@ const OF_ANY_FORM: f64 = 0.95;
 /// The first of two effects explains this share of it by itself: a law that no effect has is explained by two of them as well, of which the
 /// first had 45, 55 and 64 % (stiction, a step of the pressure, an end stop of another law). The first of two that were there had 84 % and more.
 const OF_TWO: f64 = 0.7;
-
-/// So many effects are told that take more of the error than the one that is named: those that a person would try first.
-const TOLD: usize = 3;
 
 /// A verdict with what it was found with.
 struct Judged {
@@ -87,6 +81,7 @@ impl Analysis<'_> {
         let alone = of_named.first().filter(|_| verdict == Verdict::Named);
         let remainder = alone.and_then(|alone| self.left_of(alone, is_mostly));
         let larger = remainder.and_then(|left| take_more(&left, &ranking));
+        let beyond = beyond_any_mirror(&of_named, candidates);
         let error = self.error();
         Ok(Diagnosis {
             verdict,
@@ -120,6 +115,7 @@ impl Analysis<'_> {
                 .chain(self.notes(verdict))
                 .chain(unnamed)
                 .chain(larger)
+                .chain(beyond)
                 .collect(),
         })
     }
@@ -205,46 +201,6 @@ impl Analysis<'_> {
         })
     }
 
-    /// What was done to the readings, which of them may be of other heaters or wild, and where nothing explains them, which of them a meter
-    /// may have spoilt.
-    fn notes(&self, verdict: Verdict) -> Vec<String> {
-        let mut notes = unlike_heaters(self.data, &self.base);
-        notes.extend(wild_readings(self.data, &self.base));
-        if verdict == Verdict::Unknown {
-            notes.extend(jumps(self.data, &self.base));
-        }
-        if !self.follows() {
-            let large = self.large_discrepancy();
-            notes.push(format!(
-                "the model follows these readings nowhere near as well as mirrors that lack nothing, of which 95 in 100 leave {:.3} {} rms at most",
-                large.value, large.unit
-            ));
-        }
-        notes.extend(self.data.notes.iter().cloned());
-        notes
-    }
-
-    /// Why nothing is named though one of these scores more than mirrors that lack nothing.
-    fn why_not_named(&self, suspects: &Suspects, candidates: &[Candidate]) -> Option<String> {
-        let best = candidates.iter().find(|c| c.score() > c.threshold)?;
-        let is_suspect = suspects.rivals.iter().any(|rival| rival.id() == best.id());
-        let reason = if !self.has_an_effect(best) {
-            "with it the error does not fall"
-        } else if !best.is_plausible() {
-            "it would have to be greater than any mirror has"
-        } else if !self.is_shown_on_others(best) {
-            "with it the error does not fall on readings held out"
-        } else if is_suspect {
-            "it explains too little of what is left"
-        } else {
-            "what is above it is not named either"
-        };
-        Some(format!(
-            "{} scores more than its threshold and is not named: {reason}",
-            best.id()
-        ))
-    }
-
     fn next_measurement(&self, named: &[&Candidate], is_blind: bool) -> Option<NextMeasurement> {
         let next = if named.len() > 1 {
             let rivals = named.iter().filter_map(|c| c.explanation.as_ref());
@@ -285,39 +241,6 @@ impl Analysis<'_> {
         let missing = others.filter_map(|c| score(c).filter(|score| *score > c.threshold));
         missing.reduce(|| 0.0, f64::max)
     }
-}
-
-/// Why an effect is not named, beside the place where a function of any form explains more.
-fn refusal(effect: &Candidate, better: &Located) -> String {
-    let percent = 100.0 * effect.score() / better.score;
-    format!(
-        "{} comes nearest and is not named: it explains {percent:.0} % of what a function of any form explains where {}",
-        effect.id(),
-        better.place
-    )
-}
-
-/// Which other effects leave clearly less than what the one that is named for its score leaves: a score counts what the discrepancy cannot
-/// hold, be it small.
-fn take_more(left: &Remainder, ranking: &[Ranked]) -> Option<String> {
-    let much = |ranked: &&Ranked| ranked.error_rms.after < (1.0 - WORTHWHILE) * left.rms.value;
-    let mut others: Vec<&Ranked> = ranking
-        .iter()
-        .filter(|r| r.is_above())
-        .filter(much)
-        .collect();
-    others.sort_by(|a, b| a.error_rms.after.total_cmp(&b.error_rms.after));
-    let told = |ranked: &&Ranked| {
-        let BeforeAfter { after, unit, .. } = ranked.error_rms;
-        format!("{} (to {after:.3} {unit})", ranked.effect)
-    };
-    let told: Vec<String> = others.iter().take(TOLD).map(told).collect();
-    (!told.is_empty()).then(|| {
-        format!(
-            "other effects take more of the error, and one of them may be missing besides: {}",
-            told.join(", ")
-        )
-    })
 }
 
 /// The least score of an effect that is named, where a function of any form scores so much.

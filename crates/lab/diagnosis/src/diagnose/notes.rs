@@ -1,0 +1,127 @@
+//! What is told beside a verdict, in sentences.
+
+use super::analysis::Analysis;
+use super::suspects::{Suspects, ids, least_of};
+use crate::candidate::Candidate;
+use crate::confusions::RIVAL_SHARE;
+use crate::report::{BeforeAfter, Ranked, Remainder, Verdict, WORTHWHILE};
+use crate::whereabouts::Located;
+use identification::{jumps, unlike_heaters, wild_readings};
+
+/// So many effects are told that take more of the error than the one that is named: those that a person would try first.
+const TOLD: usize = 3;
+
+impl Analysis<'_> {
+    /// What was done to the readings, which of them may be of other heaters or wild, and where nothing explains them, which of them a meter
+    /// may have spoilt.
+    pub(super) fn notes(&self, verdict: Verdict) -> Vec<String> {
+        let mut notes = unlike_heaters(self.data, &self.base);
+        notes.extend(wild_readings(self.data, &self.base));
+        if verdict == Verdict::Unknown {
+            notes.extend(jumps(self.data, &self.base));
+        }
+        if !self.follows() {
+            let large = self.large_discrepancy();
+            notes.push(format!(
+                "the model follows these readings nowhere near as well as mirrors that lack nothing, of which 95 in 100 leave {:.3} {} rms at most",
+                large.value, large.unit
+            ));
+        }
+        notes.extend(self.data.notes.iter().cloned());
+        notes
+    }
+
+    /// Why nothing is named though one of these scores more than mirrors that lack nothing.
+    pub(super) fn why_not_named(
+        &self,
+        suspects: &Suspects,
+        candidates: &[Candidate],
+    ) -> Option<String> {
+        let best = candidates.iter().find(|c| c.score() > c.threshold)?;
+        let is_suspect = suspects.rivals.iter().any(|rival| rival.id() == best.id());
+        let reason = if !self.has_an_effect(best) {
+            "with it the error does not fall"
+        } else if !best.is_plausible() {
+            "it would have to be greater than any mirror has"
+        } else if !self.is_shown_on_others(best) {
+            "with it the error does not fall on readings held out"
+        } else if is_suspect {
+            "it explains too little of what is left"
+        } else {
+            "what is above it is not named either"
+        };
+        Some(format!(
+            "{} scores more than its threshold and is not named: {reason}",
+            best.id()
+        ))
+    }
+}
+
+/// Why an effect is not named, beside the place where a function of any form explains more.
+pub(super) fn refusal(effect: &Candidate, better: &Located) -> String {
+    let percent = 100.0 * effect.score() / better.score;
+    format!(
+        "{} comes nearest and is not named: it explains {percent:.0} % of what a function of any form explains where {}",
+        effect.id(),
+        better.place
+    )
+}
+
+/// Which effects explain about as much as what is named, at an end of their ranges.
+pub(super) fn beyond_any_mirror(named: &[&Candidate], candidates: &[Candidate]) -> Option<String> {
+    let top = named.first()?.score();
+    let is_beyond = |c: &&Candidate| {
+        c.score() > c.threshold.max(least_of(RIVAL_SHARE, top)) && !c.is_plausible()
+    };
+    let beyond: Vec<&Candidate> = candidates.iter().filter(is_beyond).collect();
+    (!beyond.is_empty()).then(|| {
+        format!(
+            "{}: explains about as much, and would have to be greater than any mirror has",
+            ids(&beyond).join(", ")
+        )
+    })
+}
+
+/// Which other effects leave clearly less than what the one that is named for its score leaves: a score counts what the discrepancy cannot
+/// hold, be it small.
+pub(super) fn take_more(left: &Remainder, ranking: &[Ranked]) -> Option<String> {
+    let much = |ranked: &&Ranked| ranked.error_rms.after < (1.0 - WORTHWHILE) * left.rms.value;
+    let mut others: Vec<&Ranked> = ranking
+        .iter()
+        .filter(|r| r.is_above())
+        .filter(much)
+        .collect();
+    others.sort_by(|a, b| a.error_rms.after.total_cmp(&b.error_rms.after));
+    let told = |ranked: &&Ranked| {
+        let BeforeAfter { after, unit, .. } = ranked.error_rms;
+        format!("{} (to {after:.3} {unit})", ranked.effect)
+    };
+    let told: Vec<String> = others.iter().take(TOLD).map(told).collect();
+    (!told.is_empty()).then(|| {
+        format!(
+            "other effects take more of the error, and one of them may be missing besides: {}",
+            told.join(", ")
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::candidate::scored;
+
+    #[test]
+    fn what_explains_as_much_and_is_beyond_any_mirror_is_told() {
+        let at_its_end = |score| {
+            let mut candidate = scored("radiation", score);
+            let explanation = candidate.explanation.as_mut().expect("a score");
+            explanation.active.values[0] = 1e-13;
+            candidate
+        };
+        let candidates = [scored("heat-loss-temperature", 390.0), at_its_end(400.0)];
+        let told = |candidates: &[Candidate]| beyond_any_mirror(&[&candidates[0]], candidates);
+        assert!(told(&candidates).is_some_and(|said| said.starts_with("radiation: explains")));
+        assert_eq!(told(&[scored("creep", 390.0), at_its_end(200.0)]), None);
+        assert_eq!(beyond_any_mirror(&[], &candidates), None);
+    }
+}
