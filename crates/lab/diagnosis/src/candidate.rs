@@ -12,7 +12,7 @@ mod refit;
 pub(crate) use direction::{Direction, Operating, from_all_starts};
 pub(crate) use explanation::{Explanation, PRICE};
 pub(crate) use refine::refine;
-pub(crate) use refit::{Found, Refit, refit};
+pub(crate) use refit::{Found, Refit, Strength, refit};
 
 use crate::null_distribution::MARGIN;
 use crate::quantile::{below, quantile, sorted};

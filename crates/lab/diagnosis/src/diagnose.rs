@@ -6,6 +6,7 @@ mod explain;
 mod follows;
 mod form;
 mod form_error;
+mod inside;
 mod notes;
 mod one_heater;
 mod propose;
@@ -220,6 +221,7 @@ fn explained<'a>(
             Some(better) => fitted = better,
             None => {
                 analysis.fit_leading_forms(&mut candidates);
+                analysis.take_inside(&mut candidates);
                 return Ok((analysis, candidates));
             }
         }

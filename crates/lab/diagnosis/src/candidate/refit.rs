@@ -17,6 +17,13 @@ const RIDGE: f64 = 1e-6;
 /// A step that ends further from where it was aimed than this has met a bound: rounding.
 const BOUND: f64 = 1e-12;
 
+/// Whether a fit may move an effect's strength.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Strength {
+    Free,
+    Held,
+}
+
 /// Base and effect fitted together.
 pub(crate) struct Refit {
     /// How closely.
@@ -59,6 +66,7 @@ impl Found {
 /// the space around that fit, where the discrepancy is free. `misfit` is the base's alone.
 pub(crate) fn refit(
     start: &Active,
+    strength: Strength,
     models: &[Model],
     data: &Dataset,
     space: &ResidualSpace<Session>,
@@ -69,11 +77,14 @@ pub(crate) fn refit(
     for model in &mut with {
         model.effects.push(start.clone());
     }
-    let all = free_parameters(with.first()?, data);
+    let mut all = free_parameters(with.first()?, data);
+    let base = all.len() - start.values.len();
+    if strength == Strength::Held {
+        all.remove(base);
+    }
     let fitted = best_fit(&with, data, &data.values(), &all, precision).ok()?;
     let slopes = jacobian(&fitted.model, data, &all).ok()?;
-    let count = start.values.len();
-    let base = all.len() - count;
+    let count = all.len() - base;
     let space: ResidualSpace<AroundRefit> = space.around(&slopes.columns(0, base).into_owned());
     let at = coordinates(&fitted.model, data);
     let residual = space.residual(&fitted.standardised(data), &at);
@@ -85,20 +96,27 @@ pub(crate) fn refit(
     });
     let gradient = DVector::from_fn(count, |i, _| own[i].dot(&residual));
     let factor = normal.cholesky()?;
-    let step = factor.solve(&gradient);
+    // Of a strength that is held slopes say nothing.
+    let held = start.values.len() - count;
+    let step = factor.solve(&gradient).insert_rows(0, held, 0.0);
+    let slope_error = match strength {
+        Strength::Free => {
+            factor.inverse()[(0, 0)].sqrt() * start.effect.info().parameters[0].start.abs()
+        }
+        Strength::Held => f64::INFINITY,
+    };
     let found = fitted.model.effects.last()?.clone();
     let (active, left) = match freely_moved(&found, &step) {
         Some(stepped) => {
-            let slopes = own.iter().zip(step.iter());
+            let slopes = own.iter().zip(step.iter().skip(held));
             let left = slopes.fold(residual, |left, (slope, &step)| &left - &(slope * step));
             (stepped, left)
         }
         None => (found, residual),
     };
     let explanation = Found {
-        score: misfit - left.norm_squared() - PRICE * count as f64,
-        slope_error: factor.inverse()[(0, 0)].sqrt()
-            * active.effect.info().parameters[0].start.abs(),
+        score: misfit - left.norm_squared() - PRICE * start.values.len() as f64,
+        slope_error,
         active,
     };
     let refit = Refit {

@@ -248,15 +248,19 @@ fn refining_and_refitting_find_the_values_that_made_the_readings() {
     let refined = refine(&scanned, at, &residual, &space);
     assert!(refined.score >= scanned.score);
     let misfit = residual.norm_squared();
-    let (refitted, refit) = refit(
-        &refined.active,
-        std::slice::from_ref(&fitted.model),
-        &data,
-        &space,
-        misfit,
-        Precision::Fine,
-    )
-    .unwrap();
+    let together = |active: &Active, strength: Strength| {
+        let models = std::slice::from_ref(&fitted.model);
+        let precision = Precision::Fine;
+        refit(active, strength, models, &data, &space, misfit, precision).unwrap()
+    };
+    let mut less = refined.active.clone();
+    less.values[0] *= 0.8;
+    let (held, of_held) = together(&less, Strength::Held);
+    let (refitted, refit) = together(&refined.active, Strength::Free);
+    assert!(held.score < refitted.score);
+    assert!(of_held.fitted.cost(&data) > refit.fitted.cost(&data));
+    let held = held.explanation(refined.change.clone());
+    assert_eq!(held.active.values[0], less.values[0]);
     let refitted = refitted.explanation(refined.change);
     let off = refitted.active.values[0] / hidden.values[0] - 1.0;
     // A fit ends where a step gains less than a millionth of the sum of squares.

@@ -2,7 +2,7 @@
 //! base.
 
 use super::analysis::{Analysis, best_first};
-use crate::candidate::{Candidate, Found, Refit, refine, refit, scan};
+use crate::candidate::{Candidate, Found, Refit, Strength, refine, refit, scan};
 use crate::confusions::{RIVAL_SHARE, confusions};
 use crate::progress::Count;
 use identification::base::{identifiable, restarts};
@@ -202,6 +202,7 @@ impl Analysis<'_> {
     ) -> Option<(Found, Refit)> {
         refit(
             active,
+            Strength::Free,
             starts,
             self.data,
             &self.session,
