@@ -67,13 +67,14 @@ pub(super) fn refusal(effect: &Candidate, better: &Located) -> String {
     )
 }
 
-/// Which effects explain about as much as what is named, at an end of their ranges.
-pub(super) fn beyond_any_mirror(named: &[&Candidate], candidates: &[Candidate]) -> Option<String> {
-    let top = named.first()?.score();
+/// Which of these effects explain about as much as what is named, at an end of their ranges.
+pub(super) fn beyond_any_mirror(named: &[&Candidate], effective: &[&Candidate]) -> Option<String> {
+    let least = least_of(RIVAL_SHARE, named.first()?.score());
     let is_beyond = |c: &&Candidate| {
-        c.score() > c.threshold.max(least_of(RIVAL_SHARE, top)) && !c.is_plausible()
+        let is_named = named.iter().any(|named| named.id() == c.id());
+        c.score() > c.threshold.max(least) && !c.is_plausible() && !is_named
     };
-    let beyond: Vec<&Candidate> = candidates.iter().filter(is_beyond).collect();
+    let beyond: Vec<&Candidate> = effective.iter().copied().filter(is_beyond).collect();
     (!beyond.is_empty()).then(|| {
         format!(
             "{}: explains about as much, and would have to be greater than any mirror has",
@@ -118,10 +119,11 @@ mod tests {
             explanation.active.values[0] = 1e-13;
             candidate
         };
-        let candidates = [scored("heat-loss-temperature", 390.0), at_its_end(400.0)];
-        let told = |candidates: &[Candidate]| beyond_any_mirror(&[&candidates[0]], candidates);
-        assert!(told(&candidates).is_some_and(|said| said.starts_with("radiation: explains")));
-        assert_eq!(told(&[scored("creep", 390.0), at_its_end(200.0)]), None);
-        assert_eq!(beyond_any_mirror(&[], &candidates), None);
+        let [named, beyond] = [scored("heat-loss-temperature", 390.0), at_its_end(400.0)];
+        let said = beyond_any_mirror(&[&named], &[&named, &beyond]);
+        assert!(said.is_some_and(|said| said.starts_with("radiation: explains")));
+        assert_eq!(beyond_any_mirror(&[&named], &[&at_its_end(200.0)]), None);
+        assert_eq!(beyond_any_mirror(&[&beyond], &[&beyond]), None);
+        assert_eq!(beyond_any_mirror(&[], &[&beyond]), None);
     }
 }

@@ -81,7 +81,8 @@ impl Analysis<'_> {
         let alone = of_named.first().filter(|_| verdict == Verdict::Named);
         let remainder = alone.and_then(|alone| self.left_of(alone, is_mostly));
         let larger = remainder.and_then(|left| take_more(&left, &ranking));
-        let beyond = beyond_any_mirror(&of_named, candidates);
+        let effective = candidates.iter().filter(|c| self.has_an_effect(c));
+        let beyond = beyond_any_mirror(&of_named, &effective.collect::<Vec<_>>());
         let error = self.error();
         Ok(Diagnosis {
             verdict,
