@@ -46,8 +46,8 @@ const EMULATOR: &str = "MIRROR_EMULATOR";
 const ON_THE_TWIN: [&str; 3] = ["tests/acceptance", "tests/faults", "tests/stack"];
 const TWIN: &str = "g474";
 
-/// Tests that take a minute and more each, begun before all else: whole stories, which go to a processor each.
-const STORIES: [&str; 2] = ["story::tests::seed_9320", "story::tests::seed_9321"];
+/// A whole story, which takes a minute and more, begun before all else.
+const STORY: &str = "story::tests::seed_9320";
 const STORYTELLER: &str = "workbench";
 
 /// Programs that test the tool, and want of a board no more than that it is fast: they run on boards on this machine.
@@ -213,7 +213,7 @@ fn checks(built: &Built, browser: Option<&OsStr>) -> Result<Vec<Check>> {
     };
     let mut programs: Vec<&TestProgram> = built.on_host.iter().collect();
     programs.sort_by_key(place);
-    let mut checks = stories(&programs)?;
+    let mut checks = vec![story(&programs)?];
     checks.extend(python::checks(browser.is_some())?);
     let before = checks.len();
     checks.extend(programs.iter().map(|program| on_host(program, browser)));
@@ -248,30 +248,27 @@ fn empty_cache() -> Result<()> {
     }
 }
 
-/// Each story by itself; the program that tells them leaves them out.
-fn stories(programs: &[&TestProgram]) -> Result<Vec<Check>> {
+/// The story by itself; the program that tells it leaves it out.
+fn story(programs: &[&TestProgram]) -> Result<Check> {
     let teller = programs
         .iter()
         .find(|program| program.package == STORYTELLER);
     let teller = teller.with_context(|| format!("{STORYTELLER} was not built"))?;
-    let stories = STORIES.iter().map(|name| {
-        let mut check = Check::new((*name).to_owned(), teller.command());
-        check.command.args(["--exact", name]);
-        check.verdict = |output| {
-            let said = String::from_utf8_lossy(&output.stdout);
-            ensure!(output.status.success(), "{}", output.status);
-            ensure!(said.contains("1 passed"), "there is no such test");
-            Ok(())
-        };
-        check
-    });
-    Ok(stories.collect())
+    let mut check = Check::new(STORY.to_owned(), teller.command());
+    check.command.args(["--exact", STORY]);
+    check.verdict = |output| {
+        let said = String::from_utf8_lossy(&output.stdout);
+        ensure!(output.status.success(), "{}", output.status);
+        ensure!(said.contains("1 passed"), "there is no such test");
+        Ok(())
+    };
+    Ok(check)
 }
 
 fn on_host(program: &TestProgram, browser: Option<&OsStr>) -> Check {
     let mut command = program.command();
     if program.package == STORYTELLER {
-        command.args(STORIES.iter().flat_map(|name| ["--skip", name]));
+        command.args(["--skip", STORY]);
     }
     if program.package == hil::PACKAGE && OF_THE_TOOL.contains(&program.name.as_str()) {
         command.env(EMULATOR, THIS_MACHINE);
