@@ -61,8 +61,8 @@ pub struct Calibrated {
     /// What the refined stages leave of the displacement (um, root mean square); only a sensor that is read at every tick
     /// tells.
     pub refined_rms_um: Option<f64>,
-    /// Where the mirror rests (um) from where it did at the beginning, its own memory left out: the first heat of films moves them for good. 0
-    /// where the sensor is not read at every tick.
+    /// Where the mirror rests (um), its own memory left out, from where it did at the beginning: films that are hot for the first time move for
+    /// good. 0 where films are usual, and where the sensor is not read at every tick.
     pub rest_um: f64,
     /// The calibration of before, as it was tried.
     pub before: Trial,

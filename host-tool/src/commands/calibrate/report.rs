@@ -94,8 +94,8 @@ impl fmt::Display for CalibrateReport {
         if self.rest_um != 0.0 {
             writeln!(
                 f,
-                "rest       {:+.2} um from where it was before the films were hot for the first time, which positions count from: \
-                 calibrate again, and they count from where the mirror rests now",
+                "rest       {:+.2} um from where it was at the beginning, which positions count from, for films were hot for the first time, or relax: \
+                 calibrate again, and positions count from where the mirror rests now",
                 self.rest_um
             )?;
         }

@@ -6,7 +6,7 @@ use control_core::calibration::{Parts, Resonance, SensedRises};
 use least_squares::{Options, minimise};
 
 use super::heat::HeatLoss;
-use super::linear::{Displacements, LinearStages, Rest};
+use super::linear::{Displacements, Films, LinearStages};
 use super::projection::{Estimate, Forward, Projection, residuals};
 use super::resistance::Line;
 use super::thermal::Thermal;
@@ -24,12 +24,10 @@ const ROUGH: f64 = 1e-4;
 /// A mirror is followed where the mean square of the displacement's standardised residuals is less than this: some two deviations. Of
 /// usual mirrors 4.5 were measured at most, of the paper's; of fast, creeping and slow ones 6.6, 17 and 50 and more (`bench foreign`, seeds
 /// 904, 903 and 902).
-const FOLLOWED: f64 = 5.0;
-/// A mirror may rest elsewhere since its films were hot for the first time where it would by so much (um): foreign mirrors that do not are
-/// told by 0.07 (`bench foreign`, seed 901). And it does where that leaves so small a part of the squares: of that mirror nine tenths, of
-/// films that move by 1.6 um a quarter.
-const MOVED_UM: f64 = 0.3;
-const MOVED_LEAVES: f64 = 0.5;
+pub(super) const FOLLOWED: f64 = 5.0;
+/// Films are unusual where that leaves so small a part of the squares: foreign mirrors, whose films are usual, are left nine tenths and more (`bench
+/// foreign`, seeds 901 to 904), another author's, whose films moved by 1.6 um when they were hot for the first time, a quarter.
+const UNUSUAL_LEAVE: f64 = 0.5;
 /// Evaluations of a fit: seven steps for each of the 22 unknowns.
 const MOST_EVALUATIONS: usize = 150;
 
@@ -47,8 +45,6 @@ pub(super) struct Fitted {
     pub(super) unknowns: Unknowns,
     pub(super) losses: [HeatLoss; CHANNELS],
     pub(super) linear: LinearStages,
-    /// Where the mirror would rest if it had moved since its films were hot for the first time (um).
-    rest_if_moved_um: f64,
     /// Sum of squares of the standardised residuals.
     cost: f64,
     /// Their mean square where they are of the displacement.
@@ -73,24 +69,29 @@ impl StagesFit {
         }
     }
 
-    /// The best stages of the fits from several starts; `None` where none leads anywhere.
-    pub(super) fn best(&self, starts: impl IntoIterator<Item = Unknowns>) -> Option<Fitted> {
+    /// The best stages of the fits from several starts; `None` where none leads anywhere. Unusual films are tried where usual ones leave a mean square
+    /// of more than `most`.
+    pub(super) fn best(
+        &self,
+        most: f64,
+        starts: impl IntoIterator<Item = Unknowns>,
+    ) -> Option<Fitted> {
         let starts = starts.into_iter();
-        let fits = starts.filter_map(|start| self.from(Rest::AtZero, start));
-        let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
-        if best.rest_if_moved_um.abs() < MOVED_UM {
-            return Some(best);
+        let fits = starts.filter_map(|start| self.from(Films::Usual, start));
+        let usual = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+        if usual.mean_square < most {
+            return Some(usual);
         }
-        let moved = self.from(Rest::Moved, best.unknowns);
-        moved
-            .filter(|moved| moved.cost < MOVED_LEAVES * best.cost)
-            .or(Some(best))
+        let unusual = self.from(Films::Unusual, usual.unknowns);
+        unusual
+            .filter(|unusual| unusual.cost < UNUSUAL_LEAVE * usual.cost)
+            .or(Some(usual))
     }
 
     /// The best stages near a start.
-    fn from(&self, rest: Rest, start: Unknowns) -> Option<Fitted> {
+    fn from(&self, films: Films, start: Unknowns) -> Option<Fitted> {
         let options = |tolerance: f64| Options {
-            bounds: Some(Unknowns::bounds(&self.thermal.losses)),
+            bounds: Some(Unknowns::bounds(&self.thermal.losses, films)),
             prior: Some(start.prior()),
             cost_tolerance: tolerance,
             step_tolerance: tolerance,
@@ -102,7 +103,7 @@ impl StagesFit {
         let mut estimate = Estimate {
             held: self.held(&self.thermal.timeline, &places_um),
             memory: Displacements::without_memory(&places_um),
-            rest,
+            films,
         };
         let mut fitted = None;
         for round in 1..=ROUNDS {
@@ -129,16 +130,13 @@ impl StagesFit {
             estimate = Estimate {
                 held: self.held(&self.thermal.timeline, &now_um),
                 memory: linear.displacements(places_um, &memory),
-                rest,
+                films,
             };
             let held = self.held(&self.slow, &now_um);
-            let linear =
-                |rest| LinearStages::fit(&held, self.thermal.top_um, places_um, &memory, rest);
             fitted = Some(Fitted {
                 losses: unknowns.losses(&self.thermal.losses),
                 unknowns,
-                rest_if_moved_um: linear(Rest::Moved)?.rest_um(),
-                linear: linear(rest)?,
+                linear: LinearStages::fit(&held, self.thermal.top_um, places_um, &memory, films)?,
                 cost,
                 mean_square,
                 residual_rms_um,

@@ -35,7 +35,7 @@ use measurement::Session;
 pub use self::error::RefineError;
 pub(crate) use self::linear::bend_terms;
 
-use self::fit::{Fitted, StagesFit};
+use self::fit::{FOLLOWED, Fitted, StagesFit};
 use self::noise::Lagging;
 use self::tables::Bend;
 use self::timeline::Timeline;
@@ -61,7 +61,7 @@ pub struct Refined {
     /// Root mean square of what its stages leave of the displacement (um), each reading weighted by its variance: ringing and
     /// the first moments after a jump count little.
     pub residual_rms_um: f64,
-    /// Where the mirror rests, from where it did before its films were hot for the first time (um); 0 where that is nowhere else.
+    /// Where the mirror rests, its own memory left out, from where it did at the beginning (um); 0 where films are usual.
     pub rest_um: f64,
 }
 
@@ -81,7 +81,7 @@ impl Refined {
 /// Where too little was measured, or no stages follow it.
 pub fn refined(calibration: &Calibration, session: &Session) -> Result<Refined, RefineError> {
     let parts = calibration.parts();
-    let best = |lagging| {
+    let best = |lagging, most| {
         let timeline = Timeline::of(session, &parts.path, lagging);
         let readings = timeline.readings();
         if readings < FEWEST {
@@ -89,12 +89,13 @@ pub fn refined(calibration: &Calibration, session: &Session) -> Result<Refined, 
         }
         let slow = Timeline::of(session, &parts.path, Lagging::LARGE);
         let fit = StagesFit::new(parts, timeline, slow);
-        let fitted = fit.best(Unknowns::starts(&parts.heat));
+        let fitted = fit.best(most, Unknowns::starts(&parts.heat));
         Ok((fit, fitted))
     };
-    let (mut fit, mut fitted) = best(Lagging::USUAL)?;
+    let (mut fit, mut fitted) = best(Lagging::USUAL, FOLLOWED)?;
     if !fitted.as_ref().is_some_and(Fitted::follows) {
-        (fit, fitted) = best(Lagging::LARGE)?;
+        // Unusual films may be why.
+        (fit, fitted) = best(Lagging::LARGE, 0.0)?;
     }
     let fitted = fitted
         .filter(|fitted| fitted.residual_rms_um < FOLLOWS * fit.thermal.top_um)

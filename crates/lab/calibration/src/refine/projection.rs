@@ -8,7 +8,7 @@ use least_squares::{DifferenceStep, Problem};
 use nalgebra::DVector;
 
 use super::heaters;
-use super::linear::{Displacements, LinearStages, MemoryTerms, Rest};
+use super::linear::{Displacements, Films, LinearStages, MemoryTerms};
 use super::thermal::Thermal;
 use super::timeline::TimeStep;
 use super::unknowns::Unknowns;
@@ -20,7 +20,7 @@ const DIFFERENCE: f64 = 1e-4;
 pub(super) struct Estimate {
     pub(super) held: Vec<TimeStep>,
     pub(super) memory: Displacements,
-    pub(super) rest: Rest,
+    pub(super) films: Films,
 }
 
 /// The thermal stages forward, at the end of every time step.
@@ -103,7 +103,11 @@ impl<'a> Projection<'a> {
 
     /// The stages forward with these unknowns and the linear stages that are best with them.
     pub(super) fn forward(&self, unknowns: &Unknowns) -> Option<Forward> {
-        let Estimate { held, memory, rest } = self.estimate;
+        let Estimate {
+            held,
+            memory,
+            films,
+        } = self.estimate;
         let Thermal {
             top_um, highest_v, ..
         } = *self.thermal;
@@ -119,7 +123,7 @@ impl<'a> Projection<'a> {
         let memory = terms.or_compute(unknowns, Unknowns::remembers_like, || {
             MemoryTerms::new(held, (top_um, highest_v), unknowns, memory)
         });
-        let linear = LinearStages::fit(held, top_um, &heated.places_um, &memory, *rest)?;
+        let linear = LinearStages::fit(held, top_um, &heated.places_um, &memory, *films)?;
         Some(Forward {
             heated,
             memory,

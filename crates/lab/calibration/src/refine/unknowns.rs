@@ -5,6 +5,7 @@ use least_squares::{Bounds, Prior};
 use nalgebra::DVector;
 
 use super::heat::{FosterNetwork, HeatLoss, POLES};
+use super::linear::Films;
 use crate::memory::{CREEP_S, RADII};
 
 /// Weights and times (s) where a fit starts besides the model's own poles: a mirror in its package. Bimorphs take 1 ms (the
@@ -38,7 +39,7 @@ const USUAL_RELEASE_S: f64 = 1.0;
 const CREEP_APART: f64 = 5.0;
 /// So are the usual radii of play operators a factor of two.
 const RADII_APART: f64 = 2.0;
-/// But the widest may be as wide as this part of the range: slip over all of a film ends nowhere before, and loops grow with the square of the
+/// But the widest of unusual films may be as wide as this part of the range: slip over all of a film ends nowhere before, and loops grow with the square of the
 /// way (Rayleigh).
 const WIDEST_PLAY: f64 = 0.35;
 /// Shortest and longest lag of the beams (s): a tenth of a tick, and twice that of the usual foreign mirror (`bench foreign`, seed 901). A
@@ -133,7 +134,7 @@ impl Unknowns {
     }
 
     /// Where the coordinates stay, on a mirror with these heat losses: what the core's stages can hold.
-    pub(super) fn bounds(losses: &[HeatLoss]) -> Bounds {
+    pub(super) fn bounds(losses: &[HeatLoss], films: Films) -> Bounds {
         let slow_s = f64::from(SLOW.0);
         let times = (0..POLES).map(|pole| {
             if pole < FAST_POLES {
@@ -159,7 +160,9 @@ impl Unknowns {
             |usual: f64, apart: f64| (usual.ln() - 0.5 * apart.ln(), usual.ln() + 0.5 * apart.ln());
         let creep = CREEP_S.map(|usual_s| about(usual_s, CREEP_APART));
         let mut radii = RADII.map(|usual| about(usual, RADII_APART));
-        radii[PLAYS - 1].1 = WIDEST_PLAY.ln();
+        if films == Films::Unusual {
+            radii[PLAYS - 1].1 = WIDEST_PLAY.ln();
+        }
         let network = times.chain([LN_WEIGHT; POLES]);
         Bounds::new(
             network
@@ -280,7 +283,7 @@ mod tests {
             k_per_w: 6000.0,
             growth: 1e-3,
         }];
-        let bounds = Unknowns::bounds(&losses);
+        let bounds = Unknowns::bounds(&losses, Films::Usual);
         let starts = Unknowns::starts(&heat);
         for start in starts {
             let coordinates = start.coordinates();
