@@ -349,6 +349,16 @@ fn a_move_that_is_interrupted_says_that_the_mirror_is_held_and_a_scan_turns_it_o
         bench.controls().observed().came_to_zero
     });
     assert!(bench.is_off());
+
+    // A service manager ends it.
+    bench.controls().inject(None);
+    let tool = bench.start_tool(&scan);
+    bench.wait_until_driven(10_000);
+    signal(&tool, "TERM");
+    let said = Said::from(tool);
+    assert_eq!(said.code, 130, "{}", said.err);
+    assert!(said.err.contains("channels are off"), "{}", said.err);
+    assert!(bench.is_off());
 }
 
 #[test]

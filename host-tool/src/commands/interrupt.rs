@@ -1,4 +1,4 @@
-//! Ctrl-C, heard at any time.
+//! Ctrl-C, heard at any time, and the request to end that is no key (SIGTERM): both are called Ctrl-C here.
 
 use std::process;
 use std::sync::Arc;

@@ -10,18 +10,29 @@ use rustix::fs::{Mode, OFlags, open};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
-/// Ctrl-C, which no longer ends the process by itself.
-pub(crate) struct Interrupts(Signal);
+/// Ctrl-C, and SIGTERM, by which a service manager or `timeout` ends a program: neither ends the process by itself any longer. SIGHUP does: who
+/// began the tool with `nohup` has it ignored.
+pub(crate) struct Interrupts {
+    interrupt: Signal,
+    terminate: Signal,
+}
 
 impl Interrupts {
     /// From now on.
     pub(crate) fn listen() -> io::Result<Self> {
-        signal(SignalKind::interrupt()).map(Self)
+        Ok(Self {
+            interrupt: signal(SignalKind::interrupt())?,
+            terminate: signal(SignalKind::terminate())?,
+        })
     }
 
     /// Waits for the next one; `false` where there will be none.
     pub(crate) async fn next(&mut self) -> bool {
-        self.0.recv().await.is_some()
+        let heard = tokio::select! {
+            heard = self.interrupt.recv() => heard,
+            heard = self.terminate.recv() => heard,
+        };
+        heard.is_some()
     }
 }
 

@@ -1,6 +1,6 @@
 //! The board and its sensor, as the calibration's procedure plays them.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use calibration_procedure::{Bench as Procedures, Part};
 use control_core::Calibration;
@@ -34,9 +34,13 @@ impl OnTrial<'_> {
             return Ok(None);
         };
         make_directory(folder)?;
-        let path = folder.join(format!("{}.csv", experiment.name));
-        NewFile::create(path, self.force).map(Some)
+        NewFile::create(kept_as(folder, experiment), self.force).map(Some)
     }
+}
+
+/// The file in a folder that an experiment of the session is kept in.
+pub(super) fn kept_as(folder: &Path, experiment: &Experiment) -> PathBuf {
+    folder.join(format!("{}.csv", experiment.name))
 }
 
 impl Procedures for OnTrial<'_> {

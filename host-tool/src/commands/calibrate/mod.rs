@@ -18,7 +18,7 @@ use measurement::Session;
 use mirror_model::Symbol;
 use mirror_protocol::CalibrationUse;
 
-use self::bench::{OnTrial, by_unit};
+use self::bench::{OnTrial, by_unit, kept_as};
 use self::report::{CalibrateReport, Written};
 use crate::board::Board;
 use crate::cli::Calibrate;
@@ -26,6 +26,7 @@ use crate::commands::interrupt::Interrupt;
 use crate::commands::kept_files::KeptFiles;
 use crate::commands::lab::{model, warn};
 use crate::commands::measure::header::today;
+use crate::commands::measure::possible::make_directory;
 use crate::commands::measure::readings::Impossible;
 use crate::commands::measure::run::Bench;
 use crate::commands::measure::sensor::Sensor;
@@ -121,6 +122,13 @@ impl Outputs {
     fn create(ask: &Calibrate) -> Result<Self, ToolError> {
         apart(&[&ask.output, &ask.model_output, &ask.picture, &ask.trial])?;
         let create = |path: PathBuf| NewFile::create(path, ask.force);
+        if let Some(folder) = &ask.keep {
+            make_directory(folder)?;
+            // Their names are the same at any drive.
+            for experiment in session_in_common(1.0) {
+                create(kept_as(folder, &experiment))?;
+            }
+        }
         let picture = |path: PathBuf| NewFile::picture(path, ask.force);
         Ok(Self {
             calibration: ask.output.clone().map(create).transpose()?,

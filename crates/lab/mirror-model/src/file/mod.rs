@@ -141,6 +141,21 @@ mod tests {
                 "finite",
                 "inf",
             ),
+            (
+                "id = \"hysteresis\"\n[effects.parameters]\nr = { value = -1.0, unit = \"um\" }",
+                "r = -1 um is impossible",
+                "-1.0",
+            ),
+            (
+                "id = \"creep\"\n[effects.parameters]\ntau = { value = 0.0, unit = \"s\" }",
+                "tau = 0 s is impossible",
+                "0.0",
+            ),
+            (
+                "id = \"creep\"\n[[effects]]\nid = \"creep\"",
+                "creep is there twice",
+                "\"creep\"",
+            ),
         ] {
             let (said, at) = error(&format!("{head}{rest}\n"));
             assert!(said.contains(message), "{said}");
@@ -193,6 +208,11 @@ mod tests {
             assert!(said.contains(message), "{said}");
             assert_eq!(at, place);
         }
+        let heavy =
+            "w_mid = { value = 0.7, unit = \"1\" }\nw_slow = { value = 0.6, unit = \"1\" }\n";
+        let (said, at) = error(&format!("{head}{heavy}"));
+        assert!(said.contains("w_mid and w_slow come to 1.2"), "{said}");
+        assert_eq!(at, "0.6");
         assert_eq!(error("format = 9\npreset = \"paper\"").1, "9");
         assert_eq!(error("format = 1\npreset = \"papa\"").1, "\"papa\"");
         assert!(Model::parse("m.toml", "").is_err());

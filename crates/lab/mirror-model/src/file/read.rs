@@ -94,11 +94,20 @@ impl ModelReader<'_> {
         for (name, parameter) in &stored.parameters {
             self.parameter(&mut model, name, parameter)?;
         }
-        model.effects = stored
-            .effects
-            .iter()
-            .map(|effect| self.effect(effect))
-            .collect::<Result<_, _>>()?;
+        self.check_weights(&model, &stored.parameters)?;
+        for effect in &stored.effects {
+            let active = self.effect(effect)?;
+            if model
+                .effects
+                .iter()
+                .any(|other| other.effect.info().id == active.effect.info().id)
+            {
+                let message = format!("{} is there twice", effect.id.get_ref());
+                let help = "a model has each effect once".into();
+                return Err(self.wrong(message, help, effect.id.span()));
+            }
+            model.effects.push(active);
+        }
         model.device = self.device(&stored.device, &model)?;
         Ok(model)
     }
@@ -153,10 +162,28 @@ impl ModelReader<'_> {
                     value.value.span(),
                 ));
             }
+            self.check_sign(&known[index], &value.value)?;
             active.values[index] = *value.value.get_ref();
             active.standard_errors[index] = value.standard_error;
         }
         Ok(active)
+    }
+
+    /// Whether a parameter of an effect has a sign that it can have: no time constant, radius or quality is zero or below where none is plausible.
+    fn check_sign(
+        &self,
+        known: &effect::Parameter,
+        value: &toml::Spanned<f64>,
+    ) -> Result<(), ModelFileError> {
+        let found = *value.get_ref();
+        let is_possible = known.low < 0.0 || found > 0.0 || found == known.low;
+        if is_possible {
+            return Ok(());
+        }
+        let unit = &known.unit;
+        let message = format!("{} = {found} {unit} is impossible", known.symbol);
+        let help = format!("plausible is {} to {} {unit}", known.low, known.high);
+        Err(self.wrong(message, help, value.span()))
     }
 
     /// The effect in the form that a file asks for.
@@ -254,6 +281,29 @@ impl ModelReader<'_> {
                 self.check(entry, value, values.span())?;
             }
             model.by_actuator.insert(symbol, *values.get_ref());
+        }
+        Ok(())
+    }
+
+    /// Whether the weights of the thermal poles leave one for the fast pole.
+    fn check_weights(
+        &self,
+        model: &Model,
+        stored: &BTreeMap<toml::Spanned<String>, StoredNumber>,
+    ) -> Result<(), ModelFileError> {
+        let weights = [Symbol::MiddleWeight, Symbol::SlowWeight];
+        let names = weights.map(|symbol| symbol.entry().name);
+        for actuator in 0..ACTUATORS {
+            let parameters = model.actuator(actuator).parameters;
+            let sum: f64 = weights.iter().map(|symbol| parameters.get(*symbol)).sum();
+            let written = stored
+                .iter()
+                .rfind(|(name, _)| names.contains(&name.get_ref().as_str()));
+            if let (Some((_, number)), false) = (written, sum < 1.0) {
+                let message = format!("{} come to {sum}", names.join(" and "));
+                let help = "with the fast pole's, weights add up to 1: leave it some".into();
+                return Err(self.wrong(message, help, number.value.span()));
+            }
         }
         Ok(())
     }
