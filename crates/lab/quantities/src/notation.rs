@@ -63,6 +63,12 @@ pub(crate) struct Notation {
 impl Notation {
     pub(crate) fn parse(&self, text: &str) -> Result<f64, QuantityError> {
         let text = &text.trim().replace(MINUS, "-");
+        if let Some(point) = with_point(text) {
+            return Err(QuantityError::Comma {
+                text: text.to_owned(),
+                point,
+            });
+        }
         let (number, unit) = split(text);
         let Ok(number) = number.parse::<f64>() else {
             return Err(QuantityError::NoNumber {
@@ -74,15 +80,6 @@ impl Notation {
             return Err(QuantityError::NoUnit {
                 text: text.to_owned(),
                 unit: self.units[0].0,
-            });
-        }
-        if unit
-            .strip_prefix(',')
-            .is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
-        {
-            return Err(QuantityError::Comma {
-                text: text.to_owned(),
-                point: text.replacen(',', ".", 1),
             });
         }
         let Some((_, times, over)) = self.units.iter().find(|(known, ..)| *known == unit) else {
@@ -113,6 +110,19 @@ impl Notation {
             example: self.example,
         }
     }
+}
+
+/// A number with a decimal comma as it would be written with a point, without points between its thousands.
+fn with_point(text: &str) -> Option<String> {
+    let (whole, behind) = text.split_once(',')?;
+    let mut groups = whole.trim_start_matches(['+', '-']).split('.');
+    let is_digits = |group: &str| group.chars().all(|c| c.is_ascii_digit());
+    let is_whole = groups
+        .next()
+        .is_some_and(|first| !first.is_empty() && is_digits(first))
+        && groups.all(|group| group.len() == 3 && is_digits(group));
+    let is_decimal = is_whole && behind.starts_with(|c: char| c.is_ascii_digit());
+    is_decimal.then(|| format!("{}.{behind}", whole.replace('.', "")))
 }
 
 /// Number and unit: the number is as long as it can be, an exponent only where digits follow.

@@ -81,6 +81,13 @@ fn every_unit_is_known_and_no_other_word() {
 fn says_what_is_wrong_and_what_would_be_right() {
     let say = |text: &str| text.parse::<Length>().unwrap_err().to_string();
     assert_eq!(say("1,5um"), "`1,5um` has a decimal comma; write 1.5um");
+    for (written, point) in [
+        ("1.000,0um", "1000.0um"),
+        ("-12.345.678,9 nm", "-12345678.9 nm"),
+    ] {
+        let told = format!("`{written}` has a decimal comma; write {point}");
+        assert_eq!(say(written), told);
+    }
     assert_eq!(say("120"), "`120` has no unit; write for example 120um");
     assert_eq!(
         say("up"),
