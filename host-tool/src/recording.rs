@@ -86,12 +86,14 @@ impl Recording {
     }
 }
 
+/// That a file takes no more; one that is gone holds nothing.
 fn cut_short(file: &GrowingFile, rows: usize, source: io::Error) -> OutputError {
-    OutputError::CutShort {
+    let cut_short = || OutputError::CutShort {
         path: file.name().to_owned(),
         rows,
         source,
-    }
+    };
+    file.stays().err().unwrap_or_else(cut_short)
 }
 
 /// Rows on their way into a file, or to the standard output.
@@ -226,6 +228,17 @@ mod tests {
             fs::read_to_string(folder.path().join("r.csv")).unwrap(),
             "old"
         );
+    }
+
+    #[test]
+    fn a_folder_that_was_removed_meanwhile_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let new = NewFile::create(folder.path().join("r.csv"), false).unwrap();
+        let mut recording = Recording::begin(new, &Keys::default(), &row(0)).unwrap();
+        recording.append(&row(0)).unwrap();
+        fs::remove_dir_all(folder.path()).unwrap();
+        let said = recording.replace("whole").expect_err("it is gone");
+        assert!(matches!(said, OutputError::Gone { .. }), "{said}");
     }
 
     #[test]

@@ -44,7 +44,7 @@ pub enum OutputError {
 
     #[error("{} is gone: something removed or renamed it while it was written", path.display())]
     #[diagnostic(help(
-        "what was written into it went with it; record again, and leave the file until that ends"
+        "what was written into it went with it; do it again, and leave the file and its folder until that ends"
     ))]
     Gone { path: PathBuf },
 
