@@ -16,23 +16,38 @@ pub(crate) struct NewFile {
     replace: bool,
 }
 
-/// Files that one command makes must have names of their own: the second would be refused, or replace the first, once the work is
-/// done.
+/// Files that one command makes must have names of their own, however they are spelled: the second would be refused, or replace the
+/// first, once the work is done.
 ///
 /// # Errors
 /// Where two are the same.
 pub(crate) fn apart(paths: &[&Option<PathBuf>]) -> Result<(), OutputError> {
     let asked: Vec<&PathBuf> = paths.iter().copied().flatten().collect();
-    let same = asked
-        .iter()
-        .enumerate()
-        .find(|(index, path)| asked[..*index].contains(path));
+    let places: Vec<PathBuf> = asked.iter().map(|path| place(path)).collect();
+    let same = (0..asked.len()).find(|index| places[..*index].contains(&places[*index]));
     match same {
-        Some((_, path)) => Err(OutputError::SameName {
-            path: (*path).clone(),
+        Some(index) => Err(OutputError::SameName {
+            path: asked[index].clone(),
         }),
         None => Ok(()),
     }
+}
+
+/// Where a file is to be, whatever way leads there: a link in its own place would be replaced, those on the way are followed.
+fn place(path: &Path) -> PathBuf {
+    let folder = folder(path).canonicalize();
+    match folder.ok().zip(path.file_name()) {
+        Some((folder, name)) => folder.join(name),
+        None => path.to_owned(),
+    }
+}
+
+/// The folder that a file is in, or is to be in.
+fn folder(path: &Path) -> &Path {
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    folder.unwrap_or(Path::new("."))
 }
 
 impl NewFile {
@@ -62,7 +77,9 @@ impl NewFile {
         let Some(own) = place(&self.path) else {
             return Ok(self);
         };
-        let is_csv = own.extension().is_some_and(|extension| extension == "csv");
+        let is_csv = own
+            .extension()
+            .is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
         let is_read = |read: &PathBuf| {
             place(read).is_some_and(|read| read == own || is_csv && own.parent() == Some(&read))
         };
@@ -140,11 +157,7 @@ fn has_room(mut file: &File) -> io::Result<()> {
 
 /// An empty file beside `path`, which goes again unless it is given that name.
 fn draft(path: &Path) -> io::Result<NamedTempFile> {
-    let directory = path
-        .parent()
-        .filter(|parent| !parent.as_os_str().is_empty());
-    let directory = directory.unwrap_or(Path::new("."));
-    Builder::new().make_in(directory, |name| File::create_new(name))
+    Builder::new().make_in(folder(path), |name| File::create_new(name))
 }
 
 /// A file that has a name while its content grows, so that what is there outlives this process.
@@ -290,6 +303,18 @@ mod tests {
         }
         let itself = NewFile::page(folder.path().to_owned(), false).err();
         assert!(matches!(itself, Some(OutputError::NotAFile { .. })));
+    }
+
+    #[test]
+    fn one_file_under_two_spellings_is_one() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let [plain, other] = ["x.toml", "y.toml"].map(|name| folder.path().join(name));
+        let winding = folder.path().join(".").join("x.toml");
+        let refused = apart(&[&Some(plain.clone()), &None, &Some(winding)]);
+        assert!(matches!(refused, Err(OutputError::SameName { .. })));
+        assert!(apart(&[&Some(plain), &Some(other)]).is_ok());
+        let here = ["x.toml", "./x.toml"].map(|name| Some(PathBuf::from(name)));
+        assert!(apart(&[&here[0], &here[1]]).is_err());
     }
 
     #[test]
