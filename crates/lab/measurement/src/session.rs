@@ -20,7 +20,7 @@ pub struct Session {
 }
 
 impl Session {
-    /// Reads files, and folders with all the `.csv` files in them.
+    /// Reads files, and folders with all the `.csv` files in them that are not hidden.
     ///
     /// # Errors
     /// [`InputError`] for the first file that is not usable, where there is no file at all, where one is there twice, or where one does not say how warm
@@ -98,7 +98,7 @@ impl Session {
     }
 
     /// A sentence for each file that is not whole: one that was cut short while it was written, or whose measurement ended
-    /// early.
+    /// early; and for each that holds what another one does.
     pub fn flaws(&self) -> Vec<String> {
         let flaw = |(name, file): &(String, MeasurementFile)| {
             let why = file.keys.get("partial")?;
@@ -106,7 +106,20 @@ impl Session {
                 "'{name}' is not whole, and is read for what it has: {why}"
             ))
         };
-        self.files.iter().filter_map(flaw).collect()
+        let flaws = self.files.iter().filter_map(flaw);
+        flaws.chain(self.copies()).collect()
+    }
+
+    fn copies(&self) -> impl Iterator<Item = String> {
+        let copy = |(index, (name, file)): (usize, &(String, MeasurementFile))| {
+            let (other, _) = self.files[..index]
+                .iter()
+                .find(|(_, other)| other == file)?;
+            Some(format!(
+                "'{name}' holds exactly what '{other}' does, and counts beside it: if it is a copy, remove it"
+            ))
+        };
+        self.files.iter().enumerate().filter_map(copy)
     }
 
     fn check_ambients(&self) -> Result<(), InputError> {
@@ -195,7 +208,7 @@ fn csv_files(path: &Path) -> Result<Vec<PathBuf>, InputError> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(path).map_err(unreadable)? {
         let file = entry.map_err(unreadable)?.path();
-        if file.extension().is_some_and(|extension| extension == "csv") {
+        if is_measurement(&file) {
             files.push(file);
         }
     }
@@ -206,6 +219,15 @@ fn csv_files(path: &Path) -> Result<Vec<PathBuf>, InputError> {
     }
     files.sort();
     Ok(files)
+}
+
+/// Whether a file of a folder is a measurement by its name. Hidden ones are a system's or an editor's.
+fn is_measurement(file: &Path) -> bool {
+    let is_csv = file
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
+    let name = file.file_name().unwrap_or_default();
+    is_csv && !name.as_encoded_bytes().starts_with(b".")
 }
 
 #[cfg(test)]
@@ -229,6 +251,40 @@ mod tests {
             let said = Session::load(&twice).unwrap_err().to_string();
             assert!(said.contains("is there twice"), "{said}");
         }
+    }
+
+    #[test]
+    fn a_copy_of_a_file_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, text) in [
+            ("a (copy).csv", "t_s,V_V\n1,0\n2,1\n"),
+            ("a.csv", "t_s,V_V\n1,0\n2,1\n"),
+            ("b.csv", "t_s,V_V\n1,0\n2,2\n"),
+        ] {
+            std::fs::write(folder.path().join(name), text).unwrap();
+        }
+        let session = Session::load(&[folder.path()]).unwrap();
+        assert_eq!(session.files.len(), 3);
+        let [told] = &session.flaws()[..] else {
+            panic!("{:?}", session.flaws());
+        };
+        assert!(
+            told.contains("a.csv' holds exactly what") && told.contains("a (copy).csv' does"),
+            "{told}"
+        );
+    }
+
+    #[test]
+    fn a_folder_is_read_for_its_measurements_in_any_case_and_not_for_hidden_files() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.csv", "b.CSV", "c.Csv"] {
+            std::fs::write(folder.path().join(name), "t_s,V_V\n1,0\n2,0\n").unwrap();
+        }
+        for name in ["._a.csv", ".csv", "notes.txt"] {
+            std::fs::write(folder.path().join(name), "Mac OS X").unwrap();
+        }
+        let session = Session::load(&[folder.path()]).unwrap();
+        assert_eq!(session.files.len(), 3);
     }
 
     #[test]
