@@ -2,6 +2,7 @@
 
 use std::io::{Cursor, Read};
 
+use measurement::Keys;
 use measurement::import::{ImportError, Table};
 use zip::ZipArchive;
 
@@ -82,6 +83,7 @@ fn of_columns(
         rows: (0..rows).map(row).collect(),
         names,
         kinds: Vec::new(),
+        keys: Keys::default(),
         told: Vec::new(),
         written: written.to_owned(),
     })

@@ -79,7 +79,7 @@ struct Parser<'a, R> {
 impl<R: BufRead + Seek> Parser<'_, R> {
     fn file(mut self, device: &Device) -> Result<MeasurementFile, InputError> {
         while let Some(line) = self.next_line()? {
-            if self.wholeness.is_cut_off(&line) {
+            if self.wholeness.is_cut_off(line.ended) {
                 break;
             }
             if let Some(comment) = line.text.strip_prefix('#') {
@@ -96,7 +96,7 @@ impl<R: BufRead + Seek> Parser<'_, R> {
             }
             self.last = line;
         }
-        if let Some(flaw) = self.wholeness.flaw(&self.file) {
+        if let Some(flaw) = self.wholeness.flaw(self.file.rows.len()) {
             self.file.keys.set("partial", &flaw);
         }
         self.check_enough()?;
@@ -305,7 +305,11 @@ impl<R: BufRead + Seek> Parser<'_, R> {
     }
 }
 
-fn set_key(keys: &mut Keys, key: &str, value: &str) -> Result<(), Complaint> {
+/// Adds a key that a file states.
+///
+/// # Errors
+/// Where it is there already, or its value is not of its kind.
+pub(crate) fn set_key(keys: &mut Keys, key: &str, value: &str) -> Result<(), Complaint> {
     if keys.get(key).is_some() {
         return Err(Complaint::new(
             format!("the key '{key}' is given twice"),

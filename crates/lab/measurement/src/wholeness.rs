@@ -1,8 +1,5 @@
 //! Whether a file has its end: one that was written as the rows came says at its beginning that its last line will tell.
 
-use crate::MeasurementFile;
-use crate::lines::Line;
-
 /// The key that such a file begins with, and its value: the key that it ends with.
 pub(crate) const ENDS_WITH: &str = "ends_with";
 /// The key of the last line, and its value: how many rows there are.
@@ -30,15 +27,19 @@ impl Wholeness {
         rows.is_some()
     }
 
-    /// Whether a line is one that the writer was interrupted in. Files by hand may end without a line end.
-    pub(crate) fn is_cut_off(&mut self, line: &Line) -> bool {
-        self.cut_off = self.promised && !line.ended;
+    /// Whether the file says that its last line will tell.
+    pub(crate) fn is_promised(&self) -> bool {
+        self.promised
+    }
+
+    /// Whether the next line, with or without a line end, is one that the writer was interrupted in. Files by hand may end without one.
+    pub(crate) fn is_cut_off(&mut self, is_ended: bool) -> bool {
+        self.cut_off = self.promised && !is_ended;
         self.cut_off
     }
 
-    /// Why the file is not whole.
-    pub(crate) fn flaw(&self, file: &MeasurementFile) -> Option<String> {
-        let count = file.rows.len();
+    /// Why a file of so many rows is not whole.
+    pub(crate) fn flaw(&self, count: usize) -> Option<String> {
         match self.rows {
             _ if !self.promised => None,
             Some(rows) if rows == count => None,

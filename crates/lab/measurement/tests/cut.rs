@@ -1,5 +1,6 @@
 //! A recording that breaks off anywhere is read for what it has, and told.
 
+use measurement::import::{Table, guesses, import};
 use measurement::{Keys, MeasurementFile, Row, Writer};
 use proptest::prelude::*;
 
@@ -81,6 +82,36 @@ fn a_file_by_hand_may_end_without_a_line_end() {
         MeasurementFile::parse("hand.csv", "# rows=9\nt_s,V_V,z_um\n1,0,0\n2,1,26.5").unwrap();
     assert_eq!((file.rows[1].z_um, flaw(&file)), (Some(26.5), ""));
     assert_eq!(file.keys.get("rows"), Some("9"));
+}
+
+#[test]
+fn an_import_keeps_that_a_recording_is_not_whole() {
+    let rows = rows(&[26.5, 27.25, 30.0]);
+    let whole = recording(&rows, None);
+    let end = whole.windows(7).position(|bytes| bytes == b"# rows=");
+    let lost = recording(&rows, Some("the link was lost"));
+    for (text, kept, why) in [
+        (&whole[..], 3, ""),
+        (&lost[..], 3, "the link was lost"),
+        (&whole[..end.unwrap()], 3, "it was cut short after 3 rows"),
+        (
+            &whole[..end.unwrap() - 6],
+            2,
+            "it was cut short after 2 rows, in the middle of a line, which is left out",
+        ),
+    ] {
+        let table = Table::read(text).expect("a table");
+        let imported = import(&table, &guesses(&table), false).expect("a measurement");
+        let file = read(imported.file.to_string().as_bytes()).expect("readable");
+        assert_eq!((file.rows.len(), flaw(&file)), (kept, why));
+        let told = imported
+            .notes
+            .iter()
+            .find(|note| note.contains("not whole"));
+        assert_eq!(told.map_or("", |note| &note[note.len() - why.len()..]), why);
+        assert_eq!(file.keys.get("experiment"), Some("record"));
+        assert_eq!(file.keys.get("rows"), None);
+    }
 }
 
 proptest! {

@@ -467,3 +467,51 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn the_keys_of_a_measurement_file_are_kept_where_they_hold() {
+    let keys = "# experiment=sweep\n# noise_z_nm=20\n# session=now\n# drive=ramp\n# gain=3\n";
+    let rows = "0,0,0\n1,1,26\n2,1,27\n3,2,90\n";
+    let text = format!("{keys}t_s,V_V,z_um\n{rows}");
+    let made = guessed(text.as_bytes(), false);
+    let own = MeasurementFile::parse("own.csv", &text).expect("readable");
+    assert_eq!(made.file.keys, own.keys);
+    // As a spreadsheet saves it.
+    let saved = keys.replace('\n', ",,\n") + &text[keys.len()..];
+    assert_eq!(guessed(saved.as_bytes(), false).file.keys, own.keys);
+    // Of means and of other units the noise is another one.
+    let settled = guessed(text.as_bytes(), true);
+    assert!(
+        says(&settled, "noise_z_nm=20 is left out"),
+        "{:?}",
+        settled.notes
+    );
+    assert!(
+        says(&settled, "drive=ramp is left out"),
+        "{:?}",
+        settled.notes
+    );
+    assert_eq!(settled.file.keys.get("session"), Some("now"));
+    let table = Table::read(text.as_bytes()).expect("a table");
+    let said = [Assignment::parse("z=z_um:nm", &table).expect("a unit")];
+    let scaled = import(&table, &Assignment::with_guesses(&said, &table), false);
+    assert_eq!(
+        scaled.expect("a measurement").file.keys.get("noise_z_nm"),
+        None
+    );
+    // Elsewhere they may mean anything; one that no measurement file can have is left out.
+    let other = text.replace("z_um", "height (um)");
+    assert!(
+        guessed(other.as_bytes(), false)
+            .file
+            .keys
+            .iter()
+            .next()
+            .is_none()
+    );
+    let wrong = guessed(text.replace("nm=20", "nm=low").as_bytes(), false);
+    assert!(says(
+        &wrong,
+        "line 2 is left out: noise_z_nm must be a number"
+    ));
+}

@@ -155,6 +155,11 @@ impl Assignment {
         self.factor() * (number + self.added())
     }
 
+    /// Whether its numbers are taken as they are, but for their sign.
+    pub(super) fn is_plain(&self) -> bool {
+        self.factor().abs() == 1.0 && self.added() == 0.0
+    }
+
     fn factor(&self) -> f64 {
         self.times * self.unit.map_or(1.0, |unit| unit.factor)
     }

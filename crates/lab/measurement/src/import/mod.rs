@@ -21,6 +21,7 @@ mod labels;
 mod lost;
 mod merged;
 mod overflow;
+mod own;
 mod qualified;
 mod quantity;
 mod reader;
@@ -84,7 +85,10 @@ pub fn import(
     if !is_on_a_clock {
         days::into_seconds(assignments, &mut rows, &mut notes);
     }
-    let mut file = MeasurementFile::default();
+    let mut file = MeasurementFile {
+        keys: own::kept(table, assignments, settled, &mut notes),
+        ..MeasurementFile::default()
+    };
     let is_timed = assignments.iter().any(|a| a.column == Column::Time);
     if settled {
         rows = steadied(rows, &mut notes);

@@ -4,10 +4,12 @@ use super::cell::Numbers;
 use super::encoding::decoded;
 use super::error::ImportError;
 use super::kind::KindOfCells;
+use super::own::Own;
 use super::qualified::Qualified;
 use super::reader::Reader;
 use super::sampling::Sampling;
 use super::{again, header, labels, merged};
+use crate::Keys;
 use std::borrow::Cow;
 
 /// Delimiters in the order in which they are preferred where a line splits alike: a comma may be a decimal one.
@@ -25,6 +27,8 @@ pub struct Table {
     pub rows: Vec<Vec<Option<f64>>>,
     /// Where cells hold something else than plain numbers: parts of a hundred, or times, in seconds since some day.
     pub kinds: Vec<KindOfCells>,
+    /// What a file in the format of measurement files states in `# key=value` lines.
+    pub keys: Keys,
     /// What is to be told of columns, by their places, or of all: how cells were read that may mean two things, and which were not.
     pub told: Vec<(Option<usize>, String)>,
     /// How the text is written, in words.
@@ -47,7 +51,7 @@ impl Table {
     /// Reads a text of unknown style: UTF-8, UTF-16 with its mark, or Latin-1; tabs, semicolons, commas or blanks between cells;
     /// points or commas in numbers, and thousands in groups; dates and clock times. What stands between quotation marks is one cell. Lines
     /// that begin with `#` or `%` are comments, of which the last one before the table that can may have its names, as
-    /// `numpy.savetxt` writes it; other lines before the table are passed over. Oscilloscopes' labels beside their samples, and times that
+    /// `numpy.savetxt` writes it, and which are keys in a file in the format of measurement files; other lines before the table are passed over. Oscilloscopes' labels beside their samples, and times that
     /// they state as a start and an increment, are read.
     ///
     /// # Errors
@@ -68,6 +72,7 @@ impl Table {
     /// Where a table cannot be read as one.
     pub fn find(bytes: &[u8]) -> Result<Option<Self>, ImportError> {
         let (text, encoding) = decoded(bytes);
+        let (own, text) = Own::read(&text);
         let (comments, table): (Vec<_>, Vec<_>) = (1..)
             .zip(text.lines())
             .filter(|(_, line)| !line.trim().is_empty())
@@ -106,10 +111,12 @@ impl Table {
             told.extend(sentences.into_iter().map(|said| (Some(column), said)));
         }
         let both = readers.iter().zip(&names);
-        let names = both.map(|(reader, name)| reader.named(name)).collect();
+        let names: Vec<_> = both.map(|(reader, name)| reader.named(name)).collect();
         if let Some(sampling) = &sampling {
             sampling.time(&mut rows);
         }
+        let (keys, of_keys) = own.of_table(&names, rows.len());
+        told.extend(of_keys.into_iter().map(|sentence| (None, sentence)));
         let times = sampling.map(|sampling| format!(", {}", sampling.words()));
         let numbered = (0..).zip(&readers);
         let kinds = numbered.flat_map(|(column, reader)| reader.kinds(column));
@@ -117,6 +124,7 @@ impl Table {
             names,
             rows,
             kinds: kinds.collect(),
+            keys,
             told,
             written: format!("{encoding}, {}{}", style.words(), times.unwrap_or_default()),
         }))
