@@ -121,7 +121,10 @@ fn with_point(text: &str) -> Option<String> {
         .next()
         .is_some_and(|first| !first.is_empty() && is_digits(first))
         && groups.all(|group| group.len() == 3 && is_digits(group));
-    let is_decimal = is_whole && behind.starts_with(|c: char| c.is_ascii_digit());
+    // Before a point or another comma it stands between thousands.
+    let is_decimal = is_whole
+        && behind.starts_with(|c: char| c.is_ascii_digit())
+        && !behind.contains(['.', ',']);
     is_decimal.then(|| format!("{}.{behind}", whole.replace('.', "")))
 }
 

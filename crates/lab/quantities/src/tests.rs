@@ -88,6 +88,7 @@ fn says_what_is_wrong_and_what_would_be_right() {
         let told = format!("`{written}` has a decimal comma; write {point}");
         assert_eq!(say(written), told);
     }
+    assert!(say("1,000.5um").starts_with("`,000.5um` is not a unit"));
     assert_eq!(say("120"), "`120` has no unit; write for example 120um");
     assert_eq!(
         say("up"),
