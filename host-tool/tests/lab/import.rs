@@ -93,3 +93,21 @@ fn columns_that_headings_do_not_tell_are_asked_about() {
         refuses(&["import", &table], wrong);
     }
 }
+
+/// A recording whose tool was killed.
+#[test]
+fn what_is_made_of_a_file_that_is_not_whole_is_not_whole() {
+    let place = no_boards();
+    let path = |name: &str| place.path().join(name).display().to_string();
+    let [cut, made] = [path("cut.csv"), path("made.csv")];
+    let rows = "0,0,0\n10,1,26\n20,2,90\n30,3,160\n";
+    let text = format!("# ends_with=rows\n# noise_z_nm=20\nt_s,V_V,z_um\n{rows}");
+    fs::write(&cut, text).expect("a file");
+    let imported = lab(&["import", &cut, "-o", &made]);
+    let why = "it was cut short after 4 rows";
+    assert!(imported.out.contains(why), "{}", imported.out);
+    let compared = lab(&["compare", "reconciled", &made]);
+    assert!(compared.err.contains(why), "{}", compared.err);
+    let made = fs::read_to_string(&made).expect("a file");
+    assert!(made.starts_with("# noise_z_nm=20\n"), "{made}");
+}
