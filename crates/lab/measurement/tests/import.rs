@@ -492,6 +492,8 @@ fn the_keys_of_a_measurement_file_are_kept_where_they_hold() {
         settled.notes
     );
     assert_eq!(settled.file.keys.get("session"), Some("now"));
+    let single = guessed(text.replace("2,1,27\n", "").as_bytes(), true);
+    assert_eq!(single.file.keys.get("noise_z_nm"), Some("20"));
     let table = Table::read(text.as_bytes()).expect("a table");
     let said = [Assignment::parse("z=z_um:nm", &table).expect("a unit")];
     let scaled = import(&table, &Assignment::with_guesses(&said, &table), false);

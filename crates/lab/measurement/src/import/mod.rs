@@ -85,13 +85,15 @@ pub fn import(
     if !is_on_a_clock {
         days::into_seconds(assignments, &mut rows, &mut notes);
     }
+    if settled {
+        rows = steadied(rows, &mut notes);
+    }
     let mut file = MeasurementFile {
-        keys: own::kept(table, assignments, settled, &mut notes),
+        keys: own::kept(table, assignments, settled.then_some(&rows[..]), &mut notes),
         ..MeasurementFile::default()
     };
     let is_timed = assignments.iter().any(|a| a.column == Column::Time);
     if settled {
-        rows = steadied(rows, &mut notes);
         let settled = Settled::of(rows.chunk_by(|a, b| a.voltage_v == b.voltage_v));
         notes.push(format!(
             "{} rows are {} settled readings, means over equal drives",
