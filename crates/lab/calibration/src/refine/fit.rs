@@ -5,8 +5,9 @@ use control_core::CHANNELS;
 use control_core::calibration::{Parts, Resonance, SensedRises};
 use least_squares::{Options, minimise};
 
+use super::films::Films;
 use super::heat::HeatLoss;
-use super::linear::{Displacements, Films, LinearStages};
+use super::linear::{Displacements, LinearStages};
 use super::projection::{Estimate, Forward, Projection, residuals};
 use super::resistance::Line;
 use super::thermal::Thermal;

@@ -6,6 +6,7 @@ use control_core::{Micrometre, Second};
 use least_squares::{Bounds, bounded, normal_factor};
 use nalgebra::{DMatrix, DVector};
 
+use super::films::Films;
 use super::heat::Lags;
 use super::timeline::TimeStep;
 use super::unknowns::Unknowns;
@@ -95,15 +96,6 @@ pub(super) struct LinearStages {
     bends: [f64; BENDS],
     memory: [f64; MEMORY],
     rest_um: f64,
-}
-
-/// What a mirror's films do beside bending.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Films {
-    /// They come back to where displacements count from, creep goes on, and they slip a little way.
-    Usual,
-    /// They may rest elsewhere since they were hot for the first time, creep may go back as where aluminium relaxes, and they may slip all over.
-    Unusual,
 }
 
 /// The bend's terms at a share of the range: Chebyshev polynomials, each times the share, so that each is 0 at rest.

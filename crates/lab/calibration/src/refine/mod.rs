@@ -10,9 +10,10 @@
 //!
 //! - `timeline`: the session as time steps; `noise`: how exactly each reading can be followed;
 //! - `heat`, `thermal`, `linear`, `resistance`: the stages forward; `heaters`: what resistances tell of the poles;
-//! - `unknowns`, `projection`, `fit`: what is sought, and how; `tables`: the outcome.
+//! - `films`, `unknowns`, `projection`, `fit`: what is sought, and how; `tables`: the outcome.
 
 mod error;
+mod films;
 mod fit;
 mod heat;
 mod heaters;

@@ -7,8 +7,9 @@ use std::rc::Rc;
 use least_squares::{DifferenceStep, Problem};
 use nalgebra::DVector;
 
+use super::films::Films;
 use super::heaters;
-use super::linear::{Displacements, Films, LinearStages, MemoryTerms};
+use super::linear::{Displacements, LinearStages, MemoryTerms};
 use super::thermal::Thermal;
 use super::timeline::TimeStep;
 use super::unknowns::Unknowns;

@@ -4,8 +4,8 @@ use control_core::calibration::{FAST_POLES, Heat, LAGS, PLAYS, SLOW};
 use least_squares::{Bounds, Prior};
 use nalgebra::DVector;
 
+use super::films::Films;
 use super::heat::{FosterNetwork, HeatLoss, POLES};
-use super::linear::Films;
 use crate::memory::{CREEP_S, RADII};
 
 /// Weights and times (s) where a fit starts besides the model's own poles: a mirror in its package. Bimorphs take 1 ms (the

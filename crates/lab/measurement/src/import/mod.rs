@@ -16,6 +16,7 @@ mod error;
 mod header;
 mod heading;
 mod heated;
+mod kept;
 mod kind;
 mod labels;
 mod lost;
@@ -89,7 +90,7 @@ pub fn import(
         rows = steadied(rows, &mut notes);
     }
     let mut file = MeasurementFile {
-        keys: own::kept(table, assignments, settled.then_some(&rows[..]), &mut notes),
+        keys: kept::kept(table, assignments, settled.then_some(&rows[..]), &mut notes),
         ..MeasurementFile::default()
     };
     let is_timed = assignments.iter().any(|a| a.column == Column::Time);
