@@ -30,7 +30,7 @@ use crate::report;
 use crate::serve::boards::Boards;
 pub(crate) use crate::serve::reference::page as reference;
 use crate::serve::session::Session;
-use crate::system::terminated;
+use crate::system::Interrupts;
 use crate::verbosity::say;
 
 /// Clients at a time: a bench has a few, and each takes some megabytes at most while it is sent a trace.
@@ -61,7 +61,7 @@ pub(crate) async fn run(
     };
     let listener = TcpListener::bind(listen).await.map_err(cannot_listen)?;
     let listening = listener.local_addr().map_err(cannot_listen)?;
-    let told_to_end = terminated().map_err(ToolError::Runtime)?;
+    let mut interrupts = Interrupts::listen().map_err(ToolError::Runtime)?;
     report::print(&Listening { listening }, json);
     if !listening.ip().is_loopback() {
         say(format_args!(
@@ -74,8 +74,7 @@ pub(crate) async fn run(
     let places = Arc::new(Semaphore::new(MOST_CLIENTS));
     tokio::select! {
         () = accept(&listener, &boards, &places) => {}
-        _ = tokio::signal::ctrl_c() => {}
-        () = told_to_end => {}
+        _ = interrupts.next() => {}
         () = end_of_input(), if end_with_input => {}
     }
     for device in boards.devices() {

@@ -8,10 +8,8 @@ mod windows;
 #[cfg(unix)]
 pub(crate) use unix::{
     Interrupts, ended_by_signal, is_device, private_file, serial_device, standard_output,
-    terminated,
 };
 #[cfg(not(unix))]
 pub(crate) use windows::{
     Interrupts, ended_by_signal, is_device, private_file, serial_device, standard_output,
-    terminated,
 };

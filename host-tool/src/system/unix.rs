@@ -48,14 +48,6 @@ pub(crate) async fn ended_by_signal() -> io::Result<(&'static str, u8)> {
     })
 }
 
-/// What waits, from now on, until the process is told to end otherwise than by Ctrl-C.
-pub(crate) fn terminated() -> io::Result<impl Future<Output = ()>> {
-    let mut terminate = signal(SignalKind::terminate())?;
-    Ok(async move {
-        terminate.recv().await;
-    })
-}
-
 /// A file of the user's own: nobody else reads it, and another's link in its place is not followed.
 pub(crate) fn private_file() -> OpenOptions {
     let mut options = File::options();

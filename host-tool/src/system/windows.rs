@@ -8,18 +8,28 @@ use std::path::Path;
 
 use tokio::signal::windows::{CtrlBreak, CtrlC, ctrl_break, ctrl_c, ctrl_close};
 
-/// Ctrl-C, which no longer ends the process by itself.
-pub(crate) struct Interrupts(CtrlC);
+/// Ctrl-C and Ctrl-Break, which no longer end the process by themselves.
+pub(crate) struct Interrupts {
+    interrupt: CtrlC,
+    stop: CtrlBreak,
+}
 
 impl Interrupts {
     /// From now on.
     pub(crate) fn listen() -> io::Result<Self> {
-        ctrl_c().map(Self)
+        Ok(Self {
+            interrupt: ctrl_c()?,
+            stop: ctrl_break()?,
+        })
     }
 
     /// Waits for the next one; `false` where there will be none.
     pub(crate) async fn next(&mut self) -> bool {
-        self.0.recv().await.is_some()
+        let heard = tokio::select! {
+            heard = self.interrupt.recv() => heard,
+            heard = self.stop.recv() => heard,
+        };
+        heard.is_some()
     }
 }
 
@@ -30,14 +40,6 @@ pub(crate) async fn ended_by_signal() -> io::Result<(&'static str, u8)> {
         _ = interrupt.recv() => ("Ctrl-C", 2),
         _ = stop.recv() => ("Ctrl-Break", 15),
         _ = close.recv() => ("the end of its terminal", 1),
-    })
-}
-
-/// What waits, from now on, until the process is told to end otherwise than by Ctrl-C.
-pub(crate) fn terminated() -> io::Result<impl Future<Output = ()>> {
-    let mut stop: CtrlBreak = ctrl_break()?;
-    Ok(async move {
-        stop.recv().await;
     })
 }
 
