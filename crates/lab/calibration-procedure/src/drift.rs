@@ -175,31 +175,42 @@ impl DriftCheck {
         self.levels.first()?.z_um
     }
 
-    /// How far from there it comes back to (um).
-    pub(crate) fn apart_um(&self) -> Option<f64> {
-        Some(self.levels.last()?.z_um? - self.rest_um()?)
+    /// Where it comes back to (um).
+    fn came_um(&self) -> Option<f64> {
+        self.levels.last()?.z_um
     }
 
-    /// Whether the mirror rests where displacements count from, and comes back no lower than it rested, or `once` before.
-    pub(crate) fn holds_still(&self, once: Option<&Self>) -> Result<(), Drift> {
-        let is_off = |um: &f64| um.abs() > self.off_um(BELOW_UM);
-        let is_below = |um: &f64| *um < -self.off_um(BELOW_UM);
-        let came_um = |check: &Self| check.levels.last()?.z_um;
-        let further_um = once.and_then(|once| Some(came_um(self)? - came_um(once)?));
-        let jump_um = match once {
-            None => (self.rest_um().filter(is_off)).or(self.apart_um().filter(is_below)),
-            Some(_) => further_um.filter(is_off),
-        };
-        jump_um.map_or(Ok(()), |jump_um| Err(Drift::Jump { jump_um }))
+    /// How far from there it comes back to (um).
+    pub(crate) fn apart_um(&self) -> Option<f64> {
+        Some(self.came_um()? - self.rest_um()?)
+    }
+
+    /// Whether it is somewhere else by so much (um).
+    fn is_off(&self, um: f64) -> bool {
+        um.abs() > self.off_um(BELOW_UM)
+    }
+
+    /// Whether the mirror rests where displacements count from, and comes back no lower than it rested.
+    pub(crate) fn holds_still(&self) -> Result<(), Drift> {
+        let moved = self.rest_um().filter(|um| self.is_off(*um));
+        let lower = |um: &f64| *um < 0.0 && self.is_off(*um);
+        moved.or(self.apart_um().filter(lower)).map_or(Ok(()), jump)
     }
 
     /// Whether it comes back lower than it rested by no more than films do that relax.
     pub(crate) fn may_relax(&self) -> bool {
-        let is_little = |um: f64| (-RELAXES_UM..-self.off_um(BELOW_UM)).contains(&um);
-        let rests = self
-            .rest_um()
-            .is_none_or(|um| um.abs() <= self.off_um(BELOW_UM));
-        rests && self.apart_um().is_some_and(is_little)
+        let is_little = |um: f64| (-RELAXES_UM..0.0).contains(&um) && self.is_off(um);
+        let was_moved = self.rest_um().is_some_and(|um| self.is_off(um));
+        !was_moved && self.apart_um().is_some_and(is_little)
+    }
+
+    /// Whether it comes back to where it did `once` before.
+    pub(crate) fn comes_back_as(&self, once: &Self) -> Result<(), Drift> {
+        let further_um = self.came_um().zip(once.came_um());
+        let further_um = further_um.map(|(now_um, once_um)| now_um - once_um);
+        further_um
+            .filter(|um| self.is_off(*um))
+            .map_or(Ok(()), jump)
     }
 
     /// Whether it comes back there.
@@ -273,6 +284,10 @@ impl DriftCheck {
             loss_w_per_ohm,
         })
     }
+}
+
+fn jump(jump_um: f64) -> Result<(), Drift> {
+    Err(Drift::Jump { jump_um })
 }
 
 impl Level {

@@ -19,10 +19,10 @@ pub(crate) async fn first<B: Bench>(
         let check = checked(bench, max_v, reach_um).await?;
         if check.may_relax() {
             let again = checked(bench, max_v, reach_um).await?;
-            again.holds_still(Some(&check))?;
+            again.comes_back_as(&check)?;
             return Ok(again);
         }
-        check.holds_still(None)?;
+        check.holds_still()?;
         if let Some(before) = &before {
             check.is_in_the_room_of(before)?;
         }

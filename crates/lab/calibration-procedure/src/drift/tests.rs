@@ -124,9 +124,9 @@ fn resting(before_um: f64, after_um: f64) -> DriftCheck {
 fn a_rest_is_where_the_mirror_comes_back_to() {
     for held_up_um in [0.0, 0.3, 0.8] {
         let check = resting(0.01, held_up_um);
-        assert!(check.holds_still(None).is_ok() && check.comes_back());
+        assert!(check.holds_still().is_ok() && check.comes_back());
     }
-    let jump_um = |check: DriftCheck| match check.holds_still(None) {
+    let jump_um = |check: DriftCheck| match check.holds_still() {
         Err(Drift::Jump { jump_um }) => jump_um,
         other => panic!("{other:?}"),
     };
@@ -136,17 +136,17 @@ fn a_rest_is_where_the_mirror_comes_back_to() {
     assert_eq!(jump_um(resting(0.5, 0.6)), 0.5);
     // Films that yield do so once.
     let yields = resting(0.0, 12.0);
-    assert!(yields.holds_still(None).is_ok() && !yields.comes_back());
+    assert!(yields.holds_still().is_ok() && !yields.comes_back());
 }
 
 #[test]
 fn films_that_relax_come_back_as_low_again() {
     let once = resting(0.01, -0.16);
     assert!(once.may_relax());
-    assert!(resting(-0.12, -0.17).holds_still(Some(&once)).is_ok());
+    assert!(resting(-0.12, -0.17).comes_back_as(&once).is_ok());
     // What was moved meanwhile is lower again, or as low as it was at first.
     for after_um in [-0.4, 0.0] {
-        let again = resting(-0.12, after_um).holds_still(Some(&once));
+        let again = resting(-0.12, after_um).comes_back_as(&once);
         assert!(matches!(again, Err(Drift::Jump { .. })), "{again:?}");
     }
     // Too far, and moved before anything was driven.
