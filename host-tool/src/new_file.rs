@@ -73,15 +73,15 @@ impl NewFile {
     /// The same, where it takes the place of none of these files or of those in these folders, which are measurements: whatever may be
     /// replaced, they cannot be made again.
     pub(crate) fn beside(self, read: &[PathBuf]) -> Result<Self, OutputError> {
-        let place = |path: &Path| path.canonicalize().ok();
-        let Some(own) = place(&self.path) else {
+        let resolved = |path: &Path| path.canonicalize().ok();
+        let Some(own) = resolved(&self.path) else {
             return Ok(self);
         };
         let is_csv = own
             .extension()
             .is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
         let is_read = |read: &PathBuf| {
-            place(read).is_some_and(|read| read == own || is_csv && own.parent() == Some(&read))
+            resolved(read).is_some_and(|read| read == own || is_csv && own.parent() == Some(&read))
         };
         match read.iter().any(is_read) {
             true => Err(OutputError::IsRead { path: self.path }),

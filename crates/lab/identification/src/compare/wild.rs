@@ -6,6 +6,7 @@ use crate::dataset::{Channel, Dataset, Observation};
 use crate::digit::last_digit;
 use crate::prediction::standard_deviation;
 use measurement::held::MEDIAN_OF_NORMAL;
+use measurement::median;
 use mirror_model::ACTUATORS;
 use std::cmp::Ordering;
 
@@ -50,7 +51,10 @@ pub fn wild_readings(data: &Dataset, predicted: &[f64]) -> Vec<String> {
 fn sentence(data: &Dataset, readings: &[Left]) -> Option<String> {
     let pieces = pieces(data, readings);
     let off: Vec<(Left, Off)> = pieces.into_iter().flat_map(off_neighbours).collect();
-    let usual = median(off.iter().map(|(_, off)| off.by.abs())) / MEDIAN_OF_NORMAL;
+    if off.is_empty() {
+        return None;
+    }
+    let usual = median(off.iter().map(|(_, off)| off.by.abs()).collect()) / MEDIAN_OF_NORMAL;
     let digit = last_digit(readings.iter().map(|(o, _)| o.value));
     let is_wild = |((o, _), off): &&(Left, Off)| {
         let scale = [off.spread, usual, digit, standard_deviation(o)];
@@ -128,8 +132,13 @@ fn off_neighbours<'o>(piece: &[Left<'o>]) -> Vec<(Left<'o>, Off)> {
     let inner = LEAST..piece.len().saturating_sub(LEAST);
     let off = inner.map(|at| {
         let window = &piece[at.saturating_sub(SIDE)..piece.len().min(at + SIDE + 1)];
-        let middle = median(window.iter().map(|(_, left)| *left));
-        let spread = median(window.iter().map(|(_, left)| (left - middle).abs()));
+        let middle = median(window.iter().map(|(_, left)| *left).collect());
+        let spread = median(
+            window
+                .iter()
+                .map(|(_, left)| (left - middle).abs())
+                .collect(),
+        );
         let off = Off {
             by: piece[at].1 - middle,
             spread: spread / MEDIAN_OF_NORMAL,
@@ -137,13 +146,6 @@ fn off_neighbours<'o>(piece: &[Left<'o>]) -> Vec<(Left<'o>, Off)> {
         (piece[at], off)
     });
     off.collect()
-}
-
-/// The median, the upper one of two in the middle; 0 of nothing.
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]

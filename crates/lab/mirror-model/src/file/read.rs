@@ -293,19 +293,22 @@ impl ModelReader<'_> {
     ) -> Result<(), ModelFileError> {
         let weights = [Symbol::MiddleWeight, Symbol::SlowWeight];
         let names = weights.map(|symbol| symbol.entry().name);
-        for actuator in 0..ACTUATORS {
+        let is_weight = |name: &toml::Spanned<String>| names.contains(&name.get_ref().as_str());
+        let Some((_, last)) = stored.iter().rfind(|(name, _)| is_weight(name)) else {
+            return Ok(());
+        };
+        let sum = |actuator| -> f64 {
             let parameters = model.actuator(actuator).parameters;
-            let sum: f64 = weights.iter().map(|symbol| parameters.get(*symbol)).sum();
-            let written = stored
-                .iter()
-                .rfind(|(name, _)| names.contains(&name.get_ref().as_str()));
-            if let (Some((_, number)), false) = (written, sum < 1.0) {
-                let message = format!("{} come to {sum}", names.join(" and "));
-                let help = "with the fast pole's, weights add up to 1: leave it some".into();
-                return Err(self.wrong(message, help, number.value.span()));
-            }
+            weights.map(|symbol| parameters.get(symbol)).iter().sum()
+        };
+        match (0..ACTUATORS).map(sum).find(|sum| *sum >= 1.0) {
+            None => Ok(()),
+            Some(sum) => Err(self.wrong(
+                format!("{} come to {sum}", names.join(" and ")),
+                "with the fast pole's, weights add up to 1: leave it some".into(),
+                last.value.span(),
+            )),
         }
-        Ok(())
     }
 
     fn check(
