@@ -174,13 +174,18 @@ fn goes_there_in_a_warmer_room(bench: &Bench, ambient_c: f64) {
 
 /// A tool that has put its first calibration on trial, and what it says next.
 fn on_trial(bench: &Bench) -> (Child, BufReader<ChildStderr>) {
-    let mut tool = bench.start_tool(&["calibrate", "--quick", "--from", "session"]);
+    begun(bench, &["--from", "session"], "on trial")
+}
+
+/// A tool that calibrates and has said this, and what it says next.
+fn begun(bench: &Bench, more: &[&str], says: &str) -> (Child, BufReader<ChildStderr>) {
+    let mut tool = bench.start_tool(&[&["calibrate", "--quick"], more].concat());
     let mut said = BufReader::new(tool.stderr.take().expect("it is piped"));
     let mut line = String::new();
-    while !line.contains("on trial") {
+    while !line.contains(says) {
         line.clear();
         let read = said.read_line(&mut line).expect("it is text");
-        assert!(read > 0, "it ends before it tries a calibration");
+        assert!(read > 0, "it ends before it says '{says}'");
     }
     (tool, said)
 }
@@ -285,6 +290,47 @@ fn a_mirror_that_cools_for_seconds_is_calibrated_from_a_session_that_is_there() 
     assert_eq!(said.code, 0, "{}", said.err);
     let told = said.sentence();
     assert!(told.contains("without sine_0p1, sine_1,"), "{told}");
+}
+
+/// The bench's mirror with heaters of this resistance, all four.
+fn with_heaters(ohm: f64) -> MirrorConfig {
+    let mut config = MirrorConfig::bench();
+    config.heater.ohm = ohm;
+    config.spread.ohm = 0.0;
+    config
+}
+
+/// Its factory's calibration has 360 ohm: the check of the heaters at the start turns the board off.
+#[test]
+fn heaters_far_from_the_factorys_are_driven_as_what_an_ohmmeter_says() {
+    let bench = Bench::emulated(with_heaters(314.0));
+    let said = bench.tool(&["calibrate", "--quick"]);
+    assert!(
+        said.sentence().contains("implausible-sense"),
+        "{}",
+        said.err
+    );
+    let begun = begun(&bench, &["--cold-resistance", "314ohm"], "come to rest");
+    interrupt(&begun.0);
+    let said = gave_up(&bench, begun);
+    assert!(said.contains("interrupted"), "{said}");
+}
+
+/// At the other end a sound heater reads as one that is too hot once it is driven.
+#[test]
+#[ignore = "long"]
+fn heaters_far_from_the_factorys_are_calibrated() {
+    for (ohm, fault) in [(314.0, "implausible-sense"), (446.0, "over-temperature")] {
+        let bench = Bench::emulated(with_heaters(ohm));
+        let said = bench.tool(&["calibrate", "--quick"]);
+        assert!(said.sentence().contains(fault), "{}", said.err);
+        let cold = format!("{ohm}ohm");
+        let report = bench.json(&["calibrate", "--quick", "--cold-resistance", &cold]);
+        let rms_um = report["after"]["rest_rms_um"].as_f64().expect("a figure");
+        // What docs/figures/positioning.md requires at rest.
+        assert!(rms_um < 0.05, "{report}");
+        bench.json(&["set-z", "120um"]);
+    }
 }
 
 #[test]

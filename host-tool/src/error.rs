@@ -290,8 +290,8 @@ pub enum ToolError {
     ))]
     PosesOfTable(calibration::PoseError),
 
-    #[error("'{name}' is too long for a calibration, which holds {max} bytes of it, or has a control character", max = Label::CAPACITY)]
-    #[diagnostic(help("choose a shorter name with --device"))]
+    #[error("'{name}' is no name for a calibration, which holds one of up to {max} bytes without control characters", max = Label::CAPACITY)]
+    #[diagnostic(help("choose another name with --device"))]
     Name { name: String },
 
     #[error("{what} ended in a defect of this tool")]

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use quantities::{Angle, Frequency, Length, Span};
+use control_core::design::COLD_RESISTANCES_OHM;
+use quantities::{Angle, Frequency, Length, QuantityError, Resistance, Span};
 
 use super::heading::{BOARD, INPUT, OUTPUT, SIGNAL};
 use super::measure::lag;
@@ -224,6 +225,10 @@ pub struct Calibrate {
     /// What to call the mirror; without it, as the board is called.
     #[arg(help_heading = BOARD, long, value_name = "NAME")]
     pub device: Option<String>,
+    /// What an ohmmeter says of a cold heater, 310 to 450 ohm: for a mirror that the board turns off before it is calibrated, since its heaters
+    /// are far from the factory's 360 ohm. Until then they are watched as heaters of this resistance.
+    #[arg(help_heading = BOARD, long, value_name = "RESISTANCE", value_parser = cold_resistance)]
+    pub cold_resistance: Option<Resistance>,
     /// What reads displacements.
     #[command(flatten)]
     pub displacements: DisplacementSensor,
@@ -234,6 +239,20 @@ pub struct Calibrate {
     /// Replace files that exist.
     #[arg(help_heading = OUTPUT, long)]
     pub force: bool,
+}
+
+/// What a board allows (`control_core::design`).
+fn cold_resistance(text: &str) -> Result<Resistance, String> {
+    let resistance: Resistance = text
+        .parse()
+        .map_err(|error: QuantityError| error.to_string())?;
+    let (least, most) = COLD_RESISTANCES_OHM.into_inner();
+    match (f64::from(least)..=f64::from(most)).contains(&resistance.ohm) {
+        true => Ok(resistance),
+        false => Err(format!(
+            "a heater that this board drives has {least} to {most} ohm"
+        )),
+    }
 }
 
 /// `calibrate-pose`

@@ -212,13 +212,14 @@ fn a_hold_that_is_longer_than_the_bench_allows() {
 fn a_name_that_no_calibration_holds() {
     let boards = no_boards();
     fake_board(boards.path(), "fake", Fake::Greets(PROTOCOL_VERSION));
-    let name = "x".repeat(49);
-    let said = host_tool(boards.path(), &["calibrate", "--device", &name]);
-    fails_with(
-        &said,
-        "is too long for a calibration, which holds 48 bytes of it",
-        "choose a shorter name",
-    );
+    for name in [&"x".repeat(49), "", " ", "a\nb"] {
+        let said = host_tool(boards.path(), &["calibrate", "--device", name]);
+        fails_with(
+            &said,
+            "is no name for a calibration, which holds one of up to 48 bytes",
+            "choose another name",
+        );
+    }
 }
 
 #[test]

@@ -7,7 +7,7 @@ mod report;
 
 use std::path::{Path, PathBuf};
 
-use calibration::to_toml;
+use calibration::{tabulate, to_toml};
 use calibration_procedure::{Calibrated, Part, Procedure, Source};
 use charts::sheet;
 use control_core::calibration::{Label, Plate};
@@ -15,7 +15,7 @@ use control_core::{CHANNELS, Calibration, Micrometre, PlateInverse};
 use experiments::calibration::Effort;
 use experiments::{Experiment, session_in_common};
 use measurement::Session;
-use mirror_model::Symbol;
+use mirror_model::{Model, Symbol};
 use mirror_protocol::CalibrationUse;
 
 use self::bench::{OnTrial, by_unit, kept_as};
@@ -56,7 +56,12 @@ pub(super) async fn run(board: &Board, ask: Calibrate, json: bool) -> Result<(),
 async fn calibrate(board: &Board, ask: Calibrate, json: bool) -> Result<(), ToolError> {
     let outputs = Outputs::create(&ask)?;
     let sensor = Sensor::open_live(&ask.displacements.sensor)?;
-    let procedure = procedure(board, &ask, &sensor).await?;
+    let (device, start) = (device(board, ask.device.clone())?, start(&ask)?);
+    let had = board.calibration().await?;
+    if ask.cold_resistance.is_some() {
+        watch_as(board, &start).await?;
+    }
+    let procedure = procedure(board, &ask, &sensor, (device, start)).await?;
     let source = match &ask.from {
         Some(folder) => {
             let session = Session::load(&[folder])?;
@@ -65,7 +70,6 @@ async fn calibrate(board: &Board, ask: Calibrate, json: bool) -> Result<(), Tool
         }
         None => Source::Mirror,
     };
-    let had = board.calibration().await?;
     // Small currents tell the cold resistance, and an offset would be part of it.
     Interrupt::listen()?
         .or(calibrate_sense::zero(board))
@@ -163,14 +167,33 @@ impl Outputs {
     }
 }
 
+/// The model to start from.
+fn start(ask: &Calibrate) -> Result<Model, ToolError> {
+    let mut start = model(&ask.model)?;
+    if let Some(cold) = ask.cold_resistance {
+        start.parameters.cold_resistance_ohm = cold.ohm;
+        start.by_actuator.remove(&Symbol::ColdResistance);
+    }
+    Ok(start)
+}
+
+/// Has the board watch its heaters as those of a model. One that has turned itself off because they are others is cleared then.
+async fn watch_as(board: &Board, model: &Model) -> Result<(), ToolError> {
+    let calibration = tabulate(model)?.calibration;
+    board
+        .use_calibration(&calibration, CalibrationUse::OnTrial)
+        .await?;
+    board.clear().await?;
+    Ok(())
+}
+
 /// What is asked for on this board.
 async fn procedure(
     board: &Board,
     ask: &Calibrate,
     sensor: &Sensor,
+    (device, start): (String, Model),
 ) -> Result<Procedure, ToolError> {
-    let start = model(&ask.model)?;
-    let device = device(board, ask.device.clone())?;
     let status = board.status().await?;
     if !sensor.is_there(board).await? {
         return Err(SensorFault::NoSensor.into());
@@ -194,8 +217,8 @@ async fn procedure(
 fn device(board: &Board, name: Option<String>) -> Result<String, ToolError> {
     let name = name.unwrap_or_else(|| board.identity().board.as_str().to_owned());
     match Label::new(&name) {
-        Some(_) => Ok(name),
-        None => Err(ToolError::Name { name }),
+        Some(_) if !name.trim().is_empty() => Ok(name),
+        _ => Err(ToolError::Name { name }),
     }
 }
 
