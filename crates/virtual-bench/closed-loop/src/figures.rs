@@ -70,7 +70,7 @@ pub struct Step {
     pub limits: Limits,
 }
 
-/// Static errors from 3 um to the top or 170 um, at positions that no calibration was corrected at, of a mirror that was at rest.
+/// Static errors from 2 % of the range to its end, the top or 170 um, at positions that no calibration was corrected at, of a mirror that was at rest.
 ///
 /// # Errors
 /// Where a number of `config` is out of range.
@@ -81,13 +81,14 @@ pub fn at_rest(calibration: &mut Calibration, config: &impl Device) -> Result<St
 /// The same from whatever a mirror has done before.
 pub fn next_moves(mirror: &mut Loop<'_, impl Mirror>) -> Static {
     const POSITIONS: u32 = 17;
+    const LOWEST: f64 = 0.37;
     const STAY_S: f64 = 1.5;
     let top_um = f64::from(mirror.calibration().max_position().0).min(170.0);
     // A stride that shares no factor with their number: up and down, far and near.
     let errors: Vec<f64> = (0..POSITIONS)
         .filter_map(|i| {
-            let place = f64::from(i * 5 % POSITIONS) + 0.37;
-            let z_um = top_um * place / f64::from(POSITIONS);
+            let place = f64::from(i * 5 % POSITIONS) + LOWEST;
+            let z_um = top_um * place / (f64::from(POSITIONS - 1) + LOWEST);
             let error_um = mirror.hold(z_um, STAY_S) - z_um;
             (!is_too_warm(mirror, z_um)).then_some(error_um)
         })
