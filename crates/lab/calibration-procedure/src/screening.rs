@@ -2,7 +2,7 @@
 //! end of the sensor's range.
 
 use experiments::Reading;
-use measurement::{MeasurementFile, Row, median};
+use measurement::{MeasurementFile, Row, median_and_deviation};
 use serde::Serialize;
 
 /// Readings on each side that one is held against (Hampel's identifier).
@@ -99,13 +99,7 @@ fn outlying(rows: &[Row], scatter_um: f64) -> Vec<usize> {
         let first = place.saturating_sub(NEIGHBOURS);
         let first = first.min(read.len().saturating_sub(AROUND));
         let around = &read[first..(first + AROUND).min(read.len())];
-        let median_um = median(around.iter().map(|(_, um)| *um).collect());
-        let deviation_um = median(
-            around
-                .iter()
-                .map(|(_, um)| (um - median_um).abs())
-                .collect(),
-        );
+        let (median_um, deviation_um) = median_and_deviation(around.iter().map(|(_, um)| *um));
         (read[*place].1 - median_um).abs() > SCATTERS * scatter_um.max(NORMAL * deviation_um)
     };
     let places = (0..read.len()).filter(is_outlying);

@@ -37,7 +37,7 @@ pub use file::{ACTUATORS, MeasurementFile, Row};
 pub use keys::{CurrentNoise, Keys};
 pub use parse::MOST_ROWS;
 pub use plane::Plane;
-pub use plausibility::{Device, median};
+pub use plausibility::{Device, median, median_and_deviation};
 pub use session::Session;
 pub use settled::Settled;
 pub use write::Writer;

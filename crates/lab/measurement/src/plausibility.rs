@@ -310,3 +310,13 @@ pub fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]
 }
+
+/// The median of values, and that of their distances from it: the median absolute deviation.
+///
+/// # Panics
+/// Where there are none.
+pub fn median_and_deviation(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    let middle = median(values.clone().collect());
+    let distances = values.map(|value| (value - middle).abs());
+    (middle, median(distances.collect()))
+}

@@ -6,7 +6,7 @@ use crate::dataset::{Channel, Dataset, Observation};
 use crate::digit::last_digit;
 use crate::prediction::standard_deviation;
 use measurement::held::MEDIAN_OF_NORMAL;
-use measurement::median;
+use measurement::{median, median_and_deviation};
 use mirror_model::ACTUATORS;
 use std::cmp::Ordering;
 
@@ -132,13 +132,7 @@ fn off_neighbours<'o>(piece: &[Left<'o>]) -> Vec<(Left<'o>, Off)> {
     let inner = LEAST..piece.len().saturating_sub(LEAST);
     let off = inner.map(|at| {
         let window = &piece[at.saturating_sub(SIDE)..piece.len().min(at + SIDE + 1)];
-        let middle = median(window.iter().map(|(_, left)| *left).collect());
-        let spread = median(
-            window
-                .iter()
-                .map(|(_, left)| (left - middle).abs())
-                .collect(),
-        );
+        let (middle, spread) = median_and_deviation(window.iter().map(|(_, left)| *left));
         let off = Off {
             by: piece[at].1 - middle,
             spread: spread / MEDIAN_OF_NORMAL,
