@@ -1,5 +1,7 @@
 //! A cell of a table as a number: decimal commas, thousands separators, dates and clock times.
 
+use chrono::{Datelike, NaiveDate};
+
 /// Separators of thousands: commas or points, as the decimal sign is the other; apostrophes; blanks that do not break a line.
 const THOUSANDS: [char; 5] = [',', '.', '\'', '\u{a0}', '\u{202f}'];
 
@@ -146,16 +148,16 @@ impl Numbers {
         }
     }
 
-    /// Days since the first of March of the year 0: `2026-11-24`, `24.11.2026`, `11/24/2026`. What can be no month between slashes is
-    /// the day.
+    /// Days from a first one on: `2026-11-24`, `24.11.2026`, `11/24/2026`. What can be no month between slashes is the day. `None` where
+    /// the calendar has no such day.
     fn day(self, text: &str) -> Option<f64> {
         let separator = text.chars().find(|c| !c.is_ascii_digit())?;
-        let parts: Vec<i64> = text
+        let parts: Vec<u32> = text
             .split(separator)
             .map(str::parse)
             .collect::<Result<_, _>>()
             .ok()?;
-        let parts: [i64; 3] = parts.try_into().ok()?;
+        let parts: [u32; 3] = parts.try_into().ok()?;
         let [year, month, day] = match parts {
             [year, month, day] if year > 31 => [year, month, day],
             [one, other, year] => {
@@ -166,7 +168,8 @@ impl Numbers {
                 }
             }
         };
-        days(year, month, day)
+        let date = NaiveDate::from_ymd_opt(year.try_into().ok()?, month, day)?;
+        Some(f64::from(date.num_days_from_ce()))
     }
 }
 
@@ -196,21 +199,6 @@ fn clock_s(text: &str) -> Option<f64> {
     let hours = half.map_or(hours, |half| hours % 12 + half);
     let is_time = hours < 24 && minutes < 60 && (0.0..61.0).contains(&seconds);
     (is_time && parts.next().is_none()).then(|| f64::from(3600 * hours + 60 * minutes) + seconds)
-}
-
-/// Days from the first of March of the year 0 to a date.
-fn days(year: i64, month: i64, day: i64) -> Option<f64> {
-    if !(1..=12).contains(&month) || !(1..=31).contains(&day) || !(0..=9999).contains(&year) {
-        return None;
-    }
-    // The year begins in March, so that leap days end it (E. G. Richards, Mapping Time, 1998, chapter 25).
-    let (year, month) = if month > 2 {
-        (year, month - 3)
-    } else {
-        (year - 1, month + 9)
-    };
-    let leap_days = year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400);
-    Some((365 * year + leap_days + (153 * month + 2) / 5 + day - 1) as f64)
 }
 
 /// A duration of ISO 8601 in hours, minutes and seconds, as spreadsheets write it: `PT1H02M03.5S` (s).
@@ -293,6 +281,7 @@ mod tests {
                 "{text}"
             );
         }
+        assert_eq!(PLAIN.cell("31.02.2026 12:00:00"), None);
         assert_eq!(
             PLAIN.cell("13:05:00,25"),
             Some(Cell::Clock(13.0 * 3600.0 + 300.25))
