@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 
 use crate::cargo::{ON_HOST, TARGET, cargo, run, target_directory};
 use crate::checks::{self, Check};
@@ -45,10 +45,6 @@ const EMULATOR: &str = "MIRROR_EMULATOR";
 /// Programs of tests that run once more, on silicon twins.
 const ON_THE_TWIN: [&str; 3] = ["tests/acceptance", "tests/faults", "tests/stack"];
 const TWIN: &str = "g474";
-
-/// A whole story, which takes a minute and more, begun before all else.
-const STORY: &str = "story::tests::seed_9320";
-const STORYTELLER: &str = "workbench";
 
 /// Programs that test the tool, and want of a board no more than that it is fast: they run on boards on this machine.
 const OF_THE_TOOL: [&str; 12] = [
@@ -213,8 +209,7 @@ fn checks(built: &Built, browser: Option<&OsStr>) -> Result<Vec<Check>> {
     };
     let mut programs: Vec<&TestProgram> = built.on_host.iter().collect();
     programs.sort_by_key(place);
-    let mut checks = vec![story(&programs)?];
-    checks.extend(python::checks(browser.is_some())?);
+    let mut checks = python::checks(browser.is_some())?;
     let before = checks.len();
     checks.extend(programs.iter().map(|program| on_host(program, browser)));
     checks.extend(built.on_target.iter().map(on_target::check));
@@ -248,28 +243,8 @@ fn empty_cache() -> Result<()> {
     }
 }
 
-/// The story by itself; the program that tells it leaves it out.
-fn story(programs: &[&TestProgram]) -> Result<Check> {
-    let teller = programs
-        .iter()
-        .find(|program| program.package == STORYTELLER);
-    let teller = teller.with_context(|| format!("{STORYTELLER} was not built"))?;
-    let mut check = Check::new(STORY.to_owned(), teller.command());
-    check.command.args(["--exact", STORY]);
-    check.verdict = |output| {
-        let said = String::from_utf8_lossy(&output.stdout);
-        ensure!(output.status.success(), "{}", output.status);
-        ensure!(said.contains("1 passed"), "there is no such test");
-        Ok(())
-    };
-    Ok(check)
-}
-
 fn on_host(program: &TestProgram, browser: Option<&OsStr>) -> Check {
     let mut command = program.command();
-    if program.package == STORYTELLER {
-        command.args(["--skip", STORY]);
-    }
     if program.package == hil::PACKAGE && OF_THE_TOOL.contains(&program.name.as_str()) {
         command.env(EMULATOR, THIS_MACHINE);
     }

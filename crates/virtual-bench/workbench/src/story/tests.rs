@@ -2,8 +2,8 @@
 
 use super::*;
 
-/// Tells a story to its end: there is a page, and the error has fallen ten times, or to the limit. The gate tells one;
-/// `cargo xtask story --full` tells all, docs/figures/story.md.
+/// Tells a story to its end: there is a page, and the error has fallen ten times, or to the limit. `cargo xtask story
+/// --full` tells more, docs/figures/story.md.
 fn ends_well(seed: u64) {
     let root = tempfile::tempdir().expect("a folder");
     let story = tell(seed, root.path());
@@ -22,6 +22,7 @@ fn ends_well(seed: u64) {
 
 /// The film's expansion grows with its temperature.
 #[test]
+#[ignore = "long"]
 fn seed_9320() {
     ends_well(9320);
 }
