@@ -310,6 +310,13 @@ fn heaters_far_from_the_factorys_are_driven_as_what_an_ohmmeter_says() {
         "{}",
         said.err
     );
+    let calibration = || bench.json(&["status"])["calibration"].clone();
+    let before = calibration();
+    bench.controls().inject(Some(PlantFault::NoSensor));
+    let said = bench.tool(&["calibrate", "--quick", "--cold-resistance", "314ohm"]);
+    assert!(said.sentence().contains("sensor"), "{}", said.err);
+    assert_eq!(calibration(), before);
+    bench.controls().inject(None);
     let begun = begun(&bench, &["--cold-resistance", "314ohm"], "come to rest");
     interrupt(&begun.0);
     let said = gave_up(&bench, begun);

@@ -58,9 +58,6 @@ async fn calibrate(board: &Board, ask: Calibrate, json: bool) -> Result<(), Tool
     let sensor = Sensor::open_live(&ask.displacements.sensor)?;
     let (device, start) = (device(board, ask.device.clone())?, start(&ask)?);
     let had = board.calibration().await?;
-    if ask.cold_resistance.is_some() {
-        watch_as(board, &start).await?;
-    }
     let procedure = procedure(board, &ask, &sensor, (device, start)).await?;
     let source = match &ask.from {
         Some(folder) => {
@@ -70,14 +67,12 @@ async fn calibrate(board: &Board, ask: Calibrate, json: bool) -> Result<(), Tool
         }
         None => Source::Mirror,
     };
-    // Small currents tell the cold resistance, and an offset would be part of it.
-    Interrupt::listen()?
-        .or(calibrate_sense::zero(board))
-        .await?;
+    let bench = match bench(board, &ask, sensor, &procedure.start, json).await {
+        Err(error) if ask.cold_resistance.is_some() => return Err(fall_back(board, error).await),
+        bench => bench?,
+    };
     let mut on_trial = OnTrial {
-        bench: Bench::open(board, sensor, None, json)
-            .await?
-            .with_sensor_lag(ask.sensor_lag),
+        bench,
         board,
         keep: ask.keep.as_deref(),
         force: ask.force,
@@ -177,6 +172,28 @@ fn start(ask: &Calibrate) -> Result<Model, ToolError> {
     Ok(start)
 }
 
+/// The bench that measures. Where the heaters' cold resistance is given, the board has them as `start` on trial from here on.
+async fn bench<'a>(
+    board: &'a Board,
+    ask: &Calibrate,
+    sensor: Sensor,
+    start: &Model,
+    json: bool,
+) -> Result<Bench<'a>, ToolError> {
+    if ask.cold_resistance.is_some() {
+        watch_as(board, start).await?;
+    }
+    if !sensor.is_there(board).await? {
+        return Err(SensorFault::NoSensor.into());
+    }
+    // Small currents tell the cold resistance, and an offset would be part of it.
+    Interrupt::listen()?
+        .or(calibrate_sense::zero(board))
+        .await?;
+    let bench = Bench::open(board, sensor, None, json).await?;
+    Ok(bench.with_sensor_lag(ask.sensor_lag))
+}
+
 /// Has the board watch its heaters as those of a model. One that has turned itself off because they are others is cleared then.
 async fn watch_as(board: &Board, model: &Model) -> Result<(), ToolError> {
     let calibration = tabulate(model)?.calibration;
@@ -195,9 +212,6 @@ async fn procedure(
     (device, start): (String, Model),
 ) -> Result<Procedure, ToolError> {
     let status = board.status().await?;
-    if !sensor.is_there(board).await? {
-        return Err(SensorFault::NoSensor.into());
-    }
     Ok(Procedure {
         start,
         device,
