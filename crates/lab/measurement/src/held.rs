@@ -1,12 +1,15 @@
 //! Drives as they were held. What a voltmeter reads of a held drive jitters, and the drive has moved where its readings move by
 //! more than they jitter.
 
-use crate::{ACTUATORS, Row};
+use crate::{ACTUATORS, Row, median};
 
 /// Fourth differences cancel any cubic, which a drive is over five rows of a hold or a ramp; its jitter stays.
 pub const DIFFERENCE: [f64; 5] = [1.0, -4.0, 6.0, -4.0, 1.0];
 /// The median magnitude of normal numbers, in standard deviations: the normal distribution's third quartile.
 pub const MEDIAN_OF_NORMAL: f64 = 0.6745;
+/// A step of the drive is in one first difference, and in five of the fourth ones: of stairs of few rows most first differences are within a
+/// hold.
+const FIRST_DIFFERENCE: [f64; 2] = [1.0, -1.0];
 /// Fewer differences than this say nothing: their median is then off by a fifth or more.
 const ENOUGH: usize = 40;
 /// What moves by a larger part of the highest drive from row to row is driven, and by a smaller one is the rounding of numbers.
@@ -89,20 +92,22 @@ pub fn held(rows: &[Row]) -> Option<Held> {
 /// One standard deviation of a drive's readings about the drive (V); 0 where they are exact.
 fn jitter(volts: &[f64]) -> f64 {
     let highest = volts.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-    let gain = DIFFERENCE.iter().map(|d| d * d).sum::<f64>().sqrt();
-    let mut differences: Vec<f64> = volts
-        .windows(DIFFERENCE.len())
-        .map(|five| five.iter().zip(DIFFERENCE).map(|(v, d)| v * d).sum::<f64>())
-        .map(|difference| difference.abs() / gain)
-        .collect();
-    if differences.len() < ENOUGH {
+    if volts.len() < ENOUGH + DIFFERENCE.len() {
         return 0.0;
     }
-    let middle = differences.len() / 2;
-    let (_, median, _) = differences.select_nth_unstable_by(middle, f64::total_cmp);
-    let jitter = (*median / MEDIAN_OF_NORMAL).max(flicker(volts, highest));
+    // What the drive does adds to either, so the smaller is nearer.
+    let of_readings = scatter(volts, &DIFFERENCE).min(scatter(volts, &FIRST_DIFFERENCE));
+    let jitter = of_readings.max(flicker(volts, highest));
     let is_one = (LEAST_JITTER * highest..=MOST_JITTER * highest).contains(&jitter);
     if is_one { jitter } else { 0.0 }
+}
+
+/// One standard deviation of white noise that has such differences.
+fn scatter(volts: &[f64], weights: &[f64]) -> f64 {
+    let gain = weights.iter().map(|d| d * d).sum::<f64>().sqrt();
+    let difference = |part: &[f64]| part.iter().zip(weights).map(|(v, d)| v * d).sum::<f64>();
+    let parts = volts.windows(weights.len());
+    median(parts.map(|part| difference(part).abs() / gain).collect()) / MEDIAN_OF_NORMAL
 }
 
 /// The jitter of readings whose last digit alone changes, now and then: half of that digit.
@@ -289,6 +294,18 @@ mod tests {
             held(&rows(any, 400, 4e-3)).is_none(),
             "the same, read off a meter"
         );
+    }
+
+    #[test]
+    fn stairs_of_a_few_rows_are_exact() {
+        for rows_of_a_step in 2..=12 {
+            for step_v in [0.05, 0.1, 0.25] {
+                let few = |index: usize| step_v * (index / rows_of_a_step) as f64;
+                let count = (3.5 / step_v) as usize * rows_of_a_step;
+                let found = held(&rows(few, count, 0.0));
+                assert!(found.is_none(), "{rows_of_a_step} rows of {step_v} V");
+            }
+        }
     }
 
     #[test]
