@@ -166,7 +166,7 @@ fn a_mirror_that_its_memory_holds_above_rest_says_so() {
     last(150.0, 100_000);
     let held = last(0.0, 20_000);
     assert!(held.limits.contains(Limit::Cooling));
-    assert_eq!(last(5.0, 20_000).limits, Limits::NONE);
+    assert_eq!(last(10.0, 20_000).limits, Limits::NONE);
 }
 
 #[test]
