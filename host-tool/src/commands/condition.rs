@@ -52,7 +52,8 @@ pub(super) async fn run(board: &Board, longest: Hold, json: bool) -> Result<(), 
 }
 
 fn told(status: &Status) -> Option<f64> {
-    Uncertainty::from(&status.telemetry).z_um
+    let told = Uncertainty::from(&status.telemetry).once_there();
+    told.map(|(z_um, _)| z_um)
 }
 
 /// To a position, and stays there. Who interrupts it is told that the board drives on.

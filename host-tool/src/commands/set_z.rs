@@ -99,6 +99,7 @@ mod tests {
                 tilt_deg: None,
                 settles_in_s: Some(0.0),
                 cools: false,
+                once_cooled: None,
                 is_away: false,
             },
             sensor_is_virtual: true,

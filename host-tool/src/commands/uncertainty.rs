@@ -10,7 +10,7 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Uncertainty {
     /// Half the width of the interval that holds the piston in 95 of 100 cases; `None` where the calibration does not say what it
-    /// leaves, and where a limit keeps the mirror away from what was asked for.
+    /// leaves, and where a limit keeps the mirror away from what was asked for, for good or until it has cooled.
     pub(crate) z_um: Option<f64>,
     /// The same of either tilt, where the plate's levers are known.
     pub(crate) tilt_deg: Option<f64>,
@@ -20,6 +20,9 @@ pub(crate) struct Uncertainty {
     /// The mirror comes down no faster than it cools, and nobody can tell when it will be there.
     #[serde(skip)]
     pub(crate) cools: bool,
+    /// The same two once it is there.
+    #[serde(skip)]
+    pub(crate) once_cooled: Option<(f64, Option<f64>)>,
     /// A limit keeps the mirror away for good.
     #[serde(skip)]
     pub(crate) is_away: bool,
@@ -40,13 +43,22 @@ impl From<&Telemetry> for Uncertainty {
         let limits = Limits::from_bits(sample.limits);
         let is_away =
             sample.settles_in_ms.is_none() && limits.iter().any(|limit| !NOT_AWAY.contains(&limit));
-        let told = sample.uncertainty.filter(|_| !is_away);
-        let tilt = told.filter(|_| sample.pose.tilt_rad.is_some());
+        let told = sample.uncertainty.filter(|_| !is_away).map(|told| {
+            let tilt_deg = (f64::from(told.tilt_urad) * 1e-6).to_degrees();
+            let tilt_deg = sample.pose.tilt_rad.map(|_| tilt_deg);
+            (f64::from(told.z_nm) * 1e-3, tilt_deg)
+        });
+        let cools = limits.contains(Limit::Cooling);
+        let (now, once_cooled) = match cools && sample.settles_in_ms.is_none() {
+            true => (None, told),
+            false => (told, None),
+        };
         Self {
-            z_um: told.map(|told| f64::from(told.z_nm) * 1e-3),
-            tilt_deg: tilt.map(|told| (f64::from(told.tilt_urad) * 1e-6).to_degrees()),
+            z_um: now.map(|(z_um, _)| z_um),
+            tilt_deg: now.and_then(|(_, tilt_deg)| tilt_deg),
             settles_in_s: sample.settles_in_ms.map(|ms| f64::from(ms) * 1e-3),
-            cools: limits.contains(Limit::Cooling),
+            cools,
+            once_cooled,
             is_away,
         }
     }
@@ -61,6 +73,12 @@ impl Uncertainty {
             cools: told.cools || (told.settles_in_s.is_none() && is_undriven),
             ..told
         }
+    }
+
+    /// Of piston and tilt, once the plate is where no limit keeps it from for good.
+    pub(crate) fn once_there(&self) -> Option<(f64, Option<f64>)> {
+        let now = self.z_um.map(|z_um| (z_um, self.tilt_deg));
+        now.or(self.once_cooled)
     }
 
     /// When it settles, in words.
@@ -81,7 +99,7 @@ impl fmt::Display for Uncertainty {
         if self.is_away {
             return f.write_str("a limit holds the mirror elsewhere than where it was asked to be");
         }
-        let Some(z_um) = self.z_um else {
+        let Some((z_um, tilt_deg)) = self.once_there() else {
             return f.write_str(
                 "not known: the calibration does not say what it leaves; `host-tool calibrate` makes one that does",
             );
@@ -90,7 +108,7 @@ impl fmt::Display for Uncertainty {
             true => write!(f, "{z_um:>9.3} um")?,
             false => write!(f, "more than {MOST_UM:.0} um")?,
         }
-        if let Some(tilt_deg) = self.tilt_deg {
+        if let Some(tilt_deg) = tilt_deg {
             write!(f, ", {tilt_deg:.4} deg")?;
         }
         f.write_str(" either way in 95 of 100 cases")?;
@@ -142,6 +160,7 @@ mod tests {
                 "once it has cooled, which nobody can tell when; until then it is higher"
             )
         );
+        assert_eq!(Uncertainty::from(&sample).z_um, None);
         limits.insert(Limit::RoomWarm);
         sample.limits = limits.bits();
         let away = Uncertainty::from(&sample);
