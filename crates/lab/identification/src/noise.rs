@@ -1,19 +1,22 @@
 //! The white noise of readings: what a file says, or else what such instruments have, or more where the readings show more.
 
 mod bench;
-mod even;
+mod smooth;
 mod stated;
 mod usual;
 
-use even::is_even;
 use measurement::held::{DIFFERENCE, MEDIAN_OF_NORMAL};
-use measurement::{CurrentNoise, MeasurementFile, Row, Session};
+use measurement::{CurrentNoise, MeasurementFile, Row, Session, median};
 use mirror_model::ACTUATORS;
+use smooth::{along_drive, is_even};
 pub(crate) use stated::misstated;
 use usual::{DISPLACEMENT_UM, USUAL};
 
 /// Fewer differences than this say nothing: their median is then off by a fifth or more.
 const ENOUGH: usize = 40;
+/// Fewer along a drive, each at one of its own, where nothing rings: their median is then off by a third or more, and chance of ten times the noise
+/// that is taken looks like physics.
+const ENOUGH_ALONG_DRIVE: usize = 20;
 
 /// The noise of a session's readings.
 #[derive(Clone, Copy, Debug)]
@@ -28,16 +31,19 @@ pub(crate) struct Noise {
 impl Noise {
     pub(crate) fn of(session: &Session) -> Self {
         let times = |reading: &dyn Fn(&MeasurementFile, &Row) -> Option<[f64; 2]>| {
-            let mut roughness: Vec<f64> = session
-                .files
-                .iter()
-                .flat_map(|(_, file)| roughness(&file.rows, |row| reading(file, row)))
-                .collect();
-            roughness.sort_by(f64::total_cmp);
-            match roughness.get(roughness.len() / 2) {
-                Some(median) if roughness.len() >= ENOUGH => (median / MEDIAN_OF_NORMAL).max(1.0),
-                _ => 1.0,
-            }
+            let files = || session.files.iter();
+            let all = |along_drive: bool| -> Vec<f64> {
+                let of = |(_, file): &(String, MeasurementFile)| {
+                    roughness(&file.rows, along_drive, |row| reading(file, row))
+                };
+                files().flat_map(of).collect()
+            };
+            let ways = [(false, ENOUGH), (true, ENOUGH_ALONG_DRIVE)];
+            let mut enough = ways.into_iter().filter_map(|(along_drive, enough)| {
+                let all = all(along_drive);
+                (all.len() >= enough).then(|| median(all) / MEDIAN_OF_NORMAL)
+            });
+            enough.next().unwrap_or(1.0).max(1.0)
         };
         let heaters = session
             .files
@@ -73,7 +79,7 @@ impl Noise {
     /// Noise of a row's displacement, one standard deviation (um). What the drive may be off by is part of it: a displacement
     /// grows as the square of the drive, more or less.
     pub(crate) fn of_displacement(&self, file: &MeasurementFile, row: &Row) -> f64 {
-        let highest_v = row.voltage_v.into_iter().fold(0.0, f64::max);
+        let highest_v = highest_drive(row);
         let slope = match row.z_um {
             Some(z_um) if highest_v > 0.0 => 2.0 * z_um / highest_v,
             _ => 0.0,
@@ -133,20 +139,33 @@ fn said_um(file: &MeasurementFile) -> Option<f64> {
     said.filter(|&noise| noise > 0.0)
 }
 
-/// Magnitudes of the fourth differences of readings, in standard deviations of the noise that comes with each.
-fn roughness(rows: &[Row], reading: impl Fn(&Row) -> Option<[f64; 2]>) -> Vec<f64> {
-    let gain = DIFFERENCE.iter().map(|d| d * d).sum::<f64>().sqrt();
-    rows.windows(DIFFERENCE.len())
-        .filter(|window| is_even(window))
-        .filter_map(|window| {
-            let mut difference = 0.0;
-            for (row, weight) in window.iter().zip(DIFFERENCE) {
-                difference += weight * reading(row)?[0];
-            }
-            let [_, noise] = reading(&window[DIFFERENCE.len() / 2])?;
-            Some(difference.abs() / (gain * noise))
-        })
-        .collect()
+/// Magnitudes of differences of readings that cancel any cubic, in standard deviations of the noise that comes with each: of those at even times,
+/// or of those along a drive that rises or falls from each to the next.
+fn roughness(
+    rows: &[Row],
+    along_a_drive: bool,
+    reading: impl Fn(&Row) -> Option<[f64; 2]>,
+) -> Vec<f64> {
+    let weights = |window: &[Row]| match along_a_drive {
+        true => along_drive(&window.iter().map(highest_drive).collect::<Vec<_>>()),
+        false => is_even(window).then(|| DIFFERENCE.to_vec()),
+    };
+    let size = |window: &[Row]| {
+        let weights = weights(window)?;
+        let gain = weights.iter().map(|d| d * d).sum::<f64>().sqrt();
+        let mut difference = 0.0;
+        for (row, weight) in window.iter().zip(&weights) {
+            difference += weight * reading(row)?[0];
+        }
+        let [_, noise] = reading(&window[window.len() / 2])?;
+        Some(difference.abs() / (gain * noise))
+    };
+    rows.windows(DIFFERENCE.len()).filter_map(size).collect()
+}
+
+/// The highest of the actuators' drives (V).
+fn highest_drive(row: &Row) -> f64 {
+    row.voltage_v.into_iter().fold(0.0, f64::max)
 }
 
 #[cfg(test)]
@@ -155,6 +174,7 @@ mod tests {
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, Normal};
+    use std::f64::consts::TAU;
 
     /// A sine of 60 um and 2 mA with as many rows as the standard session's.
     fn sine(z_um: f64, current_a: f64) -> Session {
@@ -162,7 +182,7 @@ mod tests {
         let mut noise = |sigma: f64| Normal::new(0.0, sigma).expect("finite").sample(&mut rng);
         let rows = (0..300)
             .map(|index| {
-                let phase = f64::from(index) * std::f64::consts::TAU / 100.0;
+                let phase = f64::from(index) * TAU / 100.0;
                 Row {
                     t_s: f64::from(index) * 1e-3,
                     z_um: Some(60.0 * phase.sin() + noise(z_um)),
@@ -240,6 +260,24 @@ mod tests {
         // 10 mV of 2 V: 1 % of the displacement, as its square; 0.5 % of the current. 30 and 40 nm are 50.
         assert!((noise.of_displacement(file, row) - 0.05).abs() < 1e-12);
         assert!((noise.of_current(0, file, row) - 15e-6_f64.hypot(5e-6)).abs() < 1e-12);
+    }
+
+    /// Stairs of one reading each, up and down, whose times nobody kept evenly.
+    #[test]
+    fn a_sweep_of_thirty_readings_shows_its_noise() {
+        let mut session = sine(0.2, 6e-6);
+        let rows = &mut session.files[0].1.rows;
+        rows.truncate(30);
+        for (index, row) in rows.iter_mut().enumerate() {
+            let volts = 0.25 * index.min(30 - index) as f64;
+            row.t_s = index as f64 + 0.05 * (7 * index % 5) as f64;
+            row.voltage_v = [volts; ACTUATORS];
+            let noise_um = row.z_um.expect("a reading") - 60.0 * (0.01 * TAU * index as f64).sin();
+            row.z_um = Some(13.0 * volts * volts + noise_um);
+        }
+        let found_um = Noise::of(&session).displacement * DISPLACEMENT_UM;
+        // The median of 22 differences is known to a third.
+        assert!((found_um / 0.2 - 1.0).abs() < 0.34, "{found_um}");
     }
 
     #[test]

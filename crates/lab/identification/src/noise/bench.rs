@@ -1,6 +1,6 @@
 //! Noise of the meters at a heater on a bench, which may be any: read off what no smooth curve of the voltage can follow.
 
-use super::even::is_even;
+use super::smooth::{along_drive, is_even};
 use super::usual::USUAL;
 use measurement::held::{DIFFERENCE, MEDIAN_OF_NORMAL};
 use measurement::{ACTUATORS, CurrentNoise, Row, Session};
@@ -129,12 +129,9 @@ fn spread(deviations: &[Deviation], of: impl Fn(&Deviation) -> f64) -> f64 {
 /// of time.
 fn deviation(rows: &[Row], actuator: usize) -> Option<Deviation> {
     let volts: Vec<f64> = rows.iter().map(|row| row.voltage_v[actuator]).collect();
-    let weights = if volts.iter().all(|v| *v == volts[0]) {
-        is_even(rows).then(|| DIFFERENCE.to_vec())?
-    } else if volts.is_sorted_by(|a, b| a < b) || volts.is_sorted_by(|a, b| a > b) {
-        divided_difference(&volts)
-    } else {
-        return None;
+    let weights = match volts.iter().all(|v| *v == volts[0]) {
+        true => is_even(rows).then(|| DIFFERENCE.to_vec())?,
+        false => along_drive(&volts)?,
     };
     let gain = weights.iter().map(|w| w * w).sum::<f64>().sqrt();
     let mut off = 0.0;
@@ -153,21 +150,6 @@ fn deviation(rows: &[Row], actuator: usize) -> Option<Deviation> {
         current_a,
         slope,
     })
-}
-
-/// The weights of the highest divided difference at these places.
-fn divided_difference(places: &[f64]) -> Vec<f64> {
-    let scale = places[places.len() - 1] - places[0];
-    let weight = |(index, at): (usize, &f64)| {
-        let others = places
-            .iter()
-            .enumerate()
-            .filter(|&(other, _)| other != index);
-        1.0 / others
-            .map(|(_, other)| (at - other) / scale)
-            .product::<f64>()
-    };
-    places.iter().enumerate().map(weight).collect()
 }
 
 #[cfg(test)]
@@ -255,7 +237,7 @@ mod tests {
 
     #[test]
     fn weights_of_even_places_are_those_of_a_difference() {
-        let weights = divided_difference(&[1.0, 2.0, 3.0, 4.0, 5.0]);
+        let weights = along_drive(&[1.0, 2.0, 3.0, 4.0, 5.0]).expect("a rising drive");
         for (weight, difference) in weights.iter().zip(DIFFERENCE) {
             assert!((weight / weights[0] - difference).abs() < 1e-9);
         }

@@ -66,7 +66,7 @@ fn scatter_um(file: &MeasurementFile) -> Option<f64> {
     if file.keys.is_steady() {
         return None;
     }
-    let mut roughness = roughness(&file.rows, |row| Some([row.z_um?, 1.0]));
+    let mut roughness = roughness(&file.rows, false, |row| Some([row.z_um?, 1.0]));
     roughness.sort_by(f64::total_cmp);
     let quartile = roughness.get(roughness.len() / 4)?;
     let digit = last_digit(file.rows.iter().filter_map(|row| row.z_um));
