@@ -68,7 +68,10 @@ fn jump(data: &Dataset, readings: &[(&Observation, f64)], actuator: usize) -> Op
         .enumerate()
         .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
     let (first, _) = readings[index + SIDE];
-    let noise = SPREAD * first.noise / first.value.abs();
+    // Of small currents the noise is the larger part, and of a meter's zero it is all.
+    let around = readings[index..index + 2 * SIDE].iter();
+    let noise = around.map(|(o, _)| o.noise / o.value.abs());
+    let noise = SPREAD * noise.fold(0.0, f64::max);
     if size.abs() < JUMP * usual.max(noise) {
         return None;
     }
@@ -117,6 +120,17 @@ mod tests {
             predicted.push(volts(row) / 100.0);
         }
         (data, predicted)
+    }
+
+    #[test]
+    fn a_meter_s_zero_is_no_jump() {
+        let (mut data, mut predicted) = sweep(40, 40, 0.0, 1e-4);
+        let first = data.observations[0].noise;
+        for (value, modelled) in data.observations.iter_mut().zip(&mut predicted).take(1) {
+            (value.value, value.noise) = (2e-6, 1e-6_f64.max(first));
+            *modelled = 4e-7;
+        }
+        assert_eq!(jumps(&data, &predicted), [""; 0]);
     }
 
     #[test]
