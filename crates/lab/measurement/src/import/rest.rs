@@ -12,6 +12,9 @@ const STILL: f64 = 0.01;
 /// A file begins cold where the displacement goes in its first rest by at most this part of its range in the file.
 const COLD: f64 = 0.01;
 
+/// A drive of at most this part of the highest is none that a meter reads: it moves a mirror, which goes by the square, by a millionth.
+const NONE: f64 = 1e-3;
+
 /// Lets displacements count from rest, and says from which; leaves them as they are where no rest tells it. Of settled rows each
 /// tells it.
 pub(super) fn count_from(rows: &mut [Row], is_settled: bool, notes: &mut Vec<String>) {
@@ -60,7 +63,13 @@ fn zero(rows: &[Row], rests: &[Range<usize>], is_settled: bool) -> Option<(f64, 
 
 /// Runs of rows in which no actuator is driven.
 fn rests(rows: &[Row]) -> Vec<Range<usize>> {
-    let is_rest = |row: &Row| row.voltage_v.iter().all(|volts| *volts == 0.0);
+    let size_v = |row: &Row| {
+        row.voltage_v
+            .iter()
+            .fold(0.0_f64, |most, v| most.max(v.abs()))
+    };
+    let highest_v = rows.iter().map(size_v).fold(0.0, f64::max);
+    let is_rest = |row: &Row| size_v(row) <= NONE * highest_v;
     let mut end = 0;
     let runs = rows.chunk_by(|a, b| is_rest(a) == is_rest(b));
     let ranges = runs.filter_map(|run| {
@@ -181,6 +190,14 @@ mod tests {
         let (by_um, said) = moved(rows.clone(), true);
         assert!((by_um + OFFSET_UM).abs() < 1e-9, "{said}");
         assert_eq!(moved(rows, false).0, 0.0);
+    }
+
+    #[test]
+    fn what_a_meter_reads_of_no_drive_is_none() {
+        let mut rows = read(0.0, &[(0.0, 1.0), (1.0, 1.0), (2.0, 1.0)], 1.0);
+        rows[0].voltage_v = [4e-4; ACTUATORS];
+        let (by_um, said) = moved(rows, true);
+        assert!((by_um + OFFSET_UM).abs() < 1e-9, "{said}");
     }
 
     #[test]
