@@ -1,8 +1,8 @@
 //! Levers and shapes from poses, of a plate that is known.
 
 use calibration::{
-    COURSE_S, COURSE_STEP_S, Drives, PlatePose, PoseError, PosePoint, Reach, along_a_course, posed,
-    poses_to_measure, tabulate, with_piston_residual,
+    COURSE_S, COURSE_STEP_S, Drives, PlatePose, PoseError, PosePoint, Reach, SpotHeights,
+    along_a_course, posed, poses_over_spots, poses_to_measure, tabulate, with_piston_residual,
 };
 use control_core::calibration::{Heat, Lag, Parts, Plate, SENSED_RISES, SensedRises};
 use control_core::shape::SEGMENTS;
@@ -27,10 +27,22 @@ fn plate_reaches(asked_um: [f64; CHANNELS]) -> PlatePose {
         let (gain, bend) = [(1.03, 2e-4), (0.97, 0.0), (1.01, -1e-4), (0.99, 1e-4)][i];
         gain * asked_um[i] + bend * asked_um[i] * asked_um[i]
     });
+    on_actuators_at(taken, [290.0, 310.0])
+}
+
+/// Another one, a fifth of whose third actuator's way is missing.
+fn weak_plate_reaches(asked_um: [f64; CHANNELS]) -> PlatePose {
+    let gains = [1.0, 1.03, 0.8, 0.98];
+    let taken = std::array::from_fn(|i| gains[i] * asked_um[i]);
+    on_actuators_at(taken, [225.0, 225.0])
+}
+
+/// A plate on actuators that have gone so far, on the axes x and y so far from its centre (um).
+fn on_actuators_at(taken: [f64; CHANNELS], [x_um, y_um]: [f64; 2]) -> PlatePose {
     PlatePose {
         z_um: taken.iter().sum::<f64>() / 4.0,
-        tilt_x_rad: (taken[1] - taken[3]) / (2.0 * 310.0),
-        tilt_y_rad: (taken[2] - taken[0]) / (2.0 * 290.0),
+        tilt_x_rad: (taken[1] - taken[3]) / (2.0 * y_um),
+        tilt_y_rad: (taken[2] - taken[0]) / (2.0 * x_um),
     }
 }
 
@@ -227,6 +239,100 @@ fn a_rest_that_is_no_rest_is_refused() {
         matches!(found, Err(PoseError::OtherRest { .. })),
         "{found:?}"
     );
+}
+
+/// The poses that heights tell which were read under other spots than they say: `read_at` has where each was.
+fn poses_of_mixed_spots(
+    points: &[PosePoint],
+    spots: &[[f64; 2]],
+    read_at: &[usize],
+) -> Result<Vec<PosePoint>, PoseError> {
+    let heights = spots.iter().zip(read_at).map(|(at_um, was)| SpotHeights {
+        at_um: *at_um,
+        z_um: points
+            .iter()
+            .map(|point| point.reached.expect("read").height_um(spots[*was]))
+            .collect(),
+    });
+    let reached = poses_over_spots(&heights.collect::<Vec<_>>())?;
+    let points = points.iter().zip(reached);
+    Ok(points
+        .map(|(point, reached)| PosePoint {
+            reached: Some(reached),
+            ..*point
+        })
+        .collect())
+}
+
+/// All orders of so many.
+fn orders(count: usize) -> Vec<Vec<usize>> {
+    let codes = 0..count.pow(count as u32);
+    let digits = codes.map(|code| {
+        (0..count)
+            .map(|k| code / count.pow(k as u32) % count)
+            .collect()
+    });
+    digits
+        .filter(|order: &Vec<usize>| (0..count).all(|k| order.contains(&k)))
+        .collect()
+}
+
+/// Of three spots each exchange of two reflects the plate, and two turn it; of four only those are on a plane that take the corners of a
+/// parallelogram to each other.
+#[test]
+#[ignore = "long"]
+fn spots_that_were_exchanged_are_refused_or_seen_to_turn_the_plate() {
+    let before = calibration(500.0);
+    let mirrors = [
+        measured(&before),
+        measured_as(&before, |asked| {
+            weak_plate_reaches(asked_um(&before, asked))
+        }),
+    ];
+    let uneven: [[f64; 2]; 3] = [[-150.0, -150.0], [200.0, -100.0], [0.0, 200.0]];
+    let square = [
+        [150.0, 150.0],
+        [-150.0, 150.0],
+        [-150.0, -150.0],
+        [150.0, -150.0],
+    ];
+    for (points, spots, may_turn) in [
+        (
+            &mirrors[0],
+            &[[200.0, 0.0], [-100.0, 173.0], [-100.0, -173.0]][..],
+            2,
+        ),
+        (&mirrors[1], &uneven, 2),
+        (&mirrors[0], &square, 3),
+        (
+            &mirrors[1],
+            &[
+                [200.0, 150.0],
+                [-150.0, 180.0],
+                [-170.0, -120.0],
+                [140.0, -150.0],
+            ],
+            0,
+        ),
+    ] {
+        let mut turned = 0;
+        for order in orders(spots.len()) {
+            let is_right = order.is_sorted();
+            let found = poses_of_mixed_spots(points, spots, &order)
+                .and_then(|points| posed(&before, &points));
+            println!("{order:?}: {:?}", found.as_ref().map(|it| it.turned_rad));
+            match found {
+                Ok(found) if is_right => assert!(found.turned_rad.abs() < 0.01),
+                Ok(found) => {
+                    turned += 1;
+                    assert!(found.turned_rad.abs() > 1.0, "{order:?}");
+                }
+                Err(PoseError::Reflected | PoseError::NotRigid { .. }) => assert!(!is_right),
+                Err(other) => panic!("{order:?}: {other}"),
+            }
+        }
+        assert_eq!(turned, may_turn, "{spots:?}");
+    }
 }
 
 /// Its filter is a lag of all four actuators alike, which the poles have been found without.

@@ -45,6 +45,10 @@ use crate::verbosity::note;
 /// A sensor's zero and the mirror together may go so far while a spot is read (um): it is taken out as a straight line of time.
 const DRIFT_UM: f64 = 0.5;
 
+/// Actuators that are turned around the plate by more than this (deg) are told: spots of a triangle that went round in a ring turn them by 120
+/// or so, and axes along the plate's corners, not its actuators, by 45.
+const TURNED_DEG: f64 = 60.0;
+
 /// Why there is no course.
 const READ_AT_REST: &str =
     "how fast each actuator follows is not told: it takes a sensor on the board's input";
@@ -101,9 +105,22 @@ async fn keep(
     for_good.await?;
     board.off().await?;
     let mut files = KeptFiles::new();
+    if let Some(turn) = turn(found.turned_rad.to_degrees()) {
+        note(turn);
+    }
     report.calibration = files.write_calibration(output, &calibration::to_toml(calibration));
     reports::print(&report, json);
     Ok(files.ended()?)
+}
+
+/// What to say of actuators that are turned around the plate by so many degrees.
+fn turn(deg: f64) -> Option<String> {
+    (deg.abs() > TURNED_DEG).then(|| {
+        format!(
+            "the actuators are turned by {deg:+.0} deg, from x towards y, against the calibration before, which has actuator 1 along x unless tilts \
+             were measured; if your axes are not turned so, the spots were exchanged all round: read them again, in another folder"
+        )
+    })
 }
 
 /// A board under a calibration with levers, a sensor on its mirror, and the poses that are asked for.
@@ -310,5 +327,17 @@ impl<'a> OnPlate<'a> {
             (None, None) => moving::read(self.board).await?.0.sensor_z_um,
         };
         Ok(um.ok_or(SensorFault::NoSensor)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn axes_along_corners_are_no_exchange_of_spots() {
+        assert_eq!(turn(45.0), None);
+        let said = turn(-118.0).expect("told");
+        assert!(said.contains("turned by -118 deg"), "{said}");
     }
 }

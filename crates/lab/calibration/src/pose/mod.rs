@@ -66,6 +66,8 @@ pub struct Posed {
     pub tilt_rms_rad: f64,
     /// The pose at which what was measured is zero: the rest that it counts from, of a mirror that was moved.
     pub zero: PlatePose,
+    /// By which angle its actuators are turned around the plate against the calibration before (rad): above 0 from x towards y.
+    pub turned_rad: f64,
 }
 
 impl Posed {
@@ -177,8 +179,10 @@ pub fn posed(calibration: &Calibration, points: &[PosePoint]) -> Result<Posed, P
         fit: &fit,
         found: &found,
     };
+    let calibration = outcome.calibration(points)?;
     Ok(Posed {
-        calibration: outcome.calibration(points)?,
+        turned_rad: plausible::turned_rad(&calibration.parts().plate, &parts.plate),
+        calibration,
         piston_rms_um: piston_um,
         tilt_rms_rad: tilts_um / fit.lever_um,
         zero: PlatePose {

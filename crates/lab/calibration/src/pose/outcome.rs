@@ -36,7 +36,7 @@ impl Outcome<'_> {
         let rms_um = self.fit.rms_um(self.found);
         let no_plate = PoseError::NoPlate { left_um: rms_um.0 };
         let plate = self.plate().ok_or(no_plate)?;
-        plausible::check_plate(&plate)?;
+        plausible::check_plate(&plate, &self.parts.plate)?;
         plausible::check_rest(points, self.fit.top_um, self.fit.lever_um, rms_um.1)?;
         let places: Vec<f64> = (0..=SEGMENTS)
             .map(|step| step as f64 / SEGMENTS as f64)

@@ -51,8 +51,12 @@ pub(super) fn check_asked(points: &[PosePoint], top_um: f64) -> Result<(), PoseE
     }
 }
 
-/// Whether the actuators carry a plate as those of a mirror do.
-pub(super) fn check_plate(plate: &Plate) -> Result<(), PoseError> {
+/// Whether the actuators carry a plate as those of a mirror do, and follow each other around it as they did `before`: two of
+/// three spots that were exchanged reflect a plate, whatever their triangle.
+pub(super) fn check_plate(plate: &Plate, before: &Plate) -> Result<(), PoseError> {
+    if around(plate) * around(before) < 0.0 {
+        return Err(PoseError::Reflected);
+    }
     for (i, Lever { x, y, warp }) in plate.levers.iter().enumerate() {
         let um = x.0.hypot(y.0);
         if !DISTANCES_UM.contains(&um) {
@@ -66,6 +70,24 @@ pub(super) fn check_plate(plate: &Plate) -> Result<(), PoseError> {
         }
     }
     Ok(())
+}
+
+/// The area that the actuators go around one after the other (um2): above 0 from x towards y.
+fn around(plate: &Plate) -> f32 {
+    let [first, second, third, fourth] = plate.levers.map(|lever| [lever.x.0, lever.y.0]);
+    let [across, along] =
+        [(first, third), (second, fourth)].map(|(a, b)| [b[0] - a[0], b[1] - a[1]]);
+    0.5 * (across[0] * along[1] - across[1] * along[0])
+}
+
+/// By which angle the actuators are turned around the plate against where they were `before` (rad): above 0 from x towards y.
+pub(super) fn turned_rad(plate: &Plate, before: &Plate) -> f64 {
+    let (mut sine, mut cosine) = (0.0, 0.0);
+    for (now, then) in plate.levers.iter().zip(&before.levers) {
+        sine += then.x.0 * now.y.0 - then.y.0 * now.x.0;
+        cosine += then.x.0 * now.x.0 + then.y.0 * now.y.0;
+    }
+    f64::from(sine).atan2(cosine.into())
 }
 
 /// Whether the instrument's zero is the plate at rest: the two lowest level poses, gone on with straight, say how a plate that is not moved is
@@ -119,5 +141,53 @@ pub(super) fn check_piston(
     match places.iter().map(apart).find(far) {
         Some((found_um, had_um)) => Err(PoseError::OtherPiston { found_um, had_um }),
         None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use control_core::Micrometre;
+
+    const BEFORE: Plate = Plate::cross(Micrometre(500.0));
+
+    /// What heights above three spots make of a plate whose `order` tells where each was read.
+    fn mixed(spots: [[f32; 2]; 3], order: [usize; 3]) -> Plate {
+        let [a, b, c] = spots;
+        let mut plate = Plate::cross(Micrometre(225.0));
+        for lever in &mut plate.levers {
+            let area = |a: [f32; 2], b: [f32; 2], c: [f32; 2]| {
+                (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+            };
+            let at = [lever.x.0, lever.y.0];
+            let parts = [area(at, b, c), area(a, at, c), area(a, b, at)];
+            let place = |axis: usize| {
+                let products = parts.iter().zip(order);
+                let sum: f32 = products.map(|(part, was)| part * spots[was][axis]).sum();
+                Micrometre(sum / area(a, b, c))
+            };
+            (lever.x, lever.y) = (place(0), place(1));
+        }
+        plate
+    }
+
+    #[test]
+    fn two_spots_that_were_exchanged_are_refused_and_three_turn_the_plate() {
+        for spots in [
+            [[200.0, 0.0], [-100.0, 173.0], [-100.0, -173.0]],
+            [[-150.0, -150.0], [200.0, -100.0], [0.0, 200.0]],
+        ] {
+            let right = mixed(spots, [0, 1, 2]);
+            assert_eq!(check_plate(&right, &BEFORE), Ok(()));
+            assert!(turned_rad(&right, &BEFORE).abs() < 1e-3);
+            for exchanged in [[1, 0, 2], [2, 1, 0], [0, 2, 1]] {
+                let plate = mixed(spots, exchanged);
+                assert_eq!(check_plate(&plate, &BEFORE), Err(PoseError::Reflected));
+            }
+            for ring in [[1, 2, 0], [2, 0, 1]] {
+                let turned = turned_rad(&mixed(spots, ring), &BEFORE).abs();
+                assert!(turned > 1.0, "{turned}");
+            }
+        }
     }
 }

@@ -70,6 +70,12 @@ pub enum PoseError {
         /// How far from the centre (um).
         um: f64,
     },
+    /// The actuators would follow each other around the plate the other way.
+    #[error(
+        "actuators 1 to 4 would follow each other around the plate the other way than in the calibration before: were two spots exchanged, or, of \
+         an instrument of two axes, the axes, or is one of them reversed? Where they do so in your axes, turn the sign of all y"
+    )]
+    Reflected,
     /// One actuator would bend the plate less than half as much as another.
     #[error(
         "actuator {0} would carry much less of the plate than the others; were two spots mixed up, or, of an instrument of two axes, is one of them reversed, or its zero not the plate at rest?"
