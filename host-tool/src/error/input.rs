@@ -78,6 +78,22 @@ pub enum UnusableInput {
     #[diagnostic(help("name another folder, or remove the file: its spot is read again then"))]
     PoseReadings { file: PathBuf, reason: String },
 
+    #[error("{} was read with the spot at {read_at}, where it is to be at {to_be_at}", file.display())]
+    #[diagnostic(help(
+        "name another folder, in which all spots are read anew; or, where the one in the file is right, leave out --spots or put that point back"
+    ))]
+    OtherSpot {
+        file: PathBuf,
+        read_at: String,
+        to_be_at: String,
+    },
+
+    #[error("{} was read besides the {count} points that there are to be", file.display())]
+    #[diagnostic(help(
+        "remove the file, so that its spot no longer counts; or leave out --spots, where it is to count"
+    ))]
+    MoreSpots { file: PathBuf, count: usize },
+
     #[error("{} is no table of poses: {reason}", file.display())]
     #[diagnostic(help(
         "write the columns asked_z_um, asked_tilt_x_deg, asked_tilt_y_deg, held_s, z_um, tilt_x_deg, tilt_y_deg, a pose a row"

@@ -76,6 +76,7 @@ pub(super) async fn run(board: &Board, ask: CalibratePose, json: bool) -> Result
     let spots = Spots::new(ask.spots.as_deref())?;
     make_directory(&ask.session)?;
     let mut session = PoseSession::load(&ask.session, &plate.poses)?;
+    session.check_spots(spots.known())?;
     let plate = plate.with_the_course_of(&session);
     let interrupt = Interrupt::listen()?;
     match interrupt.or(plate.measure(&mut session, spots)).await {

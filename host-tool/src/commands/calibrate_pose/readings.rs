@@ -18,6 +18,8 @@ const WITHOUT_A_COURSE: u32 = 1;
 const SEEN: f64 = 0.5;
 /// Readings that are the same to this (um) though poses are not are at the end of a sensor's range; its noise is more.
 const SAME_UM: f64 = 1e-4;
+/// Spots that are the same to this (um) are one: rounding of a file in mm, and no stage's step.
+const SAME_SPOT_UM: f64 = 1e-3;
 /// Poses are so far apart (um).
 const APART_UM: f64 = 1.0;
 
@@ -180,6 +182,28 @@ impl PoseSession {
         Ok(spot)
     }
 
+    /// Whether the spots that were read are those that are to be: all of a file's, or none where they are typed.
+    pub(super) fn check_spots(&self, to_be: &[[f64; 2]]) -> Result<(), UnusableInput> {
+        for ((number, spot), [x, y]) in (1..).zip(&self.spots).zip(to_be) {
+            let [read_x, read_y] = spot.at_um;
+            if f64::hypot(read_x - x, read_y - y) > SAME_SPOT_UM {
+                return Err(UnusableInput::OtherSpot {
+                    file: spot_file(&self.folder, number),
+                    read_at: format!("x {read_x} um, y {read_y} um"),
+                    to_be_at: format!("x {x} um, y {y} um"),
+                });
+            }
+        }
+        match to_be.len() {
+            0 => Ok(()),
+            count if count >= self.spots.len() => Ok(()),
+            count => Err(UnusableInput::MoreSpots {
+                file: spot_file(&self.folder, count + 1),
+                count,
+            }),
+        }
+    }
+
     /// Keeps a spot that is whole.
     pub(super) fn keep(&mut self, mut spot: Spot) -> Result<(), ToolError> {
         spot.asked.clone_from(&self.asked);
@@ -298,6 +322,32 @@ mod tests {
         assert!(said([f64::NAN; 4]).is_err());
         let clipped = said([60.0, 20.0, 60.0, 60.0]).expect_err("clipped");
         assert!(clipped.contains("end of its range"), "{clipped}");
+    }
+
+    #[test]
+    fn spots_that_were_read_elsewhere_than_a_file_has_them_are_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut session = PoseSession::load(folder.path(), &poses()).expect("empty");
+        for at_um in [[0.0, 100.0], [-100.0, 173.0]] {
+            let read = [60.0, 20.0, 101.0, 60.3].map(at).to_vec();
+            let spot = Spot::new(at_um, read, Vec::new());
+            session.keep(spot).expect("written");
+        }
+        let said = |to_be: &[[f64; 2]]| {
+            let checked = session.check_spots(to_be);
+            checked.map_err(|error| error.to_string())
+        };
+        assert_eq!(said(&[]), Ok(()));
+        assert_eq!(
+            said(&[[0.0, 100.0], [-100.0, 173.0 + 1e-9], [5.0, 5.0]]),
+            Ok(())
+        );
+        let other = said(&[[0.0, 100.0], [-100.0, 137.0]]).expect_err("corrected");
+        for words in ["spot-2.json", "x -100 um, y 173 um", "x -100 um, y 137 um"] {
+            assert!(other.contains(words), "{other}");
+        }
+        let fewer = said(&[[0.0, 100.0]]).expect_err("one line is gone");
+        assert!(fewer.contains("spot-2.json"), "{fewer}");
     }
 
     #[test]

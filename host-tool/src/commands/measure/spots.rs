@@ -48,6 +48,11 @@ impl Spots {
         }
     }
 
+    /// The points that are known before any was typed.
+    pub(crate) fn known(&self) -> &[Spot] {
+        &self.known
+    }
+
     /// Has the spot moved to the point `index`, and waits until it is there; `None` after the last one.
     pub(crate) async fn reach(
         &mut self,
