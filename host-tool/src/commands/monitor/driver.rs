@@ -3,13 +3,15 @@
 use std::cell::{Cell, RefCell};
 use std::convert::Infallible;
 
-use mirror_protocol::{Position, Refusal};
+use calibration::PlatePose;
+use mirror_protocol::Refusal;
 use tokio::sync::Notify;
 use tokio::sync::mpsc::UnboundedReceiver;
 use tokio::time::sleep;
 
 use super::state::{Order, State};
 use crate::board::{Board, Found, RENEWED_LEASE_MS, announce_stop, stop};
+use crate::commands::pose::request;
 use crate::error::ToolError;
 
 /// Who drives the board for a view.
@@ -50,7 +52,7 @@ impl Driver<'_> {
     async fn step(&self, orders: &mut UnboundedReceiver<Order>) -> Result<(), ToolError> {
         let done = tokio::select! {
             order = orders.recv() => match order {
-                Some(Order::Move(um)) => self.move_to(um).await,
+                Some(Order::Move(pose)) => self.move_to(pose).await,
                 Some(Order::Clear) => self.clear().await,
                 _ => Ok(()),
             },
@@ -65,14 +67,10 @@ impl Driver<'_> {
         }
     }
 
-    async fn move_to(&self, um: f64) -> Result<(), ToolError> {
-        let position = Position {
-            z_um: um as f32,
-            lease_ms: RENEWED_LEASE_MS,
-        };
-        self.board.set_position(position).await?;
+    async fn move_to(&self, pose: PlatePose) -> Result<(), ToolError> {
+        self.board.set_pose(request(pose, RENEWED_LEASE_MS)).await?;
         self.is_driving.set(true);
-        self.state.borrow_mut().drives(um);
+        self.state.borrow_mut().drives(pose);
         Ok(())
     }
 

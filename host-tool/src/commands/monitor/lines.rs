@@ -97,7 +97,7 @@ fn title(state: &State, columns: u16) -> Vec<Line<'static>> {
 fn position(state: &State, columns: u16) -> Vec<Line<'static>> {
     let um = |um: Option<f64>| um.map_or_else(|| "-".to_owned(), |um| format!("{um:.3} um"));
     let Pose { z_um, tilt_rad } = state.latest.pose;
-    let asked = um(state.asked_um);
+    let asked = um(state.asked.map(|pose| pose.z_um));
     let told = Uncertainty::from(&state.latest);
     let z_um = decimal(z_um);
     let pose = match told.z_um {

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::path::PathBuf;
 
+use calibration::PlatePose;
 use mirror_protocol::{ChannelState, LEASE_FOREVER_MS, Status, Telemetry};
 use quantities::{Length, in_unit};
 
@@ -20,8 +21,8 @@ const MOST_POINTS: f64 = 500.0;
 /// What the board is to do, or this tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Order {
-    /// Move to a position (um), and stay there.
-    Move(f64),
+    /// Move to a pose, and stay there.
+    Move(PlatePose),
     /// Turn all channels off.
     Stop,
     /// Forget faults and stops.
@@ -77,8 +78,8 @@ pub(super) struct State {
     /// Samples that have come, and those missing between them.
     pub(super) samples: u64,
     pub(super) lost: u64,
-    /// The position that was asked for last (um), while this view drives.
-    pub(super) asked_um: Option<f64>,
+    /// The pose that was asked for last, while this view drives.
+    pub(super) asked: Option<PlatePose>,
     /// Whether this view has ever asked the board to drive.
     pub(super) has_driven: bool,
     /// A position or a step that is being typed.
@@ -101,7 +102,7 @@ impl State {
             past: VecDeque::new(),
             samples: 0,
             lost: 0,
-            asked_um: None,
+            asked: None,
             has_driven: false,
             entry: String::new(),
             notice: String::new(),
@@ -192,8 +193,8 @@ impl State {
             NO_BOARD.clone_into(&mut self.notice);
             return None;
         }
-        if let Some(Order::Move(um)) = order {
-            self.asked_um = Some(um);
+        if let Some(Order::Move(pose)) = order {
+            self.asked = Some(pose);
             self.has_driven = true;
             self.notice.clear();
         }
@@ -218,8 +219,8 @@ impl State {
                 let entry = std::mem::take(&mut self.entry);
                 (!entry.is_empty()).then(|| self.read(&entry)).flatten()
             }
-            Key::Nudge(um) => Some(Order::Move((self.now_um() + um).clamp(0.0, self.max_um()))),
-            Key::Hold => Some(Order::Move(self.pose_um().clamp(0.0, self.max_um()))),
+            Key::Nudge(um) => Some(Order::Move(self.within(self.now(), um))),
+            Key::Hold => Some(Order::Move(self.within(self.pose(), 0.0))),
             Key::Stop => {
                 self.entry.clear();
                 Some(Order::Stop)
@@ -231,20 +232,32 @@ impl State {
         }
     }
 
-    /// The move to a position as it was typed, or with a sign by that much; micrometres where it has no unit.
+    /// A pose that is higher by so much (um), as far as the range goes.
+    fn within(&self, from: PlatePose, um: f64) -> PlatePose {
+        PlatePose {
+            z_um: (from.z_um + um).clamp(0.0, self.max_um()),
+            ..from
+        }
+    }
+
+    /// The move to a position as it was typed, of a level plate, or with a sign by that much with the tilts that there are; micrometres where
+    /// it has no unit.
     fn read(&mut self, entry: &str) -> Option<Order> {
-        let from_um = match entry.starts_with(['+', '-']) {
-            true => self.now_um(),
-            false => 0.0,
+        let from = match entry.starts_with(['+', '-']) {
+            true => self.now(),
+            false => PlatePose::default(),
         };
         let typed = in_unit(entry, "um").map_err(|error| error.to_string());
         let within = typed.and_then(|Length { um }| {
-            let asked = Length { um: from_um + um };
+            let asked = Length { um: from.z_um + um };
             let within = check_position(asked, &self.status);
             within.map_err(|error| error.to_string()).map(|()| asked)
         });
         match within {
-            Ok(asked) => Some(Order::Move(asked.um)),
+            Ok(asked) => Some(Order::Move(PlatePose {
+                z_um: asked.um,
+                ..from
+            })),
             Err(why) => {
                 self.notice = why;
                 None
@@ -252,24 +265,30 @@ impl State {
         }
     }
 
-    /// Where a step begins: at what was asked for last, or where the plate is (um).
-    fn now_um(&self) -> f64 {
-        self.asked_um.unwrap_or(self.pose_um())
+    /// Where a step begins: at what was asked for last, or where the plate is.
+    fn now(&self) -> PlatePose {
+        self.asked.unwrap_or(self.pose())
     }
 
-    /// Where the plate is asked to be on its way now (um).
-    fn pose_um(&self) -> f64 {
-        decimal(self.latest.pose.z_um)
+    /// Where the plate is asked to be on its way now; level where its tilts are not known.
+    fn pose(&self) -> PlatePose {
+        let pose = &self.latest.pose;
+        let [tilt_x_rad, tilt_y_rad] = pose.tilt_rad.unwrap_or_default().map(f64::from);
+        PlatePose {
+            z_um: decimal(pose.z_um),
+            tilt_x_rad,
+            tilt_y_rad,
+        }
     }
 
-    /// The board was moved to a position (um), which is the last that was asked for unless another is already.
-    pub(super) fn drives(&mut self, um: f64) {
-        self.asked_um.get_or_insert(um);
+    /// The board was moved to a pose, which is the last that was asked for unless another is already.
+    pub(super) fn drives(&mut self, pose: PlatePose) {
+        self.asked.get_or_insert(pose);
     }
 
     /// This view drives nothing any more, and why.
     pub(super) fn lets_go(&mut self, why: impl Into<String>) {
-        self.asked_um = None;
+        self.asked = None;
         self.notice = why.into();
     }
 
@@ -284,7 +303,7 @@ impl State {
 
     /// Who drives, as the end of a sentence that begins with `driven`; `None` where nothing is driven.
     pub(super) fn driver(&self) -> Option<String> {
-        if self.asked_um.is_some() {
+        if self.asked.is_some() {
             return Some("from here".to_owned());
         }
         self.status.health.lease_left_ms.map(|left| match left {
@@ -307,6 +326,13 @@ mod tests {
         State::new("a", 10_000, PERIOD_TICKS, status(Telemetry::default()))
     }
 
+    fn level(z_um: f64) -> PlatePose {
+        PlatePose {
+            z_um,
+            ..PlatePose::default()
+        }
+    }
+
     fn typed(state: &mut State, text: &str) -> Option<Order> {
         for character in text.chars() {
             assert_eq!(state.press(Key::Character(character)), None);
@@ -317,9 +343,9 @@ mod tests {
     #[test]
     fn a_position_is_typed_with_a_unit_or_without_and_refused_beyond_the_range() {
         let mut state = at_rest();
-        assert_eq!(typed(&mut state, "60"), Some(Order::Move(60.0)));
-        assert_eq!(typed(&mut state, "12.5um"), Some(Order::Move(12.5)));
-        assert_eq!(typed(&mut state, "500nm"), Some(Order::Move(0.5)));
+        assert_eq!(typed(&mut state, "60"), Some(Order::Move(level(60.0))));
+        assert_eq!(typed(&mut state, "12.5um"), Some(Order::Move(level(12.5))));
+        assert_eq!(typed(&mut state, "500nm"), Some(Order::Move(level(0.5))));
         assert_eq!(typed(&mut state, ""), None);
         for (text, told) in [
             ("300", "beyond the range"),
@@ -342,8 +368,8 @@ mod tests {
     fn a_number_with_a_sign_is_a_step_and_moves_nothing_before_it_is_whole() {
         let mut state = at_rest();
         typed(&mut state, "60");
-        assert_eq!(typed(&mut state, "-5"), Some(Order::Move(55.0)));
-        assert_eq!(typed(&mut state, "+500nm"), Some(Order::Move(55.5)));
+        assert_eq!(typed(&mut state, "-5"), Some(Order::Move(level(55.0))));
+        assert_eq!(typed(&mut state, "+500nm"), Some(Order::Move(level(55.5))));
         for (text, told) in [("-60", "beyond the range"), ("-", "number"), ("5-", "unit")] {
             assert_eq!(typed(&mut state, text), None);
             assert!(state.notice.contains(told), "{text}: {}", state.notice);
@@ -358,20 +384,43 @@ mod tests {
             tilt_rad: None,
         };
         assert!(!state.has_driven);
-        assert_eq!(state.press(Key::Nudge(1.0)), Some(Order::Move(31.0)));
+        assert_eq!(state.press(Key::Nudge(1.0)), Some(Order::Move(level(31.0))));
         assert!(state.has_driven);
-        assert_eq!(state.press(Key::Nudge(1.0)), Some(Order::Move(32.0)));
-        state.drives(31.0);
+        assert_eq!(state.press(Key::Nudge(1.0)), Some(Order::Move(level(32.0))));
+        state.drives(level(31.0));
         assert_eq!(
             state.press(Key::Nudge(10.0)),
-            Some(Order::Move(42.0)),
+            Some(Order::Move(level(42.0))),
             "the first was carried out meanwhile"
         );
-        assert_eq!(state.press(Key::Hold), Some(Order::Move(30.0)));
+        assert_eq!(state.press(Key::Hold), Some(Order::Move(level(30.0))));
         for (text, um, end_um) in [("0.5", -1.0, 0.0), ("169.5", 1.0, 170.0)] {
             typed(&mut state, text);
-            assert_eq!(state.press(Key::Nudge(um)), Some(Order::Move(end_um)));
+            assert_eq!(
+                state.press(Key::Nudge(um)),
+                Some(Order::Move(level(end_um)))
+            );
         }
+    }
+
+    #[test]
+    fn a_hold_and_steps_keep_the_tilts_and_a_position_is_level() {
+        let mut state = at_rest();
+        state.latest.pose = Pose {
+            z_um: 60.0,
+            tilt_rad: Some([0.015_625, -0.007_812_5]),
+        };
+        let tilted = |z_um| {
+            Some(Order::Move(PlatePose {
+                z_um,
+                tilt_x_rad: 0.015_625,
+                tilt_y_rad: -0.007_812_5,
+            }))
+        };
+        assert_eq!(state.press(Key::Hold), tilted(60.0));
+        assert_eq!(state.press(Key::Nudge(1.0)), tilted(61.0));
+        assert_eq!(typed(&mut state, "+5"), tilted(66.0));
+        assert_eq!(typed(&mut state, "70"), Some(Order::Move(level(70.0))));
     }
 
     #[test]
@@ -381,7 +430,7 @@ mod tests {
         state.status.health.lease_left_ms = Some(5_400);
         let told = state.driver().expect("something is driven");
         assert_eq!(told, "by an earlier command, 5 s more");
-        state.drives(1.0);
+        state.drives(level(1.0));
         assert_eq!(state.driver().as_deref(), Some("from here"));
         state.lets_go("why");
         assert_eq!(state.notice, "why");
@@ -393,9 +442,9 @@ mod tests {
     #[test]
     fn without_a_board_keys_that_need_one_say_so_and_the_others_go_on() {
         let mut state = at_rest();
-        state.drives(60.0);
+        state.drives(level(60.0));
         state.loses();
-        assert_eq!(state.asked_um, None, "nothing is driven from here");
+        assert_eq!(state.asked, None, "nothing is driven from here");
         let told = state.gone.clone().expect("it is told");
         for word in ["gone", "unplugged", "Plug it in", "by itself"] {
             assert!(told.contains(word), "{told}");
@@ -429,7 +478,7 @@ mod tests {
             (&state.gone, state.notice.as_str()),
             (&None, "the board is back")
         );
-        assert_eq!(typed(&mut state, "60"), Some(Order::Move(60.0)));
+        assert_eq!(typed(&mut state, "60"), Some(Order::Move(level(60.0))));
     }
 
     #[test]

@@ -145,7 +145,10 @@ mod tests {
         for step in steps {
             state.take(&sample(f64::from(step) * 0.01));
         }
-        state.drives(60.0);
+        state.drives(calibration::PlatePose {
+            z_um: 60.0,
+            ..calibration::PlatePose::default()
+        });
         state.recorded = Some(Recorded {
             file: "monitor.csv".into(),
             samples: 1234,
