@@ -335,6 +335,37 @@ fn spots_that_were_exchanged_are_refused_or_seen_to_turn_the_plate() {
     }
 }
 
+#[test]
+fn a_reading_that_stands_alone_is_left_out_and_told_and_many_are_not() {
+    const WRONG: [usize; 6] = [30, 10, 50, 20, 40, 25];
+    let before = calibration(500.0);
+    let good = measured(&before);
+    let found = posed(&before, &good).expect("a plate");
+    assert_eq!(found.left_out, []);
+    let off = |count: usize| {
+        let mut points = good.clone();
+        for point in &WRONG[..count] {
+            // 3 um at a spot 200 um along x from the centre, of three.
+            let reached = points[*point].reached.as_mut().expect("read");
+            reached.z_um += 1.0;
+            reached.tilt_y_rad -= 0.01;
+        }
+        posed(&before, &points).expect("a plate")
+    };
+    let without = off(1);
+    let told: Vec<usize> = without.left_out.iter().map(|it| it.point).collect();
+    assert_eq!(told, WRONG[..1]);
+    let levers = [found, without].map(|it| it.calibration.parts().plate.levers);
+    for (one, other) in levers[0].iter().zip(&levers[1]) {
+        // A percent of a lever of 300 um, as above.
+        assert!(
+            (one.x.0 - other.x.0).hypot(one.y.0 - other.y.0) < 3.0,
+            "{levers:?}"
+        );
+    }
+    assert_eq!(off(WRONG.len()).left_out, []);
+}
+
 /// Its filter is a lag of all four actuators alike, which the poles have been found without.
 #[test]
 fn an_instrument_that_tells_late_is_no_slow_actuator() {

@@ -71,6 +71,7 @@ pub fn calibrate_pose(
         piston_rms_um: f64::NAN,
         tilt_rms_rad: f64::NAN,
         zero: PlatePose::default(),
+        left_out: Vec::new(),
         turned_rad: 0.0,
     };
     for _ in 0..rounds {

@@ -11,7 +11,7 @@ mod table;
 mod trial;
 
 use calibration::{
-    PlatePose, PoseError, PosePoint, Posed, posed, poses_over_spots, poses_to_measure,
+    LeftOut, PlatePose, PoseError, PosePoint, Posed, posed, poses_over_spots, poses_to_measure,
     with_assumed_levers, with_broken_promise, without_surroundings,
 };
 use control_core::{Calibration, Limits};
@@ -106,12 +106,31 @@ async fn keep(
     for_good.await?;
     board.off().await?;
     let mut files = KeptFiles::new();
+    for left_out in &found.left_out {
+        note(alone(left_out));
+    }
     if let Some(turn) = turn(found.turned_rad.to_degrees()) {
         note(turn);
     }
     report.calibration = files.write_calibration(output, &calibration::to_toml(calibration));
     reports::print(&report, json);
     Ok(files.ended()?)
+}
+
+/// What to say of a pose whose reading stood alone.
+fn alone(left_out: &LeftOut) -> String {
+    let LeftOut {
+        point,
+        asked,
+        off_um,
+    } = left_out;
+    let [x_deg, y_deg] = [asked.tilt_x_rad, asked.tilt_y_rad].map(f64::to_degrees);
+    format!(
+        "pose {}, {:.3} um with {x_deg:+.4} deg about x and {y_deg:+.4} deg about y, is left out: it was read {off_um:.2} um from where all others have \
+         the plate; one reading of the sensor was wrong, or the mirror was jolted",
+        point + 1,
+        asked.z_um
+    )
 }
 
 /// What to say of actuators that are turned around the plate by so many degrees.
@@ -334,6 +353,17 @@ impl<'a> OnPlate<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_pose_that_is_left_out_is_told_by_its_number() {
+        let said = alone(&LeftOut {
+            point: 30,
+            asked: PlatePose::default(),
+            off_um: 4.07,
+        });
+        assert!(said.starts_with("pose 31, 0.000 um"), "{said}");
+        assert!(said.contains("4.07 um from"), "{said}");
+    }
 
     #[test]
     fn axes_along_corners_are_no_exchange_of_spots() {

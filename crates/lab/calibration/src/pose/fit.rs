@@ -364,19 +364,22 @@ impl PlateFit {
         }))
     }
 
-    /// What is left of the coordinates at each rest (um).
-    fn left_at_rest_um(&self, found: &Found) -> Vec<Vector3<f64>> {
+    /// What is left of the coordinates at each rest (um), with the number of its point.
+    pub(super) fn left_at_rest_um(&self, found: &Found) -> Vec<(usize, Vector3<f64>)> {
         let places = self.places_um(&found.heat);
         let rests = self.read.iter().filter(|read| read.is_rest);
         rests
-            .map(|read| read.reached_um - self.predicted_um(found, read, &places))
+            .map(|read| {
+                let left_um = read.reached_um - self.predicted_um(found, read, &places);
+                (read.point, left_um)
+            })
             .collect()
     }
 
     /// Root mean squares at rest, of the piston and of the tilts (um).
     pub(super) fn rms_um(&self, found: &Found) -> (f64, f64) {
         let (mut count, mut piston, mut tilts) = (0.0, 0.0, 0.0);
-        for left in self.left_at_rest_um(found) {
+        for (_, left) in self.left_at_rest_um(found) {
             count += 1.0;
             piston += left.x * left.x;
             tilts += 0.5 * (left.y * left.y + left.z * left.z);

@@ -13,6 +13,7 @@
 //! Positions are counted so that a level plate has all four actuators where it is itself, which leaves one scale, along the warp. Only
 //! poses with a warp show it, and only they depend on it; levers are exact up to that scale.
 //!
+//! - `alone`: poses whose reading stands alone;
 //! - `course`: poses on the way;
 //! - `drives`: which poses the drives hold;
 //! - `point`: what was measured;
@@ -24,6 +25,7 @@
 //! - `plausible`: which poses tell a plate, and which plate a mirror can have;
 //! - `spots`: poses from a displacement sensor whose spot is moved.
 
+mod alone;
 mod course;
 mod drives;
 mod fit;
@@ -46,7 +48,7 @@ use control_core::{Calibration, Micrometre};
 
 pub(crate) use self::drives::largest;
 pub use self::drives::{Cause, Drives, NotHeld};
-use self::fit::PlateFit;
+use self::fit::{Found, PlateFit};
 use self::outcome::Outcome;
 use self::point::FEWEST;
 use crate::plate_pose::PlatePose;
@@ -66,8 +68,21 @@ pub struct Posed {
     pub tilt_rms_rad: f64,
     /// The pose at which what was measured is zero: the rest that it counts from, of a mirror that was moved.
     pub zero: PlatePose,
+    /// Poses whose reading stood alone, and bore no weight.
+    pub left_out: Vec<LeftOut>,
     /// By which angle its actuators are turned around the plate against the calibration before (rad): above 0 from x towards y.
     pub turned_rad: f64,
+}
+
+/// A pose whose reading stood alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LeftOut {
+    /// Its number among all, from 0.
+    pub point: usize,
+    /// What was asked for there.
+    pub asked: PlatePose,
+    /// How far it was from where the plate of the others is (um), tilts counted at the actuators.
+    pub off_um: f64,
 }
 
 impl Posed {
@@ -141,6 +156,54 @@ pub fn with_assumed_levers(calibration: &Calibration) -> Calibration {
     .expect("levers of a square plate are levers")
 }
 
+/// A plate, and what was screened from its poses.
+struct Screened {
+    fit: PlateFit,
+    found: Found,
+    left_out: Vec<LeftOut>,
+}
+
+impl Screened {
+    /// The plate of all points.
+    fn of(parts: &Parts, points: &[PosePoint]) -> Result<Self, PoseError> {
+        let mut fit = PlateFit::new(parts, points);
+        let found = fit.best().ok_or(PoseError::Unfit)?;
+        Ok(Self {
+            fit,
+            found,
+            left_out: Vec::new(),
+        })
+    }
+
+    /// The plate of all points but those that stand alone: the one that is off by most bends the plate, and with it what the others leave, so
+    /// they are found one after the other. Where they are many, that of all.
+    fn without_those_alone(parts: &Parts, points: &[PosePoint]) -> Result<Self, PoseError> {
+        let of_all = Self::of(parts, points)?;
+        let rests = points.iter().filter(|point| point.is_rest()).count();
+        let mut some = points.to_vec();
+        let mut left_out = Vec::new();
+        let mut fitted = None;
+        loop {
+            let now = fitted.as_ref().unwrap_or(&of_all);
+            let Some((point, off_um)) = alone::alone(&now.fit.left_at_rest_um(&now.found)) else {
+                break;
+            };
+            left_out.push(LeftOut {
+                point,
+                asked: points[point].asked,
+                off_um,
+            });
+            if left_out.len() as f64 > alone::MOST * rests as f64 {
+                return Ok(of_all);
+            }
+            some[point].reached = None;
+            fitted = Some(Self::of(parts, &some)?);
+        }
+        let fitted = fitted.unwrap_or(of_all);
+        Ok(Self { left_out, ..fitted })
+    }
+}
+
 /// `calibration` with levers, and tables of each actuator's own, so that what was reached is what will be asked for.
 ///
 /// # Errors
@@ -165,14 +228,22 @@ pub fn posed(calibration: &Calibration, points: &[PosePoint]) -> Result<Posed, P
         return Err(PoseError::NotFinite(bad + 1));
     }
     plausible::check_asked(points, f64::from(calibration.max_position().0))?;
-    let mut fit = PlateFit::new(parts, points);
-    let found = fit.best().ok_or(PoseError::NoPlate { left_um: f64::NAN })?;
+    let Screened {
+        fit,
+        found,
+        left_out,
+    } = Screened::without_those_alone(parts, points)?;
     let (piston_um, tilts_um) = fit.rms_um(&found);
     let left_um = (piston_um * piston_um + 2.0 * tilts_um * tilts_um).sqrt();
     // Not so for NaN.
     let follows = left_um <= FOLLOWS * fit.top_um;
     if !follows {
-        return Err(PoseError::NoPlate { left_um });
+        let (worst, worst_um) = alone::worst(&fit.left_at_rest_um(&found)).unwrap_or_default();
+        return Err(PoseError::NoPlate {
+            left_um,
+            worst: worst + 1,
+            worst_um,
+        });
     }
     let outcome = Outcome {
         parts,
@@ -183,6 +254,7 @@ pub fn posed(calibration: &Calibration, points: &[PosePoint]) -> Result<Posed, P
     Ok(Posed {
         turned_rad: plausible::turned_rad(&calibration.parts().plate, &parts.plate),
         calibration,
+        left_out,
         piston_rms_um: piston_um,
         tilt_rms_rad: tilts_um / fit.lever_um,
         zero: PlatePose {

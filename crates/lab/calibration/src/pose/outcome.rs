@@ -34,8 +34,7 @@ impl Outcome<'_> {
     /// Up to where the drives hold a level plate, and no heater is warmer than before.
     pub(super) fn calibration(&self, points: &[PosePoint]) -> Result<Calibration, PoseError> {
         let rms_um = self.fit.rms_um(self.found);
-        let no_plate = PoseError::NoPlate { left_um: rms_um.0 };
-        let plate = self.plate().ok_or(no_plate)?;
+        let plate = self.plate().ok_or(PoseError::Unfit)?;
         plausible::check_plate(&plate, &self.parts.plate)?;
         plausible::check_rest(points, self.fit.top_um, self.fit.lever_um, rms_um.1)?;
         let places: Vec<f64> = (0..=SEGMENTS)

@@ -116,12 +116,21 @@ pub enum PoseError {
     },
     /// No plate that four actuators carry moves like this.
     #[error(
-        "no plate follows what was measured: {left_um:.2} um are left; were the tilts measured on this mirror, and the sensor's spot where it is said to be?"
+        "no plate follows what was measured: {left_um:.2} um are left, {worst_um:.2} um of pose {worst}; were the tilts measured on this mirror, and the sensor's spot where it is said to be?"
     )]
     NoPlate {
         /// Root mean square of what is left at an actuator (um).
         left_um: f64,
+        /// The pose that leaves most, from 1.
+        worst: usize,
+        /// How much that is (um).
+        worst_um: f64,
     },
+    /// The search for a plate ended nowhere.
+    #[error(
+        "no plate was found that follows what was measured; were the tilts measured on this mirror?"
+    )]
+    Unfit,
     /// More asked was not more reached.
     #[error("actuator {0} does not go further when it is asked to")]
     NotRising(usize),
