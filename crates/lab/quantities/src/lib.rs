@@ -102,6 +102,8 @@ const ANGLE: Notation = Notation {
         ("mdeg", 1.0, 1e3),
         ("mrad", 180.0, 1e3 * std::f64::consts::PI),
         ("urad", 180.0, 1e6 * std::f64::consts::PI),
+        ("µrad", 180.0, 1e6 * std::f64::consts::PI),
+        ("μrad", 180.0, 1e6 * std::f64::consts::PI),
         ("rad", 180.0, std::f64::consts::PI),
     ],
 };

@@ -15,6 +15,8 @@ fn reads_what_people_write() {
         ("-20mdeg", -0.02),
         ("1mrad", 1e-3_f64.to_degrees()),
         ("5urad", 5e-6_f64.to_degrees()),
+        ("5 µrad", 5e-6_f64.to_degrees()),
+        ("5μrad", 5e-6_f64.to_degrees()),
     ] {
         let angle: Angle = text.parse().unwrap();
         assert!((angle.deg - deg).abs() < 1e-12, "{text}");
