@@ -11,8 +11,8 @@ mod table;
 mod trial;
 
 use calibration::{
-    LeftOut, PlatePose, PoseError, PosePoint, Posed, posed, poses_over_spots, poses_to_measure,
-    with_assumed_levers, with_broken_promise, without_surroundings,
+    LeftOut, PlatePose, PoseError, PosePoint, Posed, are_on_a_line, posed, poses_over_spots,
+    poses_to_measure, with_assumed_levers, with_broken_promise, without_surroundings,
 };
 use control_core::{Calibration, Limits};
 use experiments::calibration::RANGE;
@@ -74,6 +74,7 @@ pub(super) async fn run(board: &Board, ask: CalibratePose, json: bool) -> Result
     let begin = with_assumed_levers(&calibration);
     let plate = OnPlate::new(board, &begin, &ask.displacements.sensor, ask.settle).await?;
     let spots = Spots::new(ask.spots.as_deref())?;
+    check_apart(spots.known())?;
     make_directory(&ask.session)?;
     let mut session = PoseSession::load(&ask.session, &plate.poses)?;
     session.check_spots(spots.known())?;
@@ -115,6 +116,14 @@ async fn keep(
     report.calibration = files.write_calibration(output, &calibration::to_toml(calibration));
     reports::print(&report, json);
     Ok(files.ended()?)
+}
+
+/// Whether points that are known before any is read tell a pose: nobody moves a sensor for minutes to be refused then.
+fn check_apart(known: &[[f64; 2]]) -> Result<(), PoseError> {
+    match !known.is_empty() && are_on_a_line(known.iter().copied()) {
+        true => Err(PoseError::SpotsOnALine),
+        false => Ok(()),
+    }
 }
 
 /// What to say of a pose whose reading stood alone.
@@ -353,6 +362,18 @@ impl<'a> OnPlate<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn points_nearly_on_a_line_are_refused_before_any_is_read() {
+        let line = [[0.0, 0.0], [100.0, 0.0], [200.0, 1.0]];
+        assert_eq!(check_apart(&line), Err(PoseError::SpotsOnALine));
+        assert_eq!(
+            check_apart(&[[0.0, 0.0], [100.0, 0.0], [200.0, 50.0]]),
+            Ok(())
+        );
+        // They are typed.
+        assert_eq!(check_apart(&[]), Ok(()));
+    }
 
     #[test]
     fn a_pose_that_is_left_out_is_told_by_its_number() {

@@ -30,7 +30,7 @@ pub fn poses_over_spots(spots: &[SpotHeights]) -> Result<Vec<PlatePose>, PoseErr
     let normal: Matrix3<f64> = spots.iter().map(|it| row(it) * row(it).transpose()).sum();
     let inverse = normal
         .try_inverse()
-        .filter(|_| spots.len() >= 3 && !are_on_a_line(spots))
+        .filter(|_| spots.len() >= 3 && !are_on_a_line(spots.iter().map(|spot| spot.at_um)))
         .ok_or(PoseError::SpotsOnALine)?;
     let count = spots.iter().map(|spot| spot.z_um.len()).min().unwrap_or(0);
     let mut squares = 0.0;
@@ -57,22 +57,23 @@ pub fn poses_over_spots(spots: &[SpotHeights]) -> Result<Vec<PlatePose>, PoseErr
     }
 }
 
-/// Whether all spots lie next to the line through the two that are farthest apart.
-fn are_on_a_line(spots: &[SpotHeights]) -> bool {
+/// Whether spots, x and y from the plate's centre in um, are none or all lie next to the line through the two that are farthest apart, so that
+/// heights above them tell no pose.
+pub fn are_on_a_line(spots_um: impl Iterator<Item = [f64; 2]> + Clone) -> bool {
     let apart = |a: [f64; 2], b: [f64; 2]| [b[0] - a[0], b[1] - a[1]];
-    let pairs = spots
-        .iter()
-        .flat_map(|a| spots.iter().map(|b| (a.at_um, apart(a.at_um, b.at_um))));
+    let pairs = spots_um
+        .clone()
+        .flat_map(|a| spots_um.clone().map(move |b| (a, apart(a, b))));
     let longest = pairs.max_by(|(_, a), (_, b)| a[0].hypot(a[1]).total_cmp(&b[0].hypot(b[1])));
     let Some((from, [x, y])) = longest else {
         return true;
     };
     let length = x.hypot(y);
-    let across = |spot: &SpotHeights| {
-        let [to_x, to_y] = apart(from, spot.at_um);
+    let across = |spot: [f64; 2]| {
+        let [to_x, to_y] = apart(from, spot);
         ((x * to_y - y * to_x) / length).abs()
     };
-    let widest = spots.iter().map(across).fold(0.0, f64::max);
+    let widest = spots_um.map(across).fold(0.0, f64::max);
     // Not so for NaN, where all are one spot.
     let is_wide = widest > FLATTEST * length;
     !is_wide
