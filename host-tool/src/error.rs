@@ -286,7 +286,7 @@ pub enum ToolError {
     #[error(transparent)]
     #[diagnostic(help(
         "nothing was changed. Look whether the table has micrometres and degrees, counted from this mirror's rest about axes that the board has, \
-         and ask again"
+         and was read after `host-tool room off`, for a room that the board compensates meanwhile moves the plate, and ask again"
     ))]
     PosesOfTable(calibration::PoseError),
 

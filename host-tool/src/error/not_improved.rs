@@ -101,6 +101,7 @@ mod tests {
         let few = || calibration::PoseError::TooFew(3);
         assert!(help(few().into()).contains("remove the file"));
         let said = help(ToolError::PosesOfTable(few()));
+        assert!(said.contains("room off"), "{said}");
         assert!(
             said.contains("the table") && !said.contains("spot"),
             "{said}"
