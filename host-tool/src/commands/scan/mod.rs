@@ -42,7 +42,7 @@ struct ScanReport {
     highest_um: Option<f64>,
     /// The lowest and highest position that the mirror was to come to, by the board's calibration; `None` where that is on trial.
     expected_um: Option<[f64; 2]>,
-    /// What was asked and reached, after the jump that several cycles begin with; `None` without a sensor.
+    /// What was asked and reached, after the jump that several cycles begin with; `None` without a sensor, and where the scan failed.
     following: Option<Following>,
     /// About x and y, where tilts were asked for.
     tilts: Option<[TiltReport; 2]>,
@@ -108,7 +108,10 @@ pub(super) async fn run(
     };
     let z = || rows.iter().filter_map(|row| row.z_um);
     let jump = jump_cycles(cycles, signal.period_s());
-    let following = Following::of(signal, rows, f64::from(jump) * signal.period_s(), tick_s);
+    let jump_s = f64::from(jump) * signal.period_s();
+    let following = follows(&measured.ended)
+        .then(|| Following::of(signal, rows, jump_s, tick_s))
+        .flatten();
     let falls_short = following.is_some_and(|following| following.falls_short());
     let acted = limit_names(acted(&measured.limits, jump, cycles).bits());
     let mut report = ScanReport {
@@ -123,13 +126,24 @@ pub(super) async fn run(
         frames: began(1).count(),
         lines: began(2).count(),
         limited_by: limited_by(acted, falls_short),
-        interrupted: matches!(measured.ended, Ok(Ended::Interrupted)),
+        interrupted: is_interrupted(&measured.ended),
     };
     if let Some(file) = file.filter(|_| !rows.is_empty()) {
         report.file = Some(file.write(&measured.file.to_string())?);
     }
     report::print(&report, json);
     whole(measured.ended)
+}
+
+/// Whether all samples are of a mirror that was driven along the scan: where it failed, as by another tool's `off`, the last ones are of the ramp
+/// down, until the board has said so.
+fn follows(ended: &Result<Ended, ToolError>) -> bool {
+    ended.is_ok()
+}
+
+/// Whether the scan ended before it was over, by Ctrl-C or as it failed.
+fn is_interrupted(ended: &Result<Ended, ToolError>) -> bool {
+    !matches!(ended, Ok(Ended::Complete))
 }
 
 /// Whether whoever runs the bench lets a mirror be driven for so long.
@@ -282,6 +296,21 @@ mod tests {
             said.contains("for 1000 s, longer than this bench allows, 10 s"),
             "{said}"
         );
+    }
+
+    #[test]
+    fn a_scan_that_another_tool_ended_is_interrupted_and_its_ramp_down_follows_nothing() {
+        let off = || {
+            Err(ToolError::Refused {
+                request: "go on",
+                refusal: mirror_protocol::Refusal::NoHello,
+            })
+        };
+        assert!(is_interrupted(&off()) && !follows(&off()));
+        let by_hand = Ok(Ended::Interrupted);
+        assert!(is_interrupted(&by_hand) && follows(&by_hand));
+        let whole = Ok(Ended::Complete);
+        assert!(!is_interrupted(&whole) && follows(&whole));
     }
 
     #[test]
