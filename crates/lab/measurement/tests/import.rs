@@ -295,6 +295,29 @@ fn a_decimal_comma_is_not_taken_for_thousands() {
     assert_eq!(table.rows[0], [Some(1000.5), Some(1.234)]);
 }
 
+/// A group of thousands never follows a lone 0, nor are two digits one.
+#[test]
+fn quoted_commas_are_decimal_where_they_are_no_thousands() {
+    let three = "\"0,000\",\"0,000\",\"0,000\"\n\"1,000\",\"1,000\",\"18,112\"\n";
+    let two = "\"0,0\",\"0,0\",\"0,00\"\n\"1,0\",\"1,0\",\"18,112\"\n";
+    let mixed = "0,\"0,00\",\"0,000\"\n1,\"1,00\",\"18,112\"\n";
+    for rows in [three, two, mixed] {
+        let imported = guessed(format!("t (s),V (V),z (um)\n{rows}").as_bytes(), false);
+        let row = &imported.file.rows[1];
+        let read = (
+            imported.file.rows.len(),
+            row.t_s,
+            row.voltage_v[0],
+            row.z_um,
+        );
+        assert_eq!(read, (2, 1.0, 1.0, Some(18.112)), "{rows}");
+    }
+    let thousands = b"V (mV),z (nm)\n0,0\n500,\"4,890\"\n\"1,000\",\"18,112\"\n";
+    let imported = guessed(thousands, false);
+    assert!((imported.file.rows[2].z_um.unwrap() - 18.112).abs() < 1e-9);
+    assert!(says(&imported, "as nothing in it tells decimals"));
+}
+
 /// What stands where the file's other numbers have no decimal sign separates thousands, in either writing.
 #[test]
 fn thousands_beside_decimals_of_the_other_sign() {

@@ -8,6 +8,7 @@
 mod advice;
 mod again;
 mod assignment;
+mod beginning;
 mod cell;
 mod clock;
 mod days;
@@ -29,6 +30,7 @@ mod reader;
 mod rest;
 mod runs;
 mod sampling;
+mod style;
 mod table;
 mod unit;
 mod unlike;

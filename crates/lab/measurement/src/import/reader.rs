@@ -248,9 +248,16 @@ impl Reader {
         }
         if let Some((text, line)) = &self.thousands.first {
             let plain = text.replace([',', '.'], "");
+            let (why, instead) = match is_certain {
+                true => (
+                    format!("the table has decimal {decimal}"),
+                    "one decimal sign",
+                ),
+                false => ("nothing in it tells decimals".to_owned(), "decimal points"),
+            };
             told.push(format!(
-                "{} of '{name}' like {text} in line {line} {} read as thousands, {plain}, as the table has decimal {decimal}: where \
-                 that is wrong, write all numbers with one decimal sign",
+                "{} of '{name}' like {text} in line {line} {} read as thousands, {plain}, as {why}: where that is wrong, write all \
+                 numbers with {instead}",
                 self.thousands.words(),
                 self.thousands.are(),
             ));

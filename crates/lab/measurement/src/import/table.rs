@@ -1,21 +1,16 @@
 //! A text as named columns of numbers.
 
-use super::cell::Numbers;
+use super::again;
 use super::encoding::decoded;
 use super::error::ImportError;
 use super::kind::KindOfCells;
 use super::own::Own;
-use super::qualified::Qualified;
 use super::reader::Reader;
 use super::sampling::Sampling;
-use super::{again, header, labels, merged};
+use super::style::{COMMENT, Style, TELLING};
+
 use crate::Keys;
 use std::borrow::Cow;
-
-/// Delimiters in the order in which they are preferred where a line splits alike: a comma may be a decimal one.
-const DELIMITERS: [char; 4] = ['\t', ';', ',', ' '];
-/// Lines that tell how a table is written.
-const TELLING: usize = 200;
 
 /// Named columns of numbers, as a text has them.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,18 +29,6 @@ pub struct Table {
     /// How the text is written, in words.
     pub written: String,
 }
-
-/// How a text is written.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Style {
-    delimiter: char,
-    numbers: Numbers,
-    /// Units, or how uncertain it is, stand behind a number.
-    qualified: bool,
-}
-
-/// What a comment begins with.
-const COMMENT: [char; 2] = ['#', '%'];
 
 impl Table {
     /// Reads a text of unknown style: UTF-8, UTF-16 with its mark, or Latin-1; tabs, semicolons, commas or blanks between cells;
@@ -132,45 +115,6 @@ impl Table {
 }
 
 impl Style {
-    /// The style in which most cells of the first lines are numbers, in lines of equal width.
-    fn of(lines: &[&str]) -> Option<Self> {
-        let both = [(false, false), (false, true), (true, false), (true, true)];
-        let styles = both.into_iter().flat_map(|(qualified, grouped)| {
-            DELIMITERS.into_iter().flat_map(move |delimiter| {
-                [false, true].map(|decimal_comma| Self {
-                    delimiter,
-                    numbers: Numbers {
-                        decimal_comma,
-                        grouped,
-                        day_first: false,
-                    },
-                    qualified,
-                })
-            })
-        });
-        let told = &lines[..lines.len().min(TELLING)];
-        let mut best: Option<(isize, Self)> = None;
-        let sound = |style: &Self| !(style.delimiter == ',' && style.numbers.decimal_comma);
-        for style in styles.filter(sound) {
-            let width = style.width(told);
-            let whole = told.iter().filter(|line| style.cells(line).len() == width);
-            let (mut filled, mut spoilt) = (0, 0);
-            for line in whole {
-                filled += style.filled(line);
-                spoilt += style.spoilt(line);
-            }
-            // What a style makes no number of speaks against it: 0,1;0,2 is three cells with commas between them.
-            let better = filled as isize - spoilt as isize;
-            let is_table = width >= 2 && filled >= 4;
-            // Units in a header or a remark are not those of cells.
-            let least = if style.qualified { told.len() / 2 } else { 0 } as isize;
-            if is_table && best.is_none_or(|(most, _)| better > most + least) {
-                best = Some((better, style));
-            }
-        }
-        best.map(|(_, style)| style)
-    }
-
     /// Whether a number stands behind the last column of so many, so that cells may be those of others.
     fn is_wide(self, cells: &[Cow<'_, str>], most: usize) -> bool {
         let beyond = cells.get(most..).unwrap_or_default();
@@ -250,151 +194,4 @@ impl Style {
         }
         (readers, rows)
     }
-
-    /// Where the table begins, and what its columns are called; their numbers where nothing tells it.
-    fn headed(
-        self,
-        lines: &[&str],
-        comments: &[&str],
-    ) -> Result<(usize, Vec<String>), ImportError> {
-        let width = self.width(lines);
-        let is_whole = |line: &str| self.cells(line).len() == width;
-        let is_row = |line: &&str| self.filled(line) >= 2 && is_whole(line);
-        let first = lines.iter().position(is_row).unwrap_or(0);
-        // Channels may be numbers: above a line without any they are names.
-        let are_names = |below: &&&str| is_whole(below) && self.filled(below) == 0;
-        let first = match lines.get(first + 1).filter(are_names) {
-            Some(_) => first + 2,
-            None => first,
-        };
-        let above: Vec<_> = lines[..first]
-            .iter()
-            .rev()
-            .map(|l| self.whole(l, width))
-            .collect();
-        let commented = || {
-            let Some(table) = lines.get(first).map(|line| line.as_ptr()) else {
-                return Ok(None);
-            };
-            let above = comments.iter().rev().skip_while(|l| l.as_ptr() > table);
-            let contents = above.map(|l| l.trim_start().trim_start_matches(COMMENT).trim());
-            header::names(&contents.map(|l| self.whole(l, width)).collect::<Vec<_>>())
-        };
-        let labelled = || {
-            let rows = lines[first..].iter().take(TELLING);
-            let rows: Vec<_> = rows.filter_map(|l| self.whole(l, width)).collect();
-            labels::names(&rows, |cell| self.is_number(cell))
-        };
-        let names = match header::names(&above)? {
-            Some(names) => Some(names),
-            None => commented()?.or_else(labelled),
-        };
-        let numbers = || (1..=width).map(|number| number.to_string()).collect();
-        let names = names.unwrap_or_else(numbers);
-        let rows: Vec<_> = lines[first..].iter().take(TELLING).collect();
-        let holds_numbers = |column: usize| {
-            let mut cells = rows.iter().map(|line| self.cells(line));
-            cells.any(|cells| cells.get(column).is_some_and(|cell| self.is_number(cell)))
-        };
-        let begin = first.saturating_sub(1);
-        let near: Vec<_> = lines[begin..].iter().take(first - begin + 1).collect();
-        let near: Vec<_> = near.iter().map(|l| self.whole(l, width)).collect();
-        let (names, numbering) =
-            merged::spread(names, &near, |cell| self.is_number(cell), holds_numbers);
-        Ok((first.max(numbering.map_or(0, |at| begin + at + 1)), names))
-    }
-
-    /// How many cells most lines have.
-    fn width(self, lines: &[&str]) -> usize {
-        let told = &lines[..lines.len().min(TELLING)];
-        let mut widths: Vec<usize> = told.iter().map(|line| self.cells(line).len()).collect();
-        widths.sort_unstable();
-        widths.get(widths.len() / 2).copied().unwrap_or(0)
-    }
-
-    /// The cells of a line that has so many.
-    fn whole(self, line: &str, width: usize) -> Option<Vec<Cow<'_, str>>> {
-        Some(self.cells(line)).filter(|cells| cells.len() == width)
-    }
-
-    fn cells(self, line: &str) -> Vec<Cow<'_, str>> {
-        if self.delimiter == ' ' {
-            return line
-                .split_whitespace()
-                .map(bare)
-                .map(Cow::Borrowed)
-                .collect();
-        }
-        if !line.contains('"') {
-            return line
-                .split(self.delimiter)
-                .map(bare)
-                .map(Cow::Borrowed)
-                .collect();
-        }
-        // Quotation marks hold a cell together, two of them are one (RFC 4180).
-        let (mut cells, mut cell, mut is_quoted) = (Vec::new(), String::new(), false);
-        let mut letters = line.chars().peekable();
-        while let Some(letter) = letters.next() {
-            match letter {
-                '"' if is_quoted && letters.peek() == Some(&'"') => {
-                    letters.next();
-                    cell.push('"');
-                }
-                '"' => is_quoted = !is_quoted,
-                letter if letter == self.delimiter && !is_quoted => {
-                    cells.push(Cow::Owned(std::mem::take(&mut cell).trim().to_owned()));
-                }
-                letter => cell.push(letter),
-            }
-        }
-        cells.push(Cow::Owned(cell.trim().to_owned()));
-        cells
-    }
-
-    /// How many cells of a line hold a number.
-    fn filled(self, line: &str) -> usize {
-        let cells = self.cells(line);
-        cells.iter().filter(|cell| self.is_number(cell)).count()
-    }
-
-    fn is_number(self, cell: &str) -> bool {
-        let is_plain = |text: &str| self.numbers.cell(text).is_some();
-        let qualified = || Qualified::read(cell).filter(|_| self.qualified);
-        is_plain(cell) || qualified().is_some_and(|read| is_plain(read.number))
-    }
-
-    /// How many cells of a line hold something else beside numbers; of a header none.
-    fn spoilt(self, line: &str) -> usize {
-        let cells = self.cells(line);
-        let said = cells.iter().filter(|cell| !cell.is_empty()).count();
-        match self.filled(line) {
-            0 => 0,
-            filled => said - filled,
-        }
-    }
-
-    fn words(self) -> String {
-        let between = match self.delimiter {
-            '\t' => "tabs",
-            ';' => "semicolons",
-            ',' => "commas",
-            _ => "blanks",
-        };
-        let decimal = match self.numbers.decimal_comma {
-            true => ", decimal commas",
-            false => "",
-        };
-        let grouped = if self.numbers.grouped {
-            ", thousands in groups"
-        } else {
-            ""
-        };
-        format!("{between} between cells{decimal}{grouped}")
-    }
-}
-
-/// A cell without blanks and quotation marks around it.
-fn bare(cell: &str) -> &str {
-    cell.trim().trim_matches('"').trim()
 }
