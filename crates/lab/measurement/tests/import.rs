@@ -540,3 +540,27 @@ fn the_keys_of_a_measurement_file_are_kept_where_they_hold() {
         "line 2 is left out: noise_z_nm must be a number"
     ));
 }
+
+/// The first rows lack what the last ones have, or most lack it.
+#[test]
+fn rows_may_end_before_their_last_cells() {
+    for rows in [
+        "0,0,0\n1,0.5,1.4\n2,1,2.6,18\n3,2,4.7,62\n4,2.5,5.5,90\n",
+        "0,0,0\n1,0.5,1.4\n2,1,2.6,18\n3,2,4.7\n4,2.5,5.5\n",
+    ] {
+        let imported = guessed(
+            format!("t (s),V (V),I (mA),z (um)\n{rows}").as_bytes(),
+            false,
+        );
+        let read = &imported.file.rows;
+        assert_eq!((read.len(), read[0].t_s, read[0].z_um), (5, 0.0, None));
+        assert_eq!(read[2].z_um, Some(18.0), "{rows}");
+    }
+}
+
+/// Numbers alone above a table's headings are none of its rows.
+#[test]
+fn numbers_above_headings_are_no_rows() {
+    let imported = guessed(b"7,8\nt (s),V (V),z (um)\n0,0,0\n1,1,18\n2,2,62\n", false);
+    assert_eq!(imported.file.rows.len(), 3);
+}

@@ -133,3 +133,30 @@ proptest! {
         }
     }
 }
+
+/// Tektronix's newer ones, of two channels: what stands beside their labels is as wide as the samples.
+#[test]
+fn labels_above_samples_are_no_readings() {
+    let labels = "Model,MSO24\nVertical Units,V,V\nVertical Offset,0,0\nVertical Scale,0.5,20\n,,\nLabel,,\n";
+    let text = format!("{labels}TIME,CH1,CH2\n-1e-3,0,0\n0,2,0\n1e-3,2,1.2\n2e-3,2,2.1\n");
+    let table = Table::read(text.as_bytes()).expect("a table");
+    assert_eq!(table.names, ["TIME", "CH1 (V)", "CH2 (V)"]);
+    let rows = with(&table, &["V=2", "z=3:um:20"]).file.rows;
+    assert_eq!(
+        (rows.len(), rows[3].t_s, rows[3].z_um),
+        (4, 2e-3, Some(42.0))
+    );
+}
+
+/// A file of LabVIEW, in which nothing is beneath the last heading.
+#[test]
+fn a_heading_without_cells_beneath_it_is_one() {
+    let heads = "Separator\tTab\nSamples\t3\t3\t\nDate\t2026/03/04\t2026/03/04\nTime\t14:02:11.1\t14:02:11.1\t\n\
+                 Y_Unit_Label\tVolts\tMicrometers\t\nX0\t0.0\t0.0\t\nDelta_X\t1.0\t1.0\t\n";
+    let row = |n: usize| format!("{n}.0\t{n}.5\t{}.5\n", 18 * n);
+    let rows: String = (0..9).map(row).collect();
+    let text = format!("{heads}Time\tVoltage\tWeg\tComment\n{rows}");
+    let table = Table::read(text.as_bytes()).expect("a table");
+    assert_eq!(table.names[2..], ["Weg (Micrometers)", "Comment"]);
+    assert_eq!(with(&table, &[]).file.rows[8].z_um, Some(144.5));
+}

@@ -27,11 +27,19 @@ pub(super) fn names(
     }
 }
 
-/// Whether two cells, or more, name a quantity or a unit.
+/// Whether two cells, or more, name a quantity, a unit or an oscilloscope's channel.
 pub(super) fn is_one(cells: &[Cow<'_, str>]) -> bool {
     let is_name = |cell: &&Cow<'_, str>| {
         let Heading { quantity, unit } = Heading::read(cell);
-        unit.is_some_and(|unit| Unit::read(unit).is_some()) || quantity::named(quantity).is_some()
+        unit.is_some_and(|unit| Unit::read(unit).is_some())
+            || quantity::named(quantity).is_some()
+            || is_channel(quantity)
     };
     cells.iter().filter(is_name).count() >= 2
+}
+
+/// Whether a name is `CH2` or the like.
+fn is_channel(name: &str) -> bool {
+    let number = name.strip_prefix("CH").unwrap_or_default();
+    !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit())
 }

@@ -47,7 +47,13 @@ impl Style {
         let mut best: Option<(isize, Self)> = None;
         for style in styles {
             let width = style.width(told);
-            let whole = told.iter().filter(|line| style.cells(line).len() == width);
+            // Some lines end with delimiters more than others.
+            let is_whole = |line: &&&str| {
+                let cells = style.cells(line);
+                let beyond = cells.get(width..);
+                beyond.is_some_and(|cells| cells.iter().all(|cell| cell.is_empty()))
+            };
+            let whole = told.iter().filter(is_whole);
             let (mut filled, mut spoilt) = (0, 0);
             for line in whole {
                 filled += style.filled(line);
@@ -128,7 +134,7 @@ impl Style {
     }
 
     /// How many cells of a line hold something else beside numbers; of a header none.
-    fn spoilt(self, line: &str) -> usize {
+    pub(super) fn spoilt(self, line: &str) -> usize {
         let cells = self.cells(line);
         let said = cells.iter().filter(|cell| !cell.is_empty()).count();
         match self.filled(line) {

@@ -18,24 +18,35 @@ pub(super) struct Unit {
 pub(super) const CHOICE: &str =
     "units are s ms us min h, V mV kV, A mA uA nA, m cm mm um nm pm, deg rad mrad, C K degF";
 
-const UNITS: [Unit; 34] = [
+const UNITS: [Unit; 53] = [
     unit("s", "s", 1.0),
     unit("sec", "s", 1.0),
     unit("sek", "s", 1.0),
     unit("second", "s", 1.0),
     unit("seconds", "s", 1.0),
     unit("ms", "s", 1e-3),
+    unit("msec", "s", 1e-3),
+    unit("millisecond", "s", 1e-3),
+    unit("milliseconds", "s", 1e-3),
     unit("us", "s", 1e-6),
+    unit("usec", "s", 1e-6),
+    unit("microsecond", "s", 1e-6),
+    unit("microseconds", "s", 1e-6),
+    unit("ns", "s", 1e-9),
     unit("min", "s", 60.0),
     unit("h", "s", 3600.0),
     unit("V", "V", 1.0),
     unit("volt", "V", 1.0),
     unit("volts", "V", 1.0),
+    unit("VDC", "V", 1.0),
     unit("mV", "V", 1e-3),
     unit("kV", "V", 1e3),
     unit("A", "A", 1.0),
     unit("ampere", "A", 1.0),
+    unit("amps", "A", 1.0),
+    unit("ADC", "A", 1.0),
     unit("mA", "A", 1e-3),
+    unit("mAmps", "A", 1e-3),
     unit("uA", "A", 1e-6),
     unit("nA", "A", 1e-9),
     unit("m", "um", 1e6),
@@ -43,6 +54,14 @@ const UNITS: [Unit; 34] = [
     unit("mm", "um", 1e3),
     unit("um", "um", 1.0),
     unit("micron", "um", 1.0),
+    unit("microns", "um", 1.0),
+    unit("micrometer", "um", 1.0),
+    unit("micrometers", "um", 1.0),
+    unit("micrometre", "um", 1.0),
+    unit("micrometres", "um", 1.0),
+    unit("mikrometer", "um", 1.0),
+    unit("nanometer", "um", 1e-3),
+    unit("\u{e5}", "um", 1e-4),
     unit("nm", "um", 1e-3),
     unit("pm", "um", 1e-6),
     unit("deg", "deg", 1.0),
@@ -79,7 +98,8 @@ impl Unit {
             .find_map(|&(open, close)| text.strip_prefix(open)?.strip_suffix(close));
         let name = inside.unwrap_or(&text).trim();
         let mut units = UNITS.into_iter();
-        units.find(|unit| unit.name.eq_ignore_ascii_case(name))
+        let name = name.to_lowercase();
+        units.find(|unit| unit.name.to_lowercase() == name)
     }
 
     /// What its numbers are multiplied with to be in another unit; `None` where that is of something else, or counts from elsewhere.
