@@ -31,6 +31,7 @@ mod rest;
 mod runs;
 mod sampling;
 mod style;
+mod summary;
 mod table;
 mod unit;
 mod unlike;

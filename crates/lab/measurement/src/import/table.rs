@@ -8,6 +8,7 @@ use super::own::Own;
 use super::reader::Reader;
 use super::sampling::Sampling;
 use super::style::{COMMENT, Style, TELLING};
+use super::summary;
 
 use crate::Keys;
 use std::borrow::Cow;
@@ -72,6 +73,8 @@ impl Table {
             None => style.headed(&lines, &comments)?,
         };
         let numbered = numbers[first..].iter().copied().zip(&lines[first..]);
+        let (sums, of_sums) = summary::rows(style, numbered.clone());
+        let numbered = numbered.filter(|(number, _)| sums.binary_search(number).is_err());
         // Beside what an oscilloscope states there may be more.
         let most = sampling.as_ref().map_or(names.len(), |_| usize::MAX);
         let wide = style.wide(numbered.clone(), most);
@@ -87,7 +90,7 @@ impl Table {
         let above: Vec<_> = lines[..first].iter().map(|l| style.cells(l)).collect();
         let again = again::headings(without, &above)?;
         let is_certain = readers.iter().any(Reader::is_certain);
-        let of_all = wide.into_iter().chain(again);
+        let of_all = wide.into_iter().chain(of_sums).chain(again);
         let mut told: Vec<_> = of_all.map(|sentence| (None, sentence)).collect();
         for (column, (reader, name)) in readers.iter().zip(&names).enumerate() {
             let sentences = reader.sentences(name, style.numbers, is_certain);
