@@ -179,7 +179,7 @@ fn the_last_comment_above_a_table_has_its_names() {
 #[test]
 fn a_time_that_no_heading_names_is_asked_about() {
     let imported = guessed(b"x;V;z\n0;0;0\n1;1;3\n", false);
-    assert!(says(&imported, "--column t=1:ms"), "{:?}", imported.notes);
+    assert!(says(&imported, "--column t=1:s"), "{:?}", imported.notes);
     let table = Table::read(b"V;z;z\n0;0;0\n1;1;3\n").expect("a table");
     let said = Assignment::parse("z=z", &table).unwrap_err().to_string();
     assert!(said.contains("2 columns are called 'z'"), "{said}");

@@ -34,6 +34,23 @@ pub(super) fn twice(table: &Table, assignments: &[Assignment], column: Column) -
     )
 }
 
+/// That one column is said to be two quantities.
+pub(super) fn both(table: &Table, one: &Assignment, other: &Assignment) -> ImportError {
+    ImportError::new(
+        format!(
+            "column {} '{}' cannot be both {} and {}",
+            one.source + 1,
+            table.names[one.source],
+            one.quantity(),
+            other.quantity()
+        ),
+        format!(
+            "say for one of them another column, --column {}=NUMBER, where columns count from 1",
+            other.quantity()
+        ),
+    )
+}
+
 /// That no column is a voltage: how to say which is, of those whose headings have a unit of it.
 pub(super) fn no_voltage(table: &Table) -> ImportError {
     let is_voltage = |name: &String| {
@@ -116,6 +133,15 @@ mod tests {
     use super::*;
     use crate::import::{guesses, import};
     use miette::Diagnostic;
+
+    #[test]
+    fn a_column_is_one_quantity() {
+        let table = Table::read(b"t;V;z\n0;0;0\n1;1;18\n").expect("a table");
+        let said = ["V=2", "z=2"].map(|text| Assignment::parse(text, &table).expect(text));
+        let error = import(&table, &said, false).expect_err("two quantities");
+        let told = "column 2 'V' cannot be both V_V and z_um";
+        assert_eq!(error.to_string(), told);
+    }
 
     /// What is advised for these headings works as it is typed.
     fn advised(headings: &str) -> String {

@@ -1,6 +1,7 @@
 //! Which column of a table is which quantity, in which unit.
 
 use super::error::ImportError;
+use super::guesses::guesses;
 use super::heading::Heading;
 use super::quantity;
 use super::table::Table;
@@ -24,22 +25,16 @@ pub struct Assignment {
     is_said: bool,
 }
 
-/// The quantities that the headings of a table's columns say, with their units: `Voltage (mV)`, `I [mA]`, `t/s`, `height_nm`.
-pub fn guesses(table: &Table) -> Vec<Assignment> {
-    let mut headings = table.names.iter().map(|name| bare(name));
-    let is_from_0 =
-        headings.any(|bare| bare.ends_with('0') && quantity::named_from(0, bare).is_some());
-    let first = if is_from_0 { 0 } else { 1 };
-    let guess = |(source, name): (usize, &String)| {
-        let heading = Heading::read(name);
-        let column = quantity::named_from(first, bare(name))?;
+impl Assignment {
+    /// What a heading says: that a column is this quantity, in this unit where it states one; `None` where that is of something else, as
+    /// the column is then.
+    pub(super) fn guessed(source: usize, column: Column, heading: &Heading<'_>) -> Option<Self> {
         let stated = heading.unit.map(Unit::read);
-        // What has a unit of something else is something else.
         if stated.is_some_and(|unit| unit.is_none_or(|unit| !unit.is_of(column))) {
             return None;
         }
         let stated = stated.flatten();
-        Some(Assignment {
+        Some(Self {
             source,
             column,
             unit: stated,
@@ -47,24 +42,14 @@ pub fn guesses(table: &Table) -> Vec<Assignment> {
             times: 1.0,
             is_said: false,
         })
-    };
-    let names = table.names.iter().enumerate();
-    let mut guesses: Vec<_> = names.filter_map(guess).collect();
-    // Where one temperature is the room's, another one is not.
-    let is_room = |a: &Assignment| a.column == Column::Ambient && !a.is_of_anything(table);
-    if guesses.iter().any(is_room) {
-        guesses.retain(|a| a.column != Column::Ambient || is_room(a));
     }
-    guesses
-}
 
-/// The quantity of a heading. A unit in brackets and nothing else names its quantity without them.
-fn bare(heading: &str) -> &str {
-    let brackets = ['(', ')', '[', ']'];
-    Heading::read(heading).quantity.trim_matches(brackets)
-}
+    /// Whether another one is of the same column, or says the same quantity, wholly or in part.
+    pub(super) fn clashes(&self, other: &Self) -> bool {
+        let is_part = self.column.of_all() == other.column || other.column.of_all() == self.column;
+        self.source == other.source || self.column == other.column || is_part
+    }
 
-impl Assignment {
     /// What a user says: `QUANTITY=NAME`, `QUANTITY=NAME:UNIT` or `QUANTITY=NAME:UNIT:FACTOR`, as `z=height:nm:-1`. The name
     /// may be the column's number, counted from 1. Where no unit is said it is the one that the heading states.
     ///
@@ -122,14 +107,7 @@ impl Assignment {
     /// What a user says of columns, and of the others what their headings say. Where one actuator's column is said, a heading that
     /// names all of them says nothing, and the other way round.
     pub fn with_guesses(said: &[Self], table: &Table) -> Vec<Self> {
-        let is_free = |guess: &Self| {
-            let clashes = |a: &Self| {
-                let is_part =
-                    a.column.of_all() == guess.column || guess.column.of_all() == a.column;
-                a.source == guess.source || a.column == guess.column || is_part
-            };
-            !said.iter().any(clashes)
-        };
+        let is_free = |guess: &Self| !said.iter().any(|a| a.clashes(guess));
         let guessed = guesses(table).into_iter().filter(is_free);
         said.iter().copied().chain(guessed).collect()
     }
@@ -138,6 +116,11 @@ impl Assignment {
     pub(super) fn is_of_anything(&self, table: &Table) -> bool {
         let heading = Heading::read(&table.names[self.source]);
         !self.is_said && quantity::is_of_anything(heading.quantity)
+    }
+
+    /// Whether a user says it.
+    pub(super) fn is_said(&self) -> bool {
+        self.is_said
     }
 
     /// Whether its heading or a user says its unit.

@@ -112,15 +112,18 @@ fn parts(heading: &str) -> Option<(&str, Option<&str>)> {
             return Some((before.trim(), Some(unit)));
         }
     }
-    if let Some((before, unit)) = heading.split_once('/') {
+    // What is no unit may be another word of the name: `Date/Time`.
+    let is_name =
+        |after: &str| Unit::read(after).is_none() && quantity::in_other_words(heading).is_some();
+    if let Some((before, unit)) = heading.split_once('/').filter(|(_, after)| !is_name(after)) {
         return Some((before.trim(), Some(unit)));
     }
     if let Some(channel) = channel(heading) {
         return Some(channel);
     }
-    let (before, unit) = heading.rsplit_once(['_', ' '])?;
-    let is_both = Unit::read(unit).is_some() && quantity::named(before).is_some();
-    is_both.then(|| (before.trim(), Some(unit)))
+    let (before, unit) = heading.rsplit_once(['_', ' ', ','])?;
+    let is_both = Unit::read(unit).is_some() && quantity::in_other_words(before).is_some();
+    is_both.then(|| (before.trim_end_matches([' ', ',']), Some(unit)))
 }
 
 /// A channel and its unit, as Rigol writes them together: `CH1V`.

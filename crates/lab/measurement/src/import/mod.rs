@@ -14,6 +14,7 @@ mod clock;
 mod days;
 mod encoding;
 mod error;
+mod guesses;
 mod header;
 mod heading;
 mod heated;
@@ -35,10 +36,13 @@ mod summary;
 mod table;
 mod unit;
 mod unlike;
+mod unread;
+mod untimed;
 mod untold;
 
-pub use assignment::{Assignment, guesses};
+pub use assignment::Assignment;
 pub use error::ImportError;
+pub use guesses::guesses;
 pub use kind::{Kind, KindOfCells};
 pub use table::Table;
 
@@ -65,8 +69,8 @@ pub struct Imported {
 /// displacements and currents about it becomes their noise.
 ///
 /// # Errors
-/// Where no column is a drive, a current flows through an actuator whose drive no column tells, a quantity stands in two columns, the time begins
-/// anew, or fewer than two rows are left.
+/// Where no column is a drive, a current flows through an actuator whose drive no column tells, a quantity stands in two columns or a column is two quantities, nothing was measured, the time
+/// begins anew, or fewer than two rows are left.
 pub fn import(
     table: &Table,
     assignments: &[Assignment],
@@ -74,6 +78,7 @@ pub fn import(
 ) -> Result<Imported, ImportError> {
     check(table, assignments)?;
     unlike::check(table, assignments)?;
+    unread::check(table, assignments)?;
     if !settled {
         runs::check(table, assignments)?;
     }
@@ -114,12 +119,9 @@ pub fn import(
     if settled || !is_timed {
         file.keys.set("steady", "yes");
     }
-    if !settled && !is_timed && assignments.len() < table.names.len() {
-        notes.push(
-            "no column is a time, so each row is taken for a settled reading: if a column that is left out is the time, say which, \
-             like --column t=1:ms"
-                .into(),
-        );
+    if !settled && !is_timed {
+        notes.extend(untimed::taken(table, assignments));
+        notes.extend(untimed::apart(&rows));
     }
     rest::count_from(&mut rows, settled || !is_timed, &mut notes);
     notes.extend(falling(&rows));
@@ -149,7 +151,11 @@ fn steadied(mut rows: Vec<Row>, notes: &mut Vec<String>) -> Vec<Row> {
 
 fn check(table: &Table, assignments: &[Assignment]) -> Result<(), ImportError> {
     for (index, one) in assignments.iter().enumerate() {
-        if assignments[..index].iter().any(|o| o.column == one.column) {
+        let before = &assignments[..index];
+        if let Some(other) = before.iter().find(|o| o.source == one.source) {
+            return Err(advice::both(table, other, one));
+        }
+        if before.iter().any(|o| o.column == one.column) {
             return Err(advice::twice(table, assignments, one.column));
         }
     }

@@ -66,6 +66,33 @@ const NAMES: [(&str, Column); 60] = [
     ("reference", Column::Reference),
 ];
 
+/// Names that say it where none of the others does.
+const OTHER_NAMES: [(&str, Column); 17] = [
+    ("second", Column::Time),
+    ("seconds", Column::Time),
+    ("sec", Column::Time),
+    ("time_stamp", Column::Time),
+    ("date", Column::Time),
+    ("datum", Column::Time),
+    ("date_time", Column::Time),
+    ("datetime", Column::Time),
+    ("datum_uhrzeit", Column::Time),
+    ("uhrzeit", Column::Time),
+    ("x_value", Column::Time),
+    ("disp", Column::Displacement),
+    ("gap", Column::Displacement),
+    ("travel", Column::Displacement),
+    ("stroke", Column::Displacement),
+    ("amp", Column::CurrentOfEach),
+    ("ampere", Column::CurrentOfEach),
+];
+
+/// Words that may stand beside a quantity and leave it the same.
+const BESIDE: [&str; 11] = [
+    "avg", "average", "mean", "mittel", "delta", "\u{3b4}", "elapsed", "relative", "rel", "in",
+    "utc",
+];
+
 /// What may stand between a quantity and its actuator's number: `Voltage CH1`, `Strom Kanal 2`.
 const CHANNELS: [&str; 4] = ["_ch", "_channel", "_kanal", "_actuator"];
 
@@ -80,6 +107,26 @@ pub(super) fn named_from(first: u32, name: &str) -> Option<Column> {
     let whole = NAMES.iter().find(|(known, _)| *known == name);
     let of_all = whole.map(|&(_, column)| column);
     of_all.or_else(|| of_one(first, &name))
+}
+
+/// The quantity that a name says in other words: `Uhrzeit`, `z avg`, `Δz`.
+pub(super) fn in_other_words(name: &str) -> Option<Column> {
+    let apart = name
+        .replace(['\u{394}', '\u{2206}'], "delta ")
+        .to_lowercase();
+    let words = apart.split(|c: char| !c.is_alphanumeric());
+    let words = words.filter(|word| !word.is_empty() && !BESIDE.contains(word));
+    let name = words.collect::<Vec<_>>().join("_");
+    let mut others = OTHER_NAMES.iter();
+    let other = others.find(|(known, _)| *known == name);
+    other.map(|&(_, column)| column).or_else(|| named(&name))
+}
+
+/// The displacement of a name with a number behind it, as of one of several points: `z1`.
+pub(super) fn numbered(name: &str) -> Option<Column> {
+    let all = name.trim_end_matches(|c: char| c.is_ascii_digit());
+    let column = in_other_words(all).filter(|_| all.len() < name.len());
+    column.filter(|column| *column == Column::Displacement)
 }
 
 /// Names of temperatures of anything.

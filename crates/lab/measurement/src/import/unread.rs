@@ -1,0 +1,120 @@
+//! Tables of which drives are known, and nothing that was measured.
+
+use super::assignment::Assignment;
+use super::error::ImportError;
+use super::guesses::rises;
+use super::heading::Heading;
+use super::table::Table;
+use super::unit::Unit;
+use crate::column::Column;
+
+/// That a table's headings name no reading, though columns may be one. Who says what columns are is asked nothing.
+pub(super) fn check(table: &Table, assignments: &[Assignment]) -> Result<(), ImportError> {
+    let is_reading = |a: &Assignment| {
+        !matches!(
+            a.column,
+            Column::Time
+                | Column::GlobalTime
+                | Column::VoltageOfAll
+                | Column::Voltage(_)
+                | Column::Ambient
+        )
+    };
+    if assignments.iter().any(|a| is_reading(a) || a.is_said()) {
+        return Ok(());
+    }
+    let may_be = |source: &usize| {
+        let is_taken = assignments.iter().any(|a| a.source == *source);
+        let holds_numbers = table.rows.iter().any(|row| row[*source].is_some());
+        !is_taken && holds_numbers && !is_something_else(table, *source)
+    };
+    let sources: Vec<usize> = (0..table.names.len()).filter(may_be).collect();
+    let Some(first) = sources.first() else {
+        return Ok(());
+    };
+    let names: Vec<String> = sources
+        .iter()
+        .map(|source| format!("{} '{}'", source + 1, table.names[*source]))
+        .collect();
+    let drive = assignments
+        .iter()
+        .find(|a| matches!(a.column, Column::VoltageOfAll | Column::Voltage(_)));
+    let drives = drive.map_or_else(String::new, |drive| {
+        let quantity = drive.quantity().trim_end_matches("_V");
+        format!(
+            "; where drives alone are meant, --column {quantity}={}",
+            drive.source + 1
+        )
+    });
+    let stated = unit(table, *first);
+    let readings = [
+        ("the displacement", "z", Column::Displacement, "um"),
+        (
+            "the current of each actuator",
+            "I",
+            Column::CurrentOfEach,
+            "mA",
+        ),
+    ];
+    let options = readings
+        .into_iter()
+        .filter_map(|(name, quantity, column, of)| {
+            let number = first + 1;
+            match stated {
+                None => Some(format!("{name}, --column {quantity}={number}:{of}")),
+                Some(unit) if unit.is_of(column) => {
+                    Some(format!("{name}, --column {quantity}={number}"))
+                }
+                Some(_) => None,
+            }
+        });
+    let options = options.collect::<Vec<_>>().join(", or ");
+    Err(ImportError::new(
+        format!(
+            "no heading names anything that was measured; columns that may be it are {}",
+            names.join(", ")
+        ),
+        format!("say which is {options}{drives}"),
+    ))
+}
+
+fn unit(table: &Table, source: usize) -> Option<Unit> {
+    Heading::read(&table.names[source])
+        .unit
+        .and_then(Unit::read)
+}
+
+/// Whether a column is in a unit of something else, or counts rows.
+fn is_something_else(table: &Table, source: usize) -> bool {
+    let unit = Heading::read(&table.names[source])
+        .unit
+        .and_then(Unit::read);
+    let is_of_another = unit.is_some_and(|unit| {
+        !unit.is_of(Column::Displacement) && !unit.is_of(Column::CurrentOfEach)
+    });
+    let is_whole = |row: &Vec<Option<f64>>| row[source].is_none_or(|number| number.fract() == 0.0);
+    is_of_another || rises(table, source) && table.rows.iter().all(is_whole)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Assignment, Table, guesses, import};
+    use miette::Diagnostic;
+
+    #[test]
+    fn a_table_of_drives_alone_is_asked_for_its_readings() {
+        let table = Table::read(b"No;V;Sensor\n1;0;0.5\n2;1;18\n3;2;62\n").expect("a table");
+        let asked = import(&table, &guesses(&table), false).expect_err("nothing measured");
+        assert!(
+            asked.to_string().ends_with("may be it are 3 'Sensor'"),
+            "{asked}"
+        );
+        let help = asked.help().expect("what to do").to_string();
+        for said in ["z=3:um", "I=3:mA", "V=2"] {
+            assert!(help.contains(&format!("--column {said}")), "{help}");
+            let said = Assignment::parse(said, &table).expect("a column");
+            import(&table, &Assignment::with_guesses(&[said], &table), false)
+                .expect("a measurement");
+        }
+    }
+}
