@@ -239,7 +239,7 @@ fn a_spreadsheet_s_days_are_no_seconds() {
 #[test]
 fn clocks_of_minutes_are_no_spreadsheet_s_days() {
     for hour in [9, 11, 13, 17] {
-        let row = |n: u32| format!("{hour:02}:{:02},{n},{}\n", n / 3, 3 * n);
+        let row = |n: u32| format!("{hour:02}:{0:02},{0},{1}\n", n / 3, 3 * n);
         let rows: String = (0..12).map(row).collect();
         let imported = guessed(format!("Time,V,z\n{rows}").as_bytes(), false);
         let t_s: Vec<_> = imported.file.rows.iter().map(|row| row.t_s).collect();
@@ -563,4 +563,19 @@ fn rows_may_end_before_their_last_cells() {
 fn numbers_above_headings_are_no_rows() {
     let imported = guessed(b"7,8\nt (s),V (V),z (um)\n0,0,0\n1,1,18\n2,2,62\n", false);
     assert_eq!(imported.file.rows.len(), 3);
+}
+
+#[test]
+fn blanks_may_separate_thousands() {
+    let imported = guessed(
+        b"V (mV);z (nm)\n0;0\n500;4 890\n1 000;18 112\n2 000;62 052\n",
+        false,
+    );
+    let z: Vec<f64> = imported
+        .file
+        .rows
+        .iter()
+        .filter_map(|row| row.z_um)
+        .collect();
+    assert!((z[2] - 18.112).abs() < 1e-9 && z.len() == 4, "{z:?}");
 }

@@ -1,9 +1,10 @@
 //! A cell of a table as a number: decimal commas, thousands separators, dates and clock times.
 
+use super::moment;
 use chrono::{Datelike, NaiveDate};
 
-/// Separators of thousands: commas or points, as the decimal sign is the other; apostrophes; blanks that do not break a line.
-const THOUSANDS: [char; 5] = [',', '.', '\'', '\u{a0}', '\u{202f}'];
+/// Separators of thousands: commas or points, as the decimal sign is the other; apostrophes; blanks, those that do not break a line too.
+const THOUSANDS: [char; 6] = [',', '.', '\'', ' ', '\u{a0}', '\u{202f}'];
 
 /// How numbers are written.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,9 +33,15 @@ pub(super) enum Cell {
 impl Numbers {
     /// The cell's content, where it is any of these.
     pub(super) fn cell(self, text: &str) -> Option<Cell> {
+        // Unicode's minus sign.
+        if let Some(digits) = text.strip_prefix('\u{2212}') {
+            return self.cell(&format!("-{}", digits.trim_start_matches('-')));
+        }
         self.number(text)
             .map(Cell::Number)
             .or_else(|| self.instant(text))
+            .or_else(|| moment::seconds(text).map(Cell::Instant))
+            .or_else(|| minutes_s(text).map(Cell::Duration))
             .or_else(|| duration_s(text).map(Cell::Duration))
             .or_else(|| {
                 let number = text.strip_suffix('%')?.trim_end();
@@ -196,9 +203,26 @@ fn clock_s(text: &str) -> Option<f64> {
     let hours: u32 = parts.next()?.parse().ok()?;
     let minutes: u32 = parts.next()?.parse().ok()?;
     let seconds: f64 = parts.next().unwrap_or("0").replace(',', ".").parse().ok()?;
+    // Some loggers write milliseconds behind a colon, too.
+    let milliseconds = match parts.next() {
+        Some(digits) if digits.len() == 3 => f64::from(digits.parse::<u16>().ok()?),
+        Some(_) => return None,
+        None => 0.0,
+    };
+    let seconds = seconds + 1e-3 * milliseconds;
     let hours = half.map_or(hours, |half| hours % 12 + half);
     let is_time = hours < 24 && minutes < 60 && (0.0..61.0).contains(&seconds);
     (is_time && parts.next().is_none()).then(|| f64::from(3600 * hours + 60 * minutes) + seconds)
+}
+
+/// Minutes, and seconds with decimals behind a colon, as spreadsheets show them: `00:50.0` (s).
+fn minutes_s(text: &str) -> Option<f64> {
+    let (minutes, seconds) = text.split_once(':')?;
+    let minutes: u32 = minutes.parse().ok()?;
+    let has_decimals = seconds.contains(['.', ',']);
+    let seconds: f64 = seconds.replace(',', ".").parse().ok()?;
+    let is_one = has_decimals && (0.0..60.0).contains(&seconds);
+    is_one.then(|| 60.0 * f64::from(minutes) + seconds)
 }
 
 /// A duration of ISO 8601 in hours, minutes and seconds, as spreadsheets write it: `PT1H02M03.5S` (s).
@@ -235,6 +259,8 @@ mod tests {
             ("1,234.5", Some(1234.5)),
             ("-12,345,678", Some(-12_345_678.0)),
             ("1'234", Some(1234.0)),
+            ("18 112", Some(18_112.0)),
+            ("1 2", None),
             ("1,23", None),
             ("1234,567", None),
             ("0,567", None),
@@ -288,6 +314,9 @@ mod tests {
         );
         assert_eq!(PLAIN.cell("PT1H1M2.5S"), Some(Cell::Duration(3662.5)));
         assert_eq!(PLAIN.cell("7.5 %"), Some(Cell::Percent(7.5)));
+        assert_eq!(PLAIN.cell("00:00:01:500"), Some(Cell::Clock(1.5)));
+        assert_eq!(PLAIN.cell("01:50.5"), Some(Cell::Duration(110.5)));
+        assert_eq!(PLAIN.cell("\u{2212}5"), Some(Cell::Number(-5.0)));
         for text in [
             "PT",
             "PT1",

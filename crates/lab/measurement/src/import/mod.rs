@@ -13,16 +13,19 @@ mod cell;
 mod clock;
 mod days;
 mod encoding;
+mod epoch;
 mod error;
 mod guesses;
 mod header;
 mod heading;
 mod heated;
+mod instants;
 mod kept;
 mod kind;
 mod labels;
 mod lost;
 mod merged;
+mod moment;
 mod overflow;
 mod own;
 mod qualified;
@@ -48,7 +51,7 @@ pub use table::Table;
 
 use crate::column::Column;
 use crate::held::held;
-use crate::settled::{Settled, mean};
+use crate::settled::Settled;
 use crate::{MeasurementFile, Row};
 
 /// Whether a text is a unit that is read: `mm`, `(mA)`.
@@ -70,7 +73,7 @@ pub struct Imported {
 ///
 /// # Errors
 /// Where no column is a drive, a current flows through an actuator whose drive no column tells, a quantity stands in two columns or a column is two quantities, nothing was measured, the time
-/// begins anew, or fewer than two rows are left.
+/// begins anew, rows of one time have different drives, or fewer than two rows are left.
 pub fn import(
     table: &Table,
     assignments: &[Assignment],
@@ -90,7 +93,7 @@ pub fn import(
     untold::drives(assignments, &rows, &mut notes)?;
     lost::readings(&mut rows, &mut notes);
     heated::temperature(table, assignments, &mut rows, &mut notes);
-    let is_on_a_clock = is_on_a_clock(table, assignments);
+    let is_on_a_clock = is_on_a_clock(table, assignments) || epoch::is_since_one(&rows);
     if !is_on_a_clock {
         days::into_seconds(assignments, &mut rows, &mut notes);
     }
@@ -111,7 +114,7 @@ pub fn import(
         ));
         rows = settled.states_in(&mut file.keys);
     } else if is_timed {
-        rows = at_their_times(rows, &mut notes);
+        rows = instants::at_their_times(rows, &mut notes)?;
     }
     if is_on_a_clock {
         count_from_the_first(&mut rows, &mut notes);
@@ -208,22 +211,6 @@ fn count_from_the_first(rows: &mut [Row], notes: &mut Vec<String>) {
     };
     rows.iter_mut().for_each(|row| row.t_s -= first_s);
     notes.push("the times of the clock count from the first row's".into());
-}
-
-/// Rows of the same instant become one, and are brought into the order of time.
-fn at_their_times(mut rows: Vec<Row>, notes: &mut Vec<String>) -> Vec<Row> {
-    if !rows.is_sorted_by(|a, b| a.t_s <= b.t_s) {
-        notes.push("the rows are brought into the order of their times".into());
-        rows.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
-    }
-    let instants: Vec<Row> = rows.chunk_by(|a, b| a.t_s == b.t_s).map(mean).collect();
-    if instants.len() < rows.len() {
-        notes.push(format!(
-            "{} rows share their time with another one: means are taken",
-            rows.len() - instants.len()
-        ));
-    }
-    instants
 }
 
 /// Of a displacement that falls with the drive.

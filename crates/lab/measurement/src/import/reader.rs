@@ -12,6 +12,9 @@ use std::cmp::Ordering;
 /// What people and programs write where they have no number.
 const NOTHING: [&str; 6] = ["nan", "n/a", "na", "null", "none", "#n/a"];
 
+/// What a cell without a number may be drawn through with.
+const BLANK: [char; 7] = ['-', '\u{2013}', '\u{2014}', '.', '/', '_', ' '];
+
 /// Reads a column, and counts what is to be told.
 #[derive(Clone)]
 pub(super) struct Reader {
@@ -153,7 +156,7 @@ impl Reader {
 
     /// Counts a cell that holds no number beside others that do.
     pub(super) fn miss(&mut self, text: &str, line: usize) {
-        let is_said = text.contains(char::is_alphanumeric)
+        let is_said = text.contains(|c| !BLANK.contains(&c))
             && !NOTHING
                 .iter()
                 .any(|nothing| text.eq_ignore_ascii_case(nothing));
