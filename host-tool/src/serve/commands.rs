@@ -150,7 +150,7 @@ const READING: &[ScpiCommand] = &[
     reading(
         "MEASure:UNCertainty?",
         Reading::Uncertainty,
-        "How far the plate may be from where it is asked to be, half the width of an interval that holds it in 95 of 100 cases: of the piston in metres, of either tilt in radians; not numbers where the calibration does not say what it leaves, and where a limit holds the mirror elsewhere.",
+        "How far the plate may be from where it is asked to be, half the width of an interval that holds it in 95 of 100 cases: of the piston in metres, of either tilt in radians; not numbers where the calibration does not say what it leaves, and where a limit holds the mirror elsewhere, be it until it has cooled.",
     ),
     reading(
         "MEASure:SETTling?",

@@ -1,7 +1,7 @@
 //! Tables as people and instruments write them.
 
 use measurement::MeasurementFile;
-use measurement::import::{Assignment, Imported, Table, guesses, import};
+use measurement::import::{Assignment, Imported, Table, guesses, import, with_guesses};
 use proptest::prelude::*;
 
 fn guessed(text: &[u8], settled: bool) -> Imported {
@@ -152,7 +152,7 @@ fn actuators_whose_drive_is_not_told_are_off_and_take_no_current() {
         let help = miette::Diagnostic::help(&refused).expect("what to do");
         assert!(help.to_string().contains(&format!("--column {said}")));
         let said = [Assignment::parse(said, &table).expect("a column")];
-        let said = Assignment::with_guesses(&said, &table);
+        let said = with_guesses(&said, &table);
         let imported = import(&table, &said, false).expect("a measurement");
         assert_eq!(imported.file.rows[2].voltage_v, drives_v);
         let is_told = says(&imported, "actuator 2, 3, 4: each is taken for off");
@@ -185,7 +185,7 @@ fn a_time_that_no_heading_names_is_asked_about() {
     assert!(said.contains("2 columns are called 'z'"), "{said}");
     let said = [Assignment::parse("V1=1", &table).unwrap()];
     assert!(
-        Assignment::with_guesses(&said, &table)[1..]
+        with_guesses(&said, &table)[1..]
             .iter()
             .all(|a| a.source > 0)
     );
@@ -432,7 +432,7 @@ fn a_temperature_that_follows_the_drive_is_no_room_s() {
     // What a user calls the room is one.
     let table = Table::read(text.as_bytes()).expect("a table");
     let said = [Assignment::parse("T_ambient=3", &table).expect("a column")];
-    let said = Assignment::with_guesses(&said, &table);
+    let said = with_guesses(&said, &table);
     let imported = import(&table, &said, false).expect("a measurement");
     assert_eq!(ambient(&imported), Some(184.0));
 }
@@ -519,7 +519,7 @@ fn the_keys_of_a_measurement_file_are_kept_where_they_hold() {
     assert_eq!(single.file.keys.get("noise_z_nm"), Some("20"));
     let table = Table::read(text.as_bytes()).expect("a table");
     let said = [Assignment::parse("z=z_um:nm", &table).expect("a unit")];
-    let scaled = import(&table, &Assignment::with_guesses(&said, &table), false);
+    let scaled = import(&table, &with_guesses(&said, &table), false);
     assert_eq!(
         scaled.expect("a measurement").file.keys.get("noise_z_nm"),
         None

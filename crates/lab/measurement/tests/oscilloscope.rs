@@ -1,6 +1,6 @@
 //! Tables as oscilloscopes write them.
 
-use measurement::import::{Assignment, Imported, Table, import};
+use measurement::import::{Assignment, Imported, Table, import, with_guesses};
 use proptest::prelude::*;
 
 fn with(table: &Table, said: &[&str]) -> Imported {
@@ -8,7 +8,7 @@ fn with(table: &Table, said: &[&str]) -> Imported {
         .iter()
         .map(|text| Assignment::parse(text, table).expect(text))
         .collect();
-    let all = Assignment::with_guesses(&said, table);
+    let all = with_guesses(&said, table);
     import(table, &all, false).expect("a measurement")
 }
 

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use input_file::MB;
-use measurement::import::{Assignment, ImportError, Table, import};
+use measurement::import::{Assignment, ImportError, Table, import, with_guesses};
 use serde::Serialize;
 
 use crate::cli::Import;
@@ -83,7 +83,7 @@ fn assignments(table: &Table, said: &[String]) -> Result<Vec<Assignment>, Import
         .iter()
         .map(|text| Assignment::parse(text, table))
         .collect::<Result<_, _>>()?;
-    Ok(Assignment::with_guesses(&said, table))
+    Ok(with_guesses(&said, table))
 }
 
 impl fmt::Display for ImportReport {

@@ -131,7 +131,7 @@ fn options(column: Column, sources: &[usize]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::import::{guesses, import};
+    use crate::import::{guesses, import, with_guesses};
     use miette::Diagnostic;
 
     #[test]
@@ -158,7 +158,7 @@ mod tests {
                 .map(|pair| Assignment::parse(pair[1], &table).expect(pair[1]))
                 .collect();
             if !said.is_empty() {
-                let all = Assignment::with_guesses(&said, &table);
+                let all = with_guesses(&said, &table);
                 import(&table, &all, false).expect("a measurement");
             }
         }

@@ -1,7 +1,6 @@
 //! Which column of a table is which quantity, in which unit.
 
 use super::error::ImportError;
-use super::guesses::guesses;
 use super::heading::Heading;
 use super::quantity;
 use super::table::Table;
@@ -102,14 +101,6 @@ impl Assignment {
             times,
             is_said: true,
         })
-    }
-
-    /// What a user says of columns, and of the others what their headings say. Where one actuator's column is said, a heading that
-    /// names all of them says nothing, and the other way round.
-    pub fn with_guesses(said: &[Self], table: &Table) -> Vec<Self> {
-        let is_free = |guess: &Self| !said.iter().any(|a| a.clashes(guess));
-        let guessed = guesses(table).into_iter().filter(is_free);
-        said.iter().copied().chain(guessed).collect()
     }
 
     /// Whether it is guessed of a heading that says a temperature, and not what has it.

@@ -8,6 +8,14 @@ use super::table::Table;
 use super::unit::Unit;
 use crate::column::Column;
 
+/// What a user says of columns, and of the others what their headings say. Where one actuator's column is said, a heading that
+/// names all of them says nothing, and the other way round.
+pub fn with_guesses(said: &[Assignment], table: &Table) -> Vec<Assignment> {
+    let is_free = |guess: &Assignment| !said.iter().any(|a| a.clashes(guess));
+    let guessed = guesses(table).into_iter().filter(is_free);
+    said.iter().copied().chain(guessed).collect()
+}
+
 /// The quantities that the headings of a table's columns say, with their units: `Voltage (mV)`, `I [mA]`, `t/s`, `height_nm`. Where
 /// none says one, the next best names do, and a column of times is the time.
 pub fn guesses(table: &Table) -> Vec<Assignment> {

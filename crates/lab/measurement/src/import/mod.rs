@@ -45,7 +45,7 @@ mod untold;
 
 pub use assignment::Assignment;
 pub use error::ImportError;
-pub use guesses::guesses;
+pub use guesses::{guesses, with_guesses};
 pub use kind::{Kind, KindOfCells};
 pub use table::Table;
 

@@ -61,7 +61,7 @@ fn refused(table: &Table, assignment: &Assignment, wrong: &KindOfCells) -> Impor
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Assignment, Table, guesses, import};
+    use super::super::{Assignment, Table, guesses, import, with_guesses};
 
     fn refused(text: &str) -> String {
         let table = Table::read(text.as_bytes()).expect("a table");
@@ -92,7 +92,7 @@ mod tests {
         );
         let table = Table::read(text.as_bytes()).expect("a table");
         let said = Assignment::parse("V_V=2:V:0.035", &table).expect("a column");
-        let all = Assignment::with_guesses(&[said], &table);
+        let all = with_guesses(&[said], &table);
         let made = import(&table, &all, false).expect("a measurement");
         assert!((made.file.rows[1].voltage_v[0] - 1.75).abs() < 1e-9);
     }

@@ -98,7 +98,7 @@ fn is_something_else(table: &Table, source: usize) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Assignment, Table, guesses, import};
+    use super::super::{Assignment, Table, guesses, import, with_guesses};
     use miette::Diagnostic;
 
     #[test]
@@ -113,8 +113,7 @@ mod tests {
         for said in ["z=3:um", "I=3:mA", "V=2"] {
             assert!(help.contains(&format!("--column {said}")), "{help}");
             let said = Assignment::parse(said, &table).expect("a column");
-            import(&table, &Assignment::with_guesses(&[said], &table), false)
-                .expect("a measurement");
+            import(&table, &with_guesses(&[said], &table), false).expect("a measurement");
         }
     }
 }
