@@ -296,10 +296,7 @@ impl Level {
         let late = &rows[rows.len() / 2..];
         let z_um: Vec<f64> = late.iter().filter_map(|row| row.z_um).collect();
         // The others show their resistance by a little where one is driven alone.
-        let is_driven = |row: &Row, drive_v: f64| {
-            let highest_v = row.voltage_v.into_iter().fold(0.0, f64::max);
-            drive_v > 0.5 * highest_v
-        };
+        let is_driven = |row: &Row, drive_v: f64| drive_v > 0.5 * row.highest_v();
         let currents = late.iter().flat_map(|row| {
             let each = row.voltage_v.into_iter().zip(row.current_a);
             let driven = each.filter(move |(drive_v, _)| is_driven(row, *drive_v));

@@ -24,10 +24,9 @@ impl Heaters {
     /// What rows tell; nothing where none has all four currents at half the highest drive.
     pub(crate) fn of<'a>(rows: impl Iterator<Item = &'a Row> + Clone) -> Option<Self> {
         let lowest_v = |row: &Row| row.voltage_v.into_iter().fold(f64::INFINITY, f64::min);
-        let highest_v = |row: &Row| row.voltage_v.into_iter().fold(0.0, f64::max);
         let most_v = rows.clone().map(lowest_v).fold(0.0, f64::max);
         let is_half = |row: &&Row| {
-            HALF.contains(&(lowest_v(row) / most_v)) && HALF.contains(&(highest_v(row) / most_v))
+            HALF.contains(&(lowest_v(row) / most_v)) && HALF.contains(&(row.highest_v() / most_v))
         };
         let mut told: [Vec<f64>; CHANNELS] = Default::default();
         for row in rows.filter(is_half) {

@@ -79,7 +79,7 @@ impl Noise {
     /// Noise of a row's displacement, one standard deviation (um). What the drive may be off by is part of it: a displacement
     /// grows as the square of the drive, more or less.
     pub(crate) fn of_displacement(&self, file: &MeasurementFile, row: &Row) -> f64 {
-        let highest_v = highest_drive(row);
+        let highest_v = row.highest_v();
         let slope = match row.z_um {
             Some(z_um) if highest_v > 0.0 => 2.0 * z_um / highest_v,
             _ => 0.0,
@@ -147,7 +147,7 @@ fn roughness(
     reading: impl Fn(&Row) -> Option<[f64; 2]>,
 ) -> Vec<f64> {
     let weights = |window: &[Row]| match along_a_drive {
-        true => along_drive(&window.iter().map(highest_drive).collect::<Vec<_>>()),
+        true => along_drive(&window.iter().map(Row::highest_v).collect::<Vec<_>>()),
         false => is_even(window).then(|| DIFFERENCE.to_vec()),
     };
     let size = |window: &[Row]| {
@@ -161,11 +161,6 @@ fn roughness(
         Some(difference.abs() / (gain * noise))
     };
     rows.windows(DIFFERENCE.len()).filter_map(size).collect()
-}
-
-/// The highest of the actuators' drives (V).
-fn highest_drive(row: &Row) -> f64 {
-    row.voltage_v.into_iter().fold(0.0, f64::max)
 }
 
 #[cfg(test)]

@@ -76,7 +76,12 @@ impl Column {
 
     /// Whether a row may leave it empty.
     pub fn may_be_empty(self) -> bool {
-        !matches!(self, Self::Time | Self::VoltageOfAll | Self::Voltage(_))
+        self != Self::Time && !self.is_drive()
+    }
+
+    /// Whether it is a voltage that an actuator is driven with.
+    pub(crate) fn is_drive(self) -> bool {
+        matches!(self, Self::VoltageOfAll | Self::Voltage(_))
     }
 
     /// The column that may stand for this one in all four actuators.

@@ -53,6 +53,11 @@ pub struct Row {
 }
 
 impl Row {
+    /// The highest of the actuators' drives (V), 0 where none is driven.
+    pub fn highest_v(&self) -> f64 {
+        self.voltage_v.into_iter().fold(0.0, f64::max)
+    }
+
     /// What the drives heat by, up to the resistance: the sum of their squares (V^2).
     pub(crate) fn heating(&self) -> f64 {
         self.voltage_v.iter().map(|volts| volts * volts).sum()

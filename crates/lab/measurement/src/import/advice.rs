@@ -4,7 +4,6 @@ use super::assignment::Assignment;
 use super::error::ImportError;
 use super::heading::Heading;
 use super::table::Table;
-use super::unit::Unit;
 use crate::ACTUATORS;
 use crate::column::Column;
 
@@ -54,7 +53,7 @@ pub(super) fn both(table: &Table, one: &Assignment, other: &Assignment) -> Impor
 /// That no column is a voltage: how to say which is, of those whose headings have a unit of it.
 pub(super) fn no_voltage(table: &Table) -> ImportError {
     let is_voltage = |name: &String| {
-        let unit = Heading::read(name).unit.and_then(Unit::read);
+        let unit = Heading::read(name).known_unit();
         unit.is_some_and(|unit| unit.is_of(Column::VoltageOfAll))
     };
     let columns = (0..table.names.len()).filter(|&source| is_voltage(&table.names[source]));

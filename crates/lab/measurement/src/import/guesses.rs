@@ -5,7 +5,6 @@ use super::heading::Heading;
 use super::kind::Kind;
 use super::quantity;
 use super::table::Table;
-use super::unit::Unit;
 use crate::column::Column;
 
 /// What a user says of columns, and of the others what their headings say. Where one actuator's column is said, a heading that
@@ -69,7 +68,7 @@ fn is_filled(table: &Table, source: usize) -> bool {
 
 /// Whether a column of another name is a time: in a unit of times, or of dates or clock times, and rises.
 fn is_time(table: &Table, source: usize, name: &str) -> bool {
-    let unit = Heading::read(name).unit.and_then(Unit::read);
+    let unit = Heading::read(name).known_unit();
     let mut clocks = table.kinds.iter().filter(|one| one.kind == Kind::Clock);
     let is_of_times = unit.is_some_and(|unit| unit.is_of(Column::Time))
         || clocks.any(|clock| clock.column == source);

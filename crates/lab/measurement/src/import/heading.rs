@@ -23,6 +23,11 @@ impl<'h> Heading<'h> {
         Self { quantity, unit }
     }
 
+    /// The unit that it states, where that is one that is read.
+    pub(super) fn known_unit(&self) -> Option<Unit> {
+        self.unit.and_then(Unit::read)
+    }
+
     /// Whether it is nothing but a unit.
     pub(super) fn is_bare_unit(&self) -> bool {
         self.unit == Some(self.quantity)
@@ -62,7 +67,7 @@ pub(super) fn contradiction<S: AsRef<str>>(
         if !has_unit(name) {
             return false;
         }
-        let units = Heading::read(name).unit.and_then(Unit::read);
+        let units = Heading::read(name).known_unit();
         let units = units.zip(Unit::read(below));
         units.is_some_and(|(unit, below)| unit.per(below) != Some(1.0))
     };
@@ -91,11 +96,7 @@ fn texts<S: AsRef<str>>(cells: &[S]) -> Vec<String> {
 /// Whether the line below has a unit in each of its cells, in some nothing else, and the line above names for these.
 fn are_names(names: &[String], units: &[String]) -> bool {
     let filled = |cells: &[String]| cells.iter().filter(|cell| !cell.is_empty()).count();
-    let has_unit = |cell: &&String| {
-        Heading::read(cell)
-            .unit
-            .is_some_and(|u| Unit::read(u).is_some())
-    };
+    let has_unit = |cell: &&String| Heading::read(cell).known_unit().is_some();
     let first_bare = units.iter().position(|cell| Unit::read(cell).is_some());
     let is_under_a_name =
         first_bare.is_some_and(|first| names[..=first].iter().any(|name| !name.is_empty()));

@@ -18,7 +18,6 @@ pub(super) fn kept(
     };
     let is_mean = |pair: &[Row]| pair[0].voltage_v == pair[1].voltage_v;
     let are_means = settled.is_some_and(|rows| rows.windows(2).any(is_mean));
-    let is_drive = |column| matches!(column, Column::VoltageOfAll | Column::Voltage(_));
     let is_current = |column| matches!(column, Column::CurrentOfEach | Column::Current(_));
     let is_time = |column| column == Column::Time;
     let is_displacement = |column| column == Column::Displacement;
@@ -26,9 +25,9 @@ pub(super) fn kept(
         // Of means it is another one.
         "noise_z_nm" => !are_means && are_kept(is_displacement),
         "noise_I_uA" | "noise_I_ratio" => !are_means && are_kept(is_current),
-        "noise_V_mV" => are_kept(is_drive),
+        "noise_V_mV" => are_kept(Column::is_drive),
         "drive" | "prehold_V" | "prehold_s" => {
-            settled.is_none() && are_kept(is_time) && are_kept(is_drive)
+            settled.is_none() && are_kept(is_time) && are_kept(Column::is_drive)
         }
         _ => true,
     };

@@ -162,8 +162,7 @@ fn check(table: &Table, assignments: &[Assignment]) -> Result<(), ImportError> {
             return Err(advice::twice(table, assignments, one.column));
         }
     }
-    let is_drive = |a: &Assignment| matches!(a.column, Column::VoltageOfAll | Column::Voltage(_));
-    if assignments.iter().any(is_drive) {
+    if assignments.iter().any(|a| a.column.is_drive()) {
         return Ok(());
     }
     Err(advice::no_voltage(table))
@@ -215,9 +214,8 @@ fn count_from_the_first(rows: &mut [Row], notes: &mut Vec<String>) {
 
 /// Of a displacement that falls with the drive.
 fn falling(rows: &[Row]) -> Option<String> {
-    let highest = |row: &&Row| row.voltage_v.into_iter().fold(0.0, f64::max);
     let read = rows.iter().filter(|row| row.z_um.is_some());
-    let driven = read.max_by(|a, b| highest(a).total_cmp(&highest(b)))?;
+    let driven = read.max_by(|a, b| a.highest_v().total_cmp(&b.highest_v()))?;
     driven.z_um.filter(|z_um| *z_um < 0.0)?;
     Some(
         "z falls with the drive, and is to grow towards the substrate: if the sensor counts the other way, say \

@@ -63,7 +63,7 @@ impl Reader {
     pub(super) fn new(numbers: Numbers, name: &str) -> Self {
         Self {
             numbers,
-            unit: Heading::read(name).unit.and_then(Unit::read),
+            unit: Heading::read(name).known_unit(),
             clock: Clock::default(),
             uncertain: Tally::default(),
             converted: Tally::default(),

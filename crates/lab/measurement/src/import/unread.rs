@@ -10,16 +10,9 @@ use crate::column::Column;
 
 /// That a table's headings name no reading, though columns may be one. Who says what columns are is asked nothing.
 pub(super) fn check(table: &Table, assignments: &[Assignment]) -> Result<(), ImportError> {
-    let is_reading = |a: &Assignment| {
-        !matches!(
-            a.column,
-            Column::Time
-                | Column::GlobalTime
-                | Column::VoltageOfAll
-                | Column::Voltage(_)
-                | Column::Ambient
-        )
-    };
+    let is_condition =
+        |column| matches!(column, Column::Time | Column::GlobalTime | Column::Ambient);
+    let is_reading = |a: &Assignment| !a.column.is_drive() && !is_condition(a.column);
     if assignments.iter().any(|a| is_reading(a) || a.is_said()) {
         return Ok(());
     }
@@ -36,9 +29,7 @@ pub(super) fn check(table: &Table, assignments: &[Assignment]) -> Result<(), Imp
         .iter()
         .map(|source| format!("{} '{}'", source + 1, table.names[*source]))
         .collect();
-    let drive = assignments
-        .iter()
-        .find(|a| matches!(a.column, Column::VoltageOfAll | Column::Voltage(_)));
+    let drive = assignments.iter().find(|a| a.column.is_drive());
     let drives = drive.map_or_else(String::new, |drive| {
         let quantity = drive.quantity().trim_end_matches("_V");
         format!(
@@ -78,18 +69,14 @@ pub(super) fn check(table: &Table, assignments: &[Assignment]) -> Result<(), Imp
     ))
 }
 
+/// The unit that a column's heading states.
 fn unit(table: &Table, source: usize) -> Option<Unit> {
-    Heading::read(&table.names[source])
-        .unit
-        .and_then(Unit::read)
+    Heading::read(&table.names[source]).known_unit()
 }
 
 /// Whether a column is in a unit of something else, or counts rows.
 fn is_something_else(table: &Table, source: usize) -> bool {
-    let unit = Heading::read(&table.names[source])
-        .unit
-        .and_then(Unit::read);
-    let is_of_another = unit.is_some_and(|unit| {
+    let is_of_another = unit(table, source).is_some_and(|unit| {
         !unit.is_of(Column::Displacement) && !unit.is_of(Column::CurrentOfEach)
     });
     let is_whole = |row: &Vec<Option<f64>>| row[source].is_none_or(|number| number.fract() == 0.0);

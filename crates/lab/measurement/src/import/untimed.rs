@@ -4,7 +4,6 @@ use super::assignment::Assignment;
 use super::guesses::rises;
 use super::heading::Heading;
 use super::table::Table;
-use super::unit::Unit;
 use crate::Row;
 use crate::column::Column;
 
@@ -17,11 +16,7 @@ pub(super) fn taken(table: &Table, assignments: &[Assignment]) -> Option<String>
     let is_left_out = |source: &usize| !assignments.iter().any(|a| a.source == *source);
     let mut left_out = (0..table.names.len()).filter(is_left_out).peekable();
     left_out.peek()?;
-    let unit = |source: usize| {
-        Heading::read(&table.names[source])
-            .unit
-            .and_then(Unit::read)
-    };
+    let unit = |source: usize| Heading::read(&table.names[source]).known_unit();
     let may_be = |source: &usize| unit(*source).is_none_or(|unit| unit.is_of(Column::Time));
     let sources: Vec<usize> = left_out.filter(may_be).collect();
     let rising = sources.iter().find(|&&source| rises(table, source));
@@ -55,10 +50,9 @@ pub(super) fn apart(rows: &[Row]) -> Option<String> {
     };
     let (least, most) = range(rows)?;
     let held = rows.chunk_by(|a, b| a.voltage_v == b.voltage_v);
-    let spreads = held.filter_map(|held| Some((held[0].voltage_v, range(held)?)));
-    let (volts, (from, to)) =
+    let spreads = held.filter_map(|held| Some((held[0].highest_v(), range(held)?)));
+    let (highest, (from, to)) =
         spreads.max_by(|(_, a), (_, b)| (a.1 - a.0).total_cmp(&(b.1 - b.0)))?;
-    let highest = volts.into_iter().fold(0.0, f64::max);
     (to - from > APART * (most - least)).then(|| {
         format!(
             "rows at {highest} V, one after the other, read from {from} to {to} um: those are no settled readings; if they were sampled in \
