@@ -51,7 +51,10 @@ pub(super) fn rows<'l>(
         let mut others = lines.clone().map(|(_, line)| cell(line, column));
         others.any(|cell| !(cell.is_empty() || is_name(&cell) || style.is_number(&cell)))
     };
-    let named = |line: &str| style.cells(line).iter().position(|cell| is_name(cell));
+    let named = |line: &str| {
+        let cells = has_a_word(line).then(|| style.cells(line))?;
+        cells.iter().position(|cell| is_name(cell))
+    };
     let named: Vec<_> = lines
         .clone()
         .filter_map(|(number, line)| Some((number, *line, named(line)?)))
@@ -70,6 +73,16 @@ pub(super) fn rows<'l>(
         }
     });
     (numbers, told)
+}
+
+/// Whether any letter is no number's exponent: most lines of a million have no word, and are not split once more.
+fn has_a_word(line: &str) -> bool {
+    let mut before = ' ';
+    line.chars().any(|letter| {
+        let is_of_a_number = before.is_ascii_digit() || before == '.';
+        before = letter;
+        letter.is_alphabetic() && !is_of_a_number
+    })
 }
 
 fn is_name(cell: &str) -> bool {
