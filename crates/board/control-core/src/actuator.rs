@@ -104,6 +104,15 @@ impl Gains {
     fn heating(&self, power: Watt, rise: Kelvin) -> Kelvin {
         Kelvin(power.0 / self.watt_per_kelvin - self.loss_growth * rise.0 * rise.0)
     }
+
+    /// The rise that a power holds.
+    fn held(&self, power: Watt) -> Kelvin {
+        let unspread = power.0 / self.watt_per_kelvin;
+        // dT (1 + g dT) = R_T P, without a difference that cancels; where no rise takes so much, the one that takes most.
+        let square = 1.0 + 4.0 * self.loss_growth * unspread;
+        let root = if square > 0.0 { sqrt(square) } else { 0.0 };
+        Kelvin(2.0 * unspread / (1.0 + root))
+    }
 }
 
 impl Rails {
@@ -150,6 +159,15 @@ impl Actuator {
         self.expected = actuator.cold_resistance;
         self.correction = Correction::NONE;
         self.lag = 0.0;
+    }
+
+    /// What a heating is under another calibration: the one of the same power.
+    pub(crate) fn worth_under(
+        &self,
+        next: &ActuatorCalibration,
+    ) -> impl Fn(Kelvin) -> Kelvin + use<> {
+        let (before, after) = (self.gains.clone(), Gains::new(next));
+        move |heating| after.held(before.power(heating, heating))
     }
 
     /// What the current of the tick that ended tells, in the actuator's turn, which also corrects the resistance from now on.

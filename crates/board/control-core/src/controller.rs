@@ -7,6 +7,7 @@ use crate::actuator::{Actuator, Rails, catch_up_time};
 use crate::calibration::{Calibration, Parts};
 use crate::codes::PwmCode;
 use crate::design::TICK;
+use crate::heat::inherited::PolesBefore;
 use crate::heat::{HeatInverse, SharedHeat};
 use crate::lag::TURNS;
 use crate::limits::{Limit, Limits};
@@ -133,6 +134,8 @@ struct Next<'a> {
     calibration: &'a mut Calibration,
     /// What is exchanged already: stages, and of the memory each actuator's.
     exchanged: usize,
+    /// What is to take the place of the heat's inverse.
+    heat: Option<(HeatInverse, PolesBefore)>,
     /// The memory before, while actuators have still to inherit it.
     memory: Option<(MemoryInverse, Successors)>,
 }

@@ -19,6 +19,11 @@ use crate::design::TICK;
 use crate::lag::{QuickLag, SlowLag, SlowState, TURNS};
 use crate::units::Kelvin;
 
+mod followed;
+pub(crate) mod inherited;
+
+use followed::{followed, slow};
+
 /// The numbers of the inverse.
 #[derive(Clone, Debug)]
 pub(crate) struct HeatInverse {
@@ -84,7 +89,7 @@ pub(crate) const LEAST_SLOWING: f32 = -0.9;
 impl HeatInverse {
     /// `shared_gains`: what a kelvin of each actuator's heating adds to what drives the shared poles.
     pub(crate) fn new(heat: &Heat, shared_gains: [f32; CHANNELS]) -> Self {
-        let poles = heat.poles();
+        let poles = followed(heat);
         let part = |pole: usize, part: f32| Lag {
             weight: part * poles[pole].weight,
             time: poles[pole].time,
@@ -95,10 +100,8 @@ impl HeatInverse {
         let input_gain = fast.iter().map(|lag| lag.input_gain).sum::<f32>();
         Self {
             fast,
-            slow: core::array::from_fn(|lag| SlowLag::new(&own(FAST_POLES + lag), TURNS)),
-            shared: core::array::from_fn(|lag| {
-                SlowLag::new(&part(1 + lag, heat.shared[1 + lag]), TURNS)
-            }),
+            slow: core::array::from_fn(|lag| slow(own(FAST_POLES + lag))),
+            shared: core::array::from_fn(|lag| slow(part(1 + lag, heat.shared[1 + lag]))),
             shared_gains,
             input_gain,
             per_input_gain: 1.0 / input_gain,
@@ -146,39 +149,6 @@ impl HeatInverse {
         }
         let rise = Kelvin(from.0 + (unslowed.0 - from.0) / slowed);
         (self.heating(state, rise), rise)
-    }
-
-    /// Temperatures of an actuator that was followed with other poles: each has warmed as far as the one in its place. Where that was none, as
-    /// a second slow pole that only the new calibration has, it has warmed as far as the heaviest of the slow ones.
-    pub(crate) fn inherit(
-        &self,
-        shared: &SharedHeat,
-        (before, state): (&Self, &HeatState),
-    ) -> HeatState {
-        let mut inherited = HeatState {
-            fast: core::array::from_fn(|k| self.fast[k].inherit(&before.fast[k], state.fast[k])),
-            slow: core::array::from_fn(|k| {
-                let k_before = in_place_of(k, &before.slow);
-                self.slow[k].inherit(&before.slow[k_before], &state.slow[k_before])
-            }),
-            heating: state.heating,
-            ..HeatState::default()
-        };
-        inherited.sum_up(shared);
-        inherited
-    }
-
-    /// What four actuators share that were followed with other poles, the same way.
-    pub(crate) fn inherit_shared(&self, before: &Self, shared: &SharedHeat) -> SharedHeat {
-        let lags = self.shared.each_ref();
-        let ahead: [f32; SHARED_POLES] =
-            core::array::from_fn(|k| shared.ahead[k] * lags[k].part(&before.shared[k]));
-        SharedHeat {
-            lags: core::array::from_fn(|k| lags[k].inherit(&before.shared[k], &shared.lags[k])),
-            ahead,
-            sum: ahead.iter().sum(),
-            ..shared.clone()
-        }
     }
 
     /// Whether every lag is less than so far from zero (K).
@@ -307,19 +277,6 @@ impl SharedHeat {
 
 // A shared lag has its turn with an actuator's.
 const _: () = assert!(SHARED_POLES == TURNS && CHANNELS == TURNS);
-
-/// Which of the lags before a new one goes on from: the one in its place, or the heaviest where that has no weight.
-fn in_place_of(place: usize, before: &[SlowLag; SLOW_POLES]) -> usize {
-    let mut from = place % SLOW_POLES;
-    if before[from].weight() == 0.0 {
-        for (other, lag) in before.iter().enumerate() {
-            if lag.weight() > before[from].weight() {
-                from = other;
-            }
-        }
-    }
-    from
-}
 
 #[cfg(test)]
 mod tests;

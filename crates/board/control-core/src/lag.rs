@@ -21,11 +21,6 @@ pub(crate) fn rate(time: Second, ticks: usize) -> f32 {
     }
 }
 
-/// By how much what one number has made is more than what another has; nothing where that is nothing.
-pub(crate) fn ratio(new: f32, before: f32) -> f32 {
-    if before == 0.0 { 0.0 } else { new / before }
-}
-
 /// A quick lag. Its state is its free response one tick ahead: where it will be without input.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct QuickLag {
@@ -49,12 +44,8 @@ impl QuickLag {
         self.pole
     }
 
-    /// Free response in the state of one that followed the same input with another weight.
-    pub(crate) fn inherit(&self, before: &Self, free_response: f32) -> f32 {
-        free_response * ratio(self.weight(), before.weight())
-    }
-
-    fn weight(&self) -> f32 {
+    /// What it comes to for an input of one.
+    pub(crate) fn weight(&self) -> f32 {
         self.input_gain / (1.0 - self.pole)
     }
 
@@ -118,16 +109,6 @@ impl SlowLag {
     /// How far it goes in a turn at this input.
     pub(crate) fn step(&self, state: &SlowState, input: f32) -> f32 {
         self.rate * self.left(state, input)
-    }
-
-    /// Where it is in the state of one that followed the same input with another weight. A weight of none knows no input.
-    pub(crate) fn inherit(&self, before: &Self, state: &SlowState) -> SlowState {
-        SlowState::at(state.value * self.part(before))
-    }
-
-    /// Its weight as a part of another's.
-    pub(crate) fn part(&self, before: &Self) -> f32 {
-        ratio(self.weight, before.weight)
     }
 
     /// A turn with the mean of the input since the last one.

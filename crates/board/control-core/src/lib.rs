@@ -26,6 +26,7 @@
 extern crate std;
 
 mod actuator;
+mod between;
 pub mod calibration;
 pub mod codes;
 pub mod controller;

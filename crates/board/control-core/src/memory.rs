@@ -5,10 +5,11 @@
 //! its tangent until its next one: in four ticks the tangent of a memory of a few percent changes less than creep is known.
 
 use crate::CHANNELS;
+use crate::between::Between;
 use crate::calibration::{LAGS, Lag, Memory as MemoryCalibration, PLAYS};
 use crate::lag::{SlowLag, SlowState, rate};
 use crate::units::{Micrometre, Volt};
-use libm::{logf, powf};
+use libm::powf;
 
 /// Ticks from one turn of a lag, or of a play operator that lets go, to the next: one of each actuator has its turn when the
 /// actuator has.
@@ -53,15 +54,6 @@ pub(crate) struct MemoryState {
 pub(crate) struct Successors {
     creep: [Between; LAGS],
     plays: [usize; PLAYS],
-}
-
-/// A place between two lags, on a logarithmic scale of their times.
-#[derive(Clone, Copy, Debug)]
-struct Between {
-    slower: usize,
-    quicker: usize,
-    /// Part of the way from the slower one to the quicker.
-    part: f32,
 }
 
 impl MemoryInverse {
@@ -135,7 +127,10 @@ impl MemoryInverse {
         let rates = before.creep.each_ref().map(SlowLag::rate);
         let radii = before.plays.map(|play| play.radius);
         Successors {
-            creep: self.creep.each_ref().map(|lag| between(lag.rate(), &rates)),
+            creep: self
+                .creep
+                .each_ref()
+                .map(|lag| Between::of_rate(lag.rate(), &rates)),
             plays: self.plays.map(|play| nearest(play.radius, &radii)),
         }
     }
@@ -147,8 +142,9 @@ impl MemoryInverse {
         from: &Successors,
         (before, state): (&Self, &MemoryState),
     ) -> MemoryState {
+        let lags = state.creep.map(|lag| lag.value);
         let mut inherited = MemoryState {
-            creep: from.creep.map(|place| place.of(&state.creep)),
+            creep: from.creep.map(|place| SlowState::at(place.among(&lags))),
             position: state.position,
             ..self.at_rest()
         };
@@ -250,44 +246,6 @@ impl MemoryInverse {
         }
         state.offset = x - slope * state.position;
         state.slope = slope;
-    }
-}
-
-impl Between {
-    /// Where a lag there would be.
-    fn of(&self, lags: &[SlowState; LAGS]) -> SlowState {
-        let [slower, quicker] = [self.slower, self.quicker].map(|lag| lags[lag % LAGS].value);
-        SlowState::at(slower + self.part * (quicker - slower))
-    }
-}
-
-/// The nearest slower and the nearest quicker of several lags, by their rates; twice the same where there is none on one side.
-fn between(rate: f32, among: &[f32; LAGS]) -> Between {
-    let (mut slower, mut quicker) = (None, None);
-    for (i, other) in among.iter().copied().enumerate() {
-        if other <= rate && slower.is_none_or(|(_, best)| other > best) {
-            slower = Some((i, other));
-        }
-        if other >= rate && quicker.is_none_or(|(_, best)| other < best) {
-            quicker = Some((i, other));
-        }
-    }
-    let (slow, quick) = (slower.or(quicker), quicker.or(slower));
-    let (Some((slower, slow)), Some((quicker, quick))) = (slow, quick) else {
-        return Between {
-            slower: 0,
-            quicker: 0,
-            part: 0.0,
-        };
-    };
-    let part = match quick > slow && slow > 0.0 {
-        true => logf(rate / slow) / logf(quick / slow),
-        false => 0.0,
-    };
-    Between {
-        slower,
-        quicker,
-        part,
     }
 }
 

@@ -8,6 +8,7 @@ use control_core::calibration::Parts;
 use control_core::{CHANNELS, Calibration, Limit, Limits, Micrometre, Setpoint, Volt};
 use emulated_board::{Device, Mirror};
 use foreign_mirror::ForeignConfig;
+use mirror_model::{Model, Preset};
 use virtual_mirror::{Effect, Family, MirrorConfig, VirtualMirror};
 
 /// Nothing was ever this far off, and what may be another mirror's is told as more (um).
@@ -266,5 +267,36 @@ fn a_file_from_another_board_is_another_mirrors_where_that_reads_otherwise() {
         let mut read = Calibration::new(parts).expect("a mirror's");
         let mut board = switched_on(&mut read, &config, made(&config, 0.0, 1.0));
         assert_eq!(is_told_at_rest(&mut board, 1), is_told, "{gain}");
+    }
+}
+
+/// The factory's calibration, which knows no slow pole, drove it hot; then it got its own.
+#[test]
+fn a_mirror_that_gets_its_calibration_while_it_is_warm_is_known_to_be() {
+    let start = Model::from(Preset::Reconciled);
+    let factory = calibration::tabulate(&start).expect("it tabulates");
+    for (config, own) in two() {
+        for (held_s, cooled_s) in [(60.0, 0.1), (60.0, 3.0), (4.0, 3.0)] {
+            let (mut factory, mut own) = (factory.calibration, own);
+            let mut board = Loop::new(&mut factory, &config).expect("a mirror");
+            wait(&mut board, Setpoint::Drive([Volt(3.0); CHANNELS]), held_s);
+            wait(&mut board, Setpoint::Off, cooled_s);
+            board.exchange(&mut own);
+            check(&mut board);
+            check(&mut board);
+            for z_um in [20.0, 100.0, 10.0] {
+                let off_um = board.hold(z_um, 1.0) - z_um;
+                let told = board.surroundings().expect("it is known");
+                println!(
+                    "{}, {held_s} s, {cooled_s} s: {off_um:.3} of {:.3} um, {told:.3?}",
+                    config.name,
+                    width_um(&board)
+                );
+                assert!(off_um.abs() < width_um(&board));
+                // Three deviations, of what is no change of the room nor of the air.
+                assert!(told.rise.0.abs() < 3.0 * told.rise_deviation.0);
+                assert!(told.loss.abs() < 3.0 * told.loss_deviation);
+            }
+        }
     }
 }

@@ -8,6 +8,7 @@ use crate::CHANNELS;
 use crate::actuator::{Rails, catch_up_time};
 use crate::calibration::{Calibration, Parts};
 use crate::heat::HeatInverse;
+use crate::heat::inherited::PolesBefore;
 use crate::limits::Limits;
 use crate::memory::{MemoryInverse, Successors};
 use crate::path::PathPlanner;
@@ -15,9 +16,10 @@ use crate::plate::PlateInverse;
 use crate::settling::Decay;
 use crate::shaper::Shaper;
 use crate::surroundings::Surroundings;
+use crate::units::Kelvin;
 
 /// What is exchanged before the memory's actuators, and with them.
-const BEFORE_ACTUATORS: usize = 6;
+const BEFORE_ACTUATORS: usize = 7;
 const WITH_ACTUATORS: usize = BEFORE_ACTUATORS + CHANNELS;
 
 impl<'a> Controller<'a> {
@@ -36,6 +38,7 @@ impl<'a> Controller<'a> {
         self.next = Some(Next {
             calibration,
             exchanged: 0,
+            heat: None,
             memory: None,
         });
     }
@@ -51,12 +54,17 @@ impl<'a> Controller<'a> {
         let mut next = self.next.take()?;
         let parts = next.calibration.parts();
         match next.exchanged {
-            0 => self.exchange_heat(parts),
-            1 => self.exchange_bounds(parts),
-            2 => self.exchange_surroundings(parts),
-            3 => self.exchange_shapes(parts),
-            4 => self.shaper = Shaper::new(&parts.path.resonance),
-            5 => next.memory = Some(self.exchange_memory(parts)),
+            0 => next.heat = Some(self.prepare_heat(parts)),
+            1 => {
+                if let Some((heat, from)) = next.heat.take() {
+                    self.exchange_heat(parts, heat, &from);
+                }
+            }
+            2 => self.exchange_bounds(parts),
+            3 => self.exchange_surroundings(parts),
+            4 => self.exchange_shapes(parts),
+            5 => self.shaper = Shaper::new(&parts.path.resonance),
+            6 => next.memory = Some(self.exchange_memory(parts)),
             BEFORE_ACTUATORS..WITH_ACTUATORS => {
                 if let Some((before, successors)) = &next.memory {
                     self.inherit_memory(next.exchanged - BEFORE_ACTUATORS, before, successors);
@@ -72,14 +80,26 @@ impl<'a> Controller<'a> {
         None
     }
 
-    fn exchange_heat(&mut self, parts: &Parts) {
-        let before = core::mem::replace(
-            &mut self.heat,
-            HeatInverse::new(&parts.heat, parts.shared_gains()),
-        );
-        self.shared = self.heat.inherit_shared(&before, &self.shared);
-        for actuator in &mut self.actuators {
-            actuator.heat = self.heat.inherit(&self.shared, (&before, &actuator.heat));
+    /// What takes the place of the heat's inverse, and what its poles go on with.
+    fn prepare_heat(&self, parts: &Parts) -> (HeatInverse, PolesBefore) {
+        let heat = HeatInverse::new(&parts.heat, parts.shared_gains());
+        let from = heat.poles_before(&self.heat);
+        (heat, from)
+    }
+
+    fn exchange_heat(&mut self, parts: &Parts, heat: HeatInverse, from: &PolesBefore) {
+        let before = core::mem::replace(&mut self.heat, heat);
+        let worth: [_; CHANNELS] =
+            core::array::from_fn(|i| self.actuators[i].worth_under(&parts.actuators[i]));
+        self.shared = self
+            .heat
+            .inherit_shared((from, &before, &self.shared), |heating| {
+                let each = worth.each_ref().map(|worth| worth(heating).0);
+                Kelvin(each.iter().sum::<f32>() / CHANNELS as f32)
+            });
+        for (actuator, worth) in self.actuators.iter_mut().zip(&worth) {
+            let followed = (from, &before, &actuator.heat);
+            actuator.heat = self.heat.inherit(&self.shared, followed, worth);
         }
     }
 

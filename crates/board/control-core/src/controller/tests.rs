@@ -99,7 +99,8 @@ fn a_position_is_driven_with_the_power_that_holds_it() {
         (0..100).map(tick).last().expect("ticks").drives[0].0
     };
     assert!((settled(50.0) - (10e-3_f32 * 480.0).sqrt()).abs() < 1e-5);
-    assert_eq!(settled(0.0), 0.0);
+    // A thousandth of a code: of slow poles that it lacks it follows what they would be.
+    assert!(settled(0.0) < 1e-6);
 }
 
 #[test]

@@ -151,19 +151,6 @@ fn what_was_followed_with_other_numbers_goes_on_where_it_is() {
 }
 
 #[test]
-fn a_lag_goes_on_between_those_of_its_neighbouring_times() {
-    let among = [1e-4, 1e-2, 1e-3, 1e-1];
-    let lags = [1.0, 3.0, 2.0, 4.0].map(SlowState::at);
-    let at = |rate: f32| between(rate, &among).of(&lags).value;
-    // On a logarithmic scale: half way is the geometric mean.
-    for (rate, expected) in [(1e-3, 2.0), (3.162_277_7e-3, 2.5), (1e-5, 1.0), (0.5, 4.0)] {
-        assert!((at(rate) - expected).abs() < 1e-5, "{} at {rate}", at(rate));
-    }
-    // Lags that are all at once.
-    assert_eq!(between(1.0, &[1.0; LAGS]).of(&lags).value, 1.0);
-}
-
-#[test]
 fn a_rest_is_as_long_as_the_turns_that_it_leaves_out() {
     let inverse = MemoryInverse::new(&parts().memory, DRIVE);
     let mut turned = inverse.at_rest();
