@@ -33,6 +33,7 @@ mod filter;
 mod likeness;
 mod period;
 mod reference;
+mod uneven;
 mod unknown;
 
 use apart::Apart;
@@ -45,6 +46,7 @@ use filter::{ARRIVED, FARTHEST, Filter};
 use likeness::Likeness;
 pub(crate) use period::PERIOD;
 use reference::Reference;
+use uneven::{Uneven, Unshared};
 
 /// Noise of a current reading: 1.2 steps of a 12-bit conversion and its rounding, in the mean of 16, are 0.95 uA (`codes.rs`;
 /// the emulated board's converter).
@@ -115,7 +117,10 @@ pub(crate) struct Surroundings {
     scales: [f32; CHANNELS],
     references: [Reference; CHANNELS],
     excursions: [Excursion; CHANNELS],
+    uneven: [Uneven; CHANNELS],
     apart: [Apart; CHANNELS],
+    /// What nobody has measured of the heat that the four share.
+    unshared: Option<Unshared>,
     /// Kelvins of a heater that one of the surroundings is worth; 0: they are not compensated.
     ratio: f32,
     is_used: bool,
@@ -159,6 +164,8 @@ impl Surroundings {
             growth: growth / CHANNELS as f32,
             references,
             excursions: Default::default(),
+            uneven: Default::default(),
+            unshared: Unshared::of(&parts.heat),
             apart: Default::default(),
             ratio: parts.ambient_ratio,
             is_used: true,
@@ -314,7 +321,7 @@ impl Surroundings {
         let measured = apart * sensitivity;
         let heating = reference.heating(rise);
         let square = sensitivity * sensitivity;
-        let excursion = self.excursions[actuator].variance();
+        let excursion = self.excursions[actuator].variance() + self.uneven[actuator].variance;
         let variance = (noise * noise + lag * lag + excursion) * square;
         self.batch.readings += 1.0;
         self.batch.measured += measured;
@@ -364,6 +371,18 @@ impl Surroundings {
     /// Whether the room is told apart from the loss.
     fn are_told_apart(&self) -> bool {
         self.filter.room_room < TOLD_APART.0 * TOLD_APART.0
+    }
+
+    /// Whether nobody has measured what the four share of their heat.
+    pub(crate) fn is_sharing_unknown(&self) -> bool {
+        self.unshared.is_some()
+    }
+
+    /// An actuator is so much warmer than a level plate at the mean height of the four asks for. Once in every [`PERIOD`].
+    pub(crate) fn pass_unevenly(&mut self, actuator: usize, warmer: Kelvin) {
+        if let Some(unshared) = &self.unshared {
+            self.uneven[actuator].pass(unshared, warmer);
+        }
     }
 
     /// Brings one actuator's target nearer to where it bends as at the rise `asked` in the room of the calibration. Where the

@@ -5,8 +5,8 @@
 use std::thread;
 
 use closed_loop::drift::{Aged, Ageing, Course, aged, doubted};
-use closed_loop::{calibrate, usual_mirror};
-use control_core::Calibration;
+use closed_loop::{Loop, TICK_S, calibrate, usual_mirror};
+use control_core::{Calibration, Limit, Micrometre, Setpoint, Volt};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use virtual_mirror::{Family, MirrorConfig};
@@ -124,4 +124,30 @@ fn what_bends_otherwise_without_any_heater_changing_is_not_told() {
     // A quarter of the part that the actuator bends further: of 15 %, 6 um at 153.
     assert_eq!(aged.told_at, None);
     assert!(aged.error_um > 3.0);
+}
+
+/// Equal voltages heat actuators that differ otherwise than a level plate does, and a single one heats the others: under a calibration that does
+/// not know what they share that is no drift.
+#[test]
+fn voltages_that_no_level_plate_needs_are_no_ageing() {
+    const PAPER: &str = include_str!("../../../../hil/tests/paper.toml");
+    let calibration = calibration::from_toml("paper", PAPER).expect("a calibration");
+    let config = MirrorConfig::paper();
+    for volts in [[2.0; 4], [3.5; 4], [1.9, 0.2, 0.2, 0.2]] {
+        let mut used = calibration;
+        let mut board = Loop::new(&mut used, &config).expect("a mirror");
+        board.hold(60.0, 2.0);
+        let mut evidence: f32 = 0.0;
+        for (setpoint, seconds) in [
+            (Setpoint::Drive(volts.map(Volt)), 3.0),
+            (Setpoint::position(Micrometre(90.0)), 1.0),
+        ] {
+            for _ in 0..(seconds / TICK_S) as usize {
+                let (_, limits) = board.tick(setpoint);
+                assert!(!limits.contains(Limit::CalibrationDrifted), "{volts:?}");
+                evidence = evidence.max(board.drift());
+            }
+        }
+        println!("{volts:?}: evidence {evidence:.3}");
+    }
 }

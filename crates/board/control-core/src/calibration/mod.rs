@@ -14,6 +14,7 @@ mod stages;
 pub use error::{CalibrationError, Field, Problem};
 pub use layout::{BYTES, record_bytes};
 pub use origin::{Label, Origin};
+pub use plausible::FASTEST_SHARED;
 pub use stages::{
     ActuatorCalibration, Bounds, FAST_POLES, Heat, LAGS, Lag, Lever, Memory, PLAYS, POLES, Path,
     Plate, Play, Residual, Resonance, SENSED_RISES, SLOW, SLOW_POLES, SensedRises,

@@ -37,7 +37,7 @@ const LEAST_FAST: f32 = 0.05;
 const SLOWEST_POLE: Second = Second(1e4);
 /// The fastest pole that actuators may share: the core looks at what they share every 0.4 ms (`heat.rs`), and no chip frame is faster;
 /// that of the paper's mirror takes 33 ms.
-const FASTEST_SHARED: Second = Second(0.01);
+pub const FASTEST_SHARED: Second = Second(0.01);
 
 /// Creep that is faster than this is none: a third of the paper's middle pole of 33 ms, a choice.
 const FASTEST_CREEP: Second = Second(0.01);

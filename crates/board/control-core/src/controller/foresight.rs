@@ -5,6 +5,7 @@ use crate::CHANNELS;
 use crate::design::TICK;
 use crate::limits::Limits;
 use crate::settling::{LONGEST, NEVER};
+use crate::shape::SEGMENTS;
 use crate::uncertainty::Uncertainty;
 use crate::units::{Kelvin, Micrometre, Second};
 
@@ -66,12 +67,31 @@ impl Controller<'_> {
         let unknown = self.surroundings.uncertainty(actuator, asked, compensation);
         let to_come = self.actuators[actuator].unsettled(&self.heat, &self.shared);
         self.lowest[actuator] = shape.position(self.surroundings.lowest(actuator));
-        let um_per_kelvin = 1.0 / shape.slope(place);
+        let kelvin_per_um = shape.slope(place);
+        if self.surroundings.is_sharing_unknown() {
+            let warmer = self.warmer_than_level(actuator, kelvin_per_um);
+            self.surroundings.pass_unevenly(actuator, warmer);
+        }
+        let um_per_kelvin = 1.0 / kelvin_per_um;
         let micrometres = |kelvin: Kelvin| Micrometre(kelvin.0 * um_per_kelvin);
         self.budget.warm(
             actuator,
             [unknown.of_all, unknown.own, to_come].map(micrometres),
         );
+    }
+
+    /// How much warmer an actuator is than on a level plate at the mean height of the four.
+    fn warmer_than_level(&self, actuator: usize, kelvin_per_um: f32) -> Kelvin {
+        let mean = |four: &[f32; CHANNELS]| four.iter().sum::<f32>() / CHANNELS as f32;
+        let places = self.path.now();
+        // Voltages may take it beyond its table.
+        let actuators = self.calibration.actuators();
+        let beyond: [f32; CHANNELS] = core::array::from_fn(|i| {
+            let beyond = self.asked[i].0 - actuators[i].shape.knots()[SEGMENTS];
+            if beyond > 0.0 { beyond } else { 0.0 }
+        });
+        let higher = places[actuator] - mean(places);
+        Kelvin(higher * kelvin_per_um + beyond[actuator] - mean(&beyond))
     }
 
     fn foresee_arrival(&mut self, actuator: usize) {

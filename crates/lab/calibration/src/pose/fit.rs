@@ -1,7 +1,7 @@
 //! The fit of a plate on four actuators to poses: shapes, shares, what the actuators share of their heat, what a watt is worth to each and how
 //! its loss grows, what resistances tell beside their curves and of the others' heat, and where the instrument's zero is.
 
-use control_core::calibration::{Lag, Parts};
+use control_core::calibration::{FASTEST_SHARED, Lag, Parts};
 use control_core::shape::SEGMENTS;
 use control_core::{CHANNELS, Micrometre, PlateInverse, Pose};
 use least_squares::{Bounds, DifferenceStep, Options, Prior, Problem, minimise};
@@ -37,8 +37,6 @@ const ZERO_UM: f64 = 0.5;
 pub(super) const ZERO_TILT_UM: f64 = ZERO_UM * GAIN;
 /// Least growth of a loss (1/K): what a board takes. One that falls with the rise stands for an actuator that loses less than the others.
 const LEAST_GROWTH_PER_K: f64 = -1e-3;
-/// A pole may be shared from here on (s): the core takes no faster ones.
-const FASTEST_SHARED_S: f64 = 0.01;
 /// A pole of less weight, 0.3 um of the range, tells nothing of what shares it: a choice.
 const LEAST_WEIGHT: f64 = 2e-3;
 /// What instruments and stages leave of a coordinate at rest (um), a sensor's 20 nm, and on the way, where a plate rings: a twentieth of
@@ -160,9 +158,8 @@ impl PlateFit {
         }
         let poles = parts.heat.poles().into_iter();
         let may_be_shared = |(k, pole): (usize, Lag)| {
-            let is_a_frames = k > 0
-                && f64::from(pole.time.0) >= FASTEST_SHARED_S
-                && f64::from(pole.weight) >= LEAST_WEIGHT;
+            let is_a_frames =
+                k > 0 && pole.time.0 >= FASTEST_SHARED.0 && f64::from(pole.weight) >= LEAST_WEIGHT;
             is_a_frames.then_some(k)
         };
         let read: Vec<Read> = points
