@@ -165,7 +165,7 @@ impl<'a> Controller<'a> {
             target_limits: Limits::NONE,
             sense_limits: Limits::NONE,
             path: PathPlanner::new(&parts.path),
-            budget: Budget::new(&parts.residual, &memory),
+            budget: Budget::new(parts, &memory),
             memory,
             seen: Default::default(),
             turn: 0,
@@ -215,6 +215,7 @@ impl<'a> Controller<'a> {
     /// So many ticks pass in which nothing is driven and nothing sensed.
     pub fn rest(&mut self, ticks: u16) {
         self.surroundings.rest(ticks);
+        self.budget.rest(&self.memory, ticks);
         for actuator in &mut self.actuators {
             self.memory.rest(&mut actuator.memory, ticks);
         }

@@ -56,6 +56,13 @@ pub(crate) struct Successors {
     plays: [usize; PLAYS],
 }
 
+impl Successors {
+    /// What the lags of the creep go on with, of what those before had.
+    pub(crate) fn creep_among(&self, before: &[f32; LAGS]) -> [f32; LAGS] {
+        self.creep.map(|place| place.among(before))
+    }
+}
+
 impl MemoryInverse {
     /// The exact inverse of a Prandtl-Ishlinskii operator is another one (Kuhnen 2003), here with the
     /// weights of the play operators alone and what is left of 1 for the part without memory.
@@ -144,7 +151,7 @@ impl MemoryInverse {
     ) -> MemoryState {
         let lags = state.creep.map(|lag| lag.value);
         let mut inherited = MemoryState {
-            creep: from.creep.map(|place| SlowState::at(place.among(&lags))),
+            creep: from.creep_among(&lags).map(SlowState::at),
             position: state.position,
             ..self.at_rest()
         };
@@ -181,6 +188,17 @@ impl MemoryInverse {
     #[inline(always)]
     pub(crate) fn release(&self, state: &MemoryState) -> f32 {
         self.release_per_volt * state.drive.0
+    }
+
+    /// What the creep makes of where its lags are (um).
+    pub(crate) fn creep_of(&self, lags: &[f32; LAGS]) -> f32 {
+        let weighted = lags.iter().zip(self.creep_weights);
+        weighted.map(|(lag, weight)| weight * lag).sum()
+    }
+
+    /// Part of where a lag of the creep was that is left of it after a turn.
+    pub(crate) fn creep_pole(&self, lag: usize) -> f32 {
+        1.0 - self.creep[lag % LAGS].rate()
     }
 
     /// Creep that is still to come at the present position (um).

@@ -338,7 +338,13 @@ impl Surroundings {
             let order = FIRST_ORDER * measured;
             // Where it goes beyond what was measured, its curve is a guess; and while room and loss are not told apart, actuators
             // at different heat are off by different parts of both.
-            let unlike = order * order + held_back.0 * held_back.0 + self.filter.room_room;
+            let place = self.filter.place;
+            let warmer = heating - place;
+            let by_heat = match warmer.abs() < place {
+                true => self.filter.room_room * (warmer / place) * (warmer / place),
+                false => self.filter.room_room,
+            };
+            let unlike = order * order + held_back.0 * held_back.0 + by_heat;
             // What all four are off by is a room or a loss that the filter still follows, or what is left of a move.
             self.drift.watch(&Innovation {
                 off: measured - expected - self.common,

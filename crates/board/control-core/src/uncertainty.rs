@@ -1,19 +1,21 @@
 //! How far the plate may be from where it is asked to be.
 //!
-//! Seven things are not known, and do not depend on each other: what calibration left, what the surroundings may be beyond what the
-//! resistances tell, what each resistance tells of its own actuator, what the play operators held before the controller began to follow them, the heat and the creep that are
-//! still to come, and what a heater has become whose resistance is unknown or tells otherwise than at calibration.
+//! Eight things are not known, and do not depend on each other: what calibration left, what the surroundings may be beyond what the
+//! resistances tell, what each resistance tells of its own actuator, what the play operators and the lags of the creep held before the controller began
+//! to follow them, the heat and the creep that are still to come, and what a heater has become whose resistance is unknown or tells otherwise than at
+//! calibration.
 //! Each is a standard uncertainty in micrometres; their root sum of squares (the combined standard uncertainty), times a coverage
 //! factor, is told [JCGM 100:2008, 5.1.2 and 6.2.1].
 //!
 //! It changes nothing that is driven, and takes a piece in each tick.
 
 use crate::CHANNELS;
-use crate::calibration::{PLAYS, Residual};
-use crate::memory::{MemoryInverse, MemoryState};
+use crate::calibration::{LAGS, PLAYS, Parts, Residual};
+use crate::memory::{MemoryInverse, MemoryState, Successors, TURNS};
 use crate::plate::{PlateInverse, Pose};
 use crate::units::{Micrometre, Radian};
 use fpu::sqrt;
+use libm::powf;
 
 /// Half the width of an interval that holds 95 % of a normal distribution, in standard deviations [JCGM 100:2008, table G.1].
 const COVERAGE: f32 = 1.96;
@@ -23,7 +25,7 @@ const OF_CREEP: f32 = 0.3;
 /// The same of the heat that the fast poles have still to bring.
 const OF_HEAT: f32 = 0.1;
 /// A heater that drifts is told before the plate is further off than this (um; `closed-loop`, test `drift`). One that
-/// was told, or that shows no resistance to tell by, may be as far off either way.
+/// was told, or that shows no resistance to tell by, may be as far off either way, and as far as the heaters are apart.
 const DRIFTED: Micrometre = Micrometre(1.0);
 /// A mirror whose heaters differ from each other otherwise than at calibration may be another one (um): under another's calibration virtual mirrors were up
 /// to 51 um off (`closed-loop`, test `exchanged`).
@@ -61,12 +63,31 @@ struct Contributions {
 /// The uncertainty budget.
 #[derive(Clone, Debug)]
 pub(crate) struct Budget {
-    pub(crate) residual: Residual,
+    residual: Residual,
     spans: [[Span; PLAYS]; CHANNELS],
     contributions: [Contributions; CHANNELS],
-    /// Standard uncertainty of each displacement where a heater tells otherwise than at calibration, and where none does (um).
-    drifted: [f32; 2],
+    creep_before: CreepBefore,
+    /// How far each displacement may be off where a heater tells otherwise than at calibration.
+    drifted: Micrometre,
+    /// Whether the heaters may be another mirror's.
+    is_doubted: bool,
     told: Uncertainty,
+}
+
+/// What is left of where the lags of the creep were when the controller began to follow them, which was anywhere from rest to the top.
+#[derive(Clone, Copy, Debug)]
+struct CreepBefore {
+    /// Of each lag, as a part of that.
+    left: [f32; LAGS],
+    top: Micrometre,
+    /// Standard uncertainty of the piston by it (um), the lags by what they followed alike.
+    deviation: f32,
+}
+
+impl CreepBefore {
+    fn weigh(&mut self, memory: &MemoryInverse) {
+        self.deviation = RECTANGULAR * self.top.0 * memory.creep_of(&self.left).abs();
+    }
 }
 
 impl Span {
@@ -85,7 +106,7 @@ impl Span {
 
 impl Budget {
     /// One that does not know what the mirror did before.
-    pub(crate) fn new(residual: &Residual, memory: &MemoryInverse) -> Self {
+    pub(crate) fn new(parts: &Parts, memory: &MemoryInverse) -> Self {
         let anywhere = core::array::from_fn(|play| {
             let (radius, _) = memory.play(play);
             Span {
@@ -93,13 +114,43 @@ impl Budget {
                 high: radius,
             }
         });
+        let mut creep_before = CreepBefore {
+            left: [1.0; LAGS],
+            top: parts.actuators[0].shape.top(),
+            deviation: 0.0,
+        };
+        creep_before.weigh(memory);
         Self {
-            residual: *residual,
+            residual: parts.residual,
             spans: [anywhere; CHANNELS],
             contributions: Default::default(),
-            drifted: [RECTANGULAR * DRIFTED.0, 0.0],
+            creep_before,
+            drifted: DRIFTED,
+            is_doubted: false,
             told: Uncertainty::default(),
         }
+    }
+
+    /// What the lags of the creep hold is known: the controller before followed them.
+    pub(crate) fn recall(&mut self) {
+        self.creep_before.left = [0.0; LAGS];
+        self.creep_before.deviation = 0.0;
+    }
+
+    /// So many ticks pass in which nothing is driven.
+    pub(crate) fn rest(&mut self, memory: &MemoryInverse, ticks: u16) {
+        for (lag, left) in self.creep_before.left.iter_mut().enumerate() {
+            *left *= powf(memory.creep_pole(lag), f32::from(ticks) / TURNS as f32);
+        }
+        self.creep_before.weigh(memory);
+    }
+
+    /// What another calibration leaves unknown, whose lags are between those before.
+    pub(crate) fn exchange(&mut self, parts: &Parts, memory: &MemoryInverse, from: &Successors) {
+        self.residual = parts.residual;
+        self.creep_before.top = parts.actuators[0].shape.top();
+        self.creep_before.left = from.creep_among(&self.creep_before.left);
+        self.creep_before.weigh(memory);
     }
 
     /// One actuator's play operators may be where they might be before, in the same part of their radii. `is` and `was`: where it is
@@ -154,6 +205,10 @@ impl Budget {
         state: &MemoryState,
     ) {
         let (actuator, play) = (actuator % CHANNELS, play % PLAYS);
+        if actuator == 0 {
+            self.creep_before.left[play] *= memory.creep_pole(play);
+            self.creep_before.weigh(memory);
+        }
         let spans = &mut self.spans[actuator];
         let (radius, _) = memory.play(play);
         spans[play].pull(memory.before_creep(state), radius, memory.release(state));
@@ -178,12 +233,14 @@ impl Budget {
         contributions.heat = OF_HEAT * to_come.0;
     }
 
+    /// How far the plate may be off for what the heaters differ by.
+    pub(crate) fn drift(&mut self, apart: Micrometre) {
+        self.drifted = if apart.0 > DRIFTED.0 { apart } else { DRIFTED };
+    }
+
     /// Whether the mirror may be another one than the calibration's.
     pub(crate) fn doubt(&mut self, is_doubted: bool) {
-        self.drifted = match is_doubted {
-            true => [RECTANGULAR * OTHERS.0; 2],
-            false => [RECTANGULAR * DRIFTED.0, 0.0],
-        };
+        self.is_doubted = is_doubted;
     }
 
     /// All of it, where the actuators are at these positions (um). What is unknown of all four alike moves the plate; what one
@@ -194,7 +251,12 @@ impl Budget {
         positions: &[f32; CHANNELS],
         is_true: bool,
     ) {
-        let drifted = self.drifted[usize::from(is_true)];
+        let drifted = RECTANGULAR
+            * match (self.is_doubted, is_true) {
+                (true, _) => OTHERS.0,
+                (false, false) => self.drifted.0,
+                (false, true) => 0.0,
+            };
         let of = |contribution: fn(&Contributions) -> f32| {
             plate.pose(&self.contributions.each_ref().map(contribution))
         };
@@ -212,6 +274,7 @@ impl Budget {
             untried(plate.pose(positions).z.0),
             of(|it| it.plays).z.0,
             of(|it| it.creep).z.0,
+            self.creep_before.deviation,
             of(|it| it.heat).z.0,
             of(|it| it.surroundings).z.0,
             plate.piston_deviation(&thermometers).0,

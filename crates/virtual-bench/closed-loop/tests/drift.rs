@@ -151,3 +151,31 @@ fn voltages_that_no_level_plate_needs_are_no_ageing() {
         println!("{volts:?}: evidence {evidence:.3}");
     }
 }
+
+/// Heaters that changed while the board was off, by less than would be another mirror's: told, and with how far positions are off.
+#[test]
+fn heaters_that_changed_at_once_are_told_with_what_they_make() {
+    const PAPER: &str = include_str!("../../../../hil/tests/paper.toml");
+    let calibration = calibration::from_toml("paper", PAPER).expect("a calibration");
+    for changes in [
+        [1.013, 1.0, 1.0, 1.0],
+        [1.011, 1.0, 1.011, 1.0],
+        [1.013, 1.013, 1.013, 1.0],
+        [1.0, 0.99, 1.0, 1.0],
+    ] {
+        let mut config = MirrorConfig::paper();
+        for (ohm, change) in config.trim.ohm.iter_mut().zip(changes) {
+            *ohm *= change;
+        }
+        let mut used = calibration;
+        let mut board = Loop::new(&mut used, &config).expect("a mirror");
+        for z_um in [60.0, 130.0, 30.0, 100.0] {
+            let off_um = board.hold(z_um, 2.0) - z_um;
+            let limits = board.tick(Setpoint::position(Micrometre(z_um as f32))).1;
+            let told_um = f64::from(board.uncertainty().expect("it is told").z.0);
+            let is_told = limits.contains(Limit::CalibrationDrifted);
+            println!("{changes:?} at {z_um} um: {off_um:.2} of {told_um:.2} um, told {is_told}");
+            assert!(off_um.abs() <= told_um);
+        }
+    }
+}

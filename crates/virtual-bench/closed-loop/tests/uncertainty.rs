@@ -3,7 +3,10 @@
 use std::thread;
 
 use closed_loop::uncertainty::{Kept, Move, Use, random_moves};
-use closed_loop::{calibrate, usual_mirror};
+use closed_loop::{Loop, TICK_S, calibrate, usual_mirror};
+use control_core::{Calibration, Setpoint};
+use emulated_board::Device;
+use foreign_mirror::ForeignConfig;
 use virtual_mirror::{Family, MirrorConfig};
 
 /// Moves in rooms from 10 to 40 degC, of which the first is that of the calibration.
@@ -49,4 +52,51 @@ fn intervals_hold_what_they_promise_on_mirrors_that_nobody_has_seen() {
     assert!((0.93..=0.97).contains(&kept.covered), "{kept}");
     assert!(kept.interval_rms_um <= 2.25 * kept.error_rms_um, "{kept}");
     assert!(kept.too_early <= 0.01, "{kept}");
+}
+
+/// A mirror that was in use when the board's power went: of its creep and its heat the board knows nothing when it starts again.
+fn assert_told_after_a_power_cut<D: Device>(config: &D, own: &Calibration, dark_s: f64)
+where
+    D::Mirror: Clone,
+{
+    let (mut before, mut after) = (*own, *own);
+    let top_um = f64::from(own.max_position().0);
+    let mut board = Loop::new(&mut before, config).expect("a mirror");
+    for (part, seconds) in [(0.6, 5.0), (0.9, 60.0), (0.2, 1.0)] {
+        board.hold(part * top_um, seconds);
+    }
+    let mut board = Loop::of(&mut after, config.seed(), board.mirror().clone());
+    for _ in 0..(dark_s / TICK_S) as usize {
+        board.tick(Setpoint::Off);
+    }
+    for part in [0.3, 0.7, 0.15, 0.9, 0.5] {
+        let asked_um = part * top_um;
+        let off_um = board.hold(asked_um, 1.5) - asked_um;
+        let told_um = f64::from(board.uncertainty().expect("it is told").z.0);
+        println!(
+            "{}, after {dark_s} s: {off_um:.2} of {told_um:.2} um",
+            config.name()
+        );
+        assert!(off_um.abs() <= told_um);
+    }
+}
+
+#[test]
+fn what_is_not_known_after_a_power_cut_is_told() {
+    const PAPER: &str = include_str!("../../../../hil/tests/paper.toml");
+    let own = calibration::from_toml("paper", PAPER).expect("a calibration");
+    for dark_s in [0.3, 10.0] {
+        assert_told_after_a_power_cut(&MirrorConfig::paper(), &own, dark_s);
+    }
+}
+
+/// On a mirror of other equations than the project's own, of three times a percent of creep.
+#[test]
+#[ignore = "long"]
+fn so_it_is_on_a_foreign_mirror() {
+    let config = ForeignConfig::new(903);
+    let own = calibrate(&config).expect("a mirror").calibration;
+    for dark_s in [0.3, 10.0] {
+        assert_told_after_a_power_cut(&config, &own, dark_s);
+    }
 }

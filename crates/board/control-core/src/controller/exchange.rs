@@ -110,12 +110,12 @@ impl<'a> Controller<'a> {
 
     /// The memory before, which each actuator has still to inherit; until then none is advanced.
     fn exchange_memory(&mut self, parts: &Parts) -> (MemoryInverse, Successors) {
-        self.budget.residual = parts.residual;
         let before = core::mem::replace(
             &mut self.memory,
             MemoryInverse::new(&parts.memory, parts.bounds.drive),
         );
         let successors = self.memory.successors(&before);
+        self.budget.exchange(parts, &self.memory, &successors);
         (before, successors)
     }
 

@@ -74,6 +74,7 @@ impl Controller<'_> {
         }
         let um_per_kelvin = 1.0 / kelvin_per_um;
         let micrometres = |kelvin: Kelvin| Micrometre(kelvin.0 * um_per_kelvin);
+        self.budget.drift(micrometres(unknown.drifted));
         self.budget.warm(
             actuator,
             [unknown.of_all, unknown.own, to_come].map(micrometres),

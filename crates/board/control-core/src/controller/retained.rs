@@ -70,6 +70,7 @@ impl Controller<'_> {
     /// the first step.
     pub fn recall(&mut self, retained: &[Retained; CHANNELS]) {
         self.shared = SharedHeat::of(retained[0].shared);
+        self.budget.recall();
         let actuators = self.calibration.actuators();
         let states = self.actuators.iter_mut().zip(actuators).zip(retained);
         for ((state, actuator), kept) in states {

@@ -28,6 +28,9 @@ const JUMPS_LET_PASS: f32 = TICK.0 * PERIOD as f32 / 10.0;
 /// them in several jumps.
 const ONE_JUMP: u8 = 64;
 
+/// An update's part of the mean of the last ones: of 0.4 s, within which a drift is not yet told.
+const OF_AN_UPDATE: f32 = 1.0 / 64.0;
+
 /// One innovation of one actuator, in kelvins of the surroundings.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Innovation {
@@ -44,6 +47,8 @@ pub(super) struct Drift {
     /// Whose turn it is.
     turn: usize,
     told: [bool; CHANNELS],
+    /// What each is off by from the mean of the four, in the mean of its last updates (K).
+    off: [f32; CHANNELS],
     /// Jumps of the surroundings, less those that are let pass.
     jumps: f32,
     /// Updates in which another jump is still the last one.
@@ -59,6 +64,13 @@ impl Drift {
     /// Whether one of them has drifted.
     pub(super) fn is_told(&self) -> bool {
         self.told.contains(&true) || self.jumps > JUMPS
+    }
+
+    /// How far one of the four is off from their mean at most, in the mean of its last updates (K): where three have drifted alike, so much of it
+    /// was taken for the room.
+    pub(super) fn apart(&self) -> f32 {
+        let farther = |most: f32, off: &f32| if off.abs() > most { off.abs() } else { most };
+        self.off.iter().fold(0.0, farther)
     }
 
     /// The surroundings have jumped, as far as the filter can tell.
@@ -86,6 +98,8 @@ impl Drift {
         let (above, below) = (&mut self.above[turn], &mut self.below[turn]);
         *above = summed(*above + deviations - ALLOWANCE);
         *below = summed(*below - deviations - ALLOWANCE);
+        let mean = self.off[turn] + OF_AN_UPDATE * (off - self.off[turn]);
+        self.off[turn] = if mean.is_finite() { mean } else { 0.0 };
         let told = &mut self.told[turn];
         let bound = if *told { UNTOLD } else { TOLD };
         *told = *above > bound || *below > bound;

@@ -19,6 +19,8 @@ pub(crate) struct Unknown {
     pub(crate) of_all: Kelvin,
     /// By which one errs apart from the others: what its thermometer tells.
     pub(crate) own: Kelvin,
+    /// And how far off it may be where heaters have drifted, from which the room was taken.
+    pub(crate) drifted: Kelvin,
 }
 
 impl Surroundings {
@@ -64,6 +66,7 @@ impl Surroundings {
         Unknown {
             of_all: Kelvin(fpu::sqrt(of_all) / slope),
             own: Kelvin(fpu::sqrt(own) / slope),
+            drifted: Kelvin(self.drift.apart() / slope),
         }
     }
 }
