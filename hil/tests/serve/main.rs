@@ -196,8 +196,11 @@ fn one_client_drives_and_the_others_read() {
     assert_eq!(first.ask("OUTP?"), "0");
     assert_eq!(second.ask("SYST:LOCK:OWN?"), "NONE");
     assert_eq!(second.ask("VOLT 1V;*OPC?;:OUTP?"), "1;1");
-    // Everybody may turn it off, and who drove is told who did.
+    // Everybody may turn it off, and who drove is told who did, and waits no longer for what does not settle any more.
+    second.say("SOUR:SETT 100h;VOLT 1.5V;*OPC?");
+    while first.numbers("SOUR:VOLT?")[0] < 1.4 {}
     assert_eq!(first.ask("OUTP OFF;OUTP?"), "0");
+    assert_eq!(second.hear(), "1");
     let said = second.error();
     assert!(
         said.contains(&format!("{address} turned the channels off")),

@@ -41,6 +41,9 @@ pub(super) struct Session {
     awaits_complete: bool,
 }
 
+/// While a client waits for the mirror to settle it is looked after so often whether it still moves: as soon as a person would notice.
+const LOOKED_AFTER: Span = Span { s: 0.1 };
+
 /// What a command answers: bytes, or nothing.
 type Answer = Result<Option<Vec<u8>>, Error>;
 
@@ -349,6 +352,10 @@ impl Session {
             if left.s == 0.0 {
                 return self.note_kept_away(&status, moved).await;
             }
+            // What another client, or another tool, turns off does not settle: looked after now and then.
+            let left = Span {
+                s: left.s.min(LOOKED_AFTER.s),
+            };
             self.ask(async |board| board.wait(tick, left).await).await?;
         }
         Ok(())
