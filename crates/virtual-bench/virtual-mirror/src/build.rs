@@ -165,6 +165,7 @@ fn bends(slices: &[Slice], draws: &Draws) -> Vec<Bend> {
         Bend {
             length: slice.length,
             curvature: draws.bend * (sign * slice.films.curvature_per_m_k),
+            residual: draws.bend * (sign * slice.films.residual_per_m),
             compliance: slice.length / (slice.films.stiffness_n_m * slice.width),
             turned: slice.segment.turned,
         }

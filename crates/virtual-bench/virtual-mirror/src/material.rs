@@ -14,6 +14,10 @@ pub struct Material {
     pub expansion_ppm_k: f64,
     /// Young's modulus (GPa).
     pub modulus_gpa: f64,
+    /// Strain by which deposition left the film too short (1e-6). Only the films' proportions count: they curl the beam until it stands at its
+    /// rest height. Without it the film's expansion, as if the beam had been released warm and cooled.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residual_ppm: Option<f64>,
 }
 
 /// The materials of the beam's films and of the plate.
@@ -45,6 +49,7 @@ impl Default for Materials {
             heat_mj_m3_k,
             expansion_ppm_k,
             modulus_gpa,
+            residual_ppm: None,
         };
         Self {
             al: material(200.0, 2.43, 23.0, 70.0),
@@ -96,6 +101,8 @@ pub(crate) struct Laminate {
     pub(crate) heat_j_m2_k: f64,
     /// Curvature per kelvin of uniform heating (1/(m K)), positive towards the bottom film.
     pub(crate) curvature_per_m_k: f64,
+    /// Curvature by residual strains, with the sign that they would have as expansions (1/m).
+    pub(crate) residual_per_m: f64,
     /// Bending stiffness per width about the stack's own neutral axis (N m).
     pub(crate) stiffness_n_m: f64,
 }
@@ -105,26 +112,32 @@ impl Laminate {
     pub(crate) fn new(layers: &[Layer], materials: &Materials) -> Self {
         let (mut conductance, mut heat) = (0.0, 0.0);
         let (mut area, mut first, mut second) = (0.0, 0.0, 0.0);
-        let (mut force, mut moment) = (0.0, 0.0);
+        // Of the expansions, and of the residual strains.
+        let (mut force, mut moment) = ([0.0; 2], [0.0; 2]);
         let mut bottom = 0.0;
         for layer in layers {
             let (t, m) = (layer.um * 1e-6, materials.film(layer.film));
             let (centre, modulus) = (bottom + 0.5 * t, m.modulus_gpa * 1e9);
-            let expansion = m.expansion_ppm_k * 1e-6;
+            let residual = m.residual_ppm.unwrap_or(m.expansion_ppm_k);
             conductance += m.conductivity_w_m_k * t;
             heat += m.heat_mj_m3_k * 1e6 * t;
             area += modulus * t;
             first += modulus * t * centre;
             second += modulus * t * (centre * centre + t * t / 12.0);
-            force += modulus * t * expansion;
-            moment += modulus * t * expansion * centre;
+            for (index, ppm) in [m.expansion_ppm_k, residual].into_iter().enumerate() {
+                let strain = ppm * 1e-6;
+                force[index] += modulus * t * strain;
+                moment[index] += modulus * t * strain * centre;
+            }
             bottom += t;
         }
         let stiffness = second - first * first / area;
+        let curvature = |index: usize| (moment[index] - first * force[index] / area) / stiffness;
         Self {
             conductance_w_k: conductance,
             heat_j_m2_k: heat,
-            curvature_per_m_k: (moment - first * force / area) / stiffness,
+            curvature_per_m_k: curvature(0),
+            residual_per_m: curvature(1),
             stiffness_n_m: stiffness,
         }
     }
@@ -143,6 +156,25 @@ mod tests {
         let layers = [layer(Film::Sio2, 1.2), layer(Film::Al, 1.2)];
         let got = Laminate::new(&layers, &Materials::default()).curvature_per_m_k;
         approx::assert_relative_eq!(got, 1.5 * 22.3e-6 / 2.4e-6, max_relative = 1e-9);
+    }
+
+    #[test]
+    fn residual_strain_bends_as_the_expansion_of_a_kelvin_would() {
+        let layers = [layer(Film::Sio2, 1.2), layer(Film::Al, 1.2)];
+        let mut materials = Materials::default();
+        let released_warm = Laminate::new(&layers, &materials);
+        assert_eq!(
+            released_warm.residual_per_m,
+            released_warm.curvature_per_m_k
+        );
+        materials.sio2.residual_ppm = Some(-10.0);
+        let got = Laminate::new(&layers, &materials);
+        assert_eq!(got.curvature_per_m_k, released_warm.curvature_per_m_k);
+        approx::assert_relative_eq!(
+            got.residual_per_m,
+            1.5 * 33e-6 / 2.4e-6,
+            max_relative = 1e-9
+        );
     }
 
     #[test]

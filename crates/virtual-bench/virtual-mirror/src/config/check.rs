@@ -106,6 +106,9 @@ impl MirrorConfig {
                 "1e-6/K",
             )?;
             within(key("modulus_gpa"), material.modulus_gpa, 0.1, 1e3, "GPa")?;
+            if let Some(residual) = material.residual_ppm {
+                within(key("residual_ppm"), residual, -1e3, 1e3, "1e-6")?;
+            }
         }
         Ok(())
     }
