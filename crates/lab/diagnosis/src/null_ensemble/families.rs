@@ -3,6 +3,7 @@
 //! each other.
 
 mod described;
+mod shape;
 pub(super) mod stated;
 
 use identification::dataset::{Channel, Dataset};
@@ -214,6 +215,7 @@ fn draw_mirror(seed: u64, device: &Device) -> MirrorConfig {
     config.motion = Some(plate_at_once(
         PLATE_HZ.0 * (PLATE_HZ.1 / PLATE_HZ.0).powf(rng.random()),
     ));
+    shape::draw(&mut config, &mut rng);
     config.sensor.position_noise_nm = 0.0;
     config.sensor.current_noise_ua = 0.0;
     config.sensor.current_noise_ratio = 0.0;
