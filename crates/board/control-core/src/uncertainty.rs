@@ -205,9 +205,11 @@ impl Budget {
         state: &MemoryState,
     ) {
         let (actuator, play) = (actuator % CHANNELS, play % PLAYS);
-        if actuator == 0 {
-            self.creep_before.left[play] *= memory.creep_pole(play);
-            self.creep_before.weigh(memory);
+        // All four lags have been turned since.
+        match (actuator, play) {
+            (0, _) => self.creep_before.left[play] *= memory.creep_pole(play),
+            (1, 0) => self.creep_before.weigh(memory),
+            _ => {}
         }
         let spans = &mut self.spans[actuator];
         let (radius, _) = memory.play(play);

@@ -54,6 +54,10 @@ impl Controller<'_> {
                 let is_true = self.sense_limits == Limits::NONE;
                 self.budget.combine(&self.plate, self.path.now(), is_true);
             }
+            _ if self.surroundings.is_sharing_unknown() => {
+                let warmer = self.warmer_than_level(actuator);
+                self.surroundings.pass_unevenly(actuator, warmer);
+            }
             _ => {}
         }
     }
@@ -67,12 +71,7 @@ impl Controller<'_> {
         let unknown = self.surroundings.uncertainty(actuator, asked, compensation);
         let to_come = self.actuators[actuator].unsettled(&self.heat, &self.shared);
         self.lowest[actuator] = shape.position(self.surroundings.lowest(actuator));
-        let kelvin_per_um = shape.slope(place);
-        if self.surroundings.is_sharing_unknown() {
-            let warmer = self.warmer_than_level(actuator, kelvin_per_um);
-            self.surroundings.pass_unevenly(actuator, warmer);
-        }
-        let um_per_kelvin = 1.0 / kelvin_per_um;
+        let um_per_kelvin = 1.0 / shape.slope(place);
         let micrometres = |kelvin: Kelvin| Micrometre(kelvin.0 * um_per_kelvin);
         self.budget.drift(micrometres(unknown.drifted));
         self.budget.warm(
@@ -82,17 +81,23 @@ impl Controller<'_> {
     }
 
     /// How much warmer an actuator is than on a level plate at the mean height of the four.
-    fn warmer_than_level(&self, actuator: usize, kelvin_per_um: f32) -> Kelvin {
+    fn warmer_than_level(&self, actuator: usize) -> Kelvin {
         let mean = |four: &[f32; CHANNELS]| four.iter().sum::<f32>() / CHANNELS as f32;
         let places = self.path.now();
-        // Voltages may take it beyond its table.
         let actuators = self.calibration.actuators();
+        let kelvin_per_um = actuators[actuator]
+            .shape
+            .slope(Micrometre(places[actuator]));
+        let within = (places[actuator] - mean(places)) * kelvin_per_um;
+        if !self.is_by_voltage {
+            return Kelvin(within);
+        }
+        // Voltages may take it beyond its table.
         let beyond: [f32; CHANNELS] = core::array::from_fn(|i| {
             let beyond = self.asked[i].0 - actuators[i].shape.knots()[SEGMENTS];
             if beyond > 0.0 { beyond } else { 0.0 }
         });
-        let higher = places[actuator] - mean(places);
-        Kelvin(higher * kelvin_per_um + beyond[actuator] - mean(&beyond))
+        Kelvin(within + beyond[actuator] - mean(&beyond))
     }
 
     fn foresee_arrival(&mut self, actuator: usize) {

@@ -2,7 +2,6 @@
 //! followed the same powers.
 
 use super::{AHEAD, HeatInverse, HeatState, SHARED_POLES, SharedHeat};
-use crate::CHANNELS;
 use crate::between::Between;
 use crate::calibration::{FAST_POLES, SLOW_POLES};
 use crate::lag::{SlowLag, SlowState, TURNS};
@@ -98,6 +97,3 @@ fn among<const N: usize>(lags: &[SlowLag; N], before: &[SlowLag; N]) -> [Between
 fn inputs<const N: usize>(lags: &[SlowLag; N], states: &[SlowState; N]) -> [f32; N] {
     core::array::from_fn(|k| states[k].value / lags[k].weight())
 }
-
-// Each actuator's turn is one of what they share.
-const _: () = assert!(CHANNELS == SHARED_POLES);
