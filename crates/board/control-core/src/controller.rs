@@ -213,6 +213,7 @@ impl<'a> Controller<'a> {
     }
 
     /// So many ticks pass in which nothing is driven and nothing sensed.
+    #[inline(never)]
     pub fn rest(&mut self, ticks: u16) {
         self.surroundings.rest(ticks);
         self.budget.rest(&self.memory, ticks);

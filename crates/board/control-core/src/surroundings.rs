@@ -117,10 +117,7 @@ pub(crate) struct Surroundings {
     scales: [f32; CHANNELS],
     references: [Reference; CHANNELS],
     excursions: [Excursion; CHANNELS],
-    uneven: [Uneven; CHANNELS],
     apart: [Apart; CHANNELS],
-    /// What nobody has measured of the heat that the four share.
-    unshared: Option<Unshared>,
     /// Kelvins of a heater that one of the surroundings is worth; 0: they are not compensated.
     ratio: f32,
     is_used: bool,
@@ -141,6 +138,9 @@ pub(crate) struct Surroundings {
     apart_since: u16,
     is_probing: bool,
     estimate: Estimate,
+    /// What nobody has measured of the heat that the four share, and what that makes each be off by.
+    unshared: Option<Unshared>,
+    uneven: [Uneven; CHANNELS],
 }
 
 /// The readings since the last update, summed.
@@ -340,10 +340,11 @@ impl Surroundings {
             // at different heat are off by different parts of both.
             let place = self.filter.place;
             let warmer = heating - place;
-            let by_heat = match warmer.abs() < place {
-                true => self.filter.room_room * (warmer / place) * (warmer / place),
-                false => self.filter.room_room,
+            let part = match warmer.abs() < place {
+                true => warmer / place,
+                false => 1.0,
             };
+            let by_heat = part * part * self.filter.room_room;
             let unlike = order * order + held_back.0 * held_back.0 + by_heat;
             // What all four are off by is a room or a loss that the filter still follows, or what is left of a move.
             self.drift.watch(&Innovation {

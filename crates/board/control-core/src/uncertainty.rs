@@ -197,7 +197,7 @@ impl Budget {
         self.residual.ambient_ratio
     }
 
-    /// One play operator of one actuator, and what the actuator's memory contributes.
+    /// One play operator of one actuator, and after the last of them what the actuator's memory contributes.
     pub(crate) fn remember(
         &mut self,
         (actuator, play): (usize, usize),
@@ -214,6 +214,9 @@ impl Budget {
         let spans = &mut self.spans[actuator];
         let (radius, _) = memory.play(play);
         spans[play].pull(memory.before_creep(state), radius, memory.release(state));
+        if play + 1 < PLAYS {
+            return;
+        }
         let half_widths = spans.iter().enumerate().map(|(play, span)| {
             let (_, weight) = memory.play(play);
             0.5 * weight.abs() * (span.high - span.low)

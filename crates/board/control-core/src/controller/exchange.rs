@@ -50,6 +50,9 @@ impl<'a> Controller<'a> {
 
     /// Exchanges a stage, or what one actuator remembers, which a tick has room for in the place of a step
     /// (`docs/figures/control-tick.md`); returns the calibration before once all of them are.
+    // Out of the way of the ticks that exchange nothing.
+    #[cold]
+    #[inline(never)]
     pub fn exchange_on(&mut self) -> Option<&'a mut Calibration> {
         let mut next = self.next.take()?;
         let parts = next.calibration.parts();

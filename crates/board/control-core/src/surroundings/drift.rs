@@ -49,6 +49,8 @@ pub(super) struct Drift {
     told: [bool; CHANNELS],
     /// What each is off by from the mean of the four, in the mean of its last updates (K).
     off: [f32; CHANNELS],
+    /// The most of that.
+    apart: f32,
     /// Jumps of the surroundings, less those that are let pass.
     jumps: f32,
     /// Updates in which another jump is still the last one.
@@ -69,8 +71,7 @@ impl Drift {
     /// How far one of the four is off from their mean at most, in the mean of its last updates (K): where three have drifted alike, so much of it
     /// was taken for the room.
     pub(super) fn apart(&self) -> f32 {
-        let farther = |most: f32, off: &f32| if off.abs() > most { off.abs() } else { most };
-        self.off.iter().fold(0.0, farther)
+        self.apart
     }
 
     /// The surroundings have jumped, as far as the filter can tell.
@@ -84,6 +85,10 @@ impl Drift {
     /// The next one's turn.
     pub(super) fn turn(&mut self) {
         self.turn = (self.turn + 1) % CHANNELS;
+        if self.turn == 0 {
+            let farther = |most: f32, off: &f32| if off.abs() > most { off.abs() } else { most };
+            self.apart = self.off.iter().fold(0.0, farther);
+        }
         if self.jumps > 0.0 {
             self.jumps -= JUMPS_LET_PASS;
             self.jumping = self.jumping.saturating_sub(1);

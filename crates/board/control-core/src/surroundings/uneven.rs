@@ -29,7 +29,7 @@ pub(super) struct Uneven {
 }
 
 impl Unshared {
-    /// `None` where the calibration knows what is shared.
+    /// `None` where the calibration knows what is shared, and where there is nothing that could be.
     pub(super) fn of(heat: &Heat) -> Option<Self> {
         if heat.shared.iter().any(|part| *part > 0.0) {
             return None;
@@ -43,11 +43,12 @@ impl Unshared {
         } else {
             first
         };
-        Some(Self {
+        let unshared = Self {
             fast: shareable.map(|lag| lag.weight).sum(),
             slow: first.weight + second.weight,
             rate: rate(heaviest.time, PERIOD),
-        })
+        };
+        (unshared.fast + unshared.slow > 0.0).then_some(unshared)
     }
 }
 

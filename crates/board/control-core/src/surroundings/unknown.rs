@@ -62,11 +62,11 @@ impl Surroundings {
         } else {
             (of_filter + difference * difference, 0.0)
         };
-        let slope = reference.loss_slope(asked);
+        let per_slope = 1.0 / reference.loss_slope(asked);
         Unknown {
-            of_all: Kelvin(fpu::sqrt(of_all) / slope),
-            own: Kelvin(fpu::sqrt(own) / slope),
-            drifted: Kelvin(self.drift.apart() / slope),
+            of_all: Kelvin(fpu::sqrt(of_all) * per_slope),
+            own: Kelvin(fpu::sqrt(own) * per_slope),
+            drifted: Kelvin(self.drift.apart() * per_slope),
         }
     }
 }
