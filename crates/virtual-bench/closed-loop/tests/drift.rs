@@ -126,12 +126,17 @@ fn what_bends_otherwise_without_any_heater_changing_is_not_told() {
     assert!(aged.error_um > 3.0);
 }
 
+/// What `calibrate` made of the paper's mirror (`hil/tests`).
+fn of_the_paper() -> Calibration {
+    const PAPER: &str = include_str!("../../../../hil/tests/paper.toml");
+    calibration::from_toml("paper", PAPER).expect("a calibration")
+}
+
 /// Equal voltages heat actuators that differ otherwise than a level plate does, and a single one heats the others: under a calibration that does
 /// not know what they share that is no drift.
 #[test]
 fn voltages_that_no_level_plate_needs_are_no_ageing() {
-    const PAPER: &str = include_str!("../../../../hil/tests/paper.toml");
-    let calibration = calibration::from_toml("paper", PAPER).expect("a calibration");
+    let calibration = of_the_paper();
     let config = MirrorConfig::paper();
     for volts in [[2.0; 4], [3.5; 4], [1.9, 0.2, 0.2, 0.2]] {
         let mut used = calibration;
@@ -155,8 +160,7 @@ fn voltages_that_no_level_plate_needs_are_no_ageing() {
 /// Heaters that changed while the board was off, by less than would be another mirror's: told, and with how far positions are off.
 #[test]
 fn heaters_that_changed_at_once_are_told_with_what_they_make() {
-    const PAPER: &str = include_str!("../../../../hil/tests/paper.toml");
-    let calibration = calibration::from_toml("paper", PAPER).expect("a calibration");
+    let calibration = of_the_paper();
     for changes in [
         [1.013, 1.0, 1.0, 1.0],
         [1.011, 1.0, 1.011, 1.0],

@@ -251,8 +251,8 @@ fn so_it_is_on_mirrors_of_all_families() {
         }
     }
     println!("of {pairs} noticed at rest: {noticed}, and all errors within intervals: {held}");
-    // Of E and G, and of F and G, the heaters are alike to a percent; G under C's is 83 um off where 70 um are told.
-    assert!(noticed >= 26 && held >= 25);
+    // Of E and G, and of F and G, the heaters are alike to a percent.
+    assert!(noticed >= 26 && held >= 26);
 }
 
 /// A gain of 0.3 %, as boards have it, is none; one of 3 %, which only a board has that nobody has calibrated, is told.
