@@ -97,9 +97,11 @@ pub struct Controller<'a> {
     /// The rises of the beams that positions ask for in the room of the calibration.
     asked: [Kelvin; CHANNELS],
     path: PathPlanner,
-    surroundings: Surroundings,
     /// What the four share of their heat.
     shared: SharedHeat,
+    /// Counts the turns of what is not done at every tick: one actuator's at a time.
+    turn: usize,
+    surroundings: Surroundings,
     plate: PlateInverse,
     memory: MemoryInverse,
     calibration: &'a mut Calibration,
@@ -110,8 +112,6 @@ pub struct Controller<'a> {
     sense_limits: Limits,
     /// Where each actuator was when it was looked at last, while voltages are asked for.
     seen: [f32; CHANNELS],
-    /// Counts the turns of what is not done at every tick: one actuator's at a time.
-    turn: usize,
     /// For ways that are tracked.
     shaper: Shaper,
     /// What is not known of where the plate is.
@@ -273,8 +273,8 @@ impl<'a> Controller<'a> {
                 if *pose != self.target {
                     self.target = *pose;
                     self.is_by_voltage = false;
-                    self.target_limits = Limits::NONE;
-                    let target = self.plate.positions(pose, &mut self.target_limits);
+                    let (target, target_limits) = self.plate.positions(pose);
+                    self.target_limits = target_limits;
                     self.path.plan(&target);
                     self.shaper.forget();
                 }
@@ -283,8 +283,7 @@ impl<'a> Controller<'a> {
                 None
             }
             Setpoint::Track(pose) => {
-                let mut pose_limits = Limits::NONE;
-                let positions = self.plate.positions(pose, &mut pose_limits);
+                let (positions, pose_limits) = self.plate.positions(pose);
                 limits = limits.union(pose_limits);
                 let oldest = match self.shaper.oldest() {
                     Some(oldest) => oldest,

@@ -83,22 +83,23 @@ impl PlateInverse {
         self.is_known
     }
 
-    /// Positions of the actuators (um) at which the plate is at `pose`. A pose out of reach is limited by name: each actuator
-    /// goes as far as it can.
+    /// Positions of the actuators (um) at which the plate is at `pose`, and what limits them: out of reach each actuator goes as far as it
+    /// can.
     #[inline(always)]
-    pub fn positions(&self, pose: &Pose, limits: &mut Limits) -> [f32; CHANNELS] {
+    pub fn positions(&self, pose: &Pose) -> ([f32; CHANNELS], Limits) {
         let positions = self.unwarped(pose);
         let Some(warp) = self.needed_warp(&positions) else {
-            return positions;
+            return (positions, Limits::NONE);
         };
         let warped = array::from_fn(|i| positions[i] + warp * self.levers[i].warp);
         // A pose too far for f32 has actuators out of the range under any warp, and one of unknown levers under none.
         if self.are_within(&warped) {
-            return warped;
+            return (warped, Limits::NONE);
         }
         // One by one, which leaves the others in registers.
-        let [a, b, c, d] = self.limit_warped(pose, limits);
-        [a, b, c, d]
+        let mut limits = Limits::NONE;
+        let [a, b, c, d] = self.limit_warped(pose, &mut limits);
+        ([a, b, c, d], limits)
     }
 
     /// Positions without a warp (um).
@@ -339,8 +340,7 @@ mod tests {
         ) {
             let asked = pose(z, tilt_x, tilt_y);
             let inverse = inverse(&plate);
-            let mut limits = Limits::NONE;
-            let positions = inverse.positions(&asked, &mut limits);
+            let (positions, limits) = inverse.positions(&asked);
             prop_assert!(positions.iter().all(|at| (0.0..=TOP_UM).contains(at)), "{positions:?}");
             if is_reachable(&plate, &asked) {
                 prop_assert_eq!(limits, Limits::NONE);
@@ -359,44 +359,39 @@ mod tests {
         #[test]
         fn any_bit_pattern_is_answered_within_the_range(plate in plate(), bits: [u32; 3]) {
             let [z, tilt_x, tilt_y] = bits.map(f32::from_bits);
-            let mut limits = Limits::NONE;
-            let positions = inverse(&plate).positions(&pose(z, tilt_x, tilt_y), &mut limits);
+            let (positions, _) = inverse(&plate).positions(&pose(z, tilt_x, tilt_y));
             prop_assert!(positions.iter().all(|at| (0.0..=TOP_UM).contains(at)), "{positions:?}");
         }
     }
 
     #[test]
     fn a_level_plate_has_all_actuators_where_it_is() {
-        let mut limits = Limits::NONE;
         let level = pose(64.25, 0.0, 0.0);
         for plate in [Plate::UNKNOWN, Plate::cross(Micrometre(480.0))] {
             assert_eq!(
-                inverse(&plate).positions(&level, &mut limits),
-                [64.25; CHANNELS]
+                inverse(&plate).positions(&level),
+                ([64.25; CHANNELS], Limits::NONE)
             );
             assert_eq!(inverse(&plate).pose(&[64.25; CHANNELS]).z.0, 64.25);
         }
-        assert_eq!(limits, Limits::NONE);
     }
 
     #[test]
     fn a_warp_doubles_the_tilt_near_rest() {
         let plate = Plate::cross(Micrometre(100.0));
-        let mut limits = Limits::NONE;
         // 2 z / lever: the two actuators on the axis rest.
-        let positions = inverse(&plate).positions(&pose(20.0, 0.4, 0.0), &mut limits);
+        let (positions, limits) = inverse(&plate).positions(&pose(20.0, 0.4, 0.0));
         assert_eq!(limits, Limits::NONE);
         for (at, expected) in positions.into_iter().zip([0.0, 80.0, 0.0, 0.0]) {
             assert!((at - expected).abs() < 1e-4, "{positions:?}");
         }
-        inverse(&plate).positions(&pose(20.0, 0.41, 0.0), &mut limits);
+        let (_, limits) = inverse(&plate).positions(&pose(20.0, 0.41, 0.0));
         assert!(limits.contains(Limit::PositionLow));
     }
 
     #[test]
     fn tilts_of_a_plate_that_is_not_known_are_named() {
-        let mut limits = Limits::NONE;
-        let positions = inverse(&Plate::UNKNOWN).positions(&pose(60.0, 1e-3, 0.0), &mut limits);
+        let (positions, limits) = inverse(&Plate::UNKNOWN).positions(&pose(60.0, 1e-3, 0.0));
         assert_eq!(positions, [60.0; CHANNELS]);
         assert!(limits.contains(Limit::TiltUnknown));
     }

@@ -118,9 +118,11 @@ pub(crate) struct Surroundings {
     references: [Reference; CHANNELS],
     excursions: [Excursion; CHANNELS],
     apart: [Apart; CHANNELS],
+    uneven: [Uneven; CHANNELS],
     /// Kelvins of a heater that one of the surroundings is worth; 0: they are not compensated.
     ratio: f32,
     is_used: bool,
+    has_drifted: bool,
     /// What a heater tells more for each kelvin by which the four are warmer in the mean.
     crosstalk: f32,
     /// Kelvins of the films' platinum for each that the resistances tell.
@@ -132,7 +134,6 @@ pub(crate) struct Surroundings {
     /// What the readings of all four were off by in the mean, after the last update (K).
     common: f32,
     drift: Drift,
-    has_drifted: bool,
     likeness: Likeness,
     /// Ticks since room and loss are told apart, as far as they are counted.
     apart_since: u16,
@@ -140,7 +141,6 @@ pub(crate) struct Surroundings {
     estimate: Estimate,
     /// What nobody has measured of the heat that the four share, and what that makes each be off by.
     unshared: Option<Unshared>,
-    uneven: [Uneven; CHANNELS],
 }
 
 /// The readings since the last update, summed.

@@ -4,7 +4,7 @@
 use std::f64::consts::{PI, TAU};
 
 use control_core::calibration::{ActuatorCalibration, FAST_POLES, Heat, Lag};
-use control_core::{CHANNELS, Calibration, Kelvin, Limits, Micrometre, PlateInverse, Pose, TICK};
+use control_core::{CHANNELS, Calibration, Kelvin, Micrometre, PlateInverse, Pose, TICK};
 use nalgebra::Complex;
 
 use crate::PlatePose;
@@ -31,8 +31,7 @@ pub fn reached(
     let asked_um: Vec<[f64; CHANNELS]> = (1..=steps as usize)
         .map(|step| {
             let pose = Pose::from(asked(step as f64 * step_s));
-            let mut limits = Limits::NONE;
-            plate.positions(&pose, &mut limits).map(f64::from)
+            plate.positions(&pose).0.map(f64::from)
         })
         .collect();
     let longest_s = parts.heat.fast.iter().map(|lag| f64::from(lag.time.0));

@@ -307,10 +307,8 @@ mod tests {
 
     /// What the core that drives the board names.
     fn limits(plate: &Plate, pose: &PlatePose) -> Limits {
-        let mut limits = Limits::NONE;
         let inverse = PlateInverse::new(plate, Micrometre(TOP_UM as f32));
-        inverse.positions(&Pose::from(*pose), &mut limits);
-        limits
+        inverse.positions(&Pose::from(*pose)).1
     }
 
     proptest! {

@@ -7,8 +7,7 @@ use calibration::{
 use control_core::calibration::{Heat, Lag, Parts, Plate, SENSED_RISES, SensedRises};
 use control_core::shape::SEGMENTS;
 use control_core::{
-    CHANNELS, Calibration, InverseTable, Kelvin, Limits, Micrometre, PlateInverse, Pose, Radian,
-    Second,
+    CHANNELS, Calibration, InverseTable, Kelvin, Micrometre, PlateInverse, Pose, Radian, Second,
 };
 use mirror_model::{Model, Preset};
 
@@ -53,8 +52,7 @@ fn asked_um(calibration: &Calibration, pose: &PlatePose) -> [f64; CHANNELS] {
         tilt_x: Radian(pose.tilt_x_rad as f32),
         tilt_y: Radian(pose.tilt_y_rad as f32),
     };
-    let mut limits = Limits::NONE;
-    plate.positions(&pose, &mut limits).map(f64::from)
+    plate.positions(&pose).0.map(f64::from)
 }
 
 fn measured(calibration: &Calibration) -> Vec<PosePoint> {

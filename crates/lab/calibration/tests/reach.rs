@@ -4,8 +4,7 @@ use calibration::{Cause, Drives, PlatePose, Reach, tabulate};
 use control_core::calibration::{Heat, Lag, Parts, Plate, SENSED_RISES, SensedRises};
 use control_core::surroundings::beyond_the_curves;
 use control_core::{
-    CHANNELS, Calibration, Estimate, Kelvin, Limits, Micrometre, PerKelvin, PlateInverse, Pose,
-    Second,
+    CHANNELS, Calibration, Estimate, Kelvin, Micrometre, PerKelvin, PlateInverse, Pose, Second,
 };
 use mirror_model::{Model, Preset};
 use nalgebra::{Matrix4, Vector4};
@@ -84,8 +83,7 @@ fn reach(calibration: &Calibration, room: &Estimate) -> Reach {
 /// four equations that couple them: what is held by a power flows off between the heater's temperature and the room's.
 fn off_k(shared: f32, calibration: &Calibration, pose: &PlatePose, room: &Estimate) -> (f64, f64) {
     let plate = PlateInverse::new(&calibration.parts().plate, calibration.max_position());
-    let mut limits = Limits::NONE;
-    let um = plate.positions(&Pose::from(*pose), &mut limits);
+    let (um, _) = plate.positions(&Pose::from(*pose));
     let actuators = calibration.actuators();
     let kelvin = |i: usize| f64::from(actuators[i].tcr.0 / control_core::design::FILM_TCR_PER_K);
     let room_k = f64::from(room.rise.0) / (0..CHANNELS).map(kelvin).sum::<f64>() * CHANNELS as f64;

@@ -4,7 +4,7 @@
 //! powers would have done with poles shared otherwise, or with another growth of the loss, follows from what was asked.
 
 use control_core::calibration::{Parts, Plate};
-use control_core::{Limits, Micrometre, PlateInverse};
+use control_core::{Micrometre, PlateInverse};
 
 use super::heat::{Each, PoleDecay, SharedHeat, Warmed};
 use super::point::PosePoint;
@@ -32,9 +32,8 @@ struct Powered {
 
 /// Positions that the core gives its actuators for a pose (um), with what limits them.
 pub(super) fn positions_um(plate: &Plate, top_um: f64, pose: &PlatePose) -> Each {
-    let mut limits = Limits::NONE;
     let plate = PlateInverse::new(plate, Micrometre(top_um as f32));
-    plate.positions(&(*pose).into(), &mut limits).map(f64::from)
+    plate.positions(&(*pose).into()).0.map(f64::from)
 }
 
 impl History {
