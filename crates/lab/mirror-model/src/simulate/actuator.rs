@@ -11,6 +11,7 @@ const LEAST_OHM: f64 = 1e-3;
 pub(super) const POLES: usize = 3;
 
 /// An actuator while it runs.
+#[derive(Clone, Copy)]
 pub(super) struct Actuator {
     pub(super) parameters: Parameters,
     /// The poles' shares, which add up to 1, and time constants.

@@ -38,7 +38,7 @@ impl Simulation<'_> {
         h: f64,
     ) -> bool {
         let mut ohm = [0.0; ACTUATORS];
-        for (index, found) in ohm.iter_mut().enumerate() {
+        for (index, found) in ohm.iter_mut().enumerate().take(self.computed) {
             let Some(agreed) = self.actuators[index].agreed_ohm(
                 &poles[index],
                 voltage_v[index],
@@ -49,7 +49,8 @@ impl Simulation<'_> {
             };
             *found = agreed;
         }
-        for (index, actuator) in self.actuators.iter_mut().enumerate() {
+        let computed = &mut self.actuators[..self.computed];
+        for (index, actuator) in computed.iter_mut().enumerate() {
             let from_k = actuator.heating_k;
             actuator.at_ohm(ohm[index], voltage_v[index]);
             if h > 0.0 {
@@ -72,12 +73,10 @@ impl Simulation<'_> {
     fn look_at_the_others(&mut self, voltage_v: [f64; ACTUATORS]) {
         let mean_square_v2 =
             voltage_v.map(|volts| volts * volts).iter().sum::<f64>() / ACTUATORS as f64;
-        let powers_w = self
-            .actuators
-            .each_ref()
-            .map(|actuator| actuator.now.power_w);
-        let currents_a = self.actuators.each_ref().map(|actuator| actuator.current_a);
-        for (index, actuator) in self.actuators.iter_mut().enumerate() {
+        let powers_w = self.each().map(|actuator| actuator.now.power_w);
+        let currents_a = self.each().map(|actuator| actuator.current_a);
+        let computed = &mut self.actuators[..self.computed];
+        for (index, actuator) in computed.iter_mut().enumerate() {
             actuator.now.mean_square_v2 = mean_square_v2;
             actuator.now.total_power_w = powers_w.iter().sum();
             actuator.now.others_current_a = currents_a.iter().sum::<f64>() - currents_a[index];
@@ -103,7 +102,8 @@ impl Simulation<'_> {
         for round in 1..=MORE_ROUNDS {
             self.look_at_the_others(voltage_v);
             let (mut moved_k, mut off_k): (f64, f64) = (0.0, 0.0);
-            for (index, actuator) in self.actuators.iter_mut().enumerate() {
+            let computed = &mut self.actuators[..self.computed];
+            for (index, actuator) in computed.iter_mut().enumerate() {
                 let before_k = actuator.now.temperature_rise_k;
                 let guess = actuator.heating_k;
                 actuator.now.t_s = self.t_s;
@@ -133,7 +133,8 @@ impl Simulation<'_> {
 
     /// Moves the states of the effects on the way on by `h`.
     fn remember(&mut self, h: f64) {
-        for (index, actuator) in self.actuators.iter_mut().enumerate() {
+        let computed = &mut self.actuators[..self.computed];
+        for (index, actuator) in computed.iter_mut().enumerate() {
             let raw = actuator.raw_temperature();
             advance(
                 &mut self.effects,
@@ -166,6 +167,7 @@ mod tests {
         step: impl Fn(&mut Simulation, [f64; ACTUATORS], f64),
     ) -> Vec<f64> {
         let mut simulation = Simulation::new(model, 0.3);
+        simulation.compute_each();
         let drives = [
             ([1.0, 2.0, 0.5, 3.0], 1e-4),
             ([1.0, 2.0, 0.5, 3.0], 3e-2),

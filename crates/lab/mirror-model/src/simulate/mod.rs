@@ -97,10 +97,16 @@ pub fn simulate(
         .collect()
 }
 
+fn are_equal(drives_v: &[f64; ACTUATORS]) -> bool {
+    drives_v.iter().all(|drive_v| *drive_v == drives_v[0])
+}
+
 /// A model while it runs, from rest, one interval after the other.
 pub struct Simulation<'a> {
     actuators: [Actuator; ACTUATORS],
     effects: Vec<Running<'a>>,
+    /// How many actuators are computed: the first stands for all as long as they are alike and driven alike.
+    computed: usize,
     /// Whether anything depends on where the mirror was on the way to a reading.
     way_matters: bool,
     resolution: f64,
@@ -130,7 +136,13 @@ impl<'a> Simulation<'a> {
             .map(|actuator: &Actuator| actuator.taus_s[0])
             .fold(f64::INFINITY, f64::min)
             .max(1e-5);
+        let alike = |actuator: &Actuator| actuator.parameters == actuators[0].parameters;
         let mut simulation = Self {
+            computed: if actuators.iter().all(alike) {
+                1
+            } else {
+                ACTUATORS
+            },
             actuators,
             way_matters: effects.iter().any(Running::sees_the_way),
             effects,
@@ -172,6 +184,9 @@ impl<'a> Simulation<'a> {
             self.since_jump_s = 0.0;
         }
         (self.ambient_k, self.reference_um) = (interval.ambient_k, interval.reference_um);
+        if ![interval.from_v, interval.to_v].iter().all(are_equal) {
+            self.compute_each();
+        }
         let held = interval.from_v == interval.to_v;
         while done_s < interval.duration_s {
             let left = interval.duration_s - done_s;
@@ -201,6 +216,20 @@ impl<'a> Simulation<'a> {
         Ok(self.output())
     }
 
+    /// From here on each actuator is computed, and begins where the first one is.
+    fn compute_each(&mut self) {
+        if self.computed < ACTUATORS {
+            self.actuators = self.each().map(|actuator| *actuator);
+            self.computed = ACTUATORS;
+            self.effects.iter_mut().for_each(Running::follow_the_first);
+        }
+    }
+
+    /// The actuators, or what stands for them.
+    fn each(&self) -> [&Actuator; ACTUATORS] {
+        std::array::from_fn(|i| &self.actuators[if i < self.computed { i } else { 0 }])
+    }
+
     fn step_s(&self, held: bool, interval_s: f64) -> f64 {
         if held {
             self.resolution * (self.since_jump_s + self.fastest_s)
@@ -210,7 +239,8 @@ impl<'a> Simulation<'a> {
     }
 
     fn shape(&mut self, h: f64) {
-        for (index, actuator) in self.actuators.iter_mut().enumerate() {
+        let computed = &mut self.actuators[..self.computed];
+        for (index, actuator) in computed.iter_mut().enumerate() {
             let p = &actuator.parameters;
             let plain = Deflection::curvature_per_um(p, actuator.now.temperature_rise_k);
             advance(
@@ -239,6 +269,8 @@ impl<'a> Simulation<'a> {
                 &actuator.now,
             );
         }
+        let (computed, others) = self.actuator_z_um.split_at_mut(self.computed);
+        others.fill(computed[0]);
         let mut moment = self.actuators[0].now;
         moment.z_um = self.actuator_z_um.iter().sum::<f64>() / ACTUATORS as f64;
         advance(
@@ -258,9 +290,9 @@ impl<'a> Simulation<'a> {
 
     fn check(&self) -> Result<(), Runaway> {
         let hot = self
-            .actuators
-            .iter()
+            .each()
             .map(|actuator| actuator.now.temperature_rise_k)
+            .into_iter()
             .find(|rise| rise.is_nan() || rise.abs() > RUNAWAY_K);
         let what = match hot {
             Some(rise) => format!("a temperature rise of {rise:.3e} K"),
@@ -282,8 +314,53 @@ impl<'a> Simulation<'a> {
             actuator_z_um: std::array::from_fn(|i| {
                 self.actuator_z_um[i] - self.actuator_rest_um[i]
             }),
-            current_a: std::array::from_fn(|i| self.actuators[i].current_a),
-            temperature_rise_k: std::array::from_fn(|i| self.actuators[i].now.temperature_rise_k),
+            current_a: self.each().map(|actuator| actuator.current_a),
+            temperature_rise_k: self.each().map(|actuator| actuator.now.temperature_rise_k),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Preset;
+    use crate::effect::{Active, built_in, forms};
+
+    /// Steps of all actuators, a ramp, a pause, and drives that differ in the end.
+    fn drives() -> Vec<Interval> {
+        let ramp = Interval {
+            from_v: [2.0; ACTUATORS],
+            to_v: [0.5; ACTUATORS],
+            duration_s: 0.02,
+            ..Interval::default()
+        };
+        vec![
+            Interval::held([2.0; ACTUATORS], 3e-3),
+            Interval::held([2.0; ACTUATORS], 0.5),
+            ramp,
+            Interval::held([0.0; ACTUATORS], 0.1),
+            Interval::held([1.0, 2.0, 0.0, 1.5], 2e-3),
+            Interval::held([1.5; ACTUATORS], 0.3),
+        ]
+    }
+
+    #[test]
+    fn what_stands_for_all_goes_where_each_goes() {
+        for effect in built_in().iter().flat_map(forms) {
+            let mut model = Model::from(Preset::Paper);
+            model.effects = vec![Active::usual(effect.clone())];
+            let mut alike = Simulation::new(&model, 0.3);
+            let mut each = Simulation::new(&model, 0.3);
+            each.compute_each();
+            for interval in drives() {
+                assert_eq!(
+                    alike.run(&interval).expect("finite"),
+                    each.run(&interval).expect("finite"),
+                    "{}",
+                    effect.info().id
+                );
+            }
+            assert_eq!(alike.computed, ACTUATORS);
         }
     }
 }

@@ -35,6 +35,13 @@ impl<'a> Running<'a> {
         }
     }
 
+    /// Puts every other actuator's states and inputs where the first one's are.
+    pub(super) fn follow_the_first(&mut self) {
+        let (states, input) = (self.states[0].clone(), self.inputs[0]);
+        self.states.fill(states);
+        self.inputs.fill(input);
+    }
+
     /// Whether it lies on the way from power to temperature, and back.
     pub(super) fn is_on_the_way(&self) -> bool {
         ON_THE_WAY.contains(&self.acts)
