@@ -141,7 +141,7 @@ enum Task {
     HideEffects,
     /// Write anew what a board has until it is calibrated: the table of the reconciled model.
     TabulateFactory,
-    /// Make the null ensemble of the standard session anew, which ships with the diagnosis.
+    /// Make the null ensembles anew that ship with the diagnosis: of the standard session and of those of `data/hidden`.
     TabulateEnsemble,
     /// Write anew what the diagnosis knows of effects that are taken for each other: 480 sessions, some twenty minutes.
     LearnConfusions,

@@ -4,6 +4,7 @@ mod bench;
 mod coverage;
 mod diagnoses;
 mod emulate;
+mod ensembles;
 mod factory;
 mod foreign;
 mod hidden;
@@ -13,7 +14,6 @@ mod package;
 mod picture;
 mod poses;
 mod positions;
-mod standard_session;
 mod story;
 mod traces;
 mod twin_speed;
@@ -52,7 +52,7 @@ enum Task {
     HideEffects,
     /// Write anew what a board has until it is calibrated: the table of the reconciled model.
     TabulateFactory,
-    /// Write anew the null ensemble of the standard session: a minute.
+    /// Write anew the null ensembles that ship, of the standard session and of those of `data/hidden`: a minute.
     TabulateEnsemble,
     /// Write anew what the diagnosis knows of effects that are taken for each other: 480 sessions, some twenty minutes.
     LearnConfusions,
@@ -125,7 +125,7 @@ fn run(task: Task) -> Result<ExitCode> {
         Task::Story(arguments) => story::run(&arguments),
         Task::HideEffects => hidden::write(),
         Task::TabulateFactory => factory::write(),
-        Task::TabulateEnsemble => standard_session::write(),
+        Task::TabulateEnsemble => ensembles::write(),
         Task::LearnConfusions => diagnoses::learn(),
         Task::Package { elf, force } => package::write(&elf, force),
         Task::Man { folder } => package::write_manual(&folder),

@@ -1,5 +1,5 @@
-//! Null ensembles on disk: one file an ensemble, which says what it is of and carries a checksum. The one of the standard session is
-//! such a file that is part of this program.
+//! Null ensembles on disk: one file an ensemble, which says what it is of and carries a checksum. Those of the standard session and of
+//! the sessions that ship are such files that are part of this program.
 //!
 //! A file is `MAGIC`, `FORMAT`, the key, the numbers of rows and members, the steps packed, and the SHA-256 of all that. Packed are
 //! the differences from each step to the next as variable-length integers (postcard's), deflated: an ensemble of four thousand rows
@@ -27,8 +27,9 @@ const MAGIC: &[u8; 8] = b"nullens\n";
 const FORMAT: u32 = 2;
 const CHECKSUM: usize = 32;
 
-/// The ensemble of the standard session, as `host-tool measure session` makes it: `cargo xtask tabulate-ensemble` writes it anew.
-const STANDARD: &[u8] = include_bytes!("standard.bin");
+/// The ensembles of the standard session, as `host-tool measure session` makes it, and of the sessions of `data/hidden`:
+/// `cargo xtask tabulate-ensemble` writes them anew.
+const SHIPPED: [&[u8]; 2] = [include_bytes!("standard.bin"), include_bytes!("hidden.bin")];
 
 /// Rows and members.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,7 +45,7 @@ pub(super) fn cached<E>(
     shape: Shape,
     make: impl FnOnce() -> Result<Vec<i32>, E>,
 ) -> Result<Vec<i32>, E> {
-    if let Some(steps) = parsed(STANDARD, key, shape) {
+    if let Some(steps) = SHIPPED.iter().find_map(|file| parsed(file, key, shape)) {
         return Ok(steps);
     }
     let Some(folder) = folder else {
@@ -261,13 +262,15 @@ mod tests {
     }
 
     #[test]
-    fn the_standard_session_s_is_of_this_program() {
-        let program = STANDARD[MAGIC.len() + 4..].first_chunk::<32>();
-        assert_eq!(
-            program,
-            Some(&*super::super::PROGRAM),
-            "what virtual mirrors, model or fit make of a session has changed: cargo xtask tabulate-ensemble"
-        );
+    fn those_that_ship_are_of_this_program() {
+        for file in SHIPPED {
+            let program = file[MAGIC.len() + 4..].first_chunk::<32>();
+            assert_eq!(
+                program,
+                Some(&*super::super::PROGRAM),
+                "what virtual mirrors, model or fit make of a session has changed: cargo xtask tabulate-ensemble"
+            );
+        }
     }
 
     proptest::proptest! {
