@@ -6,7 +6,7 @@ mod observation;
 mod sign;
 mod thin;
 
-use crate::noise::{Noise, misstated};
+use crate::noise::{Noise, assumed, misstated};
 use crate::surroundings::Surroundings;
 pub use clock::OwnZero;
 use clock::{Clock, ROUNDING_S};
@@ -45,7 +45,8 @@ pub struct Dataset {
 impl Dataset {
     /// Of a session, [`thinned`] where it is dense.
     pub fn new(session: &Session) -> Self {
-        let misstated = misstated(session);
+        let of_noise = misstated(session).into_iter().chain(assumed(session));
+        let of_noise: Vec<String> = of_noise.collect();
         let Thinned {
             session,
             rows_left_out,
@@ -72,7 +73,7 @@ impl Dataset {
             data.observations.retain(first);
         }
         let turned = sign::turned(&data.driven_displacements());
-        data.notes.extend(turned.into_iter().chain(misstated));
+        data.notes.extend(turned.into_iter().chain(of_noise));
         data
     }
 

@@ -30,21 +30,6 @@ pub(crate) struct Noise {
 
 impl Noise {
     pub(crate) fn of(session: &Session) -> Self {
-        let times = |reading: &dyn Fn(&MeasurementFile, &Row) -> Option<[f64; 2]>| {
-            let files = || session.files.iter();
-            let all = |along_drive: bool| -> Vec<f64> {
-                let of = |(_, file): &(String, MeasurementFile)| {
-                    roughness(&file.rows, along_drive, |row| reading(file, row))
-                };
-                files().flat_map(of).collect()
-            };
-            let ways = [(false, ENOUGH), (true, ENOUGH_ALONG_DRIVE)];
-            let mut enough = ways.into_iter().filter_map(|(along_drive, enough)| {
-                let all = all(along_drive);
-                (all.len() >= enough).then(|| median(all) / MEDIAN_OF_NORMAL)
-            });
-            enough.next().unwrap_or(1.0).max(1.0)
-        };
         let heaters = session
             .files
             .iter()
@@ -55,19 +40,16 @@ impl Noise {
             0.0
         };
         Self {
-            displacement: times(&|file, row| match said_um(file) {
-                None => Some([row.z_um?, DISPLACEMENT_UM]),
-                Some(_) => None,
-            }),
+            displacement: times_usual(shown_by_displacements(session)),
             rounding_v,
             current: std::array::from_fn(|actuator| {
                 if heaters {
                     return bench::current(session, actuator, rounding_v);
                 }
-                let times = times(&|_, row| {
+                let times = times_usual(shown(session, |_, row| {
                     let current = row.current_a[actuator]?;
                     Some([current, USUAL.at(current)])
-                });
+                }));
                 CurrentNoise {
                     constant_a: times * USUAL.constant_a,
                     ratio: times * USUAL.ratio,
@@ -131,6 +113,51 @@ impl Noise {
     fn of_drive(&self, file: &MeasurementFile) -> f64 {
         file.keys.drive_noise_v().unwrap_or(self.rounding_v)
     }
+}
+
+/// What is taken for the noise of displacements of which no file says it, and which are too few to show it: a sentence.
+pub(crate) fn assumed(session: &Session) -> Option<String> {
+    let mut files = session.files.iter();
+    let is_unsaid = files
+        .any(|(_, file)| file.has_displacement() && file.keys.displacement_noise_um().is_none());
+    (is_unsaid && shown_by_displacements(session).is_none()).then(|| {
+        format!(
+            "no file says the noise of its displacements, and they are too few to show it: {:.0} nm are taken, as of a laser displacement sensor. Where \
+             yours has more, chance looks like physics: write `# noise_z_nm=` and its standard deviation above the headings",
+            1e3 * DISPLACEMENT_UM
+        )
+    })
+}
+
+/// Nothing is quieter than usual.
+fn times_usual(shown: Option<f64>) -> f64 {
+    shown.unwrap_or(1.0).max(1.0)
+}
+
+fn shown_by_displacements(session: &Session) -> Option<f64> {
+    shown(session, |file, row| match said_um(file) {
+        None => Some([row.z_um?, DISPLACEMENT_UM]),
+        Some(_) => None,
+    })
+}
+
+/// How many times noisier than usual readings show themselves to be, each with its usual noise; `None` where they are too few.
+fn shown(
+    session: &Session,
+    reading: impl Fn(&MeasurementFile, &Row) -> Option<[f64; 2]>,
+) -> Option<f64> {
+    let all = |along_drive: bool| -> Vec<f64> {
+        let of = |(_, file): &(String, MeasurementFile)| {
+            roughness(&file.rows, along_drive, |row| reading(file, row))
+        };
+        session.files.iter().flat_map(of).collect()
+    };
+    let ways = [(false, ENOUGH), (true, ENOUGH_ALONG_DRIVE)];
+    let mut enough = ways.into_iter().filter_map(|(along_drive, enough)| {
+        let all = all(along_drive);
+        (all.len() >= enough).then(|| median(all) / MEDIAN_OF_NORMAL)
+    });
+    enough.next()
 }
 
 /// Who says it knows; and a mirror that rings looks noisy.
@@ -219,6 +246,7 @@ mod tests {
         let (z_um, current_a) = noise(&session);
         // The median of three hundred differences is known to 7 %: three of these.
         assert!((z_um / 0.1 - 1.0).abs() < 0.2);
+        assert_eq!(assumed(&session), None);
         assert!((current_a(0) / 6e-6 - 1.0).abs() < 0.2);
         assert_eq!(current_a(1), 2e-6);
     }
@@ -280,5 +308,9 @@ mod tests {
         let mut session = sine(0.1, 6e-6);
         session.files[0].1.rows.truncate(30);
         assert_eq!(noise(&session).0, 0.02);
+        let told = assumed(&session).expect("nobody knows it");
+        assert!(told.contains("20 nm are taken"), "{told}");
+        session.files[0].1.keys.set("noise_z_nm", "30");
+        assert_eq!(assumed(&session), None);
     }
 }
