@@ -11,7 +11,7 @@ use foreign_mirror::ForeignConfig;
 use mirror_model::{Model, Preset};
 use virtual_mirror::{Effect, Family, MirrorConfig, VirtualMirror};
 
-/// Nothing was ever this far off, and what may be another mirror's is told as more (um).
+/// No mirror under its own calibration is told to be this far off, and what may be another's is told as more (um).
 const WIDE_UM: f64 = 60.0;
 
 /// Two mirrors with what `calibrate` made of them (`hil/tests`).
