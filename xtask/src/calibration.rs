@@ -19,15 +19,13 @@ const STEPS: [&str; 3] = ["corrected", "refined", "with_piston_residual"];
 
 /// What of these a source uses of a package, outside of its tests.
 fn used_of<'a>(source: &str, package: &str, names: &[&'a str]) -> Vec<&'a str> {
-    let named = |name: &&&str| source.contains(**name);
-    let named: Vec<&str> = names.iter().filter(named).copied().collect();
-    if named.is_empty() {
-        // Most sources, which need not be parsed.
-        return named;
+    // Most sources name none of them, and need not be parsed.
+    if !names.iter().any(|name| source.contains(name)) {
+        return Vec::new();
     }
     let used = used(source);
     let is_used = |name: &&str| used.contains(&vec![package.to_owned(), name.to_string()]);
-    named.into_iter().filter(is_used).collect()
+    names.iter().copied().filter(is_used).collect()
 }
 
 /// The steps that a source takes.
