@@ -143,7 +143,7 @@ enum Task {
     TabulateFactory,
     /// Make the null ensembles anew that ship with the diagnosis: of the standard session and of those of `data/hidden`.
     TabulateEnsemble,
-    /// Write anew what the diagnosis knows of effects that are taken for each other: 480 sessions, some twenty minutes.
+    /// Write anew what the diagnosis knows of effects that are taken for each other: 264 sessions, some twenty minutes.
     LearnConfusions,
     /// Write the firmware to a connected driver board, with probe-rs.
     Flash {

@@ -54,7 +54,7 @@ enum Task {
     TabulateFactory,
     /// Write anew the null ensembles that ship, of the standard session and of those of `data/hidden`: a minute.
     TabulateEnsemble,
-    /// Write anew what the diagnosis knows of effects that are taken for each other: 480 sessions, some twenty minutes.
+    /// Write anew what the diagnosis knows of effects that are taken for each other: 264 sessions, some twenty minutes.
     LearnConfusions,
     /// Write what `host-tool update` takes beside an ELF of the driver board's firmware.
     Package {
