@@ -67,6 +67,7 @@ pub(super) const ALLOWED: &[Allowed] = &[
             "experiments",
             "identification",
             "mirror-model",
+            "parallel",
             "virtual-mirror",
         ],
     ),
@@ -84,6 +85,7 @@ pub(super) const ALLOWED: &[Allowed] = &[
             "least-squares",
             "measurement",
             "mirror-model",
+            "parallel",
         ],
     ),
     (Room::Lab, "input-file", &[]),
@@ -96,6 +98,7 @@ pub(super) const ALLOWED: &[Allowed] = &[
     (Room::Lab, "least-squares", &[]),
     (Room::Lab, "measurement", &["input-file"]),
     (Room::Lab, "mirror-model", &["input-file"]),
+    (Room::Lab, "parallel", &[]),
     (Room::Lab, "quantities", &[]),
     (Room::VirtualBench, "board-sockets", &[]),
     (

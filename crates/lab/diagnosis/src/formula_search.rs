@@ -13,7 +13,6 @@ use crate::candidate::PRICE;
 use crate::null_distribution::NullDistribution;
 use crate::whereabouts::{Basis, Driver, Place, Reach, Searched};
 use nalgebra::DVector;
-use rayon::prelude::*;
 
 /// Exponents, thresholds and widths from which a law starts, in parts of the driver's range: as close as a fit finds the way
 /// between them.
@@ -139,7 +138,7 @@ pub(crate) fn drafts(
         });
         scores.fold(0.0, f64::max)
     };
-    let largest: Vec<f64> = (0..mirrors).into_par_iter().map(largest).collect();
+    let largest = parallel::map(0..mirrors, largest);
     let threshold = null.thresholds(&[largest])[0];
     let mut drafts: Vec<Draft> = tried
         .into_iter()

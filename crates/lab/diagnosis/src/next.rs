@@ -10,7 +10,6 @@ use identification::dataset::Dataset;
 use identification::parameter::FreeParameter;
 use mirror_model::Model;
 use mirror_model::effect::{Active, Stage};
-use rayon::prelude::*;
 
 /// Rivals that differ by less than this need something else than a drive: five standard deviations of one reading.
 const TELLING: f64 = 5.0;
@@ -97,9 +96,9 @@ fn most_telling(
     enough: f64,
     told: impl Fn(&Offer) -> f64 + Sync,
 ) -> Option<(&Offer, f64)> {
-    offers
-        .par_iter()
-        .map(|offer| (offer, told(offer)))
+    let sizes = parallel::map(offers, |offer| (offer, told(offer)));
+    sizes
+        .into_iter()
         .max_by(|a, b| a.1.total_cmp(&b.1))
         .filter(|&(_, size)| size > enough)
 }

@@ -12,7 +12,6 @@ pub(crate) use rates::{CONFIDENCE, FLOOR, MARGIN};
 
 use crate::candidate::Candidate;
 use crate::quantile::{quantile, sorted};
-use rayon::prelude::*;
 
 /// What an effect leaves, beyond what its form may, must be no more than what this share of the null mirrors leave: the space
 /// that weighs them knows a family less than the session's. Set by `cargo xtask bench diagnose`.
@@ -43,16 +42,13 @@ impl NullDistribution {
             least,
             ..Self::of(&misfits)
         };
-        let scores: Vec<Vec<f64>> = candidates
-            .par_iter()
-            .map(|candidate| {
-                let scores = families.iter().flat_map(|family| family.scores(candidate));
-                let pairs = scores.zip(&misfits);
-                pairs
-                    .map(|(score, &misfit)| null.believed(score, misfit))
-                    .collect()
-            })
-            .collect();
+        let scores: Vec<Vec<f64>> = parallel::map(candidates.iter(), |candidate| {
+            let scores = families.iter().flat_map(|family| family.scores(candidate));
+            let pairs = scores.zip(&misfits);
+            pairs
+                .map(|(score, &misfit)| null.believed(score, misfit))
+                .collect()
+        });
         let thresholds = null.thresholds(&scores).into_iter().zip(scores);
         for (candidate, (threshold, null_scores)) in candidates.iter_mut().zip(thresholds) {
             candidate.threshold = threshold;

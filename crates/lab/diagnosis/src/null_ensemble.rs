@@ -30,7 +30,6 @@ use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use std::path::Path;
 use std::sync::LazyLock;
@@ -192,10 +191,9 @@ fn fitted(
     members: usize,
 ) -> Result<Vec<i32>, Runaway> {
     let drawn = Count::of("null ensemble: mirrors drawn", members);
-    let mirrors: Vec<Vec<f64>> = (0..members as u64)
-        .into_par_iter()
-        .map(|seed| drawn.after(families::observe(conditions, device, seed)))
-        .collect();
+    let mirrors = parallel::map(0..members as u64, |seed| {
+        drawn.after(families::observe(conditions, device, seed))
+    });
     // The standard deviation of a current depends on its size: the mean mirror's.
     let weighed = conditions.with_values(&mean(&mirrors));
     let fits = fitting::fits(&weighed, &mirrors)?;

@@ -7,7 +7,6 @@ use crate::residual_space::{BaseOnly, ResidualSpace};
 use identification::dataset::{Dataset, rms};
 use identification::prediction::standard_deviation;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 use serde::Serialize;
 use std::fmt;
 
@@ -63,17 +62,14 @@ pub(crate) fn null_improvement(
     space: &ResidualSpace<BaseOnly>,
     data: &Dataset,
 ) -> NullImprovement {
-    let errors: Vec<[Errors; 2]> = (0..ensemble.ncols())
-        .into_par_iter()
-        .map(|mirror| {
-            let before = space.vector(&ensemble.column(mirror).into_owned());
-            let after = match scan(directions, &before) {
-                Some(best) => &before - &best.change,
-                None => before.clone(),
-            };
-            [before, after].map(|vector| Errors::of(&space.remainder(&vector), data))
-        })
-        .collect();
+    let errors: Vec<[Errors; 2]> = parallel::map(0..ensemble.ncols(), |mirror| {
+        let before = space.vector(&ensemble.column(mirror).into_owned());
+        let after = match scan(directions, &before) {
+            Some(best) => &before - &best.change,
+            None => before.clone(),
+        };
+        [before, after].map(|vector| Errors::of(&space.remainder(&vector), data))
+    });
     let fall = |of: fn(&Errors) -> Option<f64>| {
         let falls = sorted(errors.iter().filter_map(|[before, after]| {
             Some(1.0 - of(after)? / of(before)?.max(f64::MIN_POSITIVE))

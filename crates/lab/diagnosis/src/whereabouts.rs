@@ -21,7 +21,6 @@ use crate::residual_space::{ResidualSpace, Session, Vector};
 use mirror_model::Runaway;
 use mirror_model::effect::Active;
 use probe::Probe;
-use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::Arc;
 
@@ -91,35 +90,32 @@ pub(crate) fn search(
 ) -> Result<(Reach, Vec<Searched>), Runaway> {
     let reach = Reach::of(at.model, at.data)?;
     let places = Place::all().filter(|place| !(at.data.is_steady && place.is_of_time()));
-    let places: Vec<Place> = places.collect();
-    let mut searched: Vec<Searched> = places
-        .into_par_iter()
-        .filter_map(|place| {
-            let bases = Basis::all(place, &reach);
-            let direction = |&basis: &Basis| {
-                let probe = Arc::new(Probe::new(place, basis, &reach));
-                Some(space.vector(&at.change(&Active::usual(probe)).ok()?))
-            };
-            let directions: Vec<_> = bases.par_iter().map(direction).collect::<Option<_>>()?;
-            let session = Normal::of(&directions, residual);
-            let null = families.iter().flat_map(|f| f.normals(&directions));
-            Some(Searched {
-                located: Located {
-                    place,
-                    stage: place.stage(),
-                    score: session.score(),
-                    threshold: f64::INFINITY,
-                },
-                null: null.collect(),
-                bases,
-                session,
-            })
+    let searched = parallel::map(places, |place| {
+        let bases = Basis::all(place, &reach);
+        let direction = |&basis: &Basis| {
+            let probe = Arc::new(Probe::new(place, basis, &reach));
+            Some(space.vector(&at.change(&Active::usual(probe)).ok()?))
+        };
+        let directions = parallel::map(&bases, direction);
+        let directions: Vec<_> = directions.into_iter().collect::<Option<_>>()?;
+        let session = Normal::of(&directions, residual);
+        let null = families.iter().flat_map(|f| f.normals(&directions));
+        Some(Searched {
+            located: Located {
+                place,
+                stage: place.stage(),
+                score: session.score(),
+                threshold: f64::INFINITY,
+            },
+            null: null.collect(),
+            bases,
+            session,
         })
-        .collect();
-    let null_scores: Vec<Vec<f64>> = searched
-        .par_iter()
-        .map(|searched| searched.null.iter().map(Normal::score).collect())
-        .collect();
+    });
+    let mut searched: Vec<Searched> = searched.into_iter().flatten().collect();
+    let null_scores: Vec<Vec<f64>> = parallel::map(&searched, |searched| {
+        searched.null.iter().map(Normal::score).collect()
+    });
     for (searched, threshold) in searched.iter_mut().zip(null.thresholds(&null_scores)) {
         searched.located.threshold = threshold;
     }

@@ -8,7 +8,6 @@ use crate::prediction::{jacobian, predict, slopes, standard_deviation, standardi
 use least_squares::{Bounds, JacobianUpdates, Options, Prior, Problem, minimise};
 use mirror_model::{ACTUATORS, Model, Runaway, Symbol};
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 /// Standard deviation of the prior of every coordinate, about the start: a factor of 20 for a base parameter. It keeps what the
 /// data do not determine where it was, and weighs nothing against hundreds of readings.
@@ -219,10 +218,9 @@ pub fn best_fit(
     if let [start] = starts {
         return minimised(start, data, values, parameters, precision);
     }
-    let fits: Vec<_> = starts
-        .par_iter()
-        .map(|start| minimised(start, data, values, parameters, Precision::Rough))
-        .collect();
+    let fits = parallel::map(starts, |start| {
+        minimised(start, data, values, parameters, Precision::Rough)
+    });
     let cost = |fit: &Result<Fitted, Runaway>| {
         fit.as_ref()
             .map_or(f64::INFINITY, |fitted| fitted.cost(data))

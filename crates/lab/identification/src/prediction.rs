@@ -4,7 +4,6 @@ use crate::dataset::{Channel, Dataset, Observation};
 use crate::parameter::{BaseParameter, FreeParameter};
 use mirror_model::{ACTUATORS, Model, Output, Runaway, simulate};
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Step control of the simulation, in units of the time since the last jump (see `simulate`). Each diagnosis halves it
@@ -111,7 +110,7 @@ pub(crate) fn slopes(
         // Next to where the model has no answer, it has one on the other side.
         slopes(DIFFERENCE).or_else(|_: Runaway| slopes(-DIFFERENCE))
     };
-    let found: Result<Vec<_>, Runaway> = groups.par_iter().map(columns).collect();
+    let found: Result<Vec<_>, Runaway> = parallel::map(&groups, columns).into_iter().collect();
     let mut jacobian = DMatrix::zeros(here.len(), parameters.len());
     for (&at, column) in groups.iter().flatten().zip(found?.iter().flatten()) {
         jacobian.set_column(at, column);

@@ -6,7 +6,6 @@ use identification::prediction::{predict, standardised};
 use mirror_model::effect::{Active, Effect, Moment, Parameter, Timing, constant};
 use mirror_model::{Model, Runaway};
 use nalgebra::DVector;
-use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
@@ -78,17 +77,16 @@ impl Operating<'_> {
         ResidualSpace<K>: Sync,
     {
         let slow = self.slow(effect);
-        from_all_starts(effect, Some(self.data.lasts_s()))
-            .into_par_iter()
-            .filter_map(|active| {
-                let change = match &slow {
-                    Some(slow) => slow.change(&active),
-                    None => self.change(&active).ok()?,
-                };
-                let change = space.vector(&change);
-                Some(Direction { active, change })
-            })
-            .collect()
+        let starts = from_all_starts(effect, Some(self.data.lasts_s()));
+        let directions = parallel::map(starts, |active| {
+            let change = match &slow {
+                Some(slow) => slow.change(&active),
+                None => self.change(&active).ok()?,
+            };
+            let change = space.vector(&change);
+            Some(Direction { active, change })
+        });
+        directions.into_iter().flatten().collect()
     }
 
     /// How readings follow an effect that follows the clock alone. `None` of other effects, and where displacements are compared about a mean.

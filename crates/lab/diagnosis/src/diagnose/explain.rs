@@ -9,7 +9,6 @@ use identification::base::{identifiable, restarts};
 use identification::fit::{Fitted, Precision, fit_parameters};
 use mirror_model::Model;
 use mirror_model::effect::Active;
-use rayon::prelude::*;
 
 /// Candidates that are refined: those whose scanned score is this share of the best. This and the following were set by what
 /// they cost and by the figures of `cargo xtask bench diagnose`.
@@ -30,13 +29,13 @@ impl Analysis<'_> {
     /// Gives every candidate that changes a reading its explanation.
     pub(super) fn explain(&self, candidates: &mut [Candidate]) {
         let tried = Count::of("effects tried", candidates.len());
-        candidates.par_iter_mut().for_each(|candidate| {
+        parallel::map(candidates.iter_mut(), |candidate| {
             candidate.explanation = tried.after(scan(&candidate.directions, &self.residual));
         });
         // Four heaters with all of a mirror's experiments are too many readings for that.
         if self.data.is_one_heater() {
-            let shown = candidates.par_iter_mut().filter(|c| c.shows());
-            shown.for_each(|candidate| {
+            let shown = candidates.iter_mut().filter(|c| c.shows());
+            parallel::map(shown, |candidate| {
                 let fitted = self.fitted_together(candidate);
                 (candidate.explanation, candidate.refit) = fitted.unzip();
             });
@@ -51,7 +50,7 @@ impl Analysis<'_> {
     fn refine(&self, candidates: &mut [Candidate]) {
         let scores = candidates.iter().map(Candidate::score);
         let worth = WORTH_REFINING * scores.fold(0.0, f64::max);
-        candidates.par_iter_mut().for_each(|candidate| {
+        parallel::map(candidates.iter_mut(), |candidate| {
             let start = candidate.explanation.as_mut();
             if let Some(start) = start.filter(|start| start.score > worth.max(0.0)) {
                 *start = refine(start, self.operating(), &self.residual, &self.session);
@@ -83,7 +82,7 @@ impl Analysis<'_> {
     fn fit_closely(&self, candidates: &mut [Candidate]) {
         best_first(candidates);
         let best = REFITTED.min(candidates.len());
-        candidates[..best].par_iter_mut().for_each(|candidate| {
+        parallel::map(&mut candidates[..best], |candidate| {
             let rough = candidate.refit.as_ref();
             if let Some(rough) = rough.filter(|refit| refit.precision == Precision::Rough) {
                 let mut start = rough.fitted.model.clone();
@@ -131,7 +130,7 @@ impl Analysis<'_> {
             return;
         }
         let starts = restarts(&self.fitted.model, &identifiable(self.data), self.data);
-        suspects.into_par_iter().for_each(|candidate| {
+        parallel::map(suspects, |candidate| {
             self.refit_one(&starts, candidate, Precision::Fine);
             self.refit_in_better_form(&starts, candidate);
         });
@@ -170,7 +169,7 @@ impl Analysis<'_> {
     /// Replaces explanations by better ones, fitted together with the base from these starts.
     fn refit_from(&self, starts: &[Model], candidates: &mut [Candidate], precision: Precision) {
         let fitted = Count::of("effects fitted together with the base", candidates.len());
-        candidates.par_iter_mut().for_each(|candidate| {
+        parallel::map(candidates.iter_mut(), |candidate| {
             self.refit_one(starts, candidate, precision);
             fitted.after(());
         });

@@ -8,7 +8,6 @@ use crate::residual_space::Session;
 use identification::fit::Precision;
 use mirror_model::Model;
 use mirror_model::effect::{Effect, forms};
-use rayon::prelude::*;
 use std::sync::Arc;
 
 /// A form whose score is this share of the best one's, or is less by no more than two parameters' price, cannot be told from
@@ -25,8 +24,8 @@ impl Analysis<'_> {
         let leads = |c: &&mut Candidate| {
             !is_explained || c.score() > c.threshold.max(WORTH_REFITTING * most)
         };
-        let leading = candidates.par_iter_mut().filter(leads);
-        leading.for_each(|candidate| self.fit_forms(candidate));
+        let leading = candidates.iter_mut().filter(leads);
+        parallel::map(leading, |candidate| self.fit_forms(candidate));
         best_first(candidates);
     }
 
@@ -37,9 +36,8 @@ impl Analysis<'_> {
             return;
         }
         let others = other_forms(candidate);
-        let fitted = others.par_iter();
-        let fitted = fitted.filter_map(|form| self.in_form(candidate, form.form()));
-        let mut fitted: Vec<InForm> = fitted.collect();
+        let fitted = parallel::map(&others, |form| self.in_form(candidate, form.form()));
+        let mut fitted: Vec<InForm> = fitted.into_iter().flatten().collect();
         let (refit, lesser_refit) = (candidate.refit.take(), candidate.lesser_refit.take());
         fitted.extend(candidate.explanation.take().map(|explanation| InForm {
             explanation,

@@ -11,7 +11,6 @@ use identification::prediction::{predict, standardised};
 use mirror_model::effect::{Active, find, forms};
 use mirror_model::{ACTUATORS, Model, Runaway};
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 /// Prior standard deviation of each term of that function, in parts of the change. Set by the second rounds of `cargo xtask bench
 /// diagnose -- --only two`.
@@ -53,10 +52,8 @@ fn in_other_forms(present: &Active, at: Operating) -> Vec<DVector<f64>> {
     others.retain(|form| form.form() != present.effect.form());
     let starts = others.iter().flat_map(|form| from_all_starts(form, None));
     let others: Vec<Active> = starts.collect();
-    others
-        .par_iter()
-        .filter_map(|other| at.change(other).ok())
-        .collect()
+    let changes = parallel::map(&others, |other| at.change(other).ok());
+    changes.into_iter().flatten().collect()
 }
 
 /// What an effect that the model has changes in its predictions, standardised.

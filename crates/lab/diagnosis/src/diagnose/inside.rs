@@ -5,7 +5,6 @@ use super::analysis::{Analysis, best_first};
 use crate::candidate::{Candidate, Found, Refit, Strength, is_plausible, refit};
 use identification::fit::Precision;
 use mirror_model::effect::Active;
-use rayon::prelude::*;
 
 /// A strength that is held so far inside its range, as a part of it, is at no end.
 const INSIDE: f64 = 0.1;
@@ -15,9 +14,9 @@ const AS_GOOD: f64 = 4.0;
 impl Analysis<'_> {
     /// Has candidates that end at an end of their range a tenth of it inside, where that explains as much.
     pub(super) fn take_inside(&self, candidates: &mut [Candidate]) {
-        let at_an_end = candidates.par_iter_mut();
+        let at_an_end = candidates.iter_mut();
         let at_an_end = at_an_end.filter(|c| c.score() > c.threshold && !c.is_plausible());
-        at_an_end.for_each(|candidate| {
+        parallel::map(at_an_end, |candidate| {
             let found = self.held_inside(candidate);
             let least = candidate.score() - AS_GOOD;
             let as_good = found.filter(|(inside, _)| inside.score > least);

@@ -9,7 +9,6 @@ use identification::fit::Precision;
 use identification::heater;
 use mirror_model::Model;
 use mirror_model::effect::{Active, forms};
-use rayon::prelude::*;
 
 impl Analysis<'_> {
     /// The best of the fits of base and effect from several starts, whether or not slopes at the base see the effect.
@@ -29,11 +28,12 @@ impl Analysis<'_> {
                 heater::starts(&base, &of_form, self.data)
             })
             .collect();
-        let fits = starts.into_par_iter().filter_map(|mut start: Model| {
+        let fits = parallel::map(starts, |mut start: Model| {
             let from = start.effects.pop()?;
             self.refitted(&from, &[start], Precision::Fine)
         });
         let left = |refit: &Refit| refit.fitted.cost(self.data);
+        let fits = fits.into_iter().flatten();
         let (found, mut refit) = fits.min_by(|(_, a), (_, b)| left(a).total_cmp(&left(b)))?;
         heater::bend_as(&mut refit.fitted.model, &self.fitted.model);
         let change = self.fitted.standardised(self.data) - refit.fitted.standardised(self.data);

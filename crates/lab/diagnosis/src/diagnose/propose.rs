@@ -11,7 +11,6 @@ use crate::whereabouts::{self, Located, Reach, Searched, Sharpness, Whereabouts}
 use identification::fit::Precision;
 use mirror_model::Runaway;
 use mirror_model::effect::{Active, Formula};
-use rayon::prelude::*;
 use std::sync::Arc;
 
 /// The places that were searched, the best first.
@@ -53,15 +52,15 @@ impl Analysis<'_> {
     pub(super) fn proposed(&self, search: &Search) -> Option<ProposedForm> {
         let (drafts, threshold) = drafts(&search.searched, &search.reach, &self.null);
         let count = Count::of("formulas fitted", drafts.len());
-        let fitted = drafts
-            .par_iter()
-            .filter_map(|draft| Some((draft, count.after(self.tried(draft, threshold))?)));
+        let fitted = parallel::map(&drafts, |draft| {
+            Some((draft, count.after(self.tried(draft, threshold))?))
+        });
         let worth = |(draft, candidate): &(&Draft, Candidate)| {
             candidate.score() - PRICE * draft.law.operators() as f64
         };
-        let fitted: Vec<(&Draft, Candidate)> = fitted.collect();
         let (draft, candidate) = fitted
             .into_iter()
+            .flatten()
             .filter(|tried| worth(tried) > threshold)
             .filter(|tried| self.has_an_effect(&tried.1) && self.is_shown_on_others(&tried.1))
             .max_by(|a, b| worth(a).total_cmp(&worth(b)))?;

@@ -7,7 +7,6 @@ use crate::report::Remainder;
 use identification::Unit;
 use identification::fit::Precision;
 use mirror_model::ACTUATORS;
-use rayon::prelude::*;
 
 /// An effect takes most of an error that falls by this part of itself or more: a choice, for people.
 const MOST: f64 = 0.75;
@@ -42,10 +41,8 @@ impl Analysis<'_> {
         if !self.errs_more_than_its_discrepancy() {
             return None;
         }
-        let fitted = evident.par_iter();
-        let fitted: Vec<Candidate> = fitted
-            .filter_map(|effect| self.fitted_anew(effect))
-            .collect();
+        let fitted = parallel::map(evident, |effect| self.fitted_anew(effect));
+        let fitted: Vec<Candidate> = fitted.into_iter().flatten().collect();
         let left = fitted.iter().filter_map(|effect| effect.refit.as_ref());
         let left: Vec<f64> = left.map(|refit| refit.fitted.cost(self.data)).collect();
         let one = &fitted[far_below_the_others(&left)?];

@@ -12,7 +12,6 @@ use crate::report::{BeforeAfter, Diagnosis, Form, Verdict, leading};
 use identification::fit::Precision;
 use identification::prediction::RESOLUTION;
 use mirror_model::Runaway;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// An effect that is named scores this share of what a function of any form scores at the best place: nature's form is hardly the
@@ -64,13 +63,11 @@ impl Analysis<'_> {
             candidates.iter().filter(is_one).collect()
         };
         let evident = of(&evident);
-        let ranking: Vec<_> = candidates
-            .par_iter()
-            .filter_map(|candidate| {
-                let form = forms.get(candidate.id()).cloned();
-                self.ranked(candidate, form, &evident)
-            })
-            .collect();
+        let ranking = parallel::map(candidates.iter(), |candidate| {
+            let form = forms.get(candidate.id()).cloned();
+            self.ranked(candidate, form, &evident)
+        });
+        let ranking: Vec<_> = ranking.into_iter().flatten().collect();
         let whereabouts = search.as_ref().and_then(|search| self.whereabouts(search));
         let unexplained = search.filter(|_| verdict == Verdict::Unknown);
         let proposal = unexplained.and_then(|search| self.proposed(&search));
@@ -128,22 +125,20 @@ impl Analysis<'_> {
         named: &[String],
     ) -> BTreeMap<String, Form> {
         let is_named = |c: &&mut Candidate| named.iter().any(|id| id == c.id());
-        let forms = candidates
-            .par_iter_mut()
-            .filter(is_named)
-            .filter_map(|candidate| Some((candidate.id().to_owned(), self.choose_form(candidate)?)))
-            .collect();
+        let forms = parallel::map(candidates.iter_mut().filter(is_named), |candidate| {
+            Some((candidate.id().to_owned(), self.choose_form(candidate)?))
+        });
         best_first(candidates);
-        forms
+        forms.into_iter().flatten().collect()
     }
 
     /// Fits what is named together with the base where slopes alone explained more: what is told of its errors is what a model has that the
     /// effect is added to.
     fn fit_named(&self, candidates: &mut [Candidate], named: &[String]) {
         let unfitted = candidates
-            .par_iter_mut()
+            .iter_mut()
             .filter(|c| c.refit.is_none() && named.iter().any(|id| id == c.id()));
-        unfitted.for_each(|candidate| {
+        parallel::map(unfitted, |candidate| {
             let Some(explanation) = &candidate.explanation else {
                 return;
             };
@@ -238,9 +233,9 @@ impl Analysis<'_> {
             Some(refit) => Some(other.scanned(&refit.left, &refit.space)?.score),
             None => Some(other.scanned(left.as_ref()?, &self.session)?.score),
         };
-        let others = candidates.par_iter().filter(|c| c.id() != best.id());
-        let missing = others.filter_map(|c| score(c).filter(|score| *score > c.threshold));
-        missing.reduce(|| 0.0, f64::max)
+        let others = candidates.iter().filter(|c| c.id() != best.id());
+        let missing = parallel::map(others, |c| score(c).filter(|score| *score > c.threshold));
+        missing.into_iter().flatten().fold(0.0, f64::max)
     }
 }
 

@@ -10,7 +10,6 @@ use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use rayon::prelude::*;
 use std::sync::Arc;
 
 /// A family that was left out.
@@ -30,24 +29,20 @@ impl LeftOutFamily {
     ) -> Vec<Self> {
         let families = CALIBRATING.len();
         // The same noise in each family's space: families differ in what their mirrors are, and in nothing else.
-        let noises: Vec<_> = (0..discrepancy.members() / families)
-            .into_par_iter()
-            .map(|seed| discrepancy.whiten(&drawn(white_noise, seed as u64)))
-            .collect();
-        (0..families)
-            .into_par_iter()
-            .map(|family| {
-                let (scored, spanning): (Vec<_>, Vec<_>) =
-                    (0..discrepancy.members()).partition(|member| member % families == family);
-                let space = ResidualSpace::new(jacobian, discrepancy, spanning);
-                let residuals = scored
-                    .iter()
-                    .zip(&noises)
-                    .map(|(&member, noise)| space.residual_of(member, noise))
-                    .collect();
-                Self { space, residuals }
-            })
-            .collect()
+        let noises = parallel::map(0..discrepancy.members() / families, |seed| {
+            discrepancy.whiten(&drawn(white_noise, seed as u64))
+        });
+        parallel::map(0..families, |family| {
+            let (scored, spanning): (Vec<_>, Vec<_>) =
+                (0..discrepancy.members()).partition(|member| member % families == family);
+            let space = ResidualSpace::new(jacobian, discrepancy, spanning);
+            let residuals = scored
+                .iter()
+                .zip(&noises)
+                .map(|(&member, noise)| space.residual_of(member, noise))
+                .collect();
+            Self { space, residuals }
+        })
     }
 
     /// The misfits of its mirrors.

@@ -10,7 +10,6 @@ use identification::parameter::{BaseParameter, FreeParameter};
 use identification::prediction::jacobian;
 use mirror_model::{Model, Preset, Runaway};
 use nalgebra::DVector;
-use rayon::prelude::*;
 
 /// One mirror in so many, those that are fitted worst, is fitted anew from all starts: some of them are in a local minimum. Set by
 /// what it costs and by the figures of `cargo xtask bench diagnose`.
@@ -33,21 +32,17 @@ pub(super) fn fits(data: &Dataset, mirrors: &[Vec<f64>]) -> Result<Vec<Fit>, Run
     let first = base.fitted(&mirrors[0])?;
     let slopes = jacobian(&first.model, data, &base.parameters)?;
     let count = Count::of("null ensemble: mirrors fitted", mirrors.len());
-    let mut fits = mirrors
-        .par_iter()
-        .map(|values| {
-            let start = with_own_resistances(&first.model, &data.with_values(values));
-            count.after(fit_beside(&slopes, &start, data, values, &base.parameters))
-        })
-        .collect::<Result<Vec<Fitted>, Runaway>>()?;
+    let fits = parallel::map(mirrors, |values| {
+        let start = with_own_resistances(&first.model, &data.with_values(values));
+        count.after(fit_beside(&slopes, &start, data, values, &base.parameters))
+    });
+    let mut fits = fits.into_iter().collect::<Result<Vec<Fitted>, Runaway>>()?;
     let mut worst: Vec<usize> = (0..fits.len()).collect();
     worst.sort_by(|&a, &b| fits[b].cost(data).total_cmp(&fits[a].cost(data)));
     worst.truncate(fits.len() / STUCK);
-    let fresh: Result<Vec<_>, Runaway> = worst
-        .par_iter()
-        .map(|&index| base.fitted(&mirrors[index]))
-        .collect();
-    for (index, fresh) in worst.into_iter().zip(fresh?) {
+    let fresh = parallel::map(&worst, |&index| base.fitted(&mirrors[index]));
+    let fresh = fresh.into_iter().collect::<Result<Vec<_>, Runaway>>()?;
+    for (index, fresh) in worst.into_iter().zip(fresh) {
         if fresh.cost(data) < fits[index].cost(data) {
             fits[index] = fresh;
         }

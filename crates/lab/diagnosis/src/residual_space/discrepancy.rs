@@ -3,7 +3,6 @@
 use super::expectation::Expectation;
 use super::reach::reach;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 use std::marker::PhantomData;
 use std::ops::{Add, Mul, Sub};
 
@@ -163,14 +162,11 @@ fn scaled(columns: &DMatrix<f64>, factors: &DVector<f64>) -> DMatrix<f64> {
 }
 
 fn gram(members: &DMatrix<f64>) -> DMatrix<f64> {
-    let starts: Vec<usize> = (0..members.ncols()).step_by(BLOCK).collect();
-    let blocks: Vec<_> = starts
-        .into_par_iter()
-        .map(|start| {
-            let count = BLOCK.min(members.ncols() - start);
-            members.tr_mul(&members.columns(start, count)).data.into()
-        })
-        .collect::<Vec<Vec<f64>>>();
+    let starts = (0..members.ncols()).step_by(BLOCK);
+    let blocks: Vec<Vec<f64>> = parallel::map(starts, |start| {
+        let count = BLOCK.min(members.ncols() - start);
+        members.tr_mul(&members.columns(start, count)).data.into()
+    });
     DMatrix::from_vec(members.ncols(), members.ncols(), blocks.concat())
 }
 
