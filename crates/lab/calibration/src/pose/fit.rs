@@ -1,6 +1,9 @@
 //! The fit of a plate on four actuators to poses: shapes, shares, what the actuators share of their heat, what a watt is worth to each and how
 //! its loss grows, what resistances tell beside their curves and of the others' heat, and where the instrument's zero is.
 
+use std::cell::RefCell;
+use std::rc::Rc;
+
 use control_core::calibration::{FASTEST_SHARED, Lag, Parts};
 use control_core::shape::SEGMENTS;
 use control_core::{CHANNELS, Micrometre, PlateInverse, Pose};
@@ -92,6 +95,8 @@ pub(super) struct PlateFit {
     tried: f64,
     /// What the resistances tell at equal steps of the rises; `None` where that is not known of all.
     curves: Option<[SensedCurve; CHANNELS]>,
+    /// Where the actuators were under the heat that was asked for last: most of what is sought changes no heat.
+    last: RefCell<Option<(SharedHeat, Rc<[Each]>)>>,
 }
 
 /// A point that was read.
@@ -198,6 +203,7 @@ impl PlateFit {
             },
             poles: poles.enumerate().filter_map(may_be_shared).collect(),
             curves: are_known.then_some(curves),
+            last: RefCell::default(),
         }
     }
 
@@ -312,7 +318,19 @@ impl PlateFit {
     }
 
     /// Where the tables say that the actuators were at each point (um).
-    fn places_um(&self, heat: &SharedHeat) -> Vec<Each> {
+    fn places_um(&self, heat: &SharedHeat) -> Rc<[Each]> {
+        let mut last = self.last.borrow_mut();
+        match &*last {
+            Some((of, places)) if of == heat => places.clone(),
+            _ => {
+                let places = self.computed_places_um(heat);
+                *last = Some((heat.clone(), places.clone()));
+                places
+            }
+        }
+    }
+
+    fn computed_places_um(&self, heat: &SharedHeat) -> Rc<[Each]> {
         let tables = self.tables_under(heat);
         let rises = self.history.rises(heat).into_iter();
         rises

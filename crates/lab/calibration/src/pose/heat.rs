@@ -53,6 +53,8 @@ struct HeatStep {
     gain_own: f64,
     gain_shared: f64,
     stored: Each,
+    /// What each actuator's heating is of what drives the shared part; one in all.
+    parts: Each,
 }
 
 impl SharedHeat {
@@ -103,7 +105,7 @@ impl SharedHeat {
 
     /// What is shared of rises at rest (K).
     pub(super) fn shared_rise(&self, rises: &Each) -> f64 {
-        self.whole_shared() * self.shared_mean(rises)
+        self.whole_shared() * dot(&self.parts(), rises)
     }
 
     /// The powers, as the rises that they would hold without growth (K), at which the actuators rest at `rises`.
@@ -135,7 +137,7 @@ impl SharedHeat {
         let step = self.heat_step(warmed, time);
         let rises = self.rises(&step, powers);
         let heating = self.heating(&step, powers, &rises);
-        warmed.advance(&rises, (&heating, self.shared_mean(&heating)), time);
+        warmed.advance(&rises, (&heating, dot(&step.parts, &heating)), time);
         rises
     }
 
@@ -159,6 +161,7 @@ impl SharedHeat {
             gain_own,
             gain_shared,
             stored: self.slower_s.map(|slower_s| slower_s / time.duration_s),
+            parts: self.parts(),
         }
     }
 
@@ -171,21 +174,22 @@ impl SharedHeat {
             gain_own: 1.0 - shared,
             gain_shared: shared,
             stored: [0.0; CHANNELS],
+            parts: self.parts(),
         }
     }
 
-    /// The heating of all four that drives what they share (K): each in proportion to its watts, for a frame is warmed by those, and
+    /// What each actuator's heating is of what drives the shared part: in proportion to its watts, for a frame is warmed by those, and
     /// not by the rise that they make of an actuator.
-    fn shared_mean(&self, heating: &Each) -> f64 {
-        let watts = |i: usize| self.watts_per_kelvin[i] / self.gains[i];
-        let sum: f64 = (0..CHANNELS).map(|i| watts(i) * heating[i]).sum();
-        sum / (0..CHANNELS).map(watts).sum::<f64>()
+    fn parts(&self) -> Each {
+        let watts: Each = std::array::from_fn(|i| self.watts_per_kelvin[i] / self.gains[i]);
+        let all: f64 = watts.iter().sum();
+        watts.map(|watts| watts / all)
     }
 
     /// The heating of each during a time step at whose end the rises are these, and what drives the shared part meanwhile.
     fn own_heating(&self, step: &HeatStep, rises: &Each) -> (Each, f64) {
         let alone = std::array::from_fn(|i| rises[i] - step.free[i]);
-        let shared = self.shared_mean(&alone) / (step.gain_own + step.gain_shared);
+        let shared = dot(&step.parts, &alone) / (step.gain_own + step.gain_shared);
         let heating = alone.map(|rise| (rise - step.gain_shared * shared) / step.gain_own);
         (heating, shared)
     }
@@ -211,7 +215,7 @@ impl SharedHeat {
 
     fn rises(&self, step: &HeatStep, powers: &Each) -> Each {
         let mut rises = step.from;
-        let mut shared_heating = self.shared_mean(&self.heating(step, powers, &rises));
+        let mut shared_heating = dot(&step.parts, &self.heating(step, powers, &rises));
         for _ in 0..ITERATIONS {
             rises = std::array::from_fn(|i| {
                 let shared = step.free[i] + step.gain_shared * shared_heating;
@@ -221,7 +225,7 @@ impl SharedHeat {
                 let root = slowed * slowed + 4.0 * step.gain_own * self.growths[i] * linear;
                 2.0 * linear / (slowed + root.max(0.0).sqrt())
             });
-            shared_heating = self.shared_mean(&self.heating(step, powers, &rises));
+            shared_heating = dot(&step.parts, &self.heating(step, powers, &rises));
         }
         rises
     }
@@ -249,6 +253,10 @@ pub(super) fn level_rises(
 ) -> Each {
     let rises = tables.each_ref().map(|table| table.rise(um));
     after.rises_at_rest(&before.powers_at_rest(&rises))
+}
+
+fn dot(a: &Each, b: &Each) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 pub(super) fn mean(of: &Each) -> f64 {
