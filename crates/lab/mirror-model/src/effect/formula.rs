@@ -21,6 +21,7 @@
 //! `rate`, the formula of its change a second, and starts at 0. The first parameter is the strength: at 0 the formula must give `x` back.
 
 mod read;
+mod rosenbrock;
 
 use std::sync::Arc;
 
@@ -29,13 +30,14 @@ use miette::{Diagnostic, NamedSource, SourceSpan};
 use thiserror::Error;
 
 use super::{Effect, Info, Moment, Step};
+use rosenbrock::At;
 
 /// What a formula may use besides its parameters and states.
 const VARIABLES: [&str; 9] = ["x", "t", "V", "R", "P", "P_total", "dT", "dT_room", "z"];
 /// Where the time is among them, and the power of all actuators.
 const TIME: usize = 1;
 const TOTAL_POWER: usize = 5;
-/// A state is moved on in so many parts of a simulation step at least, since its time constant is not known.
+/// A state is moved on in so many parts of a simulation step: what of its rate is not linear is followed in them.
 const PARTS: usize = 4;
 
 /// A user's own effect.
@@ -127,21 +129,17 @@ impl Effect for Formula {
         !self.rates.is_empty() || self.output.places.contains(&TIME)
     }
 
-    /// Heun's method.
     fn advance(&self, parameters: &[f64], state: &mut [f64], step: &Step) {
-        let h = step.duration_s / PARTS as f64;
+        let input = |at: usize| step.from + (step.to - step.from) * at as f64 / PARTS as f64;
         for part in 0..PARTS {
-            let input = |at: usize| step.from + (step.to - step.from) * at as f64 / PARTS as f64;
-            let rates = |state: &[f64], at: usize| -> Vec<f64> {
-                let values = Self::values(parameters, input(at), state, &step.moment);
+            rosenbrock::step(state, step.duration_s / PARTS as f64, |state, at| {
+                let input = match at {
+                    At::Start => input(part),
+                    At::End => input(part + 1),
+                };
+                let values = Self::values(parameters, input, state, &step.moment);
                 self.rates.iter().map(|rate| rate.eval(&values)).collect()
-            };
-            let first = rates(state, part);
-            let guess: Vec<f64> = state.iter().zip(&first).map(|(s, r)| s + h * r).collect();
-            let second = rates(&guess, part + 1);
-            for ((s, a), b) in state.iter_mut().zip(first).zip(second) {
-                *s += 0.5 * h * (a + b);
-            }
+            });
         }
     }
 }
