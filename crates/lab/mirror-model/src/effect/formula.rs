@@ -20,6 +20,7 @@
 //! what of it an oven or another room adds (K), `z` (um), the effect's parameters and its states. A state has `symbol` and
 //! `rate`, the formula of its change a second, and starts at 0. The first parameter is the strength: at 0 the formula must give `x` back.
 
+mod calls;
 mod read;
 mod rosenbrock;
 

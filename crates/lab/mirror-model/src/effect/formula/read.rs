@@ -1,5 +1,6 @@
 //! What a user has written, read into a formula, or what is wrong with it and where.
 
+use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -7,7 +8,7 @@ use exmex::{Express, FlatEx};
 use miette::NamedSource;
 use serde::Deserialize;
 
-use super::{Expression, Formula, FormulaError, VARIABLES};
+use super::{Expression, Formula, FormulaError, VARIABLES, calls};
 use crate::effect::numerals::without_exponents;
 use crate::effect::size::{MOST_PARAMETERS, MOST_PARTS, MOST_PARTS_OF_RATES, MOST_STATES, parts};
 use crate::effect::{Acts, Info, Parameter, Stage, find};
@@ -16,6 +17,10 @@ use crate::effect::{Acts, Info, Parameter, Stage, find};
 const LONGEST_ID: usize = 40;
 /// A name that says what an effect does.
 const EXAMPLE: &str = "stiffening";
+
+/// What a formula may use besides + - * / ^ and names.
+pub(super) const FUNCTIONS: &str = "it may have + - * / ^, the functions abs, signum, sqrt, cbrt, exp, ln, log2, log10, sin, cos, tan, asin, acos, atan, sinh, \
+                         cosh, tanh, asinh, acosh, atanh, floor, ceil, round, trunc and fract of one value, min, max and atan2 of two, PI and e";
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -227,14 +232,14 @@ impl FormulaReader<'_> {
         text: &toml::Spanned<String>,
         names: &[String],
     ) -> Result<Expression, FormulaError> {
-        let compiled =
-            FlatEx::<f64>::parse(&without_exponents(text.get_ref())).map_err(|error| {
-                self.wrong(
-                    &format!("this formula cannot be read: {error}"),
-                    "write it like x * (1 + c * dT)",
-                    text.span(),
-                )
-            })?;
+        let unread = |error: &dyn fmt::Display| {
+            let message = format!("this formula cannot be read: {error}");
+            let help = format!("write it like x * (1 + c * dT); {FUNCTIONS}");
+            self.wrong(&message, &help, text.span())
+        };
+        let written = calls::between(&without_exponents(text.get_ref()));
+        let written = written.map_err(|said| unread(&said))?;
+        let compiled = FlatEx::<f64>::parse(&written).map_err(|error| unread(&error))?;
         let place = |variable: &String| {
             names
                 .iter()

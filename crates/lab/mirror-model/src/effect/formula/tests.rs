@@ -144,3 +144,26 @@ fn an_id_is_a_word_of_its_own() {
         );
     }
 }
+
+#[test]
+fn functions_that_are_told_are_known_also_within_others() {
+    let one = "abs signum sqrt cbrt exp ln log2 log10 sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh floor ceil round trunc fract";
+    // Of values that each of them takes.
+    let one = one.split(' ').map(|name| match name {
+        "acosh" => (name, "acosh(2 + x)".to_owned()),
+        _ => (name, format!("{name}(x / 100)")),
+    });
+    let two = "min max atan2"
+        .split(' ')
+        .map(|name| (name, format!("{name}(1, min(x, PI))")));
+    for (name, call) in one.chain(two) {
+        assert!(with(&format!("x + q * {call}")).is_ok(), "{call}");
+        assert!(super::read::FUNCTIONS.contains(name), "{name}");
+    }
+    let limited = with("x + q * max(0, min(1, x))").expect("it is read");
+    let moment = Moment::default();
+    for (x, limited_x) in [(-2.0, 0.0), (0.25, 0.25), (3.0, 1.0)] {
+        assert_eq!(limited.output(&[2.0], x, &[], &moment), x + 2.0 * limited_x);
+    }
+    refuses("x + q * max(0, x, 2)", "max is given 3 values");
+}
