@@ -102,8 +102,10 @@ impl NullEnsemble {
     }
 }
 
-/// The coordinates of the base's parameters in a model fitted to a session, as far as it can identify them.
+/// The coordinates of the base's parameters in a model fitted to a session, as far as it can identify them, were it one of the virtual
+/// mirrors.
 pub(crate) fn coordinates(model: &Model, data: &Dataset) -> Vec<f64> {
+    let model = &DriveScaling::of(data).scaled(model);
     let free = identifiable(data).into_iter().map(FreeParameter::Base);
     free.map(|parameter| parameter.coordinate(model)).collect()
 }
@@ -233,7 +235,7 @@ fn as_read(mut residuals: DMatrix<f64>, data: &Dataset, scaling: DriveScaling) -
                 Channel::Displacement => zero_um,
                 Channel::Current(_) => 0.0,
             };
-            scaling.amperes * left - offset
+            scaling.times(o.channel) * left - offset
         });
         let standardised = standardised(read, data);
         mirror.copy_from(&standardised);

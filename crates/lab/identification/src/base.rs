@@ -62,7 +62,7 @@ fn poles(data: &Dataset) -> [Symbol; 3] {
 
 /// The median of V/I over the quarter of readings at the lowest drives, of those whose current can be told from its noise, in
 /// the surroundings that the cold resistance belongs to (ohm).
-fn coldest_resistance(data: &Dataset, actuator: usize) -> Option<f64> {
+pub fn coldest_resistance(data: &Dataset, actuator: usize) -> Option<f64> {
     let readings = data
         .observations
         .iter()

@@ -245,8 +245,9 @@ mod tests {
 
     #[test]
     fn sessions_of_a_kind_share_an_ensemble_whatever_they_read() {
-        let one = session([0.0, 0.0, 40.0, 2e-3], 0.02);
-        let other = session([0.0, 1e-6, 55.0, 3e-3], 0.01);
+        // 2 V on 364 and on 400 ohm.
+        let one = session([0.0, 0.0, 40.0, 5.5e-3], 0.02);
+        let other = session([0.0, 1e-6, 55.0, 5e-3], 0.01);
         assert_eq!(key(&one), key(&other));
         let [a, b] = [&one, &other]
             .map(|data| Conditions::of(data, &Device::default(), &DriveScaling::of(data)));

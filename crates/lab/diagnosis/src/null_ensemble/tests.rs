@@ -5,15 +5,17 @@ use mirror_model::{Preset, Symbol};
 use std::sync::Arc;
 use virtual_mirror::Sensor;
 
-/// The probe with these readings and this noise of the displacement.
+/// The probe with readings in proportion to this, and this noise of the displacement.
 fn session(reading: f64, noise_um: f64) -> Dataset {
     let mut data = probe();
-    for observation in &mut data.observations {
+    let drives = data.observations.iter().map(|o| data.drive(o)[0]);
+    let drives: Vec<f64> = drives.collect();
+    for (observation, volts) in data.observations.iter_mut().zip(drives) {
         match observation.channel {
             Channel::Displacement => {
                 (observation.value, observation.noise) = (10.0 * reading, noise_um);
             }
-            Channel::Current(_) => observation.value = 1e-3 * reading,
+            Channel::Current(_) => observation.value = reading * volts / 360.0,
         }
     }
     data
@@ -22,7 +24,7 @@ fn session(reading: f64, noise_um: f64) -> Dataset {
 #[test]
 fn an_ensemble_is_the_same_whatever_is_in_the_cache() {
     let folder = tempfile::tempdir().unwrap();
-    let [before, session] = [session(1.0, 0.01), session(3.0, 0.02)];
+    let [before, session] = [session(1.0, 0.01), session(1.2, 0.02)];
     let fresh = NullEnsemble::new(&session, &Device::default(), None).unwrap();
     NullEnsemble::new(&before, &Device::default(), Some(folder.path())).unwrap();
     let after_another =
@@ -34,7 +36,7 @@ fn an_ensemble_is_the_same_whatever_is_in_the_cache() {
 
 #[test]
 fn residuals_are_standardised_as_the_session_is() {
-    let (one, other) = (session(1.0, 0.02), session(30.0, 0.02));
+    let (one, other) = (session(1.0, 0.02), session(1.2, 0.02));
     let folder = tempfile::tempdir().unwrap();
     let [a, b] = [&one, &other].map(|data| {
         let ensemble = NullEnsemble::new(data, &Device::default(), Some(folder.path())).unwrap();
