@@ -177,6 +177,7 @@ pub(crate) fn with_effect(
     let (analysis, mut candidates) = explained(fitted, data, &ensemble, &[effect])?;
     let mut candidate = candidates.pop().expect("the one that was asked for");
     analysis.choose_form(&mut candidate);
+    analysis.fit_with_base(&mut candidate);
     let null_improvement = analysis.null_improvement(&candidate);
     let with = match candidate.refit {
         Some(refit) => refit.fitted,

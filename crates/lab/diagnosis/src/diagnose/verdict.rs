@@ -132,24 +132,30 @@ impl Analysis<'_> {
         forms.into_iter().flatten().collect()
     }
 
-    /// Fits what is named together with the base where slopes alone explained more: what is told of its errors is what a model has that the
-    /// effect is added to.
+    /// Fits what is named together with the base.
     fn fit_named(&self, candidates: &mut [Candidate], named: &[String]) {
-        let unfitted = candidates
-            .iter_mut()
-            .filter(|c| c.refit.is_none() && named.iter().any(|id| id == c.id()));
-        parallel::map(unfitted, |candidate| {
-            let Some(explanation) = &candidate.explanation else {
-                return;
-            };
-            candidate.refit = candidate.lesser_refit.take();
-            if candidate.refit.is_some() {
-                return;
-            }
-            let start = std::slice::from_ref(&self.fitted.model);
-            let fitted = self.refitted(&explanation.active, start, Precision::Fine);
-            candidate.refit = fitted.map(|(_, refit)| refit);
-        });
+        let is_named = |c: &&mut Candidate| named.iter().any(|id| id == c.id());
+        let named = candidates.iter_mut().filter(is_named);
+        parallel::map(named, |candidate| self.fit_with_base(candidate));
+    }
+
+    /// Fits a candidate together with the base where slopes alone explained more: what is told of its errors is what a model has that the
+    /// effect is added to.
+    pub(super) fn fit_with_base(&self, candidate: &mut Candidate) {
+        if candidate.refit.is_some() {
+            return;
+        }
+        candidate.refit = candidate.lesser_refit.take();
+        let Some(explanation) = candidate
+            .explanation
+            .as_ref()
+            .filter(|_| candidate.refit.is_none())
+        else {
+            return;
+        };
+        let start = std::slice::from_ref(&self.fitted.model);
+        let fitted = self.refitted(&explanation.active, start, Precision::Fine);
+        candidate.refit = fitted.map(|(_, refit)| refit);
     }
 
     /// Whether the rivals are named: where they explain the misfit, and no free-form function at some place explains clearly more,
