@@ -39,7 +39,7 @@ const VARIABLES: [&str; 9] = ["x", "t", "V", "R", "P", "P_total", "dT", "dT_room
 const TIME: usize = 1;
 const TOTAL_POWER: usize = 5;
 /// A state is moved on in so many parts of a simulation step: what of its rate is not linear is followed in them.
-const PARTS: usize = 4;
+const PARTS: usize = 2;
 
 /// A user's own effect.
 pub struct Formula {

@@ -12,6 +12,8 @@ const MOST: usize = MOST_STATES + 2;
 const MOVED: f64 = 1.5e-8;
 /// And by this at least, in any unit.
 const LEAST: f64 = 1e-12;
+/// Where a slope is less than this part of a step, its exponential is a parabola: to 1e-11, as far as differences tell the others.
+const STRAIGHT: f64 = 1e-5;
 /// Terms of the exponential's series; of a matrix whose norm is a half at most they leave 1e-14.
 const TERMS: usize = 11;
 
@@ -19,28 +21,47 @@ type Matrix = [[f64; MOST]; MOST];
 
 /// Moves states on by `h` seconds. `rates` are theirs with the input at the step's start, or at its end.
 pub(super) fn step(state: &mut [f64], h: f64, rates: impl Fn(&[f64], At) -> Vec<f64>) {
-    let n = state.len();
     let here = rates(state, At::Start);
     let with_input = rates(state, At::End);
-    let mut matrix = Matrix::default();
-    for column in 0..n {
+    let slopes = |column: usize| {
         let mut moved = state.to_vec();
         moved[column] += MOVED * state[column].abs().max((h * here[column]).abs()) + LEAST;
         let by = moved[column] - state[column];
-        let there = rates(&moved, At::Start);
-        for row in 0..n {
-            matrix[row][column] = h * (there[row] - here[row]) / by;
-        }
+        let there = rates(&moved, At::Start).into_iter().zip(&here);
+        there.map(move |(there, here)| (there - here) / by)
+    };
+    if let [here] = here[..] {
+        let slope = slopes(0).next().unwrap_or_default();
+        state[0] += alone(h * slope, h * here, h * (with_input[0] - here));
+        return;
     }
-    for row in 0..n {
-        matrix[row][n] = h * (with_input[row] - here[row]);
-        matrix[row][n + 1] = h * here[row];
+    let n = state.len();
+    let columns: Vec<Vec<f64>> = (0..n).map(|column| slopes(column).collect()).collect();
+    let mut matrix = Matrix::default();
+    let rates = here.iter().zip(&with_input);
+    for (row, (out, (here, with_input))) in matrix.iter_mut().zip(rates).enumerate() {
+        for (out, column) in out.iter_mut().zip(&columns) {
+            *out = h * column[row];
+        }
+        out[n] = h * (with_input - here);
+        out[n + 1] = h * here;
     }
     matrix[n][n + 1] = 1.0;
     let grown = exponential(matrix, n + 2);
     for (row, s) in state.iter_mut().enumerate() {
         *s += grown[row][n + 1];
     }
+}
+
+/// By how much a single state changes over a step, with its slope, its rate and what the input adds to that, each times the step.
+fn alone(slope: f64, rate: f64, by_input: f64) -> f64 {
+    let (mean, lever) = if slope.abs() < STRAIGHT {
+        (1.0 + slope / 2.0, 0.5 + slope / 6.0)
+    } else {
+        let mean = slope.exp_m1() / slope;
+        (mean, (mean - 1.0) / slope)
+    };
+    rate * mean + by_input * lever
 }
 
 /// Which of a step's ends an input is taken at.
@@ -130,6 +151,23 @@ mod tests {
                 "{tau_s}: {} {exact}",
                 state[0]
             );
+        }
+    }
+
+    /// The same for two at once, each of which is alone.
+    #[test]
+    fn one_state_is_one_of_many() {
+        for slope in [-1e4, -3.0, -1e-3, -1e-7, 0.0, 0.5] {
+            let mut two = [1.0, 1.0];
+            let rates = |s: &[f64], at: At| -> Vec<f64> {
+                let input = if let At::End = at { 0.75 } else { 0.5 };
+                s.iter().map(|s| slope * s + input).collect()
+            };
+            step(&mut two, 1.0, rates);
+            let mut one = [1.0];
+            step(&mut one, 1.0, rates);
+            assert!((one[0] - two[0]).abs() < 1e-6, "{slope}: {one:?} {two:?}");
+            assert!((two[1] - two[0]).abs() < 1e-9, "{slope}: {two:?}");
         }
     }
 
