@@ -17,7 +17,7 @@ use examine::examine;
 use table::{Mistaken, mistakes};
 
 /// Every so-many-th mistake is tried where not all of them are: those of one part of the chip lie side by side.
-const SHORT_STEP: usize = 3;
+const SHORT_STEP: usize = 5;
 
 /// A board with the bench mirror, when power comes, whose driver makes a mistake.
 fn twin(elf: &[u8], mistake: Option<Mistake>) -> Twin {

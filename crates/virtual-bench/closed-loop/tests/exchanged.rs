@@ -172,6 +172,7 @@ where
 }
 
 #[test]
+#[ignore = "long"]
 fn nor_is_one_that_is_warm() {
     let [(config, mut own), _] = two();
     let config = config.with_effect(Effect::SubstrateWarming, 1.0);
