@@ -137,56 +137,72 @@ fn change(
 }
 
 impl Edit {
-    /// "from 0.521 to 0.202 um rms, of the currents from ..."
+    /// "from 0.521 to 0.202 um rms, that of the currents from ..."
     fn course(&self) -> String {
-        let (before, after) = (&self.before, &self.after);
-        let all = format!(
-            "from {:.3} to {:.3} {} rms",
-            before.rms, after.rms, before.unit
-        );
-        match (before.unit, before.current_rms_ma, after.current_rms_ma) {
-            (Unit::Micrometre, Some(from), Some(to)) => {
-                format!("{all}, that of the currents from {from:.4} to {to:.4} mA")
-            }
-            _ => all,
+        let errors = self.errors();
+        let all = format!("{} rms", from_to(&errors[0]));
+        match errors.get(1) {
+            Some(currents) => format!("{all}, that of the currents {}", from_to(currents)),
+            None => all,
         }
     }
 
-    /// By which part of itself each error falls: of what is compared, and of the currents.
-    fn falls(&self) -> [f64; 2] {
-        let of = |before, after, unit| {
-            let errors = BeforeAfter {
-                before,
-                after,
-                unit,
-            };
-            errors.fall()
+    /// The errors of what is compared, and of the currents beside it where both were measured.
+    fn errors(&self) -> Vec<BeforeAfter> {
+        let (before, after, unit) = (&self.before, &self.after, self.before.unit);
+        let compared = BeforeAfter {
+            before: before.rms,
+            after: after.rms,
+            unit,
         };
-        let (before, after) = (self.before.current_rms_ma, self.after.current_rms_ma);
-        [
-            of(self.before.rms, self.after.rms, self.before.unit),
-            before
-                .zip(after)
-                .map_or(0.0, |(before, after)| of(before, after, Unit::Milliampere)),
-        ]
+        let currents = before.current_rms_ma.zip(after.current_rms_ma);
+        let beside = currents.filter(|_| unit == Unit::Micrometre);
+        let beside = beside.map(|(before, after)| BeforeAfter {
+            before,
+            after,
+            unit: Unit::Milliampere,
+        });
+        [Some(compared), beside].into_iter().flatten().collect()
+    }
+
+    /// "the error falls: from 0.521 to 0.202 um rms, that of the currents rises: from ...": first the one that does what is told.
+    fn course_of(&self, is_told: impl Fn(&BeforeAfter) -> bool) -> String {
+        let mut errors = self.errors();
+        let of_currents_alone = !is_told(&errors[0]) && errors.iter().any(&is_told);
+        if of_currents_alone {
+            errors.reverse();
+        }
+        let (first, second) = match of_currents_alone {
+            true => ("the error of the currents", "that of the displacement"),
+            false => ("the error", "that of the currents"),
+        };
+        let does = verb(&errors[0]);
+        let mut said = format!("{first} {does}: {} rms", from_to(&errors[0]));
+        if let Some(other) = errors.get(1) {
+            said += &match verb(other) {
+                same if same == does => format!(", {second} {}", from_to(other)),
+                differs => format!(", {second} {differs}: {}", from_to(other)),
+            };
+        }
+        said
     }
 
     fn on_adding(&self, id: &str, null: &NullImprovement) -> String {
-        let (falls, course) = (self.falls(), self.course());
-        if falls.iter().all(|fall| *fall < WORTHWHILE) {
+        let falls = |error: &BeforeAfter| error.fall() >= WORTHWHILE;
+        let errors = self.errors();
+        if !errors.iter().any(falls) {
+            let course = self.course();
             return format!("{id} does not lower the error ({course}): better leave it out");
         }
         let most = |fall: Option<Fall>| fall.map_or(0.0, |fall| fall.most);
-        let displacement = null.displacement.or(null.currents);
-        let error = match falls[0] < WORTHWHILE {
-            true => "error of the currents",
-            false => "error",
-        };
-        if falls[0] > most(displacement) || falls[1] > most(null.currents) {
-            format!("with {id} the {error} falls: {course}")
+        let of_null = [null.displacement.or(null.currents), null.currents];
+        let course = self.course_of(falls);
+        let mut beside = errors.iter().zip(of_null);
+        if beside.any(|(error, null)| error.fall() > most(null)) {
+            format!("with {id} {course}")
         } else {
             format!(
-                "with {id} the {error} falls: {course}; that alone proves nothing, it falls as much where nothing is missing"
+                "with {id} {course}; that alone proves nothing, it falls as much where nothing is missing"
             )
         }
     }
@@ -200,13 +216,36 @@ impl Edit {
     }
 
     fn on_removing(&self, id: &str) -> String {
-        let course = self.course();
-        if self.falls().iter().any(|fall| *fall < -WORTHWHILE) {
-            format!("without {id} the error rises: {course}: better keep it")
+        let rises = |error: &BeforeAfter| error.fall() < -WORTHWHILE;
+        if self.errors().iter().any(rises) {
+            format!("without {id} {}: better keep it", self.course_of(rises))
         } else {
-            format!("without {id} the error does not rise: {course}")
+            format!("without {id} the error does not rise: {}", self.course())
         }
     }
+}
+
+/// What an error does.
+fn verb(error: &BeforeAfter) -> &'static str {
+    match error.fall() {
+        fall if fall >= WORTHWHILE => "falls",
+        fall if fall < -WORTHWHILE => "rises",
+        _ => "hardly changes",
+    }
+}
+
+/// "from 0.521 to 0.202 um"; that of currents beside a displacement with a digit more, as in the table.
+fn from_to(error: &BeforeAfter) -> String {
+    let BeforeAfter {
+        before,
+        after,
+        unit,
+    } = error;
+    let digits = match unit {
+        Unit::Micrometre => 3,
+        Unit::Milliampere => 4,
+    };
+    format!("from {before:.digits$} to {after:.digits$} {unit}")
 }
 
 impl fmt::Display for Edit {
@@ -307,7 +346,7 @@ mod tests {
         let said = halved.on_adding("creep", &null(0.4));
         assert_eq!(
             said,
-            "with creep the error falls: from 0.500 to 0.250 um rms, that of the currents from 0.1000 to 0.1000 mA"
+            "with creep the error falls: from 0.500 to 0.250 um rms, that of the currents hardly changes: from 0.1000 to 0.1000 mA"
         );
         let said = halved.on_adding("creep", &null(0.6));
         assert!(said.contains("that alone proves nothing"), "{said}");
@@ -315,12 +354,20 @@ mod tests {
 
     #[test]
     fn a_fall_of_the_currents_alone_counts_too() {
-        let said = edit((0.5, Some(0.1)), (0.5, Some(0.05))).on_adding("aging", &null(0.4));
-        assert!(
-            said.starts_with("with aging the error of the currents falls"),
-            "{said}"
+        let said = edit((0.799, Some(0.1)), (0.801, Some(0.05))).on_adding("aging", &null(0.4));
+        assert_eq!(
+            said,
+            "with aging the error of the currents falls: from 0.1000 to 0.0500 mA rms, that of the displacement hardly changes: from 0.799 to 0.801 um"
         );
-        assert!(!said.contains("proves nothing"), "{said}");
+    }
+
+    #[test]
+    fn two_errors_that_do_the_same_are_told_by_one_verb() {
+        let said = edit((0.5, Some(0.1)), (0.25, Some(0.05))).on_adding("creep", &null(0.4));
+        assert_eq!(
+            said,
+            "with creep the error falls: from 0.500 to 0.250 um rms, that of the currents from 0.1000 to 0.0500 mA"
+        );
     }
 
     #[test]
@@ -332,5 +379,10 @@ mod tests {
         );
         let said = edit((0.2, None), (0.201, None)).on_removing("creep");
         assert!(said.contains("does not rise"), "{said}");
+        let said = edit((0.2, Some(0.1)), (0.1, Some(0.2))).on_removing("creep");
+        assert_eq!(
+            said,
+            "without creep the error of the currents rises: from 0.1000 to 0.2000 mA rms, that of the displacement falls: from 0.200 to 0.100 um: better keep it"
+        );
     }
 }
