@@ -85,7 +85,7 @@ pub fn report(
 }
 
 /// Of the coordinates. Scaled up by the reduced chi-square where that is above one, so that a wrong model's errors are not too small.
-fn covariance(slopes: &DMatrix<f64>, fitted: &Fitted, data: &Dataset) -> DMatrix<f64> {
+pub(crate) fn covariance(slopes: &DMatrix<f64>, fitted: &Fitted, data: &Dataset) -> DMatrix<f64> {
     let squares = fitted.cost(data);
     let freedom = data
         .observations
@@ -104,22 +104,28 @@ fn covariance(slopes: &DMatrix<f64>, fitted: &Fitted, data: &Dataset) -> DMatrix
         * scale
 }
 
-fn standard_error(fitted: &Fitted, covariance: &DMatrix<f64>, index: usize) -> f64 {
-    covariance[(index, index)].max(0.0).sqrt() * fitted.free[index].scale(&fitted.model)
+fn is_held(fitted: &Fitted, index: usize) -> bool {
+    fitted.free[index].is_at_its_limit(&fitted.model)
 }
 
-/// The fitted parameters that are known to some part of themselves.
+/// None where a bound holds the parameter.
+fn standard_error(fitted: &Fitted, covariance: &DMatrix<f64>, index: usize) -> Option<f64> {
+    let error = covariance[(index, index)].max(0.0).sqrt();
+    (!is_held(fitted, index)).then(|| error * fitted.free[index].scale(&fitted.model))
+}
+
+/// The fitted parameters that are known to some part of themselves, or that a bound holds.
 pub fn known_errors(fitted: &Fitted, covariance: &DMatrix<f64>) -> BTreeMap<String, Estimate> {
     let estimate = |(index, parameter): (usize, &FreeParameter)| {
         let (value, error) = (
             parameter.value(&fitted.model),
             standard_error(fitted, covariance, index),
         );
-        let known =
-            error < MEANINGLESS * value.abs() || matches!(parameter, FreeParameter::Effect(..));
+        let known = error.is_none_or(|error| error < MEANINGLESS * value.abs())
+            || matches!(parameter, FreeParameter::Effect(..));
         let estimate = Estimate {
             value,
-            standard_error: Some(error),
+            standard_error: error,
             unit: parameter.unit(&fitted.model),
         };
         known.then(|| (parameter.name(&fitted.model), estimate))
@@ -251,13 +257,18 @@ fn groups(null: &DMatrix<f64>) -> Vec<Vec<usize>> {
 /// # Errors
 /// [`Runaway`] if the model has no finite answer close by.
 pub fn note_errors(fitted: &mut Fitted, data: &Dataset) -> Result<DMatrix<f64>, Runaway> {
-    let slopes = jacobian(&fitted.model, data, &fitted.free)?;
+    let mut slopes = jacobian(&fitted.model, data, &fitted.free)?;
+    // What a bound holds has no covariance, and the others' is what it is while that stays.
+    for index in (0..fitted.free.len()).filter(|&index| is_held(fitted, index)) {
+        slopes.column_mut(index).fill(0.0);
+    }
     let covariance = covariance(&slopes, fitted, data);
     fitted.model.standard_errors.clear();
     for index in 0..fitted.free.len() {
         let error = standard_error(fitted, &covariance, index);
         match fitted.free[index] {
             FreeParameter::Base(free) => {
+                let Some(error) = error else { continue };
                 let largest = fitted
                     .model
                     .standard_errors
@@ -266,7 +277,7 @@ pub fn note_errors(fitted: &mut Fitted, data: &Dataset) -> Result<DMatrix<f64>, 
                 *largest = largest.max(error);
             }
             FreeParameter::Effect(effect, parameter) => {
-                fitted.model.effects[effect].standard_errors[parameter] = Some(error)
+                fitted.model.effects[effect].standard_errors[parameter] = error
             }
         }
     }
@@ -282,12 +293,7 @@ pub fn note_errors(fitted: &mut Fitted, data: &Dataset) -> Result<DMatrix<f64>, 
 impl fmt::Display for FitReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (name, estimate) in &self.parameters {
-            let error = estimate.standard_error.unwrap_or(f64::NAN);
-            writeln!(
-                f,
-                "  {name:<18} {:>13.6e} +- {error:.1e} {}",
-                estimate.value, estimate.unit
-            )?;
+            writeln!(f, "{}", estimate.line(name, 18))?;
         }
         for (a, b, correlation) in &self.correlations {
             writeln!(f, "  {a} and {b} go together: correlation {correlation:.3}")?;
@@ -310,7 +316,47 @@ impl fmt::Display for FitReport {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dataset::Channel;
+    use crate::fit::fit_parameters;
+    use mirror_model::Preset;
+    use mirror_model::effect::{Active, find};
     use nalgebra::dmatrix;
+
+    #[test]
+    fn a_parameter_that_a_bound_holds_has_no_error_and_widens_no_other() {
+        const COLD: FreeParameter =
+            FreeParameter::Base(BaseParameter::Shared(Symbol::ColdResistance));
+        let mut model = Model::from(Preset::Reconciled);
+        let gain = find("sensor-gain").expect("an effect");
+        model.effects.push(Active::usual(gain));
+        let gain = FreeParameter::Effect(0, 0);
+        let (_, high) = gain.bounds(&model);
+        let mut data = Dataset::driven([(2.0, 1.0), (3.0, 1.0)]);
+        for interval in 0..2 {
+            data = data
+                .reading(interval, Channel::Displacement, 0.0, 0.02)
+                .reading(interval, Channel::Current(0), 0.0, 2e-6);
+        }
+        // The largest gain that the effect may have.
+        gain.set(&mut model, high);
+        let values = crate::prediction::predict(&model, &data).expect("an answer");
+        let data = data.with_values(&values);
+        let errors = |free: &[FreeParameter]| {
+            let mut fitted = fit_parameters(&model, &data, &values, free).expect("an answer");
+            let covariance = note_errors(&mut fitted, &data).expect("an answer");
+            (known_errors(&fitted, &covariance), fitted.model)
+        };
+        let (both, noted) = errors(&[COLD, gain]);
+        let (alone, _) = errors(&[COLD]);
+        let held = both.get("sensor-gain.e").expect("told");
+        assert_eq!(held.standard_error, None);
+        assert_eq!(noted.effects[0].standard_errors[0], None);
+        assert!(noted.standard_errors[&Symbol::ColdResistance] > 0.0);
+        let (with, without) = (both["R0"].standard_error, alone["R0"].standard_error);
+        let ratio = with.expect("known") / without.expect("known");
+        // Both reduced chi-squares are below one.
+        assert!((ratio - 1.0).abs() < 1e-6, "{ratio}");
+    }
 
     #[test]
     fn parameters_that_share_an_unknown_direction_are_one_group() {

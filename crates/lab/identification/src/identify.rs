@@ -20,8 +20,9 @@ use crate::base::{identifiable, seeds};
 use crate::dataset::Dataset;
 use crate::estimate::Estimate;
 use crate::fit::{Fitted, fit_parameters};
-use crate::fit_report::{known_errors, note_errors};
+use crate::fit_report::{covariance, known_errors, note_errors};
 use crate::parameter::{BaseParameter, FreeParameter};
+use crate::prediction::jacobian;
 use candidate::{CANDIDATES, Candidate, MIDDLE, Pole, SLOW};
 
 /// The sum of squares must fall by this share of itself: with hundreds of readings far more than the one part in their
@@ -210,13 +211,13 @@ impl<'a> Search<'a> {
     }
 }
 
-/// A parameter's value, and its standard error.
+/// A parameter's value, and its standard error as if no bound held anything.
 fn strength_of(fitted: &Fitted, parameter: FreeParameter, data: &Dataset) -> Option<(f64, f64)> {
-    let mut noted = fitted.clone();
-    let covariance = note_errors(&mut noted, data).ok()?;
-    let index = noted.free.iter().position(|other| *other == parameter)?;
-    let error = covariance[(index, index)].max(0.0).sqrt() * parameter.scale(&noted.model);
-    Some((parameter.value(&noted.model), error))
+    let slopes = jacobian(&fitted.model, data, &fitted.free).ok()?;
+    let covariance = covariance(&slopes, fitted, data);
+    let index = fitted.free.iter().position(|other| *other == parameter)?;
+    let error = covariance[(index, index)].max(0.0).sqrt() * parameter.scale(&fitted.model);
+    Some((parameter.value(&fitted.model), error))
 }
 
 impl Identification {
@@ -230,12 +231,7 @@ impl Identification {
         command: impl Fn(&Measurement) -> String,
     ) -> fmt::Result {
         for (name, estimate) in &self.parameters {
-            let error = estimate.standard_error.unwrap_or(f64::NAN);
-            writeln!(
-                f,
-                "  {name:<26} {:>13.6e} +- {error:.1e} {}",
-                estimate.value, estimate.unit
-            )?;
+            writeln!(f, "{}", estimate.line(name, 26))?;
         }
         for tried in &self.tried {
             let verdict = if tried.kept { "found" } else { "not found" };
