@@ -19,6 +19,7 @@ mod diagnose;
 mod edit;
 mod formula_search;
 mod held_out;
+mod measured_already;
 mod menu;
 mod next;
 mod null_distribution;

@@ -60,9 +60,9 @@ pub(crate) fn position_noise_um(session: &Dataset) -> f64 {
 pub(crate) struct Offer {
     pub(crate) proposal: Proposal,
     pub(crate) what: &'static str,
-    intervals: Vec<Interval>,
+    pub(crate) intervals: Vec<Interval>,
     /// The intervals at whose ends it is read.
-    readings: Vec<usize>,
+    pub(crate) readings: Vec<usize>,
     /// The first interval in which something else than the board moves the mirror too: on a clock of its own, after a sweep
     /// that a session has already.
     apart: Option<usize>,

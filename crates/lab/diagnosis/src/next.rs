@@ -1,6 +1,7 @@
 //! What to measure next: of what this board and its bench can run, where the rivals' predictions differ most.
 
 use crate::apart::apart;
+use crate::measured_already::holds;
 use crate::menu::{Offer, ROOM_C, beside, highest_drive_v, menu, position_noise_um, with_currents};
 use crate::proposal::{Next, NextMeasurement, Proposal};
 use crate::residual_space::ResidualSpace;
@@ -29,6 +30,8 @@ pub(crate) fn choose(
     let noise_um = position_noise_um(session);
     let top = highest_drive_v(session);
     let mut offers = menu(top);
+    // Measured once more, it would tell what it told.
+    offers.retain(|offer| !holds(session, offer));
     if !session.has_current() {
         offers.push(with_currents(session, top));
     }
@@ -144,8 +147,20 @@ mod tests {
     use mirror_model::effect::find;
     use mirror_model::{Preset, Symbol};
 
+    /// What is offered, by its words.
+    fn offer(what: &str) -> Offer {
+        let mut menu = menu(3.5).into_iter();
+        menu.find(|offer| offer.what == what).expect("on the menu")
+    }
+
     /// What is proposed where these two are rivals after a sweep.
     fn proposed(first: &str, second: &str) -> NextMeasurement {
+        let session = offer("repeat the sweep").plan(POSITION_NOISE_UM);
+        proposed_after(&session, first, second)
+    }
+
+    /// What is proposed where these two are rivals after a session.
+    fn proposed_after(session: &Dataset, first: &str, second: &str) -> NextMeasurement {
         let mut model = Model::from(Preset::Reconciled);
         for (symbol, value) in [
             (Symbol::FastTime, 2e-3),
@@ -154,12 +169,8 @@ mod tests {
         ] {
             model.parameters.set(symbol, value);
         }
-        let sweep = menu(3.5)
-            .into_iter()
-            .find(|offer| offer.what == "repeat the sweep");
-        let session = sweep.expect("on the menu").plan(POSITION_NOISE_UM);
         let rivals = [first, second].map(|id| Active::usual(find(id).expect("an effect")));
-        choose(&model, &session, &rivals).expect("two rivals")
+        choose(&model, session, &rivals).expect("two rivals")
     }
 
     /// The measurement that is proposed.
@@ -200,10 +211,23 @@ mod tests {
     }
 
     #[test]
+    fn what_was_measured_as_proposed_is_not_proposed_again() {
+        let is_the_hold = |next: &NextMeasurement| {
+            measurement(next).is_some_and(
+                |p| matches!(p.measurement, Measurement::Step { hold_s, .. } if hold_s == 60.0),
+            )
+        };
+        let sweep = offer("repeat the sweep").plan(POSITION_NOISE_UM);
+        let first = proposed_after(&sweep, "creep", "sensor-offset");
+        assert!(is_the_hold(&first), "{first:?}");
+        let (longer, _) = offer("hold a step for a minute, then rest").after(&sweep);
+        let second = proposed_after(&longer, "creep", "sensor-offset");
+        assert!(!is_the_hold(&second), "{second:?}");
+    }
+
+    #[test]
     fn a_few_points_are_followed_by_a_session() {
-        let sweep = menu(3.5).into_iter();
-        let mut sweep = sweep.filter(|offer| offer.what == "repeat the sweep");
-        let mut points = sweep.next().expect("on the menu").plan(POSITION_NOISE_UM);
+        let mut points = offer("repeat the sweep").plan(POSITION_NOISE_UM);
         let is_displacement = |o: &Observation| o.channel == Channel::Displacement;
         points.observations.retain(is_displacement);
         let name = |session: &Dataset| {
