@@ -1,5 +1,6 @@
 //! Where a model fails a session: per experiment, per stage of the chain, and in sentences.
 
+mod alone;
 mod history;
 mod jump;
 mod ladder;
@@ -13,7 +14,7 @@ use crate::Unit;
 use crate::dataset::{Channel, Dataset, Observation};
 use crate::prediction::predict;
 use mirror_model::{Model, Runaway};
-use reading::{Reading, SURE, highest, off, rms};
+use reading::{Reading, SURE, alone, highest, off, rms};
 use serde::Serialize;
 use std::fmt;
 
@@ -38,6 +39,9 @@ pub struct ExperimentError {
     pub largest: f64,
     /// The drive where it is largest.
     pub largest_at_v: f64,
+    /// The actuator that is driven alone there, from 0.
+    #[serde(skip)]
+    pub largest_at_actuator: Option<usize>,
     /// The time where it is largest, from the file's start.
     pub largest_at_s: f64,
     /// The root mean square in percent of the experiment's span; none where nothing moves.
@@ -97,6 +101,9 @@ pub fn compare_predicted(model: &Model, data: &Dataset, predicted: &[f64]) -> Co
         .collect();
     let stages = stages::stages(model, data, predicted);
     let mut sentences: Vec<String> = worst(&experiments, unit).into_iter().collect();
+    if unit == Unit::Micrometre {
+        sentences.extend(alone::sentence(&data.experiments, &readings));
+    }
     sentences.extend(ladder::sentences(data, &readings, unit));
     sentences.extend(history::sentences(data, &readings, unit));
     sentences.extend(lag::sentences(data, &readings, unit));
@@ -183,6 +190,7 @@ fn experiment(
         rms,
         largest: worst.error(),
         largest_at_v: highest(worst.drive),
+        largest_at_actuator: alone(worst.drive),
         largest_at_s: worst.t_s,
         percent_of_span: (span > SURE * worst.noise).then(|| 100.0 * rms / span),
         course: course(readings),
@@ -215,8 +223,10 @@ fn worst(experiments: &[ExperimentError], unit: Unit) -> Option<String> {
     if worst.largest.abs() < NOTHING {
         return Some(format!("no reading is off by {NOTHING} {unit}"));
     }
+    let alone = worst.largest_at_actuator;
+    let of = alone.map_or(String::new(), |i| format!(" of actuator {} alone", i + 1));
     Some(format!(
-        "farthest off in {}: the model is {} at {:.2} V, {} s from its start",
+        "farthest off in {}: the model is {} at {:.2} V{of}, {} s from its start",
         worst.experiment,
         off(worst.largest, unit),
         worst.largest_at_v,
@@ -258,5 +268,30 @@ impl fmt::Display for Comparison {
             writeln!(f, "  {sentence}")?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_actuator_that_is_alone_where_the_model_is_farthest_off_is_named() {
+        let mut data = Dataset::driven([(3.6, 1.0), (3.6, 1.0)])
+            .reading(0, Channel::Displacement, 1.0, 0.02)
+            .reading(1, Channel::Displacement, 3.4, 0.02);
+        data.intervals[1] = mirror_model::Interval::held([0.0, 0.0, 3.6, 0.0], 1.0);
+        let experiment = |predicted: [f64; 2]| {
+            let readings = readings(&data, &predicted, 0);
+            let of_it = experiment(&data, &predicted, &readings, 0).expect("readings");
+            worst(&[of_it], Unit::Micrometre).expect("off")
+        };
+        let said = experiment([1.0, 0.0]);
+        assert!(
+            said.contains("at 3.60 V of actuator 3 alone, 2 s"),
+            "{said}"
+        );
+        let said = experiment([0.0, 3.4]);
+        assert!(said.contains("at 3.60 V, 1 s"), "{said}");
     }
 }

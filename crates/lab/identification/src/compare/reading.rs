@@ -9,6 +9,8 @@ const ALIKE: f64 = 0.25;
 /// Trends that are smaller than so many standard deviations of the noise are none: the usual three, which one reading of
 /// normal noise in 370 exceeds.
 pub(super) const SURE: f64 = 3.0;
+/// An actuator is driven alone where the others have less than this part of its drive: a sixteenth of its heat.
+const IDLE: f64 = 0.25;
 
 /// One row of an experiment: its displacement, or the mean of its currents.
 pub(super) struct Reading {
@@ -35,6 +37,14 @@ pub(super) fn rms(values: impl Iterator<Item = f64>) -> f64 {
 
 pub(super) fn highest(drives: [f64; ACTUATORS]) -> f64 {
     drives.into_iter().fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// The actuator that is driven alone, if one is.
+pub(super) fn alone(drive: [f64; ACTUATORS]) -> Option<usize> {
+    let top = highest(drive);
+    let mut driven = (0..ACTUATORS).filter(|&i| drive[i] > IDLE * top);
+    let first = driven.next().filter(|_| top > 0.0)?;
+    driven.next().is_none().then_some(first)
 }
 
 /// The largest error, and the smallest that is worth a word.
@@ -84,6 +94,13 @@ mod tests {
     fn a_model_below_what_was_measured_is_too_low() {
         assert_eq!(off(9.2, Unit::Micrometre), "too low by 9.20 um");
         assert_eq!(off(-0.035, Unit::Milliampere), "too high by 0.04 mA");
+    }
+
+    #[test]
+    fn an_actuator_is_alone_beside_a_sense_bias_and_not_beside_a_drive() {
+        assert_eq!(alone([0.2, 0.2, 3.5, 0.2]), Some(2));
+        assert_eq!(alone([0.0, 1.0, 3.5, 0.0]), None);
+        assert_eq!(alone([0.0; ACTUATORS]), None);
     }
 
     #[test]
