@@ -12,6 +12,7 @@
 //! [`MeasurementFile`] is a file in memory, [`Session`] the files of one device and day. What is wrong in a file is an
 //! [`InputError`] that points at the line and column; [`plausibility`] finds values in the wrong unit.
 
+mod clocks;
 pub mod column;
 mod correlation;
 mod error;

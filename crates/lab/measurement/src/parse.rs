@@ -7,7 +7,7 @@ use crate::keys::{NUMERIC, is_key};
 use crate::lines::{Line, LineError, Lines, MOST_OF_A_LINE};
 use crate::plausibility::Device;
 use crate::wholeness::Wholeness;
-use crate::{InputError, Keys, MeasurementFile, Row, plausibility, stuck};
+use crate::{InputError, Keys, MeasurementFile, Row, clocks, plausibility, stuck};
 use input_file::ReadError;
 use std::io::{BufRead, Cursor, Seek};
 use std::ops::Range;
@@ -100,8 +100,9 @@ impl<R: BufRead + Seek> Parser<'_, R> {
             self.file.keys.set("partial", &flaw);
         }
         self.check_enough()?;
-        let implausible =
-            plausibility::check(&self.file, device).or_else(|| stuck::check(&self.file));
+        let implausible = plausibility::check(&self.file, device)
+            .or_else(|| stuck::check(&self.file))
+            .or_else(|| clocks::check(&self.file));
         if let Some((row, column, complaint)) = implausible {
             return Err(self.implausible(row, column, complaint));
         }

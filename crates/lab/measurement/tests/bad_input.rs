@@ -258,3 +258,29 @@ fn a_table_of_another_program_is_told_how_it_is_taken() {
     let other_unit = measurement::column::suggestion("z_nm");
     assert!(other_unit.contains("z_um"), "{other_unit}");
 }
+
+#[test]
+fn clocks_that_go_apart() {
+    let rows = |factor: f64| {
+        let row = |n: u32| {
+            let t_s = f64::from(n);
+            format!("{},{t_s},0.{n},{n}\n", 5.0 + factor * t_s)
+        };
+        format!(
+            "t_global_s,t_s,V_V,z_um\n{}",
+            (1..=5).map(row).collect::<String>()
+        )
+    };
+    refuses(
+        &rows(1e-3),
+        "t_s passes 4.0000 s, and t_global_s 0.0040 s",
+        "5",
+    );
+    // A host that pauses between the rows, and two clocks that are apart by rounding.
+    for factor in [1.0, 0.99, 3.0] {
+        assert!(
+            MeasurementFile::parse("good.csv", &rows(factor)).is_ok(),
+            "{factor}"
+        );
+    }
+}

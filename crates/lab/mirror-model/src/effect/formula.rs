@@ -30,6 +30,7 @@ use exmex::{Express, FlatEx};
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use thiserror::Error;
 
+use super::size::{MOST_PARAMETERS, MOST_STATES};
 use super::{Effect, Info, Moment, Step};
 use rosenbrock::At;
 
@@ -38,6 +39,8 @@ const VARIABLES: [&str; 9] = ["x", "t", "V", "R", "P", "P_total", "dT", "dT_room
 /// Where the time is among them, and the power of all actuators.
 const TIME: usize = 1;
 const TOTAL_POWER: usize = 5;
+/// All that a formula may look at.
+const MOST_VALUES: usize = VARIABLES.len() + MOST_PARAMETERS + MOST_STATES;
 /// A state is moved on in so many parts of a simulation step: what of its rate is not linear is followed in them.
 const PARTS: usize = 2;
 
@@ -71,14 +74,18 @@ struct Expression {
 }
 
 impl Expression {
-    fn eval(&self, values: &[f64]) -> f64 {
-        let used: Vec<f64> = self.places.iter().map(|&place| values[place]).collect();
-        self.compiled.eval(&used).unwrap_or(f64::NAN)
+    fn eval(&self, values: &[f64; MOST_VALUES]) -> f64 {
+        let mut used = [0.0; MOST_VALUES];
+        for (used, &place) in used.iter_mut().zip(&self.places) {
+            *used = values[place];
+        }
+        let used = &used[..self.places.len()];
+        self.compiled.eval(used).unwrap_or(f64::NAN)
     }
 }
 
 impl Formula {
-    fn values(parameters: &[f64], input: f64, state: &[f64], m: &Moment) -> Vec<f64> {
+    fn values(parameters: &[f64], input: f64, state: &[f64], m: &Moment) -> [f64; MOST_VALUES] {
         let chain = [
             input,
             m.t_s,
@@ -90,12 +97,13 @@ impl Formula {
             m.ambient_k,
             m.z_um,
         ];
-        chain
-            .iter()
-            .chain(parameters)
-            .chain(state)
-            .copied()
-            .collect()
+        let mut values = [0.0; MOST_VALUES];
+        let all = chain.iter().chain(parameters).chain(state);
+        values
+            .iter_mut()
+            .zip(all)
+            .for_each(|(value, of)| *value = *of);
+        values
     }
 }
 
@@ -139,7 +147,8 @@ impl Effect for Formula {
                     At::End => input(part + 1),
                 };
                 let values = Self::values(parameters, input, state, &step.moment);
-                self.rates.iter().map(|rate| rate.eval(&values)).collect()
+                let rate = |of: usize| self.rates.get(of).map_or(0.0, |rate| rate.eval(&values));
+                std::array::from_fn(rate)
             });
         }
     }

@@ -18,28 +18,31 @@ const STRAIGHT: f64 = 1e-5;
 const TERMS: usize = 11;
 
 type Matrix = [[f64; MOST]; MOST];
+/// Of each state; of those that there are not, anything.
+pub(super) type Rates = [f64; MOST_STATES];
 
 /// Moves states on by `h` seconds. `rates` are theirs with the input at the step's start, or at its end.
-pub(super) fn step(state: &mut [f64], h: f64, rates: impl Fn(&[f64], At) -> Vec<f64>) {
+pub(super) fn step(state: &mut [f64], h: f64, rates: impl Fn(&[f64], At) -> Rates) {
     let here = rates(state, At::Start);
     let with_input = rates(state, At::End);
-    let slopes = |column: usize| {
-        let mut moved = state.to_vec();
+    let n = state.len();
+    let slopes = |column: usize| -> Rates {
+        let mut moved = [0.0; MOST_STATES];
+        moved[..n].copy_from_slice(state);
         moved[column] += MOVED * state[column].abs().max((h * here[column]).abs()) + LEAST;
         let by = moved[column] - state[column];
-        let there = rates(&moved, At::Start).into_iter().zip(&here);
-        there.map(move |(there, here)| (there - here) / by)
+        let there = rates(&moved[..n], At::Start);
+        std::array::from_fn(|row| (there[row] - here[row]) / by)
     };
-    if let [here] = here[..] {
-        let slope = slopes(0).next().unwrap_or_default();
-        state[0] += alone(h * slope, h * here, h * (with_input[0] - here));
+    if n == 1 {
+        let [slope, ..] = slopes(0);
+        state[0] += alone(h * slope, h * here[0], h * (with_input[0] - here[0]));
         return;
     }
-    let n = state.len();
-    let columns: Vec<Vec<f64>> = (0..n).map(|column| slopes(column).collect()).collect();
+    let columns: Vec<Rates> = (0..n).map(slopes).collect();
     let mut matrix = Matrix::default();
     let rates = here.iter().zip(&with_input);
-    for (row, (out, (here, with_input))) in matrix.iter_mut().zip(rates).enumerate() {
+    for (row, (out, (here, with_input))) in matrix.iter_mut().zip(rates).take(n).enumerate() {
         for (out, column) in out.iter_mut().zip(&columns) {
             *out = h * column[row];
         }
@@ -127,15 +130,21 @@ fn product(a: &Matrix, b: &Matrix, n: usize) -> Matrix {
 mod tests {
     use super::*;
 
+    fn each(rates: impl Iterator<Item = f64>) -> Rates {
+        let mut each = Rates::default();
+        each.iter_mut().zip(rates).for_each(|(to, rate)| *to = rate);
+        each
+    }
+
     /// Lags in a row, each following the one before it, the first an input that runs from 1 to 3.
-    fn lags(times_s: &[f64], state: &[f64], at: At) -> Vec<f64> {
+    fn lags(times_s: &[f64], state: &[f64], at: At) -> Rates {
         let input = match at {
             At::Start => 1.0,
             At::End => 3.0,
         };
         let before = |i: usize| if i == 0 { input } else { state[i - 1] };
         let rate = |(i, time_s): (usize, &f64)| (before(i) - state[i]) / time_s;
-        times_s.iter().enumerate().map(rate).collect()
+        each(times_s.iter().enumerate().map(rate))
     }
 
     /// One step is what a thousand parts of it are: a lag is linear. To what the differences of the rates resolve.
@@ -159,9 +168,9 @@ mod tests {
     fn one_state_is_one_of_many() {
         for slope in [-1e4, -3.0, -1e-3, -1e-7, 0.0, 0.5] {
             let mut two = [1.0, 1.0];
-            let rates = |s: &[f64], at: At| -> Vec<f64> {
+            let rates = |s: &[f64], at: At| -> Rates {
                 let input = if let At::End = at { 0.75 } else { 0.5 };
-                s.iter().map(|s| slope * s + input).collect()
+                each(s.iter().map(|s| slope * s + input))
             };
             step(&mut two, 1.0, rates);
             let mut one = [1.0];
@@ -189,7 +198,9 @@ mod tests {
         let off = |parts: usize| {
             let mut state = [1.0];
             for _ in 0..parts {
-                step(&mut state, 1.0 / parts as f64, |s, _| vec![-s[0] * s[0]]);
+                step(&mut state, 1.0 / parts as f64, |s, _| {
+                    [-s[0] * s[0]; MOST_STATES]
+                });
             }
             (state[0] - 0.5).abs()
         };
@@ -200,7 +211,7 @@ mod tests {
     #[test]
     fn rates_without_a_value_leave_states_without_one() {
         let mut state = [1.0];
-        step(&mut state, 1.0, |_, _| vec![f64::NAN]);
+        step(&mut state, 1.0, |_, _| [f64::NAN; MOST_STATES]);
         assert!(state[0].is_nan());
     }
 }
