@@ -57,9 +57,7 @@ fn is_alike(asked: &[Interval], driven: &[Interval]) -> bool {
 fn drive_at(intervals: &[Interval], mut t_s: f64) -> [f64; ACTUATORS] {
     for interval in intervals {
         if t_s < interval.duration_s {
-            let part = t_s / interval.duration_s;
-            let at = |i: usize| interval.from_v[i] + part * (interval.to_v[i] - interval.from_v[i]);
-            return std::array::from_fn(at);
+            return interval.drive_at(t_s / interval.duration_s);
         }
         t_s -= interval.duration_s;
     }

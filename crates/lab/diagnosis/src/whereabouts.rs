@@ -90,7 +90,7 @@ pub(crate) fn search(
 ) -> Result<(Reach, Vec<Searched>), Runaway> {
     let reach = Reach::of(at.model, at.data)?;
     let places = Place::all().filter(|place| !(at.data.is_steady && place.is_of_time()));
-    let searched = parallel::map(places, |place| {
+    let mut searched = parallel::filter_map(places, |place| {
         let bases = Basis::all(place, &reach);
         let direction = |&basis: &Basis| {
             let probe = Arc::new(Probe::new(place, basis, &reach));
@@ -112,7 +112,6 @@ pub(crate) fn search(
             session,
         })
     });
-    let mut searched: Vec<Searched> = searched.into_iter().flatten().collect();
     let null_scores: Vec<Vec<f64>> = parallel::map(&searched, |searched| {
         searched.null.iter().map(Normal::score).collect()
     });

@@ -108,10 +108,14 @@ fn is_held(fitted: &Fitted, index: usize) -> bool {
     fitted.free[index].is_at_its_limit(&fitted.model)
 }
 
+/// As if no bound held the parameter.
+pub(crate) fn unbounded_error(fitted: &Fitted, covariance: &DMatrix<f64>, index: usize) -> f64 {
+    covariance[(index, index)].max(0.0).sqrt() * fitted.free[index].scale(&fitted.model)
+}
+
 /// None where a bound holds the parameter.
 fn standard_error(fitted: &Fitted, covariance: &DMatrix<f64>, index: usize) -> Option<f64> {
-    let error = covariance[(index, index)].max(0.0).sqrt();
-    (!is_held(fitted, index)).then(|| error * fitted.free[index].scale(&fitted.model))
+    (!is_held(fitted, index)).then(|| unbounded_error(fitted, covariance, index))
 }
 
 /// The fitted parameters that are known to some part of themselves, or that a bound holds.

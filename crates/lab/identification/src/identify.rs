@@ -20,7 +20,7 @@ use crate::base::{identifiable, seeds};
 use crate::dataset::Dataset;
 use crate::estimate::Estimate;
 use crate::fit::{Fitted, fit_parameters};
-use crate::fit_report::{covariance, known_errors, note_errors};
+use crate::fit_report::{covariance, known_errors, note_errors, unbounded_error};
 use crate::parameter::{BaseParameter, FreeParameter};
 use crate::prediction::jacobian;
 use candidate::{CANDIDATES, Candidate, MIDDLE, Pole, SLOW};
@@ -216,7 +216,7 @@ fn strength_of(fitted: &Fitted, parameter: FreeParameter, data: &Dataset) -> Opt
     let slopes = jacobian(&fitted.model, data, &fitted.free).ok()?;
     let covariance = covariance(&slopes, fitted, data);
     let index = fitted.free.iter().position(|other| *other == parameter)?;
-    let error = covariance[(index, index)].max(0.0).sqrt() * parameter.scale(&fitted.model);
+    let error = unbounded_error(fitted, &covariance, index);
     Some((parameter.value(&fitted.model), error))
 }
 

@@ -30,6 +30,17 @@ pub fn map<T: Send, R: Send>(
         .collect()
 }
 
+/// What `work` makes of those items of which it makes anything, in their order.
+///
+/// # Panics
+/// As `work` does.
+pub fn filter_map<T: Send, R: Send>(
+    items: impl IntoIterator<Item = T>,
+    work: impl Fn(T) -> Option<R> + Sync,
+) -> Vec<R> {
+    map(items, work).into_iter().flatten().collect()
+}
+
 /// An item until its turn comes, and what was made of it from then on.
 struct Slot<T, R> {
     item: Option<T>,
@@ -50,6 +61,8 @@ mod tests {
         let squares = map(0..1000_u32, |n| n * n);
         assert!(squares.into_iter().eq((0..1000).map(|n| n * n)));
         assert!(map(0..0, |n: u32| n).is_empty());
+        let odd = filter_map(0..6, |n| (n % 2 == 1).then_some(10 * n));
+        assert_eq!(odd, [10, 30, 50]);
     }
 
     #[test]

@@ -78,15 +78,14 @@ impl Operating<'_> {
     {
         let slow = self.slow(effect);
         let starts = from_all_starts(effect, Some(self.data.lasts_s()));
-        let directions = parallel::map(starts, |active| {
+        parallel::filter_map(starts, |active| {
             let change = match &slow {
                 Some(slow) => slow.change(&active),
                 None => self.change(&active).ok()?,
             };
             let change = space.vector(&change);
             Some(Direction { active, change })
-        });
-        directions.into_iter().flatten().collect()
+        })
     }
 
     /// How readings follow an effect that follows the clock alone. `None` of other effects, and where displacements are compared about a mean.

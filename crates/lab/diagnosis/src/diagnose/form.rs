@@ -36,8 +36,8 @@ impl Analysis<'_> {
             return;
         }
         let others = other_forms(candidate);
-        let fitted = parallel::map(&others, |form| self.in_form(candidate, form.form()));
-        let mut fitted: Vec<InForm> = fitted.into_iter().flatten().collect();
+        let in_form = |form: &Arc<dyn Effect>| self.in_form(candidate, form.form());
+        let mut fitted = parallel::filter_map(&others, in_form);
         let (refit, lesser_refit) = (candidate.refit.take(), candidate.lesser_refit.take());
         fitted.extend(candidate.explanation.take().map(|explanation| InForm {
             explanation,

@@ -52,8 +52,7 @@ fn in_other_forms(present: &Active, at: Operating) -> Vec<DVector<f64>> {
     others.retain(|form| form.form() != present.effect.form());
     let starts = others.iter().flat_map(|form| from_all_starts(form, None));
     let others: Vec<Active> = starts.collect();
-    let changes = parallel::map(&others, |other| at.change(other).ok());
-    changes.into_iter().flatten().collect()
+    parallel::filter_map(&others, |other| at.change(other).ok())
 }
 
 /// What an effect that the model has changes in its predictions, standardised.

@@ -28,12 +28,12 @@ impl Analysis<'_> {
                 heater::starts(&base, &of_form, self.data)
             })
             .collect();
-        let fits = parallel::map(starts, |mut start: Model| {
+        let fits = parallel::filter_map(starts, |mut start: Model| {
             let from = start.effects.pop()?;
             self.refitted(&from, &[start], Precision::Fine)
         });
         let left = |refit: &Refit| refit.fitted.cost(self.data);
-        let fits = fits.into_iter().flatten();
+        let fits = fits.into_iter();
         let (found, mut refit) = fits.min_by(|(_, a), (_, b)| left(a).total_cmp(&left(b)))?;
         heater::bend_as(&mut refit.fitted.model, &self.fitted.model);
         let change = self.fitted.standardised(self.data) - refit.fitted.standardised(self.data);

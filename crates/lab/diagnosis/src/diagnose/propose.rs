@@ -52,7 +52,7 @@ impl Analysis<'_> {
     pub(super) fn proposed(&self, search: &Search) -> Option<ProposedForm> {
         let (drafts, threshold) = drafts(&search.searched, &search.reach, &self.null);
         let count = Count::of("formulas fitted", drafts.len());
-        let fitted = parallel::map(&drafts, |draft| {
+        let fitted = parallel::filter_map(&drafts, |draft| {
             Some((draft, count.after(self.tried(draft, threshold))?))
         });
         let worth = |(draft, candidate): &(&Draft, Candidate)| {
@@ -60,7 +60,6 @@ impl Analysis<'_> {
         };
         let (draft, candidate) = fitted
             .into_iter()
-            .flatten()
             .filter(|tried| worth(tried) > threshold)
             .filter(|tried| self.has_an_effect(&tried.1) && self.is_shown_on_others(&tried.1))
             .max_by(|a, b| worth(a).total_cmp(&worth(b)))?;

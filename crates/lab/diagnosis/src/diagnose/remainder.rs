@@ -41,8 +41,7 @@ impl Analysis<'_> {
         if !self.errs_more_than_its_discrepancy() {
             return None;
         }
-        let fitted = parallel::map(evident, |effect| self.fitted_anew(effect));
-        let fitted: Vec<Candidate> = fitted.into_iter().flatten().collect();
+        let fitted = parallel::filter_map(evident, |effect| self.fitted_anew(effect));
         let left = fitted.iter().filter_map(|effect| effect.refit.as_ref());
         let left: Vec<f64> = left.map(|refit| refit.fitted.cost(self.data)).collect();
         let one = &fitted[far_below_the_others(&left)?];

@@ -63,11 +63,10 @@ impl Analysis<'_> {
             candidates.iter().filter(is_one).collect()
         };
         let evident = of(&evident);
-        let ranking = parallel::map(candidates.iter(), |candidate| {
+        let ranking = parallel::filter_map(candidates.iter(), |candidate| {
             let form = forms.get(candidate.id()).cloned();
             self.ranked(candidate, form, &evident)
         });
-        let ranking: Vec<_> = ranking.into_iter().flatten().collect();
         let whereabouts = search.as_ref().and_then(|search| self.whereabouts(search));
         let unexplained = search.filter(|_| verdict == Verdict::Unknown);
         let proposal = unexplained.and_then(|search| self.proposed(&search));
@@ -124,33 +123,27 @@ impl Analysis<'_> {
         candidates: &mut [Candidate],
         named: &[String],
     ) -> BTreeMap<String, Form> {
-        let is_named = |c: &&mut Candidate| named.iter().any(|id| id == c.id());
-        let forms = parallel::map(candidates.iter_mut().filter(is_named), |candidate| {
+        let forms = parallel::filter_map(of_names(candidates, named), |candidate| {
             Some((candidate.id().to_owned(), self.choose_form(candidate)?))
         });
         best_first(candidates);
-        forms.into_iter().flatten().collect()
+        forms.into_iter().collect()
     }
 
     /// Fits what is named together with the base.
     fn fit_named(&self, candidates: &mut [Candidate], named: &[String]) {
-        let is_named = |c: &&mut Candidate| named.iter().any(|id| id == c.id());
-        let named = candidates.iter_mut().filter(is_named);
-        parallel::map(named, |candidate| self.fit_with_base(candidate));
+        parallel::map(of_names(candidates, named), |candidate| {
+            self.fit_with_base(candidate);
+        });
     }
 
     /// Fits a candidate together with the base where slopes alone explained more: what is told of its errors is what a model has that the
     /// effect is added to.
     pub(super) fn fit_with_base(&self, candidate: &mut Candidate) {
-        if candidate.refit.is_some() {
-            return;
+        if candidate.refit.is_none() {
+            candidate.refit = candidate.lesser_refit.take();
         }
-        candidate.refit = candidate.lesser_refit.take();
-        let Some(explanation) = candidate
-            .explanation
-            .as_ref()
-            .filter(|_| candidate.refit.is_none())
-        else {
+        let (None, Some(explanation)) = (&candidate.refit, &candidate.explanation) else {
             return;
         };
         let start = std::slice::from_ref(&self.fitted.model);
@@ -240,9 +233,19 @@ impl Analysis<'_> {
             None => Some(other.scanned(left.as_ref()?, &self.session)?.score),
         };
         let others = candidates.iter().filter(|c| c.id() != best.id());
-        let missing = parallel::map(others, |c| score(c).filter(|score| *score > c.threshold));
-        missing.into_iter().flatten().fold(0.0, f64::max)
+        let missing =
+            parallel::filter_map(others, |c| score(c).filter(|score| *score > c.threshold));
+        missing.into_iter().fold(0.0, f64::max)
     }
+}
+
+/// The candidates of these names.
+fn of_names<'a>(
+    candidates: &'a mut [Candidate],
+    names: &'a [String],
+) -> impl Iterator<Item = &'a mut Candidate> {
+    let is_named = |c: &&mut Candidate| names.iter().any(|id| id == c.id());
+    candidates.iter_mut().filter(is_named)
 }
 
 /// The least score of an effect that is named, where a function of any form scores so much.

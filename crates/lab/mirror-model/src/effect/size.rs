@@ -6,8 +6,8 @@
 /// The most parts of an effect's formula: they take 1.6 to 3.4 us. `effect add` on `data/hidden/12` took 37 s with 100 terms,
 /// 33 s with 10, and more than 68 s with 300.
 pub(super) const MOST_PARTS: usize = 100;
-/// The most parts of all rates of its states together: they are evaluated eight times in a step, twice in each of its four
-/// parts. With 100 terms in a rate the same fit took more than 65 s, with 10 it took 23 s.
+/// The most parts of all rates of its states together: in each half of a step they are evaluated twice, and once more for each state. When
+/// that was eight times in a step, as it is with two states, the same fit took more than 65 s with 100 terms in a rate, and 23 s with 10.
 pub(super) const MOST_PARTS_OF_RATES: usize = 30;
 /// The most parameters: a fit simulates the session once more for each, and no session tells more apart.
 pub(super) const MOST_PARAMETERS: usize = 8;

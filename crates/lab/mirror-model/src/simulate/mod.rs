@@ -42,6 +42,11 @@ impl Interval {
             ..Self::default()
         }
     }
+
+    /// The drives when this share of it has passed (V).
+    pub fn drive_at(&self, share: f64) -> [f64; ACTUATORS] {
+        std::array::from_fn(|i| self.from_v[i] + share * (self.to_v[i] - self.from_v[i]))
+    }
 }
 
 /// What the model shows at the end of an interval.
@@ -197,9 +202,7 @@ impl<'a> Simulation<'a> {
                 h
             };
             let share = (done_s + h) / interval.duration_s;
-            let voltage = std::array::from_fn(|i| {
-                interval.from_v[i] + share * (interval.to_v[i] - interval.from_v[i])
-            });
+            let voltage = interval.drive_at(share);
             if done_s == 0.0 {
                 self.heat(interval.from_v, 0.0);
             }

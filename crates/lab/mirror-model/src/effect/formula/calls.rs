@@ -34,11 +34,10 @@ pub(super) fn between(formula: &str) -> Result<String, String> {
 
 /// How much of a text stands before the bracket that closes it; `None` where none does.
 fn inside(text: &str) -> Option<usize> {
-    let depth = depths(text).zip(text.char_indices());
+    let mut depth = depths(text).zip(text.char_indices());
     depth
-        .filter(|(depth, (_, c))| *depth == 0 && *c == ')')
+        .find(|(depth, (_, c))| *depth == 0 && *c == ')')
         .map(|(_, (at, _))| at)
-        .next()
 }
 
 /// The values between commas.
