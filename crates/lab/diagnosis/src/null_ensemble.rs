@@ -105,7 +105,7 @@ impl NullEnsemble {
 /// The coordinates of the base's parameters in a model fitted to a session, as far as it can identify them, were it one of the virtual
 /// mirrors.
 pub(crate) fn coordinates(model: &Model, data: &Dataset) -> Vec<f64> {
-    let model = &DriveScaling::of(data).scaled(model);
+    let model = &DriveScaling::of(data).scaled(model, data);
     let free = identifiable(data).into_iter().map(FreeParameter::Base);
     free.map(|parameter| parameter.coordinate(model)).collect()
 }

@@ -164,4 +164,4 @@ fn partly(effect: &str, remainder: &Remainder) -> String {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -2,6 +2,7 @@
 
 use crate::dataset::{Channel, Dataset};
 use crate::heater;
+use crate::heating::thermal_resistance_of_displacements;
 use crate::parameter::BaseParameter;
 use mirror_model::{ACTUATORS, Model, Symbol};
 
@@ -113,7 +114,8 @@ fn times(data: &Dataset) -> Vec<Times> {
 }
 
 /// Where fits start: usual sizes for the time constants that the model leaves at 0, cold resistances read off the smallest
-/// drives, since heaters differ by orders of magnitude, and what was measured of other parameters.
+/// drives, or without currents the heating that moves a mirror so far, since heaters differ by orders of magnitude, and what was
+/// measured of other parameters.
 pub fn seeds(model: &Model, free: &[BaseParameter], data: &Dataset) -> Vec<Model> {
     let fast = BaseParameter::Shared(Symbol::FastTime);
     let mut times = times(data);
@@ -123,7 +125,7 @@ pub fn seeds(model: &Model, free: &[BaseParameter], data: &Dataset) -> Vec<Model
     let models = if data.is_of_heaters() {
         heater::seeds(model, data)
     } else {
-        vec![with_own_resistances(model, data)]
+        vec![with_own_heating(with_own_resistances(model, data), data)]
     };
     models
         .iter()
@@ -179,6 +181,15 @@ pub fn with_own_resistances(model: &Model, data: &Dataset) -> Model {
         if let Some(ohm) = coldest_resistance(data, actuator) {
             BaseParameter::of_actuator(Symbol::ColdResistance, actuator, data).set(&mut model, ohm);
         }
+    }
+    model
+}
+
+/// The model with the heating that moves it as far as the readings without currents say.
+fn with_own_heating(mut model: Model, data: &Dataset) -> Model {
+    let found = thermal_resistance_of_displacements(&model.parameters, data);
+    if let Some(k_per_w) = found {
+        BaseParameter::Shared(Symbol::ThermalResistance).set(&mut model, k_per_w);
     }
     model
 }

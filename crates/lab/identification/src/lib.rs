@@ -18,6 +18,7 @@ mod estimate;
 pub mod fit;
 pub mod fit_report;
 pub mod heater;
+pub mod heating;
 mod identify;
 mod noise;
 pub mod parameter;

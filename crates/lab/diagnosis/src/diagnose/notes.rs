@@ -83,6 +83,33 @@ pub(super) fn beyond_any_mirror(named: &[&Candidate], effective: &[&Candidate]) 
     })
 }
 
+/// Which of these effects, which are evident, score about as much as what is named and are not named, since more is left with them.
+pub(super) fn leave_more(
+    named: &[&Candidate],
+    evident: &[&Candidate],
+    ranking: &[Ranked],
+) -> Option<String> {
+    let least = least_of(RIVAL_SHARE, named.first()?.score());
+    let is_named = |id: &str| named.iter().any(|named| named.id() == id);
+    let near = evident
+        .iter()
+        .filter(|c| c.score() > least && !is_named(c.id()));
+    let near = near.filter_map(|c| ranking.iter().find(|ranked| ranked.effect == c.id()));
+    let told: Vec<String> = near.map(after).collect();
+    (!told.is_empty()).then(|| {
+        format!(
+            "{}: scores about as much as what is named, and is not, since it leaves far more",
+            told.join(", ")
+        )
+    })
+}
+
+/// An effect, and what is left with it.
+fn after(ranked: &Ranked) -> String {
+    let BeforeAfter { after, unit, .. } = ranked.error_rms;
+    format!("{} (to {after:.3} {unit})", ranked.effect)
+}
+
 /// Which other effects leave clearly less than what the one that is named for its score leaves: a score counts what the discrepancy cannot
 /// hold, be it small.
 pub(super) fn take_more(left: &Remainder, ranking: &[Ranked]) -> Option<String> {
@@ -93,11 +120,7 @@ pub(super) fn take_more(left: &Remainder, ranking: &[Ranked]) -> Option<String> 
         .filter(much)
         .collect();
     others.sort_by(|a, b| a.error_rms.after.total_cmp(&b.error_rms.after));
-    let told = |ranked: &&Ranked| {
-        let BeforeAfter { after, unit, .. } = ranked.error_rms;
-        format!("{} (to {after:.3} {unit})", ranked.effect)
-    };
-    let told: Vec<String> = others.iter().take(TOLD).map(told).collect();
+    let told: Vec<String> = others.into_iter().take(TOLD).map(after).collect();
     (!told.is_empty()).then(|| {
         format!(
             "other effects take more of the error, and one of them may be missing besides: {}",
@@ -110,6 +133,30 @@ pub(super) fn take_more(left: &Remainder, ranking: &[Ranked]) -> Option<String> 
 mod tests {
     use super::*;
     use crate::candidate::scored;
+    use crate::words::tests::ranked;
+
+    #[test]
+    fn what_scores_as_much_and_leaves_far_more_is_told_with_what_it_leaves() {
+        let all = ["creep", "thermal-lag", "hysteresis"].map(|id| {
+            let mut ranked = ranked(id, 1000.0);
+            ranked.error_rms.after = 0.386;
+            ranked
+        });
+        let [creep, lag, other] = [
+            scored("creep", 1000.0),
+            scored("thermal-lag", 1001.0),
+            scored("hysteresis", 300.0),
+        ];
+        let said = leave_more(&[&creep], &[&lag, &creep, &other], &all);
+        assert_eq!(
+            said.as_deref(),
+            Some(
+                "thermal-lag (to 0.386 mA): scores about as much as what is named, and is not, since it leaves far more"
+            )
+        );
+        assert_eq!(leave_more(&[&creep], &[&creep, &other], &all), None);
+        assert_eq!(leave_more(&[], &[&lag], &all), None);
+    }
 
     #[test]
     fn what_explains_as_much_and_is_beyond_any_mirror_is_told() {

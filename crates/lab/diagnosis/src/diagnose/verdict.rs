@@ -1,7 +1,7 @@
 //! The verdict: which effects are above their thresholds, which of them are rivals, and whether they explain the misfit.
 
 use super::analysis::{Analysis, best_first};
-use super::notes::{beyond_any_mirror, refusal, take_more};
+use super::notes::{beyond_any_mirror, leave_more, refusal, take_more};
 use super::propose::Search;
 use super::step_error::step_error;
 use super::suspects::{Suspects, ids, least_of};
@@ -78,6 +78,7 @@ impl Analysis<'_> {
         let remainder = alone.and_then(|alone| self.left_of(alone, is_mostly));
         let larger = remainder.and_then(|left| take_more(&left, &ranking));
         let effective = candidates.iter().filter(|c| self.has_an_effect(c));
+        let leaving = leave_more(&of_named, &evident, &ranking);
         let beyond = beyond_any_mirror(&of_named, &effective.collect::<Vec<_>>());
         let error = self.error();
         Ok(Diagnosis {
@@ -112,6 +113,7 @@ impl Analysis<'_> {
                 .chain(self.notes(verdict))
                 .chain(unnamed)
                 .chain(larger)
+                .chain(leaving)
                 .chain(beyond)
                 .collect(),
         })

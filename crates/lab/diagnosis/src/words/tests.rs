@@ -13,7 +13,7 @@ fn error(unit: Unit) -> BeforeAfter {
     }
 }
 
-fn ranked(effect: &str, score: f64) -> Ranked {
+pub(crate) fn ranked(effect: &str, score: f64) -> Ranked {
     let value = Estimate {
         value: 0.0267,
         standard_error: Some(0.0027),
