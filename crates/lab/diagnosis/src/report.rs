@@ -4,6 +4,7 @@ use crate::null_improvement::NullImprovement;
 use crate::proposal::{NextMeasurement, Proposal};
 use crate::whereabouts::Whereabouts;
 use identification::{Estimate, Unit};
+use mirror_model::effect::Stage;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -231,6 +232,8 @@ pub struct ProposedForm {
     pub text: String,
     /// The same in a sentence.
     pub sentence: String,
+    /// The stage of the chain that it acts on: the likely one, unless no formula there explains as much.
+    pub stage: Stage,
     /// How much of the misfit it explains, less the price of its parameters.
     pub score: f64,
     /// The score of the best formula that mirrors which lack nothing stay below in 95 of 100 cases.

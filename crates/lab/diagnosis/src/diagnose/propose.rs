@@ -76,6 +76,7 @@ impl Analysis<'_> {
             effect: id(draft.place),
             text: effect(draft, Some(values)),
             sentence: sentence(draft, values),
+            stage: draft.place.stage(),
             score: candidate.score(),
             threshold,
             error_rms: self.before_and_after(&candidate, explanation, self.unit()),

@@ -165,6 +165,7 @@ fn where_it_is_is_told_with_what_it_behaves_like() {
         effect: "proposed-resistance".into(),
         text: String::new(),
         sentence: "the resistance x behaves as x * (1 + 2.0e-4 * s)".into(),
+        stage: Stage::Resistance,
         score: 900.0,
         threshold: 70.0,
         error_rms: error(Unit::Milliampere),
@@ -183,6 +184,12 @@ fn where_it_is_is_told_with_what_it_behaves_like() {
     }
     let more = "    of the currents 0.4000 mA rms, with it 0.2000\n";
     assert!(found.to_string().ends_with(&format!("{expected}{more}")));
+    // Somewhere else, heat, which may be with 4 % and is beyond the 90 % that are told.
+    if let Some(proposal) = &mut found.proposal {
+        proposal.stage = Stage::Heat;
+    }
+    let said = found.to_string();
+    assert!(said.contains("    it acts elsewhere (heat) than"), "{said}");
     // Of what is named, the places are not listed.
     let named = Diagnosis {
         verdict: Verdict::Named,

@@ -50,13 +50,20 @@ impl Diagnosis {
             f,
             "    error {before:.3} {unit} rms, with it {after:.3}; on readings held out {held_before:.3}, with it {held_after:.3}"
         )?;
-        let Some(currents) = proposal.current_rms else {
-            return Ok(());
-        };
-        writeln!(
-            f,
-            "    of the currents {:.4} {} rms, with it {:.4}",
-            currents.before, currents.unit, currents.after
-        )
+        if let Some(currents) = proposal.current_rms {
+            writeln!(
+                f,
+                "    of the currents {:.4} {} rms, with it {:.4}",
+                currents.before, currents.unit, currents.after
+            )?;
+        }
+        if likely.iter().all(|likely| likely.stage != proposal.stage) {
+            writeln!(
+                f,
+                "    it acts elsewhere ({}) than where something is missing: no formula that was tried there explains as much, so take it for a description, not for the effect",
+                proposal.stage
+            )?;
+        }
+        Ok(())
     }
 }
