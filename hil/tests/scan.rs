@@ -224,3 +224,34 @@ fn what_cannot_be_scanned_is_told_before_anything_is_driven() {
     );
     assert_eq!(bench.controls().triggers(), Default::default());
 }
+
+/// The board remembers what it drove: a rest that the mirror has not forgotten is nobody's zero.
+#[test]
+fn what_the_mirror_remembers_of_earlier_drives_is_no_error_of_a_scan() {
+    let bench = Bench::emulated(MirrorConfig::paper());
+    let calibration = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/paper.toml");
+    bench.json(&["load-calibration", calibration]);
+    bench.json(&["set-z", "150um", "--settle", "20s"]);
+    bench.json(&["off"]);
+    let rest = [
+        "record",
+        "--duration",
+        "40s",
+        "--period",
+        "1s",
+        "-o",
+        "rest.csv",
+    ];
+    bench.json(&rest);
+    let scan = "scan sine --offset 80um --amplitude 10um --frequency 2Hz --cycles 6";
+    let scan: Vec<&str> = scan.split(' ').collect();
+    let told = bench.json(&scan);
+    let rest = bench.measured("rest.csv").rows;
+    let rest_um = rest
+        .last()
+        .and_then(|row| row.z_um)
+        .expect("a virtual sensor");
+    let mean_um = told["following"]["mean_error_um"].as_f64().expect("a sensor");
+    // The calibration's own error is 0.03 um there.
+    assert!(rest_um > 0.2 && mean_um.abs() < 0.1, "{rest_um} {mean_um}");
+}

@@ -11,6 +11,7 @@ use calibration::PlatePose;
 use control_core::{Limit, Limits};
 use experiments::{Beginnings, Experiment, Run, Signal};
 use measurement::MeasurementFile;
+use mirror_protocol::Status;
 use quantities::{Hold, Span};
 use serde::Serialize;
 
@@ -24,9 +25,11 @@ use crate::commands::pose::reach;
 use crate::error::ToolError;
 use crate::names::{BANDWIDTH, limit_names, limited_line};
 use crate::new_file::NewFile;
-use crate::report;
+use crate::report::{self, decimal};
 use crate::verbosity::note;
 
+/// What a mirror remembers is told from here on (um): twice what positions at rest are right to, 0.05 um rms (docs/figures/positioning.md).
+const TOLD_UM: f64 = 0.1;
 /// Samples of a scan, evenly over its length.
 const SAMPLES: u32 = 2000;
 /// Samples in a line at least, so that a row tells one beginning, and at most so many in all.
@@ -63,7 +66,8 @@ pub(super) async fn run(
     let tick_hz = board.identity().tick_hz;
     let Planned { name, run, output } = path::planned(scan, tick_hz)?;
     check_length(run.duration_s(), longest)?;
-    let reach = reach(board, &board.status().await?).await?;
+    let before = board.status().await?;
+    let reach = reach(board, &before).await?;
     path::check_reach(&run, &reach.by_range())?;
     let experiment = Experiment::scan(name, run.clone(), samples(run.begins, run.cycles));
     experiment_player::pieces(&experiment, tick_hz)?;
@@ -90,7 +94,7 @@ pub(super) async fn run(
     let counts_from_rest = bench.counts_from_rest();
     bench.close();
     if counts_from_rest {
-        count_from_calibrated_rest(board, &mut measured.file).await;
+        count_from_calibrated_rest(board, &before, &mut measured.file).await;
     }
     let tick_s = 1.0 / f64::from(tick_hz);
     for row in &mut measured.file.rows {
@@ -155,12 +159,14 @@ fn check_length(duration_s: f64, longest: Hold) -> Result<(), ToolError> {
     }
 }
 
-/// Positions count from rest in the room of the calibration. In a warmer one the mirror rests higher, by what the board knows of it once it was
-/// driven. What was measured is kept whatever the board answers.
-async fn count_from_calibrated_rest(board: &Board, file: &mut MeasurementFile) {
+/// Positions count from the calibration's rest, in its room. In a warmer one the mirror rests higher, by what the board knows of it once it was
+/// driven; and where it was driven before, by what it has not forgotten. What was measured is kept whatever the board answers.
+async fn count_from_calibrated_rest(board: &Board, before: &Status, file: &mut MeasurementFile) {
     let Ok(status) = board.status().await else {
         return;
     };
+    // What hysteresis, creep and slow heat hold a mirror at that nothing drives; the room is not in it.
+    let remembered_um = decimal(before.telemetry.pose.z_um);
     let rest_um = lowest_um(&status.health);
     if rest_um > 0.0 {
         note(format!(
@@ -168,8 +174,14 @@ async fn count_from_calibrated_rest(board: &Board, file: &mut MeasurementFile) {
              counts from there"
         ));
     }
+    if remembered_um.abs() > TOLD_UM {
+        note(format!(
+            "the mirror was {remembered_um:+.2} um from its rest when the scan began, by what the board knows of earlier drives: what was \
+             reached counts from there"
+        ));
+    }
     let displacements = file.rows.iter_mut().filter_map(|row| row.z_um.as_mut());
-    displacements.for_each(|z_um| *z_um += rest_um);
+    displacements.for_each(|z_um| *z_um += rest_um + remembered_um);
 }
 
 /// How often a scan with these beginnings in each of its cycles is sampled.
