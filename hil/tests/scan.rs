@@ -251,7 +251,9 @@ fn what_the_mirror_remembers_of_earlier_drives_is_no_error_of_a_scan() {
         .last()
         .and_then(|row| row.z_um)
         .expect("a virtual sensor");
-    let mean_um = told["following"]["mean_error_um"].as_f64().expect("a sensor");
+    let mean_um = told["following"]["mean_error_um"]
+        .as_f64()
+        .expect("a sensor");
     // The calibration's own error is 0.03 um there.
     assert!(rest_um > 0.2 && mean_um.abs() < 0.1, "{rest_um} {mean_um}");
 }

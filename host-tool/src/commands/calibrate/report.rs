@@ -101,7 +101,8 @@ impl fmt::Display for CalibrateReport {
         }
         writeln!(
             f,
-            "tilt       not measured, for one spot tells none: a level plate may tilt by ±{:.1} deg; `host-tool calibrate-pose` measures it",
+            "tilt       not measured, for one spot tells none: a level plate may tilt by ±{:.1} deg in the middle of the range and twice that at its \
+             top if its actuators bend alike to a few percent, by more if one of them is weak; `host-tool calibrate-pose` measures it",
             self.tilt_uncertainty_deg
         )?;
         let beyond = self.after.rests_at_the_highest_drive;

@@ -11,8 +11,9 @@ mod table;
 mod trial;
 
 use calibration::{
-    LeftOut, PlatePose, PoseError, PosePoint, Posed, are_on_a_line, posed, poses_over_spots,
-    poses_to_measure, with_assumed_levers, with_broken_promise, without_surroundings,
+    LeftOut, PlatePose, PoseError, PosePoint, Posed, are_on_a_line, check_moved, posed,
+    poses_over_spots, poses_to_measure, with_assumed_levers, with_broken_promise,
+    without_surroundings,
 };
 use control_core::{Calibration, Limits};
 use experiments::calibration::RANGE;
@@ -288,6 +289,7 @@ impl<'a> OnPlate<'a> {
         for spot in &session.spots {
             spot.check(&self.poses)?;
         }
+        check_moved(&heights)?;
         let reached = poses_over_spots(&heights)?;
         let points = self.poses.iter().zip(reached).enumerate();
         Ok(points

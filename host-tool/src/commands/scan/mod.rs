@@ -111,13 +111,12 @@ pub(super) async fn run(
             .filter(move |row| row.trigger.is_some_and(|bits| bits & bit != 0))
     };
     let z = || rows.iter().filter_map(|row| row.z_um);
-    let jump = jump_cycles(cycles, signal.period_s());
-    let jump_s = f64::from(jump) * signal.period_s();
+    let jump_s = jump_s(cycles, signal.period_s());
     let following = follows(&measured.ended)
         .then(|| Following::of(signal, rows, jump_s, tick_s))
         .flatten();
     let falls_short = following.is_some_and(|following| following.falls_short());
-    let acted = limit_names(acted(&measured.limits, jump, cycles).bits());
+    let acted = limit_names(acted(&measured.limits, jump_s / run.duration_s()).bits());
     let mut report = ScanReport {
         file: None,
         samples: rows.len(),
@@ -217,17 +216,19 @@ fn short_of(signal: &Signal, [low_um, high_um]: [f64; 2]) -> Option<String> {
 /// A step has come to 95 % after so long on a board as the factory left it (s; "step, time to 95 %" of docs/guide/calibrate.md).
 const STEP_S: f64 = 0.1;
 
-/// How many cycles a scan takes to come from rest to where it goes round, and do not count: as many as a step takes, at least one
-/// and at most half of them, where there are several.
-fn jump_cycles(cycles: u32, period_s: f64) -> u32 {
+/// How long a scan takes to come from rest to where it goes round, which does not count (s): the cycles in which a step comes there, at least
+/// one and at most half of them; of a single cycle the step alone.
+fn jump_s(cycles: u32, period_s: f64) -> f64 {
+    if cycles == 1 {
+        return STEP_S.min(0.5 * period_s);
+    }
     let step = (STEP_S / period_s).ceil() as u32;
-    let most = (cycles / 2).max(1);
-    step.clamp(1, most).min(cycles.saturating_sub(1))
+    f64::from(step.clamp(1, (cycles / 2).max(1))) * period_s
 }
 
-/// The limits that acted on the way, after the first `jump` of all `cycles`.
-fn acted(limits: &[Limits], jump: u32, cycles: u32) -> Limits {
-    let first = (limits.len() * jump as usize).div_ceil(cycles as usize);
+/// The limits that acted on the way, after this part of it.
+fn acted(limits: &[Limits], jump: f64) -> Limits {
+    let first = (limits.len() as f64 * jump).ceil() as usize;
     let all = limits.iter().skip(first);
     all.fold(Limits::NONE, |all, limits| all.union(*limits))
 }
@@ -333,26 +334,31 @@ mod tests {
         fall.insert(Limit::Cooling);
         let mut limits = vec![Limits::NONE; 11];
         limits[0] = jump;
-        assert_eq!(acted(&limits, 1, 3), Limits::NONE);
-        assert_eq!(acted(&limits, 0, 1), jump);
+        assert_eq!(acted(&limits, 1.0 / 3.0), Limits::NONE);
+        // A single slow cycle is sampled every 10 ms and more.
+        assert_eq!(acted(&limits, 1e-3), Limits::NONE);
         limits[4] = fall;
-        assert_eq!(acted(&limits, 1, 3), fall);
-        assert_eq!(acted(&[], 1, 3), Limits::NONE);
+        assert_eq!(acted(&limits, 1.0 / 3.0), fall);
+        assert_eq!(acted(&[], 1.0 / 3.0), Limits::NONE);
     }
 
     #[test]
     fn a_jump_takes_as_long_as_a_step_and_leaves_half_of_the_scan() {
-        for (cycles, period_s, jump) in [
-            (1, 1.0, 0),
-            (2, 1.0, 1),
-            (10, 1.0, 1),
-            (10, 0.04, 3),
-            (200, 5e-4, 100),
-            (3, 5e-4, 1),
-            (u32::MAX, 1e-300, u32::MAX / 2),
+        for (cycles, period_s, jump_cycles) in [
+            (1, 0.05, 0.5),
+            (2, 1.0, 1.0),
+            (10, 1.0, 1.0),
+            (10, 0.04, 3.0),
+            (200, 5e-4, 100.0),
+            (3, 5e-4, 1.0),
         ] {
-            assert_eq!(jump_cycles(cycles, period_s), jump, "{cycles}");
+            let expected_s = jump_cycles * period_s;
+            // One rounding.
+            let off = jump_s(cycles, period_s) / expected_s - 1.0;
+            assert!(off.abs() < 1e-12, "{cycles}");
         }
+        assert_eq!(jump_s(1, 20.0), STEP_S);
+        assert!(jump_s(u32::MAX, 1e-300).is_finite());
     }
 
     #[test]

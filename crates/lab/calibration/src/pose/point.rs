@@ -106,6 +106,17 @@ pub enum PoseError {
         "the spots lie on a line, or are fewer than three; move the sensor's spot to three corners of the plate"
     )]
     SpotsOnALine,
+    /// Two spots where one was meant to be.
+    #[error(
+        "spots {first} and {second} read the same at every pose: the sensor's spot was not moved between them, or the plate never tilts along the \
+         line between them; measure again, in another folder"
+    )]
+    SameHeights {
+        /// From 1, in the order in which they were measured.
+        first: usize,
+        /// From 1.
+        second: usize,
+    },
     /// The heights of more than three spots are on no plane.
     #[error(
         "the plate would be bent: {left_um:.2} um are left of the heights above its spots; were they where they are said to be?"

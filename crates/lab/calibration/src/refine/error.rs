@@ -12,7 +12,8 @@ pub enum RefineError {
     TooFew(usize),
     /// Nothing follows the readings.
     #[error(
-        "no stages follow what was measured; look whether the sensor sees the mirror, and whether currents were recorded"
+        "no stages follow what was measured; look whether the sensor sees the mirror, whether its readings have spikes or are \
+         noisier than 0.1 um, and whether currents were recorded"
     )]
     NoFit,
     /// The bent table is none.
