@@ -228,7 +228,7 @@ impl<'a> OnPlate<'a> {
         let mut keyboard = Keyboard::new();
         let kept = session.spots.len();
         while let Some(at_um) = spots.reach(session.spots.len(), &mut keyboard).await? {
-            let (read, rest_um) = self.read(&self.poses).await?;
+            let (read, rest_um) = self.read(at_um, &self.poses).await?;
             let course = match &self.course {
                 Ok(course) => course.play(self.board, &self.pace, rest_um).await?,
                 Err(_) => Vec::new(),
@@ -254,7 +254,7 @@ impl<'a> OnPlate<'a> {
         let poses = tried(&self.poses);
         self.put_on_trial(&found.calibration).await?;
         let before = last.with_read(tried(&last.read));
-        let (after, _) = self.read(&poses).await?;
+        let (after, _) = self.read(last.at_um, &poses).await?;
         self.board.off().await?;
         let after = last.with_read(after);
         let trial = Trial::new(&poses, (&before, &after), &found);
@@ -302,11 +302,28 @@ impl<'a> OnPlate<'a> {
             .collect())
     }
 
+    /// How high the plate that nothing drives is above its rest under a spot, by what the board knows of hysteresis and creep (um): it creeps
+    /// on while the sensor is waited for, under one spot longer than under another.
+    async fn remembered_um(&self, at_um: [f64; 2]) -> Result<f64, ToolError> {
+        let told = self.board.status().await?.telemetry.pose;
+        let [tilt_x_rad, tilt_y_rad] = told.tilt_rad.unwrap_or_default().map(decimal);
+        let rest = PlatePose {
+            z_um: decimal(told.z_um),
+            tilt_x_rad,
+            tilt_y_rad,
+        };
+        Ok(rest.height_um(at_um))
+    }
+
     /// Heights of the plate under the sensor's spot at the poses, from rest, less what drifted meanwhile, and what the sensor reads of rest
     /// since (um). The last pose is held.
-    async fn read(&self, poses: &[PlatePose]) -> Result<(Vec<AtPose>, f64), ToolError> {
-        // Hysteresis holds a mirror off its rest by where it came from. From the top it comes to the same rest each time: rests of their own
-        // under three spots would be a tilt of all poses.
+    async fn read(
+        &self,
+        at_um: [f64; 2],
+        poses: &[PlatePose],
+    ) -> Result<(Vec<AtPose>, f64), ToolError> {
+        // Hysteresis holds a mirror off its rest by where it came from. From the top it comes to about the same rest each time: rests of their
+        // own under three spots would be a tilt of all poses.
         let top = PlatePose {
             z_um: self.top_um,
             ..PlatePose::default()
@@ -317,7 +334,7 @@ impl<'a> OnPlate<'a> {
         if let Some(unrest) = rested.unrest() {
             note(unrest);
         }
-        let mut rest_um = self.read_sensor(None).await?;
+        let mut rest_um = self.read_sensor(None).await? - self.remembered_um(at_um).await?;
         let mut read = Vec::with_capacity(poses.len());
         for pose in poses {
             let mut at = self.read_at(pose).await?;
