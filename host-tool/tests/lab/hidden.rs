@@ -2,6 +2,8 @@
 //! them, with nothing, one effect, and two hidden, and all where a long run asks for what is long.
 
 use std::collections::VecDeque;
+use std::fs;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -190,4 +192,56 @@ fn what_is_hidden_is_found_and_added_and_nothing_else_is_named() {
             o.effects[0]
         );
     }
+}
+
+/// A file of the first session, in which nothing is hidden, of another zero or gain.
+#[test]
+fn a_file_that_reads_otherwise_than_the_others_is_told_and_by_how_much() {
+    let place = no_boards();
+    let session = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/hidden/01");
+    let odd = |column: Range<usize>, change: fn(f64) -> f64| {
+        for file in fs::read_dir(&session).expect("a session") {
+            let file = file.expect("a file");
+            fs::copy(file.path(), place.path().join(file.file_name())).expect("copied");
+        }
+        let single = place.path().join("single.csv");
+        let text = fs::read_to_string(&single).expect("a file");
+        let changed = text.lines().map(|line| {
+            let mut cells: Vec<String> = line.split(',').map(String::from).collect();
+            for cell in cells.get_mut(column.clone()).into_iter().flatten() {
+                if let Ok(number) = cell.parse::<f64>() {
+                    *cell = change(number).to_string();
+                }
+            }
+            cells.join(",") + "\n"
+        });
+        fs::write(&single, changed.collect::<String>()).expect("written");
+        let found = json(&["diagnose", "paper", &place.path().to_string_lossy()]);
+        strings(&found["notes"]).swap_remove(0)
+    };
+    let size = |said: &str, word| {
+        said.split(' ')
+            .nth(word)
+            .and_then(|n| n.parse::<f64>().ok())
+    };
+    let said = odd(6..7, |um| um - 1.0);
+    assert!(
+        said.starts_with("`single` as a whole reads ") && said.contains("um less"),
+        "{said}"
+    );
+    // What lumped equations leave of this file is some 0.05 um in the mean.
+    assert!(
+        size(&said, 5).is_some_and(|um| (um - 1.0).abs() < 0.1),
+        "{said}"
+    );
+    let said = odd(7..11, |ampere| 1.03 * ampere);
+    assert!(
+        said.starts_with("all currents of `single` are ") && said.contains("% more"),
+        "{said}"
+    );
+    // The base is fitted to the odd file, too, and turns a part of it its way.
+    assert!(
+        size(&said, 5).is_some_and(|percent| (percent - 3.0).abs() < 0.15),
+        "{said}"
+    );
 }

@@ -8,6 +8,7 @@ mod form;
 mod form_error;
 mod inside;
 mod notes;
+mod odd_file;
 mod one_heater;
 mod propose;
 mod ranking;

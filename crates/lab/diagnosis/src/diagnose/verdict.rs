@@ -50,6 +50,8 @@ impl Analysis<'_> {
         let is_unsaid = verdict == Verdict::None && refusal.is_none();
         let unnamed = is_unsaid.then(|| self.why_not_named(&suspects, candidates));
         let unnamed = unnamed.flatten();
+        let is_missing = verdict != Verdict::None;
+        let odd = is_missing.then(|| self.odd_file(candidates)).flatten();
         // Where nothing is missing nothing is evident either; what is named for the error that it takes has less of a score than others.
         let evident = match verdict {
             Verdict::None => Vec::new(),
@@ -108,8 +110,9 @@ impl Analysis<'_> {
                 .collect(),
             ranking,
             thinned_rows: self.data.thinned_rows,
-            notes: refusal
+            notes: odd
                 .into_iter()
+                .chain(refusal)
                 .chain(self.notes(verdict))
                 .chain(unnamed)
                 .chain(larger)
