@@ -6,7 +6,7 @@ use crate::heater;
 use crate::parameter::{BaseParameter, FreeParameter, misfit_of_measured};
 use crate::prediction::{jacobian, predict, slopes, standard_deviation, standardised};
 use least_squares::{Bounds, JacobianUpdates, Options, Prior, Problem, minimise};
-use mirror_model::{ACTUATORS, Model, Runaway, Symbol};
+use mirror_model::{Model, Runaway, Symbol};
 use nalgebra::{DMatrix, DVector};
 
 /// Standard deviation of the prior of every coordinate, about the start: a factor of 20 for a base parameter. It keeps what the
@@ -174,12 +174,6 @@ pub fn fit(model: &Model, data: &Dataset) -> Result<Fitted, Runaway> {
 fn cooler(start: &Model) -> [Model; COOLER.len()] {
     COOLER.map(|share| {
         let mut cool = start.clone();
-        for actuator in 0..ACTUATORS {
-            let thermal = BaseParameter::Own(Symbol::ThermalResistance, actuator);
-            if start.by_actuator.contains_key(&Symbol::ThermalResistance) {
-                thermal.set(&mut cool, share * thermal.get(start));
-            }
-        }
         let shared = BaseParameter::Shared(Symbol::ThermalResistance);
         shared.set(&mut cool, share * shared.get(start));
         for active in &mut cool.effects {

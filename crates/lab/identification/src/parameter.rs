@@ -58,10 +58,23 @@ impl BaseParameter {
         }
     }
 
-    /// Changes it in a model.
+    /// Changes it in a model. What actuators have of their own keeps its ratio to what they share.
     pub fn set(self, model: &mut Model, value: f64) {
         match self {
-            Self::Shared(symbol) => model.parameters.set(symbol, value),
+            Self::Shared(symbol) => {
+                let before = model.parameters.get(symbol);
+                model.parameters.set(symbol, value);
+                if let Some(own) = model.by_actuator.get_mut(&symbol) {
+                    let kept = |own: f64| {
+                        if before == 0.0 {
+                            value
+                        } else {
+                            own * (value / before)
+                        }
+                    };
+                    *own = own.map(kept);
+                }
+            }
             Self::Own(symbol, actuator) => {
                 let shared = model.parameters.get(symbol);
                 model
@@ -240,6 +253,20 @@ mod tests {
         assert_eq!(strength.coordinate(&model), 1.0);
         strength.shift(&mut model, 0.5);
         assert!((strength.value(&model) / usual - 1.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_actuators_have_of_their_own_follows_what_they_share() {
+        let mut model = Model::from(Preset::Paper);
+        let shared = BaseParameter::Shared(Symbol::ThermalResistance);
+        let own = BaseParameter::Own(Symbol::ThermalResistance, 2);
+        let before = shared.get(&model);
+        own.set(&mut model, 1.1 * before);
+        shared.set(&mut model, 0.5 * before);
+        // One rounding each.
+        assert!((own.get(&model) / before - 0.55).abs() < 1e-12);
+        let first = BaseParameter::Own(Symbol::ThermalResistance, 0);
+        assert!((first.get(&model) / before - 0.5).abs() < 1e-12);
     }
 
     #[test]
