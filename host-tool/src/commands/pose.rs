@@ -46,6 +46,16 @@ impl fmt::Display for PlateReport {
     }
 }
 
+/// Where a board tells that the plate is; level where its tilts are not known.
+pub(super) fn told_pose(pose: &Pose) -> PlatePose {
+    let [tilt_x_rad, tilt_y_rad] = pose.tilt_rad.unwrap_or_default().map(f64::from);
+    PlatePose {
+        z_um: decimal(pose.z_um),
+        tilt_x_rad,
+        tilt_y_rad,
+    }
+}
+
 /// A pose for a mirror with this reach.
 ///
 /// # Errors

@@ -35,7 +35,7 @@ use super::measure::rested::Rested;
 use super::measure::sensor::Sensor;
 use super::measure::spots::Spots;
 use super::moving::{self, Pace, Readings, UNTIL_THE_NEXT, check_lease};
-use super::pose::request;
+use super::pose::{request, told_pose};
 use crate::board::Board;
 use crate::cli::CalibratePose;
 use crate::error::{NotImproved, SensorFault, ToolError};
@@ -305,14 +305,8 @@ impl<'a> OnPlate<'a> {
     /// How high the plate that nothing drives is above its rest under a spot, by what the board knows of hysteresis and creep (um): it creeps
     /// on while the sensor is waited for, under one spot longer than under another.
     async fn remembered_um(&self, at_um: [f64; 2]) -> Result<f64, ToolError> {
-        let told = self.board.status().await?.telemetry.pose;
-        let [tilt_x_rad, tilt_y_rad] = told.tilt_rad.unwrap_or_default().map(decimal);
-        let rest = PlatePose {
-            z_um: decimal(told.z_um),
-            tilt_x_rad,
-            tilt_y_rad,
-        };
-        Ok(rest.height_um(at_um))
+        let status = self.board.status().await?;
+        Ok(told_pose(&status.telemetry.pose).height_um(at_um))
     }
 
     /// Heights of the plate under the sensor's spot at the poses, from rest, less what drifted meanwhile, and what the sensor reads of rest

@@ -9,6 +9,7 @@ use quantities::{Length, in_unit};
 
 use super::keys::Key;
 use crate::board::check_position;
+use crate::commands::pose::told_pose;
 use crate::error::ToolError;
 use crate::names::fault_name;
 use crate::report::decimal;
@@ -272,13 +273,7 @@ impl State {
 
     /// Where the plate is asked to be on its way now; level where its tilts are not known.
     fn pose(&self) -> PlatePose {
-        let pose = &self.latest.pose;
-        let [tilt_x_rad, tilt_y_rad] = pose.tilt_rad.unwrap_or_default().map(f64::from);
-        PlatePose {
-            z_um: decimal(pose.z_um),
-            tilt_x_rad,
-            tilt_y_rad,
-        }
+        told_pose(&self.latest.pose)
     }
 
     /// The board was moved to a pose, which is the last that was asked for unless another is already.

@@ -67,14 +67,25 @@ pub(super) fn refusal(effect: &Candidate, better: &Located) -> String {
     )
 }
 
+/// Those of these effects, above their thresholds, that score about as much as what is named and are not named.
+fn as_much<'c>(
+    named: &[&Candidate],
+    effects: &[&'c Candidate],
+) -> impl Iterator<Item = &'c Candidate> {
+    let least = named
+        .first()
+        .map(|best| least_of(RIVAL_SHARE, best.score()));
+    let is_as_much = move |c: &&Candidate| {
+        let is_named = named.iter().any(|named| named.id() == c.id());
+        least.is_some_and(|least| c.score() > c.threshold.max(least)) && !is_named
+    };
+    effects.iter().copied().filter(is_as_much)
+}
+
 /// Which of these effects explain about as much as what is named, at an end of their ranges.
 pub(super) fn beyond_any_mirror(named: &[&Candidate], effective: &[&Candidate]) -> Option<String> {
-    let least = least_of(RIVAL_SHARE, named.first()?.score());
-    let is_beyond = |c: &&Candidate| {
-        let is_named = named.iter().any(|named| named.id() == c.id());
-        c.score() > c.threshold.max(least) && !c.is_plausible() && !is_named
-    };
-    let beyond: Vec<&Candidate> = effective.iter().copied().filter(is_beyond).collect();
+    let as_much = as_much(named, effective);
+    let beyond: Vec<&Candidate> = as_much.filter(|c| !c.is_plausible()).collect();
     (!beyond.is_empty()).then(|| {
         format!(
             "{}: explains about as much, and would have to be greater than any mirror has",
@@ -89,13 +100,8 @@ pub(super) fn leave_more(
     evident: &[&Candidate],
     ranking: &[Ranked],
 ) -> Option<String> {
-    let least = least_of(RIVAL_SHARE, named.first()?.score());
-    let is_named = |id: &str| named.iter().any(|named| named.id() == id);
-    let near = evident
-        .iter()
-        .filter(|c| c.score() > least && !is_named(c.id()));
-    let near = near.filter_map(|c| ranking.iter().find(|ranked| ranked.effect == c.id()));
-    let told: Vec<String> = near.map(after).collect();
+    let of = |c: &Candidate| ranking.iter().find(|ranked| ranked.effect == c.id());
+    let told: Vec<String> = as_much(named, evident).filter_map(of).map(after).collect();
     (!told.is_empty()).then(|| {
         format!(
             "{}: scores about as much as what is named, and is not, since it leaves far more",
