@@ -63,6 +63,9 @@ const FIRST_ORDER: f32 = 0.02;
 /// Air that takes a fifth more or less, as a draught does, is told as up to 0.25 (bench `position`). What is beyond this is no
 /// air: two fifths more of the heat, or a quarter less.
 const AIR: f32 = 0.3;
+/// Part of what a heater tells of the others' heat by which it may be off: one number stands for all heights, and on the paper's virtual
+/// mirror it is 1.7 times what `calibrate-pose` finds at a third of the range, and 0.7 times at three quarters.
+const SENSED_CROSSTALK: f32 = 0.5;
 /// The room's standard deviation below which it is told apart from the loss (K): 0.03 to 0.2 K after two positions.
 const TOLD_APART: Kelvin = Kelvin(0.3);
 /// Ticks in which a new position has told the surroundings: they are at a jump's new place in 20 ms (`closed-loop`, test
@@ -133,6 +136,8 @@ pub(crate) struct Surroundings {
     batch: Batch,
     /// What the readings of all four were off by in the mean, after the last update (K).
     common: f32,
+    /// Variance of that (K^2).
+    common_variance: f32,
     drift: Drift,
     likeness: Likeness,
     /// Ticks since room and loss are told apart, as far as they are counted.
@@ -174,6 +179,7 @@ impl Surroundings {
             filter: Filter::new(),
             batch: Batch::default(),
             common: 0.0,
+            common_variance: 0.0,
             drift: Drift::default(),
             has_drifted: false,
             likeness: Likeness::new(parts),
@@ -279,17 +285,15 @@ impl Surroundings {
     /// Compares what an actuator's heater tells with what it told at calibration.
     pub(crate) fn compare(&mut self, actuator: usize, evidence: &Evidence) {
         let reference = &self.references[actuator];
-        let (expected, _, apart) = self.apart(reference, evidence);
+        let (expected, _) = reference.sensed(evidence.rise);
+        let apart = evidence.sensed.0 - expected - self.of_others(evidence);
         let more = apart / (reference.cold_kelvin + expected);
         self.likeness.read(actuator, more, evidence);
     }
 
-    /// What its resistance told of an actuator at calibration (K), with its slope, and what it tells beyond that (K).
-    fn apart(&self, reference: &Reference, evidence: &Evidence) -> (f32, f32, f32) {
-        let (expected, slope) = reference.sensed(evidence.rise);
-        let of_others = self.crosstalk * (evidence.mean_rise.0 - evidence.rise.0);
-        let apart = evidence.sensed.0 - expected - of_others;
-        (expected, slope, apart)
+    /// What a heater tells of the others' heat (K).
+    fn of_others(&self, evidence: &Evidence) -> f32 {
+        self.crosstalk * (evidence.mean_rise.0 - evidence.rise.0)
     }
 
     /// Whether an actuator that is not driven is to be driven as little as shows its resistance.
@@ -308,7 +312,9 @@ impl Surroundings {
             ..
         } = *evidence;
         let reference = &self.references[actuator];
-        let (_, slope, apart) = self.apart(reference, evidence);
+        let (expected, slope) = reference.sensed(rise);
+        let of_others = self.of_others(evidence);
+        let apart = sensed.0 - expected - of_others;
         let halfway = Kelvin(rise.0 + 0.5 * apart / slope);
         // Not so for NaN.
         let is_possible = apart.abs() < 2.0 * FARTHEST.0;
@@ -321,18 +327,22 @@ impl Surroundings {
         let measured = apart * sensitivity;
         let heating = reference.heating(rise);
         let square = sensitivity * sensitivity;
-        let excursion = self.excursions[actuator].variance() + self.uneven[actuator].variance;
-        let variance = (noise * noise + lag * lag + excursion) * square;
+        let crosstalk = SENSED_CROSSTALK * of_others;
+        let lasting = self.excursions[actuator].variance()
+            + self.uneven[actuator].variance
+            + crosstalk * crosstalk;
+        let lasting = lasting * square;
+        let variance = (noise * noise + lag * lag) * square + lasting;
         self.batch.readings += 1.0;
         self.batch.measured += measured;
         self.batch.heating += heating;
         self.batch.variance += variance;
         self.batch.unsettled = unsettled.0;
-        self.batch.lasting += excursion * square;
+        self.batch.lasting += lasting;
         let expected = self.filter.expected(heating, self.growth);
         self.apart[actuator].read(
             measured - expected,
-            variance + excursion::AS_NOISE * excursion * square,
+            variance + excursion::AS_NOISE * lasting,
         );
         if self.drift.watches(actuator) {
             let order = FIRST_ORDER * measured;
@@ -345,7 +355,7 @@ impl Surroundings {
                 false => 1.0,
             };
             let by_heat = part * part * self.filter.room_room;
-            let unlike = order * order + held_back.0 * held_back.0 + by_heat;
+            let unlike = order * order + held_back.0 * held_back.0 + by_heat + self.common_variance;
             // What all four are off by is a room or a loss that the filter still follows, or what is left of a move.
             self.drift.watch(&Innovation {
                 off: measured - expected - self.common,
@@ -444,7 +454,8 @@ impl Surroundings {
                 batch.variance * part * part + UNMODELLED.0 * UNMODELLED.0 + order * order;
             let (heating, growth) = (batch.heating * part, self.growth);
             let of_place = CURVES_VARIANCE + order * order;
-            let lasting = excursion::AS_NOISE * batch.lasting * part * part;
+            self.common_variance = batch.lasting * part * part;
+            let lasting = excursion::AS_NOISE * self.common_variance;
             let has_arrived = batch.unsettled.abs() < ARRIVED;
             self.filter
                 .go((asked.0, has_arrived), (heating, growth), of_place);
