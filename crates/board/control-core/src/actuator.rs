@@ -268,25 +268,40 @@ impl Actuator {
         self.quantiser.code(drive, rails.highest_code)
     }
 
-    /// Ticks until it is near `target` as fast as its bounds let it.
-    pub(crate) fn arrival(
+    /// The heating that takes it to `target` as fast as its bounds let it, or that keeps it where it is, which is near.
+    pub(crate) fn heating_to(
         &self,
         target: Kelvin,
         near: Kelvin,
         rails: &Rails,
-        (decay, shared): (&Decay, &SharedHeat),
-    ) -> f32 {
-        let is_to_cool = target.0 < self.rise.0;
-        let power = match is_to_cool {
+        heat: &HeatInverse,
+    ) -> Kelvin {
+        let apart = self.rise.0 - target.0;
+        if apart.abs() <= near.0 {
+            return heat.heating(&self.heat, self.rise);
+        }
+        let power = match apart > 0.0 {
             true => Watt(rails.least_square / self.corrected(self.gains.resistance(self.rise)).0),
             false => rails.most(self.corrected(self.gains.resistance(target))),
         };
+        // The loss grows with the rise: at the target it is least on the way down, and most on the way up.
+        self.gains.heating(power, target)
+    }
+
+    /// Ticks until it is near `target` at these heatings, its own and the mean of all four.
+    pub(crate) fn arrival(
+        &self,
+        target: Kelvin,
+        near: Kelvin,
+        (heating, shared_heating): (Kelvin, Kelvin),
+        (decay, shared): (&Decay, &SharedHeat),
+    ) -> f32 {
         let way = Way {
             from: self.rise,
             to: target,
             near,
-            // The loss grows with the rise: at the target it is least on the way down, and most on the way up.
-            heating: self.gains.heating(power, target),
+            heating,
+            shared_heating,
         };
         decay.ticks(self.heat.parts(shared), &way)
     }

@@ -119,6 +119,8 @@ pub struct Controller<'a> {
     decay: Decay,
     /// Ticks that each actuator still needs.
     arrivals: [f32; CHANNELS],
+    /// The heating with which each is on its way, or stays.
+    heatings: [Kelvin; CHANNELS],
     /// Whether voltages are asked for, and no position: the surroundings are not compensated then.
     is_by_voltage: bool,
     /// Where the surroundings alone hold each actuator.
@@ -171,6 +173,7 @@ impl<'a> Controller<'a> {
             turn: 0,
             decay: Decay::new(&parts.heat, catch_up_time(parts)),
             arrivals: Default::default(),
+            heatings: Default::default(),
             is_by_voltage: true,
             lowest: [Micrometre(0.0); CHANNELS],
             since_arrival: 0,

@@ -129,6 +129,12 @@ impl HeatInverse {
         Kelvin((to.0 - from.0) * (slower + self.stored_per_k2 * (to.0 + from.0)))
     }
 
+    /// What drives the shared poles where the four are heated so.
+    pub(crate) fn shared_heating(&self, heatings: &[Kelvin; CHANNELS]) -> Kelvin {
+        let each = self.shared_gains.iter().zip(heatings);
+        Kelvin(each.map(|(gain, heating)| gain * heating.0).sum())
+    }
+
     /// What of a heating goes to the poles, at a rise `from`, and the rise at the end of the tick. How much is stored depends on that: a step of
     /// the secant method from where nothing is.
     #[inline(always)]

@@ -23,7 +23,9 @@ const NEAREST: Kelvin = Kelvin(1e-3);
 #[derive(Clone, Debug)]
 pub(crate) struct Decay {
     powers: [[f32; FAST_POLES]; POWERS],
-    weights: [f32; FAST_POLES],
+    /// Weights of an actuator's own part of them, and of what all four share.
+    own: [f32; FAST_POLES],
+    shared: [f32; FAST_POLES],
     /// Time constant of catching up, in ticks.
     catch_up: f32,
     /// Ticks by which a beam comes after its heater.
@@ -41,6 +43,8 @@ pub(crate) struct Way {
     pub(crate) near: Kelvin,
     /// The heating that takes it there fastest.
     pub(crate) heating: Kelvin,
+    /// What drives meanwhile what all four share: the mean of theirs.
+    pub(crate) shared_heating: Kelvin,
 }
 
 impl Decay {
@@ -54,7 +58,8 @@ impl Decay {
         });
         Self {
             powers,
-            weights: heat.fast.map(|lag| lag.weight),
+            own: core::array::from_fn(|pole| (1.0 - heat.shared[pole]) * heat.fast[pole].weight),
+            shared: core::array::from_fn(|pole| heat.shared[pole] * heat.fast[pole].weight),
             catch_up: catch_up.0 / TICK.0,
             beam_lag: heat.beam_lag.0 / TICK.0,
         }
@@ -74,7 +79,9 @@ impl Decay {
         if !is_far {
             return 0.0;
         }
-        let ends = self.weights.map(|weight| weight * way.heating.0);
+        let (own, shared) = (way.heating.0, way.shared_heating.0);
+        let ends: [f32; FAST_POLES] =
+            core::array::from_fn(|pole| self.own[pole] * own + self.shared[pole] * shared);
         let mut left: [f32; FAST_POLES] = core::array::from_fn(|pole| fast[pole] - ends[pole]);
         let end = slow + ends.iter().sum::<f32>();
         let has_passed = |sum: f32| (sum > way.to.0) != (apart > 0.0);
@@ -133,7 +140,7 @@ mod tests {
             }
             let heating = Kelvin(if up { 2.0 * start } else { 0.0 });
             let to = Kelvin(if up { start * (1.0 + share) } else { start * (1.0 - share) });
-            let way = Way { from: rise, to, near: Kelvin(1e-3), heating };
+            let way = Way { from: rise, to, near: Kelvin(1e-3), heating, shared_heating: heating };
             let foreseen = Decay::new(&heat, Second(0.0)).ticks(state.parts(&SharedHeat::default()), &way);
             let mut passed = 0;
             while (rise.0 > to.0) != up && passed < 20_000 {
@@ -152,7 +159,7 @@ mod tests {
         #[test]
         fn any_bit_pattern_is_answered(bits in proptest::array::uniform4(any::<u32>())) {
             let [from, to, near, heating] = bits.map(|bits| Kelvin(f32::from_bits(bits)));
-            let way = Way { from, to, near, heating };
+            let way = Way { from, to, near, heating, shared_heating: heating };
             let ticks = Decay::new(&parts().heat, Second(2e-3)).ticks(Default::default(), &way);
             prop_assert!(ticks >= 0.0 || !(from.0.is_finite() && heating.0.is_finite()));
         }
@@ -166,7 +173,30 @@ mod tests {
             to: Kelvin(50.0),
             near: Kelvin(0.1),
             heating: Kelvin(30.0),
+            shared_heating: Kelvin(30.0),
         };
         assert_eq!(decay.ticks(Default::default(), &way), NEVER);
+    }
+
+    #[test]
+    fn what_others_keep_warm_is_never_there() {
+        let mut heat = parts().heat;
+        heat.fast[1].weight = 0.4;
+        heat.shared[1] = 0.5;
+        let decay = Decay::new(&heat, Second(2e-3));
+        // All four at 60 K; one is to cool to 10 K, of which the others, where they stay, bring it 0.4 * 0.5 * 0.75 * 60.
+        let warm = heat.fast.each_ref().map(|lag| 60.0 * lag.weight);
+        let ticks = |shared_heating| {
+            let way = Way {
+                from: Kelvin(60.0),
+                to: Kelvin(8.9),
+                near: Kelvin(0.05),
+                heating: Kelvin(0.0),
+                shared_heating: Kelvin(shared_heating),
+            };
+            decay.ticks((warm, 0.0), &way)
+        };
+        assert_eq!(ticks(45.0), NEVER);
+        assert!(ticks(0.0) < NEVER);
     }
 }

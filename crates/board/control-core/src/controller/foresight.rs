@@ -38,7 +38,7 @@ impl Controller<'_> {
         (is_asked && !is_held && ticks < NEVER).then_some(Second(ticks * TICK.0))
     }
 
-    /// Finds out what no drive depends on, [`Self::uncertainty`], [`Self::lowest`] and [`Self::settles_in`]: a piece after each step, all of it in 16.
+    /// Finds out what no drive depends on, [`Self::uncertainty`], [`Self::lowest`] and [`Self::settles_in`]: a piece after each step, all of it in 16; of a change, what the four make of each other in 32.
     pub fn foresee(&mut self) {
         self.since_arrival = match self.path.ticks_left() > 0.0 {
             true => 0,
@@ -127,7 +127,10 @@ impl Controller<'_> {
             return;
         }
         let target = Kelvin(if target.0 > 0.0 { target.0 } else { 0.0 });
-        let heat = (&self.decay, &self.shared);
-        self.arrivals[actuator] = self.actuators[actuator].arrival(target, near, &self.rails, heat);
+        let this = &self.actuators[actuator];
+        let heating = this.heating_to(target, near, &self.rails, &self.heat);
+        self.heatings[actuator] = heating;
+        let heatings = (heating, self.heat.shared_heating(&self.heatings));
+        self.arrivals[actuator] = this.arrival(target, near, heatings, (&self.decay, &self.shared));
     }
 }
