@@ -9,6 +9,10 @@ use serde::Serialize;
 /// The lag is sought up to so much of a period, in so many steps; a mirror that comes later follows nothing.
 const MOST_LAG: f64 = 0.5;
 const LAG_STEPS: u32 = 200;
+/// Lags that leave no more than so many times the least error are as good: of a course that looks alike at several the least is meant.
+const AS_GOOD: f64 = 1.1;
+/// Where no lag leaves so many times the least error, as along a ramp, whose lag is an offset, none is told. A choice.
+const WORSE: f64 = 2.0;
 /// A span of less than this part of what was asked is told as not followed: 3 dB, where a bandwidth ends by convention.
 const FOLLOWED: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
@@ -23,8 +27,8 @@ pub(super) struct Followed {
     pub(super) mean_error: f64,
     /// The same about its mean (root mean square).
     pub(super) rms_error: f64,
-    /// How late the mirror was: the shift of what was asked that leaves the least error (s).
-    pub(super) lag_s: f64,
+    /// How late the mirror was: the shift of what was asked that leaves the least error (s); `None` where none leaves hardly less than others.
+    pub(super) lag_s: Option<f64>,
 }
 
 /// The same of the piston, as it is told.
@@ -34,7 +38,7 @@ pub(super) struct Following {
     reached_um: [f64; 2],
     mean_error_um: f64,
     rms_error_um: f64,
-    lag_s: f64,
+    lag_s: Option<f64>,
 }
 
 impl Followed {
@@ -48,22 +52,40 @@ impl Followed {
         if points.is_empty() {
             return None;
         }
+        // Nothing was asked before the beginning.
         let errors = |lag_s: f64| {
-            let error = |(t_s, reached): &(f64, f64)| reached - asked(t_s - lag_s);
-            mean_and_rms(points.iter().map(error))
+            let since = points.iter().filter(move |(t_s, _)| *t_s >= lag_s);
+            mean_and_rms(since.map(|(t_s, reached)| reached - asked(t_s - lag_s)))
         };
         let lags_s = (0..=LAG_STEPS)
             .map(|step| MOST_LAG * period_s * f64::from(step) / f64::from(LAG_STEPS));
-        let lag_s = lags_s.min_by(|a, b| errors(*a).1.total_cmp(&errors(*b).1))?;
+        let left: Vec<(f64, f64)> = lags_s.map(|lag_s| (lag_s, errors(lag_s).1)).collect();
         let (mean_error, rms_error) = errors(0.0);
         Some(Self {
             asked: range(points.iter().map(|(t_s, _)| asked(*t_s))),
             reached: range(points.iter().map(|(_, reached)| *reached)),
             mean_error,
             rms_error,
-            lag_s,
+            lag_s: least(&left),
         })
     }
+}
+
+/// Of lags and what they leave the one that is meant.
+fn least(left: &[(f64, f64)]) -> Option<f64> {
+    let [least, most] = range(left.iter().map(|(_, rms)| *rms));
+    if most < WORSE * least {
+        return None;
+    }
+    let is_lowest = |at: &usize| {
+        let (_, rms) = left[*at];
+        let beside = [at.checked_sub(1), Some(at + 1)].into_iter().flatten();
+        rms <= AS_GOOD * least
+            && beside
+                .filter_map(|at| left.get(at))
+                .all(|(_, it)| rms <= *it)
+    };
+    (0..left.len()).find(is_lowest).map(|at| left[at].0)
 }
 
 /// The lowest and the highest.
@@ -118,13 +140,15 @@ impl fmt::Display for Following {
         };
         line(f, "asked", self.asked_um)?;
         line(f, "reached", self.reached_um)?;
-        writeln!(
+        write!(
             f,
-            "error      {:.3} um in the mean, {:.3} um rms about it; {:.2} ms late",
-            self.mean_error_um,
-            self.rms_error_um,
-            1e3 * self.lag_s
-        )
+            "error      {:.3} um in the mean, {:.3} um rms about it",
+            self.mean_error_um, self.rms_error_um
+        )?;
+        match self.lag_s {
+            Some(lag_s) => writeln!(f, "; {:.2} ms late", 1e3 * lag_s),
+            None => writeln!(f),
+        }
     }
 }
 
@@ -177,9 +201,34 @@ mod tests {
             let rms_um = 2.0_f64.sqrt() * 50.0 * (std::f64::consts::PI * part).sin();
             prop_assert!((following.rms_error_um - rms_um).abs() < 0.1, "{:?}", following);
             // Half a step of those that are tried.
-            prop_assert!((following.lag_s - lag_s).abs() * frequency_hz <= 0.5 * MOST_LAG / 200.0 + 1e-9);
+            let found_s = following.lag_s.expect("a sine has turns");
+            prop_assert!((found_s - lag_s).abs() * frequency_hz <= 0.5 * MOST_LAG / 200.0 + 1e-9);
             prop_assert!(!following.falls_short());
         }
+    }
+
+    #[test]
+    fn a_ramp_tells_no_lag_and_what_repeats_itself_the_least() {
+        let noise = |step: u32| 0.05 * (f64::from(step * 37 % 101) / 50.0 - 1.0);
+        let points = |asked: &dyn Fn(f64) -> f64| -> Vec<(f64, f64)> {
+            let steps = 100..1000;
+            steps
+                .map(|step| {
+                    (
+                        1e-3 * f64::from(step),
+                        asked(1e-3 * f64::from(step)) + noise(step),
+                    )
+                })
+                .collect()
+        };
+        let ramp = |t_s: f64| 80.0 + 20.0 * t_s;
+        let followed = Followed::of(&points(&ramp), ramp, 1.0).expect("points");
+        assert_eq!(followed.lag_s, None);
+        // Ten sines of 0.1 s in a period of 1 s.
+        let sines = |t_s: f64| 80.0 + 20.0 * (std::f64::consts::TAU * 10.0 * t_s).sin();
+        let late = |t_s: f64| sines(t_s - 5e-3);
+        let followed = Followed::of(&points(&late), sines, 1.0).expect("points");
+        assert_eq!(followed.lag_s, Some(5e-3));
     }
 
     #[test]

@@ -87,7 +87,7 @@ pub(super) fn planned(scan: Scan, tick_hz: u32) -> Result<Planned, ToolError> {
         }
         Scan::Csv { file, cycles, to } => {
             let sampled = table::read(&file, tick_hz)?;
-            tell_missed(&sampled);
+            tell_missed(&sampled, tick_hz);
             let dwell_s = f64::from(sampled.dwell_ticks) / f64::from(tick_hz);
             let values = sampled.z_um;
             let rad = |deg: Vec<f64>| Tilt::Lines(deg.into_iter().map(f64::to_radians).collect());
@@ -158,14 +158,29 @@ fn turns(middle: Angle, amplitude: Angle, per_cycle: u16, start: f64) -> Turns {
     }
 }
 
-/// Says how far a table is missed that has more in it than the board's has room for.
-fn tell_missed(sampled: &Sampled) {
+/// Says how far a table is missed that has more in it than the board's has room for, and where it takes another time.
+fn tell_missed(sampled: &Sampled, tick_hz: u32) {
     let (um, deg) = sampled.missed;
+    let steps = sampled.z_um.len() - 1;
     if sampled.is_missed() {
         note(format!(
-            "a board plays a table in equal steps of time, {} of them here: straight lines between them pass by yours by up to {um:.3} um and {deg:.4} deg; \
-             play it in parts to come closer",
-            sampled.z_um.len() - 1
+            "a board plays a table in equal steps of time, {steps} of them here: straight lines between them pass by yours by up to {um:.3} um and {deg:.4} deg; \
+             play it in parts to come closer"
+        ));
+    }
+    if sampled.takes_another_time() {
+        let seconds = |ticks: f64| ticks / f64::from(tick_hz);
+        let dwell_ticks = f64::from(sampled.dwell_ticks);
+        note(format!(
+            "its steps are whole control ticks: once through it takes {:.4} s and not {:.4} s, and each cycle is so much {}; a table whose length a step of some {} ms divides is met",
+            seconds(sampled.played_ticks()),
+            seconds(sampled.ticks),
+            if sampled.played_ticks() < sampled.ticks {
+                "earlier"
+            } else {
+                "later"
+            },
+            1e3 * seconds(dwell_ticks)
         ));
     }
 }
@@ -182,6 +197,8 @@ pub(super) fn check_reach(run: &Run, reach: &Reach) -> Result<(), BeyondBoard> {
     let is_at = |um: f64| move |end: &f64| (um - end).abs() < ROUNDING_UM;
     for um in [lowest_um, highest_um] {
         if ![low_um, high_um].iter().any(is_at(um)) {
+            // No digits that arithmetic has left.
+            let um = (1e6 * um).round() / 1e6;
             check_piston(Length { um }, (low_um, high_um))?;
         }
     }
@@ -259,7 +276,7 @@ impl TiltReport {
                 asked_deg: [low.to_degrees(), high.to_degrees()],
                 expected_deg: followed.map(|followed| followed.reached),
                 rms_error_deg: followed.map(|followed| followed.rms_error),
-                lag_s: followed.map(|followed| followed.lag_s),
+                lag_s: followed.and_then(|followed| followed.lag_s),
             }
         };
         Some([about(0), about(1)])
@@ -277,16 +294,14 @@ impl fmt::Display for TiltReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [low, high] = self.asked_deg;
         write!(f, "asked for {low:+.4} to {high:+.4} deg")?;
-        if let (Some([low, high]), Some(rms), Some(lag_s)) =
-            (self.expected_deg, self.rms_error_deg, self.lag_s)
-        {
+        if let (Some([low, high]), Some(rms)) = (self.expected_deg, self.rms_error_deg) {
             write!(
                 f,
-                ", by its heat and its plate it comes to {low:+.4} to {high:+.4} deg, which alone is {rms:.4} deg rms off and {:.2} ms late",
-                1e3 * lag_s
+                ", by its heat and its plate it comes to {low:+.4} to {high:+.4} deg, which alone is {rms:.4} deg rms off"
             )?;
         }
-        Ok(())
+        self.lag_s
+            .map_or(Ok(()), |lag_s| write!(f, " and {:.2} ms late", 1e3 * lag_s))
     }
 }
 

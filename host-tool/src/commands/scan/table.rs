@@ -38,6 +38,8 @@ pub(super) struct Sampled {
     pub(super) tilts_deg: Option<[Vec<f64>; 2]>,
     /// Control ticks from one to the next.
     pub(super) dwell_ticks: u32,
+    /// Control ticks from the table's first row to its last.
+    pub(super) ticks: f64,
     /// How far the straight lines between them pass by a row of the table at most: piston (um), and either tilt (deg).
     pub(super) missed: (f64, f64),
     /// Control ticks that are between two of them at least, for the board to have room.
@@ -50,6 +52,16 @@ pub(super) struct Sampled {
 const OTHER_COURSE: f64 = 0.05;
 
 impl Sampled {
+    /// Control ticks that it takes.
+    pub(super) fn played_ticks(&self) -> f64 {
+        (self.z_um.len() - 1) as f64 * f64::from(self.dwell_ticks)
+    }
+
+    /// Whether it takes another time than the table, by more than whole ticks make necessary.
+    pub(super) fn takes_another_time(&self) -> bool {
+        (self.played_ticks() - self.ticks).abs() > 0.5 + ROUNDING
+    }
+
     /// Whether more is missed than rounding and the board's 16 bits leave.
     pub(super) fn is_missed(&self) -> bool {
         self.missed.0 > 0.01 || self.missed.1 > 1e-4
@@ -206,11 +218,13 @@ fn in_order(before_s: f64, now_s: f64) -> Result<(), String> {
     }
 }
 
-/// Points may be farther apart than the board's table makes necessary, by one tick or by so many, twice as far at most: the way that passes by
-/// the rows least has their corners on points where that can be.
-const WAYS: u32 = 16;
-/// What rounding makes of a corner that is met (um, deg).
+/// Points may be farther apart than the board's table makes necessary, by one tick or by so many, or by as many as meet the table's length, twice as
+/// far at most: the way that passes by the rows least has their corners on points where that can be.
+const WAYS: usize = 16;
+/// What rounding makes of a corner that is met (um, deg), and of a length (ticks).
 const ROUNDING: f64 = 1e-9;
+/// A tick counter of 32 bits overflows after 119 h.
+const LONGEST_S: f64 = 100.0 * 3600.0;
 
 /// As dense as the board's table allows, or a little less where that meets the rows better, and no denser than the control ticks.
 fn sample(rows: &[Row], is_tilted: bool, tick_hz: u32) -> Result<Sampled, &'static str> {
@@ -219,15 +233,18 @@ fn sample(rows: &[Row], is_tilted: bool, tick_hz: u32) -> Result<Sampled, &'stat
     };
     let most = if is_tilted { POSE_POINTS } else { POINTS };
     let ticks = (last_s - first_s) * f64::from(tick_hz);
-    let densest = (ticks / (most - 1) as f64).ceil().max(1.0);
-    if (ticks / densest).round() < 1.0 || densest > f64::from(u32::MAX) {
+    if ticks.round() < 1.0 || last_s - first_s > LONGEST_S {
         return Err("it is shorter than a control tick, or longer than 100 h");
     }
-    let densest = densest as u32;
-    let ways = densest..=densest.saturating_add(densest.min(WAYS));
+    let densest = (ticks / (most - 1) as f64).ceil().max(1.0) as u32;
+    let ways = densest..=densest.saturating_mul(2);
+    let is_met = |dwell: &u32| ticks.round() % f64::from(*dwell) == 0.0;
     let sampled = ways
+        .clone()
+        .take(WAYS)
+        .chain(ways.skip(WAYS).filter(is_met).take(WAYS))
         .filter(|dwell| (ticks / f64::from(*dwell)).round() >= 1.0)
-        .map(|dwell| sampled_every(dwell, rows, ticks))
+        .map(|dwell| sampled_every(dwell, rows, (ticks, tick_hz)))
         .min_by(|a, b| {
             let missed = |it: &Sampled| it.missed.0.hypot(it.missed.1).max(ROUNDING);
             missed(a).total_cmp(&missed(b))
@@ -241,12 +258,18 @@ fn sample(rows: &[Row], is_tilted: bool, tick_hz: u32) -> Result<Sampled, &'stat
 }
 
 /// With so many ticks from one point to the next.
-fn sampled_every(dwell_ticks: u32, rows: &[Row], ticks: f64) -> Sampled {
+fn sampled_every(dwell_ticks: u32, rows: &[Row], (ticks, tick_hz): (f64, u32)) -> Sampled {
     let (first_s, last_s) = (rows[0].0, rows[rows.len() - 1].0);
-    let steps = (ticks / f64::from(dwell_ticks)).round();
-    let times_s =
-        (0..=steps as u32).map(|step| first_s + (last_s - first_s) * f64::from(step) / steps);
-    let poses: Vec<Row> = times_s.map(|t_s| (t_s, at(rows, t_s))).collect();
+    let steps = (ticks / f64::from(dwell_ticks)).round() as u32;
+    let dwell_s = f64::from(dwell_ticks) / f64::from(tick_hz);
+    let poses: Vec<Row> = (0..=steps)
+        .map(|step| {
+            let t_s = first_s + f64::from(step) * dwell_s;
+            // It ends where the table does.
+            let of_s = if step == steps { last_s } else { t_s };
+            (t_s, at(rows, of_s))
+        })
+        .collect();
     let (mut missed, mut worst) = ([0.0_f64; 3], (0, 0.0));
     let ways = [0, 1, 2].map(|axis| way(rows, axis));
     for (index, (t_s, pose)) in rows.iter().enumerate() {
@@ -264,6 +287,7 @@ fn sampled_every(dwell_ticks: u32, rows: &[Row], ticks: f64) -> Sampled {
         z_um: column(0),
         tilts_deg: Some([column(1), column(2)]),
         dwell_ticks,
+        ticks,
         least_ticks: dwell_ticks,
         missed: (missed[0], missed[1].max(missed[2])),
         worst,

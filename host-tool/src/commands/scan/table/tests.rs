@@ -106,6 +106,25 @@ fn corners_lie_on_points_where_they_can() {
     assert!(found.z_um.len() > 80, "{}", found.z_um.len());
 }
 
+/// Twenty sines in 3 s and a row at every tick and a half: 59 ticks are the densest, and 60 meet the length.
+#[test]
+fn a_length_is_met_where_it_can_be_and_told_where_not() {
+    let sines = |last: u32| {
+        let at =
+            |i: u32| 80.0 + 20.0 * (f64::from(i) * 20.0 * std::f64::consts::TAU / 20_000.0).sin();
+        let rows = (0..=last).map(|i| format!("{},{}\n", f64::from(i) * 1.5e-4, at(i)));
+        sampled(&rows.collect::<String>()).expect("a waveform")
+    };
+    let met = sines(20_000);
+    assert_eq!((met.dwell_ticks, met.z_um.len()), (60, 501));
+    assert!(!met.takes_another_time());
+    // A prime number of ticks.
+    let not_met = sampled("0,80\n3.0011,80\n").expect("a waveform");
+    assert!(not_met.takes_another_time(), "{}", not_met.played_ticks());
+    let long = sampled("0,80\n361000,81\n").expect_err("101 h");
+    assert!(long.contains("longer than 100 h"), "{long}");
+}
+
 #[test]
 fn what_a_board_has_no_room_for_is_told_by_how_far_it_is_missed() {
     // Every other of 400 rows is at the top; 170 points cannot be.
