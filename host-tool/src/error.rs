@@ -321,8 +321,8 @@ pub enum ToolError {
 
     #[error(transparent)]
     #[diagnostic(help(
-        "have it count upwards and in micrometres, with its spot on the plate and its range as long as the mirror's, and calibrate again. \
-         The board has the calibration of before"
+        "have it count upwards and in micrometres, with its spot on the plate and its range from below the mirror's rest to beyond its highest \
+         drive, and calibrate again. The board has the calibration of before"
     ))]
     SensorTravel(#[from] TravelError),
 

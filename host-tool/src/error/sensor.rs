@@ -71,8 +71,8 @@ pub(super) fn sensor_advice(error: &SensorError) -> &'static str {
              what it reads as you move the mirror with `host-tool set-z`. The board has the calibration of before"
         }
         false => {
-            "look at what it reads with `host-tool record`: is its spot on the plate, and its range as long as the mirror's? The board has the \
-             calibration of before"
+            "look at what it reads with `host-tool record`: is its spot on the plate, and its range from below the mirror's rest to beyond its \
+             highest drive? The board has the calibration of before"
         }
     }
 }

@@ -41,8 +41,8 @@ pub use file::{CalibrationFileError, from_toml, to_toml};
 pub use plate_pose::PlatePose;
 pub use pose::{
     COURSE_S, COURSE_STEP_S, Cause, Drives, LeftOut, NotHeld, PoseError, PosePoint, Posed,
-    SpotHeights, along_a_course, are_on_a_line, check_moved, course, posed, poses_over_spots,
-    poses_to_measure, with_assumed_levers,
+    SpotHeights, along_a_course, are_on_a_line, check_from_rest, check_moved, course, posed,
+    poses_over_spots, poses_to_measure, with_assumed_levers,
 };
 pub use reach::Reach;
 pub use refine::{RefineError, Refined, refined};

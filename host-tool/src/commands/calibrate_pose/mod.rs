@@ -11,8 +11,8 @@ mod table;
 mod trial;
 
 use calibration::{
-    LeftOut, PlatePose, PoseError, PosePoint, Posed, are_on_a_line, check_moved, posed,
-    poses_over_spots, poses_to_measure, with_assumed_levers, with_broken_promise,
+    LeftOut, PlatePose, PoseError, PosePoint, Posed, are_on_a_line, check_from_rest, check_moved,
+    posed, poses_over_spots, poses_to_measure, with_assumed_levers, with_broken_promise,
     without_surroundings,
 };
 use control_core::{Calibration, Limits};
@@ -290,6 +290,7 @@ impl<'a> OnPlate<'a> {
             spot.check(&self.poses)?;
         }
         check_moved(&heights)?;
+        check_from_rest(&heights, &self.poses)?;
         let reached = poses_over_spots(&heights)?;
         let points = self.poses.iter().zip(reached).enumerate();
         Ok(points

@@ -41,7 +41,7 @@ mod tables;
 
 pub use self::course::{COURSE_S, COURSE_STEP_S, along_a_course, course};
 pub use self::point::{PoseError, PosePoint};
-pub use self::spots::{SpotHeights, are_on_a_line, check_moved, poses_over_spots};
+pub use self::spots::{SpotHeights, are_on_a_line, check_from_rest, check_moved, poses_over_spots};
 
 use control_core::calibration::{Parts, Plate};
 use control_core::{Calibration, Micrometre};

@@ -117,6 +117,17 @@ pub enum PoseError {
         /// From 1.
         second: usize,
     },
+    /// Rest was read too high under a spot.
+    #[error(
+        "under spot {spot} what the sensor reads begins {below_um:.2} um lower than under the others, and not at rest: its range begins above the \
+         plate's rest there, or it moved after rest was read; set it so that rest lies within its range, and measure again, in another folder"
+    )]
+    Begins {
+        /// From 1, in the order in which they were measured.
+        spot: usize,
+        /// By how much (um).
+        below_um: f64,
+    },
     /// The heights of more than three spots are on no plane.
     #[error(
         "the plate would be bent: {left_um:.2} um are left of the heights above its spots; were they where they are said to be?"

@@ -1,5 +1,6 @@
 //! The pose of a plate from its height under three spots of a displacement sensor or more.
 
+use measurement::median;
 use nalgebra::{Matrix3, Vector3};
 
 use super::point::PoseError;
@@ -15,6 +16,10 @@ const RIGID_UM: f64 = 0.5;
 /// A plate that tilts along the line between two spots by less than this in all poses does not tilt (rad): 0.05 deg, where poses are asked for
 /// with a degree and more. Over 100 um it is 0.09 um, some times a reading's noise.
 const LEVEL_RAD: f64 = 8.7e-4;
+
+/// The line through heights of a level plate near rest begins under all spots where hysteresis holds the plate, on four virtual mirrors within
+/// 0.27 um of each other. Twice that and more below the highest of them is rest that was read too high (um).
+const BEGINS_UM: f64 = 0.6;
 
 /// Heights above one spot, from rest there, in the order in which poses were asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,6 +84,41 @@ pub fn check_moved(spots: &[SpotHeights]) -> Result<(), PoseError> {
             second: j + 1,
         })
     })
+}
+
+/// Whether what was read under each spot begins at rest: a sensor whose range begins above it reads the range's end for rest, and all other
+/// heights that much too low. `asked` are the poses, which without a level plate at three heights tell nothing of it.
+///
+/// # Errors
+/// [`PoseError::Begins`] with the spot that begins lowest.
+pub fn check_from_rest(spots: &[SpotHeights], asked: &[PlatePose]) -> Result<(), PoseError> {
+    let is_level = |pose: &&PlatePose| pose.tilt_x_rad == 0.0 && pose.tilt_y_rad == 0.0;
+    let mut level_um: Vec<f64> = asked.iter().filter(is_level).map(|it| it.z_um).collect();
+    level_um.sort_by(f64::total_cmp);
+    level_um.dedup();
+    // The lowest may be below the end of the range itself.
+    let [_, low_um, high_um, ..] = level_um[..] else {
+        return Ok(());
+    };
+    let begins_um = |spot: &SpotHeights| {
+        let at = |level_um: f64| {
+            let poses = asked.iter().zip(&spot.z_um);
+            let read = poses.filter(|(pose, _)| is_level(pose) && pose.z_um == level_um);
+            median(read.map(|(_, um)| *um).collect())
+        };
+        let (low, high) = (at(low_um), at(high_um));
+        low - (high - low) * low_um / (high_um - low_um)
+    };
+    let begins: Vec<f64> = spots.iter().map(begins_um).collect();
+    let highest_um = begins.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let lowest = begins.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
+    match lowest {
+        Some((spot, um)) if highest_um - um > BEGINS_UM => Err(PoseError::Begins {
+            spot: spot + 1,
+            below_um: highest_um - um,
+        }),
+        _ => Ok(()),
+    }
 }
 
 /// Whether spots, x and y from the plate's centre in um, are none or all lie next to the line through the two that are farthest apart, so that
@@ -163,6 +203,37 @@ mod tests {
         assert_eq!(check_moved(&read), Err(refused));
         read.pop();
         assert_eq!(check_moved(&read), Ok(()));
+    }
+
+    #[test]
+    fn a_range_that_begins_above_rest_is_told() {
+        let level = |z_um| PlatePose {
+            z_um,
+            ..PlatePose::default()
+        };
+        let asked = [80.0, 6.0, 3.0, 12.0, 12.0, 25.0].map(level);
+        let spots = [[-180.0, -150.0], [190.0, -140.0], [10.0, 200.0]];
+        // A plate that tilts by 8 % of its piston, off its rest by what hysteresis holds.
+        let plate = |pose: &PlatePose| PlatePose {
+            z_um: pose.z_um - 0.3,
+            tilt_x_rad: 0.08 * pose.z_um / 200.0,
+            ..*pose
+        };
+        let mut read = spots.map(|at| heights(at, &asked.each_ref().map(plate)));
+        assert_eq!(check_from_rest(&read, &asked), Ok(()));
+        for end_um in [1.5, 5.0] {
+            read[2].z_um = read[2]
+                .z_um
+                .iter()
+                .map(|um| um.max(end_um) - end_um)
+                .collect();
+            let found = check_from_rest(&read, &asked);
+            assert!(
+                matches!(found, Err(PoseError::Begins { spot: 3, below_um }) if below_um > 0.6 * end_um),
+                "{found:?}"
+            );
+        }
+        assert_eq!(check_from_rest(&read, &asked[..2]), Ok(()));
     }
 
     #[test]
