@@ -100,7 +100,7 @@ mod tests {
             assert!(advice(missing, outlying, clipped).contains("is it frozen"));
         }
         for (missing, outlying, clipped) in [(0, 10, 200), (300, 0, 0)] {
-            assert!(advice(missing, outlying, clipped).contains("its range as long"));
+            assert!(advice(missing, outlying, clipped).contains("its range from below"));
         }
     }
 }
