@@ -15,6 +15,8 @@ const AT_REST: f64 = 0.1;
 /// times that are a mirror three times as slow.
 const HELD_S: f64 = 0.2;
 const NOT_DRIVEN: f64 = 0.01;
+/// Fewer drives than this are those of a coarse sweep, which is measured of a mirror that is still warm.
+const DRIVES: usize = 10;
 const NEAR_REST: f64 = 0.04;
 const BELOW_REST: f64 = 0.06;
 /// Three standard deviations of where it ends, in those of one reading: of twice the lower one, of the higher one and of rest.
@@ -79,7 +81,7 @@ fn travel_um(session: &Session) -> Option<f64> {
 
 /// How far below rest the line through a way's first readings begins (um), where that is more than a mirror and chance make.
 fn begins_um(file: &MeasurementFile) -> Option<f64> {
-    let way = way_up(file)?;
+    let way = way_up(file).filter(|way| way.len() >= DRIVES)?;
     let highest_um = way.last()?.z_um;
     let above = way
         .iter()
@@ -108,7 +110,7 @@ fn way_up(file: &MeasurementFile) -> Option<Vec<Held>> {
         power.fold(0.0, |sum, of| sum + of)
     };
     let held = file.rows.chunk_by(|a, b| drive_v(a) == drive_v(b));
-    let last_read = held.map_while(|rows| rows.iter().rfind(|row| row.z_um.is_some()));
+    let last_read = held.filter_map(|rows| rows.iter().rfind(|row| row.z_um.is_some()));
     let mut way: Vec<&Row> = Vec::new();
     for row in last_read {
         let goes_up = way
@@ -172,6 +174,7 @@ mod tests {
             assert!(matches!(said(read), Err(TravelError::Scale { .. })));
         }
     }
+
     #[test]
     fn a_range_that_begins_above_rest_is_told() {
         let said = |read: fn(f64) -> Option<f64>| check(&sweep(read), 170.0);

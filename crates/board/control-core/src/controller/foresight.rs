@@ -38,7 +38,8 @@ impl Controller<'_> {
         (is_asked && !is_held && ticks < NEVER).then_some(Second(ticks * TICK.0))
     }
 
-    /// Finds out what no drive depends on, [`Self::uncertainty`], [`Self::lowest`] and [`Self::settles_in`]: a piece after each step, all of it in 16; of a change, what the four make of each other in 32.
+    /// Finds out what no drive depends on, [`Self::uncertainty`], [`Self::lowest`] and [`Self::settles_in`]: a piece after each step, all of it in
+    /// 16, and what the four make of each other's change in 32.
     pub fn foresee(&mut self) {
         self.since_arrival = match self.path.ticks_left() > 0.0 {
             true => 0,
