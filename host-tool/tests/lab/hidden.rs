@@ -219,29 +219,15 @@ fn a_file_that_reads_otherwise_than_the_others_is_told_and_by_how_much() {
         let found = json(&["diagnose", "paper", &place.path().to_string_lossy()]);
         strings(&found["notes"]).swap_remove(0)
     };
-    let size = |said: &str, word| {
-        said.split(' ')
-            .nth(word)
-            .and_then(|n| n.parse::<f64>().ok())
+    let is_told = |said: String, [begin, more]: [&str; 2], (size, within): (f64, f64)| {
+        assert!(said.starts_with(begin) && said.contains(more), "{said}");
+        let told = said.split(' ').nth(5).and_then(|n| n.parse::<f64>().ok());
+        assert!(told.is_some_and(|n| (n - size).abs() < within), "{said}");
     };
-    let said = odd(6..7, |um| um - 1.0);
-    assert!(
-        said.starts_with("`single` as a whole reads ") && said.contains("um less"),
-        "{said}"
-    );
     // What lumped equations leave of this file is some 0.05 um in the mean.
-    assert!(
-        size(&said, 5).is_some_and(|um| (um - 1.0).abs() < 0.1),
-        "{said}"
-    );
-    let said = odd(7..11, |ampere| 1.03 * ampere);
-    assert!(
-        said.starts_with("all currents of `single` are ") && said.contains("% more"),
-        "{said}"
-    );
+    let words = ["`single` as a whole reads ", "um less"];
+    is_told(odd(6..7, |um| um - 1.0), words, (1.0, 0.1));
     // The base is fitted to the odd file, too, and turns a part of it its way.
-    assert!(
-        size(&said, 5).is_some_and(|percent| (percent - 3.0).abs() < 0.15),
-        "{said}"
-    );
+    let words = ["all currents of `single` are ", "% more"];
+    is_told(odd(7..11, |ampere| 1.03 * ampere), words, (3.0, 0.15));
 }

@@ -286,9 +286,13 @@ impl Surroundings {
     pub(crate) fn compare(&mut self, actuator: usize, evidence: &Evidence) {
         let reference = &self.references[actuator];
         let (expected, _) = reference.sensed(evidence.rise);
-        let apart = evidence.sensed.0 - expected - self.of_others(evidence);
-        let more = apart / (reference.cold_kelvin + expected);
+        let more = self.apart(expected, evidence) / (reference.cold_kelvin + expected);
         self.likeness.read(actuator, more, evidence);
+    }
+
+    /// What a heater tells beyond what is expected of it (K), that of the others' heat left out.
+    fn apart(&self, expected: f32, evidence: &Evidence) -> f32 {
+        evidence.sensed.0 - expected - self.of_others(evidence)
     }
 
     /// What a heater tells of the others' heat (K).
@@ -313,8 +317,7 @@ impl Surroundings {
         } = *evidence;
         let reference = &self.references[actuator];
         let (expected, slope) = reference.sensed(rise);
-        let of_others = self.of_others(evidence);
-        let apart = sensed.0 - expected - of_others;
+        let apart = self.apart(expected, evidence);
         let halfway = Kelvin(rise.0 + 0.5 * apart / slope);
         // Not so for NaN.
         let is_possible = apart.abs() < 2.0 * FARTHEST.0;
@@ -327,7 +330,7 @@ impl Surroundings {
         let measured = apart * sensitivity;
         let heating = reference.heating(rise);
         let square = sensitivity * sensitivity;
-        let crosstalk = SENSED_CROSSTALK * of_others;
+        let crosstalk = SENSED_CROSSTALK * self.of_others(evidence);
         let lasting = self.excursions[actuator].variance()
             + self.uneven[actuator].variance
             + crosstalk * crosstalk;

@@ -172,7 +172,8 @@ fn tell_missed(sampled: &Sampled, tick_hz: u32) {
         let seconds = |ticks: f64| ticks / f64::from(tick_hz);
         let dwell_ticks = f64::from(sampled.dwell_ticks);
         note(format!(
-            "its steps are whole control ticks: once through it takes {:.4} s and not {:.4} s, and each cycle is so much {}; a table whose length a step of some {} ms divides is met",
+            "its steps are whole control ticks: once through it takes {:.4} s and not {:.4} s, and each cycle is so much {}; a table whose length \
+             a step of some {} ms divides is met",
             seconds(sampled.played_ticks()),
             seconds(sampled.ticks),
             if sampled.played_ticks() < sampled.ticks {
