@@ -8,11 +8,14 @@ mod direction;
 mod explanation;
 mod refine;
 mod refit;
+mod scan;
 
 pub(crate) use direction::{Direction, Operating, from_all_starts};
 pub(crate) use explanation::{Explanation, PRICE};
 pub(crate) use refine::refine;
 pub(crate) use refit::{Found, Refit, Strength, refit};
+use scan::LEAST_WEIGHT;
+pub(crate) use scan::Scan;
 
 use crate::null_distribution::MARGIN;
 use crate::quantile::{below, quantile, sorted};
@@ -21,8 +24,6 @@ use mirror_model::effect::{Active, Effect};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// A direction whose change is smaller than this shows nothing: 3 % of one reading's standard deviation, squared.
-const LEAST_WEIGHT: f64 = 1e-3;
 /// A change of the readings whose square is below this is none: rounding.
 const UNSEEN: f64 = 1e-6;
 /// A strength nearer to an end of its range than this part of the range is at the end; nearer to 0 than this part of its usual
@@ -189,7 +190,7 @@ impl Candidate {
         L: Kind<Rows = <Session as Kind>::Rows>,
     {
         let directions: Vec<_> = self.directions.iter().map(|d| d.seen_in(space)).collect();
-        scan(&directions, residual)
+        Scan::new(&directions).explanation(residual)
     }
 
     /// Its scores for residuals of mirrors of a family that spans none of the discrepancy.
@@ -199,8 +200,11 @@ impl Candidate {
         space: &ResidualSpace<OtherFamilies>,
     ) -> Vec<f64> {
         let directions: Vec<_> = self.directions.iter().map(|d| d.seen_in(space)).collect();
-        let score = |residual| scan(&directions, residual).map_or(0.0, |e| e.score.max(0.0));
-        residuals.iter().map(score).collect()
+        let scan = Scan::new(&directions);
+        residuals
+            .iter()
+            .map(|residual| scan.score(residual))
+            .collect()
     }
 }
 
@@ -211,37 +215,6 @@ pub(crate) fn is_plausible(active: &Active) -> bool {
     let is_some = value.abs() > AT_THE_END * p.start.abs();
     let is_below = p.high == 0.0 || value < p.high - margin;
     is_some && is_below && (p.low == 0.0 || value > p.low + margin)
-}
-
-/// The best of an effect's directions for a residual, its strength within its bounds. The change is linear in the strength,
-/// so its best value has a closed form.
-pub(crate) fn scan<K: Kind>(
-    directions: &[Direction<K>],
-    residual: &Vector<K>,
-) -> Option<Explanation<K>> {
-    directions
-        .iter()
-        .filter_map(|direction| {
-            let parameters = &direction.active.effect.info().parameters;
-            let usual = direction.active.values[0];
-            let weight = direction.change.norm_squared();
-            if weight < LEAST_WEIGHT {
-                return None;
-            }
-            let along = direction.change.dot(residual);
-            let (a, b) = (parameters[0].low / usual, parameters[0].high / usual);
-            let times = (along / weight).clamp(a.min(b), a.max(b));
-            let drop = 2.0 * times * along - times * times * weight;
-            let mut active = direction.active.clone();
-            active.values[0] = usual * times;
-            Some(Explanation {
-                score: drop - PRICE * parameters.len() as f64,
-                change: &direction.change * times,
-                slope_error: usual.abs() / weight.sqrt(),
-                active,
-            })
-        })
-        .max_by(|a, b| a.score.total_cmp(&b.score))
 }
 
 #[cfg(test)]

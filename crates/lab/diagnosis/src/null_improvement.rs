@@ -1,7 +1,7 @@
 //! The null distribution of the improvement: what adding an effect does to the errors of mirrors that lack nothing. Some fall
 //! of an error is always there.
 
-use crate::candidate::{Direction, scan};
+use crate::candidate::{Direction, Scan};
 use crate::quantile::{quantile, sorted};
 use crate::residual_space::{BaseOnly, ResidualSpace};
 use identification::dataset::{Dataset, rms};
@@ -62,9 +62,10 @@ pub(crate) fn null_improvement(
     space: &ResidualSpace<BaseOnly>,
     data: &Dataset,
 ) -> NullImprovement {
+    let scan = Scan::new(directions);
     let errors: Vec<[Errors; 2]> = parallel::map(0..ensemble.ncols(), |mirror| {
         let before = space.vector(&ensemble.column(mirror).into_owned());
-        let after = match scan(directions, &before) {
+        let after = match scan.explanation(&before) {
             Some(best) => &before - &best.change,
             None => before.clone(),
         };

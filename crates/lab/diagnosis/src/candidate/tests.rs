@@ -52,7 +52,7 @@ fn a_scan_is_linear_least_squares_of_the_strength() {
         direction([1.0, 2.0, 0.0, 0.0]),
         direction([5.0, 0.0, 0.0, 1.0]),
     ];
-    let found = scan(&directions, &residual).unwrap();
+    let found = Scan::new(&directions).explanation(&residual).unwrap();
     let usual = directions[0].active.values[0];
     let count = directions[0].active.values.len() as f64;
     // 6 = 3 * 2: the first direction three times explains 36 of 53.
@@ -78,7 +78,9 @@ fn a_scan_is_linear_least_squares_of_the_strength() {
 #[test]
 fn a_strength_stays_within_its_bounds_and_is_then_not_plausible() {
     let far = space().vector(&DVector::from_row_slice(&[0.0, 1e6, 0.0, 0.0]));
-    let found = scan(&[direction([0.0, 1.0, 0.0, 0.0])], &far).unwrap();
+    let found = Scan::new(&[direction([0.0, 1.0, 0.0, 0.0])])
+        .explanation(&far)
+        .unwrap();
     let strength = &found.active.effect.info().parameters[0];
     assert!((found.active.values[0] / strength.high - 1.0).abs() < 1e-12);
     assert!(!is_plausible(&found.active));
@@ -89,7 +91,11 @@ fn a_strength_stays_within_its_bounds_and_is_then_not_plausible() {
 fn what_changes_no_reading_explains_none() {
     let residual = space().vector(&DVector::from_row_slice(&[0.0, 6.0, 0.0, 0.0]));
     // The base can do all of the first reading.
-    assert!(scan(&[direction([8.0, 0.0, 0.0, 0.0])], &residual).is_none());
+    assert!(
+        Scan::new(&[direction([8.0, 0.0, 0.0, 0.0])])
+            .explanation(&residual)
+            .is_none()
+    );
 }
 
 #[test]
@@ -244,7 +250,9 @@ fn refining_and_refitting_find_the_values_that_made_the_readings() {
         data: &data,
         base: &base,
     };
-    let scanned = scan(&at.directions(&effect, &space), &residual).unwrap();
+    let scanned = Scan::new(&at.directions(&effect, &space))
+        .explanation(&residual)
+        .unwrap();
     let refined = refine(&scanned, at, &residual, &space);
     assert!(refined.score >= scanned.score);
     let misfit = residual.norm_squared();

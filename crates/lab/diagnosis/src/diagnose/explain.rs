@@ -2,7 +2,7 @@
 //! base.
 
 use super::analysis::{Analysis, best_first};
-use crate::candidate::{Candidate, Found, Refit, Strength, refine, refit, scan};
+use crate::candidate::{Candidate, Found, Refit, Scan, Strength, refine, refit};
 use crate::confusions::{RIVAL_SHARE, confusions};
 use crate::progress::Count;
 use identification::base::{identifiable, restarts};
@@ -30,7 +30,8 @@ impl Analysis<'_> {
     pub(super) fn explain(&self, candidates: &mut [Candidate]) {
         let tried = Count::of("effects tried", candidates.len());
         parallel::map(candidates.iter_mut(), |candidate| {
-            candidate.explanation = tried.after(scan(&candidate.directions, &self.residual));
+            candidate.explanation =
+                tried.after(Scan::new(&candidate.directions).explanation(&self.residual));
         });
         // Four heaters with all of a mirror's experiments are too many readings for that.
         if self.data.is_one_heater() {
@@ -298,7 +299,8 @@ mod tests {
         let ensemble = ensemble(&data);
         let (analysis, mut candidates) =
             Analysis::new(&data, fitted, &ensemble, &[effect]).expect("an answer");
-        candidates[0].explanation = scan(&candidates[0].directions, &analysis.residual);
+        candidates[0].explanation =
+            Scan::new(&candidates[0].directions).explanation(&analysis.residual);
         candidates[0].threshold = 1.0;
         let scanned = candidates[0].score();
         analysis.fit_near_ones_from_elsewhere(&mut candidates);

@@ -2,7 +2,7 @@
 
 use super::analysis::{Analysis, best_first};
 use super::explain::WORTH_REFITTING;
-use crate::candidate::{Candidate, Explanation, InForm, PRICE, is_plausible, refine, scan};
+use crate::candidate::{Candidate, Explanation, InForm, PRICE, Scan, is_plausible, refine};
 use crate::report::Form;
 use crate::residual_space::Session;
 use identification::fit::Precision;
@@ -156,7 +156,9 @@ impl Analysis<'_> {
                 slope_error: f64::INFINITY,
             })
         };
-        let start = scan(&directions, &self.residual).or_else(usual)?;
+        let start = Scan::new(&directions)
+            .explanation(&self.residual)
+            .or_else(usual)?;
         Some(match self.data.is_one_heater() {
             // Slopes of the base do not reach as far.
             true => start,
