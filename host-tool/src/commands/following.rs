@@ -9,9 +9,9 @@ use serde::Serialize;
 /// The lag is sought up to so much of a period, in so many steps; a mirror that comes later follows nothing.
 const MOST_LAG: f64 = 0.5;
 const LAG_STEPS: u32 = 200;
-/// Lags that leave no more than so many times the least error are as good: of a course that looks alike at several the least is meant.
+/// Lags that leave no more than so many times the least part of the error are as good: of a course that looks alike at several the least is meant.
 const AS_GOOD: f64 = 1.1;
-/// Where no lag leaves so many times the least error, as along a ramp, whose lag is an offset, none is told. A choice.
+/// Where no lag leaves so many times the least part, as along a ramp, whose lag is an offset, none is told. A choice.
 const WORSE: f64 = 2.0;
 /// A span of less than this part of what was asked is told as not followed: 3 dB, where a bandwidth ends by convention.
 const FOLLOWED: f64 = std::f64::consts::FRAC_1_SQRT_2;
@@ -27,7 +27,8 @@ pub(super) struct Followed {
     pub(super) mean_error: f64,
     /// The same about its mean (root mean square).
     pub(super) rms_error: f64,
-    /// How late the mirror was: the shift of what was asked that leaves the least error (s); `None` where none leaves hardly less than others.
+    /// How late the mirror was: the shift of what was asked that leaves the least part of the error (s); `None` where nothing moves, or none leaves hardly
+    /// less than others.
     pub(super) lag_s: Option<f64>,
 }
 
@@ -52,26 +53,32 @@ impl Followed {
         if points.is_empty() {
             return None;
         }
-        // Nothing was asked before the beginning.
-        let errors = |lag_s: f64| {
-            let since = points.iter().filter(move |(t_s, _)| *t_s >= lag_s);
+        let errors = |lag_s: f64, from_s: f64| {
+            let since = points.iter().filter(move |(t_s, _)| *t_s >= from_s);
             mean_and_rms(since.map(|(t_s, reached)| reached - asked(t_s - lag_s)))
+        };
+        // Nothing was asked before the beginning, where a jump to the first value leaves most: a lag is held against none over the same points.
+        let left = |lag_s: f64| {
+            let without = errors(0.0, lag_s).1.max(f64::MIN_POSITIVE);
+            errors(lag_s, lag_s).1 / without
         };
         let lags_s = (0..=LAG_STEPS)
             .map(|step| MOST_LAG * period_s * f64::from(step) / f64::from(LAG_STEPS));
-        let left: Vec<(f64, f64)> = lags_s.map(|lag_s| (lag_s, errors(lag_s).1)).collect();
-        let (mean_error, rms_error) = errors(0.0);
+        let left: Vec<(f64, f64)> = lags_s.map(|lag_s| (lag_s, left(lag_s))).collect();
+        let (mean_error, rms_error) = errors(0.0, 0.0);
+        let asked_range = range(points.iter().map(|(t_s, _)| asked(*t_s)));
+        let moves = asked_range[0] < asked_range[1];
         Some(Self {
-            asked: range(points.iter().map(|(t_s, _)| asked(*t_s))),
+            asked: asked_range,
             reached: range(points.iter().map(|(_, reached)| *reached)),
             mean_error,
             rms_error,
-            lag_s: least(&left),
+            lag_s: moves.then(|| least(&left)).flatten(),
         })
     }
 }
 
-/// Of lags and what they leave the one that is meant.
+/// Of lags and the part of the error that they leave the one that is meant.
 fn least(left: &[(f64, f64)]) -> Option<f64> {
     let [least, most] = range(left.iter().map(|(_, rms)| *rms));
     if most < WORSE * least {
@@ -229,6 +236,21 @@ mod tests {
         let late = |t_s: f64| sines(t_s - 5e-3);
         let followed = Followed::of(&points(&late), sines, 1.0).expect("points");
         assert_eq!(followed.lag_s, Some(5e-3));
+    }
+
+    #[test]
+    fn what_does_not_move_is_not_late_and_a_jump_to_the_first_value_is_no_lag() {
+        let steps = (0..2000).map(|step| 5e-4 * f64::from(step) + 5e-5);
+        // From 0 at rest to the first value in 3 ms, and from the last one back at the end.
+        let course = |t_s: f64| 0.1 * t_s.rem_euclid(1.0);
+        let reached = |t_s: f64| course(t_s) + 0.05 * (-t_s / 1e-3).exp();
+        let points: Vec<(f64, f64)> = steps.map(|t_s| (t_s, reached(t_s))).collect();
+        let at = |asked: &dyn Fn(f64) -> f64| {
+            let followed = Followed::of(&points, asked, 1.0);
+            followed.expect("points").lag_s
+        };
+        assert_eq!(at(&course), Some(0.0));
+        assert_eq!(at(&|_| 0.0), None);
     }
 
     #[test]
