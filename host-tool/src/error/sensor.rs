@@ -65,12 +65,17 @@ pub enum SensorFault {
 pub(super) fn sensor_advice(error: &SensorError) -> &'static str {
     let counts = &error.counts;
     let read = counts.asked - counts.missing.min(counts.asked);
-    match read > 0 && counts.clipped == read {
-        true => {
+    let is_frozen = read > 0 && counts.clipped == read;
+    match (is_frozen, counts.repeated > counts.without_weight() / 2) {
+        (true, _) => {
             "all that it read is one number while the mirror moved: is it frozen, slower than the mirror, or is its spot beside the plate? Look at \
              what it reads as you move the mirror with `host-tool set-z`. The board has the calibration of before"
         }
-        false => {
+        (false, true) => {
+            "does it stall, or does what passes its readings on? Each reading is to be of the moment in which it is read; see with `host-tool record`. The board \
+             has the calibration of before"
+        }
+        (false, false) => {
             "look at what it reads with `host-tool record`: is its spot on the plate, and its range from below the mirror's rest to beyond its \
              highest drive? The board has the calibration of before"
         }
@@ -85,22 +90,24 @@ mod tests {
 
     #[test]
     fn a_sensor_that_reads_one_number_is_told_as_frozen() {
-        let advice = |missing, outlying, clipped| {
+        let advice = |missing, outlying, repeated, clipped| {
             sensor_advice(&SensorError {
                 experiment: "sine_20".to_owned(),
                 counts: ReadingCounts {
                     asked: 300,
                     missing,
                     outlying,
+                    repeated,
                     clipped,
                 },
             })
         };
-        for (missing, outlying, clipped) in [(0, 0, 300), (100, 0, 200)] {
-            assert!(advice(missing, outlying, clipped).contains("is it frozen"));
+        for (missing, clipped) in [(0, 300), (100, 200)] {
+            assert!(advice(missing, 0, 0, clipped).contains("is it frozen"));
         }
         for (missing, outlying, clipped) in [(0, 10, 200), (300, 0, 0)] {
-            assert!(advice(missing, outlying, clipped).contains("its range from below"));
+            assert!(advice(missing, outlying, 0, clipped).contains("its range from below"));
         }
+        assert!(advice(0, 0, 158, 0).contains("does it stall"));
     }
 }

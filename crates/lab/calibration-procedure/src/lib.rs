@@ -11,7 +11,7 @@
 //! 7. check that the mirror does what it did at first, and doubt the refined one where it is worse than the one before, or
 //!    than its own residuals promise.
 //!
-//! A reading of the sensor that is missing, stands alone or stands at an end of its range bears no weight anywhere.
+//! A reading of the sensor that is missing, stands alone, stays the same while the mirror is driven on, or stands at an end of its range bears no weight anywhere.
 
 mod bench;
 mod doubt;

@@ -1,8 +1,11 @@
-//! Which of a sensor's readings bear weight: all but those that are missing, stand alone beside their neighbours, or stand at an
-//! end of the sensor's range.
+//! Which of a sensor's readings bear weight: all but those that are missing, stand alone beside their neighbours, stay the same while
+//! the mirror is driven on, or stand at an end of the sensor's range.
+
+use std::fmt;
+use std::ops::Range;
 
 use experiments::Reading;
-use measurement::{MeasurementFile, Row, median_and_deviation};
+use measurement::{MeasurementFile, Row, median, median_and_deviation};
 use serde::Serialize;
 
 /// Readings on each side that one is held against (Hampel's identifier).
@@ -16,10 +19,12 @@ const SCATTERS: f64 = 6.0;
 const NORMAL: f64 = 1.4826;
 /// The least scatter that is known of a sensor (um), where its noise is not: its last digit.
 const LEAST_NOISE_UM: f64 = 1e-3;
-/// So many readings that are the same to the last digit, at drives that differ, stand at an end of the sensor's range.
+/// So many readings that are the same to the last digit, at drives that differ, stand at an end of the sensor's range, or still.
 const SAME: usize = 8;
 /// Drives that differ by more than this move a mirror by more than a last digit (V).
 const MOVES_V: f64 = 0.02;
+/// A sensor stalls where a reading stays so many times as long as it usually does. A choice.
+const STALLED: f64 = 4.0;
 /// The part of an experiment's readings that may bear no weight. With more, what the mirror does between them is a guess.
 pub(crate) const MOST_WITHOUT: f64 = 0.2;
 
@@ -32,6 +37,8 @@ pub struct ReadingCounts {
     pub missing: usize,
     /// Far from their neighbours on both sides.
     pub outlying: usize,
+    /// The same as before while the mirror was driven on.
+    pub repeated: usize,
     /// At an end of the sensor's range.
     pub clipped: usize,
 }
@@ -39,8 +46,9 @@ pub struct ReadingCounts {
 /// Too few readings of an experiment bear weight.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "in `{experiment}`, of {} readings of the sensor {} are missing, {} stand alone and {} at an end of its range",
-    counts.asked, counts.missing, counts.outlying, counts.clipped
+    "in `{experiment}`, of {} readings of the sensor {} bear no weight: {counts}",
+    counts.asked,
+    counts.without_weight()
 )]
 pub struct SensorError {
     /// The experiment.
@@ -52,14 +60,36 @@ pub struct SensorError {
 impl ReadingCounts {
     /// Readings that bear no weight.
     pub fn without_weight(&self) -> usize {
-        self.missing + self.outlying + self.clipped
+        self.missing + self.outlying + self.repeated + self.clipped
     }
 
     pub(crate) fn add(&mut self, more: Self) {
         self.asked += more.asked;
         self.missing += more.missing;
         self.outlying += more.outlying;
+        self.repeated += more.repeated;
         self.clipped += more.clipped;
+    }
+}
+
+/// What of them bears no weight, and why.
+impl fmt::Display for ReadingCounts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            missing,
+            outlying,
+            repeated,
+            clipped,
+            ..
+        } = self;
+        write!(
+            f,
+            "{missing} missing, {outlying} alone beside their neighbours, "
+        )?;
+        write!(
+            f,
+            "{repeated} the same as before while the mirror was driven on, {clipped} at an end of its range"
+        )
     }
 }
 
@@ -67,13 +97,16 @@ impl ReadingCounts {
 pub(crate) fn screen(file: &mut MeasurementFile, reading: Reading) -> ReadingCounts {
     let noise_um = file.keys.displacement_noise_um().unwrap_or(0.0);
     let scatter_um = noise_um.max(LEAST_NOISE_UM);
-    let clipped = clipped(&file.rows);
+    let Unmoved { clipped, repeated } = Unmoved::of(&file.rows);
     let mut counts = ReadingCounts {
         asked: file.rows.len(),
         ..ReadingCounts::default()
     };
     for index in clipped {
         counts.clipped += usize::from(file.rows[index].z_um.take().is_some());
+    }
+    for index in repeated {
+        counts.repeated += usize::from(file.rows[index].z_um.take().is_some());
     }
     // One reading a dwell has no neighbours of its own place.
     if reading != Reading::EndOfDwell {
@@ -82,7 +115,7 @@ pub(crate) fn screen(file: &mut MeasurementFile, reading: Reading) -> ReadingCou
         }
     }
     let without = file.rows.iter().filter(|row| row.z_um.is_none()).count();
-    counts.missing = without - counts.clipped - counts.outlying;
+    counts.missing = without - counts.clipped - counts.repeated - counts.outlying;
     counts
 }
 
@@ -106,27 +139,73 @@ fn outlying(rows: &[Row], scatter_um: f64) -> Vec<usize> {
     places.map(|place| read[place].0).collect()
 }
 
-/// Rows of readings that stay at the file's lowest or highest while the drive does not.
-fn clipped(rows: &[Row]) -> Vec<usize> {
-    let read = || rows.iter().filter_map(|row| row.z_um);
-    let ends = [
-        read().fold(f64::INFINITY, f64::min),
-        read().fold(f64::NEG_INFINITY, f64::max),
-    ];
-    let drive_v = |row: &Row| row.voltage_v.iter().sum::<f64>() / row.voltage_v.len() as f64;
-    let mut clipped = Vec::new();
-    for end_um in ends {
-        let mut first = 0;
-        for run in rows.chunk_by(|a, b| (a.z_um == Some(end_um)) == (b.z_um == Some(end_um))) {
-            let drives = || run.iter().map(drive_v);
-            let span_v = drives().fold(f64::MIN, f64::max) - drives().fold(f64::MAX, f64::min);
-            if run[0].z_um == Some(end_um) && run.len() >= SAME && span_v > MOVES_V {
-                clipped.extend(first..first + run.len());
-            }
-            first += run.len();
+/// Readings that stay the same while the drive does not.
+struct Unmoved {
+    /// At the file's lowest or highest.
+    clipped: Vec<usize>,
+    /// Between them, or at them where it stays elsewhere, too.
+    repeated: Vec<usize>,
+}
+
+impl Unmoved {
+    fn of(rows: &[Row]) -> Self {
+        let read = || rows.iter().filter_map(|row| row.z_um);
+        let ends = [
+            read().fold(f64::INFINITY, f64::min),
+            read().fold(f64::NEG_INFINITY, f64::max),
+        ];
+        let is_end = |run: &Range<usize>| rows[run.start].z_um.is_some_and(|um| ends.contains(&um));
+        let runs = driven_runs(rows);
+        // A sensor that holds each reading for a while is as slow all the time, and does not stall.
+        let lengths: Vec<f64> = runs.iter().map(|run| run.len() as f64).collect();
+        let usual = if lengths.is_empty() {
+            1.0
+        } else {
+            median(lengths)
+        };
+        let is_long = |run: &Range<usize>| run.len() as f64 >= STALLED * usual;
+        let (ends, between): (Vec<_>, Vec<_>) = runs
+            .into_iter()
+            .filter(|run| run.len() >= SAME && moves(&rows[run.clone()]))
+            .partition(is_end);
+        let between: Vec<_> = between.into_iter().filter(is_long).collect();
+        if between.is_empty() {
+            return Self {
+                clipped: ends.into_iter().flatten().collect(),
+                repeated: Vec::new(),
+            };
+        }
+        Self {
+            clipped: Vec::new(),
+            repeated: ends.into_iter().chain(between).flatten().collect(),
         }
     }
-    clipped
+}
+
+/// Readings in a row that are the same, alone or with others, wherever the drive changes.
+fn driven_runs(rows: &[Row]) -> Vec<Range<usize>> {
+    let mut first = 0;
+    let runs = rows.chunk_by(|a, b| a.z_um == b.z_um).map(|run| {
+        first += run.len();
+        first - run.len()..first
+    });
+    let is_driven = |run: &Range<usize>| {
+        let to = (run.end + 1).min(rows.len());
+        rows[run.start].z_um.is_some() && drive_span_v(&rows[run.start..to]) > 0.0
+    };
+    runs.filter(is_driven).collect()
+}
+
+fn moves(run: &[Row]) -> bool {
+    drive_span_v(run) > MOVES_V
+}
+
+fn drive_span_v(rows: &[Row]) -> f64 {
+    let drives_v = || {
+        rows.iter()
+            .map(|row| row.voltage_v.iter().sum::<f64>() / row.voltage_v.len() as f64)
+    };
+    drives_v().fold(f64::MIN, f64::max) - drives_v().fold(f64::MAX, f64::min)
 }
 
 #[cfg(test)]
@@ -159,6 +238,7 @@ mod tests {
             asked: 1000,
             missing,
             outlying,
+            repeated: 0,
             clipped,
         }
     }
@@ -205,6 +285,25 @@ mod tests {
             "{found:?}"
         );
         assert!(found.without_weight() as f64 > MOST_WITHOUT * 1000.0);
+    }
+
+    /// Each reading held as `held` says, by the index of the one that is held.
+    fn holding(held: impl Fn(usize) -> usize) -> ReadingCounts {
+        let sound = sine(|_, um| Some(um));
+        let mut file = sine(|index, _| sound.rows[held(index)].z_um);
+        screen(&mut file, EVENLY)
+    }
+
+    #[test]
+    fn a_sensor_that_stalls_is_told_from_one_at_the_end_of_its_range() {
+        // For 60 of each 200 readings, on the way, at the top or at the bottom.
+        let found = holding(|index| index - (index % 200).saturating_sub(140));
+        assert_eq!((found.repeated, found.clipped), (5 * 60, 0), "{found:?}");
+    }
+
+    #[test]
+    fn a_sensor_that_is_slow_all_the_time_does_not_stall() {
+        assert_eq!(holding(|index| index - index % 12), counts(0, 0, 0));
     }
 
     #[test]

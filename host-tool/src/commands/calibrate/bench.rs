@@ -23,7 +23,7 @@ pub(super) struct OnTrial<'a> {
     pub(super) keep: Option<&'a Path>,
     /// Whether files there are replaced.
     pub(super) force: bool,
-    /// Numbers that the sensor sent last among its readings.
+    /// Numbers of the sensor that are no readings.
     pub(super) impossible: Impossible,
 }
 
@@ -66,7 +66,7 @@ impl Procedures for OnTrial<'_> {
             Part::After => format!("{}, after", experiment.name),
         };
         let measured = self.bench.measure(&experiment.clone().named(&shown)).await;
-        self.impossible = measured.impossible;
+        self.impossible = self.impossible.and(measured.impossible);
         if let Some(kept) = kept {
             kept.write(&measured.file.to_string())?;
         }
@@ -99,7 +99,13 @@ impl Procedures for OnTrial<'_> {
 pub(super) fn by_unit(impossible: Impossible, error: ToolError) -> ToolError {
     let is_of_sensor = matches!(
         error,
-        ToolError::SensorTravel(_) | ToolError::SensorReadings(_) | ToolError::Drift(_)
+        ToolError::SensorTravel(_)
+            | ToolError::SensorReadings(_)
+            | ToolError::Drift(_)
+            | ToolError::Tabulate(_)
+            | ToolError::Runaway(_)
+            | ToolError::Refine(_)
+            | ToolError::Doubt(_)
     );
     match is_of_sensor && impossible.is_of_another_unit() {
         false => error,
@@ -114,6 +120,7 @@ pub(super) fn by_unit(impossible: Impossible, error: ToolError) -> ToolError {
 
 #[cfg(test)]
 mod tests {
+    use calibration::TabulateError;
     use calibration_procedure::TravelError;
 
     use super::*;
@@ -122,11 +129,13 @@ mod tests {
     fn a_sensor_of_another_unit_is_not_judged_by_what_is_left_of_it() {
         let said = |impossible, error: ToolError| by_unit(impossible, error).to_string();
         let reversed = || ToolError::from(TravelError::Reversed(727.0));
-        let nm = Impossible::among(&[(0.0, 12_000.0), (1.0, 164_000.0)]);
+        let numbers =
+            (0..8).map(|second| (f64::from(second), 12_000.0 + 20_000.0 * f64::from(second)));
+        let nm = Impossible::among(&numbers.collect::<Vec<_>>());
         let told = said(nm, reversed());
         assert!(
-            told.contains("another unit than micrometres: 2 of its numbers")
-                && told.contains("up to 164000,"),
+            told.contains("another unit than micrometres: 8 of its numbers")
+                && told.contains("up to 152000,"),
             "{told}"
         );
         assert_eq!(
@@ -134,6 +143,11 @@ mod tests {
             reversed().to_string(),
             "it counts the other way round"
         );
+        let falls = TabulateError::NotRising {
+            from_v: 0.479,
+            to_v: 0.492,
+        };
+        assert!(said(nm, falls.into()).contains("another unit"));
         let other = || ToolError::Interrupted;
         assert_eq!(said(nm, other()), other().to_string());
     }

@@ -124,8 +124,9 @@ impl fmt::Display for CalibrateReport {
         if counts.without_weight() > 0 {
             writeln!(
                 f,
-                "sensor     of {} readings {} were missing, {} stood alone and {} at an end of its range: they bore no weight",
-                counts.asked, counts.missing, counts.outlying, counts.clipped
+                "sensor     of {} readings {} bore no weight: {counts}",
+                counts.asked,
+                counts.without_weight()
             )?;
         }
         let files = [

@@ -14,6 +14,9 @@ pub(super) fn is_possible(um: f64) -> bool {
 /// Beyond this a number stands for none, as 9.91E37 does; a centimetre in nanometres is far below.
 const NO_READING_UM: f64 = 1e9;
 
+/// Fewer are glitches.
+const OF_A_UNIT: usize = 8;
+
 /// Numbers of a sensor that are no readings of a mirror.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Impossible {
@@ -41,9 +44,33 @@ impl Impossible {
             })
     }
 
+    /// These and those.
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self {
+            numbers: self.numbers + other.numbers,
+            smallest_um: self.smallest_um.min(other.smallest_um),
+            largest_um: self.largest_um.max(other.largest_um),
+        }
+    }
+
+    /// Takes them out of rows that were read already.
+    pub(super) fn out_of(file: &mut MeasurementFile) -> Self {
+        let read = file
+            .rows
+            .iter()
+            .filter_map(|row| Some((row.t_s, row.z_um?)));
+        let found = Self::among(&read.collect::<Vec<_>>());
+        for row in &mut file.rows {
+            row.z_um = row.z_um.filter(|um| is_possible(*um));
+        }
+        found
+    }
+
     /// Whether they move as a mirror does: what a sensor sends where it has lost one is the same number each time, or much larger.
     pub(crate) fn is_of_another_unit(&self) -> bool {
-        self.smallest_um < self.largest_um && self.largest_um < NO_READING_UM
+        self.numbers >= OF_A_UNIT
+            && self.smallest_um < self.largest_um
+            && self.largest_um < NO_READING_UM
     }
 }
 
@@ -235,15 +262,17 @@ mod tests {
         };
         // From rest to 160 um, in nm, and the other way round.
         for sign in [1.0, -1.0] {
-            let nm = of(&[0.0, 20.0, 4e4, 1.6e5].map(|um| sign * um));
-            assert_eq!((nm.numbers, nm.largest_um), (2, 1.6e5));
+            let nm: Vec<f64> = (0..=16).map(|step| sign * 1e4 * f64::from(step)).collect();
+            let nm = of(&nm);
+            assert_eq!((nm.numbers, nm.largest_um), (15, 1.6e5));
             assert!(nm.is_of_another_unit());
         }
         for lost in [
             &[1.0, 2.0][..],
-            &[1.0, 9.91e37, 9.91e37],
+            &[9.91e37; 20],
             &[-1e30, 9.91e37],
-            &[32_767.0, 32_767.0, 12.0],
+            &[32_767.0; 20],
+            &[12_000.0, 13_000.0, 12.0],
         ] {
             assert!(!of(lost).is_of_another_unit(), "{lost:?}");
         }

@@ -175,7 +175,7 @@ impl Sensor {
         file: &mut MeasurementFile,
     ) -> Result<Impossible, ToolError> {
         let (path, readings): (_, Vec<_>) = match self {
-            Self::Board => return Ok(Impossible::NONE),
+            Self::Board => return Ok(Impossible::out_of(file)),
             Self::Serial(serial) => match serial.take() {
                 Some(readings) => (&serial.path, readings),
                 None => return Ok(Impossible::NONE),
