@@ -65,7 +65,7 @@ impl Room {
 /// As the line of a report.
 pub(super) fn line(room: Option<&Room>) -> String {
     room.map_or_else(
-        || "unknown until `host-tool calibrate` measures the heaters' resistances".to_owned(),
+        || "unknown: the calibration in use does not tell it; `host-tool calibrate` measures it, or says why it cannot".to_owned(),
         Room::to_string,
     )
 }

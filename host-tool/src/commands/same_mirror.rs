@@ -1,9 +1,10 @@
-//! Whether a calibration is of the mirror on the board: its heaters tell, hardly driven, by what their resistances differ from each other.
+//! Whether a calibration or a session is of the mirror on the board: its heaters tell, hardly driven, by what their resistances differ from each other.
 
 use std::path::Path;
 
-use calibration_procedure::Heaters;
+use calibration_procedure::{Drift, Heaters};
 use control_core::Calibration;
+use measurement::Session;
 use mirror_protocol::Refusal;
 use quantities::Span;
 
@@ -31,26 +32,20 @@ pub(super) async fn check(
     let Some(there) = Heaters::at_rest(calibration) else {
         return Ok(());
     };
-    let differ = match differ(board, &there).await {
-        Err(
-            ToolError::Tripped { .. }
-            | ToolError::Refused {
-                refusal: Refusal::Tripped { .. },
-                ..
-            },
-        ) => {
+    let here = match differ(board, &there).await {
+        Err(error) if is_tripped(&error) => {
             say(format_args!(
                 "warning: whether {} is of the mirror on this board is not known, for the board has turned itself off; `host-tool clear`, and load it again",
                 file.display()
             ));
             return Ok(());
         }
-        differ => differ?,
+        here => here?,
     };
-    differ.map_or(Ok(()), |(actuator, here)| {
+    here.map_or(Ok(()), |(actuator, _, here)| {
         Err(UnusableInput::OtherMirror {
             file: file.to_owned(),
-            actuator,
+            actuator: actuator + 1,
             there_ohm: there.0,
             here_ohm: here.0,
         }
@@ -58,21 +53,59 @@ pub(super) async fn check(
     })
 }
 
-/// The actuator, from 1, whose heater differs from the others otherwise than `there`, and what all have here. Heaters that were driven are
-/// waited for.
-async fn differ(board: &Board, there: &Heaters) -> Result<Option<(usize, Heaters)>, ToolError> {
+/// Whether a session is of the mirror on the board, whose channels are off afterwards: before it is driven as far as a calibration drives it, for
+/// the board may take another mirror's heaters for too warm. One that has tripped is not asked.
+///
+/// # Errors
+/// As [`check`].
+pub(super) async fn check_session(board: &Board, session: &Session) -> Result<(), ToolError> {
+    let Some(there) = Heaters::hardly_driven(session) else {
+        return Ok(());
+    };
+    let here = match differ(board, &there).await {
+        Err(error) if is_tripped(&error) => None,
+        here => here?,
+    };
+    board.off().await?;
+    here.map_or(Ok(()), |(actuator, there_ohm, here)| {
+        Err(Drift::OtherMirror {
+            actuator: actuator + 1,
+            there_ohm,
+            here_ohm: here.0[actuator],
+        }
+        .into())
+    })
+}
+
+fn is_tripped(error: &ToolError) -> bool {
+    matches!(
+        error,
+        ToolError::Tripped { .. }
+            | ToolError::Refused {
+                refusal: Refusal::Tripped { .. },
+                ..
+            }
+    )
+}
+
+/// The actuator whose heater differs from the others otherwise than `there`, what it has there as warm as here, and what all have here (ohm).
+/// Heaters that were driven are waited for.
+async fn differ(
+    board: &Board,
+    there: &Heaters,
+) -> Result<Option<(usize, f64, Heaters)>, ToolError> {
     if there.differ(&read(board).await?).is_none() {
         return Ok(None);
     }
     note(format_args!(
-        "the heaters differ from each other otherwise than in the file: they are read again when they have cooled, in {COOLED}"
+        "the heaters differ from each other otherwise than in what was measured: they are read again when they have cooled, in {COOLED}"
     ));
     let off = board.off().await?;
     board.wait(off.tick, COOLED).await?;
     let here = read(board).await?;
     Ok(there
         .differ(&here)
-        .map(|(actuator, ..)| (actuator + 1, here)))
+        .map(|(actuator, there_ohm, _)| (actuator, there_ohm, here)))
 }
 
 async fn read(board: &Board) -> Result<Heaters, ToolError> {

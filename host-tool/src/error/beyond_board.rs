@@ -17,7 +17,8 @@ pub enum BeyondBoard {
         "{asked} is out of reach: the mirror rests at {lowest} in this room, which is warmer than at calibration; nothing was moved"
     )]
     #[diagnostic(help(
-        "a heater cannot cool: the nearest position that can be reached is {lowest}; `host-tool explain room-warm`"
+        "a heater cannot cool: the nearest position that can be reached is {lowest}; `host-tool explain room-warm`. Where `calibration-drifted` is told, too, \
+         a heater has changed and not the room: calibrate again"
     ))]
     PositionBelowRoom { asked: Length, lowest: Length },
 

@@ -1,6 +1,7 @@
 //! What a board refuses, and for which fault, in words: why, and what to do.
 
 use mirror_protocol::{Flaw, PROTOCOL_VERSION, Refusal};
+use protection::Fault;
 
 use crate::names::fault_name;
 
@@ -65,9 +66,15 @@ pub(super) fn refusal_advice(refusal: Refusal) -> String {
 }
 
 pub(super) fn fault_advice(fault: u8) -> String {
+    let exchanged = match Fault::from_code(fault) {
+        Some(Fault::OverTemperature) => {
+            ". A mirror in the place of another whose heaters have less ohm is calibrated with `--cold-resistance`"
+        }
+        _ => "",
+    };
     format!(
         "`host-tool explain {}` tells its cause and remedy; `host-tool clear` lets the board be \
-         driven again",
+         driven again{exchanged}",
         fault_name(fault)
     )
 }

@@ -1,10 +1,14 @@
 //! What tells a mirror from others: by what its heaters' resistances differ from each other.
 
+use std::ops::RangeInclusive;
+
 use control_core::{CHANNELS, Calibration};
-use measurement::{Row, median};
+use measurement::{Row, Session, median};
 
 /// Rows of a drive about half the highest tell them: films there are as warm in any room, and currents are large.
-const HALF: std::ops::RangeInclusive<f64> = 0.45..=0.55;
+const HALF: RangeInclusive<f64> = 0.45..=0.55;
+/// Those of drives so small, as parts of the highest, tell what heaters have when they are hardly warm: a twentieth of the highest power.
+const HARDLY: RangeInclusive<f64> = 0.1..=0.22;
 /// By so large a part they differ at most between two measurements of one mirror: 0.4 % for currents that two boards sense (a gain of 1 % each,
 /// `docs/board.md`, of which the four have most in common), and as much for heat that is not at rest. Mirrors of one kind differ by 3 %.
 const SAME: f64 = 0.01;
@@ -23,13 +27,30 @@ impl Heaters {
 
     /// What rows tell; nothing where none has all four currents at half the highest drive.
     pub(crate) fn of<'a>(rows: impl Iterator<Item = &'a Row> + Clone) -> Option<Self> {
+        Self::within(HALF, rows)
+    }
+
+    /// What a session tells of them hardly warm, about as they are at rest; nothing where none of its rows has all four currents at such a drive.
+    pub fn hardly_driven(session: &Session) -> Option<Self> {
+        let rows = session.files.iter().flat_map(|(_, file)| &file.rows);
+        Self::within(HARDLY, rows)
+    }
+
+    /// What rows tell whose drives are all within these parts of the highest that all four have.
+    fn within<'a>(
+        parts: RangeInclusive<f64>,
+        rows: impl Iterator<Item = &'a Row> + Clone,
+    ) -> Option<Self> {
         let lowest_v = |row: &Row| row.voltage_v.into_iter().fold(f64::INFINITY, f64::min);
         let most_v = rows.clone().map(lowest_v).fold(0.0, f64::max);
-        let is_half = |row: &&Row| {
-            HALF.contains(&(lowest_v(row) / most_v)) && HALF.contains(&(row.highest_v() / most_v))
+        let is_within = |row: &&Row| {
+            let drives_v = [lowest_v(row), row.highest_v()];
+            drives_v
+                .iter()
+                .all(|volts| parts.contains(&(volts / most_v)))
         };
         let mut told: [Vec<f64>; CHANNELS] = Default::default();
-        for row in rows.filter(is_half) {
+        for row in rows.filter(is_within) {
             let each = row.voltage_v.into_iter().zip(row.current_a);
             for (told, (drive_v, current_a)) in told.iter_mut().zip(each) {
                 told.extend(current_a.filter(|a| *a > 0.0).map(|a| drive_v / a));
@@ -54,6 +75,7 @@ impl Heaters {
 mod tests {
     use super::*;
     use control_core::Ohm;
+    use measurement::MeasurementFile;
     use mirror_model::{Model, Preset};
 
     /// A sweep and back of heaters with these resistances when cold, in a room where they have so many times as much.
@@ -117,6 +139,24 @@ mod tests {
         }
         let ohm = at_rest(parts).expect("measured").0[0];
         assert!((ohm - 343.0).abs() < 1.0, "{ohm}");
+    }
+
+    #[test]
+    fn heaters_that_are_hardly_driven_tell_what_they_have_at_rest() {
+        let cold_ohm = [357.0, 376.0, 363.0, 347.0];
+        let file = MeasurementFile {
+            rows: swept(cold_ohm, 1.0),
+            ..MeasurementFile::default()
+        };
+        let session = Session {
+            files: vec![("sweep.csv".to_owned(), file)],
+        };
+        let told = Heaters::hardly_driven(&session).expect("currents at a small drive");
+        for (told, cold) in told.0.iter().zip(cold_ohm) {
+            // 0.02 times 0.6 V squared.
+            assert!((told / cold - 1.0).abs() < 0.01, "{told} {cold}");
+        }
+        assert_eq!(Heaters::hardly_driven(&Session::default()), None);
     }
 
     #[test]

@@ -4,6 +4,7 @@
 
 mod bench;
 mod report;
+mod room_unknown;
 
 use std::path::{Path, PathBuf};
 
@@ -20,6 +21,7 @@ use mirror_protocol::CalibrationUse;
 
 use self::bench::{OnTrial, by_unit, kept_as};
 use self::report::{CalibrateReport, Written};
+use self::room_unknown::RoomUnknown;
 use crate::board::Board;
 use crate::cli::Calibrate;
 use crate::commands::interrupt::Interrupt;
@@ -31,7 +33,7 @@ use crate::commands::measure::readings::Impossible;
 use crate::commands::measure::run::Bench;
 use crate::commands::measure::sensor::Sensor;
 use crate::commands::range_end::RangeEnd;
-use crate::commands::{calibrate_sense, status};
+use crate::commands::{calibrate_sense, same_mirror, status};
 use crate::error::{OutputError, SensorFault, ToolError};
 use crate::new_file::{NewFile, apart};
 use crate::report::{decimal, print};
@@ -71,6 +73,13 @@ async fn calibrate(board: &Board, ask: Calibrate, json: bool) -> Result<(), Tool
         Err(error) if ask.cold_resistance.is_some() => return Err(fall_back(board, error).await),
         bench => bench?,
     };
+    if let Source::Files(session) = &source
+        && let Err(error) = Interrupt::listen()?
+            .or(same_mirror::check_session(board, session))
+            .await
+    {
+        return Err(fall_back(board, error).await);
+    }
     let mut on_trial = OnTrial {
         bench,
         board,
@@ -331,6 +340,7 @@ fn report(
         refined_rms_um: calibrated.refined_rms_um,
         rest_um: calibrated.rest_um,
         tilt_uncertainty_deg: tilt_uncertainty_deg(&calibrated.calibration),
+        room_unknown: RoomUnknown::of(&calibrated.calibration, calibrated.refined_rms_um.is_some()),
         range,
         moved_um: calibrated.moved_um,
         readings: calibrated.readings,

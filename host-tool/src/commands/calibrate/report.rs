@@ -8,6 +8,7 @@ use control_core::design::COLD_RESISTANCE_TOLERANCE;
 use identification::Identification;
 use serde::Serialize;
 
+use super::room_unknown::RoomUnknown;
 use crate::commands::lab::Identified;
 use crate::commands::range_end::RangeEnd;
 use crate::report::row;
@@ -33,6 +34,8 @@ pub(super) struct CalibrateReport {
     /// millimetre tell (95 %): a sensor at one spot tells no tilt.
     pub(super) tilt_uncertainty_deg: f64,
     pub(super) range: RangeEnd,
+    /// Why the board does not tell the room under the new calibration; `None` where it does.
+    pub(super) room_unknown: Option<RoomUnknown>,
     /// By how much the mirror moved from the beginning to the end at the same drives; 0 where that is no more than any mirror does.
     pub(super) moved_um: f64,
     /// What the sensor read on the way, and what of it bore no weight.
@@ -91,6 +94,12 @@ impl fmt::Display for CalibrateReport {
             )?;
         }
         write!(f, "{}", self.range)?;
+        if let Some(why) = &self.room_unknown {
+            writeln!(
+                f,
+                "room       not told under this calibration, and positions are not compensated for it: {why}"
+            )?;
+        }
         if self.rest_um != 0.0 {
             writeln!(
                 f,
