@@ -306,8 +306,8 @@ pub enum ToolError {
 
     #[error(transparent)]
     #[diagnostic(help(
-        "is the sensor looking at the mirror, and does the mirror move? A room or air that changes meanwhile does this, too: calibrate again \
-         where both stay as they are"
+        "in this order: is the sensor looking at the mirror, and does the mirror move? Is the sensor late, as one is that averages? Name with \
+         --sensor-lag by how much, and calibrate again. Did room or air change meanwhile? Calibrate again where both stay as they are"
     ))]
     Refine(#[from] calibration::RefineError),
 
