@@ -29,7 +29,10 @@ fn session(config: &MirrorConfig, folder: &Path) {
 
 /// A board with this mirror, and a session that was measured of it.
 fn with_a_session(config: &MirrorConfig) -> Bench {
-    let bench = Bench::emulated(config.clone());
+    having_a_session(config, Bench::emulated(config.clone()))
+}
+
+fn having_a_session(config: &MirrorConfig, bench: Bench) -> Bench {
     session(config, &bench.directory().join("session"));
     bench
 }
@@ -215,7 +218,9 @@ fn board(bench: &mut Bench) -> &mut EmulatedBoard {
 #[test]
 #[ignore = "long"]
 fn what_is_cut_short_leaves_the_calibration_of_before() {
-    let mut bench = with_a_session(&MirrorConfig::draw(Family::B, 77));
+    let config = MirrorConfig::draw(Family::B, 77);
+    // It can be killed.
+    let mut bench = having_a_session(&config, Bench::with_flash(config.clone(), None));
 
     let begun = on_trial(&bench);
     interrupt(&begun.0);

@@ -5,7 +5,7 @@ use std::fmt;
 use std::ops::Range;
 
 use experiments::Reading;
-use measurement::{MeasurementFile, Row, median, median_and_deviation};
+use measurement::{MeasurementFile, Row, median_and_deviation};
 use serde::Serialize;
 
 /// Readings on each side that one is held against (Hampel's identifier).
@@ -23,8 +23,6 @@ const LEAST_NOISE_UM: f64 = 1e-3;
 const SAME: usize = 8;
 /// Drives that differ by more than this move a mirror by more than a last digit (V).
 const MOVES_V: f64 = 0.02;
-/// A sensor stalls where a reading stays so many times as long as it usually does. A choice.
-const STALLED: f64 = 4.0;
 /// The part of an experiment's readings that may bear no weight. With more, what the mirror does between them is a guess.
 pub(crate) const MOST_WITHOUT: f64 = 0.2;
 
@@ -155,57 +153,42 @@ impl Unmoved {
             read().fold(f64::NEG_INFINITY, f64::max),
         ];
         let is_end = |run: &Range<usize>| rows[run.start].z_um.is_some_and(|um| ends.contains(&um));
-        let runs = driven_runs(rows);
-        // A sensor that holds each reading for a while is as slow all the time, and does not stall.
-        let lengths: Vec<f64> = runs.iter().map(|run| run.len() as f64).collect();
-        let usual = if lengths.is_empty() {
-            1.0
-        } else {
-            median(lengths)
-        };
-        let is_long = |run: &Range<usize>| run.len() as f64 >= STALLED * usual;
+        let runs = runs(rows);
+        // A sensor that is coarse, or slow, repeats itself wherever the mirror stands, as it does where a drive leads the beams' lag.
+        let is_fine = 2 * runs.iter().filter(|run| run.len() == 1).count() >= read().count();
         let (ends, between): (Vec<_>, Vec<_>) = runs
             .into_iter()
             .filter(|run| run.len() >= SAME && moves(&rows[run.clone()]))
             .partition(is_end);
-        let between: Vec<_> = between.into_iter().filter(is_long).collect();
-        if between.is_empty() {
-            return Self {
+        match is_fine && !between.is_empty() {
+            true => Self {
+                clipped: Vec::new(),
+                repeated: ends.into_iter().chain(between).flatten().collect(),
+            },
+            false => Self {
                 clipped: ends.into_iter().flatten().collect(),
                 repeated: Vec::new(),
-            };
-        }
-        Self {
-            clipped: Vec::new(),
-            repeated: ends.into_iter().chain(between).flatten().collect(),
+            },
         }
     }
 }
 
-/// Readings in a row that are the same, alone or with others, wherever the drive changes.
-fn driven_runs(rows: &[Row]) -> Vec<Range<usize>> {
+/// Readings in a row that are the same, alone or with others.
+fn runs(rows: &[Row]) -> Vec<Range<usize>> {
     let mut first = 0;
     let runs = rows.chunk_by(|a, b| a.z_um == b.z_um).map(|run| {
         first += run.len();
         first - run.len()..first
     });
-    let is_driven = |run: &Range<usize>| {
-        let to = (run.end + 1).min(rows.len());
-        rows[run.start].z_um.is_some() && drive_span_v(&rows[run.start..to]) > 0.0
-    };
-    runs.filter(is_driven).collect()
+    runs.filter(|run| rows[run.start].z_um.is_some()).collect()
 }
 
 fn moves(run: &[Row]) -> bool {
-    drive_span_v(run) > MOVES_V
-}
-
-fn drive_span_v(rows: &[Row]) -> f64 {
     let drives_v = || {
-        rows.iter()
+        run.iter()
             .map(|row| row.voltage_v.iter().sum::<f64>() / row.voltage_v.len() as f64)
     };
-    drives_v().fold(f64::MIN, f64::max) - drives_v().fold(f64::MAX, f64::min)
+    drives_v().fold(f64::MIN, f64::max) - drives_v().fold(f64::MAX, f64::min) > MOVES_V
 }
 
 #[cfg(test)]
@@ -302,8 +285,30 @@ mod tests {
     }
 
     #[test]
-    fn a_sensor_that_is_slow_all_the_time_does_not_stall() {
+    fn a_sensor_that_is_slow_or_coarse_does_not_stall() {
         assert_eq!(holding(|index| index - index % 12), counts(0, 0, 0));
+        // A move up in 2 ms, and a drive that falls by 0.1 V after it as the beams come after.
+        let row = |index: usize| {
+            let t_s = index as f64 * 1e-4;
+            let led = 0.1 * (-t_s / 0.05).exp();
+            let z_um = 60.0 * (1.0 - (-t_s / 5e-4).exp());
+            Row {
+                t_s,
+                voltage_v: [1.5 + led; 4],
+                z_um: Some((z_um * 4.0).round() / 4.0),
+                ..Row::default()
+            }
+        };
+        let end = |index: usize| Row {
+            z_um: Some(61.0),
+            ..row(index)
+        };
+        let mut file = MeasurementFile {
+            rows: (0..1000).map(row).chain([end(1000)]).collect(),
+            ..MeasurementFile::default()
+        };
+        let found = screen(&mut file, Reading::AfterSteps { rate_hz: 1e4 });
+        assert_eq!((found.repeated, found.clipped), (0, 0), "{found:?}");
     }
 
     #[test]

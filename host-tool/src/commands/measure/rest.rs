@@ -16,6 +16,8 @@ const OF_A_MEDIAN: f64 = 1.2533;
 #[derive(Debug, Default)]
 pub(super) struct Zero {
     pub(super) um: Option<f64>,
+    /// How far the mirror was from its rest meanwhile, by what the board knows of earlier drives (um).
+    pub(super) remembered_um: f64,
     /// The experiment has driven the mirror: where it drives nothing later on, the mirror is on its way to rest.
     is_driven: bool,
 }

@@ -139,9 +139,10 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Whether displacements count from where the mirror was at rest.
-    pub(crate) fn counts_from_rest(&self) -> bool {
-        self.zero.um.is_some()
+    /// How far from its rest the mirror was, by what the board knows of earlier drives, where displacements count from (um); `None` where they
+    /// count from the sensor's own zero.
+    pub(crate) fn counts_from_um(&self) -> Option<f64> {
+        self.zero.um.map(|_| self.zero.remembered_um)
     }
 
     /// These experiments are to come, and none between them: how much is left is told for all of them.

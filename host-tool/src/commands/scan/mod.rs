@@ -11,7 +11,6 @@ use calibration::PlatePose;
 use control_core::{Limit, Limits};
 use experiments::{Beginnings, Experiment, Run, Signal};
 use measurement::MeasurementFile;
-use mirror_protocol::Status;
 use quantities::{Hold, Span};
 use serde::Serialize;
 
@@ -25,7 +24,7 @@ use crate::commands::pose::reach;
 use crate::error::ToolError;
 use crate::names::{BANDWIDTH, limit_names, limited_line};
 use crate::new_file::NewFile;
-use crate::report::{self, decimal};
+use crate::report;
 use crate::verbosity::note;
 
 /// What a mirror remembers is told from here on (um): twice what positions at rest are right to, 0.05 um rms (docs/figures/positioning.md).
@@ -91,10 +90,10 @@ pub(super) async fn run(
     }
     let mut bench = Bench::open(board, Sensor::Board, None, json).await?;
     let mut measured = bench.measure(&experiment).await;
-    let counts_from_rest = bench.counts_from_rest();
+    let counts_from_um = bench.counts_from_um();
     bench.close();
-    if counts_from_rest {
-        count_from_calibrated_rest(board, &before, &mut measured.file).await;
+    if let Some(remembered_um) = counts_from_um {
+        count_from_calibrated_rest(board, remembered_um, &mut measured.file).await;
     }
     let tick_s = 1.0 / f64::from(tick_hz);
     for row in &mut measured.file.rows {
@@ -159,13 +158,12 @@ fn check_length(duration_s: f64, longest: Hold) -> Result<(), ToolError> {
 }
 
 /// Positions count from the calibration's rest, in its room. In a warmer one the mirror rests higher, by what the board knows of it once it was
-/// driven; and where it was driven before, by what it has not forgotten. What was measured is kept whatever the board answers.
-async fn count_from_calibrated_rest(board: &Board, before: &Status, file: &mut MeasurementFile) {
+/// driven; and where it was driven before, at `remembered_um` as the scan begins, by what it has not forgotten, which hysteresis, creep and slow heat
+/// hold it at: the room is not in it. What was measured is kept whatever the board answers.
+async fn count_from_calibrated_rest(board: &Board, remembered_um: f64, file: &mut MeasurementFile) {
     let Ok(status) = board.status().await else {
         return;
     };
-    // What hysteresis, creep and slow heat hold a mirror at that nothing drives; the room is not in it.
-    let remembered_um = decimal(before.telemetry.pose.z_um);
     let rest_um = lowest_um(&status.health);
     if rest_um > 0.0 {
         note(format!(

@@ -7,6 +7,7 @@ use crate::commands::measure::rest::{moved, noise_um};
 use crate::commands::measure::rested::{Rested, sensor_um};
 use crate::commands::measure::sensor::Sensor;
 use crate::error::ToolError;
+use crate::report::decimal;
 
 /// A mirror that cools with the slowest known time constant, 7 s, moves by 20 nm in this time where it is half a micrometre from rest.
 const STILL_FOR: Span = Span { s: 0.3 };
@@ -42,7 +43,12 @@ impl Bench<'_> {
         self.board.wait(tick, STILL_FOR).await?;
         let now = sensor_um(self.board).await?;
         match moved(before, &now) {
-            Some((_, true)) => self.zero.um = Some(measurement::median(now)),
+            Some((_, true)) => {
+                self.zero.um = Some(measurement::median(now));
+                // Now, for it fades.
+                let status = self.board.status().await?;
+                self.zero.remembered_um = decimal(status.telemetry.pose.z_um);
+            }
             Some((_, false)) => {
                 self.zero.begin(true);
                 self.say(
