@@ -256,4 +256,11 @@ fn what_the_mirror_remembers_of_earlier_drives_is_no_error_of_a_scan() {
         .expect("a sensor");
     // The calibration's own error is 0.03 um there.
     assert!(rest_um > 0.2 && mean_um.abs() < 0.1, "{rest_um} {mean_um}");
+    // Nor is where it was held until the scan began: what it still remembers is to be that of when displacements begin to count.
+    bench.json(&["set-z", "100um"]);
+    let told = bench.json(&scan);
+    let mean_um = told["following"]["mean_error_um"]
+        .as_f64()
+        .expect("a sensor");
+    assert!(mean_um.abs() < 0.5, "{mean_um}");
 }

@@ -100,21 +100,24 @@ pub(crate) fn screen(file: &mut MeasurementFile, reading: Reading) -> ReadingCou
         asked: file.rows.len(),
         ..ReadingCounts::default()
     };
-    for index in clipped {
-        counts.clipped += usize::from(file.rows[index].z_um.take().is_some());
-    }
-    for index in repeated {
-        counts.repeated += usize::from(file.rows[index].z_um.take().is_some());
-    }
+    counts.clipped = take_out(&mut file.rows, clipped);
+    counts.repeated = take_out(&mut file.rows, repeated);
     // One reading a dwell has no neighbours of its own place.
     if reading != Reading::EndOfDwell {
-        for index in outlying(&file.rows, scatter_um) {
-            counts.outlying += usize::from(file.rows[index].z_um.take().is_some());
-        }
+        let outlying = outlying(&file.rows, scatter_um);
+        counts.outlying = take_out(&mut file.rows, outlying);
     }
     let without = file.rows.iter().filter(|row| row.z_um.is_none()).count();
     counts.missing = without - counts.clipped - counts.repeated - counts.outlying;
     counts
+}
+
+/// Takes the readings out of these rows; how many there were.
+fn take_out(rows: &mut [Row], places: Vec<usize>) -> usize {
+    let taken = places
+        .into_iter()
+        .filter_map(|place| rows[place].z_um.take());
+    taken.count()
 }
 
 /// Rows whose readings are far from their neighbours' median, beside the neighbours' own scatter. Along a way up or down the
