@@ -27,7 +27,7 @@ mod surroundings;
 
 pub use compare::{
     Comparison, ExperimentError, StageErrors, StagePoint, compare, compare_predicted, jumps,
-    unlike_heaters, wild_readings,
+    unlike_actuator, unlike_heaters, wild_readings,
 };
 pub use dataset::Dataset;
 pub use estimate::{Estimate, Unit};

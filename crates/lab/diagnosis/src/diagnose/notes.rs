@@ -6,16 +6,17 @@ use crate::candidate::Candidate;
 use crate::confusions::RIVAL_SHARE;
 use crate::report::{BeforeAfter, Ranked, Remainder, Verdict, WORTHWHILE};
 use crate::whereabouts::Located;
-use identification::{jumps, unlike_heaters, wild_readings};
+use identification::{jumps, unlike_actuator, unlike_heaters, wild_readings};
 
 /// So many effects are told that take more of the error than the one that is named: those that a person would try first.
 const TOLD: usize = 3;
 
 impl Analysis<'_> {
-    /// What was done to the readings, which of them may be of other heaters or wild, and where nothing explains them, which of them a meter
-    /// may have spoilt.
+    /// What was done to the readings, which of them may be of other heaters or wild, which actuator is unlike the others, and where nothing
+    /// explains the readings, which of them a meter may have spoilt.
     pub(super) fn notes(&self, verdict: Verdict) -> Vec<String> {
         let mut notes = unlike_heaters(self.data, &self.base);
+        notes.extend(unlike_actuator(self.data, &self.base));
         notes.extend(wild_readings(self.data, &self.base));
         if verdict == Verdict::Unknown {
             notes.extend(jumps(self.data, &self.base));

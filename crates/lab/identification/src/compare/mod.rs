@@ -101,9 +101,7 @@ pub fn compare_predicted(model: &Model, data: &Dataset, predicted: &[f64]) -> Co
         .collect();
     let stages = stages::stages(model, data, predicted);
     let mut sentences: Vec<String> = worst(&experiments, unit).into_iter().collect();
-    if unit == Unit::Micrometre {
-        sentences.extend(alone::sentence(&data.experiments, &readings));
-    }
+    sentences.extend(unlike_actuator(data, predicted));
     sentences.extend(ladder::sentences(data, &readings, unit));
     sentences.extend(history::sentences(data, &readings, unit));
     sentences.extend(lag::sentences(data, &readings, unit));
@@ -122,6 +120,16 @@ pub fn compare_predicted(model: &Model, data: &Dataset, predicted: &[f64]) -> Co
         current_rms_ma,
         thinned_rows: data.thinned_rows,
     }
+}
+
+/// The actuator that moves otherwise than the three others say, against what a model predicts, in a sentence; of currents alone there is none.
+pub fn unlike_actuator(data: &Dataset, predicted: &[f64]) -> Option<String> {
+    let of_each = 0..data.experiments.len();
+    let readings: Vec<_> = of_each
+        .map(|index| readings(data, predicted, index))
+        .collect();
+    let moves = data.has_displacement();
+    moves.then(|| alone::sentence(&data.experiments, &readings))?
 }
 
 /// None where no such current was measured.
