@@ -22,6 +22,7 @@
 use crate::CHANNELS;
 use crate::calibration::Parts;
 use crate::design::{FILM_TCR_PER_K, TICK};
+use crate::uncertainty::RECTANGULAR;
 use crate::units::{Ampere, Kelvin};
 
 mod apart;
@@ -207,13 +208,24 @@ impl Surroundings {
         let of_parts = apart::usual(room, loss, (place, place)) / CHANNELS as f32;
         let of_loss = apart::OF_LOSS * loss;
         let unmodelled = UNMODELLED.0 * UNMODELLED.0;
-        let deviation = fpu::sqrt(self.filter.room_room + unmodelled + of_parts);
+        let of_heaters = RECTANGULAR * self.taken_for_the_room();
+        let of_heaters = of_heaters * of_heaters;
+        let deviation = fpu::sqrt(self.filter.room_room + unmodelled + of_parts + of_heaters);
         self.estimate = Estimate {
             rise: Kelvin(room * self.kelvin),
             rise_deviation: Kelvin(deviation * self.kelvin),
             loss,
             loss_deviation: fpu::sqrt(self.filter.loss_loss + of_loss * of_loss),
         };
+    }
+
+    /// How much may be taken for the room that is of heaters which are no longer as they were at calibration (K).
+    fn taken_for_the_room(&self) -> f32 {
+        match (self.likeness.is_doubted(), self.has_drifted) {
+            (true, _) => FARTHEST.0,
+            (false, true) => self.drift.apart(),
+            (false, false) => 0.0,
+        }
     }
 
     /// Whether they are to be compensated, where they are known.
@@ -479,7 +491,6 @@ impl Surroundings {
                 *offset = bent * reference.per_first_slope;
             }
         }
-        self.tell();
         // Before room and loss are told apart, either may be anything.
         self.apart_since = match self.are_told_apart() {
             true => self.apart_since.saturating_add(PERIOD as u16),
@@ -488,6 +499,7 @@ impl Surroundings {
         let is_air = self.filter.loss.abs() < AIR || !self.are_told_apart();
         let is_other = self.likeness.is_other();
         self.has_drifted = self.is_known() && (self.drift.is_told() || !is_air || is_other);
+        self.tell();
     }
 }
 

@@ -31,7 +31,7 @@ const DRIFTED: Micrometre = Micrometre(1.0);
 /// to 83 um off (`closed-loop`, test `exchanged`).
 const OTHERS: Micrometre = Micrometre(85.0);
 /// Standard deviation of what lies anywhere in an interval, per half of its width: 1 / sqrt(3) [JCGM 100:2008, 4.3.7].
-const RECTANGULAR: f32 = 0.577_35;
+pub(crate) const RECTANGULAR: f32 = 0.577_35;
 
 /// How far the plate may be from where it is asked to be: half the width of an interval that holds it in 95 of 100 cases.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

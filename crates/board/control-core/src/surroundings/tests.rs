@@ -328,7 +328,7 @@ fn a_room_in_kelvins_is_known_as_well_as_the_coefficient_of_the_films() {
 /// The room and the air change as far as they may, and one heater of its own; what is told then.
 #[test]
 fn one_heater_that_tells_otherwise_is_told_and_not_what_all_tell() {
-    let told = |apart_k: f32, room, loss| {
+    let after = |apart_k: f32, room, loss| {
         let mut filter = filter();
         // 24 s at four drives in turn.
         for update in 0..15_000 {
@@ -343,8 +343,9 @@ fn one_heater_that_tells_otherwise_is_told_and_not_what_all_tell() {
             }
             filter.update(sound.rise);
         }
-        filter.has_drifted()
+        filter
     };
+    let told = |apart_k, room, loss| after(apart_k, room, loss).has_drifted();
     for (room, loss) in [
         (0.0, 0.0),
         (-12.0, 0.0),
@@ -356,6 +357,16 @@ fn one_heater_that_tells_otherwise_is_told_and_not_what_all_tell() {
         for apart_k in [-2.0, 2.0] {
             assert!(told(apart_k, room, loss), "{apart_k} K, {room} {loss}");
         }
+    }
+    // A quarter of it is taken for the room.
+    for (room, apart_k) in [(0.0, -2.0), (-12.0, 8.0), (18.0, 40.0)] {
+        let filter = after(apart_k, room, 0.0);
+        let told = filter.estimate().expect("known");
+        let off_k = (told.rise.0 - room as f32 * filter.kelvin).abs();
+        assert!(
+            off_k > 0.2 * apart_k.abs() && off_k < 1.96 * told.rise_deviation.0,
+            "{off_k} {told:?}"
+        );
     }
     // No air does this; the first is followed, and the others are surroundings that change with every drive.
     for loss in [0.5, 0.8, -0.3, -0.4] {
