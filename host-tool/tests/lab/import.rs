@@ -39,7 +39,10 @@ fn a_table_is_shown_then_written_and_compared() {
     // Who imports many files in a row is told which one it was.
     for (text, wrong) in [
         ("nothing but words\n", "this is no table of numbers"),
-        ("a;b\n1;2\n2;3\n", "none of the columns a, b is a voltage"),
+        (
+            "a;b\n1;2\n2;3\n",
+            "none of the columns a, b is known to be a voltage",
+        ),
         ("PAR1", "this is a file in the format of Parquet"),
     ] {
         fs::write(&table, text).expect("a file");

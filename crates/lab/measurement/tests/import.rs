@@ -42,6 +42,23 @@ fn utf_16_tabs_and_blanks() {
     assert_eq!(blanks.file.rows[0].current_a[0], Some(1e-4));
 }
 
+/// As LabVIEW writes it: a header of its file and one of its channels, between tabs, of which its rows have one more than those.
+#[test]
+fn headers_of_labview_have_as_many_words_as_its_rows_numbers() {
+    let head = "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nDecimal_Separator\t,\n***End_of_Header***\t\n\t\n\
+        Channels\t3\t\t\t\nSamples\t15\t15\t15\t\nDate\t2026/11/30\t2026/11/30\t2026/11/30\n\
+        Time\t10:11:12\t10:11:12\t10:11:12\nX_Dimension\tTime\tTime\tTime\nX0\t0,0E+0\t0,0E+0\t0,0E+0\n\
+        Delta_X\t1,0\t1,0\t1,0\n***End_of_Header***\t\nX_Value\tVoltage (V)\tCurrent (A)\tz (um)\tComment\n";
+    let row = |t| format!("{t},000000\t{t},250000\t0,000692713\t{t},593750\t\n");
+    let text = head.to_owned() + &(0..15).map(row).collect::<String>();
+    let rows = guessed(text.as_bytes(), false).file.rows;
+    assert_eq!((rows.len(), rows[2].t_s), (15, 2.0));
+    assert_eq!(
+        (rows[3].voltage_v, rows[3].z_um),
+        ([3.25; 4], Some(3.59375))
+    );
+}
+
 #[test]
 fn a_user_says_what_no_name_says() {
     let table = Table::read(b"0.1,0,7\n0.2,1.0,-40\n0.3,2.0,-2500\n").expect("a table");
@@ -65,7 +82,7 @@ fn a_user_says_what_no_name_says() {
         assert!(said.contains(words), "{wrong}: {said}");
     }
     let nameless = import(&table, &[], false).unwrap_err().to_string();
-    assert!(nameless.contains("is a voltage"), "{nameless}");
+    assert!(nameless.contains("is known to be a voltage"), "{nameless}");
 }
 
 #[test]

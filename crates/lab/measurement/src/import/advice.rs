@@ -78,7 +78,7 @@ pub(super) fn no_voltage(table: &Table) -> ImportError {
     };
     ImportError::new(
         format!(
-            "none of the columns {} is a voltage",
+            "none of the columns {} is known to be a voltage",
             table.names.join(", ")
         ),
         help,

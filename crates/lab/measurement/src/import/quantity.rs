@@ -93,8 +93,8 @@ const BESIDE: [&str; 11] = [
     "utc",
 ];
 
-/// What may stand between a quantity and its actuator's number: `Voltage CH1`, `Strom Kanal 2`.
-const CHANNELS: [&str; 4] = ["_ch", "_channel", "_kanal", "_actuator"];
+/// What may stand between a quantity and its actuator's number, `Voltage CH1`, `Strom Kanal 2`, or with it before the quantity, `CH1 Voltage`.
+const CHANNELS: [&str; 4] = ["ch", "channel", "kanal", "actuator"];
 
 /// The quantity of this name; with a number from 1 to 4 behind it, that of one actuator.
 pub(super) fn named(name: &str) -> Option<Column> {
@@ -151,16 +151,33 @@ pub(super) fn key(name: &str) -> String {
 }
 
 fn of_one(first: u32, name: &str) -> Option<Column> {
-    let number = name.chars().last()?.to_digit(10)?;
+    let (quantity, digit) = behind_its_channel(name).or_else(|| before_its_number(name))?;
+    let number = digit.to_digit(10)?;
     let actuator = number.checked_sub(first).filter(|&index| index < 4)? as usize;
-    let all = name[..name.len() - 1].trim_end_matches('_');
-    let mut channels = CHANNELS.iter();
-    let quantity = channels.find_map(|channel| all.strip_suffix(channel));
-    match named(quantity.unwrap_or(all))? {
+    match named(quantity)? {
         Column::VoltageOfAll => Some(Column::Voltage(actuator)),
         Column::CurrentOfEach => Some(Column::Current(actuator)),
         _ => None,
     }
+}
+
+/// The quantity and the number of `voltage_ch1`, `strom_2` or `u1`.
+fn before_its_number(name: &str) -> Option<(&str, char)> {
+    let digit = name.chars().last()?;
+    let all = name[..name.len() - digit.len_utf8()].trim_end_matches('_');
+    let mut channels = CHANNELS.iter();
+    let quantity = channels.find_map(|channel| all.strip_suffix(channel)?.strip_suffix('_'));
+    Some((quantity.unwrap_or(all), digit))
+}
+
+/// The same of `ch1_voltage` or `kanal_2_strom`.
+fn behind_its_channel(name: &str) -> Option<(&str, char)> {
+    let mut channels = CHANNELS.iter();
+    let behind = channels.find_map(|channel| name.strip_prefix(channel))?;
+    let (number, quantity) = behind.trim_start_matches('_').split_once('_')?;
+    let mut digits = number.chars();
+    let digit = digits.next().filter(|_| digits.next().is_none())?;
+    Some((quantity, digit))
 }
 
 #[cfg(test)]
@@ -175,6 +192,11 @@ mod tests {
             ("Voltage CH3", Some(Column::Voltage(2))),
             ("Strom Kanal 4", Some(Column::Current(3))),
             ("i_1", Some(Column::Current(0))),
+            ("CH1 Voltage", Some(Column::Voltage(0))),
+            ("Kanal_4_Strom", Some(Column::Current(3))),
+            ("channel12_voltage", None),
+            ("CH5 Current", None),
+            ("CH1 Height", None),
             ("Höhe", Some(Column::Displacement)),
             ("HÖHE", Some(Column::Displacement)),
             ("V5", None),

@@ -62,8 +62,9 @@ impl Style {
             // What a style makes no number of speaks against it: 0,1;0,2 is three cells with commas between them.
             let better = filled as isize - spoilt as isize;
             let is_table = width >= 2 && filled >= 4;
-            // Units in a header or a remark are not those of cells.
-            let least = if style.qualified { told.len() / 2 } else { 0 } as isize;
+            // Units in a header or a remark are not those of cells, and blanks beside tabs are not between them.
+            let is_unlikely = style.qualified || style.delimiter == ' ';
+            let least = if is_unlikely { told.len() / 2 } else { 0 } as isize;
             if is_table && best.is_none_or(|(most, _)| better > most + least) {
                 best = Some((better, style));
             }

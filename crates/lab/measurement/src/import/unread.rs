@@ -22,13 +22,12 @@ pub(super) fn check(table: &Table, assignments: &[Assignment]) -> Result<(), Imp
         !is_taken && holds_numbers && !is_something_else(table, *source)
     };
     let sources: Vec<usize> = (0..table.names.len()).filter(may_be).collect();
-    let Some(first) = sources.first() else {
-        return Ok(());
+    let of_rates = |source: &usize| is_rate(&table.names[*source]);
+    let (rates, sources): (Vec<usize>, Vec<usize>) = sources.into_iter().partition(of_rates);
+    let names = |sources: &[usize]| {
+        let name = |source: &usize| format!("{} '{}'", source + 1, table.names[*source]);
+        sources.iter().map(name).collect::<Vec<_>>().join(", ")
     };
-    let names: Vec<String> = sources
-        .iter()
-        .map(|source| format!("{} '{}'", source + 1, table.names[*source]))
-        .collect();
     let drive = assignments.iter().find(|a| a.column.is_drive());
     let drives = drive.map_or_else(String::new, |drive| {
         let quantity = drive.quantity().trim_end_matches("_V");
@@ -37,6 +36,20 @@ pub(super) fn check(table: &Table, assignments: &[Assignment]) -> Result<(), Imp
             drive.source + 1
         )
     });
+    let Some(first) = sources.first() else {
+        return match &rates[..] {
+            [] => Ok(()),
+            rates => Err(ImportError::new(
+                format!(
+                    "no heading names anything that was measured: {} is by its unit a rate, as a velocity, and no displacement",
+                    names(rates)
+                ),
+                format!(
+                    "record the displacement itself, for which a vibrometer has an output of its own{drives}"
+                ),
+            )),
+        };
+    };
     let stated = unit(table, *first);
     let readings = [
         ("the displacement", "z", Column::Displacement, "um"),
@@ -63,7 +76,7 @@ pub(super) fn check(table: &Table, assignments: &[Assignment]) -> Result<(), Imp
     Err(ImportError::new(
         format!(
             "no heading names anything that was measured; columns that may be it are {}",
-            names.join(", ")
+            names(&sources)
         ),
         format!("say which is {options}{drives}"),
     ))
@@ -72,6 +85,12 @@ pub(super) fn check(table: &Table, assignments: &[Assignment]) -> Result<(), Imp
 /// The unit that a column's heading states.
 fn unit(table: &Table, source: usize) -> Option<Unit> {
     Heading::read(&table.names[source]).known_unit()
+}
+
+/// Whether a heading's unit is one of something a second.
+fn is_rate(heading: &str) -> bool {
+    let per_second = |unit: &str| unit.ends_with("/s");
+    Heading::read(heading).unit.is_some_and(per_second)
 }
 
 /// Whether a column is in a unit of something else, or counts rows.
@@ -87,6 +106,23 @@ fn is_something_else(table: &Table, source: usize) -> bool {
 mod tests {
     use super::super::{Assignment, Table, guesses, import, with_guesses};
     use miette::Diagnostic;
+
+    #[test]
+    fn a_velocity_is_no_displacement() {
+        let table = Table::read(b"Time [s];Velocity [mm/s];Voltage [V]\n0;0;0\n1;0.6;1\n2;0.9;2\n");
+        let table = table.expect("a table");
+        let refused = import(&table, &guesses(&table), false).expect_err("nothing measured");
+        let said = refused.to_string();
+        assert!(
+            said.contains("2 'Velocity [mm/s]' is by its unit a rate"),
+            "{said}"
+        );
+        let help = refused.help().expect("what to do").to_string();
+        assert!(
+            !help.contains("--column z") && help.ends_with("--column V=3"),
+            "{help}"
+        );
+    }
 
     #[test]
     fn a_table_of_drives_alone_is_asked_for_its_readings() {
