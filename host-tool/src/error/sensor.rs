@@ -9,8 +9,10 @@ use calibration_procedure::SensorError;
 #[strum(serialize_all = "kebab-case")]
 #[expect(missing_docs, reason = "each message says what its fields are")]
 pub enum SensorFault {
-    #[error("this board has no position sensor")]
-    #[diagnostic(help("name yours: --sensor /dev/ttyACM0, or --sensor FILE for a recording"))]
+    #[error("the board reads no position sensor: none is at its input, or it is silent")]
+    #[diagnostic(help(
+        "is it switched on, and does it see the mirror? One that is not at the board is named: --sensor /dev/ttyACM0, or --sensor FILE for a recording"
+    ))]
     NoSensor,
 
     #[error("the sensor at {} cannot be read: {reason}", path.display())]

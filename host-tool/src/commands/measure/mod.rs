@@ -46,7 +46,9 @@ pub(super) async fn run(
     check_drives(&experiments, decimal(status.max_drive_v))?;
     let sensor = Sensor::open(&instruments.sensor)?;
     if !sensor.is_there(board).await? {
-        note("this board has no position sensor: currents only, or name a --sensor");
+        note(
+            "the board reads no position sensor, which is none at its input or a silent one: currents only, or name a --sensor",
+        );
     }
     let mut files = new_files(&asked, &experiments, instruments.force)?;
     let mut report = MeasureReport {
