@@ -139,6 +139,7 @@ mod tests {
         });
         let expected = [
             ("play", true, 0),
+            ("plate", false, 1),
             ("dahl", false, 1),
             ("bouc-wen", false, 1),
         ];

@@ -65,7 +65,7 @@ pub(crate) fn choose(
     }
     Some(NextMeasurement {
         why: format!(
-            "no measurement of this board tells {first_id} from {other_ids}; this would: {}",
+            "no measurement of this board tells {first_id} from {other_ids}; what would, where it was not measured already: {}",
             first.effect.info().separates
         ),
         how: Next::ReadAbout(first_id.to_owned()),

@@ -269,6 +269,8 @@ pub struct Diagnosis {
     pub infeasible: Vec<String>,
     /// Rows that were left out because they were more than a diagnosis needs.
     pub thinned_rows: usize,
+    /// The experiment that reads otherwise than the others, where that alone explains more than any effect; the first of the notes says how.
+    pub odd_file: Option<String>,
     /// Sentences on what was done to the readings before.
     pub notes: Vec<String>,
     /// All effects that change a reading, best first.

@@ -7,34 +7,46 @@ mod whereabouts;
 
 pub(crate) use self::numbers::digits;
 use self::numbers::size;
-use crate::report::{BeforeAfter, Diagnosis, Ranked, Remainder, Rms, Verdict, leading};
+use crate::report::{BeforeAfter, Diagnosis, Ranked, Remainder, Rms, Verdict, WORTHWHILE, leading};
 use mirror_model::effect::find;
 use std::fmt;
 
 impl fmt::Display for Diagnosis {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let list = self.effects.join(", ");
+        let odd = self.odd_file.as_ref();
+        let odd = odd.map(|name| format!("`{name}` reads otherwise than the other files"));
         match self.verdict {
-            Verdict::Named => match &self.remainder {
-                None => writeln!(f, "Missing: {list}")?,
-                Some(remainder) => writeln!(f, "Missing: {}", partly(&list, remainder))?,
-            },
-            Verdict::Ambiguous => {
-                writeln!(f, "Missing: one of {list}; these data cannot tell which")?
+            Verdict::Named | Verdict::Ambiguous => {
+                let missing = match (self.verdict, &self.remainder) {
+                    (Verdict::Ambiguous, _) => {
+                        format!("one of {list}; these data cannot tell which")
+                    }
+                    (_, None) => list.clone(),
+                    (_, Some(remainder)) => partly(&list, remainder),
+                };
+                let odd = odd.map(|odd| format!(", or nothing: {odd}, which explains more"));
+                writeln!(f, "Missing: {missing}{}", odd.unwrap_or_default())?
             }
-            Verdict::Unknown => writeln!(
-                f,
-                "Something is missing, and none of the known effects explains it"
-            )?,
+            Verdict::Unknown => match odd {
+                None => writeln!(
+                    f,
+                    "Something is missing, and none of the known effects explains it"
+                )?,
+                Some(odd) => writeln!(f, "{odd}, which explains what no known effect does")?,
+            },
             Verdict::None if self.invisible.len() > self.ranking.len() / 2 => writeln!(
                 f,
                 "These data cannot tell: most effects would not show in them"
             )?,
-            Verdict::None => {
-                let whole = "what is left is noise and the model's discrepancy";
-                let unnamed = self.unnamed();
-                writeln!(f, "Nothing is missing: {whole}{unnamed}")?
-            }
+            Verdict::None => match odd {
+                None => writeln!(
+                    f,
+                    "Nothing is missing: what is left is noise and the model's discrepancy{}",
+                    self.unnamed()
+                )?,
+                Some(odd) => writeln!(f, "Nothing is missing, but {odd}")?,
+            },
         }
         self.errors(f)?;
         self.candidates(f)?;
@@ -90,9 +102,17 @@ impl Diagnosis {
                 after,
                 unit,
             } = currents;
+            let falls = |error: BeforeAfter| error.fall() >= WORTHWHILE;
+            let is_for_them = falls(currents) && !falls(self.error_rms);
+            let why = match best {
+                Some(best) if is_for_them && self.effects.contains(&best.effect) => {
+                    ", for which it is named,"
+                }
+                _ => "",
+            };
             writeln!(
                 f,
-                "  of the currents {before:.4} {unit} rms, then {after:.4} {unit}"
+                "  of the currents{why} {before:.4} {unit} rms, then {after:.4} {unit}"
             )?;
         }
         if let Some(best) = best.filter(|best| self.effects.contains(&best.effect)) {

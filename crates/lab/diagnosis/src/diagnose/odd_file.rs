@@ -1,4 +1,4 @@
-//! One file that reads otherwise than the others: its displacements count from another zero, or its currents from another gain.
+//! One file that reads otherwise than the others: its displacements count from another zero or with another gain, or its currents with another gain.
 //!
 //! No effect of a mirror comes and goes with a file. Each file's zero and gain is tried as effects are, by slopes, and told where it alone
 //! explains what is missing.
@@ -13,14 +13,16 @@ use identification::prediction::standardised;
 enum Oddity {
     /// Its displacements, by a constant.
     Zero,
+    /// Its displacements, by a part of themselves.
+    GainOfDisplacements,
     /// Its currents, by a part of themselves.
-    Gain,
+    GainOfCurrents,
 }
 
 impl Oddity {
-    const ALL: [Self; 2] = [Self::Zero, Self::Gain];
+    const ALL: [Self; 3] = [Self::Zero, Self::GainOfDisplacements, Self::GainOfCurrents];
 
-    /// In words, where a file of this name is odd by so much (um, or a part of the current).
+    /// In words, where a file of this name is odd by so much (um, or a part of the reading).
     fn sentence(self, name: &str, size: f64) -> String {
         let more = if size > 0.0 { "more" } else { "less" };
         match self {
@@ -29,7 +31,12 @@ impl Oddity {
                  anew, or did anything move, before it? Correct its z_um, or leave the file out",
                 size.abs()
             ),
-            Self::Gain => format!(
+            Self::GainOfDisplacements => format!(
+                "all displacements of `{name}` are {:.1} % {more} than the other files say, which explains all that is missing: was it another \
+                 range of the sensor, or another spot? Correct its z_um, or leave the file out",
+                100.0 * size.abs()
+            ),
+            Self::GainOfCurrents => format!(
                 "all currents of `{name}` are {:.1} % {more} than the other files say, which explains all that is missing: was it another range, \
                  meter or mirror? Correct them, or leave the file out",
                 100.0 * size.abs()
@@ -39,8 +46,8 @@ impl Oddity {
 }
 
 impl Analysis<'_> {
-    /// The file whose own zero or gain explains what is missing, and more of it than any effect does, in a sentence.
-    pub(super) fn odd_file(&self, candidates: &[Candidate]) -> Option<String> {
+    /// The file whose own zero or gain explains what is missing, and more of it than any effect does: its name, and in a sentence.
+    pub(super) fn odd_file(&self, candidates: &[Candidate]) -> Option<(String, String)> {
         let files = 0..self.data.experiments.len();
         if files.len() < 2 {
             return None;
@@ -48,12 +55,14 @@ impl Analysis<'_> {
         let all = files.flat_map(|file| Oddity::ALL.map(|oddity| (file, oddity)));
         let scored = all.filter_map(|(file, oddity)| {
             let (score, size) = self.read_otherwise(file, oddity)?;
-            Some((score, oddity.sentence(&self.data.experiments[file], size)))
+            Some((score, file, oddity, size))
         });
-        let (score, sentence) = scored.max_by(|(a, _), (b, _)| a.total_cmp(b))?;
+        let (score, file, oddity, size) = scored.max_by(|a, b| a.0.total_cmp(&b.0))?;
         let of_effects = candidates.iter().map(Candidate::score);
         let most = of_effects.fold(0.0, f64::max);
-        (score > most && self.null.explains(self.misfit, score)).then_some(sentence)
+        let name = &self.data.experiments[file];
+        let explains = score > most && self.null.explains(self.misfit, score);
+        explains.then(|| (name.clone(), oddity.sentence(name, size)))
     }
 
     /// How much of the misfit a file's own zero or gain explains, and how large it is; `None` where the base explains it as well.
@@ -63,7 +72,8 @@ impl Analysis<'_> {
             predicted.map(
                 |(o, predicted)| match (o.experiment == file, oddity, o.channel) {
                     (true, Oddity::Zero, Channel::Displacement) => 1.0,
-                    (true, Oddity::Gain, Channel::Current(_)) => *predicted,
+                    (true, Oddity::GainOfDisplacements, Channel::Displacement)
+                    | (true, Oddity::GainOfCurrents, Channel::Current(_)) => *predicted,
                     _ => 0.0,
                 },
             );
@@ -85,7 +95,12 @@ mod tests {
             zero.starts_with("`ramp` as a whole reads 0.98 um more than"),
             "{zero}"
         );
-        let gain = Oddity::Gain.sentence("hold", -0.0304);
+        let gain = Oddity::GainOfDisplacements.sentence("hold", 0.0201);
+        assert!(
+            gain.starts_with("all displacements of `hold` are 2.0 % more than"),
+            "{gain}"
+        );
+        let gain = Oddity::GainOfCurrents.sentence("hold", -0.0304);
         assert!(
             gain.starts_with("all currents of `hold` are 3.0 % less than"),
             "{gain}"

@@ -61,7 +61,7 @@ impl Analysis<'_> {
     }
 
     /// What an effect that takes most of the error leaves of it; or one that is named for its score, where that is more than 95 in 100 mirrors
-    /// leave that lack nothing.
+    /// leave that lack nothing, or where it explains the misfit with a second one only.
     pub(super) fn left_of(&self, effect: &Candidate, takes_most: bool) -> Option<Remainder> {
         let standardised = effect.refit.as_ref()?.fitted.standardised(self.data);
         let left = Remainder {
@@ -71,7 +71,8 @@ impl Analysis<'_> {
         };
         let is_much = left.rms.value > (1.0 - MOST) * self.error().value
             && left.rms.value > self.large_discrepancy().value;
-        (takes_most || is_much).then_some(left)
+        let needs_a_second = !self.null.explains(self.misfit, effect.score());
+        (takes_most || is_much || needs_a_second).then_some(left)
     }
 
     fn explained_up_to(&self, left: &[f64]) -> Option<f64> {

@@ -50,8 +50,9 @@ impl Analysis<'_> {
         let is_unsaid = verdict == Verdict::None && refusal.is_none();
         let unnamed = is_unsaid.then(|| self.why_not_named(&suspects, candidates));
         let unnamed = unnamed.flatten();
-        let is_missing = verdict != Verdict::None;
-        let odd = is_missing.then(|| self.odd_file(candidates)).flatten();
+        let shows = verdict != Verdict::None || candidates.iter().any(|c| c.score() > c.threshold);
+        let odd = shows.then(|| self.odd_file(candidates)).flatten();
+        let (odd_file, odd) = odd.unzip();
         // Where nothing is missing nothing is evident either; what is named for the error that it takes has less of a score than others.
         let evident = match verdict {
             Verdict::None => Vec::new(),
@@ -110,6 +111,7 @@ impl Analysis<'_> {
                 .collect(),
             ranking,
             thinned_rows: self.data.thinned_rows,
+            odd_file,
             notes: odd
                 .into_iter()
                 .chain(refusal)

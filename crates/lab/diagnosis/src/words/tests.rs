@@ -57,6 +57,7 @@ fn diagnosis(verdict: Verdict, effects: &[&str]) -> Diagnosis {
         ranking: vec![ranked("creep", 100.0), ranked("hysteresis", 30.0)],
         next_measurement: None,
         thinned_rows: 0,
+        odd_file: None,
         notes: vec![],
     }
 }
@@ -84,9 +85,47 @@ fn a_diagnosis_begins_with_its_verdict() {
         let said = diagnosis(verdict, effects).to_string();
         assert_eq!(said.lines().next(), Some(first));
     }
+    for (verdict, effects, first) in [
+        (
+            Verdict::Named,
+            &["creep"][..],
+            "Missing: creep, or nothing: `hold` reads otherwise than the other files, which explains more",
+        ),
+        (
+            Verdict::Unknown,
+            &[],
+            "`hold` reads otherwise than the other files, which explains what no known effect does",
+        ),
+        (
+            Verdict::None,
+            &[],
+            "Nothing is missing, but `hold` reads otherwise than the other files",
+        ),
+    ] {
+        let mut odd = diagnosis(verdict, effects);
+        odd.odd_file = Some("hold".into());
+        assert_eq!(odd.to_string().lines().next(), Some(first));
+    }
     let mut blind = diagnosis(Verdict::None, &[]);
     blind.invisible.push("crosstalk".into());
     assert!(blind.to_string().starts_with("These data cannot tell"));
+}
+
+#[test]
+fn an_effect_that_only_currents_show_is_told_to_be_named_for_them() {
+    let mut found = diagnosis(Verdict::Named, &["creep"]);
+    let errors = |before, after, unit| BeforeAfter {
+        before,
+        after,
+        unit,
+    };
+    found.error_rms = errors(0.136, 0.212, Unit::Micrometre);
+    found.ranking[0].current_rms = Some(errors(0.0044, 0.0031, Unit::Milliampere));
+    let said = found.to_string();
+    let told = "  of the currents, for which it is named, 0.0044 mA rms, then 0.0031 mA";
+    assert!(said.lines().any(|line| line == told), "{said}");
+    found.error_rms.after = 0.05;
+    assert!(found.to_string().contains("  of the currents 0.0044"));
 }
 
 #[test]

@@ -23,7 +23,8 @@ struct Row {
 }
 
 /// The experiments whose heaters differ from each other otherwise than those of the others, in sentences. What is usual is told by
-/// the experiment that is most like all others. The model is to be one that was fitted to them.
+/// the experiment that is most like all others. The model is to be one that was fitted to them; where columns are exchanged it was fitted to
+/// these, too, and nothing is told of the others.
 pub fn unlike_heaters(data: &Dataset, predicted: &[f64]) -> Vec<String> {
     let experiments: Vec<(&str, Vec<Row>)> = data
         .experiments
@@ -32,6 +33,18 @@ pub fn unlike_heaters(data: &Dataset, predicted: &[f64]) -> Vec<String> {
         .map(|(index, name)| (name.as_str(), rows(data, predicted, index)))
         .filter(|(_, rows)| !rows.is_empty())
         .collect();
+    let exchanged: Vec<String> = experiments
+        .iter()
+        .filter_map(|(name, rows)| {
+            let [one, other] = exchanged(rows)?.map(|actuator| actuator + 1);
+            Some(format!(
+                "{name}: drives and currents of actuators {one} and {other} look exchanged: the model follows them in each other's columns"
+            ))
+        })
+        .collect();
+    if !exchanged.is_empty() {
+        return exchanged;
+    }
     let all: Vec<Ratios> = experiments.iter().map(|(_, own)| ratios(own)).collect();
     let from_all = |own: &Ratios| all.iter().map(|other| apart(own, other)).sum::<f64>();
     let told = (0..all.len()).filter(|index| all[*index].iter().any(Option::is_some));
@@ -39,29 +52,22 @@ pub fn unlike_heaters(data: &Dataset, predicted: &[f64]) -> Vec<String> {
         .map(|index| (from_all(&all[index]), index))
         .min_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, index)| (experiments[index].0, &all[index]));
-    let mut sentences = Vec::new();
-    let mut unlike: Vec<(&str, f64)> = Vec::new();
-    for ((name, rows), own) in experiments.iter().zip(&all) {
-        if let Some([one, other]) = exchanged(rows) {
-            sentences.push(format!(
-                "{name}: drives and currents of actuators {} and {} look exchanged: the model follows them in each other's columns",
-                one + 1,
-                other + 1
-            ));
-        } else if let Some((_, usual)) = usual {
-            unlike.extend(Some((*name, apart(own, usual))).filter(|(_, apart)| *apart > UNLIKE));
-        }
-    }
+    let Some((of, usual)) = usual else {
+        return Vec::new();
+    };
+    let named = experiments.iter().map(|(name, _)| *name);
+    let apart = named.zip(all.iter().map(|own| apart(own, usual)));
+    let unlike: Vec<(&str, f64)> = apart.filter(|(_, apart)| *apart > UNLIKE).collect();
     let names: Vec<&str> = unlike.iter().map(|(name, _)| *name).collect();
     let largest = unlike.iter().map(|(_, apart)| *apart).reduce(f64::max);
-    sentences.extend(usual.zip(largest).map(|((of, _), largest)| {
+    let told = largest.map(|largest| {
         format!(
             "{}: heaters differ from each other otherwise than in {of}, by up to {:.1} %: another mirror, exchanged columns, or a heater that has changed",
             names.join(", "),
             100.0 * largest
         )
-    }));
-    sentences
+    });
+    told.into_iter().collect()
 }
 
 /// The rows of an experiment of which all four currents were read.

@@ -27,7 +27,7 @@ static BUILT_IN: [&dyn Effect; 25] = [
     &initial_curl::InitialCurl,
     &electrostatic_pull::ElectrostaticPull,
     &end_stop::EndStop,
-    &hysteresis::Hysteresis,
+    &hysteresis::OF_ACTUATORS,
     &creep::Creep,
     &resonance::Resonance,
     &squeeze_film::SqueezeFilm,
