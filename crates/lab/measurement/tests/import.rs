@@ -427,6 +427,7 @@ fn a_row_with_a_number_too_many_is_left_out() {
     assert_eq!(imported.file.rows.len(), 3);
     let told = "1 row with more numbers than columns is left out, as line 3 with 4 cells for 3";
     assert!(says(&imported, told), "{:?}", imported.notes);
+    assert!(!says(&imported, "without a time"), "{:?}", imported.notes);
 }
 
 #[test]

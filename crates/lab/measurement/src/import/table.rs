@@ -80,7 +80,7 @@ impl Table {
         let wide = style.wide(numbered.clone(), most);
         let (readers, mut rows) = style.columns(numbered.clone(), &names, most);
         let is_empty = |row: &[Option<f64>]| row.iter().all(Option::is_none);
-        let without = numbered.zip(&rows).filter(|(_, row)| is_empty(row));
+        let without = numbered.clone().zip(&rows).filter(|(_, row)| is_empty(row));
         let without = without.filter_map(|((number, line), _)| {
             let cells = style.cells(line);
             // Words between blanks are a sentence, unless they are as many as columns.
@@ -90,6 +90,14 @@ impl Table {
         let above: Vec<_> = lines[..first].iter().map(|l| style.cells(l)).collect();
         let again = again::headings(without, &above)?;
         let is_certain = readers.iter().any(Reader::is_certain);
+        if wide.is_some() {
+            // They were told, and hold nothing that was read.
+            let mut lines = numbered.map(|(_, line)| line);
+            rows.retain(|_| {
+                let line = lines.next();
+                line.is_none_or(|line| !style.is_wide(&style.cells(line), most))
+            });
+        }
         let of_all = wide.into_iter().chain(of_sums).chain(again);
         let mut told: Vec<_> = of_all.map(|sentence| (None, sentence)).collect();
         for (column, (reader, name)) in readers.iter().zip(&names).enumerate() {
