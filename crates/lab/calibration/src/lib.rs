@@ -31,7 +31,7 @@ mod ringing;
 mod statics;
 
 pub use ambient::{
-    AmbientError, LEAST_APART_K, RoomPoint, with_ambient_ratio, without_surroundings,
+    AmbientError, LEAST_APART_K, RoomPoint, further_um, with_ambient_ratio, without_surroundings,
 };
 pub use bandwidth::reached;
 pub use correct::{CorrectionError, StaticPoint, corrected};

@@ -92,7 +92,9 @@ async fn second(
     let before_um = off_um(&kept.points, &now);
     let on_trial = room.board.use_calibration(&found, CalibrationUse::OnTrial);
     on_trial.await?;
-    let after_um = match nearer(room, kept, &before_um).await {
+    // In the first room, too, the mirror would have stood elsewhere.
+    let then = kept.read_under(calibration, &found);
+    let after_um = match nearer(room, &then, &before_um).await {
         Ok(after_um) => after_um,
         Err(error) => return Err(fall_back(room.board, error).await),
     };
@@ -111,14 +113,14 @@ async fn second(
     })
 }
 
-/// How far the mirror is from where it stood in the first room, with the calibration that is on trial.
+/// How far the mirror is from where it stands in the first room, with the calibration that is on trial.
 async fn nearer(
     room: &InRoom<'_>,
-    kept: &RoomReadings,
+    then: &[RoomReading],
     before_um: &[f64],
 ) -> Result<Vec<f64>, ToolError> {
-    let asked_um: Vec<f64> = kept.points.iter().map(|then| then.asked_um).collect();
-    let after_um = off_um(&kept.points, &room.read(&asked_um).await?);
+    let asked_um: Vec<f64> = then.iter().map(|then| then.asked_um).collect();
+    let after_um = off_um(then, &room.read(&asked_um).await?);
     is_nearer(largest_um(before_um), largest_um(&after_um))?;
     Ok(after_um)
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use calibration::RoomPoint;
+use calibration::{RoomPoint, further_um};
 use control_core::Calibration;
 use control_core::calibration::Parts;
 use serde::{Deserialize, Serialize};
@@ -60,6 +60,19 @@ impl RoomReadings {
     pub(super) fn are_under(&self, calibration: &Calibration) -> bool {
         let now = Self::under(calibration, Vec::new());
         (&self.model_hash, self.ambient_ratio) == (&now.model_hash, now.ambient_ratio)
+    }
+
+    /// What the sensor would have read there under `found`, which has another ratio than the calibration that was in use.
+    pub(super) fn read_under(
+        &self,
+        calibration: &Calibration,
+        found: &Calibration,
+    ) -> Vec<RoomReading> {
+        let read = |then: &RoomReading| RoomReading {
+            read_um: then.read_um + further_um((calibration, found), then.asked_um, then.rise_k),
+            ..*then
+        };
+        self.points.iter().map(read).collect()
     }
 
     /// What a file holds; `None` where there is none.
